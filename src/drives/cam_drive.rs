@@ -1,0 +1,394 @@
+//! The driven cam that all cam drives share: the motion law U(φ) and the motion φ(t) of its shaft.
+
+use super::{List, Seed, unit, variable};
+use crate::motion::{Kinematics, MotionLaw, TransferFunctions};
+use crate::numerics::angle;
+use crate::numerics::double_double::{Double, two_product, two_sum};
+use crate::numerics::taylor::Series;
+use serde::{Deserialize, Serialize};
+
+/// The highest order of input derivatives that enters the motion.
+pub const MAX_INPUT_DERIVATIVE: usize = 8;
+
+/// Coefficients of the motion polynomial: φ, w, a and the derivatives of `a`.
+const COEFFICIENTS: usize = 3 + MAX_INPUT_DERIVATIVE;
+
+/// How the cam shaft moves.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum DriveMode {
+    /// φ(t) = `phi_start` + `w` (t − t_start).
+    Constant {
+        /// Angular velocity [rad/s].
+        w: f64,
+        /// Angle at the start of the simulation [rad].
+        phi_start: f64,
+    },
+    /// Inputs `phi`, `w`, `a`.
+    Input,
+}
+
+/// Where a cam drive starts.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub struct Start {
+    /// How the initial state is found.
+    pub mode: StartMode,
+    /// q at the start for [`StartMode::Given`] [m or rad].
+    pub q: f64,
+    /// q̇ at the start for [`StartMode::Given`] [m/s or rad/s].
+    pub q_dot: f64,
+}
+
+/// How the initial state is found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum StartMode {
+    /// At rest relative to the cam, q = q̇ = 0.
+    AtRest,
+    /// From given values.
+    Given,
+    /// On the periodic solution.
+    SteadyState,
+}
+
+/// The items of `start.mode`.
+pub static START_MODE: variable::Enumeration = variable::Enumeration {
+    name: "StartMode",
+    items: &[
+        ("at_rest", "At rest relative to the cam: q = 0, der(q) = 0"),
+        ("given", "From start.q and start.q_dot"),
+        ("steady_state", "On the periodic solution"),
+    ],
+};
+
+impl StartMode {
+    /// The number of the item in [`START_MODE`].
+    pub fn number(self) -> f64 {
+        match self {
+            StartMode::AtRest => 1.0,
+            StartMode::Given => 2.0,
+            StartMode::SteadyState => 3.0,
+        }
+    }
+
+    /// The item with this number.
+    pub fn from_number(number: f64) -> Self {
+        match number as i32 {
+            1 => StartMode::AtRest,
+            2 => StartMode::Given,
+            _ => StartMode::SteadyState,
+        }
+    }
+}
+
+/// φ(t) = Σ cⱼ (t − t₀)ʲ / j!, the motion of the shaft over a communication step (or, at constant speed, for ever).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AngleMotion {
+    /// t₀ [s].
+    pub origin: f64,
+    /// cⱼ [rad/sʲ].
+    pub coefficients: [f64; COEFFICIENTS],
+    /// The highest j with cⱼ ≠ 0, at least 1.
+    pub degree: usize,
+}
+
+/// The shaft at an instant.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ShaftState {
+    /// φ reduced to [−π, π] without loss of digits [rad].
+    pub reduced: f64,
+    /// φ [rad] and its time derivatives.
+    pub kinematics: Kinematics,
+}
+
+impl AngleMotion {
+    /// Motion at constant speed `w` [rad/s] from `phi` [rad] at `origin` [s].
+    pub fn uniform(origin: f64, phi: f64, w: f64) -> Self {
+        let mut coefficients = [0.0; COEFFICIENTS];
+        (coefficients[0], coefficients[1]) = (phi, w);
+        AngleMotion { origin, coefficients, degree: 1 }
+    }
+
+    /// φ and its derivatives at `time` [s]; the angle is summed in double-double, so that its remainder modulo
+    /// one turn stays right after any number of turns.
+    pub fn at(&self, time: f64) -> ShaftState {
+        let c = &self.coefficients;
+        let tau = two_sum(time, -self.origin);
+        // Horner's rule for φ and its derivatives, from the highest coefficient down.
+        let mut d = [0.0; 5];
+        for order in 1..5 {
+            for j in (order..=self.degree).rev() {
+                d[order] = c[j] + d[order] * tau.hi / (j + 1 - order) as f64;
+            }
+        }
+        let mut above = 0.0;
+        for j in (2..=self.degree).rev() {
+            above = (c[j] + above) * tau.hi / j as f64;
+        }
+        // φ = c₀ + (c₁ + above) τ; only the first two terms grow large, so they alone are summed with care.
+        let phi =
+            Double::from(c[0]) + two_product(c[1], tau.hi) + two_product(above, tau.hi) + Double::from(c[1] * tau.lo);
+        d[0] = phi.hi;
+        ShaftState { reduced: angle::reduce(phi), kinematics: Kinematics(d) }
+    }
+
+    /// Whether the speed is constant.
+    pub fn is_uniform(&self) -> bool {
+        self.degree == 1
+    }
+}
+
+/// Law and motion of the cam of a cam drive.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CamDrive {
+    /// U(φ).
+    pub law: MotionLaw,
+    /// Prescribed speed or inputs.
+    pub mode: DriveMode,
+    /// The time at which φ = `phi_start` [s].
+    start_time: f64,
+    /// φ, w, a as the importer set them.
+    input: [f64; 3],
+    /// Their derivatives of order 1 …, valid for the next step.
+    derivatives: [[Option<f64>; MAX_INPUT_DERIVATIVE]; 3],
+}
+
+impl CamDrive {
+    /// A cam in its initial position.
+    pub fn new(law: MotionLaw, mode: DriveMode) -> Self {
+        CamDrive { law, mode, start_time: 0.0, input: [0.0; 3], derivatives: [[None; MAX_INPUT_DERIVATIVE]; 3] }
+    }
+
+    /// The simulation starts at `time` [s].
+    pub fn start(&mut self, time: f64) {
+        self.start_time = time;
+    }
+
+    /// The motion of the shaft over the communication step that starts at `time` [s].
+    ///
+    /// Inputs: φ, w and a are the first three coefficients. The higher ones come from the derivatives of `a`,
+    /// else of `w`, else of `phi`, whichever the importer has set.
+    pub fn motion(&self, time: f64) -> AngleMotion {
+        match self.mode {
+            DriveMode::Constant { w, phi_start } => AngleMotion::uniform(self.start_time, phi_start, w),
+            DriveMode::Input => {
+                let mut motion = AngleMotion::uniform(time, self.input[0], self.input[1]);
+                motion.coefficients[2] = self.input[2];
+                for j in 3..COEFFICIENTS {
+                    let set = |input: usize| self.derivatives[input].get(j - input - 1).copied().flatten();
+                    motion.coefficients[j] = set(2).or(set(1)).or(set(0)).unwrap_or(0.0);
+                }
+                motion.degree = (2..COEFFICIENTS).rev().find(|&j| motion.coefficients[j] != 0.0).unwrap_or(1);
+                motion
+            }
+        }
+    }
+
+    /// The shaft and the transfer functions of the cam at `time` [s] on `motion`.
+    pub fn at(&self, motion: &AngleMotion, time: f64) -> (ShaftState, TransferFunctions) {
+        let shaft = motion.at(time);
+        (shaft, self.law.at(shaft.reduced))
+    }
+
+    /// Whether the shaft moves as the inputs say.
+    pub fn is_input(&self) -> bool {
+        self.mode == DriveMode::Input
+    }
+
+    /// Sets the derivative of order ≥ 1 of input `which` (0: phi, 1: w, 2: a).
+    pub fn set_input_derivative(&mut self, which: usize, order: usize, value: f64) {
+        self.derivatives[which][order - 1] = Some(value);
+    }
+
+    /// Forgets the input derivatives: they hold for one communication step only.
+    pub fn step_done(&mut self) {
+        self.derivatives = [[None; MAX_INPUT_DERIVATIVE]; 3];
+    }
+
+    /// The series of φ at the communication point `time`, whose value is the reduced angle; `known` tells which
+    /// of the inputs (0: phi, 1: w, 2: a) has the value reference of the seed, if one has.
+    pub fn phi_series(&self, time: f64, seed: Seed, known: Option<usize>) -> Series {
+        let shaft = self.motion(time).at(time);
+        match seed {
+            Seed::Time => Series::from_derivatives(shaft.reduced, shaft.kinematics.0[1], shaft.kinematics.0[2]),
+            Seed::Known(_) => Series([shaft.reduced, if known == Some(0) { 1.0 } else { 0.0 }, 0.0]),
+        }
+    }
+
+    /// The series of w, likewise.
+    pub fn w_series(&self, time: f64, seed: Seed, known: Option<usize>) -> Series {
+        let shaft = self.motion(time).at(time);
+        match seed {
+            Seed::Time => Series::from_derivatives(shaft.kinematics.0[1], shaft.kinematics.0[2], shaft.kinematics.0[3]),
+            Seed::Known(_) => Series([shaft.kinematics.0[1], if known == Some(1) { 1.0 } else { 0.0 }, 0.0]),
+        }
+    }
+}
+
+/// A drive with a driven cam.
+pub trait HasCamDrive: Sized {
+    /// The cam.
+    fn cam(&self) -> &CamDrive;
+    /// The cam, to change it.
+    fn cam_mut(&mut self) -> &mut CamDrive;
+
+    /// Declares the drive parameters (constant speed) or the inputs `phi`, `w`, `a`; in the list of a cam drive
+    /// they come first, so that the value references of the inputs are 0, 1, 2.
+    fn declare_drive(&self, list: &mut List<Self>) {
+        match self.cam().mode {
+            DriveMode::Constant { .. } => {
+                let speed = variable::real_within(&unit::ANGULAR_VELOCITY, -1e6, 1e6);
+                list.parameter("drive.w", "Angular velocity of the drive", speed, drive_w, set_drive_w);
+                let angle = variable::real_within(&unit::ANGLE, -1e15, 1e15);
+                list.parameter(
+                    "drive.phi_start",
+                    "Drive angle at the start of the simulation",
+                    angle,
+                    phi_start,
+                    set_phi_start,
+                );
+            }
+            DriveMode::Input => {
+                list.input("phi", "Drive angle", variable::real(&unit::ANGLE), input, set_input).at(0);
+                list.input(
+                    "w",
+                    "Angular velocity of the drive, der(phi)",
+                    variable::real(&unit::ANGULAR_VELOCITY),
+                    input,
+                    set_input,
+                )
+                .at(1);
+                list.input(
+                    "a",
+                    "Angular acceleration of the drive, der(phi,2)",
+                    variable::real(&unit::ANGULAR_ACCELERATION),
+                    input,
+                    set_input,
+                )
+                .at(2);
+            }
+        }
+    }
+
+    /// Declares the parameters of the motion law; last in the list, since their number depends on the scene.
+    fn declare_law(&self, list: &mut List<Self>) {
+        match &self.cam().law {
+            MotionLaw::Fourier(series) => {
+                for k in 0..series.a.len() {
+                    let text = format!("Cosine coefficient of harmonic {k} of the position function");
+                    list.parameter(
+                        &format!("cam.a[{k}]"),
+                        &text,
+                        variable::real_within(&unit::LENGTH, -1e4, 1e4),
+                        cam_a,
+                        set_cam_a,
+                    )
+                    .at(k);
+                }
+                for k in 1..series.b.len() {
+                    let text = format!("Sine coefficient of harmonic {k} of the position function");
+                    list.parameter(
+                        &format!("cam.b[{k}]"),
+                        &text,
+                        variable::real_within(&unit::LENGTH, -1e4, 1e4),
+                        cam_b,
+                        set_cam_b,
+                    )
+                    .at(k);
+                }
+            }
+        }
+    }
+}
+
+fn drive_w<D: HasCamDrive>(d: &D, _: usize) -> f64 {
+    match d.cam().mode {
+        DriveMode::Constant { w, .. } => w,
+        DriveMode::Input => d.cam().input[1],
+    }
+}
+
+fn set_drive_w<D: HasCamDrive>(d: &mut D, _: usize, value: f64) {
+    if let DriveMode::Constant { w, .. } = &mut d.cam_mut().mode {
+        *w = value;
+    }
+}
+
+fn phi_start<D: HasCamDrive>(d: &D, _: usize) -> f64 {
+    match d.cam().mode {
+        DriveMode::Constant { phi_start, .. } => phi_start,
+        DriveMode::Input => d.cam().input[0],
+    }
+}
+
+fn set_phi_start<D: HasCamDrive>(d: &mut D, _: usize, value: f64) {
+    if let DriveMode::Constant { phi_start, .. } = &mut d.cam_mut().mode {
+        *phi_start = value;
+    }
+}
+
+fn input<D: HasCamDrive>(d: &D, which: usize) -> f64 {
+    d.cam().input[which]
+}
+
+fn set_input<D: HasCamDrive>(d: &mut D, which: usize, value: f64) {
+    let cam = d.cam_mut();
+    cam.input[which] = value;
+    // Derivatives belong to the value that they were set for.
+    cam.derivatives[which] = [None; MAX_INPUT_DERIVATIVE];
+}
+
+fn coefficients<D: HasCamDrive>(d: &mut D) -> Option<&mut crate::motion::Fourier> {
+    match &mut d.cam_mut().law {
+        MotionLaw::Fourier(series) => Some(series),
+    }
+}
+
+fn cam_a<D: HasCamDrive>(d: &D, k: usize) -> f64 {
+    d.cam().law.series().map_or(0.0, |s| s.a[k])
+}
+
+fn set_cam_a<D: HasCamDrive>(d: &mut D, k: usize, value: f64) {
+    if let Some(series) = coefficients(d) {
+        series.a[k] = value;
+    }
+}
+
+fn cam_b<D: HasCamDrive>(d: &D, k: usize) -> f64 {
+    d.cam().law.series().map_or(0.0, |s| s.b[k])
+}
+
+fn set_cam_b<D: HasCamDrive>(d: &mut D, k: usize, value: f64) {
+    if let Some(series) = coefficients(d) {
+        series.b[k] = value;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::motion::Fourier;
+
+    #[test]
+    fn the_motion_is_the_polynomial_of_its_inputs() {
+        let mut cam = CamDrive::new(MotionLaw::Fourier(Fourier::new(vec![0.0], vec![])), DriveMode::Input);
+        cam.input = [0.5, 2.0, -3.0];
+        cam.set_input_derivative(2, 1, 6.0);
+        let shaft = cam.motion(10.0).at(10.5);
+        let t: f64 = 0.5;
+        assert!((shaft.kinematics.0[0] - (0.5 + 2.0 * t - 1.5 * t * t + t.powi(3))).abs() < 1e-15);
+        assert!((shaft.kinematics.0[1] - (2.0 - 3.0 * t + 3.0 * t * t)).abs() < 1e-15);
+        assert!((shaft.kinematics.0[2] - (-3.0 + 6.0 * t)).abs() < 1e-15);
+        assert_eq!(shaft.kinematics.0[3], 6.0);
+    }
+
+    #[test]
+    fn a_million_turns_at_constant_speed_keep_the_angle() {
+        // 0.1 rad/s is not 1/10; the exact product of the two doubles decides.
+        let motion = AngleMotion::uniform(0.0, 0.25, 0.1);
+        let t = 6.0e7;
+        let exact = two_product(0.1, t) + Double::from(0.25);
+        assert_eq!(motion.at(t).reduced, angle::reduce(exact));
+    }
+}

@@ -1,0 +1,285 @@
+//! Drives of any model behind one object-safe interface.
+
+use super::variable::{Causality, Kind, Variability};
+use super::{Description, Drive, EventLog, Experiment, Fault, Portrait, Seed, Variable};
+use std::any::Any;
+
+/// A drive model as the list of models holds it.
+pub struct Model {
+    /// The name that scenes use.
+    pub name: &'static str,
+    /// Builds a drive from the resolved scene (JSON).
+    pub build: fn(&str) -> Result<Box<dyn DynDrive>, Fault>,
+}
+
+impl Model {
+    /// The entry of the drive type `D`.
+    pub const fn of<D: Drive>() -> Self {
+        Model { name: D::MODEL, build: build::<D> }
+    }
+}
+
+fn build<D: Drive>(scene: &str) -> Result<Box<dyn DynDrive>, Fault> {
+    let scene = serde_json::from_str(scene)
+        .map_err(|e| Fault(format!("the resolved scene of {} cannot be read: {e}", D::MODEL)))?;
+    let drive = D::new(scene)?;
+    let variables = drive.variables().0;
+    Ok(Box::new(Unit { initial: drive.clone(), drive, variables, initialising: true, dirty: true, time: 0.0 }))
+}
+
+/// A drive whose model is known only at run time. Values of every type travel as `f64`.
+pub trait DynDrive: Send {
+    /// The variables, in the order of their value references.
+    fn descriptions(&self) -> Vec<&Description>;
+    /// What the documentation says of the drive.
+    fn portrait(&self) -> Portrait;
+    /// The default experiment.
+    fn experiment(&self) -> Experiment;
+    /// Reads a variable, up to date.
+    fn get(&mut self, reference: usize) -> Result<f64, Fault>;
+    /// Sets a parameter or an input; refuses a value outside the variable's range.
+    fn set(&mut self, reference: usize, value: f64) -> Result<(), Fault>;
+    /// Initialisation starts at `time` [s].
+    fn set_up(&mut self, time: f64, tolerance: Option<f64>);
+    /// Ends initialisation.
+    fn start(&mut self) -> Result<(), Fault>;
+    /// Advances by a communication step.
+    fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault>;
+    /// The highest order of input derivatives.
+    fn input_derivative_order(&self) -> usize;
+    /// Sets an input derivative for the next step.
+    fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64) -> Result<(), Fault>;
+    /// The time derivative of an output; order 1 or 2.
+    fn output_derivative(&mut self, reference: usize, order: usize) -> Result<f64, Fault>;
+    /// ∂unknown/∂known at the communication point.
+    fn directional_derivative(&mut self, unknown: usize, known: usize) -> Result<f64, Fault>;
+    /// Back to the state after instantiation, with the parameters of the scene.
+    fn reset(&mut self);
+    /// A copy of the whole state.
+    fn save(&self) -> Box<dyn Any + Send>;
+    /// Restores a copy that [`DynDrive::save`] made; false where it is of another model.
+    fn restore(&mut self, state: &dyn Any) -> bool;
+    /// The bytes of a saved state; None where it is of another model.
+    fn serialize(&self, state: &dyn Any) -> Option<Vec<u8>>;
+    /// A saved state from its bytes.
+    fn deserialize(&self, bytes: &[u8]) -> Result<Box<dyn Any + Send>, Fault>;
+    /// What happened since the log was last cleared.
+    fn events(&mut self) -> &mut EventLog;
+}
+
+struct Unit<D> {
+    drive: D,
+    initial: D,
+    variables: Vec<Variable<D>>,
+    /// Whether the start values still decide the state.
+    initialising: bool,
+    /// Whether something was set since the drive last took up its settings.
+    dirty: bool,
+    time: f64,
+}
+
+/// A saved state.
+#[derive(Clone, serde::Serialize, serde::Deserialize)]
+struct Snapshot<D> {
+    drive: D,
+    initialising: bool,
+    dirty: bool,
+    time: f64,
+}
+
+impl<D: Drive> Unit<D> {
+    fn refresh(&mut self) -> Result<(), Fault> {
+        if self.dirty {
+            if self.initialising {
+                self.drive.start(self.time)?;
+            } else {
+                self.drive.apply(self.time)?;
+            }
+            self.dirty = false;
+        }
+        Ok(())
+    }
+
+    fn series(&mut self, reference: usize, seed: Seed) -> Result<crate::numerics::taylor::Series, Fault> {
+        self.refresh()?;
+        let v = &self.variables[reference];
+        let series = v.series.ok_or_else(|| {
+            Fault(format!("`{}` is not a continuous output; it has no derivatives", v.description.name))
+        })?;
+        Ok(series(&self.drive, seed, v.index))
+    }
+}
+
+/// Refuses a value that a variable of this description cannot take.
+fn check(d: &Description, value: f64) -> Result<(), Fault> {
+    let whole = value.fract() == 0.0;
+    let fault = match &d.kind {
+        Kind::Real { quantity, min, max, .. } if !(value >= *min && value <= *max && value.is_finite()) => {
+            let unit = quantity.unit;
+            Some(if min.is_infinite() && max.is_infinite() {
+                format!("{value} {unit} is not a finite number")
+            } else {
+                format!("{value} {unit} is outside [{min:e}, {max:e}] {unit}")
+            })
+        }
+        Kind::Integer { min, max } if !(whole && value >= f64::from(*min) && value <= f64::from(*max)) => {
+            Some(format!("{value} is outside {min} … {max}"))
+        }
+        Kind::Enumeration(e) if !(whole && value >= 1.0 && value <= e.items.len() as f64) => {
+            let items: Vec<String> =
+                e.items.iter().enumerate().map(|(i, (name, _))| format!("{} ({name})", i + 1)).collect();
+            Some(format!("{value} is none of {}", items.join(", ")))
+        }
+        _ => None,
+    };
+    fault.map_or(Ok(()), |reason| Err(Fault(format!("`{}`: {reason}", d.name))))
+}
+
+impl<D: Drive> DynDrive for Unit<D> {
+    fn descriptions(&self) -> Vec<&Description> {
+        self.variables.iter().map(|v| &v.description).collect()
+    }
+
+    fn portrait(&self) -> Portrait {
+        self.drive.portrait()
+    }
+
+    fn experiment(&self) -> Experiment {
+        self.drive.experiment()
+    }
+
+    fn get(&mut self, reference: usize) -> Result<f64, Fault> {
+        let v = &self.variables[reference];
+        if self.dirty && v.set.is_none() {
+            self.refresh()?;
+        }
+        let v = &self.variables[reference];
+        let value = (v.get)(&self.drive, v.index);
+        if value.is_finite() {
+            Ok(value)
+        } else {
+            Err(Fault(format!("`{}` is not a finite number at t = {} s", v.description.name, self.time)))
+        }
+    }
+
+    fn set(&mut self, reference: usize, value: f64) -> Result<(), Fault> {
+        let v = &self.variables[reference];
+        let d = &v.description;
+        let set = v.set.ok_or_else(|| Fault(format!("`{}` is computed and cannot be set", d.name)))?;
+        if d.causality == Causality::Parameter && d.variability == Variability::Fixed && !self.initialising {
+            return Err(Fault(format!(
+                "`{}` is a fixed parameter; it can be set only before initialisation ends",
+                d.name
+            )));
+        }
+        check(d, value)?;
+        set(&mut self.drive, v.index, value);
+        self.dirty = true;
+        Ok(())
+    }
+
+    fn set_up(&mut self, time: f64, tolerance: Option<f64>) {
+        self.time = time;
+        if let Some(tolerance) = tolerance {
+            self.drive.request_tolerance(tolerance);
+        }
+        self.dirty = true;
+    }
+
+    fn start(&mut self) -> Result<(), Fault> {
+        self.refresh()?;
+        self.initialising = false;
+        Ok(())
+    }
+
+    fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
+        self.time = time;
+        self.refresh()?;
+        self.drive.advance(time, step)?;
+        self.time = time + step;
+        Ok(())
+    }
+
+    fn input_derivative_order(&self) -> usize {
+        self.drive.input_derivative_order()
+    }
+
+    fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64) -> Result<(), Fault> {
+        let d = &self.variables[reference].description;
+        if d.causality != Causality::Input {
+            return Err(Fault(format!("`{}` is no input; only inputs have input derivatives", d.name)));
+        }
+        if !(1..=self.drive.input_derivative_order()).contains(&order) {
+            return Err(Fault(format!(
+                "`{}`: the order {order} of its derivative is outside 1 … {}",
+                d.name,
+                self.drive.input_derivative_order()
+            )));
+        }
+        if !value.is_finite() {
+            return Err(Fault(format!(
+                "`{}`: its derivative of order {order} is {value}, not a finite number",
+                d.name
+            )));
+        }
+        self.drive.set_input_derivative(reference, order, value);
+        Ok(())
+    }
+
+    fn output_derivative(&mut self, reference: usize, order: usize) -> Result<f64, Fault> {
+        if !(1..=2).contains(&order) {
+            return Err(Fault(format!("output derivatives of order {order} do not exist; the order is 1 or 2")));
+        }
+        self.series(reference, Seed::Time).map(|s| s.derivative(order))
+    }
+
+    fn directional_derivative(&mut self, unknown: usize, known: usize) -> Result<f64, Fault> {
+        let d = &self.variables[known].description;
+        if d.causality != Causality::Input && !d.state {
+            return Err(Fault(format!(
+                "`{}` is neither an input nor a state; there is no derivative with respect to it",
+                d.name
+            )));
+        }
+        self.series(unknown, Seed::Known(known)).map(|s| s.derivative(1))
+    }
+
+    fn reset(&mut self) {
+        self.drive = self.initial.clone();
+        (self.initialising, self.dirty, self.time) = (true, true, 0.0);
+    }
+
+    fn save(&self) -> Box<dyn Any + Send> {
+        Box::new(Snapshot {
+            drive: self.drive.clone(),
+            initialising: self.initialising,
+            dirty: self.dirty,
+            time: self.time,
+        })
+    }
+
+    fn restore(&mut self, state: &dyn Any) -> bool {
+        let Some(s) = state.downcast_ref::<Snapshot<D>>() else { return false };
+        let s = s.clone();
+        (self.drive, self.initialising, self.dirty, self.time) = (s.drive, s.initialising, s.dirty, s.time);
+        true
+    }
+
+    fn serialize(&self, state: &dyn Any) -> Option<Vec<u8>> {
+        postcard::to_stdvec(state.downcast_ref::<Snapshot<D>>()?).ok()
+    }
+
+    fn deserialize(&self, bytes: &[u8]) -> Result<Box<dyn Any + Send>, Fault> {
+        let (state, rest): (Snapshot<D>, &[u8]) =
+            postcard::take_from_bytes(bytes).map_err(|e| Fault(format!("the serialised state cannot be read: {e}")))?;
+        if rest.is_empty() {
+            Ok(Box::new(state))
+        } else {
+            Err(Fault::new("the serialised state is longer than it should be"))
+        }
+    }
+
+    fn events(&mut self) -> &mut EventLog {
+        self.drive.events()
+    }
+}

@@ -1,0 +1,135 @@
+//! The drive models: equation, parameters, variables, solver.
+//!
+//! A model is one folder and one line in [`MODELS`]; everything that an importer sees of it (variables, units,
+//! dependencies, equations, documentation) comes from there.
+
+pub mod cam_drive;
+pub mod erased;
+pub mod event;
+pub mod unit;
+pub mod variable;
+
+pub use erased::{DynDrive, Model};
+pub use event::{Event, EventLog};
+pub use variable::{Description, List, Variable};
+
+use serde::{Serialize, de::DeserializeOwned};
+
+/// All drive models.
+pub const MODELS: &[Model] = &[];
+
+/// Why a drive cannot go on: one sentence that names the quantity, its value and what would be admissible.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fault(pub String);
+
+impl Fault {
+    /// A fault with this message.
+    pub fn new(message: impl Into<String>) -> Self {
+        Fault(message.into())
+    }
+}
+
+impl std::fmt::Display for Fault {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for Fault {}
+
+/// What a series of an output is to be taken with respect to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Seed {
+    /// Time: the coefficients are those of the output along the motion.
+    Time,
+    /// The input or state with this value reference: c₁ is the partial derivative, the other knowns held.
+    Known(usize),
+}
+
+/// The experiment that shows a drive: whole revolutions, at most 1000 communication steps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Experiment {
+    /// Stop time [s].
+    pub stop: f64,
+    /// Communication step [s], a whole number of nanoseconds.
+    pub step: f64,
+    /// Relative tolerance [1].
+    pub tolerance: f64,
+}
+
+/// What the documentation and `describe` say of a drive beyond its variables.
+#[derive(Clone, Debug)]
+pub struct Portrait {
+    /// What is modelled, in one or two sentences; names signs and validity.
+    pub summary: String,
+    /// Each equation as MathML (presentation, without the surrounding `math` element) and as plain text.
+    pub equations: Vec<Equation>,
+    /// The solution method and its accuracy: (quantity, statement).
+    pub accuracy: Vec<(String, String)>,
+    /// Limits of the model.
+    pub limits: Vec<String>,
+    /// The literature.
+    pub sources: Vec<String>,
+}
+
+/// One equation of a [`Portrait`].
+#[derive(Clone, Debug)]
+pub struct Equation {
+    /// What the equation states.
+    pub title: String,
+    /// Unicode, for terminals.
+    pub text: String,
+    /// The content of a MathML `math` element.
+    pub mathml: String,
+}
+
+/// A drive model in operation: parameters, inputs and the state at the communication point.
+///
+/// The value is the whole FMU state: a clone is a snapshot, its serialisation restores it bit by bit.
+/// Caches that follow from the rest may be skipped in the serialisation when [`Drive::apply`] rebuilds them
+/// to the same bits.
+pub trait Drive: Clone + Serialize + DeserializeOwned + Send + 'static {
+    /// The model as the scene describes it, validated, coherent SI.
+    type Scene: Serialize + DeserializeOwned;
+
+    /// The name of the model, as scenes write it.
+    const MODEL: &'static str;
+
+    /// A drive at time zero. Refuses what no parameter value could mend.
+    fn new(scene: Self::Scene) -> Result<Self, Fault>;
+
+    /// All variables, in the order of their value references.
+    fn variables(&self) -> List<Self>;
+
+    /// What the documentation says of the drive.
+    fn portrait(&self) -> Portrait;
+
+    /// The default experiment.
+    fn experiment(&self) -> Experiment;
+
+    /// Computes the initial state at `time` [s] from parameters, start values and inputs. Called when
+    /// initialisation ends and, before that, whenever a value is read after one was set.
+    fn start(&mut self, time: f64) -> Result<(), Fault>;
+
+    /// Takes up tunable parameters and inputs that were set at the communication point `time` [s].
+    fn apply(&mut self, time: f64) -> Result<(), Fault>;
+
+    /// Advances from the communication point `time` to `time + step` [s], step > 0. Does not allocate.
+    /// After a fault the drive is used no more until it is reset or an earlier state is restored.
+    fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault>;
+
+    /// Sets the time derivative of order ≥ 1 of the input `reference`, valid for the next step.
+    fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64);
+
+    /// The highest order of input derivative that [`Drive::advance`] takes into account.
+    fn input_derivative_order(&self) -> usize {
+        0
+    }
+
+    /// The relative tolerance that the importer asked for at set-up; never makes the result worse than the
+    /// documented default.
+    fn request_tolerance(&mut self, tolerance: f64);
+
+    /// What happened since the log was last cleared.
+    fn events(&mut self) -> &mut EventLog;
+}

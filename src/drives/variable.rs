@@ -1,0 +1,266 @@
+//! The variables of a drive: each is declared once, and the model description, the value references, the
+//! documentation and the access all come from that declaration.
+
+use super::{Seed, unit::Quantity};
+use crate::numerics::taylor::Series;
+
+/// Causality after FMI 2.0, section 2.2.7.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Causality {
+    /// Set by the user before (or, if tunable, between) the steps.
+    Parameter,
+    /// Set by the importer at communication points.
+    Input,
+    /// Computed, for other units.
+    Output,
+    /// Computed, for the eye.
+    Local,
+}
+
+/// Variability after FMI 2.0, section 2.2.7.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Variability {
+    /// Constant once initialised.
+    Fixed,
+    /// Constant between communication points.
+    Tunable,
+    /// Constant between events.
+    Discrete,
+    /// Continuous in time.
+    Continuous,
+}
+
+/// The type of a variable with its admissible range.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Kind {
+    /// A Real.
+    Real {
+        /// Quantity and unit.
+        quantity: &'static Quantity,
+        /// Admissible range, borders included; infinite where open.
+        min: f64,
+        /// See `min`.
+        max: f64,
+        /// Usual magnitude.
+        nominal: Option<f64>,
+    },
+    /// An Integer.
+    Integer {
+        /// Admissible range, borders included.
+        min: i32,
+        /// See `min`.
+        max: i32,
+    },
+    /// A Boolean.
+    Boolean,
+    /// An Enumeration.
+    Enumeration(&'static Enumeration),
+}
+
+/// An enumeration type; the values count from 1.
+#[derive(Debug, PartialEq)]
+pub struct Enumeration {
+    /// The name of the type.
+    pub name: &'static str,
+    /// Name and description of each item.
+    pub items: &'static [(&'static str, &'static str)],
+}
+
+/// What an importer reads of a variable.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Description {
+    /// Structured name.
+    pub name: String,
+    /// One sentence.
+    pub text: String,
+    /// Type and range.
+    pub kind: Kind,
+    /// Causality.
+    pub causality: Causality,
+    /// Variability.
+    pub variability: Variability,
+    /// Whether this is a continuous state.
+    pub state: bool,
+    /// The name of the variable whose time derivative this is.
+    pub derivative_of: Option<String>,
+    /// The inputs and states that the variable depends on directly at a communication point.
+    pub dependencies: Vec<String>,
+    /// The inputs that it depends on during initialisation.
+    pub initial_dependencies: Vec<String>,
+}
+
+/// A variable with its access; all types are carried as `f64` (Booleans as 0 and 1), which holds them exactly.
+pub struct Variable<D> {
+    /// What importers read.
+    pub description: Description,
+    /// Which element of an array, or whatever the access functions need to know.
+    pub index: usize,
+    /// Reads the value.
+    pub get: fn(&D, usize) -> f64,
+    /// Writes the value; only for parameters and inputs. The value is finite and within its range.
+    pub set: Option<fn(&mut D, usize, f64)>,
+    /// The Taylor series of a continuous output.
+    pub series: Option<fn(&D, Seed, usize) -> Series>,
+}
+
+/// The variables of a drive, built in the order of their value references.
+pub struct List<D>(pub Vec<Variable<D>>);
+
+impl<D> Default for List<D> {
+    fn default() -> Self {
+        List(Vec::new())
+    }
+}
+
+/// A Real of any value.
+pub fn real(quantity: &'static Quantity) -> Kind {
+    Kind::Real { quantity, min: f64::NEG_INFINITY, max: f64::INFINITY, nominal: None }
+}
+
+/// A Real within [min, max].
+pub fn real_within(quantity: &'static Quantity, min: f64, max: f64) -> Kind {
+    Kind::Real { quantity, min, max, nominal: None }
+}
+
+impl<D> List<D> {
+    fn push(
+        &mut self,
+        name: &str,
+        text: &str,
+        kind: Kind,
+        causality: Causality,
+        variability: Variability,
+    ) -> &mut Variable<D> {
+        self.0.push(Variable {
+            description: Description {
+                name: name.to_owned(),
+                text: text.to_owned(),
+                kind,
+                causality,
+                variability,
+                state: false,
+                derivative_of: None,
+                dependencies: Vec::new(),
+                initial_dependencies: Vec::new(),
+            },
+            index: 0,
+            get: |_, _| 0.0,
+            set: None,
+            series: None,
+        });
+        self.0.last_mut().expect("just pushed")
+    }
+
+    /// A fixed parameter; [`Variable::tunable`] makes it tunable.
+    pub fn parameter(
+        &mut self,
+        name: &str,
+        text: &str,
+        kind: Kind,
+        get: fn(&D, usize) -> f64,
+        set: fn(&mut D, usize, f64),
+    ) -> &mut Variable<D> {
+        let v = self.push(name, text, kind, Causality::Parameter, Variability::Fixed);
+        (v.get, v.set) = (get, Some(set));
+        v
+    }
+
+    /// A continuous input.
+    pub fn input(
+        &mut self,
+        name: &str,
+        text: &str,
+        kind: Kind,
+        get: fn(&D, usize) -> f64,
+        set: fn(&mut D, usize, f64),
+    ) -> &mut Variable<D> {
+        let v = self.push(name, text, kind, Causality::Input, Variability::Continuous);
+        (v.get, v.set) = (get, Some(set));
+        v
+    }
+
+    /// A continuous output with its Taylor series.
+    pub fn output(
+        &mut self,
+        name: &str,
+        text: &str,
+        kind: Kind,
+        get: fn(&D, usize) -> f64,
+        series: fn(&D, Seed, usize) -> Series,
+    ) -> &mut Variable<D> {
+        let v = self.push(name, text, kind, Causality::Output, Variability::Continuous);
+        (v.get, v.series) = (get, Some(series));
+        v
+    }
+
+    /// A discrete output: a count, a mode, a sum over events or a mean over the last step.
+    pub fn discrete_output(
+        &mut self,
+        name: &str,
+        text: &str,
+        kind: Kind,
+        get: fn(&D, usize) -> f64,
+    ) -> &mut Variable<D> {
+        let v = self.push(name, text, kind, Causality::Output, Variability::Discrete);
+        v.get = get;
+        v
+    }
+
+    /// A discrete local variable, such as a solver statistic.
+    pub fn local(&mut self, name: &str, text: &str, kind: Kind, get: fn(&D, usize) -> f64) -> &mut Variable<D> {
+        let v = self.push(name, text, kind, Causality::Local, Variability::Discrete);
+        v.get = get;
+        v
+    }
+
+    /// The value reference of the variable with this name.
+    pub fn reference(&self, name: &str) -> Option<usize> {
+        self.0.iter().position(|v| v.description.name == name)
+    }
+}
+
+impl<D> Variable<D> {
+    /// Passes this index to the access functions.
+    pub fn at(&mut self, index: usize) -> &mut Self {
+        self.index = index;
+        self
+    }
+
+    /// The parameter may change between steps.
+    pub fn tunable(&mut self) -> &mut Self {
+        self.description.variability = Variability::Tunable;
+        self
+    }
+
+    /// The usual magnitude.
+    pub fn nominal(&mut self, value: f64) -> &mut Self {
+        if let Kind::Real { nominal, .. } = &mut self.description.kind {
+            *nominal = Some(value);
+        }
+        self
+    }
+
+    /// The variable is a continuous state.
+    pub fn state(&mut self) -> &mut Self {
+        self.description.state = true;
+        self
+    }
+
+    /// The variable is the time derivative of `name`.
+    pub fn derivative_of(&mut self, name: &str) -> &mut Self {
+        self.description.derivative_of = Some(name.to_owned());
+        self
+    }
+
+    /// The inputs and states that the variable depends on directly at communication points.
+    pub fn depends(&mut self, names: &[&str]) -> &mut Self {
+        self.description.dependencies = names.iter().map(|n| (*n).to_owned()).collect();
+        self
+    }
+
+    /// The inputs that it depends on during initialisation.
+    pub fn depends_initially(&mut self, names: &[&str]) -> &mut Self {
+        self.description.initial_dependencies = names.iter().map(|n| (*n).to_owned()).collect();
+        self
+    }
+}

@@ -1,0 +1,1 @@
+//! From a validated scene to an FMU: description, documentation, archive.

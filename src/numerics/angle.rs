@@ -1,0 +1,41 @@
+//! Angles modulo one turn, without the error growth of a naive `φ % 2π`.
+
+use super::double_double::{Double, two_product};
+
+/// 2π as the unevaluated sum of three `f64`, 160 bits.
+const TURN: [f64; 3] = [6.283185307179586, 2.4492935982947064e-16, -5.989539619436679e-33];
+
+/// The remainder of `angle` [rad] modulo 2π in [−π, π], error ≤ 1e-16 rad for |angle| ≤ 1e15 rad.
+///
+/// The quotient is subtracted in triple precision, so the result does not lose digits with the number of turns.
+pub fn reduce(angle: Double) -> f64 {
+    let turns = (angle.hi / TURN[0]).round();
+    let rest = angle - two_product(turns, TURN[0]) - two_product(turns, TURN[1]) - Double::from(turns * TURN[2]);
+    // The quotient may be off by one where the angle lies near half a turn.
+    let correction = (rest.hi / TURN[0]).round();
+    let rest = rest - two_product(correction, TURN[0]) - two_product(correction, TURN[1]);
+    rest.hi + rest.lo
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numerics::double_double::two_sum;
+
+    #[test]
+    fn a_million_turns_leave_the_fraction() {
+        let million = two_product(1e6, TURN[0]) + two_product(1e6, TURN[1]);
+        for fraction in [0.0, 0.25, -1.5, 3.0] {
+            let rest = reduce(million + Double::from(fraction));
+            assert!((rest - fraction).abs() < 2e-16, "{fraction}: {rest}");
+        }
+    }
+
+    #[test]
+    fn the_sine_of_the_remainder_is_the_sine_of_the_angle() {
+        for angle in [1.0, 1e3, -4.7e8, 1e12, 3.3e14] {
+            let rest = reduce(two_sum(angle, 0.0));
+            assert!(rest.abs() <= 3.1416 && (rest.sin() - f64::sin(angle)).abs() < 3e-16, "{angle}: {rest}");
+        }
+    }
+}
