@@ -271,6 +271,36 @@ pub trait HasCamDrive: Sized {
         }
     }
 
+    /// Where the drive starts.
+    fn start_values(&self) -> &Start;
+    /// Where the drive starts, to change it.
+    fn start_values_mut(&mut self) -> &mut Start;
+
+    /// Declares `start.mode`, `start.q` and `start.q_dot`; q is a length or an angle.
+    fn declare_start(&self, list: &mut List<Self>, q: &'static unit::Quantity, q_dot: &'static unit::Quantity) {
+        list.parameter(
+            "start.mode",
+            "How the initial state is found",
+            variable::Kind::Enumeration(&START_MODE),
+            |d, _| d.start_values().mode.number(),
+            |d, _, value| d.start_values_mut().mode = StartMode::from_number(value),
+        );
+        list.parameter(
+            "start.q",
+            "q at the start, for start.mode = given",
+            variable::real_within(q, -1e6, 1e6),
+            |d, _| d.start_values().q,
+            |d, _, value| d.start_values_mut().q = value,
+        );
+        list.parameter(
+            "start.q_dot",
+            "der(q) at the start, for start.mode = given",
+            variable::real_within(q_dot, -1e9, 1e9),
+            |d, _| d.start_values().q_dot,
+            |d, _, value| d.start_values_mut().q_dot = value,
+        );
+    }
+
     /// Declares the parameters of the motion law; last in the list, since their number depends on the scene.
     fn declare_law(&self, list: &mut List<Self>) {
         match &self.cam().law {
