@@ -6,6 +6,7 @@
 pub mod cam_drive;
 pub mod erased;
 pub mod event;
+pub mod resource;
 pub mod solver;
 pub mod unit;
 pub mod variable;
