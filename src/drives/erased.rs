@@ -1,7 +1,7 @@
 //! Drives of any model behind one object-safe interface.
 
 use super::variable::{Causality, Kind, Variability};
-use super::{Description, Drive, EventLog, Experiment, Fault, Portrait, Seed, Variable};
+use super::{Curve, Description, Drive, EventLog, Experiment, Fault, Portrait, Seed, Variable};
 use std::any::Any;
 
 /// A drive model as the list of models holds it.
@@ -33,6 +33,8 @@ pub trait DynDrive: Send {
     fn descriptions(&self) -> Vec<&Description>;
     /// What the documentation says of the drive.
     fn portrait(&self) -> Portrait;
+    /// Curves that picture the drive.
+    fn curves(&self) -> Vec<Curve>;
     /// The default experiment.
     fn experiment(&self) -> Experiment;
     /// Reads a variable, up to date.
@@ -142,6 +144,10 @@ impl<D: Drive> DynDrive for Unit<D> {
 
     fn portrait(&self) -> Portrait {
         self.drive.portrait()
+    }
+
+    fn curves(&self) -> Vec<Curve> {
+        self.drive.curves()
     }
 
     fn experiment(&self) -> Experiment {

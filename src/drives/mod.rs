@@ -4,6 +4,7 @@
 //! dependencies, equations, documentation) comes from there.
 
 pub mod cam_drive;
+pub mod curve;
 pub mod erased;
 pub mod event;
 pub mod resource;
@@ -11,6 +12,7 @@ pub mod solver;
 pub mod unit;
 pub mod variable;
 
+pub use curve::Curve;
 pub use erased::{DynDrive, Model};
 pub use event::{Event, EventLog};
 pub use variable::{Description, List, Variable};
@@ -105,6 +107,12 @@ pub trait Drive: Clone + Serialize + DeserializeOwned + Send + 'static {
 
     /// What the documentation says of the drive.
     fn portrait(&self) -> Portrait;
+
+    /// Curves that picture the drive, the most telling first: for a cam drive [`Curve::of_law`]. Without any,
+    /// the documentation has no drawing.
+    fn curves(&self) -> Vec<Curve> {
+        Vec::new()
+    }
 
     /// The default experiment.
     fn experiment(&self) -> Experiment;
