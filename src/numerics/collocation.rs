@@ -1,0 +1,380 @@
+//! Gauss collocation: an implicit Runge–Kutta method of order 16 for small systems ẏ = f(t, y).
+//!
+//! Over a step of length h from (t₀, y₀) the solution is the polynomial of degree 8 that satisfies the equation at
+//! the eight Gauss nodes tᵢ = t₀ + θᵢ h:
+//!
+//! Fᵢ = f(tᵢ, y₀ + h Σⱼ aᵢⱼ Fⱼ),  y(t₀ + θ h) = y₀ + h Σₖ mₖ ∫₀^θ Pₖ,  y₁ = y₀ + h m₀,
+//!
+//! where mₖ are the Legendre coefficients of the polynomial through the Fᵢ. The method is A-stable and symplectic.
+//! The end point is exact to order 16, the polynomial between the ends to order 9. The step is chosen so that the
+//! *polynomial* keeps the tolerance: errors at the ends are then of the order of its square and do not add up, so
+//! that a caller may read values anywhere in the step without the steps having to end there.
+//!
+//! The Fᵢ are found by Newton's method with the Jacobians of all stages (a linear system is solved at once); y is
+//! summed in double-double. A step whose equations cannot be solved is shortened; nothing that is not finite leaves.
+//!
+//! Source: E. Hairer, G. Wanner, *Solving Ordinary Differential Equations II*, 2nd ed., Springer 1996, section IV.5
+//! and IV.8; E. Hairer, C. Lubich, G. Wanner, *Geometric Numerical Integration*, 2nd ed., Springer 2006, II.1.3.
+
+use super::double_double::Double;
+use super::gauss::{ABSCISSAE, MATRIX, PROJECTION, STAGES, legendre_integrals};
+use super::lu::Lu;
+use serde::{Deserialize, Serialize};
+
+/// The largest number of equations.
+pub const MAX_EQUATIONS: usize = 3;
+
+const CAPACITY: usize = STAGES * MAX_EQUATIONS;
+
+/// A state beyond this is given up: the square of any product of few such numbers would overflow.
+const UNBOUNDED: f64 = 1e100;
+
+/// Scales below this count as this, so that relative errors exist for a vanishing state too.
+const SMALLEST_SCALE: f64 = 1e-150;
+
+/// By how much the scale of a state that decays may shrink from one step to the next: half in about 70 steps, so
+/// that the zeros of an oscillation do not count as small states, and its decay does.
+const FORGETTING: f64 = 0.99;
+
+/// Newton iterations per attempt; a problem that needs more gets a shorter step.
+const ITERATIONS: usize = 15;
+
+/// Attempts per step; 0.25¹⁰⁰ of any step is nothing.
+const ATTEMPTS: usize = 100;
+
+/// A system ẏ = f(t, y) of N ≤ [`MAX_EQUATIONS`] equations, smooth over each step that is taken.
+pub trait System<const N: usize> {
+    /// f(t, y); the time is a double-double, so that stages stay apart at any time.
+    fn rhs(&self, t: Double, y: &[f64; N]) -> [f64; N];
+
+    /// ∂fᵢ/∂yⱼ, row by row.
+    fn jacobian(&self, t: Double, y: &[f64; N]) -> [[f64; N]; N];
+
+    /// The magnitude to which errors of each component are relative; by default that of the component. The
+    /// integrator takes the largest value over the step and, with slow forgetting, the steps before.
+    fn magnitude(&self, y: &[f64; N]) -> [f64; N] {
+        y.map(f64::abs)
+    }
+
+    /// A step beyond which eight nodes could miss what happens between them.
+    fn longest_step(&self, _t: Double, _y: &[f64; N]) -> f64 {
+        f64::INFINITY
+    }
+}
+
+/// Why the integration cannot go on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Failure {
+    /// No step, however short, keeps the tolerance at this time.
+    Stalled {
+        /// When.
+        time: f64,
+    },
+    /// The solution grows beyond 1e100.
+    Unbounded {
+        /// When.
+        time: f64,
+    },
+}
+
+/// What the integration has cost so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Statistics {
+    /// Accepted steps.
+    pub steps: u64,
+    /// Rejected attempts.
+    pub rejected: u64,
+    /// Evaluations of f.
+    pub evaluations: u64,
+    /// Factorisations of the Newton matrix.
+    pub factorisations: u64,
+    /// The largest estimated relative error of the polynomial over the steps so far.
+    pub error_estimate: f64,
+}
+
+/// The integrator: the state at the end of the last step, the polynomial of that step and the next step's length.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(bound(serialize = "[f64; N]: Serialize, [Double; N]: Serialize"))]
+#[serde(bound(deserialize = "[f64; N]: Deserialize<'de>, [Double; N]: Deserialize<'de>"))]
+pub struct Collocation<const N: usize> {
+    /// Start of the last step and the state there.
+    start: Double,
+    from: [Double; N],
+    /// End of the last step and the state there.
+    end: Double,
+    to: [Double; N],
+    /// Length of the last step and Legendre coefficients of ẏ over it.
+    length: f64,
+    modes: [[f64; N]; STAGES],
+    /// Magnitudes to which errors are relative.
+    scale: [f64; N],
+    /// Length of the next step; 0 while unknown.
+    next: f64,
+    /// Cost and error estimate.
+    pub statistics: Statistics,
+}
+
+/// A solved step.
+struct Solved<const N: usize> {
+    modes: [[f64; N]; STAGES],
+    scale: [f64; N],
+    /// Estimated error of the polynomial relative to the scale.
+    error: f64,
+}
+
+impl<const N: usize> Collocation<N> {
+    /// At the state `y` at time `t`; no step is known yet.
+    pub fn new(t: Double, y: [f64; N]) -> Self {
+        const { assert!(N <= MAX_EQUATIONS) }
+        let y = y.map(Double::from);
+        Collocation {
+            start: t,
+            from: y,
+            end: t,
+            to: y,
+            length: 0.0,
+            modes: [[0.0; N]; STAGES],
+            scale: [0.0; N],
+            next: 0.0,
+            statistics: Statistics::default(),
+        }
+    }
+
+    /// Goes on from another state, as after a jump; step length and scale are kept as a first guess.
+    pub fn restart(&mut self, t: Double, y: [f64; N]) {
+        let fresh = Self::new(t, y);
+        *self = Collocation { scale: self.scale, next: self.next, statistics: self.statistics, ..fresh };
+    }
+
+    /// Start of the last step.
+    pub fn start(&self) -> Double {
+        self.start
+    }
+
+    /// End of the last step.
+    pub fn end(&self) -> Double {
+        self.end
+    }
+
+    /// The state at the end of the last step.
+    pub fn state(&self) -> [f64; N] {
+        self.to.map(|y| y.hi)
+    }
+
+    /// The state at the time `t` within the last step, from its polynomial.
+    pub fn at(&self, t: Double) -> [f64; N] {
+        if t == self.end {
+            return self.state();
+        }
+        let theta = if self.length > 0.0 { (t - self.start).hi / self.length } else { 0.0 };
+        self.at_fraction(theta)
+    }
+
+    /// The state at the fraction θ of the last step.
+    pub fn at_fraction(&self, theta: f64) -> [f64; N] {
+        let integrals = legendre_integrals(2.0 * theta - 1.0);
+        std::array::from_fn(|c| {
+            let sum: f64 = (0..STAGES).rev().map(|k| self.modes[k][c] * integrals[k]).sum();
+            self.from[c].hi + (self.from[c].lo + self.length * sum)
+        })
+    }
+
+    /// Undoes the last step, for example because the caller found an event within it.
+    pub fn retract(&mut self) {
+        let start = self.start;
+        (self.end, self.to, self.length) = (start, self.from, 0.0);
+    }
+
+    /// Steps until the last step ends at `target` exactly.
+    pub fn advance(&mut self, system: &impl System<N>, target: Double, tolerance: f64) -> Result<(), Failure> {
+        while (target - self.end).hi > 0.0 {
+            self.step(system, target, tolerance)?;
+        }
+        Ok(())
+    }
+
+    /// Takes one step with the relative `tolerance` that does not reach beyond `limit`; none where `limit` is
+    /// reached already.
+    pub fn step(&mut self, system: &impl System<N>, limit: Double, tolerance: f64) -> Result<(), Failure> {
+        let remaining = (limit - self.end).hi;
+        if remaining <= 0.0 {
+            return Ok(());
+        }
+        let y = self.state();
+        let longest = system.longest_step(self.end, &y);
+        let guess = if self.next > 0.0 { self.next } else { remaining };
+        let mut h = fit(guess.min(longest), remaining);
+        for _ in 0..ATTEMPTS {
+            match self.attempt(system, h, tolerance) {
+                Some(solved) if solved.error <= tolerance => {
+                    self.accept(solved, h, limit, h == remaining, tolerance)?;
+                    return Ok(());
+                }
+                Some(solved) => h *= growth(solved.error, tolerance),
+                None => h *= 0.25,
+            }
+            self.statistics.rejected += 1;
+            self.next = h;
+            h = fit(h, remaining);
+        }
+        let grown = y.iter().any(|y| y.abs() > UNBOUNDED.sqrt());
+        let time = self.end.hi;
+        Err(if grown { Failure::Unbounded { time } } else { Failure::Stalled { time } })
+    }
+
+    fn accept(
+        &mut self,
+        solved: Solved<N>,
+        h: f64,
+        limit: Double,
+        limited: bool,
+        tolerance: f64,
+    ) -> Result<(), Failure> {
+        self.start = self.end;
+        self.from = self.to;
+        self.to = std::array::from_fn(|c| self.from[c] + Double::from(h * solved.modes[0][c]));
+        self.end = if limited { limit } else { self.start + Double::from(h) };
+        (self.length, self.modes, self.scale) = (h, solved.modes, solved.scale);
+        let proposal = h * growth(solved.error, tolerance);
+        // A step that was cut short at the limit says nothing against the length it was to have.
+        self.next = if limited { proposal.max(self.next) } else { proposal };
+        self.statistics.steps += 1;
+        self.statistics.error_estimate = self.statistics.error_estimate.max(solved.error);
+        if self.to.iter().any(|y| y.hi.is_nan() || y.hi.abs() > UNBOUNDED) {
+            return Err(Failure::Unbounded { time: self.end.hi });
+        }
+        Ok(())
+    }
+
+    /// Solves the collocation equations for a step of length `h`; None where Newton's method does not converge.
+    fn attempt(&mut self, system: &impl System<N>, h: f64, tolerance: f64) -> Option<Solved<N>> {
+        let time = |i: usize| self.end + Double::from(0.5 * (1.0 + ABSCISSAE[i]) * h);
+        let y0 = self.to;
+        let stage = |f: &[[f64; N]; STAGES], i: usize| -> [f64; N] {
+            std::array::from_fn(|c| {
+                let sum: f64 = (0..STAGES).map(|j| MATRIX[i][j] * f[j][c]).sum();
+                y0[c].hi + (y0[c].lo + h * sum)
+            })
+        };
+        let old = self.state();
+        let mut f: [[f64; N]; STAGES] = std::array::from_fn(|i| system.rhs(time(i), &old));
+        self.statistics.evaluations += STAGES as u64;
+        let mut newton: Option<Lu<CAPACITY>> = None;
+        // Unknown before the first correction; a comparison with it is false.
+        let mut last = f64::NAN;
+        // Newton's error is not controlled by the step, so it is kept far below the tolerance.
+        let enough = (1e-4 * tolerance).max(1e-16);
+        for _ in 0..ITERATIONS {
+            let stages: [[f64; N]; STAGES] = std::array::from_fn(|i| stage(&f, i));
+            let mut correction = [0.0; CAPACITY];
+            for i in 0..STAGES {
+                let value = system.rhs(time(i), &stages[i]);
+                for c in 0..N {
+                    correction[i * N + c] = value[c] - f[i][c];
+                }
+            }
+            self.statistics.evaluations += STAGES as u64;
+            if newton.is_none() {
+                newton = Some(factorise(system, h, time, &stages)?);
+                self.statistics.factorisations += 1;
+            }
+            newton.as_ref()?.solve(&mut correction);
+            let scale = self.scale_over(system, &old, &stages);
+            let mut size: f64 = 0.0;
+            for i in 0..STAGES {
+                for c in 0..N {
+                    f[i][c] += correction[i * N + c];
+                    // `max` would swallow a NaN.
+                    let part = h * correction[i * N + c].abs() / scale[c];
+                    size = if part <= size { size } else { part };
+                }
+            }
+            if !size.is_finite() {
+                return None;
+            }
+            let rate = size / last;
+            // Either the corrections that are still to come are small, or rounding stops the contraction.
+            let converged = rate < 1.0 && size * rate / (1.0 - rate) <= enough;
+            if size <= enough || converged || (rate > 0.3 && size <= 1e-13) {
+                return Some(self.solved(f, scale, h));
+            }
+            if rate > 0.05 {
+                newton = None;
+            }
+            last = size;
+        }
+        None
+    }
+
+    /// The largest magnitudes over the step, or those of before.
+    fn scale_over(&self, system: &impl System<N>, old: &[f64; N], stages: &[[f64; N]; STAGES]) -> [f64; N] {
+        let mut scale = self.scale.map(|s| (FORGETTING * s).max(SMALLEST_SCALE));
+        for y in stages.iter().chain([old]) {
+            let magnitude = system.magnitude(y);
+            for c in 0..N {
+                scale[c] = scale[c].max(magnitude[c]);
+            }
+        }
+        scale
+    }
+
+    /// The Legendre coefficients of ẏ and the error that follows from their decay.
+    ///
+    /// The first neglected coefficient m₈ would add about h m₈/17 to the polynomial. It is estimated from the last
+    /// two coefficients, diminished by their decay over one order (they may alternate with zeros, hence pairs).
+    fn solved(&self, f: [[f64; N]; STAGES], scale: [f64; N], h: f64) -> Solved<N> {
+        let modes: [[f64; N]; STAGES] =
+            std::array::from_fn(|k| std::array::from_fn(|c| (0..STAGES).map(|j| PROJECTION[k][j] * f[j][c]).sum()));
+        let pair = |k: usize, c: usize| modes[k][c].abs().max(modes[k - 1][c].abs());
+        let error = (0..N)
+            .map(|c| {
+                let (tail, before) = (pair(STAGES - 1, c), pair(STAGES - 3, c));
+                let decay = if tail < before { (tail / before).sqrt() } else { 1.0 };
+                h * tail * decay / (2 * STAGES + 1) as f64 / scale[c]
+            })
+            .fold(0.0, f64::max);
+        Solved { modes, scale, error }
+    }
+}
+
+/// The step to take of the `remaining` time when `h` is wished for: no sliver is left over.
+fn fit(h: f64, remaining: f64) -> f64 {
+    if h >= 0.999 * remaining {
+        remaining
+    } else if h > 0.5 * remaining {
+        0.5 * remaining
+    } else {
+        h
+    }
+}
+
+/// By which factor to change a step that had this error: the estimate goes with h⁸ or faster.
+fn growth(error: f64, tolerance: f64) -> f64 {
+    (0.9 * (tolerance / error.max(1e-300)).powf(1.0 / STAGES as f64)).clamp(0.2, 5.0)
+}
+
+/// The matrix δᵢⱼ 1 − h aᵢⱼ Jᵢ of Newton's method for the Fᵢ, factorised.
+fn factorise<const N: usize>(
+    system: &impl System<N>,
+    h: f64,
+    time: impl Fn(usize) -> Double,
+    stages: &[[f64; N]; STAGES],
+) -> Option<Lu<CAPACITY>> {
+    let mut matrix = [[0.0; CAPACITY]; CAPACITY];
+    for i in 0..STAGES {
+        let jacobian = system.jacobian(time(i), &stages[i]);
+        for r in 0..N {
+            let row = &mut matrix[i * N + r];
+            for j in 0..STAGES {
+                for c in 0..N {
+                    row[j * N + c] = -h * MATRIX[i][j] * jacobian[r][c];
+                }
+            }
+            row[i * N + r] += 1.0;
+        }
+    }
+    Lu::new(matrix, STAGES * N)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,88 @@
+//! Dense linear equations of a small, fixed capacity, without allocation.
+
+/// A factorisation P A = L U of a matrix of at most `CAPACITY` rows.
+pub struct Lu<const CAPACITY: usize> {
+    /// L below the diagonal (its ones are not stored), U on and above it.
+    factors: [[f64; CAPACITY]; CAPACITY],
+    /// The row exchanged with row k in step k.
+    pivots: [usize; CAPACITY],
+    size: usize,
+}
+
+impl<const CAPACITY: usize> Lu<CAPACITY> {
+    /// Factorises the leading `size` × `size` block of `matrix` by elimination with partial pivoting; None where
+    /// it is singular or not finite.
+    pub fn new(mut matrix: [[f64; CAPACITY]; CAPACITY], size: usize) -> Option<Self> {
+        let mut pivots = [0; CAPACITY];
+        for k in 0..size {
+            let pivot = (k..size).max_by(|&i, &j| matrix[i][k].abs().total_cmp(&matrix[j][k].abs()))?;
+            let head = matrix[pivot][k];
+            if head == 0.0 || !head.is_finite() {
+                return None;
+            }
+            matrix.swap(k, pivot);
+            pivots[k] = pivot;
+            let (above, below) = matrix.split_at_mut(k + 1);
+            let row = &above[k];
+            for other in &mut below[..size - k - 1] {
+                let factor = other[k] / head;
+                other[k] = factor;
+                if factor != 0.0 {
+                    for (o, r) in other[k + 1..size].iter_mut().zip(&row[k + 1..size]) {
+                        *o -= factor * r;
+                    }
+                }
+            }
+        }
+        Some(Lu { factors: matrix, pivots, size })
+    }
+
+    /// Replaces the right-hand side by the solution.
+    pub fn solve(&self, x: &mut [f64; CAPACITY]) {
+        for k in 0..self.size {
+            x.swap(k, self.pivots[k]);
+        }
+        for k in 0..self.size {
+            for i in k + 1..self.size {
+                x[i] -= self.factors[i][k] * x[k];
+            }
+        }
+        for k in (0..self.size).rev() {
+            let row = &self.factors[k];
+            let sum: f64 = (k + 1..self.size).map(|j| row[j] * x[j]).sum();
+            x[k] = (x[k] - sum) / row[k];
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_product_with_the_solution_is_the_right_hand_side() {
+        // A Hilbert-like matrix with a zero in the first pivot place; the last row and column are not used.
+        let mut a = [[0.0; 5]; 5];
+        for (i, row) in a.iter_mut().enumerate() {
+            for (j, entry) in row.iter_mut().enumerate() {
+                *entry = 1.0 / (1.0 + (i + 2 * j) as f64) - if i + j == 0 { 1.0 } else { 0.0 };
+            }
+        }
+        let solution = [1.0, -2.0, 3.0, -4.0];
+        let mut x = [0.0; 5];
+        for i in 0..4 {
+            x[i] = (0..4).map(|j| a[i][j] * solution[j]).sum();
+        }
+        Lu::new(a, 4).unwrap().solve(&mut x);
+        for i in 0..4 {
+            assert!((x[i] - solution[i]).abs() < 1e-11, "{x:?}");
+        }
+    }
+
+    #[test]
+    fn a_singular_or_infinite_matrix_has_no_factorisation() {
+        assert!(Lu::new([[1.0, 2.0], [2.0, 4.0]], 2).is_none());
+        assert!(Lu::new([[f64::NAN, 2.0], [2.0, 4.0]], 2).is_none());
+        assert!(Lu::new([[f64::INFINITY, 2.0], [2.0, 4.0]], 2).is_none());
+    }
+}
