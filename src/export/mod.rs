@@ -1,1 +1,170 @@
-//! From a validated scene to an FMU: description, documentation, archive.
+//! From a validated scene to an FMU.
+//!
+//! [`pack`] builds the drive once more, as the runtime library will, and writes what importers read of it:
+//! [`model_description`], [`archive`], around the [`runtime_library`].
+
+pub mod archive;
+pub mod date;
+pub mod hash;
+pub mod model_description;
+pub mod runtime_library;
+#[cfg(test)]
+mod test_drive;
+pub mod xml;
+
+pub use date::Date;
+pub use runtime_library::RuntimeLibrary;
+
+use crate::drives::resource::{self, Resource};
+use crate::drives::{DynDrive, Fault};
+use archive::File;
+use model_description::Identity;
+
+/// The longest name that every importer's file system and symbol tables take.
+const LONGEST_NAME: usize = 24;
+
+/// An FMU in memory.
+#[derive(Clone, Debug)]
+pub struct Packed {
+    /// The zip archive.
+    pub bytes: Vec<u8>,
+    /// The guid: a hash of the content.
+    pub guid: String,
+    /// Path and size of each file inside.
+    pub files: Vec<(String, usize)>,
+    /// How many variables it has.
+    pub variables: usize,
+    /// How many of them are continuous states.
+    pub states: usize,
+}
+
+/// Packs the FMU of a scene; the guid of `resource` is not used, but computed from the content.
+///
+/// # Errors
+/// A name that is no C identifier of at most 24 characters, a scene that the drive refuses, two libraries for one
+/// platform.
+pub fn pack(
+    resource: &Resource,
+    description: &str,
+    runtimes: &[RuntimeLibrary],
+    date: Option<Date>,
+) -> Result<Packed, Fault> {
+    pack_drive(&mut *resource.build()?, resource, description, runtimes, date)
+}
+
+fn pack_drive(
+    drive: &mut dyn DynDrive,
+    resource: &Resource,
+    description: &str,
+    runtimes: &[RuntimeLibrary],
+    date: Option<Date>,
+) -> Result<Packed, Fault> {
+    check_name(&resource.name)?;
+    check_platforms(runtimes)?;
+    let libraries: Vec<File> = runtimes
+        .iter()
+        .map(|library| File::new(library.path_in_fmu(&resource.name), library.bytes.as_slice()))
+        .collect();
+    let mut content = with_guid(drive, resource, description, date, "")?;
+    content.extend(libraries);
+    let parts: Vec<&[u8]> = content.iter().flat_map(|file| [file.path.as_bytes(), file.content.as_slice()]).collect();
+    let guid = hash::guid(&hash::sha256_of_parts(&parts));
+    for file in with_guid(drive, resource, description, date, &guid)? {
+        if let Some(place) = content.iter_mut().find(|other| other.path == file.path) {
+            *place = file;
+        }
+    }
+    let bytes = archive::archive(&content, date).map_err(|e| Fault(format!("the archive cannot be written: {e}")))?;
+    let descriptions = drive.descriptions();
+    Ok(Packed {
+        bytes,
+        guid,
+        files: content.iter().map(|file| (file.path.clone(), file.content.len())).collect(),
+        variables: descriptions.len(),
+        states: descriptions.iter().filter(|d| d.state).count(),
+    })
+}
+
+/// The files that hold the guid.
+fn with_guid(
+    drive: &mut dyn DynDrive,
+    resource: &Resource,
+    description: &str,
+    date: Option<Date>,
+    guid: &str,
+) -> Result<Vec<File>, Fault> {
+    let date = date.map(Date::iso);
+    let identity = Identity { name: &resource.name, description, guid, date: date.as_deref() };
+    let xml = model_description::xml(&identity, drive)?;
+    let resource = Resource { guid: guid.to_owned(), ..resource.clone() };
+    let json = serde_json::to_string_pretty(&resource)
+        .map_err(|e| Fault(format!("resources/{} cannot be written: {e}", resource::FILE_NAME)))?;
+    Ok(vec![
+        File::new("modelDescription.xml", xml),
+        File::new(format!("resources/{}", resource::FILE_NAME), json + "\n"),
+    ])
+}
+
+fn check_name(name: &str) -> Result<(), Fault> {
+    let starts_well = name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_');
+    let goes_on_well = name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+    if starts_well && goes_on_well && name.len() <= LONGEST_NAME {
+        return Ok(());
+    }
+    Err(Fault(format!(
+        "the name `{name}` is no C identifier of 1 to {LONGEST_NAME} letters, digits and underscores; it names the \
+         library inside the FMU"
+    )))
+}
+
+fn check_platforms(runtimes: &[RuntimeLibrary]) -> Result<(), Fault> {
+    for (i, library) in runtimes.iter().enumerate() {
+        if let Some(other) = runtimes[..i].iter().find(|other| other.platform == library.platform) {
+            return Err(Fault(format!(
+                "two runtime libraries for {}: {} and {}",
+                library.platform,
+                other.path.display(),
+                library.path.display()
+            )));
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use test_drive::lag;
+
+    fn resource(name: &str) -> Resource {
+        Resource { name: name.to_owned(), model: "Lag".to_owned(), guid: String::new(), scene: 2.0.into() }
+    }
+
+    fn library(content: &[u8]) -> RuntimeLibrary {
+        RuntimeLibrary { platform: "linux64", path: "lib.so".into(), bytes: content.to_vec() }
+    }
+
+    #[test]
+    fn the_same_scene_gives_the_same_bytes_and_any_difference_another_guid() {
+        let pack = |name: &str, text: &str, content: &[u8]| {
+            pack_drive(&mut *lag(), &resource(name), text, &[library(content)], None).unwrap()
+        };
+        let fmu = pack("Lag", "A lag", b"1");
+        assert_eq!(fmu.bytes, pack("Lag", "A lag", b"1").bytes);
+        for other in [pack("Lag2", "A lag", b"1"), pack("Lag", "Another lag", b"1"), pack("Lag", "A lag", b"2")] {
+            assert_ne!(other.guid, fmu.guid);
+        }
+        assert_eq!((fmu.variables, fmu.states), (8, 1));
+        assert_eq!(fmu.files[0].0, "modelDescription.xml");
+    }
+
+    #[test]
+    fn names_and_platforms_are_checked() {
+        for name in ["", "2fast", "a b", "größe", "a_name_of_twenty_five_char"] {
+            assert!(pack_drive(&mut *lag(), &resource(name), "", &[], None).is_err(), "{name}");
+        }
+        let twice = [library(b"1"), library(b"2")];
+        let fault = pack_drive(&mut *lag(), &resource("Lag"), "", &twice, None).unwrap_err();
+        assert!(fault.0.contains("two runtime libraries for linux64"));
+    }
+}
