@@ -39,6 +39,8 @@ pub trait DynDrive: Send {
     fn experiment(&self) -> Experiment;
     /// Reads a variable, up to date.
     fn get(&mut self, reference: usize) -> Result<f64, Fault>;
+    /// Refuses what [`DynDrive::set`] would refuse.
+    fn check(&self, reference: usize, value: f64) -> Result<(), Fault>;
     /// Sets a parameter or an input; refuses a value outside the variable's range.
     fn set(&mut self, reference: usize, value: f64) -> Result<(), Fault>;
     /// Initialisation starts at `time` [s].
@@ -49,6 +51,8 @@ pub trait DynDrive: Send {
     fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault>;
     /// The highest order of input derivatives.
     fn input_derivative_order(&self) -> usize;
+    /// Refuses what [`DynDrive::set_input_derivative`] would refuse.
+    fn check_input_derivative(&self, reference: usize, order: usize, value: f64) -> Result<(), Fault>;
     /// Sets an input derivative for the next step.
     fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64) -> Result<(), Fault>;
     /// The time derivative of an output; order 1 or 2.
@@ -132,6 +136,7 @@ fn check(d: &Description, value: f64) -> Result<(), Fault> {
                 e.items.iter().enumerate().map(|(i, (name, _))| format!("{} ({name})", i + 1)).collect();
             Some(format!("{value} is none of {}", items.join(", ")))
         }
+        Kind::Boolean if value != 0.0 && value != 1.0 => Some(format!("{value} is neither 0 (false) nor 1 (true)")),
         _ => None,
     };
     fault.map_or(Ok(()), |reason| Err(Fault(format!("`{}`: {reason}", d.name))))
@@ -168,19 +173,28 @@ impl<D: Drive> DynDrive for Unit<D> {
         }
     }
 
-    fn set(&mut self, reference: usize, value: f64) -> Result<(), Fault> {
+    fn check(&self, reference: usize, value: f64) -> Result<(), Fault> {
         let v = &self.variables[reference];
         let d = &v.description;
-        let set = v.set.ok_or_else(|| Fault(format!("`{}` is computed and cannot be set", d.name)))?;
+        if v.set.is_none() {
+            return Err(Fault(format!("`{}` is computed and cannot be set", d.name)));
+        }
         if d.causality == Causality::Parameter && d.variability == Variability::Fixed && !self.initialising {
             return Err(Fault(format!(
                 "`{}` is a fixed parameter; it can be set only before initialisation ends",
                 d.name
             )));
         }
-        check(d, value)?;
-        set(&mut self.drive, v.index, value);
-        self.dirty = true;
+        check(d, value)
+    }
+
+    fn set(&mut self, reference: usize, value: f64) -> Result<(), Fault> {
+        self.check(reference, value)?;
+        let v = &self.variables[reference];
+        if let Some(set) = v.set {
+            set(&mut self.drive, v.index, value);
+            self.dirty = true;
+        }
         Ok(())
     }
 
@@ -210,7 +224,7 @@ impl<D: Drive> DynDrive for Unit<D> {
         self.drive.input_derivative_order()
     }
 
-    fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64) -> Result<(), Fault> {
+    fn check_input_derivative(&self, reference: usize, order: usize, value: f64) -> Result<(), Fault> {
         let d = &self.variables[reference].description;
         if d.causality != Causality::Input {
             return Err(Fault(format!("`{}` is no input; only inputs have input derivatives", d.name)));
@@ -228,7 +242,14 @@ impl<D: Drive> DynDrive for Unit<D> {
                 d.name
             )));
         }
+        Ok(())
+    }
+
+    fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64) -> Result<(), Fault> {
+        self.check_input_derivative(reference, order, value)?;
         self.drive.set_input_derivative(reference, order, value);
+        // Derivatives of outputs depend on it.
+        self.dirty = true;
         Ok(())
     }
 

@@ -1,1 +1,17 @@
-//! The FMI 2.0 Co-Simulation interface.
+//! The FMI 2.0 Co-Simulation interface of the runtime library.
+//!
+//! An importer's call passes [`functions`] (C types, pointers, the only unsafe code), is looked up in
+//! [`call_sequence`] and carried out by [`instance`].
+//!
+//! A call that is refused changes nothing, so the instance stays as usable as it was. Only a step that fails
+//! half-way puts it into the error state, which [`call_sequence`] lets importers leave by `fmi2Reset` or
+//! `fmi2SetFMUstate`. The library keeps no global state: instances are independent, in any threads.
+
+pub mod abi;
+pub mod call_sequence;
+#[allow(unsafe_code)]
+pub mod functions;
+pub mod instance;
+pub mod log;
+pub mod resource_location;
+pub mod saved_state;

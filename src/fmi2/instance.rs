@@ -1,0 +1,332 @@
+//! An instance of the FMU: the drive, its place in the call sequence and its log.
+
+use super::abi::{self, fmi2Status};
+use super::call_sequence::{Function, Mode};
+use super::log::{Category, Logger, Number};
+use super::saved_state::{self, Clock, SavedState};
+use crate::drives::{DynDrive, Fault, variable::Kind};
+use std::ffi::CStr;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+/// Why a call did not return fmi2OK.
+#[derive(Debug, PartialEq)]
+pub enum Refusal {
+    /// fmi2Error, with the reason for the log.
+    Error(Fault),
+    /// fmi2Discard: the status that was asked for is not available.
+    NotAvailable,
+}
+
+impl From<Fault> for Refusal {
+    fn from(fault: Fault) -> Self {
+        Refusal::Error(fault)
+    }
+}
+
+/// The types of the standard's access functions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Type {
+    /// fmi2Real.
+    Real,
+    /// fmi2Integer, also for Enumerations.
+    Integer,
+    /// fmi2Boolean.
+    Boolean,
+    /// fmi2String; no variable has this type.
+    String,
+}
+
+/// How far the communication point of a step may be from where the last step ended, and the end of a step beyond
+/// the stop time, relative to the times themselves: importers add up their steps in double precision.
+const TIME_TOLERANCE: f64 = 1e-9;
+
+/// An instance.
+pub struct Instance {
+    drive: Box<dyn DynDrive>,
+    /// The type of each variable.
+    types: Vec<Type>,
+    fingerprint: u64,
+    clock: Clock,
+    logger: Logger,
+}
+
+/// The clock after fmi2Instantiate and fmi2Reset.
+const BEGINNING: Clock = Clock { mode: Mode::Instantiated, time: 0.0, stop: None };
+
+impl Instance {
+    /// An instance of the FMU with this guid.
+    pub fn new(drive: Box<dyn DynDrive>, guid: &str, logger: Logger) -> Self {
+        let types = drive
+            .descriptions()
+            .iter()
+            .map(|d| match d.kind {
+                Kind::Real { .. } => Type::Real,
+                Kind::Integer { .. } | Kind::Enumeration(_) => Type::Integer,
+                Kind::Boolean => Type::Boolean,
+            })
+            .collect();
+        Instance { drive, types, fingerprint: saved_state::fingerprint(guid), clock: BEGINNING, logger }
+    }
+
+    /// Carries out a call: looks it up in the call sequence, catches a panic, logs the reason of an error.
+    pub fn call(&mut self, function: &Function, body: impl FnOnce(&mut Self) -> Result<(), Refusal>) -> fmi2Status {
+        let mode = self.clock.mode;
+        if !function.is_allowed_in(mode) {
+            let text = format_args!("{}: not allowed {}", function.name, Reason(function, mode));
+            self.logger.log(Category::Error, text);
+            return abi::ERROR;
+        }
+        match catch_unwind(AssertUnwindSafe(|| body(self))) {
+            Ok(Ok(())) => abi::OK,
+            Ok(Err(Refusal::NotAvailable)) => abi::DISCARD,
+            Ok(Err(Refusal::Error(fault))) => {
+                self.logger.log(Category::Error, format_args!("{}: {fault}", function.name));
+                abi::ERROR
+            }
+            Err(panic) => {
+                // The drive may be half-way through a change; fmi2Reset and fmi2SetFMUstate replace it as a whole.
+                self.clock.mode = Mode::Error;
+                let reason = panic.downcast_ref::<String>().map(String::as_str);
+                let reason = reason.or(panic.downcast_ref::<&str>().copied()).unwrap_or("unknown reason");
+                self.logger.log(Category::Error, format_args!("{}: internal error: {reason}", function.name));
+                abi::ERROR
+            }
+        }
+    }
+
+    /// fmi2SetDebugLogging.
+    pub fn set_debug_logging<'a>(
+        &mut self,
+        on: bool,
+        names: impl ExactSizeIterator<Item = &'a CStr>,
+    ) -> Result<(), Refusal> {
+        self.logger.configure(on, names).map_err(|unknown| {
+            let known: Vec<_> = super::log::CATEGORIES.iter().map(|(name, _)| name.to_string_lossy()).collect();
+            let unknown = unknown.to_string_lossy();
+            Fault(format!("unknown log category `{unknown}`; the categories are {}", known.join(", "))).into()
+        })
+    }
+
+    /// fmi2SetupExperiment.
+    pub fn set_up(&mut self, tolerance: Option<f64>, start: f64, stop: Option<f64>) -> Result<(), Refusal> {
+        let refuse = |text: String| Err(Fault(text).into());
+        if !start.is_finite() {
+            return refuse(format!("the start time is {start} s, not a finite number"));
+        }
+        if let Some(stop) = stop.filter(|stop| !(start < *stop && stop.is_finite())) {
+            return refuse(format!("the stop time {stop} s is not a finite number after the start time {start} s"));
+        }
+        if let Some(tolerance) = tolerance.filter(|t| !(0.0 <= *t && t.is_finite())) {
+            return refuse(format!("the tolerance {tolerance} is not a finite number ≥ 0"));
+        }
+        self.drive.set_up(start, tolerance);
+        (self.clock.time, self.clock.stop) = (start, stop);
+        Ok(())
+    }
+
+    /// fmi2EnterInitializationMode.
+    pub fn enter_initialization(&mut self) -> Result<(), Refusal> {
+        self.clock.mode = Mode::Initialization;
+        Ok(())
+    }
+
+    /// fmi2ExitInitializationMode. If the parameters allow no start, they can be set anew.
+    pub fn exit_initialization(&mut self) -> Result<(), Refusal> {
+        self.drive.start()?;
+        self.clock.mode = Mode::StepComplete;
+        self.log_events();
+        Ok(())
+    }
+
+    /// fmi2Terminate.
+    pub fn terminate(&mut self) -> Result<(), Refusal> {
+        self.clock.mode = Mode::Terminated;
+        Ok(())
+    }
+
+    /// fmi2Reset.
+    pub fn reset(&mut self) -> Result<(), Refusal> {
+        self.drive.reset();
+        self.clock = BEGINNING;
+        Ok(())
+    }
+
+    /// fmi2DoStep.
+    pub fn do_step(&mut self, point: f64, step: f64) -> Result<(), Refusal> {
+        self.check_step(point, step)?;
+        let outcome = self.drive.advance(point, step);
+        self.log_events();
+        match outcome {
+            Ok(()) => {
+                self.clock.time = point + step;
+                Ok(())
+            }
+            Err(fault) => {
+                self.clock.mode = Mode::Error;
+                Err(fault.into())
+            }
+        }
+    }
+
+    fn check_step(&self, point: f64, step: f64) -> Result<(), Fault> {
+        if !(0.0 < step && step.is_finite()) {
+            return Err(Fault(format!("the communication step size {step} s is not a finite number > 0")));
+        }
+        let time = self.clock.time;
+        let magnitude = time.abs().max(point.abs()).max(step);
+        if !((point - time).abs() <= TIME_TOLERANCE * magnitude && point.is_finite()) {
+            return Err(Fault(format!(
+                "the current communication point {point} s is not where the instance is, at {time} s"
+            )));
+        }
+        let end = point + step;
+        match self.clock.stop {
+            Some(stop) if stop < end - TIME_TOLERANCE * stop.abs().max(end.abs()) => {
+                Err(Fault(format!("the step from {point} s to {end} s goes beyond the stop time {stop} s")))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Passes the drive's events on to the log.
+    fn log_events(&mut self) {
+        let events = self.drive.events();
+        if self.logger.wants(Category::Events) || self.logger.wants(Category::Solver) {
+            for e in events.iter() {
+                let category = if e.solver { Category::Solver } else { Category::Events };
+                let (time, value) = (Number(e.time), Number(e.value));
+                let separator = if e.unit.is_empty() { "" } else { " " };
+                self.logger.log(
+                    category,
+                    format_args!("t = {time} s: {}, {} = {value}{separator}{}", e.kind, e.quantity, e.unit),
+                );
+            }
+            if 0 < events.dropped() {
+                let text = format_args!("{} further events of this step are not listed", events.dropped());
+                self.logger.log(Category::Events, text);
+            }
+        }
+        events.clear();
+    }
+
+    /// The variable with this reference and type.
+    fn variable(&self, reference: u32, r#type: Type) -> Result<usize, Fault> {
+        let index = reference as usize;
+        match self.types.get(index) {
+            None => Err(Fault(format!(
+                "the value reference {reference} does not exist; they end at {}",
+                self.types.len() as i64 - 1
+            ))),
+            Some(own) if *own != r#type => {
+                let name = &self.drive.descriptions()[index].name;
+                Err(Fault(format!("`{name}` (value reference {reference}) has the type {own:?}, not {type:?}")))
+            }
+            Some(_) => Ok(index),
+        }
+    }
+
+    /// Reads a variable.
+    pub fn get(&mut self, reference: u32, r#type: Type) -> Result<f64, Fault> {
+        let index = self.variable(reference, r#type)?;
+        self.drive.get(index)
+    }
+
+    /// Sets variables: all of them, or, where one is refused, none.
+    pub fn set(&mut self, r#type: Type, values: impl Iterator<Item = (u32, f64)> + Clone) -> Result<(), Refusal> {
+        for (reference, value) in values.clone() {
+            let index = self.variable(reference, r#type)?;
+            self.drive.check(index, value)?;
+        }
+        for (reference, value) in values {
+            self.drive.set(reference as usize, value)?;
+        }
+        Ok(())
+    }
+
+    /// fmi2SetRealInputDerivatives: (reference, order, value); all of them or none.
+    pub fn set_input_derivatives(
+        &mut self,
+        values: impl Iterator<Item = (u32, i32, f64)> + Clone,
+    ) -> Result<(), Refusal> {
+        for (reference, order, value) in values.clone() {
+            let index = self.variable(reference, Type::Real)?;
+            self.drive.check_input_derivative(index, order_of(order)?, value)?;
+        }
+        for (reference, order, value) in values {
+            self.drive.set_input_derivative(reference as usize, order_of(order)?, value)?;
+        }
+        Ok(())
+    }
+
+    /// One value of fmi2GetRealOutputDerivatives.
+    pub fn output_derivative(&mut self, reference: u32, order: i32) -> Result<f64, Fault> {
+        let index = self.variable(reference, Type::Real)?;
+        self.drive.output_derivative(index, order_of(order)?)
+    }
+
+    /// ∂unknown/∂known.
+    pub fn directional_derivative(&mut self, unknown: u32, known: u32) -> Result<f64, Fault> {
+        let (unknown, known) = (self.variable(unknown, Type::Real)?, self.variable(known, Type::Real)?);
+        self.drive.directional_derivative(unknown, known)
+    }
+
+    /// The communication point up to which the instance has computed [s].
+    pub fn last_successful_time(&self) -> f64 {
+        self.clock.time
+    }
+
+    /// The fingerprint of the guid.
+    pub fn fingerprint(&self) -> u64 {
+        self.fingerprint
+    }
+
+    /// fmi2GetFMUstate.
+    pub fn save(&self) -> SavedState {
+        SavedState::new(self.fingerprint, self.clock, self.drive.save())
+    }
+
+    /// fmi2SetFMUstate.
+    pub fn restore(&mut self, state: &SavedState) -> Result<(), Refusal> {
+        if !self.drive.restore(state.drive.as_ref()) {
+            return Err(Fault::new("the state is one of another model").into());
+        }
+        self.clock = state.clock;
+        Ok(())
+    }
+
+    /// fmi2SerializeFMUstate.
+    pub fn serialize(&self, state: &SavedState) -> Result<Vec<u8>, Fault> {
+        saved_state::to_bytes(state, self.drive.as_ref())
+    }
+
+    /// fmi2DeSerializeFMUstate.
+    pub fn deserialize(&self, bytes: &[u8]) -> Result<SavedState, Fault> {
+        saved_state::from_bytes(bytes, self.fingerprint, self.drive.as_ref())
+    }
+}
+
+fn order_of(order: i32) -> Result<usize, Fault> {
+    usize::try_from(order).map_err(|_| Fault(format!("derivatives of order {order} do not exist")))
+}
+
+/// Why a function is not allowed.
+struct Reason<'a>(&'a Function, Mode);
+
+impl std::fmt::Display for Reason<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        use super::call_sequence::{CANCEL_STEP, FUNCTIONS};
+        let modes = [Mode::Instantiated, Mode::Initialization, Mode::StepComplete, Mode::Terminated, Mode::Error];
+        if *self.0 == CANCEL_STEP {
+            f.write_str("since steps are synchronous: none is in progress")
+        } else if modes.iter().all(|m| !self.0.is_allowed_in(*m)) {
+            debug_assert!(FUNCTIONS.contains(self.0));
+            f.write_str("since it belongs to Model Exchange; this FMU is for Co-Simulation")
+        } else {
+            write!(f, "in the state `{}`; it is allowed in", self.1.name())?;
+            for (i, mode) in modes.iter().filter(|m| self.0.is_allowed_in(**m)).enumerate() {
+                write!(f, "{}`{}`", if i == 0 { " " } else { ", " }, mode.name())?;
+            }
+            Ok(())
+        }
+    }
+}

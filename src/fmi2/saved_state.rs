@@ -1,0 +1,106 @@
+//! Saved FMU states: the value behind an `fmi2FMUstate`, and its bytes.
+//!
+//! Bytes: magic (8) · format version (4) · fingerprint of the guid (8) · length of the content (8) · content · CRC-32
+//! of all before (4); integers little-endian. The content is the clock and the drive in postcard's encoding.
+
+use super::call_sequence::Mode;
+use crate::drives::{DynDrive, Fault};
+use serde::{Deserialize, Serialize};
+use std::any::Any;
+
+/// Where an instance is in its life.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Clock {
+    /// The state of the call sequence.
+    pub mode: Mode,
+    /// The communication point [s].
+    pub time: f64,
+    /// The stop time, if the importer has defined one [s].
+    pub stop: Option<f64>,
+}
+
+/// A saved state. An importer holds its address, and one address looks like another; so the first two words, of
+/// fixed layout, tell whether this is a living state, and of this very FMU, before anything else is read.
+#[repr(C)]
+pub struct SavedState {
+    /// [`ALIVE`] until it is freed.
+    pub mark: u64,
+    /// The fingerprint of the guid.
+    pub fingerprint: u64,
+    /// The instance.
+    pub clock: Clock,
+    /// The drive, as [`DynDrive::save`] made it.
+    pub drive: Box<dyn Any + Send>,
+}
+
+/// The mark of a living state.
+pub const ALIVE: u64 = u64::from_le_bytes(*b"camstate");
+
+impl SavedState {
+    /// A living state.
+    pub fn new(fingerprint: u64, clock: Clock, drive: Box<dyn Any + Send>) -> Self {
+        SavedState { mark: ALIVE, fingerprint, clock, drive }
+    }
+}
+
+/// Tells FMUs apart by their guid (FNV-1a of 64 bits, Fowler, Noll and Vo).
+pub fn fingerprint(guid: &str) -> u64 {
+    guid.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
+}
+
+const MAGIC: &[u8; 8] = b"camdrive";
+/// To be raised when the encoding of any drive's state changes without a change of its guid.
+const VERSION: u32 = 1;
+const HEADER: usize = 8 + 4 + 8 + 8;
+const CHECKSUM: usize = 4;
+
+/// The bytes of a state.
+pub fn to_bytes(state: &SavedState, drive: &dyn DynDrive) -> Result<Vec<u8>, Fault> {
+    let cannot = || Fault::new("the state cannot be serialised");
+    let mut content = postcard::to_stdvec(&state.clock).map_err(|_| cannot())?;
+    content.extend(drive.serialize(state.drive.as_ref()).ok_or_else(cannot)?);
+
+    let mut bytes = Vec::with_capacity(HEADER + content.len() + CHECKSUM);
+    bytes.extend(MAGIC);
+    bytes.extend(VERSION.to_le_bytes());
+    bytes.extend(state.fingerprint.to_le_bytes());
+    bytes.extend((content.len() as u64).to_le_bytes());
+    bytes.extend(content);
+    bytes.extend(crc32fast::hash(&bytes).to_le_bytes());
+    Ok(bytes)
+}
+
+/// A state from its bytes; refuses those of another FMU and damaged ones.
+pub fn from_bytes(bytes: &[u8], fingerprint: u64, drive: &dyn DynDrive) -> Result<SavedState, Fault> {
+    let refuse = |reason: &str| Err(Fault(format!("the serialised state {reason}")));
+    let Some((body, checksum)) = bytes.split_last_chunk::<CHECKSUM>() else { return refuse("is cut off") };
+    let Some((magic, rest)) = body.split_first_chunk::<8>() else { return refuse("is cut off") };
+    if magic != MAGIC {
+        return refuse("was not made by this tool");
+    }
+    let Some((version, rest)) = rest.split_first_chunk::<4>() else { return refuse("is cut off") };
+    if u32::from_le_bytes(*version) != VERSION {
+        return Err(Fault(format!(
+            "the serialised state has the format version {}; this library reads version {VERSION}",
+            u32::from_le_bytes(*version)
+        )));
+    }
+    let Some((maker, rest)) = rest.split_first_chunk::<8>() else { return refuse("is cut off") };
+    if u64::from_le_bytes(*maker) != fingerprint {
+        return refuse("belongs to an FMU with another guid");
+    }
+    let Some((length, content)) = rest.split_first_chunk::<8>() else { return refuse("is cut off") };
+    if u64::from_le_bytes(*length) != content.len() as u64 {
+        return Err(Fault(format!(
+            "the serialised state holds {} bytes of content where its header announces {}",
+            content.len(),
+            u64::from_le_bytes(*length)
+        )));
+    }
+    if u32::from_le_bytes(*checksum) != crc32fast::hash(body) {
+        return refuse("is damaged: its checksum is wrong");
+    }
+    let (clock, content) =
+        postcard::take_from_bytes(content).map_err(|e| Fault(format!("the serialised state cannot be read: {e}")))?;
+    Ok(SavedState::new(fingerprint, clock, drive.deserialize(content)?))
+}
