@@ -1,7 +1,8 @@
 //! The driven cam that all cam drives share: the motion law U(φ) and the motion φ(t) of its shaft.
 
 use super::{List, Seed, unit, variable};
-use crate::motion::{Kinematics, MotionLaw, TransferFunctions};
+use crate::motion::parameters::ParameterKind;
+use crate::motion::{CyclePlan, Kinematics, MotionLaw, TransferFunctions};
 use crate::numerics::angle;
 use crate::numerics::double_double::{Double, two_product, two_sum};
 use crate::numerics::taylor::Series;
@@ -303,32 +304,39 @@ pub trait HasCamDrive: Sized {
 
     /// Declares the parameters of the motion law; last in the list, since their number depends on the scene.
     fn declare_law(&self, list: &mut List<Self>) {
-        match &self.cam().law {
-            MotionLaw::Fourier(series) => {
-                for k in 0..series.a.len() {
-                    let text = format!("Cosine coefficient of harmonic {k} of the position function");
-                    list.parameter(
-                        &format!("cam.a[{k}]"),
-                        &text,
-                        variable::real_within(&unit::LENGTH, -1e4, 1e4),
-                        cam_a,
-                        set_cam_a,
-                    )
-                    .at(k);
-                }
-                for k in 1..series.b.len() {
-                    let text = format!("Sine coefficient of harmonic {k} of the position function");
-                    list.parameter(
-                        &format!("cam.b[{k}]"),
-                        &text,
-                        variable::real_within(&unit::LENGTH, -1e4, 1e4),
-                        cam_b,
-                        set_cam_b,
-                    )
-                    .at(k);
-                }
-            }
+        for (k, parameter) in self.cam().law.parameters().into_iter().enumerate() {
+            list.parameter(
+                &format!("cam.{}", parameter.name),
+                &parameter.text,
+                law_parameter_kind(parameter.kind),
+                |d, k| d.cam().law.parameter(k),
+                |d, k, value| d.cam_mut().law.set_parameter(k, value),
+            )
+            .at(k);
         }
+    }
+}
+
+/// The items of `cam.rise_law` and `cam.return_law`, in the order of [`crate::motion::StandardLaw::ALL`].
+pub static STANDARD_LAW: variable::Enumeration = variable::Enumeration {
+    name: "StandardLaw",
+    items: &[
+        ("simple_sine", "(1 - cos(pi z))/2; the acceleration jumps at both ends"),
+        ("inclined_sine", "z - sin(2 pi z)/(2 pi), after Bestehorn"),
+        ("polynomial_345", "10 z^3 - 15 z^4 + 6 z^5"),
+        ("polynomial_4567", "35 z^4 - 84 z^5 + 70 z^6 - 20 z^7"),
+        ("modified_sine", "Acceleration of sines of two frequencies"),
+        ("modified_trapezoid", "Acceleration a trapezoid with slopes of a sine"),
+    ],
+};
+
+/// The type of the variable that holds a parameter of a motion law.
+pub fn law_parameter_kind(kind: ParameterKind) -> variable::Kind {
+    match kind {
+        ParameterKind::Length => variable::real_within(&unit::LENGTH, -CyclePlan::MAX_LENGTH, CyclePlan::MAX_LENGTH),
+        ParameterKind::Angle { min, max } => variable::real_within(&unit::ANGLE, min, max),
+        ParameterKind::Factor => variable::real_within(&unit::NUMBER, -1e6, 1e6),
+        ParameterKind::Law => variable::Kind::Enumeration(&STANDARD_LAW),
     }
 }
 
@@ -369,32 +377,6 @@ fn set_input<D: HasCamDrive>(d: &mut D, which: usize, value: f64) {
     cam.derivatives[which] = [None; MAX_INPUT_DERIVATIVE];
 }
 
-fn coefficients<D: HasCamDrive>(d: &mut D) -> Option<&mut crate::motion::Fourier> {
-    match &mut d.cam_mut().law {
-        MotionLaw::Fourier(series) => Some(series),
-    }
-}
-
-fn cam_a<D: HasCamDrive>(d: &D, k: usize) -> f64 {
-    d.cam().law.series().map_or(0.0, |s| s.a[k])
-}
-
-fn set_cam_a<D: HasCamDrive>(d: &mut D, k: usize, value: f64) {
-    if let Some(series) = coefficients(d) {
-        series.a[k] = value;
-    }
-}
-
-fn cam_b<D: HasCamDrive>(d: &D, k: usize) -> f64 {
-    d.cam().law.series().map_or(0.0, |s| s.b[k])
-}
-
-fn set_cam_b<D: HasCamDrive>(d: &mut D, k: usize, value: f64) {
-    if let Some(series) = coefficients(d) {
-        series.b[k] = value;
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -420,5 +402,11 @@ mod tests {
         let t = 6.0e7;
         let exact = two_product(0.1, t) + Double::from(0.25);
         assert_eq!(motion.at(t).reduced, angle::reduce(exact));
+    }
+
+    #[test]
+    fn the_enumeration_lists_the_standard_laws_in_their_order() {
+        let names: Vec<&str> = STANDARD_LAW.items.iter().map(|(name, _)| *name).collect();
+        assert_eq!(names, crate::motion::StandardLaw::ALL.map(|law| law.name()));
     }
 }

@@ -1,0 +1,405 @@
+//! Dwell–rise–dwell–return cycles over one turn.
+
+use super::turn::{back, near, reduce, segment};
+use super::{StandardLaw, TransferFunctions};
+use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
+
+/// The least angle of a rise or return [rad]: cams are made to about 1e-3 rad, and |U⁗| grows as its fourth power.
+pub const LEAST_MOTION: f64 = 1e-3;
+
+/// Angles that differ by less are equal [rad]: some thousand roundings, as sums of converted degrees have them.
+const ROUNDING: f64 = 1e-12;
+
+/// The motion plan of a cycle (VDI 2143): rise, upper dwell, return, and the lower dwell for the rest of the turn.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CyclePlan {
+    /// Lift from the lower to the upper dwell [m]; negative where the rise lowers the follower.
+    pub stroke: f64,
+    /// U in the lower dwell [m].
+    pub lower: f64,
+    /// Where the rise starts [rad].
+    pub rise_start: f64,
+    /// Angle of the rise [rad].
+    pub rise_angle: f64,
+    /// Angle of the upper dwell [rad]; may be 0.
+    pub upper_dwell: f64,
+    /// Angle of the return [rad].
+    pub return_angle: f64,
+    /// The law of the rise.
+    pub rise_law: StandardLaw,
+    /// The law of the return, run backwards: U = lower + stroke (1 − f(z)).
+    pub return_law: StandardLaw,
+}
+
+/// Why a plan is none.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum CycleError {
+    /// A value is not finite or out of its range.
+    Range {
+        /// The name as the FMU's parameters have it, without `cam.`.
+        name: &'static str,
+        /// The value [m or rad].
+        value: f64,
+        /// The admissible range, borders included.
+        min: f64,
+        /// See `min`.
+        max: f64,
+    },
+    /// Rise, upper dwell and return exceed the turn.
+    Sum {
+        /// Angle of the rise [rad].
+        rise: f64,
+        /// Angle of the upper dwell [rad].
+        upper_dwell: f64,
+        /// Angle of the return [rad].
+        return_angle: f64,
+    },
+}
+
+impl std::fmt::Display for CycleError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            CycleError::Range { name, value, min, max } => {
+                write!(f, "{name} = {value} is outside [{min}, {max}]")
+            }
+            CycleError::Sum { rise, upper_dwell, return_angle } => {
+                let sum = rise + upper_dwell + return_angle;
+                write!(
+                    f,
+                    "rise = {rise} rad, upper_dwell = {upper_dwell} rad and return = {return_angle} rad add up to \
+                     {sum} rad = {} deg, more than the turn of 2π rad = 360 deg; together with the lower dwell, which \
+                     is the rest of the turn, they must make 2π",
+                    sum.to_degrees()
+                )
+            }
+        }
+    }
+}
+
+impl std::error::Error for CycleError {}
+
+impl CyclePlan {
+    /// Largest |U| and |stroke| [m]; the range of every length of a cam.
+    pub const MAX_LENGTH: f64 = 1e4;
+
+    /// Angle of the lower dwell [rad], the rest of the turn; negative where the plan is too long.
+    pub fn lower_dwell(&self) -> f64 {
+        TAU - (self.rise_angle + self.upper_dwell + self.return_angle)
+    }
+
+    /// Whether the values are in their ranges and the angles make at most one turn.
+    pub fn validate(&self) -> Result<(), CycleError> {
+        let length = Self::MAX_LENGTH;
+        for (name, value, min, max) in [
+            ("stroke", self.stroke, -length, length),
+            ("lower", self.lower, -length, length),
+            ("rise_start", self.rise_start, -TAU, TAU),
+            ("rise", self.rise_angle, LEAST_MOTION, TAU),
+            ("upper_dwell", self.upper_dwell, 0.0, TAU),
+            ("return", self.return_angle, LEAST_MOTION, TAU),
+        ] {
+            if !(value >= min && value <= max) {
+                return Err(CycleError::Range { name, value, min, max });
+            }
+        }
+        if self.lower_dwell() < -ROUNDING {
+            let CyclePlan { rise_angle: rise, upper_dwell, return_angle, .. } = *self;
+            return Err(CycleError::Sum { rise, upper_dwell, return_angle });
+        }
+        Ok(())
+    }
+}
+
+/// What a piece of the turn does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Motion {
+    /// U = level [m].
+    Dwell(f64),
+    /// Rises by this part of its law.
+    Rise(usize),
+    /// Returns by this part of its law.
+    Return(usize),
+}
+
+/// An analytic piece of the turn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Piece {
+    motion: Motion,
+    /// Where the whole rise or return starts, z = 0 [rad].
+    origin: f64,
+    /// The middle of the piece [rad], within half a turn of 0, where most angles come from.
+    middle: f64,
+}
+
+/// A dwell–rise–dwell–return cycle with its plan cut into analytic pieces.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(from = "CyclePlan", into = "CyclePlan")]
+pub struct Cycle {
+    plan: CyclePlan,
+    breakpoints: Vec<f64>,
+    pieces: Vec<Piece>,
+}
+
+impl From<CyclePlan> for Cycle {
+    fn from(plan: CyclePlan) -> Self {
+        Cycle::new(plan)
+    }
+}
+
+impl From<Cycle> for CyclePlan {
+    fn from(cycle: Cycle) -> Self {
+        cycle.plan
+    }
+}
+
+impl Cycle {
+    /// The cycle of this plan. A plan that [`CyclePlan::validate`] refuses, as it may arise while parameters are set
+    /// one after the other, rests in the lower dwell.
+    pub fn new(plan: CyclePlan) -> Self {
+        let mut starts = if plan.validate().is_ok() { cut(&plan) } else { Vec::new() };
+        starts.sort_by(|a, b| a.0.total_cmp(&b.0));
+        if starts.is_empty() {
+            let level = if plan.lower.is_finite() { plan.lower } else { 0.0 };
+            starts.push((0.0, Piece { motion: Motion::Dwell(level), origin: 0.0, middle: 0.0 }));
+        }
+        let (breakpoints, pieces) = starts.into_iter().unzip();
+        Cycle { plan, breakpoints, pieces }
+    }
+
+    /// The plan.
+    pub fn plan(&self) -> &CyclePlan {
+        &self.plan
+    }
+
+    /// The starts of the pieces [rad], ascending in [0, 2π).
+    pub fn breakpoints(&self) -> &[f64] {
+        &self.breakpoints
+    }
+
+    /// The piece that holds `phi`; see [`super::MotionLaw::segment`].
+    pub fn segment(&self, phi: f64, forward: bool) -> usize {
+        segment(&self.breakpoints, phi, forward)
+    }
+
+    /// U … U⁗ of piece `segment` at `phi`, continued analytically outside of it.
+    pub fn at_in(&self, segment: usize, phi: f64) -> TransferFunctions {
+        let piece = &self.pieces[segment.min(self.pieces.len() - 1)];
+        let CyclePlan { stroke, lower, rise_angle, return_angle, rise_law, return_law, .. } = self.plan;
+        let angle = near(phi, piece.middle) - piece.origin;
+        match piece.motion {
+            Motion::Dwell(level) => TransferFunctions([level, 0.0, 0.0, 0.0, 0.0]),
+            Motion::Rise(part) => {
+                let f = rise_law.at_in(part, angle / rise_angle);
+                scaled(f, lower, stroke, rise_angle)
+            }
+            Motion::Return(part) => {
+                let [f, f1, f2, f3, f4] = return_law.at_in(part, angle / return_angle);
+                scaled([1.0 - f, -f1, -f2, -f3, -f4], lower, stroke, return_angle)
+            }
+        }
+    }
+
+    /// An upper bound of |U⁽ᵒʳᵈᵉʳ⁾| in piece `segment`.
+    pub fn bound_in(&self, segment: usize, order: usize) -> f64 {
+        let plan = &self.plan;
+        let (law, width) = match self.pieces[segment.min(self.pieces.len() - 1)].motion {
+            Motion::Dwell(level) => return if order == 0 { level.abs() } else { 0.0 },
+            Motion::Rise(_) => (plan.rise_law, plan.rise_angle),
+            Motion::Return(_) => (plan.return_law, plan.return_angle),
+        };
+        if order == 0 {
+            plan.lower.abs().max((plan.lower + plan.stroke).abs())
+        } else {
+            plan.stroke.abs() * law.peak(order) / width.powi(order as i32)
+        }
+    }
+
+    /// The number of pieces.
+    pub fn segments(&self) -> usize {
+        self.pieces.len()
+    }
+
+    /// The harmonic order that resolves piece `segment`.
+    pub fn resolution_in(&self, segment: usize) -> f64 {
+        match self.pieces[segment.min(self.pieces.len() - 1)].motion {
+            Motion::Dwell(_) => 1.0,
+            Motion::Rise(_) => self.plan.rise_law.frequency() / self.plan.rise_angle,
+            Motion::Return(_) => self.plan.return_law.frequency() / self.plan.return_angle,
+        }
+    }
+}
+
+/// U = lower + stroke f(z), z = φ/width.
+fn scaled(f: [f64; 5], lower: f64, stroke: f64, width: f64) -> TransferFunctions {
+    let r = 1.0 / width;
+    let s1 = stroke * r;
+    let s2 = s1 * r;
+    let s3 = s2 * r;
+    TransferFunctions([lower + stroke * f[0], s1 * f[1], s2 * f[2], s3 * f[3], s3 * r * f[4]])
+}
+
+/// The pieces of a valid plan, each with its start in [0, 2π).
+fn cut(plan: &CyclePlan) -> Vec<(f64, Piece)> {
+    let mut pieces = Vec::new();
+    let rise = reduce(plan.rise_start);
+    let dwell = rise + plan.rise_angle;
+    let fall = dwell + plan.upper_dwell;
+    let rest = fall + plan.return_angle;
+    cut_motion(&mut pieces, rise, plan.rise_angle, plan.rise_law, Motion::Rise);
+    cut_dwell(&mut pieces, dwell, plan.upper_dwell, plan.lower + plan.stroke);
+    cut_motion(&mut pieces, fall, plan.return_angle, plan.return_law, Motion::Return);
+    cut_dwell(&mut pieces, rest, plan.lower_dwell(), plan.lower);
+    pieces
+}
+
+fn cut_motion(pieces: &mut Vec<(f64, Piece)>, start: f64, width: f64, law: StandardLaw, motion: fn(usize) -> Motion) {
+    let joints = law.joints();
+    for part in 0..=joints.len() {
+        let from = if part == 0 { 0.0 } else { joints[part - 1] };
+        let to = joints.get(part).copied().unwrap_or(1.0);
+        push(pieces, motion(part), start, start + width * from, start + width * to);
+    }
+}
+
+fn cut_dwell(pieces: &mut Vec<(f64, Piece)>, start: f64, width: f64, level: f64) {
+    // What rounding leaves of a turn without dwell is no piece.
+    if width > ROUNDING {
+        push(pieces, Motion::Dwell(level), start, start, start + width);
+    }
+}
+
+fn push(pieces: &mut Vec<(f64, Piece)>, motion: Motion, origin: f64, from: f64, to: f64) {
+    let middle = 0.5 * (from + to);
+    let turns = (middle / TAU).round();
+    pieces.push((reduce(from), Piece { motion, origin: back(origin, turns), middle: back(middle, turns) }));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use StandardLaw::*;
+    use std::f64::consts::PI;
+
+    fn plan() -> CyclePlan {
+        CyclePlan {
+            stroke: 0.04,
+            lower: 0.01,
+            rise_start: 4.5,
+            rise_angle: 1.5,
+            upper_dwell: 0.7,
+            return_angle: 2.0,
+            rise_law: ModifiedTrapezoid,
+            return_law: ModifiedSine,
+        }
+    }
+
+    fn at(cycle: &Cycle, phi: f64) -> [f64; 5] {
+        cycle.at_in(cycle.segment(phi, true), phi).0
+    }
+
+    #[test]
+    fn the_cycle_is_its_law_on_the_rise_and_mirrored_on_the_return() {
+        for (rise_law, return_law) in [(InclinedSine, Polynomial345), (ModifiedTrapezoid, ModifiedSine)] {
+            let plan = CyclePlan { rise_law, return_law, ..plan() };
+            let cycle = Cycle::new(plan);
+            for i in 0..100 {
+                let z = (f64::from(i) + 0.5) / 100.0;
+                let (f, g) = (rise_law.at(z), return_law.at(z));
+                let u = at(&cycle, 4.5 + 1.5 * z);
+                let v = at(&cycle, 4.5 + 1.5 + 0.7 + 2.0 * z - TAU);
+                assert!((u[0] - (0.01 + 0.04 * f[0])).abs() < 1e-16);
+                assert!((v[0] - (0.05 - 0.04 * g[0])).abs() < 1e-16);
+                for n in 1..5 {
+                    let (a, b) = (0.04 / 1.5_f64.powi(n as i32), 0.04 / 2.0_f64.powi(n as i32));
+                    assert!((u[n] - a * f[n]).abs() < 1e-14 * a * rise_law.peak(n).max(1.0) * 10.0, "{z} {n}");
+                    assert!((v[n] + b * g[n]).abs() < 1e-14 * b * return_law.peak(n).max(1.0) * 10.0, "{z} {n}");
+                }
+            }
+            assert_eq!(at(&cycle, 6.3), [0.05, 0.0, 0.0, 0.0, 0.0]);
+            assert_eq!(at(&cycle, 4.0), [0.01, 0.0, 0.0, 0.0, 0.0]);
+        }
+    }
+
+    #[test]
+    fn the_angle_may_come_from_any_turn() {
+        let cycle = Cycle::new(plan());
+        for i in 0..200 {
+            let phi = -PI + TAU * f64::from(i) / 200.0;
+            for turns in [-1.0, 1.0] {
+                let other = phi + turns * TAU;
+                let segment = cycle.segment(phi, true);
+                let (u, v) = (cycle.at_in(segment, phi).0, cycle.at_in(segment, other).0);
+                for n in 0..5 {
+                    // The two angles differ by a rounding of 2π.
+                    assert!((u[n] - v[n]).abs() < 1e-13 * (1.0 + cycle.bound_in(segment, n.min(4))), "{phi} {n}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_pieces_join_with_continuous_velocity_and_acceleration() {
+        for rise_start in [-6.0, -1.0, 0.0, 2.0, 5.5, TAU] {
+            let cycle = Cycle::new(CyclePlan { rise_start, ..plan() });
+            let breakpoints = cycle.breakpoints().to_vec();
+            assert_eq!(breakpoints.len(), 5 + 1 + 3 + 1);
+            assert!(breakpoints.windows(2).all(|w| w[0] < w[1]));
+            for &b in &breakpoints {
+                let left = cycle.at_in(cycle.segment(b, false), b).0;
+                let right = cycle.at_in(cycle.segment(b, true), b).0;
+                assert_ne!(cycle.segment(b, false), cycle.segment(b, true));
+                for n in 0..3 {
+                    assert!((left[n] - right[n]).abs() < 1e-14, "rise_start {rise_start}, at {b}, order {n}");
+                }
+                assert!((left[3] - right[3]).abs() + (left[4] - right[4]).abs() > 1e-3);
+            }
+        }
+    }
+
+    #[test]
+    fn bounds_hold_in_each_piece() {
+        let cycle = Cycle::new(plan());
+        for i in 0..10_000 {
+            let phi = TAU * f64::from(i) / 10_000.0;
+            let segment = cycle.segment(phi, true);
+            for (n, u) in cycle.at_in(segment, phi).0.into_iter().enumerate() {
+                assert!(u.abs() <= cycle.bound_in(segment, n) * (1.0 + 1e-14), "{phi} {n}");
+            }
+        }
+    }
+
+    #[test]
+    fn dwells_may_be_missing() {
+        let half = CyclePlan { rise_angle: PI, return_angle: PI, upper_dwell: 0.0, rise_law: SimpleSine, ..plan() };
+        let cycle = Cycle::new(CyclePlan { return_law: SimpleSine, rise_start: 0.0, ..half });
+        assert_eq!(cycle.segments(), 2);
+        // Simple sine over two halves is a cosine.
+        for i in 0..100 {
+            let phi = TAU * f64::from(i) / 100.0;
+            let u = at(&cycle, phi);
+            assert!((u[0] - (0.03 - 0.02 * phi.cos())).abs() < 1e-16);
+            assert!((u[1] - 0.02 * phi.sin()).abs() < 1e-16);
+            assert!((u[4] + 0.02 * phi.cos()).abs() < 1e-16);
+        }
+    }
+
+    #[test]
+    fn a_plan_beyond_the_turn_is_refused_with_its_values() {
+        let long = CyclePlan { return_angle: 4.1, ..plan() };
+        let message = long.validate().unwrap_err().to_string();
+        for part in ["rise = 1.5 rad", "upper_dwell = 0.7 rad", "return = 4.1 rad", "2π"] {
+            assert!(message.contains(part), "{message}");
+        }
+        // Rests meanwhile, without NaN.
+        assert_eq!(at(&Cycle::new(long), 1.0), [0.01, 0.0, 0.0, 0.0, 0.0]);
+        let nan = CyclePlan { lower: f64::NAN, ..plan() };
+        assert!(matches!(nan.validate(), Err(CycleError::Range { name: "lower", .. })));
+        assert_eq!(at(&Cycle::new(nan), 1.0), [0.0; 5]);
+        assert!(CyclePlan { rise_angle: 0.0, ..plan() }.validate().is_err());
+        // Degrees that make 360 in sum may miss 2π by roundings.
+        let full = CyclePlan { rise_angle: 2.0, upper_dwell: TAU - 4.0 + 1e-14, ..plan() };
+        assert!(full.validate().is_ok() && Cycle::new(full).segments() == 9);
+    }
+}

@@ -1,0 +1,182 @@
+//! The parameters by which a user changes a motion law: one list for names, values and setting them.
+
+use super::{CyclePlan, MotionLaw, StandardLaw};
+use crate::motion::cycle::{Cycle, LEAST_MOTION};
+use std::f64::consts::TAU;
+
+/// What kind of value a parameter holds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ParameterKind {
+    /// A length [m], at most [`CyclePlan::MAX_LENGTH`] either way.
+    Length,
+    /// An angle [rad] in this range, borders included.
+    Angle {
+        /// Least value.
+        min: f64,
+        /// Greatest value.
+        max: f64,
+    },
+    /// A factor [1].
+    Factor,
+    /// A standard law by its number.
+    Law,
+}
+
+/// A parameter of a motion law.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LawParameter {
+    /// The name, for example `a[3]` or `rise`.
+    pub name: String,
+    /// What it is.
+    pub text: String,
+    /// What kind of value it holds.
+    pub kind: ParameterKind,
+}
+
+impl LawParameter {
+    fn new(name: impl Into<String>, text: impl Into<String>, kind: ParameterKind) -> Self {
+        LawParameter { name: name.into(), text: text.into(), kind }
+    }
+}
+
+impl MotionLaw {
+    /// The parameters of the law: `a[0]` … `a[K]`, `b[1]` … `b[K]` of a Fourier series, stroke, angles and laws of a
+    /// cycle, the scale of a table.
+    pub fn parameters(&self) -> Vec<LawParameter> {
+        use ParameterKind::*;
+        match self {
+            MotionLaw::Fourier(series) => {
+                let coefficient = |letter: char, kind: &str, k: usize| {
+                    let text = format!("{kind} coefficient of harmonic {k} of the position function");
+                    LawParameter::new(format!("{letter}[{k}]"), text, Length)
+                };
+                let cosines = (0..=series.order()).map(|k| coefficient('a', "Cosine", k));
+                cosines.chain((1..=series.order()).map(|k| coefficient('b', "Sine", k))).collect()
+            }
+            MotionLaw::Cycle(_) => {
+                let motion = Angle { min: LEAST_MOTION, max: TAU };
+                vec![
+                    LawParameter::new("stroke", "Lift from the lower to the upper dwell", Length),
+                    LawParameter::new("lower", "Position in the lower dwell", Length),
+                    LawParameter::new("rise_start", "Angle at which the rise starts", Angle { min: -TAU, max: TAU }),
+                    LawParameter::new("rise", "Angle of the rise", motion),
+                    LawParameter::new("upper_dwell", "Angle of the upper dwell", Angle { min: 0.0, max: TAU }),
+                    LawParameter::new("return", "Angle of the return; the lower dwell is the rest of the turn", motion),
+                    LawParameter::new("rise_law", "Law of the rise", Law),
+                    LawParameter::new("return_law", "Law of the return", Law),
+                ]
+            }
+            MotionLaw::Table(_) => vec![LawParameter::new("scale", "Factor of the lifts of the table", Factor)],
+        }
+    }
+
+    /// The value of parameter `index` of [`MotionLaw::parameters`]; 0 beyond the list.
+    pub fn parameter(&self, index: usize) -> f64 {
+        match self {
+            MotionLaw::Fourier(series) => {
+                let n = series.a.len();
+                let coefficient = if index < n { series.a.get(index) } else { series.b.get(index + 1 - n) };
+                coefficient.copied().unwrap_or(0.0)
+            }
+            MotionLaw::Cycle(cycle) => {
+                let plan = cycle.plan();
+                match index {
+                    0 => plan.stroke,
+                    1 => plan.lower,
+                    2 => plan.rise_start,
+                    3 => plan.rise_angle,
+                    4 => plan.upper_dwell,
+                    5 => plan.return_angle,
+                    6 => plan.rise_law.number() as f64,
+                    7 => plan.return_law.number() as f64,
+                    _ => 0.0,
+                }
+            }
+            MotionLaw::Table(table) => table.scale,
+        }
+    }
+
+    /// Sets parameter `index`. Values that do not fit together are found by [`MotionLaw::validate`].
+    pub fn set_parameter(&mut self, index: usize, value: f64) {
+        match self {
+            MotionLaw::Fourier(series) => {
+                let n = series.a.len();
+                let place = if index < n { series.a.get_mut(index) } else { series.b.get_mut(index + 1 - n) };
+                if let Some(place) = place {
+                    *place = value;
+                }
+            }
+            MotionLaw::Cycle(cycle) => {
+                let mut plan: CyclePlan = *cycle.plan();
+                match index {
+                    0 => plan.stroke = value,
+                    1 => plan.lower = value,
+                    2 => plan.rise_start = value,
+                    3 => plan.rise_angle = value,
+                    4 => plan.upper_dwell = value,
+                    5 => plan.return_angle = value,
+                    6 => plan.rise_law = StandardLaw::from_number(value as usize),
+                    7 => plan.return_law = StandardLaw::from_number(value as usize),
+                    _ => {}
+                }
+                *cycle = Cycle::new(plan);
+            }
+            MotionLaw::Table(table) => table.scale = value,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::motion::table::Points;
+    use crate::motion::{Fourier, Table};
+
+    fn laws() -> [MotionLaw; 3] {
+        let plan = CyclePlan {
+            stroke: 0.04,
+            lower: 0.01,
+            rise_start: 0.5,
+            rise_angle: 1.5,
+            upper_dwell: 0.7,
+            return_angle: 2.0,
+            rise_law: StandardLaw::ModifiedTrapezoid,
+            return_law: StandardLaw::ModifiedSine,
+        };
+        let points = Points { angles: vec![0.0, 1.5, 3.0, 4.5], lifts: vec![0.0, 0.1, 0.3, 0.2] };
+        [
+            MotionLaw::Fourier(Fourier::new(vec![0.1, 0.2, 0.3], vec![0.0, 0.4, 0.5])),
+            MotionLaw::Cycle(Cycle::new(plan)),
+            MotionLaw::Table(Table::new(points).unwrap()),
+        ]
+    }
+
+    #[test]
+    fn what_is_set_is_read_and_changes_the_law() {
+        for mut law in laws() {
+            for (i, parameter) in law.parameters().into_iter().enumerate() {
+                let before = law.clone();
+                let value = if parameter.kind == ParameterKind::Law { 2.0 } else { law.parameter(i) + 0.01 };
+                law.set_parameter(i, value);
+                assert_eq!(law.parameter(i), value, "{}", parameter.name);
+                let differs = (0..50).any(|k| law.at(0.1 * f64::from(k)) != before.at(0.1 * f64::from(k)));
+                assert!(differs, "{}", parameter.name);
+                assert_eq!(law.validate(), Ok(()));
+            }
+            // Setting is the same as making anew.
+            let json = serde_json::to_string(&law).unwrap();
+            assert_eq!(serde_json::from_str::<MotionLaw>(&json).unwrap(), law, "{json}");
+            let bytes = postcard::to_stdvec(&law).unwrap();
+            assert_eq!(postcard::from_bytes::<MotionLaw>(&bytes).unwrap(), law);
+        }
+    }
+
+    #[test]
+    fn the_names_of_the_parameters() {
+        let names = |law: &MotionLaw| law.parameters().into_iter().map(|p| p.name).collect::<Vec<_>>().join(" ");
+        let [series, cycle, table] = laws();
+        assert_eq!(names(&series), "a[0] a[1] a[2] b[1] b[2]");
+        assert_eq!(names(&cycle), "stroke lower rise_start rise upper_dwell return rise_law return_law");
+        assert_eq!(names(&table), "scale");
+    }
+}

@@ -1,0 +1,438 @@
+//! A table of angles and lifts as the periodic quintic spline through its points.
+//!
+//! Of all periodic functions through the points the quintic spline has the least ∫U‴² dφ, the least jerk of a cam.
+//! It is the lowest odd degree whose third derivative is continuous (an even degree has no periodic interpolant
+//! for every number of points); the fourth is continuous too, and the fifth jumps at the points. For a smooth law
+//! sampled at distance h, U⁽ⁿ⁾ is met to O(h⁶⁻ⁿ).
+//!
+//! Source: C. de Boor, *A Practical Guide to Splines*, rev. ed., Springer 2001, chapters V and XIII.
+
+use super::TransferFunctions;
+use super::turn::{near, reduce, segment};
+use nalgebra::{Matrix2, Vector2};
+use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+/// The fewest points of a table.
+pub const LEAST_POINTS: usize = 4;
+
+/// The least distance of neighbouring angles [rad]; a finer one is not measured but a fault of the table.
+pub const LEAST_DISTANCE: f64 = 1e-6;
+
+/// A last point this near one turn after the first [rad] closes the table: angles are printed with five digits.
+const CLOSING: f64 = 1e-4;
+
+/// The lifts of first and closing point may differ by this part of the stroke: roundings of a conversion.
+const EQUAL_LIFT: f64 = 1e-9;
+
+/// Without a closing point, the gap may be this many times the largest distance of neighbours.
+const LARGEST_GAP: f64 = 2.0;
+
+/// Angles [rad] and lifts [m].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Points {
+    /// Strictly ascending over at most one turn; the last may repeat the first one turn later.
+    pub angles: Vec<f64>,
+    /// As long as `angles`; a repeated point repeats its lift.
+    pub lifts: Vec<f64>,
+}
+
+/// Why points are no table; indices count from 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum TableError {
+    /// As many lifts as angles are needed.
+    Lengths {
+        /// Number of angles.
+        angles: usize,
+        /// Number of lifts.
+        lifts: usize,
+    },
+    /// Fewer than [`LEAST_POINTS`] points, a closing one not counted.
+    TooFew {
+        /// Number of points.
+        points: usize,
+    },
+    /// An angle or a lift is NaN, infinite or beyond all cams.
+    OutOfRange {
+        /// Index of the point.
+        index: usize,
+        /// The value [rad or m].
+        value: f64,
+    },
+    /// An angle does not exceed the one before by [`LEAST_DISTANCE`].
+    NotAscending {
+        /// Index of the point.
+        index: usize,
+        /// The angle before [rad].
+        previous: f64,
+        /// Its angle [rad].
+        angle: f64,
+    },
+    /// The angles span more than one turn.
+    TooLong {
+        /// Index of the first point too many.
+        index: usize,
+        /// Its distance from the first angle [rad].
+        span: f64,
+    },
+    /// The closing point, one turn after the first, has another lift.
+    NotPeriodic {
+        /// Index of the closing point.
+        index: usize,
+        /// Lift of the first point [m].
+        first: f64,
+        /// Lift of the closing point [m].
+        last: f64,
+    },
+    /// The table stops too far before the end of its turn.
+    NotClosed {
+        /// Index of the last point.
+        index: usize,
+        /// Angle from the last point to the first one of the next turn [rad].
+        gap: f64,
+        /// The largest distance of neighbours [rad].
+        distance: f64,
+    },
+    /// More harmonics than the points determine.
+    TooManyHarmonics {
+        /// The harmonics asked for.
+        harmonics: usize,
+        /// The most that the points determine.
+        most: usize,
+    },
+}
+
+impl TableError {
+    /// The index of the point at fault, from 0.
+    pub fn index(&self) -> Option<usize> {
+        match *self {
+            TableError::OutOfRange { index, .. }
+            | TableError::NotAscending { index, .. }
+            | TableError::TooLong { index, .. }
+            | TableError::NotPeriodic { index, .. }
+            | TableError::NotClosed { index, .. } => Some(index),
+            _ => None,
+        }
+    }
+}
+
+impl std::fmt::Display for TableError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            TableError::Lengths { angles, lifts } => {
+                write!(f, "{angles} angles and {lifts} lifts; a table needs as many lifts as angles")
+            }
+            TableError::TooFew { points } => {
+                write!(f, "{points} points within the turn; a table needs at least {LEAST_POINTS}")
+            }
+            TableError::OutOfRange { index, value } => {
+                write!(f, "point {}: {value} is not a finite angle or lift of at most 10000", index + 1)
+            }
+            TableError::NotAscending { index, previous, angle } => write!(
+                f,
+                "point {}: the angle {angle} rad = {} deg does not exceed the one before, {previous} rad = {} deg, by \
+                 at least {LEAST_DISTANCE:e} rad",
+                index + 1,
+                angle.to_degrees(),
+                previous.to_degrees()
+            ),
+            TableError::TooLong { index, span } => write!(
+                f,
+                "point {}: {span} rad = {} deg after the first point; a table spans one turn, 2π rad = 360 deg",
+                index + 1,
+                span.to_degrees()
+            ),
+            TableError::NotPeriodic { index, first, last } => write!(
+                f,
+                "point {}: the lift {last} m one turn after the first point differs from its lift {first} m",
+                index + 1
+            ),
+            TableError::NotClosed { index, gap, distance } => write!(
+                f,
+                "point {}: {gap} rad = {} deg are left of the turn after this last point, while neighbours are at \
+                 most {distance} rad apart; a table covers the whole turn",
+                index + 1,
+                gap.to_degrees()
+            ),
+            TableError::TooManyHarmonics { harmonics, most } => {
+                write!(f, "{harmonics} harmonics; the points determine at most {most}")
+            }
+        }
+    }
+}
+
+impl std::error::Error for TableError {}
+
+impl Points {
+    /// Checks the points and takes a closing one away.
+    pub fn open(mut self) -> Result<Self, TableError> {
+        let (angles, lifts) = (&self.angles, &self.lifts);
+        if angles.len() != lifts.len() {
+            return Err(TableError::Lengths { angles: angles.len(), lifts: lifts.len() });
+        }
+        for (index, &value) in angles.iter().enumerate() {
+            // Lengths of up to 10 km and angles of up to 10⁴ rad are cams; the comparison also refuses NaN.
+            if let Some(&value) = [value, lifts[index]].iter().find(|v| !(v.abs() <= 1e4)) {
+                return Err(TableError::OutOfRange { index, value });
+            }
+            if index > 0 && value - angles[index - 1] < LEAST_DISTANCE {
+                return Err(TableError::NotAscending { index, previous: angles[index - 1], angle: value });
+            }
+            if value - angles[0] > TAU + CLOSING {
+                return Err(TableError::TooLong { index, span: value - angles[0] });
+            }
+        }
+        let Some(&end) = angles.last() else { return Err(TableError::TooFew { points: 0 }) };
+        let index = angles.len() - 1;
+        if end - angles[0] >= TAU - CLOSING {
+            let range = lifts.iter().fold(0.0_f64, |range, lift| range.max((lift - lifts[0]).abs()));
+            if (lifts[index] - lifts[0]).abs() > EQUAL_LIFT * range {
+                return Err(TableError::NotPeriodic { index, first: lifts[0], last: lifts[index] });
+            }
+            self.angles.pop();
+            self.lifts.pop();
+        } else {
+            let gap = angles[0] + TAU - end;
+            let distance = angles.windows(2).fold(0.0_f64, |d, w| d.max(w[1] - w[0]));
+            if index > 0 && gap > LARGEST_GAP * distance {
+                return Err(TableError::NotClosed { index, gap, distance });
+            }
+        }
+        if self.angles.len() < LEAST_POINTS {
+            return Err(TableError::TooFew { points: self.angles.len() });
+        }
+        Ok(self)
+    }
+}
+
+/// The periodic quintic spline.
+#[derive(Debug, PartialEq)]
+struct Spline {
+    /// What it was made of.
+    points: Points,
+    /// The angles of the points [rad], ascending in [0, 2π).
+    knots: Vec<f64>,
+    pieces: Vec<Piece>,
+    /// Upper bounds of |U⁽ⁿ⁾| over the turn.
+    bounds: [f64; 5],
+}
+
+/// U = Σ cₙ (φ − origin)ⁿ between two points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Piece {
+    /// The first point [rad], moved such that the middle lies within half a turn of 0.
+    origin: f64,
+    middle: f64,
+    width: f64,
+    coefficients: [f64; 6],
+}
+
+/// A table as the periodic quintic spline through its points, times a factor.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "TableData", into = "TableData")]
+pub struct Table {
+    spline: Arc<Spline>,
+    /// Factor of the lift [1].
+    pub scale: f64,
+}
+
+/// The serialised form of a [`Table`].
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct TableData {
+    angles: Vec<f64>,
+    lifts: Vec<f64>,
+    scale: f64,
+}
+
+impl TryFrom<TableData> for Table {
+    type Error = TableError;
+    fn try_from(data: TableData) -> Result<Self, TableError> {
+        let table = Table::new(Points { angles: data.angles, lifts: data.lifts })?;
+        Ok(Table { scale: data.scale, ..table })
+    }
+}
+
+impl From<Table> for TableData {
+    fn from(table: Table) -> Self {
+        let Points { angles, lifts } = table.spline.points.clone();
+        TableData { angles, lifts, scale: table.scale }
+    }
+}
+
+impl Table {
+    /// The spline through `points`, scale 1.
+    pub fn new(points: Points) -> Result<Self, TableError> {
+        Ok(Table { spline: Arc::new(Spline::new(points.open()?)), scale: 1.0 })
+    }
+
+    /// The points, without a closing one and without `scale`.
+    pub fn points(&self) -> &Points {
+        &self.spline.points
+    }
+
+    /// The angles of the points [rad], ascending in [0, 2π).
+    pub fn breakpoints(&self) -> &[f64] {
+        &self.spline.knots
+    }
+
+    /// The piece that holds `phi`; see [`super::MotionLaw::segment`].
+    pub fn segment(&self, phi: f64, forward: bool) -> usize {
+        segment(&self.spline.knots, phi, forward)
+    }
+
+    /// U … U⁗ of piece `segment` at `phi`, continued as the same polynomial outside of it.
+    pub fn at_in(&self, segment: usize, phi: f64) -> TransferFunctions {
+        let piece = &self.spline.pieces[segment.min(self.spline.pieces.len() - 1)];
+        let t = near(phi, piece.middle) - piece.origin;
+        let [c0, c1, c2, c3, c4, c5] = piece.coefficients.map(|c| self.scale * c);
+        TransferFunctions([
+            c0 + t * (c1 + t * (c2 + t * (c3 + t * (c4 + t * c5)))),
+            c1 + t * (2.0 * c2 + t * (3.0 * c3 + t * (4.0 * c4 + t * (5.0 * c5)))),
+            2.0 * c2 + t * (6.0 * c3 + t * (12.0 * c4 + t * (20.0 * c5))),
+            6.0 * c3 + t * (24.0 * c4 + t * (60.0 * c5)),
+            24.0 * c4 + t * (120.0 * c5),
+        ])
+    }
+
+    /// An upper bound of |U⁽ᵒʳᵈᵉʳ⁾| in piece `segment`.
+    pub fn bound_in(&self, segment: usize, order: usize) -> f64 {
+        let pieces = &self.spline.pieces;
+        self.scale.abs() * pieces[segment.min(pieces.len() - 1)].bound(order)
+    }
+
+    /// An upper bound of |U⁽ᵒʳᵈᵉʳ⁾| over the turn.
+    pub fn bound(&self, order: usize) -> f64 {
+        self.scale.abs() * self.spline.bounds[order]
+    }
+}
+
+impl Spline {
+    /// The spline through points that [`Points::open`] has checked.
+    fn new(points: Points) -> Self {
+        let n = points.angles.len();
+        // The first point of the turn [0, 2π) leads.
+        let reduced: Vec<f64> = points.angles.iter().map(|&phi| reduce(phi)).collect();
+        let lead = (0..n).min_by(|&i, &j| reduced[i].total_cmp(&reduced[j])).unwrap_or(0);
+        let knots: Vec<f64> = (0..n).map(|i| reduced[(lead + i) % n]).collect();
+        let lifts: Vec<f64> = (0..n).map(|i| points.lifts[(lead + i) % n]).collect();
+        let widths: Vec<f64> =
+            (0..n).map(|i| if i + 1 < n { knots[i + 1] - knots[i] } else { knots[0] + TAU - knots[i] }).collect();
+        let slopes = slopes(&widths, &lifts);
+        let pieces: Vec<Piece> = (0..n)
+            .map(|i| {
+                let j = (i + 1) % n;
+                let end = knots[i] + 0.5 * widths[i];
+                let middle = near(end, 0.0);
+                let origin = if middle == end { knots[i] } else { super::turn::back(knots[i], 1.0) };
+                let coefficients = quintic(widths[i], lifts[i], lifts[j] - lifts[i], slopes[i], slopes[j]);
+                Piece { origin, middle, width: widths[i], coefficients }
+            })
+            .collect();
+        let bounds = std::array::from_fn(|order| pieces.iter().fold(0.0, |bound: f64, p| bound.max(p.bound(order))));
+        Spline { points, knots, pieces, bounds }
+    }
+}
+
+/// (U′, U″) at the points, from the continuity of U‴ and U⁗ there.
+///
+/// These are the conditions for the least ∫U‴² dφ with given U at the points: a symmetric, positive definite system
+/// of 2×2 blocks, cyclically tridiagonal, which is eliminated in order without pivoting, the last point at the end.
+fn slopes(widths: &[f64], lifts: &[f64]) -> Vec<Vector2<f64>> {
+    let n = widths.len();
+    let rise = |i: usize| lifts[(i + 1) % n] - lifts[i];
+    // The blocks of the equations of point i: on the diagonal, coupling with point i + 1, and the right-hand side.
+    let mut diagonal: Vec<Matrix2<f64>> = Vec::with_capacity(n);
+    let mut right: Vec<Vector2<f64>> = Vec::with_capacity(n);
+    for i in 0..n {
+        let before = (i + n - 1) % n;
+        let (g, h) = (widths[before], widths[i]);
+        let mixed = 36.0 / (h * h) - 36.0 / (g * g);
+        diagonal.push(Matrix2::new(
+            192.0 * (1.0 / h.powi(3) + 1.0 / g.powi(3)),
+            mixed,
+            mixed,
+            9.0 * (1.0 / h + 1.0 / g),
+        ));
+        right.push(Vector2::new(
+            360.0 * (rise(i) / h.powi(4) + rise(before) / g.powi(4)),
+            60.0 * (rise(i) / h.powi(3) - rise(before) / g.powi(3)),
+        ));
+    }
+    let coupling = |i: usize| {
+        let h = widths[i];
+        Matrix2::new(168.0 / h.powi(3), -24.0 / (h * h), 24.0 / (h * h), -3.0 / h)
+    };
+
+    // Forward: eliminates points 0 … n − 2 from the following one and from the last one.
+    let last = n - 1;
+    let mut with_last = coupling(last).transpose();
+    let mut rows: Vec<(Matrix2<f64>, Matrix2<f64>, Matrix2<f64>, Vector2<f64>)> = Vec::with_capacity(last);
+    for i in 0..last {
+        if i + 1 == last {
+            with_last += coupling(i);
+        }
+        // The leading blocks of a positive definite matrix stay positive definite, so the inverse exists.
+        let inverse = diagonal[i].try_inverse().unwrap_or_else(Matrix2::zeros);
+        let next = if i + 1 < last { coupling(i) } else { Matrix2::zeros() };
+        rows.push((inverse, next, with_last, right[i]));
+        let b = right[i];
+        diagonal[last] -= with_last.transpose() * inverse * with_last;
+        right[last] -= with_last.transpose() * (inverse * b);
+        if i + 1 < last {
+            diagonal[i + 1] -= next.transpose() * inverse * next;
+            right[i + 1] -= next.transpose() * (inverse * b);
+            with_last = -(next.transpose() * inverse * with_last);
+        }
+    }
+
+    let mut slopes = vec![Vector2::zeros(); n];
+    slopes[last] = diagonal[last].try_inverse().unwrap_or_else(Matrix2::zeros) * right[last];
+    for i in (0..last).rev() {
+        let (inverse, next, with_last, b) = &rows[i];
+        slopes[i] = inverse * (b - next * slopes[i + 1] - with_last * slopes[last]);
+    }
+    slopes
+}
+
+/// The coefficients of the quintic over `width` with value `u`, increase `rise` and (U′, U″) at both ends.
+fn quintic(width: f64, u: f64, rise: f64, start: Vector2<f64>, end: Vector2<f64>) -> [f64; 6] {
+    let (h, h2) = (width, width * width);
+    // In units of the width: what is left of value, slope and curvature at the end for the upper three powers.
+    let r0 = rise - h * start.x - 0.5 * h2 * start.y;
+    let r1 = h * (end.x - start.x) - h2 * start.y;
+    let r2 = h2 * (end.y - start.y);
+    [
+        u,
+        start.x,
+        0.5 * start.y,
+        (10.0 * r0 - 4.0 * r1 + 0.5 * r2) / (h2 * h),
+        (-15.0 * r0 + 7.0 * r1 - r2) / (h2 * h2),
+        (6.0 * r0 - 3.0 * r1 + 0.5 * r2) / (h2 * h2 * h),
+    ]
+}
+
+impl Piece {
+    /// The largest Bernstein coefficient of the derivative of this order: the polynomial lies in their hull.
+    fn bound(&self, order: usize) -> f64 {
+        let degree = 5 - order;
+        // The derivative in powers of (φ − origin)/width.
+        let mut powers = [0.0; 6];
+        for k in 0..=degree {
+            let falling: f64 = (k + 1..=k + order).map(|j| j as f64).product();
+            powers[k] = falling * self.coefficients[k + order] * self.width.powi(k as i32);
+        }
+        let mut bound: f64 = 0.0;
+        for j in 0..=degree {
+            let sum: f64 = (0..=j).map(|k| powers[k] * binomial(j, k) / binomial(degree, k)).sum();
+            bound = bound.max(sum.abs());
+        }
+        // The rounding of the sums is some ulp of their largest terms.
+        bound + 1e-15 * powers.iter().map(|p| p.abs()).sum::<f64>() * 4.0
+    }
+}
+
+fn binomial(n: usize, k: usize) -> f64 {
+    (0..k).map(|i| (n - i) as f64 / (i + 1) as f64).product()
+}
