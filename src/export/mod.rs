@@ -5,8 +5,10 @@
 
 pub mod archive;
 pub mod date;
+pub mod drawing;
 pub mod hash;
 pub mod model_description;
+pub mod picture;
 pub mod runtime_library;
 #[cfg(test)]
 mod test_drive;
