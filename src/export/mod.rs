@@ -1,15 +1,19 @@
 //! From a validated scene to an FMU.
 //!
 //! [`pack`] builds the drive once more, as the runtime library will, and writes what importers read of it:
-//! [`model_description`], [`archive`], around the [`runtime_library`].
+//! [`model_description`], [`documentation`], a [`picture`], [`terminals`] and [`licenses`], in one [`archive`] with
+//! the [`runtime_library`].
 
 pub mod archive;
 pub mod date;
+pub mod documentation;
 pub mod drawing;
 pub mod hash;
+pub mod licenses;
 pub mod model_description;
 pub mod picture;
 pub mod runtime_library;
+pub mod terminals;
 #[cfg(test)]
 mod test_drive;
 pub mod xml;
@@ -21,6 +25,9 @@ use crate::drives::resource::{self, Resource};
 use crate::drives::{DynDrive, Fault};
 use archive::File;
 use model_description::Identity;
+
+/// The name and version of this tool.
+pub const TOOL: &str = concat!("camdrive ", env!("CARGO_PKG_VERSION"));
 
 /// The longest name that every importer's file system and symbol tables take.
 const LONGEST_NAME: usize = 24;
@@ -68,6 +75,7 @@ fn pack_drive(
         .map(|library| File::new(library.path_in_fmu(&resource.name), library.bytes.as_slice()))
         .collect();
     let mut content = with_guid(drive, resource, description, date, "")?;
+    content.extend(for_people(drive, resource, description)?);
     content.extend(libraries);
     let parts: Vec<&[u8]> = content.iter().flat_map(|file| [file.path.as_bytes(), file.content.as_slice()]).collect();
     let guid = hash::guid(&hash::sha256_of_parts(&parts));
@@ -105,6 +113,20 @@ fn with_guid(
         File::new("modelDescription.xml", xml),
         File::new(format!("resources/{}", resource::FILE_NAME), json + "\n"),
     ])
+}
+
+/// Documentation, pictures and licences.
+fn for_people(drive: &mut dyn DynDrive, resource: &Resource, description: &str) -> Result<Vec<File>, Fault> {
+    let identity = Identity { name: &resource.name, description, guid: "", date: None };
+    let curves = drive.curves();
+    let mut files = Vec::new();
+    if !curves.is_empty() {
+        files.push(File::new("model.png", picture::of_curves(&resource.name, &resource.model, &curves).png()?));
+    }
+    files.push(File::new("documentation/index.html", documentation::html(&identity, &resource.model, drive)?));
+    files.extend(licenses::files());
+    files.extend(terminals::files(drive)?);
+    Ok(files)
 }
 
 fn check_name(name: &str) -> Result<(), Fault> {

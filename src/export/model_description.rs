@@ -5,14 +5,7 @@ use crate::drives::variable::{Causality, Kind, Variability};
 use crate::drives::{Description, DynDrive, Fault};
 
 /// The log categories of the runtime library, with their descriptions.
-pub const LOG_CATEGORIES: [(&str, &str); 6] = [
-    ("logStatusWarning", "Warnings"),
-    ("logStatusError", "Errors: why a call was refused or a step failed"),
-    ("logStatusFatal", "Failures of the library itself"),
-    ("logEvents", "Switching instants of the machine: contact, release, impact, each with its time"),
-    ("logSolver", "Notes of the solver"),
-    ("logAll", "All of the above"),
-];
+pub use crate::fmi2::log::CATEGORIES as LOG_CATEGORIES;
 
 /// The highest order of output derivatives.
 const OUTPUT_DERIVATIVES: usize = 2;
@@ -45,7 +38,10 @@ pub fn xml(identity: &Identity, drive: &mut dyn DynDrive) -> Result<String, Faul
         type_definitions(xml, &descriptions);
         xml.element("LogCategories", &[], |xml| {
             for (name, text) in LOG_CATEGORIES {
-                xml.empty("Category", &[("name", name.to_owned()), ("description", text.to_owned())]);
+                xml.empty(
+                    "Category",
+                    &[("name", name.to_string_lossy().into_owned()), ("description", text.to_owned())],
+                );
             }
         });
         let e = drive.experiment();
@@ -68,7 +64,7 @@ fn head(identity: &Identity) -> Vec<Attribute> {
         ("guid", identity.guid.to_owned()),
         ("description", identity.description.to_owned()),
         ("license", env!("CARGO_PKG_LICENSE").to_owned()),
-        ("generationTool", concat!("camdrive ", env!("CARGO_PKG_VERSION")).to_owned()),
+        ("generationTool", super::TOOL.to_owned()),
     ];
     attributes.extend(identity.date.map(|date| ("generationDateAndTime", date.to_owned())));
     attributes.push(("variableNamingConvention", "structured".to_owned()));

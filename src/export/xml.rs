@@ -17,6 +17,13 @@ impl Xml {
         xml
     }
 
+    /// A document that browsers read as HTML.
+    pub fn html() -> Self {
+        let mut xml = Xml(Writer::new_with_indent(Vec::new(), b' ', 2));
+        xml.event(Event::DocType(BytesText::from_escaped("html")));
+        xml
+    }
+
     /// An element without content.
     pub fn empty(&mut self, name: &str, attributes: &[Attribute]) {
         self.event(Event::Empty(tag(name, attributes)));
@@ -34,6 +41,21 @@ impl Xml {
         self.event(Event::Start(tag(name, attributes)));
         self.event(Event::Text(BytesText::new(&legal(text))));
         self.event(Event::End(BytesEnd::new(name)));
+    }
+
+    /// An element whose text keeps its lines.
+    pub fn preformatted(&mut self, name: &str, text: &str) {
+        self.event(Event::Start(BytesStart::new(name)));
+        for (i, line) in text.lines().enumerate() {
+            let separator = if i > 0 { "\n" } else { "" };
+            self.event(Event::Text(BytesText::new(&format!("{separator}{}", legal(line)))));
+        }
+        self.event(Event::End(BytesEnd::new(name)));
+    }
+
+    /// Markup that was written elsewhere and is well-formed.
+    pub fn markup(&mut self, markup: &str) {
+        self.event(Event::Text(BytesText::from_escaped(markup)));
     }
 
     /// The finished document, with a final line feed.

@@ -1,0 +1,73 @@
+//! The licences of the runtime library and of the crates that are linked into it, as the FMU carries them.
+
+use super::archive::File;
+
+const FOLDER: &str = "documentation/licenses";
+
+/// The crates of the runtime library; all but two may be used under the Apache licence 2.0.
+const APACHE: [&str; 22] = [
+    "approx",
+    "bytemuck",
+    "cfg-if",
+    "cobs",
+    "crc32fast",
+    "itoa",
+    "matrixmultiply",
+    "nalgebra",
+    "num-complex",
+    "num-integer",
+    "num-rational",
+    "num-traits",
+    "postcard",
+    "rawpointer",
+    "safe_arch",
+    "serde",
+    "serde_core",
+    "serde_json",
+    "simba",
+    "thiserror",
+    "typenum",
+    "wide",
+];
+
+/// The others, each with the file of its licence.
+const OTHERS: [(&str, &str, &str); 2] = [
+    ("memchr", "memchr-Unlicense.txt", include_str!("licenses/memchr-Unlicense.txt")),
+    ("zmij", "zmij-MIT.txt", include_str!("licenses/zmij-MIT.txt")),
+];
+
+/// All crates of the list.
+pub fn crates() -> impl Iterator<Item = &'static str> {
+    APACHE.into_iter().chain(OTHERS.into_iter().map(|(name, _, _)| name))
+}
+
+/// The files of `documentation/licenses`; `license.txt` is the entry that the standard names (section 2.3).
+pub fn files() -> Vec<File> {
+    let mut files = vec![
+        File::new(format!("{FOLDER}/license.txt"), overview()),
+        File::new(format!("{FOLDER}/LICENSE-MIT.txt"), include_str!("../../LICENSE-MIT")),
+        File::new(format!("{FOLDER}/LICENSE-APACHE.txt"), include_str!("../../LICENSE-APACHE")),
+    ];
+    files.extend(OTHERS.map(|(_, file, text)| File::new(format!("{FOLDER}/{file}"), text)));
+    files
+}
+
+fn overview() -> String {
+    let mut text = String::from(
+        "The runtime library of camdrive in this FMU is licensed under either of\n\n\
+         \x20 - the MIT licence (LICENSE-MIT.txt),\n\
+         \x20 - the Apache licence, version 2.0 (LICENSE-APACHE.txt),\n\n\
+         at your option.\n\n\
+         Into it are linked the Rust standard library and these packages, each used under the Apache licence,\n\
+         version 2.0 (LICENSE-APACHE.txt):\n\n",
+    );
+    for name in APACHE {
+        text.push_str(&format!("  {name}\n"));
+    }
+    text.push_str("\nand these:\n\n");
+    for (name, file, _) in OTHERS {
+        text.push_str(&format!("  {name} ({file})\n"));
+    }
+    text.push_str("\nSource code: the registry of the Rust packages, under the names above.\n");
+    text
+}
