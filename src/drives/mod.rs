@@ -8,6 +8,7 @@ pub mod curve;
 pub mod erased;
 pub mod event;
 pub mod resource;
+pub mod response;
 pub mod solver;
 pub mod unit;
 pub mod variable;

@@ -1,8 +1,13 @@
 //! Mathematics only: no word of cams, no word of FMI.
 
 pub mod angle;
+pub mod bernstein;
+pub mod chebyshev;
 pub mod collocation;
 pub mod double_double;
+pub mod forced;
 pub mod gauss;
 pub mod lu;
+pub mod oscillator;
+pub mod quadrature;
 pub mod taylor;

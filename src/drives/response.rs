@@ -1,0 +1,426 @@
+//! The relative motion q of an oscillator whose base moves with a cam: q̈ + 2δ q̇ + ω₀² q = −ẍ, x = U(φ(t)).
+//!
+//! Two courses, chosen at each restart:
+//!
+//! - *closed form*, for a Fourier law at constant speed (or any law at rest): harmonic response plus free motion,
+//!   valid at any later time without growth of the error;
+//! - *substeps* otherwise: −ẍ as a Chebyshev polynomial on pieces that follow the motion of the cam, the oscillator
+//!   solved exactly on each. Pieces end at the breakpoints of the law; stiffness does not shorten them.
+//!
+//! Nothing here allocates except [`Response::new`].
+
+use super::Fault;
+use super::cam_drive::AngleMotion;
+use crate::motion::{Fourier, MotionLaw};
+use crate::numerics::angle;
+use crate::numerics::bernstein;
+use crate::numerics::chebyshev;
+use crate::numerics::double_double::{Double, two_product, two_sum};
+use crate::numerics::forced::{ForcedStep, admissible_length, apply};
+use crate::numerics::oscillator::{Oscillator, Resonant};
+use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
+
+/// Last two Chebyshev coefficients of −ẍ on a piece, relative to the largest one. Near rounding: the convergence is
+/// geometric, so that a coarser value would save little.
+const TAIL: f64 = 1e-14;
+
+/// Rounding error of U″ and U′, relative to their bounds over the turn: where −ẍ passes through zero, its
+/// coefficients need not fall below this.
+const ROUNDING: f64 = 2e-15;
+
+/// How far φ goes beyond a breakpoint before the next segment takes over [rad]: more than the rounding of an angle,
+/// so that the segment does not flutter, and too little to be seen.
+const OVERSHOOT: f64 = 1e-14;
+
+/// A communication step with more pieces than this is refused; it would take minutes.
+const MOST_PIECES: f64 = 1e8;
+
+/// The motion of the oscillator from a given state on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Response {
+    oscillator: Oscillator,
+    motion: AngleMotion,
+    /// Bounds of |U′| [m/rad] and |U″| [m/rad²].
+    bounds: [f64; 2],
+    closed: bool,
+    harmonics: Harmonics,
+    /// When the closed form started [s].
+    anchor: f64,
+    /// What the start has beyond the harmonic response: q [m], q̇ [m/s].
+    offset: [f64; 2],
+    piece: Piece,
+    /// Until when `motion` is valid [s].
+    until: f64,
+    /// Restarts of the closed form and pieces since the response was made.
+    pub steps: f64,
+    /// Evaluations of the law (or of the closed form) since the response was made.
+    pub evaluations: f64,
+    /// The largest neglected part of −ẍ so far, relative to the bound of |ẍ|.
+    pub error: f64,
+}
+
+/// The response to the harmonics of a Fourier law at one speed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Harmonics {
+    /// The speed they hold for [rad/s].
+    w: Option<f64>,
+    /// Re and Im of Aₖ [m], k = 1 …
+    steady: Vec<[f64; 2]>,
+    /// k and resonant part.
+    resonant: Vec<(usize, Resonant)>,
+}
+
+/// The current piece of the motion.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+struct Piece {
+    /// Start and end [s]; the fraction of a second beyond `f64` matters where a breakpoint lies between two of them.
+    start: Double,
+    end: Double,
+    /// The segment of the law and whether the piece ends at its upper (1) or lower (−1) border.
+    segment: usize,
+    leaves: i8,
+    step: ForcedStep,
+}
+
+impl Response {
+    /// A response at rest; [`Response::restart`] sets it going. Allocates what the law needs.
+    pub fn new(oscillator: Oscillator, law: &MotionLaw) -> Self {
+        let order = law.series().map_or(0, |series| series.order());
+        Response {
+            oscillator,
+            motion: AngleMotion::uniform(0.0, 0.0, 0.0),
+            bounds: [law.bound(1), law.bound(2)],
+            closed: true,
+            harmonics: Harmonics { w: None, steady: Vec::with_capacity(order), resonant: Vec::with_capacity(order) },
+            anchor: 0.0,
+            offset: [0.0; 2],
+            piece: Piece::default(),
+            until: f64::INFINITY,
+            steps: 0.0,
+            evaluations: 0.0,
+            error: 0.0,
+        }
+    }
+
+    /// The oscillator.
+    pub fn oscillator(&self) -> &Oscillator {
+        &self.oscillator
+    }
+
+    /// The motion of the cam.
+    pub fn motion(&self) -> &AngleMotion {
+        &self.motion
+    }
+
+    /// Changes the oscillator; valid after the next restart.
+    pub fn set_oscillator(&mut self, oscillator: Oscillator) {
+        if oscillator != self.oscillator {
+            self.oscillator = oscillator;
+            self.harmonics.w = None;
+        }
+    }
+
+    /// Starts at `time` [s] from `state` = q, q̇ on `motion`, which is valid up to `until` [s].
+    pub fn restart(
+        &mut self,
+        law: &MotionLaw,
+        motion: &AngleMotion,
+        time: f64,
+        until: f64,
+        state: [f64; 2],
+    ) -> Result<(), Fault> {
+        (self.motion, self.until) = (*motion, until);
+        let w = motion.coefficients[1];
+        self.closed = motion.is_uniform() && (law.series().is_some() || w == 0.0);
+        if self.closed {
+            self.prepare_harmonics(law, w);
+            self.anchor = time;
+            let [q, v] = self.driven(time);
+            self.offset = [state[0] - q, state[1] - v];
+            (self.steps, self.evaluations) = (self.steps + 1.0, self.evaluations + 1.0);
+            Ok(())
+        } else {
+            let local = self.local(two_sum(time, 0.0));
+            self.piece.segment = law.segment(local.angle[0], local.forward());
+            self.piece.leaves = 0;
+            self.next_piece(law, Double::from(time), state)
+        }
+    }
+
+    /// q, q̇ at `time` [s], which must not lie before the piece that an earlier call has reached.
+    pub fn at(&mut self, law: &MotionLaw, time: f64) -> Result<[f64; 2], Fault> {
+        if self.closed {
+            self.evaluations += 1.0;
+            let tau = two_sum(time, -self.anchor);
+            let [q, v] = self.driven(time);
+            let [free, rate] = apply(&self.oscillator.free(tau), self.offset);
+            return Ok([q + free, v + rate]);
+        }
+        let time = Double::from(time);
+        while (time - self.piece.end).hi > 0.0 {
+            let state = self.piece.step.at(&self.oscillator, (self.piece.end - self.piece.start).hi);
+            self.next_piece(law, self.piece.end, state)?;
+        }
+        Ok(self.piece.step.at(&self.oscillator, (time - self.piece.start).hi))
+    }
+
+    /// q, q̇ at `time` [s] of the motion that repeats itself every turn at constant speed.
+    pub fn periodic(&mut self, law: &MotionLaw, motion: &AngleMotion, time: f64) -> Result<[f64; 2], Fault> {
+        let w = motion.coefficients[1];
+        if w == 0.0 {
+            return Ok([0.0; 2]);
+        }
+        if self.oscillator.stiffness() == 0.0 {
+            return Err(no_periodic_motion("without a spring (c = 0) the mean of q is arbitrary"));
+        }
+        if let Some(series) = law.series() {
+            return self.periodic_harmonics(series, w, motion.at(time).reduced);
+        }
+        // One turn is an affine map of the state: s ↦ M s + r; its fixed point is the periodic motion.
+        let turn = Double { hi: TAU, lo: 2.4492935982947064e-16 }.divide(Double::from(w.abs()));
+        let m = self.oscillator.free(turn);
+        self.restart(law, motion, time, f64::INFINITY, [0.0; 2])?;
+        let r = self.at(law, time + turn.hi)?;
+        let [[a, b], [c, d]] = [[1.0 - m[0][0], -m[0][1]], [-m[1][0], 1.0 - m[1][1]]];
+        let determinant = a * d - b * c;
+        let size = a.abs() * d.abs() + (b * c).abs();
+        // Below this the digits of the parameters decide about the result.
+        if determinant.abs() <= 1e-13 * size.max(1e-13) {
+            return Err(no_periodic_motion(
+                "the oscillator comes back to its state after one turn of the cam (undamped resonance or c = 0)",
+            ));
+        }
+        Ok([(d * r[0] - b * r[1]) / determinant, (a * r[1] - c * r[0]) / determinant])
+    }
+
+    /// The sum of the steady responses to the harmonics of a law at the angle `phi` [rad].
+    fn periodic_harmonics(&self, series: &Fourier, w: f64, phi: f64) -> Result<[f64; 2], Fault> {
+        let mut sum = [0.0; 2];
+        for k in (1..=series.order()).filter(|&k| series.a[k] != 0.0 || series.b[k] != 0.0) {
+            let nu = two_product(k as f64, w.abs());
+            // A few roundings of the parameters m and c.
+            if self.oscillator.relative_impedance(nu) < 1e-15 {
+                return Err(no_periodic_motion(&format!(
+                    "harmonic {k} of the cam meets the undamped natural frequency {} rad/s",
+                    self.oscillator.stiffness().sqrt()
+                )));
+            }
+            let [re, im] = self.oscillator.steady(harmonic_force(series, k, w, nu.hi), nu);
+            let (s, c) = (k as f64 * phi * w.signum()).sin_cos();
+            sum = [sum[0] + re * c - im * s, sum[1] - nu.hi * (re * s + im * c)];
+        }
+        Ok(sum)
+    }
+
+    /// Computes the response to each harmonic at the speed `w`, unless that was done before.
+    fn prepare_harmonics(&mut self, law: &MotionLaw, w: f64) {
+        if self.harmonics.w == Some(w) {
+            return;
+        }
+        let Harmonics { w: prepared, steady, resonant } = &mut self.harmonics;
+        *prepared = Some(w);
+        steady.clear();
+        resonant.clear();
+        let Some(series) = law.series().filter(|_| w != 0.0) else { return };
+        for k in 1..=series.order() {
+            let nu = two_product(k as f64, w.abs());
+            let harmonic = self.oscillator.harmonic(harmonic_force(series, k, w, nu.hi), nu);
+            steady.push(harmonic.steady);
+            resonant.extend(harmonic.resonant.map(|part| (k, part)));
+        }
+    }
+
+    /// The harmonic response at `time` [s].
+    fn driven(&self, time: f64) -> [f64; 2] {
+        let Harmonics { w: Some(w), steady, resonant } = &self.harmonics else { return [0.0; 2] };
+        if steady.is_empty() {
+            return [0.0; 2];
+        }
+        let psi = self.motion.at(time).reduced * w.signum();
+        let (s1, c1) = psi.sin_cos();
+        let (mut s, mut c) = (0.0, 1.0);
+        let (mut q, mut slope) = (0.0, 0.0);
+        let mut k = 0.0;
+        for [re, im] in steady {
+            (s, c) = (s * c1 + c * s1, c * c1 - s * s1);
+            k += 1.0;
+            q += re * c - im * s;
+            slope -= k * (re * s + im * c);
+        }
+        let mut sum = [q, w.abs() * slope];
+        for (k, part) in resonant {
+            let (s, c) = (*k as f64 * psi).sin_cos();
+            let [q, v] = self.oscillator.resonant(part, c, s, two_sum(time, -self.anchor));
+            sum = [sum[0] + q, sum[1] + v];
+        }
+        sum
+    }
+
+    /// The motion of the cam about `start` [s].
+    fn local(&self, start: Double) -> Local {
+        let c = &self.motion.coefficients;
+        let tau = start - Double::from(self.motion.origin);
+        let degree = self.motion.degree;
+        let mut angle = [0.0; DEGREE + 1];
+        for (order, d) in angle.iter_mut().enumerate().take(degree + 1).skip(1) {
+            for j in (order..=degree).rev() {
+                *d = c[j] + *d * tau.hi / (j + 1 - order) as f64;
+            }
+        }
+        let above = (2..=degree).rev().fold(0.0, |above, j| (c[j] + above) * tau.hi / j as f64);
+        // φ = c₀ + (c₁ + above) τ, with the care that many turns need.
+        let turns = Double::from(c[0]) + Double::from(c[1]) * tau + two_product(above, tau.hi);
+        angle[0] = angle::reduce(turns);
+        let mut factorial = 1.0;
+        for (j, d) in angle.iter_mut().enumerate().skip(1) {
+            factorial *= j as f64;
+            *d /= factorial;
+        }
+        Local { angle, degree }
+    }
+
+    /// Lays the next piece, from `start` [s] and `state`.
+    fn next_piece(&mut self, law: &MotionLaw, start: Double, state: [f64; 2]) -> Result<(), Fault> {
+        let mut local = self.local(start);
+        // Infinity has no double-double.
+        let horizon = if self.until.is_finite() { (Double::from(self.until) - start).hi } else { f64::INFINITY };
+        let mut length = local.length_for(2.0 / law.resolution());
+        if self.until.is_finite() && !(horizon <= length * MOST_PIECES) {
+            return Err(Fault(format!(
+                "the cam moves too fast to follow at t = {} s: more than {MOST_PIECES:e} pieces up to t = {} s",
+                start.hi, self.until
+            )));
+        }
+        length = length.min(horizon.max(f64::MIN_POSITIVE));
+        let mut leaves = 0;
+        if let Some(exit) = self.enter_segment(law, &mut local, length) {
+            (length, leaves) = exit;
+        }
+        let segment = self.piece.segment;
+        let whole = length;
+        let fit = loop {
+            length = admissible_length(&self.oscillator, length);
+            let forcing = |x: f64| {
+                let [phi, w, a] = local.at(0.5 * length * (1.0 + x));
+                let u = law.at_in(segment, phi).0;
+                -(u[2] * w * w + u[1] * a)
+            };
+            let scale = self.bounds[1] * local.speed(length).powi(2) + self.bounds[0] * local.acceleration(length);
+            let fit = chebyshev::fit(forcing, TAIL, ROUNDING * scale);
+            self.evaluations += fit.evaluations as f64;
+            // Twenty halvings suffice for any motion that is smooth on the piece; beyond, the estimate tells.
+            if fit.converged || length < whole * 1e-6 {
+                if scale > 0.0 {
+                    self.error = self.error.max(fit.tail / scale);
+                }
+                break fit;
+            }
+            length *= 0.5;
+        };
+        self.steps += 1.0;
+        self.piece.leaves = if length == whole { leaves } else { 0 };
+        (self.piece.start, self.piece.end) = (start, start + Double::from(length));
+        self.piece.step = ForcedStep::new(&self.oscillator, length, fit.polynomial, state);
+        Ok(())
+    }
+
+    /// Finds the segment at the start of a piece, moves the angle into it, and tells when within `length` and
+    /// through which border the cam leaves it.
+    fn enter_segment(&mut self, law: &MotionLaw, local: &mut Local, length: f64) -> Option<(f64, i8)> {
+        let breakpoints = law.breakpoints();
+        let n = breakpoints.len();
+        if n == 0 {
+            return None;
+        }
+        // Each round crosses one border; at a start right on a border the second one is inside.
+        for _ in 0..=n {
+            self.piece.segment = (self.piece.segment + n).saturating_add_signed(self.piece.leaves as isize) % n;
+            let segment = self.piece.segment;
+            let lower = breakpoints[segment];
+            let upper = if segment + 1 < n { breakpoints[segment + 1] } else { breakpoints[0] + TAU };
+            let middle = 0.5 * (lower + upper);
+            local.angle[0] -= TAU * ((local.angle[0] - middle) / TAU).round();
+            let scaled = local.scaled(length);
+            let exit = bernstein::first_exit(&scaled, local.degree, lower - OVERSHOOT, upper + OVERSHOOT)?;
+            let leaves = if local.at(exit * length)[0] > middle { 1 } else { -1 };
+            if exit > 0.0 {
+                return Some((exit * length, leaves));
+            }
+            self.piece.leaves = leaves;
+        }
+        None
+    }
+}
+
+/// The highest degree of the motion polynomial.
+const DEGREE: usize = bernstein::MAX_DEGREE;
+
+/// φ(t₀ + τ) = Σ angleⱼ τʲ.
+struct Local {
+    angle: [f64; DEGREE + 1],
+    degree: usize,
+}
+
+impl Local {
+    /// φ, w, a at τ.
+    fn at(&self, tau: f64) -> [f64; 3] {
+        let [mut phi, mut w, mut half] = [0.0; 3];
+        for c in self.angle[..=self.degree].iter().rev() {
+            half = half * tau + w;
+            w = w * tau + phi;
+            phi = phi * tau + c;
+        }
+        [phi, w, 2.0 * half]
+    }
+
+    /// Whether the angle first grows.
+    fn forward(&self) -> bool {
+        self.angle[1..].iter().find(|c| **c != 0.0).is_none_or(|c| *c > 0.0)
+    }
+
+    /// angleⱼ Lʲ: the coefficients on [0, 1].
+    fn scaled(&self, length: f64) -> [f64; DEGREE + 1] {
+        let mut power = 1.0;
+        self.angle.map(|c| {
+            let scaled = if c == 0.0 { 0.0 } else { c * power };
+            power *= length;
+            scaled
+        })
+    }
+
+    /// A length over which φ changes by no more than `span`: each term contributes its share.
+    fn length_for(&self, span: f64) -> f64 {
+        let share = span / self.degree as f64;
+        let mut length = f64::INFINITY;
+        for (j, c) in self.angle.iter().enumerate().skip(1).filter(|(_, c)| **c != 0.0) {
+            length = length.min((share / c.abs()).powf(1.0 / j as f64));
+        }
+        length
+    }
+
+    /// A bound of |w| on [0, `length`].
+    fn speed(&self, length: f64) -> f64 {
+        (1..=self.degree).rev().fold(0.0, |sum, j| sum * length + j as f64 * self.angle[j].abs())
+    }
+
+    /// A bound of |a| on [0, `length`].
+    fn acceleration(&self, length: f64) -> f64 {
+        (2..=self.degree).rev().fold(0.0, |sum, j| sum * length + (j * (j - 1)) as f64 * self.angle[j].abs())
+    }
+}
+
+/// F of −ẍ = Re[F e^(ikψ)] for the harmonic k of a law; ψ = φ sgn w grows, so that a cam that turns back sees the
+/// sine coefficients with the other sign.
+fn harmonic_force(series: &Fourier, k: usize, w: f64, nu: f64) -> [f64; 2] {
+    [nu * nu * series.a[k], -nu * nu * w.signum() * series.b[k]]
+}
+
+fn no_periodic_motion(reason: &str) -> Fault {
+    Fault(format!(
+        "start.mode = steady_state: there is no periodic motion, {reason}; choose at_rest or given, another speed, or b > 0"
+    ))
+}
+
+#[cfg(test)]
+mod tests;
