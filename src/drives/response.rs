@@ -285,7 +285,7 @@ impl Response {
         let mut local = self.local(start);
         // Infinity has no double-double.
         let horizon = if self.until.is_finite() { (Double::from(self.until) - start).hi } else { f64::INFINITY };
-        let mut length = local.length_for(2.0 / law.resolution());
+        let mut length = local.length_for(2.0 / law.resolution_in(self.piece.segment));
         if self.until.is_finite() && !(horizon <= length * MOST_PIECES) {
             return Err(Fault(format!(
                 "the cam moves too fast to follow at t = {} s: more than {MOST_PIECES:e} pieces up to t = {} s",
