@@ -1,0 +1,247 @@
+"""Independent solutions of the drives' equations: closed forms in multiple precision (mpmath) and
+Dormand-Prince 8(5,3) of scipy at the limit of double precision. Nothing here is taken from the Rust code."""
+
+import math
+
+import mpmath as mp
+import numpy as np
+from scipy.integrate import solve_ivp
+
+
+class Series:
+    """U(phi) = a0 + sum a_k cos k phi + b_k sin k phi."""
+
+    def __init__(self, a, b=()):
+        n = max(len(a), len(b))
+        self.a = list(a) + [0.0] * (n - len(a))
+        self.b = list(b) + [0.0] * (n - len(b))
+
+    @classmethod
+    def of(cls, package, prefix="cam"):
+        """The law from the start values of the parameters of an FMU."""
+        values = package.parameters()
+        a, b = [], [0.0]
+        while f"{prefix}.a[{len(a)}]" in values:
+            a.append(values[f"{prefix}.a[{len(a)}]"])
+        while f"{prefix}.b[{len(b)}]" in values:
+            b.append(values[f"{prefix}.b[{len(b)}]"])
+        return cls(a, b)
+
+    def derivative(self, phi, order, sin=math.sin, cos=math.cos):
+        """d^n U / d phi^n by shifting the phase of every harmonic by n quarter turns."""
+        shifted = [(cos, sin, 1, 1), (sin, cos, -1, 1), (cos, sin, -1, -1), (sin, cos, 1, -1)][order % 4]
+        f, g, sf, sg = shifted
+        total = self.a[0] if order == 0 else 0
+        for k in range(1, len(self.a)):
+            total += k**order * (sf * self.a[k] * f(k * phi) + sg * self.b[k] * g(k * phi))
+        return total
+
+
+def elastic_output_closed(m, c, b, series, w, phi_start, q0, v0, times, digits=60):
+    """(q, der q) of m q'' + b q' + c q = -m x'' at constant speed, from (q0, v0) at t = 0.
+
+    Superposition of the steady harmonics and the free motion in `digits` decimal digits, so that neither
+    resonance nor critical damping costs accuracy; exactly at an undamped resonance the speed is moved by
+    1e-25 relatively, which changes q by less than 1e-17 of its size over 1e6 revolutions.
+    """
+    with mp.workdps(digits):
+        m, c, b, phi0 = (mp.mpf(v) for v in (m, c, b, phi_start))
+        omega = mp.mpf(w) * (1 + mp.mpf(10) ** -25)
+        delta = b / (2 * m) * (1 + mp.mpf(10) ** -25)
+        root = mp.sqrt(mp.mpc(delta**2 - c / m))
+        if root == 0:
+            root = mp.mpf(10) ** -22
+        l1, l2 = -delta + root, -delta - root
+        harmonics = []
+        for k in range(1, len(series.a)):
+            x = mp.mpc(series.a[k], -mp.mpf(series.b[k])) * mp.expj(k * phi0)
+            nu = k * omega
+            if x != 0:
+                harmonics.append((nu, m * nu**2 * x / (c - m * nu**2 + 1j * nu * b)))
+        h0 = mp.mpf(q0) - sum(mp.re(q) for _, q in harmonics)
+        h1 = mp.mpf(v0) - sum(mp.re(1j * nu * q) for nu, q in harmonics)
+        c1, c2 = (h1 - l2 * h0) / (l1 - l2), (l1 * h0 - h1) / (l1 - l2)
+        result = []
+        for t in times:
+            t = mp.mpf(t)
+            e1, e2 = c1 * mp.exp(l1 * t), c2 * mp.exp(l2 * t)
+            forced = [(nu, q * mp.expj(nu * t)) for nu, q in harmonics]
+            position = mp.re(e1 + e2) + sum(mp.re(z) for _, z in forced)
+            velocity = mp.re(l1 * e1 + l2 * e2) + sum(mp.re(1j * nu * z) for nu, z in forced)
+            result.append((float(position), float(velocity)))
+        return np.array(result)
+
+
+def integrate(rhs, state, times):
+    """The states at `times` (the first is the start) by DOP853 at rtol 1e-13."""
+    solution = solve_ivp(
+        rhs, (times[0], times[-1]), state, method="DOP853", rtol=1e-13, atol=1e-15, t_eval=times, max_step=np.inf
+    )
+    assert solution.success, solution.message
+    return solution.y.T
+
+
+def elastic_output(m, c, b, series, motion):
+    """Right-hand side for (q, der q); `motion` yields phi, w, a."""
+
+    def rhs(t, s):
+        phi, w, a = motion(t)
+        xdd = series.derivative(phi, 2) * w * w + series.derivative(phi, 1) * a
+        return [s[1], -(b * s[1] + c * s[0]) / m - xdd]
+
+    return rhs
+
+
+def elastic_shaft(m, inertia, c, b, series, motion, linear):
+    """Right-hand side for (q, der q): physics of the elastic input shaft, twist q = psi - phi."""
+
+    def rhs(t, s):
+        q, v = s
+        phi, w, a = motion(t)
+        psi = phi if linear else phi + q
+        u1, u2, u3 = (series.derivative(psi, n) for n in (1, 2, 3))
+        j = inertia + m * u1 * u1
+        if linear:
+            force = -m * w * w * u1 * u2 - j * a
+            damping = b + 2 * m * w * u1 * u2
+            stiffness = c + m * w * w * (u2 * u2 + u1 * u3) + 2 * m * a * u1 * u2
+            return [v, (force - damping * v - stiffness * q) / j]
+        psid = w + v
+        return [v, -(m * u1 * u2 * psid * psid + b * v + c * q) / j - a]
+
+    return rhs
+
+
+def kloss(w, breakdown_torque, breakdown_slip, synchronous):
+    """Kloss torque, the rational form."""
+    s = (synchronous - w) / synchronous
+    return math.copysign(1, synchronous) * 2 * breakdown_torque * s * breakdown_slip / (s * s + breakdown_slip**2)
+
+
+def rigid_machine(j0, followers, torque, load):
+    """Right-hand side for (phi, w); followers: (mass, series); torque(w) of the motor; load(t)."""
+
+    def rhs(t, s):
+        phi, w = s
+        j = j0 + sum(m * f.derivative(phi, 1) ** 2 for m, f in followers)
+        half = sum(m * f.derivative(phi, 1) * f.derivative(phi, 2) for m, f in followers)
+        return [w, (torque(w) - load(t) - half * w * w) / j]
+
+    return rhs
+
+
+class Backlash:
+    """The two-sided clearance at constant speed, undamped or damped, in multiple precision: exact phases, the
+    switching instants by a fine scan and bisection. Steady contact start; e = 0 or 0 < e <= 1 without chatter."""
+
+    def __init__(self, p, series, digits=25):
+        self.digits = digits
+        with mp.workdps(digits):
+            for name in ("m1", "m2", "c", "b", "s", "e"):
+                setattr(self, name, mp.mpf(p[name]))
+            self.series, self.w, self.phi0 = series, mp.mpf(p["drive.w"]), mp.mpf(p["drive.phi_start"])
+            self.contact_rate = mp.sqrt(self.c / self.m2 - (self.b / (2 * self.m2)) ** 2)
+            reduced = self.m1 * self.m2 / (self.m1 + self.m2)
+            self.flight_decay = self.b / (2 * reduced)
+            self.flight_rate = mp.sqrt(self.c / reduced - self.flight_decay**2)
+
+    def cam(self, t, order):
+        return self.w**order * self.series.derivative(self.phi0 + self.w * t, order, mp.sin, mp.cos)
+
+    def steady(self, t):
+        """(q, der q) of the periodic contact solution."""
+        q = v = mp.mpf(0)
+        for k in range(1, len(self.series.a)):
+            nu = k * self.w
+            x = mp.mpc(self.series.a[k], -mp.mpf(self.series.b[k])) * mp.expj(k * (self.phi0 + self.w * t))
+            z = self.m2 * nu**2 * x / (self.c - self.m2 * nu**2 + 1j * nu * self.b)
+            q, v = q + mp.re(z), v + mp.re(1j * nu * z)
+        return q, v
+
+    @staticmethod
+    def free(rate, decay, q, v, t):
+        s, c, e = mp.sin(rate * t), mp.cos(rate * t), mp.exp(-decay * t)
+        g = (v + decay * q) / rate
+        return e * (q * c + g * s), e * ((rate * g - decay * q) * c - (rate * q + decay * g) * s)
+
+    def force(self, t, q, v):
+        return self.m1 * self.cam(t, 2) - self.c * q - self.b * v
+
+    def run(self, stop):
+        """Events (time, kind, impulse) and the state (x1, v1, x2, v2) at `stop`, from contact at t = 0."""
+        with mp.workdps(self.digits):
+            t, events = mp.mpf(0), []
+            q, v = self.steady(t)
+            flank = 1 if self.force(t, q, v) > 0 else -1
+            while True:
+                t, q, v, done = self.contact(t, q, v, flank, mp.mpf(stop))
+                if done:
+                    x = self.cam(t, 0) + (0 if flank == 1 else self.s)
+                    return events, [float(z) for z in (x, self.cam(t, 1), x + q, self.cam(t, 1) + v)]
+                events.append((t, "release", mp.mpf(0)))
+                x1 = self.cam(t, 0) + (0 if flank == 1 else self.s)
+                state = [x1, self.cam(t, 1), x1 + q, self.cam(t, 1) + v]
+                while True:
+                    t, state, hit, done = self.flight(t, state, mp.mpf(stop))
+                    if done:
+                        return events, [float(z) for z in state]
+                    jump = -(1 + self.e) * (state[1] - self.cam(t, 1))
+                    events.append((t, "impact", self.m1 * jump))
+                    state[1] += jump
+                    q, v = state[2] - state[0], state[3] - self.cam(t, 1)
+                    rebound = abs(state[1] - self.cam(t, 1))
+                    if rebound < mp.mpf(10) ** (5 - self.digits) and hit * self.force(t, q, v) > 0:
+                        flank = hit
+                        break
+
+    def contact(self, t0, q0, v0, flank, stop):
+        p0 = self.steady(t0)
+        decay = self.b / (2 * self.m2)
+
+        def at(t):
+            h = self.free(self.contact_rate, decay, q0 - p0[0], v0 - p0[1], t - t0)
+            p = self.steady(t)
+            return h[0] + p[0], h[1] + p[1]
+
+        guard = lambda t: flank * self.force(t, *at(t))
+        t = self.first(guard, t0, stop, mp.pi / (40 * self.flight_rate))
+        end = stop if t is None else t
+        return (end, *at(end), t is None)
+
+    def flight(self, t0, state, stop):
+        total = self.m1 + self.m2
+        centre = (self.m1 * state[0] + self.m2 * state[2]) / total
+        speed = (self.m1 * state[1] + self.m2 * state[3]) / total
+
+        def at(t):
+            r, u = self.free(self.flight_rate, self.flight_decay, state[2] - state[0], state[3] - state[1], t - t0)
+            c = centre + speed * (t - t0)
+            return [c - self.m2 / total * r, speed - self.m2 / total * u, c + self.m1 / total * r, speed + self.m1 / total * u]
+
+        gap = lambda t: at(t)[0] - self.cam(t, 0)
+        scan = mp.pi / (40 * self.flight_rate)
+        ta = self.first(gap, t0, stop, scan)
+        tb = self.first(lambda t: self.s - gap(t), t0, stop, scan)
+        hits = [(t, f) for t, f in ((ta, 1), (tb, -1)) if t is not None]
+        if not hits:
+            return stop, at(stop), 0, True
+        t, flank = min(hits)
+        landed = at(t)
+        landed[0] = self.cam(t, 0) + (0 if flank == 1 else self.s)
+        return t, landed, flank, False
+
+    @staticmethod
+    def first(g, t0, stop, scan):
+        """The first downward crossing after t0; g may start from a zero of any order."""
+        t, before = t0, None
+        while t < stop:
+            u = min(t + scan, stop)
+            value = g(u)
+            if value < 0 and before is not None and before > 0:
+                lo, hi = t, u
+                while hi - lo > mp.mpf(10) ** (3 - mp.mp.dps) * (1 + abs(hi)):
+                    middle = (lo + hi) / 2
+                    lo, hi = (middle, hi) if g(middle) > 0 else (lo, middle)
+                return (lo + hi) / 2
+            t, before = u, value
+        return None

@@ -1,0 +1,133 @@
+"""The drive with backlash against exact phases in multiple precision, and its balances."""
+
+import math
+import re
+
+import numpy as np
+import pytest
+
+import reference
+
+LINE = re.compile(r"(release|impact).*?t = ([-+0-9.e]+) s")
+
+
+def switching(unit):
+    """(kind, time) of the logged events."""
+    found = (LINE.search(text) for _, category, text in unit.log if category == "logEvents")
+    return [(m.group(1), float(m.group(2))) for m in found if m]
+
+
+@pytest.fixture(scope="module")
+def truth(fmu):
+    package = fmu("backlash_drive")
+    p = package.parameters()
+    return reference.Backlash(p, reference.Series.of(package)).run(0.5)
+
+
+def started(package, **values):
+    return package.unit().initialise(values={"start.mode": 3} | values)
+
+
+@pytest.mark.parametrize("size", [1e-4, 1e-3, 1e-2, 0.5])
+def test_switching_instants_and_states(fmu, truth, size):
+    package = fmu("backlash_drive")
+    events, state = truth
+    with started(package) as unit:
+        for _ in range(round(0.5 / size)):
+            unit.step(size)
+        got = np.array(unit.get("x1", "der(x1)", "y", "der(y)"))
+        impulse, impacts = unit.get("impulse", "impacts")
+        logged = switching(unit)
+    expected = [(kind, float(t)) for t, kind, _ in events]
+    assert [k for k, _ in logged] == [k for k, _ in expected]
+    assert max(abs(a - b) for (_, a), (_, b) in zip(logged, expected)) <= 1e-12
+    total = float(sum(abs(i) for _, _, i in events))
+    assert abs(impulse - float(sum(i for _, _, i in events))) <= 1e-10 * total
+    assert impacts == sum(kind == "impact" for kind, _ in expected)
+    assert np.all(np.abs(got - state) <= 1e-10 * np.array([1e-2, 1.0, 1e-2, 1.0]))
+
+
+@pytest.mark.parametrize("e", [0.0, 0.6, 1.0])
+@pytest.mark.parametrize("b", [0.0, 60.0])
+def test_momentum_over_many_turns(fmu, e, b):
+    """m1 v1 + m2 v2 changes by the sum of force_mean h, whatever happens inside the steps."""
+    package = fmu("backlash_drive")
+    p = package.parameters()
+    with package.unit() as unit:
+        unit.initialise(values={"e": e, "b": b})
+        momentum = lambda: p["m1"] * unit.get("der(x1)") + p["m2"] * unit.get("der(y)")
+        start, received, scale = momentum(), 0.0, 0.0
+        for _ in range(2000):
+            unit.step(2e-3)
+            received += 2e-3 * unit.get("force_mean")
+            scale = max(scale, abs(momentum()))
+            gap = unit.get("gap")
+            assert -1e-15 <= gap <= p["s"] + 1e-15
+        assert abs(momentum() - start - received) <= 1e-10 * scale
+
+
+def test_energy_over_many_turns(fmu):
+    """With b = 0 the energy of the masses and the spring changes by the work of the drive less the impact losses."""
+    package = fmu("backlash_drive")
+    p = package.parameters()
+    with package.unit() as unit:
+        unit.initialise(values={"e": 0.3})
+
+        def energy():
+            v1, v2, q = unit.get("der(x1)", "der(y)", "q")
+            return p["m1"] * v1 * v1 / 2 + p["m2"] * v2 * v2 / 2 + p["c"] * q * q / 2
+
+        start, work, scale = energy(), 0.0, 0.0
+        for _ in range(1000):
+            unit.step(2e-3)
+            part = 2e-3 * p["drive.w"] * unit.get("tau_mean")
+            work, scale = work + part, scale + abs(part)
+        assert abs(energy() - start - work + unit.get("energy_loss")) <= 1e-10 * scale
+
+
+def test_without_clearance_the_mass_stays_on_the_cam(fmu):
+    package = fmu("backlash_drive")
+    p = package.parameters()
+    series = reference.Series.of(package)
+    with package.unit() as unit:
+        unit.initialise(values={"s": 0.0})
+        for _ in range(40):
+            unit.step(7e-3)
+        q, v, x1, impacts = unit.get("q", "der(q)" if "der(q)" in package.variables else "q", "x1", "impacts")
+        time = unit.time
+    expected = reference.elastic_output_closed(
+        p["m2"], p["c"], p["b"], series, p["drive.w"], p["drive.phi_start"], 0.0, 0.0, [time]
+    )[0]
+    assert impacts == 0
+    assert abs(q - expected[0]) <= 1e-12
+    assert math.isclose(x1, series.derivative(p["drive.phi_start"] + p["drive.w"] * time, 0), abs_tol=1e-14)
+
+
+def test_inputs_at_constant_speed_yield_the_same_machine(fmu):
+    """Inputs phi = w t: the same events as with prescribed constant speed."""
+    constant, moved = fmu("backlash_drive"), fmu("backlash_input")
+    p = constant.parameters()
+    with constant.unit() as a, moved.unit() as b:
+        a.initialise()
+        b.set(phi=p["drive.phi_start"], w=p["drive.w"], a=0.0)
+        b.initialise()
+        for _ in range(100):
+            b.set(phi=p["drive.phi_start"] + p["drive.w"] * b.time, w=p["drive.w"], a=0.0)
+            a.step(1e-3)
+            b.step(1e-3)
+        first, second = switching(a), switching(b)
+        assert [k for k, _ in first] == [k for k, _ in second] and len(first) >= 2
+        assert max(abs(s - t) for (_, s), (_, t) in zip(first, second)) <= 1e-9
+        for name in ("x1", "y", "der(y)", "impulse"):
+            assert math.isclose(a.get(name), b.get(name), rel_tol=1e-8, abs_tol=1e-9)
+
+
+def test_the_published_passage(fmu, truth):
+    """The strong zero of U'' at 254.1 degrees, s = 0.05 mm, eta = 0.05: passage of 8.7 degrees."""
+    events, _ = truth
+    p = fmu("backlash_drive").parameters()
+    angle = lambda t: math.degrees(p["drive.phi_start"] + p["drive.w"] * float(t))
+    release = next(t for t, kind, _ in events if kind == "release")
+    impact = next(t for t, kind, _ in events if kind == "impact")
+    assert abs(angle(release) - 254.05) < 0.1
+    assert abs(angle(impact) - angle(release) - 8.7) < 0.1

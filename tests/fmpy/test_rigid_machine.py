@@ -1,0 +1,119 @@
+"""The rigid machine against DOP853, its energy balance and the published steady state of the loom."""
+
+import math
+
+import numpy as np
+import pytest
+
+import reference
+
+
+def machine(package, load=lambda t: 0.0, **changes):
+    p = package.parameters() | changes
+    followers = []
+    while f"follower[{len(followers) + 1}].m" in p:
+        j = len(followers) + 1
+        followers.append((p[f"follower[{j}].m"], reference.Series.of(package, f"follower[{j}].cam")))
+    torque = lambda w: reference.kloss(w, p["motor.M_k"], p["motor.s_k"], p["motor.w_s"])
+    return p, reference.rigid_machine(p["J0"], followers, torque, load)
+
+
+@pytest.mark.parametrize("size", [1e-4, 1e-3, 1e-2, 1e-1, 1.2])
+def test_run_up_from_standstill(fmu, size):
+    package = fmu("rapier_loom")
+    start = {"start.mode": 1, "phi_start": 0.0, "w_start": 0.0}
+    p, rhs = machine(package)
+    count = max(1, min(2000, round(1.2 / size)))
+    expected = reference.integrate(rhs, [0.0, 0.0], np.linspace(0, count * size, 101))[-1]
+    with package.unit() as unit:
+        unit.initialise(values=start)
+        for _ in range(count):
+            unit.step(size)
+        phi, w = unit.get("phi", "w")
+    assert abs(phi - expected[0]) <= 1e-9 * abs(expected[0]) + 1e-12
+    assert abs(w - expected[1]) <= 1e-9 * p["motor.w_s"]
+
+
+def test_through_reversal_under_load(fmu):
+    """A load above the breakdown torque drives the machine backwards."""
+    package = fmu("rapier_loom")
+    load = 400.0
+    p, rhs = machine(package, load=lambda t: load)
+    expected = reference.integrate(rhs, [0.0, 20.0], np.linspace(0, 0.8, 201))
+    assert expected[-1, 1] < -5.0
+    for size in (1e-3, 0.8):
+        with package.unit() as unit:
+            unit.initialise(values={"start.mode": 1, "phi_start": 0.0, "w_start": 20.0, "tau": load})
+            for _ in range(round(0.8 / size)):
+                unit.step(size)
+            phi, w = unit.get("phi", "w")
+        assert abs(phi - expected[-1, 0]) <= 1e-9 * np.abs(expected[:, 0]).max()
+        assert abs(w - expected[-1, 1]) <= 1e-9 * np.abs(expected[:, 1]).max()
+
+
+def test_the_published_steady_state_of_the_loom(fmu):
+    """T = 0.12004168324406 s, speed between 49.683 and 55.775 rad/s."""
+    package = fmu("rapier_loom")
+    period = 0.12004168324406
+    with package.unit() as unit:
+        unit.initialise(values={"start.mode": 2})
+        phi, w = unit.get("phi", "w")
+        speeds = []
+        for i in range(400):
+            unit.step_to(period * (i + 1) / 400)
+            speeds.append(unit.get("w"))
+        assert abs(unit.get("phi") - phi - 2 * math.pi) <= 2e-11
+        assert abs(unit.get("w") - w) <= 1e-9 * w
+    assert abs(min(speeds) - 49.683) < 2e-3 and abs(max(speeds) - 55.775) < 2e-3
+
+
+def test_energy_balance(fmu):
+    """The change of E = J w^2 / 2 is the integral of (M_an - tau) w over time, Gauss-Legendre over short cells."""
+    package = fmu("rapier_loom")
+    nodes, weights = np.polynomial.legendre.leggauss(10)
+    cell = 2e-3
+    work = scale = 0.0
+    with package.unit() as unit:
+        unit.initialise(values={"start.mode": 1, "phi_start": 0.0, "w_start": 1.0})
+        start = unit.get("E")
+        for i in range(300):
+            for node, weight in zip(nodes, weights):
+                unit.step_to(cell * (i + (1 + node) / 2))
+                torque, w = unit.get("M_an", "w")
+                work += weight * cell / 2 * torque * w
+                scale += weight * cell / 2 * abs(torque * w)
+        unit.step_to(300 * cell)
+        assert abs(unit.get("E") - start - work) <= 1e-9 * scale
+
+
+def test_without_a_motor_the_energy_is_constant(fmu):
+    package = fmu("machine_free")
+    with package.unit() as unit:
+        unit.initialise()
+        start = unit.get("E")
+        for _ in range(500):
+            unit.step(1e-2)
+            j, w, energy = unit.get("J", "w", "E")
+            assert abs(energy - start) <= 1e-10 * start
+            assert math.isclose(energy, j * w * w / 2, rel_tol=1e-14)
+
+
+def test_torque_as_input(fmu):
+    package = fmu("machine_torque_input")
+    p = package.parameters()
+    followers = [(p["follower[1].m"], reference.Series.of(package, "follower[1].cam"))]
+    drive = lambda t: 5.0 + 4.0 * t
+    rhs = reference.rigid_machine(p["J0"], followers, lambda w: 0.0, lambda t: -drive(t))
+    start = [p["phi_start"], p["w_start"]]
+    expected = reference.integrate(rhs, start, np.linspace(0, 1.0, 101))
+    reference_of = package.variables["M_an"].valueReference
+    for size in (1e-2, 0.25):
+        with package.unit() as unit:
+            unit.set(M_an=5.0)
+            unit.initialise()
+            for _ in range(round(1.0 / size)):
+                unit.set(M_an=drive(unit.time))
+                unit.slave.setRealInputDerivatives([reference_of], [1], [4.0])
+                unit.step(size)
+            got = np.array(unit.get("phi", "w"))
+        assert np.all(np.abs(got - expected[-1]) <= 1e-9 * np.abs(expected).max(axis=0))
