@@ -7,6 +7,7 @@ pub mod cam_drive;
 pub mod curve;
 pub mod erased;
 pub mod event;
+pub mod number;
 pub mod resource;
 pub mod response;
 pub mod solver;
@@ -16,6 +17,7 @@ pub mod variable;
 pub use curve::Curve;
 pub use erased::{DynDrive, Model};
 pub use event::{Event, EventLog};
+pub use number::Number;
 pub use variable::{Description, List, Variable};
 
 use serde::{Serialize, de::DeserializeOwned};
@@ -137,8 +139,8 @@ pub trait Drive: Clone + Serialize + DeserializeOwned + Send + 'static {
         0
     }
 
-    /// The relative tolerance that the importer asked for at set-up; never makes the result worse than the
-    /// documented default.
+    /// The relative tolerance that the importer asked for at set-up, 0 for none; never makes the result worse than
+    /// the documented default.
     fn request_tolerance(&mut self, tolerance: f64);
 
     /// What happened since the log was last cleared.
