@@ -7,11 +7,25 @@ use serde::{Deserialize, Serialize};
 ///
 /// Source: Dresig, Vulfson, *Dynamik der Mechanismen*, section 4.6.2 (HS profiles).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(from = "Coefficients")]
 pub struct Fourier {
     /// a₀ … a_K [m].
     pub a: Vec<f64>,
     /// b₀ … b_K [m]; b₀ has no meaning and is zero. As long as `a`.
     pub b: Vec<f64>,
+}
+
+/// Coefficients as a file has them, of any lengths.
+#[derive(Deserialize)]
+struct Coefficients {
+    a: Vec<f64>,
+    b: Vec<f64>,
+}
+
+impl From<Coefficients> for Fourier {
+    fn from(Coefficients { a, b }: Coefficients) -> Self {
+        Fourier::new(a, b)
+    }
 }
 
 impl Fourier {
@@ -27,6 +41,23 @@ impl Fourier {
     /// The highest harmonic K.
     pub fn order(&self) -> usize {
         self.a.len() - 1
+    }
+
+    /// `factor` · U.
+    pub fn scaled(&self, factor: f64) -> Self {
+        let scaled = |list: &[f64]| list.iter().map(|c| factor * c).collect();
+        Fourier { a: scaled(&self.a), b: scaled(&self.b) }
+    }
+
+    /// U(φ − `angle`), the law that comes `angle` [rad] later.
+    pub fn delayed(&self, angle: f64) -> Self {
+        let mut delayed = self.clone();
+        for k in 1..self.a.len() {
+            let (sin, cos) = (k as f64 * angle).sin_cos();
+            delayed.a[k] = self.a[k] * cos - self.b[k] * sin;
+            delayed.b[k] = self.a[k] * sin + self.b[k] * cos;
+        }
+        delayed
     }
 
     /// U … U⁗ at `phi`, error a few ulp of Σ kⁿ |cₖ|.
@@ -53,5 +84,55 @@ impl Fourier {
     pub fn bound(&self, order: usize) -> f64 {
         let constant = if order == 0 { self.a[0].abs() } else { 0.0 };
         constant + (1..self.a.len()).map(|k| (k as f64).powi(order as i32) * self.a[k].hypot(self.b[k])).sum::<f64>()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn series() -> Fourier {
+        let a = (0..=12).map(|k| 1.0 / f64::from(1 + k * k)).collect();
+        let b = (0..=12).map(|k| f64::from(k - 5) / f64::from(1 + k * k * k)).collect();
+        Fourier::new(a, b)
+    }
+
+    #[test]
+    fn the_recurrence_gives_the_direct_sums() {
+        let series = series();
+        for i in 0..200 {
+            let phi = -6.28 + 12.56 * f64::from(i) / 199.0;
+            let u = series.at(phi).0;
+            for n in 0..5 {
+                // cos⁽ⁿ⁾ x = cos(x + nπ/2): (cos, −sin, −cos, sin) in turn.
+                let direct: f64 = (0..13)
+                    .map(|k| {
+                        let (s, c) = (k as f64 * phi).sin_cos();
+                        let (c, s) = [(c, s), (-s, c), (-c, -s), (s, -c)][n % 4];
+                        (k as f64).powi(n as i32) * (series.a[k] * c + series.b[k] * s)
+                    })
+                    .sum();
+                assert!((u[n] - direct).abs() < 4e-15 * series.bound(n), "{phi} order {n}");
+                assert!(u[n].abs() <= series.bound(n));
+            }
+        }
+    }
+
+    #[test]
+    fn scaling_and_delay_act_on_the_law() {
+        let series = series();
+        for phi in [-3.0, 0.2, 2.5] {
+            for n in 0..5 {
+                let u = |series: &Fourier, phi: f64| series.at(phi).0[n];
+                assert!((u(&series.scaled(-0.3), phi) + 0.3 * u(&series, phi)).abs() < 1e-15 * series.bound(n));
+                assert!((u(&series.delayed(0.7), phi) - u(&series, phi - 0.7)).abs() < 4e-15 * series.bound(n));
+            }
+        }
+    }
+
+    #[test]
+    fn lists_of_unequal_lengths_are_filled_up() {
+        let series: Fourier = serde_json::from_str(r#"{"a": [], "b": [7.0, 1.0]}"#).unwrap();
+        assert_eq!(series, Fourier { a: vec![0.0, 0.0], b: vec![0.0, 1.0] });
     }
 }

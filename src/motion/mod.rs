@@ -5,6 +5,7 @@
 pub mod cycle;
 pub mod derivatives;
 pub mod fourier;
+pub mod harmonic_analysis;
 pub mod parameters;
 pub mod standard_laws;
 pub mod table;
@@ -95,10 +96,10 @@ impl MotionLaw {
     }
 
     /// The harmonic order that resolves the law: a polynomial of degree 16 over an angle of 2/K rad meets U to
-    /// about 1e-16 of its amplitude within a segment.
+    /// about 1e-16 of its amplitude within a segment. At least 1.
     pub fn resolution(&self) -> f64 {
         match self {
-            MotionLaw::Fourier(series) => series.order() as f64,
+            MotionLaw::Fourier(series) => series.order().max(1) as f64,
             MotionLaw::Cycle(cycle) => {
                 (0..cycle.segments()).map(|segment| cycle.resolution_in(segment)).fold(1.0, f64::max)
             }
@@ -137,5 +138,127 @@ impl MotionLaw {
             _ => {}
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::table::Points;
+    use super::*;
+    use std::f64::consts::TAU;
+
+    /// One law of each kind and each standard law.
+    fn laws() -> Vec<MotionLaw> {
+        let plan = |law| CyclePlan {
+            stroke: 0.04,
+            lower: -0.01,
+            rise_start: -0.5,
+            rise_angle: 1.5,
+            upper_dwell: 0.7,
+            return_angle: 2.0,
+            rise_law: law,
+            return_law: law,
+        };
+        let angles: Vec<f64> = (0..40).map(|i| TAU * f64::from(i) / 40.0).collect();
+        let lifts = angles.iter().map(|phi| 0.02 * phi.sin().exp()).collect();
+        let mut laws = vec![
+            MotionLaw::Fourier(Fourier::new(vec![0.0, 0.02, 0.0, -0.003, 0.0, 2e-4], vec![0.0, 0.01])),
+            MotionLaw::Table(Table::new(Points { angles, lifts }).unwrap()),
+        ];
+        laws.extend(StandardLaw::ALL.map(|law| MotionLaw::Cycle(Cycle::new(plan(law)))));
+        laws
+    }
+
+    /// Start and length of segment `i`.
+    fn extent(law: &MotionLaw, i: usize) -> (f64, f64) {
+        let b = law.breakpoints();
+        match b.len() {
+            0 => (0.0, TAU),
+            n if i + 1 == n => (b[i], b[0] + TAU - b[i]),
+            _ => (b[i], b[i + 1] - b[i]),
+        }
+    }
+
+    #[test]
+    fn bounds_hold_in_segments_and_over_the_turn() {
+        for law in laws() {
+            for i in 0..law.breakpoints().len().max(1) {
+                let (start, width) = extent(&law, i);
+                for k in 0..=200 {
+                    let u = law.at_in(i, start + width * f64::from(k) / 200.0).0;
+                    for n in 0..5 {
+                        let bound = law.bound_in(i, n);
+                        // The ends of the segment are rounded, and U⁽ⁿ⁾ with them, outside of the segment.
+                        assert!(u[n].abs() <= bound + 1e-15 * law.bound((n + 1).min(4)), "{law:?} {i} order {n}");
+                        assert!(bound <= law.bound(n));
+                    }
+                }
+            }
+        }
+    }
+
+    /// The error of the interpolant at the 17 Chebyshev points of [a, a + width], relative to the bound of U.
+    fn interpolation_error(law: &MotionLaw, segment: usize, a: f64, width: f64) -> f64 {
+        const N: usize = 17;
+        let angle = |x: f64| a + 0.5 * width * (1.0 + x);
+        let node = |i: usize| (TAU / 4.0 * (2 * i + 1) as f64 / N as f64).cos();
+        let values: Vec<f64> = (0..N).map(|i| law.at_in(segment, angle(node(i))).0[0]).collect();
+        let weight = |i: usize| (1.0 - 2.0 * (i % 2) as f64) * (TAU / 4.0 * (2 * i + 1) as f64 / N as f64).sin();
+        let mut error: f64 = 0.0;
+        for k in 0..50 {
+            // Between the nodes, by the barycentric formula.
+            let x = -0.9999 + 1.9998 * f64::from(k) / 49.0;
+            let (mut above, mut below) = (0.0, 0.0);
+            for i in 0..N {
+                let w = weight(i) / (x - node(i));
+                (above, below) = (above + w * values[i], below + w);
+            }
+            error = error.max((above / below - law.at_in(segment, angle(x)).0[0]).abs());
+        }
+        error / law.bound(0)
+    }
+
+    #[test]
+    fn a_polynomial_of_degree_16_meets_the_law_over_the_angle_that_the_resolution_gives() {
+        for law in laws() {
+            for i in 0..law.breakpoints().len().max(1) {
+                let (start, width) = extent(&law, i);
+                let part = width.min(2.0 / law.resolution_in(i));
+                for k in 0..5 {
+                    let a = start + (width - part) * f64::from(k) / 4.0;
+                    let error = interpolation_error(&law, i, a, part);
+                    // What the roundings of angles around 6 rad, times U′, leave.
+                    assert!(error < 5e-15, "{law:?}, segment {i}: {error:e}");
+                }
+                assert!(law.resolution_in(i) <= law.resolution());
+            }
+        }
+    }
+
+    #[test]
+    fn no_angle_yields_a_nan_or_a_panic() {
+        for law in laws() {
+            for phi in [-1e9, -2.0 * TAU, -TAU, -1e-300, 0.0, TAU, 50.0] {
+                for forward in [false, true] {
+                    let u = law.at_in(law.segment(phi, forward), phi).0;
+                    assert!(u.iter().all(|u| u.is_finite()) && u[0].abs() <= law.bound(0), "{law:?} at {phi}");
+                }
+            }
+            law.at(f64::NAN);
+            law.at_in(1000, 1.0);
+        }
+    }
+
+    #[test]
+    fn validity_is_told_by_name() {
+        let mut laws = laws();
+        assert!(laws.iter().all(|law| law.validate() == Ok(())));
+        laws[0].set_parameter(1, f64::INFINITY);
+        assert!(laws[0].validate().unwrap_err().contains("Fourier"));
+        laws[1].set_parameter(0, f64::INFINITY);
+        assert!(laws[1].validate().unwrap_err().contains("cam.scale"));
+        laws[2].set_parameter(3, 5.0);
+        let message = laws[2].validate().unwrap_err();
+        assert!(message.contains("rise = 5 rad") && message.contains("2π"), "{message}");
     }
 }

@@ -99,8 +99,8 @@ impl StandardLaw {
 
     /// f … f⁗ of the part `part`, which begins at z < ½.
     fn lower_half(self, part: usize, z: f64) -> [f64; 5] {
-        let u = z * (1.0 - z);
-        let s = 1.0 - 2.0 * z;
+        let y = 1.0 - z;
+        let (u, s) = (z * y, y - z);
         match (self, part) {
             (SimpleSine, _) => {
                 let (sin, cos) = (PI * z).sin_cos();
@@ -109,11 +109,16 @@ impl StandardLaw {
                 [half * half, 0.5 * PI * sin, 0.5 * p2 * cos, -0.5 * p2 * PI * sin, -0.5 * p2 * p2 * cos]
             }
             (InclinedSine, _) => inclined_sine(1.0, TAU, z),
-            (Polynomial345, _) => {
-                [z * z * z * (10.0 + z * (6.0 * z - 15.0)), 30.0 * u * u, 60.0 * u * s, 60.0 - 360.0 * u, -360.0 * s]
-            }
+            // Polynomials in Bernstein form, whose terms are all positive and cancel nothing.
+            (Polynomial345, _) => [
+                z.powi(3) * (10.0 * y * y + z * (5.0 * y + z)),
+                30.0 * u * u,
+                60.0 * u * s,
+                60.0 - 360.0 * u,
+                -360.0 * s,
+            ],
             (Polynomial4567, _) => [
-                z.powi(4) * (35.0 + z * (z * (70.0 - 20.0 * z) - 84.0)),
+                z.powi(4) * (35.0 * y.powi(3) + z * (21.0 * y * y + z * (7.0 * y + z))),
                 140.0 * u * u * u,
                 420.0 * u * u * s,
                 840.0 * u * (1.0 - 5.0 * u),
