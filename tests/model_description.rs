@@ -1,0 +1,297 @@
+//! The published interface of the FMUs: golden files, and what the description says against what the drive does.
+
+use camdrive::drives::variable::{Causality, Kind, Variability};
+use camdrive::drives::{Description, DynDrive, MODELS};
+use camdrive::export::{self, documentation, model_description::Identity};
+use camdrive::scene::{self, Resolved};
+use std::path::{Path, PathBuf};
+
+/// The scenes beside the golden files, by name.
+fn scenes() -> Vec<(PathBuf, Resolved)> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("modelDescription");
+    let mut paths: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    paths.retain(|path| path.extension().is_some_and(|e| e == "toml"));
+    paths.sort();
+    assert!(!paths.is_empty());
+    paths
+        .into_iter()
+        .filter_map(|path| match scene::read(&path) {
+            Ok(scene) => Some((path, scene)),
+            // A drive that is still to come.
+            Err(faults) if faults.to_string().contains("unknown model") => None,
+            Err(faults) => panic!("{faults}"),
+        })
+        .collect()
+}
+
+fn build(scene: &Resolved) -> Box<dyn DynDrive> {
+    scene.resource().build().unwrap()
+}
+
+fn descriptions(drive: &dyn DynDrive) -> Vec<Description> {
+    drive.descriptions().into_iter().cloned().collect()
+}
+
+#[test]
+fn the_golden_files_are_what_the_library_writes() {
+    let bless = std::env::var_os("BLESS").is_some();
+    let mut stale = Vec::new();
+    for (path, scene) in scenes() {
+        let xml = export::describe(&scene.resource(), &scene.description).unwrap();
+        let golden = path.with_extension("xml");
+        if bless {
+            std::fs::write(&golden, xml).unwrap();
+        } else if std::fs::read_to_string(&golden).ok().as_ref() != Some(&xml) {
+            stale.push(golden);
+        }
+    }
+    assert!(stale.is_empty(), "differ: {stale:#?}\nrenew by: BLESS=1 cargo test --test model_description");
+}
+
+#[test]
+fn every_model_has_a_golden_file() {
+    let scenes = scenes();
+    for model in MODELS {
+        assert!(scenes.iter().any(|(_, scene)| scene.model == model.name), "{}", model.name);
+    }
+}
+
+#[test]
+fn names_units_and_experiments_keep_the_rules() {
+    for (path, scene) in scenes() {
+        let drive = build(&scene);
+        let list = descriptions(&*drive);
+        for (i, d) in list.iter().enumerate() {
+            let place = format!("{}: {}", path.display(), d.name);
+            assert!(d.name.is_ascii() && d.name.len() <= 40 && d.name != "time", "{place}");
+            assert!(!list[..i].iter().any(|other| other.name == d.name), "{place}: twice");
+            assert!(!d.text.is_empty() && !d.text.ends_with('.'), "{place}: description");
+            if let Kind::Real { quantity, min, max, .. } = d.kind {
+                assert!(!quantity.name.is_empty(), "{place}: quantity");
+                if d.causality == Causality::Parameter {
+                    assert!(min.is_finite() || max.is_finite(), "{place}: range");
+                }
+            } else {
+                assert_ne!(d.variability, Variability::Continuous, "{place}");
+            }
+            if let Some(name) = &d.derivative_of {
+                let base = list.iter().find(|other| other.name == *name).unwrap_or_else(|| panic!("{place}: {name}"));
+                let (Kind::Real { quantity: q, .. }, Kind::Real { quantity: q_dot, .. }) = (&base.kind, &d.kind) else {
+                    panic!("{place}: derivative of what is not real")
+                };
+                let [kg, m, s, rad] = q.base;
+                assert_eq!(q_dot.base, [kg, m, s - 1, rad], "{place}: unit");
+            }
+            if d.state {
+                let has_derivative = list.iter().any(|other| other.derivative_of.as_ref() == Some(&d.name));
+                assert!(has_derivative, "{place}: no variable is its derivative");
+            }
+        }
+        let e = drive.experiment();
+        assert!(e.stop / e.step <= 1000.0 + 1e-9, "{}: {} steps", path.display(), e.stop / e.step);
+        let nanoseconds = 1e9 * e.step;
+        assert!((nanoseconds - nanoseconds.round()).abs() < 1e-6 * nanoseconds.min(1.0), "{}", path.display());
+    }
+}
+
+#[test]
+fn the_documentation_is_complete_and_well_formed() {
+    for (path, scene) in scenes() {
+        let mut drive = build(&scene);
+        let portrait = drive.portrait();
+        let place = path.display();
+        assert!(!portrait.summary.is_empty() && !portrait.equations.is_empty(), "{place}");
+        assert!(
+            !portrait.accuracy.is_empty() && !portrait.limits.is_empty() && !portrait.sources.is_empty(),
+            "{place}"
+        );
+        assert!(!drive.curves().is_empty(), "{place}: no picture");
+        let identity = Identity { name: &scene.name, description: &scene.description, guid: "", date: None };
+        let page = documentation::html(&identity, scene.model, &mut *drive).unwrap();
+        assert_well_formed(&page, &place.to_string());
+    }
+}
+
+fn assert_well_formed(page: &str, place: &str) {
+    use quick_xml::events::Event;
+    let mut reader = quick_xml::Reader::from_str(page);
+    loop {
+        // The reader itself compares the names of the tags.
+        match reader.read_event() {
+            Ok(Event::Eof) => return,
+            Ok(Event::GeneralRef(entity)) => {
+                let known = ["lt", "gt", "amp", "quot", "apos"];
+                assert!(known.contains(&&*entity) || entity.starts_with('#'), "{place}: {entity:?}");
+            }
+            Ok(_) => {}
+            Err(e) => panic!("{place}: {e} at byte {}", reader.error_position()),
+        }
+    }
+}
+
+/// Numbers in [−1, 1), the same in every run (the generator of Knuth's MMIX).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+}
+
+/// Positions of the variables that the condition picks.
+fn positions(list: &[Description], condition: impl Fn(&Description) -> bool) -> Vec<usize> {
+    (0..list.len()).filter(|&i| condition(&list[i])).collect()
+}
+
+fn set_inputs(drive: &mut dyn DynDrive, inputs: &[usize], random: &mut Random) {
+    for &input in inputs {
+        drive.set(input, 10.0 * random.next()).unwrap();
+    }
+}
+
+#[test]
+fn dependencies_are_those_of_the_directional_derivatives() {
+    for (path, scene) in scenes() {
+        let mut drive = build(&scene);
+        let list = descriptions(&*drive);
+        let inputs = positions(&list, |d| d.causality == Causality::Input);
+        let knowns = positions(&list, |d| d.causality == Causality::Input || d.state);
+        let is_derivative_of_state =
+            |d: &Description| list.iter().any(|s| s.state && d.derivative_of.as_ref() == Some(&s.name));
+        let unknowns = positions(&list, |d| d.causality == Causality::Output || is_derivative_of_state(d));
+        let (continuous, discrete): (Vec<usize>, Vec<usize>) =
+            unknowns.into_iter().partition(|&u| list[u].variability == Variability::Continuous);
+        for u in discrete {
+            assert!(list[u].dependencies.is_empty(), "{}: `{}` is discrete", path.display(), list[u].name);
+        }
+        let mut seen = vec![vec![false; knowns.len()]; continuous.len()];
+        let mut random = Random(1);
+        drive.set_up(0.0, None);
+        set_inputs(&mut *drive, &inputs, &mut random);
+        drive.start().unwrap();
+        let step = 3.7 * drive.experiment().step;
+        for i in 0..200 {
+            for (row, &u) in continuous.iter().enumerate() {
+                for (column, &k) in knowns.iter().enumerate() {
+                    let derivative = drive.directional_derivative(u, k).unwrap();
+                    seen[row][column] |= derivative != 0.0;
+                }
+            }
+            drive.advance(f64::from(i) * step, step).unwrap();
+            set_inputs(&mut *drive, &inputs, &mut random);
+        }
+        for (row, &u) in continuous.iter().enumerate() {
+            let found: Vec<&str> =
+                (0..knowns.len()).filter(|&c| seen[row][c]).map(|c| list[knowns[c]].name.as_str()).collect();
+            let mut told: Vec<&str> = list[u].dependencies.iter().map(String::as_str).collect();
+            told.sort_by_key(|name| list.iter().position(|d| d.name == *name));
+            assert_eq!(told, found, "{}: dependencies of `{}`", path.display(), list[u].name);
+        }
+    }
+}
+
+#[test]
+fn initial_dependencies_are_those_of_the_initialisation() {
+    for (path, scene) in scenes() {
+        let mut drive = build(&scene);
+        let list = descriptions(&*drive);
+        let inputs = positions(&list, |d| d.causality == Causality::Input);
+        let unknowns = positions(&list, |d| d.causality == Causality::Output || d.state || d.derivative_of.is_some());
+        let mut seen = vec![vec![false; inputs.len()]; unknowns.len()];
+        let mut random = Random(2);
+        for _ in 0..40 {
+            drive.reset();
+            drive.set_up(0.0, None);
+            set_inputs(&mut *drive, &inputs, &mut random);
+            let before: Vec<f64> = unknowns.iter().map(|&u| drive.get(u).unwrap()).collect();
+            for (column, &input) in inputs.iter().enumerate() {
+                let value = drive.get(input).unwrap();
+                drive.set(input, value + 0.3).unwrap();
+                for (row, &u) in unknowns.iter().enumerate() {
+                    seen[row][column] |= drive.get(u).unwrap() != before[row];
+                }
+                drive.set(input, value).unwrap();
+            }
+        }
+        for (row, &u) in unknowns.iter().enumerate() {
+            let found: Vec<&str> =
+                (0..inputs.len()).filter(|&c| seen[row][c]).map(|c| list[inputs[c]].name.as_str()).collect();
+            let mut told: Vec<&str> = list[u].initial_dependencies.iter().map(String::as_str).collect();
+            told.sort_by_key(|name| list.iter().position(|d| d.name == *name));
+            assert_eq!(told, found, "{}: initial dependencies of `{}`", path.display(), list[u].name);
+        }
+    }
+}
+
+#[test]
+fn directional_derivatives_are_limits_of_differences() {
+    for (path, scene) in scenes() {
+        let mut drive = build(&scene);
+        let list = descriptions(&*drive);
+        let inputs = positions(&list, |d| d.causality == Causality::Input);
+        let states = positions(&list, |d| d.state);
+        let outputs =
+            positions(&list, |d| d.causality == Causality::Output && d.variability == Variability::Continuous);
+        let mut random = Random(3);
+        drive.set_up(0.0, None);
+        set_inputs(&mut *drive, &inputs, &mut random);
+        drive.start().unwrap();
+        let step = 3.7 * drive.experiment().step;
+        for i in 0..20 {
+            drive.advance(f64::from(i) * step, step).unwrap();
+            set_inputs(&mut *drive, &inputs, &mut random);
+            for &input in &inputs {
+                let value = drive.get(input).unwrap();
+                let state: Vec<f64> = states.iter().map(|&s| drive.get(s).unwrap()).collect();
+                // The error of a central difference is least where truncation ∝ ε² meets rounding ∝ 1/ε.
+                let epsilon = 1e-5;
+                let mut at = |value: f64| -> (Vec<f64>, bool) {
+                    drive.set(input, value).unwrap();
+                    let held = states.iter().zip(&state).all(|(&s, before)| drive.get(s).unwrap() == *before);
+                    (outputs.iter().map(|&o| drive.get(o).unwrap()).collect(), held)
+                };
+                let ((above, held_above), (below, held_below)) = (at(value + epsilon), at(value - epsilon));
+                let (centre, _) = at(value);
+                // A mass in contact is carried along by the flank; then the states are not held.
+                if !(held_above && held_below) {
+                    continue;
+                }
+                for (n, &output) in outputs.iter().enumerate() {
+                    let difference = (above[n] - below[n]) / (2.0 * epsilon);
+                    let derivative = drive.directional_derivative(output, input).unwrap();
+                    let scale = difference.abs() + centre[n].abs() + 1e-9;
+                    assert!(
+                        (derivative - difference).abs() < 1e-5 * scale,
+                        "{}: ∂{}/∂{} = {derivative}, difference {difference}",
+                        path.display(),
+                        list[output].name,
+                        list[input].name
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[cfg(feature = "import")]
+#[test]
+fn fmi_rs_reads_the_golden_files() {
+    use fmi::schema::fmi2::Fmi2ModelDescription;
+    for (path, scene) in scenes() {
+        let text = std::fs::read_to_string(path.with_extension("xml")).unwrap();
+        let read: Fmi2ModelDescription = text.parse().unwrap();
+        let list = descriptions(&*build(&scene));
+        assert_eq!(read.fmi_version, "2.0");
+        assert_eq!(read.model_name, scene.name);
+        let names: Vec<&str> = read.model_variables.variables.iter().map(|v| v.name.as_str()).collect();
+        let expected: Vec<&str> = list.iter().map(|d| d.name.as_str()).collect();
+        assert_eq!(names, expected, "{}", path.display());
+        for (position, variable) in read.model_variables.variables.iter().enumerate() {
+            assert_eq!(variable.value_reference as usize, position);
+        }
+        let outputs: Vec<usize> =
+            read.model_structure.outputs.unknowns.iter().map(|unknown| unknown.index as usize - 1).collect();
+        assert_eq!(outputs, positions(&list, |d| d.causality == Causality::Output), "{}", path.display());
+    }
+}
