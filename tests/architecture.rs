@@ -13,8 +13,7 @@ const MAY_USE: [(&str, &[&str]); 9] = [
     ("design", &["drives", "motion", "numerics"]),
     ("fmi2", &["drives"]),
     ("scene", &["drives", "motion", "numerics"]),
-    // The log categories of the model description are those of the library.
-    ("export", &["drives", "fmi2"]),
+    ("export", &["drives"]),
     ("cli", &["scene", "export", "design", "drives", "motion", "numerics", "fmi2"]),
     ("main", &["cli"]),
 ];
