@@ -1,8 +1,9 @@
 //! `camdrive describe SCENE`
 
-use super::{Failure, print, read};
+use super::{Failure, print, read_all};
 use crate::drives::variable::{Causality, Kind, Variability};
 use crate::drives::{Description, DynDrive};
+use crate::export::model_description::{self, Identity};
 use crate::scene::Resolved;
 use crate::scene::units::short;
 use std::fmt::Write as _;
@@ -12,18 +13,35 @@ use std::path::PathBuf;
 ///
 /// Equations, variables with units, ranges and start values, accuracy of the solver, default experiment.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Example:\n  camdrive describe examples/guide_bar/scene.toml")]
+#[command(after_help = "\
+Examples:
+  camdrive describe examples/guide_bar/scene.toml
+  camdrive describe examples/guide_bar/scene.toml --xml > modelDescription.xml")]
 pub struct Args {
     /// Scene file (TOML)
     scene: PathBuf,
+    /// Print modelDescription.xml, with an empty guid, since that is a hash of the packed FMU
+    #[arg(long)]
+    xml: bool,
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let resolved = read(&args.scene)?;
+    let scenes = read_all(std::slice::from_ref(&args.scene))?;
+    for resolved in &scenes {
+        describe(resolved, args.xml)?;
+    }
+    Ok(())
+}
+
+fn describe(resolved: &Resolved, xml: bool) -> Result<(), Failure> {
     let fault = |fault: crate::drives::Fault| Failure(format!("error: {fault}"));
     let mut drive = resolved.resource().build().map_err(fault)?;
+    if xml {
+        let identity = Identity { name: &resolved.name, description: &resolved.description, guid: "", date: None };
+        return print(&model_description::xml(&identity, &mut *drive).map_err(fault)?);
+    }
     drive.set_up(0.0, None);
-    print(&text(&resolved, &mut *drive).map_err(fault)?)
+    print(&text(resolved, &mut *drive).map_err(fault)?)
 }
 
 /// The description of a drive that is set up.

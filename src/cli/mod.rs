@@ -6,12 +6,12 @@
 mod check;
 mod completions;
 mod describe;
+mod export;
 
 use crate::scene::{self, Resolved};
 use clap::{CommandFactory, Parser, Subcommand};
-use std::fmt::Write as _;
 use std::io::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// Exports cam drives, drives with backlash and rigid machines as FMI 2.0 Co-Simulation FMUs.
@@ -31,6 +31,7 @@ Exit codes: 0 done, 1 a fault in a scene or in the export, 2 a wrong command lin
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Export(export::Args),
     Check(check::Args),
     Describe(describe::Args),
     Completions(completions::Args),
@@ -51,6 +52,7 @@ pub fn main() -> ExitCode {
     };
     let outcome = match cli.command {
         None => print(&Cli::command().render_long_help().to_string()),
+        Some(Command::Export(args)) => export::run(&args),
         Some(Command::Check(args)) => check::run(&args),
         Some(Command::Describe(args)) => describe::run(&args),
         Some(Command::Completions(args)) => completions::run(&args),
@@ -75,19 +77,19 @@ fn print(text: &str) -> Result<(), Failure> {
     }
 }
 
-/// Reads a scene.
-fn read(path: &Path) -> Result<Resolved, Failure> {
-    scene::read(path).map_err(|faults| Failure(faults.to_string()))
-}
-
 /// Reads all scenes; the faults of all of them come together.
 fn read_all(paths: &[PathBuf]) -> Result<Vec<Resolved>, Failure> {
     let (mut scenes, mut faults) = (Vec::new(), String::new());
     for path in paths {
         match scene::read(path) {
-            Ok(scene) => scenes.push(scene),
+            Ok(scene) => {
+                for note in &scene.notes {
+                    let _ = writeln!(std::io::stderr(), "note: {}: {note}", path.display());
+                }
+                scenes.push(scene);
+            }
             Err(more) => {
-                let _ = write!(faults, "{more}");
+                faults += &more.to_string();
             }
         }
     }

@@ -26,6 +26,27 @@
 //! | `b` | the list [b₁, b₂ …], lengths [m]: there is no b₀ | at most 256 | empty |
 //! | `scale` | a length [m] that multiplies all coefficients, which are then pure numbers | not 0 | none |
 //!
+//! `law = "cycle"`: rise, upper dwell, return, lower dwell, after VDI 2143
+//!
+//! | key | meaning | range | default |
+//! |---|---|---|---|
+//! | `stroke` | lift from the lower to the upper dwell [m] | −1e4 … 1e4 | required |
+//! | `lower` | U in the lower dwell [m] | −1e4 … 1e4 | 0 |
+//! | `rise_law`, `return_law` | `simple_sine` (= `harmonic`), `inclined_sine` (= `bestehorn`), `polynomial_345`, `polynomial_4567`, `modified_sine`, `modified_trapezoid` | | required; `return_law` as `rise_law` |
+//! | `rise_start` | angle at which the rise starts [rad] | −2π … 2π | 0 |
+//! | `rise`, `upper_dwell`, `return`, `lower_dwell` | their angles [rad], 2π together | rise, return ≥ 1e-3, dwells ≥ 0 | one of them may be left out: the rest of the turn |
+//!
+//! `law = "table"`: angles and lifts from a text file
+//!
+//! | key | meaning | range | default |
+//! |---|---|---|---|
+//! | `file` | path from the folder of the scene; columns separated by `;` `,` tab or blank | 4 … 20000 points over one turn, ascending, the last may repeat the first | required |
+//! | `angle_unit`, `lift_unit` | units of the columns | | `rad`, `m` |
+//! | `angle_column`, `lift_column` | number of the column from 1, or its heading | | 1, 2 |
+//! | `scale` | a length [m] that multiplies the lifts, which are then pure numbers | not 0 | none |
+//! | `interpolation` | `spline`: periodic, degree 5; `fourier`: the discrete Fourier series | | `spline` |
+//! | `harmonics` | the highest harmonic, for `fourier` | 1 … 256 | required |
+//!
 //! # `[drive]`: the motion of the cam shaft (`ElasticCamDrive`, `BacklashDrive`)
 //!
 //! | key | meaning | range | default |
@@ -88,6 +109,9 @@ pub mod diagnostics;
 mod models;
 mod motion_law;
 mod section;
+mod table;
+#[cfg(test)]
+mod tests;
 pub mod units;
 
 pub use diagnostics::{Diagnostic, Diagnostics};
@@ -111,6 +135,8 @@ pub struct Resolved {
     pub model: &'static str,
     /// The [`crate::drives::Drive::Scene`] of that model.
     pub scene: serde_json::Value,
+    /// What the user should know though it is no fault.
+    pub notes: Vec<String>,
 }
 
 impl Resolved {
@@ -171,7 +197,7 @@ fn whole_scene(root: &Section<'_>, folder: &Path) -> Option<(Resolved, models::N
     let description = root.text("description").map(|text| text.unwrap_or_default().trim().to_owned());
     let drive = models::drive(root, folder);
     let (model, scene, names) = drive?;
-    Some((Resolved { name: name?, description: description?, model, scene }, names))
+    Some((Resolved { name: name?, description: description?, model, scene, notes: root.faults.notes() }, names))
 }
 
 /// The name of the scene.

@@ -108,7 +108,7 @@ fn drive_mode(section: &Section<'_>) -> Option<DriveMode> {
 }
 
 /// Reports keys that have no meaning because of another choice.
-fn forbid(section: &Section<'_>, keys: &[&'static str], because: &str, needed: &str) {
+pub fn forbid(section: &Section<'_>, keys: &[&'static str], because: &str, needed: &str) {
     for &key in keys {
         if section.has(key) {
             let fault = section.fault_of(key, format!("`{}` has no meaning here: {because}", section.path_of(key)));

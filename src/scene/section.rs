@@ -22,6 +22,8 @@ pub struct Faults<'a> {
     list: RefCell<Vec<(usize, Diagnostic)>>,
     /// Where each value stands that was read.
     read: RefCell<BTreeMap<String, Span>>,
+    /// What the user should know of a scene without faults.
+    notes: RefCell<Vec<String>>,
     /// Whether the file has syntax errors; then values may be absent only because of them.
     pub broken: bool,
 }
@@ -29,7 +31,14 @@ pub struct Faults<'a> {
 impl<'a> Faults<'a> {
     /// No faults of this file with this content.
     pub fn new(file: &'a str, text: &'a str) -> Self {
-        Faults { file, text, list: RefCell::default(), read: RefCell::default(), broken: false }
+        Faults {
+            file,
+            text,
+            list: RefCell::default(),
+            read: RefCell::default(),
+            notes: RefCell::default(),
+            broken: false,
+        }
     }
 
     /// A fault at these bytes; it counts once it is given to [`Faults::report`].
@@ -46,6 +55,16 @@ impl<'a> Faults<'a> {
         }
     }
 
+    /// Something that the user should know though it is no fault.
+    pub fn note(&self, text: String) {
+        self.notes.borrow_mut().push(text);
+    }
+
+    /// The notes so far.
+    pub fn notes(&self) -> Vec<String> {
+        self.notes.borrow().clone()
+    }
+
     /// Where the value with this path stands, if it was read.
     pub fn place(&self, path: &str) -> Option<Span> {
         self.read.borrow().get(path).cloned()
@@ -59,8 +78,9 @@ impl<'a> Faults<'a> {
     /// All faults in the order of the file, those of other files last.
     pub fn into_diagnostics(self) -> Diagnostics {
         let mut list = self.list.into_inner();
-        let column = |d: &Diagnostic| d.position.as_ref().map_or(0, |p| p.column);
-        list.sort_by(|a, b| (a.0, column(&a.1)).cmp(&(b.0, column(&b.1))));
+        let file = self.file;
+        let column = |d: &Diagnostic| d.position.as_ref().filter(|_| d.file == file).map_or(0, |p| p.column);
+        list.sort_by_key(|(line, fault)| (*line, column(fault)));
         Diagnostics(list.into_iter().map(|(_, fault)| fault).collect())
     }
 
@@ -288,6 +308,29 @@ impl<'a> Section<'a> {
             })
             .collect();
         values.into_iter().collect()
+    }
+
+    /// A whole number that must be there.
+    pub fn count(&self, key: &'static str, min: u32, max: u32) -> Option<usize> {
+        let admissible = format!("a whole number, {min} … {max}");
+        let Some(node) = self.node(key) else {
+            self.missing(key, Some(admissible), format!("add for example {key} = {}", 16.clamp(min, max)));
+            return None;
+        };
+        let DeValue::Integer(i) = node.value else {
+            self.wrong_type(&node, "a whole number");
+            return None;
+        };
+        let value = i64::from_str_radix(i.as_str(), i.radix()).ok();
+        match value.filter(|v| (i64::from(min)..=i64::from(max)).contains(v)) {
+            Some(value) => Some(value as usize),
+            None => {
+                let text = self.faults.excerpt(&node.span);
+                let fault = self.faults.at(node.span.clone(), format!("`{}`: {text} is out of range", node.path));
+                self.faults.report(fault.admissible(admissible));
+                None
+            }
+        }
     }
 
     /// true or false.

@@ -1,0 +1,128 @@
+//! `camdrive export SCENE…`
+
+use super::{Failure, print, read_all};
+use crate::export::{Date, Packed, RuntimeLibrary, pack};
+use crate::scene::Resolved;
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+/// Packs scenes into FMUs and says what it packed.
+///
+/// Each scene becomes NAME.fmu, NAME being the name that the scene gives. Nothing is written unless all scenes are
+/// right; an FMU that exists is replaced as a whole.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  camdrive export examples/guide_bar/scene.toml
+  camdrive export examples/*/scene.toml -o fmus/
+  camdrive export scene.toml --runtime linux64=libcamdrive.so --runtime win64=camdrive.dll
+
+The runtime library is the one beside the executable unless --runtime names others; it is built by
+  cargo build --release --no-default-features --lib")]
+pub struct Args {
+    /// Scene files (TOML)
+    #[arg(required = true, value_name = "SCENE")]
+    scenes: Vec<PathBuf>,
+    /// Where to write: a file NAME.fmu for a single scene, else a folder [default: the current folder]
+    #[arg(short, long, value_name = "FILE|FOLDER")]
+    output: Option<PathBuf>,
+    /// Runtime library for a platform (linux64, win64, darwin64 …); once per platform
+    #[arg(long, value_name = "PLATFORM=FILE")]
+    runtime: Vec<String>,
+}
+
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let scenes = read_all(&args.scenes)?;
+    let targets = targets(args, &scenes)?;
+    let runtimes = runtimes(&args.runtime)?;
+    let date = Date::from_environment().map_err(failure)?;
+    let mut packed = Vec::new();
+    for (scene, path) in scenes.iter().zip(&args.scenes) {
+        let fmu = pack(&scene.resource(), &scene.description, &runtimes, date);
+        packed.push(fmu.map_err(|fault| Failure(format!("error: {}: {fault}", path.display())))?);
+    }
+    for runtime in &runtimes {
+        if let Some(warning) = runtime.warning() {
+            let _ = writeln!(std::io::stderr(), "warning: {warning}");
+        }
+    }
+    for ((scene, fmu), target) in scenes.iter().zip(&packed).zip(&targets) {
+        replace(target, &fmu.bytes)?;
+        print(&summary(scene, fmu, target, &runtimes))?;
+    }
+    Ok(())
+}
+
+fn failure(fault: crate::drives::Fault) -> Failure {
+    Failure(format!("error: {fault}"))
+}
+
+/// Where each FMU goes.
+fn targets(args: &Args, scenes: &[Resolved]) -> Result<Vec<PathBuf>, Failure> {
+    let output = args.output.as_deref().unwrap_or(Path::new(""));
+    let is_file = output.extension().is_some_and(|e| e == "fmu") && !output.is_dir();
+    if is_file && scenes.len() > 1 {
+        let message = "several scenes do not fit into one file; give a folder with -o";
+        return Err(Failure(format!("error: {}: {message}", output.display())));
+    }
+    if is_file {
+        return Ok(vec![output.to_owned()]);
+    }
+    let mut of_scene: BTreeMap<PathBuf, &Path> = BTreeMap::new();
+    let targets: Vec<PathBuf> = scenes.iter().map(|scene| output.join(format!("{}.fmu", scene.name))).collect();
+    for (target, scene) in targets.iter().zip(&args.scenes) {
+        if let Some(other) = of_scene.insert(target.clone(), scene) {
+            let (a, b, target) = (other.display(), scene.display(), target.display());
+            return Err(Failure(format!(
+                "error: {a} and {b} would both be written to {target}; give one another name"
+            )));
+        }
+    }
+    Ok(targets)
+}
+
+/// The libraries of the command line, or the one beside the executable.
+fn runtimes(arguments: &[String]) -> Result<Vec<RuntimeLibrary>, Failure> {
+    if arguments.is_empty() {
+        return Ok(vec![RuntimeLibrary::beside_executable().map_err(failure)?]);
+    }
+    arguments.iter().map(|argument| RuntimeLibrary::from_argument(argument).map_err(failure)).collect()
+}
+
+/// Writes the file beside its place and moves it there, so that nobody ever finds half an FMU.
+fn replace(target: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    let folder = target.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let mut name = std::ffi::OsString::from(".");
+    name.push(target.file_name().unwrap_or_default());
+    name.push(format!(".{}", std::process::id()));
+    let temporary = folder.join(name);
+    let write = || {
+        std::fs::create_dir_all(folder)?;
+        std::fs::write(&temporary, bytes)?;
+        std::fs::rename(&temporary, target)
+    };
+    write().map_err(|e| {
+        // Whatever was written is of no use; that it cannot be removed either adds nothing.
+        let _ = std::fs::remove_file(&temporary);
+        Failure(format!("error: {} cannot be written: {e}", target.display()))
+    })
+}
+
+fn summary(scene: &Resolved, fmu: &Packed, target: &Path, runtimes: &[RuntimeLibrary]) -> String {
+    let mut out = format!("{}\n", target.display());
+    let mut line = |label: &str, text: String| {
+        let _ = writeln!(out, "  {label:<10} {text}");
+    };
+    line("model", scene.model.to_owned());
+    for runtime in runtimes {
+        let (platform, path, size) = (runtime.platform, runtime.path.display(), runtime.bytes.len());
+        line("platform", format!("{platform}: {path}, {size} bytes, sha256 {}", runtime.sha256()));
+    }
+    line("states", fmu.states.to_string());
+    line("variables", fmu.variables.to_string());
+    line("guid", fmu.guid.clone());
+    line("size", format!("{} bytes", fmu.bytes.len()));
+    out
+}
