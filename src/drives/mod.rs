@@ -5,6 +5,7 @@
 
 pub mod cam_drive;
 pub mod curve;
+pub mod elastic_shaft;
 pub mod erased;
 pub mod event;
 pub mod number;
@@ -23,7 +24,7 @@ pub use variable::{Description, List, Variable};
 use serde::{Serialize, de::DeserializeOwned};
 
 /// All drive models.
-pub const MODELS: &[Model] = &[];
+pub const MODELS: &[Model] = &[Model::of::<elastic_shaft::ElasticShaft>()];
 
 /// Why a drive cannot go on: one sentence that names the quantity, its value and what would be admissible.
 #[derive(Clone, Debug, PartialEq)]

@@ -201,6 +201,18 @@ impl Cycle {
         }
     }
 
+    /// U⁽⁵⁾ of piece `segment` at `phi`.
+    pub fn fifth_in(&self, segment: usize, phi: f64) -> f64 {
+        let piece = &self.pieces[segment.min(self.pieces.len() - 1)];
+        let CyclePlan { stroke, rise_angle, return_angle, rise_law, return_law, .. } = self.plan;
+        let angle = near(phi, piece.middle) - piece.origin;
+        match piece.motion {
+            Motion::Dwell(_) => 0.0,
+            Motion::Rise(part) => stroke / rise_angle.powi(5) * rise_law.fifth_in(part, angle / rise_angle),
+            Motion::Return(part) => -stroke / return_angle.powi(5) * return_law.fifth_in(part, angle / return_angle),
+        }
+    }
+
     /// An upper bound of |U⁽ᵒʳᵈᵉʳ⁾| in piece `segment`.
     pub fn bound_in(&self, segment: usize, order: usize) -> f64 {
         let plan = &self.plan;

@@ -80,6 +80,15 @@ impl Fourier {
         TransferFunctions(u)
     }
 
+    /// U⁽⁵⁾ at `phi`.
+    pub fn fifth(&self, phi: f64) -> f64 {
+        let term = |k: usize| {
+            let (s, c) = (k as f64 * phi).sin_cos();
+            (k as f64).powi(5) * (self.b[k] * c - self.a[k] * s)
+        };
+        (1..self.a.len()).map(term).sum()
+    }
+
     /// Σ kⁿ √(aₖ² + bₖ²) ≥ |U⁽ⁿ⁾|, with |a₀| for n = 0.
     pub fn bound(&self, order: usize) -> f64 {
         let constant = if order == 0 { self.a[0].abs() } else { 0.0 };

@@ -88,7 +88,7 @@ fn least_squares(points: &Points, harmonics: usize) -> Option<Fourier> {
     qr.q_tr_mul(&mut right);
     let r = qr.r();
     let pivots = r.diagonal().abs();
-    if !(pivots.min() > RANK * pivots.max()) {
+    if pivots.min() <= RANK * pivots.max() {
         return None;
     }
     let x = r.solve_upper_triangular(&right.rows(0, 2 * harmonics + 1))?;

@@ -7,6 +7,7 @@ pub mod derivatives;
 pub mod fourier;
 pub mod harmonic_analysis;
 pub mod parameters;
+mod spline;
 pub mod standard_laws;
 pub mod table;
 mod turn;
@@ -49,6 +50,15 @@ impl MotionLaw {
             MotionLaw::Fourier(series) => series.at(phi),
             MotionLaw::Cycle(cycle) => cycle.at_in(segment, phi),
             MotionLaw::Table(table) => table.at_in(segment, phi),
+        }
+    }
+
+    /// U⁽⁵⁾ at `phi`, continued like [`MotionLaw::at_in`].
+    pub fn fifth_in(&self, segment: usize, phi: f64) -> f64 {
+        match self {
+            MotionLaw::Fourier(series) => series.fifth(phi),
+            MotionLaw::Cycle(cycle) => cycle.fifth_in(segment, phi),
+            MotionLaw::Table(table) => table.fifth_in(segment),
         }
     }
 
@@ -192,6 +202,23 @@ mod tests {
                         assert!(u[n].abs() <= bound + 1e-15 * law.bound((n + 1).min(4)), "{law:?} {i} order {n}");
                         assert!(bound <= law.bound(n));
                     }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_fifth_derivative_is_that_of_the_fourth() {
+        for law in laws() {
+            for i in 0..law.breakpoints().len().max(1) {
+                let (start, width) = extent(&law, i);
+                for k in 0..=10 {
+                    let phi = start + width * f64::from(k) / 10.0;
+                    let h = 1e-3 / law.resolution_in(i);
+                    let fourth = |k: f64| law.at_in(i, phi + k * h).0[4];
+                    let slope = (8.0 * (fourth(1.0) - fourth(-1.0)) - (fourth(2.0) - fourth(-2.0))) / (12.0 * h);
+                    let scale = law.bound_in(i, 4) * law.resolution_in(i).max(1.0 / width);
+                    assert!((slope - law.fifth_in(i, phi)).abs() <= 1e-8 * scale, "{law:?} {i} at {phi}");
                 }
             }
         }

@@ -155,6 +155,25 @@ impl StandardLaw {
         }
     }
 
+    /// f⁽⁵⁾ of the analytic part `part`, also outside of it.
+    pub fn fifth_in(self, part: usize, z: f64) -> f64 {
+        // The fifth derivative is the same at z and 1 − z, and all outer parts follow f″ = v w sin wz.
+        let w = 2.0 * TAU;
+        let part = part.min(self.joints().len().saturating_sub(part));
+        let z = if z > 0.5 { 1.0 - z } else { z };
+        match (self, part) {
+            (SimpleSine, _) => 0.5 * PI.powi(5) * (PI * z).sin(),
+            (InclinedSine, _) => -TAU.powi(4) * (TAU * z).cos(),
+            (Polynomial345, _) => 720.0,
+            (Polynomial4567, _) => 10080.0 * (5.0 * z * (1.0 - z) - 1.0),
+            (ModifiedSine, 0) => -MODIFIED_SINE * w.powi(4) * (w * z).cos(),
+            (ModifiedSine, _) => 3.0 * MODIFIED_SINE * (w / 3.0).powi(4) * (w / 3.0 * (z - 0.125)).sin(),
+            (ModifiedTrapezoid, 0) => -MODIFIED_TRAPEZOID * w.powi(4) * (w * z).cos(),
+            (ModifiedTrapezoid, 1) => 0.0,
+            (ModifiedTrapezoid, _) => MODIFIED_TRAPEZOID * w.powi(4) * (w * (z - 0.5)).cos(),
+        }
+    }
+
     /// The largest |f⁽ⁿ⁾| over the rise, n = 0 … 4; C_v, C_a and C_j of VDI 2143 are those of order 1, 2 and 3.
     pub fn peak(self, order: usize) -> f64 {
         let sines = |v: f64, c_v: f64| {

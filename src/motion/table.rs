@@ -8,8 +8,8 @@
 //! Source: C. de Boor, *A Practical Guide to Splines*, rev. ed., Springer 2001, chapters V and XIII.
 
 use super::TransferFunctions;
-use super::turn::{near, reduce, segment};
-use nalgebra::{Matrix2, Vector2};
+use super::spline::Spline;
+use super::turn::segment;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -174,7 +174,7 @@ impl Points {
         }
         for (index, &value) in angles.iter().enumerate() {
             // Lengths of up to 10 km and angles of up to 10⁴ rad are cams; the comparison also refuses NaN.
-            if let Some(&value) = [value, lifts[index]].iter().find(|v| !(v.abs() <= 1e4)) {
+            if let Some(&value) = [value, lifts[index]].iter().find(|v| !(-1e4..=1e4).contains(*v)) {
                 return Err(TableError::OutOfRange { index, value });
             }
             if index > 0 && value - angles[index - 1] < LEAST_DISTANCE {
@@ -205,28 +205,6 @@ impl Points {
         }
         Ok(self)
     }
-}
-
-/// The periodic quintic spline.
-#[derive(Debug, PartialEq)]
-struct Spline {
-    /// What it was made of.
-    points: Points,
-    /// The angles of the points [rad], ascending in [0, 2π).
-    knots: Vec<f64>,
-    pieces: Vec<Piece>,
-    /// Upper bounds of |U⁽ⁿ⁾| over the turn.
-    bounds: [f64; 5],
-}
-
-/// U = Σ cₙ (φ − origin)ⁿ between two points.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Piece {
-    /// The first point [rad], moved such that the middle lies within half a turn of 0.
-    origin: f64,
-    middle: f64,
-    width: f64,
-    coefficients: [f64; 6],
 }
 
 /// A table as the periodic quintic spline through its points, times a factor.
@@ -284,157 +262,23 @@ impl Table {
 
     /// U … U⁗ of piece `segment` at `phi`, continued as the same polynomial outside of it.
     pub fn at_in(&self, segment: usize, phi: f64) -> TransferFunctions {
-        let piece = &self.spline.pieces[segment.min(self.spline.pieces.len() - 1)];
-        let t = near(phi, piece.middle) - piece.origin;
-        let [c0, c1, c2, c3, c4, c5] = piece.coefficients.map(|c| self.scale * c);
-        TransferFunctions([
-            c0 + t * (c1 + t * (c2 + t * (c3 + t * (c4 + t * c5)))),
-            c1 + t * (2.0 * c2 + t * (3.0 * c3 + t * (4.0 * c4 + t * (5.0 * c5)))),
-            2.0 * c2 + t * (6.0 * c3 + t * (12.0 * c4 + t * (20.0 * c5))),
-            6.0 * c3 + t * (24.0 * c4 + t * (60.0 * c5)),
-            24.0 * c4 + t * (120.0 * c5),
-        ])
+        TransferFunctions(self.spline.piece(segment).at(phi).map(|u| self.scale * u))
+    }
+
+    /// U⁽⁵⁾ of piece `segment`, constant there.
+    pub fn fifth_in(&self, segment: usize) -> f64 {
+        self.scale * self.spline.piece(segment).fifth()
     }
 
     /// An upper bound of |U⁽ᵒʳᵈᵉʳ⁾| in piece `segment`.
     pub fn bound_in(&self, segment: usize, order: usize) -> f64 {
-        let pieces = &self.spline.pieces;
-        self.scale.abs() * pieces[segment.min(pieces.len() - 1)].bound(order)
+        self.scale.abs() * self.spline.piece(segment).bound(order)
     }
 
     /// An upper bound of |U⁽ᵒʳᵈᵉʳ⁾| over the turn.
     pub fn bound(&self, order: usize) -> f64 {
         self.scale.abs() * self.spline.bounds[order]
     }
-}
-
-impl Spline {
-    /// The spline through points that [`Points::open`] has checked.
-    fn new(points: Points) -> Self {
-        let n = points.angles.len();
-        // The first point of the turn [0, 2π) leads.
-        let reduced: Vec<f64> = points.angles.iter().map(|&phi| reduce(phi)).collect();
-        let lead = (0..n).min_by(|&i, &j| reduced[i].total_cmp(&reduced[j])).unwrap_or(0);
-        let knots: Vec<f64> = (0..n).map(|i| reduced[(lead + i) % n]).collect();
-        let lifts: Vec<f64> = (0..n).map(|i| points.lifts[(lead + i) % n]).collect();
-        let widths: Vec<f64> =
-            (0..n).map(|i| if i + 1 < n { knots[i + 1] - knots[i] } else { knots[0] + TAU - knots[i] }).collect();
-        let slopes = slopes(&widths, &lifts);
-        let pieces: Vec<Piece> = (0..n)
-            .map(|i| {
-                let j = (i + 1) % n;
-                let end = knots[i] + 0.5 * widths[i];
-                let middle = near(end, 0.0);
-                let origin = if middle == end { knots[i] } else { super::turn::back(knots[i], 1.0) };
-                let coefficients = quintic(widths[i], lifts[i], lifts[j] - lifts[i], slopes[i], slopes[j]);
-                Piece { origin, middle, width: widths[i], coefficients }
-            })
-            .collect();
-        let bounds = std::array::from_fn(|order| pieces.iter().fold(0.0, |bound: f64, p| bound.max(p.bound(order))));
-        Spline { points, knots, pieces, bounds }
-    }
-}
-
-/// (U′, U″) at the points, from the continuity of U‴ and U⁗ there.
-///
-/// These are the conditions for the least ∫U‴² dφ with given U at the points: a symmetric, positive definite system
-/// of 2×2 blocks, cyclically tridiagonal, which is eliminated in order without pivoting, the last point at the end.
-fn slopes(widths: &[f64], lifts: &[f64]) -> Vec<Vector2<f64>> {
-    let n = widths.len();
-    let rise = |i: usize| lifts[(i + 1) % n] - lifts[i];
-    // The blocks of the equations of point i: on the diagonal, coupling with point i + 1, and the right-hand side.
-    let mut diagonal: Vec<Matrix2<f64>> = Vec::with_capacity(n);
-    let mut right: Vec<Vector2<f64>> = Vec::with_capacity(n);
-    for i in 0..n {
-        let before = (i + n - 1) % n;
-        let (g, h) = (widths[before], widths[i]);
-        let mixed = 36.0 / (h * h) - 36.0 / (g * g);
-        diagonal.push(Matrix2::new(
-            192.0 * (1.0 / h.powi(3) + 1.0 / g.powi(3)),
-            mixed,
-            mixed,
-            9.0 * (1.0 / h + 1.0 / g),
-        ));
-        right.push(Vector2::new(
-            360.0 * (rise(i) / h.powi(4) + rise(before) / g.powi(4)),
-            60.0 * (rise(i) / h.powi(3) - rise(before) / g.powi(3)),
-        ));
-    }
-    let coupling = |i: usize| {
-        let h = widths[i];
-        Matrix2::new(168.0 / h.powi(3), -24.0 / (h * h), 24.0 / (h * h), -3.0 / h)
-    };
-
-    // Forward: eliminates points 0 … n − 2 from the following one and from the last one.
-    let last = n - 1;
-    let mut with_last = coupling(last).transpose();
-    let mut rows: Vec<(Matrix2<f64>, Matrix2<f64>, Matrix2<f64>, Vector2<f64>)> = Vec::with_capacity(last);
-    for i in 0..last {
-        if i + 1 == last {
-            with_last += coupling(i);
-        }
-        // The leading blocks of a positive definite matrix stay positive definite, so the inverse exists.
-        let inverse = diagonal[i].try_inverse().unwrap_or_else(Matrix2::zeros);
-        let next = if i + 1 < last { coupling(i) } else { Matrix2::zeros() };
-        rows.push((inverse, next, with_last, right[i]));
-        let b = right[i];
-        diagonal[last] -= with_last.transpose() * inverse * with_last;
-        right[last] -= with_last.transpose() * (inverse * b);
-        if i + 1 < last {
-            diagonal[i + 1] -= next.transpose() * inverse * next;
-            right[i + 1] -= next.transpose() * (inverse * b);
-            with_last = -(next.transpose() * inverse * with_last);
-        }
-    }
-
-    let mut slopes = vec![Vector2::zeros(); n];
-    slopes[last] = diagonal[last].try_inverse().unwrap_or_else(Matrix2::zeros) * right[last];
-    for i in (0..last).rev() {
-        let (inverse, next, with_last, b) = &rows[i];
-        slopes[i] = inverse * (b - next * slopes[i + 1] - with_last * slopes[last]);
-    }
-    slopes
-}
-
-/// The coefficients of the quintic over `width` with value `u`, increase `rise` and (U′, U″) at both ends.
-fn quintic(width: f64, u: f64, rise: f64, start: Vector2<f64>, end: Vector2<f64>) -> [f64; 6] {
-    let (h, h2) = (width, width * width);
-    // In units of the width: what is left of value, slope and curvature at the end for the upper three powers.
-    let r0 = rise - h * start.x - 0.5 * h2 * start.y;
-    let r1 = h * (end.x - start.x) - h2 * start.y;
-    let r2 = h2 * (end.y - start.y);
-    [
-        u,
-        start.x,
-        0.5 * start.y,
-        (10.0 * r0 - 4.0 * r1 + 0.5 * r2) / (h2 * h),
-        (-15.0 * r0 + 7.0 * r1 - r2) / (h2 * h2),
-        (6.0 * r0 - 3.0 * r1 + 0.5 * r2) / (h2 * h2 * h),
-    ]
-}
-
-impl Piece {
-    /// The largest Bernstein coefficient of the derivative of this order: the polynomial lies in their hull.
-    fn bound(&self, order: usize) -> f64 {
-        let degree = 5 - order;
-        // The derivative in powers of (φ − origin)/width.
-        let mut powers = [0.0; 6];
-        for k in 0..=degree {
-            let falling: f64 = (k + 1..=k + order).map(|j| j as f64).product();
-            powers[k] = falling * self.coefficients[k + order] * self.width.powi(k as i32);
-        }
-        let mut bound: f64 = 0.0;
-        for j in 0..=degree {
-            let sum: f64 = (0..=j).map(|k| powers[k] * binomial(j, k) / binomial(degree, k)).sum();
-            bound = bound.max(sum.abs());
-        }
-        // The rounding of the sums is some ulp of their largest terms.
-        bound + 1e-15 * powers.iter().map(|p| p.abs()).sum::<f64>() * 4.0
-    }
-}
-
-fn binomial(n: usize, k: usize) -> f64 {
-    (0..k).map(|i| (n - i) as f64 / (i + 1) as f64).product()
 }
 
 #[cfg(test)]

@@ -1,0 +1,294 @@
+//! A cam drive whose input shaft is elastic.
+//!
+//! The drive turns the near end of the shaft by φ(t); its far end carries the cam, at ψ = φ + q, which moves the
+//! follower to y = U(ψ).
+//!
+//! Nonlinear: (J + m U′²) ψ̈ + m U′U″ ψ̇² + b q̇ + c q = 0, U at ψ.
+//! Linear in q, U at φ, ω = φ̇, α = φ̈: (J + m U′²) q̈ + (b + 2 m ω U′U″) q̇
+//! + \[c + m ω² (U″² + U′U‴) + 2 m α U′U″\] q = −m ω² U′U″ − (J + m U′²) α.
+//!
+//! Symbols: m mass of the follower \[kg\], J moment of inertia of the cam \[kg·m²\], c stiffness \[N·m/rad\] and
+//! b damping \[N·m·s/rad\] of the shaft, q twist \[rad\]. Signs: φ, ψ, tau positive in the same sense;
+//! tau = −(c q + b q̇) is the torque from the drive into the cam unit and loads the drive where it is positive.
+//!
+//! Validity: the follower never leaves the cam; the linear equation where |q| is small against the angle over which
+//! U′U″ changes. J > 0: without it the frequency at U′ = 0 is infinite.
+//!
+//! Source: Dresig, Vulfson, *Dynamik der Mechanismen*, section 4.6.3; the right-hand side of its equation (1) reads
+//! U′U″ here, as the derivation and its own rigid limit demand.
+
+mod equation;
+mod portrait;
+mod solver;
+mod steady;
+#[cfg(test)]
+mod tests;
+mod variables;
+
+use super::cam_drive::{AngleMotion, CamDrive, DriveMode, HasCamDrive, Start, StartMode};
+use super::solver::{HasSolver, Solver};
+use super::{Curve, Drive, EventLog, Experiment, Fault, List, Portrait};
+use crate::motion::MotionLaw;
+use crate::numerics::collocation::Collocation;
+use crate::numerics::double_double::Double;
+use equation::Equation;
+use serde::{Deserialize, Serialize};
+use solver::Twist;
+
+/// The drive as a scene describes it, coherent SI.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Scene {
+    /// Mass of the follower m [kg].
+    pub m: f64,
+    /// Moment of inertia of the cam J [kg·m²].
+    pub inertia: f64,
+    /// Stiffness of the shaft c [N·m/rad].
+    pub c: f64,
+    /// Damping of the shaft b [N·m·s/rad].
+    pub b: f64,
+    /// Whether the equation is linearised in the twist.
+    pub linear: bool,
+    /// U.
+    pub cam: MotionLaw,
+    /// φ.
+    pub drive: DriveMode,
+    /// Initial state.
+    pub start: Start,
+    /// `solver.tolerance`; 0 for the default.
+    pub tolerance: f64,
+}
+
+/// The drive in operation.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct ElasticShaft {
+    m: f64,
+    inertia: f64,
+    c: f64,
+    b: f64,
+    linear: bool,
+    cam: CamDrive,
+    start: Start,
+    solver: Solver,
+    /// The parameters (m, c, b) with which the last internal step was made; they are tunable.
+    used: [f64; 3],
+    /// φ(t) through the communication point.
+    motion: AngleMotion,
+    integrator: Collocation<2>,
+    /// The segment of the law at the end of the integrator's last step.
+    segment: usize,
+    /// The communication point [s].
+    time: f64,
+    /// q [rad] and q̇ [rad/s] there.
+    twist: [f64; 2],
+    /// φ, ω, q, q̇ at the end of the previous communication step, from which jumps of the inputs are counted.
+    before: [f64; 4],
+    log: EventLog,
+}
+
+impl ElasticShaft {
+    fn equation(&self) -> Equation {
+        Equation { m: self.m, inertia: self.inertia, c: self.c, b: self.b, linear: self.linear }
+    }
+
+    /// Refuses parameters for which the equation has no meaning.
+    fn validate(&self) -> Result<(), Fault> {
+        let &ElasticShaft { m, inertia, c, b, .. } = self;
+        let range = |name: &str, value: f64, unit: &str, good: bool, range: &str, hint: &str| {
+            if good && value.is_finite() {
+                Ok(())
+            } else {
+                Err(Fault(format!("`{name}` = {value} {unit} is outside {range}{hint}")))
+            }
+        };
+        range("m", m, "kg", m >= 0.0, "[0, ∞) kg", "")?;
+        range("c", c, "N·m/rad", c > 0.0, "(0, ∞) N·m/rad", ": a shaft without stiffness holds no position")?;
+        range("b", b, "N·m·s/rad", b >= 0.0, "[0, ∞) N·m·s/rad", "")?;
+        let hint = if b > 0.0 {
+            ": without inertia the equation is algebraic where U′ = 0; give the cam its moment of inertia"
+        } else {
+            ": without inertia and damping the twist is unbounded where U′ = 0; give the cam its moment of inertia"
+        };
+        range("J", inertia, "kg·m²", inertia > 0.0, "(0, ∞) kg·m²", hint)
+    }
+
+    /// Runs `work` with the twist's system of equations and the integrator.
+    fn with_twist<R>(&mut self, work: impl FnOnce(&mut Twist, &mut Collocation<2>) -> R) -> R {
+        let equation = self.equation();
+        let mut twist =
+            Twist { equation, law: &self.cam.law, motion: &self.motion, segment: self.segment, forced: 1.0 };
+        let result = work(&mut twist, &mut self.integrator);
+        self.segment = twist.segment;
+        result
+    }
+
+    /// Lets the integrator go on from the twist at the communication point.
+    fn restart_integrator(&mut self) {
+        let (time, y) = (Double::from(self.time), self.twist);
+        self.used = [self.m, self.c, self.b];
+        self.with_twist(|twist, integrator| {
+            integrator.restart(time, y);
+            twist.locate(time, &y);
+        });
+    }
+
+    /// φ, ω, q, q̇ at the communication point on the present motion.
+    fn remember(&mut self) {
+        let [phi, w, ..] = self.motion.at(self.time).kinematics.0;
+        self.before = [phi, w, self.twist[0], self.twist[1]];
+    }
+
+    fn initial_twist(&mut self, tolerance: f64) -> Result<[f64; 2], Fault> {
+        match self.start.mode {
+            StartMode::AtRest => Ok([0.0, 0.0]),
+            StartMode::Given => Ok([self.start.q, self.start.q_dot]),
+            StartMode::SteadyState if self.cam.is_input() => Err(Fault::new(
+                "start.mode = steady_state needs a constant speed; this drive follows its inputs: set start.mode = \
+                 at_rest or given",
+            )),
+            StartMode::SteadyState => {
+                let time = self.time;
+                self.with_twist(|twist, _| steady::periodic(twist, time, tolerance))
+            }
+        }
+    }
+}
+
+impl Drive for ElasticShaft {
+    type Scene = Scene;
+
+    const MODEL: &'static str = "ElasticCamDrive.shaft";
+
+    fn new(scene: Scene) -> Result<Self, Fault> {
+        let Scene { m, inertia, c, b, linear, cam, drive, start, tolerance } = scene;
+        let cam = CamDrive::new(cam, drive);
+        let motion = cam.motion(0.0);
+        let drive = ElasticShaft {
+            m,
+            inertia,
+            c,
+            b,
+            linear,
+            cam,
+            start,
+            solver: Solver::new(tolerance),
+            used: [m, c, b],
+            motion,
+            integrator: Collocation::new(Double::default(), [0.0; 2]),
+            segment: 0,
+            time: 0.0,
+            twist: [0.0; 2],
+            before: [0.0; 4],
+            log: EventLog::default(),
+        };
+        drive.validate()?;
+        Ok(drive)
+    }
+
+    fn variables(&self) -> List<Self> {
+        variables::list(self)
+    }
+
+    fn portrait(&self) -> Portrait {
+        portrait::of(self)
+    }
+
+    fn curves(&self) -> Vec<Curve> {
+        Curve::of_law(&self.cam.law)
+    }
+
+    fn experiment(&self) -> Experiment {
+        portrait::experiment(self)
+    }
+
+    fn start(&mut self, time: f64) -> Result<(), Fault> {
+        self.validate()?;
+        self.cam.law.validate().map_err(Fault)?;
+        self.time = time;
+        self.cam.start(time);
+        self.solver.start();
+        self.motion = self.cam.motion(time);
+        self.integrator = Collocation::new(Double::from(time), [0.0; 2]);
+        self.twist = self.initial_twist(self.solver.effective_tolerance())?;
+        self.restart_integrator();
+        self.remember();
+        Ok(())
+    }
+
+    fn apply(&mut self, time: f64) -> Result<(), Fault> {
+        self.validate()?;
+        self.time = time;
+        if self.cam.is_input() {
+            self.motion = self.cam.motion(time);
+            let [_, w, ..] = self.motion.coefficients;
+            // ψ = φ + q and ψ̇ = ω + q̇ do not jump, so q and q̇ take up the jumps of φ and ω.
+            let phi = self.motion.coefficients[0];
+            self.twist = [self.before[2] - (phi - self.before[0]), self.before[3] - (w - self.before[1])];
+        }
+        Ok(())
+    }
+
+    fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
+        self.apply(time)?;
+        let target = time + step;
+        let tolerance = self.solver.effective_tolerance();
+        if self.cam.is_input() {
+            // The motion is known up to the end of the communication step only.
+            self.restart_integrator();
+            self.with_twist(|twist, integrator| twist.reach(integrator, Double::from(target), tolerance))?;
+        } else {
+            if self.used != [self.m, self.c, self.b] {
+                self.restart_integrator();
+            }
+            self.with_twist(|twist, integrator| twist.pass(integrator, target, tolerance))?;
+        }
+        self.time = target;
+        self.twist = self.integrator.at(Double::from(target));
+        self.remember();
+        self.cam.step_done();
+        let statistics = self.integrator.statistics;
+        self.solver.steps = statistics.steps as f64;
+        self.solver.evaluations = statistics.evaluations as f64;
+        self.solver.error_estimate = statistics.error_estimate;
+        Ok(())
+    }
+
+    fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64) {
+        self.cam.set_input_derivative(reference, order, value);
+    }
+
+    fn input_derivative_order(&self) -> usize {
+        if self.cam.is_input() { super::cam_drive::MAX_INPUT_DERIVATIVE } else { 0 }
+    }
+
+    fn request_tolerance(&mut self, tolerance: f64) {
+        self.solver.requested = tolerance;
+    }
+
+    fn events(&mut self) -> &mut EventLog {
+        &mut self.log
+    }
+}
+
+impl HasCamDrive for ElasticShaft {
+    fn cam(&self) -> &CamDrive {
+        &self.cam
+    }
+    fn cam_mut(&mut self) -> &mut CamDrive {
+        &mut self.cam
+    }
+    fn start_values(&self) -> &Start {
+        &self.start
+    }
+    fn start_values_mut(&mut self) -> &mut Start {
+        &mut self.start
+    }
+}
+
+impl HasSolver for ElasticShaft {
+    fn solver(&self) -> &Solver {
+        &self.solver
+    }
+    fn solver_mut(&mut self) -> &mut Solver {
+        &mut self.solver
+    }
+}

@@ -1,0 +1,210 @@
+//! Integration of the twist: Gauss collocation, with steps that end where the cam passes a breakpoint of its law.
+
+use super::equation::{Cam, Equation, Flow};
+use crate::drives::Fault;
+use crate::drives::cam_drive::AngleMotion;
+use crate::motion::MotionLaw;
+use crate::numerics::angle;
+use crate::numerics::collocation::{Collocation, Failure, System};
+use crate::numerics::double_double::{Double, two_sum};
+use std::f64::consts::TAU;
+
+/// A time that no step reaches.
+const FAR: Double = Double { hi: 1e300, lo: 0.0 };
+
+/// How far beyond a breakpoint the smooth continuation is followed [rad]: more than the rounding of an angle, so
+/// that the passage is certain, and too little to matter.
+const OVERRUN: f64 = 1e-12;
+
+/// The angle over which a step of degree 8 may reach, times the resolution K of the law [rad]: two radians of
+/// the highest harmonic cannot hide between eight nodes.
+const REACH: f64 = 2.0;
+
+/// Internal steps within one communication step, beyond which the drive is given up: minutes of work.
+const MOST_STEPS: u64 = 10_000_000;
+
+/// The twist of the shaft as a system of first order, y = (q, q̇), while the cam is in one segment of its law.
+pub struct Twist<'a> {
+    /// The equation.
+    pub equation: Equation,
+    /// U.
+    pub law: &'a MotionLaw,
+    /// φ(t).
+    pub motion: &'a AngleMotion,
+    /// The segment of the law.
+    pub segment: usize,
+    /// 1, or 0 for the homogeneous linear equation.
+    pub forced: f64,
+}
+
+impl Twist<'_> {
+    /// Drive and twist at `t`.
+    fn flow(&self, t: Double, y: &[f64; 2]) -> Flow<f64> {
+        let shaft = self.motion.at(t.hi);
+        let [_, w, a, ..] = shaft.kinematics.0;
+        Flow { phi: shaft.reduced + w * t.lo, w, a, q: y[0], v: y[1] }
+    }
+
+    fn cam(&self, f: &Flow<f64>) -> Cam {
+        Cam::at(self.law, self.segment, self.reduced_argument(f))
+    }
+
+    fn reduced_argument(&self, f: &Flow<f64>) -> f64 {
+        angle::reduce(Double::from(f.argument(self.equation.linear)))
+    }
+
+    /// The segment in which the cam is at `t`, seen in the direction of its motion.
+    pub fn locate(&mut self, t: Double, y: &[f64; 2]) {
+        let f = self.flow(t, y);
+        let speed = if self.equation.linear { f.w } else { f.cam_speed() };
+        self.segment = self.law.segment(self.reduced_argument(&f), speed >= 0.0);
+    }
+
+    /// Steps until the last step ends at or beyond `target`, nowhere beyond `limit`.
+    fn travel(
+        &mut self,
+        integrator: &mut Collocation<2>,
+        target: Double,
+        limit: Double,
+        tolerance: f64,
+    ) -> Result<(), Fault> {
+        let first = integrator.statistics.steps;
+        while (target - integrator.end()).hi > 0.0 {
+            self.step(integrator, limit, tolerance).map_err(|failure| self.fault(failure))?;
+            if integrator.statistics.steps - first > MOST_STEPS {
+                return Err(Fault(format!(
+                    "more than {MOST_STEPS} internal steps between communication points, at t = {} s; \
+                     shorten the communication step or relax solver.tolerance",
+                    integrator.end().hi
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    /// Steps beyond `target`, so that the steps do not depend on where the target lies.
+    pub fn pass(&mut self, integrator: &mut Collocation<2>, target: f64, tolerance: f64) -> Result<(), Fault> {
+        self.travel(integrator, Double::from(target), FAR, tolerance)
+    }
+
+    /// Steps up to `target` exactly.
+    pub fn reach(&mut self, integrator: &mut Collocation<2>, target: Double, tolerance: f64) -> Result<(), Fault> {
+        self.travel(integrator, target, target, tolerance)
+    }
+
+    /// One step, shortened to where the cam leaves its segment.
+    fn step(&mut self, integrator: &mut Collocation<2>, limit: Double, tolerance: f64) -> Result<(), Failure> {
+        let breakpoints = self.law.breakpoints();
+        let (start, y) = (integrator.end(), integrator.state());
+        integrator.step(self, limit, tolerance)?;
+        if breakpoints.is_empty() {
+            return Ok(());
+        }
+        let place = Place::new(self, start, &y);
+        let Some((theta, forward)) = place.exit(self, integrator) else { return Ok(()) };
+        let length = (integrator.end() - start).hi;
+        let exit = start + Double::from(theta * length);
+        integrator.retract();
+        while (exit - integrator.end()).hi > 0.0 {
+            integrator.step(self, exit, tolerance)?;
+        }
+        let count = breakpoints.len();
+        self.segment = if forward { (self.segment + 1) % count } else { (self.segment + count - 1) % count };
+        Ok(())
+    }
+
+    fn fault(&self, failure: Failure) -> Fault {
+        match failure {
+            Failure::Unbounded { time } => Fault(format!(
+                "the twist q grows without bound, at t = {time} s beyond 1e100 rad: the drive is parametrically \
+                 unstable at this speed; change drive.w, raise b, or set shaft.linear = false"
+            )),
+            Failure::Stalled { time } => Fault(format!(
+                "the twist q cannot be computed beyond t = {time} s: no internal step keeps the tolerance; check \
+                 J, m, c, b and the speed, or relax solver.tolerance"
+            )),
+        }
+    }
+}
+
+impl System<2> for Twist<'_> {
+    fn rhs(&self, t: Double, y: &[f64; 2]) -> [f64; 2] {
+        let f = self.flow(t, y);
+        [y[1], self.equation.acceleration(&self.cam(&f), &f, self.forced)]
+    }
+
+    fn jacobian(&self, t: Double, y: &[f64; 2]) -> [[f64; 2]; 2] {
+        let f = self.flow(t, y);
+        [[0.0, 1.0], self.equation.jacobian(&self.cam(&f), &f)]
+    }
+
+    fn longest_step(&self, t: Double, y: &[f64; 2]) -> f64 {
+        let f = self.flow(t, y);
+        let reach = REACH / self.law.resolution_in(self.segment).max(1.0);
+        let speed = if self.equation.linear { f.w.abs() } else { f.w.abs().max(f.cam_speed().abs()) };
+        // A shaft at rest is followed for a thousand radians of its fastest vibration at a time.
+        let slow = 1e3 * (self.equation.inertia / self.equation.c).sqrt();
+        (reach / speed).min((2.0 * reach / f.a.abs()).sqrt()).min(slow)
+    }
+}
+
+/// Where in its segment the cam was at the start of a step.
+struct Place {
+    /// The angle from the start of the segment [rad].
+    offset: f64,
+    /// The length of the segment [rad].
+    span: f64,
+    /// φ, reduced [rad], and q [rad] at the start of the step.
+    phi: f64,
+    q: f64,
+}
+
+impl Place {
+    fn new(twist: &Twist, t: Double, y: &[f64; 2]) -> Self {
+        let breakpoints = twist.law.breakpoints();
+        let lower = breakpoints[twist.segment];
+        let upper = breakpoints.get(twist.segment + 1).copied().unwrap_or(breakpoints[0] + TAU);
+        let f = twist.flow(t, y);
+        // An angle that rounding has put a little before the segment must not count as almost a turn behind it.
+        let slack = 1e-9;
+        let offset = (f.argument(twist.equation.linear) - lower + slack).rem_euclid(TAU) - slack;
+        Place { offset, span: upper - lower, phi: f.phi, q: f.q }
+    }
+
+    /// On which side of the segment the cam is at the fraction `theta` of the last step: −1, 0 inside, 1.
+    fn side(&self, twist: &Twist, integrator: &Collocation<2>, theta: f64) -> i8 {
+        let length = (integrator.end() - integrator.start()).hi;
+        let t = integrator.start() + Double::from(theta * length);
+        let y = integrator.at_fraction(theta);
+        // Less than half a turn per step, so the difference of reduced angles tells the way.
+        let mut way = angle::reduce(two_sum(twist.flow(t, &y).phi, -self.phi));
+        if !twist.equation.linear {
+            way += y[0] - self.q;
+        }
+        let offset = self.offset + way;
+        if offset > self.span + OVERRUN {
+            1
+        } else if offset < -OVERRUN {
+            -1
+        } else {
+            0
+        }
+    }
+
+    /// The fraction of the last step at which the cam leaves the segment, and whether by its end.
+    fn exit(&self, twist: &Twist, integrator: &Collocation<2>) -> Option<(f64, bool)> {
+        const SAMPLES: i32 = 8;
+        let n = (1..=SAMPLES).find(|&n| self.side(twist, integrator, f64::from(n) / f64::from(SAMPLES)) != 0)?;
+        let (mut inside, mut outside) = (f64::from(n - 1) / f64::from(SAMPLES), f64::from(n) / f64::from(SAMPLES));
+        // Bisection down to the spacing of the numbers.
+        for _ in 0..50 {
+            let middle = 0.5 * (inside + outside);
+            if self.side(twist, integrator, middle) == 0 {
+                inside = middle;
+            } else {
+                outside = middle;
+            }
+        }
+        Some((outside, self.side(twist, integrator, outside) > 0))
+    }
+}

@@ -1,0 +1,250 @@
+//! The variables of the drive.
+
+use super::ElasticShaft;
+use super::equation::{Cam, Flow};
+use crate::drives::cam_drive::HasCamDrive;
+use crate::drives::solver::HasSolver;
+use crate::drives::unit::{self, Quantity};
+use crate::drives::variable::{Kind, real, real_within};
+use crate::drives::{List, Seed};
+use crate::numerics::angle;
+use crate::numerics::double_double::Double;
+use crate::numerics::taylor::{Scalar, Series};
+
+/// The continuous quantities, in the order of their declaration.
+#[derive(Clone, Copy)]
+enum Output {
+    Phi,
+    W,
+    Psi,
+    PsiDot,
+    PsiDotDot,
+    Q,
+    QDot,
+    Y,
+    YDot,
+    Tau,
+}
+
+const OUTPUTS: [Output; 10] = [
+    Output::Phi,
+    Output::W,
+    Output::Psi,
+    Output::PsiDot,
+    Output::PsiDotDot,
+    Output::Q,
+    Output::QDot,
+    Output::Y,
+    Output::YDot,
+    Output::Tau,
+];
+
+pub(super) fn list(drive: &ElasticShaft) -> List<ElasticShaft> {
+    let mut list = List::default();
+    drive.declare_drive(&mut list);
+    declare_parameters(&mut list);
+    drive.declare_start(&mut list, &unit::ANGLE, &unit::ANGULAR_VELOCITY);
+    drive.declare_solver(&mut list);
+    declare_outputs(drive, &mut list);
+    drive.declare_law(&mut list);
+    list
+}
+
+fn declare_parameters(list: &mut List<ElasticShaft>) {
+    list.parameter(
+        "m",
+        "Mass of the follower",
+        real_within(&unit::MASS, 0.0, 1e9),
+        |d, _| d.m,
+        |d, _, value| d.m = value,
+    )
+    .tunable();
+    list.parameter(
+        "J",
+        "Moment of inertia of the cam, at the far end of the shaft; above zero",
+        real_within(&unit::INERTIA, 0.0, 1e9),
+        |d, _| d.inertia,
+        |d, _, value| d.inertia = value,
+    );
+    list.parameter(
+        "c",
+        "Torsional stiffness of the input shaft; above zero",
+        real_within(&unit::ROTATIONAL_STIFFNESS, 0.0, 1e15),
+        |d, _| d.c,
+        |d, _, value| d.c = value,
+    )
+    .tunable();
+    list.parameter(
+        "b",
+        "Torsional damping of the input shaft",
+        real_within(&unit::ROTATIONAL_DAMPING, 0.0, 1e12),
+        |d, _| d.b,
+        |d, _, value| d.b = value,
+    )
+    .tunable();
+    list.parameter(
+        "shaft.linear",
+        "Whether the equation is linearised in the twist",
+        Kind::Boolean,
+        |d, _| f64::from(u8::from(d.linear)),
+        |d, _, value| d.linear = value != 0.0,
+    );
+}
+
+/// Declares the outputs with what they depend on: inputs (where there are any) and states.
+fn declare_outputs(drive: &ElasticShaft, list: &mut List<ElasticShaft>) {
+    let input = drive.cam.is_input();
+    let mut output = |which: Output, name: &str, text: &str, quantity: &'static Quantity, known: [&[&str]; 3]| {
+        let [inputs, states, initial] = known;
+        let (inputs, initial) = if input { (inputs, initial) } else { (&[][..], &[][..]) };
+        let known: Vec<&str> = inputs.iter().chain(states).copied().collect();
+        let v = list.output(name, text, real(quantity), value, series);
+        v.at(which as usize).depends(&known).depends_initially(initial);
+        match which {
+            Output::Psi => v.state(),
+            Output::PsiDot => v.state().derivative_of("psi"),
+            Output::PsiDotDot => v.derivative_of("der(psi)"),
+            Output::QDot => v.derivative_of("q"),
+            Output::YDot => v.derivative_of("y"),
+            _ => v,
+        };
+    };
+    if !input {
+        output(Output::Phi, "phi", "Drive angle", &unit::ANGLE, [&[], &[], &[]]);
+        output(Output::W, "w", "Angular velocity of the drive", &unit::ANGULAR_VELOCITY, [&[], &[], &[]]);
+    }
+    let linear = drive.linear;
+    // U is taken at phi, and a acts on q, where the equation is linearised.
+    let acceleration: [&[&str]; 3] = if linear {
+        [&["phi", "w", "a"], &["psi", "der(psi)"], &["phi", "w", "a"]]
+    } else {
+        [&["phi", "w"], &["psi", "der(psi)"], &["phi", "w"]]
+    };
+    let lift: [&[&str]; 3] = if linear { [&["phi"], &["psi"], &["phi"]] } else { [&[], &["psi"], &["phi"]] };
+    let speed: [&[&str]; 3] = if linear {
+        [&["phi", "w"], &["psi", "der(psi)"], &["phi", "w"]]
+    } else {
+        [&[], &["psi", "der(psi)"], &["phi", "w"]]
+    };
+    output(Output::Psi, "psi", "Angle of the cam, phi + q", &unit::ANGLE, [&[], &["psi"], &["phi"]]);
+    output(
+        Output::PsiDot,
+        "der(psi)",
+        "Angular velocity of the cam",
+        &unit::ANGULAR_VELOCITY,
+        [&[], &["der(psi)"], &["w"]],
+    );
+    output(
+        Output::PsiDotDot,
+        "der(psi,2)",
+        "Angular acceleration of the cam",
+        &unit::ANGULAR_ACCELERATION,
+        acceleration,
+    );
+    output(Output::Q, "q", "Twist of the shaft, psi - phi", &unit::ANGLE, [&["phi"], &["psi"], &[]]);
+    output(Output::QDot, "der(q)", "Rate of the twist", &unit::ANGULAR_VELOCITY, [&["w"], &["der(psi)"], &[]]);
+    output(Output::Y, "y", "Position of the follower, U(psi) or U + U' q", &unit::LENGTH, lift);
+    output(Output::YDot, "der(y)", "Velocity of the follower", &unit::VELOCITY, speed);
+    output(
+        Output::Tau,
+        "tau",
+        "Torque from the drive into the cam unit, -(c q + b der(q)); a positive tau loads the drive",
+        &unit::TORQUE,
+        [&["phi", "w"], &["psi", "der(psi)"], &[]],
+    );
+}
+
+/// An output, of numbers or of series.
+fn evaluate<S: Scalar>(drive: &ElasticShaft, which: Output, cam: &Cam, f: &Flow<S>) -> S {
+    let equation = drive.equation();
+    match which {
+        Output::Phi => f.phi,
+        Output::W => f.w,
+        Output::Psi => f.phi + f.q,
+        Output::PsiDot => f.cam_speed(),
+        Output::PsiDotDot => equation.acceleration(cam, f, 1.0) + f.a,
+        Output::Q => f.q,
+        Output::QDot => f.v,
+        Output::Y => equation.lift(cam, f),
+        Output::YDot => equation.lift_speed(cam, f),
+        Output::Tau => equation.torque(f),
+    }
+}
+
+/// The transfer functions of the cam at the communication point.
+fn cam(drive: &ElasticShaft, f: &Flow<f64>) -> Cam {
+    let angle = angle::reduce(Double::from(f.argument(drive.linear)));
+    let law = &drive.cam.law;
+    Cam::with_fifth(law, law.segment(angle, true), angle)
+}
+
+fn flow(drive: &ElasticShaft) -> Flow<f64> {
+    let shaft = drive.motion.at(drive.time);
+    let [_, w, a, ..] = shaft.kinematics.0;
+    Flow { phi: shaft.reduced, w, a, q: drive.twist[0], v: drive.twist[1] }
+}
+
+fn value(drive: &ElasticShaft, which: usize) -> f64 {
+    let phi = drive.motion.at(drive.time).kinematics.0[0];
+    match OUTPUTS[which] {
+        // Angles are put out without reduction.
+        Output::Phi => phi,
+        Output::Psi => phi + drive.twist[0],
+        output => {
+            let f = flow(drive);
+            evaluate(drive, output, &cam(drive, &f), &f)
+        }
+    }
+}
+
+fn series(drive: &ElasticShaft, seed: Seed, which: usize) -> Series {
+    let f = flow(drive);
+    let cam = cam(drive, &f);
+    let along = match seed {
+        Seed::Time => along_time(drive, &cam, &f),
+        Seed::Known(reference) => along_known(drive, &f, reference),
+    };
+    let mut series = evaluate(drive, OUTPUTS[which], &cam, &along);
+    series.0[0] = value(drive, which);
+    series
+}
+
+/// Drive and twist as functions of time: each pass of the equation yields one more derivative of q̇.
+fn along_time(drive: &ElasticShaft, cam: &Cam, f: &Flow<f64>) -> Flow<Series> {
+    let [_, w, a, jerk, snap] = drive.motion.at(drive.time).kinematics.0;
+    let mut along = Flow {
+        phi: Series::from_derivatives(f.phi, w, a),
+        w: Series::from_derivatives(w, a, jerk),
+        a: Series::from_derivatives(a, jerk, snap),
+        q: Series::from(f.q),
+        v: Series::from(f.v),
+    };
+    let equation = drive.equation();
+    let acceleration = equation.acceleration(cam, f, 1.0);
+    along.q = Series::from_derivatives(f.q, f.v, acceleration);
+    along.v = Series::from_derivatives(f.v, acceleration, 0.0);
+    let third = equation.acceleration(cam, &along, 1.0).derivative(1);
+    along.v = Series::from_derivatives(f.v, acceleration, third);
+    along
+}
+
+/// Drive and twist as functions of one input or state, the others held: q = ψ − φ, q̇ = ψ̇ − ω.
+fn along_known(drive: &ElasticShaft, f: &Flow<f64>, reference: usize) -> Flow<Series> {
+    let input = |n: usize| if drive.cam.is_input() && reference == n { 1.0 } else { 0.0 };
+    let first_output = drive.variables_before_outputs();
+    let state = |n: usize| if reference == first_output + n { 1.0 } else { 0.0 };
+    Flow {
+        phi: Series([f.phi, input(0), 0.0]),
+        w: Series([f.w, input(1), 0.0]),
+        a: Series([f.a, input(2), 0.0]),
+        q: Series([f.q, state(0) - input(0), 0.0]),
+        v: Series([f.v, state(1) - input(1), 0.0]),
+    }
+}
+
+impl ElasticShaft {
+    /// The value reference of the state `psi`; that of `der(psi)` follows.
+    fn variables_before_outputs(&self) -> usize {
+        list(self).reference("psi").unwrap_or(usize::MAX - 1)
+    }
+}
