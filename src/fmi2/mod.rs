@@ -15,5 +15,3 @@ pub mod instance;
 pub mod log;
 pub mod resource_location;
 pub mod saved_state;
-#[cfg(test)]
-mod tests;
