@@ -4,7 +4,7 @@ use super::{List, Seed, unit, variable};
 use crate::motion::parameters::ParameterKind;
 use crate::motion::{CyclePlan, Kinematics, MotionLaw, TransferFunctions};
 use crate::numerics::angle;
-use crate::numerics::double_double::{Double, two_product, two_sum};
+use crate::numerics::double_double::{Double, two_product};
 use crate::numerics::taylor::Series;
 use serde::{Deserialize, Serialize};
 
@@ -114,8 +114,13 @@ impl AngleMotion {
     /// φ and its derivatives at `time` [s]; the angle is summed in double-double, so that its remainder modulo
     /// one turn stays right after any number of turns.
     pub fn at(&self, time: f64) -> ShaftState {
+        self.at_instant(Double::from(time))
+    }
+
+    /// The same at an instant between two `f64`.
+    pub fn at_instant(&self, time: Double) -> ShaftState {
         let c = &self.coefficients;
-        let tau = two_sum(time, -self.origin);
+        let tau = time + Double::from(-self.origin);
         // Horner's rule for φ and its derivatives, from the highest coefficient down.
         let mut d = [0.0; 5];
         for order in 1..5 {

@@ -1,5 +1,6 @@
 //! Drives of any model behind one object-safe interface.
 
+use super::number::{Number, Range};
 use super::variable::{Causality, Kind, Variability};
 use super::{Curve, Description, Drive, EventLog, Experiment, Fault, Portrait, Seed, Variable};
 use std::any::Any;
@@ -24,7 +25,8 @@ fn build<D: Drive>(scene: &str) -> Result<Box<dyn DynDrive>, Fault> {
         .map_err(|e| Fault(format!("the resolved scene of {} cannot be read: {e}", D::MODEL)))?;
     let drive = D::new(scene)?;
     let variables = drive.variables().0;
-    Ok(Box::new(Unit { initial: drive.clone(), drive, variables, initialising: true, dirty: true, time: 0.0 }))
+    let states = (0..variables.len()).filter(|i| variables[*i].description.state).collect();
+    Ok(Box::new(Unit { initial: drive.clone(), drive, variables, states, initialising: true, dirty: true, time: 0.0 }))
 }
 
 /// A drive whose model is known only at run time. Values of every type travel as `f64`.
@@ -77,6 +79,8 @@ struct Unit<D> {
     drive: D,
     initial: D,
     variables: Vec<Variable<D>>,
+    /// The references of the continuous states.
+    states: Vec<usize>,
     /// Whether the start values still decide the state.
     initialising: bool,
     /// Whether something was set since the drive last took up its settings.
@@ -106,40 +110,57 @@ impl<D: Drive> Unit<D> {
         Ok(())
     }
 
-    fn series(&mut self, reference: usize, seed: Seed) -> Result<crate::numerics::taylor::Series, Fault> {
+    /// The derivative of an output; order 1 or 2.
+    fn derivative(&mut self, reference: usize, seed: Seed, order: usize) -> Result<f64, Fault> {
         self.refresh()?;
         let v = &self.variables[reference];
-        let series = v.series.ok_or_else(|| {
-            Fault(format!("`{}` is not a continuous output; it has no derivatives", v.description.name))
-        })?;
-        Ok(series(&self.drive, seed, v.index))
+        let name = &v.description.name;
+        let series =
+            v.series.ok_or_else(|| Fault(format!("`{name}` is not a continuous output; it has no derivatives")))?;
+        let value = series(&self.drive, seed, v.index).derivative(order);
+        if value.is_finite() {
+            Ok(value)
+        } else {
+            Err(Fault(format!("a derivative of `{name}` is not a finite number at t = {} s", self.time)))
+        }
+    }
+
+    /// Refuses a state in which a number is missing.
+    fn check_states(&self) -> Result<(), Fault> {
+        for reference in &self.states {
+            let v = &self.variables[*reference];
+            if !(v.get)(&self.drive, v.index).is_finite() {
+                return Err(Fault(format!("`{}` is not a finite number at t = {} s", v.description.name, self.time)));
+            }
+        }
+        Ok(())
     }
 }
 
 /// Refuses a value that a variable of this description cannot take.
 fn check(d: &Description, value: f64) -> Result<(), Fault> {
     let whole = value.fract() == 0.0;
-    let fault = match &d.kind {
-        Kind::Real { quantity, min, max, .. } if !(value >= *min && value <= *max && value.is_finite()) => {
-            let unit = quantity.unit;
-            Some(if min.is_infinite() && max.is_infinite() {
-                format!("{value} {unit} is not a finite number")
-            } else {
-                format!("{value} {unit} is outside [{min:e}, {max:e}] {unit}")
-            })
+    let number = Number(value);
+    let reason = match &d.kind {
+        Kind::Real { quantity, min, max, .. } if !(*min <= value && value <= *max && value.is_finite()) => {
+            // The unit of a pure number is 1, which would read like a digit.
+            let unit = if quantity.unit == "1" { String::new() } else { format!(" {}", quantity.unit) };
+            format!("{number}{unit} is not admissible; expected {}{unit}", Range(*min, *max))
         }
-        Kind::Integer { min, max } if !(whole && value >= f64::from(*min) && value <= f64::from(*max)) => {
-            Some(format!("{value} is outside {min} … {max}"))
+        Kind::Integer { min, max } if !(whole && f64::from(*min) <= value && value <= f64::from(*max)) => {
+            format!("{number} is not admissible; expected {min} … {max}")
         }
-        Kind::Enumeration(e) if !(whole && value >= 1.0 && value <= e.items.len() as f64) => {
+        Kind::Enumeration(e) if !(whole && 1.0 <= value && value <= e.items.len() as f64) => {
             let items: Vec<String> =
                 e.items.iter().enumerate().map(|(i, (name, _))| format!("{} ({name})", i + 1)).collect();
-            Some(format!("{value} is none of {}", items.join(", ")))
+            format!("{number} is not admissible; expected {}", items.join(", "))
         }
-        Kind::Boolean if value != 0.0 && value != 1.0 => Some(format!("{value} is neither 0 (false) nor 1 (true)")),
-        _ => None,
+        Kind::Boolean if value != 0.0 && value != 1.0 => {
+            format!("{number} is not admissible; expected 0 (false) or 1 (true)")
+        }
+        _ => return Ok(()),
     };
-    fault.map_or(Ok(()), |reason| Err(Fault(format!("`{}`: {reason}", d.name))))
+    Err(Fault(format!("`{}`: {reason}", d.name)))
 }
 
 impl<D: Drive> DynDrive for Unit<D> {
@@ -200,14 +221,13 @@ impl<D: Drive> DynDrive for Unit<D> {
 
     fn set_up(&mut self, time: f64, tolerance: Option<f64>) {
         self.time = time;
-        if let Some(tolerance) = tolerance {
-            self.drive.request_tolerance(tolerance);
-        }
+        self.drive.request_tolerance(tolerance.unwrap_or(0.0));
         self.dirty = true;
     }
 
     fn start(&mut self) -> Result<(), Fault> {
         self.refresh()?;
+        self.check_states()?;
         self.initialising = false;
         Ok(())
     }
@@ -217,7 +237,7 @@ impl<D: Drive> DynDrive for Unit<D> {
         self.refresh()?;
         self.drive.advance(time, step)?;
         self.time = time + step;
-        Ok(())
+        self.check_states()
     }
 
     fn input_derivative_order(&self) -> usize {
@@ -257,7 +277,7 @@ impl<D: Drive> DynDrive for Unit<D> {
         if !(1..=2).contains(&order) {
             return Err(Fault(format!("output derivatives of order {order} do not exist; the order is 1 or 2")));
         }
-        self.series(reference, Seed::Time).map(|s| s.derivative(order))
+        self.derivative(reference, Seed::Time, order)
     }
 
     fn directional_derivative(&mut self, unknown: usize, known: usize) -> Result<f64, Fault> {
@@ -268,7 +288,11 @@ impl<D: Drive> DynDrive for Unit<D> {
                 d.name
             )));
         }
-        self.series(unknown, Seed::Known(known)).map(|s| s.derivative(1))
+        if self.initialising {
+            // Masses keep their motion where inputs jump at a communication point, but not before the start.
+            return Err(Fault::new("directional derivatives exist at communication points, not before the start"));
+        }
+        self.derivative(unknown, Seed::Known(known), 1)
     }
 
     fn reset(&mut self) {

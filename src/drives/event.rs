@@ -1,6 +1,17 @@
 //! What happens inside a communication step, for the importer's log.
 
 use serde::{Deserialize, Serialize};
+use std::ffi::CStr;
+
+/// The log categories of every FMU: name, and what it means.
+pub const LOG_CATEGORIES: [(&CStr, &str); 6] = [
+    (c"logStatusWarning", "Warnings"),
+    (c"logStatusError", "Errors: why a call was refused or a step failed"),
+    (c"logStatusFatal", "Failures of the library itself"),
+    (c"logEvents", "Switching instants of the machine: contact, release, impact, each with its time"),
+    (c"logSolver", "Notes of the solver"),
+    (c"logAll", "All of the above"),
+];
 
 /// A switching instant or a note of the solver.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -3,14 +3,15 @@
 //! A model is one folder and one line in [`MODELS`]; everything that an importer sees of it (variables, units,
 //! dependencies, equations, documentation) comes from there.
 
+pub mod backlash;
 pub mod cam_drive;
 pub mod curve;
 pub mod elastic_shaft;
 pub mod erased;
 pub mod event;
+pub mod number;
 pub mod resource;
 pub mod response;
-pub mod rigid_machine;
 pub mod solver;
 pub mod unit;
 pub mod variable;
@@ -18,12 +19,13 @@ pub mod variable;
 pub use curve::Curve;
 pub use erased::{DynDrive, Model};
 pub use event::{Event, EventLog};
+pub use number::Number;
 pub use variable::{Description, List, Variable};
 
 use serde::{Serialize, de::DeserializeOwned};
 
 /// All drive models.
-pub const MODELS: &[Model] = &[Model::of::<elastic_shaft::ElasticShaft>(), Model::of::<rigid_machine::RigidMachine>()];
+pub const MODELS: &[Model] = &[Model::of::<elastic_shaft::ElasticShaft>(), Model::of::<backlash::BacklashDrive>()];
 
 /// Why a drive cannot go on: one sentence that names the quantity, its value and what would be admissible.
 #[derive(Clone, Debug, PartialEq)]
@@ -139,8 +141,8 @@ pub trait Drive: Clone + Serialize + DeserializeOwned + Send + 'static {
         0
     }
 
-    /// The relative tolerance that the importer asked for at set-up; never makes the result worse than the
-    /// documented default.
+    /// The relative tolerance that the importer asked for at set-up, 0 for none; never makes the result worse than
+    /// the documented default.
     fn request_tolerance(&mut self, tolerance: f64);
 
     /// What happened since the log was last cleared.

@@ -5,7 +5,7 @@ use crate::drives::variable::{Causality, Kind, Variability};
 use crate::drives::{Description, DynDrive, Fault};
 
 /// The log categories of the runtime library, with their descriptions.
-pub use crate::fmi2::log::CATEGORIES as LOG_CATEGORIES;
+pub use crate::drives::event::LOG_CATEGORIES;
 
 /// The highest order of output derivatives.
 const OUTPUT_DERIVATIVES: usize = 2;

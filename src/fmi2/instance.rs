@@ -2,9 +2,9 @@
 
 use super::abi::{self, fmi2Status};
 use super::call_sequence::{Function, Mode};
-use super::log::{Category, Logger, Number};
+use super::log::{Category, Logger};
 use super::saved_state::{self, Clock, SavedState};
-use crate::drives::{DynDrive, Fault, variable::Kind};
+use crate::drives::{DynDrive, Fault, Number, event, variable::Kind};
 use std::ffi::CStr;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -101,7 +101,7 @@ impl Instance {
         names: impl ExactSizeIterator<Item = &'a CStr>,
     ) -> Result<(), Refusal> {
         self.logger.configure(on, names).map_err(|unknown| {
-            let known: Vec<_> = super::log::CATEGORIES.iter().map(|(name, _)| name.to_string_lossy()).collect();
+            let known: Vec<_> = event::LOG_CATEGORIES.iter().map(|(name, _)| name.to_string_lossy()).collect();
             let unknown = unknown.to_string_lossy();
             Fault(format!("unknown log category `{unknown}`; the categories are {}", known.join(", "))).into()
         })

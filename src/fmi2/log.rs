@@ -1,20 +1,11 @@
 //! Log messages to the importer, formatted without allocation.
 
 use super::abi::{self, fmi2Status};
+use crate::drives::event::LOG_CATEGORIES as CATEGORIES;
 use std::ffi::CStr;
 use std::fmt::{self, Write};
 
-/// The categories that the model description declares, with their meaning.
-pub const CATEGORIES: [(&CStr, &str); 6] = [
-    (c"logStatusWarning", "Warnings"),
-    (c"logStatusError", "Calls that are refused or fail"),
-    (c"logStatusFatal", "Failures that end the use of the library"),
-    (c"logEvents", "Contact, release and impact with their time"),
-    (c"logSolver", "Notes of the solver"),
-    (c"logAll", "All messages"),
-];
-
-/// A category, as a place in [`CATEGORIES`].
+/// A category, as a place in [`crate::drives::event::LOG_CATEGORIES`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Category {
     /// logStatusWarning.
@@ -124,19 +115,6 @@ impl Write for Line {
             self.push(c)?;
         }
         Ok(())
-    }
-}
-
-/// A number in a message: 12 significant digits at most, never a long row of zeros.
-pub struct Number(pub f64);
-
-impl fmt::Display for Number {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.0 == 0.0 || (1e-3..1e6).contains(&self.0.abs()) {
-            write!(f, "{}", self.0)
-        } else {
-            write!(f, "{:e}", self.0)
-        }
     }
 }
 

@@ -15,3 +15,5 @@ pub mod instance;
 pub mod log;
 pub mod resource_location;
 pub mod saved_state;
+#[cfg(test)]
+mod tests;

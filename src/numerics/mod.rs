@@ -5,6 +5,7 @@ pub mod bernstein;
 pub mod chebyshev;
 pub mod collocation;
 pub mod double_double;
+pub mod events;
 pub mod forced;
 pub mod gauss;
 pub mod lu;

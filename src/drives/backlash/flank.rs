@@ -1,0 +1,183 @@
+//! The motion of flank A, u(t) = U(φ(t)), as far as the search for switching instants has to know it.
+
+use crate::drives::cam_drive::AngleMotion;
+use crate::motion::{Kinematics, MotionLaw};
+use crate::numerics::double_double::Double;
+use crate::numerics::events::safe_step;
+
+/// The moving flank A; flank B runs at the constant distance s above it.
+pub trait FlankMotion {
+    /// u, u̇ … u⁗ at `time`, continued smoothly from `segment`.
+    fn at(&self, segment: usize, time: Double) -> Kinematics;
+
+    /// U′ at `time` [m/rad].
+    fn slope(&self, segment: usize, time: Double) -> f64;
+
+    /// An upper bound of |u⁗| in `segment` from `time` over `horizon` [s].
+    fn fourth(&self, segment: usize, time: Double, horizon: f64) -> f64;
+
+    /// An upper bound of |ü| in any segment at `time`.
+    fn acceleration(&self, time: Double) -> f64;
+
+    /// K|w|, the highest rate at which u changes in `segment` from `time` over `horizon` [rad/s].
+    fn rate(&self, segment: usize, time: Double, horizon: f64) -> f64;
+
+    /// The segment that u moves in at `time`.
+    fn segment(&self, time: Double) -> usize;
+
+    /// How long u stays in `segment`, at most `longest` [s], and the segment that follows.
+    fn stay(&self, segment: usize, time: Double, longest: f64) -> (f64, usize);
+}
+
+/// The flank of a cam on its shaft.
+pub struct CamFlank<'a> {
+    /// U(φ).
+    pub law: &'a MotionLaw,
+    /// φ(t).
+    pub motion: &'a AngleMotion,
+}
+
+/// The number of derivatives of φ in use.
+const ORDERS: usize = 11;
+
+impl CamFlank<'_> {
+    /// φ̇, φ̈, … at `time`; the entry 0 is unused.
+    fn derivatives(&self, time: Double) -> [f64; ORDERS] {
+        let tau = (time + Double::from(-self.motion.origin)).hi;
+        let c = &self.motion.coefficients;
+        let mut d = [0.0; ORDERS];
+        for order in 1..=self.motion.degree {
+            for j in (order..=self.motion.degree).rev() {
+                d[order] = c[j] + d[order] * tau / (j + 1 - order) as f64;
+            }
+        }
+        d
+    }
+
+    /// Upper bounds of |φ⁽ⁿ⁾|, n = 1 … 4, over `horizon`.
+    fn bounds(&self, time: Double, horizon: f64) -> [f64; 5] {
+        if self.motion.is_uniform() {
+            return [0.0, self.motion.coefficients[1].abs(), 0.0, 0.0, 0.0];
+        }
+        let d = self.derivatives(time);
+        let mut bounds = [0.0; 5];
+        for order in 1..5 {
+            for j in (order..=self.motion.degree.max(order)).rev() {
+                bounds[order] = d[j].abs() + bounds[order] * horizon / (j + 1 - order) as f64;
+            }
+        }
+        bounds
+    }
+
+    fn reduced(&self, time: Double) -> f64 {
+        self.motion.at_instant(time).reduced
+    }
+}
+
+/// A breakpoint this near is where the motion has just come from [rad]: some roundings of an angle.
+const ON_BREAKPOINT: f64 = 1e-14;
+
+impl FlankMotion for CamFlank<'_> {
+    fn at(&self, segment: usize, time: Double) -> Kinematics {
+        let shaft = self.motion.at_instant(time);
+        self.law.at_in(segment, shaft.reduced).along(&shaft.kinematics)
+    }
+
+    fn slope(&self, segment: usize, time: Double) -> f64 {
+        self.law.at_in(segment, self.reduced(time)).0[1]
+    }
+
+    fn fourth(&self, segment: usize, time: Double, horizon: f64) -> f64 {
+        let [_, w, a, j, s] = self.bounds(time, horizon);
+        let u = |order| self.law.bound_in(segment, order);
+        let uniform = u(4) * w.powi(4);
+        if a == 0.0 && j == 0.0 && s == 0.0 {
+            uniform
+        } else {
+            uniform + 6.0 * u(3) * w * w * a + u(2) * (3.0 * a * a + 4.0 * w * j) + u(1) * s
+        }
+    }
+
+    fn acceleration(&self, time: Double) -> f64 {
+        let [_, w, a, ..] = self.bounds(time, 0.0);
+        self.law.bound(2) * w * w + self.law.bound(1) * a
+    }
+
+    fn rate(&self, segment: usize, time: Double, horizon: f64) -> f64 {
+        self.law.resolution_in(segment) * self.bounds(time, horizon)[1]
+    }
+
+    fn segment(&self, time: Double) -> usize {
+        let d = self.derivatives(time);
+        let forward = d[1..].iter().find(|&&d| d != 0.0).is_none_or(|&d| d > 0.0);
+        self.law.segment(self.reduced(time), forward)
+    }
+
+    fn stay(&self, segment: usize, time: Double, longest: f64) -> (f64, usize) {
+        let breakpoints = self.law.breakpoints();
+        let count = breakpoints.len();
+        if count == 0 {
+            return (longest, 0);
+        }
+        let turn = std::f64::consts::TAU;
+        let (start, next) = (breakpoints[segment], breakpoints[(segment + 1) % count]);
+        let width = if count == 1 { turn } else { (next - start).rem_euclid(turn) };
+        // The angle since the start of the segment, with roundings beyond either end put on the end.
+        let mut below = (self.reduced(time) - start).rem_euclid(turn);
+        if below > 0.5 * (width + turn) {
+            below = 0.0;
+        }
+        let mut above = width - below;
+        let d = self.derivatives(time);
+        if below < ON_BREAKPOINT {
+            below = 0.0;
+        }
+        if above < ON_BREAKPOINT {
+            above = 0.0;
+        }
+        if count == 1 && below.min(above) == 0.0 {
+            // The end of the only segment is its start: the motion is about to cross all of it.
+            (below, above) = if d[1] < 0.0 { (turn, 0.0) } else { (0.0, turn) };
+        }
+        let bound = self.bounds(time, longest)[4];
+        let up = first_passage([above, -d[1], -d[2], -d[3]], bound, longest, &|t| self.shift(time, above, -1.0, t));
+        let down = first_passage([below, d[1], d[2], d[3]], bound, longest, &|t| self.shift(time, below, 1.0, t));
+        if up < down {
+            (up, (segment + 1) % count)
+        } else if down < longest {
+            (down, (segment + count - 1) % count)
+        } else {
+            (longest, segment)
+        }
+    }
+}
+
+impl CamFlank<'_> {
+    /// distance + sign (φ(time + t) − φ(time)) and its derivatives.
+    fn shift(&self, time: Double, distance: f64, sign: f64, t: f64) -> [f64; 4] {
+        let d = self.derivatives(time);
+        let mut change = 0.0;
+        for j in (1..=self.motion.degree).rev() {
+            change = (d[j] + change) * t / j as f64;
+        }
+        let later = self.derivatives(time + Double::from(t));
+        [distance + sign * change, sign * later[1], sign * later[2], sign * later[3]]
+    }
+}
+
+/// The first zero of g, at most `longest`, from its derivatives at 0.
+fn first_passage(start: [f64; 4], bound: f64, longest: f64, g: &dyn Fn(f64) -> [f64; 4]) -> f64 {
+    let mut t = safe_step(start, bound, longest);
+    // The steps shrink at least geometrically; the cap only guards against a motion that touches the breakpoint.
+    for _ in 0..200 {
+        if t == 0.0 || t >= longest {
+            break;
+        }
+        let step = safe_step(g(t), bound, longest - t);
+        if step <= 1e-15 * t {
+            break;
+        }
+        t += step;
+    }
+    t.min(longest)
+}

@@ -1,0 +1,364 @@
+//! Cam drive with backlash: a mass between the two flanks of the driven member, an elastic mass behind it.
+//!
+//! x1 is the place of m1, x2 = x1 + q that of m2, U(φ) flank A, U + s flank B:
+//!
+//! ```text
+//! m1 ẍ1 = F_K + c q + b q̇
+//! m2 ẍ2 = −(c q + b q̇)
+//! 0 ≤ x1 − U ≤ s;   on flank A F_K ≥ 0, on flank B F_K ≤ 0, between them F_K = 0
+//! impact:  ż⁺ = −e ż⁻,  P = −m1 (1 + e) ż⁻,  z = x1 − U
+//! ```
+//!
+//! * m1, m2 `[kg]`, c `[N/m]`, b `[N·s/m]`, clearance s `[m]`, restitution e `[1]`; F_K and the impulse P `[N]`, `[N·s]` act
+//!   on m1, positive in +x; the torque U′F_K `[N·m]` loads the drive.
+//! * Valid for a drive whose inertia is large against m1 U′², rigid flanks, an impact without duration.
+//! * Limits that the tests check: s = 0 is the elastic output drive with m1 fixed to the cam; for a cubic U and e = 0
+//!   the closed formulas of Kaltofen.
+//!
+//! Source: Th. Kaltofen, "Zur Dynamik spielbehafteter periodischer Antriebe", 1996, extended to two flanks,
+//! restitution and damping; U̇, Ü from φ, φ̇, φ̈ that belong together.
+
+pub mod contact;
+pub mod flank;
+pub mod panel;
+pub mod solver;
+
+mod portrait;
+mod steady_state;
+mod variables;
+
+#[cfg(test)]
+mod cubic;
+#[cfg(test)]
+mod tests;
+
+use super::cam_drive::{AngleMotion, CamDrive, DriveMode, HasCamDrive, Start, StartMode};
+use super::solver::{HasSolver, Solver};
+use super::{Curve, Drive, EventLog, Experiment, Fault, List, Portrait};
+use crate::motion::{Kinematics, MotionLaw};
+use crate::numerics::double_double::Double;
+use contact::{Bodies, Flank, Mode, State};
+use flank::{CamFlank, FlankMotion};
+use serde::{Deserialize, Serialize};
+use solver::{Run, Stretch, Tally};
+
+/// A drive with backlash as a resolved scene describes it.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Scene {
+    /// Mass at the clearance [kg].
+    pub m1: f64,
+    /// Mass behind the spring [kg].
+    pub m2: f64,
+    /// Stiffness [N/m].
+    pub c: f64,
+    /// Damping [N·s/m].
+    pub b: f64,
+    /// Clearance [m].
+    pub s: f64,
+    /// Coefficient of restitution.
+    pub e: f64,
+    /// The motion law.
+    pub cam: MotionLaw,
+    /// Constant speed or inputs.
+    pub drive: DriveMode,
+    /// The initial state.
+    pub start: Start,
+    /// `solver.tolerance`.
+    pub tolerance: f64,
+}
+
+/// The drive at a communication point.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Now {
+    /// [s].
+    pub time: f64,
+    /// Where m1 is.
+    pub mode: Mode,
+    /// The relative state.
+    pub state: State,
+    /// U and its time derivatives.
+    pub u: Kinematics,
+    /// Counts since the start.
+    pub tally: Tally,
+}
+
+/// The drive with backlash; see the module.
+#[derive(Clone, Serialize, Deserialize)]
+pub struct BacklashDrive {
+    cam: CamDrive,
+    start: Start,
+    solver: Solver,
+    m1: f64,
+    m2: f64,
+    c: f64,
+    b: f64,
+    s: f64,
+    e: f64,
+    bodies: Bodies,
+    /// The motion of the shaft around the communication point.
+    motion: AngleMotion,
+    run: Option<Run>,
+    /// The end of the last step, before inputs jump.
+    end: Now,
+    /// The communication point as the outputs show it.
+    now: Now,
+    /// (∫ F_K dt + ΣP)/h and (∫ U′F_K dt + ΣU′P)/h over the last communication step [N], [N·m].
+    mean: [f64; 2],
+    #[serde(skip)]
+    log: EventLog,
+}
+
+impl BacklashDrive {
+    fn flank(&self) -> CamFlank<'_> {
+        CamFlank { law: &self.cam.law, motion: &self.motion }
+    }
+
+    /// The longest panel in a step of this length: inputs prescribe the motion to the end of the step only.
+    fn horizon(&self, step: f64) -> f64 {
+        if self.cam.is_input() { step } else { f64::INFINITY }
+    }
+
+    /// Refuses parameters that no motion belongs to.
+    fn validate(&self) -> Result<(), Fault> {
+        let positive = [("m1", self.m1, "kg"), ("m2", self.m2, "kg"), ("c", self.c, "N/m")];
+        for (name, value, unit) in positive {
+            if !(value > 0.0 && value.is_finite()) {
+                return Err(Fault(format!("`{name}` = {value} {unit} must be greater than 0 {unit}")));
+            }
+        }
+        for (name, value, unit) in [("b", self.b, "N.s/m"), ("s", self.s, "m")] {
+            if !(value >= 0.0 && value.is_finite()) {
+                return Err(Fault(format!("`{name}` = {value} {unit} must be at least 0 {unit}")));
+            }
+        }
+        if !(0.0..=1.0).contains(&self.e) {
+            return Err(Fault(format!("`e` = {} is outside [0, 1]: 0 for a plastic, 1 for an elastic impact", self.e)));
+        }
+        Ok(())
+    }
+
+    /// Places m1 on the flank that presses it and starts the run from q, q̇.
+    fn begin(&mut self, time: f64, q: [f64; 2]) {
+        let place = (Double::from(time), self.flank().segment(Double::from(time)));
+        let u = self.flank().at(place.1, place.0);
+        let [force, rate, _] = self.bodies.force(q, &u);
+        let resolution = self.bodies.resolution(&self.flank(), place.0);
+        let pressed = if force.abs() > resolution { force } else { rate };
+        let contact = if pressed < 0.0 { Flank::B } else { Flank::A };
+        let state = State { q, home: self.bodies.place(contact), zeta: [0.0; 2] };
+        let mode = Mode::Contact(contact);
+        self.now = Now { time, mode, state, u, tally: Tally::default() };
+        self.end = self.now;
+        self.run = Some(Run::new(&self.bodies, &self.flank(), place.0, (mode, state, 0), self.horizon(0.0)));
+    }
+
+    /// Goes on to `end` [s] and keeps the state there.
+    fn go(&mut self, run: &mut Run, end: f64, horizon: f64) -> Result<(), Fault> {
+        let flank = CamFlank { law: &self.cam.law, motion: &self.motion };
+        let state = run.advance(&self.bodies, &flank, &mut Stretch { end, horizon, log: &mut self.log })?;
+        let u = flank.at(run.panel.segment, Double::from(end));
+        self.now = Now { time: end, mode: run.panel.mode, state, u, tally: run.tally };
+        Ok(())
+    }
+
+    /// Takes up a jump of the inputs: masses keep place and velocity, but a mass on a flank follows it and takes up
+    /// the impulse m1 Δu̇. A free mass that the jump puts beyond a flank is set on it, and strikes it if it moves
+    /// towards it.
+    fn take_up(
+        (bodies, flank): (&Bodies, &CamFlank),
+        end: &Now,
+        run: &mut Run,
+        time: f64,
+        log: &mut EventLog,
+    ) -> (Mode, State, usize) {
+        let place = (Double::from(time), flank.segment(Double::from(time)));
+        let u = flank.at(place.1, place.0);
+        let jump = [u.0[0] - end.u.0[0], u.0[1] - end.u.0[1]];
+        let resolution = bodies.resolution(flank, place.0);
+        let mut state = end.state;
+        match end.mode {
+            Mode::Contact(contact) => {
+                state.q = [state.q[0] - jump[0], state.q[1] - jump[1]];
+                run.push(bodies.m1 * jump[1], flank.slope(place.1, place.0));
+                let (mode, zeros) =
+                    if bodies.s == 0.0 { (end.mode, 0) } else { bodies.settle(contact, state.q, &u, resolution) };
+                (mode, state, zeros)
+            }
+            Mode::Free => {
+                state.zeta = [state.zeta[0] - jump[0], state.zeta[1] - jump[1]];
+                // What the differences above round to.
+                let rounding = [0, 1].map(|n| 8.0 * f64::EPSILON * (u.0[n].abs() + end.u.0[n].abs()));
+                for contact in [Flank::A, Flank::B] {
+                    let sign = contact.sign();
+                    let beyond = bodies.place(contact) - state.home - state.zeta[0];
+                    let resting = beyond.abs() <= rounding[0] && state.zeta[1].abs() <= rounding[1];
+                    if !resting && sign * beyond <= 0.0 {
+                        continue;
+                    }
+                    state.q[0] -= beyond;
+                    (state.home, state.zeta[0]) = (bodies.place(contact), 0.0);
+                    if resting {
+                        state.q[1] += state.zeta[1];
+                        state.zeta[1] = 0.0;
+                        let (mode, zeros) = bodies.settle(contact, state.q, &u, resolution);
+                        return (mode, state, zeros);
+                    }
+                    if sign * state.zeta[1] > 0.0 {
+                        return (Mode::Free, state, 1);
+                    }
+                    let (mode, zeros) = run.strike(bodies, flank, contact, &mut state, place, log);
+                    return (mode, state, zeros);
+                }
+                (Mode::Free, state, 0)
+            }
+        }
+    }
+}
+
+impl Drive for BacklashDrive {
+    type Scene = Scene;
+
+    const MODEL: &'static str = "BacklashDrive";
+
+    fn new(scene: Scene) -> Result<Self, Fault> {
+        let Scene { m1, m2, c, b, s, e, cam, drive, start, tolerance } = scene;
+        let state = State::default();
+        let now = Now { time: 0.0, mode: Mode::Free, state, u: Kinematics::default(), tally: Tally::default() };
+        let drive = BacklashDrive {
+            motion: AngleMotion::uniform(0.0, 0.0, 0.0),
+            cam: CamDrive::new(cam, drive),
+            start,
+            solver: Solver::new(tolerance),
+            m1,
+            m2,
+            c,
+            b,
+            s,
+            e,
+            bodies: Bodies::new(m1, m2, c, b, s, e),
+            run: None,
+            end: now,
+            now,
+            mean: [0.0; 2],
+            log: EventLog::default(),
+        };
+        drive.validate()?;
+        Ok(drive)
+    }
+
+    fn variables(&self) -> List<Self> {
+        variables::list(self)
+    }
+
+    fn portrait(&self) -> Portrait {
+        portrait::portrait()
+    }
+
+    fn curves(&self) -> Vec<Curve> {
+        Curve::of_law(&self.cam.law)
+    }
+
+    fn experiment(&self) -> Experiment {
+        portrait::experiment(&self.cam.mode)
+    }
+
+    fn start(&mut self, time: f64) -> Result<(), Fault> {
+        self.validate()?;
+        self.solver.start();
+        self.log.clear();
+        self.mean = [0.0; 2];
+        self.bodies = Bodies::new(self.m1, self.m2, self.c, self.b, self.s, self.e);
+        self.cam.start(time);
+        self.motion = self.cam.motion(time);
+        match self.start.mode {
+            StartMode::AtRest => self.begin(time, [0.0; 2]),
+            StartMode::Given => self.begin(time, [self.start.q, self.start.q_dot]),
+            StartMode::SteadyState => self.begin_steady(time)?,
+        }
+        Ok(())
+    }
+
+    fn apply(&mut self, time: f64) -> Result<(), Fault> {
+        if let (true, Some(mut run)) = (self.cam.is_input(), self.run) {
+            self.motion = self.cam.motion(time);
+            let flank = CamFlank { law: &self.cam.law, motion: &self.motion };
+            // What happens is logged when the step is taken.
+            let mut unheard = EventLog::default();
+            let (mode, state, _) = Self::take_up((&self.bodies, &flank), &self.end, &mut run, time, &mut unheard);
+            let u = flank.at(flank.segment(Double::from(time)), Double::from(time));
+            self.now = Now { time, mode, state, u, tally: run.tally };
+        }
+        Ok(())
+    }
+
+    fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
+        let Some(mut run) = self.run else { return Err(Fault::new("the drive has not been started")) };
+        run.sums = Default::default();
+        let horizon = self.horizon(step);
+        if self.cam.is_input() {
+            self.motion = self.cam.motion(time);
+            let flank = CamFlank { law: &self.cam.law, motion: &self.motion };
+            let from = Self::take_up((&self.bodies, &flank), &self.end, &mut run, time, &mut self.log);
+            let place = (Double::from(time), flank.segment(Double::from(time)));
+            run.restart(&self.bodies, &flank, place, from, horizon);
+        }
+        self.go(&mut run, time + step, horizon)?;
+        self.mean = [run.sums.force / step, run.sums.torque / step];
+        self.end = self.now;
+        let finite = self.now.state.q.iter().chain(&self.now.state.zeta).chain(&self.mean).all(|v| v.is_finite());
+        if !finite {
+            return Err(Fault(format!("the motion leaves the range of numbers before t = {} s", time + step)));
+        }
+        self.run = Some(run);
+        self.solver.steps = run.tally.steps;
+        self.solver.evaluations = run.tally.panels;
+        // Each panel and each step of the search adds a rounding error.
+        self.solver.error_estimate = f64::EPSILON * (run.tally.steps + run.tally.panels).sqrt();
+        self.cam.step_done();
+        Ok(())
+    }
+
+    fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64) {
+        self.cam.set_input_derivative(reference, order, value);
+    }
+
+    fn input_derivative_order(&self) -> usize {
+        if self.cam.is_input() { super::cam_drive::MAX_INPUT_DERIVATIVE } else { 0 }
+    }
+
+    fn request_tolerance(&mut self, tolerance: f64) {
+        self.solver.requested = tolerance;
+    }
+
+    fn events(&mut self) -> &mut EventLog {
+        &mut self.log
+    }
+}
+
+impl HasCamDrive for BacklashDrive {
+    fn cam(&self) -> &CamDrive {
+        &self.cam
+    }
+
+    fn cam_mut(&mut self) -> &mut CamDrive {
+        &mut self.cam
+    }
+
+    fn start_values(&self) -> &Start {
+        &self.start
+    }
+
+    fn start_values_mut(&mut self) -> &mut Start {
+        &mut self.start
+    }
+}
+
+impl HasSolver for BacklashDrive {
+    fn solver(&self) -> &Solver {
+        &self.solver
+    }
+
+    fn solver_mut(&mut self) -> &mut Solver {
+        &mut self.solver
+    }
+}

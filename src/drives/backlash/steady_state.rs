@@ -1,0 +1,106 @@
+//! The periodic motion at constant speed.
+
+use super::contact::{Bodies, Mode, State};
+use super::flank::FlankMotion;
+use super::solver::{Run, Stretch, Tally};
+use super::{BacklashDrive, CamFlank, Now};
+use crate::drives::cam_drive::DriveMode;
+use crate::drives::{EventLog, Fault};
+use crate::numerics::double_double::Double;
+use std::f64::consts::TAU;
+
+/// How many turns may pass until the motion repeats.
+const MOST_TURNS: usize = 2000;
+
+/// The state repeats when it changes by less than this part of its size from turn to turn; the rounding errors of a
+/// turn are below a tenth of it.
+const REPEATS: f64 = 1e-12;
+
+impl BacklashDrive {
+    /// Starts on the periodic motion, reached from the periodic solution of permanent contact.
+    pub(super) fn begin_steady(&mut self, time: f64) -> Result<(), Fault> {
+        let DriveMode::Constant { w, .. } = self.cam.mode else {
+            return Err(Fault::new(
+                "`start.mode` = steady_state needs a drive at constant speed; with inputs choose at_rest or given",
+            ));
+        };
+        if w == 0.0 {
+            self.begin(time, [0.0; 2]);
+            return Ok(());
+        }
+        let period = TAU / w.abs();
+        let contact = self.contact_orbit(time, period)?;
+        self.begin(time, contact);
+        if self.bodies.s == 0.0 {
+            return Ok(());
+        }
+        let (mode, state) = self.orbit(time, period)?;
+        let flank = CamFlank { law: &self.cam.law, motion: &self.motion };
+        let place = Double::from(time);
+        let u = flank.at(flank.segment(place), place);
+        self.now = Now { time, mode, state, u, tally: Tally::default() };
+        self.end = self.now;
+        self.run = Some(Run::new(&self.bodies, &flank, place, (mode, state, 0), f64::INFINITY));
+        Ok(())
+    }
+
+    /// q, q̇ of the periodic response in permanent contact: x = M x + r, where M is the free motion over a period
+    /// and r the response from rest.
+    fn contact_orbit(&self, time: f64, period: f64) -> Result<[f64; 2], Fault> {
+        let locked = Bodies { s: 0.0, ..self.bodies };
+        let flank = CamFlank { law: &self.cam.law, motion: &self.motion };
+        let place = Double::from(time);
+        let contact = (Mode::Contact(super::Flank::A), State::default(), 0);
+        let mut run = Run::new(&locked, &flank, place, contact, f64::INFINITY);
+        let mut log = EventLog::default();
+        let mut stretch = Stretch { end: time + period, horizon: f64::INFINITY, log: &mut log };
+        let response = run.advance(&locked, &flank, &mut stretch)?.q;
+        let m = locked.bound.free(Double::from(time + period) + Double::from(-time));
+        let [[a, b], [c, d]] = [[1.0 - m[0][0], -m[0][1]], [-m[1][0], 1.0 - m[1][1]]];
+        let determinant = a * d - b * c;
+        // det(I − M) = |1 − e^(λT)|² vanishes at a resonance without damping only.
+        if determinant.abs() < 1e-12 {
+            return Err(Fault(format!(
+                "`start.mode` = steady_state: there is no periodic solution, since a multiple of the speed is a natural \
+                 frequency ({} rad/s) and `b` = {} N.s/m does not damp it; change the speed, add damping or choose \
+                 at_rest",
+                self.bodies.bound.stiffness().sqrt(),
+                self.b
+            )));
+        }
+        Ok([(d * response[0] - b * response[1]) / determinant, (a * response[1] - c * response[0]) / determinant])
+    }
+
+    /// The mode and state that repeat after one period.
+    fn orbit(&mut self, time: f64, period: f64) -> Result<(Mode, State), Fault> {
+        let Some(mut run) = self.run else { return Err(Fault::new("the drive has not been started")) };
+        let mut last = (self.now.mode, self.now.state);
+        for turn in 1..=MOST_TURNS {
+            self.go(&mut run, time + turn as f64 * period, f64::INFINITY)?;
+            let next = (self.now.mode, self.now.state);
+            if next.0 == last.0 && self.distance(&next.1, &last.1) <= REPEATS {
+                self.log.clear();
+                return Ok(next);
+            }
+            last = next;
+        }
+        Err(Fault(format!(
+            "`start.mode` = steady_state: the motion does not repeat from turn to turn within {MOST_TURNS} turns; with \
+             clearance the periodic motion may be unstable or longer than a turn; start at_rest and let the drive run, or \
+             add damping"
+        )))
+    }
+
+    /// The largest difference of two states, relative to the sizes of q and z.
+    fn distance(&self, one: &State, other: &State) -> f64 {
+        let flank = CamFlank { law: &self.cam.law, motion: &self.motion };
+        let acceleration = flank.acceleration(Double::from(self.now.time));
+        let omega = self.bodies.bound.stiffness().sqrt();
+        let q = one.q[0].abs().max(acceleration / (omega * omega));
+        let z = (one.home + one.zeta[0]) - (other.home + other.zeta[0]);
+        let sizes = [q, omega * q, q + self.s, omega * (q + self.s)];
+        let changes = [one.q[0] - other.q[0], one.q[1] - other.q[1], z, one.zeta[1] - other.zeta[1]];
+        let relative = |(change, size): (f64, f64)| if change == 0.0 { 0.0 } else { (change / size).abs() };
+        changes.into_iter().zip(sizes).map(relative).fold(0.0, f64::max)
+    }
+}

@@ -1,0 +1,179 @@
+//! The drive with backlash against closed formulas, balances and symmetries.
+
+use super::contact::{Bodies, Flank, Mode, State};
+use super::cubic::{Passage, Sequel};
+use super::flank::FlankMotion;
+use super::solver::{Run, Stretch};
+use super::{BacklashDrive, Scene};
+use crate::drives::cam_drive::{DriveMode, Start, StartMode};
+use crate::drives::{Drive, Event, EventLog};
+use crate::motion::{Fourier, Kinematics, MotionLaw};
+use crate::numerics::double_double::Double;
+
+/// u(t) = U̇₀ t + U⃛ t³/6, the cubic of the source around a zero of Ü.
+struct CubicFlank {
+    speed: f64,
+    jerk: f64,
+}
+
+impl FlankMotion for CubicFlank {
+    fn at(&self, _: usize, time: Double) -> Kinematics {
+        let t = time.hi;
+        let (v, j) = (self.speed, self.jerk);
+        Kinematics([v * t + j * t.powi(3) / 6.0, v + j * t * t / 2.0, j * t, j, 0.0])
+    }
+    fn slope(&self, segment: usize, time: Double) -> f64 {
+        self.at(segment, time).0[1]
+    }
+    fn fourth(&self, _: usize, _: Double, _: f64) -> f64 {
+        0.0
+    }
+    fn acceleration(&self, time: Double) -> f64 {
+        self.jerk.abs() * time.hi.abs().max(1.0)
+    }
+    fn rate(&self, _: usize, _: Double, _: f64) -> f64 {
+        0.0
+    }
+    fn segment(&self, _: Double) -> usize {
+        0
+    }
+    fn stay(&self, _: usize, _: Double, longest: f64) -> (f64, usize) {
+        (longest, 0)
+    }
+}
+
+/// A passage of the cubic model with ω = 1 and m2 = 1, from the release at t = 0 with q₂ = 0, q̇₂ = −U⃛ (9).
+fn pass(mu: f64, k: f64, flank: Flank) -> (Run, Bodies, CubicFlank, Vec<Event>) {
+    // K = |s| ω³/|U⃛|; on flank A the release has U⃛ < 0.
+    let jerk = -flank.sign();
+    let bodies = Bodies::new(mu, 1.0, 1.0, 0.0, k, 0.0);
+    let motion = CubicFlank { speed: 0.3, jerk };
+    let state = State { q: [0.0, -jerk], home: bodies.place(flank), zeta: [0.0; 2] };
+    let mut run = Run::new(&bodies, &motion, Double::from(0.0), (Mode::Free, state, 3), f64::INFINITY);
+    let mut log = EventLog::default();
+    run.advance(&bodies, &motion, &mut Stretch { end: 7.0 + k.cbrt() * 2.0, horizon: f64::INFINITY, log: &mut log })
+        .unwrap();
+    (run, bodies, motion, log.iter().copied().collect())
+}
+
+#[test]
+fn the_passage_of_the_cubic_model() {
+    for mu in [0.02, 0.149, 0.3, 1.0, 3.0] {
+        for k in [0.01, 0.3, 1.0, 3.4, 15.0, 106.0, 1060.0] {
+            for flank in [Flank::A, Flank::B] {
+                let exact = Passage::new(mu, k);
+                let (run, bodies, _, events) = pass(mu, k, flank);
+                let first = events[0];
+                // (15) the time of passage, (18) the impulse −σ m1 |U⃛|/ω² Z.
+                assert!((first.time - exact.tau1).abs() < 2e-14 * exact.tau1.max(1.0), "{mu} {k}: {first:?} {exact:?}");
+                let impulse = -flank.sign() * bodies.m1 * exact.jump();
+                assert!(
+                    (first.value - impulse).abs() < 4e-14 * impulse.abs().max(0.1),
+                    "{mu} {k}: {first:?} {impulse}"
+                );
+                assert_eq!(first.kind, if flank == Flank::A { "impact on flank B" } else { "impact on flank A" });
+                let release_after = events.get(1).map(|e| e.time - first.time);
+                match exact.sequel() {
+                    Sequel::Lasting => assert_eq!(release_after, None, "{mu} {k}"),
+                    Sequel::Elastic => {
+                        let tau = release_after.unwrap();
+                        assert!(exact.pressing(tau).abs() < 1e-11 * k.max(1.0), "{mu} {k}: {tau}");
+                        assert!(events[1].kind.starts_with("release") && tau > 1e-3 && tau < 6.3);
+                    }
+                    Sequel::Immediate => assert!(run.tally.impacts > 1.0, "{mu} {k}"),
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn the_contact_after_the_passage_of_the_cubic_model() {
+    for (mu, k) in [(0.3, 2.0), (1.0, 15.0), (3.0, 106.0)] {
+        let exact = Passage::new(mu, k);
+        let (run, bodies, motion, events) = pass(mu, k, Flank::A);
+        assert_eq!(run.panel.mode, Mode::Contact(Flank::B));
+        // (20) at the impact, which lowers ẋ1 by Z.
+        let [q, q_dot] = exact.spring();
+        let begin = run.panel.state.q;
+        assert!((begin[0] - q).abs() < 1e-13 && (begin[1] - q_dot - exact.jump()).abs() < 1e-13 * exact.jump());
+        let state = run.panel.at(&bodies, &motion, 1.0);
+        let time = run.panel.instant(1.0);
+        let tau = time.hi - events[0].time;
+        // (21) and (25), (26) with c = ω = 1, s = K.
+        assert!((state.q[0] / k - exact.elongation(tau)).abs() < 1e-13);
+        let [force, ..] = bodies.force(state.q, &motion.at(0, time));
+        assert!((force / k + exact.pressing(tau) / k).abs() < 1e-13);
+    }
+}
+
+/// The profile of section 1.5 of the comparison: five harmonics, 20 mm.
+fn profile() -> MotionLaw {
+    MotionLaw::Fourier(Fourier::new(
+        vec![0.0, -0.010, 0.0012, 0.0005, -0.0002],
+        vec![0.0, 0.0, 0.0008, -0.0003, 0.0, 0.0001],
+    ))
+}
+
+fn scene(w: f64, s: f64, b: f64, e: f64) -> Scene {
+    // ω = 500 rad/s, μ = 0.25.
+    Scene {
+        m1: 0.5,
+        m2: 2.0,
+        c: 5e5,
+        b,
+        s,
+        e,
+        cam: profile(),
+        drive: DriveMode::Constant { w, phi_start: 0.0 },
+        start: Start { mode: StartMode::AtRest, q: 0.0, q_dot: 0.0 },
+        tolerance: 0.0,
+    }
+}
+
+fn started(scene: Scene) -> BacklashDrive {
+    let mut drive = BacklashDrive::new(scene).unwrap();
+    drive.start(0.0).unwrap();
+    drive
+}
+
+fn energy(d: &BacklashDrive) -> f64 {
+    let (x, v) = (d.now.u.0[1] + d.now.state.zeta[1], d.now.state.q);
+    0.5 * d.m1 * x * x + 0.5 * d.m2 * (x + v[1]).powi(2) + 0.5 * d.c * v[0] * v[0]
+}
+
+fn momentum(d: &BacklashDrive) -> f64 {
+    let x = d.now.u.0[1] + d.now.state.zeta[1];
+    d.m1 * x + d.m2 * (x + d.now.state.q[1])
+}
+
+#[test]
+fn momentum_and_energy_balance_over_many_turns() {
+    for e in [0.0, 0.5, 0.9, 1.0] {
+        for b in [0.0, 60.0] {
+            let w = 50.0;
+            let mut drive = started(scene(w, 3e-4, b, e));
+            let (p0, e0) = (momentum(&drive), energy(&drive));
+            let (mut impulse, mut work) = (0.0, 0.0);
+            let (mut largest_momentum, mut largest_energy) = (0.0f64, e0.abs());
+            let h = 1.3e-3;
+            for step in 0..2000 {
+                drive.advance(f64::from(step) * h, h).unwrap();
+                impulse += drive.mean[0] * h;
+                // U̇ = U′w.
+                work += drive.mean[1] * w * h;
+                largest_momentum = largest_momentum.max(momentum(&drive).abs());
+                largest_energy = largest_energy.max(energy(&drive));
+                let z = drive.now.state.home + drive.now.state.zeta[0];
+                assert!((0.0..=drive.s).contains(&z), "z = {z}");
+            }
+            let momentum_error = (momentum(&drive) - p0 - impulse).abs() / largest_momentum;
+            let losses = drive.now.tally.energy_loss + drive.now.tally.damping_loss;
+            let energy_error = (energy(&drive) - e0 - work + losses).abs() / largest_energy.max(losses);
+            assert!(momentum_error < 1e-10, "e = {e}, b = {b}: momentum {momentum_error:e}");
+            assert!(energy_error < 1e-10, "e = {e}, b = {b}: energy {energy_error:e}");
+            assert!(drive.now.tally.impacts > 50.0, "{}", drive.now.tally.impacts);
+            assert!(e < 1.0 || drive.now.tally.energy_loss == 0.0);
+        }
+    }
+}

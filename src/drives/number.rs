@@ -1,0 +1,50 @@
+//! How messages write numbers.
+
+use std::fmt;
+
+/// A number in a message: shortest digits that identify it, with an exponent where plain digits would be a long row
+/// of zeros.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Number(pub f64);
+
+impl fmt::Display for Number {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let size = self.0.abs();
+        if size == 0.0 || (1e-4..1e7).contains(&size) || !size.is_finite() {
+            write!(f, "{}", self.0)
+        } else {
+            write!(f, "{:e}", self.0)
+        }
+    }
+}
+
+/// An interval in a message: `[0, 1e9]`, `≥ 0`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Range(pub f64, pub f64);
+
+impl fmt::Display for Range {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (low, high) = (Number(self.0), Number(self.1));
+        match (self.0.is_finite(), self.1.is_finite()) {
+            (true, true) => write!(f, "[{low}, {high}]"),
+            (true, false) => write!(f, "≥ {low}"),
+            (false, true) => write!(f, "≤ {high}"),
+            (false, false) => f.write_str("any finite number"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short() {
+        let text = |value| Number(value).to_string();
+        assert_eq!([text(0.0), text(-0.25), text(1e300), text(2.5e-7)], ["0", "-0.25", "1e300", "2.5e-7"]);
+        assert_eq!([text(f64::NAN), text(f64::INFINITY)], ["NaN", "inf"]);
+        let range = |low, high| Range(low, high).to_string();
+        assert_eq!(range(0.0, 1e9), "[0, 1e9]");
+        assert_eq!([range(0.0, f64::INFINITY), range(f64::NEG_INFINITY, 2.0)], ["≥ 0", "≤ 2"]);
+    }
+}
