@@ -12,6 +12,7 @@ pub mod event;
 pub mod number;
 pub mod resource;
 pub mod response;
+pub mod rigid_machine;
 pub mod solver;
 pub mod unit;
 pub mod variable;
@@ -25,7 +26,11 @@ pub use variable::{Description, List, Variable};
 use serde::{Serialize, de::DeserializeOwned};
 
 /// All drive models.
-pub const MODELS: &[Model] = &[Model::of::<elastic_shaft::ElasticShaft>(), Model::of::<backlash::BacklashDrive>()];
+pub const MODELS: &[Model] = &[
+    Model::of::<elastic_shaft::ElasticShaft>(),
+    Model::of::<backlash::BacklashDrive>(),
+    Model::of::<rigid_machine::RigidMachine>(),
+];
 
 /// Why a drive cannot go on: one sentence that names the quantity, its value and what would be admissible.
 #[derive(Clone, Debug, PartialEq)]

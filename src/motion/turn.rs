@@ -14,7 +14,9 @@ pub fn near(phi: f64, middle: f64) -> f64 {
     if distance.abs() <= PI {
         return phi;
     }
-    back(phi, (distance / TAU).round())
+    // One turn is the usual case and needs no division.
+    let turns = if distance.abs() <= 3.0 * PI { 1.0_f64.copysign(distance) } else { (distance / TAU).round() };
+    back(phi, turns)
 }
 
 /// `phi` minus this whole number of turns.

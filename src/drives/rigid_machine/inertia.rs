@@ -1,0 +1,182 @@
+//! The reduced moment of inertia J(φ).
+
+use crate::motion::{MotionLaw, TransferFunctions};
+use serde::{Deserialize, Serialize};
+use std::f64::consts::{PI, TAU};
+
+/// The part of J(φ) that does not come from the followers.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct InertiaFunction {
+    /// J0 [kg·m²].
+    pub constant: f64,
+    /// A 2π-periodic addition [kg·m²]: a Fourier series or a table; its derivatives are those of the interpolant, so
+    /// that energy is conserved.
+    pub varying: Option<MotionLaw>,
+}
+
+/// A mass that a cam of the machine moves.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Follower {
+    /// m [kg].
+    pub m: f64,
+    /// U(φ) [m].
+    pub cam: MotionLaw,
+}
+
+/// J(φ) = J0 + J_v(φ) + Σ m_j U_j′(φ)².
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Inertia {
+    /// J0 and J_v.
+    pub function: InertiaFunction,
+    /// m_j, U_j.
+    pub followers: Vec<Follower>,
+    /// The angles in [0, 2π), ascending, at which one of the laws has a breakpoint.
+    borders: Vec<f64>,
+}
+
+/// Borders that lie closer together count as one: the interval between them would be lost in rounding.
+const SAME_BORDER: f64 = 1e-12;
+
+impl Inertia {
+    /// The inertia of these parts.
+    pub fn new(function: InertiaFunction, followers: Vec<Follower>) -> Self {
+        let mut inertia = Inertia { function, followers, borders: Vec::new() };
+        inertia.find_borders();
+        inertia
+    }
+
+    /// The laws of the parts.
+    fn laws(&self) -> impl Iterator<Item = &MotionLaw> {
+        self.followers.iter().map(|f| &f.cam).chain(&self.function.varying)
+    }
+
+    /// Collects the breakpoints of all laws; to be called after a parameter of a law has changed.
+    pub fn find_borders(&mut self) {
+        let mut all: Vec<f64> = self.laws().flat_map(|law| law.breakpoints().iter().copied()).collect();
+        all.sort_by(f64::total_cmp);
+        all.dedup_by(|b, a| *b - *a <= SAME_BORDER);
+        self.borders = all;
+    }
+
+    /// Whether the parameters of the laws, as a user may have set them, make laws.
+    pub fn validate(&self) -> Result<(), String> {
+        for (j, follower) in self.followers.iter().enumerate() {
+            follower.cam.validate().map_err(|reason| format!("follower[{}]: {reason}", j + 1))?;
+        }
+        self.function.varying.iter().try_for_each(|law| law.validate().map_err(|reason| format!("inertia: {reason}")))
+    }
+
+    /// The angles in [0, 2π) at which J is not smooth.
+    pub fn borders(&self) -> &[f64] {
+        &self.borders
+    }
+
+    /// Whether J depends on φ.
+    pub fn varies(&self) -> bool {
+        !self.followers.is_empty() || self.function.varying.is_some()
+    }
+
+    /// J, J′, J″, J‴ [kg·m²/radⁿ] at `phi`, continued smoothly from the place `inside`.
+    ///
+    /// J′ = J_v′ + Σ 2 m U′U″, J″ = J_v″ + Σ 2 m (U″² + U′U‴), J‴ = J_v‴ + Σ 2 m (3 U″U‴ + U′U⁗).
+    pub fn at(&self, place: Place, phi: f64) -> [f64; 4] {
+        let mut j = [self.function.constant, 0.0, 0.0, 0.0];
+        if let Some(varying) = &self.function.varying {
+            let v = place.evaluate(varying, phi).0;
+            j.iter_mut().zip(v).for_each(|(j, v)| *j += v);
+        }
+        for follower in &self.followers {
+            let [_, u1, u2, u3, u4] = place.evaluate(&follower.cam, phi).0;
+            j[0] += follower.m * u1 * u1;
+            j[1] += 2.0 * follower.m * u1 * u2;
+            j[2] += 2.0 * follower.m * (u2 * u2 + u1 * u3);
+            j[3] += 2.0 * follower.m * (3.0 * u2 * u3 + u1 * u4);
+        }
+        j
+    }
+
+    /// The interval between borders that holds `phi` ∈ [−π, π] [rad], and `phi` moved into it by whole turns: interval i
+    /// reaches from border i to border i + 1, the last one around the turn. On a border the interval ahead.
+    pub fn interval(&self, phi: f64, forward: bool) -> (usize, f64) {
+        let Some(&first) = self.borders.first() else { return (0, phi) };
+        let mut phi = if phi < 0.0 { phi + TAU } else { phi };
+        if phi < first {
+            phi += TAU;
+        }
+        let next = self.borders.partition_point(|&b| b <= phi);
+        let at_border = (phi - self.borders[next - 1]).abs() <= SAME_BORDER;
+        match (at_border && !forward, next - 1) {
+            (false, i) => (i, phi),
+            (true, 0) => (self.borders.len() - 1, phi + TAU),
+            (true, i) => (i - 1, phi),
+        }
+    }
+
+    /// The ends of interval `i` [rad]; infinite where there are no borders.
+    pub fn ends(&self, i: usize) -> (f64, f64) {
+        let Some(&first) = self.borders.first() else { return (f64::NEG_INFINITY, f64::INFINITY) };
+        (self.borders[i], self.borders.get(i + 1).copied().unwrap_or(first + TAU))
+    }
+
+    /// The smooth piece of all laws on interval `i`.
+    pub fn place(&self, i: usize) -> Place {
+        let (low, high) = self.ends(i);
+        Place::at(if low.is_finite() { 0.5 * (low + high) } else { 0.0 })
+    }
+
+    /// The harmonic order that resolves J(φ): a product of two transfer functions doubles that of the law.
+    pub fn resolution(&self) -> f64 {
+        let product = self.followers.iter().map(|f| 2.0 * f.cam.resolution());
+        let own = self.function.varying.iter().map(|law| law.resolution());
+        product.chain(own).fold(1.0, f64::max)
+    }
+
+    /// A lower bound of J over the turn, from samples and the curvature between them, and the largest sample.
+    pub fn range(&self) -> (f64, f64) {
+        // 32 samples per shortest wave leave ½ J″ (Δφ/2)² below half a per cent of that wave's amplitude.
+        let count = (32.0 * self.resolution()).clamp(64.0, 65536.0) as usize;
+        let step = TAU / count as f64;
+        let samples = (0..count).map(|i| {
+            let phi = (i as f64 + 0.5) * step;
+            self.at(Place::at(phi), phi)
+        });
+        let (mut low, mut high, mut curvature) = (f64::INFINITY, f64::NEG_INFINITY, 0.0_f64);
+        for j in samples {
+            low = low.min(j[0]);
+            high = high.max(j[0]);
+            curvature = curvature.max(j[2].abs());
+        }
+        let dip = curvature * step * step / 8.0;
+        // Followers add nothing negative, so that a constant J0 alone is a strict bound.
+        let strict = if self.function.varying.is_none() { self.function.constant } else { f64::NEG_INFINITY };
+        ((low - dip).max(strict), high)
+    }
+}
+
+/// Which smooth piece of the laws is meant: that which holds `inside`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    inside: f64,
+}
+
+impl Place {
+    /// The piece around the angle `inside` [rad], which is no border.
+    pub fn at(inside: f64) -> Self {
+        Place { inside: into_turn(inside) }
+    }
+
+    /// U … U⁗ of `law` at `phi` on this piece, also a little outside of it.
+    pub fn evaluate(self, law: &MotionLaw, phi: f64) -> TransferFunctions {
+        law.at_in(law.segment(self.inside, true), into_turn(phi))
+    }
+}
+
+/// The same angle within [−π, π], for angles of a few turns.
+fn into_turn(phi: f64) -> f64 {
+    if phi.abs() <= PI {
+        return phi;
+    }
+    let turns = (phi / TAU).round();
+    // The second term is what the `f64` 2π misses.
+    phi - turns * TAU - turns * 2.4492935982947064e-16
+}

@@ -1,0 +1,264 @@
+//! The rigid machine: one degree of freedom, an inertia that depends on the angle, a motor and a load.
+//!
+//! J(φ) φ̈ + ½ J′(φ) φ̇² = M_an − τ,  J(φ) = J0 + J_v(φ) + Σ m_j U_j′(φ)²
+//!
+//! Symbols: φ angle of the main shaft [rad]; J reduced moment of inertia [kg·m²]; J0 its constant part; J_v an
+//! optional periodic part (Fourier series or table); m_j mass [kg] and U_j position function [m] of follower j; M_an
+//! torque of the motor on the shaft [N·m], positive in the sense of φ; τ load [N·m], **positive brakes**.
+//!
+//! Valid for rigid links without backlash and J > 0 everywhere; standstill, reversal and a load that drives the motor
+//! are ordinary states.
+//!
+//! Limit cases that the tests check: M_an = τ = 0 ⇒ Jφ̇² is constant and the turn takes ∮ √(J/2E) dφ; constant J ⇒
+//! the run-up time of Kloss in closed form; ½Jφ̇² changes by ∫(M_an − τ)dφ.
+//!
+//! Source: U. Kaltofen, "HS-Bewegungen trotz veränderlicher Antriebsgeschwindigkeit", equation (2); Dresig, Holzweißig,
+//! *Maschinendynamik*, chapter 2 (rigid machine).
+
+mod inertia;
+mod motor;
+mod portrait;
+mod signal;
+mod solver;
+mod steady;
+mod variables;
+
+#[cfg(test)]
+mod tests;
+
+pub use inertia::{Follower, Inertia, InertiaFunction};
+pub use motor::Motor;
+
+use super::solver::{HasSolver, Solver};
+use super::{Drive, EventLog, Experiment, Fault, List, Portrait};
+use crate::numerics::angle;
+use crate::numerics::double_double::Double;
+use serde::{Deserialize, Serialize};
+use signal::Signal;
+use solver::Integrator;
+use std::f64::consts::TAU;
+
+/// The rigid machine as a scene describes it; coherent SI.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Scene {
+    /// J0 and J_v.
+    pub inertia: InertiaFunction,
+    /// The followers; j counts from 1 in the variable names.
+    pub followers: Vec<Follower>,
+    /// The source of M_an.
+    pub motor: Motor,
+    /// φ at the start [rad].
+    pub phi_start: f64,
+    /// φ̇ at the start [rad/s], for [`MachineStart::Given`].
+    pub w_start: f64,
+    /// How the initial speed is found.
+    pub start: MachineStart,
+    /// `solver.tolerance`; 0 for the default.
+    pub tolerance: f64,
+}
+
+/// How the initial speed is found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum MachineStart {
+    /// φ̇ = `w_start`; a motor with a lag starts at `motor.M_start`.
+    Given,
+    /// On the periodic solution under the load that acts at the start.
+    SteadyState,
+}
+
+/// The state of the machine at a communication point.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+struct State {
+    /// φ − 2π `turns` [rad], within a turn; its second part takes up the rounding of many small steps.
+    angle: Double,
+    /// Whole turns. With the angle apart from them, a million turns cost no digit.
+    turns: f64,
+    /// u = √J φ̇ [√J]: E = ½u². See [`solver`] for why.
+    u: Double,
+    /// M_an [N·m] of a motor with a lag.
+    torque: f64,
+    /// The interval between the borders of the laws that holds the angle.
+    interval: usize,
+}
+
+/// The rigid machine in operation.
+#[derive(Clone, Serialize, Deserialize)]
+pub struct RigidMachine {
+    inertia: Inertia,
+    motor: Motor,
+    phi_start: f64,
+    w_start: f64,
+    /// M_an at the start of a motor with a lag [N·m]; 0 where it is switched on.
+    torque_start: f64,
+    start: MachineStart,
+    solver: Solver,
+    /// Input `tau`.
+    load: Signal,
+    /// Input `M_an`, for [`Motor::Input`].
+    driving: Signal,
+    state: State,
+    integrator: Integrator,
+    /// The period of the steady state found at the start [s]; 0 without one.
+    period: f64,
+    events: EventLog,
+}
+
+impl HasSolver for RigidMachine {
+    fn solver(&self) -> &Solver {
+        &self.solver
+    }
+    fn solver_mut(&mut self) -> &mut Solver {
+        &mut self.solver
+    }
+}
+
+impl RigidMachine {
+    /// Refuses parameters that describe no machine.
+    fn check(&self) -> Result<(), Fault> {
+        if let Motor::Kloss { breakdown_slip, synchronous_speed, dynamics, .. } = self.motor {
+            if synchronous_speed == 0.0 {
+                return Err(Fault::new(
+                    "`motor.w_s` = 0 rad/s: the slip is referred to the synchronous speed, which must not be zero; use a machine without motor for a motor that is switched off",
+                ));
+            }
+            if breakdown_slip <= 0.0 {
+                return Err(Fault(format!("`motor.s_k` = {breakdown_slip}: the breakdown slip must be positive")));
+            }
+            if dynamics.is_some_and(|lag| lag <= 0.0) {
+                return Err(Fault::new("`motor.T_el` must be positive; leave it out for a motor without lag"));
+            }
+        }
+        if let Some((j, follower)) = self.inertia.followers.iter().enumerate().find(|(_, f)| f.m < 0.0) {
+            return Err(Fault(format!("`follower[{}].m` = {} kg: a mass is not negative", j + 1, follower.m)));
+        }
+        self.inertia.validate().map_err(Fault)?;
+        let (low, _) = self.inertia.range();
+        if low.is_finite() && low > 0.0 {
+            return Ok(());
+        }
+        Err(Fault(format!(
+            "the reduced moment of inertia J(phi) = J0 + sum m U'^2 must be positive at every angle, but its lower bound is {low:e} kg.m2; choose a larger `J0` (now {} kg.m2)",
+            self.inertia.function.constant
+        )))
+    }
+
+    /// Puts the machine at φ = `phi_start` with the speed `w`.
+    fn place_at_start(&mut self, w: f64) {
+        let reduced = angle::reduce(Double::from(self.phi_start));
+        let (interval, phi) = self.inertia.interval(reduced, true);
+        let turns = ((self.phi_start - phi) / TAU).round();
+        self.state =
+            State { angle: Double::from(phi), turns, u: Double::from(0.0), torque: self.torque_start, interval };
+        let pulled = if w == 0.0 { self.net_torque(0.0) } else { w };
+        if pulled < 0.0 {
+            let (interval, phi) = self.inertia.interval(reduced, false);
+            let turns = ((self.phi_start - phi) / TAU).round();
+            self.state = State { angle: Double::from(phi), turns, interval, ..self.state };
+        }
+        self.state.u = Double::from(self.inertia_here()[0].sqrt() * w);
+    }
+
+    /// J, J′, J″, J‴ at the angle of the state.
+    fn inertia_here(&self) -> [f64; 4] {
+        self.inertia.at(self.inertia.place(self.state.interval), self.state.angle.hi)
+    }
+
+    /// M_an − τ at the speed `w` and now.
+    fn net_torque(&self, w: f64) -> f64 {
+        let driving = match self.motor {
+            Motor::Input => self.driving.now(),
+            _ if self.motor.lag().is_some() => self.state.torque,
+            _ => self.motor.characteristic(w)[0],
+        };
+        driving - self.load.now()
+    }
+}
+
+impl Drive for RigidMachine {
+    type Scene = Scene;
+    const MODEL: &'static str = "RigidMachine";
+
+    fn new(scene: Scene) -> Result<Self, Fault> {
+        let machine = RigidMachine {
+            inertia: Inertia::new(scene.inertia, scene.followers),
+            motor: scene.motor,
+            phi_start: scene.phi_start,
+            w_start: scene.w_start,
+            torque_start: 0.0,
+            start: scene.start,
+            solver: Solver::new(scene.tolerance),
+            load: Signal::default(),
+            driving: Signal::default(),
+            state: State::default(),
+            integrator: Integrator::new(&scene.motor),
+            period: 0.0,
+            events: EventLog::default(),
+        };
+        machine.check()?;
+        Ok(machine)
+    }
+
+    fn variables(&self) -> List<Self> {
+        self.declare()
+    }
+
+    fn portrait(&self) -> Portrait {
+        self.describe()
+    }
+
+    /// Twenty turns at the synchronous speed (or at `w_start`), in 1000 steps.
+    fn experiment(&self) -> Experiment {
+        let speed = match self.motor {
+            Motor::Kloss { synchronous_speed, .. } => synchronous_speed.abs(),
+            Motor::None | Motor::Input => self.w_start.abs(),
+        };
+        // A machine that starts at rest with a torque as input has no speed to go by; a second shows it.
+        let turn = if speed > 0.0 { TAU / speed } else { 0.05 };
+        let step = ((turn * 20.0 / 1000.0 * 1e9).round() * 1e-9).clamp(1e-9, 1.0);
+        Experiment { stop: 1000.0 * step, step, tolerance: 1e-6 }
+    }
+
+    fn start(&mut self, time: f64) -> Result<(), Fault> {
+        self.inertia.find_borders();
+        self.check()?;
+        self.solver.start();
+        (self.integrator, self.period) = (Integrator::new(&self.motor), 0.0);
+        self.place_at_start(self.w_start);
+        match self.start {
+            MachineStart::Given => Ok(()),
+            MachineStart::SteadyState => self.start_periodically(time),
+        }
+    }
+
+    /// The inputs are torques; they change the acceleration at once and the state not at all.
+    fn apply(&mut self, _time: f64) -> Result<(), Fault> {
+        Ok(())
+    }
+
+    fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
+        self.load.step_begins();
+        self.driving.step_begins();
+        self.integrate(time, step)?;
+        self.load.step_ends(step);
+        self.driving.step_ends(step);
+        Ok(())
+    }
+
+    fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64) {
+        let signal = if reference == variables::LOAD { &mut self.load } else { &mut self.driving };
+        signal.set_derivative(order, value);
+    }
+
+    fn input_derivative_order(&self) -> usize {
+        signal::MAX_ORDER
+    }
+
+    fn request_tolerance(&mut self, tolerance: f64) {
+        self.solver.requested = tolerance;
+    }
+
+    fn events(&mut self) -> &mut EventLog {
+        &mut self.events
+    }
+}

@@ -1,0 +1,115 @@
+//! What the documentation says of the rigid machine.
+
+use super::{Motor, RigidMachine};
+use crate::drives::{Equation, Portrait};
+
+fn equation(title: &str, text: &str, mathml: &str) -> Equation {
+    Equation { title: title.into(), text: text.into(), mathml: mathml.into() }
+}
+
+const MOTION: &str = "<mi>J</mi><mo>(</mo><mi>φ</mi><mo>)</mo><mover><mi>φ</mi><mo>¨</mo></mover><mo>+</mo>\
+<mfrac><mn>1</mn><mn>2</mn></mfrac><mi>J</mi><mo>′</mo><mo>(</mo><mi>φ</mi><mo>)</mo>\
+<msup><mover><mi>φ</mi><mo>˙</mo></mover><mn>2</mn></msup><mo>=</mo><msub><mi>M</mi><mi>an</mi></msub>\
+<mo>−</mo><mi>τ</mi>";
+
+const INERTIA: &str = "<mi>J</mi><mo>(</mo><mi>φ</mi><mo>)</mo><mo>=</mo><msub><mi>J</mi><mn>0</mn></msub><mo>+</mo>\
+<msub><mi>J</mi><mi>v</mi></msub><mo>(</mo><mi>φ</mi><mo>)</mo><mo>+</mo><munder><mo>∑</mo><mi>j</mi></munder>\
+<msub><mi>m</mi><mi>j</mi></msub><msubsup><mi>U</mi><mi>j</mi><mo>′</mo></msubsup>\
+<msup><mrow><mo>(</mo><mi>φ</mi><mo>)</mo></mrow><mn>2</mn></msup>";
+
+const KLOSS: &str = "<msub><mi>M</mi><mi>an</mi></msub><mo>=</mo><mi>sgn</mi><mo>(</mo><msub><mi>w</mi><mi>s</mi></msub>\
+<mo>)</mo><mfrac><mrow><mn>2</mn><msub><mi>M</mi><mi>k</mi></msub><mi>s</mi><msub><mi>s</mi><mi>k</mi></msub></mrow>\
+<mrow><msup><mi>s</mi><mn>2</mn></msup><mo>+</mo><msubsup><mi>s</mi><mi>k</mi><mn>2</mn></msubsup></mrow></mfrac>\
+<mo>,</mo><mspace width=\"1em\"/><mi>s</mi><mo>=</mo><mfrac><mrow><msub><mi>w</mi><mi>s</mi></msub><mo>−</mo>\
+<mover><mi>φ</mi><mo>˙</mo></mover></mrow><msub><mi>w</mi><mi>s</mi></msub></mfrac>";
+
+const LAG: &str = "<msub><mi>T</mi><mi>el</mi></msub><msub><mover><mi>M</mi><mo>˙</mo></mover><mi>an</mi></msub>\
+<mo>+</mo><msub><mi>M</mi><mi>an</mi></msub><mo>=</mo><msub><mi>M</mi><mi>Kloss</mi></msub><mo>(</mo>\
+<mover><mi>φ</mi><mo>˙</mo></mover><mo>)</mo>";
+
+const SOLVED: &str = "<mi>u</mi><mo>=</mo><msqrt><mi>J</mi></msqrt><mover><mi>φ</mi><mo>˙</mo></mover><mo>,</mo>\
+<mspace width=\"1em\"/><mover><mi>φ</mi><mo>˙</mo></mover><mo>=</mo><mfrac><mi>u</mi><msqrt><mi>J</mi></msqrt></mfrac>\
+<mo>,</mo><mspace width=\"1em\"/><mover><mi>u</mi><mo>˙</mo></mover><mo>=</mo><mfrac><mrow><msub><mi>M</mi><mi>an</mi>\
+</msub><mo>−</mo><mi>τ</mi></mrow><msqrt><mi>J</mi></msqrt></mfrac>";
+
+impl RigidMachine {
+    pub(super) fn describe(&self) -> Portrait {
+        let mut equations = vec![
+            equation("Motion of the shaft", "J(φ) φ̈ + ½ J′(φ) φ̇² = M_an − τ", MOTION),
+            equation("Reduced moment of inertia", "J(φ) = J0 + J_v(φ) + Σ m_j U_j′(φ)²", INERTIA),
+        ];
+        if matches!(self.motor, Motor::Kloss { .. }) {
+            let text = "M_an = sgn(w_s) 2 M_k s s_k / (s² + s_k²),  s = (w_s − φ̇) / w_s";
+            equations.push(equation("Torque of the motor (Kloss)", text, KLOSS));
+        }
+        if self.motor.lag().is_some() {
+            let text = "T_el dM_an/dt + M_an = M_Kloss(φ̇)";
+            equations.push(equation("Lag of the motor's torque", text, LAG));
+        }
+        equations.push(equation("As solved", "u = √J φ̇,  φ̇ = u/√J,  u̇ = (M_an − τ)/√J", SOLVED));
+        Portrait {
+            summary:
+                "A machine of rigid links with one degree of freedom: its inertia depends on the angle of the main \
+                shaft, a motor drives it and a load brakes it. A positive `tau` loads the shaft, a positive `M_an` \
+                accelerates it. Standstill, reversal and a load that drives the motor are ordinary states."
+                    .into(),
+            equations,
+            accuracy: self.accuracy(),
+            limits: self.limits(),
+            sources: vec![
+                "U. Kaltofen, HS-Bewegungen trotz veränderlicher Antriebsgeschwindigkeit, equation (2)".into(),
+                "H. Dresig, F. Holzweißig, Maschinendynamik, Springer, chapter 2 (the rigid machine)".into(),
+                "M. Kloss, Drehmoment und Schlüpfung des Drehstrommotors, Archiv für Elektrotechnik 5 (1916) 59–87"
+                    .into(),
+                "E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration, 2nd ed., Springer 2006, II.1.3"
+                    .into(),
+            ],
+        }
+    }
+
+    fn accuracy(&self) -> Vec<(String, String)> {
+        let row = |quantity: &str, statement: &str| (quantity.to_owned(), statement.to_owned());
+        let mut rows = vec![
+            row(
+                "Method",
+                "Gauss collocation of order 16 with step control for the angle and u = √J φ̇; internal steps end at \
+                 communication points and at the breakpoints of the motion laws",
+            ),
+            row(
+                "phi, w, E",
+                "relative error ≤ 1e-9 at the default tolerance, whatever the communication step; the tests find 1e-11 \
+                 and less",
+            ),
+            row("Energy", "½ J w² changes by the work of the torques; without torques it is constant to rounding"),
+            row(
+                "Number of turns",
+                "whole turns are counted apart from the angle: the position within the turn keeps its digits after a \
+                 million turns",
+            ),
+        ];
+        if matches!(self.motor, Motor::Kloss { .. }) {
+            rows.push(row(
+                "start.mode = steady_state",
+                "period to 1e-12; of several stable orbits the fastest is taken and a log entry says so; orbits closer \
+                 together than half a per cent of the speed may be overlooked",
+            ));
+        }
+        rows
+    }
+
+    fn limits(&self) -> Vec<String> {
+        let mut limits = vec![
+            "The reduced moment of inertia must be positive at every angle.".to_owned(),
+            "Links are rigid and joints have no play; friction enters only through `tau`.".to_owned(),
+            "The speed stays below 1e7 rad/s.".to_owned(),
+        ];
+        if matches!(self.motor, Motor::Kloss { .. }) {
+            limits.push(
+                "The motor's characteristic holds for constant voltage, negligible stator resistance and currents \
+                 that follow the speed at once (or with the lag `motor.T_el`); `motor.w_s` must not be zero."
+                    .to_owned(),
+            );
+        }
+        limits
+    }
+}

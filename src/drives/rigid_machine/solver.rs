@@ -1,0 +1,349 @@
+//! The motion of the machine in time.
+//!
+//! With u = √J φ̇ the equation of motion becomes
+//!
+//! φ̇ = u / √J(φ),  u̇ = (M_an − τ) / √J(φ),  [T_el Ṁ_an = M_Kloss(φ̇) − M_an]
+//!
+//! since d(½u²)/dt = (M_an − τ) φ̇. J′ has gone, so the equations are one order smoother than the original, and
+//! without torques u, hence the energy, is constant to the last digit.
+//!
+//! Method: Gauss collocation ([`crate::numerics::collocation`]) of the increments over each internal step, which are
+//! added to angle and u in double-double. Internal steps end at communication points. They also end where the angle
+//! passes a border between smooth pieces of a motion law. The polynomial of the step finds that instant to about
+//! the tolerance; that is more than enough, because the right-hand side is continuous there: stopping δ beside the
+//! border changes the solution by the order of δ².
+
+use super::{Inertia, Motor, RigidMachine, Signal, State, inertia::Place};
+use crate::drives::{Event, Fault};
+use crate::numerics::collocation::{Collocation, Failure, System};
+use crate::numerics::double_double::{Double, two_product};
+use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
+
+/// How far beyond a border the angle may lie before the step is cut [rad]: its square is below rounding.
+const SLACK: f64 = 1e-8;
+
+/// Changes of the interval without a step in between before a step is taken as it is. Two happen where the machine
+/// turns back on a border; more could only be the work of rounding.
+const IDLE_CHANGES: usize = 4;
+
+/// Internal steps within one communication step, half a minute of work or more; more mean a speed out of all proportion.
+const MOST_STEPS: usize = 1_000_000;
+
+/// The speed beyond which the machine counts as run away [rad/s]: ten times what may be set.
+const FASTEST: f64 = 1e7;
+
+/// The integrator, with or without the motor's torque as third unknown.
+#[derive(Clone, Serialize, Deserialize)]
+pub enum Integrator {
+    /// φ, u.
+    Mechanical(Collocation<2>),
+    /// φ, u, M_an.
+    WithLag(Collocation<3>),
+}
+
+impl Integrator {
+    /// A fresh integrator for this motor.
+    pub fn new(motor: &Motor) -> Self {
+        let zero = Double::from(0.0);
+        match motor.lag() {
+            None => Integrator::Mechanical(Collocation::new(zero, [0.0; 2])),
+            Some(_) => Integrator::WithLag(Collocation::new(zero, [0.0; 3])),
+        }
+    }
+}
+
+/// The equations of motion on one smooth piece, for the increments of φ, u and M_an over a step.
+struct Piece<'a> {
+    inertia: &'a Inertia,
+    motor: &'a Motor,
+    load: &'a Signal,
+    driving: &'a Signal,
+    place: Place,
+    base: &'a State,
+    /// The most that φ may change in a step [rad].
+    reach: f64,
+}
+
+impl Piece<'_> {
+    /// φ, and J and its derivatives there.
+    fn inertia(&self, increment: f64) -> [f64; 4] {
+        self.inertia.at(self.place, self.base.angle.hi + (self.base.angle.lo + increment))
+    }
+
+    fn u(&self, increment: f64) -> f64 {
+        self.base.u.hi + (self.base.u.lo + increment)
+    }
+
+    /// M_an and its derivative with respect to the speed.
+    fn torque(&self, t: Double, w: f64, lagging: Option<&f64>) -> [f64; 2] {
+        if let Some(increment) = lagging {
+            return [self.base.torque + increment, 0.0];
+        }
+        if *self.motor == Motor::Input {
+            return [self.driving.at(t.hi), 0.0];
+        }
+        let [torque, slope, _] = self.motor.characteristic(w);
+        [torque, slope]
+    }
+}
+
+impl<const N: usize> System<N> for Piece<'_> {
+    fn rhs(&self, t: Double, y: &[f64; N]) -> [f64; N] {
+        let root = self.inertia(y[0])[0].sqrt();
+        let w = self.u(y[1]) / root;
+        let [torque, _] = self.torque(t, w, y.get(2));
+        let mut rate = [0.0; N];
+        rate[0] = w;
+        rate[1] = (torque - self.load.at(t.hi)) / root;
+        if let (Some(rate), Some(lag)) = (rate.get_mut(2), self.motor.lag()) {
+            *rate = (self.motor.characteristic(w)[0] - torque) / lag;
+        }
+        rate
+    }
+
+    fn jacobian(&self, t: Double, y: &[f64; N]) -> [[f64; N]; N] {
+        let [j, slope, ..] = self.inertia(y[0]);
+        let root = j.sqrt();
+        let w = self.u(y[1]) / root;
+        let [torque, torque_slope] = self.torque(t, w, y.get(2));
+        // The derivative of ln(1/√J).
+        let bend = -0.5 * slope / j;
+        let mut m = [[0.0; N]; N];
+        (m[0][0], m[0][1]) = (w * bend, 1.0 / root);
+        m[1][0] = ((torque - self.load.at(t.hi)) + torque_slope * w) * bend / root;
+        m[1][1] = torque_slope / j;
+        if let (true, Some(lag)) = (N > 2, self.motor.lag()) {
+            let slope = self.motor.characteristic(w)[1];
+            m[1][N - 1] = 1.0 / root;
+            (m[N - 1][0], m[N - 1][1]) = (slope * w * bend / lag, slope / (root * lag));
+            m[N - 1][N - 1] = -1.0 / lag;
+        }
+        m
+    }
+
+    /// Angles are judged by the radian, u by itself, a lagging torque by the breakdown torque.
+    fn magnitude(&self, y: &[f64; N]) -> [f64; N] {
+        let mut magnitude = [1.0; N];
+        magnitude[1] = self.u(y[1]).abs();
+        if let (Some(magnitude), Motor::Kloss { breakdown_torque, .. }) = (magnitude.get_mut(2), self.motor) {
+            *magnitude = breakdown_torque.max(self.base.torque.abs());
+        }
+        magnitude
+    }
+
+    /// The time in which φ changes by `reach` under the present acceleration.
+    fn longest_step(&self, t: Double, y: &[f64; N]) -> f64 {
+        if self.reach.is_infinite() {
+            return f64::INFINITY;
+        }
+        let rate = self.rhs(t, y);
+        let (w, a) = (rate[0].abs(), (rate[1] / self.inertia(y[0])[0].sqrt()).abs());
+        2.0 * self.reach / (w + (w * w + 2.0 * a * self.reach).sqrt())
+    }
+}
+
+/// The fraction θ ∈ [0, `upto`] of the last step at which `g`, of different signs at the ends, changes its sign.
+fn bisect(upto: f64, g: impl Fn(f64) -> f64) -> f64 {
+    let (mut low, mut high) = (0.0, upto);
+    let negative = g(upto) < 0.0;
+    // Halving sixty times leaves neighbouring numbers.
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if (g(middle) < 0.0) == negative {
+            high = middle;
+        } else {
+            low = middle;
+        }
+    }
+    high
+}
+
+/// What a step that was just taken met.
+#[derive(Clone, Copy)]
+struct Encounter {
+    /// The fraction of the step at which the shaft turned back.
+    reversal: Option<f64>,
+    /// The fraction at which the angle left the interval, and whether upwards.
+    exit: Option<(f64, bool)>,
+}
+
+fn encounter<const N: usize>(c: &Collocation<N>, state: &State, (low, high): (f64, f64)) -> Encounter {
+    let angle = |fraction: f64| state.angle.hi + c.at_fraction(fraction)[0];
+    let u = |fraction: f64| state.u.hi + c.at_fraction(fraction)[1];
+    let reversal = (u(1.0) * state.u.hi < 0.0).then(|| bisect(1.0, u));
+    let exit = reversal.into_iter().chain([1.0]).find_map(|fraction| {
+        let reached = angle(fraction);
+        let (border, upward) = if reached > high + SLACK {
+            (high, true)
+        } else if reached < low - SLACK {
+            (low, false)
+        } else {
+            return None;
+        };
+        let out = |fraction: f64| if upward { angle(fraction) - border } else { border - angle(fraction) };
+        Some((if out(0.0) >= 0.0 { 0.0 } else { bisect(fraction, out) }, upward))
+    });
+    Encounter { reversal, exit }
+}
+
+impl RigidMachine {
+    fn piece(&self) -> Piece<'_> {
+        // A wave of J within a step leaves eight nodes per wave.
+        let reach = if self.inertia.varies() { TAU / self.inertia.resolution() } else { f64::INFINITY };
+        Piece {
+            inertia: &self.inertia,
+            motor: &self.motor,
+            load: &self.load,
+            driving: &self.driving,
+            place: self.inertia.place(self.state.interval),
+            base: &self.state,
+            reach,
+        }
+    }
+
+    /// Integrates over the communication step of length `step` from `time` [s].
+    pub(super) fn integrate(&mut self, time: f64, step: f64) -> Result<(), Fault> {
+        // The integrator stays where it is if the step fails; after a fault the machine is used no more.
+        match self.integrator.clone() {
+            Integrator::Mechanical(mut c) => {
+                self.run(&mut c, time, step)?;
+                self.integrator = Integrator::Mechanical(c);
+            }
+            Integrator::WithLag(mut c) => {
+                self.run(&mut c, time, step)?;
+                self.integrator = Integrator::WithLag(c);
+            }
+        }
+        Ok(())
+    }
+
+    fn run<const N: usize>(&mut self, c: &mut Collocation<N>, time: f64, step: f64) -> Result<(), Fault> {
+        let target = Double::from(step);
+        c.restart(Double::from(0.0), [0.0; N]);
+        let (mut steps, mut idle) = (0, 0);
+        while (target - c.end()).hi > 0.0 {
+            c.restart(c.end(), [0.0; N]);
+            let before = c.end();
+            self.step(c, time, target)?;
+            let met = encounter(c, &self.state, self.inertia.ends(self.state.interval));
+            let length = (c.end() - before).hi;
+            match met.exit {
+                Some((fraction, upward)) if idle < IDLE_CHANGES => {
+                    let crossing = before + Double::from(fraction * length);
+                    c.retract();
+                    self.step(c, time, crossing)?;
+                    self.absorb(c, time, None)?;
+                    if c.end() == crossing {
+                        self.change_interval(upward);
+                        idle += 1;
+                    }
+                }
+                _ => {
+                    self.absorb(c, time, met.reversal.map(|f| (before + Double::from(f * length)).hi))?;
+                    idle = 0;
+                }
+            }
+            steps += 1;
+            if steps > MOST_STEPS {
+                return Err(Fault(format!(
+                    "the step from t = {time} s needs more than {MOST_STEPS} internal steps (w = {:e} rad/s); use shorter communication steps",
+                    self.speed()
+                )));
+            }
+        }
+        let s = &c.statistics;
+        (self.solver.steps, self.solver.evaluations) = (s.steps as f64, s.evaluations as f64);
+        self.solver.error_estimate = s.error_estimate;
+        Ok(())
+    }
+
+    /// One step of the integrator towards `limit` that the shaft makes within the reach of the nodes.
+    fn step<const N: usize>(&self, c: &mut Collocation<N>, time: f64, mut limit: Double) -> Result<(), Fault> {
+        let piece = self.piece();
+        let tolerance = self.solver.effective_tolerance();
+        loop {
+            c.step(&piece, limit, tolerance).map_err(|failure| self.fault(failure, time))?;
+            // A load that grows during the step takes the shaft further than its first acceleration told.
+            if c.state()[0].abs() <= 2.0 * piece.reach {
+                return Ok(());
+            }
+            let length = (c.end() - c.start()).hi;
+            limit = c.start() + Double::from(0.5 * length);
+            c.retract();
+        }
+    }
+
+    /// Adds the increments of the last step to the state.
+    fn absorb<const N: usize>(&mut self, c: &Collocation<N>, time: f64, reversal: Option<f64>) -> Result<(), Fault> {
+        let increment = c.state();
+        self.state.angle = self.state.angle + Double::from(increment[0]);
+        self.state.u = self.state.u + Double::from(increment[1]);
+        self.state.torque += increment.get(2).copied().unwrap_or(0.0);
+        if self.inertia.borders().is_empty() {
+            self.take_turns((self.state.angle.hi / TAU).round());
+        }
+        let speed = self.speed();
+        if !(speed.abs() <= FASTEST) {
+            return Err(self.fault(Failure::Unbounded { time: c.end().hi }, time));
+        }
+        if let Some(at) = reversal {
+            self.events.push(Event {
+                time: time + at,
+                kind: "reversal of the shaft",
+                quantity: "acceleration",
+                value: self.net_torque(0.0) / self.inertia_here()[0],
+                unit: "rad/s2",
+                solver: false,
+            });
+        }
+        Ok(())
+    }
+
+    /// φ̇ [rad/s].
+    pub(super) fn speed(&self) -> f64 {
+        self.state.u.hi / self.inertia_here()[0].sqrt()
+    }
+
+    /// Moves whole turns from the angle to their counter.
+    fn take_turns(&mut self, turns: f64) {
+        if turns != 0.0 {
+            // 2π in two parts.
+            let angle = two_product(turns, TAU) + two_product(turns, 2.4492935982947064e-16);
+            self.state.angle = self.state.angle - angle;
+            self.state.turns += turns;
+        }
+    }
+
+    /// The shaft passed a border of its interval.
+    fn change_interval(&mut self, upward: bool) {
+        let last = self.inertia.borders().len() - 1;
+        self.state.interval = match (self.state.interval, upward) {
+            (i, true) if i == last => {
+                self.take_turns(1.0);
+                0
+            }
+            (i, true) => i + 1,
+            (0, false) => {
+                self.take_turns(-1.0);
+                last
+            }
+            (i, false) => i - 1,
+        };
+    }
+
+    fn fault(&self, failure: Failure, time: f64) -> Fault {
+        Fault(match failure {
+            Failure::Stalled { time: after } => format!(
+                "the motion cannot be continued at t = {} s (phi = {:e} rad, w = {:e} rad/s): no internal step keeps the tolerance; the torques change too fast",
+                time + after,
+                self.state.angle.hi,
+                self.speed()
+            ),
+            Failure::Unbounded { time: after } => format!(
+                "the machine runs away: at t = {} s its speed exceeds {FASTEST:e} rad/s; check `tau` and `J0`",
+                time + after
+            ),
+        })
+    }
+}

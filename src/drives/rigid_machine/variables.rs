@@ -1,0 +1,417 @@
+//! The variables of the rigid machine and its output equations.
+
+use super::{MachineStart, Motor, RigidMachine};
+use crate::drives::cam_drive::law_parameter_kind;
+use crate::drives::solver::HasSolver;
+use crate::drives::unit::{self, Quantity};
+use crate::drives::variable::{Enumeration, Kind, real, real_within};
+use crate::drives::{List, Seed};
+use crate::motion::MotionLaw;
+use crate::motion::parameters::ParameterKind;
+use crate::numerics::double_double::{Double, two_product};
+use crate::numerics::taylor::{Scalar, Series};
+
+/// The value reference of the input `tau`.
+pub const LOAD: usize = 0;
+/// The value reference of the input `M_an`, where it is one.
+const DRIVING: usize = 1;
+
+/// The items of `start.mode`.
+pub static START_MODE: Enumeration = Enumeration {
+    name: "MachineStart",
+    items: &[
+        ("given", "From phi_start and w_start"),
+        ("steady_state", "At phi_start on the periodic solution under the load at the start"),
+    ],
+};
+
+/// Rate of a torque [N·m/s].
+static TORQUE_RATE_QUANTITY: Quantity = Quantity { name: "", unit: "N.m/s", base: [1, 2, -3, 0], display: None };
+
+/// What the equations of motion and the outputs speak of, as numbers or as series.
+#[derive(Clone, Copy)]
+struct Point<S> {
+    /// φ within the turn.
+    phi: S,
+    w: S,
+    /// M_an where it is an input or a state.
+    torque: S,
+    tau: S,
+}
+
+/// J(φ) and J′(φ).
+fn inertia<S: Scalar>(machine: &RigidMachine, phi: S) -> [S; 2] {
+    let [j, j1, j2, j3] = machine.inertia_here();
+    [phi.compose([j, j1, j2]), phi.compose([j1, j2, j3])]
+}
+
+/// M_an.
+fn driving_torque<S: Scalar>(machine: &RigidMachine, p: &Point<S>) -> S {
+    match machine.motor {
+        Motor::Kloss { dynamics: None, .. } => machine.motor.torque(p.w),
+        Motor::None | Motor::Kloss { .. } | Motor::Input => p.torque,
+    }
+}
+
+/// φ̈ = (M_an − τ − ½ J′ φ̇²) / J.
+fn acceleration<S: Scalar>(machine: &RigidMachine, p: &Point<S>) -> S {
+    let [j, j1] = inertia(machine, p.phi);
+    (driving_torque(machine, p) - p.tau - j1 * p.w * p.w * 0.5) / j
+}
+
+/// dM_an/dt = (M_Kloss(φ̇) − M_an) / T_el of a motor with a lag, else zero.
+fn torque_rate<S: Scalar>(machine: &RigidMachine, p: &Point<S>) -> S {
+    match machine.motor.lag() {
+        Some(lag) => (machine.motor.torque(p.w) - p.torque) * (1.0 / lag),
+        None => S::from(0.0),
+    }
+}
+
+/// U⁽ⁿ⁾(φ) of follower j.
+fn transfer<S: Scalar>(machine: &RigidMachine, j: usize, n: usize, phi: S) -> S {
+    let place = machine.inertia.place(machine.state.interval);
+    let u = place.evaluate(&machine.inertia.followers[j].cam, machine.state.angle.hi).0;
+    phi.compose([u[n], u.get(n + 1).copied().unwrap_or(0.0), u.get(n + 2).copied().unwrap_or(0.0)])
+}
+
+/// The outputs; the last three of follower j have the indices FOLLOWER + 3j + n, n the order of the derivative.
+const PHI: usize = 0;
+const W: usize = 1;
+const A: usize = 2;
+const TORQUE: usize = 3;
+const INERTIA: usize = 4;
+const ENERGY: usize = 5;
+const TORQUE_RATE: usize = 6;
+const FOLLOWER: usize = 7;
+
+fn output<S: Scalar>(machine: &RigidMachine, p: &Point<S>, which: usize) -> S {
+    match which {
+        PHI => p.phi,
+        W => p.w,
+        A => acceleration(machine, p),
+        TORQUE => driving_torque(machine, p),
+        INERTIA => inertia(machine, p.phi)[0],
+        ENERGY => inertia(machine, p.phi)[0] * p.w * p.w * 0.5,
+        TORQUE_RATE => torque_rate(machine, p),
+        _ => {
+            let (j, order) = ((which - FOLLOWER) / 3, (which - FOLLOWER) % 3);
+            let u = |n| transfer(machine, j, n, p.phi);
+            match order {
+                0 => u(0),
+                1 => u(1) * p.w,
+                _ => u(2) * p.w * p.w + u(1) * acceleration(machine, p),
+            }
+        }
+    }
+}
+
+/// φ [rad] with its whole turns.
+fn whole_angle(machine: &RigidMachine) -> f64 {
+    // The low part of 2π matters from a thousand turns on.
+    let low = Double::from(machine.state.turns * 2.4492935982947064e-16);
+    (two_product(machine.state.turns, std::f64::consts::TAU) + low + machine.state.angle).hi
+}
+
+fn value(machine: &RigidMachine, which: usize) -> f64 {
+    if which == PHI { whole_angle(machine) } else { output(machine, &machine.point(), which) }
+}
+
+fn series(machine: &RigidMachine, seed: Seed, which: usize) -> Series {
+    let mut s = output(machine, &machine.point_series(seed), which);
+    if which == PHI {
+        s.0[0] = whole_angle(machine);
+    }
+    s
+}
+
+impl RigidMachine {
+    fn point(&self) -> Point<f64> {
+        let w = self.state.u.hi / self.inertia_here()[0].sqrt();
+        let torque = if self.motor == Motor::Input { self.driving.now() } else { self.state.torque };
+        Point { phi: self.state.angle.hi, w, torque, tau: self.load.now() }
+    }
+
+    /// The series of the point: in time, from the equation of motion; or with respect to one known.
+    fn point_series(&self, seed: Seed) -> Point<Series> {
+        let now = self.point();
+        match seed {
+            Seed::Time => {
+                let input = self.motor == Motor::Input;
+                let torque = if input { self.driving.series() } else { Series::from(now.torque) };
+                let mut p =
+                    Point { phi: Series::from(now.phi), w: Series::from(now.w), torque, tau: self.load.series() };
+                // Each pass yields the next coefficient: the rates are right up to the order of what they are
+                // computed from.
+                for order in 1..3 {
+                    let (a, rate) = (acceleration(self, &p), torque_rate(self, &p));
+                    p.phi.0[order] = p.w.0[order - 1] / order as f64;
+                    p.w.0[order] = a.0[order - 1] / order as f64;
+                    if !input {
+                        p.torque.0[order] = rate.0[order - 1] / order as f64;
+                    }
+                }
+                p
+            }
+            Seed::Known(reference) => {
+                let inputs = if self.motor == Motor::Input { 2 } else { 1 };
+                let torque_is_known = (inputs == 2 && reference == DRIVING)
+                    || (self.motor.lag().is_some() && reference == inputs + TORQUE);
+                let known = |value, is: bool| Series([value, if is { 1.0 } else { 0.0 }, 0.0]);
+                Point {
+                    phi: known(now.phi, reference == inputs + PHI),
+                    w: known(now.w, reference == inputs + W),
+                    torque: known(now.torque, torque_is_known),
+                    tau: known(now.tau, reference == LOAD),
+                }
+            }
+        }
+    }
+
+    /// The list of variables. Inputs, then φ, φ̇, φ̈ and M_an come first, so that their references are known above.
+    pub(super) fn declare(&self) -> List<Self> {
+        let mut list = List::default();
+        self.declare_inputs(&mut list);
+        self.declare_outputs(&mut list);
+        self.declare_parameters(&mut list);
+        self.declare_solver(&mut list);
+        list.local(
+            "start.period",
+            "Period of the steady state found at the start; 0 without one",
+            real(&unit::TIME),
+            |d, _| d.period,
+        );
+        for j in 0..self.inertia.followers.len() {
+            self.declare_follower(&mut list, j);
+        }
+        if let Some(varying) = &self.inertia.function.varying {
+            declare_law(&mut list, varying, INERTIA_LAW, "inertia");
+        }
+        list
+    }
+
+    fn declare_inputs(&self, list: &mut List<Self>) {
+        list.input(
+            "tau",
+            "Load torque on the shaft; positive brakes",
+            real(&unit::TORQUE),
+            |d, _| d.load.set_value(),
+            |d, _, value| d.load.set(value),
+        );
+        if self.motor == Motor::Input {
+            list.input(
+                "M_an",
+                "Driving torque on the shaft; positive accelerates",
+                real(&unit::TORQUE),
+                |d, _| d.driving.set_value(),
+                |d, _, value| d.driving.set(value),
+            );
+        }
+    }
+
+    fn declare_outputs(&self, list: &mut List<Self>) {
+        let varies = self.inertia.varies();
+        let lag = self.motor.lag().is_some();
+        let motor = matches!(self.motor, Motor::Kloss { .. });
+        // The speed enters the acceleration through J′ and through the motor without lag.
+        let mut enters_a = vec!["tau"];
+        if self.motor == Motor::Input || lag {
+            enters_a.push("M_an");
+        }
+        if varies {
+            enters_a.push("phi");
+        }
+        if varies || (motor && !lag) {
+            enters_a.push("w");
+        }
+        let initially = |own: &[&'static str]| -> Vec<&'static str> {
+            // The periodic start depends on the load.
+            let mut names = own.to_vec();
+            if motor && !names.contains(&"tau") {
+                names.push("tau");
+            }
+            names
+        };
+        let torques: &[&str] = if self.motor == Motor::Input { &["tau", "M_an"] } else { &["tau"] };
+        let with_phi = |names: &[&'static str]| -> Vec<&'static str> {
+            let mut all = names.to_vec();
+            if varies {
+                all.push("phi");
+            }
+            all
+        };
+
+        list.output("phi", "Angle of the shaft", real(&unit::ANGLE), value, series).at(PHI).state().depends(&["phi"]);
+        list.output("w", "Angular velocity of the shaft, der(phi)", real(&unit::ANGULAR_VELOCITY), value, series)
+            .at(W)
+            .state()
+            .derivative_of("phi")
+            .depends(&["w"])
+            .depends_initially(&initially(&[]));
+        list.output("a", "Angular acceleration of the shaft, der(w)", real(&unit::ANGULAR_ACCELERATION), value, series)
+            .at(A)
+            .derivative_of("w")
+            .depends(&enters_a)
+            .depends_initially(torques);
+        if motor {
+            let text = "Torque of the motor on the shaft; positive accelerates";
+            let torque = list.output("M_an", text, real(&unit::TORQUE), value, series).at(TORQUE);
+            torque.depends(if lag { &["M_an"] } else { &["w"] }).depends_initially(&initially(&[]));
+            if lag {
+                torque.state();
+                list.output("der(M_an)", "Rate of the motor's torque", real(&TORQUE_RATE_QUANTITY), value, series)
+                    .at(TORQUE_RATE)
+                    .derivative_of("M_an")
+                    .depends(&["w", "M_an"])
+                    .depends_initially(&["tau"]);
+            }
+        }
+        list.output("J", "Reduced moment of inertia at phi", real(&unit::INERTIA), value, series)
+            .at(INERTIA)
+            .depends(&with_phi(&[]));
+        list.output("E", "Kinetic energy J w^2 / 2", real(&unit::ENERGY), value, series)
+            .at(ENERGY)
+            .depends(&with_phi(&["w"]))
+            .depends_initially(&initially(&[]));
+        for j in 0..self.inertia.followers.len() {
+            let n = j + 1;
+            let at = FOLLOWER + 3 * j;
+            list.output(&format!("U[{n}]"), &format!("Position of follower {n}"), real(&unit::LENGTH), value, series)
+                .at(at)
+                .depends(&["phi"]);
+            let text = format!("Velocity of follower {n}");
+            list.output(&format!("der(U[{n}])"), &text, real(&unit::VELOCITY), value, series)
+                .at(at + 1)
+                .depends(&["phi", "w"])
+                .depends_initially(&initially(&[]));
+            let mut enters = enters_a.clone();
+            enters.retain(|name| *name != "phi" && *name != "w");
+            enters.extend(["phi", "w"]);
+            let text = format!("Acceleration of follower {n}");
+            list.output(&format!("der(U[{n}],2)"), &text, real(&unit::ACCELERATION), value, series)
+                .at(at + 2)
+                .depends(&enters)
+                .depends_initially(torques);
+        }
+    }
+
+    fn declare_parameters(&self, list: &mut List<Self>) {
+        list.parameter(
+            "J0",
+            "Constant part of the reduced moment of inertia",
+            real_within(&unit::INERTIA, 0.0, 1e12),
+            |d, _| d.inertia.function.constant,
+            |d, _, value| d.inertia.function.constant = value,
+        );
+        if let Motor::Kloss { dynamics, .. } = self.motor {
+            let mut motor = |name, text, kind, which| {
+                list.parameter(name, text, kind, motor_value, set_motor_value).at(which);
+            };
+            motor("motor.M_k", "Breakdown torque at the shaft", real_within(&unit::TORQUE, 0.0, 1e12), 0);
+            motor("motor.s_k", "Breakdown slip", real_within(&unit::NUMBER, 1e-9, 1e3), 1);
+            let text = "Synchronous speed at the shaft, not zero; negative turns the machine backwards";
+            motor("motor.w_s", text, real_within(&unit::ANGULAR_VELOCITY, -1e6, 1e6), 2);
+            if dynamics.is_some() {
+                motor("motor.T_el", "Electrical time constant", real_within(&unit::TIME, 1e-9, 1e3), 3);
+                let text = "M_an at the start for start.mode = given; 0 where the motor is switched on";
+                list.parameter(
+                    "motor.M_start",
+                    text,
+                    real_within(&unit::TORQUE, -1e12, 1e12),
+                    |d, _| d.torque_start,
+                    |d, _, value| d.torque_start = value,
+                );
+            }
+        }
+        list.parameter(
+            "phi_start",
+            "Angle at the start",
+            real_within(&unit::ANGLE, -1e9, 1e9),
+            |d, _| d.phi_start,
+            |d, _, value| d.phi_start = value,
+        );
+        list.parameter(
+            "w_start",
+            "Angular velocity at the start, for start.mode = given",
+            real_within(&unit::ANGULAR_VELOCITY, -1e6, 1e6),
+            |d, _| d.w_start,
+            |d, _, value| d.w_start = value,
+        );
+        list.parameter(
+            "start.mode",
+            "How the initial speed is found",
+            Kind::Enumeration(&START_MODE),
+            |d, _| if d.start == MachineStart::Given { 1.0 } else { 2.0 },
+            |d, _, value| d.start = if value < 1.5 { MachineStart::Given } else { MachineStart::SteadyState },
+        );
+    }
+
+    fn declare_follower(&self, list: &mut List<Self>, j: usize) {
+        let n = j + 1;
+        list.parameter(
+            &format!("follower[{n}].m"),
+            &format!("Mass of follower {n}"),
+            real_within(&unit::MASS, 0.0, 1e9),
+            |d, j| d.inertia.followers[j].m,
+            |d, j, value| d.inertia.followers[j].m = value,
+        )
+        .at(j);
+        declare_law(list, &self.inertia.followers[j].cam, j, &format!("follower[{n}].cam"));
+    }
+}
+
+fn motor_value(d: &RigidMachine, which: usize) -> f64 {
+    let Motor::Kloss { breakdown_torque, breakdown_slip, synchronous_speed, dynamics } = d.motor else { return 0.0 };
+    [breakdown_torque, breakdown_slip, synchronous_speed, dynamics.unwrap_or(0.0)][which]
+}
+
+fn set_motor_value(d: &mut RigidMachine, which: usize, value: f64) {
+    if let Motor::Kloss { breakdown_torque, breakdown_slip, synchronous_speed, dynamics } = &mut d.motor {
+        match which {
+            0 => *breakdown_torque = value,
+            1 => *breakdown_slip = value,
+            2 => *synchronous_speed = value,
+            _ => *dynamics = Some(value),
+        }
+    }
+}
+
+/// The number of J_v among the laws; the followers' laws have their own.
+const INERTIA_LAW: usize = 0xffff;
+
+fn law(d: &RigidMachine, number: usize) -> Option<&MotionLaw> {
+    match number {
+        INERTIA_LAW => d.inertia.function.varying.as_ref(),
+        j => d.inertia.followers.get(j).map(|f| &f.cam),
+    }
+}
+
+fn law_mut(d: &mut RigidMachine, number: usize) -> Option<&mut MotionLaw> {
+    match number {
+        INERTIA_LAW => d.inertia.function.varying.as_mut(),
+        j => d.inertia.followers.get_mut(j).map(|f| &mut f.cam),
+    }
+}
+
+/// Declares the parameters of a law as `prefix`.a[k] …; the index holds the number of the parameter and, below, that of
+/// the law.
+fn declare_law(list: &mut List<RigidMachine>, declared: &MotionLaw, number: usize, prefix: &str) {
+    for (k, parameter) in declared.parameters().into_iter().enumerate() {
+        let kind = match parameter.kind {
+            // The values of the inertia's own law are inertias.
+            ParameterKind::Length if number == INERTIA_LAW => real_within(&unit::INERTIA, -1e12, 1e12),
+            kind => law_parameter_kind(kind),
+        };
+        list.parameter(
+            &format!("{prefix}.{}", parameter.name),
+            &parameter.text,
+            kind,
+            |d, index| law(d, index & 0xffff).map_or(0.0, |law| law.parameter(index >> 16)),
+            |d, index, value| {
+                if let Some(law) = law_mut(d, index & 0xffff) {
+                    law.set_parameter(index >> 16, value);
+                }
+            },
+        )
+        .at(k << 16 | number);
+    }
+}
