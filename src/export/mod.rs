@@ -47,13 +47,10 @@ pub struct Packed {
     pub states: usize,
 }
 
-/// What stands in place of the guid where nothing is packed.
-const NO_GUID: &str = "{a hash of the content of the FMU}";
-
-/// The text of modelDescription.xml with a placeholder for the guid, without packing an FMU.
+/// The text of modelDescription.xml without packing an FMU; the guid, a hash of the packed content, is empty.
 pub fn describe(resource: &Resource, description: &str) -> Result<String, Fault> {
     check_name(&resource.name)?;
-    let identity = Identity { name: &resource.name, description, guid: NO_GUID, date: None };
+    let identity = Identity { name: &resource.name, description, guid: "", date: None };
     model_description::xml(&identity, &mut *resource.build()?)
 }
 
