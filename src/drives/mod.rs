@@ -6,6 +6,7 @@
 pub mod backlash;
 pub mod cam_drive;
 pub mod curve;
+pub mod elastic_output;
 pub mod elastic_shaft;
 pub mod erased;
 pub mod event;
@@ -27,6 +28,7 @@ use serde::{Serialize, de::DeserializeOwned};
 
 /// All drive models.
 pub const MODELS: &[Model] = &[
+    Model::of::<elastic_output::ElasticOutput>(),
     Model::of::<elastic_shaft::ElasticShaft>(),
     Model::of::<backlash::BacklashDrive>(),
     Model::of::<rigid_machine::RigidMachine>(),

@@ -282,20 +282,33 @@ impl Response {
 
     /// Lays the next piece, from `start` [s] and `state`.
     fn next_piece(&mut self, law: &MotionLaw, start: Double, state: [f64; 2]) -> Result<(), Fault> {
+        self.piece.segment = neighbour(law, self.piece.segment, self.piece.leaves);
         let mut local = self.local(start);
         // Infinity has no double-double.
         let horizon = if self.until.is_finite() { (Double::from(self.until) - start).hi } else { f64::INFINITY };
-        let mut length = local.length_for(2.0 / law.resolution_in(self.piece.segment));
-        if self.until.is_finite() && !(horizon <= length * MOST_PIECES) {
-            return Err(Fault(format!(
-                "the cam moves too fast to follow at t = {} s: more than {MOST_PIECES:e} pieces up to t = {} s",
-                start.hi, self.until
-            )));
+        let (mut length, mut leaves);
+        let mut borders = 0;
+        loop {
+            let resolution = law.resolution_in(self.piece.segment);
+            length = local.length_for(2.0 / resolution);
+            if self.until.is_finite() && !(horizon <= length * MOST_PIECES) {
+                return Err(Fault(format!(
+                    "the cam moves too fast to follow at t = {} s: more than {MOST_PIECES:e} pieces up to t = {} s",
+                    start.hi, self.until
+                )));
+            }
+            length = length.min(horizon.max(f64::MIN_POSITIVE));
+            (length, leaves) = self.way_to_border(law, &mut local, length);
+            // At a start right on a border the segment may be the wrong neighbour.
+            if length > 0.0 || borders > law.breakpoints().len() {
+                break;
+            }
+            self.piece.segment = neighbour(law, self.piece.segment, leaves);
+            borders += 1;
         }
-        length = length.min(horizon.max(f64::MIN_POSITIVE));
-        let mut leaves = 0;
-        if let Some(exit) = self.enter_segment(law, &mut local, length) {
-            (length, leaves) = exit;
+        if length == 0.0 {
+            // No neighbour is right: the cam rests on the border to within rounding.
+            length = local.length_for(OVERSHOOT).min(horizon);
         }
         let segment = self.piece.segment;
         let whole = length;
@@ -325,32 +338,30 @@ impl Response {
         Ok(())
     }
 
-    /// Finds the segment at the start of a piece, moves the angle into it, and tells when within `length` and
-    /// through which border the cam leaves it.
-    fn enter_segment(&mut self, law: &MotionLaw, local: &mut Local, length: f64) -> Option<(f64, i8)> {
+    /// Moves the angle of `local` into the current segment; how far within `length` the cam stays in it, and
+    /// through which border it leaves.
+    fn way_to_border(&self, law: &MotionLaw, local: &mut Local, length: f64) -> (f64, i8) {
         let breakpoints = law.breakpoints();
-        let n = breakpoints.len();
+        let (n, segment) = (breakpoints.len(), self.piece.segment);
         if n == 0 {
-            return None;
+            return (length, 0);
         }
-        // Each round crosses one border; at a start right on a border the second one is inside.
-        for _ in 0..=n {
-            self.piece.segment = (self.piece.segment + n).saturating_add_signed(self.piece.leaves as isize) % n;
-            let segment = self.piece.segment;
-            let lower = breakpoints[segment];
-            let upper = if segment + 1 < n { breakpoints[segment + 1] } else { breakpoints[0] + TAU };
-            let middle = 0.5 * (lower + upper);
-            local.angle[0] -= TAU * ((local.angle[0] - middle) / TAU).round();
-            let scaled = local.scaled(length);
-            let exit = bernstein::first_exit(&scaled, local.degree, lower - OVERSHOOT, upper + OVERSHOOT)?;
-            let leaves = if local.at(exit * length)[0] > middle { 1 } else { -1 };
-            if exit > 0.0 {
-                return Some((exit * length, leaves));
-            }
-            self.piece.leaves = leaves;
+        let lower = breakpoints[segment];
+        let upper = if segment + 1 < n { breakpoints[segment + 1] } else { breakpoints[0] + TAU };
+        let middle = 0.5 * (lower + upper);
+        local.angle[0] -= TAU * ((local.angle[0] - middle) / TAU).round();
+        let exit = bernstein::first_exit(&local.scaled(length), local.degree, lower - OVERSHOOT, upper + OVERSHOOT);
+        match exit {
+            None => (length, 0),
+            Some(part) => (part * length, if local.at(part * length)[0] > middle { 1 } else { -1 }),
         }
-        None
     }
+}
+
+/// The segment beyond the upper (1) or lower (−1) border; the same one for 0.
+fn neighbour(law: &MotionLaw, segment: usize, side: i8) -> usize {
+    let n = law.breakpoints().len().max(1);
+    (segment + n).saturating_add_signed(side.into()) % n
 }
 
 /// The highest degree of the motion polynomial.

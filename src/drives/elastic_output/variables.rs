@@ -1,0 +1,216 @@
+//! The variables of the drive.
+
+use super::ElasticOutput;
+use crate::drives::cam_drive::HasCamDrive;
+use crate::drives::solver::HasSolver;
+use crate::drives::unit::{self, Quantity};
+use crate::drives::variable::{real, real_within};
+use crate::drives::{List, Seed};
+use crate::numerics::taylor::{Scalar, Series};
+
+/// The continuous quantities, in the order of their declaration.
+#[derive(Clone, Copy)]
+enum Output {
+    Phi,
+    W,
+    X,
+    Y,
+    YDot,
+    YDotDot,
+    Q,
+    QDot,
+    QDotDot,
+    Force,
+    Tau,
+}
+
+const OUTPUTS: [Output; 11] = [
+    Output::Phi,
+    Output::W,
+    Output::X,
+    Output::Y,
+    Output::YDot,
+    Output::YDotDot,
+    Output::Q,
+    Output::QDot,
+    Output::QDotDot,
+    Output::Force,
+    Output::Tau,
+];
+
+pub(super) fn list(drive: &ElasticOutput) -> List<ElasticOutput> {
+    let mut list = List::default();
+    drive.declare_drive(&mut list);
+    declare_parameters(&mut list);
+    drive.declare_start(&mut list, &unit::LENGTH, &unit::VELOCITY);
+    drive.declare_solver(&mut list);
+    declare_outputs(drive, &mut list);
+    drive.declare_law(&mut list);
+    list
+}
+
+fn declare_parameters(list: &mut List<ElasticOutput>) {
+    // Twelve decades to either side of 1 kg, and as far from 1 N/m and 1 N·s/m as this leaves natural frequencies
+    // that can be squared.
+    list.parameter(
+        "m",
+        "Mass of the output member",
+        real_within(&unit::MASS, 1e-12, 1e12),
+        |d, _| d.m,
+        |d, _, value| d.m = value,
+    )
+    .tunable();
+    list.parameter(
+        "c",
+        "Stiffness between cam and mass",
+        real_within(&unit::STIFFNESS, 0.0, 1e24),
+        |d, _| d.c,
+        |d, _, value| d.c = value,
+    )
+    .tunable();
+    list.parameter(
+        "b",
+        "Damping between cam and mass",
+        real_within(&unit::DAMPING, 0.0, 1e24),
+        |d, _| d.b,
+        |d, _, value| d.b = value,
+    )
+    .tunable();
+}
+
+/// Declares the outputs with what they depend on: inputs (where there are any) and states.
+fn declare_outputs(drive: &ElasticOutput, list: &mut List<ElasticOutput>) {
+    let input = drive.cam.is_input();
+    let mut output = |which: Output, name: &str, text: &str, quantity: &'static Quantity, known: [&[&str]; 3]| {
+        let [inputs, states, initial] = known;
+        let (inputs, initial) = if input { (inputs, initial) } else { (&[][..], &[][..]) };
+        let known: Vec<&str> = inputs.iter().chain(states).copied().collect();
+        let v = list.output(name, text, real(quantity), value, series);
+        v.at(which as usize).depends(&known).depends_initially(initial);
+        match which {
+            Output::Y => v.state(),
+            Output::YDot => v.state().derivative_of("y"),
+            Output::YDotDot => v.derivative_of("der(y)"),
+            Output::QDot => v.derivative_of("q"),
+            Output::QDotDot => v.derivative_of("der(q)"),
+            _ => v,
+        };
+    };
+    if !input {
+        output(Output::Phi, "phi", "Drive angle", &unit::ANGLE, [&[], &[], &[]]);
+        output(Output::W, "w", "Angular velocity of the drive", &unit::ANGULAR_VELOCITY, [&[], &[], &[]]);
+    }
+    let both: &[&str] = &["y", "der(y)"];
+    output(
+        Output::X,
+        "x",
+        "Position of the cam's side of the spring, U(phi)",
+        &unit::LENGTH,
+        [&["phi"], &[], &["phi"]],
+    );
+    output(Output::Y, "y", "Position of the mass, x + q", &unit::LENGTH, [&[], &["y"], &["phi"]]);
+    output(Output::YDot, "der(y)", "Velocity of the mass", &unit::VELOCITY, [&[], &["der(y)"], &["phi", "w"]]);
+    output(Output::YDotDot, "der(y,2)", "Acceleration of the mass", &unit::ACCELERATION, [&["phi", "w"], both, &[]]);
+    output(Output::Q, "q", "Deformation of the output member, y - x", &unit::LENGTH, [&["phi"], &["y"], &[]]);
+    output(Output::QDot, "der(q)", "Rate of the deformation", &unit::VELOCITY, [&["phi", "w"], &["der(y)"], &[]]);
+    output(
+        Output::QDotDot,
+        "der(q,2)",
+        "Second time derivative of the deformation",
+        &unit::ACCELERATION,
+        [&["phi", "w", "a"], both, &["phi", "w", "a"]],
+    );
+    output(
+        Output::Force,
+        "force",
+        "Force on the mass, -(c q + b der(q)), positive in the sense of y",
+        &unit::FORCE,
+        [&["phi", "w"], both, &[]],
+    );
+    output(
+        Output::Tau,
+        "tau",
+        "Torque from the drive into the cam unit, U' force; a positive tau loads the drive",
+        &unit::TORQUE,
+        [&["phi", "w"], both, &["phi"]],
+    );
+}
+
+/// The motion of drive and mass that the output equations start from.
+#[derive(Clone, Copy)]
+struct Flow<S> {
+    phi: S,
+    w: S,
+    a: S,
+    q: S,
+    v: S,
+}
+
+/// An output, of numbers or of series; u holds U … U⁗ at the communication point.
+fn evaluate<S: Scalar>(drive: &ElasticOutput, u: &[f64; 5], which: Output, f: &Flow<S>) -> S {
+    let transfer = |n: usize| f.phi.compose([u[n], u[n + 1], u.get(n + 2).copied().unwrap_or(0.0)]);
+    let force = || -(f.q * drive.c + f.v * drive.b);
+    match which {
+        Output::Phi => f.phi,
+        Output::W => f.w,
+        Output::X => transfer(0),
+        Output::Y => transfer(0) + f.q,
+        Output::YDot => transfer(1) * f.w + f.v,
+        Output::YDotDot => force() * (1.0 / drive.m),
+        Output::Q => f.q,
+        Output::QDot => f.v,
+        Output::QDotDot => force() * (1.0 / drive.m) - transfer(2) * f.w * f.w - transfer(1) * f.a,
+        Output::Force => force(),
+        Output::Tau => transfer(1) * force(),
+    }
+}
+
+fn value(drive: &ElasticOutput, which: usize) -> f64 {
+    let now = &drive.now;
+    let [phi, w, a, ..] = now.phi;
+    // phi is put out without reduction; U needs no angle any more.
+    evaluate(drive, &now.u, OUTPUTS[which], &Flow { phi, w, a, q: now.q[0], v: now.q[1] })
+}
+
+fn series(drive: &ElasticOutput, seed: Seed, which: usize) -> Series {
+    let flow = match seed {
+        Seed::Time => along_time(drive),
+        Seed::Known(reference) => along_known(drive, reference),
+    };
+    evaluate(drive, &drive.now.u, OUTPUTS[which], &flow)
+}
+
+/// Drive and mass as functions of time.
+fn along_time(drive: &ElasticOutput) -> Flow<Series> {
+    let [phi, w, a, jerk, snap] = drive.now.phi;
+    let [q, v] = drive.now.q;
+    let [.., x2, x3, _] = drive.now.lift().0;
+    let (omega2, damping) = (drive.c / drive.m, drive.b / drive.m);
+    // The equation of motion and its time derivative.
+    let q2 = -(omega2 * q + damping * v) - x2;
+    let q3 = -(omega2 * v + damping * q2) - x3;
+    Flow {
+        phi: Series::from_derivatives(phi, w, a),
+        w: Series::from_derivatives(w, a, jerk),
+        a: Series::from_derivatives(a, jerk, snap),
+        q: Series::from_derivatives(q, v, q2),
+        v: Series::from_derivatives(v, q2, q3),
+    }
+}
+
+/// Drive and mass as functions of one input or state, the others held: q = y − U(φ), q̇ = ẏ − U′(φ) ω.
+fn along_known(drive: &ElasticOutput, reference: usize) -> Flow<Series> {
+    let first_state = list(drive).reference("y").unwrap_or(usize::MAX - 1);
+    let input = |n: usize| if drive.cam.is_input() && reference == n { 1.0 } else { 0.0 };
+    let state = |n: usize| if reference == first_state + n { 1.0 } else { 0.0 };
+    let [phi, w, a, ..] = drive.now.phi;
+    let [_, u1, u2, ..] = drive.now.u;
+    let [q, v] = drive.now.q;
+    Flow {
+        phi: Series([phi, input(0), 0.0]),
+        w: Series([w, input(1), 0.0]),
+        a: Series([a, input(2), 0.0]),
+        q: Series([q, state(0) - u1 * input(0), 0.0]),
+        v: Series([v, state(1) - u2 * w * input(0) - u1 * input(1), 0.0]),
+    }
+}
