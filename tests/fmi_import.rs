@@ -1,0 +1,149 @@
+//! An exported FMU driven through fmi-rs, as an importer would.
+#![cfg(feature = "import")]
+
+use camdrive::drives::cam_drive::{DriveMode, Start, StartMode};
+use camdrive::drives::elastic_shaft::Scene;
+use camdrive::drives::resource::Resource;
+use camdrive::export::{self, RuntimeLibrary};
+use camdrive::motion::{Fourier, MotionLaw};
+use fmi::fmi2::import::Fmi2Import;
+use fmi::fmi2::instance::{CoSimulation, Common, InstanceCS};
+use fmi::schema::fmi2::{Fmi2ModelDescription, ScalarVariable};
+use fmi::traits::{FmiImport, FmiStatus};
+
+/// Packs an elastic shaft with the library that `cargo test` has just built. It lies beside the test executable;
+/// the copy one folder above is not renewed by `cargo test`.
+fn import() -> Fmi2Import {
+    let scene = Scene {
+        m: 2.0,
+        inertia: 0.01,
+        c: 2e3,
+        b: 6.0,
+        linear: false,
+        cam: MotionLaw::Fourier(Fourier::new(vec![0.0, 0.01, 0.002], vec![0.0, 0.001])),
+        drive: DriveMode::Constant { w: 40.0, phi_start: 0.5 },
+        start: Start { mode: StartMode::AtRest, q: 0.0, q_dot: 0.0 },
+        tolerance: 0.0,
+    };
+    let resource = Resource {
+        name: "imported".to_owned(),
+        model: "ElasticCamDrive.shaft".to_owned(),
+        guid: String::new(),
+        scene: serde_json::to_value(scene).unwrap(),
+    };
+    let executable = std::env::current_exe().unwrap();
+    let name = format!("{}camdrive{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
+    let library = RuntimeLibrary::read("linux64", &executable.with_file_name(name)).unwrap();
+    let packed = export::pack(&resource, "An elastic shaft.", &[library], None).unwrap();
+    fmi::import::new(std::io::Cursor::new(packed.bytes)).unwrap()
+}
+
+fn variable<'a>(description: &'a Fmi2ModelDescription, name: &str) -> &'a ScalarVariable {
+    description.model_variables.variables.iter().find(|v| v.name == name).unwrap()
+}
+
+fn reference(fmu: &Fmi2Import, name: &str) -> u32 {
+    variable(fmu.model_description(), name).value_reference
+}
+
+fn get(instance: &mut InstanceCS, reference: u32) -> f64 {
+    let mut value = [f64::NAN];
+    instance.get_real(&[reference], &mut value).unwrap();
+    value[0]
+}
+
+fn start(instance: &mut InstanceCS) {
+    instance.setup_experiment(None, 0.0, Some(10.0)).unwrap();
+    instance.enter_initialization_mode().unwrap();
+    instance.exit_initialization_mode().unwrap();
+}
+
+/// Steps of 5 ms from `from` to `to`; the bits of `reference` at their ends.
+fn run(instance: &mut InstanceCS, reference: u32, from: usize, to: usize) -> Vec<u64> {
+    (from..to)
+        .map(|i| {
+            instance.do_step(i as f64 * 5e-3, 5e-3, true).unwrap();
+            get(instance, reference).to_bits()
+        })
+        .collect()
+}
+
+#[test]
+fn the_standard_sequence_and_what_deviates_from_it() {
+    let fmu = import();
+    let (y, m) = (reference(&fmu, "y"), reference(&fmu, "m"));
+    let mut instance = fmu.instantiate_cs("with a space", false, true).unwrap();
+    assert_eq!((instance.get_version(), instance.get_types_platform()), ("2.0", "default"));
+    assert!(instance.do_step(0.0, 0.1, true).is_err());
+    assert!(instance.exit_initialization_mode().is_err());
+    instance.set_real(&[m], &[3.0]).unwrap();
+    start(&mut instance);
+    assert_eq!(get(&mut instance, m), 3.0);
+    assert!(instance.set_real(&[m], &[-1.0]).is_err());
+    assert!(instance.set_real(&[y], &[1.0]).is_err());
+    assert!(instance.set_integer(&[m], &[1]).is_err());
+    assert!(instance.enter_initialization_mode().is_err());
+    run(&mut instance, y, 0, 10);
+    assert_eq!(instance.last_successful_time().unwrap(), 9.0 * 5e-3 + 5e-3);
+    assert!(!instance.terminated().unwrap());
+    assert!(instance.do_step_status().is_err());
+    assert!(instance.cancel_step().is_err());
+    instance.terminate().unwrap();
+    assert!(instance.do_step(0.05, 0.1, true).is_err());
+}
+
+#[test]
+fn reset_begins_anew_with_the_parameters_of_the_scene() {
+    let fmu = import();
+    let (y, m) = (reference(&fmu, "y"), reference(&fmu, "m"));
+    let mut instance = fmu.instantiate_cs("reset", false, false).unwrap();
+    start(&mut instance);
+    let expected = run(&mut instance, y, 0, 40);
+    instance.reset().unwrap();
+    instance.set_real(&[m], &[5.0]).unwrap();
+    start(&mut instance);
+    assert_ne!(run(&mut instance, y, 0, 40), expected);
+    instance.reset().unwrap();
+    start(&mut instance);
+    assert_eq!(run(&mut instance, y, 0, 40), expected);
+}
+
+#[test]
+fn a_saved_state_continues_to_the_bit() {
+    let fmu = import();
+    let y = reference(&fmu, "y");
+    let mut instance = fmu.instantiate_cs("saved", false, false).unwrap();
+    start(&mut instance);
+    run(&mut instance, y, 0, 20);
+    let state = instance.get_fmu_state().unwrap();
+    let expected = run(&mut instance, y, 20, 60);
+    instance.set_fmu_state(&state).ok().unwrap();
+    assert_eq!(run(&mut instance, y, 20, 60), expected);
+
+    let bytes = instance.serialize_fmu_state(&state).unwrap();
+    let mut other = fmu.instantiate_cs("restored", false, false).unwrap();
+    let copy = other.deserialize_fmu_state(&bytes).unwrap();
+    other.set_fmu_state(&copy).ok().unwrap();
+    assert_eq!(run(&mut other, y, 20, 60), expected);
+    assert!(other.deserialize_fmu_state(&bytes[1..]).is_err());
+}
+
+#[test]
+fn two_instances_do_not_disturb_each_other() {
+    let fmu = import();
+    let y = reference(&fmu, "y");
+    let mut alone = fmu.instantiate_cs("alone", false, false).unwrap();
+    start(&mut alone);
+    let expected = run(&mut alone, y, 0, 40);
+
+    let mut a = fmu.instantiate_cs("a", false, false).unwrap();
+    let mut b = fmu.instantiate_cs("b", false, false).unwrap();
+    start(&mut a);
+    let mut interleaved = run(&mut a, y, 0, 10);
+    start(&mut b);
+    for i in 0..30 {
+        assert_eq!(run(&mut b, y, i, i + 1), expected[i..=i]);
+        interleaved.extend(run(&mut a, y, i + 10, i + 11));
+    }
+    assert_eq!(interleaved, expected);
+}
