@@ -3,7 +3,7 @@
 use super::{Failure, print, read_all};
 use crate::drives::variable::{Causality, Kind, Variability};
 use crate::drives::{Description, DynDrive};
-use crate::export::model_description::{self, Identity};
+use crate::export;
 use crate::scene::Resolved;
 use crate::scene::units::short;
 use std::fmt::Write as _;
@@ -20,7 +20,7 @@ Examples:
 pub struct Args {
     /// Scene file (TOML)
     scene: PathBuf,
-    /// Print modelDescription.xml, with an empty guid, since that is a hash of the packed FMU
+    /// Print modelDescription.xml, with a placeholder for the guid, a hash of the packed FMU
     #[arg(long)]
     xml: bool,
 }
@@ -35,11 +35,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 fn describe(resolved: &Resolved, xml: bool) -> Result<(), Failure> {
     let fault = |fault: crate::drives::Fault| Failure(format!("error: {fault}"));
-    let mut drive = resolved.resource().build().map_err(fault)?;
     if xml {
-        let identity = Identity { name: &resolved.name, description: &resolved.description, guid: "", date: None };
-        return print(&model_description::xml(&identity, &mut *drive).map_err(fault)?);
+        return print(&export::describe(&resolved.resource(), &resolved.description).map_err(fault)?);
     }
+    let mut drive = resolved.resource().build().map_err(fault)?;
     drive.set_up(0.0, None);
     print(&text(resolved, &mut *drive).map_err(fault)?)
 }
@@ -89,7 +88,7 @@ fn variables(drive: &mut dyn DynDrive) -> Result<String, crate::drives::Fault> {
             start(d, value),
             unit(&d.kind).to_owned(),
             range(&d.kind),
-            d.text.clone(),
+            sentence(d),
         ]);
     }
     let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
@@ -129,12 +128,19 @@ fn unit(kind: &Kind) -> &'static str {
     }
 }
 
+/// The description; of an enumeration with its items.
+fn sentence(d: &Description) -> String {
+    let Kind::Enumeration(e) = &d.kind else { return d.text.clone() };
+    let items: Vec<&str> = e.items.iter().map(|(name, _)| *name).collect();
+    format!("{} ({})", d.text, items.join(" | "))
+}
+
 fn range(kind: &Kind) -> String {
     match kind {
         Kind::Real { min, max, .. } if min.is_infinite() && max.is_infinite() => String::new(),
         Kind::Real { min, max, .. } => format!("{} … {}", short(*min), short(*max)),
         Kind::Integer { min: i32::MIN, max: i32::MAX } | Kind::Boolean => String::new(),
         Kind::Integer { min, max } => format!("{min} … {max}"),
-        Kind::Enumeration(e) => e.items.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(" | "),
+        Kind::Enumeration(_) => String::new(),
     }
 }

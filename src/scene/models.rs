@@ -2,7 +2,7 @@
 
 use super::motion_law;
 use super::section::{Faults, NOT_NEGATIVE, POSITIVE, Section, within};
-use super::{Resolved, diagnostics::Diagnostic};
+use super::{Resolved, diagnostics::Diagnostic, units};
 use crate::drives::cam_drive::{DriveMode, Start, StartMode};
 use crate::drives::unit::{self, Quantity};
 use crate::drives::variable::{Causality, Kind};
@@ -384,19 +384,18 @@ pub fn try_out(resolved: &Resolved, names: Names, faults: &Faults<'_>) {
         let paths = names.iter().filter(|(name, _)| *name == variable).map(|(_, path)| *path);
         paths.chain([variable]).find_map(|path| faults.place(path).map(|span| (path.to_owned(), span)))
     };
-    let report = |message: String| {
-        // A fault of a drive starts with the name of the variable that it is about.
-        let variable = message.split('`').nth(1).unwrap_or_default();
-        let fault: Diagnostic = match place(variable) {
-            Some((path, span)) if path != variable => faults.at(span, format!("`{path}`: {message}")),
+    let report = |message: String, admissible: Option<String>| {
+        let mut fault: Diagnostic = match place(subject(&message)) {
+            Some((path, span)) if path != subject(&message) => faults.at(span, format!("`{path}`: {message}")),
             Some((_, span)) => faults.at(span, message),
             None => faults.at(faults.place("model").unwrap_or(0..0), message),
         };
+        fault.admissible = admissible;
         faults.report(fault);
     };
     let mut drive = match resolved.resource().build() {
         Ok(drive) => drive,
-        Err(fault) => return report(fault.0),
+        Err(fault) => return report(fault.0, None),
     };
     let parameters: Vec<(usize, String, Kind)> = drive
         .descriptions()
@@ -407,10 +406,11 @@ pub fn try_out(resolved: &Resolved, names: Names, faults: &Faults<'_>) {
         .collect();
     for (reference, name, kind) in parameters {
         match (drive.get(reference), kind) {
-            (Err(fault), _) => report(fault.0),
+            (Err(fault), _) => report(fault.0, None),
             (Ok(value), Kind::Real { quantity, min, max, .. }) if !(value >= min && value <= max) => {
                 let unit = quantity.unit;
-                report(format!("`{name}`: {value} {unit} is out of range; admissible is {min:e} … {max:e} {unit}"));
+                let message = format!("`{name}`: {} {unit} is out of range", units::short(value));
+                report(message, Some(within(min, max).words(unit)));
             }
             _ => {}
         }
@@ -418,7 +418,14 @@ pub fn try_out(resolved: &Resolved, names: Names, faults: &Faults<'_>) {
     if faults.is_empty() {
         drive.set_up(0.0, None);
         if let Err(fault) = drive.start() {
-            report(fault.0);
+            report(fault.0, None);
         }
     }
+}
+
+/// The variable that a drive's fault is about: the first name in backticks, else the word that the message starts
+/// with.
+fn subject(message: &str) -> &str {
+    let word = message.split([' ', ':', ',']).next().unwrap_or_default();
+    message.split('`').nth(1).unwrap_or(word)
 }

@@ -161,7 +161,8 @@ pub fn name(quantity: &Quantity) -> String {
 
 /// The number with at most nine digits, without exponent where that is easy to read.
 pub fn short(value: f64) -> String {
-    let rounded: f64 = format!("{value:.8e}").parse().unwrap_or(value);
+    // The sum turns −0 into 0.
+    let rounded = format!("{value:.8e}").parse().unwrap_or(value) + 0.0;
     if rounded == 0.0 || (1e-4..1e6).contains(&rounded.abs()) { rounded.to_string() } else { format!("{rounded:e}") }
 }
 

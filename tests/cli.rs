@@ -1,0 +1,177 @@
+//! The command line as a user meets it: what it prints, where, and the exit codes.
+#![cfg(feature = "cli")]
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+const SCENE: &str = "examples/transfer_manipulator/scene.toml";
+const WRONG: &str = "tests/scenes/wrong_dimensions.toml";
+
+/// What a run gives back.
+struct Run {
+    code: i32,
+    out: String,
+    err: String,
+}
+
+fn camdrive(args: &[&str]) -> Run {
+    let output = Command::new(env!("CARGO_BIN_EXE_camdrive")).args(args).output().expect("camdrive starts");
+    Run {
+        code: output.status.code().expect("no signal ends camdrive"),
+        out: String::from_utf8(output.stdout).expect("UTF-8"),
+        err: String::from_utf8(output.stderr).expect("UTF-8"),
+    }
+}
+
+/// An empty folder of this name for one test.
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).expect("a folder for the test");
+    folder
+}
+
+/// `PLATFORM=FILE` of the library that was built together with this test; the one beside the executable may be an
+/// old one, since `cargo test` does not renew it.
+fn runtime() -> String {
+    let platform = match std::env::consts::OS {
+        "windows" => "win64",
+        "macos" => "darwin64",
+        _ => "linux64",
+    };
+    let name = format!("{}camdrive{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
+    let test = std::env::current_exe().expect("the running test");
+    let library = test.with_file_name(name);
+    assert!(library.exists(), "{} is built with the tests", library.display());
+    format!("{platform}={}", library.display())
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().expect("a UTF-8 path")
+}
+
+#[test]
+fn without_arguments_it_prints_its_help() {
+    let run = camdrive(&[]);
+    assert_eq!((run.code, run.err.as_str()), (0, ""));
+    assert!(run.out.contains("Usage: camdrive"), "{}", run.out);
+}
+
+#[test]
+fn every_help_has_an_example() {
+    for command in ["export", "check", "describe", "completions"] {
+        let run = camdrive(&[command, "--help"]);
+        assert_eq!(run.code, 0);
+        assert!(run.out.contains("Example") && run.out.contains(&format!("camdrive {command} ")), "{}", run.out);
+    }
+}
+
+#[test]
+fn a_wrong_command_line_ends_with_2() {
+    for args in [&["exprot"][..], &["export"], &["check"], &["check", "--wibble"], &["completions", "cmd"]] {
+        let run = camdrive(args);
+        assert_eq!((run.code, run.out.as_str()), (2, ""), "{args:?}");
+        assert!(run.err.contains("error"), "{}", run.err);
+    }
+}
+
+#[test]
+fn check_tells_right_from_wrong() {
+    let right = camdrive(&["check", SCENE]);
+    assert_eq!((right.code, right.err.as_str()), (0, ""));
+    assert_eq!(right.out, format!("{SCENE}: ElasticCamDrive.shaft ok\n"));
+    let wrong = camdrive(&["check", SCENE, WRONG, "no_such_scene.toml"]);
+    assert_eq!((wrong.code, wrong.out.as_str()), (1, ""));
+    assert!(wrong.err.contains(&format!("{WRONG}:10:9")), "{}", wrong.err);
+    assert!(wrong.err.contains("no_such_scene.toml"), "faults of all scenes are told: {}", wrong.err);
+}
+
+#[test]
+fn describe_shows_the_interface() {
+    let run = camdrive(&["describe", SCENE]);
+    assert_eq!((run.code, run.err.as_str()), (0, ""));
+    for part in [
+        "transfer_manipulator (ElasticCamDrive.shaft)",
+        "Equations",
+        "drive.w",
+        "rad/s",
+        "der(psi)",
+        "Default experiment",
+    ] {
+        assert!(run.out.contains(part), "{part} is missing in\n{}", run.out);
+    }
+    let xml = camdrive(&["describe", SCENE, "--xml"]);
+    assert_eq!((xml.code, xml.err.as_str()), (0, ""));
+    assert!(xml.out.starts_with("<?xml") && xml.out.contains("modelName=\"transfer_manipulator\""), "{}", xml.out);
+}
+
+#[test]
+fn export_writes_whole_fmus() {
+    let folder = folder("export");
+    let runtime = runtime();
+    let first = folder.join("a").join("transfer_manipulator.fmu");
+    let run = camdrive(&["export", SCENE, "-o", text(&folder.join("a")), "--runtime", &runtime]);
+    assert_eq!(run.code, 0, "{}", run.err);
+    for part in ["transfer_manipulator.fmu", "ElasticCamDrive.shaft", "sha256", "states     2", "variables", "guid"] {
+        assert!(run.out.contains(part), "{part} is missing in\n{}", run.out);
+    }
+    let named = folder.join("named.fmu");
+    std::fs::write(&named, "an old file").expect("the folder can be written to");
+    let run = camdrive(&["export", SCENE, "-o", text(&named), "--runtime", &runtime]);
+    assert_eq!(run.code, 0, "{}", run.err);
+    let bytes = std::fs::read(&first).expect("the FMU is there");
+    assert!(bytes.starts_with(b"PK"), "an FMU is a zip archive");
+    assert_eq!(bytes, std::fs::read(&named).expect("the FMU is there"), "the same scene gives the same bytes");
+    let mut names: Vec<_> =
+        std::fs::read_dir(&folder).expect("the folder").map(|entry| entry.expect("an entry").file_name()).collect();
+    names.sort();
+    assert_eq!(names, ["a", "named.fmu"], "nothing is left over");
+}
+
+#[test]
+fn export_writes_nothing_where_a_scene_is_wrong() {
+    let folder = folder("export_wrong");
+    let run = camdrive(&["export", SCENE, WRONG, "-o", text(&folder), "--runtime", &runtime()]);
+    assert_eq!((run.code, run.out.as_str()), (1, ""));
+    assert_eq!(std::fs::read_dir(&folder).expect("the folder").count(), 0);
+}
+
+#[test]
+fn export_refuses_targets_and_libraries_that_do_not_fit() {
+    let folder = folder("export_refuses");
+    let runtime = runtime();
+    let cases = [
+        (vec!["export", SCENE, SCENE, "-o", text(&folder), "--runtime", &runtime], "both be written to"),
+        (vec!["export", SCENE, SCENE, "-o", "x.fmu", "--runtime", &runtime], "several scenes"),
+        (vec!["export", SCENE, "-o", text(&folder), "--runtime", "linux64=no_such_library.so"], "no_such_library.so"),
+        (vec!["export", SCENE, "-o", text(&folder), "--runtime", "libcamdrive.so"], "PLATFORM=FILE"),
+        (vec!["export", SCENE, "-o", text(&folder), "--runtime", &runtime, "--runtime", &runtime], "two runtime"),
+        (vec!["export", SCENE, "-o", "Cargo.toml/x", "--runtime", &runtime], "cannot be written"),
+    ];
+    for (args, message) in cases {
+        let run = camdrive(&args);
+        assert_eq!((run.code, run.out.as_str()), (1, ""), "{args:?}");
+        assert!(run.err.contains("error: ") && run.err.contains(message), "{args:?}: {}", run.err);
+    }
+    assert_eq!(std::fs::read_dir(&folder).expect("the folder").count(), 0);
+}
+
+#[test]
+fn a_missing_library_beside_the_executable_is_told_with_the_command_that_builds_it() {
+    let folder = folder("alone");
+    let alone = folder.join(format!("camdrive{}", std::env::consts::EXE_SUFFIX));
+    std::fs::copy(env!("CARGO_BIN_EXE_camdrive"), &alone).expect("the executable can be copied");
+    let output = Command::new(&alone).args(["export", SCENE, "-o"]).arg(&folder).output().expect("camdrive starts");
+    let err = String::from_utf8(output.stderr).expect("UTF-8");
+    assert_eq!(output.status.code(), Some(1));
+    assert!(err.contains("cargo build --release") && err.contains("--runtime"), "{err}");
+}
+
+#[test]
+fn completions_know_the_commands() {
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        let run = camdrive(&["completions", shell]);
+        assert_eq!((run.code, run.err.as_str()), (0, ""), "{shell}");
+        assert!(run.out.contains("describe") && run.out.contains("runtime"), "{shell}: {}", run.out);
+    }
+}
