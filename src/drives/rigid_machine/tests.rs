@@ -23,6 +23,11 @@ fn kloss(breakdown_slip: f64) -> Motor {
     Motor::Kloss { breakdown_torque: 220.0, breakdown_slip, synchronous_speed: SYNCHRONOUS, dynamics: None }
 }
 
+/// The motor with a lag of 20 ms.
+fn lagging() -> Motor {
+    Motor::Kloss { breakdown_torque: 220.0, breakdown_slip: 0.16, synchronous_speed: SYNCHRONOUS, dynamics: Some(0.02) }
+}
+
 fn loom(motor: Motor, phi_start: f64, w_start: f64) -> Scene {
     let follower =
         |m, a: &[f64], b: &[f64]| Follower { m, cam: MotionLaw::Fourier(Fourier::new(a.to_vec(), b.to_vec())) };
@@ -153,13 +158,7 @@ fn a_stiff_motor() {
 
 #[test]
 fn a_motor_whose_torque_lags() {
-    let motor = Motor::Kloss {
-        breakdown_torque: 220.0,
-        breakdown_slip: 0.16,
-        synchronous_speed: SYNCHRONOUS,
-        dynamics: Some(0.02),
-    };
-    let scene = loom(motor, 0.3, 0.0);
+    let scene = loom(lagging(), 0.3, 0.0);
     compare(&scene, [0.0; 3], 0.5, [2.9093645261380180712, 11.975132063637270981]);
     let mut machine = started(scene);
     machine.advance(0.0, 0.5).unwrap();
@@ -305,12 +304,7 @@ fn the_loom_runs_periodically() {
 fn the_periodic_motion_repeats_with_load_backwards_with_lag_and_over_borders() {
     let backwards =
         Motor::Kloss { breakdown_torque: 220.0, breakdown_slip: 0.16, synchronous_speed: -SYNCHRONOUS, dynamics: None };
-    let lag = Motor::Kloss {
-        breakdown_torque: 220.0,
-        breakdown_slip: 0.16,
-        synchronous_speed: SYNCHRONOUS,
-        dynamics: Some(0.02),
-    };
+    let lag = lagging();
     for (motor, load) in [(kloss(0.16), 50.0), (kloss(0.16), -50.0), (backwards, -50.0), (lag, 30.0)] {
         for scene in [loom(motor, 1.0, 0.0), cycles(motor, 0.0)] {
             let mut machine = RigidMachine::new(Scene { start: MachineStart::SteadyState, ..scene }).unwrap();
@@ -388,12 +382,7 @@ fn the_derivatives_of_the_outputs_are_those_along_the_motion() {
 
 #[test]
 fn the_dependencies_are_the_directional_derivatives_that_exist() {
-    let lag = Motor::Kloss {
-        breakdown_torque: 220.0,
-        breakdown_slip: 0.16,
-        synchronous_speed: SYNCHRONOUS,
-        dynamics: Some(0.02),
-    };
+    let lag = lagging();
     let plain = |motor| Scene { followers: vec![], ..loom(motor, 0.3, 30.0) };
     for scene in [
         loom(kloss(0.16), 0.3, 30.0),
