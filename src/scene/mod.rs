@@ -102,7 +102,7 @@
 //! | `motor.w_s` | synchronous speed at the machine's shaft [rad/s], for `kloss` | not 0 | required |
 //! | `motor.lag` | electrical time constant [s] of the torque, for `kloss` | > 0 | none: the torque follows at once |
 //! | `start.mode` | `given` or `steady_state` | | `given` |
-//! | `start.phi_start` | angle at the start [rad] | −1e15 … 1e15 | 0 |
+//! | `start.phi_start` | angle at the start [rad] | −1e9 … 1e9 | 0 |
 //! | `start.w_start` | angular velocity at the start [rad/s] | −1e6 … 1e6 | 0 |
 
 pub mod diagnostics;

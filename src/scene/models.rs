@@ -4,10 +4,12 @@ use super::motion_law;
 use super::section::{Faults, NOT_NEGATIVE, POSITIVE, Section, within};
 use super::{Resolved, diagnostics::Diagnostic, units};
 use crate::drives::cam_drive::{DriveMode, Start, StartMode};
+use crate::drives::rigid_machine::{self, Follower, InertiaFunction, MachineStart, Motor};
 use crate::drives::unit::{self, Quantity};
 use crate::drives::variable::{Causality, Kind};
+use crate::drives::{Drive, backlash, elastic_output, elastic_shaft};
 use crate::motion::MotionLaw;
-use serde_json::{Value, json};
+use serde_json::Value;
 use std::path::Path;
 
 /// What the FMU calls a value → where the scene has it.
@@ -214,19 +216,21 @@ fn elastic_cam_drive(root: &Section<'_>, folder: &Path) -> Option<(&'static str,
     });
     let common = cam_drive(root, cam, place == Some(Place::Shaft));
     let (CamDrive { cam, drive, start, tolerance }, elastic) = (common?, elastic?);
-    Some(match elastic {
-        Elastic::Output { m, c, b } => (
-            "ElasticCamDrive.output",
-            json!({"m": m, "c": c, "b": b, "cam": cam, "drive": drive, "start": start, "tolerance": tolerance}),
-            ELASTICITY,
-        ),
-        Elastic::Shaft { m, inertia, c, b, linear } => (
-            "ElasticCamDrive.shaft",
-            json!({"m": m, "inertia": inertia, "c": c, "b": b, "linear": linear, "cam": cam, "drive": drive,
-                "start": start, "tolerance": tolerance}),
-            ELASTICITY,
-        ),
-    })
+    match elastic {
+        Elastic::Output { m, c, b } => {
+            let scene = elastic_output::Scene { m, c, b, cam, drive, start, tolerance };
+            resolved::<elastic_output::ElasticOutput>(&scene, ELASTICITY)
+        }
+        Elastic::Shaft { m, inertia, c, b, linear } => {
+            let scene = elastic_shaft::Scene { m, inertia, c, b, linear, cam, drive, start, tolerance };
+            resolved::<elastic_shaft::ElasticShaft>(&scene, ELASTICITY)
+        }
+    }
+}
+
+/// The model's name and its scene as JSON; numbers are written such that they are read back to the same bits.
+fn resolved<D: Drive>(scene: &D::Scene, names: Names) -> Option<(&'static str, Value, Names)> {
+    Some((D::MODEL, serde_json::to_value(scene).ok()?, names))
 }
 
 enum Elastic {
@@ -263,9 +267,8 @@ fn backlash_drive(root: &Section<'_>, folder: &Path) -> Option<(&'static str, Va
         Some([m1?, m2?, c?, b?, s?, e?])
     });
     let (CamDrive { cam, drive, start, tolerance }, [m1, m2, c, b, s, e]) = cam_drive(root, cam, false).zip(values)?;
-    let scene = json!({"m1": m1, "m2": m2, "c": c, "b": b, "s": s, "e": e, "cam": cam, "drive": drive,
-        "start": start, "tolerance": tolerance});
-    Some(("BacklashDrive", scene, BACKLASH))
+    let scene = backlash::Scene { m1, m2, c, b, s, e, cam, drive, start, tolerance };
+    resolved::<backlash::BacklashDrive>(&scene, BACKLASH)
 }
 
 fn rigid_machine(root: &Section<'_>, folder: &Path) -> Option<(&'static str, Value, Names)> {
@@ -280,47 +283,52 @@ fn rigid_machine(root: &Section<'_>, folder: &Path) -> Option<(&'static str, Val
         constant.zip(varying)
     });
     let followers = root.sections("follower").and_then(|list| {
-        let followers: Vec<Option<Value>> = list.iter().map(|section| follower(section, folder)).collect();
-        followers.into_iter().collect::<Option<Vec<Value>>>()
+        let followers: Vec<Option<Follower>> = list.iter().map(|section| follower(section, folder)).collect();
+        followers.into_iter().collect::<Option<Vec<Follower>>>()
     });
     let motor = match root.section("motor") {
         Some(Some(section)) => motor(&section),
-        Some(None) => Some(json!("none")),
+        Some(None) => Some(Motor::None),
         None => None,
     };
     let start = machine_start(root);
     let tolerance = tolerance(root);
     let (constant, varying) = inertia?;
-    let (mode, phi, w) = start?;
-    let scene = json!({
-        "inertia": {"constant": constant, "varying": varying}, "followers": followers?, "motor": motor?,
-        "phi_start": phi, "w_start": w, "start": mode, "tolerance": tolerance?,
-    });
-    Some(("RigidMachine", scene, MACHINE))
+    let (mode, phi_start, w_start) = start?;
+    let scene = rigid_machine::Scene {
+        inertia: InertiaFunction { constant, varying },
+        followers: followers?,
+        motor: motor?,
+        phi_start,
+        w_start,
+        start: mode,
+        tolerance: tolerance?,
+    };
+    resolved::<rigid_machine::RigidMachine>(&scene, MACHINE)
 }
 
-fn follower(section: &Section<'_>, folder: &Path) -> Option<Value> {
+fn follower(section: &Section<'_>, folder: &Path) -> Option<Follower> {
     let m = section.real("m", &unit::MASS, POSITIVE);
     let cam = cam(section, folder);
     section.finish(SYNONYMS);
-    Some(json!({"m": m?, "cam": cam?}))
+    Some(Follower { m: m?, cam: cam? })
 }
 
 #[derive(Clone, Copy, PartialEq)]
-enum Motor {
+enum MotorKind {
     None,
     Kloss,
     Input,
 }
 
-fn motor(section: &Section<'_>) -> Option<Value> {
-    let kinds: &[(&[&str], Motor)] = &[
-        (&["none"], Motor::None),
-        (&["kloss", "asynchronous", "induction"], Motor::Kloss),
-        (&["input", "torque"], Motor::Input),
+fn motor(section: &Section<'_>) -> Option<Motor> {
+    let kinds: &[(&[&str], MotorKind)] = &[
+        (&["none"], MotorKind::None),
+        (&["kloss", "asynchronous", "induction"], MotorKind::Kloss),
+        (&["input", "torque"], MotorKind::Input),
     ];
     let motor = match section.choice("kind", kinds)? {
-        Motor::Kloss => {
+        MotorKind::Kloss => {
             let torque = section.real("M_k", &unit::TORQUE, POSITIVE);
             let slip = section.real("s_k", &unit::NUMBER, POSITIVE);
             let speed = section.real("w_s", &unit::ANGULAR_VELOCITY, within(-1e6, 1e6));
@@ -329,26 +337,29 @@ fn motor(section: &Section<'_>) -> Option<Value> {
                 let fault = section.fault_of("w_s", "`motor.w_s`: 0 is no synchronous speed: the slip is not defined");
                 section.faults.report(fault.hint("choose kind = \"none\" for a motor that is off"));
             }
-            torque.zip(slip).zip(speed).zip(lag).map(|(((torque, slip), speed), lag)| {
-                json!({"kloss": {"breakdown_torque": torque, "breakdown_slip": slip, "synchronous_speed": speed,
-                    "dynamics": lag}})
+            torque.zip(slip).zip(speed).zip(lag).map(|(((torque, slip), speed), lag)| Motor::Kloss {
+                breakdown_torque: torque,
+                breakdown_slip: slip,
+                synchronous_speed: speed,
+                dynamics: lag,
             })
         }
         kind => {
             let keys = ["M_k", "s_k", "w_s", "lag"];
             forbid(section, &keys, "the kind of motor has no such value", "kind = \"kloss\"");
-            Some(if kind == Motor::None { json!("none") } else { json!("input") })
+            Some(if kind == MotorKind::None { Motor::None } else { Motor::Input })
         }
     };
     section.finish(&[("type", "kind"), ("speed", "w_s"), ("time_constant", "lag"), ("dynamics", "lag")]);
     motor
 }
 
-fn machine_start(root: &Section<'_>) -> Option<(&'static str, f64, f64)> {
-    let Some(section) = root.section("start")? else { return Some(("given", 0.0, 0.0)) };
-    let modes: &[(&[&str], &str)] = &[(&["given"], "given"), (&["steady_state", "periodic"], "steady_state")];
-    let mode = section.choice_or("mode", modes, "given");
-    let phi = section.real_or("phi_start", &unit::ANGLE, within(-1e15, 1e15), 0.0);
+fn machine_start(root: &Section<'_>) -> Option<(MachineStart, f64, f64)> {
+    let Some(section) = root.section("start")? else { return Some((MachineStart::Given, 0.0, 0.0)) };
+    let modes: &[(&[&str], MachineStart)] =
+        &[(&["given"], MachineStart::Given), (&["steady_state", "periodic"], MachineStart::SteadyState)];
+    let mode = section.choice_or("mode", modes, MachineStart::Given);
+    let phi = section.real_or("phi_start", &unit::ANGLE, within(-1e9, 1e9), 0.0);
     let w = section.real_or("w_start", &unit::ANGULAR_VELOCITY, within(-1e6, 1e6), 0.0);
     section.finish(&[("phi", "phi_start"), ("w", "w_start"), ("speed", "w_start")]);
     Some((mode?, phi?, w?))
