@@ -106,8 +106,12 @@ impl Oscillator {
         let (omega2, delta, t) = (self.stiffness.hi, self.damping, tau.hi);
         match self.modes {
             Modes::Oscillating { frequency } => {
-                let (sin, cos) = angle::reduce(frequency * tau).sin_cos();
                 let decay = (-delta * t).exp();
+                if decay == 0.0 {
+                    // The free motion has died away; its phase need not be computed.
+                    return [[0.0; 2]; 2];
+                }
+                let (sin, cos) = angle::reduce(frequency * tau).sin_cos();
                 let (g, c) = (decay * (sin / frequency.hi), decay * cos);
                 [[c + delta * g, g], [-omega2 * g, c - delta * g]]
             }
