@@ -17,7 +17,8 @@ const MOST_TURNS: usize = 2000;
 const REPEATS: f64 = 1e-12;
 
 impl BacklashDrive {
-    /// Starts on the periodic motion, reached from the periodic solution of permanent contact.
+    /// Starts on the periodic motion: without clearance that of permanent contact, else the motion that the drive
+    /// settles to from there.
     pub(super) fn begin_steady(&mut self, time: f64) -> Result<(), Fault> {
         let DriveMode::Constant { w, .. } = self.cam.mode else {
             return Err(Fault::new(
@@ -29,11 +30,13 @@ impl BacklashDrive {
             return Ok(());
         }
         let period = TAU / w.abs();
-        let contact = self.contact_orbit(time, period)?;
-        self.begin(time, contact);
+        let contact = self.contact_orbit(time, period);
         if self.bodies.s == 0.0 {
+            self.begin(time, contact?);
             return Ok(());
         }
+        // With clearance the periodic motion does not hang on this first guess.
+        self.begin(time, contact.unwrap_or_default());
         let (mode, state) = self.orbit(time, period)?;
         let flank = CamFlank { law: &self.cam.law, motion: &self.motion };
         let place = Double::from(time);

@@ -10,17 +10,18 @@ use crate::drives::{Drive, Event, EventLog};
 use crate::motion::{Fourier, Kinematics, MotionLaw};
 use crate::numerics::double_double::Double;
 
-/// u(t) = U̇₀ t + U⃛ t³/6, the cubic of the source around a zero of Ü.
+/// u(t) = U̇₀ t + Ü₀ t²/2 + U⃛ t³/6, the cubic of the source around a zero of Ü.
 struct CubicFlank {
     speed: f64,
+    start: f64,
     jerk: f64,
 }
 
 impl FlankMotion for CubicFlank {
     fn at(&self, _: usize, time: Double) -> Kinematics {
         let t = time.hi;
-        let (v, j) = (self.speed, self.jerk);
-        Kinematics([v * t + j * t.powi(3) / 6.0, v + j * t * t / 2.0, j * t, j, 0.0])
+        let (v, a, j) = (self.speed, self.start, self.jerk);
+        Kinematics([v * t + a * t * t / 2.0 + j * t.powi(3) / 6.0, v + a * t + j * t * t / 2.0, a + j * t, j, 0.0])
     }
     fn slope(&self, segment: usize, time: Double) -> f64 {
         self.at(segment, time).0[1]
@@ -29,7 +30,7 @@ impl FlankMotion for CubicFlank {
         0.0
     }
     fn acceleration(&self, time: Double) -> f64 {
-        self.jerk.abs() * time.hi.abs().max(1.0)
+        self.start.abs() + self.jerk.abs() * time.hi.abs().max(1.0)
     }
     fn rate(&self, _: usize, _: Double, _: f64) -> f64 {
         0.0
@@ -47,7 +48,7 @@ fn pass(mu: f64, k: f64, flank: Flank) -> (Run, Bodies, CubicFlank, Vec<Event>) 
     // K = |s| ω³/|U⃛|; on flank A the release has U⃛ < 0.
     let jerk = -flank.sign();
     let bodies = Bodies::new(mu, 1.0, 1.0, 0.0, k, 0.0);
-    let motion = CubicFlank { speed: 0.3, jerk };
+    let motion = CubicFlank { speed: 0.3, start: 0.0, jerk };
     let state = State { q: [0.0, -jerk], home: bodies.place(flank), zeta: [0.0; 2] };
     let mut run = Run::new(&bodies, &motion, Double::from(0.0), (Mode::Free, state, 3), f64::INFINITY);
     let mut log = EventLog::default();
@@ -177,3 +178,7 @@ fn momentum_and_energy_balance_over_many_turns() {
         }
     }
 }
+
+mod interface;
+mod reference;
+mod switching;

@@ -1,0 +1,170 @@
+//! Bounces, grazing, dwells, symmetries and the drive without clearance.
+
+use super::*;
+use crate::motion::{Cycle, CyclePlan, StandardLaw};
+
+/// m1, thrown off a flank with the acceleration 100 m/s² and the jerk j; m2 is all but free.
+fn thrown(e: f64, v0: f64, jerk: f64, end: f64) -> (Run, Vec<Event>) {
+    let bodies = Bodies::new(2.0, 1.0, 1e-6, 0.0, 1.0, e);
+    let motion = CubicFlank { speed: 0.0, start: 100.0, jerk };
+    let state = State { q: [0.0; 2], home: 0.0, zeta: [0.0, v0] };
+    let mut run = Run::new(&bodies, &motion, Double::from(0.0), (Mode::Free, state, 1), f64::INFINITY);
+    let mut log = EventLog::default();
+    run.advance(&bodies, &motion, &mut Stretch { end, horizon: f64::INFINITY, log: &mut log }).unwrap();
+    (run, log.iter().copied().collect())
+}
+
+#[test]
+fn bounces_on_a_pressed_flank_add_up() {
+    let (m1, v0, alpha) = (2.0, 0.1, 100.0);
+    for e in [0.1, 0.5, 0.8] {
+        let (run, events) = thrown(e, v0, 0.0, 0.1);
+        let total = m1 * v0 * (1.0 + e) / (1.0 - e);
+        let until = 2.0 * v0 / (alpha * (1.0 - e));
+        assert_eq!(run.panel.mode, Mode::Contact(Flank::A));
+        assert!((run.tally.impulse / total - 1.0).abs() < 1e-9, "e = {e}: {} of {total}", run.tally.impulse);
+        assert!((run.tally.energy_loss / (0.5 * m1 * v0 * v0) - 1.0).abs() < 1e-9);
+        // The rest is summed when it takes less than 1e-7 of the natural time, here about 1 ms/rad.
+        let summed = run.panel.start.hi;
+        assert!(summed < until && until - summed < 1e-3, "{summed} {until}");
+        // The flights last 2 v₀ eⁿ/α, the impulses fall like eⁿ.
+        assert!((events[0].time - 2.0 * v0 / alpha).abs() < 1e-12 && events.len() < 31);
+        assert!(e < 0.5 || (events[1].value / events[0].value - e).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn bounces_that_the_flank_cuts_short_do_not_end_in_sticking() {
+    // The acceleration of the flank falls from 100 m/s² to zero within 1 ms; the bounces would last 40 ms.
+    let (run, events) = thrown(0.9, 0.2, -1e5, 0.003);
+    assert_eq!(run.panel.mode, Mode::Free);
+    assert!(events.iter().all(|e| e.kind != "bounces summed"));
+}
+
+#[test]
+fn elastic_bounces_never_stick() {
+    let (run, _) = thrown(1.0, 0.1, 0.0, 0.1);
+    assert_eq!(run.panel.mode, Mode::Free);
+    assert_eq!(run.tally.energy_loss, 0.0);
+    // 2 v₀/α = 2 ms each.
+    assert!((run.tally.impacts - 50.0).abs() <= 1.0, "{}", run.tally.impacts);
+}
+
+#[test]
+fn a_grazing_mass_strikes_only_if_it_reaches_the_flank() {
+    // m1 = m2 = c = 1 on a resting flank: z = z₀ + ½(q₀ − q), lowest where q = −q₀ > 0.
+    for margin in [1e-3, 1e-6, 1e-9, 1e-12] {
+        for sign in [1.0, -1.0] {
+            let bodies = Bodies::new(1.0, 1.0, 1.0, 0.0, 10.0, 0.0);
+            let motion = CubicFlank { speed: 0.0, start: 0.0, jerk: 0.0 };
+            let state = State { q: [-1.0, 0.0], home: 0.0, zeta: [1.0 + sign * margin, 0.0] };
+            let mut run = Run::new(&bodies, &motion, Double::from(0.0), (Mode::Free, state, 0), f64::INFINITY);
+            let mut log = EventLog::default();
+            run.advance(&bodies, &motion, &mut Stretch { end: 4.0, horizon: f64::INFINITY, log: &mut log }).unwrap();
+            let impacts: Vec<&Event> = log.iter().filter(|e| e.kind.starts_with("impact")).collect();
+            assert_eq!(impacts.len(), if sign < 0.0 { 1 } else { 0 }, "{margin} {sign}");
+            for impact in impacts {
+                // z = ½(1 + cos √2t) − margin: the speed at z = 0 is √(2 margin (1 − margin)).
+                let speed = (2.0 * margin * (1.0 - margin)).sqrt();
+                // A depth of 1e-12 is known to 1e-16.
+                assert!((impact.value - speed).abs() < 1e-3 * speed, "{margin}: {impact:?}, {speed}");
+            }
+        }
+    }
+}
+
+#[test]
+fn mirrored_drives_move_alike() {
+    let end = 0.1;
+    let mut drive = started(scene(50.0, 3e-4, 60.0, 0.5));
+    drive.advance(0.0, end).unwrap();
+    let mut mirrored = scene(50.0, 3e-4, 60.0, 0.5);
+    let MotionLaw::Fourier(series) = profile() else { unreachable!() };
+    let negative = |c: Vec<f64>| c.into_iter().map(|c| -c).collect();
+    mirrored.cam = MotionLaw::Fourier(Fourier::new(negative(series.a), negative(series.b)));
+    let mut mirrored = started(mirrored);
+    mirrored.advance(0.0, end).unwrap();
+    for (one, other) in drive.log.iter().zip(mirrored.log.iter()) {
+        let swapped =
+            one.kind.replace("flank A", "flank X").replace("flank B", "flank A").replace("flank X", "flank B");
+        assert_eq!(swapped, other.kind);
+        assert!((one.time - other.time).abs() < 1e-13, "{one:?} {other:?}");
+        assert!(one.unit != "N.s" || one.solver || (one.value + other.value).abs() < 1e-11, "{one:?} {other:?}");
+    }
+    assert!((drive.now.state.q[0] + mirrored.now.state.q[0]).abs() < 1e-14);
+}
+
+#[test]
+fn slow_motion_is_the_same_motion() {
+    // t → λt: Ω/λ, c/λ², b/λ.
+    let (end, lambda) = (0.1, 3.0);
+    let mut drive = started(scene(50.0, 3e-4, 60.0, 0.5));
+    drive.advance(0.0, end).unwrap();
+    let mut slow = scene(50.0 / lambda, 3e-4, 60.0 / lambda, 0.5);
+    slow.c /= lambda * lambda;
+    let mut slow = started(slow);
+    slow.advance(0.0, lambda * end).unwrap();
+    for (one, other) in drive.log.iter().zip(slow.log.iter()) {
+        assert_eq!(one.kind, other.kind);
+        assert!((lambda * one.time - other.time).abs() < 1e-12, "{one:?} {other:?}");
+    }
+    assert!((drive.now.tally.impulse / lambda - slow.now.tally.impulse).abs() < 1e-12);
+}
+
+#[test]
+fn without_clearance_the_drive_is_the_elastic_output_drive() {
+    // Q = ν²X/(1 − ν² + 2iδν) for one harmonic.
+    for b in [60.0, 4000.0] {
+        let w = 180.0;
+        let mut scene = scene(w, 0.0, b, 0.0);
+        scene.cam = MotionLaw::Fourier(Fourier::new(vec![0.0, 0.01], vec![]));
+        scene.start.mode = StartMode::SteadyState;
+        let (m2, c) = (scene.m2, scene.c);
+        let mut drive = started(scene);
+        let omega = (c / m2).sqrt();
+        let (nu, delta) = (w / omega, b / (2.0 * m2 * omega));
+        let (re, im) = (1.0 - nu * nu, 2.0 * delta * nu);
+        let size = 0.01 * nu * nu / re.hypot(im);
+        for step in 0..200 {
+            let t = f64::from(step) * 0.173;
+            let phase = w * t - im.atan2(re);
+            assert!((drive.now.state.q[0] - size * phase.cos()).abs() < 1e-12 * size, "b = {b}, t = {t}");
+            assert!(drive.now.state.zeta == [0.0; 2] && drive.now.tally.impacts == 0.0);
+            drive.advance(t, f64::from(step + 1) * 0.173 - t).unwrap();
+        }
+    }
+}
+
+#[test]
+fn a_cycle_with_dwells_keeps_the_balances() {
+    for law in [StandardLaw::Polynomial345, StandardLaw::ModifiedTrapezoid, StandardLaw::SimpleSine] {
+        for e in [0.0, 0.4] {
+            let mut scene = scene(40.0, 1e-4, 200.0, e);
+            scene.cam = MotionLaw::Cycle(Cycle::new(CyclePlan {
+                rise_law: law,
+                return_law: law,
+                stroke: 0.02,
+                rise_start: 0.3,
+                rise_angle: 1.8,
+                upper_dwell: 1.0,
+                return_angle: 2.2,
+                lower: 0.0,
+            }));
+            let mut drive = started(scene);
+            let (p0, e0) = (momentum(&drive), energy(&drive));
+            let (mut impulse, mut work) = (0.0, 0.0);
+            let h = 2.7e-3;
+            for step in 0..300 {
+                drive.advance(f64::from(step) * h, h).unwrap();
+                impulse += drive.mean[0] * h;
+                work += drive.mean[1] * 40.0 * h;
+                let z = drive.now.state.home + drive.now.state.zeta[0];
+                assert!((0.0..=1e-4).contains(&z), "{z}");
+            }
+            let losses = drive.now.tally.energy_loss + drive.now.tally.damping_loss;
+            assert!((momentum(&drive) - p0 - impulse).abs() < 1e-10, "{law:?} {e}");
+            assert!((energy(&drive) - e0 - work + losses).abs() < 1e-10 * losses, "{law:?} {e}");
+            assert!(drive.now.tally.impacts > 10.0);
+        }
+    }
+}
