@@ -20,30 +20,26 @@ pub struct Curve {
 const POINTS: usize = 720;
 
 impl Curve {
+    /// `ordinate` of the angle φ ∈ [0, 2π] [rad] over a turn, φ shown in degrees.
+    pub fn over_turn(title: &str, y_label: &str, ordinate: impl Fn(f64) -> f64) -> Curve {
+        let angles = (0..=POINTS).map(|i| TAU * i as f64 / POINTS as f64);
+        Curve {
+            title: title.to_owned(),
+            x_label: "φ [°]".to_owned(),
+            y_label: y_label.to_owned(),
+            points: angles.map(|phi| [phi.to_degrees(), ordinate(phi)]).collect(),
+        }
+    }
+
     /// U(φ) [mm] and its first two derivatives [mm/radⁿ] over a turn, φ in degrees.
     pub fn of_law(law: &MotionLaw) -> Vec<Curve> {
-        let turn: Vec<[f64; 4]> = (0..=POINTS)
-            .map(|i| {
-                let phi = TAU * i as f64 / POINTS as f64;
-                let u = law.at(phi).0;
-                [phi.to_degrees(), 1e3 * u[0], 1e3 * u[1], 1e3 * u[2]]
-            })
-            .collect();
         let names = [
             ("Position function U(φ)", "U [mm]"),
             ("First transfer function U′(φ)", "U′ [mm/rad]"),
             ("Second transfer function U″(φ)", "U″ [mm/rad²]"),
         ];
-        names
-            .iter()
-            .enumerate()
-            .map(|(n, (title, y_label))| Curve {
-                title: (*title).to_owned(),
-                x_label: "φ [°]".to_owned(),
-                y_label: (*y_label).to_owned(),
-                points: turn.iter().map(|row| [row[0], row[n + 1]]).collect(),
-            })
-            .collect()
+        let curve = |(n, (title, label))| Curve::over_turn(title, label, |phi| 1e3 * law.at(phi).0[n]);
+        names.into_iter().enumerate().map(curve).collect()
     }
 }
 

@@ -30,13 +30,13 @@ pub use inertia::{Follower, Inertia, InertiaFunction};
 pub use motor::Motor;
 
 use super::solver::{HasSolver, Solver};
-use super::{Drive, EventLog, Experiment, Fault, List, Portrait};
+use super::{Curve, Drive, EventLog, Experiment, Fault, List, Portrait};
 use crate::numerics::angle;
 use crate::numerics::double_double::Double;
 use serde::{Deserialize, Serialize};
 use signal::Signal;
 use solver::Integrator;
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 /// The rigid machine as a scene describes it; coherent SI.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -205,6 +205,22 @@ impl Drive for RigidMachine {
 
     fn portrait(&self) -> Portrait {
         self.describe()
+    }
+
+    /// J(φ) and the position functions of the followers.
+    fn curves(&self) -> Vec<Curve> {
+        let inertia = |phi: f64| {
+            let reduced = if phi > PI { phi - TAU } else { phi };
+            let (interval, phi) = self.inertia.interval(reduced, true);
+            self.inertia.at(self.inertia.place(interval), phi)[0]
+        };
+        let mut curves = vec![Curve::over_turn("Reduced moment of inertia J(φ)", "J [kg·m²]", inertia)];
+        for (j, follower) in self.inertia.followers.iter().enumerate() {
+            let title = format!("Position function of follower {}", j + 1);
+            let label = format!("U{} [mm]", j + 1);
+            curves.push(Curve::over_turn(&title, &label, |phi| 1e3 * follower.cam.at(phi).0[0]));
+        }
+        curves
     }
 
     /// Twenty turns at the synchronous speed (or at `w_start`), in 1000 steps.
