@@ -36,6 +36,9 @@ const SMALLEST_SCALE: f64 = 1e-150;
 /// that the zeros of an oscillation do not count as small states, and its decay does.
 const FORGETTING: f64 = 0.99;
 
+/// Σ |PROJECTION[7][j]| < 4: how much of the rounding of the fⱼ can come together in a coefficient.
+const NOISE_OF_MODES: f64 = 4.0;
+
 /// Newton iterations per attempt; a problem that needs more gets a shorter step.
 const ITERATIONS: usize = 15;
 
@@ -202,9 +205,13 @@ impl<const N: usize> Collocation<N> {
         }
         let y = self.state();
         let longest = system.longest_step(self.end, &y);
-        let guess = if self.next > 0.0 { self.next } else { remaining };
+        let guess = if self.next > 0.0 { self.next } else { first_step(&system.jacobian(self.end, &y)) };
         let mut h = fit(guess.min(longest), remaining);
         for _ in 0..ATTEMPTS {
+            if (self.end + Double::from(h) - self.end).hi <= 0.0 {
+                // A step that time does not feel would be taken for ever.
+                break;
+            }
             match self.attempt(system, h, tolerance) {
                 Some(solved) if solved.error <= tolerance => {
                     self.accept(solved, h, limit, h == remaining, tolerance)?;
@@ -259,7 +266,7 @@ impl<const N: usize> Collocation<N> {
         let old = self.state();
         let mut f: [[f64; N]; STAGES] = std::array::from_fn(|i| system.rhs(time(i), &old));
         self.statistics.evaluations += STAGES as u64;
-        let mut newton: Option<Lu<CAPACITY>> = None;
+        let mut newton: Option<Newton<N>> = None;
         // Unknown before the first correction; a comparison with it is false.
         let mut last = f64::NAN;
         // Newton's error is not controlled by the step, so it is kept far below the tolerance.
@@ -278,7 +285,8 @@ impl<const N: usize> Collocation<N> {
                 newton = Some(factorise(system, h, time, &stages)?);
                 self.statistics.factorisations += 1;
             }
-            newton.as_ref()?.solve(&mut correction);
+            let newton_matrix = newton.as_ref()?;
+            newton_matrix.lu.solve(&mut correction);
             let scale = self.scale_over(system, &old, &stages);
             let mut size: f64 = 0.0;
             for i in 0..STAGES {
@@ -296,7 +304,7 @@ impl<const N: usize> Collocation<N> {
             // Either the corrections that are still to come are small, or rounding stops the contraction.
             let converged = rate < 1.0 && size * rate / (1.0 - rate) <= enough;
             if size <= enough || converged || (rate > 0.3 && size <= 1e-13) {
-                return Some(self.solved(f, scale, h));
+                return Some(solved(f, scale, newton_matrix.noise(&scale), h));
             }
             if rate > 0.05 {
                 newton = None;
@@ -317,24 +325,27 @@ impl<const N: usize> Collocation<N> {
         }
         scale
     }
+}
 
-    /// The Legendre coefficients of ẏ and the error that follows from their decay.
-    ///
-    /// The first neglected coefficient m₈ would add about h m₈/17 to the polynomial. It is estimated from the last
-    /// two coefficients, diminished by their decay over one order (they may alternate with zeros, hence pairs).
-    fn solved(&self, f: [[f64; N]; STAGES], scale: [f64; N], h: f64) -> Solved<N> {
-        let modes: [[f64; N]; STAGES] =
-            std::array::from_fn(|k| std::array::from_fn(|c| (0..STAGES).map(|j| PROJECTION[k][j] * f[j][c]).sum()));
-        let pair = |k: usize, c: usize| modes[k][c].abs().max(modes[k - 1][c].abs());
-        let error = (0..N)
-            .map(|c| {
-                let (tail, before) = (pair(STAGES - 1, c), pair(STAGES - 3, c));
-                let decay = if tail < before { (tail / before).sqrt() } else { 1.0 };
-                h * tail * decay / (2 * STAGES + 1) as f64 / scale[c]
-            })
-            .fold(0.0, f64::max);
-        Solved { modes, scale, error }
-    }
+/// The Legendre coefficients of ẏ and the error that follows from their decay.
+///
+/// The first neglected coefficient m₈ would add about h m₈/17 to the polynomial. Of the last two coefficients the
+/// larger is m₆ where all are there or the even ones are, so m₈ is taken as that, diminished once more by the decay
+/// over the two orders before. What the rounding of f can have added to a coefficient is no error of the polynomial,
+/// and no shorter step would take it away.
+fn solved<const N: usize>(f: [[f64; N]; STAGES], scale: [f64; N], noise: [f64; N], h: f64) -> Solved<N> {
+    let modes: [[f64; N]; STAGES] =
+        std::array::from_fn(|k| std::array::from_fn(|c| (0..STAGES).map(|j| PROJECTION[k][j] * f[j][c]).sum()));
+    let pair = |k: usize, c: usize| modes[k][c].abs().max(modes[k - 1][c].abs());
+    let error = (0..N)
+        .map(|c| {
+            let tail = (pair(STAGES - 1, c) - NOISE_OF_MODES * noise[c]).max(0.0);
+            let before = pair(STAGES - 3, c);
+            let decay = if tail < before { tail / before } else { 1.0 };
+            h * tail * decay / (2 * STAGES + 1) as f64 / scale[c]
+        })
+        .fold(0.0, f64::max);
+    Solved { modes, scale, error }
 }
 
 /// The step to take of the `remaining` time when `h` is wished for: no sliver is left over.
@@ -348,9 +359,40 @@ fn fit(h: f64, remaining: f64) -> f64 {
     }
 }
 
-/// By which factor to change a step that had this error: the estimate goes with h⁸ or faster.
+/// By which factor to change a step that had this error: the estimate goes with h⁹ or faster. Aiming at a seventh of
+/// the tolerance (0.8⁹) makes rejections rare.
 fn growth(error: f64, tolerance: f64) -> f64 {
-    (0.9 * (tolerance / error.max(1e-300)).powf(1.0 / STAGES as f64)).clamp(0.2, 5.0)
+    (0.8 * (tolerance / error.max(1e-300)).powf(1.0 / (STAGES + 1) as f64)).clamp(0.2, 5.0)
+}
+
+/// A first step from the Jacobian J: the diagonal of J² has the unit of a squared rate whatever the units of the
+/// state; without any rate the step may be as long as it likes.
+fn first_step<const N: usize>(jacobian: &[[f64; N]; N]) -> f64 {
+    let square = |i: usize| (0..N).map(|j| jacobian[i][j] * jacobian[j][i]).sum::<f64>().abs();
+    // The bound keeps an infinite rate from making a step of no length.
+    (0..N).map(square).fold(0.0, f64::max).sqrt().min(1e150).recip()
+}
+
+/// Newton's matrix, factorised, and the largest |∂fᵢ/∂yⱼ| over the stages.
+struct Newton<const N: usize> {
+    lu: Lu<CAPACITY>,
+    rates: [[f64; N]; N],
+}
+
+impl<const N: usize> Newton<N> {
+    /// By how much the Fᵢ change where y of this scale is rounded: f changes by ε Σ |∂f/∂y| y, with a sign that
+    /// differs from node to node, and Newton's equations pass that on to the Fᵢ.
+    fn noise(&self, scale: &[f64; N]) -> [f64; N] {
+        let mut change = [0.0; CAPACITY];
+        for i in 0..STAGES {
+            for r in 0..N {
+                let rounding: f64 = (0..N).map(|c| self.rates[r][c] * scale[c]).sum();
+                change[i * N + r] = if i % 2 == 0 { f64::EPSILON * rounding } else { -f64::EPSILON * rounding };
+            }
+        }
+        self.lu.solve(&mut change);
+        std::array::from_fn(|r| (0..STAGES).map(|i| change[i * N + r].abs()).fold(0.0, f64::max))
+    }
 }
 
 /// The matrix δᵢⱼ 1 − h aᵢⱼ Jᵢ of Newton's method for the Fᵢ, factorised.
@@ -359,8 +401,9 @@ fn factorise<const N: usize>(
     h: f64,
     time: impl Fn(usize) -> Double,
     stages: &[[f64; N]; STAGES],
-) -> Option<Lu<CAPACITY>> {
+) -> Option<Newton<N>> {
     let mut matrix = [[0.0; CAPACITY]; CAPACITY];
+    let mut rates = [[0.0; N]; N];
     for i in 0..STAGES {
         let jacobian = system.jacobian(time(i), &stages[i]);
         for r in 0..N {
@@ -371,9 +414,12 @@ fn factorise<const N: usize>(
                 }
             }
             row[i * N + r] += 1.0;
+            for c in 0..N {
+                rates[r][c] = f64::max(rates[r][c], jacobian[r][c].abs());
+            }
         }
     }
-    Lu::new(matrix, STAGES * N)
+    Lu::new(matrix, STAGES * N).map(|lu| Newton { lu, rates })
 }
 
 #[cfg(test)]

@@ -119,26 +119,10 @@ impl Cam {
         Cam([u0, u1, u2, u3, u4, 0.0])
     }
 
-    /// The same with U⁽⁵⁾: exact for a Fourier series, else the central difference of order 6 of U⁗ within the
-    /// segment, exact for polynomials and otherwise with a relative error below 1e-12.
+    /// The same with U⁽⁵⁾.
     pub fn with_fifth(law: &MotionLaw, segment: usize, angle: f64) -> Self {
         let mut cam = Self::at(law, segment, angle);
-        cam.0[5] = match law.series() {
-            Some(series) => (1..=series.order())
-                .map(|k| {
-                    let x = k as f64;
-                    let (s, c) = (x * angle).sin_cos();
-                    x.powi(5) * (series.b[k] * c - series.a[k] * s)
-                })
-                .sum(),
-            None => {
-                // K δ = 0.02 makes the truncation (K δ)⁶/140 and the rounding 1e-16/(K δ) both small.
-                let delta = 0.02 / law.resolution_in(segment).max(1.0);
-                let odd =
-                    |n: f64| law.at_in(segment, angle + n * delta).0[4] - law.at_in(segment, angle - n * delta).0[4];
-                (45.0 * odd(1.0) - 9.0 * odd(2.0) + odd(3.0)) / (60.0 * delta)
-            }
-        };
+        cam.0[5] = law.fifth_in(segment, angle);
         cam
     }
 }

@@ -142,9 +142,7 @@ impl System<2> for Twist<'_> {
         let f = self.flow(t, y);
         let reach = REACH / self.law.resolution_in(self.segment).max(1.0);
         let speed = if self.equation.linear { f.w.abs() } else { f.w.abs().max(f.cam_speed().abs()) };
-        // A shaft at rest is followed for a thousand radians of its fastest vibration at a time.
-        let slow = 1e3 * (self.equation.inertia / self.equation.c).sqrt();
-        (reach / speed).min((2.0 * reach / f.a.abs()).sqrt()).min(slow)
+        (reach / speed).min((2.0 * reach / f.a.abs()).sqrt())
     }
 }
 
