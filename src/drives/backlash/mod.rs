@@ -27,11 +27,6 @@ mod portrait;
 mod steady_state;
 mod variables;
 
-#[cfg(test)]
-mod cubic;
-#[cfg(test)]
-mod tests;
-
 use super::cam_drive::{AngleMotion, CamDrive, DriveMode, HasCamDrive, Start, StartMode};
 use super::solver::{HasSolver, Solver};
 use super::{Curve, Drive, EventLog, Experiment, Fault, List, Portrait};
@@ -362,3 +357,6 @@ impl HasSolver for BacklashDrive {
         &mut self.solver
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,7 +1,6 @@
 //! The drive with backlash against closed formulas, balances and symmetries.
 
 use super::contact::{Bodies, Flank, Mode, State};
-use super::cubic::{Passage, Sequel};
 use super::flank::FlankMotion;
 use super::solver::{Run, Stretch};
 use super::{BacklashDrive, Scene};
@@ -9,6 +8,7 @@ use crate::drives::cam_drive::{DriveMode, Start, StartMode};
 use crate::drives::{Drive, Event, EventLog};
 use crate::motion::{Fourier, Kinematics, MotionLaw};
 use crate::numerics::double_double::Double;
+use cubic::{Passage, Sequel};
 
 /// u(t) = U̇₀ t + Ü₀ t²/2 + U⃛ t³/6, the cubic of the source around a zero of Ü.
 struct CubicFlank {
@@ -179,6 +179,7 @@ fn momentum_and_energy_balance_over_many_turns() {
     }
 }
 
+mod cubic;
 mod interface;
 mod reference;
 mod switching;

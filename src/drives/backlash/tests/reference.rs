@@ -2,7 +2,6 @@
 //! instants bracketed on a grid of 4 µs), and the error of the cubic model against the whole drive.
 
 use super::*;
-use crate::drives::backlash::cubic::Passage;
 
 /// What, when [s], and the impulse [N·s] of impacts.
 type Reference = [(&'static str, f64, f64)];
