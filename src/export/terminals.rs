@@ -4,11 +4,11 @@
 use super::archive::File;
 use super::picture;
 use super::xml::Xml;
-use crate::drives::{DynDrive, Fault};
+use crate::drives::variable::Causality;
+use crate::drives::{Description, DynDrive, Fault};
 
-/// The variables of a rotational flange. The flow is positive into the unit, as in Modelica: a positive `tau`
-/// is carried from the drive into the cam unit.
-const FLANGE: [(&str, &str); 4] = [("phi", "signal"), ("w", "signal"), ("a", "signal"), ("tau", "inflow")];
+/// The variables of a rotational flange apart from its torque.
+const MOTION: [&str; 3] = ["phi", "w", "a"];
 
 /// terminalsAndIcons.xml and the icon.
 pub fn files(drive: &dyn DynDrive) -> Result<Vec<File>, Fault> {
@@ -17,6 +17,17 @@ pub fn files(drive: &dyn DynDrive) -> Result<Vec<File>, Fault> {
         File::new("terminalsAndIcons/terminalsAndIcons.xml", description(drive)),
         File::new("terminalsAndIcons/icon.png", icon),
     ])
+}
+
+/// Which way a positive `tau` goes: from the drive into a unit that is moved (`phi` is its input), out of a unit
+/// that moves others (`tau` is its load). A unit that prescribes its own motion has no flange.
+fn flow(descriptions: &[&Description]) -> Option<&'static str> {
+    let causality = |name: &str| descriptions.iter().find(|d| d.name == name).map(|d| d.causality);
+    match (causality("phi")?, causality("tau")?) {
+        (Causality::Input, Causality::Output) => Some("inflow"),
+        (Causality::Output, Causality::Input) => Some("outflow"),
+        _ => None,
+    }
 }
 
 fn description(drive: &dyn DynDrive) -> String {
@@ -31,15 +42,16 @@ fn description(drive: &dyn DynDrive) -> String {
             xml.empty("CoordinateSystem", &system);
             xml.empty("Icon", &corners().map(|(key, value)| (key, value.to_owned())));
         });
-        if exists("phi") && exists("tau") {
+        if let Some(flow) = flow(&descriptions) {
             let terminal = [
                 ("name", "flange".to_owned()),
                 ("matchingRule", "plug".to_owned()),
                 ("description", "Shaft of the drive".to_owned()),
             ];
+            let motion = MOTION.into_iter().filter(|name| exists(name)).map(|name| (name, "signal"));
             xml.element("Terminals", &[], |xml| {
                 xml.element("Terminal", &terminal, |xml| {
-                    for (name, kind) in FLANGE.into_iter().filter(|(name, _)| exists(name)) {
+                    for (name, kind) in motion.chain([("tau", flow)]) {
                         let member = [("variableName", name), ("memberName", name), ("variableKind", kind)];
                         xml.empty("TerminalMemberVariable", &member.map(|(key, value)| (key, value.to_owned())));
                     }
