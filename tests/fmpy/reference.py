@@ -132,13 +132,15 @@ def rigid_machine(j0, followers, torque, load):
 
 class Backlash:
     """The two-sided clearance at constant speed, undamped or damped, in multiple precision: exact phases, the
-    switching instants by a fine scan and bisection. Steady contact start; e = 0 or 0 < e <= 1 without chatter."""
+    switching instants by a fine scan and bisection. Starts in contact from `start.q`,
+    `start.q_dot`; e = 0, or e > 0 without chatter."""
 
     def __init__(self, p, series, digits=25):
         self.digits = digits
         with mp.workdps(digits):
             for name in ("m1", "m2", "c", "b", "s", "e"):
                 setattr(self, name, mp.mpf(p[name]))
+            self.start = mp.mpf(p["start.q"]), mp.mpf(p["start.q_dot"])
             self.series, self.w, self.phi0 = series, mp.mpf(p["drive.w"]), mp.mpf(p["drive.phi_start"])
             self.contact_rate = mp.sqrt(self.c / self.m2 - (self.b / (2 * self.m2)) ** 2)
             reduced = self.m1 * self.m2 / (self.m1 + self.m2)
@@ -171,7 +173,7 @@ class Backlash:
         """Events (time, kind, impulse) and the state (x1, v1, x2, v2) at `stop`, from contact at t = 0."""
         with mp.workdps(self.digits):
             t, events = mp.mpf(0), []
-            q, v = self.steady(t)
+            q, v = self.start
             flank = 1 if self.force(t, q, v) > 0 else -1
             while True:
                 t, q, v, done = self.contact(t, q, v, flank, mp.mpf(stop))
