@@ -210,9 +210,11 @@ fn sink(callbacks: &fmi2CallbackFunctions, name: Option<&CStr>) -> Option<Sink> 
     let (logger, environment) = (callbacks.logger?, callbacks.componentEnvironment);
     let name = CString::from(name.unwrap_or_default());
     Some(Box::new(move |status, category, text| {
+        // Loggers that drop the variadic arguments show the format, hence the text itself takes that place; it comes
+        // as an argument as well for those that read one.
         // SAFETY: the importer keeps its logger callable as long as the instance lives. All strings end in NUL and
-        // live during the call; the format takes exactly one string.
-        unsafe { logger(environment, name.as_ptr(), status, category.as_ptr(), c"%s".as_ptr(), text.as_ptr()) }
+        // live during the call; the text holds no conversion, and printf ignores an argument too many.
+        unsafe { logger(environment, name.as_ptr(), status, category.as_ptr(), text.as_ptr(), text.as_ptr()) }
     }))
 }
 

@@ -22,7 +22,7 @@ pub enum Category {
     All = 5,
 }
 
-/// Takes status, category and text of a message; the text is final, it is no format.
+/// Takes status, category and text of a message; the text may serve as a printf format without arguments.
 pub type Sink = Box<dyn Fn(fmi2Status, &CStr, &CStr)>;
 
 /// The importer's log with the categories that it wants to read.
@@ -76,7 +76,8 @@ const CAPACITY: usize = 1024;
 /// The mark of a cut message.
 const CUT: &str = " …";
 
-/// One message on the stack: NUL-terminated UTF-8 in which `#` is doubled, since FMI reads `#r12#` as a variable.
+/// One message on the stack: NUL-terminated UTF-8 in which `#` is doubled, since FMI reads `#r12#` as a variable, and
+/// `%`, since importers take it for a printf format.
 struct Line {
     bytes: [u8; CAPACITY],
     length: usize,
@@ -109,7 +110,7 @@ impl Line {
 impl Write for Line {
     fn write_str(&mut self, text: &str) -> fmt::Result {
         for c in text.chars().filter(|c| *c != '\0') {
-            if c == '#' {
+            if c == '#' || c == '%' {
                 self.push(c)?;
             }
             self.push(c)?;
@@ -128,7 +129,7 @@ mod tests {
 
     #[test]
     fn text_is_cut_at_a_character_and_free_of_variable_marks() {
-        assert_eq!(text_of("50 % of #r1#"), "50 % of ##r1##");
+        assert_eq!(text_of("50 % of #r1#"), "50 %% of ##r1##");
         assert_eq!(text_of("a\0b"), "ab");
         let long = text_of(&"ä".repeat(2000));
         assert!(long.len() < CAPACITY && long.ends_with("ä …"));

@@ -7,7 +7,7 @@ from pathlib import Path
 import fmpy
 import pytest
 from fmpy.fmi2 import FMU2Slave, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
-from fmpy.fmi2 import fmi2CallbackAllocateMemoryTYPE, fmi2CallbackFreeMemoryTYPE, allocateMemory, freeMemory
+from fmpy.fmi2 import fmi2CallbackAllocateMemoryTYPE, fmi2CallbackFreeMemoryTYPE
 
 ROOT = Path(__file__).resolve().parents[2]
 FMUS = Path(os.environ.get("CAMDRIVE_FMUS", ROOT / "target" / "fmus"))
@@ -59,8 +59,8 @@ class Unit:
 
         callbacks = fmi2CallbackFunctions()
         callbacks.logger = fmi2CallbackLoggerTYPE(logger)
-        callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(allocateMemory)
-        callbacks.freeMemory = fmi2CallbackFreeMemoryTYPE(freeMemory)
+        callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
+        callbacks.freeMemory = fmi2CallbackFreeMemoryTYPE(fmpy.free)
         self.slave.instantiate(callbacks=callbacks, loggingOn=logging)
         self.time = 0.0
 
