@@ -87,10 +87,10 @@ def test_without_clearance_the_mass_stays_on_the_cam(fmu):
     p = package.parameters()
     series = reference.Series.of(package)
     with package.unit() as unit:
-        unit.initialise(values={"s": 0.0})
+        unit.initialise(values={"s": 0.0, "start.mode": 1})
         for _ in range(40):
             unit.step(7e-3)
-        q, v, x1, impacts = unit.get("q", "der(q)" if "der(q)" in package.variables else "q", "x1", "impacts")
+        q, x1, impacts = unit.get("q", "x1", "impacts")
         time = unit.time
     expected = reference.elastic_output_closed(
         p["m2"], p["c"], p["b"], series, p["drive.w"], p["drive.phi_start"], 0.0, 0.0, [time]
@@ -105,7 +105,7 @@ def test_inputs_at_constant_speed_yield_the_same_machine(fmu):
     constant, moved = fmu("backlash_drive"), fmu("backlash_input")
     p = constant.parameters()
     with constant.unit() as a, moved.unit() as b:
-        a.initialise()
+        a.initialise(values={"start.mode": 1})
         b.set(phi=p["drive.phi_start"], w=p["drive.w"], a=0.0)
         b.initialise()
         for _ in range(100):

@@ -23,6 +23,12 @@ def closed(package, values, times):
     )
 
 
+def size_of_motion(package, values, span):
+    """The largest |q| and |der q|, sampled at irregular instants, since regular ones may all meet a node."""
+    times = np.random.default_rng(1).uniform(0.0, span, 200)
+    return np.abs(closed(package, values, times)).max(axis=0)
+
+
 CRITICAL = 2 * math.sqrt(MASS * STIFFNESS)
 
 CASES = {
@@ -50,8 +56,7 @@ def test_closed_form_after_one_and_after_a_million_turns(fmu, case, turns):
                 times.append(unit.time)
                 got.append(unit.get("q", "der(q)"))
     expected = closed(package, values, times)
-    within_turn = closed(package, values, [span * i / 200 for i in range(1, 201)])
-    scale = np.abs(within_turn).max(axis=0)
+    scale = size_of_motion(package, values, span)
     assert np.all(np.abs(np.array(got) - expected) <= 1e-12 * scale)
 
 
@@ -67,7 +72,7 @@ def test_the_answer_does_not_depend_on_the_communication_step(fmu, case, size):
             unit.step(size)
         got, time = np.array(unit.get("q", "der(q)", "y", "force", "tau")), unit.time
     (q, v), = closed(package, values, [time])
-    scale = np.abs(closed(package, values, [time * i / 100 for i in range(1, 101)])).max(axis=0)
+    scale = size_of_motion(package, values, time)
     series = reference.Series.of(package)
     phi = math.fmod(values["drive.phi_start"] + values["drive.w"] * time, 2 * math.pi)
     force = -(values["c"] * q + values["b"] * v)
@@ -93,7 +98,7 @@ def test_steady_state_is_refused_at_an_undamped_resonance(fmu):
     with fmu("guide_bar").unit() as unit:
         with pytest.raises(FMICallException):
             unit.initialise(values=parameters() | {"start.mode": 3})
-        assert "resonance" in unit.log[-1][2]
+        assert "harmonic 5 of the cam meets the undamped natural frequency" in unit.log[-1][2]
 
 
 def test_energy_balance_over_many_turns(fmu):
