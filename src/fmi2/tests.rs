@@ -375,7 +375,7 @@ fn events_reach_the_log_when_it_wants_them() {
     bench.step(0.1, 0.1);
     let log = std::mem::take(&mut *bench.log.lock().unwrap());
     let event = |text: &str| (abi::OK as u32, "logEvents".to_owned(), text.to_owned());
-    assert_eq!(log[0], event("t = 0 s: 50 % of ##way, u = 1e-9 m/s"));
+    assert_eq!(log[0], event("t = 0 s: 50 %% of ##way, u = 1e-9 m/s"));
     assert_eq!(log.len(), 1 + 32 + 1);
     assert_eq!(log[33], event("8 further events of this step are not listed"));
 
