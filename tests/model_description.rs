@@ -67,7 +67,7 @@ fn names_units_and_experiments_keep_the_rules() {
             if let Kind::Real { quantity, min, max, .. } = d.kind {
                 assert!(!quantity.name.is_empty(), "{place}: quantity");
                 if d.causality == Causality::Parameter {
-                    assert!(min.is_finite() || max.is_finite(), "{place}: range");
+                    assert!(min.is_finite() && max.is_finite(), "{place}: range");
                 }
             } else {
                 assert_ne!(d.variability, Variability::Continuous, "{place}");
@@ -310,6 +310,44 @@ fn directional_derivatives_are_limits_of_differences() {
                         list[input].name
                     );
                 }
+            }
+        }
+    }
+}
+
+#[test]
+fn before_the_start_directional_derivatives_are_limits_of_differences() {
+    for (path, scene) in scenes() {
+        let mut drive = build(&scene);
+        let list = descriptions(&*drive);
+        let inputs = positions(&list, |d| d.causality == Causality::Input);
+        let unknowns = positions(&list, |d| {
+            matches!(d.kind, Kind::Real { .. }) && (d.causality == Causality::Output || d.derivative_of.is_some())
+        });
+        drive.set_up(0.0, None);
+        set_inputs(&mut *drive, &inputs, &mut Random(4));
+        for &input in &inputs {
+            let value = drive.get(input).unwrap();
+            // As in the test at communication points; the error of this difference is what is compared.
+            let epsilon = 1e-5;
+            let mut at = |value: f64| -> Vec<f64> {
+                drive.set(input, value).unwrap();
+                unknowns.iter().map(|&u| drive.get(u).unwrap()).collect()
+            };
+            let (above, below, centre) = (at(value + epsilon), at(value - epsilon), at(value));
+            for (n, &unknown) in unknowns.iter().enumerate() {
+                let difference = (above[n] - below[n]) / (2.0 * epsilon);
+                let derivative = drive.directional_derivative(unknown, input).unwrap();
+                let scale = difference.abs() + centre[n].abs() + 1e-9;
+                let (unknown, input) = (&list[unknown], &list[input].name);
+                assert!(
+                    (derivative - difference).abs() < 1e-5 * scale,
+                    "{}: ∂{}/∂{input} = {derivative}, difference {difference}",
+                    path.display(),
+                    unknown.name,
+                );
+                // The structure that the description declares is exact.
+                assert!(derivative == 0.0 || unknown.initial_dependencies.contains(input), "{}", unknown.name);
             }
         }
     }

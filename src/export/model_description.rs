@@ -1,6 +1,7 @@
 //! modelDescription.xml (FMI 2.0, section 2.2), written from the declarations of a drive's variables.
 
 use super::xml::{Attribute, Xml, number};
+use crate::drives::unit::Quantity;
 use crate::drives::variable::{Causality, Kind, Variability};
 use crate::drives::{Description, DynDrive, Fault};
 
@@ -182,6 +183,8 @@ fn scalar_variable(xml: &mut Xml, reference: usize, d: &Description, start: Opti
                     real.push((key, number(border)));
                 }
             }
+            let parameter = d.causality == Causality::Parameter;
+            let nominal = nominal.or_else(|| parameter.then(|| usual_magnitude(quantity, start)));
             real.extend(nominal.map(|value| ("nominal", number(value))));
             real.extend(start.map(|value| ("start", number(value))));
             real.extend(derivative_of.map(|index| ("derivative", (index + 1).to_string())));
@@ -209,6 +212,14 @@ fn scalar_variable(xml: &mut Xml, reference: usize, d: &Description, start: Opti
             xml.empty("Enumeration", &enumeration);
         }
     });
+}
+
+/// The magnitude of a parameter: that of its start value, or one of the units that engineers read it in.
+fn usual_magnitude(quantity: &Quantity, start: Option<f64>) -> f64 {
+    match start {
+        Some(start) if start != 0.0 => start.abs(),
+        _ => quantity.display.map_or(1.0, |(_, factor)| 1.0 / factor),
+    }
 }
 
 /// The word of the standard.

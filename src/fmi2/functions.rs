@@ -585,6 +585,11 @@ pub unsafe extern "C" fn fmi2GetDirectionalDerivative(
             for (known, component) in knowns.iter().zip(direction) {
                 sum += instance.directional_derivative(*unknown, *known)? * component;
             }
+            if !sum.is_finite() {
+                return Err(
+                    Fault(format!("the derivative of the value reference {unknown} is {sum}, not a number")).into()
+                );
+            }
             result.write(sum);
         }
         Ok(())

@@ -367,6 +367,16 @@ fn derivatives_of_inputs_hold_for_one_step() {
 }
 
 #[test]
+fn before_the_start_directional_derivatives_are_those_of_the_start_values() {
+    let mut bench = Bench::new(false);
+    bench.ok(&table::ENTER_INITIALIZATION_MODE, Instance::enter_initialization);
+    assert_eq!(bench.instance.directional_derivative(X, U).unwrap(), 0.0);
+    for (unknown, known) in [(X, X), (X, G), (G, U), (U, U)] {
+        assert!(bench.instance.directional_derivative(unknown, known).is_err(), "{unknown} {known}");
+    }
+}
+
+#[test]
 fn events_reach_the_log_when_it_wants_them() {
     let mut bench = Bench::started(true);
     bench.set(U, 1e-9);
