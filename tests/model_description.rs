@@ -127,6 +127,52 @@ fn assert_well_formed(page: &str, place: &str) {
     }
 }
 
+/// The names that users and importers rely on, per golden file: inputs | outputs | parameters. There may be more outputs and
+/// parameters, but no further inputs.
+const NAMES: [(&str, &str, &str, &str); 9] = [
+    ("ElasticCamDrive.output.constant", "", "x y der(y) der(y,2) q der(q) force tau phi w", "m c b"),
+    ("ElasticCamDrive.output.input", "phi w a", "x y der(y) der(y,2) q der(q) force tau", "m c b"),
+    ("ElasticCamDrive.shaft.constant", "", "q der(q) psi y der(y) tau phi w", "m J c b shaft.linear"),
+    ("ElasticCamDrive.shaft.input", "phi w a", "q der(q) psi y der(y) tau", "m J c b shaft.linear"),
+    ("BacklashDrive.constant", "", BACKLASH, "m1 m2 c b s e"),
+    ("BacklashDrive.input", "phi w a", BACKLASH, "m1 m2 c b s e"),
+    ("RigidMachine.kloss", "tau", "phi w a M_an J E U[1] der(U[1]) der(U[1],2)", "motor.M_k motor.s_k motor.w_s J0"),
+    ("RigidMachine.input", "tau M_an", "phi w a J E U[1] der(U[1]) der(U[1],2)", "J0 phi_start w_start"),
+    ("RigidMachine.none", "tau", "phi w a J E U[1] der(U[1]) der(U[1],2)", "J0 follower[1].m follower[1].cam.a[0]"),
+];
+const BACKLASH: &str = "x1 der(x1) y der(y) q gap contact force force_mean impulse impacts energy_loss tau tau_mean";
+
+#[test]
+fn names_are_those_that_importers_rely_on() {
+    let scenes = scenes();
+    assert_eq!(scenes.len(), NAMES.len(), "each golden file has its line");
+    for (path, scene) in scenes {
+        let file = path.file_stem().unwrap().to_str().unwrap();
+        let (_, inputs, outputs, parameters) =
+            NAMES.iter().find(|line| line.0 == file).unwrap_or_else(|| panic!("{file}"));
+        let list = descriptions(&*build(&scene));
+        let of = |causality| {
+            let chosen = list.iter().filter(move |d| d.causality == causality);
+            chosen.map(|d| d.name.as_str()).collect::<Vec<_>>()
+        };
+        assert_eq!(of(Causality::Input), inputs.split_whitespace().collect::<Vec<_>>(), "{file}");
+        let constant = file.ends_with(".constant").then_some("drive.w drive.phi_start").unwrap_or_default();
+        let cam = if file.starts_with("Rigid") { "start.mode" } else { "start.mode start.q start.q_dot" };
+        for (causality, names) in [
+            (Causality::Output, *outputs),
+            (Causality::Parameter, *parameters),
+            (Causality::Parameter, constant),
+            (Causality::Parameter, cam),
+            (Causality::Parameter, "solver.tolerance"),
+            (Causality::Local, "solver.steps solver.evaluations solver.error_estimate"),
+        ] {
+            for name in names.split_whitespace() {
+                assert!(of(causality).contains(&name), "{file}: no {causality:?} `{name}`");
+            }
+        }
+    }
+}
+
 /// Numbers in [−1, 1), the same in every run (the generator of Knuth's MMIX).
 struct Random(u64);
 

@@ -92,7 +92,8 @@ impl Fourier {
     /// Σ kⁿ √(aₖ² + bₖ²) ≥ |U⁽ⁿ⁾|, with |a₀| for n = 0.
     pub fn bound(&self, order: usize) -> f64 {
         let constant = if order == 0 { self.a[0].abs() } else { 0.0 };
-        constant + (1..self.a.len()).map(|k| (k as f64).powi(order as i32) * self.a[k].hypot(self.b[k])).sum::<f64>()
+        let amplitude = |k: usize| (self.a[k] * self.a[k] + self.b[k] * self.b[k]).sqrt();
+        constant + (1..self.a.len()).map(|k| (k as f64).powi(order as i32) * amplitude(k)).sum::<f64>()
     }
 }
 

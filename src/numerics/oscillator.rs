@@ -142,7 +142,7 @@ impl Oscillator {
     /// |ω₀² − ν² + 2iδν|/(ω₀² + ν²) for ν = `nu` [rad/s]: zero at an undamped resonance.
     pub fn relative_impedance(&self, nu: Double) -> f64 {
         let (re, im, scale) = self.impedance(nu);
-        re.hypot(im) / scale
+        (re * re + im * im).sqrt() / scale
     }
 
     fn impedance(&self, nu: Double) -> (f64, f64, f64) {
@@ -158,7 +158,7 @@ impl Oscillator {
         }
         let (re, im, scale) = self.impedance(nu);
         match self.modes {
-            Modes::Oscillating { frequency } if re.hypot(im) < NEAR * scale => {
+            Modes::Oscillating { frequency } if (re * re + im * im).sqrt() < NEAR * scale => {
                 // 1/((μ−λ)(μ−λ̄)) = [1/(μ−λ) − 1/(μ−λ̄)]/(2i ω_d) with μ = iν, λ = −δ + iω_d: only the first
                 // fraction is large.
                 let b = f / Complex::new(0.0, 2.0 * frequency.hi);

@@ -131,14 +131,14 @@ impl Panel {
     /// energy of an oscillator under a force, whatever its damping.
     fn force_bound(&self, bodies: &Bodies, [q2, q3, _]: [f64; 3], horizon: f64) -> f64 {
         let omega = bodies.bound.stiffness().sqrt();
-        let energy = q3.hypot(omega * q2) + self.fourth * horizon;
+        let energy = (q3 * q3 + (omega * q2).powi(2)).sqrt() + self.fourth * horizon;
         bodies.m1 * self.fourth + (bodies.c / omega + bodies.b) * energy
     }
 
     /// |d⁴z/dt⁴| ≤ |u⁗| + (c/ω₂ + b) N/m1 with N = √(q⃛² + ω₂² q̈²), which does not grow in flight.
     fn gap_bound(&self, bodies: &Bodies, [q2, q3, _]: [f64; 3]) -> f64 {
         let omega = bodies.relative.stiffness().sqrt();
-        let energy = q3.hypot(omega * q2);
+        let energy = (q3 * q3 + (omega * q2).powi(2)).sqrt();
         self.fourth + (bodies.c / omega + bodies.b) * energy / bodies.m1
     }
 
