@@ -33,8 +33,9 @@ const ROUNDING: f64 = 2e-15;
 /// so that the segment does not flutter, and too little to be seen.
 const OVERSHOOT: f64 = 1e-14;
 
-/// A communication step with more pieces than this is refused; it would take minutes.
-const MOST_PIECES: f64 = 1e8;
+/// A communication step with more pieces than this is refused; it would take
+/// minutes.
+const MOST_PIECES: f64 = 1e7;
 
 /// The motion of the oscillator from a given state on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -8,7 +8,7 @@
 pub const STAGES: usize = 8;
 
 /// The positive zeros of the Legendre polynomial P₈ and their weights.
-const HALF: [(f64, f64); STAGES / 2] = [
+pub(super) const HALF: [(f64, f64); STAGES / 2] = [
     (0.183_434_642_495_649_8, 0.362_683_783_378_361_98),
     (0.525_532_409_916_328_99, 0.313_706_645_877_887_29),
     (0.796_666_477_413_626_74, 0.222_381_034_453_374_47),

@@ -1,19 +1,14 @@
-//! Gauss–Legendre quadrature.
+//! Gauss–Legendre quadrature with 4, 8 or 16 nodes; the rule with eight is that of the collocation ([`gauss`]).
 //!
 //! Source: M. Abramowitz, I. A. Stegun, *Handbook of Mathematical Functions*, section 25.4.30; the nodes are the
 //! roots of the Legendre polynomials, computed to 40 digits.
+
+use super::gauss;
 
 /// The nodes x > 0 with their weights; the rule is symmetric about 0.
 type Half = &'static [(f64, f64)];
 
 const GAUSS_4: Half = &[(0.33998104358485626, 0.6521451548625461), (0.8611363115940526, 0.34785484513745385)];
-
-const GAUSS_8: Half = &[
-    (0.1834346424956498, 0.362683783378362),
-    (0.525532409916329, 0.31370664587788727),
-    (0.7966664774136267, 0.22238103445337448),
-    (0.9602898564975363, 0.10122853629037626),
-];
 
 const GAUSS_16: Half = &[
     (0.09501250983763744, 0.1894506104550685),
@@ -35,7 +30,7 @@ impl Gauss {
     pub fn with(nodes: usize) -> Self {
         Gauss(match nodes {
             0..=4 => GAUSS_4,
-            5..=8 => GAUSS_8,
+            5..=8 => &gauss::HALF,
             _ => GAUSS_16,
         })
     }

@@ -2,10 +2,12 @@
 Dormand-Prince 8(5,3) of scipy at the limit of double precision. Nothing here is taken from the Rust code."""
 
 import math
+from pathlib import Path
 
 import mpmath as mp
 import numpy as np
 from scipy.integrate import solve_ivp
+from scipy.interpolate import make_interp_spline
 
 
 class Series:
@@ -35,6 +37,73 @@ class Series:
         for k in range(1, len(self.a)):
             total += k**order * (sf * self.a[k] * f(k * phi) + sg * self.b[k] * g(k * phi))
         return total
+
+
+class Cycle:
+    """The cycle of the test scenes: inclined sine over 120 deg from 30 deg on, dwell of 60 deg, return by the modified
+    sine over 100 deg, 0.1 m."""
+
+    STROKE, START, RISE, DWELL, RETURN = 0.1, math.radians(30), math.radians(120), math.radians(60), math.radians(100)
+
+    def __init__(self):
+        back = self.START + self.RISE + self.DWELL
+        self.breakpoints = [self.START, self.START + self.RISE] + [back + f * self.RETURN for f in (0, 1 / 8, 7 / 8, 1)]
+
+    def derivative(self, phi, order):
+        angle = (phi - self.START) % (2 * math.pi)
+        if angle < self.RISE:
+            return self.STROKE * self.inclined_sine(angle / self.RISE)[order] / self.RISE**order
+        angle -= self.RISE
+        if angle < self.DWELL:
+            return self.STROKE if order == 0 else 0.0
+        angle -= self.DWELL
+        if angle >= self.RETURN:
+            return 0.0
+        fall = -self.STROKE * self.modified_sine(angle / self.RETURN)[order] / self.RETURN**order
+        return fall + (self.STROKE if order == 0 else 0.0)
+
+    @staticmethod
+    def inclined_sine(z):
+        turn = 2 * math.pi
+        s, c = math.sin(turn * z), math.cos(turn * z)
+        return z - s / turn, 1 - c, turn * s, turn**2 * c
+
+    @staticmethod
+    def modified_sine(z):
+        """The acceleration is a sine of period 1/2 over the first and last eighth and of period 3/2 between."""
+        pi, factor = math.pi, math.pi / (4 + math.pi)
+        if 1 / 8 < z < 7 / 8:
+            slow = (pi + 4 * pi * z) / 3
+            s, c = math.sin(slow), math.cos(slow)
+            shape = 2 / pi + z - 9 / (4 * pi) * s, 1 - 3 * c, 4 * pi * s, 16 * pi**2 / 3 * c
+        else:
+            s, c = math.sin(4 * pi * z), math.cos(4 * pi * z)
+            base = 0 if z <= 1 / 8 else 4 / pi
+            shape = base + z - s / (4 * pi), 1 - c, 4 * pi * s, 16 * pi**2 * c
+        return [factor * d for d in shape]
+
+
+class Table:
+    """The periodic quintic spline of scipy through the points of the test scenes (degrees, millimetres)."""
+
+    def __init__(self):
+        rows = np.loadtxt(Path(__file__).parent / "scenes" / "profile.csv", delimiter=";", skiprows=1)
+        angles, lifts = np.radians(rows[:, 0]), rows[:, 1] * 1e-3
+        spline = make_interp_spline(angles, lifts, k=5, bc_type="periodic")
+        self.derivatives = [spline] + [spline.derivative(n) for n in range(1, 4)]
+        self.breakpoints = list(angles[:-1])
+
+    def derivative(self, phi, order):
+        return float(self.derivatives[order](phi % (2 * math.pi)))
+
+
+def passages(law, phi, w, start, stop):
+    """When a cam that turns by phi + w (t - start) passes the breakpoints of its law."""
+    end = phi + w * (stop - start)
+    low, high = min(phi, end), max(phi, end)
+    turns = range(math.floor(low / (2 * math.pi)) - 1, math.ceil(high / (2 * math.pi)) + 1)
+    angles = [b + 2 * math.pi * n for n in turns for b in law.breakpoints]
+    return [start + (angle - phi) / w for angle in angles if low < angle < high]
 
 
 def elastic_output_closed(m, c, b, series, w, phi_start, q0, v0, times, digits=60):
@@ -72,13 +141,26 @@ def elastic_output_closed(m, c, b, series, w, phi_start, q0, v0, times, digits=6
         return np.array(result)
 
 
-def integrate(rhs, state, times):
+def integrate(rhs, state, times, longest=np.inf):
     """The states at `times` (the first is the start) by DOP853 at rtol 1e-13."""
     solution = solve_ivp(
-        rhs, (times[0], times[-1]), state, method="DOP853", rtol=1e-13, atol=1e-15, t_eval=times, max_step=np.inf
+        rhs, (times[0], times[-1]), state, method="DOP853", rtol=1e-13, atol=1e-15, t_eval=times, max_step=longest
     )
     assert solution.success, solution.message
     return solution.y.T
+
+
+def integrate_pieces(rhs, state, times, stops):
+    """The same with steps that end at `stops`, where the right-hand side is not smooth."""
+    ends, states = sorted({*times[1:], *stops}), [state]
+    at = times[0]
+    for end in ends:
+        if end > at:
+            state = integrate(rhs, state, [at, end])[-1]
+            at = end
+        if end in times:
+            states.append(state)
+    return np.array(states)
 
 
 def elastic_output(m, c, b, series, motion):

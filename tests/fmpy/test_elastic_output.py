@@ -128,6 +128,26 @@ def test_energy_balance_over_many_turns(fmu):
         assert abs(energy() - start - work) <= 1e-10 * scale
 
 
+@pytest.mark.parametrize("w, start", [(20.0, 0.0), (-13.0, 100.0)])
+@pytest.mark.parametrize("steps", [1, 1000])
+def test_a_table_law_forwards_and_backwards_over_ten_revolutions(fmu, w, start, steps):
+    """At another start time than zero the rounding of the time, 1e-14 s, is what limits reference and drive."""
+    package = fmu("output_table")
+    p = package.parameters()
+    law = reference.Table()
+    rhs = reference.elastic_output(p["m"], p["c"], p["b"], law, lambda t: (0.3 + w * (t - start), w, 0.0))
+    span = 20 * math.pi / abs(w)
+    times = start + span * np.linspace(0, 1, 41)
+    expected = reference.integrate_pieces(rhs, [0.0, 0.0], times, reference.passages(law, 0.3, w, start, times[-1]))
+    scale = np.abs(expected).max(axis=0)
+    with package.unit() as unit:
+        unit.initialise(start_time=start, values={"drive.w": w, "drive.phi_start": 0.3})
+        for n in range(steps):
+            unit.step_to(times[-1] if n + 1 == steps else start + span * (n + 1) / steps)
+        got = np.array(unit.get("q", "der(q)"))
+    assert np.all(np.abs(got - expected[-1]) <= 1e-10 * scale)
+
+
 def ramp(t, w0=2.0, a=35.0):
     return w0 * t + a * t * t / 2, w0 + a * t, a
 

@@ -59,6 +59,48 @@ def test_ramped_inputs(fmu, linear, size):
     assert np.all(np.abs(got - expected[-1]) <= 1e-9 * np.abs(expected).max(axis=0))
 
 
+@pytest.mark.parametrize("name", ["transfer_hs3", "shaft_cycle"])
+@pytest.mark.parametrize("w, start", [(None, 0.0), (-20.0, 100.0)])
+def test_ten_revolutions_in_one_step_forwards_and_backwards(fmu, name, w, start):
+    """Also with breakpoints of the law within the step, and from another time than zero."""
+    package = fmu(name)
+    p = package.parameters()
+    w = w or p["drive.w"]
+    law = reference.Cycle() if name == "shaft_cycle" else reference.Series.of(package)
+    rhs = reference.elastic_shaft(p["m"], p["J"], p["c"], p["b"], law, lambda t: (0.3 + w * (t - start), w, 0.0), False)
+    times = start + 20 * math.pi / abs(w) * np.linspace(0, 1, 41)
+    # The shaft's twist moves the passages of the nonlinear cam, so the reference takes short steps instead.
+    expected = reference.integrate(rhs, [0.0, 0.0], times, longest=np.inf if name == "transfer_hs3" else 1e-3)
+    scale = np.abs(expected).max(axis=0)
+    with package.unit() as unit:
+        unit.initialise(start_time=start, values={"drive.w": w, "drive.phi_start": 0.3})
+        unit.step(times[-1] - start)
+        got = np.array(unit.get("q", "der(q)"))
+    assert np.all(np.abs(got - expected[-1]) <= 1e-9 * scale)
+
+
+@pytest.mark.parametrize("name", ["shaft_input", "transfer_hs3"])
+def test_microsecond_steps(fmu, name):
+    package = fmu(name)
+    p = package.parameters()
+    w = 20.0
+    rhs = reference.elastic_shaft(p["m"], p["J"], p["c"], p["b"], reference.Series.of(package), constant(w), False)
+    expected = reference.integrate(rhs, [0.0, 0.0], np.linspace(0.0, 0.02, 21))
+    with package.unit() as unit:
+        values = {"drive.w": w, "drive.phi_start": 0.0}
+        if name == "shaft_input":
+            values = {}
+            unit.set(phi=0.0, w=w, a=0.0)
+        unit.initialise(values=values)
+        for n in range(20_000):
+            unit.time = n * 1e-6
+            if not values:
+                unit.set(phi=w * unit.time)
+            unit.step(1e-6)
+        got = np.array(unit.get("q", "der(q)"))
+    assert np.all(np.abs(got - expected[-1]) <= 1e-9 * np.abs(expected).max(axis=0))
+
+
 def test_a_tighter_tolerance_buys_accuracy(fmu):
     package = fmu("transfer_hs3")
     p = package.parameters()

@@ -34,6 +34,42 @@ def test_run_up_from_standstill(fmu, size):
     assert abs(w - expected[1]) <= 1e-9 * p["motor.w_s"]
 
 
+@pytest.mark.parametrize("values", [{}, {"motor.w_s": -40.0}])
+@pytest.mark.parametrize("size", [1e-3, 1.0])
+def test_table_and_cycle_on_a_motor_with_lag(fmu, values, size):
+    """Forwards and backwards, from another time than zero; 42 breakpoints per turn lie within the long step."""
+    package = fmu("machine_table")
+    p = package.parameters() | values
+    laws = [(p["follower[1].m"], reference.Table()), (p["follower[2].m"], reference.Cycle())]
+
+    def rhs(t, state):
+        phi, w, torque = state
+        _, acceleration = reference.rigid_machine(p["J0"], laws, lambda _: torque, lambda _: 0.0)(t, [phi, w])
+        kloss = reference.kloss(w, p["motor.M_k"], p["motor.s_k"], p["motor.w_s"])
+        return [w, acceleration, (kloss - torque) / p["motor.T_el"]]
+
+    expected = reference.integrate(rhs, [0.0, 0.0, 0.0], np.linspace(100.0, 101.0, 41), longest=1e-3)
+    with package.unit() as unit:
+        unit.initialise(start_time=100.0, values=values)
+        for n in range(round(1.0 / size)):
+            unit.step_to(100.0 + size * (n + 1))
+        got = np.array(unit.get("phi", "w", "M_an"))
+    assert np.all(np.abs(got - expected[-1]) <= 1e-9 * np.abs(expected).max(axis=0))
+
+
+def test_microsecond_steps(fmu):
+    package = fmu("rapier_loom")
+    p, rhs = machine(package)
+    expected = reference.integrate(rhs, [0.0, 30.0], [0.0, 0.02])[-1]
+    with package.unit() as unit:
+        unit.initialise(values={"start.mode": 1, "phi_start": 0.0, "w_start": 30.0})
+        for n in range(20_000):
+            unit.time = n * 1e-6
+            unit.step(1e-6)
+        got = np.array(unit.get("phi", "w"))
+    assert np.all(np.abs(got - expected) <= 1e-9 * np.abs(expected))
+
+
 def test_through_reversal_under_load(fmu):
     """A load above the breakdown torque drives the machine backwards."""
     package = fmu("rapier_loom")

@@ -47,6 +47,11 @@ impl<S: Scalar> Flow<S> {
     pub fn argument(&self, linear: bool) -> S {
         if linear { self.phi } else { self.phi + self.q }
     }
+
+    /// The rate of this angle.
+    pub fn turning(&self, linear: bool) -> S {
+        if linear { self.w } else { self.cam_speed() }
+    }
 }
 
 impl Equation {

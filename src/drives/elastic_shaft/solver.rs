@@ -20,8 +20,9 @@ const OVERRUN: f64 = 1e-12;
 /// the highest harmonic cannot hide between eight nodes.
 const REACH: f64 = 2.0;
 
-/// Internal steps within one communication step, beyond which the drive is given up: minutes of work.
-const MOST_STEPS: u64 = 10_000_000;
+/// Internal steps within one communication step, beyond which the drive is given up: some seconds of work, and
+/// several times what ten turns with a thousand vibrations each take.
+const MOST_STEPS: u64 = 500_000;
 
 /// The twist of the shaft as a system of first order, y = (q, q̇), while the cam is in one segment of its law.
 pub struct Twist<'a> {
@@ -56,8 +57,8 @@ impl Twist<'_> {
     /// The segment in which the cam is at `t`, seen in the direction of its motion.
     pub fn locate(&mut self, t: Double, y: &[f64; 2]) {
         let f = self.flow(t, y);
-        let speed = if self.equation.linear { f.w } else { f.cam_speed() };
-        self.segment = self.law.segment(self.reduced_argument(&f), speed >= 0.0);
+        let forward = f.turning(self.equation.linear) >= 0.0;
+        self.segment = self.law.segment(self.reduced_argument(&f), forward);
     }
 
     /// Steps until the last step ends at or beyond `target`, nowhere beyond `limit`.
@@ -74,7 +75,7 @@ impl Twist<'_> {
             if integrator.statistics.steps - first > MOST_STEPS {
                 return Err(Fault(format!(
                     "more than {MOST_STEPS} internal steps between communication points, at t = {} s; \
-                     shorten the communication step or relax solver.tolerance",
+                     shorten the communication step, relax solver.tolerance, or check the speed, c and J",
                     integrator.end().hi
                 )));
             }
@@ -117,7 +118,7 @@ impl Twist<'_> {
         match failure {
             Failure::Unbounded { time } => Fault(format!(
                 "the twist q grows without bound, at t = {time} s beyond 1e100 rad: the drive is parametrically \
-                 unstable at this speed; change drive.w, raise b, or set shaft.linear = false"
+                 unstable at this speed; change the speed, raise b, or set shaft.linear = false"
             )),
             Failure::Stalled { time } => Fault(format!(
                 "the twist q cannot be computed beyond t = {time} s: no internal step keeps the tolerance; check \

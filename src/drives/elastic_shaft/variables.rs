@@ -171,11 +171,12 @@ fn evaluate<S: Scalar>(drive: &ElasticShaft, which: Output, cam: &Cam, f: &Flow<
     }
 }
 
-/// The transfer functions of the cam at the communication point.
+/// The transfer functions of the cam at the communication point; on a breakpoint of the law the side to which the cam
+/// turns.
 fn cam(drive: &ElasticShaft, f: &Flow<f64>) -> Cam {
     let angle = angle::reduce(Double::from(f.argument(drive.linear)));
     let law = &drive.cam.law;
-    Cam::with_fifth(law, law.segment(angle, true), angle)
+    Cam::with_fifth(law, law.segment(angle, f.turning(drive.linear) >= 0.0), angle)
 }
 
 fn flow(drive: &ElasticShaft) -> Flow<f64> {

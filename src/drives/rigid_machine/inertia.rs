@@ -133,8 +133,9 @@ impl Inertia {
 
     /// A lower bound of J over the turn, from samples and the curvature between them, and the largest sample.
     pub fn range(&self) -> (f64, f64) {
-        // 32 samples per shortest wave leave ½ J″ (Δφ/2)² below half a per cent of that wave's amplitude.
-        let count = (32.0 * self.resolution()).clamp(64.0, 65536.0) as usize;
+        // 32 samples per shortest wave leave ½ J″ (Δφ/2)² below half a per cent of that wave's amplitude; the
+        // shortest wave of a table goes with the distance of its points.
+        let count = (32.0 * self.resolution()).clamp(64.0, 65536.0).max(8.0 * self.borders.len() as f64) as usize;
         let step = TAU / count as f64;
         let samples = (0..count).map(|i| {
             let phi = (i as f64 + 0.5) * step;

@@ -27,8 +27,8 @@ const SLACK: f64 = 1e-8;
 /// turns back on a border; more could only be the work of rounding.
 const IDLE_CHANGES: usize = 4;
 
-/// Internal steps within one communication step, half a minute of work or more; more mean a speed out of all proportion.
-const MOST_STEPS: usize = 1_000_000;
+/// Internal steps within one communication step, some seconds of work; more mean a speed out of all proportion.
+const MOST_STEPS: usize = 500_000;
 
 /// The speed beyond which the machine counts as run away [rad/s]: ten times what may be set.
 const FASTEST: f64 = 1e7;
@@ -189,8 +189,11 @@ fn encounter<const N: usize>(c: &Collocation<N>, state: &State, (low, high): (f6
 
 impl RigidMachine {
     fn piece(&self) -> Piece<'_> {
-        // A wave of J within a step leaves eight nodes per wave.
-        let reach = if self.inertia.varies() { TAU / self.inertia.resolution() } else { f64::INFINITY };
+        // A wave of J within a step leaves eight nodes per wave, and what lies beyond the interval is not to be
+        // followed far: there a law goes on that no longer holds.
+        let (low, high) = self.inertia.ends(self.state.interval);
+        let wave = if self.inertia.varies() { TAU / self.inertia.resolution() } else { f64::INFINITY };
+        let reach = wave.min(high - low);
         Piece {
             inertia: &self.inertia,
             motor: &self.motor,
@@ -234,9 +237,10 @@ impl RigidMachine {
                     c.retract();
                     self.step(c, time, crossing)?;
                     self.absorb(c, time, None)?;
+                    // A table has so many borders that every step may end on one; only those that take no time count.
+                    idle = if (c.end() - before).hi > 0.0 { 0 } else { idle + 1 };
                     if c.end() == crossing {
                         self.change_interval(upward);
-                        idle += 1;
                     }
                 }
                 _ => {
