@@ -26,7 +26,8 @@ pub static START_MODE: Enumeration = Enumeration {
 };
 
 /// Rate of a torque [N·m/s].
-static TORQUE_RATE_QUANTITY: Quantity = Quantity { name: "", unit: "N.m/s", base: [1, 2, -3, 0], display: None };
+static TORQUE_RATE_QUANTITY: Quantity =
+    Quantity { name: "TorqueRate", unit: "N.m/s", base: [1, 2, -3, 0], display: None };
 
 /// What the equations of motion and the outputs speak of, as numbers or as series.
 #[derive(Clone, Copy)]
