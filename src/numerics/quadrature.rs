@@ -35,16 +35,17 @@ impl Gauss {
         })
     }
 
-    /// ∫ f(s) ds from 0 to `length`, for two integrands at once.
-    pub fn integrate(self, length: f64, mut f: impl FnMut(f64) -> [f64; 2]) -> [f64; 2] {
+    /// ∫ f(s) ds from 0 to `length`, for several integrands at once.
+    pub fn integrate<const N: usize>(self, length: f64, mut f: impl FnMut(f64) -> [f64; N]) -> [f64; N] {
         let half = 0.5 * length;
-        let mut sum = [0.0; 2];
+        let mut sum = [0.0; N];
         for &(x, weight) in self.0 {
             let (left, right) = (f(half * (1.0 - x)), f(half * (1.0 + x)));
-            sum[0] += weight * (left[0] + right[0]);
-            sum[1] += weight * (left[1] + right[1]);
+            for n in 0..N {
+                sum[n] += weight * (left[n] + right[n]);
+            }
         }
-        [half * sum[0], half * sum[1]]
+        sum.map(|s| half * s)
     }
 }
 

@@ -277,6 +277,8 @@ class Backlash:
                     if rebound < mp.mpf(10) ** (5 - self.digits) and hit * self.force(t, q, v) > 0:
                         flank = hit
                         break
+                    if self.e == 0:
+                        events.append((t, "release", mp.mpf(0)))
 
     def contact(self, t0, q0, v0, flank, stop):
         p0 = self.steady(t0)

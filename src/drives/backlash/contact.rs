@@ -181,7 +181,7 @@ impl Bodies {
         state.zeta = [0.0, rebound];
         let mut impact = Impact {
             impulse: self.m1 * (rebound - approach),
-            loss: 0.5 * self.m1 * (1.0 - self.e * self.e) * approach * approach,
+            loss: 0.5 * self.m1 * ((1.0 - self.e) * (1.0 + self.e)) * approach * approach,
             after: Mode::Free,
             zeros: 1,
             counted_force: 0.0,

@@ -35,7 +35,7 @@ use crate::numerics::double_double::Double;
 use contact::{Bodies, Flank, Mode, State};
 use flank::{CamFlank, FlankMotion};
 use serde::{Deserialize, Serialize};
-use solver::{Run, Stretch, Tally};
+use solver::{Run, Stretch, Tally, release};
 
 /// A drive with backlash as a resolved scene describes it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -177,6 +177,9 @@ impl BacklashDrive {
                 run.push(bodies.m1 * jump[1], flank.slope(place.1, place.0));
                 let (mode, zeros) =
                     if bodies.s == 0.0 { (end.mode, 0) } else { bodies.settle(contact, state.q, &u, resolution) };
+                if mode == Mode::Free {
+                    log.push(release(contact, place.0, ("force", bodies.force(state.q, &u)[0], "N")));
+                }
                 (mode, state, zeros)
             }
             Mode::Free => {

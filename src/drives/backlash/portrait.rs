@@ -18,6 +18,8 @@ pub(super) fn portrait() -> Portrait {
             "The flanks are rigid and an impact has no duration; forces within an impact are not modelled.",
             "With e > 0 the bounces of a pressed mass are summed in closed form at the end: the count of impacts then \
              leaves out infinitely many vanishing ones, the impulse and the energy loss include them.",
+            "A communication step may take a million internal steps, some seconds of computing; one that needs more (a \
+             natural frequency far above 1/h, or countless bounces) ends with an error that says how far it came.",
             "Motions between impacts may be chaotic; then any difference of rounding grows from impact to impact, and only \
              statistics are reproducible between different computations.",
             "force and tau are without the impulses; a unit that is to receive all momentum takes force_mean or tau_mean.",
@@ -51,6 +53,11 @@ fn accuracy() -> Vec<(String, String)> {
         ),
         ("Momentum and energy", "Balances closed to 1e-10 of their largest term; see the variables impulse, energy_loss, damping_loss."),
         ("solver.tolerance", "Without effect: every step is exact to rounding."),
+        (
+            "solver.error_estimate",
+            "The rounding errors made so far, without their growth: impacts, above all grazing ones, can multiply them. \
+             How far, a second run with start.q changed by 1e-12 of its size tells.",
+        ),
     ]
     .map(|(quantity, statement)| (quantity.to_owned(), statement.to_owned()))
     .to_vec()

@@ -10,8 +10,9 @@ use crate::drives::{Event, EventLog, Fault};
 use crate::numerics::double_double::Double;
 use serde::{Deserialize, Serialize};
 
-/// Switching instants in one communication step beyond which the drive gives up: about a minute of computing.
-const MOST_EVENTS: usize = 10_000_000;
+/// Steps of the search, panels and quadratures in one communication step beyond which the drive gives up: some
+/// seconds of computing.
+pub const MOST_WORK: f64 = 1e6;
 
 /// What is counted since the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -51,6 +52,8 @@ pub struct Run {
     pub tally: Tally,
     /// Integrals over the communication step.
     pub sums: Sums,
+    /// Steps of the search, panels and quadratures in the current stretch.
+    pub work: f64,
     /// Whether m1 cannot leave the flank: without clearance the other one holds it.
     locked: bool,
 }
@@ -77,7 +80,7 @@ impl Run {
         let segment = flank.segment(time);
         let panel = Panel::new(bodies, flank, (time, segment), (mode, state, zeros), horizon);
         let (tally, sums) = (Tally::default(), Sums::default());
-        Run { panel, found: Found::Nothing(0.0), integrated: 0.0, tally, sums, locked: bodies.s == 0.0 }
+        Run { panel, found: Found::Nothing(0.0), integrated: 0.0, tally, sums, work: 0.0, locked: bodies.s == 0.0 }
     }
 
     /// Continues in `mode` from `state` at `time`, counts kept.
@@ -92,6 +95,7 @@ impl Run {
         self.panel = Panel::new(bodies, flank, place, from, horizon);
         (self.found, self.integrated) = (Found::Nothing(0.0), 0.0);
         self.tally.panels += 1.0;
+        self.work += 1.0;
     }
 
     /// Goes on to the end of the communication step and returns the state there.
@@ -101,7 +105,8 @@ impl Run {
         flank: &impl FlankMotion,
         stretch: &mut Stretch,
     ) -> Result<State, Fault> {
-        let mut events = 0;
+        self.work = 0.0;
+        let mut events = 0.0;
         loop {
             let left = (Double::from(stretch.end) - self.panel.start).hi;
             self.search(bodies, flank, left);
@@ -109,15 +114,25 @@ impl Run {
                 Found::Nothing(until) if until >= left => break,
                 Found::Nothing(_) => self.leave_panel(bodies, flank, stretch),
                 Found::Release(at) | Found::Impact(_, at) if at > left => break,
-                Found::Release(at) => self.release(bodies, flank, at, stretch),
-                Found::Impact(hit, at) => self.impact(bodies, flank, hit, at, stretch),
+                Found::Release(at) => {
+                    events += 1.0;
+                    self.release(bodies, flank, at, stretch);
+                }
+                Found::Impact(hit, at) => {
+                    events += 1.0;
+                    self.impact(bodies, flank, hit, at, stretch);
+                }
             }
-            events += 1;
-            if events > MOST_EVENTS {
+            if self.work > MOST_WORK {
                 return Err(Fault(format!(
-                    "more than {MOST_EVENTS} switching instants before t = {} s: with e = {} the bounces of m1 hardly \
-                     lose energy; choose a smaller e or a shorter communication step",
-                    stretch.end, bodies.e
+                    "the step to t = {} s needs more than {MOST_WORK} internal steps; after {events} switching instants \
+                     it has come to t = {} s. The natural frequencies are {} rad/s in contact and {} rad/s in flight; \
+                     choose a shorter communication step, or a softer spring, heavier masses or a smaller `e` = {}",
+                    stretch.end,
+                    self.panel.start.hi,
+                    bodies.bound.stiffness().sqrt(),
+                    bodies.relative.stiffness().sqrt(),
+                    bodies.e
                 )));
             }
         }
@@ -138,12 +153,14 @@ impl Run {
             }
             self.found = self.panel.search(bodies, flank, until);
             self.tally.steps += 1.0;
+            self.work += 1.0;
         }
     }
 
     /// Takes the integrals up to `theta` after the start of the panel.
     fn integrate(&mut self, bodies: &Bodies, flank: &impl FlankMotion, theta: f64) {
-        let [force, torque, damping] = self.panel.integrals(bodies, flank, self.integrated, theta);
+        let ([force, torque, damping], work) = self.panel.integrals(bodies, flank, self.integrated, theta);
+        self.work += work;
         self.sums.force += force;
         self.sums.torque += torque;
         self.tally.damping_loss += damping;
@@ -161,7 +178,7 @@ impl Run {
             let u = flank.at(place.1, place.0);
             (mode, zeros) = bodies.settle(contact, state.q, &u, bodies.resolution(flank, place.0));
             if mode == Mode::Free {
-                self.note(stretch, place.0, release_from(contact), ("force", bodies.force(state.q, &u)[0], "N"));
+                stretch.log.push(release(contact, place.0, ("force", bodies.force(state.q, &u)[0], "N")));
             }
         }
         self.restart(
@@ -178,12 +195,8 @@ impl Run {
         self.integrate(bodies, flank, at);
         let state = in_place(bodies, self.panel.mode, self.panel.at(bodies, flank, at));
         let place = (self.panel.instant(at), self.panel.segment);
-        self.note(
-            stretch,
-            place.0,
-            release_from(contact),
-            ("der(force)", bodies.force(state.q, &flank.at(place.1, place.0))[1], "N/s"),
-        );
+        let rate = bodies.force(state.q, &flank.at(place.1, place.0))[1];
+        stretch.log.push(release(contact, place.0, ("der(force)", rate, "N/s")));
         self.restart(bodies, flank, place, (Mode::Free, state, 3), stretch.horizon_from(place.0));
     }
 
@@ -236,17 +249,11 @@ impl Run {
                 solver: true,
             });
         }
+        if impact.after == Mode::Free && impact.zeros > 1 {
+            // Without a rebound m1 rests on the flank for no time at all: the force there would pull.
+            log.push(release(hit, time, ("force", bodies.force(state.q, &u)[0], "N")));
+        }
         (impact.after, impact.zeros)
-    }
-
-    fn note(
-        &self,
-        stretch: &mut Stretch,
-        time: Double,
-        kind: &'static str,
-        (quantity, value, unit): (&'static str, f64, &'static str),
-    ) {
-        stretch.log.push(Event { time: time.hi, kind, quantity, value, unit, solver: false });
     }
 }
 
@@ -257,11 +264,13 @@ impl Stretch<'_> {
     }
 }
 
-fn release_from(flank: Flank) -> &'static str {
-    match flank {
+/// The release from `flank` at `time`, with the name, value and unit of what tells that the flank would pull.
+pub fn release(flank: Flank, time: Double, (quantity, value, unit): (&'static str, f64, &'static str)) -> Event {
+    let kind = match flank {
         Flank::A => "release from flank A",
         Flank::B => "release from flank B",
-    }
+    };
+    Event { time: time.hi, kind, quantity, value, unit, solver: false }
 }
 
 /// The state with ζ exactly on the flank that m1 was on.

@@ -2,7 +2,7 @@
 
 use super::contact::{Bodies, Mode, State};
 use super::flank::FlankMotion;
-use super::solver::{Run, Stretch, Tally};
+use super::solver::{MOST_WORK, Run, Stretch, Tally};
 use super::{BacklashDrive, CamFlank, Now};
 use crate::drives::cam_drive::DriveMode;
 use crate::drives::{EventLog, Fault};
@@ -78,8 +78,12 @@ impl BacklashDrive {
     fn orbit(&mut self, time: f64, period: f64) -> Result<(Mode, State), Fault> {
         let Some(mut run) = self.run else { return Err(Fault::new("the drive has not been started")) };
         let mut last = (self.now.mode, self.now.state);
-        for turn in 1..=MOST_TURNS {
-            self.go(&mut run, time + turn as f64 * period, f64::INFINITY)?;
+        let mut work = 0.0;
+        let mut turns = 0;
+        while turns < MOST_TURNS && work < MOST_WORK {
+            turns += 1;
+            self.go(&mut run, time + turns as f64 * period, f64::INFINITY)?;
+            work += run.work;
             let next = (self.now.mode, self.now.state);
             if next.0 == last.0 && self.distance(&next.1, &last.1) <= REPEATS {
                 self.log.clear();
@@ -88,7 +92,7 @@ impl BacklashDrive {
             last = next;
         }
         Err(Fault(format!(
-            "`start.mode` = steady_state: the motion does not repeat from turn to turn within {MOST_TURNS} turns; with \
+            "`start.mode` = steady_state: the motion does not repeat from turn to turn within {turns} turns; with \
              clearance the periodic motion may be unstable or longer than a turn; start at_rest and let the drive run, or \
              add damping"
         )))

@@ -151,7 +151,11 @@ fn momentum(d: &BacklashDrive) -> f64 {
 #[test]
 fn momentum_and_energy_balance_over_many_turns() {
     for e in [0.0, 0.5, 0.9, 1.0] {
-        for b in [0.0, 60.0] {
+        for b in [0.0, 60.0, 1e6] {
+            // Without loss in the impact a strong damper brings m1 back in ever shorter bounces without end.
+            if b > 60.0 && e > 0.5 {
+                continue;
+            }
             let w = 50.0;
             let mut drive = started(scene(w, 3e-4, b, e));
             let (p0, e0) = (momentum(&drive), energy(&drive));
@@ -173,7 +177,7 @@ fn momentum_and_energy_balance_over_many_turns() {
             let energy_error = (energy(&drive) - e0 - work + losses).abs() / largest_energy.max(losses);
             assert!(momentum_error < 1e-10, "e = {e}, b = {b}: momentum {momentum_error:e}");
             assert!(energy_error < 1e-10, "e = {e}, b = {b}: energy {energy_error:e}");
-            assert!(drive.now.tally.impacts > 50.0, "{}", drive.now.tally.impacts);
+            assert!(drive.now.tally.impacts > 30.0, "{}", drive.now.tally.impacts);
             assert!(e < 1.0 || drive.now.tally.energy_loss == 0.0);
         }
     }

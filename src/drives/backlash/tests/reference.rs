@@ -14,6 +14,7 @@ const PLASTIC: &Reference = &[
     ("impact on flank B", 0.05418869093306477, -0.00012295254129562956),
     ("release from flank B", 0.08850648709360713, 0.0),
     ("impact on flank A", 0.09243863186687817, 0.05837947222452),
+    ("release from flank A", 0.09243863186687817, 0.0),
     ("impact on flank A", 0.09255000455447439, 0.00011285101963667923),
     ("release from flank A", 0.102648543907161, 0.0),
     ("impact on flank A", 0.10623954786206394, 0.029442973064648846),

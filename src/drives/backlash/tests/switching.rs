@@ -42,6 +42,32 @@ fn bounces_that_the_flank_cuts_short_do_not_end_in_sticking() {
 }
 
 #[test]
+fn a_step_of_countless_oscillations_ends_with_a_clear_fault() {
+    // 1 s at 1e12 rad/s, with clearance and without.
+    for s in [1e-4, 0.0] {
+        let mut drive = started(Scene { m2: 1e-9, c: 1e15, ..scene(50.0, s, 0.0, 0.5) });
+        let fault = drive.advance(0.0, 1.0).unwrap_err();
+        assert!(fault.0.contains("internal steps") && fault.0.contains("shorter communication step"), "{fault}");
+    }
+}
+
+#[test]
+fn a_mass_that_rests_for_no_time_is_released() {
+    // z = 1 mm − 1 m/s t + 50 m/s² t²: m1 meets flank A, which falls away from it at 100 m/s².
+    let bodies = Bodies::new(1.0, 1.0, 1e-6, 0.0, 1.0, 0.0);
+    let motion = CubicFlank { speed: 0.0, start: -100.0, jerk: 0.0 };
+    let state = State { q: [0.0; 2], home: 0.0, zeta: [1e-3, -1.0] };
+    let mut run = Run::new(&bodies, &motion, Double::from(0.0), (Mode::Free, state, 0), f64::INFINITY);
+    let mut log = EventLog::default();
+    run.advance(&bodies, &motion, &mut Stretch { end: 2e-3, horizon: f64::INFINITY, log: &mut log }).unwrap();
+    let events: Vec<(&str, f64)> = log.iter().map(|e| (e.kind, e.time)).collect();
+    assert_eq!(events.len(), 2, "{events:?}");
+    assert_eq!((events[0].0, events[1].0), ("impact on flank A", "release from flank A"));
+    assert_eq!(events[0].1, events[1].1);
+    assert_eq!((run.panel.mode, run.tally.impacts), (Mode::Free, 1.0));
+}
+
+#[test]
 fn elastic_bounces_never_stick() {
     let (run, _) = thrown(1.0, 0.1, 0.0, 0.1);
     assert_eq!(run.panel.mode, Mode::Free);
