@@ -146,6 +146,7 @@ fn export_refuses_targets_and_libraries_that_do_not_fit() {
         (vec!["export", SCENE, "-o", text(&folder), "--runtime", "linux64=no_such_library.so"], "no_such_library.so"),
         (vec!["export", SCENE, "-o", text(&folder), "--runtime", "libcamdrive.so"], "PLATFORM=FILE"),
         (vec!["export", SCENE, "-o", text(&folder), "--runtime", &runtime, "--runtime", &runtime], "two runtime"),
+        (vec!["export", SCENE, "-o", "Cargo.toml", "--runtime", &runtime], "a folder or a file NAME.fmu"),
         (vec!["export", SCENE, "-o", "Cargo.toml/x", "--runtime", &runtime], "cannot be written"),
     ];
     for (args, message) in cases {
@@ -174,4 +175,47 @@ fn completions_know_the_commands() {
         assert_eq!((run.code, run.err.as_str()), (0, ""), "{shell}");
         assert!(run.out.contains("describe") && run.out.contains("runtime"), "{shell}: {}", run.out);
     }
+}
+
+#[cfg(feature = "import")]
+#[test]
+fn run_writes_the_outputs_of_an_fmu() {
+    let folder = folder("run");
+    let fmu = folder.join("t.fmu");
+    let run = camdrive(&["export", SCENE, "-o", text(&fmu), "--runtime", &runtime()]);
+    assert_eq!(run.code, 0, "{}", run.err);
+    let run = camdrive(&["run", "--help"]);
+    assert!(run.out.contains("camdrive run guide_bar.fmu"), "{}", run.out);
+
+    // The step does not divide the time: 0, 0.3, 0.6, 0.9 and 1 s.
+    let args =
+        ["run", text(&fmu), "--stop", "1", "--step", "0.3", "--output", "phi,der(psi,2)", "--start", "drive.w=2"];
+    let run = camdrive(&args);
+    assert_eq!((run.code, run.err.as_str()), (0, ""));
+    let lines: Vec<&str> = run.out.lines().collect();
+    assert_eq!((lines[0], lines.len()), ("time,phi,\"der(psi,2)\"", 6), "{}", run.out);
+    assert!(lines[5].starts_with("1.0,2.0,"), "{}", run.out);
+
+    let file = folder.join("t.csv");
+    let run = camdrive(&["run", text(&fmu), "-o", text(&file)]);
+    assert_eq!((run.code, run.out.as_str(), run.err.as_str()), (0, "", ""));
+    let table = std::fs::read_to_string(&file).expect("the table is there");
+    // The default experiment has at most 1000 steps.
+    assert!((900..=1002).contains(&table.lines().count()), "{} lines", table.lines().count());
+
+    let cases: [(&[&str], &str); 7] = [
+        (&["--start", "J=-1"], "`J`"),
+        (&["--start", "stroke"], "NAME=VALUE"),
+        (&["--start", "cam.strok=1"], "did you mean `cam.stroke`?"),
+        (&["--start", "start.mode=1.5"], "whole number"),
+        (&["--output", "taus"], "no variable `taus`"),
+        (&["--step", "0"], "--step"),
+        (&["--stop", "nan"], "--stop"),
+    ];
+    for (args, message) in cases {
+        let run = camdrive(&[&["run", text(&fmu)], args].concat());
+        assert_eq!((run.code, run.out.as_str()), (1, ""), "{args:?}");
+        assert!(run.err.contains("error: ") && run.err.contains(message), "{args:?}: {}", run.err);
+    }
+    assert!(camdrive(&["run", "Cargo.toml"]).err.contains("cannot be imported"));
 }

@@ -67,7 +67,8 @@ fn text(resolved: &Resolved, drive: &mut dyn DynDrive) -> Result<String, crate::
     }
     heading(&mut out, "Default experiment");
     let e = drive.experiment();
-    let _ = writeln!(out, "  stop time {} s, step {} s, tolerance {}", e.stop, e.step, e.tolerance);
+    let _ =
+        writeln!(out, "  stop time {} s, step {} s, tolerance {}", short(e.stop), short(e.step), short(e.tolerance));
     Ok(out)
 }
 

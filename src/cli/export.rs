@@ -70,6 +70,10 @@ fn targets(args: &Args, scenes: &[Resolved]) -> Result<Vec<PathBuf>, Failure> {
     if is_file {
         return Ok(vec![output.to_owned()]);
     }
+    if output.is_file() {
+        let message = "this is a file; -o takes a folder or a file NAME.fmu";
+        return Err(Failure(format!("error: {}: {message}", output.display())));
+    }
     let mut of_scene: BTreeMap<PathBuf, &Path> = BTreeMap::new();
     let targets: Vec<PathBuf> = scenes.iter().map(|scene| output.join(format!("{}.fmu", scene.name))).collect();
     for (target, scene) in targets.iter().zip(&args.scenes) {

@@ -7,6 +7,8 @@ mod check;
 mod completions;
 mod describe;
 mod export;
+#[cfg(feature = "import")]
+mod run;
 
 use crate::scene::{self, Resolved};
 use clap::{CommandFactory, Parser, Subcommand};
@@ -34,6 +36,8 @@ enum Command {
     Export(export::Args),
     Check(check::Args),
     Describe(describe::Args),
+    #[cfg(feature = "import")]
+    Run(run::Args),
     Completions(completions::Args),
 }
 
@@ -55,6 +59,8 @@ pub fn main() -> ExitCode {
         Some(Command::Export(args)) => export::run(&args),
         Some(Command::Check(args)) => check::run(&args),
         Some(Command::Describe(args)) => describe::run(&args),
+        #[cfg(feature = "import")]
+        Some(Command::Run(args)) => run::run(&args),
         Some(Command::Completions(args)) => completions::run(&args),
     };
     match outcome {

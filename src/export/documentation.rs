@@ -33,7 +33,7 @@ pub fn html(identity: &Identity, model: &str, drive: &mut dyn DynDrive) -> Resul
             }
             let about = format!("Drive model {model}. FMI 2.0 for Co-Simulation, written by {}.", super::TOOL);
             xml.text("p", &[], &about);
-            xml.text("p", &[], &portrait.summary);
+            prose(xml, "p", &portrait.summary);
             figure(xml, identity.name, model, &*drive);
             equations(xml, &portrait);
             signs(xml, &drive.descriptions());
@@ -107,6 +107,7 @@ fn usage(xml: &mut Xml, name: &str, drive: &dyn DynDrive) {
     xml.text("h2", &[], "Driving it from Python");
     xml.text("p", &[], "With the package FMPy, in the folder of the FMU:");
     let e = drive.experiment();
+    let (stop, step) = (digits(e.stop), digits(e.step));
     let descriptions = drive.descriptions();
     let names = |wanted: Causality| -> Vec<&str> {
         descriptions.iter().filter(|d| d.causality == wanted).map(|d| d.name.as_str()).collect()
@@ -121,24 +122,22 @@ fn usage(xml: &mut Xml, name: &str, drive: &dyn DynDrive) {
         let end: Vec<String> = inputs
             .iter()
             .zip(&rest)
-            .map(|(name, value)| if *name == "phi" { format!("10.0 * {}", e.stop) } else { (*value).to_owned() })
+            .map(|(name, value)| if *name == "phi" { format!("10.0 * {stop}") } else { (*value).to_owned() })
             .collect();
         code += &format!(
             "import numpy\n\n\
              # The inputs at the first and the last instant; in between they are interpolated.\n\
              signals = numpy.array([(0.0, {}), ({}, {})],\n    dtype=[('time', float), {}])\n",
             rest.join(", "),
-            e.stop,
+            stop,
             end.join(", "),
             columns.join(", ")
         );
         argument = ", input=signals".to_owned();
     }
     code += &format!(
-        "\nresult = fmpy.simulate_fmu('{name}.fmu', stop_time={}, output_interval={}{argument},\n    output=[{}])\n\
+        "\nresult = fmpy.simulate_fmu('{name}.fmu', stop_time={stop}, output_interval={step}{argument},\n    output=[{}])\n\
          print(result[-1])\n",
-        e.stop,
-        e.step,
         outputs.join(", ")
     );
     xml.preformatted("pre", &code);
@@ -167,7 +166,7 @@ fn list(xml: &mut Xml, title: &str, items: &[String]) {
     xml.text("h2", &[], title);
     xml.element("ul", &[], |xml| {
         for item in items {
-            xml.text("li", &[], item);
+            prose(xml, "li", item);
         }
     });
 }
@@ -176,6 +175,21 @@ fn messages(xml: &mut Xml) {
     xml.text("h2", &[], "Messages");
     let rows = LOG_CATEGORIES.map(|(name, text)| [name.to_string_lossy().into_owned(), text.to_owned()]);
     table(xml, &["Log category", "Content"], &rows);
+}
+
+/// An element with text; what stands between backticks is code.
+fn prose(xml: &mut Xml, element: &str, text: &str) {
+    if !text.contains('`') {
+        return xml.text(element, &[], text);
+    }
+    let escaped = |text: &str| super::xml::legal(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
+    let pieces = text.split('`').enumerate();
+    let pieces = pieces.map(|(i, piece)| match i % 2 {
+        0 => escaped(piece),
+        _ => format!("<code>{}</code>", escaped(piece)),
+    });
+    let markup: String = pieces.collect();
+    xml.element(element, &[], |xml| xml.markup(&markup));
 }
 
 fn table<const N: usize>(xml: &mut Xml, head: &[&str; N], rows: &[[String; N]]) {
@@ -191,7 +205,7 @@ fn table<const N: usize>(xml: &mut Xml, head: &[&str; N], rows: &[[String; N]]) 
             for row in rows {
                 xml.element("tr", &[], |xml| {
                     for cell in row {
-                        xml.text("td", &[], cell);
+                        prose(xml, "td", cell);
                     }
                 });
             }
@@ -251,12 +265,18 @@ fn range(kind: &Kind) -> String {
         },
         Kind::Integer { min: i32::MIN, max: i32::MAX } | Kind::Boolean => String::new(),
         Kind::Integer { min, max: i32::MAX } => format!("≥ {min}"),
-        Kind::Integer { min, max } => format!("{min} … {max}"),
+        Kind::Integer { min, max } => format!("{min} … {max}").replace('-', "−"),
         Kind::Enumeration(e) => {
             let items: Vec<String> = e.items.iter().enumerate().map(|(i, (n, _))| format!("{} {n}", i + 1)).collect();
             items.join(", ")
         }
     }
+}
+
+/// A time with the digits that matter, as Python reads it.
+fn digits(seconds: f64) -> String {
+    let rounded: f64 = format!("{seconds:.8e}").parse().unwrap_or(seconds);
+    rounded.to_string()
 }
 
 /// Six significant digits, without needless zeros.

@@ -56,7 +56,7 @@ impl RuntimeLibrary {
 
     /// The library of `PLATFORM=FILE`.
     pub fn from_argument(argument: &str) -> Result<Self, Fault> {
-        let (platform, file) = argument.split_once('=').ok_or_else(|| {
+        let (platform, file) = argument.split_once('=').filter(|(_, file)| !file.is_empty()).ok_or_else(|| {
             Fault(format!("--runtime `{argument}`: expected PLATFORM=FILE with PLATFORM {}", choice()))
         })?;
         RuntimeLibrary::read(platform, Path::new(file))
@@ -148,14 +148,32 @@ fn describe(bytes: &[u8]) -> String {
     }
 }
 
+/// Whether one of the program headers of an ELF file is PT_INTERP (3).
+fn has_interpreter(bytes: &[u8], wide: bool) -> bool {
+    let number = |at: usize, length: usize| {
+        let field = bytes.get(at..at.checked_add(length)?)?;
+        Some(field.iter().rev().fold(0_usize, |sum, byte| (sum << 8) | usize::from(*byte)))
+    };
+    // e_phoff, e_phentsize and e_phnum.
+    let (offset, size, count) = if wide {
+        (number(32, 8), number(54, 2), number(56, 2))
+    } else {
+        (number(28, 4), number(42, 2), number(44, 2))
+    };
+    let (Some(offset), Some(size), Some(count)) = (offset, size, count) else { return false };
+    (0..count).any(|i| offset.checked_add(i * size).and_then(|at| number(at, 4)) == Some(3))
+}
+
 /// Reads the headers of ELF, PE/COFF and (thin or universal) Mach-O files.
 fn binary(bytes: &[u8]) -> Option<Binary> {
     let u16_at = |at: usize| Some(u16::from_le_bytes(bytes.get(at..at + 2)?.try_into().ok()?));
     let u32_at = |at: usize| Some(u32::from_le_bytes(bytes.get(at..at + 4)?.try_into().ok()?));
     match bytes.get(..4)? {
-        // e_ident[EI_CLASS] = 2: 64 bit; e_type = 3: shared object.
+        // e_ident[EI_CLASS] = 2: 64 bit; e_type = 3: shared object, which most executables are as well, but they name
+        // an interpreter.
         [0x7f, b'E', b'L', b'F'] => {
-            Some(Binary { system: "linux", wide: bytes.get(4) == Some(&2), shared: u16_at(16)? == 3 })
+            let wide = bytes.get(4) == Some(&2);
+            Some(Binary { system: "linux", wide, shared: u16_at(16)? == 3 && !has_interpreter(bytes, wide) })
         }
         // The COFF header follows the signature at the offset that stands at 0x3c; 0x2000 is IMAGE_FILE_DLL.
         [b'M', b'Z', ..] => {
@@ -203,6 +221,13 @@ mod tests {
         assert!(is_library_for("linux64", &elf(3)));
         assert!(!is_library_for("linux32", &elf(3)));
         assert!(!is_library_for("linux64", &elf(1)));
+        // An executable of today: a shared object with one program header, at byte 64, that names an interpreter.
+        let mut executable = elf(3);
+        executable.resize(120, 0);
+        (executable[32], executable[54], executable[56], executable[64]) = (64, 56, 1, 3);
+        assert!(!is_library_for("linux64", &executable));
+        executable[64] = 1;
+        assert!(is_library_for("linux64", &executable));
         assert!(is_library_for("win64", &pe(0x2022)));
         assert!(!is_library_for("win64", &pe(0x0022)));
         let mach = [0xcf, 0xfa, 0xed, 0xfe, 7, 0, 0, 1, 3, 0, 0, 0, 6, 0, 0, 0];
@@ -232,6 +257,7 @@ mod tests {
         assert!(read(format!("win64={}", path.display())).unwrap_err().contains("a shared library for linux64"));
         assert!(read(format!("amiga={}", path.display())).unwrap_err().contains("linux64 | linux32"));
         assert!(read("linux64".to_owned()).unwrap_err().contains("PLATFORM=FILE"));
+        assert!(read("linux64=".to_owned()).unwrap_err().contains("PLATFORM=FILE"));
         std::fs::write(&path, [elf(3), b"\0fmi2DoStep\0".to_vec()].concat()).unwrap();
         let library = read(format!("linux64={}", path.display())).unwrap();
         assert_eq!(library.path_in_fmu("Sley"), "binaries/linux64/Sley.so");

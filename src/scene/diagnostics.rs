@@ -84,8 +84,35 @@ impl Position {
             line: text[..start].matches('\n').count() + 1,
             column: text[line_start..start].chars().count() + 1,
             width: text[start..end].chars().count().max(1),
-            text: text[line_start..line_end].trim_end_matches('\r').to_owned(),
+            // Control characters would disturb the terminal.
+            text: text[line_start..line_end]
+                .trim_end_matches('\r')
+                .replace(|c: char| c != '\t' && c.is_control(), "\u{fffd}"),
         }
+    }
+}
+
+impl Position {
+    /// The line up to the column and from it on; of a long line only the surroundings, a terminal's width.
+    fn excerpt(&self) -> (String, String) {
+        const BEFORE: usize = 40;
+        const AFTER: usize = 60;
+        let characters: Vec<char> = self.text.chars().collect();
+        let column = (self.column - 1).min(characters.len());
+        let (before, here) = characters.split_at(column);
+        if characters.len() <= BEFORE + AFTER {
+            return (before.iter().collect(), here.iter().collect());
+        }
+        let cut = before.len().saturating_sub(BEFORE);
+        let mut left: String = before[cut..].iter().collect();
+        let mut right: String = here.iter().take(AFTER).collect();
+        if cut > 0 {
+            left.insert(0, '…');
+        }
+        if here.len() > AFTER {
+            right.push('…');
+        }
+        (left, right)
     }
 }
 
@@ -101,11 +128,11 @@ impl fmt::Display for Diagnostic {
                 let margin = p.line.to_string().len();
                 writeln!(f, "{:margin$}--> {}:{}:{}", "", self.file, p.line, p.column)?;
                 writeln!(f, "{:margin$} |", "")?;
-                writeln!(f, "{} | {}", p.line, p.text)?;
+                let (before, here) = p.excerpt();
+                writeln!(f, "{} | {before}{here}", p.line)?;
                 // Tabs are repeated, so that the carets stand below what they mean.
-                let indent: String =
-                    p.text.chars().take(p.column - 1).map(|c| if c == '\t' { '\t' } else { ' ' }).collect();
-                writeln!(f, "{:margin$} | {indent}{}", "", "^".repeat(p.width))?;
+                let indent: String = before.chars().map(|c| if c == '\t' { '\t' } else { ' ' }).collect();
+                writeln!(f, "{:margin$} | {indent}{}", "", "^".repeat(p.width.min(here.chars().count().max(1))))?;
                 margin
             }
         };
@@ -135,7 +162,12 @@ impl std::error::Error for Diagnostics {}
 /// The known name most like `wrong`, if one is like it at all.
 pub fn nearest<'a>(wrong: &str, known: &[&'a str]) -> Option<&'a str> {
     let wrong = wrong.to_lowercase();
-    let likeness = |name: &str| strsim::jaro_winkler(&wrong, &name.to_lowercase());
+    let likeness = |name: &str| {
+        let name = name.to_lowercase();
+        // One slip or two letters that changed places; in two letters it would be another name.
+        let slip = name.len() > 2 && strsim::osa_distance(&wrong, &name) == 1;
+        strsim::jaro_winkler(&wrong, &name).max(if slip { 0.9 } else { 0.0 })
+    };
     // 0.75 lets one or two slips pass in a short name and keeps unrelated names out.
     known
         .iter()

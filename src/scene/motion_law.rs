@@ -98,10 +98,12 @@ fn cycle(section: &Section<'_>, quantity: &'static Quantity) -> Option<Cycle> {
     let length = within(-CyclePlan::MAX_LENGTH, CyclePlan::MAX_LENGTH);
     let stroke = section.real("stroke", quantity, length);
     let lower = section.real_or("lower", quantity, length, 0.0);
-    let rise_law = section.choice("rise_law", STANDARD_LAWS);
-    let return_law = section.choice_or("return_law", STANDARD_LAWS, rise_law.unwrap_or(StandardLaw::SimpleSine));
     let rise_start = section.real_or("rise_start", &unit::ANGLE, within(-TAU, TAU), 0.0);
     let angles = angles(section);
+    // Asked for first, lest it be taken for a misspelt `rise_law`.
+    section.has("return_law");
+    let rise_law = section.choice("rise_law", STANDARD_LAWS);
+    let return_law = section.choice_or("return_law", STANDARD_LAWS, rise_law.unwrap_or(StandardLaw::SimpleSine));
     let [rise_angle, upper_dwell, return_angle, _] = angles?;
     let plan = CyclePlan {
         stroke: stroke?,

@@ -10,7 +10,7 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use toml::Spanned;
-use toml::de::{DeTable, DeValue};
+use toml::de::{DeString, DeTable, DeValue};
 
 /// The bytes of a piece of the file.
 pub type Span = Range<usize>;
@@ -160,16 +160,18 @@ pub struct Section<'a> {
     table: &'a DeTable<'a>,
     /// The keys that were asked for: all others are unknown.
     known: RefCell<Vec<&'static str>>,
+    /// The unknown keys that were reported already.
+    told: RefCell<Vec<Span>>,
 }
 
 impl<'a> Section<'a> {
     /// The whole file.
     pub fn root(faults: &'a Faults<'a>, table: &'a DeTable<'a>) -> Self {
-        Section { faults, path: String::new(), span: 0..0, table, known: RefCell::default() }
+        Section { faults, path: String::new(), span: 0..0, table, known: RefCell::default(), told: RefCell::default() }
     }
 
     fn sub(&self, path: String, span: Span, table: &'a DeTable<'a>) -> Self {
-        Section { faults: self.faults, path, span, table, known: RefCell::default() }
+        Section { faults: self.faults, path, span, table, known: RefCell::default(), told: RefCell::default() }
     }
 
     /// The path of a key in this table.
@@ -211,6 +213,20 @@ impl<'a> Section<'a> {
         let mut fault = self.fault(format!("`{}` is missing", self.path_of(key))).hint(hint);
         fault.admissible = admissible;
         self.faults.report(fault);
+    }
+
+    /// The value under a key that looks like `key` and that nobody has asked for; reports that key.
+    fn misspelt(&self, key: &'static str) -> Option<&'a str> {
+        let known = self.known.borrow();
+        let unread: Vec<&str> =
+            self.table.keys().map(|k| k.get_ref().as_ref()).filter(|k| !known.contains(k)).collect();
+        let wrong = nearest(key, &unread)?;
+        let (place, value) = self.table.iter().find(|(k, _)| k.get_ref().as_ref() == wrong)?;
+        let DeValue::String(text) = value.get_ref() else { return None };
+        let message = format!("`{}` is missing; `{wrong}` is not known here", self.path_of(key));
+        self.faults.report(self.faults.at(place.span(), message).hint(format!("did you mean `{key}`?")));
+        self.told.borrow_mut().push(place.span());
+        Some(text)
     }
 
     fn wrong_type(&self, node: &Node<'_>, expected: &str) {
@@ -369,7 +385,12 @@ impl<'a> Section<'a> {
     /// One of several names; the first of each list is the usual one, the others are synonyms.
     pub fn choice<T: Copy>(&self, key: &'static str, items: &[(&[&'static str], T)]) -> Option<T> {
         let usual: Vec<&str> = items.iter().map(|(names, _)| names[0]).collect();
-        let text = self.required_text(key, &usual.join(", "), usual[0])?;
+        // A misspelt key counts as the right one, so that what depends on the choice is checked all the same.
+        let meant = if self.has(key) { None } else { self.misspelt(key) };
+        let text = match meant {
+            Some(text) => text,
+            None => self.required_text(key, &usual.join(", "), usual[0])?,
+        };
         if let Some((_, item)) = items.iter().find(|(names, _)| names.contains(&text)) {
             return Some(*item);
         }
@@ -435,7 +456,8 @@ impl<'a> Section<'a> {
             return;
         }
         let known = self.known.borrow();
-        for key in self.table.keys().filter(|key| !known.contains(&key.get_ref().as_ref())) {
+        let unknown = |key: &&Spanned<_>| !known.contains(&DeString::as_ref(key.get_ref()));
+        for key in self.table.keys().filter(unknown).filter(|key| !self.told.borrow().contains(&key.span())) {
             let name = key.get_ref().as_ref();
             let place =
                 if self.path.is_empty() { "in a scene of this kind".into() } else { format!("in [{}]", self.path) };

@@ -66,7 +66,12 @@ pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -
     };
     let path = folder.join(file?);
     let text = match std::fs::read(&path) {
-        Ok(bytes) => String::from_utf8_lossy(&bytes).into_owned(),
+        Ok(bytes) if bytes.contains(&0) => {
+            let message = format!("`{}`: {} is no text file", section.path_of("file"), shown(&path));
+            section.faults.report(section.fault_of("file", message).hint("save the table as CSV in UTF-8"));
+            return None;
+        }
+        Ok(bytes) => String::from_utf8_lossy(&bytes).trim_start_matches(super::BYTE_ORDER_MARK).to_owned(),
         Err(e) => {
             let reason = match e.kind() {
                 std::io::ErrorKind::NotFound => "does not exist".to_owned(),
@@ -164,8 +169,8 @@ fn lines(text: &str) -> impl Iterator<Item = Span> + '_ {
     text.split_inclusive('\n').filter_map(move |line| {
         let begin = start;
         start += line.len();
-        let content = line.trim().trim_start_matches('\u{feff}');
-        let offset = begin + (line.len() - line.trim_start().trim_start_matches('\u{feff}').len());
+        let content = line.trim();
+        let offset = begin + (line.len() - line.trim_start().len());
         (!content.is_empty() && !content.starts_with('#')).then(|| offset..offset + content.len())
     })
 }

@@ -8,6 +8,7 @@
 //! `rpm`, `1/min` and `U/min` are revolutions per minute, `Hz` is one revolution (cycle) per second, 2π rad/s.
 //! `1/s` is refused for an angular velocity, since it is read both ways.
 
+use super::diagnostics::nearest;
 use crate::drives::unit::{self, Quantity};
 use std::f64::consts::{PI, TAU};
 
@@ -31,6 +32,10 @@ const PREFIXED: &[(&str, Unit)] = &[
     ("J", one([1, 2, -2, 0])),
     ("W", one([1, 2, -3, 0])),
     ("Hz", Unit { numerator: TAU, denominator: 1.0, base: [0, 0, -1, 1] }),
+    // Products that are written without a sign everywhere.
+    ("Nm", one([1, 2, -2, 0])),
+    ("Ns", one([1, 1, -1, 0])),
+    ("Nms", one([1, 2, -1, 0])),
 ];
 
 /// Units that do not; they are looked up first, so that `min` is no milli-inch.
@@ -239,7 +244,12 @@ fn atom(name: &str) -> Option<Unit> {
 
 fn unknown(name: &str) -> String {
     let known: Vec<&str> = PLAIN.iter().chain(PREFIXED).map(|(name, _)| *name).filter(|n| *n != "1").collect();
-    format!("there is no unit `{name}`; known are {} and prefixes", known.join(", "))
+    // `KG` and `MM` carry a prefix, which the names of the list have not.
+    let with_prefix = ["kg", "mm", "kN"];
+    match nearest(name, &[&known[..], &with_prefix].concat()) {
+        Some(meant) => format!("there is no unit `{name}`; did you mean `{meant}`?"),
+        None => format!("there is no unit `{name}`; known are {} and prefixes", known.join(", ")),
+    }
 }
 
 impl Unit {
@@ -314,6 +324,9 @@ mod tests {
             ("0.05 N s / m", &unit::DAMPING, 0.05),
             ("0.05 kg/s", &unit::DAMPING, 0.05),
             ("220 N·m", &unit::TORQUE, 220.0),
+            ("24 kNm/rad", &unit::ROTATIONAL_STIFFNESS, 24e3),
+            ("18 Nms/rad", &unit::ROTATIONAL_DAMPING, 18.0),
+            ("50 Ns/m", &unit::DAMPING, 50.0),
             ("1e-3 kg m²", &unit::INERTIA, 1e-3),
             ("15 kg.cm^2", &unit::INERTIA, 15e-4),
             ("3 N.m.s/rad", &unit::ROTATIONAL_DAMPING, 3.0),
@@ -350,6 +363,11 @@ mod tests {
         }
         let unknown = parse("5 furlong", &unit::LENGTH).expect_err("no such unit").message;
         assert!(unknown.contains("there is no unit `furlong`"), "{unknown}");
+        for (text, meant) in [("1800 rmp", "`rpm`"), ("1800 RPM", "`rpm`"), ("12 KG", "`kg`"), ("3 Mm2n", "known are")]
+        {
+            let message = parse(text, &unit::MASS).expect_err("no such unit").message;
+            assert!(message.contains(meant), "{text}: {message}");
+        }
         // Absurd exponents must not overflow.
         for text in ["1 m99", "1 m9.m9.m9.m9.m9.m9.m9.m9.m9.m9.m9.m9.m9.m9.m9", "1 /", "1 //", "1 m-", "1 ^"] {
             let _ = parse(text, &unit::LENGTH);

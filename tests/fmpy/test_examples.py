@@ -1,9 +1,13 @@
 """The numbers that the READMEs of the examples promise, measured on the exported FMUs."""
 
+import importlib.util
 import math
 
+import fmpy
 import numpy as np
 import pytest
+
+from conftest import FMUS, ROOT
 
 
 def dwell_error(package, rpm, upper_centre):
@@ -30,3 +34,18 @@ def dwell_error(package, rpm, upper_centre):
 def test_guide_bar(fmu, rpm, hs, traditional):
     assert abs(dwell_error(fmu("guide_bar"), rpm, 0.0) - hs) < 0.05 * hs
     assert abs(dwell_error(fmu("guide_bar_traditional"), rpm, 180.0) - traditional) < 0.05 * traditional
+
+
+def test_the_run_up_of_the_guide_bar():
+    spec = importlib.util.spec_from_file_location("run_up", ROOT / "examples" / "guide_bar" / "run_up.py")
+    script = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(script)
+    result = script.run(str(FMUS / "guide_bar_run_up.fmu"))
+    # Half of the last digit that the README gives.
+    assert abs(np.abs(result["q"]).max() - 18.04e-6) < 0.005e-6
+    assert abs(np.abs(result["force"]).max() - 623) < 0.5
+
+
+def test_the_impacts_of_the_backlash_drive():
+    result = fmpy.simulate_fmu(str(FMUS / "backlash_drive.fmu"), stop_time=0.5, output_interval=1e-3, output=["impacts"])
+    assert result["impacts"][-1] == 16
