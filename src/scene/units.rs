@@ -8,7 +8,6 @@
 //! `rpm`, `1/min` and `U/min` are revolutions per minute, `Hz` is one revolution (cycle) per second, 2π rad/s.
 //! `1/s` is refused for an angular velocity, since it is read both ways.
 
-use super::diagnostics::nearest;
 use crate::drives::unit::{self, Quantity};
 use std::f64::consts::{PI, TAU};
 
@@ -244,9 +243,13 @@ fn atom(name: &str) -> Option<Unit> {
 
 fn unknown(name: &str) -> String {
     let known: Vec<&str> = PLAIN.iter().chain(PREFIXED).map(|(name, _)| *name).filter(|n| *n != "1").collect();
-    // `KG` and `MM` carry a prefix, which the names of the list have not.
-    let with_prefix = ["kg", "mm", "kN"];
-    match nearest(name, &[&known[..], &with_prefix].concat()) {
+    // `KG` and `MM` carry a prefix, which the names of the list have not. A slip in one or two letters would make
+    // another unit; there only the case may differ.
+    let meant = known.iter().chain(&["kg", "mm", "kN"]).find(|unit| {
+        let distance = strsim::osa_distance(&unit.to_lowercase(), &name.to_lowercase());
+        distance == 0 || distance == 1 && unit.len() > 2 && name.len() > 2
+    });
+    match meant {
         Some(meant) => format!("there is no unit `{name}`; did you mean `{meant}`?"),
         None => format!("there is no unit `{name}`; known are {} and prefixes", known.join(", ")),
     }
@@ -363,7 +366,8 @@ mod tests {
         }
         let unknown = parse("5 furlong", &unit::LENGTH).expect_err("no such unit").message;
         assert!(unknown.contains("there is no unit `furlong`"), "{unknown}");
-        for (text, meant) in [("1800 rmp", "`rpm`"), ("1800 RPM", "`rpm`"), ("12 KG", "`kg`"), ("3 Mm2n", "known are")]
+        for (text, meant) in
+            [("1800 rmp", "`rpm`"), ("1800 RPM", "`rpm`"), ("12 KG", "`kg`"), ("3 wibble", "known are")]
         {
             let message = parse(text, &unit::MASS).expect_err("no such unit").message;
             assert!(message.contains(meant), "{text}: {message}");
