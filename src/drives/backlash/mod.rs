@@ -15,7 +15,7 @@
 //! * Limits that the tests check: s = 0 is the elastic output drive with m1 fixed to the cam; for a cubic U and e = 0
 //!   the closed formulas of Kaltofen.
 //!
-//! Source: Th. Kaltofen, "Zur Dynamik spielbehafteter periodischer Antriebe", 1996, extended to two flanks,
+//! Source: K. Kaltofen, "Zur Dynamik spielbehafteter periodischer Antriebe", 1996, extended to two flanks,
 //! restitution and damping; U̇, Ü from φ, φ̇, φ̈ that belong together.
 
 pub mod contact;

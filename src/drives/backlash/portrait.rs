@@ -29,7 +29,7 @@ pub(super) fn portrait() -> Portrait {
         .map(str::to_owned)
         .to_vec(),
         sources: [
-            "Th. Kaltofen: Zur Dynamik spielbehafteter periodischer Antriebe. 1996.",
+            "K. Kaltofen: Zur Dynamik spielbehafteter periodischer Antriebe. 1996.",
             "H. Dresig, I. I. Vulfson: Dynamik der Mechanismen. Springer 1989, section 4.6.",
             "B. Brogliato: Nonsmooth Mechanics. 3rd ed., Springer 2016 (restitution, accumulation of impacts).",
         ]
@@ -132,6 +132,6 @@ pub(super) fn experiment(mode: &DriveMode) -> Experiment {
         DriveMode::Constant { w, .. } if *w != 0.0 => TAU / w.abs(),
         _ => 0.25,
     };
-    let step = (4.0 * turn / 800.0 * 1e9).ceil().max(1.0) * 1e-9;
+    let step = (4.0 * turn / 800.0 * 1e9).ceil().max(1.0) / 1e9;
     Experiment { stop: 800.0 * step, step, tolerance: 1e-6 }
 }

@@ -12,7 +12,7 @@
 //! Limit cases that the tests check: M_an = τ = 0 ⇒ Jφ̇² is constant and the turn takes ∮ √(J/2E) dφ; constant J ⇒
 //! the run-up time of Kloss in closed form; ½Jφ̇² changes by ∫(M_an − τ)dφ.
 //!
-//! Source: U. Kaltofen, "HS-Bewegungen trotz veränderlicher Antriebsgeschwindigkeit", equation (2); Dresig, Holzweißig,
+//! Source: K. Kaltofen, "HS-Bewegungen trotz veränderlicher Antriebsgeschwindigkeit", equation (2); Dresig, Holzweißig,
 //! *Maschinendynamik*, chapter 2 (rigid machine).
 
 mod inertia;
@@ -231,7 +231,7 @@ impl Drive for RigidMachine {
         };
         // A machine that starts at rest with a torque as input has no speed to go by; a second shows it.
         let turn = if speed > 0.0 { TAU / speed } else { 0.05 };
-        let step = ((turn * 20.0 / 1000.0 * 1e9).round() * 1e-9).clamp(1e-9, 1.0);
+        let step = ((turn * 20.0 / 1000.0 * 1e9).round() / 1e9).clamp(1e-9, 1.0);
         Experiment { stop: 1000.0 * step, step, tolerance: 1e-6 }
     }
 

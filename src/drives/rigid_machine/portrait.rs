@@ -57,7 +57,7 @@ impl RigidMachine {
             accuracy: self.accuracy(),
             limits: self.limits(),
             sources: vec![
-                "U. Kaltofen, HS-Bewegungen trotz veränderlicher Antriebsgeschwindigkeit, equation (2)".into(),
+                "K. Kaltofen, HS-Bewegungen trotz veränderlicher Antriebsgeschwindigkeit, equation (2)".into(),
                 "H. Dresig, F. Holzweißig, Maschinendynamik, Springer, chapter 2 (the rigid machine)".into(),
                 "M. Kloss, Drehmoment und Schlüpfung des Drehstrommotors, Archiv für Elektrotechnik 5 (1916) 59–87"
                     .into(),
