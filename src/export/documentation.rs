@@ -154,7 +154,9 @@ fn accuracy(xml: &mut Xml, portrait: &Portrait, input_derivatives: usize) {
                     Output derivatives up to order 2 and directional derivatives at communication points are analytic."
             .to_owned();
     if input_derivatives > 0 {
-        text += &format!(" Input derivatives up to order {input_derivatives} are taken into account.");
+        text += &format!(
+            " Input derivatives up to order {input_derivatives} are taken into account; higher orders are refused."
+        );
     }
     xml.text("p", &[], &text);
 }

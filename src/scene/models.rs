@@ -386,7 +386,12 @@ const BACKLASH: Names = &[
     ("e", "backlash.e"),
     ("drive.w", "drive.speed"),
 ];
-const MACHINE: Names = &[("J0", "machine.J0"), ("phi_start", "start.phi_start"), ("w_start", "start.w_start")];
+const MACHINE: Names = &[
+    ("J0", "machine.J0"),
+    ("motor.T_el", "motor.lag"),
+    ("phi_start", "start.phi_start"),
+    ("w_start", "start.w_start"),
+];
 
 /// Builds and starts the drive, and checks its parameters against the ranges that the FMU declares, so that no FMU
 /// is written that refuses its own start values.
@@ -397,7 +402,10 @@ pub fn try_out(resolved: &Resolved, names: Names, faults: &Faults<'_>) {
     };
     let report = |message: String, admissible: Option<String>| {
         let mut fault: Diagnostic = match place(subject(&message)) {
-            Some((path, span)) if path != subject(&message) => faults.at(span, format!("`{path}`: {message}")),
+            Some((path, span)) if path != subject(&message) => {
+                let own = format!("`{}`: ", subject(&message));
+                faults.at(span, format!("`{path}`: {}", message.strip_prefix(&own).unwrap_or(&message)))
+            }
             Some((_, span)) => faults.at(span, message),
             None => faults.at(faults.place("model").unwrap_or(0..0), message),
         };

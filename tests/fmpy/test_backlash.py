@@ -44,6 +44,22 @@ def test_switching_instants_and_states(fmu, truth, size):
     assert np.all(np.abs(got - state) <= 1e-10 * np.array([1e-2, 1.0, 1e-2, 1.0]))
 
 
+def test_microsecond_steps_and_ten_turns_in_one_step(fmu):
+    package = fmu("backlash_drive")
+    names = ("x1", "der(x1)", "y", "der(y)", "impulse", "impacts")
+    turn = 2 * math.pi / package.start("drive.w")
+    for span, size in ((0.1, 1e-6), (10 * turn, turn / 200)):
+        results = []
+        for count in (1, round(span / size)):
+            with package.unit() as unit:
+                unit.initialise()
+                for i in range(count):
+                    unit.step_to(span * (i + 1) / count)
+                results.append(np.array(unit.get(*names), dtype=float))
+        assert results[0][-1] == results[1][-1]
+        assert np.all(np.abs(results[0] - results[1]) <= 1e-10 * np.array([1e-2, 1.0, 1e-2, 1.0, 1.0, 1.0]))
+
+
 @pytest.mark.parametrize("e", [0.0, 0.6, 1.0])
 @pytest.mark.parametrize("b", [0.0, 60.0, 1e6, 1e9])
 def test_momentum_over_many_turns(fmu, e, b):

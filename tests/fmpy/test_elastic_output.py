@@ -152,7 +152,7 @@ def ramp(t, w0=2.0, a=35.0):
     return w0 * t + a * t * t / 2, w0 + a * t, a
 
 
-@pytest.mark.parametrize("size", [1e-4, 1e-3, 1e-2, 1e-1, 2.0])
+@pytest.mark.parametrize("size", [1e-6, 1e-4, 1e-3, 1e-2, 1e-1, 2.0])
 def test_ramped_speed_with_inputs(fmu, size):
     package = fmu("output_input")
     values = package.parameters()

@@ -288,6 +288,16 @@ def test_a_step_beyond_the_stop_time_is_an_error(fmu, name):
             unit.step(size)
 
 
+def test_equal_steps_meet_the_stop_time_of_the_default_experiment(fmu, name):
+    package = fmu(name)
+    stop, size = float(package.description.defaultExperiment.stopTime), step_size(package)
+    with package.unit() as unit:
+        stimulate(unit, 0.0)
+        unit.initialise(stop_time=stop)
+        run(unit, round(stop / size), size)
+        assert abs(unit.time - stop) <= 1e-9 * stop
+
+
 def test_calls_out_of_order_are_errors(fmu, name):
     package = fmu(name)
     with package.unit() as unit:

@@ -22,6 +22,7 @@ pub(super) fn portrait() -> Portrait {
              natural frequency far above 1/h, or countless bounces) ends with an error that says how far it came.",
             "Motions between impacts may be chaotic; then any difference of rounding grows from impact to impact, and only \
              statistics are reproducible between different computations.",
+            "The log lists the first 32 events of a communication step and the number of the others.",
             "force and tau are without the impulses; a unit that is to receive all momentum takes force_mean or tau_mean.",
             "Where inputs jump at a communication point, a free mass keeps place and velocity; a mass on a flank follows \
              it, and the momentum m1 Δẋ1 counts as impulse. A free mass that would lie beyond a flank is set on it.",

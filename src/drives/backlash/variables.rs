@@ -17,6 +17,15 @@ impl BacklashDrive {
         if seed == Seed::Known(first + which) { 1.0 } else { 0.0 }
     }
 
+    /// φ (order 0) or φ̇ (order 1) at constant speed.
+    fn shaft_series(&self, seed: Seed, order: usize) -> Series {
+        let [phi, w, ..] = self.motion.at(self.now.time).kinematics.0;
+        match (seed, order) {
+            (Seed::Time, 0) => Series::from_derivatives(phi, w, 0.0),
+            _ => Series::from([phi, w][order]),
+        }
+    }
+
     /// U′, u, u̇, ü.
     fn flank_series(&self, seed: Seed) -> [Series; 4] {
         let (shaft, u) = self.cam.at(&self.motion, self.now.time);
@@ -287,6 +296,22 @@ fn outputs(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
     )
     .depends(&pressed)
     .depends_initially(&inputs);
+    if !drive.cam.is_input() {
+        list.output(
+            "phi",
+            "Drive angle",
+            real(&unit::ANGLE),
+            |d, _| d.shaft_series(Seed::Time, 0).value(),
+            |d, s, _| d.shaft_series(s, 0),
+        );
+        list.output(
+            "w",
+            "Angular velocity of the drive",
+            real(&unit::ANGULAR_VELOCITY),
+            |d, _| d.shaft_series(Seed::Time, 1).value(),
+            |d, s, _| d.shaft_series(s, 1),
+        );
+    }
     list.output(
         "tau",
         "Torque of the contact force on the drive, U' force; positive loads the drive",

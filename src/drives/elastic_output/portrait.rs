@@ -13,13 +13,13 @@ const TURNS: f64 = 5.0;
 
 /// Whole turns at constant speed; a second where the inputs or a drive at rest set no period.
 pub(super) fn experiment(drive: &ElasticOutput) -> Experiment {
-    let stop = match drive.cam.mode {
+    let span = match drive.cam.mode {
         DriveMode::Constant { w, .. } if w != 0.0 => TURNS * TAU / w.abs(),
         _ => 1.0,
     };
-    // Rounded up to whole nanoseconds, so that there are at most 1000 steps.
-    let step = (stop / STEPS * 1e9).ceil() / 1e9;
-    Experiment { stop, step, tolerance: 1e-6 }
+    // Rounded up to whole nanoseconds, and the end with it: equal steps then meet the stop time.
+    let step = (span / STEPS * 1e9).ceil() / 1e9;
+    Experiment { stop: STEPS * step, step, tolerance: 1e-6 }
 }
 
 pub(super) fn of(drive: &ElasticOutput) -> Portrait {

@@ -118,7 +118,8 @@ impl Twist<'_> {
         match failure {
             Failure::Unbounded { time } => Fault(format!(
                 "the twist q grows without bound, at t = {time} s beyond 1e100 rad: the drive is parametrically \
-                 unstable at this speed; change the speed, raise b, or set shaft.linear = false"
+                 unstable, or an input jumped far; change the speed, raise b{}",
+                if self.equation.linear { ", or set shaft.linear = false" } else { "" }
             )),
             Failure::Stalled { time } => Fault(format!(
                 "the twist q cannot be computed beyond t = {time} s: no internal step keeps the tolerance; check \

@@ -62,14 +62,14 @@ fn declare_parameters(list: &mut List<ElasticShaft>) {
     list.parameter(
         "J",
         "Moment of inertia of the cam, at the far end of the shaft; above zero",
-        real_within(&unit::INERTIA, 0.0, 1e9),
+        real_within(&unit::INERTIA, 1e-12, 1e9),
         |d, _| d.inertia,
         |d, _, value| d.inertia = value,
     );
     list.parameter(
         "c",
         "Torsional stiffness of the input shaft; above zero",
-        real_within(&unit::ROTATIONAL_STIFFNESS, 0.0, 1e15),
+        real_within(&unit::ROTATIONAL_STIFFNESS, 1e-12, 1e15),
         |d, _| d.c,
         |d, _, value| d.c = value,
     )

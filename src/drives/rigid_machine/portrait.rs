@@ -103,12 +103,12 @@ impl RigidMachine {
             "Links are rigid and joints have no play; friction enters only through `tau`.".to_owned(),
             "The speed stays below 1e7 rad/s.".to_owned(),
         ];
-        if matches!(self.motor, Motor::Kloss { .. }) {
-            limits.push(
+        if let Motor::Kloss { dynamics, .. } = &self.motor {
+            let follow = if dynamics.is_some() { "with the lag `motor.T_el`" } else { "at once" };
+            limits.push(format!(
                 "The motor's characteristic holds for constant voltage, negligible stator resistance and currents \
-                 that follow the speed at once (or with the lag `motor.T_el`); `motor.w_s` must not be zero."
-                    .to_owned(),
-            );
+                 that follow the speed {follow}; `motor.w_s` must not be zero."
+            ));
         }
         limits
     }
