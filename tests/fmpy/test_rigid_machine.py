@@ -153,3 +153,20 @@ def test_torque_as_input(fmu):
                 unit.step(size)
             got = np.array(unit.get("phi", "w"))
         assert np.all(np.abs(got - expected[-1]) <= 1e-9 * np.abs(expected).max(axis=0))
+
+
+def test_the_tolerance_buys_accuracy(fmu):
+    package = fmu("rapier_loom")
+    p, rhs = machine(package)
+    expected = reference.integrate(rhs, [0.0, 0.0], np.linspace(0, 1.2, 121))
+    errors = []
+    for tolerance in (1e-2, 1e-5, 1e-8, 1e-12):
+        with package.unit() as unit:
+            values = {"start.mode": 1, "phi_start": 0.0, "w_start": 0.0, "solver.tolerance": tolerance}
+            unit.initialise(values=values)
+            unit.step(1.2)
+            got = np.array(unit.get("phi", "w"))
+        errors.append(np.max(np.abs(got - expected[-1]) / np.abs(expected).max(axis=0)))
+        # The last digits of the reference are beyond its own tolerance.
+        assert errors[-1] <= max(tolerance, 1e-11), errors
+    assert errors[0] > 10 * errors[1] > 10 * errors[2], errors
