@@ -8,7 +8,8 @@ use crate::numerics::double_double::{Double, two_product};
 use crate::numerics::taylor::Series;
 use serde::{Deserialize, Serialize};
 
-/// The highest order of input derivatives that enters the motion.
+/// The highest order of input derivatives that enters the motion within a step; importers extrapolate with one to
+/// three, and a place in the state must be kept for each.
 pub const MAX_INPUT_DERIVATIVE: usize = 8;
 
 /// Coefficients of the motion polynomial: φ, w, a and the derivatives of `a`.

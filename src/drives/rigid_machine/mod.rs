@@ -267,7 +267,7 @@ impl Drive for RigidMachine {
     }
 
     fn input_derivative_order(&self) -> usize {
-        signal::MAX_ORDER
+        super::cam_drive::MAX_INPUT_DERIVATIVE
     }
 
     fn request_tolerance(&mut self, tolerance: f64) {

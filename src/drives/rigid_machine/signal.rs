@@ -1,17 +1,15 @@
 //! An input as a polynomial of time over a communication step.
 
+use crate::drives::cam_drive::MAX_INPUT_DERIVATIVE;
 use crate::numerics::taylor::Series;
 use serde::{Deserialize, Serialize};
-
-/// The highest order of input derivatives that is taken into account.
-pub const MAX_ORDER: usize = 8;
 
 /// v(t) = Σ vⱼ (t − t₀)ʲ / j! over the step that starts at t₀. After the step the value at its end stands until a
 /// new one is set or the next step begins; then the value that was set holds again.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Signal {
     value: f64,
-    derivatives: [f64; MAX_ORDER],
+    derivatives: [f64; MAX_INPUT_DERIVATIVE],
     /// The time since t₀ [s]; above zero when the step is over.
     elapsed: f64,
 }
@@ -27,7 +25,7 @@ impl Signal {
         *self = Signal { value, ..Signal::default() };
     }
 
-    /// Sets vⱼ, j = `order` ∈ 1 … [`MAX_ORDER`], for the next step.
+    /// Sets vⱼ, j = `order` ∈ 1 … [`MAX_INPUT_DERIVATIVE`], for the next step.
     pub fn set_derivative(&mut self, order: usize, value: f64) {
         self.step_begins();
         self.derivatives[order - 1] = value;
@@ -47,7 +45,7 @@ impl Signal {
 
     /// v at t₀ + `t`.
     pub fn at(&self, t: f64) -> f64 {
-        let above = (1..=MAX_ORDER).rev().fold(0.0, |sum, j| (self.derivatives[j - 1] + sum) * t / j as f64);
+        let above = (1..=MAX_INPUT_DERIVATIVE).rev().fold(0.0, |sum, j| (self.derivatives[j - 1] + sum) * t / j as f64);
         self.value + above
     }
 
@@ -59,7 +57,7 @@ impl Signal {
     /// The series of v in time, now.
     pub fn series(&self) -> Series {
         let derivative = |order: usize| {
-            (order..=MAX_ORDER)
+            (order..=MAX_INPUT_DERIVATIVE)
                 .rev()
                 .fold(0.0, |sum, j| self.derivatives[j - 1] + sum * self.elapsed / (j + 1 - order) as f64)
         };
