@@ -9,11 +9,60 @@ pub const DEFAULT_TOLERANCE: f64 = 1e-10;
 /// The finest tolerance that double precision can honour.
 pub const FINEST_TOLERANCE: f64 = 1e-14;
 
+/// The longest internal step that may be asked for [s]: longer than any communication step.
+pub const LONGEST_STEP_SIZE: f64 = 1e6;
+
+/// What decides the internal steps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Method {
+    /// The tolerance: steps as long as it allows.
+    #[default]
+    Adaptive,
+    /// A grid of equal steps from the start on, each of the same cost, for hosts with a deadline.
+    FixedCost,
+}
+
+/// The items of `solver.method`, in the order of [`Method`].
+pub static METHOD: variable::Enumeration = variable::Enumeration {
+    name: "SolverMethod",
+    items: &[
+        ("adaptive", "Internal steps as long as solver.tolerance allows"),
+        ("fixed_cost", "Equal internal steps of solver.step_size, each of the same cost"),
+    ],
+};
+
+impl Method {
+    /// The number of the item in [`METHOD`].
+    pub fn number(self) -> f64 {
+        match self {
+            Method::Adaptive => 1.0,
+            Method::FixedCost => 2.0,
+        }
+    }
+
+    /// The method with this number.
+    pub fn from_number(number: f64) -> Self {
+        if number == 2.0 { Method::FixedCost } else { Method::Adaptive }
+    }
+}
+
+/// What the user asks of the solver.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Settings {
+    /// `solver.tolerance`: relative, 0 for the default.
+    pub tolerance: f64,
+    /// `solver.method`.
+    pub method: Method,
+    /// `solver.step_size` [s] of the method `fixed_cost`, 0 for the drive's own choice.
+    pub step_size: f64,
+}
+
 /// Settings and statistics of a drive's solver.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Solver {
-    /// `solver.tolerance`: relative, 0 for the default.
-    pub tolerance: f64,
+    /// The user's settings.
+    pub settings: Settings,
     /// What the importer asked for at set-up; 0 if nothing.
     pub requested: f64,
     /// Internal steps since the start.
@@ -25,15 +74,16 @@ pub struct Solver {
 }
 
 impl Solver {
-    /// A solver with this `solver.tolerance`.
-    pub fn new(tolerance: f64) -> Self {
-        Solver { tolerance, ..Solver::default() }
+    /// A solver with these settings.
+    pub fn new(settings: Settings) -> Self {
+        Solver { settings, ..Solver::default() }
     }
 
     /// The tolerance to work with: the user's, else the default; a finer one of the importer is honoured, a
     /// coarser one is not.
     pub fn effective_tolerance(&self) -> f64 {
-        let own = if self.tolerance > 0.0 { self.tolerance } else { DEFAULT_TOLERANCE };
+        let Settings { tolerance, .. } = self.settings;
+        let own = if tolerance > 0.0 { tolerance } else { DEFAULT_TOLERANCE };
         let finest = if self.requested > 0.0 { own.min(self.requested) } else { own };
         finest.max(FINEST_TOLERANCE)
     }
@@ -51,15 +101,37 @@ pub trait HasSolver: Sized {
     /// The solver, to change it.
     fn solver_mut(&mut self) -> &mut Solver;
 
-    /// Declares `solver.tolerance` and the statistics.
+    /// Whether `solver.method` changes anything: a drive whose steps all cost the same has no such choice.
+    fn has_method(&self) -> bool {
+        false
+    }
+
+    /// Declares `solver.tolerance`, where there is a choice `solver.method` and `solver.step_size`, and the
+    /// statistics.
     fn declare_solver(&self, list: &mut List<Self>) {
         list.parameter(
             "solver.tolerance",
             "Relative tolerance; 0 for the documented default",
             variable::real_within(&unit::NUMBER, 0.0, 1.0),
-            |d, _| d.solver().tolerance,
-            |d, _, value| d.solver_mut().tolerance = value,
+            |d, _| d.solver().settings.tolerance,
+            |d, _, value| d.solver_mut().settings.tolerance = value,
         );
+        if self.has_method() {
+            list.parameter(
+                "solver.method",
+                "What decides the internal steps",
+                variable::Kind::Enumeration(&METHOD),
+                |d, _| d.solver().settings.method.number(),
+                |d, _, value| d.solver_mut().settings.method = Method::from_number(value),
+            );
+            list.parameter(
+                "solver.step_size",
+                "Internal step of the method fixed_cost; 0 for the documented default",
+                variable::real_within(&unit::TIME, 0.0, LONGEST_STEP_SIZE),
+                |d, _| d.solver().settings.step_size,
+                |d, _, value| d.solver_mut().settings.step_size = value,
+            );
+        }
         let number = || variable::real(&unit::NUMBER);
         list.local("solver.steps", "Internal steps since the start", number(), |d, _| d.solver().steps);
         list.local("solver.evaluations", "Evaluations of the equations since the start", number(), |d, _| {

@@ -5,6 +5,7 @@ use super::section::{Faults, NOT_NEGATIVE, POSITIVE, Section, within};
 use super::{Resolved, diagnostics::Diagnostic, units};
 use crate::drives::cam_drive::{DriveMode, Start, StartMode};
 use crate::drives::rigid_machine::{self, Follower, InertiaFunction, MachineStart, Motor};
+use crate::drives::solver::{LONGEST_STEP_SIZE, Method, Settings};
 use crate::drives::unit::{self, Quantity};
 use crate::drives::variable::{Causality, Kind};
 use crate::drives::{Drive, backlash, elastic_output, elastic_shaft};
@@ -68,7 +69,7 @@ struct CamDrive {
     cam: MotionLaw,
     drive: DriveMode,
     start: Start,
-    tolerance: f64,
+    solver: Settings,
 }
 
 /// Reads `[cam]`, `[drive]`, `[start]` and `[solver]`; q is a length or an angle. The law comes apart, since the
@@ -80,8 +81,8 @@ fn cam(root: &Section<'_>, folder: &Path) -> Option<MotionLaw> {
 fn cam_drive(root: &Section<'_>, cam: Option<MotionLaw>, angular: bool) -> Option<CamDrive> {
     let drive = root.required_section("drive").and_then(|s| drive_mode(&s));
     let start = start(root, angular);
-    let tolerance = tolerance(root);
-    Some(CamDrive { cam: cam?, drive: drive?, start: start?, tolerance: tolerance? })
+    let solver = solver(root);
+    Some(CamDrive { cam: cam?, drive: drive?, start: start?, solver: solver? })
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -157,11 +158,22 @@ fn start(root: &Section<'_>, angular: bool) -> Option<Start> {
     start
 }
 
-fn tolerance(root: &Section<'_>) -> Option<f64> {
-    let Some(section) = root.section("solver")? else { return Some(0.0) };
+/// Reads `[solver]`.
+fn solver(root: &Section<'_>) -> Option<Settings> {
+    let Some(section) = root.section("solver")? else { return Some(Settings::default()) };
     let tolerance = section.real_or("tolerance", &unit::NUMBER, within(0.0, 1.0), 0.0);
+    let methods: &[(&[&str], Method)] =
+        &[(&["adaptive"], Method::Adaptive), (&["fixed_cost", "fixed_step"], Method::FixedCost)];
+    let method = section.choice_or("method", methods, Method::Adaptive);
+    let step_size = match method {
+        Some(Method::Adaptive) => {
+            forbid(&section, &["step_size"], "solver.tolerance decides the steps", "method = \"fixed_cost\"");
+            Some(0.0)
+        }
+        _ => section.real_or("step_size", &unit::TIME, within(0.0, LONGEST_STEP_SIZE), 0.0),
+    };
     section.finish(SYNONYMS);
-    tolerance
+    Some(Settings { tolerance: tolerance?, method: method?, step_size: step_size? })
 }
 
 /// Stiffness and damping, given themselves or by natural frequency and damping ratio of the mass (or inertia) `mass`.
@@ -215,14 +227,14 @@ fn elastic_cam_drive(root: &Section<'_>, folder: &Path) -> Option<(&'static str,
         values
     });
     let common = cam_drive(root, cam, place == Some(Place::Shaft));
-    let (CamDrive { cam, drive, start, tolerance }, elastic) = (common?, elastic?);
+    let (CamDrive { cam, drive, start, solver }, elastic) = (common?, elastic?);
     match elastic {
         Elastic::Output { m, c, b } => {
-            let scene = elastic_output::Scene { m, c, b, cam, drive, start, tolerance };
+            let scene = elastic_output::Scene { m, c, b, cam, drive, start, solver };
             resolved::<elastic_output::ElasticOutput>(&scene, ELASTICITY)
         }
         Elastic::Shaft { m, inertia, c, b, linear } => {
-            let scene = elastic_shaft::Scene { m, inertia, c, b, linear, cam, drive, start, tolerance };
+            let scene = elastic_shaft::Scene { m, inertia, c, b, linear, cam, drive, start, solver };
             resolved::<elastic_shaft::ElasticShaft>(&scene, ELASTICITY)
         }
     }
@@ -266,8 +278,8 @@ fn backlash_drive(root: &Section<'_>, folder: &Path) -> Option<(&'static str, Va
         section.finish(SYNONYMS);
         Some([m1?, m2?, c?, b?, s?, e?])
     });
-    let (CamDrive { cam, drive, start, tolerance }, [m1, m2, c, b, s, e]) = cam_drive(root, cam, false).zip(values)?;
-    let scene = backlash::Scene { m1, m2, c, b, s, e, cam, drive, start, tolerance };
+    let (CamDrive { cam, drive, start, solver }, [m1, m2, c, b, s, e]) = cam_drive(root, cam, false).zip(values)?;
+    let scene = backlash::Scene { m1, m2, c, b, s, e, cam, drive, start, solver };
     resolved::<backlash::BacklashDrive>(&scene, BACKLASH)
 }
 
@@ -292,7 +304,7 @@ fn rigid_machine(root: &Section<'_>, folder: &Path) -> Option<(&'static str, Val
         None => None,
     };
     let start = machine_start(root);
-    let tolerance = tolerance(root);
+    let solver = solver(root);
     let (constant, varying) = inertia?;
     let (mode, phi_start, w_start) = start?;
     let scene = rigid_machine::Scene {
@@ -302,7 +314,7 @@ fn rigid_machine(root: &Section<'_>, folder: &Path) -> Option<(&'static str, Val
         phi_start,
         w_start,
         start: mode,
-        tolerance: tolerance?,
+        solver: solver?,
     };
     resolved::<rigid_machine::RigidMachine>(&scene, MACHINE)
 }
@@ -416,6 +428,12 @@ pub fn try_out(resolved: &Resolved, names: Names, faults: &Faults<'_>) {
         Ok(drive) => drive,
         Err(fault) => return report(fault.0, None),
     };
+    if let Some(span) = faults.place("solver.method")
+        && drive.descriptions().iter().all(|d| d.name != "solver.method")
+    {
+        let message = "`solver.method` has no meaning here: every step of this drive costs the same";
+        faults.report(faults.at(span, message).hint("remove it"));
+    }
     let parameters: Vec<(usize, String, Kind)> = drive
         .descriptions()
         .iter()

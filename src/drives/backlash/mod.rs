@@ -28,7 +28,7 @@ mod steady_state;
 mod variables;
 
 use super::cam_drive::{AngleMotion, CamDrive, DriveMode, HasCamDrive, Start, StartMode};
-use super::solver::{HasSolver, Solver};
+use super::solver::{HasSolver, Settings, Solver};
 use super::{Curve, Drive, EventLog, Experiment, Fault, List, Portrait};
 use crate::motion::{Kinematics, MotionLaw};
 use crate::numerics::double_double::Double;
@@ -58,8 +58,8 @@ pub struct Scene {
     pub drive: DriveMode,
     /// The initial state.
     pub start: Start,
-    /// `solver.tolerance`.
-    pub tolerance: f64,
+    /// `solver.tolerance`, `solver.method`, `solver.step_size`.
+    pub solver: Settings,
 }
 
 /// The drive at a communication point.
@@ -219,14 +219,14 @@ impl Drive for BacklashDrive {
     const MODEL: &'static str = "BacklashDrive";
 
     fn new(scene: Scene) -> Result<Self, Fault> {
-        let Scene { m1, m2, c, b, s, e, cam, drive, start, tolerance } = scene;
+        let Scene { m1, m2, c, b, s, e, cam, drive, start, solver } = scene;
         let state = State::default();
         let now = Now { time: 0.0, mode: Mode::Free, state, u: Kinematics::default(), tally: Tally::default() };
         let drive = BacklashDrive {
             motion: AngleMotion::uniform(0.0, 0.0, 0.0),
             cam: CamDrive::new(cam, drive),
             start,
-            solver: Solver::new(tolerance),
+            solver: Solver::new(solver),
             m1,
             m2,
             c,

@@ -5,6 +5,7 @@ use super::flank::FlankMotion;
 use super::solver::{Run, Stretch};
 use super::{BacklashDrive, Scene};
 use crate::drives::cam_drive::{DriveMode, Start, StartMode};
+use crate::drives::solver::Settings;
 use crate::drives::{Drive, Event, EventLog};
 use crate::motion::{Fourier, Kinematics, MotionLaw};
 use crate::numerics::double_double::Double;
@@ -128,7 +129,7 @@ fn scene(w: f64, s: f64, b: f64, e: f64) -> Scene {
         cam: profile(),
         drive: DriveMode::Constant { w, phi_start: 0.0 },
         start: Start { mode: StartMode::AtRest, q: 0.0, q_dot: 0.0 },
-        tolerance: 0.0,
+        solver: Settings::default(),
     }
 }
 

@@ -22,7 +22,7 @@ mod variables;
 
 use super::cam_drive::{AngleMotion, CamDrive, DriveMode, HasCamDrive, Start, StartMode};
 use super::response::Response;
-use super::solver::{HasSolver, Solver};
+use super::solver::{HasSolver, Settings, Solver};
 use super::{Curve, Drive, EventLog, Experiment, Fault, List, Portrait};
 use crate::motion::{Kinematics, MotionLaw, TransferFunctions};
 use crate::numerics::oscillator::Oscillator;
@@ -43,8 +43,8 @@ pub struct Scene {
     pub drive: DriveMode,
     /// Initial state.
     pub start: Start,
-    /// `solver.tolerance`; 0 for the default.
-    pub tolerance: f64,
+    /// `solver.tolerance`, `solver.method`, `solver.step_size`.
+    pub solver: Settings,
 }
 
 /// The drive in operation.
@@ -172,7 +172,7 @@ impl Drive for ElasticOutput {
     const MODEL: &'static str = "ElasticCamDrive.output";
 
     fn new(scene: Scene) -> Result<Self, Fault> {
-        let Scene { m, c, b, cam, drive, start, tolerance } = scene;
+        let Scene { m, c, b, cam, drive, start, solver } = scene;
         let response = Response::new(Oscillator::of_mass(m, c, b), &cam);
         let drive = ElasticOutput {
             m,
@@ -180,7 +180,7 @@ impl Drive for ElasticOutput {
             b,
             cam: CamDrive::new(cam, drive),
             start,
-            solver: Solver::new(tolerance),
+            solver: Solver::new(solver),
             response,
             now: Moment::default(),
             before: Moment::default(),

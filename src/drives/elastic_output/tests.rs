@@ -19,7 +19,7 @@ fn at_rest() -> Start {
 }
 
 fn scene([m, c, b]: [f64; 3], cam: MotionLaw, drive: DriveMode, start: Start) -> Scene {
-    Scene { m, c, b, cam, drive, start, tolerance: 0.0 }
+    Scene { m, c, b, cam, drive, start, solver: Settings::default() }
 }
 
 fn drive(scene: Scene) -> ElasticOutput {

@@ -26,7 +26,7 @@ mod tests;
 mod variables;
 
 use super::cam_drive::{AngleMotion, CamDrive, DriveMode, HasCamDrive, Start, StartMode};
-use super::solver::{HasSolver, Solver};
+use super::solver::{HasSolver, Settings, Solver};
 use super::{Curve, Drive, EventLog, Experiment, Fault, List, Portrait};
 use crate::motion::MotionLaw;
 use crate::numerics::collocation::Collocation;
@@ -54,8 +54,8 @@ pub struct Scene {
     pub drive: DriveMode,
     /// Initial state.
     pub start: Start,
-    /// `solver.tolerance`; 0 for the default.
-    pub tolerance: f64,
+    /// `solver.tolerance`, `solver.method`, `solver.step_size`.
+    pub solver: Settings,
 }
 
 /// The drive in operation.
@@ -159,7 +159,7 @@ impl Drive for ElasticShaft {
     const MODEL: &'static str = "ElasticCamDrive.shaft";
 
     fn new(scene: Scene) -> Result<Self, Fault> {
-        let Scene { m, inertia, c, b, linear, cam, drive, start, tolerance } = scene;
+        let Scene { m, inertia, c, b, linear, cam, drive, start, solver } = scene;
         let cam = CamDrive::new(cam, drive);
         let motion = cam.motion(0.0);
         let drive = ElasticShaft {
@@ -170,7 +170,7 @@ impl Drive for ElasticShaft {
             linear,
             cam,
             start,
-            solver: Solver::new(tolerance),
+            solver: Solver::new(solver),
             used: [m, c, b],
             motion,
             integrator: Collocation::new(Double::default(), [0.0; 2]),

@@ -15,7 +15,7 @@ fn manipulator(law: MotionLaw, linear: bool, drive: DriveMode) -> Scene {
         cam: law,
         drive,
         start: Start { mode: StartMode::AtRest, q: 0.0, q_dot: 0.0 },
-        tolerance: 0.0,
+        solver: Settings::default(),
     }
 }
 
@@ -92,7 +92,7 @@ fn the_tolerance_buys_accuracy_in_proportion() {
     let mut last = 1.0;
     for tolerance in [1e-5, 1e-7, 1e-9, 1e-11] {
         let mut scene = manipulator(profile(), false, CONSTANT);
-        scene.tolerance = tolerance;
+        scene.solver.tolerance = tolerance;
         let mut drive = started(scene);
         run(&mut drive, 1.0, 1);
         let error = (drive.twist[0] - AFTER_1[0][0]).abs() / 6e-3;

@@ -29,7 +29,7 @@ mod tests;
 pub use inertia::{Follower, Inertia, InertiaFunction};
 pub use motor::Motor;
 
-use super::solver::{HasSolver, Solver};
+use super::solver::{HasSolver, Settings, Solver};
 use super::{Curve, Drive, EventLog, Experiment, Fault, List, Portrait};
 use crate::numerics::angle;
 use crate::numerics::double_double::Double;
@@ -53,8 +53,8 @@ pub struct Scene {
     pub w_start: f64,
     /// How the initial speed is found.
     pub start: MachineStart,
-    /// `solver.tolerance`; 0 for the default.
-    pub tolerance: f64,
+    /// `solver.tolerance`, `solver.method`, `solver.step_size`.
+    pub solver: Settings,
 }
 
 /// How the initial speed is found.
@@ -187,7 +187,7 @@ impl Drive for RigidMachine {
             w_start: scene.w_start,
             torque_start: 0.0,
             start: scene.start,
-            solver: Solver::new(scene.tolerance),
+            solver: Solver::new(scene.solver),
             load: Signal::default(),
             driving: Signal::default(),
             state: State::default(),

@@ -39,7 +39,7 @@ fn loom(motor: Motor, phi_start: f64, w_start: f64) -> Scene {
         phi_start,
         w_start,
         start: MachineStart::Given,
-        tolerance: 0.0,
+        solver: Settings::default(),
     }
 }
 
@@ -250,7 +250,8 @@ fn a_torque_does_its_work() {
 #[test]
 fn the_answer_does_not_depend_on_the_communication_step() {
     let reference = {
-        let mut machine = started(Scene { tolerance: 1e-14, ..cycles(kloss(0.16), 0.0) });
+        let mut machine =
+            started(Scene { solver: Settings { tolerance: 1e-14, ..Settings::default() }, ..cycles(kloss(0.16), 0.0) });
         machine.load.set(20.0);
         run(&mut machine, 1.0, 3);
         [get(&machine, "phi"), get(&machine, "w")]
