@@ -369,9 +369,10 @@ impl<D: Drive> DynDrive for Unit<D> {
     }
 
     fn deserialize(&self, bytes: &[u8]) -> Result<Box<dyn Any + Send>, Fault> {
-        let (state, rest): (Snapshot<D>, &[u8]) =
+        let (mut state, rest): (Snapshot<D>, &[u8]) =
             postcard::take_from_bytes(bytes).map_err(|e| Fault(format!("the serialised state cannot be read: {e}")))?;
         if rest.is_empty() {
+            state.drive.restored();
             Ok(Box::new(state))
         } else {
             Err(Fault::new("the serialised state is longer than it should be"))

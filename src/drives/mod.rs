@@ -102,8 +102,8 @@ pub struct Equation {
 /// A drive model in operation: parameters, inputs and the state at the communication point.
 ///
 /// The value is the whole FMU state: a clone is a snapshot, its serialisation restores it bit by bit.
-/// Caches that follow from the rest may be skipped in the serialisation when [`Drive::apply`] rebuilds them
-/// to the same bits.
+/// Caches that follow from the rest may be skipped in the serialisation when [`Drive::apply`] or
+/// [`Drive::restored`] rebuilds them to the same bits.
 pub trait Drive: Clone + Serialize + DeserializeOwned + Send + 'static {
     /// The model as the scene describes it, validated, coherent SI.
     type Scene: Serialize + DeserializeOwned;
@@ -154,4 +154,7 @@ pub trait Drive: Clone + Serialize + DeserializeOwned + Send + 'static {
 
     /// What happened since the log was last cleared.
     fn events(&mut self) -> &mut EventLog;
+
+    /// Called on a drive that was just read from bytes: rebuilds what the serialisation leaves out, to the same bits.
+    fn restored(&mut self) {}
 }

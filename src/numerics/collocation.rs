@@ -27,7 +27,7 @@ pub const MAX_EQUATIONS: usize = 3;
 const CAPACITY: usize = STAGES * MAX_EQUATIONS;
 
 /// A state beyond this is given up: the square of any product of few such numbers would overflow.
-const UNBOUNDED: f64 = 1e100;
+pub const UNBOUNDED: f64 = 1e100;
 
 /// Scales below this count as this, so that relative errors exist for a vanishing state too.
 const SMALLEST_SCALE: f64 = 1e-150;

@@ -10,5 +10,6 @@ pub mod forced;
 pub mod gauss;
 pub mod lu;
 pub mod oscillator;
+pub mod period_map;
 pub mod quadrature;
 pub mod taylor;

@@ -21,6 +21,7 @@ mod equation;
 mod portrait;
 mod solver;
 mod steady;
+mod turn;
 #[cfg(test)]
 mod tests;
 mod variables;
@@ -31,9 +32,12 @@ use super::{Curve, Drive, EventLog, Experiment, Fault, List, Portrait};
 use crate::motion::MotionLaw;
 use crate::numerics::collocation::Collocation;
 use crate::numerics::double_double::Double;
+use crate::numerics::period_map::{Course, PeriodMap};
 use equation::Equation;
 use serde::{Deserialize, Serialize};
 use solver::Twist;
+use std::sync::Arc;
+use turn::Turn;
 
 /// The drive as a scene describes it, coherent SI.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -74,6 +78,11 @@ pub struct ElasticShaft {
     /// φ(t) through the communication point.
     motion: AngleMotion,
     integrator: Collocation<2>,
+    /// The linear equation at constant speed, tabulated over its period; follows from the parameters.
+    #[serde(skip)]
+    table: Option<Arc<PeriodMap>>,
+    /// The way through the table; None while the integrator is at work.
+    course: Option<Course>,
     /// The segment of the law at the end of the integrator's last step.
     segment: usize,
     /// The communication point [s].
@@ -131,6 +140,29 @@ impl ElasticShaft {
         });
     }
 
+    /// Tabulates the equation over a period where it is linear and the speed constant; None where it is not, and
+    /// where a table would be too long.
+    fn tabulate(&self) -> Option<Arc<PeriodMap>> {
+        let DriveMode::Constant { w, phi_start } = self.cam.mode else { return None };
+        let turn = Turn::new(self.equation(), &self.cam.law, w, phi_start)?;
+        PeriodMap::new(&turn, self.solver.effective_tolerance()).map(Arc::new)
+    }
+
+    /// Goes to `target` through the table; false where there is none for the present parameters.
+    fn follow_table(&mut self, target: f64) -> Result<bool, Fault> {
+        let (Some(course), Some(table)) = (&mut self.course, &self.table) else { return Ok(false) };
+        if self.used != [self.m, self.c, self.b] {
+            // Tabulating anew would allocate within a step, and who tunes once may tune again.
+            self.course = None;
+            return Ok(false);
+        }
+        course.reach(table, target).map_err(|fault| solver::unbounded(fault.time, self.linear))?;
+        self.twist = course.at(target);
+        self.time = target;
+        self.solver.steps = course.steps as f64;
+        Ok(true)
+    }
+
     /// φ, ω, q, q̇ at the communication point on the present motion.
     fn remember(&mut self) {
         let [phi, w, ..] = self.motion.at(self.time).kinematics.0;
@@ -146,8 +178,8 @@ impl ElasticShaft {
                  at_rest or given",
             )),
             StartMode::SteadyState => {
-                let time = self.time;
-                self.with_twist(|twist, _| steady::periodic(twist, time, tolerance))
+                let (time, table) = (self.time, self.table.clone());
+                self.with_twist(|twist, _| steady::periodic(twist, time, tolerance, table.as_deref()))
             }
         }
     }
@@ -174,6 +206,8 @@ impl Drive for ElasticShaft {
             used: [m, c, b],
             motion,
             integrator: Collocation::new(Double::default(), [0.0; 2]),
+            table: None,
+            course: None,
             segment: 0,
             time: 0.0,
             twist: [0.0; 2],
@@ -208,8 +242,14 @@ impl Drive for ElasticShaft {
         self.solver.start();
         self.motion = self.cam.motion(time);
         self.integrator = Collocation::new(Double::from(time), [0.0; 2]);
+        self.table = self.tabulate();
         self.twist = self.initial_twist(self.solver.effective_tolerance())?;
         self.restart_integrator();
+        self.course = self.table.as_ref().map(|table| Course::new(table, time, self.twist));
+        if let Some(table) = &self.table {
+            self.solver.evaluations = table.evaluations() as f64;
+            self.solver.error_estimate = table.error();
+        }
         self.remember();
         Ok(())
     }
@@ -228,8 +268,11 @@ impl Drive for ElasticShaft {
     }
 
     fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
-        self.apply(time)?;
         let target = time + step;
+        if self.follow_table(target)? {
+            return Ok(());
+        }
+        self.apply(time)?;
         let tolerance = self.solver.effective_tolerance();
         if self.cam.is_input() {
             // The motion is known up to the end of the communication step only.
@@ -266,6 +309,16 @@ impl Drive for ElasticShaft {
 
     fn events(&mut self) -> &mut EventLog {
         &mut self.log
+    }
+
+    fn restored(&mut self) {
+        if self.course.is_some() {
+            // A state on the table was reached with the parameters of the last step.
+            let tuned = [self.m, self.c, self.b];
+            [self.m, self.c, self.b] = self.used;
+            self.table = self.tabulate();
+            [self.m, self.c, self.b] = tuned;
+        }
     }
 }
 

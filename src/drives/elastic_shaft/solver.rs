@@ -18,7 +18,7 @@ const OVERRUN: f64 = 1e-12;
 
 /// The angle over which a step of degree 8 may reach, times the resolution K of the law [rad]: two radians of
 /// the highest harmonic cannot hide between eight nodes.
-const REACH: f64 = 2.0;
+pub const REACH: f64 = 2.0;
 
 /// Internal steps within one communication step, beyond which the drive is given up: some seconds of work, and
 /// several times what ten turns with a thousand vibrations each take.
@@ -116,17 +116,22 @@ impl Twist<'_> {
 
     fn fault(&self, failure: Failure) -> Fault {
         match failure {
-            Failure::Unbounded { time } => Fault(format!(
-                "the twist q grows without bound, at t = {time} s beyond 1e100 rad: the drive is parametrically \
-                 unstable, or an input jumped far; change the speed, raise b{}",
-                if self.equation.linear { ", or set shaft.linear = false" } else { "" }
-            )),
+            Failure::Unbounded { time } => unbounded(time, self.equation.linear),
             Failure::Stalled { time } => Fault(format!(
                 "the twist q cannot be computed beyond t = {time} s: no internal step keeps the tolerance; check \
                  J, m, c, b and the speed, or relax solver.tolerance"
             )),
         }
     }
+}
+
+/// The twist has left the range of numbers that can be gone on with.
+pub fn unbounded(time: f64, linear: bool) -> Fault {
+    Fault(format!(
+        "the twist q grows without bound, at t = {time} s beyond 1e100 rad: the drive is parametrically unstable, or \
+         an input jumped far; change the speed, raise b{}",
+        if linear { ", or set shaft.linear = false" } else { "" }
+    ))
 }
 
 impl System<2> for Twist<'_> {

@@ -4,6 +4,7 @@ use super::solver::Twist;
 use crate::drives::Fault;
 use crate::numerics::collocation::Collocation;
 use crate::numerics::double_double::Double;
+use crate::numerics::period_map::PeriodMap;
 
 /// 2π in double-double.
 const TURN: Double = Double { hi: std::f64::consts::TAU, lo: 2.449_293_598_294_706_4e-16 };
@@ -92,7 +93,12 @@ fn nonlinear_map(
 }
 
 /// The periodic (q, q̇) at `start`; refused where it is not found or does not attract.
-pub fn periodic(twist: &mut Twist, start: f64, tolerance: f64) -> Result<[f64; 2], Fault> {
+pub fn periodic(
+    twist: &mut Twist,
+    start: f64,
+    tolerance: f64,
+    table: Option<&PeriodMap>,
+) -> Result<[f64; 2], Fault> {
     if twist.motion.coefficients[1] == 0.0 {
         // A drive at rest: the spring is relaxed.
         return Ok([0.0, 0.0]);
@@ -103,7 +109,10 @@ pub fn periodic(twist: &mut Twist, start: f64, tolerance: f64) -> Result<[f64; 2
              modulus 1, free vibrations never die out; set b > 0, or start.mode = at_rest",
         ));
     }
-    let map = linear_map(twist, start, tolerance)?;
+    let map = match table {
+        Some(table) => TurnMap { monodromy: table.period_map().matrix, image: table.period_map().shift },
+        None => linear_map(twist, start, tolerance)?,
+    };
     if twist.equation.linear {
         refuse_unstable(&map, twist)?;
         return map.fixed_point([0.0, 0.0]).ok_or_else(|| not_found(twist));

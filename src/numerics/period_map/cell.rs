@@ -1,0 +1,142 @@
+//! One cell: collocation of q̈ = g − d q̇ − k q at the Gauss nodes for two free motions and one forced.
+//!
+//! With t = t_mid + H x and a = q̈ at the nodes, q̇ = q̇₀ + H S₁ a and q = q₀ + H (1 + x) q̇₀ + H² S₁² a, hence
+//! (1 + H D S₁ + H² K S₁²) a = g − d q̇₀ − k (q₀ + H (1 + x) q̇₀), D and K diagonal: twelve equations with three right-hand
+//! sides. This is the Gauss method of order 24, A-stable; its matrix is half the size of that for (q, q̇).
+
+use super::nodes::{ABSCISSAE, INTEGRAL, LEGENDRE, PROJECTION, SECOND_INTEGRAL, STAGES, WEIGHTS};
+use super::{Affine, COEFFICIENTS, Coefficients, Periodic};
+use crate::numerics::double_double::Double;
+use crate::numerics::lu::Lu;
+
+/// A tabulated cell; the index 0 stands for the motion from (1, 0), 1 for that from (0, 1), 2 for the forced one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cell {
+    /// From the start of the period [s].
+    pub start: Double,
+    /// H, half of the length [s].
+    pub half: f64,
+    /// From the start of the cell to its end.
+    pub map: Affine,
+    /// Coefficients of q̇ in powers of x ∈ [−1, 1].
+    speed: [[f64; 3]; STAGES + 1],
+    /// q in the middle of the cell.
+    middle: [f64; 3],
+}
+
+impl Cell {
+    /// The cell from `start` over `length` [s] and the estimated relative error of its polynomials; None where the
+    /// coefficients are not finite or the equations singular.
+    pub fn solve(equation: &impl Periodic, interval: usize, start: Double, length: f64) -> Option<(Cell, f64)> {
+        let half = 0.5 * length;
+        let mut matrix = [[0.0; STAGES]; STAGES];
+        let mut motions = [[0.0; STAGES]; 3];
+        for i in 0..STAGES {
+            let x = 1.0 + ABSCISSAE[i];
+            let Coefficients { damping, stiffness, forcing } =
+                equation.at(start + Double::from(half * x), interval);
+            let (first, second) = (half * damping, half * half * stiffness);
+            for j in 0..STAGES {
+                matrix[i][j] = first * INTEGRAL[i][j] + second * SECOND_INTEGRAL[i][j];
+            }
+            matrix[i][i] += 1.0;
+            for (motion, value) in motions.iter_mut().zip([-stiffness, -damping - stiffness * half * x, forcing]) {
+                motion[i] = value;
+            }
+        }
+        let lu = Lu::new(matrix, STAGES)?;
+        let mut cell = Cell { start, half, map: Affine::IDENTITY, speed: [[0.0; 3]; STAGES + 1], middle: [0.0; 3] };
+        let mut error: f64 = 0.0;
+        for (which, acceleration) in motions.iter_mut().enumerate() {
+            lu.solve(acceleration);
+            let y0 = [[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]][which];
+            let part = cell.tabulate(which, y0, acceleration);
+            // `max` would swallow a NaN.
+            error = if part <= error { error } else { part };
+        }
+        error.is_finite().then_some((cell, error))
+    }
+
+    /// Takes up the motion from `y0` with these accelerations at the nodes; the estimated relative error.
+    fn tabulate(&mut self, which: usize, y0: [f64; 2], acceleration: &[f64; STAGES]) -> f64 {
+        let half = self.half;
+        let modes: [f64; STAGES] =
+            std::array::from_fn(|k| (0..STAGES).map(|j| PROJECTION[k][j] * acceleration[j]).sum());
+        let speed = integrate(&modes, y0[1], half);
+        let position: [f64; STAGES + 1] = integrate(speed[..STAGES].try_into().expect("as many"), y0[0], half);
+        self.middle[which] = (0..=STAGES).step_by(2).map(|k| position[k] * LEGENDRE[k][0]).sum();
+        for k in 0..=STAGES {
+            for j in (k % 2..=k).step_by(2) {
+                self.speed[j][which] += speed[k] * LEGENDRE[k][j];
+            }
+        }
+        // The last coefficient of q̇ would enter q beyond the degree of `position`; it vanishes in the middle by parity.
+        let velocity = |i: usize| y0[1] + half * (0..STAGES).map(|j| INTEGRAL[i][j] * acceleration[j]).sum::<f64>();
+        let velocities: [f64; STAGES] = std::array::from_fn(velocity);
+        let sum = |f: &[f64; STAGES]| (0..STAGES).map(|i| WEIGHTS[i] * f[i]).sum::<f64>();
+        let end = [y0[0] + half * sum(&velocities), y0[1] + half * sum(acceleration)];
+        if which < 2 {
+            (self.map.matrix[0][which], self.map.matrix[1][which]) = (end[0], end[1]);
+        } else {
+            self.map.shift = end;
+        }
+        self.error(y0, &modes, &velocities)
+    }
+
+    /// The error of q̇ from the decay of the Legendre coefficients of q̈, in units of the motion in the cell: its
+    /// largest q̇, or its largest q over the length of the cell. The first neglected coefficient is taken as the last
+    /// ones, diminished once more by the decay over the two orders before.
+    fn error(&self, y0: [f64; 2], modes: &[f64; STAGES], velocities: &[f64; STAGES]) -> f64 {
+        let length = 2.0 * self.half;
+        let largest = |values: &[f64]| values.iter().fold(0.0, |largest: f64, v| largest.max(v.abs()));
+        let motion = largest(velocities).max(y0[1].abs()).max(y0[0].abs() / length);
+        let pair = |k: usize| modes[k].abs().max(modes[k - 1].abs());
+        let (tail, before) = (pair(STAGES - 1), pair(STAGES - 3));
+        if tail == 0.0 {
+            return 0.0;
+        }
+        let decay = if tail < before { tail / before } else { 1.0 };
+        length * tail * decay / (2 * STAGES + 1) as f64 / motion
+    }
+
+    /// The coefficients of q and q̇ in powers of x for the solution that has the state `y` at the start.
+    pub fn polynomial(&self, y: [f64; 2]) -> [[f64; 2]; COEFFICIENTS] {
+        let combine = |c: &[f64; 3]| c[0] * y[0] + c[1] * y[1] + c[2];
+        let mut polynomial = [[0.0; 2]; COEFFICIENTS];
+        polynomial[0][0] = combine(&self.middle);
+        for (j, c) in self.speed.iter().enumerate() {
+            let speed = combine(c);
+            polynomial[j][1] = speed;
+            polynomial[j + 1][0] = self.half * speed * RECIPROCALS[j];
+        }
+        polynomial
+    }
+}
+
+/// 1/(j + 1).
+const RECIPROCALS: [f64; STAGES + 1] = {
+    let mut r = [1.0; STAGES + 1];
+    let mut j = 1;
+    while j <= STAGES {
+        r[j] = 1.0 / (j + 1) as f64;
+        j += 1;
+    }
+    r
+};
+
+/// The Legendre coefficients of `start` + `half` ∫₋₁^x Σ mₖ Pₖ.
+fn integrate(modes: &[f64; STAGES], start: f64, half: f64) -> [f64; STAGES + 1] {
+    let mode = |k: usize| if k < STAGES { modes[k] } else { 0.0 };
+    let mut integral = [0.0; STAGES + 1];
+    integral[0] = start + half * (mode(0) - mode(1) / 3.0);
+    for k in 1..=STAGES {
+        integral[k] = half * (mode(k - 1) / (2 * k - 1) as f64 - mode(k + 1) / (2 * k + 3) as f64);
+    }
+    integral
+}
+
+/// By which factor to change the length of a cell that had this error, which goes with length¹³ or faster. Aiming at
+/// an eighteenth of the tolerance (0.8¹³) makes rejections rare.
+pub fn growth(error: f64, tolerance: f64) -> f64 {
+    (0.8 * (tolerance / error.max(1e-300)).powf(1.0 / (STAGES + 1) as f64)).clamp(0.2, 4.0)
+}

@@ -1,0 +1,324 @@
+//! Linear oscillations with periodic coefficients, solved once per period:
+//!
+//! q̈ + d(τ) q̇ + k(τ) q = g(τ),  d, k, g of period T.
+//!
+//! The period is divided into cells. In each of them the two free motions from (q, q̇) = (1, 0) and (0, 1) and the
+//! forced motion from rest are tabulated as polynomials, so that every solution is, in every period, a combination
+//! of those three: (q, q̇) at any time of a cell follows from (q, q̇) at its start. The polynomials count from the
+//! start of their own cell, so a solution that grows or decays by any factor over the period keeps its relative
+//! accuracy, and an unstable one its accuracy relative to the growing envelope. Over n whole periods the affine map
+//! of one period is applied n times, by repeated squaring, so a step over any number of periods costs O(log n).
+//!
+//! The tables come from Gauss collocation with twelve nodes (module `cell`): at the ends of a cell of order 24, within
+//! it of order 13. The lengths of the cells are chosen so that the polynomials keep the tolerance.
+//!
+//! Source: E. Hairer, G. Wanner, *Solving Ordinary Differential Equations II*, 2nd ed., Springer 1996, section IV.5;
+//! V. A. Yakubovich, V. M. Starzhinskii, *Linear Differential Equations with Periodic Coefficients*, Wiley 1975.
+
+mod cell;
+mod nodes;
+#[cfg(test)]
+mod tests;
+
+use super::collocation::UNBOUNDED;
+use super::double_double::{Double, two_product};
+use cell::Cell;
+pub use nodes::STAGES;
+use serde::{Deserialize, Serialize};
+
+/// Cells beyond which no table is made: some 2 MB, computed in about 10 ms.
+const MOST_CELLS: usize = 4096;
+
+/// A cell shorter than this part of the period means that no cell keeps the tolerance.
+const SHORTEST_CELL: f64 = 1e-9;
+
+/// Coefficients of a polynomial of q: degree [`STAGES`] + 1.
+const COEFFICIENTS: usize = STAGES + 2;
+
+/// d, k and g at an instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coefficients {
+    /// d [1/s].
+    pub damping: f64,
+    /// k [1/s²].
+    pub stiffness: f64,
+    /// g, [unit of q/s²].
+    pub forcing: f64,
+}
+
+/// A linear equation with periodic coefficients.
+pub trait Periodic {
+    /// T [s].
+    fn period(&self) -> Double;
+
+    /// Ends of the intervals within which the coefficients are smooth [s], ascending in (0, T]; the last one is T.
+    fn joints(&self) -> Vec<Double>;
+
+    /// The coefficients at `tau` [s] from the start of the period, continued smoothly from the interval that ends at
+    /// the joint of this index.
+    fn at(&self, tau: Double, interval: usize) -> Coefficients;
+
+    /// A cell longer than this [s] could hide something between its nodes.
+    fn longest_cell(&self, interval: usize) -> f64;
+}
+
+/// y ↦ matrix y + shift, y = (q, q̇).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Affine {
+    /// The homogeneous part.
+    pub matrix: [[f64; 2]; 2],
+    /// The image of (0, 0).
+    pub shift: [f64; 2],
+}
+
+/// The tables of one period.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PeriodMap {
+    period: Double,
+    cells: Vec<Cell>,
+    /// Over the whole period.
+    map: Affine,
+    /// The largest estimated error of a polynomial, relative to the motion in its cell.
+    error: f64,
+    /// Evaluations of the coefficients.
+    evaluations: usize,
+}
+
+/// A solution on its way through the periods.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Course {
+    /// The start of the motion [s], and how many periods later the present one starts.
+    origin: f64,
+    periods: u64,
+    /// The start of the present period [s].
+    period_start: Double,
+    /// The present cell, its start [s], the inverse of half its length [1/s] and (q, q̇) at its start.
+    cell: usize,
+    start: Double,
+    rate: f64,
+    state: [f64; 2],
+    /// Coefficients of q and q̇ in powers of x ∈ [−1, 1].
+    polynomial: [[f64; 2]; COEFFICIENTS],
+    /// Cells and maps over several periods so far.
+    pub steps: u64,
+}
+
+/// The solution left the range of numbers that can be gone on with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Unbounded {
+    /// When [s].
+    pub time: f64,
+}
+
+impl Affine {
+    /// No change.
+    pub const IDENTITY: Affine = Affine { matrix: [[1.0, 0.0], [0.0, 1.0]], shift: [0.0, 0.0] };
+
+    /// The image of `y`.
+    pub fn at(&self, y: [f64; 2]) -> [f64; 2] {
+        let [[a, b], [c, d]] = self.matrix;
+        [a * y[0] + b * y[1] + self.shift[0], c * y[0] + d * y[1] + self.shift[1]]
+    }
+
+    /// This map after `first`.
+    pub fn after(&self, first: &Affine) -> Affine {
+        let [[a, b], [c, d]] = self.matrix;
+        let [[e, f], [g, h]] = first.matrix;
+        Affine {
+            matrix: [[a * e + b * g, a * f + b * h], [c * e + d * g, c * f + d * h]],
+            shift: self.at(first.shift),
+        }
+    }
+}
+
+impl PeriodMap {
+    /// The tables with the relative `tolerance`; None where they would need more than [`MOST_CELLS`] cells, or
+    /// where a coefficient is not finite.
+    pub fn new(equation: &impl Periodic, tolerance: f64) -> Option<Self> {
+        let period = equation.period();
+        let mut map = PeriodMap { period, cells: Vec::new(), map: Affine::IDENTITY, error: 0.0, evaluations: 0 };
+        let mut start = Double::default();
+        let mut wish = f64::INFINITY;
+        for (interval, joint) in equation.joints().into_iter().enumerate() {
+            let longest = equation.longest_cell(interval);
+            while (joint - start).hi > 0.0 {
+                let remaining = (joint - start).hi;
+                let length = share(wish.min(longest), remaining);
+                if !(length > SHORTEST_CELL * period.hi) && length < remaining || map.cells.len() >= MOST_CELLS {
+                    return None;
+                }
+                map.evaluations += STAGES;
+                let Some((cell, error)) = Cell::solve(equation, interval, start, length) else {
+                    wish = 0.25 * length;
+                    continue;
+                };
+                wish = length * cell::growth(error, tolerance);
+                if error <= tolerance {
+                    map.map = cell.map.after(&map.map);
+                    map.error = map.error.max(error);
+                    map.cells.push(cell);
+                    // The last cell of an interval ends on the joint itself.
+                    start = if length == remaining { joint } else { start + Double::from(length) };
+                }
+            }
+        }
+        map.cells.shrink_to_fit();
+        Some(map)
+    }
+
+    /// The map over one period.
+    pub fn period_map(&self) -> &Affine {
+        &self.map
+    }
+
+    /// The largest estimated error of a cell, relative to the motion in it.
+    pub fn error(&self) -> f64 {
+        self.error
+    }
+
+    /// How often the coefficients were evaluated.
+    pub fn evaluations(&self) -> usize {
+        self.evaluations
+    }
+
+    /// How many cells the period has.
+    pub fn cells(&self) -> usize {
+        self.cells.len()
+    }
+}
+
+/// The part to take of the `remaining` interval when `wish` is wished for: equal parts, so that none is a sliver.
+fn share(wish: f64, remaining: f64) -> f64 {
+    let parts = (remaining / wish).ceil();
+    if parts > 1.0 { remaining / parts } else { remaining }
+}
+
+impl Course {
+    /// A course from the state `y` at the start of a period, at the time `origin` [s].
+    pub fn new(map: &PeriodMap, origin: f64, y: [f64; 2]) -> Self {
+        let mut course = Course { origin, period_start: Double::from(origin), state: y, ..Course::default() };
+        course.enter(map, 0);
+        course
+    }
+
+    /// Goes on to the cell that holds the time `t`, which is not before the present cell.
+    pub fn reach(&mut self, map: &PeriodMap, t: f64) -> Result<(), Unbounded> {
+        while self.place(t) > 1.0 {
+            self.pass_cells(map, t)?;
+        }
+        Ok(())
+    }
+
+    /// (q, q̇) at the time `t` in the present cell.
+    pub fn at(&self, t: f64) -> [f64; 2] {
+        let x = self.place(t);
+        let c = &self.polynomial;
+        let square = x * x;
+        // Even and odd powers apart: two short chains of dependent operations instead of one long one.
+        let (mut even, mut odd) = (c[COEFFICIENTS - 2], c[COEFFICIENTS - 1]);
+        for j in (0..COEFFICIENTS - 2).step_by(2).rev() {
+            for i in 0..2 {
+                even[i] = even[i] * square + c[j][i];
+                odd[i] = odd[i] * square + c[j + 1][i];
+            }
+        }
+        [even[0] + x * odd[0], even[1] + x * odd[1]]
+    }
+
+    /// x of the time `t`: −1 at the start of the present cell, 1 at its end.
+    fn place(&self, t: f64) -> f64 {
+        ((t - self.start.hi) - self.start.lo) * self.rate - 1.0
+    }
+
+    /// From the present cell to the one that holds `t`, or to the end of the period, and over the whole periods
+    /// that lie between that and `t`.
+    #[cold]
+    fn pass_cells(&mut self, map: &PeriodMap, t: f64) -> Result<(), Unbounded> {
+        let elapsed = (t - self.period_start.hi) - self.period_start.lo;
+        let mut cell = self.cell;
+        loop {
+            let y = map.cells[cell].map.at(self.state);
+            cell += 1;
+            self.steps += 1;
+            if !is_bounded(y) {
+                return Err(Unbounded { time: t.min((self.period_start + map.end(cell - 1)).hi) });
+            }
+            self.state = y;
+            if cell == map.cells.len() {
+                self.next_periods(map, (elapsed / map.period.hi).floor().max(1.0) as u64)?;
+                self.enter(map, 0);
+                return Ok(());
+            }
+            if elapsed <= map.end(cell).hi {
+                self.enter(map, cell);
+                return Ok(());
+            }
+        }
+    }
+
+    /// From the end of the present period to the start of the `count`-th one after it, `count` ≥ 1.
+    fn next_periods(&mut self, map: &PeriodMap, count: u64) -> Result<(), Unbounded> {
+        self.pass_periods(map, count - 1)?;
+        self.begin_period(map, count);
+        Ok(())
+    }
+
+    fn begin_period(&mut self, map: &PeriodMap, count: u64) {
+        self.periods += count;
+        let n = self.periods as f64;
+        self.period_start =
+            Double::from(self.origin) + two_product(n, map.period.hi) + Double::from(n * map.period.lo);
+    }
+
+    /// Applies the map of a period `count` times.
+    fn pass_periods(&mut self, map: &PeriodMap, count: u64) -> Result<(), Unbounded> {
+        let mut power = map.map;
+        let mut rest = count;
+        let before = self.state;
+        while rest > 0 {
+            if rest % 2 == 1 {
+                self.state = power.at(self.state);
+                self.steps += 1;
+            }
+            rest /= 2;
+            power = power.after(&power);
+        }
+        if is_bounded(self.state) {
+            return Ok(());
+        }
+        // Where on the way: the powers that leave the state bounded, the largest ones first.
+        self.state = before;
+        let mut passed = 0;
+        for exponent in (0..u64::BITS - count.leading_zeros()).rev() {
+            let power = (0..exponent).fold(map.map, |power, _| power.after(&power));
+            let y = power.at(self.state);
+            if is_bounded(y) && passed + (1 << exponent) <= count {
+                self.state = y;
+                passed += 1 << exponent;
+            }
+        }
+        self.begin_period(map, passed + 1);
+        Err(Unbounded { time: self.period_start.hi })
+    }
+
+    /// Starts in `cell` of the present period from the present state.
+    fn enter(&mut self, map: &PeriodMap, cell: usize) {
+        let tabulated = &map.cells[cell];
+        self.cell = cell;
+        self.start = self.period_start + tabulated.start;
+        self.rate = 1.0 / tabulated.half;
+        self.polynomial = tabulated.polynomial(self.state);
+    }
+}
+
+impl PeriodMap {
+    /// Where `cell` ends, from the start of the period [s].
+    fn end(&self, cell: usize) -> Double {
+        self.cells.get(cell + 1).map_or(self.period, |next| next.start)
+    }
+}
+
+fn is_bounded(y: [f64; 2]) -> bool {
+    // A NaN is in no range.
+    y.iter().all(|y| y.abs() <= UNBOUNDED)
+}

@@ -1,0 +1,140 @@
+use super::*;
+use crate::numerics::collocation::{Collocation, System};
+
+/// q̈ + d q̇ + (k₀ + k₁ cos ωτ) q = g₀ + g₁ cos ωτ.
+#[derive(Clone, Copy)]
+struct Hill {
+    frequency: f64,
+    damping: f64,
+    stiffness: [f64; 2],
+    forcing: [f64; 2],
+}
+
+const MATHIEU: Hill = Hill { frequency: 3.0, damping: 0.2, stiffness: [40.0, 15.0], forcing: [1.0, 2.0] };
+
+impl Periodic for Hill {
+    fn period(&self) -> Double {
+        Double { hi: std::f64::consts::TAU, lo: 2.449_293_598_294_706_4e-16 }.divide(Double::from(self.frequency))
+    }
+    fn joints(&self) -> Vec<Double> {
+        vec![self.period() * Double::from(0.3), self.period()]
+    }
+    fn at(&self, tau: Double, _: usize) -> Coefficients {
+        let cos = (self.frequency * tau.hi).cos();
+        Coefficients {
+            damping: self.damping,
+            stiffness: self.stiffness[0] + self.stiffness[1] * cos,
+            forcing: self.forcing[0] + self.forcing[1] * cos,
+        }
+    }
+    fn longest_cell(&self, _: usize) -> f64 {
+        2.0 / self.frequency
+    }
+}
+
+impl System<2> for Hill {
+    fn rhs(&self, t: Double, y: &[f64; 2]) -> [f64; 2] {
+        let c = self.at(t, 0);
+        [y[1], c.forcing - c.damping * y[1] - c.stiffness * y[0]]
+    }
+    fn jacobian(&self, t: Double, _: &[f64; 2]) -> [[f64; 2]; 2] {
+        let c = self.at(t, 0);
+        [[0.0, 1.0], [-c.stiffness, -c.damping]]
+    }
+}
+
+/// (q, q̇) after the communication steps.
+fn run(map: &PeriodMap, y: [f64; 2], ends: impl Iterator<Item = f64>) -> Vec<[f64; 2]> {
+    let mut course = Course::new(map, 0.0, y);
+    ends.map(|t| {
+        course.reach(map, t).unwrap();
+        course.at(t)
+    })
+    .collect()
+}
+
+#[test]
+fn constant_coefficients_give_the_closed_form() {
+    // Over ten periods: vibration, overdamped decay and growth, each about the equilibrium g/k.
+    for (damping, stiffness) in [(0.2, 40.0), (30.0, 40.0), (0.1, -4.0), (0.0, 900.0)] {
+        let hill = Hill { damping, stiffness: [stiffness, 0.0], forcing: [3.0, 0.0], ..MATHIEU };
+        let map = PeriodMap::new(&hill, 1e-13).unwrap();
+        let middle = 3.0 / stiffness;
+        let t = 10.0 * map.period.hi;
+        let (half, discriminant) = (0.5 * damping, 0.25 * damping * damping - stiffness);
+        let rate = discriminant.abs().sqrt();
+        let (c, s) = if discriminant < 0.0 { ((rate * t).cos(), (rate * t).sin()) } else { ((rate * t).cosh(), (rate * t).sinh()) };
+        let q = middle + (-half * t).exp() * (1.0 - middle) * (c + half / rate * s);
+        for steps in [1, 7, 1000] {
+            let got = run(&map, [1.0, 0.0], (1..=steps).map(|n| t * f64::from(n) / f64::from(steps)));
+            let error = (got.last().unwrap()[0] - q) / q.abs().max(middle.abs());
+            assert!(error.abs() < 2e-13, "d = {damping}, k = {stiffness}, {steps} steps: {error:e}");
+        }
+    }
+}
+
+#[test]
+fn periodic_coefficients_meet_the_integrator_at_every_step() {
+    let map = PeriodMap::new(&MATHIEU, 1e-13).unwrap();
+    let mut integrator = Collocation::new(Double::default(), [1.0, -2.0]);
+    let times: Vec<f64> = (1..=700).map(|n| 0.01 * f64::from(n)).collect();
+    for (t, y) in times.iter().zip(run(&map, [1.0, -2.0], times.iter().copied())) {
+        integrator.advance(&MATHIEU, Double::from(*t), 1e-14).unwrap();
+        let expected = integrator.state();
+        let error = [(y[0] - expected[0]).abs(), (y[1] - expected[1]).abs()];
+        assert!(error[0] < 2e-13 && error[1] < 2e-12, "{t}: {error:?}");
+    }
+}
+
+#[test]
+fn the_tolerance_buys_cells() {
+    let exact = PeriodMap::new(&MATHIEU, 1e-14).unwrap();
+    let mut last = 0;
+    for tolerance in [1e-4, 1e-6, 1e-8, 1e-10, 1e-12] {
+        let map = PeriodMap::new(&MATHIEU, tolerance).unwrap();
+        let times = || (1..=300).map(|n| 0.02 * f64::from(n));
+        let error = run(&map, [1.0, 0.0], times())
+            .iter()
+            .zip(run(&exact, [1.0, 0.0], times()))
+            .map(|(a, b)| (a[0] - b[0]).abs())
+            .fold(0.0, f64::max);
+        assert!(error <= map.error() && map.error() <= tolerance, "{tolerance:e}: {error:e}, {:e}", map.error());
+        assert!(map.cells() >= last && map.evaluations() >= STAGES * map.cells());
+        last = map.cells();
+    }
+    assert!(last < 60, "{last}");
+}
+
+#[test]
+fn a_million_periods_in_one_step_or_in_many() {
+    let hill = Hill { damping: 1e-7, ..MATHIEU };
+    let map = PeriodMap::new(&hill, 1e-13).unwrap();
+    let end = 1e6 * map.period.hi + 0.7;
+    let at_once = run(&map, [1.0, 0.0], [end].into_iter())[0];
+    let stepwise = *run(&map, [1.0, 0.0], (1..=2000).map(|n| end * f64::from(n) / 2000.0)).last().unwrap();
+    // A million products, each with a rounding.
+    assert!((at_once[0] - stepwise[0]).abs() < 1e-9 * (1.0 + at_once[0].abs()), "{at_once:?} {stepwise:?}");
+    let mut course = Course::new(&map, 0.0, [1.0, 0.0]);
+    course.reach(&map, end).unwrap();
+    assert!(course.steps < 200, "{}", course.steps);
+}
+
+#[test]
+fn growth_ends_where_it_is_unbounded_whatever_the_step() {
+    let hill = Hill { damping: 0.0, stiffness: [2.25, 1.0], ..MATHIEU };
+    let map = PeriodMap::new(&hill, 1e-10).unwrap();
+    let mut stepwise = Course::new(&map, 0.0, [1.0, 0.0]);
+    let time = (1..).find_map(|n| stepwise.reach(&map, 0.5 * f64::from(n)).err()).unwrap().time;
+    for step in [100.0, 1e4, 1e9] {
+        let mut course = Course::new(&map, 0.0, [1.0, 0.0]);
+        let fault = (1..).find_map(|n| course.reach(&map, step * f64::from(n)).err()).unwrap();
+        assert!((fault.time - time).abs() < 2.0 * map.period.hi, "{step}: {} {time}", fault.time);
+    }
+}
+
+#[test]
+fn what_needs_too_many_cells_has_no_table() {
+    assert!(PeriodMap::new(&Hill { stiffness: [1e12, 0.0], ..MATHIEU }, 1e-10).is_none());
+    assert!(PeriodMap::new(&Hill { stiffness: [f64::NAN, 0.0], ..MATHIEU }, 1e-10).is_none());
+    assert!(PeriodMap::new(&Hill { forcing: [f64::INFINITY, 0.0], ..MATHIEU }, 1e-10).is_none());
+}
