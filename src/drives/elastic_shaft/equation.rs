@@ -112,8 +112,8 @@ impl Equation {
     }
 
     /// tau = −(c q + b q̇) [N·m].
-    pub fn torque<S: Scalar>(&self, f: &Flow<S>) -> S {
-        -(f.q * self.c + f.v * self.b)
+    pub fn torque<S: Scalar>(&self, q: S, v: S) -> S {
+        -(q * self.c + v * self.b)
     }
 }
 

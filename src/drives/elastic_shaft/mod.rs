@@ -21,9 +21,9 @@ mod equation;
 mod portrait;
 mod solver;
 mod steady;
-mod turn;
 #[cfg(test)]
 mod tests;
+mod turn;
 mod variables;
 
 use super::cam_drive::{AngleMotion, CamDrive, DriveMode, HasCamDrive, Start, StartMode};

@@ -93,12 +93,7 @@ fn nonlinear_map(
 }
 
 /// The periodic (q, q̇) at `start`; refused where it is not found or does not attract.
-pub fn periodic(
-    twist: &mut Twist,
-    start: f64,
-    tolerance: f64,
-    table: Option<&PeriodMap>,
-) -> Result<[f64; 2], Fault> {
+pub fn periodic(twist: &mut Twist, start: f64, tolerance: f64, table: Option<&PeriodMap>) -> Result<[f64; 2], Fault> {
     if twist.motion.coefficients[1] == 0.0 {
         // A drive at rest: the spring is relaxed.
         return Ok([0.0, 0.0]);

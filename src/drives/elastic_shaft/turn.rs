@@ -64,11 +64,7 @@ impl Periodic for Turn<'_> {
         let cam = Cam::at(self.law, self.segment(interval), phi);
         let rest = Flow { phi, w: self.w, a: 0.0, q: 0.0, v: 0.0 };
         let [by_q, by_speed] = self.equation.jacobian(&cam, &rest);
-        Coefficients {
-            damping: -by_speed,
-            stiffness: -by_q,
-            forcing: self.equation.acceleration(&cam, &rest, 1.0),
-        }
+        Coefficients { damping: -by_speed, stiffness: -by_q, forcing: self.equation.acceleration(&cam, &rest, 1.0) }
     }
 
     fn longest_cell(&self, interval: usize) -> f64 {

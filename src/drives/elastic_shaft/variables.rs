@@ -167,16 +167,15 @@ fn evaluate<S: Scalar>(drive: &ElasticShaft, which: Output, cam: &Cam, f: &Flow<
         Output::QDot => f.v,
         Output::Y => equation.lift(cam, f),
         Output::YDot => equation.lift_speed(cam, f),
-        Output::Tau => equation.torque(f),
+        Output::Tau => equation.torque(f.q, f.v),
     }
 }
 
-/// The transfer functions of the cam at the communication point; on a breakpoint of the law the side to which the cam
-/// turns.
-fn cam(drive: &ElasticShaft, f: &Flow<f64>) -> Cam {
+/// Angle and segment at which the cam acts at the communication point; on a breakpoint of the law the side to which
+/// the cam turns.
+fn place(drive: &ElasticShaft, f: &Flow<f64>) -> (usize, f64) {
     let angle = angle::reduce(Double::from(f.argument(drive.linear)));
-    let law = &drive.cam.law;
-    Cam::with_fifth(law, law.segment(angle, f.turning(drive.linear) >= 0.0), angle)
+    (drive.cam.law.segment(angle, f.turning(drive.linear) >= 0.0), angle)
 }
 
 fn flow(drive: &ElasticShaft) -> Flow<f64> {
@@ -186,21 +185,28 @@ fn flow(drive: &ElasticShaft) -> Flow<f64> {
 }
 
 fn value(drive: &ElasticShaft, which: usize) -> f64 {
-    let phi = drive.motion.at(drive.time).kinematics.0[0];
+    let [q, v] = drive.twist;
+    // What needs no cam costs nothing for it; angles are put out without reduction.
     match OUTPUTS[which] {
-        // Angles are put out without reduction.
-        Output::Phi => phi,
-        Output::Psi => phi + drive.twist[0],
+        Output::Phi => drive.angle(),
+        Output::W => drive.speed(),
+        Output::Psi => drive.angle() + q,
+        Output::PsiDot => drive.speed() + v,
+        Output::Q => q,
+        Output::QDot => v,
+        Output::Tau => drive.equation().torque(q, v),
         output => {
             let f = flow(drive);
-            evaluate(drive, output, &cam(drive, &f), &f)
+            let (segment, angle) = place(drive, &f);
+            evaluate(drive, output, &Cam::at(&drive.cam.law, segment, angle), &f)
         }
     }
 }
 
 fn series(drive: &ElasticShaft, seed: Seed, which: usize) -> Series {
     let f = flow(drive);
-    let cam = cam(drive, &f);
+    let (segment, angle) = place(drive, &f);
+    let cam = Cam::with_fifth(&drive.cam.law, segment, angle);
     let along = match seed {
         Seed::Time => along_time(drive, &cam, &f),
         Seed::Known(reference) => along_known(drive, &f, reference),
@@ -244,6 +250,23 @@ fn along_known(drive: &ElasticShaft, f: &Flow<f64>, reference: usize) -> Flow<Se
 }
 
 impl ElasticShaft {
+    /// φ [rad] at the communication point.
+    fn angle(&self) -> f64 {
+        let [phi, w, ..] = self.motion.coefficients;
+        // Where whole turns are not taken off, two roundings of the angle do not matter.
+        if self.motion.is_uniform() {
+            phi + w * (self.time - self.motion.origin)
+        } else {
+            self.motion.at(self.time).kinematics.0[0]
+        }
+    }
+
+    /// ω [rad/s] at the communication point.
+    fn speed(&self) -> f64 {
+        let w = self.motion.coefficients[1];
+        if self.motion.is_uniform() { w } else { self.motion.at(self.time).kinematics.0[1] }
+    }
+
     /// The value reference of the state `psi`; that of `der(psi)` follows.
     fn variables_before_outputs(&self) -> usize {
         list(self).reference("psi").unwrap_or(usize::MAX - 1)

@@ -33,8 +33,7 @@ impl Cell {
         let mut motions = [[0.0; STAGES]; 3];
         for i in 0..STAGES {
             let x = 1.0 + ABSCISSAE[i];
-            let Coefficients { damping, stiffness, forcing } =
-                equation.at(start + Double::from(half * x), interval);
+            let Coefficients { damping, stiffness, forcing } = equation.at(start + Double::from(half * x), interval);
             let (first, second) = (half * damping, half * half * stiffness);
             for j in 0..STAGES {
                 matrix[i][j] = first * INTEGRAL[i][j] + second * SECOND_INTEGRAL[i][j];

@@ -124,10 +124,7 @@ impl Affine {
     pub fn after(&self, first: &Affine) -> Affine {
         let [[a, b], [c, d]] = self.matrix;
         let [[e, f], [g, h]] = first.matrix;
-        Affine {
-            matrix: [[a * e + b * g, a * f + b * h], [c * e + d * g, c * f + d * h]],
-            shift: self.at(first.shift),
-        }
+        Affine { matrix: [[a * e + b * g, a * f + b * h], [c * e + d * g, c * f + d * h]], shift: self.at(first.shift) }
     }
 }
 
@@ -266,8 +263,7 @@ impl Course {
     fn begin_period(&mut self, map: &PeriodMap, count: u64) {
         self.periods += count;
         let n = self.periods as f64;
-        self.period_start =
-            Double::from(self.origin) + two_product(n, map.period.hi) + Double::from(n * map.period.lo);
+        self.period_start = Double::from(self.origin) + two_product(n, map.period.hi) + Double::from(n * map.period.lo);
     }
 
     /// Applies the map of a period `count` times.

@@ -63,7 +63,11 @@ fn constant_coefficients_give_the_closed_form() {
         let t = 10.0 * map.period.hi;
         let (half, discriminant) = (0.5 * damping, 0.25 * damping * damping - stiffness);
         let rate = discriminant.abs().sqrt();
-        let (c, s) = if discriminant < 0.0 { ((rate * t).cos(), (rate * t).sin()) } else { ((rate * t).cosh(), (rate * t).sinh()) };
+        let (c, s) = if discriminant < 0.0 {
+            ((rate * t).cos(), (rate * t).sin())
+        } else {
+            ((rate * t).cosh(), (rate * t).sinh())
+        };
         let q = middle + (-half * t).exp() * (1.0 - middle) * (c + half / rate * s);
         for steps in [1, 7, 1000] {
             let got = run(&map, [1.0, 0.0], (1..=steps).map(|n| t * f64::from(n) / f64::from(steps)));
