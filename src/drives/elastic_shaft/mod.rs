@@ -142,9 +142,9 @@ impl ElasticShaft {
 
     /// Tabulates the equation over a period where it is linear and the speed constant; None where it is not, and
     /// where a table would be too long.
-    fn tabulate(&self) -> Option<Arc<PeriodMap>> {
+    fn tabulate(&self, equation: Equation) -> Option<Arc<PeriodMap>> {
         let DriveMode::Constant { w, phi_start } = self.cam.mode else { return None };
-        let turn = Turn::new(self.equation(), &self.cam.law, w, phi_start)?;
+        let turn = Turn::new(equation, &self.cam.law, w, phi_start)?;
         PeriodMap::new(&turn, self.solver.effective_tolerance()).map(Arc::new)
     }
 
@@ -242,7 +242,7 @@ impl Drive for ElasticShaft {
         self.solver.start();
         self.motion = self.cam.motion(time);
         self.integrator = Collocation::new(Double::from(time), [0.0; 2]);
-        self.table = self.tabulate();
+        self.table = self.tabulate(self.equation());
         self.twist = self.initial_twist(self.solver.effective_tolerance())?;
         self.restart_integrator();
         self.course = self.table.as_ref().map(|table| Course::new(table, time, self.twist));
@@ -312,12 +312,13 @@ impl Drive for ElasticShaft {
     }
 
     fn restored(&mut self) {
-        if self.course.is_some() {
-            // A state on the table was reached with the parameters of the last step.
-            let tuned = [self.m, self.c, self.b];
-            [self.m, self.c, self.b] = self.used;
-            self.table = self.tabulate();
-            [self.m, self.c, self.b] = tuned;
+        let Some(course) = &self.course else { return };
+        // A state on the table was reached with the parameters of the last step.
+        let [m, c, b] = self.used;
+        self.table = self.tabulate(Equation { m, c, b, ..self.equation() });
+        if !self.table.as_ref().is_some_and(|table| course.is_in(table)) {
+            self.course = None;
+            self.restart_integrator();
         }
     }
 }

@@ -32,12 +32,7 @@ pub(super) fn of(drive: &ElasticShaft) -> Portrait {
             .to_owned(),
         equations: vec![equation, torque(), energy()],
         accuracy: vec![
-            (
-                "Method".to_owned(),
-                "Gauss collocation of order 16 with error-controlled steps that end where the cam passes a breakpoint \
-                 of its law; at constant speed the steps do not depend on the communication step."
-                    .to_owned(),
-            ),
+            ("Method".to_owned(), method(drive).to_owned()),
             (
                 "q, der(q)".to_owned(),
                 "1e-9 of the largest value or better with the default tolerance 1e-10; in proportion to \
@@ -59,6 +54,19 @@ pub(super) fn of(drive: &ElasticShaft) -> Portrait {
             "Where inputs jump, psi and der(psi) are kept.".to_owned(),
         ],
         sources: vec!["H. Dresig, I. Vulfson: Dynamik der Mechanismen. Springer, Wien 1989, section 4.6.3.".to_owned()],
+    }
+}
+
+fn method(drive: &ElasticShaft) -> &'static str {
+    if drive.linear && !drive.cam.is_input() {
+        "The equation, which has periodic coefficients, is solved once for a turn (half a turn where the law has odd \
+         harmonics alone) when the simulation starts: by Gauss collocation of order 24, as polynomials of two free motions \
+         and a forced one in cells that solver.tolerance makes short enough. A communication step of any length then \
+         combines them. Where more than 4096 cells would be needed, or m, c or b is changed between steps, Gauss \
+         collocation of order 16 goes along the motion instead."
+    } else {
+        "Gauss collocation of order 16 with error-controlled steps that end where the cam passes a breakpoint of its \
+         law; at constant speed the steps do not depend on the communication step."
     }
 }
 

@@ -473,3 +473,40 @@ fn output_derivatives_are_those_of_the_motion() {
         }
     }
 }
+
+#[test]
+fn a_state_read_from_bytes_goes_on_with_the_same_bits() {
+    let scene = manipulator(cycle(StandardLaw::Polynomial345), true, CONSTANT);
+    let mut drive = boxed(&scene);
+    drive.set_up(0.0, None);
+    drive.start().unwrap();
+    drive.advance(0.0, 0.9).unwrap();
+    let bytes = drive.serialize(&*drive.save()).unwrap();
+    let mut other = boxed(&scene);
+    let state = other.deserialize(&bytes).unwrap();
+    assert!(other.restore(&*state));
+    for drive in [&mut drive, &mut other] {
+        drive.advance(0.9, 0.1).unwrap();
+        drive.advance(1.0, 7.0).unwrap();
+    }
+    assert_eq!(drive.serialize(&*drive.save()), other.serialize(&*other.save()));
+}
+
+#[test]
+fn a_tuned_linear_shaft_goes_on_with_its_new_parameters() {
+    // What the tables give up, the integrator takes over: to the same numbers as from a fresh start there.
+    let mut drive = started(manipulator(profile(), true, CONSTANT));
+    run(&mut drive, 1.0, 10);
+    assert!(drive.course.is_some());
+    (drive.c, drive.b) = (3e4, 5.0);
+    let mut fresh = manipulator(profile(), true, DriveMode::Constant { w: 4.84, phi_start: 0.3 + 4.84 });
+    (fresh.c, fresh.b) = (3e4, 5.0);
+    fresh.start = Start { mode: StartMode::Given, q: drive.twist[0], q_dot: drive.twist[1] };
+    let mut fresh = started(fresh);
+    for n in 0..50 {
+        drive.advance(1.0 + 0.1 * f64::from(n), 0.1).unwrap();
+        fresh.advance(0.1 * f64::from(n), 0.1).unwrap();
+        let error = [drive.twist[0] - fresh.twist[0], drive.twist[1] - fresh.twist[1]];
+        assert!(error[0].abs() < 1e-12 && error[1].abs() < 1e-10, "{n}: {error:?}");
+    }
+}

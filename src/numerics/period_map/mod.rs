@@ -198,6 +198,11 @@ impl Course {
         course
     }
 
+    /// Whether the present cell is one of `map`.
+    pub fn is_in(&self, map: &PeriodMap) -> bool {
+        self.cell < map.cells.len()
+    }
+
     /// Goes on to the cell that holds the time `t`, which is not before the present cell.
     pub fn reach(&mut self, map: &PeriodMap, t: f64) -> Result<(), Unbounded> {
         while self.place(t) > 1.0 {

@@ -1,3 +1,5 @@
+//! Equations with known solutions.
+
 use super::*;
 use crate::numerics::collocation::{Collocation, System};
 
