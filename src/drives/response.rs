@@ -9,6 +9,8 @@
 //!
 //! Nothing here allocates except [`Response::new`].
 
+mod closed_form;
+
 use super::Fault;
 use super::cam_drive::AngleMotion;
 use crate::motion::{Fourier, MotionLaw};
@@ -16,8 +18,10 @@ use crate::numerics::angle;
 use crate::numerics::bernstein;
 use crate::numerics::chebyshev;
 use crate::numerics::double_double::{Double, two_product, two_sum};
-use crate::numerics::forced::{ForcedStep, admissible_length, apply};
-use crate::numerics::oscillator::{Oscillator, Resonant};
+use crate::numerics::forced::{ForcedStep, admissible_length};
+use crate::numerics::oscillator::Oscillator;
+use closed_form::ClosedForm;
+pub use closed_form::Instant;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
@@ -45,11 +49,7 @@ pub struct Response {
     /// Bounds of |U′| [m/rad] and |U″| [m/rad²].
     bounds: [f64; 2],
     closed: bool,
-    harmonics: Harmonics,
-    /// When the closed form started [s].
-    anchor: f64,
-    /// What the start has beyond the harmonic response: q [m], q̇ [m/s].
-    offset: [f64; 2],
+    closed_form: ClosedForm,
     piece: Piece,
     /// Until when `motion` is valid [s].
     until: f64,
@@ -59,17 +59,6 @@ pub struct Response {
     pub evaluations: f64,
     /// The largest neglected part of −ẍ so far, relative to the bound of |ẍ|.
     pub error: f64,
-}
-
-/// The response to the harmonics of a Fourier law at one speed.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-struct Harmonics {
-    /// The speed they hold for [rad/s].
-    w: Option<f64>,
-    /// Re and Im of Aₖ [m], k = 1 …
-    steady: Vec<[f64; 2]>,
-    /// k and resonant part.
-    resonant: Vec<(usize, Resonant)>,
 }
 
 /// The current piece of the motion.
@@ -93,9 +82,7 @@ impl Response {
             motion: AngleMotion::uniform(0.0, 0.0, 0.0),
             bounds: [law.bound(1), law.bound(2)],
             closed: true,
-            harmonics: Harmonics { w: None, steady: Vec::with_capacity(order), resonant: Vec::with_capacity(order) },
-            anchor: 0.0,
-            offset: [0.0; 2],
+            closed_form: ClosedForm::new(order),
             piece: Piece::default(),
             until: f64::INFINITY,
             steps: 0.0,
@@ -116,10 +103,7 @@ impl Response {
 
     /// Changes the oscillator; valid after the next restart.
     pub fn set_oscillator(&mut self, oscillator: Oscillator) {
-        if oscillator != self.oscillator {
-            self.oscillator = oscillator;
-            self.harmonics.w = None;
-        }
+        self.oscillator = oscillator;
     }
 
     /// Starts at `time` [s] from `state` = q, q̇ on `motion`, which is valid up to `until` [s].
@@ -135,10 +119,7 @@ impl Response {
         let w = motion.coefficients[1];
         self.closed = motion.is_uniform() && (law.series().is_some() || w == 0.0);
         if self.closed {
-            self.prepare_harmonics(law, w);
-            self.anchor = time;
-            let [q, v] = self.driven(time);
-            self.offset = [state[0] - q, state[1] - v];
+            self.closed_form.restart(&self.oscillator, law.series(), motion, time, state);
             (self.steps, self.evaluations) = (self.steps + 1.0, self.evaluations + 1.0);
             Ok(())
         } else {
@@ -149,14 +130,20 @@ impl Response {
         }
     }
 
+    /// Cam and mass at `time` [s] in closed form, for a Fourier law at constant speed.
+    pub fn closed(&mut self, law: &MotionLaw, time: f64) -> Option<Instant> {
+        if !self.closed || law.series().is_none() {
+            return None;
+        }
+        self.evaluations += 1.0;
+        Some(self.closed_form.at(&self.oscillator, time))
+    }
+
     /// q, q̇ at `time` [s], which must not lie before the piece that an earlier call has reached.
     pub fn at(&mut self, law: &MotionLaw, time: f64) -> Result<[f64; 2], Fault> {
         if self.closed {
             self.evaluations += 1.0;
-            let tau = two_sum(time, -self.anchor);
-            let [q, v] = self.driven(time);
-            let [free, rate] = apply(&self.oscillator.free(tau), self.offset);
-            return Ok([q + free, v + rate]);
+            return Ok(self.closed_form.at(&self.oscillator, time).q);
         }
         let time = Double::from(time);
         while (time - self.piece.end).hi > 0.0 {
@@ -212,50 +199,6 @@ impl Response {
             sum = [sum[0] + re * c - im * s, sum[1] - nu.hi * (re * s + im * c)];
         }
         Ok(sum)
-    }
-
-    /// Computes the response to each harmonic at the speed `w`, unless that was done before.
-    fn prepare_harmonics(&mut self, law: &MotionLaw, w: f64) {
-        if self.harmonics.w == Some(w) {
-            return;
-        }
-        let Harmonics { w: prepared, steady, resonant } = &mut self.harmonics;
-        *prepared = Some(w);
-        steady.clear();
-        resonant.clear();
-        let Some(series) = law.series().filter(|_| w != 0.0) else { return };
-        for k in 1..=series.order() {
-            let nu = two_product(k as f64, w.abs());
-            let harmonic = self.oscillator.harmonic(harmonic_force(series, k, w, nu.hi), nu);
-            steady.push(harmonic.steady);
-            resonant.extend(harmonic.resonant.map(|part| (k, part)));
-        }
-    }
-
-    /// The harmonic response at `time` [s].
-    fn driven(&self, time: f64) -> [f64; 2] {
-        let Harmonics { w: Some(w), steady, resonant } = &self.harmonics else { return [0.0; 2] };
-        if steady.is_empty() {
-            return [0.0; 2];
-        }
-        let psi = self.motion.at(time).reduced * w.signum();
-        let (s1, c1) = psi.sin_cos();
-        let (mut s, mut c) = (0.0, 1.0);
-        let (mut q, mut slope) = (0.0, 0.0);
-        let mut k = 0.0;
-        for [re, im] in steady {
-            (s, c) = (s * c1 + c * s1, c * c1 - s * s1);
-            k += 1.0;
-            q += re * c - im * s;
-            slope -= k * (re * s + im * c);
-        }
-        let mut sum = [q, w.abs() * slope];
-        for (k, part) in resonant {
-            let (s, c) = (*k as f64 * psi).sin_cos();
-            let [q, v] = self.oscillator.resonant(part, c, s, two_sum(time, -self.anchor));
-            sum = [sum[0] + q, sum[1] + v];
-        }
-        sum
     }
 
     /// The motion of the cam about `start` [s].

@@ -11,5 +11,6 @@ pub mod gauss;
 pub mod lu;
 pub mod oscillator;
 pub mod period_map;
+pub mod phase;
 pub mod quadrature;
 pub mod taylor;

@@ -48,6 +48,17 @@ pub struct Resonant {
     detuning: Double,
 }
 
+/// The free motion from a given start: q and q̇ are e^(−δτ) [`cosine` cos ω_d τ + `sine` sin ω_d τ] where it oscillates.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct FreeMotion {
+    /// Whether the modes oscillate; else [`Oscillator::free`] tells.
+    pub oscillates: bool,
+    /// δ [1/s].
+    damping: f64,
+    cosine: [f64; 2],
+    sine: [f64; 2],
+}
+
 /// Nearer than this (relative to ω₀² + ν²) the denominator ω₀² − ν² + 2iδν counts as resonant. Further away the
 /// steady and the free part may cancel at the start to 1/64 of their size, less than two digits.
 const NEAR: f64 = 1.0 / 64.0;
@@ -97,6 +108,49 @@ impl Oscillator {
             Modes::Oscillating { .. } => None,
             Modes::Aperiodic { slow, fast } => Some((slow, fast)),
         }
+    }
+
+    /// ω_d = √(ω₀² − δ²) [rad/s] where the modes oscillate.
+    pub fn frequency(&self) -> Option<Double> {
+        match self.modes {
+            Modes::Oscillating { frequency } => Some(frequency),
+            Modes::Aperiodic { .. } => None,
+        }
+    }
+
+    /// The free motion from q, q̇ = `start`.
+    pub fn free_motion(&self, start: [f64; 2]) -> FreeMotion {
+        let ([q, v], delta) = (start, self.damping);
+        match self.modes {
+            Modes::Oscillating { frequency } => FreeMotion {
+                oscillates: true,
+                damping: delta,
+                cosine: start,
+                sine: [(v + delta * q) / frequency.hi, -(self.stiffness.hi * q + delta * v) / frequency.hi],
+            },
+            Modes::Aperiodic { .. } => FreeMotion::default(),
+        }
+    }
+
+    /// After how long [s] the free motion from q, q̇ = `start` stays below these magnitudes of q and q̇; infinite where
+    /// it need not die away.
+    pub fn settling(&self, [q, v]: [f64; 2], below: [f64; 2]) -> f64 {
+        if q == 0.0 && v == 0.0 {
+            return 0.0;
+        }
+        // |q| ≤ (|q₀| + |v₀ + δq₀| g) e^(−rτ) and |q̇| ≤ (|v₀| + |ω₀²q₀ + δv₀| g) e^(−rτ), where g bounds
+        // sin(ω_d τ)/ω_d or, at half the rate of decay, what stands for it where there is no oscillation.
+        let (rate, g) = match self.modes {
+            Modes::Oscillating { frequency } => (self.damping, 1.0 / frequency.hi),
+            Modes::Aperiodic { slow, .. } => (-0.5 * slow, -1.0 / slow),
+        };
+        let (q, v) = (q.abs(), v.abs());
+        let q_bound = q + (v + 2.0 * self.damping * q) * g;
+        let v_bound = 2.0 * v + (self.stiffness.hi * q + 2.0 * self.damping * v) * g;
+        let decades = (q_bound / below[0]).max(v_bound / below[1]).ln().max(0.0);
+        // Written so that what is no number means that the motion does not die away.
+        let time = decades / rate;
+        if time < f64::INFINITY { time } else { f64::INFINITY }
     }
 
     /// The free motion after the time `tau` [s] from q = 1, q̇ = 0 (first column) and q = 0, q̇ = 1 (second
@@ -190,6 +244,16 @@ impl Oscillator {
         let u = drive * growth;
         let rate = Complex::new(-self.damping, frequency.hi) * u + drive;
         [u.re, rate.re]
+    }
+}
+
+impl FreeMotion {
+    /// q, q̇ after the time `tau` [s] at the phase ω_d τ (`sine`, `cosine`).
+    #[inline(always)]
+    pub fn at(&self, tau: f64, [sine, cosine]: [f64; 2]) -> [f64; 2] {
+        let decay = if self.damping == 0.0 { 1.0 } else { (-self.damping * tau).exp() };
+        let (c, s) = (decay * cosine, decay * sine);
+        std::array::from_fn(|i| self.cosine[i] * c + self.sine[i] * s)
     }
 }
 

@@ -21,7 +21,7 @@ mod tests;
 mod variables;
 
 use super::cam_drive::{AngleMotion, CamDrive, DriveMode, HasCamDrive, Start, StartMode};
-use super::response::Response;
+use super::response::{Instant, Response};
 use super::solver::{HasSolver, Settings, Solver};
 use super::{Curve, Drive, EventLog, Experiment, Fault, List, Portrait};
 use crate::motion::{Kinematics, MotionLaw, TransferFunctions};
@@ -57,40 +57,57 @@ pub struct ElasticOutput {
     start: Start,
     solver: Solver,
     response: Response,
+    /// The motion of the shaft on which `now` lies.
+    motion: AngleMotion,
     /// The communication point, after inputs were taken up.
     now: Moment,
-    /// The end of the previous communication step, from which jumps of the inputs are counted.
-    before: Moment,
+    /// The cam at the end of the previous communication step, from which jumps of the inputs are counted, and q, q̇
+    /// there; kept only where there are inputs.
+    before: (Position, [f64; 2]),
     log: EventLog,
 }
 
-/// Cam and mass at an instant.
+/// Cam and mass at an instant: what nearly every output is made of.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct Moment {
     /// t [s].
     time: f64,
-    /// φ modulo 2π [rad].
-    reduced: f64,
-    /// φ and its time derivatives.
-    phi: [f64; 5],
-    /// U … U⁗ [m].
-    u: [f64; 5],
+    /// ω [rad/s].
+    w: f64,
+    /// U [m], U′ [m/rad].
+    u: [f64; 2],
     /// q [m], q̇ [m/s].
     q: [f64; 2],
 }
 
-impl Moment {
+/// The cam at an instant, with all derivatives.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+struct Position {
+    /// t [s].
+    time: f64,
+    /// φ and its time derivatives.
+    phi: [f64; 5],
+    /// U … U⁗ [m].
+    u: [f64; 5],
+}
+
+impl Position {
     /// The cam at `time` on `motion`; on a breakpoint of the law the side to which the cam turns.
-    fn of_cam(law: &MotionLaw, motion: &AngleMotion, time: f64) -> Self {
+    fn of(law: &MotionLaw, motion: &AngleMotion, time: f64) -> Self {
         let shaft = motion.at(time);
         let forward = shaft.kinematics.0[1] >= 0.0;
         let u = law.at_in(law.segment(shaft.reduced, forward), shaft.reduced);
-        Moment { time, reduced: shaft.reduced, phi: shaft.kinematics.0, u: u.0, q: [0.0; 2] }
+        Position { time, phi: shaft.kinematics.0, u: u.0 }
     }
 
     /// x and its time derivatives.
     fn lift(&self) -> Kinematics {
         TransferFunctions(self.u).along(&Kinematics(self.phi))
+    }
+
+    /// With the mass at `q`.
+    fn moment(&self, q: [f64; 2]) -> Moment {
+        Moment { time: self.time, w: self.phi[1], u: [self.u[0], self.u[1]], q }
     }
 }
 
@@ -128,25 +145,31 @@ impl ElasticOutput {
         }
     }
 
-    /// Cam and mass at `time` [s] on the motion that the inputs now give. The mass keeps position and velocity where
-    /// they jump: q⁺ = q⁻ − Δx, q̇⁺ = q̇⁻ − Δẋ.
-    fn taken_up(&self, motion: &AngleMotion, time: f64) -> Moment {
-        let mut now = Moment::of_cam(&self.cam.law, motion, time);
-        let [dx, dx_dot] = jump(&self.cam.law, &self.before, &now);
-        now.q = [self.before.q[0] - dx, self.before.q[1] - dx_dot];
-        now
+    /// The cam at the communication point.
+    fn position(&self) -> Position {
+        Position::of(&self.cam.law, &self.motion, self.now.time)
+    }
+
+    /// Takes up the motion that the inputs give at `time` [s]. The mass keeps position and velocity where they jump:
+    /// q⁺ = q⁻ − Δx, q̇⁺ = q̇⁻ − Δẋ.
+    fn take_up_inputs(&mut self, time: f64) {
+        self.motion = self.cam.motion(time);
+        let position = Position::of(&self.cam.law, &self.motion, time);
+        let (before, [q, v]) = &self.before;
+        let [dx, dx_dot] = jump(&self.cam.law, before, &position);
+        self.now = position.moment([q - dx, v - dx_dot]);
     }
 
     /// Lets the response go on from `now`, on a motion that is valid up to `until` [s].
-    fn restart(&mut self, motion: &AngleMotion, until: f64) -> Result<(), Fault> {
+    fn restart(&mut self, until: f64) -> Result<(), Fault> {
         self.response.set_oscillator(self.oscillator());
-        self.response.restart(&self.cam.law, motion, self.now.time, until, self.now.q)
+        self.response.restart(&self.cam.law, &self.motion, self.now.time, until, self.now.q)
     }
 }
 
 /// How far x and ẋ jump from one moment to another at the same time. What lies within the rounding of the inputs is
 /// no jump: else it would shake the mass at every communication point.
-fn jump(law: &MotionLaw, before: &Moment, now: &Moment) -> [f64; 2] {
+fn jump(law: &MotionLaw, before: &Position, now: &Position) -> [f64; 2] {
     let rounding = 4.0 * f64::EPSILON;
     let [phi, w, a, ..] = before.phi;
     let d_phi = now.phi[0] - phi;
@@ -182,8 +205,9 @@ impl Drive for ElasticOutput {
             start,
             solver: Solver::new(solver),
             response,
+            motion: AngleMotion::uniform(0.0, 0.0, 0.0),
             now: Moment::default(),
-            before: Moment::default(),
+            before: Default::default(),
             log: EventLog::default(),
         };
         drive.validate()?;
@@ -213,12 +237,10 @@ impl Drive for ElasticOutput {
         // The law's parameters may have changed, and with them what the response keeps of it.
         self.response = Response::new(self.oscillator(), &self.cam.law);
         let q = self.initial_state(time)?;
-        let motion = self.cam.motion(time);
-        self.now = Moment { q, ..Moment::of_cam(&self.cam.law, &motion, time) };
-        self.before = self.now;
-        self.refuse_infinite()?;
+        self.motion = self.cam.motion(time);
+        self.arrive(time, q)?;
         if !self.cam.is_input() {
-            self.restart(&motion, f64::INFINITY)?;
+            self.restart(f64::INFINITY)?;
         }
         Ok(())
     }
@@ -226,10 +248,9 @@ impl Drive for ElasticOutput {
     fn apply(&mut self, time: f64) -> Result<(), Fault> {
         self.validate()?;
         if self.cam.is_input() {
-            self.now = self.taken_up(&self.cam.motion(time), time);
+            self.take_up_inputs(time);
         } else if self.oscillator() != *self.response.oscillator() {
-            let motion = *self.response.motion();
-            self.restart(&motion, f64::INFINITY)?;
+            self.restart(f64::INFINITY)?;
         }
         Ok(())
     }
@@ -237,18 +258,20 @@ impl Drive for ElasticOutput {
     fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
         let end = time + step;
         if self.cam.is_input() {
-            let motion = self.cam.motion(time);
-            self.now = self.taken_up(&motion, time);
-            self.restart(&motion, end)?;
+            self.take_up_inputs(time);
+            self.restart(end)?;
             self.cam.step_done();
+        } else if let Some(Instant { u, q }) = self.response.closed(&self.cam.law, end) {
+            self.now = Moment { time: end, u, q, ..self.now };
+            self.solver.evaluations = self.response.evaluations;
+            // U and ω are bounded; a sum that is finite has finite terms.
+            return if (q[0] + q[1]).is_finite() { Ok(()) } else { Err(self.beyond_all_numbers()) };
         }
         let q = self.response.at(&self.cam.law, end)?;
-        self.now = Moment { q, ..Moment::of_cam(&self.cam.law, self.response.motion(), end) };
-        self.before = self.now;
         self.solver.steps = self.response.steps;
         self.solver.evaluations = self.response.evaluations;
         self.solver.error_estimate = self.response.error;
-        self.refuse_infinite()
+        self.arrive(end, q)
     }
 
     fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64) {
@@ -269,16 +292,26 @@ impl Drive for ElasticOutput {
 }
 
 impl ElasticOutput {
-    fn refuse_infinite(&self) -> Result<(), Fault> {
-        let [q, v] = self.now.q;
-        if q.is_finite() && v.is_finite() && self.now.lift().0[..3].iter().all(|x| x.is_finite()) {
-            Ok(())
-        } else {
-            Err(Fault(format!(
-                "the motion is beyond all numbers at t = {} s: phi = {} rad, w = {} rad/s, q = {q} m",
-                self.now.time, self.now.phi[0], self.now.phi[1]
-            )))
+    /// The mass is at `q` at `time` [s].
+    fn arrive(&mut self, time: f64, q: [f64; 2]) -> Result<(), Fault> {
+        let position = Position::of(&self.cam.law, &self.motion, time);
+        self.now = position.moment(q);
+        if self.cam.is_input() {
+            self.before = (position, q);
         }
+        let finite = q.iter().chain(&position.lift().0[..3]).all(|x| x.is_finite());
+        if finite { Ok(()) } else { Err(self.beyond_all_numbers()) }
+    }
+
+    #[cold]
+    fn beyond_all_numbers(&self) -> Fault {
+        Fault(format!(
+            "the motion is beyond all numbers at t = {} s: phi = {} rad, w = {} rad/s, q = {} m",
+            self.now.time,
+            self.position().phi[0],
+            self.now.w,
+            self.now.q[0]
+        ))
     }
 }
 

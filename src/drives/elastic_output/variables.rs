@@ -1,6 +1,6 @@
 //! The variables of the drive.
 
-use super::ElasticOutput;
+use super::{ElasticOutput, Position};
 use crate::drives::cam_drive::HasCamDrive;
 use crate::drives::solver::HasSolver;
 use crate::drives::unit::{self, Quantity};
@@ -85,7 +85,7 @@ fn declare_outputs(drive: &ElasticOutput, list: &mut List<ElasticOutput>) {
         let [inputs, states, initial] = known;
         let (inputs, initial) = if input { (inputs, initial) } else { (&[][..], &[][..]) };
         let known: Vec<&str> = inputs.iter().chain(states).copied().collect();
-        let v = list.output(name, text, real(quantity), value, series);
+        let v = list.output(name, text, real(quantity), VALUES[which as usize], series);
         v.at(which as usize).depends(&known).depends_initially(initial);
         match which {
             Output::Y => v.state(),
@@ -165,26 +165,47 @@ fn evaluate<S: Scalar>(drive: &ElasticOutput, u: &[f64; 5], which: Output, f: &F
     }
 }
 
-fn value(drive: &ElasticOutput, which: usize) -> f64 {
-    let now = &drive.now;
-    let [phi, w, a, ..] = now.phi;
+/// The value of each output, as a function of its own, so that none pays for what only others need.
+const VALUES: [fn(&ElasticOutput, usize) -> f64; OUTPUTS.len()] = [
+    value::<0>,
+    value::<1>,
+    value::<2>,
+    value::<3>,
+    value::<4>,
+    value::<5>,
+    value::<6>,
+    value::<7>,
+    value::<8>,
+    value::<9>,
+    value::<10>,
+];
+
+fn value<const WHICH: usize>(drive: &ElasticOutput, _: usize) -> f64 {
+    let (which, now) = (OUTPUTS[WHICH], &drive.now);
+    let (q, v) = (now.q[0], now.q[1]);
     // phi is put out without reduction; U needs no angle any more.
-    evaluate(drive, &now.u, OUTPUTS[which], &Flow { phi, w, a, q: now.q[0], v: now.q[1] })
+    if matches!(which, Output::Phi | Output::QDotDot) {
+        let Position { phi: [phi, w, a, ..], u, .. } = drive.position();
+        return evaluate(drive, &u, which, &Flow { phi, w, a, q, v });
+    }
+    let u = [now.u[0], now.u[1], 0.0, 0.0, 0.0];
+    evaluate(drive, &u, which, &Flow { phi: 0.0, w: now.w, a: 0.0, q, v })
 }
 
 fn series(drive: &ElasticOutput, seed: Seed, which: usize) -> Series {
+    let position = drive.position();
     let flow = match seed {
-        Seed::Time => along_time(drive),
-        Seed::Known(reference) => along_known(drive, reference),
+        Seed::Time => along_time(drive, &position),
+        Seed::Known(reference) => along_known(drive, &position, reference),
     };
-    evaluate(drive, &drive.now.u, OUTPUTS[which], &flow)
+    evaluate(drive, &position.u, OUTPUTS[which], &flow)
 }
 
 /// Drive and mass as functions of time.
-fn along_time(drive: &ElasticOutput) -> Flow<Series> {
-    let [phi, w, a, jerk, snap] = drive.now.phi;
+fn along_time(drive: &ElasticOutput, position: &Position) -> Flow<Series> {
+    let [phi, w, a, jerk, snap] = position.phi;
     let [q, v] = drive.now.q;
-    let [.., x2, x3, _] = drive.now.lift().0;
+    let [.., x2, x3, _] = position.lift().0;
     let (omega2, damping) = (drive.c / drive.m, drive.b / drive.m);
     // The equation of motion and its time derivative.
     let q2 = -(omega2 * q + damping * v) - x2;
@@ -199,12 +220,12 @@ fn along_time(drive: &ElasticOutput) -> Flow<Series> {
 }
 
 /// Drive and mass as functions of one input or state, the others held: q = y − U(φ), q̇ = ẏ − U′(φ) ω.
-fn along_known(drive: &ElasticOutput, reference: usize) -> Flow<Series> {
+fn along_known(drive: &ElasticOutput, position: &Position, reference: usize) -> Flow<Series> {
     let first_state = list(drive).reference("y").unwrap_or(usize::MAX - 1);
     let input = |n: usize| if drive.cam.is_input() && reference == n { 1.0 } else { 0.0 };
     let state = |n: usize| if reference == first_state + n { 1.0 } else { 0.0 };
-    let [phi, w, a, ..] = drive.now.phi;
-    let [_, u1, u2, ..] = drive.now.u;
+    let [phi, w, a, ..] = position.phi;
+    let [_, u1, u2, ..] = position.u;
     let [q, v] = drive.now.q;
     Flow {
         phi: Series([phi, input(0), 0.0]),
