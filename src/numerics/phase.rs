@@ -28,7 +28,8 @@ const ROUNDER: f64 = 1.5 * 4503599627370496.0;
 /// Two phases ψᵢ(t) = ψᵢ(0) + rateᵢ · t, computed side by side.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Phases {
-    /// The rates in steps per second: 26 bits, the next 26 bits, the rest.
+    /// The rates in steps per second; their first 26 bits, what these leave, and what both leave.
+    rate: [f64; 2],
     coarse: [f64; 2],
     fine: [f64; 2],
     rest: [f64; 2],
@@ -48,15 +49,13 @@ impl Phases {
             let rate = rates[i] * STEPS_PER_RADIAN;
             let coarse = leading_half(rate.hi);
             let below = rate - Double::from(coarse);
-            let fine = leading_half(below.hi);
-            (phases.coarse[i], phases.fine[i]) = (coarse, fine);
-            phases.rest[i] = (below - Double::from(fine)).hi;
+            (phases.rate[i], phases.coarse[i], phases.fine[i], phases.rest[i]) = (rate.hi, coarse, below.hi, below.lo);
             let (phase, time) = known[i];
             let start = (Double::from(phase) - rates[i] * Double::from(time)) * STEPS_PER_RADIAN;
             let whole = start.hi.round();
             phases.rounder[i] = ROUNDER + whole % STEPS as f64;
             phases.start[i] = (start - Double::from(whole)).hi;
-            // Then the second product is below 2⁵ steps, and its rounding below 2⁻⁴⁹ of a step.
+            // Then the smaller products are below 2⁵ steps, and their roundings below 2⁻⁴⁸ of a step.
             phases.near = phases.near.min(f64::from(1 << 30) / rate.hi.abs());
         }
         phases
@@ -77,25 +76,19 @@ impl Phases {
     fn sin_cos<const N: usize>(&self, t: f64) -> [[f64; 2]; N] {
         let high = leading_half(t);
         let low = t - high;
-        let mut p: [f64; N] = std::array::from_fn(|i| high * self.coarse[i]);
-        let mut q: [f64; N] = std::array::from_fn(|i| low * self.coarse[i]);
-        let mut r: [f64; N] = std::array::from_fn(|i| high * self.fine[i]);
-        let mut rounder: [f64; N] = std::array::from_fn(|i| self.rounder[i]);
-        if !(t.abs() <= self.near) {
+        let mut first = [0.0; N];
+        let mut x = [0.0; N];
+        if t.abs() <= self.near {
             for i in 0..N {
-                for product in [&mut p[i], &mut q[i], &mut r[i]] {
-                    // Remainder and difference are exact.
-                    let whole = (*product % STEPS as f64).round();
-                    *product = *product % STEPS as f64 - whole;
-                    rounder[i] += whole;
-                }
+                let p = high * self.coarse[i];
+                first[i] = p + self.rounder[i];
+                x[i] = (p - (first[i] - self.rounder[i]) + self.start[i]) + (low * self.rate[i] + high * self.fine[i]);
+            }
+        } else {
+            for i in 0..N {
+                (first[i], x[i]) = self.far(i, high, low);
             }
         }
-        let first: [f64; N] = std::array::from_fn(|i| p[i] + rounder[i]);
-        let x: [f64; N] = std::array::from_fn(|i| {
-            let p = p[i] - (first[i] - rounder[i]);
-            (p + self.start[i]) + ((q[i] + r[i]) + (low * self.fine[i] + t * self.rest[i]))
-        });
         let second = x.map(|x| x + ROUNDER);
         let angle: [f64; N] = std::array::from_fn(|i| STEP * (x[i] - (second[i] - ROUNDER)));
         let square = angle.map(|x| x * x);
@@ -109,6 +102,28 @@ impl Phases {
             let [s, c] = TABLE[step];
             [s + (s * below_one[i] + c * sine[i]), c + (c * below_one[i] - s * sine[i])]
         })
+    }
+
+    /// Whole steps, added to [`ROUNDER`], and what is left of the phase, at any time.
+    #[cold]
+    #[inline(never)]
+    fn far(&self, i: usize, high: f64, low: f64) -> (f64, f64) {
+        let (mut whole, mut x) = (self.rounder[i], self.start[i]);
+        let middle = leading_half(self.fine[i]);
+        // From the smallest to the largest; remainders and differences are exact.
+        for product in [
+            (high + low) * self.rest[i],
+            low * middle,
+            high * (self.fine[i] - middle),
+            high * middle,
+            low * self.coarse[i],
+            high * self.coarse[i],
+        ] {
+            let steps = product % STEPS as f64;
+            whole += steps.round();
+            x += steps - steps.round();
+        }
+        (whole, x)
     }
 }
 

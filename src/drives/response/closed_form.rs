@@ -20,8 +20,8 @@ pub struct Instant {
     pub q: [f64; 2],
 }
 
-/// The free motion is left out once it is below this part of the harmonic response: a hundredth of its rounding.
-const UNFELT: f64 = 1e-18;
+/// The free motion is left out once it is below this part of the harmonic response: a tenth of its rounding.
+const UNFELT: f64 = 1e-17;
 
 /// The closed form from its start on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -48,7 +48,8 @@ pub struct ClosedForm {
     settled: f64,
 }
 
-/// What one harmonic adds to U, U′, q and q̇: `cosine` cos kφ + `sine` sin kφ.
+/// What one harmonic adds to U, U′, q and q̇: `cosine` cos kφ + `sine` sin kφ. Aligned for packed arithmetic.
+#[repr(align(16))]
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Harmonic {
     cosine: [f64; 4],
@@ -136,19 +137,19 @@ impl ClosedForm {
         if time > self.settled {
             return self.driven(oscillator, self.phases.first(time), time);
         }
-        let [angle, free] = self.phases.both(time);
-        let mut now = self.driven(oscillator, angle, time);
-        let [q, v] = if self.free.oscillates {
-            self.free.at(time - self.start, free)
+        let [angle, phase] = self.phases.both(time);
+        let free = if self.free.oscillates {
+            self.free.at(time - self.start, phase)
         } else {
             apply(&oscillator.free(two_sum(time, -self.start)), self.offset)
         };
-        now.q[0] += q;
-        now.q[1] += v;
+        let mut now = self.driven(oscillator, angle, time);
+        now.q = [now.q[0] + free[0], now.q[1] + free[1]];
         now
     }
 
     /// The harmonic response and the cam.
+    #[inline(always)]
     fn driven(&self, oscillator: &Oscillator, [sine, cosine]: [f64; 2], time: f64) -> Instant {
         let mut sum = [self.mean, 0.0, 0.0, 0.0];
         if let Some((last, others)) = self.harmonics.split_last() {
@@ -159,14 +160,22 @@ impl ClosedForm {
             }
             last.add(&mut sum, z);
         }
+        let mut now = Instant { u: [sum[0], sum[1]], q: [sum[2], sum[3]] };
+        if !self.resonant.is_empty() {
+            self.add_resonant(oscillator, time, &mut now);
+        }
+        now
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn add_resonant(&self, oscillator: &Oscillator, time: f64, now: &mut Instant) {
         for (k, part) in &self.resonant {
             let psi = self.motion.at(time).reduced * self.motion.coefficients[1].signum();
             let (s, c) = (*k as f64 * psi).sin_cos();
             let [q, v] = oscillator.resonant(part, c, s, two_sum(time, -self.start));
-            sum[2] += q;
-            sum[3] += v;
+            now.q = [now.q[0] + q, now.q[1] + v];
         }
-        Instant { u: [sum[0], sum[1]], q: [sum[2], sum[3]] }
     }
 }
 
@@ -201,5 +210,15 @@ fn product([a, b]: [f64; 2], [c, d]: [f64; 2]) -> [f64; 2] {
 /// zⁿ for n ≥ 1.
 #[inline(always)]
 fn power(z: [f64; 2], n: usize) -> [f64; 2] {
+    match n {
+        1 => z,
+        2 => product(z, z),
+        _ => long_power(z, n),
+    }
+}
+
+#[cold]
+#[inline(never)]
+fn long_power(z: [f64; 2], n: usize) -> [f64; 2] {
     (1..n).fold(z, |power, _| product(power, z))
 }
