@@ -112,7 +112,7 @@ impl Phases {
         let middle = leading_half(self.fine[i]);
         // From the smallest to the largest; remainders and differences are exact.
         for product in [
-            (high + low) * self.rest[i],
+            (high + low) * self.rest[i] + low * (self.fine[i] - middle),
             low * middle,
             high * (self.fine[i] - middle),
             high * middle,
