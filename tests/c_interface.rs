@@ -3,6 +3,7 @@
 use camdrive::drives::cam_drive::{DriveMode, Start, StartMode};
 use camdrive::drives::elastic_shaft::Scene;
 use camdrive::drives::resource::Resource;
+use camdrive::drives::solver::Settings;
 use camdrive::fmi2::abi::*;
 use camdrive::fmi2::functions::*;
 use camdrive::motion::{Fourier, MotionLaw};
@@ -24,7 +25,7 @@ fn resource() -> Resource {
         cam: MotionLaw::Fourier(Fourier::new(vec![0.0, 0.01, 0.002], vec![0.0, 0.001])),
         drive: DriveMode::Input,
         start: Start { mode: StartMode::AtRest, q: 0.0, q_dot: 0.0 },
-        tolerance: 0.0,
+        solver: Settings::default(),
     };
     Resource {
         name: "careless".to_owned(),
@@ -201,7 +202,7 @@ fn null_pointers_are_refused() {
             ("`value`", &|c| fmi2GetRealOutputDerivatives(c, &r, 1, &one, null_mut())),
             ("`value`", &|c| fmi2GetRealStatus(c, LAST_SUCCESSFUL_TIME, null_mut())),
             ("`vr` is no array", &|c| fmi2GetReal(c, &r, usize::MAX, real)),
-            ("`vr` is no array", &|c| fmi2GetReal(c, (&raw const r).byte_add(1), 1, real)),
+            ("`vr` is no array", &|c| fmi2GetReal(c, (&raw const r).byte_add(1), 2, real)),
             ("status kind 9", &|c| fmi2GetRealStatus(c, 9, real)),
             ("Model Exchange", &|c| fmi2GetDerivatives(c, null_mut(), 3)),
             ("none is in progress", &|c| fmi2CancelStep(c)),
@@ -220,6 +221,48 @@ fn null_pointers_are_refused() {
         assert_eq!(fmi2FreeFMUstate(c, null_mut()), OK);
         assert_eq!(fmi2FreeFMUstate(c, &mut null_mut()), OK);
         drive(c, 0);
+        fmi2FreeInstance(c);
+    }
+}
+
+/// One Real is read on a short way, several on a long one; both know the same rules.
+#[test]
+fn a_single_real_is_read_by_the_same_rules_as_several() {
+    let folder = Folder::new("single");
+    let log = Log::default();
+    let c = instantiate(Some(&folder.uri()), GUID, CO_SIMULATION, &log);
+    let (phi, m, y, mode) = (0, reference("m"), reference("y"), reference("start.mode"));
+    let read = |vr: fmi2ValueReference| unsafe {
+        let (mut one, mut two) = (f64::NAN, [f64::NAN; 2]);
+        let status = fmi2GetReal(c, &vr, 1, &mut one);
+        assert_eq!(fmi2GetReal(c, [vr, vr].as_ptr(), 2, two.as_mut_ptr()), status);
+        assert_eq!([one.to_bits(); 2], two.map(f64::to_bits));
+        (status, one)
+    };
+    unsafe {
+        for _ in 0..2 {
+            for vr in [phi, m, y] {
+                assert_eq!(read(vr).0, ERROR, "before initialisation");
+            }
+            assert_eq!(fmi2SetReal(c, &phi, 1, &0.5), OK);
+            assert_eq!(read(phi).0, ERROR);
+            assert_eq!(fmi2SetupExperiment(c, FALSE, 0.0, 0.0, FALSE, 0.0), OK);
+            assert_eq!(fmi2EnterInitializationMode(c), OK);
+            assert_eq!((read(phi), read(m)), ((OK, 0.5), (OK, 2.0)));
+            let lift = read(y).1;
+            assert_eq!(fmi2SetReal(c, &phi, 1, &0.6), OK);
+            assert!(read(y).0 == OK && read(y).1 != lift, "what was set is taken up");
+            assert_eq!(fmi2ExitInitializationMode(c), OK);
+            assert_eq!(fmi2DoStep(c, 0.0, 1e-3, TRUE), OK);
+            assert_eq!(read(y).0, OK);
+            for vr in [mode, 9999, fmi2ValueReference::MAX] {
+                assert_eq!(read(vr).0, ERROR, "no Real");
+            }
+            assert_eq!(fmi2Terminate(c), OK);
+            assert_eq!(read(y).0, OK);
+            assert_eq!(fmi2DoStep(c, 1e-3, 1e-3, TRUE), ERROR);
+            assert_eq!(fmi2Reset(c), OK);
+        }
         fmi2FreeInstance(c);
     }
 }

@@ -5,6 +5,7 @@ use super::unit;
 use super::variable::{Causality, Kind, Variability};
 use super::{Curve, Description, Drive, EventLog, Experiment, Fault, Portrait, Seed, Variable};
 use std::any::Any;
+use std::sync::Arc;
 
 /// A drive model as the list of models holds it.
 pub struct Model {
@@ -26,8 +27,8 @@ fn build<D: Drive>(scene: &str) -> Result<Box<dyn DynDrive>, Fault> {
         .map_err(|e| Fault(format!("the resolved scene of {} cannot be read: {e}", D::MODEL)))?;
     let drive = D::new(scene)?;
     let variables = drive.variables().0;
-    let states = (0..variables.len()).filter(|i| variables[*i].description.state).collect();
-    Ok(Box::new(Unit { initial: drive.clone(), drive, variables, states, initialising: true, dirty: true, time: 0.0 }))
+    let reals = variables.iter().map(Access::of).collect();
+    Ok(Box::new(Unit { initial: drive.clone(), drive, variables, reals, initialising: true, dirty: true, time: 0.0 }))
 }
 
 /// A drive whose model is known only at run time. Values of every type travel as `f64`.
@@ -40,6 +41,9 @@ pub trait DynDrive: Send {
     fn curves(&self) -> Vec<Curve>;
     /// The default experiment.
     fn experiment(&self) -> Experiment;
+    /// Reads a Real where it stands. NaN where there is none to read: an unknown reference, another type, or something
+    /// was set that the drive has to take up first; [`DynDrive::get`] does so, or tells what is wrong.
+    fn peek(&self, reference: u32) -> f64;
     /// Reads a variable, up to date.
     fn get(&mut self, reference: usize) -> Result<f64, Fault>;
     /// Refuses what [`DynDrive::set`] would refuse.
@@ -50,8 +54,8 @@ pub trait DynDrive: Send {
     fn set_up(&mut self, time: f64, tolerance: Option<f64>);
     /// Ends initialisation.
     fn start(&mut self) -> Result<(), Fault>;
-    /// Advances by a communication step.
-    fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault>;
+    /// Advances by a communication step; how many events the log has. (A boxed fault lets the outcome pass in registers.)
+    fn advance(&mut self, time: f64, step: f64) -> Result<usize, Box<Fault>>;
     /// The highest order of input derivatives.
     fn input_derivative_order(&self) -> usize;
     /// Refuses what [`DynDrive::set_input_derivative`] would refuse.
@@ -80,13 +84,29 @@ struct Unit<D> {
     drive: D,
     initial: D,
     variables: Vec<Variable<D>>,
-    /// The references of the continuous states.
-    states: Vec<usize>,
+    /// How each variable is read as a Real, by its reference.
+    reals: Arc<[Access<D>]>,
     /// Whether the start values still decide the state.
     initialising: bool,
     /// Whether something was set since the drive last took up its settings.
     dirty: bool,
     time: f64,
+}
+
+/// How a variable is read, and nothing else of it: what importers read after each step shall lie close together.
+struct Access<D> {
+    get: fn(&D, usize) -> f64,
+    index: usize,
+}
+
+impl<D> Access<D> {
+    /// Variables of other types read as NaN, which is no value of a Real.
+    fn of(v: &Variable<D>) -> Self {
+        match v.description.kind {
+            Kind::Real { .. } => Access { get: v.get, index: v.index },
+            _ => Access { get: |_, _| f64::NAN, index: 0 },
+        }
+    }
 }
 
 /// A saved state.
@@ -99,6 +119,7 @@ struct Snapshot<D> {
 }
 
 impl<D: Drive> Unit<D> {
+    /// Takes up what was set.
     fn refresh(&mut self) -> Result<(), Fault> {
         if self.dirty {
             if self.initialising {
@@ -174,15 +195,13 @@ impl<D: Drive> Unit<D> {
         }
     }
 
-    /// Refuses a state in which a number is missing.
-    fn check_states(&self) -> Result<(), Fault> {
-        for reference in &self.states {
-            let v = &self.variables[*reference];
-            if !(v.get)(&self.drive, v.index).is_finite() {
-                return Err(Fault(format!("`{}` is not a finite number at t = {} s", v.description.name, self.time)));
-            }
-        }
-        Ok(())
+    /// Which state is no number.
+    #[cold]
+    fn not_finite(&self) -> Fault {
+        let states = self.variables.iter().filter(|v| v.description.state);
+        let lost = states.map(|v| (&v.description.name, (v.get)(&self.drive, v.index))).find(|(_, x)| !x.is_finite());
+        let name = lost.map_or("the state", |(name, _)| name);
+        Fault(format!("`{name}` is not a finite number at t = {} s", self.time))
     }
 }
 
@@ -227,6 +246,13 @@ impl<D: Drive> DynDrive for Unit<D> {
 
     fn experiment(&self) -> Experiment {
         self.drive.experiment()
+    }
+
+    fn peek(&self, reference: u32) -> f64 {
+        match self.reals.get(reference as usize) {
+            Some(real) if !self.dirty => (real.get)(&self.drive, real.index),
+            _ => f64::NAN,
+        }
     }
 
     fn get(&mut self, reference: usize) -> Result<f64, Fault> {
@@ -276,17 +302,21 @@ impl<D: Drive> DynDrive for Unit<D> {
 
     fn start(&mut self) -> Result<(), Fault> {
         self.refresh()?;
-        self.check_states()?;
+        if !self.drive.is_finite() {
+            return Err(self.not_finite());
+        }
         self.initialising = false;
         Ok(())
     }
 
-    fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
-        self.time = time;
-        self.refresh()?;
+    fn advance(&mut self, time: f64, step: f64) -> Result<usize, Box<Fault>> {
+        if self.dirty {
+            self.time = time;
+            self.refresh()?;
+        }
         self.drive.advance(time, step)?;
         self.time = time + step;
-        self.check_states()
+        if self.drive.is_finite() { Ok(self.drive.events().count()) } else { Err(self.not_finite().into()) }
     }
 
     fn input_derivative_order(&self) -> usize {

@@ -51,6 +51,11 @@ impl EventLog {
         self.count += 1;
     }
 
+    /// How many events happened.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
     /// The kept events.
     pub fn iter(&self) -> impl Iterator<Item = &Event> {
         self.events.iter().take(self.count).flatten()

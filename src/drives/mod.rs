@@ -152,6 +152,9 @@ pub trait Drive: Clone + Serialize + DeserializeOwned + Send + 'static {
     /// the documented default.
     fn request_tolerance(&mut self, tolerance: f64);
 
+    /// Whether the states are finite numbers; asked after each step, so that none that is not leaves as a result.
+    fn is_finite(&self) -> bool;
+
     /// What happened since the log was last cleared.
     fn events(&mut self) -> &mut EventLog;
 

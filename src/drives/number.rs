@@ -18,6 +18,11 @@ impl fmt::Display for Number {
     }
 }
 
+/// Whether all values are finite numbers. 0 · x is 0 for those and NaN for others, so one comparison does for all.
+pub fn all_finite<const N: usize>(values: [f64; N]) -> bool {
+    values.into_iter().map(|x| 0.0 * x).sum::<f64>() == 0.0
+}
+
 /// An interval in a message: `[0, 1e9]`, `≥ 0`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Range(pub f64, pub f64);
@@ -37,6 +42,14 @@ impl fmt::Display for Range {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn one_lost_number_is_noticed() {
+        assert!(all_finite([0.0, -0.0, f64::MAX, f64::MIN_POSITIVE, -1.0]));
+        for lost in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            assert!(!all_finite([lost]) && !all_finite([1.0, lost]) && !all_finite([lost, -lost]));
+        }
+    }
 
     #[test]
     fn numbers_are_short() {

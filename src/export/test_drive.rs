@@ -112,6 +112,10 @@ impl Drive for Lag {
 
     fn request_tolerance(&mut self, _: f64) {}
 
+    fn is_finite(&self) -> bool {
+        self.x.is_finite()
+    }
+
     fn events(&mut self) -> &mut EventLog {
         &mut self.events
     }

@@ -39,7 +39,7 @@ pub struct Function {
     /// Its name in fmi2Functions.h.
     pub name: &'static str,
     /// Whether it may be called, in the order of [`Mode`].
-    allowed: [bool; 5],
+    pub allowed: [bool; 5],
 }
 
 impl Function {

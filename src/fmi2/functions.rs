@@ -373,6 +373,31 @@ pub unsafe extern "C" fn fmi2GetReal(
     nvr: usize,
     value: *mut fmi2Real,
 ) -> fmi2Status {
+    // One Real is what most importers read, after each step; all else takes the long way.
+    let instance = c.cast::<Instance>();
+    if nvr == 1 && !instance.is_null() && instance.is_aligned() && !vr.is_null() && !value.is_null() {
+        // SAFETY: none is NULL, the instance is aligned, the elements may lie anywhere; the importer passes a live
+        // instance and arrays of one element.
+        let x = unsafe { (*instance).peek(vr.read_unaligned()) };
+        if x.abs() <= f64::MAX {
+            // SAFETY: as above.
+            unsafe { value.write_unaligned(x) };
+            return OK;
+        }
+        return get_real_with_care(c, vr, value);
+    }
+    get_reals(c, vr, nvr, value)
+}
+
+/// Reads a Real that takes more than reading, or tells why not.
+#[cold]
+fn get_real_with_care(c: fmi2Component, vr: *const fmi2ValueReference, value: *mut fmi2Real) -> fmi2Status {
+    get_reals(c, vr, 1, value)
+}
+
+/// Reads any number of Reals, or tells why not.
+#[inline(never)]
+fn get_reals(c: fmi2Component, vr: *const fmi2ValueReference, nvr: usize, value: *mut fmi2Real) -> fmi2Status {
     // SAFETY: arrays of the importer.
     enter(c, &table::GET_REAL, |i| unsafe { get(i, Type::Real, (vr, nvr), value, |v| v) })
 }
@@ -645,7 +670,15 @@ pub unsafe extern "C" fn fmi2DoStep(
     communicationStepSize: fmi2Real,
     _noSetFMUStatePriorToCurrentPoint: fmi2Boolean,
 ) -> fmi2Status {
-    enter(c, &table::DO_STEP, |instance| instance.do_step(currentCommunicationPoint, communicationStepSize))
+    let instance = c.cast::<Instance>();
+    if !instance.is_aligned() {
+        return ERROR;
+    }
+    // SAFETY: as in `enter`.
+    match unsafe { instance.as_mut() } {
+        Some(instance) => instance.do_step(currentCommunicationPoint, communicationStepSize),
+        None => ERROR,
+    }
 }
 
 /// Steps are synchronous: there is never one to cancel.

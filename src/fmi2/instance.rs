@@ -1,10 +1,11 @@
 //! An instance of the FMU: the drive, its place in the call sequence and its log.
 
 use super::abi::{self, fmi2Status};
-use super::call_sequence::{Function, Mode};
+use super::call_sequence::{DO_STEP, Function, Mode};
 use super::log::{Category, Logger};
 use super::saved_state::{self, Clock, SavedState};
 use crate::drives::{DynDrive, Fault, Number, event, variable::Kind};
+use std::any::Any;
 use std::ffi::CStr;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -36,6 +37,12 @@ pub enum Type {
     String,
 }
 
+/// A step needs an instance at a communication point and nothing else, which makes for one comparison.
+const _: () = {
+    let [instantiated, initialization, step_complete, terminated, error] = DO_STEP.allowed;
+    assert!(step_complete && !(instantiated || initialization || terminated || error));
+};
+
 /// How far the communication point of a step may be from where the last step ended, and the end of a step beyond
 /// the stop time, relative to the times themselves: importers add up their steps in double precision.
 const TIME_TOLERANCE: f64 = 1e-9;
@@ -51,7 +58,13 @@ pub struct Instance {
 }
 
 /// The clock after fmi2Instantiate and fmi2Reset.
-const BEGINNING: Clock = Clock { mode: Mode::Instantiated, time: 0.0, stop: None };
+const BEGINNING: Clock = Clock { mode: Mode::Instantiated, time: 0.0, stop: NO_STOP };
+
+/// A stop time that no step goes beyond.
+const NO_STOP: f64 = f64::MAX;
+
+/// What a panic carries.
+type Panic = Box<dyn Any + Send>;
 
 impl Instance {
     /// An instance of the FMU with this guid.
@@ -70,18 +83,31 @@ impl Instance {
 
     /// Carries out a call: looks it up in the call sequence, catches a panic, logs the reason of an error.
     pub fn call(&mut self, function: &Function, body: impl FnOnce(&mut Self) -> Result<(), Refusal>) -> fmi2Status {
-        let mode = self.clock.mode;
-        if !function.is_allowed_in(mode) {
-            let text = format_args!("{}: not allowed {}", function.name, Reason(function, mode));
-            self.logger.log(Category::Error, text);
-            return abi::ERROR;
+        if !function.is_allowed_in(self.clock.mode) {
+            return self.out_of_sequence(function);
         }
         match catch_unwind(AssertUnwindSafe(|| body(self))) {
             Ok(Ok(())) => abi::OK,
-            Ok(Err(Refusal::NotAvailable)) => abi::DISCARD,
+            outcome => self.report(function, outcome),
+        }
+    }
+
+    /// Logs that a function is not allowed now.
+    #[cold]
+    fn out_of_sequence(&self, function: &Function) -> fmi2Status {
+        let reason = Reason(function, self.clock.mode);
+        self.logger.log(Category::Error, format_args!("{}: not allowed {reason}", function.name));
+        abi::ERROR
+    }
+
+    /// Logs why a call failed; what it returns.
+    #[cold]
+    fn report(&mut self, function: &Function, outcome: Result<Result<(), Refusal>, Panic>) -> fmi2Status {
+        match outcome {
+            Ok(Ok(())) => return abi::OK,
+            Ok(Err(Refusal::NotAvailable)) => return abi::DISCARD,
             Ok(Err(Refusal::Error(fault))) => {
                 self.logger.log(Category::Error, format_args!("{}: {fault}", function.name));
-                abi::ERROR
             }
             Err(panic) => {
                 // The drive may be half-way through a change; fmi2Reset and fmi2SetFMUstate replace it as a whole.
@@ -89,9 +115,9 @@ impl Instance {
                 let reason = panic.downcast_ref::<String>().map(String::as_str);
                 let reason = reason.or(panic.downcast_ref::<&str>().copied()).unwrap_or("unknown reason");
                 self.logger.log(Category::Error, format_args!("{}: internal error: {reason}", function.name));
-                abi::ERROR
             }
         }
+        abi::ERROR
     }
 
     /// fmi2SetDebugLogging.
@@ -120,7 +146,7 @@ impl Instance {
             return refuse(format!("the tolerance {tolerance} is not a finite number ≥ 0"));
         }
         self.drive.set_up(start, tolerance);
-        (self.clock.time, self.clock.stop) = (start, stop);
+        (self.clock.time, self.clock.stop) = (start, stop.unwrap_or(NO_STOP));
         Ok(())
     }
 
@@ -151,20 +177,59 @@ impl Instance {
         Ok(())
     }
 
-    /// fmi2DoStep.
-    pub fn do_step(&mut self, point: f64, step: f64) -> Result<(), Refusal> {
-        self.check_step(point, step)?;
-        let outcome = self.drive.advance(point, step);
-        self.log_events();
-        match outcome {
-            Ok(()) => {
+    /// fmi2DoStep. It is called most of all, so a step as it should be passes few instructions; whatever else may
+    /// happen is elsewhere, and [`Instance::call`] is spared.
+    #[inline]
+    pub fn do_step(&mut self, point: f64, step: f64) -> fmi2Status {
+        if self.clock.mode != Mode::StepComplete {
+            return self.out_of_sequence(&DO_STEP);
+        }
+        if self.is_due(point, step) { self.take(point, step) } else { self.take_if_admissible(point, step) }
+    }
+
+    /// A step.
+    #[inline]
+    fn take(&mut self, point: f64, step: f64) -> fmi2Status {
+        match catch_unwind(AssertUnwindSafe(|| self.drive.advance(point, step))) {
+            Ok(Ok(events)) => {
                 self.clock.time = point + step;
-                Ok(())
+                if events == 0 { abi::OK } else { self.tell_events() }
             }
-            Err(fault) => {
-                self.clock.mode = Mode::Error;
-                Err(fault.into())
-            }
+            Ok(Err(fault)) => self.step_failed(fault),
+            Err(panic) => self.report(&DO_STEP, Err(panic)),
+        }
+    }
+
+    /// Logs the events of a step that went well.
+    #[cold]
+    fn tell_events(&mut self) -> fmi2Status {
+        self.call(&DO_STEP, |instance| {
+            instance.log_events();
+            Ok(())
+        })
+    }
+
+    #[cold]
+    fn step_failed(&mut self, fault: Box<Fault>) -> fmi2Status {
+        self.call(&DO_STEP, |instance| {
+            instance.log_events();
+            instance.clock.mode = Mode::Error;
+            Err(Refusal::Error(*fault))
+        })
+    }
+
+    /// Whether a step is beyond doubt: [`Instance::check_step`] would pass it as well, and looks closer at others.
+    fn is_due(&self, point: f64, step: f64) -> bool {
+        // Neither NaN nor infinity passes, nor does a step that is not positive.
+        (point - self.clock.time).abs() < TIME_TOLERANCE * step && point + step <= self.clock.stop
+    }
+
+    /// A step that needs a closer look.
+    #[cold]
+    fn take_if_admissible(&mut self, point: f64, step: f64) -> fmi2Status {
+        match self.check_step(point, step) {
+            Ok(()) => self.take(point, step),
+            Err(fault) => self.report(&DO_STEP, Ok(Err(fault.into()))),
         }
     }
 
@@ -179,13 +244,11 @@ impl Instance {
                 "the current communication point {point} s is not where the instance is, at {time} s"
             )));
         }
-        let end = point + step;
-        match self.clock.stop {
-            Some(stop) if stop < end - TIME_TOLERANCE * stop.abs().max(end.abs()) => {
-                Err(Fault(format!("the step from {point} s to {end} s goes beyond the stop time {stop} s")))
-            }
-            _ => Ok(()),
+        let (end, stop) = (point + step, self.clock.stop);
+        if stop < end - TIME_TOLERANCE * stop.abs().max(end.abs()) {
+            return Err(Fault(format!("the step from {point} s to {end} s goes beyond the stop time {stop} s")));
         }
+        Ok(())
     }
 
     /// Passes the drive's events on to the log.
@@ -223,6 +286,15 @@ impl Instance {
             }
             Some(_) => Ok(index),
         }
+    }
+
+    /// Reads a Real without further ado; NaN where that takes more than reading, see [`Instance::get`].
+    ///
+    /// It is not looked up in the call sequence: before initialisation, where nothing may be read, start values are yet
+    /// to be taken up, and [`DynDrive::peek`] knows of none.
+    #[inline]
+    pub fn peek(&self, reference: u32) -> f64 {
+        catch_unwind(AssertUnwindSafe(|| self.drive.peek(reference))).unwrap_or_else(lost)
     }
 
     /// Reads a variable.
@@ -303,6 +375,13 @@ impl Instance {
     pub fn deserialize(&self, bytes: &[u8]) -> Result<SavedState, Fault> {
         saved_state::from_bytes(bytes, self.fingerprint, self.drive.as_ref())
     }
+}
+
+/// The value that a panic left.
+#[cold]
+#[inline(never)]
+fn lost(_: Panic) -> f64 {
+    f64::NAN
 }
 
 fn order_of(order: i32) -> Result<usize, Fault> {

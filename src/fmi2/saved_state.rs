@@ -15,8 +15,8 @@ pub struct Clock {
     pub mode: Mode,
     /// The communication point [s].
     pub time: f64,
-    /// The stop time, if the importer has defined one [s].
-    pub stop: Option<f64>,
+    /// The stop time; a number that no step reaches if the importer has defined none [s].
+    pub stop: f64,
 }
 
 /// A saved state. An importer holds its address, and one address looks like another; so the first two words, of
@@ -50,7 +50,7 @@ pub fn fingerprint(guid: &str) -> u64 {
 
 const MAGIC: &[u8; 8] = b"camdrive";
 /// To be raised when the encoding of any drive's state changes without a change of its guid.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 const HEADER: usize = 8 + 4 + 8 + 8;
 const CHECKSUM: usize = 4;
 

@@ -118,6 +118,10 @@ impl Drive for Integrator {
         self.tolerance = tolerance;
     }
 
+    fn is_finite(&self) -> bool {
+        self.x.is_finite()
+    }
+
     fn events(&mut self) -> &mut EventLog {
         &mut self.events
     }
@@ -165,8 +169,13 @@ impl Bench {
         function: &table::Function,
         body: impl FnOnce(&mut Instance) -> Result<(), Refusal>,
     ) -> String {
+        self.error(|i| i.call(function, body))
+    }
+
+    /// Likewise of any call.
+    fn error(&mut self, call: impl FnOnce(&mut Instance) -> abi::fmi2Status) -> String {
         self.log.lock().unwrap().clear();
-        assert_eq!(self.instance.call(function, body), abi::ERROR);
+        assert_eq!(call(&mut self.instance), abi::ERROR);
         let mut log = self.log.lock().unwrap();
         assert_eq!(log.len(), 1, "{log:?}");
         let (status, category, text) = log.remove(0);
@@ -192,11 +201,11 @@ impl Bench {
     }
 
     fn step(&mut self, point: f64, step: f64) {
-        self.ok(&table::DO_STEP, |i| i.do_step(point, step));
+        assert_eq!(self.instance.do_step(point, step), abi::OK, "{:?}", self.log.lock().unwrap());
     }
 
     fn step_refused(&mut self, point: f64, step: f64) -> String {
-        self.refused(&table::DO_STEP, |i| i.do_step(point, step))
+        self.error(|i| i.do_step(point, step))
     }
 }
 

@@ -28,6 +28,7 @@ mod steady_state;
 mod variables;
 
 use super::cam_drive::{AngleMotion, CamDrive, DriveMode, HasCamDrive, Start, StartMode};
+use super::number::all_finite;
 use super::solver::{HasSolver, Settings, Solver};
 use super::{Curve, Drive, EventLog, Experiment, Fault, List, Portrait};
 use crate::motion::{Kinematics, MotionLaw};
@@ -326,6 +327,11 @@ impl Drive for BacklashDrive {
 
     fn request_tolerance(&mut self, tolerance: f64) {
         self.solver.requested = tolerance;
+    }
+
+    fn is_finite(&self) -> bool {
+        let State { q: [q, q_dot], zeta: [zeta, zeta_dot], .. } = self.now.state;
+        all_finite([q, q_dot, zeta, zeta_dot])
     }
 
     fn events(&mut self) -> &mut EventLog {

@@ -21,6 +21,7 @@ mod tests;
 mod variables;
 
 use super::cam_drive::{AngleMotion, CamDrive, DriveMode, HasCamDrive, Start, StartMode};
+use super::number::all_finite;
 use super::response::{Instant, Response};
 use super::solver::{HasSolver, Settings, Solver};
 use super::{Curve, Drive, EventLog, Experiment, Fault, List, Portrait};
@@ -284,6 +285,10 @@ impl Drive for ElasticOutput {
 
     fn request_tolerance(&mut self, tolerance: f64) {
         self.solver.requested = tolerance;
+    }
+
+    fn is_finite(&self) -> bool {
+        all_finite(self.now.q)
     }
 
     fn events(&mut self) -> &mut EventLog {

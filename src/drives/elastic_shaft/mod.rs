@@ -27,6 +27,7 @@ mod turn;
 mod variables;
 
 use super::cam_drive::{AngleMotion, CamDrive, DriveMode, HasCamDrive, Start, StartMode};
+use super::number::all_finite;
 use super::solver::{HasSolver, Settings, Solver};
 use super::{Curve, Drive, EventLog, Experiment, Fault, List, Portrait};
 use crate::motion::MotionLaw;
@@ -305,6 +306,10 @@ impl Drive for ElasticShaft {
 
     fn request_tolerance(&mut self, tolerance: f64) {
         self.solver.requested = tolerance;
+    }
+
+    fn is_finite(&self) -> bool {
+        all_finite(self.twist)
     }
 
     fn events(&mut self) -> &mut EventLog {

@@ -388,7 +388,7 @@ fn unstable_growth_ends_in_a_fault() {
     let mut time = 0.0;
     let fault = loop {
         match drive.advance(time, 0.1) {
-            Ok(()) => time += 0.1,
+            Ok(_) => time += 0.1,
             Err(fault) => break fault,
         }
         for (reference, name) in names.iter().enumerate() {

@@ -29,6 +29,7 @@ mod tests;
 pub use inertia::{Follower, Inertia, InertiaFunction};
 pub use motor::Motor;
 
+use super::number::all_finite;
 use super::solver::{HasSolver, Settings, Solver};
 use super::{Curve, Drive, EventLog, Experiment, Fault, List, Portrait};
 use crate::numerics::angle;
@@ -272,6 +273,11 @@ impl Drive for RigidMachine {
 
     fn request_tolerance(&mut self, tolerance: f64) {
         self.solver.requested = tolerance;
+    }
+
+    fn is_finite(&self) -> bool {
+        let State { angle, turns, u, torque, .. } = self.state;
+        all_finite([angle.hi, turns, u.hi, torque])
     }
 
     fn events(&mut self) -> &mut EventLog {
