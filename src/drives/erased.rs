@@ -3,6 +3,8 @@
 use super::number::{Number, Range};
 use super::unit;
 use super::variable::{Causality, Kind, Variability};
+#[cfg(feature = "cli")]
+use super::Simplification;
 use super::{Curve, Description, Drive, EventLog, Experiment, Fault, Portrait, Seed, Variable};
 use std::any::Any;
 use std::sync::Arc;
@@ -13,13 +15,36 @@ pub struct Model {
     pub name: &'static str,
     /// Builds a drive from the resolved scene (JSON).
     pub build: fn(&str) -> Result<Box<dyn DynDrive>, Fault>,
+    /// [`Drive::simplifications`] of a resolved scene; the runtime library does without.
+    #[cfg(feature = "cli")]
+    pub simplifications: fn(&serde_json::Value) -> Result<Vec<Simplification<serde_json::Value>>, Fault>,
 }
 
 impl Model {
     /// The entry of the drive type `D`.
     pub const fn of<D: Drive>() -> Self {
-        Model { name: D::MODEL, build: build::<D> }
+        Model {
+            name: D::MODEL,
+            build: build::<D>,
+            #[cfg(feature = "cli")]
+            simplifications: simplifications::<D>,
+        }
     }
+}
+
+#[cfg(feature = "cli")]
+fn simplifications<D: Drive>(scene: &serde_json::Value) -> Result<Vec<Simplification<serde_json::Value>>, Fault> {
+    use super::simplification::Simplified;
+    let fault = |e: serde_json::Error| Fault(format!("the resolved scene of {} cannot be read: {e}", D::MODEL));
+    let scene: D::Scene = serde_json::from_value(scene.clone()).map_err(fault)?;
+    let erased = |Simplification { feature, instead, model }: Simplification<D::Scene>| {
+        let model = match model {
+            Simplified::Scene(scene) => Simplified::Scene(serde_json::to_value(scene).map_err(fault)?),
+            Simplified::Formula(formula) => Simplified::Formula(formula),
+        };
+        Ok(Simplification { feature, instead, model })
+    };
+    D::simplifications(&scene).into_iter().map(erased).collect()
 }
 
 fn build<D: Drive>(scene: &str) -> Result<Box<dyn DynDrive>, Fault> {

@@ -14,6 +14,7 @@ pub mod number;
 pub mod resource;
 pub mod response;
 pub mod rigid_machine;
+pub mod simplification;
 pub mod solver;
 pub mod unit;
 pub mod variable;
@@ -22,6 +23,7 @@ pub use curve::Curve;
 pub use erased::{DynDrive, Model};
 pub use event::{Event, EventLog};
 pub use number::Number;
+pub use simplification::Simplification;
 pub use variable::{Description, List, Variable};
 
 use serde::{Serialize, de::DeserializeOwned};
@@ -123,6 +125,11 @@ pub trait Drive: Clone + Serialize + DeserializeOwned + Send + 'static {
     /// Curves that picture the drive, the most telling first: for a cam drive [`Curve::of_law`]. Without any,
     /// the documentation has no drawing.
     fn curves(&self) -> Vec<Curve> {
+        Vec::new()
+    }
+
+    /// The scene with one of its features left out, for each feature that it has; the names of the outputs stay.
+    fn simplifications(_scene: &Self::Scene) -> Vec<Simplification<Self::Scene>> {
         Vec::new()
     }
 

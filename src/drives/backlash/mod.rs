@@ -23,6 +23,7 @@ pub mod flank;
 pub mod panel;
 pub mod solver;
 
+mod features;
 mod portrait;
 mod steady_state;
 mod variables;
@@ -255,6 +256,10 @@ impl Drive for BacklashDrive {
 
     fn curves(&self) -> Vec<Curve> {
         Curve::of_law(&self.cam.law)
+    }
+
+    fn simplifications(scene: &Scene) -> Vec<super::Simplification<Scene>> {
+        features::of(scene)
     }
 
     fn experiment(&self) -> Experiment {

@@ -15,6 +15,7 @@
 //! check: c → ∞ gives q = −ẍ/ω₀²; resonance of a harmonic with the amplitude 1/(2D) and, without damping, growing
 //! with time.
 
+mod features;
 mod portrait;
 #[cfg(test)]
 mod tests;
@@ -225,6 +226,10 @@ impl Drive for ElasticOutput {
 
     fn curves(&self) -> Vec<Curve> {
         Curve::of_law(&self.cam.law)
+    }
+
+    fn simplifications(scene: &Scene) -> Vec<super::Simplification<Scene>> {
+        features::of(scene)
     }
 
     fn experiment(&self) -> Experiment {

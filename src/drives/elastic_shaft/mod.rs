@@ -18,6 +18,7 @@
 //! U′U″ here, as the derivation and its own rigid limit demand.
 
 mod equation;
+mod features;
 mod portrait;
 mod solver;
 mod steady;
@@ -229,6 +230,10 @@ impl Drive for ElasticShaft {
 
     fn curves(&self) -> Vec<Curve> {
         Curve::of_law(&self.cam.law)
+    }
+
+    fn simplifications(scene: &Scene) -> Vec<super::Simplification<Scene>> {
+        features::of(scene)
     }
 
     fn experiment(&self) -> Experiment {

@@ -15,6 +15,7 @@
 //! Source: K. Kaltofen, "HS-Bewegungen trotz veränderlicher Antriebsgeschwindigkeit", equation (2); Dresig, Holzweißig,
 //! *Maschinendynamik*, chapter 2 (rigid machine).
 
+mod features;
 mod inertia;
 mod motor;
 mod portrait;
@@ -225,6 +226,10 @@ impl Drive for RigidMachine {
     }
 
     /// Twenty turns at the synchronous speed (or at `w_start`), in 1000 steps.
+    fn simplifications(scene: &Scene) -> Vec<super::Simplification<Scene>> {
+        features::of(scene)
+    }
+
     fn experiment(&self) -> Experiment {
         let speed = match self.motor {
             Motor::Kloss { synchronous_speed, .. } => synchronous_speed.abs(),

@@ -1,0 +1,37 @@
+//! What the drive can be spared.
+
+use super::Scene;
+use crate::drives::cam_drive::{DriveMode, StartMode};
+use crate::drives::simplification::{RigidFollower, Simplification, fewer_harmonics};
+
+pub(super) fn of(scene: &Scene) -> Vec<Simplification<Scene>> {
+    let (m, inertia, law) = (scene.m, scene.inertia, scene.cam.clone());
+    // q → 0 while tau = −(c q + b q̇) = (J + m U′²) α + m U′U″ ω² stays, as for c → ∞ in the equation of motion; the
+    // mass takes U′ times its force m ÿ of it.
+    let mut list = vec![Simplification::formula(
+        "the elasticity of the shaft",
+        "rigid: ψ = φ, y = U(φ), tau = J φ̈ + U′ m ÿ",
+        &["phi", "w", "psi", "der(psi)", "der(psi,2)", "q", "der(q)", "y", "der(y)", "tau"],
+        move |shaft, out| {
+            let RigidFollower { y, y_dot, y_dot_dot, slope } = RigidFollower::of(&law, shaft);
+            let tau = inertia * shaft.a + slope * m * y_dot_dot;
+            out.copy_from_slice(&[shaft.phi, shaft.w, shaft.phi, shaft.w, shaft.a, 0.0, 0.0, y, y_dot, tau]);
+        },
+    )];
+    if !scene.linear {
+        let linear = Scene { linear: true, ..scene.clone() };
+        list.push(Simplification::scene("the nonlinearity of the shaft", "linear in the twist", linear));
+    }
+    if scene.b > 0.0 {
+        list.push(Simplification::scene("damping", "b = 0", Scene { b: 0.0, ..scene.clone() }));
+    }
+    if matches!(scene.drive, DriveMode::Constant { w, .. } if w != 0.0) && scene.start.mode != StartMode::SteadyState {
+        let mut steady = scene.clone();
+        steady.start.mode = StartMode::SteadyState;
+        list.push(Simplification::scene("the transient", "start on the periodic motion", steady));
+    }
+    for (words, cam) in fewer_harmonics(&scene.cam) {
+        list.push(Simplification::scene("the smallest harmonics", &words, Scene { cam, ..scene.clone() }));
+    }
+    list
+}

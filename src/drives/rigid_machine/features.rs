@@ -1,0 +1,75 @@
+//! What the machine can be spared.
+
+use super::inertia::Place;
+use super::{Follower, Inertia, InertiaFunction, Motor, Scene};
+use crate::drives::simplification::{RigidFollower, Simplification, fewer_harmonics};
+use crate::motion::MotionLaw;
+use std::f64::consts::TAU;
+
+pub(super) fn of(scene: &Scene) -> Vec<Simplification<Scene>> {
+    let mut list = Vec::new();
+    if let Motor::Kloss { dynamics: Some(_), .. } = scene.motor {
+        let mut motor = scene.motor;
+        if let Motor::Kloss { dynamics, .. } = &mut motor {
+            *dynamics = None;
+        }
+        let quasi_static = Scene { motor, ..scene.clone() };
+        list.push(Simplification::scene("the lag of the motor", "quasi-static torque", quasi_static));
+    }
+    let inertia = Inertia::new(scene.inertia.clone(), scene.followers.clone());
+    if inertia.varies() {
+        let function = InertiaFunction { constant: mean(&inertia), varying: None };
+        let constant = Scene { inertia: function, followers: Vec::new(), ..scene.clone() };
+        list.push(Simplification::scene("the variation of the inertia", "constant mean J, no followers", constant));
+    }
+    if scene.motor != Motor::Input {
+        list.push(constant_speed(scene, inertia));
+    }
+    for (j, follower) in scene.followers.iter().enumerate() {
+        for (words, cam) in fewer_harmonics(&follower.cam) {
+            let mut fewer = scene.clone();
+            fewer.followers[j] = Follower { cam, ..follower.clone() };
+            let feature = format!("the smallest harmonics of follower {}", j + 1);
+            list.push(Simplification::scene(&feature, &words, fewer));
+        }
+    }
+    list
+}
+
+/// The mean of J over a turn.
+fn mean(inertia: &Inertia) -> f64 {
+    // The trapezoidal rule is exact for the harmonics below the number of points.
+    let points = (8.0 * inertia.resolution()).clamp(256.0, 65536.0) as usize;
+    let at = |i: usize| {
+        let phi = (i as f64 + 0.5) * TAU / points as f64;
+        inertia.at(Place::at(phi), phi)[0]
+    };
+    (0..points).map(at).sum::<f64>() / points as f64
+}
+
+/// The machine at its mean speed: φ̈ = 0, and the torque that this takes, M_an = ½ J′ω².
+fn constant_speed(scene: &Scene, inertia: Inertia) -> Simplification<Scene> {
+    let laws: Vec<MotionLaw> = scene.followers.iter().map(|f| f.cam.clone()).collect();
+    let motor = matches!(scene.motor, Motor::Kloss { .. });
+    let mut outputs: Vec<String> = ["phi", "w", "a", "J", "E"].map(str::to_owned).into();
+    if motor {
+        outputs.push("M_an".to_owned());
+    }
+    for j in 1..=laws.len() {
+        outputs.extend([format!("U[{j}]"), format!("der(U[{j}])"), format!("der(U[{j}],2)")]);
+    }
+    let names: Vec<&str> = outputs.iter().map(String::as_str).collect();
+    let evaluate = move |shaft: &crate::drives::simplification::Shaft, out: &mut [f64]| {
+        let phi = shaft.phi.rem_euclid(TAU);
+        let [j, slope, ..] = inertia.at(Place::at(phi), phi);
+        let torque = 0.5 * slope * shaft.w * shaft.w + j * shaft.a;
+        let own = [shaft.phi, shaft.w, shaft.a, j, 0.5 * j * shaft.w * shaft.w];
+        let followers = laws.iter().flat_map(|law| {
+            let RigidFollower { y, y_dot, y_dot_dot, .. } = RigidFollower::of(law, shaft);
+            [y, y_dot, y_dot_dot]
+        });
+        let values = own.into_iter().chain(motor.then_some(torque)).chain(followers);
+        out.iter_mut().zip(values).for_each(|(place, value)| *place = value);
+    };
+    Simplification::formula("the speed fluctuation", "constant mean speed", &names, evaluate)
+}

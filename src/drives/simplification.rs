@@ -1,0 +1,146 @@
+//! The drive with one of its features left out: what does it change, and what does it save?
+//!
+//! Each model lists the features that its scene has in [`super::Drive::simplifications`]. A feature is left out by
+//! another scene of the same model or, in a rigid limit, by formulas: a stiffness that is merely large would neither
+//! be rigid nor cheap.
+
+use crate::motion::{Fourier, MotionLaw};
+use crate::numerics::angle;
+use crate::numerics::double_double::Double;
+
+/// A feature and the drive without it.
+pub struct Simplification<S> {
+    /// What is left out, to be read after "without": "damping".
+    pub feature: String,
+    /// What takes its place: "b = 0".
+    pub instead: String,
+    /// The simpler drive.
+    pub model: Simplified<S>,
+}
+
+/// A drive without one of its features.
+pub enum Simplified<S> {
+    /// Another scene of the same model.
+    Scene(S),
+    /// Formulas for the outputs.
+    Formula(Formula),
+}
+
+/// Outputs that follow from the motion of the shaft alone.
+pub struct Formula {
+    /// The names of the outputs.
+    pub outputs: Vec<String>,
+    /// Their values, in the same order.
+    pub evaluate: Box<dyn Fn(&Shaft, &mut [f64])>,
+}
+
+/// The motion of the shaft at an instant.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Shaft {
+    /// φ [rad].
+    pub phi: f64,
+    /// φ̇ [rad/s].
+    pub w: f64,
+    /// φ̈ [rad/s²].
+    pub a: f64,
+}
+
+/// A follower without any elasticity: U, U′ and the derivatives of y = U(φ).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RigidFollower {
+    /// y = U \[m\].
+    pub y: f64,
+    /// ẏ = U′ω \[m/s\].
+    pub y_dot: f64,
+    /// ÿ = U″ω² + U′α \[m/s²\].
+    pub y_dot_dot: f64,
+    /// U′ \[m/rad\].
+    pub slope: f64,
+}
+
+impl RigidFollower {
+    /// The follower of `law` on this shaft.
+    pub fn of(law: &MotionLaw, shaft: &Shaft) -> Self {
+        let &Shaft { phi, w, a } = shaft;
+        let [y, u1, u2, ..] = law.at(angle::reduce(Double::from(phi))).0;
+        RigidFollower { y, y_dot: u1 * w, y_dot_dot: u2 * w * w + u1 * a, slope: u1 }
+    }
+}
+
+impl<S> Simplification<S> {
+    /// The feature is left out by this scene.
+    pub fn scene(feature: &str, instead: &str, scene: S) -> Self {
+        let (feature, instead) = (feature.to_owned(), instead.to_owned());
+        Simplification { feature, instead, model: Simplified::Scene(scene) }
+    }
+
+    /// The feature is left out by these formulas.
+    pub fn formula(
+        feature: &str,
+        instead: &str,
+        outputs: &[&str],
+        evaluate: impl Fn(&Shaft, &mut [f64]) + 'static,
+    ) -> Self {
+        let outputs = outputs.iter().map(|name| (*name).to_owned()).collect();
+        let model = Simplified::Formula(Formula { outputs, evaluate: Box::new(evaluate) });
+        Simplification { feature: feature.to_owned(), instead: instead.to_owned(), model }
+    }
+}
+
+/// The law without its smallest harmonic and without the smaller half of them, with the words for what is left; empty
+/// where the law is no series of at least two harmonics. A harmonic counts by its share of U″, k²√(aₖ² + bₖ²), which
+/// is what moves masses.
+pub fn fewer_harmonics(law: &MotionLaw) -> Vec<(String, MotionLaw)> {
+    let Some(series) = law.series() else { return Vec::new() };
+    let share = |k: usize| (k * k) as f64 * series.a[k].hypot(series.b[k]);
+    let mut harmonics: Vec<usize> = (1..series.a.len()).filter(|k| share(*k) > 0.0).collect();
+    harmonics.sort_by(|j, k| share(*j).total_cmp(&share(*k)));
+    let mut counts = vec![1, harmonics.len() / 2];
+    counts.dedup();
+    counts.retain(|count| 0 < *count && *count < harmonics.len());
+    let without = |count: usize| {
+        let mut dropped = harmonics[..count].to_vec();
+        dropped.sort_unstable();
+        let mut rest = series.clone();
+        for &k in &dropped {
+            (rest.a[k], rest.b[k]) = (0.0, 0.0);
+        }
+        let order = (1..rest.a.len()).rev().find(|k| rest.a[*k] != 0.0 || rest.b[*k] != 0.0).unwrap_or(0);
+        rest.a.truncate(order + 1);
+        rest.b.truncate(order + 1);
+        let list: Vec<String> = dropped.iter().map(usize::to_string).collect();
+        let (left, all) = (harmonics.len() - count, harmonics.len());
+        let words = format!("{left} of {all} harmonics, without k = {}", list.join(", "));
+        (words, MotionLaw::Fourier(Fourier::new(rest.a, rest.b)))
+    };
+    counts.into_iter().map(without).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_smallest_accelerations_go_first() {
+        // Shares of U″: k = 1: 1, k = 2: 0.4, k = 3: 0.9, k = 4: 0.8.
+        let law = MotionLaw::Fourier(Fourier::new(vec![5.0, 1.0, 0.0, 0.1, 0.05], vec![0.0, 0.0, 0.1]));
+        let fewer = fewer_harmonics(&law);
+        assert_eq!(fewer[0].0, "3 of 4 harmonics, without k = 2");
+        assert_eq!(fewer[1].0, "2 of 4 harmonics, without k = 2, 4");
+        let rest = fewer[1].1.series().unwrap();
+        assert_eq!((rest.a.as_slice(), rest.b.as_slice()), (&[5.0, 1.0, 0.0, 0.1][..], &[0.0; 4][..]));
+        for single in [vec![1.0, 2.0], vec![1.0]] {
+            assert!(fewer_harmonics(&MotionLaw::Fourier(Fourier::new(single, vec![]))).is_empty());
+        }
+    }
+
+    #[test]
+    fn a_rigid_follower_moves_with_its_law() {
+        let law = MotionLaw::Fourier(Fourier::new(vec![0.0, 0.0], vec![0.0, 2.0]));
+        let shaft = Shaft { phi: 1.0 + 20.0 * std::f64::consts::TAU, w: 3.0, a: 5.0 };
+        let rigid = RigidFollower::of(&law, &shaft);
+        let (s, c) = 1.0_f64.sin_cos();
+        assert!((rigid.y - 2.0 * s).abs() < 1e-13 && (rigid.y_dot - 6.0 * c).abs() < 1e-13);
+        assert!((rigid.y_dot_dot - (-18.0 * s + 10.0 * c)).abs() < 1e-12 && (rigid.slope - 2.0 * c).abs() < 1e-13);
+    }
+}
