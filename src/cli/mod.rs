@@ -9,6 +9,7 @@ mod describe;
 mod export;
 #[cfg(feature = "import")]
 mod run;
+mod tradeoff;
 
 use crate::scene::{self, Resolved};
 use clap::{CommandFactory, Parser, Subcommand};
@@ -36,6 +37,7 @@ enum Command {
     Export(export::Args),
     Check(check::Args),
     Describe(describe::Args),
+    Tradeoff(tradeoff::Args),
     #[cfg(feature = "import")]
     Run(run::Args),
     Completions(completions::Args),
@@ -59,6 +61,7 @@ pub fn main() -> ExitCode {
         Some(Command::Export(args)) => export::run(&args),
         Some(Command::Check(args)) => check::run(&args),
         Some(Command::Describe(args)) => describe::run(&args),
+        Some(Command::Tradeoff(args)) => tradeoff::run(&args),
         #[cfg(feature = "import")]
         Some(Command::Run(args)) => run::run(&args),
         Some(Command::Completions(args)) => completions::run(&args),

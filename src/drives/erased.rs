@@ -1,10 +1,10 @@
 //! Drives of any model behind one object-safe interface.
 
+#[cfg(feature = "cli")]
+use super::Simplification;
 use super::number::{Number, Range};
 use super::unit;
 use super::variable::{Causality, Kind, Variability};
-#[cfg(feature = "cli")]
-use super::Simplification;
 use super::{Curve, Description, Drive, EventLog, Experiment, Fault, Portrait, Seed, Variable};
 use std::any::Any;
 use std::sync::Arc;

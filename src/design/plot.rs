@@ -1,0 +1,450 @@
+//! Diagrams of points and lines as SVG: legible in print without colour, since series differ in marker and dashes.
+//!
+//! All diagrams of the tool come from here, so that they look alike.
+
+use crate::drives::Fault;
+use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
+use plotters::element::DashedPathElement;
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+use plotters::style::{FontTransform, IntoFont, TextStyle};
+
+/// How an axis divides its length.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scale {
+    /// Equal differences.
+    Linear,
+    /// Equal ratios; values must be positive.
+    Logarithmic,
+}
+
+/// An axis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Axis {
+    /// Quantity and unit, for example "Communication step [s]".
+    pub label: String,
+    /// The scale.
+    pub scale: Scale,
+}
+
+/// Points that belong together.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Series {
+    /// For the legend.
+    pub name: String,
+    /// (x, y); points that are not finite are left out.
+    pub points: Vec<[f64; 2]>,
+    /// Whether a line joins the points.
+    pub joined: bool,
+}
+
+/// A straight line across the diagram.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Rule {
+    /// At this x.
+    Vertical(f64, String),
+    /// At this y.
+    Horizontal(f64, String),
+}
+
+/// A diagram.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Diagram {
+    /// What it shows, for those who cannot see it.
+    pub title: String,
+    /// The abscissa.
+    pub x: Axis,
+    /// The ordinate.
+    pub y: Axis,
+    /// The data, at most as many as there are [`MARKERS`] to tell them apart well.
+    pub series: Vec<Series>,
+    /// Borders and limits.
+    pub rules: Vec<Rule>,
+}
+
+const PLOT_WIDTH: u32 = 520;
+const HEIGHT: u32 = 400;
+/// The widths of letters differ; this is the mean of a sans-serif font, per height.
+const LETTER: f64 = 0.54;
+const TEXT: f64 = 13.0;
+const LINE: i32 = 20;
+const INK: RGBColor = RGBColor(0x22, 0x22, 0x22);
+const PALE: RGBColor = RGBColor(0xdd, 0xdd, 0xdd);
+/// Dark colours of clearly different lightness, so that a grey print keeps them apart.
+const COLOURS: [RGBColor; 6] = [
+    RGBColor(0x1f, 0x4e, 0x79),
+    RGBColor(0xc0, 0x5a, 0x10),
+    RGBColor(0x2a, 0x7d, 0x4f),
+    RGBColor(0x7a, 0x2f, 0x6b),
+    RGBColor(0x00, 0x00, 0x00),
+    RGBColor(0x8a, 0x7a, 0x10),
+];
+/// Dash and gap in pixels; no gap is a solid line.
+const DASHES: [(i32, i32); 5] = [(1, 0), (8, 4), (2, 3), (12, 3), (5, 6)];
+
+/// The shapes that mark points.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Marker {
+    Disc,
+    OpenSquare,
+    Triangle,
+    OpenCircle,
+    Diamond,
+    Cross,
+    OpenTriangle,
+    Square,
+    OpenDiamond,
+    Plus,
+}
+
+const MARKERS: [Marker; 10] = [
+    Marker::Disc,
+    Marker::OpenSquare,
+    Marker::Triangle,
+    Marker::OpenCircle,
+    Marker::Diamond,
+    Marker::Cross,
+    Marker::OpenTriangle,
+    Marker::Square,
+    Marker::OpenDiamond,
+    Marker::Plus,
+];
+
+/// The look of series i.
+#[derive(Clone, Copy)]
+struct Look {
+    colour: RGBColor,
+    dash: (i32, i32),
+    marker: Marker,
+}
+
+fn look(i: usize) -> Look {
+    Look { colour: COLOURS[i % COLOURS.len()], dash: DASHES[i % DASHES.len()], marker: MARKERS[i % MARKERS.len()] }
+}
+
+impl Axis {
+    /// A logarithmic axis.
+    pub fn logarithmic(label: &str) -> Self {
+        Axis { label: label.to_owned(), scale: Scale::Logarithmic }
+    }
+
+    /// A linear axis.
+    pub fn linear(label: &str) -> Self {
+        Axis { label: label.to_owned(), scale: Scale::Linear }
+    }
+
+    /// Where a value lies on the axis; None off the scale.
+    fn place(&self, value: f64) -> Option<f64> {
+        match self.scale {
+            Scale::Linear => value.is_finite().then_some(value),
+            Scale::Logarithmic => (value > 0.0 && value.is_finite()).then(|| value.log10()),
+        }
+    }
+
+    /// The ends of the axis for these places.
+    fn span(&self, places: impl Iterator<Item = f64>) -> [f64; 2] {
+        let (low, high) = places.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
+        if low > high {
+            return [0.0, 1.0];
+        }
+        let least = if self.scale == Scale::Logarithmic { 0.5 } else { 1e-9 + 1e-3 * low.abs() };
+        // Room for the markers, and for a constant.
+        let room = 0.06 * (high - low).max(least) + 0.5 * (least - (high - low)).max(0.0);
+        [low - room, high + room]
+    }
+
+    /// Places and labels of the ticks.
+    fn ticks(&self, [low, high]: [f64; 2]) -> Vec<(f64, String)> {
+        match self.scale {
+            Scale::Linear => {
+                let step = decimal_step(high - low);
+                let (first, last) = ((low / step).ceil() as i64, (high / step).floor() as i64);
+                (first..=last).map(|i| i as f64 * step).map(|v| (v, decimal(v, step))).collect()
+            }
+            Scale::Logarithmic => logarithmic_ticks(low, high),
+        }
+    }
+}
+
+/// 1, 2 or 5 times a power of ten, at most six of them in `span`.
+fn decimal_step(span: f64) -> f64 {
+    let power = 10f64.powf((span / 6.0).log10().floor());
+    [1.0, 2.0, 5.0, 10.0].into_iter().map(|m| m * power).find(|step| span / step <= 6.0).unwrap_or(power)
+}
+
+fn decimal(value: f64, step: f64) -> String {
+    let decimals = (-step.log10().floor()).max(0.0) as usize;
+    format!("{value:.decimals$}").replace('-', "−")
+}
+
+/// Powers of ten, every n-th of them where there are many, and 1, 2, 5 times them where there are few.
+fn logarithmic_ticks(low: f64, high: f64) -> Vec<(f64, String)> {
+    let span = high - low;
+    let multiples: &[f64] = match span {
+        s if s <= 0.9 => &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0],
+        s if s <= 2.2 => &[1.0, 2.0, 5.0],
+        _ => &[1.0],
+    };
+    let every = ((span / 8.0).ceil() as i64).max(1);
+    let exponents = (low.floor() as i64..=high.ceil() as i64).filter(|n| n.rem_euclid(every) == 0);
+    exponents
+        .flat_map(|n| multiples.iter().map(move |m| (n as f64 + m.log10(), *m, n)))
+        .filter(|(place, ..)| (low..=high).contains(place))
+        .map(|(place, m, n)| (place, logarithmic_label(m, n)))
+        .collect()
+}
+
+/// m · 10ⁿ, in plain digits from 0.01 to 100000.
+fn logarithmic_label(m: f64, n: i64) -> String {
+    if (-2..=5).contains(&n) {
+        let decimals = (-n).max(0) as usize + usize::from(m.fract() != 0.0 && n <= 0);
+        return format!("{:.decimals$}", m * 10f64.powi(n as i32));
+    }
+    let digits = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
+    let power: String =
+        n.to_string().chars().map(|c| c.to_digit(10).map_or('⁻', |digit| digits[digit as usize])).collect();
+    if m == 1.0 { format!("10{power}") } else { format!("{m}·10{power}") }
+}
+
+/// The places along an axis, with its ticks, as the drawing library asks for them.
+#[derive(Clone)]
+struct Places {
+    ends: [f64; 2],
+    ticks: Vec<(f64, String)>,
+}
+
+impl Ranged for Places {
+    type FormatOption = NoDefaultFormatting;
+    type ValueType = f64;
+
+    fn map(&self, place: &f64, (first, last): (i32, i32)) -> i32 {
+        let [low, high] = self.ends;
+        first + (f64::from(last - first) * (place - low) / (high - low)).round() as i32
+    }
+
+    fn key_points<Hint: KeyPointHint>(&self, hint: Hint) -> Vec<f64> {
+        if hint.weight().allow_light_points() { Vec::new() } else { self.ticks.iter().map(|tick| tick.0).collect() }
+    }
+
+    fn range(&self) -> std::ops::Range<f64> {
+        self.ends[0]..self.ends[1]
+    }
+}
+
+impl ValueFormatter<f64> for Places {
+    fn format_ext(&self, place: &f64) -> String {
+        self.ticks.iter().find(|(tick, _)| tick == place).map_or(String::new(), |(_, text)| text.clone())
+    }
+}
+
+type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
+
+fn style(size: f64) -> TextStyle<'static> {
+    ("sans-serif", size).into_font().color(&INK)
+}
+
+impl Diagram {
+    /// The diagram as an SVG document.
+    ///
+    /// # Errors
+    /// What the drawing library reports; nothing for memory.
+    pub fn svg(&self) -> Result<String, Fault> {
+        let longest = self.series.iter().map(|series| series.name.chars().count()).max().unwrap_or(0);
+        let legend = if longest == 0 { 10 } else { 64 + (LETTER * TEXT * longest as f64) as u32 };
+        let height = HEIGHT.max(40 + LINE as u32 * self.series.len() as u32);
+        let mut text = String::new();
+        {
+            let root = SVGBackend::with_string(&mut text, (PLOT_WIDTH + legend, height)).into_drawing_area();
+            self.draw(&root).map_err(|e| Fault(format!("the diagram cannot be drawn: {e}")))?;
+            root.present().map_err(|e| Fault(format!("the diagram cannot be drawn: {e}")))?;
+        }
+        let label = self.title.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;");
+        Ok(text.replacen("<svg ", &format!("<svg role=\"img\" aria-label=\"{label}\" "), 1))
+    }
+
+    fn draw(&self, root: &Area<'_>) -> Result<(), Box<dyn std::error::Error>> {
+        root.fill(&WHITE)?;
+        let (plot, legend) = root.split_horizontally(PLOT_WIDTH);
+        let place = |[x, y]: &[f64; 2]| Some((self.x.place(*x)?, self.y.place(*y)?));
+        let places: Vec<Vec<(f64, f64)>> =
+            self.series.iter().map(|series| series.points.iter().filter_map(place).collect()).collect();
+        let rule = |rule: &Rule| match rule {
+            Rule::Vertical(x, _) => (self.x.place(*x), None),
+            Rule::Horizontal(y, _) => (None, self.y.place(*y)),
+        };
+        let rules: Vec<(Option<f64>, Option<f64>)> = self.rules.iter().map(rule).collect();
+        let x = self.x.span(places.iter().flatten().map(|p| p.0).chain(rules.iter().filter_map(|r| r.0)));
+        let y = self.y.span(places.iter().flatten().map(|p| p.1).chain(rules.iter().filter_map(|r| r.1)));
+        let (x_places, y_places) =
+            (Places { ends: x, ticks: self.x.ticks(x) }, Places { ends: y, ticks: self.y.ticks(y) });
+        let counts = (x_places.ticks.len().max(1), y_places.ticks.len().max(1));
+        let mut chart = ChartBuilder::on(&plot)
+            .margin_top(14)
+            .margin_right(14)
+            .x_label_area_size(54)
+            .y_label_area_size(84)
+            .build_cartesian_2d(x_places, y_places)?;
+        chart
+            .configure_mesh()
+            .light_line_style(TRANSPARENT)
+            .bold_line_style(PALE)
+            .axis_style(INK)
+            .label_style(style(TEXT))
+            .axis_desc_style(style(TEXT + 1.0))
+            .x_desc(self.x.label.as_str())
+            .y_desc(self.y.label.as_str())
+            .x_labels(counts.0)
+            .y_labels(counts.1)
+            .draw()?;
+        let area = chart.plotting_area().strip_coord_spec();
+        let pixel = |point: &(f64, f64)| {
+            let (px, py) = chart.backend_coord(point);
+            let (left, top) = area.get_base_pixel();
+            (px - left, py - top)
+        };
+        area.draw(&Rectangle::new([(0, 0), pixel(&(x[1], y[0]))], ShapeStyle::from(INK).stroke_width(1)))?;
+        for (rule, at) in self.rules.iter().zip(&rules) {
+            draw_rule(&area, rule, *at, [pixel(&(x[0], y[0])), pixel(&(x[1], y[1]))], &pixel, [x[0], y[0]])?;
+        }
+        for (i, (series, places)) in self.series.iter().zip(&places).enumerate() {
+            let points: Vec<(i32, i32)> = places.iter().map(pixel).collect();
+            if series.joined {
+                draw_line(&area, &points, look(i))?;
+            }
+            for point in points {
+                draw_marker(&area, point, look(i))?;
+            }
+        }
+        for (i, series) in self.series.iter().enumerate() {
+            let height = 24 + LINE * i as i32;
+            if series.joined {
+                draw_line(&legend, &[(6, height), (42, height)], look(i))?;
+            }
+            draw_marker(&legend, (24, height), look(i))?;
+            let text = style(TEXT).pos(Pos::new(HPos::Left, VPos::Center));
+            legend.draw(&Text::new(series.name.clone(), (50, height), text))?;
+        }
+        Ok(())
+    }
+}
+
+/// A grey dashed line across the area with its name along it.
+fn draw_rule(
+    area: &Area<'_>,
+    rule: &Rule,
+    at: (Option<f64>, Option<f64>),
+    [(left, bottom), (right, top)]: [(i32, i32); 2],
+    pixel: &dyn Fn(&(f64, f64)) -> (i32, i32),
+    [x0, y0]: [f64; 2],
+) -> Result<(), Box<dyn std::error::Error>> {
+    let grey = Look { colour: RGBColor(0x66, 0x66, 0x66), dash: (3, 4), marker: Marker::Disc };
+    let small = style(TEXT - 2.0);
+    match (rule, at) {
+        (Rule::Vertical(_, name), (Some(x), _)) => {
+            let (x, _) = pixel(&(x, y0));
+            draw_line(area, &[(x, bottom), (x, top)], grey)?;
+            let text = small.transform(FontTransform::Rotate270).pos(Pos::new(HPos::Left, VPos::Bottom));
+            area.draw(&Text::new(name.clone(), (x - 3, bottom - 6), text))?;
+        }
+        (Rule::Horizontal(_, name), (_, Some(y))) => {
+            let (_, y) = pixel(&(x0, y));
+            draw_line(area, &[(left, y), (right, y)], grey)?;
+            area.draw(&Text::new(name.clone(), (left + 6, y - 3), small.pos(Pos::new(HPos::Left, VPos::Bottom))))?;
+        }
+        _ => {}
+    }
+    Ok(())
+}
+
+/// A polyline, dashed by its look; the dashes run on around corners.
+fn draw_line(area: &Area<'_>, points: &[(i32, i32)], look: Look) -> Result<(), Box<dyn std::error::Error>> {
+    let style = ShapeStyle::from(look.colour).stroke_width(2);
+    let (dash, gap) = look.dash;
+    if gap == 0 {
+        area.draw(&PathElement::new(points.to_vec(), style))?;
+    } else {
+        area.draw(&DashedPathElement::new(points.to_vec(), dash, gap, style))?;
+    }
+    Ok(())
+}
+
+fn draw_marker(area: &Area<'_>, (x, y): (i32, i32), look: Look) -> Result<(), Box<dyn std::error::Error>> {
+    let (full, line) = (ShapeStyle::from(look.colour).filled(), ShapeStyle::from(look.colour).stroke_width(2));
+    let white = ShapeStyle::from(WHITE).filled();
+    let polygon = |corners: &[(i32, i32)]| -> Vec<(i32, i32)> { corners.iter().map(|(i, j)| (x + i, y + j)).collect() };
+    let square = [(-4, -4), (4, -4), (4, 4), (-4, 4)];
+    let triangle = [(0, -6), (5, 4), (-5, 4)];
+    let diamond = [(0, -6), (5, 0), (0, 6), (-5, 0)];
+    let closed = |corners: &[(i32, i32)]| {
+        let mut outline = polygon(corners);
+        outline.push(outline[0]);
+        outline
+    };
+    let open = |corners: &[(i32, i32)]| -> Result<(), Box<dyn std::error::Error>> {
+        area.draw(&Polygon::new(polygon(corners), white))?;
+        area.draw(&PathElement::new(closed(corners), line))?;
+        Ok(())
+    };
+    match look.marker {
+        Marker::Disc => area.draw(&Circle::new((x, y), 4, full))?,
+        Marker::OpenCircle => {
+            area.draw(&Circle::new((x, y), 5, white))?;
+            area.draw(&Circle::new((x, y), 5, line))?;
+        }
+        Marker::Square => area.draw(&Polygon::new(polygon(&square), full))?,
+        Marker::Triangle => area.draw(&Polygon::new(polygon(&triangle), full))?,
+        Marker::Diamond => area.draw(&Polygon::new(polygon(&diamond), full))?,
+        Marker::OpenSquare => open(&square)?,
+        Marker::OpenTriangle => open(&triangle)?,
+        Marker::OpenDiamond => open(&diamond)?,
+        Marker::Cross => area.draw(&Cross::new((x, y), 4, line))?,
+        Marker::Plus => {
+            area.draw(&PathElement::new(vec![(x - 5, y), (x + 5, y)], line))?;
+            area.draw(&PathElement::new(vec![(x, y - 5), (x, y + 5)], line))?;
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_are_round_and_few() {
+        let labels = |low: f64, high: f64| -> Vec<String> {
+            logarithmic_ticks(low.log10(), high.log10()).into_iter().map(|(_, text)| text).collect()
+        };
+        assert_eq!(labels(1e-16, 1e-1), ["10⁻¹⁶", "10⁻¹⁴", "10⁻¹²", "10⁻¹⁰", "10⁻⁸", "10⁻⁶", "10⁻⁴", "0.01"]);
+        assert_eq!(labels(90.0, 2000.0), ["100", "200", "500", "1000", "2000"]);
+        assert_eq!(labels(0.3, 0.9), ["0.3", "0.4", "0.5", "0.6", "0.8"]);
+        assert_eq!(decimal_step(7.3), 2.0);
+        assert_eq!(decimal(-0.25, 0.05), "−0.25");
+    }
+
+    #[test]
+    fn any_data_give_a_well_formed_picture() {
+        let series = |points: Vec<[f64; 2]>, joined| Series { name: "a < b & c".to_owned(), points, joined };
+        let data = [
+            vec![],
+            vec![[1.0, 1.0]],
+            vec![[0.0, -1.0], [f64::NAN, 1.0], [f64::INFINITY, 2.0]],
+            vec![[1e-300, 1e300], [1e300, 1e-300]],
+        ];
+        for points in data {
+            for axis in [Axis::linear("x [m]"), Axis::logarithmic("x [m]")] {
+                let diagram = Diagram {
+                    title: "\"<&".to_owned(),
+                    x: axis.clone(),
+                    y: axis,
+                    series: vec![series(points.clone(), true); 12],
+                    rules: vec![Rule::Vertical(0.0, "zero".into()), Rule::Horizontal(1.0, "one".into())],
+                };
+                let svg = diagram.svg().unwrap();
+                let mut reader = quick_xml::Reader::from_str(&svg);
+                while !matches!(reader.read_event().unwrap(), quick_xml::events::Event::Eof) {}
+                assert!(svg.contains("a &lt; b &amp; c") && svg.contains("aria-label"));
+            }
+        }
+    }
+}

@@ -1,0 +1,139 @@
+//! One sentence per target accuracy: what to use, what it costs, what may be left out.
+
+use super::table::{number, share, time};
+use super::{Feature, Report, Row};
+use serde::Serialize;
+
+/// The accuracies that people ask for.
+const TARGETS: [f64; 4] = [1e-3, 1e-6, 1e-9, 1e-12];
+
+/// Costs closer than this are the same: then the smaller error decides.
+const SAME_COST: f64 = 1.1;
+
+/// The advice for a target accuracy.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Advice {
+    /// The largest admissible error of an output, relative to its largest value.
+    pub target: f64,
+    /// The row of the setting; None where none reaches the target.
+    pub setting: Option<usize>,
+    /// The features that may be left out: their change is below the target, and it saves time.
+    pub may_be_left_out: Vec<String>,
+    /// The advice.
+    pub sentence: String,
+}
+
+/// The advice that a report gives.
+pub fn of(report: &Report) -> Vec<Advice> {
+    TARGETS.into_iter().map(|target| for_target(report, target)).collect()
+}
+
+/// The cheapest setting that reaches the target, at the default communication step if one does there.
+fn choose(report: &Report, target: f64) -> Option<usize> {
+    let cost = |i: usize| report.settings[i].cost.map_or(f64::INFINITY, |cost| cost.ns_per_ms);
+    let good: Vec<usize> = (0..report.settings.len())
+        .filter(|i| report.settings[*i].error.is_some_and(|error| error <= target) && cost(*i).is_finite())
+        .collect();
+    let usual = |i: &usize| (report.settings[*i].communication_step / report.experiment.step - 1.0).abs() < 1e-9;
+    let mut candidates: Vec<usize> = good.iter().copied().filter(usual).collect();
+    if candidates.is_empty() {
+        candidates = good;
+    }
+    let cheapest = candidates.iter().map(|i| cost(*i)).fold(f64::INFINITY, f64::min);
+    candidates.retain(|i| cost(*i) <= SAME_COST * cheapest);
+    candidates.into_iter().min_by(|i, j| {
+        let error = |i: &usize| report.settings[*i].error.unwrap_or(f64::INFINITY).max(report.reference.floor);
+        error(i).total_cmp(&error(j))
+    })
+}
+
+fn for_target(report: &Report, target: f64) -> Advice {
+    let changing = |f: &&Feature| f.change.is_some_and(|change| change > target);
+    let spare: Vec<&Feature> = report
+        .features
+        .iter()
+        .filter(|f| f.change.is_some_and(|change| change <= target) && f.cost_ratio.is_some_and(|ratio| ratio < 1.0))
+        .collect();
+    let chosen = choose(report, target);
+    let goal = number(target);
+    let mut sentence = match chosen {
+        None if target < report.reference.floor => format!(
+            "For {goal} nothing can be said: the reference itself is known to {} only",
+            number(report.reference.floor)
+        ),
+        None => {
+            let best = report.settings.iter().filter_map(|row| row.error).fold(f64::INFINITY, f64::min);
+            format!("For {goal} there is no setting; the smallest error is {}", number(best))
+        }
+        Some(i) => {
+            let row = &report.settings[i];
+            let cost = row.cost.map_or(f64::NAN, |cost| cost.ns_per_ms);
+            format!(
+                "For {goal} use {}: it costs {} ns per ms of machine time at communication steps of {} and errs by {}{}",
+                words(row),
+                number(cost),
+                time(row.communication_step),
+                number(row.error.unwrap_or(f64::NAN).max(report.reference.floor)),
+                if row.error.is_some_and(|e| e <= report.reference.floor) {
+                    " at most, the uncertainty of the reference".to_owned()
+                } else {
+                    row.worst.as_ref().map_or(String::new(), |name| format!(" ({name})"))
+                },
+            )
+        }
+    };
+    if !spare.is_empty() {
+        let list: Vec<String> = spare
+            .iter()
+            .map(|f| {
+                format!(
+                    "{} ({}, {} ns per ms)",
+                    f.feature,
+                    f.instead,
+                    f.cost.map_or("–".into(), |c| number(c.ns_per_ms))
+                )
+            })
+            .collect();
+        sentence += &format!("; {} may be left out", list.join(", "));
+    }
+    let kept: Vec<String> = report.features.iter().filter(changing).map(loss).collect();
+    if !kept.is_empty() {
+        sentence += &format!("; leaving out {}", kept.join(", "));
+    }
+    sentence.push('.');
+    Advice {
+        target,
+        setting: chosen,
+        may_be_left_out: spare.iter().map(|f| format!("{}: {}", f.feature, f.instead)).collect(),
+        sentence,
+    }
+}
+
+/// "damping would change q by 12 %"
+fn loss(feature: &Feature) -> String {
+    let output = feature.worst.as_deref().unwrap_or("nothing");
+    format!("{} would change {output} by {}", feature.feature, share(feature.change.unwrap_or(0.0)))
+}
+
+/// The values to set.
+pub fn words(row: &Row) -> String {
+    let mut parts = Vec::new();
+    if let Some(method) = &row.method {
+        parts.push(format!("solver.method = {method}"));
+    }
+    if let Some(tolerance) = row.tolerance.filter(|value| *value > 0.0) {
+        parts.push(format!("solver.tolerance = {}", number(tolerance)));
+    }
+    if let Some(size) = row.step_size.filter(|value| *value > 0.0) {
+        parts.push(format!("solver.step_size = {} s", number(size)));
+    }
+    if row.tolerance.unwrap_or(0.0) == 0.0 && row.step_size.unwrap_or(0.0) == 0.0 {
+        parts.push(if parts.is_empty() { "the default settings" } else { "its default settings" }.to_owned());
+    }
+    match row.inputs {
+        Some("values") => parts.push("values of the inputs alone".to_owned()),
+        Some(_) => parts.push("input derivatives".to_owned()),
+        None => {}
+    }
+    parts.join(", ")
+}

@@ -1,0 +1,90 @@
+//! The two diagrams of a report.
+
+use super::{Report, Row};
+use crate::design::plot::{Axis, Diagram, Rule, Series};
+
+/// An error of less than this is drawn here: the runs agree to the last digit.
+const LEAST_ERROR: f64 = 1e-17;
+
+/// What a series is called: method and way to pass inputs.
+fn name(row: &Row) -> String {
+    let inputs = match row.inputs {
+        Some("values") => Some("values of inputs".to_owned()),
+        Some(_) => Some("input derivatives".to_owned()),
+        None => None,
+    };
+    let parts: Vec<String> = row.method.clone().into_iter().chain(inputs).collect();
+    if parts.is_empty() { "whole drive".to_owned() } else { parts.join(", ") }
+}
+
+/// The rows by name, in the order of their first appearance.
+fn grouped<'a>(rows: impl Iterator<Item = &'a Row>, name: impl Fn(&Row) -> String) -> Vec<(String, Vec<&'a Row>)> {
+    let mut groups: Vec<(String, Vec<&Row>)> = Vec::new();
+    for row in rows {
+        let name = name(row);
+        match groups.iter_mut().find(|(other, _)| *other == name) {
+            Some((_, list)) => list.push(row),
+            None => groups.push((name, vec![row])),
+        }
+    }
+    groups
+}
+
+/// Cost over error: the settings at the default communication step, the drive without each of its features.
+pub fn work_precision(report: &Report) -> Diagram {
+    let usual = |row: &&Row| (row.communication_step / report.experiment.step - 1.0).abs() < 1e-9;
+    let mut series: Vec<Series> = grouped(report.settings.iter().filter(usual), name)
+        .into_iter()
+        .map(|(name, rows)| {
+            let point = |row: &&Row| Some([row.error?.max(LEAST_ERROR), row.cost?.ns_per_ms]);
+            let mut points: Vec<[f64; 2]> = rows.iter().filter_map(point).collect();
+            points.sort_by(|a, b| a[0].total_cmp(&b[0]));
+            Series { name, points, joined: true }
+        })
+        .collect();
+    series.extend(report.features.iter().filter_map(|f| {
+        let point = [f.change?.max(LEAST_ERROR), f.cost?.ns_per_ms];
+        let name = format!("without {} ({})", f.feature, f.instead);
+        Some(Series { name, points: vec![point], joined: false })
+    }));
+    Diagram {
+        title: format!("Work-precision diagram of {}", report.scene),
+        x: Axis::logarithmic("Largest error of an output, relative to its largest value [1]"),
+        y: Axis::logarithmic("CPU time per machine time [ns/ms]"),
+        series,
+        rules: vec![Rule::Vertical(report.reference.floor, "uncertainty of the reference".to_owned())],
+    }
+}
+
+/// Error over communication step, for each setting that was run at several.
+pub fn communication_step(report: &Report) -> Diagram {
+    let full_name = |row: &Row| {
+        let tolerance = row.tolerance.map(|t| match t {
+            0.0 => "default tolerance".to_owned(),
+            t => format!("tolerance {}", super::table::number(t)),
+        });
+        let size = row.step_size.map(|s| match s {
+            0.0 => "default internal step".to_owned(),
+            s => format!("internal step {}", super::table::time(s)),
+        });
+        [Some(name(row)), tolerance, size].into_iter().flatten().collect::<Vec<_>>().join(", ")
+    };
+    let groups = grouped(report.settings.iter(), full_name).into_iter().filter(|(_, rows)| rows.len() > 1);
+    let series = groups
+        .map(|(name, rows)| {
+            let point = |row: &&Row| Some([row.communication_step, row.error?.max(LEAST_ERROR)]);
+            let mut points: Vec<[f64; 2]> = rows.iter().filter_map(point).collect();
+            points.sort_by(|a, b| a[0].total_cmp(&b[0]));
+            Series { name, points, joined: true }
+        })
+        .collect();
+    let mut rules = vec![Rule::Horizontal(report.reference.floor, "uncertainty of the reference".to_owned())];
+    rules.extend(report.experiment.turn.map(|turn| Rule::Vertical(turn, "one turn".to_owned())));
+    Diagram {
+        title: format!("Error of {} over the communication step", report.scene),
+        x: Axis::logarithmic("Communication step [s]"),
+        y: Axis::logarithmic("Largest error of an output, relative to its largest value [1]"),
+        series,
+        rules,
+    }
+}

@@ -1,0 +1,1 @@
+//! The study as a whole, on scenes whose answers are known.
