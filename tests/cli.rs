@@ -59,7 +59,7 @@ fn without_arguments_it_prints_its_help() {
 
 #[test]
 fn every_help_has_an_example() {
-    for command in ["export", "check", "describe", "completions"] {
+    for command in ["export", "check", "describe", "tradeoff", "completions"] {
         let run = camdrive(&[command, "--help"]);
         assert_eq!(run.code, 0);
         assert!(run.out.contains("Example") && run.out.contains(&format!("camdrive {command} ")), "{}", run.out);
@@ -218,4 +218,42 @@ fn run_writes_the_outputs_of_an_fmu() {
         assert!(run.err.contains("error: ") && run.err.contains(message), "{args:?}: {}", run.err);
     }
     assert!(camdrive(&["run", "Cargo.toml"]).err.contains("cannot be imported"));
+}
+
+#[test]
+fn tradeoff_writes_tables_and_diagrams() {
+    let folder = folder("tradeoff");
+    let run = camdrive(&["tradeoff", SCENE, "--quick", "--turns", "1", "-o", text(&folder.join("study"))]);
+    assert_eq!((run.code, run.err.as_str()), (0, ""), "no progress bar where nobody looks");
+    for part in ["Settings", "Features that could be left out", "Advice", "For 1e-6 ", "ns per ms", "reference"] {
+        assert!(run.out.contains(part), "{part} is missing in\n{}", run.out);
+    }
+    for (ending, part) in [
+        ("csv", "cost_ns_per_ms"),
+        ("json", "\"advice\""),
+        ("work_precision.svg", "CPU time per machine time [ns/ms]"),
+        ("communication_step.svg", "Communication step [s]"),
+    ] {
+        let path = folder.join("study").join(format!("transfer_manipulator.{ending}"));
+        let content = std::fs::read_to_string(&path).expect("the file is written");
+        assert!(content.contains(part), "{part} is missing in {}", path.display());
+    }
+}
+
+#[test]
+fn tradeoff_refuses_what_gives_no_study() {
+    let wrong = camdrive(&["tradeoff", SCENE, "--turns", "0"]);
+    assert_eq!((wrong.code, wrong.out.as_str()), (1, ""));
+    assert!(wrong.err.contains("--turns") && wrong.err.contains(SCENE), "{}", wrong.err);
+    let unit = camdrive(&["tradeoff", "examples/guide_bar/run_up.toml", "--speed", "3 m"]);
+    assert_eq!(unit.code, 1);
+    assert!(unit.err.contains("--speed") && unit.err.contains("hint"), "{}", unit.err);
+    let scene = camdrive(&["tradeoff", WRONG]);
+    assert!(scene.code == 1 && scene.err.contains(WRONG), "{}", scene.err);
+    let lonely = camdrive(&["export", SCENE, "--quick"]);
+    assert!(lonely.code == 1 && lonely.err.contains("--with-tradeoff"), "{}", lonely.err);
+    let file = folder("tradeoff_file").join("here");
+    std::fs::write(&file, "").expect("the folder can be written to");
+    let run = camdrive(&["tradeoff", SCENE, "--quick", "-o", text(&file)]);
+    assert!(run.code == 1 && run.err.contains("folder"), "{}", run.err);
 }

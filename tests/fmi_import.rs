@@ -23,7 +23,7 @@ fn import() -> Fmi2Import {
         cam: MotionLaw::Fourier(Fourier::new(vec![0.0, 0.01, 0.002], vec![0.0, 0.001])),
         drive: DriveMode::Constant { w: 40.0, phi_start: 0.5 },
         start: Start { mode: StartMode::AtRest, q: 0.0, q_dot: 0.0 },
-        tolerance: 0.0,
+        solver: Default::default(),
     };
     let resource = Resource {
         name: "imported".to_owned(),

@@ -1,7 +1,8 @@
 //! `camdrive export SCENE…`
 
+use super::tradeoff::StudyArgs;
 use super::{Failure, print, read_all};
-use crate::export::{Date, Packed, RuntimeLibrary, pack};
+use crate::export::{Date, Packed, RuntimeLibrary, pack_with};
 use crate::scene::Resolved;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -18,6 +19,7 @@ Examples:
   camdrive export examples/guide_bar/scene.toml
   camdrive export examples/*/scene.toml -o fmus/
   camdrive export scene.toml --runtime linux64=libcamdrive.so --runtime win64=camdrive.dll
+  camdrive export scene.toml --with-tradeoff --quick
 
 The runtime library is the one beside the executable unless --runtime names others; it is built by
   cargo build --release --no-default-features --lib")]
@@ -31,16 +33,27 @@ pub struct Args {
     /// Runtime library for a platform (linux64, win64, darwin64 …); once per platform
     #[arg(long, value_name = "PLATFORM=FILE")]
     runtime: Vec<String>,
+    /// Put the tables and diagrams of `camdrive tradeoff` into each FMU; takes some seconds per scene, since it
+    /// measures
+    #[arg(long)]
+    with_tradeoff: bool,
+    #[command(flatten, next_help_heading = "Options of --with-tradeoff")]
+    study: StudyArgs,
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
+    if args.study.are_given() && !args.with_tradeoff {
+        let message = "--turns, --speed, --ramp and --quick belong to the study";
+        return Err(Failure(format!("error: {message}\n  = hint: add --with-tradeoff")));
+    }
     let scenes = read_all(&args.scenes)?;
     let targets = targets(args, &scenes)?;
     let runtimes = runtimes(&args.runtime)?;
     let date = Date::from_environment().map_err(failure)?;
     let mut packed = Vec::new();
     for (scene, path) in scenes.iter().zip(&args.scenes) {
-        let fmu = pack(&scene.resource(), &scene.description, &runtimes, date);
+        let study = if args.with_tradeoff { Some(args.study.study(path, scene)?) } else { None };
+        let fmu = pack_with(&scene.resource(), &scene.description, &runtimes, date, study.as_ref());
         packed.push(fmu.map_err(|fault| Failure(format!("error: {}: {fault}", path.display())))?);
     }
     for runtime in &runtimes {

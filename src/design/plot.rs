@@ -62,7 +62,7 @@ pub struct Diagram {
     pub rules: Vec<Rule>,
 }
 
-const PLOT_WIDTH: u32 = 520;
+const PLOT_WIDTH: u32 = 540;
 const HEIGHT: u32 = 400;
 /// The widths of letters differ; this is the mean of a sans-serif font, per height.
 const LETTER: f64 = 0.54;
@@ -281,6 +281,7 @@ impl Diagram {
         let mut chart = ChartBuilder::on(&plot)
             .margin_top(14)
             .margin_right(14)
+            .margin_left(12)
             .x_label_area_size(54)
             .y_label_area_size(84)
             .build_cartesian_2d(x_places, y_places)?;

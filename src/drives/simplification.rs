@@ -87,10 +87,20 @@ impl<S> Simplification<S> {
     }
 }
 
-/// The law without its smallest harmonic and without the smaller half of them, with the words for what is left; empty
-/// where the law is no series of at least two harmonics. A harmonic counts by its share of U″, k²√(aₖ² + bₖ²), which
-/// is what moves masses.
-pub fn fewer_harmonics(law: &MotionLaw) -> Vec<(String, MotionLaw)> {
+/// A law without some of its harmonics.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FewerHarmonics {
+    /// What is left out: "harmonic k = 5".
+    pub feature: String,
+    /// What is left: "4 of 5 harmonics".
+    pub instead: String,
+    /// The law of the rest.
+    pub law: MotionLaw,
+}
+
+/// The law without its smallest harmonic and without the smaller half of them; empty where the law is no series of at
+/// least two harmonics. A harmonic counts by its share of U″, k²√(aₖ² + bₖ²), which is what moves masses.
+pub fn fewer_harmonics(law: &MotionLaw) -> Vec<FewerHarmonics> {
     let Some(series) = law.series() else { return Vec::new() };
     let share = |k: usize| (k * k) as f64 * series.a[k].hypot(series.b[k]);
     let mut harmonics: Vec<usize> = (1..series.a.len()).filter(|k| share(*k) > 0.0).collect();
@@ -109,9 +119,12 @@ pub fn fewer_harmonics(law: &MotionLaw) -> Vec<(String, MotionLaw)> {
         rest.a.truncate(order + 1);
         rest.b.truncate(order + 1);
         let list: Vec<String> = dropped.iter().map(usize::to_string).collect();
-        let (left, all) = (harmonics.len() - count, harmonics.len());
-        let words = format!("{left} of {all} harmonics, without k = {}", list.join(", "));
-        (words, MotionLaw::Fourier(Fourier::new(rest.a, rest.b)))
+        let plural = if count == 1 { "" } else { "s" };
+        FewerHarmonics {
+            feature: format!("harmonic{plural} k = {}", list.join(", ")),
+            instead: format!("{} of {} harmonics", harmonics.len() - count, harmonics.len()),
+            law: MotionLaw::Fourier(Fourier::new(rest.a, rest.b)),
+        }
     };
     counts.into_iter().map(without).collect()
 }
@@ -125,9 +138,9 @@ mod tests {
         // Shares of U″: k = 1: 1, k = 2: 0.4, k = 3: 0.9, k = 4: 0.8.
         let law = MotionLaw::Fourier(Fourier::new(vec![5.0, 1.0, 0.0, 0.1, 0.05], vec![0.0, 0.0, 0.1]));
         let fewer = fewer_harmonics(&law);
-        assert_eq!(fewer[0].0, "3 of 4 harmonics, without k = 2");
-        assert_eq!(fewer[1].0, "2 of 4 harmonics, without k = 2, 4");
-        let rest = fewer[1].1.series().unwrap();
+        assert_eq!((fewer[0].feature.as_str(), fewer[0].instead.as_str()), ("harmonic k = 2", "3 of 4 harmonics"));
+        assert_eq!((fewer[1].feature.as_str(), fewer[1].instead.as_str()), ("harmonics k = 2, 4", "2 of 4 harmonics"));
+        let rest = fewer[1].law.series().unwrap();
         assert_eq!((rest.a.as_slice(), rest.b.as_slice()), (&[5.0, 1.0, 0.0, 0.1][..], &[0.0; 4][..]));
         for single in [vec![1.0, 2.0], vec![1.0]] {
             assert!(fewer_harmonics(&MotionLaw::Fourier(Fourier::new(single, vec![]))).is_empty());

@@ -4,7 +4,9 @@
 
 use super::model_description::{Identity, LOG_CATEGORIES, causality};
 use super::picture;
+use super::tradeoff::Section;
 use super::xml::Xml;
+use crate::design::tradeoff::Report;
 use crate::drives::variable::{Causality, Kind, Variability};
 use crate::drives::{Description, DynDrive, Fault, Portrait};
 
@@ -12,6 +14,17 @@ const STYLE: &str = include_str!("documentation.css");
 
 /// The text of index.html.
 pub fn html(identity: &Identity, model: &str, drive: &mut dyn DynDrive) -> Result<String, Fault> {
+    html_with(identity, model, drive, None)
+}
+
+/// The same with the study of speed against accuracy.
+pub fn html_with(
+    identity: &Identity,
+    model: &str,
+    drive: &mut dyn DynDrive,
+    study: Option<&Report>,
+) -> Result<String, Fault> {
+    let study = study.map(Section::of).transpose()?;
     let rows = variable_rows(drive)?;
     let portrait = drive.portrait();
     let mut xml = Xml::html();
@@ -41,6 +54,9 @@ pub fn html(identity: &Identity, model: &str, drive: &mut dyn DynDrive) -> Resul
             xml.text("h2", &[], "Variables");
             table(xml, &["Name", "Kind", "Unit", "Start", "Range", "Description"], &rows);
             accuracy(xml, &portrait, drive.input_derivative_order());
+            if let Some(study) = &study {
+                study.write(xml);
+            }
             list(xml, "Limits", &portrait.limits);
             messages(xml);
             list(xml, "Sources", &portrait.sources);

@@ -16,11 +16,13 @@ pub mod runtime_library;
 pub mod terminals;
 #[cfg(test)]
 mod test_drive;
+pub mod tradeoff;
 pub mod xml;
 
 pub use date::Date;
 pub use runtime_library::RuntimeLibrary;
 
+use crate::design::tradeoff::Report;
 use crate::drives::resource::{self, Resource};
 use crate::drives::{DynDrive, Fault};
 use archive::File;
@@ -31,6 +33,9 @@ pub const TOOL: &str = concat!("camdrive ", env!("CARGO_PKG_VERSION"));
 
 /// The longest name that every importer's file system and symbol tables take.
 const LONGEST_NAME: usize = 24;
+
+/// The page that FMI 2.0 names for the documentation.
+const DOCUMENTATION: &str = "documentation/index.html";
 
 /// An FMU in memory.
 #[derive(Clone, Debug)]
@@ -65,7 +70,22 @@ pub fn pack(
     runtimes: &[RuntimeLibrary],
     date: Option<Date>,
 ) -> Result<Packed, Fault> {
-    pack_drive(&mut *resource.build()?, resource, description, runtimes, date)
+    pack_with(resource, description, runtimes, date, None)
+}
+
+/// The same with the tables of a study in the documentation and in `extra/`. They belong to the machine that measured
+/// them, so the guid is that of the FMU without them: it is the same drive.
+///
+/// # Errors
+/// Those of [`pack`].
+pub fn pack_with(
+    resource: &Resource,
+    description: &str,
+    runtimes: &[RuntimeLibrary],
+    date: Option<Date>,
+    study: Option<&Report>,
+) -> Result<Packed, Fault> {
+    pack_drive(&mut *resource.build()?, resource, description, runtimes, date, study)
 }
 
 fn pack_drive(
@@ -74,6 +94,7 @@ fn pack_drive(
     description: &str,
     runtimes: &[RuntimeLibrary],
     date: Option<Date>,
+    study: Option<&Report>,
 ) -> Result<Packed, Fault> {
     check_name(&resource.name)?;
     check_platforms(runtimes)?;
@@ -86,10 +107,17 @@ fn pack_drive(
     content.extend(libraries);
     let parts: Vec<&[u8]> = content.iter().flat_map(|file| [file.path.as_bytes(), file.content.as_slice()]).collect();
     let guid = hash::guid(&hash::sha256_of_parts(&parts));
-    for file in with_guid(drive, resource, description, date, &guid)? {
+    let mut replace = |file: File| {
         if let Some(place) = content.iter_mut().find(|other| other.path == file.path) {
             *place = file;
         }
+    };
+    with_guid(drive, resource, description, date, &guid)?.into_iter().for_each(&mut replace);
+    if let Some(report) = study {
+        let identity = Identity { name: &resource.name, description, guid: "", date: None };
+        let page = documentation::html_with(&identity, &resource.model, drive, Some(report))?;
+        replace(File::new(DOCUMENTATION, page));
+        content.extend(tradeoff::files(report)?);
     }
     let bytes = archive::archive(&content, date).map_err(|e| Fault(format!("the archive cannot be written: {e}")))?;
     let descriptions = drive.descriptions();
@@ -130,7 +158,7 @@ fn for_people(drive: &mut dyn DynDrive, resource: &Resource, description: &str) 
     if !curves.is_empty() {
         files.push(File::new("model.png", picture::of_curves(&resource.name, &resource.model, &curves).png()?));
     }
-    files.push(File::new("documentation/index.html", documentation::html(&identity, &resource.model, drive)?));
+    files.push(File::new(DOCUMENTATION, documentation::html(&identity, &resource.model, drive)?));
     files.extend(licenses::files());
     files.extend(terminals::files(drive)?);
     Ok(files)
@@ -178,7 +206,7 @@ mod tests {
     #[test]
     fn the_same_scene_gives_the_same_bytes_and_any_difference_another_guid() {
         let pack = |name: &str, text: &str, content: &[u8]| {
-            pack_drive(&mut *lag(), &resource(name), text, &[library(content)], None).unwrap()
+            pack_drive(&mut *lag(), &resource(name), text, &[library(content)], None, None).unwrap()
         };
         let fmu = pack("Lag", "A lag", b"1");
         assert_eq!(fmu.bytes, pack("Lag", "A lag", b"1").bytes);
@@ -192,10 +220,10 @@ mod tests {
     #[test]
     fn names_and_platforms_are_checked() {
         for name in ["", "2fast", "a b", "größe", "a_name_of_twenty_five_char"] {
-            assert!(pack_drive(&mut *lag(), &resource(name), "", &[], None).is_err(), "{name}");
+            assert!(pack_drive(&mut *lag(), &resource(name), "", &[], None, None).is_err(), "{name}");
         }
         let twice = [library(b"1"), library(b"2")];
-        let fault = pack_drive(&mut *lag(), &resource("Lag"), "", &twice, None).unwrap_err();
+        let fault = pack_drive(&mut *lag(), &resource("Lag"), "", &twice, None, None).unwrap_err();
         assert!(fault.0.contains("two runtime libraries for linux64"));
     }
 }

@@ -10,6 +10,9 @@ const TARGETS: [f64; 4] = [1e-3, 1e-6, 1e-9, 1e-12];
 /// Costs closer than this are the same: then the smaller error decides.
 const SAME_COST: f64 = 1.1;
 
+/// A sentence names this many features that must stay, those with the smallest changes.
+const MOST_TOLD: usize = 3;
+
 /// The advice for a target accuracy.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Advice {
@@ -96,9 +99,14 @@ fn for_target(report: &Report, target: f64) -> Advice {
             .collect();
         sentence += &format!("; {} may be left out", list.join(", "));
     }
-    let kept: Vec<String> = report.features.iter().filter(changing).map(loss).collect();
+    let mut kept: Vec<&Feature> = report.features.iter().filter(changing).collect();
+    kept.sort_by(|f, g| f.change.unwrap_or(0.0).total_cmp(&g.change.unwrap_or(0.0)));
     if !kept.is_empty() {
-        sentence += &format!("; leaving out {}", kept.join(", "));
+        let told: Vec<String> = kept.iter().take(MOST_TOLD).map(|f| loss(f)).collect();
+        sentence += &format!("; leaving out {}", told.join(", "));
+        if kept.len() > MOST_TOLD {
+            sentence += ", other features more";
+        }
     }
     sentence.push('.');
     Advice {
@@ -115,25 +123,29 @@ fn loss(feature: &Feature) -> String {
     format!("{} would change {output} by {}", feature.feature, share(feature.change.unwrap_or(0.0)))
 }
 
-/// The values to set.
+/// The values of the dials that are not left to the default.
+pub fn dials(row: &Row) -> String {
+    let tolerance = row.tolerance.filter(|value| *value > 0.0);
+    let size = row.step_size.filter(|value| *value > 0.0);
+    let parts = [
+        row.method.as_ref().map(|method| format!("solver.method = {method}")),
+        tolerance.map(|value| format!("solver.tolerance = {}", number(value))),
+        size.map(|value| format!("solver.step_size = {} s", number(value))),
+    ];
+    parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
+}
+
+/// The values to set, in words.
 pub fn words(row: &Row) -> String {
-    let mut parts = Vec::new();
-    if let Some(method) = &row.method {
-        parts.push(format!("solver.method = {method}"));
-    }
-    if let Some(tolerance) = row.tolerance.filter(|value| *value > 0.0) {
-        parts.push(format!("solver.tolerance = {}", number(tolerance)));
-    }
-    if let Some(size) = row.step_size.filter(|value| *value > 0.0) {
-        parts.push(format!("solver.step_size = {} s", number(size)));
-    }
-    if row.tolerance.unwrap_or(0.0) == 0.0 && row.step_size.unwrap_or(0.0) == 0.0 {
-        parts.push(if parts.is_empty() { "the default settings" } else { "its default settings" }.to_owned());
-    }
-    match row.inputs {
-        Some("values") => parts.push("values of the inputs alone".to_owned()),
-        Some(_) => parts.push("input derivatives".to_owned()),
-        None => {}
-    }
-    parts.join(", ")
+    let dials = dials(row);
+    let settings = match (row.is_default(), dials.is_empty()) {
+        (true, true) => Some("the default settings".to_owned()),
+        (true, false) => Some(format!("{dials}, its default settings")),
+        (false, _) => Some(dials),
+    };
+    let inputs = row.inputs.map(|inputs| match inputs {
+        "values" => "values of the inputs alone".to_owned(),
+        _ => "input derivatives".to_owned(),
+    });
+    settings.into_iter().chain(inputs).collect::<Vec<_>>().join(", ")
 }

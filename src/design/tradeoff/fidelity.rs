@@ -104,8 +104,18 @@ impl Simpler {
         match self.run(bench) {
             Err(fault) => feature.fault = Some(fault.0),
             Ok(trace) => {
-                feature.changes = changes(bench, full, reference, &trace, &self.outputs());
-                (feature.worst, feature.change) = worst_of(&feature.changes).unzip();
+                let outputs = self.outputs();
+                feature.changes = changes(bench, full, reference, &trace, &outputs);
+                // What vanishes with the feature, as the twist of a rigid shaft does, says nothing of the rest.
+                let vanishes = |name: &String| {
+                    let column = outputs.iter().position(|other| other == name).unwrap_or(0);
+                    trace.values.iter().skip(column).step_by(outputs.len()).all(|value| *value == 0.0)
+                };
+                let mut remaining = feature.changes.iter().filter(|(name, _)| !vanishes(name)).peekable();
+                (feature.worst, feature.change) = match remaining.peek() {
+                    Some(_) => worst_of(remaining),
+                    None => worst_of(feature.changes.iter()),
+                };
                 samples.statistics = Some([trace.statistics[0], trace.statistics[1]]);
                 samples.add(trace.run_ns, trace.start_ns);
             }

@@ -3,8 +3,8 @@
 use super::{Report, Row};
 use crate::design::plot::{Axis, Diagram, Rule, Series};
 
-/// An error of less than this is drawn here: the runs agree to the last digit.
-const LEAST_ERROR: f64 = 1e-17;
+/// An error of less than the unit roundoff is drawn there: the runs agree to the last digit.
+const LEAST_ERROR: f64 = 0.5 * f64::EPSILON;
 
 /// What a series is called: method and way to pass inputs.
 fn name(row: &Row) -> String {
@@ -30,9 +30,13 @@ fn grouped<'a>(rows: impl Iterator<Item = &'a Row>, name: impl Fn(&Row) -> Strin
     groups
 }
 
-/// Cost over error: the settings at the default communication step, the drive without each of its features.
+/// Cost over error: the settings at the default communication step, the drive without each of its features. Where inputs
+/// move, the communication step is a dial as well.
 pub fn work_precision(report: &Report) -> Diagram {
-    let usual = |row: &&Row| (row.communication_step / report.experiment.step - 1.0).abs() < 1e-9;
+    let usual = |row: &&Row| {
+        let default_step = (row.communication_step / report.experiment.step - 1.0).abs() < 1e-9;
+        default_step || (row.inputs.is_some() && row.is_default())
+    };
     let mut series: Vec<Series> = grouped(report.settings.iter().filter(usual), name)
         .into_iter()
         .map(|(name, rows)| {

@@ -68,6 +68,8 @@ pub struct Report {
     pub reference: reference::Summary,
     /// One row per setting; the first is the drive with its defaults.
     pub settings: Vec<Row>,
+    /// The values of dials that changed neither errors nor steps against the default; they have no row.
+    pub without_effect: Vec<String>,
     /// One row per feature that can be left out.
     pub features: Vec<Feature>,
     /// One sentence per target accuracy.
@@ -145,7 +147,7 @@ pub struct Feature {
     pub feature: String,
     /// What takes its place.
     pub instead: String,
-    /// The largest change of an output, relative to its largest value.
+    /// The largest change of an output that does not vanish with the feature, relative to its largest value.
     pub change: Option<f64>,
     /// The output with that change.
     pub worst: Option<String>,
@@ -310,7 +312,7 @@ pub fn study(resource: &Resource, options: &Options, mut progress: impl FnMut(Pr
     let bench = Bench::new(resource, options)?;
     let reference = reference::compute(resource, &bench.interface, bench.grid, &bench.run_up)?;
     let turn = bench.turn.unwrap_or(bench.stop());
-    let settings = sweep::settings(&bench.interface, bench.grid, turn, Extent { quick: options.quick });
+    let mut settings = sweep::settings(&bench.interface, bench.grid, turn, Extent { quick: options.quick });
     let simpler = fidelity::all(&bench, &reference)?;
     let names: Vec<String> = bench.interface.names().into_iter().map(|(name, _)| name).collect();
 
@@ -327,6 +329,8 @@ pub fn study(resource: &Resource, options: &Options, mut progress: impl FnMut(Pr
         done += 1;
         progress(Progress { done, total: jobs * (1 + LEAST_REPETITIONS), stage: "errors" });
     }
+    let without_effect = drop_repetitions(&mut settings, &mut rows, &mut samples);
+    let jobs = settings.len() + simpler.len();
     let full = bench.setting(&settings[0])?;
     for (simpler, samples) in simpler.iter().zip(samples.iter_mut().skip(settings.len())) {
         features.push(simpler.first_run(&bench, &full, &reference, samples));
@@ -375,6 +379,7 @@ pub fn study(resource: &Resource, options: &Options, mut progress: impl FnMut(Pr
         outputs: outputs.map(|((name, unit), largest)| Output { name, unit, largest: *largest }).collect(),
         reference: reference.summary,
         settings: rows,
+        without_effect,
         features,
         advice: Vec::new(),
     };
@@ -382,9 +387,49 @@ pub fn study(resource: &Resource, options: &Options, mut progress: impl FnMut(Pr
     Ok(report)
 }
 
-/// The largest value and its name.
-fn worst_of(values: &BTreeMap<String, f64>) -> Option<(String, f64)> {
-    values.iter().max_by(|a, b| a.1.total_cmp(b.1)).map(|(name, value)| (name.clone(), *value))
+/// The largest value, and its name unless it is zero.
+fn worst_of<'a>(values: impl Iterator<Item = (&'a String, &'a f64)>) -> (Option<String>, Option<f64>) {
+    let (name, value) = values.max_by(|a, b| a.1.total_cmp(b.1)).unzip();
+    (name.filter(|_| value.is_some_and(|value| *value > 0.0)).cloned(), value.copied())
+}
+
+impl Row {
+    /// Whether the solver is left to its defaults.
+    pub fn is_default(&self) -> bool {
+        self.tolerance.unwrap_or(0.0) == 0.0 && self.step_size.unwrap_or(0.0) == 0.0
+    }
+
+    /// Whether the other row is the same run under another name: a dial that changed nothing.
+    fn repeats(&self, other: &Row) -> bool {
+        (&self.method, self.inputs, self.communication_step) == (&other.method, other.inputs, other.communication_step)
+            && self.errors == other.errors
+            && self.error_estimate == other.error_estimate
+            && self.fault == other.fault
+    }
+}
+
+/// Drops the settings that only repeat a default one; says which values of dials these were.
+fn drop_repetitions(settings: &mut Vec<Setting>, rows: &mut Vec<Row>, samples: &mut Vec<Samples>) -> Vec<String> {
+    let all = rows.iter().zip(samples.iter());
+    let defaults: Vec<(Row, Option<[f64; 2]>)> =
+        all.filter(|(row, _)| row.is_default()).map(|(row, samples)| (row.clone(), samples.statistics)).collect();
+    let mut names = Vec::new();
+    for i in (0..rows.len()).rev() {
+        let row = &rows[i];
+        if !row.is_default()
+            && defaults.iter().any(|(default, count)| row.repeats(default) && samples[i].statistics == *count)
+        {
+            let name = advice::dials(row);
+            if !names.contains(&name) {
+                names.push(name);
+            }
+            settings.remove(i);
+            rows.remove(i);
+            samples.remove(i);
+        }
+    }
+    names.reverse();
+    names
 }
 
 /// The row of a setting without its cost.
@@ -413,7 +458,7 @@ fn first_run(
         Ok(trace) => {
             let errors = reference.errors(&trace, reference.until);
             row.errors = names.iter().cloned().zip(errors).collect();
-            (row.worst, row.error) = worst_of(&row.errors).unzip();
+            (row.worst, row.error) = worst_of(row.errors.iter());
             let [steps, evaluations, estimate] = trace.statistics;
             row.error_estimate = estimate.is_finite().then_some(estimate);
             samples.statistics = Some([steps, evaluations]);

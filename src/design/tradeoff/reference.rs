@@ -63,8 +63,9 @@ pub struct Check {
 /// Computes the reference on the instants of `grid`.
 pub fn compute(resource: &Resource, interface: &Interface, grid: Grid, run_up: &RunUp) -> Result<Reference, Fault> {
     let driven = interface.is_driven();
-    // Within a ninth of the interval the polynomial of ten input derivatives meets the run-up to rounding.
-    let parts = if driven { 9 } else { 1 };
+    // Divisions that no compared setting has. Within a tenth of the interval the polynomial of the input derivatives meets
+    // the run-up to rounding.
+    let parts = if driven { 10 } else { 2 };
     let grid = Grid { parts, ..grid };
     let carry_out = |starts: &[(u32, f64)], grid: Grid| {
         run(&Plan { resource, interface, starts, grid, run_up, inputs: Inputs::Derivatives })

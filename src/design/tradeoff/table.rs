@@ -15,13 +15,13 @@ pub struct Table {
 /// "–", where there is nothing to say.
 const NONE: &str = "–";
 
-/// Three significant digits, in powers of ten outside of 0.01 … 1e5.
+/// Three significant digits, in powers of ten outside of 0.01 … 1e6.
 pub fn number(value: f64) -> String {
     if !value.is_finite() {
         return NONE.to_owned();
     }
     let rounded: f64 = format!("{value:.2e}").parse().unwrap_or(value);
-    if rounded == 0.0 || (1e-2..1e5).contains(&rounded.abs()) {
+    if rounded == 0.0 || (1e-2..1e6).contains(&rounded.abs()) {
         return rounded.to_string();
     }
     // An error of 3.214e-9 is one of 3.2e-9.
@@ -156,6 +156,12 @@ pub fn about(report: &Report) -> Vec<String> {
             "The motion is sensitive: trajectories whose parameters differ in the last digit part{separation}. Errors \
              are those of the first {}; changes without a feature are those of the whole run.",
             time(r.compared_until)
+        ));
+    }
+    if !report.without_effect.is_empty() {
+        lines.push(format!(
+            "Not listed, since errors and steps are those of the default: {}.",
+            report.without_effect.join("; ")
         ));
     }
     lines.push(

@@ -30,8 +30,9 @@ pub(super) fn of(scene: &Scene) -> Vec<Simplification<Scene>> {
     if scene.b > 0.0 {
         list.push(Simplification::scene("damping", "b = 0", Scene { b: 0.0, ..scene.clone() }));
     }
-    for (words, cam) in fewer_harmonics(&scene.cam) {
-        list.push(Simplification::scene("the smallest harmonics", &words, Scene { cam, ..scene.clone() }));
+    for fewer in fewer_harmonics(&scene.cam) {
+        let rest = Scene { cam: fewer.law, ..scene.clone() };
+        list.push(Simplification::scene(&fewer.feature, &fewer.instead, rest));
     }
     list
 }

@@ -26,8 +26,9 @@ pub(super) fn of(scene: &Scene) -> Vec<Simplification<Scene>> {
         steady.start.mode = StartMode::SteadyState;
         list.push(Simplification::scene("the transient", "start on the periodic motion", steady));
     }
-    for (words, cam) in fewer_harmonics(&scene.cam) {
-        list.push(Simplification::scene("the smallest harmonics", &words, Scene { cam, ..scene.clone() }));
+    for fewer in fewer_harmonics(&scene.cam) {
+        let rest = Scene { cam: fewer.law, ..scene.clone() };
+        list.push(Simplification::scene(&fewer.feature, &fewer.instead, rest));
     }
     list
 }

@@ -26,11 +26,11 @@ pub(super) fn of(scene: &Scene) -> Vec<Simplification<Scene>> {
         list.push(constant_speed(scene, inertia));
     }
     for (j, follower) in scene.followers.iter().enumerate() {
-        for (words, cam) in fewer_harmonics(&follower.cam) {
-            let mut fewer = scene.clone();
-            fewer.followers[j] = Follower { cam, ..follower.clone() };
-            let feature = format!("the smallest harmonics of follower {}", j + 1);
-            list.push(Simplification::scene(&feature, &words, fewer));
+        for fewer in fewer_harmonics(&follower.cam) {
+            let mut rest = scene.clone();
+            rest.followers[j] = Follower { cam: fewer.law, ..follower.clone() };
+            let feature = format!("{} of follower {}", fewer.feature, j + 1);
+            list.push(Simplification::scene(&feature, &fewer.instead, rest));
         }
     }
     list
