@@ -31,7 +31,7 @@ pub fn of(report: &Report) -> Vec<Advice> {
     TARGETS.into_iter().map(|target| for_target(report, target)).collect()
 }
 
-/// The cheapest setting that reaches the target, at the default communication step if one does there.
+/// The cheapest setting that reaches the target, at the default communication step if one does there and no inputs move.
 fn choose(report: &Report, target: f64) -> Option<usize> {
     let cost = |i: usize| report.settings[i].cost.map_or(f64::INFINITY, |cost| cost.ns_per_ms);
     let good: Vec<usize> = (0..report.settings.len())
@@ -39,7 +39,8 @@ fn choose(report: &Report, target: f64) -> Option<usize> {
         .collect();
     let usual = |i: &usize| (report.settings[*i].communication_step / report.experiment.step - 1.0).abs() < 1e-9;
     let mut candidates: Vec<usize> = good.iter().copied().filter(usual).collect();
-    if candidates.is_empty() {
+    // Where inputs move, the communication step is a dial as well.
+    if candidates.is_empty() || report.experiment.run_up.is_some() {
         candidates = good;
     }
     let cheapest = candidates.iter().map(|i| cost(*i)).fold(f64::INFINITY, f64::min);
@@ -147,5 +148,5 @@ pub fn words(row: &Row) -> String {
         "values" => "values of the inputs alone".to_owned(),
         _ => "input derivatives".to_owned(),
     });
-    settings.into_iter().chain(inputs).collect::<Vec<_>>().join(", ")
+    settings.into_iter().chain(inputs).collect::<Vec<_>>().join(" with ")
 }

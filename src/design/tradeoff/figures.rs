@@ -39,11 +39,15 @@ pub fn work_precision(report: &Report) -> Diagram {
     };
     let mut series: Vec<Series> = grouped(report.settings.iter().filter(usual), name)
         .into_iter()
-        .map(|(name, rows)| {
+        .map(|(name, mut rows)| {
+            // In the order of the dial: by communication step where that is one, else by error.
+            let order = |row: &Row| (row.communication_step, row.error.unwrap_or(f64::INFINITY));
+            rows.sort_by(|a, b| {
+                let ((h, e), (g, f)) = (order(a), order(b));
+                h.total_cmp(&g).then(e.total_cmp(&f))
+            });
             let point = |row: &&Row| Some([row.error?.max(LEAST_ERROR), row.cost?.ns_per_ms]);
-            let mut points: Vec<[f64; 2]> = rows.iter().filter_map(point).collect();
-            points.sort_by(|a, b| a[0].total_cmp(&b[0]));
-            Series { name, points, joined: true }
+            Series { name, points: rows.iter().filter_map(point).collect(), joined: true }
         })
         .collect();
     series.extend(report.features.iter().filter_map(|f| {
@@ -53,7 +57,7 @@ pub fn work_precision(report: &Report) -> Diagram {
     }));
     Diagram {
         title: format!("Work-precision diagram of {}", report.scene),
-        x: Axis::logarithmic("Largest error of an output, relative to its largest value [1]"),
+        x: Axis::logarithmic("Largest error (change) of an output, relative to its largest value [1]"),
         y: Axis::logarithmic("CPU time per machine time [ns/ms]"),
         series,
         rules: vec![Rule::Vertical(report.reference.floor, "uncertainty of the reference".to_owned())],

@@ -429,6 +429,8 @@ fn drop_repetitions(settings: &mut Vec<Setting>, rows: &mut Vec<Row>, samples: &
         }
     }
     names.reverse();
+    // A dial that repeats the default at some communication steps only has done something.
+    names.retain(|name| rows.iter().all(|row| advice::dials(row) != *name));
     names
 }
 

@@ -1,0 +1,62 @@
+"""An FMU exported --with-tradeoff: valid, the same drive to the byte, and with the tables of the study."""
+
+import csv
+import io
+import json
+import os
+import subprocess
+import zipfile
+from xml.etree import ElementTree
+
+import pytest
+from fmpy.validation import validate_fmu
+
+from conftest import CAMDRIVE, FMUS, ROOT
+
+FOLDER = "extra/org.camdrive.tradeoff/"
+PAGE = "documentation/index.html"
+SCENE = ROOT / "examples" / "transfer_manipulator" / "hs3.toml"
+
+
+@pytest.fixture(scope="module")
+def exported(tmp_path_factory):
+    path = tmp_path_factory.mktemp("tradeoff") / "with.fmu"
+    command = [CAMDRIVE, "export", str(SCENE), "-o", str(path), "--with-tradeoff", "--quick", "--turns", "2"]
+    subprocess.run(command, check=True, capture_output=True, env=os.environ)
+    return path
+
+
+def content(path):
+    with zipfile.ZipFile(path) as archive:
+        return {name: archive.read(name) for name in archive.namelist()}
+
+
+def test_it_is_valid_and_the_same_drive(exported):
+    assert validate_fmu(str(exported)) == []
+    plain, studied = content(FMUS / "transfer_hs3.fmu"), content(exported)
+    assert set(studied) - set(plain) == {FOLDER + "tradeoff.json", FOLDER + "tradeoff.csv"}
+    assert set(plain) <= set(studied)
+    assert [name for name in plain if plain[name] != studied[name]] == [PAGE]
+
+
+def test_the_tables_say_the_same_in_every_form(exported):
+    files = content(exported)
+    report = json.loads(files[FOLDER + "tradeoff.json"])
+    rows = list(csv.DictReader(io.StringIO(files[FOLDER + "tradeoff.csv"].decode())))
+    settings = [row for row in rows if row["kind"] == "setting"]
+    features = [row for row in rows if row["kind"] == "feature"]
+    assert len(settings) == len(report["settings"]) > 4
+    assert len(features) == len(report["features"]) > 3
+    for row, other in zip(settings + features, report["settings"] + report["features"]):
+        value = other["error"] if row["kind"] == "setting" else other["change"]
+        assert float(row["error_or_change"]) == value
+        assert float(row["cost_ns_per_ms"]) == other["cost"]["ns_per_ms"] > 0
+    finer = [row for row in report["settings"] if row["tolerance"] == 1e-9]
+    assert finer and all(row["error"] < 1e-7 for row in finer)
+    assert 0 < report["reference"]["floor"] < 1e-9
+    page = files[PAGE].decode()
+    for advice in report["advice"]:
+        assert advice["sentence"].split(":")[0] in page
+    # The page stays well-formed, with the picture of the cam and the two diagrams.
+    tree = ElementTree.fromstring(page.split("?>", 1)[-1].replace("<!DOCTYPE html>", ""))
+    assert len(tree.findall(".//{http://www.w3.org/2000/svg}svg")) == 3
