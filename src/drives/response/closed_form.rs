@@ -100,10 +100,11 @@ impl ClosedForm {
         self.settled = time + oscillator.settling(self.offset, size.map(|s| UNFELT * s));
     }
 
-    /// The largest amplitude of a harmonic of q and q̇.
+    /// The largest coefficient of a harmonic of q and q̇: its amplitude, to a factor in [1/√2, 1].
     fn size(&self) -> [f64; 2] {
-        let amplitude = |i: usize| self.harmonics.iter().map(|h| h.cosine[i].hypot(h.sine[i])).fold(0.0, f64::max);
-        [amplitude(2), amplitude(3)]
+        let largest =
+            |i: usize| self.harmonics.iter().map(|h| h.cosine[i].abs().max(h.sine[i].abs())).fold(0.0, f64::max);
+        [largest(2), largest(3)]
     }
 
     fn prepare_harmonics(&mut self, oscillator: &Oscillator, series: Option<&Fourier>, w: f64) {
