@@ -102,7 +102,7 @@ pub struct FewerHarmonics {
 /// least two harmonics. A harmonic counts by its share of U″, k²√(aₖ² + bₖ²), which is what moves masses.
 pub fn fewer_harmonics(law: &MotionLaw) -> Vec<FewerHarmonics> {
     let Some(series) = law.series() else { return Vec::new() };
-    let share = |k: usize| (k * k) as f64 * series.a[k].hypot(series.b[k]);
+    let share = |k: usize| (k * k) as f64 * (series.a[k].powi(2) + series.b[k].powi(2)).sqrt();
     let mut harmonics: Vec<usize> = (1..series.a.len()).filter(|k| share(*k) > 0.0).collect();
     harmonics.sort_by(|j, k| share(*j).total_cmp(&share(*k)));
     let mut counts = vec![1, harmonics.len() / 2];
