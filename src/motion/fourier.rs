@@ -80,6 +80,16 @@ impl Fourier {
         TransferFunctions(u)
     }
 
+    /// U′ where sin φ = `s1` and cos φ = `c1`, for several series at one angle.
+    pub fn slope(&self, s1: f64, c1: f64) -> f64 {
+        let (mut s, mut c, mut slope) = (0.0, 1.0, 0.0);
+        for (k, (a, b)) in self.a.iter().zip(&self.b).enumerate().skip(1) {
+            (s, c) = (s * c1 + c * s1, c * c1 - s * s1);
+            slope += k as f64 * (b * c - a * s);
+        }
+        slope
+    }
+
     /// U⁽⁵⁾ at `phi`.
     pub fn fifth(&self, phi: f64) -> f64 {
         let term = |k: usize| {
@@ -124,6 +134,7 @@ mod tests {
                     .sum();
                 assert!((u[n] - direct).abs() < 4e-15 * series.bound(n), "{phi} order {n}");
                 assert!(u[n].abs() <= series.bound(n));
+                assert!(n != 1 || u[n] == series.slope(phi.sin(), phi.cos()));
             }
         }
     }

@@ -62,6 +62,25 @@ pub const fn legendre(x: f64) -> [f64; STAGES + 1] {
     p
 }
 
+/// The coefficients of xʲ in Pₖ, row by row; up to the degree 9 each is a sum of few exact quotients.
+pub(super) const fn legendre_coefficients() -> [[f64; STAGES + 2]; STAGES + 2] {
+    let mut p = [[0.0; STAGES + 2]; STAGES + 2];
+    p[0][0] = 1.0;
+    p[1][1] = 1.0;
+    let mut k = 1;
+    while k <= STAGES {
+        let n = k as f64;
+        let mut j = 0;
+        while j <= k + 1 {
+            let raised = if j > 0 { (2.0 * n + 1.0) * p[k][j - 1] } else { 0.0 };
+            p[k + 1][j] = (raised - n * p[k - 1][j]) / (n + 1.0);
+            j += 1;
+        }
+        k += 1;
+    }
+    p
+}
+
 /// ∫₀^θ Pₖ dθ for k = 0 … s − 1 at x = 2 θ − 1; 1 for k = 0 and 0 else at the end of the step.
 pub const fn legendre_integrals(x: f64) -> [f64; STAGES] {
     let p = legendre(x);

@@ -8,6 +8,7 @@ pub mod double_double;
 pub mod events;
 pub mod forced;
 pub mod gauss;
+pub mod interpolant;
 pub mod lu;
 pub mod oscillator;
 pub mod period_map;

@@ -95,6 +95,24 @@ impl Inertia {
         j
     }
 
+    /// J alone [kg·m²] at `phi`, continued smoothly from the place `inside`: what a step needs.
+    pub fn value(&self, place: Place, phi: f64) -> f64 {
+        let phi = into_turn(phi);
+        let (sin, cos) = phi.sin_cos();
+        let mut j = self.function.constant;
+        if let Some(varying) = &self.function.varying {
+            j += place.evaluate(varying, phi).0[0];
+        }
+        for follower in &self.followers {
+            let slope = match follower.cam.series() {
+                Some(series) => series.slope(sin, cos),
+                None => place.evaluate(&follower.cam, phi).0[1],
+            };
+            j += follower.m * slope * slope;
+        }
+        j
+    }
+
     /// The interval between borders that holds `phi` ∈ [−π, π] [rad], and `phi` moved into it by whole turns: interval i
     /// reaches from border i to border i + 1, the last one around the turn. On a border the interval ahead.
     pub fn interval(&self, phi: f64, forward: bool) -> (usize, f64) {

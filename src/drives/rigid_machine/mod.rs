@@ -18,10 +18,13 @@
 mod features;
 mod inertia;
 mod motor;
+mod passage;
 mod portrait;
+mod raster;
 mod signal;
 mod solver;
 mod steady;
+mod travel;
 mod variables;
 
 #[cfg(test)]
@@ -35,6 +38,8 @@ use super::solver::{HasSolver, Settings, Solver};
 use super::{Curve, Drive, EventLog, Experiment, Fault, List, Portrait};
 use crate::numerics::angle;
 use crate::numerics::double_double::Double;
+use passage::{Errors, Passage, Torques};
+use raster::Raster;
 use serde::{Deserialize, Serialize};
 use signal::Signal;
 use solver::Integrator;
@@ -76,7 +81,9 @@ struct State {
     angle: Double,
     /// Whole turns. With the angle apart from them, a million turns cost no digit.
     turns: f64,
-    /// u = √J φ̇ [√J]: E = ½u². See [`solver`] for why.
+    /// φ̇ [rad/s].
+    w: f64,
+    /// u = √J φ̇ [√J]: E = ½u². See [`solver`] for why. Out of date while there is a passage.
     u: Double,
     /// M_an [N·m] of a motor with a lag.
     torque: f64,
@@ -100,7 +107,23 @@ pub struct RigidMachine {
     /// Input `M_an`, for [`Motor::Input`].
     driving: Signal,
     state: State,
+    /// The integration in time.
     integrator: Integrator,
+    /// The turn's cells with their J; follows from the parameters.
+    #[serde(skip)]
+    raster: Raster,
+    /// The step in the angle that holds the communication point; None while the motion is integrated in time.
+    passage: Option<Passage>,
+    /// The torques for which the passage holds.
+    torques: Torques,
+    /// How far the communication point is from the beginning of the passage [rad].
+    advance: f64,
+    /// The length that the next step in the angle may have [rad].
+    next_length: f64,
+    /// What is known of the errors at the beginning of the passage.
+    errors: Errors,
+    /// The angle passed since the start, there and back [rad].
+    travelled: f64,
     /// The period of the steady state found at the start [s]; 0 without one.
     period: f64,
     events: EventLog,
@@ -150,15 +173,20 @@ impl RigidMachine {
         let reduced = angle::reduce(Double::from(self.phi_start));
         let (interval, phi) = self.inertia.interval(reduced, true);
         let turns = ((self.phi_start - phi) / TAU).round();
-        self.state =
-            State { angle: Double::from(phi), turns, u: Double::from(0.0), torque: self.torque_start, interval };
+        self.state = State { angle: Double::from(phi), turns, torque: self.torque_start, interval, ..State::default() };
         let pulled = if w == 0.0 { self.net_torque(0.0) } else { w };
         if pulled < 0.0 {
             let (interval, phi) = self.inertia.interval(reduced, false);
             let turns = ((self.phi_start - phi) / TAU).round();
             self.state = State { angle: Double::from(phi), turns, interval, ..self.state };
         }
-        self.state.u = Double::from(self.inertia_here()[0].sqrt() * w);
+        self.set_speed(w);
+    }
+
+    /// φ̇ = `w` at the angle of the state.
+    fn set_speed(&mut self, w: f64) {
+        self.state.w = w;
+        self.state.u = Double::from(self.inertia_here()[0]).sqrt() * Double::from(w);
     }
 
     /// J, J′, J″, J‴ at the angle of the state.
@@ -194,6 +222,13 @@ impl Drive for RigidMachine {
             driving: Signal::default(),
             state: State::default(),
             integrator: Integrator::new(&scene.motor),
+            raster: Raster::default(),
+            passage: None,
+            torques: Torques::default(),
+            advance: 0.0,
+            next_length: f64::INFINITY,
+            errors: Errors::default(),
+            travelled: 0.0,
             period: 0.0,
             events: EventLog::default(),
         };
@@ -246,6 +281,9 @@ impl Drive for RigidMachine {
         self.check()?;
         self.solver.start();
         (self.integrator, self.period) = (Integrator::new(&self.motor), 0.0);
+        (self.passage, self.next_length, self.errors) = (None, f64::INFINITY, Errors::default());
+        self.travelled = 0.0;
+        self.prepare_raster();
         self.place_at_start(self.w_start);
         match self.start {
             MachineStart::Given => Ok(()),
@@ -255,13 +293,14 @@ impl Drive for RigidMachine {
 
     /// The inputs are torques; they change the acceleration at once and the state not at all.
     fn apply(&mut self, _time: f64) -> Result<(), Fault> {
+        self.prepare_raster_once();
         Ok(())
     }
 
     fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
         self.load.step_begins();
         self.driving.step_begins();
-        self.integrate(time, step)?;
+        self.travel(time, step)?;
         self.load.step_ends(step);
         self.driving.step_ends(step);
         Ok(())

@@ -27,6 +27,12 @@ const LAG: &str = "<msub><mi>T</mi><mi>el</mi></msub><msub><mover><mi>M</mi><mo>
 <mo>+</mo><msub><mi>M</mi><mi>an</mi></msub><mo>=</mo><msub><mi>M</mi><mi>Kloss</mi></msub><mo>(</mo>\
 <mover><mi>φ</mi><mo>˙</mo></mover><mo>)</mo>";
 
+const IN_ANGLE: &str = "<mi>E</mi><mo>=</mo><mfrac><mn>1</mn><mn>2</mn></mfrac><mi>J</mi>\
+<msup><mover><mi>φ</mi><mo>˙</mo></mover><mn>2</mn></msup><mo>,</mo><mspace width=\"1em\"/>\
+<mfrac><mrow><mi>d</mi><mi>E</mi></mrow><mrow><mi>d</mi><mi>φ</mi></mrow></mfrac><mo>=</mo><msub><mi>M</mi>\
+<mi>an</mi></msub><mo>−</mo><mi>τ</mi><mo>,</mo><mspace width=\"1em\"/><mfrac><mrow><mi>d</mi><mi>t</mi></mrow>\
+<mrow><mi>d</mi><mi>φ</mi></mrow></mfrac><mo>=</mo><mfrac><mn>1</mn><mover><mi>φ</mi><mo>˙</mo></mover></mfrac>";
+
 const SOLVED: &str = "<mi>u</mi><mo>=</mo><msqrt><mi>J</mi></msqrt><mover><mi>φ</mi><mo>˙</mo></mover><mo>,</mo>\
 <mspace width=\"1em\"/><mover><mi>φ</mi><mo>˙</mo></mover><mo>=</mo><mfrac><mi>u</mi><msqrt><mi>J</mi></msqrt></mfrac>\
 <mo>,</mo><mspace width=\"1em\"/><mover><mi>u</mi><mo>˙</mo></mover><mo>=</mo><mfrac><mrow><msub><mi>M</mi><mi>an</mi>\
@@ -46,7 +52,11 @@ impl RigidMachine {
             let text = "T_el dM_an/dt + M_an = M_Kloss(φ̇)";
             equations.push(equation("Lag of the motor's torque", text, LAG));
         }
-        equations.push(equation("As solved", "u = √J φ̇,  φ̇ = u/√J,  u̇ = (M_an − τ)/√J", SOLVED));
+        if self.motor.lag().is_none() {
+            let text = "E = ½ J φ̇²,  dE/dφ = M_an − τ,  dt/dφ = 1/φ̇";
+            equations.push(equation("As solved while the shaft turns", text, IN_ANGLE));
+        }
+        equations.push(equation("As solved in time", "u = √J φ̇,  φ̇ = u/√J,  u̇ = (M_an − τ)/√J", SOLVED));
         Portrait {
             summary:
                 "A machine of rigid links with one degree of freedom: its inertia depends on the angle of the main \
@@ -72,8 +82,16 @@ impl RigidMachine {
         let mut rows = vec![
             row(
                 "Method",
-                "Gauss collocation of order 16 with step control for the angle and u = √J φ̇; internal steps end at \
-                 communication points and at the breakpoints of the motion laws",
+                "Gauss collocation of order 16 with step control: for the energy over the angle while the shaft turns \
+                 and the torques do not depend on time (the internal steps are then the same whatever the \
+                 communication step); for the angle and u = √J φ̇ in time at standstill, in reversal, for a load or a \
+                 torque that changes within the communication step and for a motor with lag. Internal steps end at \
+                 the breakpoints of the motion laws",
+            ),
+            row(
+                "Cost",
+                "J is tabulated over the turn at the start: a step costs the same however many followers there are, \
+                 and a communication step costs little more than reading a polynomial",
             ),
             row(
                 "phi, w, E",

@@ -31,6 +31,11 @@ impl Signal {
         self.derivatives[order - 1] = value;
     }
 
+    /// Whether v does not depend on time in the coming step.
+    pub fn is_constant(&self) -> bool {
+        self.elapsed > 0.0 || self.derivatives.iter().all(|d| *d == 0.0)
+    }
+
     /// Forgets the derivatives of the step before.
     pub fn step_begins(&mut self) {
         if self.elapsed > 0.0 {

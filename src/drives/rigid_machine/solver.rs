@@ -1,4 +1,4 @@
-//! The motion of the machine in time.
+//! The motion of the machine in time, for where the angle does not serve as the variable ([`super::travel`]).
 //!
 //! With u = √J φ̇ the equation of motion becomes
 //!
@@ -31,7 +31,7 @@ const IDLE_CHANGES: usize = 4;
 const MOST_STEPS: usize = 500_000;
 
 /// The speed beyond which the machine counts as run away [rad/s]: ten times what may be set.
-const FASTEST: f64 = 1e7;
+pub(super) const FASTEST: f64 = 1e7;
 
 /// The integrator, with or without the motor's torque as third unknown.
 #[derive(Clone, Serialize, Deserialize)]
@@ -205,25 +205,39 @@ impl RigidMachine {
         }
     }
 
-    /// Integrates over the communication step of length `step` from `time` [s].
-    pub(super) fn integrate(&mut self, time: f64, step: f64) -> Result<(), Fault> {
+    /// Integrates in time from `from` to `target` [s after the communication point `time`], or, where `may_pass`, until
+    /// the shaft turns fast enough for steps in the angle; returns where it stopped.
+    pub(super) fn run_in_time(
+        &mut self,
+        time: f64,
+        from: Double,
+        target: Double,
+        may_pass: bool,
+    ) -> Result<Double, Fault> {
         // The integrator stays where it is if the step fails; after a fault the machine is used no more.
         match self.integrator.clone() {
             Integrator::Mechanical(mut c) => {
-                self.run(&mut c, time, step)?;
+                let reached = self.run(&mut c, time, [from, target], may_pass)?;
                 self.integrator = Integrator::Mechanical(c);
+                Ok(reached)
             }
             Integrator::WithLag(mut c) => {
-                self.run(&mut c, time, step)?;
+                let reached = self.run(&mut c, time, [from, target], may_pass)?;
                 self.integrator = Integrator::WithLag(c);
+                Ok(reached)
             }
         }
-        Ok(())
     }
 
-    fn run<const N: usize>(&mut self, c: &mut Collocation<N>, time: f64, step: f64) -> Result<(), Fault> {
-        let target = Double::from(step);
-        c.restart(Double::from(0.0), [0.0; N]);
+    fn run<const N: usize>(
+        &mut self,
+        c: &mut Collocation<N>,
+        time: f64,
+        [from, target]: [Double; 2],
+        may_pass: bool,
+    ) -> Result<Double, Fault> {
+        let spent = c.statistics;
+        c.restart(from, [0.0; N]);
         let (mut steps, mut idle) = (0, 0);
         while (target - c.end()).hi > 0.0 {
             c.restart(c.end(), [0.0; N]);
@@ -252,14 +266,18 @@ impl RigidMachine {
             if steps > MOST_STEPS {
                 return Err(Fault(format!(
                     "the step from t = {time} s needs more than {MOST_STEPS} internal steps (w = {:e} rad/s); use shorter communication steps",
-                    self.speed()
+                    self.state.w
                 )));
+            }
+            if may_pass && self.turns_fast() {
+                break;
             }
         }
         let s = &c.statistics;
-        (self.solver.steps, self.solver.evaluations) = (s.steps as f64, s.evaluations as f64);
-        self.solver.error_estimate = s.error_estimate;
-        Ok(())
+        self.solver.steps += (s.steps - spent.steps) as f64;
+        self.solver.evaluations += (s.evaluations - spent.evaluations) as f64;
+        self.solver.error_estimate = self.solver.error_estimate.max(s.error_estimate);
+        Ok(c.end())
     }
 
     /// One step of the integrator towards `limit` that the shaft makes within the reach of the nodes.
@@ -287,8 +305,8 @@ impl RigidMachine {
         if self.inertia.borders().is_empty() {
             self.take_turns((self.state.angle.hi / TAU).round());
         }
-        let speed = self.speed();
-        if !(speed.abs() <= FASTEST) {
+        self.state.w = self.state.u.hi / self.inertia_here()[0].sqrt();
+        if !(self.state.w.abs() <= FASTEST) {
             return Err(self.fault(Failure::Unbounded { time: c.end().hi }, time));
         }
         if let Some(at) = reversal {
@@ -304,13 +322,8 @@ impl RigidMachine {
         Ok(())
     }
 
-    /// φ̇ [rad/s].
-    pub(super) fn speed(&self) -> f64 {
-        self.state.u.hi / self.inertia_here()[0].sqrt()
-    }
-
     /// Moves whole turns from the angle to their counter.
-    fn take_turns(&mut self, turns: f64) {
+    pub(super) fn take_turns(&mut self, turns: f64) {
         if turns != 0.0 {
             // 2π in two parts.
             let angle = two_product(turns, TAU) + two_product(turns, 2.4492935982947064e-16);
@@ -336,13 +349,13 @@ impl RigidMachine {
         };
     }
 
-    fn fault(&self, failure: Failure, time: f64) -> Fault {
+    pub(super) fn fault(&self, failure: Failure, time: f64) -> Fault {
         Fault(match failure {
             Failure::Stalled { time: after } => format!(
                 "the motion cannot be continued at t = {} s (phi = {:e} rad, w = {:e} rad/s): no internal step keeps the tolerance; the torques change too fast",
                 time + after,
                 self.state.angle.hi,
-                self.speed()
+                self.state.w
             ),
             Failure::Unbounded { time: after } => format!(
                 "the machine runs away: at t = {} s its speed exceeds {FASTEST:e} rad/s; check `tau` and `J0`",

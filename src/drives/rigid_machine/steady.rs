@@ -330,6 +330,7 @@ impl RigidMachine {
             ([v, torque], period) = (orbit, t);
         }
         self.state.u = Double::from(sense * v);
+        self.state.w = self.state.u.hi / self.inertia_here()[0].sqrt();
         self.state.torque = torque;
         self.period = period;
         self.events.push(Event {

@@ -127,9 +127,8 @@ fn series(machine: &RigidMachine, seed: Seed, which: usize) -> Series {
 
 impl RigidMachine {
     fn point(&self) -> Point<f64> {
-        let w = self.state.u.hi / self.inertia_here()[0].sqrt();
         let torque = if self.motor == Motor::Input { self.driving.now() } else { self.state.torque };
-        Point { phi: self.state.angle.hi, w, torque, tau: self.load.now() }
+        Point { phi: self.state.angle.hi, w: self.state.w, torque, tau: self.load.now() }
     }
 
     /// The series of the point: in time, from the equation of motion; or with respect to one known.

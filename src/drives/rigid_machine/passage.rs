@@ -1,0 +1,367 @@
+//! The motion in the angle: the energy over a step of φ, and the time that it takes.
+//!
+//! With σ the sense of rotation, ψ = σφ and E = ½J φ̇² the equation of motion is
+//!
+//! dE/dψ = σ(M_an − τ),  φ̇ = σ√(2E/J),  dt/dψ = 1/|φ̇|
+//!
+//! as long as the shaft turns. J′ has gone, J enters only by its value at the angle, which a raster tabulates once
+//! for all turns, and there is one unknown. Without torques E is constant to the last digit.
+//!
+//! Method: Gauss collocation of order 16 for E. Sweeps Eᵢ ← E₀ + h Σ aᵢⱼ N(Eⱼ) contract by about h ∂N/∂E; a motor that
+//! is too stiff for them gets Newton's method. The slowness 1/φ̇ at the nodes and at both ends gives t(ψ), of degree
+//! 10; its ends have the order 16 too. A communication point lies somewhere in the step: Newton's method on that
+//! polynomial finds the angle. Errors between the ends of steps do not add up.
+//!
+//! Source: E. Hairer, G. Wanner, *Solving Ordinary Differential Equations II*, 2nd ed., Springer 1996, section IV.5.
+
+use super::Motor;
+use super::raster::Tabulated;
+use crate::numerics::double_double::Double;
+use crate::numerics::gauss::{ABSCISSAE, MATRIX, STAGES, WEIGHTS, legendre_integrals};
+use crate::numerics::interpolant::{INTEGRATION, Interpolant, columns, combine, modes, neglected};
+use crate::numerics::lu::Lu;
+use serde::{Deserialize, Serialize};
+
+/// The columns of the Gauss matrix, for sums of whole columns.
+static MATRIX_COLUMNS: [[f64; STAGES]; STAGES] = columns(&MATRIX);
+
+/// h |∂N/∂E| from which on Newton's method is taken: the k-th sweep contracts by about this over k.
+const STIFF: f64 = 1.0;
+
+/// Sweeps or Newton iterations; more mean that the step is too long.
+const ITERATIONS: usize = 14;
+
+/// Iterations for the angle at a time; the start is met to a part of the step and Newton's method doubles the digits.
+const INVERSION: usize = 8;
+
+/// How many steps' errors of E come together before the motor has taken the first of them away.
+const ACCUMULATION: f64 = 10.0;
+
+/// Errors that grow by more than e⁵⁰ in a step are lost anyway.
+const LARGEST_EXPONENT: f64 = 50.0;
+
+/// Energies of nodes below this part of the first are not accepted: the machine is about to stop.
+const LEAST_ENERGY: f64 = 1e-3;
+
+/// N = σ(M_an − τ) as a function of |φ̇|, for torques that do not depend on time.
+///
+/// N = a s/(1 + s²) − d with s = (w_s − w)/(w_s s_K) for Kloss' motor, in the sense of rotation.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Torques {
+    /// σ.
+    pub sense: f64,
+    /// σ w_s [rad/s].
+    synchronous: f64,
+    /// 1/(σ w_s s_K) [s/rad].
+    rate: f64,
+    /// a = 2 M_K sgn(σ w_s) [N·m].
+    amplitude: f64,
+    /// d = σ(τ − M_an), M_an as far as it does not depend on the speed [N·m].
+    load: f64,
+}
+
+impl Torques {
+    /// The torques of this motor against the load `tau` [N·m].
+    pub fn against(motor: &Motor, tau: f64, sense: f64) -> Self {
+        let still = Torques { sense, load: sense * tau, ..Torques::default() };
+        match *motor {
+            Motor::Kloss { breakdown_torque, breakdown_slip, synchronous_speed, .. } => Torques {
+                synchronous: sense * synchronous_speed,
+                rate: 1.0 / (sense * synchronous_speed * breakdown_slip),
+                amplitude: 2.0 * breakdown_torque.copysign(sense * synchronous_speed),
+                ..still
+            },
+            Motor::None | Motor::Input => still,
+        }
+    }
+
+    /// The load for which they hold [N·m].
+    pub fn against_what(&self) -> f64 {
+        self.sense * self.load
+    }
+
+    /// N [N·m] at the speed `w` ≥ 0.
+    #[inline(always)]
+    fn net(&self, w: f64) -> f64 {
+        let s = (self.synchronous - w) * self.rate;
+        self.amplitude * s / (1.0 + s * s) - self.load
+    }
+
+    /// N and ∂N/∂E = N′(w) w/(2E).
+    #[inline(always)]
+    fn with_slope(&self, w: f64, energy: f64) -> [f64; 2] {
+        let s = (self.synchronous - w) * self.rate;
+        let n = 1.0 / (1.0 + s * s);
+        let slope = -self.amplitude * self.rate * (1.0 - s * s) * n * n;
+        [self.amplitude * s * n - self.load, slope * w / (2.0 * energy)]
+    }
+}
+
+/// Where a step begins.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Position {
+    /// Time [s].
+    pub time: Double,
+    /// φ within the turn [rad].
+    pub angle: Double,
+    /// Whole turns.
+    pub turns: f64,
+    /// The cell of the raster.
+    pub cell: usize,
+    /// E [J].
+    pub energy: Double,
+}
+
+/// What is known of the errors so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Errors {
+    /// Bound of the relative error of E.
+    pub energy: f64,
+    /// Bound of the error of the time at which an angle is reached [s].
+    pub time: f64,
+}
+
+/// How a step changes the [`Errors`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+struct Growth {
+    /// By which factor an error of ln E at the beginning grows.
+    energy: f64,
+    /// What is added to it.
+    added: f64,
+    /// The relative error of the time that the step takes.
+    time: f64,
+}
+
+/// A step in the angle: the motion between its ends.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Passage {
+    /// Where it begins.
+    pub from: Position,
+    /// Its length [rad], positive.
+    pub length: f64,
+    /// Whether it ends where its cell ends.
+    pub to_edge: bool,
+    /// |φ̇| and N at the end [rad/s, N·m].
+    pub end_speed: f64,
+    pub end_net: f64,
+    /// When it ends [s].
+    pub end: Double,
+    /// E at the end [J].
+    pub energy: Double,
+    /// 1/|φ̇| over x ∈ [−1, 1] [s/rad].
+    slowness: Interpolant,
+    /// Legendre coefficients of N [N·m].
+    net: [f64; STAGES],
+    /// The estimated error that decides whether the step is short enough: of the angle [rad] and of E between the
+    /// ends, and of what is passed on.
+    pub error: f64,
+    /// The parts of it between the ends: of the angle at a given time [rad] and of E at a given angle, relative.
+    angle_error: f64,
+    energy_error: f64,
+    /// |d ln φ̇/dφ| [1/rad], by its mean.
+    bend: f64,
+    growth: Growth,
+}
+
+/// How a step is to be solved.
+#[derive(Clone, Copy, Debug)]
+pub struct Effort {
+    /// The error, relative to E, that may remain in the collocation equations.
+    pub remainder: f64,
+    /// Iterations for each step, no more and no less; 0 for as many as the remainder needs.
+    pub fixed: usize,
+}
+
+/// E at the nodes where N at the nodes is `net`.
+#[inline(always)]
+fn energies(from: Double, length: f64, net: &[f64; STAGES]) -> [f64; STAGES] {
+    combine(&MATRIX_COLUMNS, net).map(|sum| from.hi + (from.lo + length * sum))
+}
+
+/// Solves Nᵢ = N(Eᵢ(N)) from the guess `net` on; returns what may remain of the error, relative to E.
+fn solve(
+    net: &mut [f64; STAGES],
+    from: Double,
+    length: f64,
+    reciprocal: &[f64; STAGES],
+    torques: &Torques,
+    stiff: bool,
+    effort: Effort,
+    evaluations: &mut f64,
+) -> Option<f64> {
+    let mut newton: Option<Lu<STAGES>> = None;
+    // Unknown before the first correction; a comparison with it is false.
+    let mut last = f64::NAN;
+    let most = if effort.fixed > 0 { effort.fixed } else { ITERATIONS };
+    for iteration in 1..=most {
+        let e = energies(from, length, net);
+        // A comparison with NaN is false too.
+        if !e.iter().all(|e| *e > LEAST_ENERGY * from.hi) {
+            return None;
+        }
+        let mut correction = [0.0; STAGES];
+        for i in 0..STAGES {
+            correction[i] = torques.net((e[i] * reciprocal[i]).sqrt()) - net[i];
+        }
+        *evaluations += STAGES as f64;
+        if stiff {
+            if newton.is_none() {
+                newton = Some(factorise(length, torques, &e, reciprocal)?);
+            }
+            newton.as_ref()?.solve(&mut correction);
+        }
+        let mut size = 0.0;
+        for i in 0..STAGES {
+            net[i] += correction[i];
+            size = f64::max(size, correction[i].abs());
+        }
+        size *= length / from.hi;
+        let rate = size / last;
+        // Later sweeps contract faster than earlier ones, so that this overestimates what is left.
+        let left = if rate < 1.0 { size * rate / (1.0 - rate) } else { size };
+        let rounding = rate > 0.3 && size <= 1e-13;
+        let converged = left <= effort.remainder || rounding;
+        if if effort.fixed > 0 { iteration == most } else { converged } {
+            return Some(left);
+        }
+        if rate > 0.05 {
+            newton = None;
+        }
+        last = size;
+    }
+    None
+}
+
+/// The matrix δᵢⱼ − h ∂N/∂E aᵢⱼ of Newton's method for the Nᵢ, factorised.
+fn factorise(length: f64, torques: &Torques, e: &[f64; STAGES], reciprocal: &[f64; STAGES]) -> Option<Lu<STAGES>> {
+    let mut matrix = [[0.0; STAGES]; STAGES];
+    for i in 0..STAGES {
+        let [_, slope] = torques.with_slope((e[i] * reciprocal[i]).sqrt(), e[i]);
+        for j in 0..STAGES {
+            matrix[i][j] = -length * slope * MATRIX[i][j];
+        }
+        matrix[i][i] += 1.0;
+    }
+    Lu::new(matrix, STAGES)
+}
+
+impl Passage {
+    /// The step of `length` from `from` on, with 2/J at its ends and nodes in the order in which they are passed. N of
+    /// the passage `before`, which ends here, goes on as a first guess. Adds to the number of evaluations. None where
+    /// the equations cannot be solved.
+    pub fn new(
+        from: Position,
+        (length, to_edge): (f64, bool),
+        reciprocal: &Tabulated,
+        torques: &Torques,
+        before: Option<&Passage>,
+        effort: Effort,
+        evaluations: &mut f64,
+    ) -> Option<Self> {
+        let energy = from.energy.hi;
+        let mut inner = [0.0; STAGES];
+        inner.copy_from_slice(&reciprocal[1..=STAGES]);
+        let first_speed = (energy * reciprocal[0]).sqrt();
+        let [first_net, first_slope] = torques.with_slope(first_speed, energy);
+        let mut net = before.map_or([first_net; STAGES], |passage| passage.continued(length));
+        let stiff = length * first_slope.abs() > STIFF;
+        let left = solve(&mut net, from.energy, length, &inner, torques, stiff, effort, evaluations)?;
+
+        let work: f64 = (0..STAGES).map(|i| WEIGHTS[i] * net[i]).sum();
+        let end_energy = from.energy + Double::from(length * work);
+        if !(end_energy.hi > LEAST_ENERGY * energy) {
+            return None;
+        }
+        let end_speed = (end_energy.hi * reciprocal[STAGES + 1]).sqrt();
+        let [end_net, end_slope] = torques.with_slope(end_speed, end_energy.hi);
+        let e = energies(from.energy, length, &net);
+        let slow: [f64; STAGES] = std::array::from_fn(|i| 1.0 / (e[i] * inner[i]).sqrt());
+        let slow_modes = Interpolant::modes_through(&slow, [1.0 / first_speed, 1.0 / end_speed]);
+        let net_modes = modes(&net);
+
+        // Between the ends E errs by the first neglected coefficient of N, which the integration divides by 2 s + 1, and
+        // the time by that of 1/φ̇; the angle at a given time by as much as the machine moves in that time.
+        let slow_ratio = neglected(&slow_modes) / slow_modes[0];
+        let speeding = slow_modes[0] * end_speed.max(first_speed);
+        let net_neglected = neglected(&net_modes);
+        let least = energy.min(end_energy.hi);
+        let energy_error = length * net_neglected / ((2 * STAGES + 1) as f64 * least);
+        let angle_error = length * (slow_ratio / INTEGRATION * speeding + 0.5 * energy_error / STAGES as f64);
+
+        // Coefficients that decay by r per order leave r¹⁶ to the Gauss rule at the end where they leave r⁸ or r¹⁰
+        // to the polynomial.
+        let largest = net.iter().fold(1e-300_f64, |largest, n| largest.max(n.abs()));
+        let quadrature = length * net_neglected / least * (net_neglected / largest).min(1.0);
+        let time = slow_ratio * slow_ratio.sqrt();
+        let rounding = f64::EPSILON * length * (largest + 2.0 * energy * end_slope.abs()) / least;
+        let exponent = (0.5 * length * (first_slope + end_slope)).min(LARGEST_EXPONENT);
+        Some(Passage {
+            from,
+            length,
+            to_edge,
+            end_speed,
+            end_net,
+            end: from.time + Double::from(length * slow_modes[0]),
+            energy: end_energy,
+            slowness: Interpolant::new(&slow_modes),
+            net: net_modes,
+            error: angle_error.max(energy_error).max(ACCUMULATION * quadrature).max(time),
+            angle_error,
+            energy_error,
+            bend: (end_speed / first_speed - 1.0).abs() / length,
+            growth: Growth {
+                energy: energy / end_energy.hi * exponent.exp(),
+                added: quadrature + rounding + left,
+                time: time + 2.0 * f64::EPSILON,
+            },
+        })
+    }
+
+    /// The angle from the beginning on [rad] at the time `elapsed` [s] after it.
+    ///
+    /// The time is a smooth increasing function of x, so that Newton's method needs no safeguard but the ends.
+    pub fn advance_at(&self, elapsed: f64) -> f64 {
+        let half = 0.5 * self.length;
+        let [_, first] = self.slowness.with_integral(-1.0);
+        let whole = (self.end - self.from.time).hi;
+        let mut x = (2.0 * elapsed / whole - 1.0).clamp(-1.0, 1.0);
+        for _ in 0..INVERSION {
+            let [slowness, integral] = self.slowness.with_integral(x);
+            let change = ((integral - first) - elapsed / half) / slowness;
+            x = (x - change).clamp(-1.0, 1.0);
+            // The error that is left goes with the square.
+            if change.abs() <= 1e-9 {
+                break;
+            }
+        }
+        half * (1.0 + x)
+    }
+
+    /// E at the angle `advance` from the beginning [J].
+    pub fn energy_at(&self, advance: f64) -> Double {
+        let integrals = legendre_integrals(2.0 * advance / self.length - 1.0);
+        let sum: f64 = (0..STAGES).rev().map(|k| self.net[k] * integrals[k]).sum();
+        self.from.energy + Double::from(self.length * sum)
+    }
+
+    /// N at the nodes of the step of `length` that follows, by the parabola that N comes nearest to in this one.
+    fn continued(&self, length: f64) -> [f64; STAGES] {
+        ABSCISSAE.map(|x| {
+            let y = 1.0 + (1.0 + x) * length / self.length;
+            self.net[0] + y * self.net[1] + (1.5 * y * y - 0.5) * self.net[2]
+        })
+    }
+
+    /// The errors at the end, from those at the beginning.
+    pub fn pass_on(&self, errors: Errors) -> Errors {
+        let duration = (self.end - self.from.time).hi;
+        let energy = self.growth.energy * errors.energy + self.growth.added;
+        Errors { energy, time: errors.time + duration * (0.5 * errors.energy.max(energy) + self.growth.time) }
+    }
+
+    /// The relative error of the speed and the error of the angle [rad] within the passage.
+    pub fn error_within(&self, errors: Errors) -> [f64; 2] {
+        let angle = self.end_speed * errors.time + self.angle_error;
+        [0.5 * (errors.energy + self.energy_error) + self.bend * angle, angle]
+    }
+}

@@ -1,0 +1,211 @@
+//! The turn as a raster of cells, with J(φ) tabulated at the nodes of each.
+//!
+//! A machine passes the same angles in every turn. What the equations need of J there is computed once, so that the
+//! cost of a turn depends neither on the number of followers nor on that of their harmonics. Cells are as wide as
+//! the polynomial through the nodes (degree 9) for √J(φ), which 1/φ̇ of a machine without torques goes with, leaves the
+//! angle to the tolerance; they end at the borders of the motion laws.
+
+use super::Inertia;
+use super::passage::Position;
+use crate::numerics::double_double::{Double, two_sum};
+use crate::numerics::gauss::{ABSCISSAE, STAGES};
+use crate::numerics::interpolant::{COEFFICIENTS, INTEGRATION, Interpolant, neglected};
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+/// What the `f64` 2π misses.
+const TURN_LOW: f64 = 2.4492935982947064e-16;
+
+/// The widest cell [rad]. Where J is constant the torque alone changes the speed; a sixth of a turn leaves the step
+/// control room to save work without losing sight of it.
+const WIDEST: f64 = TAU / 6.0;
+
+/// The narrowest cell [rad]: a wave of J that is shorter than this has more harmonics than a scene can hold.
+const NARROWEST: f64 = 1e-9;
+
+/// Edges are multiples of this [rad], so that the widths between them are exact and a million turns add up exactly.
+const GRAIN: f64 = 1.0 / (1u64 << 45) as f64;
+
+/// By how much the tolerance of the table is finer than that of the motion: the motion adds the variation that the
+/// torques cause, and a cell that is too wide by a little would have to be passed in two steps every turn.
+const FINER: f64 = 0.1;
+
+/// 2/J at the low end of a step, at the Gauss nodes in ascending order of the angle and at the high end.
+pub type Tabulated = [f64; STAGES + 2];
+
+/// A part of the turn.
+pub struct Cell {
+    /// φ at the low end [rad].
+    pub low: f64,
+    /// φ at the high end [rad].
+    pub high: f64,
+    /// The exact width [rad]; that of the last cell knows that a turn is 2π.
+    pub width: f64,
+    /// The interval between borders of the motion laws.
+    pub interval: usize,
+    /// 2/J.
+    pub reciprocal: Tabulated,
+}
+
+/// The cells of a turn, ascending; none before it is prepared.
+#[derive(Clone, Default)]
+pub struct Raster {
+    cells: Arc<Vec<Cell>>,
+    /// The greatest width of a cell [rad].
+    pub widest: f64,
+    /// What the cells were made for.
+    made_for: Option<Arc<(Inertia, f64)>>,
+}
+
+/// 2/J over the `width` [rad] from `low` on, in interval `interval`.
+pub fn tabulate(inertia: &Inertia, interval: usize, low: f64, width: f64) -> Tabulated {
+    let place = inertia.place(interval);
+    let at = |x: f64| 2.0 / inertia.value(place, low + 0.5 * (1.0 + x) * width);
+    let mut table = [0.0; STAGES + 2];
+    table[0] = at(-1.0);
+    for i in 0..STAGES {
+        table[1 + i] = at(ABSCISSAE[i]);
+    }
+    table[STAGES + 1] = at(1.0);
+    table
+}
+
+/// The error of the angle at a given time [rad] that a machine without torques would have in a cell of this `width`
+/// with the polynomial through the nodes for √J.
+fn error(table: &Tabulated, width: f64) -> f64 {
+    let root = table.map(|reciprocal| reciprocal.recip().sqrt());
+    let mut nodes = [0.0; STAGES];
+    nodes.copy_from_slice(&root[1..=STAGES]);
+    let modes: [f64; COEFFICIENTS] = Interpolant::modes_through(&nodes, [root[0], root[STAGES + 1]]);
+    let least = root.iter().copied().fold(f64::INFINITY, f64::min);
+    width * neglected(&modes) / (INTEGRATION * least)
+}
+
+impl Raster {
+    /// The raster on which `inertia` is met to the relative `tolerance`.
+    pub fn new(inertia: &Inertia, tolerance: f64) -> Self {
+        let mut cells = Vec::new();
+        let intervals = inertia.borders().len().max(1);
+        let mut width = WIDEST.min(4.0 / inertia.resolution());
+        // What the rounded end of the turn is short of 2π beyond its beginning.
+        let missing = two_sum(Self::ends(inertia, 0).0, TAU).lo + TURN_LOW;
+        for interval in 0..intervals {
+            let (low, high) = Self::ends(inertia, interval);
+            let mut at = low;
+            while at < high {
+                width = width.min(WIDEST);
+                let (end, table) = loop {
+                    let end = edge(at, width, high);
+                    let missing = if end == high && interval + 1 == intervals { missing } else { 0.0 };
+                    let own = end - at + missing;
+                    let table = tabulate(inertia, interval, at, own);
+                    let error = error(&table, own);
+                    // The error goes with the tenth power of the width.
+                    let growth = (0.9 * (FINER * tolerance / error.max(1e-300)).powf(0.1)).clamp(0.3, 2.0);
+                    let accepted = error <= FINER * tolerance || end - at <= NARROWEST;
+                    width = (end - at) * growth;
+                    if accepted {
+                        cells.push(Cell { low: at, high: end, width: own, interval, reciprocal: table });
+                        break (end, table);
+                    }
+                };
+                debug_assert!(table.iter().all(|reciprocal| *reciprocal > 0.0));
+                at = end;
+            }
+        }
+        let widest = cells.iter().map(|cell| cell.width).fold(0.0, f64::max);
+        Raster { widest, cells: Arc::new(cells), made_for: Some(Arc::new((inertia.clone(), tolerance))) }
+    }
+
+    /// Whether it is the raster of this inertia and this tolerance.
+    pub fn is_for(&self, inertia: &Inertia, tolerance: f64) -> bool {
+        self.made_for.as_ref().is_some_and(|made_for| made_for.0 == *inertia && made_for.1 == tolerance)
+    }
+
+    /// The cells.
+    pub fn cells(&self) -> &[Cell] {
+        &self.cells
+    }
+
+    /// The ends of an interval [rad]; without borders a whole turn from 0 on.
+    fn ends(inertia: &Inertia, interval: usize) -> (f64, f64) {
+        if inertia.borders().is_empty() { (0.0, TAU) } else { inertia.ends(interval) }
+    }
+
+    /// Moves a position at the end of its cell to the entry of the next one.
+    pub fn next(&self, position: &mut Position, forward: bool) {
+        let cells = self.cells.len();
+        if forward {
+            position.cell += 1;
+            if position.cell == cells {
+                (position.cell, position.turns) = (0, position.turns + 1.0);
+            }
+            position.angle = Double::from(self.cells[position.cell].low);
+        } else {
+            if position.cell == 0 {
+                (position.cell, position.turns) = (cells, position.turns - 1.0);
+            }
+            position.cell -= 1;
+            position.angle = Double::from(self.cells[position.cell].high);
+        }
+    }
+
+    /// The cell that holds the angle `phi` of interval `interval`; on an edge the one ahead.
+    pub fn find(&self, interval: usize, phi: f64, forward: bool) -> usize {
+        let first = self.cells.partition_point(|cell| cell.interval < interval);
+        let beyond = self.cells.partition_point(|cell| cell.interval <= interval);
+        let own = &self.cells[first..beyond];
+        let behind = own.partition_point(|cell| if forward { cell.low <= phi } else { cell.low < phi });
+        first + behind.max(1) - 1
+    }
+}
+
+/// The end of a cell that is about `width` wide [rad] and leaves no sliver before `high`.
+fn edge(low: f64, width: f64, high: f64) -> f64 {
+    let remaining = high - low;
+    if width >= 0.999 * remaining {
+        return high;
+    }
+    let wanted = low + if width > 0.5 * remaining { 0.5 * remaining } else { width };
+    let rounded = (wanted / GRAIN).round() * GRAIN;
+    if rounded > low && rounded < high { rounded } else { high }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Follower, InertiaFunction};
+    use super::*;
+    use crate::motion::{Fourier, MotionLaw};
+
+    fn inertia(constant: f64, order: usize) -> Inertia {
+        let mut a = vec![0.0; order + 1];
+        (a[1], a[order]) = (0.1, 0.1 / order as f64);
+        let cam = MotionLaw::Fourier(Fourier::new(a, vec![]));
+        Inertia::new(InertiaFunction { constant, varying: None }, vec![Follower { m: 10.0, cam }])
+    }
+
+    #[test]
+    fn the_cells_cover_the_turn_and_follow_the_waves() {
+        let count = |constant, order, tolerance| {
+            let raster = Raster::new(&inertia(constant, order), tolerance);
+            let total: f64 = raster.cells().iter().map(|cell| cell.width).sum();
+            assert!((total - TAU).abs() < 1e-14);
+            assert!(raster.cells().windows(2).all(|pair| pair[0].high == pair[1].low));
+            raster.cells().len()
+        };
+        let few = count(0.5, 5, 1e-6);
+        assert!(few < 40 && few < count(0.5, 5, 1e-12) && few < count(0.5, 64, 1e-6));
+        // J falls to a billionth where the follower rests: the cells there are narrow, those between are not.
+        assert!(count(1e-8, 5, 1e-9) < 2000);
+    }
+
+    #[test]
+    fn an_angle_finds_its_cell() {
+        let raster = Raster::new(&inertia(0.5, 5), 1e-9);
+        for (i, cell) in raster.cells().iter().enumerate() {
+            assert_eq!(raster.find(0, cell.low, true), i);
+            assert_eq!(raster.find(0, cell.high, false), i);
+            assert_eq!(raster.find(0, 0.5 * (cell.low + cell.high), true), i);
+        }
+    }
+}

@@ -1,0 +1,254 @@
+//! From one communication point to the next: steps in the angle while the shaft turns, steps in time while it does not.
+//!
+//! While torques stay as they are, steps in the angle ([`super::passage`]) do not end at communication points: those
+//! read the polynomial of the step that holds them, so that the internal steps and every digit of the answer are the
+//! same whatever the communication step. A torque that changes with time, a motor with a lag, standstill and reversal
+//! are integrated in time ([`super::solver`]), where steps end at communication points.
+
+use super::passage::{Effort, Passage, Position, Torques};
+use super::raster::{Cell, Raster, Tabulated, tabulate};
+use super::solver::FASTEST;
+use super::{Inertia, Motor, RigidMachine, State};
+use crate::drives::Fault;
+use crate::numerics::collocation::Failure;
+use crate::numerics::double_double::{Double, two_sum};
+use std::f64::consts::TAU;
+
+/// Steps in the angle are taken while E exceeds this part of the work of the torques over a cell. 1/φ̇ has a branch
+/// point where E vanishes; the steps that the polynomial then needs are about a fourth of the angle to that point.
+const SLOW: f64 = 1.0 / 16.0;
+
+/// Steps below this part of a cell are left to the integration in time.
+const SHORTEST: f64 = 1e-10;
+
+/// What may remain of the error of the collocation equations, as part of the tolerance: thousands of steps add up.
+const REMAINDER: f64 = 1e-3;
+
+/// Attempts per step.
+const ATTEMPTS: usize = 60;
+
+/// Steps in the angle within one communication step, some seconds of work; more mean a speed out of all proportion.
+const MOST_PASSAGES: usize = 20_000_000;
+
+impl RigidMachine {
+    /// Integrates over the communication step of length `step` from `time` [s].
+    pub(super) fn travel(&mut self, time: f64, step: f64) -> Result<(), Fault> {
+        let target = two_sum(time, step);
+        self.prepare_raster_once();
+        let steady = self.motor.lag().is_none() && self.load.is_constant() && self.driving.is_constant();
+        if !steady || self.constant_torque() != self.torques.against_what() {
+            self.leave();
+        }
+        let mut now = Double::from(time);
+        for _ in 0..MOST_PASSAGES {
+            let Some(passage) = &self.passage else {
+                if steady && self.turns_fast() {
+                    self.enter(now);
+                    if self.passage.is_some() {
+                        continue;
+                    }
+                }
+                let since = |t: Double| t - Double::from(time);
+                now = Double::from(time) + self.run_in_time(time, since(now), since(target), steady)?;
+                if (target - now).hi <= 0.0 {
+                    return Ok(());
+                }
+                continue;
+            };
+            if (target - passage.end).hi <= 0.0 {
+                self.read(target);
+                return Ok(());
+            }
+            if passage.end_speed > FASTEST {
+                let after = (passage.end - Double::from(time)).hi;
+                return Err(self.fault(Failure::Unbounded { time: after }, time));
+            }
+            now = passage.end;
+            self.go_on();
+        }
+        Err(Fault(format!(
+            "the step from t = {time} s needs more than {MOST_PASSAGES} internal steps (w = {:e} rad/s); use shorter communication steps",
+            self.state.w
+        )))
+    }
+
+    /// Makes the raster where there is none for these parameters.
+    pub(super) fn prepare_raster(&mut self) {
+        let tolerance = self.solver.effective_tolerance();
+        if !self.raster.is_for(&self.inertia, tolerance) {
+            self.raster = Raster::new(&self.inertia, tolerance);
+        }
+    }
+
+    /// A machine from serialised bytes brings no raster; the parameters yield the same one again.
+    pub(super) fn prepare_raster_once(&mut self) {
+        if self.raster.cells().is_empty() {
+            self.prepare_raster();
+        }
+    }
+
+    /// τ − M_an as far as it does not depend on the speed [N·m].
+    fn constant_torque(&self) -> f64 {
+        self.load.set_value() - if self.motor == Motor::Input { self.driving.set_value() } else { 0.0 }
+    }
+
+    /// Whether E, where the machine stands, is large against the work of the torques over a cell.
+    pub(super) fn turns_fast(&self) -> bool {
+        let energy = 0.5 * self.state.u.hi * self.state.u.hi;
+        energy > SLOW * self.net_torque(self.state.w).abs() * self.raster.widest
+    }
+
+    /// Begins with steps in the angle at the time `now`.
+    fn enter(&mut self, now: Double) {
+        let State { mut angle, mut turns, interval, u, .. } = self.state;
+        if self.inertia.borders().is_empty() && angle.hi < 0.0 {
+            (angle, turns) = (angle + turn(), turns - 1.0);
+        }
+        self.torques = Torques::against(&self.motor, self.constant_torque(), u.hi.signum());
+        let forward = u.hi > 0.0;
+        let cell = self.raster.find(interval, angle.hi, forward);
+        let mut position = Position { time: now, angle, turns, cell, energy: u * u * Double::from(0.5) };
+        // The integration in time may stop a little beyond a border.
+        let Cell { low, high, .. } = self.raster.cells()[cell];
+        if if forward { angle.hi >= high } else { angle.hi <= low } {
+            self.raster.next(&mut position, forward);
+            position.angle = angle - Double::from(position.turns - turns) * turn();
+        }
+        self.passage = self.pass(position, None);
+    }
+
+    /// From the end of a passage to the next one, or, where the machine has become slow, to the integration in time.
+    fn go_on(&mut self) {
+        let Some(passage) = self.passage.take() else { return };
+        let forward = self.torques.sense > 0.0;
+        let mut position = Position {
+            time: passage.end,
+            energy: passage.energy,
+            angle: passage.from.angle + Double::from(self.torques.sense * passage.length),
+            ..passage.from
+        };
+        if passage.to_edge {
+            self.raster.next(&mut position, forward);
+        }
+        self.errors = passage.pass_on(self.errors);
+        self.travelled += passage.length;
+        let slow = passage.energy.hi <= SLOW * passage.end_net.abs() * self.raster.widest;
+        self.passage = if slow { None } else { self.pass(position, Some(&passage)) };
+        if self.passage.is_none() {
+            self.state.angle = position.angle;
+            self.state.turns = position.turns;
+            self.state.interval = self.raster.cells()[position.cell].interval;
+            self.take_energy(position.energy);
+            self.state.w = self.state.u.hi / self.inertia_here()[0].sqrt();
+        }
+    }
+
+    /// Ends the passage at the last communication point; the machine goes on from there.
+    fn leave(&mut self) {
+        if let Some(passage) = self.passage.take() {
+            self.errors = passage.pass_on(self.errors);
+            self.travelled += self.advance;
+            self.take_energy(passage.energy_at(self.advance));
+        }
+    }
+
+    /// u from E.
+    fn take_energy(&mut self, energy: Double) {
+        let root = (energy + energy).sqrt();
+        self.state.u = if self.torques.sense > 0.0 { root } else { -root };
+    }
+
+    /// Takes the values at `target` from the passage, which holds it.
+    fn read(&mut self, target: Double) {
+        let Some(passage) = &self.passage else { return };
+        let sense = self.torques.sense;
+        self.advance = passage.advance_at((target - passage.from.time).hi);
+        self.state.angle = passage.from.angle + Double::from(sense * self.advance);
+        self.state.turns = passage.from.turns;
+        self.state.interval = self.raster.cells()[passage.from.cell].interval;
+        // J is the function itself, so that ½ J φ̇² is E to the last digit.
+        let inertia = self.inertia.value(self.inertia.place(self.state.interval), self.state.angle.hi);
+        self.state.w = sense * (2.0 * passage.energy_at(self.advance).hi / inertia).sqrt();
+    }
+
+    /// The step from `position` on, at most to the end of the cell; None where no step meets the tolerance.
+    fn pass(&mut self, position: Position, before: Option<&Passage>) -> Option<Passage> {
+        let RigidMachine { raster, inertia, torques, solver, next_length, errors, travelled, .. } = self;
+        let cell = &raster.cells()[position.cell];
+        let forward = torques.sense > 0.0;
+        let at_entry = position.angle == Double::from(if forward { cell.low } else { cell.high });
+        let remaining = match (at_entry, forward) {
+            (true, _) => cell.width,
+            (false, true) => (Double::from(cell.high) - position.angle).hi,
+            (false, false) => (position.angle - Double::from(cell.low)).hi,
+        };
+        let tolerance = solver.effective_tolerance();
+        let effort = Effort { remainder: (REMAINDER * tolerance).max(1e-16), fixed: 0 };
+        let mut length = fit(*next_length, remaining);
+        for _ in 0..ATTEMPTS {
+            let to_edge = length == remaining;
+            let whole = at_entry && to_edge;
+            let table = table(inertia, cell, &position, [length, torques.sense], whole);
+            let steps = &mut solver.evaluations;
+            let passage = Passage::new(position, (length, to_edge), &table, torques, before, effort, steps);
+            let error = passage.as_ref().map_or(f64::INFINITY, |passage| passage.error);
+            let proposal = length * growth(error, tolerance);
+            if let Some(passage) = passage.filter(|passage| passage.error <= tolerance) {
+                // A step that was cut short at the end of the cell says nothing against the length it was to have.
+                *next_length = match (whole, to_edge) {
+                    (true, _) => f64::INFINITY,
+                    (_, true) => proposal.max(*next_length),
+                    _ => proposal,
+                };
+                let [speed, angle] = passage.error_within(*errors);
+                solver.error_estimate = solver.error_estimate.max(speed).max(angle / travelled.max(1.0));
+                solver.steps += 1.0;
+                return Some(passage);
+            }
+            *next_length = proposal;
+            length = fit(proposal, remaining);
+            if length < SHORTEST * cell.width {
+                return None;
+            }
+        }
+        None
+    }
+}
+
+/// 2/J over the step of `length` in the sense `sense`, in the order in which the machine passes it.
+fn table(inertia: &Inertia, cell: &Cell, position: &Position, [length, sense]: [f64; 2], whole: bool) -> Tabulated {
+    let mut table = if whole {
+        cell.reciprocal
+    } else {
+        let low = if sense > 0.0 { position.angle.hi } else { position.angle.hi - length };
+        tabulate(inertia, cell.interval, low, length)
+    };
+    if sense < 0.0 {
+        table.reverse();
+    }
+    table
+}
+
+/// 2π.
+fn turn() -> Double {
+    Double { hi: TAU, lo: 2.4492935982947064e-16 }
+}
+
+/// The step to take of the `remaining` angle when `length` is wished for: no sliver is left over.
+fn fit(length: f64, remaining: f64) -> f64 {
+    if length >= 0.999 * remaining {
+        remaining
+    } else if length > 0.5 * remaining {
+        0.5 * remaining
+    } else {
+        length
+    }
+}
+
+/// By which factor to change a step that had this error.
+fn growth(error: f64, tolerance: f64) -> f64 {
+    if error.is_infinite() {
+        return 0.25;
+    }
+    (0.85 * (tolerance / error.max(1e-300)).powf(0.1)).clamp(0.2, 4.0)
+}
