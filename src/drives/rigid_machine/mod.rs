@@ -15,6 +15,7 @@
 //! Source: K. Kaltofen, "HS-Bewegungen trotz veränderlicher Antriebsgeschwindigkeit", equation (2); Dresig, Holzweißig,
 //! *Maschinendynamik*, chapter 2 (rigid machine).
 
+mod course;
 mod features;
 mod inertia;
 mod motor;
@@ -24,6 +25,7 @@ mod raster;
 mod signal;
 mod solver;
 mod steady;
+mod steady_lag;
 mod travel;
 mod variables;
 

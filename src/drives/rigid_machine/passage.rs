@@ -15,7 +15,7 @@
 //! Source: E. Hairer, G. Wanner, *Solving Ordinary Differential Equations II*, 2nd ed., Springer 1996, section IV.5.
 
 use super::Motor;
-use super::raster::Tabulated;
+use super::raster::{Raster, Tabulated};
 use crate::numerics::double_double::Double;
 use crate::numerics::gauss::{ABSCISSAE, MATRIX, STAGES, WEIGHTS, legendre_integrals};
 use crate::numerics::interpolant::{INTEGRATION, Interpolant, columns, combine, modes, neglected};
@@ -78,6 +78,22 @@ impl Torques {
     /// The load for which they hold [N·m].
     pub fn against_what(&self) -> f64 {
         self.sense * self.load
+    }
+
+    /// Two energies between which the only fast orbit of a machine with `low` ≤ J ≤ `high` lies (see
+    /// [`super::steady`]); None where the characteristic does not fall at all speeds in question, and where no speed
+    /// balances the load.
+    pub fn only_orbit(&self, low: f64, high: f64) -> Option<(f64, f64)> {
+        // d s² − a s + d = 0 of N(s) = 0 by the form that keeps its digits for a small load d.
+        let discriminant = self.amplitude * self.amplitude - 4.0 * self.load * self.load;
+        let root = discriminant.max(0.0).sqrt();
+        let slip = 2.0 * self.load / (self.amplitude + root.copysign(self.amplitude));
+        let balance = self.synchronous - slip / self.rate;
+        let spread = (high / low).sqrt();
+        let falls = |w: f64| ((self.synchronous - w) * self.rate).abs() < 1.0;
+        let unique = discriminant > 0.0 && balance > 0.0 && falls(balance / spread) && falls(balance * spread);
+        // Two per cent for the rounding of the bounds of J.
+        unique.then(|| (0.49 * low * balance * balance, 0.51 * high * balance * balance))
     }
 
     /// N [N·m] at the speed `w` ≥ 0.
@@ -315,6 +331,21 @@ impl Passage {
                 time: time + 2.0 * f64::EPSILON,
             },
         })
+    }
+
+    /// dE₁/dE₀, about.
+    pub fn slope(&self) -> f64 {
+        self.growth.energy * self.energy.hi / self.from.energy.hi
+    }
+
+    /// Where the next step begins.
+    pub fn end_position(&self, sense: f64, raster: &Raster) -> Position {
+        let angle = self.from.angle + Double::from(sense * self.length);
+        let mut position = Position { time: self.end, energy: self.energy, angle, ..self.from };
+        if self.to_edge {
+            raster.next(&mut position, sense > 0.0);
+        }
+        position
     }
 
     /// The angle from the beginning on [rad] at the time `elapsed` [s] after it.

@@ -3,12 +3,13 @@
 //! A machine passes the same angles in every turn. What the equations need of J there is computed once, so that the
 //! cost of a turn depends neither on the number of followers nor on that of their harmonics. Cells are as wide as
 //! the polynomial through the nodes (degree 9) for √J(φ), which 1/φ̇ of a machine without torques goes with, leaves the
-//! angle to the tolerance; they end at the borders of the motion laws.
+//! angle to the tolerance; they end at the borders of the motion laws. Where the motor's torque varies more than √J at
+//! its synchronous speed, cells are divided.
 
-use super::Inertia;
-use super::passage::Position;
+use super::passage::{Effort, Passage, Position, Torques};
+use super::{Inertia, Motor};
 use crate::numerics::double_double::{Double, two_sum};
-use crate::numerics::gauss::{ABSCISSAE, STAGES};
+use crate::numerics::gauss::{ABSCISSAE, STAGES, WEIGHTS};
 use crate::numerics::interpolant::{COEFFICIENTS, INTEGRATION, Interpolant, neglected};
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -29,6 +30,10 @@ const GRAIN: f64 = 1.0 / (1u64 << 45) as f64;
 /// By how much the tolerance of the table is finer than that of the motion: the motion adds the variation that the
 /// torques cause, and a cell that is too wide by a little would have to be passed in two steps every turn.
 const FINER: f64 = 0.1;
+
+/// Into how many parts the motor's torque may divide a cell. A motor that is synchronous for a moment only asks for
+/// narrow cells where that moment happens to be, which no table can know.
+const MOST_PARTS: f64 = 4.0;
 
 /// 2/J at the low end of a step, at the Gauss nodes in ascending order of the angle and at the high end.
 pub type Tabulated = [f64; STAGES + 2];
@@ -54,7 +59,7 @@ pub struct Raster {
     /// The greatest width of a cell [rad].
     pub widest: f64,
     /// What the cells were made for.
-    made_for: Option<Arc<(Inertia, f64)>>,
+    made_for: Option<Arc<(Inertia, Motor, f64)>>,
 }
 
 /// 2/J over the `width` [rad] from `low` on, in interval `interval`.
@@ -82,8 +87,19 @@ fn error(table: &Tabulated, width: f64) -> f64 {
 }
 
 impl Raster {
-    /// The raster on which `inertia` is met to the relative `tolerance`.
-    pub fn new(inertia: &Inertia, tolerance: f64) -> Self {
+    /// The raster on which `inertia` is met to the relative `tolerance`, and the torque of the motor as it is about its
+    /// synchronous speed.
+    pub fn new(inertia: &Inertia, motor: &Motor, tolerance: f64) -> Self {
+        let mut cells = Self::of_inertia(inertia, tolerance);
+        if let Motor::Kloss { synchronous_speed, dynamics: None, .. } = motor {
+            cells = Self::divided(cells, inertia, motor, *synchronous_speed, tolerance);
+        }
+        let widest = cells.iter().map(|cell| cell.width).fold(0.0, f64::max);
+        Raster { widest, cells: Arc::new(cells), made_for: Some(Arc::new((inertia.clone(), *motor, tolerance))) }
+    }
+
+    /// The cells that J(φ) alone asks for.
+    fn of_inertia(inertia: &Inertia, tolerance: f64) -> Vec<Cell> {
         let mut cells = Vec::new();
         let intervals = inertia.borders().len().max(1);
         let mut width = WIDEST.min(4.0 / inertia.resolution());
@@ -113,13 +129,48 @@ impl Raster {
                 at = end;
             }
         }
-        let widest = cells.iter().map(|cell| cell.width).fold(0.0, f64::max);
-        Raster { widest, cells: Arc::new(cells), made_for: Some(Arc::new((inertia.clone(), tolerance))) }
+        cells
     }
 
-    /// Whether it is the raster of this inertia and this tolerance.
-    pub fn is_for(&self, inertia: &Inertia, tolerance: f64) -> bool {
-        self.made_for.as_ref().is_some_and(|made_for| made_for.0 == *inertia && made_for.1 == tolerance)
+    /// The same cells, divided where a machine with the mean energy of the synchronous speed would not pass them in one
+    /// step: its torque has waves of its own.
+    fn divided(cells: Vec<Cell>, inertia: &Inertia, motor: &Motor, synchronous: f64, tolerance: f64) -> Vec<Cell> {
+        let torques = Torques::against(motor, 0.0, synchronous.signum());
+        let root = |cell: &Cell| -> f64 {
+            let nodes = &cell.reciprocal[1..=STAGES];
+            cell.width * nodes.iter().zip(&WEIGHTS).map(|(reciprocal, b)| b * (2.0 / reciprocal).sqrt()).sum::<f64>()
+        };
+        let mean = cells.iter().map(root).sum::<f64>() / TAU;
+        let energy = Double::from(0.5 * (mean * synchronous).powi(2));
+        let position = Position { energy, ..Position::default() };
+        let effort = Effort { remainder: FINER * tolerance, fixed: 0 };
+        let mut divided = Vec::with_capacity(2 * cells.len());
+        for cell in cells {
+            let passage =
+                Passage::new(position, (cell.width, true), &cell.reciprocal, &torques, None, effort, &mut 0.0);
+            let error = passage.map_or(f64::INFINITY, |passage| passage.error);
+            // The error goes with the ninth power of the width.
+            let parts = (error / tolerance).powf(1.0 / 9.0).ceil().clamp(1.0, MOST_PARTS) as usize;
+            let missing = cell.width - (cell.high - cell.low);
+            let mut low = cell.low;
+            for left in (1..=parts).rev() {
+                let high = edge(low, (cell.high - low) / left as f64, cell.high);
+                let width = high - low + if high == cell.high { missing } else { 0.0 };
+                let reciprocal =
+                    if parts == 1 { cell.reciprocal } else { tabulate(inertia, cell.interval, low, width) };
+                divided.push(Cell { low, high, width, interval: cell.interval, reciprocal });
+                low = high;
+                if low == cell.high {
+                    break;
+                }
+            }
+        }
+        divided
+    }
+
+    /// Whether it is the raster of this inertia, this motor and this tolerance.
+    pub fn is_for(&self, inertia: &Inertia, motor: &Motor, tolerance: f64) -> bool {
+        self.made_for.as_ref().is_some_and(|m| m.0 == *inertia && m.1 == *motor && m.2 == tolerance)
     }
 
     /// The cells.
@@ -187,7 +238,7 @@ mod tests {
     #[test]
     fn the_cells_cover_the_turn_and_follow_the_waves() {
         let count = |constant, order, tolerance| {
-            let raster = Raster::new(&inertia(constant, order), tolerance);
+            let raster = Raster::new(&inertia(constant, order), &Motor::None, tolerance);
             let total: f64 = raster.cells().iter().map(|cell| cell.width).sum();
             assert!((total - TAU).abs() < 1e-14);
             assert!(raster.cells().windows(2).all(|pair| pair[0].high == pair[1].low));
@@ -201,7 +252,7 @@ mod tests {
 
     #[test]
     fn an_angle_finds_its_cell() {
-        let raster = Raster::new(&inertia(0.5, 5), 1e-9);
+        let raster = Raster::new(&inertia(0.5, 5), &Motor::None, 1e-9);
         for (i, cell) in raster.cells().iter().enumerate() {
             assert_eq!(raster.find(0, cell.low, true), i);
             assert_eq!(raster.find(0, cell.high, false), i);

@@ -1,288 +1,196 @@
 //! The periodic steady state, found by shooting over one turn of the angle.
 //!
-//! In the φ-domain, with σ = sgn(w_s), ψ = σ(φ − φ_start) and v = σu = √(2E) > 0, the motion is
+//! The machine turns in the sense σ = sgn(w_s). E at the beginning of the turn → E at its end is a monotone scalar map,
+//! and the motion in the angle ([`super::course`]) computes it. Its fixed points are the rotating periodic motions;
+//! the time of the turn is the period. The multiplier of an orbit is the slope of the map.
 //!
-//! dv/dψ = σ(M_an − τ)/v,  dt/dψ = √J/v,  φ̇ = σ v/√J
+//! A motion that is faster than w* everywhere, where M(w*) = τ with a falling characteristic, loses energy, hence every
+//! orbit crosses w* or stays below it. An orbit that crosses w* keeps within ½ J_min w*² ≤ E ≤ ½ J_max w*², as long as
+//! the torque exceeds the load between the slowest of these speeds and w*. Where the characteristic falls at all these
+//! speeds, |s| < s_K, there is one such orbit, it is stable, and it is the fastest. Otherwise there may be several.
+//! **Of the stable orbits the fastest is taken**: the one that a machine reaches that was fast before. The map is then
+//! scanned for changes of the sign of E(2π) − E(0), so that two orbits closer together than the scan's raster (half a
+//! per cent of the speed) may be overlooked.
 //!
-//! and v(0) → v(2π) is a monotone scalar map. Its fixed points are the rotating periodic motions; T = t(2π). The
-//! multiplier of an orbit is the slope exp ∮ ∂(dv/dψ)/∂v dψ of the map.
+//! With a lagging torque the map has two dimensions ([`super::steady_lag`]).
 //!
-//! Without load every periodic orbit satisfies ½ J_min w_s² ≤ E ≤ ½ J_max w_s². It is unique where the slip stays
-//! within ±s_K; otherwise there may be several. **Of the stable orbits the fastest is taken**: the one that a machine
-//! reaches that was fast before. The map is scanned for changes of the sign of v(2π) − v(0), so that two orbits
-//! closer together than the scan's raster (half a per cent of the speed) may be overlooked.
-//!
-//! With a lagging torque the map has two dimensions, (v, M_an); Newton's method starts from the orbit without lag,
-//! and the orbit must be stable.
+//! Source: W. Walter, *Ordinary Differential Equations*, Springer 1998, § 9 (lower and upper solutions).
 
-use super::inertia::Place;
-use super::{Inertia, Motor, RigidMachine};
+use super::course::Course;
+use super::passage::{Passage, Position, Torques};
+use super::raster::Raster;
+use super::steady_lag::Turn;
+use super::{Motor, RigidMachine, State};
 use crate::drives::{Event, Fault};
-use crate::numerics::collocation::{Collocation, System};
 use crate::numerics::double_double::Double;
-use std::f64::consts::TAU;
 
 /// Tolerance of the scan; the signs are all that matters.
 const SCAN_TOLERANCE: f64 = 1e-7;
 
-/// Tolerance of the orbit itself.
-const ORBIT_TOLERANCE: f64 = 1e-13;
+/// Tolerance of the orbit itself: the ends of the steps are then exact to rounding.
+const ORBIT_TOLERANCE: f64 = 1e-12;
 
 /// How many speeds of the scan lie where orbits without load can lie, and how many below.
 const SCAN: usize = 80;
 const SCAN_BELOW: usize = 32;
 
-/// Iterations of the shooting; Newton's method needs a handful, bisection fifty.
+/// Iterations of the shooting; the secant method needs a handful, bisection fifty.
 const ITERATIONS: usize = 80;
 
-/// A smooth piece of the turn: from and to which ψ.
-struct Leg {
-    place: Place,
-    end: f64,
+/// Below this part of the first energy a machine has come to rest: a billionth of the speed.
+const REST: f64 = 1e-18;
+
+/// Steps of a turn; a motor that is synchronous for a hundred-thousandth of the turn only takes some hundred.
+const MOST_STEPS: usize = 200_000;
+
+/// What a turn from the beginning of the raster on does.
+struct Shot {
+    /// E(2π) − E(0) [J].
+    gain: f64,
+    /// The slope of the map, about.
+    slope: f64,
+    /// The time of the turn [s].
+    period: f64,
 }
 
-/// The φ-domain form on one leg: v, and of N = 2 the lagging torque. The last is t, or with `VARIATION` the exponent
-/// of the multiplier.
-struct Turn<'a> {
-    inertia: &'a Inertia,
-    motor: &'a Motor,
-    tau: f64,
-    /// σ.
-    sense: f64,
-    phi_start: f64,
+/// Shooting at one tolerance.
+struct Shooting<'a> {
+    machine: &'a RigidMachine,
+    raster: Raster,
+    torques: Torques,
+    tolerance: f64,
 }
 
-struct OnLeg<'a> {
-    turn: &'a Turn<'a>,
-    place: Place,
-}
-
-impl OnLeg<'_> {
-    /// √J, φ̇.
-    fn speed(&self, psi: Double, v: f64) -> (f64, f64) {
-        let root = self.turn.inertia.at(self.place, self.turn.phi_start + self.turn.sense * psi.hi)[0].sqrt();
-        // A machine that comes to rest before the turn is over has no φ-domain form; the square root tells.
-        (root, self.turn.sense * if v > 0.0 { v } else { f64::NAN } / root)
+impl<'a> Shooting<'a> {
+    fn new(machine: &'a RigidMachine, torques: Torques, tolerance: f64) -> Self {
+        // The machine's own raster serves where it is fine enough.
+        let own = machine.solver.effective_tolerance() <= tolerance;
+        let raster =
+            if own { machine.raster.clone() } else { Raster::new(&machine.inertia, &machine.motor, tolerance) };
+        Shooting { machine, raster, torques, tolerance }
     }
 
-    /// The longest step in ψ: a wave of J per step.
-    fn reach(&self) -> f64 {
-        TAU / self.turn.inertia.resolution()
-    }
-}
-
-/// v, the exponent ∫ ∂(dv/dψ)/∂v dψ, and t.
-impl System<3> for OnLeg<'_> {
-    fn rhs(&self, psi: Double, y: &[f64; 3]) -> [f64; 3] {
-        let (root, w) = self.speed(psi, y[0]);
-        let [torque, slope, _] = self.turn.motor.characteristic(w);
-        let net = self.turn.sense * (torque - self.turn.tau);
-        [net / y[0], slope / (root * y[0]) - net / (y[0] * y[0]), root / y[0]]
+    fn forward(&self) -> bool {
+        self.torques.sense > 0.0
     }
 
-    fn jacobian(&self, psi: Double, y: &[f64; 3]) -> [[f64; 3]; 3] {
-        let (root, w) = self.speed(psi, y[0]);
-        let v = y[0];
-        let [torque, slope, curvature] = self.turn.motor.characteristic(w);
-        let net = self.turn.sense * (torque - self.turn.tau);
-        let exponent = slope / (root * v) - net / (v * v);
-        let change =
-            self.turn.sense * curvature / (root * root * v) - 2.0 * slope / (root * v * v) + 2.0 * net / (v * v * v);
-        [[exponent, 0.0, 0.0], [change, 0.0, 0.0], [-root / (v * v), 0.0, 0.0]]
+    /// The beginning of the turn with this energy.
+    fn beginning(&self, energy: f64) -> Position {
+        let cells = self.raster.cells();
+        let cell = if self.forward() { 0 } else { cells.len() - 1 };
+        let angle = if self.forward() { cells[cell].low } else { cells[cell].high };
+        Position { energy: Double::from(energy), angle: Double::from(angle), cell, ..Position::default() }
     }
 
-    fn magnitude(&self, y: &[f64; 3]) -> [f64; 3] {
-        [y[0].abs(), 1.0, y[2].abs()]
-    }
-
-    fn longest_step(&self, _: Double, _: &[f64; 3]) -> f64 {
-        self.reach()
-    }
-}
-
-/// v, the lagging torque and t.
-struct WithLag<'a>(OnLeg<'a>);
-
-impl System<3> for WithLag<'_> {
-    fn rhs(&self, psi: Double, y: &[f64; 3]) -> [f64; 3] {
-        let turn = self.0.turn;
-        let (root, w) = self.0.speed(psi, y[0]);
-        let lag = turn.motor.lag().unwrap_or(f64::NAN);
-        let rate = (turn.motor.characteristic(w)[0] - y[1]) / lag;
-        [turn.sense * (y[1] - turn.tau) / y[0], rate * root / y[0], root / y[0]]
-    }
-
-    fn jacobian(&self, psi: Double, y: &[f64; 3]) -> [[f64; 3]; 3] {
-        let turn = self.0.turn;
-        let (root, w) = self.0.speed(psi, y[0]);
-        let lag = turn.motor.lag().unwrap_or(f64::NAN);
-        let v = y[0];
-        let [torque, slope, _] = turn.motor.characteristic(w);
-        let rate = (torque - y[1]) / lag;
-        [
-            [-turn.sense * (y[1] - turn.tau) / (v * v), turn.sense / v, 0.0],
-            [turn.sense * slope / (lag * v) - rate * root / (v * v), -root / (lag * v), 0.0],
-            [-root / (v * v), 0.0, 0.0],
-        ]
-    }
-
-    fn magnitude(&self, y: &[f64; 3]) -> [f64; 3] {
-        let Motor::Kloss { breakdown_torque, .. } = self.0.turn.motor else { return [1.0; 3] };
-        [y[0].abs(), *breakdown_torque, y[2].abs()]
-    }
-
-    fn longest_step(&self, _: Double, _: &[f64; 3]) -> f64 {
-        self.0.reach()
-    }
-}
-
-impl Turn<'_> {
-    /// The smooth pieces that the shaft passes from the start, in their order.
-    fn legs(&self, mut interval: usize) -> Vec<Leg> {
-        let borders = self.inertia.borders().len();
-        if borders == 0 {
-            return vec![Leg { place: self.inertia.place(0), end: TAU }];
-        }
-        let mut legs = Vec::with_capacity(borders + 1);
-        let mut at = self.phi_start;
-        let mut psi = 0.0;
-        while psi < TAU {
-            let (low, high) = self.inertia.ends(interval);
-            let width = if legs.is_empty() { if self.sense > 0.0 { high - at } else { at - low } } else { high - low };
-            psi = (psi + width.max(0.0)).min(TAU);
-            legs.push(Leg { place: self.inertia.place(interval), end: psi });
-            interval = if self.sense > 0.0 { (interval + 1) % borders } else { (interval + borders - 1) % borders };
-            at = 0.0;
-            // The raster of the borders cannot have more pieces than this.
-            if legs.len() > borders + 1 {
-                break;
-            }
-        }
-        if let Some(last) = legs.last_mut() {
-            last.end = TAU;
-        }
-        legs
-    }
-
-    /// The values after a turn that starts with `y`; None where the machine comes to rest.
-    fn run<'a, S: System<3>>(
-        &'a self,
-        legs: &[Leg],
-        y: [f64; 3],
-        tolerance: f64,
-        system: impl Fn(OnLeg<'a>) -> S,
-    ) -> Option<[f64; 3]> {
-        let mut c = Collocation::<3>::new(Double::from(0.0), y);
-        for leg in legs {
-            let on_leg = system(OnLeg { turn: self, place: leg.place });
-            c.advance(&on_leg, Double::from(leg.end), tolerance).ok()?;
-            // Below a billionth of the first speed the time scale of the turn has gone: this is a standstill.
-            if c.state()[0] < 1e-9 * y[0] {
+    /// Follows the machine from the beginning of a turn with this energy; `visit` sees every step and may bound the
+    /// next one, or end the journey. None where the machine comes to rest.
+    fn travel(&self, energy: f64, mut most: impl FnMut(&Position, Option<&Passage>) -> Option<f64>) -> Option<Passage> {
+        let mut course = Course {
+            inertia: &self.machine.inertia,
+            raster: &self.raster,
+            torques: self.torques,
+            tolerance: self.tolerance,
+            next_length: f64::INFINITY,
+            evaluations: 0.0,
+        };
+        let mut position = self.beginning(energy);
+        let mut last: Option<Passage> = None;
+        for _ in 0..MOST_STEPS {
+            let Some(most) = most(&position, last.as_ref()) else { return last };
+            let passage = course.pass(position, last.as_ref(), most)?;
+            position = passage.end_position(self.torques.sense, &self.raster);
+            if !(passage.energy.hi > REST * energy) {
                 return None;
             }
+            last = Some(passage);
         }
-        Some(c.state())
+        None
     }
 
-    /// v(2π) − v(0), the slope of the map and T.
-    fn shoot(&self, legs: &[Leg], v: f64, tolerance: f64) -> Option<[f64; 3]> {
-        let [end, exponent, period] = self.run(legs, [v, 0.0, 0.0], tolerance, |leg| leg)?;
-        Some([end - v, exponent.exp(), period])
+    /// A turn that begins with this energy; None where the machine comes to rest.
+    fn shoot(&self, energy: f64) -> Option<Shot> {
+        let mut slope = 1.0;
+        let end = self.travel(energy, |position, last| {
+            slope *= last.map_or(1.0, Passage::slope);
+            (position.turns == 0.0).then_some(f64::INFINITY)
+        })?;
+        let gain = (end.energy - Double::from(energy)).hi;
+        Some(Shot { gain, slope, period: end.end.hi })
+    }
+
+    /// E at the angle of the machine on the motion that begins the turn with `energy`.
+    fn energy_at_start(&self, energy: f64) -> Option<Double> {
+        let angle = self.machine.state.angle.hi;
+        let cell = self.raster.find(self.machine.state.interval, angle, self.forward());
+        let ahead = |position: &Position| self.torques.sense * (angle - position.angle.hi);
+        let end = self.travel(energy, |position, _| {
+            let there = position.cell == cell && ahead(position) <= 0.0;
+            (!there && position.turns == 0.0)
+                .then(|| if position.cell == cell { ahead(position) } else { f64::INFINITY })
+        });
+        // At the very beginning there is no step to take.
+        let beginning = self.beginning(energy);
+        if beginning.cell == cell && ahead(&beginning) <= 0.0 { Some(beginning.energy) } else { Some(end?.energy) }
     }
 
     /// The brackets of the stable orbits, the fastest first, and the number of all orbits found.
-    fn scan(&self, legs: &[Leg], speeds: impl Iterator<Item = f64>) -> (Vec<(f64, f64)>, usize) {
+    fn scan(&self, energies: impl Iterator<Item = f64>) -> (Vec<(f64, f64)>, usize) {
         let mut stable = Vec::new();
         let mut orbits = 0;
         let mut above: Option<(f64, f64)> = None;
-        for v in speeds {
+        for energy in energies {
             // A machine that comes to rest has lost speed.
-            let gain = self.shoot(legs, v, SCAN_TOLERANCE).map_or(f64::NEG_INFINITY, |s| s[0]);
+            let gain = self.shoot(energy).map_or(f64::NEG_INFINITY, |shot| shot.gain);
             if let Some((faster, gain_above)) = above {
                 if gain >= 0.0 && gain_above < 0.0 {
-                    stable.push((v, faster));
+                    stable.push((energy, faster));
                     orbits += 1;
                 } else if gain < 0.0 && gain_above >= 0.0 {
                     orbits += 1;
                 }
             }
-            above = Some((v, gain));
+            above = Some((energy, gain));
         }
         (stable, orbits)
     }
 
-    /// The fixed point between `low`, from which the machine speeds up, and `high`, from which it slows down.
-    fn refine(&self, legs: &[Leg], (mut low, mut high): (f64, f64)) -> Option<(f64, f64)> {
-        let mut v = 0.5 * (low + high);
+    /// The fixed point between `low`, from which the machine speeds up, and `high`, from which it slows down, and the
+    /// period.
+    fn refine(&self, (mut low, mut high): (f64, f64)) -> Option<(f64, f64)> {
+        let mut energy = 0.5 * (low + high);
         let mut best = None;
+        let mut before: Option<(f64, f64)> = None;
         for _ in 0..ITERATIONS {
-            let Some([gain, slope, period]) = self.shoot(legs, v, ORBIT_TOLERANCE) else {
-                low = v;
-                v = 0.5 * (low + high);
+            let Some(Shot { gain, slope, period }) = self.shoot(energy) else {
+                low = energy;
+                energy = 0.5 * (low + high);
                 continue;
             };
-            best = Some((v, period));
+            best = Some((energy, period));
             if gain == 0.0 {
                 break;
             }
             if gain > 0.0 {
-                low = v;
+                low = energy;
             } else {
-                high = v;
+                high = energy;
             }
-            let newton = v - gain / (slope - 1.0);
-            let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
-            // Rounding of the turn's integration moves v by some units in the last place.
-            if (next - v).abs() <= 2e-16 * v {
+            // The slope of the map is known to some digits only; the secant knows better.
+            let rise = match before {
+                Some((other, its_gain)) if other != energy => (gain - its_gain) / (energy - other),
+                _ => slope - 1.0,
+            };
+            before = Some((energy, gain));
+            let wanted = energy - gain / rise;
+            let next = if wanted > low && wanted < high { wanted } else { 0.5 * (low + high) };
+            // Rounding of the turn's integration moves E by some units in the last place.
+            if (next - energy).abs() <= 4e-16 * energy {
                 break;
             }
-            v = next;
+            energy = next;
         }
         best
     }
-
-    /// The orbit (v, M_an) of a motor with lag next to the orbit `v` without; also T and the spectral radius.
-    fn refine_with_lag(&self, legs: &[Leg], v: f64, torque_scale: f64) -> Option<([f64; 2], f64, f64)> {
-        let root = self.inertia.at(legs[0].place, self.phi_start)[0].sqrt();
-        let mut y = [v, self.motor.characteristic(self.sense * v / root)[0]];
-        let shoot = |y: [f64; 2]| self.run(legs, [y[0], y[1], 0.0], ORBIT_TOLERANCE, WithLag);
-        let mut smallest = f64::INFINITY;
-        for _ in 0..ITERATIONS {
-            let end = shoot(y)?;
-            // Differences over a millionth of the scale: Newton's method gains six digits per iteration with them.
-            let steps = [1e-6 * y[0], 1e-6 * torque_scale];
-            let mut map = [[0.0; 2]; 2];
-            for column in 0..2 {
-                let mut beside = y;
-                beside[column] += steps[column];
-                let moved = shoot(beside)?;
-                for row in 0..2 {
-                    map[row][column] = (moved[row] - end[row]) / steps[column];
-                }
-            }
-            let [[a, b], [c, d]] = [[map[0][0] - 1.0, map[0][1]], [map[1][0], map[1][1] - 1.0]];
-            let (r, s) = (y[0] - end[0], y[1] - end[1]);
-            let determinant = a * d - b * c;
-            let correction = [(r * d - b * s) / determinant, (a * s - c * r) / determinant];
-            let size = (correction[0] / y[0]).abs().max((correction[1] / torque_scale).abs());
-            if !size.is_finite() {
-                return None;
-            }
-            y = [y[0] + correction[0], y[1] + correction[1]];
-            if size < 1e-14 || (size < 1e-11 && size >= smallest) {
-                return Some((y, shoot(y)?[2], spectral_radius(map)));
-            }
-            smallest = smallest.min(size);
-        }
-        None
-    }
-}
-
-/// The larger modulus of the eigenvalues of a 2 × 2 matrix.
-fn spectral_radius([[a, b], [c, d]]: [[f64; 2]; 2]) -> f64 {
-    let (mean, determinant) = (0.5 * (a + d), a * d - b * c);
-    let root = mean * mean - determinant;
-    if root < 0.0 { determinant.sqrt() } else { mean.abs() + root.sqrt() }
 }
 
 impl RigidMachine {
@@ -294,42 +202,49 @@ impl RigidMachine {
             ));
         };
         let sense = synchronous_speed.signum();
-        self.place_at_start(sense * synchronous_speed.abs());
-        let (low, high) = self.inertia.range();
-        let turn = Turn {
-            inertia: &self.inertia,
-            motor: &self.motor,
-            tau: self.load.now(),
-            sense,
-            phi_start: self.state.angle.hi,
-        };
-        let legs = turn.legs(self.state.interval);
-        let speed = synchronous_speed.abs();
-        // A stable orbit keeps the slip within ±s_K on average; a fifth more leaves room for its fluctuation.
-        let top = high.sqrt() * speed * (1.0 + breakdown_slip.min(1.0)) * 1.2;
-        let bottom = low.sqrt() * speed * (1.0 - breakdown_slip).max(0.1) * 0.8;
-        let even = |i: usize| top + (bottom - top) * i as f64 / SCAN as f64;
-        let below = |i: usize| bottom * 0.02_f64.powf((i + 1) as f64 / SCAN_BELOW as f64);
-        let (stable, orbits) = turn.scan(&legs, (0..=SCAN).map(even).chain((0..SCAN_BELOW).map(below)));
+        self.place_at_start(synchronous_speed);
+        let tau = self.load.now();
+        let torques = Torques::against(&self.motor, tau, sense);
         let none = || {
             Fault(format!(
-                "`start.mode` = steady_state: with `tau` = {} N.m there is no stable periodic motion; the motor (breakdown torque {breakdown_torque} N.m) stalls or runs away. Reduce the load or use `given`",
-                self.load.now()
+                "`start.mode` = steady_state: with `tau` = {tau} N.m there is no stable periodic motion; the motor (breakdown torque {breakdown_torque} N.m) stalls or runs away. Reduce the load or use `given`",
             ))
         };
-        let &bracket = stable.first().ok_or_else(none)?;
-        let (mut v, mut period) = turn.refine(&legs, bracket).ok_or_else(none)?;
+        let (low, high) = self.inertia.range();
+        let (bracket, orbits) = match torques.only_orbit(low, high) {
+            Some(bracket) => (bracket, 1),
+            None => {
+                let speed = synchronous_speed.abs();
+                // A stable orbit keeps the slip within ±s_K on average; a fifth more leaves room for its fluctuation.
+                let top = high.sqrt() * speed * (1.0 + breakdown_slip.min(1.0)) * 1.2;
+                let bottom = low.sqrt() * speed * (1.0 - breakdown_slip).max(0.1) * 0.8;
+                let even = |i: usize| top + (bottom - top) * i as f64 / SCAN as f64;
+                let below = |i: usize| bottom * 0.02_f64.powf((i + 1) as f64 / SCAN_BELOW as f64);
+                let speeds = (0..=SCAN).map(even).chain((0..SCAN_BELOW).map(below));
+                let scanning = Shooting::new(self, torques, SCAN_TOLERANCE);
+                let (stable, orbits) = scanning.scan(speeds.map(|v| 0.5 * v * v));
+                (*stable.first().ok_or_else(none)?, orbits)
+            }
+        };
+        let shooting = Shooting::new(self, torques, ORBIT_TOLERANCE);
+        let (energy, mut period) = shooting.refine(bracket).ok_or_else(none)?;
+        let mut energy = shooting.energy_at_start(energy).ok_or_else(none)?;
         let mut torque = 0.0;
         if self.motor.lag().is_some() {
-            let (orbit, t, radius) = turn.refine_with_lag(&legs, v, breakdown_torque).ok_or_else(none)?;
+            let State { angle, interval, .. } = self.state;
+            let turn = Turn { inertia: &self.inertia, motor: &self.motor, tau, sense, phi_start: angle.hi, interval };
+            let v = (2.0 * energy.hi).sqrt();
+            let (orbit, t, radius) = turn.refine(v, breakdown_torque).ok_or_else(none)?;
             if radius > 1.0 {
                 return Err(Fault(format!(
                     "`start.mode` = steady_state: the periodic motion is unstable (a disturbance grows by {radius:.4} per turn); change `motor.T_el` or use `given`"
                 )));
             }
-            ([v, torque], period) = (orbit, t);
+            energy = Double::from(orbit[0]) * Double::from(orbit[0]) * Double::from(0.5);
+            (torque, period) = (orbit[1], t);
         }
-        self.state.u = Double::from(sense * v);
+        let root = (energy + energy).sqrt();
+        self.state.u = if sense > 0.0 { root } else { -root };
         self.state.w = self.state.u.hi / self.inertia_here()[0].sqrt();
         self.state.torque = torque;
         self.period = period;

@@ -5,10 +5,11 @@
 //! same whatever the communication step. A torque that changes with time, a motor with a lag, standstill and reversal
 //! are integrated in time ([`super::solver`]), where steps end at communication points.
 
-use super::passage::{Effort, Passage, Position, Torques};
-use super::raster::{Cell, Raster, Tabulated, tabulate};
+use super::course::Course;
+use super::passage::{Passage, Position, Torques};
+use super::raster::{Cell, Raster};
 use super::solver::FASTEST;
-use super::{Inertia, Motor, RigidMachine, State};
+use super::{Motor, RigidMachine, State};
 use crate::drives::Fault;
 use crate::numerics::collocation::Failure;
 use crate::numerics::double_double::{Double, two_sum};
@@ -17,15 +18,6 @@ use std::f64::consts::TAU;
 /// Steps in the angle are taken while E exceeds this part of the work of the torques over a cell. 1/φ̇ has a branch
 /// point where E vanishes; the steps that the polynomial then needs are about a fourth of the angle to that point.
 const SLOW: f64 = 1.0 / 16.0;
-
-/// Steps below this part of a cell are left to the integration in time.
-const SHORTEST: f64 = 1e-10;
-
-/// What may remain of the error of the collocation equations, as part of the tolerance: thousands of steps add up.
-const REMAINDER: f64 = 1e-3;
-
-/// Attempts per step.
-const ATTEMPTS: usize = 60;
 
 /// Steps in the angle within one communication step, some seconds of work; more mean a speed out of all proportion.
 const MOST_PASSAGES: usize = 20_000_000;
@@ -75,8 +67,8 @@ impl RigidMachine {
     /// Makes the raster where there is none for these parameters.
     pub(super) fn prepare_raster(&mut self) {
         let tolerance = self.solver.effective_tolerance();
-        if !self.raster.is_for(&self.inertia, tolerance) {
-            self.raster = Raster::new(&self.inertia, tolerance);
+        if !self.raster.is_for(&self.inertia, &self.motor, tolerance) {
+            self.raster = Raster::new(&self.inertia, &self.motor, tolerance);
         }
     }
 
@@ -120,16 +112,7 @@ impl RigidMachine {
     /// From the end of a passage to the next one, or, where the machine has become slow, to the integration in time.
     fn go_on(&mut self) {
         let Some(passage) = self.passage.take() else { return };
-        let forward = self.torques.sense > 0.0;
-        let mut position = Position {
-            time: passage.end,
-            energy: passage.energy,
-            angle: passage.from.angle + Double::from(self.torques.sense * passage.length),
-            ..passage.from
-        };
-        if passage.to_edge {
-            self.raster.next(&mut position, forward);
-        }
+        let position = passage.end_position(self.torques.sense, &self.raster);
         self.errors = passage.pass_on(self.errors);
         self.travelled += passage.length;
         let slow = passage.energy.hi <= SLOW * passage.end_net.abs() * self.raster.widest;
@@ -173,82 +156,27 @@ impl RigidMachine {
 
     /// The step from `position` on, at most to the end of the cell; None where no step meets the tolerance.
     fn pass(&mut self, position: Position, before: Option<&Passage>) -> Option<Passage> {
-        let RigidMachine { raster, inertia, torques, solver, next_length, errors, travelled, .. } = self;
-        let cell = &raster.cells()[position.cell];
-        let forward = torques.sense > 0.0;
-        let at_entry = position.angle == Double::from(if forward { cell.low } else { cell.high });
-        let remaining = match (at_entry, forward) {
-            (true, _) => cell.width,
-            (false, true) => (Double::from(cell.high) - position.angle).hi,
-            (false, false) => (position.angle - Double::from(cell.low)).hi,
+        let mut course = Course {
+            inertia: &self.inertia,
+            raster: &self.raster,
+            torques: self.torques,
+            tolerance: self.solver.effective_tolerance(),
+            next_length: self.next_length,
+            evaluations: self.solver.evaluations,
         };
-        let tolerance = solver.effective_tolerance();
-        let effort = Effort { remainder: (REMAINDER * tolerance).max(1e-16), fixed: 0 };
-        let mut length = fit(*next_length, remaining);
-        for _ in 0..ATTEMPTS {
-            let to_edge = length == remaining;
-            let whole = at_entry && to_edge;
-            let table = table(inertia, cell, &position, [length, torques.sense], whole);
-            let steps = &mut solver.evaluations;
-            let passage = Passage::new(position, (length, to_edge), &table, torques, before, effort, steps);
-            let error = passage.as_ref().map_or(f64::INFINITY, |passage| passage.error);
-            let proposal = length * growth(error, tolerance);
-            if let Some(passage) = passage.filter(|passage| passage.error <= tolerance) {
-                // A step that was cut short at the end of the cell says nothing against the length it was to have.
-                *next_length = match (whole, to_edge) {
-                    (true, _) => f64::INFINITY,
-                    (_, true) => proposal.max(*next_length),
-                    _ => proposal,
-                };
-                let [speed, angle] = passage.error_within(*errors);
-                solver.error_estimate = solver.error_estimate.max(speed).max(angle / travelled.max(1.0));
-                solver.steps += 1.0;
-                return Some(passage);
-            }
-            *next_length = proposal;
-            length = fit(proposal, remaining);
-            if length < SHORTEST * cell.width {
-                return None;
-            }
+        let passage = course.pass(position, before, f64::INFINITY);
+        (self.next_length, self.solver.evaluations) = (course.next_length, course.evaluations);
+        if let Some(passage) = &passage {
+            let [speed, angle] = passage.error_within(self.errors);
+            let estimate = speed.max(angle / self.travelled.max(1.0));
+            self.solver.error_estimate = self.solver.error_estimate.max(estimate);
+            self.solver.steps += 1.0;
         }
-        None
+        passage
     }
-}
-
-/// 2/J over the step of `length` in the sense `sense`, in the order in which the machine passes it.
-fn table(inertia: &Inertia, cell: &Cell, position: &Position, [length, sense]: [f64; 2], whole: bool) -> Tabulated {
-    let mut table = if whole {
-        cell.reciprocal
-    } else {
-        let low = if sense > 0.0 { position.angle.hi } else { position.angle.hi - length };
-        tabulate(inertia, cell.interval, low, length)
-    };
-    if sense < 0.0 {
-        table.reverse();
-    }
-    table
 }
 
 /// 2π.
 fn turn() -> Double {
     Double { hi: TAU, lo: 2.4492935982947064e-16 }
-}
-
-/// The step to take of the `remaining` angle when `length` is wished for: no sliver is left over.
-fn fit(length: f64, remaining: f64) -> f64 {
-    if length >= 0.999 * remaining {
-        remaining
-    } else if length > 0.5 * remaining {
-        0.5 * remaining
-    } else {
-        length
-    }
-}
-
-/// By which factor to change a step that had this error.
-fn growth(error: f64, tolerance: f64) -> f64 {
-    if error.is_infinite() {
-        return 0.25;
-    }
-    (0.85 * (tolerance / error.max(1e-300)).powf(0.1)).clamp(0.2, 4.0)
 }

@@ -1,0 +1,178 @@
+//! The periodic steady state of a motor whose torque lags behind its characteristic.
+//!
+//! In the angle ψ = σ(φ − φ_start), with v = √(2E) > 0 and the torque M_an as unknowns,
+//!
+//! dv/dψ = σ(M_an − τ)/v,  dM_an/dψ = (M_Kloss(φ̇) − M_an)/(T_el |φ̇|),  dt/dψ = √J/v,  φ̇ = σ v/√J
+//!
+//! and (v, M_an) at ψ = 0 → ψ = 2π is a map of two dimensions. Newton's method starts from the orbit without lag, and
+//! the orbit must be stable.
+
+use super::inertia::Place;
+use super::{Inertia, Motor};
+use crate::numerics::collocation::{Collocation, System};
+use crate::numerics::double_double::Double;
+use std::f64::consts::TAU;
+
+/// Tolerance of the orbit.
+const ORBIT_TOLERANCE: f64 = 1e-13;
+
+/// Iterations of Newton's method, which needs a handful.
+const ITERATIONS: usize = 80;
+
+/// A smooth piece of the turn: up to which ψ.
+struct Leg {
+    place: Place,
+    end: f64,
+}
+
+/// A turn of the machine from `phi_start` on.
+pub struct Turn<'a> {
+    /// J(φ).
+    pub inertia: &'a Inertia,
+    /// The motor with its lag.
+    pub motor: &'a Motor,
+    /// The load [N·m].
+    pub tau: f64,
+    /// σ.
+    pub sense: f64,
+    /// φ at the start [rad] and the interval between borders that holds it.
+    pub phi_start: f64,
+    /// See `phi_start`.
+    pub interval: usize,
+}
+
+/// v, the lagging torque and t.
+struct OnLeg<'a> {
+    turn: &'a Turn<'a>,
+    place: Place,
+}
+
+impl OnLeg<'_> {
+    /// √J, φ̇.
+    fn speed(&self, psi: Double, v: f64) -> (f64, f64) {
+        let root = self.turn.inertia.at(self.place, self.turn.phi_start + self.turn.sense * psi.hi)[0].sqrt();
+        // A machine that comes to rest before the turn is over has no φ-domain form; the square root tells.
+        (root, self.turn.sense * if v > 0.0 { v } else { f64::NAN } / root)
+    }
+}
+
+impl System<3> for OnLeg<'_> {
+    fn rhs(&self, psi: Double, y: &[f64; 3]) -> [f64; 3] {
+        let turn = self.turn;
+        let (root, w) = self.speed(psi, y[0]);
+        let lag = turn.motor.lag().unwrap_or(f64::NAN);
+        let rate = (turn.motor.characteristic(w)[0] - y[1]) / lag;
+        [turn.sense * (y[1] - turn.tau) / y[0], rate * root / y[0], root / y[0]]
+    }
+
+    fn jacobian(&self, psi: Double, y: &[f64; 3]) -> [[f64; 3]; 3] {
+        let turn = self.turn;
+        let (root, w) = self.speed(psi, y[0]);
+        let lag = turn.motor.lag().unwrap_or(f64::NAN);
+        let v = y[0];
+        let [torque, slope, _] = turn.motor.characteristic(w);
+        let rate = (torque - y[1]) / lag;
+        [
+            [-turn.sense * (y[1] - turn.tau) / (v * v), turn.sense / v, 0.0],
+            [turn.sense * slope / (lag * v) - rate * root / (v * v), -root / (lag * v), 0.0],
+            [-root / (v * v), 0.0, 0.0],
+        ]
+    }
+
+    fn magnitude(&self, y: &[f64; 3]) -> [f64; 3] {
+        let Motor::Kloss { breakdown_torque, .. } = self.turn.motor else { return [1.0; 3] };
+        [y[0].abs(), *breakdown_torque, y[2].abs()]
+    }
+
+    fn longest_step(&self, _: Double, _: &[f64; 3]) -> f64 {
+        TAU / self.turn.inertia.resolution()
+    }
+}
+
+impl Turn<'_> {
+    /// The smooth pieces that the shaft passes from the start, in their order.
+    fn legs(&self) -> Vec<Leg> {
+        let borders = self.inertia.borders().len();
+        if borders == 0 {
+            return vec![Leg { place: self.inertia.place(0), end: TAU }];
+        }
+        let mut interval = self.interval;
+        let mut legs = Vec::with_capacity(borders + 1);
+        let mut at = self.phi_start;
+        let mut psi = 0.0;
+        while psi < TAU {
+            let (low, high) = self.inertia.ends(interval);
+            let width = if legs.is_empty() { if self.sense > 0.0 { high - at } else { at - low } } else { high - low };
+            psi = (psi + width.max(0.0)).min(TAU);
+            legs.push(Leg { place: self.inertia.place(interval), end: psi });
+            interval = if self.sense > 0.0 { (interval + 1) % borders } else { (interval + borders - 1) % borders };
+            at = 0.0;
+            // The raster of the borders cannot have more pieces than this.
+            if legs.len() > borders + 1 {
+                break;
+            }
+        }
+        if let Some(last) = legs.last_mut() {
+            last.end = TAU;
+        }
+        legs
+    }
+
+    /// The values after a turn that starts with `y`; None where the machine comes to rest.
+    fn run(&self, legs: &[Leg], y: [f64; 3]) -> Option<[f64; 3]> {
+        let mut c = Collocation::<3>::new(Double::from(0.0), y);
+        for leg in legs {
+            let on_leg = OnLeg { turn: self, place: leg.place };
+            c.advance(&on_leg, Double::from(leg.end), ORBIT_TOLERANCE).ok()?;
+            // Below a billionth of the first speed the time scale of the turn has gone: this is a standstill.
+            if c.state()[0] < 1e-9 * y[0] {
+                return None;
+            }
+        }
+        Some(c.state())
+    }
+
+    /// The orbit (v, M_an) of a motor with lag next to the orbit `v` without; also T and the spectral radius.
+    pub fn refine(&self, v: f64, torque_scale: f64) -> Option<([f64; 2], f64, f64)> {
+        let legs = &self.legs();
+        let root = self.inertia.at(legs[0].place, self.phi_start)[0].sqrt();
+        let mut y = [v, self.motor.characteristic(self.sense * v / root)[0]];
+        let shoot = |y: [f64; 2]| self.run(legs, [y[0], y[1], 0.0]);
+        let mut smallest = f64::INFINITY;
+        for _ in 0..ITERATIONS {
+            let end = shoot(y)?;
+            // Differences over a millionth of the scale: Newton's method gains six digits per iteration with them.
+            let steps = [1e-6 * y[0], 1e-6 * torque_scale];
+            let mut map = [[0.0; 2]; 2];
+            for column in 0..2 {
+                let mut beside = y;
+                beside[column] += steps[column];
+                let moved = shoot(beside)?;
+                for row in 0..2 {
+                    map[row][column] = (moved[row] - end[row]) / steps[column];
+                }
+            }
+            let [[a, b], [c, d]] = [[map[0][0] - 1.0, map[0][1]], [map[1][0], map[1][1] - 1.0]];
+            let (r, s) = (y[0] - end[0], y[1] - end[1]);
+            let determinant = a * d - b * c;
+            let correction = [(r * d - b * s) / determinant, (a * s - c * r) / determinant];
+            let size = (correction[0] / y[0]).abs().max((correction[1] / torque_scale).abs());
+            if !size.is_finite() {
+                return None;
+            }
+            y = [y[0] + correction[0], y[1] + correction[1]];
+            if size < 1e-14 || (size < 1e-11 && size >= smallest) {
+                return Some((y, shoot(y)?[2], spectral_radius(map)));
+            }
+            smallest = smallest.min(size);
+        }
+        None
+    }
+}
+
+/// The larger modulus of the eigenvalues of a 2 × 2 matrix.
+fn spectral_radius([[a, b], [c, d]]: [[f64; 2]; 2]) -> f64 {
+    let (mean, determinant) = (0.5 * (a + d), a * d - b * c);
+    let root = mean * mean - determinant;
+    if root < 0.0 { determinant.sqrt() } else { mean.abs() + root.sqrt() }
+}
