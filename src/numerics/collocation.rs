@@ -17,7 +17,7 @@
 //! and IV.8; E. Hairer, C. Lubich, G. Wanner, *Geometric Numerical Integration*, 2nd ed., Springer 2006, II.1.3.
 
 use super::double_double::Double;
-use super::gauss::{ABSCISSAE, MATRIX, PROJECTION, STAGES, legendre_integrals};
+use super::gauss::{ABSCISSAE, MATRIX, PROJECTION, STAGES, WEIGHTS, legendre_integrals};
 use super::lu::Lu;
 use serde::{Deserialize, Serialize};
 
@@ -93,12 +93,17 @@ pub struct Statistics {
     pub factorisations: u64,
     /// The largest estimated relative error of the polynomial over the steps so far.
     pub error_estimate: f64,
+    /// The largest estimated relative error of the state so far: that of the polynomial, and what the errors at the
+    /// ends of the steps before have grown to.
+    pub state_error: f64,
 }
 
 /// The integrator: the state at the end of the last step, the polynomial of that step and the next step's length.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(bound(serialize = "[f64; N]: Serialize, [Double; N]: Serialize"))]
-#[serde(bound(deserialize = "[f64; N]: Deserialize<'de>, [Double; N]: Deserialize<'de>"))]
+#[serde(bound(serialize = "[f64; N]: Serialize, [[f64; N]; N]: Serialize, [Double; N]: Serialize"))]
+#[serde(bound(
+    deserialize = "[f64; N]: Deserialize<'de>, [[f64; N]; N]: Deserialize<'de>, [Double; N]: Deserialize<'de>"
+))]
 pub struct Collocation<const N: usize> {
     /// Start of the last step and the state there.
     start: Double,
@@ -111,6 +116,8 @@ pub struct Collocation<const N: usize> {
     modes: [[f64; N]; STAGES],
     /// Magnitudes to which errors are relative.
     scale: [f64; N],
+    /// Covariance of the error at the end of the last step.
+    spread: [[f64; N]; N],
     /// Length of the next step; 0 while unknown.
     next: f64,
     /// Cost and error estimate.
@@ -123,6 +130,8 @@ struct Solved<const N: usize> {
     scale: [f64; N],
     /// Estimated error of the polynomial relative to the scale.
     error: f64,
+    /// ∂y₁/∂y₀.
+    map: [[f64; N]; N],
 }
 
 impl<const N: usize> Collocation<N> {
@@ -138,6 +147,7 @@ impl<const N: usize> Collocation<N> {
             length: 0.0,
             modes: [[0.0; N]; STAGES],
             scale: [0.0; N],
+            spread: [[0.0; N]; N],
             next: 0.0,
             statistics: Statistics::default(),
         }
@@ -146,7 +156,8 @@ impl<const N: usize> Collocation<N> {
     /// Goes on from another state, as after a jump; step length and scale are kept as a first guess.
     pub fn restart(&mut self, t: Double, y: [f64; N]) {
         let fresh = Self::new(t, y);
-        *self = Collocation { scale: self.scale, next: self.next, statistics: self.statistics, ..fresh };
+        let &mut Collocation { scale, spread, next, statistics, .. } = self;
+        *self = Collocation { scale, spread, next, statistics, ..fresh };
     }
 
     /// Start of the last step.
@@ -247,10 +258,31 @@ impl<const N: usize> Collocation<N> {
         self.next = if limited { proposal.max(self.next) } else { proposal };
         self.statistics.steps += 1;
         self.statistics.error_estimate = self.statistics.error_estimate.max(solved.error);
+        self.carry_error(&solved);
         if self.to.iter().any(|y| y.hi.is_nan() || y.hi.abs() > UNBOUNDED) {
             return Err(Failure::Unbounded { time: self.end.hi });
         }
         Ok(())
+    }
+
+    /// Carries the error of the state over the step, y₁ = M y₀ + own error: the covariance becomes M P Mᵀ plus the
+    /// square of what the end of the step adds, so errors of independent sign grow, turn and decay as the motion does.
+    ///
+    /// The polynomial has order 9 and the end order 16, so the end errs by about the power 16/9 of the polynomial's
+    /// error, and by a rounding at least.
+    fn carry_error(&mut self, solved: &Solved<N>) {
+        let own = solved.error.powf((2 * STAGES) as f64 / (STAGES + 1) as f64).max(f64::EPSILON);
+        let product = |a: &[[f64; N]; N], b: &dyn Fn(usize, usize) -> f64| -> [[f64; N]; N] {
+            std::array::from_fn(|r| std::array::from_fn(|c| (0..N).map(|k| a[r][k] * b(k, c)).sum()))
+        };
+        let half = product(&solved.map, &|k, c| self.spread[k][c]);
+        self.spread = product(&half, &|k, c| solved.map[c][k]);
+        let mut state_error: f64 = 0.0;
+        for c in 0..N {
+            self.spread[c][c] += (own * solved.scale[c]).powi(2);
+            state_error = state_error.max(self.spread[c][c].sqrt() / solved.scale[c]);
+        }
+        self.statistics.state_error = self.statistics.state_error.max(solved.error + state_error);
     }
 
     /// Solves the collocation equations for a step of length `h`; None where Newton's method does not converge.
@@ -304,7 +336,7 @@ impl<const N: usize> Collocation<N> {
             // Either the corrections that are still to come are small, or rounding stops the contraction.
             let converged = rate < 1.0 && size * rate / (1.0 - rate) <= enough;
             if size <= enough || converged || (rate > 0.3 && size <= 1e-13) {
-                return Some(solved(f, scale, newton_matrix.noise(&scale), h));
+                return Some(solved(f, scale, newton_matrix, h));
             }
             if rate > 0.05 {
                 newton = None;
@@ -333,7 +365,8 @@ impl<const N: usize> Collocation<N> {
 /// larger is m₆ where all are there or the even ones are, so m₈ is taken as that, diminished once more by the decay
 /// over the two orders before. What the rounding of f can have added to a coefficient is no error of the polynomial,
 /// and no shorter step would take it away.
-fn solved<const N: usize>(f: [[f64; N]; STAGES], scale: [f64; N], noise: [f64; N], h: f64) -> Solved<N> {
+fn solved<const N: usize>(f: [[f64; N]; STAGES], scale: [f64; N], newton: &Newton<N>, h: f64) -> Solved<N> {
+    let noise = newton.noise(&scale);
     let modes: [[f64; N]; STAGES] =
         std::array::from_fn(|k| std::array::from_fn(|c| (0..STAGES).map(|j| PROJECTION[k][j] * f[j][c]).sum()));
     let pair = |k: usize, c: usize| modes[k][c].abs().max(modes[k - 1][c].abs());
@@ -345,7 +378,7 @@ fn solved<const N: usize>(f: [[f64; N]; STAGES], scale: [f64; N], noise: [f64; N
             h * tail * decay / (2 * STAGES + 1) as f64 / scale[c]
         })
         .fold(0.0, f64::max);
-    Solved { modes, scale, error }
+    Solved { modes, scale, error, map: newton.map(h) }
 }
 
 /// The step to take of the `remaining` time when `h` is wished for: no sliver is left over.
@@ -373,9 +406,10 @@ fn first_step<const N: usize>(jacobian: &[[f64; N]; N]) -> f64 {
     (0..N).map(square).fold(0.0, f64::max).sqrt().min(1e150).recip()
 }
 
-/// Newton's matrix, factorised, and the largest |∂fᵢ/∂yⱼ| over the stages.
+/// Newton's matrix, factorised, the Jacobians at the stages and the largest |∂fᵢ/∂yⱼ| among them.
 struct Newton<const N: usize> {
     lu: Lu<CAPACITY>,
+    jacobians: [[[f64; N]; N]; STAGES],
     rates: [[f64; N]; N],
 }
 
@@ -393,6 +427,25 @@ impl<const N: usize> Newton<N> {
         self.lu.solve(&mut change);
         std::array::from_fn(|r| (0..STAGES).map(|i| change[i * N + r].abs()).fold(0.0, f64::max))
     }
+
+    /// ∂y₁/∂y₀ over a step of length `h`: the Fᵢ follow y₀ as Newton's equations say.
+    fn map(&self, h: f64) -> [[f64; N]; N] {
+        let mut map = [[0.0; N]; N];
+        for c in 0..N {
+            let mut change = [0.0; CAPACITY];
+            for i in 0..STAGES {
+                for r in 0..N {
+                    change[i * N + r] = self.jacobians[i][r][c];
+                }
+            }
+            self.lu.solve(&mut change);
+            for r in 0..N {
+                let sum: f64 = (0..STAGES).map(|i| WEIGHTS[i] * change[i * N + r]).sum();
+                map[r][c] = h * sum + if r == c { 1.0 } else { 0.0 };
+            }
+        }
+        map
+    }
 }
 
 /// The matrix δᵢⱼ 1 − h aᵢⱼ Jᵢ of Newton's method for the Fᵢ, factorised.
@@ -404,8 +457,10 @@ fn factorise<const N: usize>(
 ) -> Option<Newton<N>> {
     let mut matrix = [[0.0; CAPACITY]; CAPACITY];
     let mut rates = [[0.0; N]; N];
+    let mut jacobians = [[[0.0; N]; N]; STAGES];
     for i in 0..STAGES {
         let jacobian = system.jacobian(time(i), &stages[i]);
+        jacobians[i] = jacobian;
         for r in 0..N {
             let row = &mut matrix[i * N + r];
             for j in 0..STAGES {
@@ -419,7 +474,7 @@ fn factorise<const N: usize>(
             }
         }
     }
-    Lu::new(matrix, STAGES * N).map(|lu| Newton { lu, rates })
+    Lu::new(matrix, STAGES * N).map(|lu| Newton { lu, jacobians, rates })
 }
 
 #[cfg(test)]

@@ -1,5 +1,7 @@
 //! Physics of the elastic shaft.
 
+mod extremes;
+
 use super::*;
 use crate::drives::{DynDrive, Model, Seed};
 use crate::motion::{Cycle, CyclePlan, Fourier, StandardLaw};

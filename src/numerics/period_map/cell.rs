@@ -82,13 +82,12 @@ impl Cell {
         self.error(y0, &modes, &velocities)
     }
 
-    /// The error of q̇ from the decay of the Legendre coefficients of q̈, in units of the motion in the cell: its
-    /// largest q̇, or its largest q over the length of the cell. The first neglected coefficient is taken as the last
-    /// ones, diminished once more by the decay over the two orders before.
+    /// The error of q̇ from the decay of the Legendre coefficients of q̈, relative to the largest q̇ in the cell; that of
+    /// q is smaller. The first neglected coefficient is taken as the last ones, diminished once more by the decay over
+    /// the two orders before.
     fn error(&self, y0: [f64; 2], modes: &[f64; STAGES], velocities: &[f64; STAGES]) -> f64 {
         let length = 2.0 * self.half;
-        let largest = |values: &[f64]| values.iter().fold(0.0, |largest: f64, v| largest.max(v.abs()));
-        let motion = largest(velocities).max(y0[1].abs()).max(y0[0].abs() / length);
+        let motion = velocities.iter().fold(y0[1].abs(), |largest, v| largest.max(v.abs()));
         let pair = |k: usize| modes[k].abs().max(modes[k - 1].abs());
         let (tail, before) = (pair(STAGES - 1), pair(STAGES - 3));
         if tail == 0.0 {

@@ -1,0 +1,181 @@
+//! Random and extreme drives: what comes out is right, within its own error estimate, or a clear fault.
+
+use super::*;
+use std::f64::consts::TAU;
+
+/// Uniform numbers in [0, 1) from a seed (Steele, Lea, Flood: SplitMix64).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        (z ^ (z >> 31)) as f64 / 2f64.powi(64)
+    }
+
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.next()
+    }
+
+    /// Evenly on a logarithmic scale.
+    fn scale(&mut self, low: f64, high: f64) -> f64 {
+        self.between(low.ln(), high.ln()).exp()
+    }
+}
+
+fn random_law(r: &mut Random) -> MotionLaw {
+    let stroke = r.scale(0.01, 0.5);
+    if r.next() < 0.6 {
+        let order = 1 + (r.next() * 6.0) as usize;
+        let mut coefficient = |k: usize| {
+            let value = stroke * r.between(-1.0, 1.0) / (k * k) as f64;
+            if r.next() < 0.3 { 0.0 } else { value }
+        };
+        let a = (0..=order).map(|k| if k == 0 { 0.0 } else { coefficient(k) }).collect();
+        let b = (0..=order).map(|k| if k == 0 { 0.0 } else { coefficient(k) }).collect();
+        return MotionLaw::Fourier(Fourier::new(a, b));
+    }
+    let law = StandardLaw::ALL[1 + (r.next() * 5.0) as usize];
+    let rise_angle = r.between(1.0, 2.0);
+    MotionLaw::Cycle(Cycle::new(CyclePlan {
+        stroke,
+        lower: 0.0,
+        rise_start: r.between(-1.0, 1.0),
+        rise_angle,
+        upper_dwell: r.between(0.1, 1.0),
+        return_angle: r.between(1.0, 2.0),
+        rise_law: law,
+        return_law: law,
+    }))
+}
+
+/// A drive of any size, of vibrations between a third and 30 per turn, and what it is driven through.
+fn random_scene(r: &mut Random) -> (Scene, f64) {
+    let cam = random_law(r);
+    let m = r.scale(0.1, 100.0);
+    let u1 = cam.bound(1).max(1e-3);
+    let inertia = m * u1 * u1 * r.scale(0.03, 30.0);
+    let c = r.scale(1e2, 1e5);
+    let frequency = (c / inertia).sqrt();
+    let w = frequency / r.scale(1.0 / 3.0, 30.0) * if r.next() < 0.3 { -1.0 } else { 1.0 };
+    let b = if r.next() < 0.1 { 0.0 } else { 2.0 * r.scale(1e-3, 2.0) * (c * inertia).sqrt() };
+    let scene = Scene {
+        m,
+        inertia,
+        c,
+        b,
+        linear: r.next() < 0.5,
+        cam,
+        drive: DriveMode::Constant { w, phi_start: r.between(-10.0, 10.0) },
+        start: Start { mode: StartMode::Given, q: r.between(-0.1, 0.1), q_dot: frequency * r.between(-0.1, 0.1) },
+        solver: Settings { tolerance: r.scale(1e-12, 1e-5), ..Settings::default() },
+    };
+    (scene, r.scale(1.0, 50.0) * TAU / w.abs())
+}
+
+/// The states at `count` points of the run and the error estimate at its end; None where the run ends in a fault.
+fn states(scene: &Scene, span: f64, count: i32) -> Option<(Vec<[f64; 2]>, f64)> {
+    let mut drive = ElasticShaft::new(scene.clone()).unwrap();
+    drive.start(0.0).unwrap();
+    let mut all = Vec::new();
+    for n in 0..count {
+        let time = span * f64::from(n) / f64::from(count);
+        drive.advance(time, span * f64::from(n + 1) / f64::from(count) - time).ok()?;
+        all.push(drive.twist);
+    }
+    Some((all, drive.solver.error_estimate))
+}
+
+#[test]
+fn the_error_estimate_is_honest() {
+    let r = &mut Random(20);
+    let mut ratios = Vec::new();
+    for _ in 0..480 {
+        let (scene, span) = random_scene(r);
+        let finest = Scene { solver: Settings { tolerance: 1e-14, ..Settings::default() }, ..scene.clone() };
+        let (Some((got, estimate)), Some((truth, _))) = (states(&scene, span, 97), states(&finest, span, 97)) else {
+            continue;
+        };
+        // Relative to the largest motion so far, which may be the initial one.
+        let mut scale = [scene.start.q.abs(), scene.start.q_dot.abs()];
+        let mut error = 0.0f64;
+        for (got, truth) in got.iter().zip(&truth) {
+            for i in 0..2 {
+                scale[i] = scale[i].max(truth[i].abs());
+                error = error.max((got[i] - truth[i]).abs() / scale[i]);
+            }
+        }
+        // Below this the truth is not known itself.
+        ratios.push((estimate / error.max(1e-15), scene.linear));
+    }
+    for linear in [false, true] {
+        let mut of: Vec<f64> = ratios.iter().filter(|r| r.1 == linear).map(|r| r.0).collect();
+        of.sort_by(f64::total_cmp);
+        let (low, median) = (of.iter().filter(|ratio| **ratio < 1.0).count(), of[of.len() / 2]);
+        assert!(
+            200 < of.len() && low * 100 <= of.len() && median <= 100.0,
+            "linear {linear}: {low} too low of {}, median {median}",
+            of.len()
+        );
+    }
+}
+
+#[test]
+fn extreme_inertia_ratios_and_orders_give_the_numbers_of_the_integrator() {
+    let stroke = 0.1;
+    let order = |k: u32| if k == 0 { 0.0 } else { stroke / f64::from(k * k) };
+    let many = MotionLaw::Fourier(Fourier::new((0..=64).map(order).collect(), vec![]));
+    let dwell = MotionLaw::Cycle(Cycle::new(CyclePlan {
+        stroke,
+        lower: 0.0,
+        rise_start: 0.5,
+        rise_angle: 2.0,
+        upper_dwell: 1.0,
+        return_angle: 2.0,
+        rise_law: StandardLaw::InclinedSine,
+        return_law: StandardLaw::InclinedSine,
+    }));
+    let mut tabulated = 0;
+    for cam in [many, dwell] {
+        for exponent in [-12, -9, -6, 0, 6] {
+            for (w, damping) in [(-30.0, 0.0), (30.0, 0.05), (1e5, 0.0), (1e5, 1e6)] {
+                let (m, c) = (20.0, 2000.0);
+                let inertia = m * cam.bound(1).powi(2) * 10f64.powi(exponent);
+                let scene = Scene {
+                    m,
+                    inertia,
+                    c,
+                    b: 2.0 * damping * (c * inertia).sqrt(),
+                    linear: true,
+                    cam: cam.clone(),
+                    drive: DriveMode::Constant { w, phi_start: 0.2 },
+                    start: Start { mode: StartMode::AtRest, q: 0.0, q_dot: 0.0 },
+                    solver: Settings::default(),
+                };
+                let mut drives = [0, 1].map(|_| ElasticShaft::new(scene.clone()).unwrap());
+                for drive in &mut drives {
+                    drive.start(0.0).unwrap();
+                }
+                tabulated += i32::from(drives[0].course.is_some());
+                (drives[1].table, drives[1].course) = (None, None);
+                let mut scale = [0.0f64; 2];
+                for n in 0..4 {
+                    for drive in &mut drives {
+                        drive.advance(0.3 / w.abs() * f64::from(n), 0.3 / w.abs()).unwrap();
+                    }
+                    for i in 0..2 {
+                        scale[i] = scale[i].max(drives[1].twist[i].abs());
+                        let error = (drives[0].twist[i] - drives[1].twist[i]).abs();
+                        assert!(
+                            error <= 1e-9 * scale[i],
+                            "J 1e{exponent}, w {w:e}, {damping:e}: {error:e} of {scale:?}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+    assert!(20 < tabulated, "{tabulated}");
+}
