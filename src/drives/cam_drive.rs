@@ -122,6 +122,10 @@ impl AngleMotion {
     pub fn at_instant(&self, time: Double) -> ShaftState {
         let c = &self.coefficients;
         let tau = time + Double::from(-self.origin);
+        if tau.hi == 0.0 {
+            let d = std::array::from_fn(|j| c[j]);
+            return ShaftState { reduced: angle::reduce(Double::from(c[0])), kinematics: Kinematics(d) };
+        }
         // Horner's rule for φ and its derivatives, from the highest coefficient down.
         let mut d = [0.0; 5];
         for order in 1..5 {

@@ -10,6 +10,8 @@
 //! Nothing here allocates except [`Response::new`].
 
 mod closed_form;
+mod error_bound;
+mod leap;
 
 use super::Fault;
 use super::cam_drive::AngleMotion;
@@ -20,8 +22,10 @@ use crate::numerics::chebyshev;
 use crate::numerics::double_double::{Double, two_product, two_sum};
 use crate::numerics::forced::{ForcedStep, admissible_length};
 use crate::numerics::oscillator::Oscillator;
-use closed_form::ClosedForm;
 pub use closed_form::Instant;
+use closed_form::{ClosedForm, progression};
+use error_bound::{ErrorBound, Made};
+use leap::Leap;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
@@ -50,6 +54,7 @@ pub struct Response {
     bounds: [f64; 2],
     closed: bool,
     closed_form: ClosedForm,
+    leap: Leap,
     piece: Piece,
     /// Until when `motion` is valid [s].
     until: f64,
@@ -57,7 +62,9 @@ pub struct Response {
     pub steps: f64,
     /// Evaluations of the law (or of the closed form) since the response was made.
     pub evaluations: f64,
-    /// The largest neglected part of −ẍ so far, relative to the bound of |ẍ|.
+    /// The errors of the steps so far.
+    bound: ErrorBound,
+    /// The largest estimate of the error of q so far, relative to the largest |q| up to then.
     pub error: f64,
 }
 
@@ -83,10 +90,12 @@ impl Response {
             bounds: [law.bound(1), law.bound(2)],
             closed: true,
             closed_form: ClosedForm::new(order),
+            leap: Leap::new(law.series()),
             piece: Piece::default(),
             until: f64::INFINITY,
             steps: 0.0,
             evaluations: 0.0,
+            bound: ErrorBound::default(),
             error: 0.0,
         }
     }
@@ -104,6 +113,7 @@ impl Response {
     /// Changes the oscillator; valid after the next restart.
     pub fn set_oscillator(&mut self, oscillator: Oscillator) {
         self.oscillator = oscillator;
+        self.leap.clear();
     }
 
     /// Starts at `time` [s] from `state` = q, q̇ on `motion`, which is valid up to `until` [s].
@@ -121,6 +131,8 @@ impl Response {
         if self.closed {
             self.closed_form.restart(&self.oscillator, law.series(), motion, time, state);
             (self.steps, self.evaluations) = (self.steps + 1.0, self.evaluations + 1.0);
+            let order = law.series().map_or(0.0, |series| series.order() as f64);
+            self.error = self.error.max(ErrorBound::of_closed_form(order));
             Ok(())
         } else {
             let local = self.local(two_sum(time, 0.0));
@@ -128,6 +140,33 @@ impl Response {
             self.piece.leaves = 0;
             self.next_piece(law, Double::from(time), state)
         }
+    }
+
+    /// q, q̇ at `end` [s] from `state` at `time` on `motion`, to the relative `tolerance`, where one quadrature reaches so
+    /// far.
+    pub fn leap(
+        &mut self,
+        law: &MotionLaw,
+        motion: &AngleMotion,
+        [time, end]: [f64; 2],
+        state: [f64; 2],
+        tolerance: f64,
+    ) -> Option<[f64; 2]> {
+        let series = law.series()?;
+        self.motion = *motion;
+        let local = self.local(Double::from(time));
+        let landing = self.leap.over(&self.oscillator, series, self.bounds, &local, end - time, state, tolerance)?;
+        (self.steps, self.evaluations) = (self.steps + 1.0, self.evaluations + landing.evaluations as f64);
+        let order = series.order() as f64;
+        let made =
+            Made { length: end - time, error: landing.error, forcing: landing.forcing, order, state: landing.state };
+        self.add_error(self.leap.decay(), &made);
+        Some(landing.state)
+    }
+
+    fn add_error(&mut self, decay: f64, made: &Made) {
+        self.bound.add(&self.oscillator, decay, made);
+        self.error = self.error.max(self.bound.relative(&self.oscillator));
     }
 
     /// Cam and mass at `time` [s] in closed form, for a Fourier law at constant speed.
@@ -207,6 +246,15 @@ impl Response {
         let tau = start - Double::from(self.motion.origin);
         let degree = self.motion.degree;
         let mut angle = [0.0; DEGREE + 1];
+        if tau.hi == 0.0 {
+            let mut factorial = 1.0;
+            for (j, d) in angle.iter_mut().enumerate().take(degree + 1) {
+                *d = c[j] / factorial;
+                factorial *= (j + 1) as f64;
+            }
+            angle[0] = angle::reduce(Double::from(c[0]));
+            return Local { angle, degree };
+        }
         for (order, d) in angle.iter_mut().enumerate().take(degree + 1).skip(1) {
             for j in (order..=degree).rev() {
                 *d = c[j] + *d * tau.hi / (j + 1 - order) as f64;
@@ -268,9 +316,15 @@ impl Response {
             self.evaluations += fit.evaluations as f64;
             // Twenty halvings suffice for any motion that is smooth on the piece; beyond, the estimate tells.
             if fit.converged || length < whole * 1e-6 {
-                if scale > 0.0 {
-                    self.error = self.error.max(fit.tail / scale);
-                }
+                let order = law.resolution_in(segment);
+                // What is neglected decays on from the last coefficients like these from the first.
+                let degree = fit.polynomial.degree as f64;
+                let neglected = fit.tail * (fit.tail / scale.max(fit.tail)).powf(1.0 / degree);
+                let error = if scale > 0.0 { length * neglected } else { 0.0 };
+                let (_, fast) = self.oscillator.rates();
+                let error = [error * length.min(1.0 / fast), error];
+                let made = Made { length, error, forcing: scale, order, state };
+                self.add_error((-length * self.oscillator.decay()).exp(), &made);
                 break fit;
             }
             length *= 0.5;

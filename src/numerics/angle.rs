@@ -1,15 +1,27 @@
 //! Angles modulo one turn, without the error growth of a naive `φ % 2π`.
 
-use super::double_double::{Double, two_product};
+use super::double_double::{Double, two_product, two_sum};
 
 /// 2π as the unevaluated sum of three `f64`, 160 bits.
 const TURN: [f64; 3] = [6.283185307179586, 2.4492935982947064e-16, -5.989539619436679e-33];
+
+/// 2π as the sum of two numbers of 33 bits, whose products with up to 2²⁰ turns are exact, and the rest.
+const TURN_IN_PARTS: [f64; 3] = [6.2831853069365025, 2.4308402025215864e-10, 8.089064995183803e-21];
+
+/// Up to this many turns the short way does.
+const SOME_TURNS: f64 = 1048576.0;
 
 /// The remainder of `angle` [rad] modulo 2π in [−π, π], error ≤ 1e-16 rad for |angle| ≤ 1e15 rad.
 ///
 /// The quotient is subtracted in triple precision, so the result does not lose digits with the number of turns.
 pub fn reduce(angle: Double) -> f64 {
     let turns = (angle.hi / TURN[0]).round();
+    if turns.abs() <= SOME_TURNS {
+        let [first, second, third] = TURN_IN_PARTS;
+        // The first difference is exact, too.
+        let rest = two_sum(angle.hi - turns * first, -turns * second);
+        return rest.hi + (rest.lo + (angle.lo - turns * third));
+    }
     let rest = angle - two_product(turns, TURN[0]) - two_product(turns, TURN[1]) - Double::from(turns * TURN[2]);
     // The quotient may be off by one where the angle lies near half a turn.
     let correction = (rest.hi / TURN[0]).round();
@@ -20,7 +32,6 @@ pub fn reduce(angle: Double) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numerics::double_double::two_sum;
 
     #[test]
     fn a_million_turns_leave_the_fraction() {

@@ -102,6 +102,14 @@ impl Oscillator {
         }
     }
 
+    /// The rate at which the slower mode decays [1/s].
+    pub fn decay(&self) -> f64 {
+        match self.modes {
+            Modes::Oscillating { .. } => self.damping,
+            Modes::Aperiodic { slow, .. } => -slow,
+        }
+    }
+
     /// λ₁, λ₂ [1/s] where they are real.
     pub fn real_roots(&self) -> Option<(f64, f64)> {
         match self.modes {

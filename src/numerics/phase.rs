@@ -127,6 +127,28 @@ impl Phases {
     }
 }
 
+/// One step [rad] as a number of 33 bits and what it leaves.
+const STEP_PARTS: [f64; 2] = [0.024543692605220713, 9.495469541415925e-13];
+
+/// Beyond this an angle no longer splits into exact steps [rad]; 33 bits times 19 bits are exact.
+const FAR: f64 = 1e4;
+
+/// Sine and cosine of an angle [rad], error about 2e-16; quick for some turns.
+#[inline(always)]
+pub fn sin_cos(angle: f64) -> [f64; 2] {
+    if !(angle.abs() <= FAR) {
+        return angle.sin_cos().into();
+    }
+    let rounded = angle * STEPS_PER_RADIAN.hi + ROUNDER;
+    let whole = rounded - ROUNDER;
+    let x = (angle - whole * STEP_PARTS[0]) - whole * STEP_PARTS[1];
+    let square = x * x;
+    let sine = x + x * square * (square * (1.0 / 120.0) - 1.0 / 6.0);
+    let below_one = square * (square * (1.0 / 24.0 - square * (1.0 / 720.0)) - 0.5);
+    let [s, c] = TABLE[rounded.to_bits() as usize % STEPS];
+    [s + (s * below_one + c * sine), c + (c * below_one - s * sine)]
+}
+
 /// The first 26 bits of a number.
 fn leading_half(x: f64) -> f64 {
     f64::from_bits(x.to_bits() & !0x7ff_ffff)
@@ -217,6 +239,16 @@ mod tests {
                 assert_eq!(phases.first(t), phases.both(t)[0]);
             }
         }
+    }
+
+    #[test]
+    fn sine_and_cosine_of_an_angle() {
+        for i in -20000..=20000 {
+            let angle = f64::from(i) * 1.234e-3;
+            let [s, c] = sin_cos(angle);
+            assert!((s - angle.sin()).abs() < 2.3e-16 && (c - angle.cos()).abs() < 2.3e-16, "{angle}");
+        }
+        assert!(sin_cos(f64::INFINITY)[0].is_nan() && sin_cos(f64::NAN)[1].is_nan());
     }
 
     #[test]

@@ -59,10 +59,14 @@ pub struct ElasticOutput {
     start: Start,
     solver: Solver,
     response: Response,
+    /// m, c, b of the response: the tunable parameters as they were last taken up.
+    built_for: [f64; 3],
     /// The motion of the shaft on which `now` lies.
     motion: AngleMotion,
     /// The communication point, after inputs were taken up.
     now: Moment,
+    /// Whether the inputs for the next step have been taken up.
+    taken_up: bool,
     /// The cam at the end of the previous communication step, from which jumps of the inputs are counted, and q, q̇
     /// there; kept only where there are inputs.
     before: (Position, [f64; 2]),
@@ -160,11 +164,11 @@ impl ElasticOutput {
         let (before, [q, v]) = &self.before;
         let [dx, dx_dot] = jump(&self.cam.law, before, &position);
         self.now = position.moment([q - dx, v - dx_dot]);
+        self.taken_up = true;
     }
 
     /// Lets the response go on from `now`, on a motion that is valid up to `until` [s].
     fn restart(&mut self, until: f64) -> Result<(), Fault> {
-        self.response.set_oscillator(self.oscillator());
         self.response.restart(&self.cam.law, &self.motion, self.now.time, until, self.now.q)
     }
 }
@@ -207,8 +211,10 @@ impl Drive for ElasticOutput {
             start,
             solver: Solver::new(solver),
             response,
+            built_for: [m, c, b],
             motion: AngleMotion::uniform(0.0, 0.0, 0.0),
             now: Moment::default(),
+            taken_up: false,
             before: Default::default(),
             log: EventLog::default(),
         };
@@ -242,6 +248,8 @@ impl Drive for ElasticOutput {
         self.solver.start();
         // The law's parameters may have changed, and with them what the response keeps of it.
         self.response = Response::new(self.oscillator(), &self.cam.law);
+        self.built_for = [self.m, self.c, self.b];
+        self.taken_up = false;
         let q = self.initial_state(time)?;
         self.motion = self.cam.motion(time);
         self.arrive(time, q)?;
@@ -252,10 +260,15 @@ impl Drive for ElasticOutput {
     }
 
     fn apply(&mut self, time: f64) -> Result<(), Fault> {
-        self.validate()?;
+        let tuned = self.built_for != [self.m, self.c, self.b];
+        if tuned {
+            self.validate()?;
+            self.built_for = [self.m, self.c, self.b];
+            self.response.set_oscillator(self.oscillator());
+        }
         if self.cam.is_input() {
             self.take_up_inputs(time);
-        } else if self.oscillator() != *self.response.oscillator() {
+        } else if tuned {
             self.restart(f64::INFINITY)?;
         }
         Ok(())
@@ -264,9 +277,18 @@ impl Drive for ElasticOutput {
     fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
         let end = time + step;
         if self.cam.is_input() {
-            self.take_up_inputs(time);
-            self.restart(end)?;
+            if !(self.taken_up && self.now.time == time) {
+                self.take_up_inputs(time);
+            }
             self.cam.step_done();
+            self.taken_up = false;
+            let tolerance = self.solver.effective_tolerance();
+            let (law, q) = (&self.cam.law, self.now.q);
+            if let Some(q) = self.response.leap(law, &self.motion, [time, end], q, tolerance) {
+                self.count();
+                return self.arrive(end, q);
+            }
+            self.restart(end)?;
         } else if let Some(Instant { u, q }) = self.response.closed(&self.cam.law, end) {
             self.now = Moment { time: end, u, q, ..self.now };
             self.solver.evaluations = self.response.evaluations;
@@ -274,9 +296,7 @@ impl Drive for ElasticOutput {
             return if (q[0] + q[1]).is_finite() { Ok(()) } else { Err(self.beyond_all_numbers()) };
         }
         let q = self.response.at(&self.cam.law, end)?;
-        self.solver.steps = self.response.steps;
-        self.solver.evaluations = self.response.evaluations;
-        self.solver.error_estimate = self.response.error;
+        self.count();
         self.arrive(end, q)
     }
 
@@ -311,6 +331,13 @@ impl ElasticOutput {
         }
         let finite = q.iter().chain(&position.lift().0[..3]).all(|x| x.is_finite());
         if finite { Ok(()) } else { Err(self.beyond_all_numbers()) }
+    }
+
+    /// Takes over the statistics of the response.
+    fn count(&mut self) {
+        self.solver.steps = self.response.steps;
+        self.solver.evaluations = self.response.evaluations;
+        self.solver.error_estimate = self.response.error;
     }
 
     #[cold]

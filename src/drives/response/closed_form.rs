@@ -191,7 +191,7 @@ impl Harmonic {
 
 /// The first k with a coefficient that is not zero, and the largest distance from it in which all others lie: only
 /// odd harmonics cost half as much. k = 0 where all are zero.
-fn progression(series: &Fourier) -> (usize, usize) {
+pub fn progression(series: &Fourier) -> (usize, usize) {
     let mut present = (1..=series.order()).filter(|&k| series.a[k] != 0.0 || series.b[k] != 0.0);
     let Some(first) = present.next() else { return (0, 1) };
     let stride = present.fold(0, |stride, k| greatest_common_divisor(k - first, stride));

@@ -49,3 +49,84 @@ fn a_backward_cam_mirrors_the_sine_coefficients() {
     forward.restart(&mirrored, &AngleMotion::uniform(0.0, 0.3, 20.0), 0.0, f64::INFINITY, [0.0; 2]).unwrap();
     assert_eq!(backward.at(&law, 3.0), forward.at(&mirrored, 3.0));
 }
+
+/// Numbers in [0, 1) from a fixed seed: the generator of Lehmer with the multiplier of Park and Miller.
+struct Dice(u64);
+
+impl Dice {
+    fn roll(&mut self) -> f64 {
+        self.0 = self.0 * 48271 % 2147483647;
+        self.0 as f64 / 2147483647.0
+    }
+
+    /// Between `low` and `high`, of all magnitudes alike.
+    fn magnitude(&mut self, low: f64, high: f64) -> f64 {
+        low * (high / low).powf(self.roll())
+    }
+}
+
+/// How steps are taken in [`errors_of_a_run`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Course {
+    Leaps,
+    Pieces,
+}
+
+/// The true and the estimated error of a random oscillator on a random law at constant speed over 1 to 50 turns; None
+/// where no rule reaches over the step.
+fn errors_of_a_run(dice: &mut Dice, course: Course) -> Option<[f64; 2]> {
+    let order = 1 + (8.0 * dice.roll()) as usize;
+    let coefficients = |dice: &mut Dice| {
+        (0..=order).map(|k| (2.0 * dice.roll() - 1.0) * 0.02 / (1 + k * k) as f64).collect::<Vec<f64>>()
+    };
+    let law = MotionLaw::Fourier(Fourier::new(coefficients(dice), coefficients(dice)));
+    let w = dice.magnitude(0.1, 1000.0) * if dice.roll() < 0.5 { 1.0 } else { -1.0 };
+    let omega = w.abs() * dice.magnitude(0.3, 100.0);
+    let ratio = if dice.roll() < 0.2 { 0.0 } else { dice.magnitude(1e-4, 5.0) };
+    let oscillator = Oscillator::of_mass(1.0, omega * omega, 2.0 * ratio * omega);
+    let period = TAU / w.abs();
+    let turns = dice.magnitude(1.0, 50.0);
+    let step = period / dice.magnitude(30.0, 1000.0);
+    let tolerance = dice.magnitude(1e-10, 1e-3);
+    let motion = AngleMotion::uniform(0.0, dice.roll(), w);
+    let mut state = [0.0; 2];
+    let mut truth = Response::new(oscillator, &law);
+    truth.restart(&law, &motion, 0.0, f64::INFINITY, state).unwrap();
+    let mut tested = Response::new(oscillator, &law);
+    if course == Course::Pieces {
+        restart_in_pieces(&mut tested, &law, &motion, 0.0, state);
+    }
+    let (mut error, mut largest) = (0.0f64, 0.0f64);
+    let mut time = 0.0;
+    for i in 1..=(turns * period / step) as u32 {
+        let end = f64::from(i) * step;
+        state = match course {
+            Course::Pieces => tested.at(&law, end).unwrap(),
+            Course::Leaps => {
+                let shaft = motion.at(time);
+                let moved = AngleMotion::uniform(time, shaft.reduced, w);
+                tested.leap(&law, &moved, [time, end], state, tolerance)?
+            }
+        };
+        let expected = truth.at(&law, end).unwrap()[0];
+        largest = largest.max(expected.abs());
+        error = error.max((state[0] - expected).abs());
+        time = end;
+    }
+    Some([error / largest, tested.error])
+}
+
+#[test]
+fn the_error_is_below_its_estimate_and_not_far_below() {
+    for course in [Course::Leaps, Course::Pieces] {
+        let mut dice = Dice(20261121);
+        let runs: Vec<[f64; 2]> =
+            std::iter::repeat_with(|| errors_of_a_run(&mut dice, course)).flatten().take(240).collect();
+        let below = runs.iter().filter(|[error, estimate]| error <= estimate).count();
+        let mut ratios: Vec<f64> = runs.iter().map(|[error, estimate]| estimate / error).collect();
+        ratios.sort_by(f64::total_cmp);
+        let median = ratios[runs.len() / 2];
+        assert!(below * 100 >= 99 * runs.len(), "{course:?}: {below} of {}", runs.len());
+        assert!(median <= 100.0, "{course:?}: median {median}");
+    }
+}

@@ -1,0 +1,209 @@
+//! One communication step of a Fourier law on a moving input by one Gauss rule.
+//!
+//! q(h) = free motion + ∫ g(h − s) (−ẍ(s)) ds with the impulse response g. As long as neither cam nor oscillator turn
+//! far within the step, a few Gauss nodes meet the integral to the tolerance, and a bound on what they leave is known
+//! before anything is computed. Nodes and impulse response are kept: importers repeat their steps.
+//!
+//! Source: M. Abramowitz, I. A. Stegun, *Handbook of Mathematical Functions*, section 25.4.29 (error of the rule).
+
+use super::{DEGREE, Local, progression};
+use crate::motion::Fourier;
+use crate::numerics::double_double::Double;
+use crate::numerics::forced::apply;
+use crate::numerics::oscillator::Oscillator;
+use crate::numerics::phase::sin_cos;
+use crate::numerics::quadrature::Gauss;
+use serde::{Deserialize, Serialize};
+
+/// The number of nodes n of each rule and 4ⁿ n!⁴/((2n + 1) (2n)!³): times h θ²ⁿ and the largest integrand, the error for
+/// an integrand whose derivatives grow like (2θ/h)ᵏ.
+const RULES: [(usize, f64); 4] =
+    [(4, 1.4397293e-7), (6, 7.7043444e-13), (8, 1.1123830e-18), (MOST_NODES, 1.3690177e-45)];
+
+/// The nodes of the largest rule.
+const MOST_NODES: usize = 16;
+
+/// The part of the tolerance that one step may take up: so little that a thousand steps in a row, as a weakly damped
+/// oscillator adds them up, keep it.
+const SHARE: f64 = 1e-3;
+
+/// Relative to the step, lengths as near as this count as the same one; the difference, a rounding of the clock, is
+/// taken into account to first order.
+const SAME_LENGTH: f64 = 1e-9;
+
+/// What a step of one length needs of the oscillator.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Leap {
+    /// h [s]; 0 while unknown.
+    length: f64,
+    /// How many nodes.
+    nodes: usize,
+    /// The places of the nodes [s].
+    places: [f64; MOST_NODES],
+    /// Weight times g and ġ at h less the place.
+    weights: [[f64; 2]; MOST_NODES],
+    /// The free motion over the step.
+    free: [[f64; 2]; 2],
+    /// The decay of the slower mode over the step.
+    decay: f64,
+    /// The first harmonic of the law and the distance to the next.
+    first: usize,
+    stride: usize,
+}
+
+/// The end of a leap.
+pub struct Landing {
+    /// q, q̇.
+    pub state: [f64; 2],
+    /// Bound of the error of the rule, of q [m] and of q̇ [m/s].
+    pub error: [f64; 2],
+    /// A bound of |ẍ| over the step [m/s²].
+    pub forcing: f64,
+    /// How many nodes.
+    pub evaluations: usize,
+}
+
+impl Leap {
+    /// For the harmonics of this law.
+    pub fn new(series: Option<&Fourier>) -> Self {
+        let (first, stride) = series.map_or((0, 1), progression);
+        Leap { first, stride, ..Leap::default() }
+    }
+
+    /// Forgets the oscillator.
+    pub fn clear(&mut self) {
+        self.length = 0.0;
+    }
+
+    /// By which factor the slower mode decays over the step.
+    pub fn decay(&self) -> f64 {
+        self.decay
+    }
+
+    /// From `state` over `length` [s] on the motion `local`; `bounds` are those of |U′| and |U″|. None where no rule
+    /// meets the tolerance.
+    pub fn over(
+        &mut self,
+        oscillator: &Oscillator,
+        series: &Fourier,
+        bounds: [f64; 2],
+        local: &Local,
+        length: f64,
+        state: [f64; 2],
+        tolerance: f64,
+    ) -> Option<Landing> {
+        let (_, fast) = oscillator.rates();
+        let theta = 0.5 * length * (fast + local.harmonic_rate(series.order() as f64, length));
+        let part = |(n, factor): (usize, f64)| factor * theta.powi(2 * n as i32);
+        let rule = RULES.into_iter().find(|rule| part(*rule) <= SHARE * tolerance)?;
+        // A rule that is a little better than needed is kept.
+        let kept = rule.0 <= self.nodes && self.nodes <= 2 * rule.0;
+        if !kept || !((length - self.length).abs() <= SAME_LENGTH * length) {
+            self.prepare(oscillator, length, rule.0);
+        }
+        let (forced, last) = match self.nodes {
+            4 => self.forced::<4>(series, local),
+            6 => self.forced::<6>(series, local),
+            8 => self.forced::<8>(series, local),
+            _ => self.forced::<MOST_NODES>(series, local),
+        };
+        let [q, v] = apply(&self.free, state);
+        let (q, v) = (q + forced[0], v + forced[1]);
+        let rest = length - self.length;
+        let rate = last - oscillator.stiffness() * q - 2.0 * oscillator.damping() * v;
+        let scale = bounds[1] * local.speed(length).powi(2) + bounds[0] * local.acceleration(length);
+        // |g| ≤ min(h, 1/|λ|) and |ġ| ≤ 1.
+        let error = part(rule) * length * scale;
+        Some(Landing {
+            state: [q + rest * v, v + rest * rate],
+            error: [error * length.min(1.0 / fast), error],
+            forcing: scale,
+            evaluations: self.nodes,
+        })
+    }
+
+    #[cold]
+    fn prepare(&mut self, oscillator: &Oscillator, length: f64, nodes: usize) {
+        (self.length, self.nodes) = (length, nodes);
+        self.free = oscillator.free(Double::from(length));
+        self.decay = (-oscillator.decay() * length).exp();
+        let rule: [[f64; 2]; MOST_NODES] = Gauss::with(nodes).nodes(length);
+        for (i, [place, weight]) in rule.into_iter().enumerate() {
+            self.places[i] = place;
+            self.weights[i] = oscillator.kernel(length - place).map(|g| weight * g);
+        }
+    }
+
+    /// The forced motion, and −ẍ at the last node.
+    #[inline(always)]
+    fn forced<const N: usize>(&self, series: &Fourier, local: &Local) -> ([f64; 2], f64) {
+        let mut motion = [[0.0; 3]; N];
+        let (mut c, mut s) = ([0.0; N], [0.0; N]);
+        for i in 0..N {
+            motion[i] = local.at(self.places[i]);
+            [s[i], c[i]] = sin_cos(motion[i][0]);
+        }
+        let (mut kc, mut ks) = (c, s);
+        rotate(&mut kc, &mut ks, &c, &s, self.first.saturating_sub(1));
+        let (mut turn_c, mut turn_s) = (c, s);
+        rotate(&mut turn_c, &mut turn_s, &c, &s, self.stride - 1);
+        // U′ and U″ at the nodes.
+        let (mut first, mut second) = ([0.0; N], [0.0; N]);
+        let mut k = self.first;
+        while 0 < k && k <= series.order() {
+            let (a, b, order) = (series.a[k], series.b[k], k as f64);
+            let (slope_c, slope_s) = (order * b, -order * a);
+            let (bend_c, bend_s) = (-order * order * a, -order * order * b);
+            for i in 0..N {
+                first[i] += slope_c * kc[i] + slope_s * ks[i];
+                second[i] += bend_c * kc[i] + bend_s * ks[i];
+            }
+            k += self.stride;
+            if k <= series.order() {
+                rotate(&mut kc, &mut ks, &turn_c, &turn_s, 1);
+            }
+        }
+        let mut sum = [0.0; 2];
+        let mut forcing = 0.0;
+        for i in 0..N {
+            let [_, w, a] = motion[i];
+            forcing = -(second[i] * w * w + first[i] * a);
+            let [g, rate] = self.weights[i];
+            sum = [sum[0] + g * forcing, sum[1] + rate * forcing];
+        }
+        (sum, forcing)
+    }
+}
+
+/// Turns the pointers (c, s) `times` times by (by_c, by_s).
+#[inline(always)]
+fn rotate<const N: usize>(c: &mut [f64; N], s: &mut [f64; N], by_c: &[f64; N], by_s: &[f64; N], times: usize) {
+    for _ in 0..times {
+        for i in 0..N {
+            (c[i], s[i]) = (c[i] * by_c[i] - s[i] * by_s[i], c[i] * by_s[i] + s[i] * by_c[i]);
+        }
+    }
+}
+
+impl Local {
+    /// ν such that the derivatives of order m ≤ 32 of the harmonics up to `order` stay below νᵐ over [0, `length`]: by
+    /// Cauchy's bound m! (e ν/m)ᵐ on a circle of the radius m/ν, on which K|φⱼ| rʲ ≤ m pⱼ/ν, less the factor √(2πm)
+    /// by which that bound is above the derivative of e^(νt) itself.
+    fn harmonic_rate(&self, order: f64, length: f64) -> f64 {
+        /// The highest derivative that a rule leaves.
+        const MOST: f64 = 2.0 * MOST_NODES as f64;
+        let mut rate = order * self.speed(length);
+        for j in 2..=self.degree {
+            // The coefficient about any instant of the step.
+            let (mut coefficient, mut binomial, mut power) = (0.0, 1.0, 1.0);
+            for i in j..=self.degree.min(DEGREE) {
+                coefficient += binomial * self.angle[i].abs() * power;
+                binomial *= (i + 1) as f64 / (i + 1 - j) as f64;
+                power *= length;
+            }
+            let part = order * coefficient * MOST.powi(j as i32 - 1);
+            rate += if j == 2 { part.sqrt() } else { part.powf(1.0 / j as f64) };
+        }
+        rate
+    }
+}
