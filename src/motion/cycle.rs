@@ -213,6 +213,32 @@ impl Cycle {
         }
     }
 
+    /// The Taylor coefficients of piece `segment` about `phi`; see [`super::MotionLaw::expand`].
+    pub fn expand(&self, segment: usize, phi: f64, step: f64, coefficients: &mut [f64]) {
+        let piece = &self.pieces[segment.min(self.pieces.len() - 1)];
+        let CyclePlan { stroke, lower, rise_angle, return_angle, rise_law, return_law, .. } = self.plan;
+        let angle = near(phi, piece.middle) - piece.origin;
+        let (base, factor) = match piece.motion {
+            Motion::Dwell(level) => {
+                coefficients.fill(0.0);
+                (level, 0.0)
+            }
+            Motion::Rise(part) => {
+                rise_law.expand(part, angle / rise_angle, step / rise_angle, coefficients);
+                (lower, stroke)
+            }
+            Motion::Return(part) => {
+                return_law.expand(part, angle / return_angle, step / return_angle, coefficients);
+                coefficients[0] -= 1.0;
+                (lower, -stroke)
+            }
+        };
+        for c in &mut *coefficients {
+            *c *= factor;
+        }
+        coefficients[0] += base;
+    }
+
     /// An upper bound of |U⁽ᵒʳᵈᵉʳ⁾| in piece `segment`.
     pub fn bound_in(&self, segment: usize, order: usize) -> f64 {
         let plan = &self.plan;

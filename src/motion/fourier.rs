@@ -23,6 +23,18 @@ struct Coefficients {
     b: Vec<f64>,
 }
 
+/// 1/((n + 1)(n + 2)) for n = 2i and 2i + 1.
+const RECIPROCALS: [[f64; 2]; 16] = {
+    let mut table = [[0.0; 2]; 16];
+    let mut i = 0;
+    while i < 16 {
+        let n = 2.0 * i as f64;
+        table[i] = [1.0 / ((n + 1.0) * (n + 2.0)), 1.0 / ((n + 2.0) * (n + 3.0))];
+        i += 1;
+    }
+    table
+};
+
 impl From<Coefficients> for Fourier {
     fn from(Coefficients { a, b }: Coefficients) -> Self {
         Fourier::new(a, b)
@@ -98,6 +110,32 @@ impl Fourier {
             (k as f64).powi(5) * (self.b[k] * c - self.a[k] * s)
         };
         (1..self.a.len()).map(term).sum()
+    }
+
+    /// The Taylor coefficients about `phi`; see [`super::MotionLaw::expand`].
+    pub fn expand(&self, phi: f64, step: f64, coefficients: &mut [f64]) {
+        coefficients.fill(0.0);
+        coefficients[0] = self.a[0];
+        let (s1, c1) = phi.sin_cos();
+        let (mut s, mut c) = (0.0, 1.0);
+        for k in 1..self.a.len() {
+            (s, c) = (s * c1 + c * s1, c * c1 - s * s1);
+            let (a, b, rate) = (self.a[k], self.b[k], k as f64 * step);
+            if a == 0.0 && b == 0.0 {
+                continue;
+            }
+            // The terms of even and of odd order, each from the one before it.
+            let (mut even, mut odd) = (a * c + b * s, rate * (b * c - a * s));
+            let square = -rate * rate;
+            for (pair, reciprocals) in coefficients.chunks_mut(2).zip(&RECIPROCALS) {
+                pair[0] += even;
+                even *= square * reciprocals[0];
+                if let Some(c) = pair.get_mut(1) {
+                    *c += odd;
+                    odd *= square * reciprocals[1];
+                }
+            }
+        }
     }
 
     /// Σ kⁿ √(aₖ² + bₖ²) ≥ |U⁽ⁿ⁾|, with |a₀| for n = 0.

@@ -62,6 +62,15 @@ impl MotionLaw {
         }
     }
 
+    /// U(φ + step x) = Σ cₙ xⁿ continued from segment `segment`: the `coefficients` c₀ …, at least 6 and at most 32.
+    pub fn expand(&self, segment: usize, phi: f64, step: f64, coefficients: &mut [f64]) {
+        match self {
+            MotionLaw::Fourier(series) => series.expand(phi, step, coefficients),
+            MotionLaw::Cycle(cycle) => cycle.expand(segment, phi, step, coefficients),
+            MotionLaw::Table(table) => table.expand(segment, phi, step, coefficients),
+        }
+    }
+
     /// The segment that holds `phi`; on a breakpoint (within some roundings of the angle) the one that follows
     /// (`forward`) or precedes it.
     pub fn segment(&self, phi: f64, forward: bool) -> usize {
@@ -219,6 +228,29 @@ mod tests {
                     let slope = (8.0 * (fourth(1.0) - fourth(-1.0)) - (fourth(2.0) - fourth(-2.0))) / (12.0 * h);
                     let scale = law.bound_in(i, 4) * law.resolution_in(i).max(1.0 / width);
                     assert!((slope - law.fifth_in(i, phi)).abs() <= 1e-8 * scale, "{law:?} {i} at {phi}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_taylor_coefficients_sum_up_to_the_law() {
+        for law in laws() {
+            for i in 0..law.breakpoints().len().max(1) {
+                let (start, width) = extent(&law, i);
+                for k in 0..=6 {
+                    let phi = start + width * f64::from(k) / 6.0;
+                    for step in [1.5, -1.5].map(|step| step / law.resolution_in(i)) {
+                        let mut c = [0.0; 25];
+                        law.expand(i, phi, step, &mut c);
+                        for x in [0.0, 0.3, 1.0] {
+                            let sum = c.iter().rev().fold(0.0, |sum, c| sum * x + c);
+                            let value = law.at_in(i, phi + step * x).0[0];
+                            // A law may be point-symmetric: its part for z > ½ is the same function.
+                            let size = law.bound(0).max(value.abs());
+                            assert!((sum - value).abs() < 4e-14 * size, "{law:?} {i} at {phi}: {sum} {value}");
+                        }
+                    }
                 }
             }
         }

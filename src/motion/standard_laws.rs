@@ -174,6 +174,31 @@ impl StandardLaw {
         }
     }
 
+    /// f⁽ⁿ⁾(z) stepⁿ/n! of the analytic part `part`, as many as there are `coefficients`, at least 5.
+    pub fn expand(self, part: usize, z: f64, step: f64, coefficients: &mut [f64]) {
+        coefficients[..5].copy_from_slice(&self.at_in(part, z));
+        // Beyond the quadratic terms each part is a polynomial or a harmonic.
+        let inner = part > 0 && part < self.joints().len();
+        let frequency = match self {
+            ModifiedSine if inner => 2.0 * TAU / 3.0,
+            _ => self.frequency(),
+        };
+        for n in 5..coefficients.len() {
+            coefficients[n] = match (self, n) {
+                (Polynomial345 | Polynomial4567, 5) => self.fifth_in(part, z),
+                (Polynomial4567, 6) => 50400.0 * (1.0 - 2.0 * z),
+                (Polynomial4567, 7) => -100800.0,
+                (Polynomial345 | Polynomial4567, _) => 0.0,
+                _ => -frequency * frequency * coefficients[n - 2],
+            };
+        }
+        let mut factor = 1.0;
+        for (n, c) in coefficients.iter_mut().enumerate().skip(1) {
+            factor *= step / n as f64;
+            *c *= factor;
+        }
+    }
+
     /// The largest |f⁽ⁿ⁾| over the rise, n = 0 … 4; C_v, C_a and C_j of VDI 2143 are those of order 1, 2 and 3.
     pub fn peak(self, order: usize) -> f64 {
         let sines = |v: f64, c_v: f64| {

@@ -6,6 +6,7 @@ pub mod chebyshev;
 pub mod collocation;
 pub mod double_double;
 pub mod events;
+pub mod first_zero;
 pub mod forced;
 pub mod gauss;
 pub mod interpolant;

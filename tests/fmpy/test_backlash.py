@@ -64,8 +64,6 @@ def test_microsecond_steps_and_ten_turns_in_one_step(fmu):
 @pytest.mark.parametrize("b", [0.0, 60.0, 1e6, 1e9])
 def test_momentum_over_many_turns(fmu, e, b):
     """m1 v1 + m2 v2 changes by the sum of force_mean h, whatever happens inside the steps."""
-    if b > 60.0 and e == 1.0:
-        pytest.skip("without loss in the impact a strong damper brings m1 back in ever shorter bounces without end")
     package = fmu("backlash_drive")
     p = package.parameters()
     with package.unit() as unit:

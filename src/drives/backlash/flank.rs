@@ -13,8 +13,14 @@ pub trait FlankMotion {
     /// U′ at `time` [m/rad].
     fn slope(&self, segment: usize, time: Double) -> f64;
 
-    /// An upper bound of |u⁗| in `segment` from `time` over `horizon` [s].
-    fn fourth(&self, segment: usize, time: Double, horizon: f64) -> f64;
+    /// u(time + span x) = Σ cₙ xⁿ continued smoothly from `segment`: the coefficients c₀ …, at least 6.
+    fn expand(&self, segment: usize, time: Double, span: f64, coefficients: &mut [f64]);
+
+    /// Whether the speed is constant.
+    fn is_uniform(&self) -> bool;
+
+    /// φ̇ where it is constant [rad/s].
+    fn speed(&self) -> f64;
 
     /// An upper bound of |ü| in any segment at `time`.
     fn acceleration(&self, time: Double) -> f64;
@@ -39,6 +45,9 @@ pub struct CamFlank<'a> {
 
 /// The number of derivatives of φ in use.
 const ORDERS: usize = 11;
+
+/// The most coefficients of a series.
+const MOST_COEFFICIENTS: usize = 32;
 
 impl CamFlank<'_> {
     /// φ̇, φ̈, … at `time`; the entry 0 is unused.
@@ -87,15 +96,39 @@ impl FlankMotion for CamFlank<'_> {
         self.law.at_in(segment, self.reduced(time)).0[1]
     }
 
-    fn fourth(&self, segment: usize, time: Double, horizon: f64) -> f64 {
-        let [_, w, a, j, s] = self.bounds(time, horizon);
-        let u = |order| self.law.bound_in(segment, order);
-        let uniform = u(4) * w.powi(4);
-        if a == 0.0 && j == 0.0 && s == 0.0 {
-            uniform
-        } else {
-            uniform + 6.0 * u(3) * w * w * a + u(2) * (3.0 * a * a + 4.0 * w * j) + u(1) * s
+    fn expand(&self, segment: usize, time: Double, span: f64, coefficients: &mut [f64]) {
+        let phi = self.reduced(time);
+        let w = self.motion.coefficients[1];
+        if self.motion.is_uniform() {
+            self.law.expand(segment, phi, w * span, coefficients);
+            return;
         }
+        // φ(time + span x) − φ(time) = Σ aⱼ xʲ, put into the series of U by Horner's rule.
+        let mut a = self.derivatives(time);
+        let degree = self.motion.degree;
+        let mut factor = 1.0;
+        for (j, a) in a[..=degree].iter_mut().enumerate().skip(1) {
+            factor *= span / j as f64;
+            *a *= factor;
+        }
+        let count = coefficients.len();
+        let mut law = [0.0; MOST_COEFFICIENTS];
+        self.law.expand(segment, phi, 1.0, &mut law[..count]);
+        coefficients.fill(0.0);
+        for &c in law[..count].iter().rev() {
+            for n in (0..count).rev() {
+                coefficients[n] = (1..=degree.min(n)).map(|j| a[j] * coefficients[n - j]).sum();
+            }
+            coefficients[0] += c;
+        }
+    }
+
+    fn is_uniform(&self) -> bool {
+        self.motion.is_uniform()
+    }
+
+    fn speed(&self) -> f64 {
+        self.motion.coefficients[1]
     }
 
     fn acceleration(&self, time: Double) -> f64 {

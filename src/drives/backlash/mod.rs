@@ -21,6 +21,7 @@
 pub mod contact;
 pub mod flank;
 pub mod panel;
+mod slow;
 pub mod solver;
 
 mod features;
@@ -30,14 +31,15 @@ mod variables;
 
 use super::cam_drive::{AngleMotion, CamDrive, DriveMode, HasCamDrive, Start, StartMode};
 use super::number::all_finite;
-use super::solver::{HasSolver, Settings, Solver};
+use super::solver::{FINEST_TOLERANCE, HasSolver, Settings, Solver};
 use super::{Curve, Drive, EventLog, Experiment, Fault, List, Portrait};
-use crate::motion::{Kinematics, MotionLaw};
+use crate::motion::MotionLaw;
 use crate::numerics::double_double::Double;
 use contact::{Bodies, Flank, Mode, State};
 use flank::{CamFlank, FlankMotion};
+use panel::{Point, Rules};
 use serde::{Deserialize, Serialize};
-use solver::{Run, Stretch, Tally, release};
+use solver::{Run, Stretch, Sums, Tally, release};
 
 /// A drive with backlash as a resolved scene describes it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -71,10 +73,8 @@ pub struct Now {
     pub time: f64,
     /// Where m1 is.
     pub mode: Mode,
-    /// The relative state.
-    pub state: State,
-    /// U and its time derivatives.
-    pub u: Kinematics,
+    /// The relative state, and the motion of the flank.
+    pub point: Point,
     /// Counts since the start.
     pub tally: Tally,
 }
@@ -94,13 +94,16 @@ pub struct BacklashDrive {
     bodies: Bodies,
     /// The motion of the shaft around the communication point.
     motion: AngleMotion,
-    run: Option<Run>,
+    run: Option<Box<Run>>,
     /// The end of the last step, before inputs jump.
     end: Now,
     /// The communication point as the outputs show it.
     now: Now,
-    /// (∫ F_K dt + ΣP)/h and (∫ U′F_K dt + ΣU′P)/h over the last communication step [N], [N·m].
-    mean: [f64; 2],
+    /// The length of the last communication step [s]; 0 before the first.
+    step: f64,
+    /// ∫ F_K dt + ΣP and ∫ U′F_K dt + ΣU′P over the last communication step, where inputs move the drive. At constant
+    /// speed they are computed on demand.
+    sums: Sums,
     #[serde(skip)]
     log: EventLog,
 }
@@ -143,19 +146,46 @@ impl BacklashDrive {
         let pressed = if force.abs() > resolution { force } else { rate };
         let contact = if pressed < 0.0 { Flank::B } else { Flank::A };
         let state = State { q, home: self.bodies.place(contact), zeta: [0.0; 2] };
-        let mode = Mode::Contact(contact);
-        self.now = Now { time, mode, state, u, tally: Tally::default() };
-        self.end = self.now;
-        self.run = Some(Run::new(&self.bodies, &self.flank(), place.0, (mode, state, 0), self.horizon(0.0)));
+        self.lay(time, (Mode::Contact(contact), state, 0));
     }
 
-    /// Goes on to `end` [s] and keeps the state there.
-    fn go(&mut self, run: &mut Run, end: f64, horizon: f64) -> Result<(), Fault> {
-        let flank = CamFlank { law: &self.cam.law, motion: &self.motion };
-        let state = run.advance(&self.bodies, &flank, &mut Stretch { end, horizon, log: &mut self.log })?;
-        let u = flank.at(run.panel.segment, Double::from(end));
-        self.now = Now { time: end, mode: run.panel.mode, state, u, tally: run.tally };
-        Ok(())
+    /// Starts the run in this mode and state, with this order of a zero of the gap.
+    fn lay(&mut self, time: f64, from: (Mode, State, usize)) {
+        let limits = (self.horizon(0.0), Rules::terms_for(self.tolerance()));
+        let run = Run::new(&self.bodies, &self.flank(), Double::from(time), from, limits);
+        self.show(&run, time);
+        self.end = self.now;
+        self.run = Some(Box::new(run));
+    }
+
+    /// The tolerance to work with: by default rounding errors alone count, since impacts may multiply any error.
+    fn tolerance(&self) -> f64 {
+        let own = self.solver.settings.tolerance;
+        let own = if own > 0.0 { own } else { FINEST_TOLERANCE };
+        if self.solver.requested > 0.0 { own.min(self.solver.requested) } else { own }
+    }
+
+    /// Shows the motion at `time` [s], which lies in the current panel.
+    fn show(&mut self, run: &Run, time: f64) {
+        let point = run.panel.at(&self.bodies, run.theta(time));
+        self.now = Now { time, mode: run.panel.mode, point, tally: run.tally };
+    }
+
+    /// (∫ F_K dt + ΣP)/h and (∫ U′F_K dt + ΣU′P)/h over the last communication step [N], [N·m].
+    fn mean(&self) -> [f64; 2] {
+        let sums = match &self.run {
+            Some(run) if !self.cam.is_input() && self.step > 0.0 => {
+                run.sums(&self.bodies, &self.flank(), self.now.time, f64::INFINITY)
+            }
+            _ => self.sums,
+        };
+        if self.step > 0.0 { [sums.force / self.step, sums.torque / self.step] } else { [0.0; 2] }
+    }
+
+    /// ∫ b q̇² dt since the start [J].
+    fn damping_loss(&self) -> f64 {
+        let Some(run) = &self.run else { return 0.0 };
+        self.now.tally.damping_loss + run.panel.damping_loss(&self.bodies, run.theta(self.now.time))
     }
 
     /// Takes up a jump of the inputs: masses keep place and velocity, but a mass on a flank follows it and takes up
@@ -170,9 +200,9 @@ impl BacklashDrive {
     ) -> (Mode, State, usize) {
         let place = (Double::from(time), flank.segment(Double::from(time)));
         let u = flank.at(place.1, place.0);
-        let jump = [u.0[0] - end.u.0[0], u.0[1] - end.u.0[1]];
+        let jump = [u.0[0] - end.point.u[0], u.0[1] - end.point.u[1]];
         let resolution = bodies.resolution(flank, place.0);
-        let mut state = end.state;
+        let mut state = end.point.state;
         match end.mode {
             Mode::Contact(contact) => {
                 state.q = [state.q[0] - jump[0], state.q[1] - jump[1]];
@@ -187,7 +217,7 @@ impl BacklashDrive {
             Mode::Free => {
                 state.zeta = [state.zeta[0] - jump[0], state.zeta[1] - jump[1]];
                 // What the differences above round to.
-                let rounding = [0, 1].map(|n| 8.0 * f64::EPSILON * (u.0[n].abs() + end.u.0[n].abs()));
+                let rounding = [0, 1].map(|n| 8.0 * f64::EPSILON * (u.0[n].abs() + end.point.u[n].abs()));
                 for contact in [Flank::A, Flank::B] {
                     let sign = contact.sign();
                     let beyond = bodies.place(contact) - state.home - state.zeta[0];
@@ -206,7 +236,7 @@ impl BacklashDrive {
                     if sign * state.zeta[1] > 0.0 {
                         return (Mode::Free, state, 1);
                     }
-                    let (mode, zeros) = run.strike(bodies, flank, contact, &mut state, place, log);
+                    let (mode, zeros) = run.strike_at_jump(bodies, flank, contact, &mut state, place, log);
                     return (mode, state, zeros);
                 }
                 (Mode::Free, state, 0)
@@ -222,8 +252,7 @@ impl Drive for BacklashDrive {
 
     fn new(scene: Scene) -> Result<Self, Fault> {
         let Scene { m1, m2, c, b, s, e, cam, drive, start, solver } = scene;
-        let state = State::default();
-        let now = Now { time: 0.0, mode: Mode::Free, state, u: Kinematics::default(), tally: Tally::default() };
+        let now = Now { time: 0.0, mode: Mode::Free, point: Point::default(), tally: Tally::default() };
         let drive = BacklashDrive {
             motion: AngleMotion::uniform(0.0, 0.0, 0.0),
             cam: CamDrive::new(cam, drive),
@@ -239,7 +268,8 @@ impl Drive for BacklashDrive {
             run: None,
             end: now,
             now,
-            mean: [0.0; 2],
+            step: 0.0,
+            sums: Sums::default(),
             log: EventLog::default(),
         };
         drive.validate()?;
@@ -270,7 +300,7 @@ impl Drive for BacklashDrive {
         self.validate()?;
         self.solver.start();
         self.log.clear();
-        self.mean = [0.0; 2];
+        (self.step, self.sums) = (0.0, Sums::default());
         self.bodies = Bodies::new(self.m1, self.m2, self.c, self.b, self.s, self.e);
         self.cam.start(time);
         self.motion = self.cam.motion(time);
@@ -283,41 +313,50 @@ impl Drive for BacklashDrive {
     }
 
     fn apply(&mut self, time: f64) -> Result<(), Fault> {
-        if let (true, Some(mut run)) = (self.cam.is_input(), self.run) {
-            self.motion = self.cam.motion(time);
-            let flank = CamFlank { law: &self.cam.law, motion: &self.motion };
-            // What happens is logged when the step is taken.
-            let mut unheard = EventLog::default();
-            let (mode, state, _) = Self::take_up((&self.bodies, &flank), &self.end, &mut run, time, &mut unheard);
-            let u = flank.at(flank.segment(Double::from(time)), Double::from(time));
-            self.now = Now { time, mode, state, u, tally: run.tally };
+        if !self.cam.is_input() {
+            return Ok(());
         }
+        let Some(mut run) = self.run.as_deref().copied() else { return Ok(()) };
+        self.motion = self.cam.motion(time);
+        let flank = CamFlank { law: &self.cam.law, motion: &self.motion };
+        // What happens is logged when the step is taken.
+        let mut unheard = EventLog::default();
+        let (mode, state, _) = Self::take_up((&self.bodies, &flank), &self.end, &mut run, time, &mut unheard);
+        let u = flank.at(flank.segment(Double::from(time)), Double::from(time)).0;
+        self.now = Now { time, mode, point: Point { state, u: [u[0], u[1], u[2]] }, tally: run.tally };
         Ok(())
     }
 
     fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
-        let Some(mut run) = self.run else { return Err(Fault::new("the drive has not been started")) };
-        run.sums = Default::default();
         let horizon = self.horizon(step);
-        if self.cam.is_input() {
+        let input = self.cam.is_input();
+        if input {
             self.motion = self.cam.motion(time);
-            let flank = CamFlank { law: &self.cam.law, motion: &self.motion };
-            let from = Self::take_up((&self.bodies, &flank), &self.end, &mut run, time, &mut self.log);
+        }
+        let flank = CamFlank { law: &self.cam.law, motion: &self.motion };
+        let Some(run) = self.run.as_deref_mut() else { return Err(Fault::new("the drive has not been started")) };
+        if input {
+            run.begin_step();
+            let from = Self::take_up((&self.bodies, &flank), &self.end, run, time, &mut self.log);
             let place = (Double::from(time), flank.segment(Double::from(time)));
             run.restart(&self.bodies, &flank, place, from, horizon);
         }
-        self.go(&mut run, time + step, horizon)?;
-        self.mean = [run.sums.force / step, run.sums.torque / step];
-        self.end = self.now;
-        let finite = self.now.state.q.iter().chain(&self.now.state.zeta).chain(&self.mean).all(|v| v.is_finite());
-        if !finite {
-            return Err(Fault(format!("the motion leaves the range of numbers before t = {} s", time + step)));
+        run.begin_here(time);
+        let end = time + step;
+        let point = run.advance(&self.bodies, &flank, &mut Stretch { end, horizon, log: &mut self.log })?;
+        if !point.is_finite() {
+            return Err(Fault(format!("the motion leaves the range of numbers before t = {end} s")));
         }
-        self.run = Some(run);
-        self.solver.steps = run.tally.steps;
-        self.solver.evaluations = run.tally.panels;
-        // Each panel and each step of the search adds a rounding error.
-        self.solver.error_estimate = f64::EPSILON * (run.tally.steps + run.tally.panels).sqrt();
+        self.now = Now { time: end, mode: run.panel.mode, point, tally: run.tally };
+        self.step = step;
+        if input {
+            self.sums = run.sums(&self.bodies, &flank, end, horizon);
+            self.end = self.now;
+        }
+        self.solver.steps = run.tally.panels;
+        self.solver.evaluations = run.tally.panels * run.terms() as f64;
+        // Each panel adds a rounding error.
+        self.solver.error_estimate = f64::EPSILON * run.tally.panels.sqrt();
         self.cam.step_done();
         Ok(())
     }
@@ -335,7 +374,7 @@ impl Drive for BacklashDrive {
     }
 
     fn is_finite(&self) -> bool {
-        let State { q: [q, q_dot], zeta: [zeta, zeta_dot], .. } = self.now.state;
+        let State { q: [q, q_dot], zeta: [zeta, zeta_dot], .. } = self.now.point.state;
         all_finite([q, q_dot, zeta, zeta_dot])
     }
 

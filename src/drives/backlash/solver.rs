@@ -5,13 +5,12 @@
 
 use super::contact::{Bodies, Flank, Mode, State};
 use super::flank::FlankMotion;
-use super::panel::{Found, Panel};
+use super::panel::{Found, Panel, Point, Rules};
 use crate::drives::{Event, EventLog, Fault};
 use crate::numerics::double_double::Double;
 use serde::{Deserialize, Serialize};
 
-/// Steps of the search, panels and quadratures in one communication step beyond which the drive gives up: some
-/// seconds of computing.
+/// Panels in one communication step beyond which the drive gives up: less than a second of computing.
 pub const MOST_WORK: f64 = 1e6;
 
 /// What is counted since the start.
@@ -23,10 +22,8 @@ pub struct Tally {
     pub impacts: f64,
     /// Energy lost in impacts [J].
     pub energy_loss: f64,
-    /// ∫ b q̇² dt [J].
+    /// ∫ b q̇² dt up to the current panel [J].
     pub damping_loss: f64,
-    /// Steps of the search.
-    pub steps: f64,
     /// Panels.
     pub panels: f64,
 }
@@ -40,22 +37,31 @@ pub struct Sums {
     pub torque: f64,
 }
 
-/// The motion up to the communication point and its continuation as far as the search has come.
+/// Where a panel begins; the panel follows from it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Origin {
+    place: (Double, usize),
+    from: (Mode, State, usize),
+    /// Its longest length [s].
+    longest: f64,
+}
+
+/// The motion up to the communication point and its continuation as far as the current panel.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Run {
     /// The current panel.
     pub panel: Panel,
-    found: Found,
-    /// The integrals are taken up to here, after the start of the panel [s].
-    integrated: f64,
+    /// Where it began.
+    origin: Origin,
+    /// Where the panel began in which the communication step started, and how far it had got [s].
+    begin: (Origin, f64),
     /// Counts since the start.
     pub tally: Tally,
-    /// Integrals over the communication step.
-    pub sums: Sums,
-    /// Steps of the search, panels and quadratures in the current stretch.
+    /// Impulses of jumping inputs at the start of the communication step.
+    pushed: Sums,
+    /// Panels in the current stretch.
     pub work: f64,
-    /// Whether m1 cannot leave the flank: without clearance the other one holds it.
-    locked: bool,
+    rules: Rules,
 }
 
 /// How far to go and what to note.
@@ -74,13 +80,20 @@ impl Run {
         bodies: &Bodies,
         flank: &impl FlankMotion,
         time: Double,
-        (mode, state, zeros): (Mode, State, usize),
-        horizon: f64,
+        from: (Mode, State, usize),
+        (longest, terms): (f64, usize),
     ) -> Self {
-        let segment = flank.segment(time);
-        let panel = Panel::new(bodies, flank, (time, segment), (mode, state, zeros), horizon);
-        let (tally, sums) = (Tally::default(), Sums::default());
-        Run { panel, found: Found::Nothing(0.0), integrated: 0.0, tally, sums, work: 0.0, locked: bodies.s == 0.0 }
+        let rules = Rules { terms, locked: bodies.s == 0.0 };
+        let origin = Origin { place: (time, flank.segment(time)), from, longest };
+        Run {
+            panel: origin.panel(bodies, flank, rules),
+            origin,
+            begin: (origin, 0.0),
+            tally: Tally::default(),
+            pushed: Sums::default(),
+            work: 0.0,
+            rules,
+        }
     }
 
     /// Continues in `mode` from `state` at `time`, counts kept.
@@ -90,38 +103,90 @@ impl Run {
         flank: &impl FlankMotion,
         place: (Double, usize),
         from: (Mode, State, usize),
-        horizon: f64,
+        longest: f64,
     ) {
-        self.panel = Panel::new(bodies, flank, place, from, horizon);
-        (self.found, self.integrated) = (Found::Nothing(0.0), 0.0);
+        self.origin = Origin { place, from, longest };
+        self.panel = self.origin.panel(bodies, flank, self.rules);
         self.tally.panels += 1.0;
         self.work += 1.0;
     }
 
-    /// Goes on to the end of the communication step and returns the state there.
+    /// A communication step begins; nothing has been pushed yet.
+    pub fn begin_step(&mut self) {
+        self.pushed = Sums::default();
+    }
+
+    /// The motion of a communication step begins at `time` [s] in the current panel.
+    pub fn begin_here(&mut self, time: f64) {
+        self.begin = (self.origin, self.theta(time));
+    }
+
+    /// The terms of a panel's series.
+    pub fn terms(&self) -> usize {
+        self.rules.terms
+    }
+
+    /// How far `time` is from the start of the panel [s].
+    pub fn theta(&self, time: f64) -> f64 {
+        (Double::from(time) - self.panel.start).hi.clamp(0.0, self.panel.length)
+    }
+
+    /// Goes on to the end of the communication step and returns the motion there.
     pub fn advance(
         &mut self,
         bodies: &Bodies,
         flank: &impl FlankMotion,
         stretch: &mut Stretch,
-    ) -> Result<State, Fault> {
+    ) -> Result<Point, Fault> {
         self.work = 0.0;
+        self.march(bodies, flank, stretch, None)?;
+        Ok(self.panel.at(bodies, self.theta(stretch.end)))
+    }
+
+    /// ∫ F_K dt + ΣP and ∫ U′ F_K dt + Σ U′P over the last communication step, which ends at `end` [s]. They are
+    /// computed when somebody asks: the step is taken once more, now with the integrals.
+    pub fn sums(&self, bodies: &Bodies, flank: &impl FlankMotion, end: f64, horizon: f64) -> Sums {
+        let (origin, theta) = self.begin;
+        let mut again = Run { panel: origin.panel(bodies, flank, self.rules), origin, work: 0.0, ..*self };
+        let mut log = EventLog::default();
+        let mut integral = Integral { from: theta, sums: self.pushed };
+        let mut stretch = Stretch { end, horizon, log: &mut log };
+        if again.march(bodies, flank, &mut stretch, Some(&mut integral)).is_ok() {
+            let theta = again.theta(end);
+            integral.add(bodies, flank, &again.panel, theta);
+        }
+        integral.sums
+    }
+
+    /// Passes panel after panel up to the one that holds the end of the stretch.
+    fn march(
+        &mut self,
+        bodies: &Bodies,
+        flank: &impl FlankMotion,
+        stretch: &mut Stretch,
+        mut integral: Option<&mut Integral>,
+    ) -> Result<(), Fault> {
         let mut events = 0.0;
         loop {
             let left = (Double::from(stretch.end) - self.panel.start).hi;
-            self.search(bodies, flank, left);
-            match self.found {
-                Found::Nothing(until) if until >= left => break,
-                Found::Nothing(_) => self.leave_panel(bodies, flank, stretch),
-                Found::Release(at) | Found::Impact(_, at) if at > left => break,
-                Found::Release(at) => {
-                    events += 1.0;
-                    self.release(bodies, flank, at, stretch);
-                }
-                Found::Impact(hit, at) => {
-                    events += 1.0;
-                    self.impact(bodies, flank, hit, at, stretch);
-                }
+            let limit = self.panel.limit();
+            if limit > left || (limit == left && self.panel.event.is_none()) {
+                return Ok(());
+            }
+            if let Some(integral) = &mut integral {
+                integral.add(bodies, flank, &self.panel, limit);
+            }
+            self.tally.damping_loss += self.panel.damping_loss(bodies, limit);
+            events += if self.panel.event.is_some() { 1.0 } else { 0.0 };
+            let sums = match self.panel.event {
+                None => self.leave_panel(bodies, flank, stretch),
+                Some((Found::Release, at)) => self.release(bodies, flank, at, stretch),
+                Some((Found::Impact(hit), at)) => self.impact(bodies, flank, hit, at, stretch),
+            };
+            if let Some(integral) = &mut integral {
+                integral.sums.force += sums.force;
+                integral.sums.torque += sums.torque;
+                integral.from = 0.0;
             }
             if self.work > MOST_WORK {
                 return Err(Fault(format!(
@@ -136,44 +201,16 @@ impl Run {
                 )));
             }
         }
-        let theta = (Double::from(stretch.end) - self.panel.start).hi.clamp(0.0, self.panel.length);
-        self.integrate(bodies, flank, theta);
-        Ok(self.panel.at(bodies, flank, theta))
     }
 
-    /// Searches the panel until an event is found or the search is past `left` or the end of the panel.
-    fn search(&mut self, bodies: &Bodies, flank: &impl FlankMotion, left: f64) {
-        while let Found::Nothing(until) = self.found {
-            if self.locked {
-                self.found = Found::Nothing(self.panel.length);
-                return;
-            }
-            if until > left || until >= self.panel.length {
-                return;
-            }
-            self.found = self.panel.search(bodies, flank, until);
-            self.tally.steps += 1.0;
-            self.work += 1.0;
-        }
-    }
-
-    /// Takes the integrals up to `theta` after the start of the panel.
-    fn integrate(&mut self, bodies: &Bodies, flank: &impl FlankMotion, theta: f64) {
-        let ([force, torque, damping], work) = self.panel.integrals(bodies, flank, self.integrated, theta);
-        self.work += work;
-        self.sums.force += force;
-        self.sums.torque += torque;
-        self.tally.damping_loss += damping;
-        self.integrated = self.integrated.max(theta);
-    }
-
-    fn leave_panel(&mut self, bodies: &Bodies, flank: &impl FlankMotion, stretch: &mut Stretch) {
-        let panel = self.panel;
-        self.integrate(bodies, flank, panel.length);
-        let state = panel.at(bodies, flank, panel.length);
-        let (mut mode, mut zeros) = (panel.mode, 0);
-        let place = (panel.instant(panel.length), panel.next_segment);
-        if let (Mode::Contact(contact), false) = (mode, panel.segment == panel.next_segment || self.locked) {
+    fn leave_panel(&mut self, bodies: &Bodies, flank: &impl FlankMotion, stretch: &mut Stretch) -> Sums {
+        let (start, length, from) = (self.panel.start, self.panel.length, self.panel.mode);
+        let state = self.panel.at(bodies, length).state;
+        let (mut mode, mut zeros) = (from, 0);
+        let place = (start + Double::from(length), self.panel.next_segment);
+        if let (Mode::Contact(contact), false) =
+            (mode, self.panel.segment == self.panel.next_segment || self.rules.locked)
+        {
             // At a breakpoint of the law ü may jump, and F_K with it.
             let u = flank.at(place.1, place.0);
             (mode, zeros) = bodies.settle(contact, state.q, &u, bodies.resolution(flank, place.0));
@@ -181,42 +218,60 @@ impl Run {
                 stretch.log.push(release(contact, place.0, ("force", bodies.force(state.q, &u)[0], "N")));
             }
         }
-        self.restart(
-            bodies,
-            flank,
-            place,
-            (mode, in_place(bodies, panel.mode, state), zeros),
-            stretch.horizon_from(place.0),
-        );
+        self.restart(bodies, flank, place, (mode, in_place(bodies, from, state), zeros), stretch.horizon_from(place.0));
+        Sums::default()
     }
 
-    fn release(&mut self, bodies: &Bodies, flank: &impl FlankMotion, at: f64, stretch: &mut Stretch) {
-        let Mode::Contact(contact) = self.panel.mode else { return };
-        self.integrate(bodies, flank, at);
-        let state = in_place(bodies, self.panel.mode, self.panel.at(bodies, flank, at));
+    fn release(&mut self, bodies: &Bodies, flank: &impl FlankMotion, at: f64, stretch: &mut Stretch) -> Sums {
+        let Mode::Contact(contact) = self.panel.mode else { return Sums::default() };
+        let state = in_place(bodies, self.panel.mode, self.panel.at(bodies, at).state);
         let place = (self.panel.instant(at), self.panel.segment);
         let rate = bodies.force(state.q, &flank.at(place.1, place.0))[1];
         stretch.log.push(release(contact, place.0, ("der(force)", rate, "N/s")));
         self.restart(bodies, flank, place, (Mode::Free, state, 3), stretch.horizon_from(place.0));
+        Sums::default()
     }
 
-    fn impact(&mut self, bodies: &Bodies, flank: &impl FlankMotion, hit: Flank, at: f64, stretch: &mut Stretch) {
-        self.integrate(bodies, flank, at);
-        let mut state = self.panel.at(bodies, flank, at);
+    fn impact(
+        &mut self,
+        bodies: &Bodies,
+        flank: &impl FlankMotion,
+        hit: Flank,
+        at: f64,
+        stretch: &mut Stretch,
+    ) -> Sums {
+        let mut state = self.panel.at(bodies, at).state;
         let place = (self.panel.instant(at), self.panel.segment);
-        let (mode, zeros) = self.strike(bodies, flank, hit, &mut state, place, stretch.log);
+        let ((mode, zeros), sums) = self.strike(bodies, flank, hit, &mut state, place, stretch.log);
         self.restart(bodies, flank, place, (mode, state, zeros), stretch.horizon_from(place.0));
+        sums
     }
 
     /// Counts the impulse with which m1 follows a flank whose motion jumps; `slope` = U′.
     pub fn push(&mut self, impulse: f64, slope: f64) {
         self.tally.impulse += impulse;
-        self.sums.force += impulse;
-        self.sums.torque += slope * impulse;
+        self.pushed.force += impulse;
+        self.pushed.torque += slope * impulse;
     }
 
-    /// The impact on `hit` of a mass in `state`: counts it and returns what follows.
-    pub fn strike(
+    /// The impact with which a jump of the inputs ends, counted as its impulse.
+    pub fn strike_at_jump(
+        &mut self,
+        bodies: &Bodies,
+        flank: &impl FlankMotion,
+        hit: Flank,
+        state: &mut State,
+        place: (Double, usize),
+        log: &mut EventLog,
+    ) -> (Mode, usize) {
+        let (after, sums) = self.strike(bodies, flank, hit, state, place, log);
+        self.pushed.force += sums.force;
+        self.pushed.torque += sums.torque;
+        after
+    }
+
+    /// The impact on `hit` of a mass in `state`: counts it and returns what follows, with the impulses.
+    fn strike(
         &mut self,
         bodies: &Bodies,
         flank: &impl FlankMotion,
@@ -224,16 +279,14 @@ impl Run {
         state: &mut State,
         (time, segment): (Double, usize),
         log: &mut EventLog,
-    ) -> (Mode, usize) {
+    ) -> ((Mode, usize), Sums) {
         let u = flank.at(segment, time);
-        let rate = flank.rate(segment, time, 0.0) + bodies.relative.rates().1.max(bodies.bound.rates().1);
+        let rate = flank.rate(segment, time, 0.0);
         let impact = bodies.impact(hit, state, &u, rate, bodies.resolution(flank, time));
-        let slope = flank.slope(segment, time);
         self.tally.impulse += impact.impulse;
         self.tally.impacts += 1.0;
         self.tally.energy_loss += impact.loss;
-        self.sums.force += impact.impulse - impact.counted_force;
-        self.sums.torque += slope * (impact.impulse - impact.counted_force);
+        self.tally.damping_loss += impact.damped;
         let kind = match hit {
             Flank::A => "impact on flank A",
             Flank::B => "impact on flank B",
@@ -253,7 +306,29 @@ impl Run {
             // Without a rebound m1 rests on the flank for no time at all: the force there would pull.
             log.push(release(hit, time, ("force", bodies.force(state.q, &u)[0], "N")));
         }
-        (impact.after, impact.zeros)
+        let impulse = impact.impulse - impact.counted_force;
+        ((impact.after, impact.zeros), Sums { force: impulse, torque: flank.slope(segment, time) * impulse })
+    }
+}
+
+/// The integrals over a communication step, taken panel by panel.
+struct Integral {
+    /// Where they begin in the current panel [s].
+    from: f64,
+    sums: Sums,
+}
+
+impl Integral {
+    fn add(&mut self, bodies: &Bodies, flank: &impl FlankMotion, panel: &Panel, to: f64) {
+        let [force, torque] = panel.integrals(bodies, flank, self.from, to);
+        self.sums.force += force;
+        self.sums.torque += torque;
+    }
+}
+
+impl Origin {
+    fn panel(&self, bodies: &Bodies, flank: &impl FlankMotion, rules: Rules) -> Panel {
+        Panel::new(bodies, flank, self.place, self.from, self.longest, rules)
     }
 }
 

@@ -2,8 +2,9 @@
 
 use super::contact::{Bodies, Mode, State};
 use super::flank::FlankMotion;
-use super::solver::{MOST_WORK, Run, Stretch, Tally};
-use super::{BacklashDrive, CamFlank, Now};
+use super::panel::{Point, Rules};
+use super::solver::{MOST_WORK, Run, Stretch};
+use super::{BacklashDrive, CamFlank};
 use crate::drives::cam_drive::DriveMode;
 use crate::drives::{EventLog, Fault};
 use crate::numerics::double_double::Double;
@@ -38,12 +39,7 @@ impl BacklashDrive {
         // With clearance the periodic motion does not hang on this first guess.
         self.begin(time, contact.unwrap_or_default());
         let (mode, state) = self.orbit(time, period)?;
-        let flank = CamFlank { law: &self.cam.law, motion: &self.motion };
-        let place = Double::from(time);
-        let u = flank.at(flank.segment(place), place);
-        self.now = Now { time, mode, state, u, tally: Tally::default() };
-        self.end = self.now;
-        self.run = Some(Run::new(&self.bodies, &flank, place, (mode, state, 0), f64::INFINITY));
+        self.lay(time, (mode, state, 0));
         Ok(())
     }
 
@@ -54,10 +50,11 @@ impl BacklashDrive {
         let flank = CamFlank { law: &self.cam.law, motion: &self.motion };
         let place = Double::from(time);
         let contact = (Mode::Contact(super::Flank::A), State::default(), 0);
-        let mut run = Run::new(&locked, &flank, place, contact, f64::INFINITY);
+        let limits = (f64::INFINITY, Rules::terms_for(self.tolerance()));
+        let mut run = Run::new(&locked, &flank, place, contact, limits);
         let mut log = EventLog::default();
         let mut stretch = Stretch { end: time + period, horizon: f64::INFINITY, log: &mut log };
-        let response = run.advance(&locked, &flank, &mut stretch)?.q;
+        let response = run.advance(&locked, &flank, &mut stretch)?.state.q;
         let m = locked.bound.free(Double::from(time + period) + Double::from(-time));
         let [[a, b], [c, d]] = [[1.0 - m[0][0], -m[0][1]], [-m[1][0], 1.0 - m[1][1]]];
         let determinant = a * d - b * c;
@@ -76,15 +73,18 @@ impl BacklashDrive {
 
     /// The mode and state that repeat after one period.
     fn orbit(&mut self, time: f64, period: f64) -> Result<(Mode, State), Fault> {
-        let Some(mut run) = self.run else { return Err(Fault::new("the drive has not been started")) };
-        let mut last = (self.now.mode, self.now.state);
+        let Some(mut run) = self.run.take() else { return Err(Fault::new("the drive has not been started")) };
+        let mut last = (self.now.mode, self.now.point.state);
         let mut work = 0.0;
         let mut turns = 0;
         while turns < MOST_TURNS && work < MOST_WORK {
             turns += 1;
-            self.go(&mut run, time + turns as f64 * period, f64::INFINITY)?;
+            let end = time + turns as f64 * period;
+            let flank = CamFlank { law: &self.cam.law, motion: &self.motion };
+            let mut stretch = Stretch { end, horizon: f64::INFINITY, log: &mut self.log };
+            let Point { state, .. } = run.advance(&self.bodies, &flank, &mut stretch)?;
             work += run.work;
-            let next = (self.now.mode, self.now.state);
+            let next = (run.panel.mode, state);
             if next.0 == last.0 && self.distance(&next.1, &last.1) <= REPEATS {
                 self.log.clear();
                 return Ok(next);

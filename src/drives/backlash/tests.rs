@@ -2,6 +2,7 @@
 
 use super::contact::{Bodies, Flank, Mode, State};
 use super::flank::FlankMotion;
+use super::panel::MOST_TERMS;
 use super::solver::{Run, Stretch};
 use super::{BacklashDrive, Scene};
 use crate::drives::cam_drive::{DriveMode, Start, StartMode};
@@ -27,8 +28,19 @@ impl FlankMotion for CubicFlank {
     fn slope(&self, segment: usize, time: Double) -> f64 {
         self.at(segment, time).0[1]
     }
-    fn fourth(&self, _: usize, _: Double, _: f64) -> f64 {
-        0.0
+    fn expand(&self, segment: usize, time: Double, span: f64, coefficients: &mut [f64]) {
+        coefficients.fill(0.0);
+        let mut factor = 1.0;
+        for (n, (c, u)) in coefficients.iter_mut().zip(self.at(segment, time).0).enumerate() {
+            *c = u * factor;
+            factor *= span / (n + 1) as f64;
+        }
+    }
+    fn is_uniform(&self) -> bool {
+        true
+    }
+    fn speed(&self) -> f64 {
+        1.0
     }
     fn acceleration(&self, time: Double) -> f64 {
         self.start.abs() + self.jerk.abs() * time.hi.abs().max(1.0)
@@ -44,18 +56,18 @@ impl FlankMotion for CubicFlank {
     }
 }
 
-/// A passage of the cubic model with ω = 1 and m2 = 1, from the release at t = 0 with q₂ = 0, q̇₂ = −U⃛ (9).
-fn pass(mu: f64, k: f64, flank: Flank) -> (Run, Bodies, CubicFlank, Vec<Event>) {
+/// A passage of the cubic model with ω = 1 and m2 = 1, from the release at t = 0 with q₂ = 0, q̇₂ = −U⃛ (9), to `end`.
+fn pass(mu: f64, k: f64, flank: Flank, end: f64) -> (Run, State, Bodies, Vec<Event>) {
     // K = |s| ω³/|U⃛|; on flank A the release has U⃛ < 0.
     let jerk = -flank.sign();
     let bodies = Bodies::new(mu, 1.0, 1.0, 0.0, k, 0.0);
     let motion = CubicFlank { speed: 0.3, start: 0.0, jerk };
     let state = State { q: [0.0, -jerk], home: bodies.place(flank), zeta: [0.0; 2] };
-    let mut run = Run::new(&bodies, &motion, Double::from(0.0), (Mode::Free, state, 3), f64::INFINITY);
+    let mut run = Run::new(&bodies, &motion, Double::from(0.0), (Mode::Free, state, 3), (f64::INFINITY, MOST_TERMS));
     let mut log = EventLog::default();
-    run.advance(&bodies, &motion, &mut Stretch { end: 7.0 + k.cbrt() * 2.0, horizon: f64::INFINITY, log: &mut log })
-        .unwrap();
-    (run, bodies, motion, log.iter().copied().collect())
+    let mut stretch = Stretch { end, horizon: f64::INFINITY, log: &mut log };
+    let point = run.advance(&bodies, &motion, &mut stretch).unwrap();
+    (run, point.state, bodies, log.iter().copied().collect())
 }
 
 #[test]
@@ -64,7 +76,7 @@ fn the_passage_of_the_cubic_model() {
         for k in [0.01, 0.3, 1.0, 3.4, 15.0, 106.0, 1060.0] {
             for flank in [Flank::A, Flank::B] {
                 let exact = Passage::new(mu, k);
-                let (run, bodies, _, events) = pass(mu, k, flank);
+                let (run, _, bodies, events) = pass(mu, k, flank, 7.0 + k.cbrt() * 2.0);
                 let first = events[0];
                 // (15) the time of passage, (18) the impulse −σ m1 |U⃛|/ω² Z.
                 assert!((first.time - exact.tau1).abs() < 2e-14 * exact.tau1.max(1.0), "{mu} {k}: {first:?} {exact:?}");
@@ -93,14 +105,17 @@ fn the_passage_of_the_cubic_model() {
 fn the_contact_after_the_passage_of_the_cubic_model() {
     for (mu, k) in [(0.3, 2.0), (1.0, 15.0), (3.0, 106.0)] {
         let exact = Passage::new(mu, k);
-        let (run, bodies, motion, events) = pass(mu, k, Flank::A);
+        let (.., events) = pass(mu, k, Flank::A, 7.0 + k.cbrt() * 2.0);
+        let impact = events[0].time;
+        let (run, ..) = pass(mu, k, Flank::A, impact * (1.0 + 1e-15));
         assert_eq!(run.panel.mode, Mode::Contact(Flank::B));
         // (20) at the impact, which lowers ẋ1 by Z.
         let [q, q_dot] = exact.spring();
         let begin = run.panel.state.q;
         assert!((begin[0] - q).abs() < 1e-13 && (begin[1] - q_dot - exact.jump()).abs() < 1e-13 * exact.jump());
-        let state = run.panel.at(&bodies, &motion, 1.0);
-        let time = run.panel.instant(1.0);
+        let (_, state, bodies, _) = pass(mu, k, Flank::A, impact + 1.0);
+        let time = Double::from(impact + 1.0);
+        let motion = CubicFlank { speed: 0.3, start: 0.0, jerk: -1.0 };
         let tau = time.hi - events[0].time;
         // (21) and (25), (26) with c = ω = 1, s = K.
         assert!((state.q[0] / k - exact.elongation(tau)).abs() < 1e-13);
@@ -140,23 +155,19 @@ fn started(scene: Scene) -> BacklashDrive {
 }
 
 fn energy(d: &BacklashDrive) -> f64 {
-    let (x, v) = (d.now.u.0[1] + d.now.state.zeta[1], d.now.state.q);
+    let (x, v) = (d.now.point.u[1] + d.now.point.state.zeta[1], d.now.point.state.q);
     0.5 * d.m1 * x * x + 0.5 * d.m2 * (x + v[1]).powi(2) + 0.5 * d.c * v[0] * v[0]
 }
 
 fn momentum(d: &BacklashDrive) -> f64 {
-    let x = d.now.u.0[1] + d.now.state.zeta[1];
-    d.m1 * x + d.m2 * (x + d.now.state.q[1])
+    let x = d.now.point.u[1] + d.now.point.state.zeta[1];
+    d.m1 * x + d.m2 * (x + d.now.point.state.q[1])
 }
 
 #[test]
 fn momentum_and_energy_balance_over_many_turns() {
     for e in [0.0, 0.5, 0.9, 1.0] {
-        for b in [0.0, 60.0, 1e6] {
-            // Without loss in the impact a strong damper brings m1 back in ever shorter bounces without end.
-            if b > 60.0 && e > 0.5 {
-                continue;
-            }
+        for b in [0.0, 60.0, 1e6, 1e9] {
             let w = 50.0;
             let mut drive = started(scene(w, 3e-4, b, e));
             let (p0, e0) = (momentum(&drive), energy(&drive));
@@ -165,16 +176,16 @@ fn momentum_and_energy_balance_over_many_turns() {
             let h = 1.3e-3;
             for step in 0..2000 {
                 drive.advance(f64::from(step) * h, h).unwrap();
-                impulse += drive.mean[0] * h;
+                impulse += drive.mean()[0] * h;
                 // U̇ = U′w.
-                work += drive.mean[1] * w * h;
+                work += drive.mean()[1] * w * h;
                 largest_momentum = largest_momentum.max(momentum(&drive).abs());
                 largest_energy = largest_energy.max(energy(&drive));
-                let z = drive.now.state.home + drive.now.state.zeta[0];
+                let z = drive.now.point.state.home + drive.now.point.state.zeta[0];
                 assert!((0.0..=drive.s).contains(&z), "z = {z}");
             }
             let momentum_error = (momentum(&drive) - p0 - impulse).abs() / largest_momentum;
-            let losses = drive.now.tally.energy_loss + drive.now.tally.damping_loss;
+            let losses = drive.now.tally.energy_loss + drive.damping_loss();
             let energy_error = (energy(&drive) - e0 - work + losses).abs() / largest_energy.max(losses);
             assert!(momentum_error < 1e-10, "e = {e}, b = {b}: momentum {momentum_error:e}");
             assert!(energy_error < 1e-10, "e = {e}, b = {b}: energy {energy_error:e}");

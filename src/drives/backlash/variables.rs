@@ -2,19 +2,75 @@
 
 use super::BacklashDrive;
 use super::contact::{Flank, Mode};
+use super::panel::Point;
 use crate::drives::cam_drive::HasCamDrive;
 use crate::drives::solver::HasSolver;
 use crate::drives::{List, Seed, unit, variable};
+use crate::motion::Kinematics;
 use crate::numerics::taylor::{Scalar, Series};
 
 /// x1, ẋ1, x2, ẋ2: they follow the parameters or inputs of the drive in the list.
 const STATES: [&str; 4] = ["x1", "der(x1)", "y", "der(y)"];
 
+/// What the outputs are computed from: numbers, or series.
+struct Known<S> {
+    /// u, u̇ and, in contact, ü.
+    u: [S; 3],
+    /// z and ż.
+    z: [S; 2],
+    /// q and q̇; never formed as differences.
+    q: [S; 2],
+}
+
+impl<S: Scalar> Known<S> {
+    /// x1 and ẋ1.
+    fn place(&self) -> [S; 2] {
+        [self.u[0] + self.z[0], self.u[1] + self.z[1]]
+    }
+
+    /// x2 and ẋ2.
+    fn far_place(&self) -> [S; 2] {
+        let [x, x_dot] = self.place();
+        [x + self.q[0], x_dot + self.q[1]]
+    }
+
+    /// c q + b q̇.
+    fn link(&self, d: &BacklashDrive) -> S {
+        self.q[0] * d.c + self.q[1] * d.b
+    }
+
+    /// F_K = m1 ü − c q − b q̇ in contact, 0 in flight.
+    fn force(&self, d: &BacklashDrive) -> S {
+        match d.now.mode {
+            Mode::Contact(_) => self.u[2] * d.m1 - self.link(d),
+            Mode::Free => S::from(0.0),
+        }
+    }
+
+    /// ẍ1 = ü in contact, (c q + b q̇)/m1 in flight.
+    fn acceleration(&self, d: &BacklashDrive) -> S {
+        match d.now.mode {
+            Mode::Contact(_) => self.u[2],
+            Mode::Free => self.link(d) * (1.0 / d.m1),
+        }
+    }
+}
+
 impl BacklashDrive {
-    /// The series of a constant state: 1 in the direction of the state `which`.
-    fn seed(&self, seed: Seed, which: usize) -> f64 {
-        let first = if self.cam.is_input() { 3 } else { 2 };
-        if seed == Seed::Known(first + which) { 1.0 } else { 0.0 }
+    /// The numbers.
+    fn values(&self) -> Known<f64> {
+        let Point { state, u } = self.now.point;
+        Known { u, z: [state.home + state.zeta[0], state.zeta[1]], q: state.q }
+    }
+
+    /// U′.
+    fn slope(&self) -> f64 {
+        let w = self.motion.coefficients[1];
+        if self.motion.is_uniform() && w != 0.0 {
+            self.now.point.u[1] / w
+        } else {
+            self.cam.at(&self.motion, self.now.time).1.0[1]
+        }
     }
 
     /// φ (order 0) or φ̇ (order 1) at constant speed.
@@ -26,105 +82,77 @@ impl BacklashDrive {
         }
     }
 
-    /// U′, u, u̇, ü.
-    fn flank_series(&self, seed: Seed) -> [Series; 4] {
-        let (shaft, u) = self.cam.at(&self.motion, self.now.time);
+    /// u and its time derivatives: the values that are shown, the others from the law.
+    fn flank_motion(&self) -> Kinematics {
+        let (shaft, law) = self.cam.at(&self.motion, self.now.time);
+        let mut u = law.along(&shaft.kinematics);
+        let shown = if self.now.mode == Mode::Free { 2 } else { 3 };
+        u.0[..shown].copy_from_slice(&self.now.point.u[..shown]);
+        u
+    }
+
+    /// U′ as a series.
+    fn slope_series(&self, seed: Seed) -> Series {
+        let (shaft, law) = self.cam.at(&self.motion, self.now.time);
         let [_, w, a, ..] = shaft.kinematics.0;
-        let [_, u1, u2, u3, _] = u.0;
-        let x = self.now.u.0;
-        let [slope, place, speed, acceleration] = match seed {
-            Seed::Time => {
-                return [
-                    Series::from_derivatives(u1, u2 * w, u3 * w * w + u2 * a),
-                    Series::from_derivatives(x[0], x[1], x[2]),
-                    Series::from_derivatives(x[1], x[2], x[3]),
-                    Series::from_derivatives(x[2], x[3], x[4]),
-                ];
+        let [_, _, u2, u3, _] = law.0;
+        match seed {
+            Seed::Time => Series::from_derivatives(self.slope(), u2 * w, u3 * w * w + u2 * a),
+            Seed::Known(0) if self.cam.is_input() => Series([self.slope(), u2, 0.0]),
+            Seed::Known(_) => Series::from(self.slope()),
+        }
+    }
+
+    /// The series.
+    fn series(&self, seed: Seed) -> Known<Series> {
+        let x = self.flank_motion();
+        match seed {
+            Seed::Time => self.time_series(&x),
+            Seed::Known(which) => self.partial_series(which, &x),
+        }
+    }
+
+    fn time_series(&self, x: &Kinematics) -> Known<Series> {
+        let Known { z: [z, z_dot], q: [q, q_dot], .. } = self.values();
+        let motion = |n: usize| Series::from_derivatives(x.0[n], x.0[n + 1], x.0[n + 2]);
+        let state = [q, q_dot];
+        let ([q2, q3, _], gap) = match self.now.mode {
+            Mode::Contact(_) => (self.bodies.bound_derivatives(state, x), [z_dot, 0.0, 0.0]),
+            Mode::Free => {
+                let [z2, z3] = self.bodies.gap_derivatives(state, x);
+                (self.bodies.free_derivatives(state), [z_dot, z2, z3])
             }
-            Seed::Known(0) if self.cam.is_input() => [u2, u1, u2 * w, u3 * w * w + u2 * a],
-            Seed::Known(1) if self.cam.is_input() => [0.0, 0.0, u1, 2.0 * u2 * w],
-            Seed::Known(2) if self.cam.is_input() => [0.0, 0.0, 0.0, u1],
-            Seed::Known(_) => [0.0; 4],
         };
-        [
-            Series([u1, slope, 0.0]),
-            Series([x[0], place, 0.0]),
-            Series([x[1], speed, 0.0]),
-            Series([x[2], acceleration, 0.0]),
-        ]
-    }
-
-    /// x1 and ẋ1: on a flank those of the flank, else states.
-    fn place_series(&self, seed: Seed) -> [Series; 2] {
-        let [_, u, u_dot, _] = self.flank_series(seed);
-        let state = &self.now.state;
-        let (z, z_dot) = (state.home + state.zeta[0], state.zeta[1]);
-        match (self.now.mode, seed) {
-            (Mode::Contact(_), _) => [u + Series::from(z), u_dot],
-            (Mode::Free, Seed::Time) => {
-                let [q2, _, _] = self.bodies.free_derivatives(state.q);
-                let acceleration = self.bodies.link(state.q[0], state.q[1]) / self.m1;
-                let jerk = self.bodies.link(state.q[1], q2) / self.m1;
-                let speed = u_dot.value() + z_dot;
-                [
-                    Series::from_derivatives(u.value() + z, speed, acceleration),
-                    Series::from_derivatives(speed, acceleration, jerk),
-                ]
-            }
-            (Mode::Free, _) => [
-                Series([u.value() + z, self.seed(seed, 0), 0.0]),
-                Series([u_dot.value() + z_dot, self.seed(seed, 1), 0.0]),
-            ],
+        Known {
+            u: [motion(0), motion(1), motion(2)],
+            z: [Series::from_derivatives(z, gap[0], gap[1]), Series::from_derivatives(gap[0], gap[1], gap[2])],
+            q: [Series::from_derivatives(q, q_dot, q2), Series::from_derivatives(q_dot, q2, q3)],
         }
     }
 
-    /// q and q̇ = x2 − x1 and ẋ2 − ẋ1; the values are never formed as differences.
-    fn spring_series(&self, seed: Seed) -> [Series; 2] {
-        let q = self.now.state.q;
-        if seed == Seed::Time {
-            let [q2, q3, _] = match self.now.mode {
-                Mode::Contact(_) => self.bodies.bound_derivatives(q, &self.now.u),
-                Mode::Free => self.bodies.free_derivatives(q),
-            };
-            return [Series::from_derivatives(q[0], q[1], q2), Series::from_derivatives(q[1], q2, q3)];
-        }
-        let [x, x_dot] = self.place_series(seed);
-        [Series([q[0], self.seed(seed, 2) - x.0[1], 0.0]), Series([q[1], self.seed(seed, 3) - x_dot.0[1], 0.0])]
-    }
-
-    /// c q + b q̇.
-    fn link_series(&self, seed: Seed) -> Series {
-        let [q, q_dot] = self.spring_series(seed);
-        q * self.c + q_dot * self.b
-    }
-
-    /// F_K = m1 ü − c q − b q̇ in contact, 0 in flight.
-    fn force_series(&self, seed: Seed) -> Series {
-        match self.now.mode {
-            Mode::Contact(_) => self.flank_series(seed)[3] * self.m1 - self.link_series(seed),
-            Mode::Free => Series::default(),
-        }
-    }
-
-    /// ẍ1 = ü in contact, (c q + b q̇)/m1 in flight.
-    fn acceleration_series(&self, seed: Seed) -> Series {
-        match self.now.mode {
-            Mode::Contact(_) => self.flank_series(seed)[3],
-            Mode::Free => self.link_series(seed) * (1.0 / self.m1),
-        }
-    }
-
-    /// z = x1 − U.
-    fn gap_series(&self, seed: Seed) -> Series {
-        let state = &self.now.state;
-        let z = state.home + state.zeta[0];
-        match (self.now.mode, seed) {
-            (Mode::Contact(_), _) => Series::from(z),
-            (Mode::Free, Seed::Time) => {
-                let [z2, _] = self.bodies.gap_derivatives(state.q, &self.now.u);
-                Series::from_derivatives(z, state.zeta[1], z2)
-            }
-            (Mode::Free, _) => Series([z, self.seed(seed, 0) - self.flank_series(seed)[1].0[1], 0.0]),
+    /// The partial derivatives with respect to the input or the state with the value reference `which`.
+    fn partial_series(&self, which: usize, x: &Kinematics) -> Known<Series> {
+        let (shaft, law) = self.cam.at(&self.motion, self.now.time);
+        let [_, w, a, ..] = shaft.kinematics.0;
+        let [_, u1, u2, u3, _] = law.0;
+        let rates = match which {
+            0 if self.cam.is_input() => [u1, u2 * w, u3 * w * w + u2 * a],
+            1 if self.cam.is_input() => [0.0, u1, 2.0 * u2 * w],
+            2 if self.cam.is_input() => [0.0, 0.0, u1],
+            _ => [0.0; 3],
+        };
+        let first = if self.cam.is_input() { 3 } else { 2 };
+        let seed = |state: usize| if which == first + state { 1.0 } else { 0.0 };
+        // On a flank x1 follows it; in flight it is a state.
+        let (place, speed) = match self.now.mode {
+            Mode::Contact(_) => (rates[0], rates[1]),
+            Mode::Free => (seed(0), seed(1)),
+        };
+        let Known { z: [z, z_dot], q: [q, q_dot], .. } = self.values();
+        Known {
+            u: std::array::from_fn(|n| Series([x.0[n], rates[n], 0.0])),
+            z: [Series([z, place - rates[0], 0.0]), Series([z_dot, speed - rates[1], 0.0])],
+            q: [Series([q, seed(2) - place, 0.0]), Series([q_dot, seed(3) - speed, 0.0])],
         }
     }
 
@@ -133,7 +161,7 @@ impl BacklashDrive {
         match self.now.mode {
             Mode::Free => 0.0,
             Mode::Contact(_) if self.s == 0.0 => {
-                if self.bodies.force(self.now.state.q, &self.now.u)[0] < 0.0 {
+                if self.values().force(self) < 0.0 {
                     -1.0
                 } else {
                     1.0
@@ -170,8 +198,8 @@ fn states(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
         "x1",
         "Displacement of m1",
         real(&unit::LENGTH),
-        |d, _| d.place_series(Seed::Time)[0].value(),
-        |d, s, _| d.place_series(s)[0],
+        |d, _| d.values().place()[0],
+        |d, s, _| d.series(s).place()[0],
     )
     .state()
     .depends(&known(drive, &["x1", "phi"]))
@@ -180,8 +208,8 @@ fn states(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
         "der(x1)",
         "Velocity of m1",
         real(&unit::VELOCITY),
-        |d, _| d.place_series(Seed::Time)[1].value(),
-        |d, s, _| d.place_series(s)[1],
+        |d, _| d.values().place()[1],
+        |d, s, _| d.series(s).place()[1],
     )
     .derivative_of("x1")
     .state()
@@ -191,8 +219,8 @@ fn states(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
         "y",
         "Displacement of m2, x2",
         real(&unit::LENGTH),
-        |d, _| (d.place_series(Seed::Time)[0] + d.spring_series(Seed::Time)[0]).value(),
-        |d, s, _| d.place_series(s)[0] + d.spring_series(s)[0],
+        |d, _| d.values().far_place()[0],
+        |d, s, _| d.series(s).far_place()[0],
     )
     .state()
     .depends(&["y"])
@@ -201,8 +229,8 @@ fn states(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
         "der(y)",
         "Velocity of m2",
         real(&unit::VELOCITY),
-        |d, _| (d.place_series(Seed::Time)[1] + d.spring_series(Seed::Time)[1]).value(),
-        |d, s, _| d.place_series(s)[1] + d.spring_series(s)[1],
+        |d, _| d.values().far_place()[1],
+        |d, s, _| d.series(s).far_place()[1],
     )
     .derivative_of("y")
     .state()
@@ -238,8 +266,8 @@ fn outputs(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
         "der(x1,2)",
         "Acceleration of m1",
         real(&unit::ACCELERATION),
-        |d, _| d.acceleration_series(Seed::Time).value(),
-        |d, s, _| d.acceleration_series(s),
+        |d, _| d.values().acceleration(d),
+        |d, s, _| d.series(s).acceleration(d),
     )
     .derivative_of(STATES[1])
     .depends(&dynamic)
@@ -248,8 +276,8 @@ fn outputs(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
         "der(y,2)",
         "Acceleration of m2",
         real(&unit::ACCELERATION),
-        |d, _| -d.link_series(Seed::Time).value() / d.m2,
-        |d, s, _| d.link_series(s) * (-1.0 / d.m2),
+        |d, _| d.values().link(d) * (-1.0 / d.m2),
+        |d, s, _| d.series(s).link(d) * (-1.0 / d.m2),
     )
     .derivative_of(STATES[3])
     .depends(&spring);
@@ -257,16 +285,16 @@ fn outputs(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
         "q",
         "Elongation of the spring, x2 - x1",
         real(&unit::LENGTH),
-        |d, _| d.now.state.q[0],
-        |d, s, _| d.spring_series(s)[0],
+        |d, _| d.now.point.state.q[0],
+        |d, s, _| d.series(s).q[0],
     )
     .depends(&known(drive, &["x1", "y", "phi"]));
     list.output(
         "der(q)",
         "Rate of elongation of the spring",
         real(&unit::VELOCITY),
-        |d, _| d.now.state.q[1],
-        |d, s, _| d.spring_series(s)[1],
+        |d, _| d.now.point.state.q[1],
+        |d, s, _| d.series(s).q[1],
     )
     .derivative_of("q")
     .depends(&known(drive, &["der(x1)", "der(y)", "phi", "w"]));
@@ -274,8 +302,8 @@ fn outputs(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
         "gap",
         "Distance of m1 from flank A, x1 - U, between 0 and s",
         real(&unit::LENGTH),
-        |d, _| d.gap_series(Seed::Time).value(),
-        |d, s, _| d.gap_series(s),
+        |d, _| d.values().z[0],
+        |d, s, _| d.series(s).z[0],
     )
     .depends(&known(drive, &["x1", "phi"]))
     .depends_initially(&inputs);
@@ -291,8 +319,8 @@ fn outputs(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
         "force",
         "Contact force F_K of the drive on m1, positive in +x",
         real(&unit::FORCE),
-        |d, _| d.force_series(Seed::Time).value(),
-        |d, s, _| d.force_series(s),
+        |d, _| d.values().force(d),
+        |d, s, _| d.series(s).force(d),
     )
     .depends(&pressed)
     .depends_initially(&inputs);
@@ -316,8 +344,8 @@ fn outputs(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
         "tau",
         "Torque of the contact force on the drive, U' force; positive loads the drive",
         real(&unit::TORQUE),
-        |d, _| (d.flank_series(Seed::Time)[0] * d.force_series(Seed::Time)).value(),
-        |d, s, _| d.flank_series(s)[0] * d.force_series(s),
+        |d, _| d.slope() * d.values().force(d),
+        |d, s, _| d.slope_series(s) * d.series(s).force(d),
     )
     .depends(&pressed)
     .depends_initially(&inputs);
@@ -325,13 +353,13 @@ fn outputs(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
         "force_mean",
         "Mean force of the drive on m1 over the last communication step, impulses included",
         real(&unit::FORCE),
-        |d, _| d.mean[0],
+        |d, _| d.mean()[0],
     );
     list.discrete_output(
         "tau_mean",
         "Mean torque on the drive over the last communication step, impulses included",
         real(&unit::TORQUE),
-        |d, _| d.mean[1],
+        |d, _| d.mean()[1],
     );
     list.discrete_output("impulse", "Sum of the impulses of the drive on m1", real(&unit::IMPULSE), |d, _| {
         d.now.tally.impulse
@@ -343,5 +371,5 @@ fn outputs(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
         .depends(&known(drive, &["x1", "der(x1)", "phi", "w", "a"]));
     list.discrete_output("energy_loss", "Energy lost in impacts", real(&unit::ENERGY), |d, _| d.now.tally.energy_loss)
         .depends(&known(drive, &["x1", "der(x1)", "phi", "w", "a"]));
-    list.local("damping_loss", "Energy dissipated by the damper", real(&unit::ENERGY), |d, _| d.now.tally.damping_loss);
+    list.local("damping_loss", "Energy dissipated by the damper", real(&unit::ENERGY), |d, _| d.damping_loss());
 }
