@@ -77,6 +77,8 @@ pub struct ElasticShaft {
     solver: Solver,
     /// The parameters (m, c, b) with which the last internal step was made; they are tunable.
     used: [f64; 3],
+    /// Whether they have been changed since.
+    tuned: bool,
     /// φ(t) through the communication point.
     motion: AngleMotion,
     integrator: Collocation<2>,
@@ -140,7 +142,7 @@ impl ElasticShaft {
     /// Lets the integrator go on from the twist at the communication point.
     fn restart_integrator(&mut self) {
         let (time, y) = (Double::from(self.time), self.twist);
-        self.used = [self.m, self.c, self.b];
+        (self.used, self.tuned) = ([self.m, self.c, self.b], false);
         self.with_twist(|twist, integrator| {
             integrator.restart(time, y);
             twist.locate(time, &y);
@@ -155,19 +157,44 @@ impl ElasticShaft {
         PeriodMap::new(&turn, self.solver.effective_tolerance()).map(Arc::new)
     }
 
-    /// Goes to `target` through the table; false where there is none for the present parameters.
-    fn follow_table(&mut self, target: f64) -> Result<bool, Fault> {
-        let (Some(course), Some(table)) = (&mut self.course, &self.table) else { return Ok(false) };
-        if self.used != [self.m, self.c, self.b] {
+    /// A step that leaves the present cell of the table, or goes without one.
+    #[cold]
+    #[inline(never)]
+    fn advance_further(&mut self, time: f64, target: f64) -> Result<(), Fault> {
+        if self.tuned {
             // Tabulating anew would allocate within a step, and who tunes once may tune again.
             self.course = None;
-            return Ok(false);
         }
+        let (Some(course), Some(table)) = (&mut self.course, &self.table) else { return self.integrate(time, target) };
         course.reach(table, target).map_err(|fault| solver::unbounded(fault.time, self.linear))?;
-        self.twist = course.at(target);
-        self.time = target;
+        (self.twist, self.time) = (course.at(target), target);
         self.solver.steps = course.steps as f64;
-        Ok(true)
+        Ok(())
+    }
+
+    /// A step with the integrator.
+    fn integrate(&mut self, time: f64, target: f64) -> Result<(), Fault> {
+        self.apply(time)?;
+        let tolerance = self.solver.effective_tolerance();
+        if self.cam.is_input() {
+            // The motion is known up to the end of the communication step only.
+            self.restart_integrator();
+            self.with_twist(|twist, integrator| twist.reach(integrator, Double::from(target), tolerance))?;
+        } else {
+            if self.tuned {
+                self.restart_integrator();
+            }
+            self.with_twist(|twist, integrator| twist.pass(integrator, target, tolerance))?;
+        }
+        self.time = target;
+        self.twist = self.integrator.at(Double::from(target));
+        self.remember();
+        self.cam.step_done();
+        let statistics = self.integrator.statistics;
+        self.solver.steps = statistics.steps as f64;
+        self.solver.evaluations = statistics.evaluations as f64;
+        self.solver.error_estimate = self.solver.error_estimate.max(RESERVE[1] * statistics.state_error);
+        Ok(())
     }
 
     /// φ, ω, q, q̇ at the communication point on the present motion.
@@ -211,6 +238,7 @@ impl Drive for ElasticShaft {
             start,
             solver: Solver::new(solver),
             used: [m, c, b],
+            tuned: false,
             motion,
             integrator: Collocation::new(Double::default(), [0.0; 2]),
             table: None,
@@ -268,6 +296,7 @@ impl Drive for ElasticShaft {
     fn apply(&mut self, time: f64) -> Result<(), Fault> {
         self.validate()?;
         self.time = time;
+        self.tuned = self.used != [self.m, self.c, self.b];
         if self.cam.is_input() {
             self.motion = self.cam.motion(time);
             let [_, w, ..] = self.motion.coefficients;
@@ -280,30 +309,15 @@ impl Drive for ElasticShaft {
 
     fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
         let target = time + step;
-        if self.follow_table(target)? {
+        // Most steps end in the cell of the table where they start.
+        if let Some(course) = &self.course
+            && let Some(twist) = course.within(target)
+            && !self.tuned
+        {
+            (self.twist, self.time) = (twist, target);
             return Ok(());
         }
-        self.apply(time)?;
-        let tolerance = self.solver.effective_tolerance();
-        if self.cam.is_input() {
-            // The motion is known up to the end of the communication step only.
-            self.restart_integrator();
-            self.with_twist(|twist, integrator| twist.reach(integrator, Double::from(target), tolerance))?;
-        } else {
-            if self.used != [self.m, self.c, self.b] {
-                self.restart_integrator();
-            }
-            self.with_twist(|twist, integrator| twist.pass(integrator, target, tolerance))?;
-        }
-        self.time = target;
-        self.twist = self.integrator.at(Double::from(target));
-        self.remember();
-        self.cam.step_done();
-        let statistics = self.integrator.statistics;
-        self.solver.steps = statistics.steps as f64;
-        self.solver.evaluations = statistics.evaluations as f64;
-        self.solver.error_estimate = self.solver.error_estimate.max(RESERVE[1] * statistics.state_error);
-        Ok(())
+        self.advance_further(time, target)
     }
 
     fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64) {

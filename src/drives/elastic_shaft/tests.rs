@@ -501,6 +501,7 @@ fn a_tuned_linear_shaft_goes_on_with_its_new_parameters() {
     run(&mut drive, 1.0, 10);
     assert!(drive.course.is_some());
     (drive.c, drive.b) = (3e4, 5.0);
+    drive.apply(1.0).unwrap();
     let mut fresh = manipulator(profile(), true, DriveMode::Constant { w: 4.84, phi_start: 0.3 + 4.84 });
     (fresh.c, fresh.b) = (3e4, 5.0);
     fresh.start = Start { mode: StartMode::Given, q: drive.twist[0], q_dot: drive.twist[1] };

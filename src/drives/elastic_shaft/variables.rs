@@ -98,7 +98,7 @@ fn declare_outputs(drive: &ElasticShaft, list: &mut List<ElasticShaft>) {
         let [inputs, states, initial] = known;
         let (inputs, initial) = if input { (inputs, initial) } else { (&[][..], &[][..]) };
         let known: Vec<&str> = inputs.iter().chain(states).copied().collect();
-        let v = list.output(name, text, real(quantity), value, series);
+        let v = list.output(name, text, real(quantity), access(which), series);
         v.at(which as usize).depends(&known).depends_initially(initial);
         match which {
             Output::Psi => v.state(),
@@ -184,9 +184,9 @@ fn flow(drive: &ElasticShaft) -> Flow<f64> {
     Flow { phi: shaft.reduced, w, a, q: drive.twist[0], v: drive.twist[1] }
 }
 
+/// An output. What needs no cam costs nothing for it; angles are put out without reduction.
 fn value(drive: &ElasticShaft, which: usize) -> f64 {
     let [q, v] = drive.twist;
-    // What needs no cam costs nothing for it; angles are put out without reduction.
     match OUTPUTS[which] {
         Output::Phi => drive.angle(),
         Output::W => drive.speed(),
@@ -200,6 +200,16 @@ fn value(drive: &ElasticShaft, which: usize) -> f64 {
             let (segment, angle) = place(drive, &f);
             evaluate(drive, output, &Cam::at(&drive.cam.law, segment, angle), &f)
         }
+    }
+}
+
+/// How `which` is read: what an importer reads after each step is the twist and its torque, so these pass few instructions.
+fn access(which: Output) -> fn(&ElasticShaft, usize) -> f64 {
+    match which {
+        Output::Q => |d, _| d.twist[0],
+        Output::QDot => |d, _| d.twist[1],
+        Output::Tau => |d, _| d.equation().torque(d.twist[0], d.twist[1]),
+        _ => value,
     }
 }
 

@@ -211,9 +211,20 @@ impl Course {
         Ok(())
     }
 
+    /// (q, q̇) at the time `t`, which is not before the present cell; None where it is beyond it.
+    #[inline]
+    pub fn within(&self, t: f64) -> Option<[f64; 2]> {
+        let x = self.place(t);
+        (x <= 1.0).then(|| self.polynomial_at(x))
+    }
+
     /// (q, q̇) at the time `t` in the present cell.
     pub fn at(&self, t: f64) -> [f64; 2] {
-        let x = self.place(t);
+        self.polynomial_at(self.place(t))
+    }
+
+    #[inline]
+    fn polynomial_at(&self, x: f64) -> [f64; 2] {
         let c = &self.polynomial;
         let square = x * x;
         // Even and odd powers apart: two short chains of dependent operations instead of one long one.
