@@ -1,14 +1,69 @@
-//! No communication step allocates, whatever the drive, its mode and what happens inside the step.
+//! What an instance takes: no memory in a step or when it is read, whatever the drive, its mode and what happens
+//! inside the step; and little memory beyond what the instances of one FMU share.
 
-use camdrive::drives::DynDrive;
-use camdrive::drives::variable::Causality;
-use camdrive::scene;
-use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
-use std::alloc::System;
+use camdrive::drives::variable::{Causality, Kind};
+use camdrive::drives::{Description, DynDrive};
+use camdrive::fmi2::abi::*;
+use camdrive::fmi2::functions::*;
+use camdrive::scene::{self, Resolved};
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+use std::ffi::{CStr, CString, c_void};
 use std::path::{Path, PathBuf};
+use std::ptr::null_mut;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// The system's allocator, which counts what each thread asks of it: other threads of the test program do not disturb.
+struct Counting;
+
+thread_local! {
+    /// Calls that allocate, grow or free, and bytes in use.
+    static COUNT: Cell<(usize, isize)> = const { Cell::new((0, 0)) };
+}
+
+fn count(change: isize) {
+    // A thread that ends has no count any more.
+    let _ = COUNT.try_with(|count| {
+        let (calls, bytes) = count.get();
+        count.set((calls + 1, bytes + change));
+    });
+}
+
+// SAFETY: all is passed on to the system's allocator.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        count(layout.size() as isize);
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        count(-(layout.size() as isize));
+        unsafe { System.dealloc(pointer, layout) }
+    }
+
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        count(size as isize - layout.size() as isize);
+        unsafe { System.realloc(pointer, layout, size) }
+    }
+}
 
 #[global_allocator]
-static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
+static ALLOCATOR: Counting = Counting;
+
+/// What `action` gives, how often it called the allocator and how many bytes more are in use after it.
+fn counted<T>(action: impl FnOnce() -> T) -> (T, usize, isize) {
+    let before = COUNT.get();
+    let result = action();
+    let after = COUNT.get();
+    (result, after.0 - before.0, after.1 - before.1)
+}
+
+/// One test at a time: the library's list of FMUs in use belongs to all threads.
+static ALONE: Mutex<()> = Mutex::new(());
+
+fn alone() -> MutexGuard<'static, ()> {
+    ALONE.lock().unwrap_or_else(PoisonError::into_inner)
+}
 
 /// The scenes of all models and modes, of the examples and of the tests with fmpy.
 fn scenes() -> Vec<PathBuf> {
@@ -23,58 +78,258 @@ fn scenes() -> Vec<PathBuf> {
     paths
 }
 
-/// An accelerated motion that is no continuation of the step before, and a torque that changes its sign: inputs jump,
-/// contacts open and close.
-fn set_inputs(drive: &mut dyn DynDrive, inputs: &[(usize, String)], time: f64) {
-    for (reference, name) in inputs {
-        let value = match name.as_str() {
-            "phi" => 20.0 * time + (300.0 * time).sin() * 1e-3,
-            "w" => 20.0 + 3.0 * time,
-            "a" => 3.0,
-            _ => (40.0 * time).sin(),
+/// An FMU as an importer has unpacked it.
+struct Fmu {
+    scene: Resolved,
+    folder: PathBuf,
+    guid: CString,
+    variables: Vec<Description>,
+    /// The communication step of the default experiment [s].
+    step: f64,
+}
+
+impl Fmu {
+    fn of(path: &Path, test: &str) -> Self {
+        let scene = scene::read(path).unwrap_or_else(|faults| panic!("{faults}"));
+        let resource = scene.resource();
+        let drive: Box<dyn DynDrive> = resource.build().unwrap();
+        let folder = std::env::temp_dir().join(format!("camdrive-{}-{test}-{}", std::process::id(), scene.name));
+        std::fs::create_dir_all(&folder).unwrap();
+        std::fs::write(folder.join("drive.json"), serde_json::to_string(&resource).unwrap()).unwrap();
+        let guid = CString::new(resource.guid).unwrap();
+        let variables = drive.descriptions().into_iter().cloned().collect();
+        Fmu { scene, folder, guid, variables, step: drive.experiment().step }
+    }
+
+    /// References of the variables that `choice` likes.
+    fn references(&self, choice: impl Fn(&Description) -> bool) -> Vec<u32> {
+        (0..).zip(&self.variables).filter(|(_, d)| choice(d)).map(|(i, _)| i).collect()
+    }
+
+    fn instance(&self, logging: bool) -> fmi2Component {
+        let location = CString::new(self.folder.to_str().unwrap()).unwrap();
+        let callbacks = fmi2CallbackFunctions {
+            // SAFETY: see `log`.
+            logger: Some(unsafe { std::mem::transmute::<*const (), fmi2CallbackLogger>(log as *const ()) }),
+            allocateMemory: None,
+            freeMemory: None,
+            stepFinished: None,
+            componentEnvironment: null_mut(),
         };
-        drive.set(*reference, value).unwrap();
-        if 0 < drive.input_derivative_order() {
-            drive.set_input_derivative(*reference, 1, 0.1).unwrap();
+        let logging = if logging { TRUE } else { FALSE };
+        let (name, guid) = (c"an instance".as_ptr(), self.guid.as_ptr());
+        let c = unsafe { fmi2Instantiate(name, CO_SIMULATION, guid, location.as_ptr(), &callbacks, FALSE, logging) };
+        assert!(!c.is_null());
+        c
+    }
+}
+
+impl Drop for Fmu {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.folder);
+    }
+}
+
+thread_local! {
+    /// How many events were logged.
+    static EVENTS: Cell<usize> = const { Cell::new(0) };
+}
+
+/// As in `c_interface.rs`: a variadic function cannot be defined, one with six arguments is called alike.
+unsafe extern "C" fn log(
+    _: fmi2ComponentEnvironment,
+    _: fmi2String,
+    status: fmi2Status,
+    category: fmi2String,
+    _: fmi2String,
+    text: fmi2String,
+) {
+    let (category, text) = unsafe { (CStr::from_ptr(category), CStr::from_ptr(text)) };
+    assert_ne!(status, ERROR, "{text:?}");
+    if category == c"logEvents" {
+        EVENTS.set(EVENTS.get() + 1);
+    }
+}
+
+/// Ends initialisation at t = 0, with this choice of the solver's method where there is one.
+fn start(fmu: &Fmu, c: fmi2Component, method: i32) {
+    unsafe {
+        for vr in fmu.references(|d| d.name == "solver.method") {
+            assert_eq!(fmi2SetInteger(c, &vr, 1, &method), OK);
+        }
+        assert_eq!(fmi2SetupExperiment(c, FALSE, 0.0, 0.0, FALSE, 0.0), OK);
+        assert_eq!(fmi2EnterInitializationMode(c), OK);
+        assert_eq!(fmi2ExitInitializationMode(c), OK);
+    }
+}
+
+/// The methods of a drive's solver.
+fn methods(fmu: &Fmu) -> i32 {
+    fmu.variables.iter().find(|d| d.name == "solver.method").map_or(1, |d| match &d.kind {
+        Kind::Enumeration(e) => e.items.len() as i32,
+        _ => 1,
+    })
+}
+
+/// What a host does between two communication points: set all inputs with a derivative, step, read all Reals one by
+/// one and together.
+struct Host {
+    c: fmi2Component,
+    inputs: Vec<(u32, String)>,
+    reals: Vec<u32>,
+    values: Vec<f64>,
+    time: f64,
+}
+
+impl Host {
+    fn new(fmu: &Fmu, c: fmi2Component) -> Self {
+        let inputs = fmu.references(|d| d.causality == Causality::Input);
+        let inputs = inputs.into_iter().map(|vr| (vr, fmu.variables[vr as usize].name.clone())).collect();
+        let reals = fmu.references(|d| matches!(d.kind, Kind::Real { .. }));
+        Host { c, inputs, values: vec![0.0; reals.len()], reals, time: 0.0 }
+    }
+
+    /// The motion accelerates and is no continuation of the step before, the torque changes its sign: inputs jump,
+    /// contacts open and close. True where all went well.
+    fn step(&mut self, size: f64) -> bool {
+        let (c, t) = (self.c, self.time);
+        let mut good = true;
+        unsafe {
+            for (vr, name) in &self.inputs {
+                let value = match name.as_str() {
+                    "phi" => 20.0 * t + (300.0 * t).sin() * 1e-3,
+                    "w" => 20.0 + 3.0 * t,
+                    "a" => 3.0,
+                    _ => (40.0 * t).sin(),
+                };
+                good &= fmi2SetReal(c, vr, 1, &value) == OK;
+                good &= fmi2SetRealInputDerivatives(c, vr, 1, &1, &0.1) == OK;
+            }
+            good &= fmi2DoStep(c, t, size, TRUE) == OK;
+            self.time += size;
+            for (vr, value) in self.reals.iter().zip(&mut self.values) {
+                good &= fmi2GetReal(c, vr, 1, value) == OK;
+            }
+            good &= fmi2GetReal(c, self.reals.as_ptr(), self.reals.len(), self.values.as_mut_ptr()) == OK;
+        }
+        good
+    }
+}
+
+/// Short, usual and long steps, in units of that of the default experiment.
+const STEPS: [f64; 3] = [1e-3, 1.0, 37.0];
+
+#[test]
+fn a_step_does_not_allocate() {
+    let _alone = alone();
+    for path in scenes() {
+        let fmu = Fmu::of(&path, "step");
+        for (method, logging) in (1..=methods(&fmu)).flat_map(|method| [(method, true), (method, false)]) {
+            let c = fmu.instance(logging);
+            start(&fmu, c, method);
+            let mut host = Host::new(&fmu, c);
+            let events = EVENTS.get();
+            for size in STEPS.map(|factor| factor * fmu.step) {
+                for _ in 0..40 {
+                    let (good, calls, _) = counted(|| host.step(size));
+                    assert!(good && calls == 0, "{}: {calls} before t = {} s", path.display(), host.time);
+                }
+            }
+            // The drive with backlash is here for its events.
+            let told = EVENTS.get() - events;
+            assert!(if logging { 0 < told || !fmu.scene.model.starts_with("Backlash") } else { told == 0 });
+            unsafe { fmi2FreeInstance(c) };
         }
     }
 }
 
-/// One test only: the count is that of the whole process.
+/// What an instance takes beyond what all of its FMU share [bytes].
+const LARGEST_INSTANCE: isize = 2700;
+
 #[test]
-fn a_step_does_not_allocate() {
+fn a_further_instance_takes_little_memory() {
+    let _alone = alone();
+    let mut excess = String::new();
     for path in scenes() {
-        let scene = scene::read(&path).unwrap_or_else(|faults| panic!("{faults}"));
-        let mut drive = scene.resource().build().unwrap();
-        let list = drive.descriptions();
-        let inputs = list.iter().enumerate().filter(|(_, d)| d.causality == Causality::Input);
-        let inputs: Vec<(usize, String)> = inputs.map(|(i, d)| (i, d.name.clone())).collect();
-        let step = drive.experiment().step;
-        drive.set_up(0.0, None);
-        set_inputs(&mut *drive, &inputs, 0.0);
-        drive.start().unwrap();
-        let mut time = 0.0;
-        let mut events = 0;
-        // Short, usual and long steps.
-        for size in [1e-3, 1.0, 37.0].map(|factor| factor * step) {
-            for _ in 0..40 {
-                let region = Region::new(ALLOCATOR);
-                set_inputs(&mut *drive, &inputs, time);
-                let outcome = drive.advance(time, size);
-                let change = region.change();
-                outcome.unwrap();
-                assert_eq!(
-                    (change.allocations, change.reallocations, change.deallocations),
-                    (0, 0, 0),
-                    "{} at t = {time} s",
-                    path.display()
-                );
-                events += drive.events().iter().count();
-                drive.events().clear();
-                time += size;
-            }
+        let fmu = Fmu::of(&path, "memory");
+        let ready = || {
+            let c = fmu.instance(false);
+            start(&fmu, c, 1);
+            assert!(Host::new(&fmu, c).step(fmu.step));
+            c
+        };
+        let (first, _, alone) = counted(ready);
+        let (second, _, further) = counted(ready);
+        println!("{}: the first instance {alone} bytes, a further one {further} bytes", fmu.scene.name);
+        let (_, _, freed) = counted(|| unsafe {
+            fmi2FreeInstance(first);
+            fmi2FreeInstance(second);
+        });
+        assert_eq!(alone + further + freed, 0, "{}: a leak", path.display());
+        if LARGEST_INSTANCE < further {
+            excess += &format!("{}: {further} bytes\n", path.display());
         }
-        // The drive with backlash is here for its events.
-        assert!(events > 0 || !scene.model.starts_with("Backlash"), "{}: no event", path.display());
+    }
+    assert!(excess.is_empty(), "{excess}");
+}
+
+/// A process under strict seccomp is killed at the first system call other than read, write and the end of its thread.
+/// One that forks has a single thread, and nothing but the steps is done in it.
+#[cfg(target_os = "linux")]
+#[test]
+fn no_step_calls_the_system() {
+    use std::io::Read;
+    use std::os::fd::AsRawFd;
+    unsafe extern "C" {
+        fn fork() -> i32;
+        fn waitpid(process: i32, status: *mut i32, options: i32) -> i32;
+        fn prctl(option: i32, ...) -> i32;
+        fn write(file: i32, text: *const c_void, length: usize) -> isize;
+        fn getppid() -> i32;
+        fn _exit(code: i32) -> !;
+    }
+    let _alone = alone();
+    const PR_SET_SECCOMP: i32 = 22;
+    const SECCOMP_MODE_STRICT: std::ffi::c_ulong = 1;
+    const WITHOUT_SECCOMP: i32 = 77;
+    const SIGKILL: i32 = 9;
+
+    for path in scenes() {
+        let fmu = Fmu::of(&path, "cell");
+        for method in 1..=methods(&fmu) {
+            let c = fmu.instance(false);
+            start(&fmu, c, method);
+            let mut host = Host::new(&fmu, c);
+            let (mut answers, answer) = std::io::pipe().unwrap();
+            // SAFETY: the child neither allocates nor takes a lock; see `a_step_does_not_allocate`.
+            let child = unsafe { fork() };
+            if child == 0 {
+                unsafe {
+                    if prctl(PR_SET_SECCOMP, SECCOMP_MODE_STRICT) != 0 {
+                        _exit(WITHOUT_SECCOMP);
+                    }
+                    let sizes = STEPS.iter().map(|factor| factor * fmu.step);
+                    let good = sizes.flat_map(|size| [size; 40]).all(|size| host.step(size));
+                    write(answer.as_raw_fd(), if good { c"good" } else { c"poor" }.as_ptr().cast(), 4);
+                    // The end that shows that the cell was locked.
+                    getppid();
+                    _exit(0);
+                }
+            }
+            drop(answer);
+            let (mut told, mut status) = (String::new(), 0);
+            answers.read_to_string(&mut told).unwrap();
+            unsafe {
+                assert_eq!(waitpid(child, &mut status, 0), child);
+                fmi2FreeInstance(c);
+            }
+            if status >> 8 == WITHOUT_SECCOMP {
+                eprintln!("not tested: this kernel has no strict seccomp");
+                return;
+            }
+            let which = format!("{}, method {method}", path.display());
+            assert_eq!(told, "good", "{which}: a system call in a step, status {status}");
+            assert_eq!(status & 0x7f, SIGKILL, "{which}: the system call after the steps went through");
+        }
     }
 }

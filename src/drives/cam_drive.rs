@@ -7,6 +7,7 @@ use crate::numerics::angle;
 use crate::numerics::double_double::{Double, two_product};
 use crate::numerics::taylor::Series;
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// The highest order of input derivatives that enters the motion within a step; importers extrapolate with one to
 /// three, and a place in the state must be kept for each.
@@ -153,22 +154,30 @@ impl AngleMotion {
 /// Law and motion of the cam of a cam drive.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CamDrive {
-    /// U(φ).
-    pub law: MotionLaw,
+    /// U(φ); shared by all instances of which none has changed it.
+    pub law: Arc<MotionLaw>,
     /// Prescribed speed or inputs.
     pub mode: DriveMode,
     /// The time at which φ = `phi_start` [s].
     start_time: f64,
     /// φ, w, a as the importer set them.
     input: [f64; 3],
-    /// Their derivatives of order 1 …, valid for the next step.
-    derivatives: [[Option<f64>; MAX_INPUT_DERIVATIVE]; 3],
+    /// Their derivatives of order 1 …, valid for the next step, and which of them are set: bit j for the order j + 1.
+    derivatives: [[f64; MAX_INPUT_DERIVATIVE]; 3],
+    set: [u8; 3],
 }
 
 impl CamDrive {
     /// A cam in its initial position.
     pub fn new(law: MotionLaw, mode: DriveMode) -> Self {
-        CamDrive { law, mode, start_time: 0.0, input: [0.0; 3], derivatives: [[None; MAX_INPUT_DERIVATIVE]; 3] }
+        CamDrive {
+            law: Arc::new(law),
+            mode,
+            start_time: 0.0,
+            input: [0.0; 3],
+            derivatives: [[0.0; MAX_INPUT_DERIVATIVE]; 3],
+            set: [0; 3],
+        }
     }
 
     /// The simulation starts at `time` [s].
@@ -187,8 +196,8 @@ impl CamDrive {
                 let mut motion = AngleMotion::uniform(time, self.input[0], self.input[1]);
                 motion.coefficients[2] = self.input[2];
                 for j in 3..COEFFICIENTS {
-                    let set = |input: usize| self.derivatives[input].get(j - input - 1).copied().flatten();
-                    motion.coefficients[j] = set(2).or(set(1)).or(set(0)).unwrap_or(0.0);
+                    let derivative = |input| self.derivative(input, j - input);
+                    motion.coefficients[j] = derivative(2).or(derivative(1)).or(derivative(0)).unwrap_or(0.0);
                 }
                 motion.degree = (2..COEFFICIENTS).rev().find(|&j| motion.coefficients[j] != 0.0).unwrap_or(1);
                 motion
@@ -209,12 +218,19 @@ impl CamDrive {
 
     /// Sets the derivative of order ≥ 1 of input `which` (0: phi, 1: w, 2: a).
     pub fn set_input_derivative(&mut self, which: usize, order: usize, value: f64) {
-        self.derivatives[which][order - 1] = Some(value);
+        self.derivatives[which][order - 1] = value;
+        self.set[which] |= 1 << (order - 1);
+    }
+
+    /// The derivative of order ≥ 1 of input `which`, where the importer has set it.
+    fn derivative(&self, which: usize, order: usize) -> Option<f64> {
+        let value = *self.derivatives[which].get(order - 1)?;
+        (self.set[which] >> (order - 1) & 1 == 1).then_some(value)
     }
 
     /// Forgets the input derivatives: they hold for one communication step only.
     pub fn step_done(&mut self) {
-        self.derivatives = [[None; MAX_INPUT_DERIVATIVE]; 3];
+        self.set = [0; 3];
     }
 
     /// The series of φ at the communication point `time`, whose value is the reduced angle; `known` tells which
@@ -320,7 +336,7 @@ pub trait HasCamDrive: Sized {
                 &parameter.text,
                 law_parameter_kind(parameter.kind),
                 |d, k| d.cam().law.parameter(k),
-                |d, k, value| d.cam_mut().law.set_parameter(k, value),
+                |d, k, value| Arc::make_mut(&mut d.cam_mut().law).set_parameter(k, value),
             )
             .at(k);
         }
@@ -384,7 +400,7 @@ fn set_input<D: HasCamDrive>(d: &mut D, which: usize, value: f64) {
     let cam = d.cam_mut();
     cam.input[which] = value;
     // Derivatives belong to the value that they were set for.
-    cam.derivatives[which] = [None; MAX_INPUT_DERIVATIVE];
+    cam.set[which] = 0;
 }
 
 #[cfg(test)]

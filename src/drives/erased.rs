@@ -53,13 +53,23 @@ fn build<D: Drive>(scene: &str) -> Result<Box<dyn DynDrive>, Fault> {
     let drive = D::new(scene)?;
     let variables = drive.variables().0;
     let reals = variables.iter().map(Access::of).collect();
-    Ok(Box::new(Unit { initial: drive.clone(), drive, variables, reals, initialising: true, dirty: true, time: 0.0 }))
+    Ok(Arc::new(Design { initial: drive, variables, reals }).instance())
+}
+
+/// A drive as its scene describes it: what all its instances have in common.
+pub trait Plan: Send + Sync {
+    /// A further instance, as it is after instantiation.
+    fn instance(self: Arc<Self>) -> Box<dyn DynDrive>;
 }
 
 /// A drive whose model is known only at run time. Values of every type travel as `f64`.
 pub trait DynDrive: Send {
+    /// The plan of this drive.
+    fn plan(&self) -> Arc<dyn Plan>;
     /// The variables, in the order of their value references.
     fn descriptions(&self) -> Vec<&Description>;
+    /// The variable with this reference.
+    fn description(&self, reference: usize) -> Option<&Description>;
     /// What the documentation says of the drive.
     fn portrait(&self) -> Portrait;
     /// Curves that picture the drive.
@@ -105,11 +115,32 @@ pub trait DynDrive: Send {
     fn events(&mut self) -> &mut EventLog;
 }
 
-struct Unit<D> {
-    drive: D,
+/// The plan of a drive of the type `D`.
+struct Design<D> {
     initial: D,
     variables: Vec<Variable<D>>,
     /// How each variable is read as a Real, by its reference.
+    reals: Arc<[Access<D>]>,
+}
+
+impl<D: Drive> Plan for Design<D> {
+    fn instance(self: Arc<Self>) -> Box<dyn DynDrive> {
+        Box::new(Unit {
+            drive: self.initial.clone(),
+            reals: self.reals.clone(),
+            design: self,
+            initialising: true,
+            dirty: true,
+            time: 0.0,
+        })
+    }
+}
+
+/// An instance.
+struct Unit<D> {
+    drive: D,
+    design: Arc<Design<D>>,
+    /// Of the design, where reading finds it sooner.
     reals: Arc<[Access<D>]>,
     /// Whether the start values still decide the state.
     initialising: bool,
@@ -157,10 +188,17 @@ impl<D: Drive> Unit<D> {
         Ok(())
     }
 
+    /// Puts another drive in the place of this one. The log, which is no part of the state, stays.
+    fn replace(&mut self, mut drive: D) {
+        std::mem::swap(drive.events(), self.drive.events());
+        self.drive = drive;
+        self.drive.events().clear();
+    }
+
     /// The derivative of an output; order 1 or 2.
     fn derivative(&mut self, reference: usize, seed: Seed, order: usize) -> Result<f64, Fault> {
         self.refresh()?;
-        let v = &self.variables[reference];
+        let v = &self.design.variables[reference];
         let Description { name, causality, variability, dependencies, .. } = &v.description;
         let value = match v.series {
             Some(series) => series(&self.drive, seed, v.index).derivative(order),
@@ -187,7 +225,7 @@ impl<D: Drive> Unit<D> {
     fn initial_derivative(&self, unknown: usize, known: usize) -> Result<f64, Fault> {
         // Of the slopes over ±h, ±2h and ±3h.
         const WEIGHTS: [f64; 3] = [1.5, -0.6, 0.1];
-        let (u, k) = (&self.variables[unknown], &self.variables[known]);
+        let (u, k) = (&self.design.variables[unknown], &self.design.variables[known]);
         let set = k.set.filter(|_| k.description.causality == Causality::Input).ok_or_else(|| {
             Fault(format!(
                 "`{}` follows from the inputs before the start; derivatives exist for those",
@@ -223,7 +261,7 @@ impl<D: Drive> Unit<D> {
     /// Which state is no number.
     #[cold]
     fn not_finite(&self) -> Fault {
-        let states = self.variables.iter().filter(|v| v.description.state);
+        let states = self.design.variables.iter().filter(|v| v.description.state);
         let lost = states.map(|v| (&v.description.name, (v.get)(&self.drive, v.index))).find(|(_, x)| !x.is_finite());
         let name = lost.map_or("the state", |(name, _)| name);
         Fault(format!("`{name}` is not a finite number at t = {} s", self.time))
@@ -257,8 +295,16 @@ fn check(d: &Description, value: f64) -> Result<(), Fault> {
 }
 
 impl<D: Drive> DynDrive for Unit<D> {
+    fn plan(&self) -> Arc<dyn Plan> {
+        self.design.clone()
+    }
+
     fn descriptions(&self) -> Vec<&Description> {
-        self.variables.iter().map(|v| &v.description).collect()
+        self.design.variables.iter().map(|v| &v.description).collect()
+    }
+
+    fn description(&self, reference: usize) -> Option<&Description> {
+        self.design.variables.get(reference).map(|v| &v.description)
     }
 
     fn portrait(&self) -> Portrait {
@@ -281,11 +327,11 @@ impl<D: Drive> DynDrive for Unit<D> {
     }
 
     fn get(&mut self, reference: usize) -> Result<f64, Fault> {
-        let v = &self.variables[reference];
+        let v = &self.design.variables[reference];
         if self.dirty && v.set.is_none() {
             self.refresh()?;
         }
-        let v = &self.variables[reference];
+        let v = &self.design.variables[reference];
         let value = (v.get)(&self.drive, v.index);
         if value.is_finite() {
             Ok(value)
@@ -295,7 +341,7 @@ impl<D: Drive> DynDrive for Unit<D> {
     }
 
     fn check(&self, reference: usize, value: f64) -> Result<(), Fault> {
-        let v = &self.variables[reference];
+        let v = &self.design.variables[reference];
         let d = &v.description;
         if v.set.is_none() {
             return Err(Fault(format!("`{}` is computed and cannot be set", d.name)));
@@ -311,7 +357,7 @@ impl<D: Drive> DynDrive for Unit<D> {
 
     fn set(&mut self, reference: usize, value: f64) -> Result<(), Fault> {
         self.check(reference, value)?;
-        let v = &self.variables[reference];
+        let v = &self.design.variables[reference];
         if let Some(set) = v.set {
             set(&mut self.drive, v.index, value);
             self.dirty = true;
@@ -349,7 +395,7 @@ impl<D: Drive> DynDrive for Unit<D> {
     }
 
     fn check_input_derivative(&self, reference: usize, order: usize, value: f64) -> Result<(), Fault> {
-        let d = &self.variables[reference].description;
+        let d = &self.design.variables[reference].description;
         if d.causality != Causality::Input {
             return Err(Fault(format!("`{}` is no input; only inputs have input derivatives", d.name)));
         }
@@ -385,7 +431,7 @@ impl<D: Drive> DynDrive for Unit<D> {
     }
 
     fn directional_derivative(&mut self, unknown: usize, known: usize) -> Result<f64, Fault> {
-        let d = &self.variables[known].description;
+        let d = &self.design.variables[known].description;
         if d.causality != Causality::Input && !d.state {
             return Err(Fault(format!(
                 "`{}` is neither an input nor a state; there is no derivative with respect to it",
@@ -399,7 +445,7 @@ impl<D: Drive> DynDrive for Unit<D> {
     }
 
     fn reset(&mut self) {
-        self.drive = self.initial.clone();
+        self.replace(self.design.initial.clone());
         (self.initialising, self.dirty, self.time) = (true, true, 0.0);
     }
 
@@ -415,7 +461,8 @@ impl<D: Drive> DynDrive for Unit<D> {
     fn restore(&mut self, state: &dyn Any) -> bool {
         let Some(s) = state.downcast_ref::<Snapshot<D>>() else { return false };
         let s = s.clone();
-        (self.drive, self.initialising, self.dirty, self.time) = (s.drive, s.initialising, s.dirty, s.time);
+        self.replace(s.drive);
+        (self.initialising, self.dirty, self.time) = (s.initialising, s.dirty, s.time);
         true
     }
 

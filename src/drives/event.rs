@@ -33,20 +33,54 @@ pub struct Event {
 /// How many events of one step are kept; a chattering contact yields more, and their number is told.
 const CAPACITY: usize = 32;
 
-/// The first events of a communication step, without allocation; not part of the FMU state.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+/// The first events of a communication step; not part of the FMU state. The room for them is there before a step, so
+/// that nothing is allocated in one, and only where somebody reads them.
+#[derive(Debug, Serialize, Deserialize)]
 pub struct EventLog {
-    #[serde(skip)]
-    events: [Option<Event>; CAPACITY],
+    #[serde(skip, default = "room")]
+    events: Vec<Event>,
     #[serde(skip)]
     count: usize,
 }
 
+fn room() -> Vec<Event> {
+    Vec::with_capacity(CAPACITY)
+}
+
+impl Default for EventLog {
+    fn default() -> Self {
+        EventLog { events: room(), count: 0 }
+    }
+}
+
+/// A copy keeps events if the original does.
+impl Clone for EventLog {
+    fn clone(&self) -> Self {
+        let mut events = Vec::with_capacity(self.events.capacity());
+        events.extend_from_slice(&self.events);
+        EventLog { events, count: self.count }
+    }
+}
+
 impl EventLog {
+    /// A log that only counts, for which no room is made.
+    pub fn counting() -> Self {
+        EventLog { events: Vec::new(), count: 0 }
+    }
+
+    /// Whether events are kept from now on, or only counted.
+    pub fn keep(&mut self, wanted: bool) {
+        if wanted != (0 < self.events.capacity()) {
+            self.events = if wanted { room() } else { Vec::new() };
+            self.count = 0;
+        }
+    }
+
     /// Notes an event.
     pub fn push(&mut self, event: Event) {
-        if let Some(place) = self.events.get_mut(self.count) {
-            *place = Some(event);
+        // Never grows.
+        if self.events.len() < self.events.capacity() {
+            self.events.push(event);
         }
         self.count += 1;
     }
@@ -58,16 +92,17 @@ impl EventLog {
 
     /// The kept events.
     pub fn iter(&self) -> impl Iterator<Item = &Event> {
-        self.events.iter().take(self.count).flatten()
+        self.events.iter()
     }
 
     /// How many events happened that are not kept.
     pub fn dropped(&self) -> usize {
-        self.count.saturating_sub(CAPACITY)
+        self.count - self.events.len()
     }
 
     /// Forgets all events.
     pub fn clear(&mut self) {
+        self.events.clear();
         self.count = 0;
     }
 }

@@ -20,7 +20,7 @@ pub mod unit;
 pub mod variable;
 
 pub use curve::Curve;
-pub use erased::{DynDrive, Model};
+pub use erased::{DynDrive, Model, Plan};
 pub use event::{Event, EventLog};
 pub use number::Number;
 pub use simplification::Simplification;
@@ -106,7 +106,7 @@ pub struct Equation {
 /// The value is the whole FMU state: a clone is a snapshot, its serialisation restores it bit by bit.
 /// Caches that follow from the rest may be skipped in the serialisation when [`Drive::apply`] or
 /// [`Drive::restored`] rebuilds them to the same bits.
-pub trait Drive: Clone + Serialize + DeserializeOwned + Send + 'static {
+pub trait Drive: Clone + Serialize + DeserializeOwned + Send + Sync + 'static {
     /// The model as the scene describes it, validated, coherent SI.
     type Scene: Serialize + DeserializeOwned;
 

@@ -14,8 +14,8 @@ use super::abi::*;
 use super::call_sequence::{self as table, Function};
 use super::instance::{Instance, Refusal, Type};
 use super::log::{Category, Logger, Sink};
-use super::resource_location;
 use super::saved_state::{ALIVE, SavedState};
+use super::{plans, resource_location};
 use crate::drives::Fault;
 use std::ffi::{CStr, CString, c_char, c_void};
 use std::mem::MaybeUninit;
@@ -199,10 +199,7 @@ fn create(
     let guid = guid.ok_or(Fault::new("`fmuGUID` is NULL"))?.to_string_lossy();
     let location = location.map(CStr::to_string_lossy);
     let resource = resource_location::read(location.as_deref(), own_library().as_deref())?;
-    if guid != resource.guid {
-        return Err(Fault(format!("`fmuGUID` is `{guid}`, but this FMU has the guid `{}`", resource.guid)));
-    }
-    Ok((resource.build()?, resource.guid))
+    Ok((plans::of(&resource, &guid)?.instance(), guid.into_owned()))
 }
 
 /// Passes messages to the importer's logger; None if it has none.
@@ -260,7 +257,10 @@ pub unsafe extern "C" fn fmi2FreeInstance(c: fmi2Component) {
     let instance = c.cast::<Instance>();
     if !instance.is_null() && instance.is_aligned() {
         // SAFETY: made by Box::into_raw in fmi2Instantiate; the importer uses it no more. A panic must not leave.
-        let _ = catch_unwind(AssertUnwindSafe(|| drop(unsafe { Box::from_raw(instance) })));
+        let _ = catch_unwind(AssertUnwindSafe(|| {
+            drop(unsafe { Box::from_raw(instance) });
+            plans::clear();
+        }));
     }
 }
 

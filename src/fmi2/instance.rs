@@ -37,6 +37,17 @@ pub enum Type {
     String,
 }
 
+impl Type {
+    /// The type by which a variable of this kind is accessed.
+    fn of(kind: &Kind) -> Self {
+        match kind {
+            Kind::Real { .. } => Type::Real,
+            Kind::Integer { .. } | Kind::Enumeration(_) => Type::Integer,
+            Kind::Boolean => Type::Boolean,
+        }
+    }
+}
+
 /// A step needs an instance at a communication point and nothing else, which makes for one comparison.
 const _: () = {
     let [instantiated, initialization, step_complete, terminated, error] = DO_STEP.allowed;
@@ -50,8 +61,6 @@ const TIME_TOLERANCE: f64 = 1e-9;
 /// An instance.
 pub struct Instance {
     drive: Box<dyn DynDrive>,
-    /// The type of each variable.
-    types: Vec<Type>,
     fingerprint: u64,
     clock: Clock,
     logger: Logger,
@@ -69,16 +78,15 @@ type Panic = Box<dyn Any + Send>;
 impl Instance {
     /// An instance of the FMU with this guid.
     pub fn new(drive: Box<dyn DynDrive>, guid: &str, logger: Logger) -> Self {
-        let types = drive
-            .descriptions()
-            .iter()
-            .map(|d| match d.kind {
-                Kind::Real { .. } => Type::Real,
-                Kind::Integer { .. } | Kind::Enumeration(_) => Type::Integer,
-                Kind::Boolean => Type::Boolean,
-            })
-            .collect();
-        Instance { drive, types, fingerprint: saved_state::fingerprint(guid), clock: BEGINNING, logger }
+        let mut instance = Instance { drive, fingerprint: saved_state::fingerprint(guid), clock: BEGINNING, logger };
+        instance.listen();
+        instance
+    }
+
+    /// Keeps events as long as the log wants to know of them.
+    fn listen(&mut self) {
+        let wanted = self.logger.wants(Category::Events) || self.logger.wants(Category::Solver);
+        self.drive.events().keep(wanted);
     }
 
     /// Carries out a call: looks it up in the call sequence, catches a panic, logs the reason of an error.
@@ -126,7 +134,9 @@ impl Instance {
         on: bool,
         names: impl ExactSizeIterator<Item = &'a CStr>,
     ) -> Result<(), Refusal> {
-        self.logger.configure(on, names).map_err(|unknown| {
+        let outcome = self.logger.configure(on, names);
+        self.listen();
+        outcome.map_err(|unknown| {
             let known: Vec<_> = event::LOG_CATEGORIES.iter().map(|(name, _)| name.to_string_lossy()).collect();
             let unknown = unknown.to_string_lossy();
             Fault(format!("unknown log category `{unknown}`; the categories are {}", known.join(", "))).into()
@@ -275,17 +285,16 @@ impl Instance {
     /// The variable with this reference and type.
     fn variable(&self, reference: u32, r#type: Type) -> Result<usize, Fault> {
         let index = reference as usize;
-        match self.types.get(index) {
-            None => Err(Fault(format!(
-                "the value reference {reference} does not exist; they end at {}",
-                self.types.len() as i64 - 1
-            ))),
-            Some(own) if *own != r#type => {
-                let name = &self.drive.descriptions()[index].name;
-                Err(Fault(format!("`{name}` (value reference {reference}) has the type {own:?}, not {type:?}")))
-            }
-            Some(_) => Ok(index),
+        let Some(description) = self.drive.description(index) else {
+            let last = self.drive.descriptions().len() as i64 - 1;
+            return Err(Fault(format!("the value reference {reference} does not exist; they end at {last}")));
+        };
+        let own = Type::of(&description.kind);
+        if own == r#type {
+            return Ok(index);
         }
+        let name = &description.name;
+        Err(Fault(format!("`{name}` (value reference {reference}) has the type {own:?}, not {type:?}")))
     }
 
     /// Reads a Real without further ado; NaN where that takes more than reading, see [`Instance::get`].

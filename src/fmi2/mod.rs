@@ -5,7 +5,7 @@
 //!
 //! A call that is refused changes nothing, so the instance stays as usable as it was. Only a step that fails
 //! half-way puts it into the error state, which [`call_sequence`] lets importers leave by `fmi2Reset` or
-//! `fmi2SetFMUstate`. The library keeps no global state: instances are independent, in any threads.
+//! `fmi2SetFMUstate`. Instances are independent, in any threads; those of one FMU share what never changes ([`plans`]).
 
 pub mod abi;
 pub mod call_sequence;
@@ -16,6 +16,7 @@ pub mod functions;
 pub mod host;
 pub mod instance;
 pub mod log;
+pub mod plans;
 pub mod resource_location;
 pub mod saved_state;
 #[cfg(test)]

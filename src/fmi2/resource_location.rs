@@ -1,18 +1,18 @@
 //! Finds the FMU's resources folder.
 
 use crate::drives::Fault;
-use crate::drives::resource::{FILE_NAME, Resource};
+use crate::drives::resource::FILE_NAME;
 use std::path::{Path, PathBuf};
 
-/// Reads the drive from the resources folder that the importer names or, where it names none or a wrong one, from
-/// the folder `../../resources` of the runtime library's own folder.
-pub fn read(location: Option<&str>, library: Option<&Path>) -> Result<Resource, Fault> {
+/// Reads the file of the drive from the resources folder that the importer names or, where it names none or a wrong
+/// one, from the folder `../../resources` of the runtime library's own folder.
+pub fn read(location: Option<&str>, library: Option<&Path>) -> Result<String, Fault> {
     let mut folders = location.map(folders_of).unwrap_or_default();
     folders.extend(library.and_then(Path::parent).map(|folder| folder.join("../../resources")));
     for folder in &folders {
         let file = folder.join(FILE_NAME);
         match std::fs::read_to_string(&file) {
-            Ok(text) => return Resource::from_json(&text),
+            Ok(text) => return Ok(text),
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => (),
             Err(e) => return Err(Fault(format!("{} cannot be read: {e}", file.display()))),
         }

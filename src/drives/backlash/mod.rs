@@ -320,7 +320,7 @@ impl Drive for BacklashDrive {
         self.motion = self.cam.motion(time);
         let flank = CamFlank { law: &self.cam.law, motion: &self.motion };
         // What happens is logged when the step is taken.
-        let mut unheard = EventLog::default();
+        let mut unheard = EventLog::counting();
         let (mode, state, _) = Self::take_up((&self.bodies, &flank), &self.end, &mut run, time, &mut unheard);
         let u = flank.at(flank.segment(Double::from(time)), Double::from(time)).0;
         self.now = Now { time, mode, point: Point { state, u: [u[0], u[1], u[2]] }, tally: run.tally };

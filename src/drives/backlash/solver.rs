@@ -148,7 +148,7 @@ impl Run {
     pub fn sums(&self, bodies: &Bodies, flank: &impl FlankMotion, end: f64, horizon: f64) -> Sums {
         let (origin, theta) = self.begin;
         let mut again = Run { panel: origin.panel(bodies, flank, self.rules), origin, work: 0.0, ..*self };
-        let mut log = EventLog::default();
+        let mut log = EventLog::counting();
         let mut integral = Integral { from: theta, sums: self.pushed };
         let mut stretch = Stretch { end, horizon, log: &mut log };
         if again.march(bodies, flank, &mut stretch, Some(&mut integral)).is_ok() {

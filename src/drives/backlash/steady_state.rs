@@ -52,7 +52,7 @@ impl BacklashDrive {
         let contact = (Mode::Contact(super::Flank::A), State::default(), 0);
         let limits = (f64::INFINITY, Rules::terms_for(self.tolerance()));
         let mut run = Run::new(&locked, &flank, place, contact, limits);
-        let mut log = EventLog::default();
+        let mut log = EventLog::counting();
         let mut stretch = Stretch { end: time + period, horizon: f64::INFINITY, log: &mut log };
         let response = run.advance(&locked, &flank, &mut stretch)?.state.q;
         let m = locked.bound.free(Double::from(time + period) + Double::from(-time));

@@ -26,7 +26,10 @@ const UNFELT: f64 = 1e-17;
 /// The closed form from its start on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ClosedForm {
-    motion: AngleMotion,
+    /// φ at the time `origin` [s] and its rate [rad, rad/s].
+    angle: f64,
+    rate: f64,
+    origin: f64,
     /// When it started [s].
     start: f64,
     /// φ and, where the free motion oscillates, its phase since the start.
@@ -60,7 +63,9 @@ impl ClosedForm {
     /// Room for a law of this order.
     pub fn new(order: usize) -> Self {
         ClosedForm {
-            motion: AngleMotion::uniform(0.0, 0.0, 0.0),
+            angle: 0.0,
+            rate: 0.0,
+            origin: 0.0,
             start: 0.0,
             phases: Phases::default(),
             holds_for: None,
@@ -68,7 +73,7 @@ impl ClosedForm {
             harmonics: Vec::with_capacity(order),
             first: 0,
             stride: 0,
-            resonant: Vec::with_capacity(order),
+            resonant: Vec::with_capacity(most_resonant(order)),
             offset: [0.0; 2],
             free: FreeMotion::default(),
             settled: f64::INFINITY,
@@ -86,7 +91,7 @@ impl ClosedForm {
         state: [f64; 2],
     ) {
         let w = motion.coefficients[1];
-        (self.motion, self.start) = (*motion, time);
+        (self.angle, self.rate, self.origin, self.start) = (motion.coefficients[0], w, motion.origin, time);
         if self.holds_for != Some((w, *oscillator)) {
             self.holds_for = Some((w, *oscillator));
             self.prepare_harmonics(oscillator, series, w);
@@ -171,8 +176,8 @@ impl ClosedForm {
     #[cold]
     #[inline(never)]
     fn add_resonant(&self, oscillator: &Oscillator, time: f64, now: &mut Instant) {
+        let psi = AngleMotion::uniform(self.origin, self.angle, self.rate).at(time).reduced * self.rate.signum();
         for (k, part) in &self.resonant {
-            let psi = self.motion.at(time).reduced * self.motion.coefficients[1].signum();
             let (s, c) = (*k as f64 * psi).sin_cos();
             let [q, v] = oscillator.resonant(part, c, s, two_sum(time, -self.start));
             now.q = [now.q[0] + q, now.q[1] + v];
@@ -187,6 +192,12 @@ impl Harmonic {
             sum[i] += self.cosine[i] * c + self.sine[i] * s;
         }
     }
+}
+
+/// How many harmonics of a law of this order can be resonant at once: ν/ω₀ lies within [√(63/65), √(65/63)], so that k
+/// lies within 3.2 % of the order.
+fn most_resonant(order: usize) -> usize {
+    1 + order / 31
 }
 
 /// The first k with a coefficient that is not zero, and the largest distance from it in which all others lie: only

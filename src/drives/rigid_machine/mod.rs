@@ -46,6 +46,7 @@ use serde::{Deserialize, Serialize};
 use signal::Signal;
 use solver::Integrator;
 use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
 
 /// The rigid machine as a scene describes it; coherent SI.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -96,7 +97,8 @@ struct State {
 /// The rigid machine in operation.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct RigidMachine {
-    inertia: Inertia,
+    /// Shared by all instances of which none has changed it.
+    inertia: Arc<Inertia>,
     motor: Motor,
     phi_start: f64,
     w_start: f64,
@@ -212,8 +214,8 @@ impl Drive for RigidMachine {
     const MODEL: &'static str = "RigidMachine";
 
     fn new(scene: Scene) -> Result<Self, Fault> {
-        let machine = RigidMachine {
-            inertia: Inertia::new(scene.inertia, scene.followers),
+        let mut machine = RigidMachine {
+            inertia: Arc::new(Inertia::new(scene.inertia, scene.followers)),
             motor: scene.motor,
             phi_start: scene.phi_start,
             w_start: scene.w_start,
@@ -235,6 +237,8 @@ impl Drive for RigidMachine {
             events: EventLog::default(),
         };
         machine.check()?;
+        // Here, so that the instances of a scene share it.
+        machine.prepare_raster();
         Ok(machine)
     }
 
@@ -279,7 +283,6 @@ impl Drive for RigidMachine {
     }
 
     fn start(&mut self, time: f64) -> Result<(), Fault> {
-        self.inertia.find_borders();
         self.check()?;
         self.solver.start();
         (self.integrator, self.period) = (Integrator::new(&self.motor), 0.0);

@@ -10,6 +10,7 @@ use crate::motion::MotionLaw;
 use crate::motion::parameters::ParameterKind;
 use crate::numerics::double_double::{Double, two_product};
 use crate::numerics::taylor::{Scalar, Series};
+use std::sync::Arc;
 
 /// The value reference of the input `tau`.
 pub const LOAD: usize = 0;
@@ -300,7 +301,7 @@ impl RigidMachine {
             "Constant part of the reduced moment of inertia",
             real_within(&unit::INERTIA, 0.0, 1e12),
             |d, _| d.inertia.function.constant,
-            |d, _, value| d.inertia.function.constant = value,
+            |d, _, value| Arc::make_mut(&mut d.inertia).function.constant = value,
         );
         if let Motor::Kloss { dynamics, .. } = self.motor {
             let mut motor = |name, text, kind, which| {
@@ -352,7 +353,7 @@ impl RigidMachine {
             &format!("Mass of follower {n}"),
             real_within(&unit::MASS, 0.0, 1e9),
             |d, j| d.inertia.followers[j].m,
-            |d, j, value| d.inertia.followers[j].m = value,
+            |d, j, value| Arc::make_mut(&mut d.inertia).followers[j].m = value,
         )
         .at(j);
         declare_law(list, &self.inertia.followers[j].cam, j, &format!("follower[{n}].cam"));
@@ -385,13 +386,6 @@ fn law(d: &RigidMachine, number: usize) -> Option<&MotionLaw> {
     }
 }
 
-fn law_mut(d: &mut RigidMachine, number: usize) -> Option<&mut MotionLaw> {
-    match number {
-        INERTIA_LAW => d.inertia.function.varying.as_mut(),
-        j => d.inertia.followers.get_mut(j).map(|f| &mut f.cam),
-    }
-}
-
 /// Declares the parameters of a law as `prefix`.a[k] …; the index holds the number of the parameter and, below, that of
 /// the law.
 fn declare_law(list: &mut List<RigidMachine>, declared: &MotionLaw, number: usize, prefix: &str) {
@@ -407,8 +401,14 @@ fn declare_law(list: &mut List<RigidMachine>, declared: &MotionLaw, number: usiz
             kind,
             |d, index| law(d, index & 0xffff).map_or(0.0, |law| law.parameter(index >> 16)),
             |d, index, value| {
-                if let Some(law) = law_mut(d, index & 0xffff) {
+                let inertia = Arc::make_mut(&mut d.inertia);
+                let law = match index & 0xffff {
+                    INERTIA_LAW => inertia.function.varying.as_mut(),
+                    j => inertia.followers.get_mut(j).map(|f| &mut f.cam),
+                };
+                if let Some(law) = law {
                     law.set_parameter(index >> 16, value);
+                    inertia.find_borders();
                 }
             },
         )

@@ -1,0 +1,51 @@
+//! The drives of the FMUs in use, so that the instances of one FMU share what never changes: variables, start values.
+//!
+//! Entered when an instance is made and left when one is freed, never in between.
+
+use crate::drives::{Fault, Plan, resource::Resource};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+
+/// A drive with at least one instance; else its plan is gone, and [`clear`] removes the entry.
+struct Entry {
+    /// The content of the resource it was made of.
+    resource: Box<str>,
+    guid: Box<str>,
+    plan: Weak<dyn Plan>,
+}
+
+static ENTRIES: Mutex<Vec<Entry>> = Mutex::new(Vec::new());
+
+/// No entry is ever half-way through a change, so a panic elsewhere does no harm.
+fn entries() -> MutexGuard<'static, Vec<Entry>> {
+    ENTRIES.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// The plan of the drive that a resource describes. Refuses another guid than that of the resource.
+pub fn of(resource: &str, guid: &str) -> Result<Arc<dyn Plan>, Fault> {
+    let known = entries().iter().find(|e| *e.resource == *resource).and_then(|e| {
+        let plan = e.plan.upgrade()?;
+        Some((plan, e.guid.clone()))
+    });
+    if let Some((plan, own)) = known {
+        compare(guid, &own)?;
+        return Ok(plan);
+    }
+    let described = Resource::from_json(resource)?;
+    compare(guid, &described.guid)?;
+    let plan = described.build()?.plan();
+    let mut entries = entries();
+    entries.retain(|e| *e.resource != *resource);
+    entries.push(Entry { resource: resource.into(), guid: described.guid.into(), plan: Arc::downgrade(&plan) });
+    Ok(plan)
+}
+
+fn compare(given: &str, own: &str) -> Result<(), Fault> {
+    if given == own { Ok(()) } else { Err(Fault(format!("`fmuGUID` is `{given}`, but this FMU has the guid `{own}`"))) }
+}
+
+/// Forgets the drives without instances; without any, no memory is left behind when the library is unloaded.
+pub fn clear() {
+    let mut entries = entries();
+    entries.retain(|e| 0 < e.plan.strong_count());
+    entries.shrink_to_fit();
+}
