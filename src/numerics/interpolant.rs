@@ -67,6 +67,18 @@ pub fn neglected(modes: &[f64]) -> f64 {
     if tail < before { tail * (tail / before) } else { tail }
 }
 
+/// The Legendre coefficients of ∫₋₁ˣ p where those of p are `modes`: ∫ Pₖ = (Pₖ₊₁ − Pₖ₋₁)/(2 k + 1).
+pub fn integrated(modes: &[f64; STAGES]) -> [f64; COEFFICIENTS] {
+    let mut c = [0.0; COEFFICIENTS];
+    (c[0], c[1]) = (modes[0], modes[0]);
+    for k in 1..STAGES {
+        let part = modes[k] / (2 * k + 1) as f64;
+        c[k + 1] += part;
+        c[k - 1] -= part;
+    }
+    c
+}
+
 /// p(x) = Σ cⱼ xʲ.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Interpolant {
@@ -107,7 +119,20 @@ impl Interpolant {
         p
     }
 
+    /// p(x).
+    #[inline]
+    pub fn value(&self, x: f64) -> f64 {
+        let square = x * x;
+        let (mut even, mut odd) = (0.0, 0.0);
+        for j in (0..HALF).rev() {
+            even = even * square + self.even[j];
+            odd = odd * square + self.odd[j];
+        }
+        even + x * odd
+    }
+
     /// p(x) and ∫₀ˣ p.
+    #[inline]
     pub fn with_integral(&self, x: f64) -> [f64; 2] {
         let square = x * x;
         let (mut even, mut odd, mut even_sum, mut odd_sum) = (0.0, 0.0, 0.0, 0.0);
@@ -134,6 +159,12 @@ mod tests {
             for x in [-1.0, -0.7, 0.0, 0.3, 1.0f64] {
                 let [value, integral] = p.with_integral(x);
                 assert!((value - x.powi(n)).abs() < 1e-14, "x^{n} at {x}: {value}");
+                assert_eq!(value, p.value(x));
+                if n < STAGES as i32 {
+                    let from_end = Interpolant::new(&integrated(&modes(&nodes))).value(x);
+                    let exact = (x.powi(n + 1) - (-1.0f64).powi(n + 1)) / f64::from(n + 1);
+                    assert!((from_end - exact).abs() < 1e-14, "∫ x^{n} from -1 to {x}: {from_end}");
+                }
                 assert!((integral - x.powi(n + 1) / f64::from(n + 1)).abs() < 1e-15, "∫ x^{n} to {x}: {integral}");
             }
         }

@@ -14,5 +14,6 @@ pub mod lu;
 pub mod oscillator;
 pub mod period_map;
 pub mod phase;
+pub mod powers;
 pub mod quadrature;
 pub mod taylor;

@@ -16,6 +16,8 @@ pub trait Scalar:
     + Neg<Output = Self>
     + Mul<f64, Output = Self>
 {
+    /// The highest order that it knows.
+    const ORDER: usize;
     /// f(self), where `derivatives` are f, f′, f″ at the value of self.
     fn compose(self, derivatives: [f64; 3]) -> Self;
     /// The coefficient of order 0.
@@ -23,6 +25,7 @@ pub trait Scalar:
 }
 
 impl Scalar for f64 {
+    const ORDER: usize = 0;
     fn compose(self, derivatives: [f64; 3]) -> Self {
         derivatives[0]
     }
@@ -54,6 +57,7 @@ impl From<f64> for Series {
 }
 
 impl Scalar for Series {
+    const ORDER: usize = 2;
     fn compose(self, [f, f1, f2]: [f64; 3]) -> Self {
         let [_, c1, c2] = self.0;
         Series([f, f1 * c1, f1 * c2 + 0.5 * f2 * c1 * c1])

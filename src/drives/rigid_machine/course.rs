@@ -77,7 +77,7 @@ impl Course<'_> {
             cell.reciprocal
         } else {
             let low = if forward { position.angle.hi } else { position.angle.hi - length };
-            tabulate(self.inertia, cell.interval, low, length)
+            tabulate(self.inertia, &self.raster.profile, cell.interval, low, length)
         };
         if !forward {
             table.reverse();

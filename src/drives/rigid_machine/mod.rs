@@ -21,6 +21,7 @@ mod inertia;
 mod motor;
 mod passage;
 mod portrait;
+mod profile;
 mod raster;
 mod signal;
 mod solver;
@@ -120,8 +121,8 @@ pub struct RigidMachine {
     passage: Option<Passage>,
     /// The torques for which the passage holds.
     torques: Torques,
-    /// How far the communication point is from the beginning of the passage [rad].
-    advance: f64,
+    /// Where in the passage the communication point lies, x ∈ [−1, 1].
+    abscissa: f64,
     /// The length that the next step in the angle may have [rad].
     next_length: f64,
     /// What is known of the errors at the beginning of the passage.
@@ -190,7 +191,12 @@ impl RigidMachine {
     /// φ̇ = `w` at the angle of the state.
     fn set_speed(&mut self, w: f64) {
         self.state.w = w;
-        self.state.u = Double::from(self.inertia_here()[0]).sqrt() * Double::from(w);
+        self.state.u = Double::from(self.inertia_now()[0]).sqrt() * Double::from(w);
+    }
+
+    /// J, J′ at the angle of the state.
+    fn inertia_now(&self) -> [f64; 2] {
+        self.raster.profile.with_slope(&self.inertia, self.state.interval, self.state.angle.hi)
     }
 
     /// J, J′, J″, J‴ at the angle of the state.
@@ -229,7 +235,7 @@ impl Drive for RigidMachine {
             raster: Raster::default(),
             passage: None,
             torques: Torques::default(),
-            advance: 0.0,
+            abscissa: 0.0,
             next_length: f64::INFINITY,
             errors: Errors::default(),
             travelled: 0.0,

@@ -17,8 +17,10 @@
 use super::Motor;
 use super::raster::{Raster, Tabulated};
 use crate::numerics::double_double::Double;
-use crate::numerics::gauss::{ABSCISSAE, MATRIX, STAGES, WEIGHTS, legendre_integrals};
-use crate::numerics::interpolant::{INTEGRATION, Interpolant, columns, combine, modes, neglected};
+use crate::numerics::gauss::{ABSCISSAE, MATRIX, STAGES, WEIGHTS, legendre};
+use crate::numerics::interpolant::{
+    COEFFICIENTS, INTEGRATION, Interpolant, columns, combine, integrated, modes, neglected,
+};
 use crate::numerics::lu::Lu;
 use serde::{Deserialize, Serialize};
 
@@ -31,8 +33,12 @@ const STIFF: f64 = 1.0;
 /// Sweeps or Newton iterations; more mean that the step is too long.
 const ITERATIONS: usize = 14;
 
-/// Iterations for the angle at a time; the start is met to a part of the step and Newton's method doubles the digits.
+/// Iterations for the angle at a time; a cubic yields some digits to start with and Newton's method doubles them.
 const INVERSION: usize = 8;
+
+/// The degree of the polynomial of N that is continued into the next step as a first guess. The coefficients decay by a
+/// tenth or so per degree; those of higher degrees grow as much beyond the step.
+const CONTINUED: usize = 5;
 
 /// How many steps' errors of E come together before the motor has taken the first of them away.
 const ACCUMULATION: f64 = 10.0;
@@ -166,8 +172,16 @@ pub struct Passage {
     pub energy: Double,
     /// 1/|φ̇| over x ∈ [−1, 1] [s/rad].
     slowness: Interpolant,
+    /// Its integral from 0 to −1.
+    slowness_before: f64,
+    /// x as a cubic of the part of the duration that has passed, less the −1 that it begins with.
+    guess: [f64; 3],
+    /// A correction of x whose square is at most this leaves no more than the remainder that the effort allows.
+    settled: f64,
     /// Legendre coefficients of N [N·m].
     net: [f64; STAGES],
+    /// E less that at the beginning, over x [J].
+    work: Interpolant,
     /// The estimated error that decides whether the step is short enough: of the angle [rad] and of E between the
     /// ends, and of what is passed on.
     pub error: f64,
@@ -295,6 +309,15 @@ impl Passage {
         let slow_modes = Interpolant::modes_through(&slow, [1.0 / first_speed, 1.0 / end_speed]);
         let net_modes = modes(&net);
 
+        let end = from.time + Double::from(length * slow_modes[0]);
+        let slowness = Interpolant::new(&slow_modes);
+        let whole = (end - from.time).hi;
+        let ends = [first_speed, end_speed].map(|speed| 2.0 * whole / length * speed);
+        let guess = [ends[0], 6.0 - 2.0 * ends[0] - ends[1], ends[0] + ends[1] - 4.0];
+        // |Pₖ′| ≤ k (k + 1)/2. Newton's method leaves ½ |d ln(1/φ̇)/dx| times the square of a correction.
+        let steepest: f64 = (1..COEFFICIENTS).map(|k| 0.5 * (k * (k + 1)) as f64 * slow_modes[k].abs()).sum();
+        let settled = 4.0 * effort.remainder / (length * steepest * end_speed.max(first_speed));
+
         // Between the ends E errs by the first neglected coefficient of N, which the integration divides by 2 s + 1, and
         // the time by that of 1/φ̇; the angle at a given time by as much as the machine moves in that time.
         let slow_ratio = neglected(&slow_modes) / slow_modes[0];
@@ -317,10 +340,14 @@ impl Passage {
             to_edge,
             end_speed,
             end_net,
-            end: from.time + Double::from(length * slow_modes[0]),
+            end,
             energy: end_energy,
-            slowness: Interpolant::new(&slow_modes),
+            slowness,
+            slowness_before: slowness.with_integral(-1.0)[1],
+            guess,
+            settled,
             net: net_modes,
+            work: Interpolant::new(&integrated(&net_modes.map(|mode| 0.5 * length * mode))),
             error: angle_error.max(energy_error).max(ACCUMULATION * quadrature).max(time),
             angle_error,
             energy_error,
@@ -348,38 +375,41 @@ impl Passage {
         position
     }
 
-    /// The angle from the beginning on [rad] at the time `elapsed` [s] after it.
+    /// Where the machine is in the step at the time `elapsed` [s] after its beginning, as abscissa x ∈ [−1, 1].
     ///
     /// The time is a smooth increasing function of x, so that Newton's method needs no safeguard but the ends.
-    pub fn advance_at(&self, elapsed: f64) -> f64 {
+    pub fn place_at(&self, elapsed: f64) -> f64 {
         let half = 0.5 * self.length;
-        let [_, first] = self.slowness.with_integral(-1.0);
-        let whole = (self.end - self.from.time).hi;
-        let mut x = (2.0 * elapsed / whole - 1.0).clamp(-1.0, 1.0);
+        let part = elapsed / (self.end - self.from.time).hi;
+        let [a, b, c] = self.guess;
+        let mut x = (part * (a + part * (b + part * c)) - 1.0).clamp(-1.0, 1.0);
+        let wanted = elapsed / half + self.slowness_before;
         for _ in 0..INVERSION {
             let [slowness, integral] = self.slowness.with_integral(x);
-            let change = ((integral - first) - elapsed / half) / slowness;
+            let change = (integral - wanted) / slowness;
             x = (x - change).clamp(-1.0, 1.0);
-            // The error that is left goes with the square.
-            if change.abs() <= 1e-9 {
+            if change * change <= self.settled {
                 break;
             }
         }
-        half * (1.0 + x)
+        x
     }
 
-    /// E at the angle `advance` from the beginning [J].
-    pub fn energy_at(&self, advance: f64) -> Double {
-        let integrals = legendre_integrals(2.0 * advance / self.length - 1.0);
-        let sum: f64 = (0..STAGES).rev().map(|k| self.net[k] * integrals[k]).sum();
-        self.from.energy + Double::from(self.length * sum)
+    /// The angle from the beginning to the abscissa `x` [rad].
+    pub fn advance(&self, x: f64) -> f64 {
+        0.5 * self.length * (1.0 + x)
     }
 
-    /// N at the nodes of the step of `length` that follows, by the parabola that N comes nearest to in this one.
+    /// E at the abscissa `x` [J].
+    pub fn energy_at(&self, x: f64) -> Double {
+        self.from.energy + Double::from(self.work.value(x))
+    }
+
+    /// N at the nodes of the step of `length` that follows.
     fn continued(&self, length: f64) -> [f64; STAGES] {
         ABSCISSAE.map(|x| {
-            let y = 1.0 + (1.0 + x) * length / self.length;
-            self.net[0] + y * self.net[1] + (1.5 * y * y - 0.5) * self.net[2]
+            let p = legendre(1.0 + (1.0 + x) * length / self.length);
+            (0..=CONTINUED).map(|k| self.net[k] * p[k]).sum()
         })
     }
 

@@ -7,6 +7,7 @@
 //! its synchronous speed, cells are divided.
 
 use super::passage::{Effort, Passage, Position, Torques};
+use super::profile::Profile;
 use super::{Inertia, Motor};
 use crate::numerics::double_double::{Double, two_sum};
 use crate::numerics::gauss::{ABSCISSAE, STAGES, WEIGHTS};
@@ -56,6 +57,8 @@ pub struct Cell {
 #[derive(Clone, Default)]
 pub struct Raster {
     cells: Arc<Vec<Cell>>,
+    /// J(φ).
+    pub profile: Arc<Profile>,
     /// The greatest width of a cell [rad].
     pub widest: f64,
     /// What the cells were made for.
@@ -63,9 +66,8 @@ pub struct Raster {
 }
 
 /// 2/J over the `width` [rad] from `low` on, in interval `interval`.
-pub fn tabulate(inertia: &Inertia, interval: usize, low: f64, width: f64) -> Tabulated {
-    let place = inertia.place(interval);
-    let at = |x: f64| 2.0 / inertia.value(place, low + 0.5 * (1.0 + x) * width);
+pub fn tabulate(inertia: &Inertia, profile: &Profile, interval: usize, low: f64, width: f64) -> Tabulated {
+    let at = |x: f64| 2.0 / profile.value(inertia, interval, low + 0.5 * (1.0 + x) * width);
     let mut table = [0.0; STAGES + 2];
     table[0] = at(-1.0);
     for i in 0..STAGES {
@@ -90,16 +92,26 @@ impl Raster {
     /// The raster on which `inertia` is met to the relative `tolerance`, and the torque of the motor as it is about its
     /// synchronous speed.
     pub fn new(inertia: &Inertia, motor: &Motor, tolerance: f64) -> Self {
-        let mut cells = Self::of_inertia(inertia, tolerance);
+        Self::on(Arc::new(Profile::new(inertia)), inertia, motor, tolerance)
+    }
+
+    /// The raster of another tolerance.
+    pub fn with_tolerance(&self, inertia: &Inertia, motor: &Motor, tolerance: f64) -> Self {
+        Self::on(self.profile.clone(), inertia, motor, tolerance)
+    }
+
+    fn on(profile: Arc<Profile>, inertia: &Inertia, motor: &Motor, tolerance: f64) -> Self {
+        let mut cells = Self::of_inertia(inertia, &profile, tolerance);
         if let Motor::Kloss { synchronous_speed, dynamics: None, .. } = motor {
-            cells = Self::divided(cells, inertia, motor, *synchronous_speed, tolerance);
+            cells = Self::divided(cells, inertia, &profile, motor, *synchronous_speed, tolerance);
         }
         let widest = cells.iter().map(|cell| cell.width).fold(0.0, f64::max);
-        Raster { widest, cells: Arc::new(cells), made_for: Some(Arc::new((inertia.clone(), *motor, tolerance))) }
+        let made_for = Some(Arc::new((inertia.clone(), *motor, tolerance)));
+        Raster { widest, cells: Arc::new(cells), profile, made_for }
     }
 
     /// The cells that J(φ) alone asks for.
-    fn of_inertia(inertia: &Inertia, tolerance: f64) -> Vec<Cell> {
+    fn of_inertia(inertia: &Inertia, profile: &Profile, tolerance: f64) -> Vec<Cell> {
         let mut cells = Vec::new();
         let intervals = inertia.borders().len().max(1);
         let mut width = WIDEST.min(4.0 / inertia.resolution());
@@ -114,7 +126,7 @@ impl Raster {
                     let end = edge(at, width, high);
                     let missing = if end == high && interval + 1 == intervals { missing } else { 0.0 };
                     let own = end - at + missing;
-                    let table = tabulate(inertia, interval, at, own);
+                    let table = tabulate(inertia, profile, interval, at, own);
                     let error = error(&table, own);
                     // The error goes with the tenth power of the width.
                     let growth = (0.9 * (FINER * tolerance / error.max(1e-300)).powf(0.1)).clamp(0.3, 2.0);
@@ -134,7 +146,14 @@ impl Raster {
 
     /// The same cells, divided where a machine with the mean energy of the synchronous speed would not pass them in one
     /// step: its torque has waves of its own.
-    fn divided(cells: Vec<Cell>, inertia: &Inertia, motor: &Motor, synchronous: f64, tolerance: f64) -> Vec<Cell> {
+    fn divided(
+        cells: Vec<Cell>,
+        inertia: &Inertia,
+        profile: &Profile,
+        motor: &Motor,
+        synchronous: f64,
+        tolerance: f64,
+    ) -> Vec<Cell> {
         let torques = Torques::against(motor, 0.0, synchronous.signum());
         let root = |cell: &Cell| -> f64 {
             let nodes = &cell.reciprocal[1..=STAGES];
@@ -157,7 +176,7 @@ impl Raster {
                 let high = edge(low, (cell.high - low) / left as f64, cell.high);
                 let width = high - low + if high == cell.high { missing } else { 0.0 };
                 let reciprocal =
-                    if parts == 1 { cell.reciprocal } else { tabulate(inertia, cell.interval, low, width) };
+                    if parts == 1 { cell.reciprocal } else { tabulate(inertia, profile, cell.interval, low, width) };
                 divided.push(Cell { low, high, width, interval: cell.interval, reciprocal });
                 low = high;
                 if low == cell.high {

@@ -13,7 +13,8 @@
 //! the tolerance; that is more than enough, because the right-hand side is continuous there: stopping δ beside the
 //! border changes the solution by the order of δ².
 
-use super::{Inertia, Motor, RigidMachine, Signal, State, inertia::Place};
+use super::profile::Profile;
+use super::{Inertia, Motor, RigidMachine, Signal, State};
 use crate::drives::{Event, Fault};
 use crate::numerics::collocation::{Collocation, Failure, System};
 use crate::numerics::double_double::{Double, two_product};
@@ -59,16 +60,21 @@ struct Piece<'a> {
     motor: &'a Motor,
     load: &'a Signal,
     driving: &'a Signal,
-    place: Place,
+    profile: &'a Profile,
     base: &'a State,
     /// The most that φ may change in a step [rad].
     reach: f64,
 }
 
 impl Piece<'_> {
-    /// φ, and J and its derivatives there.
-    fn inertia(&self, increment: f64) -> [f64; 4] {
-        self.inertia.at(self.place, self.base.angle.hi + (self.base.angle.lo + increment))
+    /// φ after this increment [rad].
+    fn angle(&self, increment: f64) -> f64 {
+        self.base.angle.hi + (self.base.angle.lo + increment)
+    }
+
+    /// √J after this increment.
+    fn root(&self, increment: f64) -> f64 {
+        self.profile.value(self.inertia, self.base.interval, self.angle(increment)).sqrt()
     }
 
     fn u(&self, increment: f64) -> f64 {
@@ -90,7 +96,7 @@ impl Piece<'_> {
 
 impl<const N: usize> System<N> for Piece<'_> {
     fn rhs(&self, t: Double, y: &[f64; N]) -> [f64; N] {
-        let root = self.inertia(y[0])[0].sqrt();
+        let root = self.root(y[0]);
         let w = self.u(y[1]) / root;
         let [torque, _] = self.torque(t, w, y.get(2));
         let mut rate = [0.0; N];
@@ -103,7 +109,7 @@ impl<const N: usize> System<N> for Piece<'_> {
     }
 
     fn jacobian(&self, t: Double, y: &[f64; N]) -> [[f64; N]; N] {
-        let [j, slope, ..] = self.inertia(y[0]);
+        let [j, slope] = self.profile.with_slope(self.inertia, self.base.interval, self.angle(y[0]));
         let root = j.sqrt();
         let w = self.u(y[1]) / root;
         let [torque, torque_slope] = self.torque(t, w, y.get(2));
@@ -138,7 +144,7 @@ impl<const N: usize> System<N> for Piece<'_> {
             return f64::INFINITY;
         }
         let rate = self.rhs(t, y);
-        let (w, a) = (rate[0].abs(), (rate[1] / self.inertia(y[0])[0].sqrt()).abs());
+        let (w, a) = (rate[0].abs(), (rate[1] / self.root(y[0])).abs());
         2.0 * self.reach / (w + (w * w + 2.0 * a * self.reach).sqrt())
     }
 }
@@ -199,7 +205,7 @@ impl RigidMachine {
             motor: &self.motor,
             load: &self.load,
             driving: &self.driving,
-            place: self.inertia.place(self.state.interval),
+            profile: &self.raster.profile,
             base: &self.state,
             reach,
         }
@@ -305,7 +311,7 @@ impl RigidMachine {
         if self.inertia.borders().is_empty() {
             self.take_turns((self.state.angle.hi / TAU).round());
         }
-        self.state.w = self.state.u.hi / self.inertia_here()[0].sqrt();
+        self.state.w = self.state.u.hi / self.inertia_now()[0].sqrt();
         if !(self.state.w.abs() <= FASTEST) {
             return Err(self.fault(Failure::Unbounded { time: c.end().hi }, time));
         }
@@ -314,7 +320,7 @@ impl RigidMachine {
                 time: time + at,
                 kind: "reversal of the shaft",
                 quantity: "acceleration",
-                value: self.net_torque(0.0) / self.inertia_here()[0],
+                value: self.net_torque(0.0) / self.inertia_now()[0],
                 unit: "rad/s2",
                 solver: false,
             });

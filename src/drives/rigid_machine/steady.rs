@@ -65,8 +65,11 @@ impl<'a> Shooting<'a> {
     fn new(machine: &'a RigidMachine, torques: Torques, tolerance: f64) -> Self {
         // The machine's own raster serves where it is fine enough.
         let own = machine.solver.effective_tolerance() <= tolerance;
-        let raster =
-            if own { machine.raster.clone() } else { Raster::new(&machine.inertia, &machine.motor, tolerance) };
+        let raster = if own {
+            machine.raster.clone()
+        } else {
+            machine.raster.with_tolerance(&machine.inertia, &machine.motor, tolerance)
+        };
         Shooting { machine, raster, torques, tolerance }
     }
 
@@ -245,7 +248,7 @@ impl RigidMachine {
         }
         let root = (energy + energy).sqrt();
         self.state.u = if sense > 0.0 { root } else { -root };
-        self.state.w = self.state.u.hi / self.inertia_here()[0].sqrt();
+        self.state.w = self.state.u.hi / self.inertia_now()[0].sqrt();
         self.state.torque = torque;
         self.period = period;
         self.events.push(Event {

@@ -122,7 +122,7 @@ impl RigidMachine {
             self.state.turns = position.turns;
             self.state.interval = self.raster.cells()[position.cell].interval;
             self.take_energy(position.energy);
-            self.state.w = self.state.u.hi / self.inertia_here()[0].sqrt();
+            self.state.w = self.state.u.hi / self.inertia_now()[0].sqrt();
         }
     }
 
@@ -130,8 +130,8 @@ impl RigidMachine {
     fn leave(&mut self) {
         if let Some(passage) = self.passage.take() {
             self.errors = passage.pass_on(self.errors);
-            self.travelled += self.advance;
-            self.take_energy(passage.energy_at(self.advance));
+            self.travelled += passage.advance(self.abscissa);
+            self.take_energy(passage.energy_at(self.abscissa));
         }
     }
 
@@ -145,13 +145,13 @@ impl RigidMachine {
     fn read(&mut self, target: Double) {
         let Some(passage) = &self.passage else { return };
         let sense = self.torques.sense;
-        self.advance = passage.advance_at((target - passage.from.time).hi);
-        self.state.angle = passage.from.angle + Double::from(sense * self.advance);
+        self.abscissa = passage.place_at((target - passage.from.time).hi);
+        self.state.angle = passage.from.angle + Double::from(sense * passage.advance(self.abscissa));
         self.state.turns = passage.from.turns;
         self.state.interval = self.raster.cells()[passage.from.cell].interval;
         // J is the function itself, so that ½ J φ̇² is E to the last digit.
-        let inertia = self.inertia.value(self.inertia.place(self.state.interval), self.state.angle.hi);
-        self.state.w = sense * (2.0 * passage.energy_at(self.advance).hi / inertia).sqrt();
+        let inertia = self.raster.profile.value(&self.inertia, self.state.interval, self.state.angle.hi);
+        self.state.w = sense * (2.0 * passage.energy_at(self.abscissa).hi / inertia).sqrt();
     }
 
     /// The step from `position` on, at most to the end of the cell; None where no step meets the tolerance.

@@ -43,6 +43,9 @@ struct Point<S> {
 
 /// J(φ) and J′(φ).
 fn inertia<S: Scalar>(machine: &RigidMachine, phi: S) -> [S; 2] {
+    if S::ORDER == 0 {
+        return machine.inertia_now().map(S::from);
+    }
     let [j, j1, j2, j3] = machine.inertia_here();
     [phi.compose([j, j1, j2]), phi.compose([j1, j2, j3])]
 }

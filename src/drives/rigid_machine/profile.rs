@@ -1,0 +1,125 @@
+//! J(φ) and J′(φ) from a table of polynomials that meet them to rounding.
+//!
+//! What a step and an output need of J costs the same however many followers there are and however many harmonics they
+//! have. An interval between borders of the motion laws is divided into equal pieces, so that the piece follows from
+//! the angle without a search. Where an interval would need many more of them than the waves of J make one expect,
+//! because J falls to a small part of its size, it has no table: the laws themselves are evaluated there.
+
+use super::Inertia;
+use crate::numerics::powers::{Fitting, POINTS, Powers};
+use std::f64::consts::TAU;
+
+/// The width of a piece in which the polynomial of degree 15 follows a wave to rounding [rad of the wave]: the first
+/// neglected coefficient is 2 (width/4)¹⁶/16!.
+const PIECE_OF_WAVE: f64 = 2.6;
+
+/// How many times the number of pieces that the waves ask for an interval may have.
+const EXCESS: usize = 4;
+
+/// What the polynomial may miss, relative to J: the rounding of the laws.
+const ROUNDING: f64 = 4e-15;
+
+/// How far beyond the ends of an interval its polynomials serve, as part of a piece: steps end there but for rounding.
+const BEYOND: f64 = 1e-6;
+
+/// The pieces of an interval.
+struct Stretch {
+    /// φ where it begins [rad].
+    low: f64,
+    /// Pieces per radian.
+    rate: f64,
+    /// Number of pieces.
+    count: usize,
+    /// The first of them.
+    first: usize,
+}
+
+/// The table.
+#[derive(Default)]
+pub struct Profile {
+    /// By interval; None where there is no table.
+    stretches: Vec<Option<Stretch>>,
+    /// Polynomials over x ∈ [−1, 1] [kg·m²].
+    pieces: Vec<Powers>,
+    /// Whether the only interval is the whole turn.
+    turn: bool,
+}
+
+impl Profile {
+    /// The table of `inertia`.
+    pub fn new(inertia: &Inertia) -> Self {
+        let fitting = Fitting::new();
+        let turn = inertia.borders().is_empty();
+        let mut profile = Profile { turn, ..Profile::default() };
+        for interval in 0..inertia.borders().len().max(1) {
+            let (low, high) = if turn { (0.0, TAU) } else { inertia.ends(interval) };
+            let wanted = ((high - low) * inertia.resolution() / PIECE_OF_WAVE).ceil().max(1.0) as usize;
+            // Between borders laws often are polynomials: a single piece may do.
+            let mut count = if turn { wanted } else { 1 };
+            let first = profile.pieces.len();
+            let met = loop {
+                let width = (high - low) / count as f64;
+                let met = (0..count).all(|i| profile.add(inertia, &fitting, interval, low + i as f64 * width, width));
+                if met || 2 * count > EXCESS * wanted {
+                    break met;
+                }
+                profile.pieces.truncate(first);
+                count *= 2;
+            };
+            if !met {
+                profile.pieces.truncate(first);
+            }
+            profile.stretches.push(met.then(|| Stretch { low, rate: count as f64 / (high - low), count, first }));
+        }
+        profile
+    }
+
+    /// Adds the piece of this `width` from `low` on; whether it meets J.
+    fn add(&mut self, inertia: &Inertia, fitting: &Fitting, interval: usize, low: f64, width: f64) -> bool {
+        let place = inertia.place(interval);
+        let values: [f64; POINTS] = fitting.points.map(|x| inertia.value(place, low + 0.5 * (1.0 + x) * width));
+        let (powers, neglected) = fitting.fit(&values);
+        self.pieces.push(powers);
+        // A comparison with NaN is false.
+        neglected <= ROUNDING * values.iter().copied().fold(f64::INFINITY, f64::min)
+    }
+
+    /// The piece that holds `phi` and the place x therein.
+    #[inline]
+    fn piece(&self, interval: usize, phi: f64) -> Option<(&Powers, f64)> {
+        let stretch = self.stretches.get(interval)?.as_ref()?;
+        let phi = if self.turn && phi < 0.0 { phi + TAU } else { phi };
+        let along = (phi - stretch.low) * stretch.rate;
+        if !(along >= -BEYOND && along <= stretch.count as f64 + BEYOND) {
+            return None;
+        }
+        let number = (along as usize).min(stretch.count - 1);
+        Some((&self.pieces[stretch.first + number], 2.0 * (along - number as f64) - 1.0))
+    }
+
+    /// J [kg·m²] at `phi` [rad], continued smoothly from the interval.
+    #[inline]
+    pub fn value(&self, inertia: &Inertia, interval: usize, phi: f64) -> f64 {
+        match self.piece(interval, phi) {
+            Some((powers, x)) => powers.value(x),
+            None => inertia.value(inertia.place(interval), phi),
+        }
+    }
+
+    /// J [kg·m²] and J′ [kg·m²/rad] at `phi` [rad], continued smoothly from the interval.
+    #[inline]
+    pub fn with_slope(&self, inertia: &Inertia, interval: usize, phi: f64) -> [f64; 2] {
+        match self.piece(interval, phi) {
+            Some((powers, x)) => {
+                let [j, slope] = powers.with_slope(x);
+                // dx/dφ is twice the number of pieces per radian.
+                let rate = self.stretches[interval].as_ref().map_or(0.0, |stretch| stretch.rate);
+                [j, 2.0 * rate * slope]
+            }
+            None => {
+                let [j, slope, ..] = inertia.at(inertia.place(interval), phi);
+                [j, slope]
+            }
+        }
+    }
+}

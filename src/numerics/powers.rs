@@ -1,0 +1,143 @@
+//! The polynomial of degree 15 through the values of a function at sixteen Chebyshev points, as powers of x.
+//!
+//! f(x) ≈ Σ cₖ Tₖ(x),  cₖ = (2 − δₖ₀)/16 Σ f(xᵢ) Tₖ(xᵢ),  xᵢ = cos((2 i + 1) π/32)
+//!
+//! For tables of smooth functions on pieces so narrow that the coefficients fall to rounding: those of the powers then
+//! are about those of the Taylor series at the middle, and no digit is lost in the sum of powers.
+//!
+//! Source: L. N. Trefethen, *Approximation Theory and Approximation Practice*, SIAM 2013, chapters 3, 4, 8.
+
+use super::interpolant::neglected;
+use std::f64::consts::PI;
+
+/// The number of points and of coefficients.
+pub const POINTS: usize = 16;
+
+/// Half of them: those of even powers and those of odd ones.
+const HALF: usize = POINTS / 2;
+
+/// The coefficients of xʲ in T₀ … T₁₅.
+static CHEBYSHEV: [[f64; POINTS]; POINTS] = chebyshev_coefficients();
+
+const fn chebyshev_coefficients() -> [[f64; POINTS]; POINTS] {
+    let mut t = [[0.0; POINTS]; POINTS];
+    (t[0][0], t[1][1]) = (1.0, 1.0);
+    let mut k = 2;
+    while k < POINTS {
+        let mut j = 0;
+        while j <= k {
+            let raised = if j > 0 { 2.0 * t[k - 1][j - 1] } else { 0.0 };
+            t[k][j] = raised - t[k - 2][j];
+            j += 1;
+        }
+        k += 1;
+    }
+    t
+}
+
+/// Tₖ(xᵢ): what all fits have in common.
+pub struct Fitting {
+    /// xᵢ ∈ (−1, 1), descending.
+    pub points: [f64; POINTS],
+    /// (2 − δₖ₀)/16 Tₖ(xᵢ), row by row.
+    matrix: [[f64; POINTS]; POINTS],
+}
+
+impl Fitting {
+    /// Points and matrix.
+    pub fn new() -> Self {
+        let angle = |k: usize, i: usize| (k * (2 * i + 1)) as f64 * PI / (2 * POINTS) as f64;
+        let weight = |k: usize| if k == 0 { 1.0 } else { 2.0 } / POINTS as f64;
+        Fitting {
+            points: std::array::from_fn(|i| angle(1, i).cos()),
+            matrix: std::array::from_fn(|k| std::array::from_fn(|i| weight(k) * angle(k, i).cos())),
+        }
+    }
+
+    /// The polynomial through the values at the points, and what the first neglected coefficient is about.
+    pub fn fit(&self, values: &[f64; POINTS]) -> (Powers, f64) {
+        // Only the variation is fitted, so that a constant stays exact.
+        let base = values[0];
+        let c: [f64; POINTS] =
+            std::array::from_fn(|k| self.matrix[k].iter().zip(values).map(|(m, value)| m * (value - base)).sum());
+        let mut p = Powers { even: [0.0; HALF], odd: [0.0; HALF] };
+        for k in 0..HALF {
+            for j in 0..=k {
+                p.even[j] += CHEBYSHEV[2 * k][2 * j] * c[2 * k];
+                p.odd[j] += CHEBYSHEV[2 * k + 1][2 * j + 1] * c[2 * k + 1];
+            }
+        }
+        p.even[0] += base;
+        (p, neglected(&c))
+    }
+}
+
+/// p(x) = Σ cⱼ xʲ.
+#[derive(Clone, Copy, Debug)]
+pub struct Powers {
+    even: [f64; HALF],
+    odd: [f64; HALF],
+}
+
+impl Powers {
+    /// p(x).
+    #[inline]
+    pub fn value(&self, x: f64) -> f64 {
+        let square = x * x;
+        let (mut even, mut odd) = (0.0, 0.0);
+        for j in (0..HALF).rev() {
+            even = even * square + self.even[j];
+            odd = odd * square + self.odd[j];
+        }
+        even + x * odd
+    }
+
+    /// p(x) and p′(x).
+    #[inline]
+    pub fn with_slope(&self, x: f64) -> [f64; 2] {
+        let square = x * x;
+        let (mut even, mut odd, mut even_slope, mut odd_slope) = (0.0, 0.0, 0.0, 0.0);
+        for j in (0..HALF).rev() {
+            even_slope = even_slope * square + even;
+            odd_slope = odd_slope * square + odd;
+            even = even * square + self.even[j];
+            odd = odd * square + self.odd[j];
+        }
+        [even + x * odd, odd + 2.0 * x * (even_slope + x * odd_slope)]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn polynomials_are_met_to_degree_15() {
+        let fitting = Fitting::new();
+        for n in 0..POINTS as i32 {
+            let (p, _) = fitting.fit(&fitting.points.map(|x| x.powi(n)));
+            for x in [-1.0, -0.6, 0.0, 0.3, 1.0f64] {
+                let [value, slope] = p.with_slope(x);
+                let exact = if n == 0 { 0.0 } else { f64::from(n) * x.powi(n - 1) };
+                // The powers of T₁₅ have coefficients of 10⁵.
+                assert!((value - x.powi(n)).abs() < 1e-10 && (slope - exact).abs() < 1e-9, "x^{n} at {x}");
+                assert_eq!(value, p.value(x));
+            }
+        }
+    }
+
+    #[test]
+    fn a_wave_that_the_points_resolve_is_met_to_rounding() {
+        // 1.3 rad of a wave on either side of the middle: its coefficients fall to 10⁻¹⁶.
+        let fitting = Fitting::new();
+        let (p, told) = fitting.fit(&fitting.points.map(|x| 2.0 + (1.3 * x + 0.4).cos()));
+        assert!(told < 1e-15, "{told:e}");
+        for i in 0..=40 {
+            let x = f64::from(i) / 20.0 - 1.0;
+            let [value, slope] = p.with_slope(x);
+            assert!((value - 2.0 - (1.3 * x + 0.4).cos()).abs() < 5e-15, "{x}");
+            // Rounding enters every coefficient, and Σ k² = 1240 the slope at the ends.
+            assert!((slope + 1.3 * (1.3 * x + 0.4).sin()).abs() < 1e-12, "{x}");
+        }
+    }
+}
