@@ -29,9 +29,12 @@ use leap::Leap;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
-/// Last two Chebyshev coefficients of −ẍ on a piece, relative to the largest one. Near rounding: the convergence is
-/// geometric, so that a coarser value would save little.
-const TAIL: f64 = 1e-14;
+/// The part of the tolerance that one step may take up: so little that a thousand steps in a row, as a weakly damped
+/// oscillator adds them up, keep it.
+const SHARE: f64 = 1e-3;
+
+/// The last two Chebyshev coefficients of −ẍ on a piece need not fall below this part of the largest one: some roundings.
+const LEAST_TAIL: f64 = 1e-14;
 
 /// Rounding error of U″ and U′, relative to their bounds over the turn: where −ẍ passes through zero, its
 /// coefficients need not fall below this.
@@ -49,6 +52,8 @@ const MOST_PIECES: f64 = 1e7;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Response {
     oscillator: Oscillator,
+    /// Relative tolerance of q.
+    tolerance: f64,
     motion: AngleMotion,
     /// Bounds of |U′| [m/rad] and |U″| [m/rad²].
     bounds: [f64; 2],
@@ -82,10 +87,11 @@ struct Piece {
 
 impl Response {
     /// A response at rest; [`Response::restart`] sets it going. Allocates what the law needs.
-    pub fn new(oscillator: Oscillator, law: &MotionLaw) -> Self {
+    pub fn new(oscillator: Oscillator, law: &MotionLaw, tolerance: f64) -> Self {
         let order = law.series().map_or(0, |series| series.order());
         Response {
             oscillator,
+            tolerance,
             motion: AngleMotion::uniform(0.0, 0.0, 0.0),
             bounds: [law.bound(1), law.bound(2)],
             closed: true,
@@ -142,20 +148,19 @@ impl Response {
         }
     }
 
-    /// q, q̇ at `end` [s] from `state` at `time` on `motion`, to the relative `tolerance`, where one quadrature reaches so
-    /// far.
+    /// q, q̇ at `end` [s] from `state` at `time` on `motion`, where one quadrature reaches so far.
     pub fn leap(
         &mut self,
         law: &MotionLaw,
         motion: &AngleMotion,
         [time, end]: [f64; 2],
         state: [f64; 2],
-        tolerance: f64,
     ) -> Option<[f64; 2]> {
         let series = law.series()?;
         self.motion = *motion;
         let local = self.local(Double::from(time));
-        let landing = self.leap.over(&self.oscillator, series, self.bounds, &local, end - time, state, tolerance)?;
+        let landing =
+            self.leap.over(&self.oscillator, series, self.bounds, &local, end - time, state, self.tolerance)?;
         (self.steps, self.evaluations) = (self.steps + 1.0, self.evaluations + landing.evaluations as f64);
         let order = series.order() as f64;
         let made =
@@ -312,15 +317,16 @@ impl Response {
                 -(u[2] * w * w + u[1] * a)
             };
             let scale = self.bounds[1] * local.speed(length).powi(2) + self.bounds[0] * local.acceleration(length);
-            let fit = chebyshev::fit(forcing, TAIL, ROUNDING * scale);
+            let fit = chebyshev::fit(forcing, (SHARE * self.tolerance).max(LEAST_TAIL), ROUNDING * scale);
             self.evaluations += fit.evaluations as f64;
             // Twenty halvings suffice for any motion that is smooth on the piece; beyond, the estimate tells.
             if fit.converged || length < whole * 1e-6 {
                 let order = law.resolution_in(segment);
-                // What is neglected decays on from the last coefficients like these from the first.
+                // What is neglected decays on from the last coefficients like these from the first; half waves of Tₙ
+                // cancel in the integral but for one.
                 let degree = fit.polynomial.degree as f64;
                 let neglected = fit.tail * (fit.tail / scale.max(fit.tail)).powf(1.0 / degree);
-                let error = if scale > 0.0 { length * neglected } else { 0.0 };
+                let error = if scale > 0.0 { length * neglected / degree } else { 0.0 };
                 let (_, fast) = self.oscillator.rates();
                 let error = [error * length.min(1.0 / fast), error];
                 let made = Made { length, error, forcing: scale, order, state };

@@ -106,16 +106,23 @@ pub trait HasSolver: Sized {
         false
     }
 
-    /// Declares `solver.tolerance`, where there is a choice `solver.method` and `solver.step_size`, and the
+    /// Whether `solver.tolerance` changes anything: what a closed form computes is at rounding level anyway.
+    fn has_tolerance(&self) -> bool {
+        true
+    }
+
+    /// Declares `solver.tolerance`, `solver.method` and `solver.step_size`, each where it changes anything, and the
     /// statistics.
     fn declare_solver(&self, list: &mut List<Self>) {
-        list.parameter(
-            "solver.tolerance",
-            "Relative tolerance; 0 for the documented default",
-            variable::real_within(&unit::NUMBER, 0.0, 1.0),
-            |d, _| d.solver().settings.tolerance,
-            |d, _, value| d.solver_mut().settings.tolerance = value,
-        );
+        if self.has_tolerance() {
+            list.parameter(
+                "solver.tolerance",
+                "Relative tolerance; 0 for the documented default",
+                variable::real_within(&unit::NUMBER, 0.0, 1.0),
+                |d, _| d.solver().settings.tolerance,
+                |d, _, value| d.solver_mut().settings.tolerance = value,
+            );
+        }
         if self.has_method() {
             list.parameter(
                 "solver.method",

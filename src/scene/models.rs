@@ -428,11 +428,16 @@ pub fn try_out(resolved: &Resolved, names: Names, faults: &Faults<'_>) {
         Ok(drive) => drive,
         Err(fault) => return report(fault.0, None),
     };
-    if let Some(span) = faults.place("solver.method")
-        && drive.descriptions().iter().all(|d| d.name != "solver.method")
-    {
-        let message = "`solver.method` has no meaning here: every step of this drive costs the same";
-        faults.report(faults.at(span, message).hint("remove it"));
+    for (name, reason) in [
+        ("solver.method", "every step of this drive costs the same"),
+        ("solver.tolerance", "the result of this drive is at rounding level anyway"),
+    ] {
+        if let Some(span) = faults.place(name)
+            && drive.descriptions().iter().all(|d| d.name != name)
+        {
+            let message = format!("`{name}` has no meaning here: {reason}");
+            faults.report(faults.at(span, message).hint("remove it"));
+        }
     }
     let parameters: Vec<(usize, String, Kind)> = drive
         .descriptions()

@@ -24,7 +24,7 @@ mod variables;
 use super::cam_drive::{AngleMotion, CamDrive, DriveMode, HasCamDrive, Start, StartMode};
 use super::number::all_finite;
 use super::response::{Instant, Response};
-use super::solver::{HasSolver, Settings, Solver};
+use super::solver::{FINEST_TOLERANCE, HasSolver, Settings, Solver};
 use super::{Curve, Drive, EventLog, Experiment, Fault, List, Portrait};
 use crate::motion::{Kinematics, MotionLaw, TransferFunctions};
 use crate::numerics::oscillator::Oscillator;
@@ -202,7 +202,7 @@ impl Drive for ElasticOutput {
 
     fn new(scene: Scene) -> Result<Self, Fault> {
         let Scene { m, c, b, cam, drive, start, solver } = scene;
-        let response = Response::new(Oscillator::of_mass(m, c, b), &cam);
+        let response = Response::new(Oscillator::of_mass(m, c, b), &cam, FINEST_TOLERANCE);
         let drive = ElasticOutput {
             m,
             c,
@@ -247,7 +247,8 @@ impl Drive for ElasticOutput {
         self.cam.start(time);
         self.solver.start();
         // The law's parameters may have changed, and with them what the response keeps of it.
-        self.response = Response::new(self.oscillator(), &self.cam.law);
+        let tolerance = if self.has_tolerance() { self.solver.effective_tolerance() } else { FINEST_TOLERANCE };
+        self.response = Response::new(self.oscillator(), &self.cam.law, tolerance);
         self.built_for = [self.m, self.c, self.b];
         self.taken_up = false;
         let q = self.initial_state(time)?;
@@ -282,9 +283,8 @@ impl Drive for ElasticOutput {
             }
             self.cam.step_done();
             self.taken_up = false;
-            let tolerance = self.solver.effective_tolerance();
             let (law, q) = (&self.cam.law, self.now.q);
-            if let Some(q) = self.response.leap(law, &self.motion, [time, end], q, tolerance) {
+            if let Some(q) = self.response.leap(law, &self.motion, [time, end], q) {
                 self.count();
                 return self.arrive(end, q);
             }
@@ -368,6 +368,10 @@ impl HasCamDrive for ElasticOutput {
 }
 
 impl HasSolver for ElasticOutput {
+    /// At constant speed there is nothing to trade: the result is at rounding level.
+    fn has_tolerance(&self) -> bool {
+        self.cam.is_input()
+    }
     fn solver(&self) -> &Solver {
         &self.solver
     }

@@ -24,13 +24,22 @@ pub(super) fn experiment(drive: &ElasticOutput) -> Experiment {
 
 pub(super) fn of(drive: &ElasticOutput) -> Portrait {
     let closed = drive.cam.law.series().is_some() && !drive.cam.is_input();
-    let method = if closed {
+    let method = if drive.cam.is_input() && drive.cam.law.series().is_some() {
+        "Gauss quadrature of the impulse response times the acceleration of the cam, one rule with as many nodes as \
+         the tolerance asks for over a communication step; where this is too long for 16 nodes, exponential quadrature \
+         on pieces that follow the motion of the cam."
+    } else if closed {
         "Closed form: the response to each harmonic and the free motion, in phase to the last digit after any number \
          of turns; on and beside an undamped resonance the growing part by itself."
     } else {
         "Exponential quadrature: the acceleration of the cam as Chebyshev polynomials on pieces that follow its \
-         motion and end at the breakpoints of the law, the oscillator solved exactly on each. Where a Fourier law \
-         turns at constant speed over a communication step, the closed form."
+         motion and end at the breakpoints of the law, the oscillator solved exactly on each."
+    };
+    let tolerance = if drive.cam.is_input() {
+        "Each communication step, or each piece of it, may add a thousandth of it to the error of q, relative to the \
+         largest |q|; the number of evaluations follows from it. 0 means 1e-10."
+    } else {
+        "There is none: at constant speed the result is at rounding level, and a coarser one would save nothing."
     };
     let accuracy = if closed {
         "1e-12 of the largest |q|, after one turn as after a million, at any communication step and damping."
@@ -48,12 +57,7 @@ pub(super) fn of(drive: &ElasticOutput) -> Portrait {
         accuracy: vec![
             ("Method".to_owned(), method.to_owned()),
             ("q, der(q)".to_owned(), accuracy.to_owned()),
-            (
-                "solver.tolerance".to_owned(),
-                "Has no influence: the result is at rounding level at any setting, and a coarser one would save \
-                 nothing."
-                    .to_owned(),
-            ),
+            ("solver.tolerance".to_owned(), tolerance.to_owned()),
             (
                 "Start on the periodic solution".to_owned(),
                 "In closed form for a Fourier law, else from the map of one turn; refused where a harmonic meets an \

@@ -283,6 +283,35 @@ fn a_jump_of_the_inputs_leaves_the_mass_where_it_is() {
 }
 
 #[test]
+fn a_coarser_tolerance_saves_evaluations_and_is_kept() {
+    for law in [MotionLaw::Fourier(series()), cycle(InclinedSine, Polynomial345)] {
+        let runs = [1e-13, 1e-8, 1e-5, 1e-3].map(|tolerance| {
+            let mut scene = scene([1.0, 1e4, 5.0], law.clone(), DriveMode::Input, at_rest());
+            scene.solver.tolerance = tolerance;
+            let mut drive = drive(scene);
+            let (mut course, mut time) = (Vec::new(), 0.0f64);
+            for _ in 0..100 {
+                let t = time;
+                set_inputs(&mut drive, &[0.5 + 20.0 * t + 15.0 * t * t, 20.0 + 30.0 * t, 30.0], t);
+                drive.advance(t, 0.01).unwrap();
+                time += 0.01;
+                course.push(drive.now.q[0]);
+            }
+            (tolerance, course, drive.solver)
+        });
+        let [(_, finest, _), coarser @ ..] = &runs;
+        let largest = finest.iter().fold(0.0, |largest: f64, q| largest.max(q.abs()));
+        for (tolerance, course, solver) in coarser {
+            let error = course.iter().zip(finest).fold(0.0, |error: f64, (a, b)| error.max((a - b).abs())) / largest;
+            assert!(error <= *tolerance && error <= solver.error_estimate, "{tolerance}: {error}, {solver:?}");
+        }
+        let evaluations = runs.each_ref().map(|(.., solver)| solver.evaluations);
+        assert!(evaluations.is_sorted_by(|finer, coarser| finer >= coarser), "{evaluations:?}");
+        assert!(evaluations[0] > 1.25 * evaluations[3], "{evaluations:?}");
+    }
+}
+
+#[test]
 fn stiff_springs_leave_the_kinetostatic_deformation() {
     // c → ∞: q = −ẍ/ω₀² up to (kη)².
     let mut drive = harmonic_drive([1.0, 1e12, 0.0], 20.0, Start { mode: StartMode::SteadyState, ..at_rest() });

@@ -6,7 +6,7 @@
 //!
 //! Source: M. Abramowitz, I. A. Stegun, *Handbook of Mathematical Functions*, section 25.4.29 (error of the rule).
 
-use super::{DEGREE, Local, progression};
+use super::{DEGREE, Local, SHARE, progression};
 use crate::motion::Fourier;
 use crate::numerics::double_double::Double;
 use crate::numerics::forced::apply;
@@ -22,10 +22,6 @@ const RULES: [(usize, f64); 4] =
 
 /// The nodes of the largest rule.
 const MOST_NODES: usize = 16;
-
-/// The part of the tolerance that one step may take up: so little that a thousand steps in a row, as a weakly damped
-/// oscillator adds them up, keep it.
-const SHARE: f64 = 1e-3;
 
 /// Relative to the step, lengths as near as this count as the same one; the difference, a rounding of the clock, is
 /// taken into account to first order.

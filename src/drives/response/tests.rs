@@ -1,6 +1,7 @@
 //! The two courses against each other; the drives' tests compare with independent numbers.
 
 use super::*;
+use crate::drives::solver::FINEST_TOLERANCE;
 
 fn series() -> Fourier {
     Fourier::new(vec![0.01, -0.01, 0.0012, 0.0005, -0.0002], vec![0.0, 0.0, 8e-4, -3e-4, 0.0, 1e-4])
@@ -23,7 +24,7 @@ fn pieces_and_closed_form_agree() {
     let motion = AngleMotion::uniform(1.5, 0.3, 20.0);
     let period = TAU / 20.0;
     for (c, b) in [(1e5, 40.0), (400.0, 0.0), (1e5, 2000.0), (1e14, 1.0), (1e5, 1e9), (1e-6, 0.0)] {
-        let mut closed = Response::new(Oscillator::of_mass(1.0, c, b), &law);
+        let mut closed = Response::new(Oscillator::of_mass(1.0, c, b), &law, FINEST_TOLERANCE);
         let mut pieces = closed.clone();
         let start = [1e-4, -0.02];
         closed.restart(&law, &motion, 2.0, f64::INFINITY, start).unwrap();
@@ -43,8 +44,8 @@ fn a_backward_cam_mirrors_the_sine_coefficients() {
     let minus = series().b.iter().map(|b| -b).collect();
     let (law, mirrored) = (law(), MotionLaw::Fourier(Fourier::new(series().a, minus)));
     let oscillator = Oscillator::of_mass(1.0, 1600.0, 0.0);
-    let mut backward = Response::new(oscillator, &law);
-    let mut forward = Response::new(oscillator, &mirrored);
+    let mut backward = Response::new(oscillator, &law, FINEST_TOLERANCE);
+    let mut forward = Response::new(oscillator, &mirrored, FINEST_TOLERANCE);
     backward.restart(&law, &AngleMotion::uniform(0.0, -0.3, -20.0), 0.0, f64::INFINITY, [0.0; 2]).unwrap();
     forward.restart(&mirrored, &AngleMotion::uniform(0.0, 0.3, 20.0), 0.0, f64::INFINITY, [0.0; 2]).unwrap();
     assert_eq!(backward.at(&law, 3.0), forward.at(&mirrored, 3.0));
@@ -90,9 +91,9 @@ fn errors_of_a_run(dice: &mut Dice, course: Course) -> Option<[f64; 2]> {
     let tolerance = dice.magnitude(1e-10, 1e-3);
     let motion = AngleMotion::uniform(0.0, dice.roll(), w);
     let mut state = [0.0; 2];
-    let mut truth = Response::new(oscillator, &law);
+    let mut truth = Response::new(oscillator, &law, tolerance);
     truth.restart(&law, &motion, 0.0, f64::INFINITY, state).unwrap();
-    let mut tested = Response::new(oscillator, &law);
+    let mut tested = Response::new(oscillator, &law, tolerance);
     if course == Course::Pieces {
         restart_in_pieces(&mut tested, &law, &motion, 0.0, state);
     }
@@ -105,7 +106,7 @@ fn errors_of_a_run(dice: &mut Dice, course: Course) -> Option<[f64; 2]> {
             Course::Leaps => {
                 let shaft = motion.at(time);
                 let moved = AngleMotion::uniform(time, shaft.reduced, w);
-                tested.leap(&law, &moved, [time, end], state, tolerance)?
+                tested.leap(&law, &moved, [time, end], state)?
             }
         };
         let expected = truth.at(&law, end).unwrap()[0];
