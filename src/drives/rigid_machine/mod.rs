@@ -338,4 +338,9 @@ impl Drive for RigidMachine {
     fn events(&mut self) -> &mut EventLog {
         &mut self.events
     }
+
+    /// The raster, of which already the outputs before the next step take J.
+    fn restored(&mut self) {
+        self.prepare_raster_once();
+    }
 }
