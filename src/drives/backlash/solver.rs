@@ -6,7 +6,7 @@
 use super::contact::{Bodies, Flank, Mode, State};
 use super::flank::FlankMotion;
 use super::panel::{Found, Panel, Point, Rules};
-use crate::drives::{Event, EventLog, Fault};
+use crate::drives::{Event, EventLog, Fault, Number};
 use crate::numerics::double_double::Double;
 use serde::{Deserialize, Serialize};
 
@@ -193,8 +193,8 @@ impl Run {
                     "the step to t = {} s needs more than {MOST_WORK} internal steps; after {events} switching instants \
                      it has come to t = {} s. The natural frequencies are {} rad/s in contact and {} rad/s in flight; \
                      choose a shorter communication step, or a softer spring, heavier masses or a smaller `e` = {}",
-                    stretch.end,
-                    self.panel.start.hi,
+                    Number(stretch.end),
+                    Number(self.panel.start.hi),
                     bodies.bound.stiffness().sqrt(),
                     bodies.relative.stiffness().sqrt(),
                     bodies.e

@@ -1,8 +1,8 @@
 //! Integration of the twist: Gauss collocation, with steps that end where the cam passes a breakpoint of its law.
 
 use super::equation::{Cam, Equation, Flow};
-use crate::drives::Fault;
 use crate::drives::cam_drive::AngleMotion;
+use crate::drives::{Fault, Number};
 use crate::motion::MotionLaw;
 use crate::numerics::angle;
 use crate::numerics::collocation::{Collocation, Failure, System};
@@ -76,7 +76,7 @@ impl Twist<'_> {
                 return Err(Fault(format!(
                     "more than {MOST_STEPS} internal steps between communication points, at t = {} s; \
                      shorten the communication step, relax solver.tolerance, or check the speed, c and J",
-                    integrator.end().hi
+                    Number(integrator.end().hi)
                 )));
             }
         }
@@ -118,8 +118,9 @@ impl Twist<'_> {
         match failure {
             Failure::Unbounded { time } => unbounded(time, self.equation.linear),
             Failure::Stalled { time } => Fault(format!(
-                "the twist q cannot be computed beyond t = {time} s: no internal step keeps the tolerance; check \
-                 J, m, c, b and the speed, or relax solver.tolerance"
+                "the twist q cannot be computed beyond t = {} s: no internal step keeps the tolerance; check J, m, c, b \
+                 and the speed, or relax solver.tolerance",
+                Number(time)
             )),
         }
     }
@@ -128,8 +129,9 @@ impl Twist<'_> {
 /// The twist has left the range of numbers that can be gone on with.
 pub fn unbounded(time: f64, linear: bool) -> Fault {
     Fault(format!(
-        "the twist q grows without bound, at t = {time} s beyond 1e100 rad: the drive is parametrically unstable, or \
+        "the twist q grows without bound, at t = {} s beyond 1e100 rad: the drive is parametrically unstable, or \
          an input jumped far; change the speed, raise b{}",
+        Number(time),
         if linear { ", or set shaft.linear = false" } else { "" }
     ))
 }

@@ -15,7 +15,7 @@
 
 use super::profile::Profile;
 use super::{Inertia, Motor, RigidMachine, Signal, State};
-use crate::drives::{Event, Fault};
+use crate::drives::{Event, Fault, Number};
 use crate::numerics::collocation::{Collocation, Failure, System};
 use crate::numerics::double_double::{Double, two_product};
 use serde::{Deserialize, Serialize};
@@ -271,7 +271,8 @@ impl RigidMachine {
             steps += 1;
             if steps > MOST_STEPS {
                 return Err(Fault(format!(
-                    "the step from t = {time} s needs more than {MOST_STEPS} internal steps (w = {:e} rad/s); use shorter communication steps",
+                    "the step from t = {} s needs more than {MOST_STEPS} internal steps (w = {:e} rad/s); use shorter communication steps",
+                    Number(time),
                     self.state.w
                 )));
             }
@@ -359,13 +360,13 @@ impl RigidMachine {
         Fault(match failure {
             Failure::Stalled { time: after } => format!(
                 "the motion cannot be continued at t = {} s (phi = {:e} rad, w = {:e} rad/s): no internal step keeps the tolerance; the torques change too fast",
-                time + after,
+                Number(time + after),
                 self.state.angle.hi,
                 self.state.w
             ),
             Failure::Unbounded { time: after } => format!(
                 "the machine runs away: at t = {} s its speed exceeds {FASTEST:e} rad/s; check `tau` and `J0`",
-                time + after
+                Number(time + after)
             ),
         })
     }

@@ -10,7 +10,7 @@ use super::passage::{Passage, Position, Torques};
 use super::raster::{Cell, Raster};
 use super::solver::FASTEST;
 use super::{Motor, RigidMachine, State};
-use crate::drives::Fault;
+use crate::drives::{Fault, Number};
 use crate::numerics::collocation::Failure;
 use crate::numerics::double_double::{Double, two_sum};
 use std::f64::consts::TAU;
@@ -59,7 +59,8 @@ impl RigidMachine {
             self.go_on();
         }
         Err(Fault(format!(
-            "the step from t = {time} s needs more than {MOST_PASSAGES} internal steps (w = {:e} rad/s); use shorter communication steps",
+            "the step from t = {} s needs more than {MOST_PASSAGES} internal steps (w = {:e} rad/s); use shorter communication steps",
+            Number(time),
             self.state.w
         )))
     }
