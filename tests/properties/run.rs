@@ -1,0 +1,57 @@
+//! A drive in operation, with access by name.
+
+use camdrive::drives::resource::Resource;
+use camdrive::drives::variable::{Causality, Kind};
+use camdrive::drives::{DynDrive, Fault};
+use serde_json::Value;
+
+pub struct Run {
+    pub drive: Box<dyn DynDrive>,
+    names: Vec<String>,
+    outputs: Vec<usize>,
+    pub time: f64,
+}
+
+impl Run {
+    /// The drive at its start at t = 0, with these inputs.
+    pub fn new((model, scene): (&str, Value), inputs: &[(&str, f64)]) -> Result<Self, Fault> {
+        let resource = Resource { name: "random".into(), model: model.into(), guid: "{0}".into(), scene };
+        let mut drive = resource.build()?;
+        let list = drive.descriptions();
+        let names: Vec<String> = list.iter().map(|d| d.name.clone()).collect();
+        let real = |i: &usize| matches!(list[*i].kind, Kind::Real { .. });
+        let outputs = (0..list.len()).filter(|i| list[*i].causality == Causality::Output).filter(real).collect();
+        drive.set_up(0.0, None);
+        for (name, value) in inputs {
+            drive.set(names.iter().position(|n| n == name).expect("an input"), *value)?;
+        }
+        drive.start()?;
+        Ok(Run { drive, names, outputs, time: 0.0 })
+    }
+
+    pub fn get(&mut self, name: &str) -> f64 {
+        let reference = self.names.iter().position(|n| n == name).unwrap_or_else(|| panic!("no `{name}`"));
+        let value = self.drive.get(reference).expect("a value");
+        assert!(value.is_finite(), "{name} = {value}");
+        value
+    }
+
+    pub fn all<const N: usize>(&mut self, names: [&str; N]) -> [f64; N] {
+        names.map(|name| self.get(name))
+    }
+
+    /// The bits of all outputs.
+    pub fn bits(&mut self) -> Vec<u64> {
+        let outputs = self.outputs.clone();
+        outputs.iter().map(|&i| self.drive.get(i).expect("a value").to_bits()).collect()
+    }
+
+    pub fn to(&mut self, time: f64) -> Result<(), Fault> {
+        if time > self.time {
+            self.drive.advance(self.time, time - self.time).map_err(|fault| *fault)?;
+            // The drive arrives at the rounded sum.
+            self.time += time - self.time;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,429 @@
+//! Random scenes over the admissible parameters, in logarithmic scale, and their images under the symmetries.
+
+use camdrive::motion::{Cycle, CyclePlan, Fourier, MotionLaw, StandardLaw, Table, table::Points};
+use proptest::prelude::*;
+use serde_json::{Value, json};
+use std::f64::consts::{PI, TAU};
+
+/// The models with a driven cam.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Model {
+    Output,
+    LinearShaft,
+    Shaft,
+    Backlash,
+}
+
+/// A cam drive at constant speed.
+#[derive(Clone, Debug)]
+pub struct CamScene {
+    pub model: Model,
+    /// Mass of the follower (with backlash: m1) [kg].
+    pub m: f64,
+    /// J [kg·m²] of the shaft, m2 [kg] of the backlash.
+    pub second: f64,
+    pub c: f64,
+    pub b: f64,
+    /// Clearance [m] and restitution.
+    pub s: f64,
+    pub e: f64,
+    pub law: MotionLaw,
+    pub w: f64,
+    pub phi_start: f64,
+    pub q: f64,
+    pub q_dot: f64,
+    /// Length of the run [s].
+    pub span: f64,
+}
+
+/// What drives a machine.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Torque {
+    None,
+    /// M_k [N·m], s_k, w_s [rad/s] and the lag [s], 0 for none.
+    Kloss([f64; 4]),
+}
+
+/// A rigid machine under a constant load.
+#[derive(Clone, Debug)]
+pub struct MachineScene {
+    pub j0: f64,
+    pub followers: Vec<(f64, MotionLaw)>,
+    pub torque: Torque,
+    pub load: f64,
+    pub phi_start: f64,
+    pub w_start: f64,
+    pub span: f64,
+}
+
+fn solver() -> Value {
+    json!({"tolerance": 0.0, "method": "adaptive", "step_size": 0.0})
+}
+
+impl CamScene {
+    /// The name of the model and its resolved scene.
+    pub fn resolved(&self) -> (&'static str, Value) {
+        let mut scene = json!({
+            "c": self.c, "b": self.b, "cam": self.law, "solver": solver(),
+            "drive": {"constant": {"w": self.w, "phi_start": self.phi_start}},
+            "start": {"mode": "given", "q": self.q, "q_dot": self.q_dot},
+        });
+        let mut put = |name: &str, value: Value| scene[name] = value;
+        let model = match self.model {
+            Model::Output => {
+                put("m", self.m.into());
+                "ElasticCamDrive.output"
+            }
+            Model::LinearShaft | Model::Shaft => {
+                put("m", self.m.into());
+                put("inertia", self.second.into());
+                put("linear", (self.model == Model::LinearShaft).into());
+                "ElasticCamDrive.shaft"
+            }
+            Model::Backlash => {
+                put("m1", self.m.into());
+                put("m2", self.second.into());
+                put("s", self.s.into());
+                put("e", self.e.into());
+                "BacklashDrive"
+            }
+        };
+        (model, scene)
+    }
+
+    /// t → λt: speeds divided by λ, damping by λ, stiffness by λ²; q(t) becomes q(t/λ).
+    pub fn slower(&self, factor: f64) -> Self {
+        CamScene {
+            c: self.c / (factor * factor),
+            b: self.b / factor,
+            w: self.w / factor,
+            q_dot: self.q_dot / factor,
+            span: self.span * factor,
+            ..self.clone()
+        }
+    }
+
+    /// The machine seen from behind its cam: φ → −φ with the speed reversed. U(φ) becomes U(−φ); q of a shaft changes
+    /// its sign.
+    pub fn reversed(&self) -> Self {
+        let sign = if matches!(self.model, Model::Shaft | Model::LinearShaft) { -1.0 } else { 1.0 };
+        CamScene {
+            law: backwards(&self.law),
+            w: -self.w,
+            phi_start: -self.phi_start,
+            q: sign * self.q,
+            q_dot: sign * self.q_dot,
+            ..self.clone()
+        }
+    }
+
+    /// The machine upside down: U → −U. q changes its sign, except that of a shaft, which knows U′² only.
+    pub fn mirrored(&self) -> Self {
+        let sign = if matches!(self.model, Model::Shaft | Model::LinearShaft) { 1.0 } else { -1.0 };
+        CamScene { law: times(&self.law, -1.0), q: sign * self.q, q_dot: sign * self.q_dot, ..self.clone() }
+    }
+
+    /// The same drive a little stiffer: how much it changes tells how far rounding may be magnified.
+    pub fn perturbed(&self) -> Self {
+        CamScene { c: self.c * (1.0 + 1e-10), ..self.clone() }
+    }
+}
+
+impl MachineScene {
+    pub fn resolved(&self) -> (&'static str, Value) {
+        let followers: Vec<Value> = self.followers.iter().map(|(m, law)| json!({"m": m, "cam": law})).collect();
+        let motor = match self.torque {
+            Torque::None => json!("none"),
+            Torque::Kloss([m_k, s_k, w_s, lag]) => json!({"kloss": {
+                "breakdown_torque": m_k, "breakdown_slip": s_k, "synchronous_speed": w_s,
+                "dynamics": if lag > 0.0 { Some(lag) } else { None },
+            }}),
+        };
+        let scene = json!({
+            "inertia": {"constant": self.j0, "varying": null}, "followers": followers, "motor": motor, "start": "given",
+            "phi_start": self.phi_start, "w_start": self.w_start, "solver": solver(),
+        });
+        ("RigidMachine", scene)
+    }
+
+    pub fn slower(&self, factor: f64) -> Self {
+        let torque = match self.torque {
+            Torque::Kloss([m, s, w, lag]) => Torque::Kloss([m / (factor * factor), s, w / factor, lag * factor]),
+            Torque::None => Torque::None,
+        };
+        let load = self.load / (factor * factor);
+        MachineScene { torque, load, w_start: self.w_start / factor, span: self.span * factor, ..self.clone() }
+    }
+
+    pub fn reversed(&self) -> Self {
+        let torque = match self.torque {
+            Torque::Kloss([m, s, w, lag]) => Torque::Kloss([m, s, -w, lag]),
+            Torque::None => Torque::None,
+        };
+        let followers = self.followers.iter().map(|(m, law)| (*m, backwards(law))).collect();
+        let (phi_start, w_start, load) = (-self.phi_start, -self.w_start, -self.load);
+        MachineScene { torque, followers, phi_start, w_start, load, ..self.clone() }
+    }
+
+    pub fn perturbed(&self) -> Self {
+        MachineScene { j0: self.j0 * (1.0 + 1e-10), ..self.clone() }
+    }
+}
+
+/// factor · U(φ).
+pub fn times(law: &MotionLaw, factor: f64) -> MotionLaw {
+    match law {
+        MotionLaw::Fourier(series) => MotionLaw::Fourier(series.scaled(factor)),
+        MotionLaw::Cycle(cycle) => {
+            let plan = *cycle.plan();
+            let (stroke, lower) = (plan.stroke * factor, plan.lower * factor);
+            MotionLaw::Cycle(Cycle::new(CyclePlan { stroke, lower, ..plan }))
+        }
+        MotionLaw::Table(table) => {
+            let mut table = table.clone();
+            table.scale *= factor;
+            MotionLaw::Table(table)
+        }
+    }
+}
+
+/// U(−φ): the return comes first. The laws of the cycles are symmetric, f(z) = 1 − f(1 − z), so a return run backwards
+/// is a rise.
+pub fn backwards(law: &MotionLaw) -> MotionLaw {
+    match law {
+        MotionLaw::Fourier(series) => {
+            MotionLaw::Fourier(Fourier::new(series.a.clone(), series.b.iter().map(|b| -b).collect()))
+        }
+        MotionLaw::Cycle(cycle) => {
+            let plan = *cycle.plan();
+            let end = plan.rise_start + plan.rise_angle + plan.upper_dwell + plan.return_angle;
+            MotionLaw::Cycle(Cycle::new(CyclePlan {
+                rise_start: (-end).rem_euclid(TAU),
+                rise_angle: plan.return_angle,
+                return_angle: plan.rise_angle,
+                rise_law: plan.return_law,
+                return_law: plan.rise_law,
+                ..plan
+            }))
+        }
+        MotionLaw::Table(table) => {
+            let points = table.points();
+            let mut pairs: Vec<(f64, f64)> =
+                points.angles.iter().zip(&points.lifts).map(|(a, l)| ((-a).rem_euclid(TAU), *l)).collect();
+            pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let (angles, lifts) = pairs.into_iter().unzip();
+            let mut reversed = Table::new(Points { angles, lifts }).expect("the same points");
+            reversed.scale = table.scale;
+            MotionLaw::Table(reversed)
+        }
+    }
+}
+
+/// 10^x for x in the range.
+fn decades(low: f64, high: f64) -> impl Strategy<Value = f64> {
+    (low..high).prop_map(|x| 10_f64.powf(x))
+}
+
+fn sign() -> impl Strategy<Value = f64> {
+    prop_oneof![Just(1.0), Just(-1.0)]
+}
+
+fn fourier() -> impl Strategy<Value = MotionLaw> {
+    (prop::collection::vec((-1.0..1.0_f64, -1.0..1.0_f64), 1..12), 1.0..3.0_f64).prop_map(|(pairs, decay)| {
+        let size = |k: usize| 0.5 * ((k + 1) as f64).powf(-decay);
+        let of = |pick: fn(&(f64, f64)) -> f64| {
+            std::iter::once(0.0).chain(pairs.iter().enumerate().map(move |(k, p)| pick(p) * size(k))).collect()
+        };
+        // A cam that hardly moves makes every relative error one of nothing.
+        let mut series = Fourier::new(of(|p| p.0), of(|p| p.1));
+        series.a[1] += 0.3_f64.copysign(series.a[1]);
+        MotionLaw::Fourier(series)
+    })
+}
+
+fn cycle() -> impl Strategy<Value = MotionLaw> {
+    let law = || (0..StandardLaw::ALL.len()).prop_map(|i| StandardLaw::ALL[i]);
+    // Shares of the turn that rise, dwell, return and dwell take.
+    let shares = (0.2..1.0_f64, 0.0..0.5_f64, 0.2..1.0_f64, 0.0..0.5_f64);
+    (shares, -6.0..6.0_f64, law(), law()).prop_map(|((rise, upper, back, lower), rise_start, rise_law, return_law)| {
+        let unit = TAU / (rise + upper + back + lower);
+        MotionLaw::Cycle(Cycle::new(CyclePlan {
+            stroke: 1.0,
+            lower: 0.0,
+            rise_start,
+            rise_angle: rise * unit,
+            upper_dwell: upper * unit,
+            return_angle: back * unit,
+            rise_law,
+            return_law,
+        }))
+    })
+}
+
+/// The points of a smooth profile, slightly beside an even division.
+fn table() -> impl Strategy<Value = MotionLaw> {
+    (12..40_usize, 0.0..0.3_f64, -0.3..0.3_f64, -PI..PI).prop_map(|(n, shift, second, phase)| {
+        let angles: Vec<f64> =
+            (0..n).map(|i| TAU * (i as f64 + shift * (2.7 * i as f64).sin().abs()) / n as f64).collect();
+        let lifts = angles.iter().map(|x| 0.5 * x.cos() + second * (2.0 * x + phase).sin()).collect();
+        MotionLaw::Table(Table::new(Points { angles, lifts }).expect("ascending points"))
+    })
+}
+
+/// A law of unit stroke, more or less.
+pub fn law() -> impl Strategy<Value = MotionLaw> {
+    prop_oneof![3 => fourier(), 2 => cycle(), 1 => table()]
+}
+
+/// None, or a share of the critical one from 1e-4 to 1e3.
+fn damping_ratio() -> impl Strategy<Value = f64> {
+    prop_oneof![1 => Just(0.0), 4 => decades(-4.0, 3.0)]
+}
+
+/// Laws, speeds and start common to the cam drives: law, stroke [m], w, phi_start, q, q̇ (as shares).
+fn common() -> impl Strategy<Value = (MotionLaw, f64, f64, f64, [f64; 2])> {
+    (
+        law(),
+        decades(-6.0, 1.0),
+        decades(-4.0, 4.0),
+        sign(),
+        -1e3..1e3_f64,
+        prop_oneof![Just([0.0, 0.0]), [-1.0..1.0_f64, -1.0..1.0_f64]],
+    )
+        .prop_map(|(law, stroke, w, sign, phi, start)| (times(&law, stroke), stroke, sign * w, phi, start))
+}
+
+/// Up to three turns, at most `periods` natural periods.
+fn span(share: f64, w: f64, natural: f64, periods: f64) -> f64 {
+    share * (3.0 * TAU / w.abs()).min(periods * TAU / natural)
+}
+
+pub fn output() -> impl Strategy<Value = CamScene> {
+    (common(), decades(-3.0, 3.0), decades(-3.0, 2.0), damping_ratio(), 0.1..1.0_f64).prop_map(
+        |((law, stroke, w, phi_start, start), m, eta, ratio, share)| {
+            let natural = w.abs() / eta;
+            CamScene {
+                model: Model::Output,
+                m,
+                second: 0.0,
+                c: m * natural * natural,
+                b: 2.0 * ratio * m * natural,
+                s: 0.0,
+                e: 0.0,
+                law,
+                w,
+                phi_start,
+                q: 0.1 * start[0] * stroke,
+                q_dot: 0.1 * start[1] * stroke * natural,
+                span: span(share, w, natural, 300.0),
+            }
+        },
+    )
+}
+
+/// `highest`: the largest η = w/√(c/J̄).
+pub fn shaft(model: Model, highest: f64) -> impl Strategy<Value = CamScene> {
+    (common(), decades(-3.0, 3.0), decades(-3.0, 3.0), decades(-3.0, highest.log10()), damping_ratio(), 0.1..1.0_f64)
+        .prop_map(move |((law, stroke, w, phi_start, start), m, share_of_mass, eta, ratio, share)| {
+            // J from a thousandth to a thousand times that of the mass.
+            let of_mass = m * (law.bound(1) / 2.0).powi(2);
+            let inertia = (of_mass * share_of_mass).max(1e-11);
+            let natural = w.abs() / eta;
+            let c = (inertia + of_mass) * natural * natural;
+            let _ = stroke;
+            CamScene {
+                model,
+                m,
+                second: inertia,
+                c,
+                b: 2.0 * ratio * (inertia + of_mass) * natural,
+                s: 0.0,
+                e: 0.0,
+                law,
+                w,
+                phi_start,
+                q: 0.05 * start[0],
+                q_dot: 0.05 * start[1] * natural,
+                span: span(share, w, (c / inertia).sqrt(), 150.0),
+            }
+        })
+}
+
+pub fn backlash() -> impl Strategy<Value = CamScene> {
+    let restitution = prop_oneof![2 => Just(0.0), 1 => Just(1.0), 3 => 0.0..1.0_f64];
+    let clearance = prop_oneof![1 => Just(0.0), 6 => decades(-6.0, 0.0)];
+    (
+        common(),
+        decades(-2.0, 2.0),
+        decades(-2.0, 2.0),
+        decades(-2.0, 1.0),
+        damping_ratio(),
+        clearance,
+        restitution,
+        0.1..1.0_f64,
+    )
+        .prop_map(|((law, stroke, w, phi_start, start), m2, mu, eta, ratio, s, e, share)| {
+            let natural = w.abs() / eta;
+            CamScene {
+                model: Model::Backlash,
+                m: mu * m2,
+                second: m2,
+                c: m2 * natural * natural,
+                // Elastic impacts against a strong damper have no end.
+                b: if e > 0.5 { 0.0 } else { 2.0 * ratio * m2 * natural },
+                s: s * stroke,
+                e,
+                law,
+                w,
+                phi_start,
+                q: 0.01 * start[0] * stroke,
+                q_dot: 0.01 * start[1] * stroke * natural,
+                span: span(share, w, natural * (1.0 + 1.0 / mu).sqrt(), 20.0),
+            }
+        })
+}
+
+pub fn machine() -> impl Strategy<Value = MachineScene> {
+    let followers = prop::collection::vec((decades(-3.0, 3.0), law(), decades(-4.0, 0.0)), 1..3);
+    let kloss = (
+        decades(-2.0, 2.0),
+        decades(-3.0, 1.0),
+        sign(),
+        decades(-1.0, 1.0),
+        prop_oneof![
+            2 => Just(0.0),
+            1 => decades(-4.0, 0.0)
+        ],
+    );
+    let torque = prop_oneof![2 => Just(None), 3 => kloss.prop_map(Some)];
+    (
+        followers,
+        decades(-3.0, 3.0),
+        torque,
+        prop_oneof![Just(0.0), -1.0..1.0_f64],
+        -1e3..1e3_f64,
+        decades(-4.0, 3.0),
+        sign(),
+        0.1..1.0_f64,
+    )
+        .prop_map(|(followers, ratio, torque, load, phi_start, w, sign, share)| {
+            let followers: Vec<(f64, MotionLaw)> =
+                followers.into_iter().map(|(m, law, stroke)| (m, times(&law, stroke))).collect();
+            let of_masses: f64 = followers.iter().map(|(m, law)| m * (law.bound(1) / 2.0).powi(2)).sum();
+            let j0 = of_masses * ratio;
+            // Torques by what they do to the machine in a turn.
+            let scale = (j0 + of_masses) * w * w;
+            let torque = torque.map_or(Torque::None, |(m, slip, direction, speed, lag)| {
+                Torque::Kloss([m * scale, slip, direction * speed * w, lag / w])
+            });
+            MachineScene {
+                j0,
+                followers,
+                torque,
+                load: 0.1 * load * scale,
+                phi_start,
+                w_start: sign * w,
+                span: share * 3.0 * TAU / w,
+            }
+        })
+}
