@@ -224,10 +224,15 @@ class Backlash:
                 setattr(self, name, mp.mpf(p[name]))
             self.start = mp.mpf(p["start.q"]), mp.mpf(p["start.q_dot"])
             self.series, self.w, self.phi0 = series, mp.mpf(p["drive.w"]), mp.mpf(p["drive.phi_start"])
-            self.contact_rate = mp.sqrt(self.c / self.m2 - (self.b / (2 * self.m2)) ** 2)
+            # Imaginary where the damping is above the critical one.
+            self.contact_rate = mp.sqrt(mp.mpc(self.c / self.m2 - (self.b / (2 * self.m2)) ** 2))
             reduced = self.m1 * self.m2 / (self.m1 + self.m2)
             self.flight_decay = self.b / (2 * reduced)
-            self.flight_rate = mp.sqrt(self.c / reduced - self.flight_decay**2)
+            self.flight_rate = mp.sqrt(mp.mpc(self.c / reduced - self.flight_decay**2))
+            # Neither the vibration nor the highest harmonic of the cam may turn within a step of the search.
+            harmonics = [k for k in range(1, len(series.a)) if series.a[k] or series.b[k]]
+            fastest = max(abs(self.flight_rate), self.flight_decay, abs(self.w) * max(harmonics, default=0))
+            self.scan = mp.pi / (40 * fastest)
 
     def cam(self, t, order):
         return self.w**order * self.series.derivative(self.phi0 + self.w * t, order, mp.sin, mp.cos)
@@ -244,9 +249,11 @@ class Backlash:
 
     @staticmethod
     def free(rate, decay, q, v, t):
+        # At critical damping the limit rate → 0, to the square of what replaces it.
+        rate = rate or mp.mpf(10) ** -(mp.mp.dps // 2)
         s, c, e = mp.sin(rate * t), mp.cos(rate * t), mp.exp(-decay * t)
         g = (v + decay * q) / rate
-        return e * (q * c + g * s), e * ((rate * g - decay * q) * c - (rate * q + decay * g) * s)
+        return mp.re(e * (q * c + g * s)), mp.re(e * ((rate * g - decay * q) * c - (rate * q + decay * g) * s))
 
     def force(self, t, q, v):
         return self.m1 * self.cam(t, 2) - self.c * q - self.b * v
@@ -290,7 +297,7 @@ class Backlash:
             return h[0] + p[0], h[1] + p[1]
 
         guard = lambda t: flank * self.force(t, *at(t))
-        t = self.first(guard, t0, stop, mp.pi / (40 * self.flight_rate))
+        t = self.first(guard, t0, stop, self.scan)
         end = stop if t is None else t
         return (end, *at(end), t is None)
 
@@ -305,9 +312,8 @@ class Backlash:
             return [c - self.m2 / total * r, speed - self.m2 / total * u, c + self.m1 / total * r, speed + self.m1 / total * u]
 
         gap = lambda t: at(t)[0] - self.cam(t, 0)
-        scan = mp.pi / (40 * self.flight_rate)
-        ta = self.first(gap, t0, stop, scan)
-        tb = self.first(lambda t: self.s - gap(t), t0, stop, scan)
+        ta = self.first(gap, t0, stop, self.scan)
+        tb = self.first(lambda t: self.s - gap(t), t0, stop, self.scan)
         hits = [(t, f) for t, f in ((ta, 1), (tb, -1)) if t is not None]
         if not hits:
             return stop, at(stop), 0, True
@@ -318,10 +324,12 @@ class Backlash:
 
     @staticmethod
     def first(g, t0, stop, scan):
-        """The first downward crossing after t0; g may start from a zero of any order."""
-        t, before = t0, None
+        """The first downward crossing after t0; g may start from a zero of any order, so the search starts with small
+        steps: it misses no crossing later than 1e-4 of `scan`."""
+        t, before, step = t0, None, scan / 10**4
         while t < stop:
-            u = min(t + scan, stop)
+            u = min(t + step, stop)
+            step = min(2 * step, scan)
             value = g(u)
             if value < 0 and before is not None and before > 0:
                 lo, hi = t, u

@@ -1,0 +1,1 @@
+"""Each drive at its limits, through the C interface: what comes out is a correct value or a clear error."""

@@ -1,0 +1,248 @@
+"""Elastic input shaft, nonlinear and linearised."""
+
+import math
+
+import mpmath as mp
+import numpy as np
+
+import reference
+from extremes import truth
+from extremes.suite import Moved, case, error, probe, record, refusal, refused
+
+DRIVE = "elastic shaft"
+NAMES = ("q", "der(q)")
+M, INERTIA, C, B, W = 20.0, 0.05, 2000.0, 0.6, 20.0
+HARMONICS = [0.0, 0.06, 0.0, -0.011, 0.0, 0.0017]
+DORMAND = "Dormand-Prince 8(5,3) at 1e-13"
+FOURIER = "periodic motion by Fourier collocation"
+# U′² at its largest for the law above, and J̄ = J + m · mean of U′².
+SLOPE = max(reference.Series(HARMONICS).derivative(x, 1) ** 2 for x in np.linspace(0, math.pi, 2001))
+MEAN = sum((k * a) ** 2 for k, a in enumerate(HARMONICS)) / 2
+
+
+def settings(package, p, harmonics, sines, linear):
+    length = 64 if "cam.a[64]" in package.variables else 5
+    a = list(harmonics) + [0.0] * (length + 1 - len(harmonics))
+    b = [0.0, *sines] + [0.0] * (length - len(sines))
+    values = {f"cam.a[{k}]": v for k, v in enumerate(a)} | {f"cam.b[{k}]": v for k, v in enumerate(b) if k}
+    values = {k: v for k, v in values.items() if k in package.variables} | {"shaft.linear": linear}
+    return values | {k: v for k, v in p.items() if k in package.variables}, reference.Series(a, b)
+
+
+def parameters(changes):
+    return {"m": M, "J": INERTIA, "c": C, "b": B, "drive.w": W, "drive.phi_start": 0.3} | changes
+
+
+def against_integration(packages, linear, times, harmonics=HARMONICS, sines=(), wide=False, start=None, scale=None, store=None, **changes):
+    p = parameters(changes)
+    package = packages["shaft_wide" if wide else "shaft"]
+    values, series = settings(package, p, harmonics, sines, linear)
+    if start:
+        values |= {"start.mode": 2, "start.q": start[0], "start.q_dot": start[1]}
+    with probe(package, values) as unit:
+        reached, got = record(unit, times, NAMES)
+        with mp.workdps(40):
+            phi, w = float(mp.fmod(p["drive.phi_start"], 2 * mp.pi)), p["drive.w"]
+        rhs = reference.elastic_shaft(p["m"], p["J"], p["c"], p["b"], series, lambda t: (phi + w * t, w, 0.0), linear)
+        compute = lambda: truth.integrate(rhs, start or [0.0, 0.0], [0.0, *reached], scale or estimate(p, harmonics))
+        expected = truth.stored(f"shaft, linear={linear}, {store}", reached, compute) if store else compute()
+        return unit.outcome(error(got, expected[1:]))
+
+
+def estimate(p, harmonics):
+    """The order of magnitude of q and der q."""
+    slope = sum((k * abs(a)) ** 2 for k, a in enumerate(harmonics))
+    rate = math.sqrt(p["c"] / (p["J"] + p["m"] * MEAN))
+    q = min(p["m"] * p["drive.w"] ** 2 * slope / p["c"], 1.0) or 1.0
+    return [q, q * rate]
+
+
+def against_the_periodic_motion(packages, linear, turns, points=40, harmonics=HARMONICS, n=256, tolerance=None, **changes):
+    p = parameters(changes)
+    package = packages["shaft"]
+    values, series = settings(package, p, harmonics, (), linear)
+    periodic = truth.Periodic(p, series, linear, n)
+    with probe(package, values | {"start.mode": 3}) as unit:
+        names = (*NAMES, "phi")
+        reached, got = record(unit, np.arange(1, points + 1) * 2 * math.pi * turns / points / abs(p["drive.w"]), names)
+        expected = [periodic.at(math.remainder(p["drive.phi_start"] + p["drive.w"] * t, 2 * math.pi)) for t in reached]
+        scale = np.abs([periodic.at(x) for x in np.linspace(0, 2 * math.pi, 200)]).max(axis=0)
+        return unit.outcome(error(got[:, :2], expected, scale))
+
+
+def both(extreme, text, bound, function, **options):
+    """The case for the nonlinear and the linearised equation."""
+    for linear in (False, True):
+        kind = "linear" if linear else "nonlinear"
+
+        @case(f"{DRIVE}, {kind}", extreme, text, bound)
+        def run(packages, linear=linear):
+            return function(packages, linear, **options)
+
+
+def periods(count, c=C, j=INERTIA + M * MEAN, points=24):
+    """Instants over `count` natural periods."""
+    return np.arange(1, points + 1) * count * 2 * math.pi * math.sqrt(j / c) / points
+
+
+def dwell(packages, linear, ratio):
+    """Within the upper dwell only J moves, at 1/√ratio of the frequency with the mass."""
+    package = packages["shaft_cycle"]
+    # The inclined sine of 0.1 m over 120° has U′ = 2 · 0.1/(2π/3) at most; ten times the mass as J ends at 1e-12.
+    mass, stiffness = 10 * M, 10 * C
+    inertia = mass * (0.3 / math.pi) ** 2 * ratio
+    rate = math.sqrt(stiffness / inertia)
+    damping, start = 1e-4 * 2 * inertia * rate, (1e-3, 0.0)
+    values = {"m": mass, "J": inertia, "c": stiffness, "b": damping, "drive.w": 1.0, "drive.phi_start": math.radians(155)}
+    values |= {"shaft.linear": linear, "start.mode": 2, "start.q": start[0], "start.q_dot": start[1]}
+    with probe(package, values) as unit:
+        reached, got = record(unit, np.arange(1, 11) * 200 / rate, NAMES)
+        assert max(reached) < math.radians(50)
+        expected = truth.free_oscillation(inertia, damping, stiffness, *start, reached)
+        return unit.outcome(error(got, expected, [start[0], start[0] * rate]))
+
+
+def through_zero(packages, linear, ratio):
+    """From rest 0.1 rad before U′ = 0 to 0.1 rad behind it; ten times the mass, as J ends at 1e-12 kg·m²."""
+    p = parameters({"m": 10 * M, "c": 10 * C, "J": 10 * M * SLOPE * ratio, "b": 0.0, "drive.phi_start": -0.1})
+    values, series = settings(packages["shaft"], p, HARMONICS, (), linear)
+    zero = 0.1 / W
+    with probe(packages["shaft"], values) as unit:
+        reached, got = record(unit, zero * np.array([0.5, 0.9, 1.1, 1.5, 2.0]), NAMES)
+        rhs = reference.elastic_shaft(p["m"], p["J"], p["c"], p["b"], series, lambda t: (W * t, W, 0.0), linear)
+        compute = lambda: truth.integrate(rhs, [0.0, 0.0], [-zero, *(np.array(reached) - zero)], estimate(p, HARMONICS))
+        expected = truth.stored(f"shaft, linear={linear}, through zero, {ratio:.0e}", reached, compute)
+        return unit.outcome(error(got, expected[1:]))
+
+
+def constant_inertia(packages, linear):
+    package = packages["shaft"]
+    values, _ = settings(package, parameters({"m": 0.0}), HARMONICS, (), linear)
+    with probe(package, values | {"start.mode": 2, "start.q": 0.05, "start.q_dot": 1.0}) as unit:
+        reached, got = record(unit, periods(10, j=INERTIA), NAMES)
+        return unit.outcome(error(got, truth.free_oscillation(INERTIA, B, C, 0.05, 1.0, reached)))
+
+
+def mixed_steps(packages, linear):
+    # A hundred times softer and ten times slower than the scene: 1e3 s are 318 turns.
+    p = parameters({"b": 0.5, "c": C / 100, "drive.w": W / 10})
+    values, series = settings(packages["shaft"], p, HARMONICS, (), linear)
+    periodic = truth.Periodic(p, series, linear, 512)
+    with probe(packages["shaft"], values | {"start.mode": 3}) as unit:
+        times = np.cumsum([1e-12, 1e-9, 1e-6, 1e-3, 1.0, 1e3, 1e-3, 1e-6, 1e-9])
+        reached, got = record(unit, times, NAMES)
+        expected = [periodic.at(math.remainder(0.3 + W / 10 * t, 2 * math.pi)) for t in reached]
+        scale = np.abs([periodic.at(x) for x in np.linspace(0, 2 * math.pi, 200)]).max(axis=0)
+        return unit.outcome(error(got, expected, scale))
+
+
+TURN = 2 * math.pi / W
+STIFF = dict(c=1e9 * C)
+CRITICAL = 2 * math.sqrt(C * (INERTIA + M * MEAN))
+
+both("stiffness × 1e9, first vibrations", DORMAND, 1e-8, against_integration, times=periods(30, 1e9 * C), **STIFF)
+both("stiffness × 1e9, three turns, damping critical", FOURIER, 1e-8, against_the_periodic_motion, turns=3, b=CRITICAL * math.sqrt(1e9), **STIFF)
+both("stiffness × 1e-9", DORMAND, 1e-8, against_integration, times=np.arange(1, 21) * TURN / 10, c=1e-9 * C)
+both("damping 0", DORMAND, 1e-8, against_integration, times=np.arange(1, 21) * TURN / 10, b=0.0)
+both("damping critical", DORMAND, 1e-8, against_integration, times=np.arange(1, 21) * TURN / 10, b=CRITICAL)
+both("damping 1e6 × critical, first decay", DORMAND, 1e-8, against_integration, times=np.arange(1, 21) * 1e-8, b=1e6 * CRITICAL, scale=[1e-13, 1e-6], store="damping 1e6")
+both("damping 1e6 × critical, three turns", FOURIER, 1e-8, against_the_periodic_motion, turns=3, b=1e6 * CRITICAL, n=128)
+for exponent in (-4, -8, -12):
+    both(
+        f"J/(m U′²max) = 1e{exponent}, b = 0, through U′ = 0", "Dormand-Prince 8(5,3) at 1e-13, time from the zero of U′", 1e-7,
+        through_zero, ratio=10.0**exponent,
+    )
+    both(f"J/(m U′²max) = 1e{exponent}, in a dwell", "damped oscillation, 60 digits", 1e-8, dwell, ratio=10.0**exponent)
+both("J/(m U′²max) = 1e6", DORMAND, 1e-8, against_integration, J=M * SLOPE * 1e6, times=np.arange(1, 21) * TURN / 10)
+both("mass 0", "damped oscillation, 60 digits", 1e-9, constant_inertia)
+both("speed 0, free vibration", DORMAND, 1e-8, against_integration, start=(0.05, 1.0), scale=[0.05, 5.0], times=periods(10), **{"drive.w": 0.0})
+both("speed 1e-9 rad/s", DORMAND, 1e-8, against_integration, times=periods(10), **{"drive.w": 1e-9})
+both("speed 1e5 rad/s, two turns", DORMAND, 1e-8, against_integration, times=np.arange(1, 21) * 2 * math.pi / 1e6, **{"drive.w": 1e5})
+both("speed −20 rad/s", DORMAND, 1e-8, against_integration, times=np.arange(1, 21) * TURN / 10, **{"drive.w": -W})
+for linear, turns in ((False, 1e3), (True, 1e6)):
+
+    @case(f"{DRIVE}, {'linear' if linear else 'nonlinear'}", f"{turns:.0e} revolutions".replace("e+0", "e"), FOURIER, 1e-8)
+    def many_turns(packages, linear=linear, turns=turns):
+        return against_the_periodic_motion(packages, linear, turns=turns, points=20, b=CRITICAL / 5, J=5.0)
+
+
+both(
+    "communication steps 1e-12 … 1e3 s in one run", FOURIER, 1e-8,
+    mixed_steps,
+)
+both(
+    "64 harmonics", DORMAND, 1e-8, against_integration, wide=True, times=np.arange(1, 11) * TURN / 10, store="64 harmonics",
+    harmonics=[0.0] + [5e-2 / k**2.5 for k in range(1, 65)], sines=[1e-3 / k**2 for k in range(1, 65)],
+)
+both("amplitude 1e-12 m", DORMAND, 1e-8, against_integration, harmonics=[h * 1e-11 for h in HARMONICS], times=np.arange(1, 21) * TURN / 10)
+both(
+    "amplitude 1e3 m (c grown likewise)", DORMAND, 1e-8, against_integration, harmonics=[h * 1e4 for h in HARMONICS],
+    times=np.arange(1, 21) * TURN / 10, c=C * 1e8, b=B * 1e8, J=INERTIA * 1e8,
+)
+both(
+    "phase start 1e12 rad", DORMAND, 1e-8, against_integration, times=np.arange(1, 21) * TURN / 10,
+    **{"drive.phi_start": 1e12},
+)
+
+
+def moved(packages, linear, motion, stop, **changes):
+    """One communication step on inputs of constant acceleration."""
+    p = parameters(changes)
+    values, series = settings(packages["shaft_input"], p, HARMONICS, (), linear)
+    with probe(packages["shaft_input"], values, inputs=motion.inputs(0.0)) as unit:
+        reached, got = record(unit, [stop], NAMES, before=motion.drive)
+        rhs = reference.elastic_shaft(p["m"], p["J"], p["c"], p["b"], series, motion, linear)
+        # An input shaft in uniform acceleration starts with q = 0 at rest relative to the drive.
+        states = truth.integrate(rhs, [0.0, 0.0], np.linspace(0.0, reached[0], 101), estimate(p, HARMONICS))
+        return unit.outcome(error(got, states[-1:], np.abs(states).max(axis=0)))
+
+
+both("inputs: reversal within a step of 1 s", DORMAND, 1e-8, moved, motion=Moved(0.3, 20.0, -40.0), stop=1.0)
+both("inputs: speed 0 → 1e3 rad/s within one step of 0.5 s", DORMAND, 1e-7, moved, motion=Moved(0.3, 0.0, 2e3), stop=0.5, b=CRITICAL)
+both("inputs: speed 0, acceleration 0", DORMAND, 0.0, moved, motion=Moved(0.3), stop=1.0)
+
+
+@refusal(f"{DRIVE}, linear", "parametric instability until overflow", "the twist q grows without bound", "the solution grows beyond all numbers")
+def unstable(packages):
+    values, _ = settings(packages["shaft"], parameters({"b": 0.0, "drive.w": UNSTABLE}), HARMONICS, (), True)
+
+    def run(unit):
+        for _ in range(100):
+            unit.step(10 * 2 * math.pi / UNSTABLE)
+            unit.get(*NAMES)
+
+    return refused(packages["shaft"], values, run)
+
+
+# In the middle of the range of instability above twice the mean natural frequency the motion grows by 2.3 a turn.
+UNSTABLE = 2.3 * math.sqrt(C / (INERTIA + M * MEAN))
+
+
+@case(f"{DRIVE}, linear", "parametric instability, growth by 1e20", DORMAND, 1e-8)
+def growth(packages):
+    return against_integration(
+        packages, True, np.arange(1, 57) * 2 * math.pi / UNSTABLE, b=0.0, store="growth", **{"drive.w": UNSTABLE}
+    )
+
+
+@case(f"{DRIVE}, nonlinear", "where the linearised shaft is unstable", DORMAND, 1e-7)
+def saturated(packages):
+    return against_integration(
+        packages, False, np.arange(1, 41) * 2 * math.pi / UNSTABLE / 4, b=0.0, store="unstable", **{"drive.w": UNSTABLE}
+    )
+
+
+for damping in (0.0, B):
+    @refusal(DRIVE, f"J = 0, b = {damping:g}", "`J`: 0 kg.m2 is not admissible", "algebraic or unbounded where U′ = 0")
+    def no_inertia(packages, damping=damping):
+        return refused(packages["shaft"], {"J": 0.0, "b": damping})
+
+
+@refusal(DRIVE, "steady state, damping 0", "start.mode = steady_state does not exist without damping", "a periodic motion that no motion approaches")
+def undamped_steady(packages):
+    return refused(packages["shaft"], {"b": 0.0, "start.mode": 3})
+
+
+@refusal(DRIVE, "inputs: acceleration 1e300 rad/s²", "the twist q grows without bound", "the motion overflows")
+def overflow(packages):
+    return refused(packages["shaft_input"], run=lambda unit: (unit.set(a=1e300), unit.step(1.0)))
