@@ -95,7 +95,7 @@ impl Fmu {
         let drive: Box<dyn DynDrive> = resource.build().unwrap();
         let folder = std::env::temp_dir().join(format!("camdrive-{}-{test}-{}", std::process::id(), scene.name));
         std::fs::create_dir_all(&folder).unwrap();
-        std::fs::write(folder.join("drive.json"), serde_json::to_string(&resource).unwrap()).unwrap();
+        std::fs::write(folder.join("drive.bin"), resource.to_bytes().unwrap()).unwrap();
         let guid = CString::new(resource.guid).unwrap();
         let variables = drive.descriptions().into_iter().cloned().collect();
         Fmu { scene, folder, guid, variables, step: drive.experiment().step }

@@ -48,7 +48,7 @@ impl Folder {
     fn new(test: &str) -> Self {
         let folder = std::env::temp_dir().join(format!("camdrive {} {test} é", std::process::id()));
         std::fs::create_dir_all(&folder).unwrap();
-        std::fs::write(folder.join("drive.json"), serde_json::to_string(&resource()).unwrap()).unwrap();
+        std::fs::write(folder.join("drive.bin"), resource().to_bytes().unwrap()).unwrap();
         Folder(folder)
     }
 
@@ -148,10 +148,10 @@ fn instantiation_checks_what_it_gets() {
     let uri = folder.uri();
     refused(Some(&uri), c"{other}", CO_SIMULATION, "`{other}`, but this FMU has the guid `{0f5e}`");
     refused(Some(&uri), GUID, 0, "for Co-Simulation");
-    refused(Some(c"file:///no/where"), GUID, CO_SIMULATION, "drive.json is missing");
+    refused(Some(c"file:///no/where"), GUID, CO_SIMULATION, "drive.bin is missing");
     refused(Some(c""), GUID, CO_SIMULATION, "looked in");
     refused(None, GUID, CO_SIMULATION, "fmuResourceLocation is NULL");
-    std::fs::write(folder.0.join("drive.json"), "{").unwrap();
+    std::fs::write(folder.0.join("drive.bin"), "{").unwrap();
     refused(Some(&uri), GUID, CO_SIMULATION, "cannot be read");
 
     let name = c"path/to the instance".as_ptr();

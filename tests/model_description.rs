@@ -1,7 +1,7 @@
 //! The published interface of the FMUs: golden files, and what the description says against what the drive does.
 
 use camdrive::drives::variable::{Causality, Kind, Variability};
-use camdrive::drives::{Description, DynDrive, MODELS};
+use camdrive::drives::{Described, Description, DynDrive, MODELS};
 use camdrive::export::{self, documentation, model_description::Identity};
 use camdrive::scene::{self, Resolved};
 use std::path::{Path, PathBuf};
@@ -22,7 +22,7 @@ fn scenes() -> Vec<(PathBuf, Resolved)> {
         .collect()
 }
 
-fn build(scene: &Resolved) -> Box<dyn DynDrive> {
+fn build(scene: &Resolved) -> Box<dyn Described> {
     scene.resource().build().unwrap()
 }
 

@@ -2,7 +2,7 @@
 
 use super::{Failure, print, read_all};
 use crate::drives::variable::{Causality, Kind, Variability};
-use crate::drives::{Description, DynDrive};
+use crate::drives::{Described, Description, DynDrive};
 use crate::export;
 use crate::scene::Resolved;
 use crate::scene::units::short;
@@ -44,7 +44,7 @@ fn describe(resolved: &Resolved, xml: bool) -> Result<(), Failure> {
 }
 
 /// The description of a drive that is set up.
-fn text(resolved: &Resolved, drive: &mut dyn DynDrive) -> Result<String, crate::drives::Fault> {
+fn text(resolved: &Resolved, drive: &mut dyn Described) -> Result<String, crate::drives::Fault> {
     let portrait = drive.portrait();
     let mut out = format!("{} ({})\n", resolved.name, resolved.model);
     if !resolved.description.is_empty() {

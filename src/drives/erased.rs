@@ -1,59 +1,18 @@
 //! Drives of any model behind one object-safe interface.
 
-#[cfg(feature = "cli")]
-use super::Simplification;
 use super::number::{Number, Range};
 use super::unit;
 use super::variable::{Causality, Kind, Variability};
-use super::{Curve, Description, Drive, EventLog, Experiment, Fault, Portrait, Seed, Variable};
+use super::{Description, Drive, EventLog, Experiment, Fault, Seed, Variable};
 use std::any::Any;
 use std::sync::Arc;
 
-/// A drive model as the list of models holds it.
-pub struct Model {
-    /// The name that scenes use.
-    pub name: &'static str,
-    /// Builds a drive from the resolved scene (JSON).
-    pub build: fn(&str) -> Result<Box<dyn DynDrive>, Fault>,
-    /// [`Drive::simplifications`] of a resolved scene; the runtime library does without.
-    #[cfg(feature = "cli")]
-    pub simplifications: fn(&serde_json::Value) -> Result<Vec<Simplification<serde_json::Value>>, Fault>,
-}
-
-impl Model {
-    /// The entry of the drive type `D`.
-    pub const fn of<D: Drive>() -> Self {
-        Model {
-            name: D::MODEL,
-            build: build::<D>,
-            #[cfg(feature = "cli")]
-            simplifications: simplifications::<D>,
-        }
-    }
-}
-
-#[cfg(feature = "cli")]
-fn simplifications<D: Drive>(scene: &serde_json::Value) -> Result<Vec<Simplification<serde_json::Value>>, Fault> {
-    use super::simplification::Simplified;
-    let fault = |e: serde_json::Error| Fault(format!("the resolved scene of {} cannot be read: {e}", D::MODEL));
-    let scene: D::Scene = serde_json::from_value(scene.clone()).map_err(fault)?;
-    let erased = |Simplification { feature, instead, model }: Simplification<D::Scene>| {
-        let model = match model {
-            Simplified::Scene(scene) => Simplified::Scene(serde_json::to_value(scene).map_err(fault)?),
-            Simplified::Formula(formula) => Simplified::Formula(formula),
-        };
-        Ok(Simplification { feature, instead, model })
-    };
-    D::simplifications(&scene).into_iter().map(erased).collect()
-}
-
-fn build<D: Drive>(scene: &str) -> Result<Box<dyn DynDrive>, Fault> {
-    let scene = serde_json::from_str(scene)
-        .map_err(|e| Fault(format!("the resolved scene of {} cannot be read: {e}", D::MODEL)))?;
+/// A drive as it is after instantiation.
+pub(super) fn unit<D: Drive>(scene: D::Scene) -> Result<Box<Unit<D>>, Fault> {
     let drive = D::new(scene)?;
     let variables = drive.variables().0;
     let reals = variables.iter().map(Access::of).collect();
-    Ok(Arc::new(Design { initial: drive, variables, reals }).instance())
+    Ok(Arc::new(Design { initial: drive, variables, reals }).unit())
 }
 
 /// A drive as its scene describes it: what all its instances have in common.
@@ -70,10 +29,6 @@ pub trait DynDrive: Send {
     fn descriptions(&self) -> Vec<&Description>;
     /// The variable with this reference.
     fn description(&self, reference: usize) -> Option<&Description>;
-    /// What the documentation says of the drive.
-    fn portrait(&self) -> Portrait;
-    /// Curves that picture the drive.
-    fn curves(&self) -> Vec<Curve>;
     /// The default experiment.
     fn experiment(&self) -> Experiment;
     /// Reads a Real where it stands. NaN where there is none to read: an unknown reference, another type, or something
@@ -123,8 +78,8 @@ struct Design<D> {
     reals: Arc<[Access<D>]>,
 }
 
-impl<D: Drive> Plan for Design<D> {
-    fn instance(self: Arc<Self>) -> Box<dyn DynDrive> {
+impl<D: Drive> Design<D> {
+    fn unit(self: Arc<Self>) -> Box<Unit<D>> {
         Box::new(Unit {
             drive: self.initial.clone(),
             reals: self.reals.clone(),
@@ -136,8 +91,14 @@ impl<D: Drive> Plan for Design<D> {
     }
 }
 
+impl<D: Drive> Plan for Design<D> {
+    fn instance(self: Arc<Self>) -> Box<dyn DynDrive> {
+        self.unit()
+    }
+}
+
 /// An instance.
-struct Unit<D> {
+pub(super) struct Unit<D> {
     drive: D,
     design: Arc<Design<D>>,
     /// Of the design, where reading finds it sooner.
@@ -294,6 +255,17 @@ fn check(d: &Description, value: f64) -> Result<(), Fault> {
     Err(Fault(format!("`{}`: {reason}", d.name)))
 }
 
+#[cfg(feature = "cli")]
+impl<D: Drive> super::Described for Unit<D> {
+    fn portrait(&self) -> super::Portrait {
+        self.drive.portrait()
+    }
+
+    fn curves(&self) -> Vec<super::Curve> {
+        self.drive.curves()
+    }
+}
+
 impl<D: Drive> DynDrive for Unit<D> {
     fn plan(&self) -> Arc<dyn Plan> {
         self.design.clone()
@@ -305,14 +277,6 @@ impl<D: Drive> DynDrive for Unit<D> {
 
     fn description(&self, reference: usize) -> Option<&Description> {
         self.design.variables.get(reference).map(|v| &v.description)
-    }
-
-    fn portrait(&self) -> Portrait {
-        self.drive.portrait()
-    }
-
-    fn curves(&self) -> Vec<Curve> {
-        self.drive.curves()
     }
 
     fn experiment(&self) -> Experiment {

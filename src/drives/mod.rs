@@ -10,6 +10,7 @@ pub mod elastic_output;
 pub mod elastic_shaft;
 pub mod erased;
 pub mod event;
+pub mod model;
 pub mod number;
 pub mod resource;
 pub mod response;
@@ -20,20 +21,33 @@ pub mod unit;
 pub mod variable;
 
 pub use curve::Curve;
-pub use erased::{DynDrive, Model, Plan};
+pub use erased::{DynDrive, Plan};
 pub use event::{Event, EventLog};
+pub use model::Model;
+#[cfg(feature = "cli")]
+pub use model::{Described, Template};
 pub use number::Number;
 pub use simplification::Simplification;
 pub use variable::{Description, List, Variable};
 
 use serde::{Serialize, de::DeserializeOwned};
 
-/// All drive models.
-pub const MODELS: &[Model] = &[
-    Model::of::<elastic_output::ElasticOutput>(),
-    Model::of::<elastic_shaft::ElasticShaft>(),
-    Model::of::<backlash::BacklashDrive>(),
-    Model::of::<rigid_machine::RigidMachine>(),
+/// The one list of the models, for both who work with it.
+macro_rules! models {
+    ($($drive:ty),* $(,)?) => {
+        /// All drive models.
+        pub const MODELS: &[Model] = &[$(Model::of::<$drive>()),*];
+        /// The same for the command line.
+        #[cfg(feature = "cli")]
+        pub const TEMPLATES: &[Template] = &[$(Template::of::<$drive>()),*];
+    };
+}
+
+models![
+    elastic_output::ElasticOutput,
+    elastic_shaft::ElasticShaft,
+    backlash::BacklashDrive,
+    rigid_machine::RigidMachine,
 ];
 
 /// Why a drive cannot go on: one sentence that names the quantity, its value and what would be admissible.

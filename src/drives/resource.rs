@@ -1,36 +1,129 @@
-//! The resolved scene as an FMU carries it in `resources/drive.json`.
+//! The resolved scene as an FMU carries it in `resources/drive.bin`.
+//!
+//! Bytes: magic (8) · model, guid and scene in postcard's encoding · CRC-32 of all before (4, little-endian).
 
 use super::{DynDrive, Fault, MODELS};
 use serde::{Deserialize, Serialize};
 
 /// The name of the file in the resources folder of an FMU.
-pub const FILE_NAME: &str = "drive.json";
+pub const FILE_NAME: &str = "drive.bin";
 
-/// A resolved scene: coherent SI, validated by the exporter.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Resource {
-    /// The name of the scene, which is the FMU's modelName and modelIdentifier.
-    pub name: String,
+/// To be changed when the encoding of the file changes; that of the scenes goes with the guid.
+const MAGIC: &[u8; 8] = b"camscene";
+const CHECKSUM: usize = 4;
+
+/// What the file holds.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Content<'a> {
     /// One of [`MODELS`].
-    pub model: String,
+    pub model: &'a str,
     /// The guid of the model description.
-    pub guid: String,
-    /// The [`super::Drive::Scene`] of the model.
-    pub scene: serde_json::Value,
+    pub guid: &'a str,
+    /// The [`super::Drive::Scene`] of the model in postcard's encoding: coherent SI, validated by the exporter.
+    pub scene: &'a [u8],
 }
 
-impl Resource {
-    /// Reads the text of `resources/drive.json`.
-    pub fn from_json(text: &str) -> Result<Self, Fault> {
-        serde_json::from_str(text).map_err(|e| Fault(format!("resources/{FILE_NAME} cannot be read: {e}")))
+fn refused(reason: impl std::fmt::Display) -> Fault {
+    Fault(format!("resources/{FILE_NAME} cannot be read: {reason}"))
+}
+
+impl<'a> Content<'a> {
+    /// Reads the bytes of `resources/drive.bin`; refuses foreign and damaged ones.
+    pub fn from_bytes(bytes: &'a [u8]) -> Result<Self, Fault> {
+        let Some((body, checksum)) = bytes.split_last_chunk::<CHECKSUM>() else { return Err(refused("it is cut off")) };
+        let Some(content) = body.strip_prefix(MAGIC) else {
+            return Err(refused("it was not made by this version of the tool"));
+        };
+        if u32::from_le_bytes(*checksum) != crc32fast::hash(body) {
+            return Err(refused("it is damaged, its checksum is wrong"));
+        }
+        postcard::from_bytes(content).map_err(refused)
+    }
+
+    /// The bytes of `resources/drive.bin`.
+    #[cfg(feature = "cli")]
+    pub fn to_bytes(&self) -> Result<Vec<u8>, Fault> {
+        let content =
+            postcard::to_stdvec(self).map_err(|e| Fault(format!("resources/{FILE_NAME} cannot be written: {e}")))?;
+        let mut bytes = [MAGIC.as_slice(), &content].concat();
+        bytes.extend(crc32fast::hash(&bytes).to_le_bytes());
+        Ok(bytes)
     }
 
     /// Builds the drive.
     pub fn build(&self) -> Result<Box<dyn DynDrive>, Fault> {
-        let model = MODELS.iter().find(|m| m.name == self.model).ok_or_else(|| {
-            let known: Vec<&str> = MODELS.iter().map(|m| m.name).collect();
-            Fault(format!("resources/{FILE_NAME}: unknown model `{}`; known are {}", self.model, known.join(", ")))
-        })?;
-        (model.build)(&self.scene.to_string())
+        let known = || MODELS.iter().map(|m| m.name);
+        let model = MODELS.iter().find(|m| m.name == self.model).ok_or_else(|| unknown(self.model, known()))?;
+        (model.build)(self.scene)
+    }
+}
+
+fn unknown<'a>(model: &str, known: impl Iterator<Item = &'a str>) -> Fault {
+    Fault(format!("unknown model `{model}`; known are {}", known.collect::<Vec<&str>>().join(", ")))
+}
+
+#[cfg(feature = "cli")]
+pub use resource::Resource;
+
+#[cfg(feature = "cli")]
+mod resource {
+    use super::super::model::{Described, Template};
+    use super::super::{Fault, TEMPLATES};
+    use super::{Content, unknown};
+
+    /// A resolved scene: coherent SI, validated by the exporter.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct Resource {
+        /// The name of the scene, which is the FMU's modelName and modelIdentifier.
+        pub name: String,
+        /// One of [`TEMPLATES`].
+        pub model: String,
+        /// The guid of the model description.
+        pub guid: String,
+        /// The [`crate::drives::Drive::Scene`] of the model as JSON.
+        pub scene: serde_json::Value,
+    }
+
+    impl Resource {
+        fn template(&self) -> Result<&'static Template, Fault> {
+            let known = || TEMPLATES.iter().map(|m| m.name);
+            TEMPLATES.iter().find(|m| m.name == self.model).ok_or_else(|| unknown(&self.model, known()))
+        }
+
+        /// Builds the drive.
+        pub fn build(&self) -> Result<Box<dyn Described>, Fault> {
+            (self.template()?.build)(&self.scene)
+        }
+
+        /// The scene as the runtime library reads it.
+        pub fn encoded_scene(&self) -> Result<Vec<u8>, Fault> {
+            (self.template()?.encode)(&self.scene)
+        }
+
+        /// The bytes of `resources/drive.bin`.
+        pub fn to_bytes(&self) -> Result<Vec<u8>, Fault> {
+            Content { model: &self.model, guid: &self.guid, scene: &self.encoded_scene()? }.to_bytes()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn damaged_bytes_are_refused() {
+        let content = Content { model: "Unknown", guid: "{1}", scene: &[1, 2, 3] };
+        let bytes = content.to_bytes().unwrap();
+        assert_eq!(Content::from_bytes(&bytes), Ok(content));
+        assert!(content.build().err().unwrap().0.contains("unknown model `Unknown`; known are Elastic"));
+        for length in 0..bytes.len() {
+            assert!(Content::from_bytes(&bytes[..length]).is_err(), "{length} bytes");
+        }
+        for at in 0..bytes.len() {
+            let mut damaged = bytes.clone();
+            damaged[at] ^= 1;
+            assert!(Content::from_bytes(&damaged).is_err(), "byte {at}");
+        }
     }
 }

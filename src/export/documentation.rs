@@ -8,12 +8,12 @@ use super::tradeoff::Section;
 use super::xml::Xml;
 use crate::design::tradeoff::Report;
 use crate::drives::variable::{Causality, Kind, Variability};
-use crate::drives::{Description, DynDrive, Fault, Portrait};
+use crate::drives::{Described, Description, DynDrive, Fault, Portrait};
 
 const STYLE: &str = include_str!("documentation.css");
 
 /// The text of index.html.
-pub fn html(identity: &Identity, model: &str, drive: &mut dyn DynDrive) -> Result<String, Fault> {
+pub fn html(identity: &Identity, model: &str, drive: &mut dyn Described) -> Result<String, Fault> {
     html_with(identity, model, drive, None)
 }
 
@@ -21,7 +21,7 @@ pub fn html(identity: &Identity, model: &str, drive: &mut dyn DynDrive) -> Resul
 pub fn html_with(
     identity: &Identity,
     model: &str,
-    drive: &mut dyn DynDrive,
+    drive: &mut dyn Described,
     study: Option<&Report>,
 ) -> Result<String, Fault> {
     let study = study.map(Section::of).transpose()?;
@@ -69,7 +69,7 @@ pub fn html_with(
     Ok(xml.finish())
 }
 
-fn figure(xml: &mut Xml, name: &str, model: &str, drive: &dyn DynDrive) {
+fn figure(xml: &mut Xml, name: &str, model: &str, drive: &dyn Described) {
     let curves = drive.curves();
     if curves.is_empty() {
         return;

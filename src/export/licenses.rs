@@ -4,14 +4,13 @@ use super::archive::File;
 
 const FOLDER: &str = "documentation/licenses";
 
-/// The crates of the runtime library; all but two may be used under the Apache licence 2.0.
-const APACHE: [&str; 22] = [
+/// The crates of the runtime library; all may be used under the Apache licence 2.0.
+const APACHE: [&str; 20] = [
     "approx",
     "bytemuck",
     "cfg-if",
     "cobs",
     "crc32fast",
-    "itoa",
     "matrixmultiply",
     "nalgebra",
     "num-complex",
@@ -23,33 +22,24 @@ const APACHE: [&str; 22] = [
     "safe_arch",
     "serde",
     "serde_core",
-    "serde_json",
     "simba",
     "thiserror",
     "typenum",
     "wide",
 ];
 
-/// The others, each with the file of its licence.
-const OTHERS: [(&str, &str, &str); 2] = [
-    ("memchr", "memchr-Unlicense.txt", include_str!("licenses/memchr-Unlicense.txt")),
-    ("zmij", "zmij-MIT.txt", include_str!("licenses/zmij-MIT.txt")),
-];
-
 /// All crates of the list.
 pub fn crates() -> impl Iterator<Item = &'static str> {
-    APACHE.into_iter().chain(OTHERS.into_iter().map(|(name, _, _)| name))
+    APACHE.into_iter()
 }
 
 /// The files of `documentation/licenses`; `license.txt` is the entry that the standard names (section 2.3).
 pub fn files() -> Vec<File> {
-    let mut files = vec![
+    vec![
         File::new(format!("{FOLDER}/license.txt"), overview()),
         File::new(format!("{FOLDER}/LICENSE-MIT.txt"), include_str!("../../LICENSE-MIT")),
         File::new(format!("{FOLDER}/LICENSE-APACHE.txt"), include_str!("../../LICENSE-APACHE")),
-    ];
-    files.extend(OTHERS.map(|(_, file, text)| File::new(format!("{FOLDER}/{file}"), text)));
-    files
+    ]
 }
 
 fn overview() -> String {
@@ -63,10 +53,6 @@ fn overview() -> String {
     );
     for name in APACHE {
         text.push_str(&format!("  {name}\n"));
-    }
-    text.push_str("\nand these:\n\n");
-    for (name, file, _) in OTHERS {
-        text.push_str(&format!("  {name} ({file})\n"));
     }
     text.push_str("\nSource code: the registry of the Rust packages, under the names above.\n");
     text

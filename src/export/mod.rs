@@ -23,8 +23,8 @@ pub use date::Date;
 pub use runtime_library::RuntimeLibrary;
 
 use crate::design::tradeoff::Report;
-use crate::drives::resource::{self, Resource};
-use crate::drives::{DynDrive, Fault};
+use crate::drives::resource::{self, Content, Resource};
+use crate::drives::{Described, Fault};
 use archive::File;
 use model_description::Identity;
 
@@ -85,11 +85,11 @@ pub fn pack_with(
     date: Option<Date>,
     study: Option<&Report>,
 ) -> Result<Packed, Fault> {
-    pack_drive(&mut *resource.build()?, resource, description, runtimes, date, study)
+    pack_drive((&mut *resource.build()?, &resource.encoded_scene()?), resource, description, runtimes, date, study)
 }
 
 fn pack_drive(
-    drive: &mut dyn DynDrive,
+    (drive, scene): (&mut dyn Described, &[u8]),
     resource: &Resource,
     description: &str,
     runtimes: &[RuntimeLibrary],
@@ -102,7 +102,7 @@ fn pack_drive(
         .iter()
         .map(|library| File::new(library.path_in_fmu(&resource.name), library.bytes.as_slice()))
         .collect();
-    let mut content = with_guid(drive, resource, description, date, "")?;
+    let mut content = with_guid((drive, scene), resource, description, date, "")?;
     content.extend(for_people(drive, resource, description)?);
     content.extend(libraries);
     let parts: Vec<&[u8]> = content.iter().flat_map(|file| [file.path.as_bytes(), file.content.as_slice()]).collect();
@@ -112,7 +112,7 @@ fn pack_drive(
             *place = file;
         }
     };
-    with_guid(drive, resource, description, date, &guid)?.into_iter().for_each(&mut replace);
+    with_guid((drive, scene), resource, description, date, &guid)?.into_iter().for_each(&mut replace);
     if let Some(report) = study {
         let identity = Identity { name: &resource.name, description, guid: "", date: None };
         let page = documentation::html_with(&identity, &resource.model, drive, Some(report))?;
@@ -132,7 +132,7 @@ fn pack_drive(
 
 /// The files that hold the guid.
 fn with_guid(
-    drive: &mut dyn DynDrive,
+    (drive, scene): (&mut dyn Described, &[u8]),
     resource: &Resource,
     description: &str,
     date: Option<Date>,
@@ -141,17 +141,15 @@ fn with_guid(
     let date = date.map(Date::iso);
     let identity = Identity { name: &resource.name, description, guid, date: date.as_deref() };
     let xml = model_description::xml(&identity, drive)?;
-    let resource = Resource { guid: guid.to_owned(), ..resource.clone() };
-    let json = serde_json::to_string_pretty(&resource)
-        .map_err(|e| Fault(format!("resources/{} cannot be written: {e}", resource::FILE_NAME)))?;
+    let content = Content { model: &resource.model, guid, scene };
     Ok(vec![
         File::new("modelDescription.xml", xml),
-        File::new(format!("resources/{}", resource::FILE_NAME), json + "\n"),
+        File::new(format!("resources/{}", resource::FILE_NAME), content.to_bytes()?),
     ])
 }
 
 /// Documentation, pictures and licences.
-fn for_people(drive: &mut dyn DynDrive, resource: &Resource, description: &str) -> Result<Vec<File>, Fault> {
+fn for_people(drive: &mut dyn Described, resource: &Resource, description: &str) -> Result<Vec<File>, Fault> {
     let identity = Identity { name: &resource.name, description, guid: "", date: None };
     let curves = drive.curves();
     let mut files = Vec::new();
@@ -206,7 +204,7 @@ mod tests {
     #[test]
     fn the_same_scene_gives_the_same_bytes_and_any_difference_another_guid() {
         let pack = |name: &str, text: &str, content: &[u8]| {
-            pack_drive(&mut *lag(), &resource(name), text, &[library(content)], None, None).unwrap()
+            pack_drive((&mut *lag(), &[]), &resource(name), text, &[library(content)], None, None).unwrap()
         };
         let fmu = pack("Lag", "A lag", b"1");
         assert_eq!(fmu.bytes, pack("Lag", "A lag", b"1").bytes);
@@ -220,10 +218,10 @@ mod tests {
     #[test]
     fn names_and_platforms_are_checked() {
         for name in ["", "2fast", "a b", "größe", "a_name_of_twenty_five_char"] {
-            assert!(pack_drive(&mut *lag(), &resource(name), "", &[], None, None).is_err(), "{name}");
+            assert!(pack_drive((&mut *lag(), &[]), &resource(name), "", &[], None, None).is_err(), "{name}");
         }
         let twice = [library(b"1"), library(b"2")];
-        let fault = pack_drive(&mut *lag(), &resource("Lag"), "", &twice, None, None).unwrap_err();
+        let fault = pack_drive((&mut *lag(), &[]), &resource("Lag"), "", &twice, None, None).unwrap_err();
         assert!(fault.0.contains("two runtime libraries for linux64"));
     }
 }

@@ -5,13 +5,13 @@ use super::archive::File;
 use super::picture;
 use super::xml::Xml;
 use crate::drives::variable::Causality;
-use crate::drives::{Description, DynDrive, Fault};
+use crate::drives::{Described, Description, DynDrive, Fault};
 
 /// The variables of a rotational flange apart from its torque.
 const MOTION: [&str; 3] = ["phi", "w", "a"];
 
 /// terminalsAndIcons.xml and the icon.
-pub fn files(drive: &dyn DynDrive) -> Result<Vec<File>, Fault> {
+pub fn files(drive: &dyn Described) -> Result<Vec<File>, Fault> {
     let icon = picture::icon(&drive.curves()).png()?;
     Ok(vec![
         File::new("terminalsAndIcons/terminalsAndIcons.xml", description(drive)),

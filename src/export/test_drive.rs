@@ -1,7 +1,7 @@
 //! A drive to test the export with: a first-order lag T ẋ = u − x, with one variable of every kind.
 
 use crate::drives::variable::{Enumeration, Kind, real, real_within};
-use crate::drives::{Curve, Drive, DynDrive, EventLog, Experiment, Fault, List, Model, Portrait, Seed, unit};
+use crate::drives::{Curve, Described, Drive, EventLog, Experiment, Fault, List, Portrait, Seed, Template, unit};
 use crate::numerics::taylor::Series;
 use serde::{Deserialize, Serialize};
 
@@ -19,8 +19,8 @@ pub struct Lag {
 }
 
 /// The lag as the exporter sees it.
-pub fn lag() -> Box<dyn DynDrive> {
-    (Model::of::<Lag>().build)("2.0").unwrap()
+pub fn lag() -> Box<dyn Described> {
+    (Template::of::<Lag>().build)(&2.0.into()).unwrap()
 }
 
 impl Drive for Lag {

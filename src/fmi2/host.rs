@@ -58,8 +58,7 @@ impl Host {
     pub fn instantiate(resource: &Resource) -> Result<Self, Fault> {
         let fault = |e: &dyn std::fmt::Display| Fault(format!("the resources of the FMU cannot be written: {e}"));
         let folder = tempfile::tempdir().map_err(|e| fault(&e))?;
-        let json = serde_json::to_string(resource).map_err(|e| fault(&e))?;
-        std::fs::write(folder.path().join(FILE_NAME), json).map_err(|e| fault(&e))?;
+        std::fs::write(folder.path().join(FILE_NAME), resource.to_bytes()?).map_err(|e| fault(&e))?;
         let text = |text: &str| CString::new(text).map_err(|e| fault(&e));
         let (name, guid) = (text(&resource.name)?, text(&resource.guid)?);
         // What is no URI is taken for a path.

@@ -2,13 +2,13 @@
 //!
 //! Entered when an instance is made and left when one is freed, never in between.
 
-use crate::drives::{Fault, Plan, resource::Resource};
+use crate::drives::{Fault, Plan, resource::Content};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
 /// A drive with at least one instance; else its plan is gone, and [`clear`] removes the entry.
 struct Entry {
     /// The content of the resource it was made of.
-    resource: Box<str>,
+    resource: Box<[u8]>,
     guid: Box<str>,
     plan: Weak<dyn Plan>,
 }
@@ -21,7 +21,7 @@ fn entries() -> MutexGuard<'static, Vec<Entry>> {
 }
 
 /// The plan of the drive that a resource describes. Refuses another guid than that of the resource.
-pub fn of(resource: &str, guid: &str) -> Result<Arc<dyn Plan>, Fault> {
+pub fn of(resource: &[u8], guid: &str) -> Result<Arc<dyn Plan>, Fault> {
     let known = entries().iter().find(|e| *e.resource == *resource).and_then(|e| {
         let plan = e.plan.upgrade()?;
         Some((plan, e.guid.clone()))
@@ -30,8 +30,8 @@ pub fn of(resource: &str, guid: &str) -> Result<Arc<dyn Plan>, Fault> {
         compare(guid, &own)?;
         return Ok(plan);
     }
-    let described = Resource::from_json(resource)?;
-    compare(guid, &described.guid)?;
+    let described = Content::from_bytes(resource)?;
+    compare(guid, described.guid)?;
     let plan = described.build()?.plan();
     let mut entries = entries();
     entries.retain(|e| *e.resource != *resource);

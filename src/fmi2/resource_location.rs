@@ -6,13 +6,13 @@ use std::path::{Path, PathBuf};
 
 /// Reads the file of the drive from the resources folder that the importer names or, where it names none or a wrong
 /// one, from the folder `../../resources` of the runtime library's own folder.
-pub fn read(location: Option<&str>, library: Option<&Path>) -> Result<String, Fault> {
+pub fn read(location: Option<&str>, library: Option<&Path>) -> Result<Vec<u8>, Fault> {
     let mut folders = location.map(folders_of).unwrap_or_default();
     folders.extend(library.and_then(Path::parent).map(|folder| folder.join("../../resources")));
     for folder in &folders {
         let file = folder.join(FILE_NAME);
-        match std::fs::read_to_string(&file) {
-            Ok(text) => return Ok(text),
+        match std::fs::read(&file) {
+            Ok(bytes) => return Ok(bytes),
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => (),
             Err(e) => return Err(Fault(format!("{} cannot be read: {e}", file.display()))),
         }
@@ -113,7 +113,7 @@ mod tests {
         let Fault(message) = read(Some("file:///no%20where"), Some(library)).unwrap_err();
         assert_eq!(
             message,
-            "drive.json is missing: fmuResourceLocation is `file:///no%20where`; looked in `/no where`, \
+            "drive.bin is missing: fmuResourceLocation is `file:///no%20where`; looked in `/no where`, \
              `/no%20where`, `/nowhere/binaries/linux64/../../resources`"
         );
         assert!(read(None, None).unwrap_err().0.contains("is NULL; looked in no folder"));

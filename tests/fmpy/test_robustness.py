@@ -240,7 +240,7 @@ def test_resources_are_found_however_the_host_names_them(name, tmp_path):
         for location in (None, b"", f"file://{coded}".encode()):
             log.clear()
             assert not instantiate(location)
-            assert len(log) == 1 and log[0][0] == "logStatusError" and "drive.json is missing" in log[0][1], log
+            assert len(log) == 1 and log[0][0] == "logStatusError" and "drive.bin is missing" in log[0][1], log
 
 
 def test_output_derivatives_are_finite_right_after_initialisation(fmu, name):

@@ -4,7 +4,7 @@ use super::reference::Reference;
 use super::run::{Inputs, Interface, Trace};
 use super::{Bench, Feature, Samples, worst_of};
 use crate::drives::simplification::{Formula, Shaft, Simplified};
-use crate::drives::{Fault, MODELS, resource::Resource};
+use crate::drives::{Fault, TEMPLATES, resource::Resource};
 use cpu_time::ThreadTime;
 use std::collections::BTreeMap;
 
@@ -26,7 +26,7 @@ enum Engine {
 
 /// The simpler drives of the bench's scene.
 pub fn all(bench: &Bench, reference: &Reference) -> Result<Vec<Simpler>, Fault> {
-    let Some(model) = MODELS.iter().find(|model| model.name == bench.resource.model) else { return Ok(Vec::new()) };
+    let Some(model) = TEMPLATES.iter().find(|model| model.name == bench.resource.model) else { return Ok(Vec::new()) };
     let list = (model.simplifications)(&bench.resource.scene)?;
     let simpler = list.into_iter().map(|simplification| {
         let engine = match simplification.model {

@@ -35,7 +35,7 @@ fn started(scene: Scene) -> ElasticShaft {
 }
 
 fn boxed(scene: &Scene) -> Box<dyn DynDrive> {
-    (Model::of::<ElasticShaft>().build)(&serde_json::to_string(scene).unwrap()).unwrap()
+    (Model::of::<ElasticShaft>().build)(&postcard::to_stdvec(scene).unwrap()).unwrap()
 }
 
 /// Runs to `end` in `steps` equal communication steps.
