@@ -115,6 +115,53 @@ def many_harmonics(packages):
         return unit.outcome(worst)
 
 
+def dwells(packages, ratio, w_start):
+    """Through the rise, the dwells and the return of a cycle, J0 the part `ratio` of m U′²max: the time of passage by
+    quadrature on panels graded towards the ends of the rise and the return, where J falls to J0."""
+    package, law = packages["machine_cycle"], reference.Cycle()
+    # The inclined sine has U′ = 2 · 0.1 m/120° at most.
+    j0, start = ratio * M * (0.3 / math.pi) ** 2, math.radians(90)
+    inertia = lambda phi: j0 + M * law.derivative(phi, 1) ** 2
+    energy = inertia(start) * w_start**2 / 2
+    nodes, weights = np.polynomial.legendre.leggauss(20)
+
+    def passage(low, high):
+        borders = {b + 2 * math.pi * n for b in law.breakpoints for n in range(-3, 4)}
+        graded = {b + sign * 10.0**-e for b in borders for sign in (-1, 1) for e in np.arange(1, 8, 0.5)}
+        even = set(np.linspace(low, high, 30))
+        edges = np.array(sorted(e for e in borders | graded | even if low <= e <= high))
+        half = np.diff(edges)[:, None] / 2
+        points = edges[:-1, None] + half * (1 + nodes)
+        values = np.array([math.sqrt(inertia(p) / (2 * energy)) for p in points.ravel()]).reshape(points.shape)
+        return float((half * weights * values).sum())
+
+    with probe(package, {"J0": j0, "phi_start": start, "w_start": w_start}) as unit:
+        worst = 0.0
+        # The rise and the return take nearly all the time.
+        reached, got = record(unit, np.arange(1, 13) * 0.2 / abs(w_start), NAMES)
+        for time, (phi, w, _, stated) in zip(reached, got):
+            passed = passage(min(start, phi), max(start, phi))
+            worst = max(worst, abs(passed / time - 1), abs(inertia(phi) * w * w / (2 * energy) - 1), abs(stated / energy - 1))
+        assert abs(got[-1, 0] - start) > math.pi
+        return unit.outcome(worst)
+
+
+for exponent in (-3, -9, -12):
+    for w in (2.0, -2.0):
+        @case(
+            DRIVE, f"J0/(m U′²max) = 1e{exponent}, dwells{', backwards' if w < 0 else ''}",
+            "Gauss-Legendre quadrature for the time of passage, ½Jφ̇² constant", 1e-9,
+        )
+        def through_dwells(packages, exponent=exponent, w=w):
+            return dwells(packages, 10.0**exponent, w)
+
+
+@refusal(DRIVE, "J0/(m U′²max) = 1e-12, 2e7 rad/s in the dwells", "its speed exceeds 1e7 rad/s", "the speed leaves the range of the model")
+def too_fast(packages):
+    values = {"J0": 1e-12 * M * (0.3 / math.pi) ** 2, "phi_start": math.radians(90), "w_start": 20.0}
+    return refused(packages["machine_cycle"], values, run=lambda unit: unit.step(0.1))
+
+
 @case(DRIVE, "speed 0, no torque", "the machine stays where it is", 0.0)
 def rest(packages):
     with probe(packages["machine"], {"phi_start": 0.4, "w_start": 0.0}) as unit:
