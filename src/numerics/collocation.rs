@@ -17,8 +17,8 @@
 //! and IV.8; E. Hairer, C. Lubich, G. Wanner, *Geometric Numerical Integration*, 2nd ed., Springer 2006, II.1.3.
 
 use super::double_double::Double;
-use super::gauss::{ABSCISSAE, MATRIX, PROJECTION, STAGES, WEIGHTS, legendre_integrals};
-use super::lu::Lu;
+use super::gauss::{ABSCISSAE, MATRIX, PROJECTION, STAGES, legendre_integrals};
+use newton::{Newton, factorise};
 use serde::{Deserialize, Serialize};
 
 /// The largest number of equations.
@@ -118,6 +118,8 @@ pub struct Collocation<const N: usize> {
     scale: [f64; N],
     /// Covariance of the error at the end of the last step.
     spread: [[f64; N]; N],
+    /// See [`Collocation::end_error`].
+    ends: [f64; N],
     /// Length of the next step; 0 while unknown.
     next: f64,
     /// Cost and error estimate.
@@ -130,6 +132,8 @@ struct Solved<const N: usize> {
     scale: [f64; N],
     /// Estimated error of the polynomial relative to the scale.
     error: f64,
+    /// See [`Collocation::end_error`].
+    ends: [f64; N],
     /// ∂y₁/∂y₀.
     map: [[f64; N]; N],
 }
@@ -148,6 +152,7 @@ impl<const N: usize> Collocation<N> {
             modes: [[0.0; N]; STAGES],
             scale: [0.0; N],
             spread: [[0.0; N]; N],
+            ends: [0.0; N],
             next: 0.0,
             statistics: Statistics::default(),
         }
@@ -158,6 +163,23 @@ impl<const N: usize> Collocation<N> {
         let fresh = Self::new(t, y);
         let &mut Collocation { scale, spread, next, statistics, .. } = self;
         *self = Collocation { scale, spread, next, statistics, ..fresh };
+    }
+
+    /// What the last step added to the error of each component, if its coefficients go on to decay as the last ones
+    /// computed do, and what Newton's method left: larger than what the order of the method says where waves of
+    /// different lengths come together, and where steps are short.
+    pub fn end_error(&self) -> [f64; N] {
+        self.ends
+    }
+
+    /// Covariance of the error of the state, as far as it is known.
+    pub fn error_covariance(&self) -> [[f64; N]; N] {
+        self.spread
+    }
+
+    /// Goes on with this covariance of the error, as after a part of the motion that was computed otherwise.
+    pub fn set_error_covariance(&mut self, covariance: [[f64; N]; N]) {
+        self.spread = covariance;
     }
 
     /// Start of the last step.
@@ -258,6 +280,7 @@ impl<const N: usize> Collocation<N> {
         self.next = if limited { proposal.max(self.next) } else { proposal };
         self.statistics.steps += 1;
         self.statistics.error_estimate = self.statistics.error_estimate.max(solved.error);
+        self.ends = solved.ends;
         self.carry_error(&solved);
         if self.to.iter().any(|y| y.hi.is_nan() || y.hi.abs() > UNBOUNDED) {
             return Err(Failure::Unbounded { time: self.end.hi });
@@ -336,7 +359,9 @@ impl<const N: usize> Collocation<N> {
             // Either the corrections that are still to come are small, or rounding stops the contraction.
             let converged = rate < 1.0 && size * rate / (1.0 - rate) <= enough;
             if size <= enough || converged || (rate > 0.3 && size <= 1e-13) {
-                return Some(solved(f, scale, newton_matrix, h));
+                // The next correction would be smaller by the same factor again; without a second one nothing is known.
+                let left = if rate < 1.0 { size * rate } else { size };
+                return Some(solved(f, scale, newton_matrix, h, left));
             }
             if rate > 0.05 {
                 newton = None;
@@ -365,20 +390,23 @@ impl<const N: usize> Collocation<N> {
 /// larger is m₆ where all are there or the even ones are, so m₈ is taken as that, diminished once more by the decay
 /// over the two orders before. What the rounding of f can have added to a coefficient is no error of the polynomial,
 /// and no shorter step would take it away.
-fn solved<const N: usize>(f: [[f64; N]; STAGES], scale: [f64; N], newton: &Newton<N>, h: f64) -> Solved<N> {
+fn solved<const N: usize>(f: [[f64; N]; STAGES], scale: [f64; N], newton: &Newton<N>, h: f64, left: f64) -> Solved<N> {
     let noise = newton.noise(&scale);
     let modes: [[f64; N]; STAGES] =
         std::array::from_fn(|k| std::array::from_fn(|c| (0..STAGES).map(|j| PROJECTION[k][j] * f[j][c]).sum()));
     let pair = |k: usize, c: usize| modes[k][c].abs().max(modes[k - 1][c].abs());
+    let mut ends = [0.0; N];
     let error = (0..N)
         .map(|c| {
             let tail = (pair(STAGES - 1, c) - NOISE_OF_MODES * noise[c]).max(0.0);
             let before = pair(STAGES - 3, c);
             let decay = if tail < before { tail / before } else { 1.0 };
+            // A pair is two orders: four pairs on are the orders that the end errs by.
+            ends[c] = h * tail * decay.powi(STAGES as i32 / 2) + left * scale[c];
             h * tail * decay / (2 * STAGES + 1) as f64 / scale[c]
         })
         .fold(0.0, f64::max);
-    Solved { modes, scale, error, map: newton.map(h) }
+    Solved { modes, scale, error, ends, map: newton.map(h) }
 }
 
 /// The step to take of the `remaining` time when `h` is wished for: no sliver is left over.
@@ -406,76 +434,7 @@ fn first_step<const N: usize>(jacobian: &[[f64; N]; N]) -> f64 {
     (0..N).map(square).fold(0.0, f64::max).sqrt().min(1e150).recip()
 }
 
-/// Newton's matrix, factorised, the Jacobians at the stages and the largest |∂fᵢ/∂yⱼ| among them.
-struct Newton<const N: usize> {
-    lu: Lu<CAPACITY>,
-    jacobians: [[[f64; N]; N]; STAGES],
-    rates: [[f64; N]; N],
-}
-
-impl<const N: usize> Newton<N> {
-    /// By how much the Fᵢ change where y of this scale is rounded: f changes by ε Σ |∂f/∂y| y, with a sign that
-    /// differs from node to node, and Newton's equations pass that on to the Fᵢ.
-    fn noise(&self, scale: &[f64; N]) -> [f64; N] {
-        let mut change = [0.0; CAPACITY];
-        for i in 0..STAGES {
-            for r in 0..N {
-                let rounding: f64 = (0..N).map(|c| self.rates[r][c] * scale[c]).sum();
-                change[i * N + r] = if i % 2 == 0 { f64::EPSILON * rounding } else { -f64::EPSILON * rounding };
-            }
-        }
-        self.lu.solve(&mut change);
-        std::array::from_fn(|r| (0..STAGES).map(|i| change[i * N + r].abs()).fold(0.0, f64::max))
-    }
-
-    /// ∂y₁/∂y₀ over a step of length `h`: the Fᵢ follow y₀ as Newton's equations say.
-    fn map(&self, h: f64) -> [[f64; N]; N] {
-        let mut map = [[0.0; N]; N];
-        for c in 0..N {
-            let mut change = [0.0; CAPACITY];
-            for i in 0..STAGES {
-                for r in 0..N {
-                    change[i * N + r] = self.jacobians[i][r][c];
-                }
-            }
-            self.lu.solve(&mut change);
-            for r in 0..N {
-                let sum: f64 = (0..STAGES).map(|i| WEIGHTS[i] * change[i * N + r]).sum();
-                map[r][c] = h * sum + if r == c { 1.0 } else { 0.0 };
-            }
-        }
-        map
-    }
-}
-
-/// The matrix δᵢⱼ 1 − h aᵢⱼ Jᵢ of Newton's method for the Fᵢ, factorised.
-fn factorise<const N: usize>(
-    system: &impl System<N>,
-    h: f64,
-    time: impl Fn(usize) -> Double,
-    stages: &[[f64; N]; STAGES],
-) -> Option<Newton<N>> {
-    let mut matrix = [[0.0; CAPACITY]; CAPACITY];
-    let mut rates = [[0.0; N]; N];
-    let mut jacobians = [[[0.0; N]; N]; STAGES];
-    for i in 0..STAGES {
-        let jacobian = system.jacobian(time(i), &stages[i]);
-        jacobians[i] = jacobian;
-        for r in 0..N {
-            let row = &mut matrix[i * N + r];
-            for j in 0..STAGES {
-                for c in 0..N {
-                    row[j * N + c] = -h * MATRIX[i][j] * jacobian[r][c];
-                }
-            }
-            row[i * N + r] += 1.0;
-            for c in 0..N {
-                rates[r][c] = f64::max(rates[r][c], jacobian[r][c].abs());
-            }
-        }
-    }
-    Lu::new(matrix, STAGES * N).map(|lu| Newton { lu, jacobians, rates })
-}
+mod newton;
 
 #[cfg(test)]
 mod tests;

@@ -62,9 +62,15 @@ pub fn modes(nodes: &[f64; STAGES]) -> [f64; STAGES] {
 /// What the first neglected coefficient is about: the larger of the last two, diminished once more by the decay over
 /// the two before. Both of a pair are looked at, since a function may be even or odd.
 pub fn neglected(modes: &[f64]) -> f64 {
+    let last = modes.len() - 1;
+    decay(modes) * modes[last].abs().max(modes[last - 1].abs())
+}
+
+/// By which factor the last two coefficients are smaller than the two before, at most 1.
+pub fn decay(modes: &[f64]) -> f64 {
     let pair = |k: usize| modes[k].abs().max(modes[k - 1].abs());
     let (tail, before) = (pair(modes.len() - 1), pair(modes.len() - 3));
-    if tail < before { tail * (tail / before) } else { tail }
+    if tail < before { tail / before } else { 1.0 }
 }
 
 /// The Legendre coefficients of ∫₋₁ˣ p where those of p are `modes`: ∫ Pₖ = (Pₖ₊₁ − Pₖ₋₁)/(2 k + 1).

@@ -129,6 +129,8 @@ pub struct RigidMachine {
     errors: Errors,
     /// The angle passed since the start, there and back [rad].
     travelled: f64,
+    /// The greatest |φ̇| since the start [rad/s].
+    top_speed: f64,
     /// The period of the steady state found at the start [s]; 0 without one.
     period: f64,
     events: EventLog,
@@ -239,6 +241,7 @@ impl Drive for RigidMachine {
             next_length: f64::INFINITY,
             errors: Errors::default(),
             travelled: 0.0,
+            top_speed: 0.0,
             period: 0.0,
             events: EventLog::default(),
         };
@@ -294,6 +297,7 @@ impl Drive for RigidMachine {
         (self.integrator, self.period) = (Integrator::new(&self.motor), 0.0);
         (self.passage, self.next_length, self.errors) = (None, f64::INFINITY, Errors::default());
         self.travelled = 0.0;
+        self.top_speed = 0.0;
         self.prepare_raster();
         self.place_at_start(self.w_start);
         match self.start {

@@ -98,7 +98,16 @@ impl RigidMachine {
                 "relative error ≤ 1e-9 at the default tolerance, whatever the communication step; the tests find 1e-11 \
                  and less",
             ),
-            row("Energy", "½ J w² changes by the work of the torques; without torques it is constant to rounding"),
+            row(
+                "Energy",
+                "½ J w² changes by the work of the torques, by construction: Gauss collocation sums what the torques do at \
+                 its nodes; without torques it is constant to rounding",
+            ),
+            row(
+                "solver.error_estimate",
+                "the largest so far of the relative errors of the angle passed, of w and of a lagging torque. Over 320 \
+                 random machines 99 % of the true errors are below it; it is less than 100 times too large in the median",
+            ),
             row(
                 "Number of turns",
                 "whole turns are counted apart from the angle: the position within the turn keeps its digits after a \

@@ -10,6 +10,8 @@ use crate::motion::table::Points;
 use crate::motion::{Fourier, MotionLaw, StandardLaw, Table};
 use crate::numerics::double_double::two_product;
 
+mod estimate;
+
 /// The main drive of a rapier loom: gripper and sley, cosine and sine coefficients in m.
 const GRIPPER: [f64; 7] = [0.34538, -0.46256, 0.10175, 0.015451, 0.0056952, -0.0025225, -0.0023031];
 const SLEY_A: [f64; 9] =

@@ -6,7 +6,7 @@
 //! are integrated in time ([`super::solver`]), where steps end at communication points.
 
 use super::course::Course;
-use super::passage::{Passage, Position, Torques};
+use super::passage::{Errors, Passage, Position, Torques};
 use super::raster::{Cell, Raster};
 use super::solver::FASTEST;
 use super::{Motor, RigidMachine, State};
@@ -107,6 +107,8 @@ impl RigidMachine {
             self.raster.next(&mut position, forward);
             position.angle = angle - Double::from(position.turns - turns) * turn();
         }
+        let [phi, of_u, _] = self.integrator.deviations();
+        self.errors = Errors { energy: 2.0 * of_u / u.hi.abs(), time: phi / self.state.w.abs() };
         self.passage = self.pass(position, None);
     }
 
@@ -124,16 +126,24 @@ impl RigidMachine {
             self.state.interval = self.raster.cells()[position.cell].interval;
             self.take_energy(position.energy);
             self.state.w = self.state.u.hi / self.inertia_now()[0].sqrt();
+            self.hand_over();
         }
     }
 
     /// Ends the passage at the last communication point; the machine goes on from there.
     fn leave(&mut self) {
         if let Some(passage) = self.passage.take() {
-            self.errors = passage.pass_on(self.errors);
+            self.errors = passage.errors_at(self.errors, self.abscissa);
             self.travelled += passage.advance(self.abscissa);
             self.take_energy(passage.energy_at(self.abscissa));
+            self.hand_over();
         }
+    }
+
+    /// The integration in time goes on from here with the errors of the steps in the angle.
+    fn hand_over(&mut self) {
+        let (w, u) = (self.state.w.abs(), self.state.u.hi.abs());
+        self.integrator.set_deviations(w * self.errors.time, 0.5 * u * self.errors.energy);
     }
 
     /// u from E.

@@ -1,0 +1,78 @@
+//! Newton's method for the equations of all stages of a step.
+
+use super::{CAPACITY, STAGES, System};
+use crate::numerics::double_double::Double;
+use crate::numerics::gauss::{MATRIX, WEIGHTS};
+use crate::numerics::lu::Lu;
+
+/// Newton's matrix, factorised, the Jacobians at the stages and the largest |∂fᵢ/∂yⱼ| among them.
+pub struct Newton<const N: usize> {
+    /// The factors.
+    pub lu: Lu<CAPACITY>,
+    jacobians: [[[f64; N]; N]; STAGES],
+    rates: [[f64; N]; N],
+}
+
+impl<const N: usize> Newton<N> {
+    /// By how much the Fᵢ change where y of this scale is rounded: f changes by ε Σ |∂f/∂y| y, with a sign that
+    /// differs from node to node, and Newton's equations pass that on to the Fᵢ.
+    pub fn noise(&self, scale: &[f64; N]) -> [f64; N] {
+        let mut change = [0.0; CAPACITY];
+        for i in 0..STAGES {
+            for r in 0..N {
+                let rounding: f64 = (0..N).map(|c| self.rates[r][c] * scale[c]).sum();
+                change[i * N + r] = if i % 2 == 0 { f64::EPSILON * rounding } else { -f64::EPSILON * rounding };
+            }
+        }
+        self.lu.solve(&mut change);
+        std::array::from_fn(|r| (0..STAGES).map(|i| change[i * N + r].abs()).fold(0.0, f64::max))
+    }
+
+    /// ∂y₁/∂y₀ over a step of length `h`: the Fᵢ follow y₀ as Newton's equations say.
+    pub fn map(&self, h: f64) -> [[f64; N]; N] {
+        let mut map = [[0.0; N]; N];
+        for c in 0..N {
+            let mut change = [0.0; CAPACITY];
+            for i in 0..STAGES {
+                for r in 0..N {
+                    change[i * N + r] = self.jacobians[i][r][c];
+                }
+            }
+            self.lu.solve(&mut change);
+            for r in 0..N {
+                let sum: f64 = (0..STAGES).map(|i| WEIGHTS[i] * change[i * N + r]).sum();
+                map[r][c] = h * sum + if r == c { 1.0 } else { 0.0 };
+            }
+        }
+        map
+    }
+}
+
+/// The matrix δᵢⱼ 1 − h aᵢⱼ Jᵢ of Newton's method for the Fᵢ, factorised.
+pub fn factorise<const N: usize>(
+    system: &impl System<N>,
+    h: f64,
+    time: impl Fn(usize) -> Double,
+    stages: &[[f64; N]; STAGES],
+) -> Option<Newton<N>> {
+    let mut matrix = [[0.0; CAPACITY]; CAPACITY];
+    let mut rates = [[0.0; N]; N];
+    let mut jacobians = [[[0.0; N]; N]; STAGES];
+    for i in 0..STAGES {
+        let jacobian = system.jacobian(time(i), &stages[i]);
+        jacobians[i] = jacobian;
+        for r in 0..N {
+            let row = &mut matrix[i * N + r];
+            for j in 0..STAGES {
+                for c in 0..N {
+                    row[j * N + c] = -h * MATRIX[i][j] * jacobian[r][c];
+                }
+            }
+            row[i * N + r] += 1.0;
+            for c in 0..N {
+                rates[r][c] = f64::max(rates[r][c], jacobian[r][c].abs());
+            }
+        }
+    }
+    Lu::new(matrix, STAGES * N).map(|lu| Newton { lu, jacobians, rates })
+}
