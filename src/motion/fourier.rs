@@ -125,15 +125,17 @@ impl Fourier {
                 continue;
             }
             // The terms of even and of odd order, each from the one before it.
-            let (mut even, mut odd) = (a * c + b * s, rate * (b * c - a * s));
+            let mut term = [a * c + b * s, rate * (b * c - a * s)];
             let square = -rate * rate;
-            for (pair, reciprocals) in coefficients.chunks_mut(2).zip(&RECIPROCALS) {
-                pair[0] += even;
-                even *= square * reciprocals[0];
-                if let Some(c) = pair.get_mut(1) {
-                    *c += odd;
-                    odd *= square * reciprocals[1];
+            let (pairs, rest) = coefficients.as_chunks_mut::<2>();
+            for (pair, reciprocals) in pairs.iter_mut().zip(&RECIPROCALS) {
+                for i in 0..2 {
+                    pair[i] += term[i];
+                    term[i] *= square * reciprocals[i];
                 }
+            }
+            for c in rest {
+                *c += term[0];
             }
         }
     }

@@ -49,6 +49,8 @@ pub struct Bodies {
     pub s: f64,
     /// Coefficient of restitution.
     pub e: f64,
+    /// m2/(m1 + m2), the part of q by which x1 is off the centre of mass.
+    pub share: f64,
     /// m2 on the spring, its other end moved by the flank: ω² = c/m2.
     pub bound: Oscillator,
     /// m1 and m2 against each other: ω₂² = c (1/m1 + 1/m2).
@@ -112,7 +114,8 @@ impl Bodies {
         // 1/m1 + 1/m2 = (m1 + m2)/(m1 m2).
         let inverse = (Double::from(m1) + Double::from(m2)).divide(Double::from(m1) * Double::from(m2));
         let relative = Oscillator::new(cd * inverse, Double::from(0.5) * bd * inverse);
-        Bodies { m1, m2, c, b, s, e, bound: Oscillator::of_mass(m2, c, b), relative }
+        let share = m2 / (m1 + m2);
+        Bodies { m1, m2, c, b, s, e, share, bound: Oscillator::of_mass(m2, c, b), relative }
     }
 
     /// The place of a flank relative to flank A [m].

@@ -22,6 +22,9 @@ pub trait FlankMotion {
     /// φ̇ where it is constant [rad/s].
     fn speed(&self) -> f64;
 
+    /// Upper bounds of |u| [m] and |u̇| [m/s] with the speed at `time` [s].
+    fn sizes(&self, time: f64) -> [f64; 2];
+
     /// An upper bound of |ü| in any segment at `time`.
     fn acceleration(&self, time: Double) -> f64;
 
@@ -41,6 +44,8 @@ pub struct CamFlank<'a> {
     pub law: &'a MotionLaw,
     /// φ(t).
     pub motion: &'a AngleMotion,
+    /// Bounds of |U|, |U′| and |U″|.
+    pub bounds: [f64; 3],
 }
 
 /// The number of derivatives of φ in use.
@@ -131,9 +136,14 @@ impl FlankMotion for CamFlank<'_> {
         self.motion.coefficients[1]
     }
 
+    fn sizes(&self, time: f64) -> [f64; 2] {
+        let w = self.bounds(Double::from(time), 0.0)[1];
+        [self.bounds[0], self.bounds[1] * w]
+    }
+
     fn acceleration(&self, time: Double) -> f64 {
         let [_, w, a, ..] = self.bounds(time, 0.0);
-        self.law.bound(2) * w * w + self.law.bound(1) * a
+        self.bounds[2] * w * w + self.bounds[1] * a
     }
 
     fn rate(&self, segment: usize, time: Double, horizon: f64) -> f64 {

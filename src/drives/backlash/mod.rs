@@ -23,6 +23,7 @@ pub mod flank;
 pub mod panel;
 mod slow;
 pub mod solver;
+mod spread;
 
 mod features;
 mod portrait;
@@ -92,6 +93,8 @@ pub struct BacklashDrive {
     s: f64,
     e: f64,
     bodies: Bodies,
+    /// Bounds of |U|, |U′|, |U″|, with the parameters of the last start.
+    bounds: [f64; 3],
     /// The motion of the shaft around the communication point.
     motion: AngleMotion,
     run: Option<Box<Run>>,
@@ -110,7 +113,7 @@ pub struct BacklashDrive {
 
 impl BacklashDrive {
     fn flank(&self) -> CamFlank<'_> {
-        CamFlank { law: &self.cam.law, motion: &self.motion }
+        CamFlank { law: &self.cam.law, motion: &self.motion, bounds: self.bounds }
     }
 
     /// The longest panel in a step of this length: inputs prescribe the motion to the end of the step only.
@@ -167,7 +170,7 @@ impl BacklashDrive {
 
     /// Shows the motion at `time` [s], which lies in the current panel.
     fn show(&mut self, run: &Run, time: f64) {
-        let point = run.panel.at(&self.bodies, run.theta(time));
+        let point = run.panel.whole_at(&self.bodies, run.theta(time));
         self.now = Now { time, mode: run.panel.mode, point, tally: run.tally };
     }
 
@@ -265,6 +268,7 @@ impl Drive for BacklashDrive {
             s,
             e,
             bodies: Bodies::new(m1, m2, c, b, s, e),
+            bounds: [0.0; 3],
             run: None,
             end: now,
             now,
@@ -302,6 +306,7 @@ impl Drive for BacklashDrive {
         self.log.clear();
         (self.step, self.sums) = (0.0, Sums::default());
         self.bodies = Bodies::new(self.m1, self.m2, self.c, self.b, self.s, self.e);
+        self.bounds = [0, 1, 2].map(|order| self.cam.law.bound(order));
         self.cam.start(time);
         self.motion = self.cam.motion(time);
         match self.start.mode {
@@ -318,7 +323,7 @@ impl Drive for BacklashDrive {
         }
         let Some(mut run) = self.run.as_deref().copied() else { return Ok(()) };
         self.motion = self.cam.motion(time);
-        let flank = CamFlank { law: &self.cam.law, motion: &self.motion };
+        let flank = CamFlank { law: &self.cam.law, motion: &self.motion, bounds: self.bounds };
         // What happens is logged when the step is taken.
         let mut unheard = EventLog::counting();
         let (mode, state, _) = Self::take_up((&self.bodies, &flank), &self.end, &mut run, time, &mut unheard);
@@ -333,17 +338,27 @@ impl Drive for BacklashDrive {
         if input {
             self.motion = self.cam.motion(time);
         }
-        let flank = CamFlank { law: &self.cam.law, motion: &self.motion };
+        let flank = CamFlank { law: &self.cam.law, motion: &self.motion, bounds: self.bounds };
         let Some(run) = self.run.as_deref_mut() else { return Err(Fault::new("the drive has not been started")) };
         if input {
             run.begin_step();
+            // The inputs themselves are rounded: by them place and velocity of the flank jump.
+            let phi = self.motion.at(time).kinematics.0[0].abs();
+            let [_, slope, curvature] = self.bounds;
+            let w = flank.speed().abs();
+            // The mean rounding is an eighth of the last place.
+            let sizes = [slope * phi, (slope + curvature * phi) * w].map(|size| 0.125 * size);
+            run.spread.pass(0.0, [sizes[0], sizes[1], sizes[0], sizes[1]], [0.0; 4]);
             let from = Self::take_up((&self.bodies, &flank), &self.end, run, time, &mut self.log);
             let place = (Double::from(time), flank.segment(Double::from(time)));
             run.restart(&self.bodies, &flank, place, from, horizon);
         }
         run.begin_here(time);
         let end = time + step;
-        let point = run.advance(&self.bodies, &flank, &mut Stretch { end, horizon, log: &mut self.log })?;
+        let mut point = run.advance(&self.bodies, &flank, &mut Stretch { end, horizon, log: &mut self.log })?;
+        if input {
+            point = run.panel.whole_at(&self.bodies, run.theta(end));
+        }
         if !point.is_finite() {
             return Err(Fault(format!("the motion leaves the range of numbers before t = {end} s")));
         }
@@ -353,10 +368,15 @@ impl Drive for BacklashDrive {
             self.sums = run.sums(&self.bodies, &flank, end, horizon);
             self.end = self.now;
         }
-        self.solver.steps = run.tally.panels;
-        self.solver.evaluations = run.tally.panels * run.terms() as f64;
-        // Each panel adds a rounding error.
-        self.solver.error_estimate = f64::EPSILON * run.tally.panels.sqrt();
+        if self.solver.steps != run.tally.panels {
+            self.solver.steps = run.tally.panels;
+            self.solver.evaluations = run.tally.panels * run.terms() as f64;
+            let [place, speed] = run.spread.errors(&self.bodies);
+            let [size, fastest] = flank.sizes(end);
+            let relative = (place / size).max(if fastest > 0.0 { speed / fastest } else { 0.0 });
+            // A cam without a stroke moves nothing.
+            self.solver.error_estimate = if size > 0.0 { relative.min(1.0) } else { 0.0 };
+        }
         self.cam.step_done();
         Ok(())
     }

@@ -15,6 +15,7 @@
 use super::contact::{Bodies, Flank, Mode, State};
 use super::flank::FlankMotion;
 use super::slow::stiff_rate;
+use crate::drives::number::all_finite;
 use crate::numerics::double_double::Double;
 use crate::numerics::first_zero::first_zero;
 use crate::numerics::oscillator::Oscillator;
@@ -37,8 +38,13 @@ const MOST_HALVINGS: usize = 60;
 /// that is back earlier has moved by 1e-14 of a typical displacement, next to the rounding of x1.
 const ARMING: f64 = 1e-7;
 
-/// u, u̇, q, q̇ and, in contact, ü; in flight ζ, ζ̇.
-pub(super) type Row = [f64; 6];
+/// The series of u and q have two terms more than that of ü.
+pub(super) const COEFFICIENTS: usize = MOST_TERMS + 2;
+
+/// Two coefficients, aligned for packed arithmetic.
+#[repr(align(16))]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub struct Pair(pub(super) [f64; 2]);
 
 /// A panel; see the module.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
@@ -60,7 +66,12 @@ pub struct Panel {
     /// The unit of time of the series [s].
     pub(super) span: f64,
     pub(super) terms: usize,
-    pub(super) rows: [Row; MOST_TERMS],
+    /// Spans per second.
+    per_span: f64,
+    /// The coefficients of u (contact) or ζ (flight) and of q.
+    pub(super) pairs: [Pair; COEFFICIENTS],
+    /// In flight the centre of mass at the start [m] and its velocity [m/s].
+    centre: [f64; 2],
     /// Of a panel apart from the fast modes: their free vibration at the start, q [m] and q̇ [m/s].
     pub(super) vibration: [f64; 2],
 }
@@ -86,7 +97,8 @@ pub struct Point {
 impl Point {
     /// Whether all numbers are.
     pub fn is_finite(&self) -> bool {
-        self.state.q.iter().chain(&self.state.zeta).chain(&self.u).all(|v| v.is_finite())
+        let State { q, zeta, .. } = self.state;
+        all_finite([q[0], q[1], zeta[0], zeta[1], self.u[0], self.u[1], self.u[2]])
     }
 }
 
@@ -106,47 +118,65 @@ impl Rules {
     }
 }
 
-/// A series while it is computed; ü needs two terms more of u than there are rows.
-pub(super) type Terms = [f64; MOST_TERMS + 2];
+/// A series while it is computed.
+pub(super) type Terms = [f64; COEFFICIENTS];
 
 impl Panel {
     /// The panel that starts at `start` in this state, at most `longest` [s] long.
     pub fn new(
         bodies: &Bodies,
         flank: &impl FlankMotion,
-        (start, segment): (Double, usize),
-        (mode, state, zeros): (Mode, State, usize),
+        place: (Double, usize),
+        from: (Mode, State, usize),
         longest: f64,
         rules: Rules,
     ) -> Self {
         let mut panel = Panel {
-            start,
+            start: place.0,
             length: 0.0,
             event: None,
-            segment,
-            next_segment: segment,
-            mode,
-            state,
+            segment: place.1,
+            next_segment: place.1,
+            mode: from.0,
+            state: from.1,
             span: 0.0,
             terms: rules.terms,
-            rows: [[0.0; 6]; MOST_TERMS],
+            per_span: 0.0,
+            pairs: [Pair::default(); COEFFICIENTS],
+            centre: [0.0; 2],
             vibration: [0.0; 2],
         };
-        let oscillator = panel.oscillator(bodies);
+        panel.lay(bodies, flank, place, from, longest, rules);
+        panel
+    }
+
+    /// Becomes the panel that starts at `start` in this state, at most `longest` [s] long.
+    pub fn lay(
+        &mut self,
+        bodies: &Bodies,
+        flank: &impl FlankMotion,
+        (start, segment): (Double, usize),
+        (mode, state, zeros): (Mode, State, usize),
+        longest: f64,
+        rules: Rules,
+    ) {
+        (self.start, self.segment, self.next_segment) = (start, segment, segment);
+        (self.mode, self.state, self.terms) = (mode, state, rules.terms);
+        (self.length, self.event) = (0.0, None);
+        let oscillator = self.oscillator(bodies);
         let flank_rate = flank.rate(segment, start, 0.0);
         let stiff = stiff_rate(oscillator, flank_rate);
-        if stiff.is_some_and(|slow| panel.lay_smoothly(bodies, flank, (slow, zeros), longest, rules)) {
-            return panel;
+        if stiff.is_some_and(|slow| self.lay_smoothly(bodies, flank, (slow, zeros), longest, rules)) {
+            return;
         }
-        (panel.vibration, panel.event) = ([0.0; 2], None);
+        (self.vibration, self.event) = ([0.0; 2], None);
         let rate = oscillator.rates().1.max(flank_rate);
-        let u = panel.expand_flank(flank, REACH / rate);
-        panel.expand(bodies, oscillator, &u, zeros);
-        (panel.length, panel.next_segment) = flank.stay(segment, start, panel.span.min(longest));
-        if !rules.locked && panel.length > 0.0 {
-            panel.event = panel.find(bodies, flank, zeros, rate);
+        let u = self.expand_flank(flank, REACH / rate);
+        self.expand(bodies, oscillator, &u, zeros);
+        (self.length, self.next_segment) = flank.stay(segment, start, self.span.min(longest));
+        if !rules.locked && self.length > 0.0 {
+            self.event = self.find(bodies, flank, zeros, rate);
         }
-        panel
     }
 
     /// The oscillator that moves q.
@@ -159,7 +189,7 @@ impl Panel {
 
     /// The series of u with `span` [s] as the unit of time, or with one in which it decays fast enough.
     pub(super) fn expand_flank(&mut self, flank: &impl FlankMotion, span: f64) -> Terms {
-        let mut u = [0.0; MOST_TERMS + 2];
+        let mut u = [0.0; COEFFICIENTS];
         self.span = span;
         for _ in 0..MOST_HALVINGS {
             let h = self.span;
@@ -169,59 +199,88 @@ impl Panel {
             }
             self.span *= 0.5;
         }
+        self.per_span = 1.0 / self.span;
         u
     }
 
-    /// Fills the rows from the series of u.
+    /// Fills the series from that of u.
     fn expand(&mut self, bodies: &Bodies, oscillator: &Oscillator, u: &Terms, zeros: usize) {
         let (h, terms) = (self.span, self.terms);
-        let per_span = 1.0 / h;
         let damping = 2.0 * oscillator.damping() * h;
         let stiffness = oscillator.stiffness() * h * h;
-        let contact = self.mode != Mode::Free;
-        // h q̇ and h ζ̇ have the unit of q.
         let (mut q, mut v) = (self.state.q[0], self.state.q[1] * h);
-        let [mut z, mut y] = [self.state.zeta[0], self.state.zeta[1] * h];
-        let share = bodies.m2 / (bodies.m1 + bodies.m2);
-        for n in 0..terms {
-            let order = (n + 1) as f64;
-            let inverse = INVERSE[n + 1];
-            let speed = order * u[n + 1];
-            let acceleration = order * (order + 1.0) * u[n + 2];
-            let row = &mut self.rows[n];
-            if contact {
-                *row = [u[n], speed * per_span, q, v * per_span, acceleration * per_span * per_span, 0.0];
-                let next = -(damping * v + stiffness * q) - acceleration;
-                (q, v) = (v * inverse, next * inverse);
-            } else {
-                // The gap begins with exact zeros.
-                if n < zeros {
-                    z = 0.0;
-                }
-                if n + 1 < zeros {
-                    y = 0.0;
-                }
-                *row = [u[n], speed * per_span, q, v * per_span, z, y * per_span];
-                let next = -(damping * v + stiffness * q);
-                // The centre of mass moves uniformly: m1 z̈ = c q + b q̇ − m1 ü is this share of −q̈.
-                let pull = -(share * next + acceleration);
-                (q, v) = (v * inverse, next * inverse);
-                (z, y) = (y * inverse, pull * inverse);
+        if self.mode != Mode::Free {
+            (self.pairs[0], self.pairs[1]) = (Pair([u[0], q]), Pair([u[1], v]));
+            for n in 0..terms {
+                let next = -(damping * ORDER[n] * v + stiffness * q) * RECIPROCAL[n] - u[n + 2];
+                self.pairs[n + 2] = Pair([u[n + 2], next]);
+                (q, v) = (v, next);
             }
+            return;
+        }
+        let share = bodies.share;
+        self.set_centre(bodies, u);
+        (self.pairs[0], self.pairs[1]) = (Pair([self.state.zeta[0], q]), Pair([self.state.zeta[1] * h, v]));
+        for n in 0..terms {
+            let next = -(damping * ORDER[n] * v + stiffness * q) * RECIPROCAL[n];
+            // The centre of mass moves uniformly: m1 z̈ = c q + b q̇ − m1 ü is this share of −q̈.
+            self.pairs[n + 2] = Pair([-share * next - u[n + 2], next]);
+            (q, v) = (v, next);
+        }
+        self.begin_with(zeros);
+    }
+
+    /// The centre of mass at the start of a flight, with the series of u.
+    pub(super) fn set_centre(&mut self, bodies: &Bodies, u: &Terms) {
+        let State { q, home, zeta } = self.state;
+        let share = bodies.share;
+        self.centre = [u[0] + home + zeta[0] + share * q[0], u[1] / self.span + zeta[1] + share * q[1]];
+    }
+
+    /// The gap begins with this many exact zeros.
+    pub(super) fn begin_with(&mut self, zeros: usize) {
+        for pair in &mut self.pairs[..zeros] {
+            pair.0[0] = 0.0;
         }
     }
 
-    /// u, u̇, q, q̇ and the rest at x spans after the start.
-    fn row(&self, x: f64) -> Row {
-        let square = x * x;
-        let (mut even, mut odd) = ([0.0; 6], [0.0; 6]);
-        for pair in self.rows[..self.terms].chunks_exact(2).rev() {
-            for n in 0..6 {
-                even[n] = even[n] * square + pair[0][n];
-                odd[n] = odd[n] * square + pair[1][n];
-            }
+    /// The series x spans after the start, and its derivatives per span.
+    fn series_at(&self, x: f64) -> [[f64; 2]; 2] {
+        // Even and odd terms apart: p = E(x²) + x O(x²), p′ = O + 2x E′ + 2x² O′.
+        match self.terms {
+            ..=10 => sums(self.pairs.first_chunk::<12>(), x),
+            11..=14 => sums(self.pairs.first_chunk::<16>(), x),
+            15..=18 => sums(self.pairs.first_chunk::<20>(), x),
+            _ => sums(Some(&self.pairs), x),
         }
-        std::array::from_fn(|n| even[n] + x * odd[n])
+    }
+
+    /// What the series up to `theta` [s] round, as the sizes of their first terms, and what they neglect: in ζ, ζ̇, q, q̇.
+    pub fn errors(&self, theta: f64) -> [[f64; 4]; 2] {
+        let x = (theta * self.per_span).min(1.0);
+        // The impact is located with these terms only; a state has two terms more.
+        let last = x.powi(self.terms as i32);
+        let [mut sizes, mut neglected] = [[0.0; 4]; 2];
+        let first = if self.mode == Mode::Free { 0 } else { 1 };
+        for i in first..2 {
+            let [c0, c1, c2, c3, c4, c5] = [0, 1, 2, 3, self.terms, self.terms + 1].map(|n| self.pairs[n].0[i].abs());
+            let start = if i == 0 { 0.0 } else { c0 };
+            sizes[2 * i] = start + x * (c1 + x * (c2 + x * c3));
+            sizes[2 * i + 1] = (c1 + x * (2.0 * c2 + 3.0 * x * c3)) * self.per_span;
+            let omitted = (c4 + c5) * last;
+            // What the states leave out is smaller by the ratio of such terms.
+            let ratio = REACH * REACH * RECIPROCAL[self.terms];
+            neglected[2 * i] = if i == 0 { omitted } else { ratio * omitted };
+            neglected[2 * i + 1] = ratio * omitted * self.terms as f64 * self.per_span;
+        }
+        [sizes, neglected]
+    }
+
+    /// ü in contact, `theta` [s] after the start.
+    pub fn flank_acceleration(&self, theta: f64) -> f64 {
+        let x = theta * self.per_span;
+        let sum = (0..self.terms).rev().fold(0.0, |sum, n| sum * x + ORDER[n] * ORDER[n + 1] * self.pairs[n + 2].0[0]);
+        sum * self.per_span * self.per_span
     }
 
     /// The instant `theta` [s] after the start.
@@ -229,20 +288,39 @@ impl Panel {
         self.start + Double::from(theta)
     }
 
-    /// The motion `theta` [s] after the start.
+    /// The motion `theta` [s] after the start, without ü.
     pub fn at(&self, bodies: &Bodies, theta: f64) -> Point {
-        let mut row = self.row(theta / self.span);
-        self.add_vibration(bodies, theta, &mut row);
-        let [u, u_dot, q, q_dot, z, y] = row;
-        let mut state = State { q: [q, q_dot], ..self.state };
-        match self.mode {
-            Mode::Contact(_) => Point { state, u: [u, u_dot, z] },
-            Mode::Free => {
-                // Rounding may put m1 behind a flank that it has not reached.
-                state.zeta = [z.clamp(-state.home, bodies.s - state.home), y];
-                Point { state, u: [u, u_dot, 0.0] }
+        let [place, rate] = self.series_at(theta * self.per_span);
+        let [mut first, mut q] = [0, 1].map(|i| [place[i], rate[i] * self.per_span]);
+        let mut state = self.state;
+        if self.vibration != [0.0; 2] {
+            let vibration = self.vibration_at(bodies, theta);
+            for i in 0..2 {
+                q[i] += vibration[i];
+                if self.mode == Mode::Free {
+                    first[i] -= bodies.share * vibration[i];
+                }
             }
         }
+        state.q = q;
+        if self.mode != Mode::Free {
+            return Point { state, u: [first[0], first[1], 0.0] };
+        }
+        let share = bodies.share;
+        let place = self.centre[0] + theta * self.centre[1] - share * q[0];
+        let speed = self.centre[1] - share * q[1];
+        // Rounding may put m1 behind a flank that it has not reached.
+        state.zeta = [first[0].clamp(-state.home, bodies.s - state.home), first[1]];
+        Point { state, u: [place - state.home - state.zeta[0], speed - state.zeta[1], 0.0] }
+    }
+
+    /// The motion `theta` [s] after the start with ü.
+    pub fn whole_at(&self, bodies: &Bodies, theta: f64) -> Point {
+        let mut point = self.at(bodies, theta);
+        if self.mode != Mode::Free {
+            point.u[2] = self.flank_acceleration(theta);
+        }
+        point
     }
 
     /// How far the panel goes before something happens [s].
@@ -253,9 +331,12 @@ impl Panel {
     /// σ F_K as a series.
     pub(super) fn force_series(&self, bodies: &Bodies, contact: Flank) -> [f64; MOST_TERMS] {
         let sign = contact.sign();
+        let (inertia, stiffness) = (sign * bodies.m1 / (self.span * self.span), sign * bodies.c);
+        let damping = sign * bodies.b / self.span;
         let mut force = [0.0; MOST_TERMS];
-        for (f, [_, _, q, q_dot, u2, _]) in force.iter_mut().zip(&self.rows[..self.terms]) {
-            *f = sign * (bodies.m1 * u2 - bodies.link(*q, *q_dot));
+        for n in 0..self.terms {
+            let ([_, q], [_, v], [u, _]) = (self.pairs[n].0, self.pairs[n + 1].0, self.pairs[n + 2].0);
+            force[n] = inertia * (ORDER[n] * ORDER[n + 1]) * u - stiffness * q - damping * ORDER[n] * v;
         }
         force
     }
@@ -264,8 +345,8 @@ impl Panel {
     pub(super) fn gap_series(&self, bodies: &Bodies, flank: Flank) -> [f64; MOST_TERMS] {
         let sign = flank.sign();
         let mut gap = [0.0; MOST_TERMS];
-        for (g, row) in gap.iter_mut().zip(&self.rows[..self.terms]) {
-            *g = sign * row[4];
+        for (g, Pair([zeta, _])) in gap.iter_mut().zip(&self.pairs[..self.terms]) {
+            *g = sign * zeta;
         }
         gap[0] += sign * (self.state.home - bodies.place(flank));
         gap
@@ -325,8 +406,8 @@ impl Panel {
         for part in 0..parts {
             let left = from + f64::from(part) * width;
             let [force, torque] = Gauss::with(8).integrate(width, |s| {
-                let [_, _, q, q_dot, u2, _] = self.row((left + s) / self.span);
-                let force = bodies.m1 * u2 - bodies.link(q, q_dot);
+                let [[_, q], [_, v]] = self.series_at((left + s) / self.span);
+                let force = bodies.m1 * self.flank_acceleration(left + s) - bodies.link(q, v / self.span);
                 [force, force * flank.slope(self.segment, self.instant(left + s))]
             });
             sums = [sums[0] + force, sums[1] + torque];
@@ -339,21 +420,47 @@ impl Panel {
         if bodies.b == 0.0 || theta <= 0.0 {
             return 0.0;
         }
-        let speed = |x: f64| self.rows[..self.terms].iter().rev().fold(0.0, |sum, row| sum * x + row[3]);
         let [loss] = Gauss::with(8).integrate(theta, |s| {
-            let v = speed(s / self.span);
+            let v = self.series_at(s / self.span)[1][1] / self.span;
             [bodies.b * v * v]
         });
         loss + self.vibration_loss(bodies, theta)
     }
 }
 
-/// 1/n.
-const INVERSE: [f64; MOST_TERMS + 1] = {
-    let mut table = [0.0; MOST_TERMS + 1];
-    let mut n = 1;
-    while n <= MOST_TERMS {
-        table[n] = 1.0 / n as f64;
+/// Σ cₙ xⁿ and Σ n cₙ xⁿ⁻¹ of both series.
+#[inline(always)]
+fn sums<const N: usize>(pairs: Option<&[Pair; N]>, x: f64) -> [[f64; 2]; 2] {
+    let Some(pairs) = pairs else { return [[f64::NAN; 2]; 2] };
+    let square = x * x;
+    let ([mut e, mut e1], [mut o, mut o1]) = ([[0.0; 2]; 2], [[0.0; 2]; 2]);
+    for n in (0..N / 2).rev() {
+        let (even, odd) = (&pairs[2 * n].0, &pairs[2 * n + 1].0);
+        e1 = [e1[0] * square + e[0], e1[1] * square + e[1]];
+        o1 = [o1[0] * square + o[0], o1[1] * square + o[1]];
+        e = [e[0] * square + even[0], e[1] * square + even[1]];
+        o = [o[0] * square + odd[0], o[1] * square + odd[1]];
+    }
+    [std::array::from_fn(|i| e[i] + x * o[i]), std::array::from_fn(|i| o[i] + 2.0 * (x * e1[i] + square * o1[i]))]
+}
+
+/// n + 1.
+const ORDER: [f64; COEFFICIENTS] = {
+    let mut table = [0.0; COEFFICIENTS];
+    let mut n = 0;
+    while n < COEFFICIENTS {
+        table[n] = (n + 1) as f64;
+        n += 1;
+    }
+    table
+};
+
+/// 1/((n + 1)(n + 2)).
+const RECIPROCAL: [f64; COEFFICIENTS] = {
+    let mut table = [0.0; COEFFICIENTS];
+    let mut n = 0;
+    while n < COEFFICIENTS {
+        table[n] = 1.0 / ((n + 1) * (n + 2)) as f64;
         n += 1;
     }
     table

@@ -18,7 +18,9 @@ pub(super) fn portrait() -> Portrait {
             "The flanks are rigid and an impact has no duration; forces within an impact are not modelled.",
             "With e > 0 the bounces of a pressed mass are summed in closed form at the end: the count of impacts then \
              leaves out infinitely many vanishing ones, the impulse and the energy loss include them.",
-            "A communication step may take a million internal steps, some seconds of computing; one that needs more (a \
+            "There is no method of fixed cost: how many switching instants a communication step holds, up to infinitely many \
+             bounces, follows from the motion, and none can be put off without changing it.",
+            "The work of a communication step is bounded: it may take a million internal steps, some seconds of computing; one that needs more (a \
              natural frequency far above 1/h, or countless bounces) ends with an error that says how far it came.",
             "Motions between impacts may be chaotic; then any difference of rounding grows from impact to impact, and only \
              statistics are reproducible between different computations.",
@@ -56,12 +58,14 @@ fn accuracy() -> Vec<(String, String)> {
         (
             "solver.tolerance",
             "The part of Ü that a series may leave out; it decides the number of terms: 24 for 1e-14, the default, 20 for \
-             1e-10, 16 for 1e-6, 12 for 1e-3.",
+             1e-10, 16 for 1e-6, 12 for 1e-3. With 12 terms a step costs three quarters of what it does with 24.",
         ),
         (
             "solver.error_estimate",
-            "The rounding errors made so far, without their growth: impacts, above all grazing ones, can multiply them. \
-             How far, a second run with start.q changed by 1e-12 of its size tells.",
+            "Of x1 and y relative to the largest |U|, of their velocities relative to the largest |U̇|: roundings and neglected \
+             terms, taken along with the motion as a covariance. Impacts, above all grazing ones, multiply errors and the \
+             estimate with them. Over 300 random scenes of 1 to 20 turns the error is below it in 99 of 100, in the median \
+             it exceeds the error twentyfold. An estimate near 1 says that the motion is chaotic and its digits are lost.",
         ),
     ]
     .map(|(quantity, statement)| (quantity.to_owned(), statement.to_owned()))

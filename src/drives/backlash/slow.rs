@@ -14,7 +14,7 @@
 
 use super::contact::{Bodies, Flank, Mode};
 use super::flank::FlankMotion;
-use super::panel::{MOST_TERMS, Panel, REACH, Row, Rules, Terms};
+use super::panel::{COEFFICIENTS, MOST_TERMS, Pair, Panel, REACH, Rules, Terms};
 use crate::numerics::double_double::Double;
 use crate::numerics::first_zero::first_zero;
 use crate::numerics::forced::apply;
@@ -81,25 +81,15 @@ impl Panel {
             return false;
         }
         self.vibration = vibration;
-        let share = bodies.m2 / (bodies.m1 + bodies.m2);
-        let mut z = self.state.zeta[0] + share * vibration[0];
-        let mut y = (self.state.zeta[1] + share * vibration[1]) * h;
-        for n in 0..terms {
-            let order = (n + 1) as f64;
-            let (speed, q_dot) = (order * u[n + 1] / h, order * q[n + 1] / h);
-            if contact {
-                self.rows[n] = [u[n], speed, q[n], q_dot, acceleration[n] / (h * h), 0.0];
-                continue;
-            }
-            if n < zeros {
-                z = 0.0;
-            }
-            if n + 1 < zeros {
-                y = 0.0;
-            }
-            self.rows[n] = [u[n], speed, q[n], q_dot, z, y / h];
-            let pull = -share * order * (order + 1.0) * q[n + 2] - acceleration[n];
-            (z, y) = (y / order, pull / order);
+        let share = bodies.share;
+        for n in 0..terms + 2 {
+            self.pairs[n] = Pair([if contact { u[n] } else { -share * q[n] - u[n] }, q[n]]);
+        }
+        if !contact {
+            self.set_centre(bodies, &u);
+            self.pairs[0].0[0] = self.state.zeta[0] + share * vibration[0];
+            self.pairs[1].0[0] = (self.state.zeta[1] + share * vibration[1]) * h;
+            self.begin_with(zeros);
         }
         (self.length, self.next_segment) = flank.stay(self.segment, self.start, h.min(longest));
         if rules.locked || self.length == 0.0 {
@@ -128,7 +118,7 @@ impl Panel {
                 first_zero(&force[..self.terms], end).unwrap_or(end)
             }
             Mode::Free => {
-                let reach = bodies.m2 / (bodies.m1 + bodies.m2) * amplitude;
+                let reach = bodies.share * amplitude;
                 [Flank::A, Flank::B].into_iter().fold(end, |end, flank| {
                     let mut gap = self.gap_series(bodies, flank);
                     gap[0] -= reach;
@@ -138,22 +128,8 @@ impl Panel {
         }
     }
 
-    /// Adds the vibration `theta` [s] after the start to the smooth motion.
-    pub(super) fn add_vibration(&self, bodies: &Bodies, theta: f64, row: &mut Row) {
-        if self.vibration == [0.0; 2] {
-            return;
-        }
-        let [q, q_dot] = self.vibration_at(bodies, theta);
-        row[2] += q;
-        row[3] += q_dot;
-        if self.mode == Mode::Free {
-            let share = bodies.m2 / (bodies.m1 + bodies.m2);
-            row[4] -= share * q;
-            row[5] -= share * q_dot;
-        }
-    }
-
-    fn vibration_at(&self, bodies: &Bodies, theta: f64) -> [f64; 2] {
+    /// The vibration `theta` [s] after the start: q [m] and q̇ [m/s].
+    pub(super) fn vibration_at(&self, bodies: &Bodies, theta: f64) -> [f64; 2] {
         apply(&self.oscillator(bodies).free(Double::from(theta)), self.vibration)
     }
 
@@ -169,8 +145,8 @@ impl Panel {
             return [force, force * flank.slope(self.segment, self.start)];
         }
         let mut slope = [0.0; MOST_TERMS];
-        for (s, row) in slope.iter_mut().zip(&self.rows[..self.terms]) {
-            *s = row[1] / w;
+        for n in 0..self.terms {
+            slope[n] = (n + 1) as f64 * self.pairs[n + 1].0[0] / (self.span * w);
         }
         [force, self.by_parts(bodies, &slope[..self.terms], link, span)]
     }
@@ -181,12 +157,12 @@ impl Panel {
             return 0.0;
         }
         let oscillator = self.oscillator(bodies);
-        let mass = if self.mode == Mode::Free { bodies.m1 * (bodies.m2 / (bodies.m1 + bodies.m2)) } else { bodies.m2 };
+        let mass = if self.mode == Mode::Free { bodies.m1 * bodies.share } else { bodies.m2 };
         let energy = |[q, q_dot]: [f64; 2]| 0.5 * (q_dot * q_dot + oscillator.stiffness() * q * q);
         let own = mass * (energy(self.vibration) - energy(self.vibration_at(bodies, theta)));
         let mut speed = [0.0; MOST_TERMS];
-        for (s, row) in speed.iter_mut().zip(&self.rows[..self.terms]) {
-            *s = row[3];
+        for n in 0..self.terms {
+            speed[n] = (n + 1) as f64 * self.pairs[n + 1].0[1] / self.span;
         }
         own + 2.0 * bodies.b * self.by_parts(bodies, &speed[..self.terms], [0.0, 1.0], [0.0, theta])
     }
@@ -220,10 +196,10 @@ impl Panel {
 /// a vibration must decay first.
 fn smooth(oscillator: &Oscillator, acceleration: &[f64], h: f64, state: [f64; 2], scale: f64) -> Option<Smooth> {
     let terms = acceleration.len();
-    let mut q = [0.0; MOST_TERMS + 2];
+    let mut q = [0.0; COEFFICIENTS];
     let [place, speed] = state;
     if let Some((slow, fast)) = oscillator.real_roots() {
-        let mut w = [0.0; MOST_TERMS + 2];
+        let mut w = [0.0; COEFFICIENTS];
         for n in (0..terms).rev() {
             w[n] = ((n + 1) as f64 * w[n + 1] + acceleration[n] / h) / (fast * h);
         }

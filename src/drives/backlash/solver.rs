@@ -6,6 +6,7 @@
 use super::contact::{Bodies, Flank, Mode, State};
 use super::flank::FlankMotion;
 use super::panel::{Found, Panel, Point, Rules};
+use super::spread::{Side, Spread};
 use crate::drives::{Event, EventLog, Fault, Number};
 use crate::numerics::double_double::Double;
 use serde::{Deserialize, Serialize};
@@ -53,10 +54,14 @@ pub struct Run {
     pub panel: Panel,
     /// Where it began.
     origin: Origin,
-    /// Where the panel began in which the communication step started, and how far it had got [s].
+    /// Where the panel began in which the communication step started, and when the step did [s].
     begin: (Origin, f64),
+    /// Whether that is the current panel.
+    begin_is_current: bool,
     /// Counts since the start.
     pub tally: Tally,
+    /// The errors made so far.
+    pub spread: Spread,
     /// Impulses of jumping inputs at the start of the communication step.
     pushed: Sums,
     /// Panels in the current stretch.
@@ -89,7 +94,9 @@ impl Run {
             panel: origin.panel(bodies, flank, rules),
             origin,
             begin: (origin, 0.0),
+            begin_is_current: true,
             tally: Tally::default(),
+            spread: Spread::default(),
             pushed: Sums::default(),
             work: 0.0,
             rules,
@@ -105,8 +112,11 @@ impl Run {
         from: (Mode, State, usize),
         longest: f64,
     ) {
+        if self.begin_is_current {
+            (self.begin.0, self.begin_is_current) = (self.origin, false);
+        }
         self.origin = Origin { place, from, longest };
-        self.panel = self.origin.panel(bodies, flank, self.rules);
+        self.panel.lay(bodies, flank, place, from, longest, self.rules);
         self.tally.panels += 1.0;
         self.work += 1.0;
     }
@@ -118,7 +128,7 @@ impl Run {
 
     /// The motion of a communication step begins at `time` [s] in the current panel.
     pub fn begin_here(&mut self, time: f64) {
-        self.begin = (self.origin, self.theta(time));
+        (self.begin.1, self.begin_is_current) = (time, true);
     }
 
     /// The terms of a panel's series.
@@ -131,7 +141,7 @@ impl Run {
         (Double::from(time) - self.panel.start).hi.clamp(0.0, self.panel.length)
     }
 
-    /// Goes on to the end of the communication step and returns the motion there.
+    /// Goes on to the end of the communication step and returns the motion there, without ü.
     pub fn advance(
         &mut self,
         bodies: &Bodies,
@@ -139,17 +149,17 @@ impl Run {
         stretch: &mut Stretch,
     ) -> Result<Point, Fault> {
         self.work = 0.0;
-        self.march(bodies, flank, stretch, None)?;
-        Ok(self.panel.at(bodies, self.theta(stretch.end)))
+        let left = self.march(bodies, flank, stretch, None)?;
+        Ok(self.panel.at(bodies, left.clamp(0.0, self.panel.length)))
     }
 
     /// ∫ F_K dt + ΣP and ∫ U′ F_K dt + Σ U′P over the last communication step, which ends at `end` [s]. They are
     /// computed when somebody asks: the step is taken once more, now with the integrals.
     pub fn sums(&self, bodies: &Bodies, flank: &impl FlankMotion, end: f64, horizon: f64) -> Sums {
-        let (origin, theta) = self.begin;
+        let origin = if self.begin_is_current { self.origin } else { self.begin.0 };
         let mut again = Run { panel: origin.panel(bodies, flank, self.rules), origin, work: 0.0, ..*self };
         let mut log = EventLog::counting();
-        let mut integral = Integral { from: theta, sums: self.pushed };
+        let mut integral = Integral { from: again.theta(self.begin.1), sums: self.pushed };
         let mut stretch = Stretch { end, horizon, log: &mut log };
         if again.march(bodies, flank, &mut stretch, Some(&mut integral)).is_ok() {
             let theta = again.theta(end);
@@ -158,25 +168,27 @@ impl Run {
         integral.sums
     }
 
-    /// Passes panel after panel up to the one that holds the end of the stretch.
+    /// Passes panel after panel up to the one that holds the end of the stretch; how far into it that is [s].
     fn march(
         &mut self,
         bodies: &Bodies,
         flank: &impl FlankMotion,
         stretch: &mut Stretch,
         mut integral: Option<&mut Integral>,
-    ) -> Result<(), Fault> {
+    ) -> Result<f64, Fault> {
         let mut events = 0.0;
         loop {
             let left = (Double::from(stretch.end) - self.panel.start).hi;
             let limit = self.panel.limit();
             if limit > left || (limit == left && self.panel.event.is_none()) {
-                return Ok(());
+                return Ok(left);
             }
             if let Some(integral) = &mut integral {
                 integral.add(bodies, flank, &self.panel, limit);
             }
             self.tally.damping_loss += self.panel.damping_loss(bodies, limit);
+            let [sizes, neglected] = self.panel.errors(limit);
+            self.spread.pass(limit, sizes, neglected);
             events += if self.panel.event.is_some() { 1.0 } else { 0.0 };
             let sums = match self.panel.event {
                 None => self.leave_panel(bodies, flank, stretch),
@@ -215,6 +227,7 @@ impl Run {
             let u = flank.at(place.1, place.0);
             (mode, zeros) = bodies.settle(contact, state.q, &u, bodies.resolution(flank, place.0));
             if mode == Mode::Free {
+                self.spread.carry(bodies, from);
                 stretch.log.push(release(contact, place.0, ("force", bodies.force(state.q, &u)[0], "N")));
             }
         }
@@ -224,6 +237,7 @@ impl Run {
 
     fn release(&mut self, bodies: &Bodies, flank: &impl FlankMotion, at: f64, stretch: &mut Stretch) -> Sums {
         let Mode::Contact(contact) = self.panel.mode else { return Sums::default() };
+        self.spread.carry(bodies, self.panel.mode);
         let state = in_place(bodies, self.panel.mode, self.panel.at(bodies, at).state);
         let place = (self.panel.instant(at), self.panel.segment);
         let rate = bodies.force(state.q, &flank.at(place.1, place.0))[1];
@@ -282,7 +296,11 @@ impl Run {
     ) -> ((Mode, usize), Sums) {
         let u = flank.at(segment, time);
         let rate = flank.rate(segment, time, 0.0);
+        let before = Side::of(bodies, Mode::Free, state, &u);
+        self.spread.carry(bodies, Mode::Free);
         let impact = bodies.impact(hit, state, &u, rate, bodies.resolution(flank, time));
+        let after = Side::of(bodies, impact.after, state, &u);
+        self.spread.strike(bodies.e, &before, &after, impact.after != Mode::Free);
         self.tally.impulse += impact.impulse;
         self.tally.impacts += 1.0;
         self.tally.energy_loss += impact.loss;

@@ -47,7 +47,7 @@ impl BacklashDrive {
     /// and r the response from rest.
     fn contact_orbit(&self, time: f64, period: f64) -> Result<[f64; 2], Fault> {
         let locked = Bodies { s: 0.0, ..self.bodies };
-        let flank = CamFlank { law: &self.cam.law, motion: &self.motion };
+        let flank = CamFlank { law: &self.cam.law, motion: &self.motion, bounds: self.bounds };
         let place = Double::from(time);
         let contact = (Mode::Contact(super::Flank::A), State::default(), 0);
         let limits = (f64::INFINITY, Rules::terms_for(self.tolerance()));
@@ -80,7 +80,7 @@ impl BacklashDrive {
         while turns < MOST_TURNS && work < MOST_WORK {
             turns += 1;
             let end = time + turns as f64 * period;
-            let flank = CamFlank { law: &self.cam.law, motion: &self.motion };
+            let flank = CamFlank { law: &self.cam.law, motion: &self.motion, bounds: self.bounds };
             let mut stretch = Stretch { end, horizon: f64::INFINITY, log: &mut self.log };
             let Point { state, .. } = run.advance(&self.bodies, &flank, &mut stretch)?;
             work += run.work;
@@ -100,7 +100,7 @@ impl BacklashDrive {
 
     /// The largest difference of two states, relative to the sizes of q and z.
     fn distance(&self, one: &State, other: &State) -> f64 {
-        let flank = CamFlank { law: &self.cam.law, motion: &self.motion };
+        let flank = CamFlank { law: &self.cam.law, motion: &self.motion, bounds: self.bounds };
         let acceleration = flank.acceleration(Double::from(self.now.time));
         let omega = self.bodies.bound.stiffness().sqrt();
         let q = one.q[0].abs().max(acceleration / (omega * omega));

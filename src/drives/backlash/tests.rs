@@ -42,6 +42,9 @@ impl FlankMotion for CubicFlank {
     fn speed(&self) -> f64 {
         1.0
     }
+    fn sizes(&self, _: f64) -> [f64; 2] {
+        [1.0; 2]
+    }
     fn acceleration(&self, time: Double) -> f64 {
         self.start.abs() + self.jerk.abs() * time.hi.abs().max(1.0)
     }
@@ -196,6 +199,7 @@ fn momentum_and_energy_balance_over_many_turns() {
 }
 
 mod cubic;
+mod estimate;
 mod interface;
 mod reference;
 mod switching;

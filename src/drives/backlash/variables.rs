@@ -57,10 +57,27 @@ impl<S: Scalar> Known<S> {
 }
 
 impl BacklashDrive {
-    /// The numbers.
+    /// The numbers, without ü.
     fn values(&self) -> Known<f64> {
         let Point { state, u } = self.now.point;
         Known { u, z: [state.home + state.zeta[0], state.zeta[1]], q: state.q }
+    }
+
+    /// The numbers, with ü in contact.
+    fn all_values(&self) -> Known<f64> {
+        let mut known = self.values();
+        known.u[2] = self.flank_acceleration();
+        known
+    }
+
+    /// ü in contact: at constant speed it is computed on demand.
+    fn flank_acceleration(&self) -> f64 {
+        match (&self.run, self.now.mode) {
+            (Some(run), Mode::Contact(_)) if !self.cam.is_input() => {
+                run.panel.flank_acceleration(run.theta(self.now.time))
+            }
+            _ => self.now.point.u[2],
+        }
     }
 
     /// U′.
@@ -86,8 +103,10 @@ impl BacklashDrive {
     fn flank_motion(&self) -> Kinematics {
         let (shaft, law) = self.cam.at(&self.motion, self.now.time);
         let mut u = law.along(&shaft.kinematics);
-        let shown = if self.now.mode == Mode::Free { 2 } else { 3 };
-        u.0[..shown].copy_from_slice(&self.now.point.u[..shown]);
+        u.0[..2].copy_from_slice(&self.now.point.u[..2]);
+        if self.now.mode != Mode::Free {
+            u.0[2] = self.flank_acceleration();
+        }
         u
     }
 
@@ -161,7 +180,7 @@ impl BacklashDrive {
         match self.now.mode {
             Mode::Free => 0.0,
             Mode::Contact(_) if self.s == 0.0 => {
-                if self.values().force(self) < 0.0 {
+                if self.all_values().force(self) < 0.0 {
                     -1.0
                 } else {
                     1.0
@@ -266,7 +285,7 @@ fn outputs(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
         "der(x1,2)",
         "Acceleration of m1",
         real(&unit::ACCELERATION),
-        |d, _| d.values().acceleration(d),
+        |d, _| d.all_values().acceleration(d),
         |d, s, _| d.series(s).acceleration(d),
     )
     .derivative_of(STATES[1])
@@ -319,7 +338,7 @@ fn outputs(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
         "force",
         "Contact force F_K of the drive on m1, positive in +x",
         real(&unit::FORCE),
-        |d, _| d.values().force(d),
+        |d, _| d.all_values().force(d),
         |d, s, _| d.series(s).force(d),
     )
     .depends(&pressed)
@@ -344,7 +363,7 @@ fn outputs(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
         "tau",
         "Torque of the contact force on the drive, U' force; positive loads the drive",
         real(&unit::TORQUE),
-        |d, _| d.slope() * d.values().force(d),
+        |d, _| d.slope() * d.all_values().force(d),
         |d, s, _| d.slope_series(s) * d.series(s).force(d),
     )
     .depends(&pressed)

@@ -1,0 +1,138 @@
+//! How far rounding and the neglected terms of the series can have carried the motion away: their covariance, taken
+//! along with the motion.
+//!
+//! Between switching instants an error moves like the free motion: δ(T) = M δ(0). A release, where nothing jumps, leaves
+//! it alone. An impact comes earlier by δζ/ζ̇⁻, so that with n = δζ/ζ̇⁻
+//!
+//! δζ⁺ = −e δζ⁻,  δζ̇⁺ = −e δζ̇⁻ + (ζ̈⁺ + e ζ̈⁻) n,
+//! δq⁺ = δq⁻ + (1 + e) δζ⁻,  δq̇⁺ = δq̇⁻ + (1 + e) δζ̇⁻ + (q̈⁺ − q̈⁻ − (1 + e) ζ̈⁻) n.
+//!
+//! So a grazing impact (ζ̇⁻ → 0) multiplies errors, and the estimate with them. Linear: where it reaches the size of the
+//! motion, all digits are lost.
+//!
+//! Source: R. I. Leine, H. Nijmeijer, *Dynamics and Bifurcations of Non-Smooth Mechanical Systems*, Springer 2004,
+//! section 7.4 (jump of the fundamental solution matrix).
+
+use super::contact::{Bodies, Mode, State};
+use crate::numerics::double_double::Double;
+use serde::{Deserialize, Serialize};
+
+/// Roundings that a panel adds, in units of the first terms of its series.
+const ROUNDINGS: f64 = 2.0 * f64::EPSILON;
+
+/// Standard deviations by which the estimate exceeds the mean error: fewer than one normal variable in a thousand is
+/// larger.
+const DEVIATIONS: f64 = 3.5;
+
+/// The covariance of ζ, ζ̇, q, q̇.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Spread {
+    /// At the last switching instant.
+    covariance: [[f64; 4]; 4],
+    /// The time since [s].
+    elapsed: f64,
+    /// What has been added since: variances of roundings, sums of neglected terms.
+    rounded: [f64; 4],
+    neglected: [f64; 4],
+}
+
+/// ζ̇, ζ̈, q̈ on one side of an impact.
+pub struct Side {
+    /// [m/s].
+    pub speed: f64,
+    /// ζ̈ and q̈ [m/s²].
+    pub accelerations: [f64; 2],
+}
+
+impl Side {
+    /// In this mode and state on a flank that moves with `u`.
+    pub fn of(bodies: &Bodies, mode: Mode, state: &State, u: &crate::motion::Kinematics) -> Self {
+        let accelerations = match mode {
+            Mode::Free => [bodies.gap_derivatives(state.q, u)[0], bodies.free_derivatives(state.q)[0]],
+            Mode::Contact(_) => [0.0, bodies.bound_derivatives(state.q, u)[0]],
+        };
+        Side { speed: state.zeta[1], accelerations }
+    }
+}
+
+impl Spread {
+    /// Adds what a stretch of `length` [s] rounds and neglects, in ζ, ζ̇, q, q̇.
+    pub fn pass(&mut self, length: f64, sizes: [f64; 4], neglected: [f64; 4]) {
+        self.elapsed += length;
+        for i in 0..4 {
+            let rounding = ROUNDINGS * sizes[i];
+            self.rounded[i] += rounding * rounding;
+            self.neglected[i] += neglected[i];
+        }
+    }
+
+    /// Carries the covariance to a switching instant at the end of motion in `mode`.
+    pub fn carry(&mut self, bodies: &Bodies, mode: Mode) {
+        let oscillator = if mode == Mode::Free { &bodies.relative } else { &bodies.bound };
+        let [[a, b], [c, d]] = oscillator.free(Double::from(self.elapsed));
+        let (s, t) = (bodies.share, self.elapsed);
+        let map = if mode == Mode::Free {
+            // x1 is off the centre of mass, which moves uniformly, by −s q.
+            [
+                [1.0, t, s * (1.0 - a), s * (t - b)],
+                [0.0, 1.0, -s * c, s * (1.0 - d)],
+                [0.0, 0.0, a, b],
+                [0.0, 0.0, c, d],
+            ]
+        } else {
+            [[0.0; 4], [0.0; 4], [0.0, 0.0, a, b], [0.0, 0.0, c, d]]
+        };
+        self.transform(&map);
+        let from = if mode == Mode::Free { 0 } else { 2 };
+        for i in from..4 {
+            self.covariance[i][i] += self.rounded[i] + self.neglected[i] * self.neglected[i];
+        }
+        (self.elapsed, self.rounded, self.neglected) = (0.0, [0.0; 4], [0.0; 4]);
+    }
+
+    /// An impact between these sides; `stays` if m1 does not leave the flank again.
+    pub fn strike(&mut self, e: f64, before: &Side, after: &Side, stays: bool) {
+        let [z, q] = [0, 1].map(|i| [before.accelerations[i], after.accelerations[i]]);
+        let earlier = |jump: f64| if before.speed == 0.0 { 0.0 } else { jump / before.speed };
+        let mut map = [
+            [-e, 0.0, 0.0, 0.0],
+            [earlier(z[1] + e * z[0]), -e, 0.0, 0.0],
+            [1.0 + e, 0.0, 1.0, 0.0],
+            [earlier(q[1] - q[0] - (1.0 + e) * z[0]), 1.0 + e, 0.0, 1.0],
+        ];
+        if stays {
+            (map[0], map[1]) = ([0.0; 4], [0.0; 4]);
+        }
+        self.transform(&map);
+    }
+
+    /// P ← M P Mᵀ.
+    fn transform(&mut self, map: &[[f64; 4]; 4]) {
+        let mut half = [[0.0; 4]; 4];
+        for (row, m) in half.iter_mut().zip(map) {
+            for (m, p) in m.iter().zip(&self.covariance) {
+                for (h, p) in row.iter_mut().zip(p) {
+                    *h += m * p;
+                }
+            }
+        }
+        for (row, h) in self.covariance.iter_mut().zip(&half) {
+            for (p, m) in row.iter_mut().zip(map) {
+                *p = h.iter().zip(m).map(|(h, m)| h * m).sum();
+            }
+        }
+    }
+
+    /// Bounds of the errors of x1, x2 [m] and of ẋ1, ẋ2 [m/s], whatever the phase of the free motion.
+    pub fn errors(&self, bodies: &Bodies) -> [f64; 2] {
+        let own = |i: usize| self.covariance[i][i] + self.rounded[i] + self.neglected[i] * self.neglected[i];
+        let [z, y, q, v] = [own(0), own(1), own(2), own(3)];
+        let rate = bodies.relative.stiffness().sqrt();
+        let stiffness = rate * rate;
+        let slow = bodies.bound.stiffness();
+        // A free vibration turns an error of q̇ into one of q and back.
+        let (vibration, speed) = (q + v / slow, v + q * stiffness);
+        let drift = z + self.elapsed * self.elapsed * y;
+        [drift + vibration, y + speed].map(|variance| DEVIATIONS * variance.sqrt())
+    }
+}
