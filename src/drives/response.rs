@@ -12,6 +12,7 @@
 mod closed_form;
 mod error_bound;
 mod leap;
+mod stride;
 
 use super::Fault;
 use super::cam_drive::AngleMotion;

@@ -3,8 +3,10 @@
 //!
 //! Source: Dresig, Vulfson, *Dynamik der Mechanismen*, section 4.6.2, equations (2) to (4).
 
+use super::stride::{Stride, Turned};
 use crate::drives::cam_drive::AngleMotion;
 use crate::motion::Fourier;
+use crate::numerics::angle;
 use crate::numerics::double_double::{Double, two_product, two_sum};
 use crate::numerics::forced::apply;
 use crate::numerics::oscillator::{FreeMotion, Oscillator, Resonant};
@@ -41,7 +43,7 @@ pub struct ClosedForm {
     harmonics: Vec<Harmonic>,
     /// k of the first of them and the distance to the next.
     first: usize,
-    stride: usize,
+    distance: usize,
     /// k and resonant part.
     resonant: Vec<(usize, Resonant)>,
     /// What the start has beyond the harmonic response: q [m], q̇ [m/s].
@@ -49,6 +51,7 @@ pub struct ClosedForm {
     free: FreeMotion,
     /// When the free motion has died away [s].
     settled: f64,
+    stride: Stride,
 }
 
 /// What one harmonic adds to U, U′, q and q̇: `cosine` cos kφ + `sine` sin kφ. Aligned for packed arithmetic.
@@ -72,11 +75,12 @@ impl ClosedForm {
             mean: 0.0,
             harmonics: Vec::with_capacity(order),
             first: 0,
-            stride: 0,
+            distance: 0,
             resonant: Vec::with_capacity(most_resonant(order)),
             offset: [0.0; 2],
             free: FreeMotion::default(),
             settled: f64::INFINITY,
+            stride: Stride::default(),
         }
     }
 
@@ -98,11 +102,13 @@ impl ClosedForm {
         }
         let rates = [Double::from(w), oscillator.frequency().unwrap_or_default()];
         self.phases = Phases::new(rates, [(motion.coefficients[0], motion.origin), (0.0, time)]);
-        let driven = self.driven(oscillator, self.phases.first(time), time);
+        let [s, c] = self.phases.first(time);
+        let driven = self.driven(oscillator, [c, s], time);
         self.offset = [state[0] - driven.q[0], state[1] - driven.q[1]];
         self.free = oscillator.free_motion(self.offset);
         let size = self.size();
         self.settled = time + oscillator.settling(self.offset, size.map(|s| UNFELT * s));
+        self.stride.clear();
     }
 
     /// The largest coefficient of a harmonic of q and q̇: its amplitude, to a factor in [1/√2, 1].
@@ -117,12 +123,12 @@ impl ClosedForm {
         self.resonant.clear();
         let Some(series) = series else { return };
         self.mean = series.a[0];
-        (self.first, self.stride) = progression(series);
+        (self.first, self.distance) = progression(series);
         if self.first == 0 {
             return;
         }
         let sense = w.signum();
-        for k in (self.first..=series.order()).step_by(self.stride) {
+        for k in (self.first..=series.order()).step_by(self.distance) {
             let (a, b, order) = (series.a[k], series.b[k], k as f64);
             let nu = two_product(order, w.abs());
             // F of −ẍ = Re[F e^(ikψ)]; ψ = φ sgn w grows, so that a cam that turns back sees the sine coefficients
@@ -139,27 +145,48 @@ impl ClosedForm {
     }
 
     /// Cam and mass at `time` [s], not before the start.
-    pub fn at(&self, oscillator: &Oscillator, time: f64) -> Instant {
-        if time > self.settled {
-            return self.driven(oscillator, self.phases.first(time), time);
-        }
-        let [angle, phase] = self.phases.both(time);
-        let free = if self.free.oscillates {
-            self.free.at(time - self.start, phase)
-        } else {
-            apply(&oscillator.free(two_sum(time, -self.start)), self.offset)
+    #[inline(always)]
+    pub fn at(&mut self, oscillator: &Oscillator, time: f64) -> Instant {
+        let (z, free) = match self.stride.to(time) {
+            Some(turned) => turned,
+            None => self.anew(oscillator, time),
         };
-        let mut now = self.driven(oscillator, angle, time);
+        let mut now = self.driven(oscillator, z, time);
         now.q = [now.q[0] + free[0], now.q[1] + free[1]];
         now
     }
 
+    /// cos φ, sin φ and the free motion at any `time` [s], and the steps from there prepared.
+    #[inline(never)]
+    fn anew(&mut self, oscillator: &Oscillator, time: f64) -> Turned {
+        let (angle, free) = if time > self.settled {
+            (self.phases.first(time), [0.0; 2])
+        } else {
+            let [angle, phase] = self.phases.both(time);
+            let free = if self.free.oscillates {
+                self.free.at(time - self.start, phase)
+            } else {
+                apply(&oscillator.free(two_sum(time, -self.start)), self.offset)
+            };
+            (angle, free)
+        };
+        if let Some(length) = self.stride.unprepared(time) {
+            let (s, c) = angle::reduce(two_product(self.rate, length)).sin_cos();
+            let free = oscillator.free(Double::from(length));
+            let order = (self.first + self.distance * self.harmonics.len()) as f64;
+            self.stride.prepare(oscillator, length, [c, s], free, [self.rate, order]);
+        }
+        let turned = ([angle[1], angle[0]], free);
+        self.stride.start(time, turned);
+        turned
+    }
+
     /// The harmonic response and the cam.
     #[inline(always)]
-    fn driven(&self, oscillator: &Oscillator, [sine, cosine]: [f64; 2], time: f64) -> Instant {
+    fn driven(&self, oscillator: &Oscillator, z: [f64; 2], time: f64) -> Instant {
         let mut sum = [self.mean, 0.0, 0.0, 0.0];
         if let Some((last, others)) = self.harmonics.split_last() {
-            let (turn, mut z) = (power([cosine, sine], self.stride), power([cosine, sine], self.first));
+            let (turn, mut z) = (power(z, self.distance), power(z, self.first));
             for harmonic in others {
                 harmonic.add(&mut sum, z);
                 z = product(z, turn);

@@ -15,6 +15,9 @@ const ROUNDING: f64 = 0.5 * f64::EPSILON;
 /// the one before: those of amplitude, phase, decay and sum.
 const CLOSED: f64 = 8.0;
 
+/// Roundings of the turns from step to step, for each order of the law: those of up to sixteen products cancel in part.
+const TURNS: f64 = 8.0;
+
 /// An estimate of the errors of q and q̇ that is rarely too small.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ErrorBound {
@@ -71,6 +74,6 @@ impl ErrorBound {
 
     /// The relative error of a closed form of a law of this order.
     pub fn of_closed_form(order: f64) -> f64 {
-        (CLOSED + 2.0 * order) * ROUNDING
+        (CLOSED + (2.0 + TURNS) * order) * ROUNDING
     }
 }
