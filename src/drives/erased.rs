@@ -231,7 +231,8 @@ impl<D: Drive> Unit<D> {
 
 /// Refuses a value that a variable of this description cannot take.
 fn check(d: &Description, value: f64) -> Result<(), Fault> {
-    let whole = value.fract() == 0.0;
+    // Inputs are set at every step, and few are whole numbers that have to be told from others.
+    let whole = || value.fract() == 0.0;
     let number = Number(value);
     let reason = match &d.kind {
         Kind::Real { quantity, min, max, .. } if !(*min <= value && value <= *max && value.is_finite()) => {
@@ -239,10 +240,10 @@ fn check(d: &Description, value: f64) -> Result<(), Fault> {
             let unit = if quantity.unit == "1" { String::new() } else { format!(" {}", quantity.unit) };
             format!("{number}{unit} is not admissible; expected {}{unit}", Range(*min, *max))
         }
-        Kind::Integer { min, max } if !(whole && f64::from(*min) <= value && value <= f64::from(*max)) => {
+        Kind::Integer { min, max } if !(whole() && f64::from(*min) <= value && value <= f64::from(*max)) => {
             format!("{number} is not admissible; expected {min} … {max}")
         }
-        Kind::Enumeration(e) if !(whole && 1.0 <= value && value <= e.items.len() as f64) => {
+        Kind::Enumeration(e) if !(whole() && 1.0 <= value && value <= e.items.len() as f64) => {
             let items: Vec<String> =
                 e.items.iter().enumerate().map(|(i, (name, _))| format!("{} ({name})", i + 1)).collect();
             format!("{number} is not admissible; expected {}", items.join(", "))

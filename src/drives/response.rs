@@ -323,11 +323,11 @@ impl Response {
             // Twenty halvings suffice for any motion that is smooth on the piece; beyond, the estimate tells.
             if fit.converged || length < whole * 1e-6 {
                 let order = law.resolution_in(segment);
-                // What is neglected decays on from the last coefficients like these from the first; half waves of Tₙ
-                // cancel in the integral but for one.
+                // What is neglected decays on from the last coefficients like these from the first; the integral
+                // of Tₙ over the piece is length/n².
                 let degree = fit.polynomial.degree as f64;
                 let neglected = fit.tail * (fit.tail / scale.max(fit.tail)).powf(1.0 / degree);
-                let error = if scale > 0.0 { length * neglected / degree } else { 0.0 };
+                let error = if scale > 0.0 { length * neglected / (degree * degree) } else { 0.0 };
                 let (_, fast) = self.oscillator.rates();
                 let error = [error * length.min(1.0 / fast), error];
                 let made = Made { length, error, forcing: scale, order, state };

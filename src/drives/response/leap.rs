@@ -97,12 +97,7 @@ impl Leap {
         if !kept || !((length - self.length).abs() <= SAME_LENGTH * length) {
             self.prepare(oscillator, length, rule.0);
         }
-        let (forced, last) = match self.nodes {
-            4 => self.forced::<4>(series, local),
-            6 => self.forced::<6>(series, local),
-            8 => self.forced::<8>(series, local),
-            _ => self.forced::<MOST_NODES>(series, local),
-        };
+        let (forced, last) = self.forced(series, local);
         let [q, v] = apply(&self.free, state);
         let (q, v) = (q + forced[0], v + forced[1]);
         let rest = length - self.length;
@@ -131,51 +126,52 @@ impl Leap {
     }
 
     /// The forced motion, and −ẍ at the last node.
-    #[inline(always)]
-    fn forced<const N: usize>(&self, series: &Fourier, local: &Local) -> ([f64; 2], f64) {
-        let mut motion = [[0.0; 3]; N];
-        let (mut c, mut s) = ([0.0; N], [0.0; N]);
-        for i in 0..N {
-            motion[i] = local.at(self.places[i]);
-            [s[i], c[i]] = sin_cos(motion[i][0]);
+    fn forced(&self, series: &Fourier, local: &Local) -> ([f64; 2], f64) {
+        let mut sum = [0.0; 2];
+        let mut forcing = [0.0; 2];
+        for i in (0..self.nodes).step_by(2) {
+            forcing = self.forcing(series, [0, 1].map(|j| local.at(self.places[i + j])));
+            for j in 0..2 {
+                let [g, rate] = self.weights[i + j];
+                sum = [sum[0] + g * forcing[j], sum[1] + rate * forcing[j]];
+            }
         }
+        (sum, forcing[1])
+    }
+
+    /// −ẍ at two nodes with these φ, w, a: side by side they fill the packed registers, more of them would not fit in.
+    #[inline(always)]
+    fn forcing(&self, series: &Fourier, motion: [[f64; 3]; 2]) -> [f64; 2] {
+        let z = motion.map(|[phi, ..]| sin_cos(phi));
+        let (s, c) = (z.map(|[s, _]| s), z.map(|[_, c]| c));
         let (mut kc, mut ks) = (c, s);
         rotate(&mut kc, &mut ks, &c, &s, self.first.saturating_sub(1));
         let (mut turn_c, mut turn_s) = (c, s);
         rotate(&mut turn_c, &mut turn_s, &c, &s, self.stride - 1);
-        // U′ and U″ at the nodes.
-        let (mut first, mut second) = ([0.0; N], [0.0; N]);
+        let (mut first, mut second) = ([0.0; 2], [0.0; 2]);
         let mut k = self.first;
         while 0 < k && k <= series.order() {
             let (a, b, order) = (series.a[k], series.b[k], k as f64);
-            let (slope_c, slope_s) = (order * b, -order * a);
-            let (bend_c, bend_s) = (-order * order * a, -order * order * b);
-            for i in 0..N {
-                first[i] += slope_c * kc[i] + slope_s * ks[i];
-                second[i] += bend_c * kc[i] + bend_s * ks[i];
+            let square = order * order;
+            for i in 0..2 {
+                first[i] += order * (b * kc[i] - a * ks[i]);
+                second[i] -= square * (a * kc[i] + b * ks[i]);
             }
+            rotate(&mut kc, &mut ks, &turn_c, &turn_s, 1);
             k += self.stride;
-            if k <= series.order() {
-                rotate(&mut kc, &mut ks, &turn_c, &turn_s, 1);
-            }
         }
-        let mut sum = [0.0; 2];
-        let mut forcing = 0.0;
-        for i in 0..N {
+        [0, 1].map(|i| {
             let [_, w, a] = motion[i];
-            forcing = -(second[i] * w * w + first[i] * a);
-            let [g, rate] = self.weights[i];
-            sum = [sum[0] + g * forcing, sum[1] + rate * forcing];
-        }
-        (sum, forcing)
+            -(second[i] * w * w + first[i] * a)
+        })
     }
 }
 
 /// Turns the pointers (c, s) `times` times by (by_c, by_s).
 #[inline(always)]
-fn rotate<const N: usize>(c: &mut [f64; N], s: &mut [f64; N], by_c: &[f64; N], by_s: &[f64; N], times: usize) {
+fn rotate(c: &mut [f64; 2], s: &mut [f64; 2], by_c: &[f64; 2], by_s: &[f64; 2], times: usize) {
     for _ in 0..times {
-        for i in 0..N {
+        for i in 0..2 {
             (c[i], s[i]) = (c[i] * by_c[i] - s[i] * by_s[i], c[i] * by_s[i] + s[i] * by_c[i]);
         }
     }

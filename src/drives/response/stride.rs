@@ -5,7 +5,7 @@ use crate::numerics::oscillator::Oscillator;
 use serde::{Deserialize, Serialize};
 
 /// After so many steps the closed form is evaluated anew: this costs a few times as much as a step, and the roundings of
-/// the steps between stay below 1e-15.
+/// the steps between stay at some 1e-15.
 const STEPS: u32 = 16;
 
 /// The communication points lie where their rounding puts them; what a step is longer or shorter than the others is
