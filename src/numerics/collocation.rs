@@ -16,10 +16,14 @@
 //! Source: E. Hairer, G. Wanner, *Solving Ordinary Differential Equations II*, 2nd ed., Springer 1996, section IV.5
 //! and IV.8; E. Hairer, C. Lubich, G. Wanner, *Geometric Numerical Integration*, 2nd ed., Springer 2006, II.1.3.
 
+mod newton;
+mod solved;
+
 use super::double_double::Double;
-use super::gauss::{ABSCISSAE, MATRIX, PROJECTION, STAGES, legendre_integrals};
+use super::gauss::{ABSCISSAE, MATRIX, STAGES, legendre_integrals};
 use newton::{Newton, factorise};
 use serde::{Deserialize, Serialize};
+use solved::{Solved, remainder, solved};
 
 /// The largest number of equations.
 pub const MAX_EQUATIONS: usize = 3;
@@ -36,11 +40,14 @@ const SMALLEST_SCALE: f64 = 1e-150;
 /// that the zeros of an oscillation do not count as small states, and its decay does.
 const FORGETTING: f64 = 0.99;
 
-/// Σ |PROJECTION[7][j]| < 4: how much of the rounding of the fⱼ can come together in a coefficient.
-const NOISE_OF_MODES: f64 = 4.0;
-
 /// Newton iterations per attempt; a problem that needs more gets a shorter step.
 const ITERATIONS: usize = 15;
+
+/// Corrections as small as this, relative to the state, may be rounding alone.
+const NEWTON_ROUNDING: f64 = 1e-13;
+
+/// What the end of a step errs by at least: some roundings of the state, as the linear equations pass them on.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
 /// Attempts per step; 0.25¹⁰⁰ of any step is nothing.
 const ATTEMPTS: usize = 100;
@@ -96,6 +103,8 @@ pub struct Statistics {
     /// The largest estimated relative error of the state so far: that of the polynomial, and what the errors at the
     /// ends of the steps before have grown to.
     pub state_error: f64,
+    /// The same at the ends of the steps only, without that of the polynomials.
+    pub error_at_ends: f64,
 }
 
 /// The integrator: the state at the end of the last step, the polynomial of that step and the next step's length.
@@ -124,18 +133,6 @@ pub struct Collocation<const N: usize> {
     next: f64,
     /// Cost and error estimate.
     pub statistics: Statistics,
-}
-
-/// A solved step.
-struct Solved<const N: usize> {
-    modes: [[f64; N]; STAGES],
-    scale: [f64; N],
-    /// Estimated error of the polynomial relative to the scale.
-    error: f64,
-    /// See [`Collocation::end_error`].
-    ends: [f64; N],
-    /// ∂y₁/∂y₀.
-    map: [[f64; N]; N],
 }
 
 impl<const N: usize> Collocation<N> {
@@ -292,9 +289,9 @@ impl<const N: usize> Collocation<N> {
     /// square of what the end of the step adds, so errors of independent sign grow, turn and decay as the motion does.
     ///
     /// The polynomial has order 9 and the end order 16, so the end errs by about the power 16/9 of the polynomial's
-    /// error, and by a rounding at least.
+    /// error, by what Newton's method leaves, and by some roundings at least.
     fn carry_error(&mut self, solved: &Solved<N>) {
-        let own = solved.error.powf((2 * STAGES) as f64 / (STAGES + 1) as f64).max(f64::EPSILON);
+        let own = solved.error.powf((2 * STAGES) as f64 / (STAGES + 1) as f64).max(solved.remainder).max(ROUNDING);
         let product = |a: &[[f64; N]; N], b: &dyn Fn(usize, usize) -> f64| -> [[f64; N]; N] {
             std::array::from_fn(|r| std::array::from_fn(|c| (0..N).map(|k| a[r][k] * b(k, c)).sum()))
         };
@@ -305,63 +302,43 @@ impl<const N: usize> Collocation<N> {
             self.spread[c][c] += (own * solved.scale[c]).powi(2);
             state_error = state_error.max(self.spread[c][c].sqrt() / solved.scale[c]);
         }
+        self.statistics.error_at_ends = self.statistics.error_at_ends.max(state_error);
         self.statistics.state_error = self.statistics.state_error.max(solved.error + state_error);
+    }
+
+    /// Takes one step to `end` of always the same cost: `iterations` of Newton's method, each with its own matrix; one
+    /// is enough where the equation is linear. The error estimate tells what the step was worth; a failure where it is
+    /// more than `worst`, or where Newton's method does not converge.
+    pub fn step_of_fixed_cost(
+        &mut self,
+        system: &impl System<N>,
+        end: Double,
+        iterations: usize,
+        worst: f64,
+    ) -> Result<(), Failure> {
+        let time = self.end.hi;
+        let h = (end - self.end).hi;
+        match self.attempt_with(system, h, iterations) {
+            Some(solved) if solved.error <= worst => self.accept(solved, h, end, true, worst),
+            _ => Err(Failure::Stalled { time }),
+        }
     }
 
     /// Solves the collocation equations for a step of length `h`; None where Newton's method does not converge.
     fn attempt(&mut self, system: &impl System<N>, h: f64, tolerance: f64) -> Option<Solved<N>> {
-        let time = |i: usize| self.end + Double::from(0.5 * (1.0 + ABSCISSAE[i]) * h);
-        let y0 = self.to;
-        let stage = |f: &[[f64; N]; STAGES], i: usize| -> [f64; N] {
-            std::array::from_fn(|c| {
-                let sum: f64 = (0..STAGES).map(|j| MATRIX[i][j] * f[j][c]).sum();
-                y0[c].hi + (y0[c].lo + h * sum)
-            })
-        };
-        let old = self.state();
-        let mut f: [[f64; N]; STAGES] = std::array::from_fn(|i| system.rhs(time(i), &old));
-        self.statistics.evaluations += STAGES as u64;
-        let mut newton: Option<Newton<N>> = None;
+        let mut f = self.first_guess(system, h);
+        let mut newton = None;
         // Unknown before the first correction; a comparison with it is false.
         let mut last = f64::NAN;
         // Newton's error is not controlled by the step, so it is kept far below the tolerance.
         let enough = (1e-4 * tolerance).max(1e-16);
         for _ in 0..ITERATIONS {
-            let stages: [[f64; N]; STAGES] = std::array::from_fn(|i| stage(&f, i));
-            let mut correction = [0.0; CAPACITY];
-            for i in 0..STAGES {
-                let value = system.rhs(time(i), &stages[i]);
-                for c in 0..N {
-                    correction[i * N + c] = value[c] - f[i][c];
-                }
-            }
-            self.statistics.evaluations += STAGES as u64;
-            if newton.is_none() {
-                newton = Some(factorise(system, h, time, &stages)?);
-                self.statistics.factorisations += 1;
-            }
-            let newton_matrix = newton.as_ref()?;
-            newton_matrix.lu.solve(&mut correction);
-            let scale = self.scale_over(system, &old, &stages);
-            let mut size: f64 = 0.0;
-            for i in 0..STAGES {
-                for c in 0..N {
-                    f[i][c] += correction[i * N + c];
-                    // `max` would swallow a NaN.
-                    let part = h * correction[i * N + c].abs() / scale[c];
-                    size = if part <= size { size } else { part };
-                }
-            }
-            if !size.is_finite() {
-                return None;
-            }
+            let (size, scale) = self.correct(system, h, &mut f, &mut newton)?;
             let rate = size / last;
             // Either the corrections that are still to come are small, or rounding stops the contraction.
             let converged = rate < 1.0 && size * rate / (1.0 - rate) <= enough;
-            if size <= enough || converged || (rate > 0.3 && size <= 1e-13) {
-                // The next correction would be smaller by the same factor again; without a second one nothing is known.
-                let left = if rate < 1.0 { size * rate } else { size };
-                return Some(solved(f, scale, newton_matrix, h, left));
+            if size <= enough || converged || (rate > 0.3 && size <= NEWTON_ROUNDING) {
+                return Some(solved(f, scale, newton.as_ref()?, h, remainder(size, rate)));
             }
             if rate > 0.05 {
                 newton = None;
@@ -369,6 +346,87 @@ impl<const N: usize> Collocation<N> {
             last = size;
         }
         None
+    }
+
+    /// The same by a given number of iterations; what they leave of the contraction counts as error.
+    fn attempt_with(&mut self, system: &impl System<N>, h: f64, iterations: usize) -> Option<Solved<N>> {
+        let mut f = self.first_guess(system, h);
+        let mut newton = None;
+        let mut sizes = [f64::NAN; 2];
+        for _ in 0..iterations {
+            newton = None;
+            sizes[0] = sizes[1];
+            (sizes[1], _) = self.correct(system, h, &mut f, &mut newton)?;
+        }
+        // The first stages stand still, and are no measure of the motion.
+        let scale = self.scale_over(system, &self.state(), &self.stages(&f, h));
+        let rate = sizes[1] / sizes[0];
+        if rate >= 1.0 && sizes[1] > NEWTON_ROUNDING {
+            return None;
+        }
+        // One iteration is for linear equations, which it solves.
+        let rest = if iterations > 1 { remainder(sizes[1], rate) } else { 0.0 };
+        let mut solved = solved(f, scale, newton.as_ref()?, h, rest);
+        solved.error += rest;
+        Some(solved)
+    }
+
+    /// f at the nodes for the state that stands still.
+    fn first_guess(&mut self, system: &impl System<N>, h: f64) -> [[f64; N]; STAGES] {
+        self.statistics.evaluations += STAGES as u64;
+        let y = self.state();
+        std::array::from_fn(|i| system.rhs(self.node(i, h), &y))
+    }
+
+    /// The time of the node `i` of a step of length `h`.
+    fn node(&self, i: usize, h: f64) -> Double {
+        self.end + Double::from(0.5 * (1.0 + ABSCISSAE[i]) * h)
+    }
+
+    /// The states at the nodes, y₀ + h Σ aᵢⱼ Fⱼ.
+    fn stages(&self, f: &[[f64; N]; STAGES], h: f64) -> [[f64; N]; STAGES] {
+        std::array::from_fn(|i| {
+            std::array::from_fn(|c| {
+                let sum: f64 = (0..STAGES).map(|j| MATRIX[i][j] * f[j][c]).sum();
+                self.to[c].hi + (self.to[c].lo + h * sum)
+            })
+        })
+    }
+
+    /// One correction of the Fᵢ, with the given matrix or a new one: how large it is as a part of the scale, and that.
+    /// None where the equations cannot be solved.
+    fn correct(
+        &mut self,
+        system: &impl System<N>,
+        h: f64,
+        f: &mut [[f64; N]; STAGES],
+        newton: &mut Option<Newton<N>>,
+    ) -> Option<(f64, [f64; N])> {
+        let stages = self.stages(f, h);
+        let mut correction = [0.0; CAPACITY];
+        for i in 0..STAGES {
+            let value = system.rhs(self.node(i, h), &stages[i]);
+            for c in 0..N {
+                correction[i * N + c] = value[c] - f[i][c];
+            }
+        }
+        self.statistics.evaluations += STAGES as u64;
+        if newton.is_none() {
+            *newton = Some(factorise(system, h, |i| self.node(i, h), &stages)?);
+            self.statistics.factorisations += 1;
+        }
+        newton.as_ref()?.lu.solve(&mut correction);
+        let scale = self.scale_over(system, &self.state(), &stages);
+        let mut size: f64 = 0.0;
+        for i in 0..STAGES {
+            for c in 0..N {
+                f[i][c] += correction[i * N + c];
+                // `max` would swallow a NaN.
+                let part = h * correction[i * N + c].abs() / scale[c];
+                size = if part <= size { size } else { part };
+            }
+        }
+        size.is_finite().then_some((size, scale))
     }
 
     /// The largest magnitudes over the step, or those of before.
@@ -382,31 +440,6 @@ impl<const N: usize> Collocation<N> {
         }
         scale
     }
-}
-
-/// The Legendre coefficients of ẏ and the error that follows from their decay.
-///
-/// The first neglected coefficient m₈ would add about h m₈/17 to the polynomial. Of the last two coefficients the
-/// larger is m₆ where all are there or the even ones are, so m₈ is taken as that, diminished once more by the decay
-/// over the two orders before. What the rounding of f can have added to a coefficient is no error of the polynomial,
-/// and no shorter step would take it away.
-fn solved<const N: usize>(f: [[f64; N]; STAGES], scale: [f64; N], newton: &Newton<N>, h: f64, left: f64) -> Solved<N> {
-    let noise = newton.noise(&scale);
-    let modes: [[f64; N]; STAGES] =
-        std::array::from_fn(|k| std::array::from_fn(|c| (0..STAGES).map(|j| PROJECTION[k][j] * f[j][c]).sum()));
-    let pair = |k: usize, c: usize| modes[k][c].abs().max(modes[k - 1][c].abs());
-    let mut ends = [0.0; N];
-    let error = (0..N)
-        .map(|c| {
-            let tail = (pair(STAGES - 1, c) - NOISE_OF_MODES * noise[c]).max(0.0);
-            let before = pair(STAGES - 3, c);
-            let decay = if tail < before { tail / before } else { 1.0 };
-            // A pair is two orders: four pairs on are the orders that the end errs by.
-            ends[c] = h * tail * decay.powi(STAGES as i32 / 2) + left * scale[c];
-            h * tail * decay / (2 * STAGES + 1) as f64 / scale[c]
-        })
-        .fold(0.0, f64::max);
-    Solved { modes, scale, error, ends, map: newton.map(h) }
 }
 
 /// The step to take of the `remaining` time when `h` is wished for: no sliver is left over.
@@ -433,8 +466,6 @@ fn first_step<const N: usize>(jacobian: &[[f64; N]; N]) -> f64 {
     // The bound keeps an infinite rate from making a step of no length.
     (0..N).map(square).fold(0.0, f64::max).sqrt().min(1e150).recip()
 }
-
-mod newton;
 
 #[cfg(test)]
 mod tests;

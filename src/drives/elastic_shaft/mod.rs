@@ -17,6 +17,7 @@
 //! Source: Dresig, Vulfson, *Dynamik der Mechanismen*, section 4.6.3; the right-hand side of its equation (1) reads
 //! U′U″ here, as the derivation and its own rigid limit demand.
 
+mod energy;
 mod equation;
 mod features;
 mod portrait;
@@ -29,15 +30,17 @@ mod variables;
 
 use super::cam_drive::{AngleMotion, CamDrive, DriveMode, HasCamDrive, Start, StartMode};
 use super::number::all_finite;
-use super::solver::{HasSolver, Settings, Solver};
+use super::solver::{HasSolver, Method, Settings, Solver};
 use super::{Curve, Drive, EventLog, Experiment, Fault, List, Portrait};
 use crate::motion::MotionLaw;
 use crate::numerics::collocation::Collocation;
 use crate::numerics::double_double::Double;
 use crate::numerics::period_map::{Course, PeriodMap};
+use energy::Energy;
 use equation::Equation;
 use serde::{Deserialize, Serialize};
-use solver::Twist;
+use solver::{Pace, Twist};
+use std::f64::consts::TAU;
 use std::sync::Arc;
 use turn::Turn;
 
@@ -82,6 +85,9 @@ pub struct ElasticShaft {
     /// φ(t) through the communication point.
     motion: AngleMotion,
     integrator: Collocation<2>,
+    /// The internal step of fixed cost at constant speed where none is asked for [s].
+    usual_step: f64,
+    energy: Energy,
     /// The linear equation at constant speed, tabulated over its period; follows from the parameters.
     #[serde(skip)]
     table: Option<Arc<PeriodMap>>,
@@ -98,10 +104,14 @@ pub struct ElasticShaft {
     log: EventLog,
 }
 
-/// By how much the error estimate exceeds what the coefficients of the polynomials tell, for the table and for the
-/// integrator, whose polynomials are shorter and whose errors come together over the steps: over random drives the
-/// true error is then below it in 99 of 100.
-const RESERVE: [f64; 2] = [2.0, 16.0];
+/// By how much the error estimate exceeds what the coefficients of the polynomials tell; over random drives the true
+/// error is then below it in 99 of 100. In the cells of the table, and within equal steps, what counts is the worst
+/// polynomial, which is overestimated; where the tolerance decides, or steps end at the communication points, errors
+/// come together over the steps.
+const RESERVE_OF_TABLE: f64 = 2.0;
+const RESERVE_BY_TOLERANCE: f64 = 16.0;
+const RESERVE_OF_EQUAL_STEPS: f64 = 1.0;
+const RESERVE_OF_EQUAL_STEPS_ON_INPUTS: f64 = 3.0;
 
 impl ElasticShaft {
     fn equation(&self) -> Equation {
@@ -132,10 +142,10 @@ impl ElasticShaft {
     /// Runs `work` with the twist's system of equations and the integrator.
     fn with_twist<R>(&mut self, work: impl FnOnce(&mut Twist, &mut Collocation<2>) -> R) -> R {
         let equation = self.equation();
-        let mut twist =
-            Twist { equation, law: &self.cam.law, motion: &self.motion, segment: self.segment, forced: 1.0 };
+        let (law, motion, segment, energy) = (&self.cam.law, &self.motion, self.segment, self.energy);
+        let mut twist = Twist { equation, law, motion, segment, forced: 1.0, energy };
         let result = work(&mut twist, &mut self.integrator);
-        self.segment = twist.segment;
+        (self.segment, self.energy) = (twist.segment, twist.energy);
         result
     }
 
@@ -143,6 +153,7 @@ impl ElasticShaft {
     fn restart_integrator(&mut self) {
         let (time, y) = (Double::from(self.time), self.twist);
         (self.used, self.tuned) = ([self.m, self.c, self.b], false);
+        self.usual_step = self.usual_step(self.time);
         self.with_twist(|twist, integrator| {
             integrator.restart(time, y);
             twist.locate(time, &y);
@@ -175,26 +186,67 @@ impl ElasticShaft {
     /// A step with the integrator.
     fn integrate(&mut self, time: f64, target: f64) -> Result<(), Fault> {
         self.apply(time)?;
-        let tolerance = self.solver.effective_tolerance();
+        let pace = self.pace(target);
         if self.cam.is_input() {
             // The motion is known up to the end of the communication step only.
             self.restart_integrator();
-            self.with_twist(|twist, integrator| twist.reach(integrator, Double::from(target), tolerance))?;
+            self.with_twist(|twist, integrator| twist.reach(integrator, Double::from(target), pace))?;
         } else {
             if self.tuned {
                 self.restart_integrator();
             }
-            self.with_twist(|twist, integrator| twist.pass(integrator, target, tolerance))?;
+            self.with_twist(|twist, integrator| twist.pass(integrator, target, pace))?;
         }
         self.time = target;
         self.twist = self.integrator.at(Double::from(target));
         self.remember();
         self.cam.step_done();
         let statistics = self.integrator.statistics;
+        let error = match (pace, self.cam.is_input()) {
+            (Pace::Tolerance(_), false) => RESERVE_BY_TOLERANCE * statistics.state_error,
+            (Pace::Grid { .. }, false) => RESERVE_OF_EQUAL_STEPS * statistics.state_error,
+            // On inputs every communication point is the end of a step.
+            (Pace::Tolerance(_), true) => RESERVE_BY_TOLERANCE * statistics.error_at_ends,
+            (Pace::Grid { .. }, true) => RESERVE_OF_EQUAL_STEPS_ON_INPUTS * statistics.error_at_ends,
+        };
         self.solver.steps = statistics.steps as f64;
         self.solver.evaluations = statistics.evaluations as f64;
-        self.solver.error_estimate = self.solver.error_estimate.max(RESERVE[1] * statistics.state_error);
+        self.solver.error_estimate = self.solver.error_estimate.max(error);
         Ok(())
+    }
+
+    /// What decides the internal steps on the way to `target`. At constant speed the grid of fixed cost starts with the
+    /// simulation; on inputs, whose motion has its corners at the communication points, it divides the communication
+    /// step equally.
+    fn pace(&self, target: f64) -> Pace {
+        let Settings { method, step_size, .. } = self.solver.settings;
+        if method == Method::Adaptive {
+            return Pace::Tolerance(self.solver.effective_tolerance());
+        }
+        if self.cam.is_input() {
+            let step = if step_size > 0.0 { step_size } else { self.usual_step(target) };
+            let length = target - self.time;
+            Pace::Grid { origin: self.time, step: length / (length / step).ceil() }
+        } else {
+            let step = if step_size > 0.0 { step_size } else { self.usual_step };
+            Pace::Grid { origin: self.motion.origin, step }
+        }
+    }
+
+    /// The internal step of fixed cost on the way to `target` where none is asked for [s]: half a radian of the fastest
+    /// vibration √(c/J), the way from one breakpoint of the law to the next on the average, or 1/(2 K √(1 + m U′²max/J))
+    /// of the cam's turning, K the highest harmonic, whichever is the shortest: J + m U′² has its complex zeros 1/K
+    /// √(J/m)/U′max beside those of U′. The cam turns at |ω| and the speed that the vibration has now.
+    fn usual_step(&self, target: f64) -> f64 {
+        let law = &self.cam.law;
+        let ratio = self.m * law.bound(1).powi(2) / self.inertia;
+        let smooth = 0.5 / (law.resolution() * (1.0 + ratio).sqrt());
+        let angle = smooth.min(TAU / law.breakpoints().len().max(1) as f64);
+        let frequency = (self.c / self.inertia).sqrt();
+        let speed_at = |time: f64| self.motion.at(time).kinematics.0[1].abs();
+        let vibration = if self.linear { 0.0 } else { self.twist[1].abs() + frequency * self.twist[0].abs() };
+        let speed = speed_at(self.time).max(speed_at(target)) + vibration;
+        (0.5 / frequency).min(angle / speed)
     }
 
     /// φ, ω, q, q̇ at the communication point on the present motion.
@@ -241,6 +293,8 @@ impl Drive for ElasticShaft {
             tuned: false,
             motion,
             integrator: Collocation::new(Double::default(), [0.0; 2]),
+            usual_step: 0.0,
+            energy: Energy::default(),
             table: None,
             course: None,
             segment: 0,
@@ -287,8 +341,9 @@ impl Drive for ElasticShaft {
         self.course = self.table.as_ref().map(|table| Course::new(table, time, self.twist));
         if let Some(table) = &self.table {
             self.solver.evaluations = table.evaluations() as f64;
-            self.solver.error_estimate = RESERVE[0] * table.error();
+            self.solver.error_estimate = RESERVE_OF_TABLE * table.error();
         }
+        self.energy = Energy::default();
         self.remember();
         Ok(())
     }
@@ -373,5 +428,9 @@ impl HasSolver for ElasticShaft {
     }
     fn solver_mut(&mut self) -> &mut Solver {
         &mut self.solver
+    }
+    fn has_method(&self) -> bool {
+        // The tables of the linear equation at constant speed cost the same at every step.
+        !self.linear || self.cam.is_input()
     }
 }

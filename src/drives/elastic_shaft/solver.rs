@@ -1,12 +1,13 @@
 //! Integration of the twist: Gauss collocation, with steps that end where the cam passes a breakpoint of its law.
 
+use super::energy::Energy;
 use super::equation::{Cam, Equation, Flow};
 use crate::drives::cam_drive::AngleMotion;
 use crate::drives::{Fault, Number};
 use crate::motion::MotionLaw;
 use crate::numerics::angle;
 use crate::numerics::collocation::{Collocation, Failure, System};
-use crate::numerics::double_double::{Double, two_sum};
+use crate::numerics::double_double::{Double, two_product, two_sum};
 use std::f64::consts::TAU;
 
 /// A time that no step reaches.
@@ -24,6 +25,35 @@ pub const REACH: f64 = 2.0;
 /// several times what ten turns with a thousand vibrations each take.
 const MOST_STEPS: u64 = 500_000;
 
+/// Breakpoints of the law that an internal step of fixed cost may pass. The default step passes one on the average; the
+/// densest laws put five of them into the angle of two.
+pub const MOST_PASSAGES: u64 = 8;
+
+/// Newton iterations in a step of fixed cost: the linear equation is solved by one; the nonlinear one differs from its
+/// linearisation by some q, and four iterations leave q¹⁶ of that.
+const ITERATIONS: [usize; 2] = [4, 1];
+
+/// A step of fixed cost that misses the motion by more than this part of it is refused: the estimate is one no more,
+/// and what follows would be no value of this drive.
+pub const WORST: f64 = 1e-2;
+
+/// By how much a step of fixed cost may differ from its length, so that no sliver is left before a point of the grid.
+const SLIVER: f64 = 1e-3;
+
+/// What decides the lengths of the internal steps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Pace {
+    /// The relative tolerance.
+    Tolerance(f64),
+    /// A grid of equal steps.
+    Grid {
+        /// Where it starts [s].
+        origin: f64,
+        /// The length of a step [s].
+        step: f64,
+    },
+}
+
 /// The twist of the shaft as a system of first order, y = (q, q̇), while the cam is in one segment of its law.
 pub struct Twist<'a> {
     /// The equation.
@@ -36,17 +66,19 @@ pub struct Twist<'a> {
     pub segment: usize,
     /// 1, or 0 for the homogeneous linear equation.
     pub forced: f64,
+    /// The balance of energy.
+    pub energy: Energy,
 }
 
 impl Twist<'_> {
     /// Drive and twist at `t`.
-    fn flow(&self, t: Double, y: &[f64; 2]) -> Flow<f64> {
+    pub fn flow(&self, t: Double, y: &[f64; 2]) -> Flow<f64> {
         let shaft = self.motion.at(t.hi);
         let [_, w, a, ..] = shaft.kinematics.0;
         Flow { phi: shaft.reduced + w * t.lo, w, a, q: y[0], v: y[1] }
     }
 
-    fn cam(&self, f: &Flow<f64>) -> Cam {
+    pub fn cam(&self, f: &Flow<f64>) -> Cam {
         Cam::at(self.law, self.segment, self.reduced_argument(f))
     }
 
@@ -67,56 +99,90 @@ impl Twist<'_> {
         integrator: &mut Collocation<2>,
         target: Double,
         limit: Double,
-        tolerance: f64,
+        pace: Pace,
     ) -> Result<(), Fault> {
         let first = integrator.statistics.steps;
+        let most = match pace {
+            Pace::Tolerance(_) => MOST_STEPS,
+            // A step that passes a breakpoint is taken once to find it and once to end there.
+            Pace::Grid { step, .. } => {
+                let steps = ((target - integrator.end()).hi / step).ceil() + 1.0;
+                if steps > MOST_STEPS as f64 {
+                    return Err(too_many(integrator.end().hi, MOST_STEPS, pace));
+                }
+                2 * MOST_PASSAGES * steps as u64
+            }
+        };
         while (target - integrator.end()).hi > 0.0 {
-            self.step(integrator, limit, tolerance).map_err(|failure| self.fault(failure))?;
-            if integrator.statistics.steps - first > MOST_STEPS {
-                return Err(Fault(format!(
-                    "more than {MOST_STEPS} internal steps between communication points, at t = {} s; \
-                     shorten the communication step, relax solver.tolerance, or check the speed, c and J",
-                    Number(integrator.end().hi)
-                )));
+            self.step(integrator, limit, pace).map_err(|failure| self.fault(failure, pace))?;
+            if integrator.statistics.steps - first > most {
+                return Err(too_many(integrator.end().hi, most, pace));
             }
         }
         Ok(())
     }
 
     /// Steps beyond `target`, so that the steps do not depend on where the target lies.
-    pub fn pass(&mut self, integrator: &mut Collocation<2>, target: f64, tolerance: f64) -> Result<(), Fault> {
-        self.travel(integrator, Double::from(target), FAR, tolerance)
+    pub fn pass(&mut self, integrator: &mut Collocation<2>, target: f64, pace: Pace) -> Result<(), Fault> {
+        self.travel(integrator, Double::from(target), FAR, pace)
     }
 
     /// Steps up to `target` exactly.
-    pub fn reach(&mut self, integrator: &mut Collocation<2>, target: Double, tolerance: f64) -> Result<(), Fault> {
-        self.travel(integrator, target, target, tolerance)
+    pub fn reach(&mut self, integrator: &mut Collocation<2>, target: Double, pace: Pace) -> Result<(), Fault> {
+        self.travel(integrator, target, target, pace)
     }
 
     /// One step, shortened to where the cam leaves its segment.
-    fn step(&mut self, integrator: &mut Collocation<2>, limit: Double, tolerance: f64) -> Result<(), Failure> {
+    fn step(&mut self, integrator: &mut Collocation<2>, limit: Double, pace: Pace) -> Result<(), Failure> {
         let breakpoints = self.law.breakpoints();
         let (start, y) = (integrator.end(), integrator.state());
-        integrator.step(self, limit, tolerance)?;
-        if breakpoints.is_empty() {
+        self.step_smoothly(integrator, limit, pace)?;
+        let exit = if breakpoints.is_empty() { None } else { Place::new(self, start, &y).exit(self, integrator) };
+        let Some((theta, forward)) = exit else {
+            self.energy = self.energy.account(self, integrator);
             return Ok(());
-        }
-        let place = Place::new(self, start, &y);
-        let Some((theta, forward)) = place.exit(self, integrator) else { return Ok(()) };
+        };
         let length = (integrator.end() - start).hi;
         let exit = start + Double::from(theta * length);
         integrator.retract();
         while (exit - integrator.end()).hi > 0.0 {
-            integrator.step(self, exit, tolerance)?;
+            self.step_smoothly(integrator, exit, pace)?;
+            self.energy = self.energy.account(self, integrator);
         }
         let count = breakpoints.len();
         self.segment = if forward { (self.segment + 1) % count } else { (self.segment + count - 1) % count };
         Ok(())
     }
 
-    fn fault(&self, failure: Failure) -> Fault {
+    /// One step in which the cam stays in its segment, or on the continuation of it.
+    fn step_smoothly(&self, integrator: &mut Collocation<2>, limit: Double, pace: Pace) -> Result<(), Failure> {
+        match pace {
+            Pace::Tolerance(tolerance) => integrator.step(self, limit, tolerance),
+            Pace::Grid { origin, step } => {
+                let start = integrator.end();
+                let origin = Double::from(origin);
+                let next = ((start - origin).hi / step + SLIVER).floor() + 1.0;
+                let point = origin + two_product(next, step);
+                let end = if (limit - point).hi > SLIVER * step { point } else { limit };
+                if (end - start).hi > (1.0 + SLIVER) * self.longest_step(start, &integrator.state()) {
+                    return Err(Failure::Stalled { time: start.hi });
+                }
+                let iterations = ITERATIONS[usize::from(self.equation.linear)];
+                integrator.step_of_fixed_cost(self, end, iterations, WORST)
+            }
+        }
+    }
+
+    fn fault(&self, failure: Failure, pace: Pace) -> Fault {
         match failure {
             Failure::Unbounded { time } => unbounded(time, self.equation.linear),
+            Failure::Stalled { time } if let Pace::Grid { step, .. } = pace => Fault(format!(
+                "the twist q cannot be computed beyond t = {} s with internal steps of {} s: they turn the cam \
+                 too far, or miss more than {WORST} of the motion; shorten solver.step_size, or set \
+                 solver.method = adaptive",
+                Number(time),
+                Number(step)
+            )),
             Failure::Stalled { time } => Fault(format!(
                 "the twist q cannot be computed beyond t = {} s: no internal step keeps the tolerance; check J, m, c, b \
                  and the speed, or relax solver.tolerance",
@@ -124,6 +190,25 @@ impl Twist<'_> {
             )),
         }
     }
+}
+
+fn too_many(time: f64, most: u64, pace: Pace) -> Fault {
+    let time = Number(time);
+    Fault(match pace {
+        Pace::Grid { step, .. } if most != MOST_STEPS => format!(
+            "the cam passes more than {MOST_PASSAGES} breakpoints of its law within an internal step of {} s, at \
+             t = {time} s; shorten solver.step_size, or set solver.method = adaptive",
+            Number(step)
+        ),
+        Pace::Grid { .. } => format!(
+            "more than {MOST_STEPS} internal steps between communication points, at t = {time} s; shorten the \
+             communication step, or lengthen solver.step_size"
+        ),
+        Pace::Tolerance(_) => format!(
+            "more than {MOST_STEPS} internal steps between communication points, at t = {time} s; shorten the \
+             communication step, relax solver.tolerance, or check the speed, c and J"
+        ),
+    })
 }
 
 /// The twist has left the range of numbers that can be gone on with.

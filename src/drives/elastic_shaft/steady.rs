@@ -1,6 +1,6 @@
 //! The periodic solution at constant speed and its stability.
 
-use super::solver::Twist;
+use super::solver::{Pace, Twist};
 use crate::drives::Fault;
 use crate::numerics::collocation::Collocation;
 use crate::numerics::double_double::Double;
@@ -51,7 +51,7 @@ fn one_turn(twist: &mut Twist, start: f64, y: [f64; 2], tolerance: f64) -> Resul
     let end = Double::from(start) + TURN.divide(Double::from(w));
     let mut integrator = Collocation::new(Double::from(start), y);
     twist.locate(Double::from(start), &y);
-    twist.reach(&mut integrator, end, tolerance)?;
+    twist.reach(&mut integrator, end, Pace::Tolerance(tolerance))?;
     Ok(integrator.state())
 }
 

@@ -1,6 +1,7 @@
 //! Physics of the elastic shaft.
 
 mod extremes;
+mod fixed_cost;
 
 use super::*;
 use crate::drives::{DynDrive, Model, Seed};

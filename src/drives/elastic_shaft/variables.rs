@@ -45,6 +45,14 @@ pub(super) fn list(drive: &ElasticShaft) -> List<ElasticShaft> {
     declare_parameters(&mut list);
     drive.declare_start(&mut list, &unit::ANGLE, &unit::ANGULAR_VELOCITY);
     drive.declare_solver(&mut list);
+    if !drive.linear {
+        list.local(
+            "solver.energy_residual",
+            "Part of the largest energy by which the internal steps miss the balance of energy",
+            real(&unit::NUMBER),
+            |d, _| d.energy.residual(),
+        );
+    }
     declare_outputs(drive, &mut list);
     drive.declare_law(&mut list);
     list

@@ -4,10 +4,10 @@ use super::*;
 use std::f64::consts::TAU;
 
 /// Uniform numbers in [0, 1) from a seed (Steele, Lea, Flood: SplitMix64).
-struct Random(u64);
+pub(super) struct Random(pub u64);
 
 impl Random {
-    fn next(&mut self) -> f64 {
+    pub fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -15,12 +15,12 @@ impl Random {
         (z ^ (z >> 31)) as f64 / 2f64.powi(64)
     }
 
-    fn between(&mut self, low: f64, high: f64) -> f64 {
+    pub fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.next()
     }
 
     /// Evenly on a logarithmic scale.
-    fn scale(&mut self, low: f64, high: f64) -> f64 {
+    pub fn scale(&mut self, low: f64, high: f64) -> f64 {
         self.between(low.ln(), high.ln()).exp()
     }
 }
@@ -52,7 +52,7 @@ fn random_law(r: &mut Random) -> MotionLaw {
 }
 
 /// A drive of any size, of vibrations between a third and 30 per turn, and what it is driven through.
-fn random_scene(r: &mut Random) -> (Scene, f64) {
+pub(super) fn random_scene(r: &mut Random) -> (Scene, f64) {
     let cam = random_law(r);
     let m = r.scale(0.1, 100.0);
     let u1 = cam.bound(1).max(1e-3);
@@ -73,6 +73,15 @@ fn random_scene(r: &mut Random) -> (Scene, f64) {
         solver: Settings { tolerance: r.scale(1e-12, 1e-5), ..Settings::default() },
     };
     (scene, r.scale(1.0, 50.0) * TAU / w.abs())
+}
+
+/// How the estimates compare with the true errors: in one of a hundred at most they are too low, and half of them are
+/// `within` this factor.
+pub(super) fn assert_honest(what: &str, mut ratios: Vec<f64>, within: f64) {
+    ratios.sort_by(f64::total_cmp);
+    let (low, median) = (ratios.iter().filter(|ratio| **ratio < 1.0).count(), ratios[ratios.len() / 2]);
+    let count = ratios.len();
+    assert!(200 < count && low * 100 <= count && median <= within, "{what}: {low} of {count} too low, median {median}");
 }
 
 /// The states at `count` points of the run and the error estimate at its end; None where the run ends in a fault.
@@ -111,14 +120,8 @@ fn the_error_estimate_is_honest() {
         ratios.push((estimate / error.max(1e-15), scene.linear));
     }
     for linear in [false, true] {
-        let mut of: Vec<f64> = ratios.iter().filter(|r| r.1 == linear).map(|r| r.0).collect();
-        of.sort_by(f64::total_cmp);
-        let (low, median) = (of.iter().filter(|ratio| **ratio < 1.0).count(), of[of.len() / 2]);
-        assert!(
-            200 < of.len() && low * 100 <= of.len() && median <= 100.0,
-            "linear {linear}: {low} too low of {}, median {median}",
-            of.len()
-        );
+        let of = ratios.iter().filter(|r| r.1 == linear).map(|r| r.0).collect();
+        assert_honest(&format!("linear {linear}"), of, 100.0);
     }
 }
 

@@ -1,0 +1,59 @@
+//! What a solved step tells: its polynomial and the errors of it.
+
+use super::newton::Newton;
+use crate::numerics::gauss::{PROJECTION, STAGES};
+
+/// Σ |PROJECTION[7][j]| < 4: how much of the rounding of the fⱼ can come together in a coefficient.
+const NOISE_OF_MODES: f64 = 4.0;
+
+/// A solved step.
+pub struct Solved<const N: usize> {
+    /// Legendre coefficients of ẏ.
+    pub modes: [[f64; N]; STAGES],
+    /// Magnitudes to which errors are relative.
+    pub scale: [f64; N],
+    /// Estimated error of the polynomial relative to the scale.
+    pub error: f64,
+    /// See [`super::Collocation::end_error`].
+    pub ends: [f64; N],
+    /// What Newton's method leaves, relative to the scale.
+    pub remainder: f64,
+    /// ∂y₁/∂y₀.
+    pub map: [[f64; N]; N],
+}
+
+/// The Legendre coefficients of ẏ and the error that follows from their decay.
+///
+/// The first neglected coefficient m₈ would add about h m₈/17 to the polynomial. Of the last two coefficients the
+/// larger is m₆ where all are there or the even ones are, so m₈ is taken as that, diminished once more by the decay
+/// over the two orders before. What the rounding of f can have added to a coefficient is no error of the polynomial,
+/// and no shorter step would take it away.
+pub fn solved<const N: usize>(
+    f: [[f64; N]; STAGES],
+    scale: [f64; N],
+    newton: &Newton<N>,
+    h: f64,
+    remainder: f64,
+) -> Solved<N> {
+    let noise = newton.noise(&scale);
+    let modes: [[f64; N]; STAGES] =
+        std::array::from_fn(|k| std::array::from_fn(|c| (0..STAGES).map(|j| PROJECTION[k][j] * f[j][c]).sum()));
+    let pair = |k: usize, c: usize| modes[k][c].abs().max(modes[k - 1][c].abs());
+    let mut ends = [0.0; N];
+    let error = (0..N)
+        .map(|c| {
+            let tail = (pair(STAGES - 1, c) - NOISE_OF_MODES * noise[c]).max(0.0);
+            let before = pair(STAGES - 3, c);
+            let decay = if tail < before { tail / before } else { 1.0 };
+            // A pair is two orders: four pairs on are the orders that the end errs by.
+            ends[c] = h * tail * decay.powi(STAGES as i32 / 2) + remainder * scale[c];
+            h * tail * decay / (2 * STAGES + 1) as f64 / scale[c]
+        })
+        .fold(0.0, f64::max);
+    Solved { modes, scale, error, ends, remainder, map: newton.map(h) }
+}
+
+/// The sum of the corrections still to come where the last one was `size` and `rate` times the one before.
+pub fn remainder(size: f64, rate: f64) -> f64 {
+    if rate < 1.0 { size * rate / (1.0 - rate) } else { size }
+}
