@@ -50,6 +50,13 @@ const ACCUMULATION: f64 = 10.0;
 /// have the same sign. 99 of 100 random machines then stay below it.
 const CAUTION: f64 = 8.0;
 
+/// By how much what rounding does to N at the nodes can come together in a coefficient: Σ |PROJECTION[7][j]| < 4.
+const NOISE_OF_MODES: f64 = 4.0;
+
+/// What the rounding of E can make of N at the nodes, however steep N(E) is: E₀ + h Σ aᵢⱼ Nⱼ = Eᵢ, rounded by ε E, moves
+/// N by no more than this times ε E/h, the largest row sum of the inverse of (aᵢⱼ).
+const STIFFEST: f64 = 273.2;
+
 /// Errors that grow by more than e⁵⁰ in a step are lost anyway.
 const LARGEST_EXPONENT: f64 = 50.0;
 
@@ -333,14 +340,17 @@ impl Passage {
         // the time by that of 1/φ̇; the angle at a given time by as much as the machine moves in that time.
         let slow_ratio = neglected(&slow_modes) / slow_modes[0];
         let speeding = slow_modes[0] * end_speed.max(first_speed);
-        let net_neglected = neglected(&net_modes);
         let least = energy.min(end_energy.hi);
+        let largest = net.iter().fold(1e-300_f64, |largest, n| largest.max(n.abs()));
+        // What the rounding of E adds to N is no error of the polynomial, and no shorter step would take it away.
+        let steep = (2.0 * energy * first_slope.abs().max(end_slope.abs())).min(STIFFEST * energy / length);
+        let noise = f64::EPSILON * (largest + steep);
+        let net_neglected = (neglected(&net_modes) - NOISE_OF_MODES * noise).max(0.0);
         let energy_error = length * net_neglected / ((2 * STAGES + 1) as f64 * least);
         let angle_error = length * (slow_ratio / INTEGRATION * speeding + 0.5 * energy_error / STAGES as f64);
 
         // Coefficients that decay by r per order leave r¹⁶ to the Gauss rule at the end where they leave r⁸ or r¹⁰
         // to the polynomial.
-        let largest = net.iter().fold(1e-300_f64, |largest, n| largest.max(n.abs()));
         let quadrature = length * net_neglected / least * (net_neglected / largest).min(1.0);
         let time = slow_ratio * slow_ratio.sqrt();
         // That is the least that the ends err by. Where waves of different lengths come together, the last coefficients
@@ -348,7 +358,7 @@ impl Passage {
         let (net_decay, slow_decay) = (decay(&net_modes), decay(&slow_modes));
         let net_end = length * net_neglected / least * net_decay.powi(3);
         let slow_end = slow_ratio * slow_decay.powi(3);
-        let rounding = f64::EPSILON * length * (largest + 2.0 * energy * end_slope.abs()) / least;
+        let rounding = length * noise / least;
         let exponent = (0.5 * length * (first_slope + end_slope)).min(LARGEST_EXPONENT);
         Some(Passage {
             from,

@@ -160,6 +160,33 @@ fn a_stiff_motor() {
 }
 
 #[test]
+fn a_tolerance_finer_than_rounding_allows_costs_no_more_steps() {
+    // A motor whose torque follows the rounding of the speed: constant inertia, breakdown slip 1e-6, from standstill.
+    let steps = [1e-12, 1e-13, 1e-14].map(|tolerance| {
+        let motor = Motor::Kloss {
+            breakdown_torque: 60.0,
+            breakdown_slip: 1e-6,
+            synchronous_speed: 60.0,
+            dynamics: None,
+        };
+        let scene = Scene {
+            inertia: InertiaFunction { constant: 1e-3, varying: None },
+            followers: vec![],
+            solver: Settings { tolerance, ..Settings::default() },
+            ..loom(motor, 0.0, 0.0)
+        };
+        let mut machine = started(scene);
+        // Beyond the run-up, which takes J w_s/(4 M_K s_K) = 250 s.
+        machine.advance(0.0, 300.0).unwrap();
+        let w = get(&machine, "w");
+        assert!((w / 60.0 - 1.0).abs() < 1e-12, "{w}");
+        assert!(get(&machine, "solver.error_estimate") < 1e-5);
+        get(&machine, "solver.steps")
+    });
+    assert!(steps[1] < 2.0 * steps[0] && steps[2] < 2.0 * steps[0], "{steps:?}");
+}
+
+#[test]
 fn a_motor_whose_torque_lags() {
     let scene = loom(lagging(), 0.3, 0.0);
     compare(&scene, [0.0; 3], 0.5, [2.9093645261380180712, 11.975132063637270981]);
