@@ -212,6 +212,17 @@ impl<const N: usize> Collocation<N> {
         })
     }
 
+    /// What the polynomial of the last step errs by between the ends, of each component: about h m₈/17, as its last
+    /// coefficients decay.
+    pub fn polynomial_error(&self) -> [f64; N] {
+        let pair = |k: usize, c: usize| self.modes[k][c].abs().max(self.modes[k - 1][c].abs());
+        std::array::from_fn(|c| {
+            let (tail, before) = (pair(STAGES - 1, c), pair(STAGES - 3, c));
+            let decay = if tail < before { tail / before } else { 1.0 };
+            self.length * tail * decay / (2 * STAGES + 1) as f64
+        })
+    }
+
     /// Undoes the last step, for example because the caller found an event within it.
     pub fn retract(&mut self) {
         let start = self.start;

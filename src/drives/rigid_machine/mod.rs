@@ -17,6 +17,7 @@
 
 mod course;
 mod features;
+mod grid;
 mod inertia;
 mod motor;
 mod passage;
@@ -37,10 +38,11 @@ pub use inertia::{Follower, Inertia, InertiaFunction};
 pub use motor::Motor;
 
 use super::number::all_finite;
-use super::solver::{HasSolver, Settings, Solver};
+use super::solver::{HasSolver, Method, Settings, Solver};
 use super::{Curve, Drive, EventLog, Experiment, Fault, List, Portrait};
 use crate::numerics::angle;
 use crate::numerics::double_double::Double;
+use grid::Grid;
 use passage::{Errors, Passage, Torques};
 use raster::Raster;
 use serde::{Deserialize, Serialize};
@@ -114,6 +116,8 @@ pub struct RigidMachine {
     state: State,
     /// The integration in time.
     integrator: Integrator,
+    /// The internal steps of the method `fixed_cost`.
+    grid: Grid,
     /// The turn's cells with their J; follows from the parameters.
     #[serde(skip)]
     raster: Raster,
@@ -142,6 +146,10 @@ impl HasSolver for RigidMachine {
     }
     fn solver_mut(&mut self) -> &mut Solver {
         &mut self.solver
+    }
+    /// The steps of the tolerance are the longer the slower the shaft turns and the steadier its torques are.
+    fn has_method(&self) -> bool {
+        true
     }
 }
 
@@ -234,6 +242,7 @@ impl Drive for RigidMachine {
             driving: Signal::default(),
             state: State::default(),
             integrator: Integrator::new(&scene.motor),
+            grid: Grid::default(),
             raster: Raster::default(),
             passage: None,
             torques: Torques::default(),
@@ -300,10 +309,11 @@ impl Drive for RigidMachine {
         self.top_speed = 0.0;
         self.prepare_raster();
         self.place_at_start(self.w_start);
-        match self.start {
-            MachineStart::Given => Ok(()),
-            MachineStart::SteadyState => self.start_periodically(time),
+        if self.start == MachineStart::SteadyState {
+            self.start_periodically(time)?;
         }
+        self.grid = self.grid_from(time);
+        Ok(())
     }
 
     /// The inputs are torques; they change the acceleration at once and the state not at all.
@@ -315,7 +325,10 @@ impl Drive for RigidMachine {
     fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
         self.load.step_begins();
         self.driving.step_begins();
-        self.travel(time, step)?;
+        match self.solver.settings.method {
+            Method::Adaptive => self.travel(time, step)?,
+            Method::FixedCost => self.travel_on_grid(time, step)?,
+        }
         self.load.step_ends(step);
         self.driving.step_ends(step);
         Ok(())

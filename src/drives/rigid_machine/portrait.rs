@@ -38,6 +38,18 @@ const SOLVED: &str = "<mi>u</mi><mo>=</mo><msqrt><mi>J</mi></msqrt><mover><mi>φ
 <mo>,</mo><mspace width=\"1em\"/><mover><mi>u</mi><mo>˙</mo></mover><mo>=</mo><mfrac><mrow><msub><mi>M</mi><mi>an</mi>\
 </msub><mo>−</mo><mi>τ</mi></mrow><msqrt><mi>J</mi></msqrt></mfrac>";
 
+/// The method with equal steps.
+const FIXED_COST: &str = "Gauss collocation of order 16 for the angle and u = √J φ̇ in time, on a grid of equal steps from \
+the start on, with four Newton iterations per step and none repeated. While the torques do not depend on time, results do \
+not depend on the communication step; a load that jumps or depends on time ends a step at the communication point. \
+solver.step_size = 0 takes 2/(R √(J_max/J_min)) of the shaft's turning (R the highest harmonic of J, twice that of a law; \
+at w_s or the speed that the energy of the start reaches), the mean distance of the laws' breakpoints where that is less, \
+and not more than the time w_s s_k J/M_k in which the motor follows, down to a 32nd; 1 ms where no speed is known. A \
+communication step h takes at most h/solver.step_size + 2 solutions of eight nodes (40 evaluations each) where the laws are \
+smooth, 17 times as many where they have breakpoints. Bound: a step that misses the motion by more than 1e-2 of it ends the \
+simulation with an error; below that solver.error_estimate bounds the error. With the default step half of the errors over \
+random machines are below 1e-12, nine of ten below 1e-6";
+
 impl RigidMachine {
     pub(super) fn describe(&self) -> Portrait {
         let mut equations = vec![
@@ -114,6 +126,7 @@ impl RigidMachine {
                  million turns",
             ),
         ];
+        rows.push(row("solver.method = fixed_cost", FIXED_COST));
         if matches!(self.motor, Motor::Kloss { .. }) {
             rows.push(row(
                 "start.mode = steady_state",

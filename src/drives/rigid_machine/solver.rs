@@ -26,10 +26,10 @@ const SLACK: f64 = 1e-8;
 
 /// Changes of the interval without a step in between before a step is taken as it is. Two happen where the machine
 /// turns back on a border; more could only be the work of rounding.
-const IDLE_CHANGES: usize = 4;
+pub(super) const IDLE_CHANGES: usize = 4;
 
 /// Internal steps within one communication step, some seconds of work; more mean a speed out of all proportion.
-const MOST_STEPS: usize = 500_000;
+pub(super) const MOST_STEPS: usize = 500_000;
 
 /// By what the estimate in time is larger than the deviations, from random machines of which 99 of 100 stay below it. The
 /// deviations suppose that coefficients go on to decay as they do in the step; a torque that follows the speed at once
@@ -84,15 +84,17 @@ impl Integrator {
 }
 
 /// The equations of motion on one smooth piece, for the increments of φ, u and M_an over a step.
-struct Piece<'a> {
+pub(super) struct Piece<'a> {
     inertia: &'a Inertia,
     motor: &'a Motor,
     load: &'a Signal,
     driving: &'a Signal,
     profile: &'a Profile,
     base: &'a State,
+    /// How long after the communication point the time of the integrator begins [s].
+    since: f64,
     /// The most that φ may change in a step [rad].
-    reach: f64,
+    pub reach: f64,
 }
 
 impl Piece<'_> {
@@ -116,7 +118,7 @@ impl Piece<'_> {
             return [self.base.torque + increment, 0.0];
         }
         if *self.motor == Motor::Input {
-            return [self.driving.at(t.hi), 0.0];
+            return [self.driving.at(self.since + t.hi), 0.0];
         }
         let [torque, slope, _] = self.motor.characteristic(w);
         [torque, slope]
@@ -130,7 +132,7 @@ impl<const N: usize> System<N> for Piece<'_> {
         let [torque, _] = self.torque(t, w, y.get(2));
         let mut rate = [0.0; N];
         rate[0] = w;
-        rate[1] = (torque - self.load.at(t.hi)) / root;
+        rate[1] = (torque - self.load.at(self.since + t.hi)) / root;
         if let (Some(rate), Some(lag)) = (rate.get_mut(2), self.motor.lag()) {
             *rate = (self.motor.characteristic(w)[0] - torque) / lag;
         }
@@ -146,7 +148,7 @@ impl<const N: usize> System<N> for Piece<'_> {
         let bend = -0.5 * slope / j;
         let mut m = [[0.0; N]; N];
         (m[0][0], m[0][1]) = (w * bend, 1.0 / root);
-        m[1][0] = ((torque - self.load.at(t.hi)) + torque_slope * w) * bend / root;
+        m[1][0] = ((torque - self.load.at(self.since + t.hi)) + torque_slope * w) * bend / root;
         m[1][1] = torque_slope / j;
         if let (true, Some(lag)) = (N > 2, self.motor.lag()) {
             let slope = self.motor.characteristic(w)[1];
@@ -195,7 +197,7 @@ fn bisect(upto: f64, g: impl Fn(f64) -> f64) -> f64 {
 }
 
 /// Adds what the last step has erred by to the covariance of the error.
-fn add_end_error<const N: usize>(c: &mut Collocation<N>) {
+pub(super) fn add_end_error<const N: usize>(c: &mut Collocation<N>) {
     let mut covariance = c.error_covariance();
     for (k, own) in c.end_error().into_iter().enumerate() {
         covariance[k][k] += own * own;
@@ -205,14 +207,14 @@ fn add_end_error<const N: usize>(c: &mut Collocation<N>) {
 
 /// What a step that was just taken met.
 #[derive(Clone, Copy)]
-struct Encounter {
+pub(super) struct Encounter {
     /// The fraction of the step at which the shaft turned back.
-    reversal: Option<f64>,
+    pub reversal: Option<f64>,
     /// The fraction at which the angle left the interval, and whether upwards.
-    exit: Option<(f64, bool)>,
+    pub exit: Option<(f64, bool)>,
 }
 
-fn encounter<const N: usize>(c: &Collocation<N>, state: &State, (low, high): (f64, f64)) -> Encounter {
+pub(super) fn encounter<const N: usize>(c: &Collocation<N>, state: &State, (low, high): (f64, f64)) -> Encounter {
     let angle = |fraction: f64| state.angle.hi + c.at_fraction(fraction)[0];
     let u = |fraction: f64| state.u.hi + c.at_fraction(fraction)[1];
     let reversal = (u(1.0) * state.u.hi < 0.0).then(|| bisect(1.0, u));
@@ -232,7 +234,8 @@ fn encounter<const N: usize>(c: &Collocation<N>, state: &State, (low, high): (f6
 }
 
 impl RigidMachine {
-    fn piece(&self) -> Piece<'_> {
+    /// The equations from the state on, in a time that begins `since` [s] after the communication point.
+    pub(super) fn piece(&self, since: f64) -> Piece<'_> {
         // A wave of J within a step leaves eight nodes per wave, and what lies beyond the interval is not to be
         // followed far: there a law goes on that no longer holds.
         let (low, high) = self.inertia.ends(self.state.interval);
@@ -245,6 +248,7 @@ impl RigidMachine {
             driving: &self.driving,
             profile: &self.raster.profile,
             base: &self.state,
+            since,
             reach,
         }
     }
@@ -275,19 +279,24 @@ impl RigidMachine {
         }
     }
 
-    /// Takes the deviations at the end of a step in time into the estimate: of φ relative to the angle passed, of φ̇ to
-    /// the greatest speed and of a lagging torque to the breakdown torque.
+    /// Takes the deviations at the end of a step in time into the estimate.
     fn estimate_in_time(&mut self) {
-        let [phi, u, torque] = self.integrator.deviations();
-        let [j, slope] = self.inertia_now();
-        let w = u / j.sqrt() + (0.5 * slope / j * self.state.w).abs() * phi;
+        let scales = [self.travelled, self.top_speed];
+        self.estimate(self.integrator.deviations(), self.inertia_now(), self.state.w, scales);
+    }
+
+    /// Takes deviations of φ, u and M_an into the estimate where J, J′ and φ̇ are these: of φ relative to the angle passed,
+    /// of φ̇ to the greatest speed and of a lagging torque to the breakdown torque.
+    pub(super) fn estimate(&mut self, [phi, u, torque]: [f64; 3], [j, slope]: [f64; 2], w: f64, scales: [f64; 2]) {
+        let [travelled, top_speed] = scales;
+        let of_w = u / j.sqrt() + (0.5 * slope / j * w).abs() * phi;
         let (breakdown, caution) = match self.motor {
             Motor::Kloss { breakdown_torque, dynamics: None, .. } => (breakdown_torque, CAUTION_WITH_MOTOR),
             Motor::Kloss { breakdown_torque, .. } => (breakdown_torque, CAUTION),
             Motor::None | Motor::Input => (1.0, CAUTION),
         };
-        let of_speed = w / self.top_speed.max(f64::MIN_POSITIVE);
-        let estimate = (phi / self.travelled.max(1.0)).max(of_speed).max(torque / breakdown.max(f64::MIN_POSITIVE));
+        let of_speed = of_w / top_speed.max(f64::MIN_POSITIVE);
+        let estimate = (phi / travelled.max(1.0)).max(of_speed).max(torque / breakdown.max(f64::MIN_POSITIVE));
         self.solver.error_estimate = self.solver.error_estimate.max(caution * estimate);
     }
 
@@ -346,7 +355,7 @@ impl RigidMachine {
 
     /// One step of the integrator towards `limit` that the shaft makes within the reach of the nodes.
     fn step<const N: usize>(&self, c: &mut Collocation<N>, time: f64, mut limit: Double) -> Result<(), Fault> {
-        let piece = self.piece();
+        let piece = self.piece(0.0);
         let tolerance = self.solver.effective_tolerance();
         let covariance = c.error_covariance();
         loop {
@@ -371,6 +380,20 @@ impl RigidMachine {
     ) -> Result<(), Fault> {
         add_end_error(c);
         let increment = c.state();
+        self.add(&increment);
+        self.travelled += increment[0].abs();
+        self.top_speed = self.top_speed.max(self.state.w.abs());
+        if !(self.state.w.abs() <= FASTEST) {
+            return Err(self.fault(Failure::Unbounded { time: c.end().hi }, time));
+        }
+        if let Some(at) = reversal {
+            self.record_reversal(time + at);
+        }
+        Ok(())
+    }
+
+    /// Adds increments of φ, u and M_an to the state.
+    pub(super) fn add<const N: usize>(&mut self, increment: &[f64; N]) {
         self.state.angle = self.state.angle + Double::from(increment[0]);
         self.state.u = self.state.u + Double::from(increment[1]);
         self.state.torque += increment.get(2).copied().unwrap_or(0.0);
@@ -378,22 +401,18 @@ impl RigidMachine {
             self.take_turns((self.state.angle.hi / TAU).round());
         }
         self.state.w = self.state.u.hi / self.inertia_now()[0].sqrt();
-        self.travelled += increment[0].abs();
-        self.top_speed = self.top_speed.max(self.state.w.abs());
-        if !(self.state.w.abs() <= FASTEST) {
-            return Err(self.fault(Failure::Unbounded { time: c.end().hi }, time));
-        }
-        if let Some(at) = reversal {
-            self.events.push(Event {
-                time: time + at,
-                kind: "reversal of the shaft",
-                quantity: "acceleration",
-                value: self.net_torque(0.0) / self.inertia_now()[0],
-                unit: "rad/s2",
-                solver: false,
-            });
-        }
-        Ok(())
+    }
+
+    /// Tells of the shaft's reversal at `time` [s].
+    pub(super) fn record_reversal(&mut self, time: f64) {
+        self.events.push(Event {
+            time,
+            kind: "reversal of the shaft",
+            quantity: "acceleration",
+            value: self.net_torque(0.0) / self.inertia_now()[0],
+            unit: "rad/s2",
+            solver: false,
+        });
     }
 
     /// Moves whole turns from the angle to their counter.
@@ -407,7 +426,7 @@ impl RigidMachine {
     }
 
     /// The shaft passed a border of its interval.
-    fn change_interval(&mut self, upward: bool) {
+    pub(super) fn change_interval(&mut self, upward: bool) {
         let last = self.inertia.borders().len() - 1;
         self.state.interval = match (self.state.interval, upward) {
             (i, true) if i == last => {

@@ -11,6 +11,7 @@ use crate::motion::{Fourier, MotionLaw, StandardLaw, Table};
 use crate::numerics::double_double::two_product;
 
 mod estimate;
+mod fixed_cost;
 
 /// The main drive of a rapier loom: gripper and sley, cosine and sine coefficients in m.
 const GRIPPER: [f64; 7] = [0.34538, -0.46256, 0.10175, 0.015451, 0.0056952, -0.0025225, -0.0023031];
@@ -163,12 +164,8 @@ fn a_stiff_motor() {
 fn a_tolerance_finer_than_rounding_allows_costs_no_more_steps() {
     // A motor whose torque follows the rounding of the speed: constant inertia, breakdown slip 1e-6, from standstill.
     let steps = [1e-12, 1e-13, 1e-14].map(|tolerance| {
-        let motor = Motor::Kloss {
-            breakdown_torque: 60.0,
-            breakdown_slip: 1e-6,
-            synchronous_speed: 60.0,
-            dynamics: None,
-        };
+        let motor =
+            Motor::Kloss { breakdown_torque: 60.0, breakdown_slip: 1e-6, synchronous_speed: 60.0, dynamics: None };
         let scene = Scene {
             inertia: InertiaFunction { constant: 1e-3, varying: None },
             followers: vec![],

@@ -7,21 +7,21 @@ use super::*;
 use crate::numerics::collocation::{Collocation, System};
 
 /// Numbers that look random and are the same in every run (an affine congruence modulo 2⁶⁴).
-struct Random(u64);
+pub(super) struct Random(pub u64);
 
 impl Random {
     /// From 0 to 1.
-    fn part(&mut self) -> f64 {
+    pub(super) fn part(&mut self) -> f64 {
         self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         (self.0 >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    fn between(&mut self, low: f64, high: f64) -> f64 {
+    pub(super) fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.part()
     }
 
     /// Evenly distributed orders of magnitude.
-    fn order(&mut self, low: f64, high: f64) -> f64 {
+    pub(super) fn order(&mut self, low: f64, high: f64) -> f64 {
         low * (high / low).powf(self.part())
     }
 }
@@ -33,7 +33,7 @@ struct Original<'a> {
     driving: [f64; 3],
 }
 
-fn polynomial([a, b, c]: [f64; 3], t: f64) -> f64 {
+pub(super) fn polynomial([a, b, c]: [f64; 3], t: f64) -> f64 {
     a + t * (b + t * c)
 }
 
@@ -80,7 +80,7 @@ impl System<3> for Original<'_> {
 }
 
 /// A machine, its load and its driving torque, and how long it runs [s].
-fn random_machine(r: &mut Random, kind: usize) -> (Scene, [f64; 3], [f64; 3], f64) {
+pub(super) fn random_machine(r: &mut Random, kind: usize) -> (Scene, [f64; 3], [f64; 3], f64) {
     let constant = r.order(0.05, 5.0);
     let followers = (0..(4.0 * r.part()) as usize)
         .map(|_| {
@@ -128,7 +128,7 @@ fn random_machine(r: &mut Random, kind: usize) -> (Scene, [f64; 3], [f64; 3], f6
 }
 
 /// The true error of the states and its estimate.
-fn errors(scene: Scene, load: [f64; 3], driving: [f64; 3], duration: f64) -> Option<[f64; 2]> {
+pub(super) fn errors(scene: Scene, load: [f64; 3], driving: [f64; 3], duration: f64) -> Option<[f64; 2]> {
     let mut machine = started(scene);
     let twin = machine.clone();
     let truth = Original { machine: &twin, load, driving };
