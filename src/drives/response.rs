@@ -29,6 +29,7 @@ use error_bound::{ErrorBound, Made};
 use leap::Leap;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
+use stride::Stride;
 
 /// The part of the tolerance that one step may take up: so little that a thousand steps in a row, as a weakly damped
 /// oscillator adds them up, keep it.
@@ -58,10 +59,8 @@ pub struct Response {
     motion: AngleMotion,
     /// Bounds of |U′| [m/rad] and |U″| [m/rad²].
     bounds: [f64; 2],
-    closed: bool,
     closed_form: ClosedForm,
-    leap: Leap,
-    piece: Piece,
+    course: Course,
     /// Until when `motion` is valid [s].
     until: f64,
     /// Restarts of the closed form and pieces since the response was made.
@@ -72,6 +71,18 @@ pub struct Response {
     bound: ErrorBound,
     /// The largest estimate of the error of q so far, relative to the largest |q| up to then.
     pub error: f64,
+}
+
+/// By what the motion goes on at present, with what is kept for it: one of them at a time, in the same memory. None is
+/// boxed, since a step does not allocate.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+enum Course {
+    /// The closed form, in equal steps.
+    Closed(Stride),
+    /// One quadrature for each communication step.
+    Leaps(Leap),
+    /// Pieces that follow the motion of the cam.
+    Pieces(Piece),
 }
 
 /// The current piece of the motion.
@@ -95,10 +106,8 @@ impl Response {
             tolerance,
             motion: AngleMotion::uniform(0.0, 0.0, 0.0),
             bounds: [law.bound(1), law.bound(2)],
-            closed: true,
             closed_form: ClosedForm::new(order),
-            leap: Leap::new(law.series()),
-            piece: Piece::default(),
+            course: Course::Closed(Stride::new()),
             until: f64::INFINITY,
             steps: 0.0,
             evaluations: 0.0,
@@ -112,6 +121,11 @@ impl Response {
         &self.oscillator
     }
 
+    /// The cam moves like this from the next restart or leap on.
+    pub fn follow(&mut self, motion: AngleMotion) {
+        self.motion = motion;
+    }
+
     /// The motion of the cam.
     pub fn motion(&self) -> &AngleMotion {
         &self.motion
@@ -120,7 +134,10 @@ impl Response {
     /// Changes the oscillator; valid after the next restart.
     pub fn set_oscillator(&mut self, oscillator: Oscillator) {
         self.oscillator = oscillator;
-        self.leap.clear();
+        self.closed_form.clear();
+        if let Course::Leaps(leap) = &mut self.course {
+            leap.clear();
+        }
     }
 
     /// Starts at `time` [s] from `state` = q, q̇ on `motion`, which is valid up to `until` [s].
@@ -134,8 +151,8 @@ impl Response {
     ) -> Result<(), Fault> {
         (self.motion, self.until) = (*motion, until);
         let w = motion.coefficients[1];
-        self.closed = motion.is_uniform() && (law.series().is_some() || w == 0.0);
-        if self.closed {
+        if motion.is_uniform() && (law.series().is_some() || w == 0.0) {
+            self.course = Course::Closed(Stride::new());
             self.closed_form.restart(&self.oscillator, law.series(), motion, time, state);
             (self.steps, self.evaluations) = (self.steps + 1.0, self.evaluations + 1.0);
             let order = law.series().map_or(0.0, |series| series.order() as f64);
@@ -143,30 +160,27 @@ impl Response {
             Ok(())
         } else {
             let local = self.local(two_sum(time, 0.0));
-            self.piece.segment = law.segment(local.angle[0], local.forward());
-            self.piece.leaves = 0;
-            self.next_piece(law, Double::from(time), state)
+            let segment = law.segment(local.angle[0], local.forward());
+            self.next_piece(law, segment, Double::from(time), state)
         }
     }
 
-    /// q, q̇ at `end` [s] from `state` at `time` on `motion`, where one quadrature reaches so far.
-    pub fn leap(
-        &mut self,
-        law: &MotionLaw,
-        motion: &AngleMotion,
-        [time, end]: [f64; 2],
-        state: [f64; 2],
-    ) -> Option<[f64; 2]> {
+    /// q, q̇ at `end` [s] from `state` at `time`, where one quadrature reaches so far.
+    pub fn leap(&mut self, law: &MotionLaw, [time, end]: [f64; 2], state: [f64; 2]) -> Option<[f64; 2]> {
         let series = law.series()?;
-        self.motion = *motion;
         let local = self.local(Double::from(time));
-        let landing =
-            self.leap.over(&self.oscillator, series, self.bounds, &local, end - time, state, self.tolerance)?;
+        let rule = leap::rule(&self.oscillator, series, &local, end - time, SHARE * self.tolerance)?;
+        if !matches!(self.course, Course::Leaps(_)) {
+            self.course = Course::Leaps(Leap::new(series));
+        }
+        let Course::Leaps(leap) = &mut self.course else { return None };
+        let landing = leap.over(&self.oscillator, series, self.bounds, &local, end - time, state, rule);
+        let decay = leap.decay();
         (self.steps, self.evaluations) = (self.steps + 1.0, self.evaluations + landing.evaluations as f64);
         let order = series.order() as f64;
         let made =
             Made { length: end - time, error: landing.error, forcing: landing.forcing, order, state: landing.state };
-        self.add_error(self.leap.decay(), &made);
+        self.add_error(decay, &made);
         Some(landing.state)
     }
 
@@ -177,25 +191,30 @@ impl Response {
 
     /// Cam and mass at `time` [s] in closed form, for a Fourier law at constant speed.
     pub fn closed(&mut self, law: &MotionLaw, time: f64) -> Option<Instant> {
-        if !self.closed || law.series().is_none() {
-            return None;
-        }
+        let Course::Closed(stride) = &mut self.course else { return None };
+        law.series()?;
         self.evaluations += 1.0;
-        Some(self.closed_form.at(&self.oscillator, time))
+        Some(self.closed_form.at(stride, &self.oscillator, &self.motion, time))
     }
 
     /// q, q̇ at `time` [s], which must not lie before the piece that an earlier call has reached.
     pub fn at(&mut self, law: &MotionLaw, time: f64) -> Result<[f64; 2], Fault> {
-        if self.closed {
-            self.evaluations += 1.0;
-            return Ok(self.closed_form.at(&self.oscillator, time).q);
+        loop {
+            let piece = match &mut self.course {
+                Course::Closed(stride) => {
+                    self.evaluations += 1.0;
+                    return Ok(self.closed_form.at(stride, &self.oscillator, &self.motion, time).q);
+                }
+                Course::Leaps(_) => return Err(Fault::new("the response has not been restarted after a leap")),
+                Course::Pieces(piece) => piece,
+            };
+            let Piece { start, end, segment, leaves, .. } = *piece;
+            if (Double::from(time) - end).hi <= 0.0 {
+                return Ok(piece.step.at(&self.oscillator, (Double::from(time) - start).hi));
+            }
+            let state = piece.step.at(&self.oscillator, (end - start).hi);
+            self.next_piece(law, neighbour(law, segment, leaves), end, state)?;
         }
-        let time = Double::from(time);
-        while (time - self.piece.end).hi > 0.0 {
-            let state = self.piece.step.at(&self.oscillator, (self.piece.end - self.piece.start).hi);
-            self.next_piece(law, self.piece.end, state)?;
-        }
-        Ok(self.piece.step.at(&self.oscillator, (time - self.piece.start).hi))
     }
 
     /// q, q̇ at `time` [s] of the motion that repeats itself every turn at constant speed.
@@ -278,16 +297,15 @@ impl Response {
         Local { angle, degree }
     }
 
-    /// Lays the next piece, from `start` [s] and `state`.
-    fn next_piece(&mut self, law: &MotionLaw, start: Double, state: [f64; 2]) -> Result<(), Fault> {
-        self.piece.segment = neighbour(law, self.piece.segment, self.piece.leaves);
+    /// Lays the next piece, in `segment` of the law from `start` [s] and `state`.
+    fn next_piece(&mut self, law: &MotionLaw, mut segment: usize, start: Double, state: [f64; 2]) -> Result<(), Fault> {
         let mut local = self.local(start);
         // Infinity has no double-double.
         let horizon = if self.until.is_finite() { (Double::from(self.until) - start).hi } else { f64::INFINITY };
         let (mut length, mut leaves);
         let mut borders = 0;
         loop {
-            let resolution = law.resolution_in(self.piece.segment);
+            let resolution = law.resolution_in(segment);
             length = local.length_for(2.0 / resolution);
             if self.until.is_finite() && !(horizon <= length * MOST_PIECES) {
                 return Err(Fault(format!(
@@ -296,19 +314,18 @@ impl Response {
                 )));
             }
             length = length.min(horizon.max(f64::MIN_POSITIVE));
-            (length, leaves) = self.way_to_border(law, &mut local, length);
+            (length, leaves) = way_to_border(law, segment, &mut local, length);
             // At a start right on a border the segment may be the wrong neighbour.
             if length > 0.0 || borders > law.breakpoints().len() {
                 break;
             }
-            self.piece.segment = neighbour(law, self.piece.segment, leaves);
+            segment = neighbour(law, segment, leaves);
             borders += 1;
         }
         if length == 0.0 {
             // No neighbour is right: the cam rests on the border to within rounding.
             length = local.length_for(OVERSHOOT).min(horizon);
         }
-        let segment = self.piece.segment;
         let whole = length;
         let fit = loop {
             length = admissible_length(&self.oscillator, length);
@@ -337,29 +354,29 @@ impl Response {
             length *= 0.5;
         };
         self.steps += 1.0;
-        self.piece.leaves = if length == whole { leaves } else { 0 };
-        (self.piece.start, self.piece.end) = (start, start + Double::from(length));
-        self.piece.step = ForcedStep::new(&self.oscillator, length, fit.polynomial, state);
+        let leaves = if length == whole { leaves } else { 0 };
+        let step = ForcedStep::new(&self.oscillator, length, fit.polynomial, state);
+        self.course = Course::Pieces(Piece { start, end: start + Double::from(length), segment, leaves, step });
         Ok(())
     }
+}
 
-    /// Moves the angle of `local` into the current segment; how far within `length` the cam stays in it, and
-    /// through which border it leaves.
-    fn way_to_border(&self, law: &MotionLaw, local: &mut Local, length: f64) -> (f64, i8) {
-        let breakpoints = law.breakpoints();
-        let (n, segment) = (breakpoints.len(), self.piece.segment);
-        if n == 0 {
-            return (length, 0);
-        }
-        let lower = breakpoints[segment];
-        let upper = if segment + 1 < n { breakpoints[segment + 1] } else { breakpoints[0] + TAU };
-        let middle = 0.5 * (lower + upper);
-        local.angle[0] -= TAU * ((local.angle[0] - middle) / TAU).round();
-        let exit = bernstein::first_exit(&local.scaled(length), local.degree, lower - OVERSHOOT, upper + OVERSHOOT);
-        match exit {
-            None => (length, 0),
-            Some(part) => (part * length, if local.at(part * length)[0] > middle { 1 } else { -1 }),
-        }
+/// Moves the angle of `local` into `segment`; how far within `length` the cam stays in it, and
+/// through which border it leaves.
+fn way_to_border(law: &MotionLaw, segment: usize, local: &mut Local, length: f64) -> (f64, i8) {
+    let breakpoints = law.breakpoints();
+    let n = breakpoints.len();
+    if n == 0 {
+        return (length, 0);
+    }
+    let lower = breakpoints[segment];
+    let upper = if segment + 1 < n { breakpoints[segment + 1] } else { breakpoints[0] + TAU };
+    let middle = 0.5 * (lower + upper);
+    local.angle[0] -= TAU * ((local.angle[0] - middle) / TAU).round();
+    let exit = bernstein::first_exit(&local.scaled(length), local.degree, lower - OVERSHOOT, upper + OVERSHOOT);
+    match exit {
+        None => (length, 0),
+        Some(part) => (part * length, if local.at(part * length)[0] > middle { 1 } else { -1 }),
     }
 }
 

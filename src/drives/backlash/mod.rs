@@ -41,6 +41,7 @@ use flank::{CamFlank, FlankMotion};
 use panel::{Point, Rules};
 use serde::{Deserialize, Serialize};
 use solver::{Run, Stretch, Sums, Tally, release};
+use std::sync::Arc;
 
 /// A drive with backlash as a resolved scene describes it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -92,14 +93,15 @@ pub struct BacklashDrive {
     b: f64,
     s: f64,
     e: f64,
-    bodies: Bodies,
+    /// The bodies with the parameters of the last start; shared by all instances with the same ones.
+    bodies: Arc<Bodies>,
     /// Bounds of |U|, |U′|, |U″|, with the parameters of the last start.
     bounds: [f64; 3],
     /// The motion of the shaft around the communication point.
     motion: AngleMotion,
     run: Option<Box<Run>>,
-    /// The end of the last step, before inputs jump.
-    end: Now,
+    /// Mode and state at the end of the last step, before inputs jump.
+    end: (Mode, Point),
     /// The communication point as the outputs show it.
     now: Now,
     /// The length of the last communication step [s]; 0 before the first.
@@ -157,7 +159,7 @@ impl BacklashDrive {
         let limits = (self.horizon(0.0), Rules::terms_for(self.tolerance()));
         let run = Run::new(&self.bodies, &self.flank(), Double::from(time), from, limits);
         self.show(&run, time);
-        self.end = self.now;
+        self.end = (self.now.mode, self.now.point);
         self.run = Some(Box::new(run));
     }
 
@@ -196,22 +198,22 @@ impl BacklashDrive {
     /// towards it.
     fn take_up(
         (bodies, flank): (&Bodies, &CamFlank),
-        end: &Now,
+        (from, end): &(Mode, Point),
         run: &mut Run,
         time: f64,
         log: &mut EventLog,
     ) -> (Mode, State, usize) {
         let place = (Double::from(time), flank.segment(Double::from(time)));
         let u = flank.at(place.1, place.0);
-        let jump = [u.0[0] - end.point.u[0], u.0[1] - end.point.u[1]];
+        let jump = [u.0[0] - end.u[0], u.0[1] - end.u[1]];
         let resolution = bodies.resolution(flank, place.0);
-        let mut state = end.point.state;
-        match end.mode {
+        let mut state = end.state;
+        match *from {
             Mode::Contact(contact) => {
                 state.q = [state.q[0] - jump[0], state.q[1] - jump[1]];
                 run.push(bodies.m1 * jump[1], flank.slope(place.1, place.0));
                 let (mode, zeros) =
-                    if bodies.s == 0.0 { (end.mode, 0) } else { bodies.settle(contact, state.q, &u, resolution) };
+                    if bodies.s == 0.0 { (*from, 0) } else { bodies.settle(contact, state.q, &u, resolution) };
                 if mode == Mode::Free {
                     log.push(release(contact, place.0, ("force", bodies.force(state.q, &u)[0], "N")));
                 }
@@ -220,7 +222,7 @@ impl BacklashDrive {
             Mode::Free => {
                 state.zeta = [state.zeta[0] - jump[0], state.zeta[1] - jump[1]];
                 // What the differences above round to.
-                let rounding = [0, 1].map(|n| 8.0 * f64::EPSILON * (u.0[n].abs() + end.point.u[n].abs()));
+                let rounding = [0, 1].map(|n| 8.0 * f64::EPSILON * (u.0[n].abs() + end.u[n].abs()));
                 for contact in [Flank::A, Flank::B] {
                     let sign = contact.sign();
                     let beyond = bodies.place(contact) - state.home - state.zeta[0];
@@ -267,10 +269,10 @@ impl Drive for BacklashDrive {
             b,
             s,
             e,
-            bodies: Bodies::new(m1, m2, c, b, s, e),
+            bodies: Arc::new(Bodies::new(m1, m2, c, b, s, e)),
             bounds: [0.0; 3],
             run: None,
-            end: now,
+            end: (now.mode, now.point),
             now,
             step: 0.0,
             sums: Sums::default(),
@@ -305,7 +307,10 @@ impl Drive for BacklashDrive {
         self.solver.start();
         self.log.clear();
         (self.step, self.sums) = (0.0, Sums::default());
-        self.bodies = Bodies::new(self.m1, self.m2, self.c, self.b, self.s, self.e);
+        let bodies = Bodies::new(self.m1, self.m2, self.c, self.b, self.s, self.e);
+        if *self.bodies != bodies {
+            self.bodies = Arc::new(bodies);
+        }
         self.bounds = [0, 1, 2].map(|order| self.cam.law.bound(order));
         self.cam.start(time);
         self.motion = self.cam.motion(time);
@@ -366,7 +371,7 @@ impl Drive for BacklashDrive {
         self.step = step;
         if input {
             self.sums = run.sums(&self.bodies, &flank, end, horizon);
-            self.end = self.now;
+            self.end = (self.now.mode, self.now.point);
         }
         if self.solver.steps != run.tally.panels {
             self.solver.steps = run.tally.panels;

@@ -52,8 +52,9 @@ pub struct Origin {
 pub struct Run {
     /// The current panel.
     pub panel: Panel,
-    /// Where it began.
-    origin: Origin,
+    /// The order of the zero with which its gap begins, and its longest length [s].
+    zeros: usize,
+    longest: f64,
     /// Where the panel began in which the communication step started, and when the step did [s].
     begin: (Origin, f64),
     /// Whether that is the current panel.
@@ -92,7 +93,8 @@ impl Run {
         let origin = Origin { place: (time, flank.segment(time)), from, longest };
         Run {
             panel: origin.panel(bodies, flank, rules),
-            origin,
+            zeros: from.2,
+            longest,
             begin: (origin, 0.0),
             begin_is_current: true,
             tally: Tally::default(),
@@ -113,12 +115,18 @@ impl Run {
         longest: f64,
     ) {
         if self.begin_is_current {
-            (self.begin.0, self.begin_is_current) = (self.origin, false);
+            (self.begin.0, self.begin_is_current) = (self.origin(), false);
         }
-        self.origin = Origin { place, from, longest };
+        (self.zeros, self.longest) = (from.2, longest);
         self.panel.lay(bodies, flank, place, from, longest, self.rules);
         self.tally.panels += 1.0;
         self.work += 1.0;
+    }
+
+    /// Where the current panel began.
+    fn origin(&self) -> Origin {
+        let Panel { start, segment, mode, state, .. } = self.panel;
+        Origin { place: (start, segment), from: (mode, state, self.zeros), longest: self.longest }
     }
 
     /// A communication step begins; nothing has been pushed yet.
@@ -156,8 +164,14 @@ impl Run {
     /// ∫ F_K dt + ΣP and ∫ U′ F_K dt + Σ U′P over the last communication step, which ends at `end` [s]. They are
     /// computed when somebody asks: the step is taken once more, now with the integrals.
     pub fn sums(&self, bodies: &Bodies, flank: &impl FlankMotion, end: f64, horizon: f64) -> Sums {
-        let origin = if self.begin_is_current { self.origin } else { self.begin.0 };
-        let mut again = Run { panel: origin.panel(bodies, flank, self.rules), origin, work: 0.0, ..*self };
+        let origin = if self.begin_is_current { self.origin() } else { self.begin.0 };
+        let mut again = Run {
+            panel: origin.panel(bodies, flank, self.rules),
+            zeros: origin.from.2,
+            longest: origin.longest,
+            work: 0.0,
+            ..*self
+        };
         let mut log = EventLog::counting();
         let mut integral = Integral { from: again.theta(self.begin.1), sums: self.pushed };
         let mut stretch = Stretch { end, horizon, log: &mut log };

@@ -46,7 +46,7 @@ impl BacklashDrive {
     /// q, q̇ of the periodic response in permanent contact: x = M x + r, where M is the free motion over a period
     /// and r the response from rest.
     fn contact_orbit(&self, time: f64, period: f64) -> Result<[f64; 2], Fault> {
-        let locked = Bodies { s: 0.0, ..self.bodies };
+        let locked = Bodies { s: 0.0, ..*self.bodies };
         let flank = CamFlank { law: &self.cam.law, motion: &self.motion, bounds: self.bounds };
         let place = Double::from(time);
         let contact = (Mode::Contact(super::Flank::A), State::default(), 0);

@@ -61,8 +61,6 @@ pub struct ElasticOutput {
     response: Response,
     /// m, c, b of the response: the tunable parameters as they were last taken up.
     built_for: [f64; 3],
-    /// The motion of the shaft on which `now` lies.
-    motion: AngleMotion,
     /// The communication point, after inputs were taken up.
     now: Moment,
     /// Whether the inputs for the next step have been taken up.
@@ -167,25 +165,26 @@ impl ElasticOutput {
 
     /// The cam at the communication point.
     fn position(&self) -> Position {
-        Position::of(&self.cam.law, &self.motion, self.now.time)
+        Position::of(&self.cam.law, self.response.motion(), self.now.time)
     }
 
     /// Takes up the motion that the inputs give at `time` [s]. The mass keeps position and velocity where they jump:
     /// q⁺ = q⁻ − Δx, q̇⁺ = q̇⁻ − Δẋ.
     fn take_up_inputs(&mut self, time: f64) {
-        self.motion = self.cam.motion(time);
+        let motion = self.cam.motion(time);
         let (before, [q, v]) = &self.before;
-        let position = before
-            .beside(&self.cam.law, &self.motion, time)
-            .unwrap_or_else(|| Position::of(&self.cam.law, &self.motion, time));
+        let position =
+            before.beside(&self.cam.law, &motion, time).unwrap_or_else(|| Position::of(&self.cam.law, &motion, time));
         let [dx, dx_dot] = jump(&self.cam.law, before, &position);
         self.now = position.moment([q - dx, v - dx_dot]);
+        self.response.follow(motion);
         self.taken_up = true;
     }
 
     /// Lets the response go on from `now`, on a motion that is valid up to `until` [s].
     fn restart(&mut self, until: f64) -> Result<(), Fault> {
-        self.response.restart(&self.cam.law, &self.motion, self.now.time, until, self.now.q)
+        let motion = *self.response.motion();
+        self.response.restart(&self.cam.law, &motion, self.now.time, until, self.now.q)
     }
 }
 
@@ -228,7 +227,6 @@ impl Drive for ElasticOutput {
             solver: Solver::new(solver),
             response,
             built_for: [m, c, b],
-            motion: AngleMotion::uniform(0.0, 0.0, 0.0),
             now: Moment::default(),
             taken_up: false,
             before: Default::default(),
@@ -268,7 +266,7 @@ impl Drive for ElasticOutput {
         self.built_for = [self.m, self.c, self.b];
         self.taken_up = false;
         let q = self.initial_state(time)?;
-        self.motion = self.cam.motion(time);
+        self.response.follow(self.cam.motion(time));
         self.arrive(time, q)?;
         if !self.cam.is_input() {
             self.restart(f64::INFINITY)?;
@@ -300,7 +298,7 @@ impl Drive for ElasticOutput {
             self.cam.step_done();
             self.taken_up = false;
             let (law, q) = (&self.cam.law, self.now.q);
-            if let Some(q) = self.response.leap(law, &self.motion, [time, end], q) {
+            if let Some(q) = self.response.leap(law, [time, end], q) {
                 self.count();
                 return self.arrive(end, q);
             }
@@ -340,7 +338,7 @@ impl Drive for ElasticOutput {
 impl ElasticOutput {
     /// The mass is at `q` at `time` [s].
     fn arrive(&mut self, time: f64, q: [f64; 2]) -> Result<(), Fault> {
-        let position = Position::of(&self.cam.law, &self.motion, time);
+        let position = Position::of(&self.cam.law, self.response.motion(), time);
         self.now = position.moment(q);
         if self.cam.is_input() {
             self.before = (position, q);

@@ -42,7 +42,7 @@ use serde::{Deserialize, Serialize};
 use solver::{Pace, Twist};
 use std::f64::consts::TAU;
 use std::sync::Arc;
-use turn::Turn;
+use turn::Table;
 
 /// The drive as a scene describes it, coherent SI.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -88,9 +88,10 @@ pub struct ElasticShaft {
     /// The internal step of fixed cost at constant speed where none is asked for [s].
     usual_step: f64,
     energy: Energy,
-    /// The linear equation at constant speed, tabulated over its period; follows from the parameters.
+    /// The linear equation at constant speed over its period; follows from the parameters, and all instances with the
+    /// same ones share it.
     #[serde(skip)]
-    table: Option<Arc<PeriodMap>>,
+    table: Option<Arc<Table>>,
     /// The way through the table; None while the integrator is at work.
     course: Option<Course>,
     /// The segment of the law at the end of the integrator's last step.
@@ -160,12 +161,17 @@ impl ElasticShaft {
         });
     }
 
-    /// Tabulates the equation over a period where it is linear and the speed constant; None where it is not, and
-    /// where a table would be too long.
-    fn tabulate(&self, equation: Equation) -> Option<Arc<PeriodMap>> {
-        let DriveMode::Constant { w, phi_start } = self.cam.mode else { return None };
-        let turn = Turn::new(equation, &self.cam.law, w, phi_start)?;
-        PeriodMap::new(&turn, self.solver.effective_tolerance()).map(Arc::new)
+    /// Tabulates the equation over a period, unless it is tabulated already.
+    fn tabulate(&mut self, equation: Equation) {
+        let tolerance = self.solver.effective_tolerance();
+        if !self.table.as_ref().is_some_and(|table| table.is_for(equation, &self.cam, tolerance)) {
+            self.table = Some(Arc::new(Table::new(equation, &self.cam, tolerance)));
+        }
+    }
+
+    /// The table, where there is one.
+    fn map(&self) -> Option<&PeriodMap> {
+        self.table.as_ref()?.map.as_ref()
     }
 
     /// A step that leaves the present cell of the table, or goes without one.
@@ -176,7 +182,8 @@ impl ElasticShaft {
             // Tabulating anew would allocate within a step, and who tunes once may tune again.
             self.course = None;
         }
-        let (Some(course), Some(table)) = (&mut self.course, &self.table) else { return self.integrate(time, target) };
+        let table = self.table.as_ref().and_then(|table| table.map.as_ref());
+        let (Some(course), Some(table)) = (&mut self.course, table) else { return self.integrate(time, target) };
         course.reach(table, target).map_err(|fault| solver::unbounded(fault.time, self.linear))?;
         (self.twist, self.time) = (course.at(target), target);
         self.solver.steps = course.steps as f64;
@@ -265,7 +272,8 @@ impl ElasticShaft {
             )),
             StartMode::SteadyState => {
                 let (time, table) = (self.time, self.table.clone());
-                self.with_twist(|twist, _| steady::periodic(twist, time, tolerance, table.as_deref()))
+                let map = table.as_ref().and_then(|table| table.map.as_ref());
+                self.with_twist(|twist, _| steady::periodic(twist, time, tolerance, map))
             }
         }
     }
@@ -280,7 +288,7 @@ impl Drive for ElasticShaft {
         let Scene { m, inertia, c, b, linear, cam, drive, start, solver } = scene;
         let cam = CamDrive::new(cam, drive);
         let motion = cam.motion(0.0);
-        let drive = ElasticShaft {
+        let mut drive = ElasticShaft {
             m,
             inertia,
             c,
@@ -304,6 +312,9 @@ impl Drive for ElasticShaft {
             log: EventLog::default(),
         };
         drive.validate()?;
+        if drive.cam.law.validate().is_ok() {
+            drive.tabulate(drive.equation());
+        }
         Ok(drive)
     }
 
@@ -335,13 +346,13 @@ impl Drive for ElasticShaft {
         self.solver.start();
         self.motion = self.cam.motion(time);
         self.integrator = Collocation::new(Double::from(time), [0.0; 2]);
-        self.table = self.tabulate(self.equation());
+        self.tabulate(self.equation());
         self.twist = self.initial_twist(self.solver.effective_tolerance())?;
         self.restart_integrator();
-        self.course = self.table.as_ref().map(|table| Course::new(table, time, self.twist));
-        if let Some(table) = &self.table {
-            self.solver.evaluations = table.evaluations() as f64;
-            self.solver.error_estimate = RESERVE_OF_TABLE * table.error();
+        self.course = self.map().map(|map| Course::new(map, time, self.twist));
+        if let Some((evaluations, error)) = self.map().map(|map| (map.evaluations(), map.error())) {
+            self.solver.evaluations = evaluations as f64;
+            self.solver.error_estimate = RESERVE_OF_TABLE * error;
         }
         self.energy = Energy::default();
         self.remember();
@@ -396,11 +407,11 @@ impl Drive for ElasticShaft {
     }
 
     fn restored(&mut self) {
-        let Some(course) = &self.course else { return };
+        let Some(course) = self.course.clone() else { return };
         // A state on the table was reached with the parameters of the last step.
         let [m, c, b] = self.used;
-        self.table = self.tabulate(Equation { m, c, b, ..self.equation() });
-        if !self.table.as_ref().is_some_and(|table| course.is_in(table)) {
+        self.tabulate(Equation { m, c, b, ..self.equation() });
+        if !self.map().is_some_and(|map| course.is_in(map)) {
             self.course = None;
             self.restart_integrator();
         }

@@ -1,18 +1,51 @@
-//! The linear equation at constant speed as one with periodic coefficients.
+//! The linear equation at constant speed as one with periodic coefficients, and its table.
 
 use super::equation::{Cam, Equation, Flow};
 use super::solver::REACH;
+use crate::drives::cam_drive::{CamDrive, DriveMode};
 use crate::motion::MotionLaw;
 use crate::numerics::angle;
 use crate::numerics::double_double::Double;
-use crate::numerics::period_map::{Coefficients, Periodic};
+use crate::numerics::period_map::{Coefficients, PeriodMap, Periodic};
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 /// 2π in double-double.
 pub const TURN: Double = Double { hi: TAU, lo: 2.449_293_598_294_706_4e-16 };
 
 /// A breakpoint this near the start of the turn counts as lying there [rad]: more than the rounding of an angle.
 const SLACK: f64 = 1e-12;
+
+/// The equation tabulated over its period, and what it was tabulated for.
+#[derive(Debug)]
+pub struct Table {
+    equation: Equation,
+    law: Arc<MotionLaw>,
+    mode: DriveMode,
+    tolerance: f64,
+    /// None where the equation is not linear, the speed not constant or the table too long.
+    pub map: Option<PeriodMap>,
+}
+
+impl Table {
+    /// Tabulates the equation for this cam to the relative `tolerance`.
+    pub fn new(equation: Equation, cam: &CamDrive, tolerance: f64) -> Self {
+        let (law, mode) = (cam.law.clone(), cam.mode.clone());
+        let map = match mode {
+            DriveMode::Constant { w, phi_start } => {
+                Turn::new(equation, &law, w, phi_start).and_then(|turn| PeriodMap::new(&turn, tolerance))
+            }
+            DriveMode::Input => None,
+        };
+        Table { equation, law, mode, tolerance, map }
+    }
+
+    /// Whether it is the table of this equation, this cam and this tolerance.
+    pub fn is_for(&self, equation: Equation, cam: &CamDrive, tolerance: f64) -> bool {
+        let same = self.equation == equation && self.mode == cam.mode && self.tolerance == tolerance;
+        same && (Arc::ptr_eq(&self.law, &cam.law) || self.law == cam.law)
+    }
+}
 
 /// A turn of the cam from `phi_start` at constant speed.
 pub struct Turn<'a> {

@@ -28,16 +28,12 @@ const UNFELT: f64 = 1e-17;
 /// The closed form from its start on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ClosedForm {
-    /// φ at the time `origin` [s] and its rate [rad, rad/s].
-    angle: f64,
-    rate: f64,
-    origin: f64,
     /// When it started [s].
     start: f64,
     /// φ and, where the free motion oscillates, its phase since the start.
     phases: Phases,
-    /// The speed and the oscillator for which the harmonics were computed.
-    holds_for: Option<(f64, Oscillator)>,
+    /// The speed for which the harmonics were computed.
+    holds_for: Option<f64>,
     /// a₀ [m].
     mean: f64,
     harmonics: Vec<Harmonic>,
@@ -51,7 +47,6 @@ pub struct ClosedForm {
     free: FreeMotion,
     /// When the free motion has died away [s].
     settled: f64,
-    stride: Stride,
 }
 
 /// What one harmonic adds to U, U′, q and q̇: `cosine` cos kφ + `sine` sin kφ. Aligned for packed arithmetic.
@@ -66,9 +61,6 @@ impl ClosedForm {
     /// Room for a law of this order.
     pub fn new(order: usize) -> Self {
         ClosedForm {
-            angle: 0.0,
-            rate: 0.0,
-            origin: 0.0,
             start: 0.0,
             phases: Phases::default(),
             holds_for: None,
@@ -80,8 +72,12 @@ impl ClosedForm {
             offset: [0.0; 2],
             free: FreeMotion::default(),
             settled: f64::INFINITY,
-            stride: Stride::default(),
         }
+    }
+
+    /// Forgets the oscillator.
+    pub fn clear(&mut self) {
+        self.holds_for = None;
     }
 
     /// Starts at `time` [s] from `state` = q, q̇ on `motion`, which has a constant speed; `series` is the law, or None
@@ -95,20 +91,19 @@ impl ClosedForm {
         state: [f64; 2],
     ) {
         let w = motion.coefficients[1];
-        (self.angle, self.rate, self.origin, self.start) = (motion.coefficients[0], w, motion.origin, time);
-        if self.holds_for != Some((w, *oscillator)) {
-            self.holds_for = Some((w, *oscillator));
+        self.start = time;
+        if self.holds_for != Some(w) {
+            self.holds_for = Some(w);
             self.prepare_harmonics(oscillator, series, w);
         }
         let rates = [Double::from(w), oscillator.frequency().unwrap_or_default()];
         self.phases = Phases::new(rates, [(motion.coefficients[0], motion.origin), (0.0, time)]);
         let [s, c] = self.phases.first(time);
-        let driven = self.driven(oscillator, [c, s], time);
+        let driven = self.driven(oscillator, motion, [c, s], time);
         self.offset = [state[0] - driven.q[0], state[1] - driven.q[1]];
         self.free = oscillator.free_motion(self.offset);
         let size = self.size();
         self.settled = time + oscillator.settling(self.offset, size.map(|s| UNFELT * s));
-        self.stride.clear();
     }
 
     /// The largest coefficient of a harmonic of q and q̇: its amplitude, to a factor in [1/√2, 1].
@@ -144,21 +139,22 @@ impl ClosedForm {
         }
     }
 
-    /// Cam and mass at `time` [s], not before the start.
+    /// Cam and mass at `time` [s], not before the start, on the motion of the start; `stride` helps where steps repeat
+    /// themselves.
     #[inline(always)]
-    pub fn at(&mut self, oscillator: &Oscillator, time: f64) -> Instant {
-        let (z, free) = match self.stride.to(time) {
+    pub fn at(&self, stride: &mut Stride, oscillator: &Oscillator, motion: &AngleMotion, time: f64) -> Instant {
+        let (z, free) = match stride.to(time) {
             Some(turned) => turned,
-            None => self.anew(oscillator, time),
+            None => self.anew(stride, oscillator, motion.coefficients[1], time),
         };
-        let mut now = self.driven(oscillator, z, time);
+        let mut now = self.driven(oscillator, motion, z, time);
         now.q = [now.q[0] + free[0], now.q[1] + free[1]];
         now
     }
 
     /// cos φ, sin φ and the free motion at any `time` [s], and the steps from there prepared.
     #[inline(never)]
-    fn anew(&mut self, oscillator: &Oscillator, time: f64) -> Turned {
+    fn anew(&self, stride: &mut Stride, oscillator: &Oscillator, speed: f64, time: f64) -> Turned {
         let (angle, free) = if time > self.settled {
             (self.phases.first(time), [0.0; 2])
         } else {
@@ -170,20 +166,20 @@ impl ClosedForm {
             };
             (angle, free)
         };
-        if let Some(length) = self.stride.unprepared(time) {
-            let (s, c) = angle::reduce(two_product(self.rate, length)).sin_cos();
+        if let Some(length) = stride.unprepared(time) {
+            let (s, c) = angle::reduce(two_product(speed, length)).sin_cos();
             let free = oscillator.free(Double::from(length));
             let order = (self.first + self.distance * self.harmonics.len()) as f64;
-            self.stride.prepare(oscillator, length, [c, s], free, [self.rate, order]);
+            stride.prepare(oscillator, length, [c, s], free, [speed, order]);
         }
         let turned = ([angle[1], angle[0]], free);
-        self.stride.start(time, turned);
+        stride.start(time, turned);
         turned
     }
 
     /// The harmonic response and the cam.
     #[inline(always)]
-    fn driven(&self, oscillator: &Oscillator, z: [f64; 2], time: f64) -> Instant {
+    fn driven(&self, oscillator: &Oscillator, motion: &AngleMotion, z: [f64; 2], time: f64) -> Instant {
         let mut sum = [self.mean, 0.0, 0.0, 0.0];
         if let Some((last, others)) = self.harmonics.split_last() {
             let (turn, mut z) = (power(z, self.distance), power(z, self.first));
@@ -195,15 +191,15 @@ impl ClosedForm {
         }
         let mut now = Instant { u: [sum[0], sum[1]], q: [sum[2], sum[3]] };
         if !self.resonant.is_empty() {
-            self.add_resonant(oscillator, time, &mut now);
+            self.add_resonant(oscillator, motion, time, &mut now);
         }
         now
     }
 
     #[cold]
     #[inline(never)]
-    fn add_resonant(&self, oscillator: &Oscillator, time: f64, now: &mut Instant) {
-        let psi = AngleMotion::uniform(self.origin, self.angle, self.rate).at(time).reduced * self.rate.signum();
+    fn add_resonant(&self, oscillator: &Oscillator, motion: &AngleMotion, time: f64, now: &mut Instant) {
+        let psi = motion.at(time).reduced * motion.coefficients[1].signum();
         for (k, part) in &self.resonant {
             let (s, c) = (*k as f64 * psi).sin_cos();
             let [q, v] = oscillator.resonant(part, c, s, two_sum(time, -self.start));

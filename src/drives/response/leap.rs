@@ -6,7 +6,7 @@
 //!
 //! Source: M. Abramowitz, I. A. Stegun, *Handbook of Mathematical Functions*, section 25.4.29 (error of the rule).
 
-use super::{DEGREE, Local, SHARE, progression};
+use super::{DEGREE, Local, progression};
 use crate::motion::Fourier;
 use crate::numerics::double_double::Double;
 use crate::numerics::forced::apply;
@@ -34,8 +34,8 @@ pub struct Leap {
     length: f64,
     /// How many nodes.
     nodes: usize,
-    /// The places of the nodes [s].
-    places: [f64; MOST_NODES],
+    /// The places of every second node [s]; each of the others lies as far from the end as the one before from the start.
+    places: [f64; MOST_NODES / 2],
     /// Weight times g and ġ at h less the place.
     weights: [[f64; 2]; MOST_NODES],
     /// The free motion over the step.
@@ -59,10 +59,19 @@ pub struct Landing {
     pub evaluations: usize,
 }
 
+/// The fewest nodes that leave no more than the part `share` of the largest integrand, and the part that they leave.
+/// None where no rule does.
+pub fn rule(oscillator: &Oscillator, series: &Fourier, local: &Local, length: f64, share: f64) -> Option<(usize, f64)> {
+    let (_, fast) = oscillator.rates();
+    let theta = 0.5 * length * (fast + local.harmonic_rate(series.order() as f64, length));
+    let mut parts = RULES.into_iter().map(|(n, factor)| (n, factor * theta.powi(2 * n as i32)));
+    parts.find(|(_, part)| *part <= share)
+}
+
 impl Leap {
     /// For the harmonics of this law.
-    pub fn new(series: Option<&Fourier>) -> Self {
-        let (first, stride) = series.map_or((0, 1), progression);
+    pub fn new(series: &Fourier) -> Self {
+        let (first, stride) = progression(series);
         Leap { first, stride, ..Leap::default() }
     }
 
@@ -76,8 +85,7 @@ impl Leap {
         self.decay
     }
 
-    /// From `state` over `length` [s] on the motion `local`; `bounds` are those of |U′| and |U″|. None where no rule
-    /// meets the tolerance.
+    /// From `state` over `length` [s] on the motion `local` by a [`rule`]; `bounds` are those of |U′| and |U″|.
     pub fn over(
         &mut self,
         oscillator: &Oscillator,
@@ -86,16 +94,13 @@ impl Leap {
         local: &Local,
         length: f64,
         state: [f64; 2],
-        tolerance: f64,
-    ) -> Option<Landing> {
+        (nodes, part): (usize, f64),
+    ) -> Landing {
         let (_, fast) = oscillator.rates();
-        let theta = 0.5 * length * (fast + local.harmonic_rate(series.order() as f64, length));
-        let part = |(n, factor): (usize, f64)| factor * theta.powi(2 * n as i32);
-        let rule = RULES.into_iter().find(|rule| part(*rule) <= SHARE * tolerance)?;
         // A rule that is a little better than needed is kept.
-        let kept = rule.0 <= self.nodes && self.nodes <= 2 * rule.0;
+        let kept = nodes <= self.nodes && self.nodes <= 2 * nodes;
         if !kept || !((length - self.length).abs() <= SAME_LENGTH * length) {
-            self.prepare(oscillator, length, rule.0);
+            self.prepare(oscillator, length, nodes);
         }
         let (forced, last) = self.forced(series, local);
         let [q, v] = apply(&self.free, state);
@@ -104,13 +109,13 @@ impl Leap {
         let rate = last - oscillator.stiffness() * q - 2.0 * oscillator.damping() * v;
         let scale = bounds[1] * local.speed(length).powi(2) + bounds[0] * local.acceleration(length);
         // |g| ≤ min(h, 1/|λ|) and |ġ| ≤ 1.
-        let error = part(rule) * length * scale;
-        Some(Landing {
+        let error = part * length * scale;
+        Landing {
             state: [q + rest * v, v + rest * rate],
             error: [error * length.min(1.0 / fast), error],
             forcing: scale,
             evaluations: self.nodes,
-        })
+        }
     }
 
     #[cold]
@@ -120,7 +125,9 @@ impl Leap {
         self.decay = (-oscillator.decay() * length).exp();
         let rule: [[f64; 2]; MOST_NODES] = Gauss::with(nodes).nodes(length);
         for (i, [place, weight]) in rule.into_iter().enumerate() {
-            self.places[i] = place;
+            if i % 2 == 0 {
+                self.places[i / 2] = place;
+            }
             self.weights[i] = oscillator.kernel(length - place).map(|g| weight * g);
         }
     }
@@ -130,7 +137,8 @@ impl Leap {
         let mut sum = [0.0; 2];
         let mut forcing = [0.0; 2];
         for i in (0..self.nodes).step_by(2) {
-            forcing = self.forcing(series, [0, 1].map(|j| local.at(self.places[i + j])));
+            let place = self.places[i / 2];
+            forcing = self.forcing(series, [place, self.length - place].map(|tau| local.at(tau)));
             for j in 0..2 {
                 let [g, rate] = self.weights[i + j];
                 sum = [sum[0] + g * forcing[j], sum[1] + rate * forcing[j]];

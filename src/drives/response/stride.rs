@@ -97,8 +97,8 @@ impl Stride {
         self.lower_rate = [[speed, -oscillator.stiffness()], [0.0, -2.0 * oscillator.damping()]];
     }
 
-    /// Forgets everything.
-    pub fn clear(&mut self) {
-        *self = Stride { time: f64::MIN, ..Stride::default() };
+    /// Before the first point.
+    pub fn new() -> Self {
+        Stride { time: f64::MIN, ..Stride::default() }
     }
 }

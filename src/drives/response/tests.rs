@@ -16,9 +16,8 @@ fn law() -> MotionLaw {
 
 /// The response in pieces where the closed form exists.
 fn restart_in_pieces(r: &mut Response, law: &MotionLaw, motion: &AngleMotion, time: f64, state: [f64; 2]) {
-    (r.motion, r.until, r.closed) = (*motion, f64::INFINITY, false);
-    r.piece.leaves = 0;
-    r.next_piece(law, Double::from(time), state).unwrap();
+    (r.motion, r.until) = (*motion, f64::INFINITY);
+    r.next_piece(law, 0, Double::from(time), state).unwrap();
 }
 
 #[test]
@@ -127,7 +126,10 @@ fn errors_of_a_run(dice: &mut Dice, course: Course) -> Option<[f64; 2]> {
         }
         state = match course {
             Course::Closed | Course::Pieces => tested.at(&law, end).unwrap(),
-            Course::Leaps | Course::RampOfSeries => tested.leap(&law, &moved, [time, end], state)?,
+            Course::Leaps | Course::RampOfSeries => {
+                tested.follow(moved);
+                tested.leap(&law, [time, end], state)?
+            }
         };
         if ramped {
             finest.restart(&law, &moved, time, end, expected).unwrap();
