@@ -312,7 +312,10 @@ impl Drive for RigidMachine {
         if self.start == MachineStart::SteadyState {
             self.start_periodically(time)?;
         }
-        self.grid = self.grid_from(time);
+        self.grid = match self.solver.settings.method {
+            Method::Adaptive => Grid::default(),
+            Method::FixedCost => self.grid_from(time),
+        };
         Ok(())
     }
 
