@@ -58,7 +58,7 @@ fn accuracy() -> Vec<(String, String)> {
         (
             "solver.tolerance",
             "The part of Ü that a series may leave out; it decides the number of terms: 24 for 1e-14, the default, 20 for \
-             1e-10, 16 for 1e-6, 12 for 1e-3. With 12 terms a step costs three quarters of what it does with 24.",
+             1e-10, 16 for 1e-6, 12 for 1e-3. With 16 terms a step costs four fifths of what it does with 24.",
         ),
         (
             "solver.error_estimate",
