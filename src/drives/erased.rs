@@ -12,7 +12,8 @@ pub(super) fn unit<D: Drive>(scene: D::Scene) -> Result<Box<Unit<D>>, Fault> {
     let drive = D::new(scene)?;
     let variables = drive.variables().0;
     let reals = variables.iter().map(Access::of).collect();
-    Ok(Arc::new(Design { initial: drive, variables, reals }).unit())
+    let inputs = variables.iter().map_while(Input::of).collect();
+    Ok(Arc::new(Design { initial: drive, variables, reals, inputs }).unit())
 }
 
 /// A drive as its scene describes it: what all its instances have in common.
@@ -36,6 +37,8 @@ pub trait DynDrive: Send {
     fn peek(&self, reference: u32) -> f64;
     /// Reads a variable, up to date.
     fn get(&mut self, reference: usize) -> Result<f64, Fault>;
+    /// Sets inputs of the type Real, all of them; false, and nothing is set, where one of them takes a closer look.
+    fn put(&mut self, references: &[u32], values: &[f64]) -> bool;
     /// Refuses what [`DynDrive::set`] would refuse.
     fn check(&self, reference: usize, value: f64) -> Result<(), Fault>;
     /// Sets a parameter or an input; refuses a value outside the variable's range.
@@ -76,6 +79,8 @@ struct Design<D> {
     variables: Vec<Variable<D>>,
     /// How each variable is read as a Real, by its reference.
     reals: Arc<[Access<D>]>,
+    /// The inputs with which the list begins.
+    inputs: Vec<Input<D>>,
 }
 
 impl<D: Drive> Design<D> {
@@ -122,6 +127,27 @@ impl<D> Access<D> {
         match v.description.kind {
             Kind::Real { .. } => Access { get: v.get, index: v.index },
             _ => Access { get: |_, _| f64::NAN, index: 0 },
+        }
+    }
+}
+
+/// How an input is set, and nothing else of it: importers set inputs before each step.
+struct Input<D> {
+    set: fn(&mut D, usize, f64),
+    index: usize,
+    min: f64,
+    max: f64,
+}
+
+impl<D> Input<D> {
+    /// None for other variables.
+    fn of(v: &Variable<D>) -> Option<Self> {
+        match v.description.kind {
+            Kind::Real { min, max, .. } if v.description.causality == Causality::Input => {
+                let (min, max) = (min.max(f64::MIN), max.min(f64::MAX));
+                v.set.map(|set| Input { set, index: v.index, min, max })
+            }
+            _ => None,
         }
     }
 }
@@ -303,6 +329,22 @@ impl<D: Drive> DynDrive for Unit<D> {
         } else {
             Err(Fault(format!("`{}` is not a finite number at t = {} s", v.description.name, self.time)))
         }
+    }
+
+    fn put(&mut self, references: &[u32], values: &[f64]) -> bool {
+        let inputs = &self.design.inputs;
+        let admissible = references.iter().zip(values).all(|(reference, value)| {
+            inputs.get(*reference as usize).is_some_and(|input| input.min <= *value && *value <= input.max)
+        });
+        if admissible {
+            for (reference, value) in references.iter().zip(values) {
+                if let Some(input) = inputs.get(*reference as usize) {
+                    (input.set)(&mut self.drive, input.index, *value);
+                }
+            }
+            self.dirty = true;
+        }
+        admissible
     }
 
     fn check(&self, reference: usize, value: f64) -> Result<(), Fault> {

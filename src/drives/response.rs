@@ -1,7 +1,8 @@
 //! The relative motion q of an oscillator whose base moves with a cam: q̈ + 2δ q̇ + ω₀² q = −ẍ, x = U(φ(t)).
 //!
-//! Two courses, chosen at each restart:
+//! Three courses, the first of which is tried at each step on inputs, the others chosen at each restart:
 //!
+//! - *leap*, for a Fourier law: the impulse response times −ẍ, integrated over the whole step in one go;
 //! - *closed form*, for a Fourier law at constant speed (or any law at rest): harmonic response plus free motion,
 //!   valid at any later time without growth of the error;
 //! - *substeps* otherwise: −ẍ as a Chebyshev polynomial on pieces that follow the motion of the cam, the oscillator
@@ -27,6 +28,7 @@ pub use closed_form::Instant;
 use closed_form::{ClosedForm, progression};
 use error_bound::{ErrorBound, Made};
 use leap::Leap;
+use leap::expansion::{self, Orders};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 use stride::Stride;
@@ -83,6 +85,14 @@ enum Course {
     Leaps(Leap),
     /// Pieces that follow the motion of the cam.
     Pieces(Piece),
+}
+
+/// How one step is integrated.
+enum Quadrature {
+    /// By the series of the law about the end, from this angle, speed and acceleration at the start.
+    Series([f64; 3], Orders),
+    /// By so many nodes, with what they leave.
+    Nodes(Local, (usize, f64)),
 }
 
 /// The current piece of the motion.
@@ -165,23 +175,51 @@ impl Response {
         }
     }
 
-    /// q, q̇ at `end` [s] from `state` at `time`, where one quadrature reaches so far.
-    pub fn leap(&mut self, law: &MotionLaw, [time, end]: [f64; 2], state: [f64; 2]) -> Option<[f64; 2]> {
+    /// q, q̇ at `end` [s] from `state` at `time`, where one quadrature reaches so far; and U … U⁗ there, if they come with it.
+    pub fn leap(
+        &mut self,
+        law: &MotionLaw,
+        [time, end]: [f64; 2],
+        state: [f64; 2],
+    ) -> Option<([f64; 2], Option<[f64; 5]>)> {
         let series = law.series()?;
-        let local = self.local(Double::from(time));
-        let rule = leap::rule(&self.oscillator, series, &local, end - time, SHARE * self.tolerance)?;
+        let (length, share) = (end - time, SHARE * self.tolerance);
+        let quadrature = self.quadrature(series, time, length, share)?;
         if !matches!(self.course, Course::Leaps(_)) {
             self.course = Course::Leaps(Leap::new(series));
         }
         let Course::Leaps(leap) = &mut self.course else { return None };
-        let landing = leap.over(&self.oscillator, series, self.bounds, &local, end - time, state, rule);
+        let (oscillator, bounds) = (&self.oscillator, self.bounds);
+        let (landing, u) = match quadrature {
+            Quadrature::Series(turn, orders) => {
+                let (landing, u) = leap.expand(oscillator, series, bounds, turn, length, state, orders);
+                (landing, Some(u))
+            }
+            Quadrature::Nodes(local, rule) => {
+                (leap.over(oscillator, series, bounds, &local, length, state, rule), None)
+            }
+        };
         let decay = leap.decay();
         (self.steps, self.evaluations) = (self.steps + 1.0, self.evaluations + landing.evaluations as f64);
         let order = series.order() as f64;
-        let made =
-            Made { length: end - time, error: landing.error, forcing: landing.forcing, order, state: landing.state };
+        let made = Made { length, error: landing.error, forcing: landing.forcing, order, state: landing.state };
         self.add_error(decay, &made);
-        Some(landing.state)
+        Some((landing.state, u))
+    }
+
+    /// How the step from `time` over `length` [s] is integrated: by the series, else by nodes, if either meets the share.
+    fn quadrature(&self, series: &Fourier, time: f64, length: f64, share: f64) -> Option<Quadrature> {
+        let AngleMotion { origin, coefficients: [phi, w, a, ..], degree } = self.motion;
+        if degree <= 2 && origin == time {
+            // What is in use stays in use on the border, so that it is not prepared again and again.
+            let by_nodes = matches!(&self.course, Course::Leaps(leap) if leap.has_nodes());
+            let start = [angle::reduce(Double::from(phi)), w, a];
+            if let Some(orders) = expansion::orders(&self.oscillator, series, start, length, share, by_nodes) {
+                return Some(Quadrature::Series(start, orders));
+            }
+        }
+        let local = self.local(Double::from(time));
+        leap::rule(&self.oscillator, series, &local, length, share).map(|rule| Quadrature::Nodes(local, rule))
     }
 
     fn add_error(&mut self, decay: f64, made: &Made) {

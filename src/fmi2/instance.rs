@@ -312,6 +312,14 @@ impl Instance {
         self.drive.get(index)
     }
 
+    /// Sets inputs between two steps without further ado; false, and nothing is set, where that takes more, see
+    /// [`Instance::set`].
+    #[inline]
+    pub fn put(&mut self, references: &[u32], values: &[f64]) -> bool {
+        self.clock.mode == Mode::StepComplete
+            && catch_unwind(AssertUnwindSafe(|| self.drive.put(references, values))).unwrap_or(false)
+    }
+
     /// Sets variables: all of them, or, where one is refused, none.
     pub fn set(&mut self, r#type: Type, values: impl Iterator<Item = (u32, f64)> + Clone) -> Result<(), Refusal> {
         for (reference, value) in values.clone() {

@@ -11,17 +11,22 @@ const TURN_IN_PARTS: [f64; 3] = [6.2831853069365025, 2.4308402025215864e-10, 8.0
 /// Up to this many turns the short way does.
 const SOME_TURNS: f64 = 1048576.0;
 
+/// A number to which the nearest whole number is added by rounding, without a call of `round`.
+const ROUNDER: f64 = 1.5 * 4503599627370496.0;
+
 /// The remainder of `angle` [rad] modulo 2π in [−π, π], error ≤ 1e-16 rad for |angle| ≤ 1e15 rad.
 ///
 /// The quotient is subtracted in triple precision, so the result does not lose digits with the number of turns.
 pub fn reduce(angle: Double) -> f64 {
-    let turns = (angle.hi / TURN[0]).round();
+    let turns = angle.hi / TURN[0];
     if turns.abs() <= SOME_TURNS {
+        let turns = turns + ROUNDER - ROUNDER;
         let [first, second, third] = TURN_IN_PARTS;
         // The first difference is exact, too.
         let rest = two_sum(angle.hi - turns * first, -turns * second);
         return rest.hi + (rest.lo + (angle.lo - turns * third));
     }
+    let turns = turns.round();
     let rest = angle - two_product(turns, TURN[0]) - two_product(turns, TURN[1]) - Double::from(turns * TURN[2]);
     // The quotient may be off by one where the angle lies near half a turn.
     let correction = (rest.hi / TURN[0]).round();

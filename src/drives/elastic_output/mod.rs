@@ -104,6 +104,12 @@ impl Position {
         Position { time, phi: shaft.kinematics.0, u: u.0 }
     }
 
+    /// The cam at `time` on a `motion` of constant acceleration, where the law has the values `u`.
+    fn after(motion: &AngleMotion, time: f64, u: [f64; 5]) -> Self {
+        let ([phi, w, a, ..], tau) = (motion.coefficients, time - motion.origin);
+        Position { time, phi: [phi + tau * (w + 0.5 * a * tau), w + a * tau, a, 0.0, 0.0], u }
+    }
+
     /// The cam at `time`, where inputs set there moved it by no more than a rounding; a turn by d changes U⁽ⁿ⁾ by d U⁽ⁿ⁺¹⁾.
     fn beside(&self, law: &MotionLaw, motion: &AngleMotion, time: f64) -> Option<Self> {
         let c = &motion.coefficients;
@@ -298,9 +304,13 @@ impl Drive for ElasticOutput {
             self.cam.step_done();
             self.taken_up = false;
             let (law, q) = (&self.cam.law, self.now.q);
-            if let Some(q) = self.response.leap(law, [time, end], q) {
+            if let Some((q, u)) = self.response.leap(law, [time, end], q) {
                 self.count();
-                return self.arrive(end, q);
+                let position = match u {
+                    Some(u) => Position::after(self.response.motion(), end, u),
+                    None => Position::of(&self.cam.law, self.response.motion(), end),
+                };
+                return self.arrive_at(position, q);
             }
             self.restart(end)?;
         } else if let Some(Instant { u, q }) = self.response.closed(&self.cam.law, end) {
@@ -338,7 +348,11 @@ impl Drive for ElasticOutput {
 impl ElasticOutput {
     /// The mass is at `q` at `time` [s].
     fn arrive(&mut self, time: f64, q: [f64; 2]) -> Result<(), Fault> {
-        let position = Position::of(&self.cam.law, self.response.motion(), time);
+        self.arrive_at(Position::of(&self.cam.law, self.response.motion(), time), q)
+    }
+
+    /// The mass is at `q` where the cam is at `position`.
+    fn arrive_at(&mut self, position: Position, q: [f64; 2]) -> Result<(), Fault> {
         self.now = position.moment(q);
         if self.cam.is_input() {
             self.before = (position, q);

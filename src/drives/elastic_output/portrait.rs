@@ -25,9 +25,10 @@ pub(super) fn experiment(drive: &ElasticOutput) -> Experiment {
 pub(super) fn of(drive: &ElasticOutput) -> Portrait {
     let closed = drive.cam.law.series().is_some() && !drive.cam.is_input();
     let method = if drive.cam.is_input() && drive.cam.law.series().is_some() {
-        "Gauss quadrature of the impulse response times the acceleration of the cam, one rule with as many nodes as \
-         the tolerance asks for over a communication step; where this is too long for 16 nodes, exponential quadrature \
-         on pieces that follow the motion of the cam."
+        "The impulse response times the acceleration of the cam, integrated over a communication step in one go: by the \
+         Taylor series of the law about its end, with as many orders as the tolerance asks for, or else, over longer \
+         steps and with derivatives of the inputs, by a Gauss rule of up to 16 nodes; beyond, exponential quadrature on \
+         pieces that follow the motion of the cam."
     } else if closed {
         "Closed form: the response to each harmonic and the free motion, in phase to the last digit after any number \
          of turns; on and beside an undamped resonance the growing part by itself."

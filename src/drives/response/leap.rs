@@ -6,6 +6,8 @@
 //!
 //! Source: M. Abramowitz, I. A. Stegun, *Handbook of Mathematical Functions*, section 25.4.29 (error of the rule).
 
+pub mod expansion;
+
 use super::{DEGREE, Local, progression};
 use crate::motion::Fourier;
 use crate::numerics::double_double::Double;
@@ -36,8 +38,8 @@ pub struct Leap {
     nodes: usize,
     /// The places of every second node [s]; each of the others lies as far from the end as the one before from the start.
     places: [f64; MOST_NODES / 2],
-    /// Weight times g and ġ at h less the place.
-    weights: [[f64; 2]; MOST_NODES],
+    /// Weight times g and ġ at h less the place; the Wⱼ where there are no nodes.
+    weights: [[f64; 2]; expansion::MOMENTS],
     /// The free motion over the step.
     free: [[f64; 2]; 2],
     /// The decay of the slower mode over the step.
@@ -120,9 +122,7 @@ impl Leap {
 
     #[cold]
     fn prepare(&mut self, oscillator: &Oscillator, length: f64, nodes: usize) {
-        (self.length, self.nodes) = (length, nodes);
-        self.free = oscillator.free(Double::from(length));
-        self.decay = (-oscillator.decay() * length).exp();
+        self.keep(oscillator, length, nodes);
         let rule: [[f64; 2]; MOST_NODES] = Gauss::with(nodes).nodes(length);
         for (i, [place, weight]) in rule.into_iter().enumerate() {
             if i % 2 == 0 {
@@ -130,6 +130,13 @@ impl Leap {
             }
             self.weights[i] = oscillator.kernel(length - place).map(|g| weight * g);
         }
+    }
+
+    /// What all steps of this length have in common.
+    fn keep(&mut self, oscillator: &Oscillator, length: f64, nodes: usize) {
+        (self.length, self.nodes) = (length, nodes);
+        self.free = oscillator.free(Double::from(length));
+        self.decay = (-oscillator.decay() * length).exp();
     }
 
     /// The forced motion, and −ẍ at the last node.

@@ -128,7 +128,7 @@ fn errors_of_a_run(dice: &mut Dice, course: Course) -> Option<[f64; 2]> {
             Course::Closed | Course::Pieces => tested.at(&law, end).unwrap(),
             Course::Leaps | Course::RampOfSeries => {
                 tested.follow(moved);
-                tested.leap(&law, [time, end], state)?
+                tested.leap(&law, [time, end], state)?.0
             }
         };
         if ramped {
