@@ -4,6 +4,7 @@
 //! another scene of the same model or, in a rigid limit, by formulas: a stiffness that is merely large would neither
 //! be rigid nor cheap.
 
+use super::cam_drive::{DriveMode, StartMode};
 use crate::motion::{Fourier, MotionLaw};
 use crate::numerics::angle;
 use crate::numerics::double_double::Double;
@@ -85,6 +86,42 @@ impl<S> Simplification<S> {
         let model = Simplified::Formula(Formula { outputs, evaluate: Box::new(evaluate) });
         Simplification { feature: feature.to_owned(), instead: instead.to_owned(), model }
     }
+}
+
+/// What the scenes of the cam drives have in common and can be spared.
+pub struct CamDriveParts<'a> {
+    /// b.
+    pub damping: &'a mut f64,
+    /// How the cam is driven.
+    pub drive: &'a DriveMode,
+    /// How the motion begins.
+    pub start: &'a mut StartMode,
+    /// The law of the cam.
+    pub law: &'a mut MotionLaw,
+}
+
+/// The cam drive without damping, without the transient, with fewer harmonics, as far as the scene has them.
+pub fn of_cam_drive<S: Clone>(scene: &S, parts: fn(&mut S) -> CamDriveParts<'_>) -> Vec<Simplification<S>> {
+    let mut whole = scene.clone();
+    let CamDriveParts { damping, drive, start, law } = parts(&mut whole);
+    let with = |change: &dyn Fn(CamDriveParts)| {
+        let mut simpler = scene.clone();
+        change(parts(&mut simpler));
+        simpler
+    };
+    let mut list = Vec::new();
+    if *damping > 0.0 {
+        list.push(Simplification::scene("damping", "b = 0", with(&|p| *p.damping = 0.0)));
+    }
+    if matches!(drive, DriveMode::Constant { w, .. } if *w != 0.0) && *start != StartMode::SteadyState {
+        let steady = with(&|p| *p.start = StartMode::SteadyState);
+        list.push(Simplification::scene("the transient", "start on the periodic motion", steady));
+    }
+    for fewer in fewer_harmonics(law) {
+        let rest = with(&|p| *p.law = fewer.law.clone());
+        list.push(Simplification::scene(&fewer.feature, &fewer.instead, rest));
+    }
+    list
 }
 
 /// A law without some of its harmonics.

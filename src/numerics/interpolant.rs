@@ -22,6 +22,18 @@ pub const INTEGRATION: f64 = 21.0;
 /// Half of them: those of even powers and those of odd ones.
 const HALF: usize = COEFFICIENTS / 2;
 
+/// Σ evenⱼ x²ʲ + x Σ oddⱼ x²ʲ; two sums side by side take half as long as one.
+#[inline]
+pub fn power_sum<const N: usize>(even: &[f64; N], odd: &[f64; N], x: f64) -> f64 {
+    let square = x * x;
+    let (mut even_sum, mut odd_sum) = (0.0, 0.0);
+    for j in (0..N).rev() {
+        even_sum = even_sum * square + even[j];
+        odd_sum = odd_sum * square + odd[j];
+    }
+    even_sum + x * odd_sum
+}
+
 /// The columns of the projection, for sums of whole columns.
 static PROJECTION_COLUMNS: [[f64; STAGES]; STAGES] = columns(&PROJECTION);
 
@@ -128,13 +140,7 @@ impl Interpolant {
     /// p(x).
     #[inline]
     pub fn value(&self, x: f64) -> f64 {
-        let square = x * x;
-        let (mut even, mut odd) = (0.0, 0.0);
-        for j in (0..HALF).rev() {
-            even = even * square + self.even[j];
-            odd = odd * square + self.odd[j];
-        }
-        even + x * odd
+        power_sum(&self.even, &self.odd, x)
     }
 
     /// p(x) and ∫₀ˣ p.

@@ -7,7 +7,7 @@
 //!
 //! Source: L. N. Trefethen, *Approximation Theory and Approximation Practice*, SIAM 2013, chapters 3, 4, 8.
 
-use super::interpolant::neglected;
+use super::interpolant::{neglected, power_sum};
 use std::f64::consts::PI;
 
 /// The number of points and of coefficients.
@@ -83,13 +83,7 @@ impl Powers {
     /// p(x).
     #[inline]
     pub fn value(&self, x: f64) -> f64 {
-        let square = x * x;
-        let (mut even, mut odd) = (0.0, 0.0);
-        for j in (0..HALF).rev() {
-            even = even * square + self.even[j];
-            odd = odd * square + self.odd[j];
-        }
-        even + x * odd
+        power_sum(&self.even, &self.odd, x)
     }
 
     /// p(x) and p′(x).

@@ -1,8 +1,7 @@
 //! What the drive can be spared.
 
 use super::Scene;
-use crate::drives::cam_drive::{DriveMode, StartMode};
-use crate::drives::simplification::{RigidFollower, Simplification, fewer_harmonics};
+use crate::drives::simplification::{CamDriveParts, RigidFollower, Simplification, of_cam_drive};
 
 pub(super) fn of(scene: &Scene) -> Vec<Simplification<Scene>> {
     let (m, law) = (scene.m, scene.cam.clone());
@@ -18,17 +17,11 @@ pub(super) fn of(scene: &Scene) -> Vec<Simplification<Scene>> {
             out.copy_from_slice(&values);
         },
     )];
-    if scene.b > 0.0 {
-        list.push(Simplification::scene("damping", "b = 0", Scene { b: 0.0, ..scene.clone() }));
-    }
-    if matches!(scene.drive, DriveMode::Constant { w, .. } if w != 0.0) && scene.start.mode != StartMode::SteadyState {
-        let mut steady = scene.clone();
-        steady.start.mode = StartMode::SteadyState;
-        list.push(Simplification::scene("the transient", "start on the periodic motion", steady));
-    }
-    for fewer in fewer_harmonics(&scene.cam) {
-        let rest = Scene { cam: fewer.law, ..scene.clone() };
-        list.push(Simplification::scene(&fewer.feature, &fewer.instead, rest));
-    }
+    list.extend(of_cam_drive(scene, |s| CamDriveParts {
+        damping: &mut s.b,
+        drive: &s.drive,
+        start: &mut s.start.mode,
+        law: &mut s.cam,
+    }));
     list
 }
