@@ -2,6 +2,8 @@
 //!
 //! All diagrams of the tool come from here, so that they look alike.
 
+mod area;
+
 use crate::drives::Fault;
 use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
 use plotters::element::DashedPathElement;
@@ -38,13 +40,24 @@ pub struct Series {
     pub joined: bool,
 }
 
-/// A straight line across the diagram.
+/// What lies behind the data: a straight line across the diagram, or an area.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Rule {
-    /// At this x.
+    /// A line at this x.
     Vertical(f64, String),
-    /// At this y.
+    /// A line at this y.
     Horizontal(f64, String),
+    /// A grey area within this outline, as far as the axes show it; the axes do not stretch for it.
+    Area(Vec<[f64; 2]>, Shade),
+}
+
+/// The grey of an area.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shade {
+    /// Next to white.
+    Pale,
+    /// Clearly darker, and still lighter than any line.
+    Dark,
 }
 
 /// A diagram.
@@ -70,6 +83,8 @@ const TEXT: f64 = 13.0;
 const LINE: i32 = 20;
 const INK: RGBColor = RGBColor(0x22, 0x22, 0x22);
 const PALE: RGBColor = RGBColor(0xdd, 0xdd, 0xdd);
+const PALE_AREA: RGBColor = RGBColor(0xec, 0xec, 0xec);
+const DARK_AREA: RGBColor = RGBColor(0xc4, 0xc4, 0xc4);
 /// Dark colours of clearly different lightness, so that a grey print keeps them apart.
 const COLOURS: [RGBColor; 6] = [
     RGBColor(0x1f, 0x4e, 0x79),
@@ -96,6 +111,10 @@ enum Marker {
     OpenDiamond,
     Plus,
 }
+
+/// A line of more points is a curve: of its points only some, evenly spread, carry the marker by which it is known.
+const MOST_MARKERS: usize = 24;
+const MARKERS_OF_A_CURVE: usize = 8;
 
 const MARKERS: [Marker; 10] = [
     Marker::Disc,
@@ -271,6 +290,7 @@ impl Diagram {
         let rule = |rule: &Rule| match rule {
             Rule::Vertical(x, _) => (self.x.place(*x), None),
             Rule::Horizontal(y, _) => (None, self.y.place(*y)),
+            Rule::Area(..) => (None, None),
         };
         let rules: Vec<(Option<f64>, Option<f64>)> = self.rules.iter().map(rule).collect();
         let x = self.x.span(places.iter().flatten().map(|p| p.0).chain(rules.iter().filter_map(|r| r.0)));
@@ -303,6 +323,14 @@ impl Diagram {
             let (left, top) = area.get_base_pixel();
             (px - left, py - top)
         };
+        for rule in &self.rules {
+            if let Rule::Area(outline, shade) = rule {
+                let outline: Vec<(f64, f64)> = outline.iter().filter_map(place).collect();
+                let seen: Vec<(i32, i32)> = area::within(&outline, x, y).iter().map(pixel).collect();
+                let grey = if *shade == Shade::Pale { PALE_AREA } else { DARK_AREA };
+                area.draw(&Polygon::new(seen, ShapeStyle::from(grey).filled()))?;
+            }
+        }
         area.draw(&Rectangle::new([(0, 0), pixel(&(x[1], y[0]))], ShapeStyle::from(INK).stroke_width(1)))?;
         for (rule, at) in self.rules.iter().zip(&rules) {
             draw_rule(&area, rule, *at, [pixel(&(x[0], y[0])), pixel(&(x[1], y[1]))], &pixel, [x[0], y[0]])?;
@@ -312,7 +340,7 @@ impl Diagram {
             if series.joined {
                 draw_line(&area, &points, look(i))?;
             }
-            for point in points {
+            for point in marked(&points, series.joined, i) {
                 draw_marker(&area, point, look(i))?;
             }
         }
@@ -327,6 +355,15 @@ impl Diagram {
         }
         Ok(())
     }
+}
+
+/// The points of series `i` that carry its marker: all, or some of a curve, which begin elsewhere in each series.
+fn marked(points: &[(i32, i32)], joined: bool, i: usize) -> Vec<(i32, i32)> {
+    if !joined || points.len() <= MOST_MARKERS {
+        return points.to_vec();
+    }
+    let stride = points.len().div_ceil(MARKERS_OF_A_CURVE);
+    points.iter().skip((2 * i + 1) * stride / 5 % stride).step_by(stride).copied().collect()
 }
 
 /// A grey dashed line across the area with its name along it.
@@ -439,7 +476,12 @@ mod tests {
                     x: axis.clone(),
                     y: axis,
                     series: vec![series(points.clone(), true); 12],
-                    rules: vec![Rule::Vertical(0.0, "zero".into()), Rule::Horizontal(1.0, "one".into())],
+                    rules: vec![
+                        Rule::Vertical(0.0, "zero".into()),
+                        Rule::Horizontal(1.0, "one".into()),
+                        Rule::Area(vec![[1e-300, 1.0], [1e300, 1.0], [f64::NAN, 1.0], [1.0, 1e300]], Shade::Dark),
+                        Rule::Area(Vec::new(), Shade::Pale),
+                    ],
                 };
                 let svg = diagram.svg().unwrap();
                 let mut reader = quick_xml::Reader::from_str(&svg);

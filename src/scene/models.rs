@@ -162,8 +162,7 @@ fn start(root: &Section<'_>, angular: bool) -> Option<Start> {
 fn solver(root: &Section<'_>) -> Option<Settings> {
     let Some(section) = root.section("solver")? else { return Some(Settings::default()) };
     let tolerance = section.real_or("tolerance", &unit::NUMBER, within(0.0, 1.0), 0.0);
-    let methods: &[(&[&str], Method)] =
-        &[(&["adaptive"], Method::Adaptive), (&["fixed_cost"], Method::FixedCost)];
+    let methods: &[(&[&str], Method)] = &[(&["adaptive"], Method::Adaptive), (&["fixed_cost"], Method::FixedCost)];
     let method = section.choice_or("method", methods, Method::Adaptive);
     let step_size = match method {
         Some(Method::Adaptive) => {

@@ -1,0 +1,51 @@
+//! Areas cut off at the ends of the axes.
+//!
+//! Source: I. E. Sutherland, G. W. Hodgman, "Reentrant polygon clipping", Commun. ACM 17 (1974) 32–42.
+
+/// The part of the polygon `outline` with x and y between these ends; empty where there is none.
+pub fn within(outline: &[(f64, f64)], x: [f64; 2], y: [f64; 2]) -> Vec<(f64, f64)> {
+    // The four half-planes, each by a distance that is positive inside.
+    let sides: [&dyn Fn(&(f64, f64)) -> f64; 4] = [&|p| p.0 - x[0], &|p| x[1] - p.0, &|p| p.1 - y[0], &|p| y[1] - p.1];
+    sides.iter().fold(outline.to_vec(), |polygon, distance| cut(&polygon, distance))
+}
+
+/// The part of a polygon where the distance is not negative.
+fn cut(polygon: &[(f64, f64)], distance: &dyn Fn(&(f64, f64)) -> f64) -> Vec<(f64, f64)> {
+    let mut part = Vec::with_capacity(polygon.len() + 4);
+    for (i, to) in polygon.iter().enumerate() {
+        let from = &polygon[(i + polygon.len() - 1) % polygon.len()];
+        let (before, after) = (distance(from), distance(to));
+        if (before < 0.0) != (after < 0.0) {
+            let share = before / (before - after);
+            part.push((from.0 + share * (to.0 - from.0), from.1 + share * (to.1 - from.1)));
+        }
+        if after >= 0.0 {
+            part.push(*to);
+        }
+    }
+    part
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Twice the area, by the shoelace formula.
+    fn size(polygon: &[(f64, f64)]) -> f64 {
+        let pairs = polygon.iter().zip(polygon.iter().cycle().skip(1));
+        pairs.map(|(a, b)| a.0 * b.1 - b.0 * a.1).sum::<f64>().abs()
+    }
+
+    #[test]
+    fn a_polygon_is_cut_at_the_ends_of_the_axes() {
+        let unit = ([0.0, 1.0], [0.0, 1.0]);
+        let diamond = [(0.5, -0.5), (1.5, 0.5), (0.5, 1.5), (-0.5, 0.5)];
+        assert_eq!(size(&within(&diamond, unit.0, unit.1)), 2.0);
+        let half = [(0.5, -1.0), (3.0, -1.0), (3.0, 2.0), (0.5, 2.0)];
+        assert_eq!(size(&within(&half, unit.0, unit.1)), 1.0);
+        let inside = [(0.1, 0.1), (0.9, 0.1), (0.5, 0.9)];
+        assert_eq!(within(&inside, unit.0, unit.1), inside);
+        assert!(within(&[(2.0, 2.0), (3.0, 2.0), (3.0, 3.0)], unit.0, unit.1).is_empty());
+        assert!(within(&[], unit.0, unit.1).is_empty());
+    }
+}
