@@ -12,6 +12,7 @@ pub mod erased;
 pub mod event;
 pub mod model;
 pub mod number;
+pub mod parametric;
 pub mod resource;
 pub mod response;
 pub mod rigid_machine;
