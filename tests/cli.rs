@@ -59,7 +59,7 @@ fn without_arguments_it_prints_its_help() {
 
 #[test]
 fn every_help_has_an_example() {
-    for command in ["export", "check", "describe", "tradeoff", "completions"] {
+    for command in ["export", "check", "describe", "compensate", "tradeoff", "completions"] {
         let run = camdrive(&[command, "--help"]);
         assert_eq!(run.code, 0);
         assert!(run.out.contains("Example") && run.out.contains(&format!("camdrive {command} ")), "{}", run.out);
@@ -256,4 +256,58 @@ fn tradeoff_refuses_what_gives_no_study() {
     std::fs::write(&file, "").expect("the folder can be written to");
     let run = camdrive(&["tradeoff", SCENE, "--quick", "-o", text(&file)]);
     assert!(run.code == 1 && run.err.contains("folder"), "{}", run.err);
+}
+
+#[test]
+fn compensate_writes_a_scene_that_is_right() {
+    let folder = folder("compensate");
+    let (scene, report) = (folder.join("loom.toml"), folder.join("report"));
+    let loom = "examples/rapier_loom/scene.toml";
+    let run = camdrive(&["compensate", loom, "-o", text(&scene), "--report", text(&report)]);
+    assert_eq!(run.code, 0, "{}", run.err);
+    for figure in
+        ["0.120091672479", "round 3", "finished cams", "0.317728", "13.4 %", "3 (to 10)", "at 25 % of the speed"]
+    {
+        assert!(run.out.contains(figure), "{figure}: {}", run.out);
+    }
+    let written = std::fs::read_to_string(&scene).unwrap();
+    // The scene is kept as its author wrote it, apart from the cams.
+    assert!(written.contains("# gripper") && written.contains("\"500 rpm\"") && written.contains("rapier_loom_hs"));
+    assert_eq!(camdrive(&["check", text(&scene)]).code, 0);
+    for ending in ["compensation.csv", "compensation.json", "speed.svg", "tool1.svg", "tool2.svg"] {
+        assert!(report.join(format!("rapier_loom.{ending}")).is_file(), "{ending}");
+    }
+    let csv = std::fs::read_to_string(report.join("rapier_loom.compensation.csv")).unwrap();
+    assert!(csv.lines().count() > 15 && csv.starts_with("machine,speed_part,period_s"));
+    // A prescribed period moves the synchronous speed.
+    let run = camdrive(&["compensate", loom, "-o", text(&scene), "--period", "120 ms"]);
+    assert!(run.code == 0 && run.out.contains("52.39987814901"), "{}{}", run.out, run.err);
+    assert!(std::fs::read_to_string(&scene).unwrap().contains("w_s = 52.39987814901"));
+}
+
+#[test]
+fn compensate_says_what_it_cannot_do() {
+    let folder = folder("compensate_refuses");
+    let loom = "examples/rapier_loom/scene.toml";
+    let text_of_loom = std::fs::read_to_string(loom).unwrap();
+    let light = folder.join("light.toml");
+    std::fs::write(&light, text_of_loom.replace("2.8 kg.m2", "0.2 kg.m2").replace("steady_state", "given")).unwrap();
+    for (args, parts) in [
+        (&[SCENE][..], &["RigidMachine", "ElasticCamDrive"][..]),
+        (&[text(&light)], &["0.2 kg.m2", "0.317728", "with this motor about 0.325"]),
+        (&[loom, "--load", "300 N.m"], &["300 N.m", "breakdown torque 220"]),
+        (&[loom, "--keep", "3"], &["no follower 3", "has 2"]),
+        (&[loom, "--period", "0"], &["--period", "positive"]),
+        (&[loom, "--period", "12 kg"], &["--period", "hint"]),
+        (&[loom, "--tolerance", "0"], &["--tolerance", "between 0 and 1"]),
+        (&[loom, "--tolerance", "1e-15"], &["tool 1", "harmonics"]),
+        (&[loom, "--keep", "1,2"], &["no follower whose cam"]),
+        (&[loom, "--cam", "7=x.toml"], &["--cam", "1, 2"]),
+    ] {
+        let target = folder.join("never.toml");
+        let run = camdrive(&[&["compensate", "-o", text(&target)], args].concat());
+        assert_eq!(run.code, 1, "{args:?}: {}", run.out);
+        assert!(parts.iter().all(|part| run.err.contains(part)), "{args:?}: {}", run.err);
+        assert!(!target.exists());
+    }
 }

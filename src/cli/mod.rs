@@ -4,6 +4,7 @@
 //! scene or in the export; 2: a wrong command line.
 
 mod check;
+mod compensate;
 mod completions;
 mod describe;
 mod export;
@@ -37,6 +38,7 @@ enum Command {
     Export(export::Args),
     Check(check::Args),
     Describe(describe::Args),
+    Compensate(compensate::Args),
     Tradeoff(tradeoff::Args),
     #[cfg(feature = "import")]
     Run(run::Args),
@@ -61,6 +63,7 @@ pub fn main() -> ExitCode {
         Some(Command::Export(args)) => export::run(&args),
         Some(Command::Check(args)) => check::run(&args),
         Some(Command::Describe(args)) => describe::run(&args),
+        Some(Command::Compensate(args)) => compensate::run(&args),
         Some(Command::Tradeoff(args)) => tradeoff::run(&args),
         #[cfg(feature = "import")]
         Some(Command::Run(args)) => run::run(&args),

@@ -1,4 +1,6 @@
-//! Answers to questions of design that take runs of a drive: for now [`tradeoff`], speed against accuracy.
+//! Tools of design around the drives: [`compensation`], cams for a machine that fluctuates; [`tradeoff`], speed against
+//! accuracy.
 
+pub mod compensation;
 pub mod plot;
 pub mod tradeoff;

@@ -20,7 +20,7 @@ use std::path::Path;
 use toml::de::DeTable;
 
 /// The longest name of a scene: importers use it as a file name and as a prefix of C functions.
-const LONGEST_NAME: usize = 24;
+pub const LONGEST_NAME: usize = 24;
 
 /// Some editors begin a UTF-8 file with it; an editor does not count it as a column.
 const BYTE_ORDER_MARK: char = '\u{feff}';

@@ -34,7 +34,7 @@ mod variables;
 #[cfg(test)]
 mod tests;
 
-pub use inertia::{Follower, Inertia, InertiaFunction};
+pub use inertia::{Follower, Inertia, InertiaFunction, Place};
 pub use motor::Motor;
 
 use super::number::all_finite;

@@ -1,0 +1,262 @@
+//! `camdrive compensate SCENE`
+
+use super::{Failure, print, read_all};
+use crate::design::compensation::orbit::Driving;
+use crate::design::compensation::report::{Options, Report, study};
+use crate::design::compensation::{Task, Tool};
+use crate::drives::rigid_machine::{self, Inertia, Motor};
+use crate::drives::unit;
+use crate::motion::{Fourier, MotionLaw};
+use crate::scene::units;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use toml_edit::{Array, DocumentMut, Item, Table, Value, value};
+
+/// Cuts the cams of a machine such that its tools move in time as prescribed though its speed fluctuates.
+///
+/// The laws of the followers in the scene are what the tools are to do over the phase of time 2πt/T. Their inertia makes the
+/// machine fluctuate; the result is a scene with the laws U(φ) that make the tools move as prescribed nevertheless. The
+/// report shows the rounds of the classical iteration, the machine with the finished cams, and the same at other
+/// speeds.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  camdrive compensate examples/rapier_loom/scene.toml -o compensated.toml
+  camdrive compensate examples/rapier_loom/scene.toml --period \"120 ms\" --report study/
+  camdrive export compensated.toml")]
+pub struct Args {
+    /// Scene file (TOML) of a RigidMachine
+    scene: PathBuf,
+    /// The scene with the compensated cams [default: NAME.compensated.toml]
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Period, "120 ms" or in s: the synchronous speed of the motor that yields it is found; a machine without motor needs it
+    #[arg(long, value_name = "TIME")]
+    period: Option<String>,
+    /// Constant load torque, "30 N.m"; positive brakes
+    #[arg(long, value_name = "TORQUE", default_value = "0", allow_hyphen_values = true)]
+    load: String,
+    /// Followers whose cams stay as they are, counted from 1
+    #[arg(long, value_name = "NUMBER", value_delimiter = ',')]
+    keep: Vec<usize>,
+    /// How much the finite series of a cam may change the tool's acceleration, relative to its largest value
+    #[arg(long, value_name = "PART", default_value_t = 1e-6)]
+    tolerance: f64,
+    /// Rounds of the iteration to report
+    #[arg(long, value_name = "NUMBER", default_value_t = 3)]
+    rounds: usize,
+    /// Folder for table and diagrams: NAME.compensation.csv, .json, NAME.speed.svg, NAME.tool1.svg …
+    #[arg(long, value_name = "FOLDER")]
+    report: Option<PathBuf>,
+    /// A scene of a cam drive that takes over the compensated cam of a follower, as NUMBER=FILE; written beside the result as
+    /// FILE's name with .compensated.toml
+    #[arg(long, value_name = "NUMBER=FILE")]
+    cam: Vec<String>,
+}
+
+fn failure(text: impl std::fmt::Display) -> Failure {
+    Failure(format!("error: {text}"))
+}
+
+/// What the scene says of the machine.
+struct Machine {
+    name: String,
+    task: Task,
+    /// The followers that are tools, counted from 0.
+    tools: Vec<usize>,
+}
+
+fn machine(args: &Args) -> Result<Machine, Failure> {
+    let place = args.scene.display();
+    let resolved = read_all(std::slice::from_ref(&args.scene))?.remove(0);
+    if resolved.model != "RigidMachine" {
+        return Err(failure(format!(
+            "{place}: `model` = \"{}\" has a prescribed motion of the drive; compensation is for the model RigidMachine",
+            resolved.model.split('.').next().unwrap_or_default()
+        )));
+    }
+    let scene: rigid_machine::Scene = serde_json::from_value(resolved.scene).map_err(failure)?;
+    let quantity = |name: &str, text: &str, quantity| {
+        units::parse(text, quantity).map_err(|e| failure(format!("--{name}: {}\n  = hint: {}", e.message, e.hint)))
+    };
+    let period = args.period.as_ref().map(|text| quantity("period", text, &unit::TIME)).transpose()?;
+    let load = quantity("load", &args.load, &unit::TORQUE)?;
+    let count = scene.followers.len();
+    if let Some(wrong) = args.keep.iter().find(|j| !(1..=count).contains(j)) {
+        return Err(failure(format!("--keep: there is no follower {wrong}; the scene has {count}, counted from 1")));
+    }
+    if let Some(period) = period.filter(|period| !(*period > 0.0 && period.is_finite())) {
+        return Err(failure(format!("--period: {period} s is no period; it must be positive")));
+    }
+    if !(args.tolerance > 0.0 && args.tolerance < 1.0) {
+        return Err(failure(format!("--tolerance: {} is not between 0 and 1", args.tolerance)));
+    }
+    if scene.motor == Motor::None && period.is_none() {
+        return Err(failure(format!(
+            "{place}: a machine without motor turns with any speed\n  = hint: say which with --period"
+        )));
+    }
+    let (mut tools, mut kept, mut moved) = (Vec::new(), Vec::new(), Vec::new());
+    for (j, follower) in scene.followers.into_iter().enumerate() {
+        if args.keep.contains(&(j + 1)) {
+            kept.push(follower);
+            continue;
+        }
+        let MotionLaw::Fourier(motion) = follower.cam else {
+            return Err(failure(format!(
+                "{place}: the law of follower {} is no Fourier series; its harmonics in time have no end\n  = hint: prescribe an HS profile (law = \"fourier\", or a table with interpolation = \"fourier\"), or keep the cam with --keep {}",
+                j + 1,
+                j + 1
+            )));
+        };
+        tools.push(Tool { m: follower.m, motion });
+        moved.push(j);
+    }
+    if tools.is_empty() {
+        return Err(failure(format!("{place}: there is no follower whose cam could be compensated")));
+    }
+    let task =
+        Task { own: Inertia::new(scene.inertia, kept), tools, driving: Driving { motor: scene.motor, load, period } };
+    Ok(Machine { name: resolved.name, task, tools: moved })
+}
+
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let machine = machine(args)?;
+    let options = Options { tolerance: args.tolerance, rounds: args.rounds };
+    let report = study(&machine.name, &machine.task, options)
+        .map_err(|fault| failure(format!("{}: {fault}", args.scene.display())))?;
+    let output = args.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}.compensated.toml", machine.name)));
+    let mut files = vec![(output.clone(), compensated(args, &machine, &report)?)];
+    for pair in &args.cam {
+        files.push(with_cam(pair, &machine, &report, &output)?);
+    }
+    if let Some(folder) = &args.report {
+        let fault = |fault: crate::drives::Fault| failure(fault);
+        let file = |ending: &str| folder.join(format!("{}.{ending}", machine.name));
+        let json = serde_json::to_string_pretty(&report).map_err(failure)?;
+        files.push((file("compensation.csv"), report.csv().map_err(fault)?));
+        files.push((file("compensation.json"), json + "\n"));
+        files.push((file("speed.svg"), report.speed_diagram().svg().map_err(fault)?));
+        for (place, j) in machine.tools.iter().enumerate() {
+            files.push((file(&format!("tool{}.svg", j + 1)), report.acceleration_diagram(place).svg().map_err(fault)?));
+        }
+    }
+    let mut lines = String::new();
+    for (path, text) in files {
+        let fault = |e| failure(format!("{} cannot be written: {e}", path.display()));
+        if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
+            std::fs::create_dir_all(folder).map_err(fault)?;
+        }
+        std::fs::write(&path, text).map_err(fault)?;
+        let _ = writeln!(lines, "{}", path.display());
+    }
+    print(&(text(&report) + &lines))
+}
+
+/// The report for a terminal.
+fn text(report: &Report) -> String {
+    let mut out = format!("{}\n", report.scene);
+    for line in report.about() {
+        let _ = writeln!(out, "{line}");
+    }
+    let _ = writeln!(out, "\n{}", report.table().text());
+    out
+}
+
+/// Reads the TOML of a scene that is known to be one.
+fn document(path: &Path) -> Result<DocumentMut, Failure> {
+    let text = std::fs::read_to_string(path).map_err(|e| failure(format!("{}: {e}", path.display())))?;
+    text.trim_start_matches('\u{feff}').parse().map_err(|e| failure(format!("{}: {e}", path.display())))
+}
+
+/// `[cam]` with this law.
+fn cam(law: &Fourier) -> Table {
+    let list = |list: &[f64]| {
+        // Small coefficients with an exponent; either way the number is read back to the same bits.
+        let number = |x: f64| if x.abs() < 1e-3 && x != 0.0 { format!("{x:e}") } else { format!("{x:?}") };
+        let parsed = |x: &f64| number(*x).parse::<Value>().unwrap_or_else(|_| (*x).into());
+        value(list.iter().map(parsed).collect::<Array>())
+    };
+    let mut table = Table::new();
+    table["law"] = value("fourier");
+    table["a"] = list(&law.a);
+    table["b"] = list(&law.b[1..]);
+    table
+}
+
+/// Tables that the scene names by a path from its own folder are named from that of the result.
+fn carry_over(item: &mut Item, folder: &Path) {
+    if let Some(table) = item.as_table_like_mut() {
+        for (key, item) in table.iter_mut() {
+            match (key.get(), item.as_str()) {
+                ("file", Some(name)) => {
+                    let path = folder.join(name);
+                    *item = value(path.canonicalize().unwrap_or(path).display().to_string());
+                }
+                _ => carry_over(item, folder),
+            }
+        }
+    } else if let Some(tables) = item.as_array_of_tables_mut() {
+        for table in tables.iter_mut() {
+            for (_, item) in table.iter_mut() {
+                carry_over(item, folder);
+            }
+        }
+    }
+}
+
+/// The name of a scene with compensated cams: that of the scene, as long as the longest name allows.
+fn renamed(name: &str) -> String {
+    const ENDING: &str = "_hs";
+    let most = crate::scene::LONGEST_NAME - ENDING.len();
+    format!("{}{ENDING}", &name[..name.len().min(most)])
+}
+
+/// The scene with the compensated cams.
+fn compensated(args: &Args, machine: &Machine, report: &Report) -> Result<String, Failure> {
+    let mut document = document(&args.scene)?;
+    document["name"] = value(renamed(&machine.name));
+    let unexpected = || failure(format!("{}: the followers are no [[follower]] tables", args.scene.display()));
+    for (law, j) in report.laws.iter().zip(&machine.tools) {
+        let followers = &mut document["follower"];
+        let table = cam(law);
+        if let Some(tables) = followers.as_array_of_tables_mut() {
+            tables.get_mut(*j).ok_or_else(unexpected)?["cam"] = Item::Table(table);
+        } else {
+            let inline = followers.as_array_mut().and_then(|list| list.get_mut(*j)).ok_or_else(unexpected)?;
+            let follower = inline.as_inline_table_mut().ok_or_else(unexpected)?;
+            follower.insert("cam", table.into_inline_table().into());
+        }
+    }
+    if let (Some(speed), Some(_)) = (report.synchronous_speed, &args.period) {
+        document["motor"]["w_s"] = value(speed);
+    }
+    let folder = args.scene.parent().unwrap_or(Path::new(""));
+    carry_over(document.as_item_mut(), folder);
+    Ok(document.to_string())
+}
+
+/// The scene of a cam drive with the compensated cam of a follower.
+fn with_cam(pair: &str, machine: &Machine, report: &Report, output: &Path) -> Result<(PathBuf, String), Failure> {
+    let wrong = || {
+        let tools: Vec<String> = machine.tools.iter().map(|j| (j + 1).to_string()).collect();
+        failure(format!(
+            "--cam: \"{pair}\" is not NUMBER=FILE with the number of a compensated follower ({})\n  = hint: write for example --cam 1=gripper.toml",
+            tools.join(", ")
+        ))
+    };
+    let (number, file) = pair.split_once('=').ok_or_else(wrong)?;
+    let number: usize = number.trim().parse().map_err(|_| wrong())?;
+    let place = machine.tools.iter().position(|j| j + 1 == number).ok_or_else(wrong)?;
+    let path = PathBuf::from(file.trim());
+    let scene = read_all(std::slice::from_ref(&path))?.remove(0);
+    if scene.model == "RigidMachine" {
+        return Err(failure(format!("--cam: {} is a machine, not a drive with one cam", path.display())));
+    }
+    let mut document = document(&path)?;
+    document["name"] = value(renamed(&scene.name));
+    document["cam"] = Item::Table(cam(&report.laws[place]));
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let folder = output.parent().unwrap_or(Path::new(""));
+    Ok((folder.join(format!("{stem}.compensated.toml")), document.to_string()))
+}

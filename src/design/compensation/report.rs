@@ -1,0 +1,289 @@
+//! What a compensation has found, as tables and diagrams.
+
+use super::iteration::{Cam, Machine, Round, rounds};
+use super::{Law, Task};
+use crate::design::plot::{Axis, Diagram, Series};
+use crate::design::tradeoff::table::{Table, number};
+use crate::drives::Fault;
+use crate::drives::rigid_machine::Motor;
+use crate::motion::Fourier;
+use serde::Serialize;
+use std::f64::consts::TAU;
+
+/// The order of the mesh in the angle on which finished machines are judged, at least: four times what cams of a loom have.
+const ORDER: usize = 96;
+
+/// Points of a curve in a diagram.
+const POINTS: usize = 720;
+
+/// The speeds, relative to that of the design, at which the finished machine is looked at.
+const OTHER_SPEEDS: [f64; 5] = [0.25, 0.5, 0.75, 1.1, 1.25];
+
+/// What is asked for beside the cams.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
+    /// The error of the accelerations that the finite series of the cams may cause, relative to the largest.
+    pub tolerance: f64,
+    /// Rounds of the source's iteration beside round 0.
+    pub rounds: usize,
+}
+
+/// A compensated machine.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    /// The name of the scene.
+    pub scene: String,
+    /// T [s].
+    pub period: f64,
+    /// The least and the largest ω [rad/s].
+    pub speed: [f64; 2],
+    /// w_s [rad/s] of the motor, where there is one.
+    pub synchronous_speed: Option<f64>,
+    /// The least J0 [kg·m²] without motor; None where other parts vary with the angle.
+    pub least_inertia_without_motor: Option<f64>,
+    /// ρ.
+    pub factor: f64,
+    /// The last harmonics of the motion, relative to its mean.
+    pub resolution: f64,
+    /// The rounds of the source's iteration; round 0 is the machine with cams cut for uniform speed.
+    pub rounds: Vec<Round>,
+    /// For each tool the number of harmonics of its cam, and the bound of what is left out.
+    pub cams: Vec<Cut>,
+    /// The machine with the finished cams.
+    pub finished: Round,
+    /// The same at other speeds, relative to that of the design; None where it finds no periodic motion.
+    pub other_speeds: Vec<(f64, Option<Round>)>,
+    /// The laws of the cams.
+    #[serde(skip)]
+    pub laws: Vec<Fourier>,
+    #[serde(skip)]
+    speeds: [Vec<[f64; 2]>; 2],
+    #[serde(skip)]
+    accelerations: Vec<[Vec<[f64; 2]>; 3]>,
+}
+
+/// The series of a cam.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Cut {
+    /// The highest harmonic.
+    pub harmonics: usize,
+    /// The bound of the error of the acceleration, relative to the largest.
+    pub truncation: f64,
+}
+
+/// Compensates a machine and looks at the result.
+///
+/// # Errors
+/// Those of [`Task::solve`] and [`super::Solution::laws`].
+pub fn study(scene: &str, task: &Task, options: Options) -> Result<Report, Fault> {
+    let solution = task.solve()?;
+    let laws = solution.laws(&task.tools, options.tolerance)?;
+    let highest = laws.iter().map(|law| law.series.order()).max().unwrap_or(1);
+    let machine = Machine::new(task, ORDER.max(2 * highest).max(solution.speed.order()));
+    let none = || Fault("with the finished cams the machine has no periodic motion near the wanted one".to_owned());
+    // The motor as the period demands it; from here on it is given.
+    let mut driving = task.driving;
+    if task.driving.motor != Motor::None {
+        (driving.motor, driving.period) = (solution.orbit.motor, None);
+    }
+    let cams: Vec<Cam> = laws.iter().map(|law| machine.cam_of_law(&law.series)).collect();
+    let orbit = machine.orbit(&cams, &driving).ok_or_else(none)?;
+    let plain: Vec<Cam> = task.tools.iter().map(|tool| machine.cam_of_law(&tool.motion)).collect();
+    let before = machine.orbit(&plain, &driving);
+    let course = |j: usize| {
+        let tool = &task.tools[j];
+        let wanted = |i: usize| {
+            let psi = TAU * i as f64 / POINTS as f64;
+            [psi, orbit.mean_speed.powi(2) * tool.motion.at(psi).0[2]]
+        };
+        let uncompensated = before.as_ref().map(|before| machine.course(before, &plain[j], POINTS));
+        [
+            (0..=POINTS).map(wanted).collect(),
+            uncompensated.unwrap_or_default(),
+            machine.course(&orbit, &cams[j], POINTS),
+        ]
+    };
+    let other_speeds = OTHER_SPEEDS.map(|part| {
+        let mut driving = driving;
+        match &mut driving.motor {
+            Motor::Kloss { synchronous_speed, .. } => *synchronous_speed *= part,
+            _ => driving.period = driving.period.map(|period| period / part),
+        }
+        (part, machine.orbit(&cams, &driving).map(|orbit| machine.judge(&orbit, &cams)))
+    });
+    Ok(Report {
+        scene: scene.to_owned(),
+        period: solution.orbit.period(),
+        speed: solution.range(),
+        synchronous_speed: match solution.orbit.motor {
+            Motor::Kloss { synchronous_speed, .. } => Some(synchronous_speed),
+            _ => None,
+        },
+        least_inertia_without_motor: (!task.own.varies()).then(|| task.least_inertia_without_motor()),
+        factor: solution.factor,
+        resolution: solution.resolution,
+        rounds: rounds(task, ORDER.max(solution.speed.order()), options.rounds),
+        cams: laws.iter().map(cut).collect(),
+        finished: machine.judge(&orbit, &cams),
+        other_speeds: other_speeds.into(),
+        speeds: [
+            before.as_ref().map_or(Vec::new(), |before| machine.speeds(before, POINTS)),
+            machine.speeds(&orbit, POINTS),
+        ],
+        accelerations: (0..task.tools.len()).map(course).collect(),
+        laws: laws.into_iter().map(|law| law.series).collect(),
+    })
+}
+
+fn cut(law: &Law) -> Cut {
+    Cut { harmonics: law.series.order(), truncation: law.truncation }
+}
+
+fn percent(value: f64) -> String {
+    format!("{} %", number(100.0 * value))
+}
+
+/// A row of figures of a machine.
+fn row(name: String, round: Option<&Round>, tools: usize) -> Vec<String> {
+    let Some(round) = round else {
+        return std::iter::once(name)
+            .chain(vec!["no periodic motion".to_owned()])
+            .chain(vec![String::new(); 2 + 3 * tools])
+            .collect();
+    };
+    let mut cells =
+        vec![name, format!("{:.12}", round.period), format!("{:.4}", round.speed[0]), format!("{:.4}", round.speed[1])];
+    for tool in &round.tools {
+        let extra = match tool.highest_extra {
+            Some(highest) => format!("{} (to {highest})", tool.extra_harmonics),
+            None => "0".to_owned(),
+        };
+        cells.extend([percent(tool.overshoot), percent(tool.deviation), extra]);
+    }
+    cells
+}
+
+impl Report {
+    /// The table of the machines: rounds, finished, other speeds.
+    pub fn table(&self) -> Table {
+        let tools = self.finished.tools.len();
+        let mut head: Vec<String> = ["machine", "T [s]", "least w [rad/s]", "largest w"].map(str::to_owned).into();
+        for j in 1..=tools {
+            head.extend([format!("tool {j}: overshoot"), "deviation".to_owned(), "extra harmonics".to_owned()]);
+        }
+        let mut rows: Vec<Vec<String>> =
+            self.rounds.iter().enumerate().map(|(i, round)| row(format!("round {i}"), Some(round), tools)).collect();
+        rows.push(row("finished cams".to_owned(), Some(&self.finished), tools));
+        for (part, round) in &self.other_speeds {
+            rows.push(row(format!("at {} of the speed", percent(*part)), round.as_ref(), tools));
+        }
+        Table { head, rows }
+    }
+
+    /// What was found, in sentences.
+    pub fn about(&self) -> Vec<String> {
+        let mut lines = vec![format!(
+            "Period T = {:.15} s, w = {:.6} … {:.6} rad/s (resolved to {} of its mean).",
+            self.period,
+            self.speed[0],
+            self.speed[1],
+            number(self.resolution)
+        )];
+        if let Some(speed) = self.synchronous_speed {
+            lines.push(format!("Synchronous speed of the motor {speed:.12} rad/s ({:.8} rpm).", speed * 60.0 / TAU));
+        }
+        if let Some(least) = self.least_inertia_without_motor {
+            lines.push(format!("Without motor J0 would have to be at least {least:.6} kg.m2."));
+        }
+        lines.push(format!(
+            "Each round of the iteration reduces the error by the factor {:.4} in the end.",
+            self.factor
+        ));
+        for (j, cut) in self.cams.iter().enumerate() {
+            lines.push(format!(
+                "Cam {}: {} harmonics; those left out change the acceleration by at most {} of its largest value.",
+                j + 1,
+                cut.harmonics,
+                number(cut.truncation)
+            ));
+        }
+        lines
+    }
+
+    /// The numbers of the table as CSV, in SI units.
+    ///
+    /// # Errors
+    /// None in practice: the writer fills memory.
+    pub fn csv(&self) -> Result<String, Fault> {
+        let fault = |e: &dyn std::fmt::Display| Fault(format!("the table cannot be written as CSV: {e}"));
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        let head = [
+            "machine",
+            "speed_part",
+            "period_s",
+            "least_speed_rad_s",
+            "largest_speed_rad_s",
+            "tool",
+            "overshoot",
+            "deviation",
+            "extra_harmonics",
+            "highest_extra",
+        ];
+        writer.write_record(head).map_err(|e| fault(&e))?;
+        let rounds = self.rounds.iter().enumerate().map(|(i, round)| (format!("round {i}"), 1.0, Some(round)));
+        let finished = std::iter::once(("finished".to_owned(), 1.0, Some(&self.finished)));
+        let others = self.other_speeds.iter().map(|(part, round)| ("finished".to_owned(), *part, round.as_ref()));
+        for (name, part, round) in rounds.chain(finished).chain(others) {
+            let Some(round) = round else { continue };
+            for (j, tool) in round.tools.iter().enumerate() {
+                let cells = [
+                    name.clone(),
+                    part.to_string(),
+                    round.period.to_string(),
+                    round.speed[0].to_string(),
+                    round.speed[1].to_string(),
+                    (j + 1).to_string(),
+                    tool.overshoot.to_string(),
+                    tool.deviation.to_string(),
+                    tool.extra_harmonics.to_string(),
+                    tool.highest_extra.map_or(String::new(), |highest| highest.to_string()),
+                ];
+                writer.write_record(cells).map_err(|e| fault(&e))?;
+            }
+        }
+        let bytes = writer.into_inner().map_err(|e| fault(&e))?;
+        String::from_utf8(bytes).map_err(|e| fault(&e))
+    }
+
+    /// ω over the angle, before and after.
+    pub fn speed_diagram(&self) -> Diagram {
+        let [before, after] = &self.speeds;
+        let degrees = |points: &Vec<[f64; 2]>| points.iter().map(|[phi, w]| [phi.to_degrees(), *w]).collect();
+        Diagram {
+            title: format!("Speed of {} over a turn", self.scene),
+            x: Axis::linear("Angle of the main shaft [°]"),
+            y: Axis::linear("Angular velocity [rad/s]"),
+            series: vec![
+                Series { name: "cams for uniform speed".to_owned(), points: degrees(before), joined: true },
+                Series { name: "compensated cams".to_owned(), points: degrees(after), joined: true },
+            ],
+            rules: Vec::new(),
+        }
+    }
+
+    /// The acceleration of tool `j` over time, as wanted, before and after.
+    pub fn acceleration_diagram(&self, j: usize) -> Diagram {
+        let per_turn = |points: &Vec<[f64; 2]>| points.iter().map(|[psi, a]| [psi / TAU, *a]).collect();
+        let names = ["as prescribed", "cams for uniform speed", "compensated cams"];
+        let series = self.accelerations[j].iter().zip(names);
+        Diagram {
+            title: format!("Acceleration of tool {} of {} over a period", j + 1, self.scene),
+            x: Axis::linear("Time per period [1]"),
+            y: Axis::linear("Acceleration of the tool [m/s²]"),
+            series: series
+                .map(|(points, name)| Series { name: name.to_owned(), points: per_turn(points), joined: true })
+                .collect(),
+            rules: Vec::new(),
+        }
+    }
+}

@@ -1,0 +1,72 @@
+"""`camdrive compensate`: on the exported FMU the tools move in time as prescribed, and do not without compensation."""
+
+import subprocess
+
+import numpy as np
+import pytest
+
+import reference
+from conftest import CAMDRIVE, ROOT, Package
+
+LOOM = ROOT / "examples" / "rapier_loom" / "scene.toml"
+
+
+@pytest.fixture(scope="module")
+def compensated(tmp_path_factory):
+    """The loom with compensated cams, and its elastic gripper, as FMUs."""
+    folder = tmp_path_factory.mktemp("compensated")
+    gripper = folder / "gripper.toml"
+    gripper.write_text(
+        'name = "gripper"\nmodel = "ElasticCamDrive"\n[cam]\nlaw = "fourier"\na = [0.0, 0.1]\n'
+        '[drive]\nmode = "input"\n[elasticity]\nplace = "output"\nm = "1.6 kg"\nnatural_frequency = "400 Hz"\n'
+        "damping_ratio = 0.05\n"
+    )
+    scene = folder / "loom.toml"
+    command = [CAMDRIVE, "compensate", str(LOOM), "-o", str(scene), "--cam", f"1={gripper}", "--tolerance", "1e-8"]
+    subprocess.run(command, check=True, capture_output=True)
+    scenes = [str(scene), str(folder / "gripper.compensated.toml")]
+    subprocess.run([CAMDRIVE, "export", *scenes, "-o", f"{folder}/"], check=True, capture_output=True)
+    return [Package(folder / f"{name}_hs.fmu", folder / name) for name in ("rapier_loom", "gripper")]
+
+
+def accelerations(package, targets, period):
+    """The tools' accelerations over a turn on the periodic motion and those that are prescribed, the same for both."""
+    times = np.linspace(0.0, period, 401)
+    got = []
+    with package.unit() as unit:
+        unit.initialise(values={"start.mode": 2})
+        for t in times:
+            if t > 0.0:
+                unit.step_to(t)
+            got.append(unit.get("der(U[1],2)", "der(U[2],2)"))
+    phase = 2 * np.pi / period
+    wanted = [[phase**2 * target.derivative(phase * t, 2) for target in targets] for t in times]
+    return np.array(got), np.array(wanted)
+
+
+def test_the_tools_of_the_exported_machine_move_as_prescribed(fmu, compensated):
+    plain = fmu("rapier_loom")
+    targets = [reference.Series.of(plain, f"follower[{j}].cam") for j in (1, 2)]
+    # The period that belongs to the compensated machine, and that of the machine as it was.
+    got, wanted = accelerations(compensated[0], targets, 0.12009167247955)
+    assert np.all(np.abs(got - wanted).max(axis=0) <= 3e-8 * np.abs(wanted).max(axis=0))
+    got, wanted = accelerations(plain, targets, 0.12004168324406)
+    assert np.all(np.abs(got - wanted).max(axis=0) >= 0.13 * np.abs(wanted).max(axis=0))
+
+
+def test_a_cam_drive_takes_the_compensated_cam(fmu, compensated):
+    machine, gripper = compensated
+    coefficients = [name for name in gripper.variables if name.startswith("cam.")]
+    assert len(coefficients) > 60
+    assert all(gripper.start(name) == machine.start(f"follower[1].{name}") for name in coefficients)
+    # Wherever the machine is, the cam has put the tool where it is to be at that time.
+    period = 0.12009167247955
+    plain = reference.Series.of(fmu("rapier_loom"), "follower[1].cam")
+    with machine.unit() as drive:
+        drive.initialise(values={"start.mode": 2})
+        for n in range(1, 8):
+            drive.step_to(n * period / 8)
+            inputs = dict(zip(("phi", "w", "a"), drive.get("phi", "w", "a")))
+            with gripper.unit() as tool:
+                tool.initialise(values=inputs)
+                assert abs(tool.get("x") - plain.derivative(2 * np.pi * n / 8, 0)) < 1e-9
