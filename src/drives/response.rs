@@ -20,15 +20,15 @@ use super::cam_drive::AngleMotion;
 use crate::motion::{Fourier, MotionLaw};
 use crate::numerics::angle;
 use crate::numerics::bernstein;
-use crate::numerics::chebyshev;
+use crate::numerics::chebyshev::{self, Chebyshev};
 use crate::numerics::double_double::{Double, two_product, two_sum};
 use crate::numerics::forced::{ForcedStep, admissible_length};
 use crate::numerics::oscillator::Oscillator;
 pub use closed_form::Instant;
 use closed_form::{ClosedForm, progression};
 use error_bound::{ErrorBound, Made};
-use leap::Leap;
 use leap::expansion::{self, Orders};
+use leap::{Landing, Leap};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 use stride::Stride;
@@ -71,7 +71,7 @@ pub struct Response {
     pub evaluations: f64,
     /// The errors of the steps so far.
     bound: ErrorBound,
-    /// The largest estimate of the error of q so far, relative to the largest |q| up to then.
+    /// The largest estimated error of q so far, relative to the largest |q| so far.
     pub error: f64,
 }
 
@@ -166,7 +166,8 @@ impl Response {
             self.closed_form.restart(&self.oscillator, law.series(), motion, time, state);
             (self.steps, self.evaluations) = (self.steps + 1.0, self.evaluations + 1.0);
             let order = law.series().map_or(0.0, |series| series.order() as f64);
-            self.error = self.error.max(ErrorBound::of_closed_form(order));
+            self.bound.add_closed_form(order);
+            self.error = self.bound.relative();
             Ok(())
         } else {
             let local = self.local(two_sum(time, 0.0));
@@ -202,9 +203,11 @@ impl Response {
         let decay = leap.decay();
         (self.steps, self.evaluations) = (self.steps + 1.0, self.evaluations + landing.evaluations as f64);
         let order = series.order() as f64;
-        let made = Made { length, error: landing.error, forcing: landing.forcing, order, state: landing.state };
-        self.add_error(decay, &made);
-        Some((landing.state, u))
+        let Landing { state, error, forcing, .. } = landing;
+        let [angle, w, a, ..] = self.motion.coefficients;
+        let turned = order * (w.abs() + a.abs() * length) * length;
+        self.add_error(decay, &Made { length, error, within: [0.0; 2], forcing, order, turned, angle, state });
+        Some((state, u))
     }
 
     /// How the step from `time` over `length` [s] is integrated: by the series, else by nodes, if either meets the share.
@@ -224,7 +227,7 @@ impl Response {
 
     fn add_error(&mut self, decay: f64, made: &Made) {
         self.bound.add(&self.oscillator, decay, made);
-        self.error = self.error.max(self.bound.relative(&self.oscillator));
+        self.error = self.bound.relative();
     }
 
     /// Cam and mass at `time` [s] in closed form, for a Fourier law at constant speed.
@@ -251,7 +254,11 @@ impl Response {
                 return Ok(piece.step.at(&self.oscillator, (Double::from(time) - start).hi));
             }
             let state = piece.step.at(&self.oscillator, (end - start).hi);
-            self.next_piece(law, neighbour(law, segment, leaves), end, state)?;
+            let next = neighbour(law, segment, leaves);
+            if leaves != 0 {
+                self.bound.disturb(self.late(law, [segment, next], end));
+            }
+            self.next_piece(law, next, end, state)?;
         }
     }
 
@@ -301,6 +308,14 @@ impl Response {
             sum = [sum[0] + re * c - im * s, sum[1] - nu.hi * (re * s + im * c)];
         }
         Ok(sum)
+    }
+
+    /// What passing from one segment to the other at `time` [s] with a rounded angle does to q̇ [m/s], where ẍ jumps.
+    fn late(&self, law: &MotionLaw, segments: [usize; 2], time: Double) -> f64 {
+        let shaft = self.motion.at(time.hi);
+        let [before, after] = segments.map(|segment| law.at_in(segment, shaft.reduced).0[2]);
+        let rounding = if self.until.is_finite() { 0.5 * f64::EPSILON * shaft.kinematics.0[0].abs() } else { 0.0 };
+        ((after - before) * shaft.kinematics.0[1]).abs() * (OVERSHOOT + rounding)
     }
 
     /// The motion of the cam about `start` [s].
@@ -378,14 +393,12 @@ impl Response {
             // Twenty halvings suffice for any motion that is smooth on the piece; beyond, the estimate tells.
             if fit.converged || length < whole * 1e-6 {
                 let order = law.resolution_in(segment);
-                // What is neglected decays on from the last coefficients like these from the first; the integral
-                // of Tₙ over the piece is length/n².
-                let degree = fit.polynomial.degree as f64;
-                let neglected = fit.tail * (fit.tail / scale.max(fit.tail)).powf(1.0 / degree);
-                let error = if scale > 0.0 { length * neglected / (degree * degree) } else { 0.0 };
-                let (_, fast) = self.oscillator.rates();
-                let error = [error * length.min(1.0 / fast), error];
-                let made = Made { length, error, forcing: scale, order, state };
+                let [error, between] = neglected(&self.oscillator, &fit.polynomial, length);
+                // On inputs a piece that ends with the step is read there only.
+                let within = if length == horizon { [0.0; 2] } else { between };
+                let angle = if self.until.is_finite() { self.motion.coefficients[0] } else { 0.0 };
+                let turned = order * local.speed(length) * length;
+                let made = Made { length, error, within, forcing: scale, order, turned, angle, state };
                 self.add_error((-length * self.oscillator.decay()).exp(), &made);
                 break fit;
             }
@@ -397,6 +410,26 @@ impl Response {
         self.course = Course::Pieces(Piece { start, end: start + Double::from(length), segment, leaves, step });
         Ok(())
     }
+}
+
+/// What an interpolant of −ẍ over `length` [s] does to q [m] and q̇ [m/s] by the coefficients that it has not, N₁ and N₂:
+/// at the end of the piece and between.
+///
+/// At the points of interpolation Tₙ₊ₘ is Tₙ₋ₘ, so that −ẍ errs by N₁ (Tₙ₊₁ − Tₙ₋₁) + N₂ (Tₙ₊₂ − Tₙ₋₂), n even. Over the
+/// whole piece the first term integrates to nothing, and x times it to 20/n³ at most, the second to 40/n³; over a part of
+/// it to 2/n. So a slow oscillator feels N₁ by the change of its impulse response only. A fast one follows −ẍ, which is
+/// right at the ends; it feels the rates 4n N₁ and 8n N₂ there.
+fn neglected(oscillator: &Oscillator, polynomial: &Chebyshev, length: f64) -> [[f64; 2]; 2] {
+    let n = polynomial.degree as f64;
+    let next = polynomial.neglected();
+    let (_, fast) = oscillator.rates();
+    let (half, turned) = (0.5 * length, (fast * length).min(1.0));
+    let g = length.min(1.0 / fast);
+    let between = 2.0 / n * half * (next[0] + next[1]);
+    let whole = 20.0 / n.powi(3) * half;
+    let follows = if fast * length > 1.0 { 8.0 * n * (next[0] + 2.0 * next[1]) / (fast * fast * half) } else { 0.0 };
+    let end = whole * (turned * next[0] + 2.0 * next[1]);
+    [[whole * g * (next[0] + 2.0 * next[1]), end.max(follows.min(between))], [g * between, between]]
 }
 
 /// Moves the angle of `local` into `segment`; how far within `length` the cam stays in it, and

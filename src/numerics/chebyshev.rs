@@ -114,6 +114,16 @@ impl Chebyshev {
         [self.coefficients[0] + x * b1 - b2, b1 + x * d1 - d2]
     }
 
+    /// The first two coefficients that an interpolant of a smooth function leaves out, if they go on to decay like the last
+    /// two pairs.
+    pub fn neglected(&self) -> [f64; 2] {
+        let c = |below: usize| self.coefficients[self.degree - below].abs();
+        let (tail, before) = (c(0).max(c(1)), c(2).max(c(3)));
+        let decay = if tail < before { tail / before } else { 1.0 };
+        let root = decay.sqrt();
+        [root * c(0).max(root * c(1)), decay * c(0).max(root * c(1))]
+    }
+
     /// The polynomial p that solves κ p + α p′ + β p″ = self, primes with respect to x: back-substitution from the
     /// highest coefficient down. Accurate where κ outweighs the derivatives of a polynomial of this degree.
     pub fn solve(&self, kappa: f64, alpha: f64, beta: f64) -> Chebyshev {

@@ -1,9 +1,10 @@
 //! What the steps so far can have done to q: the errors of the quadratures and the roundings, each step's decaying with
 //! the free motion.
 //!
-//! The errors of the quadratures turn with cam and oscillator, so that they add up like independent ones: the squares of
-//! their bounds are summed. (Where they do not turn, at a resonance, q itself grows with them.) The roundings of equal
-//! steps are equal, for the same propagator is applied again and again: they are summed as they are.
+//! The errors of the quadratures turn with cam and oscillator, so that those of different waves add up like independent
+//! ones: the squares of their bounds are summed, and so are those of the roundings of ẍ. (Where they do not turn, at a resonance, q itself grows
+//! with them.) The roundings of equal steps are equal, for the same propagator is applied again and again: they are summed
+//! as they are.
 
 use crate::numerics::oscillator::Oscillator;
 use serde::{Deserialize, Serialize};
@@ -18,29 +19,44 @@ const CLOSED: f64 = 8.0;
 /// Roundings of the turns from step to step, for each order of the law: those of up to sixteen products cancel in part.
 const TURNS: f64 = 8.0;
 
+/// The quadratures err alike as long as the highest harmonic turns by about this [rad].
+const ALIKE: f64 = 2.0;
+
+/// So many steps at most, where the cam hardly moves.
+const MOST_ALIKE: f64 = 1e4;
+
 /// An estimate of the errors of q and q̇ that is rarely too small.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ErrorBound {
-    /// Sum of the squares of what quadratures neglected of q [m²] and of q̇ [m²/s²], decayed.
+    /// Sum of the squares of what quadratures neglected and roundings of ẍ did to q [m²] and to q̇ [m²/s²], decayed.
     neglected: [f64; 2],
     /// Sum of the roundings of q [m] and q̇ [m/s], decayed.
     rounded: [f64; 2],
     /// The time over which errors of q̇ add up to errors of q [s].
     elapsed: f64,
-    /// The largest |q| so far [m].
+    /// The largest |q| and the largest estimated error of q so far [m].
     largest: f64,
+    worst: f64,
+    /// The largest relative error of a closed form so far.
+    closed: f64,
 }
 
 /// A step.
 pub struct Made {
     /// Its length [s].
     pub length: f64,
-    /// Bounds of the errors of its quadrature, of q [m] and q̇ [m/s].
+    /// Bounds of the errors of its quadrature, of q [m] and q̇ [m/s], at its end.
     pub error: [f64; 2],
+    /// The same between its ends, where it is read there; this is not passed on.
+    pub within: [f64; 2],
     /// A bound of |ẍ| [m/s²].
     pub forcing: f64,
     /// The order of the law.
     pub order: f64,
+    /// The angle by which its highest harmonic turns in the step [rad].
+    pub turned: f64,
+    /// The angle as it was rounded [rad]; 0 where it is known to more digits.
+    pub angle: f64,
     /// q, q̇ at its end.
     pub state: [f64; 2],
 }
@@ -50,30 +66,42 @@ impl ErrorBound {
     pub fn add(&mut self, oscillator: &Oscillator, decay: f64, step: &Made) {
         let [q, v] = step.state.map(f64::abs);
         let rate = oscillator.stiffness().sqrt();
-        // The propagator, which is the same in every step, and the forcing, whose angle is rounded, too.
-        let forced = (4.0 + 2.0 * step.order) * step.length * step.forcing;
+        // The propagator, which is the same in every step.
         let turned = (step.length * rate).min(1.0);
-        let roundings = [2.0 * q + turned * v / rate.max(f64::MIN_POSITIVE), 2.0 * v + turned * rate * q + forced];
+        let roundings = [2.0 * q + turned * v / rate.max(f64::MIN_POSITIVE), 2.0 * v + turned * rate * q];
         let roundings = [roundings[0].min(2.0 * q + step.length * v), roundings[1]];
+        // The forcing, whose angle is rounded, too.
+        let forced = ROUNDING * (8.0 + step.order * (2.0 + step.angle.abs())) * step.length * step.forcing;
+        // Steps that are short against a wave err alike one after the other.
+        let alike = 1.0 + ALIKE / step.turned.max(ALIKE / MOST_ALIKE);
+        let squares = step.error.map(|error| alike * error * error);
+        let squares = [squares[0], squares[1] + forced * forced];
         for i in 0..2 {
-            self.neglected[i] = decay * decay * self.neglected[i] + step.error[i] * step.error[i];
+            self.neglected[i] = decay * decay * self.neglected[i] + squares[i];
             self.rounded[i] = decay * self.rounded[i] + ROUNDING * roundings[i];
         }
         self.elapsed += step.length;
         self.largest = self.largest.max(q);
-    }
-
-    /// The estimate relative to the largest |q| so far; 0 where nothing has moved.
-    pub fn relative(&self, oscillator: &Oscillator) -> f64 {
         // An error of q̇ turns into one of q within a quarter of a period or, softer, as long as it has had time.
-        let span = self.elapsed.min(1.0 / oscillator.stiffness().sqrt());
-        let neglected = (self.neglected[0] + span * span * self.neglected[1]).sqrt();
-        let error = neglected + self.rounded[0] + span * self.rounded[1];
-        if self.largest > 0.0 { (error / self.largest).min(1.0) } else { 0.0 }
+        let span = self.elapsed.min(1.0 / rate);
+        let [of_q, of_v] = [0, 1].map(|i| self.neglected[i] + step.within[i] * step.within[i]);
+        let neglected = (of_q + span * span * of_v).sqrt();
+        self.worst = self.worst.max(neglected + self.rounded[0] + span * self.rounded[1]);
     }
 
-    /// The relative error of a closed form of a law of this order.
-    pub fn of_closed_form(order: f64) -> f64 {
-        (CLOSED + (2.0 + TURNS) * order) * ROUNDING
+    /// Adds an error of q̇ [m/s].
+    pub fn disturb(&mut self, v: f64) {
+        self.neglected[1] += v * v;
+    }
+
+    /// Adds a closed form of a law of this order.
+    pub fn add_closed_form(&mut self, order: f64) {
+        self.closed = self.closed.max((CLOSED + (2.0 + TURNS) * order) * ROUNDING);
+    }
+
+    /// The largest error so far relative to the largest |q| so far; 0 where nothing has moved.
+    pub fn relative(&self) -> f64 {
+        let of_steps = if self.largest > 0.0 { (self.worst / self.largest).min(1.0) } else { 0.0 };
+        of_steps.max(self.closed)
     }
 }

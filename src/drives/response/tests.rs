@@ -4,6 +4,7 @@ mod truth;
 
 use super::*;
 use crate::drives::solver::FINEST_TOLERANCE;
+use crate::motion::{Cycle, CyclePlan, StandardLaw};
 use truth::Truth;
 
 fn series() -> Fourier {
@@ -77,6 +78,25 @@ enum Course {
     Pieces,
     /// A ramp of the speed, set anew in each step, of a series by one rule a step.
     RampOfSeries,
+    /// The same of a cycle of VDI 2143 laws with dwells, in pieces, and at constant speed.
+    RampOfCycle,
+    Cycle,
+}
+
+fn random_cycle(dice: &mut Dice) -> MotionLaw {
+    let pick = |dice: &mut Dice| StandardLaw::ALL[(dice.roll() * StandardLaw::ALL.len() as f64) as usize];
+    let shares = [0.2, 0.0, 0.2, 0.0].map(|least| least + 0.5 * dice.roll());
+    let unit = TAU / shares.iter().sum::<f64>();
+    MotionLaw::Cycle(Cycle::new(CyclePlan {
+        stroke: 0.02,
+        lower: 0.0,
+        rise_start: TAU * dice.roll(),
+        rise_angle: shares[0] * unit,
+        upper_dwell: shares[1] * unit,
+        return_angle: shares[2] * unit,
+        rise_law: pick(dice),
+        return_law: pick(dice),
+    }))
 }
 
 fn random_series(dice: &mut Dice) -> Fourier {
@@ -87,11 +107,37 @@ fn random_series(dice: &mut Dice) -> Fourier {
     Fourier::new(coefficients(dice), coefficients(dice))
 }
 
+/// The law three times as large, turned by a radian: all roundings differ.
+fn rounded_otherwise(law: &MotionLaw) -> MotionLaw {
+    match law {
+        MotionLaw::Fourier(series) => {
+            let turned = |k: usize| {
+                let (sin, cos) = (k as f64).sin_cos();
+                let (a, b) = (series.a[k], series.b[k]);
+                [3.0 * (a * cos - b * sin), 3.0 * (a * sin + b * cos)]
+            };
+            let terms: Vec<[f64; 2]> = (0..=series.order()).map(turned).collect();
+            let [a, b] = [0, 1].map(|i| terms.iter().map(|term| term[i]).collect());
+            MotionLaw::Fourier(Fourier::new(a, b))
+        }
+        MotionLaw::Cycle(cycle) => {
+            let plan = *cycle.plan();
+            let rise_start = (plan.rise_start + 1.0).rem_euclid(TAU);
+            MotionLaw::Cycle(Cycle::new(CyclePlan { stroke: 3.0 * plan.stroke, rise_start, ..plan }))
+        }
+        MotionLaw::Table(_) => unreachable!("no random law is a table"),
+    }
+}
+
 /// The true and the estimated error of a random oscillator on a random law over 1 to 50 turns; None where no rule reaches
-/// over the step. The truth: [`Truth`] at constant speed, pieces at the finest tolerance on a ramp.
+/// over the step. The truth: [`Truth`] of a series at constant speed, else pieces at the finest tolerance that are rounded
+/// otherwise.
 fn errors_of_a_run(dice: &mut Dice, course: Course) -> Option<[f64; 2]> {
     let series = random_series(dice);
-    let law = MotionLaw::Fourier(series.clone());
+    let law = match course {
+        Course::RampOfCycle | Course::Cycle => random_cycle(dice),
+        _ => MotionLaw::Fourier(series.clone()),
+    };
     let w = dice.magnitude(0.1, 1000.0) * if dice.roll() < 0.5 { 1.0 } else { -1.0 };
     let omega = w.abs() * dice.magnitude(0.3, 100.0);
     let ratio = if dice.roll() < 0.2 { 0.0 } else { dice.magnitude(1e-4, 5.0) };
@@ -102,15 +148,20 @@ fn errors_of_a_run(dice: &mut Dice, course: Course) -> Option<[f64; 2]> {
     let step = period / dice.magnitude(30.0, 1000.0);
     let tolerance = dice.magnitude(1e-10, 1e-3);
     let phi = dice.roll();
-    let ramped = course == Course::RampOfSeries;
+    let ramped = matches!(course, Course::RampOfSeries | Course::RampOfCycle);
     let a = if ramped { w / stop * (2.0 * dice.roll() - 1.0) } else { 0.0 };
     let exact = Truth { series: &series, b, c, phi, w };
     let whole = AngleMotion::uniform(0.0, phi, w);
-    let mut finest = Response::new(oscillator, &law, FINEST_TOLERANCE);
+    let other = rounded_otherwise(&law);
+    let mut finest = Response::new(oscillator, &other, FINEST_TOLERANCE);
     let mut tested = Response::new(oscillator, &law, tolerance);
     let (mut state, mut expected) = ([0.0; 2], [0.0; 2]);
     match course {
         Course::Closed => tested.restart(&law, &whole, 0.0, f64::INFINITY, state).unwrap(),
+        Course::Cycle => {
+            tested.restart(&law, &whole, 0.0, f64::INFINITY, state).unwrap();
+            finest.restart(&other, &AngleMotion::uniform(0.0, phi + 1.0, w), 0.0, f64::INFINITY, expected).unwrap();
+        }
         Course::Pieces => restart_in_pieces(&mut tested, &law, &whole, 0.0, state),
         _ => {}
     }
@@ -125,15 +176,22 @@ fn errors_of_a_run(dice: &mut Dice, course: Course) -> Option<[f64; 2]> {
             moved.degree = 2;
         }
         state = match course {
-            Course::Closed | Course::Pieces => tested.at(&law, end).unwrap(),
+            Course::Closed | Course::Pieces | Course::Cycle => tested.at(&law, end).unwrap(),
             Course::Leaps | Course::RampOfSeries => {
                 tested.follow(moved);
                 tested.leap(&law, [time, end], state)?.0
             }
+            Course::RampOfCycle => {
+                tested.restart(&law, &moved, time, end, state).unwrap();
+                tested.at(&law, end).unwrap()
+            }
         };
         if ramped {
-            finest.restart(&law, &moved, time, end, expected).unwrap();
-            expected = finest.at(&law, end).unwrap();
+            moved.coefficients[0] += 1.0;
+            finest.restart(&other, &moved, time, end, expected.map(|x| 3.0 * x)).unwrap();
+            expected = finest.at(&other, end).unwrap().map(|x| x / 3.0);
+        } else if course == Course::Cycle {
+            expected = finest.at(&other, end).unwrap().map(|x| x / 3.0);
         } else if i % (steps / 100).max(1) == 0 {
             expected[0] = exact.at(end);
         } else {
@@ -167,6 +225,12 @@ fn the_estimate_of_the_closed_form_is_honest() {
 fn the_estimates_of_leaps_are_honest() {
     estimates_are_honest(Course::Leaps);
     estimates_are_honest(Course::RampOfSeries);
+}
+
+#[test]
+fn the_estimates_of_cycles_are_honest() {
+    estimates_are_honest(Course::Cycle);
+    estimates_are_honest(Course::RampOfCycle);
 }
 
 #[test]
