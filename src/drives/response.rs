@@ -20,13 +20,13 @@ use super::cam_drive::AngleMotion;
 use crate::motion::{Fourier, MotionLaw};
 use crate::numerics::angle;
 use crate::numerics::bernstein;
-use crate::numerics::chebyshev::{self, Chebyshev};
+use crate::numerics::chebyshev;
 use crate::numerics::double_double::{Double, two_product, two_sum};
 use crate::numerics::forced::{ForcedStep, admissible_length};
 use crate::numerics::oscillator::Oscillator;
 pub use closed_form::Instant;
 use closed_form::{ClosedForm, progression};
-use error_bound::{ErrorBound, Made};
+use error_bound::{ErrorBound, Made, neglected};
 use leap::expansion::{self, Orders};
 use leap::{Landing, Leap};
 use serde::{Deserialize, Serialize};
@@ -165,8 +165,7 @@ impl Response {
             self.course = Course::Closed(Stride::new());
             self.closed_form.restart(&self.oscillator, law.series(), motion, time, state);
             (self.steps, self.evaluations) = (self.steps + 1.0, self.evaluations + 1.0);
-            let order = law.series().map_or(0.0, |series| series.order() as f64);
-            self.bound.add_closed_form(order);
+            self.bound.add_closed_form(law.series().map_or(0.0, |series| series.order() as f64));
             self.error = self.bound.relative();
             Ok(())
         } else {
@@ -256,7 +255,10 @@ impl Response {
             let state = piece.step.at(&self.oscillator, (end - start).hi);
             let next = neighbour(law, segment, leaves);
             if leaves != 0 {
-                self.bound.disturb(self.late(law, [segment, next], end));
+                let shaft = self.motion.at(end.hi);
+                let [before, after] = [segment, next].map(|segment| law.at_in(segment, shaft.reduced).0[2]);
+                let angle = if self.until.is_finite() { shaft.kinematics.0[0] } else { 0.0 };
+                self.bound.pass_late(after - before, shaft.kinematics.0[1], OVERSHOOT, angle);
             }
             self.next_piece(law, next, end, state)?;
         }
@@ -303,19 +305,13 @@ impl Response {
                     self.oscillator.stiffness().sqrt()
                 )));
             }
-            let [re, im] = self.oscillator.steady(harmonic_force(series, k, w, nu.hi), nu);
+            // F of −ẍ = Re[F e^(ikψ)], ψ = φ sgn w: a cam that turns back sees the other sign of sines.
+            let force = [nu.hi * nu.hi * series.a[k], -nu.hi * nu.hi * w.signum() * series.b[k]];
+            let [re, im] = self.oscillator.steady(force, nu);
             let (s, c) = (k as f64 * phi * w.signum()).sin_cos();
             sum = [sum[0] + re * c - im * s, sum[1] - nu.hi * (re * s + im * c)];
         }
         Ok(sum)
-    }
-
-    /// What passing from one segment to the other at `time` [s] with a rounded angle does to q̇ [m/s], where ẍ jumps.
-    fn late(&self, law: &MotionLaw, segments: [usize; 2], time: Double) -> f64 {
-        let shaft = self.motion.at(time.hi);
-        let [before, after] = segments.map(|segment| law.at_in(segment, shaft.reduced).0[2]);
-        let rounding = if self.until.is_finite() { 0.5 * f64::EPSILON * shaft.kinematics.0[0].abs() } else { 0.0 };
-        ((after - before) * shaft.kinematics.0[1]).abs() * (OVERSHOOT + rounding)
     }
 
     /// The motion of the cam about `start` [s].
@@ -412,26 +408,6 @@ impl Response {
     }
 }
 
-/// What an interpolant of −ẍ over `length` [s] does to q [m] and q̇ [m/s] by the coefficients that it has not, N₁ and N₂:
-/// at the end of the piece and between.
-///
-/// At the points of interpolation Tₙ₊ₘ is Tₙ₋ₘ, so that −ẍ errs by N₁ (Tₙ₊₁ − Tₙ₋₁) + N₂ (Tₙ₊₂ − Tₙ₋₂), n even. Over the
-/// whole piece the first term integrates to nothing, and x times it to 20/n³ at most, the second to 40/n³; over a part of
-/// it to 2/n. So a slow oscillator feels N₁ by the change of its impulse response only. A fast one follows −ẍ, which is
-/// right at the ends; it feels the rates 4n N₁ and 8n N₂ there.
-fn neglected(oscillator: &Oscillator, polynomial: &Chebyshev, length: f64) -> [[f64; 2]; 2] {
-    let n = polynomial.degree as f64;
-    let next = polynomial.neglected();
-    let (_, fast) = oscillator.rates();
-    let (half, turned) = (0.5 * length, (fast * length).min(1.0));
-    let g = length.min(1.0 / fast);
-    let between = 2.0 / n * half * (next[0] + next[1]);
-    let whole = 20.0 / n.powi(3) * half;
-    let follows = if fast * length > 1.0 { 8.0 * n * (next[0] + 2.0 * next[1]) / (fast * fast * half) } else { 0.0 };
-    let end = whole * (turned * next[0] + 2.0 * next[1]);
-    [[whole * g * (next[0] + 2.0 * next[1]), end.max(follows.min(between))], [g * between, between]]
-}
-
 /// Moves the angle of `local` into `segment`; how far within `length` the cam stays in it, and
 /// through which border it leaves.
 fn way_to_border(law: &MotionLaw, segment: usize, local: &mut Local, length: f64) -> (f64, i8) {
@@ -512,12 +488,6 @@ impl Local {
     fn acceleration(&self, length: f64) -> f64 {
         (2..=self.degree).rev().fold(0.0, |sum, j| sum * length + (j * (j - 1)) as f64 * self.angle[j].abs())
     }
-}
-
-/// F of −ẍ = Re[F e^(ikψ)] for the harmonic k of a law; ψ = φ sgn w grows, so that a cam that turns back sees the
-/// sine coefficients with the other sign.
-fn harmonic_force(series: &Fourier, k: usize, w: f64, nu: f64) -> [f64; 2] {
-    [nu * nu * series.a[k], -nu * nu * w.signum() * series.b[k]]
 }
 
 fn no_periodic_motion(reason: &str) -> Fault {

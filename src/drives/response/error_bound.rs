@@ -6,6 +6,7 @@
 //! with them.) The roundings of equal steps are equal, for the same propagator is applied again and again: they are summed
 //! as they are.
 
+use crate::numerics::chebyshev::Chebyshev;
 use crate::numerics::oscillator::Oscillator;
 use serde::{Deserialize, Serialize};
 
@@ -89,8 +90,9 @@ impl ErrorBound {
         self.worst = self.worst.max(neglected + self.rounded[0] + span * self.rounded[1]);
     }
 
-    /// Adds an error of q̇ [m/s].
-    pub fn disturb(&mut self, v: f64) {
+    /// Adds that a breakpoint of the law, where U″ jumps, was passed `late` [rad] and by a rounding of `angle` [rad] off.
+    pub fn pass_late(&mut self, jump: f64, w: f64, late: f64, angle: f64) {
+        let v = jump * w * (late + ROUNDING * angle.abs());
         self.neglected[1] += v * v;
     }
 
@@ -104,4 +106,24 @@ impl ErrorBound {
         let of_steps = if self.largest > 0.0 { (self.worst / self.largest).min(1.0) } else { 0.0 };
         of_steps.max(self.closed)
     }
+}
+
+/// What an interpolant of −ẍ over `length` [s] does to q [m] and q̇ [m/s] by the coefficients that it has not, N₁ and N₂:
+/// at the end of the piece and between.
+///
+/// At the points of interpolation Tₙ₊ₘ is Tₙ₋ₘ, so that −ẍ errs by N₁ (Tₙ₊₁ − Tₙ₋₁) + N₂ (Tₙ₊₂ − Tₙ₋₂), n even. Over the
+/// whole piece the first term integrates to nothing, and x times it to 20/n³ at most, the second to 40/n³; over a part of
+/// it to 2/n. So a slow oscillator feels N₁ by the change of its impulse response only. A fast one follows −ẍ, which is
+/// right at the ends; it feels the rates 4n N₁ and 8n N₂ there.
+pub fn neglected(oscillator: &Oscillator, polynomial: &Chebyshev, length: f64) -> [[f64; 2]; 2] {
+    let n = polynomial.degree as f64;
+    let next = polynomial.neglected();
+    let (_, fast) = oscillator.rates();
+    let (half, turned) = (0.5 * length, (fast * length).min(1.0));
+    let g = length.min(1.0 / fast);
+    let between = 2.0 / n * half * (next[0] + next[1]);
+    let whole = 20.0 / n.powi(3) * half;
+    let follows = if fast * length > 1.0 { 8.0 * n * (next[0] + 2.0 * next[1]) / (fast * fast * half) } else { 0.0 };
+    let end = whole * (turned * next[0] + 2.0 * next[1]);
+    [[whole * g * (next[0] + 2.0 * next[1]), end.max(follows.min(between))], [g * between, between]]
 }
