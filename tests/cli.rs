@@ -59,7 +59,7 @@ fn without_arguments_it_prints_its_help() {
 
 #[test]
 fn every_help_has_an_example() {
-    for command in ["export", "check", "describe", "compensate", "tradeoff", "completions"] {
+    for command in ["export", "check", "describe", "compensate", "tradeoff", "stability", "completions"] {
         let run = camdrive(&[command, "--help"]);
         assert_eq!(run.code, 0);
         assert!(run.out.contains("Example") && run.out.contains(&format!("camdrive {command} ")), "{}", run.out);
@@ -310,4 +310,57 @@ fn compensate_says_what_it_cannot_do() {
         assert!(parts.iter().all(|part| run.err.contains(part)), "{args:?}: {}", run.err);
         assert!(!target.exists());
     }
+}
+
+#[test]
+fn stability_writes_tables_and_maps() {
+    let folder = folder("stability");
+    let scene = "examples/transfer_manipulator/hs3.toml";
+    let run = camdrive(&["stability", scene, "--orders", "3", "-o", text(&folder.join("study"))]);
+    assert_eq!((run.code, run.err.as_str()), (0, ""), "no progress bar where nobody looks");
+    // The peak of the torque is 1.12 times the kinetostatic one, the example says.
+    for part in ["Floquet multipliers", "stable;", "Instabilities", "Resonances", "Mind", "1.12 ", "linearisation"] {
+        assert!(run.out.contains(part), "{part} is missing in\n{}", run.out);
+    }
+    for (ending, part) in [
+        ("csv", "critical_damping"),
+        ("json", "\"multipliers\""),
+        ("map.csv", "modulation"),
+        ("damping.svg", "j = 2"),
+        ("modulation.svg", "Speed [rpm]"),
+        ("amplification.csv", "kinetostatic"),
+        ("amplification.svg", "Amplification R"),
+    ] {
+        let path = folder.join("study").join(format!("transfer_hs3.{ending}"));
+        let content = std::fs::read_to_string(&path).expect("the file is written");
+        assert!(content.contains(part), "{part} is missing in {}", path.display());
+    }
+    let quick = folder.join("quick");
+    let run = camdrive(&["stability", scene, "--quick", "--speed", "500 rpm", "--orders", "2", "-o", text(&quick)]);
+    assert!(run.code == 0 && run.out.contains("UNSTABLE") && run.out.contains("order 2"), "{}", run.out);
+    assert!(!quick.join("transfer_hs3.damping.svg").exists());
+}
+
+#[test]
+fn stability_refuses_what_it_cannot_study() {
+    let cases: [(&[&str], &str); 9] = [
+        (&["examples/rapier_loom/scene.toml"], "elastic input shaft"),
+        (&["examples/guide_bar/scene.toml"], "periodic coefficients"),
+        (&[SCENE, "--speed", "3 m"], "--speed"),
+        (&[SCENE, "--speed=-46 rpm"], "above 0"),
+        (&[SCENE, "--from", "90 rpm", "--to", "40 rpm"], "--to"),
+        (&[SCENE, "--damping=-0.1"], "--damping"),
+        (&[SCENE, "--orders", "0"], "--orders"),
+        (&[SCENE, "--modulation", "nan"], "--modulation"),
+        (&[WRONG], WRONG),
+    ];
+    for (args, message) in cases {
+        let run = camdrive(&[&["stability"], args].concat());
+        assert_eq!((run.code, run.out.as_str()), (1, ""), "{args:?}");
+        assert!(run.err.contains("error: ") && run.err.contains(message), "{args:?}: {}", run.err);
+    }
+    let file = folder("stability_file").join("here");
+    std::fs::write(&file, "").expect("the folder can be written to");
+    let run = camdrive(&["stability", SCENE, "--quick", "-o", text(&file)]);
+    assert!(run.code == 1 && run.err.contains("folder"), "{}", run.err);
 }

@@ -10,6 +10,7 @@ mod describe;
 mod export;
 #[cfg(feature = "import")]
 mod run;
+mod stability;
 mod tradeoff;
 
 use crate::scene::{self, Resolved};
@@ -40,6 +41,7 @@ enum Command {
     Describe(describe::Args),
     Compensate(compensate::Args),
     Tradeoff(tradeoff::Args),
+    Stability(stability::Args),
     #[cfg(feature = "import")]
     Run(run::Args),
     Completions(completions::Args),
@@ -65,6 +67,7 @@ pub fn main() -> ExitCode {
         Some(Command::Describe(args)) => describe::run(&args),
         Some(Command::Compensate(args)) => compensate::run(&args),
         Some(Command::Tradeoff(args)) => tradeoff::run(&args),
+        Some(Command::Stability(args)) => stability::run(&args),
         #[cfg(feature = "import")]
         Some(Command::Run(args)) => run::run(&args),
         Some(Command::Completions(args)) => completions::run(&args),

@@ -3,6 +3,7 @@
 //! All diagrams of the tool come from here, so that they look alike.
 
 mod area;
+mod ticks;
 
 use crate::drives::Fault;
 use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
@@ -10,6 +11,7 @@ use plotters::element::DashedPathElement;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{FontTransform, IntoFont, TextStyle};
+use ticks::{decimal, decimal_step, logarithmic_ticks};
 
 /// How an axis divides its length.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,6 +29,8 @@ pub struct Axis {
     pub label: String,
     /// The scale.
     pub scale: Scale,
+    /// Its ends; None where they follow from the data.
+    pub ends: Option<[f64; 2]>,
 }
 
 /// Points that belong together.
@@ -49,6 +53,10 @@ pub enum Rule {
     Horizontal(f64, String),
     /// A grey area within this outline, as far as the axes show it; the axes do not stretch for it.
     Area(Vec<[f64; 2]>, Shade),
+    /// A line along these points of this thickness in pixels, as far as the axes show it; they do not stretch for it.
+    Border(Vec<[f64; 2]>, u32),
+    /// A word above this point.
+    Word([f64; 2], String),
 }
 
 /// The grey of an area.
@@ -144,12 +152,17 @@ fn look(i: usize) -> Look {
 impl Axis {
     /// A logarithmic axis.
     pub fn logarithmic(label: &str) -> Self {
-        Axis { label: label.to_owned(), scale: Scale::Logarithmic }
+        Axis { label: label.to_owned(), scale: Scale::Logarithmic, ends: None }
     }
 
     /// A linear axis.
     pub fn linear(label: &str) -> Self {
-        Axis { label: label.to_owned(), scale: Scale::Linear }
+        Axis { label: label.to_owned(), scale: Scale::Linear, ends: None }
+    }
+
+    /// The same from `low` to `high`, whatever the data are.
+    pub fn between(self, low: f64, high: f64) -> Self {
+        Axis { ends: Some([low, high]), ..self }
     }
 
     /// Where a value lies on the axis; None off the scale.
@@ -162,6 +175,9 @@ impl Axis {
 
     /// The ends of the axis for these places.
     fn span(&self, places: impl Iterator<Item = f64>) -> [f64; 2] {
+        if let Some([Some(low), Some(high)]) = self.ends.map(|ends| ends.map(|end| self.place(end))) {
+            return [low, high];
+        }
         let (low, high) = places.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
         if low > high {
             return [0.0, 1.0];
@@ -183,46 +199,6 @@ impl Axis {
             Scale::Logarithmic => logarithmic_ticks(low, high),
         }
     }
-}
-
-/// 1, 2 or 5 times a power of ten, at most six of them in `span`.
-fn decimal_step(span: f64) -> f64 {
-    let power = 10f64.powf((span / 6.0).log10().floor());
-    [1.0, 2.0, 5.0, 10.0].into_iter().map(|m| m * power).find(|step| span / step <= 6.0).unwrap_or(power)
-}
-
-fn decimal(value: f64, step: f64) -> String {
-    let decimals = (-step.log10().floor()).max(0.0) as usize;
-    format!("{value:.decimals$}").replace('-', "−")
-}
-
-/// Powers of ten, every n-th of them where there are many, and 1, 2, 5 times them where there are few.
-fn logarithmic_ticks(low: f64, high: f64) -> Vec<(f64, String)> {
-    let span = high - low;
-    let multiples: &[f64] = match span {
-        s if s <= 0.9 => &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0],
-        s if s <= 2.2 => &[1.0, 2.0, 5.0],
-        _ => &[1.0],
-    };
-    let every = ((span / 8.0).ceil() as i64).max(1);
-    let exponents = (low.floor() as i64..=high.ceil() as i64).filter(|n| n.rem_euclid(every) == 0);
-    exponents
-        .flat_map(|n| multiples.iter().map(move |m| (n as f64 + m.log10(), *m, n)))
-        .filter(|(place, ..)| (low..=high).contains(place))
-        .map(|(place, m, n)| (place, logarithmic_label(m, n)))
-        .collect()
-}
-
-/// m · 10ⁿ, in plain digits from 0.01 to 100000.
-fn logarithmic_label(m: f64, n: i64) -> String {
-    if (-2..=5).contains(&n) {
-        let decimals = (-n).max(0) as usize + usize::from(m.fract() != 0.0 && n <= 0);
-        return format!("{:.decimals$}", m * 10f64.powi(n as i32));
-    }
-    let digits = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
-    let power: String =
-        n.to_string().chars().map(|c| c.to_digit(10).map_or('⁻', |digit| digits[digit as usize])).collect();
-    if m == 1.0 { format!("10{power}") } else { format!("{m}·10{power}") }
 }
 
 /// The places along an axis, with its ticks, as the drawing library asks for them.
@@ -290,7 +266,7 @@ impl Diagram {
         let rule = |rule: &Rule| match rule {
             Rule::Vertical(x, _) => (self.x.place(*x), None),
             Rule::Horizontal(y, _) => (None, self.y.place(*y)),
-            Rule::Area(..) => (None, None),
+            Rule::Area(..) | Rule::Border(..) | Rule::Word(..) => (None, None),
         };
         let rules: Vec<(Option<f64>, Option<f64>)> = self.rules.iter().map(rule).collect();
         let x = self.x.span(places.iter().flatten().map(|p| p.0).chain(rules.iter().filter_map(|r| r.0)));
@@ -324,6 +300,20 @@ impl Diagram {
             (px - left, py - top)
         };
         for rule in &self.rules {
+            if let Rule::Border(points, width) = rule {
+                let line: Vec<(f64, f64)> = points.iter().filter_map(place).collect();
+                for part in area::seen(&line, x, y) {
+                    let part: Vec<(i32, i32)> = part.iter().map(pixel).collect();
+                    area.draw(&PathElement::new(part, ShapeStyle::from(INK).stroke_width(*width)))?;
+                }
+            }
+            if let Rule::Word(at, word) = rule
+                && let Some(at) = place(at)
+            {
+                let text = style(TEXT - 1.0).pos(Pos::new(HPos::Center, VPos::Bottom));
+                let (px, py) = pixel(&at);
+                area.draw(&Text::new(word.clone(), (px, py - 2), text))?;
+            }
             if let Rule::Area(outline, shade) = rule {
                 let outline: Vec<(f64, f64)> = outline.iter().filter_map(place).collect();
                 let seen: Vec<(i32, i32)> = area::within(&outline, x, y).iter().map(pixel).collect();
@@ -449,18 +439,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ticks_are_round_and_few() {
-        let labels = |low: f64, high: f64| -> Vec<String> {
-            logarithmic_ticks(low.log10(), high.log10()).into_iter().map(|(_, text)| text).collect()
-        };
-        assert_eq!(labels(1e-16, 1e-1), ["10⁻¹⁶", "10⁻¹⁴", "10⁻¹²", "10⁻¹⁰", "10⁻⁸", "10⁻⁶", "10⁻⁴", "0.01"]);
-        assert_eq!(labels(90.0, 2000.0), ["100", "200", "500", "1000", "2000"]);
-        assert_eq!(labels(0.3, 0.9), ["0.3", "0.4", "0.5", "0.6", "0.8"]);
-        assert_eq!(decimal_step(7.3), 2.0);
-        assert_eq!(decimal(-0.25, 0.05), "−0.25");
-    }
-
-    #[test]
     fn any_data_give_a_well_formed_picture() {
         let series = |points: Vec<[f64; 2]>, joined| Series { name: "a < b & c".to_owned(), points, joined };
         let data = [
@@ -481,6 +459,8 @@ mod tests {
                         Rule::Horizontal(1.0, "one".into()),
                         Rule::Area(vec![[1e-300, 1.0], [1e300, 1.0], [f64::NAN, 1.0], [1.0, 1e300]], Shade::Dark),
                         Rule::Area(Vec::new(), Shade::Pale),
+                        Rule::Border(vec![[1.0, 1.0], [f64::NAN, 2.0], [3.0, 1e3]], 1),
+                        Rule::Word([-1.0, f64::INFINITY], "<j>".into()),
                     ],
                 };
                 let svg = diagram.svg().unwrap();

@@ -12,6 +12,7 @@ pub mod erased;
 pub mod event;
 pub mod model;
 pub mod number;
+pub mod oscillator;
 pub mod parametric;
 pub mod resource;
 pub mod response;
@@ -28,6 +29,7 @@ pub use model::Model;
 #[cfg(feature = "cli")]
 pub use model::{Described, Template};
 pub use number::Number;
+pub use oscillator::PeriodicOscillator;
 pub use simplification::Simplification;
 pub use variable::{Description, List, Variable};
 
@@ -146,6 +148,11 @@ pub trait Drive: Clone + Serialize + DeserializeOwned + Send + Sync + 'static {
     /// The scene with one of its features left out, for each feature that it has; the names of the outputs stay.
     fn simplifications(_scene: &Self::Scene) -> Vec<Simplification<Self::Scene>> {
         Vec::new()
+    }
+
+    /// The drive as an oscillator with periodic coefficients, linearised where it is not linear; None where it is none.
+    fn oscillator(_scene: &Self::Scene) -> Option<PeriodicOscillator> {
+        None
     }
 
     /// The default experiment.

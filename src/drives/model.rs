@@ -33,7 +33,7 @@ pub use described::{Described, Template};
 mod described {
     use super::super::erased::{self, DynDrive};
     use super::super::simplification::{Simplification, Simplified};
-    use super::super::{Curve, Drive, Fault, Portrait};
+    use super::super::{Curve, Drive, Fault, PeriodicOscillator, Portrait};
     use serde_json::Value;
 
     /// A drive with all that is said of it.
@@ -54,12 +54,20 @@ mod described {
         pub encode: fn(&Value) -> Result<Vec<u8>, Fault>,
         /// [`Drive::simplifications`] of a resolved scene.
         pub simplifications: fn(&Value) -> Result<Vec<Simplification<Value>>, Fault>,
+        /// [`Drive::oscillator`] of a resolved scene.
+        pub oscillator: fn(&Value) -> Result<Option<PeriodicOscillator>, Fault>,
     }
 
     impl Template {
         /// The entry of the drive type `D`.
         pub const fn of<D: Drive>() -> Self {
-            Template { name: D::MODEL, build: build::<D>, encode: encode::<D>, simplifications: simplifications::<D> }
+            Template {
+                name: D::MODEL,
+                build: build::<D>,
+                encode: encode::<D>,
+                simplifications: simplifications::<D>,
+                oscillator: oscillator::<D>,
+            }
         }
     }
 
@@ -77,6 +85,10 @@ mod described {
 
     fn encode<D: Drive>(json: &Value) -> Result<Vec<u8>, Fault> {
         postcard::to_stdvec(&scene::<D>(json)?).map_err(|e| fault::<D>(&e))
+    }
+
+    fn oscillator<D: Drive>(json: &Value) -> Result<Option<PeriodicOscillator>, Fault> {
+        Ok(D::oscillator(&scene::<D>(json)?))
     }
 
     fn simplifications<D: Drive>(json: &Value) -> Result<Vec<Simplification<Value>>, Fault> {

@@ -68,7 +68,7 @@ pub use resource::Resource;
 #[cfg(feature = "cli")]
 mod resource {
     use super::super::model::{Described, Template};
-    use super::super::{Fault, TEMPLATES};
+    use super::super::{Fault, PeriodicOscillator, TEMPLATES};
     use super::{Content, unknown};
 
     /// A resolved scene: coherent SI, validated by the exporter.
@@ -93,6 +93,20 @@ mod resource {
         /// Builds the drive.
         pub fn build(&self) -> Result<Box<dyn Described>, Fault> {
             (self.template()?.build)(&self.scene)
+        }
+
+        /// The drive as an oscillator with periodic coefficients.
+        ///
+        /// # Errors
+        /// Where the model is none.
+        pub fn oscillator(&self) -> Result<PeriodicOscillator, Fault> {
+            (self.template()?.oscillator)(&self.scene)?.ok_or_else(|| {
+                Fault(format!(
+                    "{} is no oscillator with periodic coefficients; such are ElasticCamDrive with an elastic input \
+                     shaft and ParametricDrive",
+                    self.model
+                ))
+            })
         }
 
         /// The scene as the runtime library reads it.

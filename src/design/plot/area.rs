@@ -1,4 +1,4 @@
-//! Areas cut off at the ends of the axes.
+//! Areas and lines cut off at the ends of the axes.
 //!
 //! Source: I. E. Sutherland, G. W. Hodgman, "Reentrant polygon clipping", Commun. ACM 17 (1974) 32–42.
 
@@ -26,6 +26,37 @@ fn cut(polygon: &[(f64, f64)], distance: &dyn Fn(&(f64, f64)) -> f64) -> Vec<(f6
     part
 }
 
+/// The parts of the line along `points` with x and y between these ends.
+pub fn seen(points: &[(f64, f64)], x: [f64; 2], y: [f64; 2]) -> Vec<Vec<(f64, f64)>> {
+    let mut parts: Vec<Vec<(f64, f64)>> = Vec::new();
+    let mut joined = false;
+    for pair in points.windows(2) {
+        let ((x0, y0), (dx, dy)) = (pair[0], (pair[1].0 - pair[0].0, pair[1].1 - pair[0].1));
+        // Liang and Barsky: the part of the segment between the shares `from` and `to` is inside.
+        let (mut from, mut to) = (0.0_f64, 1.0_f64);
+        for (way, room) in [(-dx, x0 - x[0]), (dx, x[1] - x0), (-dy, y0 - y[0]), (dy, y[1] - y0)] {
+            if way < 0.0 {
+                from = from.max(room / way);
+            } else if way > 0.0 {
+                to = to.min(room / way);
+            } else if room < 0.0 {
+                to = -1.0;
+            }
+        }
+        if !(from <= to) {
+            joined = false;
+            continue;
+        }
+        let at = |share: f64| (x0 + share * dx, y0 + share * dy);
+        match parts.last_mut().filter(|_| joined && from == 0.0) {
+            Some(part) => part.push(at(to)),
+            None => parts.push(vec![at(from), at(to)]),
+        }
+        joined = to == 1.0;
+    }
+    parts
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -47,5 +78,15 @@ mod tests {
         assert_eq!(within(&inside, unit.0, unit.1), inside);
         assert!(within(&[(2.0, 2.0), (3.0, 2.0), (3.0, 3.0)], unit.0, unit.1).is_empty());
         assert!(within(&[], unit.0, unit.1).is_empty());
+    }
+
+    #[test]
+    fn a_line_is_cut_into_the_parts_that_are_seen() {
+        let unit = ([0.0, 1.0], [0.0, 1.0]);
+        let line = [(0.5, 0.5), (0.5, 1.5), (0.75, 1.5), (0.75, 0.5), (2.0, 0.5), (2.0, 9.0)];
+        let expected = vec![vec![(0.5, 0.5), (0.5, 1.0)], vec![(0.75, 1.0), (0.75, 0.5), (1.0, 0.5)]];
+        assert_eq!(seen(&line, unit.0, unit.1), expected);
+        assert_eq!(seen(&[(0.1, 0.2), (0.3, 0.4), (0.5, 0.9)], unit.0, unit.1), [[(0.1, 0.2), (0.3, 0.4), (0.5, 0.9)]]);
+        assert!(seen(&[(-1.0, 2.0), (2.0, 2.0)], unit.0, unit.1).is_empty() && seen(&[], unit.0, unit.1).is_empty());
     }
 }

@@ -20,6 +20,7 @@
 mod energy;
 mod equation;
 mod features;
+mod oscillator;
 mod portrait;
 mod solver;
 mod steady;
@@ -332,6 +333,10 @@ impl Drive for ElasticShaft {
 
     fn simplifications(scene: &Scene) -> Vec<super::Simplification<Scene>> {
         features::of(scene)
+    }
+
+    fn oscillator(scene: &Scene) -> Option<super::PeriodicOscillator> {
+        Some(oscillator::of(scene))
     }
 
     fn experiment(&self) -> Experiment {

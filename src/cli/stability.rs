@@ -1,0 +1,193 @@
+//! `camdrive stability SCENE`
+
+use super::{Failure, print, read_all};
+use crate::design::stability::{self, MOST_ORDERS, Options, Progress, Report, figures, table};
+use crate::design::tradeoff::table::Table;
+use crate::drives::Fault;
+use crate::drives::unit;
+use crate::scene::units;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::fmt::Write as _;
+use std::io::IsTerminal as _;
+use std::path::{Path, PathBuf};
+
+/// Finds the speeds at which parameters that vary over the turn make a drive vibrate, and the damping that prevents it.
+///
+/// Takes every drive that is an oscillator with periodic coefficients; the elastic input shaft is linearised. Floquet
+/// multipliers at the speed of the scene; for each order j the unstable speeds, the critical damping ratio θ* and the
+/// safety θ/θ*, exact, with the classical bounds beside them; the load of the elastic member over its kinetostatic
+/// value R, and the resonances.
+///
+/// Prints the tables and writes NAME.csv (orders), NAME.json, and unless --quick NAME.map.csv, NAME.damping.svg and
+/// NAME.modulation.svg; for drives with a load NAME.amplification.csv and .svg as well.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  camdrive stability examples/transfer_manipulator/hs3.toml
+  camdrive stability examples/transfer_manipulator/hs3.toml --speed \"60 rpm\" --speed \"92 rpm\"
+  camdrive stability examples/transfer_manipulator/scene.toml --from \"30 rpm\" --to \"900 rpm\" --damping 0.01")]
+pub struct Args {
+    /// Scene file (TOML)
+    scene: PathBuf,
+    /// Folder for tables and diagrams [default: stability-NAME]
+    #[arg(short, long, value_name = "FOLDER")]
+    output: Option<PathBuf>,
+    /// Speed to examine, "46 rpm" or in rad/s; several are possible [default: that of the scene]
+    #[arg(long, value_name = "SPEED")]
+    speed: Vec<String>,
+    /// Lowest speed of the diagrams
+    #[arg(long, value_name = "SPEED", requires = "to")]
+    from: Option<String>,
+    /// Highest speed of the diagrams
+    #[arg(long, value_name = "SPEED", requires = "from")]
+    to: Option<String>,
+    /// Damping ratio instead of that of the scene
+    #[arg(long, value_name = "RATIO")]
+    damping: Option<f64>,
+    /// Number of orders [default: those at the speeds examined, 8 to 40]
+    #[arg(long, value_name = "NUMBER")]
+    orders: Option<usize>,
+    /// Modulation at the upper edge of its diagram, that of the scene = 1 [default: 1.5, less where inertia would vanish]
+    #[arg(long, value_name = "FACTOR")]
+    modulation: Option<f64>,
+    /// Without the maps
+    #[arg(long)]
+    quick: bool,
+}
+
+impl Args {
+    fn options(&self) -> Result<Options, Failure> {
+        let refused =
+            |name: &str, message: &str, hint: &str| Failure(format!("error: --{name}: {message}\n  = hint: {hint}"));
+        let speed = |name: &str, text: &String| {
+            let value = units::parse(text, &unit::ANGULAR_VELOCITY).map_err(|e| refused(name, &e.message, &e.hint))?;
+            if value > 0.0 {
+                Ok(value)
+            } else {
+                Err(refused(
+                    name,
+                    &format!("{text} is not above 0"),
+                    "a drive at rest is no parametric one; a drive that turns backwards has the same boundaries",
+                ))
+            }
+        };
+        let positive = |name: &str, value: Option<f64>, least: f64| match value {
+            Some(value) if !(value >= least && value.is_finite()) => {
+                Err(refused(name, &format!("{value} is outside [{least}, ∞)"), "write for example 0.03"))
+            }
+            value => Ok(value),
+        };
+        let range = match (&self.from, &self.to) {
+            (Some(from), Some(to)) => {
+                let (low, high) = (speed("from", from)?, speed("to", to)?);
+                if low >= high {
+                    return Err(refused(
+                        "to",
+                        &format!("{to} is not above --from {from}"),
+                        "name the lower speed first",
+                    ));
+                }
+                Some([low, high])
+            }
+            _ => None,
+        };
+        if let Some(orders) = self.orders.filter(|orders| !(1..=MOST_ORDERS).contains(orders)) {
+            return Err(refused(
+                "orders",
+                &format!("{orders} is outside [1, {MOST_ORDERS}]"),
+                "leave it out for the usual ones",
+            ));
+        }
+        Ok(Options {
+            speeds: self.speed.iter().map(|text| speed("speed", text)).collect::<Result<_, _>>()?,
+            range,
+            orders: self.orders,
+            damping: positive("damping", self.damping, 0.0)?,
+            modulation: positive("modulation", self.modulation, 1e-6)?,
+            quick: self.quick,
+        })
+    }
+}
+
+/// A progress bar on the standard error, hidden where that is no terminal.
+fn bar(name: &str) -> ProgressBar {
+    let target =
+        if std::io::stderr().is_terminal() { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+    let style = ProgressStyle::with_template("{prefix} {msg:>10} {wide_bar} {pos}/{len} {elapsed}");
+    ProgressBar::with_draw_target(None, target)
+        .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+        .with_prefix(name.to_owned())
+}
+
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let options = args.options()?;
+    for scene in &read_all(std::slice::from_ref(&args.scene))? {
+        let fault = |fault: Fault| Failure(format!("error: {}: {fault}", args.scene.display()));
+        let folder = args.output.clone().unwrap_or_else(|| PathBuf::from(format!("stability-{}", scene.name)));
+        if folder.is_file() {
+            return Err(Failure(format!("error: {}: this is a file; -o takes a folder", folder.display())));
+        }
+        let oscillator = scene.resource().oscillator().map_err(fault)?;
+        let bar = bar(&scene.name);
+        let report = stability::study([&scene.name, scene.model], &oscillator, &options, &|progress: Progress| {
+            bar.set_length(progress.total as u64);
+            bar.set_position(progress.done as u64);
+            bar.set_message(progress.stage);
+        });
+        bar.finish_and_clear();
+        let report = report.map_err(fault)?;
+        let written = write(&folder, &report)?;
+        print(&(text(&report) + &written))?;
+    }
+    Ok(())
+}
+
+/// Writes tables and diagrams; the lines that say so.
+fn write(folder: &Path, report: &Report) -> Result<String, Failure> {
+    let fault = |fault: Fault| Failure(format!("error: {fault}"));
+    let mut files = vec![("csv", table::orders_csv(report)), ("json", table::json(report))];
+    if !report.over_damping.is_empty() || !report.over_modulation.is_empty() {
+        files.push(("map.csv", table::map_csv(report)));
+        files.push(("damping.svg", figures::over_damping(report).svg()));
+        files.push(("modulation.svg", figures::over_modulation(report).svg()));
+    }
+    if !report.amplification.is_empty() {
+        files.push(("amplification.csv", table::amplification_csv(report)));
+        files.push(("amplification.svg", figures::amplification(report).svg()));
+    }
+    let failure = |path: &Path, e: std::io::Error| Failure(format!("error: {} cannot be written: {e}", path.display()));
+    std::fs::create_dir_all(folder).map_err(|e| failure(folder, e))?;
+    let mut lines = String::from("\n");
+    for (ending, content) in files {
+        let path = folder.join(format!("{}.{ending}", report.scene));
+        std::fs::write(&path, content.map_err(fault)?).map_err(|e| failure(&path, e))?;
+        let _ = writeln!(lines, "{}", path.display());
+    }
+    Ok(lines)
+}
+
+/// The report for a terminal.
+fn text(report: &Report) -> String {
+    let mut out = format!("{} ({})\n", report.scene, report.model);
+    let mut lines = |title: &str, lines: Vec<String>| {
+        if !lines.is_empty() {
+            if !title.is_empty() {
+                let _ = writeln!(out, "\n{title}");
+            }
+            for line in lines {
+                let _ = writeln!(out, "{}{line}", if title.is_empty() { "" } else { "  " });
+            }
+        }
+    };
+    lines("", table::about(report));
+    lines("Stability", table::of_speeds(report));
+    let rows = |table: Table| {
+        if table.rows.is_empty() { Vec::new() } else { table.text().lines().map(|line| line[2..].to_owned()).collect() }
+    };
+    lines("Instabilities", rows(table::of_orders(report)));
+    lines("", table::of_other_orders(report).map(|line| format!("  {line}")).into_iter().collect());
+    lines("Start from rest", rows(table::of_transients(report)));
+    lines("Resonances with harmonic k of the load", rows(table::of_resonances(report)));
+    lines("Mind", table::warnings(report));
+    out
+}

@@ -1,0 +1,166 @@
+//! Hill's eigenproblem: all instability boundaries of the undamped oscillator at once, counted by oscillation number.
+//!
+//! Without damping, m̂ q″ + b̂₁ q′ + (λ ĉ + ĉ₂) q = 0 is a self-adjoint eigenproblem in λ = 1/η² with periodic or
+//! antiperiodic ends. Its eigenvalues come in pairs, the ends of the instability of order n, whose eigenfunctions have
+//! n zeros in a period; n is even with periodic ends, odd with antiperiodic ones. So the place in the sorted list tells
+//! the order, however far from j² the eigenvalue lies, and no tongue can be missed, however narrow.
+//!
+//! In harmonics e^(ipnφ), p n the orders that the symmetry of the turn admits:
+//!
+//! - Inertia that turns (b̂₁ = m̂′, ĉ₂ = m̂″/2): Σ m̂ₙ₋ₗ (n² + l²)/2 qₗ = λ Σ ĉₙ₋ₗ qₗ, symmetric where ĉ > 0. An
+//!   eigenvalue λ ≤ 0 belongs to no speed: the instability reaches from the other boundary to infinite speed.
+//! - Fixed inertia: −q″ = λ (ĉ/m̂) q, with η² = 1/λ as the eigenvalue, so that ĉ may change its sign. The constant is
+//!   eliminated, since it does not oscillate.
+//!
+//! Source: V. A. Yakubovich, V. M. Starzhinskii, *Linear Differential Equations with Periodic Coefficients*, Wiley
+//! 1975, chapters II and VIII; W. Magnus, S. Winkler, *Hill's Equation*, Wiley 1966, theorem 2.1.
+
+use super::system::{Complex, System};
+use nalgebra::DMatrix;
+
+/// The undamped boundaries of the instability of order n.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pair {
+    /// The lower λ, that is the higher speed; not positive where there is none.
+    pub low: f64,
+    /// The higher λ.
+    pub high: f64,
+}
+
+/// The boundaries of the orders n = 1 …, and how far the truncation is to be trusted.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Boundaries {
+    /// One pair for each n.
+    pub pairs: Vec<Pair>,
+    /// Harmonics kept on either side.
+    pub harmonics: usize,
+    /// The largest relative change of a λ when their number was doubled.
+    pub change: f64,
+}
+
+impl Boundaries {
+    /// Those of a drive whose coefficients do not vary.
+    pub fn none() -> Self {
+        Boundaries { pairs: Vec::new(), harmonics: 0, change: 0.0 }
+    }
+}
+
+/// The relative change of the boundaries at which the truncation counts as converged. They serve as the start for the
+/// exact boundaries, which Newton's method reaches from there in two steps.
+const CONVERGED: f64 = 1e-9;
+
+/// Harmonics beyond which no more are taken: some tenths of a second of work. Where coefficients have jumps in a
+/// derivative, the boundaries then still have five digits or more.
+const MOST_HARMONICS: usize = 96;
+
+/// The boundaries of the orders 1 … `orders`.
+pub fn boundaries(system: &System, orders: usize) -> Boundaries {
+    let mut harmonics = orders / 2 + 12;
+    let mut pairs = truncated(system, orders, harmonics);
+    let mut change = f64::INFINITY;
+    while change > CONVERGED && 2 * harmonics <= MOST_HARMONICS {
+        harmonics *= 2;
+        let finer = truncated(system, orders, harmonics);
+        let part = |(a, b): (&Pair, &Pair)| ((a.low - b.low).abs().max((a.high - b.high).abs())) / b.high.abs();
+        change = pairs.iter().zip(&finer).map(part).fold(0.0, f64::max);
+        pairs = finer;
+    }
+    Boundaries { pairs, harmonics, change }
+}
+
+/// The highest harmonic of the turn that [`boundaries`] may ask for, in a turn with symmetry `parts`.
+pub fn highest_harmonic(parts: usize) -> usize {
+    parts.max(1) * (2 * MOST_HARMONICS + 1)
+}
+
+/// The boundaries from `harmonics` harmonics on either side.
+fn truncated(system: &System, orders: usize, harmonics: usize) -> Vec<Pair> {
+    let sector = |half: bool| eigenvalues(system, half, harmonics, orders);
+    let (periodic, antiperiodic) = (sector(false), sector(true));
+    let pair = |n: usize| {
+        let (list, at) = if n % 2 == 0 { (&periodic, n - 2) } else { (&antiperiodic, n - 1) };
+        Pair { low: list[at].min(list[at + 1]), high: list[at].max(list[at + 1]) }
+    };
+    (1..=orders).map(pair).collect()
+}
+
+/// The λ of one kind of ends in the order of the oscillation numbers, without that of the number 0.
+fn eigenvalues(system: &System, half: bool, harmonics: usize, orders: usize) -> Vec<f64> {
+    let parts = system.parts.max(1);
+    let waves: Vec<f64> = (1..=harmonics).map(|n| parts as f64 * (n as f64 - if half { 0.5 } else { 0.0 })).collect();
+    let list = |all: Vec<Complex>| -> Vec<Complex> { all.into_iter().step_by(parts).collect() };
+    let mut sorted: Vec<f64> = if system.inertia_turns() {
+        let inertia = product(&list(system.inertia()), half, harmonics);
+        let stiffness = product(&list(system.stiffness()), half, harmonics);
+        let wave = |i: usize| wave_of(i, half, &waves);
+        let matrix = DMatrix::from_fn(inertia.nrows(), inertia.ncols(), |i, j| {
+            0.5 * (wave(i).powi(2) + wave(j).powi(2)) * inertia[(i, j)]
+        });
+        // L⁻¹ A L⁻ᵀ with C = L Lᵀ.
+        let Some(cholesky) = stiffness.cholesky() else { return vec![f64::NAN; orders + 2] };
+        let l = cholesky.l();
+        let left = l.solve_lower_triangular(&matrix).unwrap_or(matrix);
+        let both = l.solve_lower_triangular(&left.transpose()).unwrap_or(left);
+        let mut list: Vec<f64> = both.symmetric_eigenvalues().iter().copied().collect();
+        list.sort_by(f64::total_cmp);
+        list.split_off(if half { 0 } else { 1 })
+    } else {
+        let ratio = product(&list(system.ratio()), half, harmonics);
+        let (first, constant) = if half { (0, 0.0) } else { (1, ratio[(0, 0)]) };
+        let size = ratio.nrows() - first;
+        let wave = |i: usize| wave_of(i + first, half, &waves);
+        let entry = |i: usize, j: usize| {
+            let eliminated = if half { 0.0 } else { ratio[(i + 1, 0)] * ratio[(0, j + 1)] / constant };
+            (ratio[(i + first, j + first)] - eliminated) / (wave(i) * wave(j))
+        };
+        let squares = DMatrix::from_fn(size, size, entry).symmetric_eigenvalues();
+        let mut list: Vec<f64> = squares.iter().map(|square| 1.0 / square).filter(|lambda| *lambda > 0.0).collect();
+        list.sort_by(f64::total_cmp);
+        list
+    };
+    sorted.resize(sorted.len().max(orders + 2), f64::NAN);
+    sorted
+}
+
+/// The order of the wave that row i stands for: 1, cos, sin, cos, sin … or without the constant.
+fn wave_of(i: usize, half: bool, waves: &[f64]) -> f64 {
+    if half {
+        waves[i / 2]
+    } else if i == 0 {
+        0.0
+    } else {
+        waves[(i - 1) / 2]
+    }
+}
+
+/// The matrix of the multiplication by a function with the coefficients `g`, in the orthonormal basis
+/// (1,) √2 cos, √2 sin of the waves.
+fn product(g: &[Complex], half: bool, harmonics: usize) -> DMatrix<f64> {
+    // Row → (number of the wave, whether a sine); a wave has the order n or n − ½.
+    let row = |i: usize| if half { (i / 2 + 1, i % 2 == 1) } else { (i.div_ceil(2), i > 0 && i % 2 == 0) };
+    let at = |k: i64| {
+        let [re, im] = g[k.unsigned_abs() as usize];
+        if k < 0 { [re, -im] } else { [re, im] }
+    };
+    let size = 2 * harmonics + usize::from(!half);
+    DMatrix::from_fn(size, size, |i, j| {
+        let ((n, sine), (l, other)) = (row(i), row(j));
+        let difference = at(n as i64 - l as i64);
+        let sum = at((n + l) as i64 - i64::from(half));
+        // 1 = √2 cos 0 / √2 on either side.
+        let factor = if n == 0 && l == 0 {
+            0.5
+        } else if n == 0 || l == 0 {
+            std::f64::consts::FRAC_1_SQRT_2
+        } else {
+            1.0
+        };
+        factor
+            * match (sine, other) {
+                (false, false) => difference[0] + sum[0],
+                (true, true) => difference[0] - sum[0],
+                (false, true) => difference[1] - sum[1],
+                (true, false) => -difference[1] - sum[1],
+            }
+    })
+}

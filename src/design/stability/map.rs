@@ -1,0 +1,251 @@
+//! The curves of the stability maps: boundaries over (speed, damping) and over (speed, modulation).
+//!
+//! Every point of a curve is a boundary found as an eigenvalue on a line across the map, at one damping ratio or one
+//! modulation; the lines lie as densely as the picture needs. No grid of the map is evaluated, so the width of a
+//! tongue does not matter.
+
+use super::hill;
+use super::parallel;
+use super::system::System;
+use super::tongue::{Apex, Tongue};
+use serde::Serialize;
+
+/// The tongue of an order in a map: at each height (damping ratio or modulation) the lower and the upper speed ratio,
+/// the latter infinite where there is none.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Region {
+    /// j.
+    pub j: f64,
+    /// θ at which it is drawn, in the map over the modulation.
+    pub theta: Option<f64>,
+    /// (height, η, η), by rising height.
+    pub lines: Vec<[f64; 3]>,
+}
+
+/// The polygon of a curve may miss it by this part of the picture's width or height: a third of a line's thickness.
+const DEVIATION: f64 = 1e-3;
+
+/// Lines are halved at most so often.
+const HALVINGS: usize = 6;
+
+/// The modulations at which the second map is begun.
+const MODULATIONS: usize = 16;
+
+/// A tongue at the modulation of the scene with the damping at which it vanishes.
+pub type Known = (Tongue, Option<Apex>);
+
+/// The regions over (speed, damping) up to the damping ratio `top`, of the tongues that reach a visible part of it.
+pub fn over_damping(system: &System, known: &[Known], top: f64, done: &(dyn Fn() + Sync)) -> Vec<Region> {
+    let region = |(tongue, apex): &Known| {
+        let end = apex.map_or(top, |apex| apex.theta);
+        let mut lines = Vec::new();
+        if !tongue.is_closed() && end > DEVIATION * top {
+            // Heights end · s (2 − s), since the top of a tongue is round.
+            let height = |s: f64| if apex.is_some() { end * s * (2.0 - s) } else { end * s };
+            let at = |s: f64| {
+                let height = height(s);
+                match apex {
+                    Some(apex) if s == 1.0 => Some([height, apex.eta, apex.eta]),
+                    _ => tongue.interval(system, apex.as_ref(), height).map(|[low, high]| [height, low, high]),
+                }
+            };
+            const FIRST: usize = 8;
+            let first: Vec<(f64, [f64; 3])> =
+                (0..=FIRST).filter_map(|i| Some((i as f64 / FIRST as f64, at(i as f64 / FIRST as f64)?))).collect();
+            lines = refined(first, &at, top);
+        }
+        Region { j: tongue.j, theta: None, lines }
+    };
+    let regions = parallel::map(known, region, done);
+    regions.into_iter().filter(|region| region.lines.len() > 1).collect()
+}
+
+/// The lines with more of them between where the curves bend.
+fn refined(first: Vec<(f64, [f64; 3])>, at: &dyn Fn(f64) -> Option<[f64; 3]>, top: f64) -> Vec<[f64; 3]> {
+    let mut lines = Vec::new();
+    for pair in first.windows(2) {
+        lines.push(pair[0].1);
+        halve(pair[0], pair[1], at, top, HALVINGS, &mut lines);
+    }
+    lines.extend(first.last().map(|(_, line)| *line));
+    lines
+}
+
+type Line = (f64, [f64; 3]);
+
+fn halve(a: Line, b: Line, at: &dyn Fn(f64) -> Option<[f64; 3]>, top: f64, depth: usize, lines: &mut Vec<[f64; 3]>) {
+    let s = 0.5 * (a.0 + b.0);
+    let Some(line) = at(s) else { return };
+    if depth > 0 && deviates(&a.1, &line, &b.1, top) {
+        halve(a, (s, line), at, top, depth - 1, lines);
+        lines.push(line);
+        halve((s, line), b, at, top, depth - 1, lines);
+    } else {
+        lines.push(line);
+    }
+}
+
+/// Whether the straight line from `a` to `b` would visibly miss `line` between them.
+fn deviates(a: &[f64; 3], line: &[f64; 3], b: &[f64; 3], top: f64) -> bool {
+    let part = if b[0] == a[0] { 0.5 } else { (line[0] - a[0]) / (b[0] - a[0]) };
+    let misses = |k: usize| {
+        // Speeds are drawn by their logarithm; a decade or so fills the width. A miss along a steep curve is a small
+        // one across it.
+        let (from, to, real) = (a[k].ln(), b[k].ln(), line[k].ln());
+        let across = (from + part * (to - from) - real).abs();
+        let slope = ((b[0] - a[0]) / top).abs() / (to - from).abs().max(f64::MIN_POSITIVE);
+        across.is_finite() && across.min(across * slope) > 2.0 * DEVIATION
+    };
+    misses(1) || misses(2)
+}
+
+/// What the map over the modulation shows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Modulation {
+    /// The orders n = 1 … that are drawn.
+    pub orders: usize,
+    /// The modulation at the upper edge.
+    pub top: f64,
+    /// The damping ratio for which boundaries are drawn beside those without damping.
+    pub theta: f64,
+}
+
+/// The tongues of one modulation: for each order and each damping ratio the interval of unstable speeds.
+struct Row {
+    modulation: f64,
+    intervals: Vec<Vec<Option<[f64; 2]>>>,
+    /// θ* of each order, infinite where no damping ratio suffices.
+    critical: Vec<f64>,
+}
+
+/// A modulation at which the tongue of an order appears or vanishes at a damping ratio.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tip {
+    /// n.
+    pub n: usize,
+    /// The modulation.
+    pub modulation: f64,
+    /// η.
+    pub eta: f64,
+    /// Whether speeds are unstable above this modulation, else below it.
+    pub opens: bool,
+}
+
+fn row(system: &System, plan: &Modulation, modulation: f64) -> Row {
+    let system = system.modulated(modulation);
+    let start = hill::boundaries(&system, plan.orders);
+    let (intervals, critical) = (1..=plan.orders)
+        .map(|n| {
+            let tongue = Tongue::new(&system, n, start.pairs[n - 1]);
+            let apex = if plan.theta > 0.0 { tongue.apex(&system) } else { None };
+            let closed = || tongue.is_closed().then(|| [1.0 / tongue.lambda.high.sqrt(); 2]);
+            let undamped = tongue.interval(&system, None, 0.0).or_else(closed);
+            let damped = if plan.theta > 0.0 { tongue.interval(&system, apex.as_ref(), plan.theta) } else { None };
+            (vec![undamped, damped], apex.map_or(f64::INFINITY, |apex| apex.theta))
+        })
+        .unzip();
+    Row { modulation, intervals, critical }
+}
+
+/// The regions over (speed, modulation), and the tips of those with damping.
+pub fn over_modulation(system: &System, plan: &Modulation, done: &(dyn Fn() + Sync)) -> (Vec<Region>, Vec<Tip>) {
+    let at = |modulations: &[f64]| parallel::map(modulations, |m| row(system, plan, *m), done);
+    let first: Vec<f64> = (1..=MODULATIONS).map(|i| plan.top * i as f64 / MODULATIONS as f64).collect();
+    let mut rows = at(&first);
+    let tips = if plan.theta > 0.0 { tips(system, plan, &rows, done) } else { Vec::new() };
+    // At its tip a region is round like a parabola.
+    let near = |tip: &Tip| {
+        let room = if tip.opens { plan.top - tip.modulation } else { -tip.modulation };
+        [1e-4, 2e-3, 1e-2, 4e-2].map(|part| tip.modulation + part * room)
+    };
+    rows.extend(at(&tips.iter().flat_map(near).collect::<Vec<f64>>()));
+    for _ in 0..2 {
+        rows.sort_by(|a, b| a.modulation.total_cmp(&b.modulation));
+        let between = |pair: &[Row]| {
+            let middle = 0.5 * (pair[0].modulation + pair[1].modulation);
+            let wide = pair[1].modulation - pair[0].modulation > 0.02 * plan.top;
+            (wide && bends(pair)).then_some(middle)
+        };
+        let more: Vec<f64> = rows.windows(2).filter_map(between).collect();
+        rows.extend(at(&more));
+    }
+    rows.sort_by(|a, b| a.modulation.total_cmp(&b.modulation));
+    (regions(system, plan, &rows, &tips), tips)
+}
+
+/// Whether a boundary moves by more than three per cent from one row to the next, so that its bend could show.
+fn bends(pair: &[Row]) -> bool {
+    let both = pair[0].intervals.iter().flatten().zip(pair[1].intervals.iter().flatten());
+    both.filter_map(|(a, b)| Some((a.as_ref()?, b.as_ref()?)))
+        .any(|(a, b)| (0..2).any(|k| (a[k] / b[k]).ln().abs() > 0.03))
+}
+
+/// Where θ* of each order passes the damping ratio.
+fn tips(system: &System, plan: &Modulation, rows: &[Row], done: &(dyn Fn() + Sync)) -> Vec<Tip> {
+    let theta = plan.theta;
+    let mut crossings: Vec<(usize, [f64; 2], [f64; 2])> = Vec::new();
+    for n in 1..=plan.orders {
+        let mut below = (0.0, 0.0);
+        for row in rows {
+            let above = (row.modulation, row.critical[n - 1]);
+            if (below.1 > theta) != (above.1 > theta) {
+                crossings.push((n, [below.0, above.0], [below.1, above.1]));
+            }
+            below = above;
+        }
+    }
+    let tip = |(n, ends, values): &(usize, [f64; 2], [f64; 2])| {
+        let apex = |modulation: f64| {
+            let system = system.modulated(modulation);
+            let start = hill::boundaries(&system, *n);
+            Tongue::new(&system, *n, start.pairs[n - 1]).apex(&system)
+        };
+        // θ* is infinite where the tongue is open.
+        let excess = |value: f64| value.min(2.0 * theta) - theta;
+        let mut f = |modulation: f64| excess(apex(modulation).map_or(f64::INFINITY, |apex| apex.theta));
+        let modulation = super::search::zero(&mut f, *ends, values.map(excess), 1e-10);
+        Some(Tip { n: *n, modulation, eta: apex(modulation)?.eta, opens: values[0] < values[1] })
+    };
+    parallel::map(&crossings, tip, done).into_iter().flatten().collect()
+}
+
+/// The regions that the rows and the tips make.
+fn regions(system: &System, plan: &Modulation, rows: &[Row], tips: &[Tip]) -> Vec<Region> {
+    let mut regions = Vec::new();
+    for (which, theta) in [0.0, plan.theta].into_iter().enumerate() {
+        for n in 1..=plan.orders {
+            let j = 0.5 * (n * system.parts.max(1)) as f64;
+            let own = |opens: bool| tips.iter().filter(move |tip| tip.n == n && tip.opens == opens && which == 1);
+            // A tongue may vanish and appear again: each stretch is a region of its own.
+            let mut lines: Vec<[f64; 3]> = if which == 0 { vec![[0.0, 1.0 / j, 1.0 / j]] } else { Vec::new() };
+            let mut finish = |lines: &mut Vec<[f64; 3]>| {
+                let lines = std::mem::take(lines);
+                if lines.len() > 1 {
+                    regions.push(Region { j, theta: Some(theta), lines });
+                }
+            };
+            let mut last = 0.0;
+            for row in rows {
+                let between = |tip: &&Tip| last <= tip.modulation && tip.modulation <= row.modulation;
+                let line = |tip: &Tip| [tip.modulation, tip.eta, tip.eta];
+                match row.intervals[n - 1][which] {
+                    Some([low, high]) => {
+                        if lines.is_empty() {
+                            lines.extend(own(true).find(between).map(line));
+                        }
+                        lines.push([row.modulation, low, high]);
+                    }
+                    None => {
+                        if !lines.is_empty() {
+                            lines.extend(own(false).find(between).map(line));
+                        }
+                        finish(&mut lines);
+                    }
+                }
+                last = row.modulation;
+            }
+            finish(&mut lines);
+        }
+    }
+    regions
+}

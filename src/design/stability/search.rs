@@ -1,0 +1,152 @@
+//! Zeros and maxima of functions of one variable that cost some time to evaluate.
+//!
+//! Source: R. P. Brent, *Algorithms for Minimization without Derivatives*, Prentice-Hall 1973, chapters 4 and 5.
+
+/// Evaluations after which a search is ended: bisection alone takes 60 from one end of a `f64` to the last digit.
+const MOST_EVALUATIONS: usize = 120;
+
+/// A zero of `f` between `a` and `b`, at whose ends it has the values `fa` and `fb` of different signs, to the
+/// rounding of x or to `tolerance`. Brent's method.
+pub fn zero(f: &mut dyn FnMut(f64) -> f64, [a, b]: [f64; 2], [fa, fb]: [f64; 2], tolerance: f64) -> f64 {
+    let (mut a, mut b, mut fa, mut fb) = (a, b, fa, fb);
+    let (mut c, mut fc) = (a, fa);
+    let mut step = b - a;
+    let mut last = step;
+    for _ in 0..MOST_EVALUATIONS {
+        if (fb > 0.0) == (fc > 0.0) {
+            (c, fc) = (a, fa);
+            step = b - a;
+            last = step;
+        }
+        if fc.abs() < fb.abs() {
+            (a, b, c) = (b, c, b);
+            (fa, fb, fc) = (fb, fc, fb);
+        }
+        let least = 2.0 * f64::EPSILON * b.abs() + 0.5 * tolerance;
+        let half = 0.5 * (c - b);
+        if half.abs() <= least || fb == 0.0 || !fb.is_finite() {
+            return b;
+        }
+        if last.abs() < least || fa.abs() <= fb.abs() {
+            (step, last) = (half, half);
+        } else {
+            let s = fb / fa;
+            let (mut p, mut q) = if a == c {
+                (2.0 * half * s, 1.0 - s)
+            } else {
+                let (q, r) = (fa / fc, fb / fc);
+                (s * (2.0 * half * q * (q - r) - (b - a) * (r - 1.0)), (q - 1.0) * (r - 1.0) * (s - 1.0))
+            };
+            if p > 0.0 {
+                q = -q
+            } else {
+                p = -p
+            }
+            if 2.0 * p < (3.0 * half * q - (least * q).abs()).min((last * q).abs()) {
+                (last, step) = (step, p / q);
+            } else {
+                (step, last) = (half, half);
+            }
+        }
+        (a, fa) = (b, fb);
+        b += if step.abs() > least { step } else { least.copysign(half) };
+        fb = f(b);
+    }
+    b
+}
+
+/// Place and value of the maximum of `f` between `a` and `b`, the place to `tolerance`, so the value to the square of
+/// it. Nine samples find the highest part, Brent's method the place in it.
+pub fn maximum(f: &mut dyn FnMut(f64) -> f64, [a, b]: [f64; 2], tolerance: f64) -> (f64, f64) {
+    const SAMPLES: usize = 9;
+    // Denser towards the ends, where a narrow summit may lie.
+    let place = |i: usize| {
+        let turn = std::f64::consts::PI * i as f64 / (SAMPLES + 1) as f64;
+        a + (b - a) * 0.5 * (1.0 - turn.cos())
+    };
+    let values: Vec<f64> = (1..=SAMPLES).map(|i| f(place(i))).collect();
+    let best = (0..SAMPLES).max_by(|i, j| values[*i].total_cmp(&values[*j])).unwrap_or(0);
+    summit(f, [place(best), place(best + 2)], (place(best + 1), values[best]), tolerance)
+}
+
+/// The same from a place `x` between the ends that is higher than they are.
+fn summit(f: &mut dyn FnMut(f64) -> f64, [low, high]: [f64; 2], (x, fx): (f64, f64), tolerance: f64) -> (f64, f64) {
+    const GOLDEN: f64 = 0.381_966_011_250_105_2;
+    let (mut low, mut high) = (low, high);
+    let (mut x, mut fx) = (x, fx);
+    let (mut w, mut fw, mut v, mut fv) = (x, fx, x, fx);
+    let (mut step, mut last) = (0.0_f64, 0.0_f64);
+    for _ in 0..MOST_EVALUATIONS {
+        let middle = 0.5 * (low + high);
+        let least = f64::EPSILON * x.abs() + tolerance;
+        if (x - middle).abs() <= 2.0 * least - 0.5 * (high - low) {
+            break;
+        }
+        let mut parabolic = false;
+        if last.abs() > least {
+            let r = (x - w) * (fv - fx);
+            let q = (x - v) * (fw - fx);
+            let p = (x - v) * q - (x - w) * r;
+            let q = 2.0 * (q - r);
+            let (p, q) = if q > 0.0 { (-p, q) } else { (p, -q) };
+            if p.abs() < (0.5 * q * last).abs() && p > q * (low - x) && p < q * (high - x) {
+                (last, step) = (step, p / q);
+                let u = x + step;
+                if u - low < 2.0 * least || high - u < 2.0 * least {
+                    step = least.copysign(middle - x);
+                }
+                parabolic = true;
+            }
+        }
+        if !parabolic {
+            last = if x < middle { high - x } else { low - x };
+            step = GOLDEN * last;
+        }
+        let u = x + if step.abs() >= least { step } else { least.copysign(step) };
+        let fu = f(u);
+        if fu >= fx {
+            if u < x {
+                high = x
+            } else {
+                low = x
+            }
+            (v, fv, w, fw, x, fx) = (w, fw, x, fx, u, fu);
+        } else {
+            if u < x {
+                low = u
+            } else {
+                high = u
+            }
+            if fu >= fw || w == x {
+                (v, fv, w, fw) = (w, fw, u, fu);
+            } else if fu >= fv || v == x || v == w {
+                (v, fv) = (u, fu);
+            }
+        }
+    }
+    (x, fx)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn zeros_and_maxima_are_found_to_their_last_digits() {
+        let mut count = 0;
+        let mut f = |x: f64| {
+            count += 1;
+            x.cos() - x
+        };
+        let (a, b) = (f(0.0), f(1.0));
+        assert!((zero(&mut f, [0.0, 1.0], [a, b], 0.0) - 0.739_085_133_215_160_6).abs() < 1e-15);
+        assert!(count < 12, "{count} evaluations");
+        let (x, y) = maximum(&mut |x: f64| x.sin() * (-x).exp(), [0.0, 3.0], 1e-9);
+        assert!((x - std::f64::consts::FRAC_PI_4).abs() < 1e-7 && (y - 0.322_396_941_945_1).abs() < 1e-12, "{x} {y}");
+        // A maximum at the end.
+        let (x, _) = maximum(&mut |x: f64| x, [0.0, 1.0], 1e-9);
+        assert!(x > 0.97);
+        // A step, on which only bisection makes progress.
+        assert!((zero(&mut |x| if x < 0.3 { -1.0 } else { 1.0 }, [0.0, 1.0], [-1.0, 1.0], 0.0) - 0.3).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,258 @@
+//! The instabilities of the orders j: exact boundaries and critical damping.
+//!
+//! At a boundary a Floquet multiplier is s = ±1, so that E = M − s, M(λ, d) the monodromy matrix, is singular. With
+//! det E = 1 − s tr M + det M the two sides of the infinite Hill determinant are the same; what is solved here is
+//! therefore Hill's eigenproblem without any truncation. Hill's truncated matrices ([`super::hill`]) number the
+//! boundaries and give the start.
+//!
+//! Inside an instability one multiplier is beyond s and det E < 0; outside det E > 0, since det M ≤ 1 keeps both
+//! multipliers from being there. Along any line through an instability the boundary is the zero of det E.
+
+use super::hill::Pair;
+use super::search;
+use super::system::{Matrix, System};
+
+/// An instability without damping.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tongue {
+    /// The number of zeros of its motions in a period.
+    pub n: usize,
+    /// The order j = n p/2, the number of vibrations in a turn, p the periods of a turn.
+    pub j: f64,
+    /// The exact boundaries in λ.
+    pub lambda: Pair,
+    /// The largest |det E| that is left at the boundaries, relative to the entries of M.
+    pub residual: f64,
+}
+
+/// The damping at which an instability vanishes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Apex {
+    /// θ*.
+    pub theta: f64,
+    /// η there.
+    pub eta: f64,
+    /// |det E| there.
+    pub residual: f64,
+}
+
+/// A tongue narrower than this part of λ is closed: what is left of its width is rounding.
+const CLOSED: f64 = 2e-13;
+
+/// The boundaries come from the linear pencil E + δ dE/dλ, whose derivative is a difference over this part of λ; the
+/// iteration squares the remaining error until rounding is reached.
+const DIFFERENCE: f64 = 1e-4;
+const POLISHING: usize = 8;
+
+impl Tongue {
+    /// The instability of order n from a start for its boundaries.
+    pub fn new(system: &System, n: usize, start: Pair) -> Self {
+        let s = sign(n);
+        let j = 0.5 * (n * system.parts.max(1)) as f64;
+        let scale = j * j;
+        let low = polish(system, s, scale, start, false);
+        let high = polish(system, s, scale, start, true);
+        let mut lambda = Pair { low: low.min(high), high: low.max(high) };
+        if lambda.high - lambda.low <= CLOSED * scale {
+            let middle = 0.5 * (lambda.low + lambda.high);
+            lambda = Pair { low: middle, high: middle };
+        }
+        let residual = |lambda: f64| {
+            let m = system.monodromy(lambda, 0.0);
+            determinant(&less(&m, s)).abs() / size(&m).max(1.0)
+        };
+        Tongue { n, j, lambda, residual: residual(lambda.low).max(residual(lambda.high)) }
+    }
+
+    /// Whether the boundaries coincide: two motions of this period coexist, and no speed is unstable.
+    pub fn is_closed(&self) -> bool {
+        self.lambda.low == self.lambda.high
+    }
+
+    /// Whether it reaches to infinite speed.
+    pub fn is_open(&self) -> bool {
+        self.lambda.low <= 0.0
+    }
+
+    /// det E at the speed ratio 1/`inverse` with the damping ratio θ.
+    fn excess(&self, system: &System, inverse: f64, theta: f64) -> f64 {
+        determinant(&less(&system.monodromy(inverse * inverse, 2.0 * theta * inverse), sign(self.n)))
+    }
+
+    /// The damping ratio at which the instability vanishes at the speed ratio 1/`inverse`: the eigenvalue θ of Hill's
+    /// problem at this speed. 0 outside of the undamped boundaries.
+    pub fn critical_at(&self, system: &System, inverse: f64) -> f64 {
+        let lambda = inverse * inverse;
+        if self.is_closed() || !(self.lambda.low < lambda && lambda < self.lambda.high) {
+            return 0.0;
+        }
+        let m = system.monodromy(lambda, 0.0);
+        let start = determinant(&less(&m, sign(self.n)));
+        if start >= 0.0 {
+            return 0.0;
+        }
+        // The growth of the undamped motion, which damping proportional to the inertia would make up for exactly.
+        let guess = (spectral_radius(&m).ln() / (system.period() * inverse)).max(f64::MIN_POSITIVE);
+        let mut f = |theta: f64| self.excess(system, inverse, theta);
+        let (mut low, mut high) = ((0.0, start), (1.05 * guess, 0.0));
+        for _ in 0..60 {
+            high.1 = f(high.0);
+            if high.1 >= 0.0 {
+                break;
+            }
+            (low, high.0) = (high, 1.4 * high.0 + f64::EPSILON);
+        }
+        // Most often the zero is within some per cent of the guess.
+        let near = 0.95 * guess;
+        if low.0 == 0.0 {
+            let value = f(near);
+            if value < 0.0 { low = (near, value) } else { high = (near, value) }
+        }
+        search::zero(&mut f, [low.0, high.0], [low.1, high.1], 0.0)
+    }
+
+    /// The damping ratio θ* at which the instability vanishes at every speed; None where no damping ratio suffices,
+    /// since it reaches to infinite speed.
+    pub fn apex(&self, system: &System) -> Option<Apex> {
+        if self.is_closed() {
+            return Some(Apex { theta: 0.0, eta: 1.0 / self.lambda.high.sqrt(), residual: 0.0 });
+        }
+        if self.is_open() {
+            return None;
+        }
+        let ends = [self.lambda.low.sqrt(), self.lambda.high.sqrt()];
+        // The value is stationary, so half of the digits of the place give all of the value.
+        let tolerance = 1e-8 * (ends[1] - ends[0]);
+        let (inverse, theta) = search::maximum(&mut |inverse| self.critical_at(system, inverse), ends, tolerance);
+        Some(Apex { theta, eta: 1.0 / inverse, residual: self.excess(system, inverse, theta).abs() })
+    }
+
+    /// The speed ratios between which the drive with the damping ratio `theta` is unstable, the upper one infinite
+    /// where there is none; None where it is stable at all of them. `apex` is that of this tongue.
+    pub fn interval(&self, system: &System, apex: Option<&Apex>, theta: f64) -> Option<[f64; 2]> {
+        if self.is_closed() {
+            return None;
+        }
+        let [fast, slow] = [self.lambda.low.max(0.0).sqrt(), self.lambda.high.sqrt()];
+        if theta == 0.0 {
+            return Some([1.0 / slow, if self.is_open() { f64::INFINITY } else { 1.0 / fast }]);
+        }
+        let inside = match apex {
+            Some(apex) if theta >= apex.theta => return None,
+            Some(apex) => 1.0 / apex.eta,
+            // An open tongue: from the slow boundary to higher speeds until a speed is unstable.
+            None => (1..60).map(|i| slow * 0.8_f64.powi(i)).find(|x| self.excess(system, *x, theta) < 0.0)?,
+        };
+        let width = slow - fast;
+        let upper = if self.is_open() { f64::INFINITY } else { 1.0 / self.end(system, theta, inside, fast, -width) };
+        Some([1.0 / self.end(system, theta, inside, slow, width), upper])
+    }
+
+    /// The boundary at the damping ratio `theta` between `inside` and about the undamped one; both are 1/η. Damping may
+    /// shift it a little beyond the undamped one, towards `beyond`.
+    fn end(&self, system: &System, theta: f64, inside: f64, undamped: f64, beyond: f64) -> f64 {
+        let mut f = |inverse: f64| self.excess(system, inverse, theta);
+        let mut from = (inside, f(inside));
+        let mut to = (undamped, f(undamped));
+        for _ in 0..40 {
+            if to.1 > 0.0 || from.1 >= 0.0 {
+                break;
+            }
+            from = to;
+            to.0 = (to.0 + 0.5 * beyond).max(0.5 * to.0);
+            to.1 = f(to.0);
+        }
+        search::zero(&mut f, [from.0, to.0], [from.1, to.1], 0.0)
+    }
+}
+
+/// s of the instabilities with n zeros in a period.
+fn sign(n: usize) -> f64 {
+    if n % 2 == 0 { 1.0 } else { -1.0 }
+}
+
+fn less(m: &Matrix, s: f64) -> Matrix {
+    [[m[0][0] - s, m[0][1]], [m[1][0], m[1][1] - s]]
+}
+
+fn determinant(e: &Matrix) -> f64 {
+    e[0][0] * e[1][1] - e[0][1] * e[1][0]
+}
+
+/// The part of det(A + δ B) that is linear in δ.
+fn mixed(a: &Matrix, b: &Matrix) -> f64 {
+    a[0][0] * b[1][1] + a[1][1] * b[0][0] - a[0][1] * b[1][0] - a[1][0] * b[0][1]
+}
+
+fn size(m: &Matrix) -> f64 {
+    m.iter().flatten().fold(0.0, |size: f64, entry| size.max(entry.abs()))
+}
+
+/// The largest modulus of the eigenvalues.
+pub fn spectral_radius(m: &Matrix) -> f64 {
+    let [[re, im], other] = multipliers(m);
+    (re * re + im * im).sqrt().max((other[0] * other[0] + other[1] * other[1]).sqrt())
+}
+
+/// The eigenvalues, the larger one first.
+pub fn multipliers(m: &Matrix) -> [[f64; 2]; 2] {
+    let [[a, b], [c, d]] = *m;
+    let half = 0.5 * (a + d);
+    // Without the cancellation of trace²/4 − determinant.
+    let discriminant = (0.5 * (a - d)).powi(2) + b * c;
+    if discriminant < 0.0 {
+        let im = (-discriminant).sqrt();
+        return [[half, im], [half, -im]];
+    }
+    let large = half + discriminant.sqrt().copysign(half);
+    let small = if large == 0.0 { 0.0 } else { determinant(m) / large };
+    [[large, 0.0], [small, 0.0]]
+}
+
+/// A boundary: the zeros of det(E + δ dE/dλ) about the present λ are both boundaries of the tongue where it is narrow,
+/// so that they are told apart however near they are to each other.
+fn polish(system: &System, s: f64, scale: f64, start: Pair, high: bool) -> f64 {
+    let mut lambda = if high { start.high } else { start.low };
+    let h = DIFFERENCE * scale;
+    let mut last = f64::INFINITY;
+    for _ in 0..POLISHING {
+        let at = |lambda: f64| system.monodromy(lambda, 0.0);
+        let (e, plus, minus) = (less(&at(lambda), s), at(lambda + h), at(lambda - h));
+        let slope: Matrix = std::array::from_fn(|i| std::array::from_fn(|k| (plus[i][k] - minus[i][k]) / (2.0 * h)));
+        let (a, b, c) = (determinant(&slope), mixed(&e, &slope), determinant(&e));
+        let Some([near, far]) = quadratic(a, b, c) else { break };
+        let (lower, upper) = (near.min(far), near.max(far));
+        // Where the other boundary is far, the nearer zero is this one; where both are near, their order decides.
+        let change = if near.abs() < 0.05 * far.abs() {
+            near
+        } else if high {
+            upper
+        } else {
+            lower
+        };
+        if !change.is_finite() || change.abs() >= last {
+            break;
+        }
+        lambda += change;
+        last = change.abs();
+        if last <= 4.0 * f64::EPSILON * scale {
+            break;
+        }
+    }
+    lambda
+}
+
+/// The real zeros of a x² + b x + c, the smaller one in modulus first; a double one where rounding has made them
+/// complex.
+fn quadratic(a: f64, b: f64, c: f64) -> Option<[f64; 2]> {
+    let discriminant = b * b - 4.0 * a * c;
+    if !(discriminant.is_finite() && a != 0.0) {
+        return None;
+    }
+    if discriminant <= 0.0 {
+        return Some([-0.5 * b / a; 2]);
+    }
+    let t = -0.5 * (b + discriminant.sqrt().copysign(b));
+    let (x, y) = (t / a, if t == 0.0 { 0.0 } else { c / t });
+    Some(if x.abs() < y.abs() { [x, y] } else { [y, x] })
+}
