@@ -59,7 +59,7 @@ fn without_arguments_it_prints_its_help() {
 
 #[test]
 fn every_help_has_an_example() {
-    for command in ["export", "check", "describe", "compensate", "tradeoff", "stability", "completions"] {
+    for command in ["export", "check", "describe", "compensate", "tradeoff", "clearance", "stability", "completions"] {
         let run = camdrive(&[command, "--help"]);
         assert_eq!(run.code, 0);
         assert!(run.out.contains("Example") && run.out.contains(&format!("camdrive {command} ")), "{}", run.out);
@@ -363,4 +363,77 @@ fn stability_refuses_what_it_cannot_study() {
     std::fs::write(&file, "").expect("the folder can be written to");
     let run = camdrive(&["stability", SCENE, "--quick", "-o", text(&file)]);
     assert!(run.code == 1 && run.err.contains("folder"), "{}", run.err);
+}
+
+const BACKLASH: &str = "examples/backlash_drive/scene.toml";
+
+#[test]
+fn clearance_writes_tables_and_diagrams() {
+    let folder = folder("clearance").join("study");
+    let run = camdrive(&["clearance", BACKLASH, "--turns", "4", "-o", text(&folder)]);
+    assert_eq!((run.code, run.err.as_str()), (0, ""), "no progress bar where nobody looks");
+    // The example's README has these numbers.
+    for part in
+        ["μ = m1/m2 = 0.25", "254.080", "254.025", "6.78", "0.0339", "0.033 ", "elastic", "Without multiple impacts"]
+    {
+        assert!(run.out.contains(part), "{part} is missing in\n{}", run.out);
+    }
+    for (ending, part) in [
+        ("json", "\"passages\""),
+        ("passages.csv", "impulse_N_s"),
+        ("after_impact.csv", "q_over_s_model"),
+        ("passage_time.csv", "tau1"),
+        ("map.csv", "elastic"),
+        ("passage_time.svg", "Dynamic clearance"),
+        ("multiple_impacts.svg", "Mass ratio"),
+        ("deformation.svg", "Deformation"),
+        ("force.svg", "Contact force"),
+        ("acceleration.svg", "U″ [m]"),
+    ] {
+        let path = folder.join(format!("backlash_drive.{ending}"));
+        let content = std::fs::read_to_string(&path).expect("the file is written");
+        assert!(content.contains(part), "{part} is missing in {}", path.display());
+    }
+}
+
+#[test]
+fn clearance_compares_laws_and_takes_an_elastic_output() {
+    let folder = folder("clearance_laws");
+    let scene = "examples/guide_bar/traditional.toml";
+    let given = ["--clearance", "20 um", "--m1", "1.5 kg", "--turns", "2"];
+    let compare = ["--compare", "bestehorn,modsine,hs6,examples/guide_bar/scene.toml", "-o", text(&folder)];
+    let run = camdrive(&[&["clearance", scene][..], &given, &compare].concat());
+    assert_eq!((run.code, run.err.as_str()), (0, ""));
+    for part in ["m1 = 1.5 kg", "Laws", "inclined_sine", "modified_sine", "hs6", "guide_bar", "least spacing"] {
+        assert!(run.out.contains(part), "{part} is missing in\n{}", run.out);
+    }
+}
+
+#[test]
+fn clearance_refuses_what_has_none() {
+    let file = folder("clearance_file").join("here");
+    std::fs::write(&file, "").expect("the folder can be written to");
+    let elastic = "examples/guide_bar/scene.toml";
+    for (args, part) in [
+        (
+            vec!["examples/rapier_loom/scene.toml"],
+            "the model is RigidMachine; the clearance is studied of a BacklashDrive",
+        ),
+        (vec!["examples/transfer_manipulator/scene.toml"], "ElasticCamDrive.shaft"),
+        (vec![elastic, "--clearance", "1 mm"], "give --clearance and --m1"),
+        (vec![elastic, "--clearance", "1 mm", "--m1", "0 kg"], "the m1 is 0 kg"),
+        (vec!["examples/guide_bar/run_up.toml", "--clearance", "1 mm", "--m1", "1 kg"], "--speed"),
+        (vec![BACKLASH, "--clearance", "3 kg"], "--clearance"),
+        (vec![BACKLASH, "--compare", "bestehorn"], "has no cycle"),
+        (vec![BACKLASH, "--compare", "wobble"], "`wobble` is not known"),
+        (vec![BACKLASH, "--compare", "hs0"], "hs1"),
+        (vec![BACKLASH, "--compare", "no_such_scene.toml"], "no_such_scene.toml"),
+        (vec![BACKLASH, "--compare", "examples/rapier_loom/scene.toml"], "has no cam"),
+        (vec![BACKLASH, "-o", text(&file)], "folder"),
+        (vec![WRONG], WRONG),
+    ] {
+        let run = camdrive(&[&["clearance"], &args[..]].concat());
+        assert_eq!((run.code, run.out.as_str()), (1, ""), "{args:?}");
+        assert!(run.err.contains("error") && run.err.contains(part), "{args:?}: {}", run.err);
+    }
 }

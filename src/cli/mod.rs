@@ -4,6 +4,7 @@
 //! scene or in the export; 2: a wrong command line.
 
 mod check;
+mod clearance;
 mod compensate;
 mod completions;
 mod describe;
@@ -42,6 +43,7 @@ enum Command {
     Compensate(compensate::Args),
     Tradeoff(tradeoff::Args),
     Stability(stability::Args),
+    Clearance(clearance::Args),
     #[cfg(feature = "import")]
     Run(run::Args),
     Completions(completions::Args),
@@ -68,6 +70,7 @@ pub fn main() -> ExitCode {
         Some(Command::Compensate(args)) => compensate::run(&args),
         Some(Command::Tradeoff(args)) => tradeoff::run(&args),
         Some(Command::Stability(args)) => stability::run(&args),
+        Some(Command::Clearance(args)) => clearance::run(&args),
         #[cfg(feature = "import")]
         Some(Command::Run(args)) => run::run(&args),
         Some(Command::Completions(args)) => completions::run(&args),

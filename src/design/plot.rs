@@ -38,7 +38,7 @@ pub struct Axis {
 pub struct Series {
     /// For the legend.
     pub name: String,
-    /// (x, y); points that are not finite are left out.
+    /// (x, y); a point that is not finite has no marker and interrupts the line.
     pub points: Vec<[f64; 2]>,
     /// Whether a line joins the points.
     pub joined: bool,
@@ -328,7 +328,10 @@ impl Diagram {
         for (i, (series, places)) in self.series.iter().zip(&places).enumerate() {
             let points: Vec<(i32, i32)> = places.iter().map(pixel).collect();
             if series.joined {
-                draw_line(&area, &points, look(i))?;
+                for part in series.points.split(|point| place(point).is_none()).filter(|part| part.len() > 1) {
+                    let part: Vec<(i32, i32)> = part.iter().filter_map(place).map(|point| pixel(&point)).collect();
+                    draw_line(&area, &part, look(i))?;
+                }
             }
             for point in marked(&points, series.joined, i) {
                 draw_marker(&area, point, look(i))?;

@@ -1,0 +1,405 @@
+//! The report as tables for a terminal, CSV and JSON.
+
+use super::borders::{Sequel, borders};
+use super::passage::{Clearance, Figures};
+use super::tuning::{SOURCE_BOUND, nearest};
+use super::{Parameters, Report, Study, figures};
+use crate::design::tradeoff::table::time;
+pub use crate::design::tradeoff::table::{Table, number};
+use crate::drives::Fault;
+use std::f64::consts::TAU;
+
+/// "–", where there is nothing to say.
+const NONE: &str = "–";
+/// Intervals that a sentence lists; the others are in the JSON file.
+const LISTED: usize = 6;
+
+/// The parameters, in sentences.
+pub fn about(report: &Report) -> Vec<String> {
+    let Parameters { m1, m2, c, b, s, e, speed, omega, mu, eta } = report.machine;
+    let damping = if b > 0.0 {
+        format!(", b = {} N·s/m (D = {})", number(b), number(0.5 * b / (m2 * omega)))
+    } else {
+        String::new()
+    };
+    vec![
+        format!(
+            "m1 = {} kg, m2 = {} kg, c = {} N/m{damping}, e = {}, s = {} mm, Ω = {} rad/s ({} rpm), ω = √(c/m2) = {} rad/s \
+             ({} Hz).",
+            number(m1),
+            number(m2),
+            number(c),
+            number(e),
+            number(1e3 * s),
+            number(speed),
+            number(speed * 60.0 / TAU),
+            number(omega),
+            number(omega / TAU)
+        ),
+        format!("μ = m1/m2 = {}, η = Ω/ω = {}.", number(mu), number(eta)),
+    ]
+}
+
+fn or_none<T>(value: Option<T>, text: impl Fn(T) -> String) -> String {
+    value.map_or(NONE.to_owned(), text)
+}
+
+fn sequel(figures: &Figures) -> String {
+    match (figures.sequel, figures.release_after) {
+        (Sequel::Elastic, Some(tau)) => format!("{} after τ* = {}", figures.sequel.name(), number(tau)),
+        _ => figures.sequel.name().to_owned(),
+    }
+}
+
+fn row(figures: &Figures) -> Vec<String> {
+    vec![
+        format!("{:.3}", figures.release.to_degrees()),
+        number(figures.tau),
+        number(1e3 * figures.time),
+        number(figures.angle.to_degrees()),
+        number(figures.impulse),
+        number(figures.loss),
+        number(1e3 * figures.vibration),
+        or_none(figures.elongation, |q| number(1e3 * q)),
+        or_none(figures.force, number),
+        sequel(figures),
+    ]
+}
+
+/// formula/model − 1 in per cent, of the release the difference in degrees.
+fn differences(formula: &Figures, model: &Figures) -> Vec<String> {
+    let ratio = |value: &dyn Fn(&Figures) -> Option<f64>| {
+        let both = value(formula).zip(value(model)).filter(|(_, model)| *model != 0.0);
+        or_none(both, |(formula, model)| format!("{:+.2} %", 100.0 * (formula / model - 1.0)))
+    };
+    let shift = (formula.release - model.release + 0.5 * TAU).rem_euclid(TAU) - 0.5 * TAU;
+    vec![
+        format!("{:+.3}", shift.to_degrees()),
+        ratio(&|f| Some(f.tau)),
+        ratio(&|f| Some(f.time)),
+        ratio(&|f| Some(f.angle)),
+        ratio(&|f| Some(f.impulse)),
+        ratio(&|f| Some(f.loss)),
+        ratio(&|f| Some(f.vibration)),
+        ratio(&|f| f.elongation),
+        ratio(&|f| f.force),
+        if formula.sequel == model.sequel { "same" } else { "differs" }.to_owned(),
+    ]
+}
+
+/// The passages by formula and model, with differences.
+pub fn of_passages(study: &Study) -> Table {
+    let head = [
+        "passage",
+        "from",
+        "U‴ [m]",
+        "K",
+        "by",
+        "release [°]",
+        "τ₁",
+        "time [ms]",
+        "angle [°]",
+        "impulse [N·s]",
+        "loss [J]",
+        "vibration [mm]",
+        "max |q| [mm]",
+        "max |F| [N]",
+        "then",
+    ];
+    let mut rows = Vec::new();
+    for (i, passage) in study.passages.iter().enumerate() {
+        let lead = [
+            (i + 1).to_string(),
+            passage.from.to_string(),
+            or_none(passage.crossing.map(|c| c.jerk), number),
+            or_none(passage.k, number),
+        ];
+        let mut add = |by: &str, cells: Vec<String>, first: bool| {
+            let lead = if first { lead.clone().to_vec() } else { vec![String::new(); 4] };
+            rows.push([lead, vec![by.to_owned()], cells].concat());
+        };
+        match (&passage.formula, &passage.model) {
+            (Some(formula), Some(model)) => {
+                add("formula", row(formula), true);
+                add("model", row(model), false);
+                add("difference", differences(formula, model), false);
+            }
+            (Some(formula), None) => add("formula", row(formula), true),
+            (None, Some(model)) => add("model", row(model), true),
+            (None, None) => add(NONE, vec![NONE.to_owned(); 10], true),
+        }
+    }
+    Table { head: head.map(str::to_owned).to_vec(), rows }
+}
+
+/// How resistant the laws are to clearance.
+pub fn of_laws(report: &Report) -> Table {
+    let head = [
+        "law",
+        "stroke [mm]",
+        "max |U″| [m]",
+        "passages",
+        "least spacing [°]",
+        "|U‴| [m]",
+        "K",
+        "then",
+        "largest impulse [N·s]",
+        "loss per turn [J]",
+        "largest vibration [mm]",
+        "ω up to [rad/s]",
+        "impacts per turn",
+        "largest impulse, settled [N·s]",
+    ];
+    let rows = report.laws.iter().map(|study| {
+        let values =
+            |value: &dyn Fn(&Clearance) -> Option<f64>| study.passages.iter().filter_map(value).collect::<Vec<f64>>();
+        let most = |values: Vec<f64>| values.into_iter().reduce(f64::max);
+        let range = |values: Vec<f64>| {
+            let low = values.iter().copied().reduce(f64::min);
+            or_none(low.zip(most(values)), |(low, high)| {
+                if low == high { number(low) } else { format!("{} … {}", number(low), number(high)) }
+            })
+        };
+        let count =
+            |sequel: Sequel| study.passages.iter().filter(|p| p.formula.is_some_and(|f| f.sequel == sequel)).count();
+        let counts = [Sequel::None, Sequel::Immediate, Sequel::Elastic].map(|sequel| (count(sequel), sequel.name()));
+        let then: Vec<String> = counts.iter().filter(|(n, _)| *n > 0).map(|(n, name)| format!("{n} {name}")).collect();
+        let losses = values(&|p| p.formula.map(|f| f.loss));
+        let highest = study.tuning.as_ref().and_then(|tuning| tuning.frequency.last().map(|ends| ends[1]));
+        vec![
+            study.law.clone(),
+            number(1e3 * study.stroke),
+            number(study.acceleration),
+            study.crossings.to_string(),
+            or_none(study.least_spacing, |angle| number(angle.to_degrees())),
+            range(values(&|p| p.crossing.map(|c| c.jerk.abs()))),
+            range(values(&|p| p.k)),
+            if then.is_empty() { NONE.to_owned() } else { then.join(", ") },
+            or_none(most(values(&|p| p.formula.map(|f| f.impulse))), number),
+            if losses.is_empty() { NONE.to_owned() } else { number(losses.iter().sum()) },
+            or_none(most(values(&|p| p.formula.map(|f| f.vibration))), |q| number(1e3 * q)),
+            or_none(highest, number),
+            or_none(study.settled.map(|settled| settled.impacts), number),
+            or_none(study.settled.map(|settled| settled.largest_impulse), number),
+        ]
+    });
+    Table { rows: rows.collect(), head: head.map(str::to_owned).to_vec() }
+}
+
+/// "0 … 3, 5 … 8", the first of them where there are many.
+fn list(intervals: &[[f64; 2]], scale: f64) -> String {
+    let one = |[low, high]: &[f64; 2]| match high.is_finite() {
+        true => format!("{} … {}", number(scale * low), number(scale * high)),
+        false => format!("from {} on", number(scale * low)),
+    };
+    let mut texts: Vec<String> = intervals.iter().take(LISTED).map(one).collect();
+    if intervals.len() > LISTED {
+        let last = intervals.last().map(one).unwrap_or_default();
+        texts.push(format!("{} more up to {last}", intervals.len() - LISTED));
+    }
+    if texts.is_empty() { "none".to_owned() } else { texts.join(", ") }
+}
+
+/// Which frequencies, speeds and clearances avoid multiple impacts, in sentences.
+pub fn of_tuning(report: &Report, study: &Study) -> Vec<String> {
+    let Some(tuning) = &study.tuning else { return Vec::new() };
+    let Parameters { omega, speed, s, mu, .. } = report.machine;
+    let verdict = |intervals: &[[f64; 2]], value: f64, scale: f64, unit: &str| match nearest(intervals, value) {
+        Ok(_) => format!("{} {unit} is admissible", number(scale * value)),
+        Err(Some(end)) => format!("{} {unit} is not; nearest is {} {unit}", number(scale * value), number(scale * end)),
+        Err(None) => format!("{} {unit} is not, and nothing is", number(scale * value)),
+    };
+    let mut lines = vec![
+        format!(
+            "K at μ = {}: {}{}. {}",
+            number(mu),
+            list(&tuning.k.intervals, 1.0),
+            if tuning.k.cut {
+                format!(", and narrower ones up to {}", number(tuning.k.elastic))
+            } else {
+                String::new()
+            },
+            if tuning.k.intervals.len() > 1 {
+                format!("The source's K ≤ {SOURCE_BOUND} leaves out the releases right after the impact.")
+            } else {
+                format!("The source's K ≤ {SOURCE_BOUND} is sufficient.")
+            }
+        ),
+        format!(
+            "ω at Ω = {} rad/s [rad/s]: {}; {}. By K ≤ {SOURCE_BOUND} it would be up to {}.",
+            number(speed),
+            list(&tuning.frequency, 1.0),
+            verdict(&tuning.frequency, omega, 1.0, "rad/s"),
+            number(tuning.source_frequency)
+        ),
+        format!(
+            "Ω at ω = {} rad/s [rad/s]: {}; {}.",
+            number(omega),
+            list(&tuning.speed, 1.0),
+            verdict(&tuning.speed, speed.abs(), 1.0, "rad/s")
+        ),
+        format!("s at both [mm]: {}; {}.", list(&tuning.clearance, 1e3), verdict(&tuning.clearance, s, 1e3, "mm")),
+    ];
+    if tuning.quasi_static_speed.is_finite() && tuning.quasi_static_frequency > 0.0 {
+        lines.push(format!(
+            "These intervals rest on the formulas, whose quasi-static release is right to 5 % from ω = {} rad/s on at this \
+             speed, up to Ω = {} rad/s at this natural frequency.",
+            number(tuning.quasi_static_frequency),
+            number(tuning.quasi_static_speed)
+        ));
+    }
+    lines
+}
+
+/// The settled motion and the number of passages, in sentences.
+pub fn of_motion(study: &Study) -> Vec<String> {
+    let mut lines = Vec::new();
+    let ignored =
+        if study.ignored > 0 { format!(" ({} more are too small to count)", study.ignored) } else { String::new() };
+    let exact = study.releases.map_or(String::new(), |n| format!("; the contact force of the periodic motion has {n}"));
+    lines.push(format!("U″ has {} changes of sign in a turn{ignored}{exact}.", study.crossings));
+    if let Some(settled) = &study.settled {
+        let repeats = if settled.repeats { "each turn like the one before" } else { "not repeating from turn to turn" };
+        lines.push(format!(
+            "Settled motion, {} turns, {repeats}: {} impacts and {} J lost in a turn; the largest impulse is {} N·s.",
+            settled.turns,
+            number(settled.impacts),
+            number(settled.loss),
+            number(settled.largest_impulse)
+        ));
+    }
+    if let Some(next) = study
+        .passages
+        .iter()
+        .filter_map(|p| Some((p.formula.or(p.model)?.time, p.spacing)))
+        .reduce(|a, b| if b.0 > a.0 { b } else { a })
+    {
+        lines.push(format!("The longest passage takes {}.", time(next.0)));
+    }
+    let faults = study.passages.iter().enumerate().filter_map(|(i, p)| Some((i, p.fault.as_ref()?)));
+    lines.extend(faults.map(|(i, fault)| format!("Passage {}: {fault}.", i + 1)));
+    lines.extend(study.remarks.iter().cloned());
+    lines
+}
+
+/// Rows of numbers as CSV.
+fn csv(head: &[&str], rows: impl Iterator<Item = Vec<String>>) -> Result<String, Fault> {
+    let fault = |e: &dyn std::fmt::Display| Fault(format!("the table cannot be written as CSV: {e}"));
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.write_record(head).map_err(|e| fault(&e))?;
+    for row in rows {
+        writer.write_record(&row).map_err(|e| fault(&e))?;
+    }
+    let bytes = writer.into_inner().map_err(|e| fault(&e))?;
+    String::from_utf8(bytes).map_err(|e| fault(&e))
+}
+
+fn full(value: f64) -> String {
+    format!("{value:e}")
+}
+
+fn full_or_empty(value: Option<f64>) -> String {
+    value.map_or(String::new(), full)
+}
+
+/// All passages of all laws, one line each for formula and model, SI and rad.
+pub fn passages_csv(report: &Report) -> Result<String, Fault> {
+    let head = [
+        "law",
+        "passage",
+        "from",
+        "by",
+        "U3_m",
+        "K",
+        "mu",
+        "release_rad",
+        "tau1",
+        "time_s",
+        "angle_rad",
+        "impulse_N_s",
+        "loss_J",
+        "vibration_m",
+        "max_q_m",
+        "max_force_N",
+        "then",
+        "release_after_tau",
+        "quasi_static_error",
+        "truncation_error",
+        "spacing_rad",
+        "vibration_left",
+        "fault",
+    ];
+    let rows = report.laws.iter().flat_map(|study| {
+        study.passages.iter().enumerate().flat_map(move |(i, passage)| {
+            [("formula", passage.formula), ("model", passage.model)].into_iter().map(move |(by, figures)| {
+                let f = |value: fn(&Figures) -> Option<f64>| full_or_empty(figures.as_ref().and_then(value));
+                vec![
+                    study.law.clone(),
+                    (i + 1).to_string(),
+                    passage.from.to_string(),
+                    by.to_owned(),
+                    full_or_empty(passage.crossing.map(|c| c.jerk)),
+                    full_or_empty(passage.k),
+                    full(report.machine.mu),
+                    f(|f| Some(f.release)),
+                    f(|f| Some(f.tau)),
+                    f(|f| Some(f.time)),
+                    f(|f| Some(f.angle)),
+                    f(|f| Some(f.impulse)),
+                    f(|f| Some(f.loss)),
+                    f(|f| Some(f.vibration)),
+                    f(|f| f.elongation),
+                    f(|f| f.force),
+                    figures.map_or(String::new(), |f| f.sequel.name().to_owned()),
+                    f(|f| f.release_after),
+                    full_or_empty(passage.quasi_static),
+                    full_or_empty(passage.truncation),
+                    full(passage.spacing),
+                    full(passage.left),
+                    passage.fault.clone().unwrap_or_default(),
+                ]
+            })
+        })
+    });
+    csv(&head, rows)
+}
+
+/// Deformation and force over the natural period after each impact.
+pub fn after_impact_csv(report: &Report) -> Result<String, Fault> {
+    let head =
+        ["law", "passage", "tau", "q_over_s_formula", "q_over_s_model", "force_over_cs_formula", "force_over_cs_model"];
+    let rows = report.laws.iter().flat_map(|study| {
+        study.passages.iter().enumerate().flat_map(move |(i, passage)| {
+            passage.course.iter().map(move |point| {
+                let values = [point.q[0], point.q[1], point.force[0], point.force[1]].map(full_or_empty);
+                [vec![study.law.clone(), (i + 1).to_string(), full(point.tau)], values.to_vec()].concat()
+            })
+        })
+    });
+    csv(&head, rows)
+}
+
+/// τ₁ over K for the mass ratios of the diagram.
+pub fn passage_time_csv(report: &Report) -> Result<String, Fault> {
+    let rows = figures::passage_times(report).into_iter();
+    csv(
+        &["mu", "K", "tau1"],
+        rows.flat_map(|(mu, points)| points.into_iter().map(move |[k, tau]| vec![mu.to_string(), full(k), full(tau)])),
+    )
+}
+
+/// The borders of the map of multiple impacts.
+pub fn map_csv(report: &Report) -> Result<String, Fault> {
+    let (mu, k) = figures::extent(report);
+    let rows = borders(mu, k[1]).into_iter().flat_map(|border| {
+        let name = border.band.map_or("elastic".to_owned(), |n| format!("immediate {n}"));
+        border.points.into_iter().map(move |p| vec![name.clone(), full(p.mu), full(p.k), full(p.tau)])
+    });
+    csv(&["border", "mu", "K", "tau1"], rows)
+}
+
+/// The whole report.
+pub fn json(report: &Report) -> Result<String, Fault> {
+    let text = serde_json::to_string_pretty(report);
+    text.map(|text| text + "\n").map_err(|e| Fault(format!("the report cannot be written as JSON: {e}")))
+}
