@@ -28,7 +28,16 @@ const MOST_STEPS: usize = 200;
 /// zeros of the list are a multiple zero at the start and no event. 0 where p is not positive right of 0.
 pub fn first_zero(c: &[f64], end: f64) -> Option<f64> {
     let Some(first) = c.iter().position(|&c| c != 0.0) else { return Some(0.0) };
-    let c = &c[first..];
+    search(&c[first..], end)
+}
+
+/// The same for a polynomial of known degree that is positive at 0 or has its zero there.
+pub fn first_zero_of<const N: usize>(c: &[f64; N], end: f64) -> Option<f64> {
+    search(c, end)
+}
+
+#[inline(always)]
+fn search(c: &[f64], end: f64) -> Option<f64> {
     if !(c[0] > 0.0) {
         return Some(0.0);
     }
@@ -44,7 +53,7 @@ pub fn first_zero(c: &[f64], end: f64) -> Option<f64> {
     }
     let mut x = 0.0;
     for _ in 0..MOST_STEPS {
-        let local = expansion(c, x);
+        let local = if x == 0.0 { beginning(c) } else { expansion(c, x) };
         if !(local[0] > 0.0) {
             return Some(x);
         }
@@ -73,12 +82,27 @@ pub fn first_zero(c: &[f64], end: f64) -> Option<f64> {
     Some(x)
 }
 
-/// A lower bound of Σ cₙ xⁿ on [0, `h`].
+/// A lower bound of Σ cₙ xⁿ on [0, `h`]: the nested bound is the least of the partial sums at `h`.
+#[inline(always)]
 fn lower_bound(c: &[f64], h: f64) -> f64 {
-    c.iter().rev().fold(0.0, |below: f64, c| c + h * below.min(0.0))
+    let (mut sum, mut power, mut least) = (0.0, 1.0, f64::INFINITY);
+    for c in c {
+        sum += c * power;
+        power *= h;
+        least = least.min(sum);
+    }
+    // The least of numbers takes no notice of what is none.
+    if sum.is_nan() { sum } else { least }
+}
+
+/// The first five coefficients.
+#[inline(always)]
+fn beginning(c: &[f64]) -> [f64; LOCAL] {
+    std::array::from_fn(|n| c.get(n).copied().unwrap_or(0.0))
 }
 
 /// p⁽ⁿ⁾(x)/n! for n < 5.
+#[inline(always)]
 fn expansion(c: &[f64], x: f64) -> [f64; LOCAL] {
     let mut a = [0.0; LOCAL];
     for &c in c.iter().rev() {

@@ -256,6 +256,11 @@ impl Oscillator {
 }
 
 impl FreeMotion {
+    /// The largest |q| where it oscillates.
+    pub fn amplitude(&self) -> f64 {
+        (self.cosine[0] * self.cosine[0] + self.sine[0] * self.sine[0]).sqrt()
+    }
+
     /// q, q̇ after the time `tau` [s] at the phase ω_d τ (`sine`, `cosine`).
     #[inline(always)]
     pub fn at(&self, tau: f64, [sine, cosine]: [f64; 2]) -> [f64; 2] {

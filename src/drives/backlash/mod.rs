@@ -21,6 +21,7 @@
 pub mod contact;
 pub mod flank;
 pub mod panel;
+mod search;
 mod slow;
 pub mod solver;
 mod spread;
@@ -28,7 +29,9 @@ mod spread;
 mod features;
 mod portrait;
 mod steady_state;
+mod switching;
 mod variables;
+mod waves;
 
 use super::cam_drive::{AngleMotion, CamDrive, DriveMode, HasCamDrive, Start, StartMode};
 use super::number::all_finite;
@@ -93,7 +96,7 @@ pub struct BacklashDrive {
     b: f64,
     s: f64,
     e: f64,
-    /// The bodies with the parameters of the last start; shared by all instances with the same ones.
+    /// The bodies with the parameters of the last start, and their waves; shared by all instances with the same ones.
     bodies: Arc<Bodies>,
     /// Bounds of |U|, |U′|, |U″|, with the parameters of the last start.
     bounds: [f64; 3],
@@ -193,6 +196,69 @@ impl BacklashDrive {
         self.now.tally.damping_loss + run.panel.damping_loss(&self.bodies, run.theta(self.now.time))
     }
 
+    /// Advances at constant speed within the current panel, where nothing happens and nothing is counted; whether it does.
+    #[inline(always)]
+    fn within_panel(&mut self, time: f64, step: f64) -> bool {
+        let Some(run) = self.run.as_deref_mut().filter(|_| !self.cam.is_input()) else { return false };
+        let end = time + step;
+        let Some(point) = run.within(&self.bodies, end) else { return false };
+        run.begin_here(time);
+        (self.now.time, self.now.point, self.step) = (end, point, step);
+        self.cam.step_done();
+        true
+    }
+
+    /// Advances over the ends of panels, or as inputs say.
+    #[inline(never)]
+    fn go_on(&mut self, time: f64, step: f64) -> Result<(), Fault> {
+        let horizon = self.horizon(step);
+        let input = self.cam.is_input();
+        if input {
+            self.motion = self.cam.motion(time);
+        }
+        let flank = CamFlank { law: &self.cam.law, motion: &self.motion, bounds: self.bounds };
+        let Some(run) = self.run.as_deref_mut() else { return Err(Fault::new("the drive has not been started")) };
+        if input {
+            run.begin_step();
+            // The inputs themselves are rounded: by them place and velocity of the flank jump.
+            let phi = self.motion.at(time).kinematics.0[0].abs();
+            let [_, slope, curvature] = self.bounds;
+            let w = flank.speed().abs();
+            // The mean rounding is an eighth of the last place.
+            let sizes = [slope * phi, (slope + curvature * phi) * w].map(|size| 0.125 * size);
+            run.spread.pass(0.0, [sizes[0], sizes[1], sizes[0], sizes[1]], [0.0; 4]);
+            let from = Self::take_up((&self.bodies, &flank), &self.end, run, time, &mut self.log);
+            let place = (Double::from(time), flank.segment(Double::from(time)));
+            run.restart(&self.bodies, &flank, place, from, horizon);
+        }
+        run.begin_here(time);
+        let end = time + step;
+        let mut point = run.advance(&self.bodies, &flank, &mut Stretch { end, horizon, log: &mut self.log })?;
+        if input {
+            point = run.panel.whole_at(&self.bodies, run.theta(end));
+        }
+        if !point.is_finite() {
+            return Err(Fault(format!("the motion leaves the range of numbers before t = {end} s")));
+        }
+        self.now = Now { time: end, mode: run.panel.mode, point, tally: run.tally };
+        self.step = step;
+        if input {
+            self.sums = run.sums(&self.bodies, &flank, end, horizon);
+            self.end = (self.now.mode, self.now.point);
+        }
+        if self.solver.steps != run.tally.panels {
+            self.solver.steps = run.tally.panels;
+            self.solver.evaluations = run.tally.panels * run.terms() as f64;
+            let [place, speed] = run.spread.errors(&self.bodies);
+            let [size, fastest] = flank.sizes(end);
+            let relative = (place / size).max(if fastest > 0.0 { speed / fastest } else { 0.0 });
+            // A cam without a stroke moves nothing.
+            self.solver.error_estimate = if size > 0.0 { relative.min(1.0) } else { 0.0 };
+        }
+        self.cam.step_done();
+        Ok(())
+    }
+
     /// Takes up a jump of the inputs: masses keep place and velocity, but a mass on a flank follows it and takes up
     /// the impulse m1 Δu̇. A free mass that the jump puts beyond a flank is set on it, and strikes it if it moves
     /// towards it.
@@ -258,6 +324,11 @@ impl Drive for BacklashDrive {
     fn new(scene: Scene) -> Result<Self, Fault> {
         let Scene { m1, m2, c, b, s, e, cam, drive, start, solver } = scene;
         let now = Now { time: 0.0, mode: Mode::Free, point: Point::default(), tally: Tally::default() };
+        let bodies = Bodies::new(m1, m2, c, b, s, e);
+        let bodies = match drive {
+            DriveMode::Constant { w, .. } => bodies.on(&cam, w),
+            DriveMode::Input => bodies,
+        };
         let drive = BacklashDrive {
             motion: AngleMotion::uniform(0.0, 0.0, 0.0),
             cam: CamDrive::new(cam, drive),
@@ -269,7 +340,7 @@ impl Drive for BacklashDrive {
             b,
             s,
             e,
-            bodies: Arc::new(Bodies::new(m1, m2, c, b, s, e)),
+            bodies: Arc::new(bodies),
             bounds: [0.0; 3],
             run: None,
             end: (now.mode, now.point),
@@ -307,13 +378,16 @@ impl Drive for BacklashDrive {
         self.solver.start();
         self.log.clear();
         (self.step, self.sums) = (0.0, Sums::default());
-        let bodies = Bodies::new(self.m1, self.m2, self.c, self.b, self.s, self.e);
-        if *self.bodies != bodies {
-            self.bodies = Arc::new(bodies);
-        }
         self.bounds = [0, 1, 2].map(|order| self.cam.law.bound(order));
         self.cam.start(time);
         self.motion = self.cam.motion(time);
+        let mut bodies = Bodies::new(self.m1, self.m2, self.c, self.b, self.s, self.e);
+        if !self.cam.is_input() {
+            bodies = bodies.on(&self.cam.law, self.motion.coefficients[1]);
+        }
+        if *self.bodies != bodies {
+            self.bodies = Arc::new(bodies);
+        }
         match self.start.mode {
             StartMode::AtRest => self.begin(time, [0.0; 2]),
             StartMode::Given => self.begin(time, [self.start.q, self.start.q_dot]),
@@ -338,52 +412,7 @@ impl Drive for BacklashDrive {
     }
 
     fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
-        let horizon = self.horizon(step);
-        let input = self.cam.is_input();
-        if input {
-            self.motion = self.cam.motion(time);
-        }
-        let flank = CamFlank { law: &self.cam.law, motion: &self.motion, bounds: self.bounds };
-        let Some(run) = self.run.as_deref_mut() else { return Err(Fault::new("the drive has not been started")) };
-        if input {
-            run.begin_step();
-            // The inputs themselves are rounded: by them place and velocity of the flank jump.
-            let phi = self.motion.at(time).kinematics.0[0].abs();
-            let [_, slope, curvature] = self.bounds;
-            let w = flank.speed().abs();
-            // The mean rounding is an eighth of the last place.
-            let sizes = [slope * phi, (slope + curvature * phi) * w].map(|size| 0.125 * size);
-            run.spread.pass(0.0, [sizes[0], sizes[1], sizes[0], sizes[1]], [0.0; 4]);
-            let from = Self::take_up((&self.bodies, &flank), &self.end, run, time, &mut self.log);
-            let place = (Double::from(time), flank.segment(Double::from(time)));
-            run.restart(&self.bodies, &flank, place, from, horizon);
-        }
-        run.begin_here(time);
-        let end = time + step;
-        let mut point = run.advance(&self.bodies, &flank, &mut Stretch { end, horizon, log: &mut self.log })?;
-        if input {
-            point = run.panel.whole_at(&self.bodies, run.theta(end));
-        }
-        if !point.is_finite() {
-            return Err(Fault(format!("the motion leaves the range of numbers before t = {end} s")));
-        }
-        self.now = Now { time: end, mode: run.panel.mode, point, tally: run.tally };
-        self.step = step;
-        if input {
-            self.sums = run.sums(&self.bodies, &flank, end, horizon);
-            self.end = (self.now.mode, self.now.point);
-        }
-        if self.solver.steps != run.tally.panels {
-            self.solver.steps = run.tally.panels;
-            self.solver.evaluations = run.tally.panels * run.terms() as f64;
-            let [place, speed] = run.spread.errors(&self.bodies);
-            let [size, fastest] = flank.sizes(end);
-            let relative = (place / size).max(if fastest > 0.0 { speed / fastest } else { 0.0 });
-            // A cam without a stroke moves nothing.
-            self.solver.error_estimate = if size > 0.0 { relative.min(1.0) } else { 0.0 };
-        }
-        self.cam.step_done();
-        Ok(())
+        if self.within_panel(time, step) { Ok(()) } else { self.go_on(time, step) }
     }
 
     fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64) {

@@ -1,4 +1,5 @@
-//! A panel: a span of time in one mode over which the motion is a power series of time, exact to rounding.
+//! A panel: a span of time in one mode over which the motion is known to rounding: in closed form ([`super::waves`]) at
+//! constant speed on a law of few harmonics, else, and where a gap is small, as a power series of time.
 //!
 //! The series of the flank u(t) gives that of q by the recurrence of the equation of motion,
 //!
@@ -7,7 +8,7 @@
 //! and the gap in flight follows from m1 z̈ = c q + b q̇ − m1 ü. About the start of a flight the gap begins with exact
 //! zeros, so that no term cancels while it is small. A panel lasts two radians of the fastest change: then the term of
 //! order n is at most 2ⁿ/n! of the amplitude, and the first event in the panel is the first zero of a polynomial
-//! ([`first_zero`]).
+//! ([`super::switching`]).
 //!
 //! Source: A. Griewank, A. Walther, *Evaluating Derivatives*, 2nd ed., SIAM 2008, section 13.2 (Taylor series of
 //! solutions).
@@ -15,10 +16,10 @@
 use super::contact::{Bodies, Flank, Mode, State};
 use super::flank::FlankMotion;
 use super::slow::stiff_rate;
+use super::waves::Waves;
 use crate::drives::number::all_finite;
 use crate::numerics::double_double::Double;
-use crate::numerics::first_zero::first_zero;
-use crate::numerics::oscillator::Oscillator;
+use crate::numerics::oscillator::{FreeMotion, Oscillator};
 use crate::numerics::quadrature::Gauss;
 use serde::{Deserialize, Serialize};
 
@@ -34,16 +35,12 @@ const LEAST_TERMS: usize = 8;
 /// Halvings of a panel; a span of 2⁻⁶⁰ shows no change of the speed any more.
 const MOST_HALVINGS: usize = 60;
 
-/// The shortest flight that begins without velocity, as a part of the shortest time in which anything changes. A mass
-/// that is back earlier has moved by 1e-14 of a typical displacement, next to the rounding of x1.
-const ARMING: f64 = 1e-7;
-
 /// The series of u and q have two terms more than that of ü.
 pub(super) const COEFFICIENTS: usize = MOST_TERMS + 2;
 
 /// Two coefficients, aligned for packed arithmetic.
 #[repr(align(16))]
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Pair(pub(super) [f64; 2]);
 
 /// A panel; see the module.
@@ -67,11 +64,15 @@ pub struct Panel {
     pub(super) span: f64,
     pub(super) terms: usize,
     /// Spans per second.
-    per_span: f64,
+    pub(super) per_span: f64,
     /// The coefficients of u (contact) or ζ (flight) and of q.
     pub(super) pairs: [Pair; COEFFICIENTS],
     /// In flight the centre of mass at the start [m] and its velocity [m/s].
-    centre: [f64; 2],
+    pub(super) centre: [f64; 2],
+    /// Whether the motion is a sum of waves (see [`super::waves`]) and no series; e^(iφ) at the start and the free one.
+    pub(super) in_waves: bool,
+    pub(super) turn: [f64; 2],
+    pub(super) free: FreeMotion,
     /// Of a panel apart from the fast modes: their free vibration at the start, q [m] and q̇ [m/s].
     pub(super) vibration: [f64; 2],
 }
@@ -144,6 +145,9 @@ impl Panel {
             per_span: 0.0,
             pairs: [Pair::default(); COEFFICIENTS],
             centre: [0.0; 2],
+            in_waves: false,
+            turn: [0.0; 2],
+            free: FreeMotion::default(),
             vibration: [0.0; 2],
         };
         panel.lay(bodies, flank, place, from, longest, rules);
@@ -162,7 +166,11 @@ impl Panel {
     ) {
         (self.start, self.segment, self.next_segment) = (start, segment, segment);
         (self.mode, self.state, self.terms) = (mode, state, rules.terms);
-        (self.length, self.event) = (0.0, None);
+        (self.length, self.event, self.vibration) = (0.0, None, [0.0; 2]);
+        if self.lay_in_waves(bodies, flank, zeros, longest, rules) {
+            return;
+        }
+        self.in_waves = false;
         let oscillator = self.oscillator(bodies);
         let flank_rate = flank.rate(segment, start, 0.0);
         let stiff = stiff_rate(oscillator, flank_rate);
@@ -244,6 +252,21 @@ impl Panel {
         }
     }
 
+    /// The waves that the motion is the sum of, where it is.
+    fn waves<'a>(&self, bodies: &'a Bodies) -> Option<&'a Waves> {
+        bodies.waves.as_ref().filter(|_| self.in_waves)
+    }
+
+    /// q and q̇ `theta` [s] after the start, without a vibration.
+    fn elongation_at(&self, bodies: &Bodies, theta: f64) -> [f64; 2] {
+        if let Some(waves) = self.waves(bodies) {
+            let [.., q, q_dot] = self.waves_at(bodies, waves, theta);
+            return [q, q_dot];
+        }
+        let [[_, q], [_, v]] = self.series_at(theta * self.per_span);
+        [q, v * self.per_span]
+    }
+
     /// The series x spans after the start, and its derivatives per span.
     fn series_at(&self, x: f64) -> [[f64; 2]; 2] {
         // Even and odd terms apart: p = E(x²) + x O(x²), p′ = O + 2x E′ + 2x² O′.
@@ -256,7 +279,10 @@ impl Panel {
     }
 
     /// What the series up to `theta` [s] round, as the sizes of their first terms, and what they neglect: in ζ, ζ̇, q, q̇.
-    pub fn errors(&self, theta: f64) -> [[f64; 4]; 2] {
+    pub fn errors(&self, bodies: &Bodies, theta: f64) -> [[f64; 4]; 2] {
+        if let Some(waves) = self.waves(bodies) {
+            return [self.wave_sizes(bodies, waves, theta), [0.0; 4]];
+        }
         let x = (theta * self.per_span).min(1.0);
         // The impact is located with these terms only; a state has two terms more.
         let last = x.powi(self.terms as i32);
@@ -277,10 +303,19 @@ impl Panel {
     }
 
     /// ü in contact, `theta` [s] after the start.
-    pub fn flank_acceleration(&self, theta: f64) -> f64 {
+    pub fn flank_acceleration(&self, bodies: &Bodies, theta: f64) -> f64 {
+        if let Some(waves) = self.waves(bodies) {
+            return self.wave_acceleration(bodies, waves, theta);
+        }
         let x = theta * self.per_span;
         let sum = (0..self.terms).rev().fold(0.0, |sum, n| sum * x + ORDER[n] * ORDER[n + 1] * self.pairs[n + 2].0[0]);
         sum * self.per_span * self.per_span
+    }
+
+    /// How long after the start `time` is [s], to the last digit or two: the first difference is exact where it is small.
+    #[inline(always)]
+    pub fn until(&self, time: f64) -> f64 {
+        (time - self.start.hi) - self.start.lo
     }
 
     /// The instant `theta` [s] after the start.
@@ -290,6 +325,9 @@ impl Panel {
 
     /// The motion `theta` [s] after the start, without ü.
     pub fn at(&self, bodies: &Bodies, theta: f64) -> Point {
+        if let Some(waves) = self.waves(bodies) {
+            return self.point_in_waves(bodies, waves, theta);
+        }
         let [place, rate] = self.series_at(theta * self.per_span);
         let [mut first, mut q] = [0, 1].map(|i| [place[i], rate[i] * self.per_span]);
         let mut state = self.state;
@@ -318,7 +356,7 @@ impl Panel {
     pub fn whole_at(&self, bodies: &Bodies, theta: f64) -> Point {
         let mut point = self.at(bodies, theta);
         if self.mode != Mode::Free {
-            point.u[2] = self.flank_acceleration(theta);
+            point.u[2] = self.flank_acceleration(bodies, theta);
         }
         point
     }
@@ -328,86 +366,20 @@ impl Panel {
         self.event.map_or(self.length, |(_, at)| at)
     }
 
-    /// σ F_K as a series.
-    pub(super) fn force_series(&self, bodies: &Bodies, contact: Flank) -> [f64; MOST_TERMS] {
-        let sign = contact.sign();
-        let (inertia, stiffness) = (sign * bodies.m1 / (self.span * self.span), sign * bodies.c);
-        let damping = sign * bodies.b / self.span;
-        let mut force = [0.0; MOST_TERMS];
-        for n in 0..self.terms {
-            let ([_, q], [_, v], [u, _]) = (self.pairs[n].0, self.pairs[n + 1].0, self.pairs[n + 2].0);
-            force[n] = inertia * (ORDER[n] * ORDER[n + 1]) * u - stiffness * q - damping * ORDER[n] * v;
-        }
-        force
-    }
-
-    /// The distance from `flank` as a series.
-    pub(super) fn gap_series(&self, bodies: &Bodies, flank: Flank) -> [f64; MOST_TERMS] {
-        let sign = flank.sign();
-        let mut gap = [0.0; MOST_TERMS];
-        for (g, Pair([zeta, _])) in gap.iter_mut().zip(&self.pairs[..self.terms]) {
-            *g = sign * zeta;
-        }
-        gap[0] += sign * (self.state.home - bodies.place(flank));
-        gap
-    }
-
-    /// The first event in the panel; `rate` is the fastest change [rad/s].
-    pub(super) fn find(
-        &self,
-        bodies: &Bodies,
-        flank: &impl FlankMotion,
-        zeros: usize,
-        rate: f64,
-    ) -> Option<(Found, f64)> {
-        match self.mode {
-            Mode::Contact(contact) => self.release(bodies, contact, bodies.resolution(flank, self.start)),
-            Mode::Free => self.impact(bodies, zeros, rate),
-        }
-    }
-
-    /// The first release in the panel: where F_K has fallen to the resolution below zero.
-    fn release(&self, bodies: &Bodies, contact: Flank, resolution: f64) -> Option<(Found, f64)> {
-        let mut force = self.force_series(bodies, contact);
-        // At rest nothing pulls.
-        if force == [0.0; MOST_TERMS] {
-            return None;
-        }
-        force[0] += resolution;
-        let seen = first_zero(&force[..self.terms], self.length / self.span)?;
-        force[0] -= resolution;
-        Some((Found::Release, polish(&force[..self.terms], seen) * self.span))
-    }
-
-    /// The first impact in the panel.
-    fn impact(&self, bodies: &Bodies, zeros: usize, rate: f64) -> Option<(Found, f64)> {
-        let mut end = self.length / self.span;
-        let mut found = None;
-        for flank in [Flank::A, Flank::B] {
-            let gap = self.gap_series(bodies, flank);
-            let Some(mut zero) = first_zero(&gap[..self.terms], end) else { continue };
-            if zeros >= 2 && self.state.home == bodies.place(flank) {
-                zero = zero.max(ARMING / (rate * self.span)).min(end);
-            }
-            (end, found) = (zero, Some((Found::Impact(flank), zero * self.span)));
-        }
-        found
-    }
-
     /// ∫ F_K dt, ∫ U′ F_K dt between two times after the start.
     pub fn integrals(&self, bodies: &Bodies, flank: &impl FlankMotion, from: f64, to: f64) -> [f64; 2] {
         if to <= from || self.mode == Mode::Free {
             return [0.0; 2];
         }
         // The product changes by at most four radians in a panel: 4¹⁶/(16! 2¹⁶ 4¹⁶) in half of one.
-        let parts = if to - from > 0.5 * self.span { 2 } else { 1 };
-        let width = (to - from) / f64::from(parts);
+        let parts = ((to - from) / (0.5 * self.span)).ceil().max(1.0) as usize;
+        let width = (to - from) / parts as f64;
         let mut sums = self.vibration_integrals(bodies, flank, [from, to]);
         for part in 0..parts {
-            let left = from + f64::from(part) * width;
+            let left = from + part as f64 * width;
             let [force, torque] = Gauss::with(8).integrate(width, |s| {
-                let [[_, q], [_, v]] = self.series_at((left + s) / self.span);
-                let force = bodies.m1 * self.flank_acceleration(left + s) - bodies.link(q, v / self.span);
+                let [q, q_dot] = self.elongation_at(bodies, left + s);
+                let force = bodies.m1 * self.flank_acceleration(bodies, left + s) - bodies.link(q, q_dot);
                 [force, force * flank.slope(self.segment, self.instant(left + s))]
             });
             sums = [sums[0] + force, sums[1] + torque];
@@ -420,11 +392,17 @@ impl Panel {
         if bodies.b == 0.0 || theta <= 0.0 {
             return 0.0;
         }
-        let [loss] = Gauss::with(8).integrate(theta, |s| {
-            let v = self.series_at(s / self.span)[1][1] / self.span;
-            [bodies.b * v * v]
-        });
-        loss + self.vibration_loss(bodies, theta)
+        let parts = (theta / self.span).ceil().max(1.0) as usize;
+        let width = theta / parts as f64;
+        let mut loss = self.vibration_loss(bodies, theta);
+        for part in 0..parts {
+            let [own] = Gauss::with(8).integrate(width, |s| {
+                let [_, v] = self.elongation_at(bodies, part as f64 * width + s);
+                [bodies.b * v * v]
+            });
+            loss += own;
+        }
+        loss
     }
 }
 
@@ -445,7 +423,7 @@ fn sums<const N: usize>(pairs: Option<&[Pair; N]>, x: f64) -> [[f64; 2]; 2] {
 }
 
 /// n + 1.
-const ORDER: [f64; COEFFICIENTS] = {
+pub(super) const ORDER: [f64; COEFFICIENTS] = {
     let mut table = [0.0; COEFFICIENTS];
     let mut n = 0;
     while n < COEFFICIENTS {
@@ -478,23 +456,4 @@ fn decayed(u: &[f64], scale: f64) -> bool {
     let sum = (2..u.len()).map(term).sum::<f64>().max(scale);
     let last = u.len() - 1;
     term(last) + term(last - 1) <= 2.0 * part_of_term(last - 3) * sum
-}
-
-/// The zero of the force just before `seen`, where it has fallen to the resolution below zero.
-fn polish(force: &[f64], seen: f64) -> f64 {
-    let mut zero = seen;
-    for _ in 0..3 {
-        let (mut value, mut slope) = (0.0, 0.0);
-        for &c in force.iter().rev() {
-            slope = slope * zero + value;
-            value = value * zero + c;
-        }
-        let next = zero - value / slope;
-        // A force that only just reaches zero keeps the instant at which it is seen to pull.
-        if !(slope < 0.0 && next >= 0.0 && (next - seen).abs() <= 1e-4) {
-            return seen;
-        }
-        zero = next;
-    }
-    zero.min(seen)
 }

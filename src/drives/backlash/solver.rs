@@ -146,7 +146,14 @@ impl Run {
 
     /// How far `time` is from the start of the panel [s].
     pub fn theta(&self, time: f64) -> f64 {
-        (Double::from(time) - self.panel.start).hi.clamp(0.0, self.panel.length)
+        self.panel.until(time).clamp(0.0, self.panel.length)
+    }
+
+    /// The motion at `time` [s] where the current panel holds it, without ü.
+    #[inline(always)]
+    pub fn within(&self, bodies: &Bodies, time: f64) -> Option<Point> {
+        let left = self.panel.until(time);
+        (left < self.panel.limit()).then(|| self.panel.at(bodies, left.max(0.0)))
     }
 
     /// Goes on to the end of the communication step and returns the motion there, without ü.
@@ -192,7 +199,7 @@ impl Run {
     ) -> Result<f64, Fault> {
         let mut events = 0.0;
         loop {
-            let left = (Double::from(stretch.end) - self.panel.start).hi;
+            let left = self.panel.until(stretch.end);
             let limit = self.panel.limit();
             if limit > left || (limit == left && self.panel.event.is_none()) {
                 return Ok(left);
@@ -201,7 +208,7 @@ impl Run {
                 integral.add(bodies, flank, &self.panel, limit);
             }
             self.tally.damping_loss += self.panel.damping_loss(bodies, limit);
-            let [sizes, neglected] = self.panel.errors(limit);
+            let [sizes, neglected] = self.panel.errors(bodies, limit);
             self.spread.pass(limit, sizes, neglected);
             events += if self.panel.event.is_some() { 1.0 } else { 0.0 };
             let sums = match self.panel.event {
@@ -339,7 +346,12 @@ impl Run {
             log.push(release(hit, time, ("force", bodies.force(state.q, &u)[0], "N")));
         }
         let impulse = impact.impulse - impact.counted_force;
-        ((impact.after, impact.zeros), Sums { force: impulse, torque: flank.slope(segment, time) * impulse })
+        let slope = if flank.is_uniform() && flank.speed() != 0.0 {
+            u.0[1] / flank.speed()
+        } else {
+            flank.slope(segment, time)
+        };
+        ((impact.after, impact.zeros), Sums { force: impulse, torque: slope * impulse })
     }
 }
 

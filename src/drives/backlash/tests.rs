@@ -28,6 +28,9 @@ impl FlankMotion for CubicFlank {
     fn slope(&self, segment: usize, time: Double) -> f64 {
         self.at(segment, time).0[1]
     }
+    fn turn(&self, _: Double) -> [f64; 2] {
+        [1.0, 0.0]
+    }
     fn expand(&self, segment: usize, time: Double, span: f64, coefficients: &mut [f64]) {
         coefficients.fill(0.0);
         let mut factor = 1.0;
@@ -203,3 +206,4 @@ mod estimate;
 mod interface;
 mod reference;
 mod switching;
+mod waves;

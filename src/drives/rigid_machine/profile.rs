@@ -109,17 +109,19 @@ impl Profile {
     /// J [kg·m²] and J′ [kg·m²/rad] at `phi` [rad], continued smoothly from the interval.
     #[inline]
     pub fn with_slope(&self, inertia: &Inertia, interval: usize, phi: f64) -> [f64; 2] {
-        match self.piece(interval, phi) {
-            Some((powers, x)) => {
-                let [j, slope] = powers.with_slope(x);
-                // dx/dφ is twice the number of pieces per radian.
-                let rate = self.stretches[interval].as_ref().map_or(0.0, |stretch| stretch.rate);
-                [j, 2.0 * rate * slope]
-            }
-            None => {
-                let [j, slope, ..] = inertia.at(inertia.place(interval), phi);
-                [j, slope]
-            }
-        }
+        self.tabulated(interval, phi).unwrap_or_else(|| {
+            let [j, slope, ..] = inertia.at(inertia.place(interval), phi);
+            [j, slope]
+        })
+    }
+
+    /// J and J′ where the table holds them.
+    #[inline]
+    pub fn tabulated(&self, interval: usize, phi: f64) -> Option<[f64; 2]> {
+        let (powers, x) = self.piece(interval, phi)?;
+        let [j, slope] = powers.with_slope(x);
+        // dx/dφ is twice the number of pieces per radian.
+        let rate = self.stretches[interval].as_ref().map_or(0.0, |stretch| stretch.rate);
+        Some([j, 2.0 * rate * slope])
     }
 }

@@ -9,7 +9,7 @@ use super::course::Course;
 use super::passage::{Errors, Passage, Position, Torques};
 use super::raster::{Cell, Raster};
 use super::solver::FASTEST;
-use super::{Motor, RigidMachine, State};
+use super::{Motor, RigidMachine, Seen, State};
 use crate::drives::{Fault, Number};
 use crate::numerics::collocation::Failure;
 use crate::numerics::double_double::{Double, two_sum};
@@ -70,6 +70,7 @@ impl RigidMachine {
         let tolerance = self.solver.effective_tolerance();
         if !self.raster.is_for(&self.inertia, &self.motor, tolerance) {
             self.raster = Raster::new(&self.inertia, &self.motor, tolerance);
+            self.seen = None;
         }
     }
 
@@ -161,7 +162,13 @@ impl RigidMachine {
         self.state.turns = passage.from.turns;
         self.state.interval = self.raster.cells()[passage.from.cell].interval;
         // J is the function itself, so that ½ J φ̇² is E to the last digit.
-        let inertia = self.raster.profile.value(&self.inertia, self.state.interval, self.state.angle.hi);
+        let (interval, phi) = (self.state.interval, self.state.angle.hi);
+        let seen = self.raster.profile.tabulated(interval, phi);
+        let inertia = match seen {
+            Some([j, _]) => j,
+            None => self.raster.profile.value(&self.inertia, interval, phi),
+        };
+        self.seen = seen.map(|value| Seen { interval, phi, value });
         self.state.w = sense * (2.0 * passage.energy_at(self.abscissa).hi / inertia).sqrt();
     }
 
