@@ -59,7 +59,9 @@ fn without_arguments_it_prints_its_help() {
 
 #[test]
 fn every_help_has_an_example() {
-    for command in ["export", "check", "describe", "compensate", "tradeoff", "clearance", "stability", "completions"] {
+    let commands =
+        ["export", "check", "describe", "compensate", "steady", "tradeoff", "clearance", "stability", "completions"];
+    for command in commands {
         let run = camdrive(&[command, "--help"]);
         assert_eq!(run.code, 0);
         assert!(run.out.contains("Example") && run.out.contains(&format!("camdrive {command} ")), "{}", run.out);
@@ -435,5 +437,32 @@ fn clearance_refuses_what_has_none() {
         let run = camdrive(&[&["clearance"], &args[..]].concat());
         assert_eq!((run.code, run.out.as_str()), (1, ""), "{args:?}");
         assert!(run.err.contains("error") && run.err.contains(part), "{args:?}: {}", run.err);
+    }
+}
+
+#[test]
+fn steady_finds_the_periodic_motions() {
+    let folder = folder("steady");
+    let loom = "examples/rapier_loom/scene.toml";
+    let run = camdrive(&["steady", loom, "--report", text(&folder)]);
+    assert_eq!(run.code, 0, "{}", run.err);
+    for figure in ["One periodic motion, stable", "0.120041683244", "49.6825", "55.7763", "without torques"] {
+        assert!(run.out.contains(figure), "{figure}: {}", run.out);
+    }
+    assert!(folder.join("rapier_loom.steady.csv").is_file() && folder.join("rapier_loom.steady.svg").is_file());
+    let run = camdrive(&["steady", loom, "--load", "120 N.m"]);
+    assert!(run.out.contains("2 periodic motions, 1 of them stable") && run.out.contains("unstable"), "{}", run.out);
+    let run = camdrive(&["steady", loom, "--load", "250 N.m"]);
+    assert!(run.code == 0 && run.out.contains("stalls"), "{}", run.out);
+    let run = camdrive(&["steady", loom, "--period", "120 ms"]);
+    assert!(run.code == 0 && run.out.contains("0.12000000000000"), "{}{}", run.out, run.err);
+    for (args, part) in [
+        (&[SCENE][..], "RigidMachine"),
+        (&["tests/fmpy/scenes/machine_torque_input.toml"], "is an input"),
+        (&["tests/fmpy/scenes/machine_free.toml"], "--period"),
+        (&[loom, "--period", "0"], "positive"),
+    ] {
+        let run = camdrive(&[&["steady"], args].concat());
+        assert!(run.code == 1 && run.err.contains(part), "{args:?}: {}", run.err);
     }
 }

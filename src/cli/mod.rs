@@ -12,6 +12,7 @@ mod export;
 #[cfg(feature = "import")]
 mod run;
 mod stability;
+mod steady;
 mod tradeoff;
 
 use crate::scene::{self, Resolved};
@@ -41,6 +42,7 @@ enum Command {
     Check(check::Args),
     Describe(describe::Args),
     Compensate(compensate::Args),
+    Steady(steady::Args),
     Tradeoff(tradeoff::Args),
     Stability(stability::Args),
     Clearance(clearance::Args),
@@ -68,6 +70,7 @@ pub fn main() -> ExitCode {
         Some(Command::Check(args)) => check::run(&args),
         Some(Command::Describe(args)) => describe::run(&args),
         Some(Command::Compensate(args)) => compensate::run(&args),
+        Some(Command::Steady(args)) => steady::run(&args),
         Some(Command::Tradeoff(args)) => tradeoff::run(&args),
         Some(Command::Stability(args)) => stability::run(&args),
         Some(Command::Clearance(args)) => clearance::run(&args),

@@ -20,6 +20,7 @@ mod features;
 mod grid;
 mod inertia;
 mod motor;
+pub mod orbits;
 mod passage;
 mod portrait;
 mod profile;

@@ -23,12 +23,13 @@ use super::steady_lag::Turn;
 use super::{Motor, RigidMachine, State};
 use crate::drives::{Event, Fault};
 use crate::numerics::double_double::Double;
+use std::f64::consts::TAU;
 
 /// Tolerance of the scan; the signs are all that matters.
-const SCAN_TOLERANCE: f64 = 1e-7;
+pub const SCAN_TOLERANCE: f64 = 1e-7;
 
 /// Tolerance of the orbit itself: the ends of the steps are then exact to rounding.
-const ORBIT_TOLERANCE: f64 = 1e-12;
+pub const ORBIT_TOLERANCE: f64 = 1e-12;
 
 /// How many speeds of the scan lie where orbits without load can lie, and how many below.
 const SCAN: usize = 80;
@@ -44,17 +45,17 @@ const REST: f64 = 1e-18;
 const MOST_STEPS: usize = 200_000;
 
 /// What a turn from the beginning of the raster on does.
-struct Shot {
+pub struct Shot {
     /// E(2π) − E(0) [J].
-    gain: f64,
+    pub gain: f64,
     /// The slope of the map, about.
-    slope: f64,
+    pub slope: f64,
     /// The time of the turn [s].
-    period: f64,
+    pub period: f64,
 }
 
 /// Shooting at one tolerance.
-struct Shooting<'a> {
+pub struct Shooting<'a> {
     machine: &'a RigidMachine,
     raster: Raster,
     torques: Torques,
@@ -62,7 +63,8 @@ struct Shooting<'a> {
 }
 
 impl<'a> Shooting<'a> {
-    fn new(machine: &'a RigidMachine, torques: Torques, tolerance: f64) -> Self {
+    /// Shooting of this machine under these torques.
+    pub fn new(machine: &'a RigidMachine, torques: Torques, tolerance: f64) -> Self {
         // The machine's own raster serves where it is fine enough.
         let own = machine.solver.effective_tolerance() <= tolerance;
         let raster = if own {
@@ -111,7 +113,7 @@ impl<'a> Shooting<'a> {
     }
 
     /// A turn that begins with this energy; None where the machine comes to rest.
-    fn shoot(&self, energy: f64) -> Option<Shot> {
+    pub fn shoot(&self, energy: f64) -> Option<Shot> {
         let mut slope = 1.0;
         let end = self.travel(energy, |position, last| {
             slope *= last.map_or(1.0, Passage::slope);
@@ -122,7 +124,7 @@ impl<'a> Shooting<'a> {
     }
 
     /// E at the angle of the machine on the motion that begins the turn with `energy`.
-    fn energy_at_start(&self, energy: f64) -> Option<Double> {
+    pub fn energy_at_start(&self, energy: f64) -> Option<Double> {
         let angle = self.machine.state.angle.hi;
         let cell = self.raster.find(self.machine.state.interval, angle, self.forward());
         let ahead = |position: &Position| self.torques.sense * (angle - position.angle.hi);
@@ -134,6 +136,23 @@ impl<'a> Shooting<'a> {
         // At the very beginning there is no step to take.
         let beginning = self.beginning(energy);
         if beginning.cell == cell && ahead(&beginning) <= 0.0 { Some(beginning.energy) } else { Some(end?.energy) }
+    }
+
+    /// φ and ω over a turn that begins with `energy`, at about so many points.
+    pub fn course(&self, energy: f64, points: usize) -> Vec<[f64; 2]> {
+        let mut course = Vec::with_capacity(points + 1);
+        let longest = TAU / points as f64;
+        self.travel(energy, |position, _| {
+            let place = self.machine.inertia.place(self.raster.cells()[position.cell].interval);
+            let j = self.machine.inertia.value(place, position.angle.hi);
+            let here = [position.angle.hi, self.torques.sense * (2.0 * position.energy.hi / j).sqrt()];
+            (position.turns == 0.0).then(|| {
+                course.push(here);
+                longest
+            })
+        });
+        course.extend(course.first().map(|[phi, w]| [phi + self.torques.sense * TAU, *w]));
+        course
     }
 
     /// The brackets of the stable orbits, the fastest first, and the number of all orbits found.

@@ -132,6 +132,25 @@ impl Turn<'_> {
         Some(c.state())
     }
 
+    /// φ and ω over the turn of the orbit (v, M_an), at the beginnings of so many equal parts and at the end.
+    pub fn course(&self, [v, torque]: [f64; 2], points: usize) -> Option<Vec<[f64; 2]>> {
+        let legs = self.legs();
+        let mut c = Collocation::<3>::new(Double::from(0.0), [v, torque, 0.0]);
+        let mut course = Vec::with_capacity(points + 1);
+        let mut legs = legs.iter().peekable();
+        for i in 0..=points {
+            let psi = TAU * i as f64 / points as f64;
+            while let Some(leg) = legs.next_if(|leg| leg.end < psi) {
+                c.advance(&OnLeg { turn: self, place: leg.place }, Double::from(leg.end), ORBIT_TOLERANCE).ok()?;
+            }
+            let Some(leg) = legs.peek() else { break };
+            let on_leg = OnLeg { turn: self, place: leg.place };
+            c.advance(&on_leg, Double::from(psi), ORBIT_TOLERANCE).ok()?;
+            course.push([self.phi_start + self.sense * psi, on_leg.speed(Double::from(psi), c.state()[0]).1]);
+        }
+        Some(course)
+    }
+
     /// The orbit (v, M_an) of a motor with lag next to the orbit `v` without; also T and the spectral radius.
     pub fn refine(&self, v: f64, torque_scale: f64) -> Option<([f64; 2], f64, f64)> {
         let legs = &self.legs();

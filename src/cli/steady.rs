@@ -1,0 +1,248 @@
+//! `camdrive steady SCENE`
+
+use super::{Failure, print, read_all};
+use crate::design::plot::{Axis, Diagram, Series};
+use crate::design::tradeoff::table::{Table, number};
+use crate::drives::rigid_machine::orbits::{PeriodicMotion, free_motion, periodic_motions, range};
+use crate::drives::rigid_machine::{Inertia, Motor, Scene};
+use crate::drives::unit;
+use crate::scene::units;
+use std::f64::consts::TAU;
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+/// Finds all periodic motions of a machine.
+///
+/// With a motor there may be several, stable and unstable ones, or none: then it stalls. The multiplier is the factor by which a
+/// small disturbance grows in a turn. For comparison the motion of the machine without torques (Eigenbewegung) with
+/// the same period; it is all there is without motor, where --period is needed. With a motor --period finds the
+/// synchronous speed with which the fastest stable motion has that period.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  camdrive steady examples/rapier_loom/scene.toml
+  camdrive steady examples/rapier_loom/scene.toml --period \"120 ms\"
+  camdrive steady examples/rapier_loom/scene.toml --load \"40 N.m\" --report study/")]
+pub struct Args {
+    /// Scene file (TOML) of a RigidMachine
+    scene: PathBuf,
+    /// Prescribed period, "120 ms" or in s
+    #[arg(long, value_name = "TIME")]
+    period: Option<String>,
+    /// Constant load torque, "30 N.m"; positive brakes
+    #[arg(long, value_name = "TORQUE", default_value = "0", allow_hyphen_values = true)]
+    load: String,
+    /// Folder for the courses of the speed: NAME.steady.csv and NAME.steady.svg
+    #[arg(long, value_name = "FOLDER")]
+    report: Option<PathBuf>,
+}
+
+fn failure(text: impl std::fmt::Display) -> Failure {
+    Failure(format!("error: {text}"))
+}
+
+/// The synchronous speed is found when it yields the period to this part.
+const FOUND: f64 = 1e-13;
+
+/// Steps of the secant method; the period is nearly inversely proportional to the speed, so that a handful suffices.
+const STEPS: usize = 40;
+
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let place = args.scene.display();
+    let resolved = read_all(std::slice::from_ref(&args.scene))?.remove(0);
+    if resolved.model != "RigidMachine" {
+        let model = resolved.model.split('.').next().unwrap_or_default();
+        return Err(failure(format!(
+            "{place}: `model` = \"{model}\" has a prescribed motion of the drive; steady is for the model RigidMachine"
+        )));
+    }
+    let mut scene: Scene = serde_json::from_value(resolved.scene).map_err(failure)?;
+    let quantity = |name: &str, text: &str, quantity| {
+        units::parse(text, quantity).map_err(|e| failure(format!("--{name}: {}\n  = hint: {}", e.message, e.hint)))
+    };
+    let load = quantity("load", &args.load, &unit::TORQUE)?;
+    let period = args.period.as_ref().map(|text| quantity("period", text, &unit::TIME)).transpose()?;
+    if let Some(period) = period.filter(|period| !(*period > 0.0 && period.is_finite())) {
+        return Err(failure(format!("--period: {period} s is no period; it must be positive")));
+    }
+    let fault = |fault: crate::drives::Fault| failure(format!("{place}: {fault}"));
+    let mut out = format!("{}\n", resolved.name);
+    let (motions, free) = match (scene.motor, period) {
+        (Motor::Input, _) => {
+            return Err(failure(format!(
+                "{place}: the torque of the motor is an input: no periodic motion follows from it\n  = hint: choose `motor.kind` = \"kloss\" or \"none\""
+            )));
+        }
+        (Motor::None, None) => {
+            return Err(failure(format!(
+                "{place}: a machine without motor turns with any speed\n  = hint: say which with --period"
+            )));
+        }
+        (Motor::None, Some(_)) if load != 0.0 => {
+            return Err(failure(format!(
+                "{place}: without motor nothing balances the load of {load} N.m\n  = hint: leave out --load, or add a motor"
+            )));
+        }
+        (Motor::None, Some(period)) => (Vec::new(), Some((period, 1.0))),
+        (Motor::Kloss { .. }, period) => {
+            if let Some(period) = period {
+                let speed =
+                    synchronous_speed(&mut scene, load, period).map_err(|e| failure(format!("{place}: {e}")))?;
+                let rpm = speed * 60.0 / TAU;
+                let _ = writeln!(
+                    out,
+                    "The period of {period} s needs the synchronous speed {speed:.14} rad/s ({rpm:.9} rpm)."
+                );
+            }
+            let motions = periodic_motions(&scene, load).map_err(fault)?;
+            let free = motions
+                .iter()
+                .find(|motion| motion.multiplier < 1.0)
+                .map(|motion| (motion.period, motion.course.first().map_or(1.0, |[_, w]| w.signum())));
+            (motions, free)
+        }
+    };
+    let _ = writeln!(out, "{}\n", verdict(&scene, &motions, load));
+    let inertia = Inertia::new(scene.inertia.clone(), scene.followers.clone());
+    let free = free.map(|(period, sense)| (period, free_motion(&inertia, period, sense)));
+    out += &table(&motions, free.as_ref()).text();
+    if let Some(folder) = &args.report {
+        let title = format!("Periodic motions of {}", resolved.name);
+        let files = [
+            ("steady.csv", csv(&motions, free.as_ref()).map_err(failure)?),
+            ("steady.svg", diagram(title, &motions, free.as_ref()).svg().map_err(failure)?),
+        ];
+        let cannot = |path: &std::path::Path, e| failure(format!("{} cannot be written: {e}", path.display()));
+        std::fs::create_dir_all(folder).map_err(|e| cannot(folder, e))?;
+        out.push('\n');
+        for (ending, text) in files {
+            let path = folder.join(format!("{}.{ending}", resolved.name));
+            std::fs::write(&path, text).map_err(|e| cannot(&path, e))?;
+            let _ = writeln!(out, "{}", path.display());
+        }
+    }
+    print(&out)
+}
+
+/// What the motions mean.
+fn verdict(scene: &Scene, motions: &[PeriodicMotion], load: f64) -> String {
+    let stable = motions.iter().filter(|motion| motion.multiplier < 1.0).count();
+    match (scene.motor, motions.len(), stable) {
+        (Motor::Kloss { breakdown_torque, .. }, 0, _) => format!(
+            "There is no periodic motion against the load of {load} N.m: the motor (breakdown torque {breakdown_torque} N.m) stalls or runs away."
+        ),
+        (Motor::Kloss { .. }, n, 0) => {
+            format!("{n} periodic motions, none of them stable: the machine stalls or runs away.")
+        }
+        (Motor::Kloss { .. }, 1, 1) => "One periodic motion, stable.".to_owned(),
+        (Motor::Kloss { .. }, n, s) => format!(
+            "{n} periodic motions, {s} of them stable; a machine that was fast before reaches the fastest, `start.mode` = steady_state begins with it."
+        ),
+        _ => "Without motor any period is possible; the motion with the prescribed one:".to_owned(),
+    }
+}
+
+/// The motor's synchronous speed with which the fastest stable motion has this period.
+fn synchronous_speed(scene: &mut Scene, load: f64, period: f64) -> Result<f64, String> {
+    let Motor::Kloss { synchronous_speed: given, .. } = scene.motor else { return Err(String::new()) };
+    let mut measure = |speed: f64| -> Result<f64, String> {
+        if let Motor::Kloss { synchronous_speed, .. } = &mut scene.motor {
+            *synchronous_speed = speed;
+        }
+        let motions = periodic_motions(scene, load).map_err(|fault| fault.to_string())?;
+        let fastest = motions.iter().find(|motion| motion.multiplier < 1.0);
+        let motion = fastest.ok_or_else(|| {
+            format!("with a synchronous speed of {speed} rad/s there is no stable periodic motion against the load of {load} N.m: the motor stalls")
+        })?;
+        Ok(motion.period)
+    };
+    // ln T over ln w_s is nearly straight.
+    let mut speeds = [given, given * measure(given)? / period];
+    let mut misses = [(measure(given)? / period).ln(), (measure(speeds[1])? / period).ln()];
+    for _ in 0..STEPS {
+        if misses[1].abs() <= FOUND || misses[0] == misses[1] {
+            break;
+        }
+        let rise = (misses[1] - misses[0]) / (speeds[1] / speeds[0]).ln();
+        let next = speeds[1] * (-misses[1] / rise).clamp(-1.0, 1.0).exp();
+        if next == speeds[1] {
+            break;
+        }
+        (speeds, misses) = ([speeds[1], next], [misses[1], (measure(next)? / period).ln()]);
+    }
+    if misses[1].abs() > 1e3 * FOUND {
+        return Err(format!(
+            "no synchronous speed yields the period of {period} s; the nearest period found is {} s",
+            period * misses[1].exp()
+        ));
+    }
+    Ok(speeds[1])
+}
+
+type Free = (f64, Vec<[f64; 2]>);
+
+fn name(i: usize, motion: &PeriodicMotion) -> String {
+    format!("{} ({})", i + 1, if motion.multiplier < 1.0 { "stable" } else { "unstable" })
+}
+
+fn table(motions: &[PeriodicMotion], free: Option<&Free>) -> Table {
+    let head = ["motion", "T [s]", "mean w [rad/s]", "least w", "largest w", "fluctuation", "multiplier", "E at 0 [J]"];
+    let row = |name: String, period: f64, course: &[[f64; 2]], rest: [String; 2]| {
+        let ([low, high], mean) = (range(course), TAU / period);
+        let mean = if high < 0.0 { -mean } else { mean };
+        let [multiplier, energy] = rest;
+        vec![
+            name,
+            format!("{period:.14}"),
+            format!("{mean:.9}"),
+            format!("{low:.6}"),
+            format!("{high:.6}"),
+            format!("{} %", number(100.0 * (high - low) / mean.abs())),
+            multiplier,
+            energy,
+        ]
+    };
+    let of = |(i, motion): (usize, &PeriodicMotion)| {
+        let rest = [number(motion.multiplier), format!("{:.6}", motion.energy)];
+        row(name(i, motion), motion.period, &motion.course, rest)
+    };
+    let mut rows: Vec<Vec<String>> = motions.iter().enumerate().map(of).collect();
+    rows.extend(free.map(|(period, course)| row("without torques".into(), *period, course, ["1".into(), "–".into()])));
+    Table { head: head.map(str::to_owned).into(), rows }
+}
+
+/// The courses of the speed, one line for each point.
+fn csv(motions: &[PeriodicMotion], free: Option<&Free>) -> Result<String, String> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    let wrong = |e: &dyn std::fmt::Display| format!("the courses cannot be written as CSV: {e}");
+    writer.write_record(["motion", "phi_rad", "w_rad_s"]).map_err(|e| wrong(&e))?;
+    let all = motions.iter().enumerate().map(|(i, motion)| (name(i, motion), &motion.course));
+    for (name, course) in all.chain(free.map(|(_, course)| ("without torques".to_owned(), course))) {
+        for [phi, w] in course {
+            writer.write_record([name.clone(), phi.to_string(), w.to_string()]).map_err(|e| wrong(&e))?;
+        }
+    }
+    String::from_utf8(writer.into_inner().map_err(|e| wrong(&e))?).map_err(|e| wrong(&e))
+}
+
+fn diagram(title: String, motions: &[PeriodicMotion], free: Option<&Free>) -> Diagram {
+    let degrees = |course: &Vec<[f64; 2]>| course.iter().map(|[phi, w]| [phi.to_degrees(), *w]).collect();
+    let of = |(i, motion): (usize, &PeriodicMotion)| Series {
+        name: name(i, motion),
+        points: degrees(&motion.course),
+        joined: true,
+    };
+    let mut series: Vec<Series> = motions.iter().enumerate().map(of).collect();
+    series.extend(free.map(|(_, course)| Series {
+        name: "without torques".to_owned(),
+        points: degrees(course),
+        joined: true,
+    }));
+    Diagram {
+        title,
+        x: Axis::linear("Angle of the main shaft [°]"),
+        y: Axis::linear("Angular velocity [rad/s]"),
+        series,
+        rules: Vec::new(),
+    }
+}

@@ -1,0 +1,223 @@
+//! All periodic motions of a machine: what a design needs to know beside the one that [`super::steady`] starts with.
+//!
+//! E(0) → E(2π) is a monotone scalar map whose fixed points are the periodic motions. Its gain g(E) = E(2π) − E(0) is
+//! scanned over the speeds; where |g| has a minimum between two samples without a change of sign, golden sections decide
+//! whether two motions lie there. With a lagging torque each is continued to the map of two dimensions.
+
+use super::inertia::{Inertia, Place};
+use super::passage::Torques;
+use super::steady::{ORBIT_TOLERANCE, SCAN_TOLERANCE, Shooting};
+use super::steady_lag::Turn;
+use super::{MachineStart, Motor, RigidMachine, Scene};
+use crate::drives::{Drive as _, Fault};
+use crate::numerics::quadrature::Gauss;
+use std::f64::consts::TAU;
+
+/// A periodic motion in which the shaft turns all around.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PeriodicMotion {
+    /// T [s].
+    pub period: f64,
+    /// E = ½Jω² [J] at φ = 0.
+    pub energy: f64,
+    /// By which factor a small disturbance grows in a turn: below 1 the motion is stable.
+    pub multiplier: f64,
+    /// M_an [N·m] at φ = 0.
+    pub torque: f64,
+    /// φ [rad] and ω [rad/s] over the turn.
+    pub course: Vec<[f64; 2]>,
+}
+
+/// The least and the largest ω [rad/s] of a course: the vertices of the parabolas through its extreme points and their
+/// neighbours.
+pub fn range(course: &[[f64; 2]]) -> [f64; 2] {
+    let vertex = |three: &[[f64; 2]]| -> Option<f64> {
+        let [[x0, y0], [x1, y1], [x2, y2]] = three else { return None };
+        let extreme = (y1 - y0) * (y1 - y2) >= 0.0 && y0 != y2;
+        let (left, right) = ((y1 - y0) / (x1 - x0), (y2 - y1) / (x2 - x1));
+        let bend = (right - left) / (x2 - x0);
+        // The slope at the middle point.
+        let slope = left + bend * (x1 - x0);
+        (extreme && bend != 0.0).then(|| y1 - slope * slope / (4.0 * bend))
+    };
+    let ends = [f64::INFINITY, f64::NEG_INFINITY];
+    let points = course.iter().map(|at| at[1]);
+    points.chain(course.windows(3).filter_map(vertex)).fold(ends, |[low, high], w| [low.min(w), high.max(w)])
+}
+
+/// Speeds of the scan, from a little above the fastest possible motion down to two thousandths of it, equally spaced in the
+/// logarithm: two per cent apart.
+const SCAN: usize = 320;
+const SLOWEST: f64 = 2e-3;
+
+/// Points of the course of a motion.
+const POINTS: usize = 720;
+
+/// All periodic motions of the machine against a constant load, the fastest first.
+///
+/// # Errors
+/// Where the motor has no characteristic, or the machine cannot be built.
+pub fn periodic_motions(scene: &Scene, load: f64) -> Result<Vec<PeriodicMotion>, Fault> {
+    let Motor::Kloss { breakdown_slip, breakdown_torque, synchronous_speed, .. } = scene.motor else {
+        return Err(Fault::new("a torque that does not depend on the speed selects no periodic motion"));
+    };
+    let mut machine = RigidMachine::new(Scene {
+        start: MachineStart::Given,
+        phi_start: 0.0,
+        w_start: synchronous_speed,
+        ..scene.clone()
+    })?;
+    machine.place_at_start(synchronous_speed);
+    let sense = synchronous_speed.signum();
+    let torques = Torques::against(&machine.motor, load, sense);
+    let (low, high) = machine.inertia.range();
+    if !(low > 0.0) {
+        return Err(Fault(format!(
+            "the moment of inertia must be positive over the whole turn; its least value is {low} kg.m2"
+        )));
+    }
+    // A load that drives the motor is held with at most the breakdown slip above the synchronous speed, or never.
+    let fastest = synchronous_speed.abs() * (1.0 + 4.0 * breakdown_slip.max(0.25)) * (high / low).sqrt();
+    let energy = |i: usize| 0.5 * high * (fastest * SLOWEST.powf(i as f64 / SCAN as f64)).powi(2);
+    let scanning = Shooting::new(&machine, torques, SCAN_TOLERANCE);
+    let gain = |energy: f64| scanning.shoot(energy).map_or(f64::NEG_INFINITY, |shot| shot.gain / energy);
+    let mut samples: Vec<(f64, f64)> = (0..=SCAN).map(energy).map(|e| (e, gain(e))).collect();
+    let mut extra = Vec::new();
+    for three in samples.windows(3) {
+        let [(e0, g0), (_, g1), (e2, g2)] = three else { continue };
+        let same = g0.signum() == g1.signum() && g1.signum() == g2.signum();
+        if same && g1.is_finite() && g1.abs() <= g0.abs() && g1.abs() <= g2.abs() {
+            extra.push(least(&gain, *e2, *e0));
+        }
+    }
+    samples.extend(extra.into_iter().map(|e| (e, gain(e))));
+    samples.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let shooting = Shooting::new(&machine, torques, ORBIT_TOLERANCE);
+    let mut motions = Vec::new();
+    for pair in samples.windows(2) {
+        let [(above, gain_above), (below, gain_below)] = pair else { continue };
+        let stable = *gain_above < 0.0 && *gain_below >= 0.0;
+        let unstable = *gain_above >= 0.0 && *gain_below < 0.0;
+        if !(stable || unstable) || !gain_below.is_finite() {
+            continue;
+        }
+        let Some(start) = between(&shooting, *below, *above) else { continue };
+        let Some(at_zero) = shooting.energy_at_start(start) else { continue };
+        motions.extend(match machine.motor.lag() {
+            None => shooting.shoot(start).map(|shot| PeriodicMotion {
+                period: shot.period,
+                energy: at_zero.hi,
+                multiplier: 1.0 + slope(&shooting, start),
+                torque: machine.motor.characteristic(sense * (2.0 * at_zero.hi / machine.inertia_now()[0]).sqrt())[0],
+                course: shooting.course(start, POINTS),
+            }),
+            Some(_) => {
+                let interval = machine.state.interval;
+                let turn = Turn {
+                    inertia: &machine.inertia,
+                    motor: &machine.motor,
+                    tau: load,
+                    sense,
+                    phi_start: 0.0,
+                    interval,
+                };
+                let orbit = turn.refine((2.0 * at_zero.hi).sqrt(), breakdown_torque);
+                orbit.and_then(|(orbit, period, multiplier)| {
+                    let course = turn.course(orbit, POINTS)?;
+                    Some(PeriodicMotion {
+                        period,
+                        energy: 0.5 * orbit[0] * orbit[0],
+                        multiplier,
+                        torque: orbit[1],
+                        course,
+                    })
+                })
+            }
+        });
+    }
+    Ok(motions)
+}
+
+/// Where |gain| is least between two energies.
+fn least(gain: &impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
+    const RATIO: f64 = 0.618_033_988_749_894_9;
+    // Sixty sections leave 3e-13 of the interval, less than a double root can be told from two.
+    for _ in 0..60 {
+        let (left, right) = (high - RATIO * (high - low), low + RATIO * (high - low));
+        let (a, b) = (gain(left), gain(right));
+        // A change of sign is what is looked for.
+        if a.signum() != b.signum() {
+            return if a.signum() == gain(low).signum() { right } else { left };
+        }
+        if a.abs() <= b.abs() {
+            high = right;
+        } else {
+            low = left;
+        }
+    }
+    0.5 * (low + high)
+}
+
+/// The root of the gain between two energies with different signs, by bisection with secants.
+fn between(shooting: &Shooting<'_>, mut low: f64, mut high: f64) -> Option<f64> {
+    let gain = |energy: f64| shooting.shoot(energy).map_or(f64::NEG_INFINITY, |shot| shot.gain);
+    let (mut below, mut above) = (gain(low), gain(high));
+    if below.signum() == above.signum() {
+        return None;
+    }
+    for i in 0..200 {
+        // Regula falsi with every third step a bisection: neither end can stay for long.
+        let secant = low - below * (high - low) / (above - below);
+        let next = if i % 3 == 2 || !(secant > low && secant < high) { 0.5 * (low + high) } else { secant };
+        if high - low <= 1e-15 * high || next <= low || next >= high {
+            return Some(next);
+        }
+        let value = gain(next);
+        if value == 0.0 {
+            return Some(next);
+        }
+        if value.signum() == below.signum() {
+            (low, below) = (next, value);
+        } else {
+            (high, above) = (next, value);
+        }
+    }
+    Some(0.5 * (low + high))
+}
+
+/// dg/dE by a central difference of order 4: six digits of the multiplier.
+fn slope(shooting: &Shooting<'_>, energy: f64) -> f64 {
+    let h = 1e-3 * energy;
+    let gain = |k: f64| shooting.shoot(energy + k * h).map_or(f64::NAN, |shot| shot.gain);
+    (8.0 * (gain(1.0) - gain(-1.0)) - (gain(2.0) - gain(-2.0))) / (12.0 * h)
+}
+
+/// The motion of the machine without torques (Eigenbewegung) with the period T [s]: J ω² = 2E = const,
+/// √(2E) = ∮√J dφ / T; φ and ω over the turn.
+pub fn free_motion(inertia: &Inertia, period: f64, sense: f64) -> Vec<[f64; 2]> {
+    let rule = Gauss::with(16);
+    let pieces: Vec<(Place, f64, f64)> = match inertia.borders().len() {
+        0 => vec![(inertia.place(0), 0.0, TAU)],
+        n => (0..n).map(|i| (inertia.place(i), inertia.ends(i).0, inertia.ends(i).1)).collect(),
+    };
+    let sum: f64 = pieces
+        .iter()
+        .map(|(place, from, to)| {
+            // Sixteen nodes resolve half a wave of the finest harmonic to rounding.
+            let n = ((to - from) * inertia.resolution() / 3.0).ceil().max(1.0) as usize;
+            let width = (to - from) / n as f64;
+            let part = |i: usize| {
+                let [sum] = rule.integrate(width, |s| [inertia.at(*place, from + i as f64 * width + s)[0].sqrt()]);
+                sum
+            };
+            (0..n).map(part).sum::<f64>()
+        })
+        .sum();
+    let momentum = sense * sum / period;
+    (0..=POINTS)
+        .map(|i| {
+            let phi = TAU * i as f64 / POINTS as f64;
+            [phi, momentum / inertia.value(Place::at(phi), phi).sqrt()]
+        })
+        .collect()
+}
