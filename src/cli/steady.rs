@@ -136,7 +136,7 @@ fn verdict(scene: &Scene, motions: &[PeriodicMotion], load: f64) -> String {
         }
         (Motor::Kloss { .. }, 1, 1) => "One periodic motion, stable.".to_owned(),
         (Motor::Kloss { .. }, n, s) => format!(
-            "{n} periodic motions, {s} of them stable; a machine that was fast before reaches the fastest, `start.mode` = steady_state begins with it."
+            "{n} periodic motions, {s} of them stable; `start.mode` = steady_state begins with the fastest stable one."
         ),
         _ => "Without motor any period is possible; the motion with the prescribed one:".to_owned(),
     }
