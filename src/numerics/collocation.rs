@@ -223,6 +223,15 @@ impl<const N: usize> Collocation<N> {
         })
     }
 
+    /// Undoes the last step, before which the integrator was `earlier`; what it cost stays counted.
+    pub fn return_to(&mut self, earlier: &Self) {
+        let &mut Collocation {
+            statistics: Statistics { steps, rejected, evaluations, factorisations, .. }, next, ..
+        } = self;
+        let statistics = Statistics { steps, rejected, evaluations, factorisations, ..earlier.statistics };
+        *self = Collocation { statistics, next, ..earlier.clone() };
+    }
+
     /// Undoes the last step, for example because the caller found an event within it.
     pub fn retract(&mut self) {
         let start = self.start;
@@ -298,11 +307,7 @@ impl<const N: usize> Collocation<N> {
 
     /// Carries the error of the state over the step, y₁ = M y₀ + own error: the covariance becomes M P Mᵀ plus the
     /// square of what the end of the step adds, so errors of independent sign grow, turn and decay as the motion does.
-    ///
-    /// The polynomial has order 9 and the end order 16, so the end errs by about the power 16/9 of the polynomial's
-    /// error, by what Newton's method leaves, and by some roundings at least.
     fn carry_error(&mut self, solved: &Solved<N>) {
-        let own = solved.error.powf((2 * STAGES) as f64 / (STAGES + 1) as f64).max(solved.remainder).max(ROUNDING);
         let product = |a: &[[f64; N]; N], b: &dyn Fn(usize, usize) -> f64| -> [[f64; N]; N] {
             std::array::from_fn(|r| std::array::from_fn(|c| (0..N).map(|k| a[r][k] * b(k, c)).sum()))
         };
@@ -310,7 +315,7 @@ impl<const N: usize> Collocation<N> {
         self.spread = product(&half, &|k, c| solved.map[c][k]);
         let mut state_error: f64 = 0.0;
         for c in 0..N {
-            self.spread[c][c] += (own * solved.scale[c]).powi(2);
+            self.spread[c][c] += solved.own[c].powi(2);
             state_error = state_error.max(self.spread[c][c].sqrt() / solved.scale[c]);
         }
         self.statistics.error_at_ends = self.statistics.error_at_ends.max(state_error);

@@ -48,6 +48,14 @@ pub(super) fn of(drive: &ElasticOutput) -> Portrait {
         "1e-12 of the largest |q| over some turns; rounding adds up with the number of pieces, to about 1e-10 after \
          1e5 turns without damping. Stiffness costs neither steps nor digits."
     };
+    let cost = if closed {
+        "Each communication step, of any length, evaluates the closed form once."
+    } else {
+        "Nothing is iterated or repeated, so that there is no method of fixed cost to choose: with h the communication step and K \
+         the highest harmonic, a Fourier law on inputs takes at most 7 orders of its series or 16 nodes where the cam turns by \
+         less than about 1/K rad, else, as any other law, about 17 evaluations for each piece, of which there are some K |w| h/2 + 1 \
+         and one more for each breakpoint passed and for each 12 rad or 12 time constants of the slower mode."
+    };
     Portrait {
         summary: "A mass on an elastic output member behind a rigid cam. Spring and damper lie between the cam's \
                   motion x = U(phi) and the mass at y = x + q. The force is positive in the sense of y; tau is the \
@@ -59,6 +67,7 @@ pub(super) fn of(drive: &ElasticOutput) -> Portrait {
             ("Method".to_owned(), method.to_owned()),
             ("q, der(q)".to_owned(), accuracy.to_owned()),
             ("solver.tolerance".to_owned(), tolerance.to_owned()),
+            ("Cost".to_owned(), cost.to_owned()),
             (
                 "Start on the periodic solution".to_owned(),
                 "In closed form for a Fourier law, else from the map of one turn; refused where a harmonic meets an \

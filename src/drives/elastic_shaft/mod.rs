@@ -108,12 +108,14 @@ pub struct ElasticShaft {
 
 /// By how much the error estimate exceeds what the coefficients of the polynomials tell; over random drives the true
 /// error is then below it in 99 of 100. In the cells of the table, and within equal steps, what counts is the worst
-/// polynomial, which is overestimated; where the tolerance decides, or steps end at the communication points, errors
-/// come together over the steps.
+/// polynomial, which is overestimated; where the tolerance decides, that between the ends of steps and the errors that come
+/// together at the ends count apart; where steps end at the communication points, the latter alone.
 const RESERVE_OF_TABLE: f64 = 2.0;
-const RESERVE_BY_TOLERANCE: f64 = 16.0;
+const RESERVE_BETWEEN_ENDS: f64 = 16.0;
+const RESERVE_AT_ENDS: f64 = 6.0;
 const RESERVE_OF_EQUAL_STEPS: f64 = 1.0;
-const RESERVE_OF_EQUAL_STEPS_ON_INPUTS: f64 = 3.0;
+const RESERVE_ON_INPUTS: f64 = 5.0;
+const RESERVE_OF_EQUAL_STEPS_ON_INPUTS: f64 = 3.5;
 
 impl ElasticShaft {
     fn equation(&self) -> Equation {
@@ -211,10 +213,12 @@ impl ElasticShaft {
         self.cam.step_done();
         let statistics = self.integrator.statistics;
         let error = match (pace, self.cam.is_input()) {
-            (Pace::Tolerance(_), false) => RESERVE_BY_TOLERANCE * statistics.state_error,
+            (Pace::Tolerance(_), false) => {
+                RESERVE_BETWEEN_ENDS * statistics.error_estimate + RESERVE_AT_ENDS * statistics.error_at_ends
+            }
             (Pace::Grid { .. }, false) => RESERVE_OF_EQUAL_STEPS * statistics.state_error,
             // On inputs every communication point is the end of a step.
-            (Pace::Tolerance(_), true) => RESERVE_BY_TOLERANCE * statistics.error_at_ends,
+            (Pace::Tolerance(_), true) => RESERVE_ON_INPUTS * statistics.error_at_ends,
             (Pace::Grid { .. }, true) => RESERVE_OF_EQUAL_STEPS_ON_INPUTS * statistics.error_at_ends,
         };
         self.solver.steps = statistics.steps as f64;

@@ -136,6 +136,7 @@ impl Twist<'_> {
     fn step(&mut self, integrator: &mut Collocation<2>, limit: Double, pace: Pace) -> Result<(), Failure> {
         let breakpoints = self.law.breakpoints();
         let (start, y) = (integrator.end(), integrator.state());
+        let before = if breakpoints.is_empty() { None } else { Some(integrator.clone()) };
         self.step_smoothly(integrator, limit, pace)?;
         let exit = if breakpoints.is_empty() { None } else { Place::new(self, start, &y).exit(self, integrator) };
         let Some((theta, forward)) = exit else {
@@ -144,7 +145,9 @@ impl Twist<'_> {
         };
         let length = (integrator.end() - start).hi;
         let exit = start + Double::from(theta * length);
-        integrator.retract();
+        if let Some(before) = &before {
+            integrator.return_to(before);
+        }
         while (exit - integrator.end()).hi > 0.0 {
             self.step_smoothly(integrator, exit, pace)?;
             self.energy = self.energy.account(self, integrator);

@@ -28,6 +28,13 @@ impl<const N: usize> Newton<N> {
         std::array::from_fn(|r| (0..STAGES).map(|i| change[i * N + r].abs()).fold(0.0, f64::max))
     }
 
+    /// A bound of the rates of the free motion [1/s]: of the products ∂fᵢ/∂yⱼ ∂fⱼ/∂yᵢ, which do not depend on the units of the
+    /// state.
+    pub fn rate(&self) -> f64 {
+        let square = |i: usize| (0..N).map(|j| self.rates[i][j] * self.rates[j][i]).sum::<f64>();
+        (0..N).map(square).fold(0.0, f64::max).sqrt()
+    }
+
     /// ∂y₁/∂y₀ over a step of length `h`: the Fᵢ follow y₀ as Newton's equations say.
     pub fn map(&self, h: f64) -> [[f64; N]; N] {
         let mut map = [[0.0; N]; N];

@@ -1,5 +1,6 @@
 //! What a solved step tells: its polynomial and the errors of it.
 
+use super::ROUNDING;
 use super::newton::Newton;
 use crate::numerics::gauss::{PROJECTION, STAGES};
 
@@ -16,8 +17,8 @@ pub struct Solved<const N: usize> {
     pub error: f64,
     /// See [`super::Collocation::end_error`].
     pub ends: [f64; N],
-    /// What Newton's method leaves, relative to the scale.
-    pub remainder: f64,
+    /// What the end adds to the error of each component.
+    pub own: [f64; N],
     /// ∂y₁/∂y₀.
     pub map: [[f64; N]; N],
 }
@@ -39,7 +40,8 @@ pub fn solved<const N: usize>(
     let modes: [[f64; N]; STAGES] =
         std::array::from_fn(|k| std::array::from_fn(|c| (0..STAGES).map(|j| PROJECTION[k][j] * f[j][c]).sum()));
     let pair = |k: usize, c: usize| modes[k][c].abs().max(modes[k - 1][c].abs());
-    let mut ends = [0.0; N];
+    let (mut ends, mut own) = ([0.0; N], [0.0; N]);
+    let response = response(0.5 * h * newton.rate());
     let error = (0..N)
         .map(|c| {
             let tail = (pair(STAGES - 1, c) - NOISE_OF_MODES * noise[c]).max(0.0);
@@ -47,10 +49,25 @@ pub fn solved<const N: usize>(
             let decay = if tail < before { tail / before } else { 1.0 };
             // A pair is two orders: four pairs on are the orders that the end errs by.
             ends[c] = h * tail * decay.powi(STAGES as i32 / 2) + remainder * scale[c];
+            // The end errs by m₈ times the coefficient of order 8 of the response to an impulse within the step, which decays
+            // like those of the motion or, where it is the faster one, like those of the free motion.
+            own[c] = h * tail * decay * response + remainder.max(ROUNDING) * scale[c];
             h * tail * decay / (2 * STAGES + 1) as f64 / scale[c]
         })
         .fold(0.0, f64::max);
-    Solved { modes, scale, error, ends, remainder, map: newton.map(h) }
+    // The polynomial has order 9 and the end order 16.
+    let power = error.powf((2 * STAGES) as f64 / (STAGES + 1) as f64);
+    for c in 0..N {
+        own[c] += power * scale[c];
+    }
+    Solved { modes, scale, error, ends, own, map: newton.map(h) }
+}
+
+/// About the Legendre coefficient of order 8 of e^(xξ), ξ ∈ [−1, 1], less its growth: x⁸/17!! where x is small.
+fn response(x: f64) -> f64 {
+    const ODD_FACTORIAL: f64 = 34_459_425.0;
+    let power = x.powi(STAGES as i32) / ODD_FACTORIAL;
+    power / (1.0 + power)
 }
 
 /// The sum of the corrections still to come where the last one was `size` and `rate` times the one before.
