@@ -46,6 +46,10 @@ pub struct Args {
     /// Speed instead of that of the scene, "300 rpm" or in rad/s
     #[arg(long, value_name = "SPEED", allow_hyphen_values = true)]
     speed: Option<String>,
+    /// Natural frequency √(c/m2) instead of that of the scene, by another stiffness at the same damping ratio, "80 Hz" or
+    /// in rad/s
+    #[arg(long, value_name = "FREQUENCY")]
+    natural_frequency: Option<String>,
     /// Laws in the place of the scene's: VDI laws at the same stroke and angles (bestehorn, modified_sine … or all), hsN
     /// for the first N harmonics of the scene's law, or scene files, whose cams are taken
     #[arg(long, value_name = "LAW,…", value_delimiter = ',')]
@@ -111,6 +115,7 @@ impl Args {
             clearance: value("clearance", &self.clearance, &unit::LENGTH)?,
             m1: value("m1", &self.m1, &unit::MASS)?,
             speed: value("speed", &self.speed, &unit::ANGULAR_VELOCITY)?,
+            natural_frequency: value("natural-frequency", &self.natural_frequency, &unit::ANGULAR_VELOCITY)?,
             turns: self.turns,
             ignore: self.ignore,
             laws,

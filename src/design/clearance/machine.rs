@@ -1,5 +1,6 @@
 //! The event-driven model in the hands of the study: the drive with backlash of `drives`, started where a passage begins.
 
+use crate::drives::backlash::solver::MOST_WORK;
 use crate::drives::backlash::{BacklashDrive, Scene};
 use crate::drives::cam_drive::{DriveMode, Start, StartMode};
 use crate::drives::{Described, Drive, Event, Fault, resource::Resource};
@@ -18,6 +19,7 @@ struct References {
     clearance: usize,
     phi_start: usize,
     start: [usize; 3],
+    steps: usize,
 }
 
 /// A drive with backlash at constant speed.
@@ -30,6 +32,8 @@ pub struct Machine {
     /// φ at t = 0 [rad].
     phi_start: f64,
     time: f64,
+    /// Internal steps of all runs so far.
+    pub work: f64,
 }
 
 /// The motion at an instant.
@@ -76,8 +80,9 @@ impl Machine {
             clearance: find("s")?,
             phi_start: find("drive.phi_start")?,
             start: [find("start.mode")?, find("start.q")?, find("start.q_dot")?],
+            steps: find("solver.steps")?,
         };
-        Ok(Machine { drive, at, w, clearance, phi_start: 0.0, time: 0.0 })
+        Ok(Machine { drive, at, w, clearance, phi_start: 0.0, time: 0.0, work: 0.0 })
     }
 
     /// Starts at the angle `phi` [rad] with q [m], q̇ [m/s] on the flank that presses; on the periodic motion where no
@@ -101,7 +106,11 @@ impl Machine {
     /// Goes on to `time` [s] since the start and returns the events on the way.
     pub fn go(&mut self, time: f64) -> Result<Vec<Event>, Fault> {
         if time > self.time {
-            self.drive.advance(self.time, time - self.time).map_err(|fault| *fault)?;
+            let before = self.drive.get(self.at.steps)?;
+            let advanced = self.drive.advance(self.time, time - self.time);
+            // A step that failed had reached the bound of its work.
+            self.work += if advanced.is_err() { MOST_WORK } else { self.drive.get(self.at.steps)? - before };
+            advanced.map_err(|fault| *fault)?;
             self.time = time;
         }
         let events = self.drive.events().iter().copied().collect();

@@ -43,6 +43,8 @@ pub struct Options {
     pub m1: Option<f64>,
     /// Speed instead of that of the scene [rad/s].
     pub speed: Option<f64>,
+    /// ω = √(c/m2) instead of that of the scene, by another stiffness [rad/s]; the damping ratio stays.
+    pub natural_frequency: Option<f64>,
     /// Turns of the settled motion, [`settled::TURNS`].
     pub turns: Option<usize>,
     /// Lobes of U″ and of the contact force below this part of the largest one are no passages; [`IGNORE`].
@@ -56,6 +58,9 @@ pub const IGNORE: f64 = 1e-9;
 
 /// Passages that are followed by the model, at most; a law that rests on a vibration has any number of them.
 const MOST_FOLLOWED: usize = 40;
+
+/// Internal steps after which the model follows no further passages: some seconds of computing.
+const MOST_STEPS: f64 = 3e6;
 
 /// An expected error of the formulas above which the report warns.
 pub const WARN: f64 = 0.1;
@@ -191,6 +196,13 @@ fn scene(resource: &Resource, options: &Options) -> Result<Scene, Fault> {
             return Err(Fault(format!("the {name} is {value} {unit}, it must be greater than 0; give --{name}")));
         }
     }
+    if let Some(omega) = options.natural_frequency {
+        if !(omega > 0.0 && omega.is_finite()) {
+            return Err(Fault(format!("--natural-frequency is {omega} rad/s, it must be greater than 0")));
+        }
+        let before = (scene.c / scene.m2).sqrt();
+        (scene.c, scene.b) = (scene.m2 * omega * omega, scene.b * (omega / before));
+    }
     if options.ignore.is_some_and(|ignore| !(0.0..1.0).contains(&ignore)) {
         return Err(Fault::new("--ignore is a part of the largest value, from 0 to below 1, for example 1e-3"));
     }
@@ -256,9 +268,11 @@ fn of_law(name: &str, scene: &Scene, machine: &Parameters, options: &Options) ->
                 Ok(orbit) => {
                     study.releases = Some(orbit.releases.len());
                     start = orbit.samples[0].q;
-                    if orbit.releases.len() > MOST_FOLLOWED {
+                    let followed = study.passages.iter().filter(|p| p.model.is_some() || p.fault.is_some()).count();
+                    if orbit.releases.len() > followed {
                         study.remarks.push(format!(
-                            "Of {} changes of sign of the contact force the model has followed {MOST_FOLLOWED}.",
+                            "Of {} changes of sign of the contact force the model has followed {followed}; more would take \
+                             long.",
                             orbit.releases.len()
                         ));
                     }
@@ -365,7 +379,7 @@ fn passages(
             crossing,
         };
         if let (Some(bench), Some(release)) = (&mut bench, release) {
-            if followed < MOST_FOLLOWED {
+            if followed < MOST_FOLLOWED && bench.machine.work < MOST_STEPS {
                 followed += 1;
                 // Without a formula the clearance itself gives a scale: s = Ü-free flight of a tenth of a period.
                 let scale = clearance.formula.map_or(0.1 * TAU / omega, |formula| formula.time);

@@ -126,7 +126,8 @@ pub fn of_passages(study: &Study) -> Table {
             }
             (Some(formula), None) => add("formula", row(formula), true),
             (None, Some(model)) => add("model", row(model), true),
-            (None, None) => add(NONE, vec![NONE.to_owned(); 10], true),
+            // Only the exact contact force has it, and the model has not followed it: CSV and JSON list it.
+            (None, None) => {}
         }
     }
     Table { head: head.map(str::to_owned).to_vec(), rows }
@@ -276,8 +277,14 @@ pub fn of_motion(study: &Study) -> Vec<String> {
     {
         lines.push(format!("The longest passage takes {}.", time(next.0)));
     }
-    let faults = study.passages.iter().enumerate().filter_map(|(i, p)| Some((i, p.fault.as_ref()?)));
-    lines.extend(faults.map(|(i, fault)| format!("Passage {}: {fault}.", i + 1)));
+    let mut faults: Vec<(&String, Vec<String>)> = Vec::new();
+    for (i, fault) in study.passages.iter().enumerate().filter_map(|(i, p)| Some((i, p.fault.as_ref()?))) {
+        match faults.iter_mut().find(|(known, _)| *known == fault) {
+            Some((_, list)) => list.push((i + 1).to_string()),
+            None => faults.push((fault, vec![(i + 1).to_string()])),
+        }
+    }
+    lines.extend(faults.into_iter().map(|(fault, list)| format!("Passage {}: {fault}.", list.join(", "))));
     lines.extend(study.remarks.iter().cloned());
     lines
 }

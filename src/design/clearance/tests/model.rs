@@ -251,6 +251,31 @@ fn what_cannot_be_studied_says_why() {
 }
 
 #[test]
+fn an_admissible_frequency_speed_or_clearance_is_one_for_the_model_too() {
+    // The weak passage of the profile is followed by a release; what the formulas recommend mends it, with room for
+    // their own error of some per cent.
+    let plain = Scene { b: 100.0, ..scene(profile(), 0.05, 5e-5) };
+    let sequels = |options: Options| -> Vec<Sequel> {
+        let report = run(&plain, &Options { turns: Some(2), ..options }).unwrap();
+        report.laws[0].passages.iter().map(|p| p.model.unwrap().sequel).collect()
+    };
+    assert!(sequels(Options::default()).contains(&Sequel::Elastic));
+    let report = run(&plain, &Options { turns: Some(2), ..Options::default() }).unwrap();
+    let tuning = report.laws[0].tuning.as_ref().unwrap();
+    let (omega, speed, s) = (tuning.frequency[0][1], tuning.speed[0][0], tuning.clearance[0][1]);
+    for options in [
+        Options { natural_frequency: Some(0.93 * omega), ..Options::default() },
+        Options { speed: Some(1.07 * speed), ..Options::default() },
+        Options { clearance: Some(0.8 * s), ..Options::default() },
+    ] {
+        assert_eq!(sequels(options), [Sequel::None; 2]);
+    }
+    // Damping ratio and mass ratio stay.
+    let other = run(&plain, &Options { natural_frequency: Some(250.0), turns: Some(2), ..Options::default() }).unwrap();
+    assert!((other.machine.omega - 250.0).abs() < 1e-10 && other.machine.mu == 0.25 && other.machine.b == 50.0);
+}
+
+#[test]
 fn the_tables_and_diagrams_hold_all_passages() {
     use crate::design::clearance::figures;
     let report = report(&scene(profile(), 0.05, 5e-5));
