@@ -94,8 +94,8 @@ pub fn multiple_impacts(report: &Report) -> Diagram {
     series.extend(by_law(report, move |passage| Some([passage.k?, ratio])));
     Diagram {
         title: format!("Multiple impacts of {}", report.scene),
-        x: Axis { ends: Some(k), ..Axis::logarithmic("Dynamic clearance K = s/(|U‴|η³) [1]") },
-        y: Axis { ends: Some(mu), ..Axis::logarithmic("Mass ratio μ = m1/m2 [1]") },
+        x: Axis::logarithmic("Dynamic clearance K = s/(|U‴|η³) [1]").between(k[0], k[1]),
+        y: Axis::logarithmic("Mass ratio μ = m1/m2 [1]").between(mu[0], mu[1]),
         series,
         rules,
     }
