@@ -32,8 +32,9 @@ pub struct Machine {
     /// φ at t = 0 [rad].
     phi_start: f64,
     time: f64,
-    /// Internal steps of all runs so far.
-    pub work: f64,
+    /// Internal steps of all runs so far, and how many there may be.
+    work: f64,
+    limit: f64,
 }
 
 /// The motion at an instant.
@@ -82,7 +83,7 @@ impl Machine {
             start: [find("start.mode")?, find("start.q")?, find("start.q_dot")?],
             steps: find("solver.steps")?,
         };
-        Ok(Machine { drive, at, w, clearance, phi_start: 0.0, time: 0.0, work: 0.0 })
+        Ok(Machine { drive, at, w, clearance, phi_start: 0.0, time: 0.0, work: 0.0, limit: 0.0 })
     }
 
     /// Starts at the angle `phi` [rad] with q [m], q̇ [m/s] on the flank that presses; on the periodic motion where no
@@ -103,9 +104,22 @@ impl Machine {
         self.moment()
     }
 
+    /// Allows this many internal steps from now on.
+    pub fn allow(&mut self, steps: f64) {
+        self.limit = self.work + steps;
+    }
+
+    /// Whether all that was allowed is used up.
+    pub fn is_exhausted(&self) -> bool {
+        self.work > self.limit
+    }
+
     /// Goes on to `time` [s] since the start and returns the events on the way.
     pub fn go(&mut self, time: f64) -> Result<Vec<Event>, Fault> {
         if time > self.time {
+            if self.is_exhausted() {
+                return Err(Fault::new("m1 strikes or vibrates too often to be followed, it would take long"));
+            }
             let before = self.drive.get(self.at.steps)?;
             let advanced = self.drive.advance(self.time, time - self.time);
             // A step that failed had reached the bound of its work.

@@ -59,7 +59,7 @@ pub const IGNORE: f64 = 1e-9;
 /// Passages that are followed by the model, at most; a law that rests on a vibration has any number of them.
 const MOST_FOLLOWED: usize = 40;
 
-/// Internal steps after which the model follows no further passages: some seconds of computing.
+/// Internal steps for all passages of a law, and for its settled motion: some seconds of computing.
 const MOST_STEPS: f64 = 3e6;
 
 /// An expected error of the formulas above which the report warns.
@@ -260,6 +260,7 @@ fn of_law(name: &str, scene: &Scene, machine: &Parameters, options: &Options) ->
     };
     match Machine::new(scene, w) {
         Ok(mut model) => {
+            model.allow(MOST_STEPS);
             let orbit = Orbit::new(&mut model, scene, ignore);
             let run = orbit.as_ref().ok().map(|orbit| (&mut model, orbit));
             study.passages = passages(scene, machine, &crossings, run);
@@ -279,9 +280,10 @@ fn of_law(name: &str, scene: &Scene, machine: &Parameters, options: &Options) ->
                 }
                 Err(fault) => study.remarks.push(format!("The model has not followed the passages: {fault}.")),
             }
-            match settled::run(&mut model, scene, start, options.turns.unwrap_or(settled::TURNS)) {
+            model.allow(MOST_STEPS);
+            match settled::run(&mut model, start, options.turns.unwrap_or(settled::TURNS)) {
                 Ok(settled) => study.settled = Some(settled),
-                Err(fault) => study.remarks.push(format!("The settled motion: {fault}.")),
+                Err(fault) => study.remarks.push(format!("The settled motion has not been found: {fault}.")),
             }
         }
         Err(fault) => {
@@ -379,7 +381,7 @@ fn passages(
             crossing,
         };
         if let (Some(bench), Some(release)) = (&mut bench, release) {
-            if followed < MOST_FOLLOWED && bench.machine.work < MOST_STEPS {
+            if followed < MOST_FOLLOWED && !bench.machine.is_exhausted() {
                 followed += 1;
                 // Without a formula the clearance itself gives a scale: s = Ü-free flight of a tenth of a period.
                 let scale = clearance.formula.map_or(0.1 * TAU / omega, |formula| formula.time);

@@ -2,16 +2,12 @@
 
 use super::machine::Machine;
 use crate::drives::Fault;
-use crate::drives::backlash::Scene;
 use serde::Serialize;
 
 /// Turns of a run; the second half of them counts.
 pub const TURNS: usize = 40;
 /// A turn is taken in so many parts, so that the log, which holds 32 events, holds all of a part unless m1 chatters.
 const PARTS: usize = 256;
-/// Internal steps, about one per two radians of the fastest vibration, beyond which a run would take longer than some
-/// seconds.
-const MOST_STEPS: f64 = 3e6;
 /// Turns repeat each other when their losses differ by less: far above rounding, far below any change of the sequence.
 const REPEATS: f64 = 1e-6;
 
@@ -31,16 +27,9 @@ pub struct Settled {
 }
 
 /// Runs `turns` turns from φ = 0 with this q [m], q̇ [m/s].
-pub fn run(machine: &mut Machine, scene: &Scene, start: [f64; 2], turns: usize) -> Result<Settled, Fault> {
+pub fn run(machine: &mut Machine, start: [f64; 2], turns: usize) -> Result<Settled, Fault> {
     if turns < 2 {
         return Err(Fault(format!("--turns {turns} are too few, half of them are left out; give at least 2")));
-    }
-    let fastest = (scene.c * (1.0 / scene.m1 + 1.0 / scene.m2)).sqrt() / machine.w.abs() + scene.cam.resolution();
-    let steps = std::f64::consts::PI * fastest * turns as f64;
-    if steps > MOST_STEPS {
-        return Err(Fault(format!(
-            "{turns} turns need about {steps:.0e} internal steps, more than {MOST_STEPS:.0e}; give fewer --turns"
-        )));
     }
     machine.begin(0.0, Some(start), false)?;
     let turn = machine.turn();

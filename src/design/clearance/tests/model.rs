@@ -276,6 +276,16 @@ fn an_admissible_frequency_speed_or_clearance_is_one_for_the_model_too() {
 }
 
 #[test]
+fn countless_bounces_end_with_a_word_of_it() {
+    // Elastic bounces within a clearance of an atom.
+    let lively = Scene { e: 1.0, b: 1.0, ..scene(profile(), 0.002, 1e-12) };
+    let report = run(&lively, &Options { turns: Some(1000), ..Options::default() }).unwrap();
+    let study = &report.laws[0];
+    assert!(study.passages.iter().all(|p| p.formula.is_some()) && study.settled.is_none());
+    assert!(study.remarks.iter().any(|remark| remark.contains("too often to be followed")), "{:?}", study.remarks);
+}
+
+#[test]
 fn the_tables_and_diagrams_hold_all_passages() {
     use crate::design::clearance::figures;
     let report = report(&scene(profile(), 0.05, 5e-5));
