@@ -162,9 +162,10 @@ pub struct CamDrive {
     start_time: f64,
     /// φ, w, a as the importer set them.
     input: [f64; 3],
-    /// Their derivatives of order 1 …, valid for the next step, and which of them are set: bit j for the order j + 1.
-    derivatives: [[f64; MAX_INPUT_DERIVATIVE]; 3],
-    set: [u8; 3],
+    /// The coefficients of the motion beyond them that derivatives of the inputs give, valid for the next step; and which
+    /// input each is from, counted from 1, 0 for none.
+    beyond: [f64; MAX_INPUT_DERIVATIVE],
+    from: [u8; MAX_INPUT_DERIVATIVE],
 }
 
 impl CamDrive {
@@ -175,8 +176,8 @@ impl CamDrive {
             mode,
             start_time: 0.0,
             input: [0.0; 3],
-            derivatives: [[0.0; MAX_INPUT_DERIVATIVE]; 3],
-            set: [0; 3],
+            beyond: [0.0; MAX_INPUT_DERIVATIVE],
+            from: [0; MAX_INPUT_DERIVATIVE],
         }
     }
 
@@ -195,10 +196,7 @@ impl CamDrive {
             DriveMode::Input => {
                 let mut motion = AngleMotion::uniform(time, self.input[0], self.input[1]);
                 motion.coefficients[2] = self.input[2];
-                for j in 3..COEFFICIENTS {
-                    let derivative = |input| self.derivative(input, j - input);
-                    motion.coefficients[j] = derivative(2).or(derivative(1)).or(derivative(0)).unwrap_or(0.0);
-                }
+                motion.coefficients[3..].copy_from_slice(&self.beyond);
                 motion.degree = (2..COEFFICIENTS).rev().find(|&j| motion.coefficients[j] != 0.0).unwrap_or(1);
                 motion
             }
@@ -218,19 +216,28 @@ impl CamDrive {
 
     /// Sets the derivative of order ≥ 1 of input `which` (0: phi, 1: w, 2: a).
     pub fn set_input_derivative(&mut self, which: usize, order: usize, value: f64) {
-        self.derivatives[which][order - 1] = value;
-        self.set[which] |= 1 << (order - 1);
+        // That of `a` tells more than that of w, and that more than that of phi.
+        let rank = which as u8 + 1;
+        if let Some(j) = (which + order).checked_sub(3)
+            && self.from.get(j).is_some_and(|from| *from <= rank)
+        {
+            (self.beyond[j], self.from[j]) = (value, rank);
+        }
     }
 
-    /// The derivative of order ≥ 1 of input `which`, where the importer has set it.
-    fn derivative(&self, which: usize, order: usize) -> Option<f64> {
-        let value = *self.derivatives[which].get(order - 1)?;
-        (self.set[which] >> (order - 1) & 1 == 1).then_some(value)
+    /// Forgets what derivatives of input `which` have given.
+    #[cold]
+    fn forget(&mut self, which: usize) {
+        for (value, from) in self.beyond.iter_mut().zip(&mut self.from).filter(|(_, from)| **from == which as u8 + 1) {
+            (*value, *from) = (0.0, 0);
+        }
     }
 
     /// Forgets the input derivatives: they hold for one communication step only.
     pub fn step_done(&mut self) {
-        self.set = [0; 3];
+        if self.from != [0; MAX_INPUT_DERIVATIVE] {
+            (self.beyond, self.from) = ([0.0; MAX_INPUT_DERIVATIVE], [0; MAX_INPUT_DERIVATIVE]);
+        }
     }
 
     /// The series of φ at the communication point `time`, whose value is the reduced angle; `known` tells which
@@ -400,7 +407,9 @@ fn set_input<D: HasCamDrive>(d: &mut D, which: usize, value: f64) {
     let cam = d.cam_mut();
     cam.input[which] = value;
     // Derivatives belong to the value that they were set for.
-    cam.set[which] = 0;
+    if cam.from != [0; MAX_INPUT_DERIVATIVE] {
+        cam.forget(which);
+    }
 }
 
 #[cfg(test)]

@@ -1,10 +1,10 @@
 //! Drives of any model behind one object-safe interface.
 
-use super::number::{Number, Range};
 use super::unit;
 use super::variable::{Causality, Kind, Variability};
-use super::{Description, Drive, EventLog, Experiment, Fault, Seed, Variable};
+use super::{Board, Description, Drive, EventLog, Experiment, Fault, Seed, Variable};
 use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
 /// A drive as it is after instantiation.
@@ -47,6 +47,12 @@ pub trait DynDrive: Send {
     fn set_up(&mut self, time: f64, tolerance: Option<f64>);
     /// Ends initialisation.
     fn start(&mut self) -> Result<(), Fault>;
+    /// The place for the outputs that [`DynDrive::glide`] shows.
+    fn board(&self) -> Board;
+    /// [`Drive::glide`]. No panic leaves it, which the ABI tells the caller: it appears in [`DynDrive::advance`].
+    extern "C" fn glide(&mut self, end: f64, board: &mut Board) -> bool;
+    /// [`Drive::show`].
+    fn show(&self, board: &mut Board);
     /// Advances by a communication step; how many events the log has. (A boxed fault lets the outcome pass in registers.)
     fn advance(&mut self, time: f64, step: f64) -> Result<usize, Box<Fault>>;
     /// The highest order of input derivatives.
@@ -92,6 +98,7 @@ impl<D: Drive> Design<D> {
             initialising: true,
             dirty: true,
             time: 0.0,
+            broken: false,
         })
     }
 }
@@ -113,6 +120,8 @@ pub(super) struct Unit<D> {
     /// Whether something was set since the drive last took up its settings.
     dirty: bool,
     time: f64,
+    /// Whether a panic left [`DynDrive::glide`] half-way; resetting and restoring mend it.
+    broken: bool,
 }
 
 /// How a variable is read, and nothing else of it: what importers read after each step shall lie close together.
@@ -179,6 +188,7 @@ impl<D: Drive> Unit<D> {
     fn replace(&mut self, mut drive: D) {
         std::mem::swap(drive.events(), self.drive.events());
         self.drive = drive;
+        self.broken = false;
         self.drive.events().clear();
     }
 
@@ -253,33 +263,6 @@ impl<D: Drive> Unit<D> {
         let name = lost.map_or("the state", |(name, _)| name);
         Fault(format!("`{name}` is not a finite number at t = {} s", self.time))
     }
-}
-
-/// Refuses a value that a variable of this description cannot take.
-fn check(d: &Description, value: f64) -> Result<(), Fault> {
-    // Inputs are set at every step, and few are whole numbers that have to be told from others.
-    let whole = || value.fract() == 0.0;
-    let number = Number(value);
-    let reason = match &d.kind {
-        Kind::Real { quantity, min, max, .. } if !(*min <= value && value <= *max && value.is_finite()) => {
-            // The unit of a pure number is 1, which would read like a digit.
-            let unit = if quantity.unit == "1" { String::new() } else { format!(" {}", quantity.unit) };
-            format!("{number}{unit} is not admissible; expected {}{unit}", Range(*min, *max))
-        }
-        Kind::Integer { min, max } if !(whole() && f64::from(*min) <= value && value <= f64::from(*max)) => {
-            format!("{number} is not admissible; expected {min} … {max}")
-        }
-        Kind::Enumeration(e) if !(whole() && 1.0 <= value && value <= e.items.len() as f64) => {
-            let items: Vec<String> =
-                e.items.iter().enumerate().map(|(i, (name, _))| format!("{} ({name})", i + 1)).collect();
-            format!("{number} is not admissible; expected {}", items.join(", "))
-        }
-        Kind::Boolean if value != 0.0 && value != 1.0 => {
-            format!("{number} is not admissible; expected 0 (false) or 1 (true)")
-        }
-        _ => return Ok(()),
-    };
-    Err(Fault(format!("`{}`: {reason}", d.name)))
 }
 
 #[cfg(feature = "cli")]
@@ -359,7 +342,7 @@ impl<D: Drive> DynDrive for Unit<D> {
                 d.name
             )));
         }
-        check(d, value)
+        d.check(value)
     }
 
     fn set(&mut self, reference: usize, value: f64) -> Result<(), Fault> {
@@ -387,11 +370,31 @@ impl<D: Drive> DynDrive for Unit<D> {
         Ok(())
     }
 
-    fn advance(&mut self, time: f64, step: f64) -> Result<usize, Box<Fault>> {
+    fn board(&self) -> Board {
+        let mut outputs = (0..).zip(&self.design.variables);
+        let first = outputs.find(|(_, v)| v.description.causality == Causality::Output);
+        Board::new(first.map_or(0, |(reference, v): (u32, _)| reference.wrapping_sub(v.index as u32)))
+    }
+
+    extern "C" fn glide(&mut self, end: f64, board: &mut Board) -> bool {
         if self.dirty {
-            self.time = time;
-            self.refresh()?;
+            return false;
         }
+        self.time = end;
+        catch_unwind(AssertUnwindSafe(|| self.drive.glide(end, board))).unwrap_or_else(|_| {
+            self.broken = true;
+            false
+        })
+    }
+
+    fn show(&self, board: &mut Board) {
+        self.drive.show(board);
+    }
+
+    fn advance(&mut self, time: f64, step: f64) -> Result<usize, Box<Fault>> {
+        assert!(!self.broken, "a short step failed");
+        self.time = time;
+        self.refresh()?;
         self.drive.advance(time, step)?;
         self.time = time + step;
         if self.drive.is_finite() { Ok(self.drive.events().count()) } else { Err(self.not_finite().into()) }

@@ -4,7 +4,9 @@
 //! dependencies, equations, documentation) comes from there.
 
 pub mod backlash;
+pub mod board;
 pub mod cam_drive;
+pub mod cam_turn;
 pub mod curve;
 pub mod elastic_output;
 pub mod elastic_shaft;
@@ -22,6 +24,7 @@ pub mod solver;
 pub mod unit;
 pub mod variable;
 
+pub use board::Board;
 pub use curve::Curve;
 pub use erased::{DynDrive, Plan};
 pub use event::{Event, EventLog};
@@ -168,6 +171,15 @@ pub trait Drive: Clone + Serialize + DeserializeOwned + Send + Sync + 'static {
     /// Advances from the communication point `time` to `time + step` [s], step > 0. Does not allocate.
     /// After a fault the drive is used no more until it is reset or an earlier state is restored.
     fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault>;
+
+    /// Goes on to `end` [s] where that takes but a few instructions and no event happens, and shows what came out.
+    /// Otherwise false: [`Drive::advance`] is called instead and is not disturbed by what was tried.
+    fn glide(&mut self, _end: f64, _board: &mut Board) -> bool {
+        false
+    }
+
+    /// Shows the outputs that take but a few operations, the same ones after each step, where all of them are finite.
+    fn show(&self, _board: &mut Board) {}
 
     /// Sets the time derivative of order ≥ 1 of the input `reference`, valid for the next step.
     fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64);

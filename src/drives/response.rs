@@ -1,10 +1,12 @@
 //! The relative motion q of an oscillator whose base moves with a cam: q̈ + 2δ q̇ + ω₀² q = −ẍ, x = U(φ(t)).
 //!
-//! Three courses, the first of which is tried at each step on inputs, the others chosen at each restart:
+//! Four courses, the first of which is tried at each step on inputs, the others chosen at each restart:
 //!
 //! - *leap*, for a Fourier law: the impulse response times −ẍ, integrated over the whole step in one go;
 //! - *closed form*, for a Fourier law at constant speed (or any law at rest): harmonic response plus free motion,
 //!   valid at any later time without growth of the error;
+//! - *table*, for any other law at constant speed from the start on: the motion over a turn as polynomials on cells, which
+//!   the state at the start of each cell combines, and whole turns as powers of one map;
 //! - *substeps* otherwise: −ẍ as a Chebyshev polynomial on pieces that follow the motion of the cam, the oscillator
 //!   solved exactly on each. Pieces end at the breakpoints of the law; stiffness does not shorten them.
 //!
@@ -13,7 +15,9 @@
 mod closed_form;
 mod error_bound;
 mod leap;
+mod local;
 mod stride;
+mod table;
 
 use super::Fault;
 use super::cam_drive::AngleMotion;
@@ -24,14 +28,18 @@ use crate::numerics::chebyshev;
 use crate::numerics::double_double::{Double, two_product, two_sum};
 use crate::numerics::forced::{ForcedStep, admissible_length};
 use crate::numerics::oscillator::Oscillator;
+use crate::numerics::period_map::{self, PeriodMap};
 use closed_form::ClosedForm;
 pub use closed_form::{Instant, progression};
 use error_bound::{ErrorBound, Made, neglected};
 use leap::expansion::{self, Orders};
 use leap::{Landing, Leap};
+use local::{DEGREE, Local};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
+use std::sync::Arc;
 use stride::Stride;
+pub use table::Table;
 
 /// The part of the tolerance that one step may take up: so little that a thousand steps in a row, as a weakly damped
 /// oscillator adds them up, keep it.
@@ -52,6 +60,10 @@ const OVERSHOOT: f64 = 1e-14;
 /// minutes.
 const MOST_PIECES: f64 = 1e7;
 
+/// By how much the error estimate exceeds what the polynomials of the cells tell: roundings of the states at their ends
+/// add to it.
+const RESERVE_OF_TABLE: f64 = 16.0;
+
 /// The motion of the oscillator from a given state on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Response {
@@ -63,6 +75,9 @@ pub struct Response {
     bounds: [f64; 2],
     closed_form: ClosedForm,
     course: Course,
+    /// The turn of the cam as it starts; all instances with the same parameters share it.
+    #[serde(skip)]
+    table: Option<Arc<Table>>,
     /// Until when `motion` is valid [s].
     until: f64,
     /// Restarts of the closed form and pieces since the response was made.
@@ -77,12 +92,14 @@ pub struct Response {
 
 /// By what the motion goes on at present, with what is kept for it: one of them at a time, in the same memory. None is
 /// boxed, since a step does not allocate.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 enum Course {
     /// The closed form, in equal steps.
     Closed(Stride),
     /// One quadrature for each communication step.
     Leaps(Leap),
+    /// The table of a turn.
+    Table(period_map::Course),
     /// Pieces that follow the motion of the cam.
     Pieces(Piece),
 }
@@ -118,6 +135,7 @@ impl Response {
             bounds: [law.bound(1), law.bound(2)],
             closed_form: ClosedForm::new(order),
             course: Course::Closed(Stride::new()),
+            table: None,
             until: f64::INFINITY,
             steps: 0.0,
             evaluations: 0.0,
@@ -150,6 +168,46 @@ impl Response {
         }
     }
 
+    /// Takes up the table of the cam's turn from `phi_start` [rad] at the constant speed `w` [rad/s], where one helps:
+    /// `known` if it is that, else a new one. Allocates.
+    pub fn tabulate(&mut self, known: Option<Arc<Table>>, law: &Arc<MotionLaw>, w: f64, phi_start: f64) {
+        let (oscillator, tolerance) = (self.oscillator, self.tolerance);
+        self.table = known.filter(|table| table.is_for(&oscillator, law, w, phi_start, tolerance)).or_else(|| {
+            // The closed form needs none.
+            let wanted = law.series().is_none() && w != 0.0;
+            wanted.then(|| Arc::new(Table::new(oscillator, law.clone(), w, phi_start, tolerance)))
+        });
+    }
+
+    /// The table, for [`Response::tabulate`].
+    pub fn table(&self) -> Option<Arc<Table>> {
+        self.table.clone()
+    }
+
+    /// Whether the table is in use.
+    pub fn is_on_table(&self) -> bool {
+        matches!(self.course, Course::Table(_))
+    }
+
+    /// Whether the present cell is one of the table.
+    pub fn has_its_table(&self) -> bool {
+        match (&self.course, self.map()) {
+            (Course::Table(course), Some(map)) => course.is_in(map),
+            _ => false,
+        }
+    }
+
+    fn map(&self) -> Option<&PeriodMap> {
+        self.table.as_ref()?.map.as_ref()
+    }
+
+    /// The table of a turn that starts at `time` [s], where there is one and nothing has been tuned since it was made.
+    fn map_from(&self, time: f64) -> Option<&PeriodMap> {
+        let AngleMotion { origin, coefficients: [phi, w, ..], .. } = self.motion;
+        let table = self.table.as_ref().filter(|table| table.is_of(&self.oscillator, w, phi))?;
+        table.map.as_ref().filter(|_| origin == time && self.motion.is_uniform())
+    }
+
     /// Starts at `time` [s] from `state` = q, q̇ on `motion`, which is valid up to `until` [s].
     pub fn restart(
         &mut self,
@@ -168,8 +226,15 @@ impl Response {
             self.bound.add_closed_form(law.series().map_or(0.0, |series| series.order() as f64));
             self.error = self.bound.relative();
             Ok(())
+        } else if until == f64::INFINITY
+            && let Some(map) = self.map_from(time)
+        {
+            let (course, evaluations) = (period_map::Course::new(map, time, state), map.evaluations());
+            self.course = Course::Table(course);
+            (self.steps, self.evaluations) = (self.steps + 1.0, evaluations as f64);
+            Ok(())
         } else {
-            let local = self.local(two_sum(time, 0.0));
+            let local = Local::of(&self.motion, two_sum(time, 0.0));
             let segment = law.segment(local.angle[0], local.forward());
             self.next_piece(law, segment, Double::from(time), state)
         }
@@ -220,7 +285,7 @@ impl Response {
                 return Some(Quadrature::Series(start, orders));
             }
         }
-        let local = self.local(Double::from(time));
+        let local = Local::of(&self.motion, Double::from(time));
         leap::rule(&self.oscillator, series, &local, length, share).map(|rule| Quadrature::Nodes(local, rule))
     }
 
@@ -237,13 +302,37 @@ impl Response {
         Some(self.closed_form.at(stride, &self.oscillator, &self.motion, time))
     }
 
+    /// The same, where that takes but a few instructions.
+    #[inline(always)]
+    pub fn glide(&mut self, time: f64) -> Option<Instant> {
+        let Course::Closed(stride) = &mut self.course else { return None };
+        let now = self.closed_form.glide(stride, time)?;
+        self.evaluations += 1.0;
+        Some(now)
+    }
+
     /// q, q̇ at `time` [s], which must not lie before the piece that an earlier call has reached.
     pub fn at(&mut self, law: &MotionLaw, time: f64) -> Result<[f64; 2], Fault> {
         loop {
             let piece = match &mut self.course {
                 Course::Closed(stride) => {
                     self.evaluations += 1.0;
-                    return Ok(self.closed_form.at(stride, &self.oscillator, &self.motion, time).q);
+                    return Ok(self.closed_form.at(stride, &self.oscillator, &self.motion, time).q.array());
+                }
+                Course::Table(course) => {
+                    let map = self.table.as_ref().and_then(|table| table.map.as_ref());
+                    let Some(map) = map else { return Err(Fault::new("the response has lost its table")) };
+                    let before = course.steps;
+                    course
+                        .reach(map, time)
+                        .map_err(|fault| Fault(format!("the motion is beyond all numbers at t = {} s", fault.time)))?;
+                    self.steps += (course.steps - before) as f64;
+                    let turns = (time - self.motion.origin) / map.period().hi;
+                    let lasting = -(-self.oscillator.decay() * map.period().hi).exp_m1();
+                    let cells = (map.cells() as f64).sqrt();
+                    self.bound.add_table(RESERVE_OF_TABLE * map.error(), cells * (turns + 1.0).min(1.0 / lasting));
+                    self.error = self.bound.relative();
+                    return Ok(course.at(time));
                 }
                 Course::Leaps(_) => return Err(Fault::new("the response has not been restarted after a leap")),
                 Course::Pieces(piece) => piece,
@@ -314,41 +403,9 @@ impl Response {
         Ok(sum)
     }
 
-    /// The motion of the cam about `start` [s].
-    fn local(&self, start: Double) -> Local {
-        let c = &self.motion.coefficients;
-        let tau = start - Double::from(self.motion.origin);
-        let degree = self.motion.degree;
-        let mut angle = [0.0; DEGREE + 1];
-        if tau.hi == 0.0 {
-            let mut factorial = 1.0;
-            for (j, d) in angle.iter_mut().enumerate().take(degree + 1) {
-                *d = c[j] / factorial;
-                factorial *= (j + 1) as f64;
-            }
-            angle[0] = angle::reduce(Double::from(c[0]));
-            return Local { angle, degree };
-        }
-        for (order, d) in angle.iter_mut().enumerate().take(degree + 1).skip(1) {
-            for j in (order..=degree).rev() {
-                *d = c[j] + *d * tau.hi / (j + 1 - order) as f64;
-            }
-        }
-        let above = (2..=degree).rev().fold(0.0, |above, j| (c[j] + above) * tau.hi / j as f64);
-        // φ = c₀ + (c₁ + above) τ, with the care that many turns need.
-        let turns = Double::from(c[0]) + Double::from(c[1]) * tau + two_product(above, tau.hi);
-        angle[0] = angle::reduce(turns);
-        let mut factorial = 1.0;
-        for (j, d) in angle.iter_mut().enumerate().skip(1) {
-            factorial *= j as f64;
-            *d /= factorial;
-        }
-        Local { angle, degree }
-    }
-
     /// Lays the next piece, in `segment` of the law from `start` [s] and `state`.
     fn next_piece(&mut self, law: &MotionLaw, mut segment: usize, start: Double, state: [f64; 2]) -> Result<(), Fault> {
-        let mut local = self.local(start);
+        let mut local = Local::of(&self.motion, start);
         // Infinity has no double-double.
         let horizon = if self.until.is_finite() { (Double::from(self.until) - start).hi } else { f64::INFINITY };
         let (mut length, mut leaves);
@@ -431,63 +488,6 @@ fn way_to_border(law: &MotionLaw, segment: usize, local: &mut Local, length: f64
 fn neighbour(law: &MotionLaw, segment: usize, side: i8) -> usize {
     let n = law.breakpoints().len().max(1);
     (segment + n).saturating_add_signed(side.into()) % n
-}
-
-/// The highest degree of the motion polynomial.
-const DEGREE: usize = bernstein::MAX_DEGREE;
-
-/// φ(t₀ + τ) = Σ angleⱼ τʲ.
-struct Local {
-    angle: [f64; DEGREE + 1],
-    degree: usize,
-}
-
-impl Local {
-    /// φ, w, a at τ.
-    fn at(&self, tau: f64) -> [f64; 3] {
-        let [mut phi, mut w, mut half] = [0.0; 3];
-        for c in self.angle[..=self.degree].iter().rev() {
-            half = half * tau + w;
-            w = w * tau + phi;
-            phi = phi * tau + c;
-        }
-        [phi, w, 2.0 * half]
-    }
-
-    /// Whether the angle first grows.
-    fn forward(&self) -> bool {
-        self.angle[1..].iter().find(|c| **c != 0.0).is_none_or(|c| *c > 0.0)
-    }
-
-    /// angleⱼ Lʲ: the coefficients on [0, 1].
-    fn scaled(&self, length: f64) -> [f64; DEGREE + 1] {
-        let mut power = 1.0;
-        self.angle.map(|c| {
-            let scaled = if c == 0.0 { 0.0 } else { c * power };
-            power *= length;
-            scaled
-        })
-    }
-
-    /// A length over which φ changes by no more than `span`: each term contributes its share.
-    fn length_for(&self, span: f64) -> f64 {
-        let share = span / self.degree as f64;
-        let mut length = f64::INFINITY;
-        for (j, c) in self.angle.iter().enumerate().skip(1).filter(|(_, c)| **c != 0.0) {
-            length = length.min((share / c.abs()).powf(1.0 / j as f64));
-        }
-        length
-    }
-
-    /// A bound of |w| on [0, `length`].
-    fn speed(&self, length: f64) -> f64 {
-        (1..=self.degree).rev().fold(0.0, |sum, j| sum * length + j as f64 * self.angle[j].abs())
-    }
-
-    /// A bound of |a| on [0, `length`].
-    fn acceleration(&self, length: f64) -> f64 {
-        (2..=self.degree).rev().fold(0.0, |sum, j| sum * length + (j * (j - 1)) as f64 * self.angle[j].abs())
-    }
 }
 
 fn no_periodic_motion(reason: &str) -> Fault {

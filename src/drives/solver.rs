@@ -111,6 +111,11 @@ pub trait HasSolver: Sized {
         true
     }
 
+    /// How often the equations were evaluated since the start.
+    fn evaluations(&self) -> f64 {
+        self.solver().evaluations
+    }
+
     /// Declares `solver.tolerance`, `solver.method` and `solver.step_size`, each where it changes anything, and the
     /// statistics.
     fn declare_solver(&self, list: &mut List<Self>) {
@@ -142,7 +147,7 @@ pub trait HasSolver: Sized {
         let number = || variable::real(&unit::NUMBER);
         list.local("solver.steps", "Internal steps since the start", number(), |d, _| d.solver().steps);
         list.local("solver.evaluations", "Evaluations of the equations since the start", number(), |d, _| {
-            d.solver().evaluations
+            d.evaluations()
         });
         list.local("solver.error_estimate", "Estimated relative error of the state", number(), |d, _| {
             d.solver().error_estimate

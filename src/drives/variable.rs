@@ -1,7 +1,8 @@
 //! The variables of a drive: each is declared once, and the model description, the value references, the
 //! documentation and the access all come from that declaration.
 
-use super::{Seed, unit::Quantity};
+use super::number::{Number, Range};
+use super::{Fault, Seed, unit::Quantity};
 use crate::numerics::taylor::Series;
 
 /// Causality after FMI 2.0, section 2.2.7.
@@ -87,6 +88,35 @@ pub struct Description {
     pub dependencies: Vec<String>,
     /// The inputs that it depends on during initialisation.
     pub initial_dependencies: Vec<String>,
+}
+
+impl Description {
+    /// Refuses a value that a variable of this description cannot take.
+    pub fn check(&self, value: f64) -> Result<(), Fault> {
+        // Inputs are set at every step, and few are whole numbers that have to be told from others.
+        let whole = || value.fract() == 0.0;
+        let number = Number(value);
+        let reason = match &self.kind {
+            Kind::Real { quantity, min, max, .. } if !(*min <= value && value <= *max && value.is_finite()) => {
+                // The unit of a pure number is 1, which would read like a digit.
+                let unit = if quantity.unit == "1" { String::new() } else { format!(" {}", quantity.unit) };
+                format!("{number}{unit} is not admissible; expected {}{unit}", Range(*min, *max))
+            }
+            Kind::Integer { min, max } if !(whole() && f64::from(*min) <= value && value <= f64::from(*max)) => {
+                format!("{number} is not admissible; expected {min} … {max}")
+            }
+            Kind::Enumeration(e) if !(whole() && 1.0 <= value && value <= e.items.len() as f64) => {
+                let items: Vec<String> =
+                    e.items.iter().enumerate().map(|(i, (name, _))| format!("{} ({name})", i + 1)).collect();
+                format!("{number} is not admissible; expected {}", items.join(", "))
+            }
+            Kind::Boolean if value != 0.0 && value != 1.0 => {
+                format!("{number} is not admissible; expected 0 (false) or 1 (true)")
+            }
+            _ => return Ok(()),
+        };
+        Err(Fault(format!("`{}`: {reason}", self.name)))
+    }
 }
 
 /// A variable with its access; all types are carried as `f64` (Booleans as 0 and 1), which holds them exactly.

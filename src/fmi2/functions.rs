@@ -375,18 +375,36 @@ pub unsafe extern "C" fn fmi2GetReal(
 ) -> fmi2Status {
     // One Real is what most importers read, after each step; all else takes the long way.
     let instance = c.cast::<Instance>();
-    if nvr == 1 && !instance.is_null() && instance.is_aligned() && !vr.is_null() && !value.is_null() {
+    // None of the addresses is 0 where taking 1 off leaves the highest bit of each alone. (Where one has that bit, the long
+    // way does no harm.)
+    let there = 0 <= ((c.addr().wrapping_sub(1) | vr.addr().wrapping_sub(1) | value.addr().wrapping_sub(1)) as isize);
+    if nvr == 1 && there && instance.is_aligned() {
         // SAFETY: none is NULL, the instance is aligned, the elements may lie anywhere; the importer passes a live
         // instance and arrays of one element.
-        let x = unsafe { (*instance).peek(vr.read_unaligned()) };
-        if x.abs() <= f64::MAX {
+        let x = unsafe { (*instance).read(vr.read_unaligned()) };
+        // What is shown is finite.
+        if !x.is_nan() {
             // SAFETY: as above.
             unsafe { value.write_unaligned(x) };
             return OK;
         }
-        return get_real_with_care(c, vr, value);
+        return get_real(c, vr, value);
     }
     get_reals(c, vr, nvr, value)
+}
+
+/// Reads a Real that the last step has not shown.
+#[inline(never)]
+extern "C" fn get_real(c: fmi2Component, vr: *const fmi2ValueReference, value: *mut fmi2Real) -> fmi2Status {
+    let instance = c.cast::<Instance>();
+    // SAFETY: checked by `fmi2GetReal`, the only caller.
+    let x = unsafe { (*instance).peek(vr.read_unaligned()) };
+    if x.abs() <= f64::MAX {
+        // SAFETY: as above.
+        unsafe { value.write_unaligned(x) };
+        return OK;
+    }
+    get_real_with_care(c, vr, value)
 }
 
 /// Reads a Real that takes more than reading, or tells why not.
@@ -397,7 +415,12 @@ fn get_real_with_care(c: fmi2Component, vr: *const fmi2ValueReference, value: *m
 
 /// Reads any number of Reals, or tells why not.
 #[inline(never)]
-fn get_reals(c: fmi2Component, vr: *const fmi2ValueReference, nvr: usize, value: *mut fmi2Real) -> fmi2Status {
+extern "C" fn get_reals(
+    c: fmi2Component,
+    vr: *const fmi2ValueReference,
+    nvr: usize,
+    value: *mut fmi2Real,
+) -> fmi2Status {
     // SAFETY: arrays of the importer.
     enter(c, &table::GET_REAL, |i| unsafe { get(i, Type::Real, (vr, nvr), value, |v| v) })
 }

@@ -4,7 +4,7 @@ use super::abi::{self, fmi2Status};
 use super::call_sequence::{DO_STEP, Function, Mode};
 use super::log::{Category, Logger};
 use super::saved_state::{self, Clock, SavedState};
-use crate::drives::{DynDrive, Fault, Number, event, variable::Kind};
+use crate::drives::{Board, DynDrive, Fault, Number, event, variable::Kind};
 use std::any::Any;
 use std::ffi::CStr;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -61,6 +61,8 @@ const TIME_TOLERANCE: f64 = 1e-9;
 /// An instance.
 pub struct Instance {
     drive: Box<dyn DynDrive>,
+    /// What the last step has shown, as long as no other call than a step was made.
+    board: Board,
     fingerprint: u64,
     clock: Clock,
     logger: Logger,
@@ -78,7 +80,8 @@ type Panic = Box<dyn Any + Send>;
 impl Instance {
     /// An instance of the FMU with this guid.
     pub fn new(drive: Box<dyn DynDrive>, guid: &str, logger: Logger) -> Self {
-        let mut instance = Instance { drive, fingerprint: saved_state::fingerprint(guid), clock: BEGINNING, logger };
+        let (board, fingerprint) = (drive.board(), saved_state::fingerprint(guid));
+        let mut instance = Instance { drive, board, fingerprint, clock: BEGINNING, logger };
         instance.listen();
         instance
     }
@@ -94,6 +97,7 @@ impl Instance {
         if !function.is_allowed_in(self.clock.mode) {
             return self.out_of_sequence(function);
         }
+        self.board.clear();
         match catch_unwind(AssertUnwindSafe(|| body(self))) {
             Ok(Ok(())) => abi::OK,
             outcome => self.report(function, outcome),
@@ -194,13 +198,27 @@ impl Instance {
         if self.clock.mode != Mode::StepComplete {
             return self.out_of_sequence(&DO_STEP);
         }
-        if self.is_due(point, step) { self.take(point, step) } else { self.take_if_admissible(point, step) }
+        if !self.is_due(point, step) {
+            return self.take_if_admissible(point, step);
+        }
+        let end = point + step;
+        if self.drive.glide(end, &mut self.board) {
+            self.clock.time = end;
+            return abi::OK;
+        }
+        self.take(point, step)
     }
 
     /// A step.
-    #[inline]
+    #[inline(never)]
     fn take(&mut self, point: f64, step: f64) -> fmi2Status {
-        match catch_unwind(AssertUnwindSafe(|| self.drive.advance(point, step))) {
+        self.board.clear();
+        let advance = || {
+            let events = self.drive.advance(point, step)?;
+            self.drive.show(&mut self.board);
+            Ok(events)
+        };
+        match catch_unwind(AssertUnwindSafe(advance)) {
             Ok(Ok(events)) => {
                 self.clock.time = point + step;
                 if events == 0 { abi::OK } else { self.tell_events() }
@@ -297,6 +315,12 @@ impl Instance {
         Err(Fault(format!("`{name}` (value reference {reference}) has the type {own:?}, not {type:?}")))
     }
 
+    /// Reads what the last step has shown; NaN where it has not. Nothing here can panic.
+    #[inline(always)]
+    pub fn read(&self, reference: u32) -> f64 {
+        self.board.read(reference)
+    }
+
     /// Reads a Real without further ado; NaN where that takes more than reading, see [`Instance::get`].
     ///
     /// It is not looked up in the call sequence: before initialisation, where nothing may be read, start values are yet
@@ -316,6 +340,7 @@ impl Instance {
     /// [`Instance::set`].
     #[inline]
     pub fn put(&mut self, references: &[u32], values: &[f64]) -> bool {
+        self.board.clear();
         self.clock.mode == Mode::StepComplete
             && catch_unwind(AssertUnwindSafe(|| self.drive.put(references, values))).unwrap_or(false)
     }

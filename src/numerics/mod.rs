@@ -12,6 +12,7 @@ pub mod gauss;
 pub mod interpolant;
 pub mod lu;
 pub mod oscillator;
+pub mod pair;
 pub mod period_map;
 pub mod phase;
 pub mod powers;

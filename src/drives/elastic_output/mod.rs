@@ -23,12 +23,14 @@ mod variables;
 
 use super::cam_drive::{AngleMotion, CamDrive, DriveMode, HasCamDrive, Start, StartMode};
 use super::number::all_finite;
-use super::response::{Instant, Response};
+use super::response::{Instant, Response, Table};
 use super::solver::{FINEST_TOLERANCE, HasSolver, Settings, Solver};
-use super::{Curve, Drive, EventLog, Experiment, Fault, List, Portrait};
+use super::{Board, Curve, Drive, EventLog, Experiment, Fault, List, Portrait};
 use crate::motion::{Kinematics, MotionLaw, TransferFunctions};
 use crate::numerics::oscillator::Oscillator;
+use crate::numerics::pair::Pair;
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// The drive as a scene describes it, coherent SI.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -79,9 +81,9 @@ struct Moment {
     /// ω [rad/s].
     w: f64,
     /// U [m], U′ [m/rad].
-    u: [f64; 2],
+    u: Pair,
     /// q [m], q̇ [m/s].
-    q: [f64; 2],
+    q: Pair,
 }
 
 /// The cam at an instant, with all derivatives.
@@ -131,7 +133,7 @@ impl Position {
 
     /// With the mass at `q`.
     fn moment(&self, q: [f64; 2]) -> Moment {
-        Moment { time: self.time, w: self.phi[1], u: [self.u[0], self.u[1]], q }
+        Moment { time: self.time, w: self.phi[1], u: Pair::new(self.u[0], self.u[1]), q: q.into() }
     }
 }
 
@@ -169,6 +171,13 @@ impl ElasticOutput {
         }
     }
 
+    /// Tabulates the turn of the cam where that helps, unless `known` is the table.
+    fn tabulate(&mut self, known: Option<Arc<Table>>) {
+        if let DriveMode::Constant { w, phi_start } = self.cam.mode {
+            self.response.tabulate(known, &self.cam.law, w, phi_start);
+        }
+    }
+
     /// The cam at the communication point.
     fn position(&self) -> Position {
         Position::of(&self.cam.law, self.response.motion(), self.now.time)
@@ -190,7 +199,7 @@ impl ElasticOutput {
     /// Lets the response go on from `now`, on a motion that is valid up to `until` [s].
     fn restart(&mut self, until: f64) -> Result<(), Fault> {
         let motion = *self.response.motion();
-        self.response.restart(&self.cam.law, &motion, self.now.time, until, self.now.q)
+        self.response.restart(&self.cam.law, &motion, self.now.time, until, self.now.q.array())
     }
 }
 
@@ -224,7 +233,7 @@ impl Drive for ElasticOutput {
     fn new(scene: Scene) -> Result<Self, Fault> {
         let Scene { m, c, b, cam, drive, start, solver } = scene;
         let response = Response::new(Oscillator::of_mass(m, c, b), &cam, FINEST_TOLERANCE);
-        let drive = ElasticOutput {
+        let mut drive = ElasticOutput {
             m,
             c,
             b,
@@ -239,6 +248,7 @@ impl Drive for ElasticOutput {
             log: EventLog::default(),
         };
         drive.validate()?;
+        drive.tabulate(None);
         Ok(drive)
     }
 
@@ -268,11 +278,13 @@ impl Drive for ElasticOutput {
         self.solver.start();
         // The law's parameters may have changed, and with them what the response keeps of it.
         let tolerance = if self.has_tolerance() { self.solver.effective_tolerance() } else { FINEST_TOLERANCE };
+        let table = self.response.table();
         self.response = Response::new(self.oscillator(), &self.cam.law, tolerance);
+        self.tabulate(table);
         self.built_for = [self.m, self.c, self.b];
         self.taken_up = false;
-        let q = self.initial_state(time)?;
         self.response.follow(self.cam.motion(time));
+        let q = self.initial_state(time)?;
         self.arrive(time, q)?;
         if !self.cam.is_input() {
             self.restart(f64::INFINITY)?;
@@ -303,7 +315,7 @@ impl Drive for ElasticOutput {
             }
             self.cam.step_done();
             self.taken_up = false;
-            let (law, q) = (&self.cam.law, self.now.q);
+            let (law, q) = (&self.cam.law, self.now.q.array());
             if let Some((q, u)) = self.response.leap(law, [time, end], q) {
                 self.count();
                 let position = match u {
@@ -315,13 +327,29 @@ impl Drive for ElasticOutput {
             self.restart(end)?;
         } else if let Some(Instant { u, q }) = self.response.closed(&self.cam.law, end) {
             self.now = Moment { time: end, u, q, ..self.now };
-            self.solver.evaluations = self.response.evaluations;
             // U and ω are bounded; a sum that is finite has finite terms.
-            return if (q[0] + q[1]).is_finite() { Ok(()) } else { Err(self.beyond_all_numbers()) };
+            let [q, v] = q.array();
+            return if (q + v).is_finite() { Ok(()) } else { Err(self.beyond_all_numbers()) };
         }
         let q = self.response.at(&self.cam.law, end)?;
         self.count();
         self.arrive(end, q)
+    }
+
+    fn glide(&mut self, end: f64, board: &mut Board) -> bool {
+        if self.cam.is_input() {
+            return false;
+        }
+        let Some(Instant { u, q }) = self.response.glide(end) else { return false };
+        self.now = Moment { time: end, u, q, ..self.now };
+        // Seen as stored, u and q are computed pair by pair; else the compiler pairs their halves as it likes.
+        variables::show(std::hint::black_box(self), board)
+    }
+
+    fn show(&self, board: &mut Board) {
+        if !variables::show(self, board) {
+            board.clear();
+        }
     }
 
     fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64) {
@@ -337,11 +365,22 @@ impl Drive for ElasticOutput {
     }
 
     fn is_finite(&self) -> bool {
-        all_finite(self.now.q)
+        all_finite(self.now.q.array())
     }
 
     fn events(&mut self) -> &mut EventLog {
         &mut self.log
+    }
+
+    fn restored(&mut self) {
+        if !self.response.is_on_table() {
+            return;
+        }
+        self.tabulate(None);
+        if !self.response.has_its_table() {
+            // As after any other change: on from here without a table.
+            let _ = self.restart(f64::INFINITY);
+        }
     }
 }
 
@@ -364,7 +403,6 @@ impl ElasticOutput {
     /// Takes over the statistics of the response.
     fn count(&mut self) {
         self.solver.steps = self.response.steps;
-        self.solver.evaluations = self.response.evaluations;
         self.solver.error_estimate = self.response.error;
     }
 
@@ -375,7 +413,7 @@ impl ElasticOutput {
             self.now.time,
             self.position().phi[0],
             self.now.w,
-            self.now.q[0]
+            self.now.q.array()[0]
         ))
     }
 }
@@ -405,5 +443,8 @@ impl HasSolver for ElasticOutput {
     }
     fn solver_mut(&mut self) -> &mut Solver {
         &mut self.solver
+    }
+    fn evaluations(&self) -> f64 {
+        self.response.evaluations
     }
 }

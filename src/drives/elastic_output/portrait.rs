@@ -33,7 +33,9 @@ pub(super) fn of(drive: &ElasticOutput) -> Portrait {
         "Closed form: the response to each harmonic and the free motion, in phase to the last digit after any number \
          of turns; on and beside an undamped resonance the growing part by itself."
     } else {
-        "Exponential quadrature: the acceleration of the cam as Chebyshev polynomials on pieces that follow its \
+        "At constant speed the turn is tabulated in cells by collocation, whole turns by powers of its map. With inputs, \
+         with parameters tuned on the way, and where the oscillator turns by more than 512 rad within one turn of the cam, \
+         exponential quadrature: the acceleration of the cam as Chebyshev polynomials on pieces that follow its \
          motion and end at the breakpoints of the law, the oscillator solved exactly on each."
     };
     let tolerance = if drive.cam.is_input() {
@@ -45,8 +47,8 @@ pub(super) fn of(drive: &ElasticOutput) -> Portrait {
     let accuracy = if closed {
         "1e-12 of the largest |q|, after one turn as after a million, at any communication step and damping."
     } else {
-        "1e-12 of the largest |q| over some turns; rounding adds up with the number of pieces, to about 1e-10 after \
-         1e5 turns without damping. Stiffness costs neither steps nor digits."
+        "1e-12 of the largest |q| over some turns; rounding adds up with the turns, to about 1e-10 after 1e5 \
+         turns without damping. Stiffness costs no digits."
     };
     let cost = if closed {
         "Each communication step, of any length, evaluates the closed form once."

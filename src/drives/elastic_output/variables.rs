@@ -5,7 +5,7 @@ use crate::drives::cam_drive::HasCamDrive;
 use crate::drives::solver::HasSolver;
 use crate::drives::unit::{self, Quantity};
 use crate::drives::variable::{real, real_within};
-use crate::drives::{List, Seed};
+use crate::drives::{Board, List, Seed};
 use crate::numerics::taylor::{Scalar, Series};
 
 /// The continuous quantities, in the order of their declaration.
@@ -182,14 +182,37 @@ const VALUES: [fn(&ElasticOutput, usize) -> f64; OUTPUTS.len()] = [
 
 fn value<const WHICH: usize>(drive: &ElasticOutput, _: usize) -> f64 {
     let (which, now) = (OUTPUTS[WHICH], &drive.now);
-    let (q, v) = (now.q[0], now.q[1]);
     // phi is put out without reduction; U needs no angle any more.
     if matches!(which, Output::Phi | Output::QDotDot) {
         let Position { phi: [phi, w, a, ..], u, .. } = drive.position();
+        let [q, v] = now.q.array();
         return evaluate(drive, &u, which, &Flow { phi, w, a, q, v });
     }
-    let u = [now.u[0], now.u[1], 0.0, 0.0, 0.0];
-    evaluate(drive, &u, which, &Flow { phi: 0.0, w: now.w, a: 0.0, q, v })
+    at_hand(drive, which)
+}
+
+/// An output that is made of the moment alone.
+#[inline(always)]
+fn at_hand(drive: &ElasticOutput, which: Output) -> f64 {
+    let ([u, u1], [q, v]) = (drive.now.u.array(), drive.now.q.array());
+    evaluate(drive, &[u, u1, 0.0, 0.0, 0.0], which, &Flow { phi: 0.0, w: drive.now.w, a: 0.0, q, v })
+}
+
+/// Shows the outputs that are made of the moment by a few operations, without a division; whether they are finite.
+#[inline(always)]
+pub(super) fn show(drive: &ElasticOutput, board: &mut Board) -> bool {
+    let mut show = |which: Output| {
+        let value = at_hand(drive, which);
+        board.show(which as usize, value);
+        value
+    };
+    show(Output::X);
+    show(Output::Y);
+    show(Output::Q);
+    show(Output::QDot);
+    show(Output::Force);
+    // U and U′ are bounded, w is finite: where these two are finite, all are.
+    (show(Output::YDot) + show(Output::Tau)).abs() <= f64::MAX
 }
 
 fn series(drive: &ElasticOutput, seed: Seed, which: usize) -> Series {
@@ -204,7 +227,7 @@ fn series(drive: &ElasticOutput, seed: Seed, which: usize) -> Series {
 /// Drive and mass as functions of time.
 fn along_time(drive: &ElasticOutput, position: &Position) -> Flow<Series> {
     let [phi, w, a, jerk, snap] = position.phi;
-    let [q, v] = drive.now.q;
+    let [q, v] = drive.now.q.array();
     let [.., x2, x3, _] = position.lift().0;
     let (omega2, damping) = (drive.c / drive.m, drive.b / drive.m);
     // The equation of motion and its time derivative.
@@ -226,7 +249,7 @@ fn along_known(drive: &ElasticOutput, position: &Position, reference: usize) -> 
     let state = |n: usize| if reference == first_state + n { 1.0 } else { 0.0 };
     let [phi, w, a, ..] = position.phi;
     let [_, u1, u2, ..] = position.u;
-    let [q, v] = drive.now.q;
+    let [q, v] = drive.now.q.array();
     Flow {
         phi: Series([phi, input(0), 0.0]),
         w: Series([w, input(1), 0.0]),

@@ -2,12 +2,12 @@
 
 use super::solver::{Pace, Twist};
 use crate::drives::Fault;
+use crate::drives::cam_turn::TURN;
 use crate::numerics::collocation::Collocation;
 use crate::numerics::double_double::Double;
 use crate::numerics::period_map::PeriodMap;
 
 /// 2π in double-double.
-const TURN: Double = Double { hi: std::f64::consts::TAU, lo: 2.449_293_598_294_706_4e-16 };
 
 /// Newton iterations for the nonlinear equation; it doubles the digits, so more mean that there is no solution near.
 const ITERATIONS: usize = 20;

@@ -3,18 +3,11 @@
 use super::equation::{Cam, Equation, Flow};
 use super::solver::REACH;
 use crate::drives::cam_drive::{CamDrive, DriveMode};
+use crate::drives::cam_turn::{CamTurn, TURN};
 use crate::motion::MotionLaw;
-use crate::numerics::angle;
 use crate::numerics::double_double::Double;
 use crate::numerics::period_map::{Coefficients, PeriodMap, Periodic};
-use std::f64::consts::TAU;
 use std::sync::Arc;
-
-/// 2π in double-double.
-pub const TURN: Double = Double { hi: TAU, lo: 2.449_293_598_294_706_4e-16 };
-
-/// A breakpoint this near the start of the turn counts as lying there [rad]: more than the rounding of an angle.
-const SLACK: f64 = 1e-12;
 
 /// The equation tabulated over its period, and what it was tabulated for.
 #[derive(Debug)]
@@ -52,27 +45,16 @@ pub struct Turn<'a> {
     equation: Equation,
     law: &'a MotionLaw,
     w: f64,
-    phi_start: f64,
+    cam: CamTurn<'a>,
     /// Into how many equal periods symmetry divides the turn.
     symmetry: usize,
-    /// The segment of the law with which the turn starts.
-    segment: usize,
 }
 
 impl<'a> Turn<'a> {
     /// None where the equation is not linear or the cam at rest.
     pub fn new(equation: Equation, law: &'a MotionLaw, w: f64, phi_start: f64) -> Option<Self> {
-        if !equation.linear || w == 0.0 {
-            return None;
-        }
-        let start = angle::reduce(Double::from(phi_start));
-        let segment = law.segment(start + SLACK * w.signum(), 0.0 < w);
-        Some(Turn { equation, law, w, phi_start, symmetry: symmetry(law), segment })
-    }
-
-    fn segment(&self, interval: usize) -> usize {
-        let count = self.law.breakpoints().len().max(1);
-        if 0.0 < self.w { (self.segment + interval) % count } else { (self.segment + count - interval % count) % count }
+        let cam = CamTurn::new(law, w, phi_start)?;
+        equation.linear.then(|| Turn { equation, law, w, cam, symmetry: symmetry(law) })
     }
 }
 
@@ -82,26 +64,21 @@ impl Periodic for Turn<'_> {
     }
 
     fn joints(&self) -> Vec<Double> {
-        let start = angle::reduce(Double::from(self.phi_start));
-        let way = |breakpoint: &f64| ((breakpoint - start) * self.w.signum()).rem_euclid(TAU);
-        let inside = |way: &f64| SLACK < *way && *way < TAU - SLACK;
-        let mut ways: Vec<f64> = self.law.breakpoints().iter().map(way).filter(inside).collect();
-        ways.sort_by(f64::total_cmp);
-        let mut joints: Vec<Double> = ways.into_iter().map(|way| Double::from(way / self.w.abs())).collect();
+        let mut joints = self.cam.passages();
         joints.push(self.period());
         joints
     }
 
     fn at(&self, tau: Double, interval: usize) -> Coefficients {
-        let phi = angle::reduce(Double::from(self.phi_start) + Double::from(self.w) * tau);
-        let cam = Cam::at(self.law, self.segment(interval), phi);
+        let phi = self.cam.angle(tau);
+        let cam = Cam::at(self.law, self.cam.segment(interval), phi);
         let rest = Flow { phi, w: self.w, a: 0.0, q: 0.0, v: 0.0 };
         let [by_q, by_speed] = self.equation.jacobian(&cam, &rest);
         Coefficients { damping: -by_speed, stiffness: -by_q, forcing: self.equation.acceleration(&cam, &rest, 1.0) }
     }
 
     fn longest_cell(&self, interval: usize) -> f64 {
-        REACH / self.law.resolution_in(self.segment(interval)).max(1.0) / self.w.abs()
+        self.cam.time_for(REACH, interval)
     }
 }
 

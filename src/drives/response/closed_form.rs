@@ -3,13 +3,14 @@
 //!
 //! Source: Dresig, Vulfson, *Dynamik der Mechanismen*, section 4.6.2, equations (2) to (4).
 
-use super::stride::{Stride, Turned};
+use super::stride::{Map, Stride};
 use crate::drives::cam_drive::AngleMotion;
 use crate::motion::Fourier;
 use crate::numerics::angle;
 use crate::numerics::double_double::{Double, two_product, two_sum};
 use crate::numerics::forced::apply;
 use crate::numerics::oscillator::{FreeMotion, Oscillator, Resonant};
+use crate::numerics::pair::Pair;
 use crate::numerics::phase::Phases;
 use serde::{Deserialize, Serialize};
 
@@ -17,9 +18,9 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Instant {
     /// U [m] and U′ [m/rad].
-    pub u: [f64; 2],
+    pub u: Pair,
     /// q [m] and q̇ [m/s].
-    pub q: [f64; 2],
+    pub q: Pair,
 }
 
 /// The free motion is left out once it is below this part of the harmonic response: a tenth of its rounding.
@@ -42,6 +43,8 @@ pub struct ClosedForm {
     distance: usize,
     /// k and resonant part.
     resonant: Vec<(usize, Resonant)>,
+    /// Whether the harmonics are k = 1, 2, 3 … or 1, 3, 5 … and none of them is resonant.
+    plain: bool,
     /// What the start has beyond the harmonic response: q [m], q̇ [m/s].
     offset: [f64; 2],
     free: FreeMotion,
@@ -49,12 +52,12 @@ pub struct ClosedForm {
     settled: f64,
 }
 
-/// What one harmonic adds to U, U′, q and q̇: `cosine` cos kφ + `sine` sin kφ. Aligned for packed arithmetic.
-#[repr(align(16))]
+/// What one harmonic adds to U, U′ and to q, q̇: of each pair, the first from cos kφ and the second from sin kφ
+/// (`straight`), the first from sin kφ and the second from cos kφ (`crossed`).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Harmonic {
-    cosine: [f64; 4],
-    sine: [f64; 4],
+    straight: [Pair; 2],
+    crossed: [Pair; 2],
 }
 
 impl ClosedForm {
@@ -69,6 +72,7 @@ impl ClosedForm {
             first: 0,
             distance: 0,
             resonant: Vec::with_capacity(most_resonant(order)),
+            plain: false,
             offset: [0.0; 2],
             free: FreeMotion::default(),
             settled: f64::INFINITY,
@@ -99,8 +103,11 @@ impl ClosedForm {
         let rates = [Double::from(w), oscillator.frequency().unwrap_or_default()];
         self.phases = Phases::new(rates, [(motion.coefficients[0], motion.origin), (0.0, time)]);
         let [s, c] = self.phases.first(time);
-        let driven = self.driven(oscillator, motion, [c, s], time);
-        self.offset = [state[0] - driven.q[0], state[1] - driven.q[1]];
+        let mut driven = self.driven(Pair::new(c, s), Pair::default());
+        if !self.resonant.is_empty() {
+            self.add_resonant(oscillator, motion, time, &mut driven);
+        }
+        self.offset = (Pair::from(state) - driven.q).array();
         self.free = oscillator.free_motion(self.offset);
         let size = self.size();
         self.settled = time + oscillator.settling(self.offset, size.map(|s| UNFELT * s));
@@ -108,14 +115,19 @@ impl ClosedForm {
 
     /// The largest coefficient of a harmonic of q and q̇: its amplitude, to a factor in [1/√2, 1].
     fn size(&self) -> [f64; 2] {
-        let largest =
-            |i: usize| self.harmonics.iter().map(|h| h.cosine[i].abs().max(h.sine[i].abs())).fold(0.0, f64::max);
-        [largest(2), largest(3)]
+        let largest = |i: usize| {
+            self.harmonics
+                .iter()
+                .map(|h| h.straight[1].array()[i].abs().max(h.crossed[1].array()[i].abs()))
+                .fold(0.0, f64::max)
+        };
+        [largest(0), largest(1)]
     }
 
     fn prepare_harmonics(&mut self, oscillator: &Oscillator, series: Option<&Fourier>, w: f64) {
         self.harmonics.clear();
         self.resonant.clear();
+        self.plain = false;
         let Some(series) = series else { return };
         self.mean = series.a[0];
         (self.first, self.distance) = progression(series);
@@ -132,30 +144,48 @@ impl ClosedForm {
             let response = oscillator.harmonic(force, nu);
             let [re, im] = response.steady;
             self.harmonics.push(Harmonic {
-                cosine: [a, order * b, re, -nu.hi * im],
-                sine: [b, -order * a, -sense * im, -nu.hi * sense * re],
+                straight: [Pair::new(a, -order * a), Pair::new(re, -nu.hi * sense * re)],
+                crossed: [Pair::new(b, order * b), Pair::new(-sense * im, -nu.hi * im)],
             });
             self.resonant.extend(response.resonant.map(|part| (k, part)));
         }
+        self.plain = self.first == 1 && self.distance <= 2 && self.resonant.is_empty();
     }
 
     /// Cam and mass at `time` [s], not before the start, on the motion of the start; `stride` helps where steps repeat
     /// themselves.
-    #[inline(always)]
     pub fn at(&self, stride: &mut Stride, oscillator: &Oscillator, motion: &AngleMotion, time: f64) -> Instant {
-        let (z, free) = match stride.to(time) {
-            Some(turned) => turned,
-            None => self.anew(stride, oscillator, motion.coefficients[1], time),
-        };
-        let mut now = self.driven(oscillator, motion, z, time);
-        now.q = [now.q[0] + free[0], now.q[1] + free[1]];
+        if !stride.to(time) {
+            self.anew(stride, oscillator, motion.coefficients[1], time);
+        }
+        if self.plain {
+            return self.instant(stride);
+        }
+        let mut now = self.driven(stride.pointer(), stride.free_state());
+        if !self.resonant.is_empty() {
+            self.add_resonant(oscillator, motion, time, &mut now);
+        }
         now
+    }
+
+    /// The same, where that is one of equal steps of a law whose harmonics follow each other in the usual way and none is resonant.
+    #[inline(always)]
+    pub fn glide(&self, stride: &mut Stride, time: f64) -> Option<Instant> {
+        (self.plain && stride.to(time)).then(|| self.instant(stride))
+    }
+
+    /// Cam and mass where the `stride` is, without resonances, with harmonics 1, 2, 3 … or 1, 3, 5 ….
+    #[inline(always)]
+    fn instant(&self, stride: &Stride) -> Instant {
+        let z = stride.pointer();
+        let turn = if self.distance == 2 { Map::turn_twice(z) } else { Map::turn(z) };
+        self.sum(z, turn, stride.free_state())
     }
 
     /// cos φ, sin φ and the free motion at any `time` [s], and the steps from there prepared.
     #[inline(never)]
-    fn anew(&self, stride: &mut Stride, oscillator: &Oscillator, speed: f64, time: f64) -> Turned {
-        let (angle, free) = if time > self.settled {
+    fn anew(&self, stride: &mut Stride, oscillator: &Oscillator, speed: f64, time: f64) {
+        let ([s, c], free) = if time > self.settled {
             (self.phases.first(time), [0.0; 2])
         } else {
             let [angle, phase] = self.phases.both(time);
@@ -172,28 +202,27 @@ impl ClosedForm {
             let order = (self.first + self.distance * self.harmonics.len()) as f64;
             stride.prepare(oscillator, length, [c, s], free, [speed, order]);
         }
-        let turned = ([angle[1], angle[0]], free);
-        stride.start(time, turned);
-        turned
+        stride.start(time, [c, s], free);
     }
 
-    /// The harmonic response and the cam.
+    /// The cam, and the harmonic response without resonant parts with the `free` motion.
+    fn driven(&self, z: Pair, free: Pair) -> Instant {
+        self.sum(power(z, self.first), Map::turn(power(z, self.distance)), free)
+    }
+
+    /// The same; `z` is e^(ikφ) of the first harmonic, `turn` leads from each to the next one.
     #[inline(always)]
-    fn driven(&self, oscillator: &Oscillator, motion: &AngleMotion, z: [f64; 2], time: f64) -> Instant {
-        let mut sum = [self.mean, 0.0, 0.0, 0.0];
-        if let Some((last, others)) = self.harmonics.split_last() {
-            let (turn, mut z) = (power(z, self.distance), power(z, self.first));
-            for harmonic in others {
-                harmonic.add(&mut sum, z);
-                z = product(z, turn);
+    fn sum(&self, mut z: Pair, turn: Map, free: Pair) -> Instant {
+        let (mut u, mut q) = (Pair::new(self.mean, 0.0), Pair::default());
+        for (i, harmonic) in self.harmonics.iter().enumerate() {
+            if 0 < i {
+                z = turn.at(z);
             }
-            last.add(&mut sum, z);
+            let crossed = z.swapped();
+            u = u + (harmonic.straight[0] * z + harmonic.crossed[0] * crossed);
+            q = q + (harmonic.straight[1] * z + harmonic.crossed[1] * crossed);
         }
-        let mut now = Instant { u: [sum[0], sum[1]], q: [sum[2], sum[3]] };
-        if !self.resonant.is_empty() {
-            self.add_resonant(oscillator, motion, time, &mut now);
-        }
-        now
+        Instant { u, q: q + free }
     }
 
     #[cold]
@@ -203,16 +232,7 @@ impl ClosedForm {
         for (k, part) in &self.resonant {
             let (s, c) = (*k as f64 * psi).sin_cos();
             let [q, v] = oscillator.resonant(part, c, s, two_sum(time, -self.start));
-            now.q = [now.q[0] + q, now.q[1] + v];
-        }
-    }
-}
-
-impl Harmonic {
-    #[inline(always)]
-    fn add(&self, sum: &mut [f64; 4], [c, s]: [f64; 2]) {
-        for i in 0..4 {
-            sum[i] += self.cosine[i] * c + self.sine[i] * s;
+            now.q = now.q + Pair::new(q, v);
         }
     }
 }
@@ -236,24 +256,10 @@ fn greatest_common_divisor(a: usize, b: usize) -> usize {
     if b == 0 { a } else { greatest_common_divisor(b, a % b) }
 }
 
-/// The product of two complex numbers.
-#[inline(always)]
-fn product([a, b]: [f64; 2], [c, d]: [f64; 2]) -> [f64; 2] {
-    [a * c - b * d, a * d + b * c]
-}
-
-/// zⁿ for n ≥ 1.
-#[inline(always)]
-fn power(z: [f64; 2], n: usize) -> [f64; 2] {
-    match n {
-        1 => z,
-        2 => product(z, z),
-        _ => long_power(z, n),
-    }
-}
-
+/// zⁿ for a complex number z and n ≥ 1.
 #[cold]
 #[inline(never)]
-fn long_power(z: [f64; 2], n: usize) -> [f64; 2] {
-    (1..n).fold(z, |power, _| product(power, z))
+fn power(z: Pair, n: usize) -> Pair {
+    let turn = Map::turn(z);
+    (1..n).fold(z, |power, _| turn.at(power))
 }

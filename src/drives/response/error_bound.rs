@@ -101,6 +101,12 @@ impl ErrorBound {
         self.closed = self.closed.max((CLOSED + (2.0 + TURNS) * order) * ROUNDING);
     }
 
+    /// Adds a table whose polynomials err by this part, and roundings of the states that it leads through, those of one turn
+    /// independent of each other, those of the turns alike.
+    pub fn add_table(&mut self, part: f64, roundings: f64) {
+        self.closed = self.closed.max(part + CLOSED * roundings * ROUNDING);
+    }
+
     /// The largest error so far relative to the largest |q| so far; 0 where nothing has moved.
     pub fn relative(&self) -> f64 {
         let of_steps = if self.largest > 0.0 { (self.worst / self.largest).min(1.0) } else { 0.0 };

@@ -2,11 +2,12 @@
 //! matrices in each of them. Every few steps both are computed anew, so that roundings do not add up.
 
 use crate::numerics::oscillator::Oscillator;
+use crate::numerics::pair::Pair;
 use serde::{Deserialize, Serialize};
 
 /// After so many steps the closed form is evaluated anew: this costs a few times as much as a step, and the roundings of
 /// the steps between stay at some 1e-15.
-const STEPS: u32 = 16;
+const STEPS: f64 = 16.0;
 
 /// The communication points lie where their rounding puts them; what a step is longer or shorter than the others is
 /// taken into account to first order up to this angle [rad], whose square is below rounding.
@@ -15,56 +16,101 @@ const SLIGHT: f64 = 1e-8;
 /// The last point and how to go on from it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Stride {
+    /// e^(iφ) and q, q̇ of the free motion after a step, from those before.
+    turn: Map,
+    free: Map,
+    /// How the latter map changes with the length of the step.
+    free_rate: Map,
+    /// φ̇ [rad/s] as that of sin φ from cos φ and that of cos φ from sin φ.
+    spin: Pair,
+    z: Pair,
+    state: Pair,
     /// The length of the steps [s]; 0 while unknown.
     length: f64,
     /// How much longer or shorter a step may be [s].
     slack: f64,
-    /// How many steps may follow.
-    left: u32,
     /// The last point [s] and the length of the last step [s].
     time: f64,
     last: f64,
-    /// cos φ and q of the free motion; sin φ and q̇.
-    upper: [f64; 2],
-    lower: [f64; 2],
-    /// Upper and lower part after a step, from those before.
-    upper_from: [[f64; 2]; 2],
-    lower_from: [[f64; 2]; 2],
-    /// Time derivatives: that of the upper part from the lower one; that of the lower part from both.
-    upper_rate: [f64; 2],
-    lower_rate: [[f64; 2]; 2],
+    /// From here on everything is computed anew [s].
+    until: f64,
 }
 
-/// cos φ, sin φ and q, q̇ of the free motion.
-pub type Turned = ([f64; 2], [f64; 2]);
+/// A matrix of two rows: what lies on its diagonal, and beside it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Map {
+    straight: Pair,
+    crossed: Pair,
+}
+
+impl Map {
+    fn of([[a, b], [c, d]]: [[f64; 2]; 2]) -> Self {
+        Map { straight: Pair::new(a, d), crossed: Pair::new(b, c) }
+    }
+
+    /// The turn by the angle with this cosine and sine.
+    #[inline(always)]
+    pub fn turn(z: Pair) -> Self {
+        Map { straight: z.firsts(), crossed: z.seconds() * Pair::new(-1.0, 1.0) }
+    }
+
+    /// The turn by twice that angle.
+    #[inline(always)]
+    pub fn turn_twice(z: Pair) -> Self {
+        let squares = z * z;
+        let product = z * z.swapped();
+        Map { straight: (squares - squares.swapped()).firsts(), crossed: product * Pair::new(-2.0, 2.0) }
+    }
+
+    /// The image of `x`.
+    #[inline(always)]
+    pub fn at(&self, x: Pair) -> Pair {
+        self.straight * x + self.crossed * x.swapped()
+    }
+
+    /// This map plus `part` of another.
+    #[inline(always)]
+    fn and(&self, part: Pair, other: &Map) -> Map {
+        Map { straight: self.straight + part * other.straight, crossed: self.crossed + part * other.crossed }
+    }
+}
 
 impl Stride {
     /// Goes on to `time` [s], where that is one step more.
     #[inline(always)]
-    pub fn to(&mut self, time: f64) -> Option<Turned> {
+    pub fn to(&mut self, time: f64) -> bool {
         let rest = time - self.time - self.length;
-        if !(rest.abs() < self.slack) || self.left == 0 {
-            return None;
+        // Neither a step of another length nor one too many, in one comparison.
+        let excess = time - self.until;
+        let excess = if rest.abs() < excess { excess } else { rest.abs() };
+        if !(excess < self.slack) {
+            return false;
         }
-        self.left -= 1;
         self.time = time;
-        let (mut upper, mut lower) = ([0.0; 2], [0.0; 2]);
-        for i in 0..2 {
-            upper[i] = self.upper_from[0][i] * self.upper[i] + self.upper_from[1][i] * self.lower[i];
-            lower[i] = self.lower_from[0][i] * self.upper[i] + self.lower_from[1][i] * self.lower[i];
-        }
-        for i in 0..2 {
-            self.upper[i] = upper[i] + rest * (self.upper_rate[i] * lower[i]);
-            self.lower[i] = lower[i] + rest * (self.lower_rate[0][i] * upper[i] + self.lower_rate[1][i] * lower[i]);
-        }
-        Some(([self.upper[0], self.lower[0]], [self.upper[1], self.lower[1]]))
+        let rest = Pair::both(rest);
+        let z = self.turn.at(self.z);
+        self.z = z + rest * (self.spin * z.swapped());
+        self.state = self.free.and(rest, &self.free_rate).at(self.state);
+        true
     }
 
-    /// Starts from what was computed anew at `time` [s].
-    pub fn start(&mut self, time: f64, (z, free): Turned) {
+    /// cos φ, sin φ at the last point.
+    #[inline(always)]
+    pub fn pointer(&self) -> Pair {
+        self.z
+    }
+
+    /// q, q̇ of the free motion there.
+    #[inline(always)]
+    pub fn free_state(&self) -> Pair {
+        self.state
+    }
+
+    /// Goes on from what was computed anew at `time` [s].
+    pub fn start(&mut self, time: f64, z: [f64; 2], state: [f64; 2]) {
         self.last = time - self.time;
-        (self.time, self.upper, self.lower) = (time, [z[0], free[0]], [z[1], free[1]]);
-        self.left = if self.holds() { STEPS } else { 0 };
+        (self.time, self.z, self.state) = (time, z.into(), state.into());
+        self.until = if self.holds() { time + (STEPS + 0.5) * self.length } else { f64::MIN };
     }
 
     /// The length of the steps [s], where two in a row had one for which nothing is prepared yet.
@@ -91,14 +137,16 @@ impl Stride {
         let (_, fast) = oscillator.rates();
         self.length = length;
         self.slack = SLIGHT * length.min(1.0 / fast.max(order * speed.abs()));
-        self.upper_from = [[c, free[0][0]], [-s, free[0][1]]];
-        self.lower_from = [[s, free[1][0]], [c, free[1][1]]];
-        self.upper_rate = [-speed, 1.0];
-        self.lower_rate = [[speed, -oscillator.stiffness()], [0.0, -2.0 * oscillator.damping()]];
+        self.turn = Map::turn(Pair::new(c, s));
+        self.spin = Pair::new(-speed, speed);
+        self.free = Map::of(free);
+        let [q, v] = free;
+        let rate = |i: usize| -oscillator.stiffness() * q[i] - 2.0 * oscillator.damping() * v[i];
+        self.free_rate = Map::of([v, [rate(0), rate(1)]]);
     }
 
     /// Before the first point.
     pub fn new() -> Self {
-        Stride { time: f64::MIN, ..Stride::default() }
+        Stride { time: f64::MIN, until: f64::MIN, ..Stride::default() }
     }
 }

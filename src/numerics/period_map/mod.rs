@@ -163,6 +163,11 @@ impl PeriodMap {
         Some(map)
     }
 
+    /// The period [s].
+    pub fn period(&self) -> Double {
+        self.period
+    }
+
     /// The map over one period.
     pub fn period_map(&self) -> &Affine {
         &self.map

@@ -1,0 +1,61 @@
+//! A turn of the cam at constant speed as the period of an equation that is tabulated over it.
+
+use crate::motion::MotionLaw;
+use crate::numerics::angle;
+use crate::numerics::double_double::Double;
+use std::f64::consts::TAU;
+
+/// 2π in double-double.
+pub const TURN: Double = Double { hi: TAU, lo: 2.449_293_598_294_706_4e-16 };
+
+/// A breakpoint this near the start of the turn counts as lying there [rad]: more than the rounding of an angle.
+const SLACK: f64 = 1e-12;
+
+/// A turn of the cam from `phi_start` [rad] at the constant speed `w` ≠ 0 [rad/s].
+pub struct CamTurn<'a> {
+    law: &'a MotionLaw,
+    w: f64,
+    phi_start: f64,
+    /// The segment of the law with which the turn starts.
+    segment: usize,
+}
+
+impl<'a> CamTurn<'a> {
+    /// None where the cam is at rest.
+    pub fn new(law: &'a MotionLaw, w: f64, phi_start: f64) -> Option<Self> {
+        let start = angle::reduce(Double::from(phi_start));
+        let segment = law.segment(start + SLACK * w.signum(), 0.0 < w);
+        (w != 0.0).then_some(CamTurn { law, w, phi_start, segment })
+    }
+
+    /// How long the turn takes [s].
+    pub fn period(&self) -> Double {
+        TURN.divide(Double::from(self.w.abs()))
+    }
+
+    /// The segment of the law in the interval of this number.
+    pub fn segment(&self, interval: usize) -> usize {
+        let count = self.law.breakpoints().len().max(1);
+        if 0.0 < self.w { (self.segment + interval) % count } else { (self.segment + count - interval % count) % count }
+    }
+
+    /// When the cam passes the breakpoints of the law within the turn [s], ascending.
+    pub fn passages(&self) -> Vec<Double> {
+        let start = angle::reduce(Double::from(self.phi_start));
+        let way = |breakpoint: &f64| ((breakpoint - start) * self.w.signum()).rem_euclid(TAU);
+        let inside = |way: &f64| SLACK < *way && *way < TAU - SLACK;
+        let mut ways: Vec<f64> = self.law.breakpoints().iter().map(way).filter(inside).collect();
+        ways.sort_by(f64::total_cmp);
+        ways.into_iter().map(|way| Double::from(way / self.w.abs())).collect()
+    }
+
+    /// φ [rad], reduced, at `tau` [s] from the start of the turn.
+    pub fn angle(&self, tau: Double) -> f64 {
+        angle::reduce(Double::from(self.phi_start) + Double::from(self.w) * tau)
+    }
+
+    /// The time in which the cam turns by `reach` [rad] of the finest harmonic of the law in an interval [s].
+    pub fn time_for(&self, reach: f64, interval: usize) -> f64 {
+        reach / self.law.resolution_in(self.segment(interval)).max(1.0) / self.w.abs()
+    }
+}

@@ -1,0 +1,90 @@
+//! A law of any kind at constant speed, tabulated over a turn: a step costs the same however long it is.
+
+use crate::drives::cam_turn::CamTurn;
+use crate::motion::MotionLaw;
+use crate::numerics::double_double::Double;
+use crate::numerics::oscillator::Oscillator;
+use crate::numerics::period_map::{Coefficients, PeriodMap, Periodic};
+use std::sync::Arc;
+
+/// No table where the oscillator turns or decays by more than this in a turn of the cam [rad]: cells of a few radians
+/// each, a few microseconds to make and half a kilobyte long, then still are an instant's work and some 0.1 MB.
+const FASTEST: f64 = 512.0;
+
+/// A cell may hold two radians of the finest harmonic of the law; the oscillator shortens it as the tolerance demands.
+const REACH: f64 = 2.0;
+
+/// What a turn does to the oscillator, and what it was tabulated for.
+#[derive(Debug, PartialEq)]
+pub struct Table {
+    oscillator: Oscillator,
+    law: Arc<MotionLaw>,
+    w: f64,
+    phi_start: f64,
+    tolerance: f64,
+    /// None where there are too many cells.
+    pub map: Option<PeriodMap>,
+}
+
+impl Table {
+    /// The table of this oscillator behind a cam with this law that turns at `w` [rad/s] from `phi_start` [rad].
+    pub fn new(oscillator: Oscillator, law: Arc<MotionLaw>, w: f64, phi_start: f64, tolerance: f64) -> Self {
+        let map = CamTurn::new(&law, w, phi_start).and_then(|cam| {
+            let (_, fast) = oscillator.rates();
+            let few = fast * cam.period().hi <= FASTEST;
+            few.then(|| PeriodMap::new(&Turn { oscillator, law: &law, w, cam }, tolerance)).flatten()
+        });
+        Table { oscillator, law, w, phi_start, tolerance, map }
+    }
+
+    /// Whether it is the table of these.
+    pub fn is_for(
+        &self,
+        oscillator: &Oscillator,
+        law: &Arc<MotionLaw>,
+        w: f64,
+        phi_start: f64,
+        tolerance: f64,
+    ) -> bool {
+        let same = self.is_of(oscillator, w, phi_start) && self.tolerance == tolerance;
+        same && (Arc::ptr_eq(&self.law, law) || self.law == *law)
+    }
+
+    /// Whether it is that of this oscillator and this motion of the cam, whose law has not changed.
+    pub fn is_of(&self, oscillator: &Oscillator, w: f64, phi_start: f64) -> bool {
+        self.oscillator == *oscillator && self.w == w && self.phi_start == phi_start
+    }
+}
+
+struct Turn<'a> {
+    oscillator: Oscillator,
+    law: &'a MotionLaw,
+    w: f64,
+    cam: CamTurn<'a>,
+}
+
+/// q̈ + 2δ q̇ + ω₀² q = −U″ ω².
+impl Periodic for Turn<'_> {
+    fn period(&self) -> Double {
+        self.cam.period()
+    }
+
+    fn joints(&self) -> Vec<Double> {
+        let mut joints = self.cam.passages();
+        joints.push(self.period());
+        joints
+    }
+
+    fn at(&self, tau: Double, interval: usize) -> Coefficients {
+        let u = self.law.at_in(self.cam.segment(interval), self.cam.angle(tau)).0;
+        Coefficients {
+            damping: 2.0 * self.oscillator.damping(),
+            stiffness: self.oscillator.stiffness(),
+            forcing: -u[2] * self.w * self.w,
+        }
+    }
+
+    fn longest_cell(&self, interval: usize) -> f64 {
+        self.cam.time_for(REACH, interval)
+    }
+}

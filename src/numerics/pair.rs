@@ -1,0 +1,69 @@
+//! Two numbers side by side, aligned so that the compiler keeps them in one register: for the few places where each
+//! instruction counts.
+
+use serde::{Deserialize, Serialize};
+use std::ops::{Add, Mul, Sub};
+
+/// Two numbers.
+#[repr(align(16))]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Pair(pub [f64; 2]);
+
+impl Pair {
+    /// These two.
+    #[inline(always)]
+    pub fn new(first: f64, second: f64) -> Self {
+        Pair([first, second])
+    }
+
+    /// The same number twice.
+    #[inline(always)]
+    pub fn both(x: f64) -> Self {
+        Pair([x, x])
+    }
+
+    /// The numbers one by one.
+    #[inline(always)]
+    pub fn array(self) -> [f64; 2] {
+        self.0
+    }
+
+    /// In the other order.
+    #[inline(always)]
+    pub fn swapped(self) -> Self {
+        Pair([self.0[1], self.0[0]])
+    }
+
+    /// The first one twice.
+    #[inline(always)]
+    pub fn firsts(self) -> Self {
+        Pair::both(self.0[0])
+    }
+
+    /// The second one twice.
+    #[inline(always)]
+    pub fn seconds(self) -> Self {
+        Pair::both(self.0[1])
+    }
+}
+
+macro_rules! operator {
+    ($($operator:ident $function:ident)*) => { $(
+        impl $operator for Pair {
+            type Output = Pair;
+            #[inline(always)]
+            fn $function(self, other: Pair) -> Pair {
+                Pair([self.0[0].$function(other.0[0]), self.0[1].$function(other.0[1])])
+            }
+        }
+    )* };
+}
+
+operator! { Add add Sub sub Mul mul }
+
+impl From<[f64; 2]> for Pair {
+    #[inline(always)]
+    fn from(numbers: [f64; 2]) -> Self {
+        Pair(numbers)
+    }
+}
