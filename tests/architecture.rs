@@ -12,7 +12,7 @@ const MAY_USE: [(&str, &[&str]); 9] = [
     ("drives", &["motion", "numerics"]),
     ("design", &["drives", "motion", "numerics", "fmi2"]),
     ("fmi2", &["drives"]),
-    ("scene", &["drives", "motion", "numerics"]),
+    ("scene", &["design", "drives", "motion", "numerics"]),
     ("export", &["drives", "design"]),
     ("cli", &["scene", "export", "design", "drives", "motion", "numerics", "fmi2"]),
     ("main", &["cli"]),

@@ -13,6 +13,7 @@ mod export;
 mod run;
 mod stability;
 mod steady;
+mod synthesize;
 mod tradeoff;
 
 use crate::scene::{self, Resolved};
@@ -43,6 +44,7 @@ enum Command {
     Describe(describe::Args),
     Compensate(compensate::Args),
     Steady(steady::Args),
+    Synthesize(synthesize::Args),
     Tradeoff(tradeoff::Args),
     Stability(stability::Args),
     Clearance(clearance::Args),
@@ -71,6 +73,7 @@ pub fn main() -> ExitCode {
         Some(Command::Describe(args)) => describe::run(&args),
         Some(Command::Compensate(args)) => compensate::run(&args),
         Some(Command::Steady(args)) => steady::run(&args),
+        Some(Command::Synthesize(args)) => synthesize::run(&args),
         Some(Command::Tradeoff(args)) => tradeoff::run(&args),
         Some(Command::Stability(args)) => stability::run(&args),
         Some(Command::Clearance(args)) => clearance::run(&args),

@@ -1,9 +1,10 @@
 //! Tools of design around the drives: [`clearance`], what backlash does to a motion law; [`compensation`], cams for a
-//! machine that fluctuates; [`stability`], at which speeds varying parameters make a drive vibrate; [`tradeoff`], speed
-//! against accuracy.
+//! machine that fluctuates; [`stability`], at which speeds varying parameters make a drive vibrate; [`synthesis`], cam
+//! profiles from motion tasks; [`tradeoff`], speed against accuracy.
 
 pub mod clearance;
 pub mod compensation;
 pub mod plot;
 pub mod stability;
+pub mod synthesis;
 pub mod tradeoff;

@@ -7,6 +7,7 @@ pub mod diagnostics;
 mod models;
 mod motion_law;
 mod section;
+pub mod synthesis;
 mod table;
 #[cfg(test)]
 mod tests;
@@ -54,26 +55,49 @@ impl Resolved {
 
 /// Reads and validates a scene file: every value, and that the drive can be built and started with them.
 pub fn read(path: &Path) -> Result<Resolved, Diagnostics> {
+    let (file, text) = text_of(path, "scene")?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    resolve(&file, &text, folder)
+}
+
+/// The name and the text of a `kind` of file.
+fn text_of(path: &Path, kind: &str) -> Result<(String, String), Diagnostics> {
     let file = path.display().to_string();
-    let whole = |message: String, hint: &str| Diagnostics(vec![Diagnostic::new(&file, message).hint(hint)]);
-    let bytes = std::fs::read(path)
-        .map_err(|e| whole(format!("the scene cannot be read: {e}"), "name a scene file, for example scene.toml"))?;
+    let hint = format!("name a {kind} file, for example {kind}.toml");
+    let whole = |message: String| Diagnostics(vec![Diagnostic::new(&file, message).hint(hint.clone())]);
+    let bytes = std::fs::read(path).map_err(|e| whole(format!("the {kind} cannot be read: {e}")))?;
     if bytes.contains(&0) {
-        return Err(whole("the scene is no text file".to_owned(), "name a scene file, for example scene.toml"));
+        return Err(whole(format!("the {kind} is no text file")));
     }
     let text = String::from_utf8(bytes).map_err(|e| {
         let good = e.utf8_error().valid_up_to();
         let text = String::from_utf8_lossy(e.as_bytes());
-        let fault = Diagnostic::new(&file, "the scene is not UTF-8 text").at(&text, good..good + 1);
+        let fault = Diagnostic::new(&file, format!("the {kind} is not UTF-8 text")).at(&text, good..good + 1);
         Diagnostics(vec![fault.hint("save it with the encoding UTF-8")])
     })?;
-    let folder = path.parent().unwrap_or(Path::new(""));
-    resolve(&file, text.trim_start_matches(BYTE_ORDER_MARK), folder)
+    Ok((file, text.trim_start_matches(BYTE_ORDER_MARK).to_owned()))
 }
 
 /// The scene `text` of the file `file`; tables are looked for in `folder`.
-fn resolve(file: &str, text: &str, folder: &Path) -> Result<Resolved, Diagnostics> {
+pub fn resolve(file: &str, text: &str, folder: &Path) -> Result<Resolved, Diagnostics> {
+    with_document(file, text, "a scene of this kind", |root| {
+        let (resolved, names) = whole_scene(root, folder)?;
+        if root.faults.is_empty() {
+            models::try_out(&resolved, &names, root.faults);
+        }
+        Some(resolved)
+    })
+}
+
+/// What `read` makes of the TOML document `text`, if it reports no fault.
+fn with_document<T>(
+    file: &str,
+    text: &str,
+    kind: &'static str,
+    read: impl FnOnce(&Section<'_>) -> Option<T>,
+) -> Result<T, Diagnostics> {
     let mut faults = Faults::new(file, text);
+    faults.kind = kind;
     let (document, mut errors) = DeTable::parse_recoverable(text);
     errors.sort_by_key(|error| error.span().map_or(text.len(), |span| span.start));
     for error in &errors {
@@ -97,12 +121,8 @@ fn resolve(file: &str, text: &str, folder: &Path) -> Result<Resolved, Diagnostic
         }
     }
     faults.broken = !errors.is_empty();
-    let resolved = whole_scene(&Section::root(&faults, document.get_ref()), folder);
-    match resolved {
-        Some((resolved, names)) if faults.is_empty() => {
-            models::try_out(&resolved, &names, &faults);
-            if faults.is_empty() { Ok(resolved) } else { Err(faults.into_diagnostics()) }
-        }
+    match read(&Section::root(&faults, document.get_ref())) {
+        Some(value) if faults.is_empty() => Ok(value),
         _ => Err(faults.into_diagnostics()),
     }
 }
@@ -116,7 +136,7 @@ fn whole_scene(root: &Section<'_>, folder: &Path) -> Option<(Resolved, models::N
     Some((Resolved { name: name?, description: description?, model, scene, notes: root.faults.notes() }, names))
 }
 
-/// The name of the scene.
+/// The name of the scene or task.
 fn name(root: &Section<'_>) -> Option<String> {
     let admissible = format!("letters, digits and _, no digit first, at most {LONGEST_NAME} characters");
     let name = root.required_text("name", &admissible, "guide_bar")?;

@@ -26,7 +26,7 @@ const LAWS: &[(&[&str], Law)] = &[
 ];
 
 /// The normalised laws with the names that are in use for them.
-const STANDARD_LAWS: &[(&[&str], StandardLaw)] = &[
+pub const STANDARD_LAWS: &[(&[&str], StandardLaw)] = &[
     (&["simple_sine", "harmonic", "simple_harmonic"], StandardLaw::SimpleSine),
     (&["inclined_sine", "bestehorn", "bestehorn_sine", "cycloidal"], StandardLaw::InclinedSine),
     (&["polynomial_345", "poly345", "3-4-5", "polynomial_5"], StandardLaw::Polynomial345),

@@ -26,6 +26,8 @@ pub struct Faults<'a> {
     notes: RefCell<Vec<String>>,
     /// Whether the file has syntax errors; then values may be absent only because of them.
     pub broken: bool,
+    /// What the file as a whole is, "a scene of this kind".
+    pub kind: &'static str,
 }
 
 impl<'a> Faults<'a> {
@@ -38,6 +40,7 @@ impl<'a> Faults<'a> {
             read: RefCell::default(),
             notes: RefCell::default(),
             broken: false,
+            kind: "a scene of this kind",
         }
     }
 
@@ -460,7 +463,7 @@ impl<'a> Section<'a> {
         for key in self.table.keys().filter(unknown).filter(|key| !self.told.borrow().contains(&key.span())) {
             let name = key.get_ref().as_ref();
             let place =
-                if self.path.is_empty() { "in a scene of this kind".into() } else { format!("in [{}]", self.path) };
+                if self.path.is_empty() { format!("in {}", self.faults.kind) } else { format!("in [{}]", self.path) };
             let fault = self.faults.at(key.span(), format!("`{}` is not known {place}", self.path_of(name)));
             let meant = synonyms.iter().find(|(wrong, right)| *wrong == name && known.contains(right));
             let meant = meant.map(|(_, right)| *right).or_else(|| nearest(name, &known));

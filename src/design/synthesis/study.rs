@@ -1,0 +1,275 @@
+//! A synthesis with all that is to be known of its result.
+
+use super::deviation::{self, Extreme};
+use super::elastic::{self, Resonance, SpeedRange};
+use super::laws::{Rival, as_rival};
+use super::shaft::ShaftGoal;
+use super::shaft_study::{self, Shafted};
+use super::{Basis, Infeasible, Objective, Polynomial, Profile, Range, Response, Symmetry, Task};
+use crate::motion::Fourier;
+use std::f64::consts::PI;
+use std::path::PathBuf;
+
+/// What a task file asks for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Assignment {
+    /// A C identifier, as the name of a scene.
+    pub name: String,
+    /// One sentence of the user, or nothing.
+    pub description: String,
+    /// The length in which the task counts [m]; 1 where it gives lengths.
+    pub unit: f64,
+    /// The task.
+    pub task: Task,
+    /// An elastic output member.
+    pub elasticity: Option<Elasticity>,
+    /// An elastic input shaft.
+    pub shaft: Option<ShaftGoal>,
+    /// A scene whose cam is to be replaced.
+    pub scene: Option<PathBuf>,
+}
+
+/// How the profile takes the elastic output member into account.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// The least largest error over angles and speeds.
+    Robust,
+    /// The motion is synthesised and inverted at one speed, 4.6.2 (5) with damping.
+    Recipe,
+    /// Not at all: it is only looked at.
+    None,
+}
+
+/// An elastic output member and what is asked of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Elasticity {
+    /// ω₀ [rad/s].
+    pub w0: f64,
+    /// δ [1].
+    pub damping: f64,
+    /// Least speed [rad/s].
+    pub slowest: f64,
+    /// Largest speed [rad/s]; None: as far as the tolerance goes.
+    pub fastest: Option<f64>,
+    /// Largest deviation [m].
+    pub tolerance: Option<f64>,
+    /// How the cam is found.
+    pub method: Method,
+    /// Admissible amplitude of a resonance [m].
+    pub amplitude: Option<f64>,
+}
+
+/// The result.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Study {
+    /// What was asked.
+    pub assignment: Assignment,
+    /// The best motion without regard to elasticity.
+    pub motion: Profile,
+    /// The profile of the cam.
+    pub cam: Fourier,
+    /// max |U⁽ⁿ⁾| of the cam, n = 0 … 3 [m/radⁿ].
+    pub peaks: [Extreme; 4],
+    /// The cam with its figures, then the standard laws where they apply.
+    pub rivals: Vec<Rival>,
+    /// max |U − Ũ| of the cubics of the source, where they are for this task.
+    pub cubics: Option<f64>,
+    /// Behind the elastic output member.
+    pub elastic: Option<Behind>,
+    /// In front of the cam an elastic shaft.
+    pub shaft: Option<Shafted>,
+    /// Dwell error over dwell width, where the dwells are symmetric.
+    pub widths: Vec<Widths>,
+}
+
+/// What an elastic output member makes of the cam.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Behind {
+    /// η_opt of the recipe.
+    pub optimum: Option<f64>,
+    /// The largest η with the deviation within the tolerance from the slowest speed on; None if not even there.
+    pub reached: Option<f64>,
+    /// The largest deviation over the range of speeds that was asked for [m].
+    pub worst: Option<f64>,
+    /// (η, max |y − Ũ| [m]) of each rival.
+    pub curves: Vec<Vec<[f64; 2]>>,
+    /// The same as `reached` of each rival.
+    pub reaches: Vec<Option<f64>>,
+    /// The resonances up to η = 1.
+    pub resonances: Vec<Resonance>,
+}
+
+/// Dwell error over dwell width for one number of harmonics (Bild 4.24).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Widths {
+    /// K.
+    pub order: usize,
+    /// Full width of a dwell [rad], its error by Chebyshev's and by Gauss's objective, relative to the stroke.
+    pub points: Vec<[f64; 3]>,
+}
+
+/// What is being done, for a progress bar.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress {
+    /// Parts that are done.
+    pub done: usize,
+    /// Of how many.
+    pub total: usize,
+    /// What comes now.
+    pub stage: &'static str,
+}
+
+/// η up to which speeds are looked at: the resonance of the first harmonic.
+const HIGHEST: f64 = 1.0;
+
+/// Widths of Bild 4.24: 5° to 170° in steps of 5°.
+const WIDTHS: usize = 34;
+
+impl Assignment {
+    /// The profile and its report.
+    pub fn study(&self, progress: &dyn Fn(Progress)) -> Result<Study, Infeasible> {
+        let stage = |stage| progress(Progress { done: 0, total: 1, stage });
+        stage("profile");
+        let mut motion = self.task.solve_with(&|done, total| progress(Progress { done, total, stage: "profile" }))?;
+        motion.series = without_rounding(motion.series);
+        let (cam, optimum) = match &self.elasticity {
+            Some(elasticity) => {
+                stage("elasticity");
+                self.elastic_cam(elasticity, &motion)?
+            }
+            None => (motion.series.clone(), None),
+        };
+        let cam = without_rounding(cam);
+        stage("laws");
+        let mut rivals = vec![as_rival("harmonic synthesis", &cam)];
+        rivals.extend(self.task.rivals());
+        stage("speeds");
+        let elastic = self.elasticity.as_ref().map(|elasticity| self.behind(elasticity, &rivals, optimum));
+        let shaft = self.shaft.map(|goal| shaft_study::study(goal, &rivals));
+        let widths = match self.task.symmetric_dwells() {
+            Some(_) => widths(&|done, total| progress(Progress { done, total, stage: "widths" }))?,
+            None => Vec::new(),
+        };
+        Ok(Study {
+            cubics: self.task.cubics().map(|series| self.task.largest_error(&series)),
+            peaks: std::array::from_fn(|order| deviation::peak(&cam, order)),
+            assignment: self.clone(),
+            motion,
+            cam,
+            rivals,
+            elastic,
+            shaft,
+            widths,
+        })
+    }
+
+    /// The cam for an elastic output member, and η_opt where one was chosen.
+    fn elastic_cam(&self, given: &Elasticity, motion: &Profile) -> Result<(Fourier, Option<f64>), Infeasible> {
+        let range = given.range();
+        match given.method {
+            Method::None => Ok((motion.series.clone(), None)),
+            Method::Recipe => {
+                let recipe = match given.tolerance {
+                    Some(tolerance) => self.task.recipe(&motion.series, range, tolerance, given.damping),
+                    None => self.task.recipe_for(&motion.series, range),
+                };
+                let fault = "even at the slowest speed the deviation of the profile exceeds the tolerance";
+                let recipe = recipe.ok_or_else(|| Infeasible::Numerical(fault.to_owned()))?;
+                Ok((recipe.cam, Some(recipe.optimum)))
+            }
+            Method::Robust => match (given.fastest, given.tolerance) {
+                (None, Some(tolerance)) => Ok((self.task.fastest_robust(range, tolerance)?.0.series, None)),
+                _ => {
+                    let task = Task { speeds: Some(range), ..self.task.clone() };
+                    Ok((task.solve()?.series, None))
+                }
+            },
+        }
+    }
+
+    fn behind(&self, given: &Elasticity, rivals: &[Rival], optimum: Option<f64>) -> Behind {
+        let whole = SpeedRange { fastest: HIGHEST, ..given.range() };
+        let deviation = |cam: &Fourier, eta: f64| self.task.deviation(cam, Response { damping: given.damping, eta });
+        let cam = &rivals[0].series;
+        // The speeds that are of interest: a little further than what is asked for or reached.
+        let reach = |cam: &Fourier| self.task.reachable(cam, whole, given.tolerance?);
+        let reaches: Vec<Option<f64>> = rivals.iter().map(|rival| reach(&rival.series)).collect();
+        let last = given.fastest.map(|w| w / given.w0).into_iter().chain(reaches[0]).fold(0.02, f64::max);
+        let shown = SpeedRange { fastest: (1.5 * last).min(HIGHEST.max(last)), ..given.range() };
+        let curve = |rival: &Rival| {
+            let speeds = elastic::speeds(rival.series.order().min(24), shown);
+            speeds.into_iter().map(|eta| [eta, deviation(&rival.series, eta)]).collect()
+        };
+        Behind {
+            optimum,
+            reached: reaches[0],
+            worst: given.fastest.map(|_| self.task.worst_over(cam, given.range())),
+            curves: rivals.iter().map(curve).collect(),
+            reaches,
+            resonances: elastic::resonances(cam, given.damping, HIGHEST),
+        }
+    }
+}
+
+impl Elasticity {
+    /// η from the slowest to the fastest speed, or to the resonance of the first harmonic.
+    pub fn range(&self) -> SpeedRange {
+        SpeedRange {
+            damping: self.damping,
+            slowest: self.slowest / self.w0,
+            fastest: self.fastest.map_or(HIGHEST, |w| w / self.w0),
+        }
+    }
+}
+
+/// A series whose coefficients that are rounding alone are zero.
+fn without_rounding(mut series: Fourier) -> Fourier {
+    let largest = series.a.iter().chain(&series.b).fold(0.0_f64, |largest, c| c.abs().max(largest));
+    for c in series.a.iter_mut().chain(&mut series.b) {
+        // An eighth of the last digit of the largest one.
+        if c.abs() < 0.125 * f64::EPSILON * largest {
+            *c = 0.0;
+        }
+    }
+    series
+}
+
+/// The symmetric dwell task of section 4.6.4.1: stroke 1, dwells of half-width `half` at 0 and π.
+pub fn symmetric_task(order: usize, half: f64, objective: Objective) -> Task {
+    let dwell = |centre: f64, u: f64| Range {
+        from: centre - half,
+        to: centre + half,
+        prescribed: [Some(Polynomial(vec![u])), None, None],
+        weight: 1.0,
+    };
+    Task {
+        basis: Basis::new(order, Symmetry { even: true, half_wave: true }),
+        ranges: vec![dwell(0.0, 0.5), dwell(PI, -0.5)],
+        points: Vec::new(),
+        bounds: Vec::new(),
+        objective,
+        weights: [0.0; 2],
+        speeds: None,
+        search: super::Search::default(),
+    }
+}
+
+/// Bild 4.24: dwell error over dwell width for K = 3, 5, 7, 9.
+pub fn widths(progress: &dyn Fn(usize, usize)) -> Result<Vec<Widths>, Infeasible> {
+    let orders = [3, 5, 7, 9];
+    let mut curves = Vec::new();
+    for (i, order) in orders.into_iter().enumerate() {
+        let mut points = Vec::new();
+        for j in 1..=WIDTHS {
+            let width = PI / 36.0 * j as f64;
+            let error = |objective| {
+                let task = symmetric_task(order, 0.5 * width, objective);
+                task.solve().map(|profile| task.largest_error(&profile.series))
+            };
+            points.push([width, error(Objective::Chebyshev)?, error(Objective::LeastSquares)?]);
+            progress(i * WIDTHS + j, orders.len() * WIDTHS);
+        }
+        curves.push(Widths { order, points });
+    }
+    Ok(curves)
+}
