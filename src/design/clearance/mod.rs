@@ -59,8 +59,8 @@ pub const IGNORE: f64 = 1e-9;
 /// Passages that are followed by the model, at most; a law that rests on a vibration has any number of them.
 const MOST_FOLLOWED: usize = 40;
 
-/// Internal steps for all passages of a law, and for its settled motion: some seconds of computing.
-const MOST_STEPS: f64 = 3e6;
+/// Internal steps for all passages of a law, and for its settled motion: about a second of computing each.
+const MOST_STEPS: f64 = 1e6;
 
 /// An expected error of the formulas above which the report warns.
 pub const WARN: f64 = 0.1;
