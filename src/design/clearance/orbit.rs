@@ -171,9 +171,9 @@ fn count(scene: &Scene, w: f64) -> Result<usize, Fault> {
     let count = (SAMPLES * std::f64::consts::TAU * fastest).ceil().max(LEAST_SAMPLES);
     if count > MOST_SAMPLES {
         return Err(Fault(format!(
-            "the contact force over a turn needs {count:e} samples, more than {MOST_SAMPLES:e}: the natural frequency is \
-             {natural:.3e} times the speed; there the quasi-static release is exact, and the vibration of each passage \
-             is over long before the next one, unless it is undamped"
+            "the contact force over a turn needs {count:.0e} samples, more than {MOST_SAMPLES:.0e}: U changes as fast as a \
+             harmonic of the order {:.0}, and the natural frequency is {natural:.3e} times the speed; the formulas remain",
+            scene.cam.resolution()
         )));
     }
     Ok(count as usize)
