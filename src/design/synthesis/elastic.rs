@@ -228,8 +228,9 @@ pub fn speeds(order: usize, range: SpeedRange) -> Vec<f64> {
     let mut eta = range.slowest;
     while eta < range.fastest {
         list.push(eta);
-        // Neighbouring resonances 1/k, 1/(k + 1) are η²/(1 + η) apart; below the lowest one nothing stands out.
-        let distance = if eta < lowest { lowest } else { eta * eta / (1.0 + eta) };
+        // Neighbouring resonances 1/k, 1/(k + 1) are η²/(1 + η) apart; below the lowest one the deviation of a robust
+        // profile is level with some turns, and that of others has none.
+        let distance = if eta < lowest { 0.25 * lowest } else { eta * eta / (1.0 + eta) };
         eta += distance / SPEEDS_PER_RESONANCE;
     }
     list.extend((1..=order.max(1)).map(|k| 1.0 / k as f64).filter(|e| (range.slowest..range.fastest).contains(e)));

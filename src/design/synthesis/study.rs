@@ -122,6 +122,9 @@ pub struct Progress {
 /// η up to which speeds are looked at: the resonance of the first harmonic.
 const HIGHEST: f64 = 1.0;
 
+/// The highest harmonic whose resonance a curve over the speed shows.
+const CURVE: usize = 24;
+
 /// Widths of Bild 4.24: 5° to 170° in steps of 5°.
 const WIDTHS: usize = 34;
 
@@ -197,7 +200,7 @@ impl Assignment {
         let last = given.fastest.map(|w| w / given.w0).into_iter().chain(reaches[0]).fold(0.02, f64::max);
         let shown = SpeedRange { fastest: (1.5 * last).min(HIGHEST.max(last)), ..given.range() };
         let curve = |rival: &Rival| {
-            let speeds = elastic::speeds(rival.series.order().min(24), shown);
+            let speeds = elastic::speeds(rival.series.order().min(CURVE), shown);
             speeds.into_iter().map(|eta| [eta, deviation(&rival.series, eta)]).collect()
         };
         Behind {
