@@ -20,7 +20,7 @@ mod newton;
 mod solved;
 
 use super::double_double::Double;
-use super::gauss::{ABSCISSAE, MATRIX, STAGES, legendre_integrals};
+use super::gauss::{ABSCISSAE, INTEGRALS_IN_POWERS, MATRIX, STAGES, legendre_integrals};
 use newton::{Newton, factorise};
 use serde::{Deserialize, Serialize};
 use solved::{Solved, remainder, solved};
@@ -212,6 +212,12 @@ impl<const N: usize> Collocation<N> {
         })
     }
 
+    /// The coefficients of θʲ in what the component `c` grows by over the fraction θ of the last step.
+    pub fn growth(&self, c: usize) -> [f64; STAGES + 1] {
+        let sum = |j: usize| (0..STAGES).map(|k| self.modes[k][c] * INTEGRALS_IN_POWERS[k][j]).sum::<f64>();
+        std::array::from_fn(|j| self.length * sum(j))
+    }
+
     /// What the polynomial of the last step errs by between the ends, of each component: about h m₈/17, as its last
     /// coefficients decay.
     pub fn polynomial_error(&self) -> [f64; N] {
@@ -223,11 +229,11 @@ impl<const N: usize> Collocation<N> {
         })
     }
 
-    /// Undoes the last step, before which the integrator was `earlier`; what it cost stays counted.
+    /// Undoes the last step, before which the integrator was `earlier`; what it cost stays counted, and that a step of
+    /// its length may be taken stays known.
     pub fn return_to(&mut self, earlier: &Self) {
-        let &mut Collocation {
-            statistics: Statistics { steps, rejected, evaluations, factorisations, .. }, next, ..
-        } = self;
+        let Statistics { steps, rejected, evaluations, factorisations, .. } = self.statistics;
+        let next = self.next.max(self.length);
         let statistics = Statistics { steps, rejected, evaluations, factorisations, ..earlier.statistics };
         *self = Collocation { statistics, next, ..earlier.clone() };
     }

@@ -93,6 +93,26 @@ pub const fn legendre_integrals(x: f64) -> [f64; STAGES] {
     integrals
 }
 
+/// The coefficients of θʲ in ∫₀^θ Pₖ dθ, row by row: (−1)^(k+i) C(k, i) C(k+i, i)/(i + 1) for j = i + 1.
+pub static INTEGRALS_IN_POWERS: [[f64; STAGES + 1]; STAGES] = integrals_in_powers();
+
+const fn integrals_in_powers() -> [[f64; STAGES + 1]; STAGES] {
+    let mut powers = [[0.0; STAGES + 1]; STAGES];
+    let mut k = 0;
+    while k < STAGES {
+        let mut coefficient = if k % 2 == 0 { 1.0 } else { -1.0 };
+        let mut i = 0;
+        while i <= k {
+            powers[k][i + 1] = coefficient / (i + 1) as f64;
+            // The products are whole numbers, and so are the quotients.
+            coefficient = -coefficient * ((k - i) * (k + i + 1)) as f64 / ((i + 1) * (i + 1)) as f64;
+            i += 1;
+        }
+        k += 1;
+    }
+    powers
+}
+
 const fn projection() -> [[f64; STAGES]; STAGES] {
     let (x, b) = (abscissae(), weights());
     let mut m = [[0.0; STAGES]; STAGES];
@@ -148,6 +168,19 @@ mod tests {
                 let theta = |i: usize| 0.5 * (1.0 + ABSCISSAE[i]);
                 let sum: f64 = (0..STAGES).map(|j| MATRIX[i][j] * theta(j).powi(n)).sum();
                 assert!((sum - theta(i).powi(n + 1) / f64::from(n + 1)).abs() < 3e-16, "degree {n}, stage {i}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_integrals_in_powers_are_those_of_the_recurrence() {
+        for n in 0..=20 {
+            let theta = f64::from(n) / 20.0;
+            let expected = legendre_integrals(2.0 * theta - 1.0);
+            for k in 0..STAGES {
+                let sum = INTEGRALS_IN_POWERS[k].iter().rev().fold(0.0, |sum, c| sum * theta + c);
+                // The coefficients reach 2e3.
+                assert!((sum - expected[k]).abs() < 3e-12, "{k} at {theta}: {sum}");
             }
         }
     }

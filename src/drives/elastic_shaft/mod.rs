@@ -21,6 +21,7 @@ mod energy;
 mod equation;
 mod features;
 mod oscillator;
+mod passage;
 mod portrait;
 mod solver;
 mod steady;

@@ -2,20 +2,16 @@
 
 use super::energy::Energy;
 use super::equation::{Cam, Equation, Flow};
+use super::passage::Place;
 use crate::drives::cam_drive::AngleMotion;
 use crate::drives::{Fault, Number};
 use crate::motion::MotionLaw;
 use crate::numerics::angle;
 use crate::numerics::collocation::{Collocation, Failure, System};
-use crate::numerics::double_double::{Double, two_product, two_sum};
-use std::f64::consts::TAU;
+use crate::numerics::double_double::{Double, two_product};
 
 /// A time that no step reaches.
 const FAR: Double = Double { hi: 1e300, lo: 0.0 };
-
-/// How far beyond a breakpoint the smooth continuation is followed [rad]: more than the rounding of an angle, so
-/// that the passage is certain, and too little to matter.
-const OVERRUN: f64 = 1e-12;
 
 /// The angle over which a step of degree 8 may reach, times the resolution K of the law [rad]: two radians of
 /// the highest harmonic cannot hide between eight nodes.
@@ -28,6 +24,13 @@ const MOST_STEPS: u64 = 500_000;
 /// Breakpoints of the law that an internal step of fixed cost may pass. The default step passes one on the average; the
 /// densest laws put five of them into the angle of two.
 pub const MOST_PASSAGES: u64 = 8;
+
+/// How often the end of a step at a breakpoint is corrected by Newton's method: from an error of 1e-4 of the way the
+/// first correction leaves its square, the second that of this.
+const CORRECTIONS: u64 = 2;
+
+/// How often a step that passes a breakpoint is taken: to find it, to end there, and with the corrections.
+pub const STEPS_OF_PASSAGE: u64 = 2 + CORRECTIONS;
 
 /// Newton iterations in a step of fixed cost: the linear equation is solved by one; the nonlinear one differs from its
 /// linearisation by some q, and four iterations leave q¹⁶ of that.
@@ -104,13 +107,12 @@ impl Twist<'_> {
         let first = integrator.statistics.steps;
         let most = match pace {
             Pace::Tolerance(_) => MOST_STEPS,
-            // A step that passes a breakpoint is taken once to find it and once to end there.
             Pace::Grid { step, .. } => {
                 let steps = ((target - integrator.end()).hi / step).ceil() + 1.0;
                 if steps > MOST_STEPS as f64 {
                     return Err(too_many(integrator.end().hi, MOST_STEPS, pace));
                 }
-                2 * MOST_PASSAGES * steps as u64
+                STEPS_OF_PASSAGE * MOST_PASSAGES * steps as u64
             }
         };
         while (target - integrator.end()).hi > 0.0 {
@@ -134,27 +136,58 @@ impl Twist<'_> {
 
     /// One step, shortened to where the cam leaves its segment.
     fn step(&mut self, integrator: &mut Collocation<2>, limit: Double, pace: Pace) -> Result<(), Failure> {
-        let breakpoints = self.law.breakpoints();
-        let (start, y) = (integrator.end(), integrator.state());
-        let before = if breakpoints.is_empty() { None } else { Some(integrator.clone()) };
-        self.step_smoothly(integrator, limit, pace)?;
-        let exit = if breakpoints.is_empty() { None } else { Place::new(self, start, &y).exit(self, integrator) };
-        let Some((theta, forward)) = exit else {
-            self.energy = self.energy.account(self, integrator);
-            return Ok(());
+        let passed = if self.law.breakpoints().is_empty() {
+            self.step_smoothly(integrator, limit, pace)?;
+            None
+        } else {
+            self.step_to_breakpoint(integrator, limit, pace)?
         };
-        let length = (integrator.end() - start).hi;
-        let exit = start + Double::from(theta * length);
-        if let Some(before) = &before {
-            integrator.return_to(before);
-        }
-        while (exit - integrator.end()).hi > 0.0 {
-            self.step_smoothly(integrator, exit, pace)?;
-            self.energy = self.energy.account(self, integrator);
-        }
-        let count = breakpoints.len();
-        self.segment = if forward { (self.segment + 1) % count } else { (self.segment + count - 1) % count };
+        self.energy = self.energy.account(self, integrator);
+        self.segment = passed.unwrap_or(self.segment);
         Ok(())
+    }
+
+    /// One step to `limit` at most or the first breakpoint; the segment beyond it where the step ends there.
+    fn step_to_breakpoint(
+        &self,
+        integrator: &mut Collocation<2>,
+        limit: Double,
+        pace: Pace,
+    ) -> Result<Option<usize>, Failure> {
+        let before = integrator.clone();
+        let place = Place::new(self, before.end(), &before.state());
+        self.step_smoothly(integrator, limit, pace)?;
+        let Some(mut exit) = place.exit(self, integrator) else { return Ok(None) };
+        let (latest, count) = (integrator.end(), self.law.breakpoints().len());
+        let beyond = if exit.forward { (self.segment + 1) % count } else { (self.segment + count - 1) % count };
+        for correction in 0..=CORRECTIONS {
+            integrator.return_to(&before);
+            self.step_smoothly(integrator, exit.time, pace)?;
+            if (exit.time - integrator.end()).hi > 0.0 {
+                // The tolerance asks for a shorter step, so the way to the breakpoint is left to the next one.
+                return Ok(None);
+            }
+            let delay = place.delay(self, integrator, exit.forward);
+            let better = exit.time - Double::from(delay);
+            let possible = (better - before.end()).hi > 0.0 && (latest - better).hi >= 0.0;
+            if correction == CORRECTIONS || !possible || !self.matters(integrator, beyond, delay) {
+                break;
+            }
+            exit.time = better;
+        }
+        Ok(Some(beyond))
+    }
+
+    /// Whether the speed errs by more than the last step itself where the cam enters the segment `beyond` late by
+    /// `delay`. Where U″ is continuous the accelerations on both sides differ by the delay, too, and it seldom does.
+    fn matters(&self, integrator: &Collocation<2>, beyond: usize, delay: f64) -> bool {
+        let f = self.flow(integrator.end(), &integrator.state());
+        let acceleration = |segment| {
+            let cam = Cam::at(self.law, segment, self.reduced_argument(&f));
+            self.equation.acceleration(&cam, &f, self.forced)
+        };
+        let error = (acceleration(beyond) - acceleration(self.segment)) * delay;
+        error.abs() > integrator.end_error()[1].max(f64::EPSILON * f.v.abs())
     }
 
     /// One step in which the cam stays in its segment, or on the continuation of it.
@@ -240,66 +273,5 @@ impl System<2> for Twist<'_> {
         let reach = REACH / self.law.resolution_in(self.segment).max(1.0);
         let speed = if self.equation.linear { f.w.abs() } else { f.w.abs().max(f.cam_speed().abs()) };
         (reach / speed).min((2.0 * reach / f.a.abs()).sqrt())
-    }
-}
-
-/// Where in its segment the cam was at the start of a step.
-struct Place {
-    /// The angle from the start of the segment [rad].
-    offset: f64,
-    /// The length of the segment [rad].
-    span: f64,
-    /// φ, reduced [rad], and q [rad] at the start of the step.
-    phi: f64,
-    q: f64,
-}
-
-impl Place {
-    fn new(twist: &Twist, t: Double, y: &[f64; 2]) -> Self {
-        let breakpoints = twist.law.breakpoints();
-        let lower = breakpoints[twist.segment];
-        let upper = breakpoints.get(twist.segment + 1).copied().unwrap_or(breakpoints[0] + TAU);
-        let f = twist.flow(t, y);
-        // An angle that rounding has put a little before the segment must not count as almost a turn behind it.
-        let slack = 1e-9;
-        let offset = (f.argument(twist.equation.linear) - lower + slack).rem_euclid(TAU) - slack;
-        Place { offset, span: upper - lower, phi: f.phi, q: f.q }
-    }
-
-    /// On which side of the segment the cam is at the fraction `theta` of the last step: −1, 0 inside, 1.
-    fn side(&self, twist: &Twist, integrator: &Collocation<2>, theta: f64) -> i8 {
-        let length = (integrator.end() - integrator.start()).hi;
-        let t = integrator.start() + Double::from(theta * length);
-        let y = integrator.at_fraction(theta);
-        // Less than half a turn per step, so the difference of reduced angles tells the way.
-        let mut way = angle::reduce(two_sum(twist.flow(t, &y).phi, -self.phi));
-        if !twist.equation.linear {
-            way += y[0] - self.q;
-        }
-        let offset = self.offset + way;
-        if offset > self.span + OVERRUN {
-            1
-        } else if offset < -OVERRUN {
-            -1
-        } else {
-            0
-        }
-    }
-
-    /// The fraction of the last step at which the cam leaves the segment, and whether by its end.
-    fn exit(&self, twist: &Twist, integrator: &Collocation<2>) -> Option<(f64, bool)> {
-        const SAMPLES: i32 = 8;
-        let n = (1..=SAMPLES).find(|&n| self.side(twist, integrator, f64::from(n) / f64::from(SAMPLES)) != 0)?;
-        let (mut inside, mut outside) = (f64::from(n - 1) / f64::from(SAMPLES), f64::from(n) / f64::from(SAMPLES));
-        // Bisection down to the spacing of the numbers.
-        for _ in 0..50 {
-            let middle = 0.5 * (inside + outside);
-            if self.side(twist, integrator, middle) == 0 {
-                inside = middle;
-            } else {
-                outside = middle;
-            }
-        }
-        Some((outside, self.side(twist, integrator, outside) > 0))
     }
 }

@@ -2,6 +2,7 @@
 
 mod extremes;
 mod fixed_cost;
+mod passages;
 
 use super::*;
 use crate::drives::{DynDrive, Model, Seed};

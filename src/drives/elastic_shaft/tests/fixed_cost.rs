@@ -139,9 +139,8 @@ fn the_error_estimate_by_tolerance_is_honest_on_inputs() {
 fn the_work_of_a_communication_step_is_bounded() {
     // Of a smooth law one solution per internal step; each takes 8 evaluations to begin with and 8 per iteration.
     let solution = 8.0 * (1.0 + 4.0);
-    for (law, per_step) in
-        [(profile(), 1.0), (cycle(StandardLaw::ModifiedTrapezoid), 2.0 * solver::MOST_PASSAGES as f64)]
-    {
+    let passages = (solver::STEPS_OF_PASSAGE * solver::MOST_PASSAGES) as f64;
+    for (law, per_step) in [(profile(), 1.0), (cycle(StandardLaw::ModifiedTrapezoid), passages)] {
         for step_size in [1e-4, 3e-3] {
             let mut scene = manipulator(law.clone(), false, CONSTANT);
             scene.solver = fixed_cost(step_size);

@@ -1,0 +1,97 @@
+//! Where the cam leaves a segment of its law.
+//!
+//! The way of the cam over a step is a polynomial, φ of the drive and q of the collocation, whose Bernstein coefficients
+//! enclose it: however briefly the cam leaves its segment, it is seen.
+
+use super::solver::Twist;
+use crate::drives::cam_drive::AngleMotion;
+use crate::numerics::angle;
+use crate::numerics::bernstein::{self, MAX_DEGREE};
+use crate::numerics::collocation::Collocation;
+use crate::numerics::double_double::{Double, two_sum};
+use std::f64::consts::TAU;
+
+/// How far beyond a breakpoint the smooth continuation is followed [rad]: more than the rounding of an angle, so
+/// that the passage is certain, and too little to matter.
+const OVERRUN: f64 = 1e-12;
+
+/// Where in its segment the cam was at the start of a step.
+pub struct Place {
+    /// The angle from the start of the segment [rad].
+    offset: f64,
+    /// The length of the segment [rad].
+    span: f64,
+    /// When [s].
+    start: Double,
+    /// φ, reduced [rad], and q [rad].
+    phi: f64,
+    q: f64,
+}
+
+/// The cam leaves its segment.
+#[derive(Clone, Copy)]
+pub struct Exit {
+    /// When [s].
+    pub time: Double,
+    /// Whether by the end of the segment.
+    pub forward: bool,
+}
+
+impl Place {
+    pub fn new(twist: &Twist, start: Double, y: &[f64; 2]) -> Self {
+        let breakpoints = twist.law.breakpoints();
+        let lower = breakpoints[twist.segment];
+        let upper = breakpoints.get(twist.segment + 1).copied().unwrap_or(breakpoints[0] + TAU);
+        let (span, f) = (upper - lower, twist.flow(start, y));
+        // Nearest to the middle: a cam a little before the segment is not almost a turn behind it.
+        let offset = 0.5 * span + angle::reduce(two_sum(f.argument(twist.equation.linear), -0.5 * (lower + upper)));
+        Place { offset, span, start, phi: f.phi, q: f.q }
+    }
+
+    /// Where the cam leaves the segment in the last step of `integrator`.
+    pub fn exit(&self, twist: &Twist, integrator: &Collocation<2>) -> Option<Exit> {
+        let length = (integrator.end() - self.start).hi;
+        let mut way = growth(twist.motion, self.start, length);
+        let mut degree = twist.motion.degree;
+        if !twist.equation.linear {
+            let twisting = integrator.growth(0);
+            degree = degree.max(twisting.len() - 1);
+            for (way, twisting) in way.iter_mut().zip(twisting) {
+                *way += twisting;
+            }
+        }
+        way[0] = self.offset;
+        // A step that ended a little before a breakpoint, or beyond it, is followed by one that starts there.
+        let (lower, upper) = (self.offset.min(0.0) - OVERRUN, self.offset.max(self.span) + OVERRUN);
+        let theta = bernstein::first_exit(&way, degree, lower, upper)?;
+        let there = way.iter().rev().fold(0.0, |sum, c| sum * theta + c);
+        Some(Exit { time: self.start + Double::from(theta * length), forward: there > 0.5 * self.span })
+    }
+
+    /// By how much the last step of `integrator`, which was to end at the breakpoint, ended too late [s]: by the
+    /// polynomial of the longer step the breakpoint is known to the accuracy of polynomials alone.
+    pub fn delay(&self, twist: &Twist, integrator: &Collocation<2>, forward: bool) -> f64 {
+        let f = twist.flow(integrator.end(), &integrator.state());
+        let linear = twist.equation.linear;
+        // Less than half a turn per step, so the difference of reduced angles tells the way.
+        let turned = angle::reduce(two_sum(f.phi, -self.phi)) + if linear { 0.0 } else { f.q - self.q };
+        let beyond = self.offset + turned - if forward { self.span } else { 0.0 };
+        if beyond.abs() > 2.0 * OVERRUN { beyond / f.turning(linear) } else { 0.0 }
+    }
+}
+
+/// The coefficients of θʲ, j ≥ 1, of φ over a step of `length` from `start`.
+fn growth(motion: &AngleMotion, start: Double, length: f64) -> [f64; MAX_DEGREE + 1] {
+    let tau = (start - Double::from(motion.origin)).hi;
+    let mut growth = [0.0; MAX_DEGREE + 1];
+    let mut power = 1.0;
+    for order in 1..=motion.degree {
+        power *= length / order as f64;
+        let mut derivative = 0.0;
+        for j in (order..=motion.degree).rev() {
+            derivative = motion.coefficients[j] + derivative * tau / (j + 1 - order) as f64;
+        }
+        growth[order] = derivative * power;
+    }
+    growth
+}

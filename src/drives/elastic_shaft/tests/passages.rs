@@ -1,0 +1,111 @@
+//! The nonlinear drive at the breakpoints of its law, against fixed steps of the classical Runge–Kutta method, which know
+//! nothing of them.
+
+use super::*;
+
+/// q̈ of (J + m U′²) ψ̈ + m U′U″ ψ̇² + b q̇ + c q = 0 at constant speed.
+fn acceleration(scene: &Scene, t: f64, [q, v]: [f64; 2]) -> f64 {
+    let DriveMode::Constant { w, phi_start } = scene.drive else { unreachable!() };
+    let [_, u1, u2, ..] = scene.cam.at((phi_start + w * t + q).rem_euclid(std::f64::consts::TAU)).0;
+    let load = scene.m * u1 * u2 * (w + v).powi(2) + scene.b * v + scene.c * q;
+    -load / (scene.inertia + scene.m * u1 * u1)
+}
+
+/// (q, q̇) after each of `count` equal parts of `span`, with `fine` steps in each.
+fn runge_kutta(scene: &Scene, span: f64, count: i32, fine: i32) -> Vec<[f64; 2]> {
+    let mut y = [scene.start.q, scene.start.q_dot];
+    let h = span / f64::from(count * fine);
+    let mut states = Vec::new();
+    for n in 0..count * fine {
+        let t = h * f64::from(n);
+        let rate = |t: f64, y: [f64; 2]| [y[1], acceleration(scene, t, y)];
+        let along = |k: [f64; 2], part: f64| [y[0] + part * h * k[0], y[1] + part * h * k[1]];
+        let k1 = rate(t, y);
+        let k2 = rate(t + 0.5 * h, along(k1, 0.5));
+        let k3 = rate(t + 0.5 * h, along(k2, 0.5));
+        let k4 = rate(t + h, along(k3, 1.0));
+        y = std::array::from_fn(|i| y[i] + h / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]));
+        if (n + 1) % fine == 0 {
+            states.push(y);
+        }
+    }
+    states
+}
+
+/// The largest error of (q, q̇), each relative to the largest value so far, the error estimate, and the internal steps.
+fn outcome(scene: &Scene, tolerance: f64, span: f64, truth: &[[f64; 2]]) -> (f64, f64, f64) {
+    let mut drive = started(Scene { solver: Settings { tolerance, ..Settings::default() }, ..scene.clone() });
+    let mut scale = [scene.start.q.abs(), scene.start.q_dot.abs()];
+    let mut error = 0.0f64;
+    let count = truth.len() as f64;
+    for (n, truth) in truth.iter().enumerate() {
+        let time = span * n as f64 / count;
+        drive.advance(time, span * (n + 1) as f64 / count - time).unwrap();
+        for i in 0..2 {
+            scale[i] = scale[i].max(truth[i].abs());
+            error = error.max((drive.twist[i] - truth[i]).abs() / scale[i]);
+        }
+    }
+    (error, drive.solver.error_estimate, drive.solver.steps)
+}
+
+/// A cycle whose shaft vibrates 29 times per turn, from a large twist that the damping takes away.
+fn decaying(law: StandardLaw) -> Scene {
+    let plan = CyclePlan {
+        stroke: 0.065,
+        lower: 0.0,
+        rise_start: 0.58,
+        rise_angle: 1.85,
+        upper_dwell: 0.6,
+        return_angle: 1.92,
+        rise_law: law,
+        return_law: law,
+    };
+    Scene {
+        m: 5.147,
+        inertia: 0.03137,
+        c: 104.7,
+        b: 0.6524,
+        linear: false,
+        cam: MotionLaw::Cycle(Cycle::new(plan)),
+        drive: DriveMode::Constant { w: 1.996, phi_start: 2.2413 },
+        start: Start { mode: StartMode::Given, q: -0.0285, q_dot: -4.388 },
+        solver: Settings::default(),
+    }
+}
+
+#[test]
+fn within_the_steps_before_a_breakpoint_the_tolerance_holds() {
+    for law in StandardLaw::ALL {
+        let (scene, span) = (decaying(law), 5.668);
+        let truth = runge_kutta(&scene, span, 1500, 200);
+        let mut most = 0.0;
+        for n in 0..40 {
+            let tolerance = 10f64.powf(-3.0 - 0.125 * f64::from(n));
+            let (error, estimate, steps) = outcome(&scene, tolerance, span, &truth);
+            // The tolerance is that of a step; the errors of a few of them come together.
+            assert!(error <= estimate.min(3.0 * tolerance), "{law:?}, {tolerance:e}: {error:e}, estimate {estimate:e}");
+            // A looser tolerance never costs more, but for the few steps that a breakpoint cuts short.
+            most = f64::max(most, steps);
+            assert!(most <= 1.1 * steps, "{law:?}, {tolerance:e}: {steps} steps, {most} for a looser one");
+        }
+    }
+}
+
+#[test]
+fn no_visit_to_another_segment_is_too_short() {
+    // A drive at rest in the dwell: each vibration takes the cam into the rise by `depth` for a little while.
+    for depth in [1e-2, 3e-3, 1e-3, 3e-4] {
+        let mut scene = decaying(StandardLaw::SimpleSine);
+        let amplitude = 0.1;
+        scene.drive = DriveMode::Constant { w: 0.0, phi_start: 0.58 - amplitude + depth };
+        scene.start = Start { mode: StartMode::Given, q: -amplitude, q_dot: 0.0 };
+        (scene.m, scene.b) = (300.0, 0.0);
+        let span = 20.0 * std::f64::consts::TAU * (scene.inertia / scene.c).sqrt();
+        let truth = runge_kutta(&scene, span, 1000, 200);
+        for tolerance in [1e-4, 1e-5, 1e-6, 1e-7] {
+            let (error, estimate, _) = outcome(&scene, tolerance, span, &truth);
+            assert!(error <= tolerance.min(estimate), "{depth}, {tolerance:e}: {error:e}, estimate {estimate:e}");
+        }
+    }
+}
