@@ -33,7 +33,7 @@ mod variables;
 use super::cam_drive::{AngleMotion, CamDrive, DriveMode, HasCamDrive, Start, StartMode};
 use super::number::all_finite;
 use super::solver::{HasSolver, Method, Settings, Solver};
-use super::{Curve, Drive, EventLog, Experiment, Fault, List, Portrait};
+use super::{Board, Curve, Drive, EventLog, Experiment, Fault, List, Portrait};
 use crate::motion::MotionLaw;
 use crate::numerics::collocation::Collocation;
 use crate::numerics::double_double::Double;
@@ -384,16 +384,21 @@ impl Drive for ElasticShaft {
     }
 
     fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
-        let target = time + step;
-        // Most steps end in the cell of the table where they start.
-        if let Some(course) = &self.course
-            && let Some(twist) = course.within(target)
-            && !self.tuned
-        {
-            (self.twist, self.time) = (twist, target);
-            return Ok(());
+        self.advance_further(time, time + step)
+    }
+
+    /// Most steps end in the cell of the table where they start.
+    fn glide(&mut self, end: f64, board: &mut Board) -> bool {
+        let Some(course) = &self.course else { return false };
+        let Some(twist) = course.within(end).filter(|_| !self.tuned) else { return false };
+        (self.twist, self.time) = (twist, end);
+        variables::show(self, board)
+    }
+
+    fn show(&self, board: &mut Board) {
+        if !variables::show(self, board) {
+            board.clear();
         }
-        self.advance_further(time, target)
     }
 
     fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64) {

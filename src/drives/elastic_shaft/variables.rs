@@ -6,7 +6,7 @@ use crate::drives::cam_drive::HasCamDrive;
 use crate::drives::solver::HasSolver;
 use crate::drives::unit::{self, Quantity};
 use crate::drives::variable::{Kind, real, real_within};
-use crate::drives::{List, Seed};
+use crate::drives::{Board, List, Seed};
 use crate::numerics::angle;
 use crate::numerics::double_double::Double;
 use crate::numerics::taylor::{Scalar, Series};
@@ -219,6 +219,18 @@ fn access(which: Output) -> fn(&ElasticShaft, usize) -> f64 {
         Output::Tau => |d, _| d.equation().torque(d.twist[0], d.twist[1]),
         _ => value,
     }
+}
+
+/// Shows the twist and its torque; whether they are finite.
+#[inline(always)]
+pub(super) fn show(drive: &ElasticShaft, board: &mut Board) -> bool {
+    let [q, v] = drive.twist;
+    let tau = drive.equation().torque(q, v);
+    for (output, value) in [(Output::Q, q), (Output::QDot, v), (Output::Tau, tau)] {
+        board.show(output as usize, value);
+    }
+    // Each term of the torque is finite where the sum is, and c > 0.
+    (tau + v).abs() <= f64::MAX
 }
 
 fn series(drive: &ElasticShaft, seed: Seed, which: usize) -> Series {
