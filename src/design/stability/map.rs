@@ -7,7 +7,7 @@
 use super::hill;
 use super::parallel;
 use super::system::System;
-use super::tongue::{Apex, Tongue};
+use super::tongue::{Apex, Extent, Tongue};
 use serde::Serialize;
 
 /// The tongue of an order in a map: at each height (damping ratio or modulation) the lower and the upper speed ratio,
@@ -39,7 +39,7 @@ pub fn over_damping(system: &System, known: &[Known], top: f64, done: &(dyn Fn()
     let region = |(tongue, apex): &Known| {
         let end = apex.map_or(top, |apex| apex.theta);
         let mut lines = Vec::new();
-        if !tongue.is_closed() && end > DEVIATION * top {
+        if !tongue.is_empty() && end > DEVIATION * top {
             // Heights end · s (2 − s), since the top of a tongue is round.
             let height = |s: f64| if apex.is_some() { end * s * (2.0 - s) } else { end * s };
             let at = |s: f64| {
@@ -138,7 +138,7 @@ fn row(system: &System, plan: &Modulation, modulation: f64) -> Row {
         .map(|n| {
             let tongue = Tongue::new(&system, n, start.pairs[n - 1]);
             let apex = if plan.theta > 0.0 { tongue.apex(&system) } else { None };
-            let closed = || tongue.is_closed().then(|| [1.0 / tongue.lambda.high.sqrt(); 2]);
+            let closed = || (tongue.extent() == Extent::Closed).then(|| [1.0 / tongue.lambda.high.sqrt(); 2]);
             let undamped = tongue.interval(&system, None, 0.0).or_else(closed);
             let damped = if plan.theta > 0.0 { tongue.interval(&system, apex.as_ref(), plan.theta) } else { None };
             (vec![undamped, damped], apex.map_or(f64::INFINITY, |apex| apex.theta))

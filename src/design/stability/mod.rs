@@ -29,7 +29,7 @@ use response::{Resonance, Steady, Transient};
 use serde::Serialize;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use system::System;
-use tongue::{Tongue, multipliers, spectral_radius};
+use tongue::{Extent, Tongue, multipliers, spectral_radius};
 
 /// What is to be studied.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -157,8 +157,8 @@ pub struct Order {
     pub j: f64,
     /// η of the boundaries without damping, the upper one infinite where there is none.
     pub undamped: [f64; 2],
-    /// Whether the boundaries coincide.
-    pub closed: bool,
+    /// Which speeds that are.
+    pub extent: Extent,
     /// η of the boundaries at the damping of the scene.
     pub damped: Option<[f64; 2]>,
     /// θ*; None where no damping ratio suffices.
@@ -223,17 +223,7 @@ pub fn study(
     let orders = if parts == 0 { 0 } else { options.orders.unwrap_or(wanted as usize) };
     let stage = |stage, total| Counter { tell: progress, done: AtomicUsize::new(0), total, stage };
 
-    let start = if orders > 0 { hill::boundaries(&system, orders) } else { hill::Boundaries::none() };
-    let counter = stage("orders", orders);
-    let numbers: Vec<usize> = (1..=orders).collect();
-    let known: Vec<Known> = parallel::map(
-        &numbers,
-        |n| {
-            let tongue = Tongue::new(&system, *n, start.pairs[n - 1]);
-            (tongue, tongue.apex(&system))
-        },
-        &|| counter.step(),
-    );
+    let (start, known) = tongues(&system, orders, options.orders.is_none().then_some(theta), &stage("orders", orders));
     let ranges = ranges(&system, &known, options, &speeds, theta);
     let classical = bounds::Harmonics::new(&system);
     let mut orders: Vec<Order> =
@@ -258,7 +248,7 @@ pub fn study(
     let amplification = if loaded { amplification(&system, ranges[0], theta, &|| counter.step()) } else { Vec::new() };
     let most = RESONANCES.min((1.0 / ranges[0][0]).ceil() as usize);
     let expected = |k: usize| {
-        let (tongue, _) = known.iter().find(|(tongue, _)| tongue.j == k as f64 && !tongue.is_open())?;
+        let (tongue, _) = known.iter().find(|(tongue, _)| tongue.j == k as f64 && tongue.lambda.low > 0.0)?;
         Some((2.0 / (tongue.lambda.low + tongue.lambda.high)).sqrt())
     };
     let motion = |speed: &f64| response::transient(&system, speed / w0, theta);
@@ -284,6 +274,29 @@ pub fn study(
         over_modulation,
         ranges,
     })
+}
+
+/// The tongues of the first orders, and of as many more as it takes until the last ones are stable at the damping ratio
+/// `until`: those of higher order lie at lower speeds.
+fn tongues(system: &System, orders: usize, until: Option<f64>, counter: &Counter) -> (hill::Boundaries, Vec<Known>) {
+    let mut start = hill::Boundaries::none();
+    let mut known: Vec<Known> = Vec::new();
+    let mut orders = orders;
+    while known.len() < orders {
+        start = hill::boundaries(system, orders);
+        let numbers: Vec<usize> = (known.len() + 1..=orders).collect();
+        let tongue = |n: &usize| {
+            let tongue = Tongue::new(system, *n, start.pairs[n - 1]);
+            (tongue, tongue.apex(system))
+        };
+        known.extend(parallel::map(&numbers, tongue, &|| counter.step()));
+        let unstable =
+            |(_, apex): &Known| until.is_some_and(|theta| theta > 0.0 && apex.is_none_or(|a| a.theta > theta));
+        if known.iter().rev().take(2).any(unstable) {
+            orders = (orders + 4).min(USUAL_ORDERS);
+        }
+    }
+    (start, known)
 }
 
 /// The speeds to examine, positive: a drive that turns backwards has the multipliers of its mirror image.
@@ -331,7 +344,7 @@ fn order(system: &System, (tongue, apex): &Known, theta: f64, bounds: Bounds) ->
     Order {
         j: tongue.j,
         undamped: [inverse(tongue.lambda.high), inverse(tongue.lambda.low)],
-        closed: tongue.is_closed(),
+        extent: tongue.extent(),
         damped: tongue.interval(system, apex.as_ref(), theta),
         critical_damping: critical,
         critical_eta: apex.map(|apex| apex.eta),

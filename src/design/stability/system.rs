@@ -30,9 +30,9 @@ const LEAST_HARMONIC: f64 = 1e-12;
 /// without symmetry.
 const SYMMETRY_ORDER: usize = 48;
 
-/// The cells of the monodromy matrix keep this relative error; the result is some digits better, since it is of
-/// higher order at the ends of the cells.
-const CELL_TOLERANCE: f64 = 1e-12;
+/// The cells of the monodromy matrix keep this relative error: a hundred times the rounding of a number, which adds up
+/// over some dozen cells.
+const CELL_TOLERANCE: f64 = 1e-14;
 
 /// Means over a turn, coherent SI.
 #[derive(Clone, Copy, Debug, PartialEq)]

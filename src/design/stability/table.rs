@@ -1,5 +1,6 @@
 //! The report as text, CSV and JSON.
 
+use super::tongue::Extent;
 use super::{NEGLIGIBLE, Order, Report, TOLERATED};
 use crate::design::tradeoff::table::{Table, number};
 use crate::drives::Fault;
@@ -87,14 +88,17 @@ pub fn of_orders(report: &Report) -> Table {
         let none = || NONE.to_owned();
         vec![
             order.j.to_string(),
-            if order.closed {
-                format!("closed at {}", interval(order.undamped, w0))
-            } else {
-                interval(order.undamped, w0)
+            match order.extent {
+                Extent::Closed => format!("closed at {}", interval(order.undamped, w0)),
+                Extent::Absent => "at no speed".to_owned(),
+                Extent::Bounded | Extent::Open => interval(order.undamped, w0),
             },
             order.damped.map_or_else(none, |ends| interval(ends, w0)),
             order.critical_damping.map_or_else(|| "∞".to_owned(), exact),
-            order.critical_eta.filter(|_| !order.closed).map_or_else(none, |eta| number(eta * w0 * RPM)),
+            order
+                .critical_eta
+                .filter(|_| order.extent == Extent::Bounded)
+                .map_or_else(none, |eta| number(eta * w0 * RPM)),
             order.safety.map_or_else(none, number),
             order.modulation_ratio.map_or_else(none, number),
             bound(order, order.three_term),
@@ -219,6 +223,15 @@ pub fn warnings(report: &Report) -> Vec<String> {
             number(order.undamped[0] * report.oscillator.natural_frequency * RPM)
         ));
     }
+    if let Some(last) =
+        report.orders.last().filter(|order| order.damped.is_some() && report.oscillator.damping_ratio > 0.0)
+    {
+        lines.push(format!(
+            "Order {} is still unstable at this damping; more unstable speeds lie below those listed: ask for them by \
+             --orders.",
+            last.j
+        ));
+    }
     if report.eigenproblem.residual > 1e-12 {
         lines
             .push(format!("Boundaries are exact to {} of the multipliers only.", number(report.eigenproblem.residual)));
@@ -323,7 +336,7 @@ pub fn orders_csv(report: &Report) -> Result<String, Fault> {
         "j",
         "undamped_low_eta",
         "undamped_high_eta",
-        "closed",
+        "extent",
         "damped_low_eta",
         "damped_high_eta",
         "critical_damping",
@@ -342,7 +355,7 @@ pub fn orders_csv(report: &Report) -> Result<String, Fault> {
             o.j.to_string(),
             low,
             high,
-            o.closed.to_string(),
+            format!("{:?}", o.extent).to_lowercase(),
             damped_low,
             damped_high,
             option(o.critical_damping),

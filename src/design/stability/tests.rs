@@ -73,7 +73,7 @@ fn tongues(system: &System, orders: usize) -> Vec<(Tongue, Option<Apex>)> {
     (1..=orders)
         .map(|n| {
             let tongue = Tongue::new(system, n, start.pairs[n - 1]);
-            assert!(tongue.residual < 1e-14, "order {n}: {}", tongue.residual);
+            assert!(tongue.residual < 1e-14, "order {n}: {tongue:?}");
             (tongue, tongue.apex(system))
         })
         .collect()
@@ -443,6 +443,60 @@ fn damping_and_modulation_agree_at_the_border() {
     }
     assert!(table::map_csv(&report).unwrap().lines().count() > 40);
     assert!(table::orders_csv(&report).unwrap().starts_with("j,undamped_low_eta"));
+}
+
+/// Numbers between 0 and 1 that fill the interval evenly, another sequence for each `which`.
+fn number(which: usize, i: usize) -> f64 {
+    const ROOTS: [f64; 6] =
+        [0.618_033_988_75, 0.414_213_562_37, 0.732_050_807_57, 0.236_067_977_5, 0.645_751_311_06, 0.316_624_790_36];
+    (0.37 + (i + 1) as f64 * ROOTS[which % 6] + 0.071 * (which / 6) as f64).fract()
+}
+
+#[test]
+fn speeds_are_unstable_just_where_an_order_says_so() {
+    let signed = |which: usize, i: usize, size: f64| size * (2.0 * number(which, i) - 1.0);
+    let mut unstable = 0;
+    for i in 0..24 {
+        let scene = if i % 3 == 0 {
+            let a = [0.6, signed(0, i, 0.1), signed(1, i, 0.15), signed(2, i, 0.03)];
+            shaft(&a, 0.4 * 30_f64.powf(number(3, i)))
+        } else {
+            // Modulations up to 0.6 of mass, damping and stiffness.
+            let vary = |which: usize| {
+                series(&[signed(which, i, 0.3), signed(which + 1, i, 0.2)], &[0.0, signed(which + 2, i, 0.1)])
+            };
+            let (m, b, c) = (vary(0), vary(3), vary(6));
+            let terms = move |_: usize, phi: f64| Terms {
+                m: m.at(phi).0[0],
+                b: 0.1 * b.at(phi).0[0],
+                c: c.at(phi).0[0],
+                ..Terms::default()
+            };
+            oscillator(Box::new(terms), 1.0, false)
+        };
+        let system = System::new(&scene).unwrap();
+        let all = tongues(&system, 8);
+        let slowest = 1.0 / all[7].0.lambda.low.sqrt();
+        let highest = all.iter().filter_map(|(_, apex)| Some(apex.as_ref()?.theta)).fold(0.05, f64::max);
+        for k in 0..40 {
+            let (x, y) = (number(4, 41 * i + k), number(5, 41 * i + k));
+            let (tongue, apex) = &all[k % 8];
+            let (eta, theta) = match (tongue.interval(&system, None, 0.0), apex) {
+                // About a tongue, or anywhere.
+                (Some([low, high]), Some(apex)) if k % 16 < 8 => {
+                    (low + (high - low) * (1.6 * x - 0.3), 1.2 * apex.theta * y)
+                }
+                _ => (slowest * (4.0 / slowest).powf(x), 1.2 * highest * y * y),
+            };
+            let radius = super::spectral_radius(&system.monodromy(1.0 / (eta * eta), 2.0 * theta / eta));
+            let inside = all.iter().any(|(tongue, apex)| {
+                tongue.interval(&system, apex.as_ref(), theta).is_some_and(|[low, high]| low < eta && eta < high)
+            });
+            assert!((radius - 1.0).abs() < 1e-9 || (radius > 1.0) == inside, "{i}: η = {eta}, θ = {theta}: {radius}");
+            unstable += usize::from(inside);
+        }
+    }
+    assert!((100..500).contains(&unstable), "{unstable} of 960 points are unstable");
 }
 
 #[test]

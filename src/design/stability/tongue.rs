@@ -11,6 +11,7 @@
 use super::hill::Pair;
 use super::search;
 use super::system::{Matrix, System};
+use serde::Serialize;
 
 /// An instability without damping.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,6 +24,20 @@ pub struct Tongue {
     pub lambda: Pair,
     /// The largest |det E| that is left at the boundaries, relative to the entries of M.
     pub residual: f64,
+}
+
+/// Which speeds an instability has without damping.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Extent {
+    /// Those between two boundaries.
+    Bounded,
+    /// None: its boundaries coincide, two motions of this period coexist there.
+    Closed,
+    /// All from a boundary to infinite speed.
+    Open,
+    /// None: at infinite speed the free motion still vibrates faster.
+    Absent,
 }
 
 /// The damping at which an instability vanishes.
@@ -58,20 +73,34 @@ impl Tongue {
             lambda = Pair { low: middle, high: middle };
         }
         let residual = |lambda: f64| {
+            if lambda <= 0.0 {
+                // No speed belongs to it.
+                return 0.0;
+            }
             let m = system.monodromy(lambda, 0.0);
             determinant(&less(&m, s)).abs() / size(&m).max(1.0)
         };
         Tongue { n, j, lambda, residual: residual(lambda.low).max(residual(lambda.high)) }
     }
 
-    /// Whether the boundaries coincide: two motions of this period coexist, and no speed is unstable.
-    pub fn is_closed(&self) -> bool {
-        self.lambda.low == self.lambda.high
+    /// Which speeds it has without damping.
+    pub fn extent(&self) -> Extent {
+        match self.lambda {
+            Pair { high, .. } if high <= 0.0 => Extent::Absent,
+            Pair { low, high } if low == high => Extent::Closed,
+            Pair { low, .. } if low <= 0.0 => Extent::Open,
+            _ => Extent::Bounded,
+        }
+    }
+
+    /// Whether no speed is unstable.
+    pub fn is_empty(&self) -> bool {
+        matches!(self.extent(), Extent::Closed | Extent::Absent)
     }
 
     /// Whether it reaches to infinite speed.
     pub fn is_open(&self) -> bool {
-        self.lambda.low <= 0.0
+        self.extent() == Extent::Open
     }
 
     /// det E at the speed ratio 1/`inverse` with the damping ratio θ.
@@ -83,7 +112,7 @@ impl Tongue {
     /// problem at this speed. 0 outside of the undamped boundaries.
     pub fn critical_at(&self, system: &System, inverse: f64) -> f64 {
         let lambda = inverse * inverse;
-        if self.is_closed() || !(self.lambda.low < lambda && lambda < self.lambda.high) {
+        if self.is_empty() || !(self.lambda.low < lambda && lambda < self.lambda.high) {
             return 0.0;
         }
         let m = system.monodromy(lambda, 0.0);
@@ -114,8 +143,8 @@ impl Tongue {
     /// The damping ratio θ* at which the instability vanishes at every speed; None where no damping ratio suffices,
     /// since it reaches to infinite speed.
     pub fn apex(&self, system: &System) -> Option<Apex> {
-        if self.is_closed() {
-            return Some(Apex { theta: 0.0, eta: 1.0 / self.lambda.high.sqrt(), residual: 0.0 });
+        if self.is_empty() {
+            return Some(Apex { theta: 0.0, eta: 1.0 / self.lambda.high.max(0.0).sqrt(), residual: 0.0 });
         }
         if self.is_open() {
             return None;
@@ -130,7 +159,7 @@ impl Tongue {
     /// The speed ratios between which the drive with the damping ratio `theta` is unstable, the upper one infinite
     /// where there is none; None where it is stable at all of them. `apex` is that of this tongue.
     pub fn interval(&self, system: &System, apex: Option<&Apex>, theta: f64) -> Option<[f64; 2]> {
-        if self.is_closed() {
+        if self.is_empty() {
             return None;
         }
         let [fast, slow] = [self.lambda.low.max(0.0).sqrt(), self.lambda.high.sqrt()];
