@@ -129,13 +129,32 @@ fn assert_well_formed(page: &str, place: &str) {
 
 /// The names that users and importers rely on, per golden file: inputs | outputs | parameters. There may be more outputs and
 /// parameters, but no further inputs.
-const NAMES: [(&str, &str, &str, &str); 9] = [
+const NAMES: [(&str, &str, &str, &str); 13] = [
     ("ElasticCamDrive.output.constant", "", "x y der(y) der(y,2) q der(q) force tau phi w", "m c b"),
     ("ElasticCamDrive.output.input", "phi w a", "x y der(y) der(y,2) q der(q) force tau", "m c b"),
     ("ElasticCamDrive.shaft.constant", "", "q der(q) psi y der(y) tau phi w", "m J c b shaft.linear"),
     ("ElasticCamDrive.shaft.input", "phi w a", "q der(q) psi y der(y) tau", "m J c b shaft.linear"),
     ("BacklashDrive.constant", "", BACKLASH, "m1 m2 c b s e"),
     ("BacklashDrive.input", "phi w a", BACKLASH, "m1 m2 c b s e"),
+    (
+        "ParametricDrive.crank.constant",
+        "",
+        "phi w psi der(psi) der(psi,2) q der(q) tau growth",
+        "J c_T1 c_T2 c_AB R b_T second.angle f.a[0]",
+    ),
+    (
+        "ParametricDrive.crank.input",
+        "phi w a",
+        "psi der(psi) der(psi,2) q der(q) tau stiffness",
+        "J c_T1 c_T2 c_AB R b_T",
+    ),
+    (
+        "ParametricDrive.series.constant",
+        "",
+        "phi w q der(q) der(q,2) tau stiffness growth",
+        "m.a[0] m.b[2] b.a[1] c.a[3] f.b[1]",
+    ),
+    ("ParametricDrive.series.input", "phi w a", "q der(q) der(q,2) force stiffness", "m.a[0] b.a[0] c.a[2]"),
     ("RigidMachine.kloss", "tau", "phi w a M_an J E U[1] der(U[1]) der(U[1],2)", "motor.M_k motor.s_k motor.w_s J0"),
     ("RigidMachine.input", "tau M_an", "phi w a J E U[1] der(U[1]) der(U[1],2)", "J0 phi_start w_start"),
     ("RigidMachine.none", "tau", "phi w a J E U[1] der(U[1]) der(U[1],2)", "J0 follower[1].m follower[1].cam.a[0]"),

@@ -1,4 +1,5 @@
-//! The driven cam that all cam drives share: the motion law U(φ) and the motion φ(t) of its shaft.
+//! The driven cam that all cam drives share: the motion law U(φ), or what else depends on the angle, and the motion φ(t)
+//! of its shaft.
 
 use super::{List, Seed, unit, variable};
 use crate::motion::parameters::ParameterKind;
@@ -153,9 +154,9 @@ impl AngleMotion {
 
 /// Law and motion of the cam of a cam drive.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct CamDrive {
+pub struct CamDrive<Law = MotionLaw> {
     /// U(φ); shared by all instances of which none has changed it.
-    pub law: Arc<MotionLaw>,
+    pub law: Arc<Law>,
     /// Prescribed speed or inputs.
     pub mode: DriveMode,
     /// The time at which φ = `phi_start` [s].
@@ -168,9 +169,9 @@ pub struct CamDrive {
     from: [u8; MAX_INPUT_DERIVATIVE],
 }
 
-impl CamDrive {
+impl<Law> CamDrive<Law> {
     /// A cam in its initial position.
-    pub fn new(law: MotionLaw, mode: DriveMode) -> Self {
+    pub fn new(law: Law, mode: DriveMode) -> Self {
         CamDrive {
             law: Arc::new(law),
             mode,
@@ -201,12 +202,6 @@ impl CamDrive {
                 motion
             }
         }
-    }
-
-    /// The shaft and the transfer functions of the cam at `time` [s] on `motion`.
-    pub fn at(&self, motion: &AngleMotion, time: f64) -> (ShaftState, TransferFunctions) {
-        let shaft = motion.at(time);
-        (shaft, self.law.at(shaft.reduced))
     }
 
     /// Whether the shaft moves as the inputs say.
@@ -260,12 +255,23 @@ impl CamDrive {
     }
 }
 
+impl CamDrive {
+    /// The shaft and the transfer functions of the cam at `time` [s] on `motion`.
+    pub fn at(&self, motion: &AngleMotion, time: f64) -> (ShaftState, TransferFunctions) {
+        let shaft = motion.at(time);
+        (shaft, self.law.at(shaft.reduced))
+    }
+}
+
 /// A drive with a driven cam.
 pub trait HasCamDrive: Sized {
+    /// What depends on the angle of the cam.
+    type Law;
+
     /// The cam.
-    fn cam(&self) -> &CamDrive;
+    fn cam(&self) -> &CamDrive<Self::Law>;
     /// The cam, to change it.
-    fn cam_mut(&mut self) -> &mut CamDrive;
+    fn cam_mut(&mut self) -> &mut CamDrive<Self::Law>;
 
     /// Declares the drive parameters (constant speed) or the inputs `phi`, `w`, `a`; in the list of a cam drive
     /// they come first, so that the value references of the inputs are 0, 1, 2.
@@ -284,23 +290,14 @@ pub trait HasCamDrive: Sized {
                 );
             }
             DriveMode::Input => {
-                list.input("phi", "Drive angle", variable::real(&unit::ANGLE), input, set_input).at(0);
-                list.input(
-                    "w",
-                    "Angular velocity of the drive, der(phi)",
-                    variable::real(&unit::ANGULAR_VELOCITY),
-                    input,
-                    set_input,
-                )
-                .at(1);
-                list.input(
-                    "a",
-                    "Angular acceleration of the drive, der(phi,2)",
-                    variable::real(&unit::ANGULAR_ACCELERATION),
-                    input,
-                    set_input,
-                )
-                .at(2);
+                let inputs = [
+                    ("phi", "Drive angle", &unit::ANGLE),
+                    ("w", "Angular velocity of the drive, der(phi)", &unit::ANGULAR_VELOCITY),
+                    ("a", "Angular acceleration of the drive, der(phi,2)", &unit::ANGULAR_ACCELERATION),
+                ];
+                for (i, (name, text, quantity)) in inputs.into_iter().enumerate() {
+                    list.input(name, text, variable::real(quantity), input, set_input).at(i);
+                }
             }
         }
     }
@@ -336,7 +333,10 @@ pub trait HasCamDrive: Sized {
     }
 
     /// Declares the parameters of the motion law; last in the list, since their number depends on the scene.
-    fn declare_law(&self, list: &mut List<Self>) {
+    fn declare_law(&self, list: &mut List<Self>)
+    where
+        Self: HasCamDrive<Law = MotionLaw>,
+    {
         for (k, parameter) in self.cam().law.parameters().into_iter().enumerate() {
             list.parameter(
                 &format!("cam.{}", parameter.name),
@@ -449,6 +449,7 @@ mod tests {
     struct Bare(CamDrive, Start);
 
     impl HasCamDrive for Bare {
+        type Law = MotionLaw;
         fn cam(&self) -> &CamDrive {
             &self.0
         }

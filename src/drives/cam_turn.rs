@@ -5,9 +5,6 @@ use crate::numerics::angle;
 use crate::numerics::double_double::Double;
 use std::f64::consts::TAU;
 
-/// 2π in double-double.
-pub const TURN: Double = Double { hi: TAU, lo: 2.449_293_598_294_706_4e-16 };
-
 /// A breakpoint this near the start of the turn counts as lying there [rad]: more than the rounding of an angle.
 const SLACK: f64 = 1e-12;
 
@@ -30,7 +27,7 @@ impl<'a> CamTurn<'a> {
 
     /// How long the turn takes [s].
     pub fn period(&self) -> Double {
-        TURN.divide(Double::from(self.w.abs()))
+        angle::WHOLE_TURN.divide(Double::from(self.w.abs()))
     }
 
     /// The segment of the law in the interval of this number.

@@ -15,6 +15,7 @@ pub mod event;
 pub mod model;
 pub mod number;
 pub mod oscillator;
+mod pace;
 pub mod parametric;
 pub mod resource;
 pub mod response;
@@ -54,6 +55,7 @@ models![
     elastic_shaft::ElasticShaft,
     backlash::BacklashDrive,
     rigid_machine::RigidMachine,
+    parametric::ParametricDrive,
 ];
 
 /// Why a drive cannot go on: one sentence that names the quantity, its value and what would be admissible.

@@ -56,6 +56,19 @@ impl Fourier {
         self.a.len() - 1
     }
 
+    /// The coefficients as one list, a₀ … a_K, b₁ … b_K: the one with this index, to change it; None beyond the list.
+    pub fn coefficient_mut(&mut self, index: usize) -> Option<&mut f64> {
+        let n = self.a.len();
+        if index < n { self.a.get_mut(index) } else { self.b.get_mut(index + 1 - n) }
+    }
+
+    /// The same to read it.
+    pub fn coefficient(&self, index: usize) -> Option<f64> {
+        let n = self.a.len();
+        let coefficient = if index < n { self.a.get(index) } else { self.b.get(index + 1 - n) };
+        coefficient.copied()
+    }
+
     /// `factor` · U.
     pub fn scaled(&self, factor: f64) -> Self {
         let scaled = |list: &[f64]| list.iter().map(|c| factor * c).collect();

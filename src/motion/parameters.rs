@@ -73,11 +73,7 @@ impl MotionLaw {
     /// The value of parameter `index` of [`MotionLaw::parameters`]; 0 beyond the list.
     pub fn parameter(&self, index: usize) -> f64 {
         match self {
-            MotionLaw::Fourier(series) => {
-                let n = series.a.len();
-                let coefficient = if index < n { series.a.get(index) } else { series.b.get(index + 1 - n) };
-                coefficient.copied().unwrap_or(0.0)
-            }
+            MotionLaw::Fourier(series) => series.coefficient(index).unwrap_or(0.0),
             MotionLaw::Cycle(cycle) => {
                 let plan = cycle.plan();
                 match index {
@@ -100,10 +96,8 @@ impl MotionLaw {
     pub fn set_parameter(&mut self, index: usize, value: f64) {
         match self {
             MotionLaw::Fourier(series) => {
-                let n = series.a.len();
-                let place = if index < n { series.a.get_mut(index) } else { series.b.get_mut(index + 1 - n) };
-                if let Some(place) = place {
-                    *place = value;
+                if let Some(coefficient) = series.coefficient_mut(index) {
+                    *coefficient = value;
                 }
             }
             MotionLaw::Cycle(cycle) => {

@@ -5,6 +5,9 @@ use super::double_double::{Double, two_product, two_sum};
 /// 2π as the unevaluated sum of three `f64`, 160 bits.
 const TURN: [f64; 3] = [6.283185307179586, 2.4492935982947064e-16, -5.989539619436679e-33];
 
+/// 2π in double-double.
+pub const WHOLE_TURN: Double = Double { hi: TURN[0], lo: TURN[1] };
+
 /// 2π as the sum of two numbers of 33 bits, whose products with up to 2²⁰ turns are exact, and the rest.
 const TURN_IN_PARTS: [f64; 3] = [6.2831853069365025, 2.4308402025215864e-10, 8.089064995183803e-21];
 

@@ -6,6 +6,7 @@
 pub mod diagnostics;
 mod models;
 mod motion_law;
+mod parametric;
 mod section;
 pub mod synthesis;
 mod table;

@@ -1,8 +1,8 @@
 //! The drive that a scene describes: its sections → the `Scene` of one of the drive models.
 
-use super::motion_law;
 use super::section::{Faults, NOT_NEGATIVE, POSITIVE, Section, within};
 use super::{Resolved, diagnostics::Diagnostic, units};
+use super::{motion_law, parametric};
 use crate::drives::cam_drive::{DriveMode, Start, StartMode};
 use crate::drives::rigid_machine::{self, Follower, InertiaFunction, MachineStart, Motor};
 use crate::drives::solver::{LONGEST_STEP_SIZE, Method, Settings};
@@ -21,16 +21,18 @@ enum Model {
     ElasticCamDrive,
     BacklashDrive,
     RigidMachine,
+    ParametricDrive,
 }
 
 const MODELS: &[(&[&str], Model)] = &[
     (&["ElasticCamDrive"], Model::ElasticCamDrive),
     (&["BacklashDrive"], Model::BacklashDrive),
     (&["RigidMachine"], Model::RigidMachine),
+    (&["ParametricDrive"], Model::ParametricDrive),
 ];
 
 /// What people write for the keys.
-const SYNONYMS: &[(&str, &str)] = &[
+pub const SYNONYMS: &[(&str, &str)] = &[
     ("clearance", "s"),
     ("restitution", "e"),
     ("stiffness", "c"),
@@ -56,6 +58,7 @@ pub fn drive(root: &Section<'_>, folder: &Path) -> Option<(&'static str, Value, 
         Model::ElasticCamDrive => elastic_cam_drive(root, folder),
         Model::BacklashDrive => backlash_drive(root, folder),
         Model::RigidMachine => rigid_machine(root, folder),
+        Model::ParametricDrive => parametric::read(root),
     });
     // Which sections belong here is not known before the model is.
     if drive.is_some() {
@@ -91,7 +94,8 @@ enum Mode {
     Input,
 }
 
-fn drive_mode(section: &Section<'_>) -> Option<DriveMode> {
+/// Reads `[drive]`.
+pub fn drive_mode(section: &Section<'_>) -> Option<DriveMode> {
     let modes: &[(&[&str], Mode)] =
         &[(&["constant", "constant_speed"], Mode::Constant), (&["input", "inputs"], Mode::Input)];
     let mode = section.choice_or("mode", modes, Mode::Constant);
@@ -121,7 +125,7 @@ pub fn forbid(section: &Section<'_>, keys: &[&'static str], because: &str, neede
 }
 
 /// Refuses two keys for one thing; false where both are there.
-fn either(section: &Section<'_>, first: &'static str, second: &'static str) -> bool {
+pub fn either(section: &Section<'_>, first: &'static str, second: &'static str) -> bool {
     let both = section.has(first) && section.has(second);
     if both {
         let message = format!("`{}`: `{first}` says the same already", section.path_of(second));
@@ -138,7 +142,8 @@ const START_MODES: &[(&[&str], StartMode)] = &[
     (&["steady_state", "periodic"], StartMode::SteadyState),
 ];
 
-fn start(root: &Section<'_>, angular: bool) -> Option<Start> {
+/// Reads `[start]`.
+pub fn start(root: &Section<'_>, angular: bool) -> Option<Start> {
     let rest = Start { mode: StartMode::AtRest, q: 0.0, q_dot: 0.0 };
     let Some(section) = root.section("start")? else { return Some(rest) };
     let (q, q_dot) = if angular { (&unit::ANGLE, &unit::ANGULAR_VELOCITY) } else { (&unit::LENGTH, &unit::VELOCITY) };
@@ -159,7 +164,7 @@ fn start(root: &Section<'_>, angular: bool) -> Option<Start> {
 }
 
 /// Reads `[solver]`.
-fn solver(root: &Section<'_>) -> Option<Settings> {
+pub fn solver(root: &Section<'_>) -> Option<Settings> {
     let Some(section) = root.section("solver")? else { return Some(Settings::default()) };
     let tolerance = section.real_or("tolerance", &unit::NUMBER, within(0.0, 1.0), 0.0);
     let methods: &[(&[&str], Method)] = &[(&["adaptive"], Method::Adaptive), (&["fixed_cost"], Method::FixedCost)];
@@ -240,7 +245,7 @@ fn elastic_cam_drive(root: &Section<'_>, folder: &Path) -> Option<(&'static str,
 }
 
 /// The model's name and its scene as JSON; numbers are written such that they are read back to the same bits.
-fn resolved<D: Drive>(scene: &D::Scene, names: Names) -> Option<(&'static str, Value, Names)> {
+pub fn resolved<D: Drive>(scene: &D::Scene, names: Names) -> Option<(&'static str, Value, Names)> {
     Some((D::MODEL, serde_json::to_value(scene).ok()?, names))
 }
 

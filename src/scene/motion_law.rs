@@ -40,7 +40,7 @@ pub const STANDARD_LAWS: &[(&[&str], StandardLaw)] = &[
 const CLOSING: f64 = 1e-4;
 
 /// What people write for the keys.
-const SYNONYMS: &[(&str, &str)] = &[
+pub const SYNONYMS: &[(&str, &str)] = &[
     ("cos", "a"),
     ("sin", "b"),
     ("type", "law"),
@@ -66,7 +66,7 @@ pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -
 }
 
 /// U = a₀ + Σ aₖ cos kφ + bₖ sin kφ.
-fn fourier(section: &Section<'_>, quantity: &'static Quantity) -> Option<Fourier> {
+pub fn fourier(section: &Section<'_>, quantity: &'static Quantity) -> Option<Fourier> {
     let scale = section.optional("scale", quantity, ANY);
     let scaled = section.has("scale");
     let coefficients = if scaled { &unit::NUMBER } else { quantity };
@@ -79,8 +79,8 @@ fn fourier(section: &Section<'_>, quantity: &'static Quantity) -> Option<Fourier
         return None;
     }
     if scale == Some(Some(0.0)) {
-        let fault = section.fault_of("scale", format!("`{}`: the cam would not move", section.path_of("scale")));
-        section.faults.report(fault.admissible("a length other than 0"));
+        let fault = section.fault_of("scale", format!("`{}`: nothing would be left", section.path_of("scale")));
+        section.faults.report(fault.admissible("a value other than 0"));
     }
     let (a, b, scale) = (a?, b?, scale?.unwrap_or(1.0));
     for (key, count, most) in [("a", a.len(), HIGHEST_HARMONIC + 1), ("b", b.len(), HIGHEST_HARMONIC)] {

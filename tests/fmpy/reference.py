@@ -194,6 +194,89 @@ def elastic_shaft(m, inertia, c, b, series, motion, linear):
     return rhs
 
 
+class Springs:
+    """The stiffness of a parallel-crank drive: springs in series, and the dead centres as limits."""
+
+    def __init__(self, p, second=None):
+        self.p, self.second = p, second
+
+    def at(self, phi):
+        p = self.p
+        shafts = 1 / (1 / p["c_T1"] + 1 / p["c_T2"])
+        rod = lambda x: p["c_AB"] * (p["R"] * math.sin(x)) ** 2
+        series = lambda k: shafts * k / (shafts + k)
+        ahead = phi + p.get("second.angle", 0.0)
+        if self.second == "own":
+            return series(rod(phi)) + series(rod(ahead))
+        return series(rod(phi) + (rod(ahead) if self.second == "shared" else 0.0))
+
+
+class Parametric:
+    """m, b, c and f of a parametric drive over the angle, from the parameters of an FMU."""
+
+    def __init__(self, package, changes=(), second=None):
+        p = self.p = package.parameters() | dict(changes)
+        self.relative = "J" in p
+        load = self.series(p, "f")
+        if self.relative:
+            springs = Springs(p, second)
+            constants = lambda phi: (p["J"], p["b_T"], springs.at(phi))
+        else:
+            series = [self.series(p, letter) for letter in "mbc"]
+            constants = lambda phi: tuple(s.derivative(phi, 0) for s in series)
+        self.at = lambda phi: (*constants(phi), load.derivative(phi, 0))
+
+    @staticmethod
+    def series(p, letter):
+        pick = lambda part, first: [p[f"{letter}.{part}[{k}]"] for k in range(first, 1000) if f"{letter}.{part}[{k}]" in p]
+        return Series(pick("a", 0) or [0.0], [0.0, *pick("b", 1)])
+
+    def rhs(self, motion, forced=True):
+        """For (q, der q)."""
+
+        def rhs(t, s):
+            phi, _, a = motion(t)
+            m, b, c, f = self.at(phi)
+            force = f - (m * a if self.relative else 0.0) if forced else 0.0
+            return [s[1], (force - b * s[1] - c * s[0]) / m]
+
+        return rhs
+
+    def monodromy(self, w):
+        """The matrix of a turn from phi = 0."""
+        rhs = self.rhs(lambda t: (w * t, w, 0.0), forced=False)
+        m, _, c, _ = self.at(1.0)
+        rate = math.sqrt(abs(c) / m)
+        free = lambda q, v: integrate(lambda t, s: [rate * s[1], rhs(t, [s[0], rate * s[1]])[1] / rate], [q, v], [0, 2 * math.pi / abs(w)])[-1]
+        return np.array([free(1.0, 0.0), free(0.0, 1.0)]).T
+
+
+def mathieu(b, epsilon, w, start, times, digits=30):
+    """(q, der q) of q'' + b q' + (1 - epsilon cos w t) q = 0 by Taylor series of order 30 in `digits` decimal digits."""
+    order = 30
+    with mp.workdps(digits):
+        b, epsilon, w = (mp.mpf(v) for v in (b, epsilon, w))
+        q, v, t, result = mp.mpf(start[0]), mp.mpf(start[1]), mp.mpf(0), []
+        longest = 2 / (1 + abs(w))
+        for target in times:
+            span = mp.mpf(float(target)) - t
+            count = int(mp.ceil(span / longest))
+            h = span / count
+            for _ in range(count):
+                # The coefficients of epsilon cos w(t + x), each derivative a quarter of a turn on, and with them those of q.
+                wave = [epsilon * mp.cos(w * t), -epsilon * mp.sin(w * t)]
+                wave = [wave[k % 2] * (-1) ** (k // 2) * w**k / mp.factorial(k) for k in range(order)]
+                c = [q, v]
+                for k in range(order):
+                    product = c[k] - mp.fsum(wave[i] * c[k - i] for i in range(k + 1))
+                    c.append(-(b * (k + 1) * c[k + 1] + product) / ((k + 1) * (k + 2)))
+                q, v = mp.fsum(x * h**k for k, x in enumerate(c)), mp.fsum(k * x * h ** (k - 1) for k, x in enumerate(c) if k)
+                t += h
+            t = mp.mpf(float(target))
+            result.append((float(q), float(v)))
+        return np.array(result)
+
+
 def kloss(w, breakdown_torque, breakdown_slip, synchronous):
     """Kloss torque, the rational form."""
     s = (synchronous - w) / synchronous

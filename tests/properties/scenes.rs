@@ -220,11 +220,12 @@ pub fn backwards(law: &MotionLaw) -> MotionLaw {
 }
 
 /// 10^x for x in the range.
-fn decades(low: f64, high: f64) -> impl Strategy<Value = f64> {
+pub fn decades(low: f64, high: f64) -> impl Strategy<Value = f64> {
     (low..high).prop_map(|x| 10_f64.powf(x))
 }
 
-fn sign() -> impl Strategy<Value = f64> {
+/// 1 or −1.
+pub fn sign() -> impl Strategy<Value = f64> {
     prop_oneof![Just(1.0), Just(-1.0)]
 }
 

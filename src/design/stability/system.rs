@@ -11,14 +11,13 @@
 use super::hill;
 use crate::drives::Fault;
 use crate::drives::oscillator::{PeriodicOscillator, Terms};
+use crate::numerics::angle::WHOLE_TURN;
+use crate::numerics::divisor::greatest_common_divisor;
 use crate::numerics::double_double::Double;
 use crate::numerics::period_map::{Coefficients, PeriodMap, Periodic};
 use crate::numerics::quadrature::Gauss;
 use std::f64::consts::TAU;
 use std::sync::Arc;
-
-/// 2π in double-double.
-const TURN: Double = Double { hi: TAU, lo: 2.449_293_598_294_706_4e-16 };
 
 /// A breakpoint this near the ends of the period counts as lying there [rad]: more than the rounding of an angle.
 const SLACK: f64 = 1e-12;
@@ -267,10 +266,6 @@ impl<'a> System<'a> {
     }
 }
 
-fn greatest_common_divisor(a: usize, b: usize) -> usize {
-    if b == 0 { a } else { greatest_common_divisor(b, a % b) }
-}
-
 /// The segment that holds `phi` in [0, 2π].
 fn segment_at(oscillator: &PeriodicOscillator, phi: f64) -> usize {
     let breakpoints = &oscillator.breakpoints;
@@ -340,7 +335,7 @@ impl<'a> Turn<'a> {
 
 impl Periodic for Turn<'_> {
     fn period(&self) -> Double {
-        TURN.divide(Double::from(self.parts as f64))
+        WHOLE_TURN.divide(Double::from(self.parts as f64))
     }
 
     fn joints(&self) -> Vec<Double> {
@@ -361,7 +356,7 @@ impl Periodic for Turn<'_> {
         }
     }
 
-    fn longest_cell(&self, interval: usize) -> f64 {
+    fn longest_cell(&self, _: Double, interval: usize) -> f64 {
         (self.system.oscillator.reach)(self.intervals[interval].1)
     }
 }

@@ -438,6 +438,8 @@ impl Drive for BacklashDrive {
 }
 
 impl HasCamDrive for BacklashDrive {
+    type Law = MotionLaw;
+
     fn cam(&self) -> &CamDrive {
         &self.cam
     }

@@ -419,6 +419,8 @@ impl ElasticOutput {
 }
 
 impl HasCamDrive for ElasticOutput {
+    type Law = MotionLaw;
+
     fn cam(&self) -> &CamDrive {
         &self.cam
     }

@@ -26,12 +26,13 @@ mod portrait;
 mod solver;
 mod steady;
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;
 mod turn;
 mod variables;
 
 use super::cam_drive::{AngleMotion, CamDrive, DriveMode, HasCamDrive, Start, StartMode};
 use super::number::all_finite;
+use super::pace::{Pace, RESERVE_OF_TABLE};
 use super::solver::{HasSolver, Method, Settings, Solver};
 use super::{Board, Curve, Drive, EventLog, Experiment, Fault, List, Portrait};
 use crate::motion::MotionLaw;
@@ -41,7 +42,7 @@ use crate::numerics::period_map::{Course, PeriodMap};
 use energy::Energy;
 use equation::Equation;
 use serde::{Deserialize, Serialize};
-use solver::{Pace, Twist};
+use solver::Twist;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 use turn::Table;
@@ -106,17 +107,6 @@ pub struct ElasticShaft {
     before: [f64; 4],
     log: EventLog,
 }
-
-/// By how much the error estimate exceeds what the coefficients of the polynomials tell; over random drives the true
-/// error is then below it in 99 of 100. In the cells of the table, and within equal steps, what counts is the worst
-/// polynomial, which is overestimated; where the tolerance decides, that between the ends of steps and the errors that come
-/// together at the ends count apart; where steps end at the communication points, the latter alone.
-const RESERVE_OF_TABLE: f64 = 2.0;
-const RESERVE_BETWEEN_ENDS: f64 = 16.0;
-const RESERVE_AT_ENDS: f64 = 6.0;
-const RESERVE_OF_EQUAL_STEPS: f64 = 1.0;
-const RESERVE_ON_INPUTS: f64 = 5.0;
-const RESERVE_OF_EQUAL_STEPS_ON_INPUTS: f64 = 3.5;
 
 impl ElasticShaft {
     fn equation(&self) -> Equation {
@@ -213,15 +203,7 @@ impl ElasticShaft {
         self.remember();
         self.cam.step_done();
         let statistics = self.integrator.statistics;
-        let error = match (pace, self.cam.is_input()) {
-            (Pace::Tolerance(_), false) => {
-                RESERVE_BETWEEN_ENDS * statistics.error_estimate + RESERVE_AT_ENDS * statistics.error_at_ends
-            }
-            (Pace::Grid { .. }, false) => RESERVE_OF_EQUAL_STEPS * statistics.state_error,
-            // On inputs every communication point is the end of a step.
-            (Pace::Tolerance(_), true) => RESERVE_ON_INPUTS * statistics.error_at_ends,
-            (Pace::Grid { .. }, true) => RESERVE_OF_EQUAL_STEPS_ON_INPUTS * statistics.error_at_ends,
-        };
+        let error = pace.error_estimate(&statistics, self.cam.is_input());
         self.solver.steps = statistics.steps as f64;
         self.solver.evaluations = statistics.evaluations as f64;
         self.solver.error_estimate = self.solver.error_estimate.max(error);
@@ -232,18 +214,15 @@ impl ElasticShaft {
     /// simulation; on inputs, whose motion has its corners at the communication points, it divides the communication
     /// step equally.
     fn pace(&self, target: f64) -> Pace {
+        if self.cam.is_input() {
+            return Pace::within(&self.solver, self.time, target, || self.usual_step(target));
+        }
         let Settings { method, step_size, .. } = self.solver.settings;
         if method == Method::Adaptive {
             return Pace::Tolerance(self.solver.effective_tolerance());
         }
-        if self.cam.is_input() {
-            let step = if step_size > 0.0 { step_size } else { self.usual_step(target) };
-            let length = target - self.time;
-            Pace::Grid { origin: self.time, step: length / (length / step).ceil() }
-        } else {
-            let step = if step_size > 0.0 { step_size } else { self.usual_step };
-            Pace::Grid { origin: self.motion.origin, step }
-        }
+        let step = if step_size > 0.0 { step_size } else { self.usual_step };
+        Pace::Grid { origin: self.motion.origin, step }
     }
 
     /// The internal step of fixed cost on the way to `target` where none is asked for [s]: half a radian of the fastest
@@ -434,6 +413,8 @@ impl Drive for ElasticShaft {
 }
 
 impl HasCamDrive for ElasticShaft {
+    type Law = MotionLaw;
+
     fn cam(&self) -> &CamDrive {
         &self.cam
     }

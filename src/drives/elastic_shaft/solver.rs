@@ -4,22 +4,16 @@ use super::energy::Energy;
 use super::equation::{Cam, Equation, Flow};
 use super::passage::Place;
 use crate::drives::cam_drive::AngleMotion;
+use crate::drives::pace::{FAR, Pace, Stop, Words};
 use crate::drives::{Fault, Number};
 use crate::motion::MotionLaw;
 use crate::numerics::angle;
 use crate::numerics::collocation::{Collocation, Failure, System};
-use crate::numerics::double_double::{Double, two_product};
-
-/// A time that no step reaches.
-const FAR: Double = Double { hi: 1e300, lo: 0.0 };
+use crate::numerics::double_double::Double;
 
 /// The angle over which a step of degree 8 may reach, times the resolution K of the law [rad]: two radians of
 /// the highest harmonic cannot hide between eight nodes.
 pub const REACH: f64 = 2.0;
-
-/// Internal steps within one communication step, beyond which the drive is given up: some seconds of work, and
-/// several times what ten turns with a thousand vibrations each take.
-const MOST_STEPS: u64 = 500_000;
 
 /// Breakpoints of the law that an internal step of fixed cost may pass. The default step passes one on the average; the
 /// densest laws put five of them into the angle of two.
@@ -36,26 +30,9 @@ pub const STEPS_OF_PASSAGE: u64 = 2 + CORRECTIONS;
 /// linearisation by some q, and four iterations leave q¹⁶ of that.
 const ITERATIONS: [usize; 2] = [4, 1];
 
-/// A step of fixed cost that misses the motion by more than this part of it is refused: the estimate is one no more,
-/// and what follows would be no value of this drive.
-pub const WORST: f64 = 1e-2;
-
-/// By how much a step of fixed cost may differ from its length, so that no sliver is left before a point of the grid.
-const SLIVER: f64 = 1e-3;
-
-/// What decides the lengths of the internal steps.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Pace {
-    /// The relative tolerance.
-    Tolerance(f64),
-    /// A grid of equal steps.
-    Grid {
-        /// Where it starts [s].
-        origin: f64,
-        /// The length of a step [s].
-        step: f64,
-    },
-}
+/// What messages call the quantities of this drive.
+const WORDS: Words =
+    Words { quantity: "the twist q", turning: "the cam", parameters: "J, m, c, b", frequency: "c and J" };
 
 /// The twist of the shaft as a system of first order, y = (q, q̇), while the cam is in one segment of its law.
 pub struct Twist<'a> {
@@ -104,24 +81,10 @@ impl Twist<'_> {
         limit: Double,
         pace: Pace,
     ) -> Result<(), Fault> {
-        let first = integrator.statistics.steps;
-        let most = match pace {
-            Pace::Tolerance(_) => MOST_STEPS,
-            Pace::Grid { step, .. } => {
-                let steps = ((target - integrator.end()).hi / step).ceil() + 1.0;
-                if steps > MOST_STEPS as f64 {
-                    return Err(too_many(integrator.end().hi, MOST_STEPS, pace));
-                }
-                STEPS_OF_PASSAGE * MOST_PASSAGES * steps as u64
-            }
-        };
-        while (target - integrator.end()).hi > 0.0 {
-            self.step(integrator, limit, pace).map_err(|failure| self.fault(failure, pace))?;
-            if integrator.statistics.steps - first > most {
-                return Err(too_many(integrator.end().hi, most, pace));
-            }
-        }
-        Ok(())
+        let travelled = pace.travel(integrator, target, STEPS_OF_PASSAGE * MOST_PASSAGES, |integrator| {
+            self.step(integrator, limit, pace)
+        });
+        travelled.map_err(|stop| self.fault(stop, pace))
     }
 
     /// Steps beyond `target`, so that the steps do not depend on where the target lies.
@@ -192,59 +155,21 @@ impl Twist<'_> {
 
     /// One step in which the cam stays in its segment, or on the continuation of it.
     fn step_smoothly(&self, integrator: &mut Collocation<2>, limit: Double, pace: Pace) -> Result<(), Failure> {
-        match pace {
-            Pace::Tolerance(tolerance) => integrator.step(self, limit, tolerance),
-            Pace::Grid { origin, step } => {
-                let start = integrator.end();
-                let origin = Double::from(origin);
-                let next = ((start - origin).hi / step + SLIVER).floor() + 1.0;
-                let point = origin + two_product(next, step);
-                let end = if (limit - point).hi > SLIVER * step { point } else { limit };
-                if (end - start).hi > (1.0 + SLIVER) * self.longest_step(start, &integrator.state()) {
-                    return Err(Failure::Stalled { time: start.hi });
-                }
-                let iterations = ITERATIONS[usize::from(self.equation.linear)];
-                integrator.step_of_fixed_cost(self, end, iterations, WORST)
-            }
-        }
+        pace.step(integrator, self, limit, ITERATIONS[usize::from(self.equation.linear)])
     }
 
-    fn fault(&self, failure: Failure, pace: Pace) -> Fault {
-        match failure {
-            Failure::Unbounded { time } => unbounded(time, self.equation.linear),
-            Failure::Stalled { time } if let Pace::Grid { step, .. } = pace => Fault(format!(
-                "the twist q cannot be computed beyond t = {} s with internal steps of {} s: they turn the cam \
-                 too far, or miss more than {WORST} of the motion; shorten solver.step_size, or set \
-                 solver.method = adaptive",
-                Number(time),
-                Number(step)
-            )),
-            Failure::Stalled { time } => Fault(format!(
-                "the twist q cannot be computed beyond t = {} s: no internal step keeps the tolerance; check J, m, c, b \
-                 and the speed, or relax solver.tolerance",
+    fn fault(&self, stop: Stop, pace: Pace) -> Fault {
+        match (stop, pace) {
+            (Stop::Failed(Failure::Unbounded { time }), _) => unbounded(time, self.equation.linear),
+            (Stop::TooManyAttempts { time }, Pace::Grid { step, .. }) => Fault(format!(
+                "the cam passes more than {MOST_PASSAGES} breakpoints of its law within an internal step of {} s, at \
+                 t = {} s; shorten solver.step_size, or set solver.method = adaptive",
+                Number(step),
                 Number(time)
             )),
+            _ => pace.fault(stop, &WORDS),
         }
     }
-}
-
-fn too_many(time: f64, most: u64, pace: Pace) -> Fault {
-    let time = Number(time);
-    Fault(match pace {
-        Pace::Grid { step, .. } if most != MOST_STEPS => format!(
-            "the cam passes more than {MOST_PASSAGES} breakpoints of its law within an internal step of {} s, at \
-             t = {time} s; shorten solver.step_size, or set solver.method = adaptive",
-            Number(step)
-        ),
-        Pace::Grid { .. } => format!(
-            "more than {MOST_STEPS} internal steps between communication points, at t = {time} s; shorten the \
-             communication step, or lengthen solver.step_size"
-        ),
-        Pace::Tolerance(_) => format!(
-            "more than {MOST_STEPS} internal steps between communication points, at t = {time} s; shorten the \
-             communication step, relax solver.tolerance, or check the speed, c and J"
-        ),
-    })
 }
 
 /// The twist has left the range of numbers that can be gone on with.

@@ -1,13 +1,12 @@
 //! The periodic solution at constant speed and its stability.
 
-use super::solver::{Pace, Twist};
+use super::solver::Twist;
 use crate::drives::Fault;
-use crate::drives::cam_turn::TURN;
+use crate::drives::pace::Pace;
+use crate::numerics::angle::WHOLE_TURN;
 use crate::numerics::collocation::Collocation;
 use crate::numerics::double_double::Double;
-use crate::numerics::period_map::PeriodMap;
-
-/// 2π in double-double.
+use crate::numerics::period_map::{PeriodMap, fixed_point, spectral_radius};
 
 /// Newton iterations for the nonlinear equation; it doubles the digits, so more mean that there is no solution near.
 const ITERATIONS: usize = 20;
@@ -26,29 +25,19 @@ pub struct TurnMap {
 impl TurnMap {
     /// The largest modulus of the eigenvalues of M, the Floquet multipliers.
     pub fn spectral_radius(&self) -> f64 {
-        let [[a, b], [c, d]] = self.monodromy;
-        let (half_trace, determinant) = (0.5 * (a + d), a * d - b * c);
-        // ((a − d)/2)² + b c is the discriminant without the cancellation of trace²/4 − determinant.
-        let discriminant = (0.5 * (a - d)).powi(2) + b * c;
-        if discriminant < 0.0 { determinant.max(0.0).sqrt() } else { half_trace.abs() + discriminant.sqrt() }
+        spectral_radius(&self.monodromy)
     }
 
     /// The fixed point of the map near `point`.
     fn fixed_point(&self, point: [f64; 2]) -> Option<[f64; 2]> {
-        let [[a, b], [c, d]] = self.monodromy;
-        let rest = [self.image[0] - point[0], self.image[1] - point[1]];
-        let determinant = (1.0 - a) * (1.0 - d) - b * c;
-        let correction =
-            [((1.0 - d) * rest[0] + b * rest[1]) / determinant, (c * rest[0] + (1.0 - a) * rest[1]) / determinant];
-        let next = [point[0] + correction[0], point[1] + correction[1]];
-        (next[0].is_finite() && next[1].is_finite()).then_some(next)
+        fixed_point(&self.monodromy, point, self.image)
     }
 }
 
 /// (q, q̇) one turn after `start`.
 fn one_turn(twist: &mut Twist, start: f64, y: [f64; 2], tolerance: f64) -> Result<[f64; 2], Fault> {
     let w = twist.motion.coefficients[1].abs();
-    let end = Double::from(start) + TURN.divide(Double::from(w));
+    let end = Double::from(start) + WHOLE_TURN.divide(Double::from(w));
     let mut integrator = Collocation::new(Double::from(start), y);
     twist.locate(Double::from(start), &y);
     twist.reach(&mut integrator, end, Pace::Tolerance(tolerance))?;

@@ -1,6 +1,6 @@
 //! Physics of the elastic shaft.
 
-mod extremes;
+pub(in crate::drives) mod extremes;
 mod fixed_cost;
 mod passages;
 

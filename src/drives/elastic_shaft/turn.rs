@@ -3,8 +3,10 @@
 use super::equation::{Cam, Equation, Flow};
 use super::solver::REACH;
 use crate::drives::cam_drive::{CamDrive, DriveMode};
-use crate::drives::cam_turn::{CamTurn, TURN};
+use crate::drives::cam_turn::CamTurn;
 use crate::motion::MotionLaw;
+use crate::numerics::angle;
+use crate::numerics::divisor::greatest_common_divisor;
 use crate::numerics::double_double::Double;
 use crate::numerics::period_map::{Coefficients, PeriodMap, Periodic};
 use std::sync::Arc;
@@ -60,7 +62,7 @@ impl<'a> Turn<'a> {
 
 impl Periodic for Turn<'_> {
     fn period(&self) -> Double {
-        TURN.divide(Double::from(self.symmetry as f64 * self.w.abs()))
+        angle::WHOLE_TURN.divide(Double::from(self.symmetry as f64 * self.w.abs()))
     }
 
     fn joints(&self) -> Vec<Double> {
@@ -77,7 +79,7 @@ impl Periodic for Turn<'_> {
         Coefficients { damping: -by_speed, stiffness: -by_q, forcing: self.equation.acceleration(&cam, &rest, 1.0) }
     }
 
-    fn longest_cell(&self, interval: usize) -> f64 {
+    fn longest_cell(&self, _: Double, interval: usize) -> f64 {
         self.cam.time_for(REACH, interval)
     }
 }
@@ -90,8 +92,4 @@ fn symmetry(law: &MotionLaw) -> usize {
     let mut orders = (1..=series.order()).filter(|&k| series.a[k] != 0.0 || series.b[k] != 0.0);
     let Some(first) = orders.next() else { return 1 };
     orders.fold(2 * first, |divisor, k| greatest_common_divisor(divisor, k - first))
-}
-
-fn greatest_common_divisor(a: usize, b: usize) -> usize {
-    if b == 0 { a } else { greatest_common_divisor(b, a % b) }
 }

@@ -3,10 +3,15 @@
 
 use super::crank::{Dip, ParallelCrank};
 use crate::motion::Fourier;
+use crate::numerics::divisor::greatest_common_divisor;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
 
+/// Angles this near to a quarter of a turn are one [rad]: what it changes is below rounding.
+pub const SAME_ANGLE: f64 = 1e-15;
+
 /// c(φ).
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Stiffness {
     /// A finite Fourier series.
     Series(Fourier),
@@ -15,7 +20,7 @@ pub enum Stiffness {
 }
 
 /// m, b, c and f over the drive angle.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Coefficients {
     /// m(φ) [kg·m² or kg].
     pub m: Fourier,
@@ -54,6 +59,14 @@ impl Stiffness {
                 let part = dip.at(phi);
                 std::array::from_fn(|n| sum[n] + part[n])
             }),
+        }
+    }
+
+    /// Whether c may depend on φ, whatever the values of its parameters.
+    pub fn varies(&self) -> bool {
+        match self {
+            Stiffness::Series(series) => 0 < series.order(),
+            Stiffness::Dips(_) => true,
         }
     }
 
@@ -97,7 +110,7 @@ impl Stiffness {
             Stiffness::Dips(dips) => match dips[..] {
                 [dip] if dip.swing == 0.0 => 0,
                 // Two dips of one shape a quarter of a turn apart.
-                [first, second] if ((second.centre - first.centre).abs() - 0.5 * PI).abs() == 0.0 => 4,
+                [first, second] if ((second.centre - first.centre).abs() - 0.5 * PI).abs() <= SAME_ANGLE => 4,
                 _ => 2,
             },
         }
@@ -175,6 +188,38 @@ impl Coefficients {
         if curvature > 0.0 { 2.0 * m / (slope + (slope * slope + 2.0 * curvature * m).sqrt()) } else { f64::INFINITY }
     }
 
+    /// The smallest angle that [`Coefficients::reach`] yields over the turn [rad], but for a factor of two.
+    pub fn least_reach(&self) -> f64 {
+        let dips = if let Stiffness::Dips(dips) = &self.c { &dips[..] } else { &[] };
+        let places = dips.iter().map(|dip| dip.centre).chain([self.least_mass().0]);
+        places.map(|phi| self.reach(phi)).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The turn divided so that [`Coefficients::reach`] covers each piece: where it begins, in [0, 2π), and its length
+    /// [rad]. Empty where no zero of m and no pole of c is near and one reach serves the whole turn.
+    pub fn pieces(&self) -> Vec<(f64, f64)> {
+        let waves = 2.0 / self.order().max(1) as f64;
+        let mut pieces = Vec::new();
+        let mut phi = 0.0;
+        if self.least_reach() < 0.25 * waves {
+            while phi < TAU {
+                let length = self.reach(phi).min(TAU - phi);
+                pieces.push((phi, length));
+                phi += length;
+            }
+        }
+        pieces
+    }
+
+    /// A frequency [rad/s] that no vibration exceeds, but for that of m and c alone: √(max |c| / min m).
+    pub fn highest_frequency(&self) -> f64 {
+        let largest = match &self.c {
+            Stiffness::Series(series) => series.bound(0),
+            Stiffness::Dips(dips) => dips.iter().map(|dip| dip.stiffness).sum(),
+        };
+        (largest / self.least_mass().1).sqrt()
+    }
+
     /// The mean of b/m over a turn [1/s], which is twice the logarithmic decay per second of the free motions together.
     /// The trapezoidal rule, which for periodic functions converges as their harmonics do.
     pub fn mean_damping(&self) -> f64 {
@@ -221,11 +266,6 @@ fn highest(series: &Fourier) -> usize {
 
 fn symmetry(series: &Fourier) -> usize {
     orders(series).fold(0, greatest_common_divisor)
-}
-
-/// The greatest common divisor; that of 0 and n is n.
-pub fn greatest_common_divisor(a: usize, b: usize) -> usize {
-    if b == 0 { a } else { greatest_common_divisor(b, a % b) }
 }
 
 #[cfg(test)]
@@ -357,7 +397,11 @@ mod tests {
             let distance = f64::sqrt(f64::sin(phi).asin().powi(2) + 1e-8);
             assert!((coefficients.reach(phi) / (0.5 * distance) - 1.0).abs() < 1e-3, "{phi}");
         }
+        let pieces = coefficients.pieces();
+        let ends: f64 = pieces.iter().map(|piece| piece.1).sum();
+        assert!((ends - TAU).abs() < 1e-12 && pieces.len() < 300 && pieces[0] == (0.0, coefficients.reach(0.0)));
         coefficients.c = Stiffness::Series(constant(1.0));
+        assert!(coefficients.pieces().is_empty());
         // The zeros of 1 + e cos φ lie at π ± i acosh(1/e).
         let e = 0.999;
         coefficients.m = Fourier::new(vec![1.0, e], Vec::new());

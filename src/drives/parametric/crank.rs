@@ -14,6 +14,7 @@
 //!
 //! Source: Dresig, Vulfson, *Dynamik der Mechanismen*, section 4.5.3 (1)–(3).
 
+use super::coefficients::SAME_ANGLE;
 use crate::motion::Fourier;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -46,7 +47,7 @@ pub enum SecondCrank {
 }
 
 /// A stiffness with dips, c(φ) = c₁₂ S/(σ + S), S = s₀ + s₂ sin²(φ − φ₀), s₂ ≥ 0.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Dip {
     /// c₁₂ [N·m/rad].
     pub stiffness: f64,
@@ -79,7 +80,7 @@ impl ParallelCrank {
             SecondCrank::OwnShafts(angle) => (single, Some(Dip { centre: -angle, ..single })),
             SecondCrank::SharedShafts(angle) => {
                 // 1 − cos δ cos(2φ + δ) = 1 − |cos δ| + 2 |cos δ| sin²(φ − φ₀).
-                let cos = if angle.abs() == FRAC_PI_2 { 0.0 } else { angle.cos() };
+                let cos = if (angle.abs() - FRAC_PI_2).abs() <= SAME_ANGLE { 0.0 } else { angle.cos() };
                 let centre = if cos < 0.0 { 0.5 * (PI - angle) } else { -0.5 * angle };
                 (Dip { least: 1.0 - cos.abs(), swing: 2.0 * cos.abs(), centre, ..single }, None)
             }

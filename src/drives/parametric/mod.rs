@@ -1,4 +1,371 @@
-//! A drive with one degree of freedom and periodic coefficients, m(φ) q̈ + b(φ) q̇ + c(φ) q = f(φ).
+//! A drive with one degree of freedom and periodic coefficients.
+//!
+//! m(φ) q̈ + b(φ) q̇ + c(φ) q = f(φ), φ(t) prescribed. The coefficients are finite Fourier series, or those of a
+//! parallel-crank drive: J ψ̈ + b_T q̇ + c_T(φ) q = f(φ) with ψ = φ + q (modules [`crank`] and [`law`]).
+//!
+//! Symbols: m mass \[kg·m² or kg\], b damping \[N·m·s/rad or N·s/m\], c stiffness \[N·m/rad or N/m\], f torque or force
+//! on the mass, positive in the sense of q, q angle \[rad\] or length \[m\]; φ drive angle \[rad\]. Signs: φ, ψ and torques are positive in the same
+//! sense; tau = −(c q + b q̇) is the torque from the drive into the unit and loads the drive where it is positive.
+//!
+//! Energy: d/dt (½ m q̇² + ½ c q²) = f q̇ − b q̇² + ω ½ (m′ q̇² + c′ q²); the last term, `tau_parametric` times ω, is
+//! what the drive feeds into the vibration because m and c vary. It is of second order in q.
+//!
+//! Stability: free motions grow or decay over a turn by the Floquet multipliers; `growth` is ln of the largest modulus.
+//! Where it is positive the drive is parametrically unstable, and the motion grows until it is given up beyond 1e100.
+//!
+//! Validity: q small enough for a linear equation; m > 0 over the whole turn.
+//!
+//! Source: Dresig, Vulfson, *Dynamik der Mechanismen*, sections 4.5.1–4.5.3.
 
 pub mod coefficients;
 pub mod crank;
+mod equation;
+mod features;
+pub mod law;
+mod oscillator;
+mod portrait;
+#[cfg(test)]
+mod tests;
+mod turn;
+mod variables;
+
+use super::cam_drive::{AngleMotion, CamDrive, DriveMode, HasCamDrive, MAX_INPUT_DERIVATIVE, Start, StartMode};
+use super::number::all_finite;
+use super::pace::{FAR, Pace, Stop};
+use super::solver::{HasSolver, Settings, Solver};
+use super::{Curve, Drive, Event, EventLog, Experiment, Fault, List, Number, Portrait};
+use crate::numerics::collocation::{Collocation, Failure};
+use crate::numerics::double_double::Double;
+use crate::numerics::period_map::Course;
+use coefficients::Coefficients;
+use equation::{Vibration, WORDS};
+use law::Law;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+use turn::Table;
+
+/// The drive as a scene describes it, coherent SI.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Scene {
+    /// Where the coefficients come from.
+    pub law: Law,
+    /// φ.
+    pub drive: DriveMode,
+    /// Initial state.
+    pub start: Start,
+    /// `solver.tolerance` and, on inputs, `solver.method`, `solver.step_size`.
+    pub solver: Settings,
+}
+
+/// The drive in operation.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct ParametricDrive {
+    cam: CamDrive<Law>,
+    start: Start,
+    solver: Solver,
+    /// m, b, c and f after the law; shared by all instances with the same ones.
+    coefficients: Arc<Coefficients>,
+    /// φ(t) through the communication point.
+    motion: AngleMotion,
+    integrator: Collocation<2>,
+    /// The highest frequency [rad/s] and the angle of a step of fixed cost [rad].
+    pace: [f64; 2],
+    /// The equation at constant speed over its period; follows from the parameters, and all instances with the same ones
+    /// share it.
+    #[serde(skip)]
+    table: Option<Arc<Table>>,
+    /// The way through the table; None while the integrator is at work.
+    course: Option<Course>,
+    /// ln of the largest modulus of the Floquet multipliers over a turn.
+    growth: f64,
+    /// The communication point [s].
+    time: f64,
+    /// q [rad or m] and q̇ there.
+    state: [f64; 2],
+    /// φ, ω, q, q̇ at the end of the previous communication step, from which jumps of the inputs are counted.
+    before: [f64; 4],
+    log: EventLog,
+}
+
+/// Newton iterations in a step of fixed cost: one solves a linear equation.
+const ITERATIONS: usize = 1;
+
+impl ParametricDrive {
+    /// Runs `work` with the equation and the integrator.
+    fn with_vibration<R>(&mut self, work: impl FnOnce(&Vibration, &mut Collocation<2>) -> R) -> R {
+        let relative = self.cam.law.is_relative();
+        let vibration = Vibration { coefficients: &self.coefficients, relative, motion: &self.motion };
+        work(&vibration, &mut self.integrator)
+    }
+
+    /// Lets the integrator go on from the state at the communication point.
+    fn restart_integrator(&mut self) {
+        self.integrator.restart(Double::from(self.time), self.state);
+    }
+
+    /// Tabulates the equation over a period, unless it is tabulated already.
+    fn tabulate(&mut self) -> Arc<Table> {
+        let tolerance = self.solver.effective_tolerance();
+        match &self.table {
+            Some(table) if table.is_for(&self.cam, tolerance) => table.clone(),
+            _ => {
+                let table = Arc::new(Table::new(&self.coefficients, &self.cam, tolerance));
+                self.table = Some(table.clone());
+                table
+            }
+        }
+    }
+
+    /// A step that leaves the present cell of the table, or goes without one.
+    #[cold]
+    #[inline(never)]
+    fn advance_further(&mut self, target: f64) -> Result<(), Fault> {
+        let table = self.table.as_deref();
+        let map = table.and_then(|table| table.map.as_ref());
+        let (Some(course), Some(map), Some(table)) = (&mut self.course, map, table) else {
+            return self.integrate(target);
+        };
+        course.reach(map, target).map_err(|fault| unbounded(fault.time, self.growth))?;
+        (self.state, self.time) = (course.at(target), target);
+        self.solver.steps = course.steps as f64;
+        self.solver.error_estimate = table.error_after(course.periods());
+        Ok(())
+    }
+
+    /// A step with the integrator.
+    fn integrate(&mut self, target: f64) -> Result<(), Fault> {
+        let on_inputs = self.cam.is_input();
+        let (pace, limit) = if on_inputs {
+            // The motion is known up to the end of the communication step only.
+            self.apply(self.time)?;
+            self.restart_integrator();
+            (Pace::within(&self.solver, self.time, target, || self.usual_step(target)), Double::from(target))
+        } else {
+            (Pace::Tolerance(self.solver.effective_tolerance()), FAR)
+        };
+        let travelled = self.with_vibration(|vibration, integrator| {
+            let step = |integrator: &mut Collocation<2>| pace.step(integrator, vibration, limit, ITERATIONS);
+            pace.travel(integrator, Double::from(target), 1, step)
+        });
+        travelled.map_err(|stop| match stop {
+            Stop::Failed(Failure::Unbounded { time }) => unbounded(time, self.growth),
+            _ => pace.fault(stop, &WORDS),
+        })?;
+        self.time = target;
+        self.state = self.integrator.at(Double::from(target));
+        self.remember();
+        self.cam.step_done();
+        let statistics = self.integrator.statistics;
+        self.solver.steps = statistics.steps as f64;
+        self.solver.evaluations = statistics.evaluations as f64;
+        let error = pace.error_estimate(&statistics, on_inputs);
+        self.solver.error_estimate = self.solver.error_estimate.max(error);
+        Ok(())
+    }
+
+    /// The internal step of fixed cost on the way to `target` where none is asked for [s]: half a radian of the fastest
+    /// vibration √(max c/min m), or half a radian of the highest harmonic of the coefficients (near a dip of the crank's
+    /// stiffness an eighth of its width) at the highest speed, whichever is shorter.
+    fn usual_step(&self, target: f64) -> f64 {
+        let [frequency, angle] = self.pace;
+        let speed_at = |time: f64| self.motion.at(time).kinematics.0[1].abs();
+        (0.5 / frequency).min(angle / speed_at(self.time).max(speed_at(target)))
+    }
+
+    /// φ, ω, q, q̇ at the communication point on the present motion.
+    fn remember(&mut self) {
+        let [phi, w, ..] = self.motion.at(self.time).kinematics.0;
+        self.before = [phi, w, self.state[0], self.state[1]];
+    }
+}
+
+/// The motion has left the range of numbers that can be gone on with.
+fn unbounded(time: f64, growth: f64) -> Fault {
+    let why = if growth > 0.0 {
+        format!(
+            "the drive is parametrically unstable, free vibrations grow by exp({growth:.6}) in a turn; change drive.w or raise the damping"
+        )
+    } else {
+        "the drive is parametrically unstable, or an input jumped far; change the speed or raise the damping".to_owned()
+    };
+    Fault(format!("q grows without bound, at t = {} s beyond 1e100: {why}", Number(time)))
+}
+
+impl Drive for ParametricDrive {
+    type Scene = Scene;
+
+    const MODEL: &'static str = "ParametricDrive";
+
+    fn new(scene: Scene) -> Result<Self, Fault> {
+        let Scene { law, drive, start, solver } = scene;
+        law.validate()?;
+        let coefficients = Arc::new(law.coefficients());
+        let cam = CamDrive::new(law, drive);
+        let motion = cam.motion(0.0);
+        let mut drive = ParametricDrive {
+            cam,
+            start,
+            solver: Solver::new(solver),
+            coefficients,
+            motion,
+            integrator: Collocation::new(Double::default(), [0.0; 2]),
+            pace: [0.0; 2],
+            table: None,
+            course: None,
+            growth: 0.0,
+            time: 0.0,
+            state: [0.0; 2],
+            before: [0.0; 4],
+            log: EventLog::default(),
+        };
+        drive.tabulate();
+        Ok(drive)
+    }
+
+    fn variables(&self) -> List<Self> {
+        variables::list(self)
+    }
+
+    fn portrait(&self) -> Portrait {
+        portrait::of(self)
+    }
+
+    fn curves(&self) -> Vec<Curve> {
+        portrait::curves(self)
+    }
+
+    fn simplifications(scene: &Scene) -> Vec<super::Simplification<Scene>> {
+        features::of(scene)
+    }
+
+    fn oscillator(scene: &Scene) -> Option<super::PeriodicOscillator> {
+        Some(oscillator::of(scene))
+    }
+
+    fn experiment(&self) -> Experiment {
+        portrait::experiment(self)
+    }
+
+    fn start(&mut self, time: f64) -> Result<(), Fault> {
+        self.cam.law.validate()?;
+        let coefficients = self.cam.law.coefficients();
+        if *self.coefficients != coefficients {
+            self.coefficients = Arc::new(coefficients);
+        }
+        self.time = time;
+        self.cam.start(time);
+        self.solver.start();
+        self.motion = self.cam.motion(time);
+        self.integrator = Collocation::new(Double::from(time), [0.0; 2]);
+        self.pace = [self.coefficients.highest_frequency(), 0.25 * self.coefficients.least_reach()];
+        let table = self.tabulate();
+        self.growth = table.growth;
+        self.state = match self.start.mode {
+            StartMode::AtRest => [0.0, 0.0],
+            StartMode::Given => [self.start.q, self.start.q_dot],
+            StartMode::SteadyState => table.periodic(&self.coefficients)?,
+        };
+        self.restart_integrator();
+        self.course = table.map.as_ref().map(|map| Course::new(map, time, self.state));
+        if let Some(map) = &table.map {
+            self.solver.evaluations = map.evaluations() as f64;
+            self.solver.error_estimate = table.error_after(0);
+        }
+        self.log.clear();
+        if self.growth > 0.0 {
+            let (kind, quantity) = ("parametrically unstable", "growth per turn");
+            self.log.push(Event { time, kind, quantity, value: self.growth, unit: "1", solver: true });
+        }
+        self.remember();
+        Ok(())
+    }
+
+    fn apply(&mut self, time: f64) -> Result<(), Fault> {
+        self.time = time;
+        if !self.cam.is_input() {
+            return Ok(());
+        }
+        self.motion = self.cam.motion(time);
+        self.state = [self.before[2], self.before[3]];
+        if self.cam.law.is_relative() {
+            let [phi, w, ..] = self.motion.coefficients;
+            // ψ = φ + q and ψ̇ = ω + q̇ do not jump, so q and q̇ take up the jumps of φ and ω.
+            self.state[0] -= phi - self.before[0];
+            self.state[1] -= w - self.before[1];
+        }
+        Ok(())
+    }
+
+    fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
+        let target = time + step;
+        // Most steps end in the cell of the table where they start.
+        if let Some(course) = &self.course
+            && let Some(state) = course.within(target)
+        {
+            (self.state, self.time) = (state, target);
+            return Ok(());
+        }
+        self.time = time;
+        self.advance_further(target)
+    }
+
+    fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64) {
+        self.cam.set_input_derivative(reference, order, value);
+    }
+
+    fn input_derivative_order(&self) -> usize {
+        if self.cam.is_input() { MAX_INPUT_DERIVATIVE } else { 0 }
+    }
+
+    fn request_tolerance(&mut self, tolerance: f64) {
+        self.solver.requested = tolerance;
+    }
+
+    fn is_finite(&self) -> bool {
+        all_finite(self.state)
+    }
+
+    fn events(&mut self) -> &mut EventLog {
+        &mut self.log
+    }
+
+    fn restored(&mut self) {
+        let Some(course) = &self.course else { return };
+        let course = course.clone();
+        let table = self.tabulate();
+        if !table.map.as_ref().is_some_and(|map| course.is_in(map)) {
+            self.course = None;
+            self.restart_integrator();
+        }
+    }
+}
+
+impl HasCamDrive for ParametricDrive {
+    type Law = Law;
+
+    fn cam(&self) -> &CamDrive<Law> {
+        &self.cam
+    }
+    fn cam_mut(&mut self) -> &mut CamDrive<Law> {
+        &mut self.cam
+    }
+    fn start_values(&self) -> &Start {
+        &self.start
+    }
+    fn start_values_mut(&mut self) -> &mut Start {
+        &mut self.start
+    }
+}
+
+impl HasSolver for ParametricDrive {
+    fn solver(&self) -> &Solver {
+        &self.solver
+    }
+    fn solver_mut(&mut self) -> &mut Solver {
+        &mut self.solver
+    }
+    fn has_method(&self) -> bool {
+        // The table at constant speed costs the same at every step.
+        self.cam.is_input()
+    }
+}

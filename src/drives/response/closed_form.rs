@@ -7,6 +7,7 @@ use super::stride::{Map, Stride};
 use crate::drives::cam_drive::AngleMotion;
 use crate::motion::Fourier;
 use crate::numerics::angle;
+use crate::numerics::divisor::greatest_common_divisor;
 use crate::numerics::double_double::{Double, two_product, two_sum};
 use crate::numerics::forced::apply;
 use crate::numerics::oscillator::{FreeMotion, Oscillator, Resonant};
@@ -250,10 +251,6 @@ pub fn progression(series: &Fourier) -> (usize, usize) {
     let Some(first) = present.next() else { return (0, 1) };
     let stride = present.fold(0, |stride, k| greatest_common_divisor(k - first, stride));
     (first, stride.max(1))
-}
-
-fn greatest_common_divisor(a: usize, b: usize) -> usize {
-    if b == 0 { a } else { greatest_common_divisor(b, a % b) }
 }
 
 /// zⁿ for a complex number z and n ≥ 1.

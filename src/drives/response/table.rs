@@ -84,7 +84,7 @@ impl Periodic for Turn<'_> {
         }
     }
 
-    fn longest_cell(&self, interval: usize) -> f64 {
+    fn longest_cell(&self, _: Double, interval: usize) -> f64 {
         self.cam.time_for(REACH, interval)
     }
 }

@@ -16,6 +16,7 @@
 //! V. A. Yakubovich, V. M. Starzhinskii, *Linear Differential Equations with Periodic Coefficients*, Wiley 1975.
 
 mod cell;
+mod floquet;
 mod nodes;
 #[cfg(test)]
 mod tests;
@@ -23,14 +24,21 @@ mod tests;
 use super::collocation::UNBOUNDED;
 use super::double_double::{Double, two_product};
 use cell::Cell;
+pub use floquet::{Monodromy, fixed_point, spectral_radius};
 pub use nodes::STAGES;
 use serde::{Deserialize, Serialize};
 
 /// Cells beyond which no table is made: some 2 MB, computed in about 10 ms.
 const MOST_CELLS: usize = 4096;
 
+/// Cells beyond which no period is gone through: half a second of work.
+const MOST_CELLS_UNTABULATED: usize = 1 << 18;
+
 /// A cell shorter than this part of the period means that no cell keeps the tolerance.
 const SHORTEST_CELL: f64 = 1e-9;
+
+/// What the end of a cell errs by at least: some roundings.
+const ROUNDING: f64 = 2.0 * f64::EPSILON;
 
 /// Coefficients of a polynomial of q: degree [`STAGES`] + 1.
 const COEFFICIENTS: usize = STAGES + 2;
@@ -58,8 +66,8 @@ pub trait Periodic {
     /// the joint of this index.
     fn at(&self, tau: Double, interval: usize) -> Coefficients;
 
-    /// A cell longer than this [s] could hide something between its nodes.
-    fn longest_cell(&self, interval: usize) -> f64;
+    /// A cell from `tau` [s] on that is longer than this [s] could hide something between its nodes.
+    fn longest_cell(&self, tau: Double, interval: usize) -> f64;
 }
 
 /// y ↦ matrix y + shift, y = (q, q̇).
@@ -71,17 +79,27 @@ pub struct Affine {
     pub shift: [f64; 2],
 }
 
+/// A period as a whole.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Period {
+    /// From its start to its end; not finite where free motions grow beyond all numbers.
+    pub map: Affine,
+    /// The homogeneous part, whatever its size.
+    pub monodromy: Monodromy,
+    /// The largest estimated error of a polynomial, relative to the motion in its cell.
+    pub error: f64,
+    /// What the ends of the cells err by together, relative to the motion.
+    pub drift: f64,
+    /// Evaluations of the coefficients.
+    pub evaluations: usize,
+}
+
 /// The tables of one period.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PeriodMap {
     period: Double,
     cells: Vec<Cell>,
-    /// Over the whole period.
-    map: Affine,
-    /// The largest estimated error of a polynomial, relative to the motion in its cell.
-    error: f64,
-    /// Evaluations of the coefficients.
-    evaluations: usize,
+    whole: Period,
 }
 
 /// A solution on its way through the periods.
@@ -128,39 +146,74 @@ impl Affine {
     }
 }
 
-impl PeriodMap {
-    /// The tables with the relative `tolerance`; None where they would need more than [`MOST_CELLS`] cells, or
-    /// where a coefficient is not finite.
-    pub fn new(equation: &impl Periodic, tolerance: f64) -> Option<Self> {
+impl Period {
+    /// The period without tables; None where it takes more than some 250 000 cells.
+    pub fn of(equation: &impl Periodic, tolerance: f64) -> Option<Self> {
+        let mut count = 0;
+        Self::divide(equation, tolerance, |_| {
+            count += 1;
+            count < MOST_CELLS_UNTABULATED
+        })
+    }
+
+    /// Hands the cells to `take`, which says whether there is room for more; None where there is not, where no cell keeps
+    /// the tolerance or where a coefficient is not finite.
+    fn divide(equation: &impl Periodic, tolerance: f64, mut take: impl FnMut(Cell) -> bool) -> Option<Self> {
         let period = equation.period();
-        let mut map = PeriodMap { period, cells: Vec::new(), map: Affine::IDENTITY, error: 0.0, evaluations: 0 };
+        let (map, monodromy) = (Affine::IDENTITY, Monodromy::IDENTITY);
+        let mut whole = Period { map, monodromy, error: 0.0, drift: 0.0, evaluations: 0 };
+        // Roundings differ in sign from cell to cell; those of a period come again in the next one.
+        let mut roundings: f64 = 0.0;
         let mut start = Double::default();
         let mut wish = f64::INFINITY;
+        let mut room = true;
         for (interval, joint) in equation.joints().into_iter().enumerate() {
-            let longest = equation.longest_cell(interval);
             while (joint - start).hi > 0.0 {
                 let remaining = (joint - start).hi;
-                let length = share(wish.min(longest), remaining);
-                if !(length > SHORTEST_CELL * period.hi) && length < remaining || map.cells.len() >= MOST_CELLS {
+                let length = share(wish.min(equation.longest_cell(start, interval)), remaining);
+                if !(length > SHORTEST_CELL * period.hi) && length < remaining || !room {
                     return None;
                 }
-                map.evaluations += STAGES;
+                whole.evaluations += STAGES;
                 let Some((cell, error)) = Cell::solve(equation, interval, start, length) else {
                     wish = 0.25 * length;
                     continue;
                 };
                 wish = length * cell::growth(error, tolerance);
                 if error <= tolerance {
-                    map.map = cell.map.after(&map.map);
-                    map.error = map.error.max(error);
-                    map.cells.push(cell);
+                    whole.map = cell.map.after(&whole.map);
+                    whole.monodromy.go_on(&cell.map.matrix);
+                    whole.error = whole.error.max(error);
+                    // The polynomial has order 13, its end order 24.
+                    whole.drift += error.powf((2 * STAGES) as f64 / (STAGES + 1) as f64);
+                    roundings += ROUNDING * ROUNDING;
+                    room = take(cell);
                     // The last cell of an interval ends on the joint itself.
                     start = if length == remaining { joint } else { start + Double::from(length) };
                 }
             }
         }
-        map.cells.shrink_to_fit();
-        Some(map)
+        whole.drift += roundings.sqrt();
+        Some(whole)
+    }
+}
+
+impl PeriodMap {
+    /// The tables with the relative `tolerance`; None where they would need more than [`MOST_CELLS`] cells, or
+    /// where a coefficient is not finite.
+    pub fn new(equation: &impl Periodic, tolerance: f64) -> Option<Self> {
+        let mut cells = Vec::new();
+        let whole = Period::divide(equation, tolerance, |cell| {
+            cells.push(cell);
+            cells.len() < MOST_CELLS
+        })?;
+        cells.shrink_to_fit();
+        Some(PeriodMap { period: equation.period(), cells, whole })
+    }
+
+    /// The period as a whole.
+    pub fn whole(&self) -> &Period {
+        &self.whole
     }
 
     /// The period [s].
@@ -170,17 +223,17 @@ impl PeriodMap {
 
     /// The map over one period.
     pub fn period_map(&self) -> &Affine {
-        &self.map
+        &self.whole.map
     }
 
     /// The largest estimated error of a cell, relative to the motion in it.
     pub fn error(&self) -> f64 {
-        self.error
+        self.whole.error
     }
 
     /// How often the coefficients were evaluated.
     pub fn evaluations(&self) -> usize {
-        self.evaluations
+        self.whole.evaluations
     }
 
     /// How many cells the period has.
@@ -201,6 +254,11 @@ impl Course {
         let mut course = Course { origin, period_start: Double::from(origin), state: y, ..Course::default() };
         course.enter(map, 0);
         course
+    }
+
+    /// How many whole periods lie behind.
+    pub fn periods(&self) -> u64 {
+        self.periods
     }
 
     /// Whether the present cell is one of `map`.
@@ -289,7 +347,7 @@ impl Course {
 
     /// Applies the map of a period `count` times.
     fn pass_periods(&mut self, map: &PeriodMap, count: u64) -> Result<(), Unbounded> {
-        let mut power = map.map;
+        let mut power = map.whole.map;
         let mut rest = count;
         let before = self.state;
         while rest > 0 {
@@ -307,7 +365,7 @@ impl Course {
         self.state = before;
         let mut passed = 0;
         for exponent in (0..u64::BITS - count.leading_zeros()).rev() {
-            let power = (0..exponent).fold(map.map, |power, _| power.after(&power));
+            let power = (0..exponent).fold(map.whole.map, |power, _| power.after(&power));
             let y = power.at(self.state);
             if is_bounded(y) && passed + (1 << exponent) <= count {
                 self.state = y;

@@ -29,7 +29,7 @@ impl Periodic for Hill {
             forcing: self.forcing[0] + self.forcing[1] * cos,
         }
     }
-    fn longest_cell(&self, _: usize) -> f64 {
+    fn longest_cell(&self, _: Double, _: usize) -> f64 {
         2.0 / self.frequency
     }
 }
@@ -143,4 +143,49 @@ fn what_needs_too_many_cells_has_no_table() {
     assert!(PeriodMap::new(&Hill { stiffness: [1e12, 0.0], ..MATHIEU }, 1e-10).is_none());
     assert!(PeriodMap::new(&Hill { stiffness: [f64::NAN, 0.0], ..MATHIEU }, 1e-10).is_none());
     assert!(PeriodMap::new(&Hill { forcing: [f64::INFINITY, 0.0], ..MATHIEU }, 1e-10).is_none());
+}
+
+#[test]
+fn the_growth_over_a_period_of_constant_coefficients() {
+    // The roots of λ² + d λ + k: the larger real part times T.
+    for (damping, stiffness) in [(0.2, 40.0), (30.0, 40.0), (0.1, -4.0), (0.0, 900.0), (-0.3, 5.0), (0.0, -1e6)] {
+        let hill = Hill { damping, stiffness: [stiffness, 0.0], forcing: [0.0, 0.0], ..MATHIEU };
+        let whole = Period::of(&hill, 1e-13).unwrap();
+        let period = hill.period().hi;
+        let discriminant: f64 = 0.25 * damping * damping - stiffness;
+        let exact = period * (-0.5 * damping + discriminant.max(0.0).sqrt());
+        let got = whole.monodromy.growth(-damping * period);
+        // The last case overflows as a number: 2094 e-folds.
+        assert!((got - exact).abs() < 1e-12 * (1.0 + exact.abs()), "d {damping}, k {stiffness}: {got} {exact}");
+    }
+}
+
+#[test]
+fn the_growth_within_and_beside_a_tongue() {
+    // q̈ + ω² (1 − ε cos Ωt) q = 0: unstable for Ω/ω in [1.84756, 2.14700] where ε = 0.3.
+    let growth = |eta: f64| {
+        let hill = Hill { frequency: eta, damping: 0.0, stiffness: [1.0, -0.3], forcing: [0.0, 0.0] };
+        Period::of(&hill, 1e-12).unwrap().monodromy.growth(0.0)
+    };
+    for stable in [1.84750, 2.14706, 1.5] {
+        assert_eq!(growth(stable), 0.0);
+    }
+    for unstable in [1.84760, 2.14695] {
+        assert!(growth(unstable) > 1e-3, "{}", growth(unstable));
+    }
+    // In the middle about π ε/4 ω a period of the parameters, 2π/Ω.
+    assert!((growth(2.0) - std::f64::consts::PI * 0.3 / 4.0).abs() < 0.01, "{}", growth(2.0));
+}
+
+#[test]
+fn a_period_without_tables_is_the_same() {
+    let map = PeriodMap::new(&MATHIEU, 1e-10).unwrap();
+    assert_eq!(Period::of(&MATHIEU, 1e-10).unwrap(), *map.whole());
+    let point = fixed_point(&map.period_map().matrix, [0.0; 2], map.period_map().shift).unwrap();
+    let image = map.period_map().at(point);
+    assert!((image[0] - point[0]).abs() < 1e-15 && (image[1] - point[1]).abs() < 1e-15);
+    // More cells than a table has, and too many.
+    assert!(Period::of(&Hill { stiffness: [1e9, 0.0], ..MATHIEU }, 1e-10).is_some());
+    assert!(PeriodMap::new(&Hill { stiffness: [1e9, 0.0], ..MATHIEU }, 1e-10).is_none());
+    assert!(Period::of(&Hill { stiffness: [1e14, 0.0], ..MATHIEU }, 1e-10).is_none());
 }

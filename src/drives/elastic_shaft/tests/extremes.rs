@@ -4,7 +4,7 @@ use super::*;
 use std::f64::consts::TAU;
 
 /// Uniform numbers in [0, 1) from a seed (Steele, Lea, Flood: SplitMix64).
-pub(super) struct Random(pub u64);
+pub(in crate::drives) struct Random(pub u64);
 
 impl Random {
     pub fn next(&mut self) -> f64 {
@@ -77,7 +77,7 @@ pub(super) fn random_scene(r: &mut Random) -> (Scene, f64) {
 
 /// How the estimates compare with the true errors: in one of a hundred at most they are too low, and half of them are
 /// `within` this factor.
-pub(super) fn assert_honest(what: &str, mut ratios: Vec<f64>, within: f64) {
+pub(in crate::drives) fn assert_honest(what: &str, mut ratios: Vec<f64>, within: f64) {
     ratios.sort_by(f64::total_cmp);
     let (low, median) = (ratios.iter().filter(|ratio| **ratio < 1.0).count(), ratios[ratios.len() / 2]);
     let count = ratios.len();

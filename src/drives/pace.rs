@@ -1,0 +1,192 @@
+//! Internal steps along a motion: what decides their lengths, what they err by, what is said where they fail.
+
+use super::solver::{Method, Solver};
+use super::{Fault, Number};
+use crate::numerics::collocation::{Collocation, Failure, Statistics, System};
+use crate::numerics::double_double::{Double, two_product};
+
+/// A time that no step reaches.
+pub const FAR: Double = Double { hi: 1e300, lo: 0.0 };
+
+/// Internal steps within one communication step, beyond which the drive is given up: some seconds of work, and
+/// several times what ten turns with a thousand vibrations each take.
+const MOST_STEPS: u64 = 500_000;
+
+/// A step of fixed cost that misses the motion by more than this part of it is refused: the estimate is one no more,
+/// and what follows would be no value of this drive.
+pub const WORST: f64 = 1e-2;
+
+/// By how much a step of fixed cost may differ from its length, so that no sliver is left before a point of the grid.
+const SLIVER: f64 = 1e-3;
+
+/// By how much the error estimate exceeds what the coefficients of the polynomials tell; over random drives the true
+/// error is then below it in 99 of 100. Within equal steps what counts is the worst polynomial, which is overestimated;
+/// where the tolerance decides, that between the ends of steps and the errors that come together at the ends count apart;
+/// where steps end at the communication points, the latter alone.
+const RESERVE_BETWEEN_ENDS: f64 = 16.0;
+const RESERVE_AT_ENDS: f64 = 6.0;
+const RESERVE_OF_EQUAL_STEPS: f64 = 1.0;
+const RESERVE_ON_INPUTS: f64 = 5.0;
+const RESERVE_OF_EQUAL_STEPS_ON_INPUTS: f64 = 3.5;
+
+/// The same for the polynomials of a tabulated period.
+pub const RESERVE_OF_TABLE: f64 = 2.0;
+
+/// What decides the lengths of the internal steps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Pace {
+    /// The relative tolerance.
+    Tolerance(f64),
+    /// A grid of equal steps.
+    Grid {
+        /// Where it starts [s].
+        origin: f64,
+        /// The length of a step [s].
+        step: f64,
+    },
+}
+
+/// What messages call the drive's own quantities.
+#[derive(Clone, Copy, Debug)]
+pub struct Words {
+    /// What is integrated: "the twist q".
+    pub quantity: &'static str,
+    /// What turns: "the cam".
+    pub turning: &'static str,
+    /// What may be wrong where no step keeps the tolerance: "J, m, c, b".
+    pub parameters: &'static str,
+    /// What may be wrong where too many steps are needed: "c and J".
+    pub frequency: &'static str,
+}
+
+/// Why the steps end before their target.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Stop {
+    /// A step failed.
+    Failed(Failure),
+    /// More steps than a communication step may take.
+    TooMany {
+        /// When [s].
+        time: f64,
+    },
+    /// More attempts than the steps of a grid may take.
+    TooManyAttempts {
+        /// When [s].
+        time: f64,
+    },
+}
+
+impl Pace {
+    /// The pace that the settings ask for on a motion known from `from` to `target` only [s], as on inputs: equal steps
+    /// divide it, the longest ones that do not exceed what is asked for, `usual` [s] where nothing is.
+    pub fn within(solver: &Solver, from: f64, target: f64, usual: impl FnOnce() -> f64) -> Self {
+        match solver.settings.method {
+            Method::Adaptive => Pace::Tolerance(solver.effective_tolerance()),
+            Method::FixedCost => {
+                let asked = solver.settings.step_size;
+                let (step, length) = (if asked > 0.0 { asked } else { usual() }, target - from);
+                Pace::Grid { origin: from, step: length / (length / step).ceil().max(1.0) }
+            }
+        }
+    }
+
+    /// One step that does not reach beyond `limit`; one of fixed cost takes this number of Newton iterations.
+    pub fn step<const N: usize>(
+        self,
+        integrator: &mut Collocation<N>,
+        system: &impl System<N>,
+        limit: Double,
+        iterations: usize,
+    ) -> Result<(), Failure> {
+        match self {
+            Pace::Tolerance(tolerance) => integrator.step(system, limit, tolerance),
+            Pace::Grid { origin, step } => {
+                let start = integrator.end();
+                let origin = Double::from(origin);
+                let next = ((start - origin).hi / step + SLIVER).floor() + 1.0;
+                let point = origin + two_product(next, step);
+                let end = if (limit - point).hi > SLIVER * step { point } else { limit };
+                if (end - start).hi > (1.0 + SLIVER) * system.longest_step(start, &integrator.state()) {
+                    return Err(Failure::Stalled { time: start.hi });
+                }
+                integrator.step_of_fixed_cost(system, end, iterations, WORST)
+            }
+        }
+    }
+
+    /// Steps until the last one ends at or beyond `target`; a step of a grid may take this number of attempts.
+    pub fn travel<const N: usize>(
+        self,
+        integrator: &mut Collocation<N>,
+        target: Double,
+        attempts: u64,
+        mut step: impl FnMut(&mut Collocation<N>) -> Result<(), Failure>,
+    ) -> Result<(), Stop> {
+        let first = integrator.statistics.steps;
+        let most = match self {
+            Pace::Tolerance(_) => MOST_STEPS,
+            Pace::Grid { step, .. } => {
+                let steps = ((target - integrator.end()).hi / step).ceil() + 1.0;
+                if steps > MOST_STEPS as f64 {
+                    return Err(Stop::TooMany { time: integrator.end().hi });
+                }
+                attempts * steps as u64
+            }
+        };
+        while (target - integrator.end()).hi > 0.0 {
+            step(integrator).map_err(Stop::Failed)?;
+            if integrator.statistics.steps - first > most {
+                let time = integrator.end().hi;
+                return Err(if matches!(self, Pace::Grid { .. }) {
+                    Stop::TooManyAttempts { time }
+                } else {
+                    Stop::TooMany { time }
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Estimated relative error of the state so far; on inputs every communication point is the end of a step.
+    pub fn error_estimate(self, statistics: &Statistics, on_inputs: bool) -> f64 {
+        match (self, on_inputs) {
+            (Pace::Tolerance(_), false) => {
+                RESERVE_BETWEEN_ENDS * statistics.error_estimate + RESERVE_AT_ENDS * statistics.error_at_ends
+            }
+            (Pace::Grid { .. }, false) => RESERVE_OF_EQUAL_STEPS * statistics.state_error,
+            (Pace::Tolerance(_), true) => RESERVE_ON_INPUTS * statistics.error_at_ends,
+            (Pace::Grid { .. }, true) => RESERVE_OF_EQUAL_STEPS_ON_INPUTS * statistics.error_at_ends,
+        }
+    }
+
+    /// What is said of a stop, but for growth without bound.
+    pub fn fault(self, stop: Stop, words: &Words) -> Fault {
+        let Words { quantity, turning, parameters, frequency } = words;
+        Fault(match (stop, self) {
+            (Stop::Failed(Failure::Stalled { time } | Failure::Unbounded { time }), Pace::Grid { step, .. }) => {
+                format!(
+                    "{quantity} cannot be computed beyond t = {} s with internal steps of {} s: they turn {turning} \
+                 too far, or miss more than {WORST} of the motion; shorten solver.step_size, or set \
+                 solver.method = adaptive",
+                    Number(time),
+                    Number(step)
+                )
+            }
+            (Stop::Failed(Failure::Stalled { time } | Failure::Unbounded { time }), Pace::Tolerance(_)) => format!(
+                "{quantity} cannot be computed beyond t = {} s: no internal step keeps the tolerance; check {parameters} \
+                 and the speed, or relax solver.tolerance",
+                Number(time)
+            ),
+            (Stop::TooMany { time } | Stop::TooManyAttempts { time }, Pace::Grid { .. }) => format!(
+                "more than {MOST_STEPS} internal steps between communication points, at t = {} s; shorten the \
+                 communication step, or lengthen solver.step_size",
+                Number(time)
+            ),
+            (Stop::TooMany { time } | Stop::TooManyAttempts { time }, Pace::Tolerance(_)) => format!(
+                "more than {MOST_STEPS} internal steps between communication points, at t = {} s; shorten the \
+                 communication step, relax solver.tolerance, or check the speed, {frequency}",
+                Number(time)
+            ),
+        })
+    }
+}

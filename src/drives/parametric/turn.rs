@@ -1,0 +1,143 @@
+//! The equation at constant speed as one with periodic coefficients: its table, its growth, its periodic solution.
+
+use super::coefficients::{Coefficients, Values};
+use super::law::Law;
+use crate::drives::cam_drive::{CamDrive, DriveMode};
+use crate::drives::pace::RESERVE_OF_TABLE;
+use crate::drives::{Fault, Number};
+use crate::numerics::angle;
+use crate::numerics::double_double::Double;
+use crate::numerics::period_map::{self, Period, PeriodMap, Periodic};
+use std::sync::Arc;
+
+/// The equation tabulated over its period, and what it was tabulated for.
+#[derive(Debug)]
+pub struct Table {
+    law: Arc<Law>,
+    mode: DriveMode,
+    tolerance: f64,
+    /// None where the speed is not constant, zero, or the table too long.
+    pub map: Option<PeriodMap>,
+    /// The period as a whole; None where it cannot be computed either.
+    whole: Option<Period>,
+    /// ln of the largest modulus of the multipliers over a turn; 0 where the drive does not turn at constant speed.
+    pub growth: f64,
+    /// Over a period.
+    growth_of_period: f64,
+}
+
+impl Table {
+    /// Tabulates the equation for this drive to the relative `tolerance`.
+    pub fn new(coefficients: &Coefficients, drive: &CamDrive<Law>, tolerance: f64) -> Self {
+        let (law, mode) = (drive.law.clone(), drive.mode.clone());
+        let mut table = Table { law, mode, tolerance, map: None, whole: None, growth: 0.0, growth_of_period: 0.0 };
+        let DriveMode::Constant { w, phi_start } = table.mode else { return table };
+        if w == 0.0 {
+            return table;
+        }
+        let symmetry = coefficients.symmetry() as f64;
+        let turn = Turn { coefficients, w, phi_start, symmetry };
+        table.map = PeriodMap::new(&turn, tolerance);
+        table.whole = table.map.as_ref().map(|map| *map.whole()).or_else(|| Period::of(&turn, tolerance));
+        let log_determinant = -coefficients.mean_damping() * turn.period().hi;
+        // With so many vibrations per period that it cannot be computed, what is left of the growth is the damping: tongues
+        // of that order are narrower than any number tells.
+        let growth = |whole: &Period| whole.monodromy.growth(log_determinant);
+        table.growth_of_period = table.whole.as_ref().map_or(0.5 * log_determinant, growth);
+        table.growth = symmetry * table.growth_of_period;
+        table
+    }
+
+    /// Whether it is the table of this drive and this tolerance.
+    pub fn is_for(&self, drive: &CamDrive<Law>, tolerance: f64) -> bool {
+        let same = self.mode == drive.mode && self.tolerance == tolerance;
+        same && (Arc::ptr_eq(&self.law, &drive.law) || self.law == drive.law)
+    }
+
+    /// Estimated error after `periods`, relative to the motion: that of the polynomials, and what the map of the period
+    /// misses, as often as the motion remembers it.
+    pub fn error_after(&self, periods: u64) -> f64 {
+        let Some(Period { error, drift, .. }) = self.whole else { return 0.0 };
+        // 1/(1 − ρ) is the sum of all ρⁿ.
+        let memory = if self.growth_of_period < 0.0 { -1.0 / self.growth_of_period.exp_m1() } else { f64::INFINITY };
+        RESERVE_OF_TABLE * error + drift * (periods as f64 + 1.0).min(memory)
+    }
+
+    /// (q, q̇) of the periodic solution at the start of the turn; refused where it does not exist or does not attract.
+    pub fn periodic(&self, coefficients: &Coefficients) -> Result<[f64; 2], Fault> {
+        let DriveMode::Constant { w, phi_start } = self.mode else {
+            return Err(Fault::new(
+                "start.mode = steady_state needs a constant speed; this drive follows its inputs: set start.mode = \
+                 at_rest or given",
+            ));
+        };
+        if w == 0.0 {
+            return at_rest(&coefficients.at(angle::reduce(Double::from(phi_start))));
+        }
+        let unstable = |why: String| {
+            Fault(format!(
+                "start.mode = steady_state is refused at drive.w = {} rad/s: {why}; change drive.w, raise the damping, \
+                 or set start.mode = at_rest",
+                Number(w)
+            ))
+        };
+        if self.growth > 0.0 {
+            return Err(unstable(format!(
+                "the periodic solution is unstable, free vibrations grow by exp({:.6}) in a turn",
+                self.growth
+            )));
+        }
+        if self.growth == 0.0 {
+            return Err(unstable("without damping free vibrations never die out".to_owned()));
+        }
+        let fixed = |whole: &Period| period_map::fixed_point(&whole.map.matrix, [0.0; 2], whole.map.shift);
+        self.whole.as_ref().and_then(fixed).ok_or_else(|| unstable("the period has too many vibrations".to_owned()))
+    }
+}
+
+/// The equilibrium q = f/c of a drive at rest.
+fn at_rest(&Values { b, c, f, .. }: &Values) -> Result<[f64; 2], Fault> {
+    if b[0] > 0.0 && c[0] > 0.0 {
+        return Ok([f[0] / c[0], 0.0]);
+    }
+    Err(Fault(format!(
+        "start.mode = steady_state is refused at drive.w = 0 rad/s: with a stiffness of {} and a damping of {} at \
+         drive.phi_start no motion comes to rest; both must be above 0",
+        Number(c[0]),
+        Number(b[0])
+    )))
+}
+
+/// A period of the coefficients from `phi_start` at constant speed.
+struct Turn<'a> {
+    coefficients: &'a Coefficients,
+    w: f64,
+    phi_start: f64,
+    /// Into how many equal periods symmetry divides the turn.
+    symmetry: f64,
+}
+
+impl Turn<'_> {
+    fn angle(&self, tau: Double) -> f64 {
+        angle::reduce(Double::from(self.phi_start) + Double::from(self.w) * tau)
+    }
+}
+
+impl Periodic for Turn<'_> {
+    fn period(&self) -> Double {
+        angle::WHOLE_TURN.divide(Double::from(self.symmetry * self.w.abs()))
+    }
+
+    fn joints(&self) -> Vec<Double> {
+        vec![self.period()]
+    }
+
+    fn at(&self, tau: Double, _: usize) -> period_map::Coefficients {
+        let Values { m, b, c, f } = self.coefficients.at(self.angle(tau));
+        period_map::Coefficients { damping: b[0] / m[0], stiffness: c[0] / m[0], forcing: f[0] / m[0] }
+    }
+
+    fn longest_cell(&self, tau: Double, _: usize) -> f64 {
+        self.coefficients.reach(self.angle(tau)) / self.w.abs()
+    }
+}

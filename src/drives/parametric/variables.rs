@@ -1,0 +1,372 @@
+//! The variables of the drive.
+
+use super::ParametricDrive;
+use super::coefficients::{Coefficients, Values};
+use super::crank::SecondCrank;
+use super::equation::Flow;
+use super::law::{Coordinate, CrankLaw, Law, SeriesLaw};
+use crate::drives::cam_drive::HasCamDrive;
+use crate::drives::solver::HasSolver;
+use crate::drives::unit::{self, Quantity};
+use crate::drives::variable::{real, real_within};
+use crate::drives::{List, Seed};
+use crate::motion::Fourier;
+use crate::numerics::taylor::{Scalar, Series};
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+/// The continuous quantities. The two states are ψ and ψ̇ where q counts from the drive, else q and q̇.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Output {
+    Phi,
+    W,
+    Psi,
+    PsiDot,
+    PsiDotDot,
+    Q,
+    QDot,
+    QDotDot,
+    Transmitted,
+    ParametricTorque,
+    Stiffness,
+}
+
+const OUTPUTS: [Output; 11] = [
+    Output::Phi,
+    Output::W,
+    Output::Psi,
+    Output::PsiDot,
+    Output::PsiDotDot,
+    Output::Q,
+    Output::QDot,
+    Output::QDotDot,
+    Output::Transmitted,
+    Output::ParametricTorque,
+    Output::Stiffness,
+];
+
+pub(super) fn list(drive: &ParametricDrive) -> List<ParametricDrive> {
+    let mut list = List::default();
+    let law = &drive.cam.law;
+    drive.declare_drive(&mut list);
+    if let Law::Crank(crank) = &**law {
+        declare_crank(crank, &mut list);
+    }
+    let [q, q_dot, _] = quantities(law.coordinate());
+    drive.declare_start(&mut list, q, q_dot);
+    drive.declare_solver(&mut list);
+    declare_outputs(drive, &mut list);
+    if !drive.cam.is_input() {
+        let text = "Logarithmic growth of free vibrations per turn, ln of the largest modulus of the Floquet multipliers; \
+                    positive where the drive is parametrically unstable";
+        list.discrete_output("growth", text, real(&unit::NUMBER), |d, _| d.growth);
+    }
+    declare_series(law, &mut list);
+    list
+}
+
+/// Of q, q̇ and q̈.
+pub(super) fn quantities(coordinate: Coordinate) -> [&'static Quantity; 3] {
+    match coordinate {
+        Coordinate::Rotation => [&unit::ANGLE, &unit::ANGULAR_VELOCITY, &unit::ANGULAR_ACCELERATION],
+        Coordinate::Translation => [&unit::LENGTH, &unit::VELOCITY, &unit::ACCELERATION],
+    }
+}
+
+/// Of m, b, c and f.
+pub(super) fn of_coefficients(coordinate: Coordinate) -> [&'static Quantity; 4] {
+    match coordinate {
+        Coordinate::Rotation => [&unit::INERTIA, &unit::ROTATIONAL_DAMPING, &unit::ROTATIONAL_STIFFNESS, &unit::TORQUE],
+        Coordinate::Translation => [&unit::MASS, &unit::DAMPING, &unit::STIFFNESS, &unit::FORCE],
+    }
+}
+
+fn crank(drive: &ParametricDrive) -> Option<&CrankLaw> {
+    match &*drive.cam.law {
+        Law::Crank(crank) => Some(crank),
+        Law::Series(_) => None,
+    }
+}
+
+/// The parameters of the crank by number.
+fn crank_parameter(law: &mut CrankLaw, which: usize) -> Option<&mut f64> {
+    let crank = &mut law.crank;
+    match which {
+        0 => Some(&mut law.inertia),
+        1 => Some(&mut law.damping),
+        2 => Some(&mut crank.c_t1),
+        3 => Some(&mut crank.c_t2),
+        4 => Some(&mut crank.c_ab),
+        5 => Some(&mut crank.r),
+        _ => match &mut crank.second {
+            SecondCrank::None => None,
+            SecondCrank::OwnShafts(angle) | SecondCrank::SharedShafts(angle) => Some(angle),
+        },
+    }
+}
+
+fn get_crank(drive: &ParametricDrive, which: usize) -> f64 {
+    let Some(crank) = crank(drive) else { return 0.0 };
+    crank_parameter(&mut crank.clone(), which).map_or(0.0, |value| *value)
+}
+
+fn set_crank(drive: &mut ParametricDrive, which: usize, value: f64) {
+    if let Law::Crank(crank) = Arc::make_mut(&mut drive.cam.law)
+        && let Some(parameter) = crank_parameter(crank, which)
+    {
+        *parameter = value;
+    }
+}
+
+fn declare_crank(law: &CrankLaw, list: &mut List<ParametricDrive>) {
+    let stiffness = || real_within(&unit::ROTATIONAL_STIFFNESS, 1e-12, 1e15);
+    let parameters = [
+        ("J", "Moment of inertia on the driven side; above zero", real_within(&unit::INERTIA, 1e-12, 1e12)),
+        ("b_T", "Torsional damping between both sides", real_within(&unit::ROTATIONAL_DAMPING, 0.0, 1e12)),
+        ("c_T1", "Torsional stiffness of the driving shaft; above zero", stiffness()),
+        ("c_T2", "Torsional stiffness of the driven shaft; above zero", stiffness()),
+        ("c_AB", "Longitudinal stiffness of a coupling rod; above zero", real_within(&unit::STIFFNESS, 1e-12, 1e15)),
+        ("R", "Length of the cranks; above zero", real_within(&unit::LENGTH, 1e-6, 1e4)),
+        ("second.angle", "Angle by which the second crank runs ahead", real_within(&unit::ANGLE, -TAU, TAU)),
+    ];
+    let count = if law.crank.second == SecondCrank::None { 6 } else { 7 };
+    for (i, (name, text, kind)) in parameters.into_iter().take(count).enumerate() {
+        list.parameter(name, text, kind, get_crank, set_crank).at(i);
+    }
+}
+
+/// Coefficients of one series have numbers from a multiple of this on.
+const SERIES: usize = 1 << 16;
+
+/// The series of the law that are parameters: letter, meaning, number of the quantity.
+fn series(law: &Law) -> Vec<(&'static str, &'static str, usize)> {
+    let load = ("f", "force", 3);
+    match law {
+        Law::Series(SeriesLaw { f, .. }) => {
+            let own = [("m", "mass", 0), ("b", "damping", 1), ("c", "stiffness", 2)];
+            own.into_iter().chain(f.as_ref().map(|_| load)).collect()
+        }
+        Law::Crank(CrankLaw { load: f, .. }) => f.iter().map(|_| load).collect(),
+    }
+}
+
+fn series_mut(law: &mut Law, which: usize) -> Option<&mut Fourier> {
+    match (law, which) {
+        (Law::Series(law), 0) => Some(&mut law.m),
+        (Law::Series(law), 1) => Some(&mut law.b),
+        (Law::Series(law), 2) => Some(&mut law.c),
+        (Law::Series(SeriesLaw { f, .. }), _) => f.as_mut(),
+        (Law::Crank(CrankLaw { load, .. }), _) => load.as_mut(),
+    }
+}
+
+fn series_of(law: &Law, which: usize) -> Option<&Fourier> {
+    match (law, which) {
+        (Law::Series(law), 0) => Some(&law.m),
+        (Law::Series(law), 1) => Some(&law.b),
+        (Law::Series(law), 2) => Some(&law.c),
+        (Law::Series(SeriesLaw { f, .. }), _) => f.as_ref(),
+        (Law::Crank(CrankLaw { load, .. }), _) => load.as_ref(),
+    }
+}
+
+/// Declares the coefficients of the series; last in the list, since their number depends on the scene.
+fn declare_series(law: &Law, list: &mut List<ParametricDrive>) {
+    for (letter, meaning, which) in series(law) {
+        let meaning = match (which, law.coordinate()) {
+            (0, Coordinate::Rotation) => "moment of inertia",
+            (3, Coordinate::Rotation) => "torque",
+            _ => meaning,
+        };
+        let quantity = of_coefficients(law.coordinate())[which];
+        let order = series_of(law, which).map_or(0, Fourier::order);
+        let cosines = (0..=order).map(|k| ('a', "Cosine", k, k));
+        for (part, kind, k, index) in cosines.chain((1..=order).map(|k| ('b', "Sine", k, order + k))) {
+            let text = format!("{kind} coefficient of harmonic {k} of the {meaning}");
+            list.parameter(
+                &format!("{letter}.{part}[{k}]"),
+                &text,
+                real_within(quantity, -1e15, 1e15),
+                |d, i| series_of(&d.cam.law, i / SERIES).and_then(|s| s.coefficient(i % SERIES)).unwrap_or(0.0),
+                |d, i, value| {
+                    let series = series_mut(Arc::make_mut(&mut d.cam.law), i / SERIES);
+                    if let Some(coefficient) = series.and_then(|series| series.coefficient_mut(i % SERIES)) {
+                        *coefficient = value;
+                    }
+                },
+            )
+            .at(which * SERIES + index);
+        }
+    }
+}
+
+/// Declares the outputs with what they depend on: inputs (where there are any) and states.
+fn declare_outputs(drive: &ParametricDrive, list: &mut List<ParametricDrive>) {
+    let input = drive.cam.is_input();
+    let relative = drive.cam.law.is_relative();
+    let coordinate = drive.cam.law.coordinate();
+    let mut output = |which: Output, name: &str, text: &str, quantity: &'static Quantity, known: [&[&str]; 3]| {
+        let [inputs, states, initial] = known;
+        let (inputs, initial) = if input { (inputs, initial) } else { (&[][..], &[][..]) };
+        let known: Vec<&str> = inputs.iter().chain(states).copied().collect();
+        let v = list.output(name, text, real(quantity), access(which), series_along);
+        v.at(which as usize).depends(&known).depends_initially(initial);
+        match which {
+            Output::Psi => v.state(),
+            Output::PsiDot => v.state().derivative_of("psi"),
+            Output::PsiDotDot => v.derivative_of("der(psi)"),
+            Output::Q if !relative => v.state(),
+            Output::QDot if !relative => v.state().derivative_of("q"),
+            Output::QDot => v.derivative_of("q"),
+            Output::QDotDot => v.derivative_of("der(q)"),
+            _ => v,
+        };
+    };
+    if !input {
+        output(Output::Phi, "phi", "Drive angle", &unit::ANGLE, [&[], &[], &[]]);
+        output(Output::W, "w", "Angular velocity of the drive", &unit::ANGULAR_VELOCITY, [&[], &[], &[]]);
+    }
+    let [q, q_dot, q_dot_dot] = quantities(coordinate);
+    let force = of_coefficients(coordinate)[3];
+    let phi: &[&str] = &["phi"];
+    let Coefficients { m, b, c, f } = &*drive.coefficients;
+    let [m, b, f] = [m, b, f].map(|series| 0 < series.order());
+    let c = c.varies();
+    let where_it = |varies: bool| if varies { phi } else { &[] };
+    if relative {
+        let states: &[&str] = &["psi", "der(psi)"];
+        let inputs: &[&str] = &["phi", "w"];
+        output(Output::Psi, "psi", "Angle of the driven side, phi + q", q, [&[], &["psi"], phi]);
+        output(Output::PsiDot, "der(psi)", "Angular velocity of the driven side", q_dot, [&[], &["der(psi)"], &["w"]]);
+        let text = "Angular acceleration of the driven side";
+        output(Output::PsiDotDot, "der(psi,2)", text, q_dot_dot, [inputs, states, phi]);
+        output(Output::Q, "q", "Twist between both sides, psi - phi", q, [phi, &["psi"], &[]]);
+        output(Output::QDot, "der(q)", "Rate of the twist", q_dot, [&["w"], &["der(psi)"], &[]]);
+        let text = "Torque from the drive into the driven side, -(c_T q + b_T der(q)); a positive tau loads the drive";
+        output(Output::Transmitted, "tau", text, force, [inputs, states, phi]);
+        let text = "Torque of second order by which the drive feeds the vibration, c_T'(phi) q^2/2; tau + tau_parametric \
+                    times w is the power from the drive";
+        let psi: &[&str] = if c { &["psi"] } else { &[] };
+        output(Output::ParametricTorque, "tau_parametric", text, &unit::TORQUE, [where_it(c), psi, where_it(c)]);
+    } else {
+        let states: &[&str] = &["q", "der(q)"];
+        output(Output::Q, "q", "Coordinate of the vibration", q, [&[], &["q"], &[]]);
+        output(Output::QDot, "der(q)", "Rate of q", q_dot, [&[], &["der(q)"], &[]]);
+        let any = where_it(m || b || c || f);
+        output(Output::QDotDot, "der(q,2)", "Second derivative of q", q_dot_dot, [any, states, any]);
+        let (name, text) = match coordinate {
+            Coordinate::Rotation => ("tau", "Torque of spring and damper on the mass, -(c q + b der(q))"),
+            Coordinate::Translation => ("force", "Force of spring and damper on the mass, -(c q + b der(q))"),
+        };
+        output(Output::Transmitted, name, text, force, [where_it(b || c), states, where_it(b || c)]);
+        let text =
+            "Torque by which the drive feeds the vibration where m and c vary, (m'(phi) der(q)^2 + c'(phi) q^2)/2";
+        let of_states: Vec<&str> = [(c, "q"), (m, "der(q)")].into_iter().filter(|s| s.0).map(|s| s.1).collect();
+        let any = where_it(m || c);
+        output(Output::ParametricTorque, "tau_parametric", text, &unit::TORQUE, [any, &of_states, any]);
+    }
+    output(
+        Output::Stiffness,
+        "stiffness",
+        "Momentary stiffness c(phi)",
+        of_coefficients(coordinate)[2],
+        [where_it(c), &[], where_it(c)],
+    );
+}
+
+/// An output, of numbers or of series.
+fn evaluate<S: Scalar>(drive: &ParametricDrive, which: Output, values: &Values, f: &Flow<S>) -> S {
+    let acceleration = || values.acceleration(f, drive.cam.law.is_relative());
+    match which {
+        Output::Phi => f.phi,
+        Output::W => f.w,
+        Output::Psi => f.phi + f.q,
+        Output::PsiDot => f.w + f.v,
+        Output::PsiDotDot => acceleration() + f.a,
+        Output::Q => f.q,
+        Output::QDot => f.v,
+        Output::QDotDot => acceleration(),
+        Output::Transmitted => values.transmitted(f),
+        Output::ParametricTorque => values.parametric_torque(f),
+        Output::Stiffness => values.stiffness(f),
+    }
+}
+
+fn flow(drive: &ParametricDrive) -> Flow<f64> {
+    let shaft = drive.motion.at(drive.time);
+    let [_, w, a, ..] = shaft.kinematics.0;
+    Flow { phi: shaft.reduced, w, a, q: drive.state[0], v: drive.state[1] }
+}
+
+/// An output. What needs no coefficients costs nothing for them; angles are put out without reduction.
+fn value(drive: &ParametricDrive, which: usize) -> f64 {
+    let [q, v] = drive.state;
+    let kinematics = || drive.motion.at(drive.time).kinematics.0;
+    match OUTPUTS[which] {
+        Output::Phi => kinematics()[0],
+        Output::W => kinematics()[1],
+        Output::Psi => kinematics()[0] + q,
+        Output::PsiDot => kinematics()[1] + v,
+        Output::Q => q,
+        Output::QDot => v,
+        output => {
+            let f = flow(drive);
+            evaluate(drive, output, &drive.coefficients.at(f.phi), &f)
+        }
+    }
+}
+
+/// How `which` is read: what an importer reads after each step passes few instructions.
+fn access(which: Output) -> fn(&ParametricDrive, usize) -> f64 {
+    match which {
+        Output::Q => |d, _| d.state[0],
+        Output::QDot => |d, _| d.state[1],
+        _ => value,
+    }
+}
+
+fn series_along(drive: &ParametricDrive, seed: Seed, which: usize) -> Series {
+    let f = flow(drive);
+    let values = drive.coefficients.at(f.phi);
+    let along = match seed {
+        Seed::Time => along_time(drive, &values, &f),
+        Seed::Known(reference) => along_known(drive, &f, reference),
+    };
+    let mut series = evaluate(drive, OUTPUTS[which], &values, &along);
+    series.0[0] = value(drive, which);
+    series
+}
+
+/// Drive and vibration as functions of time: each pass of the equation yields one more derivative of q̇.
+fn along_time(drive: &ParametricDrive, values: &Values, f: &Flow<f64>) -> Flow<Series> {
+    let [_, w, a, jerk, snap] = drive.motion.at(drive.time).kinematics.0;
+    let relative = drive.cam.law.is_relative();
+    let acceleration = values.acceleration(f, relative);
+    let mut along = Flow {
+        phi: Series::from_derivatives(f.phi, w, a),
+        w: Series::from_derivatives(w, a, jerk),
+        a: Series::from_derivatives(a, jerk, snap),
+        q: Series::from_derivatives(f.q, f.v, acceleration),
+        v: Series::from_derivatives(f.v, acceleration, 0.0),
+    };
+    let third = values.acceleration(&along, relative).derivative(1);
+    along.v = Series::from_derivatives(f.v, acceleration, third);
+    along
+}
+
+/// Drive and vibration as functions of one input or state, the others held; where the states are ψ and ψ̇, q = ψ − φ and
+/// q̇ = ψ̇ − ω.
+fn along_known(drive: &ParametricDrive, f: &Flow<f64>, reference: usize) -> Flow<Series> {
+    let input = |n: usize| if drive.cam.is_input() && reference == n { 1.0 } else { 0.0 };
+    let relative = drive.cam.law.is_relative();
+    let first = list(drive).reference(if relative { "psi" } else { "q" }).unwrap_or(usize::MAX - 1);
+    let state = |n: usize| if reference == first + n { 1.0 } else { 0.0 };
+    let moved = |n: usize| if relative { state(n) - input(n) } else { state(n) };
+    Flow {
+        phi: Series([f.phi, input(0), 0.0]),
+        w: Series([f.w, input(1), 0.0]),
+        a: Series([f.a, input(2), 0.0]),
+        q: Series([f.q, moved(0), 0.0]),
+        v: Series([f.v, moved(1), 0.0]),
+    }
+}

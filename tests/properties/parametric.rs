@@ -1,0 +1,287 @@
+//! What a parametric drive owes for any coefficients, and for any crank.
+
+use super::run::Run;
+use super::scenes::{decades, sign};
+use super::{CAM_STATE, admitted, agree, config, equal, even, restoring, splits, trace, with_finer_panels, work};
+use camdrive::drives::Fault;
+use camdrive::motion::Fourier;
+use proptest::prelude::*;
+use serde_json::{Value, json};
+use std::f64::consts::TAU;
+
+/// m(φ), b(φ), c(φ), f(φ) as series, or a crank with J, b_T and a load.
+#[derive(Clone, Debug)]
+enum Law {
+    Series([Fourier; 4]),
+    Crank { inertia: f64, damping: f64, c_t1: f64, c_t2: f64, c_ab: f64, r: f64, second: Value, load: Fourier },
+}
+
+/// At constant speed.
+#[derive(Clone, Debug)]
+struct Scene {
+    law: Law,
+    w: f64,
+    phi_start: f64,
+    q: f64,
+    q_dot: f64,
+    span: f64,
+}
+
+/// The series at −φ.
+fn backwards(series: &Fourier) -> Fourier {
+    Fourier::new(series.a.clone(), series.b.iter().map(|b| -b).collect())
+}
+
+impl Scene {
+    fn resolved(&self) -> (&'static str, Value) {
+        let law = match &self.law {
+            Law::Series([m, b, c, f]) => {
+                json!({"series": {"coordinate": "translation", "m": m, "b": b, "c": c, "f": f}})
+            }
+            Law::Crank { inertia, damping, c_t1, c_t2, c_ab, r, second, load } => json!({"crank": {
+                "crank": {"c_t1": c_t1, "c_t2": c_t2, "c_ab": c_ab, "r": r, "second": second},
+                "inertia": inertia, "damping": damping, "load": load, "harmonics": null,
+            }}),
+        };
+        let scene = json!({
+            "law": law,
+            "drive": {"constant": {"w": self.w, "phi_start": self.phi_start}},
+            "start": {"mode": "given", "q": self.q, "q_dot": self.q_dot},
+            "solver": {"tolerance": 0.0, "method": "adaptive", "step_size": 0.0},
+        });
+        ("ParametricDrive", scene)
+    }
+
+    fn run(&self) -> Result<Run, Fault> {
+        Run::new(self.resolved(), &[])
+    }
+
+    fn states(&self, shares: &[f64]) -> Result<(Vec<f64>, Vec<f64>), Fault> {
+        trace(self.run()?, &CAM_STATE, self.span, shares)
+    }
+
+    /// A change that shows how sensitive the scene is.
+    fn perturbed(&self) -> Scene {
+        self.with(|law| match law {
+            Law::Series([_, _, c, _]) => *c = c.scaled(1.0 + 1e-10),
+            Law::Crank { inertia, .. } => *inertia *= 1.0 - 1e-10,
+        })
+    }
+
+    fn with(&self, change: impl FnOnce(&mut Law)) -> Scene {
+        let mut other = self.clone();
+        change(&mut other.law);
+        other
+    }
+
+    /// t → λt: speeds divided by λ, damping by λ, stiffness and load by λ².
+    fn slower(&self, factor: f64) -> Scene {
+        let square = factor * factor;
+        let law = self.with(|law| match law {
+            Law::Series([_, b, c, f]) => {
+                (*b, *c, *f) = (b.scaled(1.0 / factor), c.scaled(1.0 / square), f.scaled(1.0 / square));
+            }
+            Law::Crank { damping, c_t1, c_t2, c_ab, load, .. } => {
+                *damping /= factor;
+                (*c_t1, *c_t2, *c_ab, *load) =
+                    (*c_t1 / square, *c_t2 / square, *c_ab / square, load.scaled(1.0 / square));
+            }
+        });
+        Scene { w: self.w / factor, q_dot: self.q_dot / factor, span: self.span * factor, ..law }
+    }
+
+    /// φ → −φ: the coefficients read backwards at the reversed speed; the load of a crank, whose q turns with φ, changes
+    /// its sign with q.
+    fn reversed(&self) -> Scene {
+        let mut sign = 1.0;
+        let law = self.with(|law| match law {
+            Law::Series(list) => list.iter_mut().for_each(|series| *series = backwards(series)),
+            Law::Crank { second, load, .. } => {
+                sign = -1.0;
+                *load = backwards(load).scaled(-1.0);
+                for kind in ["own_shafts", "shared_shafts"] {
+                    if let Some(angle) = second.get(kind).and_then(Value::as_f64) {
+                        // The crank that ran ahead follows.
+                        *second = json!({kind: -angle});
+                    }
+                }
+            }
+        });
+        Scene { w: -self.w, phi_start: -self.phi_start, q: sign * self.q, q_dot: sign * self.q_dot, ..law }
+    }
+
+    /// The load and the start with the other sign.
+    fn mirrored(&self) -> Scene {
+        let law = self.with(|law| match law {
+            Law::Series([_, _, _, f]) => *f = f.scaled(-1.0),
+            Law::Crank { load, .. } => *load = load.scaled(-1.0),
+        });
+        Scene { q: -self.q, q_dot: -self.q_dot, ..law }
+    }
+
+    fn sign_of_reversal(&self) -> f64 {
+        if matches!(self.law, Law::Crank { .. }) { -1.0 } else { 1.0 }
+    }
+}
+
+/// A series with this mean whose harmonics have at most the part `most` of it together.
+fn series(mean: f64, most: f64) -> impl Strategy<Value = Fourier> {
+    prop::collection::vec((-1.0..1.0_f64, -1.0..1.0_f64), 0..6).prop_map(move |pairs| {
+        let size = |k: usize| 0.3 * most * mean / ((k + 1) * (k + 1)) as f64;
+        let of = |first: f64, pick: fn(&(f64, f64)) -> f64| {
+            std::iter::once(first).chain(pairs.iter().enumerate().map(move |(k, p)| pick(p) * size(k))).collect()
+        };
+        Fourier::new(of(mean, |p| p.0), of(0.0, |p| p.1))
+    })
+}
+
+fn common() -> impl Strategy<Value = (f64, f64, f64, [f64; 2], f64)> {
+    // η = w/ω₀, the sense, the angle, the start and the share of the span.
+    (decades(-1.5, 1.0), sign(), -1e3..1e3_f64, [-1.0..1.0_f64, -1.0..1.0_f64], 0.1..1.0_f64)
+        .prop_map(|(eta, sign, phi, start, share)| (eta, sign, phi, start, share))
+}
+
+fn damping_ratio() -> impl Strategy<Value = f64> {
+    prop_oneof![1 => Just(0.0), 4 => decades(-4.0, 1.0)]
+}
+
+fn finish(law: Law, natural: f64, (eta, sign, phi_start, start, share): (f64, f64, f64, [f64; 2], f64)) -> Scene {
+    let w = sign * eta * natural;
+    let span = share * (10.0 * TAU / w.abs()).min(60.0 * TAU / natural);
+    Scene { law, w, phi_start, q: 0.1 * start[0], q_dot: 0.1 * start[1] * natural, span }
+}
+
+fn of_series() -> impl Strategy<Value = Scene> {
+    (decades(-3.0, 3.0), decades(-1.0, 3.0), damping_ratio(), common()).prop_flat_map(|(m, natural, ratio, common)| {
+        let (b, c) = (2.0 * ratio * m * natural, m * natural * natural);
+        let load = prop_oneof![Just(constant(0.0)), series(0.05 * c, 2.0)];
+        (series(m, 0.9), series(b, 1.0), series(c, 3.0), load)
+            .prop_map(move |(m, b, c, f)| finish(Law::Series([m, b, c, f]), natural, common))
+    })
+}
+
+fn constant(value: f64) -> Fourier {
+    Fourier::new(vec![value], Vec::new())
+}
+
+fn of_crank() -> impl Strategy<Value = Scene> {
+    let second = prop_oneof![
+        2 => Just(json!("none")),
+        1 => (-3.0..3.0_f64).prop_map(|angle| json!({"own_shafts": angle})),
+        1 => (-3.0..3.0_f64).prop_map(|angle| json!({"shared_shafts": angle})),
+    ];
+    (decades(-3.0, 3.0), decades(-1.0, 3.0), damping_ratio(), decades(-4.0, 2.0), decades(-1.0, 1.0), second, common())
+        .prop_flat_map(|(inertia, natural, ratio, sigma, share, second, common)| {
+            let shafts = inertia * natural * natural;
+            let law = Law::Crank {
+                inertia,
+                damping: 2.0 * ratio * inertia * natural,
+                c_t1: shafts * (1.0 + share),
+                c_t2: shafts * (1.0 + 1.0 / share),
+                c_ab: shafts / (sigma * 0.09),
+                r: 0.3,
+                second,
+                load: constant(0.0),
+            };
+            prop_oneof![Just(constant(0.0)), series(0.05 * shafts, 2.0)].prop_map(move |f| {
+                let scene = finish(law.clone(), natural, common);
+                scene.with(|law| {
+                    if let Law::Crank { load, .. } = law {
+                        *load = f;
+                    }
+                })
+            })
+        })
+}
+
+fn drive() -> impl Strategy<Value = Scene> {
+    prop_oneof![of_series(), of_crank()]
+}
+
+/// d/dt (m q̇²/2 + c q²/2) = f q̇ − b q̇² + ω tau_parametric of series; of the crank, with ψ̇ for q̇ on the left and at f,
+/// also + ω tau.
+fn balance(scene: &Scene, count: usize) -> Result<(), TestCaseError> {
+    let mut run = admitted(scene.run())?;
+    let (w, phi_start) = (scene.w, scene.phi_start);
+    let at = |series: &Fourier, time: f64| series.at((phi_start + w * time) % TAU).0[0];
+    let energy = |run: &mut Run| {
+        let [q, v, c] = run.all(["q", "der(q)", "stiffness"]);
+        let (m, speed) = match &scene.law {
+            Law::Series([m, ..]) => (at(m, run.time), v),
+            Law::Crank { inertia, .. } => (*inertia, run.get("der(psi)")),
+        };
+        (m * speed * speed + c * q * q) / 2.0
+    };
+    let start = energy(&mut run);
+    let [given, total] = admitted(work(&mut run, &equal(scene.span, count), |run| {
+        let [v, second] = run.all(["der(q)", "tau_parametric"]);
+        match &scene.law {
+            Law::Series([_, b, _, f]) => at(f, run.time) * v - at(b, run.time) * v * v + second * w,
+            Law::Crank { damping, load, .. } => {
+                let [tau, speed] = run.all(["tau", "der(psi)"]);
+                at(load, run.time) * speed - damping * v * v + (tau + second) * w
+            }
+        }
+    }))?;
+    let end = energy(&mut run);
+    let scale = total + start.abs() + end.abs();
+    prop_assert!((end - start - given).abs() <= 1e-7 * scale, "energy {:e} of {scale:e}", end - start - given);
+    Ok(())
+}
+
+proptest! {
+    #![proptest_config(config(80, 40, 11))]
+
+    #[test]
+    fn one_step_or_many(scene in drive(), shares in splits()) {
+        let (even, largest) = admitted(scene.states(&even()))?;
+        let (perturbed, _) = admitted(scene.perturbed().states(&[]))?;
+        agree(&admitted(scene.states(&[]))?.0, &even, &largest, &perturbed)?;
+        agree(&admitted(scene.states(&shares))?.0, &even, &largest, &perturbed)?;
+    }
+
+    #[test]
+    fn time_may_run_slower(scene in drive(), factor in (-3.0..3.0_f64).prop_map(f64::exp)) {
+        let (expected, largest) = admitted(scene.states(&even()))?;
+        let (perturbed, _) = admitted(scene.perturbed().states(&[]))?;
+        let (mut slow, _) = admitted(scene.slower(factor).states(&[]))?;
+        slow[1] *= factor;
+        agree(&slow, &expected, &largest, &perturbed)?;
+    }
+
+    #[test]
+    fn mirror_images(scene in drive()) {
+        let (expected, largest) = admitted(scene.states(&even()))?;
+        let (perturbed, _) = admitted(scene.perturbed().states(&[]))?;
+        let (mut reversed, _) = admitted(scene.reversed().states(&[]))?;
+        reversed.iter_mut().for_each(|v| *v *= scene.sign_of_reversal());
+        agree(&reversed, &expected, &largest, &perturbed)?;
+        let (mut mirrored, _) = admitted(scene.mirrored().states(&[]))?;
+        mirrored.iter_mut().for_each(|v| *v *= -1.0);
+        agree(&mirrored, &expected, &largest, &perturbed)?;
+        // Growth knows neither sense nor sign.
+        let growth = |scene: &Scene| admitted(scene.run()).map(|mut run| run.get("growth"));
+        let (own, other) = (growth(&scene)?, growth(&scene.reversed())?);
+        prop_assert!((own - other).abs() <= 1e-6 * (1.0 + own.abs()), "{own} {other}");
+    }
+
+    #[test]
+    fn restored_at_any_instant(scene in drive(), shares in splits()) {
+        restoring(admitted(scene.run())?, admitted(scene.run())?, scene.span, &shares)?;
+    }
+
+    #[test]
+    fn energy_balances(scene in drive()) {
+        // Strong damping decays within a short time, and a stiff rod makes narrow dips.
+        let rate = scene.q_dot.abs() / scene.q.abs().max(1e-3);
+        let fastest = match &scene.law {
+            Law::Series([m, b, c, _]) => (c.bound(0) / m.a[0] * 10.0).sqrt() + 10.0 * b.bound(0) / m.a[0],
+            Law::Crank { inertia, damping, c_t1, c_ab, r, .. } => {
+                (c_t1 / inertia).sqrt() + damping / inertia + 10.0 * scene.w.abs() * (c_ab * r * r / c_t1).sqrt()
+            }
+        };
+        let count = ((fastest + 12.0 * scene.w.abs() + rate.min(1e3)) * scene.span / 2.0).ceil();
+        prop_assume!(count < 3000.0);
+        with_finer_panels(count as usize + 1, |count| balance(&scene, count))?;
+    }
+}
