@@ -1,6 +1,6 @@
 //! What the FMUs of the example scenes cost an importer, measured through fmi-rs.
 //!
-//! `cargo bench --features import --bench do_step` packs every `examples/*/*.toml` with the runtime library of the same
+//! `cargo bench --features import --bench do_step` packs every scene below `examples` with the runtime library of the same
 //! build and prints one row per FMU. Each number is the median of repetitions that are interleaved, one FMU after the
 //! other, so that a change of the clock rate or a busy machine touches all of them alike.
 //!
@@ -91,7 +91,8 @@ fn scenes() -> Vec<PathBuf> {
         .iter()
         .filter(|folder| folder.is_dir())
         .flat_map(|folder| files(folder))
-        .filter(|file| file.extension().is_some_and(|e| e == "toml"))
+        // A task.toml is a motion task, no scene.
+        .filter(|file| file.extension().is_some_and(|e| e == "toml") && !file.ends_with("task.toml"))
         .collect();
     scenes.sort();
     scenes
