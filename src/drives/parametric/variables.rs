@@ -106,8 +106,10 @@ fn crank_parameter(law: &mut CrankLaw, which: usize) -> Option<&mut f64> {
 }
 
 fn get_crank(drive: &ParametricDrive, which: usize) -> f64 {
-    let Some(crank) = crank(drive) else { return 0.0 };
-    crank_parameter(&mut crank.clone(), which).map_or(0.0, |value| *value)
+    let Some(law) = crank(drive) else { return 0.0 };
+    // A copy without its series, which would be allocated.
+    let mut plain = CrankLaw { load: None, ..*law };
+    crank_parameter(&mut plain, which).map_or(0.0, |value| *value)
 }
 
 fn set_crank(drive: &mut ParametricDrive, which: usize, value: f64) {
