@@ -322,6 +322,11 @@ fn compensate_says_what_it_cannot_do() {
         assert!(parts.iter().all(|part| run.err.contains(part)), "{args:?}: {}", run.err);
         assert!(!target.exists());
     }
+    let own = folder.join("own.toml");
+    std::fs::write(&own, &text_of_loom).unwrap();
+    let run = camdrive(&["compensate", text(&own), "-o", text(&own)]);
+    assert!(run.code == 1 && run.err.contains("-o would overwrite an input"), "{}", run.err);
+    assert_eq!(std::fs::read_to_string(&own).unwrap(), text_of_loom);
 }
 
 #[test]

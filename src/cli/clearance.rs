@@ -1,16 +1,15 @@
 //! `camdrive clearance SCENE`
 
-use super::{Failure, print, read_all};
+use super::{Failure, files, print, read_all};
 use crate::design::clearance::{self, Options, Progress, Report, figures, table};
+use crate::design::text;
 use crate::drives::unit::{self, Quantity};
 use crate::motion::harmonic_analysis::analyse;
 use crate::motion::table::Points;
 use crate::motion::{Cycle, CyclePlan, MotionLaw, StandardLaw};
 use crate::scene::{Resolved, units};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
-use std::io::IsTerminal as _;
 use std::path::{Path, PathBuf};
 
 /// Shows where and how hard a drive passes its clearance, and what avoids further impacts.
@@ -80,11 +79,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let scenes = read_all(std::slice::from_ref(&args.scene))?;
     for scene in &scenes {
         let folder = args.output.clone().unwrap_or_else(|| PathBuf::from(format!("clearance-{}", scene.name)));
-        if folder.is_file() {
-            return Err(Failure(format!("error: {}: this is a file; -o takes a folder", folder.display())));
-        }
+        files::no_file(&folder, "-o")?;
         let options = args.options(scene)?;
-        let bar = bar(&scene.name);
+        let bar = files::bar(&scene.name);
         let report = clearance::study(&scene.resource(), &options, |Progress { done, total, law }| {
             bar.set_length(total as u64);
             bar.set_position(done as u64);
@@ -173,21 +170,10 @@ fn compared(name: &str, scene: &Resolved) -> Result<Vec<(String, MotionLaw)>, Fa
     Ok(laws.into_iter().map(|law| (law.name().to_owned(), MotionLaw::Cycle(Cycle::new(same_task(law))))).collect())
 }
 
-/// A progress bar on the standard error, hidden where that is no terminal.
-fn bar(name: &str) -> ProgressBar {
-    let target =
-        if std::io::stderr().is_terminal() { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
-    let style = ProgressStyle::with_template("{prefix} {msg:>20} {wide_bar} {pos}/{len} {elapsed}");
-    ProgressBar::with_draw_target(None, target)
-        .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
-        .with_prefix(name.to_owned())
-}
-
 /// Writes tables and diagrams; the lines that say so.
 fn write(folder: &Path, report: &Report) -> Result<String, Failure> {
-    let fault = |fault: crate::drives::Fault| Failure(format!("error: {fault}"));
-    let files = [
-        ("json", table::json(report)),
+    let parts = [
+        ("json", text::json(report)),
         ("passages.csv", table::passages_csv(report)),
         ("after_impact.csv", table::after_impact_csv(report)),
         ("passage_time.csv", table::passage_time_csv(report)),
@@ -198,15 +184,7 @@ fn write(folder: &Path, report: &Report) -> Result<String, Failure> {
         ("force.svg", figures::force(report).svg()),
         ("acceleration.svg", figures::acceleration(report).svg()),
     ];
-    let failure = |path: &Path, e: std::io::Error| Failure(format!("error: {} cannot be written: {e}", path.display()));
-    std::fs::create_dir_all(folder).map_err(|e| failure(folder, e))?;
-    let mut lines = String::from("\n");
-    for (ending, content) in files {
-        let path = folder.join(format!("{}.{ending}", report.scene));
-        std::fs::write(&path, content.map_err(fault)?).map_err(|e| failure(&path, e))?;
-        let _ = writeln!(lines, "{}", path.display());
-    }
-    Ok(lines)
+    files::report(folder, &report.scene, parts)
 }
 
 /// The report for a terminal: the scene's law in full, the others in the comparison.

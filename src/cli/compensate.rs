@@ -1,16 +1,17 @@
 //! `camdrive compensate SCENE`
 
-use super::{Failure, print, read_all};
+use super::{Failure, files, print, read_all};
 use crate::design::compensation::orbit::Driving;
 use crate::design::compensation::report::{Options, Report, study};
 use crate::design::compensation::{Task, Tool};
+use crate::design::text;
 use crate::drives::rigid_machine::{self, Inertia, Motor};
 use crate::drives::unit;
-use crate::motion::{Fourier, MotionLaw};
+use crate::motion::MotionLaw;
 use crate::scene::units;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
-use toml_edit::{Array, DocumentMut, Item, Table, Value, value};
+use toml_edit::{Item, value};
 
 /// Cuts the cams of a machine such that its tools move in time as prescribed though its speed fluctuates.
 ///
@@ -122,33 +123,33 @@ fn machine(args: &Args) -> Result<Machine, Failure> {
 
 pub fn run(args: &Args) -> Result<(), Failure> {
     let machine = machine(args)?;
+    let output = args.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}.compensated.toml", machine.name)));
+    files::no_input(&output, std::iter::once(&args.scene))?;
+    if let Some(folder) = &args.report {
+        files::no_file(folder, "--report")?;
+    }
     let options = Options { tolerance: args.tolerance, rounds: args.rounds };
     let report = study(&machine.name, &machine.task, options)
         .map_err(|fault| failure(format!("{}: {fault}", args.scene.display())))?;
-    let output = args.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}.compensated.toml", machine.name)));
-    let mut files = vec![(output.clone(), compensated(args, &machine, &report)?)];
+    let mut scenes = vec![(output.clone(), compensated(args, &machine, &report)?)];
     for pair in &args.cam {
-        files.push(with_cam(pair, &machine, &report, &output)?);
-    }
-    if let Some(folder) = &args.report {
-        let fault = |fault: crate::drives::Fault| failure(fault);
-        let file = |ending: &str| folder.join(format!("{}.{ending}", machine.name));
-        let json = serde_json::to_string_pretty(&report).map_err(failure)?;
-        files.push((file("compensation.csv"), report.csv().map_err(fault)?));
-        files.push((file("compensation.json"), json + "\n"));
-        files.push((file("speed.svg"), report.speed_diagram().svg().map_err(fault)?));
-        for (place, j) in machine.tools.iter().enumerate() {
-            files.push((file(&format!("tool{}.svg", j + 1)), report.acceleration_diagram(place).svg().map_err(fault)?));
-        }
+        scenes.push(with_cam(pair, &machine, &report, &output)?);
     }
     let mut lines = String::new();
-    for (path, text) in files {
-        let fault = |e| failure(format!("{} cannot be written: {e}", path.display()));
-        if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
-            std::fs::create_dir_all(folder).map_err(fault)?;
-        }
-        std::fs::write(&path, text).map_err(fault)?;
+    for (path, text) in scenes {
+        files::write(&path, &text)?;
         let _ = writeln!(lines, "{}", path.display());
+    }
+    if let Some(folder) = &args.report {
+        let mut parts = vec![
+            ("compensation.csv".to_owned(), report.csv()),
+            ("compensation.json".to_owned(), text::json(&report)),
+            ("speed.svg".to_owned(), report.speed_diagram().svg()),
+        ];
+        for (place, j) in machine.tools.iter().enumerate() {
+            parts.push((format!("tool{}.svg", j + 1), report.acceleration_diagram(place).svg()));
+        }
+        lines += files::report(folder, &machine.name, parts)?.trim_start();
     }
     print(&(text(&report) + &lines))
 }
@@ -161,27 +162,6 @@ fn text(report: &Report) -> String {
     }
     let _ = writeln!(out, "\n{}", report.table().text());
     out
-}
-
-/// Reads the TOML of a scene that is known to be one.
-fn document(path: &Path) -> Result<DocumentMut, Failure> {
-    let text = std::fs::read_to_string(path).map_err(|e| failure(format!("{}: {e}", path.display())))?;
-    text.trim_start_matches('\u{feff}').parse().map_err(|e| failure(format!("{}: {e}", path.display())))
-}
-
-/// `[cam]` with this law.
-fn cam(law: &Fourier) -> Table {
-    let list = |list: &[f64]| {
-        // Small coefficients with an exponent; either way the number is read back to the same bits.
-        let number = |x: f64| if x.abs() < 1e-3 && x != 0.0 { format!("{x:e}") } else { format!("{x:?}") };
-        let parsed = |x: &f64| number(*x).parse::<Value>().unwrap_or_else(|_| (*x).into());
-        value(list.iter().map(parsed).collect::<Array>())
-    };
-    let mut table = Table::new();
-    table["law"] = value("fourier");
-    table["a"] = list(&law.a);
-    table["b"] = list(&law.b[1..]);
-    table
 }
 
 /// Tables that the scene names by a path from its own folder are named from that of the result.
@@ -214,12 +194,12 @@ fn renamed(name: &str) -> String {
 
 /// The scene with the compensated cams.
 fn compensated(args: &Args, machine: &Machine, report: &Report) -> Result<String, Failure> {
-    let mut document = document(&args.scene)?;
+    let mut document = files::document(&args.scene)?;
     document["name"] = value(renamed(&machine.name));
     let unexpected = || failure(format!("{}: the followers are no [[follower]] tables", args.scene.display()));
     for (law, j) in report.laws.iter().zip(&machine.tools) {
         let followers = &mut document["follower"];
-        let table = cam(law);
+        let table = files::cam(law, 1.0);
         if let Some(tables) = followers.as_array_of_tables_mut() {
             tables.get_mut(*j).ok_or_else(unexpected)?["cam"] = Item::Table(table);
         } else {
@@ -253,9 +233,9 @@ fn with_cam(pair: &str, machine: &Machine, report: &Report, output: &Path) -> Re
     if scene.model == "RigidMachine" {
         return Err(failure(format!("--cam: {} is a machine, not a drive with one cam", path.display())));
     }
-    let mut document = document(&path)?;
+    let mut document = files::document(&path)?;
     document["name"] = value(renamed(&scene.name));
-    document["cam"] = Item::Table(cam(&report.laws[place]));
+    document["cam"] = Item::Table(files::cam(&report.laws[place], 1.0));
     let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let folder = output.parent().unwrap_or(Path::new(""));
     Ok((folder.join(format!("{stem}.compensated.toml")), document.to_string()))

@@ -9,6 +9,7 @@ mod compensate;
 mod completions;
 mod describe;
 mod export;
+mod files;
 #[cfg(feature = "import")]
 mod run;
 mod stability;

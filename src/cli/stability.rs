@@ -1,14 +1,12 @@
 //! `camdrive stability SCENE`
 
-use super::{Failure, print, read_all};
+use super::{Failure, files, print, read_all};
 use crate::design::stability::{self, MOST_ORDERS, Options, Progress, Report, figures, table};
-use crate::design::tradeoff::table::Table;
+use crate::design::text::{self, Table};
 use crate::drives::Fault;
 use crate::drives::unit;
 use crate::scene::units;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::fmt::Write as _;
-use std::io::IsTerminal as _;
 use std::path::{Path, PathBuf};
 
 /// Finds the speeds at which parameters that vary over the turn make a drive vibrate, and the damping that prevents it.
@@ -109,26 +107,14 @@ impl Args {
     }
 }
 
-/// A progress bar on the standard error, hidden where that is no terminal.
-fn bar(name: &str) -> ProgressBar {
-    let target =
-        if std::io::stderr().is_terminal() { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
-    let style = ProgressStyle::with_template("{prefix} {msg:>10} {wide_bar} {pos}/{len} {elapsed}");
-    ProgressBar::with_draw_target(None, target)
-        .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
-        .with_prefix(name.to_owned())
-}
-
 pub fn run(args: &Args) -> Result<(), Failure> {
     let options = args.options()?;
     for scene in &read_all(std::slice::from_ref(&args.scene))? {
         let fault = |fault: Fault| Failure(format!("error: {}: {fault}", args.scene.display()));
         let folder = args.output.clone().unwrap_or_else(|| PathBuf::from(format!("stability-{}", scene.name)));
-        if folder.is_file() {
-            return Err(Failure(format!("error: {}: this is a file; -o takes a folder", folder.display())));
-        }
+        files::no_file(&folder, "-o")?;
         let oscillator = scene.resource().oscillator().map_err(fault)?;
-        let bar = bar(&scene.name);
+        let bar = files::bar(&scene.name);
         let report = stability::study([&scene.name, scene.model], &oscillator, &options, &|progress: Progress| {
             bar.set_length(progress.total as u64);
             bar.set_position(progress.done as u64);
@@ -144,26 +130,17 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 /// Writes tables and diagrams; the lines that say so.
 fn write(folder: &Path, report: &Report) -> Result<String, Failure> {
-    let fault = |fault: Fault| Failure(format!("error: {fault}"));
-    let mut files = vec![("csv", table::orders_csv(report)), ("json", table::json(report))];
+    let mut parts = vec![("csv", table::orders_csv(report)), ("json", text::json(report))];
     if !report.over_damping.is_empty() || !report.over_modulation.is_empty() {
-        files.push(("map.csv", table::map_csv(report)));
-        files.push(("damping.svg", figures::over_damping(report).svg()));
-        files.push(("modulation.svg", figures::over_modulation(report).svg()));
+        parts.push(("map.csv", table::map_csv(report)));
+        parts.push(("damping.svg", figures::over_damping(report).svg()));
+        parts.push(("modulation.svg", figures::over_modulation(report).svg()));
     }
     if !report.amplification.is_empty() {
-        files.push(("amplification.csv", table::amplification_csv(report)));
-        files.push(("amplification.svg", figures::amplification(report).svg()));
+        parts.push(("amplification.csv", table::amplification_csv(report)));
+        parts.push(("amplification.svg", figures::amplification(report).svg()));
     }
-    let failure = |path: &Path, e: std::io::Error| Failure(format!("error: {} cannot be written: {e}", path.display()));
-    std::fs::create_dir_all(folder).map_err(|e| failure(folder, e))?;
-    let mut lines = String::from("\n");
-    for (ending, content) in files {
-        let path = folder.join(format!("{}.{ending}", report.scene));
-        std::fs::write(&path, content.map_err(fault)?).map_err(|e| failure(&path, e))?;
-        let _ = writeln!(lines, "{}", path.display());
-    }
-    Ok(lines)
+    files::report(folder, &report.scene, parts)
 }
 
 /// The report for a terminal.

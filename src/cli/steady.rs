@@ -1,11 +1,11 @@
 //! `camdrive steady SCENE`
 
-use super::{Failure, print, read_all};
+use super::{Failure, files, print, read_all};
 use crate::design::plot::{Axis, Diagram, Series};
-use crate::design::tradeoff::table::{Table, number};
+use crate::design::text::{self, Table, number};
 use crate::drives::rigid_machine::orbits::{PeriodicMotion, free_motion, periodic_motions, range};
 use crate::drives::rigid_machine::{Inertia, Motor, Scene};
-use crate::drives::unit;
+use crate::drives::{Fault, unit};
 use crate::scene::units;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -108,18 +108,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     out += &table(&motions, free.as_ref()).text();
     if let Some(folder) = &args.report {
         let title = format!("Periodic motions of {}", resolved.name);
-        let files = [
-            ("steady.csv", csv(&motions, free.as_ref()).map_err(failure)?),
-            ("steady.svg", diagram(title, &motions, free.as_ref()).svg().map_err(failure)?),
+        let parts = [
+            ("steady.csv", csv(&motions, free.as_ref())),
+            ("steady.svg", diagram(title, &motions, free.as_ref()).svg()),
         ];
-        let cannot = |path: &std::path::Path, e| failure(format!("{} cannot be written: {e}", path.display()));
-        std::fs::create_dir_all(folder).map_err(|e| cannot(folder, e))?;
-        out.push('\n');
-        for (ending, text) in files {
-            let path = folder.join(format!("{}.{ending}", resolved.name));
-            std::fs::write(&path, text).map_err(|e| cannot(&path, e))?;
-            let _ = writeln!(out, "{}", path.display());
-        }
+        out += &files::report(folder, &resolved.name, parts)?;
     }
     print(&out)
 }
@@ -212,17 +205,13 @@ fn table(motions: &[PeriodicMotion], free: Option<&Free>) -> Table {
 }
 
 /// The courses of the speed, one line for each point.
-fn csv(motions: &[PeriodicMotion], free: Option<&Free>) -> Result<String, String> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    let wrong = |e: &dyn std::fmt::Display| format!("the courses cannot be written as CSV: {e}");
-    writer.write_record(["motion", "phi_rad", "w_rad_s"]).map_err(|e| wrong(&e))?;
+fn csv(motions: &[PeriodicMotion], free: Option<&Free>) -> Result<String, Fault> {
     let all = motions.iter().enumerate().map(|(i, motion)| (name(i, motion), &motion.course));
-    for (name, course) in all.chain(free.map(|(_, course)| ("without torques".to_owned(), course))) {
-        for [phi, w] in course {
-            writer.write_record([name.clone(), phi.to_string(), w.to_string()]).map_err(|e| wrong(&e))?;
-        }
-    }
-    String::from_utf8(writer.into_inner().map_err(|e| wrong(&e))?).map_err(|e| wrong(&e))
+    let all = all.chain(free.map(|(_, course)| ("without torques".to_owned(), course)));
+    let rows = all.flat_map(|(name, course)| {
+        course.iter().map(move |[phi, w]| vec![name.clone(), phi.to_string(), w.to_string()])
+    });
+    text::csv(&["motion", "phi_rad", "w_rad_s"], rows)
 }
 
 fn diagram(title: String, motions: &[PeriodicMotion], free: Option<&Free>) -> Diagram {

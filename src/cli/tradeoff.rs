@@ -1,12 +1,11 @@
 //! `camdrive tradeoff SCENE`
 
-use super::{Failure, print, read_all};
+use super::{Failure, files, print, read_all};
+use crate::design::text;
 use crate::design::tradeoff::{self, Options, Progress, Report, figures, table};
 use crate::drives::unit::{self, Quantity};
 use crate::scene::{Resolved, units};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::fmt::Write as _;
-use std::io::IsTerminal as _;
 use std::path::{Path, PathBuf};
 
 /// Measures speed against accuracy, and what each feature of the scene is worth.
@@ -77,7 +76,7 @@ impl StudyArgs {
 
     /// The study of a scene, with a progress bar where somebody looks.
     pub fn study(&self, path: &Path, scene: &Resolved) -> Result<Report, Failure> {
-        let bar = bar(&scene.name);
+        let bar = files::bar(&scene.name);
         let report = tradeoff::study(&scene.resource(), &self.options()?, |Progress { done, total, stage }| {
             bar.set_length(total as u64);
             bar.set_position(done as u64);
@@ -88,23 +87,11 @@ impl StudyArgs {
     }
 }
 
-/// A progress bar on the standard error, hidden where that is no terminal.
-fn bar(name: &str) -> ProgressBar {
-    let target =
-        if std::io::stderr().is_terminal() { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
-    let style = ProgressStyle::with_template("{prefix} {msg:>9} {wide_bar} {pos}/{len} {elapsed}");
-    ProgressBar::with_draw_target(None, target)
-        .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
-        .with_prefix(name.to_owned())
-}
-
 pub fn run(args: &Args) -> Result<(), Failure> {
     let scenes = read_all(std::slice::from_ref(&args.scene))?;
     for scene in &scenes {
         let folder = args.output.clone().unwrap_or_else(|| PathBuf::from(format!("tradeoff-{}", scene.name)));
-        if folder.is_file() {
-            return Err(Failure(format!("error: {}: this is a file; -o takes a folder", folder.display())));
-        }
+        files::no_file(&folder, "-o")?;
         let report = args.study.study(&args.scene, scene)?;
         let written = write(&folder, &report)?;
         print(&(text(&report) + &written))?;
@@ -114,22 +101,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 /// Writes tables and diagrams; the lines that say so.
 fn write(folder: &Path, report: &Report) -> Result<String, Failure> {
-    let fault = |fault: crate::drives::Fault| Failure(format!("error: {fault}"));
-    let files = [
+    let parts = [
         ("csv", table::csv(report)),
-        ("json", table::json(report)),
+        ("json", text::json(report)),
         ("work_precision.svg", figures::work_precision(report).svg()),
         ("communication_step.svg", figures::communication_step(report).svg()),
     ];
-    let failure = |path: &Path, e: std::io::Error| Failure(format!("error: {} cannot be written: {e}", path.display()));
-    std::fs::create_dir_all(folder).map_err(|e| failure(folder, e))?;
-    let mut lines = String::from("\n");
-    for (ending, content) in files {
-        let path = folder.join(format!("{}.{ending}", report.scene));
-        std::fs::write(&path, content.map_err(fault)?).map_err(|e| failure(&path, e))?;
-        let _ = writeln!(lines, "{}", path.display());
-    }
-    Ok(lines)
+    files::report(folder, &report.scene, parts)
 }
 
 /// The report for a terminal.

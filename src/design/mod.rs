@@ -7,4 +7,5 @@ pub mod compensation;
 pub mod plot;
 pub mod stability;
 pub mod synthesis;
+pub mod text;
 pub mod tradeoff;

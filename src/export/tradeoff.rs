@@ -2,7 +2,8 @@
 
 use super::archive::File;
 use super::xml::Xml;
-use crate::design::tradeoff::table::{self, Table};
+use crate::design::text::{self, Table};
+use crate::design::tradeoff::table;
 use crate::design::tradeoff::{Report, figures};
 use crate::drives::Fault;
 
@@ -12,7 +13,7 @@ const FOLDER: &str = "extra/org.camdrive.tradeoff";
 /// The tables for programs.
 pub fn files(report: &Report) -> Result<Vec<File>, Fault> {
     Ok(vec![
-        File::new(format!("{FOLDER}/tradeoff.json"), table::json(report)?),
+        File::new(format!("{FOLDER}/tradeoff.json"), text::json(report)?),
         File::new(format!("{FOLDER}/tradeoff.csv"), table::csv(report)?),
     ])
 }

@@ -4,8 +4,8 @@ use super::borders::{Sequel, borders};
 use super::passage::{Clearance, Figures};
 use super::tuning::{SOURCE_BOUND, nearest};
 use super::{Parameters, Report, Study, figures};
-use crate::design::tradeoff::table::time;
-pub use crate::design::tradeoff::table::{Table, number};
+pub use crate::design::text::{Table, number};
+use crate::design::text::{csv, time};
 use crate::drives::Fault;
 use std::f64::consts::TAU;
 
@@ -289,18 +289,6 @@ pub fn of_motion(study: &Study) -> Vec<String> {
     lines
 }
 
-/// Rows of numbers as CSV.
-fn csv(head: &[&str], rows: impl Iterator<Item = Vec<String>>) -> Result<String, Fault> {
-    let fault = |e: &dyn std::fmt::Display| Fault(format!("the table cannot be written as CSV: {e}"));
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    writer.write_record(head).map_err(|e| fault(&e))?;
-    for row in rows {
-        writer.write_record(&row).map_err(|e| fault(&e))?;
-    }
-    let bytes = writer.into_inner().map_err(|e| fault(&e))?;
-    String::from_utf8(bytes).map_err(|e| fault(&e))
-}
-
 fn full(value: f64) -> String {
     format!("{value:e}")
 }
@@ -403,10 +391,4 @@ pub fn map_csv(report: &Report) -> Result<String, Fault> {
         border.points.into_iter().map(move |p| vec![name.clone(), full(p.mu), full(p.k), full(p.tau)])
     });
     csv(&["border", "mu", "K", "tau1"], rows)
-}
-
-/// The whole report.
-pub fn json(report: &Report) -> Result<String, Fault> {
-    let text = serde_json::to_string_pretty(report);
-    text.map(|text| text + "\n").map_err(|e| Fault(format!("the report cannot be written as JSON: {e}")))
 }

@@ -3,7 +3,7 @@
 use super::iteration::{Cam, Machine, Round, rounds};
 use super::{Law, Task};
 use crate::design::plot::{Axis, Diagram, Series};
-use crate::design::tradeoff::table::{Table, number};
+use crate::design::text::{self, Table, number};
 use crate::drives::Fault;
 use crate::drives::rigid_machine::Motor;
 use crate::motion::Fourier;
@@ -215,8 +215,6 @@ impl Report {
     /// # Errors
     /// None in practice: the writer fills memory.
     pub fn csv(&self) -> Result<String, Fault> {
-        let fault = |e: &dyn std::fmt::Display| Fault(format!("the table cannot be written as CSV: {e}"));
-        let mut writer = csv::Writer::from_writer(Vec::new());
         let head = [
             "machine",
             "speed_part",
@@ -229,14 +227,14 @@ impl Report {
             "extra_harmonics",
             "highest_extra",
         ];
-        writer.write_record(head).map_err(|e| fault(&e))?;
+        let mut rows = Vec::new();
         let rounds = self.rounds.iter().enumerate().map(|(i, round)| (format!("round {i}"), 1.0, Some(round)));
         let finished = std::iter::once(("finished".to_owned(), 1.0, Some(&self.finished)));
         let others = self.other_speeds.iter().map(|(part, round)| ("finished".to_owned(), *part, round.as_ref()));
         for (name, part, round) in rounds.chain(finished).chain(others) {
             let Some(round) = round else { continue };
             for (j, tool) in round.tools.iter().enumerate() {
-                let cells = [
+                rows.push(vec![
                     name.clone(),
                     part.to_string(),
                     round.period.to_string(),
@@ -247,12 +245,10 @@ impl Report {
                     tool.deviation.to_string(),
                     tool.extra_harmonics.to_string(),
                     tool.highest_extra.map_or(String::new(), |highest| highest.to_string()),
-                ];
-                writer.write_record(cells).map_err(|e| fault(&e))?;
+                ]);
             }
         }
-        let bytes = writer.into_inner().map_err(|e| fault(&e))?;
-        String::from_utf8(bytes).map_err(|e| fault(&e))
+        text::csv(&head, rows)
     }
 
     /// ω over the angle, before and after.

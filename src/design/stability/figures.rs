@@ -4,7 +4,7 @@ use super::Report;
 use super::map::Region;
 use super::table::RPM;
 use crate::design::plot::{Axis, Diagram, Rule, Series, Shade};
-use crate::design::tradeoff::table::number;
+use crate::design::text::number;
 
 /// A word takes this part of the width of a diagram, and this part of its height; a number half of the width.
 const WORD: [f64; 2] = [0.1, 0.05];

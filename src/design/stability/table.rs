@@ -2,7 +2,7 @@
 
 use super::tongue::Extent;
 use super::{NEGLIGIBLE, Order, Report, TOLERATED};
-use crate::design::tradeoff::table::{Table, number};
+use crate::design::text::{Table, csv, number};
 use crate::drives::Fault;
 use std::fmt::Write as _;
 
@@ -310,19 +310,6 @@ pub fn of_resonances(report: &Report) -> Table {
     Table { rows: report.resonances.iter().map(row).collect(), head: head.to_vec() }
 }
 
-fn fault(e: &dyn std::fmt::Display) -> Fault {
-    Fault(format!("the table cannot be written as CSV: {e}"))
-}
-
-fn written(head: &[&str], rows: impl Iterator<Item = Vec<String>>) -> Result<String, Fault> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    writer.write_record(head).map_err(|e| fault(&e))?;
-    for row in rows {
-        writer.write_record(&row).map_err(|e| fault(&e))?;
-    }
-    String::from_utf8(writer.into_inner().map_err(|e| fault(&e))?).map_err(|e| fault(&e))
-}
-
 fn full(value: f64) -> String {
     if value.is_finite() { format!("{value:e}") } else { String::new() }
 }
@@ -366,7 +353,7 @@ pub fn orders_csv(report: &Report) -> Result<String, Fault> {
             full(o.second_order),
         ]
     };
-    written(&head, report.orders.iter().map(row))
+    csv(&head, report.orders.iter().map(row))
 }
 
 /// The boundaries of both maps.
@@ -389,7 +376,7 @@ pub fn map_csv(report: &Report) -> Result<String, Fault> {
             .collect::<Vec<_>>()
     };
     let all = rows("damping", &report.over_damping).into_iter().chain(rows("modulation", &report.over_modulation));
-    written(&head, all)
+    csv(&head, all)
 }
 
 /// The periodic motion over the speed.
@@ -405,14 +392,5 @@ pub fn amplification_csv(report: &Report) -> Result<String, Fault> {
         row.extend([s.amplification.map_or(String::new(), full), s.stable.to_string()]);
         row
     });
-    written(&head, rows)
-}
-
-/// The whole report.
-///
-/// # Errors
-/// None in practice: the report holds nothing that JSON has no form for; what is infinite is null.
-pub fn json(report: &Report) -> Result<String, Fault> {
-    let text = serde_json::to_string_pretty(report);
-    text.map(|text| text + "\n").map_err(|e| Fault(format!("the report cannot be written as JSON: {e}")))
+    csv(&head, rows)
 }

@@ -4,7 +4,7 @@ use super::shaft::{Norm, ShaftGoal};
 use super::shaft_study::Shafted;
 use super::study::{Method, Study};
 use super::{Infeasible, Objective, Task};
-use crate::design::tradeoff::table::{Table, number};
+use crate::design::text::{self, Table, csv, number};
 use crate::drives::Fault;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -304,7 +304,7 @@ impl Study {
             cells.push(self.deviation_at(phi).map_or(String::new(), exact));
             cells
         });
-        csv(&head, rows.collect())
+        csv(&head, rows)
     }
 
     /// U − Ũ of the motion where U is prescribed.
@@ -326,7 +326,7 @@ impl Study {
             cells.extend([rival.harmonics.to_string(), reached]);
             cells
         });
-        csv(&head, rows.collect())
+        csv(&head, rows)
     }
 
     /// The result as JSON, in SI.
@@ -363,25 +363,12 @@ impl Study {
                 "unstable_at": shaft.faults.iter().map(|(w, _)| w).collect::<Vec<_>>(),
             })),
         });
-        serde_json::to_string_pretty(&value)
-            .map(|text| text + "\n")
-            .map_err(|e| Fault(format!("the report cannot be written as JSON: {e}")))
+        text::json(&value)
     }
 }
 
 fn exact(value: f64) -> String {
     format!("{value:e}")
-}
-
-fn csv(head: &[&str], rows: Vec<Vec<String>>) -> Result<String, Fault> {
-    let fault = |e: &dyn std::fmt::Display| Fault(format!("the table cannot be written as CSV: {e}"));
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    writer.write_record(head).map_err(|e| fault(&e))?;
-    for row in rows {
-        writer.write_record(row).map_err(|e| fault(&e))?;
-    }
-    let bytes = writer.into_inner().map_err(|e| fault(&e))?;
-    String::from_utf8(bytes).map_err(|e| fault(&e))
 }
 
 /// The objective as the source calls it.

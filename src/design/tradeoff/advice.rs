@@ -1,7 +1,7 @@
 //! One sentence per target accuracy: what to use, what it costs, what may be left out.
 
-use super::table::{number, share, time};
 use super::{Feature, Report, Row};
+use crate::design::text::{number, share, time};
 use serde::Serialize;
 
 /// The accuracies that people ask for.

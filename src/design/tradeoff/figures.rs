@@ -69,11 +69,11 @@ pub fn communication_step(report: &Report) -> Diagram {
     let full_name = |row: &Row| {
         let tolerance = row.tolerance.map(|t| match t {
             0.0 => "default tolerance".to_owned(),
-            t => format!("tolerance {}", super::table::number(t)),
+            t => format!("tolerance {}", crate::design::text::number(t)),
         });
         let size = row.step_size.map(|s| match s {
             0.0 => "default internal step".to_owned(),
-            s => format!("internal step {}", super::table::time(s)),
+            s => format!("internal step {}", crate::design::text::time(s)),
         });
         [Some(name(row)), tolerance, size].into_iter().flatten().collect::<Vec<_>>().join(", ")
     };

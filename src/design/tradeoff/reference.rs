@@ -85,7 +85,7 @@ pub fn compute(resource: &Resource, interface: &Interface, grid: Grid, run_up: &
         Some(_) => format!("solver.tolerance = {:e}", TOLERANCES[0]),
         None => "the drive's only setting".to_owned(),
     };
-    let step = super::table::time(grid.communication_step());
+    let step = crate::design::text::time(grid.communication_step());
     Ok(judge(trace, others, format!("{text}, communication step {step}"), &grid, interface.outputs.len()))
 }
 

@@ -1,53 +1,8 @@
 //! The report as tables: cells for terminal and page, CSV, JSON.
 
 use super::{Feature, Report, Row};
+use crate::design::text::{self, NONE, Table, number, time};
 use crate::drives::Fault;
-
-/// A table of texts.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Table {
-    /// One heading per column.
-    pub head: Vec<String>,
-    /// The cells.
-    pub rows: Vec<Vec<String>>,
-}
-
-/// "–", where there is nothing to say.
-const NONE: &str = "–";
-
-/// Three significant digits, in powers of ten outside of 0.01 … 1e6.
-pub fn number(value: f64) -> String {
-    if !value.is_finite() {
-        return NONE.to_owned();
-    }
-    let rounded: f64 = format!("{value:.2e}").parse().unwrap_or(value);
-    if rounded == 0.0 || (1e-2..1e6).contains(&rounded.abs()) {
-        return rounded.to_string();
-    }
-    // An error of 3.214e-9 is one of 3.2e-9.
-    let short: f64 = format!("{value:.1e}").parse().unwrap_or(value);
-    format!("{short:e}")
-}
-
-/// A duration with a unit that suits it.
-pub fn time(seconds: f64) -> String {
-    let (unit, scale) = [("s", 1.0), ("ms", 1e3), ("µs", 1e6), ("ns", 1e9)]
-        .into_iter()
-        .find(|(_, scale)| (seconds * scale).abs() >= 0.9995)
-        .unwrap_or(("ns", 1e9));
-    format!("{} {unit}", number(seconds * scale))
-}
-
-/// A change relative to the largest value, as people say it.
-pub fn share(change: f64) -> String {
-    if change >= 10.0 {
-        format!("{} times its largest value", number(change))
-    } else if change >= 1e-4 {
-        format!("{} %", number(100.0 * change))
-    } else {
-        format!("{} of its largest value", number(change))
-    }
-}
 
 fn default_or(value: f64, text: impl Fn(f64) -> String) -> String {
     if value == 0.0 { "default".to_owned() } else { text(value) }
@@ -172,29 +127,11 @@ pub fn about(report: &Report) -> Vec<String> {
     lines
 }
 
-impl Table {
-    /// The table in columns for a terminal.
-    pub fn text(&self) -> String {
-        let width = |i: usize| {
-            let cells = self.rows.iter().map(|row| &row[i]).chain([&self.head[i]]);
-            cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
-        };
-        let widths: Vec<usize> = (0..self.head.len()).map(width).collect();
-        let line = |row: &Vec<String>| {
-            let cells = row.iter().zip(&widths).map(|(cell, width)| format!("  {cell:<width$}"));
-            cells.collect::<String>().trim_end().to_owned() + "\n"
-        };
-        std::iter::once(&self.head).chain(&self.rows).map(line).collect()
-    }
-}
-
 /// All settings and features with all numbers, one line each.
 ///
 /// # Errors
 /// None in practice: the writer fills memory.
 pub fn csv(report: &Report) -> Result<String, Fault> {
-    let fault = |e: &dyn std::fmt::Display| Fault(format!("the table cannot be written as CSV: {e}"));
-    let mut writer = csv::Writer::from_writer(Vec::new());
     let names: Vec<&str> = report.outputs.iter().map(|output| output.name.as_str()).collect();
     let fixed = [
         "kind",
@@ -214,9 +151,10 @@ pub fn csv(report: &Report) -> Result<String, Fault> {
         "evaluations",
         "fault",
     ];
-    writer.write_record(fixed.iter().chain(&names)).map_err(|e| fault(&e))?;
+    let head: Vec<&str> = fixed.iter().chain(&names).copied().collect();
+    let mut rows = Vec::new();
     let full = |value: Option<f64>| value.map_or(String::new(), |value| format!("{value:e}"));
-    let text = |value: &Option<String>| value.clone().unwrap_or_default();
+    let word = |value: &Option<String>| value.clone().unwrap_or_default();
     let cost = |cost: Option<super::Cost>| {
         [
             full(cost.map(|c| c.ns_per_ms)),
@@ -226,54 +164,27 @@ pub fn csv(report: &Report) -> Result<String, Fault> {
         ]
     };
     for row in &report.settings {
-        let mut record = vec!["setting".to_owned(), text(&row.method), full(row.tolerance), full(row.step_size)];
+        let mut record = vec!["setting".to_owned(), word(&row.method), full(row.tolerance), full(row.step_size)];
         record.extend([row.inputs.unwrap_or_default().to_owned(), String::new(), String::new()]);
         record.extend([
             full(Some(row.communication_step)),
             full(row.error),
-            text(&row.worst),
+            word(&row.worst),
             full(row.error_estimate),
         ]);
         record.extend(cost(row.cost));
-        record.push(text(&row.fault));
+        record.push(word(&row.fault));
         record.extend(names.iter().map(|name| full(row.errors.get(*name).copied())));
-        writer.write_record(&record).map_err(|e| fault(&e))?;
+        rows.push(record);
     }
     for feature in &report.features {
         let mut record = vec!["feature".to_owned(), String::new(), String::new(), String::new(), String::new()];
         record.extend([feature.feature.clone(), feature.instead.clone(), full(Some(report.experiment.step))]);
-        record.extend([full(feature.change), text(&feature.worst), String::new()]);
+        record.extend([full(feature.change), word(&feature.worst), String::new()]);
         record.extend(cost(feature.cost));
-        record.push(text(&feature.fault));
+        record.push(word(&feature.fault));
         record.extend(names.iter().map(|name| full(feature.changes.get(*name).copied())));
-        writer.write_record(&record).map_err(|e| fault(&e))?;
+        rows.push(record);
     }
-    let bytes = writer.into_inner().map_err(|e| fault(&e))?;
-    String::from_utf8(bytes).map_err(|e| fault(&e))
-}
-
-/// The whole report.
-///
-/// # Errors
-/// None in practice: the report holds nothing that JSON has no form for.
-pub fn json(report: &Report) -> Result<String, Fault> {
-    let text = serde_json::to_string_pretty(report);
-    text.map(|text| text + "\n").map_err(|e| Fault(format!("the report cannot be written as JSON: {e}")))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_read_well() {
-        let pairs =
-            [(0.0, "0"), (1e-6, "1e-6"), (3.214e-9, "3.2e-9"), (512.34, "512"), (0.33333, "0.333"), (2e7, "2e7")];
-        for (value, text) in pairs {
-            assert_eq!(number(value), text);
-        }
-        assert_eq!((time(3.3334e-4), time(2.0), time(1e-5)), ("333 µs".into(), "2 s".into(), "10 µs".into()));
-        assert_eq!((share(0.123), share(35.0)), ("12.3 %".into(), "35 times its largest value".into()));
-        assert_eq!(share(2e-9), "2e-9 of its largest value");
-    }
+    text::csv(&head, rows)
 }

@@ -106,7 +106,7 @@ fn a_tolerance_buys_accuracy_and_the_advice_knows() {
     assert_eq!(table::of_settings(&report).rows.len(), report.settings.len());
     let csv = table::csv(&report).unwrap();
     assert_eq!(csv.lines().count(), 1 + report.settings.len() + report.features.len());
-    let json: serde_json::Value = serde_json::from_str(&table::json(&report).unwrap()).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&crate::design::text::json(&report).unwrap()).unwrap();
     assert_eq!(json["settings"].as_array().unwrap().len(), report.settings.len());
     for diagram in [figures::work_precision(&report), figures::communication_step(&report)] {
         assert!(!diagram.series.is_empty());

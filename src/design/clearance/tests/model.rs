@@ -294,7 +294,7 @@ fn the_tables_and_diagrams_hold_all_passages() {
     assert_eq!(lines(table::after_impact_csv(&report).unwrap()), 1 + 2 * 401);
     assert_eq!(lines(table::passage_time_csv(&report).unwrap()), 1 + 7 * 201);
     assert!(lines(table::map_csv(&report).unwrap()) > 500);
-    let json: serde_json::Value = serde_json::from_str(&table::json(&report).unwrap()).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&crate::design::text::json(&report).unwrap()).unwrap();
     assert_eq!(json["laws"][0]["passages"].as_array().unwrap().len(), 2);
     for diagram in [
         figures::passage_time(&report),
