@@ -65,6 +65,7 @@ fn every_help_has_an_example() {
         "describe",
         "synthesize",
         "compensate",
+        "cam",
         "steady",
         "tradeoff",
         "clearance",
@@ -588,4 +589,92 @@ fn synthesize_says_what_cannot_be_met() {
     // A stroke of 1 over half a turn takes an acceleration of at least 4/π² = 0.405.
     assert!(run.err.contains("U″ must leave -0.2 … 0.2") && run.err.contains("by 0.2"), "{}", run.err);
     assert!(!folder.join("p.toml").exists());
+}
+
+/// A scene whose cam has a geometry, with this change of its text.
+fn with_geometry(folder: &Path, from: &str, to: &str) -> PathBuf {
+    let scene = "name = \"valve\"\nmodel = \"ElasticCamDrive\"\n[cam]\nlaw = \"cycle\"\nstroke = \"10 mm\"\n\
+        rise = \"90 deg\"\nreturn = \"90 deg\"\nupper_dwell = \"30 deg\"\nrise_law = \"modified_sine\"\n\
+        [geometry]\nfollower = \"translating\"\noffset = \"3 mm\"\nroller_radius = \"8 mm\"\nbase_radius = \"30 mm\"\n\
+        [drive]\nspeed = \"300 rpm\"\n[elasticity]\nplace = \"output\"\nm = \"1 kg\"\nc = \"9 kN/m\"\n";
+    assert!(scene.contains(from), "{from}");
+    let path = folder.join("scene.toml");
+    std::fs::write(&path, scene.replacen(from, to, 1)).expect("the folder can be written to");
+    path
+}
+
+#[test]
+fn cam_writes_contours_and_tables() {
+    let folder = folder("cam");
+    let (scene, output) = (with_geometry(&folder, "", ""), folder.join("cut"));
+    let run = camdrive(&["cam", text(&scene), "-o", text(&output), "--chord-error", "2 um"]);
+    assert_eq!((run.code, run.err.as_str()), (0, ""));
+    for part in ["valve: disc cam", "30.0000 mm", "largest pressure angle", "chord error", "valve.dxf"] {
+        assert!(run.out.contains(part), "{part} is missing in\n{}", run.out);
+    }
+    for (ending, part) in [
+        ("csv", "phi_deg,lift_mm,height_mm"),
+        ("dxf", "INNER_CONTOUR"),
+        ("svg", "scale 1 : 1"),
+        ("pressure_angle.svg", "admissible 30°"),
+        ("curvature.svg", "Curvature of the roller"),
+        ("plcopen.csv", "MasterPosition[deg];SlavePosition[mm]"),
+        ("plc.txt", "360.000000\t0.0000000"),
+        ("json", "\"chord_error\""),
+    ] {
+        let path = output.join(format!("valve.{ending}"));
+        let content = std::fs::read_to_string(&path).expect("the file is written");
+        assert!(content.contains(part), "{part} is missing in {}", path.display());
+    }
+    // The FMU takes no notice: the interface is the same without geometry.
+    let xml = |scene: &Path| camdrive(&["describe", text(scene), "--xml"]).out;
+    let with = xml(&scene);
+    let plain = with_geometry(
+        &folder,
+        "[geometry]\nfollower = \"translating\"\noffset = \"3 mm\"\nroller_radius = \"8 mm\"\nbase_radius = \"30 mm\"\n",
+        "",
+    );
+    assert!(with.contains("valve") && with == xml(&plain));
+}
+
+#[test]
+fn cam_warns_of_what_runs_badly_and_refuses_what_cannot_be_cut() {
+    let folder = folder("cam_refuses");
+    let target = folder.join("cut");
+    let size = "roller_radius = \"8 mm\"\nbase_radius = \"30 mm\"";
+    let steep = with_geometry(&folder, size, "roller_radius = \"16 mm\"\nprime_radius = \"17 mm\"");
+    let run = camdrive(&["cam", text(&steep), "-o", text(&target)]);
+    assert!(run.code == 1 && run.err.contains("error: valve: undercut of the inner contour"), "{}", run.err);
+    assert!(run.err.contains("warning: valve: largest pressure angle") && run.err.contains("at φ = "), "{}", run.err);
+    assert!(run.err.contains("--force") && run.out.contains("FAULT") && !target.exists());
+    let run = camdrive(&["cam", text(&steep), "-o", text(&target), "--force"]);
+    assert!(run.code == 0 && run.err.contains("undercut") && target.join("valve.dxf").is_file(), "{}", run.err);
+    let flat = with_geometry(&folder, "base_radius = \"30 mm\"", "base_radius = \"9 mm\"");
+    let run = camdrive(&["cam", text(&flat), "-o", text(&target)]);
+    assert!(run.code == 0 && run.err.starts_with("warning: valve: largest pressure angle, "), "{}", run.err);
+}
+
+#[test]
+fn cam_says_what_it_cannot_do() {
+    let folder = folder("cam_wrong");
+    let scene = with_geometry(&folder, "", "");
+    let file = folder.join("here");
+    std::fs::write(&file, "").expect("the folder can be written to");
+    let cases: [(&[&str], &[&str]); 10] = [
+        (&[SCENE], &["does not tell the geometry", "[geometry]"]),
+        (&["examples/rod_drive/scene.toml"], &["ParametricDrive has no cam"]),
+        (&[WRONG], &[WRONG]),
+        (&[text(&scene), "-o", text(&file)], &["-o takes a folder"]),
+        (&[text(&scene), "--chord-error", "1 s"], &["--chord-error", "a time", "1 um"]),
+        (&[text(&scene), "--chord-error", "0"], &["--chord-error", "out of range", "1e-9"]),
+        (&[text(&scene), "--chord-error=-1 um"], &["--chord-error", "out of range"]),
+        (&[text(&scene), "--table-error", "nan"], &["--table-error", "finite"]),
+        (&[text(&scene), "--follower", "1"], &["--follower", "no machine"]),
+        (&["no_such_scene.toml"], &["cannot be read"]),
+    ];
+    for (args, parts) in cases {
+        let run = camdrive(&[&["cam"], args].concat());
+        assert_eq!((run.code, run.out.as_str()), (1, ""), "{args:?}");
+        assert!(parts.iter().all(|part| run.err.contains(part)), "{args:?}: {}", run.err);
+    }
 }

@@ -3,6 +3,7 @@
 //! Results go to the standard output, everything else to the standard error. Exit code 0: done; 1: a fault in a
 //! scene or in the export; 2: a wrong command line.
 
+mod cam;
 mod check;
 mod clearance;
 mod compensate;
@@ -44,6 +45,7 @@ enum Command {
     Check(check::Args),
     Describe(describe::Args),
     Compensate(compensate::Args),
+    Cam(cam::Args),
     Steady(steady::Args),
     Synthesize(synthesize::Args),
     Tradeoff(tradeoff::Args),
@@ -73,6 +75,7 @@ pub fn main() -> ExitCode {
         Some(Command::Check(args)) => check::run(&args),
         Some(Command::Describe(args)) => describe::run(&args),
         Some(Command::Compensate(args)) => compensate::run(&args),
+        Some(Command::Cam(args)) => cam::run(&args),
         Some(Command::Steady(args)) => steady::run(&args),
         Some(Command::Synthesize(args)) => synthesize::run(&args),
         Some(Command::Tradeoff(args)) => tradeoff::run(&args),

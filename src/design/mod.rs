@@ -1,7 +1,8 @@
-//! Tools of design around the drives: [`clearance`], what backlash does to a motion law; [`compensation`], cams for a
-//! machine that fluctuates; [`stability`], at which speeds varying parameters make a drive vibrate; [`synthesis`], cam
+//! Tools of design around the drives: [`cam_geometry`], contours from motion laws; [`clearance`], what backlash does to a
+//! motion law; [`compensation`], cams for a machine that fluctuates; [`stability`], at which speeds varying parameters make a drive vibrate; [`synthesis`], cam
 //! profiles from motion tasks; [`tradeoff`], speed against accuracy.
 
+pub mod cam_geometry;
 pub mod clearance;
 pub mod compensation;
 pub mod plot;

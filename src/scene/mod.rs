@@ -4,6 +4,7 @@
 #![doc = include_str!("README.md")]
 
 pub mod diagnostics;
+pub mod geometry;
 mod models;
 mod motion_law;
 mod parametric;
@@ -38,6 +39,8 @@ pub struct Resolved {
     pub model: &'static str,
     /// The [`crate::drives::Drive::Scene`] of that model.
     pub scene: serde_json::Value,
+    /// The geometry of its cams, as far as the scene tells it.
+    pub cams: Vec<geometry::CamPlan>,
     /// What the user should know though it is no fault.
     pub notes: Vec<String>,
 }
@@ -133,8 +136,10 @@ fn whole_scene(root: &Section<'_>, folder: &Path) -> Option<(Resolved, models::N
     let name = name(root);
     let description = root.text("description").map(|text| text.unwrap_or_default().trim().to_owned());
     let drive = models::drive(root, folder);
+    let cams = geometry::all(root, drive.as_ref().map(|(_, scene, _)| scene));
     let (model, scene, names) = drive?;
-    Some((Resolved { name: name?, description: description?, model, scene, notes: root.faults.notes() }, names))
+    let (name, description, cams) = (name?, description?, cams?);
+    Some((Resolved { name, description, model, scene, cams, notes: root.faults.notes() }, names))
 }
 
 /// The name of the scene or task.

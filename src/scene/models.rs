@@ -2,7 +2,7 @@
 
 use super::section::{Faults, NOT_NEGATIVE, POSITIVE, Section, within};
 use super::{Resolved, diagnostics::Diagnostic, units};
-use super::{motion_law, parametric};
+use super::{geometry, motion_law, parametric};
 use crate::drives::cam_drive::{DriveMode, Start, StartMode};
 use crate::drives::rigid_machine::{self, Follower, InertiaFunction, MachineStart, Motor};
 use crate::drives::solver::{LONGEST_STEP_SIZE, Method, Settings};
@@ -78,6 +78,8 @@ struct CamDrive {
 /// Reads `[cam]`, `[drive]`, `[start]` and `[solver]`; q is a length or an angle. The law comes apart, since the
 /// natural frequency of a shaft needs it.
 fn cam(root: &Section<'_>, folder: &Path) -> Option<MotionLaw> {
+    // Beside a cam there may be its geometry, which is read when the law is known.
+    root.has(geometry::KEY);
     root.required_section("cam").and_then(|s| motion_law::read(&s, &unit::LENGTH, folder))
 }
 
