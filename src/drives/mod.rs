@@ -32,7 +32,7 @@ pub use event::{Event, EventLog};
 pub use model::Model;
 #[cfg(feature = "cli")]
 pub use model::{Described, Template};
-pub use number::Number;
+pub use number::{Number, Rounded};
 pub use oscillator::PeriodicOscillator;
 pub use simplification::Simplification;
 pub use variable::{Description, List, Variable};

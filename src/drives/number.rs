@@ -18,6 +18,16 @@ impl fmt::Display for Number {
     }
 }
 
+/// A computed number in a message: six digits say enough.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rounded(pub f64);
+
+impl fmt::Display for Rounded {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        Number(format!("{:.5e}", self.0).parse().unwrap_or(self.0)).fmt(f)
+    }
+}
+
 /// Whether all values are finite numbers. 0 · x is 0 for those and NaN for others, so one comparison does for all.
 pub fn all_finite<const N: usize>(values: [f64; N]) -> bool {
     values.into_iter().map(|x| 0.0 * x).sum::<f64>() == 0.0
@@ -56,6 +66,8 @@ mod tests {
         let text = |value| Number(value).to_string();
         assert_eq!([text(0.0), text(-0.25), text(1e300), text(2.5e-7)], ["0", "-0.25", "1e300", "2.5e-7"]);
         assert_eq!([text(f64::NAN), text(f64::INFINITY)], ["NaN", "inf"]);
+        let rounded = |value| Rounded(value).to_string();
+        assert_eq!([rounded(1.0 / 3.0), rounded(-2e-7 / 3.0), rounded(60.0)], ["0.333333", "-6.66667e-8", "60"]);
         let range = |low, high| Range(low, high).to_string();
         assert_eq!(range(0.0, 1e9), "[0, 1e9]");
         assert_eq!([range(0.0, f64::INFINITY), range(f64::NEG_INFINITY, 2.0)], ["≥ 0", "≤ 2"]);

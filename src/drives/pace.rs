@@ -1,7 +1,7 @@
 //! Internal steps along a motion: what decides their lengths, what they err by, what is said where they fail.
 
 use super::solver::{Method, Solver};
-use super::{Fault, Number};
+use super::{Fault, Rounded};
 use crate::numerics::collocation::{Collocation, Failure, Statistics, System};
 use crate::numerics::double_double::{Double, two_product};
 
@@ -168,24 +168,24 @@ impl Pace {
                     "{quantity} cannot be computed beyond t = {} s with internal steps of {} s: they turn {turning} \
                  too far, or miss more than {WORST} of the motion; shorten solver.step_size, or set \
                  solver.method = adaptive",
-                    Number(time),
-                    Number(step)
+                    Rounded(time),
+                    Rounded(step)
                 )
             }
             (Stop::Failed(Failure::Stalled { time } | Failure::Unbounded { time }), Pace::Tolerance(_)) => format!(
                 "{quantity} cannot be computed beyond t = {} s: no internal step keeps the tolerance; check {parameters} \
                  and the speed, or relax solver.tolerance",
-                Number(time)
+                Rounded(time)
             ),
             (Stop::TooMany { time } | Stop::TooManyAttempts { time }, Pace::Grid { .. }) => format!(
                 "more than {MOST_STEPS} internal steps between communication points, at t = {} s; shorten the \
                  communication step, or lengthen solver.step_size",
-                Number(time)
+                Rounded(time)
             ),
             (Stop::TooMany { time } | Stop::TooManyAttempts { time }, Pace::Tolerance(_)) => format!(
                 "more than {MOST_STEPS} internal steps between communication points, at t = {} s; shorten the \
                  communication step, relax solver.tolerance, or check the speed, {frequency}",
-                Number(time)
+                Rounded(time)
             ),
         })
     }

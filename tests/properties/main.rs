@@ -5,6 +5,7 @@
 //! inertia by 1e-10, the default tolerance, makes of it. Where that alone exceeds 1 % of the motion the scene is chaotic
 //! and shows nothing; few may be.
 
+mod inputs;
 mod parametric;
 mod run;
 mod scenes;
@@ -50,10 +51,13 @@ const CAM_STATE: [&str; 2] = ["q", "der(q)"];
 const BACKLASH_STATE: [&str; 4] = ["q", "der(q)", "x1", "der(x1)"];
 const MACHINE_STATE: [&str; 2] = ["phi", "w"];
 
+fn names(scene: &CamScene) -> &'static [&'static str] {
+    if scene.model == Model::Backlash { &BACKLASH_STATE } else { &CAM_STATE }
+}
+
 /// The states after the span, reached over `shares` of it, and the largest of each on the way.
 fn states(scene: &CamScene, shares: &[f64]) -> Result<(Vec<f64>, Vec<f64>), Fault> {
-    let names: &[&str] = if scene.model == Model::Backlash { &BACKLASH_STATE } else { &CAM_STATE };
-    trace(Run::new(scene.resolved(), &[])?, names, scene.span, shares)
+    trace(Run::new(scene.resolved(), &[])?, names(scene), scene.span, shares)
 }
 
 fn machine_states(scene: &MachineScene, shares: &[f64]) -> Result<(Vec<f64>, Vec<f64>), Fault> {

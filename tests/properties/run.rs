@@ -22,11 +22,17 @@ impl Run {
         let real = |i: &usize| matches!(list[*i].kind, Kind::Real { .. });
         let outputs = (0..list.len()).filter(|i| list[*i].causality == Causality::Output).filter(real).collect();
         drive.set_up(0.0, None);
+        let mut run = Run { drive, names, outputs, time: 0.0 };
+        run.set(inputs)?;
+        run.drive.start()?;
+        Ok(run)
+    }
+
+    pub fn set(&mut self, inputs: &[(&str, f64)]) -> Result<(), Fault> {
         for (name, value) in inputs {
-            drive.set(names.iter().position(|n| n == name).expect("an input"), *value)?;
+            self.drive.set(self.names.iter().position(|n| n == name).expect("an input"), *value)?;
         }
-        drive.start()?;
-        Ok(Run { drive, names, outputs, time: 0.0 })
+        Ok(())
     }
 
     pub fn get(&mut self, name: &str) -> f64 {

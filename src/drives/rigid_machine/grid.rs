@@ -9,7 +9,7 @@
 use super::RigidMachine;
 use super::solver::{FASTEST, IDLE_CHANGES, Integrator, MOST_STEPS, add_end_error, encounter};
 use super::{Motor, State};
-use crate::drives::{Fault, Number};
+use crate::drives::{Fault, Rounded};
 use crate::numerics::collocation::{Collocation, Failure, System};
 use crate::numerics::double_double::{Double, two_product, two_sum};
 use serde::{Deserialize, Serialize};
@@ -132,7 +132,7 @@ impl RigidMachine {
         if step / self.grid.size > MOST_STEPS as f64 {
             return Err(Fault(format!(
                 "the step from t = {} s needs more than {MOST_STEPS} internal steps; use shorter communication steps, or a longer solver.step_size",
-                Number(time)
+                Rounded(time)
             )));
         }
         let steady = self.load.is_constant() && self.driving.is_constant();
@@ -266,17 +266,17 @@ impl RigidMachine {
         }
         Err(Fault(format!(
             "the shaft passes more than {MOST_CUTS} breakpoints of its motion laws within an internal step of {} s, at t = {} s; shorten solver.step_size, or set solver.method = adaptive",
-            Number(self.grid.size),
-            Number(at.hi)
+            Rounded(self.grid.size),
+            Rounded(at.hi)
         )))
     }
 
     fn refused(&self, time: f64) -> Fault {
         Fault(format!(
-            "the motion cannot be computed beyond t = {} s (w = {:e} rad/s) with internal steps of {} s: they turn the shaft too far, or miss more than {WORST} of the motion; shorten solver.step_size, or set solver.method = adaptive",
-            Number(time),
-            self.state.w,
-            Number(self.grid.size)
+            "the motion cannot be computed beyond t = {} s (w = {} rad/s) with internal steps of {} s: they turn the shaft too far, or miss more than {WORST} of the motion; shorten solver.step_size, or set solver.method = adaptive",
+            Rounded(time),
+            Rounded(self.state.w),
+            Rounded(self.grid.size)
         ))
     }
 

@@ -7,13 +7,13 @@ import numpy as np
 
 import reference
 from extremes import truth
-from extremes.suite import Moved, case, error, probe, record, refusal, refused
+from extremes.suite import FIXED_COST, Moved, case, error, probe, record, refusal, refused
 
 DRIVE = "elastic shaft"
 NAMES = ("q", "der(q)")
 M, INERTIA, C, B, W = 20.0, 0.05, 2000.0, 0.6, 20.0
 HARMONICS = [0.0, 0.06, 0.0, -0.011, 0.0, 0.0017]
-DORMAND = "Dormand-Prince 8(5,3) at 1e-13"
+DORMAND = "Dormand-Prince 8(5,3) at 2e-14"
 FOURIER = "periodic motion by Fourier collocation"
 # U′² at its largest for the law above, and J̄ = J + m · mean of U′².
 SLOPE = max(reference.Series(HARMONICS).derivative(x, 1) ** 2 for x in np.linspace(0, math.pi, 2001))
@@ -150,7 +150,7 @@ both("damping 1e6 × critical, first decay", DORMAND, 1e-8, against_integration,
 both("damping 1e6 × critical, three turns", FOURIER, 1e-8, against_the_periodic_motion, turns=3, b=1e6 * CRITICAL, n=128)
 for exponent in (-4, -8, -12):
     both(
-        f"J/(m U′²max) = 1e{exponent}, b = 0, through U′ = 0", "Dormand-Prince 8(5,3) at 1e-13, time from the zero of U′", 1e-7,
+        f"J/(m U′²max) = 1e{exponent}, b = 0, through U′ = 0", "Dormand-Prince 8(5,3) at 2e-14, time from the zero of U′", 1e-7,
         through_zero, ratio=10.0**exponent,
     )
     both(f"J/(m U′²max) = 1e{exponent}, in a dwell", "damped oscillation, 60 digits", 1e-8, dwell, ratio=10.0**exponent)
@@ -232,6 +232,34 @@ def saturated(packages):
     return against_integration(
         packages, False, np.arange(1, 41) * 2 * math.pi / UNSTABLE / 4, b=0.0, store="unstable", **{"drive.w": UNSTABLE}
     )
+
+
+def fixed(extreme, bound, times, text=DORMAND, function=against_integration, step=0.0, **options):
+    """A nonlinear shaft with equal internal steps; their error is at most their estimate."""
+
+    @case(f"{DRIVE}, nonlinear", f"fixed cost: {extreme}", text, bound)
+    def run(packages):
+        return function(packages, False, times, **options, **{"solver.method": FIXED_COST, "solver.step_size": step})
+
+
+FEW = np.arange(1, 21) * TURN / 10
+fixed("stiffness × 1e9, first vibrations", 1e-6, periods(30, 1e9 * C), **STIFF)
+fixed("stiffness × 1e-9", 1e-6, FEW, c=1e-9 * C)
+fixed("damping 0", 1e-6, FEW, b=0.0)
+fixed("damping critical", 1e-6, FEW, b=CRITICAL)
+fixed("J/(m U′²max) = 1e6", 1e-6, FEW, J=M * SLOPE * 1e6)
+fixed("speed 1e5 rad/s, two turns", 1e-6, np.arange(1, 21) * 2 * math.pi / 1e6, **{"drive.w": 1e5})
+fixed("amplitude 1e-12 m", 1e-6, FEW, harmonics=[h * 1e-11 for h in HARMONICS])
+fixed("phase start 1e12 rad", 1e-6, FEW, **{"drive.phi_start": 1e12})
+fixed("internal steps of 1e-12 s", 1e-6, np.arange(1, 11) * 1e-8, step=1e-12)
+fixed("internal steps twice as long as the default", 1e-1, FEW, step=0.005)
+fixed("where the linearised shaft is unstable", 1e-4, np.arange(1, 41) * 2 * math.pi / UNSTABLE / 4, b=0.0, store="unstable, fixed", **{"drive.w": UNSTABLE})
+
+
+@refusal(f"{DRIVE}, nonlinear", "fixed cost: internal steps of 1 s", "shorten solver.step_size, or set solver.method = adaptive", "the steps pass over the motion")
+def coarse(packages):
+    values = {"solver.method": FIXED_COST, "solver.step_size": 1.0}
+    return refused(packages["shaft"], values, run=lambda unit: [unit.step(0.5) for _ in range(20)])
 
 
 for damping in (0.0, B):

@@ -11,7 +11,7 @@ from extremes.suite import Moved, case, error, probe, record, refusal, refused
 
 DRIVE = "parametric drive"
 NAMES = ("q", "der(q)")
-DORMAND = "Dormand-Prince 8(5,3) at 1e-13"
+DORMAND = "Dormand-Prince 8(5,3) at 2e-14"
 START = {"start.mode": 2, "start.q": 0.1, "start.q_dot": 0.02}
 
 

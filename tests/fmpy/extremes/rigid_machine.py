@@ -7,7 +7,7 @@ import mpmath as mp
 import numpy as np
 
 import reference
-from extremes.suite import case, probe, record, refusal, refused
+from extremes.suite import FIXED_COST, case, probe, record, refusal, refused
 
 DRIVE = "rigid machine"
 NAMES = ("phi", "w", "J", "E")
@@ -29,12 +29,13 @@ def time_of_passage(j0, added, phi_start, w_start, phi):
         return span * mp.sqrt(j0 / (2 * energy)) * mp.sign(mp.mpf(w_start)), energy
 
 
-def free_machine(packages, times, j0=J0, m=M, amplitude=STROKE, phi_start=0.4, w_start=20.0):
+def free_machine(packages, times, j0=J0, m=M, amplitude=STROKE, phi_start=0.4, w_start=20.0, **more):
     """Errors of the position in the turn (cos φ = U/A; the true angle from the time of passage by Newton's method), of
     the angle relative to itself, and of the energy."""
     package = packages["machine"]
     values = one_harmonic(amplitude, package) | {
-        "J0": j0, "follower[1].m": m, "phi_start": phi_start, "w_start": w_start
+        "J0": j0, "follower[1].m": m, "phi_start": phi_start, "w_start": w_start,
+        **more,
     }
     with probe(package, values) as unit:
         reached, got = record(unit, times, (*NAMES, "U[1]"))
@@ -220,6 +221,33 @@ declare_run_up("breakdown slip 1e3", [1e-3, 1.0, 100.0, 300.0, 600.0, 900.0], sl
 declare_run_up("motor, communication steps 1e-12 … 1e3 s in one run", np.cumsum([1e-12, 1e-9, 1e-6, 1e-3, 1.0, 1e3, 1e-3, 1e-6]), slip=0.12)
 declare_run_up("motor, J0 1e9 kg·m² at speed 1e-9 rad/s", [1.0, 1e3, 1e6], slip=0.12, j=1e9, w_start=1e-9)
 declare_run_up("reversed motor, breakdown slip 0.12", [0.01, 0.3, 1.0, 30.0], slip=0.12, synchronous=-60.0)
+EQUAL = {"solver.method": FIXED_COST}
+declare("fixed cost: speed 1e5 rad/s", bound=1e-5, w_start=1e5, **EQUAL)
+declare("fixed cost: amplitude 1e-12 m", bound=1e-5, amplitude=1e-12, **EQUAL)
+declare("fixed cost: J_red dynamic range 1e3", bound=1e-5, j0=1e-3 * M * STROKE**2, **EQUAL)
+declare("fixed cost: J0 1e12 kg·m²", bound=1e-5, j0=1e12, **EQUAL)
+declare_run_up("fixed cost: breakdown slip 1e3", [1e-3, 1.0, 100.0], bound=1e-5, slip=1e3, **EQUAL)
+declare_run_up("fixed cost: reversed motor, breakdown slip 0.12", [0.01, 0.3, 1.0, 30.0], bound=1e-5, slip=0.12, synchronous=-60.0, **EQUAL)
+
+
+@refusal(DRIVE, "fixed cost: internal steps of 10 turns", "shorten solver.step_size, or set solver.method = adaptive", "the steps pass over the inertia")
+def coarse(packages):
+    values = {"w_start": 20.0, "solver.step_size": 20 * math.pi / 20.0, **EQUAL}
+    return refused(packages["machine"], one_harmonic(STROKE, packages["machine"]) | values, run=lambda unit: [unit.step(10.0) for _ in range(5)])
+
+
+@refusal(DRIVE, "fixed cost: breakdown slip 1e-3", "shorten solver.step_size, or set solver.method = adaptive", "the steps pass over the motor's response")
+def steep(packages):
+    values = {"motor.M_k": 60.0, "motor.s_k": 1e-3, "motor.w_s": 60.0, "J0": 1e-3, "follower[1].m": 0.0, "w_start": 0.0, **EQUAL}
+    return refused(packages["machine_motor"], values, run=lambda unit: [unit.step(0.1) for _ in range(10)])
+
+
+@refusal(DRIVE, "fixed cost: J_red dynamic range 1e9", "needs more than 500000 internal steps", "the default step follows the range")
+def fine(packages):
+    values = {"J0": 1e-9 * M * STROKE**2, "follower[1].m": M, "w_start": 20.0, "phi_start": 0.4, **EQUAL}
+    return refused(packages["machine"], one_harmonic(STROKE, packages["machine"]) | values, run=lambda unit: unit.step(0.3))
+
+
 declare_run_up(
     "motor lag 1e-9 s", [1e-3, 1e-2, 0.3, 1.0, 30.0], slip=0.12, scene="machine_lag", bound=1e-5,
     truth="run-up without lag (Lambert); remainder 2 T_el/t = 2e-6", **{"motor.T_el": 1e-9},

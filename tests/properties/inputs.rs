@@ -1,0 +1,86 @@
+//! What a cam drive owes on inputs that turn it with constant acceleration: one step or many are the same motion, and
+//! without acceleration it is that of constant speed.
+
+use super::run::Run;
+use super::scenes::{CamScene, Model, backlash, output, shaft};
+use super::{admitted, agree, config, even, names, splits};
+use camdrive::drives::Fault;
+use proptest::prelude::*;
+use serde_json::json;
+
+/// The states after the span, reached over `shares` of it, and the largest of each on the way. The inputs are wrong by
+/// `roundings` of the angle, to this side and that.
+fn moved(scene: &CamScene, acceleration: f64, shares: &[f64], roundings: f64) -> Result<(Vec<f64>, Vec<f64>), Fault> {
+    let mut side = roundings * f64::EPSILON;
+    let mut inputs = |t: f64| {
+        side = -side;
+        let phi = (scene.phi_start + (scene.w + acceleration * t / 2.0) * t) * (1.0 + side);
+        [("phi", phi), ("w", scene.w + acceleration * t), ("a", acceleration)]
+    };
+    let (model, mut resolved) = scene.resolved();
+    resolved["drive"] = json!("input");
+    let mut run = Run::new((model, resolved), &inputs(0.0))?;
+    let names = names(scene);
+    let mut now: Vec<f64> = names.iter().map(|name| run.get(name)).collect();
+    let mut largest: Vec<f64> = now.iter().map(|value| value.abs()).collect();
+    for share in shares.iter().chain(&[1.0]) {
+        run.set(&inputs(run.time))?;
+        run.to(scene.span * share)?;
+        now = names.iter().map(|name| run.get(name)).collect();
+        for (l, value) in largest.iter_mut().zip(&now) {
+            *l = l.max(value.abs());
+        }
+    }
+    Ok((now, largest))
+}
+
+fn states(scene: &CamScene, acceleration: f64, shares: &[f64]) -> Result<(Vec<f64>, Vec<f64>), Fault> {
+    moved(scene, acceleration, shares, 0.0)
+}
+
+/// The motion of a drive that is a little stiffer and whose inputs are rounded otherwise.
+fn perturbed(scene: &CamScene, acceleration: f64) -> Result<Vec<f64>, TestCaseError> {
+    admitted(moved(&scene.perturbed(), acceleration, &even(), 1.0)).map(|(end, _)| end)
+}
+
+/// `change`: that of the speed over the span, relative to the speed; below −1 the drive turns back.
+fn refinement(scene: &CamScene, change: f64, shares: &[f64]) -> Result<(), TestCaseError> {
+    let acceleration = change * scene.w / scene.span;
+    let (even, largest) = admitted(states(scene, acceleration, &even()))?;
+    let perturbed = perturbed(scene, acceleration)?;
+    agree(&admitted(states(scene, acceleration, &[]))?.0, &even, &largest, &perturbed)?;
+    agree(&admitted(states(scene, acceleration, shares))?.0, &even, &largest, &perturbed)
+}
+
+fn constant_speed(scene: &CamScene, shares: &[f64]) -> Result<(), TestCaseError> {
+    let (expected, largest) = admitted(super::states(scene, &even()))?;
+    let perturbed = perturbed(scene, 0.0)?;
+    agree(&admitted(states(scene, 0.0, shares))?.0, &expected, &largest, &perturbed)
+}
+
+macro_rules! of_cam_drives {
+    ($($name:ident: $scene:expr, $cases:expr, $seed:expr;)*) => {$(
+        mod $name {
+            use super::*;
+
+            proptest! {
+                #![proptest_config(config($cases, $cases / 3, $seed))]
+
+                #[test]
+                fn one_step_or_many(scene in $scene, change in -3.0..3.0_f64, shares in splits()) {
+                    refinement(&scene, change, &shares)?;
+                }
+
+                #[test]
+                fn without_acceleration(scene in $scene, shares in splits()) { constant_speed(&scene, &shares)?; }
+            }
+        }
+    )*};
+}
+
+of_cam_drives! {
+    elastic_output: output(), 60, 21;
+    linear_shaft: shaft(Model::LinearShaft, 10.0), 30, 22;
+    nonlinear_shaft: shaft(Model::Shaft, 10.0), 30, 23;
+    backlash_drive: backlash(), 60, 24;
+}
