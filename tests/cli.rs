@@ -678,3 +678,32 @@ fn cam_says_what_it_cannot_do() {
         assert!(parts.iter().all(|part| run.err.contains(part)), "{args:?}: {}", run.err);
     }
 }
+
+#[test]
+fn synthesize_gives_a_follower_of_a_machine_its_cam() {
+    let folder = folder("synthesize_follower");
+    let (task, machine) = ("examples/loom/tasks/gripper.toml", "examples/loom/scene.toml");
+    let target = folder.join("loom.toml");
+    let run = camdrive(&["synthesize", task, "--scene", machine, "--follower", "1", "-o", text(&target)]);
+    assert_eq!(run.code, 0, "{}", run.err);
+    let written = std::fs::read_to_string(&target).expect("the scene is written");
+    // The rest of the machine is as it was, with the geometry beside the new law.
+    assert!(written.contains("name = \"loom\"") && written.contains("scale = \"45 mm\""), "{written}");
+    assert!(!written.contains("scale = \"400 mm\"") && written.matches("[follower.geometry]").count() == 2);
+    assert_eq!(camdrive(&["check", text(&target)]).code, 0);
+    let never = folder.join("never.toml");
+    let cases: [(&[&str], &str); 6] = [
+        (&["--follower", "1"], "name the machine with --scene"),
+        (&["--scene", machine], "several cams"),
+        (&["--scene", machine, "--follower", "3"], "no follower 3; the scene has 2"),
+        (&["--scene", machine, "--follower", "0"], "no follower 0"),
+        (&["--scene", "examples/loom/gripper.toml", "--follower", "1"], "no machine"),
+        (&["--scene", "no_such_scene.toml"], "cannot be read"),
+    ];
+    for (args, message) in cases {
+        let run = camdrive(&[&["synthesize", task, "-o", text(&never)], args].concat());
+        assert_eq!((run.code, run.out.as_str()), (1, ""), "{args:?}");
+        assert!(run.err.contains("error: ") && run.err.contains(message), "{args:?}: {}", run.err);
+    }
+    assert!(!never.exists());
+}
