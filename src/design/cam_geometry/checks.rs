@@ -142,22 +142,26 @@ fn pressure(cam: &Cam, limit: f64) -> Result<Finding, Standstill> {
 }
 
 /// The range of the follower's coordinate: a lever must not reach the line pivot–cam centre, a translating roller not the
-/// height of the cam's centre, where no contour moves it.
+/// height of the cam's centre (the second one of a pair is below it), where no contour moves it.
 fn reach(cam: &Cam) -> Result<[Finding; 2], Standstill> {
     let coordinate = |segment: usize, phi: f64| cam.follower.coordinate(cam.law.at_in(segment, phi).0[0]);
     let (low_at, low) = worst(cam, |segment, phi| Ok(-coordinate(segment, phi)))?;
     let (high_at, high) = worst(cam, |segment, phi| Ok(coordinate(segment, phi)))?;
-    let (what, unit, dead, most) = match cam.follower {
-        Follower::Lever { .. } => ("angle of the lever to the line pivot–cam centre", "rad", "that line", PI),
+    let low = -low;
+    let (what, unit, dead, good) = match cam.follower {
+        Follower::Lever { .. } => {
+            ("angle of the lever to the line pivot–cam centre", "rad", "that line", [low > 0.0, high < PI])
+        }
         Follower::Translating { .. } => {
-            ("height of the roller above the cam's centre", "m", "the cam's centre", f64::INFINITY)
+            let good = low > 0.0 || high < 0.0;
+            ("height of the roller above the cam's centre", "m", "the cam's centre", [good, good])
         }
     };
     let of = |word: &str, phi: f64, value: f64, good: bool| {
         Finding::new(format!("{word} {what}"), phi, value, unit)
             .unless(good, Verdict::Fault, || format!("the follower passes {dead}, where a cam cannot move it"))
     };
-    Ok([of("least", low_at, -low, -low > 0.0), of("largest", high_at, high, high < most)])
+    Ok([of("least", low_at, low, good[0]), of("largest", high_at, high, good[1])])
 }
 
 /// How large the cam is.

@@ -240,6 +240,8 @@ fn both_cams_of_a_conjugate_pair_hold_the_follower() {
         let distance = (cam.at(phi).unwrap().centre - second.at(phi).unwrap().centre).norm();
         assert!((distance - 0.13).abs() < 1e-15);
     }
+    let list = findings(&second, &plan(&cam, Cut::Inner), &outlines(&second, Cut::Inner, 1e-6)).unwrap();
+    assert!(list.iter().all(|finding| finding.verdict == Verdict::Good), "{list:?}");
 }
 
 #[test]
