@@ -111,7 +111,15 @@ fn read(section: &Section<'_>) -> Option<Plan> {
     if kind.is_some() && contour.is_some() {
         section.finish(SYNONYMS);
     }
-    Some(Plan { carrier: carrier?, start: start?, sense: sense?, roller: roller?, cut: cut?, limits: limits? })
+    Some(Plan {
+        carrier: carrier?,
+        angular: false,
+        start: start?,
+        sense: sense?,
+        roller: roller?,
+        cut: cut?,
+        limits: limits?,
+    })
 }
 
 const OF_A_LEVER: &str = "the follower is a translating one";

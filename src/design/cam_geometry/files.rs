@@ -19,6 +19,8 @@ pub struct Drawn<'a> {
     pub mesh: &'a Mesh,
     /// Its contours.
     pub sides: &'static [Side],
+    /// Whether its law is an angle.
+    pub angular: bool,
 }
 
 impl Drawn<'_> {
@@ -183,7 +185,7 @@ pub fn csv(drawn: &Drawn<'_>) -> Result<String, Fault> {
     let lever = matches!(drawn.cam.follower, Follower::Lever { .. });
     let mut head = vec![
         "phi_deg",
-        "lift_mm",
+        if drawn.angular { "lift_deg" } else { "lift_mm" },
         if lever { "lever_deg" } else { "height_mm" },
         "centre_x_mm",
         "centre_y_mm",
@@ -201,7 +203,7 @@ pub fn csv(drawn: &Drawn<'_>) -> Result<String, Fault> {
     let row = |at: &At| {
         let mut cells = vec![
             at.phi.to_degrees(),
-            MILLIMETRES * at.lift,
+            if drawn.angular { at.lift.to_degrees() } else { MILLIMETRES * at.lift },
             if lever { at.coordinate.to_degrees() } else { MILLIMETRES * at.coordinate },
             MILLIMETRES * at.centre.re,
             MILLIMETRES * at.centre.im,

@@ -48,7 +48,8 @@ pub enum Follower {
         length: f64,
         /// ψ₀ [rad], at U = 0.
         start: f64,
-        /// R [m/rad]: the motion of the tool per angle of the lever; negative where they run against each other.
+        /// R [m/rad]: the motion of the tool per angle of the lever; negative where they run against each other. A number where U is
+        /// an angle.
         transmission: f64,
         /// s = ±1: on which side of the line pivot–cam centre the roller is.
         side: f64,
@@ -65,7 +66,7 @@ pub enum Follower {
 /// A cam.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cam {
-    /// U(φ) [m].
+    /// U(φ) [m or rad].
     pub law: MotionLaw,
     /// What carries the roller.
     pub follower: Follower,
@@ -80,7 +81,7 @@ pub struct Cam {
 pub struct At {
     /// φ [rad].
     pub phi: f64,
-    /// U [m].
+    /// U [m or rad].
     pub lift: f64,
     /// ψ of a lever [rad], h₀ + U of a translating follower [m].
     pub coordinate: f64,

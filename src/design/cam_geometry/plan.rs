@@ -14,7 +14,7 @@ pub enum Carrier {
         pivot: f64,
         /// l [m].
         length: f64,
-        /// R [m/rad].
+        /// R [m/rad], of an angular law [1].
         transmission: f64,
         /// s = ±1.
         side: f64,
@@ -66,6 +66,8 @@ pub enum Cut {
 pub struct Plan {
     /// The follower.
     pub carrier: Carrier,
+    /// Whether U is an angle [rad] that moves a lever, and no length.
+    pub angular: bool,
     /// Where it starts.
     pub start: Start,
     /// σ.

@@ -3,8 +3,8 @@
 use super::cam_table::CamTable;
 use super::contour::NoMesh;
 use super::files::{self, Drawn};
-use super::{Cam, Cut, Finding, Mesh, Outline, Plan, Verdict, checks, degrees, figures};
-use crate::design::text::Table;
+use super::{Cam, Carrier, Cut, Finding, Mesh, Outline, Plan, Verdict, checks, degrees, figures};
+use crate::design::text::{Table, number};
 use crate::drives::Fault;
 use crate::motion::MotionLaw;
 use serde::Serialize;
@@ -14,7 +14,7 @@ use serde::Serialize;
 pub struct Tolerances {
     /// The largest distance between contour and chord [m].
     pub chord: f64,
-    /// The largest error of a motion controller's straight interpolation [m].
+    /// The largest error of a motion controller's straight interpolation [m], of an angle on the roller's arm.
     pub table: f64,
 }
 
@@ -60,7 +60,13 @@ impl Shape {
             Ok(Disc { name, cam, mesh, findings })
         };
         let cams: Result<Vec<Disc>, NoMesh> = plan.cams(law)?.into_iter().map(disc).collect();
-        Ok(Shape { name: name.to_owned(), plan, cams: cams?, table: CamTable::new(law, tolerances.table) })
+        // The error of an angle counts on the roller's arm.
+        let arm = match plan.carrier {
+            Carrier::Lever { length, transmission, .. } if plan.angular => length / transmission.abs(),
+            _ => 1.0,
+        };
+        let table = CamTable::new(law, plan.angular, tolerances.table / arm);
+        Ok(Shape { name: name.to_owned(), plan, cams: cams?, table })
     }
 
     /// The worst of all findings.
@@ -117,11 +123,11 @@ impl Shape {
                 1e6 * disc.mesh.chord_error
             );
         }
-        out += &format!(
-            "  cam table of {} rows, straight interpolation within {:.3} µm\n",
-            self.table.rows.len(),
-            1e6 * self.table.error
-        );
+        let error = match self.plan.angular {
+            true => format!("{} µrad", number(1e6 * self.table.error)),
+            false => format!("{} µm", number(1e6 * self.table.error)),
+        };
+        out += &format!("  cam table of {} rows, straight interpolation within {error}\n", self.table.rows.len());
         out
     }
 
@@ -130,7 +136,13 @@ impl Shape {
         let drawn: Vec<Drawn<'_>> = self
             .cams
             .iter()
-            .map(|c| Drawn { name: c.name, cam: &c.cam, mesh: &c.mesh, sides: self.plan.cut.sides() })
+            .map(|c| Drawn {
+                name: c.name,
+                cam: &c.cam,
+                mesh: &c.mesh,
+                sides: self.plan.cut.sides(),
+                angular: self.plan.angular,
+            })
             .collect();
         let ending = |name: &str, ending: &str| {
             if name.is_empty() { ending.to_owned() } else { format!("{name}.{ending}") }

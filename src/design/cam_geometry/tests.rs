@@ -46,7 +46,7 @@ fn plan(cam: &Cam, cut: Cut) -> Plan {
         Follower::Translating { eccentricity, start } => (Carrier::Translating { eccentricity }, start),
     };
     let limits = Limits { pressure: 0.785, cutter: 0.005, hub: 0.0 };
-    Plan { carrier, start: Start::Coordinate(start), sense: cam.sense, roller: cam.roller, cut, limits }
+    Plan { carrier, angular: false, start: Start::Coordinate(start), sense: cam.sense, roller: cam.roller, cut, limits }
 }
 
 fn outlines(cam: &Cam, cut: Cut, tolerance: f64) -> Vec<Outline> {
@@ -391,7 +391,7 @@ fn polylines(text: &str) -> (Vec<(String, Vec<Point>)>, Vec<(Point, f64)>) {
 fn files_hold_the_contours() {
     let cam = lever(lively(), 1.0, 1.0);
     let mesh = Mesh::new(&cam, &[Side::Inner, Side::Outer], 1e-5).unwrap();
-    let drawn = [Drawn { name: "", cam: &cam, mesh: &mesh, sides: Cut::Groove.sides() }];
+    let drawn = [Drawn { name: "", cam: &cam, mesh: &mesh, sides: Cut::Groove.sides(), angular: false }];
     let text = dxf("a\nname", &drawn);
     assert!(text.starts_with("999\na name: ") && text.ends_with("0\nEOF\n") && text.contains("$INSUNITS\n70\n4\n"));
     let (found, circles) = polylines(&text);
@@ -427,7 +427,7 @@ fn files_hold_the_contours() {
 #[test]
 fn cam_tables_keep_their_error() {
     let law = lively();
-    let table = cam_table::CamTable::new(&law, 1e-6);
+    let table = cam_table::CamTable::new(&law, false, 1e-6);
     assert!((table.rows.len() - 1) % 360 == 0 && table.error <= 1e-6);
     let middle = |pair: &[[f64; 4]]| law.at(0.5 * (pair[0][0] + pair[1][0])).0[0] - 0.5 * (pair[0][1] + pair[1][1]);
     let worst = table.rows.windows(2).map(|pair| middle(pair).abs()).fold(0.0, f64::max);
@@ -435,7 +435,7 @@ fn cam_tables_keep_their_error() {
     assert_eq!(table.plcopen().lines().count(), table.rows.len() + 1);
     assert!(table.two_columns().lines().all(|line| line.split('\t').count() == 2));
     // The longest table tells what it cannot keep.
-    let table = cam_table::CamTable::new(&law, 1e-15);
+    let table = cam_table::CamTable::new(&law, false, 1e-15);
     assert!(table.rows.len() <= 65_537 && table.error > 1e-15);
 }
 
@@ -455,4 +455,30 @@ fn the_report_tells_all() {
     assert_eq!(endings, all);
     let summary = serde_json::to_value(shape.summary()).unwrap();
     assert!(summary["cams"][1]["findings"].as_array().unwrap().len() > 6);
+}
+
+#[test]
+fn a_law_of_the_levers_angle_cuts_the_same_cam() {
+    // U/R = 0.2⁻¹ U as an angle with the ratio 1: contours, and the controller's table in degrees within 1 µm of the roller.
+    let (along, tolerances) = (lever(lively(), 1.0, 1.0), Tolerances { chord: 1e-6, table: 1e-6 });
+    let MotionLaw::Fourier(series) = lively() else { panic!("the law is a series") };
+    let angle = fourier(series.a.iter().map(|a| a / 0.2).collect(), series.b.iter().map(|b| b / 0.2).collect());
+    let mut turning = Plan { angular: true, ..plan(&along, Cut::Inner) };
+    if let Carrier::Lever { transmission, .. } = &mut turning.carrier {
+        *transmission = 1.0;
+    }
+    let one = Shape::new("x", &lively(), plan(&along, Cut::Inner), tolerances).unwrap();
+    let other = Shape::new("x", &angle, turning, tolerances).unwrap();
+    for (a, b) in one.cams[0].mesh.at.iter().zip(&other.cams[0].mesh.at) {
+        assert!((a.centre - b.centre).norm() < 1e-15 && (a.lift - 0.2 * b.lift).abs() < 1e-16);
+    }
+    let file = |shape: &Shape, ending: &str| {
+        shape.files().into_iter().find(|(name, _)| name == ending).map(|(_, content)| content.unwrap()).unwrap()
+    };
+    assert!(file(&other, "csv").starts_with("phi_deg,lift_deg,") && file(&one, "csv").starts_with("phi_deg,lift_mm,"));
+    let table = file(&other, "plcopen.csv");
+    assert!(table.starts_with("MasterPosition[deg];SlavePosition[deg];SlaveVelocity[deg/deg];"));
+    let first: f64 = table.lines().nth(1).unwrap().split(';').nth(1).unwrap().parse().unwrap();
+    assert!((first - angle.at(0.0).0[0].to_degrees()).abs() < 1e-6);
+    assert!(0.12 * other.table.error <= 1e-6 && 0.12 * other.table.error > 1e-7);
 }
