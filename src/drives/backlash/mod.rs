@@ -36,7 +36,7 @@ mod waves;
 use super::cam_drive::{AngleMotion, CamDrive, DriveMode, HasCamDrive, Start, StartMode};
 use super::number::all_finite;
 use super::solver::{FINEST_TOLERANCE, HasSolver, Settings, Solver};
-use super::{Curve, Drive, EventLog, Experiment, Fault, List, Portrait};
+use super::{Board, Curve, Drive, EventLog, Experiment, Fault, List, Portrait};
 use crate::motion::MotionLaw;
 use crate::numerics::double_double::Double;
 use contact::{Bodies, Flank, Mode, State};
@@ -196,15 +196,14 @@ impl BacklashDrive {
         self.now.tally.damping_loss + run.panel.damping_loss(&self.bodies, run.theta(self.now.time))
     }
 
-    /// Advances at constant speed within the current panel, where nothing happens and nothing is counted; whether it does.
+    /// Goes on at constant speed from `time` to `end` within the current panel, where nothing happens and nothing is
+    /// counted; whether it does.
     #[inline(always)]
-    fn within_panel(&mut self, time: f64, step: f64) -> bool {
+    fn within_panel(&mut self, time: f64, end: f64, step: f64) -> bool {
         let Some(run) = self.run.as_deref_mut().filter(|_| !self.cam.is_input()) else { return false };
-        let end = time + step;
         let Some(point) = run.within(&self.bodies, end) else { return false };
         run.begin_here(time);
         (self.now.time, self.now.point, self.step) = (end, point, step);
-        self.cam.step_done();
         true
     }
 
@@ -412,7 +411,18 @@ impl Drive for BacklashDrive {
     }
 
     fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
-        if self.within_panel(time, step) { Ok(()) } else { self.go_on(time, step) }
+        if self.within_panel(time, time + step, step) { Ok(()) } else { self.go_on(time, step) }
+    }
+
+    fn glide(&mut self, end: f64, board: &mut Board) -> bool {
+        let time = self.now.time;
+        self.within_panel(time, end, end - time) && variables::show(self, board)
+    }
+
+    fn show(&self, board: &mut Board) {
+        if !variables::show(self, board) {
+            board.clear();
+        }
     }
 
     fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64) {

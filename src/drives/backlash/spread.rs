@@ -106,19 +106,22 @@ impl Spread {
         self.transform(&map);
     }
 
-    /// P ← M P Mᵀ.
+    /// P ← M P Mᵀ, which is symmetric. On a flank, and after a mass has come to rest on one, most of M is zero.
     fn transform(&mut self, map: &[[f64; 4]; 4]) {
-        let mut half = [[0.0; 4]; 4];
-        for (row, m) in half.iter_mut().zip(map) {
-            for (m, p) in m.iter().zip(&self.covariance) {
-                for (h, p) in row.iter_mut().zip(p) {
+        let before = std::mem::take(&mut self.covariance);
+        for (i, row) in map.iter().enumerate() {
+            let mut half = [0.0; 4];
+            for (m, p) in row.iter().zip(&before).filter(|(m, _)| **m != 0.0) {
+                for (h, p) in half.iter_mut().zip(p) {
                     *h += m * p;
                 }
             }
-        }
-        for (row, h) in self.covariance.iter_mut().zip(&half) {
-            for (p, m) in row.iter_mut().zip(map) {
-                *p = h.iter().zip(m).map(|(h, m)| h * m).sum();
+            if half == [0.0; 4] {
+                continue;
+            }
+            for (j, other) in map.iter().enumerate().take(i + 1) {
+                let sum = half.iter().zip(other).map(|(h, m)| h * m).sum();
+                (self.covariance[i][j], self.covariance[j][i]) = (sum, sum);
             }
         }
     }

@@ -5,7 +5,7 @@ use super::contact::{Flank, Mode};
 use super::panel::Point;
 use crate::drives::cam_drive::HasCamDrive;
 use crate::drives::solver::HasSolver;
-use crate::drives::{List, Seed, unit, variable};
+use crate::drives::{Board, List, Seed, unit, variable};
 use crate::motion::Kinematics;
 use crate::numerics::taylor::{Scalar, Series};
 
@@ -205,6 +205,18 @@ pub(super) fn list(drive: &BacklashDrive) -> List<BacklashDrive> {
     list
 }
 
+/// Shows x1, ẋ1, x2, ẋ2; false where one of them is not finite.
+#[inline(always)]
+pub(super) fn show(drive: &BacklashDrive, board: &mut Board) -> bool {
+    let known = drive.values();
+    let ([x1, x1_dot], [x2, x2_dot]) = (known.place(), known.far_place());
+    for (place, value) in [x1, x1_dot, x2, x2_dot].into_iter().enumerate() {
+        board.show(place, value);
+    }
+    // A sum that is finite has finite terms.
+    (x1 + x1_dot + x2 + x2_dot).is_finite()
+}
+
 /// Of the names, those that exist: inputs only where the drive has them.
 fn known<'a>(drive: &BacklashDrive, names: &[&'a str]) -> Vec<&'a str> {
     let exists = |name: &&str| drive.cam.is_input() || !["phi", "w", "a"].contains(name);
@@ -220,6 +232,7 @@ fn states(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
         |d, _| d.values().place()[0],
         |d, s, _| d.series(s).place()[0],
     )
+    .at(0)
     .state()
     .depends(&known(drive, &["x1", "phi"]))
     .depends_initially(&known(drive, &["phi", "w", "a"]));
@@ -230,6 +243,7 @@ fn states(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
         |d, _| d.values().place()[1],
         |d, s, _| d.series(s).place()[1],
     )
+    .at(1)
     .derivative_of("x1")
     .state()
     .depends(&known(drive, &["der(x1)", "phi", "w"]))
@@ -241,6 +255,7 @@ fn states(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
         |d, _| d.values().far_place()[0],
         |d, s, _| d.series(s).far_place()[0],
     )
+    .at(2)
     .state()
     .depends(&["y"])
     .depends_initially(&known(drive, &["phi", "w", "a"]));
@@ -251,6 +266,7 @@ fn states(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
         |d, _| d.values().far_place()[1],
         |d, s, _| d.series(s).far_place()[1],
     )
+    .at(3)
     .derivative_of("y")
     .state()
     .depends(&["der(y)"])
