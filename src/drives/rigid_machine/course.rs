@@ -36,7 +36,7 @@ impl Course<'_> {
     pub fn pass(&mut self, position: Position, before: Option<&Passage>, most: f64) -> Option<Passage> {
         let cell = &self.raster.cells()[position.cell];
         let forward = self.torques.sense > 0.0;
-        let at_entry = position.angle == Double::from(if forward { cell.low } else { cell.high });
+        let at_entry = self.raster.is_entry(&position, self.torques.sense);
         let to_end = match (at_entry, forward) {
             (true, _) => cell.width,
             (false, true) => (Double::from(cell.high) - position.angle).hi,

@@ -16,6 +16,7 @@
 //! *Maschinendynamik*, chapter 2 (rigid machine).
 
 mod course;
+mod cycle;
 mod features;
 mod grid;
 mod inertia;
@@ -40,9 +41,10 @@ pub use motor::Motor;
 
 use super::number::all_finite;
 use super::solver::{HasSolver, Method, Settings, Solver};
-use super::{Curve, Drive, EventLog, Experiment, Fault, List, Portrait};
+use super::{Board, Curve, Drive, EventLog, Experiment, Fault, List, Portrait};
 use crate::numerics::angle;
 use crate::numerics::double_double::Double;
+use cycle::Cycle;
 use grid::Grid;
 use passage::{Errors, Passage, Torques};
 use raster::Raster;
@@ -130,6 +132,11 @@ pub struct RigidMachine {
     /// The turn's cells with their J; follows from the parameters.
     #[serde(skip)]
     raster: Raster,
+    /// The periodic motion against the load of the start, where there is one; follows from the parameters and that load.
+    #[serde(skip)]
+    cycle: Option<Arc<Cycle>>,
+    /// τ when the simulation started [N·m].
+    load_at_start: f64,
     /// The step in the angle that holds the communication point; None while the motion is integrated in time.
     passage: Option<Passage>,
     /// The torques for which the passage holds.
@@ -260,6 +267,8 @@ impl Drive for RigidMachine {
             integrator: Integrator::new(&scene.motor),
             grid: Grid::default(),
             raster: Raster::default(),
+            cycle: None,
+            load_at_start: 0.0,
             passage: None,
             torques: Torques::default(),
             abscissa: 0.0,
@@ -324,6 +333,7 @@ impl Drive for RigidMachine {
         (self.passage, self.next_length, self.errors) = (None, f64::INFINITY, Errors::default());
         self.travelled = 0.0;
         self.top_speed = 0.0;
+        self.load_at_start = self.load.now();
         self.prepare_raster();
         self.place_at_start(self.w_start);
         if self.start == MachineStart::SteadyState {
@@ -352,6 +362,16 @@ impl Drive for RigidMachine {
         self.load.step_ends(step);
         self.driving.step_ends(step);
         Ok(())
+    }
+
+    fn glide(&mut self, end: f64, board: &mut Board) -> bool {
+        self.glide_to(end) && variables::show(self, board)
+    }
+
+    fn show(&self, board: &mut Board) {
+        if !variables::show(self, board) {
+            board.clear();
+        }
     }
 
     fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64) {

@@ -104,14 +104,10 @@ impl Torques {
     /// [`super::steady`]); None where the characteristic does not fall at all speeds in question, and where no speed
     /// balances the load.
     pub fn only_orbit(&self, low: f64, high: f64) -> Option<(f64, f64)> {
-        // d s² − a s + d = 0 of N(s) = 0 by the form that keeps its digits for a small load d.
-        let discriminant = self.amplitude * self.amplitude - 4.0 * self.load * self.load;
-        let root = discriminant.max(0.0).sqrt();
-        let slip = 2.0 * self.load / (self.amplitude + root.copysign(self.amplitude));
-        let balance = self.synchronous - slip / self.rate;
+        let balance = self.balance()?;
         let spread = (high / low).sqrt();
         let falls = |w: f64| ((self.synchronous - w) * self.rate).abs() < 1.0;
-        let unique = discriminant > 0.0 && balance > 0.0 && falls(balance / spread) && falls(balance * spread);
+        let unique = falls(balance / spread) && falls(balance * spread);
         // Two per cent for the rounding of the bounds of J.
         unique.then(|| (0.49 * low * balance * balance, 0.51 * high * balance * balance))
     }
@@ -123,9 +119,19 @@ impl Torques {
         self.amplitude * s / (1.0 + s * s) - self.load
     }
 
+    /// The speed at which the motor and the load balance on the falling branch of the characteristic [rad/s], where there is one.
+    pub fn balance(&self) -> Option<f64> {
+        // d s² − a s + d = 0 of N(s) = 0 by the form that keeps its digits for a small load d.
+        let discriminant = self.amplitude * self.amplitude - 4.0 * self.load * self.load;
+        let root = discriminant.max(0.0).sqrt();
+        let slip = 2.0 * self.load / (self.amplitude + root.copysign(self.amplitude));
+        let balance = self.synchronous - slip / self.rate;
+        (discriminant > 0.0 && balance > 0.0).then_some(balance)
+    }
+
     /// N and ∂N/∂E = N′(w) w/(2E).
     #[inline(always)]
-    fn with_slope(&self, w: f64, energy: f64) -> [f64; 2] {
+    pub fn with_slope(&self, w: f64, energy: f64) -> [f64; 2] {
         let s = (self.synchronous - w) * self.rate;
         let n = 1.0 / (1.0 + s * s);
         let slope = -self.amplitude * self.rate * (1.0 - s * s) * n * n;
@@ -188,8 +194,12 @@ pub struct Passage {
     slowness: Interpolant,
     /// Its integral from 0 to −1.
     slowness_before: f64,
-    /// x as a polynomial of the part s of the duration that has passed: −1 + s (g₀ + s (g₁ + s g₂)) + g₃ s² (1 − s)².
-    guess: [f64; 4],
+    /// What the integral of 1/|φ̇| over x grows by per second: 2/length, but where the passage is shifted.
+    rate: f64,
+    /// What E rises by with x beyond `work`, where the passage is shifted [J].
+    tilt: f64,
+    /// x as a polynomial of the part s of the duration that has passed: −1 + Σ gⱼ sʲ⁺¹ (j < 5) + g₅ s³ (1 − s)³.
+    guess: [f64; 6],
     /// A correction of x whose square is at most this leaves no more than a part of the tolerance.
     settled: f64,
     /// Legendre coefficients of N [N·m].
@@ -289,6 +299,42 @@ fn factorise(length: f64, torques: &Torques, e: &[f64; STAGES], reciprocal: &[f6
     Lu::new(matrix, STAGES)
 }
 
+/// The polynomial [`Passage::guess`] with the values, slopes and curvatures of x at the ends, and x = 0 at the part
+/// `middle`: dx/ds = `slopes` there, d²x/ds² = −(dx/ds)² d ln(1/φ̇)/dx · dx/ds.
+fn guess(slowness: &[f64; COEFFICIENTS], slopes: [f64; 2], middle: f64) -> [f64; 6] {
+    // Pₖ′(±1) = (±1)ᵏ⁺¹ k (k + 1)/2.
+    let (mut odd, mut even) = (0.0, 0.0);
+    for k in (1..COEFFICIENTS).step_by(2) {
+        odd += 0.5 * (k * (k + 1)) as f64 * slowness[k];
+    }
+    for k in (2..COEFFICIENTS).step_by(2) {
+        even += 0.5 * (k * (k + 1)) as f64 * slowness[k];
+    }
+    // dx/ds is half the mean of 1/φ̇ over 1/φ̇ itself.
+    let curvature = |slope: f64, change: f64| -0.5 * slope * slope * slope * change / slowness[0];
+    let [first, last] = [curvature(slopes[0], odd - even), curvature(slopes[1], odd + even)];
+    let (a, b) = (slopes[0], 0.5 * first);
+    let (value, slope, bent) = (2.0 - a - b, slopes[1] - a - 2.0 * b, 0.5 * last - b);
+    let mut guess = [
+        a,
+        b,
+        10.0 * value - 4.0 * slope + bent,
+        -15.0 * value + 7.0 * slope - 2.0 * bent,
+        6.0 * value - 3.0 * slope + bent,
+        0.0,
+    ];
+    guess[5] = -guessed(&guess, middle) / (middle * (1.0 - middle)).powi(3);
+    guess
+}
+
+/// x at the part `s`.
+#[inline(always)]
+fn guessed(guess: &[f64; 6], s: f64) -> f64 {
+    let [a, b, c, d, e, f] = guess;
+    let bump = s * (1.0 - s);
+    s * (a + s * (b + s * (c + s * (d + s * e)))) + f * bump * bump * bump - 1.0
+}
+
 impl Passage {
     /// The step of `length` from `from` on, with 2/J at its ends and nodes in the order in which they are passed. N of
     /// the passage `before`, which ends here, goes on as a first guess. Adds to the number of evaluations. None where
@@ -326,12 +372,9 @@ impl Passage {
         let end = from.time + Double::from(length * slow_modes[0]);
         let slowness = Interpolant::new(&slow_modes);
         let whole = (end - from.time).hi;
-        let ends = [first_speed, end_speed].map(|speed| 2.0 * whole / length * speed);
-        // The values and slopes at the ends, and the value 0 where half of the angle has been passed.
         let slowness_before = slowness.with_integral(-1.0)[1];
-        let [a, b, c] = [ends[0], 6.0 - 2.0 * ends[0] - ends[1], ends[0] + ends[1] - 4.0];
-        let s = -0.5 * slowness_before / slow_modes[0];
-        let guess = [a, b, c, (1.0 - s * (a + s * (b + s * c))) / (s * (1.0 - s)).powi(2)];
+        let middle = -0.5 * slowness_before / slow_modes[0];
+        let guess = guess(&slow_modes, [first_speed, end_speed].map(|speed| 2.0 * whole / length * speed), middle);
         // |Pₖ′| ≤ k (k + 1)/2. Newton's method leaves ½ |d ln(1/φ̇)/dx| times the square of a correction.
         let steepest: f64 = (1..COEFFICIENTS).map(|k| 0.5 * (k * (k + 1)) as f64 * slow_modes[k].abs()).sum();
         let settled = 4.0 * INSTANT * effort.remainder / (length * steepest * end_speed.max(first_speed));
@@ -370,6 +413,8 @@ impl Passage {
             energy: end_energy,
             slowness,
             slowness_before,
+            rate: 2.0 / length,
+            tilt: 0.0,
             guess,
             settled,
             net: net_modes,
@@ -384,6 +429,25 @@ impl Passage {
                 time: time.max(CAUTION * slow_end) + 2.0 * f64::EPSILON,
             },
         })
+    }
+
+    /// The passage of the same cell from another place and energy, with what E grows by and how long it takes beyond
+    /// that of this one [J, s], and the relative errors of E that this leaves at the end and, besides, between the ends.
+    pub fn shifted(&self, from: Position, [more, longer]: [f64; 2], [ends, between]: [f64; 2]) -> Self {
+        let duration = self.end - self.from.time;
+        let gain = self.energy - self.from.energy;
+        let error = ends + between;
+        Passage {
+            from,
+            end: from.time + duration + Double::from(longer),
+            energy: from.energy + gain + Double::from(more),
+            rate: self.rate * (duration.hi / (duration.hi + longer)),
+            tilt: 0.5 * more,
+            angle_error: self.angle_error + self.length * error,
+            energy_error: self.energy_error + error,
+            growth: Growth { added: self.growth.added + ends, time: self.growth.time + ends, ..self.growth },
+            ..*self
+        }
     }
 
     /// dE₁/dE₀, about.
@@ -405,12 +469,9 @@ impl Passage {
     ///
     /// The time is a smooth increasing function of x, so that Newton's method needs no safeguard but the ends.
     pub fn place_at(&self, elapsed: f64) -> f64 {
-        let half = 0.5 * self.length;
         let part = elapsed / (self.end - self.from.time).hi;
-        let [a, b, c, d] = self.guess;
-        let bump = part * (1.0 - part);
-        let mut x = (part * (a + part * (b + part * c)) - 1.0 + d * bump * bump).clamp(-1.0, 1.0);
-        let wanted = elapsed / half + self.slowness_before;
+        let mut x = guessed(&self.guess, part).clamp(-1.0, 1.0);
+        let wanted = elapsed * self.rate + self.slowness_before;
         for _ in 0..INVERSION {
             let [slowness, integral] = self.slowness.with_integral(x);
             let change = (integral - wanted) / slowness;
@@ -427,9 +488,20 @@ impl Passage {
         0.5 * self.length * (1.0 + x)
     }
 
+    /// E at the abscissa `x` less that at the beginning [J].
+    #[inline(always)]
+    pub fn work_to(&self, x: f64) -> f64 {
+        self.work.value(x) + self.tilt * (1.0 + x)
+    }
+
     /// E at the abscissa `x` [J].
     pub fn energy_at(&self, x: f64) -> Double {
-        self.from.energy + Double::from(self.work.value(x))
+        self.from.energy + Double::from(self.work_to(x))
+    }
+
+    /// |φ̇| at the abscissa `x` [rad/s].
+    pub fn speed_at(&self, x: f64) -> f64 {
+        1.0 / self.slowness.value(x)
     }
 
     /// N at the nodes of the step of `length` that follows.

@@ -61,6 +61,8 @@ pub struct Raster {
     pub profile: Arc<Profile>,
     /// The greatest width of a cell [rad].
     pub widest: f64,
+    /// The mean of √J over the turn.
+    pub mean_root: f64,
     /// What the cells were made for.
     made_for: Option<Arc<(Inertia, Motor, f64)>>,
 }
@@ -88,6 +90,15 @@ fn error(table: &Tabulated, width: f64) -> f64 {
     width * neglected(&modes) / (INTEGRATION * least)
 }
 
+/// The mean of √J over the turn.
+fn mean_root(cells: &[Cell]) -> f64 {
+    let root = |cell: &Cell| -> f64 {
+        let nodes = &cell.reciprocal[1..=STAGES];
+        cell.width * nodes.iter().zip(&WEIGHTS).map(|(reciprocal, b)| b * (2.0 / reciprocal).sqrt()).sum::<f64>()
+    };
+    cells.iter().map(root).sum::<f64>() / TAU
+}
+
 impl Raster {
     /// The raster on which `inertia` is met to the relative `tolerance`, and the torque of the motor as it is about its
     /// synchronous speed.
@@ -107,7 +118,8 @@ impl Raster {
         }
         let widest = cells.iter().map(|cell| cell.width).fold(0.0, f64::max);
         let made_for = Some(Arc::new((inertia.clone(), *motor, tolerance)));
-        Raster { widest, cells: Arc::new(cells), profile, made_for }
+        let mean_root = mean_root(&cells);
+        Raster { widest, mean_root, cells: Arc::new(cells), profile, made_for }
     }
 
     /// The cells that J(φ) alone asks for.
@@ -155,12 +167,7 @@ impl Raster {
         tolerance: f64,
     ) -> Vec<Cell> {
         let torques = Torques::against(motor, 0.0, synchronous.signum());
-        let root = |cell: &Cell| -> f64 {
-            let nodes = &cell.reciprocal[1..=STAGES];
-            cell.width * nodes.iter().zip(&WEIGHTS).map(|(reciprocal, b)| b * (2.0 / reciprocal).sqrt()).sum::<f64>()
-        };
-        let mean = cells.iter().map(root).sum::<f64>() / TAU;
-        let energy = Double::from(0.5 * (mean * synchronous).powi(2));
+        let energy = Double::from(0.5 * (mean_root(&cells) * synchronous).powi(2));
         let position = Position { energy, ..Position::default() };
         let effort = Effort { remainder: FINER * tolerance, fixed: 0 };
         let mut divided = Vec::with_capacity(2 * cells.len());
@@ -195,6 +202,12 @@ impl Raster {
     /// The cells.
     pub fn cells(&self) -> &[Cell] {
         &self.cells
+    }
+
+    /// Whether a position is that at which its cell is entered in this sense.
+    pub fn is_entry(&self, position: &Position, sense: f64) -> bool {
+        let cell = &self.cells[position.cell];
+        position.angle == Double::from(if sense > 0.0 { cell.low } else { cell.high })
     }
 
     /// The ends of an interval [rad]; without borders a whole turn from 0 on.

@@ -114,9 +114,17 @@ impl<'a> Shooting<'a> {
 
     /// A turn that begins with this energy; None where the machine comes to rest.
     pub fn shoot(&self, energy: f64) -> Option<Shot> {
+        self.follow(energy, |_| ())
+    }
+
+    /// The same; `visit` sees the steps.
+    pub fn follow(&self, energy: f64, mut visit: impl FnMut(&Passage)) -> Option<Shot> {
         let mut slope = 1.0;
         let end = self.travel(energy, |position, last| {
-            slope *= last.map_or(1.0, Passage::slope);
+            if let Some(last) = last {
+                slope *= last.slope();
+                visit(last);
+            }
             (position.turns == 0.0).then_some(f64::INFINITY)
         })?;
         let gain = (end.energy - Double::from(energy)).hi;

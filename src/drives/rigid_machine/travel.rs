@@ -70,8 +70,9 @@ impl RigidMachine {
         let tolerance = self.solver.effective_tolerance();
         if !self.raster.is_for(&self.inertia, &self.motor, tolerance) {
             self.raster = Raster::new(&self.inertia, &self.motor, tolerance);
-            self.seen = None;
+            (self.seen, self.cycle) = (None, None);
         }
+        self.prepare_cycle();
     }
 
     /// A machine from serialised bytes brings no raster; the parameters yield the same one again.
@@ -83,7 +84,7 @@ impl RigidMachine {
 
     /// τ − M_an as far as it does not depend on the speed [N·m].
     fn constant_torque(&self) -> f64 {
-        self.load.set_value() - if self.motor == Motor::Input { self.driving.set_value() } else { 0.0 }
+        self.load.set_value() - if matches!(self.motor, Motor::Input) { self.driving.set_value() } else { 0.0 }
     }
 
     /// Whether E, where the machine stands, is large against the work of the torques over a cell.
@@ -153,7 +154,21 @@ impl RigidMachine {
         self.state.u = if self.torques.sense > 0.0 { root } else { -root };
     }
 
+    /// Goes on to `end` [s] where the passage holds it and the torques are as they were; whether it does.
+    #[inline(always)]
+    pub(super) fn glide_to(&mut self, end: f64) -> bool {
+        let Some(passage) = &self.passage else { return false };
+        let target = Double::from(end);
+        let steady = self.load.is_constant() && self.driving.is_constant();
+        if (target - passage.end).hi > 0.0 || !steady || self.constant_torque() != self.torques.against_what() {
+            return false;
+        }
+        self.read(target);
+        true
+    }
+
     /// Takes the values at `target` from the passage, which holds it.
+    #[inline(always)]
     fn read(&mut self, target: Double) {
         let Some(passage) = &self.passage else { return };
         let sense = self.torques.sense;
@@ -169,11 +184,13 @@ impl RigidMachine {
             None => self.raster.profile.value(&self.inertia, interval, phi),
         };
         self.seen = seen.map(|value| Seen { interval, phi, value });
-        self.state.w = sense * (2.0 * passage.energy_at(self.abscissa).hi / inertia).sqrt();
+        let energy = passage.from.energy.hi + (passage.from.energy.lo + passage.work_to(self.abscissa));
+        self.state.w = sense * (2.0 * energy / inertia).sqrt();
     }
 
     /// The step from `position` on, at most to the end of the cell; None where no step meets the tolerance.
     fn pass(&mut self, position: Position, before: Option<&Passage>) -> Option<Passage> {
+        let tabulated = self.cycle.as_ref().and_then(|cycle| cycle.pass(&self.torques, position));
         let mut course = Course {
             inertia: &self.inertia,
             raster: &self.raster,
@@ -182,7 +199,10 @@ impl RigidMachine {
             next_length: self.next_length,
             evaluations: self.solver.evaluations,
         };
-        let passage = course.pass(position, before, f64::INFINITY);
+        if let Some(passage) = &tabulated {
+            course.next_length = if passage.to_edge { f64::INFINITY } else { passage.length };
+        }
+        let passage = tabulated.or_else(|| course.pass(position, before, f64::INFINITY));
         (self.next_length, self.solver.evaluations) = (course.next_length, course.evaluations);
         if let Some(passage) = &passage {
             let [speed, angle] = passage.error_within(self.errors);

@@ -5,7 +5,7 @@ use crate::drives::cam_drive::law_parameter_kind;
 use crate::drives::solver::HasSolver;
 use crate::drives::unit::{self, Quantity};
 use crate::drives::variable::{Enumeration, Kind, real, real_within};
-use crate::drives::{List, Seed};
+use crate::drives::{Board, List, Seed};
 use crate::motion::MotionLaw;
 use crate::motion::parameters::ParameterKind;
 use crate::numerics::double_double::{Double, two_product};
@@ -129,9 +129,21 @@ fn series(machine: &RigidMachine, seed: Seed, which: usize) -> Series {
     s
 }
 
+/// Shows φ, φ̇ and φ̈; false where one of them is not finite.
+#[inline(always)]
+pub(super) fn show(machine: &RigidMachine, board: &mut Board) -> bool {
+    let p = machine.point();
+    let (phi, a) = (whole_angle(machine), acceleration(machine, &p));
+    board.show(PHI, phi);
+    board.show(W, p.w);
+    board.show(A, a);
+    // A sum that is finite has finite terms.
+    (phi + p.w + a).is_finite()
+}
+
 impl RigidMachine {
     fn point(&self) -> Point<f64> {
-        let torque = if self.motor == Motor::Input { self.driving.now() } else { self.state.torque };
+        let torque = if matches!(self.motor, Motor::Input) { self.driving.now() } else { self.state.torque };
         Point { phi: self.state.angle.hi, w: self.state.w, torque, tau: self.load.now() }
     }
 

@@ -1,0 +1,138 @@
+//! The periodic motion under a constant load, tabulated: what a machine does in every turn once it has run up.
+//!
+//! A cell of the raster that begins with E = E* + δ, E* on the periodic motion, is passed as on that motion but for
+//!
+//! δ(ψ) = δ(0) g(ψ),  g(ψ) = exp ∫₀^ψ ∂N/∂E dψ,  δt = −δ(0) ½ ∫ g/(E φ̇) dψ,
+//!
+//! which is right to first order in δ. Where the square of δ is below the tolerance there is nothing to solve. The table
+//! follows from the parameters and the load, so that all instances with the same ones share it, and a machine that reads
+//! it computes the same whatever has happened before.
+
+use super::passage::{Passage, Position, Torques};
+use super::steady::Shooting;
+use super::{Motor, RigidMachine};
+use crate::drives::solver::Method;
+use crate::numerics::gauss::{ABSCISSAE, MATRIX, STAGES, WEIGHTS};
+
+/// The part of the tolerance that a tabulated passage may add to what solving it leaves.
+const PART: f64 = 0.1;
+
+/// Turns in search of the periodic motion. Newton's method needs five; without a periodic motion it goes astray soon.
+const TURNS: usize = 10;
+
+/// By how much of the tolerance the end of the tabulated turn may miss its beginning. The machine feels it as a δ.
+const CLOSED: f64 = 1e-3;
+
+/// The table.
+pub struct Cycle {
+    torques: Torques,
+    tolerance: f64,
+    /// The steps of the turn, in the order in which they are passed.
+    laps: Vec<Lap>,
+    /// The first step of each cell.
+    first: Vec<usize>,
+}
+
+/// How a step is passed on the periodic motion and beside it.
+struct Lap {
+    passage: Passage,
+    /// g − 1 at the end.
+    growth: f64,
+    /// dt/dδ of the whole passage [s/J].
+    delay: f64,
+    /// What δ/E leaves within the passage: g and the integral for δt are taken as if they went with x and t.
+    bent: f64,
+    /// The largest |δ| [J].
+    reach: f64,
+}
+
+impl Lap {
+    fn new(passage: Passage, torques: &Torques, tolerance: f64) -> Self {
+        let length = passage.length;
+        let e: [f64; STAGES] = ABSCISSAE.map(|x| passage.energy_at(x).hi);
+        let w: [f64; STAGES] = ABSCISSAE.map(|x| passage.speed_at(x));
+        let rates: [f64; STAGES] = std::array::from_fn(|i| length * torques.with_slope(w[i], e[i])[1]);
+        let sum = |weights: &[f64; STAGES], values: &[f64; STAGES]| -> f64 {
+            weights.iter().zip(values).map(|(b, value)| b * value).sum()
+        };
+        let exponent = sum(&WEIGHTS, &rates);
+        let delays: [f64; STAGES] = std::array::from_fn(|i| sum(&MATRIX[i], &rates).exp() / (e[i] * w[i]));
+        let largest = |values: &[f64; STAGES]| values.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
+        // A function that varies by v differs from its chord by a part of v; E and the rate of g alike.
+        let bent = 0.25 * largest(&rates) + 0.25 * (passage.energy.hi / passage.from.energy.hi).ln().abs();
+        let room = PART * tolerance;
+        Lap {
+            growth: exponent.exp_m1(),
+            delay: -0.5 * length * sum(&WEIGHTS, &delays),
+            bent,
+            reach: passage.from.energy.hi * room.sqrt().min(room / bent.max(f64::MIN_POSITIVE)),
+            passage,
+        }
+    }
+
+    /// The passage from another energy; None where that is too far away.
+    fn from(&self, position: Position) -> Option<Passage> {
+        let own = &self.passage;
+        let delta = (position.energy - own.from.energy).hi;
+        if !(delta.abs() <= self.reach) {
+            return None;
+        }
+        let relative = delta / own.from.energy.hi;
+        Some(own.shifted(position, [self.growth * delta, self.delay * delta], [relative * relative, relative.abs() * self.bent]))
+    }
+}
+
+impl Cycle {
+    /// The periodic motion of this machine against the load `tau`; None where it has none that a table serves for.
+    fn new(machine: &RigidMachine, tau: f64) -> Option<Self> {
+        let Motor::Kloss { synchronous_speed, dynamics: None, .. } = machine.motor else { return None };
+        let torques = Torques::against(&machine.motor, tau, synchronous_speed.signum());
+        let tolerance = machine.solver.effective_tolerance();
+        let shooting = Shooting::new(machine, torques, tolerance);
+        let raster = &machine.raster;
+        let mut energy = 0.5 * (raster.mean_root * torques.balance()?).powi(2);
+        let mut turn: Vec<Passage> = Vec::with_capacity(2 * raster.cells().len());
+        for _ in 0..TURNS {
+            turn.clear();
+            let shot = shooting.follow(energy, |passage| turn.push(*passage))?;
+            if shot.gain.abs() <= CLOSED * tolerance * energy {
+                let mut first = vec![0; raster.cells().len()];
+                for (i, passage) in turn.iter().enumerate().rev() {
+                    first[passage.from.cell] = i;
+                }
+                let laps = turn.into_iter().map(|passage| Lap::new(passage, &torques, tolerance)).collect();
+                return Some(Cycle { torques, tolerance, laps, first });
+            }
+            energy += shot.gain / (1.0 - shot.slope);
+            if !(energy > 0.0 && energy.is_finite()) {
+                return None;
+            }
+        }
+        None
+    }
+
+    /// The step that begins at `position`, near the periodic motion.
+    pub fn pass(&self, torques: &Torques, position: Position) -> Option<Passage> {
+        if self.torques != *torques {
+            return None;
+        }
+        let own = self.laps.get(self.first[position.cell]..)?.iter().take_while(|lap| lap.passage.from.cell == position.cell);
+        own.into_iter().find(|lap| lap.passage.from.angle == position.angle)?.from(position)
+    }
+}
+
+impl RigidMachine {
+    /// Tabulates the periodic motion against the load of the start, where the steps are those of the tolerance.
+    pub(super) fn prepare_cycle(&mut self) {
+        let (tau, tolerance) = (self.load_at_start, self.solver.effective_tolerance());
+        if self.solver.settings.method == Method::FixedCost {
+            self.cycle = None;
+            return;
+        }
+        // A raster that is not the old one has taken the table with it.
+        let made = self.cycle.as_ref().is_some_and(|made| made.torques.against_what() == tau && made.tolerance == tolerance);
+        if !made {
+            self.cycle = Cycle::new(self, tau).map(std::sync::Arc::new);
+        }
+    }
+}
