@@ -20,6 +20,9 @@ const CHOOSE_FIVE: [f64; 32] = {
     table
 };
 
+/// The change of Newton's method, relative to the zero, after which a search for a near place ends.
+const NEAR: f64 = 3e-4;
+
 /// Steps after which the place reached counts as the zero: each step that does not end the search at least doubles the
 /// distance from a near miss or halves that from a zero, so that some hundred exhaust the digits of a number.
 const MOST_STEPS: usize = 200;
@@ -28,16 +31,25 @@ const MOST_STEPS: usize = 200;
 /// zeros of the list are a multiple zero at the start and no event. 0 where p is not positive right of 0.
 pub fn first_zero(c: &[f64], end: f64) -> Option<f64> {
     let Some(first) = c.iter().position(|&c| c != 0.0) else { return Some(0.0) };
-    search(&c[first..], end)
+    search(&c[first..], end, Precision::Full)
+}
+
+/// How near to the zero the search ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Precision {
+    /// To the last digit or two.
+    Full,
+    /// At a place before the zero from which some 1e-7 of the way are left.
+    Near,
 }
 
 /// The same for a polynomial of known degree that is positive at 0 or has its zero there.
-pub fn first_zero_of<const N: usize>(c: &[f64; N], end: f64) -> Option<f64> {
-    search(c, end)
+pub fn first_zero_of<const N: usize>(c: &[f64; N], end: f64, precision: Precision) -> Option<f64> {
+    search(c, end, precision)
 }
 
 #[inline(always)]
-fn search(c: &[f64], end: f64) -> Option<f64> {
+fn search(c: &[f64], end: f64, precision: Precision) -> Option<f64> {
     if !(c[0] > 0.0) {
         return Some(0.0);
     }
@@ -66,7 +78,7 @@ fn search(c: &[f64], end: f64) -> Option<f64> {
         if bound > 0.0 {
             return None;
         }
-        if let Some(zero) = falling(c, &local, fifth, x, rest) {
+        if let Some(zero) = falling(c, &local, fifth, [x, rest], precision) {
             return zero;
         }
         while !(bound > 0.0) {
@@ -89,9 +101,9 @@ fn lower_bound(c: &[f64], h: f64) -> f64 {
     for c in c {
         sum += c * power;
         power *= h;
-        least = least.min(sum);
+        least = if sum < least { sum } else { least };
     }
-    // The least of numbers takes no notice of what is none.
+    // The comparison takes no notice of what is no number.
     if sum.is_nan() { sum } else { least }
 }
 
@@ -116,7 +128,13 @@ fn expansion(c: &[f64], x: f64) -> [f64; LOCAL] {
 
 /// Where p is sure to fall from x on, until it must have reached zero if it goes on like this: the zero there, or that
 /// there is none in `rest`. None where p may turn before.
-fn falling(c: &[f64], local: &[f64; LOCAL], fifth: f64, x: f64, rest: f64) -> Option<Option<f64>> {
+fn falling(
+    c: &[f64],
+    local: &[f64; LOCAL],
+    fifth: f64,
+    [x, rest]: [f64; 2],
+    precision: Precision,
+) -> Option<Option<f64>> {
     let [value, slope, second, third, fourth] = *local;
     if slope >= 0.0 {
         return None;
@@ -145,8 +163,16 @@ fn falling(c: &[f64], local: &[f64; LOCAL], fifth: f64, x: f64, rest: f64) -> Op
             high = zero
         }
         let next = zero - value / slope;
-        if (next - zero).abs() <= 2.0 * f64::EPSILON * zero {
+        let change = (next - zero).abs();
+        if change <= 2.0 * f64::EPSILON * zero {
             break;
+        }
+        if precision == Precision::Near && change <= NEAR * zero {
+            // Newton's method leaves about the square of its change; what remains positive lies before the zero.
+            let before = next - (NEAR * change).max(NEAR * NEAR * zero);
+            if before > low && value_and_slope(c, before)[0] > 0.0 {
+                return Some(Some(before));
+            }
         }
         zero = next;
     }

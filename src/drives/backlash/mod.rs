@@ -29,6 +29,7 @@ mod spread;
 mod features;
 mod portrait;
 mod steady_state;
+mod stride;
 mod switching;
 mod variables;
 mod waves;
@@ -168,7 +169,7 @@ impl BacklashDrive {
 
     /// The tolerance to work with: by default rounding errors alone count, since impacts may multiply any error.
     fn tolerance(&self) -> f64 {
-        let own = self.solver.settings.tolerance;
+        let own = if self.has_tolerance() { self.solver.settings.tolerance } else { 0.0 };
         let own = if own > 0.0 { own } else { FINEST_TOLERANCE };
         if self.solver.requested > 0.0 { own.min(self.solver.requested) } else { own }
     }
@@ -232,6 +233,7 @@ impl BacklashDrive {
         }
         run.begin_here(time);
         let end = time + step;
+        run.stride.begin(end, step);
         let mut point = run.advance(&self.bodies, &flank, &mut Stretch { end, horizon, log: &mut self.log })?;
         if input {
             point = run.panel.whole_at(&self.bodies, run.theta(end));
@@ -357,7 +359,7 @@ impl Drive for BacklashDrive {
     }
 
     fn portrait(&self) -> Portrait {
-        portrait::portrait()
+        portrait::of(self)
     }
 
     fn curves(&self) -> Vec<Curve> {
@@ -468,6 +470,11 @@ impl HasCamDrive for BacklashDrive {
 }
 
 impl HasSolver for BacklashDrive {
+    /// The closed form is at rounding level; power series follow bounces, inputs and stiff drives.
+    fn has_tolerance(&self) -> bool {
+        let closed = self.bodies.waves.as_ref().is_some_and(|waves| !waves.is_stiff(&self.bodies));
+        !closed || self.e > 0.0
+    }
     fn solver(&self) -> &Solver {
         &self.solver
     }

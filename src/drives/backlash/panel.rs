@@ -16,8 +16,10 @@
 use super::contact::{Bodies, Flank, Mode, State};
 use super::flank::FlankMotion;
 use super::slow::stiff_rate;
+use super::stride::Stride;
 use super::waves::Waves;
 use crate::drives::number::all_finite;
+use crate::motion::Kinematics;
 use crate::numerics::double_double::Double;
 use crate::numerics::oscillator::{FreeMotion, Oscillator};
 use crate::numerics::quadrature::Gauss;
@@ -302,6 +304,14 @@ impl Panel {
         [sizes, neglected]
     }
 
+    /// u, u̇ … u⁗ `theta` [s] after the start.
+    pub fn flank_motion(&self, bodies: &Bodies, flank: &impl FlankMotion, theta: f64) -> Kinematics {
+        match self.waves(bodies) {
+            Some(waves) => self.wave_kinematics(waves, theta),
+            None => flank.at(self.segment, self.instant(theta)),
+        }
+    }
+
     /// ü in contact, `theta` [s] after the start.
     pub fn flank_acceleration(&self, bodies: &Bodies, theta: f64) -> f64 {
         if let Some(waves) = self.waves(bodies) {
@@ -350,6 +360,31 @@ impl Panel {
         // Rounding may put m1 behind a flank that it has not reached.
         state.zeta = [first[0].clamp(-state.home, bodies.s - state.home), first[1]];
         Point { state, u: [place - state.home - state.zeta[0], speed - state.zeta[1], 0.0] }
+    }
+
+    /// The motion at `time` [s], `theta` [s] after the start, without ü; `stride` helps where steps repeat themselves.
+    #[inline(always)]
+    pub fn read(&self, bodies: &Bodies, stride: &mut Stride, time: f64, theta: f64) -> Point {
+        let Some(waves) = self.waves(bodies) else { return self.at(bodies, theta) };
+        let oscillator = self.oscillator(bodies);
+        let (z, free) = match stride.to(time, oscillator, waves.speed) {
+            Some(phases) => phases,
+            None => self.read_anew(bodies, waves, stride, [time, theta]),
+        };
+        self.point_of_waves(bodies, waves, theta, (z, free))
+    }
+
+    #[inline(never)]
+    fn read_anew(
+        &self,
+        bodies: &Bodies,
+        waves: &Waves,
+        stride: &mut Stride,
+        [time, theta]: [f64; 2],
+    ) -> ([f64; 2], [f64; 2]) {
+        let phases = self.phases(bodies, waves, theta);
+        stride.start(time, phases, self.oscillator(bodies), (waves.speed, waves.fastest()), self.limit() - theta);
+        phases
     }
 
     /// The motion `theta` [s] after the start with ü.

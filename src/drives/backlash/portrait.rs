@@ -1,10 +1,12 @@
 //! What the documentation says of the drive with backlash.
 
+use super::BacklashDrive;
 use crate::drives::cam_drive::DriveMode;
+use crate::drives::solver::HasSolver;
 use crate::drives::{Equation, Experiment, Portrait};
 use std::f64::consts::TAU;
 
-pub(super) fn portrait() -> Portrait {
+pub(super) fn of(drive: &BacklashDrive) -> Portrait {
     Portrait {
         summary: "A cam drives the mass m1 between two flanks with the clearance s; the mass m2 hangs on it by a \
                   spring c and a damper b. Flank A (x1 = U) pushes in +x, flank B (x1 = U + s) in −x. m1 leaves a flank \
@@ -12,7 +14,7 @@ pub(super) fn portrait() -> Portrait {
                   and the impulses act on m1, positive in +x; the torque tau = U′F_K loads the drive."
             .to_owned(),
         equations: equations(),
-        accuracy: accuracy(),
+        accuracy: accuracy(drive.has_tolerance()),
         limits: [
             "The drive keeps its motion during an impact: its inertia must be large against m1 U′².",
             "The flanks are rigid and an impact has no duration; forces within an impact are not modelled.",
@@ -41,12 +43,14 @@ pub(super) fn portrait() -> Portrait {
     }
 }
 
-fn accuracy() -> Vec<(String, String)> {
+/// Without a tolerance the motion is in closed form.
+fn accuracy(has_tolerance: bool) -> Vec<(String, String)> {
     [
         (
             "Contact and flight",
-            "Power series of time whose coefficients follow from the equations of motion; each holds for two radians of \
-             the fastest change. In flight the gap is free of cancellation.",
+            "In closed form at constant speed on a law of up to eight harmonics. Else, after a rebound and where a gap is small: \
+             power series of time whose coefficients follow from the equations of motion; each holds for two radians of the \
+             fastest change. In flight their gap is free of cancellation.",
         ),
         (
             "Switching instants",
@@ -68,8 +72,10 @@ fn accuracy() -> Vec<(String, String)> {
              it exceeds the error twentyfold. An estimate near 1 says that the motion is chaotic and its digits are lost.",
         ),
     ]
+    .into_iter()
+    .filter(|(quantity, _)| has_tolerance || *quantity != "solver.tolerance")
     .map(|(quantity, statement)| (quantity.to_owned(), statement.to_owned()))
-    .to_vec()
+    .collect()
 }
 
 fn equations() -> Vec<Equation> {

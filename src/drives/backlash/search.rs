@@ -8,7 +8,7 @@
 use super::contact::{Bodies, Flank, Mode};
 use super::panel::{Found, Panel};
 use super::waves::{FEW, Guard, TERMS, Waves, product};
-use crate::numerics::first_zero::{first_zero, first_zero_of};
+use crate::numerics::first_zero::{Precision, first_zero, first_zero_of};
 use crate::numerics::forced::apply;
 
 /// The remainder, relative to the amplitudes, that is below the rounding of the function.
@@ -54,6 +54,20 @@ struct Limits {
     zeros: usize,
 }
 
+impl Limits {
+    /// Whether the polynomial of a look, of a near one or of one over a leap, is the function itself up to `x`.
+    fn settles(&self, near: bool, x: f64) -> bool {
+        let square = x * x;
+        let fourth = square * square;
+        let [few, all] = self.remainders;
+        let remainder = if near { few * fourth } else { all * fourth * fourth * fourth };
+        remainder <= NEGLIGIBLE * self.size
+    }
+}
+
+/// The powers in [`Limits::settles`].
+const _: () = assert!(FEW == 4 && TERMS == 12);
+
 impl Panel {
     /// The first event within `end` [s], or how far there is none; None where the power series has to look.
     pub(super) fn search(
@@ -83,12 +97,12 @@ impl Panel {
         let mut place = arrive(0.0);
         let mut near = false;
         for _ in 0..MOST_SEARCHES {
-            let (terms, next) = if near {
-                (FEW, self.look::<2, FEW, { FEW + 1 }>(bodies, waves, guard, &limits, &place)?)
+            let next = if near {
+                self.look::<2, FEW, { FEW + 1 }>(bodies, waves, guard, &limits, &place)?
             } else {
-                (TERMS, self.look::<{ TERMS / 2 }, TERMS, { TERMS + 1 }>(bodies, waves, guard, &limits, &place)?)
+                self.look::<{ TERMS / 2 }, TERMS, { TERMS + 1 }>(bodies, waves, guard, &limits, &place)?
             };
-            let Some((found, x, polished)) = next else {
+            let Some((found, x)) = next else {
                 // Four terms tell nothing of a whole leap.
                 if near {
                     near = false;
@@ -106,9 +120,7 @@ impl Panel {
             if here < SHORTEST * leap {
                 return None;
             }
-            let remainder = limits.remainders[if near { 0 } else { 1 }] * x.powi(terms as i32);
-            if !place.passed_on && remainder <= NEGLIGIBLE * limits.size {
-                let here = if found == Found::Release { place.at + polished * leap } else { here };
+            if limits.settles(near, x) && !place.passed_on {
                 return Some(Search { clear: here, event: Some((found, here)) });
             }
             // A look that does not end the search with four terms is taken again with all.
@@ -128,8 +140,10 @@ impl Panel {
         guard: &Guard,
         limits: &Limits,
         place: &Place,
-    ) -> Option<Option<(Found, f64, f64)>> {
+    ) -> Option<Option<(Found, f64)>> {
         let [q, v] = place.free;
+        // Another look follows the first one at a place that leaps have led to.
+        let precision = if place.at == 0.0 || place.passed_on { Precision::Near } else { Precision::Full };
         let remainder = limits.remainders[if N == FEW { 0 } else { 1 }];
         match self.mode {
             Mode::Contact(contact) => {
@@ -140,10 +154,10 @@ impl Panel {
                 force[..N].copy_from_slice(&guard.series::<P, N>(waves, sign, place.z, start));
                 force[0] += limits.resolution;
                 force[N] = -remainder;
-                Some(
-                    first_zero_of(&force, 1.0)
-                        .map(|x| (Found::Release, x, polished(&force[..N], limits.resolution, x))),
-                )
+                Some(first_zero_of(&force, 1.0, precision).map(|x| {
+                    let last = !place.passed_on && limits.settles(N == FEW, x);
+                    (Found::Release, if last { polished(&force[..N], limits.resolution, x) } else { x })
+                }))
             }
             Mode::Free => {
                 let share = -bodies.share;
@@ -156,6 +170,7 @@ impl Panel {
                     &gap,
                     (limits.zeros, first),
                     (remainder, CLEAR * limits.size, guard.leap),
+                    precision,
                 )
             }
         }
@@ -169,12 +184,14 @@ impl Panel {
         gap: &[f64; N],
         (zeros, first): (usize, bool),
         (remainder, clear, leap): (f64, f64, f64),
-    ) -> Option<Option<(Found, f64, f64)>> {
+        precision: Precision,
+    ) -> Option<Option<(Found, f64)>> {
         // Σ cₙ xⁿ lies between the least and the greatest of its partial sums at x = 1.
         let (mut sum, mut least, mut greatest) = (gap[0], gap[0], gap[0]);
         for term in &gap[1..] {
             sum += term;
-            (least, greatest) = (least.min(sum), greatest.max(sum));
+            least = if sum < least { sum } else { least };
+            greatest = if sum > greatest { sum } else { greatest };
         }
         let rooms = [least - remainder, bodies.s - greatest - remainder];
         // The nearer flank first: an impact there shortens the search for the other.
@@ -201,10 +218,10 @@ impl Panel {
             } else if first && !(c[0] > clear) {
                 return None;
             } else {
-                first_zero_of(&c, end)
+                first_zero_of(&c, end, precision)
             };
             if let Some(x) = zero {
-                (end, found) = (x, Some((Found::Impact(flank), x, x)));
+                (end, found) = (x, Some((Found::Impact(flank), x)));
             }
         }
         Some(found)

@@ -7,7 +7,9 @@ use super::contact::{Bodies, Flank, Mode, State};
 use super::flank::FlankMotion;
 use super::panel::{Found, Panel, Point, Rules};
 use super::spread::{Side, Spread};
+use super::stride::Stride;
 use crate::drives::{Event, EventLog, Fault, Number};
+use crate::motion::Kinematics;
 use crate::numerics::double_double::Double;
 use serde::{Deserialize, Serialize};
 
@@ -67,6 +69,8 @@ pub struct Run {
     pushed: Sums,
     /// Panels in the current stretch.
     pub work: f64,
+    /// How the current panel is read.
+    pub stride: Stride,
     rules: Rules,
 }
 
@@ -101,6 +105,7 @@ impl Run {
             spread: Spread::default(),
             pushed: Sums::default(),
             work: 0.0,
+            stride: Stride::default(),
             rules,
         }
     }
@@ -151,9 +156,13 @@ impl Run {
 
     /// The motion at `time` [s] where the current panel holds it, without ü.
     #[inline(always)]
-    pub fn within(&self, bodies: &Bodies, time: f64) -> Option<Point> {
+    pub fn within(&mut self, bodies: &Bodies, time: f64) -> Option<Point> {
         let left = self.panel.until(time);
-        (left < self.panel.limit()).then(|| self.panel.at(bodies, left.max(0.0)))
+        if left < self.panel.limit() {
+            Some(self.panel.read(bodies, &mut self.stride, time, left.max(0.0)))
+        } else {
+            None
+        }
     }
 
     /// Goes on to the end of the communication step and returns the motion there, without ü.
@@ -261,7 +270,7 @@ impl Run {
         self.spread.carry(bodies, self.panel.mode);
         let state = in_place(bodies, self.panel.mode, self.panel.at(bodies, at).state);
         let place = (self.panel.instant(at), self.panel.segment);
-        let rate = bodies.force(state.q, &flank.at(place.1, place.0))[1];
+        let rate = bodies.force(state.q, &self.panel.flank_motion(bodies, flank, at))[1];
         stretch.log.push(release(contact, place.0, ("der(force)", rate, "N/s")));
         self.restart(bodies, flank, place, (Mode::Free, state, 3), stretch.horizon_from(place.0));
         Sums::default()
@@ -277,7 +286,8 @@ impl Run {
     ) -> Sums {
         let mut state = self.panel.at(bodies, at).state;
         let place = (self.panel.instant(at), self.panel.segment);
-        let ((mode, zeros), sums) = self.strike(bodies, flank, hit, &mut state, place, stretch.log);
+        let u = self.panel.flank_motion(bodies, flank, at);
+        let ((mode, zeros), sums) = self.strike(bodies, flank, hit, &mut state, &u, place, stretch.log);
         self.restart(bodies, flank, place, (mode, state, zeros), stretch.horizon_from(place.0));
         sums
     }
@@ -299,28 +309,30 @@ impl Run {
         place: (Double, usize),
         log: &mut EventLog,
     ) -> (Mode, usize) {
-        let (after, sums) = self.strike(bodies, flank, hit, state, place, log);
+        let u = flank.at(place.1, place.0);
+        let (after, sums) = self.strike(bodies, flank, hit, state, &u, place, log);
         self.pushed.force += sums.force;
         self.pushed.torque += sums.torque;
         after
     }
 
-    /// The impact on `hit` of a mass in `state`: counts it and returns what follows, with the impulses.
+    /// The impact of a mass in `state` on `hit`, which moves with `u`: counts it and returns what follows, with the impulses.
+    #[allow(clippy::too_many_arguments)]
     fn strike(
         &mut self,
         bodies: &Bodies,
         flank: &impl FlankMotion,
         hit: Flank,
         state: &mut State,
+        u: &Kinematics,
         (time, segment): (Double, usize),
         log: &mut EventLog,
     ) -> ((Mode, usize), Sums) {
-        let u = flank.at(segment, time);
         let rate = flank.rate(segment, time, 0.0);
-        let before = Side::of(bodies, Mode::Free, state, &u);
+        let before = Side::of(bodies, Mode::Free, state, u);
         self.spread.carry(bodies, Mode::Free);
-        let impact = bodies.impact(hit, state, &u, rate, bodies.resolution(flank, time));
-        let after = Side::of(bodies, impact.after, state, &u);
+        let impact = bodies.impact(hit, state, u, rate, bodies.resolution(flank, time));
+        let after = Side::of(bodies, impact.after, state, u);
         self.spread.strike(bodies.e, &before, &after, impact.after != Mode::Free);
         self.tally.impulse += impact.impulse;
         self.tally.impacts += 1.0;
@@ -343,7 +355,7 @@ impl Run {
         }
         if impact.after == Mode::Free && impact.zeros > 1 {
             // Without a rebound m1 rests on the flank for no time at all: the force there would pull.
-            log.push(release(hit, time, ("force", bodies.force(state.q, &u)[0], "N")));
+            log.push(release(hit, time, ("force", bodies.force(state.q, u)[0], "N")));
         }
         let impulse = impact.impulse - impact.counted_force;
         let slope = if flank.is_uniform() && flank.speed() != 0.0 {

@@ -82,7 +82,11 @@ impl Spread {
         } else {
             [[0.0; 4], [0.0; 4], [0.0, 0.0, a, b], [0.0, 0.0, c, d]]
         };
-        self.transform(&map);
+        if mode == Mode::Free {
+            self.transform::<0>(&map)
+        } else {
+            self.transform::<2>(&map)
+        }
         let from = if mode == Mode::Free { 0 } else { 2 };
         for i in from..4 {
             self.covariance[i][i] += self.rounded[i] + self.neglected[i] * self.neglected[i];
@@ -102,25 +106,26 @@ impl Spread {
         ];
         if stays {
             (map[0], map[1]) = ([0.0; 4], [0.0; 4]);
+            self.transform::<2>(&map);
+        } else {
+            self.transform::<0>(&map);
         }
-        self.transform(&map);
     }
 
-    /// P ← M P Mᵀ, which is symmetric. On a flank, and after a mass has come to rest on one, most of M is zero.
-    fn transform(&mut self, map: &[[f64; 4]; 4]) {
-        let before = std::mem::take(&mut self.covariance);
-        for (i, row) in map.iter().enumerate() {
-            let mut half = [0.0; 4];
-            for (m, p) in row.iter().zip(&before).filter(|(m, _)| **m != 0.0) {
-                for (h, p) in half.iter_mut().zip(p) {
-                    *h += m * p;
+    /// P ← M P Mᵀ, which is symmetric, where the first rows of M are zero.
+    fn transform<const ZEROS: usize>(&mut self, map: &[[f64; 4]; 4]) {
+        let mut half = [[0.0; 4]; 4];
+        for i in ZEROS..4 {
+            for k in 0..4 {
+                for j in 0..4 {
+                    half[i][j] += map[i][k] * self.covariance[k][j];
                 }
             }
-            if half == [0.0; 4] {
-                continue;
-            }
-            for (j, other) in map.iter().enumerate().take(i + 1) {
-                let sum = half.iter().zip(other).map(|(h, m)| h * m).sum();
+        }
+        self.covariance = [[0.0; 4]; 4];
+        for i in ZEROS..4 {
+            for j in ZEROS..=i {
+                let sum = (0..4).map(|k| half[i][k] * map[j][k]).sum();
                 (self.covariance[i][j], self.covariance[j][i]) = (sum, sum);
             }
         }

@@ -7,7 +7,8 @@ use super::solver::{MOST_WORK, Run, Stretch};
 use super::{BacklashDrive, CamFlank};
 use crate::drives::cam_drive::DriveMode;
 use crate::drives::{EventLog, Fault};
-use crate::numerics::double_double::Double;
+use crate::motion::Fourier;
+use crate::numerics::double_double::{Double, two_product};
 use std::f64::consts::TAU;
 
 /// How many turns may pass until the motion repeats.
@@ -16,6 +17,10 @@ const MOST_TURNS: usize = 2000;
 /// The state repeats when it changes by less than this part of its size from turn to turn; the rounding errors of a
 /// turn are below a tenth of it.
 const REPEATS: f64 = 1e-12;
+
+/// The response to a harmonic that exceeds that at rest by the inverse of this is none to be reached: rounding of the
+/// speed decides it.
+const RESONANT: f64 = 1e-6;
 
 impl BacklashDrive {
     /// Starts on the periodic motion: without clearance that of permanent contact, else the motion that the drive
@@ -43,9 +48,12 @@ impl BacklashDrive {
         Ok(())
     }
 
-    /// q, q̇ of the periodic response in permanent contact: x = M x + r, where M is the free motion over a period
-    /// and r the response from rest.
+    /// q, q̇ of the periodic response in permanent contact: of a Fourier series the sum of the responses to its
+    /// harmonics, else x = M x + r, where M is the free motion over a period and r the response from rest.
     fn contact_orbit(&self, time: f64, period: f64) -> Result<[f64; 2], Fault> {
+        if let Some(series) = self.cam.law.series() {
+            return self.harmonic_orbit(series, time);
+        }
         let locked = Bodies { s: 0.0, ..*self.bodies };
         let flank = CamFlank { law: &self.cam.law, motion: &self.motion, bounds: self.bounds };
         let place = Double::from(time);
@@ -59,16 +67,42 @@ impl BacklashDrive {
         let [[a, b], [c, d]] = [[1.0 - m[0][0], -m[0][1]], [-m[1][0], 1.0 - m[1][1]]];
         let determinant = a * d - b * c;
         // det(I − M) = |1 − e^(λT)|² vanishes at a resonance without damping only.
-        if determinant.abs() < 1e-12 {
-            return Err(Fault(format!(
-                "`start.mode` = steady_state: there is no periodic solution, since a multiple of the speed is a natural \
-                 frequency ({} rad/s) and `b` = {} N.s/m does not damp it; change the speed, add damping or choose \
-                 at_rest",
-                self.bodies.bound.stiffness().sqrt(),
-                self.b
-            )));
+        if determinant.abs() < RESONANT * RESONANT {
+            return Err(self.resonance());
         }
         Ok([(d * response[0] - b * response[1]) / determinant, (a * response[1] - c * response[0]) / determinant])
+    }
+
+    /// The sum of the responses to the harmonics. One that the law lacks excites no resonance.
+    fn harmonic_orbit(&self, series: &Fourier, time: f64) -> Result<[f64; 2], Fault> {
+        let shaft = self.motion.at(time);
+        let (phi, w) = (shaft.reduced, shaft.kinematics.0[1]);
+        let stiffness = self.bodies.bound.stiffness();
+        let mut orbit = [0.0; 2];
+        for k in (1..=series.order()).filter(|&k| series.a[k] != 0.0 || series.b[k] != 0.0) {
+            let nu = two_product(k as f64, w.abs());
+            // ψ = k φ sgn w grows; −ü = ν² Re[(a − i b sgn w) e^(iψ)].
+            let force = [series.a[k], -w.signum() * series.b[k]].map(|amplitude| nu.hi * nu.hi * amplitude);
+            let [re, im] = self.bodies.bound.steady(force, nu);
+            let [force, response] = [force, [re, im]].map(|[re, im]| (re * re + im * im).sqrt());
+            // A comparison with NaN is false.
+            if !(RESONANT * stiffness * response <= force) {
+                return Err(self.resonance());
+            }
+            let (sin, cos) = (k as f64 * phi * w.signum()).sin_cos();
+            orbit[0] += re * cos - im * sin;
+            orbit[1] -= nu.hi * (im * cos + re * sin);
+        }
+        Ok(orbit)
+    }
+
+    fn resonance(&self) -> Fault {
+        Fault(format!(
+            "`start.mode` = steady_state: there is no periodic solution, since a harmonic of the motion law has the natural \
+             frequency ({} rad/s) and `b` = {} N.s/m does not damp it; change the speed, add damping or choose at_rest",
+            self.bodies.bound.stiffness().sqrt(),
+            self.b
+        ))
     }
 
     /// The mode and state that repeat after one period.

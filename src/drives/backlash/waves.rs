@@ -18,7 +18,7 @@ use super::panel::{Pair, Panel, Point, REACH, Rules};
 use super::search::Search;
 use super::slow::stiff_rate;
 use crate::drives::response::progression;
-use crate::motion::Fourier;
+use crate::motion::{Fourier, Kinematics};
 use crate::numerics::double_double::{Double, two_product};
 use crate::numerics::oscillator::Oscillator;
 use crate::numerics::phase::{sin_cos, sin_cos_of_both};
@@ -73,7 +73,7 @@ pub struct Waves {
     /// a₀ [m].
     pub(super) mean: f64,
     /// φ̇ [rad/s].
-    speed: f64,
+    pub(super) speed: f64,
     /// The orders are first, first + distance …
     first: usize,
     distance: usize,
@@ -141,6 +141,16 @@ impl Waves {
         Some(waves)
     }
 
+    /// Whether power series treat the fast modes apart, in contact or in flight.
+    pub(super) fn is_stiff(&self, bodies: &Bodies) -> bool {
+        [&bodies.bound, &bodies.relative].into_iter().any(|own| stiff_rate(own, self.fastest()).is_some())
+    }
+
+    /// The rate of the highest harmonic [rad/s].
+    pub(super) fn fastest(&self) -> f64 {
+        (self.first + self.distance * (self.count - 1)) as f64 * self.speed.abs()
+    }
+
     /// e^(ikφ) for the harmonics in turn, from e^(iφ), given to `each`.
     #[inline(always)]
     fn powers(&self, z: [f64; 2], mut each: impl FnMut(usize, [f64; 2])) {
@@ -164,6 +174,20 @@ impl Waves {
             }
         });
         sum
+    }
+
+    /// u, u̇ … u⁗.
+    fn kinematics(&self, z: [f64; 2]) -> Kinematics {
+        let mut u = [self.mean, 0.0, 0.0, 0.0, 0.0];
+        self.powers(z, |i, [c, s]| {
+            let Wave { cosine, sine } = &self.waves[i];
+            let [place, speed] = [0, 1].map(|n| cosine[n] * c + sine[n] * s);
+            let [bent, bent_speed] = [place, speed].map(|x| -self.squares[i] * x);
+            for (sum, own) in u.iter_mut().zip([place, speed, bent, bent_speed, -self.squares[i] * bent]) {
+                *sum += own;
+            }
+        });
+        Kinematics(u)
     }
 
     /// ü.
@@ -297,7 +321,12 @@ impl Panel {
     /// u, u̇, q and q̇ `theta` [s] after the start.
     #[inline(always)]
     pub(super) fn waves_at(&self, bodies: &Bodies, waves: &Waves, theta: f64) -> [f64; 4] {
-        let (z, free) = self.phases(bodies, waves, theta);
+        self.sums_of_waves(waves, self.phases(bodies, waves, theta))
+    }
+
+    /// The same where e^(iφ) and the free vibration are known.
+    #[inline(always)]
+    fn sums_of_waves(&self, waves: &Waves, (z, free): ([f64; 2], [f64; 2])) -> [f64; 4] {
         if self.mode == Mode::Free {
             let [u, u_dot] = waves.driven(z);
             return [u, u_dot, free[0], free[1]];
@@ -307,9 +336,20 @@ impl Panel {
     }
 
     /// The motion `theta` [s] after the start, without ü.
-    #[inline(always)]
     pub(super) fn point_in_waves(&self, bodies: &Bodies, waves: &Waves, theta: f64) -> Point {
-        let [u, u_dot, q, q_dot] = self.waves_at(bodies, waves, theta);
+        self.point_of_waves(bodies, waves, theta, self.phases(bodies, waves, theta))
+    }
+
+    /// The same where e^(iφ) and the free vibration are known.
+    #[inline(always)]
+    pub(super) fn point_of_waves(
+        &self,
+        bodies: &Bodies,
+        waves: &Waves,
+        theta: f64,
+        phases: ([f64; 2], [f64; 2]),
+    ) -> Point {
+        let [u, u_dot, q, q_dot] = self.sums_of_waves(waves, phases);
         let mut state = State { q: [q, q_dot], ..self.state };
         if self.mode == Mode::Free {
             let place = self.centre[0] + theta * self.centre[1] - bodies.share * q;
@@ -318,6 +358,12 @@ impl Panel {
             state.zeta = [(place - u - state.home).clamp(-state.home, bodies.s - state.home), speed - u_dot];
         }
         Point { state, u: [u, u_dot, 0.0] }
+    }
+
+    /// u, u̇ … u⁗ `theta` [s] after the start.
+    pub(super) fn wave_kinematics(&self, waves: &Waves, theta: f64) -> Kinematics {
+        let [s, c] = sin_cos(waves.speed * theta);
+        waves.kinematics(product(self.turn, [c, s]))
     }
 
     /// ü `theta` [s] after the start.

@@ -20,8 +20,10 @@ const PART: f64 = 0.1;
 /// Turns in search of the periodic motion. Newton's method needs five; without a periodic motion it goes astray soon.
 const TURNS: usize = 10;
 
-/// By how much of the tolerance the end of the tabulated turn may miss its beginning. The machine feels it as a δ.
+/// By how much of the tolerance the end of the tabulated turn may miss its beginning, and what rounding makes of it. The
+/// machine feels it as a δ.
 const CLOSED: f64 = 1e-3;
+const ROUNDING: f64 = 4e-15;
 
 /// The table.
 pub struct Cycle {
@@ -78,7 +80,11 @@ impl Lap {
             return None;
         }
         let relative = delta / own.from.energy.hi;
-        Some(own.shifted(position, [self.growth * delta, self.delay * delta], [relative * relative, relative.abs() * self.bent]))
+        Some(own.shifted(
+            position,
+            [self.growth * delta, self.delay * delta],
+            [relative * relative, relative.abs() * self.bent],
+        ))
     }
 }
 
@@ -95,7 +101,7 @@ impl Cycle {
         for _ in 0..TURNS {
             turn.clear();
             let shot = shooting.follow(energy, |passage| turn.push(*passage))?;
-            if shot.gain.abs() <= CLOSED * tolerance * energy {
+            if shot.gain.abs() <= (CLOSED * tolerance).max(ROUNDING) * energy {
                 let mut first = vec![0; raster.cells().len()];
                 for (i, passage) in turn.iter().enumerate().rev() {
                     first[passage.from.cell] = i;
@@ -116,7 +122,8 @@ impl Cycle {
         if self.torques != *torques {
             return None;
         }
-        let own = self.laps.get(self.first[position.cell]..)?.iter().take_while(|lap| lap.passage.from.cell == position.cell);
+        let own =
+            self.laps.get(self.first[position.cell]..)?.iter().take_while(|lap| lap.passage.from.cell == position.cell);
         own.into_iter().find(|lap| lap.passage.from.angle == position.angle)?.from(position)
     }
 }
@@ -130,7 +137,8 @@ impl RigidMachine {
             return;
         }
         // A raster that is not the old one has taken the table with it.
-        let made = self.cycle.as_ref().is_some_and(|made| made.torques.against_what() == tau && made.tolerance == tolerance);
+        let made =
+            self.cycle.as_ref().is_some_and(|made| made.torques.against_what() == tau && made.tolerance == tolerance);
         if !made {
             self.cycle = Cycle::new(self, tau).map(std::sync::Arc::new);
         }

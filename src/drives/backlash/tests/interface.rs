@@ -244,6 +244,15 @@ fn what_has_no_periodic_solution_is_refused() {
     assert!(refused(|_| ()).contains("does not repeat"));
     let resonant = refused(|s| (s.s, s.drive) = (0.0, DriveMode::Constant { w: 250.0, phi_start: 0.0 }));
     assert!(resonant.contains("natural frequency"));
+    // A harmonic that the law lacks excites nothing: q is the response to the others, m2 q̈ = −c q − m2 ü.
+    let mut scene = scene(100.0, 0.0, 0.0, 0.0);
+    scene.start.mode = StartMode::SteadyState;
+    scene.cam = MotionLaw::Fourier(Fourier::new(vec![0.0, -0.01], vec![0.0, 0.004]));
+    let omega = (scene.c / scene.m2).sqrt();
+    assert_eq!(omega / 100.0, 5.0);
+    let factor = 1.0 / (omega * omega / 1e4 - 1.0);
+    let [q, q_dot] = started(scene).now.point.state.q;
+    assert!((q + 0.01 * factor).abs() < 1e-15 && (q_dot - 0.4 * factor).abs() < 1e-13, "{q} {q_dot}");
     assert!(refused(|s| s.drive = DriveMode::Input).contains("constant speed"));
 }
 
