@@ -12,17 +12,18 @@ use super::passage::{Passage, Position, Torques};
 use super::steady::Shooting;
 use super::{Motor, RigidMachine};
 use crate::drives::solver::Method;
+use crate::numerics::double_double::Double;
 use crate::numerics::gauss::{ABSCISSAE, MATRIX, STAGES, WEIGHTS};
 
 /// The part of the tolerance that a tabulated passage may add to what solving it leaves.
 const PART: f64 = 0.1;
 
-/// Turns in search of the periodic motion. Newton's method needs five; without a periodic motion it goes astray soon.
+/// Turns in search of the periodic motion. The secant method needs five; without a periodic motion it goes astray soon.
 const TURNS: usize = 10;
 
 /// By how much of the tolerance the end of the tabulated turn may miss its beginning, and what rounding makes of it. The
 /// machine feels it as a δ.
-const CLOSED: f64 = 1e-3;
+const CLOSED: f64 = 1e-2;
 const ROUNDING: f64 = 4e-15;
 
 /// The table.
@@ -38,10 +39,16 @@ pub struct Cycle {
 /// How a step is passed on the periodic motion and beside it.
 struct Lap {
     passage: Passage,
+    /// What E grows by [J], and how long the passage takes [s].
+    gain: Double,
+    duration: Double,
     /// g − 1 at the end.
     growth: f64,
-    /// dt/dδ of the whole passage [s/J].
+    /// dt/dδ of the whole passage [s/J], and the same relative to its duration [1/J].
     delay: f64,
+    slower: f64,
+    /// 1/E at the beginning [1/J].
+    per_joule: f64,
     /// What δ/E leaves within the passage: g and the integral for δt are taken as if they went with x and t.
     bent: f64,
     /// The largest |δ| [J].
@@ -63,28 +70,37 @@ impl Lap {
         // A function that varies by v differs from its chord by a part of v; E and the rate of g alike.
         let bent = 0.25 * largest(&rates) + 0.25 * (passage.energy.hi / passage.from.energy.hi).ln().abs();
         let room = PART * tolerance;
+        let (duration, energy) = (passage.end - passage.from.time, passage.from.energy);
+        let delay = -0.5 * length * sum(&WEIGHTS, &delays);
         Lap {
+            gain: passage.energy - energy,
+            duration,
             growth: exponent.exp_m1(),
-            delay: -0.5 * length * sum(&WEIGHTS, &delays),
+            delay,
+            slower: delay / duration.hi,
+            per_joule: 1.0 / energy.hi,
             bent,
-            reach: passage.from.energy.hi * room.sqrt().min(room / bent.max(f64::MIN_POSITIVE)),
+            reach: energy.hi * room.sqrt().min(room / bent.max(f64::MIN_POSITIVE)),
             passage,
         }
     }
 
-    /// The passage from another energy; None where that is too far away.
-    fn from(&self, position: Position) -> Option<Passage> {
+    /// Makes `passage` the one from another energy at the beginning; false where that is too far away.
+    fn lay(&self, position: Position, passage: &mut Passage) -> bool {
         let own = &self.passage;
         let delta = (position.energy - own.from.energy).hi;
         if !(delta.abs() <= self.reach) {
-            return None;
+            return false;
         }
-        let relative = delta / own.from.energy.hi;
-        Some(own.shifted(
+        let relative = delta * self.per_joule;
+        *passage = *own;
+        passage.shift(
             position,
-            [self.growth * delta, self.delay * delta],
+            (self.gain, self.growth * delta),
+            (self.duration, self.delay * delta, self.slower * delta),
             [relative * relative, relative.abs() * self.bent],
-        ))
+        );
+        true
     }
 }
 
@@ -98,6 +114,7 @@ impl Cycle {
         let raster = &machine.raster;
         let mut energy = 0.5 * (raster.mean_root * torques.balance()?).powi(2);
         let mut turn: Vec<Passage> = Vec::with_capacity(2 * raster.cells().len());
+        let mut before: Option<(f64, f64)> = None;
         for _ in 0..TURNS {
             turn.clear();
             let shot = shooting.follow(energy, |passage| turn.push(*passage))?;
@@ -109,7 +126,10 @@ impl Cycle {
                 let laps = turn.into_iter().map(|passage| Lap::new(passage, &torques, tolerance)).collect();
                 return Some(Cycle { torques, tolerance, laps, first });
             }
-            energy += shot.gain / (1.0 - shot.slope);
+            // The slope of the map is known to some digits only; the secant knows better.
+            let rise = before.map_or(shot.slope - 1.0, |(other, its_gain)| (shot.gain - its_gain) / (energy - other));
+            before = Some((energy, shot.gain));
+            energy -= shot.gain / rise;
             if !(energy > 0.0 && energy.is_finite()) {
                 return None;
             }
@@ -117,14 +137,15 @@ impl Cycle {
         None
     }
 
-    /// The step that begins at `position`, near the periodic motion.
-    pub fn pass(&self, torques: &Torques, position: Position) -> Option<Passage> {
+    /// Makes `passage` the step that begins at `position`, near the periodic motion; whether there is one.
+    pub fn lay(&self, torques: &Torques, position: Position, passage: &mut Passage) -> bool {
         if self.torques != *torques {
-            return None;
+            return false;
         }
-        let own =
-            self.laps.get(self.first[position.cell]..)?.iter().take_while(|lap| lap.passage.from.cell == position.cell);
-        own.into_iter().find(|lap| lap.passage.from.angle == position.angle)?.from(position)
+        let here = |lap: &&Lap| lap.passage.from.angle == position.angle;
+        let mut own =
+            self.laps[self.first[position.cell]..].iter().take_while(|lap| lap.passage.from.cell == position.cell);
+        own.find(here).is_some_and(|lap| lap.lay(position, passage))
     }
 }
 

@@ -431,23 +431,27 @@ impl Passage {
         })
     }
 
-    /// The passage of the same cell from another place and energy, with what E grows by and how long it takes beyond
-    /// that of this one [J, s], and the relative errors of E that this leaves at the end and, besides, between the ends.
-    pub fn shifted(&self, from: Position, [more, longer]: [f64; 2], [ends, between]: [f64; 2]) -> Self {
-        let duration = self.end - self.from.time;
-        let gain = self.energy - self.from.energy;
+    /// Moves this passage to another place and energy, where E grows by `gain` and `more` [J] and it takes `duration` and
+    /// `longer` [s], which is the part `slower`; it then errs by these relative errors of E at the end and, besides,
+    /// between the ends.
+    #[inline(always)]
+    pub fn shift(
+        &mut self,
+        from: Position,
+        (gain, more): (Double, f64),
+        (duration, longer, slower): (Double, f64, f64),
+        [ends, between]: [f64; 2],
+    ) {
         let error = ends + between;
-        Passage {
-            from,
-            end: from.time + duration + Double::from(longer),
-            energy: from.energy + gain + Double::from(more),
-            rate: self.rate * (duration.hi / (duration.hi + longer)),
-            tilt: 0.5 * more,
-            angle_error: self.angle_error + self.length * error,
-            energy_error: self.energy_error + error,
-            growth: Growth { added: self.growth.added + ends, time: self.growth.time + ends, ..self.growth },
-            ..*self
-        }
+        self.from = from;
+        self.end = from.time + duration + Double::from(longer);
+        self.energy = from.energy + gain + Double::from(more);
+        self.rate -= self.rate * slower;
+        self.tilt = 0.5 * more;
+        self.angle_error += self.length * error;
+        self.energy_error += error;
+        self.growth.added += ends;
+        self.growth.time += ends;
     }
 
     /// dE₁/dE₀, about.

@@ -199,6 +199,11 @@ impl Raster {
         self.made_for.as_ref().is_some_and(|m| m.0 == *inertia && m.1 == *motor && m.2 == tolerance)
     }
 
+    /// Whether it is a raster of this inertia.
+    pub fn is_of(&self, inertia: &Inertia) -> bool {
+        self.made_for.as_ref().is_some_and(|m| m.0 == *inertia)
+    }
+
     /// The cells.
     pub fn cells(&self) -> &[Cell] {
         &self.cells

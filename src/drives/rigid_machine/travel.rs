@@ -69,7 +69,11 @@ impl RigidMachine {
     pub(super) fn prepare_raster(&mut self) {
         let tolerance = self.solver.effective_tolerance();
         if !self.raster.is_for(&self.inertia, &self.motor, tolerance) {
-            self.raster = Raster::new(&self.inertia, &self.motor, tolerance);
+            self.raster = if self.raster.is_of(&self.inertia) {
+                self.raster.with_tolerance(&self.inertia, &self.motor, tolerance)
+            } else {
+                Raster::new(&self.inertia, &self.motor, tolerance)
+            };
             (self.seen, self.cycle) = (None, None);
         }
         self.prepare_cycle();
@@ -112,16 +116,25 @@ impl RigidMachine {
         let [phi, of_u, _] = self.integrator.deviations();
         self.errors = Errors { energy: 2.0 * of_u / u.hi.abs(), time: phi / self.state.w.abs() };
         self.passage = self.pass(position, None);
+        self.count();
     }
 
     /// From the end of a passage to the next one, or, where the machine has become slow, to the integration in time.
     fn go_on(&mut self) {
-        let Some(passage) = self.passage.take() else { return };
+        let Some(passage) = &mut self.passage else { return };
         let position = passage.end_position(self.torques.sense, &self.raster);
         self.errors = passage.pass_on(self.errors);
         self.travelled += passage.length;
         let slow = passage.energy.hi <= SLOW * passage.end_net.abs() * self.raster.widest;
-        self.passage = if slow { None } else { self.pass(position, Some(&passage)) };
+        if !slow && self.cycle.as_ref().is_some_and(|cycle| cycle.lay(&self.torques, position, passage)) {
+            // As after a step that was solved.
+            self.next_length = if passage.to_edge { f64::INFINITY } else { passage.length };
+            self.count();
+            return;
+        }
+        let before = self.passage.take();
+        self.passage = if slow { None } else { self.pass(position, before.as_ref()) };
+        self.count();
         if self.passage.is_none() {
             self.state.angle = position.angle;
             self.state.turns = position.turns;
@@ -130,6 +143,15 @@ impl RigidMachine {
             self.state.w = self.state.u.hi / self.inertia_now()[0].sqrt();
             self.hand_over();
         }
+    }
+
+    /// Counts the passage that begins, if one does.
+    fn count(&mut self) {
+        let Some(passage) = &self.passage else { return };
+        let [speed, angle] = passage.error_within(self.errors);
+        let estimate = speed.max(angle / self.travelled.max(1.0));
+        self.solver.error_estimate = self.solver.error_estimate.max(estimate);
+        self.solver.steps += 1.0;
     }
 
     /// Ends the passage at the last communication point; the machine goes on from there.
@@ -190,7 +212,6 @@ impl RigidMachine {
 
     /// The step from `position` on, at most to the end of the cell; None where no step meets the tolerance.
     fn pass(&mut self, position: Position, before: Option<&Passage>) -> Option<Passage> {
-        let tabulated = self.cycle.as_ref().and_then(|cycle| cycle.pass(&self.torques, position));
         let mut course = Course {
             inertia: &self.inertia,
             raster: &self.raster,
@@ -199,17 +220,8 @@ impl RigidMachine {
             next_length: self.next_length,
             evaluations: self.solver.evaluations,
         };
-        if let Some(passage) = &tabulated {
-            course.next_length = if passage.to_edge { f64::INFINITY } else { passage.length };
-        }
-        let passage = tabulated.or_else(|| course.pass(position, before, f64::INFINITY));
+        let passage = course.pass(position, before, f64::INFINITY);
         (self.next_length, self.solver.evaluations) = (course.next_length, course.evaluations);
-        if let Some(passage) = &passage {
-            let [speed, angle] = passage.error_within(self.errors);
-            let estimate = speed.max(angle / self.travelled.max(1.0));
-            self.solver.error_estimate = self.solver.error_estimate.max(estimate);
-            self.solver.steps += 1.0;
-        }
         passage
     }
 }
