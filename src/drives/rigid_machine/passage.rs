@@ -196,6 +196,8 @@ pub struct Passage {
     slowness_before: f64,
     /// What the integral of 1/|φ̇| over x grows by per second: 2/length, but where the passage is shifted.
     rate: f64,
+    /// The part of its duration that passes in a second [1/s].
+    pace: f64,
     /// What E rises by with x beyond `work`, where the passage is shifted [J].
     tilt: f64,
     /// x as a polynomial of the part s of the duration that has passed: −1 + Σ gⱼ sʲ⁺¹ (j < 5) + g₅ s³ (1 − s)³.
@@ -414,6 +416,7 @@ impl Passage {
             slowness,
             slowness_before,
             rate: 2.0 / length,
+            pace: 1.0 / whole,
             tilt: 0.0,
             guess,
             settled,
@@ -447,6 +450,7 @@ impl Passage {
         self.end = from.time + duration + Double::from(longer);
         self.energy = from.energy + gain + Double::from(more);
         self.rate -= self.rate * slower;
+        self.pace -= self.pace * slower;
         self.tilt = 0.5 * more;
         self.angle_error += self.length * error;
         self.energy_error += error;
@@ -469,12 +473,19 @@ impl Passage {
         position
     }
 
+    /// How long after its beginning the instant `time` is, and how long before its end [s].
+    #[inline(always)]
+    pub fn around(&self, time: Double) -> [f64; 2] {
+        // The first differences are exact where they are small.
+        let [from, end] = [self.from.time, self.end];
+        [(time.hi - from.hi) + (time.lo - from.lo), (end.hi - time.hi) + (end.lo - time.lo)]
+    }
+
     /// Where the machine is in the step at the time `elapsed` [s] after its beginning, as abscissa x ∈ [−1, 1].
     ///
     /// The time is a smooth increasing function of x, so that Newton's method needs no safeguard but the ends.
     pub fn place_at(&self, elapsed: f64) -> f64 {
-        let part = elapsed / (self.end - self.from.time).hi;
-        let mut x = guessed(&self.guess, part).clamp(-1.0, 1.0);
+        let mut x = guessed(&self.guess, elapsed * self.pace).clamp(-1.0, 1.0);
         let wanted = elapsed * self.rate + self.slowness_before;
         for _ in 0..INVERSION {
             let [slowness, integral] = self.slowness.with_integral(x);

@@ -29,7 +29,7 @@ struct Stretch {
     /// Pieces per radian.
     rate: f64,
     /// Number of pieces.
-    count: usize,
+    count: i32,
     /// The first of them.
     first: usize,
 }
@@ -69,7 +69,12 @@ impl Profile {
             if !met {
                 profile.pieces.truncate(first);
             }
-            profile.stretches.push(met.then(|| Stretch { low, rate: count as f64 / (high - low), count, first }));
+            profile.stretches.push(met.then(|| Stretch {
+                low,
+                rate: count as f64 / (high - low),
+                count: count as i32,
+                first,
+            }));
         }
         profile
     }
@@ -90,11 +95,11 @@ impl Profile {
         let stretch = self.stretches.get(interval)?.as_ref()?;
         let phi = if self.turn && phi < 0.0 { phi + TAU } else { phi };
         let along = (phi - stretch.low) * stretch.rate;
-        if !(along >= -BEYOND && along <= stretch.count as f64 + BEYOND) {
+        if !(along >= -BEYOND && along <= f64::from(stretch.count) + BEYOND) {
             return None;
         }
-        let number = (along as usize).min(stretch.count - 1);
-        Some((&self.pieces[stretch.first + number], 2.0 * (along - number as f64) - 1.0))
+        let number = (along as i32).min(stretch.count - 1);
+        Some((&self.pieces[stretch.first + number as usize], 2.0 * (along - f64::from(number)) - 1.0))
     }
 
     /// J [kg·m²] at `phi` [rad], continued smoothly from the interval.

@@ -47,8 +47,9 @@ impl RigidMachine {
                 }
                 continue;
             };
-            if (target - passage.end).hi <= 0.0 {
-                self.read(target);
+            let [elapsed, left] = passage.around(target);
+            if left >= 0.0 {
+                self.read(elapsed);
                 return Ok(());
             }
             if passage.end_speed > FASTEST {
@@ -180,21 +181,21 @@ impl RigidMachine {
     #[inline(always)]
     pub(super) fn glide_to(&mut self, end: f64) -> bool {
         let Some(passage) = &self.passage else { return false };
-        let target = Double::from(end);
+        let [elapsed, left] = passage.around(Double::from(end));
         let steady = self.load.is_constant() && self.driving.is_constant();
-        if (target - passage.end).hi > 0.0 || !steady || self.constant_torque() != self.torques.against_what() {
+        if !(left >= 0.0) || !steady || self.constant_torque() != self.torques.against_what() {
             return false;
         }
-        self.read(target);
+        self.read(elapsed);
         true
     }
 
-    /// Takes the values at `target` from the passage, which holds it.
+    /// Takes the values `elapsed` [s] after the beginning of the passage, which holds them.
     #[inline(always)]
-    fn read(&mut self, target: Double) {
+    fn read(&mut self, elapsed: f64) {
         let Some(passage) = &self.passage else { return };
         let sense = self.torques.sense;
-        self.abscissa = passage.place_at((target - passage.from.time).hi);
+        self.abscissa = passage.place_at(elapsed);
         self.state.angle = passage.from.angle + Double::from(sense * passage.advance(self.abscissa));
         self.state.turns = passage.from.turns;
         self.state.interval = self.raster.cells()[passage.from.cell].interval;
