@@ -1,8 +1,9 @@
 //! Step control of the motion in the angle.
 
 use super::Inertia;
-use super::passage::{Effort, Passage, Position, Torques};
+use super::passage::{Effort, Passage, Position};
 use super::raster::{Cell, Raster, Tabulated, tabulate};
+use super::torques::Torques;
 use crate::numerics::double_double::Double;
 
 /// Steps below this part of a cell are left to the integration in time.

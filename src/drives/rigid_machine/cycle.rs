@@ -8,8 +8,9 @@
 //! follows from the parameters and the load, so that all instances with the same ones share it, and a machine that reads
 //! it computes the same whatever has happened before.
 
-use super::passage::{Passage, Position, Torques};
+use super::passage::{Passage, Position};
 use super::steady::Shooting;
+use super::torques::Torques;
 use super::{Motor, RigidMachine};
 use crate::drives::solver::Method;
 use crate::numerics::double_double::Double;

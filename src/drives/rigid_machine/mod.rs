@@ -30,6 +30,7 @@ mod signal;
 mod solver;
 mod steady;
 mod steady_lag;
+mod torques;
 mod travel;
 mod variables;
 
@@ -46,13 +47,14 @@ use crate::numerics::angle;
 use crate::numerics::double_double::Double;
 use cycle::Cycle;
 use grid::Grid;
-use passage::{Errors, Passage, Torques};
+use passage::{Errors, Passage};
 use raster::Raster;
 use serde::{Deserialize, Serialize};
 use signal::Signal;
 use solver::Integrator;
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
+use torques::Torques;
 
 /// The rigid machine as a scene describes it; coherent SI.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -5,9 +5,9 @@
 //! whether two motions lie there. With a lagging torque each is continued to the map of two dimensions.
 
 use super::inertia::{Inertia, Place};
-use super::passage::Torques;
 use super::steady::{ORBIT_TOLERANCE, SCAN_TOLERANCE, Shooting};
 use super::steady_lag::Turn;
+use super::torques::Torques;
 use super::{MachineStart, Motor, RigidMachine, Scene};
 use crate::drives::{Drive as _, Fault};
 use crate::numerics::quadrature::Gauss;

@@ -103,7 +103,9 @@ impl RigidMachine {
             row(
                 "Cost",
                 "J is tabulated over the turn at the start: a step costs the same however many followers there are, \
-                 and a communication step costs little more than reading a polynomial",
+                 and a communication step costs little more than reading a polynomial. So is the periodic motion of a \
+                 motor without lag under the load of the start: near it, as after a run-up, there are no equations to \
+                 solve",
             ),
             row(
                 "phi, w, E",

@@ -6,8 +6,9 @@
 //! angle to the tolerance; they end at the borders of the motion laws. Where the motor's torque varies more than √J at
 //! its synchronous speed, cells are divided.
 
-use super::passage::{Effort, Passage, Position, Torques};
+use super::passage::{Effort, Passage, Position};
 use super::profile::Profile;
+use super::torques::Torques;
 use super::{Inertia, Motor};
 use crate::numerics::double_double::{Double, two_sum};
 use crate::numerics::gauss::{ABSCISSAE, STAGES, WEIGHTS};

@@ -17,9 +17,10 @@
 //! Source: W. Walter, *Ordinary Differential Equations*, Springer 1998, § 9 (lower and upper solutions).
 
 use super::course::Course;
-use super::passage::{Passage, Position, Torques};
+use super::passage::{Passage, Position};
 use super::raster::Raster;
 use super::steady_lag::Turn;
+use super::torques::Torques;
 use super::{Motor, RigidMachine, State};
 use crate::drives::{Event, Fault};
 use crate::numerics::double_double::Double;

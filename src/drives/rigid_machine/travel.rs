@@ -6,9 +6,10 @@
 //! are integrated in time ([`super::solver`]), where steps end at communication points.
 
 use super::course::Course;
-use super::passage::{Errors, Passage, Position, Torques};
+use super::passage::{Errors, Passage, Position};
 use super::raster::{Cell, Raster};
 use super::solver::FASTEST;
+use super::torques::Torques;
 use super::{Motor, RigidMachine, Seen, State};
 use crate::drives::{Fault, Number};
 use crate::numerics::collocation::Failure;
