@@ -180,6 +180,16 @@ impl BacklashDrive {
         self.now = Now { time, mode: run.panel.mode, point, tally: run.tally };
     }
 
+    /// By how much the last communication step at constant speed misses ΔE = ∫ F_K u̇ dt + Σ P u̇ − losses, as part of E:
+    /// the integrals are those of the torque times φ̇.
+    fn energy_residual(&self) -> f64 {
+        let Some(run) = self.run.as_ref().filter(|_| self.step > 0.0) else { return 0.0 };
+        let sums = run.sums(&self.bodies, &self.flank(), self.now.time, f64::INFINITY);
+        let work = self.motion.coefficients[1] * sums.torque;
+        let size = sums.energy.max(work.abs());
+        if size > 0.0 { (sums.gain - work).abs() / size } else { 0.0 }
+    }
+
     /// (∫ F_K dt + ΣP)/h and (∫ U′F_K dt + ΣU′P)/h over the last communication step [N], [N·m].
     fn mean(&self) -> [f64; 2] {
         let sums = match &self.run {

@@ -58,7 +58,8 @@ fn accuracy(has_tolerance: bool) -> Vec<(String, String)> {
              event is missed or doubled, instants are right to 1e-12 s and better. At constant speed they are the same \
              for every communication step.",
         ),
-        ("Momentum and energy", "Balances closed to 1e-10 of their largest term; see the variables impulse, energy_loss, damping_loss."),
+        ("Momentum and energy", "Balances closed to 1e-10 of their largest term; see the variables impulse, energy_loss, damping_loss and, \
+         at constant speed, solver.energy_residual of the last communication step."),
         (
             "solver.tolerance",
             "The part of Ü that a series may leave out; it decides the number of terms: 24 for 1e-14, the default, 20 for \

@@ -38,6 +38,10 @@ pub struct Sums {
     pub force: f64,
     /// [N·m·s].
     pub torque: f64,
+    /// What energy and losses have grown by, at constant speed [J].
+    pub gain: f64,
+    /// The larger energy of both ends, at constant speed [J].
+    pub energy: f64,
 }
 
 /// Where a panel begins; the panel follows from it.
@@ -190,12 +194,29 @@ impl Run {
         };
         let mut log = EventLog::counting();
         let mut integral = Integral { from: again.theta(self.begin.1), sums: self.pushed };
+        let [before, level_before] = again.energies(bodies, flank, integral.from);
         let mut stretch = Stretch { end, horizon, log: &mut log };
         if again.march(bodies, flank, &mut stretch, Some(&mut integral)).is_ok() {
             let theta = again.theta(end);
             integral.add(bodies, flank, &again.panel, theta);
+            let [after, level_after] = again.energies(bodies, flank, theta);
+            (integral.sums.gain, integral.sums.energy) = (level_after - level_before, before.max(after));
         }
         integral.sums
+    }
+
+    /// ½ m1 ẋ1² + ½ m2 ẋ2² + ½ c q² `theta` [s] after the start of the panel, and the same with what has been lost since
+    /// the start [J]. On inputs, whose jumps do work, there is no balance to be struck.
+    fn energies(&self, bodies: &Bodies, flank: &impl FlankMotion, theta: f64) -> [f64; 2] {
+        if !flank.is_uniform() {
+            return [0.0; 2];
+        }
+        let Point { state, u } = self.panel.at(bodies, theta);
+        let speed = u[1] + state.zeta[1];
+        let [q, q_dot] = state.q;
+        let energy = 0.5 * (bodies.m1 * speed * speed + bodies.m2 * (speed + q_dot).powi(2) + bodies.c * q * q);
+        let lost = self.tally.energy_loss + self.tally.damping_loss + self.panel.damping_loss(bodies, theta);
+        [energy, energy + lost]
     }
 
     /// Passes panel after panel up to the one that holds the end of the stretch; how far into it that is [s].
@@ -363,7 +384,7 @@ impl Run {
         } else {
             flank.slope(segment, time)
         };
-        ((impact.after, impact.zeros), Sums { force: impulse, torque: slope * impulse })
+        ((impact.after, impact.zeros), Sums { force: impulse, torque: slope * impulse, ..Sums::default() })
     }
 }
 

@@ -202,6 +202,14 @@ pub(super) fn list(drive: &BacklashDrive) -> List<BacklashDrive> {
     drive.declare_solver(&mut list);
     outputs(drive, &mut list);
     drive.declare_law(&mut list);
+    if !drive.cam.is_input() {
+        list.local(
+            "solver.energy_residual",
+            "Part of the energy by which the last communication step misses the balance of energy",
+            variable::real(&unit::NUMBER),
+            |d, _| d.energy_residual(),
+        );
+    }
     list
 }
 

@@ -234,6 +234,30 @@ fn the_steady_state_repeats_every_turn() {
 }
 
 #[test]
+fn the_energy_residual_closes_the_balance_of_a_step() {
+    let mut largest = 0.0_f64;
+    for (w, s, b, e) in
+        [(50.0, 2e-4, 0.0, 0.0), (47.0, 3e-4, 60.0, 0.5), (-50.0, 2e-4, 240.0, 0.0), (31.0, 0.0, 10.0, 0.0)]
+    {
+        let mut drive = started(scene(w, s, b, e));
+        let (mut before, mut lost) = (energy(&drive), 0.0);
+        for step in 0..200 {
+            let h = 1.7e-3;
+            drive.advance(f64::from(step) * h, h).unwrap();
+            let residual = drive.energy_residual();
+            assert!(residual < 1e-9, "{w} {s} {b} {e} at step {step}: {residual:e}");
+            // The same by the outputs: the work is that of the mean torque.
+            let (after, loss) = (energy(&drive), drive.now.tally.energy_loss + drive.damping_loss());
+            let missing = after - before + loss - lost - drive.mean()[1] * h * w;
+            let size = after.max(before).max((drive.mean()[1] * h * w).abs());
+            assert!((residual * size - missing.abs()).abs() < 1e-12 * (size + lost), "{residual:e} {missing:e}");
+            (before, lost, largest) = (after, loss, largest.max(residual));
+        }
+    }
+    assert!(largest > 0.0);
+}
+
+#[test]
 fn what_has_no_periodic_solution_is_refused() {
     let refused = |change: fn(&mut Scene)| {
         let mut scene = scene(47.0, 3e-4, 0.0, 1.0);
