@@ -219,6 +219,19 @@ mod tests {
     }
 
     #[test]
+    fn a_near_place_lies_just_before_the_zero() {
+        for offset in [-0.9, -0.5, 0.0, 0.3, 0.4] {
+            let c = cosine(offset);
+            let zero = first_zero_of(&c, 1.0, Precision::Full).unwrap();
+            let near = first_zero_of(&c, 1.0, Precision::Near).unwrap();
+            assert!(0.0 <= zero - near && zero - near < 1e-6 * zero, "{offset}: {near} {zero}");
+            let value = |x: f64| c.iter().rev().fold(0.0, |sum, c| sum * x + c);
+            assert!((0..=1000).all(|i| value(near * f64::from(i) / 1000.0) >= 0.0));
+        }
+        assert_eq!(first_zero_of(&cosine(0.42), 1.0, Precision::Near), None);
+    }
+
+    #[test]
     fn a_pair_of_zeros_close_together_is_not_jumped_over() {
         // (x − ½)² (2 − x) ± depth.
         for depth in [1e-3, 1e-6, 1e-9, 1e-12] {

@@ -19,6 +19,9 @@ use crate::numerics::gauss::{ABSCISSAE, MATRIX, STAGES, WEIGHTS};
 /// The part of the tolerance that a tabulated passage may add to what solving it leaves.
 const PART: f64 = 0.1;
 
+/// The most steps of a turn in a table: half a kilobyte each, and half a microsecond in each turn of the search.
+const MOST_LAPS: usize = 400;
+
 /// Turns in search of the periodic motion. The secant method needs five; without a periodic motion it goes astray soon.
 const TURNS: usize = 10;
 
@@ -111,7 +114,7 @@ impl Cycle {
         let Motor::Kloss { synchronous_speed, dynamics: None, .. } = machine.motor else { return None };
         let torques = Torques::against(&machine.motor, tau, synchronous_speed.signum());
         let tolerance = machine.solver.effective_tolerance();
-        let shooting = Shooting::new(machine, torques, tolerance);
+        let shooting = Shooting::new(machine, torques, tolerance).within(MOST_LAPS);
         let raster = &machine.raster;
         let mut energy = 0.5 * (raster.mean_root * torques.balance()?).powi(2);
         let mut turn: Vec<Passage> = Vec::with_capacity(2 * raster.cells().len());

@@ -61,6 +61,8 @@ pub struct Shooting<'a> {
     raster: Raster,
     torques: Torques,
     tolerance: f64,
+    /// Steps in a turn with more of which the machine is given up.
+    most_steps: usize,
 }
 
 impl<'a> Shooting<'a> {
@@ -73,7 +75,12 @@ impl<'a> Shooting<'a> {
         } else {
             machine.raster.with_tolerance(&machine.inertia, &machine.motor, tolerance)
         };
-        Shooting { machine, raster, torques, tolerance }
+        Shooting { machine, raster, torques, tolerance, most_steps: MOST_STEPS }
+    }
+
+    /// The same for turns of at most so many steps.
+    pub fn within(self, most_steps: usize) -> Self {
+        Shooting { most_steps, ..self }
     }
 
     fn forward(&self) -> bool {
@@ -101,7 +108,7 @@ impl<'a> Shooting<'a> {
         };
         let mut position = self.beginning(energy);
         let mut last: Option<Passage> = None;
-        for _ in 0..MOST_STEPS {
+        for _ in 0..self.most_steps {
             let Some(most) = most(&position, last.as_ref()) else { return last };
             let passage = course.pass(position, last.as_ref(), most)?;
             position = passage.end_position(self.torques.sense, &self.raster);
