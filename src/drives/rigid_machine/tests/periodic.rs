@@ -27,7 +27,7 @@ fn a_machine_that_reads_the_table_moves_as_one_that_solves() {
             let scene = Scene { solver, ..scene.clone() };
             let (mut reads, mut solves) = (started(scene.clone()), without_table(scene));
             for i in 0..1000 {
-                let h = 3e-3;
+                let h = 9e-3;
                 reads.advance(f64::from(i) * h, h).unwrap();
                 solves.advance(f64::from(i) * h, h).unwrap();
                 let bound = 2.0 * reads.solver.error_estimate.max(solves.solver.error_estimate);
@@ -40,7 +40,7 @@ fn a_machine_that_reads_the_table_moves_as_one_that_solves() {
             }
             // Most turns repeat the ones before.
             let [few, many] = [&reads, &solves].map(|machine| machine.solver.evaluations);
-            assert!(3.0 * few < many, "{number} {tolerance}: {few} {many}");
+            assert!(2.0 * few < many, "{number} {tolerance}: {few} {many}");
             assert!(reads.solver.steps <= 1.1 * solves.solver.steps);
         }
     }
