@@ -184,10 +184,11 @@ impl BacklashDrive {
     /// the integrals are those of the torque times φ̇.
     fn energy_residual(&self) -> f64 {
         let Some(run) = self.run.as_ref().filter(|_| self.step > 0.0) else { return 0.0 };
-        let sums = run.sums(&self.bodies, &self.flank(), self.now.time, f64::INFINITY);
-        let work = self.motion.coefficients[1] * sums.torque;
-        let size = sums.energy.max(work.abs());
-        if size > 0.0 { (sums.gain - work).abs() / size } else { 0.0 }
+        let (flank, end) = (self.flank(), self.now.time);
+        let [[before, lost], [after, lost_then]] = run.energies(&self.bodies, &flank, end);
+        let work = self.motion.coefficients[1] * run.sums(&self.bodies, &flank, end, f64::INFINITY).torque;
+        let size = before.max(after).max(work.abs());
+        if size > 0.0 { (after - before + (lost_then - lost) - work).abs() / size } else { 0.0 }
     }
 
     /// (∫ F_K dt + ΣP)/h and (∫ U′F_K dt + ΣU′P)/h over the last communication step [N], [N·m].
@@ -212,7 +213,7 @@ impl BacklashDrive {
     #[inline(always)]
     fn within_panel(&mut self, time: f64, end: f64, step: f64) -> bool {
         let Some(run) = self.run.as_deref_mut().filter(|_| !self.cam.is_input()) else { return false };
-        let Some(point) = run.within(&self.bodies, end) else { return false };
+        let Some(point) = run.within(&self.bodies, [self.now.time, end], self.step) else { return false };
         run.begin_here(time);
         (self.now.time, self.now.point, self.step) = (end, point, step);
         true
@@ -243,7 +244,7 @@ impl BacklashDrive {
         }
         run.begin_here(time);
         let end = time + step;
-        run.stride.begin(end, step);
+        run.stride.begin();
         let mut point = run.advance(&self.bodies, &flank, &mut Stretch { end, horizon, log: &mut self.log })?;
         if input {
             point = run.panel.whole_at(&self.bodies, run.theta(end));

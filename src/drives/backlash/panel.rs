@@ -362,14 +362,15 @@ impl Panel {
         Point { state, u: [place - state.home - state.zeta[0], speed - state.zeta[1], 0.0] }
     }
 
-    /// The motion at `time` [s], `theta` [s] after the start, without ü; `stride` helps where steps repeat themselves.
+    /// The motion `theta` [s] after the start, without ü, at the end of a step between these `times` [s] after one of the
+    /// length `last` [s]; `stride` helps where steps repeat themselves.
     #[inline(always)]
-    pub fn read(&self, bodies: &Bodies, stride: &mut Stride, time: f64, theta: f64) -> Point {
+    pub fn read(&self, bodies: &Bodies, stride: &mut Stride, (times, last): ([f64; 2], f64), theta: f64) -> Point {
         let Some(waves) = self.waves(bodies) else { return self.at(bodies, theta) };
         let oscillator = self.oscillator(bodies);
-        let (z, free) = match stride.to(time, oscillator, waves.speed) {
+        let (z, free) = match stride.go(times, oscillator, waves.speed) {
             Some(phases) => phases,
-            None => self.read_anew(bodies, waves, stride, [time, theta]),
+            None => self.read_anew(bodies, waves, stride, (times, last), theta),
         };
         self.point_of_waves(bodies, waves, theta, (z, free))
     }
@@ -380,10 +381,11 @@ impl Panel {
         bodies: &Bodies,
         waves: &Waves,
         stride: &mut Stride,
-        [time, theta]: [f64; 2],
+        step: ([f64; 2], f64),
+        theta: f64,
     ) -> ([f64; 2], [f64; 2]) {
         let phases = self.phases(bodies, waves, theta);
-        stride.start(time, phases, self.oscillator(bodies), (waves.speed, waves.fastest()), self.limit() - theta);
+        stride.start(step, phases, self.oscillator(bodies), (waves.speed, waves.fastest()), self.limit() - theta);
         phases
     }
 

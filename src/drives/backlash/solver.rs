@@ -38,10 +38,6 @@ pub struct Sums {
     pub force: f64,
     /// [N·m·s].
     pub torque: f64,
-    /// What energy and losses have grown by, at constant speed [J].
-    pub gain: f64,
-    /// The larger energy of both ends, at constant speed [J].
-    pub energy: f64,
 }
 
 /// Where a panel begins; the panel follows from it.
@@ -158,15 +154,15 @@ impl Run {
         self.panel.until(time).clamp(0.0, self.panel.length)
     }
 
-    /// The motion at `time` [s] where the current panel holds it, without ü.
+    /// The motion at the end of a step between these `times` [s], after one of the length `last` [s], where the current
+    /// panel holds it, without ü.
     #[inline(always)]
-    pub fn within(&mut self, bodies: &Bodies, time: f64) -> Option<Point> {
-        let left = self.panel.until(time);
-        if left < self.panel.limit() {
-            Some(self.panel.read(bodies, &mut self.stride, time, left.max(0.0)))
-        } else {
-            None
+    pub fn within(&mut self, bodies: &Bodies, times: [f64; 2], last: f64) -> Option<Point> {
+        let left = self.panel.until(times[1]);
+        if !(left < self.panel.limit()) {
+            return None;
         }
+        Some(self.panel.read(bodies, &mut self.stride, (times, last), left.max(0.0)))
     }
 
     /// Goes on to the end of the communication step and returns the motion there, without ü.
@@ -184,39 +180,47 @@ impl Run {
     /// ∫ F_K dt + ΣP and ∫ U′ F_K dt + Σ U′P over the last communication step, which ends at `end` [s]. They are
     /// computed when somebody asks: the step is taken once more, now with the integrals.
     pub fn sums(&self, bodies: &Bodies, flank: &impl FlankMotion, end: f64, horizon: f64) -> Sums {
+        let mut again = self.again(bodies, flank);
+        let mut log = EventLog::counting();
+        let mut integral = Integral { from: again.theta(self.begin.1), sums: self.pushed };
+        let mut stretch = Stretch { end, horizon, log: &mut log };
+        if again.march(bodies, flank, &mut stretch, Some(&mut integral)).is_ok() {
+            let theta = again.theta(end);
+            integral.add(bodies, flank, &again.panel, theta);
+        }
+        integral.sums
+    }
+
+    /// ½ m1 ẋ1² + ½ m2 ẋ2² + ½ c q² and what has been lost since the start, at the beginning of the last communication
+    /// step and at its `end` [J].
+    pub fn energies(&self, bodies: &Bodies, flank: &impl FlankMotion, end: f64) -> [[f64; 2]; 2] {
+        let mut again = self.again(bodies, flank);
+        let before = again.energy(bodies, again.theta(self.begin.1));
+        let mut stretch = Stretch { end, horizon: f64::INFINITY, log: &mut EventLog::counting() };
+        // What went well once goes well again.
+        let _ = again.march(bodies, flank, &mut stretch, None);
+        [before, again.energy(bodies, again.theta(end))]
+    }
+
+    /// The same `theta` [s] after the start of the panel.
+    fn energy(&self, bodies: &Bodies, theta: f64) -> [f64; 2] {
+        let Point { state, u } = self.panel.at(bodies, theta);
+        let speed = u[1] + state.zeta[1];
+        let [q, q_dot] = state.q;
+        let energy = 0.5 * (bodies.m1 * speed * speed + bodies.m2 * (speed + q_dot).powi(2) + bodies.c * q * q);
+        [energy, self.tally.energy_loss + self.tally.damping_loss + self.panel.damping_loss(bodies, theta)]
+    }
+
+    /// The run as it was when the last communication step began.
+    fn again(&self, bodies: &Bodies, flank: &impl FlankMotion) -> Run {
         let origin = if self.begin_is_current { self.origin() } else { self.begin.0 };
-        let mut again = Run {
+        Run {
             panel: origin.panel(bodies, flank, self.rules),
             zeros: origin.from.2,
             longest: origin.longest,
             work: 0.0,
             ..*self
-        };
-        let mut log = EventLog::counting();
-        let mut integral = Integral { from: again.theta(self.begin.1), sums: self.pushed };
-        let [before, level_before] = again.energies(bodies, flank, integral.from);
-        let mut stretch = Stretch { end, horizon, log: &mut log };
-        if again.march(bodies, flank, &mut stretch, Some(&mut integral)).is_ok() {
-            let theta = again.theta(end);
-            integral.add(bodies, flank, &again.panel, theta);
-            let [after, level_after] = again.energies(bodies, flank, theta);
-            (integral.sums.gain, integral.sums.energy) = (level_after - level_before, before.max(after));
         }
-        integral.sums
-    }
-
-    /// ½ m1 ẋ1² + ½ m2 ẋ2² + ½ c q² `theta` [s] after the start of the panel, and the same with what has been lost since
-    /// the start [J]. On inputs, whose jumps do work, there is no balance to be struck.
-    fn energies(&self, bodies: &Bodies, flank: &impl FlankMotion, theta: f64) -> [f64; 2] {
-        if !flank.is_uniform() {
-            return [0.0; 2];
-        }
-        let Point { state, u } = self.panel.at(bodies, theta);
-        let speed = u[1] + state.zeta[1];
-        let [q, q_dot] = state.q;
-        let energy = 0.5 * (bodies.m1 * speed * speed + bodies.m2 * (speed + q_dot).powi(2) + bodies.c * q * q);
-        let lost = self.tally.energy_loss + self.tally.damping_loss + self.panel.damping_loss(bodies, theta);
-        [energy, energy + lost]
     }
 
     /// Passes panel after panel up to the one that holds the end of the stretch; how far into it that is [s].
@@ -384,7 +388,7 @@ impl Run {
         } else {
             flank.slope(segment, time)
         };
-        ((impact.after, impact.zeros), Sums { force: impulse, torque: slope * impulse, ..Sums::default() })
+        ((impact.after, impact.zeros), Sums { force: impulse, torque: slope * impulse })
     }
 }
 

@@ -24,55 +24,54 @@ pub struct Stride {
     /// e^(iφ) and the free vibration q, q̇.
     z: [f64; 2],
     free: [f64; 2],
-    /// What a step makes of them.
+    /// By what a step turns the first, and the first row of the matrix that makes q, q̇ of the second.
     turn: [f64; 2],
-    map: [[f64; 2]; 2],
+    row: [f64; 2],
     /// The length of the steps [s], and how much longer or shorter one may be [s].
     length: f64,
     slack: f64,
-    /// The last point [s] and the length of the step to it [s].
-    time: f64,
-    last: f64,
     /// From here on everything is computed anew [s].
     until: f64,
 }
 
 impl Stride {
-    /// A panel holds the point at `time` [s] and has been reached by this `step` [s].
-    pub fn begin(&mut self, time: f64, step: f64) {
-        (self.time, self.last, self.until, self.length) = (time, step, f64::MIN, 0.0);
+    /// Another panel begins.
+    pub fn begin(&mut self) {
+        (self.until, self.length) = (f64::MIN, 0.0);
     }
 
-    /// e^(iφ) and q, q̇ of the free vibration at `time` [s], where that is one step more; φ̇ = `speed` [rad/s].
+    /// e^(iφ) and q, q̇ of the free vibration at the time `to` [s], where that is one step more than `from`; φ̇ = `speed`
+    /// [rad/s].
     #[inline(always)]
-    pub fn to(&mut self, time: f64, oscillator: &Oscillator, speed: f64) -> Option<([f64; 2], [f64; 2])> {
-        let rest = time - self.time - self.length;
-        if !(rest.abs() < self.slack && time < self.until) {
+    pub fn go(&mut self, [from, to]: [f64; 2], oscillator: &Oscillator, speed: f64) -> Option<([f64; 2], [f64; 2])> {
+        let rest = to - from - self.length;
+        if !(rest.abs() < self.slack && to < self.until) {
             return None;
         }
-        self.time = time;
         let [c, s] = product(self.turn, self.z);
-        let [q, v] = apply(&self.map, self.free);
+        let [a, b] = self.row;
+        // d/dt of the first row, by the equation of motion.
+        let map = [[a, b], [-oscillator.stiffness() * b, a - 2.0 * oscillator.damping() * b]];
+        let [q, v] = apply(&map, self.free);
         let turned = rest * speed;
         let a = -(oscillator.stiffness() * q + 2.0 * oscillator.damping() * v);
         (self.z, self.free) = ([c - turned * s, s + turned * c], [q + rest * v, v + rest * a]);
         Some((self.z, self.free))
     }
 
-    /// Goes on from what was computed anew at `time` [s]; the panel goes on for `ahead` [s], and its harmonics change at the
-    /// rate `fastest` [rad/s] at most.
+    /// Goes on from what was computed anew at the time `to` [s], after a step from `from` and one of the length `last` [s];
+    /// the panel goes on for `ahead` [s], and its harmonics change at the rate `fastest` [rad/s] at most.
     pub fn start(
         &mut self,
-        time: f64,
+        ([from, to], last): ([f64; 2], f64),
         (z, free): ([f64; 2], [f64; 2]),
         oscillator: &Oscillator,
         (speed, fastest): (f64, f64),
         ahead: f64,
     ) {
-        let length = time - self.time;
-        let again = (length - self.last).abs() <= SLIGHT * length;
-        (self.time, self.last, self.z, self.free) = (time, length, z, free);
-        self.until = f64::MIN;
+        let length = to - from;
+        let again = (length - last).abs() <= SLIGHT * length;
+        (self.z, self.free, self.until) = (z, free, f64::MIN);
         if !again || ahead < WORTH * length {
             return;
         }
@@ -82,9 +81,8 @@ impl Stride {
             let frequency = oscillator.frequency().unwrap_or_default().hi;
             let [[s, c], own] = sin_cos_of_both([speed * length, frequency * length]);
             self.turn = [c, s];
-            let [[a, c], [b, d]] = [[1.0, 0.0], [0.0, 1.0]].map(|start| oscillator.free_motion(start).at(length, own));
-            self.map = [[a, b], [c, d]];
+            self.row = [[1.0, 0.0], [0.0, 1.0]].map(|start| oscillator.free_motion(start).at(length, own)[0]);
         }
-        self.until = time + (STEPS + 0.5) * self.length;
+        self.until = to + (STEPS + 0.5) * self.length;
     }
 }
