@@ -1,6 +1,7 @@
 //! `camdrive synthesize TASK`
 
 use super::{Failure, files, print};
+use crate::design::synthesis::Infeasible;
 use crate::design::synthesis::study::{Assignment, Progress, Study};
 use crate::scene;
 use std::path::{Path, PathBuf};
@@ -57,8 +58,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         bar.set_message(stage);
     });
     bar.finish_and_clear();
-    let study =
-        study.map_err(|fault| Failure(format!("error: {}: {}", args.task.display(), fault.words(&assignment.task))))?;
+    let words = |fault: Infeasible| fault.words(&assignment.task, &assignment.names);
+    let study = study.map_err(|fault| Failure(format!("error: {}: {}", args.task.display(), words(fault))))?;
     let profile = profile(&study, args, machine);
     if let Some(scene) = &assignment.scene {
         let folder = scene.parent().unwrap_or(Path::new(""));

@@ -183,7 +183,7 @@ pub fn solver(root: &Section<'_>) -> Option<Settings> {
 }
 
 /// Stiffness and damping, given themselves or by natural frequency and damping ratio of the mass (or inertia) `mass`.
-fn spring(
+pub fn spring(
     section: &Section<'_>,
     mass: Option<f64>,
     stiffness: &'static Quantity,

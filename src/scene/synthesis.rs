@@ -4,9 +4,10 @@
 
 use super::diagnostics::Diagnostics;
 use super::section::{ANY, NOT_NEGATIVE, POSITIVE, Section, within};
-use super::{models::forbid, units};
+use super::models::{forbid, spring};
+use super::units;
 use crate::design::synthesis::shaft::{Norm, Shaft, ShaftGoal};
-use crate::design::synthesis::study::{Assignment, Elasticity, Method};
+use crate::design::synthesis::study::{Assignment, Elasticity, Method, Names};
 use crate::design::synthesis::{Basis, Bound, Objective, Point, Polynomial, Range, Search, Symmetry, Task};
 use crate::drives::unit::{self, Quantity};
 use std::f64::consts::TAU;
@@ -133,8 +134,8 @@ fn assignment(root: &Section<'_>, folder: &Path) -> Option<Assignment> {
     let elasticity = elasticity(root, &lengths, kind);
     let shaft = shaft(root, kind);
     root.finish(SYNONYMS);
-    let (ranges, points_of_u, bounds, kind) = (ranges?, exact?, bounds?, kind?);
-    check_purpose(root, kind, &ranges, &points_of_u, &bounds)?;
+    let (ranges, exact, bounds, kind) = (ranges?, exact?, bounds?, kind?);
+    check_purpose(root, kind, &ranges, &exact, &bounds)?;
     let points = points?;
     let objective = match kind {
         Kind::LeastSquares => Objective::LeastSquares,
@@ -146,17 +147,20 @@ fn assignment(root: &Section<'_>, folder: &Path) -> Option<Assignment> {
         Kind::PeakTorque => Objective::PeakTorque,
         Kind::ShaftTorque => Objective::ShaftTorque(shaft??),
     };
-    let tolerances = ranges.iter().flat_map(|(range, tolerances)| {
-        (0..3).filter_map(|order| {
+    let kept = ranges.iter().flat_map(|Given { path, range, tolerances }| {
+        (0..3).filter_map(move |order| {
             let (around, limit) = (range.prescribed[order].clone()?, tolerances[order]?);
-            Some(Bound { from: range.from, to: range.to, order, around, min: -limit, max: limit })
+            let bound = Bound { from: range.from, to: range.to, order, around, min: -limit, max: limit };
+            Some((format!("{path}.{}", TOLERANCES[order]), bound))
         })
     });
-    // The named bounds come first, so that their numbers are those of the file.
-    let bounds = bounds.into_iter().chain(tolerances).collect();
+    let (bound_names, bounds): (Vec<String>, Vec<Bound>) = bounds.into_iter().chain(kept).unzip();
+    let (range_names, ranges): (Vec<String>, Vec<Range>) = ranges.iter().map(|r| (r.path.clone(), r.range.clone())).unzip();
+    let (point_names, points_of_u): (Vec<String>, Vec<Point>) = exact.into_iter().unzip();
+    let names = Names { ranges: range_names, points: point_names, bounds: bound_names };
     let task = Task {
         basis: Basis::new(harmonics?, symmetry?),
-        ranges: ranges.iter().map(|(range, _)| range.clone()).collect(),
+        ranges,
         points: points_of_u,
         bounds,
         objective,
@@ -165,7 +169,7 @@ fn assignment(root: &Section<'_>, folder: &Path) -> Option<Assignment> {
         search: search?,
     };
     let (name, description, scene) = (name?, description?, scene?);
-    Some(Assignment { name, description, unit: lengths.scale, task, elasticity: elasticity?, shaft: shaft?, scene })
+    Some(Assignment { name, description, unit: lengths.scale, task, names, elasticity: elasticity?, shaft: shaft?, scene })
 }
 
 /// The points in a range of the discrete objectives; 0 for the default.
@@ -210,12 +214,63 @@ fn ordered(section: &Section<'_>, key: &'static str, from: f64, to: f64) -> Opti
     None
 }
 
-/// The [[range]] and [[dwell]] with their tolerances, in the order of kinds.
-fn ranges(root: &Section<'_>, lengths: &Lengths, weighted: [bool; 2]) -> Option<Vec<(Range, [Option<f64>; 3])>> {
+/// A [[range]] or [[dwell]] as it stands in the file.
+struct Given {
+    /// "dwell[2]".
+    path: String,
+    range: Range,
+    tolerances: [Option<f64>; 3],
+}
+
+/// The [[range]] and [[dwell]], in the order of kinds.
+fn ranges(root: &Section<'_>, lengths: &Lengths, weighted: [bool; 2]) -> Option<Vec<Given>> {
     let (given, dwells) = (root.sections("range"), root.sections("dwell"));
-    let given: Vec<_> = given?.iter().map(|section| range(section, lengths, weighted)).collect();
-    let dwells: Vec<_> = dwells?.iter().map(|section| dwell(section, lengths, weighted)).collect();
-    given.into_iter().chain(dwells).collect()
+    let (given, dwells) = (given?, dwells?);
+    let mut read: Vec<_> = given.iter().map(|section| range(section, lengths, weighted)).collect();
+    read.extend(dwells.iter().map(|section| dwell(section, lengths, weighted)));
+    let sections = || given.iter().chain(&dwells);
+    let named = sections().zip(read).map(|(section, read)| {
+        read.map(|(range, tolerances)| Given { path: section.path.clone(), range, tolerances })
+    });
+    let all: Vec<Given> = named.collect::<Option<_>>()?;
+    let mut agree = true;
+    for (i, section) in sections().enumerate() {
+        for other in &all[..i] {
+            agree &= agrees(section, &all[i].range, other);
+        }
+    }
+    agree.then_some(all)
+}
+
+/// Whether a range prescribes what another one does where they overlap.
+fn agrees(section: &Section<'_>, range: &Range, other: &Given) -> bool {
+    for turns in -4..=4 {
+        // The other range is counted from the turn in which this one lies.
+        let shift = f64::from(turns) * TAU;
+        let [from, to] = [range.from.max(other.range.from + shift), range.to.min(other.range.to + shift)];
+        // Neighbours may share an end.
+        if to - from < 1e-9 {
+            continue;
+        }
+        for order in 0..3 {
+            let (Some(a), Some(b)) = (&range.prescribed[order], &other.range.prescribed[order]) else { continue };
+            let difference = |phi: f64| {
+                let (a, b) = (a.at(phi - range.from), b.at(phi - shift - other.range.from));
+                (a - b).abs() > 1e-9 * (a.abs() + b.abs())
+            };
+            if [from, 0.5 * (from + to), to].into_iter().any(difference) {
+                let deg = |phi: f64| units::short(phi.to_degrees());
+                let (this, key) = (&section.path, ORDERS[order]);
+                let message = format!(
+                    "`{this}` and `{}` overlap from {} deg to {} deg with different `{key}`",
+                    other.path, deg(from), deg(to)
+                );
+                section.faults.report(section.fault(message).hint("make them end where the next one begins"));
+                return false;
+            }
+        }
+    }
+    true
 }
 
 fn tolerances(section: &Section<'_>, lengths: &Lengths) -> Option<[Option<f64>; 3]> {
@@ -276,7 +331,7 @@ fn dwell(section: &Section<'_>, lengths: &Lengths, weighted: [bool; 2]) -> Optio
 }
 
 /// The [[point]]: each value is a condition.
-fn exact_points(root: &Section<'_>, lengths: &Lengths) -> Option<Vec<Point>> {
+fn exact_points(root: &Section<'_>, lengths: &Lengths) -> Option<Vec<(String, Point)>> {
     let sections = root.sections("point")?;
     let of = |section: &Section<'_>| {
         let phi = section.real("phi", &unit::ANGLE, within(-2.0 * TAU, 2.0 * TAU));
@@ -286,7 +341,7 @@ fn exact_points(root: &Section<'_>, lengths: &Lengths) -> Option<Vec<Point>> {
         let phi = phi?;
         for (order, value) in values.into_iter().enumerate() {
             if let Some(value) = value? {
-                points.push(Point { phi, order, value });
+                points.push((section.path_of(ORDERS[order]), Point { phi, order, value }));
             }
         }
         if points.is_empty() {
@@ -296,11 +351,11 @@ fn exact_points(root: &Section<'_>, lengths: &Lengths) -> Option<Vec<Point>> {
         }
         Some(points)
     };
-    let points: Vec<Option<Vec<Point>>> = sections.iter().map(of).collect();
+    let points: Vec<Option<Vec<_>>> = sections.iter().map(of).collect();
     Some(points.into_iter().collect::<Option<Vec<_>>>()?.concat())
 }
 
-fn bounds(root: &Section<'_>, lengths: &Lengths) -> Option<Vec<Bound>> {
+fn bounds(root: &Section<'_>, lengths: &Lengths) -> Option<Vec<(String, Bound)>> {
     let sections = root.sections("bound")?;
     let orders: Vec<(&[&str], usize)> = vec![(&["U"], 0), (&["dU"], 1), (&["ddU"], 2), (&["dddU"], 3)];
     let of = |section: &Section<'_>| {
@@ -327,7 +382,7 @@ fn bounds(root: &Section<'_>, lengths: &Lengths) -> Option<Vec<Bound>> {
             return None;
         }
         let ((from, to), order) = (ends?, order?);
-        Some(Bound { from, to, order, around: Polynomial::default(), min, max })
+        Some((section.path.clone(), Bound { from, to, order, around: Polynomial::default(), min, max }))
     };
     sections.iter().map(of).collect::<Vec<_>>().into_iter().collect()
 }
@@ -336,9 +391,9 @@ fn bounds(root: &Section<'_>, lengths: &Lengths) -> Option<Vec<Bound>> {
 fn check_purpose(
     root: &Section<'_>,
     kind: Kind,
-    ranges: &[(Range, [Option<f64>; 3])],
-    points: &[Point],
-    bounds: &[Bound],
+    ranges: &[Given],
+    points: &[(String, Point)],
+    bounds: &[(String, Bound)],
 ) -> Option<()> {
     let peak = matches!(kind, Kind::PeakAcceleration | Kind::PeakTorque | Kind::ShaftTorque);
     if !peak && ranges.is_empty() {
@@ -346,14 +401,13 @@ fn check_purpose(
         root.faults.report(fault.hint("add a [[dwell]] with centre, width and U"));
         return None;
     }
-    if peak && let Some(index) = ranges.iter().position(|(_, tolerances)| tolerances.iter().all(Option::is_none)) {
-        let place = format!("number {} of the ranges and dwells", index + 1);
-        let message = format!("`objective`: {place} has no tolerance, but this objective does not look at errors");
+    if peak && let Some(given) = ranges.iter().find(|given| given.tolerances.iter().all(Option::is_none)) {
+        let message = format!("`objective` does not look at errors, and `{}` has no tolerance", given.path);
         let fault = root.fault_of("objective", message);
         root.faults.report(fault.hint("give every [[range]] and [[dwell]] a `tolerance`"));
         return None;
     }
-    if peak && ranges.is_empty() && points.is_empty() && bounds.iter().all(|b| b.order > 0) {
+    if peak && ranges.is_empty() && points.is_empty() && bounds.iter().all(|(_, b)| b.order > 0) {
         let fault = root.fault_of("objective", "`objective`: nothing makes the follower move");
         root.faults.report(fault.hint("add [[dwell]] with tolerances, or [[point]]"));
         return None;
@@ -406,8 +460,14 @@ fn shaft(root: &Section<'_>, kind: Option<Kind>) -> Option<Option<ShaftGoal>> {
     };
     let m = section.real("m", &unit::MASS, POSITIVE);
     let inertia = section.real("J", &unit::INERTIA, POSITIVE);
-    let c = section.real("c", &unit::ROTATIONAL_STIFFNESS, POSITIVE);
-    let b = section.real("b", &unit::ROTATIONAL_DAMPING, POSITIVE);
+    // The profile is not known yet; where the follower rests, the cam alone vibrates.
+    let (c, mut b) = spring(&section, inertia, &unit::ROTATIONAL_STIFFNESS, &unit::ROTATIONAL_DAMPING);
+    if b == Some(0.0) {
+        b = match section.has("damping_ratio") {
+            true => section.real("damping_ratio", &unit::NUMBER, POSITIVE),
+            false => section.real("b", &unit::ROTATIONAL_DAMPING, POSITIVE),
+        };
+    }
     let slowest = section.real("slowest", &unit::ANGULAR_VELOCITY, POSITIVE);
     let fastest = section.real("fastest", &unit::ANGULAR_VELOCITY, POSITIVE);
     let norm = section.choice_or("norm", &[(&["peak"], Norm::Peak), (&["rms"], Norm::Rms)], Norm::Peak);

@@ -1,6 +1,6 @@
 //! The conditions that a task makes: equations of the exact points, sums of squares, and what holds at every angle.
 
-use super::exact::{RANK, Solutions, dot};
+use super::exact::{Solutions, dot};
 use super::family::Family;
 use super::{Infeasible, Objective, Polynomial, Range, Task, grid};
 use crate::numerics::double_double::Double;
@@ -9,6 +9,9 @@ use std::f64::consts::{PI, TAU};
 
 /// Points per shortest wave of the basis at which the discrete objectives S2 and S4 look by default.
 const POINTS_PER_WAVE: f64 = 12.0;
+
+/// Exact conditions that differ by less than this are one: angles are known to a rounding, and 0° and 360° are one.
+const SAME_POINT: f64 = 1e-13;
 
 impl Task {
     /// The magnitude of U in the task, in units of which the equations are solved.
@@ -32,9 +35,14 @@ impl Task {
         let rows: Vec<Vec<Double>> = self.points.iter().map(|p| self.basis.row(p.phi, p.order, None)).collect();
         let values: Vec<Double> =
             self.points.iter().map(|p| Double::from(p.value).divide(Double::from(scale))).collect();
-        let solutions = Solutions::new(&rows, &values, self.basis.len(), RANK);
+        let size = |i: usize| rows[i].iter().map(|r| r.hi.abs()).fold(f64::MIN_POSITIVE, f64::max);
+        let unit = |i: usize| Double::from(1.0).divide(Double::from(size(i)));
+        let alike: Vec<Vec<Double>> =
+            (0..rows.len()).map(|i| rows[i].iter().map(|value| *value * unit(i)).collect()).collect();
+        let right: Vec<Double> = (0..rows.len()).map(|i| values[i] * unit(i)).collect();
+        let solutions = Solutions::new(&alike, &right, self.basis.len(), SAME_POINT);
         let miss = |i: usize| (dot(&rows[i], &solutions.particular) - values[i]).hi.abs();
-        let relative = |i: usize| miss(i) / rows[i].iter().map(|r| r.hi.abs()).fold(1.0, f64::max);
+        let relative = |i: usize| miss(i) / size(i).max(1.0);
         let worst = (0..rows.len()).max_by(|i, j| relative(*i).total_cmp(&relative(*j)));
         match worst {
             // Some thousand roundings of the angles and values; a contradiction is of the size of the task.

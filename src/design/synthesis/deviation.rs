@@ -27,16 +27,82 @@ pub struct Window<'a> {
     pub target: &'a Polynomial,
 }
 
+/// Angles at which a series is evaluated side by side, so that the recurrence of one does not wait for itself.
+const LANES: usize = 8;
+
+/// U⁽ⁿ⁾ as a sum of waves aₖ cos kφ + bₖ sin kφ.
+struct Waves {
+    a: Vec<f64>,
+    b: Vec<f64>,
+}
+
+impl Waves {
+    /// The n-th derivative of a series.
+    fn of(series: &Fourier, n: usize) -> Self {
+        let (mut a, mut b) = (series.a.clone(), series.b.clone());
+        for _ in 0..n {
+            for (k, (a, b)) in a.iter_mut().zip(&mut b).enumerate() {
+                (*a, *b) = (k as f64 * *b, -(k as f64) * *a);
+            }
+        }
+        Waves { a, b }
+    }
+
+    /// The values at these angles.
+    fn values(&self, angles: &[f64]) -> Vec<f64> {
+        let mut values = Vec::with_capacity(angles.len());
+        for angles in angles.chunks(LANES) {
+            let mut turn = [[0.0, 1.0]; LANES];
+            angles.iter().zip(&mut turn).for_each(|(phi, turn)| *turn = phi.sin_cos().into());
+            let mut wave = [[0.0, 1.0]; LANES];
+            let mut sums = [self.a[0]; LANES];
+            for (a, b) in self.a.iter().zip(&self.b).skip(1) {
+                for lane in 0..LANES {
+                    let ([s, c], [s1, c1]) = (wave[lane], turn[lane]);
+                    let [s, c] = [s * c1 + c * s1, c * c1 - s * s1];
+                    wave[lane] = [s, c];
+                    sums[lane] += a * c + b * s;
+                }
+            }
+            values.extend_from_slice(&sums[..angles.len()]);
+        }
+        values
+    }
+
+    /// Value, slope and bend at `phi`.
+    fn at(&self, phi: f64) -> [f64; 3] {
+        let (s1, c1) = phi.sin_cos();
+        let (mut s, mut c) = (0.0, 1.0);
+        let mut sums = [self.a[0], 0.0, 0.0];
+        for (k, (a, b)) in self.a.iter().zip(&self.b).enumerate().skip(1) {
+            (s, c) = (s * c1 + c * s1, c * c1 - s * s1);
+            let (even, odd, k) = (a * c + b * s, b * c - a * s, k as f64);
+            sums[0] += even;
+            sums[1] += k * odd;
+            sums[2] -= k * k * even;
+        }
+        sums
+    }
+}
+
 impl Window<'_> {
     /// Value, slope and bend of the deviation.
-    fn at(&self, series: &Fourier, phi: f64) -> [f64; 3] {
-        let mut value = derivatives(series, self.order, phi);
+    fn at(&self, waves: &Waves, phi: f64) -> [f64; 3] {
+        let mut value = waves.at(phi);
         let mut target = self.target.clone();
         for value in &mut value {
             *value -= target.at(phi - self.from);
             target = target.derivative();
         }
         value
+    }
+
+    /// Angles close enough to each other for the extremes of a series, and the deviations there.
+    fn sampled(&self, waves: &Waves) -> (Vec<f64>, Vec<f64>) {
+        let angles = angles(self.from, self.to, waves.a.len() - 1, MEDIUM);
+        let mut values = waves.values(&angles);
+        values.iter_mut().zip(&angles).for_each(|(value, phi)| *value -= self.target.at(phi - self.from));
+        (angles, values)
     }
 
     /// The deviation of largest magnitude; its angle to rounding.
@@ -49,31 +115,31 @@ impl Window<'_> {
 
     /// The local extremes of at least the `part` of the largest magnitude.
     pub fn extremes(&self, series: &Fourier, part: f64) -> Vec<Extreme> {
-        let angles = angles(self.from, self.to, series.order(), MEDIUM);
-        let values: Vec<f64> = angles.iter().map(|phi| self.at(series, *phi)[0]).collect();
+        let waves = Waves::of(series, self.order);
+        let (angles, values) = self.sampled(&waves);
         let least = part * values.iter().fold(0.0, |highest, v| v.abs().max(highest));
-        let mut extremes = self.summits(series, &angles, &values, 1.0);
-        extremes.extend(self.summits(series, &angles, &values, -1.0));
+        let mut extremes = self.summits(&waves, &angles, &values, 1.0);
+        extremes.extend(self.summits(&waves, &angles, &values, -1.0));
         extremes.retain(|extreme| extreme.value.abs() >= least);
         extremes
     }
 
     /// The local maxima of the deviation, with its sign.
     pub fn maxima(&self, series: &Fourier) -> Vec<Extreme> {
-        let angles = angles(self.from, self.to, series.order(), MEDIUM);
-        let values: Vec<f64> = angles.iter().map(|phi| self.at(series, *phi)[0]).collect();
-        self.summits(series, &angles, &values, 1.0)
+        let waves = Waves::of(series, self.order);
+        let (angles, values) = self.sampled(&waves);
+        self.summits(&waves, &angles, &values, 1.0)
     }
 
     /// The local maxima of `sign` times the deviation, found from samples.
-    fn summits(&self, series: &Fourier, angles: &[f64], values: &[f64], sign: f64) -> Vec<Extreme> {
+    fn summits(&self, waves: &Waves, angles: &[f64], values: &[f64], sign: f64) -> Vec<Extreme> {
         let last = angles.len() - 1;
         let higher = |i: usize, j: usize| sign * values[i] >= sign * values[j];
         let near = |i: usize| {
             let (before, after) = (i.saturating_sub(1), (i + 1).min(last));
             (higher(i, before) && higher(i, after)).then(|| {
-                let phi = self.summit(series, angles[i], [angles[before], angles[after]], sign);
-                let summit = Extreme { value: self.at(series, phi)[0], phi };
+                let phi = self.summit(waves, angles[i], [angles[before], angles[after]], sign);
+                let summit = Extreme { value: self.at(waves, phi)[0], phi };
                 // A summit that rounding has missed is not above the sample.
                 let sample = Extreme { value: values[i], phi: angles[i] };
                 if sign * summit.value > sign * sample.value { summit } else { sample }
@@ -86,9 +152,9 @@ impl Window<'_> {
     }
 
     /// The maximum of `sign` times the deviation near `phi` between two angles, by Newton's method on the slope.
-    fn summit(&self, series: &Fourier, mut phi: f64, [low, high]: [f64; 2], sign: f64) -> f64 {
+    fn summit(&self, waves: &Waves, mut phi: f64, [low, high]: [f64; 2], sign: f64) -> f64 {
         for _ in 0..8 {
-            let [_, slope, bend] = self.at(series, phi);
+            let [_, slope, bend] = self.at(waves, phi);
             let newton = phi - slope / bend;
             let next = if sign * bend < 0.0 { newton } else { phi + (sign * slope).signum() * (high - low) };
             let next = next.clamp(low, high);
@@ -99,25 +165,6 @@ impl Window<'_> {
         }
         phi
     }
-}
-
-/// U⁽ⁿ⁾, U⁽ⁿ⁺¹⁾, U⁽ⁿ⁺²⁾ at `phi`.
-fn derivatives(series: &Fourier, n: usize, phi: f64) -> [f64; 3] {
-    let (s1, c1) = phi.sin_cos();
-    let (mut s, mut c) = (0.0, 1.0);
-    let mut sums = [if n == 0 { series.a[0] } else { 0.0 }, 0.0, 0.0];
-    for k in 1..series.a.len() {
-        (s, c) = (s * c1 + c * s1, c * c1 - s * s1);
-        let (a, b, k) = (series.a[k], series.b[k], k as f64);
-        let (even, odd) = (a * c + b * s, b * c - a * s);
-        let size = k.powi(n as i32);
-        // The derivatives of a wave go round: itself, the one a quarter ahead, and both reversed.
-        let round = [even, odd, -even, -odd];
-        sums[0] += size * round[n % 4];
-        sums[1] += size * k * round[(n + 1) % 4];
-        sums[2] += size * k * k * round[(n + 2) % 4];
-    }
-    sums
 }
 
 /// The largest |U⁽ⁿ⁾| over the turn.

@@ -278,8 +278,9 @@ impl Task {
                 let series = self.basis.series_of(&x);
                 let level = goal.over(&series, &speeds);
                 let peak = |w: f64| goal.peak(&series, w);
+                let least = level * (1.0 + 1e-4);
                 let exceeded: Vec<f64> =
-                    local_maxima(&candidates, peak).into_iter().filter(|w| peak(*w) > level * (1.0 + 1e-4)).collect();
+                    local_maxima(&candidates, least, peak).into_iter().filter(|w| peak(*w) > least).collect();
                 if exceeded.is_empty() {
                     break;
                 }
@@ -312,10 +313,9 @@ impl Task {
                 Some(motion) => of_output.iter().map(|f| f.magnitude(&motion)).fold(0.0, f64::max) - best.level,
                 None => f64::INFINITY,
             };
-            let exceeded: Vec<f64> = local_maxima(&candidates, excess)
-                .into_iter()
-                .filter(|eta| excess(*eta) > 1e-7 * best.level.abs() + 1e-14)
-                .collect();
+            let least = 1e-7 * best.level.abs() + 1e-14;
+            let exceeded: Vec<f64> =
+                local_maxima(&candidates, least, excess).into_iter().filter(|eta| excess(*eta) > least).collect();
             if exceeded.is_empty() {
                 return Ok(best);
             }
@@ -337,23 +337,39 @@ impl Task {
     }
 }
 
-/// Where `f` has its local maxima, looked for at `candidates` and then by golden sections.
-fn local_maxima(candidates: &[f64], f: impl Fn(f64) -> f64) -> Vec<f64> {
+/// Where `f` has local maxima that may reach `least`, looked for at `candidates` and then by golden sections.
+fn local_maxima(candidates: &[f64], least: f64, f: impl Fn(f64) -> f64) -> Vec<f64> {
     const GOLDEN: f64 = 0.618_033_988_749_894_9;
     let values: Vec<f64> = candidates.iter().map(|x| f(*x)).collect();
     let last = candidates.len() - 1;
     let summit = |i: usize| {
         let (mut low, mut high) = (candidates[i.saturating_sub(1)], candidates[(i + 1).min(last)]);
+        let (mut x, mut y) = (high - GOLDEN * (high - low), low + GOLDEN * (high - low));
+        let (mut at_x, mut at_y) = (f(x), f(y));
         // Each section takes 0.62 of the interval: 1e-8 of it is left, where a maximum is flat to rounding.
-        for _ in 0..40 {
-            let (x, y) = (high - GOLDEN * (high - low), low + GOLDEN * (high - low));
-            if f(x) >= f(y) { high = y } else { low = x }
+        for _ in 0..38 {
+            if at_x >= at_y {
+                (high, y, at_y) = (y, x, at_x);
+                x = high - GOLDEN * (high - low);
+                at_x = f(x);
+            } else {
+                (low, x, at_x) = (x, y, at_y);
+                y = low + GOLDEN * (high - low);
+                at_y = f(y);
+            }
         }
         // The ends of the range are no interior points.
-        [low, candidates[i], high].into_iter().max_by(|x, y| f(*x).total_cmp(&f(*y))).unwrap_or(low)
+        let ends = [(low, f(low)), (candidates[i], values[i]), (high, f(high))];
+        ends.into_iter().max_by(|x, y| x.1.total_cmp(&y.1)).map_or(low, |(place, _)| place)
     };
-    let higher = |i: usize, j: usize| values[i] >= values[j.min(last)];
-    (0..=last).filter(|&i| higher(i, i.saturating_sub(1)) && higher(i, i + 1)).map(summit).collect()
+    let neighbours = |i: usize| [values[i.saturating_sub(1)], values[(i + 1).min(last)]];
+    let highest = |i: &usize| neighbours(*i).iter().all(|v| values[*i] >= *v);
+    // Between samples a maximum rises by less than these differ, but for kinks and poles; poles are candidates.
+    let reaches = |i: &usize| {
+        let lowest = neighbours(*i).into_iter().fold(f64::INFINITY, f64::min);
+        !(2.0 * values[*i] - lowest < least)
+    };
+    (0..=last).filter(highest).filter(reaches).map(summit).collect()
 }
 
 impl Infeasible {

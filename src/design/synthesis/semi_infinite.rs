@@ -116,7 +116,7 @@ impl Program<'_> {
         }
         let worst = self.largest_violation(&best);
         // What is not polished is still as good as the exchange.
-        let tolerable = 10.0 * EXCHANGED * unit.max(NOTHING);
+        let tolerable = (10.0 * EXCHANGED * unit).max(NOTHING);
         if worst > tolerable {
             return Err(Infeasible::Numerical(format!("a condition is still exceeded by {worst:e} of the task")));
         }

@@ -21,12 +21,25 @@ pub struct Assignment {
     pub unit: f64,
     /// The task.
     pub task: Task,
+    /// What the user calls its parts.
+    pub names: Names,
     /// An elastic output member.
     pub elasticity: Option<Elasticity>,
     /// An elastic input shaft.
     pub shaft: Option<ShaftGoal>,
     /// A scene whose cam is to be replaced.
     pub scene: Option<PathBuf>,
+}
+
+/// What ranges, points and bounds of a task are called in its file, such as "dwell[2]" and "dwell[2].tolerance".
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Names {
+    /// One for each range.
+    pub ranges: Vec<String>,
+    /// One for each point.
+    pub points: Vec<String>,
+    /// One for each bound.
+    pub bounds: Vec<String>,
 }
 
 /// How the profile takes the elastic output member into account.
@@ -176,7 +189,8 @@ impl Assignment {
                     Some(tolerance) => self.task.recipe(&motion.series, range, tolerance, given.damping),
                     None => self.task.recipe_for(&motion.series, range),
                 };
-                let fault = "even at the slowest speed the deviation of the profile exceeds the tolerance";
+                let fault = "`elasticity.tolerance`: even at the slowest speed the deviation of the profile exceeds it; \
+                             take more harmonics or a wider tolerance";
                 let recipe = recipe.ok_or_else(|| Infeasible::Numerical(fault.to_owned()))?;
                 Ok((recipe.cam, Some(recipe.optimum)))
             }

@@ -2,8 +2,8 @@
 
 use super::shaft::{Norm, ShaftGoal};
 use super::shaft_study::Shafted;
-use super::study::{Method, Study};
-use super::{Infeasible, Objective, Task};
+use super::study::{Method, Names, Study};
+use super::{Infeasible, Objective, Response, Task};
 use crate::design::text::{self, Table, csv, number};
 use crate::drives::Fault;
 use std::f64::consts::TAU;
@@ -145,7 +145,8 @@ impl Study {
         let cell = |value: f64| if value.is_nan() { "–".to_owned() } else { self.length(value) };
         let rows = self.assignment.task.ranges.iter().zip(&self.motion.errors).enumerate();
         let rows = rows.map(|(i, (range, errors))| {
-            let mut cells = vec![(i + 1).to_string(), number(range.from.to_degrees()), number(range.to.to_degrees())];
+            let name = self.assignment.names.ranges.get(i).cloned().unwrap_or_else(|| (i + 1).to_string());
+            let mut cells = vec![name, number(range.from.to_degrees()), number(range.to.to_degrees())];
             cells.extend(errors.iter().map(|e| cell(*e)));
             cells
         });
@@ -204,7 +205,14 @@ impl Study {
             let tolerance = self.length(tolerance);
             lines.push(match behind.reached {
                 Some(eta) => format!("It stays within {tolerance} up to {}.", rpm(eta)),
-                None => format!("It exceeds {tolerance} at the slowest speed already."),
+                None => {
+                    let slow = Response { damping: given.damping, eta: given.slowest / given.w0 };
+                    let deviation = self.length(self.assignment.task.deviation(&self.cam, slow));
+                    format!(
+                        "warning: `elasticity.tolerance` of {tolerance} cannot be kept: at the slowest speed the \
+                         deviation is {deviation}; take more harmonics, shorter ranges or a wider tolerance"
+                    )
+                }
             });
         }
         lines
@@ -388,36 +396,45 @@ fn words(objective: Objective) -> &'static str {
     }
 }
 
+/// What errors of U⁽ⁿ⁾ count in.
+const UNITS: [&str; 4] = ["m", "m/rad", "m/rad²", "m/rad³"];
+
 impl Infeasible {
     /// Which condition of the task cannot be met, and by how much.
-    pub fn words(&self, task: &Task) -> String {
-        let name = |order: usize| ["U", "U′", "U″", "U‴"][order.min(3)];
+    pub fn words(&self, task: &Task, names: &Names) -> String {
         let deg = |phi: f64| number(phi.to_degrees());
+        let name = |list: &[String], index: usize| list.get(index).map_or(String::new(), |name| format!("`{name}`: "));
         match self {
             Infeasible::Point { index, by } => {
                 let Some(point) = task.points.get(*index) else {
                     return "the exact points contradict each other".to_owned();
                 };
                 format!(
-                    "the exact points cannot all be met with these harmonics: at best {} at {} deg misses {} by {} m",
-                    name(point.order),
+                    "{}the exact points cannot all be met with these harmonics: at best {} at {} deg misses {} by {} {}\n  \
+                     = hint: take more harmonics or less symmetry, or remove points that contradict each other",
+                    name(&names.points, *index),
+                    DERIVATIVES[point.order.min(3)],
                     deg(point.phi),
                     number(point.value),
-                    number(*by)
+                    number(*by),
+                    UNITS[point.order.min(3)]
                 )
             }
             Infeasible::Bound { index, by, phi } => {
                 let Some(bound) = task.bounds.get(*index) else { return "the bounds contradict each other".to_owned() };
                 let around = if bound.around.0.is_empty() { String::new() } else { " of its target".to_owned() };
                 format!(
-                    "the bounds cannot all be kept with these harmonics: even if all are widened alike, {} must leave \
-                     {} … {}{around} (from {} deg to {} deg) by {} m, at {} deg",
-                    name(bound.order),
+                    "{}bounds and tolerances cannot all be kept with these harmonics: even if all are widened alike, {} \
+                     must leave {} … {}{around} (from {} deg to {} deg) by {} {}, at {} deg\n  = hint: take more \
+                     harmonics, widen the bounds or shorten the ranges",
+                    name(&names.bounds, *index),
+                    DERIVATIVES[bound.order.min(3)],
                     number(bound.min),
                     number(bound.max),
                     deg(bound.from),
                     deg(bound.to),
                     number(*by),
+                    UNITS[bound.order.min(3)],
                     deg(*phi)
                 )
             }
@@ -425,3 +442,6 @@ impl Infeasible {
         }
     }
 }
+
+/// U and its derivatives.
+const DERIVATIVES: [&str; 4] = ["U", "U′", "U″", "U‴"];
