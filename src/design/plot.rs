@@ -3,15 +3,16 @@
 //! All diagrams of the tool come from here, so that they look alike.
 
 mod area;
+mod places;
 mod ticks;
 
 use crate::drives::Fault;
-use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
+use places::Places;
 use plotters::element::DashedPathElement;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{FontTransform, IntoFont, TextStyle};
-use ticks::{decimal, decimal_step, logarithmic_ticks};
+use ticks::{angular_step, decimal, decimal_step, logarithmic_ticks};
 
 /// How an axis divides its length.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,6 +21,8 @@ pub enum Scale {
     Linear,
     /// Equal ratios; values must be positive.
     Logarithmic,
+    /// Equal differences of angles in degrees, with ticks at parts of the turn.
+    Angular,
 }
 
 /// An axis.
@@ -57,6 +60,8 @@ pub enum Rule {
     Border(Vec<[f64; 2]>, u32),
     /// A word above this point.
     Word([f64; 2], String),
+    /// What areas of this shade are, for the legend.
+    Key(Shade, String),
 }
 
 /// The grey of an area.
@@ -66,6 +71,12 @@ pub enum Shade {
     Pale,
     /// Clearly darker, and still lighter than any line.
     Dark,
+}
+
+impl Shade {
+    fn grey(self) -> RGBColor {
+        if self == Shade::Pale { PALE_AREA } else { DARK_AREA }
+    }
 }
 
 /// A diagram.
@@ -160,6 +171,11 @@ impl Axis {
         Axis { label: label.to_owned(), scale: Scale::Linear, ends: None }
     }
 
+    /// A linear axis of angles in degrees.
+    pub fn angular(label: &str) -> Self {
+        Axis { label: label.to_owned(), scale: Scale::Angular, ends: None }
+    }
+
     /// The same from `low` to `high`, whatever the data are.
     pub fn between(self, low: f64, high: f64) -> Self {
         Axis { ends: Some([low, high]), ..self }
@@ -168,7 +184,7 @@ impl Axis {
     /// Where a value lies on the axis; None off the scale.
     fn place(&self, value: f64) -> Option<f64> {
         match self.scale {
-            Scale::Linear => value.is_finite().then_some(value),
+            Scale::Linear | Scale::Angular => value.is_finite().then_some(value),
             Scale::Logarithmic => (value > 0.0 && value.is_finite()).then(|| value.log10()),
         }
     }
@@ -191,44 +207,14 @@ impl Axis {
     /// Places and labels of the ticks.
     fn ticks(&self, [low, high]: [f64; 2]) -> Vec<(f64, String)> {
         match self.scale {
-            Scale::Linear => {
-                let step = decimal_step(high - low);
+            Scale::Linear | Scale::Angular => {
+                let parts = self.scale == Scale::Angular;
+                let step = if parts { angular_step(high - low) } else { decimal_step(high - low) };
                 let (first, last) = ((low / step).ceil() as i64, (high / step).floor() as i64);
                 (first..=last).map(|i| i as f64 * step).map(|v| (v, decimal(v, step))).collect()
             }
             Scale::Logarithmic => logarithmic_ticks(low, high),
         }
-    }
-}
-
-/// The places along an axis, with its ticks, as the drawing library asks for them.
-#[derive(Clone)]
-struct Places {
-    ends: [f64; 2],
-    ticks: Vec<(f64, String)>,
-}
-
-impl Ranged for Places {
-    type FormatOption = NoDefaultFormatting;
-    type ValueType = f64;
-
-    fn map(&self, place: &f64, (first, last): (i32, i32)) -> i32 {
-        let [low, high] = self.ends;
-        first + (f64::from(last - first) * (place - low) / (high - low)).round() as i32
-    }
-
-    fn key_points<Hint: KeyPointHint>(&self, hint: Hint) -> Vec<f64> {
-        if hint.weight().allow_light_points() { Vec::new() } else { self.ticks.iter().map(|tick| tick.0).collect() }
-    }
-
-    fn range(&self) -> std::ops::Range<f64> {
-        self.ends[0]..self.ends[1]
-    }
-}
-
-impl ValueFormatter<f64> for Places {
-    fn format_ext(&self, place: &f64) -> String {
-        self.ticks.iter().find(|(tick, _)| tick == place).map_or(String::new(), |(_, text)| text.clone())
     }
 }
 
@@ -244,9 +230,10 @@ impl Diagram {
     /// # Errors
     /// What the drawing library reports; nothing for memory.
     pub fn svg(&self) -> Result<String, Fault> {
-        let longest = self.series.iter().map(|series| series.name.chars().count()).max().unwrap_or(0);
+        let names = self.series.iter().map(|series| &series.name).chain(self.keys().map(|(_, name)| name));
+        let longest = names.map(|name| name.chars().count()).max().unwrap_or(0);
         let legend = if longest == 0 { 10 } else { 64 + (LETTER * TEXT * longest as f64) as u32 };
-        let height = HEIGHT.max(40 + LINE as u32 * self.series.len() as u32);
+        let height = HEIGHT.max(40 + LINE as u32 * (self.series.len() + self.keys().count()) as u32);
         let mut text = String::new();
         {
             let root = SVGBackend::with_string(&mut text, (PLOT_WIDTH + legend, height)).into_drawing_area();
@@ -255,6 +242,14 @@ impl Diagram {
         }
         let label = self.title.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;");
         Ok(text.replacen("<svg ", &format!("<svg role=\"img\" aria-label=\"{label}\" "), 1))
+    }
+
+    /// The entries of the legend beside those of the data.
+    fn keys(&self) -> impl Iterator<Item = (Shade, &String)> {
+        self.rules.iter().filter_map(|rule| match rule {
+            Rule::Key(shade, name) => Some((*shade, name)),
+            _ => None,
+        })
     }
 
     fn draw(&self, root: &Area<'_>) -> Result<(), Box<dyn std::error::Error>> {
@@ -266,7 +261,7 @@ impl Diagram {
         let rule = |rule: &Rule| match rule {
             Rule::Vertical(x, _) => (self.x.place(*x), None),
             Rule::Horizontal(y, _) => (None, self.y.place(*y)),
-            Rule::Area(..) | Rule::Border(..) | Rule::Word(..) => (None, None),
+            Rule::Area(..) | Rule::Border(..) | Rule::Word(..) | Rule::Key(..) => (None, None),
         };
         let rules: Vec<(Option<f64>, Option<f64>)> = self.rules.iter().map(rule).collect();
         let x = self.x.span(places.iter().flatten().map(|p| p.0).chain(rules.iter().filter_map(|r| r.0)));
@@ -317,8 +312,7 @@ impl Diagram {
             if let Rule::Area(outline, shade) = rule {
                 let outline: Vec<(f64, f64)> = outline.iter().filter_map(place).collect();
                 let seen: Vec<(i32, i32)> = area::within(&outline, x, y).iter().map(pixel).collect();
-                let grey = if *shade == Shade::Pale { PALE_AREA } else { DARK_AREA };
-                area.draw(&Polygon::new(seen, ShapeStyle::from(grey).filled()))?;
+                area.draw(&Polygon::new(seen, ShapeStyle::from(shade.grey()).filled()))?;
             }
         }
         area.draw(&Rectangle::new([(0, 0), pixel(&(x[1], y[0]))], ShapeStyle::from(INK).stroke_width(1)))?;
@@ -345,6 +339,14 @@ impl Diagram {
             draw_marker(&legend, (24, height), look(i))?;
             let text = style(TEXT).pos(Pos::new(HPos::Left, VPos::Center));
             legend.draw(&Text::new(series.name.clone(), (50, height), text))?;
+        }
+        for (i, (shade, name)) in self.keys().enumerate() {
+            let height = 24 + LINE * (self.series.len() + i) as i32;
+            let (box_of, text) =
+                ([(6, height - 6), (42, height + 6)], style(TEXT).pos(Pos::new(HPos::Left, VPos::Center)));
+            legend.draw(&Rectangle::new(box_of, ShapeStyle::from(shade.grey()).filled()))?;
+            legend.draw(&Rectangle::new(box_of, ShapeStyle::from(INK).stroke_width(1)))?;
+            legend.draw(&Text::new(name.clone(), (50, height), text))?;
         }
         Ok(())
     }
@@ -451,7 +453,7 @@ mod tests {
             vec![[1e-300, 1e300], [1e300, 1e-300]],
         ];
         for points in data {
-            for axis in [Axis::linear("x [m]"), Axis::logarithmic("x [m]")] {
+            for axis in [Axis::linear("x [m]"), Axis::logarithmic("x [m]"), Axis::angular("x [deg]")] {
                 let diagram = Diagram {
                     title: "\"<&".to_owned(),
                     x: axis.clone(),
@@ -464,6 +466,7 @@ mod tests {
                         Rule::Area(Vec::new(), Shade::Pale),
                         Rule::Border(vec![[1.0, 1.0], [f64::NAN, 2.0], [3.0, 1e3]], 1),
                         Rule::Word([-1.0, f64::INFINITY], "<j>".into()),
+                        Rule::Key(Shade::Pale, "k & l".into()),
                     ],
                 };
                 let svg = diagram.svg().unwrap();

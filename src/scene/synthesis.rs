@@ -3,8 +3,8 @@
 #![doc = include_str!("SYNTHESIS.md")]
 
 use super::diagnostics::Diagnostics;
-use super::section::{ANY, NOT_NEGATIVE, POSITIVE, Section, within};
 use super::models::{forbid, spring};
+use super::section::{ANY, NOT_NEGATIVE, POSITIVE, Section, within};
 use super::units;
 use crate::design::synthesis::shaft::{Norm, Shaft, ShaftGoal};
 use crate::design::synthesis::study::{Assignment, Elasticity, Method, Names};
@@ -155,7 +155,8 @@ fn assignment(root: &Section<'_>, folder: &Path) -> Option<Assignment> {
         })
     });
     let (bound_names, bounds): (Vec<String>, Vec<Bound>) = bounds.into_iter().chain(kept).unzip();
-    let (range_names, ranges): (Vec<String>, Vec<Range>) = ranges.iter().map(|r| (r.path.clone(), r.range.clone())).unzip();
+    let (range_names, ranges): (Vec<String>, Vec<Range>) =
+        ranges.iter().map(|r| (r.path.clone(), r.range.clone())).unzip();
     let (point_names, points_of_u): (Vec<String>, Vec<Point>) = exact.into_iter().unzip();
     let names = Names { ranges: range_names, points: point_names, bounds: bound_names };
     let task = Task {
@@ -169,7 +170,16 @@ fn assignment(root: &Section<'_>, folder: &Path) -> Option<Assignment> {
         search: search?,
     };
     let (name, description, scene) = (name?, description?, scene?);
-    Some(Assignment { name, description, unit: lengths.scale, task, names, elasticity: elasticity?, shaft: shaft?, scene })
+    Some(Assignment {
+        name,
+        description,
+        unit: lengths.scale,
+        task,
+        names,
+        elasticity: elasticity?,
+        shaft: shaft?,
+        scene,
+    })
 }
 
 /// The points in a range of the discrete objectives; 0 for the default.
@@ -229,9 +239,9 @@ fn ranges(root: &Section<'_>, lengths: &Lengths, weighted: [bool; 2]) -> Option<
     let mut read: Vec<_> = given.iter().map(|section| range(section, lengths, weighted)).collect();
     read.extend(dwells.iter().map(|section| dwell(section, lengths, weighted)));
     let sections = || given.iter().chain(&dwells);
-    let named = sections().zip(read).map(|(section, read)| {
-        read.map(|(range, tolerances)| Given { path: section.path.clone(), range, tolerances })
-    });
+    let named = sections()
+        .zip(read)
+        .map(|(section, read)| read.map(|(range, tolerances)| Given { path: section.path.clone(), range, tolerances }));
     let all: Vec<Given> = named.collect::<Option<_>>()?;
     let mut agree = true;
     for (i, section) in sections().enumerate() {
@@ -263,7 +273,9 @@ fn agrees(section: &Section<'_>, range: &Range, other: &Given) -> bool {
                 let (this, key) = (&section.path, ORDERS[order]);
                 let message = format!(
                     "`{this}` and `{}` overlap from {} deg to {} deg with different `{key}`",
-                    other.path, deg(from), deg(to)
+                    other.path,
+                    deg(from),
+                    deg(to)
                 );
                 section.faults.report(section.fault(message).hint("make them end where the next one begins"));
                 return false;

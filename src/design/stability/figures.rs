@@ -9,6 +9,9 @@ use crate::design::text::number;
 /// A word takes this part of the width of a diagram, and this part of its height; a number half of the width.
 const WORD: [f64; 2] = [0.1, 0.05];
 
+/// The name of a line across a map takes this part of the width.
+const LINE_NAME: f64 = 0.32;
+
 /// The speeds that were asked for.
 const SCENE: &str = "speed examined";
 
@@ -25,11 +28,15 @@ struct Map<'a> {
     rules: Vec<Rule>,
     /// Where orders are written so far, in parts of width and height.
     words: Vec<[f64; 2]>,
+    /// The height of the line across the map, in parts of its height; its name stands above its left end.
+    line: f64,
 }
 
 impl<'a> Map<'a> {
-    fn new(report: &'a Report) -> Self {
-        Map { report, rules: Vec::new(), words: Vec::new() }
+    /// A map with a line across it.
+    fn new(report: &'a Report, top: f64, line: f64, name: &str) -> Self {
+        let rules = vec![Rule::Horizontal(line, name.to_owned())];
+        Map { report, rules, words: Vec::new(), line: line / top }
     }
 
     /// The tongue as an area with its border; its order is written at `named`, η and height.
@@ -58,7 +65,8 @@ impl<'a> Map<'a> {
         let (word, width) =
             if self.words.is_empty() { (format!("j = {j}"), WORD[0]) } else { (j.to_string(), 0.5 * WORD[0]) };
         let near = |other: &[f64; 2]| (other[0] - place[0]).abs() < width && (other[1] - place[1]).abs() < WORD[1];
-        if (0.0..1.0).contains(&place[0]) && !self.words.iter().any(near) {
+        let hidden = place[0] < LINE_NAME && (-WORD[1]..WORD[1]).contains(&(place[1] - self.line));
+        if (0.0..1.0).contains(&place[0]) && !hidden && !self.words.iter().any(near) {
             self.words.push(place);
             let rpm = self.report.oscillator.natural_frequency * RPM;
             self.rules.push(Rule::Word([eta * rpm, height], word));
@@ -77,8 +85,9 @@ fn own_points(report: &Report, height: f64) -> Vec<Series> {
 
 /// Unstable speeds over the damping ratio.
 pub fn over_damping(report: &Report) -> Diagram {
-    let mut map = Map::new(report);
-    let top = report.ranges[1][1];
+    let (top, theta) = (report.ranges[1][1], report.oscillator.damping_ratio);
+    let mut map = Map::new(report, top, theta, "damping of the scene");
+    map.rules.push(Rule::Key(Shade::Dark, "unstable".to_owned()));
     // The large tongues first, so that their order is written where there is room for one only.
     let mut regions: Vec<&Region> = report.over_damping.iter().collect();
     regions.sort_by(|a, b| height(b).total_cmp(&height(a)));
@@ -89,8 +98,6 @@ pub fn over_damping(report: &Report) -> Diagram {
         });
         map.add(region, Shade::Dark, summit, top);
     }
-    let theta = report.oscillator.damping_ratio;
-    map.rules.push(Rule::Horizontal(theta, "damping of the scene".to_owned()));
     Diagram {
         title: format!("Unstable speeds of {} over the damping ratio", report.scene),
         x: speed_axis(report),
@@ -106,8 +113,11 @@ fn height(region: &Region) -> f64 {
 
 /// Unstable speeds over the modulation: without damping, and at that of the scene.
 pub fn over_modulation(report: &Report) -> Diagram {
-    let mut map = Map::new(report);
     let top = report.ranges[2][1];
+    let mut map = Map::new(report, top, 1.0, "modulation of the scene");
+    let theta = number(report.oscillator.damping_ratio);
+    map.rules.push(Rule::Key(Shade::Dark, format!("unstable at θ = {theta}")));
+    map.rules.push(Rule::Key(Shade::Pale, "unstable if θ = 0".to_owned()));
     let [low, high] = report.ranges[0];
     let undamped = |region: &&Region| region.theta == Some(0.0);
     for region in report.over_modulation.iter().filter(undamped) {
@@ -120,8 +130,6 @@ pub fn over_modulation(report: &Report) -> Diagram {
     for region in report.over_modulation.iter().filter(|region| !undamped(region)) {
         map.add(region, Shade::Dark, None, top);
     }
-    map.rules.push(Rule::Horizontal(1.0, "modulation of the scene".to_owned()));
-    let theta = number(report.oscillator.damping_ratio);
     Diagram {
         title: format!(
             "Unstable speeds of {} over the modulation: pale without damping, dark at the damping ratio {theta}",
@@ -146,14 +154,12 @@ pub fn amplification(report: &Report) -> Diagram {
     let top = 1.3 * drawn.iter().copied().fold(2.0, f64::max).min(LARGEST_AMPLIFICATION);
     let bottom = 0.8 * drawn.iter().copied().fold(1.0, f64::min).max(1e-3);
     let mut rules: Vec<Rule> = Vec::new();
+    rules.push(Rule::Key(Shade::Dark, "unstable".to_owned()));
     let unstable: Vec<[f64; 2]> = report.orders.iter().filter_map(|order| order.damped).collect();
     for ends in &unstable {
         let [from, to] = [ends[0].max(low) * w0 * RPM, ends[1].min(high) * w0 * RPM];
         if from < to {
             rules.push(Rule::Area(vec![[from, bottom], [to, bottom], [to, top], [from, top]], Shade::Dark));
-            if (to / from).ln() > WORD[0] * (high / low).ln() {
-                rules.push(Rule::Word([(from * to).sqrt(), top / 1.6], "unstable".to_owned()));
-            }
         }
     }
     let shown = report.resonances.iter().filter(|r| (low * w0..high * w0).contains(&r.speed));

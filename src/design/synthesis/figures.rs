@@ -85,7 +85,7 @@ impl Study {
         });
         Diagram {
             title: format!("{name} of {} over the turn", self.assignment.name),
-            x: Axis::linear("Angle φ [deg]"),
+            x: Axis::angular("Angle φ [deg]"),
             y: Axis::linear(&format!("{name} {}", self.unit_name(per))),
             series,
             rules: rules.collect(),
@@ -102,7 +102,7 @@ impl Study {
         let label = if unit == 1.0 { "U′U″ [m²/rad³]" } else { "U′U″ over scale² [1/rad³]" };
         Diagram {
             title: format!("Kinetostatic torque of {} over the turn", self.assignment.name),
-            x: Axis::linear("Angle φ [deg]"),
+            x: Axis::angular("Angle φ [deg]"),
             y: Axis::linear(label),
             series: self.drawn().map(|(name, s)| self.over_the_turn(name, |phi| torque(s, phi))).collect(),
             rules: Vec::new(),
@@ -117,12 +117,12 @@ impl Study {
             let target = range.prescribed[0].as_ref()?;
             let angle = |j: usize| range.from + (range.to - range.from) * j as f64 / 240.0;
             let point = |phi: f64| [deg(phi), (self.motion.series.at(phi).0[0] - target.at(phi - range.from)) / unit];
-            let name = format!("range {}", i + 1);
+            let name = self.assignment.names.ranges.get(i).cloned().unwrap_or_else(|| format!("range {}", i + 1));
             Some(Series { name, points: (0..=240).map(|j| point(angle(j))).collect(), joined: true })
         });
         Diagram {
             title: format!("Deviation of {} from what is prescribed", self.assignment.name),
-            x: Axis::linear("Angle φ [deg]"),
+            x: Axis::angular("Angle φ [deg]"),
             y: Axis::linear(&format!("Deviation U − Ũ {}", self.unit_name(""))),
             series: series.collect(),
             rules: Vec::new(),
@@ -174,9 +174,17 @@ impl Study {
     /// The largest shaft torque over m Ω² over the speed.
     fn shaft_speed_diagram(&self, shaft: &Shafted) -> Diagram {
         let unit = shaft.goal.shaft.m * self.assignment.unit.powi(2);
-        let curves = self.rivals.iter().zip(&shaft.laws).map(|(rival, law)| {
-            let point = |p: &[f64; 3]| [p[0] * 60.0 / TAU, p[1] / (unit * p[0] * p[0])];
-            Series { name: rival.name.clone(), points: law.points.iter().map(point).collect(), joined: true }
+        let point = |w: f64, torque: f64| [w * 60.0 / TAU, torque / (unit * w * w)];
+        let mut curves: Vec<Series> = Vec::new();
+        for (rival, law) in self.rivals.iter().zip(&shaft.laws) {
+            let points = law.points.iter().map(|p| point(p[0], p[1])).collect();
+            curves.push(Series { name: rival.name.clone(), points, joined: true });
+        }
+        let nonlinear = shaft.nonlinear.iter().filter_map(|at| Some(point(at.w, *at.torque.as_ref().ok()?)));
+        curves.push(Series {
+            name: "harmonic synthesis, nonlinear".to_owned(),
+            points: nonlinear.collect(),
+            joined: false,
         });
         let label =
             if self.assignment.unit == 1.0 { "max |M| / (m Ω²) [m²]" } else { "max |M| / (m scale² Ω²) [1]" };
@@ -184,7 +192,7 @@ impl Study {
             title: format!("Torque in the elastic shaft of {} over the speed", self.assignment.name),
             x: Axis::linear("Speed [rpm]"),
             y: Axis::linear(label),
-            series: curves.collect(),
+            series: curves,
             rules: Vec::new(),
         }
     }
@@ -205,7 +213,7 @@ impl Study {
         }));
         Diagram {
             title: format!("Torque in the elastic shaft of {} at the fastest speed", self.assignment.name),
-            x: Axis::linear("Angle φ [deg]"),
+            x: Axis::angular("Angle φ [deg]"),
             y: Axis::linear("Torque M [N·m]"),
             series,
             rules: Vec::new(),
@@ -228,7 +236,7 @@ impl Study {
         }
         Diagram {
             title: "Dwell error of symmetric dwells over their width, after K harmonics".to_owned(),
-            x: Axis::linear("Dwell width 2Δφ [deg]"),
+            x: Axis::angular("Dwell width 2Δφ [deg]"),
             y: Axis::logarithmic("Largest deviation over stroke [1]"),
             series,
             rules,

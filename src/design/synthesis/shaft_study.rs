@@ -8,9 +8,18 @@ use crate::drives::elastic_shaft::{ElasticShaft, Scene};
 use crate::drives::solver::Settings;
 use crate::drives::{Drive, Fault};
 use crate::motion::{Fourier, MotionLaw};
+use std::f64::consts::TAU;
 
-/// Speeds of a curve.
-const SPEEDS: usize = 41;
+/// Speeds of a curve, at which resonances look round.
+const SPEEDS: usize = 161;
+
+/// Every so many of them the drive itself, linear, is asked whether its motion is stable, and the nonlinear one for its
+/// torque, which takes some ten times as long.
+const STABLE_EVERY: usize = 4;
+const NONLINEAR_EVERY: usize = 16;
+
+/// Instants of a turn at which the torque of the drive is read: of ten waves in a turn they miss 3e-5 of the height.
+const INSTANTS: usize = 4096;
 
 /// Harmonics of a standard law here: those of the torque fall as k⁻³, and the shaft does not follow the high ones.
 const HARMONICS: usize = 32;
@@ -38,18 +47,47 @@ pub struct Shafted {
     pub torques: Vec<Option<Fourier>>,
     /// Speeds at which the steady motion of the cam is unstable or missing, and why.
     pub faults: Vec<(f64, String)>,
+    /// The profile on the nonlinear drive.
+    pub nonlinear: Vec<Nonlinear>,
+}
+
+/// The profile on the nonlinear drive at one speed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Nonlinear {
+    /// Ω [rad/s].
+    pub w: f64,
+    /// max |M| of the linear drive [N·m].
+    pub linear: f64,
+    /// max |M| of the nonlinear one [N·m], or why it has no steady motion that attracts.
+    pub torque: Result<f64, String>,
+}
+
+impl Nonlinear {
+    /// By which part the torque of the nonlinear drive differs from that of the linear one.
+    pub fn difference(&self) -> Option<f64> {
+        self.torque.as_ref().ok().map(|torque| torque / self.linear - 1.0)
+    }
 }
 
 /// The study of the profile, which is the first rival, and of the others.
 pub fn study(goal: ShaftGoal, rivals: &[Rival]) -> Shafted {
     let speeds = goal.speeds(SPEEDS);
     let laws: Vec<Fourier> = rivals.iter().map(|rival| truncated(&rival.series, HARMONICS)).collect();
-    let unstable = |w: &f64| starts(&goal.shaft, &laws[0], *w).err().map(|fault| (*w, fault.0));
+    let checked = |every: usize| speeds.iter().copied().step_by(every);
+    let unstable = |w: f64| steady_drive(&goal.shaft, &laws[0], w, true).err().map(|fault| (w, fault.0));
+    let nonlinear = |w: f64| Nonlinear {
+        w,
+        linear: peak(&goal.shaft, &laws[0], w),
+        torque: steady_drive(&goal.shaft, &laws[0], w, false)
+            .and_then(|mut drive| largest_torque(&mut drive, w))
+            .map_err(|fault| fault.0),
+    };
     let fastest = |law: &Fourier| goal.shaft.steady(law, goal.fastest, None).map(|steady| steady.torque);
     Shafted {
         laws: laws.iter().zip(rivals).map(|(law, rival)| magnified(&goal.shaft, law, rival.torque, &speeds)).collect(),
         torques: laws.iter().map(fastest).collect(),
-        faults: speeds.iter().filter_map(unstable).collect(),
+        faults: checked(STABLE_EVERY).filter_map(unstable).collect(),
+        nonlinear: checked(NONLINEAR_EVERY).map(nonlinear).collect(),
         goal,
     }
 }
@@ -57,10 +95,7 @@ pub fn study(goal: ShaftGoal, rivals: &[Rival]) -> Shafted {
 /// `torque` is max |U′U″| of the law itself: a series of a law whose U″ jumps overshoots.
 fn magnified(shaft: &Shaft, law: &Fourier, torque: f64, speeds: &[f64]) -> Magnified {
     let rigid = shaft.m * torque;
-    let peak = |w: f64| match shaft.steady(law, w, None) {
-        Some(steady) => deviation::peak(&steady.torque, 0).value.abs(),
-        None => f64::INFINITY,
-    };
+    let peak = |w: f64| peak(shaft, law, w);
     let point = |w: &f64| {
         let peak = peak(*w);
         [*w, peak, peak / (rigid * w * w)]
@@ -82,12 +117,26 @@ fn magnified(shaft: &Shaft, law: &Fourier, torque: f64, speeds: &[f64]) -> Magni
     Magnified { exceeded: LIMITS.map(first), points }
 }
 
-/// Whether the drive itself, linear, starts on its periodic motion: it refuses one that does not attract.
-fn starts(shaft: &Shaft, law: &Fourier, w: f64) -> Result<ElasticShaft, Fault> {
-    steady_drive(shaft, law, w, true)
+/// max |M| of the linear drive [N·m]; infinite where it has no steady motion.
+fn peak(shaft: &Shaft, law: &Fourier, w: f64) -> f64 {
+    shaft.steady(law, w, None).map_or(f64::INFINITY, |steady| deviation::peak(&steady.torque, 0).value.abs())
 }
 
-/// The drive on its periodic motion.
+/// max |M| over the next turn of the drive itself [N·m].
+pub fn largest_torque(drive: &mut ElasticShaft, w: f64) -> Result<f64, Fault> {
+    let variables = drive.variables();
+    let tau = variables.reference("tau").map(|reference| &variables.0[reference]);
+    let tau = tau.ok_or_else(|| Fault::new("the drive has no torque"))?;
+    let step = TAU / w / INSTANTS as f64;
+    let mut largest = 0.0_f64;
+    for i in 0..INSTANTS {
+        largest = largest.max((tau.get)(drive, tau.index).abs());
+        drive.advance(i as f64 * step, step)?;
+    }
+    Ok(largest)
+}
+
+/// The drive on its periodic motion: it refuses one that does not attract.
 pub fn steady_drive(shaft: &Shaft, law: &Fourier, w: f64, linear: bool) -> Result<ElasticShaft, Fault> {
     let mut drive = ElasticShaft::new(Scene {
         m: shaft.m,

@@ -71,6 +71,7 @@ impl Study {
             for (w, fault) in &shaft.faults {
                 let _ = writeln!(out, "warning: at {} rpm: {fault}", number(w * 60.0 / TAU));
             }
+            let _ = writeln!(out, "{}", nonlinear(shaft));
         }
         for text in self.of_elasticity() {
             let _ = writeln!(out, "{text}");
@@ -234,7 +235,7 @@ impl Study {
         let relative = |p: &[f64; 3]| p[1] / (goal.shaft.m * p[0] * p[0] * self.assignment.unit.powi(2));
         let rows = self.rivals.iter().zip(&shaft.laws).map(|(rival, law)| {
             let last = law.points.last().copied().unwrap_or([f64::NAN; 3]);
-            let first = |limit: usize| law.exceeded[limit].map_or("–".to_owned(), rpm);
+            let first = |limit: usize| law.exceeded[limit].map_or(format!("> {}", rpm(goal.fastest)), rpm);
             vec![
                 rival.name.clone(),
                 number(last[1]),
@@ -286,6 +287,12 @@ impl Study {
             for (rival, law) in self.rivals.iter().zip(&shaft.laws) {
                 let row = |p: &[f64; 3]| vec![rival.name.clone(), exact(p[0]), exact(p[1]), exact(p[2])];
                 rows.extend(law.points.iter().map(row));
+            }
+            let rigid = shaft.goal.shaft.m * self.rivals[0].torque;
+            for at in &shaft.nonlinear {
+                let Ok(torque) = at.torque else { continue };
+                let name = "harmonic synthesis, nonlinear drive".to_owned();
+                rows.push(vec![name, exact(at.w), exact(torque), exact(torque / (rigid * at.w * at.w))]);
             }
             let head = ["law", "speed_rad_per_s", "peak_torque_Nm", "over_kinetostatic"];
             files.push(("shaft.csv".to_owned(), csv(&head, rows)?));
@@ -369,6 +376,9 @@ impl Study {
                 "speed_of_magnification_1.5": shaft.laws[0].exceeded[0],
                 "speed_of_magnification_2": shaft.laws[0].exceeded[1],
                 "unstable_at": shaft.faults.iter().map(|(w, _)| w).collect::<Vec<_>>(),
+                "nonlinear": shaft.nonlinear.iter().map(|at| serde_json::json!({
+                    "speed": at.w, "linear_torque": finite(at.linear), "nonlinear_torque": at.torque.as_ref().ok(),
+                })).collect::<Vec<_>>(),
             })),
         });
         text::json(&value)
@@ -394,6 +404,25 @@ fn words(objective: Objective) -> &'static str {
         Objective::ShaftTorque(ShaftGoal { norm: Norm::Peak, .. }) => "largest shaft torque",
         Objective::ShaftTorque(ShaftGoal { norm: Norm::Rms, .. }) => "root mean square of the shaft torque",
     }
+}
+
+/// How far the torque of the nonlinear drive is from that of the linear one.
+fn nonlinear(shaft: &Shafted) -> String {
+    let rpm = |w: f64| number(w * 60.0 / TAU);
+    let mut lines = Vec::new();
+    let differences = shaft.nonlinear.iter().filter_map(|at| Some((at, at.difference()?)));
+    if let Some((at, difference)) = differences.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())) {
+        lines.push(format!(
+            "The largest torque of the nonlinear drive differs by at most {:+.2} %: at {} rpm it is {} N.m instead of {} N.m.",
+            100.0 * difference,
+            rpm(at.w),
+            number((1.0 + difference) * at.linear),
+            number(at.linear)
+        ));
+    }
+    let faults = shaft.nonlinear.iter().filter_map(|at| Some((at.w, at.torque.as_ref().err()?)));
+    lines.extend(faults.map(|(w, fault)| format!("warning: at {} rpm, nonlinear: {fault}", rpm(w))));
+    lines.join("\n")
 }
 
 /// What errors of U⁽ⁿ⁾ count in.
