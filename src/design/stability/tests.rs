@@ -1,5 +1,7 @@
 //! Stability against closed forms, against the printed numbers of the sources, and against an independent eigenproblem.
 
+mod tables;
+
 use super::bounds::Harmonics;
 use super::hill;
 use super::response;
@@ -85,82 +87,7 @@ fn critical(oscillator: &PeriodicOscillator, orders: usize) -> Vec<f64> {
     tongues(&system, orders).iter().map(|(_, apex)| apex.map_or(f64::INFINITY, |apex| apex.theta)).collect()
 }
 
-/// Whether the six printed digits are those of the value.
-fn prints(value: f64, printed: f64) -> bool {
-    (value - printed).abs() <= 0.5001e-6
-}
-
 const HS5: [f64; 5] = [0.59404, 0.0, -0.11066, 0.0, 0.01667];
-
-#[test]
-fn critical_damping_of_the_classical_cases() {
-    let one = || series(&[], &[]);
-    let half = 0.3 / 2_f64.sqrt();
-    let cases: Vec<(&str, PeriodicOscillator, Vec<(usize, f64)>)> = vec![
-        ("ε = 0.1", mathieu(0.1), vec![(1, 0.025001)]),
-        ("ε = 0.3", mathieu(0.3), vec![(1, 0.075025), (2, 0.011276), (3, 0.002158), (4, 0.000457)]),
-        ("ε = 0.8", mathieu(0.8), vec![(1, 0.200337), (2, 0.080597), (3, 0.042850), (4, 0.025390)]),
-        ("mass", parametric(series(&[0.3], &[]), one()), vec![(1, 0.075456), (2, 0.0)]),
-        ("r₂ = 0.1", parametric(one(), series(&[0.3, 0.1], &[])), vec![(2, 0.013419)]),
-        ("r₂ = −0.1", parametric(one(), series(&[0.3, -0.1], &[])), vec![(2, 0.035922)]),
-        ("cancelling", parametric(one(), series(&[0.4, 0.08], &[])), vec![(2, 0.000541)]),
-        ("turned", parametric(one(), series(&[half], &[half])), vec![(2, 0.011276)]),
-        ("sines", parametric(one(), series(&[0.3, 0.05], &[0.2, 0.1])), vec![(2, 0.011241)]),
-        ("r₁, r₃", parametric(one(), series(&[0.2, 0.0, 0.2], &[])), vec![(4, 0.013368)]),
-        ("in phase", parametric(series(&[0.2], &[]), series(&[0.2], &[])), vec![(1, 0.0), (2, 0.0), (3, 0.0)]),
-        ("in antiphase", parametric(series(&[0.2], &[]), series(&[-0.2], &[])), vec![(1, 0.099072)]),
-        ("HS1", shaft(&[1.0], 1.0), vec![(1, 0.130634), (2, 0.008579), (3, 0.000405)]),
-        ("HS5, 10", shaft(&HS5, 10.0), vec![(1, 0.022277), (2, 0.020664), (3, 0.010216)]),
-        ("HS5, 3", shaft(&HS5, 3.0), vec![(1, 0.004008), (2, 0.044151), (3, 0.026508)]),
-    ];
-    for (name, oscillator, expected) in cases {
-        let found = critical(&oscillator, 4);
-        for (n, printed) in expected {
-            assert!(prints(found[n - 1], printed), "{name}, order {n}: {} instead of {printed}", found[n - 1]);
-        }
-    }
-}
-
-#[test]
-fn critical_damping_of_parallel_cranks() {
-    // σ; one crank, j = 1, 2, 3; two cranks, j = 2.
-    let printed = [
-        (0.01, [0.044119, 0.038235, 0.033756], 0.036510),
-        (0.05, [0.086552, 0.066436, 0.053794], 0.056762),
-        (0.2, [0.140248, 0.093071, 0.069354], 0.060588),
-        (1.0, [0.203469, 0.114484, 0.079468], 0.035518),
-        (10.0, [0.243718, 0.123696, 0.083032], 0.005814),
-    ];
-    for (sigma, single, double) in printed {
-        let found = critical(&crank(sigma, false), 3);
-        for n in 0..3 {
-            assert!(prints(found[n], single[n]), "σ = {sigma}, j = {}: {}", n + 1, found[n]);
-        }
-        let two = crank(sigma, true);
-        let system = System::new(&two).unwrap();
-        assert_eq!(system.parts, 4, "two cranks at a right angle repeat themselves four times in a turn");
-        let found = tongues(&system, 1)[0].1.unwrap().theta;
-        assert!(prints(found, double), "σ = {sigma}, double: {found}");
-    }
-}
-
-#[test]
-fn boundaries_of_the_stability_map() {
-    let scene = mathieu(0.3);
-    let system = System::new(&scene).unwrap();
-    let all = tongues(&system, 4);
-    let printed = [[1.84756, 2.14700], [0.981274, 1.003710], [0.660867, 0.663738], [0.496686, 0.497143]];
-    for ((tongue, apex), printed) in all.iter().zip(printed) {
-        let found = tongue.interval(&system, apex.as_ref(), 0.0).unwrap();
-        for k in 0..2 {
-            assert!((found[k] - printed[k]).abs() <= 5.1e-6, "{found:?} instead of {printed:?}");
-        }
-    }
-    let damped: Vec<[f64; 2]> =
-        all.iter().filter_map(|(tongue, apex)| tongue.interval(&system, apex.as_ref(), 0.05)).collect();
-    assert_eq!(damped.len(), 1, "the others have vanished");
-    assert!((damped[0][0] - 1.88314).abs() < 5.1e-6 && (damped[0][1] - 2.10639).abs() < 5.1e-6, "{damped:?}");
-}
 
 #[test]
 fn tongues_of_a_ten_millionth_are_found() {
@@ -456,7 +383,7 @@ fn number(which: usize, i: usize) -> f64 {
 fn speeds_are_unstable_just_where_an_order_says_so() {
     let signed = |which: usize, i: usize, size: f64| size * (2.0 * number(which, i) - 1.0);
     let mut unstable = 0;
-    for i in 0..24 {
+    for i in 0..9 {
         let scene = if i % 3 == 0 {
             let a = [0.6, signed(0, i, 0.1), signed(1, i, 0.15), signed(2, i, 0.03)];
             shaft(&a, 0.4 * 30_f64.powf(number(3, i)))
@@ -475,15 +402,15 @@ fn speeds_are_unstable_just_where_an_order_says_so() {
             oscillator(Box::new(terms), 1.0, false)
         };
         let system = System::new(&scene).unwrap();
-        let all = tongues(&system, 8);
-        let slowest = 1.0 / all[7].0.lambda.low.sqrt();
+        let all = tongues(&system, 6);
+        let slowest = 1.0 / all[5].0.lambda.low.sqrt();
         let highest = all.iter().filter_map(|(_, apex)| Some(apex.as_ref()?.theta)).fold(0.05, f64::max);
-        for k in 0..40 {
-            let (x, y) = (number(4, 41 * i + k), number(5, 41 * i + k));
-            let (tongue, apex) = &all[k % 8];
+        for k in 0..24 {
+            let (x, y) = (number(4, 25 * i + k), number(5, 25 * i + k));
+            let (tongue, apex) = &all[k % 6];
             let (eta, theta) = match (tongue.interval(&system, None, 0.0), apex) {
                 // About a tongue, or anywhere.
-                (Some([low, high]), Some(apex)) if k % 16 < 8 => {
+                (Some([low, high]), Some(apex)) if k % 12 < 6 => {
                     (low + (high - low) * (1.6 * x - 0.3), 1.2 * apex.theta * y)
                 }
                 _ => (slowest * (4.0 / slowest).powf(x), 1.2 * highest * y * y),
@@ -496,7 +423,7 @@ fn speeds_are_unstable_just_where_an_order_says_so() {
             unstable += usize::from(inside);
         }
     }
-    assert!((100..500).contains(&unstable), "{unstable} of 960 points are unstable");
+    assert!((20..120).contains(&unstable), "{unstable} of 216 points are unstable");
 }
 
 #[test]

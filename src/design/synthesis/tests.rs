@@ -1,28 +1,11 @@
-//! The tables of the source, recomputed.
+//! Objectives, bounds, elasticity and torque against closed forms and other programs.
+
+mod tables;
 
 use super::elastic::SpeedRange;
+use super::study::symmetric_task;
 use super::*;
 use std::f64::consts::{PI, TAU};
-
-/// Two dwells of half-width `half` at 0 and π, U = ½ and −½: the symmetric task of section 4.6.4.1.
-fn two_dwells(order: usize, half: f64, objective: Objective) -> Task {
-    let dwell = |centre: f64, u: f64| Range {
-        from: centre - half,
-        to: centre + half,
-        prescribed: [Some(Polynomial(vec![u])), None, None],
-        weight: 1.0,
-    };
-    Task {
-        basis: Basis::new(order, Symmetry { even: true, half_wave: true }),
-        ranges: vec![dwell(0.0, 0.5), dwell(PI, -0.5)],
-        points: Vec::new(),
-        bounds: Vec::new(),
-        objective,
-        weights: [0.0; 2],
-        speeds: None,
-        search: Search::default(),
-    }
-}
 
 fn worst(profile: &Profile) -> f64 {
     profile.errors.iter().map(|e| e[0]).fold(0.0, f64::max)
@@ -37,78 +20,10 @@ fn assert_odd(profile: &Profile, expected: &[f64], tolerance: f64) {
 }
 
 #[test]
-fn least_squares_of_the_symmetric_dwells() {
-    let half = 32.0 * PI / 180.0;
-    let profile = two_dwells(3, half, Objective::LeastSquares).solve().unwrap();
-    assert_odd(&profile, &[0.5747412509, -0.0763673184], 1e-10);
-    let profile = two_dwells(5, half, Objective::LeastSquares).solve().unwrap();
-    assert_odd(&profile, &[0.59403855318, -0.11065943666, 0.01673302109], 1e-11);
-    assert!((worst(&profile) - 3.8357152e-4).abs() < 1e-11);
-}
-
-#[test]
-fn the_minimax_of_the_symmetric_dwells() {
-    let half = 32.0 * PI / 180.0;
-    let profile = two_dwells(5, half, Objective::Chebyshev).solve().unwrap();
-    assert_odd(&profile, &[0.59487940352, -0.11213881669, 0.01743351152], 1e-11);
-    assert!((worst(&profile) - 1.74098347e-4).abs() < 1e-12);
-    assert!((profile.objective - worst(&profile)).abs() < 1e-13);
-}
-
-#[test]
-fn dwell_errors_over_the_width() {
-    // Full width in degrees; minimax and least squares for K = 3, 5, 7, 9.
-    let table = [
-        (30.0, [1.13e-4, 1.63e-6, 2.47e-8, 3.9e-10], [2.06e-4, 3.60e-6, 6.28e-8, 1.1e-9]),
-        (60.0, [1.94e-3, 1.16e-4, 7.28e-6, 4.70e-7], [3.52e-3, 2.56e-4, 1.85e-5, 1.33e-6]),
-        (90.0, [1.11e-2, 1.59e-3, 2.40e-4, 3.70e-5], [1.99e-2, 3.47e-3, 5.99e-4, 1.03e-4]),
-        (120.0, [4.30e-2, 1.20e-2, 3.52e-3, 1.06e-3], [7.36e-2, 2.51e-2, 8.46e-3, 2.84e-3]),
-        (150.0, [0.143, 7.3e-2, 3.8e-2, 2.0e-2], [0.216, 0.132, 8.0e-2, 4.8e-2]),
-    ];
-    for (width, minimax, squares) in table {
-        let half: f64 = width * PI / 360.0;
-        for (i, order) in [3, 5, 7, 9].into_iter().enumerate() {
-            for (objective, expected) in [(Objective::Chebyshev, minimax[i]), (Objective::LeastSquares, squares[i])] {
-                let found = worst(&two_dwells(order, half, objective).solve().unwrap());
-                // The table has two or three digits.
-                assert!((found / expected - 1.0).abs() < 0.026, "K = {order}, {width}°: {found:e}, {expected:e}");
-            }
-        }
-    }
-}
-
-#[test]
-fn nine_harmonics_hold_a_narrow_dwell() {
-    // Both in 60 digits by the normal equations and the method of Remez.
-    let squares =
-        [0.605661173173151, -0.134662213527249, 0.0346638913717045, -0.00619976239707465, 0.000536911379467347];
-    let minimax =
-        [0.605663387261311, -0.134666644552793, 0.0346670604647763, -0.00620087372288098, 0.000537070549586819];
-    for (objective, expected) in [(Objective::LeastSquares, squares), (Objective::Chebyshev, minimax)] {
-        let profile = two_dwells(9, 0.05, objective).solve().unwrap();
-        // What is left is the rounding of the coefficients to f64; the minimum itself is 2.4e-17.
-        assert!(worst(&profile) < 4e-16, "{objective:?}: {:e}", worst(&profile));
-        assert_odd(&profile, &expected, 1e-12);
-    }
-}
-
-#[test]
-fn nine_harmonics_hold_a_dwell_of_sixty_degrees() {
-    let squares =
-        [0.609892738997114, -0.143398710805582, 0.0413237981949403, -0.00877979298309472, 0.000962273886121954];
-    let minimax =
-        [0.610141156901097, -0.143930832007922, 0.0417606548544811, -0.00896922395349808, 0.000998714621757769];
-    for (objective, expected) in [(Objective::LeastSquares, squares), (Objective::Chebyshev, minimax)] {
-        let profile = two_dwells(9, PI / 6.0, objective).solve().unwrap();
-        assert_odd(&profile, &expected, 1e-12);
-    }
-}
-
-#[test]
 fn the_least_peak_acceleration_of_a_stroke() {
     // U(0) = 1/2, U(π) = −1/2, at rest at both: with free harmonics the acceleration is a square wave of the height
     // 4/π² (two parabolas); finite sums come close from above.
-    let mut task = two_dwells(9, 0.1, Objective::PeakAcceleration);
+    let mut task = symmetric_task(9, 0.1, Objective::PeakAcceleration);
     task.ranges.clear();
     task.points = vec![Point { phi: 0.0, order: 0, value: 0.5 }, Point { phi: PI, order: 0, value: -0.5 }];
     let profile = task.solve().unwrap();
@@ -119,9 +34,9 @@ fn the_least_peak_acceleration_of_a_stroke() {
 #[test]
 fn a_bound_costs_dwell_accuracy() {
     let half = PI / 6.0;
-    let free = two_dwells(9, half, Objective::Chebyshev).solve().unwrap();
+    let free = symmetric_task(9, half, Objective::Chebyshev).solve().unwrap();
     let peak = |profile: &Profile| deviation::peak(&profile.series, 2).value.abs();
-    let mut task = two_dwells(9, half, Objective::Chebyshev);
+    let mut task = symmetric_task(9, half, Objective::Chebyshev);
     let limit = 0.9 * peak(&free);
     task.bounds = vec![Bound { from: 0.0, to: TAU, order: 2, around: Polynomial::default(), min: -limit, max: limit }];
     let bounded = task.solve().unwrap();
@@ -143,7 +58,7 @@ fn a_bound_costs_dwell_accuracy() {
 
 #[test]
 fn contradicting_points_are_named() {
-    let mut task = two_dwells(3, 0.3, Objective::LeastSquares);
+    let mut task = symmetric_task(3, 0.3, Objective::LeastSquares);
     task.points = vec![Point { phi: 0.0, order: 0, value: 0.5 }, Point { phi: PI, order: 0, value: 0.1 }];
     task.points.push(Point { phi: 0.5, order: 0, value: 0.4 });
     task.points.push(Point { phi: PI + 0.5, order: 0, value: 0.0 });
@@ -169,13 +84,13 @@ fn the_inverse_is_the_inverse() {
 #[test]
 fn the_recipe_reaches_less_than_the_robust_profile() {
     let half = PI / 6.0;
-    let task = two_dwells(5, half, Objective::Chebyshev);
+    let task = symmetric_task(5, half, Objective::Chebyshev);
     let motion = task.solve().unwrap().series;
     let recipe = task.recipe(&motion, SPEEDS, 0.001, 0.0).unwrap();
     assert!((recipe.reached - 0.1186).abs() < 1e-4 && (recipe.optimum - 0.0755).abs() < 5e-4, "{recipe:?}");
     let wider = task.recipe(&motion, SPEEDS, 0.002, 0.0).unwrap();
     assert!((wider.reached - 0.1423).abs() < 1e-4, "{wider:?}");
-    let squares = two_dwells(5, half, Objective::LeastSquares).solve().unwrap().series;
+    let squares = symmetric_task(5, half, Objective::LeastSquares).solve().unwrap().series;
     let recipe = task.recipe(&squares, SPEEDS, 0.001, 0.0).unwrap();
     assert!((recipe.reached - 0.1186).abs() < 1e-4 && (recipe.optimum - 0.0668).abs() < 5e-4, "{recipe:?}");
     let reach = |tolerance: f64| task.reachable(&motion, SPEEDS, tolerance).unwrap();
@@ -195,7 +110,7 @@ fn the_recipe_reaches_less_than_the_robust_profile() {
 fn the_least_torque_of_a_stroke() {
     // U = ½ cos φ has |U′U″| ≤ 1/8. With ½ U′² as energy over U, ½ U′² = ∫ U″ dU, the largest power is least where it
     // is constant in time: E ~ φ up and down again, U′ ~ √φ, and max |U′U″| of a stroke 1 over π is 9/(4 π³) = 0.0726.
-    let mut task = two_dwells(9, 0.1, Objective::PeakTorque);
+    let mut task = symmetric_task(9, 0.1, Objective::PeakTorque);
     task.search = Search { starts: 3, seed: 7 };
     task.ranges.clear();
     task.points = vec![Point { phi: 0.0, order: 0, value: 0.5 }, Point { phi: PI, order: 0, value: -0.5 }];
@@ -207,7 +122,7 @@ fn the_least_torque_of_a_stroke() {
     assert_eq!(profile.optima.len(), 3);
     assert_eq!(task.solve().unwrap(), profile, "the search can be repeated");
     // Dwells cost torque; the tolerances are kept.
-    let mut dwelling = two_dwells(9, PI / 6.0, Objective::PeakTorque);
+    let mut dwelling = symmetric_task(9, PI / 6.0, Objective::PeakTorque);
     dwelling.search = task.search;
     for (from, value) in [(-PI / 6.0, 0.5), (PI - PI / 6.0, -0.5)] {
         let around = Polynomial(vec![value]);
@@ -215,7 +130,7 @@ fn the_least_torque_of_a_stroke() {
     }
     let profile = dwelling.solve().unwrap();
     assert!(worst(&profile) < 1e-3 + 1e-7, "{:e}", worst(&profile));
-    let accurate = two_dwells(9, PI / 6.0, Objective::Chebyshev).solve().unwrap();
+    let accurate = symmetric_task(9, PI / 6.0, Objective::Chebyshev).solve().unwrap();
     assert!(profile.objective < 0.8 * torque::peak(&accurate.series), "{}", profile.objective);
 }
 
@@ -230,7 +145,7 @@ fn weighted(objective: Objective) -> Task {
         basis: Basis::new(3, Symmetry::default()),
         ranges: vec![range(0.3, 1.2, rise), range(3.0, 4.5, Polynomial(vec![-0.1]))],
         weights: [0.4, 0.05],
-        ..two_dwells(3, 0.5, objective)
+        ..symmetric_task(3, 0.5, objective)
     }
 }
 
@@ -264,43 +179,20 @@ fn derivatives_count_with_their_weights() {
 }
 
 #[test]
-fn coefficients_of_three_to_seven_harmonics() {
-    // In 60 digits by the normal equations and the method of Remez.
-    let squares: [&[f64]; 3] = [
-        &[0.57328895427968064, -0.074539450953612436],
-        &[0.59307924749871628, -0.10902792774162806, 0.0160240155810481],
-        &[0.60348897476776185, -0.12965373671384528, 0.029991413083784007, -0.0038313985451253481],
-    ];
-    let minimax: [&[f64]; 3] = [
-        &[0.57511498676966217, -0.077050798129983396],
-        &[0.59381788781427115, -0.11030342869336207, 0.016601392152999205],
-        &[0.60388681860492551, -0.13043905257672537, 0.030518812622243396, -0.0039738578784479604],
-    ];
-    for (i, order) in [3, 5, 7].into_iter().enumerate() {
-        assert_odd(&two_dwells(order, PI / 6.0, Objective::LeastSquares).solve().unwrap(), squares[i], 1e-12);
-        assert_odd(&two_dwells(order, PI / 6.0, Objective::Chebyshev).solve().unwrap(), minimax[i], 1e-12);
-    }
-}
-
-#[test]
-fn the_cubics_of_the_source_fail_for_narrow_dwells() {
-    // Dwell error of the exact coefficients and of the cubics, K = 5.
-    for (half, exact, cubic) in
-        [(0.1, 1.1e-8, 8.6e-4), (0.3, 8.3e-6, 5.6e-5), (0.5, 1.9e-4, 1.8e-4), (1.0, 1.81e-2, 1.87e-2)]
-    {
-        let task = two_dwells(5, half, Objective::LeastSquares);
-        let found = task.largest_error(&task.cubics().unwrap());
-        assert!((found / cubic - 1.0).abs() < 0.05, "{half}: {found:e}");
-        let best = worst(&task.solve().unwrap());
-        assert!((best / exact - 1.0).abs() < 0.05, "{half}: {best:e}");
-    }
-    assert!(two_dwells(5, 0.3, Objective::Chebyshev).cubics().is_none());
-    assert!(two_dwells(7, 0.3, Objective::LeastSquares).cubics().is_none());
+fn the_ends_of_the_turn_are_one_point() {
+    let mut task = symmetric_task(7, 0.3, Objective::PeakAcceleration);
+    task.basis = Basis::new(7, Symmetry::default());
+    task.ranges.clear();
+    let point = |phi: f64, value: f64| Point { phi, order: 0, value };
+    task.points = vec![point(0.0, 0.5), point(TAU, 0.4), point(PI, -0.5)];
+    assert!(matches!(task.solve(), Err(Infeasible::Point { by, .. }) if by < 0.11), "{:?}", task.solve());
+    task.points[1].value = 0.5;
+    assert!(task.solve().unwrap().objective < 0.5);
 }
 
 #[test]
 fn the_inclined_sine_resonates_earlier() {
-    let task = two_dwells(5, PI / 6.0, Objective::Chebyshev);
+    let task = symmetric_task(5, PI / 6.0, Objective::Chebyshev);
     let rivals = task.rivals();
     let sine = &rivals.iter().find(|r| r.name == "inclined_sine").unwrap().series;
     let size = |k: usize| sine.a[k].abs();
@@ -331,7 +223,7 @@ fn the_least_torque_of_an_elastic_shaft() {
         norm: Norm::Peak,
         relative: true,
     };
-    let mut task = two_dwells(7, PI / 6.0, Objective::ShaftTorque(goal));
+    let mut task = symmetric_task(7, PI / 6.0, Objective::ShaftTorque(goal));
     task.basis = Basis::new(7, Symmetry { even: false, half_wave: true });
     task.search = Search { starts: 1, seed: 1 };
     for (from, value) in [(-PI / 6.0, 0.5), (PI - PI / 6.0, -0.5)] {
