@@ -10,6 +10,7 @@ use crate::motion::{Cycle, CyclePlan, MotionLaw, StandardLaw};
 use crate::scene::{Resolved, units};
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 /// Shows where and how hard a drive passes its clearance, and what avoids further impacts.
@@ -37,17 +38,17 @@ pub struct Args {
     #[arg(short, long, value_name = "FOLDER")]
     output: Option<PathBuf>,
     /// Clearance instead of that of the scene, "0.05 mm" or in m
-    #[arg(long, value_name = "LENGTH")]
+    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
     clearance: Option<String>,
     /// Mass between the flanks instead of that of the scene, "2 kg" or in kg
-    #[arg(long, value_name = "MASS")]
+    #[arg(long, value_name = "MASS", allow_hyphen_values = true)]
     m1: Option<String>,
     /// Speed instead of that of the scene, "300 rpm" or in rad/s
     #[arg(long, value_name = "SPEED", allow_hyphen_values = true)]
     speed: Option<String>,
     /// Natural frequency √(c/m2) instead of that of the scene, by another stiffness at the same damping ratio, "80 Hz" or
     /// in rad/s
-    #[arg(long, value_name = "FREQUENCY")]
+    #[arg(long, value_name = "FREQUENCY", allow_hyphen_values = true)]
     natural_frequency: Option<String>,
     /// Laws in the place of the scene's: VDI laws at the same stroke and angles (bestehorn, modified_sine … or all), hsN
     /// for the first N harmonics of the scene's law, or scene files, whose cams are taken
@@ -57,7 +58,7 @@ pub struct Args {
     #[arg(long, value_name = "NUMBER")]
     turns: Option<usize>,
     /// Lobes of U″ and of the contact force below this part of the largest one are no passages [default: 1e-9]
-    #[arg(long, value_name = "PART")]
+    #[arg(long, value_name = "PART", allow_negative_numbers = true)]
     ignore: Option<f64>,
 }
 
@@ -71,6 +72,9 @@ const SHORT_NAMES: [(&str, &str); 7] = [
     ("4567", "polynomial_4567"),
     ("poly4567", "polynomial_4567"),
 ];
+
+/// Turns of the settled motion: half of them are left out, and a million turns take seconds to minutes.
+const TURNS: RangeInclusive<usize> = 2..=1_000_000;
 
 /// Points of a turn from which the harmonics of a law are found; those beyond alias with less than 1e-12 of the stroke.
 const ANALYSED: usize = 4096;
@@ -104,6 +108,10 @@ impl Args {
             };
             text.as_ref().map(parse).transpose()
         };
+        if let Some(turns) = self.turns.filter(|turns| !TURNS.contains(turns)) {
+            let text = format!("error: --turns: {turns} is outside [{}, {}]", TURNS.start(), TURNS.end());
+            return Err(Failure(text + "\n  = hint: half of them are left out; leave it out for 40"));
+        }
         let mut laws = Vec::new();
         for name in &self.compare {
             laws.extend(compared(name.trim(), scene)?);
@@ -124,7 +132,10 @@ impl Args {
 fn cam(scene: &Resolved) -> Result<MotionLaw, Failure> {
     let cam = scene.scene.get("cam").cloned().unwrap_or_default();
     let law = serde_json::from_value(cam);
-    law.map_err(|_| Failure(format!("error: the scene {} ({}) has no cam", scene.name, scene.model)))
+    law.map_err(|_| {
+        let text = format!("error: --compare: the scene {} ({}) has no cam", scene.name, scene.model);
+        Failure(text + "\n  = hint: name a scene with [cam]")
+    })
 }
 
 /// The laws that a name stands for, in the place of the scene's.

@@ -31,22 +31,22 @@ pub struct Args {
     #[arg(short, long, value_name = "FOLDER")]
     output: Option<PathBuf>,
     /// Speed to examine, "46 rpm" or in rad/s; several are possible [default: that of the scene]
-    #[arg(long, value_name = "SPEED")]
+    #[arg(long, value_name = "SPEED", allow_hyphen_values = true)]
     speed: Vec<String>,
     /// Lowest speed of the diagrams
-    #[arg(long, value_name = "SPEED", requires = "to")]
+    #[arg(long, value_name = "SPEED", requires = "to", allow_hyphen_values = true)]
     from: Option<String>,
     /// Highest speed of the diagrams
-    #[arg(long, value_name = "SPEED", requires = "from")]
+    #[arg(long, value_name = "SPEED", requires = "from", allow_hyphen_values = true)]
     to: Option<String>,
     /// Damping ratio instead of that of the scene
-    #[arg(long, value_name = "RATIO")]
+    #[arg(long, value_name = "RATIO", allow_negative_numbers = true)]
     damping: Option<f64>,
     /// Number of orders [default: those at the speeds examined, 8 to 40]
     #[arg(long, value_name = "NUMBER")]
     orders: Option<usize>,
     /// Modulation at the upper edge of its diagram, that of the scene = 1 [default: 1.5, less where inertia would vanish]
-    #[arg(long, value_name = "FACTOR")]
+    #[arg(long, value_name = "FACTOR", allow_negative_numbers = true)]
     modulation: Option<f64>,
     /// Without the maps
     #[arg(long)]
@@ -69,10 +69,12 @@ impl Args {
                 ))
             }
         };
-        let positive = |name: &str, value: Option<f64>, least: f64| match value {
-            Some(value) if !(value >= least && value.is_finite()) => {
-                Err(refused(name, &format!("{value} is outside [{least}, ∞)"), "write for example 0.03"))
-            }
+        let within = |name: &str, value: Option<f64>, [least, most]: [f64; 2], example: f64| match value {
+            Some(value) if !(least..=most).contains(&value) => Err(refused(
+                name,
+                &format!("{value} is outside [{least}, {most}]"),
+                &format!("write for example {example}"),
+            )),
             value => Ok(value),
         };
         let range = match (&self.from, &self.to) {
@@ -100,8 +102,8 @@ impl Args {
             speeds: self.speed.iter().map(|text| speed("speed", text)).collect::<Result<_, _>>()?,
             range,
             orders: self.orders,
-            damping: positive("damping", self.damping, 0.0)?,
-            modulation: positive("modulation", self.modulation, 1e-6)?,
+            damping: within("damping", self.damping, [0.0, 10.0], 0.03)?,
+            modulation: within("modulation", self.modulation, [1e-6, 100.0], 2.0)?,
             quick: self.quick,
         })
     }

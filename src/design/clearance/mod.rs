@@ -193,7 +193,7 @@ fn scene(resource: &Resource, options: &Options) -> Result<Scene, Fault> {
     scene.m1 = options.m1.unwrap_or(scene.m1);
     for (name, value, unit) in [("clearance", scene.s, "m"), ("m1", scene.m1, "kg")] {
         if !(value > 0.0 && value.is_finite()) {
-            return Err(Fault(format!("the {name} is {value} {unit}, it must be greater than 0; give --{name}")));
+            return Err(Fault(format!("{name}: {value} {unit} is not greater than 0; give another one by --{name}")));
         }
     }
     if let Some(omega) = options.natural_frequency {

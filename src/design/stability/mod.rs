@@ -216,6 +216,17 @@ pub fn study(
     let w0 = system.natural_frequency();
     let theta = options.damping.unwrap_or_else(|| system.damping_ratio());
     let speeds = speeds(oscillator, options)?;
+    for speed in &speeds {
+        let eta = speed / w0;
+        let m = system.monodromy(1.0 / (eta * eta), 2.0 * theta / eta);
+        if m.iter().flatten().any(|entry| !entry.is_finite()) {
+            return Err(Fault(format!(
+                "at {speed} rad/s, η = {eta:e}, and the damping ratio {theta} a turn cannot be followed: the free motion \
+                 vibrates or decays too fast in it; examine speeds nearer to the natural frequency, {w0} rad/s, or less \
+                 damping"
+            )));
+        }
+    }
     let parts = system.parts;
     let slowest =
         options.range.map_or(f64::INFINITY, |r| r[0]).min(speeds.iter().fold(f64::INFINITY, |a, b| a.min(*b))) / w0;

@@ -122,7 +122,7 @@ fn a_restored_drive_goes_on_bit_by_bit() {
         let bytes = drive.serialize(&*state).unwrap();
         let go_on = |drive: &mut Box<dyn DynDrive>| -> Vec<u64> {
             let count = drive.descriptions().len();
-            (5..12)
+            (5..8)
                 .flat_map(|n| {
                     drive.advance(h * f64::from(n), h).unwrap();
                     (0..count).map(|i| drive.get(i).unwrap().to_bits()).collect::<Vec<_>>()
