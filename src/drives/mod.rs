@@ -12,6 +12,7 @@ pub mod elastic_output;
 pub mod elastic_shaft;
 pub mod erased;
 pub mod event;
+pub mod flow;
 pub mod model;
 pub mod number;
 pub mod oscillator;

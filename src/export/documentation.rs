@@ -105,6 +105,10 @@ fn signs(xml: &mut Xml, descriptions: &[&Description]) {
          in the same sense.",
     ];
     match descriptions.iter().find(|d| d.name == "tau").map(|d| d.causality) {
+        Some(Causality::Output) if descriptions.iter().any(|d| d.name == "tau_parametric") => sentences.push(
+            "tau is the torque transmitted from the drive into the driven side: a positive tau loads the drive, and \
+             (tau + tau_parametric)·w is the power that flows into the driven side.",
+        ),
         Some(Causality::Output) => sentences.push(
             "tau is the torque transmitted from the drive into the cam unit: a positive tau loads the drive, and tau·w is \
              the power that flows into the cam unit.",

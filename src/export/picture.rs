@@ -133,8 +133,12 @@ fn ticks([low, high]: [f64; 2], step: f64) -> impl Iterator<Item = f64> {
 
 /// The tick's number with as many decimals as the step needs.
 fn decimal(tick: f64, step: f64) -> String {
-    let decimals = (-step.log10().floor()).max(0.0) as usize;
-    let text = if (1e-4..1e6).contains(&step) { format!("{tick:.decimals$}") } else { format!("{tick:.0e}") };
+    if tick == 0.0 {
+        return "0".to_owned();
+    }
+    let exponent = step.log10().floor();
+    let (decimals, digits) = ((-exponent).max(0.0) as usize, (tick.abs().log10().floor() - exponent).max(0.0) as usize);
+    let text = if (1e-4..1e6).contains(&step) { format!("{tick:.decimals$}") } else { format!("{tick:.digits$e}") };
     text.replace('-', "−")
 }
 
@@ -148,6 +152,7 @@ mod tests {
         assert!((decimal_step(0.032) - 0.01).abs() < 1e-15);
         assert_eq!(angular_step(360.0), 45.0);
         assert_eq!(decimal(-0.25, 0.05), "−0.25");
+        assert_eq!([0.0, 8e6, -1.2e7].map(|tick| decimal(tick, 2e6)), ["0", "8e6", "−1.2e7"]);
         assert_eq!(ticks([0.0, 360.0], 45.0).count(), 9);
     }
 

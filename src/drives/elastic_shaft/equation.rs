@@ -1,5 +1,6 @@
 //! The equation of motion of the twist, written once for numbers and for series.
 
+pub use crate::drives::flow::Flow;
 use crate::motion::MotionLaw;
 use crate::numerics::taylor::Scalar;
 
@@ -16,21 +17,6 @@ pub struct Equation {
     pub b: f64,
     /// Whether the equation is linearised in q.
     pub linear: bool,
-}
-
-/// Drive and twist at an instant.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Flow<S> {
-    /// φ [rad], reduced by whole turns.
-    pub phi: S,
-    /// ω = φ̇ [rad/s].
-    pub w: S,
-    /// α = φ̈ [rad/s²].
-    pub a: S,
-    /// q [rad].
-    pub q: S,
-    /// q̇ [rad/s].
-    pub v: S,
 }
 
 /// U … U⁗ and, for time derivatives of the linearised equation alone, U⁽⁵⁾ at the angle on which the cam acts.
@@ -57,7 +43,7 @@ impl<S: Scalar> Flow<S> {
 impl Equation {
     /// q̈ [rad/s²].
     ///
-    /// Nonlinear (sheet 4.1), U at ψ: (J + m U′²) ψ̈ = −(m U′U″ ψ̇² + b q̇ + c q).
+    /// Nonlinear, U at ψ: (J + m U′²) ψ̈ = −(m U′U″ ψ̇² + b q̇ + c q).
     /// Linear (4.2), U at φ, g = U′U″:
     /// (J + m U′²)(q̈ + α) = −(m ω² g + (b + 2 m ω g) q̇ + (c + m ω² g′ + 2 m α g) q).
     /// Without forcing (`forced` = 0 instead of 1) the linear equation is the homogeneous one.

@@ -2,6 +2,7 @@
 
 use super::coefficients::{Coefficients, Values};
 use crate::drives::cam_drive::AngleMotion;
+pub use crate::drives::flow::Flow;
 use crate::drives::pace::Words;
 use crate::numerics::collocation::System;
 use crate::numerics::double_double::Double;
@@ -14,21 +15,6 @@ pub const WORDS: Words = Words {
     parameters: "the coefficients",
     frequency: "the stiffness and the mass",
 };
-
-/// Drive and vibration at an instant.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Flow<S> {
-    /// φ [rad], reduced by whole turns.
-    pub phi: S,
-    /// ω = φ̇ [rad/s].
-    pub w: S,
-    /// α = φ̈ [rad/s²].
-    pub a: S,
-    /// q [rad or m].
-    pub q: S,
-    /// q̇ [rad/s or m/s].
-    pub v: S,
-}
 
 impl Values {
     /// q̈ = (f − b q̇ − c q)/m, less α where q counts from the drive.
