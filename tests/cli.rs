@@ -588,7 +588,68 @@ fn synthesize_says_what_cannot_be_met() {
     assert_eq!((run.code, run.out.as_str()), (1, ""));
     // A stroke of 1 over half a turn takes an acceleration of at least 4/π² = 0.405.
     assert!(run.err.contains("U″ must leave -0.2 … 0.2") && run.err.contains("by 0.2"), "{}", run.err);
+    assert!(run.err.contains("`bound[1]`") && run.err.contains("m/rad²"), "{}", run.err);
     assert!(!folder.join("p.toml").exists());
+    // A tolerance is called by its key, and so is a point.
+    let dwell =
+        |centre: u32, more: &str| format!("[[dwell]]\ncentre = \"{centre} deg\"\nwidth = 0.5\nU = 0.{centre}\n{more}");
+    let head = "name = \"t\"\nharmonics = 3\nobjective = \"chebyshev\"\n";
+    let fail = |content: String, parts: &[&str]| {
+        std::fs::write(&task, content).expect("the folder can be written to");
+        let run = camdrive(&["synthesize", text(&task), "-o", text(&folder.join("p.toml"))]);
+        assert_eq!(run.code, 1, "{}", run.out);
+        assert!(parts.iter().all(|part| run.err.contains(part)), "{parts:?} in\n{}", run.err);
+    };
+    let tight = "tolerance = 1e-9\n";
+    fail(
+        head.to_owned() + &dwell(10, tight) + &dwell(60, tight) + &dwell(90, ""),
+        &["`dwell[", "].tolerance`", "hint"],
+    );
+    let twice = "[[point]]\nphi = 0\nU = 0.5\n[[point]]\nphi = \"360 deg\"\nU = 0.4\n";
+    fail(head.to_owned() + &dwell(90, "") + twice, &["`point[", "].U`", "at best U"]);
+    fail(head.to_owned() + &dwell(10, "") + &dwell(20, ""), &["`dwell[2]` and `dwell[1]` overlap from 5.7", "`U`"]);
+}
+
+#[test]
+fn synthesize_takes_a_shaft_by_its_natural_frequency() {
+    let folder = folder("synthesize_shaft");
+    let task = folder.join("task.toml");
+    let dwells = "[[dwell]]\ncentre = 0\nwidth = 1\nU = 0.5\n[[dwell]]\ncentre = \"180 deg\"\nwidth = 1\nU = -0.5\n";
+    let head = "name = \"t\"\nharmonics = 3\nobjective = \"chebyshev\"\nscale = 0.4\nsymmetry = \"even_half_wave\"\n";
+    let shaft = "[shaft]\nm = 60\nJ = 1.5\nslowest = 3\nfastest = 8\n";
+    let run = |elasticity: &str| {
+        std::fs::write(&task, format!("{head}{dwells}{shaft}{elasticity}")).expect("the folder can be written to");
+        camdrive(&["synthesize", text(&task), "-o", text(&folder.join("p.toml"))])
+    };
+    // √(c/J) = 125 rad/s, b/(2 √(c J)) = 0.04.
+    let (itself, ratios) = (run("c = 23437.5\nb = 15\n"), run("natural_frequency = 125\ndamping_ratio = 0.04\n"));
+    assert_eq!((itself.code, &itself.out), (ratios.code, &ratios.out), "{}", ratios.err);
+    assert!(itself.out.contains("The largest torque of the nonlinear drive differs by at most"), "{}", itself.out);
+    for (elasticity, part) in [
+        ("c = 1\nnatural_frequency = 1\nb = 1\n", "`c` says the same already"),
+        ("c = 1\n", "`shaft.b` is missing"),
+        ("c = 1\ndamping_ratio = 0\n", "greater than 0"),
+    ] {
+        let run = run(elasticity);
+        assert!(run.code == 1 && run.err.contains(part), "{part} is missing in\n{}", run.err);
+    }
+}
+
+#[test]
+fn options_of_studies_are_refused_with_their_range() {
+    let (rods, backlash) = ("examples/rod_drive/scene.toml", "examples/backlash_drive/scene.toml");
+    for (arguments, part) in [
+        (["stability", rods, "--speed", "-3 rpm"], "--speed: -3 rpm is not above 0"),
+        (["stability", rods, "--damping", "-0.1"], "--damping: -0.1 is outside [0, 10]"),
+        (["stability", rods, "--modulation", "-1"], "--modulation: -1 is outside [0.000001, 100]"),
+        (["stability", rods, "--speed", "1e-9"], "a turn cannot be followed"),
+        (["clearance", backlash, "--turns", "1"], "--turns: 1 is outside [2, 1000000]"),
+        (["clearance", backlash, "--clearance", "-1"], "clearance: -1 m is not greater than 0"),
+        (["clearance", backlash, "--compare", "examples/rapier_loom/scene.toml"], "--compare: the scene rapier_loom"),
+    ] {
+        let run = camdrive(&arguments);
+        assert!(run.code == 1 && run.err.contains(part), "{part} is missing in\n{}", run.err);
+    }
 }
 
 /// A scene whose cam has a geometry, with this change of its text.

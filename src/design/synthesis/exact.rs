@@ -7,6 +7,7 @@
 //! (equality constraints, null-space method).
 
 use crate::numerics::double_double::Double;
+use std::sync::LazyLock;
 
 /// Columns that are left with less than this part of the largest one depend on the others: a thousand roundings.
 pub const RANK: f64 = 1e-28;
@@ -16,22 +17,23 @@ const ZERO: Double = Double { hi: 0.0, lo: 0.0 };
 /// π/2 to 32 digits.
 const QUARTER: Double = Double { hi: std::f64::consts::FRAC_PI_2, lo: 6.123233995736766e-17 };
 
+/// 1/n!; of |r| ≤ π/4 the 28th power over 28! is below 1e-32.
+static INVERSE_FACTORIALS: LazyLock<[Double; 30]> = LazyLock::new(|| {
+    let mut list = [Double::from(1.0); 30];
+    for n in 1..list.len() {
+        list[n] = list[n - 1].divide(Double::from(n as f64));
+    }
+    list
+});
+
 /// sin φ and cos φ to 30 digits, for |φ| up to some thousand turns.
 pub fn sin_cos(phi: f64) -> [Double; 2] {
     let quarters = (phi / QUARTER.hi).round();
     let r = Double::from(phi) - QUARTER * Double::from(quarters);
     let square = -(r * r);
-    // Of |r| ≤ π/4 the 28th power over 28! is below 1e-32.
-    let series = |first: Double, offset: f64| {
-        let (mut term, mut sum) = (first, first);
-        for n in 1..=14 {
-            let n = 2.0 * f64::from(n) + offset;
-            term = (term * square).divide(Double::from(n * (n - 1.0)));
-            sum = sum + term;
-        }
-        sum
-    };
-    let (sin, cos) = (series(r, 1.0), series(Double::from(1.0), 0.0));
+    let terms = &*INVERSE_FACTORIALS;
+    let series = |first: usize| terms.iter().skip(first).step_by(2).rev().fold(ZERO, |sum, term| *term + square * sum);
+    let (sin, cos) = (r * series(1), series(0));
     match quarters.rem_euclid(4.0) as u8 {
         0 => [sin, cos],
         1 => [cos, -sin],

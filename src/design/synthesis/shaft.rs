@@ -156,7 +156,7 @@ impl Shaft {
                 let one = |unit: Fourier| q.gradient(&factors, &twist, &slope.times(&Spectrum::of_slope(&unit)));
                 basis.units().map(one).collect()
             });
-            return Some(Steady { torque, gradients });
+            return Some(Steady { torque: trimmed(torque, TAIL * largest.sqrt()), gradients });
         }
     }
 }
@@ -313,6 +313,15 @@ impl ShaftGoal {
         }
         Some(Values { values, gradients, norm: self.norm })
     }
+}
+
+/// A series without the last harmonics, all below `least`.
+fn trimmed(mut series: Fourier, least: f64) -> Fourier {
+    let told = |k: &usize| series.a[*k].abs().max(series.b[*k].abs()) >= least;
+    let order = (0..series.a.len()).rev().find(told).unwrap_or(0);
+    series.a.truncate(order + 1);
+    series.b.truncate(order + 1);
+    series
 }
 
 fn largest(series: &Fourier) -> f64 {

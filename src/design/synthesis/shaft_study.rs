@@ -93,7 +93,7 @@ pub fn study(goal: ShaftGoal, rivals: &[Rival]) -> Shafted {
 }
 
 /// `torque` is max |U′U″| of the law itself: a series of a law whose U″ jumps overshoots.
-fn magnified(shaft: &Shaft, law: &Fourier, torque: f64, speeds: &[f64]) -> Magnified {
+pub(super) fn magnified(shaft: &Shaft, law: &Fourier, torque: f64, speeds: &[f64]) -> Magnified {
     let rigid = shaft.m * torque;
     let peak = |w: f64| peak(shaft, law, w);
     let point = |w: &f64| {
@@ -151,4 +151,46 @@ pub fn steady_drive(shaft: &Shaft, law: &Fourier, w: f64, linear: bool) -> Resul
     })?;
     drive.start(0.0)?;
     Ok(drive)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::study::symmetric_task;
+    use super::super::{Objective, laws};
+    use super::*;
+    use std::f64::consts::PI;
+
+    #[test]
+    fn the_limit_speeds_of_known_laws() {
+        // The transfer manipulator in strokes. The printed speeds are those of a raster of 0.0025 ω₀ with a magnification
+        // above 1.5 and above 2.
+        const W0: f64 = 80.66;
+        const RASTER: f64 = 0.0025;
+        let shaft = Shaft { m: 9.6, inertia: 1.5, c: 2.4e4, b: 17.85 };
+        let speeds: Vec<f64> = (11..=60).map(|i| f64::from(i) * RASTER * W0).collect();
+        let task = |order| symmetric_task(order, PI / 6.0, Objective::Chebyshev);
+        let hs = |order| laws::as_rival("hs", &task(order).solve().unwrap().series);
+        let rivals = task(3).rivals();
+        let named = |name: &str| rivals.iter().find(|r| r.name == name).unwrap().clone();
+        for (law, printed) in [
+            (hs(3), [0.0825, 0.100]),
+            (hs(5), [0.050, 0.0625]),
+            (named("inclined_sine"), [0.060, 0.075]),
+            (named("polynomial_345"), [0.075, 0.0875]),
+            (named("modified_sine"), [0.085, 0.1025]),
+            (named("modified_trapezoid"), [0.040, 0.0475]),
+            (named("simple_sine"), [0.100, 0.145]),
+        ] {
+            let series = truncated(&law.series, HARMONICS);
+            let exceeded = magnified(&shaft, &series, law.torque, &speeds).exceeded;
+            for (found, printed) in exceeded.into_iter().zip(printed) {
+                let found = found.unwrap() / W0;
+                assert!(
+                    (printed - RASTER - 1e-6..=printed + 1e-6).contains(&found),
+                    "{}: {found} instead of {printed}",
+                    law.name
+                );
+            }
+        }
+    }
 }
