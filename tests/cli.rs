@@ -439,7 +439,7 @@ fn clearance_refuses_what_has_none() {
         ),
         (vec!["examples/transfer_manipulator/scene.toml"], "ElasticCamDrive.shaft"),
         (vec![elastic, "--clearance", "1 mm"], "give --clearance and --m1"),
-        (vec![elastic, "--clearance", "1 mm", "--m1", "0 kg"], "the m1 is 0 kg"),
+        (vec![elastic, "--clearance", "1 mm", "--m1", "0 kg"], "m1: 0 kg is not greater than 0"),
         (vec!["examples/guide_bar/run_up.toml", "--clearance", "1 mm", "--m1", "1 kg"], "--speed"),
         (vec![BACKLASH, "--clearance", "3 kg"], "--clearance"),
         (vec![BACKLASH, "--compare", "bestehorn"], "has no cycle"),
@@ -607,7 +607,10 @@ fn synthesize_says_what_cannot_be_met() {
     );
     let twice = "[[point]]\nphi = 0\nU = 0.5\n[[point]]\nphi = \"360 deg\"\nU = 0.4\n";
     fail(head.to_owned() + &dwell(90, "") + twice, &["`point[", "].U`", "at best U"]);
-    fail(head.to_owned() + &dwell(10, "") + &dwell(20, ""), &["`dwell[2]` and `dwell[1]` overlap from 5.7", "`U`"]);
+    fail(
+        head.to_owned() + &dwell(10, "") + &dwell(20, ""),
+        &["`dwell[2]` and `dwell[1]` overlap from 5.67605512 deg", "`U`"],
+    );
 }
 
 #[test]

@@ -104,11 +104,15 @@ fn signs(xml: &mut Xml, descriptions: &[&Description]) {
         "All values are in coherent SI units, angles in rad. Angle, angular velocity and torque of a shaft are positive \
          in the same sense.",
     ];
-    match descriptions.iter().find(|d| d.name == "tau").map(|d| d.causality) {
-        Some(Causality::Output) if descriptions.iter().any(|d| d.name == "tau_parametric") => sentences.push(
-            "tau is the torque transmitted from the drive into the driven side: a positive tau loads the drive, and \
-             (tau + tau_parametric)·w is the power that flows into the driven side.",
-        ),
+    let named = |name: &str| descriptions.iter().find(|d| d.name == name).map(|d| d.causality);
+    match named("tau") {
+        _ if named("tau_parametric").is_some() => sentences.push(match named("psi") {
+            Some(_) => {
+                "tau is the torque transmitted from the drive into the driven side: a positive tau loads the drive, and \
+                 (tau + tau_parametric)·w is the power that flows into the driven side."
+            }
+            None => "tau_parametric·w is the power that flows from the drive into the vibration.",
+        }),
         Some(Causality::Output) => sentences.push(
             "tau is the torque transmitted from the drive into the cam unit: a positive tau loads the drive, and tau·w is \
              the power that flows into the cam unit.",

@@ -235,7 +235,11 @@ impl Study {
         let relative = |p: &[f64; 3]| p[1] / (goal.shaft.m * p[0] * p[0] * self.assignment.unit.powi(2));
         let rows = self.rivals.iter().zip(&shaft.laws).map(|(rival, law)| {
             let last = law.points.last().copied().unwrap_or([f64::NAN; 3]);
-            let first = |limit: usize| law.exceeded[limit].map_or(format!("> {}", rpm(goal.fastest)), rpm);
+            let first = |limit: usize| match law.exceeded[limit] {
+                None => format!("> {}", rpm(goal.fastest)),
+                Some(w) if w <= goal.slowest => format!("≤ {}", rpm(w)),
+                Some(w) => rpm(w),
+            };
             vec![
                 rival.name.clone(),
                 number(last[1]),
