@@ -159,7 +159,7 @@ pub fn acceleration(report: &Report) -> Diagram {
     series.push(Series { name: "passages of the scene".to_owned(), points, joined: false });
     Diagram {
         title: format!("Acceleration of {}", report.scene),
-        x: Axis::angular("Angle φ [deg]"),
+        x: Axis::angular("Angle φ [°]"),
         y: Axis::linear("U″ [m]"),
         series,
         rules: vec![Rule::Horizontal(0.0, String::new())],

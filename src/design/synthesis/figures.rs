@@ -85,7 +85,7 @@ impl Study {
         });
         Diagram {
             title: format!("{name} of {} over the turn", self.assignment.name),
-            x: Axis::angular("Angle φ [deg]"),
+            x: Axis::angular("Angle φ [°]"),
             y: Axis::linear(&format!("{name} {}", self.unit_name(per))),
             series,
             rules: rules.collect(),
@@ -102,7 +102,7 @@ impl Study {
         let label = if unit == 1.0 { "U′U″ [m²/rad³]" } else { "U′U″ over scale² [1/rad³]" };
         Diagram {
             title: format!("Kinetostatic torque of {} over the turn", self.assignment.name),
-            x: Axis::angular("Angle φ [deg]"),
+            x: Axis::angular("Angle φ [°]"),
             y: Axis::linear(label),
             series: self.drawn().map(|(name, s)| self.over_the_turn(name, |phi| torque(s, phi))).collect(),
             rules: Vec::new(),
@@ -122,7 +122,7 @@ impl Study {
         });
         Diagram {
             title: format!("Deviation of {} from what is prescribed", self.assignment.name),
-            x: Axis::angular("Angle φ [deg]"),
+            x: Axis::angular("Angle φ [°]"),
             y: Axis::linear(&format!("Deviation U − Ũ {}", self.unit_name(""))),
             series: series.collect(),
             rules: Vec::new(),
@@ -213,7 +213,7 @@ impl Study {
         }));
         Diagram {
             title: format!("Torque in the elastic shaft of {} at the fastest speed", self.assignment.name),
-            x: Axis::angular("Angle φ [deg]"),
+            x: Axis::angular("Angle φ [°]"),
             y: Axis::linear("Torque M [N·m]"),
             series,
             rules: Vec::new(),
@@ -236,7 +236,7 @@ impl Study {
         }
         Diagram {
             title: "Dwell error of symmetric dwells over their width, after K harmonics".to_owned(),
-            x: Axis::angular("Dwell width 2Δφ [deg]"),
+            x: Axis::angular("Dwell width 2Δφ [°]"),
             y: Axis::logarithmic("Largest deviation over stroke [1]"),
             series,
             rules,
