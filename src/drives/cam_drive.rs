@@ -204,9 +204,22 @@ impl<Law> CamDrive<Law> {
         }
     }
 
+    /// φ, w, a as the importer set them, where these are all that is known of the motion.
+    #[inline(always)]
+    pub fn plain_inputs(&self) -> Option<[f64; 3]> {
+        (self.is_input() && self.from == [0; MAX_INPUT_DERIVATIVE]).then_some(self.input)
+    }
+
+    /// φ, w, a, to set them; None where setting one is more than that.
+    #[inline(always)]
+    pub fn inputs(&mut self) -> Option<&mut [f64; 3]> {
+        if self.plain_inputs().is_some() { Some(&mut self.input) } else { None }
+    }
+
     /// Whether the shaft moves as the inputs say.
+    #[inline(always)]
     pub fn is_input(&self) -> bool {
-        self.mode == DriveMode::Input
+        matches!(self.mode, DriveMode::Input)
     }
 
     /// Sets the derivative of order ≥ 1 of input `which` (0: phi, 1: w, 2: a).

@@ -37,8 +37,9 @@ pub trait DynDrive: Send {
     fn peek(&self, reference: u32) -> f64;
     /// Reads a variable, up to date.
     fn get(&mut self, reference: usize) -> Result<f64, Fault>;
-    /// Sets inputs of the type Real, all of them; false, and nothing is set, where one of them takes a closer look.
-    fn put(&mut self, references: &[u32], values: &[f64]) -> bool;
+    /// Sets inputs of the type Real, all of them; false, and nothing is set, where one of them takes a closer look. No panic
+    /// leaves it.
+    extern "C" fn put(&mut self, set: &Set) -> bool;
     /// Refuses what [`DynDrive::set`] would refuse.
     fn check(&self, reference: usize, value: f64) -> Result<(), Fault>;
     /// Sets a parameter or an input; refuses a value outside the variable's range.
@@ -50,7 +51,7 @@ pub trait DynDrive: Send {
     /// The place for the outputs that [`DynDrive::glide`] shows.
     fn board(&self) -> Board;
     /// [`Drive::glide`]. No panic leaves it, which the ABI tells the caller: it appears in [`DynDrive::advance`].
-    extern "C" fn glide(&mut self, end: f64, board: &mut Board) -> bool;
+    extern "C" fn glide(&mut self, time: f64, end: f64, board: &mut Board) -> bool;
     /// [`Drive::show`].
     fn show(&self, board: &mut Board);
     /// Advances by a communication step; how many events the log has. (A boxed fault lets the outcome pass in registers.)
@@ -79,6 +80,21 @@ pub trait DynDrive: Send {
     fn events(&mut self) -> &mut EventLog;
 }
 
+/// Values by their references.
+pub struct Set<'a> {
+    /// The references.
+    pub references: &'a [u32],
+    /// The values, as many.
+    pub values: &'a [f64],
+}
+
+impl Set<'_> {
+    #[inline(always)]
+    fn iter(&self) -> impl Iterator<Item = (usize, f64)> {
+        self.references.iter().zip(self.values).map(|(reference, value)| (*reference as usize, *value))
+    }
+}
+
 /// The plan of a drive of the type `D`.
 struct Design<D> {
     initial: D,
@@ -96,7 +112,7 @@ impl<D: Drive> Design<D> {
             reals: self.reals.clone(),
             design: self,
             initialising: true,
-            dirty: true,
+            pending: Pending::Settings,
             time: 0.0,
             broken: false,
         })
@@ -117,8 +133,8 @@ pub(super) struct Unit<D> {
     reals: Arc<[Access<D>]>,
     /// Whether the start values still decide the state.
     initialising: bool,
-    /// Whether something was set since the drive last took up its settings.
-    dirty: bool,
+    /// What was set since the drive last took up its settings.
+    pending: Pending,
     time: f64,
     /// Whether a panic left [`DynDrive::glide`] half-way; resetting and restoring mend it.
     broken: bool,
@@ -161,27 +177,74 @@ impl<D> Input<D> {
     }
 }
 
+/// What was set and not yet taken up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
+enum Pending {
+    Nothing,
+    /// Inputs, of those that [`Drive::inputs`] holds.
+    Inputs,
+    /// Anything.
+    Settings,
+}
+
 /// A saved state.
 #[derive(Clone, serde::Serialize, serde::Deserialize)]
 struct Snapshot<D> {
     drive: D,
     initialising: bool,
-    dirty: bool,
+    pending: Pending,
     time: f64,
 }
 
 impl<D: Drive> Unit<D> {
     /// Takes up what was set.
     fn refresh(&mut self) -> Result<(), Fault> {
-        if self.dirty {
+        if self.pending != Pending::Nothing {
             if self.initialising {
                 self.drive.start(self.time)?;
             } else {
                 self.drive.apply(self.time)?;
             }
-            self.dirty = false;
+            self.pending = Pending::Nothing;
         }
         Ok(())
+    }
+
+    /// [`DynDrive::put`].
+    #[inline(always)]
+    fn put_inputs(&mut self, set: &Set) -> bool {
+        let Some(inputs) = self.drive.inputs() else { return self.put_one_by_one(set) };
+        let before = *inputs;
+        for (place, value) in set.iter() {
+            match inputs.get_mut(place) {
+                Some(input) if value.abs() <= f64::MAX => *input = value,
+                _ => {
+                    *inputs = before;
+                    return false;
+                }
+            }
+        }
+        self.pending = self.pending.max(Pending::Inputs);
+        true
+    }
+
+    /// The same of inputs that the drive has elsewhere, or within ranges.
+    #[inline(never)]
+    fn put_one_by_one(&mut self, set: &Set) -> bool {
+        let inputs = &self.design.inputs;
+        let admissible = |(place, value): (usize, f64)| {
+            inputs.get(place).is_some_and(|input| input.min <= value && value <= input.max)
+        };
+        if !set.iter().all(admissible) {
+            return false;
+        }
+        for (place, value) in set.iter() {
+            if let Some(input) = self.design.inputs.get(place) {
+                (input.set)(&mut self.drive, input.index, value);
+            }
+        }
+        self.pending = Pending::Settings;
+        true
     }
 
     /// Puts another drive in the place of this one. The log, which is no part of the state, stays.
@@ -295,14 +358,14 @@ impl<D: Drive> DynDrive for Unit<D> {
 
     fn peek(&self, reference: u32) -> f64 {
         match self.reals.get(reference as usize) {
-            Some(real) if !self.dirty => (real.get)(&self.drive, real.index),
+            Some(real) if self.pending == Pending::Nothing => (real.get)(&self.drive, real.index),
             _ => f64::NAN,
         }
     }
 
     fn get(&mut self, reference: usize) -> Result<f64, Fault> {
         let v = &self.design.variables[reference];
-        if self.dirty && v.set.is_none() {
+        if v.set.is_none() {
             self.refresh()?;
         }
         let v = &self.design.variables[reference];
@@ -314,20 +377,8 @@ impl<D: Drive> DynDrive for Unit<D> {
         }
     }
 
-    fn put(&mut self, references: &[u32], values: &[f64]) -> bool {
-        let inputs = &self.design.inputs;
-        let admissible = references.iter().zip(values).all(|(reference, value)| {
-            inputs.get(*reference as usize).is_some_and(|input| input.min <= *value && *value <= input.max)
-        });
-        if admissible {
-            for (reference, value) in references.iter().zip(values) {
-                if let Some(input) = inputs.get(*reference as usize) {
-                    (input.set)(&mut self.drive, input.index, *value);
-                }
-            }
-            self.dirty = true;
-        }
-        admissible
+    extern "C" fn put(&mut self, set: &Set) -> bool {
+        catch_unwind(AssertUnwindSafe(|| self.put_inputs(set))).unwrap_or(false)
     }
 
     fn check(&self, reference: usize, value: f64) -> Result<(), Fault> {
@@ -350,7 +401,7 @@ impl<D: Drive> DynDrive for Unit<D> {
         let v = &self.design.variables[reference];
         if let Some(set) = v.set {
             set(&mut self.drive, v.index, value);
-            self.dirty = true;
+            self.pending = Pending::Settings;
         }
         Ok(())
     }
@@ -358,7 +409,7 @@ impl<D: Drive> DynDrive for Unit<D> {
     fn set_up(&mut self, time: f64, tolerance: Option<f64>) {
         self.time = time;
         self.drive.request_tolerance(tolerance.unwrap_or(0.0));
-        self.dirty = true;
+        self.pending = Pending::Settings;
     }
 
     fn start(&mut self) -> Result<(), Fault> {
@@ -376,15 +427,19 @@ impl<D: Drive> DynDrive for Unit<D> {
         Board::new(first.map_or(0, |(reference, v): (u32, _)| reference.wrapping_sub(v.index as u32)))
     }
 
-    extern "C" fn glide(&mut self, end: f64, board: &mut Board) -> bool {
-        if self.dirty {
+    extern "C" fn glide(&mut self, time: f64, end: f64, board: &mut Board) -> bool {
+        if self.pending == Pending::Settings {
             return false;
         }
         self.time = end;
-        catch_unwind(AssertUnwindSafe(|| self.drive.glide(end, board))).unwrap_or_else(|_| {
+        let glided = catch_unwind(AssertUnwindSafe(|| self.drive.glide(time, end, board))).unwrap_or_else(|_| {
             self.broken = true;
             false
-        })
+        });
+        if glided {
+            self.pending = Pending::Nothing;
+        }
+        glided
     }
 
     fn show(&self, board: &mut Board) {
@@ -429,7 +484,7 @@ impl<D: Drive> DynDrive for Unit<D> {
         self.check_input_derivative(reference, order, value)?;
         self.drive.set_input_derivative(reference, order, value);
         // Derivatives of outputs depend on it.
-        self.dirty = true;
+        self.pending = Pending::Settings;
         Ok(())
     }
 
@@ -456,14 +511,14 @@ impl<D: Drive> DynDrive for Unit<D> {
 
     fn reset(&mut self) {
         self.replace(self.design.initial.clone());
-        (self.initialising, self.dirty, self.time) = (true, true, 0.0);
+        (self.initialising, self.pending, self.time) = (true, Pending::Settings, 0.0);
     }
 
     fn save(&self) -> Box<dyn Any + Send> {
         Box::new(Snapshot {
             drive: self.drive.clone(),
             initialising: self.initialising,
-            dirty: self.dirty,
+            pending: self.pending,
             time: self.time,
         })
     }
@@ -472,7 +527,7 @@ impl<D: Drive> DynDrive for Unit<D> {
         let Some(s) = state.downcast_ref::<Snapshot<D>>() else { return false };
         let s = s.clone();
         self.replace(s.drive);
-        (self.initialising, self.dirty, self.time) = (s.initialising, s.dirty, s.time);
+        (self.initialising, self.pending, self.time) = (s.initialising, s.pending, s.time);
         true
     }
 

@@ -28,7 +28,7 @@ pub mod variable;
 
 pub use board::Board;
 pub use curve::Curve;
-pub use erased::{DynDrive, Plan};
+pub use erased::{DynDrive, Plan, Set};
 pub use event::{Event, EventLog};
 pub use model::Model;
 #[cfg(feature = "cli")]
@@ -175,14 +175,21 @@ pub trait Drive: Clone + Serialize + DeserializeOwned + Send + Sync + 'static {
     /// After a fault the drive is used no more until it is reset or an earlier state is restored.
     fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault>;
 
-    /// Goes on to `end` [s] where that takes but a few instructions and no event happens, and shows what came out.
-    /// Otherwise false: [`Drive::advance`] is called instead and is not disturbed by what was tried.
-    fn glide(&mut self, _end: f64, _board: &mut Board) -> bool {
+    /// Goes on from the communication point `time` to `end` [s], with inputs as they were set, where that takes but a few
+    /// instructions and no event happens, and shows what came out. Otherwise false: [`Drive::advance`] is called instead and
+    /// is not disturbed by what was tried.
+    fn glide(&mut self, _time: f64, _end: f64, _board: &mut Board) -> bool {
         false
     }
 
     /// Shows the outputs that take but a few operations, the same ones after each step, where all of them are finite.
     fn show(&self, _board: &mut Board) {}
+
+    /// The inputs with the value references 0, 1 and 2, where they may be any numbers and setting them is nothing but writing
+    /// them here. [`Drive::apply`] or [`Drive::glide`] follows.
+    fn inputs(&mut self) -> Option<&mut [f64; 3]> {
+        None
+    }
 
     /// Sets the time derivative of order ≥ 1 of the input `reference`, valid for the next step.
     fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64);

@@ -4,7 +4,7 @@
 //!
 //! - *leap*, for a Fourier law: the impulse response times −ẍ, integrated over the whole step in one go;
 //! - *closed form*, for a Fourier law at constant speed (or any law at rest): harmonic response plus free motion,
-//!   valid at any later time without growth of the error;
+//!   valid at any later time without growth of the error; on inputs, too, as long as they keep their speed;
 //! - *table*, for any other law at constant speed from the start on: the motion over a turn as polynomials on cells, which
 //!   the state at the start of each cell combines, and whole turns as powers of one map;
 //! - *substeps* otherwise: −ẍ as a Chebyshev polynomial on pieces that follow the motion of the cam, the oscillator
@@ -16,13 +16,13 @@ mod closed_form;
 mod error_bound;
 mod leap;
 mod local;
+mod on_inputs;
 mod stride;
 mod table;
 
 use super::Fault;
 use super::cam_drive::AngleMotion;
 use crate::motion::{Fourier, MotionLaw};
-use crate::numerics::angle;
 use crate::numerics::bernstein;
 use crate::numerics::chebyshev;
 use crate::numerics::double_double::{Double, two_product, two_sum};
@@ -32,9 +32,9 @@ use crate::numerics::period_map::{self, PeriodMap};
 use closed_form::ClosedForm;
 pub use closed_form::{Instant, progression};
 use error_bound::{ErrorBound, Made, neglected};
-use leap::expansion::{self, Orders};
-use leap::{Landing, Leap};
+use leap::Leap;
 use local::{DEGREE, Local};
+pub use on_inputs::{Both, Landing};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -86,8 +86,8 @@ pub struct Response {
     pub evaluations: f64,
     /// The errors of the steps so far.
     bound: ErrorBound,
-    /// The largest estimated error of q so far, relative to the largest |q| so far.
-    pub error: f64,
+    /// Up to so many steps one bound of the error holds for leaps.
+    goal: f64,
 }
 
 /// By what the motion goes on at present, with what is kept for it: one of them at a time, in the same memory. None is
@@ -102,14 +102,6 @@ enum Course {
     Table(period_map::Course),
     /// Pieces that follow the motion of the cam.
     Pieces(Piece),
-}
-
-/// How one step is integrated.
-enum Quadrature {
-    /// By the series of the law about the end, from this angle, speed and acceleration at the start.
-    Series([f64; 3], Orders),
-    /// By so many nodes, with what they leave.
-    Nodes(Local, (usize, f64)),
 }
 
 /// The current piece of the motion.
@@ -127,20 +119,19 @@ struct Piece {
 impl Response {
     /// A response at rest; [`Response::restart`] sets it going. Allocates what the law needs.
     pub fn new(oscillator: Oscillator, law: &MotionLaw, tolerance: f64) -> Self {
-        let order = law.series().map_or(0, |series| series.order());
         Response {
             oscillator,
             tolerance,
             motion: AngleMotion::uniform(0.0, 0.0, 0.0),
             bounds: [law.bound(1), law.bound(2)],
-            closed_form: ClosedForm::new(order),
+            closed_form: ClosedForm::new(law.series()),
             course: Course::Closed(Stride::new()),
             table: None,
             until: f64::INFINITY,
             steps: 0.0,
             evaluations: 0.0,
-            bound: ErrorBound::default(),
-            error: 0.0,
+            bound: ErrorBound::new(),
+            goal: 0.0,
         }
     }
 
@@ -218,13 +209,13 @@ impl Response {
         state: [f64; 2],
     ) -> Result<(), Fault> {
         (self.motion, self.until) = (*motion, until);
+        self.bound.end(self.steps);
         let w = motion.coefficients[1];
         if motion.is_uniform() && (law.series().is_some() || w == 0.0) {
             self.course = Course::Closed(Stride::new());
-            self.closed_form.restart(&self.oscillator, law.series(), motion, time, state);
+            self.closed_form.restart(&self.oscillator, motion, time, state);
             (self.steps, self.evaluations) = (self.steps + 1.0, self.evaluations + 1.0);
             self.bound.add_closed_form(law.series().map_or(0.0, |series| series.order() as f64));
-            self.error = self.bound.relative();
             Ok(())
         } else if until == f64::INFINITY
             && let Some(map) = self.map_from(time)
@@ -240,58 +231,9 @@ impl Response {
         }
     }
 
-    /// q, q̇ at `end` [s] from `state` at `time`, where one quadrature reaches so far; and U … U⁗ there, if they come with it.
-    pub fn leap(
-        &mut self,
-        law: &MotionLaw,
-        [time, end]: [f64; 2],
-        state: [f64; 2],
-    ) -> Option<([f64; 2], Option<[f64; 5]>)> {
-        let series = law.series()?;
-        let (length, share) = (end - time, SHARE * self.tolerance);
-        let quadrature = self.quadrature(series, time, length, share)?;
-        if !matches!(self.course, Course::Leaps(_)) {
-            self.course = Course::Leaps(Leap::new(series));
-        }
-        let Course::Leaps(leap) = &mut self.course else { return None };
-        let (oscillator, bounds) = (&self.oscillator, self.bounds);
-        let (landing, u) = match quadrature {
-            Quadrature::Series(turn, orders) => {
-                let (landing, u) = leap.expand(oscillator, series, bounds, turn, length, state, orders);
-                (landing, Some(u))
-            }
-            Quadrature::Nodes(local, rule) => {
-                (leap.over(oscillator, series, bounds, &local, length, state, rule), None)
-            }
-        };
-        let decay = leap.decay();
-        (self.steps, self.evaluations) = (self.steps + 1.0, self.evaluations + landing.evaluations as f64);
-        let order = series.order() as f64;
-        let Landing { state, error, forcing, .. } = landing;
-        let [angle, w, a, ..] = self.motion.coefficients;
-        let turned = order * (w.abs() + a.abs() * length) * length;
-        self.add_error(decay, &Made { length, error, within: [0.0; 2], forcing, order, turned, angle, state });
-        Some((state, u))
-    }
-
-    /// How the step from `time` over `length` [s] is integrated: by the series, else by nodes, if either meets the share.
-    fn quadrature(&self, series: &Fourier, time: f64, length: f64, share: f64) -> Option<Quadrature> {
-        let AngleMotion { origin, coefficients: [phi, w, a, ..], degree } = self.motion;
-        if degree <= 2 && origin == time {
-            // What is in use stays in use on the border, so that it is not prepared again and again.
-            let by_nodes = matches!(&self.course, Course::Leaps(leap) if leap.has_nodes());
-            let start = [angle::reduce(Double::from(phi)), w, a];
-            if let Some(orders) = expansion::orders(&self.oscillator, series, start, length, share, by_nodes) {
-                return Some(Quadrature::Series(start, orders));
-            }
-        }
-        let local = Local::of(&self.motion, Double::from(time));
-        leap::rule(&self.oscillator, series, &local, length, share).map(|rule| Quadrature::Nodes(local, rule))
-    }
-
-    fn add_error(&mut self, decay: f64, made: &Made) {
-        self.bound.add(&self.oscillator, decay, made);
-        self.error = self.bound.relative();
+    /// The largest estimated error of q so far, relative to the largest |q| so far.
+    pub fn error(&self) -> f64 {
+        self.bound.relative(self.steps)
     }
 
     /// Cam and mass at `time` [s] in closed form, for a Fourier law at constant speed.
@@ -306,7 +248,7 @@ impl Response {
     #[inline(always)]
     pub fn glide(&mut self, time: f64) -> Option<Instant> {
         let Course::Closed(stride) = &mut self.course else { return None };
-        let now = self.closed_form.glide(stride, time)?;
+        let now = self.closed_form.glide(stride, &self.oscillator, time)?;
         self.evaluations += 1.0;
         Some(now)
     }
@@ -331,7 +273,6 @@ impl Response {
                     let lasting = -(-self.oscillator.decay() * map.period().hi).exp_m1();
                     let cells = (map.cells() as f64).sqrt();
                     self.bound.add_table(RESERVE_OF_TABLE * map.error(), cells * (turns + 1.0).min(1.0 / lasting));
-                    self.error = self.bound.relative();
                     return Ok(course.at(time));
                 }
                 Course::Leaps(_) => return Err(Fault::new("the response has not been restarted after a leap")),
@@ -451,8 +392,8 @@ impl Response {
                 let within = if length == horizon { [0.0; 2] } else { between };
                 let angle = if self.until.is_finite() { self.motion.coefficients[0] } else { 0.0 };
                 let turned = order * local.speed(length) * length;
-                let made = Made { length, error, within, forcing: scale, order, turned, angle, state };
-                self.add_error((-length * self.oscillator.decay()).exp(), &made);
+                let made = Made { length, error, within, forcing: scale, order, turned, angle, state: state.into() };
+                self.bound.add(&self.oscillator, (-length * self.oscillator.decay()).exp(), &made);
                 break fit;
             }
             length *= 0.5;

@@ -111,6 +111,16 @@ pub trait HasSolver: Sized {
         true
     }
 
+    /// Internal steps since the start.
+    fn steps(&self) -> f64 {
+        self.solver().steps
+    }
+
+    /// The estimated relative error of the state so far.
+    fn error_estimate(&self) -> f64 {
+        self.solver().error_estimate
+    }
+
     /// How often the equations were evaluated since the start.
     fn evaluations(&self) -> f64 {
         self.solver().evaluations
@@ -145,12 +155,12 @@ pub trait HasSolver: Sized {
             );
         }
         let number = || variable::real(&unit::NUMBER);
-        list.local("solver.steps", "Internal steps since the start", number(), |d, _| d.solver().steps);
+        list.local("solver.steps", "Internal steps since the start", number(), |d, _| d.steps());
         list.local("solver.evaluations", "Evaluations of the equations since the start", number(), |d, _| {
             d.evaluations()
         });
         list.local("solver.error_estimate", "Estimated relative error of the state", number(), |d, _| {
-            d.solver().error_estimate
+            d.error_estimate()
         });
     }
 }

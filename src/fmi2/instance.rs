@@ -4,7 +4,7 @@ use super::abi::{self, fmi2Status};
 use super::call_sequence::{DO_STEP, Function, Mode};
 use super::log::{Category, Logger};
 use super::saved_state::{self, Clock, SavedState};
-use crate::drives::{Board, DynDrive, Fault, Number, event, variable::Kind};
+use crate::drives::{Board, DynDrive, Fault, Number, Set, event, variable::Kind};
 use std::any::Any;
 use std::ffi::CStr;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -202,7 +202,7 @@ impl Instance {
             return self.take_if_admissible(point, step);
         }
         let end = point + step;
-        if self.drive.glide(end, &mut self.board) {
+        if self.drive.glide(point, end, &mut self.board) {
             self.clock.time = end;
             return abi::OK;
         }
@@ -341,8 +341,7 @@ impl Instance {
     #[inline]
     pub fn put(&mut self, references: &[u32], values: &[f64]) -> bool {
         self.board.clear();
-        self.clock.mode == Mode::StepComplete
-            && catch_unwind(AssertUnwindSafe(|| self.drive.put(references, values))).unwrap_or(false)
+        self.clock.mode == Mode::StepComplete && self.drive.put(&Set { references, values })
     }
 
     /// Sets variables: all of them, or, where one is refused, none.

@@ -427,7 +427,7 @@ impl Drive for BacklashDrive {
         if self.within_panel(time, time + step, step) { Ok(()) } else { self.go_on(time, step) }
     }
 
-    fn glide(&mut self, end: f64, board: &mut Board) -> bool {
+    fn glide(&mut self, _time: f64, end: f64, board: &mut Board) -> bool {
         let time = self.now.time;
         self.within_panel(time, end, end - time) && variables::show(self, board)
     }
@@ -436,6 +436,10 @@ impl Drive for BacklashDrive {
         if !variables::show(self, board) {
             board.clear();
         }
+    }
+
+    fn inputs(&mut self) -> Option<&mut [f64; 3]> {
+        self.cam.inputs()
     }
 
     fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64) {

@@ -16,6 +16,7 @@
 //! with time.
 
 mod features;
+mod on_inputs;
 mod portrait;
 #[cfg(test)]
 mod tests;
@@ -27,6 +28,8 @@ use super::response::{Instant, Response, Table};
 use super::solver::{FINEST_TOLERANCE, HasSolver, Settings, Solver};
 use super::{Board, Curve, Drive, EventLog, Experiment, Fault, List, Portrait};
 use crate::motion::{Kinematics, MotionLaw, TransferFunctions};
+use crate::numerics::angle;
+use crate::numerics::double_double::Double;
 use crate::numerics::oscillator::Oscillator;
 use crate::numerics::pair::Pair;
 use serde::{Deserialize, Serialize};
@@ -67,9 +70,12 @@ pub struct ElasticOutput {
     now: Moment,
     /// Whether the inputs for the next step have been taken up.
     taken_up: bool,
-    /// The cam at the end of the previous communication step, from which jumps of the inputs are counted, and q, q̇
-    /// there; kept only where there are inputs.
-    before: (Position, [f64; 2]),
+    /// Cam and mass at the end of the previous communication step, once inputs were taken up.
+    before: Moment,
+    /// φ and its time derivatives there, from which jumps of the inputs are counted; kept only where there are inputs.
+    phi: [f64; 5],
+    /// What φ and ω may differ from that without a jump, as it was when a step last took more than gliding.
+    slack: [f64; 2],
     log: EventLog,
 }
 
@@ -106,24 +112,11 @@ impl Position {
         Position { time, phi: shaft.kinematics.0, u: u.0 }
     }
 
-    /// The cam at `time` on a `motion` of constant acceleration, where the law has the values `u`.
-    fn after(motion: &AngleMotion, time: f64, u: [f64; 5]) -> Self {
-        let ([phi, w, a, ..], tau) = (motion.coefficients, time - motion.origin);
-        Position { time, phi: [phi + tau * (w + 0.5 * a * tau), w + a * tau, a, 0.0, 0.0], u }
-    }
-
-    /// The cam at `time`, where inputs set there moved it by no more than a rounding; a turn by d changes U⁽ⁿ⁾ by d U⁽ⁿ⁺¹⁾.
-    fn beside(&self, law: &MotionLaw, motion: &AngleMotion, time: f64) -> Option<Self> {
-        let c = &motion.coefficients;
-        let d = c[0] - self.phi[0];
-        // The rounding of some thousand turns; U⁗, which enters no state, is then right to as much.
-        let same = motion.origin == time && d.abs() * law.resolution() <= 1e-11;
-        if !same || !law.breakpoints().is_empty() {
-            return None;
-        }
-        let u = &self.u;
-        let turned = std::array::from_fn(|n| if n < 4 { u[n] + d * u[n + 1] } else { u[n] });
-        Some(Position { time, phi: std::array::from_fn(|n| c[n]), u: turned })
+    /// The cam at `time` where φ and its derivatives are these.
+    fn at(law: &MotionLaw, time: f64, phi: [f64; 5]) -> Self {
+        let reduced = angle::reduce(Double::from(phi[0]));
+        let u = law.at_in(law.segment(reduced, phi[1] >= 0.0), reduced);
+        Position { time, phi, u: u.0 }
     }
 
     /// x and its time derivatives.
@@ -180,20 +173,10 @@ impl ElasticOutput {
 
     /// The cam at the communication point.
     fn position(&self) -> Position {
+        if self.cam.is_input() && !self.taken_up {
+            return Position::at(&self.cam.law, self.now.time, self.phi);
+        }
         Position::of(&self.cam.law, self.response.motion(), self.now.time)
-    }
-
-    /// Takes up the motion that the inputs give at `time` [s]. The mass keeps position and velocity where they jump:
-    /// q⁺ = q⁻ − Δx, q̇⁺ = q̇⁻ − Δẋ.
-    fn take_up_inputs(&mut self, time: f64) {
-        let motion = self.cam.motion(time);
-        let (before, [q, v]) = &self.before;
-        let position =
-            before.beside(&self.cam.law, &motion, time).unwrap_or_else(|| Position::of(&self.cam.law, &motion, time));
-        let [dx, dx_dot] = jump(&self.cam.law, before, &position);
-        self.now = position.moment([q - dx, v - dx_dot]);
-        self.response.follow(motion);
-        self.taken_up = true;
     }
 
     /// Lets the response go on from `now`, on a motion that is valid up to `until` [s].
@@ -201,28 +184,6 @@ impl ElasticOutput {
         let motion = *self.response.motion();
         self.response.restart(&self.cam.law, &motion, self.now.time, until, self.now.q.array())
     }
-}
-
-/// How far x and ẋ jump from one moment to another at the same time. What lies within the rounding of the inputs is
-/// no jump: else it would shake the mass at every communication point.
-fn jump(law: &MotionLaw, before: &Position, now: &Position) -> [f64; 2] {
-    let rounding = 4.0 * f64::EPSILON;
-    let [phi, w, a, ..] = before.phi;
-    let d_phi = now.phi[0] - phi;
-    let d_w = now.phi[1] - w;
-    let smooth = d_phi.abs() <= rounding * (phi.abs() + (w * now.time).abs());
-    if smooth && d_w.abs() <= rounding * (w.abs() + (a * now.time).abs()) {
-        return [0.0; 2];
-    }
-    let [u, u1, u2, u3, u4] = before.u;
-    // Within this angle the series of U up to U⁗ is right to (1e-3)⁵/5! = 1e-17 of the finest harmonic.
-    let (du, du1) = if d_phi.abs() * law.resolution() < 1e-3 && law.breakpoints().is_empty() {
-        let d = d_phi;
-        (d * (u1 + d / 2.0 * (u2 + d / 3.0 * (u3 + d / 4.0 * u4))), d * (u2 + d / 2.0 * (u3 + d / 3.0 * u4)))
-    } else {
-        (now.u[0] - u, now.u[1] - u1)
-    };
-    [du, now.u[1] * d_w + w * du1]
 }
 
 impl Drive for ElasticOutput {
@@ -244,7 +205,9 @@ impl Drive for ElasticOutput {
             built_for: [m, c, b],
             now: Moment::default(),
             taken_up: false,
-            before: Default::default(),
+            before: Moment::default(),
+            phi: [0.0; 5],
+            slack: [0.0; 2],
             log: EventLog::default(),
         };
         drive.validate()?;
@@ -310,19 +273,8 @@ impl Drive for ElasticOutput {
     fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
         let end = time + step;
         if self.cam.is_input() {
-            if !(self.taken_up && self.now.time == time) {
-                self.take_up_inputs(time);
-            }
-            self.cam.step_done();
-            self.taken_up = false;
-            let (law, q) = (&self.cam.law, self.now.q.array());
-            if let Some((q, u)) = self.response.leap(law, [time, end], q) {
-                self.count();
-                let position = match u {
-                    Some(u) => Position::after(self.response.motion(), end, u),
-                    None => Position::of(&self.cam.law, self.response.motion(), end),
-                };
-                return self.arrive_at(position, q);
+            if let Some(done) = self.advance_on_inputs([time, end]) {
+                return done;
             }
             self.restart(end)?;
         } else if let Some(Instant { u, q }) = self.response.closed(&self.cam.law, end) {
@@ -332,15 +284,12 @@ impl Drive for ElasticOutput {
             return if (q + v).is_finite() { Ok(()) } else { Err(self.beyond_all_numbers()) };
         }
         let q = self.response.at(&self.cam.law, end)?;
-        self.count();
         self.arrive(end, q)
     }
 
-    fn glide(&mut self, end: f64, board: &mut Board) -> bool {
-        if self.cam.is_input() {
-            return false;
-        }
-        let Some(Instant { u, q }) = self.response.glide(end) else { return false };
+    fn glide(&mut self, time: f64, end: f64, board: &mut Board) -> bool {
+        let instant = if self.cam.is_input() { self.glide_on_inputs(time, end) } else { self.response.glide(end) };
+        let Some(Instant { u, q }) = instant else { return false };
         self.now = Moment { time: end, u, q, ..self.now };
         // Seen as stored, u and q are computed pair by pair; else the compiler pairs their halves as it likes.
         variables::show(std::hint::black_box(self), board)
@@ -350,6 +299,10 @@ impl Drive for ElasticOutput {
         if !variables::show(self, board) {
             board.clear();
         }
+    }
+
+    fn inputs(&mut self) -> Option<&mut [f64; 3]> {
+        self.cam.inputs()
     }
 
     fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64) {
@@ -393,17 +346,9 @@ impl ElasticOutput {
     /// The mass is at `q` where the cam is at `position`.
     fn arrive_at(&mut self, position: Position, q: [f64; 2]) -> Result<(), Fault> {
         self.now = position.moment(q);
-        if self.cam.is_input() {
-            self.before = (position, q);
-        }
+        self.phi = position.phi;
         let finite = q.iter().chain(&position.lift().0[..3]).all(|x| x.is_finite());
         if finite { Ok(()) } else { Err(self.beyond_all_numbers()) }
-    }
-
-    /// Takes over the statistics of the response.
-    fn count(&mut self) {
-        self.solver.steps = self.response.steps;
-        self.solver.error_estimate = self.response.error;
     }
 
     #[cold]
@@ -445,6 +390,12 @@ impl HasSolver for ElasticOutput {
     }
     fn solver_mut(&mut self) -> &mut Solver {
         &mut self.solver
+    }
+    fn steps(&self) -> f64 {
+        self.response.steps
+    }
+    fn error_estimate(&self) -> f64 {
+        self.response.error()
     }
     fn evaluations(&self) -> f64 {
         self.response.evaluations

@@ -25,10 +25,11 @@ pub(super) fn experiment(drive: &ElasticOutput) -> Experiment {
 pub(super) fn of(drive: &ElasticOutput) -> Portrait {
     let closed = drive.cam.law.series().is_some() && !drive.cam.is_input();
     let method = if drive.cam.is_input() && drive.cam.law.series().is_some() {
-        "The impulse response times the acceleration of the cam, integrated over a communication step in one go: by the \
-         Taylor series of the law about its end, with as many orders as the tolerance asks for, or else, over longer \
-         steps and with derivatives of the inputs, by a Gauss rule of up to 16 nodes; beyond, exponential quadrature on \
-         pieces that follow the motion of the cam."
+        "The impulse response times the acceleration of the cam, integrated over a communication step in one go: by \
+         Hermite's interpolation between its ends, with as many derivatives of the law as the tolerance asks for, or else, \
+         over longer steps and with derivatives of the inputs, by a Gauss rule of up to 16 nodes; beyond, exponential \
+         quadrature on pieces that follow the motion of the cam. Inputs that have kept their speed for a while go on in \
+         closed form until they change."
     } else if closed {
         "Closed form: the response to each harmonic and the free motion, in phase to the last digit after any number \
          of turns; on and beside an undamped resonance the growing part by itself."

@@ -367,7 +367,7 @@ impl Drive for ElasticShaft {
     }
 
     /// Most steps end in the cell of the table where they start.
-    fn glide(&mut self, end: f64, board: &mut Board) -> bool {
+    fn glide(&mut self, _time: f64, end: f64, board: &mut Board) -> bool {
         let Some(course) = &self.course else { return false };
         let Some(twist) = course.within(end).filter(|_| !self.tuned) else { return false };
         (self.twist, self.time) = (twist, end);
@@ -378,6 +378,10 @@ impl Drive for ElasticShaft {
         if !variables::show(self, board) {
             board.clear();
         }
+    }
+
+    fn inputs(&mut self) -> Option<&mut [f64; 3]> {
+        self.cam.inputs()
     }
 
     fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64) {

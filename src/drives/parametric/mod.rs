@@ -309,6 +309,10 @@ impl Drive for ParametricDrive {
         self.advance_further(target)
     }
 
+    fn inputs(&mut self) -> Option<&mut [f64; 3]> {
+        self.cam.inputs()
+    }
+
     fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64) {
         self.cam.set_input_derivative(reference, order, value);
     }

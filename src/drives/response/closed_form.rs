@@ -12,7 +12,7 @@ use crate::numerics::double_double::{Double, two_product, two_sum};
 use crate::numerics::forced::apply;
 use crate::numerics::oscillator::{FreeMotion, Oscillator, Resonant};
 use crate::numerics::pair::Pair;
-use crate::numerics::phase::Phases;
+use crate::numerics::phase::{Phases, sin_cos};
 use serde::{Deserialize, Serialize};
 
 /// Cam and mass at an instant.
@@ -32,6 +32,8 @@ const UNFELT: f64 = 1e-17;
 pub struct ClosedForm {
     /// When it started [s].
     start: f64,
+    /// φ [rad] at a time [s].
+    known: (f64, f64),
     /// φ and, where the free motion oscillates, its phase since the start.
     phases: Phases,
     /// The speed for which the harmonics were computed.
@@ -39,9 +41,10 @@ pub struct ClosedForm {
     /// a₀ [m].
     mean: f64,
     harmonics: Vec<Harmonic>,
-    /// k of the first of them and the distance to the next.
+    /// k of the first of them and the distance to the next; both twice as numbers.
     first: usize,
     distance: usize,
+    orders: [Pair; 2],
     /// k and resonant part.
     resonant: Vec<(usize, Resonant)>,
     /// Whether the harmonics are k = 1, 2, 3 … or 1, 3, 5 … and none of them is resonant.
@@ -61,17 +64,32 @@ struct Harmonic {
     crossed: [Pair; 2],
 }
 
+impl Harmonic {
+    /// The harmonic k of a law.
+    fn of_law(a: f64, b: f64, k: f64) -> Self {
+        let nothing = Pair::default();
+        Harmonic { straight: [Pair::new(a, -k * a), nothing], crossed: [Pair::new(b, k * b), nothing] }
+    }
+}
+
 impl ClosedForm {
-    /// Room for a law of this order.
-    pub fn new(order: usize) -> Self {
+    /// The closed form for the law `series`, or None for a law of another kind, of which only a rest has one.
+    pub fn new(series: Option<&Fourier>) -> Self {
+        let order = series.map_or(0, Fourier::order);
+        let (first, distance) = series.map_or((0, 1), progression);
+        let harmonics = series.filter(|_| 0 < first).map_or(Vec::new(), |series| {
+            (first..=order).step_by(distance).map(|k| Harmonic::of_law(series.a[k], series.b[k], k as f64)).collect()
+        });
         ClosedForm {
             start: 0.0,
+            known: (0.0, 0.0),
             phases: Phases::default(),
             holds_for: None,
-            mean: 0.0,
-            harmonics: Vec::with_capacity(order),
-            first: 0,
-            distance: 0,
+            mean: series.map_or(0.0, |series| series.a[0]),
+            harmonics,
+            first,
+            distance,
+            orders: [first, distance].map(|k| Pair::both(k as f64)),
             resonant: Vec::with_capacity(most_resonant(order)),
             plain: false,
             offset: [0.0; 2],
@@ -82,27 +100,33 @@ impl ClosedForm {
 
     /// Forgets the oscillator.
     pub fn clear(&mut self) {
-        self.holds_for = None;
+        (self.holds_for, self.plain) = (None, false);
     }
 
-    /// Starts at `time` [s] from `state` = q, q̇ on `motion`, which has a constant speed; `series` is the law, or None
-    /// for a law of another kind at rest, whose U and U′ are then not computed.
-    pub fn restart(
-        &mut self,
-        oscillator: &Oscillator,
-        series: Option<&Fourier>,
-        motion: &AngleMotion,
-        time: f64,
-        state: [f64; 2],
-    ) {
+    /// Whether it is that of the oscillator.
+    pub fn holds(&self) -> bool {
+        self.holds_for.is_some()
+    }
+
+    /// φ, ω, α of the cam at `time` [s].
+    #[inline(always)]
+    pub fn cam(&self, time: f64) -> [f64; 3] {
+        let ((phi, origin), w) = (self.known, self.holds_for.unwrap_or(0.0));
+        [phi + w * (time - origin), w, 0.0]
+    }
+
+    /// Starts at `time` [s] from `state` = q, q̇ on `motion`, which has a constant speed; U and U′ of a law that is no series
+    /// are not computed.
+    pub fn restart(&mut self, oscillator: &Oscillator, motion: &AngleMotion, time: f64, state: [f64; 2]) {
         let w = motion.coefficients[1];
         self.start = time;
         if self.holds_for != Some(w) {
             self.holds_for = Some(w);
-            self.prepare_harmonics(oscillator, series, w);
+            self.prepare_harmonics(oscillator, w);
         }
         let rates = [Double::from(w), oscillator.frequency().unwrap_or_default()];
-        self.phases = Phases::new(rates, [(motion.coefficients[0], motion.origin), (0.0, time)]);
+        self.known = (motion.coefficients[0], motion.origin);
+        self.phases = Phases::new(rates, [self.known, (0.0, time)]);
         let [s, c] = self.phases.first(time);
         let mut driven = self.driven(Pair::new(c, s), Pair::default());
         if !self.resonant.is_empty() {
@@ -125,32 +149,50 @@ impl ClosedForm {
         [largest(0), largest(1)]
     }
 
-    fn prepare_harmonics(&mut self, oscillator: &Oscillator, series: Option<&Fourier>, w: f64) {
-        self.harmonics.clear();
+    fn prepare_harmonics(&mut self, oscillator: &Oscillator, w: f64) {
         self.resonant.clear();
-        self.plain = false;
-        let Some(series) = series else { return };
-        self.mean = series.a[0];
-        (self.first, self.distance) = progression(series);
-        if self.first == 0 {
-            return;
-        }
         let sense = w.signum();
-        for k in (self.first..=series.order()).step_by(self.distance) {
-            let (a, b, order) = (series.a[k], series.b[k], k as f64);
-            let nu = two_product(order, w.abs());
+        for (i, harmonic) in self.harmonics.iter_mut().enumerate() {
+            let k = self.first + i * self.distance;
+            let ([a, _], [b, _]) = (harmonic.straight[0].array(), harmonic.crossed[0].array());
+            let nu = two_product(k as f64, w.abs());
             // F of −ẍ = Re[F e^(ikψ)]; ψ = φ sgn w grows, so that a cam that turns back sees the sine coefficients
             // with the other sign.
             let force = [nu.hi * nu.hi * a, -nu.hi * nu.hi * sense * b];
             let response = oscillator.harmonic(force, nu);
             let [re, im] = response.steady;
-            self.harmonics.push(Harmonic {
-                straight: [Pair::new(a, -order * a), Pair::new(re, -nu.hi * sense * re)],
-                crossed: [Pair::new(b, order * b), Pair::new(-sense * im, -nu.hi * im)],
-            });
+            harmonic.straight[1] = Pair::new(re, -nu.hi * sense * re);
+            harmonic.crossed[1] = Pair::new(-sense * im, -nu.hi * im);
             self.resonant.extend(response.resonant.map(|part| (k, part)));
         }
         self.plain = self.first == 1 && self.distance <= 2 && self.resonant.is_empty();
+    }
+
+    /// U … U⁽²ᴾ⁻¹⁾ of the law at the angle `phi` [rad], an even and an odd order side by side.
+    #[inline(always)]
+    pub fn derivatives<const PAIRS: usize>(&self, phi: f64) -> [Pair; PAIRS] {
+        let mut d = [Pair::default(); PAIRS];
+        d[0] = Pair::new(self.mean, 0.0);
+        let [s, c] = sin_cos(phi);
+        let one = Pair::new(c, s);
+        let mut z = if self.first == 1 { one } else { power(one, self.first) };
+        let turn = match self.distance {
+            1 => Map::turn(one),
+            2 => Map::turn_twice(one),
+            n => Map::turn(power(one, n)),
+        };
+        let [mut order, distance] = self.orders;
+        for harmonic in &self.harmonics {
+            let mut term = harmonic.straight[0] * z + harmonic.crossed[0] * z.swapped();
+            let square = order * order;
+            for (i, pair) in d.iter_mut().enumerate() {
+                *pair = if i % 2 == 0 { *pair + term } else { *pair - term };
+                term = term * square;
+            }
+            z = turn.at(z);
+            order = order + distance;
+        }
+        d
     }
 
     /// Cam and mass at `time` [s], not before the start, on the motion of the start; `stride` helps where steps repeat
@@ -169,10 +211,16 @@ impl ClosedForm {
         now
     }
 
-    /// The same, where that is one of equal steps of a law whose harmonics follow each other in the usual way and none is resonant.
+    /// The same for a law whose harmonics follow each other in the usual way and none is resonant.
     #[inline(always)]
-    pub fn glide(&self, stride: &mut Stride, time: f64) -> Option<Instant> {
-        (self.plain && stride.to(time)).then(|| self.instant(stride))
+    pub fn glide(&self, stride: &mut Stride, oscillator: &Oscillator, time: f64) -> Option<Instant> {
+        if !self.plain {
+            return None;
+        }
+        if !stride.to(time) {
+            self.anew(stride, oscillator, self.holds_for?, time);
+        }
+        Some(self.instant(stride))
     }
 
     /// Cam and mass where the `stride` is, without resonances, with harmonics 1, 2, 3 … or 1, 3, 5 ….
@@ -198,10 +246,12 @@ impl ClosedForm {
             (angle, free)
         };
         if let Some(length) = stride.unprepared(time) {
-            let (s, c) = angle::reduce(two_product(speed, length)).sin_cos();
+            let (s, c) = angle::reduce(two_product(0.5 * speed, length)).sin_cos();
+            // cos α − 1 and sin α by half of the angle.
+            let turn = [-2.0 * s * s, 2.0 * s * c];
             let free = oscillator.free(Double::from(length));
             let order = (self.first + self.distance * self.harmonics.len()) as f64;
-            stride.prepare(oscillator, length, [c, s], free, [speed, order]);
+            stride.prepare(oscillator, length, turn, free, [speed, order]);
         }
         stride.start(time, [c, s], free);
     }
@@ -253,7 +303,7 @@ pub fn progression(series: &Fourier) -> (usize, usize) {
     (first, stride.max(1))
 }
 
-/// zⁿ for a complex number z and n ≥ 1.
+/// zⁿ for a complex number z and n ≥ 1 (n = 0: z).
 #[cold]
 #[inline(never)]
 fn power(z: Pair, n: usize) -> Pair {

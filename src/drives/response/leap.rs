@@ -1,20 +1,23 @@
-//! One communication step of a Fourier law on a moving input by one Gauss rule.
+//! One communication step of a Fourier law on a moving input by one quadrature.
 //!
 //! q(h) = free motion + ∫ g(h − s) (−ẍ(s)) ds with the impulse response g. As long as neither cam nor oscillator turn
-//! far within the step, a few Gauss nodes meet the integral to the tolerance, and a bound on what they leave is known
-//! before anything is computed. Nodes and impulse response are kept: importers repeat their steps.
+//! far within the step, what the law is at its ends ([`ends`]) or at a few Gauss nodes (here) meets the integral to the
+//! tolerance, and a bound on what they leave is known before anything is computed. Weights are kept: importers repeat their
+//! steps.
 //!
 //! Source: M. Abramowitz, I. A. Stegun, *Handbook of Mathematical Functions*, section 25.4.29 (error of the rule).
 
-pub mod expansion;
+pub mod ends;
 
-use super::{DEGREE, Local, progression};
+use super::stride::Map;
+use super::{ClosedForm, DEGREE, Local, progression};
 use crate::motion::Fourier;
 use crate::numerics::double_double::Double;
-use crate::numerics::forced::apply;
 use crate::numerics::oscillator::Oscillator;
+use crate::numerics::pair::Pair;
 use crate::numerics::phase::sin_cos;
 use crate::numerics::quadrature::Gauss;
+use ends::Limits;
 use serde::{Deserialize, Serialize};
 
 /// The number of nodes n of each rule and 4ⁿ n!⁴/((2n + 1) (2n)!³): times h θ²ⁿ and the largest integrand, the error for
@@ -29,36 +32,33 @@ const MOST_NODES: usize = 16;
 /// taken into account to first order.
 const SAME_LENGTH: f64 = 1e-9;
 
-/// What a step of one length needs of the oscillator.
+/// What a step of one length needs of oscillator and law.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Leap {
     /// h [s]; 0 while unknown.
     length: f64,
-    /// How many nodes.
+    /// How many pairs of derivatives at the ends, or how many nodes; one of them is 0.
+    pairs: usize,
     nodes: usize,
+    /// What they count as evaluations of the law: a pair costs what U′ and U″ at a node cost.
+    pub evaluations: f64,
     /// The places of every second node [s]; each of the others lies as far from the end as the one before from the start.
     places: [f64; MOST_NODES / 2],
-    /// Weight times g and ġ at h less the place; the Wⱼ where there are no nodes.
-    weights: [[f64; 2]; expansion::MOMENTS],
+    /// At each node the weight times g and ġ at h less the place; or the weights of the derivatives.
+    weights: [Pair; MOST_NODES],
     /// The free motion over the step.
-    free: [[f64; 2]; 2],
+    free: Map,
     /// The decay of the slower mode over the step.
     decay: f64,
     /// The first harmonic of the law and the distance to the next.
     first: usize,
     stride: usize,
-}
-
-/// The end of a leap.
-pub struct Landing {
-    /// q, q̇.
-    pub state: [f64; 2],
-    /// Bound of the error of the rule, of q [m] and of q̇ [m/s].
-    pub error: [f64; 2],
-    /// A bound of |ẍ| over the step [m/s²].
-    pub forcing: f64,
-    /// How many nodes.
-    pub evaluations: usize,
+    /// U, U′ … where the cam was last, as far as they are in use.
+    u: [Pair; ends::MOST_PAIRS],
+    /// Its angle there; infinite while unknown [rad].
+    angle: f64,
+    /// The steps for which the pairs of derivatives do; none where nodes are in use.
+    limits: Limits,
 }
 
 /// The fewest nodes that leave no more than the part `share` of the largest integrand, and the part that they leave.
@@ -74,7 +74,7 @@ impl Leap {
     /// For the harmonics of this law.
     pub fn new(series: &Fourier) -> Self {
         let (first, stride) = progression(series);
-        Leap { first, stride, ..Leap::default() }
+        Leap { first, stride, angle: f64::INFINITY, ..Leap::default() }
     }
 
     /// Forgets the oscillator.
@@ -87,68 +87,63 @@ impl Leap {
         self.decay
     }
 
-    /// From `state` over `length` [s] on the motion `local` by a [`rule`]; `bounds` are those of |U′| and |U″|.
+    /// How many pairs of derivatives are in use; 0 where nodes are.
+    pub fn pairs(&self) -> usize {
+        self.pairs
+    }
+
+    /// From `state` over `length` [s] on the motion `local` by a [`rule`] of so many nodes.
     pub fn over(
         &mut self,
         oscillator: &Oscillator,
         series: &Fourier,
-        bounds: [f64; 2],
         local: &Local,
         length: f64,
         state: [f64; 2],
-        (nodes, part): (usize, f64),
-    ) -> Landing {
-        let (_, fast) = oscillator.rates();
+        nodes: usize,
+    ) -> [f64; 2] {
         // A rule that is a little better than needed is kept.
         let kept = nodes <= self.nodes && self.nodes <= 2 * nodes;
-        if !kept || !((length - self.length).abs() <= SAME_LENGTH * length) {
+        if !kept || !self.is_for(length) {
             self.prepare(oscillator, length, nodes);
         }
-        let (forced, last) = self.forced(series, local);
-        let [q, v] = apply(&self.free, state);
-        let (q, v) = (q + forced[0], v + forced[1]);
+        let (forced, last) = self.forced_at_nodes(series, local);
+        let [q, v] = (self.free.at(state.into()) + forced).array();
         let rest = length - self.length;
         let rate = last - oscillator.stiffness() * q - 2.0 * oscillator.damping() * v;
-        let scale = bounds[1] * local.speed(length).powi(2) + bounds[0] * local.acceleration(length);
-        // |g| ≤ min(h, 1/|λ|) and |ġ| ≤ 1.
-        let error = part * length * scale;
-        Landing {
-            state: [q + rest * v, v + rest * rate],
-            error: [error * length.min(1.0 / fast), error],
-            forcing: scale,
-            evaluations: self.nodes,
-        }
+        [q + rest * v, v + rest * rate]
     }
 
     #[cold]
     fn prepare(&mut self, oscillator: &Oscillator, length: f64, nodes: usize) {
-        self.keep(oscillator, length, nodes);
+        self.keep(oscillator, length);
+        (self.nodes, self.pairs, self.limits) = (nodes, 0, Limits::NONE);
+        self.evaluations = nodes as f64;
         let rule: [[f64; 2]; MOST_NODES] = Gauss::with(nodes).nodes(length);
         for (i, [place, weight]) in rule.into_iter().enumerate() {
             if i % 2 == 0 {
                 self.places[i / 2] = place;
             }
-            self.weights[i] = oscillator.kernel(length - place).map(|g| weight * g);
+            self.weights[i] = Pair::both(weight) * oscillator.kernel(length - place).into();
         }
     }
 
     /// What all steps of this length have in common.
-    fn keep(&mut self, oscillator: &Oscillator, length: f64, nodes: usize) {
-        (self.length, self.nodes) = (length, nodes);
-        self.free = oscillator.free(Double::from(length));
+    fn keep(&mut self, oscillator: &Oscillator, length: f64) {
+        self.length = length;
+        self.free = Map::of(oscillator.free(Double::from(length)));
         self.decay = (-oscillator.decay() * length).exp();
     }
 
     /// The forced motion, and −ẍ at the last node.
-    fn forced(&self, series: &Fourier, local: &Local) -> ([f64; 2], f64) {
-        let mut sum = [0.0; 2];
+    fn forced_at_nodes(&self, series: &Fourier, local: &Local) -> (Pair, f64) {
+        let mut sum = Pair::default();
         let mut forcing = [0.0; 2];
         for i in (0..self.nodes).step_by(2) {
             let place = self.places[i / 2];
             forcing = self.forcing(series, [place, self.length - place].map(|tau| local.at(tau)));
             for j in 0..2 {
-                let [g, rate] = self.weights[i + j];
-                sum = [sum[0] + g * forcing[j], sum[1] + rate * forcing[j]];
+                sum = sum + self.weights[i + j] * Pair::both(forcing[j]);
             }
         }
         (sum, forcing[1])

@@ -5,9 +5,9 @@ use crate::numerics::oscillator::Oscillator;
 use crate::numerics::pair::Pair;
 use serde::{Deserialize, Serialize};
 
-/// After so many steps the closed form is evaluated anew: this costs a few times as much as a step, and the roundings of
+/// After so many steps the closed form is evaluated anew: this costs twice as much as a step, and the roundings of
 /// the steps between stay at some 1e-15.
-const STEPS: f64 = 16.0;
+const STEPS: f64 = 32.0;
 
 /// The communication points lie where their rounding puts them; what a step is longer or shorter than the others is
 /// taken into account to first order up to this angle [rad], whose square is below rounding.
@@ -16,8 +16,9 @@ const SLIGHT: f64 = 1e-8;
 /// The last point and how to go on from it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Stride {
-    /// e^(iφ) and q, q̇ of the free motion after a step, from those before.
+    /// By what e^(iφ) changes in a step, as a map of what it was: its rounding is smaller than that of the map to what it is.
     turn: Map,
+    /// q, q̇ of the free motion after a step, from those before.
     free: Map,
     /// How the latter map changes with the length of the step.
     free_rate: Map,
@@ -44,7 +45,8 @@ pub struct Map {
 }
 
 impl Map {
-    fn of([[a, b], [c, d]]: [[f64; 2]; 2]) -> Self {
+    /// The matrix with these rows.
+    pub fn of([[a, b], [c, d]]: [[f64; 2]; 2]) -> Self {
         Map { straight: Pair::new(a, d), crossed: Pair::new(b, c) }
     }
 
@@ -88,7 +90,7 @@ impl Stride {
         }
         self.time = time;
         let rest = Pair::both(rest);
-        let z = self.turn.at(self.z);
+        let z = self.z + self.turn.at(self.z);
         self.z = z + rest * (self.spin * z.swapped());
         self.state = self.free.and(rest, &self.free_rate).at(self.state);
         true
@@ -124,8 +126,8 @@ impl Stride {
         (self.last - self.length).abs() < self.slack
     }
 
-    /// Prepares steps of this `length` [s], over which φ turns by the angle with this cosine and sine and the free motion
-    /// goes by the matrix `free`; with the speed [rad/s] and the order of the law.
+    /// Prepares steps of this `length` [s], over which φ turns by the angle with this cosine less 1 and this sine and the free
+    /// motion goes by the matrix `free`; with the speed [rad/s] and the order of the law.
     pub fn prepare(
         &mut self,
         oscillator: &Oscillator,

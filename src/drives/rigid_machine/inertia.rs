@@ -3,6 +3,7 @@
 use crate::motion::{MotionLaw, TransferFunctions};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
+use std::sync::OnceLock;
 
 /// The part of J(φ) that does not come from the followers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -32,6 +33,19 @@ pub struct Inertia {
     pub followers: Vec<Follower>,
     /// The angles in [0, 2π), ascending, at which one of the laws has a breakpoint.
     borders: Vec<f64>,
+    /// [`Inertia::range`], once it was asked for.
+    #[serde(skip)]
+    range: Known,
+}
+
+/// What follows from the rest of the inertia, and says nothing about whether two are the same.
+#[derive(Clone, Debug, Default)]
+struct Known(OnceLock<(f64, f64)>);
+
+impl PartialEq for Known {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
 }
 
 /// Borders that lie closer together count as one: the interval between them would be lost in rounding.
@@ -40,7 +54,7 @@ const SAME_BORDER: f64 = 1e-12;
 impl Inertia {
     /// The inertia of these parts.
     pub fn new(function: InertiaFunction, followers: Vec<Follower>) -> Self {
-        let mut inertia = Inertia { function, followers, borders: Vec::new() };
+        let mut inertia = Inertia { function, followers, borders: Vec::new(), range: Known::default() };
         inertia.find_borders();
         inertia
     }
@@ -50,8 +64,15 @@ impl Inertia {
         self.followers.iter().map(|f| &f.cam).chain(&self.function.varying)
     }
 
-    /// Collects the breakpoints of all laws; to be called after a parameter of a law has changed.
-    pub fn find_borders(&mut self) {
+    /// Changes the parts.
+    pub fn change(&mut self, change: impl FnOnce(&mut InertiaFunction, &mut [Follower])) {
+        change(&mut self.function, &mut self.followers);
+        self.find_borders();
+        self.range = Known::default();
+    }
+
+    /// Collects the breakpoints of all laws.
+    fn find_borders(&mut self) {
         let mut all: Vec<f64> = self.laws().flat_map(|law| law.breakpoints().iter().copied()).collect();
         all.sort_by(f64::total_cmp);
         all.dedup_by(|b, a| *b - *a <= SAME_BORDER);
@@ -151,6 +172,10 @@ impl Inertia {
 
     /// A lower bound of J over the turn, from samples and the curvature between them, and the largest sample.
     pub fn range(&self) -> (f64, f64) {
+        *self.range.0.get_or_init(|| self.sampled_range())
+    }
+
+    fn sampled_range(&self) -> (f64, f64) {
         // 32 samples per shortest wave leave ½ J″ (Δφ/2)² below half a per cent of that wave's amplitude; the
         // shortest wave of a table goes with the distance of its points.
         let count = (32.0 * self.resolution()).clamp(64.0, 65536.0).max(8.0 * self.borders.len() as f64) as usize;

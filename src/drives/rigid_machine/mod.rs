@@ -370,7 +370,7 @@ impl Drive for RigidMachine {
         Ok(())
     }
 
-    fn glide(&mut self, end: f64, board: &mut Board) -> bool {
+    fn glide(&mut self, _time: f64, end: f64, board: &mut Board) -> bool {
         self.glide_to(end) && variables::show(self, board)
     }
 

@@ -316,7 +316,7 @@ impl RigidMachine {
             "Constant part of the reduced moment of inertia",
             real_within(&unit::INERTIA, 0.0, 1e12),
             |d, _| d.inertia.function.constant,
-            |d, _, value| Arc::make_mut(&mut d.inertia).function.constant = value,
+            |d, _, value| Arc::make_mut(&mut d.inertia).change(|function, _| function.constant = value),
         );
         if let Motor::Kloss { dynamics, .. } = self.motor {
             let mut motor = |name, text, kind, which| {
@@ -368,7 +368,7 @@ impl RigidMachine {
             &format!("Mass of follower {n}"),
             real_within(&unit::MASS, 0.0, 1e9),
             |d, j| d.inertia.followers[j].m,
-            |d, j, value| Arc::make_mut(&mut d.inertia).followers[j].m = value,
+            |d, j, value| Arc::make_mut(&mut d.inertia).change(|_, followers| followers[j].m = value),
         )
         .at(j);
         declare_law(list, &self.inertia.followers[j].cam, j, &format!("follower[{n}].cam"));
@@ -416,15 +416,15 @@ fn declare_law(list: &mut List<RigidMachine>, declared: &MotionLaw, number: usiz
             kind,
             |d, index| law(d, index & 0xffff).map_or(0.0, |law| law.parameter(index >> 16)),
             |d, index, value| {
-                let inertia = Arc::make_mut(&mut d.inertia);
-                let law = match index & 0xffff {
-                    INERTIA_LAW => inertia.function.varying.as_mut(),
-                    j => inertia.followers.get_mut(j).map(|f| &mut f.cam),
-                };
-                if let Some(law) = law {
-                    law.set_parameter(index >> 16, value);
-                    inertia.find_borders();
-                }
+                Arc::make_mut(&mut d.inertia).change(|function, followers| {
+                    let law = match index & 0xffff {
+                        INERTIA_LAW => function.varying.as_mut(),
+                        j => followers.get_mut(j).map(|f| &mut f.cam),
+                    };
+                    if let Some(law) = law {
+                        law.set_parameter(index >> 16, value);
+                    }
+                });
             },
         )
         .at(k << 16 | number);

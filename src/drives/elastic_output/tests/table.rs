@@ -19,11 +19,11 @@ fn a_step_over_any_number_of_turns_takes_the_same_work_and_leads_to_the_same_pla
     assert_near([q, v], found, q.abs() + v.abs() / rate, rate, 1e-12, "50 turns");
     assert_eq!([at_once.evaluations(), by_steps.evaluations()], [before; 2]);
 
-    let steps = at_once.solver.steps;
+    let steps = at_once.steps();
     run(&mut at_once, 1e6 * end, 1e6 * end);
     assert_eq!(at_once.evaluations(), before);
     // Two times the cells of a turn, and two maps for each power of two.
-    assert!(at_once.solver.steps - steps < 200.0, "{}", at_once.solver.steps);
+    assert!(at_once.steps() - steps < 200.0, "{}", at_once.steps());
 }
 
 #[test]
