@@ -1,8 +1,12 @@
 //! Drives of any model behind one object-safe interface.
 
+mod access;
+
 use super::unit;
 use super::variable::{Causality, Kind, Variability};
 use super::{Board, Description, Drive, EventLog, Experiment, Fault, Seed, Variable};
+pub use access::Set;
+use access::{Access, Input, Pending};
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -80,21 +84,6 @@ pub trait DynDrive: Send {
     fn events(&mut self) -> &mut EventLog;
 }
 
-/// Values by their references.
-pub struct Set<'a> {
-    /// The references.
-    pub references: &'a [u32],
-    /// The values, as many.
-    pub values: &'a [f64],
-}
-
-impl Set<'_> {
-    #[inline(always)]
-    fn iter(&self) -> impl Iterator<Item = (usize, f64)> {
-        self.references.iter().zip(self.values).map(|(reference, value)| (*reference as usize, *value))
-    }
-}
-
 /// The plan of a drive of the type `D`.
 struct Design<D> {
     initial: D,
@@ -138,53 +127,6 @@ pub(super) struct Unit<D> {
     time: f64,
     /// Whether a panic left [`DynDrive::glide`] half-way; resetting and restoring mend it.
     broken: bool,
-}
-
-/// How a variable is read, and nothing else of it: what importers read after each step shall lie close together.
-struct Access<D> {
-    get: fn(&D, usize) -> f64,
-    index: usize,
-}
-
-impl<D> Access<D> {
-    /// Variables of other types read as NaN, which is no value of a Real.
-    fn of(v: &Variable<D>) -> Self {
-        match v.description.kind {
-            Kind::Real { .. } => Access { get: v.get, index: v.index },
-            _ => Access { get: |_, _| f64::NAN, index: 0 },
-        }
-    }
-}
-
-/// How an input is set, and nothing else of it: importers set inputs before each step.
-struct Input<D> {
-    set: fn(&mut D, usize, f64),
-    index: usize,
-    min: f64,
-    max: f64,
-}
-
-impl<D> Input<D> {
-    /// None for other variables.
-    fn of(v: &Variable<D>) -> Option<Self> {
-        match v.description.kind {
-            Kind::Real { min, max, .. } if v.description.causality == Causality::Input => {
-                let (min, max) = (min.max(f64::MIN), max.min(f64::MAX));
-                v.set.map(|set| Input { set, index: v.index, min, max })
-            }
-            _ => None,
-        }
-    }
-}
-
-/// What was set and not yet taken up.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
-enum Pending {
-    Nothing,
-    /// Inputs, of those that [`Drive::inputs`] holds.
-    Inputs,
-    /// Anything.
-    Settings,
 }
 
 /// A saved state.

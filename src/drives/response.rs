@@ -29,7 +29,7 @@ use crate::numerics::double_double::{Double, two_product, two_sum};
 use crate::numerics::forced::{ForcedStep, admissible_length};
 use crate::numerics::oscillator::Oscillator;
 use crate::numerics::period_map::{self, PeriodMap};
-use closed_form::ClosedForm;
+use closed_form::{ClosedForm, Run};
 pub use closed_form::{Instant, progression};
 use error_bound::{ErrorBound, Made, neglected};
 use leap::Leap;
@@ -38,7 +38,6 @@ pub use on_inputs::{Both, Landing};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 use std::sync::Arc;
-use stride::Stride;
 pub use table::Table;
 
 /// The part of the tolerance that one step may take up: so little that a thousand steps in a row, as a weakly damped
@@ -94,8 +93,8 @@ pub struct Response {
 /// boxed, since a step does not allocate.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 enum Course {
-    /// The closed form, in equal steps.
-    Closed(Stride),
+    /// The closed form.
+    Closed(Run),
     /// One quadrature for each communication step.
     Leaps(Leap),
     /// The table of a turn.
@@ -125,7 +124,7 @@ impl Response {
             motion: AngleMotion::uniform(0.0, 0.0, 0.0),
             bounds: [law.bound(1), law.bound(2)],
             closed_form: ClosedForm::new(law.series()),
-            course: Course::Closed(Stride::new()),
+            course: Course::Closed(Run::new()),
             table: None,
             until: f64::INFINITY,
             steps: 0.0,
@@ -212,8 +211,7 @@ impl Response {
         self.bound.end(self.steps);
         let w = motion.coefficients[1];
         if motion.is_uniform() && (law.series().is_some() || w == 0.0) {
-            self.course = Course::Closed(Stride::new());
-            self.closed_form.restart(&self.oscillator, motion, time, state);
+            self.course = Course::Closed(self.closed_form.restart(&self.oscillator, motion, time, state));
             (self.steps, self.evaluations) = (self.steps + 1.0, self.evaluations + 1.0);
             self.bound.add_closed_form(law.series().map_or(0.0, |series| series.order() as f64));
             Ok(())
@@ -238,17 +236,17 @@ impl Response {
 
     /// Cam and mass at `time` [s] in closed form, for a Fourier law at constant speed.
     pub fn closed(&mut self, law: &MotionLaw, time: f64) -> Option<Instant> {
-        let Course::Closed(stride) = &mut self.course else { return None };
+        let Course::Closed(run) = &mut self.course else { return None };
         law.series()?;
         self.evaluations += 1.0;
-        Some(self.closed_form.at(stride, &self.oscillator, &self.motion, time))
+        Some(self.closed_form.at(run, &self.oscillator, &self.motion, time))
     }
 
     /// The same, where that takes but a few instructions.
     #[inline(always)]
     pub fn glide(&mut self, time: f64) -> Option<Instant> {
-        let Course::Closed(stride) = &mut self.course else { return None };
-        let now = self.closed_form.glide(stride, &self.oscillator, time)?;
+        let Course::Closed(run) = &mut self.course else { return None };
+        let now = self.closed_form.glide(run, &self.oscillator, time)?;
         self.evaluations += 1.0;
         Some(now)
     }
@@ -257,9 +255,9 @@ impl Response {
     pub fn at(&mut self, law: &MotionLaw, time: f64) -> Result<[f64; 2], Fault> {
         loop {
             let piece = match &mut self.course {
-                Course::Closed(stride) => {
+                Course::Closed(run) => {
                     self.evaluations += 1.0;
-                    return Ok(self.closed_form.at(stride, &self.oscillator, &self.motion, time).q.array());
+                    return Ok(self.closed_form.at(run, &self.oscillator, &self.motion, time).q.array());
                 }
                 Course::Table(course) => {
                     let map = self.table.as_ref().and_then(|table| table.map.as_ref());
@@ -392,8 +390,8 @@ impl Response {
                 let within = if length == horizon { [0.0; 2] } else { between };
                 let angle = if self.until.is_finite() { self.motion.coefficients[0] } else { 0.0 };
                 let turned = order * local.speed(length) * length;
-                let made = Made { length, error, within, forcing: scale, order, turned, angle, state: state.into() };
-                self.bound.add(&self.oscillator, (-length * self.oscillator.decay()).exp(), &made);
+                let made = Made { length, error, forcing: scale, order, turned, angle, state: state.into() };
+                self.bound.add(&self.oscillator, (-length * self.oscillator.decay()).exp(), &made, within);
                 break fit;
             }
             length *= 0.5;

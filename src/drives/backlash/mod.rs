@@ -438,10 +438,6 @@ impl Drive for BacklashDrive {
         }
     }
 
-    fn inputs(&mut self) -> Option<&mut [f64; 3]> {
-        self.cam.inputs()
-    }
-
     fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64) {
         self.cam.set_input_derivative(reference, order, value);
     }

@@ -30,12 +30,6 @@ const UNFELT: f64 = 1e-17;
 /// The closed form from its start on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ClosedForm {
-    /// When it started [s].
-    start: f64,
-    /// φ [rad] at a time [s].
-    known: (f64, f64),
-    /// φ and, where the free motion oscillates, its phase since the start.
-    phases: Phases,
     /// The speed for which the harmonics were computed.
     holds_for: Option<f64>,
     /// a₀ [m].
@@ -44,16 +38,43 @@ pub struct ClosedForm {
     /// k of the first of them and the distance to the next; both twice as numbers.
     first: usize,
     distance: usize,
-    orders: [Pair; 2],
+    orders: [f64; 2],
     /// k and resonant part.
     resonant: Vec<(usize, Resonant)>,
     /// Whether the harmonics are k = 1, 2, 3 … or 1, 3, 5 … and none of them is resonant.
     plain: bool,
+}
+
+/// The motion from a start on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Run {
+    stride: Stride,
+    /// When it started [s].
+    start: f64,
+    /// φ [rad] at a time [s].
+    known: (f64, f64),
+    /// φ and, where the free motion oscillates, its phase since the start.
+    phases: Phases,
     /// What the start has beyond the harmonic response: q [m], q̇ [m/s].
     offset: [f64; 2],
     free: FreeMotion,
     /// When the free motion has died away [s].
     settled: f64,
+}
+
+impl Run {
+    /// None yet; [`ClosedForm::restart`] makes one.
+    pub fn new() -> Self {
+        Run {
+            stride: Stride::new(),
+            start: 0.0,
+            known: (0.0, 0.0),
+            phases: Phases::default(),
+            offset: [0.0; 2],
+            free: FreeMotion::default(),
+            settled: f64::INFINITY,
+        }
+    }
 }
 
 /// What one harmonic adds to U, U′ and to q, q̇: of each pair, the first from cos kφ and the second from sin kφ
@@ -81,20 +102,14 @@ impl ClosedForm {
             (first..=order).step_by(distance).map(|k| Harmonic::of_law(series.a[k], series.b[k], k as f64)).collect()
         });
         ClosedForm {
-            start: 0.0,
-            known: (0.0, 0.0),
-            phases: Phases::default(),
             holds_for: None,
             mean: series.map_or(0.0, |series| series.a[0]),
             harmonics,
             first,
             distance,
-            orders: [first, distance].map(|k| Pair::both(k as f64)),
+            orders: [first, distance].map(|k| k as f64),
             resonant: Vec::with_capacity(most_resonant(order)),
             plain: false,
-            offset: [0.0; 2],
-            free: FreeMotion::default(),
-            settled: f64::INFINITY,
         }
     }
 
@@ -110,32 +125,31 @@ impl ClosedForm {
 
     /// φ, ω, α of the cam at `time` [s].
     #[inline(always)]
-    pub fn cam(&self, time: f64) -> [f64; 3] {
-        let ((phi, origin), w) = (self.known, self.holds_for.unwrap_or(0.0));
+    pub fn cam(&self, run: &Run, time: f64) -> [f64; 3] {
+        let ((phi, origin), w) = (run.known, self.holds_for.unwrap_or(0.0));
         [phi + w * (time - origin), w, 0.0]
     }
 
     /// Starts at `time` [s] from `state` = q, q̇ on `motion`, which has a constant speed; U and U′ of a law that is no series
     /// are not computed.
-    pub fn restart(&mut self, oscillator: &Oscillator, motion: &AngleMotion, time: f64, state: [f64; 2]) {
+    pub fn restart(&mut self, oscillator: &Oscillator, motion: &AngleMotion, time: f64, state: [f64; 2]) -> Run {
         let w = motion.coefficients[1];
-        self.start = time;
         if self.holds_for != Some(w) {
             self.holds_for = Some(w);
             self.prepare_harmonics(oscillator, w);
         }
         let rates = [Double::from(w), oscillator.frequency().unwrap_or_default()];
-        self.known = (motion.coefficients[0], motion.origin);
-        self.phases = Phases::new(rates, [self.known, (0.0, time)]);
-        let [s, c] = self.phases.first(time);
+        let known = (motion.coefficients[0], motion.origin);
+        let phases = Phases::new(rates, [known, (0.0, time)]);
+        let [s, c] = phases.first(time);
         let mut driven = self.driven(Pair::new(c, s), Pair::default());
         if !self.resonant.is_empty() {
-            self.add_resonant(oscillator, motion, time, &mut driven);
+            self.add_resonant(oscillator, motion, [time; 2], &mut driven);
         }
-        self.offset = (Pair::from(state) - driven.q).array();
-        self.free = oscillator.free_motion(self.offset);
-        let size = self.size();
-        self.settled = time + oscillator.settling(self.offset, size.map(|s| UNFELT * s));
+        let offset = (Pair::from(state) - driven.q).array();
+        let settled = time + oscillator.settling(offset, self.size().map(|s| UNFELT * s));
+        let free = oscillator.free_motion(offset);
+        Run { stride: Stride::new(), start: time, known, phases, offset, free, settled }
     }
 
     /// The largest coefficient of a harmonic of q and q̇: its amplitude, to a factor in [1/√2, 1].
@@ -181,7 +195,7 @@ impl ClosedForm {
             2 => Map::turn_twice(one),
             n => Map::turn(power(one, n)),
         };
-        let [mut order, distance] = self.orders;
+        let [mut order, distance] = self.orders.map(Pair::both);
         for harmonic in &self.harmonics {
             let mut term = harmonic.straight[0] * z + harmonic.crossed[0] * z.swapped();
             let square = order * order;
@@ -195,32 +209,31 @@ impl ClosedForm {
         d
     }
 
-    /// Cam and mass at `time` [s], not before the start, on the motion of the start; `stride` helps where steps repeat
-    /// themselves.
-    pub fn at(&self, stride: &mut Stride, oscillator: &Oscillator, motion: &AngleMotion, time: f64) -> Instant {
-        if !stride.to(time) {
-            self.anew(stride, oscillator, motion.coefficients[1], time);
+    /// Cam and mass at `time` [s], not before the start, on the motion of the start.
+    pub fn at(&self, run: &mut Run, oscillator: &Oscillator, motion: &AngleMotion, time: f64) -> Instant {
+        if !run.stride.to(time) {
+            self.anew(run, oscillator, motion.coefficients[1], time);
         }
         if self.plain {
-            return self.instant(stride);
+            return self.instant(&run.stride);
         }
-        let mut now = self.driven(stride.pointer(), stride.free_state());
+        let mut now = self.driven(run.stride.pointer(), run.stride.free_state());
         if !self.resonant.is_empty() {
-            self.add_resonant(oscillator, motion, time, &mut now);
+            self.add_resonant(oscillator, motion, [run.start, time], &mut now);
         }
         now
     }
 
     /// The same for a law whose harmonics follow each other in the usual way and none is resonant.
     #[inline(always)]
-    pub fn glide(&self, stride: &mut Stride, oscillator: &Oscillator, time: f64) -> Option<Instant> {
+    pub fn glide(&self, run: &mut Run, oscillator: &Oscillator, time: f64) -> Option<Instant> {
         if !self.plain {
             return None;
         }
-        if !stride.to(time) {
-            self.anew(stride, oscillator, self.holds_for?, time);
+        if !run.stride.to(time) {
+            self.anew(run, oscillator, self.holds_for?, time);
         }
-        Some(self.instant(stride))
+        Some(self.instant(&run.stride))
     }
 
     /// Cam and mass where the `stride` is, without resonances, with harmonics 1, 2, 3 … or 1, 3, 5 ….
@@ -233,18 +246,19 @@ impl ClosedForm {
 
     /// cos φ, sin φ and the free motion at any `time` [s], and the steps from there prepared.
     #[inline(never)]
-    fn anew(&self, stride: &mut Stride, oscillator: &Oscillator, speed: f64, time: f64) {
-        let ([s, c], free) = if time > self.settled {
-            (self.phases.first(time), [0.0; 2])
+    fn anew(&self, run: &mut Run, oscillator: &Oscillator, speed: f64, time: f64) {
+        let ([s, c], free) = if time > run.settled {
+            (run.phases.first(time), [0.0; 2])
         } else {
-            let [angle, phase] = self.phases.both(time);
-            let free = if self.free.oscillates {
-                self.free.at(time - self.start, phase)
+            let [angle, phase] = run.phases.both(time);
+            let free = if run.free.oscillates {
+                run.free.at(time - run.start, phase)
             } else {
-                apply(&oscillator.free(two_sum(time, -self.start)), self.offset)
+                apply(&oscillator.free(two_sum(time, -run.start)), run.offset)
             };
             (angle, free)
         };
+        let stride = &mut run.stride;
         if let Some(length) = stride.unprepared(time) {
             let (s, c) = angle::reduce(two_product(0.5 * speed, length)).sin_cos();
             // cos α − 1 and sin α by half of the angle.
@@ -278,11 +292,11 @@ impl ClosedForm {
 
     #[cold]
     #[inline(never)]
-    fn add_resonant(&self, oscillator: &Oscillator, motion: &AngleMotion, time: f64, now: &mut Instant) {
+    fn add_resonant(&self, oscillator: &Oscillator, motion: &AngleMotion, [start, time]: [f64; 2], now: &mut Instant) {
         let psi = motion.at(time).reduced * motion.coefficients[1].signum();
         for (k, part) in &self.resonant {
             let (s, c) = (*k as f64 * psi).sin_cos();
-            let [q, v] = oscillator.resonant(part, c, s, two_sum(time, -self.start));
+            let [q, v] = oscillator.resonant(part, c, s, two_sum(time, -start));
             now.q = now.q + Pair::new(q, v);
         }
     }

@@ -67,8 +67,6 @@ pub struct Made {
     pub length: f64,
     /// Bounds of the errors of its quadrature, of q [m] and q̇ [m/s], at its end.
     pub error: [f64; 2],
-    /// The same between its ends, where it is read there; this is not passed on.
-    pub within: [f64; 2],
     /// A bound of |ẍ| [m/s²].
     pub forcing: f64,
     /// The order of the law.
@@ -87,9 +85,10 @@ impl ErrorBound {
         ErrorBound { stretch: Stretch { before: f64::INFINITY, ..Stretch::default() }, ..ErrorBound::default() }
     }
 
-    /// Adds a step; `decay` is that of the slow mode over it.
-    pub fn add(&mut self, oscillator: &Oscillator, decay: f64, step: &Made) {
-        self.add_equal(oscillator.stiffness().sqrt(), decay, step, 1.0);
+    /// Adds a step; `decay` is that of the slow mode over it, `within` the errors between its ends, where it is read there,
+    /// which are not passed on.
+    pub fn add(&mut self, oscillator: &Oscillator, decay: f64, step: &Made, within: [f64; 2]) {
+        self.add_equal(oscillator.stiffness().sqrt(), decay, step, 1.0, within);
     }
 
     /// Begins a stretch of steps each of which is bounded by `made`, after so many `steps`; the one before has to have ended.
@@ -109,13 +108,14 @@ impl ErrorBound {
         let Stretch { before, decay, rate, made } = self.stretch;
         if before < steps {
             let count = steps - before;
-            self.add_equal(rate, decay, &Made { angle: made.angle + count * made.turned / made.order, ..made }, count);
+            let made = Made { angle: made.angle + count * made.turned / made.order, ..made };
+            self.add_equal(rate, decay, &made, count, [0.0; 2]);
         }
         self.stretch.before = f64::INFINITY;
     }
 
     /// Adds so many steps.
-    fn add_equal(&mut self, rate: f64, decay: f64, step: &Made, count: f64) {
+    fn add_equal(&mut self, rate: f64, decay: f64, step: &Made, count: f64, within: [f64; 2]) {
         let [q, v] = step.state.abs().array();
         // The propagator, which is the same in every step.
         let turned = (step.length * rate).min(1.0);
@@ -136,7 +136,7 @@ impl ErrorBound {
         self.largest = self.largest.max(q);
         // An error of q̇ turns into one of q within a quarter of a period or, softer, as long as it has had time.
         let span = self.elapsed.min(1.0 / rate);
-        let [of_q, of_v] = [0, 1].map(|i| self.neglected[i] + step.within[i] * step.within[i]);
+        let [of_q, of_v] = [0, 1].map(|i| self.neglected[i] + within[i] * within[i]);
         let neglected = (of_q + span * span * of_v).sqrt();
         self.worst = self.worst.max(neglected + self.rounded[0] + span * self.rounded[1]);
     }

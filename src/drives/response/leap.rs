@@ -42,8 +42,6 @@ pub struct Leap {
     nodes: usize,
     /// What they count as evaluations of the law: a pair costs what U′ and U″ at a node cost.
     pub evaluations: f64,
-    /// The places of every second node [s]; each of the others lies as far from the end as the one before from the start.
-    places: [f64; MOST_NODES / 2],
     /// At each node the weight times g and ġ at h less the place; or the weights of the derivatives.
     weights: [Pair; MOST_NODES],
     /// The free motion over the step.
@@ -53,7 +51,8 @@ pub struct Leap {
     /// The first harmonic of the law and the distance to the next.
     first: usize,
     stride: usize,
-    /// U, U′ … where the cam was last, as far as they are in use.
+    /// U, U′ … where the cam was last, as far as they are in use; or the places of every second node [s], each of the others
+    /// lying as far from the end as the one before from the start.
     u: [Pair; ends::MOST_PAIRS],
     /// Its angle there; infinite while unknown [rad].
     angle: f64,
@@ -117,12 +116,13 @@ impl Leap {
     #[cold]
     fn prepare(&mut self, oscillator: &Oscillator, length: f64, nodes: usize) {
         self.keep(oscillator, length);
+        self.angle = f64::INFINITY;
         (self.nodes, self.pairs, self.limits) = (nodes, 0, Limits::NONE);
         self.evaluations = nodes as f64;
         let rule: [[f64; 2]; MOST_NODES] = Gauss::with(nodes).nodes(length);
         for (i, [place, weight]) in rule.into_iter().enumerate() {
             if i % 2 == 0 {
-                self.places[i / 2] = place;
+                self.u[i / 4].0[i / 2 % 2] = place;
             }
             self.weights[i] = Pair::both(weight) * oscillator.kernel(length - place).into();
         }
@@ -140,7 +140,7 @@ impl Leap {
         let mut sum = Pair::default();
         let mut forcing = [0.0; 2];
         for i in (0..self.nodes).step_by(2) {
-            let place = self.places[i / 2];
+            let place = self.u[i / 4].array()[i / 2 % 2];
             forcing = self.forcing(series, [place, self.length - place].map(|tau| local.at(tau)));
             for j in 0..2 {
                 sum = sum + self.weights[i + j] * Pair::both(forcing[j]);

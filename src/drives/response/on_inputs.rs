@@ -87,7 +87,7 @@ impl Response {
                     state: state.into(),
                     ..made.neglecting(&self.oscillator, self.bounds, fastest, part)
                 };
-                self.bound.add(&self.oscillator, leap.decay(), &made);
+                self.bound.add(&self.oscillator, leap.decay(), &made, [0.0; 2]);
                 self.steps += 1.0;
                 Some(Landing::Mass(state))
             }
@@ -112,10 +112,10 @@ impl Response {
                 let instant = Instant { u: leap.u(), q: landing.state };
                 Some(Both { instant, phi: [landing.angle, landing.speed, a] })
             }
-            Course::Closed(stride) if a == 0.0 => {
-                let instant = self.closed_form.glide(stride, &self.oscillator, end)?;
+            Course::Closed(run) if a == 0.0 => {
+                let instant = self.closed_form.glide(run, &self.oscillator, end)?;
                 self.evaluations += 1.0;
-                Some(Both { instant, phi: self.closed_form.cam(end) })
+                Some(Both { instant, phi: self.closed_form.cam(run, end) })
             }
             _ => None,
         }
@@ -130,7 +130,8 @@ impl Response {
     /// On in closed form.
     fn closed_step(&mut self, law: &MotionLaw, end: f64) -> Option<Landing> {
         let instant = self.closed(law, end)?;
-        Some(Landing::Both(Both { instant, phi: self.closed_form.cam(end) }))
+        let Course::Closed(run) = &self.course else { return None };
+        Some(Landing::Both(Both { instant, phi: self.closed_form.cam(run, end) }))
     }
 
     /// How the step from `time` over `length` [s] is integrated: from its ends, else by nodes, if either meets the share.
