@@ -7,7 +7,6 @@ use crate::design::compensation::{Task, Tool};
 use crate::design::text;
 use crate::drives::rigid_machine::{self, Inertia, Motor};
 use crate::drives::unit;
-use crate::motion::MotionLaw;
 use crate::scene::units;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -15,8 +14,9 @@ use toml_edit::{Item, value};
 
 /// Cuts the cams of a machine such that its tools move in time as prescribed though its speed fluctuates.
 ///
-/// The laws of the followers in the scene are what the tools are to do over the phase of time 2πt/T. Their inertia makes the
-/// machine fluctuate; the result is a scene with the laws U(φ) that make the tools move as prescribed nevertheless. The
+/// The laws of the followers in the scene are what the tools are to do over the phase of time 2πt/T; behind mechanisms
+/// [follower.tool], or the lever's law and what it makes of the tool. The inertia of tools and links makes the machine
+/// fluctuate; the result is a scene with the laws U(φ) that make the tools move as prescribed nevertheless. The
 /// report shows the rounds of the classical iteration, the machine with the finished cams, and the same at other
 /// speeds.
 #[derive(Debug, clap::Args)]
@@ -65,6 +65,8 @@ struct Machine {
     task: Task,
     /// The followers that are tools, counted from 0.
     tools: Vec<usize>,
+    /// For each of them whether the law of its cam is an angle.
+    turning: Vec<bool>,
 }
 
 fn machine(args: &Args) -> Result<Machine, Failure> {
@@ -97,20 +99,21 @@ fn machine(args: &Args) -> Result<Machine, Failure> {
             "{place}: a machine without motor turns with any speed\n  = hint: say which with --period"
         )));
     }
-    let (mut tools, mut kept, mut moved) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut tools, mut kept, mut moved, mut turning) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for (j, follower) in scene.followers.into_iter().enumerate() {
         if args.keep.contains(&(j + 1)) {
             kept.push(follower);
             continue;
         }
-        let MotionLaw::Fourier(motion) = follower.cam else {
+        turning.push(follower.cam_turns());
+        let Some(tool) = Tool::of(follower) else {
             return Err(failure(format!(
                 "{place}: the law of follower {} is no Fourier series; its harmonics in time have no end\n  = hint: prescribe an HS profile (law = \"fourier\", or a table with interpolation = \"fourier\"), or keep the cam with --keep {}",
                 j + 1,
                 j + 1
             )));
         };
-        tools.push(Tool { m: follower.m, motion });
+        tools.push(tool);
         moved.push(j);
     }
     if tools.is_empty() {
@@ -118,7 +121,7 @@ fn machine(args: &Args) -> Result<Machine, Failure> {
     }
     let task =
         Task { own: Inertia::new(scene.inertia, kept), tools, driving: Driving { motor: scene.motor, load, period } };
-    Ok(Machine { name: resolved.name, task, tools: moved })
+    Ok(Machine { name: resolved.name, task, tools: moved, turning })
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
@@ -185,6 +188,9 @@ fn carry_over(item: &mut Item, folder: &Path) {
     }
 }
 
+/// The keys that give the motion of the tool instead of that of the lever.
+const OF_THE_TOOL: [&str; 2] = ["tool", "lever_start"];
+
 /// The name of a scene with compensated cams: that of the scene, as long as the longest name allows.
 fn renamed(name: &str) -> String {
     const ENDING: &str = "_hs";
@@ -201,10 +207,18 @@ fn compensated(args: &Args, machine: &Machine, report: &Report) -> Result<String
         let followers = &mut document["follower"];
         let table = files::cam(law, 1.0);
         if let Some(tables) = followers.as_array_of_tables_mut() {
-            tables.get_mut(*j).ok_or_else(unexpected)?["cam"] = Item::Table(table);
+            let follower = tables.get_mut(*j).ok_or_else(unexpected)?;
+            // Its motion was given by that of the tool behind mechanisms, and the law of the lever takes its place.
+            for key in OF_THE_TOOL {
+                follower.remove(key);
+            }
+            follower["cam"] = Item::Table(table);
         } else {
             let inline = followers.as_array_mut().and_then(|list| list.get_mut(*j)).ok_or_else(unexpected)?;
             let follower = inline.as_inline_table_mut().ok_or_else(unexpected)?;
+            for key in OF_THE_TOOL {
+                follower.remove(key);
+            }
             follower.insert("cam", table.into_inline_table().into());
         }
     }
@@ -230,6 +244,12 @@ fn with_cam(pair: &str, machine: &Machine, report: &Report, output: &Path) -> Re
     let place = machine.tools.iter().position(|j| j + 1 == number).ok_or_else(wrong)?;
     let path = PathBuf::from(file.trim());
     let scene = read_all(std::slice::from_ref(&path))?.remove(0);
+    if machine.turning[place] {
+        return Err(failure(format!(
+            "--cam: the cam of follower {number} moves a lever or a tool by an angle; the cam of {} moves a mass along a line",
+            path.display()
+        )));
+    }
     if scene.model == "RigidMachine" {
         return Err(failure(format!("--cam: {} is a machine, not a drive with one cam", path.display())));
     }

@@ -1,10 +1,12 @@
 //! Tools of design around the drives: [`cam_geometry`], contours from motion laws; [`clearance`], what backlash does to a
-//! motion law; [`compensation`], cams for a machine that fluctuates; [`stability`], at which speeds varying parameters make a drive vibrate; [`synthesis`], cam
+//! motion law; [`compensation`], cams for a machine that fluctuates; [`lever_law`], mechanisms between cam and tool
+//! backwards; [`stability`], at which speeds varying parameters make a drive vibrate; [`synthesis`], cam
 //! profiles from motion tasks; [`tradeoff`], speed against accuracy.
 
 pub mod cam_geometry;
 pub mod clearance;
 pub mod compensation;
+pub mod lever_law;
 pub mod plot;
 pub mod stability;
 pub mod synthesis;

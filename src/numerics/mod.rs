@@ -11,6 +11,7 @@ pub mod first_zero;
 pub mod forced;
 pub mod gauss;
 pub mod interpolant;
+pub mod jet;
 pub mod lu;
 pub mod oscillator;
 pub mod pair;

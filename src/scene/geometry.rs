@@ -16,7 +16,7 @@ pub const KEY: &str = "geometry";
 pub struct CamPlan {
     /// The follower that it moves, from 1; None where the drive has but one cam.
     pub follower: Option<usize>,
-    /// U(φ) [m].
+    /// U(φ) [m], of a cam that moves a lever by an angle [rad].
     pub law: MotionLaw,
     /// The geometry.
     pub plan: Plan,
@@ -48,19 +48,20 @@ const SYNONYMS: &[(&str, &str)] = &[
 pub fn all(root: &Section<'_>, drive: Option<&Value>) -> Option<Vec<CamPlan>> {
     let law = |value: Option<&Value>| -> Option<MotionLaw> { serde_json::from_value(value?.get("cam")?.clone()).ok() };
     // A machine has no [cam] that [geometry] could belong to.
-    let mut list = if root.has("cam") { vec![of(root, None, law(drive))] } else { Vec::new() };
+    let mut list = if root.has("cam") { vec![of(root, None, law(drive), false)] } else { Vec::new() };
     for (j, follower) in root.sections("follower").unwrap_or_default().iter().enumerate() {
         let drive = drive.and_then(|drive| drive.get("followers")?.get(j));
-        list.push(of(follower, Some(j + 1), law(drive)));
+        let angular = follower.has("linkage") || (follower.has("J") && !follower.has("m"));
+        list.push(of(follower, Some(j + 1), law(drive), angular));
     }
     let all: Option<Vec<Option<CamPlan>>> = list.into_iter().collect();
     Some(all?.into_iter().flatten().collect())
 }
 
-/// The geometry in this table, if there is one.
-fn of(parent: &Section<'_>, follower: Option<usize>, law: Option<MotionLaw>) -> Option<Option<CamPlan>> {
+/// The geometry in this table, if there is one, for a law that is a length or an angle.
+fn of(parent: &Section<'_>, follower: Option<usize>, law: Option<MotionLaw>, angular: bool) -> Option<Option<CamPlan>> {
     let Some(section) = parent.section(KEY)? else { return Some(None) };
-    let plan = read(&section)?;
+    let plan = read(&section, angular)?;
     let law = law?;
     if let Err(fault) = plan.cams(&law) {
         let fault = section.fault(format!("`{}`: {fault}", section.path));
@@ -98,12 +99,16 @@ const ROTATIONS: &[(&[&str], f64)] =
     &[(&["counterclockwise", "ccw", "left"], 1.0), (&["clockwise", "cw", "right"], -1.0)];
 const SIDES: &[(&[&str], f64)] = &[(&["left"], 1.0), (&["right"], -1.0)];
 
-fn read(section: &Section<'_>) -> Option<Plan> {
+fn read(section: &Section<'_>, angular: bool) -> Option<Plan> {
     let kind = section.choice("follower", KINDS);
+    if angular && kind == Some(Kind::Translating) {
+        let message = format!("`{}`: the law of this cam is the angle of a lever", section.path_of("follower"));
+        section.faults.report(section.fault_of("follower", message).admissible("lever"));
+    }
     let contour = section.choice_or("contour", CONTOURS, Contour::Inner);
     let sense = section.choice_or("rotation", ROTATIONS, 1.0);
     let roller = section.real("roller_radius", &unit::LENGTH, POSITIVE);
-    let carrier = kind.and_then(|kind| carrier(section, kind));
+    let carrier = kind.and_then(|kind| carrier(section, kind, angular));
     let start = kind.zip(contour).and_then(|(kind, contour)| start(section, kind, contour));
     let cut = kind.zip(contour).and_then(|(kind, contour)| cut(section, kind, contour, roller));
     let limits = limits(section, kind, contour, roller);
@@ -111,38 +116,34 @@ fn read(section: &Section<'_>) -> Option<Plan> {
     if kind.is_some() && contour.is_some() {
         section.finish(SYNONYMS);
     }
-    Some(Plan {
-        carrier: carrier?,
-        angular: false,
-        start: start?,
-        sense: sense?,
-        roller: roller?,
-        cut: cut?,
-        limits: limits?,
-    })
+    Some(Plan { carrier: carrier?, angular, start: start?, sense: sense?, roller: roller?, cut: cut?, limits: limits? })
 }
 
 const OF_A_LEVER: &str = "the follower is a translating one";
 const OF_A_SLIDE: &str = "the follower is a lever";
 
-fn carrier(section: &Section<'_>, kind: Kind) -> Option<Carrier> {
+fn carrier(section: &Section<'_>, kind: Kind, angular: bool) -> Option<Carrier> {
     match kind {
         Kind::Lever => {
             let pivot = section.real("pivot_distance", &unit::LENGTH, POSITIVE);
             let length = section.real("arm_length", &unit::LENGTH, POSITIVE);
-            let transmission = section.optional("transmission", &unit::LENGTH, ANY);
+            let (quantity, words) = if angular {
+                (&unit::NUMBER, "a number other than 0: angle of the law per angle of the arm")
+            } else {
+                (&unit::LENGTH, "a length other than 0: travel of the tool per radian of the lever")
+            };
+            let transmission = section.optional("transmission", quantity, ANY);
             let side = section.choice_or("side", SIDES, 1.0);
             if transmission == Some(Some(0.0)) {
                 let path = section.path_of("transmission");
                 let fault =
                     section.fault_of("transmission", format!("`{path}`: 0 would turn the lever infinitely far"));
-                section
-                    .faults
-                    .report(fault.admissible("a length other than 0: travel of the tool per radian of the lever"));
+                section.faults.report(fault.admissible(words));
             }
             forbid(section, &["offset"], OF_A_SLIDE, "follower = \"translating\"");
             let (pivot, length, transmission) = (pivot?, length?, transmission?);
-            Some(Carrier::Lever { pivot, length, transmission: transmission.unwrap_or(length), side: side? })
+            let usual = if angular { 1.0 } else { length };
+            Some(Carrier::Lever { pivot, length, transmission: transmission.unwrap_or(usual), side: side? })
         }
         Kind::Translating => {
             let eccentricity = section.real_or("offset", &unit::LENGTH, ANY, 0.0);

@@ -4,6 +4,7 @@
 #![doc = include_str!("README.md")]
 
 pub mod diagnostics;
+mod follower;
 pub mod geometry;
 mod models;
 mod motion_law;

@@ -2,7 +2,7 @@
 
 use super::section::{Faults, NOT_NEGATIVE, POSITIVE, Section, within};
 use super::{Resolved, diagnostics::Diagnostic, units};
-use super::{geometry, motion_law, parametric};
+use super::{follower, geometry, motion_law, parametric};
 use crate::drives::cam_drive::{DriveMode, Start, StartMode};
 use crate::drives::rigid_machine::{self, Follower, InertiaFunction, MachineStart, Motor};
 use crate::drives::solver::{LONGEST_STEP_SIZE, Method, Settings};
@@ -301,7 +301,7 @@ fn rigid_machine(root: &Section<'_>, folder: &Path) -> Option<(&'static str, Val
         constant.zip(varying)
     });
     let followers = root.sections("follower").and_then(|list| {
-        let followers: Vec<Option<Follower>> = list.iter().map(|section| follower(section, folder)).collect();
+        let followers: Vec<Option<Follower>> = list.iter().map(|section| follower::read(section, folder)).collect();
         followers.into_iter().collect::<Option<Vec<Follower>>>()
     });
     let motor = match root.section("motor") {
@@ -323,13 +323,6 @@ fn rigid_machine(root: &Section<'_>, folder: &Path) -> Option<(&'static str, Val
         solver: solver?,
     };
     resolved::<rigid_machine::RigidMachine>(&scene, MACHINE)
-}
-
-fn follower(section: &Section<'_>, folder: &Path) -> Option<Follower> {
-    let m = section.real("m", &unit::MASS, POSITIVE);
-    let cam = cam(section, folder);
-    section.finish(SYNONYMS);
-    Some(Follower { m: m?, cam: cam? })
 }
 
 #[derive(Clone, Copy, PartialEq)]

@@ -442,6 +442,7 @@ impl<'a> Section<'a> {
         let mut list = Vec::new();
         for (i, item) in items.iter().enumerate() {
             let path = format!("{}[{}]", node.path, i + 1);
+            self.faults.read.borrow_mut().insert(path.clone(), item.span());
             match item.get_ref() {
                 DeValue::Table(table) => list.push(self.sub(path, item.span(), table)),
                 value => {

@@ -8,7 +8,7 @@
 
 use super::orbit::{self, Driving, Inertia, Orbit};
 use super::spectral::{Mesh, amplitude, largest, mean};
-use super::{Task, Tool, acceleration, range};
+use super::{Task, Tool, range};
 use crate::drives::rigid_machine::Place;
 use crate::motion::Fourier;
 use serde::Serialize;
@@ -62,7 +62,7 @@ pub struct Machine<'a> {
     task: &'a Task,
 }
 
-/// A cam at the points: U and U′.
+/// What a cam carries at the points: the moment of inertia of tool and links, and the tool's y′.
 pub type Cam = Vec<[f64; 2]>;
 
 impl<'a> Machine<'a> {
@@ -75,17 +75,17 @@ impl<'a> Machine<'a> {
     pub fn cam_of_phases(&self, tool: &Tool, phases: &[f64], slopes: &[f64]) -> Cam {
         let at = |(psi, slope): (&f64, &f64)| {
             let [u, u1, ..] = tool.motion.at(*psi).0;
-            [u, u1 * slope]
+            tool.carried([u, u1 * slope])
         };
         phases.iter().zip(slopes).map(at).collect()
     }
 
-    /// The cam with this law.
-    pub fn cam_of_law(&self, law: &Fourier) -> Cam {
+    /// The cam of a tool with this law.
+    pub fn cam_of_law(&self, tool: &Tool, law: &Fourier) -> Cam {
         (0..self.mesh.len())
             .map(|i| {
                 let [u, u1, ..] = law.at(self.mesh.point(i)).0;
-                [u, u1]
+                tool.carried([u, u1])
             })
             .collect()
     }
@@ -95,8 +95,7 @@ impl<'a> Machine<'a> {
         let inertia: Vec<f64> = (0..self.mesh.len())
             .map(|i| {
                 let phi = self.mesh.point(i);
-                let tools = self.task.tools.iter().zip(cams).map(|(tool, cam)| tool.m * cam[i][1] * cam[i][1]);
-                self.task.own.at(Place::at(phi), phi)[0] + tools.sum::<f64>()
+                self.task.own.at(Place::at(phi), phi)[0] + cams.iter().map(|cam| cam[i][0]).sum::<f64>()
             })
             .collect();
         let mut start = orbit::uniform(&self.mesh, driving, mean(&inertia))?;
@@ -125,9 +124,9 @@ impl<'a> Machine<'a> {
         }
     }
 
-    /// The accelerations of a tool [m/s²] at the points: ẍ = ω d(U′ω)/dφ.
+    /// The accelerations of a tool [m/s² or rad/s²] at the points: ÿ = ω d(y′ω)/dφ.
     fn accelerations(&self, orbit: &Orbit, cam: &Cam) -> Vec<f64> {
-        let velocity: Vec<f64> = cam.iter().zip(&orbit.speed).map(|([_, u1], w)| u1 * w).collect();
+        let velocity: Vec<f64> = cam.iter().zip(&orbit.speed).map(|([_, slope], w)| slope * w).collect();
         let slope = self.mesh.differentiate(&velocity);
         slope.iter().zip(&orbit.speed).map(|(s, w)| s * w).collect()
     }
@@ -161,9 +160,9 @@ impl<'a> Machine<'a> {
         let mesh = &self.mesh;
         let actual = self.accelerations(orbit, cam);
         let omega = orbit.mean_speed;
-        let wanted = |psi: f64| omega * omega * tool.motion.at(psi).0[2];
+        let wanted = |psi: f64| omega * omega * tool.at(psi)[2];
         let miss: Vec<f64> = actual.iter().zip(phases).map(|(a, psi)| a - wanted(*psi)).collect();
-        let peak = acceleration(&tool.motion, omega)[1];
+        let peak = tool.acceleration(omega)[1];
         let most = |values: &[f64]| {
             let series = mesh.series(values);
             largest(mesh.order() / 2, |phi| series.at(phi).0[0])[1]
@@ -178,9 +177,9 @@ impl<'a> Machine<'a> {
             }
             a.hypot(b) / mesh.len() as f64
         };
-        let order = tool.motion.order();
+        let order = tool.wanted.order();
         let largest_wanted =
-            (1..=order).map(|k| amplitude(&tool.motion, k) * (k * k) as f64 * omega * omega).fold(0.0_f64, f64::max);
+            (1..=order).map(|k| amplitude(&tool.wanted, k) * (k * k) as f64 * omega * omega).fold(0.0_f64, f64::max);
         let extra: Vec<usize> =
             (order + 1..mesh.order() / 2).filter(|k| harmonic(*k) > EXTRA * largest_wanted).collect();
         Quality {

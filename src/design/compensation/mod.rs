@@ -11,6 +11,9 @@
 //! tools in the kinetic energy. Without motor a solution exists only if J0 ≥ ⟨√(S_max − S)⟩², J0 the constant inertia
 //! and S = Σ m_j U_j′²: below it the machine would come to rest while the tools move fastest.
 //!
+//! Behind mechanisms the same holds for the lever: where the tool moves as prescribed in time, so does the lever, and S holds
+//! the tool and all links with the velocities that they then have in time.
+//!
 //! The cams' laws are Fourier series in φ, as long as the wanted accuracy demands.
 //!
 //! Source: K. Kaltofen, "HS-Bewegungen trotz veränderlicher Antriebsgeschwindigkeit", section 3; factor and bound are
@@ -22,6 +25,9 @@ pub mod report;
 mod spectral;
 #[cfg(test)]
 mod tests;
+mod tool;
+
+pub use tool::Tool;
 
 use crate::drives::Fault;
 use crate::drives::rigid_machine::{self, Motor, Place};
@@ -47,15 +53,6 @@ const ROUNDING: f64 = 2e-16;
 /// by this much at least.
 const SHARES: [f64; 2] = [0.25, 1e-3];
 
-/// A tool whose motion is prescribed in time.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Tool {
-    /// m [kg].
-    pub m: f64,
-    /// U(ψ) [m].
-    pub motion: Fourier,
-}
-
 /// The machine and what is wanted of it.
 #[derive(Clone, Debug)]
 pub struct Task {
@@ -70,7 +67,7 @@ pub struct Task {
 /// The law of a compensated cam.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Law {
-    /// U_cam(φ) [m].
+    /// U_cam(φ) [m]; of a lever or a tool that turns [rad].
     pub series: Fourier,
     /// A bound of the error that the harmonics left out cause, relative to the largest acceleration of the tool.
     pub truncation: f64,
@@ -110,14 +107,14 @@ impl Inertia for InTime<'_> {
 }
 
 impl Task {
-    /// S(ψ) = Σ m_j U_j′(ψ)² [kg·m²].
+    /// S(ψ) = Σ m_j U_j′(ψ)² [kg·m²], behind mechanisms with the inertia of all links.
     pub fn tools_inertia(&self, psi: f64) -> f64 {
-        self.tools.iter().map(|tool| tool.m * tool.motion.at(psi).0[1].powi(2)).sum()
+        self.tools.iter().map(|tool| tool.inertia(psi)).sum()
     }
 
     /// The highest harmonic of the tools' motions.
     fn order(&self) -> usize {
-        self.tools.iter().map(|tool| tool.motion.order()).max().unwrap_or(1).max(1)
+        self.tools.iter().map(|tool| tool.wanted.order().max(tool.motion.order())).max().unwrap_or(1).max(1)
     }
 
     /// ⟨√(S_max − S)⟩² [kg·m²]: the least constant inertia of a machine without motor.
@@ -318,11 +315,13 @@ impl Solution {
             .map(|(j, tool)| {
                 let lifts: Vec<f64> = phases.iter().map(|psi| tool.motion.at(*psi).0[0]).collect();
                 let full = mesh.series(&lifts);
-                let peak = acceleration(&tool.motion, self.orbit.mean_speed)[1];
+                let peak = tool.acceleration(self.orbit.mean_speed)[1];
+                let [second, first, zeroth] = tool.sensitivity(self.orbit.mean_speed);
                 // ẍ = U″ω² + U′ω̇ of a harmonic of this amplitude, and of the roundings of all up to it.
                 let error = |k: usize, amplitude: f64| {
                     let k = k as f64;
-                    amplitude * (k * k * most_speed * most_speed + k * swing) / peak
+                    let acceleration = k * k * most_speed * most_speed + k * swing;
+                    amplitude * (second * acceleration + first * k * most_speed + zeroth) / peak
                 };
                 let floor = ROUNDING * largest(tool.motion.order(), |psi| tool.motion.at(psi).0[0])[1];
                 let last = (1..=full.order()).rev().find(|k| amplitude(&full, *k) > floor).unwrap_or(1);
@@ -343,11 +342,6 @@ impl Solution {
             })
             .collect()
     }
-}
-
-/// The phase and the size of the largest acceleration Ω²|U″| of a tool [m/s²].
-pub fn acceleration(motion: &Fourier, mean_speed: f64) -> [f64; 2] {
-    largest(motion.order(), |psi| mean_speed * mean_speed * motion.at(psi).0[2])
 }
 
 /// The least and the largest value of a speed over the turn.

@@ -1,7 +1,7 @@
 //! What a compensation has found, as tables and diagrams.
 
 use super::iteration::{Cam, Machine, Round, rounds};
-use super::{Law, Task};
+use super::{Law, Task, Tool};
 use crate::design::plot::{Axis, Diagram, Series};
 use crate::design::text::{self, Table, number};
 use crate::drives::Fault;
@@ -56,6 +56,9 @@ pub struct Report {
     /// The laws of the cams.
     #[serde(skip)]
     pub laws: Vec<Fourier>,
+    /// For each tool whether its coordinate is an angle.
+    #[serde(skip)]
+    turning: Vec<bool>,
     #[serde(skip)]
     speeds: [Vec<[f64; 2]>; 2],
     #[serde(skip)]
@@ -78,7 +81,7 @@ pub struct Cut {
 pub fn study(scene: &str, task: &Task, options: Options) -> Result<Report, Fault> {
     let solution = task.solve()?;
     let laws = solution.laws(&task.tools, options.tolerance)?;
-    let highest = laws.iter().map(|law| law.series.order()).max().unwrap_or(1);
+    let highest = laws.iter().map(|law| law.series.order()).max().unwrap_or(1).max(task.order());
     let machine = Machine::new(task, ORDER.max(2 * highest).max(solution.speed.order()));
     let none = || Fault("with the finished cams the machine has no periodic motion near the wanted one".to_owned());
     // The motor as the period demands it; from here on it is given.
@@ -86,15 +89,16 @@ pub fn study(scene: &str, task: &Task, options: Options) -> Result<Report, Fault
     if task.driving.motor != Motor::None {
         (driving.motor, driving.period) = (solution.orbit.motor, None);
     }
-    let cams: Vec<Cam> = laws.iter().map(|law| machine.cam_of_law(&law.series)).collect();
+    let pairs = task.tools.iter().zip(&laws);
+    let cams: Vec<Cam> = pairs.map(|(tool, law)| machine.cam_of_law(tool, &law.series)).collect();
     let orbit = machine.orbit(&cams, &driving).ok_or_else(none)?;
-    let plain: Vec<Cam> = task.tools.iter().map(|tool| machine.cam_of_law(&tool.motion)).collect();
+    let plain: Vec<Cam> = task.tools.iter().map(|tool| machine.cam_of_law(tool, &tool.motion)).collect();
     let before = machine.orbit(&plain, &driving);
     let course = |j: usize| {
         let tool = &task.tools[j];
         let wanted = |i: usize| {
             let psi = TAU * i as f64 / POINTS as f64;
-            [psi, orbit.mean_speed.powi(2) * tool.motion.at(psi).0[2]]
+            [psi, orbit.mean_speed.powi(2) * tool.at(psi)[2]]
         };
         let uncompensated = before.as_ref().map(|before| machine.course(before, &plain[j], POINTS));
         [
@@ -131,6 +135,7 @@ pub fn study(scene: &str, task: &Task, options: Options) -> Result<Report, Fault
             machine.speeds(&orbit, POINTS),
         ],
         accelerations: (0..task.tools.len()).map(course).collect(),
+        turning: task.tools.iter().map(Tool::turns).collect(),
         laws: laws.into_iter().map(|law| law.series).collect(),
     })
 }
@@ -275,7 +280,11 @@ impl Report {
         Diagram {
             title: format!("Acceleration of tool {} of {} over a period", j + 1, self.scene),
             x: Axis::linear("Time per period [1]"),
-            y: Axis::linear("Acceleration of the tool [m/s²]"),
+            y: Axis::linear(if self.turning[j] {
+                "Angular acceleration of the tool [rad/s²]"
+            } else {
+                "Acceleration of the tool [m/s²]"
+            }),
             series: series
                 .map(|(points, name)| Series { name: name.to_owned(), points: per_turn(points), joined: true })
                 .collect(),

@@ -2,7 +2,8 @@
 
 use super::iteration::{Cam, Machine, Round, rounds};
 use super::*;
-use crate::drives::rigid_machine::InertiaFunction;
+use crate::drives::rigid_machine::linkage::{Branch, Kind, Link, Linkage, Mechanism, SliderCrank};
+use crate::drives::rigid_machine::{Follower, InertiaFunction};
 
 fn loom(constant: f64) -> Task {
     let gripper = Fourier::new(vec![0.34538, -0.46256, 0.10175, 0.015451, 0.0056952, -0.0025225, -0.0023031], vec![]);
@@ -18,7 +19,7 @@ fn loom(constant: f64) -> Task {
     };
     Task {
         own: rigid_machine::Inertia::new(InertiaFunction { constant, varying: None }, Vec::new()),
-        tools: vec![Tool { m: 1.6, motion: gripper }, Tool { m: 60.0, motion: sley }],
+        tools: vec![Tool::direct(1.6, gripper), Tool::direct(60.0, sley)],
         driving: Driving { motor, load: 0.0, period: None },
     }
 }
@@ -26,7 +27,8 @@ fn loom(constant: f64) -> Task {
 /// The machine with these cams.
 fn finished(task: &Task, laws: &[Law]) -> Round {
     let machine = Machine::new(task, 160);
-    let cams: Vec<Cam> = laws.iter().map(|law| machine.cam_of_law(&law.series)).collect();
+    let pairs = task.tools.iter().zip(laws);
+    let cams: Vec<Cam> = pairs.map(|(tool, law)| machine.cam_of_law(tool, &law.series)).collect();
     machine.judge(&machine.orbit(&cams, &task.driving).unwrap(), &cams)
 }
 
@@ -174,6 +176,79 @@ fn a_load_a_lag_a_varying_inertia_and_the_other_sense_of_turning() {
     // A load beyond the breakdown torque.
     task.driving.load = 230.0;
     assert!(task.solve().unwrap_err().to_string().contains("stalls"));
+}
+
+/// A lever that drives a slide by a slider-crank, all links with mass.
+fn slide(motion: Fourier) -> Follower {
+    let link = |length, mass, inertia, centre| Link { length, mass, inertia, centre };
+    let linkage = SliderCrank {
+        crank: link(0.1, 2.0, 3e-3, [0.04, 0.01]),
+        rod: link(0.25, 3.0, 2e-2, [0.11, -0.01]),
+        offset: 0.03,
+        slider_mass: 0.5,
+        branch: Branch::Plus,
+    };
+    let kind = Kind::SliderCrank(linkage);
+    let linkage = Linkage(vec![Mechanism { kind, input_offset: 1.4, output_offset: 0.2 }]);
+    Follower { m: 3.0, turns: false, cam: crate::motion::MotionLaw::Fourier(motion), linkage }
+}
+
+#[test]
+fn a_tool_behind_a_mechanism_moves_as_prescribed() {
+    let lever = Fourier::new(vec![0.1, 0.35, 0.08, -0.02], vec![0.0, 0.05]);
+    let follower = slide(lever);
+    let mut task = loom(2.8);
+    task.own.function.constant = 0.05;
+    task.driving = Driving { motor: Motor::None, load: 0.0, period: Some(0.12) };
+    task.tools = vec![Tool::of(follower.clone()).unwrap(), Tool::direct(1.6, Fourier::new(vec![0.0, 0.1], vec![]))];
+    // S is the sum over all bodies: places by hand, velocities by differences.
+    let body = |psi: f64| {
+        let theta = follower.cam.at(psi).0[0] + 1.4;
+        let pin = [0.1 * theta.cos(), 0.1 * theta.sin()];
+        let s = pin[0] + (0.25f64.powi(2) - (pin[1] - 0.03).powi(2)).sqrt();
+        let beta = (0.03 - pin[1]).atan2(s - pin[0]);
+        let place = |joint: [f64; 2], angle: f64, [x, y]: [f64; 2]| {
+            let (sin, cos) = angle.sin_cos();
+            [joint[0] + x * cos - y * sin, joint[1] + x * sin + y * cos, angle]
+        };
+        [place([0.0; 2], theta, [0.04, 0.01]), place(pin, beta, [0.11, -0.01]), [s, 0.0, 0.0]]
+    };
+    let h = 1e-3;
+    for i in 0..20 {
+        let psi = 0.314 * f64::from(i);
+        let rate = |body_number: usize, part: usize| {
+            let d = |k: f64| body(psi + k * h)[body_number][part] - body(psi - k * h)[body_number][part];
+            (45.0 * d(1.0) - 9.0 * d(2.0) + d(3.0)) / (60.0 * h)
+        };
+        let of = |number: usize, m: f64, j: f64| {
+            m * (rate(number, 0).powi(2) + rate(number, 1).powi(2)) + j * rate(number, 2).powi(2)
+        };
+        let sum = of(0, 2.0, 3e-3) + of(1, 3.0, 2e-2) + of(2, 3.5, 0.0) + 1.6 * (0.1 * psi.sin()).powi(2);
+        assert!((task.tools_inertia(psi) - sum).abs() < 1e-11, "{psi}");
+    }
+    let solution = task.solve().unwrap();
+    assert!(solution.range()[1] / solution.range()[0] > 1.05);
+    for tolerance in [1e-4, 1e-8] {
+        let laws = solution.laws(&task.tools, tolerance).unwrap();
+        let round = finished(&task, &laws);
+        for (law, tool) in laws.iter().zip(&round.tools) {
+            assert!(law.truncation <= tolerance);
+            assert!(tool.deviation <= 2.0 * law.truncation + 1e-11, "{tolerance}: {tool:?}");
+        }
+    }
+    // The iteration leads to the same motion with the factor that is computed beforehand.
+    let rounds = rounds(&task, 128, 12);
+    let deviations: Vec<f64> = rounds.iter().map(|round| round.tools[0].deviation).collect();
+    assert!(deviations[0] > 0.3 && deviations[12] < 1e-4, "{deviations:?}");
+    // The ratios fall towards it.
+    let ratio = |i: usize| deviations[i] / deviations[i - 1] / solution.factor;
+    assert!(ratio(12) < ratio(8) && (ratio(12) - 1.0).abs() < 0.05, "{deviations:?} {}", solution.factor);
+    assert!(rounds[12].tools.iter().all(|tool| tool.extra_harmonics == 0));
+    // Without the links' masses the cams would be others.
+    let mut massless = task.clone();
+    massless.tools[0] = Tool::of(Follower { linkage: follower.linkage.without_masses(), ..follower.clone() }).unwrap();
+    let wrong = massless.solve().unwrap().laws(&massless.tools, 1e-8).unwrap();
+    assert!(finished(&task, &wrong).tools[0].deviation > 0.01);
 }
 
 #[test]

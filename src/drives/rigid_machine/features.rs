@@ -2,8 +2,9 @@
 
 use super::inertia::Place;
 use super::{Follower, Inertia, InertiaFunction, Motor, Scene};
-use crate::drives::simplification::{RigidFollower, Simplification, fewer_harmonics};
-use crate::motion::MotionLaw;
+use crate::drives::simplification::{Simplification, fewer_harmonics};
+use crate::numerics::angle;
+use crate::numerics::double_double::Double;
 use std::f64::consts::TAU;
 
 pub(super) fn of(scene: &Scene) -> Vec<Simplification<Scene>> {
@@ -24,6 +25,13 @@ pub(super) fn of(scene: &Scene) -> Vec<Simplification<Scene>> {
     }
     if scene.motor != Motor::Input {
         list.push(constant_speed(scene, inertia));
+    }
+    if scene.followers.iter().any(|follower| follower.linkage.has_mass()) {
+        let mut massless = scene.clone();
+        for follower in &mut massless.followers {
+            follower.linkage = follower.linkage.without_masses();
+        }
+        list.push(Simplification::scene("the inertia of the links", "massless links", massless));
     }
     for (j, follower) in scene.followers.iter().enumerate() {
         for fewer in fewer_harmonics(&follower.cam) {
@@ -49,13 +57,13 @@ fn mean(inertia: &Inertia) -> f64 {
 
 /// The machine at its mean speed: φ̈ = 0, and the torque that this takes, M_an = ½ J′ω².
 fn constant_speed(scene: &Scene, inertia: Inertia) -> Simplification<Scene> {
-    let laws: Vec<MotionLaw> = scene.followers.iter().map(|f| f.cam.clone()).collect();
+    let followers = scene.followers.clone();
     let motor = matches!(scene.motor, Motor::Kloss { .. });
     let mut outputs: Vec<String> = ["phi", "w", "a", "J", "E"].map(str::to_owned).into();
     if motor {
         outputs.push("M_an".to_owned());
     }
-    for j in 1..=laws.len() {
+    for j in 1..=followers.len() {
         outputs.extend([format!("U[{j}]"), format!("der(U[{j}])"), format!("der(U[{j}],2)")]);
     }
     let names: Vec<&str> = outputs.iter().map(String::as_str).collect();
@@ -64,11 +72,11 @@ fn constant_speed(scene: &Scene, inertia: Inertia) -> Simplification<Scene> {
         let [j, slope, ..] = inertia.at(Place::at(phi), phi);
         let torque = 0.5 * slope * shaft.w * shaft.w + j * shaft.a;
         let own = [shaft.phi, shaft.w, shaft.a, j, 0.5 * j * shaft.w * shaft.w];
-        let followers = laws.iter().flat_map(|law| {
-            let RigidFollower { y, y_dot, y_dot_dot, .. } = RigidFollower::of(law, shaft);
-            [y, y_dot, y_dot_dot]
+        let tools = followers.iter().flat_map(|follower| {
+            let [y, y1, y2, ..] = follower.tool(follower.cam.at(angle::reduce(Double::from(shaft.phi))).0);
+            [y, y1 * shaft.w, y2 * shaft.w * shaft.w + y1 * shaft.a]
         });
-        let values = own.into_iter().chain(motor.then_some(torque)).chain(followers);
+        let values = own.into_iter().chain(motor.then_some(torque)).chain(tools);
         out.iter_mut().zip(values).for_each(|(place, value)| *place = value);
     };
     Simplification::formula("the speed fluctuation", "constant mean speed", &names, evaluate)

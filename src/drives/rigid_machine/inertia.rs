@@ -1,5 +1,6 @@
 //! The reduced moment of inertia J(φ).
 
+use super::follower::Follower;
 use crate::motion::{MotionLaw, TransferFunctions};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
@@ -15,34 +16,35 @@ pub struct InertiaFunction {
     pub varying: Option<MotionLaw>,
 }
 
-/// A mass that a cam of the machine moves.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Follower {
-    /// m [kg].
-    pub m: f64,
-    /// U(φ) [m].
-    pub cam: MotionLaw,
-}
-
-/// J(φ) = J0 + J_v(φ) + Σ m_j U_j′(φ)².
+/// J(φ) = J0 + J_v(φ) + Σ m_j U_j′(φ)², where mechanisms lie between cam and tool with the inertia of tool and links instead
+/// of the last term.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Inertia {
     /// J0 and J_v.
     pub function: InertiaFunction,
-    /// m_j, U_j.
+    /// m_j, U_j and the mechanisms.
     pub followers: Vec<Follower>,
     /// The angles in [0, 2π), ascending, at which one of the laws has a breakpoint.
     borders: Vec<f64>,
     /// [`Inertia::range`], once it was asked for.
     #[serde(skip)]
-    range: Known,
+    range: Known<(f64, f64)>,
+    /// The order that resolves the inertia of the followers with mechanisms, once it was asked for.
+    #[serde(skip)]
+    linked_resolution: Known<f64>,
 }
 
 /// What follows from the rest of the inertia, and says nothing about whether two are the same.
-#[derive(Clone, Debug, Default)]
-struct Known(OnceLock<(f64, f64)>);
+#[derive(Clone, Debug)]
+struct Known<T>(OnceLock<T>);
 
-impl PartialEq for Known {
+impl<T> Default for Known<T> {
+    fn default() -> Self {
+        Known(OnceLock::new())
+    }
+}
+
+impl<T> PartialEq for Known<T> {
     fn eq(&self, _: &Self) -> bool {
         true
     }
@@ -54,9 +56,23 @@ const SAME_BORDER: f64 = 1e-12;
 impl Inertia {
     /// The inertia of these parts.
     pub fn new(function: InertiaFunction, followers: Vec<Follower>) -> Self {
-        let mut inertia = Inertia { function, followers, borders: Vec::new(), range: Known::default() };
+        let (range, linked_resolution) = (Known::default(), Known::default());
+        let mut inertia = Inertia { function, followers, borders: Vec::new(), range, linked_resolution };
         inertia.find_borders();
         inertia
+    }
+
+    /// Whether mechanisms lie between a cam and its tool.
+    pub fn is_linked(&self) -> bool {
+        self.followers.iter().any(|follower| !follower.linkage.is_empty())
+    }
+
+    /// The order that resolves the inertia of the followers with mechanisms; 0 without.
+    fn linked_resolution(&self) -> f64 {
+        *self.linked_resolution.0.get_or_init(|| {
+            let linked = self.followers.iter().filter(|follower| !follower.linkage.is_empty());
+            linked.map(Follower::linked_resolution).fold(0.0, f64::max)
+        })
     }
 
     /// The laws of the parts.
@@ -68,7 +84,7 @@ impl Inertia {
     pub fn change(&mut self, change: impl FnOnce(&mut InertiaFunction, &mut [Follower])) {
         change(&mut self.function, &mut self.followers);
         self.find_borders();
-        self.range = Known::default();
+        (self.range, self.linked_resolution) = (Known::default(), Known::default());
     }
 
     /// Collects the breakpoints of all laws.
@@ -83,6 +99,7 @@ impl Inertia {
     pub fn validate(&self) -> Result<(), String> {
         for (j, follower) in self.followers.iter().enumerate() {
             follower.cam.validate().map_err(|reason| format!("follower[{}]: {reason}", j + 1))?;
+            follower.check_linkage(&format!("follower[{}].linkage", j + 1))?;
         }
         self.function.varying.iter().try_for_each(|law| law.validate().map_err(|reason| format!("inertia: {reason}")))
     }
@@ -107,7 +124,12 @@ impl Inertia {
             j.iter_mut().zip(v).for_each(|(j, v)| *j += v);
         }
         for follower in &self.followers {
-            let [_, u1, u2, u3, u4] = place.evaluate(&follower.cam, phi).0;
+            let u = place.evaluate(&follower.cam, phi);
+            if !follower.linkage.is_empty() {
+                j.iter_mut().zip(follower.inertia(u.0)).for_each(|(j, own)| *j += own);
+                continue;
+            }
+            let [_, u1, u2, u3, u4] = u.0;
             j[0] += follower.m * u1 * u1;
             j[1] += 2.0 * follower.m * u1 * u2;
             j[2] += 2.0 * follower.m * (u2 * u2 + u1 * u3);
@@ -125,6 +147,11 @@ impl Inertia {
             j += place.evaluate(varying, phi).0[0];
         }
         for follower in &self.followers {
+            if !follower.linkage.is_empty() {
+                let [u, u1, ..] = place.evaluate(&follower.cam, phi).0;
+                j += follower.inertia([u, u1])[0];
+                continue;
+            }
             let slope = match follower.cam.series() {
                 Some(series) => series.slope(sin, cos),
                 None => place.evaluate(&follower.cam, phi).0[1],
@@ -163,11 +190,12 @@ impl Inertia {
         Place::at(if low.is_finite() { 0.5 * (low + high) } else { 0.0 })
     }
 
-    /// The harmonic order that resolves J(φ): a product of two transfer functions doubles that of the law.
+    /// The harmonic order that resolves J(φ): a product of two transfer functions doubles that of the law; what mechanisms add
+    /// is measured.
     pub fn resolution(&self) -> f64 {
         let product = self.followers.iter().map(|f| 2.0 * f.cam.resolution());
         let own = self.function.varying.iter().map(|law| law.resolution());
-        product.chain(own).fold(1.0, f64::max)
+        product.chain(own).chain([self.linked_resolution()]).fold(1.0, f64::max)
     }
 
     /// A lower bound of J over the turn, from samples and the curvature between them, and the largest sample.

@@ -3,8 +3,10 @@
 //! J(φ) φ̈ + ½ J′(φ) φ̇² = M_an − τ,  J(φ) = J0 + J_v(φ) + Σ m_j U_j′(φ)²
 //!
 //! Symbols: φ angle of the main shaft [rad]; J reduced moment of inertia [kg·m²]; J0 its constant part; J_v an
-//! optional periodic part (Fourier series or table); m_j mass [kg] and U_j position function [m] of follower j; M_an
-//! torque of the motor on the shaft [N·m], positive in the sense of φ; τ load [N·m], **positive brakes**.
+//! optional periodic part (Fourier series or table); m_j mass [kg] and U_j position function [m] of follower j (moment of
+//! inertia [kg·m²] and [rad] where it turns); M_an torque of the motor on the shaft [N·m], positive in the sense of φ; τ
+//! load [N·m], **positive brakes**. Between a cam and its tool there may be mechanisms, see [`linkage`]; U_j then is the
+//! tool's position, the cam moves a lever, and the links' inertia adds to J.
 //!
 //! Valid for rigid links without backlash and J > 0 everywhere; standstill, reversal and a load that drives the motor
 //! are ordinary states.
@@ -18,8 +20,10 @@
 mod course;
 mod cycle;
 mod features;
+mod follower;
 mod grid;
 mod inertia;
+pub mod linkage;
 mod motor;
 pub mod orbits;
 mod passage;
@@ -37,7 +41,8 @@ mod variables;
 #[cfg(test)]
 mod tests;
 
-pub use inertia::{Follower, Inertia, InertiaFunction, Place};
+pub use follower::Follower;
+pub use inertia::{Inertia, InertiaFunction, Place};
 pub use motor::Motor;
 
 use super::number::all_finite;
@@ -191,7 +196,8 @@ impl RigidMachine {
             }
         }
         if let Some((j, follower)) = self.inertia.followers.iter().enumerate().find(|(_, f)| f.m < 0.0) {
-            return Err(Fault(format!("`follower[{}].m` = {} kg: a mass is not negative", j + 1, follower.m)));
+            let name = if follower.turns { "J" } else { "m" };
+            return Err(Fault(format!("`follower[{}].{name}` = {}: a mass is not negative", j + 1, follower.m)));
         }
         // Where there is a raster it has passed.
         if self.raster.is_of(&self.inertia) {
@@ -310,8 +316,9 @@ impl Drive for RigidMachine {
         let mut curves = vec![Curve::over_turn("Reduced moment of inertia J(φ)", "J [kg·m²]", inertia)];
         for (j, follower) in self.inertia.followers.iter().enumerate() {
             let title = format!("Position function of follower {}", j + 1);
-            let label = format!("U{} [mm]", j + 1);
-            curves.push(Curve::over_turn(&title, &label, |phi| 1e3 * follower.cam.at(phi).0[0]));
+            let (unit, factor) = if follower.turns { ("°", 1f64.to_degrees()) } else { ("mm", 1e3) };
+            let label = format!("U{} [{unit}]", j + 1);
+            curves.push(Curve::over_turn(&title, &label, |phi| factor * follower.tool(follower.cam.at(phi).0)[0]));
         }
         curves
     }

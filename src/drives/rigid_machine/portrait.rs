@@ -17,6 +17,14 @@ const INERTIA: &str = "<mi>J</mi><mo>(</mo><mi>φ</mi><mo>)</mo><mo>=</mo><msub>
 <msub><mi>m</mi><mi>j</mi></msub><msubsup><mi>U</mi><mi>j</mi><mo>′</mo></msubsup>\
 <msup><mrow><mo>(</mo><mi>φ</mi><mo>)</mo></mrow><mn>2</mn></msup>";
 
+const LINKED: &str = "<msub><mi>U</mi><mi>j</mi></msub><mo>(</mo><mi>φ</mi><mo>)</mo><mo>=</mo><msub><mi>f</mi><mi>j</mi>\
+</msub><mo>(</mo><msub><mi>χ</mi><mi>j</mi></msub><mo>(</mo><mi>φ</mi><mo>)</mo><mo>)</mo><mo>,</mo>\
+<mspace width=\"1em\"/><msub><mi>J</mi><mi>j</mi></msub><mo>=</mo><msub><mi>m</mi><mi>j</mi></msub>\
+<msubsup><mi>U</mi><mi>j</mi><mrow><mo>′</mo><mn>2</mn></mrow></msubsup><mo>+</mo><munder><mo>∑</mo><mi>i</mi></munder>\
+<mo>(</mo><msub><mi>m</mi><mi>i</mi></msub><msup><mrow><mo>|</mo><msubsup><mi>r</mi><mi>i</mi><mo>′</mo></msubsup>\
+<mo>|</mo></mrow><mn>2</mn></msup><mo>+</mo><msub><mi>J</mi><mi>i</mi></msub><msubsup><mi>β</mi><mi>i</mi>\
+<mrow><mo>′</mo><mn>2</mn></mrow></msubsup><mo>)</mo>";
+
 const KLOSS: &str = "<msub><mi>M</mi><mi>an</mi></msub><mo>=</mo><mi>sgn</mi><mo>(</mo><msub><mi>w</mi><mi>s</mi></msub>\
 <mo>)</mo><mfrac><mrow><mn>2</mn><msub><mi>M</mi><mi>k</mi></msub><mi>s</mi><msub><mi>s</mi><mi>k</mi></msub></mrow>\
 <mrow><msup><mi>s</mi><mn>2</mn></msup><mo>+</mo><msubsup><mi>s</mi><mi>k</mi><mn>2</mn></msubsup></mrow></mfrac>\
@@ -56,6 +64,10 @@ impl RigidMachine {
             equation("Motion of the shaft", "J(φ) φ̈ + ½ J′(φ) φ̇² = M_an − τ", MOTION),
             equation("Reduced moment of inertia", "J(φ) = J0 + J_v(φ) + Σ m_j U_j′(φ)²", INERTIA),
         ];
+        if self.inertia.is_linked() {
+            let text = "U_j(φ) = f_j(χ_j(φ)),  J_j = m_j U_j′² + Σ (m_i |r_i′|² + J_i β_i′²) instead of m_j U_j′²";
+            equations.push(equation("Followers behind mechanisms: lever χ, links i", text, LINKED));
+        }
         if matches!(self.motor, Motor::Kloss { .. }) {
             let text = "M_an = sgn(w_s) 2 M_k s s_k / (s² + s_k²),  s = (w_s − φ̇) / w_s";
             equations.push(equation("Torque of the motor (Kloss)", text, KLOSS));
@@ -145,6 +157,13 @@ impl RigidMachine {
             "Links are rigid and joints have no play; friction enters only through `tau`.".to_owned(),
             "The speed stays below 1e7 rad/s.".to_owned(),
         ];
+        if self.inertia.is_linked() {
+            limits.push(
+                "Four-bar linkages and slider-cranks must be assembled at every angle, with at least 1e-3 rad between \
+                 coupler and output link, or rod and the normal of the slider's line."
+                    .to_owned(),
+            );
+        }
         if let Motor::Kloss { dynamics, .. } = &self.motor {
             let follow = if dynamics.is_some() { "with the lag `motor.T_el`" } else { "at once" };
             limits.push(format!(

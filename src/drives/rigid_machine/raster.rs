@@ -270,7 +270,7 @@ mod tests {
         let mut a = vec![0.0; order + 1];
         (a[1], a[order]) = (0.1, 0.1 / order as f64);
         let cam = MotionLaw::Fourier(Fourier::new(a, vec![]));
-        Inertia::new(InertiaFunction { constant, varying: None }, vec![Follower { m: 10.0, cam }])
+        Inertia::new(InertiaFunction { constant, varying: None }, vec![Follower::new(10.0, cam)])
     }
 
     #[test]

@@ -35,8 +35,7 @@ fn lagging() -> Motor {
 }
 
 fn loom(motor: Motor, phi_start: f64, w_start: f64) -> Scene {
-    let follower =
-        |m, a: &[f64], b: &[f64]| Follower { m, cam: MotionLaw::Fourier(Fourier::new(a.to_vec(), b.to_vec())) };
+    let follower = |m, a: &[f64], b: &[f64]| Follower::new(m, MotionLaw::Fourier(Fourier::new(a.to_vec(), b.to_vec())));
     Scene {
         inertia: InertiaFunction { constant: 2.8, varying: None },
         followers: vec![follower(1.6, &GRIPPER, &[]), follower(60.0, &SLEY_A, &SLEY_B)],
@@ -65,8 +64,8 @@ fn cycles(motor: Motor, w_start: f64) -> Scene {
     Scene {
         inertia: InertiaFunction { constant: 0.5, varying: None },
         followers: vec![
-            Follower { m: 8.0, cam: cycle(0.1, -0.4, StandardLaw::ModifiedTrapezoid) },
-            Follower { m: 3.0, cam: cycle(0.2, 2.0, StandardLaw::Polynomial345) },
+            Follower::new(8.0, cycle(0.1, -0.4, StandardLaw::ModifiedTrapezoid)),
+            Follower::new(3.0, cycle(0.2, 2.0, StandardLaw::Polynomial345)),
         ],
         ..loom(motor, 0.2, w_start)
     }
@@ -302,7 +301,7 @@ fn every_border_of_a_table_ends_a_step() {
     let table = MotionLaw::Table(Table::new(Points { angles, lifts }).unwrap());
     let scene = Scene {
         inertia: InertiaFunction { constant: 0.5, varying: None },
-        followers: vec![Follower { m: 15.0, cam: table }],
+        followers: vec![Follower::new(15.0, table)],
         ..loom(kloss(0.2), 0.0, 0.0)
     };
     let [(phi, w), (phi_fine, w_fine)] = [1, 1000].map(|steps| {

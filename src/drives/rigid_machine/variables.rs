@@ -1,5 +1,6 @@
 //! The variables of the rigid machine and its output equations.
 
+use super::linkage::{self, Mechanism};
 use super::{MachineStart, Motor, RigidMachine};
 use crate::drives::cam_drive::law_parameter_kind;
 use crate::drives::solver::HasSolver;
@@ -72,14 +73,30 @@ fn torque_rate<S: Scalar>(machine: &RigidMachine, p: &Point<S>) -> S {
     }
 }
 
-/// U⁽ⁿ⁾(φ) of follower j.
-fn transfer<S: Scalar>(machine: &RigidMachine, j: usize, n: usize, phi: S) -> S {
+/// U⁽ⁿ⁾(φ), n ≤ 2, of the tool of follower j, or of its lever.
+fn transfer<S: Scalar>(machine: &RigidMachine, Member { follower: j, is_lever }: Member, n: usize, phi: S) -> S {
     let place = machine.inertia.place(machine.state.interval);
-    let u = place.evaluate(&machine.inertia.followers[j].cam, machine.state.angle.hi).0;
-    phi.compose([u[n], u.get(n + 1).copied().unwrap_or(0.0), u.get(n + 2).copied().unwrap_or(0.0)])
+    let follower = &machine.inertia.followers[j];
+    let cam = place.evaluate(&follower.cam, machine.state.angle.hi).0;
+    if is_lever {
+        return phi.compose([cam[n], cam[n + 1], cam[n + 2]]);
+    }
+    if S::ORDER == 0 {
+        return S::from(follower.tool([cam[0], cam[1], cam[2]])[n]);
+    }
+    let u = follower.tool(cam);
+    phi.compose([u[n], u[n + 1], u[n + 2]])
 }
 
-/// The outputs; the last three of follower j have the indices FOLLOWER + 3j + n, n the order of the derivative.
+/// What of a follower moves.
+#[derive(Clone, Copy)]
+struct Member {
+    follower: usize,
+    is_lever: bool,
+}
+
+/// The outputs; those of follower j have the indices FOLLOWER + 6j + n, n the order of the derivative, those of its lever
+/// FOLLOWER + 6j + 3 + n.
 const PHI: usize = 0;
 const W: usize = 1;
 const A: usize = 2;
@@ -99,8 +116,9 @@ fn output<S: Scalar>(machine: &RigidMachine, p: &Point<S>, which: usize) -> S {
         ENERGY => inertia(machine, p.phi)[0] * p.w * p.w * 0.5,
         TORQUE_RATE => torque_rate(machine, p),
         _ => {
-            let (j, order) = ((which - FOLLOWER) / 3, (which - FOLLOWER) % 3);
-            let u = |n| transfer(machine, j, n, p.phi);
+            let (member, order) = ((which - FOLLOWER) / 3, (which - FOLLOWER) % 3);
+            let member = Member { follower: member / 2, is_lever: member % 2 == 1 };
+            let u = |n| transfer(machine, member, n, p.phi);
             match order {
                 0 => u(0),
                 1 => u(1) * p.w,
@@ -200,7 +218,7 @@ impl RigidMachine {
             self.declare_follower(&mut list, j);
         }
         if let Some(varying) = &self.inertia.function.varying {
-            declare_law(&mut list, varying, INERTIA_LAW, "inertia");
+            declare_law(&mut list, varying, INERTIA_LAW, "inertia", false);
         }
         list
     }
@@ -288,25 +306,33 @@ impl RigidMachine {
             .at(ENERGY)
             .depends(&with_phi(&["w"]))
             .depends_initially(&initially(&[]));
-        for j in 0..self.inertia.followers.len() {
-            let n = j + 1;
-            let at = FOLLOWER + 3 * j;
-            list.output(&format!("U[{n}]"), &format!("Position of follower {n}"), real(&unit::LENGTH), value, series)
-                .at(at)
-                .depends(&["phi"]);
-            let text = format!("Velocity of follower {n}");
-            list.output(&format!("der(U[{n}])"), &text, real(&unit::VELOCITY), value, series)
-                .at(at + 1)
-                .depends(&["phi", "w"])
-                .depends_initially(&initially(&[]));
-            let mut enters = enters_a.clone();
-            enters.retain(|name| *name != "phi" && *name != "w");
-            enters.extend(["phi", "w"]);
-            let text = format!("Acceleration of follower {n}");
-            list.output(&format!("der(U[{n}],2)"), &text, real(&unit::ACCELERATION), value, series)
-                .at(at + 2)
-                .depends(&enters)
-                .depends_initially(torques);
+        let mut enters = enters_a.clone();
+        enters.retain(|name| *name != "phi" && *name != "w");
+        enters.extend(["phi", "w"]);
+        for (j, follower) in self.inertia.followers.iter().enumerate() {
+            let tool = (format!("U[{}]", j + 1), format!("follower {}", j + 1), follower.turns);
+            let lever = (format!("lever[{}]", j + 1), format!("the lever of follower {}", j + 1), true);
+            let members = if follower.linkage.is_empty() { vec![tool] } else { vec![tool, lever] };
+            for (i, (name, text, turns)) in members.into_iter().enumerate() {
+                let at = FOLLOWER + 6 * j + 3 * i;
+                let [position, velocity, acceleration] = if turns {
+                    [&unit::ANGLE, &unit::ANGULAR_VELOCITY, &unit::ANGULAR_ACCELERATION]
+                } else {
+                    [&unit::LENGTH, &unit::VELOCITY, &unit::ACCELERATION]
+                };
+                list.output(&name, &format!("Position of {text}"), real(position), value, series)
+                    .at(at)
+                    .depends(&["phi"]);
+                list.output(&format!("der({name})"), &format!("Velocity of {text}"), real(velocity), value, series)
+                    .at(at + 1)
+                    .depends(&["phi", "w"])
+                    .depends_initially(&initially(&[]));
+                let text = format!("Acceleration of {text}");
+                list.output(&format!("der({name},2)"), &text, real(acceleration), value, series)
+                    .at(at + 2)
+                    .depends(&enters)
+                    .depends_initially(torques);
+            }
         }
     }
 
@@ -363,15 +389,21 @@ impl RigidMachine {
 
     fn declare_follower(&self, list: &mut List<Self>, j: usize) {
         let n = j + 1;
+        let follower = &self.inertia.followers[j];
+        let (name, text, quantity) =
+            if follower.turns { ("J", "Moment of inertia", &unit::INERTIA) } else { ("m", "Mass", &unit::MASS) };
         list.parameter(
-            &format!("follower[{n}].m"),
-            &format!("Mass of follower {n}"),
-            real_within(&unit::MASS, 0.0, 1e9),
+            &format!("follower[{n}].{name}"),
+            &format!("{text} of follower {n}"),
+            real_within(quantity, 0.0, 1e9),
             |d, j| d.inertia.followers[j].m,
             |d, j, value| Arc::make_mut(&mut d.inertia).change(|_, followers| followers[j].m = value),
         )
         .at(j);
-        declare_law(list, &self.inertia.followers[j].cam, j, &format!("follower[{n}].cam"));
+        declare_law(list, &follower.cam, j, &format!("follower[{n}].cam"), follower.cam_turns());
+        for (i, mechanism) in follower.linkage.0.iter().enumerate() {
+            declare_mechanism(list, mechanism, [j, i]);
+        }
     }
 }
 
@@ -403,11 +435,12 @@ fn law(d: &RigidMachine, number: usize) -> Option<&MotionLaw> {
 
 /// Declares the parameters of a law as `prefix`.a[k] …; the index holds the number of the parameter and, below, that of
 /// the law.
-fn declare_law(list: &mut List<RigidMachine>, declared: &MotionLaw, number: usize, prefix: &str) {
+fn declare_law(list: &mut List<RigidMachine>, declared: &MotionLaw, number: usize, prefix: &str, moves_angle: bool) {
     for (k, parameter) in declared.parameters().into_iter().enumerate() {
         let kind = match parameter.kind {
-            // The values of the inertia's own law are inertias.
+            // The values of the inertia's own law are inertias, those of a cam that moves a lever angles.
             ParameterKind::Length if number == INERTIA_LAW => real_within(&unit::INERTIA, -1e12, 1e12),
+            ParameterKind::Length if moves_angle => real_within(&unit::ANGLE, -1e4, 1e4),
             kind => law_parameter_kind(kind),
         };
         list.parameter(
@@ -428,5 +461,39 @@ fn declare_law(list: &mut List<RigidMachine>, declared: &MotionLaw, number: usiz
             },
         )
         .at(k << 16 | number);
+    }
+}
+
+/// Declares the parameters of mechanism i of follower j; the index holds the number of the parameter and, below, i and j.
+fn declare_mechanism(list: &mut List<RigidMachine>, declared: &Mechanism, [j, i]: [usize; 2]) {
+    for (k, parameter) in declared.parameters().into_iter().enumerate() {
+        let quantity = match parameter.kind {
+            linkage::ParameterKind::Angle => &unit::ANGLE,
+            linkage::ParameterKind::Mass => &unit::MASS,
+            linkage::ParameterKind::Inertia => &unit::INERTIA,
+            linkage::ParameterKind::Ratio => &unit::NUMBER,
+            _ => &unit::LENGTH,
+        };
+        let [least, greatest] = parameter.kind.range();
+        list.parameter(
+            &format!("follower[{}].linkage[{}].{}", j + 1, i + 1, parameter.name),
+            &parameter.text,
+            real_within(quantity, least, greatest),
+            |d, index| {
+                let follower = d.inertia.followers.get(index & 0xffff);
+                let mechanism = follower.and_then(|f| f.linkage.0.get(index >> 16 & 0xff).copied());
+                mechanism.and_then(|mut m| m.parameter_mut(index >> 24).copied()).unwrap_or(0.0)
+            },
+            |d, index, value| {
+                Arc::make_mut(&mut d.inertia).change(|_, followers| {
+                    let mechanisms = followers.get_mut(index & 0xffff).map(|f| &mut f.linkage.0);
+                    let mechanism = mechanisms.and_then(|list| list.get_mut(index >> 16 & 0xff));
+                    if let Some(parameter) = mechanism.and_then(|m| m.parameter_mut(index >> 24)) {
+                        *parameter = value;
+                    }
+                });
+            },
+        )
+        .at(k << 24 | i << 16 | j);
     }
 }

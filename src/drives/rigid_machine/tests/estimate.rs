@@ -91,7 +91,7 @@ pub(super) fn random_machine(r: &mut Random, kind: usize) -> (Scene, [f64; 3], [
             let b = (0..=order).map(&mut wave).collect();
             // J varies by up to some times its constant part.
             let m = constant * r.order(0.1, 5.0) / (stroke * stroke);
-            Follower { m, cam: MotionLaw::Fourier(Fourier::new(a, b)) }
+            Follower::new(m, MotionLaw::Fourier(Fourier::new(a, b)))
         })
         .collect();
     let synchronous = r.order(5.0, 100.0);

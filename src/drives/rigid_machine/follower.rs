@@ -1,0 +1,108 @@
+//! What a cam of the machine moves.
+
+use super::inertia::Place;
+use super::linkage::Linkage;
+use crate::motion::MotionLaw;
+use crate::numerics::jet::Jet;
+use crate::numerics::powers::{Fitting, POINTS};
+use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
+
+/// A tool that a cam of the machine moves, itself or by a lever and the mechanisms behind it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Follower {
+    /// The tool's mass m [kg], or its moment of inertia [kg·m²] where it turns.
+    pub m: f64,
+    /// Whether the tool's coordinate is an angle.
+    pub turns: bool,
+    /// U(φ) of the tool [m or rad]; with mechanisms the angle of the lever [rad].
+    pub cam: MotionLaw,
+    /// The mechanisms between lever and tool.
+    pub linkage: Linkage,
+}
+
+/// What a polynomial may miss of the inertia, as part of its largest value: some roundings of the mechanisms' formulas.
+const ROUNDING: f64 = 2e-14;
+
+/// The polynomial through [`POINTS`] points meets a wave of the order 1 to rounding over this width [rad].
+const WAVE: f64 = 2.6;
+
+/// How many times finer than the law the inertia may be; a mechanism that comes nearer to a singular position is refused or
+/// keeps a small error.
+const FINEST: f64 = 256.0;
+
+impl Follower {
+    /// A mass that the cam moves itself.
+    pub fn new(m: f64, cam: MotionLaw) -> Self {
+        Follower { m, turns: false, cam, linkage: Linkage::default() }
+    }
+
+    /// Whether the cam's law is an angle: that of a lever, or of a tool that turns.
+    pub fn cam_turns(&self) -> bool {
+        self.turns || !self.linkage.is_empty()
+    }
+
+    /// The tool's position and its derivatives, where `cam` are those of the law.
+    pub fn tool<const N: usize>(&self, cam: [f64; N]) -> [f64; N] {
+        self.linkage.tool(cam)
+    }
+
+    /// J and its derivatives of tool and links with respect to what `cam`, the law and its derivatives, are taken to; one
+    /// order less than they have, the last is zero.
+    pub fn inertia<const N: usize>(&self, cam: [f64; N]) -> [f64; N] {
+        let mut derivatives = self.linkage.moved(self.m, Jet::from_derivatives(cam)).inertia.derivatives();
+        if let Some(unknown) = derivatives.last_mut() {
+            *unknown = 0.0;
+        }
+        derivatives
+    }
+
+    /// Refuses mechanisms that cannot be assembled all around, or not safely; `prefix` names them.
+    pub(super) fn check_linkage(&self, prefix: &str) -> Result<(), String> {
+        // As many samples as tell the waves of the law apart; the worst positions are then refined.
+        let count = (32.0 * self.cam.resolution()).clamp(256.0, 65536.0).max(8.0 * self.cam.breakpoints().len() as f64);
+        let lever = |phi: f64| self.cam.at(phi.rem_euclid(TAU)).0[0];
+        if self.linkage.is_empty() { Ok(()) } else { self.linkage.check(prefix, count as usize, lever) }
+    }
+
+    /// The harmonic order that resolves the inertia, see [`super::Inertia::resolution`]: twice that of the law, doubled until
+    /// polynomials meet its values.
+    pub(super) fn linked_resolution(&self) -> f64 {
+        let law = 2.0 * self.cam.resolution();
+        let fitting = Fitting::new();
+        let mut finer = 1.0;
+        while finer < FINEST && !self.is_resolved_by(finer * law, &fitting) {
+            finer *= 2.0;
+        }
+        finer * law
+    }
+
+    fn is_resolved_by(&self, order: f64, fitting: &Fitting) -> bool {
+        let breakpoints = self.cam.breakpoints();
+        let ends = |i: usize| match (breakpoints.get(i), breakpoints.get(i + 1)) {
+            (Some(low), Some(high)) => (*low, *high),
+            (Some(low), None) => (*low, breakpoints[0] + TAU),
+            _ => (0.0, TAU),
+        };
+        let (mut missed, mut largest) = (0.0_f64, 0.0_f64);
+        for segment in 0..breakpoints.len().max(1) {
+            let (low, high) = ends(segment);
+            let count = ((high - low) * order / WAVE).ceil().max(1.0);
+            let (width, place) = ((high - low) / count, Place::at(0.5 * (low + high)));
+            for i in 0..count as usize {
+                let values: [f64; POINTS] = fitting.points.map(|x| {
+                    let [u, u1, ..] = place.evaluate(&self.cam, low + (i as f64 + 0.5 * (1.0 + x)) * width).0;
+                    self.inertia([u, u1])[0]
+                });
+                let (_, neglected) = fitting.fit(&values);
+                largest = values.iter().copied().fold(largest, f64::max);
+                // A maximum would drop what is no number.
+                if neglected.is_nan() {
+                    return false;
+                }
+                missed = missed.max(neglected);
+            }
+        }
+        missed <= ROUNDING * largest
+    }
+}

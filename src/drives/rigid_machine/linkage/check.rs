@@ -1,0 +1,130 @@
+//! Whether a linkage can be assembled all around the turn, and where it comes nearest to a position in which its output may go
+//! either way.
+
+use super::{Kind, Linkage, Mechanism};
+use crate::numerics::jet::Jet;
+use std::f64::consts::TAU;
+
+/// Angles below this [rad] between coupler and output link, or between rod and the normal of the slider's line, count as
+/// singular: derivatives of order n grow with its power 2n − 1, and of those of order 4 no digit would be left.
+const SINGULAR: f64 = 1e-3;
+
+/// Where a mechanism comes nearest to a singular position.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Extreme {
+    /// φ [rad].
+    pub phi: f64,
+    /// The input angle θ [rad].
+    pub input: f64,
+    /// cos μ of the transmission angle μ; beyond ±1 the mechanism cannot be assembled.
+    pub cosine: f64,
+}
+
+impl Extreme {
+    /// μ [rad], at most π/2.
+    pub fn transmission_angle(&self) -> f64 {
+        self.cosine.abs().min(1.0).acos()
+    }
+}
+
+impl Mechanism {
+    /// cos μ at θ; zero where there is no such angle.
+    fn transmission_cosine(&self, theta: f64) -> f64 {
+        match &self.kind {
+            Kind::FourBar(linkage) => linkage.transmission_cosine(theta),
+            Kind::SliderCrank(linkage) => linkage.rod_sine(theta),
+            Kind::Gear(_) => 0.0,
+        }
+    }
+
+    /// What is wrong with the dimensions, if anything is.
+    fn check_dimensions(&self) -> Result<(), String> {
+        let mut copy = *self;
+        for (i, parameter) in self.parameters().into_iter().enumerate() {
+            let value = copy.parameter_mut(i).map_or(0.0, |value| *value);
+            if !parameter.kind.admits(value) {
+                return Err(format!("{}` = {value}: it must be {}", parameter.name, parameter.kind.admissible()));
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Linkage {
+    /// For each mechanism where cos μ is largest in size over a turn, of the lever's angle `lever` as a function of φ sampled
+    /// at so many `points`; the list ends with the first mechanism that cannot be assembled all around.
+    pub fn extremes(&self, points: usize, lever: impl Fn(f64) -> f64) -> Vec<Extreme> {
+        let step = TAU / points as f64;
+        let mut extremes = Vec::with_capacity(self.0.len());
+        for (i, mechanism) in self.0.iter().enumerate() {
+            let at = |phi: f64| {
+                let before = self.0[..i].iter();
+                let input = before.fold(Jet([lever(phi)]), |input, mechanism| mechanism.moved(input).0).value();
+                let input = input + mechanism.input_offset;
+                Extreme { phi, input, cosine: mechanism.transmission_cosine(input) }
+            };
+            let size = |phi: f64| at(phi).cosine.abs();
+            let sampled: Vec<f64> = (0..points).map(|i| size(i as f64 * step)).collect();
+            let peak = |i: &usize| {
+                let neighbours = [(i + points - 1) % points, (i + 1) % points];
+                neighbours.iter().all(|j| sampled[*i] >= sampled[*j])
+            };
+            let refined = (0..points).filter(peak).map(|i| summit(&size, (i as f64 - 1.0) * step, 2.0 * step));
+            let worst = refined.map(at).max_by(|a, b| a.cosine.abs().total_cmp(&b.cosine.abs()));
+            let Some(worst) = worst else { break };
+            extremes.push(worst);
+            if !(worst.cosine.abs() < 1.0) {
+                break;
+            }
+        }
+        extremes
+    }
+
+    /// Refuses dimensions that make no mechanism, and turns that lead through positions where a mechanism cannot be assembled
+    /// or its output may go either way. The message begins with what follows `prefix`, the name of the linkage.
+    ///
+    /// # Errors
+    /// Such a message.
+    pub fn check(&self, prefix: &str, points: usize, lever: impl Fn(f64) -> f64) -> Result<(), String> {
+        for (i, mechanism) in self.0.iter().enumerate() {
+            mechanism.check_dimensions().map_err(|wrong| format!("`{prefix}[{}].{wrong}", i + 1))?;
+        }
+        for (i, worst) in self.extremes(points, lever).into_iter().enumerate() {
+            let Extreme { phi, input, cosine } = worst;
+            if cosine.abs() < SINGULAR.cos() {
+                continue;
+            }
+            // To the digits shown a full turn is none, and zero has no sign.
+            let degrees = (phi.to_degrees() * 1e4).round().rem_euclid(360e4) / 1e4 + 0.0;
+            let place = format!(
+                "`{prefix}[{}]`: at phi = {degrees:.4} deg its input angle is {:.4} deg, where",
+                i + 1,
+                input.to_degrees()
+            );
+            let reason = match (&self.0[i].kind, cosine.abs() <= 1.0) {
+                (Kind::FourBar(_), true) => "coupler and output link lie in one line: the output may go either way",
+                (Kind::FourBar(_), false) => "coupler and output link do not reach each other",
+                (_, true) => "the rod is at right angles to the slider's line: the slider may go either way",
+                (_, false) => "the rod does not reach the slider's line",
+            };
+            return Err(format!("{place} {reason}; change its lengths or offsets, or the motion of the lever"));
+        }
+        Ok(())
+    }
+}
+
+/// Where f is largest within the `width` from `low` on, by golden sections.
+fn summit(f: &impl Fn(f64) -> f64, low: f64, width: f64) -> f64 {
+    const RATIO: f64 = 0.618_033_988_749_894_9;
+    let (mut low, mut high) = (low, low + width);
+    // 40 sections leave 4e-9 of the width, and f misses its maximum by the square of that.
+    for _ in 0..40 {
+        let (left, right) = (high - RATIO * (high - low), low + RATIO * (high - low));
+        if f(left) >= f(right) {
+            high = right;
+        } else {
+            low = left;
+        }
+    }
+    0.5 * (low + high)
+}

@@ -1,0 +1,203 @@
+//! Plane mechanisms between the lever that a cam moves and the tool, one behind the other.
+//!
+//! θ₁ = χ + offset → f₁ → θ₂ → f₂ → … → y, and the moment of inertia of tool and links with respect to whatever χ depends on,
+//!
+//! J = m y′² + Σ (m_i |r_i′|² + J_i β_i′²).
+//!
+//! Symbols: χ angle of the lever [rad]; θ input angle of a mechanism [rad]; y coordinate of the tool [m or rad]; m mass of
+//! the tool [kg], or its moment of inertia [kg·m²] where it turns; m_i, J_i, r_i, β_i mass, moment of inertia about the
+//! centre of mass, centre of mass and angle of link i.
+//!
+//! Each mechanism is evaluated in closed form for power series ([`Jet`]), so that derivatives with respect to the angle of
+//! the main shaft, to time or to the lever's angle are exact to any order. Angles are continuous: an output that turns right
+//! round with its input goes on beyond 180°. Valid for rigid links away from positions where the output may go either way
+//! ([`Linkage::check`]).
+//!
+//! Source: VDI 2143 (transfer functions); Dresig, Holzweißig, *Maschinendynamik*, section 2.2 (reduced moment of inertia);
+//! the closed forms are derived here.
+
+mod check;
+mod four_bar;
+mod gear;
+mod inverse;
+mod parameters;
+mod slider_crank;
+#[cfg(test)]
+mod tests;
+
+pub use check::Extreme;
+pub use four_bar::FourBar;
+pub use gear::Gear;
+pub use inverse::Obstacle;
+pub use parameters::{Parameter, ParameterKind};
+pub use slider_crank::SliderCrank;
+
+use crate::numerics::jet::Jet;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
+
+/// A rigid link that moves in the plane.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Link {
+    /// The distance of its joints [m].
+    pub length: f64,
+    /// m [kg].
+    pub mass: f64,
+    /// J about the centre of mass [kg·m²].
+    pub inertia: f64,
+    /// The centre of mass [m]: from the first joint along the line to the second one, and to the left of it.
+    pub centre: [f64; 2],
+}
+
+impl Link {
+    /// m |r′|² + J β′², the first joint at `joint`, the line to the second one in the direction (cos β, sin β).
+    fn inertia<const N: usize>(&self, [x, y]: [Jet<N>; 2], [cos, sin]: [Jet<N>; 2]) -> Jet<N> {
+        if self.mass == 0.0 && self.inertia == 0.0 {
+            return Jet::constant(0.0);
+        }
+        let [xi, eta] = self.centre;
+        let vx = (x + cos * xi - sin * eta).slope();
+        let vy = (y + sin * xi + cos * eta).slope();
+        let turn = cos * sin.slope() - sin * cos.slope();
+        (vx * vx + vy * vy) * self.mass + turn * turn * self.inertia
+    }
+}
+
+/// Which of its two positions a mechanism has.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Branch {
+    /// The sign + in front of the root.
+    #[default]
+    Plus,
+    /// The sign −.
+    Minus,
+}
+
+impl Branch {
+    fn sign(self) -> f64 {
+        match self {
+            Branch::Plus => 1.0,
+            Branch::Minus => -1.0,
+        }
+    }
+}
+
+/// One mechanism: output + output offset = f(input + input offset).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Mechanism {
+    /// f.
+    pub kind: Kind,
+    /// Where the input is zero, on the scale of the mechanism's own input angle θ [rad].
+    pub input_offset: f64,
+    /// Where the output is zero, on the scale of the mechanism's own output [rad or m].
+    pub output_offset: f64,
+}
+
+/// The kinds of mechanisms.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Kind {
+    /// A four-bar linkage.
+    FourBar(FourBar),
+    /// A slider-crank.
+    SliderCrank(SliderCrank),
+    /// A gear pair, a belt, or rack and pinion.
+    Gear(Gear),
+}
+
+impl Mechanism {
+    /// Output and moment of inertia of the links for this input.
+    fn moved<const N: usize>(&self, input: Jet<N>) -> (Jet<N>, Jet<N>) {
+        let theta = input + self.input_offset;
+        let (output, inertia) = match &self.kind {
+            Kind::FourBar(linkage) => linkage.moved(theta),
+            Kind::SliderCrank(linkage) => linkage.moved(theta),
+            Kind::Gear(gear) => gear.moved(theta),
+        };
+        (output + -self.output_offset, inertia)
+    }
+
+    /// Whether the output is an angle.
+    pub fn output_turns(&self) -> bool {
+        match self.kind {
+            Kind::FourBar(_) => true,
+            Kind::SliderCrank(_) => false,
+            Kind::Gear(gear) => gear.output_turns,
+        }
+    }
+}
+
+/// The mechanisms between lever and tool, from the cam to the tool; none where the cam moves the tool itself.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Linkage(pub Vec<Mechanism>);
+
+/// A tool and what moves with it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moved<const N: usize> {
+    /// y.
+    pub tool: Jet<N>,
+    /// J, known to one order less than y.
+    pub inertia: Jet<N>,
+}
+
+impl Linkage {
+    /// Whether the cam moves the tool itself.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// What moves with the lever's angle χ (or with the tool itself where there is no mechanism), the tool having the mass
+    /// `m`. Values that are no numbers where a mechanism cannot be assembled.
+    pub fn moved<const N: usize>(&self, m: f64, lever: Jet<N>) -> Moved<N> {
+        let (mut y, mut inertia) = (lever, Jet::constant(0.0));
+        for mechanism in &self.0 {
+            let (output, own) = mechanism.moved(y);
+            (y, inertia) = (output, inertia + own);
+        }
+        let slope = y.slope();
+        Moved { tool: y, inertia: inertia + slope * slope * m }
+    }
+
+    /// The tool's coordinate alone and its derivatives.
+    pub fn tool<const N: usize>(&self, lever: [f64; N]) -> [f64; N] {
+        if self.is_empty() { lever } else { self.moved(0.0, Jet::from_derivatives(lever)).tool.derivatives() }
+    }
+
+    /// Whether a link has inertia.
+    pub fn has_mass(&self) -> bool {
+        *self != self.without_masses()
+    }
+
+    /// The same without the masses of the links.
+    pub fn without_masses(&self) -> Self {
+        let massless = |link: Link| Link { mass: 0.0, inertia: 0.0, ..link };
+        let spared = |mechanism: &Mechanism| Mechanism {
+            kind: match mechanism.kind {
+                Kind::FourBar(linkage) => Kind::FourBar(FourBar {
+                    input: massless(linkage.input),
+                    coupler: massless(linkage.coupler),
+                    output: massless(linkage.output),
+                    ..linkage
+                }),
+                Kind::SliderCrank(linkage) => Kind::SliderCrank(SliderCrank {
+                    crank: massless(linkage.crank),
+                    rod: massless(linkage.rod),
+                    slider_mass: 0.0,
+                    ..linkage
+                }),
+                Kind::Gear(gear) => Kind::Gear(Gear { inertia: 0.0, ..gear }),
+            },
+            ..*mechanism
+        };
+        Linkage(self.0.iter().map(spared).collect())
+    }
+}
+
+/// The same angle within half a turn of `near`.
+fn nearest(angle: f64, near: f64) -> f64 {
+    angle + TAU * ((near - angle) / TAU).round()
+}
+
+/// arccos, which would lose half of the digits where its argument is near ±1; None beyond.
+fn arccos(x: f64) -> Option<f64> {
+    (x.abs() <= 1.0).then(|| ((1.0 - x) * (1.0 + x)).sqrt().atan2(x))
+}

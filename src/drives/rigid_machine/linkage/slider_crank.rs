@@ -1,0 +1,57 @@
+//! The slider-crank.
+
+use super::{Branch, Link, arccos, nearest};
+use crate::numerics::jet::Jet;
+use serde::{Deserialize, Serialize};
+
+/// A slider-crank: crank r at the angle θ about (0, 0), connecting rod l to a slider on the line y = e.
+///
+/// s = r cos θ ± √(l² − h²), h = r sin θ − e; lengths in m, θ in rad, s in m.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SliderCrank {
+    /// r; its first joint is the pivot.
+    pub crank: Link,
+    /// l; its first joint is that with the crank.
+    pub rod: Link,
+    /// e, the offset of the slider's line.
+    pub offset: f64,
+    /// The slider without the tool [kg].
+    pub slider_mass: f64,
+    /// The sign in s.
+    pub branch: Branch,
+}
+
+impl SliderCrank {
+    /// h/l, the sine of the rod's angle to the slider's line; beyond ±1 the rod does not reach it.
+    pub(super) fn rod_sine(&self, theta: f64) -> f64 {
+        (self.crank.length * theta.sin() - self.offset) / self.rod.length
+    }
+
+    /// s, and the moment of inertia of the links.
+    pub(super) fn moved<const N: usize>(&self, theta: Jet<N>) -> (Jet<N>, Jet<N>) {
+        let (r, l) = (self.crank.length, self.rod.length);
+        let (sin, cos) = theta.sin_cos();
+        let h = sin * r + -self.offset;
+        let along = ((h + l) * (h * -1.0 + l)).sqrt() * self.branch.sign();
+        let s = cos * r + along;
+        let slope = s.slope();
+        let zero = Jet::constant(0.0);
+        let inertia = self.crank.inertia([zero, zero], [cos, sin])
+            + self.rod.inertia([cos * r, sin * r], [along * (1.0 / l), h * (-1.0 / l)])
+            + slope * slope * self.slider_mass;
+        (s, inertia)
+    }
+
+    /// The θ that yields s on this branch, the one nearest to `near`.
+    pub(super) fn input_at(&self, s: f64, near: f64) -> Option<f64> {
+        let (r, l, e) = (self.crank.length, self.rod.length, self.offset);
+        // The triangle of pivot, crank pin and slider.
+        let reach = (s * s + e * e).sqrt();
+        let side = arccos((r * r + reach * reach - l * l) / (2.0 * r * reach))?;
+        [side, -side]
+            .into_iter()
+            .map(|side| nearest(e.atan2(s) + side, near))
+            .filter(|theta| (s - r * theta.cos()) * self.branch.sign() >= 0.0)
+            .min_by(|a, b| (a - near).abs().total_cmp(&(b - near).abs()))
+    }
+}
