@@ -771,3 +771,25 @@ fn synthesize_gives_a_follower_of_a_machine_its_cam() {
     }
     assert!(!never.exists());
 }
+
+#[test]
+fn cam_cuts_what_moves_a_lever() {
+    let folder = folder("cam_lever");
+    let scene = folder.join("scene.toml");
+    let text_of_scene = "name = \"x\"\nmodel = \"RigidMachine\"\n[machine]\nJ0 = 1\n[[follower]]\nm = 2\n\
+        cam = { law = \"fourier\", a = [\"0 deg\", \"12 deg\"] }\nlinkage = [{ kind = \"gear\", radius = \"0.3 m\" }]\n\
+        [follower.geometry]\nfollower = \"lever\"\npivot_distance = \"180 mm\"\narm_length = \"110 mm\"\n\
+        roller_radius = \"20 mm\"\nbase_radius = \"70 mm\"\n";
+    std::fs::write(&scene, text_of_scene).expect("the folder can be written to");
+    let run = camdrive(&["cam", text(&scene), "-o", text(&folder)]);
+    assert_eq!(run.code, 0, "{}", run.err);
+    // r² = d² + l² − 2 d l cos ψ of the prime circle, and 24° above it.
+    let least = ((0.18_f64.powi(2) + 0.11_f64.powi(2) - 0.09_f64.powi(2)) / (2.0 * 0.18 * 0.11)).acos().to_degrees();
+    assert!(
+        run.out.contains(&format!("{least:.3}°")) && run.out.contains(&format!("{:.3}°", least + 24.0)),
+        "{}",
+        run.out
+    );
+    let table = std::fs::read_to_string(folder.join("x.follower1.csv")).expect("the table is written");
+    assert!(table.starts_with("phi_deg,lift_deg,lever_deg"), "{table}");
+}
