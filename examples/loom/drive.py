@@ -203,7 +203,7 @@ def main(folder):
 
     print(f"{'':44}{'before':>14}{'after':>14}")
     line = lambda name, *values: print(f"{name:44}" + "".join(f"{value:>14}" for value in values))
-    line("period T [s]", *(f"{run['T']:.10f}" for run in runs.values()))
+    line("period T [s]", *(f"{run['T']:.8f}" for run in runs.values()))
     line("speed [rad/s]", *(f"{run['w'].min():.2f}…{run['w'].max():.2f}" for run in runs.values()))
     for j, tool in enumerate(TOOLS):
         both = [quality[key][j] for key in runs]

@@ -1,8 +1,8 @@
 //! What importers read after each step, laid out where reading takes but a few instructions.
 
-/// How many outputs have a place: at least those of the drive with the most that are shown; a power of two, by which a place is
-/// found without a further comparison.
-const PLACES: usize = 16;
+/// How many outputs have a place: those of the drive with the most that are shown. Each takes its part of the 2 kB of an
+/// instance.
+const PLACES: usize = 11;
 
 /// The outputs that a drive has shown since the last step, up to date until something is set.
 ///
@@ -26,7 +26,7 @@ impl Board {
     #[inline(always)]
     pub fn read(&self, reference: u32) -> f64 {
         let place = reference.wrapping_sub(self.first);
-        if place < self.count { self.values[place as usize % PLACES] } else { f64::NAN }
+        self.values.get(place as usize).filter(|_| place < self.count).copied().unwrap_or(f64::NAN)
     }
 
     /// Shows an output; the others stay.

@@ -1,5 +1,6 @@
 //! Random scenes over the admissible parameters, in logarithmic scale, and their images under the symmetries.
 
+use camdrive::drives::rigid_machine::Follower;
 use camdrive::motion::{Cycle, CyclePlan, Fourier, MotionLaw, StandardLaw, Table, table::Points};
 use proptest::prelude::*;
 use serde_json::{Value, json};
@@ -131,7 +132,7 @@ impl CamScene {
 
 impl MachineScene {
     pub fn resolved(&self) -> (&'static str, Value) {
-        let followers: Vec<Value> = self.followers.iter().map(|(m, law)| json!({"m": m, "cam": law})).collect();
+        let followers: Vec<Follower> = self.followers.iter().map(|(m, law)| Follower::new(*m, law.clone())).collect();
         let motor = match self.torque {
             Torque::None => json!("none"),
             Torque::Kloss([m_k, s_k, w_s, lag]) => json!({"kloss": {
