@@ -305,6 +305,9 @@ fn compensate_says_what_it_cannot_do() {
     let text_of_loom = std::fs::read_to_string(loom).unwrap();
     let light = folder.join("light.toml");
     std::fs::write(&light, text_of_loom.replace("2.8 kg.m2", "0.2 kg.m2").replace("steady_state", "given")).unwrap();
+    let free = folder.join("free.toml");
+    let (head, _) = text_of_loom.split_once("[motor]").unwrap();
+    std::fs::write(&free, format!("{head}[motor]\nkind = \"none\"\n")).unwrap();
     for (args, parts) in [
         (&[SCENE][..], &["RigidMachine", "ElasticCamDrive"][..]),
         (&[text(&light)], &["0.2 kg.m2", "0.317728", "with this motor about 0.325"]),
@@ -316,6 +319,8 @@ fn compensate_says_what_it_cannot_do() {
         (&[loom, "--tolerance", "1e-15"], &["tool 1", "harmonics"]),
         (&[loom, "--keep", "1,2"], &["no follower whose cam"]),
         (&[loom, "--cam", "7=x.toml"], &["--cam", "1, 2"]),
+        (&[loom, "--cam", &format!("1={SCENE}"), "--cam", &format!("2={SCENE}")], &["--cam", "another result"]),
+        (&[text(&free), "--period", "120 ms", "--load", "30 N.m"], &["without motor nothing balances", "hint"]),
     ] {
         let target = folder.join("never.toml");
         let run = camdrive(&[&["compensate", "-o", text(&target)], args].concat());

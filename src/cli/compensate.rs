@@ -10,7 +10,7 @@ use crate::drives::unit;
 use crate::scene::units;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
-use toml_edit::{Item, value};
+use toml_edit::{Item, TableLike, Value, value};
 
 /// Cuts the cams of a machine such that its tools move in time as prescribed though its speed fluctuates.
 ///
@@ -94,6 +94,16 @@ fn machine(args: &Args) -> Result<Machine, Failure> {
     if !(args.tolerance > 0.0 && args.tolerance < 1.0) {
         return Err(failure(format!("--tolerance: {} is not between 0 and 1", args.tolerance)));
     }
+    if scene.motor == Motor::Input {
+        return Err(failure(format!(
+            "{place}: the torque of the motor is an input: no periodic motion follows from it\n  = hint: choose `motor.kind` = \"kloss\" or \"none\""
+        )));
+    }
+    if scene.motor == Motor::None && load != 0.0 {
+        return Err(failure(format!(
+            "{place}: without motor nothing balances the load of {load} N.m\n  = hint: leave out --load, or add a motor"
+        )));
+    }
     if scene.motor == Motor::None && period.is_none() {
         return Err(failure(format!(
             "{place}: a machine without motor turns with any speed\n  = hint: say which with --period"
@@ -132,11 +142,19 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         files::no_file(folder, "--report")?;
     }
     let options = Options { tolerance: args.tolerance, rounds: args.rounds };
-    let report = study(&machine.name, &machine.task, options)
+    let mut report = study(&machine.name, &machine.task, options)
         .map_err(|fault| failure(format!("{}: {fault}", args.scene.display())))?;
+    report.numbers = machine.tools.iter().map(|j| j + 1).collect();
     let mut scenes = vec![(output.clone(), compensated(args, &machine, &report)?)];
     for pair in &args.cam {
-        scenes.push(with_cam(pair, &machine, &report, &output)?);
+        let (target, scene) = with_cam(pair, &machine, &report, &output)?;
+        if scenes.iter().any(|(other, _)| *other == target) {
+            return Err(failure(format!(
+                "--cam: \"{pair}\" would be written to {}, as another result\n  = hint: rename the file, or choose another -o",
+                target.display()
+            )));
+        }
+        scenes.push((target, scene));
     }
     let mut lines = String::new();
     for (path, text) in scenes {
@@ -168,22 +186,17 @@ fn text(report: &Report) -> String {
 }
 
 /// Tables that the scene names by a path from its own folder are named from that of the result.
-fn carry_over(item: &mut Item, folder: &Path) {
-    if let Some(table) = item.as_table_like_mut() {
-        for (key, item) in table.iter_mut() {
-            match (key.get(), item.as_str()) {
-                ("file", Some(name)) => {
-                    let path = folder.join(name);
-                    *item = value(path.canonicalize().unwrap_or(path).display().to_string());
-                }
-                _ => carry_over(item, folder),
-            }
-        }
-    } else if let Some(tables) = item.as_array_of_tables_mut() {
-        for table in tables.iter_mut() {
-            for (_, item) in table.iter_mut() {
-                carry_over(item, folder);
-            }
+fn carry_over(table: &mut dyn TableLike, folder: &Path) {
+    for (key, item) in table.iter_mut() {
+        if let (Some(name), "file") = (item.as_str(), key.get()) {
+            let path = folder.join(name);
+            *item = value(path.canonicalize().unwrap_or(path).display().to_string());
+        } else if let Some(table) = item.as_table_like_mut() {
+            carry_over(table, folder);
+        } else if let Some(tables) = item.as_array_of_tables_mut() {
+            tables.iter_mut().for_each(|table| carry_over(table, folder));
+        } else if let Some(list) = item.as_array_mut() {
+            list.iter_mut().filter_map(Value::as_inline_table_mut).for_each(|table| carry_over(table, folder));
         }
     }
 }
@@ -226,7 +239,7 @@ fn compensated(args: &Args, machine: &Machine, report: &Report) -> Result<String
         document["motor"]["w_s"] = value(speed);
     }
     let folder = args.scene.parent().unwrap_or(Path::new(""));
-    carry_over(document.as_item_mut(), folder);
+    carry_over(document.as_table_mut(), folder);
     Ok(document.to_string())
 }
 
@@ -257,6 +270,7 @@ fn with_cam(pair: &str, machine: &Machine, report: &Report, output: &Path) -> Re
     document["name"] = value(renamed(&scene.name));
     document["cam"] = Item::Table(files::cam(&report.laws[place], 1.0));
     let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let folder = output.parent().unwrap_or(Path::new(""));
-    Ok((folder.join(format!("{stem}.compensated.toml")), document.to_string()))
+    let target = output.parent().unwrap_or(Path::new("")).join(format!("{stem}.compensated.toml"));
+    files::no_input(&target, [&path])?;
+    Ok((target, document.to_string()))
 }

@@ -105,7 +105,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let _ = writeln!(out, "{}\n", verdict(&scene, &motions, load));
     let inertia = Inertia::new(scene.inertia.clone(), scene.followers.clone());
     let free = free.map(|(period, sense)| (period, free_motion(&inertia, period, sense)));
-    out += &table(&motions, free.as_ref()).text();
+    if !motions.is_empty() || free.is_some() {
+        out += &table(&motions, free.as_ref()).text();
+    }
     if let Some(folder) = &args.report {
         let title = format!("Periodic motions of {}", resolved.name);
         let parts = [
@@ -121,8 +123,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 fn verdict(scene: &Scene, motions: &[PeriodicMotion], load: f64) -> String {
     let stable = motions.iter().filter(|motion| motion.multiplier < 1.0).count();
     match (scene.motor, motions.len(), stable) {
-        (Motor::Kloss { breakdown_torque, .. }, 0, _) => format!(
-            "There is no periodic motion against the load of {load} N.m: the motor (breakdown torque {breakdown_torque} N.m) stalls or runs away."
+        (Motor::Kloss { breakdown_torque, synchronous_speed, .. }, 0, _) => format!(
+            "There is no periodic motion against the load of {load} N.m: the motor (breakdown torque {breakdown_torque} N.m) {}.",
+            if load * synchronous_speed >= 0.0 { "stalls" } else { "runs away" }
         ),
         (Motor::Kloss { .. }, n, 0) => {
             format!("{n} periodic motions, none of them stable: the machine stalls or runs away.")

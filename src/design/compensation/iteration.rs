@@ -98,12 +98,17 @@ impl<'a> Machine<'a> {
                 self.task.own.at(Place::at(phi), phi)[0] + cams.iter().map(|cam| cam[i][0]).sum::<f64>()
             })
             .collect();
-        let mut start = orbit::uniform(&self.mesh, driving, mean(&inertia))?;
-        // The motion without motor, of the same energy, is nearer than the uniform one.
         let level = mean(&inertia.iter().map(|j| j.sqrt()).collect::<Vec<_>>());
-        start.speed.iter_mut().zip(&inertia).for_each(|(w, j)| *w *= level / j.sqrt());
-        start.energy = 0.5 * level * level * start.mean_speed * start.mean_speed;
-        orbit::solve(&self.mesh, &InAngle(inertia), driving, start)
+        let uniform = mean(&inertia);
+        let inertia = InAngle(inertia);
+        // The motion without motor, of the same energy, is nearer than the uniform one.
+        let start = |driving: &Driving| {
+            let mut start = orbit::uniform(&self.mesh, driving, uniform)?;
+            start.speed.iter_mut().zip(&inertia.0).for_each(|(w, j)| *w *= level / j.sqrt());
+            start.energy = 0.5 * level * level * start.mean_speed * start.mean_speed;
+            Some(start)
+        };
+        orbit::find(&self.mesh, &inertia, driving, start)
     }
 
     /// ψ(φ) and ψ′(φ) of a motion.

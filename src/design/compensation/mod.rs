@@ -132,11 +132,14 @@ impl Task {
         let tools: Vec<f64> = (0..mesh.len()).map(|i| self.tools_inertia(mesh.point(i))).collect();
         let own: Vec<f64> = (0..mesh.len()).map(|i| self.own.at(Place::at(mesh.point(i)), mesh.point(i))[0]).collect();
         let with_share = |share: f64| InTime { own: &self.own, tools: tools.iter().map(|s| share * s).collect() };
-        let guess = |share: f64| orbit::uniform(mesh, &self.driving, mean(&own) + share * mean(&tools)).ok_or(0.0);
-        if let Some(orbit) = orbit::solve(mesh, &with_share(1.0), &self.driving, guess(1.0)?) {
+        let from_uniform = |share: f64| {
+            let inertia = mean(&own) + share * mean(&tools);
+            orbit::find(mesh, &with_share(share), &self.driving, |driving| orbit::uniform(mesh, driving, inertia))
+        };
+        if let Some(orbit) = from_uniform(1.0) {
             return Ok(orbit);
         }
-        let mut orbit = orbit::solve(mesh, &with_share(0.0), &self.driving, guess(0.0)?).ok_or(0.0)?;
+        let mut orbit = from_uniform(0.0).ok_or(0.0)?;
         let (mut share, mut step) = (0.0, SHARES[0]);
         while share < 1.0 {
             let next = f64::min(share + step, 1.0);
@@ -188,6 +191,9 @@ impl Task {
             return match self.driving.motor {
                 Motor::Input => Fault("the motor's torque is an input: no periodic motion follows from it; choose `motor.kind` = \"kloss\" or \"none\"".into()),
                 Motor::None => Fault("a machine without motor keeps any speed: prescribe the period".into()),
+                Motor::Kloss { breakdown_torque, .. } if tau.abs() < breakdown_torque => Fault(format!(
+                    "no periodic motion of the machine without its tools was found, against the load of {tau} N.m; `camdrive steady` lists those of the whole machine"
+                )),
                 Motor::Kloss { breakdown_torque, breakdown_slip, .. } => Fault(format!(
                     "the motor stalls: the load of {tau} N.m is beyond the part of its characteristic on which a motion is stable (breakdown torque {breakdown_torque} N.m at the slip {breakdown_slip})"
                 )),

@@ -31,8 +31,17 @@ const ITERATIONS: usize = 60;
 /// The motion has converged when a step changes ω by this part of its mean: the roundings of some hundred points.
 const CONVERGED: f64 = 3e-15;
 
+/// The mean of the speeds is met far better by a motion.
+const CLOSED: f64 = 1e-9;
+
 /// A Newton step takes no speed farther than this part of its way to standstill.
 const NOT_FARTHER: f64 = 0.7;
+
+/// How many times softer a motor may be that leads to the motion of a steep one.
+const SOFTER: [f64; 5] = [2.0, 4.0, 8.0, 16.0, 32.0];
+
+/// A motor that shrinks by less at a time leads nowhere: the motion ends.
+const LEAST_SHRINKING: f64 = 0.99;
 
 /// What drives the machine on its periodic motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -124,6 +133,15 @@ fn characteristic(motor: &Motor, speed: f64) -> [f64; 3] {
         _ => 0.0,
     };
     [torque, slope, by_synchronous]
+}
+
+fn with_breakdown_slip(motor: Motor, slip: f64) -> Motor {
+    match motor {
+        Motor::Kloss { breakdown_torque, synchronous_speed, dynamics, .. } => {
+            Motor::Kloss { breakdown_torque, breakdown_slip: slip, synchronous_speed, dynamics }
+        }
+        other => other,
+    }
 }
 
 fn with_synchronous_speed(motor: Motor, speed: f64) -> Motor {
@@ -293,6 +311,12 @@ pub fn solve<I: Inertia>(mesh: &Mesh, inertia: &I, driving: &Driving, start: Orb
         }
         // Near the roundings a step no longer gets smaller.
         if change < CONVERGED || (change < 1e-11 && change >= 0.5 * before) {
+            // Far from any motion a step is small beside a mean speed that has run away.
+            let parts =
+                orbit.speed.iter().map(|w| if I::IN_TIME { w / orbit.mean_speed } else { orbit.mean_speed / w });
+            if !((parts.sum::<f64>() / mesh.len() as f64 - 1.0).abs() <= CLOSED) {
+                return None;
+            }
             if layout.lag.is_none() {
                 orbit.torque = orbit.speed.iter().map(|w| orbit.motor.characteristic(*w)[0]).collect();
             }
@@ -301,6 +325,37 @@ pub fn solve<I: Inertia>(mesh: &Mesh, inertia: &I, driving: &Driving, start: Orb
         before = change;
     }
     None
+}
+
+/// The periodic motion near `start`. Where Newton's method does not get there from it, because a steep motor answers a wrong
+/// guess with large torques, motors that are less and less soft lead the way.
+pub fn find<I: Inertia>(
+    mesh: &Mesh,
+    inertia: &I,
+    driving: &Driving,
+    start: impl Fn(&Driving) -> Option<Orbit>,
+) -> Option<Orbit> {
+    if let Some(orbit) = solve(mesh, inertia, driving, start(driving)?) {
+        return Some(orbit);
+    }
+    let Motor::Kloss { breakdown_slip, .. } = driving.motor else { return None };
+    let softer = |motor: Motor, times: f64| with_breakdown_slip(motor, times * breakdown_slip);
+    let softened = |times: f64| Driving { motor: softer(driving.motor, times), ..*driving };
+    let first = |times: f64| Some((times, solve(mesh, inertia, &softened(times), start(&softened(times))?)?));
+    let (mut times, mut orbit) = SOFTER.into_iter().find_map(first)?;
+    let mut shrink = 0.5;
+    while times > 1.0 {
+        let next = f64::max(shrink * times, 1.0);
+        let near = Orbit { motor: softer(orbit.motor, next), ..orbit.clone() };
+        match solve(mesh, inertia, &softened(next), near) {
+            Some(found) => (orbit, times, shrink) = (found, next, f64::max(0.5, shrink * shrink)),
+            None => shrink = shrink.sqrt(),
+        }
+        if shrink > LEAST_SHRINKING {
+            return None;
+        }
+    }
+    Some(orbit)
 }
 
 /// A first guess: uniform speed, where the characteristic meets the load on its steep side.

@@ -1,11 +1,14 @@
 //! What a compensation has found, as tables and diagrams.
 
 use super::iteration::{Cam, Machine, Round, rounds};
+use super::orbit::Driving;
 use super::{Law, Task, Tool};
 use crate::design::plot::{Axis, Diagram, Series};
 use crate::design::text::{self, Table, number};
 use crate::drives::Fault;
-use crate::drives::rigid_machine::Motor;
+use crate::drives::rigid_machine::orbits::periodic_motions;
+use crate::drives::rigid_machine::{MachineStart, Motor, Scene};
+use crate::drives::solver::Settings;
 use crate::motion::Fourier;
 use serde::Serialize;
 use std::f64::consts::TAU;
@@ -18,6 +21,10 @@ const POINTS: usize = 720;
 
 /// The speeds, relative to that of the design, at which the finished machine is looked at.
 const OTHER_SPEEDS: [f64; 5] = [0.25, 0.5, 0.75, 1.1, 1.25];
+
+/// Two periods are those of one motion when they agree to this part: the errors of the finite series are far smaller, and
+/// different motions differ by far more.
+const SAME_PERIOD: f64 = 1e-4;
 
 /// What is asked for beside the cams.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,8 +58,12 @@ pub struct Report {
     pub cams: Vec<Cut>,
     /// The machine with the finished cams.
     pub finished: Round,
+    /// T [s] of the fastest stable motion with the finished cams, where that is another one than the compensated.
+    pub other_motion: Option<f64>,
     /// The same at other speeds, relative to that of the design; None where it finds no periodic motion.
     pub other_speeds: Vec<(f64, Option<Round>)>,
+    /// The numbers of the tools' followers in the scene.
+    pub numbers: Vec<usize>,
     /// The laws of the cams.
     #[serde(skip)]
     pub laws: Vec<Fourier>,
@@ -83,7 +94,9 @@ pub fn study(scene: &str, task: &Task, options: Options) -> Result<Report, Fault
     let laws = solution.laws(&task.tools, options.tolerance)?;
     let highest = laws.iter().map(|law| law.series.order()).max().unwrap_or(1).max(task.order());
     let machine = Machine::new(task, ORDER.max(2 * highest).max(solution.speed.order()));
-    let none = || Fault("with the finished cams the machine has no periodic motion near the wanted one".to_owned());
+    let none = || {
+        Fault("no periodic motion of the machine with the finished cams was found near the wanted one; a larger J0 or breakdown slip helps".to_owned())
+    };
     // The motor as the period demands it; from here on it is given.
     let mut driving = task.driving;
     if task.driving.motor != Motor::None {
@@ -129,6 +142,8 @@ pub fn study(scene: &str, task: &Task, options: Options) -> Result<Report, Fault
         rounds: rounds(task, ORDER.max(solution.speed.order()), options.rounds),
         cams: laws.iter().map(cut).collect(),
         finished: machine.judge(&orbit, &cams),
+        other_motion: other_motion(task, &laws, &driving, solution.orbit.period())?,
+        numbers: (1..=task.tools.len()).collect(),
         other_speeds: other_speeds.into(),
         speeds: [
             before.as_ref().map_or(Vec::new(), |before| machine.speeds(before, POINTS)),
@@ -138,6 +153,27 @@ pub fn study(scene: &str, task: &Task, options: Options) -> Result<Report, Fault
         turning: task.tools.iter().map(Tool::turns).collect(),
         laws: laws.into_iter().map(|law| law.series).collect(),
     })
+}
+
+/// A motor that starts the finished machine leads it to its fastest stable motion: the period of that, where it is not the
+/// compensated one.
+fn other_motion(task: &Task, laws: &[Law], driving: &Driving, period: f64) -> Result<Option<f64>, Fault> {
+    if !matches!(driving.motor, Motor::Kloss { .. }) {
+        return Ok(None);
+    }
+    let tools = task.tools.iter().zip(laws).map(|(tool, law)| tool.with_law(&law.series));
+    let scene = Scene {
+        inertia: task.own.function.clone(),
+        followers: task.own.followers.iter().cloned().chain(tools).collect(),
+        motor: driving.motor,
+        phi_start: 0.0,
+        w_start: TAU / period,
+        start: MachineStart::Given,
+        solver: Settings::default(),
+    };
+    let motions = periodic_motions(&scene, driving.load)?;
+    let fastest = motions.iter().find(|motion| motion.multiplier < 1.0).map(|motion| motion.period);
+    Ok(fastest.filter(|other| (other / period - 1.0).abs() > SAME_PERIOD))
 }
 
 fn cut(law: &Law) -> Cut {
@@ -152,7 +188,7 @@ fn percent(value: f64) -> String {
 fn row(name: String, round: Option<&Round>, tools: usize) -> Vec<String> {
     let Some(round) = round else {
         return std::iter::once(name)
-            .chain(vec!["no periodic motion".to_owned()])
+            .chain(vec!["none found".to_owned()])
             .chain(vec![String::new(); 2 + 3 * tools])
             .collect();
     };
@@ -173,7 +209,7 @@ impl Report {
     pub fn table(&self) -> Table {
         let tools = self.finished.tools.len();
         let mut head: Vec<String> = ["machine", "T [s]", "least w [rad/s]", "largest w"].map(str::to_owned).into();
-        for j in 1..=tools {
+        for j in &self.numbers {
             head.extend([format!("tool {j}: overshoot"), "deviation".to_owned(), "extra harmonics".to_owned()]);
         }
         let mut rows: Vec<Vec<String>> =
@@ -204,10 +240,14 @@ impl Report {
             "Each round of the iteration reduces the error by the factor {:.4} in the end.",
             self.factor
         ));
-        for (j, cut) in self.cams.iter().enumerate() {
+        if let Some(period) = self.other_motion {
             lines.push(format!(
-                "Cam {}: {} harmonics; those left out change the acceleration by at most {} of its largest value.",
-                j + 1,
+                "Mind: the finished machine has several periodic motions. The compensated one is not the fastest stable one, T = {period:.9} s, to which the motor brings the machine and with which start.mode = steady_state begins; `camdrive steady` lists them."
+            ));
+        }
+        for (j, cut) in self.numbers.iter().zip(&self.cams) {
+            lines.push(format!(
+                "Cam {j}: {} harmonics; those left out change the acceleration by at most {} of its largest value.",
                 cut.harmonics,
                 number(cut.truncation)
             ));
@@ -238,14 +278,14 @@ impl Report {
         let others = self.other_speeds.iter().map(|(part, round)| ("finished".to_owned(), *part, round.as_ref()));
         for (name, part, round) in rounds.chain(finished).chain(others) {
             let Some(round) = round else { continue };
-            for (j, tool) in round.tools.iter().enumerate() {
+            for (j, tool) in self.numbers.iter().zip(&round.tools) {
                 rows.push(vec![
                     name.clone(),
                     part.to_string(),
                     round.period.to_string(),
                     round.speed[0].to_string(),
                     round.speed[1].to_string(),
-                    (j + 1).to_string(),
+                    j.to_string(),
                     tool.overshoot.to_string(),
                     tool.deviation.to_string(),
                     tool.extra_harmonics.to_string(),
@@ -278,7 +318,7 @@ impl Report {
         let names = ["as prescribed", "cams for uniform speed", "compensated cams"];
         let series = self.accelerations[j].iter().zip(names);
         Diagram {
-            title: format!("Acceleration of tool {} of {} over a period", j + 1, self.scene),
+            title: format!("Acceleration of tool {} of {} over a period", self.numbers[j], self.scene),
             x: Axis::linear("Time per period [1]"),
             y: Axis::linear(if self.turning[j] {
                 "Angular acceleration of the tool [rad/s²]"

@@ -4,6 +4,8 @@ use super::iteration::{Cam, Machine, Round, rounds};
 use super::*;
 use crate::drives::rigid_machine::linkage::{Branch, Kind, Link, Linkage, Mechanism, SliderCrank};
 use crate::drives::rigid_machine::{Follower, InertiaFunction};
+use crate::drives::solver::Settings;
+use crate::motion::MotionLaw;
 
 fn loom(constant: f64) -> Task {
     let gripper = Fourier::new(vec![0.34538, -0.46256, 0.10175, 0.015451, 0.0056952, -0.0025225, -0.0023031], vec![]);
@@ -261,4 +263,42 @@ fn the_angle_and_its_inverse() {
         assert!((angle.at(angle.inverse(phi)) - phi).abs() < 3e-15 * TAU);
     }
     assert_eq!(angle.at(0.0), 0.0);
+}
+
+#[test]
+fn motors_may_be_steep() {
+    // The motions with uncompensated cams, at the speed of the design and at half of it, by shooting with the drive itself.
+    let mut task = loom(1.0);
+    for synchronous_speed in [500.0 * TAU / 60.0, 250.0 * TAU / 60.0] {
+        task.driving.motor =
+            Motor::Kloss { breakdown_torque: 220.0, breakdown_slip: 0.03, synchronous_speed, dynamics: None };
+        let rounds = rounds(&task, 192, 0);
+        let scene = rigid_machine::Scene {
+            inertia: task.own.function.clone(),
+            followers: task.tools.iter().map(|tool| tool.with_law(&tool.motion)).collect(),
+            motor: task.driving.motor,
+            phi_start: 0.0,
+            w_start: synchronous_speed,
+            start: rigid_machine::MachineStart::Given,
+            solver: Settings::default(),
+        };
+        let motions = rigid_machine::orbits::periodic_motions(&scene, 0.0).unwrap();
+        assert!(motions.len() == 1 && rounds.len() == 1);
+        assert!(error(rounds[0].period, motions[0].period) < 1e-7, "{} {}", rounds[0].period, motions[0].period);
+    }
+}
+
+#[test]
+fn a_machine_with_several_motions_is_told() {
+    let mesh = Mesh::new(60);
+    let bumps: Vec<f64> = (0..mesh.len()).map(|i| 0.3 * (4.0 * mesh.point(i).sin()).tanh()).collect();
+    let mut task = loom(1.0);
+    task.own.function.varying = Some(MotionLaw::Fourier(mesh.series(&bumps)));
+    task.tools = vec![Tool::direct(1.0, Fourier::new(vec![0.0, 0.1, 0.02], vec![]))];
+    task.driving.motor =
+        Motor::Kloss { breakdown_torque: 15.0, breakdown_slip: 0.08, synchronous_speed: 50.0, dynamics: None };
+    let report = report::study("bumps", &task, report::Options { tolerance: 1e-5, rounds: 0 }).unwrap();
+    // The unstable motion is compensated; the periods of both by shooting.
+    assert!(error(report.period, 0.131116) < 1e-5 && error(report.other_motion.unwrap(), 0.113688) < 1e-4);
+    assert!(report.about().iter().any(|line| line.contains("not the fastest stable one")));
 }

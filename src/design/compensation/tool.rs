@@ -47,6 +47,11 @@ impl Tool {
         Some(Tool { follower, motion, wanted })
     }
 
+    /// The follower with this law of its cam.
+    pub fn with_law(&self, law: &Fourier) -> Follower {
+        Follower { cam: MotionLaw::Fourier(law.clone()), ..self.follower.clone() }
+    }
+
     /// Whether the tool's coordinate is an angle.
     pub fn turns(&self) -> bool {
         self.follower.turns
