@@ -328,6 +328,9 @@ fn compensate_says_what_it_cannot_do() {
         assert!(parts.iter().all(|part| run.err.contains(part)), "{args:?}: {}", run.err);
         assert!(!target.exists());
     }
+    // A tool has the number of its follower.
+    let run = camdrive(&["compensate", loom, "--keep", "1", "-o", text(&folder.join("second.toml"))]);
+    assert!(run.out.contains("Cam 2:") && run.out.contains("tool 2: overshoot") && !run.out.contains("Cam 1:"));
     let own = folder.join("own.toml");
     std::fs::write(&own, &text_of_loom).unwrap();
     let run = camdrive(&["compensate", text(&own), "-o", text(&own)]);

@@ -116,7 +116,7 @@ fn machine(args: &Args) -> Result<Machine, Failure> {
             continue;
         }
         turning.push(follower.cam_turns());
-        let Some(tool) = Tool::of(follower) else {
+        let Some(tool) = Tool::of(j + 1, follower) else {
             return Err(failure(format!(
                 "{place}: the law of follower {} is no Fourier series; its harmonics in time have no end\n  = hint: prescribe an HS profile (law = \"fourier\", or a table with interpolation = \"fourier\"), or keep the cam with --keep {}",
                 j + 1,
@@ -142,9 +142,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         files::no_file(folder, "--report")?;
     }
     let options = Options { tolerance: args.tolerance, rounds: args.rounds };
-    let mut report = study(&machine.name, &machine.task, options)
+    let report = study(&machine.name, &machine.task, options)
         .map_err(|fault| failure(format!("{}: {fault}", args.scene.display())))?;
-    report.numbers = machine.tools.iter().map(|j| j + 1).collect();
     let mut scenes = vec![(output.clone(), compensated(args, &machine, &report)?)];
     for pair in &args.cam {
         let (target, scene) = with_cam(pair, &machine, &report, &output)?;

@@ -65,6 +65,16 @@ HUNDRED = {
 }
 
 
+def driven(package, changes, times):
+    """The states at `times` and the error estimate at the end."""
+    with initialised(package, changes) as unit:
+        got = []
+        for time in times:
+            unit.step_to(time)
+            got.append(unit.get("q", "der(q)"))
+        return np.array(got), unit.get("solver.error_estimate")
+
+
 @pytest.mark.parametrize("case", HUNDRED)
 def test_a_hundred_turns_relative_to_the_growing_envelope(fmu, case):
     name, changes = HUNDRED[case]
@@ -73,12 +83,7 @@ def test_a_hundred_turns_relative_to_the_growing_envelope(fmu, case):
     for count in (7, 1000):
         times = 100 * turn * np.arange(1, count + 1) / count
         states, scale = expected(package, changes, times)
-        with initialised(package, changes) as unit:
-            got = []
-            for time in times:
-                unit.step_to(time)
-                got.append(unit.get("q", "der(q)"))
-            estimate = unit.get("solver.error_estimate")
+        got, estimate = driven(package, changes, times)
         error = np.max(np.abs(got - states) / scale)
         assert error <= 1e-9, f"{error:.1e}"
         if case == "on its boundary":
@@ -241,12 +246,7 @@ def test_a_coarser_tolerance_is_honest(fmu):
     states, scale = expected(package, {"start.mode": 2, "start.q": 1.0}, times)
     for tolerance in (1e-4, 1e-6, 1e-8):
         changes = {"start.mode": 2, "start.q": 1.0, "solver.tolerance": tolerance}
-        with initialised(package, changes) as unit:
-            got = []
-            for time in times:
-                unit.step_to(time)
-                got.append(unit.get("q", "der(q)"))
-            estimate = unit.get("solver.error_estimate")
+        got, estimate = driven(package, changes, times)
         error = np.max(np.abs(got - states) / scale)
         assert error <= estimate <= 10 * tolerance, (error, estimate)
 

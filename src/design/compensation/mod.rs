@@ -317,8 +317,7 @@ impl Solution {
         let most_speed = slowest.max(fastest);
         tools
             .iter()
-            .enumerate()
-            .map(|(j, tool)| {
+            .map(|tool| {
                 let lifts: Vec<f64> = phases.iter().map(|psi| tool.motion.at(*psi).0[0]).collect();
                 let full = mesh.series(&lifts);
                 let peak = tool.acceleration(self.orbit.mean_speed)[1];
@@ -340,7 +339,7 @@ impl Solution {
                     let least = (1..=HIGHEST_HARMONIC).map(left).fold(f64::INFINITY, f64::min);
                     Fault(format!(
                         "tool {}: a series of up to {HIGHEST_HARMONIC} harmonics has an error of at least {least:.1e} of the acceleration, more than the tolerance {tolerance:e}; a larger tolerance or J0 helps",
-                        j + 1
+                        tool.number
                     ))
                 })?;
                 let cut = |list: &[f64]| list[..=order].to_vec();

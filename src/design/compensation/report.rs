@@ -143,7 +143,7 @@ pub fn study(scene: &str, task: &Task, options: Options) -> Result<Report, Fault
         cams: laws.iter().map(cut).collect(),
         finished: machine.judge(&orbit, &cams),
         other_motion: other_motion(task, &laws, &driving, solution.orbit.period())?,
-        numbers: (1..=task.tools.len()).collect(),
+        numbers: task.tools.iter().map(|tool| tool.number).collect(),
         other_speeds: other_speeds.into(),
         speeds: [
             before.as_ref().map_or(Vec::new(), |before| machine.speeds(before, POINTS)),

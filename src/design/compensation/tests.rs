@@ -7,6 +7,11 @@ use crate::drives::rigid_machine::{Follower, InertiaFunction};
 use crate::drives::solver::Settings;
 use crate::motion::MotionLaw;
 
+/// A tool of this mass that the cam moves itself.
+fn direct(number: usize, m: f64, motion: Fourier) -> Tool {
+    Tool::of(number, Follower::new(m, MotionLaw::Fourier(motion))).unwrap()
+}
+
 fn loom(constant: f64) -> Task {
     let gripper = Fourier::new(vec![0.34538, -0.46256, 0.10175, 0.015451, 0.0056952, -0.0025225, -0.0023031], vec![]);
     let sley = Fourier::new(
@@ -21,7 +26,7 @@ fn loom(constant: f64) -> Task {
     };
     Task {
         own: rigid_machine::Inertia::new(InertiaFunction { constant, varying: None }, Vec::new()),
-        tools: vec![Tool::direct(1.6, gripper), Tool::direct(60.0, sley)],
+        tools: vec![direct(1, 1.6, gripper), direct(2, 60.0, sley)],
         driving: Driving { motor, load: 0.0, period: None },
     }
 }
@@ -202,7 +207,7 @@ fn a_tool_behind_a_mechanism_moves_as_prescribed() {
     let mut task = loom(2.8);
     task.own.function.constant = 0.05;
     task.driving = Driving { motor: Motor::None, load: 0.0, period: Some(0.12) };
-    task.tools = vec![Tool::of(follower.clone()).unwrap(), Tool::direct(1.6, Fourier::new(vec![0.0, 0.1], vec![]))];
+    task.tools = vec![Tool::of(1, follower.clone()).unwrap(), direct(2, 1.6, Fourier::new(vec![0.0, 0.1], vec![]))];
     // S is the sum over all bodies: places by hand, velocities by differences.
     let body = |psi: f64| {
         let theta = follower.cam.at(psi).0[0] + 1.4;
@@ -248,7 +253,8 @@ fn a_tool_behind_a_mechanism_moves_as_prescribed() {
     assert!(rounds[12].tools.iter().all(|tool| tool.extra_harmonics == 0));
     // Without the links' masses the cams would be others.
     let mut massless = task.clone();
-    massless.tools[0] = Tool::of(Follower { linkage: follower.linkage.without_masses(), ..follower.clone() }).unwrap();
+    massless.tools[0] =
+        Tool::of(1, Follower { linkage: follower.linkage.without_masses(), ..follower.clone() }).unwrap();
     let wrong = massless.solve().unwrap().laws(&massless.tools, 1e-8).unwrap();
     assert!(finished(&task, &wrong).tools[0].deviation > 0.01);
 }
@@ -294,7 +300,7 @@ fn a_machine_with_several_motions_is_told() {
     let bumps: Vec<f64> = (0..mesh.len()).map(|i| 0.3 * (4.0 * mesh.point(i).sin()).tanh()).collect();
     let mut task = loom(1.0);
     task.own.function.varying = Some(MotionLaw::Fourier(mesh.series(&bumps)));
-    task.tools = vec![Tool::direct(1.0, Fourier::new(vec![0.0, 0.1, 0.02], vec![]))];
+    task.tools = vec![direct(1, 1.0, Fourier::new(vec![0.0, 0.1, 0.02], vec![]))];
     task.driving.motor =
         Motor::Kloss { breakdown_torque: 15.0, breakdown_slip: 0.08, synchronous_speed: 50.0, dynamics: None };
     let report = report::study("bumps", &task, report::Options { tolerance: 1e-5, rounds: 0 }).unwrap();

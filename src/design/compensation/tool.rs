@@ -13,6 +13,8 @@ const SMALL: f64 = 1e-10;
 /// A tool whose motion is prescribed in time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tool {
+    /// The number of the follower in the scene, from 1.
+    pub number: usize,
     /// Its mass and the mechanisms before it; the cam's law is [`Tool::motion`].
     follower: Follower,
     /// U(ψ), the motion in time of what the cam moves: of the tool [m or rad], or of the lever [rad].
@@ -22,17 +24,11 @@ pub struct Tool {
 }
 
 impl Tool {
-    /// A tool of this mass that the cam moves itself.
-    pub fn direct(m: f64, motion: Fourier) -> Self {
-        let follower = Follower::new(m, MotionLaw::Fourier(motion.clone()));
-        Tool { follower, wanted: motion.clone(), motion }
-    }
-
-    /// The tool of a follower, which is to move in time as its cam's law says; None where that is no Fourier series.
-    pub fn of(follower: Follower) -> Option<Self> {
+    /// The tool of the follower with this number, which is to move in time as its cam's law says; None where that is no Fourier series.
+    pub fn of(number: usize, follower: Follower) -> Option<Self> {
         let motion = follower.cam.series()?.clone();
         if follower.linkage.is_empty() {
-            return Some(Tool { follower, wanted: motion.clone(), motion });
+            return Some(Tool { number, follower, wanted: motion.clone(), motion });
         }
         let mesh = Mesh::new(HIGHEST);
         let places: Vec<f64> = (0..mesh.len()).map(|i| follower.tool([motion.at(mesh.point(i)).0[0]])[0]).collect();
@@ -44,7 +40,7 @@ impl Tool {
         let counts = |k: &usize| share(*k) > SMALL * most && amplitude(&full, *k) > 4.0 * rounding;
         let order = (1..=HIGHEST).rev().find(counts).unwrap_or(1);
         let wanted = Fourier::new(full.a[..=order].to_vec(), full.b[..=order].to_vec());
-        Some(Tool { follower, motion, wanted })
+        Some(Tool { number, follower, motion, wanted })
     }
 
     /// The follower with this law of its cam.
