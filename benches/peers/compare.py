@@ -39,6 +39,11 @@ FIXED = [1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256]
 OURS = "camdrive FMU"
 
 
+def blank(rows, columns):
+    """Memory for outputs. It is written to, so that the operating system has provided it before the clock runs."""
+    return np.full((rows, columns), np.nan)
+
+
 class Peer:
     """A library with the interface of peer.hpp."""
 
@@ -51,7 +56,7 @@ class Peer:
         return FIXED if "fixed" in self.methods[method] else TOLERANCES
 
     def solve(self, method, work, setting):
-        out, seconds = np.zeros((truth.STEPS[work], 2)), ctypes.c_double()
+        out, seconds = blank(truth.STEPS[work], 2), ctypes.c_double()
         failed = self.library.peer_solve(method, work, ctypes.c_double(setting), doubles(out), ctypes.byref(seconds))
         return (None if failed else out), seconds.value
 
@@ -91,7 +96,7 @@ class Fmu:
         if setting and not self.has_tolerance[work]:
             return None, 0.0
         count = truth.STEPS[work]
-        out, times = np.zeros((count, 3)), self.Times()
+        out, times = blank(count, 3), self.Times()
         settings = f"solver.tolerance={setting!r}".encode() if setting else None
         ramp = (ctypes.c_double * 2)(*RAMP) if WORKS[work][1] == "ramp" else None
         step = ctypes.c_double(1e-3)
