@@ -143,23 +143,30 @@ static int set_parameters(const Fmu *fmu, Component instance, const char *settin
     return 0;
 }
 
-static int step_through(const Fmu *fmu, Component instance, const Ramp *ramp, double step, long count,
-                        double *values) {
-    const DoStep do_step = (DoStep)fmu->functions[STEP];
+/* These loops are lean, since what the caller does in them counts as well. */
+static inline int step_and_read(const Fmu *fmu, Component instance, double t, double step, double *values) {
+    if (((DoStep)fmu->functions[STEP])(instance, t, step, 1)) return -1;
     const GetReal get_real = (GetReal)fmu->functions[GET];
+#pragma GCC unroll 4
+    for (int k = 0; k < FMU_OUTPUTS; k++)
+        if (get_real(instance, &fmu->outputs[k], 1, &values[k])) return -1;
+    return 0;
+}
+
+static int step_through(const Fmu *fmu, Component instance, double step, long count, double *values) {
+    for (long i = 0; i < count; i++, values += FMU_OUTPUTS)
+        if (step_and_read(fmu, instance, (double)i * step, step, values)) return -1;
+    return 0;
+}
+
+static int step_through_ramp(const Fmu *fmu, Component instance, const Ramp *ramp, double step, long count,
+                             double *values) {
     const SetReal set_real = (SetReal)fmu->functions[SET];
-    double dropped[FMU_OUTPUTS];
-    for (long i = 0; i < count; i++) {
-        double t = (double)i * step;
-        if (ramp) {
-            double inputs[3];
-            inputs_at(ramp, t, inputs);
-            if (set_real(instance, fmu->inputs, 3, inputs)) return -1;
-        }
-        if (do_step(instance, t, step, 1)) return -1;
-        double *into = values ? values + FMU_OUTPUTS * i : dropped;
-        for (int k = 0; k < FMU_OUTPUTS; k++)
-            if (get_real(instance, &fmu->outputs[k], 1, &into[k])) return -1;
+    for (long i = 0; i < count; i++, values += FMU_OUTPUTS) {
+        double t = (double)i * step, inputs[3];
+        inputs_at(ramp, t, inputs);
+        if (set_real(instance, fmu->inputs, 3, inputs)) return -1;
+        if (step_and_read(fmu, instance, t, step, values)) return -1;
     }
     return 0;
 }
@@ -185,7 +192,8 @@ int fmu_run(const Fmu *fmu, const char *settings, const Ramp *ramp, double step,
     times->initialise = cpu_seconds() - start;
 
     start = cpu_seconds();
-    failed = failed || step_through(fmu, instance, ramp, step, count, values);
+    failed = failed || (ramp ? step_through_ramp(fmu, instance, ramp, step, count, values)
+                             : step_through(fmu, instance, step, count, values));
     times->steps = cpu_seconds() - start;
     if (failed) fprintf(stderr, "%s: a call failed\n", fmu->identifier);
     ((Free)fmu->functions[FREE])(instance);

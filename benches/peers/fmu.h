@@ -32,8 +32,7 @@ typedef struct {
 } FmuTimes;
 
 /* Drives a new instance over `count` steps of `step` [s]. `settings`: parameters as "name=value name=value" or NULL;
- * `ramp`: the motion at the inputs or NULL; `values`: takes FMU_OUTPUTS numbers per step, or NULL to read them and drop
- * them. Returns 0, or -1 after a message. */
+ * `ramp`: the motion at the inputs or NULL; `values`: takes FMU_OUTPUTS numbers per step. Returns 0, or -1 after a message. */
 int fmu_run(const Fmu *fmu, const char *settings, const Ramp *ramp, double step, long count, double *values,
             FmuTimes *times);
 

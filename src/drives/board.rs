@@ -10,23 +10,22 @@ const PLACES: usize = 11;
 /// `first` on.
 #[derive(Clone, Debug)]
 pub struct Board {
-    first: u32,
-    /// How many places hold a value that is up to date.
-    count: u32,
+    first: usize,
+    /// NaN where nothing is shown.
     values: [f64; PLACES],
 }
 
 impl Board {
     /// An empty board for outputs from this value reference on.
     pub fn new(first: u32) -> Self {
-        Board { first, count: 0, values: [f64::NAN; PLACES] }
+        Board { first: first as usize, values: [f64::NAN; PLACES] }
     }
 
     /// The output with this reference; NaN where it is not shown.
     #[inline(always)]
     pub fn read(&self, reference: u32) -> f64 {
-        let place = reference.wrapping_sub(self.first);
-        self.values.get(place as usize).filter(|_| place < self.count).copied().unwrap_or(f64::NAN)
+        let place = (reference as usize).wrapping_sub(self.first);
+        self.values.get(place).copied().unwrap_or(f64::NAN)
     }
 
     /// Shows an output; the others stay.
@@ -35,12 +34,11 @@ impl Board {
         if let Some(shown) = self.values.get_mut(place) {
             *shown = value;
         }
-        self.count = PLACES as u32;
     }
 
     /// Takes everything off.
     #[inline(always)]
     pub fn clear(&mut self) {
-        self.count = 0;
+        self.values = [f64::NAN; PLACES];
     }
 }

@@ -82,7 +82,7 @@ pub struct Response {
     /// Restarts of the closed form and pieces since the response was made.
     pub steps: f64,
     /// Evaluations of the law (or of the closed form) since the response was made.
-    pub evaluations: f64,
+    pub evaluations: u64,
     /// The errors of the steps so far.
     bound: ErrorBound,
     /// Up to so many steps one bound of the error holds for leaps.
@@ -128,7 +128,7 @@ impl Response {
             table: None,
             until: f64::INFINITY,
             steps: 0.0,
-            evaluations: 0.0,
+            evaluations: 0,
             bound: ErrorBound::new(),
             goal: 0.0,
         }
@@ -212,7 +212,7 @@ impl Response {
         let w = motion.coefficients[1];
         if motion.is_uniform() && (law.series().is_some() || w == 0.0) {
             self.course = Course::Closed(self.closed_form.restart(&self.oscillator, motion, time, state));
-            (self.steps, self.evaluations) = (self.steps + 1.0, self.evaluations + 1.0);
+            (self.steps, self.evaluations) = (self.steps + 1.0, self.evaluations + 1);
             self.bound.add_closed_form(law.series().map_or(0.0, |series| series.order() as f64));
             Ok(())
         } else if until == f64::INFINITY
@@ -220,7 +220,7 @@ impl Response {
         {
             let (course, evaluations) = (period_map::Course::new(map, time, state), map.evaluations());
             self.course = Course::Table(course);
-            (self.steps, self.evaluations) = (self.steps + 1.0, evaluations as f64);
+            (self.steps, self.evaluations) = (self.steps + 1.0, evaluations as u64);
             Ok(())
         } else {
             let local = Local::of(&self.motion, two_sum(time, 0.0));
@@ -238,7 +238,7 @@ impl Response {
     pub fn closed(&mut self, law: &MotionLaw, time: f64) -> Option<Instant> {
         let Course::Closed(run) = &mut self.course else { return None };
         law.series()?;
-        self.evaluations += 1.0;
+        self.evaluations += 1;
         Some(self.closed_form.at(run, &self.oscillator, &self.motion, time))
     }
 
@@ -247,7 +247,7 @@ impl Response {
     pub fn glide(&mut self, time: f64) -> Option<Instant> {
         let Course::Closed(run) = &mut self.course else { return None };
         let now = self.closed_form.glide(run, &self.oscillator, time)?;
-        self.evaluations += 1.0;
+        self.evaluations += 1;
         Some(now)
     }
 
@@ -256,7 +256,7 @@ impl Response {
         loop {
             let piece = match &mut self.course {
                 Course::Closed(run) => {
-                    self.evaluations += 1.0;
+                    self.evaluations += 1;
                     return Ok(self.closed_form.at(run, &self.oscillator, &self.motion, time).q.array());
                 }
                 Course::Table(course) => {
@@ -381,7 +381,7 @@ impl Response {
             };
             let scale = self.bounds[1] * local.speed(length).powi(2) + self.bounds[0] * local.acceleration(length);
             let fit = chebyshev::fit(forcing, (SHARE * self.tolerance).max(LEAST_TAIL), ROUNDING * scale);
-            self.evaluations += fit.evaluations as f64;
+            self.evaluations += fit.evaluations as u64;
             // Twenty halvings suffice for any motion that is smooth on the piece; beyond, the estimate tells.
             if fit.converged || length < whole * 1e-6 {
                 let order = law.resolution_in(segment);

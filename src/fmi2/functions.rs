@@ -16,7 +16,7 @@ use super::instance::{Instance, Refusal, Type};
 use super::log::{Category, Logger, Sink};
 use super::saved_state::{ALIVE, SavedState};
 use super::{plans, resource_location};
-use crate::drives::Fault;
+use crate::drives::{Fault, Set};
 use std::ffi::{CStr, CString, c_char, c_void};
 use std::mem::MaybeUninit;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -466,7 +466,7 @@ const MOST_INPUTS: usize = 64;
 /// Whether none of the addresses is 0: where taking 1 off leaves the highest bit of each alone. (Where one has that bit, the
 /// answer is no.)
 #[inline(always)]
-fn are_there(addresses: [usize; 3]) -> bool {
+fn are_there<const N: usize>(addresses: [usize; N]) -> bool {
     0 <= addresses.into_iter().fold(0, |all, address| all | address.wrapping_sub(1)) as isize
 }
 
@@ -483,19 +483,23 @@ pub unsafe extern "C" fn fmi2SetReal(
     // Multiples of 8, and those of 4 doubled.
     let aligned = (c.addr() | vr.addr().wrapping_mul(2) | value.addr()) % 8 == 0;
     if nvr <= MOST_INPUTS && are_there([c.addr(), vr.addr(), value.addr()]) && aligned {
-        // SAFETY: none is NULL, all are aligned, the arrays are short; the importer passes a live instance, which it
-        // uses from one thread at a time, and arrays of this length.
-        let put =
-            unsafe { (*instance).put(std::slice::from_raw_parts(vr, nvr), std::slice::from_raw_parts(value, nvr)) };
-        if put {
-            return OK;
-        }
+        // SAFETY: none is NULL, all are aligned, the arrays are short; the importer passes arrays of this length.
+        let (references, values) =
+            unsafe { (std::slice::from_raw_parts(vr, nvr), std::slice::from_raw_parts(value, nvr)) };
+        let set = Set { references, values };
+        // SAFETY: the importer passes a live instance, which it uses from one thread at a time.
+        return if unsafe { (*instance).put(&set) } { OK } else { set_with_care(c, &set) };
     }
     set_reals(c, vr, nvr, value)
 }
 
-/// Sets any Reals, or tells why not.
+/// Sets Reals that take more than setting, or tells why not. It takes them as they lie, so that they are not kept at hand for it.
 #[inline(never)]
+extern "C" fn set_with_care(c: fmi2Component, set: &Set) -> fmi2Status {
+    set_reals(c, set.references.as_ptr(), set.references.len(), set.values.as_ptr())
+}
+
+/// Sets any Reals, or tells why not.
 fn set_reals(c: fmi2Component, vr: *const fmi2ValueReference, nvr: usize, value: *const fmi2Real) -> fmi2Status {
     // SAFETY: arrays of the importer.
     enter(c, &table::SET_REAL, |i| unsafe { set(i, Type::Real, (vr, nvr), value, |v| v) })
@@ -722,14 +726,12 @@ pub unsafe extern "C" fn fmi2DoStep(
     _noSetFMUStatePriorToCurrentPoint: fmi2Boolean,
 ) -> fmi2Status {
     let instance = c.cast::<Instance>();
-    if !instance.is_aligned() {
+    // With the bits that an aligned address does not have in front, one comparison finds both NULL and another alignment.
+    if c.addr().rotate_right(3).wrapping_sub(1) >> 60 != 0 {
         return ERROR;
     }
     // SAFETY: as in `enter`.
-    match unsafe { instance.as_mut() } {
-        Some(instance) => instance.do_step(currentCommunicationPoint, communicationStepSize),
-        None => ERROR,
-    }
+    unsafe { (*instance).do_step(currentCommunicationPoint, communicationStepSize) }
 }
 
 /// Steps are synchronous: there is never one to cancel.

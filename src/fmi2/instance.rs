@@ -201,9 +201,8 @@ impl Instance {
         if !self.is_due(point, step) {
             return self.take_if_admissible(point, step);
         }
-        let end = point + step;
-        if self.drive.glide(point, end, &mut self.board) {
-            self.clock.time = end;
+        self.clock.time = point + step;
+        if self.drive.glide(point, self.clock.time, &mut self.board) {
             return abi::OK;
         }
         self.take(point, step)
@@ -212,6 +211,8 @@ impl Instance {
     /// A step.
     #[inline(never)]
     fn take(&mut self, point: f64, step: f64) -> fmi2Status {
+        // Nothing is done yet.
+        self.clock.time = point;
         self.board.clear();
         let advance = || {
             let events = self.drive.advance(point, step)?;
@@ -339,9 +340,9 @@ impl Instance {
     /// Sets inputs between two steps without further ado; false, and nothing is set, where that takes more, see
     /// [`Instance::set`].
     #[inline]
-    pub fn put(&mut self, references: &[u32], values: &[f64]) -> bool {
+    pub fn put(&mut self, set: &Set) -> bool {
         self.board.clear();
-        self.clock.mode == Mode::StepComplete && self.drive.put(&Set { references, values })
+        self.clock.mode == Mode::StepComplete && self.drive.put(set)
     }
 
     /// Sets variables: all of them, or, where one is refused, none.

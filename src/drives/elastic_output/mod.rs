@@ -291,8 +291,7 @@ impl Drive for ElasticOutput {
         let instant = if self.cam.is_input() { self.glide_on_inputs(time, end) } else { self.response.glide(end) };
         let Some(Instant { u, q }) = instant else { return false };
         self.now = Moment { time: end, u, q, ..self.now };
-        // Seen as stored, u and q are computed pair by pair; else the compiler pairs their halves as it likes.
-        variables::show(std::hint::black_box(self), board)
+        variables::show(self, board)
     }
 
     fn show(&self, board: &mut Board) {
@@ -398,6 +397,6 @@ impl HasSolver for ElasticOutput {
         self.response.error()
     }
     fn evaluations(&self) -> f64 {
-        self.response.evaluations
+        self.response.evaluations as f64
     }
 }

@@ -278,7 +278,7 @@ impl ClosedForm {
     /// The same; `z` is e^(ikφ) of the first harmonic, `turn` leads from each to the next one.
     #[inline(always)]
     fn sum(&self, mut z: Pair, turn: Map, free: Pair) -> Instant {
-        let (mut u, mut q) = (Pair::new(self.mean, 0.0), Pair::default());
+        let (mut u, mut q) = (Pair::new(self.mean, 0.0), free);
         for (i, harmonic) in self.harmonics.iter().enumerate() {
             if 0 < i {
                 z = turn.at(z);
@@ -287,7 +287,7 @@ impl ClosedForm {
             u = u + (harmonic.straight[0] * z + harmonic.crossed[0] * crossed);
             q = q + (harmonic.straight[1] * z + harmonic.crossed[1] * crossed);
         }
-        Instant { u, q: q + free }
+        Instant { u, q }
     }
 
     #[cold]

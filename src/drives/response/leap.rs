@@ -41,7 +41,7 @@ pub struct Leap {
     pairs: usize,
     nodes: usize,
     /// What they count as evaluations of the law: a pair costs what U′ and U″ at a node cost.
-    pub evaluations: f64,
+    pub evaluations: u64,
     /// At each node the weight times g and ġ at h less the place; or the weights of the derivatives.
     weights: [Pair; MOST_NODES],
     /// The free motion over the step.
@@ -118,7 +118,7 @@ impl Leap {
         self.keep(oscillator, length);
         self.angle = f64::INFINITY;
         (self.nodes, self.pairs, self.limits) = (nodes, 0, Limits::NONE);
-        self.evaluations = nodes as f64;
+        self.evaluations = nodes as u64;
         let rule: [[f64; 2]; MOST_NODES] = Gauss::with(nodes).nodes(length);
         for (i, [place, weight]) in rule.into_iter().enumerate() {
             if i % 2 == 0 {

@@ -114,7 +114,7 @@ impl Response {
             }
             Course::Closed(run) if a == 0.0 => {
                 let instant = self.closed_form.glide(run, &self.oscillator, end)?;
-                self.evaluations += 1.0;
+                self.evaluations += 1;
                 Some(Both { instant, phi: self.closed_form.cam(run, end) })
             }
             _ => None,

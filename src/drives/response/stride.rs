@@ -26,6 +26,8 @@ pub struct Stride {
     spin: Pair,
     z: Pair,
     state: Pair,
+    /// Whether there still is a free motion.
+    free_moves: bool,
     /// The length of the steps [s]; 0 while unknown.
     length: f64,
     /// How much longer or shorter a step may be [s].
@@ -59,9 +61,12 @@ impl Map {
     /// The turn by twice that angle.
     #[inline(always)]
     pub fn turn_twice(z: Pair) -> Self {
-        let squares = z * z;
-        let product = z * z.swapped();
-        Map { straight: (squares - squares.swapped()).firsts(), crossed: product * Pair::new(-2.0, 2.0) }
+        // sin 2φ = 2 sin φ cos φ, cos 2φ = 1 − 2 sin² φ.
+        let products = z.seconds() * z;
+        Map {
+            straight: Pair::both(1.0) + products.seconds() * Pair::both(-2.0),
+            crossed: products.firsts() * Pair::new(-2.0, 2.0),
+        }
     }
 
     /// The image of `x`.
@@ -92,7 +97,9 @@ impl Stride {
         let rest = Pair::both(rest);
         let z = self.z + self.turn.at(self.z);
         self.z = z + rest * (self.spin * z.swapped());
-        self.state = self.free.and(rest, &self.free_rate).at(self.state);
+        if self.free_moves {
+            self.state = self.free.and(rest, &self.free_rate).at(self.state);
+        }
         true
     }
 
@@ -112,6 +119,7 @@ impl Stride {
     pub fn start(&mut self, time: f64, z: [f64; 2], state: [f64; 2]) {
         self.last = time - self.time;
         (self.time, self.z, self.state) = (time, z.into(), state.into());
+        self.free_moves = state != [0.0; 2];
         self.until = if self.holds() { time + (STEPS + 0.5) * self.length } else { f64::MIN };
     }
 

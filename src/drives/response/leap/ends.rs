@@ -249,36 +249,35 @@ impl Leap {
                 }
             }
         }
-        let (mut q, mut v) = (Pair::default(), Pair::default());
+        // As the weights lie: what the start adds to q beside what the end adds to q̇, and the other two.
+        let (mut straight, mut crossed) = (Pair::default(), Pair::default());
         for n in 2..2 * PAIRS {
-            q = q + self.weights[2 * n - 4] * y[n];
-            v = v + self.weights[2 * n - 3] * y[n];
+            straight = straight + self.weights[2 * n - 4] * y[n];
+            crossed = crossed + self.weights[2 * n - 3] * y[n].swapped();
         }
-        let ([q0, q1], [v0, v1]) = (q.array(), v.array());
-        Pair::new(q0, v0) + Pair::new(q1, v1)
+        straight + crossed
     }
 
-    /// The weights Wₙ/n!: those of q at both ends, then those of q̇.
+    /// The weights Wₙ/n!: that of q at the start beside that of q̇ at the end, then the other two.
     #[cold]
     fn prepare_ends(&mut self, oscillator: &Oscillator, length: f64, pairs: usize) {
         self.keep(oscillator, length);
-        (self.pairs, self.nodes, self.evaluations) = (pairs, 0, pairs as f64);
+        (self.pairs, self.nodes, self.evaluations) = (pairs, 0, pairs as u64);
         self.weights = Default::default();
         let m = 2 * pairs - 3;
         let rule: [[f64; 2]; MOST_NODES] = Gauss::with(MOST_NODES).nodes(length);
         for [place, weight] in rule {
             let sigma = place / length;
             let mut factorial = 1.0;
-            let kernel = oscillator.kernel(length - place).map(|g| -(weight / length) * (g / length));
+            let kernel: Pair = oscillator.kernel(length - place).map(|g| -(weight / length) * (g / length)).into();
             for j in 0..=m {
                 let sign = if j % 2 == 0 { 1.0 } else { -1.0 };
                 let ends = Pair::new(basis(j, m, sigma), sign * basis(j, m, 1.0 - sigma));
                 // (j + 2) (j + 1)/(j + 2)! = 1/j!.
                 let ends = ends * Pair::both(1.0 / factorial);
                 factorial *= (j + 1) as f64;
-                for (i, g) in kernel.into_iter().enumerate() {
-                    self.weights[2 * j + i] = self.weights[2 * j + i] + Pair::both(g) * ends;
-                }
+                self.weights[2 * j] = self.weights[2 * j] + kernel * ends;
+                self.weights[2 * j + 1] = self.weights[2 * j + 1] + kernel * ends.swapped();
             }
         }
     }
