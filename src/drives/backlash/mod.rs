@@ -427,6 +427,7 @@ impl Drive for BacklashDrive {
         if self.within_panel(time, time + step, step) { Ok(()) } else { self.go_on(time, step) }
     }
 
+    #[inline(always)]
     fn glide(&mut self, _time: f64, end: f64, board: &mut Board) -> bool {
         let time = self.now.time;
         self.within_panel(time, end, end - time) && variables::show(self, board)

@@ -287,6 +287,7 @@ impl Drive for ElasticOutput {
         self.arrive(end, q)
     }
 
+    #[inline(always)]
     fn glide(&mut self, time: f64, end: f64, board: &mut Board) -> bool {
         let instant = if self.cam.is_input() { self.glide_on_inputs(time, end) } else { self.response.glide(end) };
         let Some(Instant { u, q }) = instant else { return false };

@@ -367,6 +367,7 @@ impl Drive for ElasticShaft {
     }
 
     /// Most steps end in the cell of the table where they start.
+    #[inline(always)]
     fn glide(&mut self, _time: f64, end: f64, board: &mut Board) -> bool {
         let Some(course) = &self.course else { return false };
         let Some(twist) = course.within(end).filter(|_| !self.tuned) else { return false };

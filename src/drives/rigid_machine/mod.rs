@@ -377,6 +377,7 @@ impl Drive for RigidMachine {
         Ok(())
     }
 
+    #[inline(always)]
     fn glide(&mut self, _time: f64, end: f64, board: &mut Board) -> bool {
         self.glide_to(end) && variables::show(self, board)
     }
