@@ -156,11 +156,8 @@ impl<D: Drive> Unit<D> {
     #[inline(always)]
     fn put_inputs(&mut self, set: &Set) -> bool {
         let Some(inputs) = self.drive.inputs() else { return self.put_one_by_one(set) };
-        // All of them in their order, as most importers set them.
-        if let ([0, 1, 2], &[phi, w, a]) = (set.references, set.values)
-            && phi.abs() + w.abs() + a.abs() <= f64::MAX
-        {
-            *inputs = [phi, w, a];
+        if let Some(all) = set.first_three() {
+            *inputs = all;
             self.pending = self.pending.max(Pending::Inputs);
             return true;
         }

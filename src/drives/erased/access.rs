@@ -60,6 +60,16 @@ impl Set<'_> {
     pub fn iter(&self) -> impl Iterator<Item = (usize, f64)> {
         self.references.iter().zip(self.values).map(|(reference, value)| (*reference as usize, *value))
     }
+
+    /// The values of the places 0, 1 and 2 where they are all and stand in this order, as most importers set them; finite, and
+    /// their sum as well.
+    #[inline(always)]
+    pub fn first_three(&self) -> Option<[f64; 3]> {
+        match (self.references, self.values) {
+            ([0, 1, 2], &[x, y, z]) if x.abs() + y.abs() + z.abs() <= f64::MAX => Some([x, y, z]),
+            _ => None,
+        }
+    }
 }
 
 /// What was set and not yet taken up.
