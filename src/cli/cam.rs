@@ -1,7 +1,7 @@
 //! `camdrive cam SCENE`
 
 use super::{Failure, files, print, read_all};
-use crate::design::cam_geometry::Verdict;
+use crate::design::cam_geometry::{Finding, Verdict};
 use crate::design::cam_geometry::report::{Shape, Tolerances};
 use crate::design::text;
 use crate::drives::{Fault, unit};
@@ -14,7 +14,8 @@ use std::path::PathBuf;
 /// Cuts the cams of a scene: path of the roller's centre and contours, with checks.
 ///
 /// Takes the motion law and the geometry of each cam ([geometry], [follower.geometry]). Reports the pressure angle, radii
-/// of curvature, undercut, crossings and sizes with their angles; what runs badly is warned of, what cannot be cut or does
+/// of curvature, undercut, crossings and sizes with their angles, of mechanisms behind the cam the least transmission
+/// angle; what runs badly is warned of, what cannot be cut or does
 /// not move the follower as prescribed is refused.
 ///
 /// Writes NAME.csv (path and contours), NAME.dxf and NAME.svg (true size, mm), NAME.pressure_angle.svg, NAME.curvature.svg,
@@ -107,7 +108,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     for cam in &cams {
         let name = cam.follower.map_or(scene.name.clone(), |j| format!("{}.follower{j}", scene.name));
         let fault = |fault: Fault| failure(format!("{}: {name}: {fault}", args.scene.display()));
-        shapes.push(Shape::new(&name, &cam.law, cam.plan, tolerances).map_err(fault)?);
+        let shape = Shape::new(&name, &cam.law, cam.plan, tolerances).map_err(fault)?;
+        shapes.push(shape.with(cam.mechanisms.iter().map(Finding::of_transmission)));
     }
     let say = |verdict: Verdict, word: &str| {
         let mut text = String::new();

@@ -3,6 +3,7 @@
 use super::{Failure, files, print, read_all};
 use crate::design::plot::{Axis, Diagram, Series};
 use crate::design::text::{self, Table, number};
+use crate::design::transmission;
 use crate::drives::rigid_machine::orbits::{PeriodicMotion, free_motion, periodic_motions, range};
 use crate::drives::rigid_machine::{Inertia, Motor, Scene};
 use crate::drives::{Fault, unit};
@@ -97,7 +98,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             let motions = periodic_motions(&scene, load).map_err(fault)?;
             let free = motions
                 .iter()
-                .find(|motion| motion.multiplier < 1.0)
+                .find(|motion| motion.is_stable())
                 .map(|motion| (motion.period, motion.course.first().map_or(1.0, |[_, w]| w.signum())));
             (motions, free)
         }
@@ -107,6 +108,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let free = free.map(|(period, sense)| (period, free_motion(&inertia, period, sense)));
     if !motions.is_empty() || free.is_some() {
         out += &table(&motions, free.as_ref()).text();
+    }
+    let mechanisms = inertia.followers.iter().enumerate().flat_map(|(j, follower)| transmission::of(j + 1, follower));
+    for mechanism in mechanisms {
+        let _ = writeln!(out, "{}", mechanism.sentence());
     }
     if let Some(folder) = &args.report {
         let title = format!("Periodic motions of {}", resolved.name);
@@ -121,7 +126,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 /// What the motions mean.
 fn verdict(scene: &Scene, motions: &[PeriodicMotion], load: f64) -> String {
-    let stable = motions.iter().filter(|motion| motion.multiplier < 1.0).count();
+    let stable = motions.iter().filter(|motion| motion.is_stable()).count();
     match (scene.motor, motions.len(), stable) {
         (Motor::Kloss { breakdown_torque, synchronous_speed, .. }, 0, _) => format!(
             "There is no periodic motion against the load of {load} N.m: the motor (breakdown torque {breakdown_torque} N.m) {}.",
@@ -146,7 +151,7 @@ fn synchronous_speed(scene: &mut Scene, load: f64, period: f64) -> Result<f64, S
             *synchronous_speed = speed;
         }
         let motions = periodic_motions(scene, load).map_err(|fault| fault.to_string())?;
-        let fastest = motions.iter().find(|motion| motion.multiplier < 1.0);
+        let fastest = motions.iter().find(|motion| motion.is_stable());
         let motion = fastest.ok_or_else(|| {
             format!("with a synchronous speed of {speed} rad/s there is no stable periodic motion against the load of {load} N.m: the motor stalls")
         })?;
@@ -178,7 +183,13 @@ fn synchronous_speed(scene: &mut Scene, load: f64, period: f64) -> Result<f64, S
 type Free = (f64, Vec<[f64; 2]>);
 
 fn name(i: usize, motion: &PeriodicMotion) -> String {
-    format!("{} ({})", i + 1, if motion.multiplier < 1.0 { "stable" } else { "unstable" })
+    format!("{} ({})", i + 1, if motion.is_stable() { "stable" } else { "unstable" })
+}
+
+/// The multiplier, that of a steep motor as power of ten.
+fn multiplier(motion: &PeriodicMotion) -> String {
+    let power = motion.growth / std::f64::consts::LN_10;
+    if power.abs() < 300.0 { number(motion.multiplier()) } else { format!("10^{power:.0}") }
 }
 
 fn table(motions: &[PeriodicMotion], free: Option<&Free>) -> Table {
@@ -199,7 +210,7 @@ fn table(motions: &[PeriodicMotion], free: Option<&Free>) -> Table {
         ]
     };
     let of = |(i, motion): (usize, &PeriodicMotion)| {
-        let rest = [number(motion.multiplier), format!("{:.6}", motion.energy)];
+        let rest = [multiplier(motion), format!("{:.6}", motion.energy)];
         row(name(i, motion), motion.period, &motion.course, rest)
     };
     let mut rows: Vec<Vec<String>> = motions.iter().enumerate().map(of).collect();

@@ -1,7 +1,7 @@
 //! Tools of design around the drives: [`cam_geometry`], contours from motion laws; [`clearance`], what backlash does to a
 //! motion law; [`compensation`], cams for a machine that fluctuates; [`lever_law`], mechanisms between cam and tool
 //! backwards; [`stability`], at which speeds varying parameters make a drive vibrate; [`synthesis`], cam
-//! profiles from motion tasks; [`tradeoff`], speed against accuracy.
+//! profiles from motion tasks; [`tradeoff`], speed against accuracy; [`transmission`], how well mechanisms pass the force on.
 
 pub mod cam_geometry;
 pub mod clearance;
@@ -12,3 +12,4 @@ pub mod stability;
 pub mod synthesis;
 pub mod text;
 pub mod tradeoff;
+pub mod transmission;

@@ -82,7 +82,7 @@ impl MotionLaw {
     }
 
     /// The angles in [0, 2π), ascending, at which a derivative jumps: in a cycle one of order ≤ 4, in a table that of
-    /// order 5. Segment i reaches from breakpoint i to breakpoint i + 1, the last one around the turn. Empty where U
+    /// order 5, or of order 2 where its derivatives are given. Segment i reaches from breakpoint i to breakpoint i + 1, the last one around the turn. Empty where U
     /// is smooth all around.
     pub fn breakpoints(&self) -> &[f64] {
         match self {

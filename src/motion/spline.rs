@@ -1,6 +1,6 @@
 //! The periodic quintic spline; what it is good for says [`super::table`].
 
-use super::table::Points;
+use super::table::{Bend, Points};
 use super::turn::{back, near, reduce};
 use nalgebra::{Matrix2, Vector2};
 use std::f64::consts::TAU;
@@ -10,6 +10,8 @@ use std::f64::consts::TAU;
 pub struct Spline {
     /// What it was made of.
     pub points: Points,
+    /// The derivatives at the points, where they were given.
+    pub bends: Vec<Bend>,
     /// The angles of the points [rad], ascending in [0, 2π).
     pub knots: Vec<f64>,
     pieces: Vec<Piece>,
@@ -28,8 +30,8 @@ pub struct Piece {
 }
 
 impl Spline {
-    /// The spline through points that [`Points::open`] has checked.
-    pub fn new(points: Points) -> Self {
+    /// The spline through points that [`Points::open`] has checked, with as many derivatives or none.
+    pub fn new(points: Points, bends: Vec<Bend>) -> Self {
         let n = points.angles.len();
         // The first point of the turn [0, 2π) leads.
         let reduced: Vec<f64> = points.angles.iter().map(|&phi| reduce(phi)).collect();
@@ -38,19 +40,28 @@ impl Spline {
         let lifts: Vec<f64> = (0..n).map(|i| points.lifts[(lead + i) % n]).collect();
         let widths: Vec<f64> =
             (0..n).map(|i| if i + 1 < n { knots[i + 1] - knots[i] } else { knots[0] + TAU - knots[i] }).collect();
-        let slopes = slopes(&widths, &lifts);
+        let slopes = if bends.is_empty() { slopes(&widths, &lifts) } else { Vec::new() };
+        // U′ and U″ at the ends of piece i.
+        let ends = |i: usize, j: usize| match slopes.is_empty() {
+            true => {
+                let (start, end) = (bends[(lead + i) % n], bends[(lead + j) % n]);
+                (Vector2::new(start.slope, start.behind), Vector2::new(end.slope, end.before))
+            }
+            false => (slopes[i], slopes[j]),
+        };
         let pieces: Vec<Piece> = (0..n)
             .map(|i| {
                 let j = (i + 1) % n;
                 let end = knots[i] + 0.5 * widths[i];
                 let middle = near(end, 0.0);
                 let origin = if middle == end { knots[i] } else { back(knots[i], 1.0) };
-                let coefficients = quintic(widths[i], lifts[i], lifts[j] - lifts[i], slopes[i], slopes[j]);
+                let (start, stop) = ends(i, j);
+                let coefficients = quintic(widths[i], lifts[i], lifts[j] - lifts[i], start, stop);
                 Piece { origin, middle, width: widths[i], coefficients }
             })
             .collect();
         let bounds = std::array::from_fn(|order| pieces.iter().fold(0.0, |bound: f64, p| bound.max(p.bound(order))));
-        Spline { points, knots, pieces, bounds }
+        Spline { points, bends, knots, pieces, bounds }
     }
 
     /// Piece `index`, the last one beyond the list.
@@ -143,6 +154,13 @@ fn quintic(width: f64, u: f64, rise: f64, start: Vector2<f64>, end: Vector2<f64>
         (-15.0 * r0 + 7.0 * r1 - r2) / (h2 * h2),
         (6.0 * r0 - 3.0 * r1 + 0.5 * r2) / (h2 * h2 * h),
     ]
+}
+
+/// U, U′, U″ at the part x ∈ [0, 1] of a piece of degree 5 of this width that has these values at its ends.
+pub fn within(width: f64, [u, u1, u2]: [f64; 3], [v, v1, v2]: [f64; 3], x: f64) -> [f64; 3] {
+    let coefficients = quintic(width, u, v - u, Vector2::new(u1, u2), Vector2::new(v1, v2));
+    let [u, u1, u2, ..] = Piece { origin: 0.0, middle: 0.5 * width, width, coefficients }.at(x * width);
+    [u, u1, u2]
 }
 
 impl Piece {

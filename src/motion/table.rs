@@ -5,9 +5,12 @@
 //! for every number of points); the fourth is continuous too, and the fifth jumps at the points. For a smooth law
 //! sampled at distance h, U⁽ⁿ⁾ is met to O(h⁶⁻ⁿ).
 //!
+//! Where U′ and U″ of the points are known too, each piece is the quintic through them, and U″ may jump at a point.
+//!
 //! Source: C. de Boor, *A Practical Guide to Splines*, rev. ed., Springer 2001, chapters V and XIII.
 
 use super::TransferFunctions;
+pub use super::spline::within;
 use super::spline::Spline;
 use super::turn::segment;
 use serde::{Deserialize, Serialize};
@@ -37,6 +40,17 @@ pub struct Points {
     pub angles: Vec<f64>,
     /// As long as `angles`; a repeated point repeats its lift.
     pub lifts: Vec<f64>,
+}
+
+/// The derivatives at a point.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Bend {
+    /// U′ [m/rad].
+    pub slope: f64,
+    /// U″ [m/rad²] on the piece that ends at the point.
+    pub before: f64,
+    /// U″ [m/rad²] on the piece that begins there.
+    pub behind: f64,
 }
 
 /// Why points are no table; indices count from 0.
@@ -221,13 +235,17 @@ pub struct Table {
 struct TableData {
     angles: Vec<f64>,
     lifts: Vec<f64>,
+    /// Empty where the derivatives follow from the points.
+    #[serde(default)]
+    bends: Vec<Bend>,
     scale: f64,
 }
 
 impl TryFrom<TableData> for Table {
     type Error = TableError;
     fn try_from(data: TableData) -> Result<Self, TableError> {
-        let table = Table::new(Points { angles: data.angles, lifts: data.lifts })?;
+        let points = Points { angles: data.angles, lifts: data.lifts };
+        let table = if data.bends.is_empty() { Table::new(points) } else { Table::bent(points, data.bends) }?;
         Ok(Table { scale: data.scale, ..table })
     }
 }
@@ -235,14 +253,29 @@ impl TryFrom<TableData> for Table {
 impl From<Table> for TableData {
     fn from(table: Table) -> Self {
         let Points { angles, lifts } = table.spline.points.clone();
-        TableData { angles, lifts, scale: table.scale }
+        TableData { angles, lifts, bends: table.spline.bends.clone(), scale: table.scale }
     }
 }
 
 impl Table {
     /// The spline through `points`, scale 1.
     pub fn new(points: Points) -> Result<Self, TableError> {
-        Ok(Table { spline: Arc::new(Spline::new(points.open()?)), scale: 1.0 })
+        Ok(Table { spline: Arc::new(Spline::new(points.open()?, Vec::new())), scale: 1.0 })
+    }
+
+    /// The pieces of degree 5 through `points` with these derivatives, one for each point; that of a closing point may be left
+    /// out. Scale 1.
+    pub fn bent(points: Points, mut bends: Vec<Bend>) -> Result<Self, TableError> {
+        let points = points.open()?;
+        bends.truncate(points.angles.len());
+        if bends.len() != points.angles.len() {
+            return Err(TableError::Lengths { angles: points.angles.len(), lifts: bends.len() });
+        }
+        let beyond = |bend: &Bend| [bend.slope, bend.before, bend.behind].iter().any(|d| !d.is_finite());
+        if let Some(index) = bends.iter().position(beyond) {
+            return Err(TableError::OutOfRange { index, value: f64::NAN });
+        }
+        Ok(Table { spline: Arc::new(Spline::new(points, bends)), scale: 1.0 })
     }
 
     /// The points, without a closing one and without `scale`.
@@ -435,6 +468,39 @@ mod tests {
         let open = table(&[0.0, 1.0, 2.0, 3.0], &[0.0, 1.0, 2.0, 1.0]);
         assert!(matches!(open, TableError::NotClosed { index: 3, .. }));
         assert!(open.to_string().starts_with("point 4: ") && open.index() == Some(3));
+    }
+
+    #[test]
+    fn given_derivatives_are_met_on_either_side_of_a_point() {
+        // A parabola and a cubic between four points are polynomials of degree 5 too, and U″ jumps where they meet.
+        let jump = |phi: f64| if phi < 3.0 { [phi * phi, 2.0 * phi, 2.0] } else { cubic(phi) };
+        fn cubic(phi: f64) -> [f64; 3] {
+            // From U = 9, U′ = 6 at 3 back to U = U′ = 0 at 2π.
+            let (h, x) = (TAU - 3.0, phi - 3.0);
+            let (b, c) = (-(27.0 + 12.0 * h) / (h * h), (18.0 + 6.0 * h) / h.powi(3));
+            [9.0 + 6.0 * x + b * x * x + c * x.powi(3), 6.0 + 2.0 * b * x + 3.0 * c * x * x, 2.0 * b + 6.0 * c * x]
+        }
+        let angles = vec![0.0, 1.0, 3.0, 5.0];
+        let lifts = angles.iter().map(|phi| jump(*phi)[0]).collect();
+        let mut bends: Vec<Bend> =
+            angles.iter().map(|phi| Bend { slope: jump(*phi)[1], before: jump(*phi)[2], behind: jump(*phi)[2] }).collect();
+        (bends[0].before, bends[2].before) = (cubic(TAU)[2], 2.0);
+        let points = Points { angles, lifts };
+        let table = Table::bent(points.clone(), bends.clone()).unwrap();
+        for i in 0..100 {
+            let phi = TAU * f64::from(i) / 100.0;
+            let u = table.at_in(table.segment(phi, true), phi).0;
+            assert!((0..3).all(|n| (u[n] - jump(phi)[n]).abs() < 1e-12), "{phi}: {u:?}");
+            assert!(u[2].abs() <= table.bound(2));
+        }
+        let curvature = |forward: bool| table.at_in(table.segment(3.0, forward), 3.0).0[2];
+        assert!((curvature(false) - 2.0).abs() < 1e-13 && (curvature(true) - cubic(3.0)[2]).abs() < 1e-13);
+        let bytes = postcard::to_stdvec(&table).unwrap();
+        assert_eq!(postcard::from_bytes::<Table>(&bytes).unwrap(), table);
+        bends.pop();
+        assert_eq!(Table::bent(points.clone(), bends.clone()), Err(TableError::Lengths { angles: 4, lifts: 3 }));
+        bends.push(Bend { slope: f64::INFINITY, ..Bend::default() });
+        assert!(matches!(Table::bent(points, bends), Err(TableError::OutOfRange { index: 3, .. })));
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use super::models::{either, forbid};
 use super::section::{ANY, Limits, NOT_NEGATIVE, POSITIVE, Section, within};
 use super::{geometry, motion_law};
-use crate::design::lever_law::{LeverLaw, lever_law};
+use crate::design::lever_law::lever_law;
 use crate::drives::rigid_machine::Follower;
 use crate::drives::rigid_machine::linkage::{
     Branch, FourBar, Gear, Kind, Link, Linkage, Mechanism, ParameterKind, SliderCrank,
@@ -85,20 +85,16 @@ pub fn read(section: &Section<'_>, folder: &Path) -> Option<Follower> {
 fn lever(section: &Section<'_>, linkage: &Linkage, quantity: &'static Quantity, folder: &Path) -> Option<MotionLaw> {
     let start = section.real_or("lever_start", &unit::ANGLE, limits(ParameterKind::Angle), 0.0);
     let part = section.required_section("tool")?;
-    let MotionLaw::Fourier(tool) = motion_law::read(&part, quantity, folder)? else {
-        let message = format!("`{}`: the law is no Fourier series", part.path_of("law"));
-        let fault = part.fault_of("law", message).admissible("fourier, or table with interpolation = \"fourier\"");
-        section.faults.report(fault.hint("give the law of the lever as `[follower.cam]`"));
-        return None;
-    };
+    let tool = motion_law::read(&part, quantity, folder)?;
     match lever_law(linkage, &tool, start?) {
-        Ok(LeverLaw { series, error }) => {
+        Ok(found) => {
             section.faults.note(format!(
-                "{}: the lever's law has {} harmonics; with it the tool's acceleration is as prescribed to {error:.1e} of its largest value",
+                "{}: the lever's law has {}; with it the tool's acceleration is as prescribed to {:.1e} of its largest value",
                 part.path,
-                series.order()
+                found.parts(),
+                found.error
             ));
-            Some(MotionLaw::Fourier(series))
+            Some(found.law)
         }
         Err(reason) => {
             let fault = part.fault(format!("`{}`: {reason}", part.path));

@@ -2,7 +2,9 @@
 
 use super::models::forbid;
 use super::section::{ANY, NOT_NEGATIVE, POSITIVE, Section, within};
+use crate::design::transmission::{self, Transmission};
 use crate::design::cam_geometry::{Carrier, Cut, Limits, Plan, Second, Start};
+use crate::drives::rigid_machine::Follower;
 use crate::drives::unit;
 use crate::motion::MotionLaw;
 use serde_json::Value;
@@ -20,6 +22,8 @@ pub struct CamPlan {
     pub law: MotionLaw,
     /// The geometry.
     pub plan: Plan,
+    /// The mechanisms behind it.
+    pub mechanisms: Vec<Transmission>,
 }
 
 /// Admissible pressure angles [rad]: 45° of a lever and 30° of a translating follower, after VDI 2142.
@@ -47,12 +51,17 @@ const SYNONYMS: &[(&str, &str)] = &[
 /// All geometries of a scene, with the laws of its drive where that is right already.
 pub fn all(root: &Section<'_>, drive: Option<&Value>) -> Option<Vec<CamPlan>> {
     let law = |value: Option<&Value>| -> Option<MotionLaw> { serde_json::from_value(value?.get("cam")?.clone()).ok() };
+    let mechanisms = |j: usize, value: Option<&Value>| -> Option<Vec<Transmission>> {
+        Some(transmission::of(j, &serde_json::from_value::<Follower>(value?.clone()).ok()?))
+    };
     // A machine has no [cam] that [geometry] could belong to.
     let mut list = if root.has("cam") { vec![of(root, None, law(drive), false)] } else { Vec::new() };
     for (j, follower) in root.sections("follower").unwrap_or_default().iter().enumerate() {
         let drive = drive.and_then(|drive| drive.get("followers")?.get(j));
         let angular = follower.has("linkage") || (follower.has("J") && !follower.has("m"));
-        list.push(of(follower, Some(j + 1), law(drive), angular));
+        let plan = of(follower, Some(j + 1), law(drive), angular);
+        let behind = || mechanisms(j + 1, drive).unwrap_or_default();
+        list.push(plan.map(|plan| plan.map(|plan| CamPlan { mechanisms: behind(), ..plan })));
     }
     let all: Option<Vec<Option<CamPlan>>> = list.into_iter().collect();
     Some(all?.into_iter().flatten().collect())
@@ -68,7 +77,7 @@ fn of(parent: &Section<'_>, follower: Option<usize>, law: Option<MotionLaw>, ang
         section.faults.report(fault.hint("choose other lengths, or another base or prime circle"));
         return None;
     }
-    Some(Some(CamPlan { follower, law, plan }))
+    Some(Some(CamPlan { follower, law, plan, mechanisms: Vec::new() }))
 }
 
 #[derive(Clone, Copy, PartialEq)]

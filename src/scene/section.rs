@@ -400,11 +400,11 @@ impl<'a> Section<'a> {
         let known: Vec<&str> = items.iter().flat_map(|(names, _)| names.iter().copied()).collect();
         let fault = self.fault_of(key, format!("`{}`: \"{text}\" is not known", self.path_of(key)));
         let mut fault = fault.admissible(usual.join(", "));
-        let guess = nearest(text, &known);
-        fault.hint = guess.map(|name| format!("did you mean `{name}`?"));
+        let guess = nearest(text, &known).and_then(|guess| items.iter().find(|(names, _)| names.contains(&guess)));
+        fault.hint = guess.map(|(names, _)| format!("did you mean `{}`?", names[0]));
         self.faults.report(fault);
         // What depends on the choice is checked as if the name were the one suggested.
-        items.iter().find(|(names, _)| names.contains(&guess.unwrap_or_default())).map(|(_, item)| *item)
+        guess.map(|(_, item)| *item)
     }
 
     /// The same with a default.

@@ -2,6 +2,7 @@
 
 use super::contour::pieces;
 use super::{Cam, Cut, Follower, Outline, Plan, Point, Side, Standstill, degrees};
+use crate::design::transmission::Transmission;
 use serde::Serialize;
 use std::f64::consts::{PI, TAU};
 
@@ -58,6 +59,13 @@ impl Finding {
     /// With this verdict unless `good`.
     fn unless(self, good: bool, verdict: Verdict, remark: impl FnOnce() -> String) -> Self {
         if good { self } else { Finding { verdict, remark: remark(), ..self } }
+    }
+
+    /// The least transmission angle of a mechanism behind the cam.
+    pub fn of_transmission(transmission: &Transmission) -> Self {
+        let Transmission { phi, least_angle, .. } = *transmission;
+        let finding = Finding::new(transmission.what(), phi, least_angle, "rad").remark(transmission.remark());
+        finding.unless(transmission.is_usual(), Verdict::Warning, || transmission.remark())
     }
 
     /// The value as a workshop reads it.
@@ -225,16 +233,21 @@ fn contour(cam: &Cam, side: Side, cutter: f64) -> Result<Vec<Finding>, Standstil
     );
     let good = undercut.verdict == Verdict::Good;
     let mut list = vec![undercut];
-    if !good {
-        return Ok(list);
-    }
     // Bulges curve around the material, which is beyond the contour as seen from the path; hollows away from it.
-    let bulge = |segment: usize, phi: f64| Ok(side.sign(cam.sense) * side.curvature(cam, &cam.at_in(segment, phi)?));
-    let (phi, curvature) = worst(cam, bulge)?;
-    if curvature > 0.0 {
-        list.push(Finding::new(format!("sharpest bulge of the {name}: radius"), phi, 1.0 / curvature, "m"));
+    let bulge = |segment: usize, phi: f64| {
+        let at = cam.at_in(segment, phi)?;
+        Ok([at.curvature, side.curvature(cam, &at)].map(|curvature| side.sign(cam.sense) * curvature))
+    };
+    // Where the roller is too large a bulge has no radius.
+    if good {
+        let (phi, curvature) = worst(cam, |segment, phi| bulge(segment, phi).map(|[_, k]| k))?;
+        if curvature > 0.0 {
+            list.push(Finding::new(format!("sharpest bulge of the {name}: radius"), phi, 1.0 / curvature, "m"));
+        }
     }
-    let (phi, curvature) = worst(cam, |segment, phi| bulge(segment, phi).map(|k| -k))?;
+    // Hollows are hollows of the path too, beyond which an undercut contour turns over.
+    let hollow = |[path, contour]: [f64; 2]| if path < 0.0 { -contour } else { -path };
+    let (phi, curvature) = worst(cam, |segment, phi| bulge(segment, phi).map(hollow))?;
     if curvature > 0.0 {
         let radius = 1.0 / curvature;
         list.push(Finding::new(format!("sharpest hollow of the {name}: radius"), phi, radius, "m").unless(

@@ -114,9 +114,10 @@ impl From<Standstill> for Fault {
     }
 }
 
-/// An angle of the turn [°], 0 … 360.
+/// An angle of the turn [°], from 0 on: to the three decimals shown a full turn is none.
 fn degrees(phi: f64) -> f64 {
-    phi.rem_euclid(TAU).to_degrees()
+    let degrees = phi.rem_euclid(TAU).to_degrees();
+    if degrees < 360.0 - 5e-4 { degrees } else { 0.0 }
 }
 
 impl Follower {

@@ -69,6 +69,14 @@ impl Shape {
         Ok(Shape { name: name.to_owned(), plan, cams: cams?, table })
     }
 
+    /// The same with findings on what the cam moves.
+    pub fn with(mut self, findings: impl IntoIterator<Item = Finding>) -> Self {
+        if let Some(first) = self.cams.first_mut() {
+            first.findings.extend(findings);
+        }
+        self
+    }
+
     /// The worst of all findings.
     pub fn verdict(&self) -> Verdict {
         self.cams.iter().flat_map(|c| c.findings.iter().map(|f| f.verdict)).max().unwrap_or(Verdict::Good)

@@ -276,6 +276,14 @@ fn undercut_begins_where_the_roller_is_as_large_as_the_radius_of_curvature() {
     cam.roller = most * 1.001;
     let finding = find(&look(&cam), "undercut");
     assert!(finding.verdict == Verdict::Fault && finding.remark.contains("smaller"), "{finding:?}");
+    // It does not hide what else is wrong: hollows of the path are no places of undercut, ϱ wider than those of the path.
+    let hollow = |cam: &Cam| find(&look(cam), "sharpest hollow").value - cam.roller;
+    let slender = Cam { roller: 0.5 * most, ..cam.clone() };
+    assert!((hollow(&cam) / hollow(&slender) - 1.0).abs() < 1e-12);
+    let mut coarse = plan(&cam, Cut::Inner);
+    coarse.limits.cutter = 2.0 * hollow(&cam) + cam.roller;
+    let list = findings(&cam, &coarse, &outlines(&cam, Cut::Inner, 1e-6)).unwrap();
+    assert!(["undercut", "sharpest hollow"].iter().all(|what| find(&list, what).verdict == Verdict::Fault));
     // A much larger roller leaves a contour that crosses itself, which the search for crossings finds by itself.
     cam.roller = 1.3 * most;
     assert_eq!(find(&look(&cam), "crosses itself").verdict, Verdict::Fault);

@@ -1,10 +1,11 @@
 //! What a compensation has found, as tables and diagrams.
 
-use super::iteration::{Cam, Machine, Round, rounds};
-use super::orbit::Driving;
-use super::{Law, Task, Tool};
+use super::iteration::{Cam, Machine, Quality, Round, rounds};
+use super::orbit::{Driving, Orbit};
+use super::{Law, Solution, Task, Tool};
 use crate::design::plot::{Axis, Diagram, Series};
 use crate::design::text::{self, Table, number};
+use crate::design::transmission::{self, Transmission};
 use crate::drives::Fault;
 use crate::drives::rigid_machine::orbits::periodic_motions;
 use crate::drives::rigid_machine::{MachineStart, Motor, Scene};
@@ -25,6 +26,9 @@ const OTHER_SPEEDS: [f64; 5] = [0.25, 0.5, 0.75, 1.1, 1.25];
 /// Two periods are those of one motion when they agree to this part: the errors of the finite series are far smaller, and
 /// different motions differ by far more.
 const SAME_PERIOD: f64 = 1e-4;
+
+/// Parts of the tolerance that the bound of a tool's own series is given where the machine as a whole exceeds it.
+const SHARES: [f64; 2] = [0.1, 0.01];
 
 /// What is asked for beside the cams.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,6 +66,8 @@ pub struct Report {
     pub other_motion: Option<f64>,
     /// The same at other speeds, relative to that of the design; None where it finds no periodic motion.
     pub other_speeds: Vec<(f64, Option<Round>)>,
+    /// Where the mechanisms between cams and tools pass the force on worst.
+    pub transmission: Vec<Transmission>,
     /// The numbers of the tools' followers in the scene.
     pub numbers: Vec<usize>,
     /// The laws of the cams.
@@ -81,7 +87,7 @@ pub struct Report {
 pub struct Cut {
     /// The highest harmonic.
     pub harmonics: usize,
-    /// The bound of the error of the acceleration, relative to the largest.
+    /// What the harmonics left out, those of all tools, change the tool's acceleration by at most, relative to the largest.
     pub truncation: f64,
 }
 
@@ -91,20 +97,12 @@ pub struct Cut {
 /// Those of [`Task::solve`] and [`super::Solution::laws`].
 pub fn study(scene: &str, task: &Task, options: Options) -> Result<Report, Fault> {
     let solution = task.solve()?;
-    let laws = solution.laws(&task.tools, options.tolerance)?;
-    let highest = laws.iter().map(|law| law.series.order()).max().unwrap_or(1).max(task.order());
-    let machine = Machine::new(task, ORDER.max(2 * highest).max(solution.speed.order()));
-    let none = || {
-        Fault("no periodic motion of the machine with the finished cams was found near the wanted one; a larger J0 or breakdown slip helps".to_owned())
-    };
     // The motor as the period demands it; from here on it is given.
     let mut driving = task.driving;
     if task.driving.motor != Motor::None {
         (driving.motor, driving.period) = (solution.orbit.motor, None);
     }
-    let pairs = task.tools.iter().zip(&laws);
-    let cams: Vec<Cam> = pairs.map(|(tool, law)| machine.cam_of_law(tool, &law.series)).collect();
-    let orbit = machine.orbit(&cams, &driving).ok_or_else(none)?;
+    let Finished { laws, machine, cams, orbit, round } = finish(task, &solution, &driving, options.tolerance)?;
     let plain: Vec<Cam> = task.tools.iter().map(|tool| machine.cam_of_law(tool, &tool.motion)).collect();
     let before = machine.orbit(&plain, &driving);
     let course = |j: usize| {
@@ -140,9 +138,12 @@ pub fn study(scene: &str, task: &Task, options: Options) -> Result<Report, Fault
         factor: solution.factor,
         resolution: solution.resolution,
         rounds: rounds(task, ORDER.max(solution.speed.order()), options.rounds),
-        cams: laws.iter().map(cut).collect(),
-        finished: machine.judge(&orbit, &cams),
+        cams: laws.iter().zip(&round.tools).map(cut).collect(),
+        finished: round,
         other_motion: other_motion(task, &laws, &driving, solution.orbit.period())?,
+        transmission: pairs(task, &laws)
+            .flat_map(|(tool, law)| transmission::of(tool.number, &tool.with_law(&law.series)))
+            .collect(),
         numbers: task.tools.iter().map(|tool| tool.number).collect(),
         other_speeds: other_speeds.into(),
         speeds: [
@@ -155,13 +156,48 @@ pub fn study(scene: &str, task: &Task, options: Options) -> Result<Report, Fault
     })
 }
 
+/// The machine with finite series.
+struct Finished<'a> {
+    laws: Vec<Law>,
+    machine: Machine<'a>,
+    cams: Vec<Cam>,
+    orbit: Orbit,
+    round: Round,
+}
+
+/// The laws with which the tools of the finished machine move to the `tolerance`. What the harmonics left out do to a tool's
+/// acceleration is bounded beforehand; what they do to the machine's inertia, and so to its speed, is found on its motion.
+fn finish<'a>(task: &'a Task, solution: &Solution, driving: &Driving, tolerance: f64) -> Result<Finished<'a>, Fault> {
+    let with = |share: f64| -> Result<Finished<'a>, Fault> {
+        let laws = solution.laws(&task.tools, share * tolerance)?;
+        let highest = laws.iter().map(|law| law.series.order()).max().unwrap_or(1).max(task.order());
+        let machine = Machine::new(task, ORDER.max(2 * highest).max(solution.speed.order()));
+        let cams: Vec<Cam> = pairs(task, &laws).map(|(tool, law)| machine.cam_of_law(tool, &law.series)).collect();
+        let orbit = machine.orbit(&cams, driving).ok_or_else(|| {
+            Fault("no periodic motion of the machine with the finished cams was found near the wanted one; a larger J0 or breakdown slip helps".to_owned())
+        })?;
+        let round = machine.judge(&orbit, &cams);
+        Ok(Finished { laws, machine, cams, orbit, round })
+    };
+    let mut best = with(1.0)?;
+    for share in SHARES {
+        if best.round.tools.iter().all(|tool| tool.deviation <= tolerance) {
+            break;
+        }
+        // Where that many harmonics are not admissible the error stays, and is stated.
+        let Ok(finer) = with(share) else { break };
+        best = finer;
+    }
+    Ok(best)
+}
+
 /// A motor that starts the finished machine leads it to its fastest stable motion: the period of that, where it is not the
 /// compensated one.
 fn other_motion(task: &Task, laws: &[Law], driving: &Driving, period: f64) -> Result<Option<f64>, Fault> {
     if !matches!(driving.motor, Motor::Kloss { .. }) {
         return Ok(None);
     }
-    let tools = task.tools.iter().zip(laws).map(|(tool, law)| tool.with_law(&law.series));
+    let tools = pairs(task, laws).map(|(tool, law)| tool.with_law(&law.series));
     let scene = Scene {
         inertia: task.own.function.clone(),
         followers: task.own.followers.iter().cloned().chain(tools).collect(),
@@ -172,12 +208,17 @@ fn other_motion(task: &Task, laws: &[Law], driving: &Driving, period: f64) -> Re
         solver: Settings::default(),
     };
     let motions = periodic_motions(&scene, driving.load)?;
-    let fastest = motions.iter().find(|motion| motion.multiplier < 1.0).map(|motion| motion.period);
+    let fastest = motions.iter().find(|motion| motion.is_stable()).map(|motion| motion.period);
     Ok(fastest.filter(|other| (other / period - 1.0).abs() > SAME_PERIOD))
 }
 
-fn cut(law: &Law) -> Cut {
-    Cut { harmonics: law.series.order(), truncation: law.truncation }
+/// Each tool with its law.
+fn pairs<'a>(task: &'a Task, laws: &'a [Law]) -> impl Iterator<Item = (&'a Tool, &'a Law)> {
+    task.tools.iter().zip(laws)
+}
+
+fn cut((law, quality): (&Law, &Quality)) -> Cut {
+    Cut { harmonics: law.series.order(), truncation: law.truncation.max(quality.deviation) }
 }
 
 fn percent(value: f64) -> String {
@@ -252,6 +293,7 @@ impl Report {
                 number(cut.truncation)
             ));
         }
+        lines.extend(self.transmission.iter().map(Transmission::sentence));
         lines
     }
 

@@ -1,7 +1,7 @@
 //! What a cam of the machine moves.
 
 use super::inertia::Place;
-use super::linkage::Linkage;
+use super::linkage::{Extreme, Linkage};
 use crate::motion::MotionLaw;
 use crate::numerics::jet::Jet;
 use crate::numerics::powers::{Fitting, POINTS};
@@ -59,10 +59,23 @@ impl Follower {
 
     /// Refuses mechanisms that cannot be assembled all around, or not safely; `prefix` names them.
     pub(super) fn check_linkage(&self, prefix: &str) -> Result<(), String> {
-        // As many samples as tell the waves of the law apart; the worst positions are then refined.
-        let count = (32.0 * self.cam.resolution()).clamp(256.0, 65536.0).max(8.0 * self.cam.breakpoints().len() as f64);
-        let lever = |phi: f64| self.cam.at(phi.rem_euclid(TAU)).0[0];
-        if self.linkage.is_empty() { Ok(()) } else { self.linkage.check(prefix, count as usize, lever) }
+        if self.linkage.is_empty() { Ok(()) } else { self.linkage.check(prefix, self.samples(), |phi| self.lever(phi)) }
+    }
+
+    /// For each mechanism where its transmission angle is least over the turn.
+    pub fn transmission(&self) -> Vec<Extreme> {
+        self.linkage.extremes(self.samples(), |phi| self.lever(phi))
+    }
+
+    /// As many samples of a turn as tell the waves of the law apart; the worst positions are then refined.
+    fn samples(&self) -> usize {
+        let count = (32.0 * self.cam.resolution()).clamp(256.0, 65536.0);
+        count.max(8.0 * self.cam.breakpoints().len() as f64) as usize
+    }
+
+    /// χ(φ).
+    fn lever(&self, phi: f64) -> f64 {
+        self.cam.at(phi.rem_euclid(TAU)).0[0]
     }
 
     /// The harmonic order that resolves the inertia, see [`super::Inertia::resolution`]: twice that of the law, doubled until

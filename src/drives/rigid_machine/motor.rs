@@ -66,6 +66,14 @@ impl Motor {
         }
     }
 
+    /// σ, the sense in which a motor with a characteristic turns the shaft.
+    pub fn sense(&self) -> f64 {
+        match *self {
+            Motor::Kloss { synchronous_speed, .. } => synchronous_speed.signum(),
+            Motor::None | Motor::Input => 1.0,
+        }
+    }
+
     /// The characteristic as part of an output equation.
     pub fn torque<S: Scalar>(&self, w: S) -> S {
         w.compose(self.characteristic(w.value()))

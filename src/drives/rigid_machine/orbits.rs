@@ -3,6 +3,10 @@
 //! E(0) → E(2π) is a monotone scalar map whose fixed points are the periodic motions. Its gain g(E) = E(2π) − E(0) is
 //! scanned over the speeds; where |g| has a minimum between two samples without a change of sign, golden sections decide
 //! whether two motions lie there. With a lagging torque each is continued to the map of two dimensions.
+//!
+//! A disturbance grows by dδE/dψ = (∂N/∂E) δE, N = σ(M_an − τ), ∂N/∂E = M_an′(ω)/(Jω), so that the multiplier of a motion,
+//! the slope of the map, is exp ∮ M_an′(ω)/(Jω) dψ: positive, however steep the characteristic. Motions that disturbances
+//! leave are followed backwards, where disturbances come back to them.
 
 use super::inertia::{Inertia, Place};
 use super::steady::{ORBIT_TOLERANCE, SCAN_TOLERANCE, Shooting};
@@ -20,12 +24,24 @@ pub struct PeriodicMotion {
     pub period: f64,
     /// E = ½Jω² [J] at φ = 0.
     pub energy: f64,
-    /// By which factor a small disturbance grows in a turn: below 1 the motion is stable.
-    pub multiplier: f64,
+    /// ln of the factor by which a small disturbance grows in a turn, of the largest Floquet multiplier's modulus.
+    pub growth: f64,
     /// M_an [N·m] at φ = 0.
     pub torque: f64,
     /// φ [rad] and ω [rad/s] over the turn.
     pub course: Vec<[f64; 2]>,
+}
+
+impl PeriodicMotion {
+    /// By which factor a small disturbance grows in a turn; beyond all numbers where the motor is steep.
+    pub fn multiplier(&self) -> f64 {
+        self.growth.exp()
+    }
+
+    /// Whether small disturbances decay.
+    pub fn is_stable(&self) -> bool {
+        self.growth < 0.0
+    }
 }
 
 /// The least and the largest ω [rad/s] of a course: the vertices of the parabolas through its extreme points and their
@@ -92,44 +108,49 @@ pub fn periodic_motions(scene: &Scene, load: f64) -> Result<Vec<PeriodicMotion>,
     }
     samples.extend(extra.into_iter().map(|e| (e, gain(e))));
     samples.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let shooting = Shooting::new(&machine, torques, ORBIT_TOLERANCE);
+    let ahead = Shooting::new(&machine, torques, ORBIT_TOLERANCE);
+    let back = Shooting::new(&machine, torques.backwards(), ORBIT_TOLERANCE);
     let mut motions = Vec::new();
     for pair in samples.windows(2) {
         let [(above, gain_above), (below, gain_below)] = pair else { continue };
         let stable = *gain_above < 0.0 && *gain_below >= 0.0;
         let unstable = *gain_above >= 0.0 && *gain_below < 0.0;
-        if !(stable || unstable) || !gain_below.is_finite() {
+        if !(stable || unstable) {
             continue;
         }
-        let Some(start) = between(&shooting, *below, *above) else { continue };
+        // A machine that comes to rest ahead tells nothing of what lies between; the way back to it does.
+        let (shooting, way) = if stable { (&ahead, 1.0) } else { (&back, -1.0) };
+        let Some(start) = between(shooting, *below, *above) else { continue };
         let Some(at_zero) = shooting.energy_at_start(start) else { continue };
         motions.extend(match machine.motor.lag() {
-            None => shooting.shoot(start).map(|shot| PeriodicMotion {
-                period: shot.period,
-                energy: at_zero.hi,
-                multiplier: 1.0 + slope(&shooting, start),
-                torque: machine.motor.characteristic(sense * (2.0 * at_zero.hi / machine.inertia_now()[0]).sqrt())[0],
-                course: shooting.course(start, POINTS),
-            }),
+            None => {
+                let mut growth = 0.0;
+                let shot = shooting.follow(start, |passage| growth += way * passage.log_growth(&shooting.torques()));
+                shot.map(|shot| PeriodicMotion {
+                    period: shot.period,
+                    energy: at_zero.hi,
+                    growth,
+                    torque: machine.motor.characteristic(sense * (2.0 * at_zero.hi / machine.inertia_now()[0]).sqrt())[0],
+                    course: shooting.course(start, POINTS),
+                })
+            }
             Some(_) => {
-                let interval = machine.state.interval;
                 let turn = Turn {
                     inertia: &machine.inertia,
                     motor: &machine.motor,
                     tau: load,
                     sense,
                     phi_start: 0.0,
-                    interval,
+                    interval: machine.state.interval,
                 };
                 let orbit = turn.refine((2.0 * at_zero.hi).sqrt(), breakdown_torque);
-                orbit.and_then(|(orbit, period, multiplier)| {
-                    let course = turn.course(orbit, POINTS)?;
+                orbit.and_then(|(orbit, period)| {
                     Some(PeriodicMotion {
                         period,
                         energy: 0.5 * orbit[0] * orbit[0],
-                        multiplier,
+                        growth: turn.growth(orbit, period)?,
                         torque: orbit[1],
-                        course,
+                        course: turn.course(orbit, POINTS)?,
                     })
                 })
             }
@@ -183,13 +204,6 @@ fn between(shooting: &Shooting<'_>, mut low: f64, mut high: f64) -> Option<f64> 
         }
     }
     Some(0.5 * (low + high))
-}
-
-/// dg/dE by a central difference of order 4: six digits of the multiplier.
-fn slope(shooting: &Shooting<'_>, energy: f64) -> f64 {
-    let h = 1e-3 * energy;
-    let gain = |k: f64| shooting.shoot(energy + k * h).map_or(f64::NAN, |shot| shot.gain);
-    (8.0 * (gain(1.0) - gain(-1.0)) - (gain(2.0) - gain(-2.0))) / (12.0 * h)
 }
 
 /// The motion of the machine without torques (Eigenbewegung) with the period T [s]: J ω² = 2E = const,

@@ -387,6 +387,12 @@ impl Passage {
         self.growth.energy * self.energy.hi / self.from.energy.hi
     }
 
+    /// ∫ ∂N/∂E dψ over the step: ln of the factor by which a disturbance of E grows.
+    pub fn log_growth(&self, torques: &Torques) -> f64 {
+        let slope = |x: f64| torques.with_slope(self.speed_at(x), self.energy_at(x).hi)[1];
+        self.length * (0..STAGES).map(|i| WEIGHTS[i] * slope(ABSCISSAE[i])).sum::<f64>()
+    }
+
     /// Where the next step begins.
     pub fn end_position(&self, sense: f64, raster: &Raster) -> Position {
         let angle = self.from.angle + Double::from(sense * self.length);

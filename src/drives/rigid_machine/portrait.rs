@@ -1,5 +1,6 @@
 //! What the documentation says of the rigid machine.
 
+use super::linkage::{decimals, in_turn};
 use super::{Motor, RigidMachine};
 use crate::drives::{Equation, Portrait};
 
@@ -163,6 +164,21 @@ impl RigidMachine {
                  coupler and output link, or rod and the normal of the slider's line."
                     .to_owned(),
             );
+        }
+        for (j, follower) in self.inertia.followers.iter().enumerate() {
+            for (i, (mechanism, extreme)) in follower.linkage.0.iter().zip(follower.transmission()).enumerate() {
+                if mechanism.has_transmission_angle() {
+                    limits.push(format!(
+                        "follower[{}].linkage[{}] ({}): with the values of the scene the transmission angle is least at φ \
+                         = {}°, {}°; usual are at least 40°.",
+                        j + 1,
+                        i + 1,
+                        mechanism.name(),
+                        in_turn(extreme.phi, 1),
+                        decimals(extreme.transmission_angle().to_degrees(), 2)
+                    ));
+                }
+            }
         }
         if let Motor::Kloss { dynamics, .. } = &self.motor {
             let follow = if dynamics.is_some() { "with the lag `motor.T_el`" } else { "at once" };

@@ -87,6 +87,11 @@ impl<'a> Shooting<'a> {
         self.torques.sense > 0.0
     }
 
+    /// The torques.
+    pub fn torques(&self) -> Torques {
+        self.torques
+    }
+
     /// The beginning of the turn with this energy.
     fn beginning(&self, energy: f64) -> Position {
         let cells = self.raster.cells();
@@ -154,20 +159,24 @@ impl<'a> Shooting<'a> {
         if beginning.cell == cell && ahead(&beginning) <= 0.0 { Some(beginning.energy) } else { Some(end?.energy) }
     }
 
-    /// φ and ω over a turn that begins with `energy`, at about so many points.
+    /// φ and ω over a turn that begins with `energy`, at about so many points, in the order in which the machine passes them.
     pub fn course(&self, energy: f64, points: usize) -> Vec<[f64; 2]> {
+        let sense = self.machine.motor.sense();
         let mut course = Vec::with_capacity(points + 1);
         let longest = TAU / points as f64;
         self.travel(energy, |position, _| {
             let place = self.machine.inertia.place(self.raster.cells()[position.cell].interval);
             let j = self.machine.inertia.value(place, position.angle.hi);
-            let here = [position.angle.hi, self.torques.sense * (2.0 * position.energy.hi / j).sqrt()];
+            let here = [position.angle.hi, sense * (2.0 * position.energy.hi / j).sqrt()];
             (position.turns == 0.0).then(|| {
                 course.push(here);
                 longest
             })
         });
         course.extend(course.first().map(|[phi, w]| [phi + self.torques.sense * TAU, *w]));
+        if self.torques.sense != sense {
+            course.reverse();
+        }
         course
     }
 
@@ -272,10 +281,12 @@ impl RigidMachine {
             let State { angle, interval, .. } = self.state;
             let turn = Turn { inertia: &self.inertia, motor: &self.motor, tau, sense, phi_start: angle.hi, interval };
             let v = (2.0 * energy.hi).sqrt();
-            let (orbit, t, radius) = turn.refine(v, breakdown_torque).ok_or_else(none)?;
-            if radius > 1.0 {
+            let (orbit, t) = turn.refine(v, breakdown_torque).ok_or_else(none)?;
+            let growth = turn.growth(orbit, t).ok_or_else(none)?;
+            if growth > 0.0 {
+                let factor = growth.exp();
                 return Err(Fault(format!(
-                    "`start.mode` = steady_state: the periodic motion is unstable (a disturbance grows by {radius:.4} per turn); change `motor.T_el` or use `given`"
+                    "`start.mode` = steady_state: the periodic motion is unstable (a disturbance grows by {factor:.4} per turn); change `motor.T_el` or use `given`"
                 )));
             }
             energy = Double::from(orbit[0]) * Double::from(orbit[0]) * Double::from(0.5);

@@ -5,16 +5,25 @@
 //! dv/dψ = σ(M_an − τ)/v,  dM_an/dψ = (M_Kloss(φ̇) − M_an)/(T_el |φ̇|),  dt/dψ = √J/v,  φ̇ = σ v/√J
 //!
 //! and (v, M_an) at ψ = 0 → ψ = 2π is a map of two dimensions. Newton's method starts from the orbit without lag, and
-//! the orbit must be stable.
+//! the orbit must be stable. A disturbance q of E on it follows the linear equation
+//!
+//! q″ + q′/(T_el|φ̇|) + k q = 0,  k = −[M_Kloss′(φ̇) − σ(M_Kloss − M_an)/|φ̇|]/(2E T_el),
+//!
+//! whose Floquet multipliers have the product exp(−∮ dψ/(T_el|φ̇|)) = exp(−T/T_el) (Liouville).
 
 use super::inertia::Place;
 use super::{Inertia, Motor};
 use crate::numerics::collocation::{Collocation, System};
 use crate::numerics::double_double::Double;
+use crate::numerics::period_map::{Coefficients, Period, Periodic};
+use crate::numerics::quadrature::Gauss;
 use std::f64::consts::TAU;
 
 /// Tolerance of the orbit.
 const ORBIT_TOLERANCE: f64 = 1e-13;
+
+/// Tolerance of the disturbances on it.
+const GROWTH_TOLERANCE: f64 = 1e-10;
 
 /// Iterations of Newton's method, which needs a handful.
 const ITERATIONS: usize = 80;
@@ -118,6 +127,34 @@ impl Turn<'_> {
         legs
     }
 
+    /// ln of the largest modulus of the multipliers of the orbit (v, M_an) with this period; None where the machine comes to
+    /// rest on it.
+    pub fn growth(&self, [v, torque]: [f64; 2], period: f64) -> Option<f64> {
+        let lag = self.motor.lag()?;
+        let mut c = Collocation::<3>::new(Double::from(0.0), [v, torque, 0.0]);
+        let mut pieces = Vec::new();
+        for leg in self.legs() {
+            let on_leg = OnLeg { turn: self, place: leg.place };
+            let end = Double::from(leg.end);
+            while (end - c.end()).hi > 0.0 {
+                c.step(&on_leg, end, ORBIT_TOLERANCE).ok()?;
+                pieces.push((leg.place, c.clone()));
+            }
+        }
+        let disturbance = Disturbance { turn: self, lag, pieces };
+        match Period::of(&disturbance, GROWTH_TOLERANCE) {
+            Some(whole) => Some(whole.monodromy.growth(-period / lag)),
+            // The lag is some millionths of the turn: the torque follows at once.
+            None => Some(disturbance.growth_without_lag()),
+        }
+    }
+
+    /// (v, M_an) after a turn that begins with `y`.
+    #[cfg(test)]
+    pub fn after(&self, y: [f64; 2]) -> Option<[f64; 2]> {
+        self.run(&self.legs(), [y[0], y[1], 0.0]).map(|[v, torque, _]| [v, torque])
+    }
+
     /// The values after a turn that starts with `y`; None where the machine comes to rest.
     fn run(&self, legs: &[Leg], y: [f64; 3]) -> Option<[f64; 3]> {
         let mut c = Collocation::<3>::new(Double::from(0.0), y);
@@ -151,8 +188,8 @@ impl Turn<'_> {
         Some(course)
     }
 
-    /// The orbit (v, M_an) of a motor with lag next to the orbit `v` without; also T and the spectral radius.
-    pub fn refine(&self, v: f64, torque_scale: f64) -> Option<([f64; 2], f64, f64)> {
+    /// The orbit (v, M_an) of a motor with lag next to the orbit `v` without; also T.
+    pub fn refine(&self, v: f64, torque_scale: f64) -> Option<([f64; 2], f64)> {
         let legs = &self.legs();
         let root = self.inertia.at(legs[0].place, self.phi_start)[0].sqrt();
         let mut y = [v, self.motor.characteristic(self.sense * v / root)[0]];
@@ -181,7 +218,7 @@ impl Turn<'_> {
             }
             y = [y[0] + correction[0], y[1] + correction[1]];
             if size < 1e-14 || (size < 1e-11 && size >= smallest) {
-                return Some((y, shoot(y)?[2], spectral_radius(map)));
+                return Some((y, shoot(y)?[2]));
             }
             smallest = smallest.min(size);
         }
@@ -189,9 +226,57 @@ impl Turn<'_> {
     }
 }
 
-/// The larger modulus of the eigenvalues of a 2 × 2 matrix.
-fn spectral_radius([[a, b], [c, d]]: [[f64; 2]; 2]) -> f64 {
-    let (mean, determinant) = (0.5 * (a + d), a * d - b * c);
-    let root = mean * mean - determinant;
-    if root < 0.0 { determinant.sqrt() } else { mean.abs() + root.sqrt() }
+/// What becomes of a small disturbance of E on an orbit, see the head of this file.
+struct Disturbance<'a> {
+    turn: &'a Turn<'a>,
+    lag: f64,
+    /// The smooth piece of J, and the orbit on it.
+    pieces: Vec<(Place, Collocation<3>)>,
+}
+
+impl Disturbance<'_> {
+    /// On this piece v, |φ̇|, M_Kloss − M_an and M_Kloss′.
+    fn at(&self, piece: usize, psi: Double) -> [f64; 4] {
+        let (place, orbit) = &self.pieces[piece];
+        let [v, torque, _] = orbit.at(psi);
+        let (_, w) = OnLeg { turn: self.turn, place: *place }.speed(psi, v);
+        let [kloss, slope, _] = self.turn.motor.characteristic(w);
+        [v, w.abs(), kloss - torque, slope]
+    }
+
+    /// ∮ M_Kloss′/(J|φ̇|) dψ.
+    fn growth_without_lag(&self) -> f64 {
+        let rule = Gauss::with(8);
+        let of = |piece: usize| -> f64 {
+            let (start, end) = (self.pieces[piece].1.start(), self.pieces[piece].1.end());
+            let [sum] = rule.integrate((end - start).hi, |s| {
+                // J|φ̇| = 2E/|φ̇|.
+                let [v, w, _, slope] = self.at(piece, start + Double::from(s));
+                [slope * w / (v * v)]
+            });
+            sum
+        };
+        (0..self.pieces.len()).map(of).sum()
+    }
+}
+
+impl Periodic for Disturbance<'_> {
+    fn period(&self) -> Double {
+        self.pieces.last().map_or(Double::from(TAU), |(_, orbit)| orbit.end())
+    }
+
+    fn joints(&self) -> Vec<Double> {
+        self.pieces.iter().map(|(_, orbit)| orbit.end()).collect()
+    }
+
+    fn at(&self, psi: Double, piece: usize) -> Coefficients {
+        let [v, w, ahead, slope] = Disturbance::at(self, piece, psi);
+        let stiffness = (self.turn.sense * ahead / w - slope) / (v * v * self.lag);
+        Coefficients { damping: 1.0 / (self.lag * w), stiffness, forcing: 0.0 }
+    }
+
+    fn longest_cell(&self, _: Double, _: usize) -> f64 {
+        // The orbit's own steps, which the pieces are, see what happens.
+        f64::INFINITY
+    }
 }

@@ -35,6 +35,11 @@ impl Torques {
         }
     }
 
+    /// The same where the film runs backwards: energies that rise ahead fall on the way back.
+    pub fn backwards(&self) -> Self {
+        Torques { sense: -self.sense, amplitude: -self.amplitude, load: -self.load, ..*self }
+    }
+
     /// The load for which they hold [N·m].
     pub fn against_what(&self) -> f64 {
         self.sense * self.load

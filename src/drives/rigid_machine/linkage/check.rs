@@ -1,7 +1,7 @@
 //! Whether a linkage can be assembled all around the turn, and where it comes nearest to a position in which its output may go
 //! either way.
 
-use super::{Kind, Linkage, Mechanism};
+use super::{Kind, Linkage, Mechanism, decimals};
 use crate::numerics::jet::Jet;
 use std::f64::consts::TAU;
 
@@ -28,6 +28,11 @@ impl Extreme {
 }
 
 impl Mechanism {
+    /// Whether its output could go either way somewhere.
+    pub fn has_transmission_angle(&self) -> bool {
+        !matches!(self.kind, Kind::Gear(_))
+    }
+
     /// cos μ at θ; zero where there is no such angle.
     fn transmission_cosine(&self, theta: f64) -> f64 {
         match &self.kind {
@@ -94,12 +99,11 @@ impl Linkage {
             if cosine.abs() < SINGULAR.cos() {
                 continue;
             }
-            // To the digits shown a full turn is none, and zero has no sign.
-            let degrees = (phi.to_degrees() * 1e4).round().rem_euclid(360e4) / 1e4 + 0.0;
             let place = format!(
-                "`{prefix}[{}]`: at phi = {degrees:.4} deg its input angle is {:.4} deg, where",
+                "`{prefix}[{}]`: at phi = {} deg its input angle is {} deg, where",
                 i + 1,
-                input.to_degrees()
+                in_turn(phi, 4),
+                decimals(input.to_degrees(), 4)
             );
             let reason = match (&self.0[i].kind, cosine.abs() <= 1.0) {
                 (Kind::FourBar(_), true) => "coupler and output link lie in one line: the output may go either way",
@@ -111,6 +115,12 @@ impl Linkage {
         }
         Ok(())
     }
+}
+
+/// φ of a turn in degrees: to the digits shown a full turn is none.
+pub fn in_turn(phi: f64, digits: usize) -> String {
+    let finest = 10f64.powi(digits as i32);
+    decimals((phi.to_degrees() * finest).round().rem_euclid(360.0 * finest) / finest, digits)
 }
 
 /// Where f is largest within the `width` from `low` on, by golden sections.

@@ -25,7 +25,7 @@ mod slider_crank;
 #[cfg(test)]
 mod tests;
 
-pub use check::Extreme;
+pub use check::{Extreme, in_turn};
 pub use four_bar::FourBar;
 pub use gear::Gear;
 pub use inverse::Obstacle;
@@ -116,6 +116,15 @@ impl Mechanism {
         (output + -self.output_offset, inertia)
     }
 
+    /// The name of its kind.
+    pub fn name(&self) -> &'static str {
+        match self.kind {
+            Kind::FourBar(_) => "four-bar linkage",
+            Kind::SliderCrank(_) => "slider-crank",
+            Kind::Gear(_) => "gear",
+        }
+    }
+
     /// Whether the output is an angle.
     pub fn output_turns(&self) -> bool {
         match self.kind {
@@ -189,6 +198,15 @@ impl Linkage {
             ..*mechanism
         };
         Linkage(self.0.iter().map(spared).collect())
+    }
+}
+
+/// A number with so many decimals; what they show as zero has no sign.
+pub fn decimals(value: f64, digits: usize) -> String {
+    let text = format!("{value:.digits$}");
+    match text.strip_prefix('-') {
+        Some(size) if size.bytes().all(|c| matches!(c, b'0' | b'.')) => size.to_owned(),
+        _ => text,
     }
 }
 

@@ -8,25 +8,23 @@ fn bar(length: f64, mass: f64, inertia: f64, centre: [f64; 2]) -> Link {
     Link { length, mass, inertia, centre }
 }
 
-fn crank_rocker(branch: Branch) -> FourBar {
+fn four_bar([ground, a, b, c]: [f64; 4], branch: Branch) -> FourBar {
     FourBar {
-        ground: 0.10,
-        input: bar(0.03, 0.4, 2e-4, [0.012, 0.001]),
-        coupler: bar(0.09, 0.7, 6e-4, [0.05, -0.004]),
-        output: bar(0.06, 0.5, 3e-4, [0.02, 0.0]),
+        ground,
+        input: bar(a, 0.4, 2e-4, [0.012, 0.001]),
+        coupler: bar(b, 0.7, 6e-4, [0.05, -0.004]),
+        output: bar(c, 0.5, 3e-4, [0.02, 0.0]),
         branch,
     }
 }
 
+fn crank_rocker(branch: Branch) -> FourBar {
+    four_bar([0.10, 0.03, 0.09, 0.06], branch)
+}
+
 /// The input link is longer than the distance of the pivots: both links turn right round.
 fn drag_link(branch: Branch) -> FourBar {
-    FourBar {
-        ground: 0.03,
-        input: bar(0.09, 0.4, 2e-4, [0.012, 0.001]),
-        coupler: bar(0.08, 0.7, 6e-4, [0.05, -0.004]),
-        output: bar(0.07, 0.5, 3e-4, [0.02, 0.0]),
-        branch,
-    }
+    four_bar([0.03, 0.09, 0.08, 0.07], branch)
 }
 
 fn slider_crank(branch: Branch) -> SliderCrank {

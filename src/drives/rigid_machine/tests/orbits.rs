@@ -1,8 +1,10 @@
 //! All periodic motions: the machine with one or three of them, the loom, the free motion.
 
-use super::super::orbits::{free_motion, periodic_motions, range};
+use super::super::orbits::{PeriodicMotion, free_motion, periodic_motions, range};
+use super::super::torques::Torques;
 use super::super::*;
 use crate::motion::{Fourier, MotionLaw};
+use crate::numerics::period_map::spectral_radius;
 
 /// J = 1 + 0.3 tanh(4 sin φ), whose harmonics fall like e^{−0.38 k}.
 fn machine(s_k: f64, lag: Option<f64>) -> Scene {
@@ -33,8 +35,8 @@ fn a_machine_may_have_three_periodic_motions() {
     assert_eq!(motions.len(), 3, "{motions:?}");
     for (motion, (energy, stable)) in motions.iter().zip(expected) {
         assert!((motion.energy - energy).abs() < 6e-3, "{} {energy}", motion.energy);
-        assert_eq!(motion.multiplier < 1.0, stable);
-        assert!(motion.multiplier > 0.0);
+        assert_eq!(motion.is_stable(), stable);
+        assert_eq!(motion.is_stable(), motion.multiplier() < 1.0);
         // ∮ dφ/ω by the trapezoidal rule over the course.
         let sum: f64 =
             motion.course.windows(2).map(|p| (p[1][0] - p[0][0]) * 0.5 * (1.0 / p[0][1] + 1.0 / p[1][1])).sum();
@@ -61,7 +63,7 @@ fn the_orbit_that_a_simulation_starts_with_is_one_of_them() {
         // A load is also balanced by a motion beyond the breakdown slip, slower for one that brakes and faster for one
         // that drives, which is unstable.
         assert_eq!(motions.len(), if load == 0.0 { 1 } else { 2 }, "{load}");
-        let stable: Vec<_> = motions.iter().filter(|motion| motion.multiplier < 1.0).collect();
+        let stable: Vec<_> = motions.iter().filter(|motion| motion.is_stable()).collect();
         assert_eq!(stable.len(), 1);
         assert_eq!(motions[0] == *stable[0], load >= 0.0);
         assert!((stable[0].period / drive.period - 1.0).abs() < 1e-12, "{load}");
@@ -85,4 +87,114 @@ fn the_free_motion_keeps_its_energy_and_its_period() {
     // The trapezoidal rule over a whole turn of a smooth periodic function is exact to rounding.
     let period: f64 = course[1..].iter().map(|[_, w]| TAU / 720.0 / w.abs()).sum();
     assert!((period / 0.125 - 1.0).abs() < 1e-12, "{period}");
+}
+
+/// A machine of constant inertia.
+fn uniform(s_k: f64, synchronous_speed: f64, lag: Option<f64>) -> Scene {
+    Scene {
+        inertia: InertiaFunction { constant: 2.0, varying: None },
+        motor: Motor::Kloss { breakdown_torque: 15.0, breakdown_slip: s_k, synchronous_speed, dynamics: lag },
+        ..machine(s_k, None)
+    }
+}
+
+/// The slips s at which 2 M_K s s_K/(s² + s_K²) = τ, the slow motion last.
+fn slips(s_k: f64, load: f64) -> [f64; 2] {
+    let root = (15.0_f64.powi(2) - load * load).sqrt();
+    [(15.0 - root) / load * s_k, (15.0 + root) / load * s_k]
+}
+
+/// M_Kloss′(ω) at the slip s.
+fn steepness(s: f64, s_k: f64, w_s: f64) -> f64 {
+    -2.0 * 15.0 * s_k / w_s.abs() * (s_k * s_k - s * s) / (s * s + s_k * s_k).powi(2)
+}
+
+#[test]
+fn the_multiplier_of_a_machine_of_constant_inertia_in_closed_form() {
+    // exp(2π M′(ω)/(J ω)), from motors that hardly pull to those whose multiplier is no number any more.
+    for (s_k, w_s) in [(0.2, 50.0), (0.03, 50.0), (0.03, -50.0), (1e-3, 5.0), (1e-5, 2.0)] {
+        let load = 6.0 * f64::signum(w_s);
+        let motions = periodic_motions(&uniform(s_k, w_s, None), load).unwrap();
+        assert_eq!(motions.len(), 2, "{s_k}");
+        for (motion, s) in motions.iter().zip(slips(s_k, load.abs())) {
+            let w = w_s * (1.0 - s);
+            let growth = TAU * steepness(s, s_k, w_s) / (2.0 * w.abs());
+            assert!((motion.growth / growth - 1.0).abs() < 1e-9, "{s_k} {s}: {} {growth}", motion.growth);
+            assert_eq!(motion.is_stable(), s < s_k);
+            assert!((motion.period * w.abs() / TAU - 1.0).abs() < 1e-12);
+            assert!(motion.course.iter().all(|at| (at[1] / w - 1.0).abs() < 1e-11), "{s_k} {s}");
+            assert!(motion.multiplier() >= 0.0);
+        }
+    }
+}
+
+#[test]
+fn the_multiplier_is_the_slope_of_the_map() {
+    // A central difference of order 4 of E(0) → E(2π), where the motor is soft enough for it.
+    for (s_k, load) in [(0.08, 0.0), (0.3, 9.0), (0.5, -6.0)] {
+        let scene = machine(s_k, None);
+        let mut drive = RigidMachine::new(scene.clone()).unwrap();
+        drive.place_at_start(50.0);
+        let shooting =
+            steady::Shooting::new(&drive, Torques::against(&drive.motor, load, 1.0), steady::ORBIT_TOLERANCE);
+        for motion in periodic_motions(&scene, load).unwrap() {
+            let gain = |part: f64| shooting.shoot(motion.energy * (1.0 + part)).unwrap().gain;
+            let h = 1e-3;
+            let slope = (8.0 * (gain(h) - gain(-h)) - (gain(2.0 * h) - gain(-2.0 * h))) / (12.0 * h * motion.energy);
+            assert!((motion.multiplier() - 1.0 - slope).abs() < 2e-7, "{s_k}: {} {slope}", motion.multiplier());
+        }
+    }
+}
+
+#[test]
+fn the_multipliers_of_a_lagging_torque_in_closed_form() {
+    // q″ + q′/(T ω) + k q = 0 with constant coefficients: exp(2π Re λ), real and complex ones.
+    let (s_k, load, w_s) = (0.3, 9.0, 50.0);
+    for lag in [1.0, 0.2, 0.02, 1e-3, 1e-6] {
+        let motions = periodic_motions(&uniform(s_k, w_s, Some(lag)), load).unwrap();
+        assert_eq!(motions.len(), 2, "{lag}");
+        for (motion, s) in motions.iter().zip(slips(s_k, load)) {
+            let w = w_s * (1.0 - s);
+            let (d, k) = (1.0 / (lag * w), -steepness(s, s_k, w_s) / (2.0 * w * w * lag));
+            let discriminant = 0.25 * d * d - k;
+            // The greater root of λ² + d λ + k = 0.
+            let rate = if discriminant < 0.0 { -0.5 * d } else { -k / (0.5 * d + discriminant.sqrt()) };
+            // Where the torque follows at once: k/d² of the rate is neglected.
+            let bound = if lag < 1e-5 { 2.0 * (k / d / d).abs() } else { 1e-8 };
+            assert!((motion.growth / (TAU * rate) - 1.0).abs() < bound, "{lag} {s}: {} {}", motion.growth, TAU * rate);
+        }
+    }
+}
+
+#[test]
+fn the_multipliers_of_a_lagging_torque_are_those_of_the_map() {
+    // J varies: the map (v, M) → (v, M) by differences, its determinant exp(−T/T_el).
+    let (lag, load) = (1.0, 9.0);
+    let scene = machine(0.3, Some(lag));
+    let motions = periodic_motions(&scene, load).unwrap();
+    assert_eq!(motions.len(), 2);
+    let inertia = Inertia::new(scene.inertia.clone(), Vec::new());
+    let at_start = |motion: &PeriodicMotion| [(2.0 * motion.energy).sqrt(), motion.torque];
+    for motion in motions {
+        let turn = steady_lag::Turn {
+            inertia: &inertia,
+            motor: &scene.motor,
+            tau: load,
+            sense: 1.0,
+            phi_start: 0.0,
+            interval: 0,
+        };
+        let y = at_start(&motion);
+        let after = |k: [f64; 2]| turn.after([y[0] * (1.0 + k[0]), y[1] + 15.0 * k[1]]).unwrap();
+        let column = |k: [f64; 2], scale: f64| {
+            let h = 1e-4;
+            let [up, down] = [after([k[0] * h, k[1] * h]), after([-k[0] * h, -k[1] * h])];
+            [0, 1].map(|i| (up[i] - down[i]) / (2.0 * h * scale))
+        };
+        let [[a, c], [b, d]] = [column([1.0, 0.0], y[0]), column([0.0, 1.0], 15.0)];
+        let determinant = a * d - b * c;
+        assert!((determinant / (-motion.period / lag).exp() - 1.0).abs() < 1e-4, "{determinant}");
+        let radius = spectral_radius(&[[a, b], [c, d]]);
+        assert!((motion.multiplier() / radius - 1.0).abs() < 1e-5, "{} {radius}", motion.multiplier());
+    }
 }
