@@ -6,6 +6,7 @@
 //! and shows nothing; few may be.
 
 mod inputs;
+mod linkage;
 mod parametric;
 mod run;
 mod scenes;

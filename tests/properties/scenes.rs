@@ -57,7 +57,7 @@ pub struct MachineScene {
     pub span: f64,
 }
 
-fn solver() -> Value {
+pub fn solver() -> Value {
     json!({"tolerance": 0.0, "method": "adaptive", "step_size": 0.0})
 }
 

@@ -1,0 +1,29 @@
+"""The example of tools behind mechanisms: all steps run, and yield what the README says."""
+
+import os
+import re
+import subprocess
+import sys
+
+from conftest import CAMDRIVE, ROOT
+
+FOLDER = ROOT / "examples" / "sealing_machine"
+
+
+def test_all_steps_run_and_keep_their_promises(tmp_path):
+    environment = os.environ | {"CAMDRIVE": CAMDRIVE, "PYTHON": sys.executable, "PYTHONDONTWRITEBYTECODE": "1"}
+    run = subprocess.run([FOLDER / "run_all", tmp_path], env=environment, capture_output=True, text=True)
+    assert run.returncode == 0, run.stdout + run.stderr
+    assert "warning" not in run.stderr
+    # drive.py asserts what is promised; see there.
+    assert "all promises are kept" in run.stdout
+    readme = (FOLDER / "README.md").read_text()
+    table = re.findall(r"^(period|speed|jaw|feeder) +(\S.*?) {2,}(\S.*)$", run.stdout, re.MULTILINE)
+    assert len(table) == 4 and all(f"| {' | '.join(row)} |" in readme for row in table)
+    angles = re.search(r"least transmission angles (\S+) (\S+) (\S+)", run.stdout).groups()
+    assert "angles are {}, {} and {}".format(*angles) in readme
+    # The README's commands are those of the script.
+    steps = re.findall(r"^== (?:camdrive|\S*python\S*) (\S+)", run.stdout, re.MULTILINE)
+    assert steps == re.findall(r"`(?:camdrive|python) (\S+)[^`]*` \|$", readme, re.MULTILINE)
+    names = {path.name for path in (tmp_path / "cams").iterdir()}
+    assert {"sealing_machine_hs.follower1.P.csv", "sealing_machine_hs.follower2.dxf"} <= names
