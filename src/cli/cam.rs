@@ -1,8 +1,8 @@
 //! `camdrive cam SCENE`
 
 use super::{Failure, files, print, read_all};
-use crate::design::cam_geometry::{Finding, Verdict};
 use crate::design::cam_geometry::report::{Shape, Tolerances};
+use crate::design::cam_geometry::{Finding, Verdict};
 use crate::design::text;
 use crate::drives::{Fault, unit};
 use crate::scene::geometry::CamPlan;

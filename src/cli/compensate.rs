@@ -110,21 +110,29 @@ fn machine(args: &Args) -> Result<Machine, Failure> {
         )));
     }
     let (mut tools, mut kept, mut moved, mut turning) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let mut endless: Vec<String> = Vec::new();
     for (j, follower) in scene.followers.into_iter().enumerate() {
         if args.keep.contains(&(j + 1)) {
             kept.push(follower);
             continue;
         }
-        turning.push(follower.cam_turns());
-        let Some(tool) = Tool::of(j + 1, follower) else {
-            return Err(failure(format!(
-                "{place}: the law of follower {} is no Fourier series; its harmonics in time have no end\n  = hint: prescribe an HS profile (law = \"fourier\", or a table with interpolation = \"fourier\"), or keep the cam with --keep {}",
-                j + 1,
-                j + 1
-            )));
-        };
-        tools.push(tool);
-        moved.push(j);
+        let turns = follower.cam_turns();
+        match Tool::of(j + 1, follower) {
+            None => endless.push((j + 1).to_string()),
+            Some(tool) => {
+                tools.push(tool);
+                moved.push(j);
+                turning.push(turns);
+            }
+        }
+    }
+    if !endless.is_empty() {
+        let (laws, list) =
+            (if endless.len() == 1 { "law of follower" } else { "laws of followers" }, endless.join(","));
+        let are = if endless.len() == 1 { "is" } else { "are" };
+        return Err(failure(format!(
+            "{place}: the {laws} {list} {are} no Fourier series; harmonics in time would have no end\n  = hint: prescribe HS profiles (law = \"fourier\", or a table with interpolation = \"fourier\"), or keep the cams with --keep {list}"
+        )));
     }
     if tools.is_empty() {
         return Err(failure(format!("{place}: there is no follower whose cam could be compensated")));

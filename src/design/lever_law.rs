@@ -326,7 +326,8 @@ mod tests {
         let chain = chain();
         let [low, high] = places(&chain);
         let smooth: Vec<f64> = (0..90).map(|i| TAU * f64::from(i) / 90.0).collect();
-        let lifts = smooth.iter().map(|phi| low + 0.5 * (high - low) * (1.0 - phi.cos()) * (0.8 + 0.2 * phi.sin())).collect();
+        let lifts =
+            smooth.iter().map(|phi| low + 0.5 * (high - low) * (1.0 - phi.cos()) * (0.8 + 0.2 * phi.sin())).collect();
         let table = MotionLaw::Table(Table::new(Points { angles: smooth, lifts }).unwrap());
         let laws = [
             cycle(StandardLaw::InclinedSine, low, high - low),
@@ -381,7 +382,8 @@ mod tests {
     fn a_tool_beyond_its_mechanisms_is_refused_with_the_angle() {
         let chain = chain();
         let [low, high] = places(&chain);
-        let refusal = |stroke: f64| lever_law(&chain, &cycle(StandardLaw::InclinedSine, low, stroke), -0.6).unwrap_err();
+        let refusal =
+            |stroke: f64| lever_law(&chain, &cycle(StandardLaw::InclinedSine, low, stroke), -0.6).unwrap_err();
         let far = refusal(20.0 * (high - low));
         assert!(far.starts_with("at phi = ") && far.contains("cannot reach the output"), "{far}");
         assert!(!far.contains("-0.0000 deg"));

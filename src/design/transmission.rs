@@ -47,7 +47,9 @@ impl Transmission {
         if self.is_usual() {
             return format!("usual are at least {usual:.0}°");
         }
-        format!("below the usual {usual:.0}°: forces in the joints and the effect of play are large; other lengths or offsets")
+        format!(
+            "below the usual {usual:.0}°: forces in the joints and the effect of play are large; other lengths or offsets"
+        )
     }
 
     /// The finding as a sentence.
@@ -84,7 +86,8 @@ mod tests {
         // A lever that swings by ±1 rad about 0: cos μ = (b² + c² − |g − a e^{iθ}|²)/(2bc) is extreme at θ = 0 and ±1.
         let bar = |length| Link { length, ..Link::default() };
         let [g, a, b, c] = [0.1_f64, 0.03, 0.08, 0.06];
-        let kind = Kind::FourBar(FourBar { ground: g, input: bar(a), coupler: bar(b), output: bar(c), branch: Branch::Plus });
+        let kind =
+            Kind::FourBar(FourBar { ground: g, input: bar(a), coupler: bar(b), output: bar(c), branch: Branch::Plus });
         let gear = Kind::Gear(Gear { ratio: 1.0, inertia: 0.0, output_turns: true });
         let part = |kind| Mechanism { kind, input_offset: 0.0, output_offset: 0.0 };
         let cam = MotionLaw::Fourier(Fourier::new(vec![0.0], vec![0.0, 1.0]));

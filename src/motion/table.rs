@@ -10,8 +10,8 @@
 //! Source: C. de Boor, *A Practical Guide to Splines*, rev. ed., Springer 2001, chapters V and XIII.
 
 use super::TransferFunctions;
-pub use super::spline::within;
 use super::spline::Spline;
+pub use super::spline::within;
 use super::turn::segment;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
@@ -482,8 +482,10 @@ mod tests {
         }
         let angles = vec![0.0, 1.0, 3.0, 5.0];
         let lifts = angles.iter().map(|phi| jump(*phi)[0]).collect();
-        let mut bends: Vec<Bend> =
-            angles.iter().map(|phi| Bend { slope: jump(*phi)[1], before: jump(*phi)[2], behind: jump(*phi)[2] }).collect();
+        let mut bends: Vec<Bend> = angles
+            .iter()
+            .map(|phi| Bend { slope: jump(*phi)[1], before: jump(*phi)[2], behind: jump(*phi)[2] })
+            .collect();
         (bends[0].before, bends[2].before) = (cubic(TAU)[2], 2.0);
         let points = Points { angles, lifts };
         let table = Table::bent(points.clone(), bends.clone()).unwrap();

@@ -2,8 +2,8 @@
 
 use super::models::forbid;
 use super::section::{ANY, NOT_NEGATIVE, POSITIVE, Section, within};
-use crate::design::transmission::{self, Transmission};
 use crate::design::cam_geometry::{Carrier, Cut, Limits, Plan, Second, Start};
+use crate::design::transmission::{self, Transmission};
 use crate::drives::rigid_machine::Follower;
 use crate::drives::unit;
 use crate::motion::MotionLaw;

@@ -130,7 +130,8 @@ pub fn periodic_motions(scene: &Scene, load: f64) -> Result<Vec<PeriodicMotion>,
                     period: shot.period,
                     energy: at_zero.hi,
                     growth,
-                    torque: machine.motor.characteristic(sense * (2.0 * at_zero.hi / machine.inertia_now()[0]).sqrt())[0],
+                    torque: machine.motor.characteristic(sense * (2.0 * at_zero.hi / machine.inertia_now()[0]).sqrt())
+                        [0],
                     course: shooting.course(start, POINTS),
                 })
             }
