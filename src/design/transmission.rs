@@ -4,7 +4,7 @@
 //! at 90° the whole force of the coupler moves the output, towards 0 forces in the joints and the effect of play grow like
 //! 1/sin μ.
 //!
-//! Source: VDI 2130 (four-bar linkages), which takes the least transmission angle as the measure of quality; W. Volmer (ed.),
+//! Source: VDI 2130 (four-bar linkages), which takes the least transmission angle as the measure of quality; J. Volmer (ed.),
 //! *Getriebetechnik*: at least 40°, with high speeds 50°.
 
 use crate::drives::rigid_machine::Follower;
