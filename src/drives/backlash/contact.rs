@@ -93,6 +93,10 @@ const DAMPED: f64 = 1e-3;
 /// … and within this part of the time in which anything else changes.
 const DAMPED_MEANWHILE: f64 = 1e-6;
 
+/// A velocity is none below this part of what the force resolution gives m1 in the shortest time in which anything changes:
+/// 1e-16 of the velocities of the flank.
+const FAINT: f64 = 1e-4;
+
 /// What an impact on a flank does.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Impact {
@@ -179,11 +183,14 @@ impl Bodies {
 
     /// Whether m1, without velocity relative to `flank`, stays on it, and the order of the zero of the gap if not.
     ///
-    /// F_K pressing: stays. F_K pulling: leaves at once, z ∝ t². F_K = 0: the sign of dF_K/dt decides, z ∝ t³.
+    /// F_K pressing: stays. F_K pulling: leaves at once, z ∝ t². F_K = 0: the sign of its first derivative that is not
+    /// zero decides, z ∝ t³ or slower.
     pub fn settle(&self, flank: Flank, q: [f64; 2], u: &Kinematics, resolution: f64) -> (Mode, usize) {
         let sign = flank.sign();
-        let [force, rate, _] = self.force(q, u).map(|f| sign * f);
-        if force > resolution || (force >= -resolution && rate >= 0.0) {
+        let [force, rate, bend] = self.force(q, u).map(|f| sign * f);
+        let steady = rate.abs() <= resolution * self.relative.stiffness().sqrt();
+        let rising = if steady { bend >= 0.0 } else { rate >= 0.0 };
+        if force > resolution || (force >= -resolution && rising) {
             (Mode::Contact(flank), 0)
         } else if force < -resolution {
             (Mode::Free, 2)
@@ -203,7 +210,9 @@ impl Bodies {
         let sign = flank.sign();
         // Rounding may show a grazing mass as leaving.
         let approach = (sign * state.zeta[1]).min(0.0) * sign;
-        let rebound = -self.e * approach;
+        // Where F_K is zero, bounces would otherwise go on until their velocity is no number any more.
+        let negligible = FAINT * resolution / (self.m1 * (rate + self.relative.rates().1));
+        let rebound = if approach.abs() > negligible { -self.e * approach } else { 0.0 };
         // The velocity of x1 rises by ż⁺ − ż⁻, that of x2 does not.
         state.q[1] += state.zeta[1] - rebound;
         state.home = self.place(flank);

@@ -163,6 +163,7 @@ impl BacklashDrive {
         let limits = (self.horizon(0.0), Rules::terms_for(self.tolerance()));
         let run = Run::new(&self.bodies, &self.flank(), Double::from(time), from, limits);
         self.show(&run, time);
+        self.solver.error_estimate = run.error_estimate(&self.bodies, self.flank().sizes(time));
         self.end = (self.now.mode, self.now.point);
         self.run = Some(Box::new(run));
     }
@@ -231,13 +232,14 @@ impl BacklashDrive {
         let Some(run) = self.run.as_deref_mut() else { return Err(Fault::new("the drive has not been started")) };
         if input {
             run.begin_step();
+            run.pass_panel(&self.bodies, run.theta(time));
             // The inputs themselves are rounded: by them place and velocity of the flank jump.
             let phi = self.motion.at(time).kinematics.0[0].abs();
             let [_, slope, curvature] = self.bounds;
             let w = flank.speed().abs();
             // The mean rounding is an eighth of the last place.
             let sizes = [slope * phi, (slope + curvature * phi) * w].map(|size| 0.125 * size);
-            run.spread.pass(0.0, [sizes[0], sizes[1], sizes[0], sizes[1]], [0.0; 4]);
+            run.spread.round([sizes[0], sizes[1], sizes[0], sizes[1]]);
             let from = Self::take_up((&self.bodies, &flank), &self.end, run, time, &mut self.log);
             let place = (Double::from(time), flank.segment(Double::from(time)));
             run.restart(&self.bodies, &flank, place, from, horizon);
@@ -261,11 +263,7 @@ impl BacklashDrive {
         if self.solver.steps != run.tally.panels {
             self.solver.steps = run.tally.panels;
             self.solver.evaluations = run.tally.panels * run.terms() as f64;
-            let [place, speed] = run.spread.errors(&self.bodies);
-            let [size, fastest] = flank.sizes(end);
-            let relative = (place / size).max(if fastest > 0.0 { speed / fastest } else { 0.0 });
-            // A cam without a stroke moves nothing.
-            self.solver.error_estimate = if size > 0.0 { relative.min(1.0) } else { 0.0 };
+            self.solver.error_estimate = run.error_estimate(&self.bodies, flank.sizes(end));
         }
         self.cam.step_done();
         Ok(())

@@ -45,6 +45,13 @@ pub(super) fn of(drive: &BacklashDrive) -> Portrait {
 
 /// Without a tolerance the motion is in closed form.
 fn accuracy(has_tolerance: bool) -> Vec<(String, String)> {
+    let tolerance = if has_tolerance {
+        "The part of Ü that a series may leave out; it decides the number of terms: 24 for 1e-14, the default, 20 for \
+         1e-10, 16 for 1e-6, 12 for 1e-3. With 16 terms a step costs four fifths of what it does with 24."
+    } else {
+        "This FMU has no such parameter: at its start values the motion is in closed form, right to rounding. With other \
+         values (e > 0, stiff masses) series of 24 terms follow the motion, as for 1e-14; for fewer, export a scene with them."
+    };
     [
         (
             "Contact and flight",
@@ -60,21 +67,17 @@ fn accuracy(has_tolerance: bool) -> Vec<(String, String)> {
         ),
         ("Momentum and energy", "Balances closed to 1e-10 of their largest term; see the variables impulse, energy_loss, damping_loss and, \
          at constant speed, solver.energy_residual of the last communication step."),
-        (
-            "solver.tolerance",
-            "The part of Ü that a series may leave out; it decides the number of terms: 24 for 1e-14, the default, 20 for \
-             1e-10, 16 for 1e-6, 12 for 1e-3. With 16 terms a step costs four fifths of what it does with 24.",
-        ),
+        ("solver.tolerance", tolerance),
         (
             "solver.error_estimate",
             "Of x1 and y relative to the largest |U|, of their velocities relative to the largest |U̇|: roundings and neglected \
              terms, taken along with the motion as a covariance. Impacts, above all grazing ones, multiply errors and the \
-             estimate with them. Over 300 random scenes of 1 to 20 turns the error is below it in 99 of 100, in the median \
-             it exceeds the error twentyfold. An estimate near 1 says that the motion is chaotic and its digits are lost.",
+             estimate with them. Over 600 random scenes of up to 50 turns, of series and cycles, at constant and changing \
+             speed, the error is below it in 99 of 100, in the median it exceeds the error fortyfold. An estimate near 1 \
+             says that the motion is chaotic and its digits are lost.",
         ),
     ]
     .into_iter()
-    .filter(|(quantity, _)| has_tolerance || *quantity != "solver.tolerance")
     .map(|(quantity, statement)| (quantity.to_owned(), statement.to_owned()))
     .collect()
 }

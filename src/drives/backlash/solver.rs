@@ -16,6 +16,9 @@ use serde::{Deserialize, Serialize};
 /// Panels in one communication step beyond which the drive gives up: less than a second of computing.
 pub const MOST_WORK: f64 = 1e6;
 
+/// By how much of a span a release is corrected at the most: the coarsest series neglects 2⁸/8! = 6e-3 of its amplitude.
+const NEARBY: f64 = 1e-2;
+
 /// What is counted since the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Tally {
@@ -95,7 +98,7 @@ impl Run {
     ) -> Self {
         let rules = Rules { terms, locked: bodies.s == 0.0 };
         let origin = Origin { place: (time, flank.segment(time)), from, longest };
-        Run {
+        let mut run = Run {
             panel: origin.panel(bodies, flank, rules),
             zeros: from.2,
             longest,
@@ -107,7 +110,9 @@ impl Run {
             work: 0.0,
             stride: Stride::default(),
             rules,
-        }
+        };
+        run.enter_panel(bodies);
+        run
     }
 
     /// Continues in `mode` from `state` at `time`, counts kept.
@@ -124,8 +129,20 @@ impl Run {
         }
         (self.zeros, self.longest) = (from.2, longest);
         self.panel.lay(bodies, flank, place, from, longest, self.rules);
+        self.enter_panel(bodies);
         self.tally.panels += 1.0;
         self.work += 1.0;
+    }
+
+    /// Counts the errors that the current panel makes up to its end.
+    fn enter_panel(&mut self, bodies: &Bodies) {
+        self.spread.enter(self.panel.errors(bodies, self.panel.limit()));
+    }
+
+    /// Counts what has passed when the current panel is left `theta` [s] after its start.
+    pub fn pass_panel(&mut self, bodies: &Bodies, theta: f64) {
+        self.tally.damping_loss += self.panel.damping_loss(bodies, theta);
+        self.spread.leave(theta);
     }
 
     /// Where the current panel began.
@@ -147,6 +164,12 @@ impl Run {
     /// The terms of a panel's series.
     pub fn terms(&self) -> usize {
         self.rules.terms
+    }
+
+    /// A bound of the errors of places and velocities up to the end of the current panel, relative to those of the cam,
+    /// `largest` [m], [m/s].
+    pub fn error_estimate(&self, bodies: &Bodies, largest: [f64; 2]) -> f64 {
+        self.spread.relative(bodies, self.panel.limit(), largest)
     }
 
     /// How far `time` is from the start of the panel [s].
@@ -241,9 +264,7 @@ impl Run {
             if let Some(integral) = &mut integral {
                 integral.add(bodies, flank, &self.panel, limit);
             }
-            self.tally.damping_loss += self.panel.damping_loss(bodies, limit);
-            let [sizes, neglected] = self.panel.errors(bodies, limit);
-            self.spread.pass(limit, sizes, neglected);
+            self.pass_panel(bodies, limit);
             events += if self.panel.event.is_some() { 1.0 } else { 0.0 };
             let sums = match self.panel.event {
                 None => self.leave_panel(bodies, flank, stretch),
@@ -290,12 +311,18 @@ impl Run {
         Sums::default()
     }
 
-    fn release(&mut self, bodies: &Bodies, flank: &impl FlankMotion, at: f64, stretch: &mut Stretch) -> Sums {
+    fn release(&mut self, bodies: &Bodies, flank: &impl FlankMotion, mut at: f64, stretch: &mut Stretch) -> Sums {
         let Mode::Contact(contact) = self.panel.mode else { return Sums::default() };
         self.spread.carry(bodies, self.panel.mode);
-        let state = in_place(bodies, self.panel.mode, self.panel.at(bodies, at).state);
+        let mut state = in_place(bodies, self.panel.mode, self.panel.at(bodies, at).state);
+        let [force, rate, _] = bodies.force(state.q, &self.panel.flank_motion(bodies, flank, at));
+        // The flight begins without any force, and the series of F_K has two terms less than that of q.
+        let better = at - force / rate;
+        if !self.panel.in_waves && better > 0.0 && (better - at).abs() <= NEARBY * self.panel.span {
+            at = better;
+            state = in_place(bodies, self.panel.mode, self.panel.at(bodies, at).state);
+        }
         let place = (self.panel.instant(at), self.panel.segment);
-        let rate = bodies.force(state.q, &self.panel.flank_motion(bodies, flank, at))[1];
         stretch.log.push(release(contact, place.0, ("der(force)", rate, "N/s")));
         self.restart(bodies, flank, place, (Mode::Free, state, 3), stretch.horizon_from(place.0));
         Sums::default()

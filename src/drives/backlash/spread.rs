@@ -29,9 +29,9 @@ const DEVIATIONS: f64 = 3.5;
 pub struct Spread {
     /// At the last switching instant.
     covariance: [[f64; 4]; 4],
-    /// The time since [s].
+    /// The time since [s], up to the current panel.
     elapsed: f64,
-    /// What has been added since: variances of roundings, sums of neglected terms.
+    /// What has been added since, the current panel included: variances of roundings, sums of neglected terms.
     rounded: [f64; 4],
     neglected: [f64; 4],
 }
@@ -56,13 +56,24 @@ impl Side {
 }
 
 impl Spread {
-    /// Adds what a stretch of `length` [s] rounds and neglects, in ζ, ζ̇, q, q̇.
-    pub fn pass(&mut self, length: f64, sizes: [f64; 4], neglected: [f64; 4]) {
-        self.elapsed += length;
+    /// A panel begins: adds what it rounds and neglects up to its end, in ζ, ζ̇, q, q̇.
+    pub fn enter(&mut self, [sizes, neglected]: [[f64; 4]; 2]) {
+        self.round(sizes);
+        for i in 0..4 {
+            self.neglected[i] += neglected[i];
+        }
+    }
+
+    /// The panel is left this long [s] after its start.
+    pub fn leave(&mut self, after: f64) {
+        self.elapsed += after;
+    }
+
+    /// Adds the rounding of numbers of these sizes in ζ, ζ̇, q, q̇.
+    pub fn round(&mut self, sizes: [f64; 4]) {
         for i in 0..4 {
             let rounding = ROUNDINGS * sizes[i];
             self.rounded[i] += rounding * rounding;
-            self.neglected[i] += neglected[i];
         }
     }
 
@@ -131,16 +142,24 @@ impl Spread {
         }
     }
 
-    /// Bounds of the errors of x1, x2 [m] and of ẋ1, ẋ2 [m/s], whatever the phase of the free motion.
-    pub fn errors(&self, bodies: &Bodies) -> [f64; 2] {
-        let own = |i: usize| self.covariance[i][i] + self.rounded[i] + self.neglected[i] * self.neglected[i];
-        let [z, y, q, v] = [own(0), own(1), own(2), own(3)];
-        let rate = bodies.relative.stiffness().sqrt();
-        let stiffness = rate * rate;
-        let slow = bodies.bound.stiffness();
+    /// A bound of the errors up to the end of a panel of the length `ahead` [s], those of x1, x2 relative to the place
+    /// and those of ẋ1, ẋ2 to the velocity in `largest` [m], [m/s], whatever the phase of the free motion and the
+    /// correlation of the errors; 1 where all digits are lost.
+    pub fn relative(&self, bodies: &Bodies, ahead: f64, [place, speed]: [f64; 2]) -> f64 {
+        // A cam without a stroke moves nothing.
+        if place == 0.0 {
+            return 0.0;
+        }
+        let [z, y, q, v] = [0, 1, 2, 3].map(|i| {
+            let variance = self.covariance[i][i] + self.rounded[i] + self.neglected[i] * self.neglected[i];
+            DEVIATIONS * variance.sqrt()
+        });
         // A free vibration turns an error of q̇ into one of q and back.
-        let (vibration, speed) = (q + v / slow, v + q * stiffness);
-        let drift = z + self.elapsed * self.elapsed * y;
-        [drift + vibration, y + speed].map(|variance| DEVIATIONS * variance.sqrt())
+        let vibration = [q + v / bodies.bound.stiffness().sqrt(), v + q * bodies.relative.stiffness().sqrt()];
+        let drift = z + (self.elapsed + ahead) * y;
+        let parts = [(drift + vibration[0]) / place, if speed > 0.0 { (y + vibration[1]) / speed } else { 0.0 }];
+        // What is no number is none of these, and what is read is itself rounded.
+        let kept = parts.iter().all(|&part| part < 1.0);
+        if kept { (parts[0].max(parts[1]) + f64::EPSILON).min(1.0) } else { 1.0 }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::super::panel::Point;
 use super::*;
+use crate::motion::{Cycle, CyclePlan, StandardLaw};
 use std::f64::consts::TAU;
 
 /// Uniform numbers in [0, 1): a linear congruential generator, Knuth's MMIX.
@@ -24,8 +25,23 @@ impl Dice {
 
 const TOLERANCES: [f64; 6] = [0.0, 1e-12, 1e-9, 1e-7, 1e-5, 1e-3];
 
-/// A scene of up to four harmonics, and how long it runs [s]: from one turn to twenty.
-fn random(dice: &mut Dice, tolerance: f64) -> (Scene, f64) {
+/// A law of up to four harmonics, or one with dwells.
+fn random_law(dice: &mut Dice) -> MotionLaw {
+    if dice.roll() < 0.25 {
+        let law = |dice: &mut Dice| StandardLaw::ALL[(dice.roll() * StandardLaw::ALL.len() as f64) as usize];
+        let angles = [dice.between(0.3, 1.0), dice.between(0.0, 0.5), dice.between(0.3, 1.0), dice.between(0.0, 0.5)];
+        let unit = TAU / angles.iter().sum::<f64>();
+        return MotionLaw::Cycle(Cycle::new(CyclePlan {
+            stroke: 0.01,
+            lower: 0.0,
+            rise_start: dice.between(0.0, TAU),
+            rise_angle: angles[0] * unit,
+            upper_dwell: angles[1] * unit,
+            return_angle: angles[2] * unit,
+            rise_law: law(dice),
+            return_law: law(dice),
+        }));
+    }
     let order = 1 + (dice.roll() * 4.0) as usize;
     let (mut a, mut b) = (vec![0.0], vec![0.0]);
     for k in 1..=order {
@@ -33,6 +49,12 @@ fn random(dice: &mut Dice, tolerance: f64) -> (Scene, f64) {
         a.push(dice.between(-size, size));
         b.push(dice.between(-size, size));
     }
+    MotionLaw::Fourier(Fourier::new(a, b))
+}
+
+/// A scene, and how long it runs [s]: from a fiftieth of a turn to fifty turns.
+fn random(dice: &mut Dice, tolerance: f64) -> (Scene, f64) {
+    let cam = random_law(dice);
     let m2 = dice.log_between(0.5, 20.0);
     let m1 = m2 * dice.log_between(0.1, 3.0);
     let w = dice.between(10.0, 80.0);
@@ -41,6 +63,12 @@ fn random(dice: &mut Dice, tolerance: f64) -> (Scene, f64) {
     let damping = if dice.roll() < 0.3 { 0.0 } else { dice.log_between(1e-3, 0.5) };
     let e = if dice.roll() < 0.5 { 0.0 } else { dice.between(0.0, 0.95) };
     let s = dice.log_between(1e-5, 1e-3);
+    let start = if dice.roll() < 0.5 {
+        Start { mode: StartMode::AtRest, q: 0.0, q_dot: 0.0 }
+    } else {
+        let q = dice.between(-1e-4, 1e-4);
+        Start { mode: StartMode::Given, q, q_dot: omega * dice.between(-1e-4, 1e-4) }
+    };
     let scene = Scene {
         m1,
         m2,
@@ -48,12 +76,12 @@ fn random(dice: &mut Dice, tolerance: f64) -> (Scene, f64) {
         b: 2.0 * damping * m2 * omega,
         s,
         e,
-        cam: MotionLaw::Fourier(Fourier::new(a, b)),
+        cam,
         drive: DriveMode::Constant { w, phi_start: dice.between(0.0, TAU) },
-        start: Start { mode: StartMode::AtRest, q: 0.0, q_dot: 0.0 },
+        start,
         solver: Settings { tolerance, ..Settings::default() },
     };
-    (scene, dice.log_between(1.0, 20.0) * TAU / w)
+    (scene, dice.log_between(0.02, 50.0) * TAU / w)
 }
 
 /// x1, x2, ẋ1, ẋ2 at the end, with the estimate. `ramp` [1/s²]: moved by inputs whose speed changes at this rate.
@@ -86,18 +114,28 @@ fn end(scene: Scene, span: f64, ramp: Option<f64>) -> ([f64; 4], f64) {
 
 /// The same motion three times as large, of a cam that is turned on its shaft: all roundings differ.
 fn rounded_otherwise(scene: &Scene) -> Scene {
-    let (MotionLaw::Fourier(law), DriveMode::Constant { w, phi_start }) = (&scene.cam, &scene.drive) else {
-        unreachable!("the random scenes have a Fourier law and a constant speed")
+    let DriveMode::Constant { w, phi_start } = &scene.drive else { unreachable!("random scenes have a speed") };
+    let cam = match &scene.cam {
+        MotionLaw::Fourier(law) => {
+            let turned = |k: usize| {
+                let (sin, cos) = (k as f64).sin_cos();
+                [3.0 * (law.a[k] * cos - law.b[k] * sin), 3.0 * (law.a[k] * sin + law.b[k] * cos)]
+            };
+            let terms: Vec<[f64; 2]> = (0..law.a.len()).map(turned).collect();
+            let [cosines, sines] = [0, 1].map(|i| terms.iter().map(|t| t[i]).collect());
+            MotionLaw::Fourier(Fourier::new(cosines, sines))
+        }
+        MotionLaw::Cycle(cycle) => {
+            let plan = *cycle.plan();
+            let (stroke, rise_start) = (3.0 * plan.stroke, (plan.rise_start + 1.0).rem_euclid(TAU));
+            MotionLaw::Cycle(Cycle::new(CyclePlan { stroke, rise_start, ..plan }))
+        }
+        MotionLaw::Table(_) => unreachable!("the random laws are series and cycles"),
     };
-    let turned = |k: usize| {
-        let (sin, cos) = (k as f64).sin_cos();
-        [3.0 * (law.a[k] * cos - law.b[k] * sin), 3.0 * (law.a[k] * sin + law.b[k] * cos)]
-    };
-    let terms: Vec<[f64; 2]> = (0..law.a.len()).map(turned).collect();
-    let law = Fourier::new(terms.iter().map(|t| t[0]).collect(), terms.iter().map(|t| t[1]).collect());
     Scene {
-        cam: MotionLaw::Fourier(law),
+        cam,
         s: 3.0 * scene.s,
+        start: Start { q: 3.0 * scene.start.q, q_dot: 3.0 * scene.start.q_dot, ..scene.start },
         drive: DriveMode::Constant { w: *w, phi_start: phi_start + 1.0 },
         solver: Settings::default(),
         ..scene.clone()
@@ -108,7 +146,7 @@ fn rounded_otherwise(scene: &Scene) -> Scene {
 fn the_error_estimate_is_honest() {
     let mut dice = Dice(20_261_121);
     let mut ratios: Vec<f64> = Vec::new();
-    for number in 0..300 {
+    for number in 0..600 {
         let (scene, span) = random(&mut dice, TOLERANCES[number % TOLERANCES.len()]);
         let DriveMode::Constant { w, .. } = scene.drive else { unreachable!("random scenes have a speed") };
         let ramp = (dice.roll() < 0.3).then(|| dice.between(-0.5, 0.5) * w / span);

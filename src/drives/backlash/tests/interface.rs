@@ -78,8 +78,11 @@ fn inputs_that_run_uniformly_are_the_constant_speed() {
     let mut constant = started(scene(50.0, 3e-4, 60.0, 0.0));
     let (expected, _) = march(&mut constant, 0.1, 0.1, |_, _| ());
     for h in [1e-4, 1e-2, 0.1] {
-        let (events, _) = march(&mut with_inputs(0.0), 0.1, h, ramp(0.0));
+        let mut drive = with_inputs(0.0);
+        let (events, _) = march(&mut drive, 0.1, h, ramp(0.0));
         assert_eq!(events.len(), expected.len(), "{events:?} {expected:?}");
+        let [lost, other] = [&drive, &constant].map(|d| d.damping_loss());
+        assert!((lost - other).abs() < 1e-10 * other && other > 0.0, "{lost} {other}");
         for (one, other) in events.iter().zip(&expected) {
             assert_eq!(one.kind, other.kind);
             assert!((one.time - other.time).abs() < 1e-12, "{one:?} {other:?}");

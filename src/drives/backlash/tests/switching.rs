@@ -206,6 +206,33 @@ fn a_cycle_with_dwells_keeps_the_balances() {
 }
 
 #[test]
+fn a_mass_at_rest_in_a_dwell_rises_with_any_law() {
+    // F_K grows from zero as slowly as the law begins, and a mass with restitution must not bounce without end meanwhile.
+    for law in StandardLaw::ALL {
+        for e in [0.0, 0.5, 0.7055754424178495, 1.0] {
+            let mut scene = scene(71.77168521432267, 2.5315471307450462e-5, 0.0, e);
+            (scene.m1, scene.m2, scene.c) = (1.2588556460051805, 1.3124240218301784, 306694.57729719696);
+            scene.cam = MotionLaw::Cycle(Cycle::new(CyclePlan {
+                rise_law: law,
+                return_law: law,
+                stroke: 0.01,
+                rise_start: 1.0963374489420756,
+                rise_angle: 2.217318476088689,
+                upper_dwell: 0.5774431998043689,
+                return_angle: 2.552212476394079,
+                lower: 0.0,
+            }));
+            scene.drive = DriveMode::Constant { w: 71.77168521432267, phi_start: 0.1695009411611736 };
+            let mut drive = started(scene);
+            // The rise begins at 0.0129 s.
+            drive.advance(0.0, 0.0135).unwrap();
+            let moved = drive.now.point.u[0] + drive.now.point.state.home + drive.now.point.state.zeta[0];
+            assert!(drive.now.tally.impacts < 2e4 && moved > 0.0, "{law:?} {e}: {:?}", drive.now.tally);
+        }
+    }
+}
+
+#[test]
 fn a_stiff_drive_follows_the_flank_in_long_panels() {
     // Two turns at natural frequencies up to 1e8 rad/s; vibrations and their decay cost panels, the contact does not.
     for (c, b, e) in [(5e5, 1e8, 0.5), (5e14, 1e3, 0.0), (5e14, 0.0, 0.0), (5e5, 1e12, 1.0), (5e-4, 0.0, 0.0)] {
