@@ -48,7 +48,7 @@ pub fn dot(a: &[Double], b: &[Double]) -> Double {
 }
 
 /// target += factor · source.
-fn add_multiple(target: &mut [Double], factor: Double, source: &[Double]) {
+pub fn add_multiple(target: &mut [Double], factor: Double, source: &[Double]) {
     for (t, s) in target.iter_mut().zip(source) {
         *t = *t + factor * *s;
     }
@@ -150,6 +150,17 @@ impl Factors {
         y
     }
 
+    /// For each column that depends on others the x with 1 in its place and A x as small as the rank says.
+    fn dependent(&self) -> Vec<Vec<Double>> {
+        let of = |j: usize| {
+            let along: Vec<Double> = self.columns[j][..self.rank()].iter().map(|r| -*r).collect();
+            let mut x = self.back(&along);
+            x[self.order[j]] = Double::from(1.0);
+            x
+        };
+        (self.rank()..self.order.len()).map(of).collect()
+    }
+
     /// An x with the least |A x − b|.
     pub fn solve(&self, b: &[Double]) -> Vec<Double> {
         let mut rotated = b.to_vec();
@@ -197,13 +208,49 @@ impl Solutions {
     /// The x among the solutions with the least |A x − b|, A by rows.
     pub fn least_squares(&self, a: &[Vec<Double>], b: &[Double]) -> Vec<Double> {
         let rest: Vec<Double> = a.iter().zip(b).map(|(row, b)| *b - dot(row, &self.particular)).collect();
-        self.moved(&self.particular, &self.factors(a).solve(&rest))
+        self.moved(&self.particular, &self.factors(a, RANK).solve(&rest))
     }
 
-    /// The factors of A on the free directions.
-    pub fn factors(&self, a: &[Vec<Double>]) -> Factors {
+    /// The factors of A on the free directions; `rank` as of [`Factors::new`].
+    pub fn factors(&self, a: &[Vec<Double>], rank: f64) -> Factors {
         let column = |direction: &Vec<Double>| a.iter().map(|row| dot(row, direction)).collect();
-        Factors::new(self.free.iter().map(column).collect(), a.len(), RANK)
+        Factors::new(self.free.iter().map(column).collect(), a.len(), rank)
+    }
+}
+
+/// Coordinates y of vectors x in which the rows of a matrix are orthonormal, and those of what they do not see.
+pub struct Coordinates {
+    factors: Factors,
+    unseen: Vec<Vec<Double>>,
+}
+
+impl Coordinates {
+    /// Of the factors; with `all` also for what their matrix does not see, else that stays where it is.
+    pub fn new(factors: Factors, all: bool) -> Self {
+        let unseen = if all { factors.dependent() } else { Vec::new() };
+        Coordinates { factors, unseen }
+    }
+
+    /// How many.
+    pub fn len(&self) -> usize {
+        self.factors.rank() + self.unseen.len()
+    }
+
+    /// A row over x as one over y.
+    pub fn row(&self, row: &[Double]) -> Vec<Double> {
+        let mut coordinates = self.factors.forward(row);
+        coordinates.extend(self.unseen.iter().map(|direction| dot(row, direction)));
+        coordinates
+    }
+
+    /// x.
+    pub fn vector(&self, y: &[Double]) -> Vec<Double> {
+        let (seen, unseen) = y.split_at(self.factors.rank());
+        let mut x = self.factors.back(seen);
+        for (y, direction) in unseen.iter().zip(&self.unseen) {
+            add_multiple(&mut x, *y, direction);
+        }
+        x
     }
 }
 
@@ -253,5 +300,18 @@ mod tests {
         assert_eq!(factors.rank(), 1);
         let x = factors.solve(&numbers(&[3.0, 6.0]));
         assert!((x[0] + x[1] - Double::from(3.0)).hi.abs() < 1e-30);
+    }
+
+    #[test]
+    fn coordinates_see_everything() {
+        // x + 2y + 3z and half of it see one direction; with all of them any x has a y, and rows keep their values.
+        let columns = vec![numbers(&[1.0, 0.5]), numbers(&[2.0, 1.0]), numbers(&[3.0, 1.5])];
+        let coordinates = Coordinates::new(Factors::new(columns, 2, RANK), true);
+        assert_eq!(coordinates.len(), 3);
+        let (row, y) = (numbers(&[0.3, -0.7, 5.0]), numbers(&[1.0, -2.0, 0.5]));
+        let difference = dot(&coordinates.row(&row), &y) - dot(&row, &coordinates.vector(&y));
+        assert!(difference.hi.abs() < 1e-29);
+        let seen = coordinates.row(&numbers(&[1.0, 2.0, 3.0]));
+        assert!(seen[1].hi.abs() < 1e-29 && seen[2].hi.abs() < 1e-29);
     }
 }

@@ -102,7 +102,18 @@ impl Family {
 
     /// By how much `x` exceeds the target at `phi`, without limit and level, or the n-th derivative of that.
     pub fn excess(&self, basis: &Basis, x: &[Double], phi: f64, n: usize) -> f64 {
-        (dot(&self.row(basis, phi, n), x) - self.target(phi, n)).hi
+        self.excess_exactly(basis, x, phi, n).hi
+    }
+
+    /// The same to thirty digits of its terms.
+    pub fn excess_exactly(&self, basis: &Basis, x: &[Double], phi: f64, n: usize) -> Double {
+        dot(&self.row(basis, phi, n), x) - self.target(phi, n)
+    }
+
+    /// The size of the terms that the excess is the sum of.
+    pub fn terms(&self, basis: &Basis, x: &[Double], phi: f64) -> f64 {
+        let row = self.row(basis, phi, 0);
+        row.iter().zip(x).map(|(row, x)| (row.hi * x.hi).abs()).sum::<f64>() + self.target(phi, 0).hi.abs()
     }
 
     /// The angles that the first program looks at.
@@ -153,11 +164,6 @@ impl Family {
             Some(response) => output(series, response),
             None => Some(series.clone()),
         }
-    }
-
-    /// The largest excess.
-    pub fn worst(&self, basis: &Basis, x: &[Double]) -> f64 {
-        self.maxima(basis, x).into_iter().map(|phi| self.excess(basis, x, phi, 0)).fold(f64::NEG_INFINITY, f64::max)
     }
 
     /// Σ fₙ U⁽ⁿ⁾ of a series and Σ fₙ Ũ⁽ⁿ⁾.

@@ -25,6 +25,7 @@ mod nonlinear;
 mod semi_infinite;
 pub mod shaft;
 pub mod shaft_study;
+mod simplex;
 pub mod study;
 pub mod table;
 #[cfg(test)]
@@ -221,7 +222,7 @@ impl Task {
         let (a, b) = self.samples(scale);
         let nearest = solutions.least_squares(&a, &b);
         let squares = matches!(self.objective, Objective::LeastSquares | Objective::DiscreteLeastSquares { .. });
-        let goal = if squares { Goal::Squares(a.clone(), b.clone()) } else { Goal::Level };
+        let goal = if squares { Goal::Squares(a.clone(), b.clone()) } else { Goal::Level(0.0) };
         let families = self.families(scale);
         let mut program = Program { basis: &self.basis, solutions: &solutions, families, goal };
         let best = match self.speeds {

@@ -1,0 +1,329 @@
+//! Linear programs to thirty digits: the simplex method in double-double numbers.
+//!
+//! The least t under aᵢ·z ≤ bᵢ, where t is the last of the unknowns z. As many rows as unknowns hold z as equations. The
+//! primal method starts where all rows are fulfilled and lets that equation go along whose edge t falls fastest, until
+//! another row stops it; at first nothing is held, so that it descends from the inside and no corner is met in which
+//! more rows meet than are needed. Where t falls no more, the optimum is found. Rows added later are taken up by the
+//! dual method, which lets t grow until none of them is exceeded.
+//!
+//! Source: G. B. Dantzig, *Linear Programming and Extensions*, 1963, chapters 5 and 11; C. E. Lemke, "The dual method of
+//! solving the linear programming problem", Naval Res. Logist. Q. 1 (1954) 36–47.
+
+use super::exact::{add_multiple, dot};
+use crate::numerics::double_double::Double;
+
+/// What is below this part of the numbers that it is the sum of is rounding: the inverse of a program in orthonormal
+/// coordinates keeps some 26 of 32 digits.
+const PIVOT: f64 = 1e-22;
+
+/// Pivots per unknown: two or three are the rule, unless rounding leads in circles.
+const PIVOTS: usize = 30;
+
+/// Pivots after which the slacks, kept in plain numbers, are computed anew.
+const FRESH: usize = 16;
+
+/// What holds one of the equations.
+#[derive(Clone, Copy, PartialEq)]
+enum Holder {
+    /// Nothing yet: the unknown stays where it is.
+    Free,
+    /// A row.
+    Row(usize),
+}
+
+/// a·z ≤ b.
+struct Row {
+    a: Vec<Double>,
+    plain: Vec<f64>,
+    limit: Double,
+}
+
+/// A program with its present solution.
+pub struct Simplex {
+    rows: Vec<Row>,
+    holders: Vec<Holder>,
+    /// The columns of the inverse of the matrix of the equations.
+    inverse: Vec<Vec<Double>>,
+    z: Vec<Double>,
+}
+
+/// What a row lacks of its limit, in numbers of sixteen digits.
+struct Slacks {
+    list: Vec<f64>,
+    /// Pivots since they were exact.
+    age: usize,
+}
+
+impl Simplex {
+    /// Of unknowns that are zero, and a level that is at least `least`.
+    pub fn new(unknowns: usize, least: f64) -> Self {
+        let mut program = Simplex { rows: Vec::new(), holders: Vec::new(), inverse: Vec::new(), z: Vec::new() };
+        program.z = vec![Double::default(); unknowns + 1];
+        let mut floor = vec![Double::default(); unknowns + 1];
+        floor[unknowns] = Double::from(-1.0);
+        program.add(floor, Double::from(-least));
+        program
+    }
+
+    /// Adds a row; its last part is that of the level.
+    pub fn add(&mut self, a: Vec<Double>, limit: Double) {
+        self.rows.push(Row { plain: a.iter().map(|v| v.hi).collect(), a, limit });
+    }
+
+    /// The unknowns, without the level.
+    pub fn unknowns(&self) -> &[Double] {
+        &self.z[..self.z.len() - 1]
+    }
+
+    /// The level.
+    pub fn level(&self) -> Double {
+        self.z[self.z.len() - 1]
+    }
+
+    /// The optimum by the primal method, from the point nearest to the present one on the way to `inside`, where all rows
+    /// without level are fulfilled; whether it was reached.
+    pub fn descend(&mut self, inside: &[Double]) -> bool {
+        self.retreat(inside);
+        let n = self.z.len();
+        let unit = |i: usize| {
+            let mut v = vec![Double::default(); n];
+            v[i] = Double::from(1.0);
+            v
+        };
+        self.inverse = (0..n).map(unit).collect();
+        self.holders = vec![Holder::Free; n];
+        let mut slacks = self.slacks();
+        for _ in 0..PIVOTS * n {
+            let Some((place, direction)) = self.edge(&slacks) else {
+                self.refine();
+                return true;
+            };
+            let Some((row, step)) = self.stop(&direction, &slacks) else { return false };
+            let change: Vec<Double> = direction.iter().map(|d| *d * step).collect();
+            self.exchange(row, place);
+            self.advance(&change, &mut slacks);
+        }
+        false
+    }
+
+    /// The optimum by the dual method from that of fewer rows, exceeded by at most `tolerance`; whether it was reached.
+    pub fn ascend(&mut self, tolerance: f64) -> bool {
+        let mut slacks = self.slacks();
+        for _ in 0..PIVOTS * self.z.len() {
+            let exceeded = (0..slacks.list.len()).filter(|i| slacks.list[*i] < -tolerance);
+            let Some(row) = exceeded.min_by(|i, j| slacks.list[*i].total_cmp(&slacks.list[*j])) else {
+                if slacks.age == 0 {
+                    return true;
+                }
+                self.refine();
+                slacks = self.slacks();
+                continue;
+            };
+            let slack = self.slack(row);
+            if slack.hi >= -tolerance {
+                slacks.list[row] = slack.hi;
+                continue;
+            }
+            let Some(place) = self.leaving(row) else { return false };
+            self.exchange(row, place);
+            let change: Vec<Double> = self.inverse[place].iter().map(|v| *v * slack).collect();
+            self.advance(&change, &mut slacks);
+        }
+        false
+    }
+
+    /// To where all rows are fulfilled.
+    fn retreat(&mut self, inside: &[Double]) {
+        let n = self.z.len() - 1;
+        let value = |row: &Row, y: &[Double]| (dot(&row.a[..n], y) - row.limit).hi;
+        let mut part = 0.0_f64;
+        for row in self.rows.iter().filter(|row| row.plain[n] == 0.0) {
+            let [here, there] = [value(row, &self.z), value(row, inside)];
+            if here > 0.0 {
+                part = part.max(if there < here { (here / (here - there)).min(1.0) } else { 1.0 });
+            }
+        }
+        // A little further than to the first row, so that it is not met at the beginning.
+        let part = Double::from((1.1 * part).min(1.0));
+        for (z, inside) in self.z[..n].iter_mut().zip(inside) {
+            *z = *z + part * (*inside - *z);
+        }
+        let needed = |row: &Row| value(row, &self.z) / -row.plain[n];
+        let highest = self.rows.iter().filter(|row| row.plain[n] < 0.0).map(needed).fold(f64::NEG_INFINITY, f64::max);
+        // Above all rows, for the same reason.
+        self.z[n] = Double::from(highest + 0.1 * highest.abs());
+    }
+
+    fn slack(&self, row: usize) -> Double {
+        self.rows[row].limit - dot(&self.rows[row].a, &self.z)
+    }
+
+    fn slacks(&self) -> Slacks {
+        Slacks { list: (0..self.rows.len()).map(|i| self.slack(i).hi).collect(), age: 0 }
+    }
+
+    /// The equation that may go, and the direction in which t falls furthest then; None at the optimum. How far is asked
+    /// in plain numbers, for it is only a choice.
+    fn edge(&self, slacks: &Slacks) -> Option<(usize, Vec<Double>)> {
+        let last = self.z.len() - 1;
+        let mut best: Option<(usize, f64)> = None;
+        for (i, column) in self.inverse.iter().enumerate() {
+            let rate = column[last].hi;
+            let fall = if self.holders[i] == Holder::Free { rate.abs() } else { rate };
+            let sign = if rate > 0.0 { -1.0 } else { 1.0 };
+            let plain: Vec<f64> = column.iter().map(|v| sign * v.hi).collect();
+            if fall > PIVOT * length(&plain) {
+                let step = self.steps(&plain, slacks).into_iter().fold(f64::INFINITY, f64::min);
+                if best.is_none_or(|(_, furthest)| step * fall > furthest) {
+                    best = Some((i, step * fall));
+                }
+            }
+        }
+        let (place, _) = best?;
+        let column = &self.inverse[place];
+        let down = column[last].hi > 0.0;
+        Some((place, column.iter().map(|v| if down { -*v } else { *v }).collect()))
+    }
+
+    /// How far it is to each row in a direction; rows that hold are left aside.
+    fn steps(&self, direction: &[f64], slacks: &Slacks) -> Vec<f64> {
+        let step = |(row, slack): (&Row, &f64)| {
+            let rate: f64 = row.plain.iter().zip(direction).map(|(a, d)| a * d).sum();
+            if rate > 0.0 { slack.max(0.0) / rate } else { f64::INFINITY }
+        };
+        let mut steps: Vec<f64> = self.rows.iter().zip(&slacks.list).map(step).collect();
+        for holder in &self.holders {
+            if let Holder::Row(i) = holder {
+                steps[*i] = f64::INFINITY;
+            }
+        }
+        steps
+    }
+
+    /// The row that is met first in a direction, and after which step.
+    fn stop(&self, direction: &[Double], slacks: &Slacks) -> Option<(usize, Double)> {
+        let plain: Vec<f64> = direction.iter().map(|d| d.hi).collect();
+        let mut steps = self.steps(&plain, slacks);
+        // The nearest in plain numbers, confirmed in exact ones.
+        let mut confirmed: Option<(usize, Double)> = None;
+        for _ in 0..=self.rows.len() {
+            let nearest = (0..steps.len()).min_by(|i, j| steps[*i].total_cmp(&steps[*j]))?;
+            if steps[nearest] == f64::INFINITY {
+                return confirmed;
+            }
+            if let Some((row, _)) = confirmed
+                && row == nearest
+            {
+                return confirmed;
+            }
+            let rate = dot(&self.rows[nearest].a, direction);
+            steps[nearest] = f64::INFINITY;
+            if rate.hi > PIVOT * length(&plain) * length(&self.rows[nearest].plain) {
+                let slack = self.slack(nearest);
+                let step = if slack.hi > 0.0 { slack.divide(rate) } else { Double::default() };
+                steps[nearest] = step.hi;
+                if confirmed.is_none_or(|(_, shortest)| step.hi < shortest.hi) {
+                    confirmed = Some((nearest, step));
+                } else {
+                    steps[nearest] = f64::INFINITY;
+                }
+            }
+        }
+        confirmed
+    }
+
+    /// Which equation gives way to `row`, which is exceeded: one that holds nothing, else the one whose multiplier is the
+    /// first to reach zero.
+    fn leaving(&self, row: usize) -> Option<usize> {
+        let parts: Vec<f64> = self.inverse.iter().map(|v| dot(&self.rows[row].a, v).hi).collect();
+        let least = PIVOT * parts.iter().fold(0.0, |largest, p| p.abs().max(largest));
+        let free = (0..parts.len()).filter(|i| self.holders[*i] == Holder::Free && parts[*i].abs() > least);
+        if let Some(place) = free.max_by(|i, j| parts[*i].abs().total_cmp(&parts[*j].abs())) {
+            return Some(place);
+        }
+        let multiplier = |i: usize| -self.inverse[i][parts.len() - 1].hi;
+        let ratio = |i: usize| multiplier(i).max(0.0) / parts[i];
+        let falling = || (0..parts.len()).filter(|i| parts[*i] > least);
+        let smallest = falling().map(ratio).fold(f64::INFINITY, f64::min);
+        // Among equal ratios the largest part is the safest pivot.
+        let equal = falling().filter(|i| ratio(*i) <= smallest * (1.0 + 1e-12));
+        equal.max_by(|i, j| parts[*i].total_cmp(&parts[*j]))
+    }
+
+    /// Lets `row` take over an equation.
+    fn exchange(&mut self, row: usize, place: usize) {
+        let a = &self.rows[row].a;
+        let parts: Vec<Double> = self.inverse.iter().map(|v| dot(a, v)).collect();
+        let leaving: Vec<Double> = self.inverse[place].iter().map(|v| v.divide(parts[place])).collect();
+        for (i, column) in self.inverse.iter_mut().enumerate().filter(|(i, _)| *i != place) {
+            add_multiple(column, -parts[i], &leaving);
+        }
+        self.inverse[place] = leaving;
+        self.holders[place] = Holder::Row(row);
+    }
+
+    fn advance(&mut self, change: &[Double], slacks: &mut Slacks) {
+        for (z, change) in self.z.iter_mut().zip(change) {
+            *z = *z + *change;
+        }
+        slacks.age += 1;
+        if slacks.age >= FRESH {
+            self.refine();
+            *slacks = self.slacks();
+            return;
+        }
+        let change: Vec<f64> = change.iter().map(|c| c.hi).collect();
+        for (slack, row) in slacks.list.iter_mut().zip(&self.rows) {
+            *slack -= row.plain.iter().zip(&change).map(|(a, c)| a * c).sum::<f64>();
+        }
+    }
+
+    /// Makes the equations hold to the last digits.
+    fn refine(&mut self) {
+        let miss = |holder: &Holder| if let Holder::Row(row) = holder { self.slack(*row) } else { Double::default() };
+        let misses: Vec<Double> = self.holders.iter().map(miss).collect();
+        for (miss, column) in misses.iter().zip(&self.inverse) {
+            add_multiple(&mut self.z, *miss, column);
+        }
+    }
+}
+
+fn length(v: &[f64]) -> f64 {
+    v.iter().map(|v| v * v).sum::<f64>().sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn numbers(values: &[f64]) -> Vec<Double> {
+        values.iter().map(|v| Double::from(*v)).collect()
+    }
+
+    #[test]
+    fn the_best_constant_of_three_numbers() {
+        // min max |y − cᵢ| of 1, 4, 9 is 4 at y = 5.
+        let mut program = Simplex::new(1, 0.0);
+        for c in [1.0, 4.0, 9.0] {
+            program.add(numbers(&[1.0, -1.0]), Double::from(c));
+            program.add(numbers(&[-1.0, -1.0]), Double::from(-c));
+        }
+        assert!(program.descend(&numbers(&[0.0])));
+        assert!((program.unknowns()[0].hi - 5.0).abs() < 1e-28 && (program.level().hi - 4.0).abs() < 1e-28);
+        // y ≤ 4 moves it; so does the primal method from y = 0.
+        program.add(numbers(&[1.0, 0.0]), Double::from(4.0));
+        assert!(program.ascend(1e-25));
+        assert!((program.level().hi - 5.0).abs() < 1e-28);
+        assert!(program.descend(&numbers(&[0.0])));
+        assert!((program.level().hi - 5.0).abs() < 1e-28);
+    }
+
+    #[test]
+    fn an_unknown_that_nobody_asks_for_stays() {
+        let mut program = Simplex::new(2, -9.0);
+        program.add(numbers(&[1.0, 0.0, -1.0]), Double::from(-3.0));
+        program.add(numbers(&[-1.0, 0.0, -1.0]), Double::from(1.0));
+        assert!(program.descend(&numbers(&[0.0, 0.0])));
+        assert!((program.level().hi - 1.0).abs() < 1e-28 && program.unknowns()[1].hi == 0.0);
+    }
+}
