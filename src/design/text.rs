@@ -22,7 +22,8 @@ pub fn number(value: f64) -> String {
     }
     let rounded: f64 = format!("{value:.2e}").parse().unwrap_or(value);
     if rounded == 0.0 || (1e-2..1e6).contains(&rounded.abs()) {
-        return rounded.to_string();
+        // Zero has no sign for a reader.
+        return (rounded + 0.0).to_string();
     }
     // An error of 3.214e-9 is one of 3.2e-9.
     let short: f64 = format!("{value:.1e}").parse().unwrap_or(value);
@@ -95,8 +96,15 @@ mod tests {
 
     #[test]
     fn numbers_read_well() {
-        let pairs =
-            [(0.0, "0"), (1e-6, "1e-6"), (3.214e-9, "3.2e-9"), (512.34, "512"), (0.33333, "0.333"), (2e7, "2e7")];
+        let pairs = [
+            (0.0, "0"),
+            (-0.0, "0"),
+            (1e-6, "1e-6"),
+            (3.214e-9, "3.2e-9"),
+            (512.34, "512"),
+            (0.33333, "0.333"),
+            (2e7, "2e7"),
+        ];
         for (value, text) in pairs {
             assert_eq!(number(value), text);
         }

@@ -75,6 +75,11 @@ impl Basis {
         (1..=self.order()).filter(|k| self.waves.iter().any(|w| w.k == *k))
     }
 
+    /// Whether there are only cosines.
+    pub fn is_even(&self) -> bool {
+        self.waves.iter().all(|w| !w.sine)
+    }
+
     /// The same functions without those of harmonic `k`.
     pub fn without(&self, k: usize) -> Self {
         Basis { waves: self.waves.iter().copied().filter(|w| w.k != k).collect() }

@@ -62,7 +62,7 @@ impl Task {
         let (mut rows, mut values) = (Vec::new(), Vec::new());
         for range in ranges {
             let nodes = match self.objective {
-                Objective::DiscreteLeastSquares { points } => {
+                Objective::DiscreteLeastSquares { points } | Objective::DiscreteChebyshev { points } => {
                     let points = self.points_in(range, points);
                     grid(range.from, range.to, points).map(|phi| (phi, 1.0)).collect()
                 }
@@ -84,7 +84,8 @@ impl Task {
 
     fn points_in(&self, range: &Range, points: usize) -> usize {
         let default = POINTS_PER_WAVE * self.basis.order() as f64 * (range.to - range.from) / TAU;
-        if points > 0 { points } else { (default.ceil() as usize).max(2) }
+        // A range much shorter than a wave still has to tell the functions apart.
+        if points > 0 { points } else { (default.ceil() as usize).max(2 * self.basis.len()) }
     }
 
     /// The weight of e₁ or e₂ in the maxima.

@@ -5,7 +5,7 @@
 //! damping: with ν = kη, P = 1 − ν² + 4δ²ν², R = 2δν³, N = 1 + 4δ²ν²,
 //! aₖ = (P Aₖ + R Bₖ)/N, bₖ = (P Bₖ − R Aₖ)/N.
 
-use super::basis::Response;
+use super::basis::{Basis, Response};
 use super::{Infeasible, Profile, Task, local_maxima};
 use crate::motion::Fourier;
 
@@ -91,6 +91,13 @@ pub fn resonances(cam: &Fourier, damping: f64, fastest: f64) -> Vec<Resonance> {
     let size = |k: usize| (cam.a[k].powi(2) + cam.b[k].powi(2)).sqrt();
     let of = |k: usize| Resonance { harmonic: k, eta: 1.0 / k as f64, amplitude: size(k) / (2.0 * damping) };
     (1..cam.a.len()).rev().filter(|&k| size(k) > 0.0).map(of).filter(|r| r.eta <= fastest).collect()
+}
+
+impl SpeedRange {
+    /// The harmonics of a profile whose resonance kη = 1 lies within the range.
+    pub fn crossed(&self, basis: &Basis) -> Vec<usize> {
+        basis.harmonics().filter(|k| (self.slowest..=self.fastest).contains(&(1.0 / *k as f64))).collect()
+    }
 }
 
 impl Task {

@@ -132,7 +132,8 @@ impl Study {
     /// The amplitudes of the harmonics.
     fn harmonics_diagram(&self) -> Diagram {
         let unit = self.assignment.unit;
-        let series = self.rivals.iter().map(|rival| {
+        // The profile last, on top of the others.
+        let series = self.rivals.iter().cycle().skip(1).take(self.rivals.len()).map(|rival| {
             let size = |k: usize| (rival.series.a[k].powi(2) + rival.series.b[k].powi(2)).sqrt() / unit;
             let last = rival.series.order().min(30);
             let points = (1..=last).map(|k| [k as f64, size(k)]).filter(|p| p[1] > 1e-9).collect();

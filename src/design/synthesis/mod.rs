@@ -39,7 +39,7 @@ use crate::motion::Fourier;
 use crate::numerics::double_double::Double;
 use deviation::Window;
 use elastic::SpeedRange;
-use exact::dot;
+use exact::{RANK, dot};
 use nonlinear::Region;
 use semi_infinite::{Goal, Program};
 use shaft::{Norm, ShaftGoal};
@@ -172,6 +172,12 @@ pub struct Profile {
     pub errors: Vec<[f64; 3]>,
     /// What each start of a search has led to; empty where the optimum is the only one.
     pub optima: Vec<f64>,
+    /// Errors below this cannot be told from rounding [m]; the coefficients are rounded to sixteen digits afterwards.
+    pub resolution: f64,
+    /// The largest change of a coefficient that this rounding may hide [m].
+    pub uncertainty: f64,
+    /// Coefficients that neither the ranges nor the points determine; they are as small as possible.
+    pub undetermined: usize,
 }
 
 /// Why a task has no profile.
@@ -235,7 +241,17 @@ impl Task {
             false => best.level * scale,
         };
         let series = self.basis.series(&best.x, scale);
-        Ok(Profile { objective, errors: self.errors(&series), series, optima: Vec::new() })
+        let judged = !matches!(self.objective, Objective::PeakAcceleration);
+        let seen = if judged { solutions.factors(&a, RANK).rank() } else { solutions.free.len() };
+        Ok(Profile {
+            objective,
+            errors: self.errors(&series),
+            series,
+            optima: Vec::new(),
+            resolution: best.resolution * scale,
+            uncertainty: best.uncertainty * scale,
+            undetermined: solutions.free.len() - seen,
+        })
     }
 
     /// The best local optimum of an objective that is not convex.
@@ -259,7 +275,15 @@ impl Task {
         let unit = if absolute { 1.0 } else { scale * scale };
         let series = self.basis.series_of(&x).scaled(scale);
         let optima = optima.iter().map(|value| value * unit).collect();
-        Ok(Profile { objective: objective * unit, errors: self.errors(&series), series, optima })
+        Ok(Profile {
+            objective: objective * unit,
+            errors: self.errors(&series),
+            series,
+            optima,
+            resolution: smooth.resolution,
+            uncertainty: 0.0,
+            undetermined: 0,
+        })
     }
 
     /// The least torque of an elastic shaft: from several starts at some speeds, then from the best of them at all

@@ -95,8 +95,10 @@ pub struct Solution {
     pub x: Vec<Double>,
     /// t.
     pub level: f64,
-    /// What rounding leaves open of each coefficient.
-    pub uncertainty: Vec<f64>,
+    /// What the errors are known to: the rounding of the numbers of thirty digits.
+    pub resolution: f64,
+    /// The largest change of a coefficient that this rounding may hide.
+    pub uncertainty: f64,
 }
 
 /// Where a finite program is posed: x = centre + unit · T y.
@@ -123,7 +125,7 @@ impl Program<'_> {
         let uncertainty = self.uncertainty(&coordinates, rounding);
         let highest = self.largest_violation(&centre, 0.0);
         if highest <= least + rounding {
-            return Ok(Solution { x: centre, level: highest.max(least), uncertainty });
+            return Ok(Solution { x: centre, level: highest.max(least), resolution: rounding, uncertainty });
         }
         let unit = highest.abs().max(least.abs());
         let frame = Frame { centre: &centre, unit, coordinates: &coordinates };
@@ -156,7 +158,7 @@ impl Program<'_> {
             let text = format!("a condition is still exceeded by {worst:.1e} of the task, whose level is {level:.1e}");
             return Err(Infeasible::Numerical(text));
         }
-        Ok(Solution { x, level, uncertainty })
+        Ok(Solution { x, level, resolution: rounding, uncertainty })
     }
 
     fn least_squares(&self, centre: Vec<Double>, a: &[Vec<Double>], b: &[Double]) -> Result<Solution, Infeasible> {
@@ -166,7 +168,7 @@ impl Program<'_> {
         let uncertainty = self.uncertainty(&coordinates, rounding);
         let unit = self.largest_violation(&centre, 0.0);
         if unit <= rounding {
-            return Ok(Solution { x: centre, level: 0.0, uncertainty });
+            return Ok(Solution { x: centre, level: 0.0, resolution: rounding, uncertainty });
         }
         // From where nothing is exceeded: the conditions alone, as a level that has to be zero.
         let mut x = self.inside(centre)?;
@@ -187,7 +189,7 @@ impl Program<'_> {
         if worst > (10.0 * EXCHANGED * unit).max(rounding) {
             return Err(Infeasible::Numerical(format!("a condition is still exceeded by {worst:.1e} of the task")));
         }
-        Ok(Solution { x, level: 0.0, uncertainty })
+        Ok(Solution { x, level: 0.0, resolution: rounding, uncertainty })
     }
 
     /// The angles that the first program looks at.
@@ -213,11 +215,19 @@ impl Program<'_> {
     /// What the sums of the conditions are not known to.
     fn rounding(&self, places: &[Place], x: &[Double]) -> f64 {
         let terms = |&(i, phi): &Place| self.families[i].terms(self.basis, x, phi);
-        ROUNDING * places.iter().map(terms).fold(0.0, f64::max)
+        let of_conditions = places.iter().map(terms).fold(0.0, f64::max);
+        let of_goal = match &self.goal {
+            Goal::Level(_) => 0.0,
+            Goal::Squares(a, _) => {
+                let terms = |row: &Vec<Double>| row.iter().zip(x).map(|(row, x)| (row.hi * x.hi).abs()).sum::<f64>();
+                a.iter().map(terms).fold(0.0, f64::max)
+            }
+        };
+        ROUNDING * of_conditions.max(of_goal)
     }
 
-    /// By how much each coefficient may change while the objective changes by rounding.
-    fn uncertainty(&self, coordinates: &Coordinates, rounding: f64) -> Vec<f64> {
+    /// By how much a coefficient may change while the objective changes by rounding.
+    fn uncertainty(&self, coordinates: &Coordinates, rounding: f64) -> f64 {
         let mut squares = vec![0.0; self.basis.len()];
         for i in 0..coordinates.len() {
             let mut y = vec![Double::default(); coordinates.len()];
@@ -225,7 +235,7 @@ impl Program<'_> {
             let step = self.solutions.moved(&vec![Double::default(); squares.len()], &coordinates.vector(&y));
             squares.iter_mut().zip(step).for_each(|(sum, s)| *sum += s.hi * s.hi);
         }
-        squares.into_iter().map(f64::sqrt).collect()
+        squares.into_iter().fold(0.0, f64::max).sqrt()
     }
 
     fn maxima(&self, x: &[Double]) -> Vec<Place> {
@@ -304,8 +314,7 @@ impl Program<'_> {
             return Ok(centre);
         }
         families.iter_mut().for_each(|f| f.level = 1.0);
-        let program =
-            Program { basis: self.basis, solutions: self.solutions, families, goal: Goal::Level(-ROOM) };
+        let program = Program { basis: self.basis, solutions: self.solutions, families, goal: Goal::Level(-ROOM) };
         let Solution { x, level, .. } = program.solve(centre)?;
         if level <= KEPT {
             return Ok(x);
@@ -328,15 +337,15 @@ impl Program<'_> {
         for _ in 0..POLISHINGS {
             let here = Frame { centre: &best, ..*frame };
             let conditions = self.maxima(&best).into_iter().map(|place| self.condition(&here, place));
-            let binding = conditions.filter(|(row, limit)| limit.hi.abs() < BINDING * size(row)).map(|(mut row, limit)| {
-                row.pop();
-                (row, limit)
-            });
+            let binding =
+                conditions.filter(|(row, limit)| limit.hi.abs() < BINDING * size(row)).map(|(mut row, limit)| {
+                    row.pop();
+                    (row, limit)
+                });
             let (rows, rest): (Vec<_>, Vec<_>) = binding.unzip();
             let binding = Solutions::new(&rows, &rest, frame.coordinates.len(), SAME);
             let unit = Double::from(frame.unit);
-            let misses: Vec<Double> =
-                a.iter().zip(b).map(|(row, b)| (*b - dot(row, &best)).divide(unit)).collect();
+            let misses: Vec<Double> = a.iter().zip(b).map(|(row, b)| (*b - dot(row, &best)).divide(unit)).collect();
             let step = binding.least_squares(&goal, &misses);
             best = self.moved(&here, &step);
             if step.iter().all(|s| s.hi.abs() <= 1e-14) {

@@ -47,9 +47,11 @@ pub struct Simplex {
     z: Vec<Double>,
 }
 
-/// What a row lacks of its limit, in numbers of sixteen digits.
+/// What rows lack of their limits, in numbers of sixteen digits.
 struct Slacks {
     list: Vec<f64>,
+    /// Each row times the columns of the inverse; empty where nobody asks.
+    tableau: Vec<Vec<f64>>,
     /// Pivots since they were exact.
     age: usize,
 }
@@ -92,15 +94,16 @@ impl Simplex {
         };
         self.inverse = (0..n).map(unit).collect();
         self.holders = vec![Holder::Free; n];
-        let mut slacks = self.slacks();
+        let mut slacks = self.slacks(true);
         for _ in 0..PIVOTS * n {
-            let Some((place, direction)) = self.edge(&slacks) else {
+            let Some((place, sign)) = self.edge(&slacks) else {
                 self.refine();
                 return true;
             };
-            let Some((row, step)) = self.stop(&direction, &slacks) else { return false };
+            let direction: Vec<Double> = self.inverse[place].iter().map(|v| Double::from(sign) * *v).collect();
+            let Some((row, step)) = self.stop(place, sign, &direction, &slacks) else { return false };
             let change: Vec<Double> = direction.iter().map(|d| *d * step).collect();
-            self.exchange(row, place);
+            self.exchange(row, place, &mut slacks);
             self.advance(&change, &mut slacks);
         }
         false
@@ -108,7 +111,7 @@ impl Simplex {
 
     /// The optimum by the dual method from that of fewer rows, exceeded by at most `tolerance`; whether it was reached.
     pub fn ascend(&mut self, tolerance: f64) -> bool {
-        let mut slacks = self.slacks();
+        let mut slacks = self.slacks(false);
         for _ in 0..PIVOTS * self.z.len() {
             let exceeded = (0..slacks.list.len()).filter(|i| slacks.list[*i] < -tolerance);
             let Some(row) = exceeded.min_by(|i, j| slacks.list[*i].total_cmp(&slacks.list[*j])) else {
@@ -116,7 +119,7 @@ impl Simplex {
                     return true;
                 }
                 self.refine();
-                slacks = self.slacks();
+                slacks = self.slacks(false);
                 continue;
             };
             let slack = self.slack(row);
@@ -125,7 +128,7 @@ impl Simplex {
                 continue;
             }
             let Some(place) = self.leaving(row) else { return false };
-            self.exchange(row, place);
+            self.exchange(row, place, &mut slacks);
             let change: Vec<Double> = self.inverse[place].iter().map(|v| *v * slack).collect();
             self.advance(&change, &mut slacks);
         }
@@ -158,78 +161,74 @@ impl Simplex {
         self.rows[row].limit - dot(&self.rows[row].a, &self.z)
     }
 
-    fn slacks(&self) -> Slacks {
-        Slacks { list: (0..self.rows.len()).map(|i| self.slack(i).hi).collect(), age: 0 }
+    fn slacks(&self, tableau: bool) -> Slacks {
+        let plain: Vec<Vec<f64>> = self.inverse.iter().map(|v| v.iter().map(|v| v.hi).collect()).collect();
+        let product = |row: &Row| plain.iter().map(|v| row.plain.iter().zip(v).map(|(a, v)| a * v).sum()).collect();
+        let rows = if tableau { &self.rows[..] } else { &[] };
+        let list = (0..self.rows.len()).map(|i| self.slack(i).hi).collect();
+        Slacks { list, tableau: rows.iter().map(product).collect(), age: 0 }
     }
 
-    /// The equation that may go, and the direction in which t falls furthest then; None at the optimum. How far is asked
-    /// in plain numbers, for it is only a choice.
-    fn edge(&self, slacks: &Slacks) -> Option<(usize, Vec<Double>)> {
+    /// The equation that may go and the sign of its column along which t falls furthest then; None at the optimum. How
+    /// far is asked in plain numbers, for it is only a choice.
+    fn edge(&self, slacks: &Slacks) -> Option<(usize, f64)> {
         let last = self.z.len() - 1;
-        let mut best: Option<(usize, f64)> = None;
-        for (i, column) in self.inverse.iter().enumerate() {
-            let rate = column[last].hi;
-            let fall = if self.holders[i] == Holder::Free { rate.abs() } else { rate };
-            let sign = if rate > 0.0 { -1.0 } else { 1.0 };
-            let plain: Vec<f64> = column.iter().map(|v| sign * v.hi).collect();
-            if fall > PIVOT * length(&plain) {
-                let step = self.steps(&plain, slacks).into_iter().fold(f64::INFINITY, f64::min);
-                if best.is_none_or(|(_, furthest)| step * fall > furthest) {
-                    best = Some((i, step * fall));
+        let signs: Vec<f64> = self.inverse.iter().map(|v| if v[last].hi > 0.0 { -1.0 } else { 1.0 }).collect();
+        let mut steps = vec![f64::INFINITY; self.z.len()];
+        for ((slack, parts), _) in slacks.list.iter().zip(&slacks.tableau).zip(self.held()).filter(|(_, held)| !held) {
+            for ((step, part), sign) in steps.iter_mut().zip(parts).zip(&signs) {
+                let rate = sign * part;
+                if rate > 0.0 && *step * rate > slack.max(0.0) {
+                    *step = slack.max(0.0) / rate;
                 }
             }
         }
-        let (place, _) = best?;
-        let column = &self.inverse[place];
-        let down = column[last].hi > 0.0;
-        Some((place, column.iter().map(|v| if down { -*v } else { *v }).collect()))
+        let falls = |i: &usize| {
+            let rate = self.inverse[*i][last].hi;
+            let fall = if self.holders[*i] == Holder::Free { rate.abs() } else { rate };
+            (fall > PIVOT * length(&self.inverse[*i])).then_some((*i, steps[*i] * fall))
+        };
+        let furthest = (0..steps.len()).filter_map(|i| falls(&i)).max_by(|a, b| a.1.total_cmp(&b.1));
+        furthest.map(|(place, _)| (place, signs[place]))
     }
 
-    /// How far it is to each row in a direction; rows that hold are left aside.
-    fn steps(&self, direction: &[f64], slacks: &Slacks) -> Vec<f64> {
-        let step = |(row, slack): (&Row, &f64)| {
-            let rate: f64 = row.plain.iter().zip(direction).map(|(a, d)| a * d).sum();
-            if rate > 0.0 { slack.max(0.0) / rate } else { f64::INFINITY }
-        };
-        let mut steps: Vec<f64> = self.rows.iter().zip(&slacks.list).map(step).collect();
+    /// Which rows hold an equation.
+    fn held(&self) -> Vec<bool> {
+        let mut held = vec![false; self.rows.len()];
         for holder in &self.holders {
-            if let Holder::Row(i) = holder {
-                steps[*i] = f64::INFINITY;
+            if let Holder::Row(row) = holder {
+                held[*row] = true;
             }
         }
-        steps
+        held
     }
 
-    /// The row that is met first in a direction, and after which step.
-    fn stop(&self, direction: &[Double], slacks: &Slacks) -> Option<(usize, Double)> {
-        let plain: Vec<f64> = direction.iter().map(|d| d.hi).collect();
-        let mut steps = self.steps(&plain, slacks);
-        // The nearest in plain numbers, confirmed in exact ones.
+    /// The row that is met first along a column of the inverse with a sign, and after which step: the nearest in plain
+    /// numbers, confirmed in exact ones.
+    fn stop(&self, place: usize, sign: f64, direction: &[Double], slacks: &Slacks) -> Option<(usize, Double)> {
+        let held = self.held();
+        let step = |i: usize| {
+            let rate = sign * slacks.tableau[i][place];
+            if rate > 0.0 && !held[i] { slacks.list[i].max(0.0) / rate } else { f64::INFINITY }
+        };
+        let mut steps: Vec<f64> = (0..self.rows.len()).map(step).collect();
         let mut confirmed: Option<(usize, Double)> = None;
-        for _ in 0..=self.rows.len() {
+        loop {
             let nearest = (0..steps.len()).min_by(|i, j| steps[*i].total_cmp(&steps[*j]))?;
-            if steps[nearest] == f64::INFINITY {
+            if steps[nearest] == f64::INFINITY || confirmed.is_some_and(|(_, step)| step.hi <= steps[nearest]) {
                 return confirmed;
             }
-            if let Some((row, _)) = confirmed
-                && row == nearest
-            {
-                return confirmed;
-            }
-            let rate = dot(&self.rows[nearest].a, direction);
             steps[nearest] = f64::INFINITY;
-            if rate.hi > PIVOT * length(&plain) * length(&self.rows[nearest].plain) {
+            let row = &self.rows[nearest];
+            let rate = dot(&row.a, direction);
+            if rate.hi > PIVOT * length(direction) * length(&row.a) {
                 let slack = self.slack(nearest);
                 let step = if slack.hi > 0.0 { slack.divide(rate) } else { Double::default() };
-                steps[nearest] = step.hi;
                 if confirmed.is_none_or(|(_, shortest)| step.hi < shortest.hi) {
                     confirmed = Some((nearest, step));
-                } else {
-                    steps[nearest] = f64::INFINITY;
                 }
             }
         }
-        confirmed
     }
 
     /// Which equation gives way to `row`, which is exceeded: one that holds nothing, else the one whose multiplier is the
@@ -251,7 +250,7 @@ impl Simplex {
     }
 
     /// Lets `row` take over an equation.
-    fn exchange(&mut self, row: usize, place: usize) {
+    fn exchange(&mut self, row: usize, place: usize, slacks: &mut Slacks) {
         let a = &self.rows[row].a;
         let parts: Vec<Double> = self.inverse.iter().map(|v| dot(a, v)).collect();
         let leaving: Vec<Double> = self.inverse[place].iter().map(|v| v.divide(parts[place])).collect();
@@ -260,6 +259,11 @@ impl Simplex {
         }
         self.inverse[place] = leaving;
         self.holders[place] = Holder::Row(row);
+        for products in &mut slacks.tableau {
+            let along = products[place] / parts[place].hi;
+            products.iter_mut().zip(&parts).for_each(|(product, part)| *product -= part.hi * along);
+            products[place] = along;
+        }
     }
 
     fn advance(&mut self, change: &[Double], slacks: &mut Slacks) {
@@ -269,7 +273,7 @@ impl Simplex {
         slacks.age += 1;
         if slacks.age >= FRESH {
             self.refine();
-            *slacks = self.slacks();
+            *slacks = self.slacks(!slacks.tableau.is_empty());
             return;
         }
         let change: Vec<f64> = change.iter().map(|c| c.hi).collect();
@@ -288,8 +292,8 @@ impl Simplex {
     }
 }
 
-fn length(v: &[f64]) -> f64 {
-    v.iter().map(|v| v * v).sum::<f64>().sqrt()
+fn length(v: &[Double]) -> f64 {
+    v.iter().map(|v| v.hi * v.hi).sum::<f64>().sqrt()
 }
 
 #[cfg(test)]

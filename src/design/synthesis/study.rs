@@ -6,8 +6,9 @@ use super::laws::{Rival, as_rival};
 use super::shaft::ShaftGoal;
 use super::shaft_study::{self, Shafted};
 use super::{Basis, Infeasible, Objective, Polynomial, Profile, Range, Response, Symmetry, Task};
+use crate::design::text::number;
 use crate::motion::Fourier;
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 use std::path::PathBuf;
 
 /// What a task file asks for.
@@ -197,11 +198,32 @@ impl Assignment {
             Method::Robust => match (given.fastest, given.tolerance) {
                 (None, Some(tolerance)) => Ok((self.task.fastest_robust(range, tolerance)?.0.series, None)),
                 _ => {
+                    if given.damping == 0.0
+                        && range.crossed(&self.task.basis).len() == self.task.basis.harmonics().count()
+                    {
+                        return Err(Infeasible::Numerical(self.standing(given)));
+                    }
                     let task = Task { speeds: Some(range), ..self.task.clone() };
                     Ok((task.solve()?.series, None))
                 }
             },
         }
+    }
+
+    /// Why no cam that moves keeps a task at all speeds of a range.
+    fn standing(&self, given: &Elasticity) -> String {
+        let rpm = |eta: f64| number(eta * given.w0 * 60.0 / TAU);
+        let first = self.task.basis.harmonics().next().unwrap_or(1);
+        format!(
+            "`elasticity.fastest`: between {} and {} rpm every harmonic of the cam has its resonance kη = 1 (k = {first} \
+             at {} rpm), and there is no damping: only a cam that stands still would be admissible\n  = hint: stay below \
+             the resonances, from {} rpm of k = {} on, or give the `damping_ratio`",
+            rpm(given.range().slowest),
+            rpm(given.range().fastest),
+            rpm(1.0 / first as f64),
+            rpm(1.0 / self.task.basis.order().max(1) as f64),
+            self.task.basis.order()
+        )
     }
 
     fn behind(&self, given: &Elasticity, rivals: &[Rival], optimum: Option<f64>) -> Behind {

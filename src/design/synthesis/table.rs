@@ -1,5 +1,6 @@
 //! The report of a synthesis: text for a terminal, CSV, JSON.
 
+use super::elastic::SpeedRange;
 use super::shaft::{Norm, ShaftGoal};
 use super::shaft_study::Shafted;
 use super::study::{Method, Names, Study};
@@ -14,6 +15,9 @@ const POINTS: usize = 720;
 
 /// The cubics of the source fail where their dwell error is this many times the possible one.
 const FAILED: f64 = 1.05;
+
+/// A deviation of more than this part of the motion is none any more.
+const FAILED_TASK: f64 = 0.1;
 
 impl Study {
     /// A length of the task: in its unit, and in m where that is another one.
@@ -35,7 +39,7 @@ impl Study {
         if self.assignment.unit != 1.0 {
             line(format!("Lengths count in scale = {} m.", number(self.assignment.unit)));
         }
-        if let Some(text) = self.optima() {
+        for text in self.optima().into_iter().chain(self.limits()) {
             line(text);
         }
         line(format!(
@@ -82,6 +86,42 @@ impl Study {
         out
     }
 
+    /// What the task or the numbers do not tell.
+    fn limits(&self) -> Vec<String> {
+        let (task, motion) = (&self.assignment.task, &self.motion);
+        let mut lines = Vec::new();
+        if motion.undetermined > 0 {
+            let all = task.basis.len();
+            lines.push(format!(
+                "warning: what is prescribed determines {} of {all} coefficients; the other {} are the smallest possible, and \
+                 between the points the profile may do anything: take more `points`, fewer harmonics or more symmetry",
+                all - motion.undetermined,
+                motion.undetermined
+            ));
+        }
+        let largest = motion.series.a.iter().chain(&motion.series.b).fold(0.0_f64, |largest, c| c.abs().max(largest));
+        let rounding = f64::EPSILON * largest;
+        let errors =
+            !matches!(task.objective, Objective::PeakAcceleration | Objective::PeakTorque | Objective::ShaftTorque(_));
+        let left = task.largest_error(&motion.series);
+        if errors && !task.ranges.is_empty() && left < 4.0 * rounding {
+            lines.push(format!(
+                "The error is below rounding: coefficients of sixteen digits leave {}. Fewer harmonics do as well, or make \
+                 the `peak_acceleration` small within a `tolerance`.",
+                self.length(left)
+            ));
+        }
+        if errors && motion.uncertainty > rounding {
+            let size = self.length(motion.uncertainty);
+            lines.push(format!(
+                "The coefficients are known to {size}: such changes alter the error by less than {}, the rounding of numbers \
+                 of thirty digits.",
+                self.length(motion.resolution)
+            ));
+        }
+        lines
+    }
+
     fn objective_value(&self) -> String {
         let value = self.motion.objective;
         let unit = self.assignment.unit;
@@ -97,6 +137,11 @@ impl Study {
             Objective::ShaftTorque(_) => format!("{} scale²", number(value / unit.powi(2))),
             Objective::PeakTorque if unit == 1.0 => format!("{} m²/rad³", number(value)),
             Objective::PeakTorque => format!("{} scale²/rad³", number(value / unit.powi(2))),
+            Objective::Chebyshev | Objective::DiscreteChebyshev { .. } | Objective::ChebyshevSum
+                if value <= self.motion.resolution =>
+            {
+                format!("below {}", self.length(self.motion.resolution))
+            }
             _ => self.length(value),
         }
     }
@@ -147,7 +192,7 @@ impl Study {
         let rows = self.assignment.task.ranges.iter().zip(&self.motion.errors).enumerate();
         let rows = rows.map(|(i, (range, errors))| {
             let name = self.assignment.names.ranges.get(i).cloned().unwrap_or_else(|| (i + 1).to_string());
-            let mut cells = vec![name, number(range.from.to_degrees()), number(range.to.to_degrees())];
+            let mut cells = vec![name, degrees(range.from), degrees(range.to)];
             cells.extend(errors.iter().map(|e| cell(*e)));
             cells
         });
@@ -197,6 +242,33 @@ impl Study {
             }
             Method::None => lines.push("The cam is the motion itself.".to_owned()),
         }
+        let damped = given.damping > 0.0;
+        if given.method == Method::Robust && damped && self.assignment.task.basis.is_even() {
+            lines.push(
+                "hint: `symmetry` is that of the cam. Behind a damped member the motion of an even cam lags and is not even; \
+                 `half_wave` instead of `even_half_wave` (`none` instead of `even`) lets the cam lead and may reach further."
+                    .to_owned(),
+            );
+        }
+        let fastest = given.fastest.map(|w| w / given.w0).or(behind.reached);
+        let crossed =
+            fastest.map(|fastest| SpeedRange { fastest, ..given.range() }.crossed(&self.assignment.task.basis));
+        let crossed = crossed.unwrap_or_default();
+        if !crossed.is_empty() && given.method == Method::Robust {
+            let list: Vec<String> = crossed.iter().map(|k| format!("k = {k} at {}", rpm(1.0 / *k as f64))).collect();
+            let so = match damped {
+                true => "only damping limits them, and the cam does without most of these harmonics",
+                false => "there is no damping, so that the cam does without these harmonics",
+            };
+            lines.push(format!("warning: the speeds cross resonances kη = 1, {}: {so}", list.join(", ")));
+        }
+        if let Some(worst) = behind.worst.filter(|worst| *worst > FAILED_TASK * self.way()) {
+            let (worst, way) = (self.length(worst), self.length(self.way()));
+            lines.push(format!(
+                "warning: over these speeds the output is up to {worst} off what is prescribed, which spans {way}: this is \
+                 not the motion of the task; lower `fastest`"
+            ));
+        }
         if let (Some(worst), Some(fastest)) = (behind.worst, given.fastest) {
             let slowest = rpm(given.slowest / given.w0);
             let fastest = rpm(fastest / given.w0);
@@ -217,6 +289,16 @@ impl Study {
             });
         }
         lines
+    }
+
+    /// Between which U the ranges prescribe.
+    fn way(&self) -> f64 {
+        let values = self.assignment.task.ranges.iter().flat_map(|range| {
+            let target = range.prescribed[0].as_ref();
+            target.into_iter().flat_map(|target| [0.0, range.to - range.from].map(|x| target.at(x)))
+        });
+        let [low, high] = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], u| [a.min(u), b.max(u)]);
+        (high - low).max(0.0)
     }
 
     /// The laws in front of an elastic shaft.
@@ -368,7 +450,13 @@ impl Study {
             self.motion.errors.iter().map(|e| e.iter().map(|e| finite(*e)).collect()).collect();
         let value = serde_json::json!({
             "name": self.assignment.name,
-            "objective": { "kind": words(self.assignment.task.objective), "value": self.motion.objective },
+            "objective": {
+                "kind": words(self.assignment.task.objective),
+                "value": self.motion.objective,
+                "resolution": self.motion.resolution,
+            },
+            "uncertainty_of_coefficients": self.motion.uncertainty,
+            "undetermined_coefficients": self.motion.undetermined,
             "cam": { "a": self.cam.a, "b": &self.cam.b[1..] },
             "motion": { "A": self.motion.series.a, "B": &self.motion.series.b[1..] },
             "deviations": errors,
@@ -387,6 +475,11 @@ impl Study {
         });
         text::json(&value)
     }
+}
+
+/// An angle to a ten-thousandth of a degree.
+fn degrees(phi: f64) -> String {
+    ((phi.to_degrees() * 1e4).round() / 1e4 + 0.0).to_string()
 }
 
 fn exact(value: f64) -> String {
@@ -435,7 +528,6 @@ const UNITS: [&str; 4] = ["m", "m/rad", "m/rad²", "m/rad³"];
 impl Infeasible {
     /// Which condition of the task cannot be met, and by how much.
     pub fn words(&self, task: &Task, names: &Names) -> String {
-        let deg = |phi: f64| number(phi.to_degrees());
         let name = |list: &[String], index: usize| list.get(index).map_or(String::new(), |name| format!("`{name}`: "));
         match self {
             Infeasible::Point { index, by } => {
@@ -447,7 +539,7 @@ impl Infeasible {
                      = hint: take more harmonics or less symmetry, or remove points that contradict each other",
                     name(&names.points, *index),
                     DERIVATIVES[point.order.min(3)],
-                    deg(point.phi),
+                    degrees(point.phi),
                     number(point.value),
                     number(*by),
                     UNITS[point.order.min(3)]
@@ -455,20 +547,23 @@ impl Infeasible {
             }
             Infeasible::Bound { index, by, phi } => {
                 let Some(bound) = task.bounds.get(*index) else { return "the bounds contradict each other".to_owned() };
+                let limits = match (bound.min.is_finite(), bound.max.is_finite()) {
+                    (true, true) => format!("{} … {}", number(bound.min), number(bound.max)),
+                    (true, false) => format!("its minimum {}", number(bound.min)),
+                    _ => format!("its maximum {}", number(bound.max)),
+                };
                 let around = if bound.around.0.is_empty() { String::new() } else { " of its target".to_owned() };
                 format!(
                     "{}bounds and tolerances cannot all be kept with these harmonics: even if all are widened alike, {} \
-                     must leave {} … {}{around} (from {} deg to {} deg) by {} {}, at {} deg\n  = hint: take more \
+                     must leave {limits}{around} (from {} deg to {} deg) by {} {}, at {} deg\n  = hint: take more \
                      harmonics, widen the bounds or shorten the ranges",
                     name(&names.bounds, *index),
                     DERIVATIVES[bound.order.min(3)],
-                    number(bound.min),
-                    number(bound.max),
-                    deg(bound.from),
-                    deg(bound.to),
+                    degrees(bound.from),
+                    degrees(bound.to),
                     number(*by),
                     UNITS[bound.order.min(3)],
-                    deg(*phi)
+                    degrees(*phi)
                 )
             }
             Infeasible::Numerical(text) => text.clone(),

@@ -1,5 +1,6 @@
 //! Objectives, bounds, elasticity and torque against closed forms and other programs.
 
+mod bounds;
 mod tables;
 
 use super::elastic::SpeedRange;

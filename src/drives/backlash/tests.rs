@@ -1,12 +1,13 @@
 //! The drive with backlash against closed formulas, balances and symmetries.
+#![cfg_attr(not(feature = "cli"), allow(dead_code, unused_imports))]
 
 use super::contact::{Bodies, Flank, Mode, State};
 use super::flank::FlankMotion;
 use super::panel::MOST_TERMS;
 use super::solver::{Run, Stretch};
 use super::{BacklashDrive, Scene};
-use crate::design::clearance::borders::release;
-use crate::design::clearance::formulas::Passage;
+#[cfg(feature = "cli")]
+use crate::design::clearance::{borders::release, formulas::Passage};
 use crate::drives::cam_drive::{DriveMode, Start, StartMode};
 use crate::drives::solver::Settings;
 use crate::drives::{Drive, Event, EventLog};
@@ -77,6 +78,7 @@ fn pass(mu: f64, k: f64, flank: Flank, end: f64) -> (Run, State, Bodies, Vec<Eve
     (run, point.state, bodies, log.iter().copied().collect())
 }
 
+#[cfg(feature = "cli")]
 #[test]
 fn the_passage_of_the_cubic_model() {
     for mu in [0.02, 0.149, 0.3, 1.0, 3.0] {
@@ -111,6 +113,7 @@ fn the_passage_of_the_cubic_model() {
     }
 }
 
+#[cfg(feature = "cli")]
 #[test]
 fn the_contact_after_the_passage_of_the_cubic_model() {
     for (mu, k) in [(0.3, 2.0), (1.0, 15.0), (3.0, 106.0)] {
