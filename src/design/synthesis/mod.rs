@@ -176,7 +176,7 @@ pub struct Profile {
     pub resolution: f64,
     /// The largest change of a coefficient that this rounding may hide [m].
     pub uncertainty: f64,
-    /// Coefficients that neither the ranges nor the points determine; they are as small as possible.
+    /// How many coefficients neither the ranges nor the points determine; so many of them are free.
     pub undetermined: usize,
 }
 

@@ -93,7 +93,7 @@ impl Study {
         if motion.undetermined > 0 {
             let all = task.basis.len();
             lines.push(format!(
-                "warning: what is prescribed determines {} of {all} coefficients; the other {} are the smallest possible, and \
+                "warning: what is prescribed determines {} of {all} coefficients; the other {} are free (zero where that does), and \
                  between the points the profile may do anything: take more `points`, fewer harmonics or more symmetry",
                 all - motion.undetermined,
                 motion.undetermined
