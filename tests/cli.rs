@@ -436,6 +436,25 @@ fn clearance_compares_laws_and_takes_an_elastic_output() {
 }
 
 #[test]
+fn clearance_trusts_the_model_where_the_formulas_differ() {
+    let folder = folder("clearance_verdict");
+    let scene = "examples/guide_bar/traditional.toml";
+    let given = ["--clearance", "0.05 mm", "--m1", "2 kg", "--turns", "2", "-o", text(&folder)];
+    let run = camdrive(&[&["clearance", scene][..], &given, &["--compare", "bestehorn,hs7"]].concat());
+    assert_eq!((run.code, run.err.as_str()), (0, ""));
+    for part in [
+        "By the model 10 passages (4 none, 4 elastic, 2 return), further impacts follow. By the formulas 2 passages (2 none), \
+         no further impact follows: they do not hold here, take the model.",
+        "; 1700 rad/s is not, nearest is",
+        "; 0.05 mm is not, nearest is",
+        "scene, inclined_sine: formula and model differ",
+    ] {
+        assert!(run.out.contains(part), "{part} is missing in\n{}", run.out);
+    }
+    assert!(!run.out.contains("is admissible"), "{}", run.out);
+}
+
+#[test]
 fn clearance_refuses_what_has_none() {
     let file = folder("clearance_file").join("here");
     std::fs::write(&file, "").expect("the folder can be written to");

@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 /// For every change of sign of U″ in a turn: dynamic clearance K, time of passage, impulse, deformation and contact force
 /// after the impact, by Kaltofen's closed formulas and by the event-driven model side by side, and whether m1 leaves the
 /// flank again, at once or within a natural period. For the law as a whole: which natural frequencies, speeds and
-/// clearances avoid that, and the motion that the drive settles to.
+/// clearances avoid that by both, and the motion that the drive settles to. Where formulas and model differ, the model decides.
 ///
 /// Takes a BacklashDrive, or an ElasticCamDrive with an elastic output together with --clearance and --m1. The model of a
 /// passage starts from the periodic motion of permanent contact.
@@ -222,7 +222,7 @@ fn text(report: &Report) -> String {
         add("\nWithout multiple impacts", table::of_tuning(report, study));
     }
     if report.laws.len() > 1 {
-        add("\nLaws", of(table::of_laws(report)));
+        add("\nLaws", of(table::of_laws(report)).into_iter().chain(table::below_laws(report)).collect());
     }
     out
 }

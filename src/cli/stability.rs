@@ -164,7 +164,7 @@ fn text(report: &Report) -> String {
         if table.rows.is_empty() { Vec::new() } else { table.text().lines().map(|line| line[2..].to_owned()).collect() }
     };
     lines("Instabilities", rows(table::of_orders(report)));
-    lines("", table::of_other_orders(report).map(|line| format!("  {line}")).into_iter().collect());
+    lines("", table::below_orders(report).into_iter().map(|line| format!("  {line}")).collect());
     lines("Start from rest", rows(table::of_transients(report)));
     lines("Resonances with harmonic k of the load", rows(table::of_resonances(report)));
     lines("Mind", table::warnings(report));

@@ -3,12 +3,13 @@
 //! All diagrams of the tool come from here, so that they look alike.
 
 mod area;
+mod look;
 mod places;
 mod ticks;
 
 use crate::drives::Fault;
+use look::{RULED, draw_line, draw_marker, look, marked};
 use places::Places;
-use plotters::element::DashedPathElement;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{FontTransform, IntoFont, TextStyle};
@@ -54,6 +55,8 @@ pub enum Rule {
     Vertical(f64, String),
     /// A line at this y.
     Horizontal(f64, String),
+    /// A line at this y, named in the legend.
+    Level(f64, String),
     /// A grey area within this outline, as far as the axes show it; the axes do not stretch for it.
     Area(Vec<[f64; 2]>, Shade),
     /// A line along these points of this thickness in pixels, as far as the axes show it; they do not stretch for it.
@@ -88,10 +91,18 @@ pub struct Diagram {
     pub x: Axis,
     /// The ordinate.
     pub y: Axis,
-    /// The data, at most as many as there are [`MARKERS`] to tell them apart well.
+    /// The data, at most as many as there are [`look::MARKERS`] to tell them apart well.
     pub series: Vec<Series>,
     /// Borders and limits.
     pub rules: Vec<Rule>,
+}
+
+/// The drawing library knows whole coordinates only: so many of them make a pixel, so that curves are smooth at any
+/// enlargement. Lengths of this file are in pixels; [`fine`] makes them coordinates.
+const FINE: i32 = 20;
+
+fn fine(pixels: i32) -> i32 {
+    pixels * FINE
 }
 
 const PLOT_WIDTH: u32 = 540;
@@ -104,62 +115,6 @@ const INK: RGBColor = RGBColor(0x22, 0x22, 0x22);
 const PALE: RGBColor = RGBColor(0xdd, 0xdd, 0xdd);
 const PALE_AREA: RGBColor = RGBColor(0xec, 0xec, 0xec);
 const DARK_AREA: RGBColor = RGBColor(0xc4, 0xc4, 0xc4);
-/// Dark colours of clearly different lightness, so that a grey print keeps them apart.
-const COLOURS: [RGBColor; 6] = [
-    RGBColor(0x1f, 0x4e, 0x79),
-    RGBColor(0xc0, 0x5a, 0x10),
-    RGBColor(0x2a, 0x7d, 0x4f),
-    RGBColor(0x7a, 0x2f, 0x6b),
-    RGBColor(0x00, 0x00, 0x00),
-    RGBColor(0x8a, 0x7a, 0x10),
-];
-/// Dash and gap in pixels; no gap is a solid line.
-const DASHES: [(i32, i32); 5] = [(1, 0), (8, 4), (2, 3), (12, 3), (5, 6)];
-
-/// The shapes that mark points.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Marker {
-    Disc,
-    OpenSquare,
-    Triangle,
-    OpenCircle,
-    Diamond,
-    Cross,
-    OpenTriangle,
-    Square,
-    OpenDiamond,
-    Plus,
-}
-
-/// A line of more points is a curve: of its points only some, evenly spread, carry the marker by which it is known.
-const MOST_MARKERS: usize = 24;
-const MARKERS_OF_A_CURVE: usize = 8;
-
-const MARKERS: [Marker; 10] = [
-    Marker::Disc,
-    Marker::OpenSquare,
-    Marker::Triangle,
-    Marker::OpenCircle,
-    Marker::Diamond,
-    Marker::Cross,
-    Marker::OpenTriangle,
-    Marker::Square,
-    Marker::OpenDiamond,
-    Marker::Plus,
-];
-
-/// The look of series i.
-#[derive(Clone, Copy)]
-struct Look {
-    colour: RGBColor,
-    dash: (i32, i32),
-    marker: Marker,
-}
-
-fn look(i: usize) -> Look {
-    Look { colour: COLOURS[i % COLOURS.len()], dash: DASHES[i % DASHES.len()], marker: MARKERS[i % MARKERS.len()] }
-}
-
 impl Axis {
     /// A logarithmic axis.
     pub fn logarithmic(label: &str) -> Self {
@@ -220,8 +175,14 @@ impl Axis {
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
 
+/// A line of this colour and thickness in pixels.
+fn thick(colour: RGBColor, pixels: u32) -> ShapeStyle {
+    ShapeStyle::from(colour).stroke_width(pixels * FINE as u32)
+}
+
+/// Text of this height in pixels.
 fn style(size: f64) -> TextStyle<'static> {
-    ("sans-serif", size).into_font().color(&INK)
+    ("sans-serif", size * f64::from(FINE)).into_font().color(&INK)
 }
 
 impl Diagram {
@@ -234,33 +195,39 @@ impl Diagram {
         let longest = names.map(|name| name.chars().count()).max().unwrap_or(0);
         let legend = if longest == 0 { 10 } else { 64 + (LETTER * TEXT * longest as f64) as u32 };
         let height = HEIGHT.max(40 + LINE as u32 * (self.series.len() + self.keys().count()) as u32);
+        let size = [PLOT_WIDTH + legend, height];
         let mut text = String::new();
         {
-            let root = SVGBackend::with_string(&mut text, (PLOT_WIDTH + legend, height)).into_drawing_area();
+            let coordinates = size.map(|pixels| pixels * FINE as u32);
+            let root = SVGBackend::with_string(&mut text, coordinates.into()).into_drawing_area();
             self.draw(&root).map_err(|e| Fault(format!("the diagram cannot be drawn: {e}")))?;
             root.present().map_err(|e| Fault(format!("the diagram cannot be drawn: {e}")))?;
         }
         let label = self.title.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;");
-        Ok(text.replacen("<svg ", &format!("<svg role=\"img\" aria-label=\"{label}\" "), 1))
+        let head = |[width, height]: [u32; 2]| format!("<svg width=\"{width}\" height=\"{height}\" ");
+        // The view box still has the coordinates.
+        let (drawn, shown) = (head(size.map(|pixels| pixels * FINE as u32)), head(size));
+        Ok(text.replacen(&drawn, &format!("{shown}role=\"img\" aria-label=\"{label}\" "), 1))
     }
 
-    /// The entries of the legend beside those of the data.
-    fn keys(&self) -> impl Iterator<Item = (Shade, &String)> {
+    /// The entries of the legend beside those of the data; without shade that of a line.
+    fn keys(&self) -> impl Iterator<Item = (Option<Shade>, &String)> {
         self.rules.iter().filter_map(|rule| match rule {
-            Rule::Key(shade, name) => Some((*shade, name)),
+            Rule::Key(shade, name) => Some((Some(*shade), name)),
+            Rule::Level(_, name) => Some((None, name)),
             _ => None,
         })
     }
 
     fn draw(&self, root: &Area<'_>) -> Result<(), Box<dyn std::error::Error>> {
         root.fill(&WHITE)?;
-        let (plot, legend) = root.split_horizontally(PLOT_WIDTH);
+        let (plot, legend) = root.split_horizontally(fine(PLOT_WIDTH as i32));
         let place = |[x, y]: &[f64; 2]| Some((self.x.place(*x)?, self.y.place(*y)?));
         let places: Vec<Vec<(f64, f64)>> =
             self.series.iter().map(|series| series.points.iter().filter_map(place).collect()).collect();
         let rule = |rule: &Rule| match rule {
             Rule::Vertical(x, _) => (self.x.place(*x), None),
-            Rule::Horizontal(y, _) => (None, self.y.place(*y)),
+            Rule::Horizontal(y, _) | Rule::Level(y, _) => (None, self.y.place(*y)),
             Rule::Area(..) | Rule::Border(..) | Rule::Word(..) | Rule::Key(..) => (None, None),
         };
         let rules: Vec<(Option<f64>, Option<f64>)> = self.rules.iter().map(rule).collect();
@@ -270,17 +237,18 @@ impl Diagram {
             (Places { ends: x, ticks: self.x.ticks(x) }, Places { ends: y, ticks: self.y.ticks(y) });
         let counts = (x_places.ticks.len().max(1), y_places.ticks.len().max(1));
         let mut chart = ChartBuilder::on(&plot)
-            .margin_top(14)
-            .margin_right(14)
-            .margin_left(12)
-            .x_label_area_size(54)
-            .y_label_area_size(84)
+            .margin_top(fine(14))
+            .margin_right(fine(14))
+            .margin_left(fine(12))
+            .x_label_area_size(fine(54))
+            .y_label_area_size(fine(84))
             .build_cartesian_2d(x_places, y_places)?;
         chart
             .configure_mesh()
             .light_line_style(TRANSPARENT)
-            .bold_line_style(PALE)
-            .axis_style(INK)
+            .bold_line_style(thick(PALE, 1))
+            .axis_style(thick(INK, 1))
+            .set_all_tick_mark_size(fine(5))
             .label_style(style(TEXT))
             .axis_desc_style(style(TEXT + 1.0))
             .x_desc(self.x.label.as_str())
@@ -299,7 +267,7 @@ impl Diagram {
                 let line: Vec<(f64, f64)> = points.iter().filter_map(place).collect();
                 for part in area::seen(&line, x, y) {
                     let part: Vec<(i32, i32)> = part.iter().map(pixel).collect();
-                    area.draw(&PathElement::new(part, ShapeStyle::from(INK).stroke_width(*width)))?;
+                    area.draw(&PathElement::new(part, thick(INK, *width)))?;
                 }
             }
             if let Rule::Word(at, word) = rule
@@ -307,7 +275,7 @@ impl Diagram {
             {
                 let text = style(TEXT - 1.0).pos(Pos::new(HPos::Center, VPos::Bottom));
                 let (px, py) = pixel(&at);
-                area.draw(&Text::new(word.clone(), (px, py - 2), text))?;
+                area.draw(&Text::new(word.clone(), (px, py - fine(2)), text))?;
             }
             if let Rule::Area(outline, shade) = rule {
                 let outline: Vec<(f64, f64)> = outline.iter().filter_map(place).collect();
@@ -315,8 +283,11 @@ impl Diagram {
                 area.draw(&Polygon::new(seen, ShapeStyle::from(shade.grey()).filled()))?;
             }
         }
-        area.draw(&Rectangle::new([(0, 0), pixel(&(x[1], y[0]))], ShapeStyle::from(INK).stroke_width(1)))?;
-        for (rule, at) in self.rules.iter().zip(&rules) {
+        area.draw(&frame([(0, 0), pixel(&(x[1], y[0]))]))?;
+        let is_seen =
+            |place: Option<f64>, [low, high]: [f64; 2]| place.is_none_or(|place| (low..=high).contains(&place));
+        let seen = self.rules.iter().zip(&rules).filter(|(_, at)| is_seen(at.0, x) && is_seen(at.1, y));
+        for (rule, at) in seen {
             draw_rule(&area, rule, *at, [pixel(&(x[0], y[0])), pixel(&(x[1], y[1]))], &pixel, [x[0], y[0]])?;
         }
         for (i, (series, places)) in self.series.iter().zip(&places).enumerate() {
@@ -332,33 +303,36 @@ impl Diagram {
             }
         }
         for (i, series) in self.series.iter().enumerate() {
-            let height = 24 + LINE * i as i32;
+            let height = fine(24 + LINE * i as i32);
             if series.joined {
-                draw_line(&legend, &[(6, height), (42, height)], look(i))?;
+                draw_line(&legend, &[(fine(6), height), (fine(42), height)], look(i))?;
             }
-            draw_marker(&legend, (24, height), look(i))?;
+            draw_marker(&legend, (fine(24), height), look(i))?;
             let text = style(TEXT).pos(Pos::new(HPos::Left, VPos::Center));
-            legend.draw(&Text::new(series.name.clone(), (50, height), text))?;
+            legend.draw(&Text::new(series.name.clone(), (fine(50), height), text))?;
         }
         for (i, (shade, name)) in self.keys().enumerate() {
-            let height = 24 + LINE * (self.series.len() + i) as i32;
-            let (box_of, text) =
-                ([(6, height - 6), (42, height + 6)], style(TEXT).pos(Pos::new(HPos::Left, VPos::Center)));
-            legend.draw(&Rectangle::new(box_of, ShapeStyle::from(shade.grey()).filled()))?;
-            legend.draw(&Rectangle::new(box_of, ShapeStyle::from(INK).stroke_width(1)))?;
-            legend.draw(&Text::new(name.clone(), (50, height), text))?;
+            let height = fine(24 + LINE * (self.series.len() + i) as i32);
+            let (box_of, text) = (
+                [(fine(6), height - fine(6)), (fine(42), height + fine(6))],
+                style(TEXT).pos(Pos::new(HPos::Left, VPos::Center)),
+            );
+            match shade {
+                Some(shade) => {
+                    legend.draw(&Rectangle::new(box_of, ShapeStyle::from(shade.grey()).filled()))?;
+                    legend.draw(&frame(box_of))?;
+                }
+                None => draw_line(&legend, &[(box_of[0].0, height), (box_of[1].0, height)], RULED)?,
+            }
+            legend.draw(&Text::new(name.clone(), (fine(50), height), text))?;
         }
         Ok(())
     }
 }
 
-/// The points of series `i` that carry its marker: all, or some of a curve, which begin elsewhere in each series.
-fn marked(points: &[(i32, i32)], joined: bool, i: usize) -> Vec<(i32, i32)> {
-    if !joined || points.len() <= MOST_MARKERS {
-        return points.to_vec();
-    }
-    let stride = points.len().div_ceil(MARKERS_OF_A_CURVE);
-    points.iter().skip((2 * i + 1) * stride / 5 % stride).step_by(stride).copied().collect()
+/// The outline of a rectangle; the library draws those of its own in the thickness of a coordinate.
+fn frame([(left, top), (right, bottom)]: [(i32, i32); 2]) -> PathElement<(i32, i32)> {
+    PathElement::new(vec![(left, top), (right, top), (right, bottom), (left, bottom), (left, top)], thick(INK, 1))
 }
 
 /// A grey dashed line across the area with its name along it.
@@ -370,71 +344,27 @@ fn draw_rule(
     pixel: &dyn Fn(&(f64, f64)) -> (i32, i32),
     [x0, y0]: [f64; 2],
 ) -> Result<(), Box<dyn std::error::Error>> {
-    let grey = Look { colour: RGBColor(0x66, 0x66, 0x66), dash: (3, 4), marker: Marker::Disc };
     let small = style(TEXT - 2.0);
     match (rule, at) {
         (Rule::Vertical(_, name), (Some(x), _)) => {
             let (x, _) = pixel(&(x, y0));
-            draw_line(area, &[(x, bottom), (x, top)], grey)?;
+            draw_line(area, &[(x, bottom), (x, top)], RULED)?;
             let text = small.transform(FontTransform::Rotate270).pos(Pos::new(HPos::Left, VPos::Bottom));
-            area.draw(&Text::new(name.clone(), (x - 3, bottom - 6), text))?;
+            area.draw(&Text::new(name.clone(), (x - fine(3), bottom - fine(6)), text))?;
         }
-        (Rule::Horizontal(_, name), (_, Some(y))) => {
+        (Rule::Horizontal(_, name) | Rule::Level(_, name), (_, Some(y))) => {
             let (_, y) = pixel(&(x0, y));
-            draw_line(area, &[(left, y), (right, y)], grey)?;
-            area.draw(&Text::new(name.clone(), (left + 6, y - 3), small.pos(Pos::new(HPos::Left, VPos::Bottom))))?;
+            draw_line(area, &[(left, y), (right, y)], RULED)?;
+            if matches!(rule, Rule::Level(..)) {
+                return Ok(());
+            }
+            area.draw(&Text::new(
+                name.clone(),
+                (left + fine(6), y - fine(3)),
+                small.pos(Pos::new(HPos::Left, VPos::Bottom)),
+            ))?;
         }
         _ => {}
-    }
-    Ok(())
-}
-
-/// A polyline, dashed by its look; the dashes run on around corners.
-fn draw_line(area: &Area<'_>, points: &[(i32, i32)], look: Look) -> Result<(), Box<dyn std::error::Error>> {
-    let style = ShapeStyle::from(look.colour).stroke_width(2);
-    let (dash, gap) = look.dash;
-    if gap == 0 {
-        area.draw(&PathElement::new(points.to_vec(), style))?;
-    } else {
-        area.draw(&DashedPathElement::new(points.to_vec(), dash, gap, style))?;
-    }
-    Ok(())
-}
-
-fn draw_marker(area: &Area<'_>, (x, y): (i32, i32), look: Look) -> Result<(), Box<dyn std::error::Error>> {
-    let (full, line) = (ShapeStyle::from(look.colour).filled(), ShapeStyle::from(look.colour).stroke_width(2));
-    let white = ShapeStyle::from(WHITE).filled();
-    let polygon = |corners: &[(i32, i32)]| -> Vec<(i32, i32)> { corners.iter().map(|(i, j)| (x + i, y + j)).collect() };
-    let square = [(-4, -4), (4, -4), (4, 4), (-4, 4)];
-    let triangle = [(0, -6), (5, 4), (-5, 4)];
-    let diamond = [(0, -6), (5, 0), (0, 6), (-5, 0)];
-    let closed = |corners: &[(i32, i32)]| {
-        let mut outline = polygon(corners);
-        outline.push(outline[0]);
-        outline
-    };
-    let open = |corners: &[(i32, i32)]| -> Result<(), Box<dyn std::error::Error>> {
-        area.draw(&Polygon::new(polygon(corners), white))?;
-        area.draw(&PathElement::new(closed(corners), line))?;
-        Ok(())
-    };
-    match look.marker {
-        Marker::Disc => area.draw(&Circle::new((x, y), 4, full))?,
-        Marker::OpenCircle => {
-            area.draw(&Circle::new((x, y), 5, white))?;
-            area.draw(&Circle::new((x, y), 5, line))?;
-        }
-        Marker::Square => area.draw(&Polygon::new(polygon(&square), full))?,
-        Marker::Triangle => area.draw(&Polygon::new(polygon(&triangle), full))?,
-        Marker::Diamond => area.draw(&Polygon::new(polygon(&diamond), full))?,
-        Marker::OpenSquare => open(&square)?,
-        Marker::OpenTriangle => open(&triangle)?,
-        Marker::OpenDiamond => open(&diamond)?,
-        Marker::Cross => area.draw(&Cross::new((x, y), 4, line))?,
-        Marker::Plus => {
-            area.draw(&PathElement::new(vec![(x - 5, y), (x + 5, y)], line))?;
-            area.draw(&PathElement::new(vec![(x, y - 5), (x, y + 5)], line))?;
-        }
     }
     Ok(())
 }
@@ -467,6 +397,7 @@ mod tests {
                         Rule::Border(vec![[1.0, 1.0], [f64::NAN, 2.0], [3.0, 1e3]], 1),
                         Rule::Word([-1.0, f64::INFINITY], "<j>".into()),
                         Rule::Key(Shade::Pale, "k & l".into()),
+                        Rule::Level(2.0, "m < n".into()),
                     ],
                 };
                 let svg = diagram.svg().unwrap();
@@ -475,5 +406,28 @@ mod tests {
                 assert!(svg.contains("a &lt; b &amp; c") && svg.contains("aria-label"));
             }
         }
+    }
+
+    #[test]
+    fn a_picture_is_drawn_finer_than_it_is_shown() {
+        let curve = (0..=1000).map(|i| 1e-3 * f64::from(i)).map(|x| [x, x * x]).collect();
+        let series = vec![Series { name: "x²".to_owned(), points: curve, joined: true }];
+        let diagram =
+            Diagram { title: String::new(), x: Axis::linear("x"), y: Axis::linear("y"), series, rules: Vec::new() };
+        let svg = diagram.svg().unwrap();
+        let number = |name: &str| -> Vec<f64> {
+            let value = svg.split_once(&format!(" {name}=\"")).unwrap().1.split('"').next().unwrap();
+            value.split(' ').map(|part| part.parse().unwrap()).collect()
+        };
+        let shown = [number("width")[0], number("height")[0]];
+        assert_eq!(shown[1], f64::from(HEIGHT));
+        assert_eq!(number("viewBox"), [0.0, 0.0, shown[0] * f64::from(FINE), shown[1] * f64::from(FINE)]);
+        // On whole pixels, a thousand points could not lie on a rising curve.
+        let line = svg.split("<polyline").find(|part| part.matches(',').count() > 900).unwrap();
+        let points = line.split_once("points=\"").unwrap().1.split('"').next().unwrap();
+        let heights: Vec<f64> =
+            points.split_whitespace().map(|p| p.split_once(',').unwrap().1.parse().unwrap()).collect();
+        let different = heights.windows(2).filter(|pair| pair[0] != pair[1]).count();
+        assert!(different > 950, "{different}");
     }
 }

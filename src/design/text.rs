@@ -20,7 +20,8 @@ pub fn number(value: f64) -> String {
     if !value.is_finite() {
         return NONE.to_owned();
     }
-    let rounded: f64 = format!("{value:.2e}").parse().unwrap_or(value);
+    // The sum makes 0 of a negative zero.
+    let rounded: f64 = format!("{value:.2e}").parse().unwrap_or(value) + 0.0;
     if rounded == 0.0 || (1e-2..1e6).contains(&rounded.abs()) {
         // Zero has no sign for a reader.
         return (rounded + 0.0).to_string();

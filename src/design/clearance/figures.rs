@@ -56,7 +56,10 @@ pub fn passage_time(report: &Report) -> Diagram {
     let curves = passage_times(report).into_iter();
     let mut series: Vec<Series> =
         curves.map(|(mu, points)| Series { name: format!("μ = {mu}"), points, joined: true }).collect();
-    series.extend(by_law(report, |passage| Some([passage.k?, passage.model.or(passage.formula)?.tau])));
+    series.extend(by_law(report, |passage| Some([passage.k?, passage.model.or(passage.formula)?.tau])).map(|series| {
+        // The curves are those of the formulas.
+        Series { name: format!("{}, model", series.name), ..series }
+    }));
     Diagram {
         title: format!("Time of passage of {}", report.scene),
         x: Axis::logarithmic("Dynamic clearance K = s/(|U‴|η³) [1]"),
@@ -91,6 +94,15 @@ pub fn multiple_impacts(report: &Report) -> Diagram {
         Series { name: "immediate release within".to_owned(), points: immediate, joined: true },
     ];
     let ratio = report.machine.mu;
+    let differs = |passage: &Clearance| {
+        let by = passage.formula.zip(passage.model);
+        by.is_some_and(|(formula, model)| formula.sequel != model.sequel)
+    };
+    let passages = report.laws.iter().take(MOST_LAWS).flat_map(|study| &study.passages).filter(|p| differs(p));
+    let points: Vec<[f64; 2]> = passages.filter_map(|passage| Some([passage.k?, ratio])).collect();
+    if !points.is_empty() {
+        series.push(Series { name: "the model differs".to_owned(), points, joined: false });
+    }
     series.extend(by_law(report, move |passage| Some([passage.k?, ratio])));
     Diagram {
         title: format!("Multiple impacts of {}", report.scene),

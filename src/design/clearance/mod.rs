@@ -3,10 +3,11 @@
 //!
 //! [`law`] finds the places, [`formulas`] are Kaltofen's closed formulas for one passage, [`borders`] the map of multiple
 //! impacts, [`tuning`] what it admits. [`passage`] sets formula and event-driven model side by side; the model starts from
-//! the motion of permanent contact ([`orbit`]), and [`settled`] runs it until it repeats, with all that earlier impacts
-//! leave behind. [`table`] and [`figures`] show the report.
+//! the motion of permanent contact ([`orbit`]); what it admits finds [`by_model`], and where the two differ the model
+//! decides. [`settled`] runs it until it repeats, with all that earlier impacts leave behind. [`table`] and [`figures`] show the report.
 
 pub mod borders;
+pub mod by_model;
 pub mod figures;
 pub mod formulas;
 pub mod law;
@@ -24,6 +25,8 @@ use crate::drives::cam_drive::DriveMode;
 use crate::drives::elastic_output::ElasticOutput;
 use crate::drives::{Drive, Fault, elastic_output, resource::Resource};
 use crate::motion::MotionLaw;
+use borders::Sequel;
+use by_model::ByModel;
 use formulas::Passage;
 use law::{Crossing, Signs};
 use machine::Machine;
@@ -120,8 +123,12 @@ pub struct Study {
     pub least_spacing: Option<f64>,
     /// The passages, by angle.
     pub passages: Vec<Clearance>,
-    /// The frequencies, speeds and clearances without multiple impacts.
+    /// Whether no passage is followed by a further impact.
+    pub calm: Calm,
+    /// The frequencies, speeds and clearances without multiple impacts, by the formulas.
     pub tuning: Option<Tuning>,
+    /// Those by the model, of the law of the scene; None where e > 0 rebounds m1 at all of them, and where that takes long.
+    pub by_model: Option<ByModel>,
     /// The motion that the drive settles to.
     pub settled: Option<Settled>,
     /// What could not be computed, and where the formulas are not to be trusted.
@@ -129,6 +136,27 @@ pub struct Study {
     /// U″ over the turn.
     #[serde(skip)]
     pub course: Vec<[f64; 2]>,
+}
+
+/// Whether each passage ends with one impact and lasting contact.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Calm {
+    /// By the formulas, of the zeros of U″; None where one of them has no K.
+    pub by_formulas: Option<bool>,
+    /// By the model, of all changes of sign of the contact force; None where it could not be followed.
+    pub by_model: Option<bool>,
+}
+
+impl Calm {
+    /// The model where it tells.
+    pub fn verdict(&self) -> Option<bool> {
+        self.by_model.or(self.by_formulas)
+    }
+
+    /// Whether both tell, and different things.
+    pub fn differs(&self) -> bool {
+        self.by_formulas.zip(self.by_model).is_some_and(|(formulas, model)| formulas != model)
+    }
 }
 
 /// The report of a study and how far it has come.
@@ -160,7 +188,7 @@ pub fn study(resource: &Resource, options: &Options, progress: impl Fn(Progress)
     for (done, (name, law)) in laws.iter().enumerate() {
         progress(Progress { done, total: laws.len(), law: name });
         let scene = Scene { cam: law.clone(), ..scene.clone() };
-        studies.push(of_law(name, &scene, &machine, options));
+        studies.push(of_law(name, &scene, &machine, options, done == 0));
     }
     Ok(Report { scene: resource.name.clone(), machine, laws: studies })
 }
@@ -236,7 +264,7 @@ fn apart(a: f64, b: f64) -> f64 {
     angle.min(TAU - angle)
 }
 
-fn of_law(name: &str, scene: &Scene, machine: &Parameters, options: &Options) -> Study {
+fn of_law(name: &str, scene: &Scene, machine: &Parameters, options: &Options, searched: bool) -> Study {
     let w = machine.speed;
     let ignore = options.ignore.unwrap_or(IGNORE);
     let Signs { crossings, largest, ignored } = law::signs(&scene.cam, w > 0.0, ignore);
@@ -253,7 +281,9 @@ fn of_law(name: &str, scene: &Scene, machine: &Parameters, options: &Options) ->
         releases: None,
         least_spacing: spacing(&crossings),
         passages: Vec::new(),
+        calm: Calm::default(),
         tuning: None,
+        by_model: None,
         settled: None,
         remarks: Vec::new(),
         course,
@@ -268,6 +298,10 @@ fn of_law(name: &str, scene: &Scene, machine: &Parameters, options: &Options) ->
             match orbit {
                 Ok(orbit) => {
                     study.releases = Some(orbit.releases.len());
+                    if searched && scene.e == 0.0 {
+                        let size = [orbit.samples.len(), orbit.releases.len()];
+                        study.by_model = by_model::around(scene, machine, &crossings, ignore, size);
+                    }
                     start = orbit.samples[0].q;
                     let followed = study.passages.iter().filter(|p| p.model.is_some() || p.fault.is_some()).count();
                     if orbit.releases.len() > followed {
@@ -302,6 +336,16 @@ fn of_law(name: &str, scene: &Scene, machine: &Parameters, options: &Options) ->
             speed: w.abs(),
         },
     );
+    let by_formulas: Option<Vec<Sequel>> = study
+        .passages
+        .iter()
+        .filter(|passage| passage.crossing.is_some())
+        .map(|passage| passage.formula.map(|figures| figures.sequel))
+        .collect();
+    study.calm = Calm {
+        by_formulas: by_formulas.map(|sequels| sequels.iter().all(|sequel| *sequel == Sequel::None)),
+        by_model: by_model::is_calm(&study.passages, study.releases),
+    };
     remark(&mut study, machine);
     study
 }

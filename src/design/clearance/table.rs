@@ -66,15 +66,21 @@ fn row(figures: &Figures) -> Vec<String> {
     ]
 }
 
+/// With its sign, which a rounded zero has not.
+fn signed(value: f64, decimals: usize) -> String {
+    let text = format!("{value:+.decimals$}");
+    if text.contains(|c: char| ('1'..='9').contains(&c)) { text.replace('-', "−") } else { text[1..].to_owned() }
+}
+
 /// formula/model − 1 in per cent, of the release the difference in degrees.
 fn differences(formula: &Figures, model: &Figures) -> Vec<String> {
     let ratio = |value: &dyn Fn(&Figures) -> Option<f64>| {
         let both = value(formula).zip(value(model)).filter(|(_, model)| *model != 0.0);
-        or_none(both, |(formula, model)| format!("{:+.2} %", 100.0 * (formula / model - 1.0)))
+        or_none(both, |(formula, model)| signed(100.0 * (formula / model - 1.0), 2) + " %")
     };
     let shift = (formula.release - model.release + 0.5 * TAU).rem_euclid(TAU) - 0.5 * TAU;
     vec![
-        format!("{:+.3}", shift.to_degrees()),
+        signed(shift.to_degrees(), 3),
         ratio(&|f| Some(f.tau)),
         ratio(&|f| Some(f.time)),
         ratio(&|f| Some(f.angle)),
@@ -133,16 +139,35 @@ pub fn of_passages(study: &Study) -> Table {
     Table { head: head.map(str::to_owned).to_vec(), rows }
 }
 
-/// How resistant the laws are to clearance.
+/// "2 none, 8 elastic".
+fn counts(sequels: &[Sequel]) -> String {
+    let all = [Sequel::None, Sequel::Immediate, Sequel::Elastic, Sequel::Rebound, Sequel::Return];
+    let count = |sequel: &Sequel| sequels.iter().filter(|other| *other == sequel).count();
+    let told = all.iter().map(|sequel| (count(sequel), sequel.name())).filter(|(n, _)| *n > 0);
+    let texts: Vec<String> = told.map(|(n, name)| format!("{n} {name}")).collect();
+    if texts.is_empty() { NONE.to_owned() } else { texts.join(", ") }
+}
+
+/// The figures of all passages by the formulas, or by the model.
+fn figures_by(study: &Study, model: bool) -> Vec<Figures> {
+    study.passages.iter().filter_map(|passage| if model { passage.model } else { passage.formula }).collect()
+}
+
+fn sequels_by(study: &Study, model: bool) -> Vec<Sequel> {
+    figures_by(study, model).iter().map(|figures| figures.sequel).collect()
+}
+
+/// How resistant the laws are to clearance, by formula and model.
 pub fn of_laws(report: &Report) -> Table {
     let head = [
         "law",
         "stroke [mm]",
         "max |U″| [m]",
-        "passages",
         "least spacing [°]",
         "|U‴| [m]",
         "K",
+        "by",
+        "passages",
         "then",
         "largest impulse [N·s]",
         "loss per turn [J]",
@@ -151,7 +176,8 @@ pub fn of_laws(report: &Report) -> Table {
         "impacts per turn",
         "largest impulse, settled [N·s]",
     ];
-    let rows = report.laws.iter().map(|study| {
+    let mut rows = Vec::new();
+    for study in &report.laws {
         let values =
             |value: &dyn Fn(&Clearance) -> Option<f64>| study.passages.iter().filter_map(value).collect::<Vec<f64>>();
         let most = |values: Vec<f64>| values.into_iter().reduce(f64::max);
@@ -161,30 +187,51 @@ pub fn of_laws(report: &Report) -> Table {
                 if low == high { number(low) } else { format!("{} … {}", number(low), number(high)) }
             })
         };
-        let count =
-            |sequel: Sequel| study.passages.iter().filter(|p| p.formula.is_some_and(|f| f.sequel == sequel)).count();
-        let counts = [Sequel::None, Sequel::Immediate, Sequel::Elastic].map(|sequel| (count(sequel), sequel.name()));
-        let then: Vec<String> = counts.iter().filter(|(n, _)| *n > 0).map(|(n, name)| format!("{n} {name}")).collect();
-        let losses = values(&|p| p.formula.map(|f| f.loss));
         let highest = study.tuning.as_ref().and_then(|tuning| tuning.frequency.last().map(|ends| ends[1]));
-        vec![
+        let of_passages = |model: bool| {
+            let figures = figures_by(study, model);
+            let most = |value: fn(&Figures) -> f64| figures.iter().map(value).reduce(f64::max);
+            vec![
+                if model { "model" } else { "formula" }.to_owned(),
+                if model { or_none(study.releases, |n| n.to_string()) } else { study.crossings.to_string() },
+                counts(&sequels_by(study, model)),
+                or_none(most(|f| f.impulse), number),
+                or_none((!figures.is_empty()).then(|| figures.iter().map(|f| f.loss).sum()), number),
+                or_none(most(|f| f.vibration), |q| number(1e3 * q)),
+            ]
+        };
+        let of_law = vec![
             study.law.clone(),
             number(1e3 * study.stroke),
             number(study.acceleration),
-            study.crossings.to_string(),
             or_none(study.least_spacing, |angle| number(angle.to_degrees())),
             range(values(&|p| p.crossing.map(|c| c.jerk.abs()))),
             range(values(&|p| p.k)),
-            if then.is_empty() { NONE.to_owned() } else { then.join(", ") },
-            or_none(most(values(&|p| p.formula.map(|f| f.impulse))), number),
-            if losses.is_empty() { NONE.to_owned() } else { number(losses.iter().sum()) },
-            or_none(most(values(&|p| p.formula.map(|f| f.vibration))), |q| number(1e3 * q)),
-            or_none(highest, number),
+        ];
+        let none = NONE.to_owned();
+        let [impacts, impulse] = [
             or_none(study.settled.map(|settled| settled.impacts), number),
             or_none(study.settled.map(|settled| settled.largest_impulse), number),
-        ]
-    });
-    Table { rows: rows.collect(), head: head.map(str::to_owned).to_vec() }
+        ];
+        rows.push([of_law, of_passages(false), vec![or_none(highest, number), none.clone(), none.clone()]].concat());
+        // The search of the model ends somewhere, its last interval with it.
+        let beyond = |ends: &[f64; 2], searched: f64| (ends[1] < searched).then_some(ends[1]);
+        let highest = study.by_model.as_ref().and_then(|m| beyond(m.frequency.last()?, m.searched[0][1]));
+        rows.push(
+            [vec![String::new(); 6], of_passages(true), vec![or_none(highest, number), impacts, impulse]].concat(),
+        );
+    }
+    Table { head: head.map(str::to_owned).to_vec(), rows }
+}
+
+/// Which laws formulas and model judge differently, in a sentence.
+pub fn below_laws(report: &Report) -> Option<String> {
+    let differing = report.laws.iter().filter(|study| study.calm.differs());
+    let names: Vec<&str> = differing.map(|study| study.law.as_str()).collect();
+    (!names.is_empty()).then(|| {
+        let whether = "formula and model differ in whether further impacts follow; take the model";
+        format!("{}: {whether}.", names.join(", "))
+    })
 }
 
 /// "0 … 3, 5 … 8", the first of them where there are many.
@@ -201,50 +248,98 @@ fn list(intervals: &[[f64; 2]], scale: f64) -> String {
     if texts.is_empty() { "none".to_owned() } else { texts.join(", ") }
 }
 
+/// What both say of the passages at the values of the scene, and what holds.
+fn verdict(study: &Study) -> String {
+    let calm = &study.calm;
+    let word = |calm: bool| if calm { "no further impact follows" } else { "further impacts follow" };
+    let of = |model: bool, count: usize| match counts(&sequels_by(study, model)) {
+        _ if count == 0 => "no passage".to_owned(),
+        counts if count == 1 => format!("1 passage ({counts})"),
+        counts => format!("{count} passages ({counts})"),
+    };
+    let formulas = of(false, study.crossings);
+    let Some((model, count)) = calm.by_model.zip(study.releases) else {
+        let word = calm.by_formulas.map_or("not known whether further impacts follow", word);
+        return format!("By the formulas {formulas}, {word}; the model could not tell.");
+    };
+    let model_says = format!("By the model {}, {}", of(true, count), word(model));
+    match calm.by_formulas {
+        Some(other) if other != model => {
+            format!("{model_says}. By the formulas {formulas}, {}: they do not hold here, take the model.", word(other))
+        }
+        Some(_) => format!("{model_says}; so by the formulas, {formulas}."),
+        None => format!("{model_says}; the formulas do not tell."),
+    }
+}
+
 /// Which frequencies, speeds and clearances avoid multiple impacts, in sentences.
 pub fn of_tuning(report: &Report, study: &Study) -> Vec<String> {
     let Some(tuning) = &study.tuning else { return Vec::new() };
-    let Parameters { omega, speed, s, mu, .. } = report.machine;
-    let verdict = |intervals: &[[f64; 2]], value: f64, scale: f64, unit: &str| match nearest(intervals, value) {
-        Ok(_) => format!("{} {unit} is admissible", number(scale * value)),
-        Err(Some(end)) => format!("{} {unit} is not; nearest is {} {unit}", number(scale * value), number(scale * end)),
-        Err(None) => format!("{} {unit} is not, and nothing is", number(scale * value)),
+    let Parameters { omega, speed, s, mu, e, .. } = report.machine;
+    let judge = |intervals: &[[f64; 2]], calm: bool, value: f64, scale: f64, unit: &str| {
+        let own = format!("{} {unit}", number(scale * value));
+        match nearest(intervals, value) {
+            _ if calm => format!("{own} is admissible"),
+            Err(Some(end)) => format!("{own} is not, nearest is {} {unit}", number(scale * end)),
+            Ok(_) => format!("{own} is not"),
+            Err(None) => format!("{own} is not, and nothing is"),
+        }
+    };
+    let line = |of: String, which: usize, value: f64, scale: f64, unit: &str| {
+        let by_formulas = [&tuning.frequency, &tuning.speed, &tuning.clearance][which];
+        let own = nearest(by_formulas, value).is_ok();
+        let formulas = format!("by the formulas {}", list(by_formulas, scale));
+        match (&study.by_model, study.calm.by_model) {
+            (Some(model), Some(calm)) => {
+                let intervals = [&model.frequency, &model.speed, &model.clearance][which];
+                let [low, high] = model.searched[which].map(|end| number(scale * end));
+                format!(
+                    "{of} [{unit}]: by the model, from {low} to {high}: {}; {}; {formulas}.",
+                    list(intervals, scale),
+                    judge(intervals, calm, value, scale, unit)
+                )
+            }
+            (_, Some(false)) if own => format!("{of} [{unit}]: {formulas}, but not by the model."),
+            _ => format!("{of} [{unit}]: {formulas}; {}.", judge(by_formulas, own, value, scale, unit)),
+        }
     };
     let mut lines = vec![
-        format!(
-            "K at μ = {}: {}{}. {}",
-            number(mu),
-            list(&tuning.k.intervals, 1.0),
-            if tuning.k.cut {
-                format!(", and narrower ones up to {}", number(tuning.k.elastic))
-            } else {
-                String::new()
-            },
-            if tuning.k.intervals.len() > 1 {
-                format!("The source's K ≤ {SOURCE_BOUND} leaves out the releases right after the impact.")
-            } else {
-                format!("The source's K ≤ {SOURCE_BOUND} is sufficient.")
-            }
-        ),
-        format!(
-            "ω at Ω = {} rad/s [rad/s]: {}; {}. By K ≤ {SOURCE_BOUND} it would be up to {}.",
-            number(speed),
-            list(&tuning.frequency, 1.0),
-            verdict(&tuning.frequency, omega, 1.0, "rad/s"),
-            number(tuning.source_frequency)
-        ),
-        format!(
-            "Ω at ω = {} rad/s [rad/s]: {}; {}.",
-            number(omega),
-            list(&tuning.speed, 1.0),
-            verdict(&tuning.speed, speed.abs(), 1.0, "rad/s")
-        ),
-        format!("s at both [mm]: {}; {}.", list(&tuning.clearance, 1e3), verdict(&tuning.clearance, s, 1e3, "mm")),
+        verdict(study),
+        line(format!("ω at Ω = {} rad/s", number(speed)), 0, omega, 1.0, "rad/s"),
+        line(format!("Ω at ω = {} rad/s", number(omega)), 1, speed.abs(), 1.0, "rad/s"),
+        line("s at both".to_owned(), 2, s, 1e3, "mm"),
     ];
+    if e > 0.0 {
+        lines.push(format!("With e = {} m1 rebounds after each impact; no value of these prevents it.", number(e)));
+    } else if let Some(model) = &study.by_model {
+        let unknown = if model.unknown > 0 {
+            format!(" At {} of the values it could not be followed; they count as not admissible.", model.unknown)
+        } else {
+            String::new()
+        };
+        lines.push(format!(
+            "The model was followed at values {} % apart and its borders bisected; what is narrower may be missing.{unknown}",
+            number(100.0 * (model.ratio - 1.0))
+        ));
+    } else if study.releases.is_some() {
+        lines.push("The model has not been followed at other values, that would take long.".to_owned());
+    }
+    lines.push(format!(
+        "By the formulas, K at μ = {}: {}{}. {} By it ω would be up to {} rad/s.",
+        number(mu),
+        list(&tuning.k.intervals, 1.0),
+        if tuning.k.cut { format!(", and narrower ones up to {}", number(tuning.k.elastic)) } else { String::new() },
+        if tuning.k.intervals.len() > 1 {
+            format!("The source's K ≤ {SOURCE_BOUND} leaves out the releases right after the impact.")
+        } else {
+            format!("The source's K ≤ {SOURCE_BOUND} is sufficient.")
+        },
+        number(tuning.source_frequency)
+    ));
     if tuning.quasi_static_speed.is_finite() && tuning.quasi_static_frequency > 0.0 {
         lines.push(format!(
-            "These intervals rest on the formulas, whose quasi-static release is right to 5 % from ω = {} rad/s on at this \
-             speed, up to Ω = {} rad/s at this natural frequency.",
+            "The quasi-static release of the formulas is right to 5 % from ω = {} rad/s on at this speed, up to Ω = {} \
+             rad/s at this natural frequency.",
             number(tuning.quasi_static_frequency),
             number(tuning.quasi_static_speed)
         ));

@@ -9,9 +9,6 @@ use crate::design::text::number;
 /// A word takes this part of the width of a diagram, and this part of its height; a number half of the width.
 const WORD: [f64; 2] = [0.1, 0.05];
 
-/// The name of a line across a map takes this part of the width.
-const LINE_NAME: f64 = 0.32;
-
 /// The speeds that were asked for.
 const SCENE: &str = "speed examined";
 
@@ -28,15 +25,13 @@ struct Map<'a> {
     rules: Vec<Rule>,
     /// Where orders are written so far, in parts of width and height.
     words: Vec<[f64; 2]>,
-    /// The height of the line across the map, in parts of its height; its name stands above its left end.
-    line: f64,
 }
 
 impl<'a> Map<'a> {
     /// A map with a line across it.
-    fn new(report: &'a Report, top: f64, line: f64, name: &str) -> Self {
-        let rules = vec![Rule::Horizontal(line, name.to_owned())];
-        Map { report, rules, words: Vec::new(), line: line / top }
+    fn new(report: &'a Report, line: f64, name: &str) -> Self {
+        let rules = vec![Rule::Level(line, name.to_owned())];
+        Map { report, rules, words: Vec::new() }
     }
 
     /// The tongue as an area with its border; its order is written at `named`, η and height.
@@ -65,8 +60,7 @@ impl<'a> Map<'a> {
         let (word, width) =
             if self.words.is_empty() { (format!("j = {j}"), WORD[0]) } else { (j.to_string(), 0.5 * WORD[0]) };
         let near = |other: &[f64; 2]| (other[0] - place[0]).abs() < width && (other[1] - place[1]).abs() < WORD[1];
-        let hidden = place[0] < LINE_NAME && (-WORD[1]..WORD[1]).contains(&(place[1] - self.line));
-        if (0.0..1.0).contains(&place[0]) && !hidden && !self.words.iter().any(near) {
+        if (0.0..1.0).contains(&place[0]) && !self.words.iter().any(near) {
             self.words.push(place);
             let rpm = self.report.oscillator.natural_frequency * RPM;
             self.rules.push(Rule::Word([eta * rpm, height], word));
@@ -86,7 +80,7 @@ fn own_points(report: &Report, height: f64) -> Vec<Series> {
 /// Unstable speeds over the damping ratio.
 pub fn over_damping(report: &Report) -> Diagram {
     let (top, theta) = (report.ranges[1][1], report.oscillator.damping_ratio);
-    let mut map = Map::new(report, top, theta, "damping of the scene");
+    let mut map = Map::new(report, theta, "damping of the scene");
     map.rules.push(Rule::Key(Shade::Dark, "unstable".to_owned()));
     // The large tongues first, so that their order is written where there is room for one only.
     let mut regions: Vec<&Region> = report.over_damping.iter().collect();
@@ -114,7 +108,7 @@ fn height(region: &Region) -> f64 {
 /// Unstable speeds over the modulation: without damping, and at that of the scene.
 pub fn over_modulation(report: &Report) -> Diagram {
     let top = report.ranges[2][1];
-    let mut map = Map::new(report, top, 1.0, "modulation of the scene");
+    let mut map = Map::new(report, 1.0, "modulation of the scene");
     let theta = number(report.oscillator.damping_ratio);
     map.rules.push(Rule::Key(Shade::Dark, format!("unstable at θ = {theta}")));
     map.rules.push(Rule::Key(Shade::Pale, "unstable if θ = 0".to_owned()));
@@ -142,6 +136,9 @@ pub fn over_modulation(report: &Report) -> Diagram {
     }
 }
 
+/// The name along a line upwards takes this part of the width.
+const LINE_NAME: f64 = 0.04;
+
 /// The largest amplification that is drawn: at the borders of an instability it is infinite.
 const LARGEST_AMPLIFICATION: f64 = 100.0;
 
@@ -163,7 +160,15 @@ pub fn amplification(report: &Report) -> Diagram {
         }
     }
     let shown = report.resonances.iter().filter(|r| (low * w0..high * w0).contains(&r.speed));
-    rules.extend(shown.map(|r| Rule::Vertical(r.speed * RPM, format!("k = {}", r.k))));
+    let mut named = f64::INFINITY;
+    for resonance in shown {
+        // Those of higher k lie to the left, ever nearer to each other.
+        let place = (resonance.speed / (low * w0)).ln() / (high / low).ln();
+        let room = named - place > LINE_NAME;
+        named = if room { place } else { named };
+        let name = if room { format!("k = {}", resonance.k) } else { String::new() };
+        rules.push(Rule::Vertical(resonance.speed * RPM, name));
+    }
     // One line for each stretch of stable speeds.
     let stretches = report.amplification.chunk_by(|a, b| {
         let between = |ends: &[f64; 2]| a.eta < ends[1] && ends[0] < b.eta;

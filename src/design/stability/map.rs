@@ -5,6 +5,7 @@
 //! tongue does not matter.
 
 use super::hill;
+use super::modulation;
 use super::parallel;
 use super::system::System;
 use super::tongue::{Apex, Extent, Tongue};
@@ -120,15 +121,15 @@ struct Row {
 
 /// A modulation at which the tongue of an order appears or vanishes at a damping ratio.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tip {
+struct Tip {
     /// n.
-    pub n: usize,
+    n: usize,
     /// The modulation.
-    pub modulation: f64,
+    modulation: f64,
     /// η.
-    pub eta: f64,
+    eta: f64,
     /// Whether speeds are unstable above this modulation, else below it.
-    pub opens: bool,
+    opens: bool,
 }
 
 fn row(system: &System, plan: &Modulation, modulation: f64) -> Row {
@@ -147,8 +148,8 @@ fn row(system: &System, plan: &Modulation, modulation: f64) -> Row {
     Row { modulation, intervals, critical }
 }
 
-/// The regions over (speed, modulation), and the tips of those with damping.
-pub fn over_modulation(system: &System, plan: &Modulation, done: &(dyn Fn() + Sync)) -> (Vec<Region>, Vec<Tip>) {
+/// The regions over (speed, modulation).
+pub fn over_modulation(system: &System, plan: &Modulation, done: &(dyn Fn() + Sync)) -> Vec<Region> {
     let at = |modulations: &[f64]| parallel::map(modulations, |m| row(system, plan, *m), done);
     let first: Vec<f64> = (1..=MODULATIONS).map(|i| plan.top * i as f64 / MODULATIONS as f64).collect();
     let mut rows = at(&first);
@@ -170,7 +171,7 @@ pub fn over_modulation(system: &System, plan: &Modulation, done: &(dyn Fn() + Sy
         rows.extend(at(&more));
     }
     rows.sort_by(|a, b| a.modulation.total_cmp(&b.modulation));
-    (regions(system, plan, &rows, &tips), tips)
+    regions(system, plan, &rows, &tips)
 }
 
 /// Whether a boundary moves by more than three per cent from one row to the next, so that its bend could show.
@@ -195,16 +196,9 @@ fn tips(system: &System, plan: &Modulation, rows: &[Row], done: &(dyn Fn() + Syn
         }
     }
     let tip = |(n, ends, values): &(usize, [f64; 2], [f64; 2])| {
-        let apex = |modulation: f64| {
-            let system = system.modulated(modulation);
-            let start = hill::boundaries(&system, *n);
-            Tongue::new(&system, *n, start.pairs[n - 1]).apex(&system)
-        };
-        // θ* is infinite where the tongue is open.
-        let excess = |value: f64| value.min(2.0 * theta) - theta;
-        let mut f = |modulation: f64| excess(apex(modulation).map_or(f64::INFINITY, |apex| apex.theta));
-        let modulation = super::search::zero(&mut f, *ends, values.map(excess), 1e-10);
-        Some(Tip { n: *n, modulation, eta: apex(modulation)?.eta, opens: values[0] < values[1] })
+        let modulation = modulation::crossing(system, *n, theta, *ends, *values);
+        let eta = modulation::apex(system, *n, modulation)?.eta;
+        Some(Tip { n: *n, modulation, eta, opens: values[0] < values[1] })
     };
     parallel::map(&crossings, tip, done).into_iter().flatten().collect()
 }

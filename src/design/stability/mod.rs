@@ -13,6 +13,7 @@ pub mod bounds;
 pub mod figures;
 pub mod hill;
 pub mod map;
+pub mod modulation;
 pub mod parallel;
 pub mod response;
 pub mod search;
@@ -28,7 +29,8 @@ use map::{Known, Modulation, Region};
 use response::{Resonance, Steady, Transient};
 use serde::Serialize;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use system::System;
+use system::{System, Unfollowed};
+use table::exact;
 use tongue::{Extent, Tongue, multipliers, spectral_radius};
 
 /// What is to be studied.
@@ -57,16 +59,25 @@ const USUAL_ORDERS: usize = 40;
 pub const MOST_ORDERS: usize = 120;
 /// Orders that are drawn over the modulation.
 const ORDERS_OVER_MODULATION: usize = 8;
-/// The upper edge of that map in multiples of the modulation of the scene, and the greatest part of the modulation at
-/// which the inertia vanishes.
+/// The upper edge of that map in multiples of the modulation of the scene, and the greatest part of the way from there to
+/// the modulation at which the inertia vanishes.
 const USUAL_MODULATION: f64 = 1.5;
 const GREATEST_MODULATION: f64 = 0.98;
+/// As many orders are always told.
+const FIRST_ORDERS: usize = 6;
+/// An order whose θ/θ* is above this one is summed up with its like.
+const SAFE: f64 = 100.0;
 /// Speeds at which the amplification is evaluated before its summits are looked for.
 const SPEEDS: usize = 240;
+/// The motion beside an unstable speed is evaluated this part of the speed from it: far above rounding, and no wider than
+/// a line of a diagram.
+const BESIDE: f64 = 1e-4;
 /// Harmonics of the load among which resonances are listed.
 const RESONANCES: usize = 40;
 /// A classical bound further from the exact value than this part of it is warned of.
 pub const TOLERATED: f64 = 0.1;
+/// What is left of |1 ∓ tr M + det M| where no boundary is: far above rounding.
+const LOST: f64 = 1e-6;
 /// Below this θ* an order is of no account: less than any machine's damping by orders of magnitude.
 pub const NEGLIGIBLE: f64 = 1e-12;
 
@@ -127,6 +138,10 @@ pub struct Eigenproblem {
     pub change: f64,
     /// The largest |1 ∓ tr M + det M| that is left at an exact boundary, relative to the entries of M.
     pub residual: f64,
+    /// Whether a monodromy matrix could not be computed, so that some numbers are missing.
+    pub incomplete: bool,
+    /// The first order whose boundaries have not been found, if there is one; it and those above are left out.
+    pub lost: Option<f64>,
 }
 
 /// Stability at a speed.
@@ -168,7 +183,8 @@ pub struct Order {
     /// θ/θ*.
     pub safety: Option<f64>,
     /// ε/ε*: the modulation of the scene over that at which the order becomes unstable at the damping of the scene, above
-    /// 1 where it is; None where it does not, up to the modulation of the map.
+    /// 1 where it is; None where it does not, up to the modulation of the map, without damping, and for orders whose θ/θ*
+    /// is above a hundred.
     pub modulation_ratio: Option<f64>,
     /// The classical bound of three terms.
     pub three_term: f64,
@@ -218,14 +234,8 @@ pub fn study(
     let speeds = speeds(oscillator, options)?;
     for speed in &speeds {
         let eta = speed / w0;
-        let m = system.monodromy(1.0 / (eta * eta), 2.0 * theta / eta);
-        if m.iter().flatten().any(|entry| !entry.is_finite()) {
-            return Err(Fault(format!(
-                "at {speed} rad/s, η = {eta:e}, and the damping ratio {theta} a turn cannot be followed: the free motion \
-                 vibrates or decays too fast in it; examine speeds nearer to the natural frequency, {w0} rad/s, or less \
-                 damping"
-            )));
-        }
+        let followed = system.followed(1.0 / (eta * eta), 2.0 * theta / eta);
+        followed.map_err(|why| unfollowed(why, *speed, eta, theta))?;
     }
     let parts = system.parts;
     let slowest =
@@ -234,7 +244,11 @@ pub fn study(
     let orders = if parts == 0 { 0 } else { options.orders.unwrap_or(wanted as usize) };
     let stage = |stage, total| Counter { tell: progress, done: AtomicUsize::new(0), total, stage };
 
-    let (start, known) = tongues(&system, orders, options.orders.is_none().then_some(theta), &stage("orders", orders));
+    let (start, mut known) =
+        tongues(&system, orders, options.orders.is_none().then_some(theta), &stage("orders", orders));
+    // Where Hill's matrices are too small for a start, no boundary is found.
+    let lost = known.iter().position(|(tongue, _)| !(tongue.residual < LOST));
+    let lost = lost.and_then(|first| known.drain(first..).next()).map(|(tongue, _)| tongue.j);
     let ranges = ranges(&system, &known, options, &speeds, theta);
     let classical = bounds::Harmonics::new(&system);
     let mut orders: Vec<Order> =
@@ -246,17 +260,19 @@ pub fn study(
         over_damping = map::over_damping(&system, &known, ranges[1][1], &|| counter.step());
         let plan = Modulation { orders: known.len().min(ORDERS_OVER_MODULATION), top: ranges[2][1], theta };
         let counter = stage("modulation", 40);
-        let (regions, tips) = map::over_modulation(&system, &plan, &|| counter.step());
-        over_modulation = regions;
-        for (n, order) in orders.iter_mut().enumerate() {
-            order.modulation_ratio = modulation_ratio(&tips, n + 1, order.damped.is_some());
-        }
+        over_modulation = map::over_modulation(&system, &plan, &|| counter.step());
+    }
+    let critical =
+        critical_modulations(&system, &orders, theta, ranges[2][1], &|total| stage("modulation ratios", total));
+    for (order, critical) in orders.iter_mut().zip(critical) {
+        order.modulation_ratio = critical.map(|critical| 1.0 / critical);
     }
 
     let residual = known.iter().map(|(tongue, _)| tongue.residual).fold(0.0, f64::max);
     let loaded = system.greatest(&|t| t.f.abs().max(t.f2.abs())) > 0.0;
     let counter = stage("motion", SPEEDS);
-    let amplification = if loaded { amplification(&system, ranges[0], theta, &|| counter.step()) } else { Vec::new() };
+    let amplification =
+        if loaded { amplification(&system, ranges[0], &orders, theta, &|| counter.step()) } else { Vec::new() };
     let most = RESONANCES.min((1.0 / ranges[0][0]).ceil() as usize);
     let expected = |k: usize| {
         let (tongue, _) = known.iter().find(|(tongue, _)| tongue.j == k as f64 && tongue.lambda.low > 0.0)?;
@@ -275,7 +291,13 @@ pub fn study(
             mean_stiffness: system.mean.c,
             periods_per_turn: parts,
         },
-        eigenproblem: Eigenproblem { harmonics: start.harmonics, change: start.change, residual },
+        eigenproblem: Eigenproblem {
+            harmonics: start.harmonics,
+            change: start.change,
+            residual,
+            incomplete: system.has_failed(),
+            lost,
+        },
         speeds: speeds.iter().map(|speed| at_speed(&system, &known, &orders, *speed, theta)).collect(),
         orders,
         transients: if loaded { speeds.iter().map(motion).collect() } else { Vec::new() },
@@ -284,6 +306,23 @@ pub fn study(
         over_damping,
         over_modulation,
         ranges,
+    })
+}
+
+/// Why the drive cannot be examined at a speed.
+fn unfollowed(why: Unfollowed, speed: f64, eta: f64, theta: f64) -> Fault {
+    let at =
+        format!("at {} rpm, η = {}, and the damping ratio {}", exact(speed * table::RPM), exact(eta), exact(theta));
+    Fault(match why {
+        Unfollowed::Range => format!(
+            "{at} free motions change in a turn by more than numbers hold, e^±700; examine speeds nearer to the natural \
+             frequency, η = 1, or less damping"
+        ),
+        Unfollowed::Cells => format!(
+            "{at} a turn cannot be followed to 8 digits: free motions vibrate or decay some {} times in it, or the inertia \
+             vanishes but for rounding; examine speeds nearer to the natural frequency, η = 1",
+            exact((1.0 / eta).round())
+        ),
     })
 }
 
@@ -343,8 +382,8 @@ fn ranges(system: &System, known: &[Known], options: &Options, speeds: &[f64], t
     let open = visible.clone().any(|(_, apex)| apex.is_none());
     let highest = visible.filter_map(|(_, apex)| Some(apex.as_ref()?.theta)).fold(1.5 * theta, f64::max);
     let damping = if open { 1.5 * highest.max(0.1) } else { 1.1 * highest.max(1e-3) };
-    let modulation =
-        options.modulation.unwrap_or(USUAL_MODULATION).min(GREATEST_MODULATION * system.greatest_modulation());
+    let greatest = 1.0 + GREATEST_MODULATION * (system.greatest_modulation() - 1.0);
+    let modulation = options.modulation.unwrap_or(USUAL_MODULATION).min(greatest);
     [eta, [0.0, damping], [0.0, modulation]]
 }
 
@@ -366,13 +405,29 @@ fn order(system: &System, (tongue, apex): &Known, theta: f64, bounds: Bounds) ->
     }
 }
 
-/// ε/ε*: ε* is where the tongue appears, the next one above the modulation 1 of the scene where that is stable, the last
-/// one below it where that is not; so the ratio exceeds 1 just where the order is unstable.
-fn modulation_ratio(tips: &[map::Tip], n: usize, unstable: bool) -> Option<f64> {
-    let own = tips.iter().filter(|tip| tip.n == n && tip.opens && (tip.modulation < 1.0) == unstable);
-    let tips = own.map(|tip| tip.modulation);
-    let critical = if unstable { tips.reduce(f64::max) } else { tips.reduce(f64::min) };
-    critical.map(|critical| 1.0 / critical)
+/// ε* of each order next to the modulation of the scene, up to `top`; None for orders of no account as well.
+fn critical_modulations<'a>(
+    system: &System,
+    orders: &[Order],
+    theta: f64,
+    top: f64,
+    counter: &dyn Fn(usize) -> Counter<'a>,
+) -> Vec<Option<f64>> {
+    if theta <= 0.0 {
+        return vec![None; orders.len()];
+    }
+    let told: Vec<bool> = orders.iter().enumerate().map(|(i, order)| is_told(i, order)).collect();
+    let numbers: Vec<usize> = (1..=orders.len()).filter(|n| told[n - 1]).collect();
+    let counter = counter(numbers.len());
+    let one = |n: &usize| modulation::next(system, *n, theta, orders[n - 1].critical_damping, top);
+    let mut found = parallel::map(&numbers, one, &|| counter.step()).into_iter();
+    told.into_iter().map(|told| if told { found.next().flatten() } else { None }).collect()
+}
+
+/// Whether the order with this index has a line of its own in the report: all of the first ones, and those that are not
+/// safe a hundredfold.
+pub fn is_told(index: usize, order: &Order) -> bool {
+    index < FIRST_ORDERS || order.safety.is_some_and(|safety| safety < SAFE) || order.critical_damping.is_none()
 }
 
 /// Stability at the speed Ω.
@@ -388,9 +443,12 @@ fn at_speed(system: &System, known: &[Known], orders: &[Order], speed: f64, thet
         [modulus * cos, if im == 0.0 { 0.0 } else { modulus * sin }]
     };
     let radius = spectral_radius(&m).powi(system.parts.max(1) as i32);
-    let inside = known.iter().find(|(tongue, _)| {
-        let lambda = 1.0 / (eta * eta);
-        tongue.lambda.low < lambda && lambda < tongue.lambda.high
+    let lambda = 1.0 / (eta * eta);
+    let within = |ends: [f64; 2], eta: f64| ends[0] < eta && eta < ends[1];
+    let inside = known.iter().zip(orders).find(|((tongue, _), order)| {
+        // Damping that differs over the turn may make speeds beside the undamped instability unstable.
+        (tongue.lambda.low < lambda && lambda < tongue.lambda.high)
+            || order.damped.is_some_and(|ends| within(ends, eta))
     });
     let ends = orders.iter().filter_map(|order| Some((order.j, order.damped?)));
     let w0 = system.natural_frequency();
@@ -402,16 +460,26 @@ fn at_speed(system: &System, known: &[Known], orders: &[Order], speed: f64, thet
         multipliers: multipliers(&m).map(power),
         radius,
         stable: radius < 1.0,
-        critical_damping: inside.map_or(0.0, |(tongue, _)| tongue.critical_at(system, 1.0 / eta)),
-        order: inside.map(|(tongue, _)| tongue.j),
+        critical_damping: inside.map_or(0.0, |((tongue, _), _)| tongue.critical_above(system, 1.0 / eta, theta)),
+        order: inside.map(|((tongue, _), _)| tongue.j),
         next: [below.map(|(j, [_, high])| [j, w0 * high]), above.map(|(j, [low, _])| [j, w0 * low])],
     }
 }
 
-/// The periodic motion over a range of η, at equal ratios and at the summits of the amplification between them.
-fn amplification(system: &System, [low, high]: [f64; 2], theta: f64, done: &(dyn Fn() + Sync)) -> Vec<Steady> {
+/// The periodic motion over a range of η, at equal ratios, beside the borders of the unstable speeds and at the summits
+/// of the amplification between them.
+fn amplification(
+    system: &System,
+    [low, high]: [f64; 2],
+    orders: &[Order],
+    theta: f64,
+    done: &(dyn Fn() + Sync),
+) -> Vec<Steady> {
     let eta = |i: usize| low * (high / low).powf(i as f64 / (SPEEDS - 1) as f64);
-    let places: Vec<f64> = (0..SPEEDS).map(eta).collect();
+    let beside = |[from, to]: [f64; 2]| [from * (1.0 - BESIDE), to * (1.0 + BESIDE)];
+    let borders = orders.iter().filter_map(|order| order.damped).flat_map(beside);
+    let mut places: Vec<f64> = (0..SPEEDS).map(eta).chain(borders.filter(|eta| (low..high).contains(eta))).collect();
+    places.sort_by(f64::total_cmp);
     let mut motions: Vec<Steady> =
         parallel::map(&places, |eta| response::steady(system, *eta, theta), done).into_iter().flatten().collect();
     let value = |s: &Steady| s.amplification.unwrap_or(0.0);

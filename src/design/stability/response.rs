@@ -90,7 +90,7 @@ struct Turn<'a> {
 
 impl<'a> Turn<'a> {
     fn new(system: &'a System<'a>, eta: f64, theta: f64) -> Option<Self> {
-        let map = system.table(1.0 / (eta * eta), 2.0 * theta / eta, true)?;
+        let map = system.table(1.0 / (eta * eta), 2.0 * theta / eta)?;
         Some(Turn { system, map, eta, theta })
     }
 

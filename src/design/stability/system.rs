@@ -14,10 +14,11 @@ use crate::drives::oscillator::{PeriodicOscillator, Terms};
 use crate::numerics::angle::WHOLE_TURN;
 use crate::numerics::divisor::greatest_common_divisor;
 use crate::numerics::double_double::Double;
-use crate::numerics::period_map::{Coefficients, PeriodMap, Periodic};
+use crate::numerics::period_map::{Coefficients, Period, PeriodMap, Periodic};
 use crate::numerics::quadrature::Gauss;
 use std::f64::consts::TAU;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A breakpoint this near the ends of the period counts as lying there [rad]: more than the rounding of an angle.
 const SLACK: f64 = 1e-12;
@@ -29,9 +30,11 @@ const LEAST_HARMONIC: f64 = 1e-12;
 /// without symmetry.
 const SYMMETRY_ORDER: usize = 48;
 
-/// The cells of the monodromy matrix keep this relative error: a hundred times the rounding of a number, which adds up
-/// over some dozen cells.
-const CELL_TOLERANCE: f64 = 1e-14;
+/// The polynomials of the cells keep this relative error; the ends of the cells, of which the monodromy matrix is made,
+/// then err by less than 1e-20 beside their roundings. Where an inertia or a stiffness nearly vanishes, what is left of
+/// it has lost digits by cancellation, and no cell keeps the first one: the last one still leaves an error of 1e-14 at
+/// the ends.
+const CELL_TOLERANCES: [f64; 3] = [1e-12, 1e-10, 1e-8];
 
 /// Means over a turn, coherent SI.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,6 +62,17 @@ pub struct System<'a> {
     order: usize,
     /// The harmonics at μ = 1.
     harmonics: Arc<Harmonics>,
+    /// Whether a monodromy matrix could not be computed, of this system or of one with another modulation.
+    failed: Arc<AtomicBool>,
+}
+
+/// Why a turn cannot be followed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unfollowed {
+    /// The free motions grow or decay beyond the range of numbers.
+    Range,
+    /// It takes more cells than are taken, or no cell keeps the tolerance.
+    Cells,
 }
 
 /// The complex coefficients of the orders 0 … of the two functions that make the boundaries.
@@ -112,8 +126,8 @@ impl<'a> System<'a> {
             ));
         }
         let samples = Arc::new(samples);
-        let mut system =
-            System { oscillator, mean, modulation: 1.0, parts: 0, samples, order, harmonics: Arc::default() };
+        let (harmonics, failed) = (Arc::default(), Arc::default());
+        let mut system = System { oscillator, mean, modulation: 1.0, parts: 0, samples, order, harmonics, failed };
         let [inertia, stiffness] = [system.coefficients(order, &|t| t.m), system.coefficients(order, &|t| t.c)];
         system.harmonics = Arc::new(Harmonics { inertia, stiffness });
         Ok(system)
@@ -121,7 +135,8 @@ impl<'a> System<'a> {
 
     /// The same with the modulation `factor` instead of 1.
     pub fn modulated(&self, factor: f64) -> System<'a> {
-        System { modulation: factor, samples: self.samples.clone(), harmonics: self.harmonics.clone(), ..*self }
+        let (samples, harmonics, failed) = (self.samples.clone(), self.harmonics.clone(), self.failed.clone());
+        System { modulation: factor, samples, harmonics, failed, ..*self }
     }
 
     /// The modulation at which the inertia vanishes somewhere; infinite where it does not vary.
@@ -244,15 +259,34 @@ impl<'a> System<'a> {
         })
     }
 
-    /// The tables of a period, or of the whole turn with the load.
-    pub fn table(&self, lambda: f64, d: f64, loaded: bool) -> Option<PeriodMap> {
-        let parts = if loaded { 1 } else { self.parts.max(1) };
-        PeriodMap::new(&Turn::new(self, lambda, d, parts, loaded), CELL_TOLERANCE)
+    /// The tables of the whole turn with the load; None where they cannot be computed.
+    pub fn table(&self, lambda: f64, d: f64) -> Option<PeriodMap> {
+        let turn = Turn::new(self, lambda, d, 1, true);
+        CELL_TOLERANCES.iter().find_map(|tolerance| PeriodMap::new(&turn, *tolerance))
     }
 
-    /// The monodromy matrix of (q, q′) over a period; NaN where it cannot be computed.
+    /// The monodromy matrix of (q, q′) over a period.
+    ///
+    /// # Errors
+    /// Where it cannot be computed.
+    pub fn followed(&self, lambda: f64, d: f64) -> Result<Matrix, Unfollowed> {
+        let turn = Turn::new(self, lambda, d, self.parts.max(1), false);
+        let period = CELL_TOLERANCES.iter().find_map(|tolerance| Period::of(&turn, *tolerance));
+        let matrix = period.ok_or(Unfollowed::Cells)?.map.matrix;
+        if matrix.iter().flatten().all(|entry| entry.is_finite()) { Ok(matrix) } else { Err(Unfollowed::Range) }
+    }
+
+    /// The monodromy matrix of (q, q′) over a period; NaN where it cannot be computed, which [`System::has_failed`] tells.
     pub fn monodromy(&self, lambda: f64, d: f64) -> Matrix {
-        self.table(lambda, d, false).map_or([[f64::NAN; 2]; 2], |table| table.period_map().matrix)
+        self.followed(lambda, d).unwrap_or_else(|_| {
+            self.failed.store(true, Ordering::Relaxed);
+            [[f64::NAN; 2]; 2]
+        })
+    }
+
+    /// Whether a monodromy matrix could not be computed so far.
+    pub fn has_failed(&self) -> bool {
+        self.failed.load(Ordering::Relaxed)
     }
 
     /// The angle at which motions under load start [rad].

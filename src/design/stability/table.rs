@@ -1,7 +1,7 @@
 //! The report as text, CSV and JSON.
 
 use super::tongue::Extent;
-use super::{NEGLIGIBLE, Order, Report, TOLERATED};
+use super::{NEGLIGIBLE, Order, Report, TOLERATED, is_told};
 use crate::design::text::{Table, csv, number};
 use crate::drives::Fault;
 use std::fmt::Write as _;
@@ -12,13 +12,8 @@ const NONE: &str = "–";
 /// rad/s → rpm.
 pub const RPM: f64 = 60.0 / std::f64::consts::TAU;
 
-/// As many orders are always told.
-const FIRST_ORDERS: usize = 6;
-/// An order whose θ/θ* is above this one is summed up with its like.
-const SAFE: f64 = 100.0;
-
 /// Six significant digits.
-fn exact(value: f64) -> String {
+pub fn exact(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return if value.is_finite() { "0".to_owned() } else { "∞".to_owned() };
     }
@@ -64,10 +59,10 @@ fn off_by(off: f64) -> String {
     }
 }
 
-/// Whether an order has a line of its own: all of the first ones, and those that are not safe a hundredfold.
-fn is_told(report: &Report, order: &Order) -> bool {
-    let first = report.orders.iter().take(FIRST_ORDERS).any(|first| first.j == order.j);
-    first || order.safety.is_some_and(|safety| safety < SAFE) || order.critical_damping.is_none()
+/// The orders that have a line of their own, or those that have none.
+fn orders(report: &Report, told: bool) -> impl DoubleEndedIterator<Item = &Order> {
+    let of = move |(index, order): &(usize, &Order)| is_told(*index, order) == told;
+    report.orders.iter().enumerate().filter(of).map(|(_, order)| order).collect::<Vec<_>>().into_iter()
 }
 
 /// The orders, without those of no account.
@@ -105,19 +100,39 @@ pub fn of_orders(report: &Report) -> Table {
             bound(order, order.second_order),
         ]
     };
-    let rows = report.orders.iter().filter(|order| is_told(report, order)).map(row);
+    let rows = orders(report, true).map(row);
     Table { rows: rows.collect(), head: head.map(str::to_owned).to_vec() }
 }
 
-/// What is said of the orders that have no line.
-pub fn of_other_orders(report: &Report) -> Option<String> {
-    let mut others = report.orders.iter().filter(|order| !is_told(report, order));
-    let (first, last) = (others.next()?, report.orders.iter().rev().find(|order| !is_told(report, order))?);
-    let largest = report.orders.iter().filter(|order| !is_told(report, order)).filter_map(|o| o.critical_damping);
-    let largest = largest.fold(0.0, f64::max);
-    let which = if first.j == last.j { format!("{}", first.j) } else { format!("{} … {}", first.j, last.j) };
-    let amount = if largest > NEGLIGIBLE { format!("θ* up to {}", number(largest)) } else { "θ* = 0".to_owned() };
-    Some(format!("j = {which}: {amount}; all digits are in the CSV file."))
+/// What is said below the orders: what the columns are, and of the orders that have no line.
+pub fn below_orders(report: &Report) -> Vec<String> {
+    let mut lines = Vec::new();
+    if report.orders.is_empty() {
+        return lines;
+    }
+    if let (Some(first), Some(last)) = (orders(report, false).next(), orders(report, false).next_back()) {
+        let largest = orders(report, false).filter_map(|order| order.critical_damping).fold(0.0, f64::max);
+        let which = if first.j == last.j { format!("{}", first.j) } else { format!("{} … {}", first.j, last.j) };
+        let amount = if largest > NEGLIGIBLE { format!("θ* up to {}", number(largest)) } else { "θ* = 0".to_owned() };
+        lines.push(format!("j = {which}: {amount}; all digits are in the CSV file."));
+    }
+    lines.push(
+        "θ*: damping ratio from which on the order is stable at every speed; below θ/θ* = 1 it is not.".to_owned(),
+    );
+    lines.push(if report.oscillator.damping_ratio > 0.0 {
+        format!(
+            "ε/ε*: modulation of the coefficients over that from which on the order is unstable at this damping; {NONE} \
+             where it is stable up to {} times the modulation of the scene.",
+            exact(report.ranges[2][1].max(1.0))
+        )
+    } else {
+        format!("ε/ε*: {NONE}, since without damping any modulation makes an order unstable.")
+    });
+    let is_off = |order: &Order, value: f64| deviation(order, value).is_some_and(|off| off.abs() > TOLERATED);
+    if orders(report, true).any(|order| is_off(order, order.three_term) || is_off(order, order.second_order)) {
+        lines.push(format!("!: off by more than {} % from the exact θ*.", 100.0 * TOLERATED));
+    }
+    lines
 }
 
 /// What is said before the tables.
@@ -177,11 +192,12 @@ pub fn of_speeds(report: &Report) -> Vec<String> {
         );
         let _ = write!(line, "; free motions change by the factor {} in a turn", exact(at.radius));
         if let Some(j) = at.order {
-            let _ = write!(
-                line,
-                "; within the instability of order {j}, stable from θ = {} on",
-                exact(at.critical_damping)
-            );
+            let critical = exact(at.critical_damping);
+            let _ = if at.stable {
+                write!(line, "; with less damping than θ = {critical} in the instability of order {j}")
+            } else {
+                write!(line, "; in the instability of order {j}, stable from θ = {critical} on")
+            };
         }
         for (next, side) in at.next.iter().zip(["below", "above"]) {
             if let Some([j, w]) = next {
@@ -197,21 +213,27 @@ pub fn of_speeds(report: &Report) -> Vec<String> {
 pub fn warnings(report: &Report) -> Vec<String> {
     let mut lines = Vec::new();
     let off = |pick: fn(&Order) -> f64, name: &str| {
-        let worst = report
-            .orders
-            .iter()
-            .filter(|order| is_told(report, order))
-            .filter_map(|order| Some((order, deviation(order, pick(order))?)))
-            .filter(|(_, off)| off.abs() > TOLERATED)
-            .max_by(|a, b| ratio(a.1).total_cmp(&ratio(b.1)));
-        worst.map(|(order, off)| {
-            format!(
-                "{name} misses θ* of order {} by {} ({} instead of {}): take the exact value.",
-                order.j,
-                off_by(off),
-                if pick(order) < NEGLIGIBLE { "0".to_owned() } else { number(pick(order)) },
-                order.critical_damping.map_or_else(|| "∞".to_owned(), number)
-            )
+        let judged: Vec<(&Order, f64)> =
+            orders(report, true).filter_map(|order| Some((order, deviation(order, pick(order))?))).collect();
+        let missed: Vec<&(&Order, f64)> = judged.iter().filter(|(_, off)| off.abs() > TOLERATED).collect();
+        let (order, off) = missed.iter().max_by(|a, b| ratio(a.1).total_cmp(&ratio(b.1)))?;
+        let names: Vec<String> = missed.iter().map(|(order, _)| order.j.to_string()).collect();
+        let example = format!(
+            "by {} ({} instead of {})",
+            off_by(*off),
+            if pick(order) < NEGLIGIBLE { "0".to_owned() } else { number(pick(order)) },
+            order.critical_damping.map_or_else(|| "∞".to_owned(), number)
+        );
+        Some(match &names[..] {
+            [one] => format!("{name} misses θ* of order {one} {example}: take the exact value."),
+            _ => format!(
+                "{name} misses θ* of {} of the {} orders listed, j = {}, most that of order {} {example}: take the exact \
+                 values.",
+                names.len(),
+                judged.len(),
+                names.join(", "),
+                order.j
+            ),
         })
     };
     lines.extend(off(|order| order.three_term, "The classical bound of three terms"));
@@ -231,6 +253,19 @@ pub fn warnings(report: &Report) -> Vec<String> {
              --orders.",
             last.j
         ));
+    }
+    if let Some(j) = report.eigenproblem.lost {
+        lines.push(format!(
+            "The boundaries from order {j} on have not been found, since the coefficients have too many harmonics; these \
+             orders are left out."
+        ));
+    }
+    if report.eigenproblem.incomplete {
+        lines.push(
+            "At some speeds a turn could not be followed: free motions grow or decay beyond the range of numbers, or the \
+             inertia vanishes but for rounding. Numbers that rest on them are missing or coarse."
+                .to_owned(),
+        );
     }
     if report.eigenproblem.residual > 1e-12 {
         lines

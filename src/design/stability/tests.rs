@@ -1,5 +1,6 @@
 //! Stability against closed forms, against the printed numbers of the sources, and against an independent eigenproblem.
 
+mod extremes;
 mod tables;
 
 use super::bounds::Harmonics;

@@ -117,26 +117,31 @@ impl Tongue {
         }
         let m = system.monodromy(lambda, 0.0);
         let start = determinant(&less(&m, sign(self.n)));
-        if start >= 0.0 {
+        if !(start < 0.0) {
             return 0.0;
         }
         // The growth of the undamped motion, which damping proportional to the inertia would make up for exactly.
         let guess = (spectral_radius(&m).ln() / (system.period() * inverse)).max(f64::MIN_POSITIVE);
         let mut f = |theta: f64| self.excess(system, inverse, theta);
         let (mut low, mut high) = ((0.0, start), (1.05 * guess, 0.0));
-        for _ in 0..60 {
-            high.1 = f(high.0);
-            if high.1 >= 0.0 {
-                break;
-            }
-            (low, high.0) = (high, 1.4 * high.0 + f64::EPSILON);
-        }
+        (low, high) = climb(&mut f, low, high.0);
         // Most often the zero is within some per cent of the guess.
         let near = 0.95 * guess;
         if low.0 == 0.0 {
             let value = f(near);
             if value < 0.0 { low = (near, value) } else { high = (near, value) }
         }
+        search::zero(&mut f, [low.0, high.0], [low.1, high.1], 0.0)
+    }
+
+    /// The same, above the damping ratio `theta` where the speed is unstable at it.
+    pub fn critical_above(&self, system: &System, inverse: f64, theta: f64) -> f64 {
+        let mut f = |theta: f64| self.excess(system, inverse, theta);
+        let value = f(theta);
+        if theta == 0.0 || !(value < 0.0) {
+            return self.critical_at(system, inverse);
+        }
+        let (low, high) = climb(&mut f, (theta, value), 1.2 * theta);
         search::zero(&mut f, [low.0, high.0], [low.1, high.1], 0.0)
     }
 
@@ -193,6 +198,19 @@ impl Tongue {
         }
         search::zero(&mut f, [from.0, to.0], [from.1, to.1], 0.0)
     }
+}
+
+/// From θ and det E in an instability to ever higher θ, `next` the first of them, until it is left: the last two.
+fn climb(f: &mut dyn FnMut(f64) -> f64, from: (f64, f64), next: f64) -> ((f64, f64), (f64, f64)) {
+    let (mut low, mut high) = (from, (next, f(next)));
+    for _ in 0..60 {
+        if !(high.1 < 0.0) {
+            break;
+        }
+        let theta = 1.4 * high.0 + f64::EPSILON;
+        (low, high) = (high, (theta, f(theta)));
+    }
+    (low, high)
 }
 
 /// s of the instabilities with n zeros in a period.

@@ -50,7 +50,8 @@ impl Monodromy {
         if discriminant > CERTAIN * missed + rounding {
             self.scale + (half_trace.abs() + discriminant.sqrt()).ln()
         } else {
-            0.5 * log_determinant
+            // The sum makes +0 of the −0 that −∫0 is.
+            0.5 * log_determinant + 0.0
         }
     }
 }

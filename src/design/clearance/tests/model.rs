@@ -219,7 +219,7 @@ fn laws_are_compared_at_the_same_task() {
         assert!((study.least_spacing.unwrap() - 2.5).abs() < 1e-12);
     }
     let text = table::of_laws(&report).text();
-    assert!(text.contains("modified_sine") && text.lines().count() == 4, "{text}");
+    assert!(text.contains("modified_sine") && text.lines().count() == 1 + 2 * 3, "{text}");
 }
 
 #[test]
@@ -269,6 +269,19 @@ fn an_admissible_frequency_speed_or_clearance_is_one_for_the_model_too() {
         Options { clearance: Some(0.8 * s), ..Options::default() },
     ] {
         assert_eq!(sequels(options), [Sequel::None; 2]);
+    }
+    // So do the borders that the model itself has, to their digits.
+    let by_model = report.laws[0].by_model.as_ref().unwrap();
+    assert_eq!(report.laws[0].calm.verdict(), Some(false));
+    let (omega, speed, s) = (by_model.frequency.last().unwrap()[1], by_model.speed[0][0], by_model.clearance[0][1]);
+    for (calm, part) in [(true, 0.999), (false, 1.001)] {
+        for options in [
+            Options { natural_frequency: Some(part * omega), ..Options::default() },
+            Options { speed: Some(speed / part), ..Options::default() },
+            Options { clearance: Some(part * s), ..Options::default() },
+        ] {
+            assert_eq!(sequels(options) == [Sequel::None; 2], calm, "{part}");
+        }
     }
     // Damping ratio and mass ratio stay.
     let other = run(&plain, &Options { natural_frequency: Some(250.0), turns: Some(2), ..Options::default() }).unwrap();
