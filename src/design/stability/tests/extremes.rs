@@ -68,7 +68,9 @@ fn an_inertia_that_nearly_vanishes_is_followed() {
 #[test]
 fn orders_whose_boundaries_are_not_found_are_left_out() {
     let scene = inertia(0.9999);
-    let report = study(["m", "test"], &scene, &Options { quick: true, ..Options::default() }, &|_| ()).unwrap();
+    let report =
+        study(["m", "test"], &scene, &Options { quick: true, damping: Some(0.0), ..Options::default() }, &|_| ())
+            .unwrap();
     let lost = report.eigenproblem.lost.unwrap();
     assert!(report.orders.iter().all(|order| order.j < lost) && report.orders.len() > 5);
     assert!(report.eigenproblem.residual < 1e-9);
@@ -102,7 +104,7 @@ fn a_stable_speed_is_not_called_unstable() {
     let options = Options { quick: true, damping: Some(5.0), speeds: vec![2.0], ..Options::default() };
     let report = study(["mathieu", "test"], &scene, &options, &|_| ()).unwrap();
     let line = &table::of_speeds(&report)[0];
-    assert!(line.contains(": stable;") && line.contains("with less damping than θ = 0.0750"), "{line}");
+    assert!(line.contains(": stable;") && line.contains("with less damping than θ = 0.07490"), "{line}");
     // All missed orders are named.
     let report = study(["crank", "test"], &crank(0.2, false), &Options { quick: true, ..options }, &|_| ()).unwrap();
     let warnings = table::warnings(&report);
