@@ -78,7 +78,7 @@ fn evaluate(scene: &Scene, machine: &Parameters, crossings: &[Crossing], ignore:
 }
 
 /// The values around those of a scene whose periodic motion has so many samples and releases; None where that would take
-/// long.
+/// long or the model cannot be followed.
 pub fn around(
     scene: &Scene,
     machine: &Parameters,
@@ -92,6 +92,8 @@ pub fn around(
     if count < SAMPLES[0] {
         return None;
     }
+    // What cannot be followed with so few steps here cannot be nearby.
+    evaluate(scene, machine, crossings, ignore)?;
     let ratio = REACH.powf(1.0 / count as f64);
     let calm = |which: usize, factor: f64| {
         let (scene, machine) = changed(scene, machine, which, factor);

@@ -299,7 +299,10 @@ pub fn of_tuning(report: &Report, study: &Study) -> Vec<String> {
                     judge(intervals, calm, value, scale, unit)
                 )
             }
-            (_, Some(false)) if own => format!("{of} [{unit}]: {formulas}, but not by the model."),
+            (_, Some(calm)) if calm != own => {
+                let word = if calm { "is admissible" } else { "is not admissible" };
+                format!("{of} [{unit}]: {formulas}, but by the model {} {unit} {word}.", number(scale * value))
+            }
             _ => format!("{of} [{unit}]: {formulas}; {}.", judge(by_formulas, own, value, scale, unit)),
         }
     };
@@ -322,7 +325,7 @@ pub fn of_tuning(report: &Report, study: &Study) -> Vec<String> {
             number(100.0 * (model.ratio - 1.0))
         ));
     } else if study.releases.is_some() {
-        lines.push("The model has not been followed at other values, that would take long.".to_owned());
+        lines.push("The model has not been followed at other values: it would take long, or cannot be.".to_owned());
     }
     lines.push(format!(
         "By the formulas, K at μ = {}: {}{}. {} By it ω would be up to {} rad/s.",
