@@ -41,7 +41,7 @@ impl<'a> Content<'a> {
     }
 
     /// The bytes of `resources/drive.bin`.
-    #[cfg(feature = "cli")]
+    #[cfg(any(test, feature = "cli"))]
     pub fn to_bytes(&self) -> Result<Vec<u8>, Fault> {
         let content =
             postcard::to_stdvec(self).map_err(|e| Fault(format!("resources/{FILE_NAME} cannot be written: {e}")))?;

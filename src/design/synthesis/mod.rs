@@ -22,6 +22,7 @@ mod family;
 pub mod figures;
 pub mod laws;
 mod nonlinear;
+mod remarks;
 mod semi_infinite;
 pub mod shaft;
 pub mod shaft_study;

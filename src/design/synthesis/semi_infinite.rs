@@ -37,9 +37,15 @@ const RESOLVED: f64 = 1e-12;
 /// Rounds may end with violations up to this part of the level: where extremes are flat the last digits come slowly.
 const ENDED: f64 = 1e-8;
 
+/// Violations below this part of the task are none: a hundredth of what coefficients of sixteen digits leave.
+const BELOW: f64 = 1e-18;
+
 /// What the objective sees less than this part of, conditions without a level decide: there the coordinates are not
 /// stretched, so that neither loses more than a dozen of its thirty digits.
 const SEEN: f64 = 1e-12;
+
+/// The same for the interior point: half of its sixteen digits.
+const SEEN_PLAINLY: f64 = 1e-6;
 
 /// Slacks are cut here, in units of the largest violation: so far the solution does not move, and if it does, the
 /// exchange takes the condition up anew.
@@ -154,11 +160,11 @@ impl Program<'_> {
                 break;
             }
         }
-        if worst > (ENDED * level.abs()).max(10.0 * rounding) {
+        if worst > (ENDED * level.abs()).max(BELOW) {
             let text = format!("a condition is still exceeded by {worst:.1e} of the task, whose level is {level:.1e}");
             return Err(Infeasible::Numerical(text));
         }
-        Ok(Solution { x, level, resolution: rounding, uncertainty })
+        Ok(Solution { x, level, resolution: rounding.max(worst - RESOLVED * level.abs()), uncertainty })
     }
 
     fn least_squares(&self, centre: Vec<Double>, a: &[Vec<Double>], b: &[Double]) -> Result<Solution, Infeasible> {
@@ -208,7 +214,11 @@ impl Program<'_> {
             rows.extend(a.iter().cloned());
         }
         let conditions = self.families.iter().any(|family| family.level == 0.0);
-        let rank = if conditions { SEEN } else { RANK };
+        let rank = match &self.goal {
+            _ if !conditions => RANK,
+            Goal::Level(_) => SEEN,
+            Goal::Squares(..) => SEEN_PLAINLY,
+        };
         Coordinates::new(self.solutions.factors(&rows, rank), conditions)
     }
 
