@@ -147,16 +147,19 @@ impl Pace {
         Ok(())
     }
 
-    /// Estimated relative error of the state so far; on inputs every communication point is the end of a step.
+    /// Estimated relative error of the state so far, 1 where all digits are lost; on inputs every communication point is the
+    /// end of a step.
     pub fn error_estimate(self, statistics: &Statistics, on_inputs: bool) -> f64 {
-        match (self, on_inputs) {
+        let error = match (self, on_inputs) {
             (Pace::Tolerance(_), false) => {
                 RESERVE_BETWEEN_ENDS * statistics.error_estimate + RESERVE_AT_ENDS * statistics.error_at_ends
             }
             (Pace::Grid { .. }, false) => RESERVE_OF_EQUAL_STEPS * statistics.state_error,
             (Pace::Tolerance(_), true) => RESERVE_ON_INPUTS * statistics.error_at_ends,
             (Pace::Grid { .. }, true) => RESERVE_OF_EQUAL_STEPS_ON_INPUTS * statistics.error_at_ends,
-        }
+        };
+        // `min` takes what is no number for 1.
+        error.min(1.0)
     }
 
     /// What is said of a stop, but for growth without bound.
