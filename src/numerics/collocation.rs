@@ -43,8 +43,10 @@ const FORGETTING: f64 = 0.99;
 /// Newton iterations per attempt; a problem that needs more gets a shorter step.
 const ITERATIONS: usize = 15;
 
-/// Corrections as small as this, relative to the state, may be rounding alone.
-const NEWTON_ROUNDING: f64 = 1e-13;
+/// The contraction of Newton's method beyond which the matrix of its first iteration is too far from the Jacobians along
+/// the step to carry errors: over the thousands of steps of an undamped motion a thousandth in each can make them grow
+/// without end. A smaller bound changes the estimate little and has more steps factorise twice.
+const STALE: f64 = 3e-4;
 
 /// What the end of a step errs by at least: some roundings of the state, as the linear equations pass them on.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
@@ -359,7 +361,11 @@ impl<const N: usize> Collocation<N> {
             let rate = size / last;
             // Either the corrections that are still to come are small, or rounding stops the contraction.
             let converged = rate < 1.0 && size * rate / (1.0 - rate) <= enough;
-            if size <= enough || converged || (rate > 0.3 && size <= NEWTON_ROUNDING) {
+            if size <= enough || converged || (rate > 0.3 && size <= newton.as_ref()?.rounding(&scale, h)) {
+                if rate > STALE && !(size > enough && rate > 0.3) {
+                    newton = Some(factorise(system, h, |i| self.node(i, h), &self.stages(&f, h))?);
+                    self.statistics.factorisations += 1;
+                }
                 return Some(solved(f, scale, newton.as_ref()?, h, remainder(size, rate)));
             }
             if rate > 0.05 {
@@ -383,7 +389,7 @@ impl<const N: usize> Collocation<N> {
         // The first stages stand still, and are no measure of the motion.
         let scale = self.scale_over(system, &self.state(), &self.stages(&f, h));
         let rate = sizes[1] / sizes[0];
-        if rate >= 1.0 && sizes[1] > NEWTON_ROUNDING {
+        if rate >= 1.0 && sizes[1] > newton.as_ref()?.rounding(&scale, h) {
             return None;
         }
         // One iteration is for linear equations, which it solves.

@@ -5,6 +5,11 @@ use crate::numerics::double_double::Double;
 use crate::numerics::gauss::{MATRIX, WEIGHTS};
 use crate::numerics::lu::Lu;
 
+/// Corrections as small as this, relative to the state, may be rounding alone, and so may this many times what the rounding
+/// of the state makes of f: of a component that has all but vanished it is more.
+const NEWTON_ROUNDING: f64 = 1e-13;
+const ROUNDINGS_OF_F: f64 = 4.0;
+
 /// Newton's matrix, factorised, the Jacobians at the stages and the largest |∂fᵢ/∂yⱼ| among them.
 pub struct Newton<const N: usize> {
     /// The factors.
@@ -26,6 +31,12 @@ impl<const N: usize> Newton<N> {
         }
         self.lu.solve(&mut change);
         std::array::from_fn(|r| (0..STAGES).map(|i| change[i * N + r].abs()).fold(0.0, f64::max))
+    }
+
+    /// The corrections in a step of length `h`, relative to the `scale`, that may be rounding alone.
+    pub fn rounding(&self, scale: &[f64; N], h: f64) -> f64 {
+        let noise = self.noise(scale);
+        (0..N).map(|c| ROUNDINGS_OF_F * h * noise[c] / scale[c]).fold(NEWTON_ROUNDING, f64::max)
     }
 
     /// A bound of the rates of the free motion [1/s]: of the products ∂fᵢ/∂yⱼ ∂fⱼ/∂yᵢ, which do not depend on the units of the

@@ -182,3 +182,56 @@ fn extreme_inertia_ratios_and_orders_give_the_numbers_of_the_integrator() {
     }
     assert!(20 < tabulated, "{tabulated}");
 }
+
+/// The cam that the two tests below share.
+fn three_harmonics() -> MotionLaw {
+    MotionLaw::Fourier(Fourier::new(vec![0.0, 0.06, 0.0, -0.011, 0.0, 0.0017], vec![]))
+}
+
+#[test]
+fn the_estimate_of_a_cam_without_inertia_does_not_grow_over_thousands_of_steps() {
+    // From rest 0.1 rad before U′ = 0 to 0.1 rad behind it, where the cam with J = 1e-12 m U′²max swings to and fro
+    // through the zero: an undamped motion of thousands of steps that does not multiply errors.
+    let (m, c) = (200.0, 20000.0);
+    let inertia = m * three_harmonics().bound(1).powi(2) * 1e-12;
+    let run = |tolerance: f64| {
+        let mut drive = started(Scene {
+            m,
+            inertia,
+            c,
+            b: 0.0,
+            linear: false,
+            cam: three_harmonics(),
+            drive: DriveMode::Constant { w: 20.0, phi_start: -0.1 },
+            start: Start { mode: StartMode::AtRest, q: 0.0, q_dot: 0.0 },
+            solver: Settings { tolerance, ..Settings::default() },
+        });
+        super::run(&mut drive, 0.01, 20);
+        (drive.twist, drive.solver.error_estimate)
+    };
+    let ((got, estimate), (truth, _)) = (run(0.0), run(1e-14));
+    let error = [0, 1].map(|i| (got[i] - truth[i]).abs() / truth[i].abs());
+    assert!(error[0].max(error[1]) <= estimate && estimate < 1e-5, "{error:?} {estimate:e}");
+}
+
+#[test]
+fn a_vibration_that_dies_out_is_followed_to_rest() {
+    // At 1e-9 rad/s the twist comes to rest at some 1e-27 rad, in whose rounding the last of q̇ vanishes.
+    for (method, span) in [(Method::Adaptive, 60.0), (Method::FixedCost, 5.0)] {
+        let mut drive = started(Scene {
+            m: 20.0,
+            inertia: 0.05,
+            c: 2000.0,
+            b: 0.6,
+            linear: false,
+            cam: three_harmonics(),
+            drive: DriveMode::Constant { w: 1e-9, phi_start: 0.3 },
+            start: Start { mode: StartMode::AtRest, q: 0.0, q_dot: 0.0 },
+            solver: Settings { method, ..Settings::default() },
+        });
+        run(&mut drive, span, 6);
+        let u = three_harmonics().at(0.3).0;
+        let rest = -20.0 * 1e-18 * u[1] * u[2] / 2000.0;
+        assert!((drive.twist[0] / rest - 1.0).abs() < 1e-6, "{method:?}: {:?} {rest:e}", drive.twist);
+    }
+}
