@@ -296,6 +296,21 @@ fn compensate_writes_a_scene_that_is_right() {
     let run = camdrive(&["compensate", loom, "-o", text(&scene), "--period", "120 ms"]);
     assert!(run.code == 0 && run.out.contains("52.39987814901"), "{}{}", run.out, run.err);
     assert!(std::fs::read_to_string(&scene).unwrap().contains("w_s = 52.39987814901"));
+    // A load is no part of a scene.
+    let run = camdrive(&["compensate", loom, "-o", text(&scene), "--load", "40 N.m"]);
+    assert!(run.code == 0 && run.out.contains("input `tau`"), "{}{}", run.out, run.err);
+    // Without motor the start gives the period.
+    let free = folder.join("free.toml");
+    let text_of_loom = std::fs::read_to_string(loom).unwrap();
+    let (head, _) = text_of_loom.split_once("[motor]").unwrap();
+    std::fs::write(&free, format!("{head}[motor]\nkind = \"none\"\n")).unwrap();
+    let run = camdrive(&["compensate", text(&free), "-o", text(&scene), "--period", "120 ms"]);
+    assert!(run.code == 0 && run.out.contains("start.w_start = "), "{}{}", run.out, run.err);
+    let written = std::fs::read_to_string(&scene).unwrap();
+    let w = written.split("w_start = ").nth(1).and_then(|rest| rest.split([' ', '}', '\n']).next()).unwrap();
+    let w: f64 = w.parse().unwrap();
+    // Between the least and the largest speed, and not their mean.
+    assert!((49.0..57.0).contains(&w) && (w - 52.36).abs() > 0.1, "{w}");
 }
 
 #[test]

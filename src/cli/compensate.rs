@@ -67,6 +67,8 @@ struct Machine {
     tools: Vec<usize>,
     /// For each of them whether the law of its cam is an angle.
     turning: Vec<bool>,
+    /// φ at the start [rad].
+    phi_start: f64,
 }
 
 fn machine(args: &Args) -> Result<Machine, Failure> {
@@ -109,6 +111,7 @@ fn machine(args: &Args) -> Result<Machine, Failure> {
             "{place}: a machine without motor turns with any speed\n  = hint: say which with --period"
         )));
     }
+    let phi_start = scene.phi_start;
     let (mut tools, mut kept, mut moved, mut turning) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let mut endless: Vec<String> = Vec::new();
     for (j, follower) in scene.followers.into_iter().enumerate() {
@@ -139,7 +142,7 @@ fn machine(args: &Args) -> Result<Machine, Failure> {
     }
     let task =
         Task { own: Inertia::new(scene.inertia, kept), tools, driving: Driving { motor: scene.motor, load, period } };
-    Ok(Machine { name: resolved.name, task, tools: moved, turning })
+    Ok(Machine { name: resolved.name, task, tools: moved, turning, phi_start })
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
@@ -179,7 +182,24 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
         lines += files::report(folder, &machine.name, parts)?.trim_start();
     }
-    print(&(text(&report) + &lines))
+    print(&(text(&report) + &on_start(&machine, &report) + &lines))
+}
+
+/// What the user has to know of the start of the compensated machine.
+fn on_start(machine: &Machine, report: &Report) -> String {
+    let Driving { motor, load, .. } = machine.task.driving;
+    if motor == Motor::None {
+        let w = report.speed_at(machine.phi_start);
+        return format!(
+            "Without motor the machine keeps the period with which it starts: start.w_start = {w:.9} rad/s.\n\n"
+        );
+    }
+    if load == 0.0 {
+        return String::new();
+    }
+    format!(
+        "Mind: the load of {load} N.m belongs to no scene; it is the input `tau` of the FMU, 0 unless it is set. Set it before initialisation, so that the machine starts on this motion.\n\n"
+    )
 }
 
 /// The report for a terminal.
@@ -244,6 +264,10 @@ fn compensated(args: &Args, machine: &Machine, report: &Report) -> Result<String
     }
     if let (Some(speed), Some(_)) = (report.synchronous_speed, &args.period) {
         document["motor"]["w_s"] = value(speed);
+    }
+    if machine.task.driving.motor == Motor::None {
+        // Nothing else would give the machine the speed that belongs to the period.
+        document["start"]["w_start"] = value(report.speed_at(machine.phi_start));
     }
     let folder = args.scene.parent().unwrap_or(Path::new(""));
     carry_over(document.as_table_mut(), folder);

@@ -117,6 +117,12 @@ impl Task {
         self.tools.iter().map(|tool| tool.wanted.order().max(tool.motion.order())).max().unwrap_or(1).max(1)
     }
 
+    /// The order of the coarsest mesh for the motion: six points for each harmonic of the tools, of many harmonics two, as their
+    /// inertia has them, since the work grows with the cube.
+    fn coarsest(&self) -> usize {
+        (6 * self.order()).min(ORDERS[1]).max(2 * self.order()).max(ORDERS[0])
+    }
+
     /// ⟨√(S_max − S)⟩² [kg·m²]: the least constant inertia of a machine without motor.
     pub fn least_inertia_without_motor(&self) -> f64 {
         // The square root has a corner where S is largest, so that the mean converges with 1/N² only, from either side of
@@ -159,7 +165,12 @@ impl Task {
     /// # Errors
     /// Where there is no such motion: the torque cannot carry the load, or the inertia is too small.
     pub fn solve(&self) -> Result<Solution, Fault> {
-        let mut order = (6 * self.order()).max(ORDERS[0]);
+        // Newton's method may find a motion on a mesh that does not see where the machine comes to rest.
+        let free = self.driving.motor == Motor::None && !self.own.varies();
+        if free && self.own.function.constant <= self.least_inertia_without_motor() {
+            return Err(self.refusal(1.0));
+        }
+        let mut order = self.coarsest();
         loop {
             let mesh = Mesh::new(order);
             let orbit = self.solve_on(&mesh).map_err(|share| self.refusal(share))?;
@@ -211,7 +222,7 @@ impl Task {
     /// The least J0 [kg·m²] with which there is a solution, to three digits; None where none is found below a thousand times
     /// the given one.
     pub fn least_inertia(&self) -> Option<f64> {
-        let mesh = Mesh::new((6 * self.order()).max(ORDERS[0]));
+        let mesh = Mesh::new(self.coarsest());
         let solvable = |constant: f64| {
             let mut task = self.clone();
             task.own.function.constant = constant;
@@ -294,6 +305,11 @@ impl Solution {
     /// φ(ψ).
     pub fn angle(&self) -> Angle {
         Angle::new(&self.speed, self.orbit.mean_speed)
+    }
+
+    /// ω [rad/s] at the angle φ [rad].
+    pub fn speed_at(&self, phi: f64) -> f64 {
+        self.speed.at(self.angle().inverse(phi.rem_euclid(TAU))).0[0]
     }
 
     /// The least and the largest ω over the turn [rad/s].

@@ -70,6 +70,9 @@ pub struct Report {
     pub transmission: Vec<Transmission>,
     /// The numbers of the tools' followers in the scene.
     pub numbers: Vec<usize>,
+    /// The motion over the time.
+    #[serde(skip)]
+    motion: Solution,
     /// The laws of the cams.
     #[serde(skip)]
     pub laws: Vec<Fourier>,
@@ -102,7 +105,8 @@ pub fn study(scene: &str, task: &Task, options: Options) -> Result<Report, Fault
     if task.driving.motor != Motor::None {
         (driving.motor, driving.period) = (solution.orbit.motor, None);
     }
-    let Finished { laws, machine, cams, orbit, round } = finish(task, &solution, &driving, options.tolerance)?;
+    let Finished { laws, machine, cams, orbit, round } =
+        finish(task, &solution, &driving, options.tolerance).map_err(|fault| beside_least_inertia(task, fault))?;
     let plain: Vec<Cam> = task.tools.iter().map(|tool| machine.cam_of_law(tool, &tool.motion)).collect();
     let before = machine.orbit(&plain, &driving);
     let course = |j: usize| {
@@ -153,7 +157,19 @@ pub fn study(scene: &str, task: &Task, options: Options) -> Result<Report, Fault
         accelerations: (0..task.tools.len()).map(course).collect(),
         turning: task.tools.iter().map(Tool::turns).collect(),
         laws: laws.into_iter().map(|law| law.series).collect(),
+        motion: solution,
     })
+}
+
+/// A fault of a machine that may be too near to the least inertia.
+fn beside_least_inertia(task: &Task, Fault(fault): Fault) -> Fault {
+    if task.own.varies() {
+        return Fault(fault);
+    }
+    let (given, least) = (task.own.function.constant, task.least_inertia_without_motor());
+    Fault(format!(
+        "{fault}. (J0 = {given} kg.m2; without motor it has to be above {least:.6} kg.m2, and the nearer to that the more harmonics the cams need)"
+    ))
 }
 
 /// The machine with finite series.
@@ -246,6 +262,11 @@ fn row(name: String, round: Option<&Round>, tools: usize) -> Vec<String> {
 }
 
 impl Report {
+    /// ω [rad/s] of the compensated motion at the angle φ [rad].
+    pub fn speed_at(&self, phi: f64) -> f64 {
+        self.motion.speed_at(phi)
+    }
+
     /// The table of the machines: rounds, finished, other speeds.
     pub fn table(&self) -> Table {
         let tools = self.finished.tools.len();

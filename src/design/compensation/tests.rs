@@ -124,7 +124,7 @@ fn without_motor_the_speed_has_a_closed_form_and_the_inertia_a_bound() {
     }
     assert!(error(task.least_inertia_without_motor(), 0.317727) < 3e-6);
     let mut light = task.clone();
-    for (constant, solvable) in [(0.33, true), (0.31, false)] {
+    for (constant, solvable) in [(0.33, true), (0.317727, false), (0.31, false)] {
         light.own.function.constant = constant;
         assert_eq!(light.solve().is_ok(), solvable, "{constant}");
     }

@@ -57,8 +57,8 @@ const LEAST_ORDERS: usize = 8;
 const USUAL_ORDERS: usize = 40;
 /// Orders beyond which none can be examined: Hill's matrices would need more harmonics than are taken.
 pub const MOST_ORDERS: usize = 120;
-/// Orders that are drawn over the modulation.
-const ORDERS_OVER_MODULATION: usize = 8;
+/// Orders that are drawn over the modulation: each takes Hill's matrices at some forty modulations.
+pub const ORDERS_OVER_MODULATION: usize = 8;
 /// The upper edge of that map in multiples of the modulation of the scene, and the greatest part of the way from there to
 /// the modulation at which the inertia vanishes.
 const USUAL_MODULATION: f64 = 1.5;

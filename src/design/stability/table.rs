@@ -237,6 +237,13 @@ pub fn warnings(report: &Report) -> Vec<String> {
         })
     };
     lines.extend(off(|order| order.three_term, "The classical bound of three terms"));
+    if !report.over_modulation.is_empty() && super::ORDERS_OVER_MODULATION < report.orders.len() {
+        lines.push(format!(
+            "The map over the modulation shows the first {} of the {} orders listed; the others may be unstable where it is white.",
+            super::ORDERS_OVER_MODULATION,
+            report.orders.len()
+        ));
+    }
     lines.extend(off(|order| order.second_order, "The bound of second order"));
     for order in report.orders.iter().filter(|order| order.critical_damping.is_none()) {
         lines.push(format!(

@@ -123,7 +123,7 @@ impl Task {
             Objective::Chebyshev | Objective::DiscreteChebyshev { .. } => {
                 for range in &self.ranges {
                     for (order, target) in range.prescribed.iter().enumerate() {
-                        let Some(target) = target else { continue };
+                        let Some(target) = target.as_ref().filter(|_| self.weight(order) != 0.0) else { continue };
                         for sign in [1.0, -1.0] {
                             let mut family = Family::new(range.from, range.to);
                             family.set(order, sign * self.weight(order) * range.weight, target, scale);
@@ -138,7 +138,9 @@ impl Task {
             }
             Objective::ChebyshevSum => {
                 for range in &self.ranges {
-                    let orders: Vec<usize> = (0..3).filter(|&n| range.prescribed[n].is_some()).collect();
+                    // A sum with a derivative of no weight would be there twice.
+                    let counts = |&n: &usize| range.prescribed[n].is_some() && self.weight(n) != 0.0;
+                    let orders: Vec<usize> = (0..3).filter(counts).collect();
                     // |e₀| + w₁|e₁| + w₂|e₂| is the largest of the sums with all combinations of signs.
                     for signs in 0..1_u32 << orders.len() {
                         let mut family = Family::new(range.from, range.to);

@@ -88,6 +88,26 @@ fn an_inactive_bound_changes_nothing() {
 }
 
 #[test]
+fn derivatives_without_weight_do_not_count() {
+    // S5 then is S3.
+    let degrees = |from: f64, to: f64, u: f64| {
+        let zero = || Some(Polynomial(vec![0.0]));
+        let prescribed = [Some(Polynomial(vec![u])), zero(), zero()];
+        Range { from: from.to_radians(), to: to.to_radians(), prescribed, weight: 1.0 }
+    };
+    let level = |objective: Objective| {
+        let mut task = symmetric_task(11, 0.5, objective);
+        task.basis = Basis::new(11, Symmetry::default());
+        task.ranges = vec![degrees(72.0, 188.0, 1.0), degrees(-8.0, 46.0, 0.0)];
+        task.weights = [0.0; 2];
+        task.bounds = vec![whole_turn(3, f64::NEG_INFINITY, 30.0)];
+        task.solve().unwrap().objective
+    };
+    let [sum, plain] = [Objective::ChebyshevSum, Objective::Chebyshev].map(level);
+    assert!((sum / plain - 1.0).abs() < 1e-9 && (plain / 0.0497 - 1.0).abs() < 0.01, "{sum:e} {plain:e}");
+}
+
+#[test]
 fn random_tasks_with_bounds_are_solved_to_their_optimum() {
     let mut random = Random(4);
     let mut compared = 0;
