@@ -66,7 +66,7 @@ def rows(folder):
     read = {name: outputs for name, (_, outputs) in SCENES.items()}
     for exponent in range(3, 13):
         yield output, "stiffness [N/m]", 10.0**exponent, fmus[output], read[output], 500, [f"c=1e{exponent}"]
-    for exponent in range(3, 10):
+    for exponent in range(3, 13):
         yield shaft, "stiffness [N·m/rad]", 10.0**exponent, fmus[shaft], read[shaft], 400, [f"c=1e{exponent}"]
     for name in (output, shaft):
         for exponent in range(-6, 2):

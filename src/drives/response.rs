@@ -271,7 +271,7 @@ impl Response {
                     let lasting = -(-self.oscillator.decay() * map.period().hi).exp_m1();
                     let cells = (map.cells() as f64).sqrt();
                     self.bound.add_table(RESERVE_OF_TABLE * map.error(), cells * (turns + 1.0).min(1.0 / lasting));
-                    return Ok(course.at(time));
+                    return Ok(course.at(map, time));
                 }
                 Course::Leaps(_) => return Err(Fault::new("the response has not been restarted after a leap")),
                 Course::Pieces(piece) => piece,

@@ -114,7 +114,7 @@ impl<'a> Turn<'a> {
         for i in 0..=(turns * per_turn).ceil() as usize {
             let tau = i as f64 * step;
             course.reach(&self.map, tau).ok()?;
-            let [q, slope] = course.at(tau);
+            let [q, slope] = course.at(&self.map, tau);
             let t = self.system.at((self.system.start() + tau).rem_euclid(TAU));
             let now = [q, t.c * q + 2.0 * self.theta * self.eta * t.b * slope];
             for k in 0..2 {

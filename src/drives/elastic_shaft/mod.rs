@@ -32,7 +32,7 @@ mod variables;
 
 use super::cam_drive::{AngleMotion, CamDrive, DriveMode, HasCamDrive, Start, StartMode};
 use super::number::all_finite;
-use super::pace::{Pace, RESERVE_OF_TABLE};
+use super::pace::Pace;
 use super::solver::{HasSolver, Method, Settings, Solver};
 use super::{Board, Curve, Drive, EventLog, Experiment, Fault, List, Portrait};
 use crate::motion::MotionLaw;
@@ -176,11 +176,12 @@ impl ElasticShaft {
             // Tabulating anew would allocate within a step, and who tunes once may tune again.
             self.course = None;
         }
-        let table = self.table.as_ref().and_then(|table| table.map.as_ref());
-        let (Some(course), Some(table)) = (&mut self.course, table) else { return self.integrate(time, target) };
-        course.reach(table, target).map_err(|fault| solver::unbounded(fault.time, self.linear))?;
-        (self.twist, self.time) = (course.at(target), target);
+        let (Some(course), Some(table)) = (&mut self.course, &self.table) else { return self.integrate(time, target) };
+        let Some(map) = &table.map else { return self.integrate(time, target) };
+        course.reach(map, target).map_err(|fault| solver::unbounded(fault.time, self.linear))?;
+        (self.twist, self.time) = (course.at(map, target), target);
         self.solver.steps = course.steps as f64;
+        self.solver.error_estimate = table.error_after(course.periods()).min(1.0);
         Ok(())
     }
 
@@ -339,9 +340,9 @@ impl Drive for ElasticShaft {
         self.twist = self.initial_twist(self.solver.effective_tolerance())?;
         self.restart_integrator();
         self.course = self.map().map(|map| Course::new(map, time, self.twist));
-        if let Some((evaluations, error)) = self.map().map(|map| (map.evaluations(), map.error())) {
-            self.solver.evaluations = evaluations as f64;
-            self.solver.error_estimate = RESERVE_OF_TABLE * error;
+        if let Some(table) = self.table.as_ref().filter(|table| table.map.is_some()) {
+            self.solver.evaluations = table.map.as_ref().map_or(0, PeriodMap::evaluations) as f64;
+            self.solver.error_estimate = table.error_after(0);
         }
         self.energy = Energy::default();
         self.remember();

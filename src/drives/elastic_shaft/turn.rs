@@ -4,11 +4,12 @@ use super::equation::{Cam, Equation, Flow};
 use super::solver::REACH;
 use crate::drives::cam_drive::{CamDrive, DriveMode};
 use crate::drives::cam_turn::CamTurn;
+use crate::drives::pace::RESERVE_OF_TABLE;
 use crate::motion::MotionLaw;
 use crate::numerics::angle;
 use crate::numerics::divisor::greatest_common_divisor;
 use crate::numerics::double_double::Double;
-use crate::numerics::period_map::{Coefficients, PeriodMap, Periodic};
+use crate::numerics::period_map::{Coefficients, PeriodMap, Periodic, spectral_radius};
 use std::sync::Arc;
 
 /// The equation tabulated over its period, and what it was tabulated for.
@@ -20,6 +21,8 @@ pub struct Table {
     tolerance: f64,
     /// None where the equation is not linear, the speed not constant or the table too long.
     pub map: Option<PeriodMap>,
+    /// The largest modulus of the Floquet multipliers over its period; 0 without a table.
+    multiplier: f64,
 }
 
 impl Table {
@@ -32,7 +35,14 @@ impl Table {
             }
             DriveMode::Input => None,
         };
-        Table { equation, law, mode, tolerance, map }
+        let multiplier = map.as_ref().map_or(0.0, |map| spectral_radius(&map.period_map().matrix));
+        Table { equation, law, mode, tolerance, map, multiplier }
+    }
+
+    /// Estimated error after so many of its periods, relative to the motion.
+    pub fn error_after(&self, periods: u64) -> f64 {
+        let error = |map: &PeriodMap| map.whole().error_after(periods, RESERVE_OF_TABLE, self.multiplier);
+        self.map.as_ref().map_or(0.0, error)
     }
 
     /// Whether it is the table of this equation, this cam and this tolerance.

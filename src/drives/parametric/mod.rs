@@ -126,7 +126,7 @@ impl ParametricDrive {
             return self.integrate(target);
         };
         course.reach(map, target).map_err(|fault| unbounded(fault.time, self.growth))?;
-        (self.state, self.time) = (course.at(target), target);
+        (self.state, self.time) = (course.at(map, target), target);
         self.solver.steps = course.steps as f64;
         self.solver.error_estimate = table.error_after(course.periods());
         Ok(())

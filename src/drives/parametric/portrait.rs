@@ -94,8 +94,8 @@ pub(super) fn of(drive: &ParametricDrive) -> Portrait {
 const GROWTH: &str = "ln of the largest modulus of the Floquet multipliers over a turn (2π of phi, whatever the period of the \
                       coefficients). Complex multipliers have the modulus exp(-½ ∮ b/m dt), which is exact; of real ones \
                       growth is as accurate as the table, but a growth of less than 1e-7 beyond that of the damping is not \
-                      told from none. Where a period would take more than some 250 000 cells growth is that of the damping, \
-                      and where the drive does not turn it is 0.";
+                      told from none. Where a period would take more than some 250 000 cells growth is the integral of \
+                      the larger real part of the roots of m λ² + b λ + c, and where the drive does not turn it is 0.";
 
 /// The method with equal steps.
 const FIXED_COST: &str = "Gauss collocation of order 16 on equal steps that divide the communication step, each a linear \
@@ -110,7 +110,8 @@ fn method(drive: &ParametricDrive) -> &'static str {
     } else {
         "The equation is solved once for a period of its coefficients when the simulation starts: by Gauss collocation of \
          order 24, as polynomials of two free motions and a forced one in cells that solver.tolerance makes short enough and \
-         that keep away from the complex zeros of m and poles of c. A communication step of any length then combines them; \
+         that keep away from the complex zeros of m and poles of c; where it vibrates more than some 16 times within a cell, by the \
+         phase of the vibration. A communication step of any length then combines them; \
          n periods cost O(log n). Where more than 4096 cells would be needed, or drive.w = 0, Gauss collocation of order 16 \
          goes along the motion instead."
     }

@@ -7,9 +7,13 @@ use crate::numerics::oscillator::Oscillator;
 use crate::numerics::period_map::{Coefficients, PeriodMap, Periodic};
 use std::sync::Arc;
 
-/// No table where the oscillator turns or decays by more than this in a turn of the cam [rad]: cells of a few radians
-/// each, a few microseconds to make and half a kilobyte long, then still are an instant's work and some 0.1 MB.
+/// No table where an oscillator that hardly vibrates decays by more than this in a turn of the cam [rad]: cells of a few
+/// radians each, a few microseconds to make and half a kilobyte long, then still are an instant's work and some 0.1 MB.
+/// Vibrations are tabulated by their phase, whatever their number.
 const FASTEST: f64 = 512.0;
+
+/// One that vibrates by less than this part of its rate hardly does.
+const HARDLY: f64 = 0.5;
 
 /// A cell may hold two radians of the finest harmonic of the law; the oscillator shortens it as the tolerance demands.
 const REACH: f64 = 2.0;
@@ -31,7 +35,8 @@ impl Table {
     pub fn new(oscillator: Oscillator, law: Arc<MotionLaw>, w: f64, phi_start: f64, tolerance: f64) -> Self {
         let map = CamTurn::new(&law, w, phi_start).and_then(|cam| {
             let (_, fast) = oscillator.rates();
-            let few = fast * cam.period().hi <= FASTEST;
+            let vibrates = oscillator.frequency().is_some_and(|frequency| frequency.hi >= HARDLY * fast);
+            let few = vibrates || fast * cam.period().hi <= FASTEST;
             few.then(|| PeriodMap::new(&Turn { oscillator, law: &law, w, cam }, tolerance)).flatten()
         });
         Table { oscillator, law, w, phi_start, tolerance, map }

@@ -1,15 +1,17 @@
-//! One cell: collocation of q̈ = g − d q̇ − k q at the Gauss nodes for two free motions and one forced.
+//! One cell: collocation of q̈ = g − d q̇ − k q at the Gauss nodes for two free motions and one forced, or, where the free
+//! motion vibrates many times, their phase and what is left (module `vibration`).
 //!
 //! With t = t_mid + H x and a = q̈ at the nodes, q̇ = q̇₀ + H S₁ a and q = q₀ + H (1 + x) q̇₀ + H² S₁² a, hence
 //! (1 + H D S₁ + H² K S₁²) a = g − d q̇₀ − k (q₀ + H (1 + x) q̇₀), D and K diagonal: twelve equations with three right-hand
 //! sides. This is the Gauss method of order 24, A-stable; its matrix is half the size of that for (q, q̇).
 
 use super::nodes::{ABSCISSAE, INTEGRAL, LEGENDRE, PROJECTION, SECOND_INTEGRAL, STAGES, WEIGHTS};
+use super::vibration::{self, Vibration};
 use super::{Affine, COEFFICIENTS, Coefficients, Periodic};
 use crate::numerics::double_double::Double;
 use crate::numerics::lu::Lu;
 
-/// A tabulated cell; the index 0 stands for the motion from (1, 0), 1 for that from (0, 1), 2 for the forced one.
+/// A tabulated cell.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cell {
     /// From the start of the period [s].
@@ -18,6 +20,25 @@ pub struct Cell {
     pub half: f64,
     /// From the start of the cell to its end.
     pub map: Affine,
+    /// What happens between them.
+    pub motions: Motions,
+}
+
+/// The motions within a cell.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Motions {
+    /// As polynomials.
+    Polynomials(Polynomials),
+    /// By the phase of the free motion.
+    Vibration(Vibration),
+}
+
+/// Three motions as polynomials; the index 0 stands for the motion from (1, 0), 1 for that from (0, 1), 2 for the forced
+/// one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Polynomials {
+    /// H [s].
+    half: f64,
     /// Coefficients of q̇ in powers of x ∈ [−1, 1].
     speed: [[f64; 3]; STAGES + 1],
     /// q in the middle of the cell.
@@ -25,7 +46,21 @@ pub struct Cell {
 }
 
 impl Cell {
-    /// The cell from `start` over `length` [s] and the estimated relative error of its polynomials; None where the
+    /// The cell from `start` over `length` [s] by its phase, and what it errs by; None where the free motion does not
+    /// vibrate fast enough.
+    pub fn vibrating(
+        equation: &impl Periodic,
+        interval: usize,
+        start: Double,
+        length: f64,
+    ) -> Option<(Cell, vibration::Errors)> {
+        let half = 0.5 * length;
+        let (vibration, errors) = Vibration::solve(equation, interval, start, length)?;
+        let map = vibration.map(half);
+        Some((Cell { start, half, map, motions: Motions::Vibration(vibration) }, errors))
+    }
+
+    /// The cell from `start` over `length` [s] by polynomials and their estimated relative error; None where the
     /// coefficients are not finite or the equations singular.
     pub fn solve(equation: &impl Periodic, interval: usize, start: Double, length: f64) -> Option<(Cell, f64)> {
         let half = 0.5 * length;
@@ -44,20 +79,29 @@ impl Cell {
             }
         }
         let lu = Lu::new(matrix, STAGES)?;
-        let mut cell = Cell { start, half, map: Affine::IDENTITY, speed: [[0.0; 3]; STAGES + 1], middle: [0.0; 3] };
+        let mut polynomials = Polynomials { half, speed: [[0.0; 3]; STAGES + 1], middle: [0.0; 3] };
+        let mut map = Affine::IDENTITY;
         let mut error: f64 = 0.0;
         for (which, acceleration) in motions.iter_mut().enumerate() {
             lu.solve(acceleration);
             let y0 = [[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]][which];
-            let part = cell.tabulate(which, y0, acceleration);
+            let (end, part) = polynomials.tabulate(which, y0, acceleration);
+            if which < 2 {
+                (map.matrix[0][which], map.matrix[1][which]) = (end[0], end[1]);
+            } else {
+                map.shift = end;
+            }
             // `max` would swallow a NaN.
             error = if part <= error { error } else { part };
         }
-        error.is_finite().then_some((cell, error))
+        error.is_finite().then_some((Cell { start, half, map, motions: Motions::Polynomials(polynomials) }, error))
     }
+}
 
-    /// Takes up the motion from `y0` with these accelerations at the nodes; the estimated relative error.
-    fn tabulate(&mut self, which: usize, y0: [f64; 2], acceleration: &[f64; STAGES]) -> f64 {
+impl Polynomials {
+    /// Takes up the motion from `y0` with these accelerations at the nodes: where it ends, and the estimated relative
+    /// error.
+    fn tabulate(&mut self, which: usize, y0: [f64; 2], acceleration: &[f64; STAGES]) -> ([f64; 2], f64) {
         let half = self.half;
         let modes: [f64; STAGES] =
             std::array::from_fn(|k| (0..STAGES).map(|j| PROJECTION[k][j] * acceleration[j]).sum());
@@ -74,31 +118,19 @@ impl Cell {
         let velocities: [f64; STAGES] = std::array::from_fn(velocity);
         let sum = |f: &[f64; STAGES]| (0..STAGES).map(|i| WEIGHTS[i] * f[i]).sum::<f64>();
         let end = [y0[0] + half * sum(&velocities), y0[1] + half * sum(acceleration)];
-        if which < 2 {
-            (self.map.matrix[0][which], self.map.matrix[1][which]) = (end[0], end[1]);
-        } else {
-            self.map.shift = end;
-        }
-        self.error(y0, &modes, &velocities)
+        (end, self.error(y0, &modes, &velocities))
     }
 
     /// The error of q̇ from the decay of the Legendre coefficients of q̈, relative to the largest q̇ in the cell; that of
-    /// q is smaller. The first neglected coefficient is taken as the last ones, diminished once more by the decay over
-    /// the two orders before.
+    /// q is smaller.
     fn error(&self, y0: [f64; 2], modes: &[f64; STAGES], velocities: &[f64; STAGES]) -> f64 {
-        let length = 2.0 * self.half;
         let motion = velocities.iter().fold(y0[1].abs(), |largest, v| largest.max(v.abs()));
-        let pair = |k: usize| modes[k].abs().max(modes[k - 1].abs());
-        let (tail, before) = (pair(STAGES - 1), pair(STAGES - 3));
-        if tail == 0.0 {
-            return 0.0;
-        }
-        let decay = if tail < before { tail / before } else { 1.0 };
-        length * tail * decay / (2 * STAGES + 1) as f64 / motion
+        let error = 2.0 * self.half * neglected(modes) / (2 * STAGES + 1) as f64;
+        if error == 0.0 { 0.0 } else { error / motion }
     }
 
     /// The coefficients of q and q̇ in powers of x for the solution that has the state `y` at the start.
-    pub fn polynomial(&self, y: [f64; 2]) -> [[f64; 2]; COEFFICIENTS] {
+    pub fn at(&self, y: [f64; 2]) -> [[f64; 2]; COEFFICIENTS] {
         let combine = |c: &[f64; 3]| c[0] * y[0] + c[1] * y[1] + c[2];
         let mut polynomial = [[0.0; 2]; COEFFICIENTS];
         polynomial[0][0] = combine(&self.middle);
@@ -122,8 +154,16 @@ const RECIPROCALS: [f64; STAGES + 1] = {
     r
 };
 
+/// The first neglected Legendre coefficient: taken as the last ones, diminished once more by the decay over the two orders
+/// before.
+pub fn neglected(modes: &[f64; STAGES]) -> f64 {
+    let pair = |k: usize| modes[k].abs().max(modes[k - 1].abs());
+    let (tail, before) = (pair(STAGES - 1), pair(STAGES - 3));
+    if tail < before { tail * (tail / before) } else { tail }
+}
+
 /// The Legendre coefficients of `start` + `half` ∫₋₁^x Σ mₖ Pₖ.
-fn integrate(modes: &[f64; STAGES], start: f64, half: f64) -> [f64; STAGES + 1] {
+pub fn integrate(modes: &[f64; STAGES], start: f64, half: f64) -> [f64; STAGES + 1] {
     let mode = |k: usize| if k < STAGES { modes[k] } else { 0.0 };
     let mut integral = [0.0; STAGES + 1];
     integral[0] = start + half * (mode(0) - mode(1) / 3.0);

@@ -10,7 +10,9 @@
 //! of one period is applied n times, by repeated squaring, so a step over any number of periods costs O(log n).
 //!
 //! The tables come from Gauss collocation with twelve nodes (module `cell`): at the ends of a cell of order 24, within
-//! it of order 13. The lengths of the cells are chosen so that the polynomials keep the tolerance.
+//! it of order 13. The lengths of the cells are chosen so that the polynomials keep the tolerance. Where the free motion
+//! vibrates fast, its phase and what does not vibrate are tabulated instead (module `vibration`), in cells as long as
+//! the coefficients allow, so that a stiffer equation costs no more.
 //!
 //! Source: E. Hairer, G. Wanner, *Solving Ordinary Differential Equations II*, 2nd ed., Springer 1996, section IV.5;
 //! V. A. Yakubovich, V. M. Starzhinskii, *Linear Differential Equations with Periodic Coefficients*, Wiley 1975.
@@ -20,10 +22,11 @@ mod floquet;
 mod nodes;
 #[cfg(test)]
 mod tests;
+mod vibration;
 
 use super::collocation::UNBOUNDED;
 use super::double_double::{Double, two_product};
-use cell::Cell;
+use cell::{Cell, Motions};
 pub use floquet::{Monodromy, fixed_point, spectral_radius};
 pub use nodes::STAGES;
 use serde::{Deserialize, Serialize};
@@ -110,7 +113,8 @@ pub struct Course {
     periods: u64,
     /// The start of the present period [s].
     period_start: Double,
-    /// The present cell, its start [s], the inverse of half its length [1/s] and (q, q̇) at its start.
+    /// The present cell, its start [s], the inverse of half its length [1/s] where it is one of polynomials, and (q, q̇) at
+    /// its start.
     cell: usize,
     start: Double,
     rate: f64,
@@ -147,6 +151,14 @@ impl Affine {
 }
 
 impl Period {
+    /// Estimated error after so many periods, relative to the motion: what the polynomials err by, times `reserve`, and
+    /// what the map of the period misses, as often as a motion whose largest multiplier has this modulus remembers it.
+    pub fn error_after(&self, periods: u64, reserve: f64, multiplier: f64) -> f64 {
+        // 1/(1 − ρ) is the sum of all ρⁿ.
+        let memory = if multiplier < 1.0 { 1.0 / (1.0 - multiplier) } else { f64::INFINITY };
+        reserve * self.error + self.drift * (periods as f64 + 1.0).min(memory)
+    }
+
     /// The period without tables; None where it takes more than some 250 000 cells.
     pub fn of(equation: &impl Periodic, tolerance: f64) -> Option<Self> {
         let mut count = 0;
@@ -165,32 +177,53 @@ impl Period {
         // Roundings differ in sign from cell to cell; those of a period come again in the next one.
         let mut roundings: f64 = 0.0;
         let mut start = Double::default();
-        let mut wish = f64::INFINITY;
         let mut room = true;
         for (interval, joint) in equation.joints().into_iter().enumerate() {
+            let mut lengths = Lengths::new(start);
             while (joint - start).hi > 0.0 {
                 let remaining = (joint - start).hi;
-                let length = share(wish.min(equation.longest_cell(start, interval)), remaining);
+                let longest = equation.longest_cell(start, interval);
+                let fast = lengths.fast(equation, interval, start, longest.min(remaining));
+                let wish = if fast { lengths.fast } else { lengths.polynomial };
+                let length = share(wish.min(longest), remaining);
                 if !(length > SHORTEST_CELL * period.hi) && length < remaining || !room {
                     return None;
                 }
                 whole.evaluations += STAGES;
-                let Some((cell, error)) = Cell::solve(equation, interval, start, length) else {
-                    wish = 0.25 * length;
-                    continue;
-                };
-                wish = length * cell::growth(error, tolerance);
-                if error <= tolerance {
-                    whole.map = cell.map.after(&whole.map);
-                    whole.monodromy.go_on(&cell.map.matrix);
+                let cell = if fast {
+                    let Some((cell, errors)) = Cell::vibrating(equation, interval, start, length) else {
+                        lengths.fast = 0.5 * length;
+                        continue;
+                    };
+                    let vibration::Errors { polynomials, rounding } = errors;
+                    let tolerance = vibration::TOLERANCE.max(rounding);
+                    lengths.fast = length * cell::growth(polynomials, tolerance);
+                    if !(polynomials <= tolerance) {
+                        continue;
+                    }
+                    whole.error = whole.error.max(polynomials + rounding);
+                    whole.drift += polynomials + rounding;
+                    cell
+                } else {
+                    let Some((cell, error)) = Cell::solve(equation, interval, start, length) else {
+                        lengths.polynomial = 0.25 * length;
+                        continue;
+                    };
+                    lengths.polynomial = length * cell::growth(error, tolerance);
+                    if !(error <= tolerance) {
+                        continue;
+                    }
                     whole.error = whole.error.max(error);
                     // The polynomial has order 13, its end order 24.
                     whole.drift += error.powf((2 * STAGES) as f64 / (STAGES + 1) as f64);
-                    roundings += ROUNDING * ROUNDING;
-                    room = take(cell);
-                    // The last cell of an interval ends on the joint itself.
-                    start = if length == remaining { joint } else { start + Double::from(length) };
-                }
+                    cell
+                };
+                whole.map = cell.map.after(&whole.map);
+                whole.monodromy.go_on(&cell.map.matrix);
+                roundings += ROUNDING * ROUNDING;
+                room = take(cell);
+                // The last cell of an interval ends on the joint itself.
+                start = if length == remaining { joint } else { start + Double::from(length) };
             }
         }
         whole.drift += roundings.sqrt();
@@ -242,6 +275,40 @@ impl PeriodMap {
     }
 }
 
+/// How long the next cells are to be.
+struct Lengths {
+    /// One by polynomials [s].
+    polynomial: f64,
+    /// One by the phase [s].
+    fast: f64,
+    /// Cells by the phase have failed up to here [s].
+    failed: Double,
+}
+
+impl Lengths {
+    /// Nothing is known at `start` [s].
+    fn new(start: Double) -> Self {
+        Lengths { polynomial: f64::INFINITY, fast: f64::INFINITY, failed: start }
+    }
+
+    /// Whether the cell from `start` of at most this length [s] is to be one by the phase: where it may be long enough for many
+    /// vibrations, and short ones have not failed before.
+    fn fast(&mut self, equation: &impl Periodic, interval: usize, start: Double, longest: f64) -> bool {
+        if (self.failed - start).hi > 0.0 {
+            return false;
+        }
+        let frequency = equation.at(start, interval).stiffness.sqrt();
+        let enough = |length: f64| 0.5 * length * frequency >= vibration::FEWEST;
+        if enough(longest) && !enough(self.fast) {
+            // Over so few vibrations the coefficients change too much; behind them it is tried again.
+            self.failed = start + Double::from(2.0 * vibration::FEWEST / frequency);
+            self.fast = f64::INFINITY;
+            return false;
+        }
+        enough(longest)
+    }
+}
+
 /// The part to take of the `remaining` interval when `wish` is wished for: equal parts, so that none is a sliver.
 fn share(wish: f64, remaining: f64) -> f64 {
     let parts = (remaining / wish).ceil();
@@ -268,13 +335,14 @@ impl Course {
 
     /// Goes on to the cell that holds the time `t`, which is not before the present cell.
     pub fn reach(&mut self, map: &PeriodMap, t: f64) -> Result<(), Unbounded> {
-        while self.place(t) > 1.0 {
+        while self.place_in(map, t) > 1.0 {
             self.pass_cells(map, t)?;
         }
         Ok(())
     }
 
-    /// (q, q̇) at the time `t`, which is not before the present cell; None where it is beyond it.
+    /// (q, q̇) at the time `t`, which is not before the present cell; None where it is beyond it, and where the cell is not one
+    /// of polynomials.
     #[inline]
     pub fn within(&self, t: f64) -> Option<[f64; 2]> {
         let x = self.place(t);
@@ -282,8 +350,12 @@ impl Course {
     }
 
     /// (q, q̇) at the time `t` in the present cell.
-    pub fn at(&self, t: f64) -> [f64; 2] {
-        self.polynomial_at(self.place(t))
+    pub fn at(&self, map: &PeriodMap, t: f64) -> [f64; 2] {
+        let Cell { half, motions, .. } = &map.cells[self.cell];
+        match motions {
+            Motions::Polynomials(_) => self.polynomial_at(self.place(t)),
+            Motions::Vibration(vibration) => vibration.at(*half, self.place_in(map, t), self.state),
+        }
     }
 
     #[inline]
@@ -301,9 +373,14 @@ impl Course {
         [even[0] + x * odd[0], even[1] + x * odd[1]]
     }
 
-    /// x of the time `t`: −1 at the start of the present cell, 1 at its end.
+    /// x of the time `t`: −1 at the start of the present cell, 1 at its end; not finite where it is not one of polynomials.
     fn place(&self, t: f64) -> f64 {
         ((t - self.start.hi) - self.start.lo) * self.rate - 1.0
+    }
+
+    /// x of the time `t` in any cell.
+    fn place_in(&self, map: &PeriodMap, t: f64) -> f64 {
+        ((t - self.start.hi) - self.start.lo) / map.cells[self.cell].half - 1.0
     }
 
     /// From the present cell to the one that holds `t`, or to the end of the period, and over the whole periods
@@ -381,8 +458,12 @@ impl Course {
         let tabulated = &map.cells[cell];
         self.cell = cell;
         self.start = self.period_start + tabulated.start;
-        self.rate = 1.0 / tabulated.half;
-        self.polynomial = tabulated.polynomial(self.state);
+        match &tabulated.motions {
+            Motions::Polynomials(polynomials) => {
+                (self.rate, self.polynomial) = (1.0 / tabulated.half, polynomials.at(self.state));
+            }
+            Motions::Vibration(_) => self.rate = f64::INFINITY,
+        }
     }
 }
 

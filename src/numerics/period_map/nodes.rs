@@ -28,6 +28,9 @@ pub static SECOND_INTEGRAL: [[f64; STAGES]; STAGES] = second_integral();
 /// The coefficients mₖ = Σ PROJECTION[k][j] fⱼ of Σ mₖ Pₖ(x), the polynomial through the fⱼ.
 pub static PROJECTION: [[f64; STAGES]; STAGES] = projection();
 
+/// The derivative of the polynomial through fⱼ at the node xᵢ.
+pub static DERIVATIVE: [[f64; STAGES]; STAGES] = derivative();
+
 /// P₀ … P₁₂ in powers of x.
 pub static LEGENDRE: [[f64; STAGES + 1]; STAGES + 1] = legendre_powers();
 
@@ -87,6 +90,34 @@ const fn projection() -> [[f64; STAGES]; STAGES] {
         j += 1;
     }
     m
+}
+
+const fn derivative() -> [[f64; STAGES]; STAGES] {
+    let (x, m) = (abscissae().0, projection());
+    let mut d = [[0.0; STAGES]; STAGES];
+    let mut i = 0;
+    while i < STAGES {
+        let p = legendre(x[i]);
+        // P′ₖ₊₁ = P′ₖ₋₁ + (2 k + 1) Pₖ.
+        let mut slope = [0.0; STAGES];
+        slope[1] = 1.0;
+        let mut k = 1;
+        while k + 1 < STAGES {
+            slope[k + 1] = slope[k - 1] + (2 * k + 1) as f64 * p[k];
+            k += 1;
+        }
+        let mut j = 0;
+        while j < STAGES {
+            let mut k = 1;
+            while k < STAGES {
+                d[i][j] += slope[k] * m[k][j];
+                k += 1;
+            }
+            j += 1;
+        }
+        i += 1;
+    }
+    d
 }
 
 const fn integral() -> [[f64; STAGES]; STAGES] {

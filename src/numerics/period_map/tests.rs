@@ -50,7 +50,7 @@ fn run(map: &PeriodMap, y: [f64; 2], ends: impl Iterator<Item = f64>) -> Vec<[f6
     let mut course = Course::new(map, 0.0, y);
     ends.map(|t| {
         course.reach(map, t).unwrap();
-        course.at(t)
+        course.at(map, t)
     })
     .collect()
 }
@@ -138,9 +138,107 @@ fn growth_ends_where_it_is_unbounded_whatever_the_step() {
     }
 }
 
+/// q = s + exp(−d t/2) cos(Θ − Θ₀)/√(Θ′/ω), made to measure: Θ′ = ω (1 + ε cos t), s = 1 + cos 2t.
+#[derive(Clone, Copy)]
+struct Measured {
+    rate: f64,
+    modulation: f64,
+    damping: f64,
+}
+
+impl Measured {
+    /// Θ′/ω and its logarithmic derivatives p′, p″.
+    fn phase(&self, t: f64) -> [f64; 3] {
+        let (s, c) = t.sin_cos();
+        let e = self.modulation;
+        let velocity = 1.0 + e * c;
+        [velocity, -e * s / velocity, -e * (c + e) / (velocity * velocity)]
+    }
+
+    /// s, s′, s″.
+    fn slow(t: f64) -> [f64; 3] {
+        let (s, c) = (2.0 * t).sin_cos();
+        [1.0 + c, -2.0 * s, -4.0 * c]
+    }
+
+    /// (q, q̇).
+    fn exact(&self, t: f64) -> [f64; 2] {
+        let [velocity, slope, _] = self.phase(t);
+        let [s, ds, _] = Self::slow(t);
+        let amplitude = (-0.5 * self.damping * t).exp() / velocity.sqrt();
+        let (sine, cosine) = (self.rate * (t + self.modulation * t.sin())).sin_cos();
+        let growth = -0.5 * (self.damping + slope);
+        [s + amplitude * cosine, ds + amplitude * (growth * cosine - self.rate * velocity * sine)]
+    }
+}
+
+impl Periodic for Measured {
+    fn period(&self) -> Double {
+        Double { hi: std::f64::consts::TAU, lo: 2.449_293_598_294_706_4e-16 }
+    }
+    fn joints(&self) -> Vec<Double> {
+        vec![Double::from(1.0), self.period()]
+    }
+    fn at(&self, tau: Double, _: usize) -> Coefficients {
+        let ([velocity, p, pp], [s, ds, dds]) = (self.phase(tau.hi), Self::slow(tau.hi));
+        let free = (self.rate * velocity).powi(2) + 0.5 * pp - 0.25 * p * p;
+        let stiffness = free + 0.25 * self.damping * self.damping;
+        Coefficients { damping: self.damping, stiffness, forcing: dds + self.damping * ds + stiffness * s }
+    }
+    fn longest_cell(&self, _: Double, _: usize) -> f64 {
+        2.0
+    }
+}
+
+#[test]
+fn a_faster_vibration_costs_no_more_cells() {
+    for (rate, modulation, damping) in
+        [(3e3, 0.1, 0.1), (1e4, 0.5, 0.01), (1e4, 0.8, 1.0), (1e6, 0.5, 0.0), (1e9, 0.5, 0.0), (1e9, 0.0, 1e3)]
+    {
+        let equation = Measured { rate, modulation, damping };
+        let map = PeriodMap::new(&equation, 1e-12).unwrap();
+        let fast = map.cells.iter().filter(|cell| matches!(cell.motions, Motions::Vibration(_))).count();
+        assert!(
+            fast == map.cells() && fast < 60,
+            "{rate:e}, {modulation}: {fast} of {} cells go by the phase",
+            map.cells()
+        );
+        let times: Vec<f64> = (1..=200).map(|n| 0.1 * f64::from(n)).collect();
+        let estimate = map.whole().error_after(3, 2.0, 1.0);
+        for (t, y) in times.iter().zip(run(&map, equation.exact(0.0), times.iter().copied())) {
+            let exact = equation.exact(*t);
+            let error = (y[0] - exact[0]).abs().max((y[1] - exact[1]).abs() / rate);
+            assert!(error < estimate, "{rate:e}, {modulation}, t = {t}: {error:e} {estimate:e}");
+        }
+        // The phase over three periods and its roundings.
+        assert!(estimate < 1e-10 + 20.0 * rate * f64::EPSILON * 8.0, "{rate:e}, {modulation}: {estimate:e}");
+    }
+}
+
+#[test]
+fn vibrations_that_are_now_fast_and_now_slow() {
+    // A stiffness that nearly vanishes and one that changes its sign: cells of both kinds, one after the other.
+    for (least, end) in [(100.0, 4.0), (-400.0, 2.0)] {
+        let hill = Hill { damping: 0.3, stiffness: [least + 2e6, 2e6], forcing: [1e6, 0.0], ..MATHIEU };
+        let map = PeriodMap::new(&hill, 1e-12).unwrap();
+        let fast = map.cells.iter().filter(|cell| matches!(cell.motions, Motions::Vibration(_))).count();
+        assert!(0 < fast && fast < map.cells(), "{fast} of {}", map.cells());
+        let mut integrator = Collocation::new(Double::default(), [0.5, -200.0]);
+        let times: Vec<f64> = (1..=20).map(|n| end * f64::from(n) / 20.0).collect();
+        let mut largest: f64 = 0.0;
+        for (t, y) in times.iter().zip(run(&map, [0.5, -200.0], times.iter().copied())) {
+            integrator.advance(&hill, Double::from(*t), 1e-14).unwrap();
+            let expected = integrator.state();
+            largest = largest.max(expected[0].abs());
+            let error = (y[0] - expected[0]).abs() / largest;
+            assert!(error < 2e-10, "{least}, {t}: {error:?}");
+        }
+    }
+}
+
 #[test]
 fn what_needs_too_many_cells_has_no_table() {
-    assert!(PeriodMap::new(&Hill { stiffness: [1e12, 0.0], ..MATHIEU }, 1e-10).is_none());
+    assert!(PeriodMap::new(&Hill { stiffness: [0.0, 1e12], ..MATHIEU }, 1e-10).is_none());
     assert!(PeriodMap::new(&Hill { stiffness: [f64::NAN, 0.0], ..MATHIEU }, 1e-10).is_none());
     assert!(PeriodMap::new(&Hill { forcing: [f64::INFINITY, 0.0], ..MATHIEU }, 1e-10).is_none());
 }
@@ -185,7 +283,7 @@ fn a_period_without_tables_is_the_same() {
     let image = map.period_map().at(point);
     assert!((image[0] - point[0]).abs() < 1e-15 && (image[1] - point[1]).abs() < 1e-15);
     // More cells than a table has, and too many.
-    assert!(Period::of(&Hill { stiffness: [1e9, 0.0], ..MATHIEU }, 1e-10).is_some());
-    assert!(PeriodMap::new(&Hill { stiffness: [1e9, 0.0], ..MATHIEU }, 1e-10).is_none());
-    assert!(Period::of(&Hill { stiffness: [1e14, 0.0], ..MATHIEU }, 1e-10).is_none());
+    assert!(Period::of(&Hill { stiffness: [0.0, 1e9], ..MATHIEU }, 1e-10).is_some());
+    assert!(PeriodMap::new(&Hill { stiffness: [0.0, 1e9], ..MATHIEU }, 1e-10).is_none());
+    assert!(Period::of(&Hill { stiffness: [0.0, 1e14], ..MATHIEU }, 1e-10).is_none());
 }

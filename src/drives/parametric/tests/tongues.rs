@@ -86,10 +86,18 @@ fn growth_is_counted_per_turn_whatever_the_period_and_the_sense() {
     let law = Law::Series(thrice);
     assert!((growth(&law, 2.0 / 3.0) - 3.0 * once).abs() < 1e-10);
     assert!((growth(&law, -2.0 / 3.0) - 3.0 * once).abs() < 1e-10);
-    // What has too many vibrations for a table is computed without one, what has yet more is left to the damping.
-    for (w, tabulated) in [(1e-2, true), (1e-5, false), (1e-9, false)] {
-        let drive = started(scene(mathieu(0.3, 0.01), w));
+    // However many vibrations a period has, and where its cells are too many, nothing of the equation changes over one.
+    let heavy = mathieu(0.0, 3.0);
+    let slow = -3.0 + 8.0_f64.sqrt();
+    for (w, law, exact, tabulated) in [
+        (1e-2, mathieu(0.3, 0.01), -0.01, true),
+        (1e-5, mathieu(0.3, 0.01), -0.01, true),
+        (1e-9, mathieu(0.3, 0.01), -0.01, true),
+        (1e-2, heavy.clone(), slow, true),
+        (1e-9, heavy, slow, false),
+    ] {
+        let drive = started(scene(law, w));
         assert_eq!(drive.course.is_some(), tabulated, "{w}");
-        assert!((drive.growth / (-0.01 * TAU / w) - 1.0).abs() < 1e-9, "{w}: {}", drive.growth);
+        assert!((drive.growth / (exact * TAU / w) - 1.0).abs() < 1e-9, "{w}: {}", drive.growth);
     }
 }

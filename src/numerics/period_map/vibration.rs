@@ -1,0 +1,218 @@
+//! One cell in which the free motion vibrates so often that the coefficients change little over a vibration.
+//!
+//! With t = t_mid + H x, primes for d/dx, D = H d, K = H² k and G = H² g, all motions of the cell are
+//!
+//! q = s + A (a cos Θ + b sin Θ),  A = exp(−E) √(Θ′(−1)/Θ′),  E = ½ ∫₋₁^x D,
+//!
+//! s″ + D s′ + K s = G,  Θ′² = Q − ½ p″ + ¼ p′²,  p = ln Θ′,  Q = K − ¼ D² − ½ D′.
+//!
+//! s is the forced motion that does not vibrate, Θ the phase of the free one (Kummer's equation, whose first approximation
+//! Θ′ = √Q is that of Liouville and Green). Both change as slowly as the coefficients do, so that polynomials through the
+//! Gauss nodes hold them whatever the number of vibrations: a stiffer drive needs no more cells. The Wronskian of the free
+//! motions is that of the equation, exp(−∫D), to the last digit.
+//!
+//! Validity: Q is positive and large in the whole cell.
+//!
+//! Source: F. W. J. Olver, *Asymptotics and Special Functions*, Academic Press 1974, chapter 6, section 1.
+
+use super::nodes::{ABSCISSAE, DERIVATIVE, LEGENDRE, PROJECTION, STAGES};
+use super::{Affine, Coefficients, Periodic, cell};
+use crate::numerics::double_double::Double;
+use crate::numerics::lu::Lu;
+
+/// The fewest radians by which the free motion is to turn in half a cell: a dozen cells of polynomials take less
+/// room than such a one is worth.
+pub const FEWEST: f64 = 50.0;
+
+/// With fewer no cell is made: the corrections to √Q shrink from one iteration to the next by the square of this over that
+/// of the degree.
+const LEAST: f64 = 20.0;
+
+/// Iterations for Θ′; from the bound on Q each gains two digits or more.
+const ITERATIONS: usize = 8;
+
+/// What the polynomials may leave relative to the motion, or to a radian of the phase. Unlike those of an ordinary cell
+/// they have no better order at the ends, so that it goes over the periods as it is; smooth coefficients reach it with hardly
+/// more cells.
+pub const TOLERANCE: f64 = 1e-13;
+
+/// By how many roundings of s the coefficients of its polynomial err.
+const ROUNDINGS_OF_SLOPE: f64 = 8.0;
+
+/// The motions of a cell, as coefficients of powers of x.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Vibration {
+    /// s.
+    slow: [f64; STAGES + 1],
+    /// E.
+    decay: [f64; STAGES + 1],
+    /// Θ.
+    phase: [f64; STAGES + 1],
+    /// At the start of the cell.
+    initial: Place,
+}
+
+/// What the motions are made of at a place of the cell.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Place {
+    /// s and s′.
+    slow: [f64; 2],
+    /// E.
+    decay: f64,
+    /// Θ and Θ′.
+    phase: [f64; 2],
+    /// A′/A.
+    growth: f64,
+}
+
+/// What the polynomials of a cell err by.
+#[derive(Clone, Copy, Debug)]
+pub struct Errors {
+    /// Where the coefficients are not resolved, relative to the motion.
+    pub polynomials: f64,
+    /// By the roundings of the phase [rad] and those of s′.
+    pub rounding: f64,
+}
+
+impl Vibration {
+    /// The motions of the cell from `start` over `length` [s]; None where the free motion does not vibrate fast
+    /// enough all along, or where a coefficient is not finite.
+    pub fn solve(equation: &impl Periodic, interval: usize, start: Double, length: f64) -> Option<(Vibration, Errors)> {
+        let half = 0.5 * length;
+        let (mut damping, mut stiffness, mut forcing) = ([0.0; STAGES], [0.0; STAGES], [0.0; STAGES]);
+        for i in 0..STAGES {
+            let c = equation.at(start + Double::from(half * (1.0 + ABSCISSAE[i])), interval);
+            let Coefficients { damping: d, stiffness: k, forcing: g } = c;
+            (damping[i], stiffness[i], forcing[i]) = (half * d, half * half * k, half * half * g);
+        }
+        let (slope, left) = phase_velocity(&damping, &stiffness)?;
+        let slow = unvibrating(&damping, &stiffness, forcing)?;
+        let damping_modes = project(&damping.map(|d| 0.5 * d));
+        let (slope_modes, slow_modes) = (project(&slope), project(&slow));
+        let mut vibration = Vibration {
+            slow: powers(&pad(&slow_modes)),
+            decay: powers(&cell::integrate(&damping_modes, 0.0, 1.0)),
+            phase: powers(&cell::integrate(&slope_modes, 0.0, 1.0)),
+            initial: Place::default(),
+        };
+        vibration.initial = vibration.place(-1.0);
+        let size = slow.iter().fold(0.0, |largest: f64, s| largest.max(s.abs()));
+        // The slope of the last polynomial of Legendre is n (n + 1)/2 at the ends; an integral is 2 n + 1 times smaller.
+        let n = STAGES as f64;
+        let steepest = 0.5 * n * (n + 1.0);
+        let of_slow = if size > 0.0 { steepest * cell::neglected(&slow_modes) / size } else { 0.0 };
+        let of_phase = 2.0 * left + (cell::neglected(&slope_modes) + cell::neglected(&damping_modes)) / (2.0 * n + 1.0);
+        let polynomials = of_slow + of_phase;
+        let phase = vibration.place(1.0).phase[0];
+        let errors = Errors { polynomials, rounding: f64::EPSILON * (phase + ROUNDINGS_OF_SLOPE * steepest) };
+        (polynomials.is_finite() && phase.is_finite()).then_some((vibration, errors))
+    }
+
+    /// From the start of a cell of this half length [s] to its end.
+    pub fn map(&self, half: f64) -> Affine {
+        let image = |y| self.at(half, 1.0, y);
+        let shift = image([0.0, 0.0]);
+        let column = |y| {
+            let Vibration { initial, .. } = self;
+            let free =
+                Vibration { initial: Place { slow: [0.0; 2], ..*initial }, slow: [0.0; STAGES + 1], ..self.clone() };
+            free.at(half, 1.0, y)
+        };
+        let ([a, c], [b, d]) = (column([1.0, 0.0]), column([0.0, 1.0]));
+        Affine { matrix: [[a, b], [c, d]], shift }
+    }
+
+    /// (q, q̇) at the place x of a cell of this half length [s], for the motion from `y` at its start.
+    pub fn at(&self, half: f64, x: f64, y: [f64; 2]) -> [f64; 2] {
+        let (from, to) = (&self.initial, self.place(x));
+        let free = [y[0] - from.slow[0], half * y[1] - from.slow[1]];
+        let (a, b) = (free[0], (free[1] - from.growth * free[0]) / from.phase[1]);
+        let (sine, cosine) = (to.phase[0] - from.phase[0]).sin_cos();
+        let amplitude = (from.decay - to.decay).exp() * (from.phase[1] / to.phase[1]).sqrt();
+        let (q, turned) = (a * cosine + b * sine, b * cosine - a * sine);
+        let speed = to.slow[1] + amplitude * (to.growth * q + to.phase[1] * turned);
+        [to.slow[0] + amplitude * q, speed / half]
+    }
+
+    fn place(&self, x: f64) -> Place {
+        let [phase, velocity, acceleration] = with_slopes(&self.phase, x);
+        let [decay, damping, _] = with_slopes(&self.decay, x);
+        let [slow, slope, _] = with_slopes(&self.slow, x);
+        let growth = -damping - 0.5 * acceleration / velocity;
+        Place { slow: [slow, slope], decay, phase: [phase, velocity], growth }
+    }
+}
+
+/// Θ′ at the nodes, and by how much the last iteration changed the phase [rad]; None where it is not fast.
+fn phase_velocity(damping: &[f64; STAGES], stiffness: &[f64; STAGES]) -> Option<([f64; STAGES], f64)> {
+    let jerk = differentiate(damping);
+    let square: [f64; STAGES] = std::array::from_fn(|i| stiffness[i] - 0.25 * damping[i] * damping[i] - 0.5 * jerk[i]);
+    let fast = |square: &[f64; STAGES]| square.iter().all(|q| *q >= LEAST * LEAST && q.is_finite());
+    if !fast(&square) {
+        return None;
+    }
+    let mut velocity = square.map(f64::sqrt);
+    let mut change = f64::INFINITY;
+    for _ in 0..ITERATIONS {
+        let slope = differentiate(&velocity.map(f64::ln));
+        let curvature = differentiate(&slope);
+        let next: [f64; STAGES] = std::array::from_fn(|i| square[i] - 0.5 * curvature[i] + 0.25 * slope[i] * slope[i]);
+        if !fast(&next) {
+            return None;
+        }
+        let next = next.map(f64::sqrt);
+        let before = change;
+        change = (0..STAGES).map(|i| (next[i] - velocity[i]).abs()).fold(0.0, f64::max);
+        velocity = next;
+        // Beyond this only roundings change.
+        if !(change < 0.5 * before) {
+            break;
+        }
+    }
+    let largest = velocity.iter().fold(0.0, |largest: f64, v| largest.max(*v));
+    Some((velocity, (change - 4.0 * f64::EPSILON * largest).max(0.0)))
+}
+
+/// s at the nodes.
+fn unvibrating(damping: &[f64; STAGES], stiffness: &[f64; STAGES], forcing: [f64; STAGES]) -> Option<[f64; STAGES]> {
+    // Divided by K each row has the size 1 on its diagonal.
+    let matrix: [[f64; STAGES]; STAGES] = std::array::from_fn(|i| {
+        std::array::from_fn(|j| {
+            let second: f64 = (0..STAGES).map(|k| DERIVATIVE[i][k] * DERIVATIVE[k][j]).sum();
+            let unit = if i == j { 1.0 } else { 0.0 };
+            unit + (second + damping[i] * DERIVATIVE[i][j]) / stiffness[i]
+        })
+    });
+    let mut s: [f64; STAGES] = std::array::from_fn(|i| forcing[i] / stiffness[i]);
+    Lu::new(matrix, STAGES)?.solve(&mut s);
+    Some(s)
+}
+
+fn differentiate(values: &[f64; STAGES]) -> [f64; STAGES] {
+    std::array::from_fn(|i| (0..STAGES).map(|j| DERIVATIVE[i][j] * values[j]).sum())
+}
+
+/// The Legendre coefficients of the polynomial through the values at the nodes.
+fn project(values: &[f64; STAGES]) -> [f64; STAGES] {
+    std::array::from_fn(|k| (0..STAGES).map(|j| PROJECTION[k][j] * values[j]).sum())
+}
+
+fn pad(modes: &[f64; STAGES]) -> [f64; STAGES + 1] {
+    std::array::from_fn(|k| if k < STAGES { modes[k] } else { 0.0 })
+}
+
+/// The coefficients in powers of x of a polynomial with these Legendre coefficients.
+fn powers(modes: &[f64; STAGES + 1]) -> [f64; STAGES + 1] {
+    std::array::from_fn(|j| (j..=STAGES).step_by(2).map(|k| modes[k] * LEGENDRE[k][j]).sum())
+}
+
+/// The value and the first two derivatives of a polynomial.
+fn with_slopes(c: &[f64; STAGES + 1], x: f64) -> [f64; 3] {
+    let [mut value, mut first, mut second] = [0.0; 3];
+    for c in c.iter().rev() {
+        second = second * x + 2.0 * first;
+        first = first * x + value;
+        value = value * x + c;
+    }
+    [value, first, second]
+}
