@@ -16,11 +16,13 @@
 //! Source: E. Hairer, G. Wanner, *Solving Ordinary Differential Equations II*, 2nd ed., Springer 1996, section IV.5
 //! and IV.8; E. Hairer, C. Lubich, G. Wanner, *Geometric Numerical Integration*, 2nd ed., Springer 2006, II.1.3.
 
+mod length;
 mod newton;
 mod solved;
 
 use super::double_double::Double;
 use super::gauss::{ABSCISSAE, INTEGRALS_IN_POWERS, MATRIX, STAGES, legendre_integrals};
+use length::{first_step, fit, growth};
 use newton::{Newton, factorise};
 use serde::{Deserialize, Serialize};
 use solved::{Solved, remainder, solved};
@@ -47,6 +49,10 @@ const ITERATIONS: usize = 15;
 /// the step to carry errors: over the thousands of steps of an undamped motion a thousandth in each can make them grow
 /// without end. A smaller bound changes the estimate little and has more steps factorise twice.
 const STALE: f64 = 3e-4;
+
+/// Corrections are compared where no scale has grown by more than this since the one before: the contraction is off by no
+/// more then.
+const ALIKE: f64 = 2.0;
 
 /// What the end of a step errs by at least: some roundings of the state, as the linear equations pass them on.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
@@ -353,12 +359,15 @@ impl<const N: usize> Collocation<N> {
         let mut f = self.first_guess(system, h);
         let mut newton = None;
         // Unknown before the first correction; a comparison with it is false.
-        let mut last = f64::NAN;
+        let (mut last, mut measure) = (f64::NAN, [0.0; N]);
         // Newton's error is not controlled by the step, so it is kept far below the tolerance.
         let enough = (1e-4 * tolerance).max(1e-16);
         for _ in 0..ITERATIONS {
             let (size, scale) = self.correct(system, h, &mut f, &mut newton)?;
-            let rate = size / last;
+            // A component that stands still at the start has no size before the first correction moves it: corrections by
+            // different measures tell no contraction.
+            let alike = (0..N).all(|c| scale[c] <= ALIKE * measure[c]);
+            let rate = if alike { size / last } else { f64::NAN };
             // Either the corrections that are still to come are small, or rounding stops the contraction.
             let converged = rate < 1.0 && size * rate / (1.0 - rate) <= enough;
             if size <= enough || converged || (rate > 0.3 && size <= newton.as_ref()?.rounding(&scale, h)) {
@@ -371,7 +380,7 @@ impl<const N: usize> Collocation<N> {
             if rate > 0.05 {
                 newton = None;
             }
-            last = size;
+            (last, measure) = (size, scale);
         }
         None
     }
@@ -468,31 +477,6 @@ impl<const N: usize> Collocation<N> {
         }
         scale
     }
-}
-
-/// The step to take of the `remaining` time when `h` is wished for: no sliver is left over.
-fn fit(h: f64, remaining: f64) -> f64 {
-    if h >= 0.999 * remaining {
-        remaining
-    } else if h > 0.5 * remaining {
-        0.5 * remaining
-    } else {
-        h
-    }
-}
-
-/// By which factor to change a step that had this error: the estimate goes with h⁹ or faster. Aiming at a seventh of
-/// the tolerance (0.8⁹) makes rejections rare.
-fn growth(error: f64, tolerance: f64) -> f64 {
-    (0.8 * (tolerance / error.max(1e-300)).powf(1.0 / (STAGES + 1) as f64)).clamp(0.2, 5.0)
-}
-
-/// A first step from the Jacobian J: the diagonal of J² has the unit of a squared rate whatever the units of the
-/// state; without any rate the step may be as long as it likes.
-fn first_step<const N: usize>(jacobian: &[[f64; N]; N]) -> f64 {
-    let square = |i: usize| (0..N).map(|j| jacobian[i][j] * jacobian[j][i]).sum::<f64>().abs();
-    // The bound keeps an infinite rate from making a step of no length.
-    (0..N).map(square).fold(0.0, f64::max).sqrt().min(1e150).recip()
 }
 
 #[cfg(test)]

@@ -218,3 +218,45 @@ fn a_retracted_step_leaves_the_state_before() {
     c.retract();
     assert_eq!((c.end(), c.state(), c.at(t)), (t, y, y));
 }
+
+/// q̈ + q + κ q³ = g(t), made to measure for q = 1 − cos νt: at rest at the start.
+struct FromRest {
+    cubic: f64,
+    rate: f64,
+}
+
+impl FromRest {
+    fn exact(&self, t: f64) -> [f64; 2] {
+        let half = (0.5 * self.rate * t).sin();
+        [2.0 * half * half, self.rate * (self.rate * t).sin()]
+    }
+}
+
+impl System<2> for FromRest {
+    fn rhs(&self, t: Double, y: &[f64; 2]) -> [f64; 2] {
+        let [q, _] = self.exact(t.hi + t.lo);
+        let force = self.rate * self.rate * (1.0 - q) + q + self.cubic * q.powi(3);
+        [y[1], force - y[0] - self.cubic * y[0].powi(3)]
+    }
+    fn jacobian(&self, _: Double, y: &[f64; 2]) -> [[f64; 2]; 2] {
+        [[0.0, 1.0], [-1.0 - 3.0 * self.cubic * y[0] * y[0], 0.0]]
+    }
+}
+
+#[test]
+fn a_start_at_rest_keeps_the_tolerance() {
+    for (cubic, rate) in [(50.0, 1.0), (3.0, 7.0), (400.0, 0.5), (-0.3, 3.0)] {
+        for tolerance in [1e-4, 1e-6, 1e-8, 1e-10, 1e-12] {
+            let system = FromRest { cubic, rate };
+            for start in [0.0, 1e-12] {
+                let mut c = Collocation::new(Double::default(), [start, 0.0]);
+                c.advance(&system, Double::from(2.0 / rate), tolerance).unwrap();
+                let (found, exact) = (c.state(), system.exact(2.0 / rate));
+                // What the start is off by grows a few times at most.
+                let error = ((found[0] - exact[0]) / exact[0]).abs() - 20.0 * start;
+                let estimate = 16.0 * c.statistics.state_error;
+                assert!(error <= estimate.min(16.0 * tolerance), "κ {cubic}, {tolerance:e}: {error:e} {estimate:e}");
+            }
+        }
+    }
+}
