@@ -12,12 +12,11 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
 /// A drive as it is after instantiation.
-pub(super) fn unit<D: Drive>(scene: D::Scene) -> Result<Box<Unit<D>>, Fault> {
-    let drive = D::new(scene)?;
+pub(super) fn unit<D: Drive>(drive: D) -> Box<Unit<D>> {
     let variables = drive.variables().0;
     let reals = variables.iter().map(Access::of).collect();
     let inputs = variables.iter().map_while(Input::of).collect();
-    Ok(Arc::new(Design { initial: drive, variables, reals, inputs }).unit())
+    Arc::new(Design { initial: drive, variables, reals, inputs }).unit()
 }
 
 /// A drive as its scene describes it: what all its instances have in common.
@@ -486,7 +485,7 @@ impl<D: Drive> DynDrive for Unit<D> {
         let (mut state, rest): (Snapshot<D>, &[u8]) =
             postcard::take_from_bytes(bytes).map_err(|e| Fault(format!("the serialised state cannot be read: {e}")))?;
         if rest.is_empty() {
-            state.drive.restored();
+            state.drive.restored(&self.design.initial);
             Ok(Box::new(state))
         } else {
             Err(Fault::new("the serialised state is longer than it should be"))

@@ -139,6 +139,17 @@ pub trait Drive: Clone + Serialize + DeserializeOwned + Send + Sync + 'static {
     /// A drive at time zero. Refuses what no parameter value could mend.
     fn new(scene: Self::Scene) -> Result<Self, Fault>;
 
+    /// The same with the [`Drive::tables`] of this scene.
+    fn with_tables(scene: Self::Scene, _tables: &[u8]) -> Result<Self, Fault> {
+        Self::new(scene)
+    }
+
+    /// What follows from the scene and takes long to compute, in postcard's encoding, for an FMU to bring along.
+    #[cfg(feature = "cli")]
+    fn tables(&self) -> Result<Vec<u8>, Fault> {
+        Ok(Vec::new())
+    }
+
     /// All variables, in the order of their value references.
     fn variables(&self) -> List<Self>;
 
@@ -209,6 +220,7 @@ pub trait Drive: Clone + Serialize + DeserializeOwned + Send + Sync + 'static {
     /// What happened since the log was last cleared.
     fn events(&mut self) -> &mut EventLog;
 
-    /// Called on a drive that was just read from bytes: rebuilds what the serialisation leaves out, to the same bits.
-    fn restored(&mut self) {}
+    /// Called on a drive that was just read from bytes: rebuilds what the serialisation leaves out, to the same bits, or takes
+    /// it from the drive as it was made of the scene.
+    fn restored(&mut self, _made: &Self) {}
 }

@@ -8,7 +8,7 @@ use super::{Drive, Fault};
 pub struct Model {
     /// The name that scenes use.
     pub name: &'static str,
-    /// Builds a drive from the resolved scene in postcard's encoding.
+    /// Builds a drive from the resolved scene and its tables in postcard's encoding.
     pub build: fn(&[u8]) -> Result<Box<dyn DynDrive>, Fault>,
 }
 
@@ -19,10 +19,10 @@ impl Model {
     }
 }
 
-fn build<D: Drive>(scene: &[u8]) -> Result<Box<dyn DynDrive>, Fault> {
-    let scene = postcard::from_bytes(scene)
+fn build<D: Drive>(bytes: &[u8]) -> Result<Box<dyn DynDrive>, Fault> {
+    let (scene, tables): (D::Scene, &[u8]) = postcard::from_bytes(bytes)
         .map_err(|e| Fault(format!("the resolved scene of {} cannot be read: {e}", D::MODEL)))?;
-    Ok(erased::unit::<D>(scene)?)
+    Ok(erased::unit(D::with_tables(scene, tables)?))
 }
 
 #[cfg(feature = "cli")]
@@ -50,7 +50,7 @@ mod described {
         pub name: &'static str,
         /// Builds a drive from the resolved scene.
         pub build: fn(&Value) -> Result<Box<dyn Described>, Fault>,
-        /// The resolved scene as the runtime library reads it.
+        /// The resolved scene and its tables as the runtime library reads them.
         pub encode: fn(&Value) -> Result<Vec<u8>, Fault>,
         /// [`Drive::simplifications`] of a resolved scene.
         pub simplifications: fn(&Value) -> Result<Vec<Simplification<Value>>, Fault>,
@@ -80,11 +80,12 @@ mod described {
     }
 
     fn build<D: Drive>(json: &Value) -> Result<Box<dyn Described>, Fault> {
-        Ok(erased::unit::<D>(scene::<D>(json)?)?)
+        Ok(erased::unit(D::new(scene::<D>(json)?)?))
     }
 
     fn encode<D: Drive>(json: &Value) -> Result<Vec<u8>, Fault> {
-        postcard::to_stdvec(&scene::<D>(json)?).map_err(|e| fault::<D>(&e))
+        let tables = D::new(scene::<D>(json)?)?.tables()?;
+        postcard::to_stdvec(&(scene::<D>(json)?, tables.as_slice())).map_err(|e| fault::<D>(&e))
     }
 
     fn oscillator<D: Drive>(json: &Value) -> Result<Option<PeriodicOscillator>, Fault> {

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 pub const FILE_NAME: &str = "drive.bin";
 
 /// To be changed when the encoding of the file changes; that of the scenes goes with the guid.
-const MAGIC: &[u8; 8] = b"camscene";
+const MAGIC: &[u8; 8] = b"camscen2";
 const CHECKSUM: usize = 4;
 
 /// What the file holds.
@@ -19,7 +19,8 @@ pub struct Content<'a> {
     pub model: &'a str,
     /// The guid of the model description.
     pub guid: &'a str,
-    /// The [`super::Drive::Scene`] of the model in postcard's encoding: coherent SI, validated by the exporter.
+    /// The [`super::Drive::Scene`] of the model and its [`super::Drive::tables`] in postcard's encoding: coherent SI,
+    /// validated by the exporter.
     pub scene: &'a [u8],
 }
 
@@ -109,7 +110,7 @@ mod resource {
             })
         }
 
-        /// The scene as the runtime library reads it.
+        /// The scene and its tables as the runtime library reads them.
         pub fn encoded_scene(&self) -> Result<Vec<u8>, Fault> {
             (self.template()?.encode)(&self.scene)
         }

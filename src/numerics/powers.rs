@@ -8,6 +8,7 @@
 //! Source: L. N. Trefethen, *Approximation Theory and Approximation Practice*, SIAM 2013, chapters 3, 4, 8.
 
 use super::interpolant::{neglected, power_sum};
+use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
 /// The number of points and of coefficients.
@@ -73,7 +74,7 @@ impl Fitting {
 }
 
 /// p(x) = Σ cⱼ xʲ.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Powers {
     even: [f64; HALF],
     odd: [f64; HALF],

@@ -325,7 +325,7 @@ impl Drive for ElasticOutput {
         &mut self.log
     }
 
-    fn restored(&mut self) {
+    fn restored(&mut self, _made: &Self) {
         if !self.response.is_on_table() {
             return;
         }

@@ -406,7 +406,7 @@ impl Drive for ElasticShaft {
         &mut self.log
     }
 
-    fn restored(&mut self) {
+    fn restored(&mut self, _made: &Self) {
         let Some(course) = self.course.clone() else { return };
         // A state on the table was reached with the parameters of the last step.
         let [m, c, b] = self.used;

@@ -333,7 +333,7 @@ impl Drive for ParametricDrive {
         &mut self.log
     }
 
-    fn restored(&mut self) {
+    fn restored(&mut self, _made: &Self) {
         let Some(course) = &self.course else { return };
         let course = course.clone();
         let table = self.tabulate();

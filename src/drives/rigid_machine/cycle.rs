@@ -9,7 +9,7 @@
 //! it computes the same whatever has happened before.
 
 use super::passage::{Passage, Position};
-use super::steady::Shooting;
+use super::steady::{ROUNDING, Shooting};
 use super::torques::Torques;
 use super::{Motor, RigidMachine};
 use crate::drives::solver::Method;
@@ -25,10 +25,8 @@ const MOST_LAPS: usize = 400;
 /// Turns in search of the periodic motion. The secant method needs five; without a periodic motion it goes astray soon.
 const TURNS: usize = 10;
 
-/// By how much of the tolerance the end of the tabulated turn may miss its beginning, and what rounding makes of it. The
-/// machine feels it as a δ.
+/// By how much of the tolerance the end of the tabulated turn may miss its beginning, which the machine feels as a δ.
 const CLOSED: f64 = 1e-2;
-const ROUNDING: f64 = 4e-15;
 
 /// The table.
 pub struct Cycle {
@@ -116,7 +114,7 @@ impl Cycle {
         let tolerance = machine.solver.effective_tolerance();
         let shooting = Shooting::new(machine, torques, tolerance).within(MOST_LAPS);
         let raster = &machine.raster;
-        let mut energy = 0.5 * (raster.mean_root * torques.balance()?).powi(2);
+        let mut energy = shooting.first_energy()?;
         let mut turn: Vec<Passage> = Vec::with_capacity(2 * raster.cells().len());
         let mut before: Option<(f64, f64)> = None;
         for _ in 0..TURNS {

@@ -62,13 +62,18 @@ impl Inertia {
         inertia
     }
 
+    /// Takes its range and the order that resolves the mechanisms from where they are known.
+    pub fn know(&mut self, range: (f64, f64), linked_resolution: f64) {
+        (self.range, self.linked_resolution) = (Known(range.into()), Known(linked_resolution.into()));
+    }
+
     /// Whether mechanisms lie between a cam and its tool.
     pub fn is_linked(&self) -> bool {
         self.followers.iter().any(|follower| !follower.linkage.is_empty())
     }
 
     /// The order that resolves the inertia of the followers with mechanisms; 0 without.
-    fn linked_resolution(&self) -> f64 {
+    pub fn linked_resolution(&self) -> f64 {
         *self.linked_resolution.0.get_or_init(|| {
             let linked = self.followers.iter().filter(|follower| !follower.linkage.is_empty());
             linked.map(Follower::linked_resolution).fold(0.0, f64::max)

@@ -34,6 +34,7 @@ mod signal;
 mod solver;
 mod steady;
 mod steady_lag;
+mod tables;
 mod torques;
 mod travel;
 mod variables;
@@ -163,6 +164,8 @@ pub struct RigidMachine {
     top_speed: f64,
     /// The period of the steady state found at the start [s]; 0 without one.
     period: f64,
+    /// Where the search for the periodic motion begins, see [`tables`].
+    first_guess: f64,
     events: EventLog,
 }
 
@@ -180,6 +183,38 @@ impl HasSolver for RigidMachine {
 }
 
 impl RigidMachine {
+    /// The machine before anything is checked or tabulated.
+    fn of(scene: Scene) -> Self {
+        RigidMachine {
+            inertia: Arc::new(Inertia::new(scene.inertia, scene.followers)),
+            motor: scene.motor,
+            phi_start: scene.phi_start,
+            w_start: scene.w_start,
+            torque_start: 0.0,
+            start: scene.start,
+            solver: Solver::new(scene.solver),
+            load: Signal::default(),
+            driving: Signal::default(),
+            state: State::default(),
+            integrator: Integrator::new(&scene.motor),
+            grid: Grid::default(),
+            raster: Raster::default(),
+            cycle: None,
+            load_at_start: 0.0,
+            passage: None,
+            torques: Torques::default(),
+            abscissa: 0.0,
+            seen: None,
+            next_length: f64::INFINITY,
+            errors: Errors::default(),
+            travelled: 0.0,
+            top_speed: 0.0,
+            period: 0.0,
+            first_guess: 1.0,
+            events: EventLog::default(),
+        }
+    }
+
     /// Refuses parameters that describe no machine.
     fn check(&self) -> Result<(), Fault> {
         if let Motor::Kloss { breakdown_slip, synchronous_speed, dynamics, .. } = self.motor {
@@ -265,37 +300,24 @@ impl Drive for RigidMachine {
     const MODEL: &'static str = "RigidMachine";
 
     fn new(scene: Scene) -> Result<Self, Fault> {
-        let mut machine = RigidMachine {
-            inertia: Arc::new(Inertia::new(scene.inertia, scene.followers)),
-            motor: scene.motor,
-            phi_start: scene.phi_start,
-            w_start: scene.w_start,
-            torque_start: 0.0,
-            start: scene.start,
-            solver: Solver::new(scene.solver),
-            load: Signal::default(),
-            driving: Signal::default(),
-            state: State::default(),
-            integrator: Integrator::new(&scene.motor),
-            grid: Grid::default(),
-            raster: Raster::default(),
-            cycle: None,
-            load_at_start: 0.0,
-            passage: None,
-            torques: Torques::default(),
-            abscissa: 0.0,
-            seen: None,
-            next_length: f64::INFINITY,
-            errors: Errors::default(),
-            travelled: 0.0,
-            top_speed: 0.0,
-            period: 0.0,
-            events: EventLog::default(),
-        };
+        let mut machine = RigidMachine::of(scene);
         machine.check()?;
         // Here, so that the instances of a scene share it.
         machine.prepare_raster();
         Ok(machine)
+    }
+
+    fn with_tables(scene: Scene, tables: &[u8]) -> Result<Self, Fault> {
+        let mut machine = RigidMachine::of(scene);
+        machine.take(tables)?;
+        machine.check()?;
+        machine.prepare_cycle();
+        Ok(machine)
+    }
+
+    #[cfg(feature = "cli")]
+    fn tables(&self) -> Result<Vec<u8>, Fault> {
+        self.written_tables()
     }
 
     fn variables(&self) -> List<Self> {
@@ -411,7 +433,11 @@ impl Drive for RigidMachine {
     }
 
     /// The raster, of which already the outputs before the next step take J.
-    fn restored(&mut self) {
-        self.prepare_raster_once();
+    fn restored(&mut self, made: &Self) {
+        if self.inertia == made.inertia {
+            self.inertia = made.inertia.clone();
+            (self.raster, self.cycle) = (made.raster.clone(), made.cycle.clone());
+        }
+        self.prepare_raster();
     }
 }

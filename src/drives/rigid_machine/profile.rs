@@ -7,6 +7,7 @@
 
 use super::Inertia;
 use crate::numerics::powers::{Fitting, POINTS, Powers};
+use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
 /// The width of a piece in which the polynomial of degree 15 follows a wave to rounding [rad of the wave]: the first
@@ -23,6 +24,7 @@ const ROUNDING: f64 = 4e-15;
 const BEYOND: f64 = 1e-6;
 
 /// The pieces of an interval.
+#[derive(Serialize, Deserialize)]
 struct Stretch {
     /// φ where it begins [rad].
     low: f64,
@@ -35,7 +37,7 @@ struct Stretch {
 }
 
 /// The table.
-#[derive(Default)]
+#[derive(Default, Serialize, Deserialize)]
 pub struct Profile {
     /// By interval; None where there is no table.
     stretches: Vec<Option<Stretch>>,
@@ -77,6 +79,14 @@ impl Profile {
             }));
         }
         profile
+    }
+
+    /// Whether it can be a table of this inertia.
+    pub fn fits(&self, inertia: &Inertia) -> bool {
+        let within = |s: &Stretch| s.count > 0 && s.first + s.count as usize <= self.pieces.len();
+        self.turn == inertia.borders().is_empty()
+            && self.stretches.len() == inertia.borders().len().max(1)
+            && self.stretches.iter().flatten().all(within)
     }
 
     /// Adds the piece of this `width` from `low` on; whether it meets J.

@@ -112,7 +112,8 @@ impl Raster {
         Self::on(self.profile.clone(), inertia, motor, tolerance)
     }
 
-    fn on(profile: Arc<Profile>, inertia: &Inertia, motor: &Motor, tolerance: f64) -> Self {
+    /// The raster on a profile of this inertia.
+    pub fn on(profile: Arc<Profile>, inertia: &Inertia, motor: &Motor, tolerance: f64) -> Self {
         let mut cells = Self::of_inertia(inertia, &profile, tolerance);
         if let Motor::Kloss { synchronous_speed, dynamics: None, .. } = motor {
             cells = Self::divided(cells, inertia, &profile, motor, *synchronous_speed, tolerance);

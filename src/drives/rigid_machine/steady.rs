@@ -36,6 +36,9 @@ pub const ORBIT_TOLERANCE: f64 = 1e-12;
 const SCAN: usize = 80;
 const SCAN_BELOW: usize = 32;
 
+/// What the rounding of a turn's integration makes of E, relative.
+pub const ROUNDING: f64 = 4e-15;
+
 /// Iterations of the shooting; the secant method needs a handful, bisection fifty.
 const ITERATIONS: usize = 80;
 
@@ -81,6 +84,13 @@ impl<'a> Shooting<'a> {
     /// The same for turns of at most so many steps.
     pub fn within(self, most_steps: usize) -> Self {
         Shooting { most_steps, ..self }
+    }
+
+    /// E at the beginning of the turn on the periodic motion, about: that of the mean √J at the speed that balances the
+    /// load, times [`RigidMachine::first_guess`].
+    pub fn first_energy(&self) -> Option<f64> {
+        let root = self.machine.raster.mean_root * self.torques.balance()?;
+        Some(0.5 * root * root * self.machine.first_guess)
     }
 
     fn forward(&self) -> bool {
@@ -203,8 +213,8 @@ impl<'a> Shooting<'a> {
 
     /// The fixed point between `low`, from which the machine speeds up, and `high`, from which it slows down, and the
     /// period.
-    fn refine(&self, (mut low, mut high): (f64, f64)) -> Option<(f64, f64)> {
-        let mut energy = 0.5 * (low + high);
+    pub fn refine(&self, (mut low, mut high): (f64, f64)) -> Option<(f64, f64)> {
+        let mut energy = self.first_energy().filter(|e| *e > low && *e < high).unwrap_or(0.5 * (low + high));
         let mut best = None;
         let mut before: Option<(f64, f64)> = None;
         for _ in 0..ITERATIONS {
@@ -214,9 +224,6 @@ impl<'a> Shooting<'a> {
                 continue;
             };
             best = Some((energy, period));
-            if gain == 0.0 {
-                break;
-            }
             if gain > 0.0 {
                 low = energy;
             } else {
@@ -229,8 +236,12 @@ impl<'a> Shooting<'a> {
             };
             before = Some((energy, gain));
             let wanted = energy - gain / rise;
+            // The rest is rounding, of which a secant would make a slope.
+            if gain.abs() <= ROUNDING * energy {
+                best = Some((if rise == 0.0 { energy } else { wanted }, period));
+                break;
+            }
             let next = if wanted > low && wanted < high { wanted } else { 0.5 * (low + high) };
-            // Rounding of the turn's integration moves E by some units in the last place.
             if (next - energy).abs() <= 4e-16 * energy {
                 break;
             }
