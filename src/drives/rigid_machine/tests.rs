@@ -16,6 +16,7 @@ mod orbits;
 mod periodic;
 #[cfg(feature = "cli")]
 mod tables;
+mod wide_estimate;
 
 /// The main drive of a rapier loom: gripper and sley, cosine and sine coefficients in m.
 const GRIPPER: [f64; 7] = [0.34538, -0.46256, 0.10175, 0.015451, 0.0056952, -0.0025225, -0.0023031];
