@@ -3,6 +3,7 @@ momentum and energy where neither exists."""
 
 import math
 
+import mpmath as mp
 import numpy as np
 
 import reference
@@ -112,6 +113,27 @@ declare("speed −25 rad/s", [0.1, 0.25], **{"drive.w": -25.0})
 declare("speed 1e5 rad/s", [2e-5, 1e-4], **{"drive.w": 1e5})
 declare_balances("speed 1e5 rad/s, 1000 turns", 2 * math.pi / 1e5, 1000, **{"drive.w": 1e5})
 declare_balances("1e4 revolutions", TURN / 2, 20000)
+
+
+@case(DRIVE, "1e6 revolutions", "a turn by exact phases, 25 digits, leads back to its beginning", 1e-10)
+def many_turns(packages):
+    """On a motion that attracts all others, with three switchings in each turn."""
+    p = BASE | {"c": 2e5, "b": 0.06 * CRITICAL, "s": 2e-4}
+    package = packages["backlash"]
+    values, series = law(package, A, B)
+    with probe(package, values | p | {"start.mode": 2}) as unit:
+        for turns in range(1000, 1_000_001, 1000):
+            unit.step_to(turns * TURN)
+        (x1, v1, x2, v2), impacts = unit.get(*NAMES), unit.get("impacts")
+        assert unit.get("gap") in (0.0, p["s"]), "the turn begins in contact"
+        with mp.workdps(40):
+            phase = float(mp.fmod(mp.mpf(p["drive.phi_start"]) + mp.mpf(p["drive.w"]) * mp.mpf(unit.time), 2 * mp.pi))
+        begin = {"drive.phi_start": phase, "start.q": x2 - x1, "start.q_dot": v2 - v1}
+        events, end = reference.Backlash(p | begin, series).run(TURN)
+        assert impacts == 1e6 * sum(kind == "impact" for _, kind, _ in events)
+        return unit.outcome(error([[x1, v1, x2, v2]], [end], [2e-2, 0.5, 2e-2, 0.5]))
+
+
 # Dwells, in which mass 1 rests, and the jumps of the third derivative at their ends.
 CYCLE = {"scene": "backlash_cycle", "drive.phi_start": 0.0, "start.q": 0.0, "start.q_dot": 0.0}
 declare_balances("dwells", TURN / 50, 500, **CYCLE)
