@@ -314,6 +314,48 @@ fn compensate_writes_a_scene_that_is_right() {
 }
 
 #[test]
+fn compensate_writes_tables_where_series_are_too_long() {
+    let folder = folder("compensate_tables");
+    let (light, target) = (folder.join("light.toml"), folder.join("out/light_hs.toml"));
+    let loom = std::fs::read_to_string("examples/rapier_loom/scene.toml").unwrap();
+    let (head, _) = loom.split_once("[motor]").unwrap();
+    let head = head.replace("2.8 kg.m2", "0.35 kg.m2");
+    std::fs::write(&light, format!("{head}[motor]\nkind = \"none\"\n")).unwrap();
+    let args = ["compensate", text(&light), "-o", text(&target), "--period", "120 ms"];
+    let run = camdrive(&args);
+    assert!(run.code == 0 && run.out.contains("Cam 1: a table of"), "{}{}", run.out, run.err);
+    assert!(folder.join("out/light_hs.follower2.csv").is_file());
+    assert_eq!(camdrive(&["check", text(&target)]).code, 0);
+    let run = camdrive(&[&args[..], &["--laws", "series"]].concat());
+    assert!(run.code == 1 && run.err.contains("--laws table"), "{}", run.err);
+}
+
+#[test]
+fn the_accuracy_of_a_levers_law_is_told_once() {
+    let scene = "examples/sealing_machine/scene.toml";
+    assert!(camdrive(&["check", scene]).err.contains("the lever's law has"));
+    assert_eq!(camdrive(&["steady", scene]).err, "");
+}
+
+#[test]
+fn cam_says_which_key_keeps_the_second_arm_off() {
+    let folder = folder("cam_refuses");
+    let scene = folder.join("scene.toml");
+    let loom = std::fs::read_to_string("examples/rapier_loom/scene.toml").unwrap();
+    std::fs::write(&scene, loom.replace("second_arm_angle = \"90 deg\"", "second_arm_angle = \"30 deg\"")).unwrap();
+    let run = camdrive(&["cam", text(&scene), "-o", text(&folder)]);
+    for part in [
+        "follower1 P",
+        "the second arm turns through the line",
+        "`second_arm_angle`, 30.000°",
+        "above 59.297°",
+        "below 202.344°",
+    ] {
+        assert!(run.code == 1 && run.err.contains(part), "{part}: {}", run.err);
+    }
+}
+
+#[test]
 fn compensate_says_what_it_cannot_do() {
     let folder = folder("compensate_refuses");
     let loom = "examples/rapier_loom/scene.toml";
@@ -330,6 +372,9 @@ fn compensate_says_what_it_cannot_do() {
         (&[loom, "--keep", "3"], &["no follower 3", "has 2"]),
         (&[loom, "--period", "0"], &["--period", "positive"]),
         (&[loom, "--period", "12 kg"], &["--period", "hint"]),
+        (&[loom, "--period", "1 ns"], &["--period", "52.359878 rad/s", "admissible: 1.200e-3 … 1.200e1 s", "hint"]),
+        (&[loom, "--period", "120"], &["--period", "\"120 ms\""]),
+        (&[text(&free), "--period", "1 ns"], &["--period", "admissible: 6.283e-6"]),
         (&[loom, "--tolerance", "0"], &["--tolerance", "between 0 and 1"]),
         (&[loom, "--tolerance", "1e-15"], &["tool 1", "harmonics"]),
         (&[loom, "--keep", "1,2"], &["no follower whose cam"]),
@@ -519,6 +564,8 @@ fn steady_finds_the_periodic_motions() {
         (&["tests/fmpy/scenes/machine_torque_input.toml"], "is an input"),
         (&["tests/fmpy/scenes/machine_free.toml"], "--period"),
         (&[loom, "--period", "0"], "positive"),
+        (&[loom, "--period", "1 ns"], "admissible: 1.200e-3 … 1.200e1 s"),
+        (&["tests/fmpy/scenes/machine_free.toml", "--period", "1 ns"], "admissible: 6.283e-6"),
     ] {
         let run = camdrive(&[&["steady"], args].concat());
         assert!(run.code == 1 && run.err.contains(part), "{args:?}: {}", run.err);

@@ -1,6 +1,6 @@
 //! `camdrive check SCENE…`
 
-use super::{Failure, print, read_all};
+use super::{Failure, print, read_all, tell_notes};
 use std::path::PathBuf;
 
 /// Validates scenes without writing anything.
@@ -16,6 +16,7 @@ pub struct Args {
 
 pub fn run(args: &Args) -> Result<(), Failure> {
     let scenes = read_all(&args.scenes)?;
+    tell_notes(&args.scenes, &scenes);
     let lines = args.scenes.iter().zip(&scenes).map(|(path, s)| format!("{}: {} ok\n", path.display(), s.model));
     print(&lines.collect::<String>())
 }

@@ -1,16 +1,15 @@
 //! `camdrive compensate SCENE`
 
-use super::{Failure, files, print, read_all};
+use super::{Failure, driving, failure, files, print, read_all};
 use crate::design::compensation::orbit::Driving;
 use crate::design::compensation::report::{Options, Report, study};
-use crate::design::compensation::{Task, Tool};
+use crate::design::compensation::{Form, Task, Tool};
 use crate::design::text;
 use crate::drives::rigid_machine::{self, Inertia, Motor};
-use crate::drives::unit;
-use crate::scene::units;
+use crate::motion::MotionLaw;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
-use toml_edit::{Item, TableLike, Value, value};
+use toml_edit::{Item, Table, TableLike, Value, value};
 
 /// Cuts the cams of a machine such that its tools move in time as prescribed though its speed fluctuates.
 ///
@@ -40,9 +39,12 @@ pub struct Args {
     /// Followers whose cams stay as they are, counted from 1
     #[arg(long, value_name = "NUMBER", value_delimiter = ',')]
     keep: Vec<usize>,
-    /// How much the finite series of a cam may change the tool's acceleration, relative to its largest value
+    /// How much the finite laws of the cams may change a tool's acceleration, relative to its largest value
     #[arg(long, value_name = "PART", default_value_t = 1e-6)]
     tolerance: f64,
+    /// Write the laws as Fourier series or as tables beside the result
+    #[arg(long, value_enum, default_value_t = Laws::Auto)]
+    laws: Laws,
     /// Rounds of the iteration to report
     #[arg(long, value_name = "NUMBER", default_value_t = 3)]
     rounds: usize,
@@ -55,8 +57,25 @@ pub struct Args {
     cam: Vec<String>,
 }
 
-fn failure(text: impl std::fmt::Display) -> Failure {
-    Failure(format!("error: {text}"))
+/// The form of the laws, as the option names it.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+enum Laws {
+    /// A series, or a table where that would need more harmonics than a scene takes
+    Auto,
+    /// Fourier series in the angle
+    Series,
+    /// Points of a periodic spline of degree 5
+    Table,
+}
+
+impl From<Laws> for Form {
+    fn from(laws: Laws) -> Form {
+        match laws {
+            Laws::Auto => Form::Auto,
+            Laws::Series => Form::Series,
+            Laws::Table => Form::Table,
+        }
+    }
 }
 
 /// What the scene says of the machine.
@@ -81,35 +100,13 @@ fn machine(args: &Args) -> Result<Machine, Failure> {
         )));
     }
     let scene: rigid_machine::Scene = serde_json::from_value(resolved.scene).map_err(failure)?;
-    let quantity = |name: &str, text: &str, quantity| {
-        units::parse(text, quantity).map_err(|e| failure(format!("--{name}: {}\n  = hint: {}", e.message, e.hint)))
-    };
-    let period = args.period.as_ref().map(|text| quantity("period", text, &unit::TIME)).transpose()?;
-    let load = quantity("load", &args.load, &unit::TORQUE)?;
+    let (load, period) = driving::read(&place.to_string(), &scene.motor, &args.load, args.period.as_ref())?;
     let count = scene.followers.len();
     if let Some(wrong) = args.keep.iter().find(|j| !(1..=count).contains(j)) {
         return Err(failure(format!("--keep: there is no follower {wrong}; the scene has {count}, counted from 1")));
     }
-    if let Some(period) = period.filter(|period| !(*period > 0.0 && period.is_finite())) {
-        return Err(failure(format!("--period: {period} s is no period; it must be positive")));
-    }
     if !(args.tolerance > 0.0 && args.tolerance < 1.0) {
         return Err(failure(format!("--tolerance: {} is not between 0 and 1", args.tolerance)));
-    }
-    if scene.motor == Motor::Input {
-        return Err(failure(format!(
-            "{place}: the torque of the motor is an input: no periodic motion follows from it\n  = hint: choose `motor.kind` = \"kloss\" or \"none\""
-        )));
-    }
-    if scene.motor == Motor::None && load != 0.0 {
-        return Err(failure(format!(
-            "{place}: without motor nothing balances the load of {load} N.m\n  = hint: leave out --load, or add a motor"
-        )));
-    }
-    if scene.motor == Motor::None && period.is_none() {
-        return Err(failure(format!(
-            "{place}: a machine without motor turns with any speed\n  = hint: say which with --period"
-        )));
     }
     let phi_start = scene.phi_start;
     let (mut tools, mut kept, mut moved, mut turning) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
@@ -152,12 +149,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(folder) = &args.report {
         files::no_file(folder, "--report")?;
     }
-    let options = Options { tolerance: args.tolerance, rounds: args.rounds };
+    let options = Options { tolerance: args.tolerance, rounds: args.rounds, form: args.laws.into() };
     let report = study(&machine.name, &machine.task, options)
         .map_err(|fault| failure(format!("{}: {fault}", args.scene.display())))?;
-    let mut scenes = vec![(output.clone(), compensated(args, &machine, &report)?)];
+    let cams = cams(&machine, &report, &output)?;
+    let mut scenes = vec![(output.clone(), compensated(args, &machine, &report, &cams)?)];
     for pair in &args.cam {
-        let (target, scene) = with_cam(pair, &machine, &report, &output)?;
+        let (target, scene) = with_cam(pair, &machine, &cams, &output)?;
         if scenes.iter().any(|(other, _)| *other == target) {
             return Err(failure(format!(
                 "--cam: \"{pair}\" would be written to {}, as another result\n  = hint: rename the file, or choose another -o",
@@ -165,6 +163,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             )));
         }
         scenes.push((target, scene));
+    }
+    for (path, text) in cams.iter().filter_map(|cam| cam.points.as_ref()) {
+        files::no_input(path, std::iter::once(&args.scene))?;
+        scenes.push((path.clone(), text.clone()));
     }
     let mut lines = String::new();
     for (path, text) in scenes {
@@ -238,14 +240,44 @@ fn renamed(name: &str) -> String {
     format!("{}{ENDING}", &name[..name.len().min(most)])
 }
 
+/// A compensated cam as scenes name it.
+struct Cam {
+    /// `[cam]`.
+    table: Table,
+    /// The file with the points of a table, beside the scenes.
+    points: Option<(PathBuf, String)>,
+}
+
+/// The compensated cams; points of tables in files beside the result.
+fn cams(machine: &Machine, report: &Report, output: &Path) -> Result<Vec<Cam>, Failure> {
+    let stem = output.file_stem().unwrap_or_default().to_string_lossy();
+    let cam = |(law, place): (&MotionLaw, usize)| match law {
+        MotionLaw::Fourier(series) => Ok(Cam { table: files::cam(series, 1.0), points: None }),
+        MotionLaw::Table(points) => {
+            let name = format!("{stem}.follower{}.csv", machine.tools[place] + 1);
+            let lift = if machine.turning[place] { "lift_rad" } else { "lift_m" };
+            let points = points.points();
+            let rows = points.angles.iter().zip(&points.lifts).map(|(phi, u)| vec![phi.to_string(), format!("{u:e}")]);
+            let text = text::csv(&["phi_rad", lift], rows).map_err(failure)?;
+            let mut table = Table::new();
+            table["law"] = value("table");
+            table["file"] = value(name.clone());
+            Ok(Cam { table, points: Some((output.parent().unwrap_or(Path::new("")).join(name), text)) })
+        }
+        MotionLaw::Cycle(_) => Err(failure("a compensated cam is no cycle")),
+    };
+    report.laws.iter().zip(0..).map(cam).collect()
+}
+
 /// The scene with the compensated cams.
-fn compensated(args: &Args, machine: &Machine, report: &Report) -> Result<String, Failure> {
+fn compensated(args: &Args, machine: &Machine, report: &Report, cams: &[Cam]) -> Result<String, Failure> {
     let mut document = files::document(&args.scene)?;
+    carry_over(document.as_table_mut(), args.scene.parent().unwrap_or(Path::new("")));
     document["name"] = value(renamed(&machine.name));
     let unexpected = || failure(format!("{}: the followers are no [[follower]] tables", args.scene.display()));
-    for (law, j) in report.laws.iter().zip(&machine.tools) {
+    for (cam, j) in cams.iter().zip(&machine.tools) {
         let followers = &mut document["follower"];
-        let table = files::cam(law, 1.0);
+        let table = cam.table.clone();
         if let Some(tables) = followers.as_array_of_tables_mut() {
             let follower = tables.get_mut(*j).ok_or_else(unexpected)?;
             // Its motion was given by that of the tool behind mechanisms, and the law of the lever takes its place.
@@ -269,13 +301,11 @@ fn compensated(args: &Args, machine: &Machine, report: &Report) -> Result<String
         // Nothing else would give the machine the speed that belongs to the period.
         document["start"]["w_start"] = value(report.speed_at(machine.phi_start));
     }
-    let folder = args.scene.parent().unwrap_or(Path::new(""));
-    carry_over(document.as_table_mut(), folder);
     Ok(document.to_string())
 }
 
 /// The scene of a cam drive with the compensated cam of a follower.
-fn with_cam(pair: &str, machine: &Machine, report: &Report, output: &Path) -> Result<(PathBuf, String), Failure> {
+fn with_cam(pair: &str, machine: &Machine, cams: &[Cam], output: &Path) -> Result<(PathBuf, String), Failure> {
     let wrong = || {
         let tools: Vec<String> = machine.tools.iter().map(|j| (j + 1).to_string()).collect();
         failure(format!(
@@ -299,7 +329,8 @@ fn with_cam(pair: &str, machine: &Machine, report: &Report, output: &Path) -> Re
     }
     let mut document = files::document(&path)?;
     document["name"] = value(renamed(&scene.name));
-    document["cam"] = Item::Table(files::cam(&report.laws[place], 1.0));
+    carry_over(document.as_table_mut(), path.parent().unwrap_or(Path::new("")));
+    document["cam"] = Item::Table(cams[place].table.clone());
     let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let target = output.parent().unwrap_or(Path::new("")).join(format!("{stem}.compensated.toml"));
     files::no_input(&target, [&path])?;

@@ -1,7 +1,7 @@
 //! `camdrive export SCENE…`
 
 use super::tradeoff::StudyArgs;
-use super::{Failure, print, read_all};
+use super::{Failure, print, read_all, tell_notes};
 use crate::export::{Date, Packed, RuntimeLibrary, pack_with};
 use crate::scene::Resolved;
 use std::collections::BTreeMap;
@@ -47,6 +47,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return Err(Failure(format!("error: {message}\n  = hint: add --with-tradeoff")));
     }
     let scenes = read_all(&args.scenes)?;
+    tell_notes(&args.scenes, &scenes);
     let targets = targets(args, &scenes)?;
     let runtimes = runtimes(&args.runtime)?;
     let date = Date::from_environment().map_err(failure)?;

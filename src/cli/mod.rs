@@ -9,6 +9,7 @@ mod clearance;
 mod compensate;
 mod completions;
 mod describe;
+mod driving;
 mod export;
 mod files;
 #[cfg(feature = "import")]
@@ -58,6 +59,10 @@ enum Command {
 
 /// What goes to the standard error when a command fails.
 struct Failure(String);
+
+fn failure(text: impl std::fmt::Display) -> Failure {
+    Failure(format!("error: {text}"))
+}
 
 /// Runs the command line.
 pub fn main() -> ExitCode {
@@ -110,16 +115,21 @@ fn read_all(paths: &[PathBuf]) -> Result<Vec<Resolved>, Failure> {
     let (mut scenes, mut faults) = (Vec::new(), String::new());
     for path in paths {
         match scene::read(path) {
-            Ok(scene) => {
-                for note in &scene.notes {
-                    let _ = writeln!(std::io::stderr(), "note: {}: {note}", path.display());
-                }
-                scenes.push(scene);
-            }
+            Ok(scene) => scenes.push(scene),
             Err(more) => {
                 faults += &more.to_string();
             }
         }
     }
     if faults.is_empty() { Ok(scenes) } else { Err(Failure(faults)) }
+}
+
+/// Says on the standard error what is to be known of the laws as the scenes give them: by the commands that judge or pack
+/// scenes, lest each one repeat it.
+fn tell_notes(paths: &[PathBuf], scenes: &[Resolved]) {
+    for (path, scene) in paths.iter().zip(scenes) {
+        for note in &scene.notes {
+            let _ = writeln!(std::io::stderr(), "note: {}: {note}", path.display());
+        }
+    }
 }

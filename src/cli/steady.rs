@@ -1,13 +1,14 @@
 //! `camdrive steady SCENE`
 
-use super::{Failure, files, print, read_all};
+use super::{Failure, driving, failure, files, print, read_all};
 use crate::design::plot::{Axis, Diagram, Series};
 use crate::design::text::{self, Table, number};
 use crate::design::transmission;
-use crate::drives::rigid_machine::orbits::{PeriodicMotion, free_motion, periodic_motions, range};
+use crate::drives::Fault;
+use crate::drives::rigid_machine::orbits::{
+    Motions, PeriodicMotion, all_motions, free_motion, periodic_motions, range,
+};
 use crate::drives::rigid_machine::{Inertia, Motor, Scene};
-use crate::drives::{Fault, unit};
-use crate::scene::units;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -38,10 +39,6 @@ pub struct Args {
     report: Option<PathBuf>,
 }
 
-fn failure(text: impl std::fmt::Display) -> Failure {
-    Failure(format!("error: {text}"))
-}
-
 /// The synchronous speed is found when it yields the period to this part.
 const FOUND: f64 = 1e-13;
 
@@ -58,33 +55,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         )));
     }
     let mut scene: Scene = serde_json::from_value(resolved.scene).map_err(failure)?;
-    let quantity = |name: &str, text: &str, quantity| {
-        units::parse(text, quantity).map_err(|e| failure(format!("--{name}: {}\n  = hint: {}", e.message, e.hint)))
-    };
-    let load = quantity("load", &args.load, &unit::TORQUE)?;
-    let period = args.period.as_ref().map(|text| quantity("period", text, &unit::TIME)).transpose()?;
-    if let Some(period) = period.filter(|period| !(*period > 0.0 && period.is_finite())) {
-        return Err(failure(format!("--period: {period} s is no period; it must be positive")));
-    }
+    let (load, period) = driving::read(&place.to_string(), &scene.motor, &args.load, args.period.as_ref())?;
     let fault = |fault: crate::drives::Fault| failure(format!("{place}: {fault}"));
     let mut out = format!("{}\n", resolved.name);
+    let mut lost = Vec::new();
     let (motions, free) = match (scene.motor, period) {
-        (Motor::Input, _) => {
-            return Err(failure(format!(
-                "{place}: the torque of the motor is an input: no periodic motion follows from it\n  = hint: choose `motor.kind` = \"kloss\" or \"none\""
-            )));
-        }
-        (Motor::None, None) => {
-            return Err(failure(format!(
-                "{place}: a machine without motor turns with any speed\n  = hint: say which with --period"
-            )));
-        }
-        (Motor::None, Some(_)) if load != 0.0 => {
-            return Err(failure(format!(
-                "{place}: without motor nothing balances the load of {load} N.m\n  = hint: leave out --load, or add a motor"
-            )));
-        }
-        (Motor::None, Some(period)) => (Vec::new(), Some((period, 1.0))),
+        (Motor::Input | Motor::None, period) => (Vec::new(), period.map(|period| (period, 1.0))),
         (Motor::Kloss { .. }, period) => {
             if let Some(period) = period {
                 let speed =
@@ -95,7 +71,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                     "The period of {period} s needs the synchronous speed {speed:.14} rad/s ({rpm:.9} rpm)."
                 );
             }
-            let motions = periodic_motions(&scene, load).map_err(fault)?;
+            let Motions { found: motions, lost: missed } = all_motions(&scene, load).map_err(fault)?;
+            lost = missed;
             let free = motions
                 .iter()
                 .find(|motion| motion.is_stable())
@@ -104,6 +81,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
     };
     let _ = writeln!(out, "{}\n", verdict(&scene, &motions, load));
+    for period in lost {
+        let _ = writeln!(
+            out,
+            "Mind: if the motor's torque did not lag there would be one more motion, T = {period:.9} s. With the lag none was found next to it: there is none, or disturbances leave it too fast to follow it around a turn.\n"
+        );
+    }
     let inertia = Inertia::new(scene.inertia.clone(), scene.followers.clone());
     let free = free.map(|(period, sense)| (period, free_motion(&inertia, period, sense)));
     if !motions.is_empty() || free.is_some() {

@@ -130,7 +130,7 @@ fn millimetres(length: f64) -> String {
 /// Where the roller's centre stands still on the cam.
 pub fn findings(cam: &Cam, plan: &Plan, outlines: &[Outline]) -> Result<Vec<Finding>, Standstill> {
     let mut list = vec![pressure(cam, plan.limits.pressure)?];
-    list.extend(reach(cam)?);
+    list.extend(reach(cam, plan)?);
     list.extend(size(cam, plan)?);
     list.push(sharpest_of_path(cam)?);
     for side in plan.cut.sides() {
@@ -151,25 +151,54 @@ fn pressure(cam: &Cam, limit: f64) -> Result<Finding, Standstill> {
 
 /// The range of the follower's coordinate: a lever must not reach the line pivot–cam centre, a translating roller not the
 /// height of the cam's centre (the second one of a pair is below it), where no contour moves it.
-fn reach(cam: &Cam) -> Result<[Finding; 2], Standstill> {
+fn reach(cam: &Cam, plan: &Plan) -> Result<[Finding; 2], Standstill> {
     let coordinate = |segment: usize, phi: f64| cam.follower.coordinate(cam.law.at_in(segment, phi).0[0]);
     let (low_at, low) = worst(cam, |segment, phi| Ok(-coordinate(segment, phi)))?;
     let (high_at, high) = worst(cam, |segment, phi| Ok(coordinate(segment, phi)))?;
     let low = -low;
-    let (what, unit, dead, good) = match cam.follower {
-        Follower::Lever { .. } => {
-            ("angle of the lever to the line pivot–cam centre", "rad", "that line", [low > 0.0, high < PI])
-        }
+    let (what, unit, good) = match cam.follower {
+        Follower::Lever { .. } => ("angle of the lever to the line pivot–cam centre", "rad", [low > 0.0, high < PI]),
         Follower::Translating { .. } => {
             let good = low > 0.0 || high < 0.0;
-            ("height of the roller above the cam's centre", "m", "the cam's centre", [good, good])
+            ("height of the roller above the cam's centre", "m", [good, good])
         }
     };
+    let remedy = || out_of_reach(cam, plan, [low, high]);
     let of = |word: &str, phi: f64, value: f64, good: bool| {
-        Finding::new(format!("{word} {what}"), phi, value, unit)
-            .unless(good, Verdict::Fault, || format!("the follower passes {dead}, where a cam cannot move it"))
+        Finding::new(format!("{word} {what}"), phi, value, unit).unless(good, Verdict::Fault, remedy)
     };
     Ok([of("least", low_at, low, good[0]), of("largest", high_at, high, good[1])])
+}
+
+/// Why a cam cannot move a follower whose coordinate has this range, and which key changes it.
+fn out_of_reach(cam: &Cam, plan: &Plan, [low, high]: [f64; 2]) -> String {
+    let degrees = |angle: f64| format!("{:.3}°", angle.to_degrees());
+    let second = match plan.cut {
+        Cut::Conjugate(second) if !plan.is_first(cam) => Some(second),
+        _ => None,
+    };
+    match (cam.follower, second) {
+        // ψ₂ = λ − ψ has to stay between 0 and π.
+        (Follower::Lever { .. }, Some(second)) => format!(
+            "the second arm turns through the line pivot–cam centre, where a cam cannot move it: `second_arm_angle`, {}, has to be above {}, the largest angle of the first arm, and below {}",
+            degrees(second.place),
+            degrees(second.place - low),
+            degrees(PI + second.place - high)
+        ),
+        (Follower::Lever { .. }, None) => {
+            let more = if low <= 0.0 { "larger" } else { "smaller" };
+            format!("the arm turns through the line pivot–cam centre, where a cam cannot move it: a {more} `start_angle`, `prime_radius` or `base_radius` keeps it off")
+        }
+        // h₂ = h − D has to stay below the cam's centre.
+        (Follower::Translating { .. }, Some(second)) => format!(
+            "the second roller passes the cam's centre, where a cam cannot move it: `roller_distance`, {}, has to be above {}, the largest height of the first one",
+            millimetres(second.place),
+            millimetres(second.place + high)
+        ),
+        (Follower::Translating { .. }, None) => {
+            "the roller passes the cam's centre, where a cam cannot move it: a larger `start_height`, `prime_radius` or `base_radius` keeps it off".to_owned()
+        }
+    }
 }
 
 /// How large the cam is.

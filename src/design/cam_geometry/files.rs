@@ -4,6 +4,7 @@
 use super::{At, Cam, Follower, Mesh, Point, Side};
 use crate::design::text;
 use crate::drives::Fault;
+use std::f64::consts::TAU;
 use std::fmt::Write as _;
 
 /// The unit of lengths in files for workshops.
@@ -144,6 +145,7 @@ pub fn svg(title: &str, drawn: &[Drawn<'_>]) -> String {
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width:.3}mm\" height=\"{height:.3}mm\" viewBox=\"{left:.3} {top:.3} {width:.3} {height:.3}\" role=\"img\" font-family=\"sans-serif\" font-size=\"{letter:.3}\">\n<title>{}</title>\n<rect x=\"{left:.3}\" y=\"{top:.3}\" width=\"{width:.3}\" height=\"{height:.3}\" fill=\"white\"/>\n",
         escaped(title)
     );
+    let mut labels = Vec::new();
     for (i, cam) in drawn.iter().enumerate() {
         for side in cam.curves() {
             let style = match side {
@@ -166,15 +168,59 @@ pub fn svg(title: &str, drawn: &[Drawn<'_>]) -> String {
             let _ = writeln!(text, "<circle cx=\"{:.4}\" cy=\"{:.4}\" r=\"1.5\" {thin}/>", pivot.re, -pivot.im);
         }
         if !cam.name.is_empty() {
-            // Beside the roller's centre, away from the lever.
-            let away = cam.pivot().map_or(Point::from(0.0), |pivot| (p - pivot) / (p - pivot).norm());
-            let (x, y) = (p.re + letter * away.re, -p.im - letter * away.im + 0.35 * letter);
+            let place = label(cam, drawn, letter, &labels);
+            labels.push(place);
+            let (x, y) = (place.re, -place.im + 0.35 * letter);
             let _ = writeln!(text, "<text x=\"{x:.4}\" y=\"{y:.4}\" text-anchor=\"middle\">{}</text>", cam.name);
         }
     }
     let (x, y) = (left + room, top + height - room);
     let _ = writeln!(text, "<text x=\"{x:.3}\" y=\"{y:.3}\">{}</text>", escaped(&words));
     text + "<path stroke=\"#000\" stroke-width=\"0.3\" d=\"M-4 0H4M0 -4V4\"/>\n</svg>\n"
+}
+
+/// Directions in which a place for a letter is looked for.
+const DIRECTIONS: u32 = 24;
+
+/// The least distance of a letter's middle from any line, and from other letters, as parts of its height.
+const CLEAR: [f64; 2] = [0.75, 1.5];
+
+/// The middle of a cam's letter [mm]: in or next to its roller, the nearest place to the roller's centre that is clear of all lines
+/// of the drawing, or the clearest one.
+fn label(cam: &Drawn<'_>, drawn: &[Drawn<'_>], letter: f64, others: &[Point]) -> Point {
+    let (roller, radius) = (cam.roller(), cam.cam.roller * MILLIMETRES);
+    let lines: Vec<Vec<Point>> = drawn
+        .iter()
+        .flat_map(|d| d.curves().map(|side| d.points(side).chain(d.points(side).take(1)).collect()))
+        .chain(drawn.iter().filter_map(|d| Some(vec![d.pivot()?, d.roller()])))
+        .collect();
+    let to_segment = |p: Point, a: Point, b: Point| {
+        let (along, from) = (b - a, p - a);
+        let part = if along.norm_sqr() > 0.0 { (along.conj() * from).re / along.norm_sqr() } else { 0.0 };
+        (from - along * part.clamp(0.0, 1.0)).norm()
+    };
+    let clearance = |p: Point| {
+        let to_lines = lines.iter().flat_map(|line| line.windows(2).map(|ends| to_segment(p, ends[0], ends[1])));
+        let to_rollers = drawn.iter().map(|d| ((p - d.roller()).norm() - d.cam.roller * MILLIMETRES).abs());
+        let to_others = others.iter().map(|other| (p - other).norm() * CLEAR[0] / CLEAR[1]);
+        to_lines.chain(to_rollers).chain(to_others).fold(f64::INFINITY, f64::min)
+    };
+    let rings = (2.0 * (radius + 3.0 * letter) / letter).ceil() as u32;
+    let mut best = (roller, 0.0);
+    for ring in 1..=rings {
+        for direction in 0..DIRECTIONS {
+            let place = roller
+                + Point::from_polar(0.5 * letter * f64::from(ring), TAU * f64::from(direction) / f64::from(DIRECTIONS));
+            let clear = clearance(place);
+            if clear > best.1 {
+                best = (place, clear);
+            }
+        }
+        if best.1 >= CLEAR[0] * letter {
+            break;
+        }
+    }
+    best.0
 }
 
 /// A cam as CSV: one line for each of its angles, with the roller's centre also in polar coordinates r(β) of the cam.

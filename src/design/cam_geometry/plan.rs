@@ -107,6 +107,20 @@ impl Plan {
         })
     }
 
+    /// Whether this is the first cam of a pair: its lever is on the planned side, its translating roller above the cam's centre.
+    pub fn is_first(&self, cam: &Cam) -> bool {
+        match (self.carrier, cam.follower, self.cut) {
+            (Carrier::Lever { side, .. }, Follower::Lever { side: own, .. }, _) => side == own,
+            (Carrier::Translating { .. }, Follower::Translating { start, .. }, Cut::Conjugate(second)) => {
+                self.first(&cam.law).is_ok_and(|first| match first.follower {
+                    Follower::Translating { start: own, .. } => (start - own).abs() < 0.5 * second.place,
+                    Follower::Lever { .. } => false,
+                })
+            }
+            _ => true,
+        }
+    }
+
     fn first(&self, law: &MotionLaw) -> Result<Cam, Fault> {
         let with = |start: f64| {
             let follower = match self.carrier {

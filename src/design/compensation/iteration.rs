@@ -6,11 +6,12 @@
 //! Source: K. Kaltofen, "HS-Bewegungen trotz veränderlicher Antriebsgeschwindigkeit", section 3, steps 1 to 8, and its
 //! tables. (6) there holds with φ̇₀ = 2π/T, T the period that belongs to the motion.
 
+use super::laws::{Moment, places};
 use super::orbit::{self, Driving, Inertia, Orbit};
-use super::spectral::{Mesh, amplitude, largest, mean};
-use super::{Task, Tool, range};
-use crate::drives::rigid_machine::Place;
-use crate::motion::Fourier;
+use super::spectral::{Mesh, amplitude, largest, largest_between, mean};
+use super::{Solution, Task, Tool, range};
+use crate::drives::rigid_machine::{Motor, Place};
+use crate::motion::MotionLaw;
 use serde::Serialize;
 use std::f64::consts::TAU;
 
@@ -41,24 +42,36 @@ pub struct Round {
     pub tools: Vec<Quality>,
 }
 
-/// J at the points, with the cams as they are.
-struct InAngle(Vec<f64>);
+/// J at the points, with the cams as they are, and dφ/dχ there.
+struct InAngle<'a> {
+    inertia: Vec<f64>,
+    pace: &'a [f64],
+}
 
-impl Inertia for InAngle {
+impl Inertia for InAngle<'_> {
     const IN_TIME: bool = false;
 
     fn at(&self, point: usize, _: f64) -> [f64; 2] {
-        [self.0[point], 0.0]
+        [self.inertia[point], 0.0]
     }
 
     fn tools(&self, _: usize) -> f64 {
         0.0
     }
+
+    fn pace(&self, point: usize) -> f64 {
+        self.pace[point]
+    }
 }
 
-/// The machine with cams as they are, on a mesh of the angle.
+/// The machine with cams as they are, at angles φ(χ) that are equidistant in χ: φ = χ itself, or where the machine almost comes
+/// to rest in a small part of the turn, the phase of time of the design, in which all that happens there is slow.
 pub struct Machine<'a> {
     mesh: Mesh,
+    /// φ at the points [rad].
+    angles: Vec<f64>,
+    /// dφ/dχ there.
+    pace: Vec<f64>,
     task: &'a Task,
 }
 
@@ -66,9 +79,20 @@ pub struct Machine<'a> {
 pub type Cam = Vec<[f64; 2]>;
 
 impl<'a> Machine<'a> {
-    /// The machine on a mesh of this order.
+    /// The machine on a mesh of this order in the angle.
     pub fn new(task: &'a Task, order: usize) -> Self {
-        Machine { mesh: Mesh::new(order), task }
+        let mesh = Mesh::new(order);
+        let angles = (0..mesh.len()).map(|i| mesh.point(i)).collect();
+        Machine { pace: vec![1.0; mesh.len()], angles, mesh, task }
+    }
+
+    /// The machine on a mesh of this order in the phase of time of a design.
+    pub fn along(task: &'a Task, order: usize, design: &Solution) -> Self {
+        let (mesh, angle) = (Mesh::new(order), design.angle());
+        let at = |i: usize| mesh.point(i);
+        let angles = (0..mesh.len()).map(|i| angle.at(at(i)).clamp(0.0, TAU)).collect();
+        let pace = (0..mesh.len()).map(|i| design.speed.at(at(i)).0[0] / design.mean_speed()).collect();
+        Machine { angles, pace, mesh, task }
     }
 
     /// The cam with which a tool moves as U(ψ) at the phases ψ(φ).
@@ -81,41 +105,64 @@ impl<'a> Machine<'a> {
     }
 
     /// The cam of a tool with this law.
-    pub fn cam_of_law(&self, tool: &Tool, law: &Fourier) -> Cam {
-        (0..self.mesh.len())
-            .map(|i| {
-                let [u, u1, ..] = law.at(self.mesh.point(i)).0;
-                tool.carried([u, u1])
-            })
-            .collect()
+    pub fn cam_of_law(&self, tool: &Tool, law: &MotionLaw) -> Cam {
+        let at = |phi: &f64| {
+            let [u, u1, ..] = law.at(*phi).0;
+            tool.carried([u, u1])
+        };
+        self.angles.iter().map(at).collect()
     }
 
     /// The periodic motion with these cams.
     pub fn orbit(&self, cams: &[Cam], driving: &Driving) -> Option<Orbit> {
         let inertia: Vec<f64> = (0..self.mesh.len())
             .map(|i| {
-                let phi = self.mesh.point(i);
+                let phi = self.angles[i];
                 self.task.own.at(Place::at(phi), phi)[0] + cams.iter().map(|cam| cam[i][0]).sum::<f64>()
             })
             .collect();
-        let level = mean(&inertia.iter().map(|j| j.sqrt()).collect::<Vec<_>>());
-        let uniform = mean(&inertia);
-        let inertia = InAngle(inertia);
-        // The motion without motor, of the same energy, is nearer than the uniform one.
+        let over_turn =
+            |f: fn(f64) -> f64| mean(&inertia.iter().zip(&self.pace).map(|(j, g)| f(*j) * g).collect::<Vec<_>>());
+        let (level, uniform) = (over_turn(f64::sqrt), over_turn(|j| j));
+        // The motion without motor, J ω² = const; with a motor it is nearer than the uniform one.
         let start = |driving: &Driving| {
             let mut start = orbit::uniform(&self.mesh, driving, uniform)?;
-            start.speed.iter_mut().zip(&inertia.0).for_each(|(w, j)| *w *= level / j.sqrt());
+            start.speed.iter_mut().zip(&inertia).for_each(|(w, j)| *w *= level / j.sqrt());
             start.energy = 0.5 * level * level * start.mean_speed * start.mean_speed;
             Some(start)
         };
-        orbit::find(&self.mesh, &inertia, driving, start)
+        if driving.motor == Motor::None {
+            return start(driving);
+        }
+        orbit::find(&self.mesh, &InAngle { inertia: inertia.clone(), pace: &self.pace }, driving, start)
     }
 
-    /// ψ(φ) and ψ′(φ) of a motion.
+    /// ψ(φ) and dψ/dφ of a motion.
     fn phases(&self, orbit: &Orbit) -> (Vec<f64>, Vec<f64>) {
         let slopes: Vec<f64> = orbit.speed.iter().map(|w| orbit.mean_speed / w).collect();
-        let ahead = self.mesh.integrate(&slopes);
+        let ahead = self.mesh.integrate(&slopes.iter().zip(&self.pace).map(|(s, g)| s * g).collect::<Vec<_>>());
         ((0..self.mesh.len()).map(|i| self.mesh.point(i) + ahead[i] - ahead[0]).collect(), slopes)
+    }
+
+    /// The largest part of a tool's acceleration that a motion with this law of its cam misses, relative to the largest that is
+    /// wanted, at equal phases of time; `design` is that of [`Machine::along`].
+    pub fn miss(&self, orbit: &Orbit, tool: &Tool, law: &MotionLaw, design: &Solution) -> f64 {
+        let angle = design.angle();
+        let fastest = self.pace.iter().copied().fold(1.0, f64::max);
+        let (phases, _) = self.phases(orbit);
+        let ahead: Vec<f64> = (0..self.mesh.len()).map(|i| phases[i] - self.mesh.point(i)).collect();
+        let (speed, ahead) = (self.mesh.series(&orbit.speed), self.mesh.series(&ahead));
+        let moment = |chi: f64| {
+            let [w, slope, ..] = speed.at(chi).0;
+            Moment {
+                angle: angle.at(chi).rem_euclid(TAU),
+                speed: w,
+                change: w * slope * design.mean_speed() / design.speed.at(chi).0[0],
+                phase: chi + ahead.at(chi).0[0],
+            }
+        };
+        let miss = |chi: f64| tool.miss(law, orbit.mean_speed, moment(chi));
+        largest_between(&places(law, &angle, fastest), miss)[1] / tool.acceleration(orbit.mean_speed)[1]
     }
 
     /// Period, speeds, and how well the tools move.
@@ -133,7 +180,7 @@ impl<'a> Machine<'a> {
     fn accelerations(&self, orbit: &Orbit, cam: &Cam) -> Vec<f64> {
         let velocity: Vec<f64> = cam.iter().zip(&orbit.speed).map(|([_, slope], w)| slope * w).collect();
         let slope = self.mesh.differentiate(&velocity);
-        slope.iter().zip(&orbit.speed).map(|(s, w)| s * w).collect()
+        (0..slope.len()).map(|i| slope[i] / self.pace[i] * orbit.speed[i]).collect()
     }
 
     /// The phase of time ψ and the acceleration of a tool, at so many points of the turn.
@@ -144,8 +191,8 @@ impl<'a> Machine<'a> {
         let ahead = self.mesh.series(&ahead);
         (0..=points)
             .map(|i| {
-                let phi = TAU * i as f64 / points as f64;
-                [phi + ahead.at(phi).0[0], acceleration.at(phi).0[0]]
+                let chi = TAU * i as f64 / points as f64;
+                [chi + ahead.at(chi).0[0], acceleration.at(chi).0[0]]
             })
             .collect()
     }
@@ -153,10 +200,12 @@ impl<'a> Machine<'a> {
     /// The angle φ and the speed ω, at so many points of the turn.
     pub fn speeds(&self, orbit: &Orbit, points: usize) -> Vec<[f64; 2]> {
         let speed = self.mesh.series(&orbit.speed);
+        let ahead: Vec<f64> = (0..self.mesh.len()).map(|i| self.angles[i] - self.mesh.point(i)).collect();
+        let ahead = self.mesh.series(&ahead);
         (0..=points)
             .map(|i| {
-                let phi = TAU * i as f64 / points as f64;
-                [phi, speed.at(phi).0[0]]
+                let chi = TAU * i as f64 / points as f64;
+                [chi + ahead.at(chi).0[0], speed.at(chi).0[0]]
             })
             .collect()
     }
@@ -177,8 +226,9 @@ impl<'a> Machine<'a> {
             let (mut a, mut b) = (0.0, 0.0);
             for i in 0..mesh.len() {
                 let (sin, cos) = (k as f64 * phases[i]).sin_cos();
-                a += 2.0 * actual[i] * slopes[i] * cos;
-                b += 2.0 * actual[i] * slopes[i] * sin;
+                let weight = 2.0 * actual[i] * slopes[i] * self.pace[i];
+                a += weight * cos;
+                b += weight * sin;
             }
             a.hypot(b) / mesh.len() as f64
         };
@@ -199,7 +249,7 @@ impl<'a> Machine<'a> {
 /// The rounds of the iteration, from round 0 on; fewer where a round finds no motion.
 pub fn rounds(task: &Task, order: usize, count: usize) -> Vec<Round> {
     let machine = Machine::new(task, order);
-    let mut phases: Vec<f64> = (0..machine.mesh.len()).map(|i| machine.mesh.point(i)).collect();
+    let mut phases = machine.angles.clone();
     let mut slopes = vec![1.0; phases.len()];
     let mut rounds = Vec::new();
     while rounds.len() <= count {

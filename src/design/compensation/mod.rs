@@ -14,12 +14,13 @@
 //! Behind mechanisms the same holds for the lever: where the tool moves as prescribed in time, so does the lever, and S holds
 //! the tool and all links with the velocities that they then have in time.
 //!
-//! The cams' laws are Fourier series in φ, as long as the wanted accuracy demands.
+//! The cams' laws are Fourier series in φ, as long as the wanted accuracy demands, or tables where that is too long ([`laws`]).
 //!
 //! Source: K. Kaltofen, "HS-Bewegungen trotz veränderlicher Antriebsgeschwindigkeit", section 3; factor and bound are
 //! derived here.
 
 pub mod iteration;
+mod laws;
 pub mod orbit;
 pub mod report;
 mod spectral;
@@ -27,27 +28,25 @@ mod spectral;
 mod tests;
 mod tool;
 
+pub use laws::{Form, Law};
 pub use tool::Tool;
 
 use crate::drives::Fault;
 use crate::drives::rigid_machine::{self, Motor, Place};
 use crate::motion::Fourier;
 use orbit::{Driving, Inertia, Orbit};
-use spectral::{Mesh, amplitude, largest, mean, tail};
+use spectral::{Mesh, largest, mean, tail};
 use std::f64::consts::TAU;
 
 /// The coarsest and the finest mesh, by its order. A machine near the bound of feasibility, which almost comes to rest,
 /// needs more; its solution then says how far it is resolved.
 const ORDERS: [usize; 2] = [48, 384];
 
+/// The finest mesh of a machine whose motion has a closed form: within a hundredth of the least inertia.
+const FINEST_CLOSED: usize = 1536;
+
 /// The motion is resolved when its last harmonics are below this part of the largest: roundings of a Newton step.
 const RESOLVED: f64 = 1e-14;
-
-/// The highest harmonic of a cam that a scene takes.
-pub const HIGHEST_HARMONIC: usize = 256;
-
-/// Harmonics below this part of the largest lift are roundings of the phases at which the lift is taken.
-const ROUNDING: f64 = 2e-16;
 
 /// The share of the tools' inertia grows by this much at first where Newton's method needs to be led to the solution, and
 /// by this much at least.
@@ -62,15 +61,6 @@ pub struct Task {
     pub tools: Vec<Tool>,
     /// Motor, load, period.
     pub driving: Driving,
-}
-
-/// The law of a compensated cam.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Law {
-    /// U_cam(φ) [m]; of a lever or a tool that turns [rad].
-    pub series: Fourier,
-    /// A bound of the error that the harmonics left out cause, relative to the largest acceleration of the tool.
-    pub truncation: f64,
 }
 
 /// The solution.
@@ -136,6 +126,9 @@ impl Task {
     /// The motion on `mesh` with this share of the tools' inertia.
     fn solve_on(&self, mesh: &Mesh) -> Result<Orbit, f64> {
         let tools: Vec<f64> = (0..mesh.len()).map(|i| self.tools_inertia(mesh.point(i))).collect();
+        if self.is_free() {
+            return self.free_motion(&tools).ok_or(1.0);
+        }
         let own: Vec<f64> = (0..mesh.len()).map(|i| self.own.at(Place::at(mesh.point(i)), mesh.point(i))[0]).collect();
         let with_share = |share: f64| InTime { own: &self.own, tools: tools.iter().map(|s| share * s).collect() };
         let from_uniform = |share: f64| {
@@ -166,8 +159,7 @@ impl Task {
     /// Where there is no such motion: the torque cannot carry the load, or the inertia is too small.
     pub fn solve(&self) -> Result<Solution, Fault> {
         // Newton's method may find a motion on a mesh that does not see where the machine comes to rest.
-        let free = self.driving.motor == Motor::None && !self.own.varies();
-        if free && self.own.function.constant <= self.least_inertia_without_motor() {
+        if self.is_free() && self.own.function.constant <= self.least_inertia_without_motor() {
             return Err(self.refusal(1.0));
         }
         let mut order = self.coarsest();
@@ -176,12 +168,46 @@ impl Task {
             let orbit = self.solve_on(&mesh).map_err(|share| self.refusal(share))?;
             let speed = mesh.series(&orbit.speed);
             let resolution = tail(&speed);
-            if resolution <= RESOLVED || 2 * order > ORDERS[1] {
+            let finest = if self.is_free() { FINEST_CLOSED } else { ORDERS[1] };
+            if resolution <= RESOLVED || 2 * order > finest {
                 let factor = self.factor(&orbit, &speed);
                 return Ok(Solution { orbit, speed, resolution, factor });
             }
             order *= 2;
         }
+    }
+
+    /// Whether nothing but the constant inertia turns with the shaft, and no motor drives it.
+    fn is_free(&self) -> bool {
+        self.driving.motor == Motor::None && !self.own.varies()
+    }
+
+    /// ω = √((2E − Ω²S)/J0), E from ⟨ω⟩ = Ω, where `tools` is S at the points; None where S is too large.
+    fn free_motion(&self, tools: &[f64]) -> Option<Orbit> {
+        let omega = TAU / self.driving.period?;
+        let constant = self.own.function.constant;
+        let most = tools.iter().copied().fold(0.0, f64::max);
+        // With the square of the slowest speed instead of E, whose digits it needs near the bound.
+        let speed = |square: f64, s: f64| (square + omega * omega * (most - s) / constant).sqrt();
+        let mean_speed = |square: f64| tools.iter().map(|s| speed(square, *s)).sum::<f64>() / tools.len() as f64;
+        let (mut low, mut high) = (0.0, omega * omega);
+        if mean_speed(low) >= omega {
+            return None;
+        }
+        loop {
+            let middle = 0.5 * (low + high);
+            if middle <= low || middle >= high {
+                break;
+            }
+            if mean_speed(middle) < omega { low = middle } else { high = middle }
+        }
+        Some(Orbit {
+            speed: tools.iter().map(|s| speed(high, *s)).collect(),
+            torque: vec![0.0; tools.len()],
+            energy: 0.5 * (constant * high + omega * omega * most),
+            mean_speed: omega,
+            motor: Motor::None,
+        })
     }
 
     /// max Ω²S / (J ω² + Ω²S).
@@ -315,53 +341,6 @@ impl Solution {
     /// The least and the largest ω over the turn [rad/s].
     pub fn range(&self) -> [f64; 2] {
         range(&self.speed)
-    }
-
-    /// The laws of the cams, each with as many harmonics as keep the error of the acceleration below `tolerance`, relative to
-    /// the largest acceleration of the tool.
-    ///
-    /// # Errors
-    /// Where [`HIGHEST_HARMONIC`] harmonics do not suffice.
-    pub fn laws(&self, tools: &[Tool], tolerance: f64) -> Result<Vec<Law>, Fault> {
-        // At equidistant angles the waves of the series have no error of phase; five points for each wave of the highest
-        // harmonic keep the aliases out.
-        let mesh = Mesh::new(5 * HIGHEST_HARMONIC / 2);
-        let angle = self.angle();
-        let phases: Vec<f64> = (0..mesh.len()).map(|i| angle.inverse(mesh.point(i))).collect();
-        let [slowest, fastest] = self.range().map(f64::abs);
-        let swing = largest(self.speed.order().min(96), |psi| self.speed.at(psi).0[1])[1] * self.orbit.mean_speed.abs();
-        let most_speed = slowest.max(fastest);
-        tools
-            .iter()
-            .map(|tool| {
-                let lifts: Vec<f64> = phases.iter().map(|psi| tool.motion.at(*psi).0[0]).collect();
-                let full = mesh.series(&lifts);
-                let peak = tool.acceleration(self.orbit.mean_speed)[1];
-                let [second, first, zeroth] = tool.sensitivity(self.orbit.mean_speed);
-                // ẍ = U″ω² + U′ω̇ of a harmonic of this amplitude, and of the roundings of all up to it.
-                let error = |k: usize, amplitude: f64| {
-                    let k = k as f64;
-                    let acceleration = k * k * most_speed * most_speed + k * swing;
-                    amplitude * (second * acceleration + first * k * most_speed + zeroth) / peak
-                };
-                let floor = ROUNDING * largest(tool.motion.order(), |psi| tool.motion.at(psi).0[0])[1];
-                let last = (1..=full.order()).rev().find(|k| amplitude(&full, *k) > floor).unwrap_or(1);
-                let mut rest = vec![0.0; full.order() + 2];
-                for k in (1..=last).rev() {
-                    rest[k] = rest[k + 1] + error(k, amplitude(&full, k));
-                }
-                let left = |order: usize| rest[order + 1] + error(order, floor);
-                let order = (1..=HIGHEST_HARMONIC).find(|k| left(*k) <= tolerance).ok_or_else(|| {
-                    let least = (1..=HIGHEST_HARMONIC).map(left).fold(f64::INFINITY, f64::min);
-                    Fault(format!(
-                        "tool {}: a series of up to {HIGHEST_HARMONIC} harmonics has an error of at least {least:.1e} of the acceleration, more than the tolerance {tolerance:e}; a larger tolerance or J0 helps",
-                        tool.number
-                    ))
-                })?;
-                let cut = |list: &[f64]| list[..=order].to_vec();
-                Ok(Law { series: Fourier::new(cut(&full.a), cut(&full.b)), truncation: left(order) })
-            })
-            .collect()
     }
 }
 

@@ -62,6 +62,10 @@ pub trait Inertia {
     fn at(&self, point: usize, phi: f64) -> [f64; 2];
     /// S at the point [kg·m²]; zero in the angle, where J holds it.
     fn tools(&self, point: usize) -> f64;
+    /// dφ/dχ at the point, where the unknown speeds are those in the angle and the points are equidistant in χ.
+    fn pace(&self, _point: usize) -> f64 {
+        1.0
+    }
 }
 
 /// A periodic motion.
@@ -174,15 +178,15 @@ fn linearise<I: Inertia>(mesh: &Mesh, inertia: &I, driving: &Driving, orbit: &Or
     };
     // In the phase of time the work is that of the power; in the angle, that of the torque.
     let power: Vec<f64> =
-        (0..n).map(|i| (torque[i] - driving.load) * if I::IN_TIME { w[i] / omega } else { 1.0 }).collect();
+        (0..n).map(|i| (torque[i] - driving.load) * if I::IN_TIME { w[i] / omega } else { inertia.pace(i) }).collect();
     let work = mesh.integrate(&power);
     let ahead = mesh.integrate(w);
     let column_of_speed = |j: usize| {
         // d(power)/dω at point j, by the characteristic where the torque is no unknown of its own.
         let slope = if layout.lag.is_none() { kloss[j][1] } else { 0.0 };
-        if I::IN_TIME { (slope * w[j] + torque[j] - driving.load) / omega } else { slope }
+        if I::IN_TIME { (slope * w[j] + torque[j] - driving.load) / omega } else { slope * inertia.pace(j) }
     };
-    let factor = |j: usize| if I::IN_TIME { w[j] / omega } else { 1.0 };
+    let factor = |j: usize| if I::IN_TIME { w[j] / omega } else { inertia.pace(j) };
     let scale = orbit.energy.abs().max(f64::MIN_POSITIVE);
     for i in 0..n {
         let phi = if I::IN_TIME { mesh.point(i) + (ahead[i] - ahead[0]) / omega } else { mesh.point(i) };
@@ -216,16 +220,16 @@ fn linearise<I: Inertia>(mesh: &Mesh, inertia: &I, driving: &Driving, orbit: &Or
             jacobian[(i, column)] = -by / scale;
         }
         if let (Some(lag), Some(row)) = (layout.lag, layout.torque(i)) {
-            // Ṁ = Ω dM/dψ = ω dM/dφ.
+            // Ṁ = Ω dM/dψ = ω dM/dφ, dM/dφ = (dM/dχ)/(dφ/dχ).
             let rate: f64 = (0..n).map(|j| mesh.slope(i, j) * torque[j]).sum();
-            let speed = if I::IN_TIME { omega } else { w[i] };
+            let speed = if I::IN_TIME { omega } else { w[i] / inertia.pace(i) };
             let size = breakdown(&orbit.motor);
             residual[row] = (torque[i] + lag * speed * rate - kloss[i][0]) / size;
             for column in 0..n {
                 jacobian[(row, n + column)] = lag * speed * mesh.slope(i, column) / size;
             }
             jacobian[(row, row)] += 1.0 / size;
-            jacobian[(row, i)] = (if I::IN_TIME { 0.0 } else { lag * rate } - kloss[i][1]) / size;
+            jacobian[(row, i)] = (if I::IN_TIME { 0.0 } else { lag * rate / inertia.pace(i) } - kloss[i][1]) / size;
             if let Some(column) = layout.mean_speed()
                 && I::IN_TIME
             {
@@ -239,7 +243,12 @@ fn linearise<I: Inertia>(mesh: &Mesh, inertia: &I, driving: &Driving, orbit: &Or
     // ⟨ω⟩ = Ω in the phase of time, ⟨1/ω⟩ = 1/Ω in the angle.
     let row = layout.energy();
     for (j, w) in w.iter().enumerate() {
-        let (value, slope) = if I::IN_TIME { (w / omega, 1.0 / omega) } else { (omega / w, -omega / (w * w)) };
+        let (value, slope) = if I::IN_TIME {
+            (w / omega, 1.0 / omega)
+        } else {
+            let part = inertia.pace(j) * omega / w;
+            (part, -part / w)
+        };
         residual[row] += value / n as f64;
         jacobian[(row, j)] = slope / n as f64;
     }
@@ -312,8 +321,10 @@ pub fn solve<I: Inertia>(mesh: &Mesh, inertia: &I, driving: &Driving, start: Orb
         // Near the roundings a step no longer gets smaller.
         if change < CONVERGED || (change < 1e-11 && change >= 0.5 * before) {
             // Far from any motion a step is small beside a mean speed that has run away.
-            let parts =
-                orbit.speed.iter().map(|w| if I::IN_TIME { w / orbit.mean_speed } else { orbit.mean_speed / w });
+            let part = |(i, w): (usize, &f64)| {
+                if I::IN_TIME { w / orbit.mean_speed } else { inertia.pace(i) * orbit.mean_speed / w }
+            };
+            let parts = orbit.speed.iter().enumerate().map(part);
             if !((parts.sum::<f64>() / mesh.len() as f64 - 1.0).abs() <= CLOSED) {
                 return None;
             }

@@ -2,7 +2,7 @@
 
 use super::iteration::{Cam, Machine, Quality, Round, rounds};
 use super::orbit::{Driving, Orbit};
-use super::{Law, Solution, Task, Tool};
+use super::{Form, Law, Solution, Task, Tool};
 use crate::design::plot::{Axis, Diagram, Series};
 use crate::design::text::{self, Table, number};
 use crate::design::transmission::{self, Transmission};
@@ -10,11 +10,11 @@ use crate::drives::Fault;
 use crate::drives::rigid_machine::orbits::periodic_motions;
 use crate::drives::rigid_machine::{MachineStart, Motor, Scene};
 use crate::drives::solver::Settings;
-use crate::motion::Fourier;
+use crate::motion::MotionLaw;
 use serde::Serialize;
 use std::f64::consts::TAU;
 
-/// The order of the mesh in the angle on which finished machines are judged, at least: four times what cams of a loom have.
+/// The order of the mesh on which machines are judged, at least: four times what the motions of a loom's tools have.
 const ORDER: usize = 96;
 
 /// Points of a curve in a diagram.
@@ -28,13 +28,15 @@ const OTHER_SPEEDS: [f64; 5] = [0.25, 0.5, 0.75, 1.1, 1.25];
 const SAME_PERIOD: f64 = 1e-4;
 
 /// Parts of the tolerance that the bound of a tool's own series is given where the machine as a whole exceeds it.
-const SHARES: [f64; 2] = [0.1, 0.01];
+const SHARES: [f64; 3] = [0.5, 0.1, 0.01];
 
 /// What is asked for beside the cams.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
-    /// The error of the accelerations that the finite series of the cams may cause, relative to the largest.
+    /// The error of the accelerations that the finite series or tables of the cams may cause, relative to the largest.
     pub tolerance: f64,
+    /// Series or tables.
+    pub form: Form,
     /// Rounds of the source's iteration beside round 0.
     pub rounds: usize,
 }
@@ -58,7 +60,7 @@ pub struct Report {
     pub resolution: f64,
     /// The rounds of the source's iteration; round 0 is the machine with cams cut for uniform speed.
     pub rounds: Vec<Round>,
-    /// For each tool the number of harmonics of its cam, and the bound of what is left out.
+    /// For each tool what the law of its cam consists of, and the error that this leaves.
     pub cams: Vec<Cut>,
     /// The machine with the finished cams.
     pub finished: Round,
@@ -75,7 +77,7 @@ pub struct Report {
     motion: Solution,
     /// The laws of the cams.
     #[serde(skip)]
-    pub laws: Vec<Fourier>,
+    pub laws: Vec<MotionLaw>,
     /// For each tool whether its coordinate is an angle.
     #[serde(skip)]
     turning: Vec<bool>,
@@ -85,12 +87,15 @@ pub struct Report {
     accelerations: Vec<[Vec<[f64; 2]>; 3]>,
 }
 
-/// The series of a cam.
+/// The finite law of a cam.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Cut {
-    /// The highest harmonic.
-    pub harmonics: usize,
-    /// What the harmonics left out, those of all tools, change the tool's acceleration by at most, relative to the largest.
+    /// The highest harmonic of a series.
+    pub harmonics: Option<usize>,
+    /// The number of points of a table.
+    pub points: Option<usize>,
+    /// The largest error of the tool's acceleration in the finished machine, relative to the largest acceleration: that of its
+    /// own law and, by the speed of the machine, of all others; rounded up to two digits.
     pub truncation: f64,
 }
 
@@ -106,8 +111,9 @@ pub fn study(scene: &str, task: &Task, options: Options) -> Result<Report, Fault
         (driving.motor, driving.period) = (solution.orbit.motor, None);
     }
     let Finished { laws, machine, cams, orbit, round } =
-        finish(task, &solution, &driving, options.tolerance).map_err(|fault| beside_least_inertia(task, fault))?;
-    let plain: Vec<Cam> = task.tools.iter().map(|tool| machine.cam_of_law(tool, &tool.motion)).collect();
+        finish(task, &solution, &driving, options).map_err(|fault| beside_least_inertia(task, fault))?;
+    let plain: Vec<Cam> =
+        task.tools.iter().map(|tool| machine.cam_of_law(tool, &MotionLaw::Fourier(tool.motion.clone()))).collect();
     let before = machine.orbit(&plain, &driving);
     let course = |j: usize| {
         let tool = &task.tools[j];
@@ -146,7 +152,7 @@ pub fn study(scene: &str, task: &Task, options: Options) -> Result<Report, Fault
         finished: round,
         other_motion: other_motion(task, &laws, &driving, solution.orbit.period())?,
         transmission: pairs(task, &laws)
-            .flat_map(|(tool, law)| transmission::of(tool.number, &tool.with_law(&law.series)))
+            .flat_map(|(tool, law)| transmission::of(tool.number, &tool.with_law(&law.law)))
             .collect(),
         numbers: task.tools.iter().map(|tool| tool.number).collect(),
         other_speeds: other_speeds.into(),
@@ -156,7 +162,7 @@ pub fn study(scene: &str, task: &Task, options: Options) -> Result<Report, Fault
         ],
         accelerations: (0..task.tools.len()).map(course).collect(),
         turning: task.tools.iter().map(Tool::turns).collect(),
-        laws: laws.into_iter().map(|law| law.series).collect(),
+        laws: laws.into_iter().map(|law| law.law).collect(),
         motion: solution,
     })
 }
@@ -181,23 +187,25 @@ struct Finished<'a> {
     round: Round,
 }
 
-/// The laws with which the tools of the finished machine move to the `tolerance`. What the harmonics left out do to a tool's
-/// acceleration is bounded beforehand; what they do to the machine's inertia, and so to its speed, is found on its motion.
-fn finish<'a>(task: &'a Task, solution: &Solution, driving: &Driving, tolerance: f64) -> Result<Finished<'a>, Fault> {
+/// The laws with which the tools of the finished machine move to the tolerance. What a finite law does to its tool's
+/// acceleration is known beforehand; what it does to the machine's inertia, and so to its speed, is found on its motion.
+fn finish<'a>(task: &'a Task, solution: &Solution, driving: &Driving, options: Options) -> Result<Finished<'a>, Fault> {
     let with = |share: f64| -> Result<Finished<'a>, Fault> {
-        let laws = solution.laws(&task.tools, share * tolerance)?;
-        let highest = laws.iter().map(|law| law.series.order()).max().unwrap_or(1).max(task.order());
-        let machine = Machine::new(task, ORDER.max(2 * highest).max(solution.speed.order()));
-        let cams: Vec<Cam> = pairs(task, &laws).map(|(tool, law)| machine.cam_of_law(tool, &law.series)).collect();
+        let laws = solution.laws(&task.tools, share * options.tolerance, options.form)?;
+        let machine = Machine::along(task, ORDER.max(2 * task.order()).max(solution.speed.order()), solution);
+        let cams: Vec<Cam> = pairs(task, &laws).map(|(tool, law)| machine.cam_of_law(tool, &law.law)).collect();
         let orbit = machine.orbit(&cams, driving).ok_or_else(|| {
             Fault("no periodic motion of the machine with the finished cams was found near the wanted one; a larger J0 or breakdown slip helps".to_owned())
         })?;
-        let round = machine.judge(&orbit, &cams);
+        let mut round = machine.judge(&orbit, &cams);
+        for ((tool, law), quality) in pairs(task, &laws).zip(&mut round.tools) {
+            quality.deviation = machine.miss(&orbit, tool, &law.law, solution);
+        }
         Ok(Finished { laws, machine, cams, orbit, round })
     };
     let mut best = with(1.0)?;
     for share in SHARES {
-        if best.round.tools.iter().all(|tool| tool.deviation <= tolerance) {
+        if best.round.tools.iter().all(|tool| tool.deviation <= options.tolerance) {
             break;
         }
         // Where that many harmonics are not admissible the error stays, and is stated.
@@ -213,7 +221,7 @@ fn other_motion(task: &Task, laws: &[Law], driving: &Driving, period: f64) -> Re
     if !matches!(driving.motor, Motor::Kloss { .. }) {
         return Ok(None);
     }
-    let tools = pairs(task, laws).map(|(tool, law)| tool.with_law(&law.series));
+    let tools = pairs(task, laws).map(|(tool, law)| tool.with_law(&law.law));
     let scene = Scene {
         inertia: task.own.function.clone(),
         followers: task.own.followers.iter().cloned().chain(tools).collect(),
@@ -234,7 +242,22 @@ fn pairs<'a>(task: &'a Task, laws: &'a [Law]) -> impl Iterator<Item = (&'a Tool,
 }
 
 fn cut((law, quality): (&Law, &Quality)) -> Cut {
-    Cut { harmonics: law.series.order(), truncation: law.truncation.max(quality.deviation) }
+    let (harmonics, points) = match &law.law {
+        MotionLaw::Fourier(series) => (Some(series.order()), None),
+        law => (None, Some(law.breakpoints().len())),
+    };
+    Cut { harmonics, points, truncation: rounded_up(quality.deviation) }
+}
+
+/// The next larger number of two digits.
+fn rounded_up(value: f64) -> f64 {
+    if !(value > 0.0) {
+        return value;
+    }
+    let digits = 1 - value.log10().floor() as i32;
+    let scaled = (value * 10f64.powi(digits)).ceil();
+    // Written and read, lest a power of ten leave a rounding behind.
+    format!("{scaled}e{}", -digits).parse().unwrap_or(value)
 }
 
 fn percent(value: f64) -> String {
@@ -308,9 +331,12 @@ impl Report {
             ));
         }
         for (j, cut) in self.numbers.iter().zip(&self.cams) {
+            let law = match (cut.harmonics, cut.points) {
+                (Some(harmonics), _) => format!("{harmonics} harmonics"),
+                (None, points) => format!("a table of {} points", points.unwrap_or_default()),
+            };
             lines.push(format!(
-                "Cam {j}: {} harmonics; those left out change the acceleration by at most {} of its largest value.",
-                cut.harmonics,
+                "Cam {j}: {law}; the acceleration differs from the prescribed one by at most {} of its largest value.",
                 number(cut.truncation)
             ));
         }

@@ -115,20 +115,33 @@ pub fn largest(order: usize, f: impl Fn(f64) -> f64) -> [f64; 2] {
     // Twelve points per shortest wave leave the vertex of the parabola within a thousandth of the point distance of
     // the maximum; golden sections do the rest.
     let n = 12 * order.max(4);
-    let step = TAU / n as f64;
-    let best = (0..n).map(|i| i as f64 * step).max_by(|a, b| f(*a).abs().total_cmp(&f(*b).abs())).unwrap_or(0.0);
-    let (mut low, mut high) = (best - step, best + step);
+    let places: Vec<f64> = (0..=n).map(|i| TAU * i as f64 / n as f64).collect();
+    largest_between(&places, f)
+}
+
+/// The place and the value where |f| is largest, f smooth between the ascending `places` and no finer than they are.
+pub fn largest_between(places: &[f64], f: impl Fn(f64) -> f64) -> [f64; 2] {
+    let size = |x: f64| f(x).abs();
+    let best = (0..places.len()).map(|i| (i, size(places[i]))).max_by(|a, b| a.1.total_cmp(&b.1));
+    let Some((best, at_best)) = best else { return [0.0, 0.0] };
+    // Beyond the ends as far as the next place lies on the other side.
+    let next = |i: usize| places.get(i).copied().unwrap_or(2.0 * places[best] - places[best.saturating_sub(1)]);
+    let high_end = next(best + 1);
+    let low_end = if best > 0 { places[best - 1] } else { 2.0 * places[best] - high_end };
+    let (mut low, mut high) = (low_end, high_end);
+    let step = 0.5 * (high - low);
     const RATIO: f64 = 0.618_033_988_749_894_9;
     while high - low > 1e-9 * step.max(1e-3) {
         let (left, right) = (high - RATIO * (high - low), low + RATIO * (high - low));
-        if f(left).abs() >= f(right).abs() {
+        if size(left) >= size(right) {
             high = right;
         } else {
             low = left;
         }
     }
     let at = 0.5 * (low + high);
-    [at, f(at).abs()]
+    // Where f has a corner, or roundings only, the place itself may be the largest.
+    if size(at) >= at_best { [at, size(at)] } else { [places[best], at_best] }
 }
 
 #[cfg(test)]

@@ -44,8 +44,8 @@ impl Tool {
     }
 
     /// The follower with this law of its cam.
-    pub fn with_law(&self, law: &Fourier) -> Follower {
-        Follower { cam: MotionLaw::Fourier(law.clone()), ..self.follower.clone() }
+    pub fn with_law(&self, law: &MotionLaw) -> Follower {
+        Follower { cam: law.clone(), ..self.follower.clone() }
     }
 
     /// Whether the tool's coordinate is an angle.
@@ -74,21 +74,8 @@ impl Tool {
         largest(self.wanted.order(), |psi| mean_speed * mean_speed * self.at(psi)[2])
     }
 
-    /// How much a small error δ of the cam's law changes the acceleration, at this mean speed Ω [rad/s]:
-    /// δÿ = f′ δ̈ + 2 f″ χ̇ δ̇ + (f″ χ̈ + f‴ χ̇²) δ, the largest factors over a turn.
-    pub fn sensitivity(&self, mean_speed: f64) -> [f64; 3] {
-        if self.follower.linkage.is_empty() {
-            return [1.0, 0.0, 0.0];
-        }
-        let order = self.wanted.order();
-        let factor = |which: usize| {
-            largest(order, |psi| {
-                let [chi, slope, bend, ..] = self.motion.at(psi).0;
-                let (speed, acceleration) = (slope * mean_speed, bend * mean_speed * mean_speed);
-                let [_, f1, f2, f3] = self.follower.tool([chi, 1.0, 0.0, 0.0]);
-                [f1, 2.0 * f2 * speed, f2 * acceleration + f3 * speed * speed][which]
-            })[1]
-        };
-        [factor(0), factor(1), factor(2)]
+    /// The tool's position and its derivatives by the time, where `cam` are those of the cam's law.
+    pub fn moved<const N: usize>(&self, cam: [f64; N]) -> [f64; N] {
+        self.follower.tool(cam)
     }
 }

@@ -74,6 +74,24 @@ const POINTS: usize = 720;
 /// # Errors
 /// Where the motor has no characteristic, or the machine cannot be built.
 pub fn periodic_motions(scene: &Scene, load: f64) -> Result<Vec<PeriodicMotion>, Fault> {
+    all_motions(scene, load).map(|motions| motions.found)
+}
+
+/// The periodic motions, and what is known of those that could not be found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Motions {
+    /// The fastest first.
+    pub found: Vec<PeriodicMotion>,
+    /// T [s] of those motions of the machine whose motor follows at once that could not be continued to the lagging torque:
+    /// it has none there, or one that disturbances leave so fast that a turn forgets where it began.
+    pub lost: Vec<f64>,
+}
+
+/// See [`periodic_motions`], which yields those that are found.
+///
+/// # Errors
+/// Those of [`periodic_motions`].
+pub fn all_motions(scene: &Scene, load: f64) -> Result<Motions, Fault> {
     let Motor::Kloss { breakdown_slip, breakdown_torque, synchronous_speed, .. } = scene.motor else {
         return Err(Fault::new("a torque that does not depend on the speed selects no periodic motion"));
     };
@@ -110,7 +128,7 @@ pub fn periodic_motions(scene: &Scene, load: f64) -> Result<Vec<PeriodicMotion>,
     samples.sort_by(|a, b| b.0.total_cmp(&a.0));
     let ahead = Shooting::new(&machine, torques, ORBIT_TOLERANCE);
     let back = Shooting::new(&machine, torques.backwards(), ORBIT_TOLERANCE);
-    let mut motions = Vec::new();
+    let (mut motions, mut lost) = (Vec::new(), Vec::new());
     for pair in samples.windows(2) {
         let [(above, gain_above), (below, gain_below)] = pair else { continue };
         let stable = *gain_above < 0.0 && *gain_below >= 0.0;
@@ -145,7 +163,7 @@ pub fn periodic_motions(scene: &Scene, load: f64) -> Result<Vec<PeriodicMotion>,
                     interval: machine.state.interval,
                 };
                 let orbit = turn.refine((2.0 * at_zero.hi).sqrt(), breakdown_torque);
-                orbit.and_then(|(orbit, period)| {
+                let motion = orbit.and_then(|(orbit, period)| {
                     Some(PeriodicMotion {
                         period,
                         energy: 0.5 * orbit[0] * orbit[0],
@@ -153,11 +171,15 @@ pub fn periodic_motions(scene: &Scene, load: f64) -> Result<Vec<PeriodicMotion>,
                         torque: orbit[1],
                         course: turn.course(orbit, POINTS)?,
                     })
-                })
+                });
+                if motion.is_none() {
+                    lost.extend(shooting.follow(start, |_| ()).map(|shot| shot.period));
+                }
+                motion
             }
         });
     }
-    Ok(motions)
+    Ok(Motions { found: motions, lost })
 }
 
 /// Where |gain| is least between two energies.
