@@ -168,9 +168,10 @@ def touch(name, folder, law, geometry, angular):
         assert np.abs(path - 1e3 * turned).max() < 1e-6
 
 
-def motion_controller(name, folder, law, angular):
-    """The cam tables, joined by straight lines, are the law."""
-    unit, tolerance = (math.degrees(1.0), 1e-6) if angular else (1e3, 1e-6)
+def motion_controller(name, folder, law, geometry, angular):
+    """The cam tables, joined by straight lines, are the law to 1 um, of an angle at the roller."""
+    arm = si(geometry.get("arm_length", 1.0)) / si(geometry.get("transmission", 1.0)) if angular else 1.0
+    unit, tolerance = math.degrees(1.0) if angular else 1e3, 1e-6 / arm
     table = csv(folder / f"{name}.plcopen.csv")
     master = next(v for k, v in table.items() if k.startswith("MasterPosition"))
     slave = next(v for k, v in table.items() if k.startswith("SlavePosition"))
@@ -199,7 +200,7 @@ def test_a_roller_touches_its_contours(kind, tmp_path):
     content = tomllib.loads(scene.read_text())
     law = Law(content["cam"])
     touch("disc", tmp_path, law, content["geometry"], False)
-    motion_controller("disc", tmp_path, law, False)
+    motion_controller("disc", tmp_path, law, content["geometry"], False)
 
 
 @pytest.mark.parametrize("example", ["rapier_loom", "sealing_machine"])
@@ -215,4 +216,4 @@ def test_the_cams_of_compensated_machines_lead_their_levers(example, tmp_path):
         angular, law = "linkage" in follower or "J" in follower, Law(follower["cam"])
         name = f"{example}_hs.follower{j}"
         touch(name, tmp_path / "cams", law, follower["geometry"], angular)
-        motion_controller(name, tmp_path / "cams", law, angular)
+        motion_controller(name, tmp_path / "cams", law, follower["geometry"], angular)

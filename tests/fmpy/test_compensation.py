@@ -137,3 +137,101 @@ def test_a_cam_drive_takes_the_compensated_cam(fmu, compensated):
             with gripper.unit() as tool:
                 tool.initialise(values=inputs)
                 assert abs(tool.get("x") - plain.derivative(2 * np.pi * n / 8, 0)) < 1e-9
+
+
+def made(folder, scene, *options):
+    """The FMU of a scene's compensated machine, and what is reported of it."""
+    path, target = folder / "scene.toml", folder / "out" / "compensated.toml"
+    path.write_text(scene)
+    subprocess.run(
+        [CAMDRIVE, "compensate", path, "-o", target, "--rounds", "0", "--report", folder, *options], check=True, capture_output=True
+    )
+    subprocess.run([CAMDRIVE, "export", target, "-o", folder / "machine.fmu"], check=True, capture_output=True)
+    (report,) = folder.glob("*.compensation.json")
+    return Package(folder / "machine.fmu", folder / "fmu"), json.loads(report.read_text())
+
+
+def errors(package, targets, period, mode, points=1500):
+    """The largest deviation of each tool's acceleration over a turn, relative to the largest that is wanted."""
+    got, wanted = [], []
+    with package.unit(logging=False) as unit:
+        unit.initialise(values={"start.mode": mode})
+        for i in range(points):
+            if i > 0:
+                unit.step_to(i * period / points)
+            got.append(unit.get("der(U[1],2)", "der(U[2],2)"))
+            psi = 2 * np.pi * i / points
+            wanted.append([(2 * np.pi / period) ** 2 * target.derivative(psi, 2) for target in targets])
+    got, wanted = np.array(got), np.array(wanted)
+    return np.abs(got - wanted).max(axis=0) / np.abs(wanted).max(axis=0)
+
+
+def loom_targets(fmu):
+    plain = fmu("rapier_loom")
+    return [reference.Series.of(plain, f"follower[{j}].cam") for j in (1, 2)]
+
+
+@pytest.mark.parametrize("inertia", [0.32, 0.35, 0.40])
+def test_near_the_least_inertia_tables_do_what_series_cannot(fmu, tmp_path, inertia):
+    """0.317727 kg.m2 is the least without motor; the speed falls to a twentieth of its largest."""
+    head, _ = LOOM.read_text().replace("2.8 kg.m2", f"{inertia} kg.m2").split("[motor]")
+    package, report = made(tmp_path, head + '[motor]\nkind = "none"\n', "--period", "120 ms")
+    assert inertia > 0.38 or all(cut["points"] > 100 for cut in report["cams"])
+    stated = np.array([cut["truncation"] for cut in report["cams"]])
+    found = errors(package, loom_targets(fmu), 0.12, 1)
+    assert stated.max() <= 1e-6
+    assert np.all(found <= stated + 1e-9) and np.all(found >= 0.4 * stated), (found, stated)
+
+
+@pytest.mark.parametrize("options", [("0.05",), ("0.01",), ("1e-4",), ("1e-3", "--laws", "table"), ("1e-6", "--laws", "table")])
+def test_the_stated_error_is_that_of_the_exported_machine(fmu, tmp_path, options):
+    package, report = made(tmp_path, LOOM.read_text(), "--tolerance", *options)
+    stated = np.array([cut["truncation"] for cut in report["cams"]])
+    found = errors(package, loom_targets(fmu), report["period"], 2)
+    assert np.all(stated <= 1.1 * float(options[0]))
+    assert np.all(found <= stated + 1e-9) and np.all(found >= 0.6 * stated), (found, stated)
+
+
+def test_a_cam_drive_takes_a_table(fmu, tmp_path):
+    """Wherever the compensated machine is, its cam has put the tool where it is to be at that time."""
+    gripper = tmp_path / "gripper.toml"
+    gripper.write_text(
+        'name = "gripper"\nmodel = "ElasticCamDrive"\n[cam]\nlaw = "fourier"\na = [0.0, 0.1]\n[drive]\nmode = "input"\n'
+        '[elasticity]\nplace = "output"\nm = "1.6 kg"\nnatural_frequency = "400 Hz"\ndamping_ratio = 0.05\n'
+    )
+    machine, report = made(tmp_path, LOOM.read_text(), "--laws", "table", "--cam", f"1={gripper}")
+    subprocess.run(
+        [CAMDRIVE, "export", tmp_path / "out" / "gripper.compensated.toml", "-o", tmp_path / "gripper.fmu"],
+        check=True,
+        capture_output=True,
+    )
+    tool = Package(tmp_path / "gripper.fmu", tmp_path / "tool")
+    wanted, _ = loom_targets(fmu)
+    with machine.unit(logging=False) as drive:
+        drive.initialise(values={"start.mode": 2})
+        for n in range(1, 8):
+            drive.step_to(n * report["period"] / 8)
+            inputs = dict(zip(("phi", "w", "a"), drive.get("phi", "w", "a")))
+            with tool.unit(logging=False) as unit:
+                unit.initialise(values=inputs)
+                assert abs(unit.get("x") - wanted.derivative(2 * np.pi * n / 8, 0)) < 1e-8
+
+
+@pytest.mark.parametrize("motor", ["kloss", "none"])
+def test_levers_with_long_laws_move_their_tools_as_prescribed(tmp_path, motor):
+    """A jaw that comes near the dead centre of its slider-crank: the lever's law has more than a hundred harmonics."""
+    scene = (ROOT / "examples" / "sealing_machine" / "scene.toml").read_text().replace('"-36 mm"', '"-74 mm"')
+    scene = scene.replace('J0 = "0.12 kg.m2"', "J0 = 0.6")
+    options = []
+    if motor == "none":
+        scene, options = scene.split("[motor]")[0] + '[motor]\nkind = "none"\n', ["--period", "150 ms"]
+    package, report = made(tmp_path, scene, "--tolerance", "1e-7", *options)
+    angle = np.pi / 180
+    targets = [
+        reference.Series([1e-3, -74e-3, 3e-3, -2e-3], [0.0, 0.0, 2e-3, 1e-3]),
+        reference.Series([0.0, 10 * angle, 3.5 * angle, 0.8 * angle], [0.0, 2 * angle]),
+    ]
+    stated = np.array([cut["truncation"] for cut in report["cams"]])
+    found = errors(package, targets, report["period"], 1 if motor == "none" else 2)
+    assert stated.max() <= 1e-7
+    assert np.all(found <= stated + 1e-9), (found, stated)

@@ -37,6 +37,9 @@ const FIRST_POINTS: usize = 4;
 /// Tables that are tried: each divides the pieces that miss the tolerance as often as their order of four demands.
 const TABLES: usize = 12;
 
+/// Tables in a row that may be no better: the first ones do not see where the machine almost comes to rest.
+const STALE: usize = 3;
+
 /// The most parts of a piece in one of these rounds: farther the order is no guide.
 const MOST_PARTS: f64 = 8.0;
 
@@ -183,7 +186,7 @@ impl Wanted<'_> {
         let peak = tool.acceleration(omega)[1];
         let n = FIRST_POINTS * tool.wanted.order().max(tool.motion.order()).max(4);
         let mut knots: Vec<f64> = (0..=n).map(|i| TAU * i as f64 / n as f64).collect();
-        let mut least = f64::INFINITY;
+        let (mut least, mut stale) = (f64::INFINITY, 0);
         for _ in 0..TABLES {
             let open = &knots[..knots.len() - 1];
             let points = Points {
@@ -198,11 +201,12 @@ impl Wanted<'_> {
             };
             let errors: Vec<f64> = knots.windows(2).map(in_piece).collect();
             let worst = errors.iter().copied().fold(0.0, f64::max);
-            if !(worst < 0.7 * least) {
-                // Halved pieces would be sixteen times better: these are roundings.
+            // Halved pieces are sixteen times better, once they see the law: what stays over several tables are roundings.
+            stale = if worst < 0.7 * least { 0 } else { stale + 1 };
+            least = least.min(worst);
+            if stale > STALE {
                 break;
             }
-            least = worst;
             if worst <= self.tolerance {
                 let truncation = self.error(tool, &law);
                 if truncation <= self.tolerance {

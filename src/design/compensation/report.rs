@@ -391,7 +391,7 @@ impl Report {
         let degrees = |points: &Vec<[f64; 2]>| points.iter().map(|[phi, w]| [phi.to_degrees(), *w]).collect();
         Diagram {
             title: format!("Speed of {} over a turn", self.scene),
-            x: Axis::linear("Angle of the main shaft [°]"),
+            x: Axis::linear("Angle of the main shaft [°]").between(0.0, 360.0),
             y: Axis::linear("Angular velocity [rad/s]"),
             series: vec![
                 Series { name: "cams for uniform speed".to_owned(), points: degrees(before), joined: true },
@@ -408,7 +408,7 @@ impl Report {
         let series = self.accelerations[j].iter().zip(names);
         Diagram {
             title: format!("Acceleration of tool {} of {} over a period", self.numbers[j], self.scene),
-            x: Axis::linear("Time per period [1]"),
+            x: Axis::linear("Time per period [1]").between(0.0, 1.0),
             y: Axis::linear(if self.turning[j] {
                 "Angular acceleration of the tool [rad/s²]"
             } else {

@@ -1,6 +1,6 @@
 //! All periodic motions: the machine with one or three of them, the loom, the free motion.
 
-use super::super::orbits::{PeriodicMotion, free_motion, periodic_motions, range};
+use super::super::orbits::{PeriodicMotion, all_motions, free_motion, periodic_motions, range};
 use super::super::torques::Torques;
 use super::super::*;
 use crate::motion::{Fourier, MotionLaw};
@@ -197,4 +197,15 @@ fn the_multipliers_of_a_lagging_torque_are_those_of_the_map() {
         let radius = spectral_radius(&[[a, b], [c, d]]);
         assert!((motion.multiplier() / radius - 1.0).abs() < 1e-5, "{} {radius}", motion.multiplier());
     }
+}
+
+#[test]
+fn motions_that_cannot_be_followed_are_told() {
+    // Without lag there are two; with it disturbances leave the slow one e^130 times larger after a turn.
+    let all = all_motions(&uniform(1e-3, 5.0, Some(1e-3)), 6.0).unwrap();
+    assert!(all.found.len() == 1 && all.found[0].is_stable(), "{:?}", all.found.len());
+    let [slow] = all.lost[..] else { panic!("{:?}", all.lost) };
+    assert!((slow * 5.0 * (1.0 - slips(1e-3, 6.0)[1]) / TAU - 1.0).abs() < 1e-9);
+    // A soft motor hides none.
+    assert!(all_motions(&uniform(0.3, 50.0, Some(1e-3)), 6.0).unwrap().lost.is_empty());
 }
