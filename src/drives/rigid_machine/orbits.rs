@@ -69,6 +69,10 @@ const SLOWEST: f64 = 2e-3;
 /// Points of the course of a motion.
 const POINTS: usize = 720;
 
+/// Two periods are those of one motion when they agree to this part, far above the tolerance of the orbits; different motions differ by
+/// the slip of the motor.
+const SAME: f64 = 1e-9;
+
 /// All periodic motions of the machine against a constant load, the fastest first.
 ///
 /// # Errors
@@ -128,7 +132,7 @@ pub fn all_motions(scene: &Scene, load: f64) -> Result<Motions, Fault> {
     samples.sort_by(|a, b| b.0.total_cmp(&a.0));
     let ahead = Shooting::new(&machine, torques, ORBIT_TOLERANCE);
     let back = Shooting::new(&machine, torques.backwards(), ORBIT_TOLERANCE);
-    let (mut motions, mut lost) = (Vec::new(), Vec::new());
+    let (mut motions, mut lost, mut continued) = (Vec::new(), Vec::new(), Vec::new());
     for pair in samples.windows(2) {
         let [(above, gain_above), (below, gain_below)] = pair else { continue };
         let stable = *gain_above < 0.0 && *gain_below >= 0.0;
@@ -172,12 +176,26 @@ pub fn all_motions(scene: &Scene, load: f64) -> Result<Motions, Fault> {
                         course: turn.course(orbit, POINTS)?,
                     })
                 });
-                if motion.is_none() {
-                    lost.extend(shooting.follow(start, |_| ()).map(|shot| shot.period));
+                let without_lag = shooting.follow(start, |_| ()).map(|shot| shot.period);
+                match (motion, without_lag) {
+                    (Some(motion), Some(period)) => continued.push((period, motion)),
+                    (_, period) => lost.extend(period),
                 }
-                motion
+                None
             }
         });
+    }
+    // Newton's method may slide from a motion that disturbances leave fast to another one, which is then found twice.
+    for (period, motion) in &continued {
+        let nearer = |(other, same): &(f64, PeriodicMotion)| {
+            (same.period / motion.period - 1.0).abs() < SAME
+                && (other - motion.period).abs() < (period - motion.period).abs()
+        };
+        if continued.iter().any(nearer) {
+            lost.push(*period);
+        } else {
+            motions.push(motion.clone());
+        }
     }
     Ok(Motions { found: motions, lost })
 }
