@@ -1,7 +1,7 @@
 //! `camdrive clearance SCENE`
 
 use super::{Failure, files, print, read_all};
-use crate::design::clearance::{self, Options, Progress, Report, figures, table};
+use crate::design::clearance::{self, Options, Progress, Report, figures, lists, table};
 use crate::design::text;
 use crate::drives::unit::{self, Quantity};
 use crate::motion::harmonic_analysis::analyse;
@@ -185,10 +185,10 @@ fn compared(name: &str, scene: &Resolved) -> Result<Vec<(String, MotionLaw)>, Fa
 fn write(folder: &Path, report: &Report) -> Result<String, Failure> {
     let parts = [
         ("json", text::json(report)),
-        ("passages.csv", table::passages_csv(report)),
-        ("after_impact.csv", table::after_impact_csv(report)),
-        ("passage_time.csv", table::passage_time_csv(report)),
-        ("map.csv", table::map_csv(report)),
+        ("passages.csv", lists::passages_csv(report)),
+        ("after_impact.csv", lists::after_impact_csv(report)),
+        ("passage_time.csv", lists::passage_time_csv(report)),
+        ("map.csv", lists::map_csv(report)),
         ("passage_time.svg", figures::passage_time(report).svg()),
         ("multiple_impacts.svg", figures::multiple_impacts(report).svg()),
         ("deformation.svg", figures::deformation(report).svg()),

@@ -110,6 +110,8 @@ const HEIGHT: u32 = 400;
 /// The widths of letters differ; this is the mean of a sans-serif font, per height.
 const LETTER: f64 = 0.54;
 const TEXT: f64 = 13.0;
+/// That of a page of text, a browser's default.
+const PAGE_TEXT: f64 = 16.0;
 const LINE: i32 = 20;
 const INK: RGBColor = RGBColor(0x22, 0x22, 0x22);
 const PALE: RGBColor = RGBColor(0xdd, 0xdd, 0xdd);
@@ -191,22 +193,60 @@ impl Diagram {
     /// # Errors
     /// What the drawing library reports; nothing for memory.
     pub fn svg(&self) -> Result<String, Fault> {
+        let legend = if self.entries() == 0 { 10 } else { self.legend_width() };
+        let size = [PLOT_WIDTH + legend, HEIGHT.max(20 + self.legend_height())];
+        self.document(size, 1.0, |root| root.split_horizontally(fine(PLOT_WIDTH as i32)))
+    }
+
+    /// The same for a page of text: the legend below, so that the picture need not be shrunk to the width of a page, and
+    /// letters of the height of the page's.
+    ///
+    /// # Errors
+    /// What the drawing library reports; nothing for memory.
+    pub fn svg_for_page(&self) -> Result<String, Fault> {
+        let size = [PLOT_WIDTH.max(self.legend_width()), HEIGHT + self.legend_height()];
+        self.document(size, PAGE_TEXT / TEXT, |root| {
+            let (plot, legend) = root.split_vertically(fine(HEIGHT as i32));
+            (plot.shrink((0, 0), (fine(PLOT_WIDTH as i32) as u32, fine(HEIGHT as i32) as u32)), legend)
+        })
+    }
+
+    fn entries(&self) -> usize {
+        self.series.len() + self.keys().count()
+    }
+
+    fn legend_width(&self) -> u32 {
         let names = self.series.iter().map(|series| &series.name).chain(self.keys().map(|(_, name)| name));
         let longest = names.map(|name| name.chars().count()).max().unwrap_or(0);
-        let legend = if longest == 0 { 10 } else { 64 + (LETTER * TEXT * longest as f64) as u32 };
-        let height = HEIGHT.max(40 + LINE as u32 * (self.series.len() + self.keys().count()) as u32);
-        let size = [PLOT_WIDTH + legend, height];
+        64 + (LETTER * TEXT * longest as f64) as u32
+    }
+
+    fn legend_height(&self) -> u32 {
+        20 + LINE as u32 * self.entries() as u32
+    }
+
+    /// The document of this size in pixels, shown `scale` times as large; `split` makes the areas of plot and legend.
+    fn document(
+        &self,
+        size: [u32; 2],
+        scale: f64,
+        split: impl for<'a> Fn(&Area<'a>) -> (Area<'a>, Area<'a>),
+    ) -> Result<String, Fault> {
         let mut text = String::new();
         {
             let coordinates = size.map(|pixels| pixels * FINE as u32);
             let root = SVGBackend::with_string(&mut text, coordinates.into()).into_drawing_area();
-            self.draw(&root).map_err(|e| Fault(format!("the diagram cannot be drawn: {e}")))?;
-            root.present().map_err(|e| Fault(format!("the diagram cannot be drawn: {e}")))?;
+            let failed = |e: &dyn std::fmt::Display| Fault(format!("the diagram cannot be drawn: {e}"));
+            root.fill(&WHITE).map_err(|e| failed(&e))?;
+            let (plot, legend) = split(&root);
+            self.draw(&plot, &legend).map_err(|e| failed(&e))?;
+            root.present().map_err(|e| failed(&e))?;
         }
         let label = self.title.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;");
         let head = |[width, height]: [u32; 2]| format!("<svg width=\"{width}\" height=\"{height}\" ");
         // The view box still has the coordinates.
-        let (drawn, shown) = (head(size.map(|pixels| pixels * FINE as u32)), head(size));
+        let shown = head(size.map(|pixels| (scale * f64::from(pixels)).round() as u32));
+        let drawn = head(size.map(|pixels| pixels * FINE as u32));
         Ok(text.replacen(&drawn, &format!("{shown}role=\"img\" aria-label=\"{label}\" "), 1))
     }
 
@@ -219,9 +259,7 @@ impl Diagram {
         })
     }
 
-    fn draw(&self, root: &Area<'_>) -> Result<(), Box<dyn std::error::Error>> {
-        root.fill(&WHITE)?;
-        let (plot, legend) = root.split_horizontally(fine(PLOT_WIDTH as i32));
+    fn draw(&self, plot: &Area<'_>, legend: &Area<'_>) -> Result<(), Box<dyn std::error::Error>> {
         let place = |[x, y]: &[f64; 2]| Some((self.x.place(*x)?, self.y.place(*y)?));
         let places: Vec<Vec<(f64, f64)>> =
             self.series.iter().map(|series| series.points.iter().filter_map(place).collect()).collect();
@@ -236,7 +274,7 @@ impl Diagram {
         let (x_places, y_places) =
             (Places { ends: x, ticks: self.x.ticks(x) }, Places { ends: y, ticks: self.y.ticks(y) });
         let counts = (x_places.ticks.len().max(1), y_places.ticks.len().max(1));
-        let mut chart = ChartBuilder::on(&plot)
+        let mut chart = ChartBuilder::on(plot)
             .margin_top(fine(14))
             .margin_right(fine(14))
             .margin_left(fine(12))
@@ -305,9 +343,9 @@ impl Diagram {
         for (i, series) in self.series.iter().enumerate() {
             let height = fine(24 + LINE * i as i32);
             if series.joined {
-                draw_line(&legend, &[(fine(6), height), (fine(42), height)], look(i))?;
+                draw_line(legend, &[(fine(6), height), (fine(42), height)], look(i))?;
             }
-            draw_marker(&legend, (fine(24), height), look(i))?;
+            draw_marker(legend, (fine(24), height), look(i))?;
             let text = style(TEXT).pos(Pos::new(HPos::Left, VPos::Center));
             legend.draw(&Text::new(series.name.clone(), (fine(50), height), text))?;
         }
@@ -322,7 +360,7 @@ impl Diagram {
                     legend.draw(&Rectangle::new(box_of, ShapeStyle::from(shade.grey()).filled()))?;
                     legend.draw(&frame(box_of))?;
                 }
-                None => draw_line(&legend, &[(box_of[0].0, height), (box_of[1].0, height)], RULED)?,
+                None => draw_line(legend, &[(box_of[0].0, height), (box_of[1].0, height)], RULED)?,
             }
             legend.draw(&Text::new(name.clone(), (fine(50), height), text))?;
         }
@@ -406,6 +444,25 @@ mod tests {
                 assert!(svg.contains("a &lt; b &amp; c") && svg.contains("aria-label"));
             }
         }
+    }
+
+    #[test]
+    fn on_a_page_letters_have_the_height_of_its_text() {
+        let name = "a setting of the solver whose name is so long that the legend is wider than the plot is, by far";
+        let series = vec![Series { name: name.to_owned(), points: vec![[0.0, 1.0], [1.0, 2.0]], joined: true }; 30];
+        let diagram =
+            Diagram { title: String::new(), x: Axis::linear("x"), y: Axis::linear("y"), series, rules: Vec::new() };
+        let svg = diagram.svg_for_page().unwrap();
+        let number = |name: &str| -> Vec<f64> {
+            let value = svg.split_once(&format!(" {name}=\"")).unwrap().1.split('"').next().unwrap();
+            value.split(' ').map(|part| part.parse().unwrap()).collect()
+        };
+        let (width, height, coordinates) = (number("width")[0], number("height")[0], number("viewBox"));
+        assert!((width / coordinates[2] * TEXT * f64::from(FINE) - PAGE_TEXT).abs() < 0.05);
+        assert!((height / coordinates[3] - width / coordinates[2]).abs() < 1e-4);
+        // 60 em less the margins of the page; the legend has room below the plot.
+        assert!(width < 928.0 && height > 16.0 / 13.0 * f64::from(HEIGHT + 30 * LINE as u32), "{width} × {height}");
+        assert_eq!(svg.matches(name).count(), 30);
     }
 
     #[test]

@@ -27,7 +27,8 @@ pub struct Section<'a> {
 impl<'a> Section<'a> {
     /// Draws the diagrams of a report.
     pub fn of(report: &'a Report) -> Result<Self, Fault> {
-        let pictures = [figures::work_precision(report).svg()?, figures::communication_step(report).svg()?];
+        let pictures =
+            [figures::work_precision(report).svg_for_page()?, figures::communication_step(report).svg_for_page()?];
         Ok(Section { report, pictures })
     }
 

@@ -19,8 +19,8 @@ use serde::Serialize;
 const REACH: f64 = 4.0;
 /// Samples on either side of the scene's value, at most and at least: every 4 … 15 % of the value.
 const SAMPLES: [usize; 2] = [10, 36];
-/// Instants of the model that all samples may take together: some seconds of computing.
-const MOST_INSTANTS: usize = 4_000_000;
+/// Instants of the model that all samples of a law may take together: a second or two of computing.
+const MOST_INSTANTS: usize = 10_000_000;
 /// Instants of a passage: its flight and twice the natural period after it.
 const INSTANTS_OF_A_PASSAGE: usize = 1000;
 /// A border is known to this part: the three digits that are shown.

@@ -4,13 +4,14 @@
 //! [`law`] finds the places, [`formulas`] are Kaltofen's closed formulas for one passage, [`borders`] the map of multiple
 //! impacts, [`tuning`] what it admits. [`passage`] sets formula and event-driven model side by side; the model starts from
 //! the motion of permanent contact ([`orbit`]); what it admits finds [`by_model`], and where the two differ the model
-//! decides. [`settled`] runs it until it repeats, with all that earlier impacts leave behind. [`table`] and [`figures`] show the report.
+//! decides. [`settled`] runs it until it repeats, with all that earlier impacts leave behind. [`table`], [`lists`] and [`figures`] show the report.
 
 pub mod borders;
 pub mod by_model;
 pub mod figures;
 pub mod formulas;
 pub mod law;
+pub mod lists;
 pub mod machine;
 pub mod orbit;
 pub mod passage;
@@ -127,7 +128,7 @@ pub struct Study {
     pub calm: Calm,
     /// The frequencies, speeds and clearances without multiple impacts, by the formulas.
     pub tuning: Option<Tuning>,
-    /// Those by the model, of the law of the scene; None where e > 0 rebounds m1 at all of them, and where that takes long.
+    /// Those by the model; None where e > 0 rebounds m1 at all of them, and where that takes long.
     pub by_model: Option<ByModel>,
     /// The motion that the drive settles to.
     pub settled: Option<Settled>,
@@ -188,7 +189,7 @@ pub fn study(resource: &Resource, options: &Options, progress: impl Fn(Progress)
     for (done, (name, law)) in laws.iter().enumerate() {
         progress(Progress { done, total: laws.len(), law: name });
         let scene = Scene { cam: law.clone(), ..scene.clone() };
-        studies.push(of_law(name, &scene, &machine, options, done == 0));
+        studies.push(of_law(name, &scene, &machine, options));
     }
     Ok(Report { scene: resource.name.clone(), machine, laws: studies })
 }
@@ -264,7 +265,7 @@ fn apart(a: f64, b: f64) -> f64 {
     angle.min(TAU - angle)
 }
 
-fn of_law(name: &str, scene: &Scene, machine: &Parameters, options: &Options, searched: bool) -> Study {
+fn of_law(name: &str, scene: &Scene, machine: &Parameters, options: &Options) -> Study {
     let w = machine.speed;
     let ignore = options.ignore.unwrap_or(IGNORE);
     let Signs { crossings, largest, ignored } = law::signs(&scene.cam, w > 0.0, ignore);
@@ -298,7 +299,7 @@ fn of_law(name: &str, scene: &Scene, machine: &Parameters, options: &Options, se
             match orbit {
                 Ok(orbit) => {
                     study.releases = Some(orbit.releases.len());
-                    if searched && scene.e == 0.0 {
+                    if scene.e == 0.0 {
                         let size = [orbit.samples.len(), orbit.releases.len()];
                         study.by_model = by_model::around(scene, machine, &crossings, ignore, size);
                     }

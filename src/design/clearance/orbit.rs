@@ -148,7 +148,8 @@ fn forced(series: &Fourier, scene: &Scene, w: f64) -> Result<[f64; 2], Fault> {
         let size = real * real + imaginary * imaginary;
         if size <= (RESONANCE * square) * (RESONANCE * square) {
             return Err(Fault(format!(
-                "harmonic {k} of U is in resonance, {k} times the speed is the natural frequency ({} rad/s) and nothing                  damps it",
+                "harmonic {k} of U is in resonance, {k} times the speed is the natural frequency ({} rad/s) and nothing \
+                 damps it",
                 square.sqrt()
             )));
         }

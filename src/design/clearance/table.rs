@@ -1,18 +1,19 @@
-//! The report as tables for a terminal, CSV and JSON.
+//! The report as tables and sentences for a terminal.
 
-use super::borders::{Sequel, borders};
+use super::borders::Sequel;
 use super::passage::{Clearance, Figures};
-use super::tuning::{SOURCE_BOUND, nearest};
-use super::{Parameters, Report, Study, figures};
+use super::tuning::{Intervals, SOURCE_BOUND, nearest};
+use super::{Parameters, Report, Study};
+use crate::design::text::time;
 pub use crate::design::text::{Table, number};
-use crate::design::text::{csv, time};
-use crate::drives::Fault;
 use std::f64::consts::TAU;
 
 /// "–", where there is nothing to say.
 const NONE: &str = "–";
 /// Intervals that a sentence lists; the others are in the JSON file.
 const LISTED: usize = 6;
+/// The same of a table.
+const LISTED_IN_CELL: usize = 4;
 
 /// The parameters, in sentences.
 pub fn about(report: &Report) -> Vec<String> {
@@ -172,7 +173,7 @@ pub fn of_laws(report: &Report) -> Table {
         "largest impulse [N·s]",
         "loss per turn [J]",
         "largest vibration [mm]",
-        "ω up to [rad/s]",
+        "ω without further impacts [rad/s]",
         "impacts per turn",
         "largest impulse, settled [N·s]",
     ];
@@ -187,7 +188,9 @@ pub fn of_laws(report: &Report) -> Table {
                 if low == high { number(low) } else { format!("{} … {}", number(low), number(high)) }
             })
         };
-        let highest = study.tuning.as_ref().and_then(|tuning| tuning.frequency.last().map(|ends| ends[1]));
+        let calm = |intervals: Option<&Intervals>| or_none(intervals, |intervals| some(intervals, 1.0, LISTED_IN_CELL));
+        let by_formulas = calm(study.tuning.as_ref().map(|tuning| &tuning.frequency));
+        let by_model = calm(study.by_model.as_ref().map(|model| &model.frequency));
         let of_passages = |model: bool| {
             let figures = figures_by(study, model);
             let most = |value: fn(&Figures) -> f64| figures.iter().map(value).reduce(f64::max);
@@ -213,37 +216,54 @@ pub fn of_laws(report: &Report) -> Table {
             or_none(study.settled.map(|settled| settled.impacts), number),
             or_none(study.settled.map(|settled| settled.largest_impulse), number),
         ];
-        rows.push([of_law, of_passages(false), vec![or_none(highest, number), none.clone(), none.clone()]].concat());
-        // The search of the model ends somewhere, its last interval with it.
-        let beyond = |ends: &[f64; 2], searched: f64| (ends[1] < searched).then_some(ends[1]);
-        let highest = study.by_model.as_ref().and_then(|m| beyond(m.frequency.last()?, m.searched[0][1]));
-        rows.push(
-            [vec![String::new(); 6], of_passages(true), vec![or_none(highest, number), impacts, impulse]].concat(),
-        );
+        rows.push([of_law, of_passages(false), vec![by_formulas, none.clone(), none]].concat());
+        rows.push([vec![String::new(); 6], of_passages(true), vec![by_model, impacts, impulse]].concat());
     }
     Table { head: head.map(str::to_owned).to_vec(), rows }
 }
 
-/// Which laws formulas and model judge differently, in a sentence.
-pub fn below_laws(report: &Report) -> Option<String> {
+/// What the column of ω means, and which laws formulas and model judge differently, in sentences.
+pub fn below_laws(report: &Report) -> Vec<String> {
+    let mut lines = Vec::new();
+    if let Some(model) = report.laws.iter().find_map(|study| study.by_model.as_ref()) {
+        let [low, high] = model.searched[0].map(number);
+        lines.push(format!(
+            "ω without further impacts: all intervals at this speed; by the model looked for from {low} to {high} rad/s only."
+        ));
+    }
+    let missing = report.laws.iter().filter(|study| study.by_model.is_none() && !study.passages.is_empty());
+    let names: Vec<&str> = missing.map(|study| study.law.as_str()).collect();
+    if !names.is_empty() {
+        let why = match report.machine.e {
+            e if e > 0.0 => format!("with e = {} m1 rebounds after each impact, at any ω", number(e)),
+            _ => "it has not been followed at other ω, which would take long or cannot be done".to_owned(),
+        };
+        lines.push(format!("{}: no ω by the model; {why}.", names.join(", ")));
+    }
     let differing = report.laws.iter().filter(|study| study.calm.differs());
     let names: Vec<&str> = differing.map(|study| study.law.as_str()).collect();
-    (!names.is_empty()).then(|| {
+    if !names.is_empty() {
         let whether = "formula and model differ in whether further impacts follow; take the model";
-        format!("{}: {whether}.", names.join(", "))
-    })
+        lines.push(format!("{}: {whether}.", names.join(", ")));
+    }
+    lines
 }
 
 /// "0 … 3, 5 … 8", the first of them where there are many.
 fn list(intervals: &[[f64; 2]], scale: f64) -> String {
+    some(intervals, scale, LISTED)
+}
+
+/// The first intervals, and how many more there are up to the last one.
+fn some(intervals: &[[f64; 2]], scale: f64, most: usize) -> String {
     let one = |[low, high]: &[f64; 2]| match high.is_finite() {
         true => format!("{} … {}", number(scale * low), number(scale * high)),
         false => format!("from {} on", number(scale * low)),
     };
-    let mut texts: Vec<String> = intervals.iter().take(LISTED).map(one).collect();
-    if intervals.len() > LISTED {
+    let mut texts: Vec<String> = intervals.iter().take(most).map(one).collect();
+    if intervals.len() > most {
         let last = intervals.last().map(one).unwrap_or_default();
-        texts.push(format!("{} more up to {last}", intervals.len() - LISTED));
+        texts.push(format!("{} more up to {last}", intervals.len() - most));
     }
     if texts.is_empty() { "none".to_owned() } else { texts.join(", ") }
 }
@@ -355,7 +375,15 @@ pub fn of_motion(study: &Study) -> Vec<String> {
     let mut lines = Vec::new();
     let ignored =
         if study.ignored > 0 { format!(" ({} more are too small to count)", study.ignored) } else { String::new() };
-    let exact = study.releases.map_or(String::new(), |n| format!("; the contact force of the periodic motion has {n}"));
+    let exact = study.releases.map_or(String::new(), |n| {
+        let more = if n > study.crossings {
+            ", since the working mass vibrates between them; --ignore 0.01 leaves out what stays below 1 % of the largest \
+             force"
+        } else {
+            ""
+        };
+        format!("; the contact force of the periodic motion has {n}{more}")
+    });
     lines.push(format!("U″ has {} changes of sign in a turn{ignored}{exact}.", study.crossings));
     if let Some(settled) = &study.settled {
         let repeats = if settled.repeats { "each turn like the one before" } else { "not repeating from turn to turn" };
@@ -385,108 +413,4 @@ pub fn of_motion(study: &Study) -> Vec<String> {
     lines.extend(faults.into_iter().map(|(fault, list)| format!("Passage {}: {fault}.", list.join(", "))));
     lines.extend(study.remarks.iter().cloned());
     lines
-}
-
-fn full(value: f64) -> String {
-    format!("{value:e}")
-}
-
-fn full_or_empty(value: Option<f64>) -> String {
-    value.map_or(String::new(), full)
-}
-
-/// All passages of all laws, one line each for formula and model, SI and rad.
-pub fn passages_csv(report: &Report) -> Result<String, Fault> {
-    let head = [
-        "law",
-        "passage",
-        "from",
-        "by",
-        "U3_m",
-        "K",
-        "mu",
-        "release_rad",
-        "tau1",
-        "time_s",
-        "angle_rad",
-        "impulse_N_s",
-        "loss_J",
-        "vibration_m",
-        "max_q_m",
-        "max_force_N",
-        "then",
-        "release_after_tau",
-        "quasi_static_error",
-        "truncation_error",
-        "spacing_rad",
-        "vibration_left",
-        "fault",
-    ];
-    let rows = report.laws.iter().flat_map(|study| {
-        study.passages.iter().enumerate().flat_map(move |(i, passage)| {
-            [("formula", passage.formula), ("model", passage.model)].into_iter().map(move |(by, figures)| {
-                let f = |value: fn(&Figures) -> Option<f64>| full_or_empty(figures.as_ref().and_then(value));
-                vec![
-                    study.law.clone(),
-                    (i + 1).to_string(),
-                    passage.from.to_string(),
-                    by.to_owned(),
-                    full_or_empty(passage.crossing.map(|c| c.jerk)),
-                    full_or_empty(passage.k),
-                    full(report.machine.mu),
-                    f(|f| Some(f.release)),
-                    f(|f| Some(f.tau)),
-                    f(|f| Some(f.time)),
-                    f(|f| Some(f.angle)),
-                    f(|f| Some(f.impulse)),
-                    f(|f| Some(f.loss)),
-                    f(|f| Some(f.vibration)),
-                    f(|f| f.elongation),
-                    f(|f| f.force),
-                    figures.map_or(String::new(), |f| f.sequel.name().to_owned()),
-                    f(|f| f.release_after),
-                    full_or_empty(passage.quasi_static),
-                    full_or_empty(passage.truncation),
-                    full(passage.spacing),
-                    full(passage.left),
-                    passage.fault.clone().unwrap_or_default(),
-                ]
-            })
-        })
-    });
-    csv(&head, rows)
-}
-
-/// Deformation and force over the natural period after each impact.
-pub fn after_impact_csv(report: &Report) -> Result<String, Fault> {
-    let head =
-        ["law", "passage", "tau", "q_over_s_formula", "q_over_s_model", "force_over_cs_formula", "force_over_cs_model"];
-    let rows = report.laws.iter().flat_map(|study| {
-        study.passages.iter().enumerate().flat_map(move |(i, passage)| {
-            passage.course.iter().map(move |point| {
-                let values = [point.q[0], point.q[1], point.force[0], point.force[1]].map(full_or_empty);
-                [vec![study.law.clone(), (i + 1).to_string(), full(point.tau)], values.to_vec()].concat()
-            })
-        })
-    });
-    csv(&head, rows)
-}
-
-/// τ₁ over K for the mass ratios of the diagram.
-pub fn passage_time_csv(report: &Report) -> Result<String, Fault> {
-    let rows = figures::passage_times(report).into_iter();
-    csv(
-        &["mu", "K", "tau1"],
-        rows.flat_map(|(mu, points)| points.into_iter().map(move |[k, tau]| vec![mu.to_string(), full(k), full(tau)])),
-    )
-}
-
-/// The borders of the map of multiple impacts.
-pub fn map_csv(report: &Report) -> Result<String, Fault> {
-    let (mu, k) = figures::extent(report);
-    let rows = borders(mu, k[1]).into_iter().flat_map(|border| {
-        let name = border.band.map_or("elastic".to_owned(), |n| format!("immediate {n}"));
-        border.points.into_iter().map(move |p| vec![name.clone(), full(p.mu), full(p.k), full(p.tau)])
-    });
-    csv(&["border", "mu", "K", "tau1"], rows)
 }

@@ -15,6 +15,7 @@
 //! Source: V. A. Yakubovich, V. M. Starzhinskii, *Linear Differential Equations with Periodic Coefficients*, Wiley
 //! 1975, chapters II and VIII; W. Magnus, S. Winkler, *Hill's Equation*, Wiley 1966, theorem 2.1.
 
+use super::MOST_ORDERS;
 use super::system::{Complex, System};
 use nalgebra::DMatrix;
 
@@ -34,48 +35,101 @@ pub struct Boundaries {
     pub pairs: Vec<Pair>,
     /// Harmonics kept on either side.
     pub harmonics: usize,
-    /// The largest relative change of a λ when their number was doubled.
-    pub change: f64,
+    /// The largest relative change of the λ of each pair when their number was doubled.
+    pub changes: Vec<f64>,
 }
 
 impl Boundaries {
     /// Those of a drive whose coefficients do not vary.
     pub fn none() -> Self {
-        Boundaries { pairs: Vec::new(), harmonics: 0, change: 0.0 }
+        Boundaries { pairs: Vec::new(), harmonics: 0, changes: Vec::new() }
+    }
+
+    /// The largest change.
+    pub fn change(&self) -> f64 {
+        largest(&self.changes)
+    }
+
+    /// The boundaries of the order n where the truncation tells them from those of its neighbours, which lie about the
+    /// part 2/n of λ from them.
+    pub fn of(&self, n: usize) -> Option<Pair> {
+        (self.changes[n - 1] < TRUSTED / n as f64).then_some(self.pairs[n - 1])
     }
 }
+
+fn largest(changes: &[f64]) -> f64 {
+    if changes.iter().any(|change| change.is_nan()) { f64::NAN } else { changes.iter().copied().fold(0.0, f64::max) }
+}
+
+/// A change by this part of 1/n leaves the boundaries of the order n a fortieth of the way to their neighbours uncertain.
+const TRUSTED: f64 = 0.05;
 
 /// The relative change of the boundaries at which the truncation counts as converged. They serve as the start for the
 /// exact boundaries, which Newton's method reaches from there in two steps.
 const CONVERGED: f64 = 1e-9;
 
-/// Harmonics beyond which no more are taken: some tenths of a second of work. Where coefficients have jumps in a
-/// derivative, the boundaries then still have five digits or more.
+/// Harmonics beyond which no more are taken, but for one doubling: some tenths of a second of work. Where coefficients
+/// have jumps in a derivative, the boundaries then still have five digits or more.
 const MOST_HARMONICS: usize = 96;
+
+/// The harmonics that so many orders are begun with.
+const fn first_harmonics(orders: usize) -> usize {
+    orders / 2 + 12
+}
 
 /// The boundaries of the orders 1 … `orders`.
 pub fn boundaries(system: &System, orders: usize) -> Boundaries {
-    let mut harmonics = orders / 2 + 12;
-    let mut pairs = truncated(system, orders, harmonics);
-    let mut change = f64::INFINITY;
-    while change > CONVERGED && 2 * harmonics <= MOST_HARMONICS {
+    let mut harmonics = first_harmonics(orders);
+    let functions = Functions::of(system);
+    let mut pairs = truncated(&functions, orders, harmonics);
+    let mut changes = vec![f64::INFINITY; orders];
+    // The first doubling tells what is to be trusted.
+    while changes.first() == Some(&f64::INFINITY)
+        || (!(largest(&changes) <= CONVERGED) && 2 * harmonics <= MOST_HARMONICS)
+    {
         harmonics *= 2;
-        let finer = truncated(system, orders, harmonics);
+        let finer = truncated(&functions, orders, harmonics);
         let part = |(a, b): (&Pair, &Pair)| ((a.low - b.low).abs().max((a.high - b.high).abs())) / b.high.abs();
-        change = pairs.iter().zip(&finer).map(part).fold(0.0, f64::max);
+        changes = pairs.iter().zip(&finer).map(part).collect();
         pairs = finer;
     }
-    Boundaries { pairs, harmonics, change }
+    Boundaries { pairs, harmonics, changes }
 }
 
 /// The highest harmonic of the turn that [`boundaries`] may ask for, in a turn with symmetry `parts`.
 pub fn highest_harmonic(parts: usize) -> usize {
-    parts.max(1) * (2 * MOST_HARMONICS + 1)
+    let most = [MOST_HARMONICS, 2 * first_harmonics(MOST_ORDERS)];
+    parts.max(1) * (2 * most[0].max(most[1]) + 1)
+}
+
+/// The harmonics that the matrices are made of, those that the symmetry of the turn admits.
+struct Functions {
+    parts: usize,
+    kind: Kind,
+}
+
+enum Kind {
+    /// m̂ and ĉ.
+    Turning([Vec<Complex>; 2]),
+    /// ĉ/m̂.
+    Fixed(Vec<Complex>),
+}
+
+impl Functions {
+    fn of(system: &System) -> Self {
+        let parts = system.parts.max(1);
+        let list = |all: Vec<Complex>| -> Vec<Complex> { all.into_iter().step_by(parts).collect() };
+        let kind = match system.inertia_turns() {
+            true => Kind::Turning([list(system.inertia()), list(system.stiffness())]),
+            false => Kind::Fixed(list(system.ratio())),
+        };
+        Functions { parts, kind }
+    }
 }
 
 /// The boundaries from `harmonics` harmonics on either side.
-fn truncated(system: &System, orders: usize, harmonics: usize) -> Vec<Pair> {
-    let sector = |half: bool| eigenvalues(system, half, harmonics, orders);
+fn truncated(functions: &Functions, orders: usize, harmonics: usize) -> Vec<Pair> {
+    let sector = |half: bool| eigenvalues(functions, half, harmonics, orders);
     let (periodic, antiperiodic) = (sector(false), sector(true));
     let pair = |n: usize| {
         let (list, at) = if n % 2 == 0 { (&periodic, n - 2) } else { (&antiperiodic, n - 1) };
@@ -85,38 +139,40 @@ fn truncated(system: &System, orders: usize, harmonics: usize) -> Vec<Pair> {
 }
 
 /// The λ of one kind of ends in the order of the oscillation numbers, without that of the number 0.
-fn eigenvalues(system: &System, half: bool, harmonics: usize, orders: usize) -> Vec<f64> {
-    let parts = system.parts.max(1);
-    let waves: Vec<f64> = (1..=harmonics).map(|n| parts as f64 * (n as f64 - if half { 0.5 } else { 0.0 })).collect();
-    let list = |all: Vec<Complex>| -> Vec<Complex> { all.into_iter().step_by(parts).collect() };
-    let mut sorted: Vec<f64> = if system.inertia_turns() {
-        let inertia = product(&list(system.inertia()), half, harmonics);
-        let stiffness = product(&list(system.stiffness()), half, harmonics);
-        let wave = |i: usize| wave_of(i, half, &waves);
-        let matrix = DMatrix::from_fn(inertia.nrows(), inertia.ncols(), |i, j| {
-            0.5 * (wave(i).powi(2) + wave(j).powi(2)) * inertia[(i, j)]
-        });
-        // L⁻¹ A L⁻ᵀ with C = L Lᵀ.
-        let Some(cholesky) = stiffness.cholesky() else { return vec![f64::NAN; orders + 2] };
-        let l = cholesky.l();
-        let left = l.solve_lower_triangular(&matrix).unwrap_or(matrix);
-        let both = l.solve_lower_triangular(&left.transpose()).unwrap_or(left);
-        let mut list: Vec<f64> = both.symmetric_eigenvalues().iter().copied().collect();
-        list.sort_by(f64::total_cmp);
-        list.split_off(if half { 0 } else { 1 })
-    } else {
-        let ratio = product(&list(system.ratio()), half, harmonics);
-        let (first, constant) = if half { (0, 0.0) } else { (1, ratio[(0, 0)]) };
-        let size = ratio.nrows() - first;
-        let wave = |i: usize| wave_of(i + first, half, &waves);
-        let entry = |i: usize, j: usize| {
-            let eliminated = if half { 0.0 } else { ratio[(i + 1, 0)] * ratio[(0, j + 1)] / constant };
-            (ratio[(i + first, j + first)] - eliminated) / (wave(i) * wave(j))
-        };
-        let squares = DMatrix::from_fn(size, size, entry).symmetric_eigenvalues();
-        let mut list: Vec<f64> = squares.iter().map(|square| 1.0 / square).filter(|lambda| *lambda > 0.0).collect();
-        list.sort_by(f64::total_cmp);
-        list
+fn eigenvalues(functions: &Functions, half: bool, harmonics: usize, orders: usize) -> Vec<f64> {
+    let parts = functions.parts as f64;
+    let waves: Vec<f64> = (1..=harmonics).map(|n| parts * (n as f64 - if half { 0.5 } else { 0.0 })).collect();
+    let mut sorted: Vec<f64> = match &functions.kind {
+        Kind::Turning([inertia, stiffness]) => {
+            let inertia = product(inertia, half, harmonics);
+            let stiffness = product(stiffness, half, harmonics);
+            let wave = |i: usize| wave_of(i, half, &waves);
+            let matrix = DMatrix::from_fn(inertia.nrows(), inertia.ncols(), |i, j| {
+                0.5 * (wave(i).powi(2) + wave(j).powi(2)) * inertia[(i, j)]
+            });
+            // L⁻¹ A L⁻ᵀ with C = L Lᵀ.
+            let Some(cholesky) = stiffness.cholesky() else { return vec![f64::NAN; orders + 2] };
+            let l = cholesky.l();
+            let left = l.solve_lower_triangular(&matrix).unwrap_or(matrix);
+            let both = l.solve_lower_triangular(&left.transpose()).unwrap_or(left);
+            let mut list: Vec<f64> = both.symmetric_eigenvalues().iter().copied().collect();
+            list.sort_by(f64::total_cmp);
+            list.split_off(if half { 0 } else { 1 })
+        }
+        Kind::Fixed(ratio) => {
+            let ratio = product(ratio, half, harmonics);
+            let (first, constant) = if half { (0, 0.0) } else { (1, ratio[(0, 0)]) };
+            let size = ratio.nrows() - first;
+            let wave = |i: usize| wave_of(i + first, half, &waves);
+            let entry = |i: usize, j: usize| {
+                let eliminated = if half { 0.0 } else { ratio[(i + 1, 0)] * ratio[(0, j + 1)] / constant };
+                (ratio[(i + first, j + first)] - eliminated) / (wave(i) * wave(j))
+            };
+            let squares = DMatrix::from_fn(size, size, entry).symmetric_eigenvalues();
+            let mut list: Vec<f64> = squares.iter().map(|square| 1.0 / square).filter(|lambda| *lambda > 0.0).collect();
+            list.sort_by(f64::total_cmp);
+            list
+        }
     };
     sorted.resize(sorted.len().max(orders + 2), f64::NAN);
     sorted

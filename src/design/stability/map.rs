@@ -4,6 +4,7 @@
 //! modulation; the lines lie as densely as the picture needs. No grid of the map is evaluated, so the width of a
 //! tongue does not matter.
 
+use super::continuation;
 use super::hill;
 use super::modulation;
 use super::parallel;
@@ -102,21 +103,22 @@ fn deviates(a: &[f64; 3], line: &[f64; 3], b: &[f64; 3], top: f64) -> bool {
 
 /// What the map over the modulation shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Modulation {
-    /// The orders n = 1 … that are drawn.
-    pub orders: usize,
+pub struct Modulation<'a> {
+    /// For each order n = 1 … a modulation at which it becomes unstable or stable at the damping ratio, where one is known.
+    pub critical: &'a [Option<f64>],
     /// The modulation at the upper edge.
     pub top: f64,
     /// The damping ratio for which boundaries are drawn beside those without damping.
     pub theta: f64,
 }
 
-/// The tongues of one modulation: for each order and each damping ratio the interval of unstable speeds.
-struct Row {
+/// The tongue of an order at a modulation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Point {
+    n: usize,
     modulation: f64,
-    intervals: Vec<Vec<Option<[f64; 2]>>>,
-    /// θ* of each order, infinite where no damping ratio suffices.
-    critical: Vec<f64>,
+    /// The unstable speeds without damping and at the damping ratio of the plan.
+    intervals: [Option<[f64; 2]>; 2],
 }
 
 /// A modulation at which the tongue of an order appears or vanishes at a damping ratio.
@@ -132,84 +134,100 @@ struct Tip {
     opens: bool,
 }
 
-fn row(system: &System, plan: &Modulation, modulation: f64) -> Row {
+/// The tongues of these orders at a modulation; Hill's matrices yield all of them at once.
+fn row(system: &System, theta: f64, modulation: f64, orders: &[usize]) -> Vec<Point> {
     let system = system.modulated(modulation);
-    let start = hill::boundaries(&system, plan.orders);
-    let (intervals, critical) = (1..=plan.orders)
-        .map(|n| {
-            let tongue = Tongue::new(&system, n, start.pairs[n - 1]);
-            let apex = if plan.theta > 0.0 { tongue.apex(&system) } else { None };
-            let closed = || (tongue.extent() == Extent::Closed).then(|| [1.0 / tongue.lambda.high.sqrt(); 2]);
-            let undamped = tongue.interval(&system, None, 0.0).or_else(closed);
-            let damped = if plan.theta > 0.0 { tongue.interval(&system, apex.as_ref(), plan.theta) } else { None };
-            (vec![undamped, damped], apex.map_or(f64::INFINITY, |apex| apex.theta))
-        })
-        .unzip();
-    Row { modulation, intervals, critical }
+    let start = hill::boundaries(&system, orders.iter().copied().max().unwrap_or(0));
+    let point = |n: &usize| {
+        let nothing = Point { n: *n, modulation, intervals: [None; 2] };
+        let Some(tongue) = continuation::numbered(&system, *n, &start) else { return nothing };
+        let closed = || (tongue.extent() == Extent::Closed).then(|| [1.0 / tongue.lambda.high.sqrt(); 2]);
+        let damped = if theta > 0.0 { tongue.damped(&system, theta) } else { None };
+        Point { intervals: [tongue.undamped().or_else(closed), damped], ..nothing }
+    };
+    orders.iter().map(point).collect()
+}
+
+/// The tongues at these pairs of modulation and order n, those of a modulation together.
+fn points(system: &System, theta: f64, mut places: Vec<(f64, usize)>, done: &(dyn Fn() + Sync)) -> Vec<Point> {
+    places.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let rows: Vec<(f64, Vec<usize>)> =
+        places.chunk_by(|a, b| a.0 == b.0).map(|row| (row[0].0, row.iter().map(|place| place.1).collect())).collect();
+    parallel::map(&rows, |(modulation, orders)| row(system, theta, *modulation, orders), done).concat()
 }
 
 /// The regions over (speed, modulation).
 pub fn over_modulation(system: &System, plan: &Modulation, done: &(dyn Fn() + Sync)) -> Vec<Region> {
-    let at = |modulations: &[f64]| parallel::map(modulations, |m| row(system, plan, *m), done);
-    let first: Vec<f64> = (1..=MODULATIONS).map(|i| plan.top * i as f64 / MODULATIONS as f64).collect();
-    let mut rows = at(&first);
-    let tips = if plan.theta > 0.0 { tips(system, plan, &rows, done) } else { Vec::new() };
+    let Modulation { critical, top, theta } = *plan;
+    let at = |places: Vec<(f64, usize)>| points(system, theta, places, done);
+    let first = |i: usize| top * i as f64 / MODULATIONS as f64;
+    let mut all = at((1..=MODULATIONS).flat_map(|i| (1..=critical.len()).map(move |n| (first(i), n))).collect());
+    let sort = |all: &mut Vec<Point>| all.sort_by(|a, b| a.n.cmp(&b.n).then(a.modulation.total_cmp(&b.modulation)));
+    sort(&mut all);
+    let tips = if theta > 0.0 { tips(system, plan, &all, done) } else { Vec::new() };
     // At its tip a region is round like a parabola.
     let near = |tip: &Tip| {
-        let room = if tip.opens { plan.top - tip.modulation } else { -tip.modulation };
-        [1e-4, 2e-3, 1e-2, 4e-2].map(|part| tip.modulation + part * room)
+        let (n, from) = (tip.n, tip.modulation);
+        let room = if tip.opens { top - from } else { -from };
+        [1e-4, 2e-3, 1e-2, 4e-2].map(|part| (from + part * room, n))
     };
-    rows.extend(at(&tips.iter().flat_map(near).collect::<Vec<f64>>()));
+    all.extend(at(tips.iter().flat_map(near).collect()));
     for _ in 0..2 {
-        rows.sort_by(|a, b| a.modulation.total_cmp(&b.modulation));
-        let between = |pair: &[Row]| {
+        sort(&mut all);
+        let between = |pair: &[Point]| {
             let middle = 0.5 * (pair[0].modulation + pair[1].modulation);
-            let wide = pair[1].modulation - pair[0].modulation > 0.02 * plan.top;
-            (wide && bends(pair)).then_some(middle)
+            let wide = pair[1].modulation - pair[0].modulation > 0.02 * top;
+            (pair[0].n == pair[1].n && wide && bends(pair)).then_some((middle, pair[0].n))
         };
-        let more: Vec<f64> = rows.windows(2).filter_map(between).collect();
-        rows.extend(at(&more));
+        let more = all.windows(2).filter_map(between).collect();
+        all.extend(at(more));
     }
-    rows.sort_by(|a, b| a.modulation.total_cmp(&b.modulation));
-    regions(system, plan, &rows, &tips)
+    sort(&mut all);
+    regions(system, theta, &all, &tips)
 }
 
-/// Whether a boundary moves by more than three per cent from one row to the next, so that its bend could show.
-fn bends(pair: &[Row]) -> bool {
-    let both = pair[0].intervals.iter().flatten().zip(pair[1].intervals.iter().flatten());
+/// Whether a boundary moves by more than three per cent from one point to the next, so that its bend could show.
+fn bends(pair: &[Point]) -> bool {
+    let both = pair[0].intervals.iter().zip(&pair[1].intervals);
     both.filter_map(|(a, b)| Some((a.as_ref()?, b.as_ref()?)))
         .any(|(a, b)| (0..2).any(|k| (a[k] / b[k]).ln().abs() > 0.03))
 }
 
-/// Where θ* of each order passes the damping ratio.
-fn tips(system: &System, plan: &Modulation, rows: &[Row], done: &(dyn Fn() + Sync)) -> Vec<Tip> {
+/// Where each order becomes unstable or stable at the damping ratio; `points` by order and modulation.
+fn tips(system: &System, plan: &Modulation, points: &[Point], done: &(dyn Fn() + Sync)) -> Vec<Tip> {
     let theta = plan.theta;
-    let mut crossings: Vec<(usize, [f64; 2], [f64; 2])> = Vec::new();
-    for n in 1..=plan.orders {
-        let mut below = (0.0, 0.0);
-        for row in rows {
-            let above = (row.modulation, row.critical[n - 1]);
-            if (below.1 > theta) != (above.1 > theta) {
-                crossings.push((n, [below.0, above.0], [below.1, above.1]));
+    let mut crossings: Vec<(usize, [f64; 2], bool)> = Vec::new();
+    for own in points.chunk_by(|a, b| a.n == b.n) {
+        // Without modulation nothing is unstable.
+        let mut below = (0.0, false);
+        for point in own {
+            let above = (point.modulation, point.intervals[1].is_some());
+            if below.1 != above.1 {
+                crossings.push((point.n, [below.0, above.0], above.1));
             }
             below = above;
         }
     }
-    let tip = |(n, ends, values): &(usize, [f64; 2], [f64; 2])| {
-        let modulation = modulation::crossing(system, *n, theta, *ends, *values);
-        let eta = modulation::apex(system, *n, modulation)?.eta;
-        Some(Tip { n: *n, modulation, eta, opens: values[0] < values[1] })
+    let tip = |(n, ends, opens): &(usize, [f64; 2], bool)| {
+        let known = plan.critical[n - 1].filter(|known| ends[0] < *known && *known <= ends[1]);
+        let modulation = known.or_else(|| {
+            let margins = ends.map(|modulation| modulation::margin(system, *n, theta, modulation));
+            modulation::crossing(system, *n, theta, *ends, margins)
+        })?;
+        let eta = modulation::least_stable(system, *n, theta, modulation)?;
+        Some(Tip { n: *n, modulation, eta, opens: *opens })
     };
     parallel::map(&crossings, tip, done).into_iter().flatten().collect()
 }
 
-/// The regions that the rows and the tips make.
-fn regions(system: &System, plan: &Modulation, rows: &[Row], tips: &[Tip]) -> Vec<Region> {
+/// The regions that the points, by order and modulation, and the tips make.
+fn regions(system: &System, theta: f64, points: &[Point], tips: &[Tip]) -> Vec<Region> {
     let mut regions = Vec::new();
-    for (which, theta) in [0.0, plan.theta].into_iter().enumerate() {
-        for n in 1..=plan.orders {
+    for (which, theta) in [0.0, theta].into_iter().enumerate() {
+        for own in points.chunk_by(|a, b| a.n == b.n) {
+            let n = own[0].n;
             let j = 0.5 * (n * system.parts.max(1)) as f64;
-            let own = |opens: bool| tips.iter().filter(move |tip| tip.n == n && tip.opens == opens && which == 1);
+            let tip = |opens: bool| tips.iter().filter(move |tip| tip.n == n && tip.opens == opens && which == 1);
             // A tongue may vanish and appear again: each stretch is a region of its own.
             let mut lines: Vec<[f64; 3]> = if which == 0 { vec![[0.0, 1.0 / j, 1.0 / j]] } else { Vec::new() };
             let mut finish = |lines: &mut Vec<[f64; 3]>| {
@@ -219,24 +237,24 @@ fn regions(system: &System, plan: &Modulation, rows: &[Row], tips: &[Tip]) -> Ve
                 }
             };
             let mut last = 0.0;
-            for row in rows {
-                let between = |tip: &&Tip| last <= tip.modulation && tip.modulation <= row.modulation;
+            for point in own {
+                let between = |tip: &&Tip| last <= tip.modulation && tip.modulation <= point.modulation;
                 let line = |tip: &Tip| [tip.modulation, tip.eta, tip.eta];
-                match row.intervals[n - 1][which] {
+                match point.intervals[which] {
                     Some([low, high]) => {
                         if lines.is_empty() {
-                            lines.extend(own(true).find(between).map(line));
+                            lines.extend(tip(true).find(between).map(line));
                         }
-                        lines.push([row.modulation, low, high]);
+                        lines.push([point.modulation, low, high]);
                     }
                     None => {
                         if !lines.is_empty() {
-                            lines.extend(own(false).find(between).map(line));
+                            lines.extend(tip(false).find(between).map(line));
                         }
                         finish(&mut lines);
                     }
                 }
-                last = row.modulation;
+                last = point.modulation;
             }
             finish(&mut lines);
         }

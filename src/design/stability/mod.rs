@@ -3,17 +3,19 @@
 //!
 //! Of any drive that is an oscillator with periodic coefficients ([`crate::drives::oscillator`]), [`study`] finds the
 //! Floquet multipliers at a speed; the boundaries of the instability of every order by Hill's eigenproblem ([`hill`]
-//! numbers them, [`tongue`] makes them exact); the damping and the modulation at which each vanishes; the classical
+//! numbers them, [`continuation`] where its matrices are too small, [`tongue`] makes them exact); the damping and the modulation at which each vanishes; the classical
 //! approximations beside them ([`bounds`]); maps over speed and damping, speed and modulation ([`map`]); and the motion
 //! under load ([`response`]). [`table`] and [`figures`] show all that.
 //!
 //! Source: Dresig, Vulfson, *Dynamik der Mechanismen*, sections 4.5 and 4.6.3.
 
 pub mod bounds;
+pub mod continuation;
 pub mod figures;
 pub mod hill;
 pub mod map;
 pub mod modulation;
+mod orders;
 pub mod parallel;
 pub mod response;
 pub mod search;
@@ -26,12 +28,13 @@ pub mod tongue;
 use crate::drives::{Fault, PeriodicOscillator};
 use bounds::Bounds;
 use map::{Known, Modulation, Region};
+use orders::{Tongues, tongues};
 use response::{Resonance, Steady, Transient};
 use serde::Serialize;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use system::{System, Unfollowed};
 use table::exact;
-use tongue::{Extent, Tongue, multipliers, spectral_radius};
+use tongue::{Extent, multipliers, spectral_radius};
 
 /// What is to be studied.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -57,8 +60,6 @@ const LEAST_ORDERS: usize = 8;
 const USUAL_ORDERS: usize = 40;
 /// Orders beyond which none can be examined: Hill's matrices would need more harmonics than are taken.
 pub const MOST_ORDERS: usize = 120;
-/// Orders that are drawn over the modulation: each takes Hill's matrices at some forty modulations.
-pub const ORDERS_OVER_MODULATION: usize = 8;
 /// The upper edge of that map in multiples of the modulation of the scene, and the greatest part of the way from there to
 /// the modulation at which the inertia vanishes.
 const USUAL_MODULATION: f64 = 1.5;
@@ -140,6 +141,8 @@ pub struct Eigenproblem {
     pub residual: f64,
     /// Whether a monodromy matrix could not be computed, so that some numbers are missing.
     pub incomplete: bool,
+    /// Whether the map over the modulation and ε/ε* lack what lies near a modulation at which the inertia vanishes.
+    pub unnumbered: bool,
     /// The first order whose boundaries have not been found, if there is one; it and those above are left out.
     pub lost: Option<f64>,
 }
@@ -244,30 +247,26 @@ pub fn study(
     let orders = if parts == 0 { 0 } else { options.orders.unwrap_or(wanted as usize) };
     let stage = |stage, total| Counter { tell: progress, done: AtomicUsize::new(0), total, stage };
 
-    let (start, mut known) =
+    let Tongues { start, known, lost } =
         tongues(&system, orders, options.orders.is_none().then_some(theta), &stage("orders", orders));
-    // Where Hill's matrices are too small for a start, no boundary is found.
-    let lost = known.iter().position(|(tongue, _)| !(tongue.residual < LOST));
-    let lost = lost.and_then(|first| known.drain(first..).next()).map(|(tongue, _)| tongue.j);
     let ranges = ranges(&system, &known, options, &speeds, theta);
     let classical = bounds::Harmonics::new(&system);
     let mut orders: Vec<Order> =
         known.iter().map(|known| order(&system, known, theta, classical.bounds(known.0.n * parts.max(1)))).collect();
 
+    let critical =
+        critical_modulations(&system, &orders, theta, ranges[2][1], &|total| stage("modulation ratios", total));
+    for (order, critical) in orders.iter_mut().zip(&critical) {
+        order.modulation_ratio = critical.map(|critical| 1.0 / critical);
+    }
     let (mut over_damping, mut over_modulation) = (Vec::new(), Vec::new());
     if !options.quick && !known.is_empty() {
         let counter = stage("map", known.len());
         over_damping = map::over_damping(&system, &known, ranges[1][1], &|| counter.step());
-        let plan = Modulation { orders: known.len().min(ORDERS_OVER_MODULATION), top: ranges[2][1], theta };
-        let counter = stage("modulation", 40);
+        let plan = Modulation { critical: &critical, top: ranges[2][1], theta };
+        let counter = stage("modulation", 80);
         over_modulation = map::over_modulation(&system, &plan, &|| counter.step());
     }
-    let critical =
-        critical_modulations(&system, &orders, theta, ranges[2][1], &|total| stage("modulation ratios", total));
-    for (order, critical) in orders.iter_mut().zip(critical) {
-        order.modulation_ratio = critical.map(|critical| 1.0 / critical);
-    }
-
     let residual = known.iter().map(|(tongue, _)| tongue.residual).fold(0.0, f64::max);
     let loaded = system.greatest(&|t| t.f.abs().max(t.f2.abs())) > 0.0;
     let counter = stage("motion", SPEEDS);
@@ -293,9 +292,10 @@ pub fn study(
         },
         eigenproblem: Eigenproblem {
             harmonics: start.harmonics,
-            change: start.change,
+            change: start.change(),
             residual,
             incomplete: system.has_failed(),
+            unnumbered: system.has_unnumbered(),
             lost,
         },
         speeds: speeds.iter().map(|speed| at_speed(&system, &known, &orders, *speed, theta)).collect(),
@@ -324,29 +324,6 @@ fn unfollowed(why: Unfollowed, speed: f64, eta: f64, theta: f64) -> Fault {
             exact((1.0 / eta).round())
         ),
     })
-}
-
-/// The tongues of the first orders, and of as many more as it takes until the last ones are stable at the damping ratio
-/// `until`: those of higher order lie at lower speeds.
-fn tongues(system: &System, orders: usize, until: Option<f64>, counter: &Counter) -> (hill::Boundaries, Vec<Known>) {
-    let mut start = hill::Boundaries::none();
-    let mut known: Vec<Known> = Vec::new();
-    let mut orders = orders;
-    while known.len() < orders {
-        start = hill::boundaries(system, orders);
-        let numbers: Vec<usize> = (known.len() + 1..=orders).collect();
-        let tongue = |n: &usize| {
-            let tongue = Tongue::new(system, *n, start.pairs[n - 1]);
-            (tongue, tongue.apex(system))
-        };
-        known.extend(parallel::map(&numbers, tongue, &|| counter.step()));
-        let unstable =
-            |(_, apex): &Known| until.is_some_and(|theta| theta > 0.0 && apex.is_none_or(|a| a.theta > theta));
-        if known.iter().rev().take(2).any(unstable) {
-            orders = (orders + 4).min(USUAL_ORDERS);
-        }
-    }
-    (start, known)
 }
 
 /// The speeds to examine, positive: a drive that turns backwards has the multipliers of its mirror image.
@@ -419,7 +396,7 @@ fn critical_modulations<'a>(
     let told: Vec<bool> = orders.iter().enumerate().map(|(i, order)| is_told(i, order)).collect();
     let numbers: Vec<usize> = (1..=orders.len()).filter(|n| told[n - 1]).collect();
     let counter = counter(numbers.len());
-    let one = |n: &usize| modulation::next(system, *n, theta, orders[n - 1].critical_damping, top);
+    let one = |n: &usize| modulation::next(system, *n, theta, top);
     let mut found = parallel::map(&numbers, one, &|| counter.step()).into_iter();
     told.into_iter().map(|told| if told { found.next().flatten() } else { None }).collect()
 }

@@ -1,9 +1,12 @@
 //! The modulation at which an order becomes unstable at a damping ratio.
 
+use super::continuation;
 use super::hill;
 use super::search;
 use super::system::System;
-use super::tongue::{Apex, Tongue};
+#[cfg(test)]
+use super::tongue::Apex;
+use super::tongue::Tongue;
 
 /// Steps between the modulation of the scene and 0, and between it and the highest one, within which θ* passes the
 /// damping ratio at most once: a tongue that vanishes and appears again takes several of them.
@@ -13,35 +16,61 @@ const STEPS: usize = 6;
 const TOLERANCE: f64 = 1e-9;
 
 /// θ* of the order n at a modulation and where; None where no damping ratio suffices.
+#[cfg(test)]
 pub fn apex(system: &System, n: usize, modulation: f64) -> Option<Apex> {
     let system = system.modulated(modulation);
-    let start = hill::boundaries(&system, n);
-    Tongue::new(&system, n, start.pairs[n - 1]).apex(&system)
+    tongue(&system, n)?.apex(&system)
 }
 
-/// The modulation in the bracket at which θ* of the order n passes `theta`; `values` are θ* at its ends.
-pub fn crossing(system: &System, n: usize, theta: f64, ends: [f64; 2], values: [f64; 2]) -> f64 {
-    // θ* is infinite where the tongue is open.
-    let excess = |value: f64| value.min(2.0 * theta) - theta;
-    let mut f = |modulation: f64| excess(critical(system, n, modulation));
-    search::zero(&mut f, ends, values.map(excess), TOLERANCE)
+fn tongue(system: &System, n: usize) -> Option<Tongue> {
+    continuation::numbered(system, n, &hill::boundaries(system, n))
 }
 
-fn critical(system: &System, n: usize, modulation: f64) -> f64 {
-    apex(system, n, modulation).map_or(f64::INFINITY, |apex| apex.theta)
+/// det E of the order n at a modulation where it is least: negative where speeds are unstable at the damping ratio
+/// `theta`, NaN where its boundaries are not found.
+pub fn margin(system: &System, n: usize, theta: f64, modulation: f64) -> f64 {
+    let system = system.modulated(modulation);
+    tongue(&system, n).map_or(f64::NAN, |tongue| tongue.margin(&system, theta))
 }
 
-/// The modulation next to 1, that of the scene, at which the order n with the value `own` of θ* there passes the damping
-/// ratio: the next one above where it is stable, None where it stays so up to `top`; the last one below where it is not.
-pub fn next(system: &System, n: usize, theta: f64, own: Option<f64>, top: f64) -> Option<f64> {
-    let mut last = (1.0, own.unwrap_or(f64::INFINITY));
-    let unstable = last.1 > theta;
+/// η where the order n is least stable at a modulation and a damping ratio; None where it has no undamped boundaries.
+pub fn least_stable(system: &System, n: usize, theta: f64, modulation: f64) -> Option<f64> {
+    let system = system.modulated(modulation);
+    tongue(&system, n)?.least_stable(&system, theta).map(|(inverse, _)| 1.0 / inverse)
+}
+
+/// The modulation in the bracket at which θ* of the order n passes `theta`: the zero of [`margin`], whose values at the
+/// ends are `margins`.
+///
+/// None where its boundaries are not found on the way.
+pub fn crossing(system: &System, n: usize, theta: f64, ends: [f64; 2], margins: [f64; 2]) -> Option<f64> {
+    let mut found = margins.iter().all(|margin| margin.is_finite());
+    let mut f = |modulation: f64| {
+        let margin = margin(system, n, theta, modulation);
+        found &= margin.is_finite();
+        margin
+    };
+    let crossing = search::zero(&mut f, ends, margins, TOLERANCE);
+    found.then_some(crossing)
+}
+
+/// The modulation next to 1, that of the scene, at which θ* of the order n passes the damping ratio: the next one above
+/// where the order is stable, None where it stays so up to `top`; the last one below where it is not.
+pub fn next(system: &System, n: usize, theta: f64, top: f64) -> Option<f64> {
+    let mut last = (1.0, margin(system, n, theta, 1.0));
+    if last.1.is_nan() {
+        return None;
+    }
+    let unstable = last.1 < 0.0;
     let end = if unstable { 0.0 } else { top.max(1.0) };
     for i in 1..=STEPS {
         let modulation = 1.0 + (end - 1.0) * i as f64 / STEPS as f64;
-        let value = if modulation > 0.0 { critical(system, n, modulation) } else { 0.0 };
-        if (value > theta) != unstable {
-            return Some(crossing(system, n, theta, [last.0, modulation], [last.1, value]));
+        let value = margin(system, n, theta, modulation);
+        if value.is_nan() {
+            return None;
+        }
+        if (value < 0.0) != unstable {
+            return crossing(system, n, theta, [last.0, modulation], [last.1, value]);
         }
         last = (modulation, value);
     }

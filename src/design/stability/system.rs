@@ -64,6 +64,8 @@ pub struct System<'a> {
     harmonics: Arc<Harmonics>,
     /// Whether a monodromy matrix could not be computed, of this system or of one with another modulation.
     failed: Arc<AtomicBool>,
+    /// Whether Hill's matrices did not tell the orders apart, likewise.
+    unnumbered: Arc<AtomicBool>,
 }
 
 /// Why a turn cannot be followed.
@@ -126,8 +128,10 @@ impl<'a> System<'a> {
             ));
         }
         let samples = Arc::new(samples);
-        let (harmonics, failed) = (Arc::default(), Arc::default());
-        let mut system = System { oscillator, mean, modulation: 1.0, parts: 0, samples, order, harmonics, failed };
+        let harmonics = Arc::default();
+        let (failed, unnumbered) = (Arc::default(), Arc::default());
+        let mut system =
+            System { oscillator, mean, modulation: 1.0, parts: 0, samples, order, harmonics, failed, unnumbered };
         let [inertia, stiffness] = [system.coefficients(order, &|t| t.m), system.coefficients(order, &|t| t.c)];
         system.harmonics = Arc::new(Harmonics { inertia, stiffness });
         Ok(system)
@@ -135,8 +139,9 @@ impl<'a> System<'a> {
 
     /// The same with the modulation `factor` instead of 1.
     pub fn modulated(&self, factor: f64) -> System<'a> {
-        let (samples, harmonics, failed) = (self.samples.clone(), self.harmonics.clone(), self.failed.clone());
-        System { modulation: factor, samples, harmonics, failed, ..*self }
+        let (samples, harmonics) = (self.samples.clone(), self.harmonics.clone());
+        let (failed, unnumbered) = (self.failed.clone(), self.unnumbered.clone());
+        System { modulation: factor, samples, harmonics, failed, unnumbered, ..*self }
     }
 
     /// The modulation at which the inertia vanishes somewhere; infinite where it does not vary.
@@ -287,6 +292,16 @@ impl<'a> System<'a> {
     /// Whether a monodromy matrix could not be computed so far.
     pub fn has_failed(&self) -> bool {
         self.failed.load(Ordering::Relaxed)
+    }
+
+    /// Whether Hill's matrices did not tell the orders apart at some modulation so far.
+    pub fn has_unnumbered(&self) -> bool {
+        self.unnumbered.load(Ordering::Relaxed)
+    }
+
+    /// Says so.
+    pub fn mark_unnumbered(&self) {
+        self.unnumbered.store(true, Ordering::Relaxed);
     }
 
     /// The angle at which motions under load start [rad].

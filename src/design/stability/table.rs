@@ -237,13 +237,6 @@ pub fn warnings(report: &Report) -> Vec<String> {
         })
     };
     lines.extend(off(|order| order.three_term, "The classical bound of three terms"));
-    if !report.over_modulation.is_empty() && super::ORDERS_OVER_MODULATION < report.orders.len() {
-        lines.push(format!(
-            "The map over the modulation shows the first {} of the {} orders listed; the others may be unstable where it is white.",
-            super::ORDERS_OVER_MODULATION,
-            report.orders.len()
-        ));
-    }
     lines.extend(off(|order| order.second_order, "The bound of second order"));
     for order in report.orders.iter().filter(|order| order.critical_damping.is_none()) {
         lines.push(format!(
@@ -263,9 +256,17 @@ pub fn warnings(report: &Report) -> Vec<String> {
     }
     if let Some(j) = report.eigenproblem.lost {
         lines.push(format!(
-            "The boundaries from order {j} on have not been found, since the coefficients have too many harmonics; these \
-             orders are left out."
+            "The boundaries from order {j} on have not been found: Hill's matrices of {} harmonics do not tell them apart, \
+             and they could not be followed from a smaller modulation; these orders are left out.",
+            report.eigenproblem.harmonics
         ));
+    }
+    if report.eigenproblem.unnumbered {
+        lines.push(
+            "At some modulations the inertia or the stiffness nearly vanishes, and Hill's matrices do not tell the orders \
+             apart; ε/ε* is missing and the map over the modulation white where it would need them."
+                .to_owned(),
+        );
     }
     if report.eigenproblem.incomplete {
         lines.push(

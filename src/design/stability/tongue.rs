@@ -164,22 +164,76 @@ impl Tongue {
     /// The speed ratios between which the drive with the damping ratio `theta` is unstable, the upper one infinite
     /// where there is none; None where it is stable at all of them. `apex` is that of this tongue.
     pub fn interval(&self, system: &System, apex: Option<&Apex>, theta: f64) -> Option<[f64; 2]> {
+        if theta == 0.0 {
+            return self.undamped();
+        }
+        let inside = match apex {
+            _ if self.is_empty() => return None,
+            Some(apex) if theta >= apex.theta => return None,
+            Some(apex) => 1.0 / apex.eta,
+            None => self.fast_and_unstable(system, theta)?,
+        };
+        Some(self.about(system, inside, theta))
+    }
+
+    /// The speed ratios between which the drive without damping is unstable.
+    pub fn undamped(&self) -> Option<[f64; 2]> {
+        let eta = |lambda: f64| if lambda > 0.0 { 1.0 / lambda.sqrt() } else { f64::INFINITY };
+        (!self.is_empty()).then(|| [eta(self.lambda.high), eta(self.lambda.low)])
+    }
+
+    /// The same as [`Tongue::interval`] for θ > 0 where the apex is not known, without looking for it.
+    pub fn damped(&self, system: &System, theta: f64) -> Option<[f64; 2]> {
         if self.is_empty() {
             return None;
         }
-        let [fast, slow] = [self.lambda.low.max(0.0).sqrt(), self.lambda.high.sqrt()];
-        if theta == 0.0 {
-            return Some([1.0 / slow, if self.is_open() { f64::INFINITY } else { 1.0 / fast }]);
-        }
-        let inside = match apex {
-            Some(apex) if theta >= apex.theta => return None,
-            Some(apex) => 1.0 / apex.eta,
-            // An open tongue: from the slow boundary to higher speeds until a speed is unstable.
-            None => (1..60).map(|i| slow * 0.8_f64.powi(i)).find(|x| self.excess(system, *x, theta) < 0.0)?,
+        let inside = if self.is_open() {
+            self.fast_and_unstable(system, theta)?
+        } else {
+            // Most tongues are unstable in their middle, if anywhere.
+            let middle = 0.5 * (self.lambda.low.sqrt() + self.lambda.high.sqrt());
+            let most = || self.least_stable(system, theta);
+            if self.excess(system, middle, theta) < 0.0 { middle } else { most().filter(|(_, e)| *e < 0.0)?.0 }
         };
+        Some(self.about(system, inside, theta))
+    }
+
+    /// det E where it is least at the damping ratio `theta` > 0: negative where speeds are unstable, 0 at θ = θ*. It is a
+    /// smooth function of whatever the tongue depends on, and takes a tenth of the work of θ* itself.
+    pub fn margin(&self, system: &System, theta: f64) -> f64 {
+        match self.extent() {
+            // det E of what is as stable, or as unstable, as can be.
+            Extent::Absent => 1.0,
+            Extent::Open => -1.0,
+            Extent::Closed => self.excess(system, self.lambda.high.sqrt(), theta),
+            Extent::Bounded => self.least_stable(system, theta).map_or(1.0, |(_, excess)| excess),
+        }
+    }
+
+    /// Between two boundaries the place 1/η at which det E is least, and det E there.
+    pub fn least_stable(&self, system: &System, theta: f64) -> Option<(f64, f64)> {
+        if self.extent() != Extent::Bounded {
+            return None;
+        }
+        let ends = [self.lambda.low.sqrt(), self.lambda.high.sqrt()];
+        // The value is stationary: half of the digits of the place give all of the value.
+        let tolerance = 1e-6 * (ends[1] - ends[0]);
+        let (inverse, value) = search::maximum(&mut |inverse| -self.excess(system, inverse, theta), ends, tolerance);
+        value.is_finite().then_some((inverse, -value))
+    }
+
+    /// In an open tongue a place 1/η that is unstable at the damping ratio `theta`, from its boundary to higher speeds.
+    fn fast_and_unstable(&self, system: &System, theta: f64) -> Option<f64> {
+        let slow = self.lambda.high.sqrt();
+        (1..60).map(|i| slow * 0.8_f64.powi(i)).find(|x| self.excess(system, *x, theta) < 0.0)
+    }
+
+    /// The speed ratios of the interval about the unstable place `inside`, 1/η.
+    fn about(&self, system: &System, inside: f64, theta: f64) -> [f64; 2] {
+        let [fast, slow] = [self.lambda.low.max(0.0).sqrt(), self.lambda.high.sqrt()];
         let width = slow - fast;
         let upper = if self.is_open() { f64::INFINITY } else { 1.0 / self.end(system, theta, inside, fast, -width) };
-        Some([1.0 / self.end(system, theta, inside, slow, width), upper])
+        [1.0 / self.end(system, theta, inside, slow, width), upper]
     }
 
     /// The boundary at the damping ratio `theta` between `inside` and about the undamped one; both are 1/η. Damping may

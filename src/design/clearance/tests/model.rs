@@ -1,7 +1,7 @@
 //! The study of whole scenes.
 
 use crate::design::clearance::borders::Sequel;
-use crate::design::clearance::{Options, Report, study, table};
+use crate::design::clearance::{Options, Report, lists, study, table};
 use crate::drives::backlash::{BacklashDrive, Scene};
 use crate::drives::cam_drive::{DriveMode, Start, StartMode};
 use crate::drives::resource::Resource;
@@ -303,10 +303,10 @@ fn the_tables_and_diagrams_hold_all_passages() {
     use crate::design::clearance::figures;
     let report = report(&scene(profile(), 0.05, 5e-5));
     let lines = |text: String| text.lines().count();
-    assert_eq!(lines(table::passages_csv(&report).unwrap()), 1 + 2 * 2);
-    assert_eq!(lines(table::after_impact_csv(&report).unwrap()), 1 + 2 * 401);
-    assert_eq!(lines(table::passage_time_csv(&report).unwrap()), 1 + 7 * 201);
-    assert!(lines(table::map_csv(&report).unwrap()) > 500);
+    assert_eq!(lines(lists::passages_csv(&report).unwrap()), 1 + 2 * 2);
+    assert_eq!(lines(lists::after_impact_csv(&report).unwrap()), 1 + 2 * 401);
+    assert_eq!(lines(lists::passage_time_csv(&report).unwrap()), 1 + 7 * 201);
+    assert!(lines(lists::map_csv(&report).unwrap()) > 500);
     let json: serde_json::Value = serde_json::from_str(&crate::design::text::json(&report).unwrap()).unwrap();
     assert_eq!(json["laws"][0]["passages"].as_array().unwrap().len(), 2);
     for diagram in [

@@ -3,6 +3,7 @@
 use super::{crank, critical, mathieu, oscillator, series};
 use crate::design::stability::bounds::Harmonics;
 use crate::design::stability::system::System;
+use crate::design::stability::tongue::Extent;
 use crate::design::stability::{Options, modulation, study, table};
 use crate::drives::oscillator::{PeriodicOscillator, Terms};
 use std::f64::consts::{PI, TAU};
@@ -66,17 +67,68 @@ fn an_inertia_that_nearly_vanishes_is_followed() {
 }
 
 #[test]
-fn orders_whose_boundaries_are_not_found_are_left_out() {
+fn an_inertia_that_vanishes_but_for_a_ten_thousandth_has_all_its_orders() {
+    // By matrices of 2500 harmonics on either side, boundaries in η; those of even order coincide.
+    let expected = [
+        (1, [2.369_515_719_60, 26.063_952_874_03]),
+        (3, [1.585_197_457_76, 1.693_392_482_64]),
+        (5, [1.074_026_467_56, 1.084_901_875_50]),
+        (8, [0.697_938_546_12; 2]),
+        (9, [0.623_151_678_58, 0.623_314_281_63]),
+        (13, [0.435_350_028_41, 0.435_353_529_22]),
+        (20, [0.284_329_064_24; 2]),
+    ];
     let scene = inertia(0.9999);
-    let report =
-        study(["m", "test"], &scene, &Options { quick: true, damping: Some(0.0), ..Options::default() }, &|_| ())
-            .unwrap();
-    let lost = report.eigenproblem.lost.unwrap();
-    assert!(report.orders.iter().all(|order| order.j < lost) && report.orders.len() > 5);
+    let options = Options { quick: true, damping: Some(0.0), orders: Some(20), ..Options::default() };
+    let report = study(["m", "test"], &scene, &options, &|_| ()).unwrap();
+    assert!(report.eigenproblem.lost.is_none() && report.orders.len() == 20);
+    for (n, ends) in expected {
+        let order = &report.orders[n - 1];
+        let near = |k: usize| (order.undamped[k] / ends[k] - 1.0).abs() < 1e-9;
+        assert!(near(0) && near(1), "{order:?} instead of {ends:?}");
+        assert_eq!(order.extent == Extent::Closed, n % 2 == 0, "{order:?}");
+    }
     assert!(report.eigenproblem.residual < 1e-9);
-    assert!(table::warnings(&report).iter().any(|line| line.contains(&format!("from order {lost} on"))));
     // A little more than the modulation of the scene is admissible, or the scene would lie beyond its map.
     assert!(report.ranges[2][1] > 1.0);
+}
+
+#[test]
+fn orders_whose_boundaries_are_not_found_are_told() {
+    let scene = mathieu(0.3);
+    let options = Options { quick: true, ..Options::default() };
+    let mut report = study(["mathieu", "test"], &scene, &options, &|_| ()).unwrap();
+    assert!(!table::warnings(&report).iter().any(|line| line.contains("have not been found")));
+    report.eigenproblem.lost = Some(4.5);
+    assert!(table::warnings(&report).iter().any(|line| line.contains("from order 4.5 on have not been found")));
+}
+
+#[test]
+fn every_order_that_is_listed_is_in_the_map_over_the_modulation() {
+    let scene = crank(0.2, false);
+    let options = Options { damping: Some(0.03), orders: Some(11), ..Options::default() };
+    let report = study(["crank", "test"], &scene, &options, &|_| ()).unwrap();
+    let drawn = |j: f64, theta: f64| {
+        report.over_modulation.iter().any(|r| r.j == j && r.theta == Some(theta) && r.lines.len() > 8)
+    };
+    for order in &report.orders {
+        assert!(drawn(order.j, 0.0), "{}", order.j);
+        let below = order.modulation_ratio.is_some_and(|ratio| ratio * report.ranges[2][1] > 1.1);
+        assert!(!below || drawn(order.j, 0.03), "{order:?}");
+    }
+    assert_eq!(report.orders.len(), 11);
+    // The lines of the map at the modulation of the scene are the boundaries of the list.
+    for region in &report.over_modulation {
+        let order = report.orders.iter().find(|order| order.j == region.j).unwrap();
+        let ends = if region.theta == Some(0.0) { Some(order.undamped) } else { order.damped };
+        let row = region.lines.iter().position(|line| line[0] >= 1.0).unwrap_or(0);
+        if let (Some(ends), [.., before, after]) = (ends, &region.lines[..=row]) {
+            for k in 0..2 {
+                let (low, high) = (before[k + 1].min(after[k + 1]), before[k + 1].max(after[k + 1]));
+                assert!((low * 0.999..high * 1.001).contains(&ends[k]), "{}: {ends:?} {before:?} {after:?}", region.j);
+            }
+        }
+    }
 }
 
 #[test]
