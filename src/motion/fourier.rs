@@ -175,7 +175,7 @@ mod tests {
     fn the_recurrence_gives_the_direct_sums() {
         let series = series();
         for i in 0..200 {
-            let phi = -6.28 + 12.56 * f64::from(i) / 199.0;
+            let phi = -6.3 + 12.6 * f64::from(i) / 199.0;
             let u = series.at(phi).0;
             for n in 0..5 {
                 // cos⁽ⁿ⁾ x = cos(x + nπ/2): (cos, −sin, −cos, sin) in turn.

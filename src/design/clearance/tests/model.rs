@@ -223,6 +223,31 @@ fn laws_are_compared_at_the_same_task() {
 }
 
 #[test]
+fn every_law_has_all_its_intervals_of_admissible_frequencies() {
+    let of = |law: MotionLaw, e: f64| Scene { b: 300.0, e, ..scene(law, 0.05, 5e-5) };
+    let other = || MotionLaw::Fourier(Fourier::new(vec![0.0, -0.012, 0.001], vec![0.0, 0.0005]));
+    let options = || Options { turns: Some(2), laws: vec![("other".to_owned(), other())], ..Options::default() };
+    let report = run(&of(profile(), 0.0), &options()).unwrap();
+    let alone = run(&of(other(), 0.0), &Options { turns: Some(2), ..Options::default() }).unwrap();
+    assert!(report.laws[1].by_model.is_some() && report.laws[1].by_model == alone.laws[0].by_model);
+    let rows = table::of_laws(&report).rows;
+    for (study, rows) in report.laws.iter().zip(rows.chunks(2)) {
+        let (formulas, model) = (study.tuning.as_ref().unwrap(), study.by_model.as_ref().unwrap());
+        for (intervals, row) in [(&formulas.frequency, &rows[0]), (&model.frequency, &rows[1])] {
+            let cell = &row[12];
+            assert_eq!(cell.matches(" … ").count(), intervals.len(), "{cell}");
+            assert!(intervals.iter().flatten().all(|end| cell.contains(&table::number(*end))), "{cell}");
+        }
+    }
+    assert!(table::below_laws(&report)[0].contains("from 125 to 2000 rad/s only"), "{:?}", table::below_laws(&report));
+    // Where there is none it is said why.
+    let lively = run(&of(profile(), 0.3), &options()).unwrap();
+    assert!(table::of_laws(&lively).rows.iter().skip(1).step_by(2).all(|row| row[12] == "–"));
+    let below = table::below_laws(&lively);
+    assert!(below[0].contains("scene, other: no ω by the model; with e = 0.3 m1 rebounds"), "{below:?}");
+}
+
+#[test]
 fn what_cannot_be_studied_says_why() {
     let plain = scene(profile(), 0.05, 5e-5);
     let refused = |scene: &Scene, options: Options, parts: &[&str]| {
