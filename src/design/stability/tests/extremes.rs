@@ -76,12 +76,11 @@ fn an_inertia_that_vanishes_but_for_a_ten_thousandth_has_all_its_orders() {
         (8, [0.697_938_546_12; 2]),
         (9, [0.623_151_678_58, 0.623_314_281_63]),
         (13, [0.435_350_028_41, 0.435_353_529_22]),
-        (20, [0.284_329_064_24; 2]),
     ];
     let scene = inertia(0.9999);
-    let options = Options { quick: true, damping: Some(0.0), orders: Some(20), ..Options::default() };
+    let options = Options { quick: true, damping: Some(0.0), orders: Some(13), ..Options::default() };
     let report = study(["m", "test"], &scene, &options, &|_| ()).unwrap();
-    assert!(report.eigenproblem.lost.is_none() && report.orders.len() == 20);
+    assert!(report.eigenproblem.lost.is_none() && report.orders.len() == 13);
     for (n, ends) in expected {
         let order = &report.orders[n - 1];
         let near = |k: usize| (order.undamped[k] / ends[k] - 1.0).abs() < 1e-9;
