@@ -1,8 +1,9 @@
 //! The conditions that a task makes: equations of the exact points, sums of squares, and what holds at every angle.
 
 use super::exact::{Solutions, dot};
-use super::family::Family;
-use super::{Infeasible, Objective, Polynomial, Range, Task, grid};
+use super::family::{Family, within};
+use super::feasibility::KEPT;
+use super::{Bound, Infeasible, Objective, Point, Polynomial, Range, Task, grid};
 use crate::numerics::double_double::Double;
 use crate::numerics::quadrature::Gauss;
 use std::f64::consts::{PI, TAU};
@@ -47,8 +48,23 @@ impl Task {
         match worst {
             // Some thousand roundings of the angles and values; a contradiction is of the size of the task.
             Some(i) if relative(i) > 1e-12 => Err(Infeasible::Point { index: i, by: miss(i) * scale }),
-            _ => Ok(solutions),
+            _ => self.points_outside(scale).map_or(Ok(solutions), Err),
         }
+    }
+
+    /// The point that is furthest beyond a bound of the same derivative, if one is.
+    fn points_outside(&self, scale: f64) -> Option<Infeasible> {
+        let beyond = |point: &Point, bound: &Bound| {
+            let phi = within(bound.from, bound.to, point.phi).filter(|_| bound.order == point.order)?;
+            let value = point.value - bound.around.at(phi - bound.from);
+            Some((value - bound.max).max(bound.min - value)).filter(|by| *by > KEPT * scale)
+        };
+        let pairs = self.points.iter().enumerate().flat_map(|(i, point)| {
+            let of = move |(j, bound)| Some((i, j, beyond(point, bound)?));
+            self.bounds.iter().enumerate().filter_map(of)
+        });
+        let furthest = pairs.max_by(|a, b| a.2.total_cmp(&b.2));
+        furthest.map(|(point, bound, by)| Infeasible::Outside { point, bound, by })
     }
 
     /// The conditions of the least-squares objectives, weighted, and their right-hand sides. For the other objectives

@@ -231,6 +231,12 @@ impl Coordinates {
         Coordinates { factors, unseen }
     }
 
+    /// The same with what the matrix does not see in units of `size`.
+    pub fn with_unseen(mut self, size: f64) -> Self {
+        self.unseen.iter_mut().flatten().for_each(|v| *v = *v * Double::from(size));
+        self
+    }
+
     /// How many.
     pub fn len(&self) -> usize {
         self.factors.rank() + self.unseen.len()
@@ -254,13 +260,15 @@ impl Coordinates {
     }
 }
 
+/// Plain numbers as ones of thirty digits.
+#[cfg(test)]
+pub fn numbers(values: &[f64]) -> Vec<Double> {
+    values.iter().map(|v| Double::from(*v)).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn numbers(values: &[f64]) -> Vec<Double> {
-        values.iter().map(|v| Double::from(*v)).collect()
-    }
 
     #[test]
     fn sine_and_cosine_to_thirty_digits() {

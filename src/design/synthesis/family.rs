@@ -121,6 +121,11 @@ impl Family {
         self.angles(basis, COARSE)
     }
 
+    /// The angle `phi` as one of the range, wherever whole turns lead into it; a rounding outside is its end.
+    pub fn within(&self, phi: f64) -> Option<f64> {
+        within(self.from, self.to, phi).filter(|_| self.points.is_none())
+    }
+
     /// The points of the condition, or samples.
     fn angles(&self, basis: &Basis, density: Density) -> Vec<f64> {
         match self.points {
@@ -214,6 +219,14 @@ impl Family {
         }
         phi
     }
+}
+
+/// `phi` plus the turns that lead into a range, if any do; a rounding outside of it is its end.
+pub fn within(from: f64, to: f64, phi: f64) -> Option<f64> {
+    // Degrees of some turns, converted, are known to a few roundings of 4π.
+    let rounding = 32.0 * f64::EPSILON;
+    let inside = from + (phi - from + rounding).rem_euclid(TAU) - rounding;
+    (inside <= to + rounding).then(|| inside.clamp(from, to))
 }
 
 /// Samples of a range for the waves up to harmonic `order`: denser towards the ends, as the extremes are.

@@ -112,20 +112,40 @@ impl Study {
     /// U − Ũ in the ranges.
     fn deviation_diagram(&self) -> Diagram {
         let unit = self.assignment.unit;
-        let ranges = self.assignment.task.ranges.iter().enumerate();
-        let series = ranges.filter_map(|(i, range)| {
-            let target = range.prescribed[0].as_ref()?;
-            let angle = |j: usize| range.from + (range.to - range.from) * j as f64 / 240.0;
-            let point = |phi: f64| [deg(phi), (self.motion.series.at(phi).0[0] - target.at(phi - range.from)) / unit];
+        let (mut series, mut rules) = (Vec::new(), Vec::new());
+        for (i, range) in self.assignment.task.ranges.iter().enumerate() {
+            let Some(target) = range.prescribed[0].as_ref() else { continue };
+            let angles: Vec<f64> =
+                (0..=240).map(|j| range.from + (range.to - range.from) * f64::from(j) / 240.0).collect();
+            let point = |phi: f64, u: f64| [deg(phi), (u - target.at(phi - range.from)) / unit];
             let name = self.assignment.names.ranges.get(i).cloned().unwrap_or_else(|| format!("range {}", i + 1));
-            Some(Series { name, points: (0..=240).map(|j| point(angle(j))).collect(), joined: true })
-        });
+            let name = if self.elastic.is_some() { format!("{name}, at rest") } else { name };
+            let points = angles.iter().map(|phi| point(*phi, self.cam.at(*phi).0[0])).collect();
+            series.push(Series { name, points, joined: true });
+            // Over the speeds the output fills a band.
+            if let Some(behind) = self.elastic.as_ref().filter(|behind| !behind.outputs.is_empty()) {
+                let side = |side: usize| angles.iter().map(move |phi| point(*phi, behind.envelope(*phi)[side]));
+                let around = side(0).chain(side(1).rev()).collect();
+                rules.push(Rule::Area(around, Shade::Pale));
+            }
+        }
+        let title = match &self.elastic {
+            Some(behind) => format!(
+                "Deviation of {}: cam at rest, band of the output from η = {:.4} to {:.4}",
+                self.assignment.name, behind.looked_at[0], behind.looked_at[1]
+            ),
+            None => format!("Deviation of {} from what is prescribed", self.assignment.name),
+        };
         Diagram {
-            title: format!("Deviation of {} from what is prescribed", self.assignment.name),
+            title,
             x: Axis::angular("Angle φ [°]"),
-            y: Axis::linear(&format!("Deviation U − Ũ {}", self.unit_name(""))),
-            series: series.collect(),
-            rules: Vec::new(),
+            y: Axis::linear(&format!(
+                "Deviation {} − Ũ {}",
+                if self.elastic.is_some() { "y" } else { "U" },
+                self.unit_name("")
+            )),
+            series,
+            rules,
         }
     }
 

@@ -19,9 +19,11 @@ pub mod deviation;
 pub mod elastic;
 mod exact;
 mod family;
+mod feasibility;
 pub mod figures;
 pub mod laws;
 mod nonlinear;
+mod projection;
 mod remarks;
 mod semi_infinite;
 pub mod shaft;
@@ -179,6 +181,8 @@ pub struct Profile {
     pub uncertainty: f64,
     /// How many coefficients neither the ranges nor the points determine; so many of them are free.
     pub undetermined: usize,
+    /// By how much conditions may still be exceeded [m/radⁿ]: rounding, but where it is said.
+    pub excess: f64,
 }
 
 /// Why a task has no profile.
@@ -200,6 +204,19 @@ pub enum Infeasible {
         by: f64,
         /// Where [rad].
         phi: f64,
+        /// The bounds that contradict it, and where [rad].
+        others: Vec<(usize, f64)>,
+        /// Whether they do so only because of the exact points.
+        points: bool,
+    },
+    /// An exact point lies beyond a bound.
+    Outside {
+        /// Which point, in the order of the task.
+        point: usize,
+        /// Which bound.
+        bound: usize,
+        /// By how much [m/radⁿ].
+        by: f64,
     },
     /// The optimisation failed for a numerical reason.
     Numerical(String),
@@ -229,9 +246,10 @@ impl Task {
         let (a, b) = self.samples(scale);
         let nearest = solutions.least_squares(&a, &b);
         let squares = matches!(self.objective, Objective::LeastSquares | Objective::DiscreteLeastSquares { .. });
-        let goal = if squares { Goal::Squares(a.clone(), b.clone()) } else { Goal::Level(0.0) };
+        let goal = if squares { Goal::Squares(a.clone()) } else { Goal::Level(0.0) };
         let families = self.families(scale);
-        let mut program = Program { basis: &self.basis, solutions: &solutions, families, goal };
+        let exact: Vec<f64> = self.points.iter().map(|point| point.phi).collect();
+        let mut program = Program { basis: &self.basis, solutions: &solutions, exact: &exact, families, goal };
         let best = match self.speeds {
             None => program.solve(nearest),
             Some(range) => self.at_all_speeds(range, &mut program, nearest),
@@ -252,6 +270,7 @@ impl Task {
             resolution: best.resolution * scale,
             uncertainty: best.uncertainty * scale,
             undetermined: solutions.free.len() - seen,
+            excess: best.excess * scale,
         })
     }
 
@@ -284,6 +303,7 @@ impl Task {
             resolution: smooth.resolution,
             uncertainty: 0.0,
             undetermined: 0,
+            excess: smooth.excess,
         })
     }
 
@@ -402,7 +422,9 @@ impl Infeasible {
     /// The same in SI.
     fn scaled(self, scale: f64) -> Self {
         match self {
-            Infeasible::Bound { index, by, phi } => Infeasible::Bound { index, by: by * scale, phi },
+            Infeasible::Bound { index, by, phi, others, points } => {
+                Infeasible::Bound { index, by: by * scale, phi, others, points }
+            }
             other => other,
         }
     }

@@ -3,7 +3,7 @@
 
 use super::elastic::SpeedRange;
 use super::study::{Method, Names, Study};
-use super::{Infeasible, Objective, Response, Task};
+use super::{Bound, Infeasible, Objective, Response, Task};
 use crate::design::text::number;
 use std::f64::consts::TAU;
 
@@ -34,6 +34,12 @@ impl Study {
                 "The error is below rounding: coefficients of sixteen digits leave {}. Fewer harmonics do as well, or make \
                  the `peak_acceleration` small within a `tolerance`.",
                 self.length(left)
+            ));
+        }
+        if motion.excess > 4.0 * rounding {
+            lines.push(format!(
+                "warning: conditions are kept to {}: their extremes are too flat or too near to each other for more digits.",
+                self.length(motion.excess)
             ));
         }
         if errors && motion.uncertainty > rounding {
@@ -150,30 +156,62 @@ impl Infeasible {
                     UNITS[point.order.min(3)]
                 )
             }
-            Infeasible::Bound { index, by, phi } => {
+            Infeasible::Bound { index, by, phi, others, points } => {
                 let Some(bound) = task.bounds.get(*index) else { return "the bounds contradict each other".to_owned() };
-                let limits = match (bound.min.is_finite(), bound.max.is_finite()) {
-                    (true, true) => format!("{} … {}", number(bound.min), number(bound.max)),
-                    (true, false) => format!("its minimum {}", number(bound.min)),
-                    _ => format!("its maximum {}", number(bound.max)),
+                let known =
+                    |i: usize| names.bounds.get(i).map_or_else(|| format!("bound {}", i + 1), |n| format!("`{n}`"));
+                let mut against: Vec<String> =
+                    others.iter().map(|(i, phi)| format!("{} at {} deg", known(*i), degrees(*phi))).collect();
+                if *points {
+                    against.push("the exact points".to_owned());
+                }
+                let against = match against.len() {
+                    0 => String::new(),
+                    _ => format!("\n  = it contradicts {}; the others can be kept", against.join(", ")),
                 };
-                let around = if bound.around.0.is_empty() { String::new() } else { " of its target".to_owned() };
                 format!(
                     "{}bounds and tolerances cannot all be kept with these harmonics: even if all are widened alike, {} \
-                     must leave {limits}{around} (from {} deg to {} deg) by {} {}, at {} deg\n  = hint: take more \
-                     harmonics, widen the bounds or shorten the ranges",
+                     must leave {} by {} {}, at {} deg{against}\n  = hint: take more harmonics, widen the bounds or \
+                     shorten the ranges",
                     name(&names.bounds, *index),
                     DERIVATIVES[bound.order.min(3)],
-                    degrees(bound.from),
-                    degrees(bound.to),
+                    limits(bound),
                     number(*by),
                     UNITS[bound.order.min(3)],
                     degrees(*phi)
                 )
             }
+            Infeasible::Outside { point, bound, by } => {
+                let (Some(point_of), Some(bound_of)) = (task.points.get(*point), task.bounds.get(*bound)) else {
+                    return "an exact point lies beyond a bound".to_owned();
+                };
+                let known = names.bounds.get(*bound).map_or_else(String::new, |n| format!(" of `{n}`"));
+                format!(
+                    "{}{} = {} at {} deg lies beyond {}{known} by {} {}: no profile keeps both\n  = hint: widen the \
+                     bound by this, move the point or let the bound end before it",
+                    name(&names.points, *point),
+                    DERIVATIVES[point_of.order.min(3)],
+                    number(point_of.value),
+                    degrees(point_of.phi),
+                    limits(bound_of),
+                    number(*by),
+                    UNITS[point_of.order.min(3)]
+                )
+            }
             Infeasible::Numerical(text) => text.clone(),
         }
     }
+}
+
+/// What a bound admits, and where.
+fn limits(bound: &Bound) -> String {
+    let limits = match (bound.min.is_finite(), bound.max.is_finite()) {
+        (true, true) => format!("{} … {}", number(bound.min), number(bound.max)),
+        (true, false) => format!("the minimum {}", number(bound.min)),
+        _ => format!("the maximum {}", number(bound.max)),
+    };
+    let around = if bound.around.0.is_empty() { "" } else { " around its target" };
+    format!("{limits}{around} (from {} deg to {} deg)", degrees(bound.from), degrees(bound.to))
 }
 
 /// U and its derivatives.

@@ -16,8 +16,12 @@ use crate::numerics::double_double::Double;
 /// coordinates keeps some 26 of 32 digits.
 const PIVOT: f64 = 1e-22;
 
-/// Pivots per unknown: two or three are the rule, unless rounding leads in circles.
-const PIVOTS: usize = 30;
+/// Pivots per unknown: two or three are the rule, a few dozen where many conditions hold at once.
+const PIVOTS: usize = 100;
+
+/// Where many rows meet in one point the primal method may go round in circles. Then it descends between limits that are
+/// wider by about this, each by another amount, and the dual method takes the last steps.
+const WIDER: f64 = 1e-9;
 
 /// Pivots after which the slacks, kept in plain numbers, are computed anew.
 const FRESH: usize = 16;
@@ -45,6 +49,8 @@ pub struct Simplex {
     /// The columns of the inverse of the matrix of the equations.
     inverse: Vec<Vec<Double>>,
     z: Vec<Double>,
+    /// By how much limits are wider, on the average.
+    wider: f64,
 }
 
 /// What rows lack of their limits, in numbers of sixteen digits.
@@ -59,7 +65,8 @@ struct Slacks {
 impl Simplex {
     /// Of unknowns that are zero, and a level that is at least `least`.
     pub fn new(unknowns: usize, least: f64) -> Self {
-        let mut program = Simplex { rows: Vec::new(), holders: Vec::new(), inverse: Vec::new(), z: Vec::new() };
+        let mut program =
+            Simplex { rows: Vec::new(), holders: Vec::new(), inverse: Vec::new(), z: Vec::new(), wider: 0.0 };
         program.z = vec![Double::default(); unknowns + 1];
         let mut floor = vec![Double::default(); unknowns + 1];
         floor[unknowns] = Double::from(-1.0);
@@ -82,9 +89,23 @@ impl Simplex {
         self.z[self.z.len() - 1]
     }
 
+    /// The rows that hold the optimum, with their multipliers: by how much the level falls for each part of limit more.
+    pub fn multipliers(&self) -> Vec<(usize, f64)> {
+        let last = self.z.len() - 1;
+        let of = |(holder, column): (&Holder, &Vec<Double>)| match holder {
+            Holder::Row(row) => Some((*row, -column[last].hi)),
+            Holder::Free => None,
+        };
+        self.holders.iter().zip(&self.inverse).filter_map(of).collect()
+    }
+
     /// The optimum by the primal method, from the point nearest to the present one on the way to `inside`, where all rows
-    /// without level are fulfilled; whether it was reached.
+    /// without level are fulfilled; whether it was reached. Rows may be exceeded by what limits were widened by.
     pub fn descend(&mut self, inside: &[Double]) -> bool {
+        self.descend_between(inside, 0.0) || self.descend_between(inside, WIDER)
+    }
+
+    fn descend_between(&mut self, inside: &[Double], wider: f64) -> bool {
         self.retreat(inside);
         let n = self.z.len();
         let unit = |i: usize| {
@@ -94,12 +115,17 @@ impl Simplex {
         };
         self.inverse = (0..n).map(unit).collect();
         self.holders = vec![Holder::Free; n];
+        self.wider = wider;
+        let reached = self.descended();
+        self.wider = 0.0;
+        self.refine();
+        reached
+    }
+
+    fn descended(&mut self) -> bool {
         let mut slacks = self.slacks(true);
-        for _ in 0..PIVOTS * n {
-            let Some((place, sign)) = self.edge(&slacks) else {
-                self.refine();
-                return true;
-            };
+        for _ in 0..PIVOTS * self.z.len() {
+            let Some((place, sign)) = self.edge(&slacks) else { return true };
             let direction: Vec<Double> = self.inverse[place].iter().map(|v| Double::from(sign) * *v).collect();
             let Some((row, step)) = self.stop(place, sign, &direction, &slacks) else { return false };
             let change: Vec<Double> = direction.iter().map(|d| *d * step).collect();
@@ -158,7 +184,9 @@ impl Simplex {
     }
 
     fn slack(&self, row: usize) -> Double {
-        self.rows[row].limit - dot(&self.rows[row].a, &self.z)
+        // Multiples of the golden section are nowhere alike.
+        let wider = self.wider * (0.5 + (row as f64 * 0.618_033_988_749_894_9).fract());
+        self.rows[row].limit + Double::from(wider) - dot(&self.rows[row].a, &self.z)
     }
 
     fn slacks(&self, tableau: bool) -> Slacks {
@@ -298,11 +326,8 @@ fn length(v: &[Double]) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::exact::numbers;
     use super::*;
-
-    fn numbers(values: &[f64]) -> Vec<Double> {
-        values.iter().map(|v| Double::from(*v)).collect()
-    }
 
     #[test]
     fn the_best_constant_of_three_numbers() {

@@ -105,6 +105,16 @@ pub struct Behind {
     pub reached: Option<f64>,
     /// The largest deviation over the range of speeds that was asked for [m].
     pub worst: Option<f64>,
+    /// The objective of the robust problem: behind the member, at all its speeds.
+    pub objective: Option<f64>,
+    /// The speeds η that `over_speeds` looks at: what was asked for, else what is reached.
+    pub looked_at: [f64; 2],
+    /// The largest |y⁽ⁿ⁾ − Ũ⁽ⁿ⁾| in each range over these speeds, NaN where nothing is prescribed.
+    pub over_speeds: Vec<[f64; 3]>,
+    /// The same at rest, where y is the cam's U.
+    pub at_rest: Vec<[f64; 3]>,
+    /// The output at these speeds, for its envelope.
+    pub outputs: Vec<Fourier>,
     /// (η, max |y − Ũ| [m]) of each rival.
     pub curves: Vec<Vec<[f64; 2]>>,
     /// The same as `reached` of each rival.
@@ -133,6 +143,9 @@ pub struct Progress {
     pub stage: &'static str,
 }
 
+/// A cam, η_opt and the objective of the robust problem.
+type Cam = (Fourier, Option<f64>, Option<f64>);
+
 /// η up to which speeds are looked at: the resonance of the first harmonic.
 const HIGHEST: f64 = 1.0;
 
@@ -149,19 +162,19 @@ impl Assignment {
         stage("profile");
         let mut motion = self.task.solve_with(&|done, total| progress(Progress { done, total, stage: "profile" }))?;
         motion.series = without_rounding(motion.series);
-        let (cam, optimum) = match &self.elasticity {
+        let (cam, optimum, robust) = match &self.elasticity {
             Some(elasticity) => {
                 stage("elasticity");
                 self.elastic_cam(elasticity, &motion)?
             }
-            None => (motion.series.clone(), None),
+            None => (motion.series.clone(), None, None),
         };
         let cam = without_rounding(cam);
         stage("laws");
         let mut rivals = vec![as_rival("harmonic synthesis", &cam)];
         rivals.extend(self.task.rivals());
         stage("speeds");
-        let elastic = self.elasticity.as_ref().map(|elasticity| self.behind(elasticity, &rivals, optimum));
+        let elastic = self.elasticity.as_ref().map(|elasticity| self.behind(elasticity, &rivals, optimum, robust));
         let shaft = self.shaft.map(|goal| shaft_study::study(goal, &rivals));
         let widths = match self.task.symmetric_dwells() {
             Some(_) => widths(&|done, total| progress(Progress { done, total, stage: "widths" }))?,
@@ -180,11 +193,11 @@ impl Assignment {
         })
     }
 
-    /// The cam for an elastic output member, and η_opt where one was chosen.
-    fn elastic_cam(&self, given: &Elasticity, motion: &Profile) -> Result<(Fourier, Option<f64>), Infeasible> {
+    /// The cam for an elastic output member, η_opt where one was chosen, and the objective of the robust problem.
+    fn elastic_cam(&self, given: &Elasticity, motion: &Profile) -> Result<Cam, Infeasible> {
         let range = given.range();
         match given.method {
-            Method::None => Ok((motion.series.clone(), None)),
+            Method::None => Ok((motion.series.clone(), None, None)),
             Method::Recipe => {
                 let recipe = match given.tolerance {
                     Some(tolerance) => self.task.recipe(&motion.series, range, tolerance, given.damping),
@@ -193,10 +206,13 @@ impl Assignment {
                 let fault = "`elasticity.tolerance`: even at the slowest speed the deviation of the profile exceeds it; \
                              take more harmonics or a wider tolerance";
                 let recipe = recipe.ok_or_else(|| Infeasible::Numerical(fault.to_owned()))?;
-                Ok((recipe.cam, Some(recipe.optimum)))
+                Ok((recipe.cam, Some(recipe.optimum), None))
             }
             Method::Robust => match (given.fastest, given.tolerance) {
-                (None, Some(tolerance)) => Ok((self.task.fastest_robust(range, tolerance)?.0.series, None)),
+                (None, Some(tolerance)) => {
+                    let profile = self.task.fastest_robust(range, tolerance)?.0;
+                    Ok((profile.series, None, Some(profile.objective)))
+                }
                 _ => {
                     if given.damping == 0.0
                         && range.crossed(&self.task.basis).len() == self.task.basis.harmonics().count()
@@ -204,7 +220,8 @@ impl Assignment {
                         return Err(Infeasible::Numerical(self.standing(given)));
                     }
                     let task = Task { speeds: Some(range), ..self.task.clone() };
-                    Ok((task.solve()?.series, None))
+                    let profile = task.solve()?;
+                    Ok((profile.series, None, Some(profile.objective)))
                 }
             },
         }
@@ -226,7 +243,7 @@ impl Assignment {
         )
     }
 
-    fn behind(&self, given: &Elasticity, rivals: &[Rival], optimum: Option<f64>) -> Behind {
+    fn behind(&self, given: &Elasticity, rivals: &[Rival], optimum: Option<f64>, objective: Option<f64>) -> Behind {
         let whole = SpeedRange { fastest: HIGHEST, ..given.range() };
         let deviation = |cam: &Fourier, eta: f64| self.task.deviation(cam, Response { damping: given.damping, eta });
         let cam = &rivals[0].series;
@@ -239,7 +256,22 @@ impl Assignment {
             let speeds = elastic::speeds(rival.series.order().min(CURVE), shown);
             speeds.into_iter().map(|eta| [eta, deviation(&rival.series, eta)]).collect()
         };
+        let fastest = given.fastest.map(|w| w / given.w0).or(reaches[0]).unwrap_or(given.range().slowest);
+        let looked_at = SpeedRange { fastest, ..given.range() };
+        let at = |eta: f64| elastic::output(cam, Response { damping: given.damping, eta });
+        let outputs: Vec<Fourier> = elastic::speeds(cam.order(), looked_at).into_iter().filter_map(at).collect();
+        let larger = |a: [f64; 3], b: [f64; 3]| std::array::from_fn(|n| if b[n] > a[n] { b[n] } else { a[n] });
+        let at_rest = self.task.errors(cam);
+        let worst_of = |worst: Vec<[f64; 3]>, output: &Fourier| {
+            worst.into_iter().zip(self.task.errors(output)).map(|(a, b)| larger(a, b)).collect()
+        };
+        let none = at_rest.iter().map(|errors| errors.map(|e| 0.0 * e)).collect();
         Behind {
+            objective,
+            looked_at: [looked_at.slowest, looked_at.fastest],
+            over_speeds: outputs.iter().fold(none, worst_of),
+            at_rest,
+            outputs,
             optimum,
             reached: reaches[0],
             worst: given.fastest.map(|_| self.task.worst_over(cam, given.range())),
@@ -247,6 +279,14 @@ impl Assignment {
             reaches,
             resonances: elastic::resonances(cam, given.damping, HIGHEST),
         }
+    }
+}
+
+impl Behind {
+    /// The least and the largest y at an angle over the speeds looked at.
+    pub fn envelope(&self, phi: f64) -> [f64; 2] {
+        let values = self.outputs.iter().map(|output| output.at(phi).0[0]);
+        values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], y| [low.min(y), high.max(y)])
     }
 }
 

@@ -32,7 +32,22 @@ impl Study {
         let mut line = |text: String| {
             let _ = writeln!(out, "{text}");
         };
-        line(format!("Objective {}: {}.", words(task.objective), self.objective_value()));
+        let objective = words(task.objective);
+        match self.elastic.as_ref().and_then(|behind| Some((behind, behind.objective?))) {
+            Some((behind, value)) => {
+                let [slowest, fastest] = behind.looked_at;
+                line(format!(
+                    "Objective {objective} of the output, at all speeds from η = {slowest:.4} to {fastest:.4}: {}; without \
+                     elasticity the motion would have {}.",
+                    self.length(value),
+                    self.objective_value()
+                ));
+            }
+            None if self.motion.series != self.cam => {
+                line(format!("Objective {objective} of the motion without elasticity: {}.", self.objective_value()));
+            }
+            None => line(format!("Objective {objective}: {}.", self.objective_value())),
+        }
         if self.assignment.unit != 1.0 {
             line(format!("Lengths count in scale = {} m.", number(self.assignment.unit)));
         }
@@ -62,7 +77,9 @@ impl Study {
         }
         let _ = write!(out, "\nCoefficients\n{}", self.coefficients().text());
         if !task.ranges.is_empty() {
-            let _ = write!(out, "\nLargest deviations of the motion\n{}", self.deviations().text());
+            for (title, errors) in self.deviations() {
+                let _ = write!(out, "\n{title}\n{}", self.deviation_table(errors).text());
+            }
         }
         if self.rivals.len() > 1 || self.elastic.is_some() {
             let _ = write!(out, "\nMotion laws at this task\n{}", self.laws().text());
@@ -147,10 +164,25 @@ impl Study {
         Table { rows: rows.collect(), head }
     }
 
-    fn deviations(&self) -> Table {
+    /// Whose deviations are told: of what is delivered, and of the motion where that is another one.
+    fn deviations(&self) -> Vec<(String, &[[f64; 3]])> {
+        let Some(behind) = &self.elastic else {
+            return vec![("Largest deviations of the motion".to_owned(), &self.motion.errors)];
+        };
+        let [slowest, fastest] = behind.looked_at;
+        let over = format!("Largest deviations of the output y from η = {slowest:.4} to {fastest:.4}");
+        let mut list = vec![(over, &behind.over_speeds[..])];
+        list.push(("Largest deviations of the cam, which is the output at rest (η = 0)".to_owned(), &behind.at_rest));
+        if self.motion.series != self.cam {
+            list.push(("Largest deviations of the motion without elasticity".to_owned(), &self.motion.errors));
+        }
+        list
+    }
+
+    fn deviation_table(&self, errors: &[[f64; 3]]) -> Table {
         let head = ["range", "from [deg]", "to [deg]", "|U − Ũ|", "|U′ − Ũ′|", "|U″ − Ũ″|"];
         let cell = |value: f64| if value.is_nan() { "–".to_owned() } else { self.length(value) };
-        let rows = self.assignment.task.ranges.iter().zip(&self.motion.errors).enumerate();
+        let rows = self.assignment.task.ranges.iter().zip(errors).enumerate();
         let rows = rows.map(|(i, (range, errors))| {
             let name = self.assignment.names.ranges.get(i).cloned().unwrap_or_else(|| (i + 1).to_string());
             let mut cells = vec![name, degrees(range.from), degrees(range.to)];
@@ -285,22 +317,29 @@ impl Study {
 
     fn profile_csv(&self) -> Result<String, Fault> {
         let head = ["phi_deg", "U_m", "dU_m_per_rad", "ddU_m_per_rad2", "dddU_m_per_rad3", "deviation_m"];
+        let envelope = ["least_output_deviation_m", "largest_output_deviation_m"];
+        let head = [&head[..], if self.elastic.is_some() { &envelope } else { &[] }].concat();
         let rows = (0..POINTS).map(|i| {
             let phi = TAU * i as f64 / POINTS as f64;
             let u = self.cam.at(phi).0;
             let mut cells: Vec<String> = [phi.to_degrees(), u[0], u[1], u[2], u[3]].map(exact).to_vec();
-            cells.push(self.deviation_at(phi).map_or(String::new(), exact));
+            let prescribed = self.prescribed_at(phi);
+            cells.push(prescribed.map_or(String::new(), |target| exact(u[0] - target)));
+            if let Some(behind) = &self.elastic {
+                let ends = prescribed.map(|target| behind.envelope(phi).map(|y| y - target));
+                cells.extend((0..2).map(|i| ends.map_or(String::new(), |ends| exact(ends[i]))));
+            }
             cells
         });
         csv(&head, rows)
     }
 
-    /// U − Ũ of the motion where U is prescribed.
-    fn deviation_at(&self, phi: f64) -> Option<f64> {
+    /// Ũ where U is prescribed.
+    fn prescribed_at(&self, phi: f64) -> Option<f64> {
         self.assignment.task.ranges.iter().find_map(|range| {
             let target = range.prescribed[0].as_ref()?;
             let phi = range.from + (phi - range.from).rem_euclid(TAU);
-            (phi <= range.to).then(|| self.motion.series.at(phi).0[0] - target.at(phi - range.from))
+            (phi <= range.to).then(|| target.at(phi - range.from))
         })
     }
 
@@ -323,18 +362,23 @@ impl Study {
     /// None in practice: all keys are texts.
     pub fn json(&self) -> Result<String, Fault> {
         let finite = |value: f64| value.is_finite().then_some(value);
+        let list = |errors: &[[f64; 3]]| -> Vec<Vec<Option<f64>>> {
+            errors.iter().map(|e| e.iter().map(|e| finite(*e)).collect()).collect()
+        };
         let behind = self.elastic.as_ref().map(|behind| {
             serde_json::json!({
                 "eta_opt": behind.optimum,
                 "eta_reached": behind.reached,
                 "largest_deviation": behind.worst.and_then(finite),
+                "objective": behind.objective,
+                "speeds_looked_at": behind.looked_at,
+                "output_deviations": list(&behind.over_speeds),
+                "deviations_at_rest": list(&behind.at_rest),
                 "resonances": behind.resonances.iter().map(|r| serde_json::json!({
                     "harmonic": r.harmonic, "eta": r.eta, "amplitude": finite(r.amplitude),
                 })).collect::<Vec<_>>(),
             })
         });
-        let errors: Vec<Vec<Option<f64>>> =
-            self.motion.errors.iter().map(|e| e.iter().map(|e| finite(*e)).collect()).collect();
         let value = serde_json::json!({
             "name": self.assignment.name,
             "objective": {
@@ -346,7 +390,8 @@ impl Study {
             "undetermined_coefficients": self.motion.undetermined,
             "cam": { "a": self.cam.a, "b": &self.cam.b[1..] },
             "motion": { "A": self.motion.series.a, "B": &self.motion.series.b[1..] },
-            "deviations": errors,
+            "excess_of_conditions": self.motion.excess,
+            "deviations_of_the_motion": list(&self.motion.errors),
             "peaks": self.peaks.iter().map(|p| p.value.abs()).collect::<Vec<_>>(),
             "local_optima": self.motion.optima,
             "error_of_the_cubics": self.cubics,

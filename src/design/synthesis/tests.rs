@@ -1,6 +1,7 @@
 //! Objectives, bounds, elasticity and torque against closed forms and other programs.
 
 mod bounds;
+mod feasibility;
 mod tables;
 
 use super::elastic::SpeedRange;

@@ -1,0 +1,157 @@
+//! Tasks that cannot be fulfilled, and such as hardly can.
+
+use super::super::study::{Assignment, Elasticity, Method, Names};
+use super::*;
+
+fn degrees(from: f64, to: f64, u: f64) -> Range {
+    let zero = || Some(Polynomial(vec![0.0]));
+    let prescribed = [Some(Polynomial(vec![u])), zero(), zero()];
+    Range { from: from.to_radians(), to: to.to_radians(), prescribed, weight: 1.0 }
+}
+
+fn bound(from: f64, to: f64, order: usize, min: f64, max: f64) -> Bound {
+    Bound { from: from.to_radians(), to: to.to_radians(), order, around: Polynomial::default(), min, max }
+}
+
+fn task(order: usize, ranges: Vec<Range>, bounds: Vec<Bound>) -> Task {
+    let basis = Basis::new(order, Symmetry::default());
+    Task { basis, ranges, bounds, weights: [0.0; 2], ..symmetric_task(order, 0.5, Objective::Chebyshev) }
+}
+
+#[test]
+fn a_point_beyond_a_bound_is_named() {
+    // U ≤ 4 everywhere and U(180°) = 5; U′ ≥ −4.5 from −180° to −27° and U′(293°) = −5, which is at −67°.
+    let dwell = || vec![degrees(-30.0, 30.0, 5.0)];
+    for (order, bound, phi, value, expected) in [
+        (0, bound(0.0, 360.0, 0, f64::NEG_INFINITY, 4.0), 180.0_f64, 5.0, 1.0),
+        (1, bound(-180.0, -27.0, 1, -4.5, f64::INFINITY), 293.0, -5.0, 0.5),
+    ] {
+        let mut task = task(5, dwell(), vec![bound]);
+        task.points = vec![Point { phi: phi.to_radians(), order, value }];
+        let fault = task.solve().unwrap_err();
+        match fault {
+            Infeasible::Outside { point: 0, bound: 0, by } => assert!((by - expected).abs() < 1e-12, "{by}"),
+            ref other => panic!("{other:?}"),
+        }
+        let names =
+            Names { points: vec!["point[1]".to_owned()], bounds: vec!["bound[1]".to_owned()], ranges: Vec::new() };
+        let text = fault.words(&task, &names);
+        assert!(text.contains("`point[1]`") && text.contains("of `bound[1]` by"), "{text}");
+        // Where the bound does not reach, the point is free.
+        task.bounds[0].to = -1.5;
+        task.bounds[0].from = -2.0;
+        assert!(task.solve().is_ok());
+    }
+}
+
+#[test]
+fn the_bounds_that_contradict_each_other_are_named() {
+    // 0.99 at least from 73° to 175°, 0.3 at most from 154° to 218°; another tolerance and another bound can be kept.
+    let mut task = task(11, vec![degrees(73.0, 175.0, 1.0)], Vec::new());
+    let tolerance = Bound { around: Polynomial(vec![1.0]), ..bound(73.0, 175.0, 0, -0.01, 0.01) };
+    let easy = bound(-39.0, -11.0, 0, -0.5, 0.5);
+    task.bounds = vec![easy, tolerance, bound(154.0, 218.0, 0, f64::NEG_INFINITY, 0.3)];
+    for objective in [Objective::Chebyshev, Objective::LeastSquares, Objective::ChebyshevSum] {
+        task.objective = objective;
+        match task.solve().unwrap_err() {
+            Infeasible::Bound { index, by, others, points: false, .. } => {
+                assert!((by / 0.345 - 1.0).abs() < 1e-9, "{by}");
+                let mut all: Vec<usize> = others.into_iter().map(|(i, _)| i).chain([index]).collect();
+                all.sort_unstable();
+                assert_eq!(all, [1, 2]);
+            }
+            other => panic!("{other:?}"),
+        }
+    }
+    // An exact point against a bound of another derivative: by Bernstein's inequality |U′| is at most K max |U|.
+    task.objective = Objective::Chebyshev;
+    task.ranges.clear();
+    task.bounds = vec![bound(0.0, 360.0, 0, -1.0, 1.0)];
+    task.points = vec![Point { phi: 2.0, order: 1, value: 22.0 }];
+    match task.solve().unwrap_err() {
+        Infeasible::Bound { index: 0, by, points: true, .. } => assert!((by - 1.0).abs() < 1e-8, "{by}"),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn a_bound_in_a_short_range_does_not_let_the_profile_grow() {
+    let mut task = task(11, vec![degrees(116.0, 219.0, 1.0), degrees(-3.0, 28.0, 0.0)], Vec::new());
+    task.ranges[0].weight = 5.0;
+    task.weights = [0.05, 0.2];
+    let free = task.solve().unwrap();
+    task.bounds = vec![bound(-76.0, -52.0, 0, f64::NEG_INFINITY, 3.0)];
+    let kept = task.solve().unwrap();
+    let highest =
+        Window { from: -76_f64.to_radians(), to: -52_f64.to_radians(), order: 0, target: &Polynomial::default() };
+    assert!(highest.largest(&kept.series).value < 3.0 + 1e-14);
+    assert!(kept.objective >= free.objective * (1.0 - 1e-9) && kept.excess < 1e-11 * kept.objective, "{kept:?}");
+    // By another linear program over 1501 angles of each range.
+    assert!((kept.objective / 1.831607e-03 - 1.0).abs() < 1e-3, "{:e}", kept.objective);
+}
+
+#[test]
+fn least_squares_under_bounds_that_touch() {
+    let mut task = task(8, vec![degrees(100.0, 170.0, 1.0), degrees(-20.0, 40.0, 0.0)], Vec::new());
+    task.objective = Objective::LeastSquares;
+    task.weights = [0.5, 0.0];
+    task.bounds = vec![bound(0.0, 360.0, 0, 0.0, 1.0), bound(40.0, 100.0, 2, -3.0, 3.0)];
+    let profile = task.solve().unwrap();
+    assert!(profile.excess < 1e-15, "{:e}", profile.excess);
+    // No profile on the way to another one that keeps the bounds has a smaller sum.
+    let (a, b) = task.samples(1.0);
+    let cost = |x: &[Double]| a.iter().zip(&b).map(|(row, b)| (dot(row, x) - *b).hi.powi(2)).sum::<f64>();
+    let here = task.basis.coefficients(&profile.series, 1.0);
+    for objective in [Objective::Chebyshev, Objective::PeakAcceleration, Objective::ChebyshevSum] {
+        let other = Task { objective, ..task.clone() }.solve().unwrap();
+        let there = task.basis.coefficients(&other.series, 1.0);
+        for part in [1.0, 0.1, 1e-3] {
+            let between: Vec<Double> =
+                here.iter().zip(&there).map(|(x, y)| *x + Double::from(part) * (*y - *x)).collect();
+            assert!(cost(&between) >= cost(&here) * (1.0 - 1e-12), "{objective:?} {part}");
+        }
+    }
+}
+
+#[test]
+fn the_report_tells_the_deviations_of_what_is_delivered() {
+    let elasticity = Elasticity {
+        w0: 100.0,
+        damping: 0.03,
+        slowest: 0.0,
+        fastest: Some(13.0),
+        tolerance: None,
+        method: Method::Robust,
+        amplitude: None,
+    };
+    let assignment = Assignment {
+        name: "robust".to_owned(),
+        description: String::new(),
+        unit: 1.0,
+        task: symmetric_task(5, PI / 6.0, Objective::Chebyshev),
+        names: Names::default(),
+        elasticity: Some(elasticity),
+        shaft: None,
+        scene: None,
+    };
+    let study = assignment.study(&|_| {}).unwrap();
+    let behind = study.elastic.as_ref().unwrap();
+    let largest = |list: &[[f64; 3]]| list.iter().map(|e| e[0]).fold(0.0, f64::max);
+    // The worst speed is what the robust problem made small, and more than at rest.
+    let objective = behind.objective.unwrap();
+    assert!((largest(&behind.over_speeds) / objective - 1.0).abs() < 1e-4, "{behind:?}");
+    assert!((behind.worst.unwrap() / objective - 1.0).abs() < 1e-4);
+    assert!((largest(&behind.at_rest) - assignment.task.largest_error(&study.cam)).abs() < 1e-15);
+    assert!(largest(&behind.at_rest) <= largest(&behind.over_speeds));
+    assert!(objective > study.motion.objective);
+    let text = study.text();
+    for words in
+        ["of the output, at all speeds", "deviations of the output y from η = 0.0000 to 0.1300", "at rest (η = 0)"]
+    {
+        assert!(text.contains(words), "{words}: {text}");
+    }
+    // At the lower dwell's centre the band encloses the cam at rest.
+    let [low, high] = behind.envelope(PI);
+    let u = study.cam.at(PI).0[0];
+    assert!(low <= u && u <= high && high - low > 1e-5);
+}
