@@ -141,7 +141,8 @@ impl Bench {
             let owned = |s: &CStr| s.to_str().unwrap().to_owned();
             entries.lock().unwrap().push((status as u32, owned(category), owned(text)));
         });
-        let drive = (Model::of::<Integrator>().build)(&postcard::to_stdvec(&2.0).unwrap()).unwrap();
+        let drive =
+            (Model::of::<Integrator>().build)(&postcard::to_stdvec(&(2.0, [0_u8; 0].as_slice())).unwrap()).unwrap();
         Bench { instance: Instance::new(drive, "{guid}", Logger::new(sink, logging_on)), log }
     }
 
@@ -334,7 +335,7 @@ fn a_state_survives_its_bytes_and_no_others() {
     let mut longer = bytes.clone();
     longer.push(0);
     refuse(&longer);
-    let drive = (Model::of::<Integrator>().build)(&postcard::to_stdvec(&2.0).unwrap()).unwrap();
+    let drive = (Model::of::<Integrator>().build)(&postcard::to_stdvec(&(2.0, [0_u8; 0].as_slice())).unwrap()).unwrap();
     let foreign = Instance::new(drive, "{another}", Logger::new(Box::new(|_, _, _| ()), false));
     assert!(foreign.deserialize(&bytes).err().unwrap().0.contains("another guid"));
 }

@@ -448,7 +448,7 @@ fn erased(drive: &str) -> Box<dyn DynDrive> {
     let mode: DriveMode = serde_json::from_str(drive).unwrap();
     let scene = scene([1.5, 8e3, 7.0], MotionLaw::Fourier(series()), mode, given());
     let model = MODELS.iter().find(|m| m.name == ElasticOutput::MODEL).unwrap();
-    (model.build)(&postcard::to_stdvec(&scene).unwrap()).unwrap()
+    (model.build)(&postcard::to_stdvec(&(scene, [0_u8; 0].as_slice())).unwrap()).unwrap()
 }
 
 fn reference(drive: &dyn DynDrive, name: &str) -> usize {

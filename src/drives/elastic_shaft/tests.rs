@@ -37,7 +37,7 @@ fn started(scene: Scene) -> ElasticShaft {
 }
 
 fn boxed(scene: &Scene) -> Box<dyn DynDrive> {
-    (Model::of::<ElasticShaft>().build)(&postcard::to_stdvec(scene).unwrap()).unwrap()
+    (Model::of::<ElasticShaft>().build)(&postcard::to_stdvec(&(scene, [0_u8; 0].as_slice())).unwrap()).unwrap()
 }
 
 /// Runs to `end` in `steps` equal communication steps.

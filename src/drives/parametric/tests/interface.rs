@@ -11,7 +11,7 @@ fn set(drive: &mut ParametricDrive, name: &str, value: f64) {
 }
 
 fn boxed(scene: &Scene) -> Box<dyn DynDrive> {
-    (Model::of::<ParametricDrive>().build)(&postcard::to_stdvec(scene).unwrap()).unwrap()
+    (Model::of::<ParametricDrive>().build)(&postcard::to_stdvec(&(scene, [0_u8; 0].as_slice())).unwrap()).unwrap()
 }
 
 #[test]
