@@ -39,13 +39,13 @@ pub struct Args {
 #[derive(Debug, Default, clap::Args)]
 pub struct StudyArgs {
     /// Turns of the cam in a run [default: those of the default experiment; 9 with a run-up]
-    #[arg(long, value_name = "NUMBER")]
+    #[arg(long, value_name = "NUMBER", allow_hyphen_values = true)]
     turns: Option<f64>,
     /// Speed that the run-up of a drive with inputs ends with, "1800 rpm" or in rad/s [default: 600 rpm]
-    #[arg(long, value_name = "SPEED")]
+    #[arg(long, value_name = "SPEED", allow_hyphen_values = true)]
     speed: Option<String>,
     /// Duration of that run-up, "0.5 s" or in s [default: half of the run]
-    #[arg(long, value_name = "TIME")]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     ramp: Option<String>,
     /// Fewer settings and repetitions
     #[arg(long)]

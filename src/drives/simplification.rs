@@ -135,18 +135,22 @@ pub struct FewerHarmonics {
     pub law: MotionLaw,
 }
 
-/// The law without its smallest harmonic and without the smaller half of them; empty where the law is no series of at
+/// So many harmonics, the smallest ones, are left out one by one: the larger ones are what the law is made of.
+const MOST_SINGLE: usize = 4;
+
+/// The law without each of its smallest harmonics and without the smaller half of them; empty where the law is no series of at
 /// least two harmonics. A harmonic counts by its share of U″, k²√(aₖ² + bₖ²), which is what moves masses.
 pub fn fewer_harmonics(law: &MotionLaw) -> Vec<FewerHarmonics> {
     let Some(series) = law.series() else { return Vec::new() };
     let share = |k: usize| (k * k) as f64 * (series.a[k].powi(2) + series.b[k].powi(2)).sqrt();
     let mut harmonics: Vec<usize> = (1..series.a.len()).filter(|k| share(*k) > 0.0).collect();
     harmonics.sort_by(|j, k| share(*j).total_cmp(&share(*k)));
-    let mut counts = vec![1, harmonics.len() / 2];
-    counts.dedup();
-    counts.retain(|count| 0 < *count && *count < harmonics.len());
-    let without = |count: usize| {
-        let mut dropped = harmonics[..count].to_vec();
+    let (half, single) = (harmonics.len() / 2, harmonics.len().min(MOST_SINGLE));
+    if harmonics.len() < 2 {
+        return Vec::new();
+    }
+    let without = |dropped: &[usize]| {
+        let mut dropped = dropped.to_vec();
         dropped.sort_unstable();
         let mut rest = series.clone();
         for &k in &dropped {
@@ -156,14 +160,15 @@ pub fn fewer_harmonics(law: &MotionLaw) -> Vec<FewerHarmonics> {
         rest.a.truncate(order + 1);
         rest.b.truncate(order + 1);
         let list: Vec<String> = dropped.iter().map(usize::to_string).collect();
-        let plural = if count == 1 { "" } else { "s" };
+        let plural = if dropped.len() == 1 { "" } else { "s" };
         FewerHarmonics {
             feature: format!("harmonic{plural} k = {}", list.join(", ")),
-            instead: format!("{} of {} harmonics", harmonics.len() - count, harmonics.len()),
+            instead: format!("{} of {} harmonics", harmonics.len() - dropped.len(), harmonics.len()),
             law: MotionLaw::Fourier(Fourier::new(rest.a, rest.b)),
         }
     };
-    counts.into_iter().map(without).collect()
+    let singles = harmonics[..single].chunks(1);
+    singles.chain((half > 1).then_some(&harmonics[..half])).map(without).collect()
 }
 
 #[cfg(test)]
@@ -176,8 +181,11 @@ mod tests {
         let law = MotionLaw::Fourier(Fourier::new(vec![5.0, 1.0, 0.0, 0.1, 0.05], vec![0.0, 0.0, 0.1]));
         let fewer = fewer_harmonics(&law);
         assert_eq!((fewer[0].feature.as_str(), fewer[0].instead.as_str()), ("harmonic k = 2", "3 of 4 harmonics"));
-        assert_eq!((fewer[1].feature.as_str(), fewer[1].instead.as_str()), ("harmonics k = 2, 4", "2 of 4 harmonics"));
-        let rest = fewer[1].law.series().unwrap();
+        let singles: Vec<&str> = fewer[..4].iter().map(|f| f.feature.as_str()).collect();
+        assert_eq!(singles, ["harmonic k = 2", "harmonic k = 4", "harmonic k = 3", "harmonic k = 1"]);
+        assert_eq!((fewer[4].feature.as_str(), fewer[4].instead.as_str()), ("harmonics k = 2, 4", "2 of 4 harmonics"));
+        assert_eq!(fewer.len(), 5);
+        let rest = fewer[4].law.series().unwrap();
         assert_eq!((rest.a.as_slice(), rest.b.as_slice()), (&[5.0, 1.0, 0.0, 0.1][..], &[0.0; 4][..]));
         for single in [vec![1.0, 2.0], vec![1.0]] {
             assert!(fewer_harmonics(&MotionLaw::Fourier(Fourier::new(single, vec![]))).is_empty());

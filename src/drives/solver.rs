@@ -159,8 +159,9 @@ pub trait HasSolver: Sized {
         list.local("solver.evaluations", "Evaluations of the equations since the start", number(), |d, _| {
             d.evaluations()
         });
+        // `min` takes what is no number for 1: then all digits are lost.
         list.local("solver.error_estimate", "Estimated relative error of the state", number(), |d, _| {
-            d.error_estimate()
+            d.error_estimate().min(1.0)
         });
     }
 }

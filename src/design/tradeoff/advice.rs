@@ -31,12 +31,30 @@ pub fn of(report: &Report) -> Vec<Advice> {
     TARGETS.into_iter().map(|target| for_target(report, target)).collect()
 }
 
+/// CPU time of a setting [ns per ms].
+fn cost_of(report: &Report, i: usize) -> f64 {
+    report.settings[i].cost.map_or(f64::INFINITY, |cost| cost.ns_per_ms)
+}
+
+/// The settings that reach the target; what the reference does not tell is not reached.
+fn reaching(report: &Report, target: f64) -> Vec<usize> {
+    let reached = |i: &usize| report.settings[*i].error.is_some_and(|e| e.max(report.reference.floor) <= target);
+    (0..report.settings.len()).filter(|i| reached(i) && cost_of(report, *i).is_finite()).collect()
+}
+
+/// Another communication step at which a setting reaches the target for less than half of the cost of the chosen one.
+fn saving(report: &Report, target: f64, chosen: usize) -> Option<usize> {
+    let step = |i: usize| report.settings[i].communication_step;
+    reaching(report, target)
+        .into_iter()
+        .filter(|i| step(*i) != step(chosen) && cost_of(report, *i) < 0.5 * cost_of(report, chosen))
+        .min_by(|i, j| cost_of(report, *i).total_cmp(&cost_of(report, *j)))
+}
+
 /// The cheapest setting that reaches the target, at the default communication step if one does there and no inputs move.
 fn choose(report: &Report, target: f64) -> Option<usize> {
-    let cost = |i: usize| report.settings[i].cost.map_or(f64::INFINITY, |cost| cost.ns_per_ms);
-    let good: Vec<usize> = (0..report.settings.len())
-        .filter(|i| report.settings[*i].error.is_some_and(|error| error <= target) && cost(*i).is_finite())
-        .collect();
+    let cost = |i: usize| cost_of(report, i);
+    let good = reaching(report, target);
     let usual = |i: &usize| (report.settings[*i].communication_step / report.experiment.step - 1.0).abs() < 1e-9;
     let mut candidates: Vec<usize> = good.iter().copied().filter(usual).collect();
     // Where inputs move, the communication step is a dial as well.
@@ -83,7 +101,13 @@ fn for_target(report: &Report, target: f64) -> Advice {
                 } else {
                     row.worst.as_ref().map_or(String::new(), |name| format!(" ({name})"))
                 },
-            )
+            ) + &saving(report, target, i).map_or(String::new(), |other| {
+                format!(
+                    "; at communication steps of {} it costs {}",
+                    time(report.settings[other].communication_step),
+                    number(cost_of(report, other))
+                )
+            })
         }
     };
     if !spare.is_empty() {

@@ -230,6 +230,12 @@ impl Bench {
             let step = run_up.ramp / INSTANTS_PER_RAMP;
             return Ok(Bench { turn: Some(turn), ..unmoved(grid(step, stop)?) });
         }
+        if options.speed.is_some() || options.ramp.is_some() {
+            return Err(Fault::new(
+                "--speed, --ramp: this scene has no inputs phi, w, a that a run-up could move; its own `drive` or motor sets \
+                 the speed",
+            ));
+        }
         let mut bench = unmoved(grid(experiment.step, experiment.stop)?);
         bench.turn = match interface.find("drive.w") {
             Some(speed) => Some(TAU / drive.get(speed as usize)?.abs()),
