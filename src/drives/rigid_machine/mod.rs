@@ -164,8 +164,8 @@ pub struct RigidMachine {
     top_speed: f64,
     /// The period of the steady state found at the start [s]; 0 without one.
     period: f64,
-    /// Where the search for the periodic motion begins, see [`tables`].
-    first_guess: f64,
+    /// Where the search for the periodic motion begins, see [`tables`]; a guess needs no more digits.
+    first_guess: f32,
     events: EventLog,
 }
 

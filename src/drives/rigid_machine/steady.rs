@@ -90,7 +90,7 @@ impl<'a> Shooting<'a> {
     /// load, times [`RigidMachine::first_guess`].
     pub fn first_energy(&self) -> Option<f64> {
         let root = self.machine.raster.mean_root * self.torques.balance()?;
-        Some(0.5 * root * root * self.machine.first_guess)
+        Some(0.5 * root * root * f64::from(self.machine.first_guess))
     }
 
     fn forward(&self) -> bool {

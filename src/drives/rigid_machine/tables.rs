@@ -20,7 +20,7 @@ struct Tables<P> {
     linked_resolution: f64,
     /// E at the beginning of the turn on the periodic motion without load, over that of the mean √J at the synchronous
     /// speed.
-    first_guess: f64,
+    first_guess: f32,
 }
 
 impl RigidMachine {
@@ -56,7 +56,7 @@ mod written {
                 profile: &*self.raster.profile,
                 range: self.inertia.range(),
                 linked_resolution: self.inertia.linked_resolution(),
-                first_guess: self.guess().unwrap_or(1.0),
+                first_guess: self.guess().map_or(1.0, |guess| guess as f32),
             };
             postcard::to_stdvec(&tables).map_err(|e| Fault(format!("the tables of the machine cannot be written: {e}")))
         }
