@@ -181,7 +181,7 @@ impl ElasticShaft {
         course.reach(map, target).map_err(|fault| solver::unbounded(fault.time, self.linear))?;
         (self.twist, self.time) = (course.at(map, target), target);
         self.solver.steps = course.steps as f64;
-        self.solver.error_estimate = table.error_after(course.periods()).min(1.0);
+        self.solver.error_estimate = table.error_after(course.periods(map, target)).min(1.0);
         Ok(())
     }
 
@@ -342,7 +342,7 @@ impl Drive for ElasticShaft {
         self.course = self.map().map(|map| Course::new(map, time, self.twist));
         if let Some(table) = self.table.as_ref().filter(|table| table.map.is_some()) {
             self.solver.evaluations = table.map.as_ref().map_or(0, PeriodMap::evaluations) as f64;
-            self.solver.error_estimate = table.error_after(0);
+            self.solver.error_estimate = table.error_after(0.0);
         }
         self.energy = Energy::default();
         self.remember();

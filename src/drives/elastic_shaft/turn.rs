@@ -40,7 +40,7 @@ impl Table {
     }
 
     /// Estimated error after so many of its periods, relative to the motion.
-    pub fn error_after(&self, periods: u64) -> f64 {
+    pub fn error_after(&self, periods: f64) -> f64 {
         let error = |map: &PeriodMap| map.whole().error_after(periods, RESERVE_OF_TABLE, self.multiplier);
         self.map.as_ref().map_or(0.0, error)
     }

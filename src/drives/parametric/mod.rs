@@ -128,7 +128,7 @@ impl ParametricDrive {
         course.reach(map, target).map_err(|fault| unbounded(fault.time, self.growth))?;
         (self.state, self.time) = (course.at(map, target), target);
         self.solver.steps = course.steps as f64;
-        self.solver.error_estimate = table.error_after(course.periods());
+        self.solver.error_estimate = table.error_after(course.periods(map, target));
         Ok(())
     }
 
@@ -269,7 +269,7 @@ impl Drive for ParametricDrive {
         self.course = table.map.as_ref().map(|map| Course::new(map, time, self.state));
         if let Some(map) = &table.map {
             self.solver.evaluations = map.evaluations() as f64;
-            self.solver.error_estimate = table.error_after(0);
+            self.solver.error_estimate = table.error_after(0.0);
         }
         self.log.clear();
         if self.growth > 0.0 {

@@ -53,7 +53,7 @@ impl Table {
     }
 
     /// Estimated error after `periods`, relative to the motion.
-    pub fn error_after(&self, periods: u64) -> f64 {
+    pub fn error_after(&self, periods: f64) -> f64 {
         let multiplier = self.growth_of_period.exp();
         self.whole.as_ref().map_or(0.0, |whole| whole.error_after(periods, RESERVE_OF_TABLE, multiplier))
     }

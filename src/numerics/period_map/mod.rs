@@ -153,10 +153,10 @@ impl Affine {
 impl Period {
     /// Estimated error after so many periods, relative to the motion: what the polynomials err by, times `reserve`, and
     /// what the map of the period misses, as often as a motion whose largest multiplier has this modulus remembers it.
-    pub fn error_after(&self, periods: u64, reserve: f64, multiplier: f64) -> f64 {
+    pub fn error_after(&self, periods: f64, reserve: f64, multiplier: f64) -> f64 {
         // 1/(1 − ρ) is the sum of all ρⁿ.
         let memory = if multiplier < 1.0 { 1.0 / (1.0 - multiplier) } else { f64::INFINITY };
-        reserve * self.error + self.drift * (periods as f64 + 1.0).min(memory)
+        reserve * (self.error + ROUNDING) + self.drift * periods.min(memory)
     }
 
     /// The period without tables; None where it takes more than some 250 000 cells.
@@ -201,7 +201,7 @@ impl Period {
                     if !(polynomials <= tolerance) {
                         continue;
                     }
-                    whole.error = whole.error.max(polynomials + rounding);
+                    whole.error = whole.error.max(polynomials);
                     whole.drift += polynomials + rounding;
                     cell
                 } else {
@@ -323,9 +323,9 @@ impl Course {
         course
     }
 
-    /// How many whole periods lie behind.
-    pub fn periods(&self) -> u64 {
-        self.periods
+    /// How many periods lie between the start of the motion and the time `t`.
+    pub fn periods(&self, map: &PeriodMap, t: f64) -> f64 {
+        (t - self.origin) / map.period.hi
     }
 
     /// Whether the present cell is one of `map`.
@@ -335,7 +335,7 @@ impl Course {
 
     /// Goes on to the cell that holds the time `t`, which is not before the present cell.
     pub fn reach(&mut self, map: &PeriodMap, t: f64) -> Result<(), Unbounded> {
-        while self.place_in(map, t) > 1.0 {
+        while self.from_start(map, t) > 2.0 {
             self.pass_cells(map, t)?;
         }
         Ok(())
@@ -354,7 +354,7 @@ impl Course {
         let Cell { half, motions, .. } = &map.cells[self.cell];
         match motions {
             Motions::Polynomials(_) => self.polynomial_at(self.place(t)),
-            Motions::Vibration(vibration) => vibration.at(*half, self.place_in(map, t), self.state),
+            Motions::Vibration(vibration) => vibration.at(*half, self.from_start(map, t), self.state),
         }
     }
 
@@ -378,9 +378,9 @@ impl Course {
         ((t - self.start.hi) - self.start.lo) * self.rate - 1.0
     }
 
-    /// x of the time `t` in any cell.
-    fn place_in(&self, map: &PeriodMap, t: f64) -> f64 {
-        ((t - self.start.hi) - self.start.lo) / map.cells[self.cell].half - 1.0
+    /// 1 + x of the time `t` in any cell.
+    fn from_start(&self, map: &PeriodMap, t: f64) -> f64 {
+        ((t - self.start.hi) - self.start.lo) / map.cells[self.cell].half
     }
 
     /// From the present cell to the one that holds `t`, or to the end of the period, and over the whole periods

@@ -32,7 +32,10 @@ pub static PROJECTION: [[f64; STAGES]; STAGES] = projection();
 pub static DERIVATIVE: [[f64; STAGES]; STAGES] = derivative();
 
 /// P₀ … P₁₂ in powers of x.
-pub static LEGENDRE: [[f64; STAGES + 1]; STAGES + 1] = legendre_powers();
+pub static LEGENDRE: [[f64; STAGES + 1]; STAGES + 1] = legendre_powers(0.0);
+
+/// The same in powers of 1 + x, which is small next to the start of a cell.
+pub static LEGENDRE_FROM_START: [[f64; STAGES + 1]; STAGES + 1] = legendre_powers(1.0);
 
 const fn abscissae() -> ([f64; STAGES], [f64; STAGES]) {
     let (mut x, mut b) = ([0.0; STAGES], [0.0; STAGES]);
@@ -59,15 +62,16 @@ const fn legendre(x: f64) -> [f64; STAGES + 1] {
     p
 }
 
-const fn legendre_powers() -> [[f64; STAGES + 1]; STAGES + 1] {
+/// P₀ … P₁₂ in powers of x + `shift`.
+const fn legendre_powers(shift: f64) -> [[f64; STAGES + 1]; STAGES + 1] {
     let mut p = [[0.0; STAGES + 1]; STAGES + 1];
-    (p[0][0], p[1][1]) = (1.0, 1.0);
+    (p[0][0], p[1][0], p[1][1]) = (1.0, -shift, 1.0);
     let mut k = 1;
     while k < STAGES {
         let n = k as f64;
         let mut j = 0;
         while j <= STAGES {
-            let raised = if j > 0 { p[k][j - 1] } else { 0.0 };
+            let raised = if j > 0 { p[k][j - 1] } else { 0.0 } - shift * p[k][j];
             p[k + 1][j] = ((2.0 * n + 1.0) * raised - n * p[k - 1][j]) / (n + 1.0);
             j += 1;
         }

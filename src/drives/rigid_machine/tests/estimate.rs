@@ -127,6 +127,15 @@ pub(super) fn random_machine(r: &mut Random, kind: usize) -> (Scene, [f64; 3], [
     (scene, load, driving, duration)
 }
 
+/// Sets the torques and their derivatives at `t`.
+pub(super) fn set_torques(machine: &mut RigidMachine, load: [f64; 3], driving: [f64; 3], t: f64) {
+    for (signal, [a, b, c]) in [(&mut machine.load, load), (&mut machine.driving, driving)] {
+        signal.set(polynomial([a, b, c], t));
+        signal.set_derivative(1, b + 2.0 * c * t);
+        signal.set_derivative(2, 2.0 * c);
+    }
+}
+
 /// The true error of the states and its estimate.
 pub(super) fn errors(scene: Scene, load: [f64; 3], driving: [f64; 3], duration: f64) -> Option<[f64; 2]> {
     let mut machine = started(scene);
@@ -140,11 +149,7 @@ pub(super) fn errors(scene: Scene, load: [f64; 3], driving: [f64; 3], duration: 
     let (mut top_speed, mut travelled) = (start[1].abs(), 1.0_f64);
     for i in 0..points {
         let (t, h) = (duration * f64::from(i) / f64::from(points), duration / f64::from(points));
-        for (signal, [a, b, c]) in [(&mut machine.load, load), (&mut machine.driving, driving)] {
-            signal.set(polynomial([a, b, c], t));
-            signal.set_derivative(1, b + 2.0 * c * t);
-            signal.set_derivative(2, 2.0 * c);
-        }
+        set_torques(&mut machine, load, driving, t);
         machine.advance(t, h).ok()?;
         c.advance(&truth, Double::from(t) + Double::from(h), 1e-14).ok()?;
         let y = c.state();

@@ -4,7 +4,7 @@
 //! The truth is the original equation of motion, with J′, integrated by extrapolation, with steps that end where the laws
 //! are not smooth.
 
-use super::estimate::{Random, Tally, polynomial};
+use super::estimate::{Random, Tally, polynomial, set_torques};
 use super::*;
 use crate::drives::rigid_machine::linkage::{Branch, FourBar, Kind, Link, Linkage, Mechanism, SliderCrank};
 
@@ -294,11 +294,7 @@ fn errors(scene: Scene, load: [f64; 3], driving: [f64; 3], duration: f64) -> Opt
     let mut differences = [0.0_f64; 3];
     for i in 0..points {
         let (t, h) = (duration * f64::from(i) / f64::from(points), duration / f64::from(points));
-        for (signal, [a, b, c]) in [(&mut machine.load, load), (&mut machine.driving, driving)] {
-            signal.set(polynomial([a, b, c], t));
-            signal.set_derivative(1, b + 2.0 * c * t);
-            signal.set_derivative(2, 2.0 * c);
-        }
+        set_torques(&mut machine, load, driving, t);
         machine.advance(t, h).ok()?;
         truth.advance(t + h)?;
         let torque = if machine.motor.lag().is_some() { get(&machine, "M_an") - truth.y[2] } else { 0.0 };
