@@ -270,10 +270,7 @@ impl Response {
                     let turns = (time - self.motion.origin) / map.period().hi;
                     let lasting = -(-self.oscillator.decay() * map.period().hi).exp_m1();
                     let cells = (map.cells() as f64).sqrt();
-                    self.bound.add_table(
-                        RESERVE_OF_TABLE * map.error() + map.whole().drift * turns.min(1.0 / lasting),
-                        cells * (turns + 1.0).min(1.0 / lasting),
-                    );
+                    self.bound.add_table(RESERVE_OF_TABLE * map.error(), cells * (turns + 1.0).min(1.0 / lasting));
                     return Ok(course.at(map, time));
                 }
                 Course::Leaps(_) => return Err(Fault::new("the response has not been restarted after a leap")),

@@ -34,9 +34,8 @@ pub(super) fn of(drive: &ElasticOutput) -> Portrait {
         "Closed form: the response to each harmonic and the free motion, in phase to the last digit after any number \
          of turns; on and beside an undamped resonance the growing part by itself."
     } else {
-        "At constant speed the turn is tabulated in cells, by collocation or by the phase of the vibration, whole turns by \
-         powers of its map. With inputs, with parameters tuned on the way, and where an oscillator that hardly vibrates decays \
-         by more than 512 time constants within one turn of the cam, \
+        "At constant speed the turn is tabulated in cells by collocation, whole turns by powers of its map. With inputs, \
+         with parameters tuned on the way, and where the oscillator turns by more than 512 rad within one turn of the cam, \
          exponential quadrature: the acceleration of the cam as Chebyshev polynomials on pieces that follow its \
          motion and end at the breakpoints of the law, the oscillator solved exactly on each."
     };

@@ -7,13 +7,9 @@ use crate::numerics::oscillator::Oscillator;
 use crate::numerics::period_map::{Coefficients, PeriodMap, Periodic};
 use std::sync::Arc;
 
-/// No table where an oscillator that hardly vibrates decays by more than this in a turn of the cam [rad]: cells of a few
-/// radians each, a few microseconds to make and half a kilobyte long, then still are an instant's work and some 0.1 MB.
-/// Vibrations are tabulated by their phase, whatever their number.
+/// No table where the oscillator turns or decays by more than this in a turn of the cam [rad]: cells of a few radians
+/// each, a few microseconds to make and half a kilobyte long, then still are an instant's work and some 0.1 MB.
 const FASTEST: f64 = 512.0;
-
-/// One that vibrates by less than this part of its rate hardly does.
-const HARDLY: f64 = 0.5;
 
 /// A cell may hold two radians of the finest harmonic of the law; the oscillator shortens it as the tolerance demands.
 const REACH: f64 = 2.0;
@@ -35,8 +31,7 @@ impl Table {
     pub fn new(oscillator: Oscillator, law: Arc<MotionLaw>, w: f64, phi_start: f64, tolerance: f64) -> Self {
         let map = CamTurn::new(&law, w, phi_start).and_then(|cam| {
             let (_, fast) = oscillator.rates();
-            let vibrates = oscillator.frequency().is_some_and(|frequency| frequency.hi >= HARDLY * fast);
-            let few = vibrates || fast * cam.period().hi <= FASTEST;
+            let few = fast * cam.period().hi <= FASTEST;
             few.then(|| PeriodMap::new(&Turn { oscillator, law: &law, w, cam }, tolerance)).flatten()
         });
         Table { oscillator, law, w, phi_start, tolerance, map }
@@ -91,5 +86,10 @@ impl Periodic for Turn<'_> {
 
     fn longest_cell(&self, _: Double, interval: usize) -> f64 {
         self.cam.time_for(REACH, interval)
+    }
+
+    /// Without a table the oscillator, whose coefficients are constant, is solved to the last digit.
+    fn by_phase(&self) -> bool {
+        false
     }
 }

@@ -71,6 +71,11 @@ pub trait Periodic {
 
     /// A cell from `tau` [s] on that is longer than this [s] could hide something between its nodes.
     fn longest_cell(&self, tau: Double, interval: usize) -> f64;
+
+    /// Whether fast vibrations may be tabulated by their phase: it errs by its roundings, ε times the radians that it passes.
+    fn by_phase(&self) -> bool {
+        true
+    }
 }
 
 /// y ↦ matrix y + shift, y = (q, q̇).
@@ -294,7 +299,7 @@ impl Lengths {
     /// Whether the cell from `start` of at most this length [s] is to be one by the phase: where it may be long enough for many
     /// vibrations, and short ones have not failed before.
     fn fast(&mut self, equation: &impl Periodic, interval: usize, start: Double, longest: f64) -> bool {
-        if (self.failed - start).hi > 0.0 {
+        if !equation.by_phase() || (self.failed - start).hi > 0.0 {
             return false;
         }
         let frequency = equation.at(start, interval).stiffness.sqrt();

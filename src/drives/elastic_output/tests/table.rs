@@ -27,8 +27,8 @@ fn a_step_over_any_number_of_turns_takes_the_same_work_and_leads_to_the_same_pla
 }
 
 #[test]
-fn what_hardly_vibrates_and_what_was_tuned_goes_on_in_pieces() {
-    assert!(!turning([1.0, 1e10, 1e7]).response.is_on_table());
+fn what_is_too_stiff_for_a_table_and_what_was_tuned_goes_on_in_pieces() {
+    assert!(!turning([1.0, 1e10, 12.0]).response.is_on_table());
     let mut tuned = turning([1.0, 2e4, 12.0]);
     run(&mut tuned, 0.1, 0.01);
     assert!(tuned.response.is_on_table());
@@ -44,25 +44,4 @@ fn what_hardly_vibrates_and_what_was_tuned_goes_on_in_pieces() {
     };
     let found = run(&mut tuned, 0.5, 0.01);
     assert_near(found, expected, expected[0].abs() + expected[1].abs() / 140.0, 140.0, 1e-11, "tuned");
-}
-
-#[test]
-fn the_table_of_a_stiff_spring_agrees_with_the_pieces() {
-    // At rest at the start, so that the vibrations are excited with all their strength and by every jump of the jerk.
-    for c in [1e6_f64, 1e8, 1e10] {
-        let mcb = [1.0, c, 1e-6 * c.sqrt()];
-        let (mut tabulated, mut pieces) = (turning(mcb), turning(mcb));
-        // A change that is not felt, but leaves the table.
-        pieces.b *= 1.0 + 1e-14;
-        pieces.apply(0.0).unwrap();
-        assert!(tabulated.response.is_on_table() && !pieces.response.is_on_table());
-        let (rate, size) = (c.sqrt(), 30.0 * 30.0 / c);
-        for n in 1..=40 {
-            let end = 0.017 * f64::from(n);
-            let expected = run(&mut pieces, end, 0.017);
-            let found = run(&mut tabulated, end, 0.017);
-            // The phase of 7e4 rad and its roundings.
-            assert_near(found, expected, size, rate, 2e-10, &format!("c = {c}, t = {end}"));
-        }
-    }
 }
