@@ -11,6 +11,9 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use toml_edit::{Item, Table, TableLike, Value, value};
 
+/// Rounds of the iteration that are reported at most: by then it has converged to the last digit, or does not.
+const MOST_ROUNDS: i64 = 100;
+
 /// Cuts the cams of a machine such that its tools move in time as prescribed though its speed fluctuates.
 ///
 /// The laws of the followers in the scene are what the tools are to do over the phase of time 2πt/T; behind mechanisms
@@ -46,8 +49,8 @@ pub struct Args {
     #[arg(long, value_enum, default_value_t = Laws::Auto)]
     laws: Laws,
     /// Rounds of the iteration to report
-    #[arg(long, value_name = "NUMBER", default_value_t = 3)]
-    rounds: usize,
+    #[arg(long, value_name = "NUMBER", default_value_t = 3, value_parser = clap::value_parser!(u16).range(..=MOST_ROUNDS))]
+    rounds: u16,
     /// Folder for table and diagrams: NAME.compensation.csv, .json, NAME.speed.svg, NAME.tool1.svg …
     #[arg(long, value_name = "FOLDER")]
     report: Option<PathBuf>,
@@ -149,7 +152,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(folder) = &args.report {
         files::no_file(folder, "--report")?;
     }
-    let options = Options { tolerance: args.tolerance, rounds: args.rounds, form: args.laws.into() };
+    let options = Options { tolerance: args.tolerance, rounds: args.rounds.into(), form: args.laws.into() };
     let report = study(&machine.name, &machine.task, options)
         .map_err(|fault| failure(format!("{}: {fault}", args.scene.display())))?;
     let cams = cams(&machine, &report, &output)?;

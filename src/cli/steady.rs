@@ -112,9 +112,10 @@ fn verdict(scene: &Scene, motions: &[PeriodicMotion], load: f64) -> String {
     let stable = motions.iter().filter(|motion| motion.is_stable()).count();
     match (scene.motor, motions.len(), stable) {
         (Motor::Kloss { breakdown_torque, synchronous_speed, .. }, 0, _) => format!(
-            "There is no periodic motion against the load of {load} N.m: the motor (breakdown torque {breakdown_torque} N.m) {}.",
+            "No periodic motion was found against the load of {load} N.m: the motor (breakdown torque {breakdown_torque} N.m) {}.",
             if load * synchronous_speed >= 0.0 { "stalls" } else { "runs away" }
         ),
+        (Motor::Kloss { .. }, 1, 0) => "One periodic motion, unstable: the machine stalls or runs away.".to_owned(),
         (Motor::Kloss { .. }, n, 0) => {
             format!("{n} periodic motions, none of them stable: the machine stalls or runs away.")
         }

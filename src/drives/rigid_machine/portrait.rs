@@ -164,6 +164,11 @@ impl RigidMachine {
                  coupler and output link, or rod and the normal of the slider's line."
                     .to_owned(),
             );
+            limits.push(
+                "Moments of inertia and centres of mass of links that the scene leaves out follow from its lengths and masses; \
+                 here they are parameters of their own, which stay as they are where a length or mass is changed."
+                    .to_owned(),
+            );
         }
         for (j, follower) in self.inertia.followers.iter().enumerate() {
             for (i, (mechanism, extreme)) in follower.linkage.0.iter().zip(follower.transmission()).enumerate() {

@@ -200,10 +200,9 @@ impl Period {
                         lengths.fast = 0.5 * length;
                         continue;
                     };
-                    let vibration::Errors { polynomials, rounding } = errors;
-                    let tolerance = vibration::TOLERANCE.max(rounding);
-                    lengths.fast = length * cell::growth(polynomials, tolerance);
-                    if !(polynomials <= tolerance) {
+                    let vibration::Errors { excess, polynomials, rounding } = errors;
+                    lengths.fast = length * cell::growth(excess, 1.0);
+                    if !(excess <= 1.0) {
                         continue;
                     }
                     whole.error = whole.error.max(polynomials);

@@ -192,9 +192,15 @@ impl Periodic for Measured {
 
 #[test]
 fn a_faster_vibration_costs_no_more_cells() {
-    for (rate, modulation, damping) in
-        [(3e3, 0.1, 0.1), (1e4, 0.5, 0.01), (1e4, 0.8, 1.0), (1e6, 0.5, 0.0), (1e9, 0.5, 0.0), (1e9, 0.0, 1e3)]
-    {
+    for (rate, modulation, damping) in [
+        (3e3, 0.1, 0.1),
+        (1e4, 0.5, 0.01),
+        (1e4, 0.8, 1.0),
+        (1e6, 0.5, 0.0),
+        (1e9, 0.5, 0.0),
+        (1e9, 0.0, 1e3),
+        (1e12, 0.5, 0.0),
+    ] {
         let equation = Measured { rate, modulation, damping };
         let map = PeriodMap::new(&equation, 1e-12).unwrap();
         let fast = map.cells.iter().filter(|cell| matches!(cell.motions, Motions::Vibration(_))).count();
@@ -208,7 +214,15 @@ fn a_faster_vibration_costs_no_more_cells() {
         for (t, y) in times.iter().zip(run(&map, equation.exact(0.0), times.iter().copied())) {
             let exact = equation.exact(*t);
             let error = (y[0] - exact[0]).abs().max((y[1] - exact[1]).abs() / rate);
-            assert!(error < estimate, "{rate:e}, {modulation}, t = {t}: {error:e} {estimate:e}");
+            // The exact phase has roundings as well.
+            let own = 2.0 * f64::EPSILON * rate * t;
+            assert!(error < estimate + own, "{rate:e}, {modulation}, t = {t}: {error:e} {estimate:e}");
+        }
+        let settled = run(&map, Measured::slow(0.0)[..2].try_into().unwrap(), times.iter().copied());
+        // Without vibrations the phase does not count.
+        for (t, y) in times.iter().zip(settled) {
+            let error = (y[0] - Measured::slow(*t)[0]).abs();
+            assert!(error < 1e-12 + 4.0 / (rate * rate), "{rate:e}, {modulation}, t = {t}: {error:e}");
         }
         // The first vibrations are as exact as if there were no others.
         let first: Vec<f64> = (1..=50).map(|n| 0.7 * f64::from(n) / rate).collect();

@@ -31,13 +31,16 @@ const LEAST: f64 = 20.0;
 /// Iterations for Θ′; from the bound on Q each gains two digits or more.
 const ITERATIONS: usize = 8;
 
-/// What the polynomials may leave relative to the motion, or to a radian of the phase. Unlike those of an ordinary cell
-/// they have no better order at the ends, so that it goes over the periods as it is; smooth coefficients reach it with hardly
-/// more cells.
-pub const TOLERANCE: f64 = 1e-13;
+/// What the polynomials may leave of a radian of the phase, unless its roundings are more, and of the motion. Unlike those
+/// of an ordinary cell they have no better order at the ends, so that it goes over the periods as it is; smooth coefficients
+/// reach it with hardly more cells.
+const TOLERANCE: f64 = 1e-13;
 
-/// By how many roundings of s the coefficients of its polynomial err.
-const ROUNDINGS_OF_SLOPE: f64 = 8.0;
+/// The slope of the first neglected polynomial of Legendre at the ends, n (n + 1)/2.
+const STEEPEST: f64 = 0.5 * (STAGES * (STAGES + 1)) as f64;
+
+/// The same of s and its slope, in which eight roundings of s come together.
+const SLOW_TOLERANCE: f64 = 8.0 * STEEPEST * f64::EPSILON;
 
 /// The motions of a cell, as coefficients of powers of u = 1 + x: the phase then is as exact after a few vibrations as a few
 /// vibrations are, however many the cell has.
@@ -69,9 +72,11 @@ struct Place {
 /// What the polynomials of a cell err by.
 #[derive(Clone, Copy, Debug)]
 pub struct Errors {
+    /// As a part of what is admissible.
+    pub excess: f64,
     /// Where the coefficients are not resolved, relative to the motion.
     pub polynomials: f64,
-    /// By the roundings of the phase [rad] and those of s′.
+    /// By the roundings of the phase [rad].
     pub rounding: f64,
 }
 
@@ -100,14 +105,15 @@ impl Vibration {
         (vibration.decay[0], vibration.phase[0]) = (0.0, 0.0);
         vibration.initial = vibration.place(0.0);
         let size = slow.iter().fold(0.0, |largest: f64, s| largest.max(s.abs()));
-        // The slope of the last polynomial of Legendre is n (n + 1)/2 at the ends; an integral is 2 n + 1 times smaller.
+        // The integral of the polynomial of Legendre is 2 n + 1 times smaller.
         let n = STAGES as f64;
-        let steepest = 0.5 * n * (n + 1.0);
-        let of_slow = if size > 0.0 { steepest * cell::neglected(&slow_modes) / size } else { 0.0 };
+        let of_slow = if size > 0.0 { STEEPEST * cell::neglected(&slow_modes) / size } else { 0.0 };
         let of_phase = 2.0 * left + (cell::neglected(&slope_modes) + cell::neglected(&damping_modes)) / (2.0 * n + 1.0);
-        let polynomials = of_slow + of_phase;
         let phase = vibration.place(2.0).phase[0];
-        let errors = Errors { polynomials, rounding: f64::EPSILON * (phase + ROUNDINGS_OF_SLOPE * steepest) };
+        let rounding = f64::EPSILON * phase;
+        let excess = f64::max(of_slow / SLOW_TOLERANCE, of_phase / rounding.max(TOLERANCE));
+        let polynomials = of_slow + of_phase;
+        let errors = Errors { excess, polynomials, rounding };
         (polynomials.is_finite() && phase.is_finite()).then_some((vibration, errors))
     }
 
