@@ -129,15 +129,12 @@ impl Study {
                 rules.push(Rule::Area(around, Shade::Pale));
             }
         }
-        let title = match &self.elastic {
-            Some(behind) => format!(
-                "Deviation of {}: cam at rest, band of the output from η = {:.4} to {:.4}",
-                self.assignment.name, behind.looked_at[0], behind.looked_at[1]
-            ),
-            None => format!("Deviation of {} from what is prescribed", self.assignment.name),
-        };
+        if let Some(behind) = self.elastic.as_ref().filter(|_| !rules.is_empty()) {
+            let [slowest, fastest] = behind.looked_at;
+            rules.push(Rule::Key(Shade::Pale, format!("output, η = {slowest:.4} … {fastest:.4}")));
+        }
         Diagram {
-            title,
+            title: format!("Deviation of {} from what is prescribed", self.assignment.name),
             x: Axis::angular("Angle φ [°]"),
             y: Axis::linear(&format!(
                 "Deviation {} − Ũ {}",

@@ -56,6 +56,7 @@ impl Study {
     /// What there is to say of the elastic output member.
     pub(super) fn of_elasticity(&self) -> Vec<String> {
         let (Some(behind), Some(given)) = (&self.elastic, &self.assignment.elasticity) else { return Vec::new() };
+        let floor = |eta: f64| (eta * 1e4).floor() / 1e4;
         let rpm = |eta: f64| format!("η = {eta:.4} ({} rpm)", number(eta * given.w0 * 60.0 / TAU));
         let mut lines = vec![String::new()];
         match given.method {
@@ -103,7 +104,8 @@ impl Study {
         if let Some(tolerance) = given.tolerance {
             let tolerance = self.length(tolerance);
             lines.push(match behind.reached {
-                Some(eta) => format!("It stays within {tolerance} up to {}.", rpm(eta)),
+                // Rounded up, it would be beyond.
+                Some(eta) => format!("It stays within {tolerance} up to {}.", rpm(floor(eta))),
                 None => {
                     let slow = Response { damping: given.damping, eta: given.slowest / given.w0 };
                     let deviation = self.length(self.assignment.task.deviation(&self.cam, slow));

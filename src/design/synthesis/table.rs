@@ -213,7 +213,7 @@ impl Study {
                 error,
             ];
             if let Some(behind) = &self.elastic {
-                cells.push(behind.reaches[i].map_or("–".to_owned(), |eta| format!("{eta:.4}")));
+                cells.push(behind.reaches[i].map_or("–".to_owned(), |eta| format!("{:.4}", (eta * 1e4).floor() / 1e4)));
             }
             cells
         });

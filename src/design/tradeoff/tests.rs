@@ -61,8 +61,10 @@ fn changes_are_those_of_the_closed_form() {
     assert!((rigid.changes["y"] - (largest - 0.011) / largest).abs() < 1e-9);
     assert_eq!(rigid.changes["q"], 1.0);
     assert!(rigid.worst.as_deref() != Some("q"), "q vanishes and says nothing of the rest");
+    let first = feature(&report, "harmonic k = 1");
+    assert!((first.changes["y"] - 0.01 * gain(1.0) / largest).abs() < 1e-9, "{first:?}");
     // No damping, no transient to be left out.
-    assert_eq!(report.features.len(), 2);
+    assert_eq!(report.features.len(), 3);
     // The closed form is right at every setting.
     assert!(report.reference.floor < 1e-10 && report.reference.separation.is_none(), "{:?}", report.reference);
     assert!(report.settings.iter().all(|row| row.error.unwrap() <= 1e-10), "{:?}", report.settings);

@@ -60,7 +60,7 @@ fn tables_change_nothing_but_the_work() {
 }
 
 #[test]
-fn a_search_that_begins_at_its_end_ends_at_once() {
+fn the_search_begins_next_to_its_end() {
     let scene = Scene { start: MachineStart::SteadyState, ..loom(kloss(0.16), 0.0, 0.0) };
     let [computed, read] = both(&scene);
     assert_eq!(computed.first_guess, 1.0);
@@ -68,7 +68,8 @@ fn a_search_that_begins_at_its_end_ends_at_once() {
     let shooting = steady::Shooting::new(&read, torques, steady::ORBIT_TOLERANCE);
     let energy = shooting.first_energy().unwrap();
     let shot = shooting.shoot(energy).unwrap();
-    assert!(shot.gain.abs() <= steady::ROUNDING * energy, "{:e}", shot.gain / energy);
+    // The guess has the digits of an f32: one secant leaves roundings.
+    assert!(shot.gain.abs() <= f64::from(f32::EPSILON) * energy, "{:e}", shot.gain / energy);
 }
 
 #[test]
