@@ -3,6 +3,7 @@
 
 use super::elastic::SpeedRange;
 use super::study::{Method, Names, Study};
+use super::table::rounded_down;
 use super::{Bound, Infeasible, Objective, Response, Task};
 use crate::design::text::number;
 use std::f64::consts::TAU;
@@ -56,7 +57,6 @@ impl Study {
     /// What there is to say of the elastic output member.
     pub(super) fn of_elasticity(&self) -> Vec<String> {
         let (Some(behind), Some(given)) = (&self.elastic, &self.assignment.elasticity) else { return Vec::new() };
-        let floor = |eta: f64| (eta * 1e4).floor() / 1e4;
         let rpm = |eta: f64| format!("η = {eta:.4} ({} rpm)", number(eta * given.w0 * 60.0 / TAU));
         let mut lines = vec![String::new()];
         match given.method {
@@ -104,8 +104,7 @@ impl Study {
         if let Some(tolerance) = given.tolerance {
             let tolerance = self.length(tolerance);
             lines.push(match behind.reached {
-                // Rounded up, it would be beyond.
-                Some(eta) => format!("It stays within {tolerance} up to {}.", rpm(floor(eta))),
+                Some(eta) => format!("It stays within {tolerance} up to {}.", rpm(rounded_down(eta))),
                 None => {
                     let slow = Response { damping: given.damping, eta: given.slowest / given.w0 };
                     let deviation = self.length(self.assignment.task.deviation(&self.cam, slow));

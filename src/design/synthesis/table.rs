@@ -213,7 +213,7 @@ impl Study {
                 error,
             ];
             if let Some(behind) = &self.elastic {
-                cells.push(behind.reaches[i].map_or("–".to_owned(), |eta| format!("{:.4}", (eta * 1e4).floor() / 1e4)));
+                cells.push(behind.reaches[i].map_or("–".to_owned(), |eta| format!("{:.4}", rounded_down(eta))));
             }
             cells
         });
@@ -447,4 +447,9 @@ fn nonlinear(shaft: &Shafted) -> String {
     let faults = shaft.nonlinear.iter().filter_map(|at| Some((at.w, at.torque.as_ref().err()?)));
     lines.extend(faults.map(|(w, fault)| format!("warning: at {} rpm, nonlinear: {fault}", rpm(w))));
     lines.join("\n")
+}
+
+/// A speed ratio that is reached, to four places: rounded up, it would be beyond.
+pub(super) fn rounded_down(eta: f64) -> f64 {
+    (eta * 1e4).floor() / 1e4
 }

@@ -181,7 +181,7 @@ impl ElasticShaft {
         course.reach(map, target).map_err(|fault| solver::unbounded(fault.time, self.linear))?;
         (self.twist, self.time) = (course.at(map, target), target);
         self.solver.steps = course.steps as f64;
-        self.solver.error_estimate = table.error_after(course.periods(map, target)).min(1.0);
+        self.solver.error_estimate = table.error_after(course.periods(map, target));
         Ok(())
     }
 

@@ -117,6 +117,7 @@ impl Turn<'_> {
     /// integral of the larger real part of the roots of λ² + d λ + k. Tongues that it misses are narrower than any number
     /// tells.
     fn slow_growth(&self) -> f64 {
+        // Equal places are exact for all harmonics below their number, far beyond those that a scene takes.
         const PLACES: u32 = 4096;
         let period = self.period();
         let rate = |i: u32| {

@@ -119,28 +119,27 @@ impl Vibration {
 
     /// From the start of a cell of this half length [s] to its end.
     pub fn map(&self, half: f64) -> Affine {
-        let image = |y| self.at(half, 2.0, y);
-        let shift = image([0.0, 0.0]);
-        let column = |y| {
-            let Vibration { initial, .. } = self;
-            let free =
-                Vibration { initial: Place { slow: [0.0; 2], ..*initial }, slow: [0.0; STAGES + 1], ..self.clone() };
-            free.at(half, 2.0, y)
-        };
-        let ([a, c], [b, d]) = (column([1.0, 0.0]), column([0.0, 1.0]));
-        Affine { matrix: [[a, b], [c, d]], shift }
+        let to = self.place(2.0);
+        let [[a, c], [b, d]] = [[1.0, 0.0], [0.0, half]].map(|y| self.free(&to, y));
+        let matrix = [[a, b], [c / half, d / half]];
+        Affine { matrix, shift: self.at(half, 2.0, [0.0, 0.0]) }
     }
 
     /// (q, q̇) at the place u of a cell of this half length [s], for the motion from `y` at its start.
     pub fn at(&self, half: f64, u: f64, y: [f64; 2]) -> [f64; 2] {
         let (from, to) = (&self.initial, self.place(u));
-        let free = [y[0] - from.slow[0], half * y[1] - from.slow[1]];
-        let (a, b) = (free[0], (free[1] - from.growth * free[0]) / from.phase[1]);
-        let (sine, cosine) = (to.phase[0] - from.phase[0]).sin_cos();
+        let [q, slope] = self.free(&to, [y[0] - from.slow[0], half * y[1] - from.slow[1]]);
+        [to.slow[0] + q, (to.slow[1] + slope) / half]
+    }
+
+    /// The free motion and its slope at a place, from these at the start.
+    fn free(&self, to: &Place, [q, slope]: [f64; 2]) -> [f64; 2] {
+        let from = &self.initial;
+        let (a, b) = (q, (slope - from.growth * q) / from.phase[1]);
+        let (sine, cosine) = to.phase[0].sin_cos();
         let amplitude = (from.decay - to.decay).exp() * (from.phase[1] / to.phase[1]).sqrt();
-        let (q, turned) = (a * cosine + b * sine, b * cosine - a * sine);
-        let speed = to.slow[1] + amplitude * (to.growth * q + to.phase[1] * turned);
-        [to.slow[0] + amplitude * q, speed / half]
+        let (q, turned) = (amplitude * (a * cosine + b * sine), amplitude * (b * cosine - a * sine));
+        [q, to.growth * q + to.phase[1] * turned]
     }
 
     fn place(&self, u: f64) -> Place {

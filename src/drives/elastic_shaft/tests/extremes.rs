@@ -132,9 +132,9 @@ fn the_error_estimate_is_honest() {
             continue;
         };
         let error = relative_error(&scene.start, &got, &truth);
-        // Below this the truth is not known itself.
-        // A drive without motion has no error.
-        let ratio = if error == 0.0 { estimate.max(1e-15) / 1e-15 } else { estimate / error.max(1e-15) };
+        // Below this the truth is not known itself; a drive without motion has no error at all.
+        let least = 1e-15;
+        let ratio = if error == 0.0 { estimate.max(least) / least } else { estimate / error.max(least) };
         ratios.push((ratio, scene.linear));
     }
     for linear in [false, true] {
