@@ -152,6 +152,18 @@ impl AngleMotion {
     }
 }
 
+/// Whether inputs φ, ω set at `time` [s] move the shaft from φ, ω, α where it is by no more than their rounding. That is no
+/// jump: else it would shake the drive at every communication point.
+pub fn goes_on(from: [f64; 3], [phi, w]: [f64; 2], time: f64) -> bool {
+    let [of_phi, of_w] = roundings(from, time);
+    (phi - from[0]).abs() <= of_phi && (w - from[1]).abs() <= of_w
+}
+
+/// The rounding of inputs φ and ω at `time` [s], of which the time itself has its part.
+pub fn roundings([phi, w, a]: [f64; 3], time: f64) -> [f64; 2] {
+    [phi.abs() + (w * time).abs(), w.abs() + (a * time).abs()].map(|size| 4.0 * f64::EPSILON * size)
+}
+
 /// Law and motion of the cam of a cam drive.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CamDrive<Law = MotionLaw> {

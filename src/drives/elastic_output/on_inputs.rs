@@ -2,6 +2,7 @@
 
 use super::{ElasticOutput, Moment, Position};
 use crate::drives::Fault;
+use crate::drives::cam_drive::{goes_on, roundings};
 use crate::drives::response::{Both, Instant, Landing};
 use crate::motion::MotionLaw;
 use crate::numerics::pair::Pair;
@@ -33,12 +34,12 @@ impl ElasticOutput {
         self.cam.step_done();
         self.taken_up = false;
         let [phi, w, ..] = self.response.motion().coefficients;
-        let smooth = go_on(&self.phi, [phi, w], time);
+        let smooth = self.goes_on([phi, w], time);
         let (law, q) = (&self.cam.law, self.now.q.array());
         Some(match self.response.leap(law, [time, end], q, smooth)? {
             Landing::Both(Both { instant: Instant { u, q }, phi: [phi, w, a] }) => {
                 self.phi = [phi, w, a, 0.0, 0.0];
-                self.slack = roundings(&self.phi, end);
+                self.slack = roundings([phi, w, a], end);
                 self.now = Moment { time: end, w, u, q };
                 let [u, u1] = u.array();
                 let [q, v] = q.array();
@@ -57,7 +58,7 @@ impl ElasticOutput {
         }
         let motion = self.cam.motion(time);
         let [phi, w, ..] = motion.coefficients;
-        self.now = if go_on(&self.phi, [phi, w], time) {
+        self.now = if self.goes_on([phi, w], time) {
             Moment { time, w, ..self.before }
         } else {
             let law = &self.cam.law;
@@ -67,18 +68,11 @@ impl ElasticOutput {
         };
         self.response.follow(motion);
     }
-}
 
-/// Whether inputs φ, ω set at `time` [s] move the cam from where it is by no more than their rounding. That is no jump: else
-/// it would shake the mass at every communication point.
-fn go_on(from: &[f64; 5], [phi, w]: [f64; 2], time: f64) -> bool {
-    let [of_phi, of_w] = roundings(from, time);
-    (phi - from[0]).abs() <= of_phi && (w - from[1]).abs() <= of_w
-}
-
-/// The rounding of inputs φ and ω at `time` [s].
-fn roundings([phi, w, a, ..]: &[f64; 5], time: f64) -> [f64; 2] {
-    [phi.abs() + (w * time).abs(), w.abs() + (a * time).abs()].map(|size| 4.0 * f64::EPSILON * size)
+    fn goes_on(&self, inputs: [f64; 2], time: f64) -> bool {
+        let [phi, w, a, ..] = self.phi;
+        goes_on([phi, w, a], inputs, time)
+    }
 }
 
 /// How far x and ẋ jump from one position to another at the same time.

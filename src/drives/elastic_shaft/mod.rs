@@ -30,7 +30,7 @@ pub(super) mod tests;
 mod turn;
 mod variables;
 
-use super::cam_drive::{AngleMotion, CamDrive, DriveMode, HasCamDrive, Start, StartMode};
+use super::cam_drive::{AngleMotion, CamDrive, DriveMode, HasCamDrive, Start, StartMode, goes_on};
 use super::number::all_finite;
 use super::pace::Pace;
 use super::solver::{HasSolver, Method, Settings, Solver};
@@ -355,10 +355,14 @@ impl Drive for ElasticShaft {
         self.tuned = self.used != [self.m, self.c, self.b];
         if self.cam.is_input() {
             self.motion = self.cam.motion(time);
-            let [_, w, ..] = self.motion.coefficients;
-            // ψ = φ + q and ψ̇ = ω + q̇ do not jump, so q and q̇ take up the jumps of φ and ω.
-            let phi = self.motion.coefficients[0];
-            self.twist = [self.before[2] - (phi - self.before[0]), self.before[3] - (w - self.before[1])];
+            let [phi, w, a, ..] = self.motion.coefficients;
+            let [before, speed, q, v] = self.before;
+            self.twist = if goes_on([before, speed, a], [phi, w], time) {
+                [q, v]
+            } else {
+                // ψ = φ + q and ψ̇ = ω + q̇ do not jump, so q and q̇ take up the jumps of φ and ω.
+                [q - (phi - before), v - (w - speed)]
+            };
         }
         Ok(())
     }

@@ -84,7 +84,8 @@ fn portrait(drive: &ElasticShaft, equation: Equation) -> Portrait {
              parametrically unstable range its solution grows without bound and ends the simulation with an error \
              beyond 1e100."
                 .to_owned(),
-            "Where inputs jump, psi and der(psi) are kept.".to_owned(),
+            "Where inputs jump, psi and der(psi) are kept; jumps within the rounding of the inputs are none."
+                .to_owned(),
         ],
         sources: vec!["H. Dresig, I. Vulfson: Dynamik der Mechanismen. Springer, Wien 1989, section 4.6.3.".to_owned()],
     }

@@ -141,6 +141,29 @@ fn the_twist_on_a_ramp_meets_an_independent_integration() {
 }
 
 #[test]
+fn the_rounding_of_large_angles_is_no_jump() {
+    let (phi, w) = (1e5, 4.84);
+    for linear in [false, true] {
+        let mut expected = started(manipulator(profile(), linear, DriveMode::Constant { w, phi_start: phi }));
+        run(&mut expected, 2.0, 1);
+        let mut drive = ElasticShaft::new(manipulator(profile(), linear, DriveMode::Input)).unwrap();
+        drive.inputs().unwrap().copy_from_slice(&[phi, w, 0.0]);
+        drive.start(0.0).unwrap();
+        for n in 0..2000 {
+            let time = 1e-3 * f64::from(n);
+            // The last place of φ is 1.5e-11 rad, of a twist of 6e-3 rad.
+            drive.inputs().unwrap()[0] = phi + w * time;
+            drive.apply(time).unwrap();
+            drive.advance(time, 1e-3 * f64::from(n + 1) - time).unwrap();
+        }
+        for (i, size) in [6e-3, 0.3].into_iter().enumerate() {
+            let error = (drive.twist[i] - expected.twist[i]).abs();
+            assert!(error < 1e-10 * size, "linear {linear}, {i}: {error:e}");
+        }
+    }
+}
+
+#[test]
 fn where_inputs_jump_the_cam_keeps_angle_and_speed() {
     for linear in [false, true] {
         let mut drive = ramp(linear);

@@ -29,7 +29,9 @@ mod tests;
 mod turn;
 mod variables;
 
-use super::cam_drive::{AngleMotion, CamDrive, DriveMode, HasCamDrive, MAX_INPUT_DERIVATIVE, Start, StartMode};
+use super::cam_drive::{
+    AngleMotion, CamDrive, DriveMode, HasCamDrive, MAX_INPUT_DERIVATIVE, Start, StartMode, goes_on,
+};
 use super::number::all_finite;
 use super::pace::{FAR, Pace, Stop};
 use super::solver::{HasSolver, Settings, Solver};
@@ -286,12 +288,12 @@ impl Drive for ParametricDrive {
             return Ok(());
         }
         self.motion = self.cam.motion(time);
-        self.state = [self.before[2], self.before[3]];
-        if self.cam.law.is_relative() {
-            let [phi, w, ..] = self.motion.coefficients;
+        let [phi, w, a, ..] = self.motion.coefficients;
+        let [before, speed, q, v] = self.before;
+        self.state = [q, v];
+        if self.cam.law.is_relative() && !goes_on([before, speed, a], [phi, w], time) {
             // ψ = φ + q and ψ̇ = ω + q̇ do not jump, so q and q̇ take up the jumps of φ and ω.
-            self.state[0] -= phi - self.before[0];
-            self.state[1] -= w - self.before[1];
+            self.state = [q - (phi - before), v - (w - speed)];
         }
         Ok(())
     }

@@ -161,7 +161,10 @@ fn limits(law: &Law) -> Vec<String> {
                  √(c₁₂/(c_AB R²)). No play, massless rods."
                     .to_owned(),
             );
-            limits.push("Where inputs jump, psi and der(psi) are kept.".to_owned());
+            limits.push(
+                "Where inputs jump, psi and der(psi) are kept; jumps within the rounding of the inputs are none."
+                    .to_owned(),
+            );
             if let Some(order) = crank.harmonics {
                 limits.push(format!("Of the stiffness only the harmonics up to {order} are taken into account."));
             }
