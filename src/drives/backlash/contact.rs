@@ -131,6 +131,14 @@ impl Bodies {
         Bodies { waves, ..self }
     }
 
+    /// The oscillator that moves q.
+    pub fn oscillator(&self, mode: Mode) -> &Oscillator {
+        match mode {
+            Mode::Contact(_) => &self.bound,
+            Mode::Free => &self.relative,
+        }
+    }
+
     /// The place of a flank relative to flank A [m].
     pub fn place(&self, flank: Flank) -> f64 {
         match flank {

@@ -35,17 +35,17 @@ mod variables;
 mod waves;
 
 use super::cam_drive::{AngleMotion, CamDrive, DriveMode, HasCamDrive, Start, StartMode};
-use super::number::all_finite;
 use super::solver::{FINEST_TOLERANCE, HasSolver, Settings, Solver};
 use super::{Board, Curve, Drive, EventLog, Experiment, Fault, List, Portrait};
 use crate::motion::MotionLaw;
 use crate::numerics::double_double::Double;
 use contact::{Bodies, Flank, Mode, State};
 use flank::{CamFlank, FlankMotion};
-use panel::{Point, Rules};
+use panel::{Point, Reading, Rules};
 use serde::{Deserialize, Serialize};
 use solver::{Run, Stretch, Sums, Tally, release};
 use std::sync::Arc;
+use stride::Step;
 
 /// A drive with backlash as a resolved scene describes it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -79,8 +79,10 @@ pub struct Now {
     pub time: f64,
     /// Where m1 is.
     pub mode: Mode,
-    /// The relative state, and the motion of the flank.
-    pub point: Point,
+    /// What is read.
+    pub reading: Reading,
+    /// Where inputs move the drive, the relative state and the motion of the flank; [`BacklashDrive::point`] knows both.
+    point: Point,
     /// Counts since the start.
     pub tally: Tally,
 }
@@ -178,7 +180,15 @@ impl BacklashDrive {
     /// Shows the motion at `time` [s], which lies in the current panel.
     fn show(&mut self, run: &Run, time: f64) {
         let point = run.panel.whole_at(&self.bodies, run.theta(time));
-        self.now = Now { time, mode: run.panel.mode, point, tally: run.tally };
+        self.now = Now { time, mode: run.panel.mode, reading: point.reading(), point, tally: run.tally };
+    }
+
+    /// The relative state and the motion of the flank, without ü.
+    fn point(&self) -> Point {
+        match &self.run {
+            Some(run) if !self.cam.is_input() => run.panel.at(&self.bodies, run.theta(self.now.time)),
+            _ => self.now.point,
+        }
     }
 
     /// By how much the last communication step at constant speed misses ΔE = ∫ F_K u̇ dt + Σ P u̇ − losses, as part of E:
@@ -211,13 +221,20 @@ impl BacklashDrive {
 
     /// Goes on at constant speed from `time` to `end` within the current panel, where nothing happens and nothing is
     /// counted; whether it does.
-    #[inline(always)]
     fn within_panel(&mut self, time: f64, end: f64, step: f64) -> bool {
         let Some(run) = self.run.as_deref_mut().filter(|_| !self.cam.is_input()) else { return false };
-        let Some(point) = run.within(&self.bodies, [self.now.time, end], self.step) else { return false };
+        let read = Step { from: self.now.time, to: end, last: self.step };
+        let Some(reading) = run.within(&self.bodies, read) else { return false };
         run.begin_here(time);
-        (self.now.time, self.now.point, self.step) = (end, point, step);
+        (self.now.time, self.now.reading, self.step) = (end, reading, step);
         true
+    }
+
+    /// The same where [`BacklashDrive::stride`] does not go on, with what is shown.
+    #[inline(never)]
+    fn glide_anew(&mut self, end: f64, board: &mut Board) -> bool {
+        let time = self.now.time;
+        self.within_panel(time, end, end - time) && variables::show(self, board)
     }
 
     /// Advances over the ends of panels, or as inputs say.
@@ -246,15 +263,18 @@ impl BacklashDrive {
         }
         run.begin_here(time);
         let end = time + step;
-        run.stride.begin();
-        let mut point = run.advance(&self.bodies, &flank, &mut Stretch { end, horizon, log: &mut self.log })?;
-        if input {
+        run.advance(&self.bodies, &flank, &mut Stretch { end, horizon, log: &mut self.log })?;
+        let mut point = self.now.point;
+        let reading = if input {
             point = run.panel.whole_at(&self.bodies, run.theta(end));
-        }
-        if !point.is_finite() {
+            point.reading()
+        } else {
+            run.reading(&self.bodies, Step { from: self.now.time, to: end, last: self.step })
+        };
+        if !reading.is_finite() {
             return Err(Fault(format!("the motion leaves the range of numbers before t = {end} s")));
         }
-        self.now = Now { time: end, mode: run.panel.mode, point, tally: run.tally };
+        self.now = Now { time: end, mode: run.panel.mode, reading, point, tally: run.tally };
         self.step = step;
         if input {
             self.sums = run.sums(&self.bodies, &flank, end, horizon);
@@ -333,7 +353,8 @@ impl Drive for BacklashDrive {
 
     fn new(scene: Scene) -> Result<Self, Fault> {
         let Scene { m1, m2, c, b, s, e, cam, drive, start, solver } = scene;
-        let now = Now { time: 0.0, mode: Mode::Free, point: Point::default(), tally: Tally::default() };
+        let (reading, point) = (Reading::default(), Point::default());
+        let now = Now { time: 0.0, mode: Mode::Free, reading, point, tally: Tally::default() };
         let bodies = Bodies::new(m1, m2, c, b, s, e);
         let bodies = match drive {
             DriveMode::Constant { w, .. } => bodies.on(&cam, w),
@@ -417,7 +438,8 @@ impl Drive for BacklashDrive {
         let mut unheard = EventLog::counting();
         let (mode, state, _) = Self::take_up((&self.bodies, &flank), &self.end, &mut run, time, &mut unheard);
         let u = flank.at(flank.segment(Double::from(time)), Double::from(time)).0;
-        self.now = Now { time, mode, point: Point { state, u: [u[0], u[1], u[2]] }, tally: run.tally };
+        let point = Point { state, u: [u[0], u[1], u[2]] };
+        self.now = Now { time, mode, reading: point.reading(), point, tally: run.tally };
         Ok(())
     }
 
@@ -428,7 +450,11 @@ impl Drive for BacklashDrive {
     #[inline(always)]
     fn glide(&mut self, _time: f64, end: f64, board: &mut Board) -> bool {
         let time = self.now.time;
-        self.within_panel(time, end, end - time) && variables::show(self, board)
+        let Some(run) = self.run.as_deref_mut() else { return false };
+        let Some(reading) = run.stride(&self.bodies, [time, end]) else { return self.glide_anew(end, board) };
+        run.begin_here(time);
+        (self.now.time, self.now.reading, self.step) = (end, reading, end - time);
+        variables::show(self, board)
     }
 
     fn show(&self, board: &mut Board) {
@@ -450,8 +476,7 @@ impl Drive for BacklashDrive {
     }
 
     fn is_finite(&self) -> bool {
-        let State { q: [q, q_dot], zeta: [zeta, zeta_dot], .. } = self.now.point.state;
-        all_finite([q, q_dot, zeta, zeta_dot])
+        self.now.reading.is_finite()
     }
 
     fn events(&mut self) -> &mut EventLog {

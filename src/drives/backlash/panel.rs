@@ -16,12 +16,12 @@
 use super::contact::{Bodies, Flank, Mode, State};
 use super::flank::FlankMotion;
 use super::slow::stiff_rate;
-use super::stride::Stride;
+use super::stride::{Step, Stride};
 use super::waves::Waves;
 use crate::drives::number::all_finite;
 use crate::motion::Kinematics;
 use crate::numerics::double_double::Double;
-use crate::numerics::oscillator::{FreeMotion, Oscillator};
+use crate::numerics::oscillator::Oscillator;
 use crate::numerics::quadrature::Gauss;
 use serde::{Deserialize, Serialize};
 
@@ -71,11 +71,10 @@ pub struct Panel {
     pub(super) pairs: [Pair; COEFFICIENTS],
     /// In flight the centre of mass at the start [m] and its velocity [m/s].
     pub(super) centre: [f64; 2],
-    /// Whether the motion is a sum of waves (see [`super::waves`]) and no series; e^(iφ) at the start and the free one.
+    /// Whether the motion is a sum of waves (see [`super::waves`]) and no series; e^(iφ) at the start.
     pub(super) in_waves: bool,
     pub(super) turn: [f64; 2],
-    pub(super) free: FreeMotion,
-    /// Of a panel apart from the fast modes: their free vibration at the start, q [m] and q̇ [m/s].
+    /// The free vibration at the start, q [m] and q̇ [m/s], of a motion in waves, or of a series apart from the fast modes.
     pub(super) vibration: [f64; 2],
 }
 
@@ -98,10 +97,26 @@ pub struct Point {
 }
 
 impl Point {
+    /// What is read of it.
+    pub fn reading(&self) -> Reading {
+        let State { q, home, zeta } = self.state;
+        Reading { place: [self.u[0] + (home + zeta[0]), self.u[1] + zeta[1]], q }
+    }
+}
+
+/// What is read at every communication point.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Reading {
+    /// x1 [m] and ẋ1 [m/s].
+    pub place: [f64; 2],
+    /// q [m] and q̇ [m/s].
+    pub q: [f64; 2],
+}
+
+impl Reading {
     /// Whether all numbers are.
     pub fn is_finite(&self) -> bool {
-        let State { q, zeta, .. } = self.state;
-        all_finite([q[0], q[1], zeta[0], zeta[1], self.u[0], self.u[1], self.u[2]])
+        all_finite([self.place[0], self.place[1], self.q[0], self.q[1]])
     }
 }
 
@@ -149,7 +164,6 @@ impl Panel {
             centre: [0.0; 2],
             in_waves: false,
             turn: [0.0; 2],
-            free: FreeMotion::default(),
             vibration: [0.0; 2],
         };
         panel.lay(bodies, flank, place, from, longest, rules);
@@ -191,10 +205,7 @@ impl Panel {
 
     /// The oscillator that moves q.
     pub(super) fn oscillator<'a>(&self, bodies: &'a Bodies) -> &'a Oscillator {
-        match self.mode {
-            Mode::Contact(_) => &bodies.bound,
-            Mode::Free => &bodies.relative,
-        }
+        bodies.oscillator(self.mode)
     }
 
     /// The series of u with `span` [s] as the unit of time, or with one in which it decays fast enough.
@@ -341,7 +352,7 @@ impl Panel {
         let [place, rate] = self.series_at(theta * self.per_span);
         let [mut first, mut q] = [0, 1].map(|i| [place[i], rate[i] * self.per_span]);
         let mut state = self.state;
-        if self.vibration != [0.0; 2] {
+        if self.vibrates() {
             let vibration = self.vibration_at(bodies, theta);
             for i in 0..2 {
                 q[i] += vibration[i];
@@ -362,31 +373,24 @@ impl Panel {
         Point { state, u: [place - state.home - state.zeta[0], speed - state.zeta[1], 0.0] }
     }
 
-    /// The motion `theta` [s] after the start, without ü, at the end of a step between these `times` [s] after one of the
-    /// length `last` [s]; `stride` helps where steps repeat themselves.
+    /// What is read at the end of a step that repeats itself, where `stride` goes on.
     #[inline(always)]
-    pub fn read(&self, bodies: &Bodies, stride: &mut Stride, (times, last): ([f64; 2], f64), theta: f64) -> Point {
-        let Some(waves) = self.waves(bodies) else { return self.at(bodies, theta) };
-        let oscillator = self.oscillator(bodies);
-        let (z, free) = match stride.go(times, oscillator, waves.speed) {
-            Some(phases) => phases,
-            None => self.read_anew(bodies, waves, stride, (times, last), theta),
-        };
-        self.point_of_waves(bodies, waves, theta, (z, free))
+    pub fn stride(&self, bodies: &Bodies, stride: &mut Stride, [from, to]: [f64; 2]) -> Option<Reading> {
+        let (rest, waves) = (stride.rest(from, to)?, bodies.waves.as_ref()?);
+        let free = stride.swing(rest, self.oscillator(bodies), self.mode);
+        Some(match self.mode {
+            Mode::Free => self.in_flight(bodies, self.until(to), free),
+            Mode::Contact(_) => self.on_flank(waves, stride.turned(rest, waves.speed), free),
+        })
     }
 
-    #[inline(never)]
-    fn read_anew(
-        &self,
-        bodies: &Bodies,
-        waves: &Waves,
-        stride: &mut Stride,
-        step: ([f64; 2], f64),
-        theta: f64,
-    ) -> ([f64; 2], [f64; 2]) {
-        let phases = self.phases(bodies, waves, theta);
-        stride.start(step, phases, self.oscillator(bodies), (waves.speed, waves.fastest()), self.limit() - theta);
-        phases
+    /// What is read at the end of any step; `stride` goes on from there where steps repeat themselves.
+    pub fn read(&self, bodies: &Bodies, stride: &mut Stride, step: Step) -> Reading {
+        let theta = self.until(step.to).clamp(0.0, self.length);
+        let Some(waves) = self.waves(bodies) else { return self.at(bodies, theta).reading() };
+        let (z, free) = self.phases(bodies, waves, theta);
+        stride.start(step, (z, free), (bodies, waves), self.instant(self.limit()).hi);
+        if self.mode == Mode::Free { self.in_flight(bodies, theta, free) } else { self.on_flank(waves, z, free) }
     }
 
     /// The motion `theta` [s] after the start with ü.

@@ -78,7 +78,7 @@ impl Panel {
         (zeros, resolution): (usize, f64),
         end: f64,
     ) -> Option<Search> {
-        let amplitude = self.free.amplitude();
+        let amplitude = self.oscillator(bodies).free_motion(self.vibration).amplitude();
         let free_size = match self.mode {
             Mode::Contact(_) => (bodies.c + bodies.b * bodies.bound.stiffness().sqrt()) * amplitude,
             Mode::Free => bodies.share * amplitude,

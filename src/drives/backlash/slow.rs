@@ -128,6 +128,11 @@ impl Panel {
         }
     }
 
+    /// Whether a vibration is to be added to the series.
+    pub(super) fn vibrates(&self) -> bool {
+        !self.in_waves && self.vibration != [0.0; 2]
+    }
+
     /// The vibration `theta` [s] after the start: q [m] and q̇ [m/s].
     pub(super) fn vibration_at(&self, bodies: &Bodies, theta: f64) -> [f64; 2] {
         apply(&self.oscillator(bodies).free(Double::from(theta)), self.vibration)
@@ -135,7 +140,7 @@ impl Panel {
 
     /// ∫ F_K dt and ∫ U′ F_K dt of the vibration in contact.
     pub(super) fn vibration_integrals(&self, bodies: &Bodies, flank: &impl FlankMotion, span: [f64; 2]) -> [f64; 2] {
-        if self.vibration == [0.0; 2] {
+        if !self.vibrates() {
             return [0.0; 2];
         }
         let link = [-bodies.c, -bodies.b];
@@ -153,7 +158,7 @@ impl Panel {
 
     /// What the damper takes beyond the smooth motion.
     pub(super) fn vibration_loss(&self, bodies: &Bodies, theta: f64) -> f64 {
-        if self.vibration == [0.0; 2] {
+        if !self.vibrates() {
             return 0.0;
         }
         let oscillator = self.oscillator(bodies);

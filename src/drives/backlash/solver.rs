@@ -5,9 +5,9 @@
 
 use super::contact::{Bodies, Flank, Mode, State};
 use super::flank::FlankMotion;
-use super::panel::{Found, Panel, Point, Rules};
+use super::panel::{Found, Panel, Point, Reading, Rules};
 use super::spread::{Side, Spread};
-use super::stride::Stride;
+use super::stride::{Step, Stride};
 use crate::drives::{Event, EventLog, Fault, Number};
 use crate::motion::Kinematics;
 use crate::numerics::double_double::Double;
@@ -129,6 +129,7 @@ impl Run {
         }
         (self.zeros, self.longest) = (from.2, longest);
         self.panel.lay(bodies, flank, place, from, longest, self.rules);
+        self.stride.begin();
         self.enter_panel(bodies);
         self.tally.panels += 1.0;
         self.work += 1.0;
@@ -177,27 +178,29 @@ impl Run {
         self.panel.until(time).clamp(0.0, self.panel.length)
     }
 
-    /// The motion at the end of a step between these `times` [s], after one of the length `last` [s], where the current
-    /// panel holds it, without ü.
+    /// What is read at the end of a step that repeats itself within the current panel, where that takes but a few
+    /// instructions.
     #[inline(always)]
-    pub fn within(&mut self, bodies: &Bodies, times: [f64; 2], last: f64) -> Option<Point> {
-        let left = self.panel.until(times[1]);
-        if !(left < self.panel.limit()) {
-            return None;
-        }
-        Some(self.panel.read(bodies, &mut self.stride, (times, last), left.max(0.0)))
+    pub fn stride(&mut self, bodies: &Bodies, times: [f64; 2]) -> Option<Reading> {
+        self.panel.stride(bodies, &mut self.stride, times)
     }
 
-    /// Goes on to the end of the communication step and returns the motion there, without ü.
-    pub fn advance(
-        &mut self,
-        bodies: &Bodies,
-        flank: &impl FlankMotion,
-        stretch: &mut Stretch,
-    ) -> Result<Point, Fault> {
+    /// What is read at the end of any step that the current panel holds.
+    pub fn within(&mut self, bodies: &Bodies, step: Step) -> Option<Reading> {
+        let inside = self.panel.until(step.to) < self.panel.limit();
+        inside.then(|| self.panel.read(bodies, &mut self.stride, step))
+    }
+
+    /// What is read at the end of a step, to which [`Run::advance`] has come.
+    pub fn reading(&mut self, bodies: &Bodies, step: Step) -> Reading {
+        self.panel.read(bodies, &mut self.stride, step)
+    }
+
+    /// Goes on to the end of the communication step.
+    pub fn advance(&mut self, bodies: &Bodies, flank: &impl FlankMotion, stretch: &mut Stretch) -> Result<(), Fault> {
         self.work = 0.0;
-        let left = self.march(bodies, flank, stretch, None)?;
-        Ok(self.panel.at(bodies, left.clamp(0.0, self.panel.length)))
+        self.march(bodies, flank, stretch, None)?;
+        Ok(())
     }
 
     /// ∫ F_K dt + ΣP and ∫ U′ F_K dt + Σ U′P over the last communication step, which ends at `end` [s]. They are

@@ -62,7 +62,8 @@ impl BacklashDrive {
         let mut run = Run::new(&locked, &flank, place, contact, limits);
         let mut log = EventLog::counting();
         let mut stretch = Stretch { end: time + period, horizon: f64::INFINITY, log: &mut log };
-        let response = run.advance(&locked, &flank, &mut stretch)?.state.q;
+        run.advance(&locked, &flank, &mut stretch)?;
+        let response = run.panel.at(&locked, run.theta(time + period)).state.q;
         let m = locked.bound.free(Double::from(time + period) + Double::from(-time));
         let [[a, b], [c, d]] = [[1.0 - m[0][0], -m[0][1]], [-m[1][0], 1.0 - m[1][1]]];
         let determinant = a * d - b * c;
@@ -107,8 +108,8 @@ impl BacklashDrive {
 
     /// The mode and state that repeat after one period.
     fn orbit(&mut self, time: f64, period: f64) -> Result<(Mode, State), Fault> {
+        let mut last = (self.now.mode, self.point().state);
         let Some(mut run) = self.run.take() else { return Err(Fault::new("the drive has not been started")) };
-        let mut last = (self.now.mode, self.now.point.state);
         let mut work = 0.0;
         let mut turns = 0;
         while turns < MOST_TURNS && work < MOST_WORK {
@@ -116,7 +117,8 @@ impl BacklashDrive {
             let end = time + turns as f64 * period;
             let flank = CamFlank { law: &self.cam.law, motion: &self.motion, bounds: self.bounds };
             let mut stretch = Stretch { end, horizon: f64::INFINITY, log: &mut self.log };
-            let Point { state, .. } = run.advance(&self.bodies, &flank, &mut stretch)?;
+            run.advance(&self.bodies, &flank, &mut stretch)?;
+            let Point { state, .. } = run.panel.at(&self.bodies, run.theta(end));
             work += run.work;
             let next = (run.panel.mode, state);
             if next.0 == last.0 && self.distance(&next.1, &last.1) <= REPEATS {

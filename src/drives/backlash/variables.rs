@@ -1,8 +1,8 @@
 //! The variables of the drive with backlash.
 
 use super::BacklashDrive;
-use super::contact::{Flank, Mode};
-use super::panel::Point;
+use super::contact::{Flank, Mode, State};
+use super::panel::Reading;
 use crate::drives::cam_drive::HasCamDrive;
 use crate::drives::solver::HasSolver;
 use crate::drives::{Board, List, Seed, unit, variable};
@@ -14,24 +14,19 @@ const STATES: [&str; 4] = ["x1", "der(x1)", "y", "der(y)"];
 
 /// What the outputs are computed from: numbers, or series.
 struct Known<S> {
-    /// u, u̇ and, in contact, ü.
-    u: [S; 3],
-    /// z and ż.
-    z: [S; 2],
+    /// x1 and ẋ1.
+    place: [S; 2],
     /// q and q̇; never formed as differences.
     q: [S; 2],
+    /// ü in contact.
+    driven: S,
 }
 
 impl<S: Scalar> Known<S> {
-    /// x1 and ẋ1.
-    fn place(&self) -> [S; 2] {
-        [self.u[0] + self.z[0], self.u[1] + self.z[1]]
-    }
-
     /// x2 and ẋ2.
     fn far_place(&self) -> [S; 2] {
-        let [x, x_dot] = self.place();
-        [x + self.q[0], x_dot + self.q[1]]
+        let ([x, x_dot], [q, q_dot]) = (self.place, self.q);
+        [x + q, x_dot + q_dot]
     }
 
     /// c q + b q̇.
@@ -42,7 +37,7 @@ impl<S: Scalar> Known<S> {
     /// F_K = m1 ü − c q − b q̇ in contact, 0 in flight.
     fn force(&self, d: &BacklashDrive) -> S {
         match d.now.mode {
-            Mode::Contact(_) => self.u[2] * d.m1 - self.link(d),
+            Mode::Contact(_) => self.driven * d.m1 - self.link(d),
             Mode::Free => S::from(0.0),
         }
     }
@@ -50,7 +45,7 @@ impl<S: Scalar> Known<S> {
     /// ẍ1 = ü in contact, (c q + b q̇)/m1 in flight.
     fn acceleration(&self, d: &BacklashDrive) -> S {
         match d.now.mode {
-            Mode::Contact(_) => self.u[2],
+            Mode::Contact(_) => self.driven,
             Mode::Free => self.link(d) * (1.0 / d.m1),
         }
     }
@@ -59,14 +54,20 @@ impl<S: Scalar> Known<S> {
 impl BacklashDrive {
     /// The numbers, without ü.
     fn values(&self) -> Known<f64> {
-        let Point { state, u } = self.now.point;
-        Known { u, z: [state.home + state.zeta[0], state.zeta[1]], q: state.q }
+        let Reading { place, q } = self.now.reading;
+        Known { place, q, driven: 0.0 }
+    }
+
+    /// z and ż, with all digits also near flank B.
+    fn gap(&self) -> [f64; 2] {
+        let State { home, zeta, .. } = self.point().state;
+        [home + zeta[0], zeta[1]]
     }
 
     /// The numbers, with ü in contact.
     fn all_values(&self) -> Known<f64> {
         let mut known = self.values();
-        known.u[2] = self.flank_acceleration();
+        known.driven = self.flank_acceleration();
         known
     }
 
@@ -84,7 +85,7 @@ impl BacklashDrive {
     fn slope(&self) -> f64 {
         let w = self.motion.coefficients[1];
         if self.motion.is_uniform() && w != 0.0 {
-            self.now.point.u[1] / w
+            self.point().u[1] / w
         } else {
             self.cam.at(&self.motion, self.now.time).1.0[1]
         }
@@ -103,7 +104,7 @@ impl BacklashDrive {
     fn flank_motion(&self) -> Kinematics {
         let (shaft, law) = self.cam.at(&self.motion, self.now.time);
         let mut u = law.along(&shaft.kinematics);
-        u.0[..2].copy_from_slice(&self.now.point.u[..2]);
+        u.0[..2].copy_from_slice(&self.point().u[..2]);
         if self.now.mode != Mode::Free {
             u.0[2] = self.flank_acceleration();
         }
@@ -124,15 +125,22 @@ impl BacklashDrive {
 
     /// The series.
     fn series(&self, seed: Seed) -> Known<Series> {
-        let x = self.flank_motion();
-        match seed {
-            Seed::Time => self.time_series(&x),
-            Seed::Known(which) => self.partial_series(which, &x),
-        }
+        self.series_and_gap(seed).0
     }
 
-    fn time_series(&self, x: &Kinematics) -> Known<Series> {
-        let Known { z: [z, z_dot], q: [q, q_dot], .. } = self.values();
+    /// The series, and that of z; x1 = u + z.
+    fn series_and_gap(&self, seed: Seed) -> (Known<Series>, Series) {
+        let x = self.flank_motion();
+        let (u, z, q) = match seed {
+            Seed::Time => self.time_series(&x),
+            Seed::Known(which) => self.partial_series(which, &x),
+        };
+        (Known { place: [u[0] + z[0], u[1] + z[1]], q, driven: u[2] }, z[0])
+    }
+
+    /// u, u̇, ü; z, ż; q, q̇.
+    fn time_series(&self, x: &Kinematics) -> ([Series; 3], [Series; 2], [Series; 2]) {
+        let ([z, z_dot], [q, q_dot]) = (self.gap(), self.now.reading.q);
         let motion = |n: usize| Series::from_derivatives(x.0[n], x.0[n + 1], x.0[n + 2]);
         let state = [q, q_dot];
         let ([q2, q3, _], gap) = match self.now.mode {
@@ -142,15 +150,15 @@ impl BacklashDrive {
                 (self.bodies.free_derivatives(state), [z_dot, z2, z3])
             }
         };
-        Known {
-            u: [motion(0), motion(1), motion(2)],
-            z: [Series::from_derivatives(z, gap[0], gap[1]), Series::from_derivatives(gap[0], gap[1], gap[2])],
-            q: [Series::from_derivatives(q, q_dot, q2), Series::from_derivatives(q_dot, q2, q3)],
-        }
+        (
+            [motion(0), motion(1), motion(2)],
+            [Series::from_derivatives(z, gap[0], gap[1]), Series::from_derivatives(gap[0], gap[1], gap[2])],
+            [Series::from_derivatives(q, q_dot, q2), Series::from_derivatives(q_dot, q2, q3)],
+        )
     }
 
     /// The partial derivatives with respect to the input or the state with the value reference `which`.
-    fn partial_series(&self, which: usize, x: &Kinematics) -> Known<Series> {
+    fn partial_series(&self, which: usize, x: &Kinematics) -> ([Series; 3], [Series; 2], [Series; 2]) {
         let (shaft, law) = self.cam.at(&self.motion, self.now.time);
         let [_, w, a, ..] = shaft.kinematics.0;
         let [_, u1, u2, u3, _] = law.0;
@@ -167,12 +175,12 @@ impl BacklashDrive {
             Mode::Contact(_) => (rates[0], rates[1]),
             Mode::Free => (seed(0), seed(1)),
         };
-        let Known { z: [z, z_dot], q: [q, q_dot], .. } = self.values();
-        Known {
-            u: std::array::from_fn(|n| Series([x.0[n], rates[n], 0.0])),
-            z: [Series([z, place - rates[0], 0.0]), Series([z_dot, speed - rates[1], 0.0])],
-            q: [Series([q, seed(2) - place, 0.0]), Series([q_dot, seed(3) - speed, 0.0])],
-        }
+        let ([z, z_dot], [q, q_dot]) = (self.gap(), self.now.reading.q);
+        (
+            std::array::from_fn(|n| Series([x.0[n], rates[n], 0.0])),
+            [Series([z, place - rates[0], 0.0]), Series([z_dot, speed - rates[1], 0.0])],
+            [Series([q, seed(2) - place, 0.0]), Series([q_dot, seed(3) - speed, 0.0])],
+        )
     }
 
     /// 1 on flank A, 0 in flight, −1 on flank B; without clearance the flank that presses.
@@ -217,7 +225,7 @@ pub(super) fn list(drive: &BacklashDrive) -> List<BacklashDrive> {
 #[inline(always)]
 pub(super) fn show(drive: &BacklashDrive, board: &mut Board) -> bool {
     let known = drive.values();
-    let ([x1, x1_dot], [x2, x2_dot]) = (known.place(), known.far_place());
+    let ([x1, x1_dot], [x2, x2_dot]) = (known.place, known.far_place());
     for (place, value) in [x1, x1_dot, x2, x2_dot].into_iter().enumerate() {
         board.show(place, value);
     }
@@ -237,8 +245,8 @@ fn states(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
         "x1",
         "Displacement of m1",
         real(&unit::LENGTH),
-        |d, _| d.values().place()[0],
-        |d, s, _| d.series(s).place()[0],
+        |d, _| d.values().place[0],
+        |d, s, _| d.series(s).place[0],
     )
     .at(0)
     .state()
@@ -248,8 +256,8 @@ fn states(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
         "der(x1)",
         "Velocity of m1",
         real(&unit::VELOCITY),
-        |d, _| d.values().place()[1],
-        |d, s, _| d.series(s).place()[1],
+        |d, _| d.values().place[1],
+        |d, s, _| d.series(s).place[1],
     )
     .at(1)
     .derivative_of("x1")
@@ -328,7 +336,7 @@ fn outputs(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
         "q",
         "Elongation of the spring, x2 - x1",
         real(&unit::LENGTH),
-        |d, _| d.now.point.state.q[0],
+        |d, _| d.now.reading.q[0],
         |d, s, _| d.series(s).q[0],
     )
     .depends(&known(drive, &["x1", "y", "phi"]));
@@ -336,7 +344,7 @@ fn outputs(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
         "der(q)",
         "Rate of elongation of the spring",
         real(&unit::VELOCITY),
-        |d, _| d.now.point.state.q[1],
+        |d, _| d.now.reading.q[1],
         |d, s, _| d.series(s).q[1],
     )
     .derivative_of("q")
@@ -345,8 +353,8 @@ fn outputs(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
         "gap",
         "Distance of m1 from flank A, x1 - U, between 0 and s",
         real(&unit::LENGTH),
-        |d, _| d.values().z[0],
-        |d, s, _| d.series(s).z[0],
+        |d, _| d.gap()[0],
+        |d, s, _| d.series_and_gap(s).1,
     )
     .depends(&known(drive, &["x1", "phi"]))
     .depends_initially(&inputs);

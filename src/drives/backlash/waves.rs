@@ -14,7 +14,7 @@
 
 use super::contact::{Bodies, Mode, State};
 use super::flank::FlankMotion;
-use super::panel::{Pair, Panel, Point, REACH, Rules};
+use super::panel::{Pair, Panel, Point, REACH, Reading, Rules};
 use super::search::Search;
 use super::slow::stiff_rate;
 use crate::drives::response::progression;
@@ -168,7 +168,7 @@ impl Waves {
         let mut sum = [0.0; N];
         sum[0] = self.mean;
         self.powers(z, |i, [c, s]| {
-            let Wave { cosine, sine } = &self.waves[i];
+            let Wave { cosine, sine } = self.waves[i];
             for n in 0..N {
                 sum[n] += cosine[n] * c + sine[n] * s;
             }
@@ -180,7 +180,7 @@ impl Waves {
     fn kinematics(&self, z: [f64; 2]) -> Kinematics {
         let mut u = [self.mean, 0.0, 0.0, 0.0, 0.0];
         self.powers(z, |i, [c, s]| {
-            let Wave { cosine, sine } = &self.waves[i];
+            let Wave { cosine, sine } = self.waves[i];
             let [place, speed] = [0, 1].map(|n| cosine[n] * c + sine[n] * s);
             let [bent, bent_speed] = [place, speed].map(|x| -self.squares[i] * x);
             for (sum, own) in u.iter_mut().zip([place, speed, bent, bent_speed, -self.squares[i] * bent]) {
@@ -194,7 +194,7 @@ impl Waves {
     fn acceleration(&self, z: [f64; 2]) -> f64 {
         let mut sum = 0.0;
         self.powers(z, |i, [c, s]| {
-            let Wave { cosine, sine } = &self.waves[i];
+            let Wave { cosine, sine } = self.waves[i];
             sum -= self.squares[i] * (cosine[0] * c + sine[0] * s);
         });
         sum
@@ -292,11 +292,11 @@ impl Panel {
         self.turn = flank.turn(self.start);
         let [u, u_dot, q, q_dot] = waves.driven(self.turn);
         if self.mode == Mode::Free {
-            self.free = bodies.relative.free_motion(self.state.q);
+            self.vibration = self.state.q;
             let State { q, home, zeta } = self.state;
             self.centre = [u + home + zeta[0] + bodies.share * q[0], u_dot + zeta[1] + bodies.share * q[1]];
         } else {
-            self.free = bodies.bound.free_motion([self.state.q[0] - q, self.state.q[1] - q_dot]);
+            self.vibration = [self.state.q[0] - q, self.state.q[1] - q_dot];
         }
         let end = MOST_LEAPS as f64 * guard.leap;
         let found = if rules.locked {
@@ -313,9 +313,10 @@ impl Panel {
     /// e^(iφ) and the free vibration q, q̇ `theta` [s] after the start.
     #[inline(always)]
     pub(super) fn phases(&self, bodies: &Bodies, waves: &Waves, theta: f64) -> ([f64; 2], [f64; 2]) {
-        let frequency = self.oscillator(bodies).frequency().unwrap_or_default().hi;
+        let oscillator = self.oscillator(bodies);
+        let frequency = oscillator.frequency().unwrap_or_default().hi;
         let [[s, c], own] = sin_cos_of_both([waves.speed * theta, frequency * theta]);
-        (product(self.turn, [c, s]), self.free.at(theta, own))
+        (product(self.turn, [c, s]), oscillator.free_motion(self.vibration).at(theta, own))
     }
 
     /// u, u̇, q and q̇ `theta` [s] after the start.
@@ -337,27 +338,28 @@ impl Panel {
 
     /// The motion `theta` [s] after the start, without ü.
     pub(super) fn point_in_waves(&self, bodies: &Bodies, waves: &Waves, theta: f64) -> Point {
-        self.point_of_waves(bodies, waves, theta, self.phases(bodies, waves, theta))
-    }
-
-    /// The same where e^(iφ) and the free vibration are known.
-    #[inline(always)]
-    pub(super) fn point_of_waves(
-        &self,
-        bodies: &Bodies,
-        waves: &Waves,
-        theta: f64,
-        phases: ([f64; 2], [f64; 2]),
-    ) -> Point {
-        let [u, u_dot, q, q_dot] = self.sums_of_waves(waves, phases);
+        let [u, u_dot, q, q_dot] = self.waves_at(bodies, waves, theta);
         let mut state = State { q: [q, q_dot], ..self.state };
         if self.mode == Mode::Free {
-            let place = self.centre[0] + theta * self.centre[1] - bodies.share * q;
-            let speed = self.centre[1] - bodies.share * q_dot;
+            let [place, speed] = self.in_flight(bodies, theta, state.q).place;
             // Rounding may put m1 behind a flank that it has not reached.
             state.zeta = [(place - u - state.home).clamp(-state.home, bodies.s - state.home), speed - u_dot];
         }
         Point { state, u: [u, u_dot, 0.0] }
+    }
+
+    /// What is read of a flight: x1 is off the centre of mass, which moves uniformly, by −μ q.
+    #[inline(always)]
+    pub(super) fn in_flight(&self, bodies: &Bodies, theta: f64, q: [f64; 2]) -> Reading {
+        let [place, speed] = self.centre;
+        Reading { place: [place + theta * speed - bodies.share * q[0], speed - bodies.share * q[1]], q }
+    }
+
+    /// What is read on a flank, from e^(iφ) and the free vibration.
+    #[inline(always)]
+    pub(super) fn on_flank(&self, waves: &Waves, z: [f64; 2], free: [f64; 2]) -> Reading {
+        let [u, u_dot, q, q_dot] = waves.driven(z);
+        Reading { place: [u + self.state.home, u_dot], q: [q + free[0], q_dot + free[1]] }
     }
 
     /// u, u̇ … u⁗ `theta` [s] after the start.
@@ -376,7 +378,7 @@ impl Panel {
         let oscillator = self.oscillator(bodies);
         let rate = oscillator.rates().1;
         // The phase is rounded in proportion to its own size.
-        let free = self.free.amplitude() * (1.0 + 0.5 * rate * theta);
+        let free = oscillator.free_motion(self.vibration).amplitude() * (1.0 + 0.5 * rate * theta);
         let [u, u_dot, q, q_dot] = waves.sizes;
         if self.mode == Mode::Free {
             let share = bodies.share * free;

@@ -27,7 +27,7 @@ fn the_closed_form_is_the_power_series() {
                     let t = f64::from(step) * h;
                     closed.advance(t, h).unwrap();
                     series.advance(t, h).unwrap();
-                    let [one, other] = [&closed, &series].map(|d| d.now.point.state);
+                    let [one, other] = [&closed, &series].map(|d| d.point().state);
                     let bound = closed.solver.error_estimate + series.solver.error_estimate + 1e-13;
                     // What bounces on is chaotic.
                     if bound > 1e-7 {
