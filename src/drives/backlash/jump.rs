@@ -1,0 +1,67 @@
+//! What a jump of the inputs does to the masses.
+
+use super::BacklashDrive;
+use super::contact::{Bodies, Flank, Mode, State};
+use super::flank::{CamFlank, FlankMotion};
+use super::panel::Point;
+use super::solver::{Run, release};
+use crate::drives::EventLog;
+use crate::numerics::double_double::Double;
+
+impl BacklashDrive {
+    /// Takes up a jump of the inputs: masses keep place and velocity, but a mass on a flank follows it and takes up
+    /// the impulse m1 Δu̇. A free mass that the jump puts beyond a flank is set on it, and strikes it if it moves
+    /// towards it.
+    pub(super) fn take_up(
+        (bodies, flank): (&Bodies, &CamFlank),
+        (from, end): &(Mode, Point),
+        run: &mut Run,
+        time: f64,
+        log: &mut EventLog,
+    ) -> (Mode, State, usize) {
+        let place = (Double::from(time), flank.segment(Double::from(time)));
+        let u = flank.at(place.1, place.0);
+        let jump = [u.0[0] - end.u[0], u.0[1] - end.u[1]];
+        let resolution = bodies.resolution(flank, place.0);
+        let mut state = end.state;
+        match *from {
+            Mode::Contact(contact) => {
+                state.q = [state.q[0] - jump[0], state.q[1] - jump[1]];
+                run.push(bodies.m1 * jump[1], flank.slope(place.1, place.0));
+                let (mode, zeros) =
+                    if bodies.s == 0.0 { (*from, 0) } else { bodies.settle(contact, state.q, &u, resolution) };
+                if mode == Mode::Free {
+                    log.push(release(contact, place.0, ("force", bodies.force(state.q, &u)[0], "N")));
+                }
+                (mode, state, zeros)
+            }
+            Mode::Free => {
+                state.zeta = [state.zeta[0] - jump[0], state.zeta[1] - jump[1]];
+                // What the differences above round to.
+                let rounding = [0, 1].map(|n| 8.0 * f64::EPSILON * (u.0[n].abs() + end.u[n].abs()));
+                for contact in [Flank::A, Flank::B] {
+                    let sign = contact.sign();
+                    let beyond = bodies.place(contact) - state.home - state.zeta[0];
+                    let resting = beyond.abs() <= rounding[0] && state.zeta[1].abs() <= rounding[1];
+                    if !resting && sign * beyond <= 0.0 {
+                        continue;
+                    }
+                    state.q[0] -= beyond;
+                    (state.home, state.zeta[0]) = (bodies.place(contact), 0.0);
+                    if resting {
+                        state.q[1] += state.zeta[1];
+                        state.zeta[1] = 0.0;
+                        let (mode, zeros) = bodies.settle(contact, state.q, &u, resolution);
+                        return (mode, state, zeros);
+                    }
+                    if sign * state.zeta[1] > 0.0 {
+                        return (Mode::Free, state, 1);
+                    }
+                    let (mode, zeros) = run.strike_at_jump(bodies, flank, contact, &mut state, place, log);
+                    return (mode, state, zeros);
+                }
+                (Mode::Free, state, 0)
+            }
+        }
+    }
+}
