@@ -88,8 +88,13 @@ impl Instance {
 
     /// Keeps events as long as the log wants to know of them.
     fn listen(&mut self) {
-        let wanted = self.logger.wants(Category::Events) || self.logger.wants(Category::Solver);
+        let wanted = self.is_listening();
         self.drive.events().keep(wanted);
+    }
+
+    /// Whether the log wants to know of events.
+    fn is_listening(&self) -> bool {
+        self.logger.wants(Category::Events) || self.logger.wants(Category::Solver)
     }
 
     /// Carries out a call: looks it up in the call sequence, catches a panic, logs the reason of an error.
@@ -222,7 +227,7 @@ impl Instance {
         match catch_unwind(AssertUnwindSafe(advance)) {
             Ok(Ok(events)) => {
                 self.clock.time = point + step;
-                if events == 0 { abi::OK } else { self.tell_events() }
+                if events == 0 || !self.is_listening() { abi::OK } else { self.tell_events() }
             }
             Ok(Err(fault)) => self.step_failed(fault),
             Err(panic) => self.report(&DO_STEP, Err(panic)),
@@ -282,8 +287,9 @@ impl Instance {
 
     /// Passes the drive's events on to the log.
     fn log_events(&mut self) {
+        let listening = self.is_listening();
         let events = self.drive.events();
-        if self.logger.wants(Category::Events) || self.logger.wants(Category::Solver) {
+        if listening {
             for e in events.iter() {
                 let category = if e.solver { Category::Solver } else { Category::Events };
                 let (time, value) = (Number(e.time), Number(e.value));
