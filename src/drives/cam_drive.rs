@@ -146,6 +146,16 @@ impl AngleMotion {
         ShaftState { reduced: angle::reduce(phi), kinematics: Kinematics(d) }
     }
 
+    /// The same, φ less whole turns alone [rad].
+    pub fn reduced_at(&self, time: Double) -> f64 {
+        let tau = time + Double::from(-self.origin);
+        if !self.is_uniform() || tau.hi == 0.0 {
+            return self.at_instant(time).reduced;
+        }
+        let [phi, w, ..] = self.coefficients;
+        angle::reduce(Double::from(phi) + two_product(w, tau.hi) + Double::from(w * tau.lo))
+    }
+
     /// Whether the speed is constant.
     pub fn is_uniform(&self) -> bool {
         self.degree == 1

@@ -88,7 +88,7 @@ impl CamFlank<'_> {
     }
 
     fn reduced(&self, time: Double) -> f64 {
-        self.motion.at_instant(time).reduced
+        self.motion.reduced_at(time)
     }
 }
 
