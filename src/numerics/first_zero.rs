@@ -43,12 +43,28 @@ pub enum Precision {
     Near,
 }
 
-/// The same for a polynomial of known degree that is positive at 0 or has its zero there.
+/// The same for a polynomial of known degree that is positive at 0 or has its zero there, where the least of its partial
+/// sums ([`partial_sums`]) does not tell that there is none.
 pub fn first_zero_of<const N: usize>(c: &[f64; N], end: f64, precision: Precision) -> Option<f64> {
-    search(c, end, precision)
+    if !(c[0] > 0.0) {
+        return Some(0.0);
+    }
+    approach(c, end, precision)
 }
 
+/// The least and the greatest of the sums c₀, c₀ + c₁, …: between them lies Σ cₙ xⁿ for x ∈ [0, 1].
 #[inline(always)]
+pub fn partial_sums(c: &[f64]) -> [f64; 2] {
+    let (mut sum, mut least, mut greatest) = (0.0, f64::INFINITY, f64::NEG_INFINITY);
+    for term in c {
+        sum += term;
+        least = if sum < least { sum } else { least };
+        greatest = if sum > greatest { sum } else { greatest };
+    }
+    // The comparisons take no notice of what is no number.
+    if sum.is_nan() { [f64::NAN; 2] } else { [least, greatest] }
+}
+
 fn search(c: &[f64], end: f64, precision: Precision) -> Option<f64> {
     if !(c[0] > 0.0) {
         return Some(0.0);
@@ -56,6 +72,13 @@ fn search(c: &[f64], end: f64, precision: Precision) -> Option<f64> {
     if lower_bound(c, end) > 0.0 {
         return None;
     }
+    approach(c, end, precision)
+}
+
+/// Comes to the first zero place by place.
+#[inline(always)]
+fn approach<C: AsRef<[f64]> + ?Sized>(polynomial: &C, end: f64, precision: Precision) -> Option<f64> {
+    let c = polynomial.as_ref();
     // |p⁽⁵⁾|/5! on [0, end].
     let mut power = 1.0;
     let mut fifth = 0.0;
@@ -78,7 +101,7 @@ fn search(c: &[f64], end: f64, precision: Precision) -> Option<f64> {
         if bound > 0.0 {
             return None;
         }
-        if let Some(zero) = falling(c, &local, fifth, [x, rest], precision) {
+        if let Some(zero) = falling(polynomial, &local, fifth, [x, rest], precision) {
             return zero;
         }
         while !(bound > 0.0) {
@@ -128,13 +151,14 @@ fn expansion(c: &[f64], x: f64) -> [f64; LOCAL] {
 
 /// Where p is sure to fall from x on, until it must have reached zero if it goes on like this: the zero there, or that
 /// there is none in `rest`. None where p may turn before.
-fn falling(
-    c: &[f64],
+fn falling<C: AsRef<[f64]> + ?Sized>(
+    polynomial: &C,
     local: &[f64; LOCAL],
     fifth: f64,
     [x, rest]: [f64; 2],
     precision: Precision,
 ) -> Option<Option<f64>> {
+    let c = polynomial.as_ref();
     let [value, slope, second, third, fourth] = *local;
     if slope >= 0.0 {
         return None;
@@ -145,8 +169,7 @@ fn falling(
     if steepest >= 0.0 {
         return None;
     }
-    let [at_reach, _] = value_and_slope(c, x + reach);
-    if at_reach > 0.0 {
+    if value_at(c, x + reach) > 0.0 {
         return if reach == rest { Some(None) } else { None };
     }
     // Newton's iteration, kept between the ends by which the zero is known to lie.
@@ -170,7 +193,7 @@ fn falling(
         if precision == Precision::Near && change <= NEAR * zero {
             // Newton's method leaves about the square of its change; what remains positive lies before the zero.
             let before = next - (NEAR * change).max(NEAR * NEAR * zero);
-            if before > low && value_and_slope(c, before)[0] > 0.0 {
+            if before > low && value_at(c, before) > 0.0 {
                 return Some(Some(before));
             }
         }
@@ -179,14 +202,29 @@ fn falling(
     Some(Some(zero.clamp(low, high)))
 }
 
-/// p and p′ at x.
-fn value_and_slope(c: &[f64], x: f64) -> [f64; 2] {
-    let (mut value, mut slope) = (0.0, 0.0);
-    for &c in c.iter().rev() {
-        slope = slope * x + value;
-        value = value * x + c;
+/// p at x, its even and odd terms side by side.
+#[inline(always)]
+fn value_at(c: &[f64], x: f64) -> f64 {
+    let square = x * x;
+    let (pairs, last) = c.as_chunks::<2>();
+    let mut sum = [last.first().copied().unwrap_or(0.0), 0.0];
+    for pair in pairs.iter().rev() {
+        sum = [sum[0] * square + pair[0], sum[1] * square + pair[1]];
     }
-    [value, slope]
+    sum[0] + x * sum[1]
+}
+
+/// p = E(x²) + x O(x²) and p′ = O + 2x (E′ + x O′) at x.
+#[inline(always)]
+fn value_and_slope(c: &[f64], x: f64) -> [f64; 2] {
+    let square = x * x;
+    let (pairs, last) = c.as_chunks::<2>();
+    let (mut sum, mut change) = ([last.first().copied().unwrap_or(0.0), 0.0], [0.0; 2]);
+    for pair in pairs.iter().rev() {
+        change = [change[0] * square + sum[0], change[1] * square + sum[1]];
+        sum = [sum[0] * square + pair[0], sum[1] * square + pair[1]];
+    }
+    [sum[0] + x * sum[1], sum[1] + 2.0 * x * (change[0] + x * change[1])]
 }
 
 #[cfg(test)]

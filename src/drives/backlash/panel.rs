@@ -315,11 +315,11 @@ impl Panel {
         [sizes, neglected]
     }
 
-    /// u, u̇ … u⁗ `theta` [s] after the start.
-    pub fn flank_motion(&self, bodies: &Bodies, flank: &impl FlankMotion, theta: f64) -> Kinematics {
+    /// The state `theta` [s] after the start, with u, u̇ … u⁗.
+    pub fn event_at(&self, bodies: &Bodies, flank: &impl FlankMotion, theta: f64) -> (State, Kinematics) {
         match self.waves(bodies) {
-            Some(waves) => self.wave_kinematics(waves, theta),
-            None => flank.at(self.segment, self.instant(theta)),
+            Some(waves) => self.event_in_waves(bodies, waves, theta),
+            None => (self.at(bodies, theta).state, flank.at(self.segment, self.instant(theta))),
         }
     }
 

@@ -7,8 +7,8 @@
 
 use super::contact::{Bodies, Flank, Mode};
 use super::panel::{Found, Panel};
-use super::waves::{FEW, Guard, TERMS, Waves, product};
-use crate::numerics::first_zero::{Precision, first_zero, first_zero_of};
+use super::waves::{FEW, Guard, SOME, TERMS, Waves, product};
+use crate::numerics::first_zero::{Precision, first_zero, first_zero_of, partial_sums};
 use crate::numerics::forced::apply;
 
 /// The remainder, relative to the amplitudes, that is below the rounding of the function.
@@ -46,8 +46,8 @@ struct Place {
 struct Limits {
     /// The sum of its amplitudes.
     size: f64,
-    /// R after few and after all terms.
-    remainders: [f64; 2],
+    /// R after few, some and all terms.
+    remainders: [f64; 3],
     /// The force that counts as zero [N].
     resolution: f64,
     /// The order of the zero with which the gap begins.
@@ -59,7 +59,7 @@ impl Limits {
     fn settles(&self, near: bool, x: f64) -> bool {
         let square = x * x;
         let fourth = square * square;
-        let [few, all] = self.remainders;
+        let [few, _, all] = self.remainders;
         let remainder = if near { few * fourth } else { all * fourth * fourth * fourth };
         remainder <= NEGLIGIBLE * self.size
     }
@@ -85,7 +85,7 @@ impl Panel {
         };
         let limits = Limits {
             size: guard.size + free_size,
-            remainders: [0, 1].map(|i| guard.remainders[i] + free_size * guard.free_remainders[i]),
+            remainders: [0, 1, 2].map(|i| guard.remainders[i] + free_size * guard.free_remainders[i]),
             resolution,
             zeros,
         };
@@ -94,10 +94,12 @@ impl Panel {
             let (z, free) = self.phases(bodies, waves, at);
             Place { at, z, free, passed_on: false }
         };
-        let mut place = arrive(0.0);
+        let mut place = Place { at: 0.0, z: self.turn, free: self.vibration, passed_on: false };
         let mut near = false;
         for _ in 0..MOST_SEARCHES {
-            let next = if near {
+            let next = if !near && self.is_clear(bodies, waves, guard, &limits, &place) {
+                None
+            } else if near {
                 self.look::<2, FEW, { FEW + 1 }>(bodies, waves, guard, &limits, &place)?
             } else {
                 self.look::<{ TERMS / 2 }, TERMS, { TERMS + 1 }>(bodies, waves, guard, &limits, &place)?
@@ -141,37 +143,76 @@ impl Panel {
         limits: &Limits,
         place: &Place,
     ) -> Option<Option<(Found, f64)>> {
-        let [q, v] = place.free;
         // Another look follows the first one at a place that leaps have led to.
         let precision = if place.at == 0.0 || place.passed_on { Precision::Near } else { Precision::Full };
-        let remainder = limits.remainders[if N == FEW { 0 } else { 1 }];
+        let remainder = limits.remainders[if N == FEW { 0 } else { 2 }];
+        let series = self.function::<P, N>(bodies, waves, guard, limits, place);
+        match self.mode {
+            Mode::Contact(_) => {
+                let mut force = [0.0; M];
+                force[..N].copy_from_slice(&series);
+                force[N] = -remainder;
+                if partial_sums(&force)[0] > 0.0 {
+                    return Some(None);
+                }
+                Some(first_zero_of(&force, 1.0, precision).map(|x| {
+                    let last = !place.passed_on && limits.settles(N == FEW, x);
+                    (Found::Release, if last { polished(&force[..N], limits.resolution, x) } else { x })
+                }))
+            }
+            Mode::Free => self.first_impact::<N, M>(
+                bodies,
+                &series,
+                (limits.zeros, place.at == 0.0),
+                (remainder, CLEAR * limits.size, guard.leap),
+                precision,
+            ),
+        }
+    }
+
+    /// Whether some terms already tell that there is no event within a leap from `place`.
+    #[inline(always)]
+    fn is_clear(&self, bodies: &Bodies, waves: &Waves, guard: &Guard, limits: &Limits, place: &Place) -> bool {
+        let remainder = limits.remainders[1];
+        // A flight begins on a flank.
+        if self.mode == Mode::Free && place.at == 0.0 {
+            return false;
+        }
+        let [least, greatest] = partial_sums(&self.function::<{ SOME / 2 }, SOME>(bodies, waves, guard, limits, place));
+        if self.mode == Mode::Free {
+            (least - remainder).min(bodies.s - greatest - remainder) > CLEAR * limits.size
+        } else {
+            least > remainder
+        }
+    }
+
+    /// The function searched over the leap from `place`, as N = 2 P Taylor coefficients: on a flank σF_K and the force that
+    /// counts as zero, in flight the distance from flank A.
+    #[inline(always)]
+    fn function<const P: usize, const N: usize>(
+        &self,
+        bodies: &Bodies,
+        waves: &Waves,
+        guard: &Guard,
+        limits: &Limits,
+        place: &Place,
+    ) -> [f64; N] {
+        let [q, v] = place.free;
         match self.mode {
             Mode::Contact(contact) => {
                 let sign = contact.sign();
                 let acceleration = -(2.0 * bodies.bound.damping() * v + bodies.bound.stiffness() * q);
                 let start = [-sign * bodies.link(q, v), -sign * bodies.link(v, acceleration)];
-                let mut force = [0.0; M];
-                force[..N].copy_from_slice(&guard.series::<P, N>(waves, sign, place.z, start));
+                let mut force = guard.series::<P, N>(waves, sign, place.z, start);
                 force[0] += limits.resolution;
-                force[N] = -remainder;
-                Some(first_zero_of(&force, 1.0, precision).map(|x| {
-                    let last = !place.passed_on && limits.settles(N == FEW, x);
-                    (Found::Release, if last { polished(&force[..N], limits.resolution, x) } else { x })
-                }))
+                force
             }
             Mode::Free => {
                 let share = -bodies.share;
                 let mut gap = guard.series::<P, N>(waves, 1.0, place.z, [share * q, share * v]);
                 gap[0] += self.centre[0] + place.at * self.centre[1] - waves.mean;
                 gap[1] += self.centre[1] * guard.leap;
-                let first = place.at == 0.0;
-                self.first_impact::<N, M>(
-                    bodies,
-                    &gap,
-                    (limits.zeros, first),
-                    (remainder, CLEAR * limits.size, guard.leap),
-                    precision,
-                )
+                gap
             }
         }
     }
@@ -186,13 +227,7 @@ impl Panel {
         (remainder, clear, leap): (f64, f64, f64),
         precision: Precision,
     ) -> Option<Option<(Found, f64)>> {
-        // Σ cₙ xⁿ lies between the least and the greatest of its partial sums at x = 1.
-        let (mut sum, mut least, mut greatest) = (gap[0], gap[0], gap[0]);
-        for term in &gap[1..] {
-            sum += term;
-            least = if sum < least { sum } else { least };
-            greatest = if sum > greatest { sum } else { greatest };
-        }
+        let [least, greatest] = partial_sums(gap);
         let rooms = [least - remainder, bodies.s - greatest - remainder];
         // The nearer flank first: an impact there shortens the search for the other.
         let order = if rooms[0] < rooms[1] { [Flank::A, Flank::B] } else { [Flank::B, Flank::A] };

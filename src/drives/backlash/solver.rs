@@ -317,8 +317,9 @@ impl Run {
     fn release(&mut self, bodies: &Bodies, flank: &impl FlankMotion, mut at: f64, stretch: &mut Stretch) -> Sums {
         let Mode::Contact(contact) = self.panel.mode else { return Sums::default() };
         self.spread.carry(bodies, self.panel.mode);
-        let mut state = in_place(bodies, self.panel.mode, self.panel.at(bodies, at).state);
-        let [force, rate, _] = bodies.force(state.q, &self.panel.flank_motion(bodies, flank, at));
+        let (state, u) = self.panel.event_at(bodies, flank, at);
+        let mut state = in_place(bodies, self.panel.mode, state);
+        let [force, rate, _] = bodies.force(state.q, &u);
         // The flight begins without any force, and the series of F_K has two terms less than that of q.
         let better = at - force / rate;
         if !self.panel.in_waves && better > 0.0 && (better - at).abs() <= NEARBY * self.panel.span {
@@ -339,9 +340,8 @@ impl Run {
         at: f64,
         stretch: &mut Stretch,
     ) -> Sums {
-        let mut state = self.panel.at(bodies, at).state;
+        let (mut state, u) = self.panel.event_at(bodies, flank, at);
         let place = (self.panel.instant(at), self.panel.segment);
-        let u = self.panel.flank_motion(bodies, flank, at);
         let ((mode, zeros), sums) = self.strike(bodies, flank, hit, &mut state, &u, place, stretch.log);
         self.restart(bodies, flank, place, (mode, state, zeros), stretch.horizon_from(place.0));
         sums

@@ -9,8 +9,8 @@ use crate::numerics::oscillator::Oscillator;
 use crate::numerics::phase::sin_cos;
 use serde::{Deserialize, Serialize};
 
-/// After so many steps the closed form is evaluated anew; the roundings of the steps between stay at some 1e-15.
-const STEPS: f64 = 16.0;
+/// After so many steps the closed form is evaluated anew; the roundings of the steps between stay at a few 1e-15.
+const STEPS: f64 = 32.0;
 
 /// The maps are worth making for this many steps.
 const WORTH: f64 = 4.0;

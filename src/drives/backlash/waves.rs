@@ -30,6 +30,9 @@ const MOST_HARMONICS: usize = 8;
 /// Terms of the Taylor polynomials: the remainder is 2¹²/12! = 9e-6 of the amplitudes after a leap.
 pub(super) const TERMS: usize = 12;
 
+/// Terms that mostly show that there is no zero: the remainder is 2⁶/6! = 0.09 of the amplitudes.
+pub(super) const SOME: usize = 6;
+
 /// Terms about a place just before a zero.
 pub(super) const FEW: usize = 4;
 
@@ -59,9 +62,9 @@ pub(super) struct Guard {
     free: [[Pair; PAIRS]; 2],
     /// The sum of the amplitudes of the harmonics.
     pub(super) size: f64,
-    /// The remainders of the harmonics after four and after all terms, and of a free vibration of the amplitude 1.
-    pub(super) remainders: [f64; 2],
-    pub(super) free_remainders: [f64; 2],
+    /// The remainders of the harmonics after few, some and all terms, and of a free vibration of the amplitude 1.
+    pub(super) remainders: [f64; 3],
+    pub(super) free_remainders: [f64; 3],
     /// By what a leap turns e^(iφ), and what it makes of a free vibration.
     pub(super) turn: [f64; 2],
     pub(super) map: [[f64; 2]; 2],
@@ -213,8 +216,9 @@ impl Guard {
         let [s, c] = sin_cos(w * leap);
         let map = oscillator.free(Double::from(leap));
         let mut guard = Guard { leap, harmonics, turn: [c, s], map, ..Guard::default() };
-        let remainders =
-            |rate: f64| [FEW, TERMS].map(|terms| (1..=terms).map(|n| rate.abs() * leap / n as f64).product::<f64>());
+        let remainders = |rate: f64| {
+            [FEW, SOME, TERMS].map(|terms| (1..=terms).map(|n| rate.abs() * leap / n as f64).product::<f64>())
+        };
         for (i, &rate) in rates.iter().enumerate() {
             let amplitude = length(harmonics[i]);
             guard.size += amplitude;
@@ -286,7 +290,7 @@ impl Panel {
             return false;
         }
         let guard = waves.guard(self.mode);
-        if stiff_rate(self.oscillator(bodies), flank.rate(self.segment, self.start, 0.0)).is_some() {
+        if stiff_rate(self.oscillator(bodies), waves.fastest()).is_some() {
             return false;
         }
         self.turn = flank.turn(self.start);
@@ -338,7 +342,18 @@ impl Panel {
 
     /// The motion `theta` [s] after the start, without ü.
     pub(super) fn point_in_waves(&self, bodies: &Bodies, waves: &Waves, theta: f64) -> Point {
-        let [u, u_dot, q, q_dot] = self.waves_at(bodies, waves, theta);
+        self.point_of_waves(bodies, waves, theta, self.phases(bodies, waves, theta))
+    }
+
+    /// The state `theta` [s] after the start, with u, u̇ … u⁗.
+    pub(super) fn event_in_waves(&self, bodies: &Bodies, waves: &Waves, theta: f64) -> (State, Kinematics) {
+        let phases = self.phases(bodies, waves, theta);
+        (self.point_of_waves(bodies, waves, theta, phases).state, waves.kinematics(phases.0))
+    }
+
+    #[inline(always)]
+    fn point_of_waves(&self, bodies: &Bodies, waves: &Waves, theta: f64, phases: ([f64; 2], [f64; 2])) -> Point {
+        let [u, u_dot, q, q_dot] = self.sums_of_waves(waves, phases);
         let mut state = State { q: [q, q_dot], ..self.state };
         if self.mode == Mode::Free {
             let [place, speed] = self.in_flight(bodies, theta, state.q).place;
@@ -360,12 +375,6 @@ impl Panel {
     pub(super) fn on_flank(&self, waves: &Waves, z: [f64; 2], free: [f64; 2]) -> Reading {
         let [u, u_dot, q, q_dot] = waves.driven(z);
         Reading { place: [u + self.state.home, u_dot], q: [q + free[0], q_dot + free[1]] }
-    }
-
-    /// u, u̇ … u⁗ `theta` [s] after the start.
-    pub(super) fn wave_kinematics(&self, waves: &Waves, theta: f64) -> Kinematics {
-        let [s, c] = sin_cos(waves.speed * theta);
-        waves.kinematics(product(self.turn, [c, s]))
     }
 
     /// ü `theta` [s] after the start.
