@@ -49,7 +49,7 @@ impl Cell {
     /// The cell from `start` over `length` [s] by its phase, and what it errs by; None where the free motion does not
     /// vibrate fast enough.
     pub fn vibrating(
-        equation: &impl Periodic,
+        equation: &dyn Periodic,
         interval: usize,
         start: Double,
         length: f64,
@@ -62,7 +62,7 @@ impl Cell {
 
     /// The cell from `start` over `length` [s] by polynomials and their estimated relative error; None where the
     /// coefficients are not finite or the equations singular.
-    pub fn solve(equation: &impl Periodic, interval: usize, start: Double, length: f64) -> Option<(Cell, f64)> {
+    pub fn solve(equation: &dyn Periodic, interval: usize, start: Double, length: f64) -> Option<(Cell, f64)> {
         let half = 0.5 * length;
         let mut matrix = [[0.0; STAGES]; STAGES];
         let mut motions = [[0.0; STAGES]; 3];

@@ -165,9 +165,9 @@ impl Period {
     }
 
     /// The period without tables; None where it takes more than some 250 000 cells.
-    pub fn of(equation: &impl Periodic, tolerance: f64) -> Option<Self> {
+    pub fn of(equation: &dyn Periodic, tolerance: f64) -> Option<Self> {
         let mut count = 0;
-        Self::divide(equation, tolerance, |_| {
+        Self::divide(equation, tolerance, &mut |_| {
             count += 1;
             count < MOST_CELLS_UNTABULATED
         })
@@ -175,7 +175,7 @@ impl Period {
 
     /// Hands the cells to `take`, which says whether there is room for more; None where there is not, where no cell keeps
     /// the tolerance or where a coefficient is not finite.
-    fn divide(equation: &impl Periodic, tolerance: f64, mut take: impl FnMut(Cell) -> bool) -> Option<Self> {
+    fn divide(equation: &dyn Periodic, tolerance: f64, take: &mut dyn FnMut(Cell) -> bool) -> Option<Self> {
         let period = equation.period();
         let (map, monodromy) = (Affine::IDENTITY, Monodromy::IDENTITY);
         let mut whole = Period { map, monodromy, error: 0.0, drift: 0.0, evaluations: 0 };
@@ -238,9 +238,9 @@ impl Period {
 impl PeriodMap {
     /// The tables with the relative `tolerance`; None where they would need more than [`MOST_CELLS`] cells, or
     /// where a coefficient is not finite.
-    pub fn new(equation: &impl Periodic, tolerance: f64) -> Option<Self> {
+    pub fn new(equation: &dyn Periodic, tolerance: f64) -> Option<Self> {
         let mut cells = Vec::new();
-        let whole = Period::divide(equation, tolerance, |cell| {
+        let whole = Period::divide(equation, tolerance, &mut |cell| {
             cells.push(cell);
             cells.len() < MOST_CELLS
         })?;
@@ -297,7 +297,7 @@ impl Lengths {
 
     /// Whether the cell from `start` of at most this length [s] is to be one by the phase: where it may be long enough for many
     /// vibrations, and short ones have not failed before.
-    fn fast(&mut self, equation: &impl Periodic, interval: usize, start: Double, longest: f64) -> bool {
+    fn fast(&mut self, equation: &dyn Periodic, interval: usize, start: Double, longest: f64) -> bool {
         if !equation.by_phase() || (self.failed - start).hi > 0.0 {
             return false;
         }

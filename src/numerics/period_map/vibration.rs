@@ -83,7 +83,7 @@ pub struct Errors {
 impl Vibration {
     /// The motions of the cell from `start` over `length` [s]; None where the free motion does not vibrate fast
     /// enough all along, or where a coefficient is not finite.
-    pub fn solve(equation: &impl Periodic, interval: usize, start: Double, length: f64) -> Option<(Vibration, Errors)> {
+    pub fn solve(equation: &dyn Periodic, interval: usize, start: Double, length: f64) -> Option<(Vibration, Errors)> {
         let half = 0.5 * length;
         let (mut damping, mut stiffness, mut forcing) = ([0.0; STAGES], [0.0; STAGES], [0.0; STAGES]);
         for i in 0..STAGES {
@@ -201,6 +201,8 @@ fn differentiate(values: &[f64; STAGES]) -> [f64; STAGES] {
 }
 
 /// The Legendre coefficients of the polynomial through the values at the nodes.
+// Out of line: a dozen sums of a dozen products each, nine times.
+#[inline(never)]
 fn project(values: &[f64; STAGES]) -> [f64; STAGES] {
     std::array::from_fn(|k| (0..STAGES).map(|j| PROJECTION[k][j] * values[j]).sum())
 }
