@@ -17,7 +17,7 @@ pub const PLATFORMS: [(&str, &str); 6] = [
 /// A function without which no importer gets far; its name stands in the library's table of exports.
 const LANDMARK: &[u8] = b"fmi2DoStep";
 
-/// A release build takes well under a megabyte, a debug build tens of them; the border lies between.
+/// A release build takes less than two megabytes, a debug build tens of them; the border lies between.
 const LARGEST_RELEASE: usize = 4 << 20;
 
 /// How to build the library.
