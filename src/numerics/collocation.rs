@@ -25,7 +25,7 @@ use super::gauss::{ABSCISSAE, INTEGRALS_IN_POWERS, MATRIX, STAGES, legendre_inte
 use length::{first_step, fit, growth};
 use newton::{Newton, factorise};
 use serde::{Deserialize, Serialize};
-use solved::{Solved, remainder, solved};
+use solved::{Solved, remainder, remainder_of_newton, solved};
 
 /// The largest number of equations.
 pub const MAX_EQUATIONS: usize = 3;
@@ -60,6 +60,10 @@ const ROUNDING: f64 = 4.0 * f64::EPSILON;
 /// Attempts per step; 0.25¹⁰⁰ of any step is nothing.
 const ATTEMPTS: usize = 100;
 
+fn largest(parts: &[f64]) -> f64 {
+    parts.iter().copied().fold(0.0, f64::max)
+}
+
 /// A system ẏ = f(t, y) of N ≤ [`MAX_EQUATIONS`] equations, smooth over each step that is taken.
 pub trait System<const N: usize> {
     /// f(t, y); the time is a double-double, so that stages stay apart at any time.
@@ -72,6 +76,12 @@ pub trait System<const N: usize> {
     /// integrator takes the largest value over the step and, with slow forgetting, the steps before.
     fn magnitude(&self, y: &[f64; N]) -> [f64; N] {
         y.map(f64::abs)
+    }
+
+    /// By how much f is rounded beyond what the rounding of `y` makes of it: where terms that do not depend on `y` all but
+    /// cancel, as a load and the spring that carries it do in slow motion.
+    fn rounding(&self, _t: Double, _y: &[f64; N]) -> [f64; N] {
+        [0.0; N]
     }
 
     /// A step beyond which eight nodes could miss what happens between them.
@@ -363,7 +373,8 @@ impl<const N: usize> Collocation<N> {
         // Newton's error is not controlled by the step, so it is kept far below the tolerance.
         let enough = (1e-4 * tolerance).max(1e-16);
         for _ in 0..ITERATIONS {
-            let (size, scale) = self.correct(system, h, &mut f, &mut newton)?;
+            let (parts, scale) = self.correct(system, h, &mut f, &mut newton)?;
+            let size = largest(&parts);
             // A component that stands still at the start has no size before the first correction moves it: corrections by
             // different measures tell no contraction.
             let alike = (0..N).all(|c| scale[c] <= ALIKE * measure[c]);
@@ -375,7 +386,9 @@ impl<const N: usize> Collocation<N> {
                     newton = Some(factorise(system, h, |i| self.node(i, h), &self.stages(&f, h))?);
                     self.statistics.factorisations += 1;
                 }
-                return Some(solved(f, scale, newton.as_ref()?, h, remainder(size, rate)));
+                let newton = newton.as_ref()?;
+                let rest = remainder(size, rate, || newton.rounding(&scale, h));
+                return Some(solved(f, scale, newton, h, [rest; N]));
             }
             if rate > 0.05 {
                 newton = None;
@@ -389,22 +402,22 @@ impl<const N: usize> Collocation<N> {
     fn attempt_with(&mut self, system: &impl System<N>, h: f64, iterations: usize) -> Option<Solved<N>> {
         let mut f = self.first_guess(system, h);
         let mut newton = None;
-        let mut sizes = [f64::NAN; 2];
+        let (mut sizes, mut parts) = ([f64::NAN; 2], [f64::NAN; N]);
         for _ in 0..iterations {
             newton = None;
-            sizes[0] = sizes[1];
-            (sizes[1], _) = self.correct(system, h, &mut f, &mut newton)?;
+            (parts, _) = self.correct(system, h, &mut f, &mut newton)?;
+            sizes = [sizes[1], largest(&parts)];
         }
         // The first stages stand still, and are no measure of the motion.
         let scale = self.scale_over(system, &self.state(), &self.stages(&f, h));
-        let rate = sizes[1] / sizes[0];
-        if rate >= 1.0 && sizes[1] > newton.as_ref()?.rounding(&scale, h) {
+        let (newton, rate) = (newton.as_ref()?, sizes[1] / sizes[0]);
+        if rate >= 1.0 && sizes[1] > newton.rounding(&scale, h) {
             return None;
         }
         // One iteration is for linear equations, which it solves.
-        let rest = if iterations > 1 { remainder(sizes[1], rate) } else { 0.0 };
-        let mut solved = solved(f, scale, newton.as_ref()?, h, rest);
-        solved.error += rest;
+        let rest = parts.map(|part| if iterations > 1 { remainder_of_newton(part, rate) } else { 0.0 });
+        let mut solved = solved(f, scale, newton, h, rest);
+        solved.error += largest(&rest);
         Some(solved)
     }
 
@@ -430,15 +443,15 @@ impl<const N: usize> Collocation<N> {
         })
     }
 
-    /// One correction of the Fᵢ, with the given matrix or a new one: how large it is as a part of the scale, and that.
-    /// None where the equations cannot be solved.
+    /// One correction of the Fᵢ, with the given matrix or a new one: how large it is of each component as a part of the
+    /// scale, and that. None where the equations cannot be solved.
     fn correct(
         &mut self,
         system: &impl System<N>,
         h: f64,
         f: &mut [[f64; N]; STAGES],
         newton: &mut Option<Newton<N>>,
-    ) -> Option<(f64, [f64; N])> {
+    ) -> Option<([f64; N], [f64; N])> {
         let stages = self.stages(f, h);
         let mut correction = [0.0; CAPACITY];
         for i in 0..STAGES {
@@ -454,16 +467,16 @@ impl<const N: usize> Collocation<N> {
         }
         newton.as_ref()?.lu.solve(&mut correction);
         let scale = self.scale_over(system, &self.state(), &stages);
-        let mut size: f64 = 0.0;
+        let mut parts = [0.0; N];
         for i in 0..STAGES {
             for c in 0..N {
                 f[i][c] += correction[i * N + c];
                 // `max` would swallow a NaN.
                 let part = h * correction[i * N + c].abs() / scale[c];
-                size = if part <= size { size } else { part };
+                parts[c] = if part <= parts[c] { parts[c] } else { part };
             }
         }
-        size.is_finite().then_some((size, scale))
+        parts.iter().all(|part| part.is_finite()).then_some((parts, scale))
     }
 
     /// The largest magnitudes over the step, or those of before.

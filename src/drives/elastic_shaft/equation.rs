@@ -81,6 +81,16 @@ impl Equation {
         }
     }
 
+    /// What the rounding of U′, U″ and α makes of q̈, over the unit roundoff: m ψ̇² (|U″| max|U″| + |U′| max|U‴|)/(J + m U′²)
+    /// + |α| [rad/s²], since the sine of the k-th multiple of an angle is rounded k times as much as the angle. Where the
+    /// cam turns slowly the twist follows the forces of the follower, q̇ all but vanishes, and this is what remains of q̈.
+    pub fn rounding(&self, cam: &Cam, f: &Flow<f64>, [largest2, largest3]: [f64; 2]) -> f64 {
+        let [_, u1, u2, ..] = cam.0;
+        let speed = if self.linear { f.w } else { f.cam_speed() };
+        let products = u2.abs() * largest2 + u1.abs() * largest3;
+        self.m * speed * speed * products / (self.inertia + self.m * u1 * u1) + f.a.abs()
+    }
+
     /// y = U(ψ), or U + U′ q where the equation is linearised [m].
     pub fn lift<S: Scalar>(&self, cam: &Cam, f: &Flow<S>) -> S {
         let [d0, d1, d2, d3, ..] = cam.0;

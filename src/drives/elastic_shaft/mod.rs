@@ -90,6 +90,8 @@ pub struct ElasticShaft {
     integrator: Collocation<2>,
     /// The internal step of fixed cost at constant speed where none is asked for [s].
     usual_step: f64,
+    /// Bounds of |U″| and |U‴| [m], to which the roundings of U′ and U″ are relative.
+    curvatures: [f64; 2],
     energy: Energy,
     /// The linear equation at constant speed over its period; follows from the parameters, and all instances with the
     /// same ones share it.
@@ -137,8 +139,9 @@ impl ElasticShaft {
     /// Runs `work` with the twist's system of equations and the integrator.
     fn with_twist<R>(&mut self, work: impl FnOnce(&mut Twist, &mut Collocation<2>) -> R) -> R {
         let equation = self.equation();
-        let (law, motion, segment, energy) = (&self.cam.law, &self.motion, self.segment, self.energy);
-        let mut twist = Twist { equation, law, motion, segment, forced: 1.0, energy };
+        let (law, motion, segment, curvatures, energy) =
+            (&self.cam.law, &self.motion, self.segment, self.curvatures, self.energy);
+        let mut twist = Twist { equation, law, motion, segment, curvatures, forced: 1.0, energy };
         let result = work(&mut twist, &mut self.integrator);
         (self.segment, self.energy) = (twist.segment, twist.energy);
         result
@@ -288,6 +291,7 @@ impl Drive for ElasticShaft {
             motion,
             integrator: Collocation::new(Double::default(), [0.0; 2]),
             usual_step: 0.0,
+            curvatures: [0.0; 2],
             energy: Energy::default(),
             table: None,
             course: None,
@@ -333,6 +337,7 @@ impl Drive for ElasticShaft {
         self.cam.law.validate().map_err(Fault)?;
         self.time = time;
         self.cam.start(time);
+        self.curvatures = [2, 3].map(|order| self.cam.law.bound(order));
         self.solver.start();
         self.motion = self.cam.motion(time);
         self.integrator = Collocation::new(Double::from(time), [0.0; 2]);

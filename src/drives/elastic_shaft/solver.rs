@@ -44,6 +44,8 @@ pub struct Twist<'a> {
     pub motion: &'a AngleMotion,
     /// The segment of the law.
     pub segment: usize,
+    /// Bounds of |U″| and |U‴| [m].
+    pub curvatures: [f64; 2],
     /// 1, or 0 for the homogeneous linear equation.
     pub forced: f64,
     /// The balance of energy.
@@ -191,6 +193,11 @@ impl System<2> for Twist<'_> {
     fn jacobian(&self, t: Double, y: &[f64; 2]) -> [[f64; 2]; 2] {
         let f = self.flow(t, y);
         [[0.0, 1.0], self.equation.jacobian(&self.cam(&f), &f)]
+    }
+
+    fn rounding(&self, t: Double, y: &[f64; 2]) -> [f64; 2] {
+        let f = self.flow(t, y);
+        [0.0, f64::EPSILON * self.equation.rounding(&self.cam(&f), &f, self.curvatures)]
     }
 
     fn longest_step(&self, t: Double, y: &[f64; 2]) -> f64 {

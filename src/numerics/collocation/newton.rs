@@ -16,17 +16,20 @@ pub struct Newton<const N: usize> {
     pub lu: Lu<CAPACITY>,
     jacobians: [[[f64; N]; N]; STAGES],
     rates: [[f64; N]; N],
+    /// What f is rounded by beyond the rounding of the state.
+    own: [f64; N],
 }
 
 impl<const N: usize> Newton<N> {
-    /// By how much the Fᵢ change where y of this scale is rounded: f changes by ε Σ |∂f/∂y| y, with a sign that
-    /// differs from node to node, and Newton's equations pass that on to the Fᵢ.
+    /// By how much the Fᵢ change where y of this scale and f are rounded: f changes by ε Σ |∂f/∂y| y and its own rounding,
+    /// with a sign that differs from node to node, and Newton's equations pass that on to the Fᵢ.
     pub fn noise(&self, scale: &[f64; N]) -> [f64; N] {
         let mut change = [0.0; CAPACITY];
         for i in 0..STAGES {
             for r in 0..N {
                 let rounding: f64 = (0..N).map(|c| self.rates[r][c] * scale[c]).sum();
-                change[i * N + r] = if i % 2 == 0 { f64::EPSILON * rounding } else { -f64::EPSILON * rounding };
+                let size = f64::EPSILON * rounding + self.own[r];
+                change[i * N + r] = if i % 2 == 0 { size } else { -size };
             }
         }
         self.lu.solve(&mut change);
@@ -44,6 +47,11 @@ impl<const N: usize> Newton<N> {
     pub fn rate(&self) -> f64 {
         let square = |i: usize| (0..N).map(|j| self.rates[i][j] * self.rates[j][i]).sum::<f64>();
         (0..N).map(square).fold(0.0, f64::max).sqrt()
+    }
+
+    /// What f itself is rounded by, beyond the rounding of the state.
+    pub fn rounding_of_f(&self) -> [f64; N] {
+        self.own
     }
 
     /// ∂y₁/∂y₀ over a step of length `h`: the Fᵢ follow y₀ as Newton's equations say.
@@ -92,5 +100,7 @@ pub fn factorise<const N: usize>(
             }
         }
     }
-    Lu::new(matrix, STAGES * N).map(|lu| Newton { lu, jacobians, rates })
+    // It hardly changes within a step, which resolves the motion.
+    let own = system.rounding(time(STAGES / 2), &stages[STAGES / 2]);
+    Lu::new(matrix, STAGES * N).map(|lu| Newton { lu, jacobians, rates, own })
 }

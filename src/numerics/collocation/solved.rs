@@ -7,6 +7,9 @@ use crate::numerics::gauss::{PROJECTION, STAGES};
 /// Σ |PROJECTION[7][j]| < 4: how much of the rounding of the fⱼ can come together in a coefficient.
 const NOISE_OF_MODES: f64 = 4.0;
 
+/// Roundings of f at eight nodes have signs of their own: the end feels their mean.
+const NODES_AT_ONCE: f64 = 2.8;
+
 /// A solved step.
 pub struct Solved<const N: usize> {
     /// Legendre coefficients of ẏ.
@@ -34,9 +37,9 @@ pub fn solved<const N: usize>(
     scale: [f64; N],
     newton: &Newton<N>,
     h: f64,
-    remainder: f64,
+    remainder: [f64; N],
 ) -> Solved<N> {
-    let noise = newton.noise(&scale);
+    let (noise, rounding) = (newton.noise(&scale), newton.rounding_of_f());
     let modes: [[f64; N]; STAGES] =
         std::array::from_fn(|k| std::array::from_fn(|c| (0..STAGES).map(|j| PROJECTION[k][j] * f[j][c]).sum()));
     let pair = |k: usize, c: usize| modes[k][c].abs().max(modes[k - 1][c].abs());
@@ -48,10 +51,11 @@ pub fn solved<const N: usize>(
             let before = pair(STAGES - 3, c);
             let decay = if tail < before { tail / before } else { 1.0 };
             // A pair is two orders: four pairs on are the orders that the end errs by.
-            ends[c] = h * tail * decay.powi(STAGES as i32 / 2) + remainder * scale[c];
+            ends[c] = h * tail * decay.powi(STAGES as i32 / 2) + remainder[c] * scale[c];
             // The end errs by m₈ times the coefficient of order 8 of the response to an impulse within the step, which decays
             // like those of the motion or, where it is the faster one, like those of the free motion.
-            own[c] = h * tail * decay * response + remainder.max(ROUNDING) * scale[c];
+            own[c] =
+                h * tail * decay * response + remainder[c].max(ROUNDING) * scale[c] + h * rounding[c] / NODES_AT_ONCE;
             h * tail * decay / (2 * STAGES + 1) as f64 / scale[c]
         })
         .fold(0.0, f64::max);
@@ -70,7 +74,46 @@ fn response(x: f64) -> f64 {
     power / (1.0 + power)
 }
 
-/// The sum of the corrections still to come where the last one was `size` and `rate` times the one before.
-pub fn remainder(size: f64, rate: f64) -> f64 {
-    if rate < 1.0 { size * rate / (1.0 - rate) } else { size }
+/// The sum of the corrections still to come where the last one was `size` and `rate` times the one before. Corrections that
+/// `rounding` alone may have made do not contract: two of almost the same size foretell no long series of them.
+pub fn remainder(size: f64, rate: f64, rounding: impl FnOnce() -> f64) -> f64 {
+    let rest = if rate < 1.0 { size * rate / (1.0 - rate) } else { size };
+    if rest > size && size <= rounding() { size } else { rest }
+}
+
+/// The same where each correction has its own matrix: Newton's method converges quadratically, sⱼ₊₁ = K sⱼ², so that the
+/// ratios of the corrections are squared from one to the next.
+pub fn remainder_of_newton(size: f64, rate: f64) -> f64 {
+    // So many squarings make next to nothing of any number below 1.
+    const TERMS: usize = 60;
+    if !(rate < 1.0) {
+        return size;
+    }
+    let (mut sum, mut correction, mut ratio) = (0.0, size, rate);
+    for _ in 0..TERMS {
+        ratio *= ratio;
+        correction *= ratio;
+        sum += correction;
+        if correction <= f64::EPSILON * sum {
+            break;
+        }
+    }
+    sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_left_of_a_contraction() {
+        // 1/2 + 1/4 + …, and twice the same by chance at the size of roundings.
+        assert_eq!(remainder(1.0, 0.5, || 0.0), 1.0);
+        assert_eq!((remainder(1e-9, 0.999999, || 1e-8), remainder(1e-9, 2.0, || 0.0)), (1e-9, 1e-9));
+        assert!(remainder(1e-9, 0.999999, || 1e-10) > 1e-4);
+        // s = 1/4, 1/16, 1/256 … after 1/2: K = 1, the ratio of the first two is 1/2.
+        let expected = 1.0 / 16.0 + 1.0 / 256.0 + 1.0 / 65536.0;
+        assert!((remainder_of_newton(0.25, 0.5) - expected).abs() < 1e-9);
+        assert!(remainder_of_newton(1.0, 1.0 - 1e-9) < 40.0 && remainder_of_newton(0.1, f64::NAN) == 0.1);
+    }
 }

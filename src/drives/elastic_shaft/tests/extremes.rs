@@ -235,7 +235,7 @@ fn the_estimate_of_a_cam_without_inertia_does_not_grow_over_thousands_of_steps()
 #[test]
 fn a_vibration_that_dies_out_is_followed_to_rest() {
     // At 1e-9 rad/s the twist comes to rest at some 1e-27 rad, in whose rounding the last of q̇ vanishes.
-    for (method, span) in [(Method::Adaptive, 60.0), (Method::FixedCost, 5.0)] {
+    for (method, span, steps) in [(Method::Adaptive, 2000.0, 6), (Method::FixedCost, 30.0, 300)] {
         let mut drive = started(Scene {
             m: 20.0,
             inertia: 0.05,
@@ -247,9 +247,17 @@ fn a_vibration_that_dies_out_is_followed_to_rest() {
             start: Start { mode: StartMode::AtRest, q: 0.0, q_dot: 0.0 },
             solver: Settings { method, ..Settings::default() },
         });
-        run(&mut drive, span, 6);
+        run(&mut drive, span, steps);
         let u = three_harmonics().at(0.3).0;
         let rest = -20.0 * 1e-18 * u[1] * u[2] / 2000.0;
-        assert!((drive.twist[0] / rest - 1.0).abs() < 1e-6, "{method:?}: {:?} {rest:e}", drive.twist);
+        assert!((drive.twist[0] / rest - 1.0).abs() < 1e-5, "{method:?}: {:?} {rest:e}", drive.twist);
+        // The default step of fixed cost is 2.5 ms; without a tolerance for what U′U″ is rounded by, the other method
+        // shortens its steps without end.
+        let counted = drive.solver.steps;
+        assert!(
+            if method == Method::Adaptive { counted < 2000.0 } else { counted <= span / 2.5e-3 + 1.0 },
+            "{counted}"
+        );
+        assert!(drive.solver.error_estimate < 1e-2, "{method:?}: {:e}", drive.solver.error_estimate);
     }
 }
