@@ -370,7 +370,7 @@ fn machine_start(root: &Section<'_>) -> Option<(MachineStart, f64, f64)> {
     let modes: &[(&[&str], MachineStart)] =
         &[(&["given"], MachineStart::Given), (&["steady_state", "periodic"], MachineStart::SteadyState)];
     let mode = section.choice_or("mode", modes, MachineStart::Given);
-    let phi = section.real_or("phi_start", &unit::ANGLE, within(-1e9, 1e9), 0.0);
+    let phi = section.real_or("phi_start", &unit::ANGLE, within(-1e15, 1e15), 0.0);
     let w = section.real_or("w_start", &unit::ANGULAR_VELOCITY, within(-1e6, 1e6), 0.0);
     section.finish(&[("phi", "phi_start"), ("w", "w_start"), ("speed", "w_start")]);
     Some((mode?, phi?, w?))

@@ -367,7 +367,7 @@ impl RigidMachine {
         list.parameter(
             "phi_start",
             "Angle at the start",
-            real_within(&unit::ANGLE, -1e9, 1e9),
+            real_within(&unit::ANGLE, -1e15, 1e15),
             |d, _| d.phi_start,
             |d, _, value| d.phi_start = value,
         );
