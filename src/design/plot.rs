@@ -5,6 +5,7 @@
 mod area;
 mod look;
 mod places;
+mod rule;
 mod ticks;
 
 use crate::drives::Fault;
@@ -12,7 +13,7 @@ use look::{RULED, draw_line, draw_marker, look, marked};
 use places::Places;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
-use plotters::style::{FontTransform, IntoFont, TextStyle};
+use plotters::style::{IntoFont, TextStyle};
 use ticks::{angular_step, decimal, decimal_step, logarithmic_ticks};
 
 /// How an axis divides its length.
@@ -46,6 +47,22 @@ pub struct Series {
     pub points: Vec<[f64; 2]>,
     /// Whether a line joins the points.
     pub joined: bool,
+}
+
+impl Series {
+    /// The lines in pixels between points that have no place, or each point for itself.
+    fn lines(
+        &self,
+        place: &dyn Fn(&[f64; 2]) -> Option<(f64, f64)>,
+        pixel: &dyn Fn(&(f64, f64)) -> (i32, i32),
+    ) -> Vec<Vec<(i32, i32)>> {
+        let of = |part: &[[f64; 2]]| part.iter().filter_map(place).map(|point| pixel(&point)).collect::<Vec<_>>();
+        if self.joined {
+            self.points.split(|point| place(point).is_none()).filter(|part| !part.is_empty()).map(of).collect()
+        } else {
+            of(&self.points).into_iter().map(|point| vec![point]).collect()
+        }
+    }
 }
 
 /// What lies behind the data: a straight line across the diagram, or an area.
@@ -325,15 +342,17 @@ impl Diagram {
         let is_seen =
             |place: Option<f64>, [low, high]: [f64; 2]| place.is_none_or(|place| (low..=high).contains(&place));
         let seen = self.rules.iter().zip(&rules).filter(|(_, at)| is_seen(at.0, x) && is_seen(at.1, y));
-        for (rule, at) in seen {
-            draw_rule(&area, rule, *at, [pixel(&(x[0], y[0])), pixel(&(x[1], y[1]))], &pixel, [x[0], y[0]])?;
-        }
+        let pixels_of =
+            |at: &(Option<f64>, Option<f64>)| (at.0.map(|x| pixel(&(x, y[0])).0), at.1.map(|y| pixel(&(x[0], y)).1));
+        let seen: Vec<(&Rule, rule::Place)> = seen.map(|(rule, at)| (rule, pixels_of(at))).collect();
+        let lines: Vec<Vec<Vec<(i32, i32)>>> = self.series.iter().map(|series| series.lines(&place, &pixel)).collect();
+        let corners = [pixel(&(x[0], y[0])), pixel(&(x[1], y[1]))];
+        rule::draw_rules(&area, &seen, corners, lines.concat())?;
         for (i, (series, places)) in self.series.iter().zip(&places).enumerate() {
             let points: Vec<(i32, i32)> = places.iter().map(pixel).collect();
             if series.joined {
-                for part in series.points.split(|point| place(point).is_none()).filter(|part| part.len() > 1) {
-                    let part: Vec<(i32, i32)> = part.iter().filter_map(place).map(|point| pixel(&point)).collect();
-                    draw_line(&area, &part, look(i))?;
+                for line in lines[i].iter().filter(|line| line.len() > 1) {
+                    draw_line(&area, line, look(i))?;
                 }
             }
             for point in marked(&points, series.joined, i) {
@@ -371,40 +390,6 @@ impl Diagram {
 /// The outline of a rectangle; the library draws those of its own in the thickness of a coordinate.
 fn frame([(left, top), (right, bottom)]: [(i32, i32); 2]) -> PathElement<(i32, i32)> {
     PathElement::new(vec![(left, top), (right, top), (right, bottom), (left, bottom), (left, top)], thick(INK, 1))
-}
-
-/// A grey dashed line across the area with its name along it.
-fn draw_rule(
-    area: &Area<'_>,
-    rule: &Rule,
-    at: (Option<f64>, Option<f64>),
-    [(left, bottom), (right, top)]: [(i32, i32); 2],
-    pixel: &dyn Fn(&(f64, f64)) -> (i32, i32),
-    [x0, y0]: [f64; 2],
-) -> Result<(), Box<dyn std::error::Error>> {
-    let small = style(TEXT - 2.0);
-    match (rule, at) {
-        (Rule::Vertical(_, name), (Some(x), _)) => {
-            let (x, _) = pixel(&(x, y0));
-            draw_line(area, &[(x, bottom), (x, top)], RULED)?;
-            let text = small.transform(FontTransform::Rotate270).pos(Pos::new(HPos::Left, VPos::Bottom));
-            area.draw(&Text::new(name.clone(), (x - fine(3), bottom - fine(6)), text))?;
-        }
-        (Rule::Horizontal(_, name) | Rule::Level(_, name), (_, Some(y))) => {
-            let (_, y) = pixel(&(x0, y));
-            draw_line(area, &[(left, y), (right, y)], RULED)?;
-            if matches!(rule, Rule::Level(..)) {
-                return Ok(());
-            }
-            area.draw(&Text::new(
-                name.clone(),
-                (left + fine(6), y - fine(3)),
-                small.pos(Pos::new(HPos::Left, VPos::Bottom)),
-            ))?;
-        }
-        _ => {}
-    }
-    Ok(())
 }
 
 #[cfg(test)]

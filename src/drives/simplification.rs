@@ -159,16 +159,25 @@ pub fn fewer_harmonics(law: &MotionLaw) -> Vec<FewerHarmonics> {
         let order = (1..rest.a.len()).rev().find(|k| rest.a[*k] != 0.0 || rest.b[*k] != 0.0).unwrap_or(0);
         rest.a.truncate(order + 1);
         rest.b.truncate(order + 1);
-        let list: Vec<String> = dropped.iter().map(usize::to_string).collect();
         let plural = if dropped.len() == 1 { "" } else { "s" };
         FewerHarmonics {
-            feature: format!("harmonic{plural} k = {}", list.join(", ")),
+            feature: format!("harmonic{plural} k = {}", listed(&dropped)),
             instead: format!("{} of {} harmonics", harmonics.len() - dropped.len(), harmonics.len()),
             law: MotionLaw::Fourier(Fourier::new(rest.a, rest.b)),
         }
     };
     let singles = harmonics[..single].chunks(1);
     singles.chain((half > 1).then_some(&harmonics[..half])).map(without).collect()
+}
+
+/// Ascending numbers, three and more in a row as "4 … 9".
+fn listed(numbers: &[usize]) -> String {
+    let runs = numbers.chunk_by(|a, b| a + 1 == *b);
+    let parts = runs.flat_map(|run| match run {
+        [first, _, .., last] => vec![format!("{first} … {last}")],
+        short => short.iter().map(usize::to_string).collect(),
+    });
+    parts.collect::<Vec<_>>().join(", ")
 }
 
 #[cfg(test)]
@@ -190,6 +199,12 @@ mod tests {
         for single in [vec![1.0, 2.0], vec![1.0]] {
             assert!(fewer_harmonics(&MotionLaw::Fourier(Fourier::new(single, vec![]))).is_empty());
         }
+    }
+
+    #[test]
+    fn numbers_in_a_row_are_told_by_their_ends() {
+        assert_eq!(listed(&[1, 4, 5, 6, 8, 9]), "1, 4 … 6, 8, 9");
+        assert_eq!((listed(&[7]).as_str(), listed(&[2, 3, 4, 5]).as_str()), ("7", "2 … 5"));
     }
 
     #[test]

@@ -103,7 +103,7 @@ fn for_target(report: &Report, target: f64) -> Advice {
                 },
             ) + &saving(report, target, i).map_or(String::new(), |other| {
                 format!(
-                    "; at communication steps of {} it costs {}",
+                    "; at communication steps of {} it costs {} ns per ms",
                     time(report.settings[other].communication_step),
                     number(cost_of(report, other))
                 )

@@ -2,7 +2,7 @@
 
 use super::reference::Reference;
 use super::run::{Inputs, Interface, Trace};
-use super::{Bench, Feature, Samples, worst_of};
+use super::{Bench, Feature, Samples, sweep, worst_of};
 use crate::drives::simplification::{Formula, Shaft, Simplified};
 use crate::drives::{Fault, TEMPLATES, resource::Resource};
 use cpu_time::ThreadTime;
@@ -67,7 +67,7 @@ impl Simpler {
         match &self.engine {
             Engine::Fmu(resource, interface) => {
                 let inputs = if interface.derivatives > 0 { Inputs::Derivatives } else { Inputs::Values };
-                bench.run(resource, interface, &[], bench.grid, inputs)
+                bench.run(resource, interface, &sweep::defaults(interface), bench.grid, inputs)
             }
             Engine::Formula(formula, shaft) => Ok(evaluate(formula, shaft)),
             Engine::None(fault) => Err(fault.clone()),

@@ -31,25 +31,29 @@ fn grouped<'a>(rows: impl Iterator<Item = &'a Row>, name: impl Fn(&Row) -> Strin
 }
 
 /// Cost over error: the settings at the default communication step, the drive without each of its features. Where inputs
-/// move, the communication step is a dial as well.
+/// move, the communication step is a dial as well, with a line of its own.
 pub fn work_precision(report: &Report) -> Diagram {
-    let usual = |row: &&Row| {
-        let default_step = (row.communication_step / report.experiment.step - 1.0).abs() < 1e-9;
-        default_step || (row.inputs.is_some() && row.is_default())
-    };
-    let mut series: Vec<Series> = grouped(report.settings.iter().filter(usual), name)
-        .into_iter()
-        .map(|(name, mut rows)| {
-            // In the order of the dial: by communication step where that is one, else by error.
-            let order = |row: &Row| (row.communication_step, row.error.unwrap_or(f64::INFINITY));
-            rows.sort_by(|a, b| {
-                let ((h, e), (g, f)) = (order(a), order(b));
-                h.total_cmp(&g).then(e.total_cmp(&f))
-            });
-            let point = |row: &&Row| Some([row.error?.max(LEAST_ERROR), row.cost?.ns_per_ms]);
-            Series { name, points: rows.iter().filter_map(point).collect(), joined: true }
-        })
-        .collect();
+    let at_default_step = |row: &Row| (row.communication_step / report.experiment.step - 1.0).abs() < 1e-9;
+    let point = |row: &&Row| Some([row.error?.max(LEAST_ERROR), row.cost?.ns_per_ms]);
+    let line =
+        |name: String, rows: &[&Row]| Series { name, points: rows.iter().filter_map(point).collect(), joined: true };
+    let mut series = Vec::new();
+    for (name, mut rows) in grouped(report.settings.iter(), name) {
+        let is_moved = rows.iter().any(|row| row.inputs.is_some());
+        if is_moved {
+            let mut defaults: Vec<&Row> = rows.iter().copied().filter(|row| row.is_default()).collect();
+            defaults.sort_by(|a, b| a.communication_step.total_cmp(&b.communication_step));
+            series.push(line(format!("{name}, over the communication step"), &defaults));
+        }
+        rows.retain(|row| at_default_step(row));
+        rows.sort_by(|a, b| a.error.unwrap_or(f64::INFINITY).total_cmp(&b.error.unwrap_or(f64::INFINITY)));
+        if !is_moved {
+            series.push(line(name, &rows));
+        } else if rows.len() > 1 {
+            let dial = if rows.iter().any(|row| row.step_size.is_some()) { "internal step" } else { "tolerance" };
+            series.push(line(format!("{name}, over the {dial}"), &rows));
+        }
+    }
     series.extend(report.features.iter().filter_map(|f| {
         let point = [f.change?.max(LEAST_ERROR), f.cost?.ns_per_ms];
         let name = format!("without {} ({})", f.feature, f.instead);

@@ -337,7 +337,8 @@ pub fn study(resource: &Resource, options: &Options, mut progress: impl FnMut(Pr
     }
     let without_effect = drop_repetitions(&mut settings, &mut rows, &mut samples);
     let jobs = settings.len() + simpler.len();
-    let full = bench.setting(&settings[0])?;
+    let whole = sweep::whole(&settings);
+    let full = bench.setting(&settings[whole])?;
     for (simpler, samples) in simpler.iter().zip(samples.iter_mut().skip(settings.len())) {
         features.push(simpler.first_run(&bench, &full, &reference, samples));
         done += 1;
@@ -370,7 +371,7 @@ pub fn study(resource: &Resource, options: &Options, mut progress: impl FnMut(Pr
     }
     for (feature, cost) in features.iter_mut().zip(&costs[settings.len()..]) {
         feature.cost = *cost;
-        feature.cost_ratio = cost.zip(costs[0]).map(|(without, with)| without.ns_per_ms / with.ns_per_ms);
+        feature.cost_ratio = cost.zip(costs[whole]).map(|(without, with)| without.ns_per_ms / with.ns_per_ms);
     }
     let outputs = bench.interface.names().into_iter().zip(&reference.largest);
     let mut report = Report {

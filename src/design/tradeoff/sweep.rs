@@ -108,6 +108,21 @@ pub fn settings(interface: &Interface, grid: Grid, turn: f64, extent: Extent) ->
     list
 }
 
+/// The setting of the whole drive that the drive without a feature is compared with, which [`defaults`] sets in the same
+/// way: the defaults at the instants, with the derivatives of inputs where the drive takes them.
+pub fn whole(settings: &[Setting]) -> usize {
+    let with_derivatives =
+        |s: &Setting| s.is_default() && s.grid == settings[0].grid && s.inputs == Some(Inputs::Derivatives);
+    settings.iter().position(with_derivatives).unwrap_or(0)
+}
+
+/// The values that leave the solver of a drive to its defaults, whatever its scene asks for.
+pub fn defaults(interface: &Interface) -> Vec<(u32, f64)> {
+    let method = interface.find("solver.method").zip(methods(interface).first().map(|(_, number)| *number));
+    let left = ["solver.tolerance", "solver.step_size"].map(|name| interface.find(name).map(|r| (r, 0.0)));
+    method.into_iter().chain(left.into_iter().flatten()).collect()
+}
+
 /// Each value of each dial; the default of each method first.
 fn dials(interface: &Interface, turn: f64, extent: Extent, scene: &Setting) -> Vec<Setting> {
     let tolerance = interface.find("solver.tolerance");
@@ -175,7 +190,9 @@ mod tests {
         assert_eq!((list[0].grid, list[0].starts.len(), list[0].is_default()), (grid, 0, true));
         let mut driven = interface(vec![]);
         (driven.inputs, driven.derivatives) = (vec![(0, Signal::Angle)], 8);
-        assert_eq!(settings(&driven, grid, 0.1, FULL).len(), 16);
+        let list = settings(&driven, grid, 0.1, FULL);
+        assert_eq!((list.len(), whole(&list)), (16, 8));
+        assert_eq!((list[8].inputs, list[8].grid), (Some(Inputs::Derivatives), grid));
     }
 
     #[test]
@@ -191,6 +208,7 @@ mod tests {
         assert_eq!(list.len(), 13 + 2 * 7 + 9 + 7);
         assert_eq!((list[0].method.as_deref(), list[0].tolerance), (Some("adaptive"), Some(0.0)));
         assert_eq!(list[0].starts, [(1, 1.0), (0, 0.0)]);
+        assert_eq!((whole(&list), defaults(&drive)), (0, vec![(1, 1.0), (0, 0.0), (2, 0.0)]));
         let coarsest = list.iter().filter_map(|s| s.step_size).fold(0.0, f64::max);
         assert!((coarsest - 0.02).abs() < 1e-15);
         assert!(list.iter().all(|s| s.tolerance.is_none() || s.step_size.is_none()));

@@ -32,8 +32,13 @@ const FEATURES: [Column<Feature>; 6] = [
     ("largest change", |f| f.change.map_or(NONE.into(), number), false),
     ("of", |f| f.worst.clone().unwrap_or(NONE.into()), false),
     ("ns per ms", |f| f.cost.map_or(NONE.into(), |cost| number(cost.ns_per_ms)), false),
-    ("of the whole", |f| f.cost_ratio.map_or(NONE.into(), |ratio| format!("{} %", (100.0 * ratio).round())), false),
+    ("of the whole", |f| f.cost_ratio.map_or(NONE.into(), part), false),
 ];
+
+/// A part of the cost of the whole drive.
+fn part(ratio: f64) -> String {
+    if ratio < 0.1 { format!("{:.1} %", 100.0 * ratio) } else { format!("{:.0} %", 100.0 * ratio) }
+}
 
 /// A count in full digits.
 fn count(value: Option<f64>) -> String {
