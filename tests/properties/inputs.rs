@@ -1,12 +1,25 @@
-//! What a cam drive owes on inputs that turn it with constant acceleration: one step or many are the same motion, and
-//! without acceleration it is that of constant speed.
+//! What a cam drive owes on inputs that turn it with constant acceleration: one step or many are the same motion, so are
+//! those of a slower and of a mirrored drive and that after a restored state, and without acceleration it is that of
+//! constant speed.
 
 use super::run::Run;
 use super::scenes::{CamScene, Model, backlash, output, shaft};
-use super::{admitted, agree, config, even, names, splits};
+use super::{admitted, agree, config, even, mirror_of, names, restoring_on_inputs, splits, time_scaling_of};
 use camdrive::drives::Fault;
 use proptest::prelude::*;
-use serde_json::json;
+use serde_json::{Value, json};
+
+/// The inputs at `t`.
+fn turning(scene: &CamScene, acceleration: f64, t: f64) -> [(&'static str, f64); 3] {
+    let phi = scene.phi_start + (scene.w + acceleration * t / 2.0) * t;
+    [("phi", phi), ("w", scene.w + acceleration * t), ("a", acceleration)]
+}
+
+fn resolved(scene: &CamScene) -> (&'static str, Value) {
+    let (model, mut resolved) = scene.resolved();
+    resolved["drive"] = json!("input");
+    (model, resolved)
+}
 
 /// The states after the span, reached over `shares` of it, and the largest of each on the way. The inputs are wrong by
 /// `roundings` of the angle, to this side and that.
@@ -14,12 +27,10 @@ fn moved(scene: &CamScene, acceleration: f64, shares: &[f64], roundings: f64) ->
     let mut side = roundings * f64::EPSILON;
     let mut inputs = |t: f64| {
         side = -side;
-        let phi = (scene.phi_start + (scene.w + acceleration * t / 2.0) * t) * (1.0 + side);
-        [("phi", phi), ("w", scene.w + acceleration * t), ("a", acceleration)]
+        let [(name, phi), w, a] = turning(scene, acceleration, t);
+        [(name, phi * (1.0 + side)), w, a]
     };
-    let (model, mut resolved) = scene.resolved();
-    resolved["drive"] = json!("input");
-    let mut run = Run::new((model, resolved), &inputs(0.0))?;
+    let mut run = Run::new(resolved(scene), &inputs(0.0))?;
     let names = names(scene);
     let mut now: Vec<f64> = names.iter().map(|name| run.get(name)).collect();
     let mut largest: Vec<f64> = now.iter().map(|value| value.abs()).collect();
@@ -43,9 +54,28 @@ fn perturbed(scene: &CamScene, acceleration: f64) -> Result<Vec<f64>, TestCaseEr
     admitted(moved(&scene.perturbed(), acceleration, &even(), 1.0)).map(|(end, _)| end)
 }
 
+fn acceleration(scene: &CamScene, change: f64) -> f64 {
+    change * scene.w / scene.span
+}
+
+/// The changed scenes turn by the same `change` of their own speed.
+fn symmetries(scene: &CamScene, change: f64, factor: f64) -> Result<(), TestCaseError> {
+    let perturbed = perturbed(scene, acceleration(scene, change))?;
+    let states = |scene: &CamScene, shares: &[f64]| states(scene, acceleration(scene, change), shares);
+    time_scaling_of(scene, factor, &states, &perturbed)?;
+    mirror_of(scene, &states, &perturbed)
+}
+
+fn restored(scene: &CamScene, change: f64, shares: &[f64]) -> Result<(), TestCaseError> {
+    let acceleration = acceleration(scene, change);
+    let run = || admitted(Run::new(resolved(scene), &turning(scene, acceleration, 0.0)));
+    let set = |run: &mut Run| run.set(&turning(scene, acceleration, run.time));
+    restoring_on_inputs(run()?, run()?, scene.span, shares, set)
+}
+
 /// `change`: that of the speed over the span, relative to the speed; below −1 the drive turns back.
 fn refinement(scene: &CamScene, change: f64, shares: &[f64]) -> Result<(), TestCaseError> {
-    let acceleration = change * scene.w / scene.span;
+    let acceleration = acceleration(scene, change);
     let (even, largest) = admitted(states(scene, acceleration, &even()))?;
     let perturbed = perturbed(scene, acceleration)?;
     agree(&admitted(states(scene, acceleration, &[]))?.0, &even, &largest, &perturbed)?;
@@ -69,6 +99,18 @@ macro_rules! of_cam_drives {
                 #[test]
                 fn one_step_or_many(scene in $scene, change in -3.0..3.0_f64, shares in splits()) {
                     refinement(&scene, change, &shares)?;
+                }
+
+                #[test]
+                fn slower_and_mirrored(
+                    scene in $scene, change in -3.0..3.0_f64, factor in (-3.0..3.0_f64).prop_map(f64::exp)
+                ) {
+                    symmetries(&scene, change, factor)?;
+                }
+
+                #[test]
+                fn restored_at_any_instant(scene in $scene, change in -3.0..3.0_f64, shares in splits()) {
+                    restored(&scene, change, &shares)?;
                 }
 
                 #[test]

@@ -2,7 +2,10 @@
 
 use super::run::Run;
 use super::scenes::{decades, sign};
-use super::{CAM_STATE, admitted, agree, config, equal, even, restoring, splits, trace, with_finer_panels, work};
+use super::{
+    CAM_STATE, admitted, agree, config, equal, even, restoring, restoring_on_inputs, splits, trace, with_finer_panels,
+    work,
+};
 use camdrive::drives::Fault;
 use camdrive::motion::Fourier;
 use proptest::prelude::*;
@@ -54,6 +57,32 @@ impl Scene {
 
     fn run(&self) -> Result<Run, Fault> {
         Run::new(self.resolved(), &[])
+    }
+
+    /// The inputs at `t` of a drive that changes its speed by this part over the span.
+    fn turning(&self, change: f64, t: f64) -> [(&'static str, f64); 3] {
+        let a = change * self.w / self.span;
+        [("phi", self.phi_start + (self.w + a * t / 2.0) * t), ("w", self.w + a * t), ("a", a)]
+    }
+
+    /// On such inputs.
+    fn run_on_inputs(&self, change: f64) -> Result<Run, Fault> {
+        let (model, mut resolved) = self.resolved();
+        resolved["drive"] = json!("input");
+        Run::new((model, resolved), &self.turning(change, 0.0))
+    }
+
+    /// The states after the span on inputs, reached over `shares` of it, and the largest of each on the way.
+    fn states_on_inputs(&self, change: f64, shares: &[f64]) -> Result<(Vec<f64>, Vec<f64>), Fault> {
+        let mut run = self.run_on_inputs(change)?;
+        let mut largest = run.all(CAM_STATE).map(f64::abs);
+        for share in shares.iter().chain(&[1.0]) {
+            run.set(&self.turning(change, run.time))?;
+            run.to(self.span * share)?;
+            let now = run.all(CAM_STATE);
+            largest = [0, 1].map(|i| largest[i].max(now[i].abs()));
+        }
+        Ok((run.all(CAM_STATE).to_vec(), largest.to_vec()))
     }
 
     fn states(&self, shares: &[f64]) -> Result<(Vec<f64>, Vec<f64>), Fault> {
@@ -268,6 +297,42 @@ proptest! {
     #[test]
     fn restored_at_any_instant(scene in drive(), shares in splits()) {
         restoring(admitted(scene.run())?, admitted(scene.run())?, scene.span, &shares)?;
+    }
+
+    #[test]
+    fn on_inputs_in_one_step_or_many(scene in drive(), change in -3.0..3.0_f64, shares in splits()) {
+        let (even, largest) = admitted(scene.states_on_inputs(change, &even()))?;
+        let (perturbed, _) = admitted(scene.perturbed().states_on_inputs(change, &[]))?;
+        agree(&admitted(scene.states_on_inputs(change, &[]))?.0, &even, &largest, &perturbed)?;
+        agree(&admitted(scene.states_on_inputs(change, &shares))?.0, &even, &largest, &perturbed)?;
+    }
+
+    #[test]
+    fn on_inputs_slower_and_mirrored(
+        scene in drive(), change in -3.0..3.0_f64, factor in (-3.0..3.0_f64).prop_map(f64::exp)
+    ) {
+        let (expected, largest) = admitted(scene.states_on_inputs(change, &even()))?;
+        let (perturbed, _) = admitted(scene.perturbed().states_on_inputs(change, &[]))?;
+        let (mut slow, _) = admitted(scene.slower(factor).states_on_inputs(change, &[]))?;
+        slow[1] *= factor;
+        agree(&slow, &expected, &largest, &perturbed)?;
+        let (mut reversed, _) = admitted(scene.reversed().states_on_inputs(change, &[]))?;
+        reversed.iter_mut().for_each(|v| *v *= scene.sign_of_reversal());
+        agree(&reversed, &expected, &largest, &perturbed)?;
+    }
+
+    #[test]
+    fn on_inputs_without_acceleration(scene in drive(), shares in splits()) {
+        let (expected, largest) = admitted(scene.states(&even()))?;
+        let (perturbed, _) = admitted(scene.perturbed().states(&[]))?;
+        agree(&admitted(scene.states_on_inputs(0.0, &shares))?.0, &expected, &largest, &perturbed)?;
+    }
+
+    #[test]
+    fn on_inputs_restored_at_any_instant(scene in drive(), change in -3.0..3.0_f64, shares in splits()) {
+        let run = || admitted(scene.run_on_inputs(change));
+        let set = |run: &mut Run| run.set(&scene.turning(change, run.time));
+        restoring_on_inputs(run()?, run()?, scene.span, &shares, set)?;
     }
 
     #[test]

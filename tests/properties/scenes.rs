@@ -43,6 +43,8 @@ pub enum Torque {
     None,
     /// M_k [N·m], s_k, w_s [rad/s] and the lag [s], 0 for none.
     Kloss([f64; 4]),
+    /// The input M_an, constant [N·m].
+    Input(f64),
 }
 
 /// A rigid machine under a constant load.
@@ -139,6 +141,7 @@ impl MachineScene {
                 "breakdown_torque": m_k, "breakdown_slip": s_k, "synchronous_speed": w_s,
                 "dynamics": if lag > 0.0 { Some(lag) } else { None },
             }}),
+            Torque::Input(_) => json!("input"),
         };
         let scene = json!({
             "inertia": {"constant": self.j0, "varying": null}, "followers": followers, "motor": motor, "start": "given",
@@ -147,9 +150,16 @@ impl MachineScene {
         ("RigidMachine", scene)
     }
 
+    /// The inputs, which stay as they are.
+    pub fn inputs(&self) -> Vec<(&'static str, f64)> {
+        let torque = if let Torque::Input(m) = self.torque { Some(("M_an", m)) } else { None };
+        [("tau", self.load)].into_iter().chain(torque).collect()
+    }
+
     pub fn slower(&self, factor: f64) -> Self {
         let torque = match self.torque {
             Torque::Kloss([m, s, w, lag]) => Torque::Kloss([m / (factor * factor), s, w / factor, lag * factor]),
+            Torque::Input(m) => Torque::Input(m / (factor * factor)),
             Torque::None => Torque::None,
         };
         let load = self.load / (factor * factor);
@@ -159,11 +169,17 @@ impl MachineScene {
     pub fn reversed(&self) -> Self {
         let torque = match self.torque {
             Torque::Kloss([m, s, w, lag]) => Torque::Kloss([m, s, -w, lag]),
+            Torque::Input(m) => Torque::Input(-m),
             Torque::None => Torque::None,
         };
         let followers = self.followers.iter().map(|(m, law)| (*m, backwards(law))).collect();
         let (phi_start, w_start, load) = (-self.phi_start, -self.w_start, -self.load);
         MachineScene { torque, followers, phi_start, w_start, load, ..self.clone() }
+    }
+
+    pub fn mirrored(&self) -> Self {
+        let followers = self.followers.iter().map(|(m, law)| (*m, times(law, -1.0))).collect();
+        MachineScene { followers, ..self.clone() }
     }
 
     pub fn perturbed(&self) -> Self {
@@ -397,7 +413,12 @@ pub fn machine() -> impl Strategy<Value = MachineScene> {
             1 => decades(-4.0, 0.0)
         ],
     );
-    let torque = prop_oneof![2 => Just(None), 3 => kloss.prop_map(Some)];
+    // Relative to the machine.
+    let torque = prop_oneof![
+        1 => Just(Torque::None),
+        1 => (-1.0..1.0_f64).prop_map(Torque::Input),
+        3 => kloss.prop_map(|(m, slip, direction, speed, lag)| Torque::Kloss([m, slip, direction * speed, lag])),
+    ];
     (
         followers,
         decades(-3.0, 3.0),
@@ -415,9 +436,11 @@ pub fn machine() -> impl Strategy<Value = MachineScene> {
             let j0 = of_masses * ratio;
             // Torques by what they do to the machine in a turn.
             let scale = (j0 + of_masses) * w * w;
-            let torque = torque.map_or(Torque::None, |(m, slip, direction, speed, lag)| {
-                Torque::Kloss([m * scale, slip, direction * speed * w, lag / w])
-            });
+            let torque = match torque {
+                Torque::Kloss([m, slip, speed, lag]) => Torque::Kloss([m * scale, slip, speed * w, lag / w]),
+                Torque::Input(m) => Torque::Input(0.1 * m * scale),
+                Torque::None => Torque::None,
+            };
             MachineScene {
                 j0,
                 followers,
