@@ -29,13 +29,26 @@ def law(package, cosines, sines):
     return values, reference.Series(cosines, [0.0, *sines])
 
 
-def exact(packages, name, times, cosines=A, sines=B, wide=False, digits=25, **changes):
+def settings(package, values, p):
+    """The values that the FMU has, and the motion for one that follows inputs."""
+    motion = None if "drive.w" in package.variables else Moved(p["drive.phi_start"], p["drive.w"])
+    return {k: v for k, v in (values | p | {"start.mode": 2}).items() if k in package.variables}, motion
+
+
+def started(package, values, p):
+    """An instance at its start, and what sets its inputs before each step."""
+    values, motion = settings(package, values, p)
+    return probe(package, values, inputs=motion and motion.inputs(0.0)), motion and motion.drive
+
+
+def exact(packages, name, times, cosines=A, sines=B, wide=False, inputs=False, digits=25, **changes):
     """State and count of impacts against the reference; relative to the stroke and the largest speed of the cam."""
     p = BASE | changes
-    package = packages["backlash_wide" if wide else "backlash"]
+    package = packages["backlash" + "_wide" * wide + "_input" * inputs]
     values, series = law(package, cosines, sines)
-    with probe(package, values | p | {"start.mode": 2}) as unit:
-        reached, got = record(unit, times, (*NAMES, "impacts"))
+    unit, drive = started(package, values, p)
+    with unit:
+        reached, got = record(unit, times, (*NAMES, "impacts"), before=drive)
 
         def compute():
             machine = reference.Backlash(p, series, digits)
@@ -52,10 +65,18 @@ def exact(packages, name, times, cosines=A, sines=B, wide=False, digits=25, **ch
         return unit.outcome(error(got[:, :4], expected[:, :4], [stroke, speed, stroke, speed]))
 
 
-def declare(extreme, times, bound=1e-10, **options):
+def declare(extreme, times, bound=1e-10, also_on_inputs=True, store=None, **options):
+    """The case at constant speed, and on inputs that say the same."""
+
     @case(DRIVE, extreme, PHASES, bound)
     def run(packages):
-        return exact(packages, extreme, times, **options)
+        return exact(packages, store or extreme, times, **options)
+
+    if also_on_inputs:
+
+        @case(DRIVE, f"inputs: {extreme}", PHASES, bound)
+        def run_on_inputs(packages):
+            return exact(packages, store or extreme, times, inputs=True, **options)
 
 
 def balances(packages, sizes, scene="backlash", **changes):
@@ -63,7 +84,8 @@ def balances(packages, sizes, scene="backlash", **changes):
     p = BASE | changes
     package = packages[scene]
     values = {} if scene == "backlash_cycle" else law(package, A, B)[0]
-    with probe(package, values | p | {"start.mode": 2}) as unit:
+    unit, drive = started(package, values, p)
+    with unit:
 
         def state():
             v1, v2, q = unit.get("der(x1)", "der(y)", "q")
@@ -72,6 +94,8 @@ def balances(packages, sizes, scene="backlash", **changes):
         momentum, energy = start = state()
         largest, exchanged, received, work = abs(momentum), energy, 0.0, 0.0
         for size in sizes:
+            if drive:
+                drive(unit)
             unit.step(size)
             force, torque, gap = unit.get("force_mean", "tau_mean", "gap")
             # The gap is a difference of places.
@@ -108,7 +132,8 @@ declare("restitution 1", [0.05, 0.1], e=1.0)
 declare_balances("restitution 1, 100 turns", TURN / 10, 1000, e=1.0)
 declare_balances("restitution 1 − 1e-9, 100 turns", TURN / 10, 1000, e=1 - 1e-9)
 declare("speed 0, free vibration", [0.01, 0.02], **{"drive.w": 0.0, "start.q": 1e-4})
-declare("speed 1e-9 rad/s", [0.01, 0.05], **{"drive.w": 1e-9, "start.q": 0.0, "start.q_dot": 0.0})
+# On inputs the rounding of the angle would be a jump larger than the motion.
+declare("speed 1e-9 rad/s", [0.01, 0.05], also_on_inputs=False, **{"drive.w": 1e-9, "start.q": 0.0, "start.q_dot": 0.0})
 declare("speed −25 rad/s", [0.1, 0.25], **{"drive.w": -25.0})
 declare("speed 1e5 rad/s", [2e-5, 1e-4], **{"drive.w": 1e5})
 declare_balances("speed 1e5 rad/s, 1000 turns", 2 * math.pi / 1e5, 1000, **{"drive.w": 1e5})
@@ -150,7 +175,9 @@ def mixed_balances(packages):
 # Not at 25 rad/s, where harmonic 20 meets the undamped natural frequency.
 declare("64 harmonics", [0.05, 0.15], wide=True, **{"drive.w": 24.7}, cosines=A + [1e-4 / k**3 for k in range(5, 65)], sines=B + [1e-4 / k**3 for k in range(6, 65)])
 # 25 digits beyond those of the angle.
-declare("phase start 1e12 rad", [0.1, 0.25], digits=38, **{"drive.phi_start": 1e12})
+declare("phase start 1e12 rad", [0.1, 0.25], also_on_inputs=False, digits=38, **{"drive.phi_start": 1e12})
+# In one step: from step to step the rounding of the angle, 1e-4 rad, would be a jump of the inputs.
+declare("inputs: phase start 1e12 rad", [0.1], also_on_inputs=False, inputs=True, digits=38, **{"drive.phi_start": 1e12})
 for scale in (1e-10, 1e5):
     declare(
         f"amplitude {1e-2 * scale:g} m", [0.1, 0.25], cosines=[scale * x for x in A], sines=[scale * x for x in B], s=scale * BASE["s"],
@@ -158,12 +185,13 @@ for scale in (1e-10, 1e5):
     )
 
 
-def as_elastic_output(packages, times, s, turns_label=None, names=("q", "x1"), **changes):
+def as_elastic_output(packages, times, s, inputs=False, **changes):
     p = BASE | {"s": s, "start.q": 0.0, "start.q_dot": 0.0} | changes
-    package = packages["backlash"]
+    package = packages["backlash_input" if inputs else "backlash"]
     values, series = law(package, A, B)
-    with probe(package, values | p | {"start.mode": 2}) as unit:
-        reached, got = record(unit, times, ("q",))
+    unit, drive = started(package, values, p)
+    with unit:
+        reached, got = record(unit, times, ("q",), before=drive)
         closed = lambda times: reference.elastic_output_closed(
             p["m2"], p["c"], p["b"], series, p["drive.w"], p["drive.phi_start"], 0.0, 0.0, times
         )[:, :1]
@@ -191,9 +219,18 @@ def mixed(packages):
     return as_elastic_output(packages, np.cumsum([1e-12, 1e-9, 1e-6, 1e-3, 1.0, 1e3, 1e-3, 1e-6]), 0.0, b=0.02 * CRITICAL)
 
 
-@case(DRIVE, "communication steps 1e-12 … 1e-1 s in one run", PHASES, 1e-10)
-def mixed_with_impacts(packages):
-    return exact(packages, "mixed steps", np.cumsum([1e-12, 1e-9, 1e-6, 1e-3, 1e-1, 1e-3]))
+# The rounding of an angle of 2.5e4 rad, 4e-12 rad, is a jump of the inputs, by which mass 1 jumps beside mass 2.
+@case(DRIVE, "inputs: clearance 0, communication steps 1e-12 … 1e3 s in one run", "closed form of the elastic output, 60 digits", 1e-8)
+def mixed_on_inputs(packages):
+    return as_elastic_output(packages, np.cumsum([1e-12, 1e-9, 1e-6, 1e-3, 1.0, 1e3, 1e-3, 1e-6]), 0.0, inputs=True, b=0.02 * CRITICAL)
+
+
+@case(DRIVE, "inputs: communication steps 1e-12 … 1e3 s in one run, with impacts", BALANCES, 1e-8)
+def mixed_balances_on_inputs(packages):
+    return balances(packages, [1e-12, 1e-9, 1e-6, 1e-3, 1.0, 1e3, 1e-3, 1e-6, 1e-9], scene="backlash_input")
+
+
+declare("communication steps 1e-12 … 1e-1 s in one run", np.cumsum([1e-12, 1e-9, 1e-6, 1e-3, 1e-1, 1e-3]), store="mixed steps")
 
 
 @case(DRIVE, "inputs: reversal within a step of 1 s, clearance 0", "Dormand-Prince 8(5,3) at 1e-13", 1e-9)

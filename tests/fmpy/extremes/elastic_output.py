@@ -89,10 +89,10 @@ declare("amplitude 1e3 m", harmonics=[h * 1e5 for h in HARMONICS])
 declare("phase start 1e12 rad", **{"drive.phi_start": 1e12})
 
 
-def moved(packages, motion, times, expected, **changes):
+def moved(packages, motion, times, expected, harmonics=HARMONICS, sines=(), wide=False, **changes):
     p = {"m": M, "c": C, "b": 0.02 * CRITICAL} | changes
-    values, series = law(HARMONICS)
-    package = packages["output_input"]
+    values, series = law(harmonics, sines, 64 if wide else 5)
+    package = packages["output_wide_input" if wide else "output_input"]
     values = {k: v for k, v in values.items() if k in package.variables} | p
     with probe(package, values, inputs=motion.inputs(0.0)) as unit:
         reached, got = record(unit, times, NAMES, before=motion.drive)
@@ -116,8 +116,16 @@ def declare_moved(extreme, w=50.0, phi=0.3, times=None, bound=1e-11, **changes):
 
 
 declare_moved("stiffness × 1e9", c=C * 1e9)
+declare_moved("stiffness × 1e-9", c=C * 1e-9)
+declare_moved("damping 0", b=0.0)
+declare_moved("damping critical", b=CRITICAL)
 declare_moved("damping 1e6 × critical", b=CRITICAL * 1e6)
+# In one step: q is so small that the rounding of the angle from step to step would be a large jump of the inputs.
+declare_moved("speed 1e-9 rad/s", w=1e-9, times=[0.1])
 declare_moved("speed 1e5 rad/s", w=1e5, times=turns(1e5, 3))
+declare_moved("64 harmonics", wide=True, harmonics=[0.0] + [1e-2 / k**2 for k in range(1, 65)], sines=[1e-3 / k for k in range(1, 65)])
+declare_moved("amplitude 1e-12 m", harmonics=[h * 1e-10 for h in HARMONICS])
+declare_moved("amplitude 1e3 m", harmonics=[h * 1e5 for h in HARMONICS])
 # The rounding of an angle of 1e5 rad, 1e-11 rad, is a jump of the inputs.
 declare_moved("communication steps 1e-12 … 1e3 s in one run", bound=1e-9, times=np.cumsum([1e-12, 1e-9, 1e-6, 1e-3, 1.0, 1e3]))
 # One step: from step to step the rounding of the angle, 1e-4 rad, would be a jump of the inputs.

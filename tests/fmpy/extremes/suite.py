@@ -162,6 +162,15 @@ def record(unit, times, names, before=None):
     return reached, np.array(got, dtype=float).reshape(len(reached), len(names))
 
 
+def reach(times, at=0.0):
+    """The instants that steps to these times arrive at."""
+    reached = []
+    for time in times:
+        at += time - at
+        reached.append(at)
+    return reached
+
+
 def error(got, expected, scale=None):
     """The largest deviation, relative to the largest expected value of each column."""
     got, expected = np.asarray(got, dtype=float), np.asarray(expected, dtype=float)

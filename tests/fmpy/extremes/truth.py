@@ -13,6 +13,16 @@ from scipy.integrate import solve_ivp
 STORE = Path(__file__).with_name("stored.json")
 
 
+REMEMBERED = {}
+
+
+def remembered(key, compute):
+    """What `compute()` yields, once for all cases with the same key."""
+    if key not in REMEMBERED:
+        REMEMBERED[key] = compute()
+    return REMEMBERED[key]
+
+
 # scipy admits 100 roundings.
 FINEST = 2.3e-14
 
