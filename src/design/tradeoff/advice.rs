@@ -51,6 +51,15 @@ fn saving(report: &Report, target: f64, chosen: usize) -> Option<usize> {
         .min_by(|i, j| cost_of(report, *i).total_cmp(&cost_of(report, *j)))
 }
 
+/// What the other of two settings would save, and which one that is.
+fn cheaper(report: &Report, [chosen, other]: [usize; 2]) -> String {
+    let row = &report.settings[other];
+    let [this, that] = [words(&report.settings[chosen]), words(row)];
+    let setting = if this == that { String::new() } else { format!(" with {that}") };
+    let (step, cost) = (time(row.communication_step), number(cost_of(report, other)));
+    format!("; at communication steps of {step}{setting} {cost} ns per ms are enough")
+}
+
 /// The cheapest setting that reaches the target, at the default communication step if one does there and no inputs move.
 fn choose(report: &Report, target: f64) -> Option<usize> {
     let cost = |i: usize| cost_of(report, i);
@@ -101,13 +110,7 @@ fn for_target(report: &Report, target: f64) -> Advice {
                 } else {
                     row.worst.as_ref().map_or(String::new(), |name| format!(" ({name})"))
                 },
-            ) + &saving(report, target, i).map_or(String::new(), |other| {
-                format!(
-                    "; at communication steps of {} it costs {} ns per ms",
-                    time(report.settings[other].communication_step),
-                    number(cost_of(report, other))
-                )
-            })
+            ) + &saving(report, target, i).map_or(String::new(), |other| cheaper(report, [i, other]))
         }
     };
     if !spare.is_empty() {

@@ -16,6 +16,7 @@ pub mod table;
 #[cfg(test)]
 mod tests;
 
+use crate::design::text::{number, time};
 use crate::drives::{Fault, resource::Resource};
 use course::RunUp;
 use run::{Grid, Inputs, Interface, Plan, run};
@@ -284,8 +285,11 @@ fn grid(step: f64, stop: f64) -> Result<Grid, Fault> {
     let count = (stop / step).round();
     if !(FEWEST_INSTANTS..=MOST_INSTANTS).contains(&count) {
         return Err(Fault(format!(
-            "a run of {stop:.4} s at steps of {step:.4e} s has {count} communication points; {FEWEST_INSTANTS} to \
-             {MOST_INSTANTS} are compared: choose another number of turns (--turns), or with inputs another --ramp"
+            "a run of {} at steps of {} has {} communication points; {FEWEST_INSTANTS} to {MOST_INSTANTS} are compared: choose \
+             another number of turns (--turns), or with inputs another --ramp",
+            time(stop),
+            time(step),
+            number(count)
         )));
     }
     Ok(Grid::new(step, count as usize))

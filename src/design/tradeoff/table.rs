@@ -92,7 +92,9 @@ pub fn faults(report: &Report) -> Vec<String> {
 /// What the errors refer to, in sentences.
 pub fn about(report: &Report) -> Vec<String> {
     let (e, r) = (&report.experiment, &report.reference);
-    let turns = e.turn.map_or(String::new(), |turn| format!(", {} turns", number(e.stop / turn)));
+    // The mean speed of a run-up is half of its last.
+    let at_speed = e.stop - e.run_up.map_or(0.0, |[_, ramp]| 0.5 * ramp);
+    let turns = e.turn.map_or(String::new(), |turn| format!(", {} turns", number(at_speed / turn)));
     let mut lines = vec![format!("Runs of {}{turns}; default communication step {}.", time(e.stop), time(e.step))];
     if let Some([speed, ramp]) = e.run_up {
         lines.push(format!(
@@ -134,6 +136,14 @@ pub fn about(report: &Report) -> Vec<String> {
         lines.push(
             "The estimate is solver.error_estimate, which is that of the states: outputs that are differences of large numbers \
              or derivatives may err by more."
+                .to_owned(),
+        );
+    }
+    if report.settings.iter().any(|row| row.inputs.is_some()) {
+        lines.push(
+            "With values of the inputs alone the drive follows the polynomial that they begin over each communication step, and \
+             with derivatives a better one: what these polynomials miss of the run-up is in the errors, but unknown to the \
+             estimate."
                 .to_owned(),
         );
     }
