@@ -4,6 +4,7 @@ use super::BacklashDrive;
 use super::contact::{Flank, Mode, State};
 use super::panel::Reading;
 use crate::drives::cam_drive::HasCamDrive;
+use crate::drives::energy;
 use crate::drives::solver::HasSolver;
 use crate::drives::{Board, List, Seed, unit, variable};
 use crate::motion::Kinematics;
@@ -211,12 +212,7 @@ pub(super) fn list(drive: &BacklashDrive) -> List<BacklashDrive> {
     outputs(drive, &mut list);
     drive.declare_law(&mut list);
     if !drive.cam.is_input() {
-        list.local(
-            "solver.energy_residual",
-            "Part of the energy by which the last communication step misses the balance of energy",
-            variable::real(&unit::NUMBER),
-            |d, _| d.energy_residual(),
-        );
+        energy::declare(&mut list, "the last communication step", |d, _| d.energy_residual());
     }
     list
 }

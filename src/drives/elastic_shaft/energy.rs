@@ -7,25 +7,12 @@ use super::solver::Twist;
 use crate::numerics::collocation::Collocation;
 use crate::numerics::double_double::Double;
 use crate::numerics::gauss::{ABSCISSAE, STAGES, WEIGHTS};
-use serde::{Deserialize, Serialize};
 
-/// What the internal steps have added to the energy beyond the work done, and the largest energy so far [J].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Energy {
-    defect: f64,
-    largest: f64,
-}
-
-impl Energy {
-    /// |ΣΔE − Σ∫(tau ω − b q̇²) dt| over the internal steps, relative to the largest energy.
-    pub fn residual(&self) -> f64 {
-        if self.largest > 0.0 { self.defect.abs() / self.largest } else { 0.0 }
-    }
-
+impl Twist<'_> {
     /// Takes the last step of `integrator` into the balance. Jumps of the inputs lie between steps, and in no balance.
-    pub fn account(mut self, twist: &Twist, integrator: &Collocation<2>) -> Energy {
-        if twist.equation.linear {
-            return self;
+    pub(super) fn account(&mut self, integrator: &Collocation<2>) {
+        if self.equation.linear {
+            return;
         }
         let (start, end) = (integrator.start(), integrator.end());
         let length = (end - start).hi;
@@ -33,19 +20,15 @@ impl Energy {
         let power = |i: usize| {
             let theta = 0.5 * (1.0 + ABSCISSAE[i]);
             let [q, v] = integrator.at_fraction(theta);
-            let speed = twist.motion.at_instant(start + Double::from(theta * length)).kinematics.0[1];
-            twist.equation.torque(q, v) * speed - twist.equation.b * v * v
+            let speed = self.motion.at_instant(start + Double::from(theta * length)).kinematics.0[1];
+            self.equation.torque(q, v) * speed - self.equation.b * v * v
         };
         let work: f64 = length * (0..STAGES).map(|i| WEIGHTS[i] * power(i)).sum::<f64>();
-        let before = twist.energy_at(start, &integrator.at_fraction(0.0));
-        let after = twist.energy_at(end, &integrator.state());
-        self.defect += after - before - work;
-        self.largest = self.largest.max(before).max(after);
-        self
+        let before = self.energy_at(start, &integrator.at_fraction(0.0));
+        let after = self.energy_at(end, &integrator.state());
+        self.balance.add(after - before - work, [before, after]);
     }
-}
 
-impl Twist<'_> {
     /// (J + m U′²) ψ̇²/2 + c q²/2 [J].
     fn energy_at(&self, t: Double, y: &[f64; 2]) -> f64 {
         let f = self.flow(t, y);

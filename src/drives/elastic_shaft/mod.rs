@@ -31,6 +31,7 @@ mod turn;
 mod variables;
 
 use super::cam_drive::{AngleMotion, CamDrive, DriveMode, HasCamDrive, Start, StartMode, goes_on};
+use super::energy::Balance;
 use super::number::all_finite;
 use super::pace::Pace;
 use super::solver::{HasSolver, Method, Settings, Solver};
@@ -39,7 +40,6 @@ use crate::motion::MotionLaw;
 use crate::numerics::collocation::Collocation;
 use crate::numerics::double_double::Double;
 use crate::numerics::period_map::{Course, PeriodMap};
-use energy::Energy;
 use equation::Equation;
 use serde::{Deserialize, Serialize};
 use solver::Twist;
@@ -92,7 +92,7 @@ pub struct ElasticShaft {
     usual_step: f64,
     /// Bounds of |U″| and |U‴| [m], to which the roundings of U′ and U″ are relative.
     curvatures: [f64; 2],
-    energy: Energy,
+    balance: Balance,
     /// The linear equation at constant speed over its period; follows from the parameters, and all instances with the
     /// same ones share it.
     #[serde(skip)]
@@ -139,11 +139,11 @@ impl ElasticShaft {
     /// Runs `work` with the twist's system of equations and the integrator.
     fn with_twist<R>(&mut self, work: impl FnOnce(&mut Twist, &mut Collocation<2>) -> R) -> R {
         let equation = self.equation();
-        let (law, motion, segment, curvatures, energy) =
-            (&self.cam.law, &self.motion, self.segment, self.curvatures, self.energy);
-        let mut twist = Twist { equation, law, motion, segment, curvatures, forced: 1.0, energy };
+        let (law, motion, segment, curvatures, balance) =
+            (&self.cam.law, &self.motion, self.segment, self.curvatures, self.balance);
+        let mut twist = Twist { equation, law, motion, segment, curvatures, forced: 1.0, balance };
         let result = work(&mut twist, &mut self.integrator);
-        (self.segment, self.energy) = (twist.segment, twist.energy);
+        (self.segment, self.balance) = (twist.segment, twist.balance);
         result
     }
 
@@ -292,7 +292,7 @@ impl Drive for ElasticShaft {
             integrator: Collocation::new(Double::default(), [0.0; 2]),
             usual_step: 0.0,
             curvatures: [0.0; 2],
-            energy: Energy::default(),
+            balance: Balance::default(),
             table: None,
             course: None,
             segment: 0,
@@ -349,7 +349,7 @@ impl Drive for ElasticShaft {
             self.solver.evaluations = table.map.as_ref().map_or(0, PeriodMap::evaluations) as f64;
             self.solver.error_estimate = table.error_after(0.0);
         }
-        self.energy = Energy::default();
+        self.balance = Balance::default();
         self.remember();
         Ok(())
     }

@@ -1,9 +1,9 @@
 //! Integration of the twist: Gauss collocation, with steps that end where the cam passes a breakpoint of its law.
 
-use super::energy::Energy;
 use super::equation::{Cam, Equation, Flow};
 use super::passage::Place;
 use crate::drives::cam_drive::AngleMotion;
+use crate::drives::energy::Balance;
 use crate::drives::pace::{FAR, Pace, Stop, Words};
 use crate::drives::{Fault, Number};
 use crate::motion::MotionLaw;
@@ -49,7 +49,7 @@ pub struct Twist<'a> {
     /// 1, or 0 for the homogeneous linear equation.
     pub forced: f64,
     /// The balance of energy.
-    pub energy: Energy,
+    pub balance: Balance,
 }
 
 impl Twist<'_> {
@@ -107,7 +107,7 @@ impl Twist<'_> {
         } else {
             self.step_to_breakpoint(integrator, limit, pace)?
         };
-        self.energy = self.energy.account(self, integrator);
+        self.account(integrator);
         self.segment = passed.unwrap_or(self.segment);
         Ok(())
     }

@@ -3,6 +3,7 @@
 use super::ElasticShaft;
 use super::equation::{Cam, Flow};
 use crate::drives::cam_drive::HasCamDrive;
+use crate::drives::energy;
 use crate::drives::solver::HasSolver;
 use crate::drives::unit::{self, Quantity};
 use crate::drives::variable::{Kind, real, real_within};
@@ -46,12 +47,7 @@ pub(super) fn list(drive: &ElasticShaft) -> List<ElasticShaft> {
     drive.declare_start(&mut list, &unit::ANGLE, &unit::ANGULAR_VELOCITY);
     drive.declare_solver(&mut list);
     if !drive.linear {
-        list.local(
-            "solver.energy_residual",
-            "Part of the largest energy by which the internal steps miss the balance of energy",
-            real(&unit::NUMBER),
-            |d, _| d.energy.residual(),
-        );
+        energy::declare(&mut list, "the motion since the start", |d, _| d.balance.residual());
     }
     declare_outputs(drive, &mut list);
     drive.declare_law(&mut list);

@@ -8,7 +8,7 @@
 
 use super::RigidMachine;
 use super::solver::{FASTEST, IDLE_CHANGES, Integrator, MOST_STEPS, add_end_error, encounter};
-use super::{Motor, State};
+use super::{Motor, Signal, State};
 use crate::drives::{Fault, Rounded};
 use crate::numerics::collocation::{Collocation, Failure, System};
 use crate::numerics::double_double::{Double, two_product, two_sum};
@@ -53,8 +53,9 @@ pub struct Grid {
     /// The length of its steps [s].
     pub size: f64,
     span: Option<Span>,
-    /// τ and M_an for which the step holds [N·m].
-    torques: [f64; 2],
+    /// τ and M_an for which the step holds, and the communication point at which they begin [s].
+    torques: [Signal; 2],
+    since: f64,
     /// The point of the grid towards which the steps go [s], and how often borders have cut the way there.
     point: Double,
     cuts: usize,
@@ -136,11 +137,11 @@ impl RigidMachine {
             )));
         }
         let steady = self.load.is_constant() && self.driving.is_constant();
-        let torques = [self.load.set_value(), self.driving.set_value()];
+        let torques = [self.load, self.driving];
         let mut now = Double::from(time);
         if !steady || torques != self.grid.torques {
             self.leave_span()?;
-            self.grid.torques = torques;
+            (self.grid.torques, self.grid.since) = (torques, time);
         }
         loop {
             let Some(span) = self.grid.span else {
@@ -319,6 +320,8 @@ impl RigidMachine {
     /// Ends the step where it was read last; the machine goes on from there.
     fn leave_span(&mut self) -> Result<(), Fault> {
         let Some(span) = self.grid.span.take() else { return Ok(()) };
+        let missing = self.missing_over(&span);
+        self.balance.add(missing, [span.base.energy(), self.state.energy()]);
         let passed = match &mut self.integrator {
             Integrator::Mechanical(c) => leave(c, span.read),
             Integrator::WithLag(c) => leave(c, span.read),
@@ -332,6 +335,23 @@ impl RigidMachine {
             self.change_interval(upward);
         }
         Ok(())
+    }
+}
+
+impl RigidMachine {
+    /// By what E misses the work of the torques where `span` was read last [J].
+    fn missing_over(&self, span: &Span) -> f64 {
+        let Grid { torques: [load, driving], since, .. } = &self.grid;
+        let piece = self.piece_under(&span.base, (span.from - Double::from(*since)).hi, [load, driving]);
+        match &self.integrator {
+            Integrator::Mechanical(c) => piece.missing(c, span.read),
+            Integrator::WithLag(c) => piece.missing(c, span.read),
+        }
+    }
+
+    /// The same for the step that holds the communication point.
+    pub(super) fn missing_on_grid(&self) -> Option<f64> {
+        self.grid.span.as_ref().map(|span| self.missing_over(span))
     }
 }
 

@@ -19,6 +19,7 @@
 
 mod course;
 mod cycle;
+mod energy;
 mod features;
 mod follower;
 mod grid;
@@ -46,6 +47,7 @@ pub use follower::Follower;
 pub use inertia::{Inertia, InertiaFunction, Place};
 pub use motor::Motor;
 
+use super::energy::Balance;
 use super::number::all_finite;
 use super::solver::{HasSolver, Method, Settings, Solver};
 use super::{Board, Curve, Drive, EventLog, Experiment, Fault, List, Portrait};
@@ -108,6 +110,13 @@ struct State {
     interval: usize,
 }
 
+impl State {
+    /// E [J]; out of date where u is.
+    fn energy(&self) -> f64 {
+        0.5 * self.u.hi * self.u.hi
+    }
+}
+
 /// J and J′ at an angle.
 #[derive(Clone, Copy)]
 struct Seen {
@@ -166,6 +175,8 @@ pub struct RigidMachine {
     period: f64,
     /// Where the search for the periodic motion begins, see [`tables`]; a guess needs no more digits.
     first_guess: f32,
+    /// The balance of energy up to the internal step that holds the communication point.
+    balance: Balance,
     events: EventLog,
 }
 
@@ -211,6 +222,7 @@ impl RigidMachine {
             top_speed: 0.0,
             period: 0.0,
             first_guess: 1.0,
+            balance: Balance::default(),
             events: EventLog::default(),
         }
     }
@@ -368,6 +380,7 @@ impl Drive for RigidMachine {
         (self.passage, self.next_length, self.errors) = (None, f64::INFINITY, Errors::default());
         self.travelled = 0.0;
         self.top_speed = 0.0;
+        self.balance = Balance::default();
         self.load_at_start = self.load.now();
         self.prepare_raster();
         self.place_at_start(self.w_start);

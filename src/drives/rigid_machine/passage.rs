@@ -14,6 +14,7 @@
 //!
 //! Source: E. Hairer, G. Wanner, *Solving Ordinary Differential Equations II*, 2nd ed., Springer 1996, section IV.5.
 
+use super::energy::mean_apart;
 use super::raster::{Raster, Tabulated};
 use super::torques::Torques;
 use crate::numerics::double_double::Double;
@@ -114,6 +115,8 @@ pub struct Passage {
     pub end: Double,
     /// E at the end [J].
     pub energy: Double,
+    /// By what E misses the work of the torques at the end [J].
+    pub missing: f64,
     /// 1/|φ̇| over x ∈ [−1, 1] [s/rad].
     slowness: Interpolant,
     /// Its integral from 0 to −1.
@@ -275,9 +278,8 @@ impl Passage {
         evaluations: &mut f64,
     ) -> Option<Self> {
         let energy = from.energy.hi;
-        let mut inner = [0.0; STAGES];
-        inner.copy_from_slice(&reciprocal[1..=STAGES]);
-        let first_speed = (energy * reciprocal[0]).sqrt();
+        let inner = reciprocal.nodes;
+        let first_speed = (energy * reciprocal.ends[0]).sqrt();
         let [first_net, first_slope] = torques.with_slope(first_speed, energy);
         let mut net = before.map_or([first_net; STAGES], |passage| passage.continued(length));
         let stiff = length * first_slope.abs() > STIFF;
@@ -288,7 +290,7 @@ impl Passage {
         if !(end_energy.hi > LEAST_ENERGY * energy) {
             return None;
         }
-        let end_speed = (end_energy.hi * reciprocal[STAGES + 1]).sqrt();
+        let end_speed = (end_energy.hi * reciprocal.ends[1]).sqrt();
         let [end_net, end_slope] = torques.with_slope(end_speed, end_energy.hi);
         let e = energies(from.energy, length, &net);
         let slow: [f64; STAGES] = std::array::from_fn(|i| 1.0 / (e[i] * inner[i]).sqrt());
@@ -337,6 +339,7 @@ impl Passage {
             end_net,
             end,
             energy: end_energy,
+            missing: length * (work - mean_apart(from.energy, length, &net, reciprocal, torques, [first_net, end_net])),
             slowness,
             slowness_before,
             rate: 2.0 / length,

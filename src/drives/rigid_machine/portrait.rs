@@ -127,8 +127,13 @@ impl RigidMachine {
             ),
             row(
                 "Energy",
-                "½ J w² changes by the work of the torques, by construction: Gauss collocation sums what the torques do at \
-                 its nodes; without torques it is constant to rounding",
+                "½ J w² changes by the work of the torques at the nodes of the collocation; without torques it is constant to \
+                 rounding",
+            ),
+            row(
+                "solver.energy_residual",
+                "what ½ J w² has grown by since the start less the work of M_an and tau, by a quadrature of its own between \
+                 the nodes, relative to the largest ½ J w²; some tolerances at most, near 1e-13 by default",
             ),
             row(
                 "solver.error_estimate",

@@ -13,6 +13,7 @@ use super::{Inertia, Motor};
 use crate::numerics::double_double::{Double, two_sum};
 use crate::numerics::gauss::{ABSCISSAE, STAGES, WEIGHTS};
 use crate::numerics::interpolant::{COEFFICIENTS, INTEGRATION, Interpolant, neglected};
+use crate::numerics::lobatto::{self, INNER};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
@@ -37,8 +38,31 @@ const FINER: f64 = 0.1;
 /// narrow cells where that moment happens to be, which no table can know.
 const MOST_PARTS: f64 = 4.0;
 
-/// 2/J at the low end of a step, at the Gauss nodes in ascending order of the angle and at the high end.
-pub type Tabulated = [f64; STAGES + 2];
+/// 2/J over a step, in ascending order of the angle.
+#[derive(Clone, Copy)]
+pub struct Tabulated {
+    /// At the ends.
+    pub ends: [f64; 2],
+    /// At the Gauss nodes.
+    pub nodes: [f64; STAGES],
+    /// At the points between these by which the balance of energy is struck.
+    pub between: [f64; INNER],
+}
+
+impl Tabulated {
+    /// With the points between the nodes.
+    fn with_balance(self, inertia: &Inertia, profile: &Profile, interval: usize, low: f64, width: f64) -> Self {
+        let at = |x: f64| reciprocal(inertia, profile, interval, low + 0.5 * (1.0 + x) * width);
+        Tabulated { between: lobatto::ABSCISSAE.map(at), ..self }
+    }
+
+    /// In descending order.
+    pub fn reverse(&mut self) {
+        self.ends.reverse();
+        self.nodes.reverse();
+        self.between.reverse();
+    }
+}
 
 /// A part of the turn.
 pub struct Cell {
@@ -70,31 +94,33 @@ pub struct Raster {
 
 /// 2/J over the `width` [rad] from `low` on, in interval `interval`.
 pub fn tabulate(inertia: &Inertia, profile: &Profile, interval: usize, low: f64, width: f64) -> Tabulated {
-    let at = |x: f64| 2.0 / profile.value(inertia, interval, low + 0.5 * (1.0 + x) * width);
-    let mut table = [0.0; STAGES + 2];
-    table[0] = at(-1.0);
-    for i in 0..STAGES {
-        table[1 + i] = at(ABSCISSAE[i]);
-    }
-    table[STAGES + 1] = at(1.0);
-    table
+    without_balance(inertia, profile, interval, low, width).with_balance(inertia, profile, interval, low, width)
+}
+
+/// The same without the points between the nodes.
+fn without_balance(inertia: &Inertia, profile: &Profile, interval: usize, low: f64, width: f64) -> Tabulated {
+    let at = |x: f64| reciprocal(inertia, profile, interval, low + 0.5 * (1.0 + x) * width);
+    Tabulated { ends: [at(-1.0), at(1.0)], nodes: ABSCISSAE.map(at), between: [0.0; INNER] }
+}
+
+fn reciprocal(inertia: &Inertia, profile: &Profile, interval: usize, phi: f64) -> f64 {
+    2.0 / profile.value(inertia, interval, phi)
 }
 
 /// The error of the angle at a given time [rad] that a machine without torques would have in a cell of this `width`
 /// with the polynomial through the nodes for √J.
 fn error(table: &Tabulated, width: f64) -> f64 {
-    let root = table.map(|reciprocal| reciprocal.recip().sqrt());
-    let mut nodes = [0.0; STAGES];
-    nodes.copy_from_slice(&root[1..=STAGES]);
-    let modes: [f64; COEFFICIENTS] = Interpolant::modes_through(&nodes, [root[0], root[STAGES + 1]]);
-    let least = root.iter().copied().fold(f64::INFINITY, f64::min);
+    let root = |reciprocal: f64| reciprocal.recip().sqrt();
+    let (nodes, ends) = (table.nodes.map(root), table.ends.map(root));
+    let modes: [f64; COEFFICIENTS] = Interpolant::modes_through(&nodes, ends);
+    let least = nodes.into_iter().chain(ends).fold(f64::INFINITY, f64::min);
     width * neglected(&modes) / (INTEGRATION * least)
 }
 
 /// The mean of √J over the turn.
 fn mean_root(cells: &[Cell]) -> f64 {
     let root = |cell: &Cell| -> f64 {
-        let nodes = &cell.reciprocal[1..=STAGES];
+        let nodes = &cell.reciprocal.nodes;
         cell.width * nodes.iter().zip(&WEIGHTS).map(|(reciprocal, b)| b * (2.0 / reciprocal).sqrt()).sum::<f64>()
     };
     cells.iter().map(root).sum::<f64>() / TAU
@@ -140,18 +166,19 @@ impl Raster {
                     let end = edge(at, width, high);
                     let missing = if end == high && interval + 1 == intervals { missing } else { 0.0 };
                     let own = end - at + missing;
-                    let table = tabulate(inertia, profile, interval, at, own);
+                    let table = without_balance(inertia, profile, interval, at, own);
                     let error = error(&table, own);
                     // The error goes with the tenth power of the width.
                     let growth = (0.9 * (FINER * tolerance / error.max(1e-300)).powf(0.1)).clamp(0.3, 2.0);
                     let accepted = error <= FINER * tolerance || end - at <= NARROWEST;
                     width = (end - at) * growth;
                     if accepted {
-                        cells.push(Cell { low: at, high: end, width: own, interval, reciprocal: table });
+                        let reciprocal = table.with_balance(inertia, profile, interval, at, own);
+                        cells.push(Cell { low: at, high: end, width: own, interval, reciprocal });
                         break (end, table);
                     }
                 };
-                debug_assert!(table.iter().all(|reciprocal| *reciprocal > 0.0));
+                debug_assert!(table.nodes.iter().all(|reciprocal| *reciprocal > 0.0));
                 at = end;
             }
         }

@@ -10,6 +10,7 @@ use crate::motion::table::Points;
 use crate::motion::{Fourier, MotionLaw, StandardLaw, Table};
 use crate::numerics::double_double::two_product;
 
+mod energy;
 mod estimate;
 mod fixed_cost;
 mod orbits;

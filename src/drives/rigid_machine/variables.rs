@@ -6,7 +6,7 @@ use crate::drives::cam_drive::law_parameter_kind;
 use crate::drives::solver::HasSolver;
 use crate::drives::unit::{self, Quantity};
 use crate::drives::variable::{Enumeration, Kind, real, real_within};
-use crate::drives::{Board, List, Seed};
+use crate::drives::{Board, List, Seed, energy};
 use crate::motion::MotionLaw;
 use crate::motion::parameters::ParameterKind;
 use crate::numerics::double_double::{Double, two_product};
@@ -220,6 +220,7 @@ impl RigidMachine {
         if let Some(varying) = &self.inertia.function.varying {
             declare_law(&mut list, varying, INERTIA_LAW, "inertia", false);
         }
+        energy::declare(&mut list, "the motion since the start", |d, _| d.energy_residual());
         list
     }
 

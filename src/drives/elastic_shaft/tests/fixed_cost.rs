@@ -182,7 +182,7 @@ fn the_energy_residual_tells_what_the_steps_are_worth() {
     let residual = |solver: Settings| {
         let mut drive = started(Scene { solver, ..manipulator(profile(), false, CONSTANT) });
         run(&mut drive, 20.0, 10);
-        drive.energy.residual()
+        drive.balance.residual()
     };
     let fine = residual(Settings::default());
     assert!(0.0 < fine && fine < 1e-12, "{fine:e}");
