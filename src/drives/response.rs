@@ -229,9 +229,33 @@ impl Response {
         }
     }
 
-    /// The largest estimated error of q so far, relative to the largest |q| so far.
-    pub fn error(&self) -> f64 {
-        self.bound.relative(self.steps)
+    /// The largest estimated error of q up to `time` [s], relative to the largest |q| so far.
+    pub fn error(&self, time: f64) -> f64 {
+        let error = self.bound.relative(self.steps);
+        match &self.course {
+            Course::Closed(run) => error.max(self.closed_form.rounding(run, &self.oscillator, &self.motion, time)),
+            _ => error,
+        }
+    }
+
+    /// From when on [`Response::again`] knows the motion [s].
+    pub fn known_from(&self) -> f64 {
+        match &self.course {
+            Course::Closed(run) => run.start(),
+            Course::Table(course) => course.cell_start(),
+            Course::Pieces(piece) => piece.start.hi,
+            Course::Leaps(_) => f64::INFINITY,
+        }
+    }
+
+    /// q, q̇ at a `time` [s] up to which the motion has gone already, without going on.
+    pub fn again(&self, time: f64) -> [f64; 2] {
+        match &self.course {
+            Course::Closed(run) => self.closed_form.again(run, &self.oscillator, &self.motion, time),
+            Course::Table(course) => self.map().map_or([0.0; 2], |map| course.at(map, time)),
+            Course::Pieces(piece) => piece.step.at(&self.oscillator, (Double::from(time) - piece.start).hi),
+            Course::Leaps(_) => [0.0; 2],
+        }
     }
 
     /// Cam and mass at `time` [s] in closed form, for a Fourier law at constant speed.

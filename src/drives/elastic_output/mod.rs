@@ -15,6 +15,7 @@
 //! check: c → ∞ gives q = −ẍ/ω₀²; resonance of a harmonic with the amplitude 1/(2D) and, without damping, growing
 //! with time.
 
+mod energy;
 mod features;
 mod on_inputs;
 mod portrait;
@@ -395,7 +396,7 @@ impl HasSolver for ElasticOutput {
         self.response.steps
     }
     fn error_estimate(&self) -> f64 {
-        self.response.error()
+        self.response.error(self.now.time)
     }
     fn evaluations(&self) -> f64 {
         self.response.evaluations as f64

@@ -19,6 +19,7 @@
 
 pub mod coefficients;
 pub mod crank;
+mod energy;
 mod equation;
 mod features;
 pub mod law;

@@ -3,6 +3,7 @@
 //!
 //! Source: Dresig, Vulfson, *Dynamik der Mechanismen*, section 4.6.2, equations (2) to (4).
 
+use super::error_bound::{of_free_motion, of_harmonics};
 use super::stride::{Map, Stride};
 use crate::drives::cam_drive::AngleMotion;
 use crate::motion::Fourier;
@@ -26,6 +27,11 @@ pub struct Instant {
 
 /// The free motion is left out once it is below this part of the harmonic response: a tenth of its rounding.
 const UNFELT: f64 = 1e-17;
+
+/// Instants among which the largest |q| so far is looked for: so many over the whole motion, in the golden section, which meets
+/// all phases, and as many ever earlier, where a free motion that dies away is large.
+const SAMPLES: i32 = 32;
+const GOLDEN: f64 = 0.618_033_988_749_894_8;
 
 /// The closed form from its start on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -63,6 +69,11 @@ pub struct Run {
 }
 
 impl Run {
+    /// When it started [s].
+    pub fn start(&self) -> f64 {
+        self.start
+    }
+
     /// None yet; [`ClosedForm::restart`] makes one.
     pub fn new() -> Self {
         Run {
@@ -161,6 +172,37 @@ impl ClosedForm {
                 .fold(0.0, f64::max)
         };
         [largest(0), largest(1)]
+    }
+
+    /// q, q̇ at `time` [s] beside the steps.
+    pub fn again(&self, run: &Run, oscillator: &Oscillator, motion: &AngleMotion, time: f64) -> [f64; 2] {
+        let mut run = Run { stride: Stride::new(), ..run.clone() };
+        self.at(&mut run, oscillator, motion, time).q.array()
+    }
+
+    /// What roundings can have done to q by `time` [s], relative to the largest |q| since the start: each of the motions that
+    /// q consists of is rounded by itself, and near a resonance or soon after the start they all but cancel.
+    pub fn rounding(&self, run: &Run, oscillator: &Oscillator, motion: &AngleMotion, time: f64) -> f64 {
+        let elapsed = time - run.start;
+        let [q, v] = run.offset.map(f64::abs);
+        let free =
+            if run.free.oscillates { run.free.amplitude() } else { q + (v / oscillator.rates().1).min(v * elapsed) };
+        let mut rounded = of_free_motion() * free;
+        for (i, harmonic) in self.harmonics.iter().enumerate() {
+            let k = (self.first + i * self.distance) as f64;
+            let [re, im] = [harmonic.straight[1], harmonic.crossed[1]].map(|pair| pair.array()[0]);
+            rounded += of_harmonics(k) * (re * re + im * im).sqrt();
+        }
+        for (k, part) in &self.resonant {
+            let [[even, _], [odd, _]] = [[1.0, 0.0], [0.0, 1.0]]
+                .map(|[cosine, sine]| oscillator.resonant(part, cosine, sine, Double::from(elapsed)));
+            rounded += of_harmonics(*k as f64) * (even * even + odd * odd).sqrt();
+        }
+        let at = |part: f64| self.again(run, oscillator, motion, run.start + part * elapsed)[0].abs();
+        let spread = (1..=SAMPLES).map(|i| (f64::from(i) * GOLDEN).fract());
+        let early = (0..SAMPLES).map(|i| 0.5f64.powi(i));
+        let largest = spread.chain(early).map(at).fold(0.0, f64::max);
+        if largest > 0.0 { (rounded / largest).min(1.0) } else { 0.0 }
     }
 
     fn prepare_harmonics(&mut self, oscillator: &Oscillator, w: f64) {

@@ -24,6 +24,20 @@ const CLOSED: f64 = 8.0;
 /// Roundings of the turns from step to step, for each order of the law: those of up to sixteen products cancel in part.
 const TURNS: f64 = 8.0;
 
+/// Roundings of the free motion from step to step: its map, whose entries are rounded, is applied 32 times before the motion is
+/// computed anew, and errs in the same way each time.
+const FREE: f64 = 2.0 * super::stride::STEPS;
+
+/// What roundings make of the harmonic k of a closed form, relative to its amplitude.
+pub fn of_harmonics(k: f64) -> f64 {
+    (CLOSED + (2.0 + TURNS) * k) * ROUNDING
+}
+
+/// What they make of its free motion.
+pub fn of_free_motion() -> f64 {
+    (CLOSED + FREE) * ROUNDING
+}
+
 /// The quadratures err alike as long as the highest harmonic turns by about this [rad].
 const ALIKE: f64 = 2.0;
 
@@ -149,7 +163,7 @@ impl ErrorBound {
 
     /// Adds a closed form of a law of this order.
     pub fn add_closed_form(&mut self, order: f64) {
-        self.closed = self.closed.max((CLOSED + (2.0 + TURNS) * order) * ROUNDING);
+        self.closed = self.closed.max(of_harmonics(order) + of_free_motion());
     }
 
     /// Adds a table whose polynomials err by this part, and roundings of the states that it leads through, those of one turn

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 /// After so many steps the closed form is evaluated anew: this costs twice as much as a step, and the roundings of
 /// the steps between stay at some 1e-15.
-const STEPS: f64 = 32.0;
+pub const STEPS: f64 = 32.0;
 
 /// The communication points lie where their rounding puts them; what a step is longer or shorter than the others is
 /// taken into account to first order up to this angle [rad], whose square is below rounding.

@@ -224,3 +224,34 @@ fn an_unstable_drive_says_so_when_it_starts() {
     let mut drive = started(scene(mathieu(0.3, 0.0), 1.5));
     assert_eq!(drive.events().count(), 0);
 }
+
+#[test]
+fn the_balance_of_energy_closes() {
+    let residual = |drive: &ParametricDrive| {
+        let list = drive.variables();
+        let v = &list.0[list.reference("solver.energy_residual").unwrap()];
+        (v.get)(drive, v.index)
+    };
+    for (law, w) in [
+        (mathieu(0.4, 0.02), 1.7),
+        (mathieu(0.4, 0.0), 0.01),
+        (Law::Series(general()), 3.0),
+        (Law::Crank(crank(0.1, 0.03, SecondCrank::None)), -0.4),
+        (Law::Crank(locomotive()), 20.0),
+    ] {
+        let (mut drive, mut largest) = (started(scene(law.clone(), w)), 0.0_f64);
+        let h = 0.037 * TAU / w.abs();
+        for n in 0..200 {
+            drive.advance(f64::from(n) * h, h).unwrap();
+            largest = largest.max(residual(&drive));
+        }
+        assert!(0.0 < largest && largest < 1e-9, "{w}: {largest:e}");
+        // The spring is not the one of the motion.
+        let mut other = general();
+        other.c.a[0] *= 1.001;
+        if law == Law::Series(general()) {
+            drive.coefficients = std::sync::Arc::new(Law::Series(other).coefficients());
+            assert!(residual(&drive) > 1e-6, "{:e}", residual(&drive));
+        }
+    }
+}
