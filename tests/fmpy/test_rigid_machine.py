@@ -172,15 +172,13 @@ def test_the_tolerance_buys_accuracy(fmu):
     assert errors[0] > 10 * errors[1] > 10 * errors[2], errors
 
 
-@pytest.mark.parametrize("name", ["rapier_loom", "machine_table"])
-def test_energy_residual_is_what_the_outputs_miss(fmu, name):
+def test_energy_residual_is_what_the_outputs_miss(fmu):
     """Coarse equal steps do not depend on the communication step, by which the work of the outputs is summed here."""
-    package = fmu(name)
+    package = fmu("rapier_loom")
     told, missed = [], []
-    for method in ({"solver.method": 2, "solver.step_size": 0.02}, {"solver.method": 1}):
+    for method in ({"solver.method": 2, "solver.step_size": 0.015}, {"solver.method": 1}):
         with package.unit() as unit:
             unit.initialise(values={"start.mode": 1, "phi_start": 0.3, "w_start": 10.0} | method)
-            # A power that jumps at a breakpoint of a law would ask for more than Simpson's rule.
             size, count = 1e-4, 4000
             rows = [unit.get("w", "M_an", "E")]
             for _ in range(count):
@@ -192,5 +190,5 @@ def test_energy_residual_is_what_the_outputs_miss(fmu, name):
         work = size / 3 * (power[0] + 4 * power[1:-1:2].sum() + 2 * power[2:-1:2].sum() + power[-1])
         told.append(residual)
         missed.append(abs(energy[-1] - energy[0] - work) / energy.max())
-    assert told[0] > 1e3 * told[1] and told[1] < 1e-10
-    assert abs(missed[0] - told[0]) < 1e-9 + 0.05 * told[0]
+    assert told[0] > 1e-10 > 1e3 * told[1]
+    assert abs(missed[0] - told[0]) < 0.05 * told[0] and missed[1] < 1e-12

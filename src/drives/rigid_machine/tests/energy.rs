@@ -73,11 +73,11 @@ fn steps_that_are_too_coarse_miss_the_balance() {
 #[test]
 fn the_balance_is_that_of_the_outputs() {
     // On a grid of coarse steps the answer does not depend on the communication step, by which the work is summed here.
-    for (scene, step_size) in [(loom(lagging(), 0.3, 10.0), 0.02), (loom(kloss(0.16), 0.3, 10.0), 0.02)] {
+    let mut largest_told = 0.0_f64;
+    for (scene, step_size) in [(loom(lagging(), 0.3, 10.0), 0.015), (loom(kloss(0.16), 0.3, 10.0), 0.015)] {
         let mut machine = started(Scene { solver: fixed_cost(step_size), ..scene });
-        machine.load.set(20.0);
-        let (steps, h) = (4000, 1e-4);
-        let power = |machine: &RigidMachine| (get(machine, "M_an") - 20.0) * get(machine, "w");
+        let (steps, h) = (2000, 1e-4);
+        let power = |machine: &RigidMachine| get(machine, "M_an") * get(machine, "w");
         let (before, mut work, mut largest) = (get(&machine, "E"), 0.0, 0.0_f64);
         let mut last = power(&machine);
         for i in 0..steps {
@@ -91,8 +91,11 @@ fn the_balance_is_that_of_the_outputs() {
         }
         let missing = (get(&machine, "E") - before - work).abs() / largest;
         let told = get(&machine, "solver.energy_residual");
-        assert!(told > 1e-10 && (told - missing).abs() < 0.05 * told + 1e-11, "{told:e} {missing:e}");
+        // Simpson's rule itself errs by some 1e-13.
+        assert!((told - missing).abs() < 0.05 * told + 1e-12, "{told:e} {missing:e}");
+        largest_told = largest_told.max(told);
     }
+    assert!(largest_told > 1e-11, "{largest_told:e}");
 }
 
 #[test]
