@@ -49,11 +49,6 @@ impl<const N: usize> Newton<N> {
         (0..N).map(square).fold(0.0, f64::max).sqrt()
     }
 
-    /// What f itself is rounded by, beyond the rounding of the state.
-    pub fn rounding_of_f(&self) -> [f64; N] {
-        self.own
-    }
-
     /// ∂y₁/∂y₀ over a step of length `h`: the Fᵢ follow y₀ as Newton's equations say.
     pub fn map(&self, h: f64) -> [[f64; N]; N] {
         let mut map = [[0.0; N]; N];

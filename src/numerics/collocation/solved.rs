@@ -7,9 +7,6 @@ use crate::numerics::gauss::{PROJECTION, STAGES};
 /// Σ |PROJECTION[7][j]| < 4: how much of the rounding of the fⱼ can come together in a coefficient.
 const NOISE_OF_MODES: f64 = 4.0;
 
-/// Roundings of f at eight nodes have signs of their own: the end feels their mean.
-const NODES_AT_ONCE: f64 = 2.8;
-
 /// A solved step.
 pub struct Solved<const N: usize> {
     /// Legendre coefficients of ẏ.
@@ -39,7 +36,7 @@ pub fn solved<const N: usize>(
     h: f64,
     remainder: [f64; N],
 ) -> Solved<N> {
-    let (noise, rounding) = (newton.noise(&scale), newton.rounding_of_f());
+    let noise = newton.noise(&scale);
     let modes: [[f64; N]; STAGES] =
         std::array::from_fn(|k| std::array::from_fn(|c| (0..STAGES).map(|j| PROJECTION[k][j] * f[j][c]).sum()));
     let pair = |k: usize, c: usize| modes[k][c].abs().max(modes[k - 1][c].abs());
@@ -54,8 +51,7 @@ pub fn solved<const N: usize>(
             ends[c] = h * tail * decay.powi(STAGES as i32 / 2) + remainder[c] * scale[c];
             // The end errs by m₈ times the coefficient of order 8 of the response to an impulse within the step, which decays
             // like those of the motion or, where it is the faster one, like those of the free motion.
-            own[c] =
-                h * tail * decay * response + remainder[c].max(ROUNDING) * scale[c] + h * rounding[c] / NODES_AT_ONCE;
+            own[c] = h * tail * decay * response + remainder[c].max(ROUNDING) * scale[c];
             h * tail * decay / (2 * STAGES + 1) as f64 / scale[c]
         })
         .fold(0.0, f64::max);
