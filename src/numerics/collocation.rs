@@ -25,7 +25,7 @@ use super::gauss::{ABSCISSAE, INTEGRALS_IN_POWERS, MATRIX, STAGES, legendre_inte
 use length::{first_step, fit, growth};
 use newton::{Newton, factorise};
 use serde::{Deserialize, Serialize};
-use solved::{Solved, remainder, remainder_of_newton, solved};
+use solved::{Solved, largest, remainder, remainder_of_newton, solved};
 
 /// The largest number of equations.
 pub const MAX_EQUATIONS: usize = 3;
@@ -59,10 +59,6 @@ const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
 /// Attempts per step; 0.25¹⁰⁰ of any step is nothing.
 const ATTEMPTS: usize = 100;
-
-fn largest(parts: &[f64]) -> f64 {
-    parts.iter().copied().fold(0.0, f64::max)
-}
 
 /// A system ẏ = f(t, y) of N ≤ [`MAX_EQUATIONS`] equations, smooth over each step that is taken.
 pub trait System<const N: usize> {
@@ -411,11 +407,16 @@ impl<const N: usize> Collocation<N> {
         // The first stages stand still, and are no measure of the motion.
         let scale = self.scale_over(system, &self.state(), &self.stages(&f, h));
         let (newton, rate) = (newton.as_ref()?, sizes[1] / sizes[0]);
-        if rate >= 1.0 && sizes[1] > newton.rounding(&scale, h) {
+        let is_rounding = sizes[1] <= newton.rounding(&scale, h);
+        if rate >= 1.0 && !is_rounding {
             return None;
         }
-        // One iteration is for linear equations, which it solves.
-        let rest = parts.map(|part| if iterations > 1 { remainder_of_newton(part, rate) } else { 0.0 });
+        // One iteration is for linear equations, which it solves; roundings leave what they are.
+        let rest = parts.map(|part| match iterations {
+            1 => 0.0,
+            _ if is_rounding => part,
+            _ => remainder_of_newton(part, rate),
+        });
         let mut solved = solved(f, scale, newton, h, rest);
         solved.error += largest(&rest);
         Some(solved)

@@ -70,6 +70,11 @@ fn response(x: f64) -> f64 {
     power / (1.0 + power)
 }
 
+/// The largest of the parts of all components.
+pub fn largest(parts: &[f64]) -> f64 {
+    parts.iter().copied().fold(0.0, f64::max)
+}
+
 /// The sum of the corrections still to come where the last one was `size` and `rate` times the one before. Corrections that
 /// `rounding` alone may have made do not contract: two of almost the same size foretell no long series of them.
 pub fn remainder(size: f64, rate: f64, rounding: impl FnOnce() -> f64) -> f64 {
