@@ -411,11 +411,12 @@ impl<const N: usize> Collocation<N> {
         if rate >= 1.0 && !is_rounding {
             return None;
         }
-        // One iteration is for linear equations, which it solves; roundings leave what they are.
-        let rest = parts.map(|part| match iterations {
+        // One iteration is for linear equations, which it solves; roundings leave what roundings make of the next one.
+        let noise = newton.noise(&scale);
+        let rest = std::array::from_fn(|c| match iterations {
             1 => 0.0,
-            _ if is_rounding => part,
-            _ => remainder_of_newton(part, rate),
+            _ if is_rounding => parts[c].max(h * noise[c] / scale[c]),
+            _ => remainder_of_newton(parts[c], rate),
         });
         let mut solved = solved(f, scale, newton, h, rest);
         solved.error += largest(&rest);
