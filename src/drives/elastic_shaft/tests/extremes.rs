@@ -258,6 +258,7 @@ fn a_vibration_that_dies_out_is_followed_to_rest() {
             if method == Method::Adaptive { counted < 2000.0 } else { counted <= span / 2.5e-3 + 1.0 },
             "{counted}"
         );
-        assert!(drive.solver.error_estimate < 1e-2, "{method:?}: {:e}", drive.solver.error_estimate);
+        // In steps of 2.5 ms q̇ keeps to 3e-4 of itself, no better, and an estimate may be a hundred times as large.
+        assert!(drive.solver.error_estimate < 3e-2, "{method:?}: {:e}", drive.solver.error_estimate);
     }
 }
