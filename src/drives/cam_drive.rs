@@ -174,6 +174,13 @@ pub fn roundings([phi, w, a]: [f64; 3], time: f64) -> [f64; 2] {
     [phi.abs() + (w * time).abs(), w.abs() + (a * time).abs()].map(|size| 4.0 * f64::EPSILON * size)
 }
 
+/// What the rounding of φ as an input makes of a state that it accelerates by `slope` · φ within a communication step: the
+/// angle is off by half a last place, and that for so long as the step is or the acceleration keeps its sign, `time` [s].
+pub fn push_of_rounding([phi, w, a]: [f64; 3], at: f64, slope: f64, time: f64) -> f64 {
+    let [of_phi, _] = roundings([phi, w, a], at);
+    0.125 * of_phi * slope.abs() * time
+}
+
 /// Law and motion of the cam of a cam drive.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CamDrive<Law = MotionLaw> {

@@ -1,5 +1,7 @@
 //! What the equations of the vibrations on a turning drive are functions of.
 
+use crate::numerics::taylor::Series;
+
 /// Drive and vibration at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Flow<S> {
@@ -13,4 +15,12 @@ pub struct Flow<S> {
     pub q: S,
     /// q̇ [rad/s or m/s].
     pub v: S,
+}
+
+impl Flow<f64> {
+    /// As a function of φ, all else held.
+    pub fn over_angle(&self) -> Flow<Series> {
+        let Flow { phi, w, a, q, v } = *self;
+        Flow { phi: Series([phi, 1.0, 0.0]), w: w.into(), a: a.into(), q: q.into(), v: v.into() }
+    }
 }

@@ -325,6 +325,14 @@ impl<const N: usize> Collocation<N> {
         Ok(())
     }
 
+    /// The state at the end of the last step has an error that does not come from the integration, of independent sign: it is
+    /// carried along.
+    pub fn disturb(&mut self, error: [f64; N]) {
+        for (c, error) in error.into_iter().enumerate() {
+            self.spread[c][c] += error * error;
+        }
+    }
+
     /// Carries the error of the state over the step, y₁ = M y₀ + own error: the covariance becomes M P Mᵀ plus the
     /// square of what the end of the step adds, so errors of independent sign grow, turn and decay as the motion does.
     fn carry_error(&mut self, solved: &Solved<N>) {

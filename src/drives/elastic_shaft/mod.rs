@@ -30,7 +30,7 @@ pub(super) mod tests;
 mod turn;
 mod variables;
 
-use super::cam_drive::{AngleMotion, CamDrive, DriveMode, HasCamDrive, Start, StartMode, goes_on};
+use super::cam_drive::{AngleMotion, CamDrive, DriveMode, HasCamDrive, Start, StartMode, goes_on, push_of_rounding};
 use super::energy::Balance;
 use super::number::all_finite;
 use super::pace::Pace;
@@ -195,6 +195,12 @@ impl ElasticShaft {
         if self.cam.is_input() {
             // The motion is known up to the end of the communication step only.
             self.restart_integrator();
+            let lasting = (target - time).min(self.usual_step(target));
+            self.with_twist(|twist, integrator| {
+                let [phi, w, a, ..] = twist.motion.coefficients;
+                let slope = twist.slope(integrator);
+                integrator.disturb([0.0, push_of_rounding([phi, w, a], time, slope, lasting)]);
+            });
             self.with_twist(|twist, integrator| twist.reach(integrator, Double::from(target), pace))?;
         } else {
             if self.tuned {

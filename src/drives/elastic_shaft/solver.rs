@@ -160,6 +160,12 @@ impl Twist<'_> {
         pace.step(integrator, self, limit, ITERATIONS[usize::from(self.equation.linear)])
     }
 
+    /// ∂q̈/∂φ at the end of the last step [1/s²].
+    pub fn slope(&self, integrator: &Collocation<2>) -> f64 {
+        let f = self.flow(integrator.end(), &integrator.state());
+        self.equation.slope(&self.cam(&f), &f)
+    }
+
     fn fault(&self, stop: Stop, pace: Pace) -> Fault {
         match (stop, pace) {
             (Stop::Failed(Failure::Unbounded { time }), _) => unbounded(time, self.equation.linear),

@@ -4,7 +4,7 @@ use super::coefficients::{Coefficients, Values};
 use crate::drives::cam_drive::AngleMotion;
 pub use crate::drives::flow::Flow;
 use crate::drives::pace::Words;
-use crate::numerics::collocation::System;
+use crate::numerics::collocation::{Collocation, System};
 use crate::numerics::double_double::Double;
 use crate::numerics::taylor::Scalar;
 
@@ -63,6 +63,14 @@ impl Vibration<'_> {
         let shaft = self.motion.at(t.hi);
         let [_, w, a, ..] = shaft.kinematics.0;
         Flow { phi: shaft.reduced + w * t.lo, w, a, q: y[0], v: y[1] }
+    }
+}
+
+impl Vibration<'_> {
+    /// ∂q̈/∂φ at the end of the last step [1/s²].
+    pub fn slope(&self, integrator: &Collocation<2>) -> f64 {
+        let flow = self.flow(integrator.end(), &integrator.state());
+        self.coefficients.at(flow.phi).acceleration(&flow.over_angle(), self.relative).derivative(1)
     }
 }
 

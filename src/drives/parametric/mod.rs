@@ -31,7 +31,7 @@ mod turn;
 mod variables;
 
 use super::cam_drive::{
-    AngleMotion, CamDrive, DriveMode, HasCamDrive, MAX_INPUT_DERIVATIVE, Start, StartMode, goes_on,
+    AngleMotion, CamDrive, DriveMode, HasCamDrive, MAX_INPUT_DERIVATIVE, Start, StartMode, goes_on, push_of_rounding,
 };
 use super::number::all_finite;
 use super::pace::{FAR, Pace, Stop};
@@ -142,6 +142,12 @@ impl ParametricDrive {
             // The motion is known up to the end of the communication step only.
             self.apply(self.time)?;
             self.restart_integrator();
+            let (time, lasting) = (self.time, (target - self.time).min(self.usual_step(target)));
+            self.with_vibration(|vibration, integrator| {
+                let [phi, w, a, ..] = vibration.motion.coefficients;
+                let slope = vibration.slope(integrator);
+                integrator.disturb([0.0, push_of_rounding([phi, w, a], time, slope, lasting)]);
+            });
             (Pace::within(&self.solver, self.time, target, || self.usual_step(target)), Double::from(target))
         } else {
             (Pace::Tolerance(self.solver.effective_tolerance()), FAR)
