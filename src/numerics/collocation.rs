@@ -106,12 +106,8 @@ pub enum Failure {
 pub struct Statistics {
     /// Accepted steps.
     pub steps: u64,
-    /// Rejected attempts.
-    pub rejected: u64,
     /// Evaluations of f.
     pub evaluations: u64,
-    /// Factorisations of the Newton matrix.
-    pub factorisations: u64,
     /// The largest estimated relative error of the polynomial over the steps so far.
     pub error_estimate: f64,
     /// The largest estimated relative error of the state so far: that of the polynomial, and what the errors at the
@@ -246,9 +242,9 @@ impl<const N: usize> Collocation<N> {
     /// Undoes the last step, before which the integrator was `earlier`; what it cost stays counted, and that a step of
     /// its length may be taken stays known.
     pub fn return_to(&mut self, earlier: &Self) {
-        let Statistics { steps, rejected, evaluations, factorisations, .. } = self.statistics;
+        let Statistics { steps, evaluations, .. } = self.statistics;
         let next = self.next.max(self.length);
-        let statistics = Statistics { steps, rejected, evaluations, factorisations, ..earlier.statistics };
+        let statistics = Statistics { steps, evaluations, ..earlier.statistics };
         *self = Collocation { statistics, next, ..earlier.clone() };
     }
 
@@ -290,7 +286,6 @@ impl<const N: usize> Collocation<N> {
                 Some(solved) => h *= growth(solved.error, tolerance),
                 None => h *= 0.25,
             }
-            self.statistics.rejected += 1;
             self.next = h;
             h = fit(h, remaining);
         }
@@ -388,7 +383,6 @@ impl<const N: usize> Collocation<N> {
             if size <= enough || converged || (rate > 0.3 && size <= newton.as_ref()?.rounding(&scale, h)) {
                 if rate > STALE && !(size > enough && rate > 0.3) {
                     newton = Some(factorise(system, h, |i| self.node(i, h), &self.stages(&f, h))?);
-                    self.statistics.factorisations += 1;
                 }
                 let newton = newton.as_ref()?;
                 let rest = remainder(size, rate, || newton.rounding(&scale, h));
@@ -473,7 +467,6 @@ impl<const N: usize> Collocation<N> {
         self.statistics.evaluations += STAGES as u64;
         if newton.is_none() {
             *newton = Some(factorise(system, h, |i| self.node(i, h), &stages)?);
-            self.statistics.factorisations += 1;
         }
         newton.as_ref()?.lu.solve(&mut correction);
         let scale = self.scale_over(system, &self.state(), &stages);

@@ -55,9 +55,9 @@ pub struct Twist<'a> {
 impl Twist<'_> {
     /// Drive and twist at `t`.
     pub fn flow(&self, t: Double, y: &[f64; 2]) -> Flow<f64> {
-        let shaft = self.motion.at(t.hi);
+        let shaft = self.motion.at_instant(t);
         let [_, w, a, ..] = shaft.kinematics.0;
-        Flow { phi: shaft.reduced + w * t.lo, w, a, q: y[0], v: y[1] }
+        Flow { phi: shaft.reduced, w, a, q: y[0], v: y[1] }
     }
 
     pub fn cam(&self, f: &Flow<f64>) -> Cam {

@@ -60,13 +60,11 @@ pub struct Vibration<'a> {
 
 impl Vibration<'_> {
     fn flow(&self, t: Double, y: &[f64; 2]) -> Flow<f64> {
-        let shaft = self.motion.at(t.hi);
+        let shaft = self.motion.at_instant(t);
         let [_, w, a, ..] = shaft.kinematics.0;
-        Flow { phi: shaft.reduced + w * t.lo, w, a, q: y[0], v: y[1] }
+        Flow { phi: shaft.reduced, w, a, q: y[0], v: y[1] }
     }
-}
 
-impl Vibration<'_> {
     /// ∂q̈/∂φ at the end of the last step [1/s²].
     pub fn slope(&self, integrator: &Collocation<2>) -> f64 {
         let flow = self.flow(integrator.end(), &integrator.state());

@@ -28,7 +28,7 @@ const SLIVER: f64 = 1e-3;
 
 /// How often an internal step may be cut at borders of the motion laws. The usual step passes one on the average; the
 /// densest laws put five of them into the angle of two.
-pub(super) const MOST_CUTS: usize = 8;
+pub(super) const MOST_CUTS: u32 = 8;
 
 /// The usual step, times the angular rate of the shortest wave of J and the square root of J's range: a wave where J
 /// does not vary much is passed in three steps.
@@ -53,14 +53,13 @@ pub struct Grid {
     /// The length of its steps [s].
     pub size: f64,
     span: Option<Span>,
-    /// τ and M_an for which the step holds, and the communication point at which they begin [s].
-    torques: [Signal; 2],
-    since: f64,
+    /// τ and M_an for which the step holds [N·m].
+    torques: [f64; 2],
     /// The point of the grid towards which the steps go [s], and how often borders have cut the way there.
     point: Double,
-    cuts: usize,
+    cuts: u32,
     /// Changes of the interval without a step in between.
-    idle: usize,
+    idle: u32,
 }
 
 /// An internal step: where the integrator's polynomial begins.
@@ -137,12 +136,13 @@ impl RigidMachine {
             )));
         }
         let steady = self.load.is_constant() && self.driving.is_constant();
-        let torques = [self.load, self.driving];
+        let torques = [self.load.set_value(), self.driving.set_value()];
         let mut now = Double::from(time);
         if !steady || torques != self.grid.torques {
-            self.leave_span()?;
-            (self.grid.torques, self.grid.since) = (torques, time);
+            self.leave_span(None)?;
+            self.grid.torques = torques;
         }
+        let course = if steady { None } else { Some(time) };
         loop {
             let Some(span) = self.grid.span else {
                 let limit = if steady { None } else { Some(target) };
@@ -151,12 +151,13 @@ impl RigidMachine {
             };
             if (target - span.end).hi <= 0.0 {
                 self.read_span(span, target);
-                return Ok(());
+                // Torques that are not constant are forgotten when the step is over.
+                return if steady { Ok(()) } else { self.leave_span(course) };
             }
             // What is left of the step is read, so that its end is left as every end.
             self.read_span(span, span.end);
             now = span.end;
-            self.leave_span()?;
+            self.leave_span(course)?;
         }
     }
 
@@ -317,10 +318,11 @@ impl RigidMachine {
         self.grid.span = Some(span);
     }
 
-    /// Ends the step where it was read last; the machine goes on from there.
-    fn leave_span(&mut self) -> Result<(), Fault> {
+    /// Ends the step where it was read last; the machine goes on from there. The torques were those of `course`, see
+    /// [`Self::missing_over`].
+    fn leave_span(&mut self, course: Option<f64>) -> Result<(), Fault> {
         let Some(span) = self.grid.span.take() else { return Ok(()) };
-        let missing = self.missing_over(&span);
+        let missing = self.missing_over(&span, course);
         self.balance.add(missing, [span.base.energy(), self.state.energy()]);
         let passed = match &mut self.integrator {
             Integrator::Mechanical(c) => leave(c, span.read),
@@ -339,10 +341,13 @@ impl RigidMachine {
 }
 
 impl RigidMachine {
-    /// By what E misses the work of the torques where `span` was read last [J].
-    fn missing_over(&self, span: &Span) -> f64 {
-        let Grid { torques: [load, driving], since, .. } = &self.grid;
-        let piece = self.piece_under(&span.base, (span.from - Double::from(*since)).hi, [load, driving]);
+    /// By what E misses the work of the torques where `span` was read last [J]: constant ones, or those of the communication
+    /// step from the time in `course` on.
+    fn missing_over(&self, span: &Span, course: Option<f64>) -> f64 {
+        let held = self.grid.torques.map(Signal::held);
+        let (load, driving) = if course.is_some() { (&self.load, &self.driving) } else { (&held[0], &held[1]) };
+        let since = course.map_or(0.0, |time| (span.from - Double::from(time)).hi);
+        let piece = self.piece_under(&span.base, since, [load, driving]);
         match &self.integrator {
             Integrator::Mechanical(c) => piece.missing(c, span.read),
             Integrator::WithLag(c) => piece.missing(c, span.read),
@@ -351,7 +356,7 @@ impl RigidMachine {
 
     /// The same for the step that holds the communication point.
     pub(super) fn missing_on_grid(&self) -> Option<f64> {
-        self.grid.span.as_ref().map(|span| self.missing_over(span))
+        self.grid.span.as_ref().map(|span| self.missing_over(span, None))
     }
 }
 

@@ -15,6 +15,11 @@ pub struct Signal {
 }
 
 impl Signal {
+    /// A value that stands.
+    pub fn held(value: f64) -> Self {
+        Signal { value, ..Signal::default() }
+    }
+
     /// v₀ as it was set.
     pub fn set_value(&self) -> f64 {
         self.value
@@ -22,7 +27,7 @@ impl Signal {
 
     /// Sets v₀; derivatives belong to the value that they were set for.
     pub fn set(&mut self, value: f64) {
-        *self = Signal { value, ..Signal::default() };
+        *self = Signal::held(value);
     }
 
     /// Sets vⱼ, j = `order` ∈ 1 … [`MAX_INPUT_DERIVATIVE`], for the next step.

@@ -26,7 +26,7 @@ const SLACK: f64 = 1e-8;
 
 /// Changes of the interval without a step in between before a step is taken as it is. Two happen where the machine
 /// turns back on a border; more could only be the work of rounding.
-pub(super) const IDLE_CHANGES: usize = 4;
+pub(super) const IDLE_CHANGES: u32 = 4;
 
 /// Internal steps within one communication step, some seconds of work; more mean a speed out of all proportion.
 pub(super) const MOST_STEPS: usize = 500_000;

@@ -109,3 +109,37 @@ fn no_visit_to_another_segment_is_too_short() {
         }
     }
 }
+
+/// A cam that starts to accelerate in a dwell, where the twist is at rest: q̈ = −α = −k t, k the derivative of the input α. The
+/// time of the nodes needs all digits there.
+#[test]
+fn acceleration_that_begins_in_a_dwell() {
+    let (start, h) = (0.000_35, 1.6e-10);
+    let law = cycle(StandardLaw::InclinedSine);
+    for jerk in [5.8e3, 5.8e9] {
+        for tolerance in [1e-10, 1e-12, 1e-14] {
+            let solver = Settings { tolerance, ..Settings::default() };
+            let scene = Scene {
+                m: 0.022,
+                inertia: 2.1e-7,
+                c: 2.5,
+                b: 2.8e-6,
+                linear: false,
+                solver,
+                ..manipulator(law.clone(), false, DriveMode::Input)
+            };
+            let mut drive = ElasticShaft::new(scene).unwrap();
+            drive.inputs().unwrap().copy_from_slice(&[3.2, -126.0, 0.0]);
+            drive.start(0.0).unwrap();
+            drive.advance(0.0, start).unwrap();
+            drive.inputs().unwrap()[0] = 3.2 - 126.0 * start;
+            drive.set_input_derivative(2, 1, jerk);
+            drive.advance(start, h).unwrap();
+            let expected = [-jerk * h.powi(3) / 6.0, -jerk * h.powi(2) / 2.0];
+            for (got, expected) in drive.twist.into_iter().zip(expected) {
+                assert!((got / expected - 1.0).abs() < 1e-7, "{jerk:e} {tolerance:e}: {got:e} {expected:e}");
+            }
+            assert!(drive.solver.steps < 5.0, "{jerk:e} {tolerance:e}: {} steps", drive.solver.steps);
+        }
+    }
+}
