@@ -57,7 +57,7 @@ fn cheaper(report: &Report, [chosen, other]: [usize; 2]) -> String {
     let [this, that] = [words(&report.settings[chosen]), words(row)];
     let setting = if this == that { String::new() } else { format!(" with {that}") };
     let (step, cost) = (time(row.communication_step), number(cost_of(report, other)));
-    format!("; at communication steps of {step}{setting} {cost} ns per ms are enough")
+    format!("; at communication steps of {step}{setting}, {cost} ns per ms are enough")
 }
 
 /// The cheapest setting that reaches the target, at the default communication step if one does there and no inputs move.
