@@ -52,7 +52,8 @@ const STRETCH: f64 = 32.0;
 const PANEL: f64 = 8.0;
 
 /// r over the end of a motion that is known `from` an instant `to` the present one [s], whose fastest wave has this `rate`
-/// [rad/s].
+/// [rad/s]. Just after a start from rest the energy itself is of the size of roundings; what the power moves within a
+/// radian of that wave, |dE/dt|/rate, then takes its place.
 pub fn residual_at_last([from, to]: [f64; 2], rate: f64, at: impl Fn(f64) -> Balanced) -> f64 {
     let from = from.max(to - STRETCH / rate);
     let panels = ((to - from) * rate / PANEL).ceil().max(1.0);
@@ -65,7 +66,7 @@ pub fn residual_at_last([from, to]: [f64; 2], rate: f64, at: impl Fn(f64) -> Bal
             let elapsed = panel as f64 * length + within;
             let time = from + elapsed;
             let now = at(time);
-            largest = f64::max(largest, now.energy);
+            largest = largest.max(now.energy).max(now.power.abs() / rate);
             // What the rounding of the instant, which is large after many turns, makes of the power.
             [now.power + now.power_rate * (elapsed - (time - from))]
         });

@@ -232,6 +232,14 @@ fn the_balance_of_energy_closes() {
         let v = &list.0[list.reference("solver.energy_residual").unwrap()];
         (v.get)(drive, v.index)
     };
+    // Just after a start from rest, where the energy is of the size of roundings.
+    for step in [1e-18, 1e-15, 1e-12, 1e-9, 1e-6] {
+        let mut scene = scene(Law::Series(general()), 3.0);
+        scene.start.mode = StartMode::AtRest;
+        let mut drive = started(scene);
+        drive.advance(0.0, step).unwrap();
+        assert!(residual(&drive) < 1e-10, "{step:e}: {:e}", residual(&drive));
+    }
     for (law, w) in [
         (mathieu(0.4, 0.02), 1.7),
         (mathieu(0.4, 0.0), 0.01),
