@@ -3,7 +3,7 @@
 //!
 //! Source: M. Abramowitz, I. A. Stegun, *Handbook of Mathematical Functions*, section 25.4.32.
 
-use super::gauss::{PROJECTION, STAGES, legendre_integrals};
+use super::gauss::{STAGES, integrals_up_to};
 
 /// The points between the ends.
 pub const INNER: usize = 8;
@@ -26,7 +26,7 @@ pub static ABSCISSAE: [f64; INNER] = abscissae();
 pub static WEIGHTS: [f64; INNER] = weights();
 
 /// bᵢⱼ = ∫₀^θᵢ ℓⱼ dθ up to the inner points, as [`super::gauss::MATRIX`] up to those of the collocation.
-pub static MATRIX: [[f64; STAGES]; INNER] = matrix();
+pub static MATRIX: [[f64; STAGES]; INNER] = integrals_up_to(abscissae());
 
 const fn abscissae() -> [f64; INNER] {
     let mut x = [0.0; INNER];
@@ -45,26 +45,6 @@ const fn weights() -> [f64; INNER] {
     while i < INNER / 2 {
         b[INNER / 2 + i] = HALF[i].1 / 2.0;
         b[INNER / 2 - 1 - i] = HALF[i].1 / 2.0;
-        i += 1;
-    }
-    b
-}
-
-const fn matrix() -> [[f64; STAGES]; INNER] {
-    let x = abscissae();
-    let mut b = [[0.0; STAGES]; INNER];
-    let mut i = 0;
-    while i < INNER {
-        let integrals = legendre_integrals(x[i]);
-        let mut j = 0;
-        while j < STAGES {
-            let mut k = 0;
-            while k < STAGES {
-                b[i][j] += integrals[k] * PROJECTION[k][j];
-                k += 1;
-            }
-            j += 1;
-        }
         i += 1;
     }
     b
