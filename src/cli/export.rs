@@ -2,7 +2,7 @@
 
 use super::tradeoff::StudyArgs;
 use super::{Failure, print, read_all, tell_notes};
-use crate::export::{Date, Packed, RuntimeLibrary, pack_with};
+use crate::export::{Date, Extras, Packed, RuntimeLibrary, pack_with};
 use crate::scene::Resolved;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -33,6 +33,10 @@ pub struct Args {
     /// Runtime library for a platform (linux64, win64, darwin64 …); once per platform
     #[arg(long, value_name = "PLATFORM=FILE")]
     runtime: Vec<String>,
+    /// Describe the shaft of each FMU that has its motion as inputs or its load as an input as one terminal
+    /// (terminalsAndIcons/ of FMI 3.0); FMI Library 3 refuses such FMUs of FMI 2.0
+    #[arg(long)]
+    terminals: bool,
     /// Put the tables and diagrams of `camdrive tradeoff` into each FMU; takes some seconds per scene, since it
     /// measures
     #[arg(long)]
@@ -54,7 +58,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut packed = Vec::new();
     for (scene, path) in scenes.iter().zip(&args.scenes) {
         let study = if args.with_tradeoff { Some(args.study.study(path, scene)?) } else { None };
-        let fmu = pack_with(&scene.resource(), &scene.description, &runtimes, date, study.as_ref());
+        let extras = Extras { terminals: args.terminals, study: study.as_ref() };
+        let fmu = pack_with(&scene.resource(), &scene.description, &runtimes, date, extras);
         packed.push(fmu.map_err(|fault| Failure(format!("error: {}: {fault}", path.display())))?);
     }
     for runtime in &runtimes {

@@ -52,6 +52,16 @@ pub struct Packed {
     pub states: usize,
 }
 
+/// What an FMU holds only where it is asked for.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Extras<'a> {
+    /// [`terminals`].
+    pub terminals: bool,
+    /// The tables of a study in the documentation and in `extra/`. They belong to the machine that measured them, so the
+    /// guid is that of the FMU without them: it is the same drive.
+    pub study: Option<&'a Report>,
+}
+
 /// The text of modelDescription.xml without packing an FMU; the guid, a hash of the packed content, is empty.
 pub fn describe(resource: &Resource, description: &str) -> Result<String, Fault> {
     check_name(&resource.name)?;
@@ -70,11 +80,10 @@ pub fn pack(
     runtimes: &[RuntimeLibrary],
     date: Option<Date>,
 ) -> Result<Packed, Fault> {
-    pack_with(resource, description, runtimes, date, None)
+    pack_with(resource, description, runtimes, date, Extras::default())
 }
 
-/// The same with the tables of a study in the documentation and in `extra/`. They belong to the machine that measured
-/// them, so the guid is that of the FMU without them: it is the same drive.
+/// The same with what an FMU holds only where it is asked for.
 ///
 /// # Errors
 /// Those of [`pack`].
@@ -83,9 +92,9 @@ pub fn pack_with(
     description: &str,
     runtimes: &[RuntimeLibrary],
     date: Option<Date>,
-    study: Option<&Report>,
+    extras: Extras,
 ) -> Result<Packed, Fault> {
-    pack_drive((&mut *resource.build()?, &resource.encoded_scene()?), resource, description, runtimes, date, study)
+    pack_drive((&mut *resource.build()?, &resource.encoded_scene()?), resource, description, runtimes, date, extras)
 }
 
 fn pack_drive(
@@ -94,7 +103,7 @@ fn pack_drive(
     description: &str,
     runtimes: &[RuntimeLibrary],
     date: Option<Date>,
-    study: Option<&Report>,
+    extras: Extras,
 ) -> Result<Packed, Fault> {
     check_name(&resource.name)?;
     check_platforms(runtimes)?;
@@ -104,6 +113,9 @@ fn pack_drive(
         .collect();
     let mut content = with_guid((drive, scene), resource, description, date, "")?;
     content.extend(for_people(drive, resource, description)?);
+    if extras.terminals {
+        content.extend(terminals::files(drive)?);
+    }
     content.extend(libraries);
     let parts: Vec<&[u8]> = content.iter().flat_map(|file| [file.path.as_bytes(), file.content.as_slice()]).collect();
     let guid = hash::guid(&hash::sha256_of_parts(&parts));
@@ -113,7 +125,7 @@ fn pack_drive(
         }
     };
     with_guid((drive, scene), resource, description, date, &guid)?.into_iter().for_each(&mut replace);
-    if let Some(report) = study {
+    if let Some(report) = extras.study {
         let identity = Identity { name: &resource.name, description, guid: "", date: None };
         let page = documentation::html_with(&identity, &resource.model, drive, Some(report))?;
         replace(File::new(DOCUMENTATION, page));
@@ -158,7 +170,6 @@ fn for_people(drive: &mut dyn Described, resource: &Resource, description: &str)
     }
     files.push(File::new(DOCUMENTATION, documentation::html(&identity, &resource.model, drive)?));
     files.extend(licenses::files());
-    files.extend(terminals::files(drive)?);
     Ok(files)
 }
 
@@ -204,7 +215,7 @@ mod tests {
     #[test]
     fn the_same_scene_gives_the_same_bytes_and_any_difference_another_guid() {
         let pack = |name: &str, text: &str, content: &[u8]| {
-            pack_drive((&mut *lag(), &[]), &resource(name), text, &[library(content)], None, None).unwrap()
+            pack_drive((&mut *lag(), &[]), &resource(name), text, &[library(content)], None, Extras::default()).unwrap()
         };
         let fmu = pack("Lag", "A lag", b"1");
         assert_eq!(fmu.bytes, pack("Lag", "A lag", b"1").bytes);
@@ -218,10 +229,13 @@ mod tests {
     #[test]
     fn names_and_platforms_are_checked() {
         for name in ["", "2fast", "a b", "größe", "a_name_of_twenty_five_char"] {
-            assert!(pack_drive((&mut *lag(), &[]), &resource(name), "", &[], None, None).is_err(), "{name}");
+            assert!(
+                pack_drive((&mut *lag(), &[]), &resource(name), "", &[], None, Extras::default()).is_err(),
+                "{name}"
+            );
         }
         let twice = [library(b"1"), library(b"2")];
-        let fault = pack_drive((&mut *lag(), &[]), &resource("Lag"), "", &twice, None, None).unwrap_err();
+        let fault = pack_drive((&mut *lag(), &[]), &resource("Lag"), "", &twice, None, Extras::default()).unwrap_err();
         assert!(fault.0.contains("two runtime libraries for linux64"));
     }
 }

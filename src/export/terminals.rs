@@ -1,5 +1,6 @@
-//! terminalsAndIcons/: the drive's flange as one terminal, and an icon. Defined by FMI 3.0 (section 2.4.9) and
-//! usable with FMI 2.0; importers that do not know it ignore the folder.
+//! terminalsAndIcons/: the drive's flange as one terminal, and an icon. Defined by FMI 3.0 (section 2.4.9), whose schema
+//! demands `fmiVersion="3.0"`, and legal with FMI 2.0. Most importers ignore it, but FMI Library 3 takes that version for
+//! a fatal error in an FMU of FMI 2.0, so it is there only where it is asked for.
 
 use super::archive::File;
 use super::picture;
@@ -10,11 +11,12 @@ use crate::drives::{Described, Description, DynDrive, Fault};
 /// The variables of a rotational flange apart from its torque.
 const MOTION: [&str; 3] = ["phi", "w", "a"];
 
-/// terminalsAndIcons.xml and the icon.
+/// terminalsAndIcons.xml and the icon; nothing for a unit that has no flange.
 pub fn files(drive: &dyn Described) -> Result<Vec<File>, Fault> {
+    let Some(flow) = flow(&drive.descriptions()) else { return Ok(Vec::new()) };
     let icon = picture::icon(&drive.curves()).png()?;
     Ok(vec![
-        File::new("terminalsAndIcons/terminalsAndIcons.xml", description(drive)),
+        File::new("terminalsAndIcons/terminalsAndIcons.xml", description(drive, flow)),
         File::new("terminalsAndIcons/icon.png", icon),
     ])
 }
@@ -30,7 +32,7 @@ fn flow(descriptions: &[&Description]) -> Option<&'static str> {
     }
 }
 
-fn description(drive: &dyn DynDrive) -> String {
+fn description(drive: &dyn DynDrive, flow: &str) -> String {
     let descriptions = drive.descriptions();
     let exists = |name: &str| descriptions.iter().any(|d| d.name == name);
     let mut xml = Xml::document();
@@ -42,22 +44,20 @@ fn description(drive: &dyn DynDrive) -> String {
             xml.empty("CoordinateSystem", &system);
             xml.empty("Icon", &corners().map(|(key, value)| (key, value.to_owned())));
         });
-        if let Some(flow) = flow(&descriptions) {
-            let terminal = [
-                ("name", "flange".to_owned()),
-                ("matchingRule", "plug".to_owned()),
-                ("description", "Shaft of the drive".to_owned()),
-            ];
-            let motion = MOTION.into_iter().filter(|name| exists(name)).map(|name| (name, "signal"));
-            xml.element("Terminals", &[], |xml| {
-                xml.element("Terminal", &terminal, |xml| {
-                    for (name, kind) in motion.chain([("tau", flow)]) {
-                        let member = [("variableName", name), ("memberName", name), ("variableKind", kind)];
-                        xml.empty("TerminalMemberVariable", &member.map(|(key, value)| (key, value.to_owned())));
-                    }
-                });
+        let terminal = [
+            ("name", "flange".to_owned()),
+            ("matchingRule", "plug".to_owned()),
+            ("description", "Shaft of the drive".to_owned()),
+        ];
+        let motion = MOTION.into_iter().filter(|name| exists(name)).map(|name| (name, "signal"));
+        xml.element("Terminals", &[], |xml| {
+            xml.element("Terminal", &terminal, |xml| {
+                for (name, kind) in motion.chain([("tau", flow)]) {
+                    let member = [("variableName", name), ("memberName", name), ("variableKind", kind)];
+                    xml.empty("TerminalMemberVariable", &member.map(|(key, value)| (key, value.to_owned())));
+                }
             });
-        }
+        });
     });
     xml.finish()
 }
