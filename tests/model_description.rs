@@ -196,6 +196,34 @@ fn names_are_those_that_importers_rely_on() {
     }
 }
 
+/// The array that a name belongs to with its index, for each of its brackets: `der(U[2],2)` is in `der(U[],2)`.
+fn arrays(name: &str) -> Vec<(String, usize)> {
+    let outer = if name.starts_with("der(") { &name[name.find([',', ')']).unwrap()..] } else { "" };
+    let brackets = name.match_indices('[').map(|(at, _)| {
+        let index = name[at + 1..].split(']').next().unwrap();
+        (format!("{}[]{outer}", &name[..at]), index.parse().unwrap())
+    });
+    brackets.collect()
+}
+
+#[test]
+fn the_elements_of_an_array_follow_one_another() {
+    // FMI 2.0, section 2.2.9: "All array elements are given in a consecutive sequence of ScalarVariables."
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let linked = scene::read(&folder.join("tests/fmpy/scenes/machine_linkage.toml")).unwrap();
+    for (path, scene) in scenes().into_iter().chain([(PathBuf::from("machine_linkage"), linked)]) {
+        let list = descriptions(&*build(&scene));
+        let arrays: Vec<_> = list.iter().map(|d| arrays(&d.name)).collect();
+        for (array, _) in arrays.iter().flatten() {
+            let of = |place: &Vec<(String, usize)>| place.iter().find(|(name, _)| name == array).map(|(_, i)| *i);
+            let stretch = arrays.iter().map(of).skip_while(Option::is_none).take_while(Option::is_some).flatten();
+            let stretch: Vec<usize> = stretch.collect();
+            assert_eq!(stretch.len(), arrays.iter().filter_map(of).count(), "{}: {array}", path.display());
+            assert!(stretch.is_sorted(), "{}: {array}", path.display());
+        }
+    }
+}
+
 /// Numbers in [−1, 1), the same in every run (the generator of Knuth's MMIX).
 struct Random(u64);
 

@@ -1,16 +1,15 @@
 //! The variables of the rigid machine and its output equations.
 
-use super::linkage::{self, Mechanism};
+mod laws;
+
 use super::{MachineStart, Motor, RigidMachine};
-use crate::drives::cam_drive::law_parameter_kind;
 use crate::drives::solver::HasSolver;
 use crate::drives::unit::{self, Quantity};
 use crate::drives::variable::{Enumeration, Kind, real, real_within};
 use crate::drives::{Board, List, Seed, energy};
-use crate::motion::MotionLaw;
-use crate::motion::parameters::ParameterKind;
 use crate::numerics::double_double::{Double, two_product};
 use crate::numerics::taylor::{Scalar, Series};
+use laws::{INERTIA_LAW, declare_law, declare_mechanism};
 use std::sync::Arc;
 
 /// The value reference of the input `tau`.
@@ -310,29 +309,33 @@ impl RigidMachine {
         let mut enters = enters_a.clone();
         enters.retain(|name| *name != "phi" && *name != "w");
         enters.extend(["phi", "w"]);
-        for (j, follower) in self.inertia.followers.iter().enumerate() {
-            let tool = (format!("U[{}]", j + 1), format!("follower {}", j + 1), follower.turns);
-            let lever = (format!("lever[{}]", j + 1), format!("the lever of follower {}", j + 1), true);
-            let members = if follower.linkage.is_empty() { vec![tool] } else { vec![tool, lever] };
-            for (i, (name, text, turns)) in members.into_iter().enumerate() {
-                let at = FOLLOWER + 6 * j + 3 * i;
-                let [position, velocity, acceleration] = if turns {
+        // The elements of an array follow one another (FMI 2.0, section 2.2.9), so the followers come innermost.
+        for i in 0..6 {
+            let (is_lever, order) = (i >= 3, i % 3);
+            for (j, follower) in self.inertia.followers.iter().enumerate() {
+                if is_lever && follower.linkage.is_empty() {
+                    continue;
+                }
+                let n = j + 1;
+                let (name, text) =
+                    if is_lever { (format!("lever[{n}]"), "the lever of ") } else { (format!("U[{n}]"), "") };
+                let [position, velocity, acceleration] = if is_lever || follower.turns {
                     [&unit::ANGLE, &unit::ANGULAR_VELOCITY, &unit::ANGULAR_ACCELERATION]
                 } else {
                     [&unit::LENGTH, &unit::VELOCITY, &unit::ACCELERATION]
                 };
-                list.output(&name, &format!("Position of {text}"), real(position), value, series)
-                    .at(at)
-                    .depends(&["phi"]);
-                list.output(&format!("der({name})"), &format!("Velocity of {text}"), real(velocity), value, series)
-                    .at(at + 1)
-                    .depends(&["phi", "w"])
-                    .depends_initially(&initially(&[]));
-                let text = format!("Acceleration of {text}");
-                list.output(&format!("der({name},2)"), &text, real(acceleration), value, series)
-                    .at(at + 2)
-                    .depends(&enters)
-                    .depends_initially(torques);
+                let mut declare = |name: &str, what: &str, quantity, known: &[&str], initially: &[&str]| {
+                    let text = format!("{what} of {text}follower {n}");
+                    list.output(name, &text, real(quantity), value, series)
+                        .at(FOLLOWER + 6 * j + i)
+                        .depends(known)
+                        .depends_initially(initially);
+                };
+                match order {
+                    0 => declare(&name, "Position", position, &["phi"], &[]),
+                    1 => declare(&format!("der({name})"), "Velocity", velocity, &["phi", "w"], &initially(&[])),
+                    _ => declare(&format!("der({name},2)"), "Acceleration", acceleration, &enters, torques),
+                }
             }
         }
     }
@@ -421,80 +424,5 @@ fn set_motor_value(d: &mut RigidMachine, which: usize, value: f64) {
             2 => *synchronous_speed = value,
             _ => *dynamics = Some(value),
         }
-    }
-}
-
-/// The number of J_v among the laws; the followers' laws have their own.
-const INERTIA_LAW: usize = 0xffff;
-
-fn law(d: &RigidMachine, number: usize) -> Option<&MotionLaw> {
-    match number {
-        INERTIA_LAW => d.inertia.function.varying.as_ref(),
-        j => d.inertia.followers.get(j).map(|f| &f.cam),
-    }
-}
-
-/// Declares the parameters of a law as `prefix`.a[k] …; the index holds the number of the parameter and, below, that of
-/// the law.
-fn declare_law(list: &mut List<RigidMachine>, declared: &MotionLaw, number: usize, prefix: &str, moves_angle: bool) {
-    for (k, parameter) in declared.parameters().into_iter().enumerate() {
-        let kind = match parameter.kind {
-            // The values of the inertia's own law are inertias, those of a cam that moves a lever angles.
-            ParameterKind::Length if number == INERTIA_LAW => real_within(&unit::INERTIA, -1e12, 1e12),
-            ParameterKind::Length if moves_angle => real_within(&unit::ANGLE, -1e4, 1e4),
-            kind => law_parameter_kind(kind),
-        };
-        list.parameter(
-            &format!("{prefix}.{}", parameter.name),
-            &parameter.text,
-            kind,
-            |d, index| law(d, index & 0xffff).map_or(0.0, |law| law.parameter(index >> 16)),
-            |d, index, value| {
-                Arc::make_mut(&mut d.inertia).change(|function, followers| {
-                    let law = match index & 0xffff {
-                        INERTIA_LAW => function.varying.as_mut(),
-                        j => followers.get_mut(j).map(|f| &mut f.cam),
-                    };
-                    if let Some(law) = law {
-                        law.set_parameter(index >> 16, value);
-                    }
-                });
-            },
-        )
-        .at(k << 16 | number);
-    }
-}
-
-/// Declares the parameters of mechanism i of follower j; the index holds the number of the parameter and, below, i and j.
-fn declare_mechanism(list: &mut List<RigidMachine>, declared: &Mechanism, [j, i]: [usize; 2]) {
-    for (k, parameter) in declared.parameters().into_iter().enumerate() {
-        let quantity = match parameter.kind {
-            linkage::ParameterKind::Angle => &unit::ANGLE,
-            linkage::ParameterKind::Mass => &unit::MASS,
-            linkage::ParameterKind::Inertia => &unit::INERTIA,
-            linkage::ParameterKind::Ratio => &unit::NUMBER,
-            _ => &unit::LENGTH,
-        };
-        let [least, greatest] = parameter.kind.range();
-        list.parameter(
-            &format!("follower[{}].linkage[{}].{}", j + 1, i + 1, parameter.name),
-            &parameter.text,
-            real_within(quantity, least, greatest),
-            |d, index| {
-                let follower = d.inertia.followers.get(index & 0xffff);
-                let mechanism = follower.and_then(|f| f.linkage.0.get(index >> 16 & 0xff).copied());
-                mechanism.and_then(|mut m| m.parameter_mut(index >> 24).copied()).unwrap_or(0.0)
-            },
-            |d, index, value| {
-                Arc::make_mut(&mut d.inertia).change(|_, followers| {
-                    let mechanisms = followers.get_mut(index & 0xffff).map(|f| &mut f.linkage.0);
-                    let mechanism = mechanisms.and_then(|list| list.get_mut(index >> 16 & 0xff));
-                    if let Some(parameter) = mechanism.and_then(|m| m.parameter_mut(index >> 24)) {
-                        *parameter = value;
-                    }
-                });
-            },
-        )
-        .at(k << 24 | i << 16 | j);
     }
 }
