@@ -17,6 +17,15 @@ pub const MAX_INPUT_DERIVATIVE: usize = 8;
 /// Coefficients of the motion polynomial: φ, w, a and the derivatives of `a`.
 const COEFFICIENTS: usize = 3 + MAX_INPUT_DERIVATIVE;
 
+/// What φ, φ̇, φ̈ and U(φ) of the start depend on, by the names that [`HasCamDrive`] declares.
+pub const PHI: &[&str] = &["phi", "drive.phi_start"];
+/// See [`PHI`].
+pub const W: &[&str] = &["w", "drive.w"];
+/// See [`PHI`].
+pub const A: &[&str] = &["a"];
+/// See [`PHI`].
+pub const CAM: &[&str] = &["cam"];
+
 /// How the cam shaft moves.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -348,6 +357,11 @@ pub trait HasCamDrive: Sized {
     fn start_values(&self) -> &Start;
     /// Where the drive starts, to change it.
     fn start_values_mut(&mut self) -> &mut Start;
+
+    /// What a start on the periodic solution depends on, which inputs do not allow; `of` are the parameters of the vibration.
+    fn periodic_start(&self, of: &[&'static str]) -> Vec<&'static str> {
+        if self.cam().is_input() { Vec::new() } else { [of, PHI, W, &["start.mode"]].concat() }
+    }
 
     /// Declares `start.mode`, `start.q` and `start.q_dot`; q is a length or an angle.
     fn declare_start(&self, list: &mut List<Self>, q: &'static unit::Quantity, q_dot: &'static unit::Quantity) {

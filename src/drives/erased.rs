@@ -5,6 +5,7 @@ mod access;
 use super::unit;
 use super::variable::{Causality, Kind, Variability};
 use super::{Board, Description, Drive, EventLog, Experiment, Fault, Seed, Variable};
+use crate::numerics::difference;
 pub use access::Set;
 use access::{Access, Input, Pending};
 use std::any::Any;
@@ -224,40 +225,39 @@ impl<D: Drive> Unit<D> {
         }
     }
 
-    /// ∂unknown/∂known of the start values, in which the states follow the inputs (y = U(phi) + start.q).
-    ///
-    /// The sixth-order central difference on a copy, since a start may be the result of an iteration. With the 20th
-    /// harmonic of a cam its error is (20 h)⁶/140 of the derivative, 1e-12 for h = 1e-3 rad.
+    /// ∂unknown/∂known of the start values, in which the states follow from inputs and parameters (y = U(phi) + start.q), by
+    /// differences on copies, since a start may be the result of an iteration.
     fn initial_derivative(&self, unknown: usize, known: usize) -> Result<f64, Fault> {
-        // Of the slopes over ±h, ±2h and ±3h.
-        const WEIGHTS: [f64; 3] = [1.5, -0.6, 0.1];
         let (u, k) = (&self.design.variables[unknown], &self.design.variables[known]);
-        let set = k.set.filter(|_| k.description.causality == Causality::Input).ok_or_else(|| {
-            Fault(format!(
-                "`{}` follows from the inputs before the start; derivatives exist for those",
+        let (Some(set), Kind::Real { quantity, min, max, .. }) = (k.set, &k.description.kind) else {
+            return Err(Fault(format!(
+                "`{}` follows from inputs and parameters before the start; derivatives exist for those",
                 k.description.name
-            ))
-        })?;
+            )));
+        };
         if u.set.is_some() {
             return Err(Fault(format!("`{}` is set, not computed; it has no derivatives", u.description.name)));
         }
         let centre = (k.get)(&self.drive, k.index);
-        // A law repeats itself every turn however large the angle; other quantities are scaled by themselves.
-        let is_angle = matches!(k.description.kind, Kind::Real { quantity, .. } if *quantity == unit::ANGLE);
-        let h = if is_angle { 1e-3 } else { 1e-3 * centre.abs().max(1.0) };
         let value_at = |known: f64| -> Result<f64, Fault> {
             let mut drive = self.drive.clone();
             set(&mut drive, k.index, known);
             drive.start(self.time)?;
             Ok((u.get)(&drive, u.index))
         };
-        let mut sum = 0.0;
-        for (j, weight) in WEIGHTS.into_iter().enumerate() {
-            let (above, below) = (centre + (j + 1) as f64 * h, centre - (j + 1) as f64 * h);
-            sum += weight * (value_at(above)? - value_at(below)?) / (above - below);
-        }
-        if sum.is_finite() {
-            Ok(sum)
+        // A law repeats itself every turn however large the angle; other quantities are scaled by themselves, unless they
+        // are next to nothing.
+        let usual = quantity.usual();
+        let size = if **quantity == unit::ANGLE {
+            1.0
+        } else if centre.abs() > 1e-6 * usual {
+            centre.abs()
+        } else {
+            usual
+        };
+        let slope = difference::derivative(value_at, centre, 0.02 * size, [*min, *max])?;
+        if slope.is_finite() {
+            Ok(slope)
         } else {
             let (u, k) = (&u.description.name, &k.description.name);
             Err(Fault(format!("the derivative of `{u}` with respect to `{k}` is not a finite number before the start")))
@@ -442,15 +442,15 @@ impl<D: Drive> DynDrive for Unit<D> {
     }
 
     fn directional_derivative(&mut self, unknown: usize, known: usize) -> Result<f64, Fault> {
+        if self.initialising {
+            return self.initial_derivative(unknown, known);
+        }
         let d = &self.design.variables[known].description;
         if d.causality != Causality::Input && !d.state {
             return Err(Fault(format!(
                 "`{}` is neither an input nor a state; there is no derivative with respect to it",
                 d.name
             )));
-        }
-        if self.initialising {
-            return self.initial_derivative(unknown, known);
         }
         self.derivative(unknown, Seed::Known(known), 1)
     }

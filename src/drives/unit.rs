@@ -13,6 +13,13 @@ pub struct Quantity {
     pub display: Option<(&'static str, f64)>,
 }
 
+impl Quantity {
+    /// One of the units that engineers read it in, in SI.
+    pub fn usual(&self) -> f64 {
+        self.display.map_or(1.0, |(_, factor)| 1.0 / factor)
+    }
+}
+
 macro_rules! quantities {
     ($($(#[$doc:meta])* $name:ident = $quantity:literal, $unit:literal, $base:expr, $display:expr;)*) => {
         $($(#[$doc])* pub static $name: Quantity =

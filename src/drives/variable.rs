@@ -86,11 +86,22 @@ pub struct Description {
     pub derivative_of: Option<String>,
     /// The inputs and states that the variable depends on directly at a communication point.
     pub dependencies: Vec<String>,
-    /// The inputs that it depends on during initialisation.
+    /// The inputs and parameters that it depends on during initialisation, by name or, up to a dot or bracket, by the first
+    /// part of their names: `cam` stands for `cam.a[1]` and all others. What does not exist in a scene may be named.
     pub initial_dependencies: Vec<String>,
 }
 
 impl Description {
+    /// Whether the start value depends on this variable (FMI 2.0, section 2.2.8: the knowns of the initialisation are
+    /// inputs and variables with `initial="exact"`, which parameters are).
+    pub fn depends_initially_on(&self, known: &Description) -> bool {
+        let named = |name: &String| {
+            known.name.strip_prefix(name.as_str()).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
+        };
+        matches!(known.causality, Causality::Input | Causality::Parameter)
+            && self.initial_dependencies.iter().any(named)
+    }
+
     /// Refuses a value that a variable of this description cannot take.
     pub fn check(&self, value: f64) -> Result<(), Fault> {
         // Inputs are set at every step, and few are whole numbers that have to be told from others.
@@ -288,9 +299,9 @@ impl<D> Variable<D> {
         self
     }
 
-    /// The inputs that it depends on during initialisation.
-    pub fn depends_initially(&mut self, names: &[&str]) -> &mut Self {
-        self.description.initial_dependencies = names.iter().map(|n| (*n).to_owned()).collect();
+    /// What it depends on during initialisation, see [`Description::initial_dependencies`].
+    pub fn depends_initially(&mut self, names: &[&[&str]]) -> &mut Self {
+        self.description.initial_dependencies = names.concat().into_iter().map(str::to_owned).collect();
         self
     }
 }

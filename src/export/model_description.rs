@@ -214,11 +214,11 @@ fn scalar_variable(xml: &mut Xml, reference: usize, d: &Description, start: Opti
     });
 }
 
-/// The magnitude of a parameter: that of its start value, or one of the units that engineers read it in.
+/// The magnitude of a parameter: that of its start value, or one that engineers read it in.
 fn usual_magnitude(quantity: &Quantity, start: Option<f64>) -> f64 {
     match start {
         Some(start) if start != 0.0 => start.abs(),
-        _ => quantity.display.map_or(1.0, |(_, factor)| 1.0 / factor),
+        _ => quantity.usual(),
     }
 }
 
@@ -289,22 +289,19 @@ impl Structure {
                     && (outputs.contains(p) || derivatives.contains(p) || descriptions[*p].state)
             })
             .collect();
-        let list = |positions: Vec<usize>, names: fn(&Description) -> &Vec<String>| {
-            positions
-                .into_iter()
-                .map(|p| {
-                    let d = descriptions[p];
-                    let mut dependencies =
-                        names(d).iter().map(|name| position(d, name)).collect::<Result<Vec<_>, _>>()?;
-                    dependencies.sort_unstable();
-                    Ok(Unknown { position: p, dependencies })
-                })
-                .collect::<Result<Vec<_>, Fault>>()
+        let list = |positions: Vec<usize>, depends: fn(&Description, &Description) -> bool| -> Vec<Unknown> {
+            let dependencies =
+                |u: &usize| (0..descriptions.len()).filter(|&k| depends(descriptions[*u], descriptions[k])).collect();
+            positions.into_iter().map(|position| Unknown { dependencies: dependencies(&position), position }).collect()
         };
+        for d in descriptions {
+            d.dependencies.iter().try_for_each(|name| position(d, name).map(|_| ()))?;
+        }
+        let directly = |unknown: &Description, known: &Description| unknown.dependencies.contains(&known.name);
         Ok(Structure {
-            outputs: list(outputs, |d| &d.dependencies)?,
-            derivatives: list(derivatives, |d| &d.dependencies)?,
-            initial_unknowns: list(initial_unknowns, |d| &d.initial_dependencies)?,
+            outputs: list(outputs, directly),
+            derivatives: list(derivatives, directly),
+            initial_unknowns: list(initial_unknowns, Description::depends_initially_on),
             derivative_of,
         })
     }

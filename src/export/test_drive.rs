@@ -65,7 +65,7 @@ impl Drive for Lag {
         )
         .derivative_of("x")
         .depends(&["x", "u"])
-        .depends_initially(&["u"]);
+        .depends_initially(&[&["u", "T"]]);
         list.discrete_output("count", "Steps", Kind::Integer { min: 0, max: i32::MAX }, |_, _| 0.0);
         list.local("solver.steps", "Steps", real(&unit::NUMBER), |_, _| 0.0);
         list

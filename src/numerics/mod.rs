@@ -4,6 +4,7 @@ pub mod angle;
 pub mod bernstein;
 pub mod chebyshev;
 pub mod collocation;
+pub mod difference;
 pub mod divisor;
 pub mod double_double;
 pub mod events;

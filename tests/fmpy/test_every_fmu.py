@@ -1,6 +1,7 @@
 """What every exported FMU must do, whatever its model: each test runs for each FMU of the folder."""
 
 import math
+import random
 import threading
 
 import fmpy
@@ -208,6 +209,39 @@ def test_dependencies_are_those_of_the_directional_derivatives(fmu, name):
                 assert math.isfinite(value)
                 if known.name not in listed:
                     assert value == 0.0, (unknown.variable.name, known.name)
+
+
+def test_initial_unknowns_depend_on_what_they_list_and_by_these_derivatives(fmu, name):
+    """Pairs at random: each parameter is moved a little before the start, and the start value compared."""
+    package = fmu(name)
+    dice = random.Random(name)
+    unknowns = [u for u in package.description.initialUnknowns if u.variable.type == "Real"]
+    knowns = [v for v in package.description.modelVariables if v.type == "Real" and v.causality in ("parameter", "input")]
+    # A tolerance makes rounding errors; they have no derivative.
+    knowns = [v for v in knowns if not v.name.startswith("solver.")]
+    references = [u.variable.valueReference for u in unknowns]
+    with package.unit() as unit:
+        unit.slave.setupExperiment(startTime=0.0)
+        unit.slave.enterInitializationMode()
+        stimulate(unit, 0.3)
+        for known in dice.sample(knowns, min(len(knowns), 12)):
+            centre = unit.get(known.name)
+            size = abs(centre) if centre and known.quantity != "Angle" else 0.01
+            low, high = centre - 1e-5 * size, centre + 1e-5 * size
+            low, high = max(low, float(known.min or low)), min(high, float(known.max or high))
+            values = []
+            for value in (low, high, centre):
+                unit.set(**{known.name: value})
+                values.append(np.array(unit.slave.getReal(references)))
+            slopes = (values[1] - values[0]) / (high - low)
+            # What the start makes of rounding is no dependence.
+            noise = 1e-9 * np.abs(values[2]) + 1e-12
+            for i in dice.sample(range(len(unknowns)), min(len(unknowns), 6)):
+                pair = (unknowns[i].variable.name, known.name)
+                if abs(values[1][i] - values[0][i]) > noise[i]:
+                    assert known in unknowns[i].dependencies, pair
+                (slope,) = unit.slave.getDirectionalDerivative([references[i]], [known.valueReference], [1.0])
+                assert abs(slope - slopes[i]) <= 1e-5 * abs(slope) + 1e-5 * noise[i] / 1e-9 / size, pair
 
 
 @pytest.mark.parametrize("bad", [float("nan"), float("inf"), -float("inf")])

@@ -3,7 +3,7 @@
 use super::BacklashDrive;
 use super::contact::{Flank, Mode, State};
 use super::panel::Reading;
-use crate::drives::cam_drive::HasCamDrive;
+use crate::drives::cam_drive::{A, CAM, HasCamDrive, PHI, W};
 use crate::drives::energy;
 use crate::drives::solver::HasSolver;
 use crate::drives::{Board, List, Seed, unit, variable};
@@ -235,7 +235,27 @@ fn known<'a>(drive: &BacklashDrive, names: &[&'a str]) -> Vec<&'a str> {
     names.iter().copied().filter(exists).collect()
 }
 
+/// What q, q̇, the flank that is touched and what else only the periodic start brings depend on at the start.
+struct Beginning {
+    q: Vec<&'static str>,
+    q_dot: Vec<&'static str>,
+    contact: Vec<&'static str>,
+    periodic: Vec<&'static str>,
+}
+
+impl Beginning {
+    fn of(drive: &BacklashDrive) -> Self {
+        let periodic = drive.periodic_start(&["m1", "m2", "c", "b", "s", "e", "cam"]);
+        let q = [&periodic[..], &["start.mode", "start.q"]].concat();
+        let q_dot = [&periodic[..], &["start.mode", "start.q_dot"]].concat();
+        // The flank is the one on which the force, or where that is zero its rate, presses.
+        let contact = [&q[..], &q_dot, PHI, W, A, CAM, &["m1", "m2", "c", "b", "s"]].concat();
+        Beginning { q, q_dot, contact, periodic }
+    }
+}
+
 fn states(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
+    let start = Beginning::of(drive);
     let real = variable::real;
     list.output(
         "x1",
@@ -247,7 +267,7 @@ fn states(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
     .at(0)
     .state()
     .depends(&known(drive, &["x1", "phi"]))
-    .depends_initially(&known(drive, &["phi", "w", "a"]));
+    .depends_initially(&[&start.contact]);
     list.output(
         "der(x1)",
         "Velocity of m1",
@@ -259,7 +279,7 @@ fn states(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
     .derivative_of("x1")
     .state()
     .depends(&known(drive, &["der(x1)", "phi", "w"]))
-    .depends_initially(&known(drive, &["phi", "w"]));
+    .depends_initially(&[PHI, W, CAM, &start.periodic]);
     list.output(
         "y",
         "Displacement of m2, x2",
@@ -270,7 +290,7 @@ fn states(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
     .at(2)
     .state()
     .depends(&["y"])
-    .depends_initially(&known(drive, &["phi", "w", "a"]));
+    .depends_initially(&[&start.contact]);
     list.output(
         "der(y)",
         "Velocity of m2",
@@ -282,7 +302,7 @@ fn states(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
     .derivative_of("y")
     .state()
     .depends(&["der(y)"])
-    .depends_initially(&known(drive, &["phi", "w"]));
+    .depends_initially(&[PHI, W, CAM, &start.q_dot]);
 }
 
 fn parameters(list: &mut List<BacklashDrive>) {
@@ -308,7 +328,8 @@ fn outputs(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
     let dynamic = known(drive, &["x1", "der(x1)", "y", "der(y)", "phi", "w", "a"]);
     let spring = known(drive, &["x1", "der(x1)", "y", "der(y)", "phi", "w"]);
     let pressed = known(drive, &["y", "der(y)", "phi", "w", "a"]);
-    let inputs = known(drive, &["phi", "w", "a"]);
+    let start = Beginning::of(drive);
+    let force: [&[&str]; 7] = [PHI, W, A, CAM, &start.q, &start.q_dot, &["m1", "c", "b"]];
     list.output(
         "der(x1,2)",
         "Acceleration of m1",
@@ -318,7 +339,7 @@ fn outputs(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
     )
     .derivative_of(STATES[1])
     .depends(&dynamic)
-    .depends_initially(&inputs);
+    .depends_initially(&[PHI, W, A, CAM, &start.periodic]);
     list.output(
         "der(y,2)",
         "Acceleration of m2",
@@ -327,7 +348,8 @@ fn outputs(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
         |d, s, _| d.series(s).link(d) * (-1.0 / d.m2),
     )
     .derivative_of(STATES[3])
-    .depends(&spring);
+    .depends(&spring)
+    .depends_initially(&[&start.q, &start.q_dot, &["m2", "c", "b"]]);
     list.output(
         "q",
         "Elongation of the spring, x2 - x1",
@@ -335,7 +357,8 @@ fn outputs(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
         |d, _| d.now.reading.q[0],
         |d, s, _| d.series(s).q[0],
     )
-    .depends(&known(drive, &["x1", "y", "phi"]));
+    .depends(&known(drive, &["x1", "y", "phi"]))
+    .depends_initially(&[&start.q]);
     list.output(
         "der(q)",
         "Rate of elongation of the spring",
@@ -344,7 +367,8 @@ fn outputs(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
         |d, s, _| d.series(s).q[1],
     )
     .derivative_of("q")
-    .depends(&known(drive, &["der(x1)", "der(y)", "phi", "w"]));
+    .depends(&known(drive, &["der(x1)", "der(y)", "phi", "w"]))
+    .depends_initially(&[&start.q_dot]);
     list.output(
         "gap",
         "Distance of m1 from flank A, x1 - U, between 0 and s",
@@ -353,7 +377,7 @@ fn outputs(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
         |d, s, _| d.series_and_gap(s).1,
     )
     .depends(&known(drive, &["x1", "phi"]))
-    .depends_initially(&inputs);
+    .depends_initially(&[&start.contact]);
     list.discrete_output(
         "contact",
         "1 on flank A, 0 between the flanks, -1 on flank B",
@@ -361,7 +385,7 @@ fn outputs(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
         |d, _| d.contact_number(),
     )
     .depends(&dynamic)
-    .depends_initially(&inputs);
+    .depends_initially(&[&start.contact]);
     list.output(
         "force",
         "Contact force F_K of the drive on m1, positive in +x",
@@ -370,7 +394,7 @@ fn outputs(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
         |d, s, _| d.series(s).force(d),
     )
     .depends(&pressed)
-    .depends_initially(&inputs);
+    .depends_initially(&force);
     if !drive.cam.is_input() {
         list.output(
             "phi",
@@ -378,14 +402,16 @@ fn outputs(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
             real(&unit::ANGLE),
             |d, _| d.shaft_series(Seed::Time, 0).value(),
             |d, s, _| d.shaft_series(s, 0),
-        );
+        )
+        .depends_initially(&[PHI]);
         list.output(
             "w",
             "Angular velocity of the drive",
             real(&unit::ANGULAR_VELOCITY),
             |d, _| d.shaft_series(Seed::Time, 1).value(),
             |d, s, _| d.shaft_series(s, 1),
-        );
+        )
+        .depends_initially(&[W]);
     }
     list.output(
         "tau",
@@ -395,7 +421,7 @@ fn outputs(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
         |d, s, _| d.slope_series(s) * d.series(s).force(d),
     )
     .depends(&pressed)
-    .depends_initially(&inputs);
+    .depends_initially(&force);
     list.discrete_output(
         "force_mean",
         "Mean force of the drive on m1 over the last communication step, impulses included",

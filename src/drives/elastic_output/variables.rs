@@ -1,7 +1,7 @@
 //! The variables of the drive.
 
 use super::{ElasticOutput, Position};
-use crate::drives::cam_drive::HasCamDrive;
+use crate::drives::cam_drive::{A, CAM, HasCamDrive, PHI, W};
 use crate::drives::energy;
 use crate::drives::solver::HasSolver;
 use crate::drives::unit::{self, Quantity};
@@ -85,9 +85,13 @@ fn declare_parameters(list: &mut List<ElasticOutput>) {
 /// Declares the outputs with what they depend on: inputs (where there are any) and states.
 fn declare_outputs(drive: &ElasticOutput, list: &mut List<ElasticOutput>) {
     let input = drive.cam.is_input();
-    let mut output = |which: Output, name: &str, text: &str, quantity: &'static Quantity, known: [&[&str]; 3]| {
-        let [inputs, states, initial] = known;
-        let (inputs, initial) = if input { (inputs, initial) } else { (&[][..], &[][..]) };
+    let mut output = |which: Output,
+                      name: &str,
+                      text: &str,
+                      quantity: &'static Quantity,
+                      [inputs, states]: [&[&str]; 2],
+                      initial: &[&[&str]]| {
+        let inputs = if input { inputs } else { &[] };
         let known: Vec<&str> = inputs.iter().chain(states).copied().collect();
         let v = list.output(name, text, real(quantity), VALUES[which as usize], series);
         v.at(which as usize).depends(&known).depends_initially(initial);
@@ -101,42 +105,57 @@ fn declare_outputs(drive: &ElasticOutput, list: &mut List<ElasticOutput>) {
         };
     };
     if !input {
-        output(Output::Phi, "phi", "Drive angle", &unit::ANGLE, [&[], &[], &[]]);
-        output(Output::W, "w", "Angular velocity of the drive", &unit::ANGULAR_VELOCITY, [&[], &[], &[]]);
+        output(Output::Phi, "phi", "Drive angle", &unit::ANGLE, [&[], &[]], &[PHI]);
+        output(Output::W, "w", "Angular velocity of the drive", &unit::ANGULAR_VELOCITY, [&[], &[]], &[W]);
     }
     let both: &[&str] = &["y", "der(y)"];
+    let periodic = drive.periodic_start(&["m", "c", "b", "cam"]);
+    let q = [&periodic[..], &["start.mode", "start.q"]].concat();
+    let q_dot = [&periodic[..], &["start.mode", "start.q_dot"]].concat();
+    let force: &[&[&str]] = &[&q, &q_dot, &["c", "b"]];
     output(
         Output::X,
         "x",
         "Position of the cam's side of the spring, U(phi)",
         &unit::LENGTH,
-        [&["phi"], &[], &["phi"]],
+        [&["phi"], &[]],
+        &[PHI, CAM],
     );
-    output(Output::Y, "y", "Position of the mass, x + q", &unit::LENGTH, [&[], &["y"], &["phi"]]);
-    output(Output::YDot, "der(y)", "Velocity of the mass", &unit::VELOCITY, [&[], &["der(y)"], &["phi", "w"]]);
-    output(Output::YDotDot, "der(y,2)", "Acceleration of the mass", &unit::ACCELERATION, [&["phi", "w"], both, &[]]);
-    output(Output::Q, "q", "Deformation of the output member, y - x", &unit::LENGTH, [&["phi"], &["y"], &[]]);
-    output(Output::QDot, "der(q)", "Rate of the deformation", &unit::VELOCITY, [&["phi", "w"], &["der(y)"], &[]]);
+    output(Output::Y, "y", "Position of the mass, x + q", &unit::LENGTH, [&[], &["y"]], &[PHI, CAM, &q]);
+    output(Output::YDot, "der(y)", "Velocity of the mass", &unit::VELOCITY, [&[], &["der(y)"]], &[PHI, W, CAM, &q_dot]);
+    output(
+        Output::YDotDot,
+        "der(y,2)",
+        "Acceleration of the mass",
+        &unit::ACCELERATION,
+        [&["phi", "w"], both],
+        &[&["m"], &force.concat()],
+    );
+    output(Output::Q, "q", "Deformation of the output member, y - x", &unit::LENGTH, [&["phi"], &["y"]], &[&q]);
+    output(Output::QDot, "der(q)", "Rate of the deformation", &unit::VELOCITY, [&["phi", "w"], &["der(y)"]], &[&q_dot]);
     output(
         Output::QDotDot,
         "der(q,2)",
         "Second time derivative of the deformation",
         &unit::ACCELERATION,
-        [&["phi", "w", "a"], both, &["phi", "w", "a"]],
+        [&["phi", "w", "a"], both],
+        &[PHI, W, A, CAM, &["m"], &force.concat()],
     );
     output(
         Output::Force,
         "force",
         "Force on the mass, -(c q + b der(q)), positive in the sense of y",
         &unit::FORCE,
-        [&["phi", "w"], both, &[]],
+        [&["phi", "w"], both],
+        force,
     );
     output(
         Output::Tau,
         "tau",
         "Torque from the drive into the cam unit, U' force; a positive tau loads the drive",
         &unit::TORQUE,
-        [&["phi", "w"], both, &["phi"]],
+        [&["phi", "w"], both],
+        &[PHI, CAM, &force.concat()],
     );
 }
 

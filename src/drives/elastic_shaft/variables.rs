@@ -2,7 +2,7 @@
 
 use super::ElasticShaft;
 use super::equation::{Cam, Flow};
-use crate::drives::cam_drive::HasCamDrive;
+use crate::drives::cam_drive::{A, CAM, HasCamDrive, PHI, W};
 use crate::drives::energy;
 use crate::drives::solver::HasSolver;
 use crate::drives::unit::{self, Quantity};
@@ -46,11 +46,11 @@ pub(super) fn list(drive: &ElasticShaft) -> List<ElasticShaft> {
     declare_parameters(&mut list);
     drive.declare_start(&mut list, &unit::ANGLE, &unit::ANGULAR_VELOCITY);
     drive.declare_solver(&mut list);
+    declare_outputs(drive, &mut list);
+    drive.declare_law(&mut list);
     if !drive.linear {
         energy::declare(&mut list, "the motion since the start", |d, _| d.balance.residual());
     }
-    declare_outputs(drive, &mut list);
-    drive.declare_law(&mut list);
     list
 }
 
@@ -98,9 +98,13 @@ fn declare_parameters(list: &mut List<ElasticShaft>) {
 /// Declares the outputs with what they depend on: inputs (where there are any) and states.
 fn declare_outputs(drive: &ElasticShaft, list: &mut List<ElasticShaft>) {
     let input = drive.cam.is_input();
-    let mut output = |which: Output, name: &str, text: &str, quantity: &'static Quantity, known: [&[&str]; 3]| {
-        let [inputs, states, initial] = known;
-        let (inputs, initial) = if input { (inputs, initial) } else { (&[][..], &[][..]) };
+    let mut output = |which: Output,
+                      name: &str,
+                      text: &str,
+                      quantity: &'static Quantity,
+                      [inputs, states]: [&[&str]; 2],
+                      initial: &[&[&str]]| {
+        let inputs = if input { inputs } else { &[] };
         let known: Vec<&str> = inputs.iter().chain(states).copied().collect();
         let v = list.output(name, text, real(quantity), access(which), series);
         v.at(which as usize).depends(&known).depends_initially(initial);
@@ -114,47 +118,45 @@ fn declare_outputs(drive: &ElasticShaft, list: &mut List<ElasticShaft>) {
         };
     };
     if !input {
-        output(Output::Phi, "phi", "Drive angle", &unit::ANGLE, [&[], &[], &[]]);
-        output(Output::W, "w", "Angular velocity of the drive", &unit::ANGULAR_VELOCITY, [&[], &[], &[]]);
+        output(Output::Phi, "phi", "Drive angle", &unit::ANGLE, [&[], &[]], &[PHI]);
+        output(Output::W, "w", "Angular velocity of the drive", &unit::ANGULAR_VELOCITY, [&[], &[]], &[W]);
     }
-    let linear = drive.linear;
-    // U is taken at phi, and a acts on q, where the equation is linearised.
-    let acceleration: [&[&str]; 3] = if linear {
-        [&["phi", "w", "a"], &["psi", "der(psi)"], &["phi", "w", "a"]]
-    } else {
-        [&["phi", "w"], &["psi", "der(psi)"], &["phi", "w"]]
-    };
-    let lift: [&[&str]; 3] = if linear { [&["phi"], &["psi"], &["phi"]] } else { [&[], &["psi"], &["phi"]] };
-    let speed: [&[&str]; 3] = if linear {
-        [&["phi", "w"], &["psi", "der(psi)"], &["phi", "w"]]
-    } else {
-        [&[], &["psi", "der(psi)"], &["phi", "w"]]
-    };
-    output(Output::Psi, "psi", "Angle of the cam, phi + q", &unit::ANGLE, [&[], &["psi"], &["phi"]]);
+    let both: &[&str] = &["psi", "der(psi)"];
+    let periodic = drive.periodic_start(&["m", "J", "c", "b", "shaft.linear", "cam", "solver.tolerance"]);
+    let q = [&periodic[..], &["start.mode", "start.q"]].concat();
+    let q_dot = [&periodic[..], &["start.mode", "start.q_dot"]].concat();
+    // Whether the equation is linearised is a parameter: then U is taken at phi, and a acts on q.
+    let lift = [PHI, CAM, &q, &["shaft.linear"]].concat();
+    output(Output::Psi, "psi", "Angle of the cam, phi + q", &unit::ANGLE, [&[], &["psi"]], &[PHI, &q]);
     output(
         Output::PsiDot,
         "der(psi)",
         "Angular velocity of the cam",
         &unit::ANGULAR_VELOCITY,
-        [&[], &["der(psi)"], &["w"]],
+        [&[], &["der(psi)"]],
+        &[W, &q_dot],
     );
     output(
         Output::PsiDotDot,
         "der(psi,2)",
         "Angular acceleration of the cam",
         &unit::ANGULAR_ACCELERATION,
-        acceleration,
+        [&["phi", "w", "a"], both],
+        &[&lift, W, A, &q_dot, &["m", "J", "c", "b"]],
     );
-    output(Output::Q, "q", "Twist of the shaft, psi - phi", &unit::ANGLE, [&["phi"], &["psi"], &[]]);
-    output(Output::QDot, "der(q)", "Rate of the twist", &unit::ANGULAR_VELOCITY, [&["w"], &["der(psi)"], &[]]);
-    output(Output::Y, "y", "Position of the follower, U(psi) or U + U' q", &unit::LENGTH, lift);
-    output(Output::YDot, "der(y)", "Velocity of the follower", &unit::VELOCITY, speed);
+    output(Output::Q, "q", "Twist of the shaft, psi - phi", &unit::ANGLE, [&["phi"], &["psi"]], &[&q]);
+    output(Output::QDot, "der(q)", "Rate of the twist", &unit::ANGULAR_VELOCITY, [&["w"], &["der(psi)"]], &[&q_dot]);
+    let text = "Position of the follower, U(psi) or U + U' q";
+    output(Output::Y, "y", text, &unit::LENGTH, [&["phi"], &["psi"]], &[&lift]);
+    let text = "Velocity of the follower";
+    output(Output::YDot, "der(y)", text, &unit::VELOCITY, [&["phi", "w"], both], &[&lift, W, &q_dot]);
     output(
         Output::Tau,
         "tau",
         "Torque from the drive into the cam unit, -(c q + b der(q)); a positive tau loads the drive",
         &unit::TORQUE,
-        [&["phi", "w"], &["psi", "der(psi)"], &[]],
+        [&["phi", "w"], both],
+        &[&q, &q_dot, &["c", "b"]],
     );
 }
 

@@ -5,7 +5,7 @@ use super::coefficients::{Coefficients, Values};
 use super::crank::SecondCrank;
 use super::equation::Flow;
 use super::law::{Coordinate, CrankLaw, Law, SeriesLaw};
-use crate::drives::cam_drive::HasCamDrive;
+use crate::drives::cam_drive::{HasCamDrive, PHI, W};
 use crate::drives::energy;
 use crate::drives::solver::HasSolver;
 use crate::drives::unit::{self, Quantity};
@@ -60,7 +60,13 @@ pub(super) fn list(drive: &ParametricDrive) -> List<ParametricDrive> {
     if !drive.cam.is_input() {
         let text = "Logarithmic growth of free vibrations per turn, ln of the largest modulus of the Floquet multipliers; \
                     positive where the drive is parametrically unstable";
-        list.discrete_output("growth", text, real(&unit::NUMBER), |d, _| d.growth);
+        let [m, b, c, _] = names(law);
+        list.discrete_output("growth", text, real(&unit::NUMBER), |d, _| d.growth).depends_initially(&[
+            &["drive.w", "solver.tolerance"],
+            m,
+            b,
+            c,
+        ]);
     }
     declare_series(law, &mut list);
     if !drive.cam.is_input() {
@@ -176,6 +182,14 @@ fn series_of(law: &Law, which: usize) -> Option<&Fourier> {
     }
 }
 
+/// The first parts of the names of the parameters that make m, b, c and f.
+fn names(law: &Law) -> [&'static [&'static str]; 4] {
+    match law {
+        Law::Series(_) => [&["m"], &["b"], &["c"], &["f"]],
+        Law::Crank(_) => [&["J"], &["b_T"], &["c_T1", "c_T2", "c_AB", "R", "second"], &["f"]],
+    }
+}
+
 /// Declares the coefficients of the series; last in the list, since their number depends on the scene.
 fn declare_series(law: &Law, list: &mut List<ParametricDrive>) {
     for (letter, meaning, which) in series(law) {
@@ -211,9 +225,13 @@ fn declare_outputs(drive: &ParametricDrive, list: &mut List<ParametricDrive>) {
     let input = drive.cam.is_input();
     let relative = drive.cam.law.is_relative();
     let coordinate = drive.cam.law.coordinate();
-    let mut output = |which: Output, name: &str, text: &str, quantity: &'static Quantity, known: [&[&str]; 3]| {
-        let [inputs, states, initial] = known;
-        let (inputs, initial) = if input { (inputs, initial) } else { (&[][..], &[][..]) };
+    let mut output = |which: Output,
+                      name: &str,
+                      text: &str,
+                      quantity: &'static Quantity,
+                      [inputs, states]: [&[&str]; 2],
+                      initial: &[&[&str]]| {
+        let inputs = if input { inputs } else { &[] };
         let known: Vec<&str> = inputs.iter().chain(states).copied().collect();
         let v = list.output(name, text, real(quantity), access(which), series_along);
         v.at(which as usize).depends(&known).depends_initially(initial);
@@ -229,8 +247,8 @@ fn declare_outputs(drive: &ParametricDrive, list: &mut List<ParametricDrive>) {
         };
     };
     if !input {
-        output(Output::Phi, "phi", "Drive angle", &unit::ANGLE, [&[], &[], &[]]);
-        output(Output::W, "w", "Angular velocity of the drive", &unit::ANGULAR_VELOCITY, [&[], &[], &[]]);
+        output(Output::Phi, "phi", "Drive angle", &unit::ANGLE, [&[], &[]], &[PHI]);
+        output(Output::W, "w", "Angular velocity of the drive", &unit::ANGULAR_VELOCITY, [&[], &[]], &[W]);
     }
     let [q, q_dot, q_dot_dot] = quantities(coordinate);
     let force = of_coefficients(coordinate)[3];
@@ -239,44 +257,58 @@ fn declare_outputs(drive: &ParametricDrive, list: &mut List<ParametricDrive>) {
     let [m, b, f] = [m, b, f].map(|series| 0 < series.order());
     let c = c.varies();
     let where_it = |varies: bool| if varies { phi } else { &[] };
+    let starts = |varies: bool| if varies { PHI } else { &[] };
+    let [of_m, of_b, of_c, of_f] = names(&drive.cam.law);
+    let periodic = drive.periodic_start(&[of_m, of_b, of_c, of_f, &["solver.tolerance"]].concat());
+    let q_start = [&periodic[..], &["start.mode", "start.q"]].concat();
+    let v_start = [&periodic[..], &["start.mode", "start.q_dot"]].concat();
     if relative {
         let states: &[&str] = &["psi", "der(psi)"];
         let inputs: &[&str] = &["phi", "w"];
-        output(Output::Psi, "psi", "Angle of the driven side, phi + q", q, [&[], &["psi"], phi]);
-        output(Output::PsiDot, "der(psi)", "Angular velocity of the driven side", q_dot, [&[], &["der(psi)"], &["w"]]);
+        output(Output::Psi, "psi", "Angle of the driven side, phi + q", q, [&[], &["psi"]], &[PHI, &q_start]);
+        let text = "Angular velocity of the driven side";
+        output(Output::PsiDot, "der(psi)", text, q_dot, [&[], &["der(psi)"]], &[W, &v_start]);
         let text = "Angular acceleration of the driven side";
-        output(Output::PsiDotDot, "der(psi,2)", text, q_dot_dot, [inputs, states, phi]);
-        output(Output::Q, "q", "Twist between both sides, psi - phi", q, [phi, &["psi"], &[]]);
-        output(Output::QDot, "der(q)", "Rate of the twist", q_dot, [&["w"], &["der(psi)"], &[]]);
+        let all: &[&[&str]] = &[PHI, &q_start, &v_start, of_m, of_b, of_c, of_f];
+        output(Output::PsiDotDot, "der(psi,2)", text, q_dot_dot, [inputs, states], all);
+        output(Output::Q, "q", "Twist between both sides, psi - phi", q, [phi, &["psi"]], &[&q_start]);
+        output(Output::QDot, "der(q)", "Rate of the twist", q_dot, [&["w"], &["der(psi)"]], &[&v_start]);
         let text = "Torque from the drive into the driven side, -(c_T q + b_T der(q)); a positive tau loads the drive";
-        output(Output::Transmitted, "tau", text, force, [inputs, states, phi]);
+        let spring: &[&[&str]] = &[PHI, &q_start, &v_start, of_b, of_c];
+        output(Output::Transmitted, "tau", text, force, [inputs, states], spring);
         let text = "Torque of second order by which the drive feeds the vibration, c_T'(phi) q^2/2; tau + tau_parametric \
                     times w is the power from the drive";
         let psi: &[&str] = if c { &["psi"] } else { &[] };
-        output(Output::ParametricTorque, "tau_parametric", text, &unit::TORQUE, [where_it(c), psi, where_it(c)]);
+        let varying: &[&[&str]] = if c { &[PHI, &q_start, of_c] } else { &[] };
+        output(Output::ParametricTorque, "tau_parametric", text, &unit::TORQUE, [where_it(c), psi], varying);
     } else {
         let states: &[&str] = &["q", "der(q)"];
-        output(Output::Q, "q", "Coordinate of the vibration", q, [&[], &["q"], &[]]);
-        output(Output::QDot, "der(q)", "Rate of q", q_dot, [&[], &["der(q)"], &[]]);
-        let any = where_it(m || b || c || f);
-        output(Output::QDotDot, "der(q,2)", "Second derivative of q", q_dot_dot, [any, states, any]);
+        output(Output::Q, "q", "Coordinate of the vibration", q, [&[], &["q"]], &[&q_start]);
+        output(Output::QDot, "der(q)", "Rate of q", q_dot, [&[], &["der(q)"]], &[&v_start]);
+        let any = m || b || c || f;
+        let all: &[&[&str]] = &[starts(any), &q_start, &v_start, of_m, of_b, of_c, of_f];
+        output(Output::QDotDot, "der(q,2)", "Second derivative of q", q_dot_dot, [where_it(any), states], all);
+        let spring: &[&[&str]] = &[starts(b || c), &q_start, &v_start, of_b, of_c];
         let (name, text) = match coordinate {
             Coordinate::Rotation => ("tau", "Torque of spring and damper on the mass, -(c q + b der(q))"),
             Coordinate::Translation => ("force", "Force of spring and damper on the mass, -(c q + b der(q))"),
         };
-        output(Output::Transmitted, name, text, force, [where_it(b || c), states, where_it(b || c)]);
+        output(Output::Transmitted, name, text, force, [where_it(b || c), states], spring);
         let text =
             "Torque by which the drive feeds the vibration where m and c vary, (m'(phi) der(q)^2 + c'(phi) q^2)/2";
         let of_states: Vec<&str> = [(c, "q"), (m, "der(q)")].into_iter().filter(|s| s.0).map(|s| s.1).collect();
         let any = where_it(m || c);
-        output(Output::ParametricTorque, "tau_parametric", text, &unit::TORQUE, [any, &of_states, any]);
+        let of_start = [(c, &q_start[..]), (c, of_c), (m, &v_start), (m, of_m), (m || c, PHI)];
+        let of_start: Vec<&[&str]> = of_start.into_iter().filter(|s| s.0).map(|s| s.1).collect();
+        output(Output::ParametricTorque, "tau_parametric", text, &unit::TORQUE, [any, &of_states], &of_start);
     }
     output(
         Output::Stiffness,
         "stiffness",
         "Momentary stiffness c(phi)",
         of_coefficients(coordinate)[2],
-        [where_it(c), &[], where_it(c)],
+        [where_it(c), &[]],
+        &[starts(c), of_c],
     );
 }
 

@@ -257,15 +257,19 @@ impl RigidMachine {
         if varies || (motor && !lag) {
             enters_a.push("w");
         }
-        let initially = |own: &[&'static str]| -> Vec<&'static str> {
-            // The periodic start depends on the load.
-            let mut names = own.to_vec();
-            if motor && !names.contains(&"tau") {
-                names.push("tau");
-            }
-            names
+        // What the start values depend on; only a motor allows the periodic start.
+        let turning: &[&str] = if varies { &["phi_start"] } else { &[] };
+        let inertia: &[&[&str]] = &[turning, &["J0", "inertia", "follower"]];
+        let of_motor: &[&str] = &["motor.M_k", "motor.s_k", "motor.w_s"];
+        let periodic: &[&[&str]] = &[&["start.mode", "tau", "motor.T_el"], of_motor, &inertia.concat()];
+        let periodic = if motor { periodic.concat() } else { Vec::new() };
+        let w_start = [&periodic[..], &["w_start"]].concat();
+        let torque_start = match (motor, lag) {
+            (false, _) => vec!["M_an"],
+            (true, false) => [&w_start[..], of_motor].concat(),
+            (true, true) => [&periodic[..], &["motor.M_start"]].concat(),
         };
-        let torques: &[&str] = if self.motor == Motor::Input { &["tau", "M_an"] } else { &["tau"] };
+        let a_start = [&inertia.concat()[..], &w_start, &torque_start, &["tau"]].concat();
         let with_phi = |names: &[&'static str]| -> Vec<&'static str> {
             let mut all = names.to_vec();
             if varies {
@@ -274,38 +278,43 @@ impl RigidMachine {
             all
         };
 
-        list.output("phi", "Angle of the shaft", real(&unit::ANGLE), value, series).at(PHI).state().depends(&["phi"]);
+        list.output("phi", "Angle of the shaft", real(&unit::ANGLE), value, series)
+            .at(PHI)
+            .state()
+            .depends(&["phi"])
+            .depends_initially(&[&["phi_start"]]);
         list.output("w", "Angular velocity of the shaft, der(phi)", real(&unit::ANGULAR_VELOCITY), value, series)
             .at(W)
             .state()
             .derivative_of("phi")
             .depends(&["w"])
-            .depends_initially(&initially(&[]));
+            .depends_initially(&[&w_start]);
         list.output("a", "Angular acceleration of the shaft, der(w)", real(&unit::ANGULAR_ACCELERATION), value, series)
             .at(A)
             .derivative_of("w")
             .depends(&enters_a)
-            .depends_initially(torques);
+            .depends_initially(&[&a_start]);
         if motor {
             let text = "Torque of the motor on the shaft; positive accelerates";
             let torque = list.output("M_an", text, real(&unit::TORQUE), value, series).at(TORQUE);
-            torque.depends(if lag { &["M_an"] } else { &["w"] }).depends_initially(&initially(&[]));
+            torque.depends(if lag { &["M_an"] } else { &["w"] }).depends_initially(&[&torque_start]);
             if lag {
                 torque.state();
                 list.output("der(M_an)", "Rate of the motor's torque", real(&TORQUE_RATE_QUANTITY), value, series)
                     .at(TORQUE_RATE)
                     .derivative_of("M_an")
                     .depends(&["w", "M_an"])
-                    .depends_initially(&["tau"]);
+                    .depends_initially(&[&w_start, &torque_start, of_motor, &["motor.T_el"]]);
             }
         }
         list.output("J", "Reduced moment of inertia at phi", real(&unit::INERTIA), value, series)
             .at(INERTIA)
-            .depends(&with_phi(&[]));
+            .depends(&with_phi(&[]))
+            .depends_initially(inertia);
         list.output("E", "Kinetic energy J w^2 / 2", real(&unit::ENERGY), value, series)
             .at(ENERGY)
             .depends(&with_phi(&["w"]))
-            .depends_initially(&initially(&[]));
+            .depends_initially(&[&inertia.concat(), &w_start]);
         let mut enters = enters_a.clone();
         enters.retain(|name| *name != "phi" && *name != "w");
         enters.extend(["phi", "w"]);
@@ -317,25 +326,23 @@ impl RigidMachine {
                     continue;
                 }
                 let n = j + 1;
-                let (name, text) =
-                    if is_lever { (format!("lever[{n}]"), "the lever of ") } else { (format!("U[{n}]"), "") };
-                let [position, velocity, acceleration] = if is_lever || follower.turns {
+                let (name, of) = if is_lever { ("lever", "the lever of ") } else { ("U", "") };
+                let quantities = if is_lever || follower.turns {
                     [&unit::ANGLE, &unit::ANGULAR_VELOCITY, &unit::ANGULAR_ACCELERATION]
                 } else {
                     [&unit::LENGTH, &unit::VELOCITY, &unit::ACCELERATION]
                 };
-                let mut declare = |name: &str, what: &str, quantity, known: &[&str], initially: &[&str]| {
-                    let text = format!("{what} of {text}follower {n}");
-                    list.output(name, &text, real(quantity), value, series)
-                        .at(FOLLOWER + 6 * j + i)
-                        .depends(known)
-                        .depends_initially(initially);
+                let (name, what, known, moved): (_, _, &[&str], &[&str]) = match order {
+                    0 => (format!("{name}[{n}]"), "Position", &["phi"], &[]),
+                    1 => (format!("der({name}[{n}])"), "Velocity", &["phi", "w"], &w_start),
+                    _ => (format!("der({name}[{n}],2)"), "Acceleration", &enters, &a_start),
                 };
-                match order {
-                    0 => declare(&name, "Position", position, &["phi"], &[]),
-                    1 => declare(&format!("der({name})"), "Velocity", velocity, &["phi", "w"], &initially(&[])),
-                    _ => declare(&format!("der({name},2)"), "Acceleration", acceleration, &enters, torques),
-                }
+                let (cam, linkage) = (format!("follower[{n}].cam"), format!("follower[{n}].linkage"));
+                let placed: &[&str] = if is_lever { &["phi_start", &cam] } else { &["phi_start", &cam, &linkage] };
+                list.output(&name, &format!("{what} of {of}follower {n}"), real(quantities[order]), value, series)
+                    .at(FOLLOWER + 6 * j + i)
+                    .depends(known)
+                    .depends_initially(&[placed, moved]);
             }
         }
     }

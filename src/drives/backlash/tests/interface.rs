@@ -306,7 +306,7 @@ fn every_state_has_its_derivative_and_every_dependency_exists() {
                     d.name
                 );
             }
-            for name in d.dependencies.iter().chain(&d.initial_dependencies) {
+            for name in &d.dependencies {
                 assert!(names.contains(&name.as_str()), "{name}");
             }
             assert!(d.causality != Causality::Output || d.name.len() <= 40);
