@@ -7,15 +7,18 @@
 //!
 //! Source: L. N. Trefethen, *Approximation Theory and Approximation Practice*, SIAM 2013, chapters 3, 4, 8.
 
-use super::interpolant::{neglected, power_sum};
+use super::interpolant::power_sum;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
 /// The number of points and of coefficients.
-pub const POINTS: usize = 16;
+const POINTS: usize = 16;
 
 /// Half of them: those of even powers and those of odd ones.
 const HALF: usize = POINTS / 2;
+
+/// What the rounding of an angle within the turn may come to [rad], at the points and where the function is compared.
+const ROUNDING_OF_ANGLE: f64 = 1e-15;
 
 /// The coefficients of xʲ in T₀ … T₁₅.
 static CHEBYSHEV: [[f64; POINTS]; POINTS] = chebyshev_coefficients();
@@ -39,7 +42,10 @@ const fn chebyshev_coefficients() -> [[f64; POINTS]; POINTS] {
 /// Tₖ(xᵢ): what all fits have in common.
 pub struct Fitting {
     /// xᵢ ∈ (−1, 1), descending.
-    pub points: [f64; POINTS],
+    points: [f64; POINTS],
+    /// cos(i π/16) between them and at the ends, where T₁₆ is ±1 and the polynomial misses the function most. What it misses
+    /// there is seen; coefficients do not tell it where a wave is small beside a polynomial that they hold completely.
+    checks: [f64; POINTS + 1],
     /// (2 − δₖ₀)/16 Tₖ(xᵢ), row by row.
     matrix: [[f64; POINTS]; POINTS],
 }
@@ -51,12 +57,25 @@ impl Fitting {
         let weight = |k: usize| if k == 0 { 1.0 } else { 2.0 } / POINTS as f64;
         Fitting {
             points: std::array::from_fn(|i| angle(1, i).cos()),
+            checks: std::array::from_fn(|i| (i as f64 * PI / POINTS as f64).cos()),
             matrix: std::array::from_fn(|k| std::array::from_fn(|i| weight(k) * angle(k, i).cos())),
         }
     }
 
-    /// The polynomial through the values at the points, and what the first neglected coefficient is about.
-    pub fn fit(&self, values: &[f64; POINTS]) -> (Powers, f64) {
+    /// The polynomial for `f` over the angles from `low` on, `width` wide [rad]; and at each check f and what the polynomial
+    /// misses there beyond the rounding of the angles.
+    pub fn over(&self, low: f64, width: f64, f: impl Fn(f64) -> f64) -> (Powers, impl Iterator<Item = [f64; 2]>) {
+        let at = move |x: f64| f(low + 0.5 * (1.0 + x) * width);
+        let powers = self.fit(&self.points.map(&at));
+        let misses = self.checks.iter().map(move |x| {
+            let ([value, slope], exact) = (powers.with_slope(*x), at(*x));
+            [exact, (value - exact).abs() - ROUNDING_OF_ANGLE * (2.0 * slope / width).abs()]
+        });
+        (powers, misses)
+    }
+
+    /// The polynomial through the values at the points.
+    fn fit(&self, values: &[f64; POINTS]) -> Powers {
         // Only the variation is fitted, so that a constant stays exact.
         let base = values[0];
         let c: [f64; POINTS] =
@@ -69,7 +88,7 @@ impl Fitting {
             }
         }
         p.even[0] += base;
-        (p, neglected(&c))
+        p
     }
 }
 
@@ -110,7 +129,7 @@ mod tests {
     fn polynomials_are_met_to_degree_15() {
         let fitting = Fitting::new();
         for n in 0..POINTS as i32 {
-            let (p, _) = fitting.fit(&fitting.points.map(|x| x.powi(n)));
+            let p = fitting.fit(&fitting.points.map(|x| x.powi(n)));
             for x in [-1.0, -0.6, 0.0, 0.3, 1.0f64] {
                 let [value, slope] = p.with_slope(x);
                 let exact = if n == 0 { 0.0 } else { f64::from(n) * x.powi(n - 1) };
@@ -125,14 +144,27 @@ mod tests {
     fn a_wave_that_the_points_resolve_is_met_to_rounding() {
         // 1.3 rad of a wave on either side of the middle: its coefficients fall to 10⁻¹⁶.
         let fitting = Fitting::new();
-        let (p, told) = fitting.fit(&fitting.points.map(|x| 2.0 + (1.3 * x + 0.4).cos()));
-        assert!(told < 1e-15, "{told:e}");
+        let p = fitting.fit(&fitting.points.map(|x| 2.0 + (1.3 * x + 0.4).cos()));
         for i in 0..=40 {
             let x = f64::from(i) / 20.0 - 1.0;
             let [value, slope] = p.with_slope(x);
             assert!((value - 2.0 - (1.3 * x + 0.4).cos()).abs() < 5e-15, "{x}");
             // Rounding enters every coefficient, and Σ k² = 1240 the slope at the ends.
             assert!((slope + 1.3 * (1.3 * x + 0.4).sin()).abs() < 1e-12, "{x}");
+        }
+    }
+
+    #[test]
+    fn the_checks_see_what_the_polynomial_misses() {
+        // A polynomial of degree 12 is met, a wave of 10⁻⁹ that is too short for the points is not.
+        let fitting = Fitting::new();
+        for phase in [0.0, 0.7, 1.6] {
+            let f = |x: f64| x.powi(12) + 1e-9 * (14.0 * x + phase).cos();
+            let p = fitting.fit(&fitting.points.map(f));
+            let worst = |x: &[f64]| x.iter().map(|x| (p.value(*x) - f(*x)).abs()).fold(0.0, f64::max);
+            let everywhere: Vec<f64> = (0..=1000).map(|i| 0.002 * f64::from(i) - 1.0).collect();
+            let (seen, true_error) = (worst(&fitting.checks), worst(&everywhere));
+            assert!(true_error > 1e-10 && seen > 0.9 * true_error, "{seen:e} of {true_error:e}");
         }
     }
 }

@@ -4,7 +4,7 @@ use super::inertia::Place;
 use super::linkage::{Extreme, Linkage};
 use crate::motion::MotionLaw;
 use crate::numerics::jet::Jet;
-use crate::numerics::powers::{Fitting, POINTS};
+use crate::numerics::powers::Fitting;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
@@ -24,7 +24,7 @@ pub struct Follower {
 /// What a polynomial may miss of the inertia, as part of its largest value: some roundings of the mechanisms' formulas.
 const ROUNDING: f64 = 2e-14;
 
-/// The polynomial through [`POINTS`] points meets a wave of the order 1 to rounding over this width [rad].
+/// The polynomial of degree 15 meets a wave of the order 1 to rounding over this width [rad].
 const WAVE: f64 = 2.6;
 
 /// How many times finer than the law the inertia may be; a mechanism that comes nearer to a singular position is refused or
@@ -103,17 +103,17 @@ impl Follower {
             let count = ((high - low) * order / WAVE).ceil().max(1.0);
             let (width, place) = ((high - low) / count, Place::at(0.5 * (low + high)));
             for i in 0..count as usize {
-                let values: [f64; POINTS] = fitting.points.map(|x| {
-                    let [u, u1, ..] = place.evaluate(&self.cam, low + (i as f64 + 0.5 * (1.0 + x)) * width).0;
+                let (_, misses) = fitting.over(low + i as f64 * width, width, |phi| {
+                    let [u, u1, ..] = place.evaluate(&self.cam, phi).0;
                     self.inertia([u, u1])[0]
                 });
-                let (_, neglected) = fitting.fit(&values);
-                largest = values.iter().copied().fold(largest, f64::max);
-                // A maximum would drop what is no number.
-                if neglected.is_nan() {
-                    return false;
+                for [inertia, own] in misses {
+                    // A maximum would drop what is no number.
+                    if own.is_nan() {
+                        return false;
+                    }
+                    (missed, largest) = (missed.max(own), largest.max(inertia));
                 }
-                missed = missed.max(neglected);
             }
         }
         missed <= ROUNDING * largest

@@ -6,7 +6,7 @@
 //! because J falls to a small part of its size, it has no table: the laws themselves are evaluated there.
 
 use super::Inertia;
-use crate::numerics::powers::{Fitting, POINTS, Powers};
+use crate::numerics::powers::{Fitting, Powers};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
@@ -92,11 +92,10 @@ impl Profile {
     /// Adds the piece of this `width` from `low` on; whether it meets J.
     fn add(&mut self, inertia: &Inertia, fitting: &Fitting, interval: usize, low: f64, width: f64) -> bool {
         let place = inertia.place(interval);
-        let values: [f64; POINTS] = fitting.points.map(|x| inertia.value(place, low + 0.5 * (1.0 + x) * width));
-        let (powers, neglected) = fitting.fit(&values);
+        let (powers, mut misses) = fitting.over(low, width, |phi| inertia.value(place, phi));
         self.pieces.push(powers);
         // A comparison with NaN is false.
-        neglected <= ROUNDING * values.iter().copied().fold(f64::INFINITY, f64::min)
+        misses.all(|[j, missed]| missed <= ROUNDING * j)
     }
 
     /// The piece that holds `phi` and the place x therein.

@@ -13,6 +13,7 @@ use crate::numerics::double_double::two_product;
 mod energy;
 mod estimate;
 mod fixed_cost;
+mod inertia;
 mod orbits;
 mod periodic;
 #[cfg(feature = "cli")]
