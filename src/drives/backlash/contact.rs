@@ -74,24 +74,22 @@ pub struct State {
 /// Forces below this part of (m1 + m2) max|Ü| are rounding errors: the terms of F_K cancel near a release.
 const FORCE_RESOLUTION: f64 = 1e-12;
 
-/// The bounces of a mass pressed on a flank are summed when they would all be over within this part of the shortest
-/// time in which anything else changes. The pressing force is then constant to 1e-7, the velocity left is less
-/// than 1e-7 of what that force produces in such a time, and the error of the sums is the product of both.
+/// The bounces of a mass pressed on a flank are over after 1/(1 − e) times the next one. They are summed when that is
+/// within this part of the time in which the pressing force changes or the damper takes the velocity. The velocity left is
+/// then less than 1e-7 of what that force produces in such a time, and the error of the sums is the product of both.
 const CLOSURE: f64 = 1e-7;
 
 /// Bounces of a higher restitution are too many to follow them to where they can be summed, more than ten thousand.
 const LIVELY: f64 = 0.999;
 
-/// Such a bounce is contact when it is back within this part of the shortest time in which anything changes: the velocity
-/// left is 5e-7 of what the pressing force produces in such a time, the mean distance from the flank 1e-13 of the way.
+/// Such a bounce is contact when it is back within this part of the shortest time in which flank and spring change: the
+/// velocity left is 5e-7 of what the pressing force produces in such a time, the mean distance from the flank 1e-13 of the
+/// way …
 const BRIEF: f64 = 1e-6;
 
-/// A bounce is contact when it is back within this part of the time m1/b: the damper takes the velocity left within some
-/// thousand such bounces, over which the mean distance from the flank is 1e-7 of the way in that time …
+/// … and within this part of the time m1/b or that in which the force turns: the damper takes the velocity left within some
+/// thousand such bounces, over which the mean distance from the flank is 1e-7 of the way in that time.
 const DAMPED: f64 = 1e-3;
-
-/// … and within this part of the time in which anything else changes.
-const DAMPED_MEANWHILE: f64 = 1e-6;
 
 /// A velocity is none below this part of what the force resolution gives m1 in the shortest time in which anything changes:
 /// 1e-16 of the velocities of the flank.
@@ -108,10 +106,10 @@ pub struct Impact {
     pub after: Mode,
     /// The order of the zero with which the gap begins, if it does.
     pub zeros: usize,
-    /// The energy that the damper takes in the bounces summed [J].
+    /// The energy that the damper takes in bounces that count as contact [J].
     pub damped: f64,
-    /// F_K dt [N·s] that the closed sum of bounces has already counted as impulse.
-    pub counted_force: f64,
+    /// The part of `impulse` that is the closed sum of the bounces to come [N·s].
+    pub bounces: f64,
 }
 
 impl Bodies {
@@ -211,9 +209,9 @@ impl Bodies {
     ///
     /// ż⁺ = −e ż⁻, P = −m1 (1 + e) ż⁻, loss ½ m1 (1 − e²) ż⁻². Without a rebound F_K decides at once whether m1
     /// stays. A rebound against a pressing force F_K > 0 returns after 2ż⁺/α, α = F_K/m1; the bounces end after
-    /// 2ż⁺/(α (1 − e)) with the further impulse m1 ż⁺ (1 + e)/(1 − e) and the loss ½ m1 ż⁺². They are summed where
-    /// that time is short ([`CLOSURE`]). Where the next bounce is short enough ([`DAMPED`], [`BRIEF`]), m1 stays at once. A pulling
-    /// force never ends in sticking. `rate` is that of the flank [rad/s].
+    /// 2ż⁺/(α (1 − e)) with the further impulse m1 ż⁺ (1 + e)/(1 − e) and the loss ½ m1 ż⁺². Where that time is short
+    /// ([`CLOSURE`], [`BRIEF`]) m1 stays at once and the bounces are summed; those that the force or the damper ends sooner
+    /// are contact, with their impulse in F_K. A pulling force never ends in sticking. `rate` is that of the flank [rad/s].
     pub fn impact(&self, flank: Flank, state: &mut State, u: &Kinematics, rate: f64, resolution: f64) -> Impact {
         let sign = flank.sign();
         // Rounding may show a grazing mass as leaving.
@@ -231,7 +229,7 @@ impl Bodies {
             after: Mode::Free,
             zeros: 1,
             damped: 0.0,
-            counted_force: 0.0,
+            bounces: 0.0,
         };
         // The state as if m1 were stuck.
         let stuck = [state.q[0], state.q[1] + rebound];
@@ -241,30 +239,22 @@ impl Bodies {
             let [force, change, _] = self.force(stuck, u).map(|f| sign * f);
             let bounce = 2.0 * self.m1 * rebound.abs() / force;
             let turning = (change / force).abs();
-            let (relative, bound) = (self.relative.rates(), self.bound.rates());
-            let fastest = rate + relative.1.max(bound.1) + turning;
-            let rest = 0.5 * self.m1 * rebound * rebound;
-            let pressed = force > resolution;
-            let summed = pressed && bounce * fastest <= CLOSURE * (1.0 - self.e);
-            let damped = pressed
-                && bounce * self.b <= DAMPED * self.m1
-                && bounce * (rate + relative.0.max(bound.0)) <= DAMPED_MEANWHILE
-                && self.b > 0.0;
-            let brief = pressed && self.e > LIVELY && bounce * fastest <= BRIEF;
-            if summed {
-                impact.impulse += self.m1 * rebound * (1.0 + self.e) / (1.0 - self.e);
-                impact.counted_force = 2.0 * self.m1 * rebound / (1.0 - self.e);
-                impact.loss += rest;
-            } else if damped {
-                impact.impulse -= self.m1 * rebound;
-                impact.damped = rest;
-            } else if brief {
-                impact.impulse -= self.m1 * rebound;
-                impact.loss += rest;
-            }
-            if summed || damped || brief {
+            let steady = bounce * (rate + self.relative.rates().0.max(self.bound.rates().0));
+            let fading = bounce * (turning + self.b / self.m1);
+            let last = 1.0 - self.e;
+            let lively = self.e > LIVELY && steady <= BRIEF && fading <= DAMPED;
+            if force > resolution && (lively || steady + fading <= CLOSURE * last) {
                 (impact.after, impact.zeros) = (Mode::Contact(flank), 0);
                 state.q = stuck;
+                let rest = 0.5 * self.m1 * rebound * rebound;
+                if steady + fading < last {
+                    impact.bounces = self.m1 * rebound * (1.0 + self.e) / last;
+                    impact.impulse += impact.bounces;
+                    impact.loss += rest;
+                } else {
+                    impact.impulse -= self.m1 * rebound;
+                    *if self.b > 0.0 { &mut impact.damped } else { &mut impact.loss } += rest;
+                }
             }
         }
         if let Mode::Contact(_) = impact.after {

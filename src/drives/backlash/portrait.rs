@@ -18,8 +18,10 @@ pub(super) fn of(drive: &BacklashDrive) -> Portrait {
         limits: [
             "The drive keeps its motion during an impact: its inertia must be large against m1 U′².",
             "The flanks are rigid and an impact has no duration; forces within an impact are not modelled.",
-            "With e > 0 the bounces of a pressed mass are summed in closed form at the end: the count of impacts then \
-             leaves out infinitely many vanishing ones, the impulse and the energy loss include them.",
+            "With e > 0 the bounces of a pressed mass are summed in closed form at the end: the last impact that is listed \
+             brings their impulse and energy loss, the count of impacts leaves out infinitely many vanishing ones. With \
+             e > 0.999 the contact force or the damper may end them sooner, with e = 1 nothing else does: bounces that have \
+             become too short to follow are then contact, and add to force, not to impulse.",
             "There is no method of fixed cost: how many switching instants a communication step holds, up to infinitely many \
              bounces, follows from the motion, and none can be put off without changing it.",
             "The work of a communication step is bounded: it may take a million internal steps, some seconds of computing; one that needs more (a \

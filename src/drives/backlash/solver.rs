@@ -404,12 +404,12 @@ impl Run {
             Flank::B => "impact on flank B",
         };
         log.push(Event { time: time.hi, kind, quantity: "impulse", value: impact.impulse, unit: "N.s", solver: false });
-        if impact.counted_force != 0.0 {
+        if impact.bounces != 0.0 {
             log.push(Event {
                 time: time.hi,
                 kind: "bounces summed",
                 quantity: "impulse",
-                value: impact.counted_force,
+                value: impact.bounces,
                 unit: "N.s",
                 solver: true,
             });
@@ -418,7 +418,8 @@ impl Run {
             // Without a rebound m1 rests on the flank for no time at all: the force there would pull.
             log.push(release(hit, time, ("force", bodies.force(state.q, u)[0], "N")));
         }
-        let impulse = impact.impulse - impact.counted_force;
+        // Bounces summed are still to come: what they add on the way is the integral of F_K.
+        let impulse = bodies.m1 * (state.zeta[1] - before.speed);
         let slope = if flank.is_uniform() && flank.speed() != 0.0 {
             u.0[1] / flank.speed()
         } else {

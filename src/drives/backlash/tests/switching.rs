@@ -3,9 +3,9 @@
 use super::*;
 use crate::motion::{Cycle, CyclePlan, StandardLaw};
 
-/// m1, thrown off a flank with the acceleration 100 m/s² and the jerk j; m2 is all but free.
-fn thrown(e: f64, v0: f64, jerk: f64, end: f64) -> (Run, Vec<Event>) {
-    let bodies = Bodies::new(2.0, 1.0, 1e-6, 0.0, 1.0, e);
+/// m1, thrown off a flank with the acceleration 100 m/s² and the jerk j; m2 is all but free, held by b [N·s/m].
+fn thrown([e, b]: [f64; 2], v0: f64, jerk: f64, end: f64) -> (Run, Vec<Event>) {
+    let bodies = Bodies::new(2.0, 1.0, 1e-6, b, 1.0, e);
     let motion = CubicFlank { speed: 0.0, start: 100.0, jerk };
     let state = State { q: [0.0; 2], home: 0.0, zeta: [0.0, v0] };
     let mut run = Run::new(&bodies, &motion, Double::from(0.0), (Mode::Free, state, 1), (f64::INFINITY, MOST_TERMS));
@@ -18,7 +18,7 @@ fn thrown(e: f64, v0: f64, jerk: f64, end: f64) -> (Run, Vec<Event>) {
 fn bounces_on_a_pressed_flank_add_up() {
     let (m1, v0, alpha) = (2.0, 0.1, 100.0);
     for e in [0.1, 0.5, 0.8] {
-        let (run, events) = thrown(e, v0, 0.0, 0.1);
+        let (run, events) = thrown([e, 0.0], v0, 0.0, 0.1);
         let total = m1 * v0 * (1.0 + e) / (1.0 - e);
         let until = 2.0 * v0 / (alpha * (1.0 - e));
         assert_eq!(run.panel.mode, Mode::Contact(Flank::A));
@@ -34,9 +34,86 @@ fn bounces_on_a_pressed_flank_add_up() {
 }
 
 #[test]
+fn bounces_on_a_pressed_flank_add_up_beside_a_weak_damper() {
+    // Its force is 1e-11 of what presses; 2 v₀/(α (1 − e)) = 2 ms.
+    for e in [0.1, 0.6, 0.99, 0.9995] {
+        let (m1, v0) = (2.0, 0.1 * (1.0 - e));
+        let (run, _) = thrown([e, 1e-9], v0, 0.0, 0.01);
+        let total = 0.1 * m1 * (1.0 + e);
+        assert!((run.tally.impulse / total - 1.0).abs() < 1e-9, "e = {e}: {} of {total}", run.tally.impulse);
+        assert!((run.tally.energy_loss / (0.5 * m1 * v0 * v0) - 1.0).abs() < 1e-9);
+        assert_eq!(run.panel.mode, Mode::Contact(Flank::A));
+    }
+}
+
+/// Every event up to `to`, in steps short enough for the log, and the sum of force_mean h.
+fn observe(drive: &mut BacklashDrive, from: f64, to: f64, events: &mut Vec<Event>) -> f64 {
+    let before = drive.clone();
+    drive.advance(from, to - from).unwrap();
+    if drive.log.dropped() == 0 {
+        events.extend(drive.log.iter().copied());
+        drive.log.clear();
+        return drive.mean()[0] * (to - from);
+    }
+    *drive = before;
+    let middle = 0.5 * (from + to);
+    observe(drive, from, middle, events) + observe(drive, middle, to, events)
+}
+
+#[test]
+fn impulses_are_what_the_contact_force_leaves_of_the_momentum() {
+    // Each bounce lasts e times the one before it; from the last one on F_K acts alone, and force_mean is its mean.
+    let slow = |e: f64, b: f64| scene(5.0, 1e-9, b, e);
+    let fast = |e: f64, b: f64| scene(50.0, 3e-4, b, e);
+    for (scene, end) in [
+        (fast(0.3, 0.0), 0.25),
+        (fast(0.3, 60.0), 0.25),
+        (fast(0.3, 1e6), 0.25),
+        (fast(0.6, 60.0), 0.25),
+        (fast(0.9, 2e3), 0.25),
+        (slow(0.9, 60.0), 2.5),
+        (slow(0.99, 0.0), 2.5),
+        (slow(0.99, 60.0), 2.5),
+    ] {
+        let case = (scene.e, scene.b);
+        let mut drive = started(scene.clone());
+        let mut events = Vec::new();
+        let received = observe(&mut drive, 0.0, end, &mut events);
+        let switching: Vec<&Event> = events.iter().filter(|event| !event.solver).collect();
+        let (mut contacts, mut accumulated) = (vec![[0.0, switching[0].time]], 0);
+        for (n, impact) in switching.iter().enumerate().filter(|(_, event)| event.kind.starts_with("impact")) {
+            let next = switching.get(n + 1);
+            let left = next.map_or(end, |next| next.time);
+            if next.map_or(drive.now.mode != Mode::Free, |next| next.kind.starts_with("release") && left > impact.time)
+            {
+                let before = switching[n - 1];
+                assert_eq!(before.kind, impact.kind, "{case:?}");
+                contacts.push([impact.time + (impact.time - before.time) * case.0 / (1.0 - case.0), left]);
+                accumulated += 1;
+            }
+        }
+        let mut again = started(scene);
+        let (mut time, mut pressed) = (0.0, 0.0);
+        for [from, to] in contacts {
+            if from > time {
+                again.advance(time, from - time).unwrap();
+            }
+            again.advance(from, to - from).unwrap();
+            (time, pressed) = (to, pressed + again.mean()[0] * (to - from));
+        }
+        let listed: Vec<f64> = switching.iter().filter(|event| event.unit == "N.s").map(|event| event.value).collect();
+        let size: f64 = listed.iter().map(|impulse| impulse.abs()).sum();
+        for impulse in [drive.now.tally.impulse, listed.iter().sum()] {
+            let error = (impulse - (received - pressed)).abs() / size;
+            assert!(accumulated > 1 && error < 1e-11, "{case:?}: {accumulated} accumulations, {error:e}");
+        }
+    }
+}
+
+#[test]
 fn bounces_that_the_flank_cuts_short_do_not_end_in_sticking() {
     // The acceleration of the flank falls from 100 m/s² to zero within 1 ms; the bounces would last 40 ms.
-    let (run, events) = thrown(0.9, 0.2, -1e5, 0.003);
+    let (run, events) = thrown([0.9, 0.0], 0.2, -1e5, 0.003);
     assert_eq!(run.panel.mode, Mode::Free);
     assert!(events.iter().all(|e| e.kind != "bounces summed"));
 }
@@ -78,7 +155,7 @@ fn a_mass_that_rests_for_no_time_is_released() {
 
 #[test]
 fn elastic_bounces_never_stick() {
-    let (run, _) = thrown(1.0, 0.1, 0.0, 0.1);
+    let (run, _) = thrown([1.0, 0.0], 0.1, 0.0, 0.1);
     assert_eq!(run.panel.mode, Mode::Free);
     assert_eq!(run.tally.energy_loss, 0.0);
     // 2 v₀/α = 2 ms each.
