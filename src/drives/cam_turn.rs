@@ -8,7 +8,15 @@ use std::f64::consts::TAU;
 /// A breakpoint this near the start of the turn counts as lying there [rad]: more than the rounding of an angle.
 const SLACK: f64 = 1e-12;
 
-/// A turn of the cam from `phi_start` [rad] at the constant speed `w` ≠ 0 [rad/s].
+/// Slower than this is no motion [rad/s]: its square and that of the time of a turn are numbers, whatever masses they meet.
+pub const SLOWEST: f64 = 1e-100;
+
+/// Whether a cam at the constant speed `w` [rad/s] turns; else it is at rest within any time that can be simulated.
+pub fn turns(w: f64) -> bool {
+    w.abs() >= SLOWEST
+}
+
+/// A turn of the cam from `phi_start` [rad] at the constant speed `w` [rad/s], at which it turns.
 pub struct CamTurn<'a> {
     law: &'a MotionLaw,
     w: f64,
@@ -22,7 +30,7 @@ impl<'a> CamTurn<'a> {
     pub fn new(law: &'a MotionLaw, w: f64, phi_start: f64) -> Option<Self> {
         let start = angle::reduce(Double::from(phi_start));
         let segment = law.segment(start + SLACK * w.signum(), 0.0 < w);
-        (w != 0.0).then_some(CamTurn { law, w, phi_start, segment })
+        turns(w).then_some(CamTurn { law, w, phi_start, segment })
     }
 
     /// How long the turn takes [s].

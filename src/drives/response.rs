@@ -22,6 +22,7 @@ mod table;
 
 use super::Fault;
 use super::cam_drive::AngleMotion;
+use super::cam_turn::turns;
 use crate::motion::{Fourier, MotionLaw};
 use crate::numerics::bernstein;
 use crate::numerics::chebyshev;
@@ -164,7 +165,7 @@ impl Response {
         let (oscillator, tolerance) = (self.oscillator, self.tolerance);
         self.table = known.filter(|table| table.is_for(&oscillator, law, w, phi_start, tolerance)).or_else(|| {
             // The closed form needs none.
-            let wanted = law.series().is_none() && w != 0.0;
+            let wanted = law.series().is_none() && turns(w);
             wanted.then(|| Arc::new(Table::new(oscillator, law.clone(), w, phi_start, tolerance)))
         });
     }
@@ -210,7 +211,7 @@ impl Response {
         (self.motion, self.until) = (*motion, until);
         self.bound.end(self.steps);
         let w = motion.coefficients[1];
-        if motion.is_uniform() && (law.series().is_some() || w == 0.0) {
+        if motion.is_uniform() && (law.series().is_some() || !turns(w)) {
             self.course = Course::Closed(self.closed_form.restart(&self.oscillator, motion, time, state));
             (self.steps, self.evaluations) = (self.steps + 1.0, self.evaluations + 1);
             self.bound.add_closed_form(law.series().map_or(0.0, |series| series.order() as f64));
@@ -319,7 +320,7 @@ impl Response {
     /// q, q̇ at `time` [s] of the motion that repeats itself every turn at constant speed.
     pub fn periodic(&mut self, law: &MotionLaw, motion: &AngleMotion, time: f64) -> Result<[f64; 2], Fault> {
         let w = motion.coefficients[1];
-        if w == 0.0 {
+        if !turns(w) {
             return Ok([0.0; 2]);
         }
         if self.oscillator.stiffness() == 0.0 {

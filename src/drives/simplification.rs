@@ -5,6 +5,7 @@
 //! be rigid nor cheap.
 
 use super::cam_drive::{DriveMode, StartMode};
+use super::cam_turn::turns;
 use crate::motion::{Fourier, MotionLaw};
 use crate::numerics::angle;
 use crate::numerics::double_double::Double;
@@ -113,7 +114,7 @@ pub fn of_cam_drive<S: Clone>(scene: &S, parts: fn(&mut S) -> CamDriveParts<'_>)
     if *damping > 0.0 {
         list.push(Simplification::scene("damping", "b = 0", with(&|p| *p.damping = 0.0)));
     }
-    if matches!(drive, DriveMode::Constant { w, .. } if *w != 0.0) && *start != StartMode::SteadyState {
+    if matches!(drive, DriveMode::Constant { w, .. } if turns(*w)) && *start != StartMode::SteadyState {
         let steady = with(&|p| *p.start = StartMode::SteadyState);
         list.push(Simplification::scene("the transient", "start on the periodic motion", steady));
     }

@@ -24,7 +24,7 @@ pub mod tuning;
 use crate::drives::backlash::{BacklashDrive, Scene};
 use crate::drives::cam_drive::DriveMode;
 use crate::drives::elastic_output::ElasticOutput;
-use crate::drives::{Drive, Fault, elastic_output, resource::Resource};
+use crate::drives::{Drive, Fault, Number, cam_turn::turns, elastic_output, resource::Resource};
 use crate::motion::MotionLaw;
 use borders::Sequel;
 use by_model::ByModel;
@@ -247,10 +247,10 @@ fn speed(scene: &Scene, options: &Options) -> Result<f64, Fault> {
             return Err(Fault::new("the inputs move the drive of this scene; give the speed of the study, --speed"));
         }
     };
-    if w != 0.0 && w.is_finite() {
+    if turns(w) && w.is_finite() {
         return Ok(w);
     }
-    Err(Fault(format!("the speed is {w} rad/s: a standing shaft passes no clearance; give --speed")))
+    Err(Fault(format!("the speed is {} rad/s: a standing shaft passes no clearance; give --speed", Number(w))))
 }
 
 /// The angle from `from` to `to` in the sense of the motion, in (0, 2π] [rad].

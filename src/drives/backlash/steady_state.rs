@@ -6,6 +6,7 @@ use super::panel::{Point, Rules};
 use super::solver::{MOST_WORK, Run, Stretch};
 use super::{BacklashDrive, CamFlank};
 use crate::drives::cam_drive::DriveMode;
+use crate::drives::cam_turn::turns;
 use crate::drives::{EventLog, Fault};
 use crate::motion::Fourier;
 use crate::numerics::double_double::{Double, two_product};
@@ -31,7 +32,7 @@ impl BacklashDrive {
                 "`start.mode` = steady_state needs a drive at constant speed; with inputs choose at_rest or given",
             ));
         };
-        if w == 0.0 {
+        if !turns(w) {
             self.begin(time, [0.0; 2]);
             return Ok(());
         }

@@ -17,6 +17,7 @@ use super::flank::FlankMotion;
 use super::panel::{Pair, Panel, Point, REACH, Reading, Rules};
 use super::search::Search;
 use super::slow::stiff_rate;
+use crate::drives::cam_turn::turns;
 use crate::drives::response::progression;
 use crate::motion::{Fourier, Kinematics};
 use crate::numerics::double_double::{Double, two_product};
@@ -95,7 +96,7 @@ impl Waves {
     /// at rest, with too many harmonics, where a mode does not oscillate, near a resonance.
     pub fn new(bodies: &Bodies, series: &Fourier, w: f64) -> Option<Self> {
         let (first, distance) = progression(series);
-        if w == 0.0 || first == 0 || bodies.bound.frequency().is_none() || bodies.relative.frequency().is_none() {
+        if !turns(w) || first == 0 || bodies.bound.frequency().is_none() || bodies.relative.frequency().is_none() {
             return None;
         }
         let orders = (first..=series.order()).step_by(distance);

@@ -2,6 +2,7 @@
 
 use super::ElasticOutput;
 use crate::drives::cam_drive::DriveMode;
+use crate::drives::cam_turn::turns;
 use crate::drives::{Equation, Experiment, Portrait};
 use std::f64::consts::TAU;
 
@@ -14,7 +15,7 @@ const TURNS: f64 = 5.0;
 /// Whole turns at constant speed; a second where the inputs or a drive at rest set no period.
 pub(super) fn experiment(drive: &ElasticOutput) -> Experiment {
     let span = match drive.cam.mode {
-        DriveMode::Constant { w, .. } if w != 0.0 => TURNS * TAU / w.abs(),
+        DriveMode::Constant { w, .. } if turns(w) => TURNS * TAU / w.abs(),
         _ => 1.0,
     };
     // Rounded up to whole nanoseconds, and the end with it: equal steps then meet the stop time.

@@ -1,8 +1,9 @@
 //! The periodic solution at constant speed and its stability.
 
 use super::solver::Twist;
-use crate::drives::Fault;
+use crate::drives::cam_turn::turns;
 use crate::drives::pace::Pace;
+use crate::drives::{Fault, Number};
 use crate::numerics::angle::WHOLE_TURN;
 use crate::numerics::collocation::Collocation;
 use crate::numerics::double_double::Double;
@@ -83,7 +84,7 @@ fn nonlinear_map(
 
 /// The periodic (q, q̇) at `start`; refused where it is not found or does not attract.
 pub fn periodic(twist: &mut Twist, start: f64, tolerance: f64, table: Option<&PeriodMap>) -> Result<[f64; 2], Fault> {
-    if twist.motion.coefficients[1] == 0.0 {
+    if !turns(twist.motion.coefficients[1]) {
         // A drive at rest: the spring is relaxed.
         return Ok([0.0, 0.0]);
     }
@@ -151,7 +152,7 @@ fn refuse_unstable(map: &TurnMap, twist: &Twist) -> Result<(), Fault> {
         "start.mode = steady_state is refused: the periodic solution at drive.w = {} rad/s is unstable, its largest \
          Floquet multiplier over a turn is {radius:.6} (it must be below 1); change drive.w, raise b, or set \
          start.mode = at_rest",
-        twist.motion.coefficients[1]
+        Number(twist.motion.coefficients[1])
     )))
 }
 
@@ -159,6 +160,6 @@ fn not_found(twist: &Twist) -> Fault {
     Fault(format!(
         "start.mode = steady_state: no periodic solution of the period of one turn was found at drive.w = {} rad/s; \
          change drive.w, or set start.mode = at_rest",
-        twist.motion.coefficients[1]
+        Number(twist.motion.coefficients[1])
     ))
 }

@@ -3,6 +3,7 @@
 use super::Scene;
 use super::law::Law;
 use crate::drives::cam_drive::{DriveMode, StartMode};
+use crate::drives::cam_turn::turns;
 use crate::drives::simplification::{Shaft, Simplification, fewer_harmonics};
 use crate::motion::{Fourier, MotionLaw};
 use crate::numerics::angle;
@@ -77,7 +78,7 @@ pub(super) fn of(scene: &Scene) -> Vec<Simplification<Scene>> {
             }
         }
     }
-    if matches!(scene.drive, DriveMode::Constant { w, .. } if w != 0.0) && scene.start.mode != StartMode::SteadyState {
+    if matches!(scene.drive, DriveMode::Constant { w, .. } if turns(w)) && scene.start.mode != StartMode::SteadyState {
         let steady = with(&|s| s.start.mode = StartMode::SteadyState);
         list.push(Simplification::scene("the transient", "start on the periodic motion", steady));
     }

@@ -5,6 +5,7 @@ use super::coefficients::Coefficients;
 use super::crank::SecondCrank;
 use super::law::{Coordinate, CrankLaw, Law};
 use crate::drives::cam_drive::DriveMode;
+use crate::drives::cam_turn::turns;
 use crate::drives::solver::HasSolver;
 use crate::drives::{Curve, Equation, Experiment, Portrait};
 use std::f64::consts::TAU;
@@ -18,7 +19,7 @@ const TURNS: f64 = 20.0;
 /// Whole turns at constant speed; a second where the inputs or a drive at rest set no period.
 pub(super) fn experiment(drive: &ParametricDrive) -> Experiment {
     let span = match drive.cam.mode {
-        DriveMode::Constant { w, .. } if w != 0.0 => TURNS * TAU / w.abs(),
+        DriveMode::Constant { w, .. } if turns(w) => TURNS * TAU / w.abs(),
         _ => 1.0,
     };
     // Rounded up to whole nanoseconds, and the end with it: equal steps then meet the stop time.

@@ -3,6 +3,7 @@
 use super::coefficients::{Coefficients, Values};
 use super::law::Law;
 use crate::drives::cam_drive::{CamDrive, DriveMode};
+use crate::drives::cam_turn::turns;
 use crate::drives::pace::RESERVE_OF_TABLE;
 use crate::drives::{Fault, Number};
 use crate::numerics::angle;
@@ -32,7 +33,7 @@ impl Table {
         let (law, mode) = (drive.law.clone(), drive.mode.clone());
         let mut table = Table { law, mode, tolerance, map: None, whole: None, growth: 0.0, growth_of_period: 0.0 };
         let DriveMode::Constant { w, phi_start } = table.mode else { return table };
-        if w == 0.0 {
+        if !turns(w) {
             return table;
         }
         let symmetry = coefficients.symmetry() as f64;
@@ -66,8 +67,8 @@ impl Table {
                  at_rest or given",
             ));
         };
-        if w == 0.0 {
-            return at_rest(&coefficients.at(angle::reduce(Double::from(phi_start))));
+        if !turns(w) {
+            return at_rest(w, &coefficients.at(angle::reduce(Double::from(phi_start))));
         }
         let unstable = |why: String| {
             Fault(format!(
@@ -91,13 +92,14 @@ impl Table {
 }
 
 /// The equilibrium q = f/c of a drive at rest.
-fn at_rest(&Values { b, c, f, .. }: &Values) -> Result<[f64; 2], Fault> {
+fn at_rest(w: f64, &Values { b, c, f, .. }: &Values) -> Result<[f64; 2], Fault> {
     if b[0] > 0.0 && c[0] > 0.0 {
         return Ok([f[0] / c[0], 0.0]);
     }
     Err(Fault(format!(
-        "start.mode = steady_state is refused at drive.w = 0 rad/s: with a stiffness of {} and a damping of {} at \
+        "start.mode = steady_state is refused at drive.w = {} rad/s: with a stiffness of {} and a damping of {} at \
          drive.phi_start no motion comes to rest; both must be above 0",
+        Number(w),
         Number(c[0]),
         Number(b[0])
     )))

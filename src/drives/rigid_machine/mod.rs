@@ -47,8 +47,9 @@ pub use follower::Follower;
 pub use inertia::{Inertia, InertiaFunction, Place};
 pub use motor::Motor;
 
+use super::cam_turn::{SLOWEST, turns};
 use super::energy::Balance;
-use super::number::all_finite;
+use super::number::{Number, all_finite};
 use super::solver::{HasSolver, Method, Settings, Solver};
 use super::{Board, Curve, Drive, EventLog, Experiment, Fault, List, Portrait};
 use crate::numerics::angle;
@@ -230,10 +231,12 @@ impl RigidMachine {
     /// Refuses parameters that describe no machine.
     fn check(&self) -> Result<(), Fault> {
         if let Motor::Kloss { breakdown_slip, synchronous_speed, dynamics, .. } = self.motor {
-            if synchronous_speed == 0.0 {
-                return Err(Fault::new(
-                    "`motor.w_s` = 0 rad/s: the slip is referred to the synchronous speed, which must not be zero; use a machine without motor for a motor that is switched off",
-                ));
+            if !turns(synchronous_speed) {
+                return Err(Fault(format!(
+                    "`motor.w_s` = {} rad/s: the slip is referred to the synchronous speed, whose size must be at least {} rad/s; use a machine without motor for a motor that is switched off",
+                    Number(synchronous_speed),
+                    Number(SLOWEST)
+                )));
             }
             if breakdown_slip <= 0.0 {
                 return Err(Fault(format!("`motor.s_k` = {breakdown_slip}: the breakdown slip must be positive")));
