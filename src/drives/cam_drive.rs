@@ -185,9 +185,13 @@ pub fn roundings([phi, w, a]: [f64; 3], time: f64) -> [f64; 2] {
 
 /// What the rounding of φ as an input makes of a state that it accelerates by `slope` · φ within a communication step: the
 /// angle is off by half a last place, and that for so long as the step is or the acceleration keeps its sign, `time` [s].
-pub fn push_of_rounding([phi, w, a]: [f64; 3], at: f64, slope: f64, time: f64) -> f64 {
-    let [of_phi, _] = roundings([phi, w, a], at);
-    0.125 * of_phi * slope.abs() * time
+pub fn push_of_rounding(inputs: [f64; 3], at: f64, slope: f64, time: f64) -> f64 {
+    half_a_place(inputs, at) * slope.abs() * time
+}
+
+/// Half a last place of φ as an input at `time` [s], in [rad].
+pub fn half_a_place(inputs: [f64; 3], time: f64) -> f64 {
+    0.125 * roundings(inputs, time)[0]
 }
 
 /// Law and motion of the cam of a cam drive.

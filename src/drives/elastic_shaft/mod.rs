@@ -30,7 +30,9 @@ pub(super) mod tests;
 mod turn;
 mod variables;
 
-use super::cam_drive::{AngleMotion, CamDrive, DriveMode, HasCamDrive, Start, StartMode, goes_on, push_of_rounding};
+use super::cam_drive::{
+    AngleMotion, CamDrive, DriveMode, HasCamDrive, Start, StartMode, goes_on, half_a_place, push_of_rounding,
+};
 use super::energy::Balance;
 use super::number::all_finite;
 use super::pace::Pace;
@@ -141,7 +143,9 @@ impl ElasticShaft {
         let equation = self.equation();
         let (law, motion, segment, curvatures, balance) =
             (&self.cam.law, &self.motion, self.segment, self.curvatures, self.balance);
-        let mut twist = Twist { equation, law, motion, segment, curvatures, forced: 1.0, balance };
+        let [phi, w, a, ..] = motion.coefficients;
+        let rounding = if self.cam.is_input() { half_a_place([phi, w, a], self.time) } else { 0.0 };
+        let mut twist = Twist { equation, law, motion, segment, curvatures, rounding, forced: 1.0, balance };
         let result = work(&mut twist, &mut self.integrator);
         (self.segment, self.balance) = (twist.segment, twist.balance);
         result

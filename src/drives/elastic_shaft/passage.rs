@@ -12,8 +12,8 @@ use crate::numerics::double_double::{Double, two_sum};
 use std::f64::consts::TAU;
 
 /// How far beyond a breakpoint the smooth continuation is followed [rad]: more than the rounding of an angle, so
-/// that the passage is certain, and too little to matter.
-const OVERRUN: f64 = 1e-12;
+/// that the passage is certain, and no more, since every passage is late by it.
+pub const OVERRUN: f64 = 1e-14;
 
 /// Where in its segment the cam was at the start of a step.
 pub struct Place {

@@ -1,7 +1,7 @@
 //! Integration of the twist: Gauss collocation, with steps that end where the cam passes a breakpoint of its law.
 
 use super::equation::{Cam, Equation, Flow};
-use super::passage::Place;
+use super::passage::{OVERRUN, Place};
 use crate::drives::cam_drive::AngleMotion;
 use crate::drives::energy::Balance;
 use crate::drives::pace::{FAR, Pace, Stop, Words};
@@ -46,6 +46,8 @@ pub struct Twist<'a> {
     pub segment: usize,
     /// Bounds of |U″| and |U‴| [m].
     pub curvatures: [f64; 2],
+    /// By how much φ is rounded [rad].
+    pub rounding: f64,
     /// 1, or 0 for the homogeneous linear equation.
     pub forced: f64,
     /// The balance of energy.
@@ -140,19 +142,28 @@ impl Twist<'_> {
             }
             exit.time = better;
         }
+        let f = self.flow(integrator.end(), &integrator.state());
+        let late = (OVERRUN + self.rounding) / f.turning(self.equation.linear).abs();
+        let passed = (integrator.end() - before.end()).hi;
+        integrator.disturb([0.0, self.jump(integrator, beyond) * late.min(passed)]);
         Ok(Some(beyond))
     }
 
-    /// Whether the speed errs by more than the last step itself where the cam enters the segment `beyond` late by
-    /// `delay`. Where U″ is continuous the accelerations on both sides differ by the delay, too, and it seldom does.
-    fn matters(&self, integrator: &Collocation<2>, beyond: usize, delay: f64) -> bool {
+    /// By how much q̈ differs in the segment `beyond` from that in the present one where the last step ended [rad/s²].
+    fn jump(&self, integrator: &Collocation<2>, beyond: usize) -> f64 {
         let f = self.flow(integrator.end(), &integrator.state());
         let acceleration = |segment| {
             let cam = Cam::at(self.law, segment, self.reduced_argument(&f));
             self.equation.acceleration(&cam, &f, self.forced)
         };
-        let error = (acceleration(beyond) - acceleration(self.segment)) * delay;
-        error.abs() > integrator.end_error()[1].max(f64::EPSILON * f.v.abs())
+        acceleration(beyond) - acceleration(self.segment)
+    }
+
+    /// Whether the speed errs by more than the last step itself where the cam enters the segment `beyond` late by
+    /// `delay`. Where U″ is continuous the accelerations on both sides differ by the delay, too, and it seldom does.
+    fn matters(&self, integrator: &Collocation<2>, beyond: usize, delay: f64) -> bool {
+        let error = self.jump(integrator, beyond) * delay;
+        error.abs() > integrator.end_error()[1].max(f64::EPSILON * integrator.state()[1].abs())
     }
 
     /// One step in which the cam stays in its segment, or on the continuation of it.
