@@ -293,6 +293,12 @@ impl<D> Variable<D> {
         self
     }
 
+    /// The partial derivatives of a discrete variable that jumps of the inputs move.
+    pub fn slopes(&mut self, series: fn(&D, Seed, usize) -> Series) -> &mut Self {
+        self.series = Some(series);
+        self
+    }
+
     /// The inputs and states that the variable depends on directly at communication points.
     pub fn depends(&mut self, names: &[&str]) -> &mut Self {
         self.description.dependencies = names.iter().map(|n| (*n).to_owned()).collect();

@@ -244,6 +244,23 @@ def test_initial_unknowns_depend_on_what_they_list_and_by_these_derivatives(fmu,
                 assert abs(slope - slopes[i]) <= 1e-5 * abs(slope) + 1e-5 * noise[i] / 1e-9 / size, pair
 
 
+def test_directional_derivatives_of_all_unknowns_come_in_one_call(fmu, name):
+    """In step mode the unknowns are the Real outputs, discrete ones too, and the derivatives of the states."""
+    package = fmu(name)
+    d = package.description
+    unknowns = [u.variable for u in d.outputs + d.derivatives if u.variable.type == "Real"]
+    states = {u.variable.derivative.name for u in d.derivatives}
+    knowns = [v for v in d.modelVariables if v.name in states or (v.causality == "input" and v.type == "Real")]
+    references = [[v.valueReference for v in variables] for variables in (unknowns, knowns)]
+    with started(package) as unit:
+        for steps in range(3):
+            run(unit, steps, step_size(package))
+            stimulate(unit, unit.time)
+            for direction in np.eye(len(knowns)):
+                values = unit.slave.getDirectionalDerivative(*references, list(direction))
+                assert len(values) == len(unknowns) and np.all(np.isfinite(values))
+
+
 @pytest.mark.parametrize("bad", [float("nan"), float("inf"), -float("inf")])
 def test_no_parameter_takes_a_value_that_is_no_number(fmu, name, bad):
     package = fmu(name)

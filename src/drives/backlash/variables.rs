@@ -184,6 +184,26 @@ impl BacklashDrive {
         )
     }
 
+    /// ΣP and the losses: they stand still between events, but a jump of the inputs strikes the masses.
+    fn struck_series(&self, seed: Seed) -> [Series; 2] {
+        let now = [self.now.tally.impulse, self.now.tally.energy_loss];
+        let (Seed::Known(known), Some(run)) = (seed, &self.run) else { return now.map(Series::from) };
+        let rate = self.partial_series(known, &self.flank_motion()).0[1].0[1];
+        let [impulse, loss] = [now[0] - run.tally.impulse, now[1] - run.tally.energy_loss];
+        let (mode, end) = &self.end;
+        let slopes = match mode {
+            // m1 Δu̇, with which m1 follows.
+            Mode::Contact(_) => [self.m1 * rate, 0.0],
+            // An impact: P ∝ ż⁻, the loss ∝ ż⁻².
+            Mode::Free if impulse != 0.0 => {
+                let approach = end.state.zeta[1] - (self.now.point.u[1] - end.u[1]);
+                [-rate * impulse / approach, -2.0 * rate * loss / approach]
+            }
+            Mode::Free => [0.0; 2],
+        };
+        [0, 1].map(|i| Series([now[i], slopes[i], 0.0]))
+    }
+
     /// 1 on flank A, 0 in flight, −1 on flank B; without clearance the flank that presses.
     fn contact_number(&self) -> f64 {
         match self.now.mode {
@@ -434,15 +454,18 @@ fn outputs(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
         real(&unit::TORQUE),
         |d, _| d.mean()[1],
     );
+    let struck = known(drive, &["x1", "der(x1)", "phi", "w", "a"]);
     list.discrete_output("impulse", "Sum of the impulses of the drive on m1", real(&unit::IMPULSE), |d, _| {
         d.now.tally.impulse
     })
-    .depends(&known(drive, &["x1", "der(x1)", "phi", "w", "a"]));
+    .slopes(|d, s, _| d.struck_series(s)[0])
+    .depends(&struck);
     let count = variable::Kind::Integer { min: 0, max: i32::MAX };
     // The count saturates at the largest Integer.
     list.discrete_output("impacts", "Number of impacts", count, |d, _| d.now.tally.impacts.min(f64::from(i32::MAX)))
-        .depends(&known(drive, &["x1", "der(x1)", "phi", "w", "a"]));
+        .depends(&struck);
     list.discrete_output("energy_loss", "Energy lost in impacts", real(&unit::ENERGY), |d, _| d.now.tally.energy_loss)
-        .depends(&known(drive, &["x1", "der(x1)", "phi", "w", "a"]));
+        .slopes(|d, s, _| d.struck_series(s)[1])
+        .depends(&struck);
     list.local("damping_loss", "Energy dissipated by the damper", real(&unit::ENERGY), |d, _| d.damping_loss());
 }

@@ -218,6 +218,36 @@ fn directional_derivatives_are_those_of_the_inputs() {
 }
 
 #[test]
+fn what_a_jump_of_the_inputs_strikes_has_its_derivatives() {
+    for e in [0.0, 0.5] {
+        let mut drive = with_inputs(e);
+        march(&mut drive, 0.04, 1e-3, ramp(0.0));
+        assert_eq!(drive.now.mode, Mode::Free);
+        // Flank B, 0.3 mm above flank A, jumps down past m1.
+        let phi = 2.0 - 1e-3 / drive.cam.law.at(2.0).0[1];
+        for (input, delta) in [1e-6, 1e-4, 1.0].into_iter().enumerate() {
+            let [minus, middle, plus] = [-delta, 0.0, delta].map(|change| {
+                let mut values = [phi, 50.0, 0.0];
+                values[input] += change;
+                let mut drive = drive.clone();
+                set(&mut drive, values[0], values[1], values[2]);
+                drive.apply(0.04).unwrap();
+                drive
+            });
+            assert_eq!(middle.now.tally.impacts, drive.now.tally.impacts + 1.0);
+            for v in drive.variables().0.iter().filter(|v| ["impulse", "energy_loss"].contains(&&*v.description.name)) {
+                let exact = v.series.unwrap()(&middle, Seed::Known(input), v.index).0[1];
+                let slope = ((v.get)(&plus, v.index) - (v.get)(&minus, v.index)) / (2.0 * delta);
+                let rounding = 1e-15 * (v.get)(&middle, v.index).abs() / delta;
+                let name = &v.description.name;
+                assert!((exact - slope).abs() <= 1e-6 * slope.abs() + rounding, "∂{name}/∂{input}: {exact} {slope}");
+                assert_eq!(exact != 0.0, input < 2, "∂{name}/∂{input}: {exact}");
+            }
+        }
+    }
+}
+
+#[test]
 fn the_steady_state_repeats_every_turn() {
     let mut scene = scene(50.0, 2e-4, 240.0, 0.0);
     scene.start.mode = StartMode::SteadyState;
