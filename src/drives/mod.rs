@@ -10,7 +10,6 @@ pub mod cam_turn;
 pub mod curve;
 pub mod elastic_output;
 pub mod elastic_shaft;
-mod energy;
 pub mod erased;
 pub mod event;
 pub mod flow;

@@ -239,26 +239,6 @@ impl Response {
         }
     }
 
-    /// From when on [`Response::again`] knows the motion [s].
-    pub fn known_from(&self) -> f64 {
-        match &self.course {
-            Course::Closed(run) => run.start(),
-            Course::Table(course) => course.cell_start(),
-            Course::Pieces(piece) => piece.start.hi,
-            Course::Leaps(_) => f64::INFINITY,
-        }
-    }
-
-    /// q, q̇ at a `time` [s] up to which the motion has gone already, without going on.
-    pub fn again(&self, time: f64) -> [f64; 2] {
-        match &self.course {
-            Course::Closed(run) => self.closed_form.again(run, &self.oscillator, &self.motion, time),
-            Course::Table(course) => self.map().map_or([0.0; 2], |map| course.at(map, time)),
-            Course::Pieces(piece) => piece.step.at(&self.oscillator, (Double::from(time) - piece.start).hi),
-            Course::Leaps(_) => [0.0; 2],
-        }
-    }
-
     /// Cam and mass at `time` [s] in closed form, for a Fourier law at constant speed.
     pub fn closed(&mut self, law: &MotionLaw, time: f64) -> Option<Instant> {
         let Course::Closed(run) = &mut self.course else { return None };

@@ -22,7 +22,7 @@ pub static ABSCISSAE: [f64; STAGES] = abscissae();
 pub static WEIGHTS: [f64; STAGES] = weights();
 
 /// aᵢⱼ = ∫₀^θᵢ ℓⱼ dθ: the stages are yᵢ = y₀ + h Σ aᵢⱼ fⱼ.
-pub static MATRIX: [[f64; STAGES]; STAGES] = integrals_up_to(abscissae());
+pub static MATRIX: [[f64; STAGES]; STAGES] = matrix();
 
 /// The coefficients mₖ = Σ PROJECTION[k][j] fⱼ of Σ mₖ Pₖ(x), the polynomial through the fⱼ.
 pub static PROJECTION: [[f64; STAGES]; STAGES] = projection();
@@ -129,12 +129,11 @@ const fn projection() -> [[f64; STAGES]; STAGES] {
     m
 }
 
-/// ∫₀^θᵢ ℓⱼ dθ up to the abscissae `x`, ℓⱼ the Lagrange polynomials of the nodes.
-pub const fn integrals_up_to<const N: usize>(x: [f64; N]) -> [[f64; STAGES]; N] {
-    let m = projection();
-    let mut a = [[0.0; STAGES]; N];
+const fn matrix() -> [[f64; STAGES]; STAGES] {
+    let (x, m) = (abscissae(), projection());
+    let mut a = [[0.0; STAGES]; STAGES];
     let mut i = 0;
-    while i < N {
+    while i < STAGES {
         let integrals = legendre_integrals(x[i]);
         let mut j = 0;
         while j < STAGES {

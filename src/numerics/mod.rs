@@ -13,7 +13,6 @@ pub mod forced;
 pub mod gauss;
 pub mod interpolant;
 pub mod jet;
-pub mod lobatto;
 pub mod lu;
 pub mod oscillator;
 pub mod pair;

@@ -172,10 +172,10 @@ def test_the_tolerance_buys_accuracy(fmu):
     assert errors[0] > 10 * errors[1] > 10 * errors[2], errors
 
 
-def test_energy_residual_is_what_the_outputs_miss(fmu):
+def test_energy_changes_by_the_work_of_the_torques(fmu):
     """Coarse equal steps do not depend on the communication step, by which the work of the outputs is summed here."""
     package = fmu("rapier_loom")
-    told, missed = [], []
+    missed = []
     for method in ({"solver.method": 2, "solver.step_size": 0.015}, {"solver.method": 1}):
         with package.unit() as unit:
             unit.initialise(values={"start.mode": 1, "phi_start": 0.3, "w_start": 10.0} | method)
@@ -184,11 +184,8 @@ def test_energy_residual_is_what_the_outputs_miss(fmu):
             for _ in range(count):
                 unit.step(size)
                 rows.append(unit.get("w", "M_an", "E"))
-            residual = unit.get("solver.energy_residual")
         w, torque, energy = np.array(rows).T
         power = w * torque
         work = size / 3 * (power[0] + 4 * power[1:-1:2].sum() + 2 * power[2:-1:2].sum() + power[-1])
-        told.append(residual)
         missed.append(abs(energy[-1] - energy[0] - work) / energy.max())
-    assert told[0] > 1e-10 > 1e3 * told[1]
-    assert abs(missed[0] - told[0]) < 0.05 * told[0] and missed[1] < 1e-12
+    assert missed[0] > 1e-10 and missed[1] < 1e-12

@@ -192,17 +192,6 @@ impl BacklashDrive {
         }
     }
 
-    /// By how much the last communication step at constant speed misses ΔE = ∫ F_K u̇ dt + Σ P u̇ − losses, as part of E:
-    /// the integrals are those of the torque times φ̇.
-    fn energy_residual(&self) -> f64 {
-        let Some(run) = self.run.as_ref().filter(|_| self.step > 0.0) else { return 0.0 };
-        let (flank, end) = (self.flank(), self.now.time);
-        let [[before, lost], [after, lost_then]] = run.energies(&self.bodies, &flank, end);
-        let work = self.motion.coefficients[1] * run.sums(&self.bodies, &flank, end, f64::INFINITY).torque;
-        let size = before.max(after).max(work.abs());
-        if size > 0.0 { (after - before + (lost_then - lost) - work).abs() / size } else { 0.0 }
-    }
-
     /// (∫ F_K dt + ΣP)/h and (∫ U′F_K dt + ΣU′P)/h over the last communication step [N], [N·m].
     fn mean(&self) -> [f64; 2] {
         let sums = match &self.run {

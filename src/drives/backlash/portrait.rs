@@ -68,8 +68,7 @@ fn accuracy(has_tolerance: bool) -> Vec<(String, String)> {
              event is missed or doubled, instants are right to 1e-12 s and better. At constant speed they are the same \
              for every communication step.",
         ),
-        ("Momentum and energy", "Balances closed to 1e-10 of their largest term; see the variables impulse, energy_loss, damping_loss and, \
-         at constant speed, solver.energy_residual of the last communication step."),
+        ("Momentum and energy", "Balances closed to 1e-10 of their largest term; see the variables impulse, energy_loss and damping_loss."),
         ("solver.tolerance", tolerance),
         (
             "solver.error_estimate",

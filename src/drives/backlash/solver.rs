@@ -5,7 +5,7 @@
 
 use super::contact::{Bodies, Flank, Mode, State};
 use super::flank::FlankMotion;
-use super::panel::{Found, Panel, Point, Reading, Rules};
+use super::panel::{Found, Panel, Reading, Rules};
 use super::spread::{Side, Spread};
 use super::stride::{Step, Stride};
 use crate::drives::{Event, EventLog, Fault, Number};
@@ -219,26 +219,6 @@ impl Run {
             integral.add(bodies, flank, &again.panel, theta);
         }
         integral.sums
-    }
-
-    /// ½ m1 ẋ1² + ½ m2 ẋ2² + ½ c q² and what has been lost since the start, at the beginning of the last communication
-    /// step and at its `end` [J].
-    pub fn energies(&self, bodies: &Bodies, flank: &impl FlankMotion, end: f64) -> [[f64; 2]; 2] {
-        let mut again = self.again(bodies, flank);
-        let before = again.energy(bodies, again.theta(self.begin.1));
-        let mut stretch = Stretch { end, horizon: f64::INFINITY, log: &mut EventLog::counting() };
-        // What went well once goes well again.
-        let _ = again.march(bodies, flank, &mut stretch, None);
-        [before, again.energy(bodies, again.theta(end))]
-    }
-
-    /// The same `theta` [s] after the start of the panel.
-    fn energy(&self, bodies: &Bodies, theta: f64) -> [f64; 2] {
-        let Point { state, u } = self.panel.at(bodies, theta);
-        let speed = u[1] + state.zeta[1];
-        let [q, q_dot] = state.q;
-        let energy = 0.5 * (bodies.m1 * speed * speed + bodies.m2 * (speed + q_dot).powi(2) + bodies.c * q * q);
-        [energy, self.tally.energy_loss + self.tally.damping_loss + self.panel.damping_loss(bodies, theta)]
     }
 
     /// The run as it was when the last communication step began.

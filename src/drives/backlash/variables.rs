@@ -4,7 +4,6 @@ use super::BacklashDrive;
 use super::contact::{Flank, Mode, State};
 use super::panel::Reading;
 use crate::drives::cam_drive::{A, CAM, HasCamDrive, PHI, W};
-use crate::drives::energy;
 use crate::drives::solver::HasSolver;
 use crate::drives::{Board, List, Seed, unit, variable};
 use crate::motion::Kinematics;
@@ -231,9 +230,6 @@ pub(super) fn list(drive: &BacklashDrive) -> List<BacklashDrive> {
     drive.declare_solver(&mut list);
     outputs(drive, &mut list);
     drive.declare_law(&mut list);
-    if !drive.cam.is_input() {
-        energy::declare(&mut list, "the last communication step", |d, _| d.energy_residual());
-    }
     list
 }
 

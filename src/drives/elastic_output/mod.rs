@@ -15,7 +15,6 @@
 //! check: c → ∞ gives q = −ẍ/ω₀²; resonance of a harmonic with the amplitude 1/(2D) and, without damping, growing
 //! with time.
 
-mod energy;
 mod features;
 mod on_inputs;
 mod portrait;

@@ -71,7 +71,6 @@ pub(super) fn of(drive: &ElasticOutput) -> Portrait {
             ("Method".to_owned(), method.to_owned()),
             ("q, der(q)".to_owned(), accuracy.to_owned()),
             ("solver.tolerance".to_owned(), tolerance.to_owned()),
-            ("solver.energy_residual".to_owned(), residual(drive).to_owned()),
             ("Cost".to_owned(), cost.to_owned()),
             (
                 "Start on the periodic solution".to_owned(),
@@ -87,18 +86,6 @@ pub(super) fn of(drive: &ElasticOutput) -> Portrait {
                 .to_owned(),
         ],
         sources: vec!["H. Dresig, I. Vulfson: Dynamik der Mechanismen. Springer, Wien 1989, section 4.6.2.".to_owned()],
-    }
-}
-
-/// What closes the balance of energy, and why it is not closed on inputs.
-fn residual(drive: &ElasticOutput) -> &'static str {
-    if drive.cam.is_input() {
-        "None on inputs: a communication step is one quadrature from state to state, and there is no motion in between whose power \
-         could be integrated. Importers that want the balance integrate tau w - b der(q)^2 over their steps."
-    } else {
-        "By how much m der(y)^2/2 + c q^2/2 over the last waves of the motion, at most 32 rad of the fastest, differs from the \
-         power tau w - b der(q)^2, integrated when it is read; relative to the largest energy. Near 1e-15 where the \
-         motion is a closed form."
     }
 }
 

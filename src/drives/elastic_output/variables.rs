@@ -2,7 +2,6 @@
 
 use super::{ElasticOutput, Position};
 use crate::drives::cam_drive::{A, CAM, HasCamDrive, PHI, W};
-use crate::drives::energy;
 use crate::drives::solver::HasSolver;
 use crate::drives::unit::{self, Quantity};
 use crate::drives::variable::{real, real_within};
@@ -47,9 +46,6 @@ pub(super) fn list(drive: &ElasticOutput) -> List<ElasticOutput> {
     drive.declare_solver(&mut list);
     declare_outputs(drive, &mut list);
     drive.declare_law(&mut list);
-    if !drive.cam.is_input() {
-        energy::declare(&mut list, "the last stretch of the motion", |d, _| d.energy_residual());
-    }
     list
 }
 

@@ -17,7 +17,6 @@
 //! Source: Dresig, Vulfson, *Dynamik der Mechanismen*, section 4.6.3; the right-hand side of its equation (1) reads
 //! U′U″ here, as the derivation and its own rigid limit demand.
 
-mod energy;
 mod equation;
 mod features;
 mod oscillator;
@@ -33,7 +32,6 @@ mod variables;
 use super::cam_drive::{
     AngleMotion, CamDrive, DriveMode, HasCamDrive, Start, StartMode, goes_on, half_a_place, push_of_rounding,
 };
-use super::energy::Balance;
 use super::number::all_finite;
 use super::pace::Pace;
 use super::solver::{HasSolver, Method, Settings, Solver};
@@ -94,7 +92,6 @@ pub struct ElasticShaft {
     usual_step: f64,
     /// Bounds of |U″| and |U‴| [m], to which the roundings of U′ and U″ are relative.
     curvatures: [f64; 2],
-    balance: Balance,
     /// The linear equation at constant speed over its period; follows from the parameters, and all instances with the
     /// same ones share it.
     #[serde(skip)]
@@ -141,13 +138,12 @@ impl ElasticShaft {
     /// Runs `work` with the twist's system of equations and the integrator.
     fn with_twist<R>(&mut self, work: impl FnOnce(&mut Twist, &mut Collocation<2>) -> R) -> R {
         let equation = self.equation();
-        let (law, motion, segment, curvatures, balance) =
-            (&self.cam.law, &self.motion, self.segment, self.curvatures, self.balance);
+        let (law, motion, segment, curvatures) = (&self.cam.law, &self.motion, self.segment, self.curvatures);
         let [phi, w, a, ..] = motion.coefficients;
         let rounding = if self.cam.is_input() { half_a_place([phi, w, a], self.time) } else { 0.0 };
-        let mut twist = Twist { equation, law, motion, segment, curvatures, rounding, forced: 1.0, balance };
+        let mut twist = Twist { equation, law, motion, segment, curvatures, rounding, forced: 1.0 };
         let result = work(&mut twist, &mut self.integrator);
-        (self.segment, self.balance) = (twist.segment, twist.balance);
+        self.segment = twist.segment;
         result
     }
 
@@ -302,7 +298,6 @@ impl Drive for ElasticShaft {
             integrator: Collocation::new(Double::default(), [0.0; 2]),
             usual_step: 0.0,
             curvatures: [0.0; 2],
-            balance: Balance::default(),
             table: None,
             course: None,
             segment: 0,
@@ -359,7 +354,6 @@ impl Drive for ElasticShaft {
             self.solver.evaluations = table.map.as_ref().map_or(0, PeriodMap::evaluations) as f64;
             self.solver.error_estimate = table.error_after(0.0);
         }
-        self.balance = Balance::default();
         self.remember();
         Ok(())
     }

@@ -30,15 +30,6 @@ pub(super) fn of(drive: &ElasticShaft) -> Portrait {
     if drive.has_method() {
         portrait.accuracy.push(("solver.method = fixed_cost".to_owned(), FIXED_COST.to_owned()));
     }
-    if drive.linear {
-        let text = "None: the linearised equation keeps terms of first order in q, while energies are of second order. What is left \
-                    out of it, of third order in q, would hide the error of the solver. With shaft.linear = false there is one.";
-        portrait.accuracy.push(("solver.energy_residual".to_owned(), text.to_owned()));
-    } else {
-        let text = "Part of the largest energy by which the steps miss the balance of energy; it stays near 1e-14 with the \
-                    default tolerance.";
-        portrait.accuracy.push(("solver.energy_residual".to_owned(), text.to_owned()));
-    }
     portrait
 }
 

@@ -3,7 +3,6 @@
 use super::equation::{Cam, Equation, Flow};
 use super::passage::{OVERRUN, Place};
 use crate::drives::cam_drive::AngleMotion;
-use crate::drives::energy::Balance;
 use crate::drives::pace::{FAR, Pace, Stop, Words};
 use crate::drives::{Fault, Number};
 use crate::motion::MotionLaw;
@@ -50,8 +49,6 @@ pub struct Twist<'a> {
     pub rounding: f64,
     /// 1, or 0 for the homogeneous linear equation.
     pub forced: f64,
-    /// The balance of energy.
-    pub balance: Balance,
 }
 
 impl Twist<'_> {
@@ -103,14 +100,10 @@ impl Twist<'_> {
 
     /// One step, shortened to where the cam leaves its segment.
     fn step(&mut self, integrator: &mut Collocation<2>, limit: Double, pace: Pace) -> Result<(), Failure> {
-        let passed = if self.law.breakpoints().is_empty() {
-            self.step_smoothly(integrator, limit, pace)?;
-            None
-        } else {
-            self.step_to_breakpoint(integrator, limit, pace)?
-        };
-        self.account(integrator);
-        self.segment = passed.unwrap_or(self.segment);
+        if self.law.breakpoints().is_empty() {
+            return self.step_smoothly(integrator, limit, pace);
+        }
+        self.segment = self.step_to_breakpoint(integrator, limit, pace)?.unwrap_or(self.segment);
         Ok(())
     }
 

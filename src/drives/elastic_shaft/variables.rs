@@ -3,7 +3,6 @@
 use super::ElasticShaft;
 use super::equation::{Cam, Flow};
 use crate::drives::cam_drive::{A, CAM, HasCamDrive, PHI, W};
-use crate::drives::energy;
 use crate::drives::solver::HasSolver;
 use crate::drives::unit::{self, Quantity};
 use crate::drives::variable::{Kind, real, real_within};
@@ -48,9 +47,6 @@ pub(super) fn list(drive: &ElasticShaft) -> List<ElasticShaft> {
     drive.declare_solver(&mut list);
     declare_outputs(drive, &mut list);
     drive.declare_law(&mut list);
-    if !drive.linear {
-        energy::declare(&mut list, "the motion since the start", |d, _| d.balance.residual());
-    }
     list
 }
 

@@ -19,7 +19,6 @@
 
 pub mod coefficients;
 pub mod crank;
-mod energy;
 mod equation;
 mod features;
 pub mod law;

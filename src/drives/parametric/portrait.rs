@@ -70,8 +70,6 @@ pub(super) fn of(drive: &ParametricDrive) -> Portrait {
                 .to_owned(),
         ),
     ];
-    let balance = if drive.cam.is_input() { NO_RESIDUAL } else { RESIDUAL };
-    accuracy.push(("solver.energy_residual".to_owned(), balance.to_owned()));
     if drive.has_method() {
         accuracy.push(("solver.method = fixed_cost".to_owned(), FIXED_COST.to_owned()));
     } else {
@@ -99,14 +97,6 @@ const GROWTH: &str = "ln of the largest modulus of the Floquet multipliers over 
                       growth is as accurate as the table, but a growth of less than 1e-7 beyond that of the damping is not \
                       told from none. Where a period would take more than some 250 000 cells growth is the integral of \
                       the larger real part of the roots of m λ² + b λ + c, and where the drive does not turn it is 0.";
-
-/// What closes the balance of energy, and why it is not closed on inputs.
-const RESIDUAL: &str = "By how much m q̇²/2 + c q²/2 over the last waves of the motion, at most 32 rad of the fastest within the \
-                        present cell, differs from the power of load, damping and parameters, integrated when it is read; \
-                        relative to the largest energy. By default near 1e-12 and below; computed only when it is read.";
-const NO_RESIDUAL: &str = "None on inputs: the power by which a moving drive feeds the vibration through its parameters is told by \
-                           tau_parametric at the communication points; importers that want the balance integrate tau_parametric w \
-                           there.";
 
 /// The method with equal steps.
 const FIXED_COST: &str = "Gauss collocation of order 16 on equal steps that divide the communication step, each a linear \

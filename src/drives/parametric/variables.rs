@@ -6,7 +6,6 @@ use super::crank::SecondCrank;
 use super::equation::Flow;
 use super::law::{Coordinate, CrankLaw, Law, SeriesLaw};
 use crate::drives::cam_drive::{HasCamDrive, PHI, W};
-use crate::drives::energy;
 use crate::drives::solver::HasSolver;
 use crate::drives::unit::{self, Quantity};
 use crate::drives::variable::{real, real_within};
@@ -69,9 +68,6 @@ pub(super) fn list(drive: &ParametricDrive) -> List<ParametricDrive> {
         ]);
     }
     declare_series(law, &mut list);
-    if !drive.cam.is_input() {
-        energy::declare(&mut list, "the last stretch of the motion", |d, _| d.energy_residual());
-    }
     list
 }
 

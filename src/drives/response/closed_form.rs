@@ -69,11 +69,6 @@ pub struct Run {
 }
 
 impl Run {
-    /// When it started [s].
-    pub fn start(&self) -> f64 {
-        self.start
-    }
-
     /// None yet; [`ClosedForm::restart`] makes one.
     pub fn new() -> Self {
         Run {

@@ -55,12 +55,10 @@ struct Lap {
     bent: f64,
     /// The largest |δ| [J].
     reach: f64,
-    /// By what E misses the work of the torques at the end, as a polynomial of δ/reach [J].
-    missing: [f64; 3],
 }
 
 impl Lap {
-    fn new(machine: &RigidMachine, passage: Passage, torques: &Torques, tolerance: f64) -> Self {
+    fn new(passage: Passage, torques: &Torques, tolerance: f64) -> Self {
         let length = passage.length;
         let e: [f64; STAGES] = ABSCISSAE.map(|x| passage.energy_at(x).hi);
         let w: [f64; STAGES] = ABSCISSAE.map(|x| passage.speed_at(x));
@@ -76,7 +74,7 @@ impl Lap {
         let room = PART * tolerance;
         let (duration, energy) = (passage.end - passage.from.time, passage.from.energy);
         let delay = -0.5 * length * sum(&WEIGHTS, &delays);
-        let mut lap = Lap {
+        Lap {
             gain: passage.energy - energy,
             duration,
             growth: exponent.exp_m1(),
@@ -85,25 +83,8 @@ impl Lap {
             per_joule: 1.0 / energy.hi,
             bent,
             reach: energy.hi * room.sqrt().min(room / bent.max(f64::MIN_POSITIVE)),
-            missing: [0.0; 3],
             passage,
-        };
-        lap.measure(machine, torques);
-        lap
-    }
-
-    /// Finds what E misses: what is neglected is the cube of δ, far below the tolerance.
-    fn measure(&mut self, machine: &RigidMachine, torques: &Torques) {
-        let [below, above] = [-1.0, 1.0].map(|part| {
-            let from = self.passage.from;
-            // A rounding inside of the reach.
-            let energy = from.energy + Double::from(0.999 * part * self.reach);
-            let mut passage = self.passage;
-            self.lay(Position { energy, ..from }, &mut passage);
-            machine.missing_under(torques, &passage, 1.0)
-        });
-        let on = self.passage.missing;
-        self.missing = [on, 0.5 * (above - below), 0.5 * (above + below) - on];
+        }
     }
 
     /// Makes `passage` the one from another energy at the beginning; false where that is too far away.
@@ -121,8 +102,6 @@ impl Lap {
             (self.duration, self.delay * delta, self.slower * delta),
             [relative * relative, relative.abs() * self.bent],
         );
-        let part = delta / self.reach;
-        passage.missing = self.missing[0] + part * (self.missing[1] + part * self.missing[2]);
         true
     }
 }
@@ -146,7 +125,7 @@ impl Cycle {
                 for (i, passage) in turn.iter().enumerate().rev() {
                     first[passage.from.cell] = i;
                 }
-                let laps = turn.into_iter().map(|passage| Lap::new(machine, passage, &torques, tolerance)).collect();
+                let laps = turn.into_iter().map(|passage| Lap::new(passage, &torques, tolerance)).collect();
                 return Some(Cycle { torques, tolerance, laps, first });
             }
             // The slope of the map is known to some digits only; the secant knows better.

@@ -8,7 +8,7 @@
 
 use super::RigidMachine;
 use super::solver::{FASTEST, IDLE_CHANGES, Integrator, MOST_STEPS, add_end_error, encounter};
-use super::{Motor, Signal, State};
+use super::{Motor, State};
 use crate::drives::{Fault, Rounded};
 use crate::numerics::collocation::{Collocation, Failure, System};
 use crate::numerics::double_double::{Double, two_product, two_sum};
@@ -139,10 +139,9 @@ impl RigidMachine {
         let torques = [self.load.set_value(), self.driving.set_value()];
         let mut now = Double::from(time);
         if !steady || torques != self.grid.torques {
-            self.leave_span(None)?;
+            self.leave_span()?;
             self.grid.torques = torques;
         }
-        let course = if steady { None } else { Some(time) };
         loop {
             let Some(span) = self.grid.span else {
                 let limit = if steady { None } else { Some(target) };
@@ -152,12 +151,12 @@ impl RigidMachine {
             if (target - span.end).hi <= 0.0 {
                 self.read_span(span, target);
                 // Torques that are not constant are forgotten when the step is over.
-                return if steady { Ok(()) } else { self.leave_span(course) };
+                return if steady { Ok(()) } else { self.leave_span() };
             }
             // What is left of the step is read, so that its end is left as every end.
             self.read_span(span, span.end);
             now = span.end;
-            self.leave_span(course)?;
+            self.leave_span()?;
         }
     }
 
@@ -318,12 +317,9 @@ impl RigidMachine {
         self.grid.span = Some(span);
     }
 
-    /// Ends the step where it was read last; the machine goes on from there. The torques were those of `course`, see
-    /// [`Self::missing_over`].
-    fn leave_span(&mut self, course: Option<f64>) -> Result<(), Fault> {
+    /// Ends the step where it was read last; the machine goes on from there.
+    fn leave_span(&mut self) -> Result<(), Fault> {
         let Some(span) = self.grid.span.take() else { return Ok(()) };
-        let missing = self.missing_over(&span, course);
-        self.balance.add(missing, [span.base.energy(), self.state.energy()]);
         let passed = match &mut self.integrator {
             Integrator::Mechanical(c) => leave(c, span.read),
             Integrator::WithLag(c) => leave(c, span.read),
@@ -337,26 +333,6 @@ impl RigidMachine {
             self.change_interval(upward);
         }
         Ok(())
-    }
-}
-
-impl RigidMachine {
-    /// By what E misses the work of the torques where `span` was read last [J]: constant ones, or those of the communication
-    /// step from the time in `course` on.
-    fn missing_over(&self, span: &Span, course: Option<f64>) -> f64 {
-        let held = self.grid.torques.map(Signal::held);
-        let (load, driving) = if course.is_some() { (&self.load, &self.driving) } else { (&held[0], &held[1]) };
-        let since = course.map_or(0.0, |time| (span.from - Double::from(time)).hi);
-        let piece = self.piece_under(&span.base, since, [load, driving]);
-        match &self.integrator {
-            Integrator::Mechanical(c) => piece.missing(c, span.read),
-            Integrator::WithLag(c) => piece.missing(c, span.read),
-        }
-    }
-
-    /// The same for the step that holds the communication point.
-    pub(super) fn missing_on_grid(&self) -> Option<f64> {
-        self.grid.span.as_ref().map(|span| self.missing_over(span, None))
     }
 }
 

@@ -19,7 +19,6 @@
 
 mod course;
 mod cycle;
-mod energy;
 mod features;
 mod follower;
 mod grid;
@@ -48,7 +47,6 @@ pub use inertia::{Inertia, InertiaFunction, Place};
 pub use motor::Motor;
 
 use super::cam_turn::{SLOWEST, turns};
-use super::energy::Balance;
 use super::number::{Number, all_finite};
 use super::solver::{HasSolver, Method, Settings, Solver};
 use super::{Board, Curve, Drive, EventLog, Experiment, Fault, List, Portrait};
@@ -111,13 +109,6 @@ struct State {
     interval: usize,
 }
 
-impl State {
-    /// E [J]; out of date where u is.
-    fn energy(&self) -> f64 {
-        0.5 * self.u.hi * self.u.hi
-    }
-}
-
 /// J and J′ at an angle.
 #[derive(Clone, Copy)]
 struct Seen {
@@ -176,8 +167,6 @@ pub struct RigidMachine {
     period: f64,
     /// Where the search for the periodic motion begins, see [`tables`]; a guess needs no more digits.
     first_guess: f32,
-    /// The balance of energy up to the internal step that holds the communication point.
-    balance: Balance,
     events: EventLog,
 }
 
@@ -223,7 +212,6 @@ impl RigidMachine {
             top_speed: 0.0,
             period: 0.0,
             first_guess: 1.0,
-            balance: Balance::default(),
             events: EventLog::default(),
         }
     }
@@ -383,7 +371,6 @@ impl Drive for RigidMachine {
         (self.passage, self.next_length, self.errors) = (None, f64::INFINITY, Errors::default());
         self.travelled = 0.0;
         self.top_speed = 0.0;
-        self.balance = Balance::default();
         self.load_at_start = self.load.now();
         self.prepare_raster();
         self.place_at_start(self.w_start);

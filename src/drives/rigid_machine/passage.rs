@@ -14,7 +14,6 @@
 //!
 //! Source: E. Hairer, G. Wanner, *Solving Ordinary Differential Equations II*, 2nd ed., Springer 1996, section IV.5.
 
-use super::energy::mean_apart;
 use super::raster::{Raster, Tabulated};
 use super::torques::Torques;
 use crate::numerics::double_double::Double;
@@ -115,8 +114,6 @@ pub struct Passage {
     pub end: Double,
     /// E at the end [J].
     pub energy: Double,
-    /// By what E misses the work of the torques at the end [J].
-    pub missing: f64,
     /// 1/|φ̇| over x ∈ [−1, 1] [s/rad].
     slowness: Interpolant,
     /// Its integral from 0 to −1.
@@ -339,7 +336,6 @@ impl Passage {
             end_net,
             end,
             energy: end_energy,
-            missing: length * (work - mean_apart(from.energy, length, &net, reciprocal, torques, [first_net, end_net])),
             slowness,
             slowness_before,
             rate: 2.0 / length,

@@ -131,11 +131,6 @@ impl RigidMachine {
                  rounding",
             ),
             row(
-                "solver.energy_residual",
-                "what ½ J w² has grown by since the start less the work of M_an and tau, by a quadrature of its own between \
-                 the nodes, relative to the largest ½ J w²; some tolerances at most, near 1e-13 by default",
-            ),
-            row(
                 "solver.error_estimate",
                 "the largest so far of the relative errors of the angle passed, of w and of a lagging torque. Over 320 \
                  random machines 99 % of the true errors are below it; it is less than 100 times too large in the median",

@@ -13,7 +13,6 @@ use super::{Inertia, Motor};
 use crate::numerics::double_double::{Double, two_sum};
 use crate::numerics::gauss::{ABSCISSAE, STAGES, WEIGHTS};
 use crate::numerics::interpolant::{COEFFICIENTS, INTEGRATION, Interpolant, neglected};
-use crate::numerics::lobatto::{self, INNER};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
@@ -45,22 +44,13 @@ pub struct Tabulated {
     pub ends: [f64; 2],
     /// At the Gauss nodes.
     pub nodes: [f64; STAGES],
-    /// At the points between these by which the balance of energy is struck.
-    pub between: [f64; INNER],
 }
 
 impl Tabulated {
-    /// With the points between the nodes.
-    fn with_balance(self, inertia: &Inertia, profile: &Profile, interval: usize, low: f64, width: f64) -> Self {
-        let at = |x: f64| reciprocal(inertia, profile, interval, low + 0.5 * (1.0 + x) * width);
-        Tabulated { between: lobatto::ABSCISSAE.map(at), ..self }
-    }
-
     /// In descending order.
     pub fn reverse(&mut self) {
         self.ends.reverse();
         self.nodes.reverse();
-        self.between.reverse();
     }
 }
 
@@ -94,17 +84,8 @@ pub struct Raster {
 
 /// 2/J over the `width` [rad] from `low` on, in interval `interval`.
 pub fn tabulate(inertia: &Inertia, profile: &Profile, interval: usize, low: f64, width: f64) -> Tabulated {
-    without_balance(inertia, profile, interval, low, width).with_balance(inertia, profile, interval, low, width)
-}
-
-/// The same without the points between the nodes.
-fn without_balance(inertia: &Inertia, profile: &Profile, interval: usize, low: f64, width: f64) -> Tabulated {
-    let at = |x: f64| reciprocal(inertia, profile, interval, low + 0.5 * (1.0 + x) * width);
-    Tabulated { ends: [at(-1.0), at(1.0)], nodes: ABSCISSAE.map(at), between: [0.0; INNER] }
-}
-
-fn reciprocal(inertia: &Inertia, profile: &Profile, interval: usize, phi: f64) -> f64 {
-    2.0 / profile.value(inertia, interval, phi)
+    let at = |x: f64| 2.0 / profile.value(inertia, interval, low + 0.5 * (1.0 + x) * width);
+    Tabulated { ends: [at(-1.0), at(1.0)], nodes: ABSCISSAE.map(at) }
 }
 
 /// The error of the angle at a given time [rad] that a machine without torques would have in a cell of this `width`
@@ -166,15 +147,14 @@ impl Raster {
                     let end = edge(at, width, high);
                     let missing = if end == high && interval + 1 == intervals { missing } else { 0.0 };
                     let own = end - at + missing;
-                    let table = without_balance(inertia, profile, interval, at, own);
+                    let table = tabulate(inertia, profile, interval, at, own);
                     let error = error(&table, own);
                     // The error goes with the tenth power of the width.
                     let growth = (0.9 * (FINER * tolerance / error.max(1e-300)).powf(0.1)).clamp(0.3, 2.0);
                     let accepted = error <= FINER * tolerance || end - at <= NARROWEST;
                     width = (end - at) * growth;
                     if accepted {
-                        let reciprocal = table.with_balance(inertia, profile, interval, at, own);
-                        cells.push(Cell { low: at, high: end, width: own, interval, reciprocal });
+                        cells.push(Cell { low: at, high: end, width: own, interval, reciprocal: table });
                         break (end, table);
                     }
                 };

@@ -15,11 +15,6 @@ pub struct Signal {
 }
 
 impl Signal {
-    /// A value that stands.
-    pub fn held(value: f64) -> Self {
-        Signal { value, ..Signal::default() }
-    }
-
     /// v₀ as it was set.
     pub fn set_value(&self) -> f64 {
         self.value
@@ -27,7 +22,7 @@ impl Signal {
 
     /// Sets v₀; derivatives belong to the value that they were set for.
     pub fn set(&mut self, value: f64) {
-        *self = Signal::held(value);
+        *self = Signal { value, ..Signal::default() };
     }
 
     /// Sets vⱼ, j = `order` ∈ 1 … [`MAX_INPUT_DERIVATIVE`], for the next step.

@@ -125,20 +125,6 @@ impl Piece<'_> {
     }
 }
 
-impl Piece<'_> {
-    /// (M_an − τ) φ̇ after these increments [W].
-    pub(super) fn power<const N: usize>(&self, t: Double, y: &[f64; N]) -> f64 {
-        let w = self.u(y[1]) / self.root(y[0]);
-        let [torque, _] = self.torque(t, w, y.get(2));
-        (torque - self.load.at(self.since + t.hi)) * w
-    }
-
-    /// What ½u² grows by [J].
-    pub(super) fn energy_gain<const N: usize>(&self, y: &[f64; N]) -> f64 {
-        y[1] * (self.base.u.hi + (self.base.u.lo + 0.5 * y[1]))
-    }
-}
-
 impl<const N: usize> System<N> for Piece<'_> {
     fn rhs(&self, t: Double, y: &[f64; N]) -> [f64; N] {
         let root = self.root(y[0]);
@@ -250,28 +236,18 @@ pub(super) fn encounter<const N: usize>(c: &Collocation<N>, state: &State, (low,
 impl RigidMachine {
     /// The equations from the state on, in a time that begins `since` [s] after the communication point.
     pub(super) fn piece(&self, since: f64) -> Piece<'_> {
-        self.piece_under(&self.state, since, [&self.load, &self.driving])
-    }
-
-    /// The equations from the state `base` on under these τ and M_an.
-    pub(super) fn piece_under<'a>(
-        &'a self,
-        base: &'a State,
-        since: f64,
-        [load, driving]: [&'a Signal; 2],
-    ) -> Piece<'a> {
         // A wave of J within a step leaves eight nodes per wave, and what lies beyond the interval is not to be
         // followed far: there a law goes on that no longer holds.
-        let (low, high) = self.inertia.ends(base.interval);
+        let (low, high) = self.inertia.ends(self.state.interval);
         let wave = if self.inertia.varies() { TAU / self.inertia.resolution() } else { f64::INFINITY };
         let reach = wave.min(high - low);
         Piece {
             inertia: &self.inertia,
             motor: &self.motor,
-            load,
-            driving,
+            load: &self.load,
+            driving: &self.driving,
             profile: &self.raster.profile,
-            base,
+            base: &self.state,
             since,
             reach,
         }
@@ -403,10 +379,8 @@ impl RigidMachine {
         reversal: Option<f64>,
     ) -> Result<(), Fault> {
         add_end_error(c);
-        let (missing, before) = (self.piece(0.0).missing(c, 1.0), self.state.energy());
         let increment = c.state();
         self.add(&increment);
-        self.balance.add(missing, [before, self.state.energy()]);
         self.travelled += increment[0].abs();
         self.top_speed = self.top_speed.max(self.state.w.abs());
         if !(self.state.w.abs() <= FASTEST) {

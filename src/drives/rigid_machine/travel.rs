@@ -125,7 +125,6 @@ impl RigidMachine {
     fn go_on(&mut self) {
         let Some(passage) = &mut self.passage else { return };
         let position = passage.end_position(self.torques.sense, &self.raster);
-        self.balance.add(passage.missing, [passage.from.energy.hi, passage.energy.hi]);
         self.errors = passage.pass_on(self.errors);
         self.travelled += passage.length;
         let slow = passage.energy.hi <= SLOW * passage.end_net.abs() * self.raster.widest;
@@ -160,7 +159,6 @@ impl RigidMachine {
     /// Ends the passage at the last communication point; the machine goes on from there.
     fn leave(&mut self) {
         if let Some(passage) = self.passage.take() {
-            self.balance.add(self.missing_in(&passage, self.abscissa), passage.energies_to(self.abscissa));
             self.errors = passage.errors_at(self.errors, self.abscissa);
             self.travelled += passage.advance(self.abscissa);
             self.take_energy(passage.energy_at(self.abscissa));

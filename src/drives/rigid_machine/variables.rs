@@ -6,7 +6,7 @@ use super::{MachineStart, Motor, RigidMachine};
 use crate::drives::solver::HasSolver;
 use crate::drives::unit::{self, Quantity};
 use crate::drives::variable::{Enumeration, Kind, real, real_within};
-use crate::drives::{Board, List, Seed, energy};
+use crate::drives::{Board, List, Seed};
 use crate::numerics::double_double::{Double, two_product};
 use crate::numerics::taylor::{Scalar, Series};
 use laws::{INERTIA_LAW, declare_law, declare_mechanism};
@@ -219,7 +219,6 @@ impl RigidMachine {
         if let Some(varying) = &self.inertia.function.varying {
             declare_law(&mut list, varying, INERTIA_LAW, "inertia", false);
         }
-        energy::declare(&mut list, "the motion since the start", |d, _| d.energy_residual());
         list
     }
 

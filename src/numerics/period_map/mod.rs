@@ -327,11 +327,6 @@ impl Course {
         course
     }
 
-    /// The start of the present cell [s].
-    pub fn cell_start(&self) -> f64 {
-        self.start.hi
-    }
-
     /// How many periods lie between the start of the motion and the time `t`.
     pub fn periods(&self, map: &PeriodMap, t: f64) -> f64 {
         (t - self.origin) / map.period.hi

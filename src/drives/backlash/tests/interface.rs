@@ -3,6 +3,7 @@
 use super::*;
 use crate::drives::Seed;
 use crate::drives::variable::Causality;
+use crate::motion::{Cycle, CyclePlan, StandardLaw};
 use std::f64::consts::TAU;
 
 /// Runs to `end` in steps of `h`; events, and the sum of force_mean h.
@@ -265,8 +266,7 @@ fn the_steady_state_repeats_every_turn() {
 }
 
 #[test]
-fn the_energy_residual_closes_the_balance_of_a_step() {
-    let mut largest = 0.0_f64;
+fn the_balance_of_energy_closes_in_every_step() {
     for (w, s, b, e) in
         [(50.0, 2e-4, 0.0, 0.0), (47.0, 3e-4, 60.0, 0.5), (-50.0, 2e-4, 240.0, 0.0), (31.0, 0.0, 10.0, 0.0)]
     {
@@ -275,17 +275,54 @@ fn the_energy_residual_closes_the_balance_of_a_step() {
         for step in 0..200 {
             let h = 1.7e-3;
             drive.advance(f64::from(step) * h, h).unwrap();
-            let residual = drive.energy_residual();
-            assert!(residual < 1e-9, "{w} {s} {b} {e} at step {step}: {residual:e}");
-            // The same by the outputs: the work is that of the mean torque.
             let (after, loss) = (energy(&drive), drive.now.tally.energy_loss + drive.damping_loss());
-            let missing = after - before + loss - lost - drive.mean()[1] * h * w;
-            let size = after.max(before).max((drive.mean()[1] * h * w).abs());
-            assert!((residual * size - missing.abs()).abs() < 1e-12 * (size + lost), "{residual:e} {missing:e}");
-            (before, lost, largest) = (after, loss, largest.max(residual));
+            let work = drive.mean()[1] * h * w;
+            let missing = (after - before + loss - lost - work).abs();
+            assert!(missing < 1e-9 * after.max(before).max(work.abs()), "{w} {s} {b} {e} at step {step}: {missing:e}");
+            (before, lost) = (after, loss);
         }
     }
-    assert!(largest > 0.0);
+}
+
+#[test]
+fn the_balance_of_energy_closes_through_the_dwells_of_a_stiff_drive() {
+    // In the dwells the motion dies away to a millionth within a hundredth of the turn: what is missing is a part of the
+    // energy that drive and mass have exchanged.
+    let w = 493.0;
+    let law = StandardLaw::Polynomial345;
+    let cycle = CyclePlan {
+        stroke: 0.0273,
+        lower: -0.0031,
+        rise_start: -0.03,
+        rise_angle: 1.457,
+        upper_dwell: 1.944,
+        return_angle: 1.096,
+        rise_law: law,
+        return_law: law,
+    };
+    let mut drive = started(Scene {
+        cam: MotionLaw::Cycle(Cycle::new(cycle)),
+        drive: DriveMode::Constant { w, phi_start: -3.03 },
+        m1: 0.151,
+        m2: 2.08,
+        c: 3.37e9,
+        b: 2.6e5,
+        s: 2.7e-8,
+        e: 0.0,
+        start: Start { mode: StartMode::Given, q: -8.1e-6, q_dot: -0.158 },
+        solver: Settings::default(),
+    });
+    let before = energy(&drive);
+    let (mut work, mut exchanged) = (0.0, before);
+    let h = TAU / w / 100.0;
+    for step in 0..300 {
+        drive.advance(f64::from(step) * h, h).unwrap();
+        let part = drive.mean()[1] * h * w;
+        let lost = drive.now.tally.energy_loss + drive.damping_loss();
+        (work, exchanged) = (work + part, exchanged + part.abs());
+        let missing = (energy(&drive) - before + lost - work).abs();
+        assert!(missing < 1e-13 * exchanged, "step {step}: {missing:e} of {exchanged:e}");
+    }
 }
 
 #[test]

@@ -1,11 +1,37 @@
-//! The balance of energy at constant speed.
+//! The balance of energy at constant speed: d/dt [½ m ẏ² + ½ c q²] = tau ω − b q̇².
 
 use super::*;
+use crate::numerics::quadrature::Gauss;
 
-fn residual(drive: &ElasticOutput) -> f64 {
+fn get(drive: &ElasticOutput, name: &str) -> f64 {
     let list = drive.variables();
-    let v = &list.0[list.reference("solver.energy_residual").unwrap()];
+    let v = &list.0[list.reference(name).unwrap()];
     (v.get)(drive, v.index)
+}
+
+/// By what E misses ∫ (tau ω − b q̇²) dt over the next forty panels, as part of the energy that drive, damper and mass exchange. A
+/// panel is at most 8 rad of the fastest wave and ends where the law has a breakpoint.
+fn missed(drive: &mut ElasticOutput, w: f64) -> f64 {
+    let law = drive.cam().law.clone();
+    let rate = drive.oscillator().rates().1.max(law.resolution() * w.abs());
+    let energy =
+        |drive: &ElasticOutput| 0.5 * (drive.m * get(drive, "der(y)").powi(2) + drive.c * get(drive, "q").powi(2));
+    let before = energy(drive);
+    let (mut work, mut exchanged) = (0.0, before);
+    for _ in 0..40 {
+        let start = drive.now.time;
+        let ahead = law.breakpoints().iter().map(|b| ((b - (0.3 + w * start)) * w.signum()).rem_euclid(TAU));
+        let length = ahead.filter(|angle| *angle > 1e-9).fold(8.0 / rate, |least, angle| least.min(angle / w.abs()));
+        let [part, size] = Gauss::with(16).integrate(length, |s| {
+            let mut there = drive.clone();
+            there.advance(start, s).unwrap();
+            let power = get(&there, "tau") * w - there.b * get(&there, "der(q)").powi(2);
+            [power, power.abs()]
+        });
+        drive.advance(start, length).unwrap();
+        (work, exchanged) = (work + part, exchanged + size);
+    }
+    (energy(drive) - before - work).abs() / exchanged
 }
 
 #[test]
@@ -27,31 +53,11 @@ fn the_balance_closes_in_closed_form_and_on_the_table() {
             [([2.0, 1.3e5, 20.0], 50.0), ([2.0, 1.3e5, 0.0], -50.0), ([0.1, 1e3, 1e3], 30.0), ([2.0, 1.3e9, 1.0], 5.0)]
         {
             let drive = &mut drive(scene(mcb, cam.clone(), DriveMode::Constant { w, phi_start: 0.3 }, given()));
-            let mut largest = 0.0_f64;
-            for n in 1..40 {
-                run(drive, f64::from(n) * 0.0437, 0.0437);
-                largest = largest.max(residual(drive));
+            for stop in [0.0, 0.0437, 0.29] {
+                run(drive, drive.now.time + stop, 0.0437);
+                let missing = missed(drive, w);
+                assert!(missing < 1e-11, "{mcb:?} {w} from {stop} s: {missing:e}");
             }
-            assert!(0.0 < largest && largest < 1e-11, "{mcb:?} {w}: {largest:e}");
-            // After many turns the instants themselves are rounded; a stiff drive on a cycle goes there in pieces.
-            drive.advance(drive.now.time, if w == 5.0 { 10.0 } else { 1e5 }).unwrap();
-            assert!(residual(drive) < 1e-11, "{mcb:?} {w}: {:e}", residual(drive));
         }
     }
-}
-
-#[test]
-fn a_motion_that_is_not_the_drives_misses_the_balance() {
-    // A spring that is stiffer than the one that the motion knows by a thousandth.
-    let mut drive = harmonic_drive([2.0, 1.3e5, 20.0], 50.0, given());
-    run(&mut drive, 0.3, 0.01);
-    assert!(residual(&drive) < 1e-13);
-    drive.c *= 1.001;
-    assert!(residual(&drive) > 1e-7, "{:e}", residual(&drive));
-}
-
-#[test]
-fn only_a_motion_that_is_known_between_the_steps_has_a_balance() {
-    let drive = ElasticOutput::new(scene([1.0, 1e4, 1.0], MotionLaw::Fourier(series()), DriveMode::Input, at_rest()));
-    assert!(drive.unwrap().variables().reference("solver.energy_residual").is_none());
 }
