@@ -1,7 +1,7 @@
 //! The conditions that a task makes: equations of the exact points, sums of squares, and what holds at every angle.
 
 use super::exact::{Solutions, dot};
-use super::family::{Family, within};
+use super::family::{ANGLES, Family, within};
 use super::feasibility::KEPT;
 use super::{Bound, Infeasible, Objective, Point, Polynomial, Range, Task, grid};
 use crate::numerics::double_double::Double;
@@ -10,9 +10,6 @@ use std::f64::consts::{PI, TAU};
 
 /// Points per shortest wave of the basis at which the discrete objectives S2 and S4 look by default.
 const POINTS_PER_WAVE: f64 = 12.0;
-
-/// Exact conditions that differ by less than this are one: angles are known to a rounding, and 0° and 360° are one.
-const SAME_POINT: f64 = 1e-13;
 
 impl Task {
     /// The magnitude of U in the task, in units of which the equations are solved.
@@ -36,14 +33,20 @@ impl Task {
         let rows: Vec<Vec<Double>> = self.points.iter().map(|p| self.basis.row(p.phi, p.order, None)).collect();
         let values: Vec<Double> =
             self.points.iter().map(|p| Double::from(p.value).divide(Double::from(scale))).collect();
-        let size = |i: usize| rows[i].iter().map(|r| r.hi.abs()).fold(f64::MIN_POSITIVE, f64::max);
-        let unit = |i: usize| Double::from(1.0).divide(Double::from(size(i)));
+        // The rows of U⁽ⁿ⁾ are of the size Kⁿ, and the rounding of an angle leaves them uncertain by this part of it.
+        let highest = self.basis.order().max(1) as f64;
+        let unknown = highest * ANGLES;
+        let size = |i: usize| highest.powi(self.points[i].order as i32);
+        // A row that vanishes is a condition that the symmetry fulfils by itself, or that nothing can fulfil.
+        let vanishes = |i: usize| rows[i].iter().all(|value| value.hi.abs() <= unknown * size(i));
+        let unit =
+            |i: usize| if vanishes(i) { Double::default() } else { Double::from(1.0).divide(Double::from(size(i))) };
         let alike: Vec<Vec<Double>> =
             (0..rows.len()).map(|i| rows[i].iter().map(|value| *value * unit(i)).collect()).collect();
         let right: Vec<Double> = (0..rows.len()).map(|i| values[i] * unit(i)).collect();
-        let solutions = Solutions::new(&alike, &right, self.basis.len(), SAME_POINT);
+        let solutions = Solutions::new(&alike, &right, self.basis.len(), unknown);
         let miss = |i: usize| (dot(&rows[i], &solutions.particular) - values[i]).hi.abs();
-        let relative = |i: usize| miss(i) / size(i).max(1.0);
+        let relative = |i: usize| miss(i) / size(i);
         let worst = (0..rows.len()).max_by(|i, j| relative(*i).total_cmp(&relative(*j)));
         match worst {
             // Some thousand roundings of the angles and values; a contradiction is of the size of the task.

@@ -221,12 +221,13 @@ impl Family {
     }
 }
 
+/// What the angles of a task are known to [rad]: degrees of some turns, converted, to a few roundings of 4π.
+pub const ANGLES: f64 = 32.0 * f64::EPSILON;
+
 /// `phi` plus the turns that lead into a range, if any do; a rounding outside of it is its end.
 pub fn within(from: f64, to: f64, phi: f64) -> Option<f64> {
-    // Degrees of some turns, converted, are known to a few roundings of 4π.
-    let rounding = 32.0 * f64::EPSILON;
-    let inside = from + (phi - from + rounding).rem_euclid(TAU) - rounding;
-    (inside <= to + rounding).then(|| inside.clamp(from, to))
+    let inside = from + (phi - from + ANGLES).rem_euclid(TAU) - ANGLES;
+    (inside <= to + ANGLES).then(|| inside.clamp(from, to))
 }
 
 /// Samples of a range for the waves up to harmonic `order`: denser towards the ends, as the extremes are.

@@ -155,3 +155,79 @@ fn the_report_tells_the_deviations_of_what_is_delivered() {
     let u = study.cam.at(PI).0[0];
     assert!(low <= u && u <= high && high - low > 1e-5);
 }
+
+/// U⁽ⁿ⁾ = value at an angle in degrees, converted as a task file is.
+fn point(phi: f64, order: usize, value: f64) -> Point {
+    Point { phi: phi * PI / 180.0, order, value }
+}
+
+#[test]
+fn a_point_that_the_symmetry_fulfils_is_no_condition() {
+    let even = Symmetry { even: true, half_wave: false };
+    let quarter = Symmetry { even: true, half_wave: true };
+    for order in [6, 64] {
+        for (symmetry, phi, n) in [
+            (even, 0.0, 1),
+            (even, 180.0, 1),
+            (even, -180.0, 3),
+            (even, 540.0, 1),
+            (even, 720.0, 3),
+            (quarter, 90.0, 2),
+            (quarter, 270.0, 2),
+            (quarter, 180.0, 1),
+        ] {
+            let basis = Basis::new(order, symmetry);
+            let (all, case) = (basis.len(), format!("K = {order}: {symmetry:?}, {n}, {phi}"));
+            let mut task = Task { basis, ..task(order, Vec::new(), Vec::new()) };
+            task.points = vec![point(phi, n, 0.0), point(10.0, 0, 0.5)];
+            let free = task.equalities(1.0).unwrap_or_else(|fault| panic!("{case}: {fault:?}")).free;
+            assert_eq!(free.len(), all - 1, "{case}");
+            task.points.pop();
+            assert_eq!(task.equalities(1.0).unwrap().free.len(), all, "{case}, alone");
+            // Another value than zero nothing can fulfil.
+            task.points.push(point(20.0, 0, 0.5));
+            task.points[0].value = 0.1;
+            let Err(Infeasible::Point { index: 0, by }) = task.equalities(1.0) else { panic!("{case}") };
+            // The rounding of the angle, times waves of the size Kⁿ.
+            assert!((by - 0.1).abs() < 1e-12 * (order as f64).powi(n as i32), "{case}: {by}");
+        }
+    }
+}
+
+#[test]
+fn a_point_that_follows_from_others_changes_nothing() {
+    let even = Symmetry { even: true, half_wave: false };
+    let half_wave = Symmetry { even: false, half_wave: true };
+    for (symmetry, given, following) in [
+        (even, vec![point(40.0, 0, 0.3)], point(320.0, 0, 0.3)),
+        (even, vec![point(40.0, 1, 0.3)], point(-40.0, 1, -0.3)),
+        (even, vec![point(40.0, 2, 0.3)], point(40.0, 2, 0.3)),
+        (half_wave, vec![point(25.0, 1, 0.3)], point(205.0, 1, -0.3)),
+        (half_wave, vec![point(0.0, 0, 0.4), point(180.0, 0, 0.2), point(70.0, 0, 0.1)], point(250.0, 0, 0.5)),
+    ] {
+        let basis = Basis::new(7, symmetry);
+        let mut task = Task { basis, ..task(7, Vec::new(), Vec::new()) };
+        task.points = given;
+        let free = task.equalities(1.0).unwrap().free.len();
+        task.points.push(following);
+        assert_eq!(task.equalities(1.0).unwrap().free.len(), free, "{following:?}");
+        task.points.last_mut().unwrap().value += 0.01;
+        assert!(matches!(task.equalities(1.0), Err(Infeasible::Point { .. })), "{following:?}");
+    }
+}
+
+#[test]
+fn rest_at_the_turning_point_of_an_even_profile_costs_nothing() {
+    // Near 0 within ±42° to 2 mm, 800 mm at 180°, |U′| ≤ 500 mm/rad: U′(180°) = 0 holds for every sum of cosines.
+    let dwell = Bound { around: Polynomial(vec![0.0]), ..bound(-42.0, 42.0, 0, -0.002, 0.002) };
+    let mut task = task(6, vec![degrees(-42.0, 42.0, 0.0)], vec![dwell, bound(0.0, 360.0, 1, -0.5, 0.5)]);
+    task.basis = Basis::new(6, Symmetry { even: true, half_wave: false });
+    task.objective = Objective::PeakAcceleration;
+    task.points = vec![point(180.0, 0, 0.8)];
+    let free = task.solve().unwrap();
+    // By another linear program.
+    assert!((free.objective - 0.635).abs() < 1e-3, "{}", free.objective);
+    task.points.push(point(180.0, 1, 0.0));
+    let rests = task.solve().unwrap();
+    assert!((rests.objective / free.objective - 1.0).abs() < 1e-9, "{} {}", rests.objective, free.objective);
+}
