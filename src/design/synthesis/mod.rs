@@ -218,6 +218,11 @@ pub enum Infeasible {
         /// By how much [m/radⁿ].
         by: f64,
     },
+    /// The best profile rests all the turn: nothing that is prescribed asks for motion.
+    Still {
+        /// Where [m].
+        at: f64,
+    },
     /// The optimisation failed for a numerical reason.
     Numerical(String),
 }

@@ -199,6 +199,23 @@ impl Infeasible {
                     UNITS[point_of.order.min(3)]
                 )
             }
+            Infeasible::Still { at } => {
+                let all = names.ranges.iter().chain(&names.points).chain(&names.bounds);
+                let mut sections: Vec<String> = Vec::new();
+                for name in all {
+                    // "dwell[1].tolerance" belongs to "dwell[1]".
+                    let section = format!("`{}`", name.split('.').next().unwrap_or_default());
+                    if !sections.contains(&section) {
+                        sections.push(section);
+                    }
+                }
+                format!(
+                    "no motion: the best profile for {} rests at U = {} m all the turn\n  = hint: prescribe U that differ; \
+                     with `even` those at φ and −φ are one, with `half_wave` equal ones half a turn apart are the mean a₀",
+                    sections.join(", "),
+                    number(*at)
+                )
+            }
             Infeasible::Numerical(text) => text.clone(),
         }
     }

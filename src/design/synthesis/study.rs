@@ -152,6 +152,10 @@ const HIGHEST: f64 = 1.0;
 /// The highest harmonic whose resonance a curve over the speed shows.
 const CURVE: usize = 24;
 
+/// A profile whose |U′| is below this part of its height rests: angles that are off by a rounding leave no more. At the
+/// height 0 the numbers of the task count, a few roundings of them.
+const STILL: f64 = 1e-9;
+
 /// Widths of Bild 4.24: 5° to 170° in steps of 5°.
 const WIDTHS: usize = 34;
 
@@ -162,6 +166,10 @@ impl Assignment {
         stage("profile");
         let mut motion = self.task.solve_with(&|done, total| progress(Progress { done, total, stage: "profile" }))?;
         motion.series = without_rounding(motion.series);
+        let rest = motion.series.a[0];
+        if deviation::peak(&motion.series, 1).value.abs() <= STILL * rest.abs().max(1e-6 * self.task.scale()) {
+            return Err(Infeasible::Still { at: rest });
+        }
         let (cam, optimum, robust) = match &self.elasticity {
             Some(elasticity) => {
                 stage("elasticity");

@@ -113,6 +113,21 @@ fn least_squares_under_bounds_that_touch() {
     }
 }
 
+/// A task whose ranges have these names.
+fn assignment(task: Task, ranges: &[&str]) -> Assignment {
+    let ranges = ranges.iter().map(|name| (*name).to_owned()).collect();
+    Assignment {
+        name: "task".to_owned(),
+        description: String::new(),
+        unit: 1.0,
+        task,
+        names: Names { ranges, ..Names::default() },
+        elasticity: None,
+        shaft: None,
+        scene: None,
+    }
+}
+
 #[test]
 fn the_report_tells_the_deviations_of_what_is_delivered() {
     let elasticity = Elasticity {
@@ -124,16 +139,8 @@ fn the_report_tells_the_deviations_of_what_is_delivered() {
         method: Method::Robust,
         amplitude: None,
     };
-    let assignment = Assignment {
-        name: "robust".to_owned(),
-        description: String::new(),
-        unit: 1.0,
-        task: symmetric_task(5, PI / 6.0, Objective::Chebyshev),
-        names: Names::default(),
-        elasticity: Some(elasticity),
-        shaft: None,
-        scene: None,
-    };
+    let task = symmetric_task(5, PI / 6.0, Objective::Chebyshev);
+    let assignment = Assignment { elasticity: Some(elasticity), ..assignment(task, &[]) };
     let study = assignment.study(&|_| {}).unwrap();
     let behind = study.elastic.as_ref().unwrap();
     let largest = |list: &[[f64; 3]]| list.iter().map(|e| e[0]).fold(0.0, f64::max);
@@ -230,4 +237,54 @@ fn rest_at_the_turning_point_of_an_even_profile_costs_nothing() {
     task.points.push(point(180.0, 1, 0.0));
     let rests = task.solve().unwrap();
     assert!((rests.objective / free.objective - 1.0).abs() < 1e-9, "{} {}", rests.objective, free.objective);
+}
+
+#[test]
+fn half_wave_symmetry_is_about_the_mean() {
+    // Dwells at 0 and 1, half a turn apart, are those at ∓½ about a mean of ½.
+    let about_zero = symmetric_task(5, PI / 6.0, Objective::Chebyshev).solve().unwrap();
+    let mut task = symmetric_task(5, PI / 6.0, Objective::Chebyshev);
+    for range in &mut task.ranges {
+        range.prescribed[0].as_mut().unwrap().0[0] += 0.5;
+    }
+    let lifted = task.solve().unwrap();
+    assert!((lifted.series.a[0] - 0.5).abs() < 1e-15 && (lifted.objective - about_zero.objective).abs() < 1e-15);
+    assert!((0..=5).step_by(2).skip(1).all(|k| lifted.series.a[k] == 0.0));
+}
+
+#[test]
+fn a_task_that_no_motion_fulfils_best_is_refused() {
+    // Equal dwells half a turn apart are the mean of a half-wave; those at φ and −φ are one where U is even.
+    let half_wave = Symmetry { even: false, half_wave: true };
+    let even = Symmetry { even: true, half_wave: false };
+    let two = |first: f64, second: f64, u: [f64; 2]| {
+        vec![degrees(first - 40.0, first + 40.0, u[0]), degrees(second - 40.0, second + 40.0, u[1])]
+    };
+    for (symmetry, ranges, rest) in [
+        (half_wave, two(0.0, 180.0, [0.003; 2]), 0.003),
+        (half_wave, two(0.0, 180.0, [0.0; 2]), 0.0),
+        (even, two(60.0, 300.0, [0.004, 0.002]), 0.003),
+    ] {
+        for objective in [Objective::Chebyshev, Objective::LeastSquares, Objective::PeakAcceleration] {
+            let mut task = Task { basis: Basis::new(7, symmetry), objective, ..task(7, ranges.clone(), Vec::new()) };
+            for range in &mut task.ranges {
+                range.prescribed[1..].fill(None);
+            }
+            if objective == Objective::PeakAcceleration {
+                for range in &task.ranges {
+                    let around = range.prescribed[0].clone().unwrap();
+                    let Range { from, to, .. } = *range;
+                    task.bounds.push(Bound { from, to, order: 0, around, min: -0.0011, max: 0.0011 });
+                }
+            }
+            let assignment = assignment(task, &["dwell[1]", "dwell[2]"]);
+            let fault = assignment.study(&|_| {}).unwrap_err();
+            let Infeasible::Still { at } = fault else { panic!("{symmetry:?} {objective:?}: {fault:?}") };
+            // The least peak of acceleration leaves the place free within the tolerances.
+            let free = if objective == Objective::PeakAcceleration { 0.0011 } else { 1e-12 };
+            assert!((at - rest).abs() <= free, "{symmetry:?} {objective:?}: {at}");
+            let text = fault.words(&assignment.task, &assignment.names);
+            assert!(text.contains("`dwell[1]`, `dwell[2]` rests at U = ") && text.contains("hint"), "{text}");
+        }
+    }
 }
