@@ -1,31 +1,38 @@
-//! Wrong scenes and what is said of them: `tests/scenes/x.toml` ↔ `tests/scenes/x.txt`.
+//! Wrong scenes and what is said of them: `tests/scenes/x.toml` ↔ `tests/scenes/x.txt`; tasks in `tests/tasks`.
 //!
 //! `BLESS=1 cargo test --test scenes` writes the messages anew; look at the difference before keeping it.
 #![cfg(feature = "cli")]
 
 use std::path::{Path, PathBuf};
 
-/// The files of `tests/scenes` with this extension, by name.
-fn files(extension: &str) -> Vec<PathBuf> {
-    let folder = Path::new("tests/scenes");
-    let entries = std::fs::read_dir(folder).expect("tests/scenes is there");
+/// The files of the folder with this extension, by name.
+fn files(folder: &str, extension: &str) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).expect("the folder is there");
     let mut files: Vec<PathBuf> = entries.map(|entry| entry.expect("a directory entry").path()).collect();
     files.retain(|path| path.extension().is_some_and(|e| e == extension));
     files.sort();
     files
 }
 
+/// The faults of a file.
+type Read = fn(&Path) -> Option<String>;
+
+/// Each folder with what reads its files.
+const FOLDERS: [(&str, Read); 2] = [
+    ("tests/scenes", |path| camdrive::scene::read(path).err().map(|faults| faults.to_string())),
+    ("tests/tasks", |path| camdrive::scene::synthesis::read(path).err().map(|faults| faults.to_string())),
+];
+
 #[test]
-fn wrong_scenes_get_the_stored_messages() {
+fn wrong_scenes_and_tasks_get_the_stored_messages() {
     let bless = std::env::var_os("BLESS").is_some_and(|v| v == "1");
     let mut different = Vec::new();
-    for scene in files("toml") {
+    for (scene, read) in
+        FOLDERS.iter().flat_map(|(folder, read)| files(folder, "toml").into_iter().map(move |f| (f, read)))
+    {
         // The same path on every platform, since it is part of the message.
         let name = scene.to_string_lossy().replace('\\', "/");
-        let faults = match camdrive::scene::read(Path::new(&name)) {
-            Ok(_) => panic!("{name} should have faults"),
-            Err(faults) => faults.to_string(),
-        };
+        let faults = read(Path::new(&name)).unwrap_or_else(|| panic!("{name} should have faults"));
         let expected = scene.with_extension("txt");
         if bless {
             std::fs::write(&expected, &faults).expect("the message can be written");
@@ -38,7 +45,57 @@ fn wrong_scenes_get_the_stored_messages() {
 
 #[test]
 fn every_stored_message_has_its_scene() {
-    for message in files("txt") {
+    for message in FOLDERS.iter().flat_map(|(folder, _)| files(folder, "txt")) {
         assert!(message.with_extension("toml").exists(), "{} is left over", message.display());
     }
+}
+
+#[test]
+fn derivatives_by_the_angle_may_have_their_unit_in_full() {
+    let task = |of: [&str; 12]| {
+        let [position, slope, bend, third, limit, weight, dwell, twist, first, second, wave, short] = of;
+        let text = format!(
+            "name = \"t\"\nharmonics = 5\nobjective = \"chebyshev\"\nddU_weight = {weight}\n\
+             [[point]]\nphi = 1\nU = {position}\ndU = {slope}\nddU = {bend}\ndddU = {third}\n\
+             [[bound]]\nof = \"ddU\"\nlimit = {limit}\n[[bound]]\nof = \"dddU\"\nmin = {twist}\n\
+             [[dwell]]\nfrom = 2\nto = 3\nU = 0\ndU_tolerance = {dwell}\n\
+             [[range]]\nfrom = 4\nto = 5\ndU = [{first}, {second}]\nddU = {wave}\nddU_tolerance = {short}\n"
+        );
+        let path = std::env::temp_dir().join(format!("camdrive_units_{}.toml", std::process::id()));
+        std::fs::write(&path, text).expect("the folder can be written to");
+        let read = camdrive::scene::synthesis::read(&path);
+        std::fs::remove_file(&path).expect("the file is there");
+        read.unwrap_or_else(|faults| panic!("{faults}"))
+    };
+    let plain = task(["0.025", "0.025", "0.4", "0.003", "2", "0.1", "0.001", "-3", "0.5", "0.25", "0.125", "0.5"]);
+    let lengths = task([
+        "\"25 mm\"",
+        "\"25 mm\"",
+        "\"0.4 m\"",
+        "\"3 mm\"",
+        "\"2 m\"",
+        "0.1",
+        "\"1 mm\"",
+        "\"-3 m\"",
+        "\"50 cm\"",
+        "\"25 cm\"",
+        "\"125 mm\"",
+        "\"0.5 m\"",
+    ]);
+    let full = task([
+        "\"25 mm\"",
+        "\"25 mm/rad\"",
+        "\"400 mm/rad²\"",
+        "\"3 mm/rad3\"",
+        "\"2 m/rad^2\"",
+        "\"0.1 rad2\"",
+        "\"1 mm/rad\"",
+        "\"-3 m/rad3\"",
+        "\"500 mm/rad\"",
+        "\"25 cm/rad2\"",
+        "\"125 mm/rad2\"",
+        "\"0.5 m/rad2\"",
+    ]);
+    assert_eq!(plain, lengths);
+    assert_eq!(plain, full);
 }

@@ -309,24 +309,43 @@ impl<'a> Section<'a> {
         }
     }
 
+    /// A derivative of U by the angle, of the quantity per radⁿ; a unit may leave the angle out.
+    pub fn derivative(&self, key: &'static str, of: &'static Quantity, n: i32, limits: Limits) -> Option<Option<f64>> {
+        match self.node(key) {
+            None => Some(None),
+            Some(node) => self.per_angle(&node, of, n, limits).map(Some),
+        }
+    }
+
+    fn per_angle(&self, node: &Node<'_>, quantity: &'static Quantity, n: i32, limits: Limits) -> Option<f64> {
+        let without = matches!(node.value, DeValue::String(text) if units::parse(text, quantity).is_ok());
+        self.number(node, if without { quantity } else { units::per_angle(quantity, n) }, limits)
+    }
+
     /// A list of real numbers; empty where the key is not there.
     pub fn reals(&self, key: &'static str, quantity: &'static Quantity) -> Option<Vec<f64>> {
+        self.list(key, |_, node| self.number(node, quantity, ANY))
+    }
+
+    /// The coefficients of a polynomial in an angle, whose value is a derivative as of [`Section::derivative`].
+    pub fn polynomial(&self, key: &'static str, quantity: &'static Quantity, n: i32) -> Option<Vec<f64>> {
+        self.list(key, |j, node| self.per_angle(node, quantity, n + j as i32, ANY))
+    }
+
+    fn list(&self, key: &'static str, read: impl Fn(usize, &Node<'_>) -> Option<f64>) -> Option<Vec<f64>> {
         let Some(node) = self.node(key) else { return Some(Vec::new()) };
         let DeValue::Array(items) = node.value else {
             self.wrong_type(&node, "a list of numbers");
             return None;
         };
         let first = if key == "b" { 1 } else { 0 };
-        let values: Vec<Option<f64>> = items
-            .iter()
-            .enumerate()
-            .map(|(i, item)| {
-                let path = format!("{}[{}]", node.path, i + first);
-                self.faults.read.borrow_mut().insert(path.clone(), item.span());
-                self.number(&Node { path, span: item.span(), value: item.get_ref() }, quantity, ANY)
-            })
-            .collect();
-        values.into_iter().collect()
+        let values = items.iter().enumerate().map(|(i, item)| {
+            let path = format!("{}[{}]", node.path, i + first);
+            self.faults.read.borrow_mut().insert(path.clone(), item.span());
+            read(i, &Node { path, span: item.span(), value: item.get_ref() })
+        });
+        // All of them, so that all faults are told.
+        values.collect::<Vec<_>>().into_iter().collect()
     }
 
     /// A whole number that must be there.

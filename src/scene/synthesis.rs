@@ -4,7 +4,7 @@
 
 use super::diagnostics::Diagnostics;
 use super::models::{forbid, spring};
-use super::section::{ANY, NOT_NEGATIVE, POSITIVE, Section, within};
+use super::section::{ANY, Limits, NOT_NEGATIVE, POSITIVE, Section, within};
 use super::units;
 use crate::design::synthesis::shaft::{Norm, Shaft, ShaftGoal};
 use crate::design::synthesis::study::{Assignment, Elasticity, Method, Names};
@@ -100,18 +100,18 @@ impl Lengths {
         Lengths { scale: scale.unwrap_or(1.0), quantity }
     }
 
-    fn optional(&self, section: &Section<'_>, key: &'static str, positive: bool) -> Option<Option<f64>> {
-        let limits = if positive { POSITIVE } else { ANY };
-        Some(section.optional(key, self.quantity, limits)?.map(|value| value * self.scale))
+    /// A value of U⁽ⁿ⁾, n = `order`.
+    fn optional(&self, section: &Section<'_>, key: &'static str, order: usize, limits: Limits) -> Option<Option<f64>> {
+        Some(section.derivative(key, self.quantity, order as i32, limits)?.map(|value| value * self.scale))
     }
 
-    /// A number, or the list of the coefficients of a polynomial.
-    fn polynomial(&self, section: &Section<'_>, key: &'static str) -> Option<Option<Polynomial>> {
-        let Some(node) = section.node(key) else { return Some(None) };
+    /// The same, or the list of the coefficients of a polynomial.
+    fn polynomial(&self, section: &Section<'_>, order: usize) -> Option<Option<Polynomial>> {
+        let Some(node) = section.node(ORDERS[order]) else { return Some(None) };
         if !matches!(node.value, toml::de::DeValue::Array(_)) {
-            return Some(self.optional(section, key, false)?.map(|value| Polynomial(vec![value])));
+            return Some(self.optional(section, ORDERS[order], order, ANY)?.map(|value| Polynomial(vec![value])));
         }
-        let list = section.reals(key, self.quantity)?;
+        let list = section.polynomial(ORDERS[order], self.quantity, order as i32)?;
         Some(Some(Polynomial(list.into_iter().map(|c| c * self.scale).collect())))
     }
 }
@@ -123,7 +123,10 @@ fn assignment(root: &Section<'_>, folder: &Path) -> Option<Assignment> {
     let harmonics = root.count("harmonics", 1, MOST_HARMONICS);
     let symmetry = root.choice_or("symmetry", SYMMETRIES, Symmetry::default());
     let kind = root.choice("objective", OBJECTIVES);
-    let weights = ["dU_weight", "ddU_weight"].map(|key| root.optional(key, &unit::NUMBER, NOT_NEGATIVE));
+    // Sums of squares weigh squares.
+    let power = if matches!(kind, Some(Kind::LeastSquares | Kind::DiscreteLeastSquares)) { -2 } else { -1 };
+    let weights = [("dU_weight", power), ("ddU_weight", 2 * power)]
+        .map(|(key, n)| root.derivative(key, &unit::NUMBER, n, NOT_NEGATIVE));
     let points = discrete_points(root, kind);
     let search = search(root, kind);
     let scene = root.text("scene").map(|path| path.map(|path| folder.join(path)));
@@ -286,13 +289,13 @@ fn agrees(section: &Section<'_>, range: &Range, other: &Given) -> bool {
 }
 
 fn tolerances(section: &Section<'_>, lengths: &Lengths) -> Option<[Option<f64>; 3]> {
-    let [a, b, c] = TOLERANCES.map(|key| lengths.optional(section, key, true));
+    let [a, b, c] = [0, 1, 2].map(|order| lengths.optional(section, TOLERANCES[order], order, POSITIVE));
     Some([a?, b?, c?])
 }
 
 fn range(section: &Section<'_>, lengths: &Lengths, weighted: [bool; 2]) -> Option<(Range, [Option<f64>; 3])> {
     let ends = angles(section);
-    let targets = [0, 1, 2].map(|order| lengths.polynomial(section, ORDERS[order]));
+    let targets = [0, 1, 2].map(|order| lengths.polynomial(section, order));
     let weight = section.real_or("weight", &unit::NUMBER, POSITIVE, 1.0);
     let tolerances = tolerances(section, lengths);
     section.finish(SYNONYMS);
@@ -347,7 +350,7 @@ fn exact_points(root: &Section<'_>, lengths: &Lengths) -> Option<Vec<(String, Po
     let sections = root.sections("point")?;
     let of = |section: &Section<'_>| {
         let phi = section.real("phi", &unit::ANGLE, within(-2.0 * TAU, 2.0 * TAU));
-        let values = ORDERS.map(|key| lengths.optional(section, key, false));
+        let values = [0, 1, 2, 3].map(|order| lengths.optional(section, ORDERS[order], order, ANY));
         section.finish(SYNONYMS);
         let mut points = Vec::new();
         let phi = phi?;
@@ -373,8 +376,8 @@ fn bounds(root: &Section<'_>, lengths: &Lengths) -> Option<Vec<(String, Bound)>>
     let of = |section: &Section<'_>| {
         let ends = if section.has("from") || section.has("to") { angles(section) } else { Some((0.0, TAU)) };
         let order = section.choice("of", &orders);
-        let values = [("min", false), ("max", false), ("limit", true)]
-            .map(|(key, positive)| lengths.optional(section, key, positive));
+        let values = [("min", ANY), ("max", ANY), ("limit", POSITIVE)]
+            .map(|(key, limits)| lengths.optional(section, key, order.unwrap_or(0), limits));
         section.finish(SYNONYMS);
         let [min, max, limit] = [values[0]?, values[1]?, values[2]?];
         if limit.is_some() {
@@ -433,8 +436,8 @@ fn elasticity(root: &Section<'_>, lengths: &Lengths, kind: Option<Kind>) -> Opti
     let damping = section.real_or("damping_ratio", &unit::NUMBER, within(0.0, 10.0), 0.0);
     let slowest = section.real_or("slowest", &unit::ANGULAR_VELOCITY, NOT_NEGATIVE, 0.0);
     let fastest = section.optional("fastest", &unit::ANGULAR_VELOCITY, POSITIVE);
-    let tolerance = lengths.optional(&section, "tolerance", true);
-    let amplitude = lengths.optional(&section, "admissible_amplitude", true);
+    let tolerance = lengths.optional(&section, "tolerance", 0, POSITIVE);
+    let amplitude = lengths.optional(&section, "admissible_amplitude", 0, POSITIVE);
     let method = section.choice_or("method", METHODS, Method::Robust);
     section.finish(SYNONYMS);
     let (slowest, fastest, tolerance) = (slowest?, fastest?, tolerance?);

@@ -66,6 +66,37 @@ const PREFIXES: &[(&str, f64, f64)] = &[
 /// Whole units that engineers write for revolutions per minute.
 const REVOLUTIONS_PER_MINUTE: &[&str] = &["1/min", "U/min", "min-1", "r/min", "/min"];
 
+/// A quantity whose unit is this one times a power of rad.
+macro_rules! times_rad {
+    ($name:literal $words:literal, $unit:literal, $m:literal: $($power:literal $exponent:literal),*) => {
+        [$(Quantity {
+            name: concat!($name, $words, $power),
+            unit: concat!($unit, $power),
+            base: [0, $m, 0, $exponent],
+            display: None,
+        }),*]
+    };
+}
+
+/// Derivatives of a length by an angle [m/radⁿ], n = 1 … 9.
+static LENGTHS: [Quantity; 9] =
+    times_rad!("Length" "PerRad", "m/rad", 1: "" -1, "2" -2, "3" -3, "4" -4, "5" -5, "6" -6, "7" -7, "8" -8, "9" -9);
+/// Derivatives of a number by an angle [1/radⁿ], n = 1 … 9.
+static NUMBERS: [Quantity; 9] =
+    times_rad!("Number" "PerRad", "1/rad", 0: "" -1, "2" -2, "3" -3, "4" -4, "5" -5, "6" -6, "7" -7, "8" -8, "9" -9);
+/// Weights of such derivatives [radⁿ], n = 1 … 4.
+static WEIGHTS: [Quantity; 4] = times_rad!("Number" "TimesRad", "rad", 0: "" 1, "2" 2, "3" 3, "4" 4);
+
+/// A length or a number per radⁿ; of an n below 0 a number times rad⁻ⁿ. Of a power that no unit has, the quantity itself.
+pub fn per_angle(quantity: &'static Quantity, n: i32) -> &'static Quantity {
+    let list = match n {
+        ..0 => &WEIGHTS[..],
+        _ if quantity.base == unit::LENGTH.base => &LENGTHS,
+        _ => &NUMBERS,
+    };
+    (n.unsigned_abs() as usize).checked_sub(1).and_then(|i| list.get(i)).unwrap_or(quantity)
+}
+
 /// An example of each quantity, for hints.
 const EXAMPLES: &[(&Quantity, &str)] = &[
     (&unit::NUMBER, "0.5"),
@@ -86,6 +117,12 @@ const EXAMPLES: &[(&Quantity, &str)] = &[
     (&unit::IMPULSE, "\"2 N.s\""),
     (&unit::ENERGY, "\"3 J\""),
     (&unit::TIME, "\"5 ms\""),
+    (&LENGTHS[0], "\"25 mm/rad\" or \"25 mm\""),
+    (&LENGTHS[1], "\"25 mm/rad2\" or \"25 mm\""),
+    (&LENGTHS[2], "\"25 mm/rad3\" or \"25 mm\""),
+    (&NUMBERS[0], "\"0.5 1/rad\" or 0.5"),
+    (&NUMBERS[1], "\"0.5 1/rad2\" or 0.5"),
+    (&NUMBERS[2], "\"0.5 1/rad3\" or 0.5"),
 ];
 
 const fn one(base: [i8; 4]) -> Unit {
@@ -347,6 +384,34 @@ mod tests {
         // Decimal prefixes round once: the value is the one that plain SI text gives.
         assert_eq!(parse("0.94 mm", &unit::LENGTH), Ok(0.00094));
         assert_eq!(parse("3.5 N/mm", &unit::STIFFNESS), Ok(3500.0));
+    }
+
+    #[test]
+    fn derivatives_by_an_angle_have_units() {
+        let length = |n: i32| per_angle(&unit::LENGTH, n);
+        for (text, quantity, si) in [
+            ("25 mm/rad", length(1), 0.025),
+            ("0 mm/rad2", length(2), 0.0),
+            ("400 mm/rad²", length(2), 0.4),
+            ("-3 mm/rad^3", length(3), -0.003),
+            ("1 mm/deg", length(1), 0.18 / PI),
+            ("1 mm/deg2", length(2), 1e-3 * (180.0 / PI) * (180.0 / PI)),
+            ("2 m/rev", length(1), 2.0 / TAU),
+            ("7 m/rad7", length(7), 7.0),
+            ("25", length(1), 25.0),
+            ("0.5 1/rad", per_angle(&unit::NUMBER, 1), 0.5),
+            ("0.5/rad2", per_angle(&unit::NUMBER, 2), 0.5),
+            ("180 deg", per_angle(&unit::NUMBER, -1), PI),
+            ("0.1 rad4", per_angle(&unit::NUMBER, -4), 0.1),
+        ] {
+            let value = parse(text, quantity).unwrap_or_else(|e| panic!("{text}: {}", e.message));
+            // Conversions of degrees round a few times.
+            assert!((value - si).abs() <= 4.0 * f64::EPSILON * si.abs(), "{text}: {value} for {si}");
+        }
+        let fault = parse("25 mm/rad2", length(1)).expect_err("another derivative");
+        assert_eq!(fault.message, "\"25 mm/rad2\" is a length per rad2; a length per rad is expected");
+        assert_eq!(fault.hint, "write for example \"25 mm/rad\" or \"25 mm\"");
+        assert_eq!(per_angle(&unit::LENGTH, 0), &unit::LENGTH);
     }
 
     #[test]
