@@ -42,7 +42,11 @@ pub fn numbered(system: &System, n: usize, start: &Boundaries) -> Option<Tongue>
 
 fn exact(system: &System, n: usize, start: Pair) -> Option<Tongue> {
     let tongue = Tongue::new(system, n, start);
-    (tongue.residual < LOST).then_some(tongue)
+    // Half of the way to the next order.
+    let room = start.high.abs() / n as f64;
+    let Pair { low, high } = tongue.lambda;
+    let near = (low - start.low).abs() < room && (high - start.high).abs() < room;
+    (near && tongue.residual < LOST).then_some(tongue)
 }
 
 fn followed(system: &System, n: usize) -> Option<Tongue> {

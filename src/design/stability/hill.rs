@@ -10,7 +10,8 @@
 //! - Inertia that turns (b̂₁ = m̂′, ĉ₂ = m̂″/2): Σ m̂ₙ₋ₗ (n² + l²)/2 qₗ = λ Σ ĉₙ₋ₗ qₗ, symmetric where ĉ > 0. An
 //!   eigenvalue λ ≤ 0 belongs to no speed: the instability reaches from the other boundary to infinite speed.
 //! - Fixed inertia: −q″ = λ (ĉ/m̂) q, with η² = 1/λ as the eigenvalue, so that ĉ may change its sign. The constant is
-//!   eliminated, since it does not oscillate.
+//!   eliminated, since it does not oscillate. A damping that is negative somewhere adds what depends on η
+//!   ([`System::ratio`]); each order takes it at its own η = 1/j.
 //!
 //! Source: V. A. Yakubovich, V. M. Starzhinskii, *Linear Differential Equations with Periodic Coefficients*, Wiley
 //! 1975, chapters II and VIII; W. Magnus, S. Winkler, *Hill's Equation*, Wiley 1966, theorem 2.1.
@@ -79,16 +80,30 @@ const fn first_harmonics(orders: usize) -> usize {
 
 /// The boundaries of the orders 1 … `orders`.
 pub fn boundaries(system: &System, orders: usize) -> Boundaries {
-    let mut harmonics = first_harmonics(orders);
     let functions = Functions::of(system);
-    let mut pairs = truncated(&functions, orders, harmonics);
+    let Some(fluctuation) = system.active.then(|| functions.harmonics(system.fluctuation())) else {
+        return converged(&functions, orders);
+    };
+    let mut all = Boundaries::none();
+    for n in 1..=orders {
+        let own = converged(&functions.with(&fluctuation, 0.5 * (n * functions.parts) as f64), n);
+        all.pairs.extend(own.pairs.last());
+        all.changes.extend(own.changes.last());
+        all.harmonics = all.harmonics.max(own.harmonics);
+    }
+    all
+}
+
+fn converged(functions: &Functions, orders: usize) -> Boundaries {
+    let mut harmonics = first_harmonics(orders);
+    let mut pairs = truncated(functions, orders, harmonics);
     let mut changes = vec![f64::INFINITY; orders];
     // The first doubling tells what is to be trusted.
     while changes.first() == Some(&f64::INFINITY)
         || (!(largest(&changes) <= CONVERGED) && 2 * harmonics <= MOST_HARMONICS)
     {
         harmonics *= 2;
-        let finer = truncated(&functions, orders, harmonics);
+        let finer = truncated(functions, orders, harmonics);
         let part = |(a, b): (&Pair, &Pair)| ((a.low - b.low).abs().max((a.high - b.high).abs())) / b.high.abs();
         changes = pairs.iter().zip(&finer).map(part).collect();
         pairs = finer;
@@ -117,13 +132,29 @@ enum Kind {
 
 impl Functions {
     fn of(system: &System) -> Self {
-        let parts = system.parts.max(1);
-        let list = |all: Vec<Complex>| -> Vec<Complex> { all.into_iter().step_by(parts).collect() };
-        let kind = match system.inertia_turns() {
-            true => Kind::Turning([list(system.inertia()), list(system.stiffness())]),
-            false => Kind::Fixed(list(system.ratio())),
+        let mut functions = Functions { parts: system.parts.max(1), kind: Kind::Fixed(Vec::new()) };
+        functions.kind = match system.inertia_turns() {
+            true => Kind::Turning([functions.harmonics(system.inertia()), functions.harmonics(system.stiffness())]),
+            false => Kind::Fixed(functions.harmonics(system.ratio())),
         };
-        Functions { parts, kind }
+        functions
+    }
+
+    /// Those that the symmetry admits.
+    fn harmonics(&self, all: Vec<Complex>) -> Vec<Complex> {
+        all.into_iter().step_by(self.parts).collect()
+    }
+
+    /// The same with what a fluctuation of the damping adds at η = 1/j; no drive has it with an inertia that turns.
+    fn with(&self, fluctuation: &[Complex], j: f64) -> Self {
+        let kind = match &self.kind {
+            Kind::Fixed(ratio) => {
+                let sum = |(a, b): (&Complex, &Complex)| [a[0] + b[0] / j, a[1] + b[1] / j];
+                Kind::Fixed(ratio.iter().zip(fluctuation).map(sum).collect())
+            }
+            Kind::Turning(both) => Kind::Turning(both.clone()),
+        };
+        Functions { parts: self.parts, kind }
     }
 }
 

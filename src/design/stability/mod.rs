@@ -79,6 +79,8 @@ const RESONANCES: usize = 40;
 pub const TOLERATED: f64 = 0.1;
 /// What is left of |1 ∓ tr M + det M| where no boundary is: far above rounding.
 const LOST: f64 = 1e-6;
+/// Free motions that change in a turn by less than this part neither grow nor decay.
+const BORDER: f64 = 1e-12;
 /// Below this θ* an order is of no account: less than any machine's damping by orders of magnitude.
 pub const NEGLIGIBLE: f64 = 1e-12;
 
@@ -281,7 +283,10 @@ pub fn study(
     Ok(Report {
         scene: scene.to_owned(),
         model: model.to_owned(),
-        note: oscillator.note.clone(),
+        note: match system.active {
+            true => Some([oscillator.note.as_deref().unwrap_or_default(), table::ACTIVE].join(" ").trim().to_owned()),
+            false => oscillator.note.clone(),
+        },
         units: [oscillator.coordinate.unit, oscillator.load.unit],
         oscillator: Oscillator {
             natural_frequency: w0,
@@ -436,7 +441,7 @@ fn at_speed(system: &System, known: &[Known], orders: &[Order], speed: f64, thet
         eta,
         multipliers: multipliers(&m).map(power),
         radius,
-        stable: radius < 1.0,
+        stable: radius < 1.0 - BORDER,
         critical_damping: inside.map_or(0.0, |((tongue, _), _)| tongue.critical_above(system, 1.0 / eta, theta)),
         order: inside.map(|((tongue, _), _)| tongue.j),
         next: [below.map(|(j, [_, high])| [j, w0 * high]), above.map(|(j, [low, _])| [j, w0 * low])],

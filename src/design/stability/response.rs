@@ -116,7 +116,8 @@ impl<'a> Turn<'a> {
             course.reach(&self.map, tau).ok()?;
             let [q, slope] = course.at(&self.map, tau);
             let t = self.system.at((self.system.start() + tau).rem_euclid(TAU));
-            let now = [q, t.c * q + 2.0 * self.theta * self.eta * t.b * slope];
+            let damping = self.system.damping(t.b, 1.0 / self.eta, 2.0 * self.theta / self.eta);
+            let now = [q, t.c * q + self.eta * self.eta * damping * slope];
             for k in 0..2 {
                 largest[k] = largest[k].max(now[k].abs());
                 if i > 1 && (last[k] - before[k]) * (now[k] - last[k]) < 0.0 {

@@ -7,6 +7,12 @@
 //! It is linear in λ and d, so that every question of stability is an eigenproblem in one of them. Where b = 0,
 //! b̂ = 1: damping is then what would have to be added. A modulation μ multiplies what varies of all coefficients of
 //! the left side: m̂ = 1 + μ (m/m₀ − 1) and so on.
+//!
+//! A damping that is negative somewhere cannot be scaled as a whole: its mean may be 0 or next to it. There
+//! b₀ = ∫ b/m dφ / ∫ 1/m dφ is the constant damping with the same decay over a turn (Liouville's formula: the product of
+//! the multipliers is exp(−∫ b/m dt)), and what b differs from it stays at every θ: the term of q′ is
+//! d + β + b̂₁ with β = (b − b₀)/(m₀ Ω), b̂ stands for 1 + β η. At another modulation a constant is taken from β so that
+//! ∫ β/m̂ dφ = 0 all the same.
 
 use super::hill;
 use crate::drives::Fault;
@@ -41,7 +47,7 @@ const CELL_TOLERANCES: [f64; 3] = [1e-12, 1e-10, 1e-8];
 pub struct Means {
     /// m₀.
     pub m: f64,
-    /// b₀.
+    /// b₀; where the damping is negative somewhere, the constant one with the same decay.
     pub b: f64,
     /// c₀.
     pub c: f64,
@@ -54,6 +60,10 @@ pub struct System<'a> {
     pub mean: Means,
     /// μ.
     pub modulation: f64,
+    /// Whether the damping is negative somewhere.
+    pub active: bool,
+    /// What is taken from β η for ∫ β/m̂ dφ = 0.
+    drift: f64,
     /// Into how many equal periods symmetry divides the turn; 0 where the coefficients are constant.
     pub parts: usize,
     /// Nodes and weights of a quadrature over a turn, with the coefficients there.
@@ -110,28 +120,49 @@ impl<'a> System<'a> {
     fn sampled(oscillator: &'a PeriodicOscillator, order: usize) -> Result<Self, Fault> {
         let samples = sample(oscillator, order);
         let mean = |term: fn(&Terms) -> f64| samples.iter().map(|(_, w, t)| w * term(t)).sum::<f64>();
-        let mean = Means { m: mean(|t| t.m), b: mean(|t| t.b), c: mean(|t| t.c) };
+        let mut mean = Means { m: mean(|t| t.m), b: mean(|t| t.b), c: mean(|t| t.c) };
         let unit = oscillator.load.unit;
-        if !(mean.m > 0.0 && mean.c > 0.0 && mean.b >= 0.0) {
+        if !(mean.m > 0.0 && mean.c > 0.0) {
             return Err(Fault(format!(
-                "the means over a turn, inertia {}, damping {}, stiffness {} (loads in {unit}), must be positive, that \
-                 of the damping may be 0: without them there is no natural frequency and no damping ratio",
-                mean.m, mean.b, mean.c
+                "the means over a turn, inertia {}, stiffness {} (loads in {unit}), must be positive: without them there \
+                 is no natural frequency",
+                mean.m, mean.c
             )));
         }
         if let Some((phi, _, t)) = samples.iter().find(|(_, _, t)| t.m <= 0.0) {
             return Err(Fault(format!("the inertia {} at {phi:.4} rad must be positive all around the turn", t.m)));
         }
-        if mean.b == 0.0 && samples.iter().any(|(_, _, t)| t.b != 0.0) {
-            return Err(Fault::new(
-                "the damping varies about a mean of 0, so there is no damping ratio; give it a mean above 0",
-            ));
+        let rounding = LEAST_HARMONIC * samples.iter().map(|(_, _, t)| t.b.abs()).fold(0.0, f64::max);
+        let active = samples.iter().any(|(_, _, t)| t.b < -rounding);
+        if active {
+            let over_inertia = |g: fn(&Terms) -> f64| samples.iter().map(|(_, w, t)| w * g(t) / t.m).sum::<f64>();
+            mean.b = over_inertia(|t| t.b) / over_inertia(|_| 1.0);
+            // The mean of harmonics is 0 but for rounding.
+            mean.b = if mean.b.abs() <= rounding { 0.0 } else { mean.b };
+        }
+        if !(mean.b >= 0.0) {
+            return Err(Fault(format!(
+                "free motions grow at every speed: over a turn the damping does as much as a constant one of {} (loads in \
+                 {unit}), its mean over the inertia; add constant damping until that is at least 0",
+                mean.b
+            )));
         }
         let samples = Arc::new(samples);
         let harmonics = Arc::default();
         let (failed, unnumbered) = (Arc::default(), Arc::default());
-        let mut system =
-            System { oscillator, mean, modulation: 1.0, parts: 0, samples, order, harmonics, failed, unnumbered };
+        let mut system = System {
+            oscillator,
+            mean,
+            modulation: 1.0,
+            active,
+            drift: 0.0,
+            parts: 0,
+            samples,
+            order,
+            harmonics,
+            failed,
+            unnumbered,
+        };
         let [inertia, stiffness] = [system.coefficients(order, &|t| t.m), system.coefficients(order, &|t| t.c)];
         system.harmonics = Arc::new(Harmonics { inertia, stiffness });
         Ok(system)
@@ -141,7 +172,12 @@ impl<'a> System<'a> {
     pub fn modulated(&self, factor: f64) -> System<'a> {
         let (samples, harmonics) = (self.samples.clone(), self.harmonics.clone());
         let (failed, unnumbered) = (self.failed.clone(), self.unnumbered.clone());
-        System { modulation: factor, samples, harmonics, failed, unnumbered, ..*self }
+        let mut system = System { modulation: factor, drift: 0.0, samples, harmonics, failed, unnumbered, ..*self };
+        if self.active {
+            let over_inertia = |g: &dyn Fn(&Terms) -> f64| system.coefficients(0, &|t| g(t) / t.m)[0][0];
+            system.drift = over_inertia(&|t| t.b - 1.0) / over_inertia(&|_| 1.0);
+        }
+        system
     }
 
     /// The modulation at which the inertia vanishes somewhere; infinite where it does not vary.
@@ -176,13 +212,22 @@ impl<'a> System<'a> {
         let varied = |value: f64, mean: f64| 1.0 + self.modulation * (value / mean - 1.0);
         Terms {
             m: varied(t.m, m),
-            b: if b > 0.0 { varied(t.b, b) } else { 1.0 },
+            b: match b {
+                _ if self.active => 1.0 + self.modulation * (t.b - b) / (m * self.natural_frequency()) - self.drift,
+                0.0 => 1.0,
+                b => varied(t.b, b),
+            },
             b1: self.modulation * t.b1 / m,
             c: varied(t.c, c),
             c2: self.modulation * t.c2 / m,
             f: t.f / c,
             f2: t.f2 / m,
         }
+    }
+
+    /// The damping term of q′ where b̂ is `b`, at η = 1/`inverse`.
+    pub fn damping(&self, b: f64, inverse: f64, d: f64) -> f64 {
+        if self.active { d + inverse * (b - 1.0) } else { d * b }
     }
 
     /// The coefficients of m̂ of the orders up to [`System::highest_harmonic`]: (1/2π) ∫ m̂ e^(−ikφ) dφ.
@@ -195,10 +240,21 @@ impl<'a> System<'a> {
         self.varied(&self.harmonics.stiffness)
     }
 
-    /// Those of ĉ/m̂.
+    /// Those of ĉ/m̂. Of an active damping those of ĉ/m̂ − ¼ (β η/m̂)², what is left of it in the equation of
+    /// y = q exp(½ ∫ β/m̂ dφ) at θ = 0; the other part is [`System::fluctuation`] over η.
     pub fn ratio(&self) -> Vec<Complex> {
+        if self.active {
+            return self.coefficients(self.order, &|t| t.c / t.m - 0.25 * ((t.b - 1.0) / t.m).powi(2));
+        }
         let constant = self.harmonics.inertia[1..].iter().all(|[re, im]| re.abs().max(im.abs()) < LEAST_HARMONIC);
         if constant { self.stiffness() } else { self.coefficients(self.order, &|t| t.c / t.m) }
+    }
+
+    /// Those of −½ (β η/m̂)′ of an active damping.
+    pub fn fluctuation(&self) -> Vec<Complex> {
+        let list = self.coefficients(self.order, &|t| (t.b - 1.0) / t.m);
+        // The derivative of e^(ikφ) is i k e^(ikφ).
+        list.into_iter().enumerate().map(|(k, [re, im])| [0.5 * k as f64 * im, -0.5 * k as f64 * re]).collect()
     }
 
     fn varied(&self, list: &[Complex]) -> Vec<Complex> {
@@ -399,7 +455,8 @@ impl Periodic for Turn<'_> {
             .system
             .scaled(&(self.system.oscillator.terms)(self.intervals[interval].1, (self.start + phi.hi).rem_euclid(TAU)));
         Coefficients {
-            damping: (self.d * t.b + t.b1) / t.m,
+            // No speed belongs to λ < 0.
+            damping: (self.system.damping(t.b, self.lambda.max(0.0).sqrt(), self.d) + t.b1) / t.m,
             stiffness: (self.lambda * t.c + t.c2) / t.m,
             forcing: if self.loaded { (self.lambda * t.f + t.f2) / t.m } else { 0.0 },
         }

@@ -1,13 +1,17 @@
 //! The report as text, CSV and JSON.
 
 use super::tongue::Extent;
-use super::{NEGLIGIBLE, Order, Report, TOLERATED, is_told};
+use super::{BORDER, NEGLIGIBLE, Order, Report, TOLERATED, is_told};
 use crate::design::text::{Table, csv, number};
 use crate::drives::Fault;
 use std::fmt::Write as _;
 
 /// Where there is nothing to say.
 const NONE: &str = "–";
+
+/// What θ is where the damping is negative somewhere.
+pub const ACTIVE: &str = "The damping is negative over a part of the turn. θ is the ratio of the constant damping with the \
+     same decay over a turn, mean(b/m)/mean(1/m); what varies about it stays at every θ, also \"without damping\".";
 
 /// rad/s → rpm.
 pub const RPM: f64 = 60.0 / std::f64::consts::TAU;
@@ -179,7 +183,7 @@ pub fn of_speeds(report: &Report) -> Vec<String> {
         let mut line = format!("{} rpm (η = {}): ", exact(at.speed * RPM), exact(at.eta));
         line += if at.stable {
             "stable"
-        } else if at.radius > 1.0 + 1e-12 {
+        } else if at.radius > 1.0 + BORDER {
             "UNSTABLE"
         } else {
             "on the border, free motions do not decay"

@@ -1,5 +1,6 @@
 //! Stability against closed forms, against the printed numbers of the sources, and against an independent eigenproblem.
 
+mod active;
 mod extremes;
 mod tables;
 
@@ -7,7 +8,7 @@ use super::bounds::Harmonics;
 use super::hill;
 use super::response;
 use super::system::System;
-use super::tongue::{Apex, Tongue};
+use super::tongue::{Apex, Tongue, multipliers};
 use super::{Options, figures, study, table};
 use crate::drives::oscillator::{PeriodicOscillator, Terms};
 use crate::drives::unit;
@@ -431,8 +432,11 @@ fn speeds_are_unstable_just_where_an_order_says_so() {
 fn what_makes_no_oscillator_is_refused() {
     let with =
         |m: f64, b: f64, c: f64| oscillator(Box::new(move |_, _| Terms { m, b, c, ..Terms::default() }), 1.0, false);
-    for scene in [with(0.0, 0.0, 1.0), with(1.0, 0.0, 0.0), with(1.0, -0.1, 1.0), with(f64::NAN, 0.0, 1.0)] {
+    for scene in [with(0.0, 0.0, 1.0), with(1.0, 0.0, 0.0), with(f64::NAN, 0.0, 1.0)] {
         assert!(System::new(&scene).is_err_and(|fault| fault.0.contains("natural frequency")));
+    }
+    for scene in [with(1.0, -0.1, 1.0), with(1.0, f64::NAN, 1.0)] {
+        assert!(System::new(&scene).is_err_and(|fault| fault.0.contains("free motions grow at every speed")));
     }
     let varying =
         oscillator(Box::new(|_, phi| Terms { m: 1.0 + 1.5 * phi.cos(), c: 1.0, ..Terms::default() }), 1.0, false);
