@@ -159,9 +159,8 @@ pub fn amplification(report: &Report) -> Diagram {
             rules.push(Rule::Area(vec![[from, bottom], [to, bottom], [to, top], [from, top]], Shade::Dark));
         }
     }
-    let shown = report.resonances.iter().filter(|r| (low * w0..high * w0).contains(&r.speed));
     let mut named = f64::INFINITY;
-    for resonance in shown {
+    for resonance in &report.resonances {
         // Those of higher k lie to the left, ever nearer to each other.
         let place = (resonance.speed / (low * w0)).ln() / (high / low).ln();
         let room = named - place > LINE_NAME;

@@ -107,7 +107,7 @@ pub struct Report {
     pub transients: Vec<Option<Transient>>,
     /// The periodic motion over the speed.
     pub amplification: Vec<Steady>,
-    /// The resonances of the load.
+    /// The resonances of the load in the range of speeds of the amplification.
     pub resonances: Vec<Resonance>,
     /// The map over damping.
     pub over_damping: Vec<Region>,
@@ -279,6 +279,9 @@ pub fn study(
         let (tongue, _) = known.iter().find(|(tongue, _)| tongue.j == k as f64 && tongue.lambda.low > 0.0)?;
         Some((2.0 / (tongue.lambda.low + tongue.lambda.high)).sqrt())
     };
+    let resonances = if loaded { response::resonances(&system, theta, most, &expected) } else { Vec::new() };
+    // The list and the diagram show the same speeds.
+    let shown = |resonance: &Resonance| (ranges[0][0]..=ranges[0][1]).contains(&(resonance.speed / w0));
     let motion = |speed: &f64| response::transient(&system, speed / w0, theta);
     Ok(Report {
         scene: scene.to_owned(),
@@ -307,7 +310,7 @@ pub fn study(
         orders,
         transients: if loaded { speeds.iter().map(motion).collect() } else { Vec::new() },
         amplification,
-        resonances: if loaded { response::resonances(&system, theta, most, &expected) } else { Vec::new() },
+        resonances: resonances.into_iter().filter(shown).collect(),
         over_damping,
         over_modulation,
         ranges,
@@ -349,7 +352,8 @@ fn speeds(oscillator: &PeriodicOscillator, options: &Options) -> Result<Vec<f64>
 fn ranges(system: &System, known: &[Known], options: &Options, speeds: &[f64], theta: f64) -> [[f64; 2]; 3] {
     let w0 = system.natural_frequency();
     let told = known.iter().filter(|(_, apex)| apex.is_none_or(|apex| apex.theta > NEGLIGIBLE));
-    let slow = told.clone().map(|(tongue, _)| 1.0 / tongue.lambda.high.sqrt()).fold(0.6, f64::min);
+    // Loads resonate with their second harmonic at η = ½, if no tongue lies below.
+    let slow = told.clone().map(|(tongue, _)| 1.0 / tongue.lambda.high.sqrt()).fold(0.5, f64::min);
     let fast = told.clone().map(|(tongue, _)| match tongue.is_open() {
         true => 2.0 / tongue.lambda.high.sqrt(),
         false => 1.0 / tongue.lambda.low.sqrt(),

@@ -442,3 +442,24 @@ fn what_makes_no_oscillator_is_refused() {
         oscillator(Box::new(|_, phi| Terms { m: 1.0 + 1.5 * phi.cos(), c: 1.0, ..Terms::default() }), 1.0, false);
     assert!(System::new(&varying).is_err_and(|fault| fault.0.contains("inertia")));
 }
+
+#[test]
+fn the_list_of_resonances_is_that_of_the_diagram() {
+    // Without range, it reaches down to the second harmonic also where no parameter varies.
+    for (epsilon, range, least) in [(0.2, None, 4), (0.2, Some([0.3, 0.8]), 2), (0.0, None, 2)] {
+        let load = Fourier::new(vec![1.0; 9], vec![]);
+        let mut oscillator = mathieu(epsilon);
+        let stiffness = mathieu(epsilon).terms;
+        oscillator.terms = Box::new(move |segment, phi| Terms { f: load.at(phi).0[0], ..stiffness(segment, phi) });
+        let options = Options { damping: Some(0.03), quick: true, range, ..Options::default() };
+        let report = study(["loaded", "ParametricDrive"], &oscillator, &options, &|_| {}).unwrap();
+        let [low, high] = report.ranges[0];
+        let (first, last) = (report.amplification.first().unwrap().eta, report.amplification.last().unwrap().eta);
+        assert!((first / low - 1.0).abs() < 1e-12 && (last / high - 1.0).abs() < 1e-12, "{first} {last}");
+        let listed: Vec<usize> = report.resonances.iter().map(|r| r.k).collect();
+        // The mean stiffness is 1: the resonance of k lies next to η = 1/k, those in the range are at no end of it.
+        let inside: Vec<usize> = (1..=8).filter(|k| (low..=high).contains(&(1.0 / *k as f64))).collect();
+        assert_eq!(listed, inside, "{low} {high}");
+        assert!(listed.len() >= least, "{listed:?}");
+    }
+}
