@@ -1,7 +1,7 @@
 //! What an instance takes: no memory in a step or when it is read, whatever the drive, its mode and what happens
-//! inside the step; and little memory beyond what the instances of one FMU share.
+//! inside the step; little memory beyond what the instances of one FMU share; and little of the stack.
 
-use camdrive::drives::variable::{Causality, Kind};
+use camdrive::drives::variable::{Causality, Kind, Variability};
 use camdrive::drives::{Description, DynDrive};
 use camdrive::fmi2::abi::*;
 use camdrive::fmi2::functions::*;
@@ -334,4 +334,150 @@ fn no_step_calls_the_system() {
             assert_eq!(status & 0x7f, SIGKILL, "{which}: the system call after the steps went through");
         }
     }
+}
+
+/// What a call of the FMU takes of the stack of the thread that makes it [bytes]: hosts give their threads little.
+const DEEPEST_CALL: usize = 32 << 10;
+
+/// How deep the stack gets below `action` [bytes].
+#[cfg(target_os = "linux")]
+fn depth(action: impl FnOnce()) -> usize {
+    unsafe extern "C" {
+        fn pthread_attr_init(attributes: *mut Attributes) -> i32;
+        fn pthread_attr_setstack(attributes: *mut Attributes, lowest: *mut c_void, size: usize) -> i32;
+        fn pthread_attr_destroy(attributes: *mut Attributes) -> i32;
+        fn pthread_create(
+            thread: *mut std::ffi::c_ulong,
+            attributes: *const Attributes,
+            start: unsafe extern "C" fn(*mut c_void) -> *mut c_void,
+            argument: *mut c_void,
+        ) -> i32;
+        fn pthread_join(thread: std::ffi::c_ulong, result: *mut *mut c_void) -> i32;
+    }
+    /// As large as that of any architecture of glibc and musl.
+    #[repr(C, align(16))]
+    struct Attributes([u8; 64]);
+    unsafe extern "C" fn run<F: FnOnce()>(action: *mut c_void) -> *mut c_void {
+        // SAFETY: `used` passes the address of an option that lives until the thread has ended.
+        let action = unsafe { (*action.cast::<Option<F>>()).take() };
+        let outcome = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| action.unwrap()()));
+        if outcome.is_ok() { null_mut() } else { std::ptr::dangling_mut() }
+    }
+    /// Bytes of a painted stack that are touched.
+    fn used<F: FnOnce()>(action: F) -> usize {
+        const PAINT: u64 = 0xc0ff_ee00_c0ff_ee00;
+        const WORDS: usize = 1 << 17;
+        let mut stack = vec![PAINT; WORDS];
+        let lowest = stack.as_mut_ptr();
+        let (mut action, mut thread, mut outcome) = (Some(action), 0, null_mut());
+        let mut attributes = Attributes([0; 64]);
+        // SAFETY: memory for the stack and the argument live until the thread has been joined.
+        unsafe {
+            assert_eq!(pthread_attr_init(&mut attributes), 0);
+            assert_eq!(pthread_attr_setstack(&mut attributes, lowest.cast(), 8 * WORDS), 0);
+            assert_eq!(pthread_create(&mut thread, &attributes, run::<F>, (&raw mut action).cast()), 0);
+            assert_eq!(pthread_join(thread, &mut outcome), 0);
+            pthread_attr_destroy(&mut attributes);
+        }
+        assert!(outcome.is_null(), "the thread panicked");
+        // SAFETY: within the memory of the stack, which nobody else uses any more.
+        let untouched = (0..WORDS).take_while(|i| unsafe { lowest.add(*i).read_volatile() } == PAINT).count();
+        8 * (WORDS - untouched)
+    }
+    // What a thread itself takes, its variables among it, is no matter of the call.
+    used(action) - used(|| {})
+}
+
+/// Whether the scene has such a start.
+#[cfg(target_os = "linux")]
+fn starts(fmu: &Fmu, mode: i32) -> bool {
+    let mut drive = fmu.scene.resource().build().unwrap();
+    let of_mode = fmu.references(|d| d.name == "start.mode");
+    of_mode.iter().all(|vr| drive.set(*vr as usize, f64::from(mode)).is_ok()) && drive.start().is_ok()
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn no_call_takes_more_of_the_stack_than_small_threads_have() {
+    let _alone = alone();
+    let mut excess = String::new();
+    for path in scenes() {
+        let fmu = Fmu::of(&path, "stack");
+        for method in 1..=methods(&fmu) {
+            let mut deepest = ("", 0);
+            let mut call = |name, action: &mut dyn FnMut()| {
+                let depth = depth(action);
+                if deepest.1 < depth {
+                    deepest = (name, depth);
+                }
+            };
+            let (mut c, mut state, mut copy) = (null_mut(), null_mut(), null_mut());
+            let reals = fmu.references(|d| matches!(d.kind, Kind::Real { .. }));
+            // The derivatives by these make the tables anew.
+            let parameters = fmu.references(|d| {
+                let is_real = matches!(d.kind, Kind::Real { .. });
+                d.causality == Causality::Parameter && is_real && !d.name.starts_with("solver.")
+            });
+            let knowns = [parameters[0], parameters[parameters.len() - 1]];
+            let unknowns =
+                fmu.references(|d| d.causality == Causality::Output && d.variability == Variability::Continuous);
+            let states = fmu.references(|d| d.state);
+            let (mut values, mut bytes) = (vec![0.0; reals.len()], Vec::new());
+            unsafe {
+                call("fmi2Instantiate", &mut || c = fmu.instance(false));
+                let mut host = Host::new(&fmu, c);
+                for vr in fmu.references(|d| d.name == "solver.method") {
+                    assert_eq!(fmi2SetInteger(c, &vr, 1, &method), OK);
+                }
+                for mode in (1..=3).rev().filter(|mode| starts(&fmu, *mode)) {
+                    call("fmi2Reset", &mut || assert_eq!(fmi2Reset(c), OK));
+                    for vr in fmu.references(|d| d.name == "start.mode") {
+                        assert_eq!(fmi2SetInteger(c, &vr, 1, &mode), OK);
+                    }
+                    assert_eq!(fmi2SetupExperiment(c, FALSE, 0.0, 0.0, FALSE, 0.0), OK);
+                    assert_eq!(fmi2EnterInitializationMode(c), OK);
+                    call("fmi2GetReal before the start", &mut || {
+                        assert_eq!(fmi2GetReal(c, reals.as_ptr(), reals.len(), values.as_mut_ptr()), OK);
+                    });
+                }
+                call("fmi2GetDirectionalDerivative before the start", &mut || {
+                    let (unknown, known, dv) = (unknowns.as_ptr(), knowns.as_ptr(), [1.0; 2].as_ptr());
+                    assert_eq!(fmi2GetDirectionalDerivative(c, unknown, 1, known, 2, dv, values.as_mut_ptr()), OK);
+                });
+                call("fmi2ExitInitializationMode", &mut || assert_eq!(fmi2ExitInitializationMode(c), OK));
+                call("fmi2GetFMUstate", &mut || assert_eq!(fmi2GetFMUstate(c, &mut state), OK));
+                for size in STEPS.map(|factor| factor * fmu.step) {
+                    call("fmi2DoStep", &mut || assert!((0..40).all(|_| host.step(size))));
+                }
+                call("fmi2GetRealOutputDerivatives", &mut || {
+                    fmi2GetRealOutputDerivatives(c, unknowns.as_ptr(), 1, &2, values.as_mut_ptr());
+                });
+                call("fmi2GetDirectionalDerivative", &mut || {
+                    let (unknown, known) = (unknowns.as_ptr(), states.as_ptr());
+                    assert_eq!(fmi2GetDirectionalDerivative(c, unknown, 1, known, 1, &1.0, values.as_mut_ptr()), OK);
+                });
+                call("fmi2SerializeFMUstate", &mut || {
+                    let mut size = 0;
+                    assert_eq!(fmi2SerializedFMUstateSize(c, state, &mut size), OK);
+                    bytes.resize(size, 0);
+                    assert_eq!(fmi2SerializeFMUstate(c, state, bytes.as_mut_ptr().cast(), size), OK);
+                });
+                call("fmi2DeSerializeFMUstate", &mut || {
+                    assert_eq!(fmi2DeSerializeFMUstate(c, bytes.as_ptr().cast(), bytes.len(), &mut copy), OK);
+                });
+                call("fmi2SetFMUstate", &mut || assert_eq!(fmi2SetFMUstate(c, copy), OK));
+                call("fmi2FreeFMUstate", &mut || {
+                    assert_eq!(fmi2FreeFMUstate(c, &mut state), OK);
+                    assert_eq!(fmi2FreeFMUstate(c, &mut copy), OK);
+                });
+                call("fmi2FreeInstance", &mut || fmi2FreeInstance(c));
+            }
+            let (name, depth) = deepest;
+            println!("{}, method {method}: {depth} bytes in {name}", fmu.scene.name);
+            if DEEPEST_CALL < depth {
+                excess += &format!("{}, method {method}: {depth} bytes in {name}\n", path.display());
+            }
+        }
+    }
+    assert!(excess.is_empty(), "{excess}");
 }

@@ -175,6 +175,7 @@ fn accuracy(xml: &mut Xml, portrait: &Portrait, input_derivatives: usize) {
     }
     let mut text =
         "Communication steps may have any length and may vary. The state can be saved, restored and serialised. \
+                    A call takes at most 32 kB of the stack of its thread. \
                     Output derivatives up to order 2 and directional derivatives at communication points are analytic; \
                     before the start, where they exist for parameters as well, these are extrapolated differences of the \
                     start values, with some ten right digits where those depend smoothly on the parameter."

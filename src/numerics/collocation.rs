@@ -23,7 +23,7 @@ mod solved;
 use super::double_double::Double;
 use super::gauss::{ABSCISSAE, INTEGRALS_IN_POWERS, MATRIX, STAGES, legendre_integrals};
 use length::{first_step, fit, growth};
-use newton::{Newton, factorise};
+use newton::Newton;
 use serde::{Deserialize, Serialize};
 use solved::{Solved, largest, remainder, remainder_of_newton, solved};
 
@@ -366,7 +366,7 @@ impl<const N: usize> Collocation<N> {
     /// Solves the collocation equations for a step of length `h`; None where Newton's method does not converge.
     fn attempt(&mut self, system: &impl System<N>, h: f64, tolerance: f64) -> Option<Solved<N>> {
         let mut f = self.first_guess(system, h);
-        let mut newton = None;
+        let mut newton = Newton::unknown();
         // Unknown before the first correction; a comparison with it is false.
         let (mut last, mut measure) = (f64::NAN, [0.0; N]);
         // Newton's error is not controlled by the step, so it is kept far below the tolerance.
@@ -380,17 +380,14 @@ impl<const N: usize> Collocation<N> {
             let rate = if alike { size / last } else { f64::NAN };
             // Either the corrections that are still to come are small, or rounding stops the contraction.
             let converged = rate < 1.0 && size * rate / (1.0 - rate) <= enough;
-            if size <= enough || converged || (rate > 0.3 && size <= newton.as_ref()?.rounding(&scale, h)) {
+            if size <= enough || converged || (rate > 0.3 && size <= newton.rounding(&scale, h)) {
                 if rate > STALE && !(size > enough && rate > 0.3) {
-                    newton = Some(factorise(system, h, |i| self.node(i, h), &self.stages(&f, h))?);
+                    newton.factorise(system, h, |i| self.node(i, h), &self.stages(&f, h))?;
                 }
-                let newton = newton.as_ref()?;
                 let rest = remainder(size, rate, || newton.rounding(&scale, h));
-                return Some(solved(f, scale, newton, h, [rest; N]));
+                return Some(solved(f, scale, &newton, h, [rest; N]));
             }
-            if rate > 0.05 {
-                newton = None;
-            }
+            newton.is_known &= !(rate > 0.05);
             (last, measure) = (size, scale);
         }
         None
@@ -399,16 +396,16 @@ impl<const N: usize> Collocation<N> {
     /// The same by a given number of iterations; what they leave of the contraction counts as error.
     fn attempt_with(&mut self, system: &impl System<N>, h: f64, iterations: usize) -> Option<Solved<N>> {
         let mut f = self.first_guess(system, h);
-        let mut newton = None;
+        let mut newton = Newton::unknown();
         let (mut sizes, mut parts) = ([f64::NAN; 2], [f64::NAN; N]);
         for _ in 0..iterations {
-            newton = None;
+            newton.is_known = false;
             (parts, _) = self.correct(system, h, &mut f, &mut newton)?;
             sizes = [sizes[1], largest(&parts)];
         }
         // The first stages stand still, and are no measure of the motion.
         let scale = self.scale_over(system, &self.state(), &self.stages(&f, h));
-        let (newton, rate) = (newton.as_ref()?, sizes[1] / sizes[0]);
+        let rate = sizes[1] / sizes[0];
         let is_rounding = sizes[1] <= newton.rounding(&scale, h);
         if rate >= 1.0 && !is_rounding {
             return None;
@@ -420,7 +417,7 @@ impl<const N: usize> Collocation<N> {
             _ if is_rounding => parts[c].max(h * noise[c] / scale[c]),
             _ => remainder_of_newton(parts[c], rate),
         });
-        let mut solved = solved(f, scale, newton, h, rest);
+        let mut solved = solved(f, scale, &newton, h, rest);
         solved.error += largest(&rest);
         Some(solved)
     }
@@ -454,7 +451,7 @@ impl<const N: usize> Collocation<N> {
         system: &impl System<N>,
         h: f64,
         f: &mut [[f64; N]; STAGES],
-        newton: &mut Option<Newton<N>>,
+        newton: &mut Newton<N>,
     ) -> Option<([f64; N], [f64; N])> {
         let stages = self.stages(f, h);
         let mut correction = [0.0; CAPACITY];
@@ -465,10 +462,10 @@ impl<const N: usize> Collocation<N> {
             }
         }
         self.statistics.evaluations += STAGES as u64;
-        if newton.is_none() {
-            *newton = Some(factorise(system, h, |i| self.node(i, h), &stages)?);
+        if !newton.is_known {
+            newton.factorise(system, h, |i| self.node(i, h), &stages)?;
         }
-        newton.as_ref()?.lu.solve(&mut correction);
+        newton.lu.solve(&mut correction);
         let scale = self.scale_over(system, &self.state(), &stages);
         let mut parts = [0.0; N];
         for i in 0..STAGES {

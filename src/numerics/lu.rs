@@ -10,10 +10,28 @@ pub struct Lu<const CAPACITY: usize> {
 }
 
 impl<const CAPACITY: usize> Lu<CAPACITY> {
-    /// Factorises the leading `size` × `size` block of `matrix` by elimination with partial pivoting; None where
-    /// it is singular or not finite.
-    pub fn new(mut matrix: [[f64; CAPACITY]; CAPACITY], size: usize) -> Option<Self> {
-        let mut pivots = [0; CAPACITY];
+    /// No matrix yet.
+    pub fn empty() -> Self {
+        Lu { factors: [[0.0; CAPACITY]; CAPACITY], pivots: [0; CAPACITY], size: 0 }
+    }
+
+    /// The factors of the leading `size` × `size` block of `matrix`; None where it is singular or not finite.
+    pub fn new(matrix: [[f64; CAPACITY]; CAPACITY], size: usize) -> Option<Self> {
+        let mut lu = Lu { factors: matrix, ..Lu::empty() };
+        lu.factorise(size)?;
+        Some(lu)
+    }
+
+    /// Where a matrix is to be written that is [`Lu::factorise`]d next, so that a large one stands on the stack but once.
+    pub fn matrix(&mut self) -> &mut [[f64; CAPACITY]; CAPACITY] {
+        &mut self.factors
+    }
+
+    /// Factorises the leading `size` × `size` block of the matrix by elimination with partial pivoting; None where it is
+    /// singular or not finite.
+    pub fn factorise(&mut self, size: usize) -> Option<()> {
+        self.size = size;
+        let matrix = &mut self.factors;
         for k in 0..size {
             let pivot = (k..size).max_by(|&i, &j| matrix[i][k].abs().total_cmp(&matrix[j][k].abs()))?;
             let head = matrix[pivot][k];
@@ -21,7 +39,7 @@ impl<const CAPACITY: usize> Lu<CAPACITY> {
                 return None;
             }
             matrix.swap(k, pivot);
-            pivots[k] = pivot;
+            self.pivots[k] = pivot;
             let (above, below) = matrix.split_at_mut(k + 1);
             let row = &above[k];
             for other in &mut below[..size - k - 1] {
@@ -34,7 +52,7 @@ impl<const CAPACITY: usize> Lu<CAPACITY> {
                 }
             }
         }
-        Some(Lu { factors: matrix, pivots, size })
+        Some(())
     }
 
     /// Replaces the right-hand side by the solution.

@@ -56,7 +56,8 @@ pub struct Bodies {
     pub bound: Oscillator,
     /// m1 and m2 against each other: ω₂² = c (1/m1 + 1/m2).
     pub relative: Oscillator,
-    /// The motion in closed form, where the drive has one.
+    /// The motion in closed form, where the drive has one; it follows from the rest and from cam and speed.
+    #[serde(skip)]
     pub waves: Option<Waves>,
 }
 

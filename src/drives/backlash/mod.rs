@@ -416,6 +416,14 @@ impl Drive for BacklashDrive {
     fn events(&mut self) -> &mut EventLog {
         &mut self.log
     }
+
+    fn restored(&mut self, made: &Self) {
+        if self.cam.is_input() {
+            return;
+        }
+        let bodies = self.bodies.on(&self.cam.law, self.motion.coefficients[1]);
+        self.bodies = if *made.bodies == bodies { made.bodies.clone() } else { Arc::new(bodies) };
+    }
 }
 
 impl HasCamDrive for BacklashDrive {

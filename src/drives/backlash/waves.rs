@@ -23,7 +23,6 @@ use crate::motion::{Fourier, Kinematics};
 use crate::numerics::double_double::{Double, two_product};
 use crate::numerics::oscillator::Oscillator;
 use crate::numerics::phase::{sin_cos, sin_cos_of_both};
-use serde::{Deserialize, Serialize};
 
 /// The most harmonics; with more a power series costs less.
 const MOST_HARMONICS: usize = 8;
@@ -44,14 +43,14 @@ const MOST_LEAPS: usize = 8;
 
 /// What a harmonic adds to u, u̇, q and q̇ on a flank: `cosine` cos kφ + `sine` sin kφ. Aligned for packed arithmetic.
 #[repr(align(16))]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Wave {
     cosine: [f64; 4],
     sine: [f64; 4],
 }
 
 /// What the search in one mode knows beforehand.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Guard {
     /// The length of a leap [s].
     pub(super) leap: f64,
@@ -72,7 +71,7 @@ pub(super) struct Guard {
 }
 
 /// The waves of a drive at constant speed.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Waves {
     /// a₀ [m].
     pub(super) mean: f64,

@@ -10,7 +10,7 @@ use crate::numerics::lu::Lu;
 const NEWTON_ROUNDING: f64 = 1e-13;
 const ROUNDINGS_OF_F: f64 = 4.0;
 
-/// Newton's matrix, factorised, the Jacobians at the stages and the largest |∂fᵢ/∂yⱼ| among them.
+/// Newton's matrix δᵢⱼ 1 − h aᵢⱼ Jᵢ for the Fᵢ, factorised, the Jacobians at the stages and the largest |∂fᵢ/∂yⱼ| among them.
 pub struct Newton<const N: usize> {
     /// The factors.
     pub lu: Lu<CAPACITY>,
@@ -18,9 +18,17 @@ pub struct Newton<const N: usize> {
     rates: [[f64; N]; N],
     /// What f is rounded by beyond the rounding of the state.
     own: [f64; N],
+    /// Whether there is a matrix.
+    pub is_known: bool,
 }
 
 impl<const N: usize> Newton<N> {
+    /// No matrix yet.
+    pub fn unknown() -> Self {
+        let jacobians = [[[0.0; N]; N]; STAGES];
+        Newton { lu: Lu::empty(), jacobians, rates: [[0.0; N]; N], own: [0.0; N], is_known: false }
+    }
+
     /// By how much the Fᵢ change where y of this scale and f are rounded: f changes by ε Σ |∂f/∂y| y and its own rounding,
     /// with a sign that differs from node to node, and Newton's equations pass that on to the Fᵢ.
     pub fn noise(&self, scale: &[f64; N]) -> [f64; N] {
@@ -67,35 +75,37 @@ impl<const N: usize> Newton<N> {
         }
         map
     }
-}
 
-/// The matrix δᵢⱼ 1 − h aᵢⱼ Jᵢ of Newton's method for the Fᵢ, factorised.
-pub fn factorise<const N: usize>(
-    system: &impl System<N>,
-    h: f64,
-    time: impl Fn(usize) -> Double,
-    stages: &[[f64; N]; STAGES],
-) -> Option<Newton<N>> {
-    let mut matrix = [[0.0; CAPACITY]; CAPACITY];
-    let mut rates = [[0.0; N]; N];
-    let mut jacobians = [[[0.0; N]; N]; STAGES];
-    for i in 0..STAGES {
-        let jacobian = system.jacobian(time(i), &stages[i]);
-        jacobians[i] = jacobian;
-        for r in 0..N {
-            let row = &mut matrix[i * N + r];
-            for j in 0..STAGES {
+    /// Makes the matrix of a step of length `h`; None where it is singular or not finite.
+    pub fn factorise(
+        &mut self,
+        system: &impl System<N>,
+        h: f64,
+        time: impl Fn(usize) -> Double,
+        stages: &[[f64; N]; STAGES],
+    ) -> Option<()> {
+        self.is_known = false;
+        self.rates = [[0.0; N]; N];
+        for i in 0..STAGES {
+            let jacobian = system.jacobian(time(i), &stages[i]);
+            self.jacobians[i] = jacobian;
+            for r in 0..N {
+                let row = &mut self.lu.matrix()[i * N + r];
+                for j in 0..STAGES {
+                    for c in 0..N {
+                        row[j * N + c] = -h * MATRIX[i][j] * jacobian[r][c];
+                    }
+                }
+                row[i * N + r] += 1.0;
                 for c in 0..N {
-                    row[j * N + c] = -h * MATRIX[i][j] * jacobian[r][c];
+                    self.rates[r][c] = f64::max(self.rates[r][c], jacobian[r][c].abs());
                 }
             }
-            row[i * N + r] += 1.0;
-            for c in 0..N {
-                rates[r][c] = f64::max(rates[r][c], jacobian[r][c].abs());
-            }
         }
+        // It hardly changes within a step, which resolves the motion.
+        self.own = system.rounding(time(STAGES / 2), &stages[STAGES / 2]);
+        self.lu.factorise(STAGES * N)?;
+        self.is_known = true;
+        Some(())
     }
-    // It hardly changes within a step, which resolves the motion.
-    let own = system.rounding(time(STAGES / 2), &stages[STAGES / 2]);
-    Lu::new(matrix, STAGES * N).map(|lu| Newton { lu, jacobians, rates, own })
 }
