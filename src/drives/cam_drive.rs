@@ -1,10 +1,12 @@
 //! The driven cam that all cam drives share: the motion law U(φ), or what else depends on the angle, and the motion φ(t)
 //! of its shaft.
 
-use super::{List, Seed, unit, variable};
+use super::limits::{FASTEST, INPUTS, LARGEST_ANGLE, check_angle};
+use super::{Fault, List, Seed, unit, variable};
 use crate::motion::parameters::ParameterKind;
 use crate::motion::{CyclePlan, Kinematics, MotionLaw, TransferFunctions};
 use crate::numerics::angle;
+use crate::numerics::count::at_most;
 use crate::numerics::double_double::{Double, two_product};
 use crate::numerics::taylor::Series;
 use serde::{Deserialize, Serialize};
@@ -103,6 +105,7 @@ pub struct AngleMotion {
     /// cⱼ [rad/sʲ].
     pub coefficients: [f64; COEFFICIENTS],
     /// The highest j with cⱼ ≠ 0, at least 1.
+    #[serde(deserialize_with = "at_most::<_, { COEFFICIENTS - 1 }>")]
     pub degree: usize,
 }
 
@@ -169,6 +172,12 @@ impl AngleMotion {
     pub fn is_uniform(&self) -> bool {
         self.degree == 1
     }
+
+    /// φ at `time` [s] as one number [rad].
+    pub fn angle(&self, time: f64) -> f64 {
+        let (c, tau) = (&self.coefficients, time - self.origin);
+        c[0] + (1..=self.degree).rev().fold(0.0, |above, j| (c[j] + above) * tau / j as f64)
+    }
 }
 
 /// Whether inputs φ, ω set at `time` [s] move the shaft from φ, ω, α where it is by no more than their rounding. That is no
@@ -224,6 +233,11 @@ impl<Law> CamDrive<Law> {
         }
     }
 
+    /// Takes law and mode of another cam with the same parameters: of those read from bytes only the parameters count.
+    pub fn take(&mut self, made: &Self) {
+        (self.law, self.mode) = (made.law.clone(), made.mode.clone());
+    }
+
     /// The simulation starts at `time` [s].
     pub fn start(&mut self, time: f64) {
         self.start_time = time;
@@ -244,6 +258,11 @@ impl<Law> CamDrive<Law> {
                 motion
             }
         }
+    }
+
+    /// Refuses a step from `time` to `end` [s] at whose end the angle does not tell where in its turn the cam is.
+    pub fn check_step(&self, time: f64, end: f64) -> Result<(), Fault> {
+        check_angle(self.motion(time).angle(end), end)
     }
 
     /// φ, w, a as the importer set them, where these are all that is known of the motion.
@@ -333,9 +352,9 @@ pub trait HasCamDrive: Sized {
     fn declare_drive(&self, list: &mut List<Self>) {
         match self.cam().mode {
             DriveMode::Constant { .. } => {
-                let speed = variable::real_within(&unit::ANGULAR_VELOCITY, -1e6, 1e6);
+                let speed = variable::real_within(&unit::ANGULAR_VELOCITY, -FASTEST, FASTEST);
                 list.parameter("drive.w", "Angular velocity of the drive", speed, drive_w, set_drive_w);
-                let angle = variable::real_within(&unit::ANGLE, -1e15, 1e15);
+                let angle = variable::real_within(&unit::ANGLE, -LARGEST_ANGLE, LARGEST_ANGLE);
                 list.parameter(
                     "drive.phi_start",
                     "Drive angle at the start of the simulation",
@@ -351,7 +370,11 @@ pub trait HasCamDrive: Sized {
                     ("a", "Angular acceleration of the drive, der(phi,2)", &unit::ANGULAR_ACCELERATION),
                 ];
                 for (i, (name, text, quantity)) in inputs.into_iter().enumerate() {
-                    list.input(name, text, variable::real(quantity), input, set_input).at(i);
+                    let kind = match INPUTS[i] {
+                        f64::MAX => variable::real(quantity),
+                        largest => variable::real_within(quantity, -largest, largest),
+                    };
+                    list.input(name, text, kind, input, set_input).at(i);
                 }
             }
         }

@@ -2,6 +2,7 @@
 
 mod access;
 
+use super::limits::{INPUTS, no_state};
 use super::unit;
 use super::variable::{Causality, Kind, Variability};
 use super::{Board, Description, Drive, EventLog, Experiment, Fault, Seed, Variable};
@@ -164,7 +165,7 @@ impl<D: Drive> Unit<D> {
         let before = *inputs;
         for (place, value) in set.iter() {
             match inputs.get_mut(place) {
-                Some(input) if value.abs() <= f64::MAX => *input = value,
+                Some(input) if value.abs() <= INPUTS[place] => *input = value,
                 _ => {
                     *inputs = before;
                     return false;
@@ -484,12 +485,21 @@ impl<D: Drive> DynDrive for Unit<D> {
     fn deserialize(&self, bytes: &[u8]) -> Result<Box<dyn Any + Send>, Fault> {
         let (mut state, rest): (Snapshot<D>, &[u8]) =
             postcard::take_from_bytes(bytes).map_err(|e| Fault(format!("the serialised state cannot be read: {e}")))?;
-        if rest.is_empty() {
-            state.drive.restored(&self.design.initial);
-            Ok(Box::new(state))
-        } else {
-            Err(Fault::new("the serialised state is longer than it should be"))
+        if !rest.is_empty() {
+            return Err(Fault::new("the serialised state is longer than it should be"));
         }
+        let mut made = self.design.initial.clone();
+        for v in &self.design.variables {
+            let Some(set) = v.set else { continue };
+            let value = (v.get)(&state.drive, v.index);
+            // What the scene itself says is not looked at again, and what nobody changes stays shared.
+            if value != (v.get)(&made, v.index) {
+                v.description.check(value)?;
+                set(&mut made, v.index, value);
+            }
+        }
+        state.drive.restored(&made)?;
+        if state.drive.is_finite() && state.time.is_finite() { Ok(Box::new(state)) } else { Err(no_state()) }
     }
 
     fn events(&mut self) -> &mut EventLog {

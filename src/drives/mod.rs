@@ -13,6 +13,7 @@ pub mod elastic_shaft;
 pub mod erased;
 pub mod event;
 pub mod flow;
+pub mod limits;
 pub mod model;
 pub mod number;
 pub mod oscillator;
@@ -196,8 +197,8 @@ pub trait Drive: Clone + Serialize + DeserializeOwned + Send + Sync + 'static {
     /// Shows the outputs that take but a few operations, the same ones after each step, where all of them are finite.
     fn show(&self, _board: &mut Board) {}
 
-    /// The inputs with the value references 0, 1 and 2, where they may be any numbers and setting them is nothing but writing
-    /// them here. [`Drive::apply`] or [`Drive::glide`] follows.
+    /// The inputs with the value references 0, 1 and 2, where [`limits::INPUTS`] are their ranges and setting them is nothing
+    /// but writing them here. [`Drive::apply`] or [`Drive::glide`] follows.
     fn inputs(&mut self) -> Option<&mut [f64; 3]> {
         None
     }
@@ -221,6 +222,8 @@ pub trait Drive: Clone + Serialize + DeserializeOwned + Send + Sync + 'static {
     fn events(&mut self) -> &mut EventLog;
 
     /// Called on a drive that was just read from bytes: rebuilds what the serialisation leaves out, to the same bits, or takes
-    /// it from the drive as it was made of the scene.
-    fn restored(&mut self, _made: &Self) {}
+    /// it from `made`, the drive as it was made of the scene with the parameters of this one. Refuses what can be no state of this drive.
+    fn restored(&mut self, _made: &Self) -> Result<(), Fault> {
+        Ok(())
+    }
 }

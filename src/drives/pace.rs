@@ -1,16 +1,14 @@
 //! Internal steps along a motion: what decides their lengths, what they err by, what is said where they fail.
 
+use super::limits::too_much;
 use super::solver::{Method, Solver};
 use super::{Fault, Rounded};
 use crate::numerics::collocation::{Collocation, Failure, Statistics, System};
 use crate::numerics::double_double::{Double, two_product};
+use crate::numerics::work::Work;
 
 /// A time that no step reaches.
 pub const FAR: Double = Double { hi: 1e300, lo: 0.0 };
-
-/// Internal steps within one communication step, beyond which the drive is given up: some seconds of work, and
-/// several times what ten turns with a thousand vibrations each take.
-const MOST_STEPS: u64 = 500_000;
 
 /// A step of fixed cost that misses the motion by more than this part of it is refused: the estimate is one no more,
 /// and what follows would be no value of this drive.
@@ -55,7 +53,7 @@ pub struct Words {
     pub turning: &'static str,
     /// What may be wrong where no step keeps the tolerance: "J, m, c, b".
     pub parameters: &'static str,
-    /// What may be wrong where too many steps are needed: "c and J".
+    /// What may be wrong where the work is too much: "c and J".
     pub frequency: &'static str,
 }
 
@@ -64,8 +62,8 @@ pub struct Words {
 pub enum Stop {
     /// A step failed.
     Failed(Failure),
-    /// More steps than a communication step may take.
-    TooMany {
+    /// The work of the call is used up.
+    Exhausted {
         /// When [s].
         time: f64,
     },
@@ -114,34 +112,29 @@ impl Pace {
         }
     }
 
-    /// Steps until the last one ends at or beyond `target`; a step of a grid may take this number of attempts.
+    /// Steps until the last one ends at or beyond `target`; a step of a grid may take this number of attempts. Draws upon the
+    /// `work`, of which an evaluation of the equation takes `cost` [nominal µs].
     pub fn travel<const N: usize>(
         self,
         integrator: &mut Collocation<N>,
         target: Double,
         attempts: u64,
+        (work, cost): (&mut Work, f64),
         mut step: impl FnMut(&mut Collocation<N>) -> Result<(), Failure>,
     ) -> Result<(), Stop> {
         let first = integrator.statistics.steps;
         let most = match self {
-            Pace::Tolerance(_) => MOST_STEPS,
-            Pace::Grid { step, .. } => {
-                let steps = ((target - integrator.end()).hi / step).ceil() + 1.0;
-                if steps > MOST_STEPS as f64 {
-                    return Err(Stop::TooMany { time: integrator.end().hi });
-                }
-                attempts * steps as u64
-            }
+            Pace::Tolerance(_) => f64::INFINITY,
+            Pace::Grid { step, .. } => attempts as f64 * (((target - integrator.end()).hi / step).ceil() + 1.0),
         };
         while (target - integrator.end()).hi > 0.0 {
+            let (time, before) = (integrator.end().hi, integrator.statistics.evaluations);
             step(integrator).map_err(Stop::Failed)?;
-            if integrator.statistics.steps - first > most {
-                let time = integrator.end().hi;
-                return Err(if matches!(self, Pace::Grid { .. }) {
-                    Stop::TooManyAttempts { time }
-                } else {
-                    Stop::TooMany { time }
-                });
+            // A step that evaluated nothing would be taken for ever.
+            let evaluations = (integrator.statistics.evaluations - before).max(1);
+            work.draw(cost * evaluations as f64).map_err(|_| Stop::Exhausted { time })?;
+            if (integrator.statistics.steps - first) as f64 > most {
+                return Err(Stop::TooManyAttempts { time });
             }
         }
         Ok(())
@@ -162,8 +155,8 @@ impl Pace {
         error.min(1.0)
     }
 
-    /// What is said of a stop, but for growth without bound.
-    pub fn fault(self, stop: Stop, words: &Words) -> Fault {
+    /// What is said of a stop on the way from one time to another [s] at this `speed` [rad/s], but for growth without bound.
+    pub fn fault(self, stop: Stop, words: &Words, way: [f64; 2], speed: f64) -> Fault {
         let Words { quantity, turning, parameters, frequency } = words;
         Fault(match (stop, self) {
             (Stop::Failed(Failure::Stalled { time } | Failure::Unbounded { time }), Pace::Grid { step, .. }) => {
@@ -180,16 +173,15 @@ impl Pace {
                  and the speed, or relax solver.tolerance",
                 Rounded(time)
             ),
-            (Stop::TooMany { time } | Stop::TooManyAttempts { time }, Pace::Grid { .. }) => format!(
-                "more than {MOST_STEPS} internal steps between communication points, at t = {} s; shorten the \
-                 communication step, or lengthen solver.step_size",
-                Rounded(time)
-            ),
-            (Stop::TooMany { time } | Stop::TooManyAttempts { time }, Pace::Tolerance(_)) => format!(
-                "more than {MOST_STEPS} internal steps between communication points, at t = {} s; shorten the \
-                 communication step, relax solver.tolerance, or check the speed, {frequency}",
-                Rounded(time)
-            ),
+            (Stop::Exhausted { time } | Stop::TooManyAttempts { time }, pace) => {
+                let setting = if matches!(pace, Pace::Grid { .. }) {
+                    "lengthen solver.step_size"
+                } else {
+                    "relax solver.tolerance"
+                };
+                let hint = format!("{setting}, or check the speed, {frequency}");
+                return too_much(way, time, (turning, speed), &hint);
+            }
         })
     }
 }

@@ -23,6 +23,7 @@ mod table;
 use super::Fault;
 use super::cam_drive::AngleMotion;
 use super::cam_turn::turns;
+use super::limits::too_much;
 use crate::motion::{Fourier, MotionLaw};
 use crate::numerics::bernstein;
 use crate::numerics::chebyshev;
@@ -30,6 +31,7 @@ use crate::numerics::double_double::{Double, two_product, two_sum};
 use crate::numerics::forced::{ForcedStep, admissible_length};
 use crate::numerics::oscillator::Oscillator;
 use crate::numerics::period_map::{self, PeriodMap};
+use crate::numerics::work::Work;
 use closed_form::{ClosedForm, Run};
 pub use closed_form::{Instant, progression};
 use error_bound::{ErrorBound, Made, neglected};
@@ -56,9 +58,9 @@ const ROUNDING: f64 = 2e-15;
 /// so that the segment does not flutter, and too little to be seen.
 const OVERSHOOT: f64 = 1e-14;
 
-/// A communication step with more pieces than this is refused; it would take
-/// minutes.
-const MOST_PIECES: f64 = 1e7;
+/// A piece, and an evaluation of −ẍ beside that of the law [nominal µs].
+const PIECE: f64 = 1.0;
+const FORCING: f64 = 0.03;
 
 /// By how much the error estimate exceeds what the polynomials of the cells tell: roundings of the states at their ends
 /// add to it.
@@ -133,6 +135,18 @@ impl Response {
             bound: ErrorBound::new(),
             goal: 0.0,
         }
+    }
+
+    /// Called when it was read from bytes: rebuilds what the serialisation leaves out; whether it can be one of this law.
+    pub fn restored(&mut self, law: &MotionLaw) -> bool {
+        self.closed_form.restored(&self.oscillator, law.series());
+        match (&mut self.course, law.series()) {
+            (Course::Leaps(leap), Some(series)) => leap.restored(series),
+            (Course::Leaps(_), None) => return false,
+            (Course::Pieces(piece), _) => return piece.segment < law.breakpoints().len().max(1),
+            _ => {}
+        }
+        true
     }
 
     /// The oscillator.
@@ -258,6 +272,7 @@ impl Response {
 
     /// q, q̇ at `time` [s], which must not lie before the piece that an earlier call has reached.
     pub fn at(&mut self, law: &MotionLaw, time: f64) -> Result<[f64; 2], Fault> {
+        let (mut work, mut from) = (Work::default(), None);
         loop {
             let piece = match &mut self.course {
                 Course::Closed(run) => {
@@ -293,7 +308,14 @@ impl Response {
                 let angle = if self.until.is_finite() { shaft.kinematics.0[0] } else { 0.0 };
                 self.bound.pass_late(after - before, shaft.kinematics.0[1], OVERSHOOT, angle);
             }
+            let before = self.evaluations;
             self.next_piece(law, next, end, state)?;
+            let (evaluations, from) = ((self.evaluations - before) as f64, *from.get_or_insert(start.hi));
+            work.draw(PIECE + evaluations * (FORCING + law.cost())).map_err(|_| {
+                let speed = self.motion.at(time).kinematics.0[1];
+                let hint = "relax solver.tolerance where there is one, or lower the speed or the natural frequency";
+                too_much([from, time], end.hi, ("the cam", speed), hint)
+            })?;
         }
     }
 
@@ -357,12 +379,6 @@ impl Response {
         loop {
             let resolution = law.resolution_in(segment);
             length = local.length_for(2.0 / resolution);
-            if self.until.is_finite() && !(horizon <= length * MOST_PIECES) {
-                return Err(Fault(format!(
-                    "the cam moves too fast to follow at t = {} s: more than {MOST_PIECES:e} pieces up to t = {} s",
-                    start.hi, self.until
-                )));
-            }
             length = length.min(horizon.max(f64::MIN_POSITIVE));
             (length, leaves) = way_to_border(law, segment, &mut local, length);
             // At a start right on a border the segment may be the wrong neighbour.
@@ -385,7 +401,10 @@ impl Response {
                 -(u[2] * w * w + u[1] * a)
             };
             let scale = self.bounds[1] * local.speed(length).powi(2) + self.bounds[0] * local.acceleration(length);
-            let fit = chebyshev::fit(forcing, (SHARE * self.tolerance).max(LEAST_TAIL), ROUNDING * scale);
+            // Where the law is steep the rounding of the angle counts for more than that of U″.
+            let of_angle = f64::EPSILON * law.bound_in(segment, 3) * local.speed(length).powi(2);
+            let rounding = (ROUNDING * scale).max(of_angle);
+            let fit = chebyshev::fit(forcing, (SHARE * self.tolerance).max(LEAST_TAIL), rounding);
             self.evaluations += fit.evaluations as u64;
             // Twenty halvings suffice for any motion that is smooth on the piece; beyond, the estimate tells.
             if fit.converged || length < whole * 1e-6 {

@@ -50,7 +50,7 @@ pub fn fingerprint(guid: &str) -> u64 {
 
 const MAGIC: &[u8; 8] = b"camdrive";
 /// To be raised when the encoding of any drive's state changes without a change of its guid.
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 const HEADER: usize = 8 + 4 + 8 + 8;
 const CHECKSUM: usize = 4;
 
@@ -100,7 +100,10 @@ pub fn from_bytes(bytes: &[u8], fingerprint: u64, drive: &dyn DynDrive) -> Resul
     if u32::from_le_bytes(*checksum) != crc32fast::hash(body) {
         return refuse("is damaged: its checksum is wrong");
     }
-    let (clock, content) =
+    let (clock, content): (Clock, _) =
         postcard::take_from_bytes(content).map_err(|e| Fault(format!("the serialised state cannot be read: {e}")))?;
+    if !clock.time.is_finite() || clock.stop.is_nan() {
+        return refuse("has no time");
+    }
     Ok(SavedState::new(fingerprint, clock, drive.deserialize(content)?))
 }

@@ -18,6 +18,7 @@ pub use fourier::Fourier;
 pub use standard_laws::StandardLaw;
 pub use table::Table;
 
+use crate::numerics::work::HARMONIC;
 use serde::{Deserialize, Serialize};
 
 /// A motion law.
@@ -133,6 +134,11 @@ impl MotionLaw {
             MotionLaw::Cycle(cycle) => cycle.resolution_in(segment),
             _ => self.resolution(),
         }
+    }
+
+    /// What an evaluation takes [nominal µs], see [`crate::numerics::work`]: a cycle or a table as much as ten harmonics.
+    pub fn cost(&self) -> f64 {
+        HARMONIC * self.series().map_or(10.0, |series| series.order() as f64)
     }
 
     /// The Fourier series where the law is one.

@@ -2,6 +2,7 @@
 //!
 //! Source: L. N. Trefethen, *Approximation Theory and Approximation Practice*, SIAM 2013, chapters 3, 4, 8.
 
+use super::count::at_most;
 use serde::{Deserialize, Serialize};
 
 /// The highest degree of an interpolant.
@@ -34,6 +35,7 @@ pub struct Chebyshev {
     /// cⱼ; zero beyond the degree.
     pub coefficients: [f64; MAX_DEGREE + 1],
     /// The degree.
+    #[serde(deserialize_with = "at_most::<_, MAX_DEGREE>")]
     pub degree: usize,
 }
 

@@ -1,6 +1,6 @@
 //! The event-driven model in the hands of the study: the drive with backlash of `drives`, started where a passage begins.
 
-use crate::drives::backlash::solver::MOST_WORK;
+use super::MOST_STEPS;
 use crate::drives::backlash::{BacklashDrive, Scene};
 use crate::drives::cam_drive::{DriveMode, Start, StartMode};
 use crate::drives::{Described, Drive, Event, Fault, resource::Resource};
@@ -122,8 +122,8 @@ impl Machine {
             }
             let before = self.drive.get(self.at.steps)?;
             let advanced = self.drive.advance(self.time, time - self.time);
-            // A step that failed had reached the bound of its work.
-            self.work += if advanced.is_err() { MOST_WORK } else { self.drive.get(self.at.steps)? - before };
+            // A step that failed had used up the work of a call.
+            self.work += if advanced.is_err() { MOST_STEPS } else { self.drive.get(self.at.steps)? - before };
             advanced.map_err(|fault| *fault)?;
             self.time = time;
         }

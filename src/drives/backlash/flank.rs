@@ -20,6 +20,16 @@ pub trait FlankMotion {
     /// u(time + span x) = Σ cₙ xⁿ continued smoothly from `segment`: the coefficients c₀ …, at least 6.
     fn expand(&self, segment: usize, time: Double, span: f64, coefficients: &mut [f64]);
 
+    /// What an expansion takes [nominal µs].
+    fn cost(&self) -> f64 {
+        EXPANSION
+    }
+
+    /// φ̇ at `time` [rad/s].
+    fn turning(&self, _time: Double) -> f64 {
+        self.speed()
+    }
+
     /// Whether the speed is constant.
     fn is_uniform(&self) -> bool;
 
@@ -41,6 +51,12 @@ pub trait FlankMotion {
     /// How long u stays in `segment`, at most `longest` [s], and the segment that follows.
     fn stay(&self, segment: usize, time: Double, longest: f64) -> (f64, usize);
 }
+
+/// An expansion, how many times more than an evaluation its part of the law takes, and what the composition with a motion takes
+/// per degree of that [nominal µs].
+const EXPANSION: f64 = 0.3;
+const DERIVATIVES: f64 = 5.0;
+const COMPOSITION: f64 = 0.5;
 
 /// The flank of a cam on its shaft.
 pub struct CamFlank<'a> {
@@ -135,6 +151,15 @@ impl FlankMotion for CamFlank<'_> {
             }
             coefficients[0] += c;
         }
+    }
+
+    fn cost(&self) -> f64 {
+        let composed = if self.motion.is_uniform() { 0.0 } else { COMPOSITION * self.motion.degree as f64 };
+        EXPANSION + DERIVATIVES * self.law.cost() + composed
+    }
+
+    fn turning(&self, time: Double) -> f64 {
+        self.derivatives(time)[1]
     }
 
     fn is_uniform(&self) -> bool {

@@ -36,10 +36,12 @@ mod variables;
 mod waves;
 
 use super::cam_drive::{AngleMotion, CamDrive, DriveMode, HasCamDrive, Start, StartMode};
+use super::limits::no_state;
 use super::solver::{FINEST_TOLERANCE, HasSolver, Settings, Solver};
 use super::{Board, Curve, Drive, EventLog, Experiment, Fault, List, Portrait};
 use crate::motion::MotionLaw;
 use crate::numerics::double_double::Double;
+use crate::numerics::work::Work;
 use contact::{Bodies, Flank, Mode, State};
 use flank::{CamFlank, FlankMotion};
 use panel::{Point, Reading, Rules};
@@ -125,6 +127,18 @@ impl BacklashDrive {
         CamFlank { law: &self.cam.law, motion: &self.motion, bounds: self.bounds }
     }
 
+    /// The bodies and the bounds of the law as the parameters are now.
+    fn prepare_bodies(&mut self) {
+        self.bounds = [0, 1, 2].map(|order| self.cam.law.bound(order));
+        let mut bodies = Bodies::new(self.m1, self.m2, self.c, self.b, self.s, self.e);
+        if let DriveMode::Constant { w, .. } = self.cam.mode {
+            bodies = bodies.on(&self.cam.law, w);
+        }
+        if *self.bodies != bodies {
+            self.bodies = Arc::new(bodies);
+        }
+    }
+
     /// The longest panel in a step of this length: inputs prescribe the motion to the end of the step only.
     fn horizon(&self, step: f64) -> f64 {
         if self.cam.is_input() { step } else { f64::INFINITY }
@@ -196,7 +210,9 @@ impl BacklashDrive {
     fn mean(&self) -> [f64; 2] {
         let sums = match &self.run {
             Some(run) if !self.cam.is_input() && self.step > 0.0 => {
-                run.sums(&self.bodies, &self.flank(), self.now.time, f64::INFINITY)
+                // What went well once goes well again: it draws upon as much work.
+                let sums = run.sums(&self.bodies, &self.flank(), (self.now.time, f64::INFINITY), &mut Work::default());
+                sums.unwrap_or(Sums { force: f64::NAN, torque: f64::NAN })
             }
             _ => self.sums,
         };
@@ -230,6 +246,7 @@ impl BacklashDrive {
     /// Advances over the ends of panels, or as inputs say.
     #[inline(never)]
     fn go_on(&mut self, time: f64, step: f64) -> Result<(), Fault> {
+        self.cam.check_step(time, time + step)?;
         let horizon = self.horizon(step);
         let input = self.cam.is_input();
         if input {
@@ -253,7 +270,8 @@ impl BacklashDrive {
         }
         run.begin_here(time);
         let end = time + step;
-        run.advance(&self.bodies, &flank, &mut Stretch { end, horizon, log: &mut self.log })?;
+        let mut work = Work::default();
+        run.advance_on(&self.bodies, &flank, &mut Stretch { end, horizon, log: &mut self.log }, &mut work)?;
         let mut point = self.now.point;
         let reading = if input {
             point = run.panel.whole_at(&self.bodies, run.theta(end));
@@ -267,7 +285,7 @@ impl BacklashDrive {
         self.now = Now { time: end, mode: run.panel.mode, reading, point, tally: run.tally };
         self.step = step;
         if input {
-            self.sums = run.sums(&self.bodies, &flank, end, horizon);
+            self.sums = run.sums(&self.bodies, &flank, (end, horizon), &mut work)?;
             self.end = (self.now.mode, self.now.point);
         }
         if self.solver.steps != run.tally.panels {
@@ -343,16 +361,9 @@ impl Drive for BacklashDrive {
         self.solver.start();
         self.log.clear();
         (self.step, self.sums) = (0.0, Sums::default());
-        self.bounds = [0, 1, 2].map(|order| self.cam.law.bound(order));
         self.cam.start(time);
         self.motion = self.cam.motion(time);
-        let mut bodies = Bodies::new(self.m1, self.m2, self.c, self.b, self.s, self.e);
-        if !self.cam.is_input() {
-            bodies = bodies.on(&self.cam.law, self.motion.coefficients[1]);
-        }
-        if *self.bodies != bodies {
-            self.bodies = Arc::new(bodies);
-        }
+        self.prepare_bodies();
         match self.start.mode {
             StartMode::AtRest => self.begin(time, [0.0; 2]),
             StartMode::Given => self.begin(time, [self.start.q, self.start.q_dot]),
@@ -417,12 +428,15 @@ impl Drive for BacklashDrive {
         &mut self.log
     }
 
-    fn restored(&mut self, made: &Self) {
-        if self.cam.is_input() {
-            return;
+    fn restored(&mut self, made: &Self) -> Result<(), Fault> {
+        self.cam.take(&made.cam);
+        self.bodies = made.bodies.clone();
+        self.prepare_bodies();
+        let (segments, terms) = (self.cam.law.breakpoints().len(), Rules::terms_for(self.tolerance()));
+        if self.run.as_ref().is_some_and(|run| !run.is_of(segments, terms)) {
+            return Err(no_state());
         }
-        let bodies = self.bodies.on(&self.cam.law, self.motion.coefficients[1]);
-        self.bodies = if *made.bodies == bodies { made.bodies.clone() } else { Arc::new(bodies) };
+        Ok(())
     }
 }
 

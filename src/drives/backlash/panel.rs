@@ -20,6 +20,7 @@ use super::stride::{Step, Stride};
 use super::waves::Waves;
 use crate::drives::number::all_finite;
 use crate::motion::Kinematics;
+use crate::numerics::count::at_most;
 use crate::numerics::double_double::Double;
 use crate::numerics::oscillator::Oscillator;
 use crate::numerics::quadrature::Gauss;
@@ -31,11 +32,19 @@ pub(super) const REACH: f64 = 2.0;
 /// The most terms of a series: of ü, 2²²/22! = 4e-15 is left out, of q and the gap 2²⁴/24! = 3e-17.
 pub const MOST_TERMS: usize = 24;
 
+/// The most spans of a panel, with room for roundings: a series lasts one, waves some leaps.
+const MOST_SPANS: f64 = 16.0;
+
 /// The fewest terms of a series.
 const LEAST_TERMS: usize = 8;
 
 /// Halvings of a panel; a span of 2⁻⁶⁰ shows no change of the speed any more.
 const MOST_HALVINGS: usize = 60;
+
+/// A panel with the search for its event, beside the expansion of u, and what the integrals over one in closed form, which lasts
+/// longer, take where somebody asks for them [nominal µs].
+const PANEL: f64 = 0.7;
+const WAVES: f64 = 2.0;
 
 /// The series of u and q have two terms more than that of ü.
 pub(super) const COEFFICIENTS: usize = MOST_TERMS + 2;
@@ -64,6 +73,7 @@ pub struct Panel {
     pub state: State,
     /// The unit of time of the series [s].
     pub(super) span: f64,
+    #[serde(deserialize_with = "at_most::<_, MOST_TERMS>")]
     pub(super) terms: usize,
     /// Spans per second.
     pub(super) per_span: f64,
@@ -76,6 +86,9 @@ pub struct Panel {
     pub(super) turn: [f64; 2],
     /// The free vibration at the start, q [m] and q̇ [m/s], of a motion in waves, or of a series apart from the fast modes.
     pub(super) vibration: [f64; 2],
+    /// What it took to lay it [nominal µs].
+    #[serde(skip)]
+    pub cost: f64,
 }
 
 /// What the search in a panel finds.
@@ -165,6 +178,7 @@ impl Panel {
             in_waves: false,
             turn: [0.0; 2],
             vibration: [0.0; 2],
+            cost: 0.0,
         };
         panel.lay(bodies, flank, place, from, longest, rules);
         panel
@@ -182,8 +196,9 @@ impl Panel {
     ) {
         (self.start, self.segment, self.next_segment) = (start, segment, segment);
         (self.mode, self.state, self.terms) = (mode, state, rules.terms);
-        (self.length, self.event, self.vibration) = (0.0, None, [0.0; 2]);
+        (self.length, self.event, self.vibration, self.cost) = (0.0, None, [0.0; 2], PANEL);
         if self.lay_in_waves(bodies, flank, zeros, longest, rules) {
+            self.cost += WAVES;
             return;
         }
         self.in_waves = false;
@@ -215,6 +230,7 @@ impl Panel {
         for _ in 0..MOST_HALVINGS {
             let h = self.span;
             flank.expand(self.segment, self.start, h, &mut u[..self.terms + 2]);
+            self.cost += flank.cost();
             if flank.is_uniform() || decayed(&u[..self.terms + 2], flank.acceleration(self.start) * h * h) {
                 break;
             }
@@ -413,7 +429,7 @@ impl Panel {
             return [0.0; 2];
         }
         // The product changes by at most four radians in a panel: 4¹⁶/(16! 2¹⁶ 4¹⁶) in half of one.
-        let parts = ((to - from) / (0.5 * self.span)).ceil().max(1.0) as usize;
+        let parts = ((to - from) / (0.5 * self.span)).ceil().clamp(1.0, 2.0 * MOST_SPANS) as usize;
         let width = (to - from) / parts as f64;
         let mut sums = self.vibration_integrals(bodies, flank, [from, to]);
         for part in 0..parts {
@@ -433,7 +449,7 @@ impl Panel {
         if bodies.b == 0.0 || theta <= 0.0 {
             return 0.0;
         }
-        let parts = (theta / self.span).ceil().max(1.0) as usize;
+        let parts = (theta / self.span).ceil().clamp(1.0, MOST_SPANS) as usize;
         let width = theta / parts as f64;
         let mut loss = self.vibration_loss(bodies, theta);
         for part in 0..parts {

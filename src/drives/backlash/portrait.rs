@@ -25,8 +25,8 @@ pub(super) fn of(drive: &BacklashDrive) -> Portrait {
              become too short to follow are then contact, and add to force, not to impulse.",
             "There is no method of fixed cost: how many switching instants a communication step holds, up to infinitely many \
              bounces, follows from the motion, and none can be put off without changing it.",
-            "The work of a communication step is bounded: it may take a million internal steps, some seconds of computing; one that needs more (a \
-             natural frequency far above 1/h, or countless bounces) ends with an error that says how far it came.",
+            "The work of a communication step is bounded, to about a second of computing; one that needs more (a natural \
+             frequency far above 1/h, or countless bounces) ends with an error that says how far it came.",
             "Motions between impacts may be chaotic; then any difference of rounding grows from impact to impact, and only \
              statistics are reproducible between different computations.",
             "The log lists the first 32 events of a communication step and the number of the others.",

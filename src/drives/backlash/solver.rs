@@ -8,17 +8,19 @@ use super::flank::FlankMotion;
 use super::panel::{Found, Panel, Reading, Rules};
 use super::spread::{Side, Spread};
 use super::stride::{Step, Stride};
-use crate::drives::{Event, EventLog, Fault, Number};
+use crate::drives::limits::too_much;
+use crate::drives::{Event, EventLog, Fault, Rounded};
 use crate::motion::Kinematics;
 use crate::numerics::double_double::Double;
+use crate::numerics::work::Work;
 use serde::{Deserialize, Serialize};
-
-/// Panels in one communication step beyond which the drive gives up: less than a second of computing.
-pub const MOST_WORK: f64 = 1e6;
 
 /// Panels that together are within the rounding of the communication step: the rest would never be reached. Bounces that die
 /// out are fewer, or last longer.
 const STUCK: f64 = 1e4;
+
+/// The highest order of a zero with which a gap begins: after a release.
+const MOST_ZEROS: usize = 3;
 
 /// By how much of a span a release is corrected at the most: the coarsest series neglects 2⁸/8! = 6e-3 of its amplitude.
 const NEARBY: f64 = 1e-2;
@@ -74,8 +76,6 @@ pub struct Run {
     pub spread: Spread,
     /// Impulses of jumping inputs at the start of the communication step.
     pushed: Sums,
-    /// Panels in the current stretch.
-    pub work: f64,
     /// How the current panel is read.
     pub stride: Stride,
     rules: Rules,
@@ -111,7 +111,6 @@ impl Run {
             tally: Tally::default(),
             spread: Spread::default(),
             pushed: Sums::default(),
-            work: 0.0,
             stride: Stride::default(),
             rules,
         };
@@ -136,7 +135,6 @@ impl Run {
         self.stride.begin();
         self.enter_panel(bodies);
         self.tally.panels += 1.0;
-        self.work += 1.0;
     }
 
     /// Counts the errors that the current panel makes up to its end.
@@ -148,6 +146,14 @@ impl Run {
     pub fn pass_panel(&mut self, bodies: &Bodies, theta: f64) {
         self.tally.damping_loss += self.panel.damping_loss(bodies, theta);
         self.spread.leave(theta);
+    }
+
+    /// Whether it is one of a law with so many segments, with series of so many terms.
+    pub fn is_of(&self, segments: usize, terms: usize) -> bool {
+        let Origin { place: (_, segment), from: (_, _, zeros), .. } = self.begin.0;
+        [self.panel.segment, self.panel.next_segment, segment].iter().all(|segment| *segment < segments.max(1))
+            && self.zeros.max(zeros) <= MOST_ZEROS
+            && [self.panel.terms, self.rules.terms] == [terms; 2]
     }
 
     /// Where the current panel began.
@@ -202,35 +208,44 @@ impl Run {
 
     /// Goes on to the end of the communication step.
     pub fn advance(&mut self, bodies: &Bodies, flank: &impl FlankMotion, stretch: &mut Stretch) -> Result<(), Fault> {
-        self.work = 0.0;
-        self.march(bodies, flank, stretch, None)?;
+        self.advance_on(bodies, flank, stretch, &mut Work::default())
+    }
+
+    /// The same with what is left of the `work`.
+    pub fn advance_on(
+        &mut self,
+        bodies: &Bodies,
+        flank: &impl FlankMotion,
+        stretch: &mut Stretch,
+        work: &mut Work,
+    ) -> Result<(), Fault> {
+        self.march(bodies, flank, stretch, work, None)?;
         Ok(())
     }
 
     /// ∫ F_K dt + ΣP and ∫ U′ F_K dt + Σ U′P over the last communication step, which ends at `end` [s]. They are
     /// computed when somebody asks: the step is taken once more, now with the integrals.
-    pub fn sums(&self, bodies: &Bodies, flank: &impl FlankMotion, end: f64, horizon: f64) -> Sums {
+    pub fn sums(
+        &self,
+        bodies: &Bodies,
+        flank: &impl FlankMotion,
+        (end, horizon): (f64, f64),
+        work: &mut Work,
+    ) -> Result<Sums, Fault> {
         let mut again = self.again(bodies, flank);
         let mut log = EventLog::counting();
         let mut integral = Integral { from: again.theta(self.begin.1), sums: self.pushed };
         let mut stretch = Stretch { end, horizon, log: &mut log };
-        if again.march(bodies, flank, &mut stretch, Some(&mut integral)).is_ok() {
-            let theta = again.theta(end);
-            integral.add(bodies, flank, &again.panel, theta);
-        }
-        integral.sums
+        again.march(bodies, flank, &mut stretch, work, Some(&mut integral))?;
+        let theta = again.theta(end);
+        integral.add(bodies, flank, &again.panel, theta);
+        Ok(integral.sums)
     }
 
     /// The run as it was when the last communication step began.
     fn again(&self, bodies: &Bodies, flank: &impl FlankMotion) -> Run {
         let origin = if self.begin_is_current { self.origin() } else { self.begin.0 };
-        Run {
-            panel: origin.panel(bodies, flank, self.rules),
-            zeros: origin.from.2,
-            longest: origin.longest,
-            work: 0.0,
-            ..*self
-        }
+        Run { panel: origin.panel(bodies, flank, self.rules), zeros: origin.from.2, longest: origin.longest, ..*self }
     }
 
     /// Passes panel after panel up to the one that holds the end of the stretch; how far into it that is [s].
@@ -239,9 +254,10 @@ impl Run {
         bodies: &Bodies,
         flank: &impl FlankMotion,
         stretch: &mut Stretch,
+        work: &mut Work,
         mut integral: Option<&mut Integral>,
     ) -> Result<f64, Fault> {
-        let mut events = 0.0;
+        let (mut events, mut panels) = (0.0, 0.0);
         let (begin, whole) = (self.panel.start, self.panel.until(stretch.end));
         loop {
             let left = self.panel.until(stretch.end);
@@ -264,18 +280,18 @@ impl Run {
                 integral.sums.torque += sums.torque;
                 integral.from = 0.0;
             }
-            let is_stuck = self.work > STUCK && (self.panel.start - begin).hi <= f64::EPSILON * whole;
-            if self.work > MOST_WORK || is_stuck {
-                return Err(Fault(format!(
-                    "the step to t = {} s needs more than {MOST_WORK} internal steps; after {events} switching instants \
-                     it has come to t = {} s. The natural frequencies are {} rad/s in contact and {} rad/s in flight; \
-                     choose a shorter communication step, or a softer spring, heavier masses or a smaller `e` = {}",
-                    Number(stretch.end),
-                    Number(self.panel.start.hi),
-                    bodies.bound.stiffness().sqrt(),
-                    bodies.relative.stiffness().sqrt(),
-                    bodies.e
-                )));
+            panels += 1.0;
+            let is_stuck = panels > STUCK && (self.panel.start - begin).hi <= f64::EPSILON * whole;
+            if work.draw(self.panel.cost).is_err() || is_stuck {
+                let hint = format!(
+                    "lower the speed, or choose a softer spring, heavier masses or a smaller `e` = {}: {events} switching \
+                     instants have passed, the natural frequencies are {} rad/s in contact and {} rad/s in flight",
+                    bodies.e,
+                    Rounded(bodies.bound.stiffness().sqrt()),
+                    Rounded(bodies.relative.stiffness().sqrt())
+                );
+                let speed = flank.turning(self.panel.start);
+                return Err(too_much([begin.hi, stretch.end], self.panel.start.hi, ("the cam", speed), &hint));
             }
         }
     }

@@ -3,13 +3,14 @@
 use super::contact::{Bodies, Mode, State};
 use super::flank::FlankMotion;
 use super::panel::{Point, Rules};
-use super::solver::{MOST_WORK, Run, Stretch};
+use super::solver::{Run, Stretch};
 use super::{BacklashDrive, CamFlank};
 use crate::drives::cam_drive::DriveMode;
 use crate::drives::cam_turn::turns;
 use crate::drives::{EventLog, Fault};
 use crate::motion::Fourier;
 use crate::numerics::double_double::{Double, two_product};
+use crate::numerics::work::Work;
 use std::f64::consts::TAU;
 
 /// How many turns may pass until the motion repeats.
@@ -111,16 +112,14 @@ impl BacklashDrive {
     fn orbit(&mut self, time: f64, period: f64) -> Result<(Mode, State), Fault> {
         let mut last = (self.now.mode, self.point().state);
         let Some(mut run) = self.run.take() else { return Err(Fault::new("the drive has not been started")) };
-        let mut work = 0.0;
-        let mut turns = 0;
-        while turns < MOST_TURNS && work < MOST_WORK {
-            turns += 1;
+        let mut work = Work::default();
+        for turns in 1..=MOST_TURNS {
             let end = time + turns as f64 * period;
             let flank = CamFlank { law: &self.cam.law, motion: &self.motion, bounds: self.bounds };
             let mut stretch = Stretch { end, horizon: f64::INFINITY, log: &mut self.log };
-            run.advance(&self.bodies, &flank, &mut stretch)?;
+            run.advance_on(&self.bodies, &flank, &mut stretch, &mut work)
+                .map_err(|fault| Fault(format!("`start.mode` = steady_state: {fault}")))?;
             let Point { state, .. } = run.panel.at(&self.bodies, run.theta(end));
-            work += run.work;
             let next = (run.panel.mode, state);
             if next.0 == last.0 && self.distance(&next.1, &last.1) <= REPEATS {
                 self.log.clear();
@@ -129,7 +128,7 @@ impl BacklashDrive {
             last = next;
         }
         Err(Fault(format!(
-            "`start.mode` = steady_state: the motion does not repeat from turn to turn within {turns} turns; with \
+            "`start.mode` = steady_state: the motion does not repeat from turn to turn within {MOST_TURNS} turns; with \
              clearance the periodic motion may be unstable or longer than a turn; start at_rest and let the drive run, or \
              add damping"
         )))

@@ -23,6 +23,7 @@ mod tests;
 mod variables;
 
 use super::cam_drive::{AngleMotion, CamDrive, DriveMode, HasCamDrive, Start, StartMode};
+use super::limits::no_state;
 use super::number::all_finite;
 use super::response::{Instant, Response, Table};
 use super::solver::{FINEST_TOLERANCE, HasSolver, Settings, Solver};
@@ -272,6 +273,7 @@ impl Drive for ElasticOutput {
 
     fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
         let end = time + step;
+        self.cam.check_step(time, end)?;
         if self.cam.is_input() {
             if let Some(done) = self.advance_on_inputs([time, end]) {
                 return done;
@@ -325,15 +327,20 @@ impl Drive for ElasticOutput {
         &mut self.log
     }
 
-    fn restored(&mut self, _made: &Self) {
-        if !self.response.is_on_table() {
-            return;
+    fn restored(&mut self, made: &Self) -> Result<(), Fault> {
+        self.cam.take(&made.cam);
+        if !self.response.restored(&self.cam.law) {
+            return Err(no_state());
         }
-        self.tabulate(None);
+        if !self.response.is_on_table() {
+            return Ok(());
+        }
+        self.tabulate(made.response.table());
         if !self.response.has_its_table() {
             // As after any other change: on from here without a table.
             let _ = self.restart(f64::INFINITY);
         }
+        Ok(())
     }
 }
 

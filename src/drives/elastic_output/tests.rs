@@ -410,7 +410,7 @@ fn a_serialised_drive_goes_on_bit_by_bit() {
         run(&mut original, 0.37, 0.01);
         let bytes = postcard::to_stdvec(&original).unwrap();
         let mut copy: ElasticOutput = postcard::from_bytes(&bytes).unwrap();
-        copy.restored(&original);
+        copy.restored(&original).unwrap();
         assert_eq!(run(&mut original, 1.0, 0.01), run(&mut copy, 1.0, 0.01));
     }
 }

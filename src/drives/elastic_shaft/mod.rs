@@ -32,6 +32,7 @@ mod variables;
 use super::cam_drive::{
     AngleMotion, CamDrive, DriveMode, HasCamDrive, Start, StartMode, goes_on, half_a_place, push_of_rounding,
 };
+use super::limits::no_state;
 use super::number::all_finite;
 use super::pace::Pace;
 use super::solver::{HasSolver, Method, Settings, Solver};
@@ -40,6 +41,7 @@ use crate::motion::MotionLaw;
 use crate::numerics::collocation::Collocation;
 use crate::numerics::double_double::Double;
 use crate::numerics::period_map::{Course, PeriodMap};
+use crate::numerics::work::Work;
 use equation::Equation;
 use serde::{Deserialize, Serialize};
 use solver::Twist;
@@ -135,14 +137,15 @@ impl ElasticShaft {
         range("J", inertia, "kg·m²", inertia > 0.0, "(0, ∞) kg·m²", hint)
     }
 
-    /// Runs `work` with the twist's system of equations and the integrator.
-    fn with_twist<R>(&mut self, work: impl FnOnce(&mut Twist, &mut Collocation<2>) -> R) -> R {
+    /// Runs `task`, of a call the only one that takes work, with the twist's system of equations and the integrator.
+    fn with_twist<R>(&mut self, task: impl FnOnce(&mut Twist, &mut Collocation<2>) -> R) -> R {
         let equation = self.equation();
         let (law, motion, segment, curvatures) = (&self.cam.law, &self.motion, self.segment, self.curvatures);
         let [phi, w, a, ..] = motion.coefficients;
         let rounding = if self.cam.is_input() { half_a_place([phi, w, a], self.time) } else { 0.0 };
-        let mut twist = Twist { equation, law, motion, segment, curvatures, rounding, forced: 1.0 };
-        let result = work(&mut twist, &mut self.integrator);
+        let work = Work::default();
+        let mut twist = Twist { equation, law, motion, segment, curvatures, rounding, forced: 1.0, work };
+        let result = task(&mut twist, &mut self.integrator);
         self.segment = twist.segment;
         result
     }
@@ -377,6 +380,7 @@ impl Drive for ElasticShaft {
     }
 
     fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
+        self.cam.check_step(time, time + step)?;
         self.advance_further(time, time + step)
     }
 
@@ -419,8 +423,13 @@ impl Drive for ElasticShaft {
         &mut self.log
     }
 
-    fn restored(&mut self, _made: &Self) {
-        let Some(course) = self.course.clone() else { return };
+    fn restored(&mut self, made: &Self) -> Result<(), Fault> {
+        self.cam.take(&made.cam);
+        if self.segment >= self.cam.law.breakpoints().len().max(1) {
+            return Err(no_state());
+        }
+        let Some(course) = self.course.clone() else { return Ok(()) };
+        self.table = made.table.clone();
         // A state on the table was reached with the parameters of the last step.
         let [m, c, b] = self.used;
         self.tabulate(Equation { m, c, b, ..self.equation() });
@@ -428,6 +437,7 @@ impl Drive for ElasticShaft {
             self.course = None;
             self.restart_integrator();
         }
+        Ok(())
     }
 }
 

@@ -9,6 +9,7 @@ use crate::motion::MotionLaw;
 use crate::numerics::angle;
 use crate::numerics::collocation::{Collocation, Failure, System};
 use crate::numerics::double_double::Double;
+use crate::numerics::work::{EVALUATION, Work};
 
 /// The angle over which a step of degree 8 may reach, times the resolution K of the law [rad]: two radians of
 /// the highest harmonic cannot hide between eight nodes.
@@ -49,6 +50,8 @@ pub struct Twist<'a> {
     pub rounding: f64,
     /// 1, or 0 for the homogeneous linear equation.
     pub forced: f64,
+    /// What the call may still take.
+    pub work: Work,
 }
 
 impl Twist<'_> {
@@ -82,10 +85,14 @@ impl Twist<'_> {
         limit: Double,
         pace: Pace,
     ) -> Result<(), Fault> {
-        let travelled = pace.travel(integrator, target, STEPS_OF_PASSAGE * MOST_PASSAGES, |integrator| {
-            self.step(integrator, limit, pace)
-        });
-        travelled.map_err(|stop| self.fault(stop, pace))
+        let way = [integrator.end().hi, target.hi];
+        let (mut work, cost) = (self.work, EVALUATION + self.law.cost());
+        let travelled =
+            pace.travel(integrator, target, STEPS_OF_PASSAGE * MOST_PASSAGES, (&mut work, cost), |integrator| {
+                self.step(integrator, limit, pace)
+            });
+        self.work = work;
+        travelled.map_err(|stop| self.fault(stop, pace, way, integrator))
     }
 
     /// Steps beyond `target`, so that the steps do not depend on where the target lies.
@@ -170,7 +177,7 @@ impl Twist<'_> {
         self.equation.slope(&self.cam(&f), &f)
     }
 
-    fn fault(&self, stop: Stop, pace: Pace) -> Fault {
+    fn fault(&self, stop: Stop, pace: Pace, way: [f64; 2], integrator: &Collocation<2>) -> Fault {
         match (stop, pace) {
             (Stop::Failed(Failure::Unbounded { time }), _) => unbounded(time, self.equation.linear),
             (Stop::TooManyAttempts { time }, Pace::Grid { step, .. }) => Fault(format!(
@@ -179,7 +186,10 @@ impl Twist<'_> {
                 Number(step),
                 Number(time)
             )),
-            _ => pace.fault(stop, &WORDS),
+            _ => {
+                let f = self.flow(integrator.end(), &integrator.state());
+                pace.fault(stop, &WORDS, way, f.turning(self.equation.linear))
+            }
         }
     }
 }

@@ -41,7 +41,8 @@ fn one_turn(twist: &mut Twist, start: f64, y: [f64; 2], tolerance: f64) -> Resul
     let end = Double::from(start) + WHOLE_TURN.divide(Double::from(w));
     let mut integrator = Collocation::new(Double::from(start), y);
     twist.locate(Double::from(start), &y);
-    twist.reach(&mut integrator, end, Pace::Tolerance(tolerance))?;
+    let reached = twist.reach(&mut integrator, end, Pace::Tolerance(tolerance));
+    reached.map_err(|fault| Fault(format!("start.mode = steady_state: {fault}")))?;
     Ok(integrator.state())
 }
 

@@ -1,6 +1,7 @@
 //! What reading and setting a variable takes, and nothing else of it.
 
 use crate::drives::Variable;
+use crate::drives::limits::INPUTS;
 use crate::drives::variable::{Causality, Kind};
 
 /// How a variable is read, and nothing else of it: what importers read after each step shall lie close together.
@@ -61,12 +62,14 @@ impl Set<'_> {
         self.references.iter().zip(self.values).map(|(reference, value)| (*reference as usize, *value))
     }
 
-    /// The values of the places 0, 1 and 2 where they are all and stand in this order, as most importers set them; finite, and
-    /// their sum as well.
+    /// The values of the places 0, 1 and 2 where they are all and stand in this order, as most importers set them; within the
+    /// limits of the inputs.
     #[inline(always)]
     pub fn first_three(&self) -> Option<[f64; 3]> {
         match (self.references, self.values) {
-            ([0, 1, 2], &[x, y, z]) if x.abs() + y.abs() + z.abs() <= f64::MAX => Some([x, y, z]),
+            ([0, 1, 2], &[x, y, z]) if x.abs() <= INPUTS[0] && y.abs() <= INPUTS[1] && z.abs() <= INPUTS[2] => {
+                Some([x, y, z])
+            }
             _ => None,
         }
     }

@@ -4,6 +4,7 @@
 use super::crank::{Dip, ParallelCrank};
 use crate::motion::Fourier;
 use crate::numerics::divisor::greatest_common_divisor;
+use crate::numerics::work::HARMONIC;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
 
@@ -121,6 +122,15 @@ impl Coefficients {
     /// All coefficients at `phi` [rad].
     pub fn at(&self, phi: f64) -> Values {
         Values { m: at(&self.m, phi), b: at(&self.b, phi), c: self.c.at(phi), f: at(&self.f, phi) }
+    }
+
+    /// What an evaluation takes [nominal µs], see [`crate::numerics::work`]; a dip as much as ten harmonics.
+    pub fn cost(&self) -> f64 {
+        let stiffness = match &self.c {
+            Stiffness::Series(series) => series.order(),
+            Stiffness::Dips(dips) => 10 * dips.len(),
+        };
+        HARMONIC * (stiffness + [&self.m, &self.b, &self.f].map(Fourier::order).iter().sum::<usize>()) as f64
     }
 
     /// The angle [rad] at which m is smallest, and its value there.

@@ -39,6 +39,7 @@ use super::{Curve, Drive, Event, EventLog, Experiment, Fault, List, Number, Port
 use crate::numerics::collocation::{Collocation, Failure};
 use crate::numerics::double_double::Double;
 use crate::numerics::period_map::Course;
+use crate::numerics::work::{EVALUATION, Work};
 use coefficients::Coefficients;
 use equation::{Vibration, WORDS};
 use law::Law;
@@ -153,11 +154,12 @@ impl ParametricDrive {
         };
         let travelled = self.with_vibration(|vibration, integrator| {
             let step = |integrator: &mut Collocation<2>| pace.step(integrator, vibration, limit, ITERATIONS);
-            pace.travel(integrator, Double::from(target), 1, step)
+            let cost = EVALUATION + vibration.coefficients.cost();
+            pace.travel(integrator, Double::from(target), 1, (&mut Work::default(), cost), step)
         });
         travelled.map_err(|stop| match stop {
             Stop::Failed(Failure::Unbounded { time }) => unbounded(time, self.growth),
-            _ => pace.fault(stop, &WORDS),
+            _ => pace.fault(stop, &WORDS, [self.time, target], self.motion.at(target).kinematics.0[1]),
         })?;
         self.time = target;
         self.state = self.integrator.at(Double::from(target));
@@ -313,6 +315,7 @@ impl Drive for ParametricDrive {
             (self.state, self.time) = (state, target);
             return Ok(());
         }
+        self.cam.check_step(time, target)?;
         self.time = time;
         self.advance_further(target)
     }
@@ -341,14 +344,20 @@ impl Drive for ParametricDrive {
         &mut self.log
     }
 
-    fn restored(&mut self, _made: &Self) {
-        let Some(course) = &self.course else { return };
+    fn restored(&mut self, made: &Self) -> Result<(), Fault> {
+        self.cam.take(&made.cam);
+        let coefficients = self.cam.law.coefficients();
+        self.coefficients =
+            if *made.coefficients == coefficients { made.coefficients.clone() } else { Arc::new(coefficients) };
+        let Some(course) = &self.course else { return Ok(()) };
         let course = course.clone();
+        self.table = made.table.clone();
         let table = self.tabulate();
         if !table.map.as_ref().is_some_and(|map| course.is_in(map)) {
             self.course = None;
             self.restart_integrator();
         }
+        Ok(())
     }
 }
 

@@ -33,21 +33,28 @@ const UNFELT: f64 = 1e-17;
 const SAMPLES: i32 = 32;
 const GOLDEN: f64 = 0.618_033_988_749_894_8;
 
-/// The closed form from its start on.
+/// The closed form from its start on; all but the speed follows from law and oscillator.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ClosedForm {
     /// The speed for which the harmonics were computed.
     holds_for: Option<f64>,
     /// a₀ [m].
+    #[serde(skip)]
     mean: f64,
+    #[serde(skip)]
     harmonics: Vec<Harmonic>,
     /// k of the first of them and the distance to the next; both twice as numbers.
+    #[serde(skip)]
     first: usize,
+    #[serde(skip)]
     distance: usize,
+    #[serde(skip)]
     orders: [f64; 2],
     /// k and resonant part.
+    #[serde(skip)]
     resonant: Vec<(usize, Resonant)>,
     /// Whether the harmonics are k = 1, 2, 3 … or 1, 3, 5 … and none of them is resonant.
+    #[serde(skip)]
     plain: bool,
 }
 
@@ -116,6 +123,14 @@ impl ClosedForm {
             orders: [first, distance].map(|k| k as f64),
             resonant: Vec::with_capacity(most_resonant(order)),
             plain: false,
+        }
+    }
+
+    /// Rebuilds what the serialisation leaves out.
+    pub fn restored(&mut self, oscillator: &Oscillator, series: Option<&Fourier>) {
+        *self = ClosedForm { holds_for: self.holds_for, ..ClosedForm::new(series) };
+        if let Some(w) = self.holds_for {
+            self.prepare_harmonics(oscillator, w);
         }
     }
 

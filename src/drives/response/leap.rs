@@ -12,6 +12,7 @@ pub mod ends;
 use super::stride::Map;
 use super::{ClosedForm, DEGREE, Local, progression};
 use crate::motion::Fourier;
+use crate::numerics::count::at_most;
 use crate::numerics::double_double::Double;
 use crate::numerics::oscillator::Oscillator;
 use crate::numerics::pair::Pair;
@@ -38,7 +39,9 @@ pub struct Leap {
     /// h [s]; 0 while unknown.
     length: f64,
     /// How many pairs of derivatives at the ends, or how many nodes; one of them is 0.
+    #[serde(deserialize_with = "at_most::<_, { ends::MOST_PAIRS }>")]
     pairs: usize,
+    #[serde(deserialize_with = "at_most::<_, MOST_NODES>")]
     nodes: usize,
     /// What they count as evaluations of the law: a pair costs what U′ and U″ at a node cost.
     pub evaluations: u64,
@@ -48,8 +51,10 @@ pub struct Leap {
     free: Map,
     /// The decay of the slower mode over the step.
     decay: f64,
-    /// The first harmonic of the law and the distance to the next.
+    /// The first harmonic of the law and the distance to the next; they follow from the law.
+    #[serde(skip)]
     first: usize,
+    #[serde(skip)]
     stride: usize,
     /// U, U′ … where the cam was last, as far as they are in use; or the places of every second node [s], each of the others
     /// lying as far from the end as the one before from the start.
@@ -74,6 +79,11 @@ impl Leap {
     pub fn new(series: &Fourier) -> Self {
         let (first, stride) = progression(series);
         Leap { first, stride, angle: f64::INFINITY, ..Leap::default() }
+    }
+
+    /// Rebuilds what the serialisation leaves out.
+    pub fn restored(&mut self, series: &Fourier) {
+        (self.first, self.stride) = progression(series);
     }
 
     /// Forgets the oscillator.

@@ -112,7 +112,7 @@ impl Cycle {
         let Motor::Kloss { synchronous_speed, dynamics: None, .. } = machine.motor else { return None };
         let torques = Torques::against(&machine.motor, tau, synchronous_speed.signum());
         let tolerance = machine.solver.effective_tolerance();
-        let shooting = Shooting::new(machine, torques, tolerance).within(MOST_LAPS);
+        let shooting = Shooting::new(machine, torques, tolerance, None).ok()?.within(MOST_LAPS);
         let raster = &machine.raster;
         let mut energy = shooting.first_energy()?;
         let mut turn: Vec<Passage> = Vec::with_capacity(2 * raster.cells().len());

@@ -2,9 +2,11 @@
 
 use super::inertia::Place;
 use super::linkage::{Extreme, Linkage};
+use crate::drives::Rounded;
 use crate::motion::MotionLaw;
 use crate::numerics::jet::Jet;
-use crate::numerics::powers::Fitting;
+use crate::numerics::powers::{EVALUATIONS, Fitting};
+use crate::numerics::work::Work;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
@@ -30,6 +32,14 @@ const WAVE: f64 = 2.6;
 /// How many times finer than the law the inertia may be; a mechanism that comes nearer to a singular position is refused or
 /// keeps a small error.
 const FINEST: f64 = 256.0;
+
+/// The most samples of a turn, and the highest ratio of the speeds of lever and shaft with which they still lie within two
+/// degrees of the lever's turn.
+const MOST_SAMPLES: f64 = 65536.0;
+const HIGHEST_RATIO: f64 = MOST_SAMPLES / 32.0;
+
+/// The evaluation of a mechanism [nominal µs].
+const MECHANISM: f64 = 0.15;
 
 impl Follower {
     /// A mass that the cam moves itself.
@@ -59,7 +69,24 @@ impl Follower {
 
     /// Refuses mechanisms that cannot be assembled all around, or not safely; `prefix` names them.
     pub(super) fn check_linkage(&self, prefix: &str) -> Result<(), String> {
-        if self.linkage.is_empty() { Ok(()) } else { self.linkage.check(prefix, self.samples(), |phi| self.lever(phi)) }
+        if self.linkage.is_empty() {
+            return Ok(());
+        }
+        let ratio = self.cam.bound(1);
+        if !(ratio <= HIGHEST_RATIO) {
+            return Err(format!(
+                "`{prefix}`: the cam turns its lever up to {} times as fast as the shaft, by up to {} deg; at most \
+                 {HIGHEST_RATIO} times is admissible: check the unit of the motion law",
+                Rounded(ratio),
+                Rounded(self.cam.bound(0).to_degrees())
+            ));
+        }
+        self.linkage.check(prefix, self.samples(), |phi| self.lever(phi))
+    }
+
+    /// What an evaluation of its inertia takes [nominal µs].
+    pub(super) fn cost(&self) -> f64 {
+        self.cam.cost() + MECHANISM * self.linkage.0.len() as f64
     }
 
     /// For each mechanism where its transmission angle is least over the turn.
@@ -67,9 +94,10 @@ impl Follower {
         self.linkage.extremes(self.samples(), |phi| self.lever(phi))
     }
 
-    /// As many samples of a turn as tell the waves of the law apart; the worst positions are then refined.
+    /// As many samples of a turn as tell the waves of the law and the turns of the lever apart; the worst positions are then
+    /// refined.
     fn samples(&self) -> usize {
-        let count = (32.0 * self.cam.resolution()).clamp(256.0, 65536.0);
+        let count = (32.0 * self.cam.resolution().max(self.cam.bound(1))).clamp(256.0, MOST_SAMPLES);
         count.max(8.0 * self.cam.breakpoints().len() as f64) as usize
     }
 
@@ -79,18 +107,21 @@ impl Follower {
     }
 
     /// The harmonic order that resolves the inertia, see [`super::Inertia::resolution`]: twice that of the law, doubled until
-    /// polynomials meet its values.
+    /// polynomials meet its values; infinite where the work of a call does not do to find out.
     pub(super) fn linked_resolution(&self) -> f64 {
         let law = 2.0 * self.cam.resolution();
-        let fitting = Fitting::new();
+        let (fitting, mut work) = (Fitting::new(), Work::default());
         let mut finer = 1.0;
-        while finer < FINEST && !self.is_resolved_by(finer * law, &fitting) {
+        while finer < FINEST && !self.is_resolved_by(finer * law, &fitting, &mut work) {
+            if work.is_exhausted() {
+                return f64::INFINITY;
+            }
             finer *= 2.0;
         }
         finer * law
     }
 
-    fn is_resolved_by(&self, order: f64, fitting: &Fitting) -> bool {
+    fn is_resolved_by(&self, order: f64, fitting: &Fitting, work: &mut Work) -> bool {
         let breakpoints = self.cam.breakpoints();
         let ends = |i: usize| match (breakpoints.get(i), breakpoints.get(i + 1)) {
             (Some(low), Some(high)) => (*low, *high),
@@ -103,6 +134,9 @@ impl Follower {
             let count = ((high - low) * order / WAVE).ceil().max(1.0);
             let (width, place) = ((high - low) / count, Place::at(0.5 * (low + high)));
             for i in 0..count as usize {
+                if work.draw(EVALUATIONS as f64 * self.cost()).is_err() {
+                    return false;
+                }
                 let (_, misses) = fitting.over(low + i as f64 * width, width, |phi| {
                     let [u, u1, ..] = place.evaluate(&self.cam, phi).0;
                     self.inertia([u, u1])[0]

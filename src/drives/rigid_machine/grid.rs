@@ -7,11 +7,12 @@
 //! tolerance: each step takes the same number of Newton iterations, and what they leave counts as error.
 
 use super::RigidMachine;
-use super::solver::{FASTEST, IDLE_CHANGES, Integrator, MOST_STEPS, add_end_error, encounter};
+use super::solver::{FASTEST, IDLE_CHANGES, Integrator, add_end_error, encounter};
 use super::{Motor, State};
 use crate::drives::{Fault, Rounded};
 use crate::numerics::collocation::{Collocation, Failure, System};
 use crate::numerics::double_double::{Double, two_product, two_sum};
+use crate::numerics::work::{EVALUATION, Work};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
@@ -76,6 +77,13 @@ struct Span {
     read: f64,
 }
 
+impl Grid {
+    /// The interval between borders in which the internal step begins; 0 without one.
+    pub fn interval(&self) -> usize {
+        self.span.map_or(0, |span| span.base.interval)
+    }
+}
+
 impl Span {
     fn length(&self) -> f64 {
         (self.end - self.from).hi
@@ -128,13 +136,10 @@ impl RigidMachine {
     /// Integrates over the communication step of length `step` from `time` [s].
     pub(super) fn travel_on_grid(&mut self, time: f64, step: f64) -> Result<(), Fault> {
         let target = two_sum(time, step);
-        self.prepare_raster_once();
-        if step / self.grid.size > MOST_STEPS as f64 {
-            return Err(Fault(format!(
-                "the step from t = {} s needs more than {MOST_STEPS} internal steps; use shorter communication steps, or a longer solver.step_size",
-                Rounded(time)
-            )));
-        }
+        self.prepare_raster_once()?;
+        let mut work = Work::default();
+        let lag = if self.motor.lag().is_some() { 2.0 } else { 1.0 };
+        let cost = lag * EVALUATION + self.inertia.cost();
         let steady = self.load.is_constant() && self.driving.is_constant();
         let torques = [self.load.set_value(), self.driving.set_value()];
         let mut now = Double::from(time);
@@ -145,7 +150,10 @@ impl RigidMachine {
         loop {
             let Some(span) = self.grid.span else {
                 let limit = if steady { None } else { Some(target) };
+                let before = self.solver.evaluations;
                 self.begin_span(time, now, limit)?;
+                let evaluations = (self.solver.evaluations - before).max(1.0);
+                work.draw(cost * evaluations).map_err(|_| self.too_long([time, target.hi], now.hi))?;
                 continue;
             };
             if (target - span.end).hi <= 0.0 {

@@ -72,7 +72,8 @@ impl Inertia {
         self.followers.iter().any(|follower| !follower.linkage.is_empty())
     }
 
-    /// The order that resolves the inertia of the followers with mechanisms; 0 without.
+    /// The order that resolves the inertia of the followers with mechanisms; 0 without, infinite where it is beyond the work of
+    /// a call.
     pub fn linked_resolution(&self) -> f64 {
         *self.linked_resolution.0.get_or_init(|| {
             let linked = self.followers.iter().filter(|follower| !follower.linkage.is_empty());
@@ -106,12 +107,24 @@ impl Inertia {
             follower.cam.validate().map_err(|reason| format!("follower[{}]: {reason}", j + 1))?;
             follower.check_linkage(&format!("follower[{}].linkage", j + 1))?;
         }
+        if self.linked_resolution().is_infinite() {
+            return Err("the inertia of the mechanisms changes too fast with the angle of the shaft to be resolved; choose \
+                        longer rises and returns of the levers, or keep farther away from positions where the output of a \
+                        mechanism may go either way"
+                .to_owned());
+        }
         self.function.varying.iter().try_for_each(|law| law.validate().map_err(|reason| format!("inertia: {reason}")))
     }
 
     /// The angles in [0, 2π) at which J is not smooth.
     pub fn borders(&self) -> &[f64] {
         &self.borders
+    }
+
+    /// What an evaluation of J takes [nominal µs], see [`crate::numerics::work`].
+    pub fn cost(&self) -> f64 {
+        self.followers.iter().map(Follower::cost).sum::<f64>()
+            + self.function.varying.as_ref().map_or(0.0, MotionLaw::cost)
     }
 
     /// Whether J depends on φ.

@@ -47,6 +47,7 @@ pub use inertia::{Inertia, InertiaFunction, Place};
 pub use motor::Motor;
 
 use super::cam_turn::{SLOWEST, turns};
+use super::limits::no_state;
 use super::number::{Number, all_finite};
 use super::solver::{HasSolver, Method, Settings, Solver};
 use super::{Board, Curve, Drive, EventLog, Experiment, Fault, List, Portrait};
@@ -306,7 +307,7 @@ impl Drive for RigidMachine {
         let mut machine = RigidMachine::of(scene);
         machine.check()?;
         // Here, so that the instances of a scene share it.
-        machine.prepare_raster();
+        machine.prepare_raster()?;
         Ok(machine)
     }
 
@@ -372,7 +373,7 @@ impl Drive for RigidMachine {
         self.travelled = 0.0;
         self.top_speed = 0.0;
         self.load_at_start = self.load.now();
-        self.prepare_raster();
+        self.prepare_raster()?;
         self.place_at_start(self.w_start);
         if self.start == MachineStart::SteadyState {
             self.start_periodically(time)?;
@@ -386,8 +387,7 @@ impl Drive for RigidMachine {
 
     /// The inputs are torques; they change the acceleration at once and the state not at all.
     fn apply(&mut self, _time: f64) -> Result<(), Fault> {
-        self.prepare_raster_once();
-        Ok(())
+        self.prepare_raster_once()
     }
 
     fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
@@ -436,11 +436,20 @@ impl Drive for RigidMachine {
     }
 
     /// The raster, of which already the outputs before the next step take J.
-    fn restored(&mut self, made: &Self) {
-        if self.inertia == made.inertia {
-            self.inertia = made.inertia.clone();
-            (self.raster, self.cycle) = (made.raster.clone(), made.cycle.clone());
+    fn restored(&mut self, made: &Self) -> Result<(), Fault> {
+        (self.inertia, self.motor) = (made.inertia.clone(), made.motor);
+        (self.raster, self.cycle) = (made.raster.clone(), made.cycle.clone());
+        // Parameters that are yet to be changed need make no machine; the next start tells.
+        if self.check().is_ok() {
+            self.prepare_raster()?;
         }
-        self.prepare_raster();
+        let intervals = self.inertia.borders().len().max(1);
+        let cell = self.passage.as_ref().map_or(0, |passage| passage.from.cell);
+        let lags = matches!(self.integrator, Integrator::WithLag(_));
+        let fits = self.state.interval < intervals
+            && self.grid.interval() < intervals
+            && cell < self.raster.cells().len().max(1)
+            && lags == self.motor.lag().is_some();
+        if fits { Ok(()) } else { Err(no_state()) }
     }
 }

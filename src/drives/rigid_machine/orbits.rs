@@ -117,7 +117,7 @@ pub fn all_motions(scene: &Scene, load: f64) -> Result<Motions, Fault> {
     // A load that drives the motor is held with at most the breakdown slip above the synchronous speed, or never.
     let fastest = synchronous_speed.abs() * (1.0 + 4.0 * breakdown_slip.max(0.25)) * (high / low).sqrt();
     let energy = |i: usize| 0.5 * high * (fastest * SLOWEST.powf(i as f64 / SCAN as f64)).powi(2);
-    let scanning = Shooting::new(&machine, torques, SCAN_TOLERANCE);
+    let scanning = Shooting::new(&machine, torques, SCAN_TOLERANCE, None)?;
     let gain = |energy: f64| scanning.shoot(energy).map_or(f64::NEG_INFINITY, |shot| shot.gain / energy);
     let mut samples: Vec<(f64, f64)> = (0..=SCAN).map(energy).map(|e| (e, gain(e))).collect();
     let mut extra = Vec::new();
@@ -130,8 +130,8 @@ pub fn all_motions(scene: &Scene, load: f64) -> Result<Motions, Fault> {
     }
     samples.extend(extra.into_iter().map(|e| (e, gain(e))));
     samples.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let ahead = Shooting::new(&machine, torques, ORBIT_TOLERANCE);
-    let back = Shooting::new(&machine, torques.backwards(), ORBIT_TOLERANCE);
+    let ahead = Shooting::new(&machine, torques, ORBIT_TOLERANCE, None)?;
+    let back = Shooting::new(&machine, torques.backwards(), ORBIT_TOLERANCE, None)?;
     let (mut motions, mut lost, mut continued) = (Vec::new(), Vec::new(), Vec::new());
     for pair in samples.windows(2) {
         let [(above, gain_above), (below, gain_below)] = pair else { continue };
@@ -165,6 +165,7 @@ pub fn all_motions(scene: &Scene, load: f64) -> Result<Motions, Fault> {
                     sense,
                     phi_start: 0.0,
                     interval: machine.state.interval,
+                    work: None,
                 };
                 let orbit = turn.refine((2.0 * at_zero.hi).sqrt(), breakdown_torque);
                 let motion = orbit.and_then(|(orbit, period)| {

@@ -10,9 +10,11 @@ use super::passage::{Effort, Passage, Position};
 use super::profile::Profile;
 use super::torques::Torques;
 use super::{Inertia, Motor};
+use crate::drives::{Fault, Number};
 use crate::numerics::double_double::{Double, two_sum};
 use crate::numerics::gauss::{ABSCISSAE, STAGES, WEIGHTS};
 use crate::numerics::interpolant::{COEFFICIENTS, INTEGRATION, Interpolant, neglected};
+use crate::numerics::work::Work;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
@@ -36,6 +38,9 @@ const FINER: f64 = 0.1;
 /// Into how many parts the motor's torque may divide a cell. A motor that is synchronous for a moment only asks for
 /// narrow cells where that moment happens to be, which no table can know.
 const MOST_PARTS: f64 = 4.0;
+
+/// A cell beside the evaluations of J for it [nominal µs].
+const CELL: f64 = 0.5;
 
 /// 2/J over a step, in ascending order of the angle.
 #[derive(Clone, Copy)]
@@ -98,6 +103,20 @@ fn error(table: &Tabulated, width: f64) -> f64 {
     width * neglected(&modes) / (INTEGRATION * least)
 }
 
+/// What is said where the turn cannot be divided with the work of a call; it came to an angle where cells are this wide [rad].
+fn too_many(inertia: &Inertia, [at, width]: [f64; 2]) -> Fault {
+    let (low, high) = inertia.range();
+    Fault(format!(
+        "J(phi), between {} and {} kg.m2, changes so fast that no table of it can be made: at phi = {} deg it would need one \
+         entry in {} deg; choose a larger `J0` (now {} kg.m2), smaller masses, or motion laws and levers that move less",
+        Number(low),
+        Number(high),
+        at.to_degrees(),
+        Number(width.to_degrees()),
+        Number(inertia.function.constant)
+    ))
+}
+
 /// The mean of √J over the turn.
 fn mean_root(cells: &[Cell]) -> f64 {
     let root = |cell: &Cell| -> f64 {
@@ -110,30 +129,34 @@ fn mean_root(cells: &[Cell]) -> f64 {
 impl Raster {
     /// The raster on which `inertia` is met to the relative `tolerance`, and the torque of the motor as it is about its
     /// synchronous speed.
-    pub fn new(inertia: &Inertia, motor: &Motor, tolerance: f64) -> Self {
+    ///
+    /// # Errors
+    /// Where so many cells are needed that the work of a call does not do for them.
+    pub fn new(inertia: &Inertia, motor: &Motor, tolerance: f64) -> Result<Self, Fault> {
         Self::on(Arc::new(Profile::new(inertia)), inertia, motor, tolerance)
     }
 
     /// The raster of another tolerance.
-    pub fn with_tolerance(&self, inertia: &Inertia, motor: &Motor, tolerance: f64) -> Self {
+    pub fn with_tolerance(&self, inertia: &Inertia, motor: &Motor, tolerance: f64) -> Result<Self, Fault> {
         Self::on(self.profile.clone(), inertia, motor, tolerance)
     }
 
     /// The raster on a profile of this inertia.
-    pub fn on(profile: Arc<Profile>, inertia: &Inertia, motor: &Motor, tolerance: f64) -> Self {
-        let mut cells = Self::of_inertia(inertia, &profile, tolerance);
+    pub fn on(profile: Arc<Profile>, inertia: &Inertia, motor: &Motor, tolerance: f64) -> Result<Self, Fault> {
+        let mut cells = Self::of_inertia(inertia, &profile, tolerance)?;
         if let Motor::Kloss { synchronous_speed, dynamics: None, .. } = motor {
             cells = Self::divided(cells, inertia, &profile, motor, *synchronous_speed, tolerance);
         }
         let widest = cells.iter().map(|cell| cell.width).fold(0.0, f64::max);
         let made_for = Some(Arc::new((inertia.clone(), *motor, tolerance)));
         let mean_root = mean_root(&cells);
-        Raster { widest, mean_root, cells: Arc::new(cells), profile, made_for }
+        Ok(Raster { widest, mean_root, cells: Arc::new(cells), profile, made_for })
     }
 
     /// The cells that J(φ) alone asks for.
-    fn of_inertia(inertia: &Inertia, profile: &Profile, tolerance: f64) -> Vec<Cell> {
-        let mut cells = Vec::new();
+    fn of_inertia(inertia: &Inertia, profile: &Profile, tolerance: f64) -> Result<Vec<Cell>, Fault> {
+        let (mut cells, mut work) = (Vec::new(), Work::default());
+        let cost = CELL + (2 + STAGES) as f64 * inertia.cost();
         let intervals = inertia.borders().len().max(1);
         let mut width = WIDEST.min(4.0 / inertia.resolution());
         // What the rounded end of the turn is short of 2π beyond its beginning.
@@ -144,6 +167,7 @@ impl Raster {
             while at < high {
                 width = width.min(WIDEST);
                 let (end, table) = loop {
+                    work.draw(cost).map_err(|_| too_many(inertia, [at, width]))?;
                     let end = edge(at, width, high);
                     let missing = if end == high && interval + 1 == intervals { missing } else { 0.0 };
                     let own = end - at + missing;
@@ -162,7 +186,7 @@ impl Raster {
                 at = end;
             }
         }
-        cells
+        Ok(cells)
     }
 
     /// The same cells, divided where a machine with the mean energy of the synchronous speed would not pass them in one
@@ -284,7 +308,7 @@ mod tests {
     #[test]
     fn the_cells_cover_the_turn_and_follow_the_waves() {
         let count = |constant, order, tolerance| {
-            let raster = Raster::new(&inertia(constant, order), &Motor::None, tolerance);
+            let raster = Raster::new(&inertia(constant, order), &Motor::None, tolerance).unwrap();
             let total: f64 = raster.cells().iter().map(|cell| cell.width).sum();
             assert!((total - TAU).abs() < 1e-14);
             assert!(raster.cells().windows(2).all(|pair| pair[0].high == pair[1].low));
@@ -298,7 +322,7 @@ mod tests {
 
     #[test]
     fn an_angle_finds_its_cell() {
-        let raster = Raster::new(&inertia(0.5, 5), &Motor::None, 1e-9);
+        let raster = Raster::new(&inertia(0.5, 5), &Motor::None, 1e-9).unwrap();
         for (i, cell) in raster.cells().iter().enumerate() {
             assert_eq!(raster.find(0, cell.low, true), i);
             assert_eq!(raster.find(0, cell.high, false), i);

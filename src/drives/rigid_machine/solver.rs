@@ -18,6 +18,7 @@ use super::{Inertia, Motor, RigidMachine, Signal, State};
 use crate::drives::{Event, Fault, Number};
 use crate::numerics::collocation::{Collocation, Failure, System};
 use crate::numerics::double_double::{Double, two_product};
+use crate::numerics::work::{EVALUATION, Work};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
@@ -27,9 +28,6 @@ const SLACK: f64 = 1e-8;
 /// Changes of the interval without a step in between before a step is taken as it is. Two happen where the machine
 /// turns back on a border; more could only be the work of rounding.
 pub(super) const IDLE_CHANGES: u32 = 4;
-
-/// Internal steps within one communication step, some seconds of work; more mean a speed out of all proportion.
-pub(super) const MOST_STEPS: usize = 500_000;
 
 /// By what the estimate in time is larger than the deviations, from random machines of which 99 of 100 stay below it. The
 /// deviations suppose that coefficients go on to decay as they do in the step; a torque that follows the speed at once
@@ -253,25 +251,25 @@ impl RigidMachine {
         }
     }
 
-    /// Integrates in time from `from` to `target` [s after the communication point `time`], or, where `may_pass`, until
+    /// Integrates in time along the `way` from one time to another [s after the communication point `time`], or, where `may_pass`, until
     /// the shaft turns fast enough for steps in the angle; returns where it stopped.
     pub(super) fn run_in_time(
         &mut self,
         time: f64,
-        from: Double,
-        target: Double,
+        way: [Double; 2],
         may_pass: bool,
+        work: &mut Work,
     ) -> Result<Double, Fault> {
         // The integrator stays where it is if the step fails; after a fault the machine is used no more.
         match self.integrator.clone() {
             Integrator::Mechanical(mut c) => {
-                let reached = self.run(&mut c, time, [from, target], may_pass)?;
+                let reached = self.run(&mut c, time, way, may_pass, work)?;
                 self.integrator = Integrator::Mechanical(c);
                 self.estimate_in_time();
                 Ok(reached)
             }
             Integrator::WithLag(mut c) => {
-                let reached = self.run(&mut c, time, [from, target], may_pass)?;
+                let reached = self.run(&mut c, time, way, may_pass, work)?;
                 self.integrator = Integrator::WithLag(c);
                 self.estimate_in_time();
                 Ok(reached)
@@ -306,11 +304,15 @@ impl RigidMachine {
         time: f64,
         [from, target]: [Double; 2],
         may_pass: bool,
+        work: &mut Work,
     ) -> Result<Double, Fault> {
         let spent = c.statistics;
         c.restart(from, [0.0; N]);
-        let (mut steps, mut idle) = (0, 0);
+        let mut idle = 0;
+        // The linear equations of a step grow with the square of the unknowns.
+        let cost = EVALUATION * (N * N) as f64 / 4.0 + self.inertia.cost();
         while (target - c.end()).hi > 0.0 {
+            let evaluations = c.statistics.evaluations;
             c.restart(c.end(), [0.0; N]);
             let before = c.end();
             let covariance = c.error_covariance();
@@ -335,14 +337,10 @@ impl RigidMachine {
                     idle = 0;
                 }
             }
-            steps += 1;
-            if steps > MOST_STEPS {
-                return Err(Fault(format!(
-                    "the step from t = {} s needs more than {MOST_STEPS} internal steps (w = {:e} rad/s); use shorter communication steps",
-                    Number(time),
-                    self.state.w
-                )));
-            }
+            // A step that evaluated nothing would be taken for ever.
+            let evaluations = (c.statistics.evaluations - evaluations).max(1);
+            work.draw(cost * evaluations as f64)
+                .map_err(|_| self.too_long([time, time + target.hi], time + c.end().hi))?;
             if may_pass && self.turns_fast() {
                 break;
             }

@@ -24,6 +24,8 @@ use super::torques::Torques;
 use super::{Motor, RigidMachine, State};
 use crate::drives::{Event, Fault};
 use crate::numerics::double_double::Double;
+use crate::numerics::work::Work;
+use std::cell::Cell;
 use std::f64::consts::TAU;
 
 /// Tolerance of the scan; the signs are all that matters.
@@ -48,6 +50,20 @@ const REST: f64 = 1e-18;
 /// Steps of a turn; a motor that is synchronous for a hundred-thousandth of the turn only takes some hundred.
 const MOST_STEPS: usize = 200_000;
 
+/// What a passage takes that evaluates N so often [nominal µs].
+pub(super) fn cost_of_passage(evaluations: f64) -> f64 {
+    0.1 + 0.025 * evaluations
+}
+
+/// Draws upon what the call may still take; None where it is used up.
+pub(super) fn draw(work: Option<&Cell<Work>>, cost: f64) -> Option<()> {
+    let Some(work) = work else { return Some(()) };
+    let mut left = work.get();
+    let drawn = left.draw(cost);
+    work.set(left);
+    drawn.ok()
+}
+
 /// What a turn from the beginning of the raster on does.
 pub struct Shot {
     /// E(2π) − E(0) [J].
@@ -66,19 +82,29 @@ pub struct Shooting<'a> {
     tolerance: f64,
     /// Steps in a turn with more of which the machine is given up.
     most_steps: usize,
+    /// What the call may still take; a study takes as much as it needs.
+    work: Option<&'a Cell<Work>>,
 }
 
 impl<'a> Shooting<'a> {
-    /// Shooting of this machine under these torques.
-    pub fn new(machine: &'a RigidMachine, torques: Torques, tolerance: f64) -> Self {
+    /// Shooting of this machine under these torques, with what is left of the `work`.
+    ///
+    /// # Errors
+    /// Where the raster of this tolerance takes too much.
+    pub fn new(
+        machine: &'a RigidMachine,
+        torques: Torques,
+        tolerance: f64,
+        work: Option<&'a Cell<Work>>,
+    ) -> Result<Self, Fault> {
         // The machine's own raster serves where it is fine enough.
         let own = machine.solver.effective_tolerance() <= tolerance;
         let raster = if own {
             machine.raster.clone()
         } else {
-            machine.raster.with_tolerance(&machine.inertia, &machine.motor, tolerance)
+            machine.raster.with_tolerance(&machine.inertia, &machine.motor, tolerance)?
         };
-        Shooting { machine, raster, torques, tolerance, most_steps: MOST_STEPS }
+        Ok(Shooting { machine, raster, torques, tolerance, most_steps: MOST_STEPS, work })
     }
 
     /// The same for turns of at most so many steps.
@@ -125,7 +151,10 @@ impl<'a> Shooting<'a> {
         let mut last: Option<Passage> = None;
         for _ in 0..self.most_steps {
             let Some(most) = most(&position, last.as_ref()) else { return last };
-            let passage = course.pass(position, last.as_ref(), most)?;
+            let before = course.evaluations;
+            let passage = course.pass(position, last.as_ref(), most);
+            draw(self.work, cost_of_passage(course.evaluations - before))?;
+            let passage = passage?;
             position = passage.end_position(self.torques.sense, &self.raster);
             if !(passage.energy.hi > REST * energy) {
                 return None;
@@ -254,6 +283,19 @@ impl<'a> Shooting<'a> {
 impl RigidMachine {
     /// Puts the machine on its periodic orbit under the load that acts at the start.
     pub(super) fn start_periodically(&mut self, time: f64) -> Result<(), Fault> {
+        let work = Cell::new(Work::default());
+        let outcome = self.search_periodic_motion(time, &work);
+        if work.get().is_exhausted() {
+            // What was found since is no result.
+            return Err(Fault::new(
+                "`start.mode` = steady_state: the search for the periodic motion needs more than the work of one call; choose a \
+                 larger `motor.s_k`, a larger `J0` or smaller masses, a coarser solver.tolerance, or `given`",
+            ));
+        }
+        outcome
+    }
+
+    fn search_periodic_motion(&mut self, time: f64, work: &Cell<Work>) -> Result<(), Fault> {
         let Motor::Kloss { breakdown_torque, breakdown_slip, synchronous_speed, .. } = self.motor else {
             return Err(Fault::new(
                 "`start.mode` = steady_state needs a motor with a characteristic: a torque that does not depend on the speed selects no periodic motion; use `given`",
@@ -279,18 +321,19 @@ impl RigidMachine {
                 let even = |i: usize| top + (bottom - top) * i as f64 / SCAN as f64;
                 let below = |i: usize| bottom * 0.02_f64.powf((i + 1) as f64 / SCAN_BELOW as f64);
                 let speeds = (0..=SCAN).map(even).chain((0..SCAN_BELOW).map(below));
-                let scanning = Shooting::new(self, torques, SCAN_TOLERANCE);
+                let scanning = Shooting::new(self, torques, SCAN_TOLERANCE, Some(work))?;
                 let (stable, orbits) = scanning.scan(speeds.map(|v| 0.5 * v * v));
                 (*stable.first().ok_or_else(none)?, orbits)
             }
         };
-        let shooting = Shooting::new(self, torques, ORBIT_TOLERANCE);
+        let shooting = Shooting::new(self, torques, ORBIT_TOLERANCE, Some(work))?;
         let (energy, mut period) = shooting.refine(bracket).ok_or_else(none)?;
         let mut energy = shooting.energy_at_start(energy).ok_or_else(none)?;
         let mut torque = 0.0;
         if self.motor.lag().is_some() {
             let State { angle, interval, .. } = self.state;
-            let turn = Turn { inertia: &self.inertia, motor: &self.motor, tau, sense, phi_start: angle.hi, interval };
+            let (inertia, motor, work) = (&*self.inertia, &self.motor, Some(work));
+            let turn = Turn { inertia, motor, tau, sense, phi_start: angle.hi, interval, work };
             let v = (2.0 * energy.hi).sqrt();
             let (orbit, t) = turn.refine(v, breakdown_torque).ok_or_else(none)?;
             let growth = turn.growth(orbit, t).ok_or_else(none)?;

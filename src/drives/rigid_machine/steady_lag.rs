@@ -12,11 +12,14 @@
 //! whose Floquet multipliers have the product exp(−∮ dψ/(T_el|φ̇|)) = exp(−T/T_el) (Liouville).
 
 use super::inertia::Place;
+use super::steady::draw;
 use super::{Inertia, Motor};
 use crate::numerics::collocation::{Collocation, System};
 use crate::numerics::double_double::Double;
 use crate::numerics::period_map::{Coefficients, Period, Periodic};
 use crate::numerics::quadrature::Gauss;
+use crate::numerics::work::{EVALUATION, Work};
+use std::cell::Cell;
 use std::f64::consts::TAU;
 
 /// Tolerance of the orbit.
@@ -48,6 +51,8 @@ pub struct Turn<'a> {
     pub phi_start: f64,
     /// See `phi_start`.
     pub interval: usize,
+    /// What the call may still take; a study takes as much as it needs.
+    pub work: Option<&'a Cell<Work>>,
 }
 
 /// v, the lagging torque and t.
@@ -137,7 +142,7 @@ impl Turn<'_> {
             let on_leg = OnLeg { turn: self, place: leg.place };
             let end = Double::from(leg.end);
             while (end - c.end()).hi > 0.0 {
-                c.step(&on_leg, end, ORBIT_TOLERANCE).ok()?;
+                self.step(&mut c, &on_leg, end)?;
                 pieces.push((leg.place, c.clone()));
             }
         }
@@ -155,12 +160,24 @@ impl Turn<'_> {
         self.run(&self.legs(), [y[0], y[1], 0.0]).map(|[v, torque, _]| [v, torque])
     }
 
+    /// One step of the orbit, not beyond `end`; None where there is none or the work is used up.
+    fn step(&self, c: &mut Collocation<3>, on_leg: &OnLeg<'_>, end: Double) -> Option<()> {
+        let before = c.statistics.evaluations;
+        c.step(on_leg, end, ORBIT_TOLERANCE).ok()?;
+        // Three unknowns instead of two.
+        let cost = 2.0 * EVALUATION + self.inertia.cost();
+        draw(self.work, cost * (c.statistics.evaluations - before) as f64)
+    }
+
     /// The values after a turn that starts with `y`; None where the machine comes to rest.
     fn run(&self, legs: &[Leg], y: [f64; 3]) -> Option<[f64; 3]> {
         let mut c = Collocation::<3>::new(Double::from(0.0), y);
         for leg in legs {
             let on_leg = OnLeg { turn: self, place: leg.place };
-            c.advance(&on_leg, Double::from(leg.end), ORBIT_TOLERANCE).ok()?;
+            let end = Double::from(leg.end);
+            while (end - c.end()).hi > 0.0 {
+                self.step(&mut c, &on_leg, end)?;
+            }
             // Below a billionth of the first speed the time scale of the turn has gone: this is a standstill.
             if c.state()[0] < 1e-9 * y[0] {
                 return None;

@@ -36,7 +36,7 @@ impl RigidMachine {
         own.know(range, linked_resolution);
         self.first_guess = first_guess;
         let tolerance = self.solver.effective_tolerance();
-        self.raster = Raster::on(Arc::new(profile), &self.inertia, &self.motor, tolerance);
+        self.raster = Raster::on(Arc::new(profile), &self.inertia, &self.motor, tolerance)?;
         Ok(())
     }
 }
@@ -65,7 +65,7 @@ mod written {
         fn guess(&self) -> Option<f64> {
             let Motor::Kloss { synchronous_speed, .. } = self.motor else { return None };
             let torques = Torques::against(&self.motor, 0.0, synchronous_speed.signum());
-            let shooting = Shooting::new(self, torques, ORBIT_TOLERANCE);
+            let shooting = Shooting::new(self, torques, ORBIT_TOLERANCE, None).ok()?;
             let (low, high) = self.inertia.range();
             let (energy, _) = shooting.refine(torques.only_orbit(low, high)?)?;
             Some(energy / shooting.first_energy()?)

@@ -9,31 +9,33 @@ use super::course::Course;
 use super::passage::{Errors, Passage, Position};
 use super::raster::{Cell, Raster};
 use super::solver::FASTEST;
+use super::steady::cost_of_passage;
 use super::torques::Torques;
 use super::{Motor, RigidMachine, Seen, State};
-use crate::drives::{Fault, Number};
+use crate::drives::Fault;
+use crate::drives::limits::too_much;
 use crate::numerics::collocation::Failure;
 use crate::numerics::double_double::{Double, two_sum};
+use crate::numerics::work::Work;
 use std::f64::consts::TAU;
 
 /// Steps in the angle are taken while E exceeds this part of the work of the torques over a cell. 1/φ̇ has a branch
 /// point where E vanishes; the steps that the polynomial then needs are about a fourth of the angle to that point.
 const SLOW: f64 = 1.0 / 16.0;
 
-/// Steps in the angle within one communication step, some seconds of work; more mean a speed out of all proportion.
-const MOST_PASSAGES: usize = 20_000_000;
-
 impl RigidMachine {
     /// Integrates over the communication step of length `step` from `time` [s].
     pub(super) fn travel(&mut self, time: f64, step: f64) -> Result<(), Fault> {
         let target = two_sum(time, step);
-        self.prepare_raster_once();
+        self.prepare_raster_once()?;
+        let mut work = Work::default();
         let steady = self.motor.lag().is_none() && self.load.is_constant() && self.driving.is_constant();
         if !steady || self.constant_torque() != self.torques.against_what() {
             self.leave();
         }
         let mut now = Double::from(time);
-        for _ in 0..MOST_PASSAGES {
+        loop {
+            let before = self.solver.evaluations;
             let Some(passage) = &self.passage else {
                 if steady && self.turns_fast() {
                     self.enter(now);
@@ -42,7 +44,7 @@ impl RigidMachine {
                     }
                 }
                 let since = |t: Double| t - Double::from(time);
-                now = Double::from(time) + self.run_in_time(time, since(now), since(target), steady)?;
+                now = Double::from(time) + self.run_in_time(time, [since(now), since(target)], steady, &mut work)?;
                 if (target - now).hi <= 0.0 {
                     return Ok(());
                 }
@@ -59,33 +61,38 @@ impl RigidMachine {
             }
             now = passage.end;
             self.go_on();
+            let cost = cost_of_passage(self.solver.evaluations - before);
+            work.draw(cost).map_err(|_| self.too_long([time, target.hi], now.hi))?;
         }
-        Err(Fault(format!(
-            "the step from t = {} s needs more than {MOST_PASSAGES} internal steps (w = {:e} rad/s); use shorter communication steps",
-            Number(time),
-            self.state.w
-        )))
+    }
+
+    /// What is said of a step that takes more than the work of a call; it has come to the time `reached` [s].
+    pub(super) fn too_long(&self, way: [f64; 2], reached: f64) -> Fault {
+        // While there is a passage, the speed of the state is that of the last communication point.
+        let speed = self.passage.as_ref().map_or(self.state.w, |passage| passage.end_speed);
+        let hint =
+            "relax solver.tolerance, lengthen solver.step_size of equal steps, or lower the speed or the range of J";
+        too_much(way, reached, ("the shaft", speed), hint)
     }
 
     /// Makes the raster where there is none for these parameters.
-    pub(super) fn prepare_raster(&mut self) {
+    pub(super) fn prepare_raster(&mut self) -> Result<(), Fault> {
         let tolerance = self.solver.effective_tolerance();
         if !self.raster.is_for(&self.inertia, &self.motor, tolerance) {
             self.raster = if self.raster.is_of(&self.inertia) {
-                self.raster.with_tolerance(&self.inertia, &self.motor, tolerance)
+                self.raster.with_tolerance(&self.inertia, &self.motor, tolerance)?
             } else {
-                Raster::new(&self.inertia, &self.motor, tolerance)
+                Raster::new(&self.inertia, &self.motor, tolerance)?
             };
             (self.seen, self.cycle) = (None, None);
         }
         self.prepare_cycle();
+        Ok(())
     }
 
     /// A machine from serialised bytes brings no raster; the parameters yield the same one again.
-    pub(super) fn prepare_raster_once(&mut self) {
-        if self.raster.cells().is_empty() {
-            self.prepare_raster();
-        }
+    pub(super) fn prepare_raster_once(&mut self) -> Result<(), Fault> {
+        if self.raster.cells().is_empty() { self.prepare_raster() } else { Ok(()) }
     }
 
     /// τ − M_an as far as it does not depend on the speed [N·m].

@@ -40,6 +40,9 @@ const MOST_CELLS_UNTABULATED: usize = 1 << 18;
 /// A cell shorter than this part of the period means that no cell keeps the tolerance.
 const SHORTEST_CELL: f64 = 1e-9;
 
+/// Periods beyond which no time tells where in its period the motion is.
+const MOST_PERIODS: u64 = 1 << 52;
+
 /// What the end of a cell errs by at least: some roundings.
 const ROUNDING: f64 = 2.0 * f64::EPSILON;
 
@@ -415,13 +418,16 @@ impl Course {
 
     /// From the end of the present period to the start of the `count`-th one after it, `count` ≥ 1.
     fn next_periods(&mut self, map: &PeriodMap, count: u64) -> Result<(), Unbounded> {
+        if count > MOST_PERIODS {
+            return Err(Unbounded { time: self.period_start.hi });
+        }
         self.pass_periods(map, count - 1)?;
         self.begin_period(map, count);
         Ok(())
     }
 
     fn begin_period(&mut self, map: &PeriodMap, count: u64) {
-        self.periods += count;
+        self.periods = self.periods.saturating_add(count);
         let n = self.periods as f64;
         self.period_start = Double::from(self.origin) + two_product(n, map.period.hi) + Double::from(n * map.period.lo);
     }

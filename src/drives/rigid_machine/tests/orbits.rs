@@ -136,7 +136,8 @@ fn the_multiplier_is_the_slope_of_the_map() {
         let mut drive = RigidMachine::new(scene.clone()).unwrap();
         drive.place_at_start(50.0);
         let shooting =
-            steady::Shooting::new(&drive, Torques::against(&drive.motor, load, 1.0), steady::ORBIT_TOLERANCE);
+            steady::Shooting::new(&drive, Torques::against(&drive.motor, load, 1.0), steady::ORBIT_TOLERANCE, None)
+                .unwrap();
         for motion in periodic_motions(&scene, load).unwrap() {
             let gain = |part: f64| shooting.shoot(motion.energy * (1.0 + part)).unwrap().gain;
             let h = 1e-3;
@@ -183,6 +184,7 @@ fn the_multipliers_of_a_lagging_torque_are_those_of_the_map() {
             sense: 1.0,
             phi_start: 0.0,
             interval: 0,
+            work: None,
         };
         let y = at_start(&motion);
         let after = |k: [f64; 2]| turn.after([y[0] * (1.0 + k[0]), y[1] + 15.0 * k[1]]).unwrap();

@@ -68,7 +68,7 @@ fn another_load_has_no_table_and_a_load_at_the_start_its_own() {
     // A restored machine makes the same table.
     let bytes = postcard::to_stdvec(&loaded).unwrap();
     let mut restored: RigidMachine = postcard::from_bytes(&bytes).unwrap();
-    restored.restored(&loaded);
+    restored.restored(&loaded).unwrap();
     run(&mut loaded, 1.0, 77);
     run(&mut restored, 1.0, 77);
     assert_eq!(restored.state, loaded.state);

@@ -65,7 +65,7 @@ fn the_search_begins_next_to_its_end() {
     let [computed, read] = both(&scene);
     assert_eq!(computed.first_guess, 1.0);
     let torques = Torques::against(&read.motor, 0.0, 1.0);
-    let shooting = steady::Shooting::new(&read, torques, steady::ORBIT_TOLERANCE);
+    let shooting = steady::Shooting::new(&read, torques, steady::ORBIT_TOLERANCE, None).unwrap();
     let energy = shooting.first_energy().unwrap();
     let shot = shooting.shoot(energy).unwrap();
     // The guess has the digits of an f32: one secant leaves roundings.
