@@ -14,8 +14,9 @@ use crate::numerics::forced::apply;
 /// The remainder, relative to the amplitudes, that is below the rounding of the function.
 const NEGLIGIBLE: f64 = 1e-17;
 
-/// A panel shorter than this part of a leap is left to the power series: its gap keeps all digits while it is small.
-const SHORTEST: f64 = 0.25;
+/// A panel shorter than this part of a leap is left to the power series: its gap keeps all digits while it is small,
+/// that of the closed form is rounded as u is.
+const SHORTEST: f64 = 0.5;
 
 /// A gap that has to be above this part of the amplitudes, after the first leap, for its sign to be beyond doubt.
 const CLEAR: f64 = 1e-13;
@@ -143,8 +144,8 @@ impl Panel {
         limits: &Limits,
         place: &Place,
     ) -> Option<Option<(Found, f64)>> {
-        // Another look follows the first one at a place that leaps have led to.
-        let precision = if place.at == 0.0 || place.passed_on { Precision::Near } else { Precision::Full };
+        // Another look follows at a place that leaps have led to.
+        let precision = if place.passed_on { Precision::Near } else { Precision::Full };
         let remainder = limits.remainders[if N == FEW { 0 } else { 2 }];
         let series = self.function::<P, N>(bodies, waves, guard, limits, place);
         match self.mode {
