@@ -1,6 +1,6 @@
 //! `camdrive cam SCENE`
 
-use super::{Failure, files, print, read_all};
+use super::{Failure, failure, files, read_all, show, tell, width};
 use crate::design::cam_geometry::report::{Shape, Tolerances};
 use crate::design::cam_geometry::{Finding, Verdict};
 use crate::design::text;
@@ -8,7 +8,6 @@ use crate::drives::{Fault, unit};
 use crate::scene::geometry::CamPlan;
 use crate::scene::units;
 use std::fmt::Write as _;
-use std::io::Write as _;
 use std::path::PathBuf;
 
 /// Cuts the cams of a scene: path of the roller's centre and contours, with checks.
@@ -18,9 +17,10 @@ use std::path::PathBuf;
 /// angle; what runs badly is warned of, what cannot be cut or does
 /// not move the follower as prescribed is refused.
 ///
-/// Writes NAME.csv (path and contours), NAME.dxf and NAME.svg (true size, mm), NAME.pressure_angle.svg, NAME.curvature.svg,
-/// cam tables for motion controllers NAME.plcopen.csv and NAME.plc.txt, and the findings as NAME.json. Cams of a machine
-/// are called NAME.follower1 …, those of a conjugate pair F and P.
+/// Writes NAME.csv (path and contours, with curvatures that are positive where a curve bulges away from the axis), NAME.dxf
+/// and NAME.svg (true size, mm), NAME.pressure_angle.svg, NAME.curvature.svg, cam tables for motion controllers
+/// NAME.plcopen.csv and NAME.plc.txt, and the findings as NAME.json. Cams of a machine are called NAME.follower1 …, those of a
+/// conjugate pair F and P.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -51,10 +51,6 @@ const FINEST: f64 = 1e-9;
 
 /// The coarsest one [m], beyond which a contour is none.
 const COARSEST: f64 = 1e-2;
-
-fn failure(text: impl std::fmt::Display) -> Failure {
-    Failure(format!("error: {text}"))
-}
 
 /// A length of an option.
 fn length(name: &str, text: &str) -> Result<f64, Failure> {
@@ -118,20 +114,20 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
         text
     };
-    let report = shapes.iter().map(Shape::text).collect::<Vec<_>>().join("\n");
+    let report = shapes.iter().map(|shape| shape.text(width())).collect::<Vec<_>>().join("\n");
     let refused = shapes.iter().any(|shape| shape.verdict() == Verdict::Fault);
-    let _ = write!(std::io::stderr(), "{}", say(Verdict::Warning, "warning"));
+    tell(&say(Verdict::Warning, "warning"));
     if refused && !args.force {
-        print(&report)?;
+        show(&report)?;
         let hint = "  = hint: no file is written; --force writes them to look at";
         return Err(Failure(say(Verdict::Fault, "error") + hint));
     }
-    let _ = write!(std::io::stderr(), "{}", say(Verdict::Fault, "warning"));
-    let mut lines = String::from("\n");
+    tell(&say(Verdict::Fault, "warning"));
+    let mut parts = Vec::new();
     for shape in &shapes {
-        lines += files::report(&folder, &shape.name, shape.files())?.trim_start();
+        parts.extend(files::report(&folder, &shape.name, shape.files())?);
     }
     let findings = text::json(&shapes.iter().map(Shape::summary).collect::<Vec<_>>());
-    lines += files::report(&folder, &scene.name, [("json", findings)])?.trim_start();
-    print(&(report + &lines))
+    parts.extend(files::report(&folder, &scene.name, [("json", findings)])?);
+    show(&(report + "\n" + &files::write(&parts, &scene.files)?))
 }

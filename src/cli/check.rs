@@ -1,6 +1,6 @@
 //! `camdrive check SCENE…`
 
-use super::{Failure, print, read_all, tell_notes};
+use super::{Failure, read_all, show, tell_notes};
 use std::path::PathBuf;
 
 /// Validates scenes without writing anything.
@@ -18,5 +18,5 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let scenes = read_all(&args.scenes)?;
     tell_notes(&args.scenes, &scenes);
     let lines = args.scenes.iter().zip(&scenes).map(|(path, s)| format!("{}: {} ok\n", path.display(), s.model));
-    print(&lines.collect::<String>())
+    show(&lines.collect::<String>())
 }

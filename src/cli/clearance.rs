@@ -1,6 +1,7 @@
 //! `camdrive clearance SCENE`
 
-use super::{Failure, files, print, read_all};
+use super::output::Bar;
+use super::{Failure, files, read_all, show, width};
 use crate::design::clearance::{self, Options, Progress, Report, figures, lists, table};
 use crate::design::text;
 use crate::drives::unit::{self, Quantity};
@@ -85,16 +86,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let folder = args.output.clone().unwrap_or_else(|| PathBuf::from(format!("clearance-{}", scene.name)));
         files::no_file(&folder, "-o")?;
         let options = args.options(scene)?;
-        let bar = files::bar(&scene.name);
-        let report = clearance::study(&scene.resource(), &options, |Progress { done, total, law }| {
-            bar.set_length(total as u64);
-            bar.set_position(done as u64);
-            bar.set_message(law.to_owned());
-        });
-        bar.finish_and_clear();
+        let bar = Bar::new(&scene.name);
+        let tell = |Progress { done, total, law }: Progress<'_>| bar.tell(done, total, law);
+        let report = clearance::study(&scene.resource(), &options, tell);
+        bar.clear();
         let report = report.map_err(|fault| Failure(format!("error: {}: {fault}", args.scene.display())))?;
-        let written = write(&folder, &report)?;
-        print(&(text(&report) + &written))?;
+        let written = files::write(&parts(&folder, &report)?, &scene.files)?;
+        show(&(text(&report, width()) + "\n" + &written))?;
     }
     Ok(())
 }
@@ -181,8 +179,8 @@ fn compared(name: &str, scene: &Resolved) -> Result<Vec<(String, MotionLaw)>, Fa
     Ok(laws.into_iter().map(|law| (law.name().to_owned(), MotionLaw::Cycle(Cycle::new(same_task(law))))).collect())
 }
 
-/// Writes tables and diagrams; the lines that say so.
-fn write(folder: &Path, report: &Report) -> Result<String, Failure> {
+/// Tables and diagrams.
+fn parts(folder: &Path, report: &Report) -> Result<Vec<(PathBuf, String)>, Failure> {
     let parts = [
         ("json", text::json(report)),
         ("passages.csv", lists::passages_csv(report)),
@@ -199,11 +197,11 @@ fn write(folder: &Path, report: &Report) -> Result<String, Failure> {
 }
 
 /// The report for a terminal: the scene's law in full, the others in the comparison.
-fn text(report: &Report) -> String {
+fn text(report: &Report, width: usize) -> String {
     let mut out = format!("{}: passage of the clearance\n", report.scene);
     // A table has two blanks of its own before each line.
     let of = |table: table::Table| -> Vec<String> {
-        table.text().lines().map(|line| line.strip_prefix("  ").unwrap_or(line).to_owned()).collect()
+        table.text(width).lines().map(|line| line.strip_prefix("  ").unwrap_or(line).to_owned()).collect()
     };
     let mut add = |title: &str, lines: Vec<String>| {
         if !lines.is_empty() {

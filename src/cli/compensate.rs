@@ -1,6 +1,6 @@
 //! `camdrive compensate SCENE`
 
-use super::{Failure, driving, failure, files, print, read_all};
+use super::{Failure, driving, failure, files, read_all, show, width};
 use crate::design::compensation::orbit::Driving;
 use crate::design::compensation::report::{Options, Report, study};
 use crate::design::compensation::{Form, Task, Tool};
@@ -84,6 +84,8 @@ impl From<Laws> for Form {
 /// What the scene says of the machine.
 struct Machine {
     name: String,
+    /// The files that it was read from.
+    files: Vec<PathBuf>,
     task: Task,
     /// The followers that are tools, counted from 0.
     tools: Vec<usize>,
@@ -142,13 +144,13 @@ fn machine(args: &Args) -> Result<Machine, Failure> {
     }
     let task =
         Task { own: Inertia::new(scene.inertia, kept), tools, driving: Driving { motor: scene.motor, load, period } };
-    Ok(Machine { name: resolved.name, task, tools: moved, turning, phi_start })
+    Ok(Machine { name: resolved.name, files: resolved.files, task, tools: moved, turning, phi_start })
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
     let machine = machine(args)?;
     let output = args.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}.compensated.toml", machine.name)));
-    files::no_input(&output, std::iter::once(&args.scene))?;
+    files::no_stream(&output, "-o", "a file")?;
     if let Some(folder) = &args.report {
         files::no_file(folder, "--report")?;
     }
@@ -156,26 +158,20 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let report = study(&machine.name, &machine.task, options)
         .map_err(|fault| failure(format!("{}: {fault}", args.scene.display())))?;
     let cams = cams(&machine, &report, &output)?;
-    let mut scenes = vec![(output.clone(), compensated(args, &machine, &report, &cams)?)];
+    let mut inputs = machine.files.clone();
+    let mut results = vec![(output.clone(), compensated(args, &machine, &report, &cams)?)];
     for pair in &args.cam {
-        let (target, scene) = with_cam(pair, &machine, &cams, &output)?;
-        if scenes.iter().any(|(other, _)| *other == target) {
+        let (target, scene, read) = with_cam(pair, &machine, &cams, &output)?;
+        inputs.extend(read);
+        if results.iter().any(|(other, _)| *other == target) {
             return Err(failure(format!(
                 "--cam: \"{pair}\" would be written to {}, as another result\n  = hint: rename the file, or choose another -o",
                 target.display()
             )));
         }
-        scenes.push((target, scene));
+        results.push((target, scene));
     }
-    for (path, text) in cams.iter().filter_map(|cam| cam.points.as_ref()) {
-        files::no_input(path, std::iter::once(&args.scene))?;
-        scenes.push((path.clone(), text.clone()));
-    }
-    let mut lines = String::new();
-    for (path, text) in scenes {
-        files::write(&path, &text)?;
-        let _ = writeln!(lines, "{}", path.display());
-    }
+    results.extend(cams.iter().filter_map(|cam| cam.points.clone()));
     if let Some(folder) = &args.report {
         let mut parts = vec![
             ("compensation.csv".to_owned(), report.csv()),
@@ -185,9 +181,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         for (place, j) in machine.tools.iter().enumerate() {
             parts.push((format!("tool{}.svg", j + 1), report.acceleration_diagram(place).svg()));
         }
-        lines += files::report(folder, &machine.name, parts)?.trim_start();
+        results.extend(files::report(folder, &machine.name, parts)?);
     }
-    print(&(text(&report) + &on_start(&machine, &report) + &lines))
+    let lines = files::write(&results, &inputs)?;
+    show(&(text(&report) + &on_start(&machine, &report) + &lines))
 }
 
 /// What the user has to know of the start of the compensated machine.
@@ -213,7 +210,7 @@ fn text(report: &Report) -> String {
     for line in report.about() {
         let _ = writeln!(out, "{line}");
     }
-    let _ = writeln!(out, "\n{}", report.table().text());
+    let _ = writeln!(out, "\n{}", report.table().text(width()));
     out
 }
 
@@ -307,8 +304,13 @@ fn compensated(args: &Args, machine: &Machine, report: &Report, cams: &[Cam]) ->
     Ok(document.to_string())
 }
 
-/// The scene of a cam drive with the compensated cam of a follower.
-fn with_cam(pair: &str, machine: &Machine, cams: &[Cam], output: &Path) -> Result<(PathBuf, String), Failure> {
+/// The scene of a cam drive with the compensated cam of a follower, and the files that it was read from.
+fn with_cam(
+    pair: &str,
+    machine: &Machine,
+    cams: &[Cam],
+    output: &Path,
+) -> Result<(PathBuf, String, Vec<PathBuf>), Failure> {
     let wrong = || {
         let tools: Vec<String> = machine.tools.iter().map(|j| (j + 1).to_string()).collect();
         failure(format!(
@@ -336,6 +338,5 @@ fn with_cam(pair: &str, machine: &Machine, cams: &[Cam], output: &Path) -> Resul
     document["cam"] = Item::Table(cams[place].table.clone());
     let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let target = output.parent().unwrap_or(Path::new("")).join(format!("{stem}.compensated.toml"));
-    files::no_input(&target, [&path])?;
-    Ok((target, document.to_string()))
+    Ok((target, document.to_string(), scene.files))
 }

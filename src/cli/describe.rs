@@ -1,6 +1,7 @@
 //! `camdrive describe SCENE`
 
-use super::{Failure, print, read_all};
+use super::{Failure, print, read_all, show, width};
+use crate::design::text::Table;
 use crate::drives::variable::{Causality, Kind, Variability};
 use crate::drives::{Described, Description, DynDrive};
 use crate::export;
@@ -40,7 +41,7 @@ fn describe(resolved: &Resolved, xml: bool) -> Result<(), Failure> {
     }
     let mut drive = resolved.resource().build().map_err(fault)?;
     drive.set_up(0.0, None);
-    print(&text(resolved, &mut *drive).map_err(fault)?)
+    show(&text(resolved, &mut *drive).map_err(fault)?)
 }
 
 /// The description of a drive that is set up.
@@ -79,10 +80,11 @@ fn heading(out: &mut String, title: &str) {
 /// One line per variable, in columns.
 fn variables(drive: &mut dyn DynDrive) -> Result<String, crate::drives::Fault> {
     let descriptions: Vec<Description> = drive.descriptions().into_iter().cloned().collect();
-    let mut rows = vec![["ref", "name", "kind", "start", "unit", "range", "description"].map(str::to_owned)];
+    let head = ["ref", "name", "kind", "start", "unit", "range", "description"].map(str::to_owned).into();
+    let mut rows = Vec::new();
     for (reference, d) in descriptions.iter().enumerate() {
         let value = drive.get(reference)?;
-        rows.push([
+        rows.push(vec![
             reference.to_string(),
             d.name.clone(),
             kind(d),
@@ -92,14 +94,7 @@ fn variables(drive: &mut dyn DynDrive) -> Result<String, crate::drives::Fault> {
             sentence(d),
         ]);
     }
-    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
-    let widths: [usize; 7] = std::array::from_fn(width);
-    let mut out = String::new();
-    for row in &rows {
-        let cells = row.iter().zip(widths).map(|(cell, width)| format!("  {cell:<width$}"));
-        let _ = writeln!(out, "{}", cells.collect::<String>().trim_end());
-    }
-    Ok(out)
+    Ok(Table { head, rows }.text(width()))
 }
 
 /// "parameter", "tunable", "input" …; a state says so.

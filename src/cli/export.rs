@@ -1,18 +1,16 @@
 //! `camdrive export SCENE…`
 
 use super::tradeoff::StudyArgs;
-use super::{Failure, print, read_all, tell_notes};
+use super::{Failure, failure, files, read_all, show, tell, tell_notes};
 use crate::export::{Date, Extras, Packed, RuntimeLibrary, pack_with};
 use crate::scene::Resolved;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 /// Packs scenes into FMUs and says what it packed.
 ///
-/// Each scene becomes NAME.fmu, NAME being the name that the scene gives. Nothing is written unless all scenes are
-/// right; an FMU that exists is replaced as a whole.
+/// Each scene becomes NAME.fmu, NAME being the name that the scene gives. All FMUs are written or none.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -64,24 +62,22 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     for runtime in &runtimes {
         if let Some(warning) = runtime.warning() {
-            let _ = writeln!(std::io::stderr(), "warning: {warning}");
+            tell(&format!("warning: {warning}\n"));
         }
     }
-    for ((scene, fmu), target) in scenes.iter().zip(&packed).zip(&targets) {
-        replace(target, &fmu.bytes)?;
-        print(&summary(scene, fmu, target, &runtimes))?;
-    }
-    Ok(())
-}
-
-fn failure(fault: crate::drives::Fault) -> Failure {
-    Failure(format!("error: {fault}"))
+    let inputs: Vec<PathBuf> = scenes.iter().flat_map(|scene| scene.files.clone()).collect();
+    let files: Vec<(PathBuf, &[u8])> = targets.into_iter().zip(packed.iter().map(|fmu| fmu.bytes.as_slice())).collect();
+    let written = files::write(&files, &inputs)?;
+    let summaries = scenes.iter().zip(&packed).zip(written.lines());
+    show(&summaries.map(|((scene, fmu), line)| summary(scene, fmu, line, &runtimes)).collect::<String>())
 }
 
 /// Where each FMU goes.
 fn targets(args: &Args, scenes: &[Resolved]) -> Result<Vec<PathBuf>, Failure> {
     let output = args.output.as_deref().unwrap_or(Path::new(""));
-    let is_file = output.extension().is_some_and(|e| e == "fmu") && !output.is_dir();
+    files::no_stream(output, "-o", "a folder or a file NAME.fmu")?;
+    let is_folder = output.is_dir() || output.as_os_str().to_string_lossy().ends_with(std::path::is_separator);
+    let is_file = !is_folder && output.extension().is_some_and(|e| e.eq_ignore_ascii_case("fmu"));
     if is_file && scenes.len() > 1 {
         let message = "several scenes do not fit into one file; give a folder with -o";
         return Err(Failure(format!("error: {}: {message}", output.display())));
@@ -92,6 +88,10 @@ fn targets(args: &Args, scenes: &[Resolved]) -> Result<Vec<PathBuf>, Failure> {
     if output.is_file() {
         let message = "this is a file; -o takes a folder or a file NAME.fmu";
         return Err(Failure(format!("error: {}: {message}", output.display())));
+    }
+    if !is_file && !is_folder && output.extension().is_some() {
+        let message = "the file of an FMU is called NAME.fmu\n  = hint: a folder that is to be made ends with /";
+        return Err(failure(format!("{}: {message}", output.display())));
     }
     let mut of_scene: BTreeMap<PathBuf, &Path> = BTreeMap::new();
     let targets: Vec<PathBuf> = scenes.iter().map(|scene| output.join(format!("{}.fmu", scene.name))).collect();
@@ -114,27 +114,9 @@ fn runtimes(arguments: &[String]) -> Result<Vec<RuntimeLibrary>, Failure> {
     arguments.iter().map(|argument| RuntimeLibrary::from_argument(argument).map_err(failure)).collect()
 }
 
-/// Writes the file beside its place and moves it there, so that nobody ever finds half an FMU.
-fn replace(target: &Path, bytes: &[u8]) -> Result<(), Failure> {
-    let folder = target.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut name = std::ffi::OsString::from(".");
-    name.push(target.file_name().unwrap_or_default());
-    name.push(format!(".{}", std::process::id()));
-    let temporary = folder.join(name);
-    let write = || {
-        std::fs::create_dir_all(folder)?;
-        std::fs::write(&temporary, bytes)?;
-        std::fs::rename(&temporary, target)
-    };
-    write().map_err(|e| {
-        // Whatever was written is of no use; that it cannot be removed either adds nothing.
-        let _ = std::fs::remove_file(&temporary);
-        Failure(format!("error: {} cannot be written: {e}", target.display()))
-    })
-}
-
-fn summary(scene: &Resolved, fmu: &Packed, target: &Path, runtimes: &[RuntimeLibrary]) -> String {
-    let mut out = format!("{}\n", target.display());
+/// What was packed into the file that the line names.
+fn summary(scene: &Resolved, fmu: &Packed, line: &str, runtimes: &[RuntimeLibrary]) -> String {
+    let mut out = format!("{line}\n");
     let mut line = |label: &str, text: String| {
         let _ = writeln!(out, "  {label:<10} {text}");
     };

@@ -12,7 +12,8 @@ mod describe;
 mod driving;
 mod export;
 mod files;
-#[cfg(feature = "import")]
+mod output;
+#[cfg_attr(not(feature = "import"), path = "no_run.rs")]
 mod run;
 mod stability;
 mod steady;
@@ -21,7 +22,7 @@ mod tradeoff;
 
 use crate::scene::{self, Resolved};
 use clap::{CommandFactory, Parser, Subcommand};
-use std::io::Write as _;
+use output::{print, show, tell, width};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -38,6 +39,8 @@ Example: from a scene file to an FMU
   camdrive export examples/guide_bar/scene.toml
 
 A scene is a TOML file; a plain number is SI, a string carries its unit (\"1800 rpm\", \"0.94 mm\").
+A command writes all of its files or none; it replaces results of before, never an input.
+Lines are as wide as the terminal, or as COLUMNS says; NO_COLOR leaves out the colours.
 Exit codes: 0 done, 1 a fault in a scene or in the export, 2 a wrong command line.";
 
 #[derive(Debug, Subcommand)]
@@ -52,7 +55,6 @@ enum Command {
     Tradeoff(tradeoff::Args),
     Stability(stability::Args),
     Clearance(clearance::Args),
-    #[cfg(feature = "import")]
     Run(run::Args),
     Completions(completions::Args),
 }
@@ -86,27 +88,15 @@ pub fn main() -> ExitCode {
         Some(Command::Tradeoff(args)) => tradeoff::run(&args),
         Some(Command::Stability(args)) => stability::run(&args),
         Some(Command::Clearance(args)) => clearance::run(&args),
-        #[cfg(feature = "import")]
         Some(Command::Run(args)) => run::run(&args),
         Some(Command::Completions(args)) => completions::run(&args),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(Failure(text)) => {
-            let _ = writeln!(std::io::stderr(), "{}", text.trim_end());
+            tell(&(text.trim_end().to_owned() + "\n"));
             ExitCode::FAILURE
         }
-    }
-}
-
-/// Writes a result to the standard output.
-fn print(text: &str) -> Result<(), Failure> {
-    let mut out = std::io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        // The reader has seen enough: `camdrive describe X | head`.
-        Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
-        Err(e) => Err(Failure(format!("error: the result cannot be written: {e}"))),
-        Ok(()) => Ok(()),
     }
 }
 
@@ -129,7 +119,7 @@ fn read_all(paths: &[PathBuf]) -> Result<Vec<Resolved>, Failure> {
 fn tell_notes(paths: &[PathBuf], scenes: &[Resolved]) {
     for (path, scene) in paths.iter().zip(scenes) {
         for note in &scene.notes {
-            let _ = writeln!(std::io::stderr(), "note: {}: {note}", path.display());
+            tell(&format!("note: {}: {note}\n", path.display()));
         }
     }
 }

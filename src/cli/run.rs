@@ -1,6 +1,6 @@
 //! `camdrive run FMU` (feature `import`)
 
-use super::{Failure, print};
+use super::{Failure, failure, files, print, tell};
 use fmi::fmi2::import::Fmi2Import;
 use fmi::fmi2::instance::{CoSimulation, Common, InstanceCS};
 use fmi::fmi2::schema::{Causality, ScalarVariable, ScalarVariableElement as Element};
@@ -46,8 +46,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if log::set_logger(&Messages).is_ok() {
         log::set_max_level(log::LevelFilter::Warn);
     }
-    let fmu: Fmi2Import = fmi::import::from_path(&args.fmu)
-        .map_err(|e| Failure(format!("error: {} cannot be imported: {e}", args.fmu.display())))?;
+    if let Some(file) = &args.file {
+        files::no_stream(file, "-o", "a file; without it the table goes to the standard output")?;
+    }
+    let fmu: Fmi2Import = fmi::import::from_path(&args.fmu).map_err(|e| {
+        let hint = "run takes an FMU 2.0; `camdrive export` makes one of a scene";
+        failure(format!("{} cannot be imported: {e}\n  = hint: {hint}", args.fmu.display()))
+    })?;
     let run = Run::new(&fmu, args)?;
     match &args.file {
         None => {
@@ -66,10 +71,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             print("")
         }
         Some(path) => {
-            let failure = |e: std::io::Error| Failure(format!("error: {} cannot be written: {e}", path.display()));
-            let mut out = std::io::BufWriter::new(std::fs::File::create(path).map_err(failure)?);
+            let unwritten = |e: std::io::Error| failure(format!("{} cannot be written: {e}", path.display()));
+            let mut out = std::io::BufWriter::new(std::fs::File::create(path).map_err(unwritten)?);
             run.drive(&fmu, |line| out.write_all(line.as_bytes()).map(|()| true))?;
-            out.flush().map_err(failure)
+            out.flush().map_err(unwritten)
         }
     }
 }
@@ -226,7 +231,7 @@ impl log::Log for Messages {
 
     fn log(&self, record: &log::Record<'_>) {
         if self.enabled(record.metadata()) {
-            let _ = writeln!(std::io::stderr(), "{}: {}", record.level().as_str().to_lowercase(), record.args());
+            tell(&format!("{}: {}\n", record.level().as_str().to_lowercase(), record.args()));
         }
     }
 

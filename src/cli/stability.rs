@@ -1,6 +1,7 @@
 //! `camdrive stability SCENE`
 
-use super::{Failure, files, print, read_all};
+use super::output::Bar;
+use super::{Failure, files, read_all, show, width};
 use crate::design::stability::{self, MOST_ORDERS, Options, Progress, Report, figures, table};
 use crate::design::text::{self, Table};
 use crate::drives::Fault;
@@ -84,7 +85,7 @@ impl Args {
                     return Err(refused(
                         "to",
                         &format!("{to} is not above --from {from}"),
-                        "name the lower speed first",
+                        "name two speeds, the lower one first",
                     ));
                 }
                 Some([low, high])
@@ -116,22 +117,19 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let folder = args.output.clone().unwrap_or_else(|| PathBuf::from(format!("stability-{}", scene.name)));
         files::no_file(&folder, "-o")?;
         let oscillator = scene.resource().oscillator().map_err(fault)?;
-        let bar = files::bar(&scene.name);
-        let report = stability::study([&scene.name, scene.model], &oscillator, &options, &|progress: Progress| {
-            bar.set_length(progress.total as u64);
-            bar.set_position(progress.done as u64);
-            bar.set_message(progress.stage);
-        });
-        bar.finish_and_clear();
+        let bar = Bar::new(&scene.name);
+        let tell = |Progress { done, total, stage }: Progress| bar.tell(done, total, stage);
+        let report = stability::study([&scene.name, scene.model], &oscillator, &options, &tell);
+        bar.clear();
         let report = report.map_err(fault)?;
-        let written = write(&folder, &report)?;
-        print(&(text(&report) + &written))?;
+        let written = files::write(&parts(&folder, &report)?, &scene.files)?;
+        show(&(text(&report, width()) + "\n" + &written))?;
     }
     Ok(())
 }
 
-/// Writes tables and diagrams; the lines that say so.
-fn write(folder: &Path, report: &Report) -> Result<String, Failure> {
+/// Tables and diagrams.
+fn parts(folder: &Path, report: &Report) -> Result<Vec<(PathBuf, String)>, Failure> {
     let mut parts = vec![("csv", table::orders_csv(report)), ("json", text::json(report))];
     if !report.over_damping.is_empty() || !report.over_modulation.is_empty() {
         parts.push(("map.csv", table::map_csv(report)));
@@ -146,7 +144,7 @@ fn write(folder: &Path, report: &Report) -> Result<String, Failure> {
 }
 
 /// The report for a terminal.
-fn text(report: &Report) -> String {
+fn text(report: &Report, width: usize) -> String {
     let mut out = format!("{} ({})\n", report.scene, report.model);
     let mut lines = |title: &str, lines: Vec<String>| {
         if !lines.is_empty() {
@@ -161,7 +159,9 @@ fn text(report: &Report) -> String {
     lines("", table::about(report));
     lines("Stability", table::of_speeds(report));
     let rows = |table: Table| {
-        if table.rows.is_empty() { Vec::new() } else { table.text().lines().map(|line| line[2..].to_owned()).collect() }
+        // A table has two blanks of its own before each line.
+        let text = if table.rows.is_empty() { String::new() } else { table.text(width) };
+        text.lines().map(|line| line.strip_prefix("  ").unwrap_or(line).to_owned()).collect()
     };
     lines("Instabilities", rows(table::of_orders(report)));
     lines("", table::below_orders(report).into_iter().map(|line| format!("  {line}")).collect());

@@ -1,6 +1,6 @@
 //! `camdrive steady SCENE`
 
-use super::{Failure, driving, failure, files, print, read_all};
+use super::{Failure, driving, failure, files, read_all, show, width};
 use crate::design::plot::{Axis, Diagram, Series};
 use crate::design::text::{self, Table, number};
 use crate::design::transmission;
@@ -90,7 +90,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let inertia = Inertia::new(scene.inertia.clone(), scene.followers.clone());
     let free = free.map(|(period, sense)| (period, free_motion(&inertia, period, sense)));
     if !motions.is_empty() || free.is_some() {
-        out += &table(&motions, free.as_ref()).text();
+        out += &table(&motions, free.as_ref()).text(width());
     }
     let mechanisms = inertia.followers.iter().enumerate().flat_map(|(j, follower)| transmission::of(j + 1, follower));
     for mechanism in mechanisms {
@@ -102,9 +102,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             ("steady.csv", csv(&motions, free.as_ref())),
             ("steady.svg", diagram(title, &motions, free.as_ref()).svg()),
         ];
-        out += &files::report(folder, &resolved.name, parts)?;
+        let parts = files::report(folder, &resolved.name, parts)?;
+        out += &format!("\n{}", files::write(&parts, &resolved.files)?);
     }
-    print(&out)
+    show(&out)
 }
 
 /// What the motions mean.

@@ -1,6 +1,7 @@
 //! `camdrive synthesize TASK`
 
-use super::{Failure, files, print};
+use super::output::Bar;
+use super::{Failure, files, show, width};
 use crate::design::synthesis::Infeasible;
 use crate::design::synthesis::study::{Assignment, Progress, Study};
 use crate::scene;
@@ -40,24 +41,22 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut assignment = scene::synthesis::read(&args.task).map_err(|faults| Failure(faults.to_string()))?;
     assignment.scene = args.scene.clone().or(assignment.scene);
     let target = args.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}_profile.toml", assignment.name)));
-    files::no_input(&target, std::iter::once(&args.task).chain(&assignment.scene))?;
+    files::no_stream(&target, "-o", "a file")?;
     if let Some(folder) = &args.report {
         files::no_file(folder, "--report")?;
     }
     // A scene that is wrong is told before the work begins.
     let machine = assignment.scene.as_deref().map(|scene| machine(scene, args.follower)).transpose()?;
+    let (machine, mut inputs) = machine.unzip();
+    inputs.get_or_insert_default().push(args.task.clone());
     if machine.is_none() && args.follower.is_some() {
         return Err(Failure(
             "error: --follower: there is no scene\n  = hint: name the machine with --scene".to_owned(),
         ));
     }
-    let bar = files::bar(&assignment.name);
-    let study = assignment.study(&|Progress { done, total, stage }| {
-        bar.set_length(total as u64);
-        bar.set_position(done as u64);
-        bar.set_message(stage);
-    });
-    bar.finish_and_clear();
+    let bar = Bar::new(&assignment.name);
+    let study = assignment.study(&|Progress { done, total, stage }| bar.tell(done, total, stage));
+    bar.clear();
     let words = |fault: Infeasible| fault.words(&assignment.task, &assignment.names);
     let study = study.map_err(|fault| Failure(format!("error: {}: {}", args.task.display(), words(fault))))?;
     let profile = profile(&study, args, machine);
@@ -66,22 +65,21 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         scene::resolve(&target.display().to_string(), &profile, folder)
             .map_err(|faults| Failure(faults.to_string()))?;
     }
-    files::write(&target, &profile)?;
-    let mut lines = format!("\n{}\n", target.display());
+    let mut results = vec![(target, profile)];
     if let Some(folder) = &args.report {
-        lines += report(folder, &assignment, &study)?.trim_start();
+        results.extend(report(folder, &assignment, &study)?);
     }
-    print(&(study.text() + &lines))
+    show(&(study.text(width()) + "\n" + &files::write(&results, &inputs.unwrap_or_default())?))
 }
 
-/// The scene that gets the cam: its own one, or that of a follower.
-fn machine(path: &Path, follower: Option<usize>) -> Result<DocumentMut, Failure> {
+/// The scene that gets the cam, its own one or that of a follower, and the files that it was read from.
+fn machine(path: &Path, follower: Option<usize>) -> Result<(DocumentMut, Vec<PathBuf>), Failure> {
     let resolved = scene::read(path).map_err(|faults| Failure(faults.to_string()))?;
     let document = files::document(path)?;
     let failure = |message: &str| Failure(format!("error: {}: {message}", path.display()));
     let followers = document.get("follower").and_then(|item| item.as_array_of_tables());
     match (followers, follower) {
-        (Some(list), Some(j)) if (1..=list.len()).contains(&j) => Ok(document),
+        (Some(list), Some(j)) if (1..=list.len()).contains(&j) => Ok((document, resolved.files)),
         (Some(list), Some(j)) => {
             let message = format!("there is no follower {j}; the scene has {}, counted from 1", list.len());
             Err(failure(&message))
@@ -96,7 +94,7 @@ fn machine(path: &Path, follower: Option<usize>) -> Result<DocumentMut, Failure>
         (None, None) if !document.contains_key("cam") => {
             Err(failure("this scene has no [cam] that a profile could replace"))
         }
-        (None, None) => Ok(document),
+        (None, None) => Ok((document, resolved.files)),
     }
 }
 
@@ -124,8 +122,8 @@ fn profile(study: &Study, args: &Args, machine: Option<DocumentMut>) -> String {
     format!("# HS profile of {file} by camdrive synthesize.\n{document}")
 }
 
-/// Writes tables and diagrams; the lines that say so.
-fn report(folder: &Path, assignment: &Assignment, study: &Study) -> Result<String, Failure> {
+/// Tables and diagrams.
+fn report(folder: &Path, assignment: &Assignment, study: &Study) -> Result<Vec<(PathBuf, String)>, Failure> {
     let tables = study.csv().map_err(|fault| Failure(format!("error: {fault}")))?;
     let tables = tables.into_iter().map(|(ending, text)| (ending, Ok(text)));
     let data = std::iter::once(("json".to_owned(), study.json()));

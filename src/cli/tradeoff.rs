@@ -1,6 +1,7 @@
 //! `camdrive tradeoff SCENE`
 
-use super::{Failure, files, print, read_all};
+use super::output::Bar;
+use super::{Failure, files, read_all, show, width};
 use crate::design::text;
 use crate::design::tradeoff::{self, Options, Progress, Report, figures, table};
 use crate::drives::unit::{self, Quantity};
@@ -76,13 +77,11 @@ impl StudyArgs {
 
     /// The study of a scene, with a progress bar where somebody looks.
     pub fn study(&self, path: &Path, scene: &Resolved) -> Result<Report, Failure> {
-        let bar = files::bar(&scene.name);
+        let bar = Bar::new(&scene.name);
         let report = tradeoff::study(&scene.resource(), &self.options()?, |Progress { done, total, stage }| {
-            bar.set_length(total as u64);
-            bar.set_position(done as u64);
-            bar.set_message(stage);
+            bar.tell(done, total, stage);
         });
-        bar.finish_and_clear();
+        bar.clear();
         report.map_err(|fault| Failure(format!("error: {}: {fault}", path.display())))
     }
 }
@@ -93,14 +92,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let folder = args.output.clone().unwrap_or_else(|| PathBuf::from(format!("tradeoff-{}", scene.name)));
         files::no_file(&folder, "-o")?;
         let report = args.study.study(&args.scene, scene)?;
-        let written = write(&folder, &report)?;
-        print(&(text(&report) + &written))?;
+        let written = files::write(&parts(&folder, &report)?, &scene.files)?;
+        show(&(text(&report, width()) + "\n" + &written))?;
     }
     Ok(())
 }
 
-/// Writes tables and diagrams; the lines that say so.
-fn write(folder: &Path, report: &Report) -> Result<String, Failure> {
+/// Tables and diagrams.
+fn parts(folder: &Path, report: &Report) -> Result<Vec<(PathBuf, String)>, Failure> {
     let parts = [
         ("csv", table::csv(report)),
         ("json", text::json(report)),
@@ -111,15 +110,15 @@ fn write(folder: &Path, report: &Report) -> Result<String, Failure> {
 }
 
 /// The report for a terminal.
-fn text(report: &Report) -> String {
+fn text(report: &Report, width: usize) -> String {
     let mut out = format!("{} ({})\n", report.scene, report.model);
     for line in table::about(report) {
         let _ = writeln!(out, "{line}");
     }
-    let _ = write!(out, "\nSettings\n{}", table::of_settings(report).text());
+    let _ = write!(out, "\nSettings\n{}", table::of_settings(report).text(width));
     if !report.features.is_empty() {
-        let _ = write!(out, "\nFeatures that could be left out\n{}", table::of_features(report).text());
-        let _ = write!(out, "\nChanges, relative to the largest value\n{}", table::of_changes(report).text());
+        let _ = write!(out, "\nFeatures that could be left out\n{}", table::of_features(report).text(width));
+        let _ = write!(out, "\nChanges, relative to the largest value\n{}", table::of_changes(report).text(width));
     }
     let faults = table::faults(report);
     if !faults.is_empty() {

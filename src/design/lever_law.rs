@@ -7,7 +7,7 @@
 //! 5 through χ, χ′, χ″ at their ends, as many as the accuracy needs; dwells and jumps of the acceleration stay what they are.
 //! What is left in the tool's acceleration is measured.
 
-use crate::drives::rigid_machine::linkage::{Linkage, Obstacle, decimals, in_turn};
+use crate::drives::rigid_machine::linkage::{Linkage, Mechanism, Obstacle, decimals, in_turn};
 use crate::motion::harmonic_analysis::analyse;
 use crate::motion::table::{Bend, Points, within};
 use crate::motion::{Fourier, MotionLaw, Table};
@@ -105,14 +105,20 @@ impl Way<'_> {
                 Obstacle::OutOfReach { mechanism, output } => (mechanism, output, "cannot reach the output"),
                 Obstacle::DeadCentre { mechanism, output } => (mechanism, output, "is at a dead centre at the output"),
             };
+            // The tool's coordinate is the output of the last mechanism.
+            let with_unit = |mechanism: &Mechanism, output: f64| match mechanism.output_turns() {
+                true => format!("{} deg", decimals(output.to_degrees(), 4)),
+                false => format!("{} m", decimals(output, 6)),
+            };
+            let tool = |position: f64| self.linkage.0.last().map_or(String::new(), |last| with_unit(last, position));
             format!(
                 "at phi = {} deg, where the tool is to be at {}, mechanism {} {what} {} (with the lever at {} deg the tool is at {})",
                 in_turn(phi, 4),
-                decimals(wanted, 6),
+                tool(wanted),
                 mechanism + 1,
-                decimals(output, 6),
+                with_unit(&self.linkage.0[mechanism], output),
                 decimals(self.near.to_degrees(), 4),
-                decimals(self.at_near, 6)
+                tool(self.at_near)
             )
         })
     }
@@ -282,7 +288,7 @@ fn worse(missed: f64, miss: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::drives::rigid_machine::linkage::{Branch, FourBar, Gear, Kind, Link, Mechanism, SliderCrank};
+    use crate::drives::rigid_machine::linkage::{Branch, FourBar, Gear, Kind, Link, SliderCrank};
     use crate::motion::{Cycle, CyclePlan, StandardLaw};
 
     fn bar(length: f64) -> Link {

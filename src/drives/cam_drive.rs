@@ -43,6 +43,16 @@ pub enum DriveMode {
     Input,
 }
 
+impl DriveMode {
+    /// The angular velocity [rad/s]; 0 where inputs give it.
+    pub fn speed(&self) -> f64 {
+        match *self {
+            DriveMode::Constant { w, .. } => w,
+            DriveMode::Input => 0.0,
+        }
+    }
+}
+
 /// Where a cam drive starts.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

@@ -12,6 +12,7 @@ pub mod elastic_output;
 pub mod elastic_shaft;
 pub mod erased;
 pub mod event;
+mod experiment;
 pub mod flow;
 pub mod limits;
 pub mod model;
@@ -31,6 +32,7 @@ pub use board::Board;
 pub use curve::Curve;
 pub use erased::{DynDrive, Plan, Set};
 pub use event::{Event, EventLog};
+pub use experiment::Experiment;
 pub use model::Model;
 #[cfg(feature = "cli")]
 pub use model::{Described, Template};
@@ -86,17 +88,6 @@ pub enum Seed {
     Time,
     /// The input or state with this value reference: c₁ is the partial derivative, the other knowns held.
     Known(usize),
-}
-
-/// The experiment that shows a drive: whole revolutions, at most 1000 communication steps.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Experiment {
-    /// Stop time [s].
-    pub stop: f64,
-    /// Communication step [s], a whole number of nanoseconds.
-    pub step: f64,
-    /// Relative tolerance [1].
-    pub tolerance: f64,
 }
 
 /// What the documentation and `describe` say of a drive beyond its variables.

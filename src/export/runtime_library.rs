@@ -68,6 +68,9 @@ impl RuntimeLibrary {
             .into_iter()
             .find(|(name, _)| *name == platform)
             .ok_or_else(|| Fault(format!("`{platform}` is no platform of FMI 2.0; expected {}", choice())))?;
+        if path.exists() && !path.is_file() {
+            return Err(Fault(format!("{} is no file", path.display())));
+        }
         let bytes = std::fs::read(path).map_err(|e| Fault(format!("{} cannot be read: {e}", path.display())))?;
         if !is_library_for(platform, &bytes) {
             return Err(Fault(format!(

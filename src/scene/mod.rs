@@ -6,6 +6,7 @@
 pub mod diagnostics;
 mod follower;
 pub mod geometry;
+pub mod input;
 mod models;
 mod motion_law;
 mod parametric;
@@ -19,15 +20,13 @@ pub mod units;
 pub use diagnostics::{Diagnostic, Diagnostics};
 
 use crate::drives::resource::Resource;
+use input::Kind;
 use section::{Faults, Section};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use toml::de::DeTable;
 
 /// The longest name of a scene: importers use it as a file name and as a prefix of C functions.
 pub const LONGEST_NAME: usize = 24;
-
-/// Some editors begin a UTF-8 file with it; an editor does not count it as a column.
-const BYTE_ORDER_MARK: char = '\u{feff}';
 
 /// A validated scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,6 +43,8 @@ pub struct Resolved {
     pub cams: Vec<geometry::CamPlan>,
     /// What the user should know though it is no fault.
     pub notes: Vec<String>,
+    /// The files that it was read from: scene and tables.
+    pub files: Vec<PathBuf>,
 }
 
 impl Resolved {
@@ -60,32 +61,16 @@ impl Resolved {
 
 /// Reads and validates a scene file: every value, and that the drive can be built and started with them.
 pub fn read(path: &Path) -> Result<Resolved, Diagnostics> {
-    let (file, text) = text_of(path, "scene")?;
+    let (file, text) = input::text(path, Kind::Scene)?;
     let folder = path.parent().unwrap_or(Path::new(""));
-    resolve(&file, &text, folder)
-}
-
-/// The name and the text of a `kind` of file.
-fn text_of(path: &Path, kind: &str) -> Result<(String, String), Diagnostics> {
-    let file = path.display().to_string();
-    let hint = format!("name a {kind} file, for example {kind}.toml");
-    let whole = |message: String| Diagnostics(vec![Diagnostic::new(&file, message).hint(hint.clone())]);
-    let bytes = std::fs::read(path).map_err(|e| whole(format!("the {kind} cannot be read: {e}")))?;
-    if bytes.contains(&0) {
-        return Err(whole(format!("the {kind} is no text file")));
-    }
-    let text = String::from_utf8(bytes).map_err(|e| {
-        let good = e.utf8_error().valid_up_to();
-        let text = String::from_utf8_lossy(e.as_bytes());
-        let fault = Diagnostic::new(&file, format!("the {kind} is not UTF-8 text")).at(&text, good..good + 1);
-        Diagnostics(vec![fault.hint("save it with the encoding UTF-8")])
-    })?;
-    Ok((file, text.trim_start_matches(BYTE_ORDER_MARK).to_owned()))
+    let mut scene = resolve(&file, &text, folder)?;
+    scene.files.push(path.to_owned());
+    Ok(scene)
 }
 
 /// The scene `text` of the file `file`; tables are looked for in `folder`.
 pub fn resolve(file: &str, text: &str, folder: &Path) -> Result<Resolved, Diagnostics> {
-    with_document(file, text, "a scene of this kind", |root| {
+    with_document(file, text, Kind::Scene, |root| {
         let (resolved, names) = whole_scene(root, folder)?;
         if root.faults.is_empty() {
             models::try_out(&resolved, &names, root.faults);
@@ -98,11 +83,11 @@ pub fn resolve(file: &str, text: &str, folder: &Path) -> Result<Resolved, Diagno
 fn with_document<T>(
     file: &str,
     text: &str,
-    kind: &'static str,
+    kind: Kind,
     read: impl FnOnce(&Section<'_>) -> Option<T>,
 ) -> Result<T, Diagnostics> {
     let mut faults = Faults::new(file, text);
-    faults.kind = kind;
+    faults.kind = kind.of_keys();
     let (document, mut errors) = DeTable::parse_recoverable(text);
     errors.sort_by_key(|error| error.span().map_or(text.len(), |span| span.start));
     for error in &errors {
@@ -125,6 +110,7 @@ fn with_document<T>(
             return Err(faults.into_diagnostics());
         }
     }
+    kind.mistaken(file, document.get_ref())?;
     faults.broken = !errors.is_empty();
     match read(&Section::root(&faults, document.get_ref())) {
         Some(value) if faults.is_empty() => Ok(value),
@@ -140,7 +126,10 @@ fn whole_scene(root: &Section<'_>, folder: &Path) -> Option<(Resolved, models::N
     let cams = geometry::all(root, drive.as_ref().map(|(_, scene, _)| scene));
     let (model, scene, names) = drive?;
     let (name, description, cams) = (name?, description?, cams?);
-    Some((Resolved { name, description, model, scene, cams, notes: root.faults.notes() }, names))
+    Some((
+        Resolved { name, description, model, scene, cams, notes: root.faults.notes(), files: root.faults.files.take() },
+        names,
+    ))
 }
 
 /// The name of the scene or task.

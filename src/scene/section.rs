@@ -9,6 +9,7 @@ use crate::drives::unit::Quantity;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::ops::Range;
+use std::path::PathBuf;
 use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue};
 
@@ -24,6 +25,8 @@ pub struct Faults<'a> {
     read: RefCell<BTreeMap<String, Span>>,
     /// What the user should know of a scene without faults.
     notes: RefCell<Vec<String>>,
+    /// The tables that it names.
+    pub files: RefCell<Vec<PathBuf>>,
     /// Whether the file has syntax errors; then values may be absent only because of them.
     pub broken: bool,
     /// What the file as a whole is, "a scene of this kind".
@@ -39,6 +42,7 @@ impl<'a> Faults<'a> {
             list: RefCell::default(),
             read: RefCell::default(),
             notes: RefCell::default(),
+            files: RefCell::default(),
             broken: false,
             kind: "a scene of this kind",
         }

@@ -3,6 +3,7 @@
 #![doc = include_str!("SYNTHESIS.md")]
 
 use super::diagnostics::Diagnostics;
+use super::input;
 use super::models::{forbid, spring};
 use super::section::{ANY, Limits, NOT_NEGATIVE, POSITIVE, Section, within};
 use super::units;
@@ -82,8 +83,10 @@ const TOLERANCES: [&str; 3] = ["tolerance", "dU_tolerance", "ddU_tolerance"];
 
 /// Reads and validates a task file; a scene that it names counts from the folder of the file.
 pub fn read(path: &Path) -> Result<Assignment, Diagnostics> {
-    let (file, text) = super::text_of(path, "task")?;
-    super::with_document(&file, &text, "a task", |root| assignment(root, path.parent().unwrap_or(Path::new(""))))
+    let (file, text) = input::text(path, input::Kind::Task)?;
+    super::with_document(&file, &text, input::Kind::Task, |root| {
+        assignment(root, path.parent().unwrap_or(Path::new("")))
+    })
 }
 
 /// Lengths of the task: with a scale pure numbers, which count in it.
@@ -221,9 +224,9 @@ fn ordered(section: &Section<'_>, key: &'static str, from: f64, to: f64) -> Opti
     let deg = |angle: f64| units::short(angle.to_degrees());
     let message = format!("`{}`: from {} deg to {} deg is no range", section.path_of(key), deg(from), deg(to));
     let fault = section.fault_of(key, message).admissible("more than 0 deg, at most a turn of 360 deg");
-    section
-        .faults
-        .report(fault.hint(format!("write for example to = \"{} deg\"", deg(from + (to - from).rem_euclid(TAU)))));
+    let way = Some((to - from).rem_euclid(TAU)).filter(|way| *way > 0.0).unwrap_or(TAU);
+    let hint = format!("write for example to = \"{} deg\"; a single angle is a [[point]]", deg(from + way));
+    section.faults.report(fault.hint(hint));
     None
 }
 

@@ -65,13 +65,14 @@ pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -
         }
     };
     let path = folder.join(file?);
-    let text = match std::fs::read(&path) {
+    section.faults.files.borrow_mut().push(path.clone());
+    let text = match super::input::bytes(&path) {
         Ok(bytes) if bytes.contains(&0) => {
             let message = format!("`{}`: {} is no text file", section.path_of("file"), shown(&path));
             section.faults.report(section.fault_of("file", message).hint("save the table as CSV in UTF-8"));
             return None;
         }
-        Ok(bytes) => String::from_utf8_lossy(&bytes).trim_start_matches(super::BYTE_ORDER_MARK).to_owned(),
+        Ok(bytes) => String::from_utf8_lossy(&bytes).trim_start_matches(super::input::BYTE_ORDER_MARK).to_owned(),
         Err(e) => {
             let reason = match e.kind() {
                 std::io::ErrorKind::NotFound => "does not exist".to_owned(),

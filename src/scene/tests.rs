@@ -151,3 +151,22 @@ fn a_machine_with_followers_and_motor() {
     assert_eq!(number(motor, "dynamics"), 2e-3);
     assert_eq!(scene["start"], "steady_state");
 }
+
+#[test]
+fn the_references_list_every_name_that_is_accepted() {
+    let references = concat!(include_str!("README.md"), include_str!("SYNTHESIS.md"));
+    let mut names = Vec::new();
+    for entry in std::fs::read_dir("src/scene").unwrap() {
+        let text = std::fs::read_to_string(entry.unwrap().path()).unwrap();
+        // A choice is a list of names in front of what they stand for: (&["inner", "disc"], Contour::Inner).
+        for list in text.split("(&[\"").skip(1) {
+            if let Some((list, _)) = list.split_once("\"], ").filter(|(list, _)| !list.contains(']')) {
+                names.extend(list.split("\", \"").map(str::to_owned));
+            }
+        }
+    }
+    assert!(names.len() > 90, "the names were not found: {names:?}");
+    let listed = |name: &String| [format!("`{name}`"), format!("`\"{name}\"`")].iter().any(|n| references.contains(n));
+    let missing: Vec<String> = names.into_iter().filter(|name| !listed(name)).collect();
+    assert!(missing.is_empty(), "{missing:?}");
+}

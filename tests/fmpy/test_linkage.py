@@ -166,7 +166,7 @@ def test_the_periodic_motion_that_steady_finds(chains):
     scene = ROOT / "tests" / "fmpy" / "scenes" / "machine_linkage.toml"
     told = subprocess.run([CAMDRIVE, "steady", str(scene)], check=True, capture_output=True, text=True).stdout
     assert "One periodic motion, stable." in told
-    (row,) = [line for line in told.splitlines() if "(stable)" in line]
+    row, *_ = [line for line in told.splitlines() if "(stable)" in line]
     period = float(re.search(r"\d\.\d{9,}", row).group())
     with package.unit() as unit:
         unit.initialise(values={"start.mode": 2})

@@ -246,6 +246,8 @@ pub fn csv(drawn: &Drawn<'_>) -> Result<String, Fault> {
             _ => ["outer_x_mm", "outer_y_mm", "outer_curvature_1_m"],
         });
     }
+    // As in the diagram: positive where a curve bulges away from the cam's axis.
+    let bulge = -drawn.cam.sense;
     let row = |at: &At| {
         let mut cells = vec![
             at.phi.to_degrees(),
@@ -256,11 +258,11 @@ pub fn csv(drawn: &Drawn<'_>) -> Result<String, Fault> {
             MILLIMETRES * at.centre.norm(),
             at.centre.arg().to_degrees(),
             at.pressure.to_degrees(),
-            at.curvature,
+            bulge * at.curvature,
         ];
         for side in drawn.sides {
             let point = side.point(drawn.cam, at) * MILLIMETRES;
-            cells.extend([point.re, point.im, side.curvature(drawn.cam, at)]);
+            cells.extend([point.re, point.im, bulge * side.curvature(drawn.cam, at)]);
         }
         cells.iter().map(f64::to_string).collect::<Vec<_>>()
     };

@@ -105,8 +105,8 @@ impl Shape {
         format!("{}: {cut}, turning {sense}", self.name)
     }
 
-    /// The report for a terminal.
-    pub fn text(&self) -> String {
+    /// The report; its tables for lines of `width` characters.
+    pub fn text(&self, width: usize) -> String {
         let mut out = self.about() + "\n";
         for disc in &self.cams {
             let head = ["", "value", "at φ", "", ""].map(str::to_owned);
@@ -124,7 +124,7 @@ impl Shape {
                 head[0] = format!("cam {}", disc.name);
             }
             let table = Table { head, rows: rows.collect() };
-            out += &table.text();
+            out += &table.text(width);
             out += &format!(
                 "  {} points, chord error at most {:.3} µm\n",
                 disc.mesh.at.len(),

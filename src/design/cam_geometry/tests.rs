@@ -453,7 +453,7 @@ fn the_report_tells_all() {
     let second = Second { place: 1.4, length: 0.1, roller: 0.018 };
     let tolerances = Tolerances { chord: 1e-6, table: 1e-6 };
     let shape = Shape::new("rocker", &cam.law, plan(&cam, Cut::Conjugate(second)), tolerances).unwrap();
-    let text = shape.text();
+    let text = shape.text(100);
     for part in ["conjugate", "cam F", "cam P", "pressure angle", "points, chord error", "cam table of"] {
         assert!(text.contains(part), "{part}: {text}");
     }

@@ -25,8 +25,8 @@ impl Study {
         format!("{} ({} m)", number(value / self.assignment.unit), number(value))
     }
 
-    /// The report for a terminal.
-    pub fn text(&self) -> String {
+    /// The report; its tables for lines of `width` characters.
+    pub fn text(&self, width: usize) -> String {
         let task = &self.assignment.task;
         let mut out = format!("{}\n", self.assignment.name);
         let mut line = |text: String| {
@@ -75,17 +75,17 @@ impl Study {
                 ));
             }
         }
-        let _ = write!(out, "\nCoefficients\n{}", self.coefficients().text());
+        let _ = write!(out, "\nCoefficients\n{}", self.coefficients().text(width));
         if !task.ranges.is_empty() {
             for (title, errors) in self.deviations() {
-                let _ = write!(out, "\n{title}\n{}", self.deviation_table(errors).text());
+                let _ = write!(out, "\n{title}\n{}", self.deviation_table(errors).text(width));
             }
         }
         if self.rivals.len() > 1 || self.elastic.is_some() {
-            let _ = write!(out, "\nMotion laws at this task\n{}", self.laws().text());
+            let _ = write!(out, "\nMotion laws at this task\n{}", self.laws().text(width));
         }
         if let Some(shaft) = &self.shaft {
-            let _ = write!(out, "\nTorque in the elastic shaft\n{}", self.of_shaft(shaft).text());
+            let _ = write!(out, "\nTorque in the elastic shaft\n{}", self.of_shaft(shaft).text(width));
             for (w, fault) in &shaft.faults {
                 let _ = writeln!(out, "warning: at {} rpm: {fault}", number(w * 60.0 / TAU));
             }
@@ -95,7 +95,7 @@ impl Study {
             let _ = writeln!(out, "{text}");
         }
         if self.elastic.as_ref().is_some_and(|e| !e.resonances.is_empty()) {
-            let _ = write!(out, "\nResonances of the cam, kη = 1\n{}", self.resonances().text());
+            let _ = write!(out, "\nResonances of the cam, kη = 1\n{}", self.resonances().text(width));
         }
         out
     }

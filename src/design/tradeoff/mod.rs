@@ -21,6 +21,7 @@ use crate::drives::{Fault, resource::Resource};
 use course::RunUp;
 use run::{Grid, Inputs, Interface, Plan, run};
 use serde::Serialize;
+use std::cmp::Ordering;
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::time::{Duration, Instant};
@@ -394,6 +395,7 @@ pub fn study(resource: &Resource, options: &Options, mut progress: impl FnMut(Pr
         features,
         advice: Vec::new(),
     };
+    report.settings.sort_by(Row::order);
     report.advice = advice::of(&report);
     Ok(report)
 }
@@ -408,6 +410,16 @@ impl Row {
     /// Whether the solver is left to its defaults.
     pub fn is_default(&self) -> bool {
         self.tolerance.unwrap_or(0.0) == 0.0 && self.step_size.unwrap_or(0.0) == 0.0
+    }
+
+    /// As a reader looks for them: by method, inputs, tolerance from coarse to fine, internal and communication step.
+    fn order(&self, other: &Row) -> Ordering {
+        // The default stands before what is chosen.
+        let tolerance = |row: &Row| -row.tolerance.filter(|value| *value != 0.0).unwrap_or(f64::INFINITY);
+        let numbers = |row: &Row| [tolerance(row), row.step_size.unwrap_or(0.0), row.communication_step];
+        let names = (&self.method, self.inputs).cmp(&(&other.method, other.inputs));
+        let pairs = numbers(self).into_iter().zip(numbers(other));
+        pairs.fold(names, |order, (a, b)| order.then(a.total_cmp(&b)))
     }
 
     /// Whether the other row is the same run under another name: a dial that changed nothing.

@@ -104,6 +104,15 @@ fn a_tolerance_buys_accuracy_and_the_advice_knows() {
     }
     assert!(report.advice[0].setting.is_some());
     assert!(feature(&report, "the nonlinearity").change.unwrap() > 1e-9);
+    // The rows of one setting stand together, from short to long communication steps.
+    let setting = |row: &Row| format!("{:?} {:?} {:?} {:?}", row.method, row.inputs, row.tolerance, row.step_size);
+    let mut settings: Vec<String> = report.settings.iter().map(setting).collect();
+    for (rows, names) in report.settings.windows(2).zip(settings.windows(2)) {
+        assert!(names[0] != names[1] || rows[0].communication_step < rows[1].communication_step, "{names:?}");
+    }
+    settings.dedup();
+    let distinct: std::collections::BTreeSet<&String> = settings.iter().collect();
+    assert_eq!(distinct.len(), settings.len(), "{settings:?}");
     // Tables hold every row, and CSV and JSON every number.
     assert_eq!(table::of_settings(&report).rows.len(), report.settings.len());
     let csv = table::csv(&report).unwrap();

@@ -2,10 +2,8 @@
 
 use super::BacklashDrive;
 use crate::drives::cam_drive::DriveMode;
-use crate::drives::cam_turn::turns;
 use crate::drives::solver::HasSolver;
 use crate::drives::{Equation, Experiment, Portrait};
-use std::f64::consts::TAU;
 
 pub(super) fn of(drive: &BacklashDrive) -> Portrait {
     Portrait {
@@ -147,12 +145,7 @@ fn equations() -> Vec<Equation> {
     ]
 }
 
-/// Four turns in at most 1000 steps of whole nanoseconds; a second where the speed is not known.
+/// Four turns; a second where the speed is not known.
 pub(super) fn experiment(mode: &DriveMode) -> Experiment {
-    let turn = match mode {
-        DriveMode::Constant { w, .. } if turns(*w) => TAU / w.abs(),
-        _ => 0.25,
-    };
-    let step = (4.0 * turn / 800.0 * 1e9).ceil().max(1.0) / 1e9;
-    Experiment { stop: 800.0 * step, step, tolerance: 1e-6 }
+    Experiment::of_turns(4.0, mode.speed())
 }

@@ -1,26 +1,14 @@
 //! What the documentation says of the drive, and its default experiment.
 
 use super::ElasticOutput;
-use crate::drives::cam_drive::DriveMode;
-use crate::drives::cam_turn::turns;
 use crate::drives::{Equation, Experiment, Portrait};
-use std::f64::consts::TAU;
-
-/// Communication steps of the default experiment.
-const STEPS: f64 = 1000.0;
 
 /// Turns of the default experiment.
 const TURNS: f64 = 5.0;
 
 /// Whole turns at constant speed; a second where the inputs or a drive at rest set no period.
 pub(super) fn experiment(drive: &ElasticOutput) -> Experiment {
-    let span = match drive.cam.mode {
-        DriveMode::Constant { w, .. } if turns(w) => TURNS * TAU / w.abs(),
-        _ => 1.0,
-    };
-    // Rounded up to whole nanoseconds, and the end with it: equal steps then meet the stop time.
-    let step = (span / STEPS * 1e9).ceil() / 1e9;
-    Experiment { stop: STEPS * step, step, tolerance: 1e-6 }
+    Experiment::of_turns(TURNS, drive.cam.mode.speed())
 }
 
 pub(super) fn of(drive: &ElasticOutput) -> Portrait {

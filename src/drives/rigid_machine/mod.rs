@@ -349,20 +349,17 @@ impl Drive for RigidMachine {
         curves
     }
 
-    /// Twenty turns at the synchronous speed (or at `w_start`), in 1000 steps.
     fn simplifications(scene: &Scene) -> Vec<super::Simplification<Scene>> {
         features::of(scene)
     }
 
+    /// Twenty turns at the synchronous speed (or at `w_start`); a second of a machine that starts at rest with a torque as input.
     fn experiment(&self) -> Experiment {
         let speed = match self.motor {
             Motor::Kloss { synchronous_speed, .. } => synchronous_speed.abs(),
             Motor::None | Motor::Input => self.w_start.abs(),
         };
-        // A machine that starts at rest with a torque as input has no speed to go by; a second shows it.
-        let turn = if speed > 0.0 { TAU / speed } else { 0.05 };
-        let step = ((turn * 20.0 / 1000.0 * 1e9).round() / 1e9).clamp(1e-9, 1.0);
-        Experiment { stop: 1000.0 * step, step, tolerance: 1e-6 }
+        Experiment::of_turns(20.0, speed)
     }
 
     fn start(&mut self, time: f64) -> Result<(), Fault> {

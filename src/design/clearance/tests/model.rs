@@ -288,7 +288,7 @@ fn laws_are_compared_at_the_same_task() {
         // Rise and return are mirror images.
         assert!((study.least_spacing.unwrap() - 2.5).abs() < 1e-12);
     }
-    let text = table::of_laws(&report).text();
+    let text = table::of_laws(&report).text(1000);
     assert!(text.contains("modified_sine") && text.lines().count() == 1 + 2 * 3, "{text}");
 }
 

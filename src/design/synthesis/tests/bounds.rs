@@ -215,7 +215,7 @@ fn a_cam_that_would_stand_still_is_refused() {
         other => panic!("{other:?}"),
     }
     assignment.elasticity = Some(Elasticity { damping: 0.05, ..elasticity });
-    let text = assignment.study(&|_| {}).unwrap().text();
+    let text = assignment.study(&|_| {}).unwrap().text(100);
     assert!(text.contains("cross resonances kη = 1, k = 1 at η = 1.0000 (573 rpm)"), "{text}");
     assert!(text.contains("not the motion of the task"), "{text}");
     assert!(text.contains("`half_wave` instead of `even_half_wave`"), "{text}");

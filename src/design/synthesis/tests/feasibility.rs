@@ -151,7 +151,7 @@ fn the_report_tells_the_deviations_of_what_is_delivered() {
     assert!((largest(&behind.at_rest) - assignment.task.largest_error(&study.cam)).abs() < 1e-15);
     assert!(largest(&behind.at_rest) <= largest(&behind.over_speeds));
     assert!(objective > study.motion.objective);
-    let text = study.text();
+    let text = study.text(100);
     for words in
         ["of the output, at all speeds", "deviations of the output y from η = 0.0000 to 0.1300", "at rest (η = 0)"]
     {

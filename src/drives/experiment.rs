@@ -1,0 +1,73 @@
+//! The experiment that shows a drive.
+
+use std::f64::consts::TAU;
+
+/// The experiment that shows a drive: whole revolutions, at most 1000 communication steps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Experiment {
+    /// Stop time [s], a whole number of steps.
+    pub stop: f64,
+    /// Communication step [s], a whole number of nanoseconds and one that reads well.
+    pub step: f64,
+    /// Relative tolerance [1].
+    pub tolerance: f64,
+}
+
+/// The most communication steps: importers thin out or double the steps of longer runs.
+const MOST_STEPS: f64 = 1000.0;
+
+/// What steps begin with: near enough to each other for three quarters of the most steps.
+const ROUND: [f64; 11] = [1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0];
+
+/// A span this part of a step beyond a whole number of steps is a rounding error.
+const SLACK: f64 = 1e-9;
+
+/// A turn longer than this [s] is none for an experiment.
+const LONGEST_TURN: f64 = 1e6;
+
+impl Experiment {
+    /// So many turns at the angular velocity `w` [rad/s], rounded up to whole steps; a second where that is none.
+    pub fn of_turns(turns: f64, w: f64) -> Self {
+        let turn = TAU / w.abs();
+        let span = if turn <= LONGEST_TURN { turns * turn } else { 1.0 };
+        // In whole nanoseconds the quotients below are the numbers that are meant to the last bit.
+        let least = (1e9 * span / MOST_STEPS * (1.0 - SLACK)).max(1.0);
+        let power = 10.0_f64.powi(least.log10().floor() as i32);
+        let step = ROUND.map(|digits| (digits * power).ceil()).into_iter().find(|step| least <= *step);
+        let step = step.unwrap_or(10.0 * power);
+        let count = (1e9 * span / step - SLACK).ceil();
+        Experiment { stop: count * step / 1e9, step: step / 1e9, tolerance: 1e-6 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn default_experiments_are_whole_turns_in_round_steps() {
+        let rpm = |n: f64| n * TAU / 60.0;
+        // Turns, speed, step and stop as a person would choose them.
+        for (turns, w, step, stop) in [
+            (5.0, rpm(1800.0), 2e-4, 0.1668),
+            (5.0, rpm(600.0), 5e-4, 0.5),
+            (20.0, rpm(500.0), 2.5e-3, 2.4),
+            (4.0, rpm(-46.0), 6e-3, 5.22),
+            (5.0, 1e6, 4e-8, 3.144e-5),
+            (5.0, 0.0, 1e-3, 1.0),
+            (5.0, 1e-308, 1e-3, 1.0),
+        ] {
+            assert_eq!(Experiment::of_turns(turns, w), Experiment { stop, step, tolerance: 1e-6 }, "{turns} at {w}");
+        }
+        for i in 0..1000 {
+            let w = 10.0_f64.powf(f64::from(i) / 100.0 - 4.0);
+            let Experiment { stop, step, .. } = Experiment::of_turns(5.0, w);
+            let (span, nanoseconds) = (5.0 * TAU / w, step * 1e9);
+            assert!(span <= stop * (1.0 + 1e-11) && stop < span + step, "{w}");
+            assert!(
+                (700.0..1000.5).contains(&(stop / step)) && (nanoseconds - nanoseconds.round()).abs() < 1e-6,
+                "{w}"
+            );
+        }
+    }
+}

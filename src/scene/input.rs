@@ -1,0 +1,121 @@
+//! The files that users give: read up to a limit, and told from files of another kind.
+
+use super::diagnostics::{Diagnostic, Diagnostics};
+use std::fs::File;
+use std::io::{Error, ErrorKind, Read as _};
+use std::path::Path;
+use toml::de::DeTable;
+
+/// Some editors begin a UTF-8 file with it; an editor does not count it as a column.
+pub(super) const BYTE_ORDER_MARK: char = '\u{feff}';
+
+/// The largest file that is read [bytes], lest a device without end fill the memory: the most points of a table in lines of 800
+/// characters.
+const LARGEST: u64 = 16_000_000;
+
+/// What a TOML file is meant to be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Kind {
+    /// Of a drive.
+    Scene,
+    /// Of `camdrive synthesize`.
+    Task,
+}
+
+impl Kind {
+    fn word(self) -> &'static str {
+        match self {
+            Kind::Scene => "scene",
+            Kind::Task => "task",
+        }
+    }
+
+    /// The kind of file in which a key is not known.
+    pub(super) fn of_keys(self) -> &'static str {
+        match self {
+            Kind::Scene => "a scene of this kind",
+            Kind::Task => "a task",
+        }
+    }
+
+    /// A fault of the whole file where it holds something else, which its keys betray.
+    pub(super) fn mistaken(self, file: &str, document: &DeTable<'_>) -> Result<(), Diagnostics> {
+        let has = |key: &str| document.get(key).is_some();
+        let found = match self {
+            Kind::Scene if !has("model") && (has("objective") || has("harmonics")) => {
+                Some(("a motion task", format!("`camdrive synthesize {file}` makes a cam profile of it")))
+            }
+            Kind::Scene if document.len() == 1 && has("cam") => Some((
+                "a cam profile",
+                format!(
+                    "add `name`, `model` and what else belongs to the drive, or append {file} to a scene without [cam]"
+                ),
+            )),
+            Kind::Task if has("model") && !has("objective") => Some((
+                "a scene",
+                format!(
+                    "`camdrive check {file}`, `describe` and `export` take it; a motion task gives its cam to it with --scene {file}"
+                ),
+            )),
+            _ => None,
+        };
+        found.map_or(Ok(()), |(what, hint)| Err(self.other(file, what, hint)))
+    }
+
+    /// The fault of a file that is something else.
+    fn other(self, file: &str, what: &str, hint: impl Into<String>) -> Diagnostics {
+        Diagnostics(vec![Diagnostic::new(file, format!("this is {what}, no {}", self.word())).hint(hint)])
+    }
+}
+
+/// The bytes of a file, a pipe or the beginning of a device.
+///
+/// # Errors
+/// What cannot be read, or is too large for a scene, a task or a table.
+pub fn bytes(path: &Path) -> Result<Vec<u8>, Error> {
+    let mut bytes = Vec::new();
+    File::open(path)?.take(LARGEST + 1).read_to_end(&mut bytes)?;
+    match bytes.len() as u64 > LARGEST {
+        true => Err(Error::new(ErrorKind::FileTooLarge, format!("it has more than {} MB", LARGEST / 1_000_000))),
+        false => Ok(bytes),
+    }
+}
+
+/// The name and the text of a file.
+///
+/// # Errors
+/// What cannot be read or is no such text.
+pub fn text(path: &Path, kind: Kind) -> Result<(String, String), Diagnostics> {
+    let (file, word) = (path.display().to_string(), kind.word());
+    let name_one = format!("name a {word} file, for example {word}.toml");
+    if path.is_dir() {
+        return Err(kind.other(&file, "a folder", name_one));
+    }
+    let whole = |message: String| Diagnostics(vec![Diagnostic::new(&file, message).hint(name_one.clone())]);
+    let bytes = bytes(path).map_err(|e| whole(format!("the {word} cannot be read: {e}")))?;
+    if bytes.starts_with(b"PK\x03\x04") {
+        let hint = "an FMU is made of a scene; `camdrive run` drives it";
+        return Err(kind.other(&file, "an FMU or another zip archive", hint));
+    }
+    if bytes.contains(&0) {
+        return Err(whole(format!("the {word} is no text file")));
+    }
+    let text = String::from_utf8(bytes).map_err(|e| {
+        let good = e.utf8_error().valid_up_to();
+        let text = String::from_utf8_lossy(e.as_bytes());
+        let fault = Diagnostic::new(&file, format!("the {word} is not UTF-8 text")).at(&text, good..good + 1);
+        Diagnostics(vec![fault.hint("save it with the encoding UTF-8")])
+    })?;
+    let text = text.trim_start_matches(BYTE_ORDER_MARK).to_owned();
+    let mut lines = text.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with('#')).peekable();
+    match lines.peek().and_then(|line| line.chars().next()) {
+        Some('<') => Err(kind.other(&file, "XML", name_one)),
+        Some('{') => Err(kind.other(&file, "JSON", name_one)),
+        Some(_) if lines.all(|line| !line.contains('=') && !line.starts_with('[')) => {
+            let hint =
+                format!("{name_one}; a scene names a table of a motion law: law = \"table\", file = \"lift.csv\"");
+            Err(kind.other(&file, "a table or another text without `key = value`", hint))
+        }
+        _ => Ok((file, text)),
+    }
+}
