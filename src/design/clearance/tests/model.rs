@@ -135,7 +135,7 @@ fn passage(scene: &Scene, w: f64, from: char, phi: f64, time: f64) -> [f64; 2] {
 
 #[test]
 fn releases_and_times_of_passage_are_those_of_the_closed_form() {
-    // From 0.25 to 0.4 rad of the fastest vibration, in flight and, near weak maxima of the force, before it.
+    // Flights, or the contact before them, of about half a radian of the fastest vibration.
     let law = |a: &[f64], b: &[f64]| MotionLaw::Fourier(Fourier::new(a.to_vec(), b.to_vec()));
     let damped = law(&[0.0, -6.2e-3, 3e-3, -7e-4], &[0.0, -1.14e-2, -7e-4, 7e-4]);
     let undamped = law(
