@@ -1,6 +1,7 @@
 //! The command line as a user meets it: what it prints, where, and the exit codes.
 #![cfg(feature = "cli")]
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -58,6 +59,69 @@ fn runtime() -> String {
 
 fn text(path: &Path) -> &str {
     path.to_str().expect("a UTF-8 path")
+}
+
+/// An attribute of an SVG element.
+fn attribute<'a>(tag: &'a str, name: &str) -> Option<&'a str> {
+    tag.split_once(&format!(" {name}=\"")).and_then(|(_, rest)| rest.split_once('"')).map(|(value, _)| value)
+}
+
+/// Whether a tick is written in digits or as a power of ten; None where it is no number.
+fn notation(label: &str) -> Option<&'static str> {
+    match label.replace('−', "-").parse::<f64>() {
+        Ok(_) if label.contains('e') => Some("exponent"),
+        Ok(_) => Some("digits"),
+        Err(_) => (label.starts_with("10") || label.contains("·10")).then_some("power"),
+    }
+}
+
+/// Every diagram in the folder shows its title, its ticks are written in one way, in units that need no small or large
+/// numbers, and its texts lie within the picture.
+fn assert_diagrams_read_well(folder: &Path) {
+    let files = std::fs::read_dir(folder).expect("the folder").map(|entry| entry.expect("an entry").path());
+    let diagrams: Vec<PathBuf> = files.filter(|path| path.extension().is_some_and(|e| e == "svg")).collect();
+    assert!(!diagrams.is_empty());
+    for path in diagrams {
+        let svg = std::fs::read_to_string(&path).expect("the diagram");
+        // Drawings of cams in true size have no axes.
+        let Some(title) = attribute(&svg, "aria-label") else { continue };
+        let (title, name) = (title.replace("&quot;", "\"").replace("&lt;", "<").replace("&amp;", "&"), path.display());
+        let size: Vec<f64> =
+            attribute(&svg, "viewBox").expect("a view box").split(' ').map(|x| x.parse().expect("a number")).collect();
+        let (mut shown, mut axes) = (String::new(), BTreeMap::new());
+        for element in svg.split("<text ").skip(1) {
+            let (tag, rest) = element.split_once('>').expect("a tag");
+            let label = rest.split("</text>").next().expect("a text").trim();
+            let number = |name: &str| attribute(tag, name).and_then(|x| x.parse::<f64>().ok()).expect("a number");
+            shown += &format!("{label} ");
+            let (x, y, anchor) = (number("x"), number("y"), attribute(tag, "text-anchor").unwrap_or("start"));
+            // Letters are half as wide as high on average.
+            let long = 0.5 * number("font-size") * label.chars().count() as f64;
+            let before = match anchor {
+                "middle" => 0.5 * long,
+                "end" => long,
+                _ => 0.0,
+            };
+            let turned = attribute(tag, "transform").is_some_and(|transform| transform.contains("rotate"));
+            // What is turned runs upwards.
+            let ([low, high], most) = if turned {
+                ([y - long + before, y + before], size[3])
+            } else {
+                ([x - before, x - before + long], size[2])
+            };
+            assert!(0.0 <= low && high <= most, "{name}: \"{label}\" from {low} to {high} of {most}");
+            if let Some(way) = notation(label).filter(|_| !turned && anchor != "start") {
+                let axis = if anchor == "middle" { format!("y = {y}") } else { format!("x = {x}") };
+                axes.entry(axis).or_insert_with(BTreeSet::new).insert(way);
+            }
+        }
+        let title: Vec<&str> = title.split_whitespace().collect();
+        assert!(!title.is_empty() && shown.contains(&title[..2].join(" ")), "{name}: no title in {shown}");
+        assert!(axes.values().all(|ways| ways.len() == 1), "{name}: {axes:?}");
+        for unit in ["[m]", "[rad/s]", "[m/rad]", "[m/rad²]"] {
+            assert!(!shown.contains(unit), "{name}: {unit} in {shown}");
+        }
+    }
 }
 
 #[test]
@@ -176,11 +240,138 @@ fn a_wrong_command_line_ends_with_2() {
 fn check_tells_right_from_wrong() {
     let right = camdrive(&["check", SCENE]);
     assert_eq!((right.code, right.err.as_str()), (0, ""));
-    assert_eq!(right.out, format!("{SCENE}: ElasticCamDrive.shaft ok\n"));
+    assert!(right.out.starts_with(&format!("{SCENE}: ElasticCamDrive.shaft ok\n")), "{}", right.out);
     let wrong = camdrive(&["check", SCENE, WRONG, "no_such_scene.toml"]);
     assert_eq!((wrong.code, wrong.out.as_str()), (1, ""));
     assert!(wrong.err.contains(&format!("{WRONG}:10:9")), "{}", wrong.err);
     assert!(wrong.err.contains("no_such_scene.toml"), "faults of all scenes are told: {}", wrong.err);
+}
+
+/// All scenes of the repository that are right.
+fn right_scenes() -> Vec<String> {
+    let folders = std::fs::read_dir("examples").expect("the examples").map(|entry| entry.expect("an entry").path());
+    let files = |folder: PathBuf| std::fs::read_dir(folder).into_iter().flatten().map(|entry| entry.expect("an entry"));
+    let all = folders.chain([PathBuf::from("tests/fmpy/scenes")]).flat_map(files).map(|entry| entry.path());
+    let is_scene = |path: &PathBuf| {
+        path.extension().is_some_and(|e| e == "toml")
+            && std::fs::read_to_string(path).is_ok_and(|text| text.contains("\nmodel = "))
+    };
+    all.filter(is_scene).map(|path| text(&path).to_owned()).collect()
+}
+
+#[test]
+fn check_tells_what_a_scene_amounts_to_and_finds_nothing_odd_in_ours() {
+    let scenes = right_scenes();
+    assert!(scenes.len() > 20, "{scenes:?}");
+    let arguments: Vec<&str> = std::iter::once("check").chain(scenes.iter().map(String::as_str)).collect();
+    let run = camdrive(&arguments);
+    assert!(run.code == 0 && !run.err.contains("warning"), "{}", run.err);
+    for part in [
+        "1800 rpm = 30 Hz = 188.5 rad/s",
+        "16200 rpm = 270 Hz = 1696 rad/s",
+        "frequency ratio",
+        "natural frequency in flight",
+        "resonance k = 3",
+        "mean speed                        499.8 rpm",
+        "follower[2].largest acceleration",
+    ] {
+        assert!(run.out.contains(part), "{part} is missing in\n{}", run.out);
+    }
+}
+
+#[test]
+fn check_warns_of_forgotten_units() {
+    let folder = folder("check_units");
+    let scene = folder.join("scene.toml");
+    let (bar, loom) = ("examples/guide_bar/scene.toml", "examples/rapier_loom/scene.toml");
+    for (original, from, to, what, hint) in [
+        (bar, "\"1800 rpm\"", "1800", "deformation of stroke 149.1 %", "\"1800 rpm\""),
+        (bar, "\"270 Hz\"", "270", "deformation of stroke 65.65 %", "\"270 Hz\""),
+        (bar, "ratio = 0.03", "ratio = 3", "damping ratio 3:", "\"3 %\""),
+        (bar, "\"0.94 mm\"", "20", "stroke 20.01 m:", "\"0.94 mm\""),
+        (bar, "\"1800 rpm\"", "18000", "speed 171900 rpm", "\"1800 rpm\""),
+        (loom, "\"500 rpm\"", "500", "follower[1].largest acceleration 200", "\"1800 rpm\""),
+        (loom, "s_k = 0.16", "s_k = 16", "breakdown slip 16:", "\"15 %\""),
+    ] {
+        let text_of_scene = std::fs::read_to_string(original).expect("the example");
+        assert!(text_of_scene.contains(from), "{from}");
+        std::fs::write(&scene, text_of_scene.replace(from, to)).expect("the folder can be written to");
+        let run = camdrive(&["check", text(&scene)]);
+        let warned = |line: &str| line.starts_with("warning: ") && line.contains(what);
+        assert!(run.code == 0 && run.out.contains(" ok\n"), "{}", run.err);
+        assert!(run.err.lines().any(warned) && run.err.contains("hint") && run.err.contains(hint), "{to}: {}", run.err);
+    }
+}
+
+#[test]
+fn check_warns_of_a_rough_table() {
+    let scene = folder("check_rough").join("scene.toml");
+    let table = std::fs::canonicalize("tests/scenes/table_rough.csv").expect("the table");
+    let whole = |interpolation: &str| {
+        format!(
+            "name = \"valve\"\nmodel = \"ElasticCamDrive\"\n[cam]\nlaw = \"table\"\nfile = {:?}\nangle_unit = \"deg\"\n\
+             lift_unit = \"mm\"\n{interpolation}[drive]\nspeed = \"3000 rpm\"\n[elasticity]\nplace = \"output\"\n\
+             m = \"185 g\"\nc = \"9.5 N/um\"\n",
+            text(&table)
+        )
+    };
+    std::fs::write(&scene, whole("")).expect("the folder can be written to");
+    let run = camdrive(&["check", text(&scene)]);
+    // The lifts were given a noise of 5 µm.
+    assert!(run.code == 0 && run.err.contains("warning") && run.err.contains("scatter by 5.2"), "{}", run.err);
+    assert!(run.err.contains("% of the largest U″") && run.err.contains("hint"), "{}", run.err);
+    std::fs::write(&scene, whole("interpolation = \"fourier\"\nharmonics = 12\n"))
+        .expect("the folder can be written to");
+    let run = camdrive(&["check", text(&scene)]);
+    assert!(run.code == 0 && !run.err.contains("warning"), "{}", run.err);
+}
+
+/// The keys of all objects in a JSON value.
+fn keys(value: &serde_json::Value, into: &mut BTreeSet<String>) {
+    match value {
+        serde_json::Value::Object(map) => map.iter().for_each(|(key, value)| {
+            into.insert(key.clone());
+            keys(value, into);
+        }),
+        serde_json::Value::Array(list) => list.iter().for_each(|value| keys(value, into)),
+        _ => {}
+    }
+}
+
+#[test]
+fn results_are_printed_as_json_whose_fields_are_documented() {
+    let folder = folder("json");
+    let (output, profile) = (text(&folder).to_owned(), folder.join("profile.toml"));
+    let page = std::fs::read_to_string("src/cli/JSON.md").expect("the page");
+    for (arguments, code, file) in [
+        (&["check", SCENE, WRONG, "tests/fmpy/scenes/output_input.toml"][..], 1, None),
+        (&["describe", SCENE], 0, None),
+        (&["steady", "examples/sealing_machine/scene.toml"], 0, None),
+        (&["steady", "examples/rapier_loom/scene.toml", "--load", "250 N.m"], 3, None),
+        (&["stability", SCENE, "--orders", "2", "--quick", "-o", &output], 0, Some("transfer_manipulator.json")),
+        (&["clearance", BACKLASH, "--turns", "4", "-o", &output], 0, Some("backlash_drive.json")),
+        (&["synthesize", TASK, "-o", text(&profile), "--report", &output], 0, Some("dwell_synthesis.json")),
+    ] {
+        let run = camdrive(&[arguments, &["--json"]].concat());
+        assert_eq!((run.code, run.err.as_str()), (code, ""), "{arguments:?}");
+        let value: serde_json::Value = serde_json::from_str(&run.out).unwrap_or_else(|e| panic!("{arguments:?}: {e}"));
+        if let Some(file) = file {
+            assert_eq!(std::fs::read_to_string(folder.join(file)).expect("the report"), run.out);
+        }
+        // The section of this command documents every field.
+        let section = page.split("\n## ").find(|part| part.starts_with(&format!("`{}`", arguments[0])));
+        let section = section.unwrap_or_else(|| panic!("{} has no section", arguments[0]));
+        let mut fields = BTreeSet::new();
+        keys(&value, &mut fields);
+        let missing: Vec<&String> = fields.iter().filter(|key| !section.contains(&format!("`{key}`"))).collect();
+        assert!(missing.is_empty(), "{}: {missing:?}", arguments[0]);
+    }
+    let faults = camdrive(&["check", WRONG, "--json"]).out;
+    let faults: serde_json::Value = serde_json::from_str(&faults).expect("JSON");
+    let first = &faults[0]["faults"][0];
+    assert_eq!((&faults[0]["ok"], &first["line"], &first["key"]), (&false.into(), &6.into(), &"cam.a[1]".into()));
+    assert!(first["message"].is_string() && first["hint"].is_string(), "{first}");
+    assert_eq!(camdrive(&["describe", SCENE, "--xml", "--json"]).code, 2);
 }
 
 #[test]
@@ -526,12 +717,13 @@ fn tradeoff_writes_tables_and_diagrams() {
         ("csv", "cost_ns_per_ms"),
         ("json", "\"advice\""),
         ("work_precision.svg", "CPU time per machine time [ns/ms]"),
-        ("communication_step.svg", "Communication step [s]"),
+        ("communication_step.svg", "Communication step [ms]"),
     ] {
         let path = folder.join("study").join(format!("transfer_manipulator.{ending}"));
         let content = std::fs::read_to_string(&path).expect("the file is written");
         assert!(content.contains(part), "{part} is missing in {}", path.display());
     }
+    assert_diagrams_read_well(&folder.join("study"));
 }
 
 #[test]
@@ -571,6 +763,7 @@ fn compensate_writes_a_scene_that_is_right() {
     for ending in ["compensation.csv", "compensation.json", "speed.svg", "tool1.svg", "tool2.svg"] {
         assert!(report.join(format!("rapier_loom.{ending}")).is_file(), "{ending}");
     }
+    assert_diagrams_read_well(&report);
     let csv = std::fs::read_to_string(report.join("rapier_loom.compensation.csv")).unwrap();
     assert!(csv.lines().count() > 15 && csv.starts_with("machine,speed_part,period_s"));
     // A prescribed period moves the synchronous speed.
@@ -702,6 +895,7 @@ fn stability_writes_tables_and_maps() {
         let content = std::fs::read_to_string(&path).expect("the file is written");
         assert!(content.contains(part), "{part} is missing in {}", path.display());
     }
+    assert_diagrams_read_well(&folder.join("study"));
     let quick = folder.join("quick");
     let run = camdrive(&["stability", scene, "--quick", "--speed", "500 rpm", "--orders", "2", "-o", text(&quick)]);
     assert!(run.code == 0 && run.out.contains("UNSTABLE") && run.out.contains("order 2"), "{}", run.out);
@@ -755,12 +949,13 @@ fn clearance_writes_tables_and_diagrams() {
         ("multiple_impacts.svg", "Mass ratio"),
         ("deformation.svg", "Deformation"),
         ("force.svg", "Contact force"),
-        ("acceleration.svg", "U″ [m]"),
+        ("acceleration.svg", "U″ [mm/rad²]"),
     ] {
         let path = folder.join(format!("backlash_drive.{ending}"));
         let content = std::fs::read_to_string(&path).expect("the file is written");
         assert!(content.contains(part), "{part} is missing in {}", path.display());
     }
+    assert_diagrams_read_well(&folder);
 }
 
 #[test]
@@ -834,10 +1029,12 @@ fn steady_finds_the_periodic_motions() {
         assert!(run.out.contains(figure), "{figure}: {}", run.out);
     }
     assert!(folder.join("rapier_loom.steady.csv").is_file() && folder.join("rapier_loom.steady.svg").is_file());
+    assert_diagrams_read_well(&folder);
     let run = camdrive(&["steady", loom, "--load", "120 N.m"]);
     assert!(run.out.contains("2 periodic motions, 1 of them stable") && run.out.contains("unstable"), "{}", run.out);
     let run = camdrive(&["steady", loom, "--load", "250 N.m"]);
-    assert!(run.code == 0 && run.out.contains("stalls"), "{}", run.out);
+    // Without any periodic motion the exit code says so.
+    assert!(run.code == 3 && run.out.contains("stalls"), "{}", run.out);
     let run = camdrive(&["steady", loom, "--period", "120 ms"]);
     assert!(run.code == 0 && run.out.contains("0.12000000000000"), "{}{}", run.out, run.err);
     for (args, part) in [
@@ -884,6 +1081,7 @@ fn synthesize_writes_a_profile_that_export_takes() {
         let content = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
         assert!(!content.contains("NaN"), "{name}");
     }
+    assert_diagrams_read_well(&report);
     // The fragment completes a scene without cam.
     let machine = "name = \"dwelling\"\nmodel = \"ElasticCamDrive\"\n[drive]\nspeed = \"1800 rpm\"\n\
                    [elasticity]\nplace = \"output\"\nm = 12\nnatural_frequency = \"270 Hz\"\n\n";
@@ -1071,6 +1269,7 @@ fn cam_writes_contours_and_tables() {
         let value: f64 = last[column(name).expect("the column")].parse().expect("a number");
         assert!((value * radius - 1.0).abs() < 1e-9, "{name}: {value}");
     }
+    assert_diagrams_read_well(&output);
     // The FMU takes no notice: the interface is the same without geometry.
     let xml = |scene: &Path| camdrive(&["describe", text(scene), "--xml"]).out;
     let with = xml(&scene);

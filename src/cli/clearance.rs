@@ -1,7 +1,7 @@
 //! `camdrive clearance SCENE`
 
 use super::output::Bar;
-use super::{Failure, files, read_all, show, width};
+use super::{Failure, Format, files, read_all};
 use crate::design::clearance::{self, Options, Progress, Report, figures, lists, table};
 use crate::design::text;
 use crate::drives::unit::{self, Quantity};
@@ -61,6 +61,8 @@ pub struct Args {
     /// Lobes of U″ and of the contact force below this part of the largest one are no passages [default: 1e-9]
     #[arg(long, value_name = "PART", allow_negative_numbers = true)]
     ignore: Option<f64>,
+    #[command(flatten)]
+    format: Format,
 }
 
 /// Short names of laws, beside those of scenes.
@@ -92,7 +94,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         bar.clear();
         let report = report.map_err(|fault| Failure(format!("error: {}: {fault}", args.scene.display())))?;
         let written = files::write(&parts(&folder, &report)?, &scene.files)?;
-        show(&(text(&report, width()) + "\n" + &written))?;
+        args.format.print(|width| text(&report, width) + "\n" + &written, || text::json(&report))?;
     }
     Ok(())
 }

@@ -1,12 +1,13 @@
 //! `camdrive describe SCENE`
 
-use super::{Failure, print, read_all, show, width};
-use crate::design::text::Table;
+use super::{Failure, Format, print, read_all, show, width};
+use crate::design::text::{self, Table};
 use crate::drives::variable::{Causality, Kind, Variability};
-use crate::drives::{Described, Description, DynDrive};
+use crate::drives::{Described, Description, DynDrive, Fault};
 use crate::export;
 use crate::scene::Resolved;
 use crate::scene::units::short;
+use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
@@ -22,30 +23,65 @@ pub struct Args {
     /// Scene file (TOML)
     scene: PathBuf,
     /// Print modelDescription.xml, with a placeholder for the guid, a hash of the packed FMU
-    #[arg(long)]
+    #[arg(long, conflicts_with = "json")]
     xml: bool,
+    #[command(flatten)]
+    format: Format,
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
     let scenes = read_all(std::slice::from_ref(&args.scene))?;
     for resolved in &scenes {
-        describe(resolved, args.xml)?;
+        describe(resolved, args)?;
     }
     Ok(())
 }
 
-fn describe(resolved: &Resolved, xml: bool) -> Result<(), Failure> {
-    let fault = |fault: crate::drives::Fault| Failure(format!("error: {fault}"));
-    if xml {
+fn describe(resolved: &Resolved, args: &Args) -> Result<(), Failure> {
+    let fault = |fault: Fault| Failure(format!("error: {fault}"));
+    if args.xml {
         return print(&export::describe(&resolved.resource(), &resolved.description).map_err(fault)?);
     }
     let mut drive = resolved.resource().build().map_err(fault)?;
     drive.set_up(0.0, None);
+    if args.format.json {
+        return print(&data(resolved, &mut *drive).and_then(|data| text::json(&data)).map_err(fault)?);
+    }
     show(&text(resolved, &mut *drive).map_err(fault)?)
 }
 
+/// The description as data.
+fn data(resolved: &Resolved, drive: &mut dyn Described) -> Result<Value, Fault> {
+    let portrait = drive.portrait();
+    let descriptions: Vec<Description> = drive.descriptions().into_iter().cloned().collect();
+    let variable = |(reference, d): (usize, &Description)| {
+        let (causality, variability) = (format!("{:?}", d.causality), format!("{:?}", d.variability));
+        let ([min, max], items): (_, &[_]) = match &d.kind {
+            Kind::Real { min, max, .. } => ([min, max].map(|x| x.is_finite().then_some(*x)), &[]),
+            Kind::Integer { min, max } => ([min, max].map(|x| Some(f64::from(*x))), &[]),
+            Kind::Boolean => ([None; 2], &[]),
+            Kind::Enumeration(e) => ([None; 2], e.items),
+        };
+        let items: Vec<&str> = items.iter().map(|(name, _)| *name).collect();
+        Ok(json!({
+            "reference": reference, "name": d.name, "description": d.text, "causality": causality.to_lowercase(),
+            "variability": variability.to_lowercase(), "state": d.state, "start": drive.get(reference)?, "unit": unit(&d.kind),
+            "min": min, "max": max, "items": items,
+        }))
+    };
+    let variables = descriptions.iter().enumerate().map(variable).collect::<Result<Vec<Value>, Fault>>()?;
+    let equations = portrait.equations.iter().map(|e| json!({ "title": e.title, "text": e.text }));
+    let accuracy = portrait.accuracy.iter().map(|(quantity, text)| json!({ "quantity": quantity, "text": text }));
+    let e = drive.experiment();
+    Ok(json!({
+        "name": resolved.name, "model": resolved.model, "description": resolved.description, "summary": portrait.summary,
+        "equations": equations.collect::<Vec<Value>>(), "variables": variables, "accuracy": accuracy.collect::<Vec<Value>>(),
+        "limits": portrait.limits, "experiment": { "stop": e.stop, "step": e.step, "tolerance": e.tolerance },
+    }))
+}
+
 /// The description of a drive that is set up.
-fn text(resolved: &Resolved, drive: &mut dyn Described) -> Result<String, crate::drives::Fault> {
+fn text(resolved: &Resolved, drive: &mut dyn Described) -> Result<String, Fault> {
     let portrait = drive.portrait();
     let mut out = format!("{} ({})\n", resolved.name, resolved.model);
     if !resolved.description.is_empty() {
@@ -78,7 +114,7 @@ fn heading(out: &mut String, title: &str) {
 }
 
 /// One line per variable, in columns.
-fn variables(drive: &mut dyn DynDrive) -> Result<String, crate::drives::Fault> {
+fn variables(drive: &mut dyn DynDrive) -> Result<String, Fault> {
     let descriptions: Vec<Description> = drive.descriptions().into_iter().cloned().collect();
     let head = ["ref", "name", "kind", "start", "unit", "range", "description"].map(str::to_owned).into();
     let mut rows = Vec::new();

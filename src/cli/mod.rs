@@ -1,7 +1,9 @@
 //! The command line: one file per command.
 //!
 //! Results go to the standard output, everything else to the standard error. Exit code 0: done; 1: a fault in a
-//! scene or in the export; 2: a wrong command line.
+//! scene or in the export; 2: a wrong command line; 3: `steady` found no periodic motion.
+//!
+#![doc = include_str!("JSON.md")]
 
 mod cam;
 mod check;
@@ -20,6 +22,7 @@ mod steady;
 mod synthesize;
 mod tradeoff;
 
+use crate::drives::Fault;
 use crate::scene::{self, Resolved};
 use clap::{CommandFactory, Parser, Subcommand};
 use output::{print, show, tell, width};
@@ -41,7 +44,7 @@ Example: from a scene file to an FMU
 A scene is a TOML file; a plain number is SI, a string carries its unit (\"1800 rpm\", \"0.94 mm\").
 A command writes all of its files or none; it replaces results of before, never an input.
 Lines are as wide as the terminal, or as COLUMNS says; NO_COLOR leaves out the colours.
-Exit codes: 0 done, 1 a fault in a scene or in the export, 2 a wrong command line.";
+Exit codes: 0 done, 1 a fault in a scene or in the export, 2 a wrong command line, 3 no periodic motion (steady).";
 
 #[derive(Debug, Subcommand)]
 enum Command {
@@ -57,6 +60,28 @@ enum Command {
     Clearance(clearance::Args),
     Run(run::Args),
     Completions(completions::Args),
+}
+
+/// The exit code of a machine that has no periodic motion.
+const NO_MOTION: u8 = 3;
+
+/// How a command prints its result.
+#[derive(Clone, Copy, Debug, clap::Args)]
+struct Format {
+    /// Print the result as one JSON document; src/cli/JSON.md says what its fields are
+    #[arg(long)]
+    json: bool,
+}
+
+impl Format {
+    /// Writes the result to the standard output in this format; the text has lines of a width.
+    fn print(
+        self,
+        text: impl FnOnce(usize) -> String,
+        json: impl FnOnce() -> Result<String, Fault>,
+    ) -> Result<(), Failure> {
+        if self.json { print(&json().map_err(failure)?) } else { show(&text(width())) }
+    }
 }
 
 /// What goes to the standard error when a command fails.
@@ -76,14 +101,15 @@ pub fn main() -> ExitCode {
             return if error.use_stderr() { ExitCode::from(2) } else { ExitCode::SUCCESS };
         }
     };
+    let mut ending = ExitCode::SUCCESS;
     let outcome = match cli.command {
         None => print(&Cli::command().render_long_help().to_string()),
         Some(Command::Export(args)) => export::run(&args),
-        Some(Command::Check(args)) => check::run(&args),
+        Some(Command::Check(args)) => check::run(&args).map(|code| ending = code),
         Some(Command::Describe(args)) => describe::run(&args),
         Some(Command::Compensate(args)) => compensate::run(&args),
         Some(Command::Cam(args)) => cam::run(&args),
-        Some(Command::Steady(args)) => steady::run(&args),
+        Some(Command::Steady(args)) => steady::run(&args).map(|code| ending = code),
         Some(Command::Synthesize(args)) => synthesize::run(&args),
         Some(Command::Tradeoff(args)) => tradeoff::run(&args),
         Some(Command::Stability(args)) => stability::run(&args),
@@ -92,7 +118,7 @@ pub fn main() -> ExitCode {
         Some(Command::Completions(args)) => completions::run(&args),
     };
     match outcome {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(()) => ending,
         Err(Failure(text)) => {
             tell(&(text.trim_end().to_owned() + "\n"));
             ExitCode::FAILURE

@@ -1,7 +1,7 @@
 //! `camdrive stability SCENE`
 
 use super::output::Bar;
-use super::{Failure, files, read_all, show, width};
+use super::{Failure, Format, files, read_all};
 use crate::design::stability::{self, MOST_ORDERS, Options, Progress, Report, figures, table};
 use crate::design::text::{self, Table};
 use crate::drives::Fault;
@@ -52,6 +52,8 @@ pub struct Args {
     /// Without the maps
     #[arg(long)]
     quick: bool,
+    #[command(flatten)]
+    format: Format,
 }
 
 impl Args {
@@ -123,7 +125,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         bar.clear();
         let report = report.map_err(fault)?;
         let written = files::write(&parts(&folder, &report)?, &scene.files)?;
-        show(&(text(&report, width()) + "\n" + &written))?;
+        args.format.print(|width| text(&report, width) + "\n" + &written, || text::json(&report))?;
     }
     Ok(())
 }

@@ -1,24 +1,27 @@
 //! `camdrive steady SCENE`
 
-use super::{Failure, driving, failure, files, read_all, show, width};
+use super::{Failure, Format, NO_MOTION, driving, failure, files, read_all};
 use crate::design::plot::{Axis, Diagram, Series};
 use crate::design::text::{self, Table, number};
-use crate::design::transmission;
+use crate::design::transmission::{self, Transmission};
 use crate::drives::Fault;
 use crate::drives::rigid_machine::orbits::{
     Motions, PeriodicMotion, all_motions, free_motion, periodic_motions, range,
 };
 use crate::drives::rigid_machine::{Inertia, Motor, Scene};
+use serde_json::{Value, json};
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::path::PathBuf;
+use std::process::ExitCode;
 
 /// Finds all periodic motions of a machine.
 ///
 /// With a motor there may be several, stable and unstable ones, or none: then it stalls. The multiplier is the factor by which a
 /// small disturbance grows in a turn. For comparison the motion of the machine without torques (Eigenbewegung) with
 /// the same period; it is all there is without motor, where --period is needed. With a motor --period finds the
-/// synchronous speed with which the fastest stable motion has that period.
+/// synchronous speed with which the fastest stable motion has that period. The exit code is 3 where there is no periodic
+/// motion.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -37,6 +40,8 @@ pub struct Args {
     /// Folder for the courses of the speed: NAME.steady.csv and NAME.steady.svg
     #[arg(long, value_name = "FOLDER")]
     report: Option<PathBuf>,
+    #[command(flatten)]
+    format: Format,
 }
 
 /// The synchronous speed is found when it yields the period to this part.
@@ -45,7 +50,7 @@ const FOUND: f64 = 1e-13;
 /// Steps of the secant method; the period is nearly inversely proportional to the speed, so that a handful suffices.
 const STEPS: usize = 40;
 
-pub fn run(args: &Args) -> Result<(), Failure> {
+pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let place = args.scene.display();
     let resolved = read_all(std::slice::from_ref(&args.scene))?.remove(0);
     if resolved.model != "RigidMachine" {
@@ -56,56 +61,108 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let mut scene: Scene = serde_json::from_value(resolved.scene).map_err(failure)?;
     let (load, period) = driving::read(&place.to_string(), &scene.motor, &args.load, args.period.as_ref())?;
-    let fault = |fault: crate::drives::Fault| failure(format!("{place}: {fault}"));
-    let mut out = format!("{}\n", resolved.name);
-    let mut lost = Vec::new();
-    let (motions, free) = match (scene.motor, period) {
-        (Motor::Input | Motor::None, period) => (Vec::new(), period.map(|period| (period, 1.0))),
+    let fault = |fault: Fault| failure(format!("{place}: {fault}"));
+    let mut synchronous = None;
+    let (Motions { found: motions, lost }, free) = match (scene.motor, period) {
+        (Motor::Input | Motor::None, period) => {
+            (Motions { found: Vec::new(), lost: Vec::new() }, period.map(|period| (period, 1.0)))
+        }
         (Motor::Kloss { .. }, period) => {
             if let Some(period) = period {
                 let speed =
                     synchronous_speed(&mut scene, load, period).map_err(|e| failure(format!("{place}: {e}")))?;
-                let rpm = speed * 60.0 / TAU;
-                let _ = writeln!(
-                    out,
-                    "The period of {period} s needs the synchronous speed {speed:.14} rad/s ({rpm:.9} rpm)."
-                );
+                synchronous = Some((period, speed));
             }
-            let Motions { found: motions, lost: missed } = all_motions(&scene, load).map_err(fault)?;
-            lost = missed;
+            let motions = all_motions(&scene, load).map_err(fault)?;
             let free = motions
+                .found
                 .iter()
                 .find(|motion| motion.is_stable())
                 .map(|motion| (motion.period, motion.course.first().map_or(1.0, |[_, w]| w.signum())));
             (motions, free)
         }
     };
-    let _ = writeln!(out, "{}\n", verdict(&scene, &motions, load));
-    for period in lost {
-        let _ = writeln!(
-            out,
-            "Mind: if the motor's torque did not lag there would be one more motion, T = {period:.9} s. With the lag none was found next to it: there is none, or disturbances leave it too fast to follow it around a turn.\n"
-        );
-    }
     let inertia = Inertia::new(scene.inertia.clone(), scene.followers.clone());
     let free = free.map(|(period, sense)| (period, free_motion(&inertia, period, sense)));
-    if !motions.is_empty() || free.is_some() {
-        out += &table(&motions, free.as_ref()).text(width());
-    }
-    let mechanisms = inertia.followers.iter().enumerate().flat_map(|(j, follower)| transmission::of(j + 1, follower));
-    for mechanism in mechanisms {
-        let _ = writeln!(out, "{}", mechanism.sentence());
-    }
+    let followers = inertia.followers.iter().enumerate();
+    let mechanisms = followers.flat_map(|(j, follower)| transmission::of(j + 1, follower)).collect();
+    let verdict = verdict(&scene, &motions, load);
+    let (inputs, name) = (resolved.files, resolved.name);
+    let found = Found { name, load, synchronous, verdict, motions, lost, free, mechanisms };
+    let mut written = String::new();
     if let Some(folder) = &args.report {
-        let title = format!("Periodic motions of {}", resolved.name);
-        let parts = [
-            ("steady.csv", csv(&motions, free.as_ref())),
-            ("steady.svg", diagram(title, &motions, free.as_ref()).svg()),
-        ];
-        let parts = files::report(folder, &resolved.name, parts)?;
-        out += &format!("\n{}", files::write(&parts, &resolved.files)?);
+        let title = format!("Periodic motions of {}", found.name);
+        let (motions, free) = (&found.motions, found.free.as_ref());
+        let parts = [("steady.csv", csv(motions, free)), ("steady.svg", diagram(title, motions, free).svg())];
+        written = format!("\n{}", files::write(&files::report(folder, &found.name, parts)?, &inputs)?);
     }
-    show(&out)
+    args.format.print(|width| found.text(width) + &written, || text::json(&found.data()))?;
+    Ok(if found.motions.is_empty() && found.free.is_none() { ExitCode::from(NO_MOTION) } else { ExitCode::SUCCESS })
+}
+
+/// What was found.
+struct Found {
+    name: String,
+    /// [N·m].
+    load: f64,
+    /// The period asked for [s] and the synchronous speed that yields it [rad/s].
+    synchronous: Option<(f64, f64)>,
+    verdict: String,
+    motions: Vec<PeriodicMotion>,
+    /// See [`Motions::lost`].
+    lost: Vec<f64>,
+    free: Option<Free>,
+    mechanisms: Vec<Transmission>,
+}
+
+impl Found {
+    fn text(&self, width: usize) -> String {
+        let mut out = format!("{}\n", self.name);
+        if let Some((period, speed)) = self.synchronous {
+            let rpm = speed * 60.0 / TAU;
+            let _ =
+                writeln!(out, "The period of {period} s needs the synchronous speed {speed:.14} rad/s ({rpm:.9} rpm).");
+        }
+        let _ = writeln!(out, "{}\n", self.verdict);
+        for period in &self.lost {
+            let _ = writeln!(
+                out,
+                "Mind: if the motor's torque did not lag there would be one more motion, T = {period:.9} s. With the lag none was found next to it: there is none, or disturbances leave it too fast to follow it around a turn.\n"
+            );
+        }
+        if !self.motions.is_empty() || self.free.is_some() {
+            out += &table(&self.motions, self.free.as_ref()).text(width);
+        }
+        for mechanism in &self.mechanisms {
+            let _ = writeln!(out, "{}", mechanism.sentence());
+        }
+        out
+    }
+
+    fn data(&self) -> Value {
+        let speeds = |period: f64, course: &[[f64; 2]]| {
+            let [least, largest] = range(course);
+            json!({ "period": period, "mean_speed": (TAU / period).copysign(largest + least), "least_speed": least, "largest_speed": largest })
+        };
+        let motion = |motion: &PeriodicMotion| {
+            let mut data = speeds(motion.period, &motion.course);
+            data["stable"] = motion.is_stable().into();
+            data["growth"] = motion.growth.into();
+            data["energy"] = motion.energy.into();
+            data["torque"] = motion.torque.into();
+            data
+        };
+        json!({
+            "name": self.name,
+            "load": self.load,
+            "synchronous_speed": self.synchronous.map(|(_, speed)| speed),
+            "verdict": self.verdict,
+            "motions": self.motions.iter().map(motion).collect::<Vec<Value>>(),
+            "lost_periods": self.lost,
+            "without_torques": self.free.as_ref().map(|(period, course)| speeds(*period, course)),
+            "mechanisms": self.mechanisms,
+        })
+    }
 }
 
 /// What the motions mean.
@@ -228,8 +285,8 @@ fn diagram(title: String, motions: &[PeriodicMotion], free: Option<&Free>) -> Di
     }));
     Diagram {
         title,
-        x: Axis::linear("Angle of the main shaft [°]"),
-        y: Axis::linear("Angular velocity [rad/s]"),
+        x: Axis::angular("Angle of the main shaft [°]"),
+        y: Axis::linear("Speed [rad/s]"),
         series,
         rules: Vec::new(),
     }

@@ -1,7 +1,7 @@
 //! `camdrive synthesize TASK`
 
 use super::output::Bar;
-use super::{Failure, files, show, width};
+use super::{Failure, Format, files};
 use crate::design::synthesis::Infeasible;
 use crate::design::synthesis::study::{Assignment, Progress, Study};
 use crate::scene;
@@ -35,6 +35,8 @@ pub struct Args {
     /// Folder for tables (CSV, JSON) and diagrams (SVG)
     #[arg(long, value_name = "FOLDER")]
     report: Option<PathBuf>,
+    #[command(flatten)]
+    format: Format,
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
@@ -69,7 +71,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(folder) = &args.report {
         results.extend(report(folder, &assignment, &study)?);
     }
-    show(&(study.text(width()) + "\n" + &files::write(&results, &inputs.unwrap_or_default())?))
+    let written = files::write(&results, &inputs.unwrap_or_default())?;
+    args.format.print(|width| study.text(width) + "\n" + &written, || study.json())
 }
 
 /// The scene that gets the cam, its own one or that of a follower, and the files that it was read from.

@@ -1,12 +1,13 @@
 //! Tools of design around the drives: [`cam_geometry`], contours from motion laws; [`clearance`], what backlash does to a
 //! motion law; [`compensation`], cams for a machine that fluctuates; [`lever_law`], mechanisms between cam and tool
-//! backwards; [`stability`], at which speeds varying parameters make a drive vibrate; [`synthesis`], cam
+//! backwards; [`overview`], what a scene amounts to and what of it is hardly meant; [`stability`], at which speeds varying parameters make a drive vibrate; [`synthesis`], cam
 //! profiles from motion tasks; [`tradeoff`], speed against accuracy; [`transmission`], how well mechanisms pass the force on.
 
 pub mod cam_geometry;
 pub mod clearance;
 pub mod compensation;
 pub mod lever_law;
+pub mod overview;
 pub mod plot;
 pub mod stability;
 pub mod synthesis;

@@ -6,6 +6,7 @@ mod area;
 mod look;
 mod places;
 mod rule;
+mod suited;
 mod ticks;
 
 use crate::drives::Fault;
@@ -30,7 +31,7 @@ pub enum Scale {
 /// An axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axis {
-    /// Quantity and unit, for example "Communication step [s]".
+    /// Quantity and coherent SI unit, for example "Communication step [s]"; the diagram shows a unit that suits the values.
     pub label: String,
     /// The scale.
     pub scale: Scale,
@@ -102,7 +103,7 @@ impl Shade {
 /// A diagram.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Diagram {
-    /// What it shows, for those who cannot see it.
+    /// What it shows.
     pub title: String,
     /// The abscissa.
     pub x: Axis,
@@ -127,6 +128,7 @@ const HEIGHT: u32 = 400;
 /// The widths of letters differ; this is the mean of a sans-serif font, per height.
 const LETTER: f64 = 0.54;
 const TEXT: f64 = 13.0;
+const TITLE: f64 = 16.0;
 /// That of a page of text, a browser's default.
 const PAGE_TEXT: f64 = 16.0;
 const LINE: i32 = 20;
@@ -242,21 +244,42 @@ impl Diagram {
         20 + LINE as u32 * self.entries() as u32
     }
 
-    /// The document of this size in pixels, shown `scale` times as large; `split` makes the areas of plot and legend.
+    /// The title in lines that a picture of this width has room for.
+    fn title_lines(&self, width: u32) -> Vec<String> {
+        let room = (f64::from(width - 24) / (LETTER * TITLE)) as usize;
+        let mut lines: Vec<String> = Vec::new();
+        for word in self.title.split_whitespace() {
+            match lines.last_mut() {
+                Some(line) if line.chars().count() + word.chars().count() < room => *line += &format!(" {word}"),
+                _ => lines.push(word.to_owned()),
+            }
+        }
+        lines
+    }
+
+    /// The document of this size in pixels without the title, shown `scale` times as large; `split` makes the areas of plot and legend.
     fn document(
         &self,
         size: [u32; 2],
         scale: f64,
         split: impl for<'a> Fn(&Area<'a>) -> (Area<'a>, Area<'a>),
     ) -> Result<String, Fault> {
+        let diagram = self.suited();
+        let title = self.title_lines(size[0]);
+        let above = if title.is_empty() { 0 } else { LINE * title.len() as i32 + 8 };
+        let size = [size[0], size[1] + above as u32];
         let mut text = String::new();
         {
             let coordinates = size.map(|pixels| pixels * FINE as u32);
             let root = SVGBackend::with_string(&mut text, coordinates.into()).into_drawing_area();
             let failed = |e: &dyn std::fmt::Display| Fault(format!("the diagram cannot be drawn: {e}"));
             root.fill(&WHITE).map_err(|e| failed(&e))?;
-            let (plot, legend) = split(&root);
-            self.draw(&plot, &legend).map_err(|e| failed(&e))?;
+            for (i, line) in title.iter().enumerate() {
+                let at = (fine(12), fine(10 + LINE * i as i32));
+                root.draw(&Text::new(line.clone(), at, style(TITLE))).map_err(|e| failed(&e))?;
+            }
+            let (plot, legend) = split(&root.split_vertically(fine(above)).1);
+            diagram.draw(&plot, &legend).map_err(|e| failed(&e))?;
             root.present().map_err(|e| failed(&e))?;
         }
         let label = self.title.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;");
@@ -295,6 +318,7 @@ impl Diagram {
             .margin_top(fine(14))
             .margin_right(fine(14))
             .margin_left(fine(12))
+            .margin_bottom(fine(4))
             .x_label_area_size(fine(54))
             .y_label_area_size(fine(84))
             .build_cartesian_2d(x_places, y_places)?;

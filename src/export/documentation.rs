@@ -94,6 +94,8 @@ fn equations(xml: &mut Xml, portrait: &Portrait) {
                 ("alttext", equation.text.clone()),
             ];
             xml.element("math", &attributes, |xml| xml.markup(&equation.mathml));
+            // Browsers without a mathematical font draw dots and primes next to invisible.
+            xml.text("p", &[("class", "plain".to_owned())], &equation.text);
         });
     }
 }
@@ -349,6 +351,8 @@ mod tests {
         for part in ["a &lt; b &amp; c", "Demand &lt;u&gt;", "<math", "<svg", "Any book on control", "simulate_fmu"] {
             assert!(page.contains(part), "{part}");
         }
+        // Formulas stand as plain text too, for browsers without a mathematical font.
+        assert_eq!(page.matches("<math ").count(), page.matches("<p class=\"plain\">").count());
         for outside in ["src=", "@import", "url(", "<script"] {
             assert!(!page.contains(outside), "{outside}");
         }

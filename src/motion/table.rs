@@ -283,6 +283,11 @@ impl Table {
         &self.spline.points
     }
 
+    /// Whether U′ and U″ of the points are given, not interpolated.
+    pub fn is_bent(&self) -> bool {
+        !self.spline.bends.is_empty()
+    }
+
     /// The angles of the points [rad], ascending in [0, 2π).
     pub fn breakpoints(&self) -> &[f64] {
         &self.spline.knots

@@ -17,7 +17,7 @@ fn curve(name: String, cam: &Cam, f: impl Fn(&super::At) -> f64) -> Series {
 }
 
 fn angle() -> Axis {
-    Axis::linear("Angle of the cam [°]").between(0.0, 360.0)
+    Axis::angular("Angle of the cam [°]").between(0.0, 360.0)
 }
 
 fn named(what: &str, cam: &str) -> String {

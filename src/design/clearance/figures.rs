@@ -172,7 +172,7 @@ pub fn acceleration(report: &Report) -> Diagram {
     Diagram {
         title: format!("Acceleration of {}", report.scene),
         x: Axis::angular("Angle φ [°]"),
-        y: Axis::linear("U″ [m]"),
+        y: Axis::linear("U″ [m/rad²]"),
         series,
         rules: vec![Rule::Horizontal(0.0, String::new())],
     }

@@ -391,8 +391,8 @@ impl Report {
         let degrees = |points: &Vec<[f64; 2]>| points.iter().map(|[phi, w]| [phi.to_degrees(), *w]).collect();
         Diagram {
             title: format!("Speed of {} over a turn", self.scene),
-            x: Axis::linear("Angle of the main shaft [°]").between(0.0, 360.0),
-            y: Axis::linear("Angular velocity [rad/s]"),
+            x: Axis::angular("Angle of the main shaft [°]").between(0.0, 360.0),
+            y: Axis::linear("Speed [rad/s]"),
             series: vec![
                 Series { name: "cams for uniform speed".to_owned(), points: degrees(before), joined: true },
                 Series { name: "compensated cams".to_owned(), points: degrees(after), joined: true },

@@ -13,9 +13,13 @@ pub fn angular_step(span: f64) -> f64 {
     step.unwrap_or_else(|| decimal_step(span))
 }
 
-/// `value` with as many decimals as steps of `step` need.
+/// `value` with as many decimals as steps of `step` need; where these are many, as a multiple of a power of ten.
 pub fn decimal(value: f64, step: f64) -> String {
-    let decimals = (-step.log10().floor()).max(0.0) as usize;
+    let exponent = step.log10().floor() as i64;
+    if !(-4..=5).contains(&exponent) && value != 0.0 {
+        return format!("{:.0}·10{}", value / 10f64.powi(exponent as i32), raised(exponent)).replace('-', "−");
+    }
+    let decimals = if (-4..=5).contains(&exponent) { (-exponent).max(0) as usize } else { 0 };
     format!("{value:.decimals$}").replace('-', "−")
 }
 
@@ -29,23 +33,27 @@ pub fn logarithmic_ticks(low: f64, high: f64) -> Vec<(f64, String)> {
     };
     let every = ((span / 8.0).ceil() as i64).max(1);
     let exponents = (low.floor() as i64..=high.ceil() as i64).filter(|n| n.rem_euclid(every) == 0);
-    exponents
-        .flat_map(|n| multiples.iter().map(move |m| (n as f64 + m.log10(), *m, n)))
-        .filter(|(place, ..)| (low..=high).contains(place))
-        .map(|(place, m, n)| (place, logarithmic_label(m, n)))
-        .collect()
+    let ticks = exponents.flat_map(|n| multiples.iter().map(move |m| (n as f64 + m.log10(), *m, n)));
+    let ticks: Vec<(f64, f64, i64)> = ticks.filter(|(place, ..)| (low..=high).contains(place)).collect();
+    // One way of writing for all of them.
+    let plain = ticks.iter().all(|(_, _, n)| (-3..=5).contains(n));
+    ticks.into_iter().map(|(place, m, n)| (place, if plain { plainly(m, n) } else { as_power(m, n) })).collect()
 }
 
-/// m · 10ⁿ, in plain digits from 0.01 to 100000.
-fn logarithmic_label(m: f64, n: i64) -> String {
-    if (-2..=5).contains(&n) {
-        let decimals = (-n).max(0) as usize + usize::from(m.fract() != 0.0 && n <= 0);
-        return format!("{:.decimals$}", m * 10f64.powi(n as i32));
-    }
+/// m · 10ⁿ in digits.
+fn plainly(m: f64, n: i64) -> String {
+    let decimals = (-n).max(0) as usize + usize::from(m.fract() != 0.0 && n <= 0);
+    format!("{:.decimals$}", m * 10f64.powi(n as i32))
+}
+
+fn as_power(m: f64, n: i64) -> String {
+    if m == 1.0 { format!("10{}", raised(n)) } else { format!("{m}·10{}", raised(n)) }
+}
+
+/// The number as an exponent.
+fn raised(n: i64) -> String {
     let digits = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
-    let power: String =
-        n.to_string().chars().map(|c| c.to_digit(10).map_or('⁻', |digit| digits[digit as usize])).collect();
-    if m == 1.0 { format!("10{power}") } else { format!("{m}·10{power}") }
+    n.to_string().chars().map(|c| c.to_digit(10).map_or('⁻', |digit| digits[digit as usize])).collect()
 }
 
 #[cfg(test)]
@@ -57,11 +65,14 @@ mod tests {
         let labels = |low: f64, high: f64| -> Vec<String> {
             logarithmic_ticks(low.log10(), high.log10()).into_iter().map(|(_, text)| text).collect()
         };
-        assert_eq!(labels(1e-16, 1e-1), ["10⁻¹⁶", "10⁻¹⁴", "10⁻¹²", "10⁻¹⁰", "10⁻⁸", "10⁻⁶", "10⁻⁴", "0.01"]);
+        assert_eq!(labels(1e-16, 1e-1), ["10⁻¹⁶", "10⁻¹⁴", "10⁻¹²", "10⁻¹⁰", "10⁻⁸", "10⁻⁶", "10⁻⁴", "10⁻²"]);
+        assert_eq!(labels(1e-4, 2.0), ["10⁻⁴", "10⁻³", "10⁻²", "10⁻¹", "10⁰"]);
+        assert_eq!(labels(1e-3, 20.0), ["0.001", "0.01", "0.1", "1", "10"]);
         assert_eq!(labels(90.0, 2000.0), ["100", "200", "500", "1000", "2000"]);
         assert_eq!(labels(0.3, 0.9), ["0.3", "0.4", "0.5", "0.6", "0.8"]);
         assert_eq!(decimal_step(7.3), 2.0);
         assert_eq!([403.0, 270.0, 60.0, 0.7, 1e5].map(angular_step), [90.0, 45.0, 10.0, 0.2, 20000.0]);
         assert_eq!(decimal(-0.25, 0.05), "−0.25");
+        assert_eq!([0.0, -4e-7, 1e-6].map(|value| decimal(value, 2e-7)), ["0", "−4·10⁻⁷", "10·10⁻⁷"]);
     }
 }

@@ -1,6 +1,6 @@
 //! One sentence per target accuracy: what to use, what it costs, what may be left out.
 
-use super::{Feature, Report, Row};
+use super::{Feature, Report, Row, bounded};
 use crate::design::text::{number, share, time};
 use serde::Serialize;
 
@@ -38,7 +38,7 @@ fn cost_of(report: &Report, i: usize) -> f64 {
 
 /// The settings that reach the target; what the reference does not tell is not reached.
 fn reaching(report: &Report, target: f64) -> Vec<usize> {
-    let reached = |i: &usize| report.settings[*i].error.is_some_and(|e| e.max(report.reference.floor) <= target);
+    let reached = |i: &usize| report.settings[*i].error.is_some_and(|error| error <= target);
     (0..report.settings.len()).filter(|i| reached(i) && cost_of(report, *i).is_finite()).collect()
 }
 
@@ -73,13 +73,13 @@ fn choose(report: &Report, target: f64) -> Option<usize> {
     let cheapest = candidates.iter().map(|i| cost(*i)).fold(f64::INFINITY, f64::min);
     candidates.retain(|i| cost(*i) <= SAME_COST * cheapest);
     candidates.into_iter().min_by(|i, j| {
-        let error = |i: &usize| report.settings[*i].error.unwrap_or(f64::INFINITY).max(report.reference.floor);
+        let error = |i: &usize| report.settings[*i].error.unwrap_or(f64::INFINITY);
         error(i).total_cmp(&error(j))
     })
 }
 
 fn for_target(report: &Report, target: f64) -> Advice {
-    let changing = |f: &&Feature| f.change.is_some_and(|change| change > target);
+    let changing = |f: &&Feature| f.change.is_some_and(|change| change > target && change > f.known_to);
     let spare: Vec<&Feature> = report
         .features
         .iter()
@@ -94,21 +94,19 @@ fn for_target(report: &Report, target: f64) -> Advice {
         ),
         None => {
             let best = report.settings.iter().filter_map(|row| row.error).fold(f64::INFINITY, f64::min);
-            format!("For {goal} there is no setting; the smallest error is {}", number(best))
+            format!("For {goal} there is no setting; the smallest error is {}", bounded(best, report.reference.floor))
         }
         Some(i) => {
             let row = &report.settings[i];
             let cost = row.cost.map_or(f64::NAN, |cost| cost.ns_per_ms);
             format!(
-                "For {goal} use {}: it costs {} ns per ms of machine time at communication steps of {} and errs by {}{}",
+                "For {goal} use {}: it costs {} ns per ms of machine time at communication steps of {} and errs by {}",
                 words(row),
                 number(cost),
                 time(row.communication_step),
-                number(row.error.unwrap_or(f64::NAN).max(report.reference.floor)),
-                if row.error.is_some_and(|e| e <= report.reference.floor) {
-                    " at most, the uncertainty of the reference".to_owned()
-                } else {
-                    row.worst.as_ref().map_or(String::new(), |name| format!(" ({name})"))
+                match (row.error, &row.worst) {
+                    (Some(error), Some(output)) => format!("{} ({output})", number(error)),
+                    _ => format!("less than {}, the uncertainty of the reference", number(row.known_to)),
                 },
             ) + &saving(report, target, i).map_or(String::new(), |other| cheaper(report, [i, other]))
         }

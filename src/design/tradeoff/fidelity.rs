@@ -96,6 +96,7 @@ impl Simpler {
             instead: self.instead.clone(),
             change: None,
             worst: None,
+            known_to: reference.summary.floor,
             cost: None,
             cost_ratio: None,
             changes: BTreeMap::new(),
@@ -113,8 +114,8 @@ impl Simpler {
                 };
                 let mut remaining = feature.changes.iter().filter(|(name, _)| !vanishes(name)).peekable();
                 (feature.worst, feature.change) = match remaining.peek() {
-                    Some(_) => worst_of(remaining),
-                    None => worst_of(feature.changes.iter()),
+                    Some(_) => worst_of(remaining, feature.known_to),
+                    None => worst_of(feature.changes.iter(), feature.known_to),
                 };
                 samples.statistics = Some([trace.statistics[0], trace.statistics[1]]);
                 samples.add(trace.run_ns, trace.start_ns);
@@ -136,7 +137,8 @@ fn evaluate(formula: &Formula, shaft: &[Shaft]) -> Trace {
     Trace { values, stride: 1, start_ns: 0.0, run_ns, statistics: [f64::NAN; 3] }
 }
 
-/// The largest change of each output that both drives have, over the whole run, relative to its largest value.
+/// The largest change of each output that both drives have, over the whole run, relative to its largest value and as far as
+/// it is known.
 fn changes(
     bench: &Bench,
     full: &Trace,
@@ -153,7 +155,7 @@ fn changes(
         }
         let at = |k: usize| Some(full.row(k, names.len())?[j] - trace.row(k, outputs.len())?[column]);
         let change = (0..=bench.grid.count).filter_map(at).fold(0.0, |max: f64, change| max.max(change.abs()));
-        changes.insert(name.clone(), change / reference.largest[j]);
+        changes.insert(name.clone(), (change / reference.largest[j]).max(reference.summary.floor));
     }
     changes
 }

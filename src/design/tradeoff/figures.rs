@@ -3,8 +3,8 @@
 use super::{Report, Row};
 use crate::design::plot::{Axis, Diagram, Rule, Series};
 
-/// An error of less than the unit roundoff is drawn there: the runs agree to the last digit.
-const LEAST_ERROR: f64 = 0.5 * f64::EPSILON;
+/// What is drawn on this line is below it.
+const KNOWN: &str = "uncertainty of the reference: errors there are smaller";
 
 /// What a series is called: method and way to pass inputs.
 fn name(row: &Row) -> String {
@@ -34,7 +34,7 @@ fn grouped<'a>(rows: impl Iterator<Item = &'a Row>, name: impl Fn(&Row) -> Strin
 /// move, the communication step is a dial as well, with a line of its own.
 pub fn work_precision(report: &Report) -> Diagram {
     let at_default_step = |row: &Row| (row.communication_step / report.experiment.step - 1.0).abs() < 1e-9;
-    let point = |row: &&Row| Some([row.error?.max(LEAST_ERROR), row.cost?.ns_per_ms]);
+    let point = |row: &&Row| Some([row.error?, row.cost?.ns_per_ms]);
     let line =
         |name: String, rows: &[&Row]| Series { name, points: rows.iter().filter_map(point).collect(), joined: true };
     let mut series = Vec::new();
@@ -55,7 +55,7 @@ pub fn work_precision(report: &Report) -> Diagram {
         }
     }
     series.extend(report.features.iter().filter_map(|f| {
-        let point = [f.change?.max(LEAST_ERROR), f.cost?.ns_per_ms];
+        let point = [f.change?, f.cost?.ns_per_ms];
         let name = format!("without {} ({})", f.feature, f.instead);
         Some(Series { name, points: vec![point], joined: false })
     }));
@@ -64,7 +64,7 @@ pub fn work_precision(report: &Report) -> Diagram {
         x: Axis::logarithmic("Largest error (change) of an output, relative to its largest value [1]"),
         y: Axis::logarithmic("CPU time per machine time [ns/ms]"),
         series,
-        rules: vec![Rule::Vertical(report.reference.floor, "uncertainty of the reference".to_owned())],
+        rules: vec![Rule::Vertical(report.reference.floor, KNOWN.to_owned())],
     }
 }
 
@@ -84,13 +84,13 @@ pub fn communication_step(report: &Report) -> Diagram {
     let groups = grouped(report.settings.iter(), full_name).into_iter().filter(|(_, rows)| rows.len() > 1);
     let series = groups
         .map(|(name, rows)| {
-            let point = |row: &&Row| Some([row.communication_step, row.error?.max(LEAST_ERROR)]);
+            let point = |row: &&Row| Some([row.communication_step, row.error?]);
             let mut points: Vec<[f64; 2]> = rows.iter().filter_map(point).collect();
             points.sort_by(|a, b| a[0].total_cmp(&b[0]));
             Series { name, points, joined: true }
         })
         .collect();
-    let mut rules = vec![Rule::Horizontal(report.reference.floor, "uncertainty of the reference".to_owned())];
+    let mut rules = vec![Rule::Horizontal(report.reference.floor, KNOWN.to_owned())];
     rules.extend(report.experiment.turn.map(|turn| Rule::Vertical(turn, "one turn".to_owned())));
     Diagram {
         title: format!("Error of {} over the communication step", report.scene),

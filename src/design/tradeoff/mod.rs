@@ -132,6 +132,8 @@ pub struct Row {
     pub error: Option<f64>,
     /// The output with that error.
     pub worst: Option<String>,
+    /// The uncertainty of the reference: an error of this size is that or less.
+    pub known_to: f64,
     /// The error that the drive itself estimates.
     pub error_estimate: Option<f64>,
     /// The cost.
@@ -153,6 +155,8 @@ pub struct Feature {
     pub change: Option<f64>,
     /// The output with that change.
     pub worst: Option<String>,
+    /// The uncertainty of the reference: a change of this size is that or less.
+    pub known_to: f64,
     /// The cost without the feature.
     pub cost: Option<Cost>,
     /// That cost over the cost of the whole drive.
@@ -400,10 +404,15 @@ pub fn study(resource: &Resource, options: &Options, mut progress: impl FnMut(Pr
     Ok(report)
 }
 
-/// The largest value, and its name unless it is zero.
-fn worst_of<'a>(values: impl Iterator<Item = (&'a String, &'a f64)>) -> (Option<String>, Option<f64>) {
+/// The largest value, and its name where it is above what is known.
+fn worst_of<'a>(values: impl Iterator<Item = (&'a String, &'a f64)>, known_to: f64) -> (Option<String>, Option<f64>) {
     let (name, value) = values.max_by(|a, b| a.1.total_cmp(b.1)).unzip();
-    (name.filter(|_| value.is_some_and(|value| *value > 0.0)).cloned(), value.copied())
+    (name.filter(|_| value.is_some_and(|value| *value > known_to)).cloned(), value.copied())
+}
+
+/// An error or a change for people, which is known to `known_to` only.
+pub fn bounded(value: f64, known_to: f64) -> String {
+    if value > known_to { number(value) } else { format!("< {}", number(known_to)) }
 }
 
 impl Row {
@@ -473,6 +482,7 @@ fn first_run(
         communication_step: setting.grid.communication_step(),
         error: None,
         worst: None,
+        known_to: reference.summary.floor,
         error_estimate: None,
         cost: None,
         errors: BTreeMap::new(),
@@ -481,9 +491,9 @@ fn first_run(
     match bench.setting(setting) {
         Err(fault) => row.fault = Some(fault.0),
         Ok(trace) => {
-            let errors = reference.errors(&trace, reference.until);
+            let errors = reference.errors(&trace, reference.until).into_iter().map(|e| e.max(row.known_to));
             row.errors = names.iter().cloned().zip(errors).collect();
-            (row.worst, row.error) = worst_of(row.errors.iter());
+            (row.worst, row.error) = worst_of(row.errors.iter(), row.known_to);
             let [steps, evaluations, estimate] = trace.statistics;
             row.error_estimate = estimate.is_finite().then_some(estimate);
             samples.statistics = Some([steps, evaluations]);

@@ -1,6 +1,6 @@
 //! The report as tables: cells for terminal and page, CSV, JSON.
 
-use super::{Feature, Report, Row};
+use super::{Feature, Report, Row, bounded};
 use crate::design::text::{self, NONE, Table, number, time};
 use crate::drives::Fault;
 
@@ -17,7 +17,7 @@ const SETTINGS: [Column<Row>; 12] = [
     ("internal step", |row| row.step_size.map_or(NONE.into(), |value| default_or(value, time)), true),
     ("inputs", |row| row.inputs.unwrap_or(NONE).to_owned(), true),
     ("communication step", |row| time(row.communication_step), false),
-    ("error", |row| row.error.map_or(NONE.into(), number), false),
+    ("error", |row| row.error.map_or(NONE.into(), |error| bounded(error, row.known_to)), false),
     ("of", |row| row.worst.clone().unwrap_or(NONE.into()), false),
     ("estimate", |row| row.error_estimate.map_or(NONE.into(), number), true),
     ("ns per ms", |row| row.cost.map_or(NONE.into(), |cost| number(cost.ns_per_ms)), false),
@@ -29,7 +29,7 @@ const SETTINGS: [Column<Row>; 12] = [
 const FEATURES: [Column<Feature>; 6] = [
     ("without", |f| f.feature.clone(), false),
     ("instead", |f| f.instead.clone(), false),
-    ("largest change", |f| f.change.map_or(NONE.into(), number), false),
+    ("largest change", |f| f.change.map_or(NONE.into(), |change| bounded(change, f.known_to)), false),
     ("of", |f| f.worst.clone().unwrap_or(NONE.into()), false),
     ("ns per ms", |f| f.cost.map_or(NONE.into(), |cost| number(cost.ns_per_ms)), false),
     ("of the whole", |f| f.cost_ratio.map_or(NONE.into(), part), false),
@@ -73,7 +73,12 @@ pub fn of_changes(report: &Report) -> Table {
     head.extend(report.features.iter().map(|f| format!("without {} ({})", f.feature, f.instead)));
     let rows = report.outputs.iter().map(|output| {
         let mut row = vec![output.name.clone(), format!("{} {}", number(output.largest), output.unit)];
-        row.extend(report.features.iter().map(|f| f.changes.get(&output.name).map_or(NONE.into(), |c| number(*c))));
+        row.extend(
+            report
+                .features
+                .iter()
+                .map(|f| f.changes.get(&output.name).map_or(NONE.into(), |c| bounded(*c, f.known_to))),
+        );
         row
     });
     Table { rows: rows.collect(), head }
@@ -106,7 +111,7 @@ pub fn about(report: &Report) -> Vec<String> {
     let checks: Vec<String> = r.checks.iter().map(|c| format!("{} {}", c.change, number(c.difference))).collect();
     lines.push(format!(
         "Errors are the largest of an output over the run, relative to its largest value, against a reference ({}). \
-         The reference is known to {}: it changes by {}.",
+         The reference is known to {}, so that smaller errors are not known: it changes by {}.",
         r.settings,
         number(r.floor),
         checks.join(", ")
@@ -150,7 +155,7 @@ pub fn about(report: &Report) -> Vec<String> {
     lines
 }
 
-/// All settings and features with all numbers, one line each.
+/// All settings and features with all numbers, one line each; errors and changes equal to `known_to` are that or less.
 ///
 /// # Errors
 /// None in practice: the writer fills memory.
@@ -167,6 +172,7 @@ pub fn csv(report: &Report) -> Result<String, Fault> {
         "communication_step_s",
         "error_or_change",
         "output",
+        "known_to",
         "error_estimate",
         "cost_ns_per_ms",
         "start_us",
@@ -193,6 +199,7 @@ pub fn csv(report: &Report) -> Result<String, Fault> {
             full(Some(row.communication_step)),
             full(row.error),
             word(&row.worst),
+            full(Some(row.known_to)),
             full(row.error_estimate),
         ]);
         record.extend(cost(row.cost));
@@ -203,7 +210,7 @@ pub fn csv(report: &Report) -> Result<String, Fault> {
     for feature in &report.features {
         let mut record = vec!["feature".to_owned(), String::new(), String::new(), String::new(), String::new()];
         record.extend([feature.feature.clone(), feature.instead.clone(), full(Some(report.experiment.step))]);
-        record.extend([full(feature.change), word(&feature.worst), String::new()]);
+        record.extend([full(feature.change), word(&feature.worst), full(Some(feature.known_to)), String::new()]);
         record.extend(cost(feature.cost));
         record.push(word(&feature.fault));
         record.extend(names.iter().map(|name| full(feature.changes.get(*name).copied())));

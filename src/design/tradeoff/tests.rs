@@ -71,7 +71,35 @@ fn changes_are_those_of_the_closed_form() {
     assert!(report.settings.iter().all(|row| row.fault.is_none() && row.cost.is_some()));
     assert_eq!(report.advice.len(), 4);
     assert!(report.advice.iter().all(|advice| advice.sentence.ends_with('.')));
+    nothing_is_told_below_the_floor(&report);
     assert!(report.advice[1].may_be_left_out.is_empty());
+}
+
+/// Errors and changes that the reference does not tell are bounds, in every form of the report.
+fn nothing_is_told_below_the_floor(report: &Report) {
+    let floor = report.reference.floor;
+    let errors = report.settings.iter().flat_map(|row| row.errors.values().chain(&row.error));
+    let changes = report.features.iter().flat_map(|f| f.changes.values().chain(&f.change));
+    assert!(errors.chain(changes).all(|value| *value >= floor), "{report:?}");
+    let below =
+        report.settings.iter().find(|row| row.error == Some(floor)).expect("a setting as exact as the reference");
+    assert_eq!(below.worst, None);
+    let bound = format!("< {}", number(floor));
+    let settings = table::of_settings(report);
+    let column = settings.head.iter().position(|head| head == "error").unwrap();
+    assert!(settings.rows.iter().any(|row| row[column] == bound), "{settings:?}");
+    let told = |cell: &String| cell.parse::<f64>().ok();
+    assert!(settings.rows.iter().filter_map(|row| told(&row[column])).all(|error| error >= floor), "{settings:?}");
+    let text = table::csv(report).unwrap();
+    let mut csv = csv::Reader::from_reader(text.as_bytes());
+    let known = csv.headers().unwrap().iter().position(|head| head == "known_to").unwrap();
+    assert!(csv.records().all(|record| record.unwrap()[known].parse() == Ok(floor)));
+    for diagram in [figures::work_precision(report), figures::communication_step(report)] {
+        let axis = usize::from(diagram.title.starts_with("Error"));
+        assert!(diagram.series.iter().flat_map(|s| &s.points).all(|point| point[axis] >= floor), "{}", diagram.title);
+    }
+    let advice = report.advice.iter().find(|advice| advice.setting.is_some_and(|i| report.settings[i] == *below));
+    assert!(advice.is_none_or(|advice| advice.sentence.contains("less than")), "{advice:?}");
 }
 
 #[test]

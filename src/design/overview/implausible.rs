@@ -1,0 +1,62 @@
+//! Limits beyond which a figure is hardly meant, each with its reason; a value behind them mostly lacks its unit.
+
+use super::{Overview, Warning};
+use std::f64::consts::TAU;
+
+/// A figure, named without its follower; its limit in coherent SI; why; and what to do.
+type Limit = (&'static str, f64, &'static str, &'static str);
+
+const SPEED: f64 = 1e5 * TAU / 60.0;
+const FORGOTTEN_RPM: &str = "a plain number is in rad/s; write the unit: \"1800 rpm\"";
+
+const LIMITS: [Limit; 8] = [
+    // Above 1 nothing swings back; the machine members in the literature have 0.005 … 0.1.
+    (
+        "damping_ratio",
+        1.0,
+        "the member does not vibrate at all; those of machines have some hundredths",
+        "a percentage is written with its sign: \"3 %\"",
+    ),
+    // The rim of a steel disc of 100 mm runs at 520 m/s at this speed, beyond its bursting speed.
+    ("speed", SPEED, "a cam of steel would burst", FORGOTTEN_RPM),
+    ("synchronous_speed", SPEED, "a shaft of steel would burst", FORGOTTEN_RPM),
+    ("mean_speed", SPEED, "a shaft of steel would burst", FORGOTTEN_RPM),
+    // Pulled at its end with this acceleration, a steel bar of 1 m carries ρ l a = 800 N/mm² from its own mass alone.
+    (
+        "largest_acceleration",
+        1e5,
+        "ten thousand times gravity tears members of steel",
+        "write speeds and lengths with their units: \"1800 rpm\", \"0.94 mm\"",
+    ),
+    // The cam would be larger than that.
+    ("stroke", 10.0, "no cam moves a tool that far", "a plain number is in m; write the unit: \"0.94 mm\""),
+    // The tool would not do what its law says; in HS drives of machines it misses some per cent.
+    (
+        "deformation_of_stroke",
+        0.3,
+        "the tool would hardly follow the cam",
+        "a plain natural frequency is in rad/s, a plain speed too; write \"270 Hz\", \"1800 rpm\", and units of m and c",
+    ),
+    // At slip 2 the shaft turns backwards with the synchronous speed; motors for standstill come to a little above 1.
+    (
+        "breakdown_slip",
+        2.0,
+        "the torque would be largest where the motor is turned backwards",
+        "a percentage is written with its sign: \"15 %\"",
+    ),
+];
+
+/// Warns of what is beyond its limit.
+pub fn warn(overview: &mut Overview) {
+    for figure in &overview.figures {
+        let name = figure.name.rsplit('.').next().unwrap_or_default();
+        let angular = figure.unit.starts_with("rad") && !name.ends_with("speed");
+        let Some((_, limit, why, hint)) = LIMITS.iter().find(|(limited, ..)| *limited == name && !angular) else {
+            continue;
+        };
+        if figure.value.abs() >= *limit {
+            let message = format!("{} {}: {why}", figure.name.replace('_', " "), figure.shown);
+            overview.warnings.push(Warning { message, hint: (*hint).to_owned() });
+        }
+    }
+}
