@@ -43,10 +43,6 @@ const FORBIDDEN_IN_RUNTIME: [&str; 14] = [
     "Instant::now",
 ];
 
-/// A file longer than this is two files. The C interface has one function after the other, tests one case after the
-/// other; they may be longer.
-const LONGEST_FILE: usize = 500;
-
 /// A source file of `src/`.
 struct Source {
     /// Relative to `src/`.
@@ -193,14 +189,9 @@ fn the_runtime_library_leaves_its_host_alone() {
 }
 
 #[test]
-fn files_are_short_and_say_what_they_are() {
+fn files_say_what_they_are() {
     let mut faults = String::new();
     for file in sources() {
-        let lines = file.text.lines().count();
-        let in_series = file.path == Path::new("fmi2/functions.rs") || file.path.ends_with("tests.rs");
-        if lines > LONGEST_FILE && !in_series {
-            let _ = writeln!(faults, "src/{}: {lines} lines", file.path.display());
-        }
         if file.path != Path::new("main.rs") && !file.text.starts_with("//! ") {
             let _ = writeln!(faults, "src/{}: does not start with its purpose", file.path.display());
         }
