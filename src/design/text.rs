@@ -226,8 +226,8 @@ mod tests {
         let prose = "one two three four five six seven eight nine ten eleven";
         let described = table(&[&["name", "description"], &["a_name_of_some_length", prose], &["b", ""]]);
         let text = described.text(70);
-        assert!(text.contains("a_name_of_some_length  one two three four five six seven eight\n"), "{text}");
-        assert!(text.contains("\n                         nine ten eleven\n"), "{text}");
+        assert!(text.contains("a_name_of_some_length  one two three four five six seven eight nine\n"), "{text}");
+        assert!(text.contains("\n                         ten eleven\n"), "{text}");
         let text = described.text(50);
         assert!(text.contains("\n  a_name_of_some_length\n      one two three"), "{text}");
         for (table, width) in [(&wide, 30), (&many, 30), (&described, 70), (&described, 50)] {

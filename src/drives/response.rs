@@ -138,7 +138,8 @@ impl Response {
     }
 
     /// Called when it was read from bytes: rebuilds what the serialisation leaves out; whether it can be one of this law.
-    pub fn restored(&mut self, law: &MotionLaw) -> bool {
+    pub fn restored(&mut self, law: &MotionLaw, tolerance: f64) -> bool {
+        (self.tolerance, self.bounds) = (tolerance, [law.bound(1), law.bound(2)]);
         self.closed_form.restored(&self.oscillator, law.series());
         match (&mut self.course, law.series()) {
             (Course::Leaps(leap), Some(series)) => leap.restored(series),

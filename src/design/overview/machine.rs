@@ -2,7 +2,7 @@
 
 use super::{Overview, angles};
 use crate::drives::rigid_machine::orbits::{free_motion, periodic_motions, range};
-use crate::drives::rigid_machine::{Inertia, Motor, Scene};
+use crate::drives::rigid_machine::{Inertia, Motor, Place, Scene};
 use std::f64::consts::TAU;
 
 pub fn tell(overview: &mut Overview, scene: &Scene) {
@@ -32,9 +32,9 @@ pub fn tell(overview: &mut Overview, scene: &Scene) {
         overview.speed("mean_speed", mean);
         overview.share("speed_fluctuation", (high - low) / mean.abs());
     }
-    let (least, most) = inertia.range();
-    overview.figure("least_inertia", least, "kg.m2");
-    overview.figure("largest_inertia", most, "kg.m2");
+    let values = || angles().map(|phi| inertia.at(Place::at(phi), phi)[0]);
+    overview.figure("least_inertia", values().fold(f64::INFINITY, f64::min), "kg.m2");
+    overview.figure("largest_inertia", values().fold(0.0, f64::max), "kg.m2");
     if let Some(law) = &scene.inertia.varying {
         overview.roughness("machine.J", law);
     }

@@ -184,12 +184,12 @@ impl Overview {
     /// The overview for a terminal.
     pub fn text(&self) -> String {
         let resonance = |r: &Resonance| {
-            let there = r.resonant_amplitude.map_or("growing without damping".to_owned(), |q| shown(q, r.unit));
+            let there = r.resonant_amplitude.map_or("without bound".to_owned(), |q| shown(q, r.unit));
             let here = r.amplitude.map_or(String::new(), |q| format!("{} here, ", shown(q, r.unit)));
             let rpm = digits(r.speed * 60.0 / TAU);
             (
                 format!("resonance k = {}", r.harmonic),
-                format!("{rpm} rpm; this harmonic deforms by {here}{there} there"),
+                format!("{rpm} rpm; deformation in this harmonic {here}{there} there"),
             )
         };
         let figures = self.figures.iter().map(|f| (f.name.replace('_', " "), f.shown.clone()));

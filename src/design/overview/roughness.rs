@@ -3,7 +3,7 @@
 //! σ̂ₘ = √(mean of squares of the m-th divided differences, each divided by the root of the sum of its squared weights).
 //! White noise of the standard deviation σ has σ̂ₘ = σ for every order m. What a law adds falls with m: where U‴ jumps
 //! σ̂₁₀/σ̂₈ = 0.906, where U″ jumps 0.84, where it is smooth nearly nothing. So the table is noisy where σ̂₁₀/σ̂₈ > 0.95, and
-//! σ̂₈ is the noise. At points h apart the quintic spline makes of it errors of U″ whose root mean square is 4.72 σ/h².
+//! σ̂₈ is the noise. At points h apart the quintic spline makes of it errors of U″ whose root mean square over the turn is 3.89 σ/h².
 
 use super::{Overview, Warning, angles, largest, shown};
 use crate::motion::{MotionLaw, Table};
@@ -13,7 +13,7 @@ use std::f64::consts::TAU;
 const NOISY: f64 = 0.95;
 
 /// The factor from σ/h² to the root mean square error of U″ of the periodic quintic spline.
-const AMPLIFICATION: f64 = 4.72;
+const AMPLIFICATION: f64 = 3.89;
 
 /// The part of max |U″| that this error may reach; its peaks are some three times as large.
 const TOLERATED: f64 = 0.02;

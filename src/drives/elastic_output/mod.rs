@@ -136,6 +136,11 @@ impl ElasticOutput {
         Oscillator::of_mass(self.m, self.c, self.b)
     }
 
+    /// The tolerance of the response.
+    fn tolerance(&self) -> f64 {
+        if self.has_tolerance() { self.solver.effective_tolerance() } else { FINEST_TOLERANCE }
+    }
+
     /// Refuses parameters for which the equation has no meaning.
     fn validate(&self) -> Result<(), Fault> {
         let &ElasticOutput { m, c, b, .. } = self;
@@ -241,9 +246,8 @@ impl Drive for ElasticOutput {
         self.cam.start(time);
         self.solver.start();
         // The law's parameters may have changed, and with them what the response keeps of it.
-        let tolerance = if self.has_tolerance() { self.solver.effective_tolerance() } else { FINEST_TOLERANCE };
         let table = self.response.table();
-        self.response = Response::new(self.oscillator(), &self.cam.law, tolerance);
+        self.response = Response::new(self.oscillator(), &self.cam.law, self.tolerance());
         self.tabulate(table);
         self.built_for = [self.m, self.c, self.b];
         self.taken_up = false;
@@ -329,7 +333,8 @@ impl Drive for ElasticOutput {
 
     fn restored(&mut self, made: &Self) -> Result<(), Fault> {
         self.cam.take(&made.cam);
-        if !self.response.restored(&self.cam.law) {
+        let tolerance = self.tolerance();
+        if !self.response.restored(&self.cam.law, tolerance) {
             return Err(no_state());
         }
         if !self.response.is_on_table() {

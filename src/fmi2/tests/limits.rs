@@ -18,11 +18,15 @@ const fn case(scene: &'static str, settings: &'static [(&'static str, f64)], ste
 }
 
 const TOO_MUCH: &str = "need more than the work of one call";
-const NO_TABLE: &str = "no table of it can be made";
+const RUNS_AWAY: &str = "its speed exceeds 1e7 rad/s";
+const SEARCH: &str = "the search for the periodic motion needs more than the work of one call";
 const ANGLE: &str = "beyond 1e15 rad a number does not tell where in its turn";
 
 /// A thousandth of a radian for the return, and the periodic motion.
 const STEEP: &[(&str, f64)] = &[("cam.return", 1e-3), ("start.mode", 3.0)];
+
+/// A follower of a million tonnes with a lift of kilometres.
+const HUGE: [(&str, f64); 2] = [("follower[1].cam.a[1]", 1e4), ("follower[1].m", 1e9)];
 
 const CASES: &[Case] = &[
     // Motions that are steep.
@@ -90,17 +94,16 @@ const CASES: &[Case] = &[
     case("machine_motor", &[("solver.method", 2.0)], 1e30, TOO_MUCH),
     // Inertias that change by any amount.
     case("machine", &[("J0", 1e-20)], 1.0, ""),
-    case("machine", &[("J0", 1e-20), ("phi_start", 1.0)], 1.0, ""),
-    case("machine_motor", &[("J0", 1e-20)], 1.0, ""),
-    case("machine_motor", &[("J0", 1e-20), ("start.mode", 2.0)], 1.0, ""),
-    case("machine_lag", &[("J0", 1e-20)], 1.0, ""),
-    case("machine_cycle", &[("J0", 1e-20)], 1.0, ""),
-    case("machine_cycle", &[("J0", 1e-20), ("phi_start", 1.0)], 1.0, ""),
-    case("machine", &[("follower[1].cam.a[1]", 1e4), ("follower[1].m", 1e9)], 1.0, ""),
-    case("machine", &[("follower[1].cam.a[1]", 1e4), ("follower[1].m", 1e9), ("phi_start", 1.0)], 1.0, ""),
-    case("machine_motor", &[("follower[1].cam.a[1]", 1e4), ("follower[1].m", 1e9)], 1.0, ""),
-    case("machine_motor", &[("follower[1].cam.a[1]", 1e4), ("follower[1].m", 1e9), ("start.mode", 2.0)], 1.0, ""),
-    case("machine_lag", &[("follower[1].cam.a[1]", 1e4), ("follower[1].m", 1e9), ("start.mode", 2.0)], 1.0, ""),
+    case("machine", &[("J0", 1e-20), ("phi_start", 1.0)], 1.0, RUNS_AWAY),
+    case("machine_motor", &[("J0", 1e-20)], 1.0, TOO_MUCH),
+    case("machine_motor", &[("J0", 1e-20), ("start.mode", 2.0)], 1.0, SEARCH),
+    case("machine_lag", &[("J0", 1e-20)], 1.0, TOO_MUCH),
+    case("machine_cycle", &[("J0", 1e-20), ("phi_start", 1.0)], 1.0, RUNS_AWAY),
+    case("machine", &[HUGE[0], HUGE[1]], 1.0, ""),
+    case("machine", &[HUGE[0], HUGE[1], ("phi_start", 1.0)], 1.0, RUNS_AWAY),
+    case("machine_motor", &[HUGE[0], HUGE[1]], 1.0, ""),
+    case("machine_motor", &[HUGE[0], HUGE[1], ("start.mode", 2.0)], 1.0, SEARCH),
+    case("machine_lag", &[HUGE[0], HUGE[1], ("start.mode", 2.0)], 1.0, SEARCH),
     case("machine_motor", &[("motor.s_k", 1e-9), ("start.mode", 2.0)], 1.0, ""),
     case("machine_lag", &[("motor.T_el", 1e-9), ("start.mode", 2.0)], 1.0, ""),
 ];
@@ -150,7 +153,7 @@ fn whatever_is_asked_a_call_ends_within_its_work_in_a_result_or_a_clear_fault() 
     for case in CASES {
         let Case { scene, settings, step, fault } = case;
         // What is far too much is so for a tenth of the budget, too, which takes a tenth of the time.
-        let budget = if [TOO_MUCH, NO_TABLE].contains(fault) { 0.1 * BUDGET } else { BUDGET };
+        let budget = if [TOO_MUCH, SEARCH].contains(fault) { 0.1 * BUDGET } else { BUDGET };
         let _limited = drawn::limit(budget);
         let outcome = case.run(budget);
         let good = match &outcome {

@@ -194,7 +194,8 @@ impl Period {
                 let fast = lengths.fast(equation, interval, start, longest.min(remaining));
                 let wish = if fast { lengths.fast } else { lengths.polynomial };
                 let length = share(wish.min(longest), remaining);
-                if !(length > SHORTEST_CELL * period.hi) && length < remaining || !room {
+                // What is no number is no length either.
+                if !(length > SHORTEST_CELL * period.hi || length >= remaining) || !room {
                     return None;
                 }
                 whole.evaluations += STAGES;

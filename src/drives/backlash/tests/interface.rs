@@ -351,9 +351,11 @@ fn what_has_no_periodic_solution_is_refused() {
 #[test]
 fn a_restored_state_goes_on_bit_by_bit() {
     let mut drive = started(scene(50.0, 3e-4, 60.0, 0.5));
+    let made = drive.clone();
     drive.advance(0.0, 0.0437).unwrap();
     let bytes = postcard::to_stdvec(&drive).unwrap();
     let mut restored: BacklashDrive = postcard::from_bytes(&bytes).unwrap();
+    restored.restored(&made).unwrap();
     drive.advance(0.0437, 0.1).unwrap();
     restored.advance(0.0437, 0.1).unwrap();
     assert_eq!(drive.now, restored.now);

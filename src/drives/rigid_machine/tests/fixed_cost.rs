@@ -143,7 +143,7 @@ fn a_restored_machine_goes_on_bit_by_bit_at_fixed_cost() {
     run(&mut machine, 0.3217, 17);
     let bytes = postcard::to_allocvec(&machine).unwrap();
     let mut copy: RigidMachine = postcard::from_bytes(&bytes).unwrap();
-    copy.restored(&started(Scene { solver: fixed_cost(0.0), ..loom(kloss(0.16), 0.0, 10.0) })).unwrap();
+    copy.restored(&started(Scene { solver: fixed_cost(0.0), ..cycles(kloss(0.16), 20.0) })).unwrap();
     for n in 0..50 {
         let time = 0.3217 + f64::from(n) * 0.0113;
         for m in [&mut machine, &mut copy] {
