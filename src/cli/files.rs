@@ -10,10 +10,12 @@ use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 use toml_edit::{Array, DocumentMut, Table, Value, value};
 
-/// Refuses a folder for a report, given by this option, that is a file.
+/// Refuses a folder for a report, given by this option, that is a file or is called like an archive.
 pub fn no_file(folder: &Path, option: &str) -> Result<(), Failure> {
     no_stream(folder, option, "a folder")?;
-    match folder.is_file() {
+    let is_archive = |ending: &std::ffi::OsStr| ["zip", "tar", "gz", "fmu"].iter().any(|archive| ending == *archive);
+    let named_as_file = !folder.is_dir() && folder.extension().is_some_and(is_archive);
+    match folder.is_file() || named_as_file {
         true => Err(failure(format!("{}: this is a file; {option} takes a folder", folder.display()))),
         false => Ok(()),
     }

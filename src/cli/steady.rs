@@ -51,6 +51,9 @@ const FOUND: f64 = 1e-13;
 const STEPS: usize = 40;
 
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
+    if let Some(folder) = &args.report {
+        files::no_file(folder, "--report")?;
+    }
     let place = args.scene.display();
     let resolved = read_all(std::slice::from_ref(&args.scene))?.remove(0);
     if resolved.model != "RigidMachine" {

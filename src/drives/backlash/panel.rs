@@ -402,7 +402,7 @@ impl Panel {
 
     /// What is read at the end of any step; `stride` goes on from there where steps repeat themselves.
     pub fn read(&self, bodies: &Bodies, stride: &mut Stride, step: Step) -> Reading {
-        let theta = self.until(step.to).clamp(0.0, self.length);
+        let theta = self.until(step.to).min(self.length).max(0.0);
         let Some(waves) = self.waves(bodies) else { return self.at(bodies, theta).reading() };
         let (z, free) = self.phases(bodies, waves, theta);
         stride.start(step, (z, free), (bodies, waves), self.instant(self.limit()).hi);

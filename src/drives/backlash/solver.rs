@@ -185,7 +185,7 @@ impl Run {
 
     /// How far `time` is from the start of the panel [s].
     pub fn theta(&self, time: f64) -> f64 {
-        self.panel.until(time).clamp(0.0, self.panel.length)
+        self.panel.until(time).min(self.panel.length).max(0.0)
     }
 
     /// What is read at the end of a step that repeats itself within the current panel, where that takes but a few
