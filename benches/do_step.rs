@@ -9,14 +9,19 @@
 //! - *step*: `fmi2DoStep` of 1 ms; *step+3*: the same and three `fmi2GetReal` of one variable each;
 //! - *call*: `fmi2GetReal` of nothing, what fmi-rs and the checks of the C interface take.
 
-use camdrive::export::{Packed, RuntimeLibrary, pack};
-use camdrive::scene;
+use camdrive_cli::export::{Packed, RuntimeLibrary, pack};
+use camdrive_cli::scene;
 use fmi::fmi2::import::Fmi2Import;
 use fmi::fmi2::instance::{CoSimulation, Common, InstanceCS};
 use fmi::traits::FmiImport;
 use std::hint::black_box;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
+
+/// The folder of the workspace.
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap()
+}
 
 /// The communication step [s].
 const STEP: f64 = 1e-3;
@@ -86,7 +91,7 @@ fn scenes() -> Vec<PathBuf> {
         let entries = std::fs::read_dir(folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
         entries.map(|entry| entry.expect("an entry of the folder").path()).collect::<Vec<_>>()
     };
-    let folders = files(&Path::new(env!("CARGO_MANIFEST_DIR")).join("examples"));
+    let folders = files(&root().join("examples"));
     let mut scenes: Vec<PathBuf> = folders
         .iter()
         .filter(|folder| folder.is_dir())

@@ -1,5 +1,4 @@
 //! The C functions against the standard's headers, as bindgen reads them for the crate `fmi`.
-#![cfg(feature = "import")]
 
 use camdrive::fmi2::{abi, functions};
 use fmi::fmi2::binding;

@@ -5,13 +5,18 @@ use camdrive::drives::variable::{Causality, Kind, Variability};
 use camdrive::drives::{Description, DynDrive};
 use camdrive::fmi2::abi::*;
 use camdrive::fmi2::functions::*;
-use camdrive::scene::{self, Resolved};
+use camdrive_cli::scene::{self, Resolved};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::ffi::{CStr, CString, c_void};
 use std::path::{Path, PathBuf};
 use std::ptr::null_mut;
 use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// The folder of the workspace.
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap()
+}
 
 /// The system's allocator, which counts what each thread asks of it: other threads of the test program do not disturb.
 struct Counting;
@@ -67,7 +72,7 @@ fn alone() -> MutexGuard<'static, ()> {
 
 /// The scenes of all models and modes, of the examples, of the benchmark and of the tests with fmpy.
 fn scenes() -> Vec<PathBuf> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = root();
     let mut folders = vec![root.join("modelDescription"), root.join("benches/works"), root.join("tests/fmpy/scenes")];
     folders.extend(std::fs::read_dir(root.join("examples")).unwrap().map(|entry| entry.unwrap().path()));
     let files = folders.iter().filter(|f| f.is_dir()).flat_map(|f| std::fs::read_dir(f).unwrap());

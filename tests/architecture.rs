@@ -5,24 +5,22 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Which modules each module of the library may use; everything else is refused.
-const MAY_USE: [(&str, &[&str]); 9] = [
-    ("numerics", &[]),
-    ("motion", &["numerics"]),
-    ("drives", &["motion", "numerics"]),
-    ("design", &["drives", "motion", "numerics", "fmi2"]),
-    ("fmi2", &["drives"]),
-    ("scene", &["design", "drives", "motion", "numerics"]),
-    ("export", &["drives", "design"]),
-    ("cli", &["scene", "export", "design", "drives", "motion", "numerics", "fmi2"]),
-    ("main", &["cli"]),
+/// The source folders of the packages, from the bottom up; cargo sees to it that none uses one above it.
+const PACKAGES: [&str; 3] = ["src", "design/src", "cli/src"];
+
+/// Which modules of its own package each module of the runtime library and of the command line may use.
+const MAY_USE: [(&str, &[&str]); 7] = [
+    ("src/numerics", &[]),
+    ("src/motion", &["numerics"]),
+    ("src/drives", &["motion", "numerics"]),
+    ("src/fmi2", &["drives"]),
+    ("cli/src/scene", &[]),
+    ("cli/src/export", &[]),
+    ("cli/src/command", &["scene", "export"]),
 ];
 
 /// The files with unsafe code: the functions of the C interface, and the host that calls them from Rust.
-const UNSAFE: [&str; 2] = ["fmi2/functions.rs", "fmi2/host.rs"];
-
-/// The modules that the runtime library consists of.
-const RUNTIME: [&str; 4] = ["motion", "numerics", "drives", "fmi2"];
+const UNSAFE: [&str; 2] = ["src/fmi2/functions.rs", "design/src/host.rs"];
 
 /// What the runtime library must not do: write to the host's terminal, end or change its process, read files other
 /// than its own resource, panic on purpose.
@@ -43,20 +41,14 @@ const FORBIDDEN_IN_RUNTIME: [&str; 14] = [
     "Instant::now",
 ];
 
-/// A source file of `src/`.
+/// A source file of a package.
 struct Source {
-    /// Relative to `src/`.
+    /// Relative to the folder of the workspace.
     path: PathBuf,
     text: String,
 }
 
 impl Source {
-    /// The module right below the root that the file belongs to.
-    fn module(&self) -> String {
-        let first = self.path.iter().next().unwrap_or_default();
-        Path::new(first).with_extension("").display().to_string()
-    }
-
     /// The lines outside of comments, strings and tests, with their numbers.
     fn code(&self) -> Vec<(usize, String)> {
         let in_folder = self.path.iter().any(|part| part == "tests");
@@ -87,12 +79,11 @@ fn without_text(line: &str) -> String {
 }
 
 fn root() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap().to_owned()
 }
 
 fn sources() -> Vec<Source> {
-    let source = root().join("src");
-    let (mut folders, mut files) = (vec![source.clone()], Vec::new());
+    let (mut folders, mut files) = (PACKAGES.map(|package| root().join(package)).to_vec(), Vec::new());
     while let Some(folder) = folders.pop() {
         for entry in std::fs::read_dir(folder).unwrap() {
             let path = entry.unwrap().path();
@@ -100,7 +91,7 @@ fn sources() -> Vec<Source> {
                 folders.push(path);
             } else if path.extension().is_some_and(|e| e == "rs") {
                 let text = std::fs::read_to_string(&path).unwrap();
-                files.push(Source { path: path.strip_prefix(&source).unwrap().to_owned(), text });
+                files.push(Source { path: path.strip_prefix(root()).unwrap().to_owned(), text });
             }
         }
     }
@@ -108,20 +99,18 @@ fn sources() -> Vec<Source> {
     files
 }
 
-/// The modules right below the root that a line of code names.
+/// The modules right below the root of its package that a line of code names.
 fn used_modules(line: &str) -> BTreeSet<String> {
     let mut used = BTreeSet::new();
-    for start in ["crate::", "camdrive::"] {
-        for (at, _) in line.match_indices(start) {
-            let rest = &line[at + start.len()..];
-            let names = match rest.strip_prefix('{') {
-                Some(list) => list.split('}').next().unwrap_or_default().split(',').collect(),
-                None => vec![rest],
-            };
-            for name in names {
-                let name: String = name.trim().chars().take_while(|c| c.is_ascii_alphanumeric() || *c == '_').collect();
-                used.insert(name);
-            }
+    for (at, start) in line.match_indices("crate::") {
+        let rest = &line[at + start.len()..];
+        let names = match rest.strip_prefix('{') {
+            Some(list) => list.split('}').next().unwrap_or_default().split(',').collect(),
+            None => vec![rest],
+        };
+        for name in names {
+            let name: String = name.trim().chars().take_while(|c| c.is_ascii_alphanumeric() || *c == '_').collect();
+            used.insert(name);
         }
     }
     used
@@ -131,18 +120,13 @@ fn used_modules(line: &str) -> BTreeSet<String> {
 fn modules_use_only_what_lies_below_them() {
     let mut faults = String::new();
     for file in sources() {
-        let module = file.module();
-        if module == "lib" {
-            continue;
-        }
-        let Some((_, allowed)) = MAY_USE.iter().find(|(name, _)| *name == module) else {
-            let _ = writeln!(faults, "src/{}: the module `{module}` has no place in the order", file.path.display());
+        let Some((module, allowed)) = MAY_USE.iter().find(|(module, _)| file.path.starts_with(module)) else {
             continue;
         };
         for (number, line) in file.code() {
             for used in used_modules(&line) {
-                if used != module && !allowed.contains(&used.as_str()) {
-                    let _ = writeln!(faults, "src/{}:{number}: {module} must not use {used}", file.path.display());
+                if !module.ends_with(&used) && !allowed.contains(&used.as_str()) {
+                    let _ = writeln!(faults, "{}:{number}: {module} must not use {used}", file.path.display());
                 }
             }
         }
@@ -160,27 +144,27 @@ fn only_the_c_interface_and_its_host_are_unsafe() {
             // The type of a C function is no unsafe code; calling it would be. (The quotes around C are gone.)
             let line = line.replace("unsafe extern  fn(", "fn(");
             let words = line.split(|c: char| !c.is_alphanumeric() && c != '_');
-            assert!(!words.into_iter().any(|word| word == "unsafe"), "src/{}:{number}", file.path.display());
+            assert!(!words.into_iter().any(|word| word == "unsafe"), "{}:{number}", file.path.display());
         }
     }
-    let library = std::fs::read_to_string(root().join("src/lib.rs")).unwrap();
-    assert!(library.contains("#![deny(unsafe_code)]"));
-    // The host is for the command line; importers get the functions alone.
-    let interface = std::fs::read_to_string(root().join("src/fmi2/mod.rs")).unwrap();
-    assert!(interface.contains("#[cfg(feature = \"cli\")]\n#[allow(unsafe_code)]\npub mod host;"));
-    assert_eq!(interface.matches("allow(unsafe_code)").count(), UNSAFE.len());
+    for package in ["src", "design/src"] {
+        let library = std::fs::read_to_string(root().join(package).join("lib.rs")).unwrap();
+        assert!(library.contains("#![deny(unsafe_code)]"), "{package}");
+    }
+    let command_line = std::fs::read_to_string(root().join("cli/src/lib.rs")).unwrap();
+    assert!(command_line.contains("#![forbid(unsafe_code)]"));
 }
 
 #[test]
 fn the_runtime_library_leaves_its_host_alone() {
     let mut faults = String::new();
-    for file in sources().iter().filter(|file| RUNTIME.contains(&file.module().as_str())) {
+    for file in sources().iter().filter(|file| file.path.starts_with(PACKAGES[0])) {
         // The one place that reads a file: the resource of the FMU.
-        let reads_resource = file.path.starts_with("fmi2");
+        let reads_resource = file.path.starts_with("src/fmi2");
         for (number, line) in file.code() {
             for word in FORBIDDEN_IN_RUNTIME {
                 if line.contains(word) && !(reads_resource && word == "std::fs") {
-                    let _ = writeln!(faults, "src/{}:{number}: {word}", file.path.display());
+                    let _ = writeln!(faults, "{}:{number}: {word}", file.path.display());
                 }
             }
         }
@@ -192,8 +176,8 @@ fn the_runtime_library_leaves_its_host_alone() {
 fn files_say_what_they_are() {
     let mut faults = String::new();
     for file in sources() {
-        if file.path != Path::new("main.rs") && !file.text.starts_with("//! ") {
-            let _ = writeln!(faults, "src/{}: does not start with its purpose", file.path.display());
+        if file.path != Path::new("cli/src/main.rs") && !file.text.starts_with("//! ") {
+            let _ = writeln!(faults, "{}: does not start with its purpose", file.path.display());
         }
     }
     assert!(faults.is_empty(), "\n{faults}");
@@ -203,7 +187,7 @@ fn files_say_what_they_are() {
 fn runtime_packages(depth: &[&str]) -> BTreeSet<String> {
     let output = Command::new(env!("CARGO"))
         .current_dir(root())
-        .args(["tree", "--no-default-features", "--edges", "normal,no-proc-macro", "--prefix", "none"])
+        .args(["tree", "--package", "camdrive", "--edges", "normal,no-proc-macro", "--prefix", "none"])
         .args(["--format", "{p}"])
         .args(depth)
         .output()
@@ -216,16 +200,16 @@ fn runtime_packages(depth: &[&str]) -> BTreeSet<String> {
 
 #[test]
 fn the_runtime_library_needs_four_packages() {
-    let expected = ["crc32fast", "nalgebra", "postcard", "serde"];
+    let expected = ["crc32fast", "num-complex", "postcard", "serde"];
     assert_eq!(runtime_packages(&["--depth", "1"]), expected.map(str::to_owned).into());
 }
 
 #[test]
 fn every_linked_package_has_its_licence_in_the_fmu() {
-    let listed: BTreeSet<String> = camdrive::export::licenses::crates().map(str::to_owned).collect();
+    let listed: BTreeSet<String> = camdrive_cli::export::licenses::crates().map(str::to_owned).collect();
     let linked = runtime_packages(&[]);
     let missing: Vec<&String> = linked.difference(&listed).collect();
-    assert!(missing.is_empty(), "not in src/export/licenses.rs: {missing:?}");
+    assert!(missing.is_empty(), "not in cli/src/export/licenses.rs: {missing:?}");
     let idle: Vec<&String> = listed.difference(&linked).collect();
     assert!(idle.is_empty(), "no longer linked: {idle:?}");
 }

@@ -2,11 +2,11 @@
 
 use camdrive::drives::cam_drive::{DriveMode, Start, StartMode};
 use camdrive::drives::elastic_shaft::Scene;
-use camdrive::drives::resource::Resource;
 use camdrive::drives::solver::Settings;
 use camdrive::fmi2::abi::*;
 use camdrive::fmi2::functions::*;
 use camdrive::motion::{Fourier, MotionLaw};
+use camdrive_design::resource::Resource;
 use std::ffi::{CStr, CString, c_char, c_void};
 use std::path::{Path, PathBuf};
 use std::ptr::{null, null_mut};

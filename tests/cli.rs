@@ -1,9 +1,13 @@
 //! The command line as a user meets it: what it prints, where, and the exit codes.
-#![cfg(feature = "cli")]
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::process::Command;
+
+/// The folder of the workspace.
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap()
+}
 
 const SCENE: &str = "examples/transfer_manipulator/scene.toml";
 const WRONG: &str = "tests/scenes/wrong_dimensions.toml";
@@ -26,7 +30,8 @@ fn camdrive_with(args: &[&str], variables: &[(&str, &str)]) -> Run {
     for name in ["COLUMNS", "NO_COLOR", "CLICOLOR", "CLICOLOR_FORCE"] {
         command.env_remove(name);
     }
-    let output = command.args(args).envs(variables.iter().copied()).output().expect("camdrive starts");
+    let output =
+        command.current_dir(root()).args(args).envs(variables.iter().copied()).output().expect("camdrive starts");
     Run {
         code: output.status.code().expect("no signal ends camdrive"),
         out: String::from_utf8(output.stdout).expect("UTF-8"),
@@ -158,7 +163,7 @@ fn every_help_has_an_example() {
 fn no_line_is_longer_than_the_terminal_is_wide() {
     let folder = folder("width");
     // A path is one word; from the folder of the package it is a short one.
-    let folder = text(folder.strip_prefix(env!("CARGO_MANIFEST_DIR")).unwrap_or(&folder)).to_owned();
+    let folder = text(folder.strip_prefix(root()).unwrap_or(&folder)).to_owned();
     let (profile, scene, runtime) = (format!("{folder}/p.toml"), format!("{folder}/hs.toml"), runtime());
     let loom = "examples/rapier_loom/scene.toml";
     let (elastic, traditional) = ("examples/transfer_manipulator/hs3.toml", "examples/guide_bar/traditional.toml");
@@ -249,9 +254,10 @@ fn check_tells_right_from_wrong() {
 
 /// All scenes of the repository that are right.
 fn right_scenes() -> Vec<String> {
-    let folders = std::fs::read_dir("examples").expect("the examples").map(|entry| entry.expect("an entry").path());
+    let folders =
+        std::fs::read_dir(root().join("examples")).expect("the examples").map(|entry| entry.expect("an entry").path());
     let files = |folder: PathBuf| std::fs::read_dir(folder).into_iter().flatten().map(|entry| entry.expect("an entry"));
-    let all = folders.chain([PathBuf::from("tests/fmpy/scenes")]).flat_map(files).map(|entry| entry.path());
+    let all = folders.chain([root().join("tests/fmpy/scenes")]).flat_map(files).map(|entry| entry.path());
     let is_scene = |path: &PathBuf| {
         path.extension().is_some_and(|e| e == "toml")
             && std::fs::read_to_string(path).is_ok_and(|text| text.contains("\nmodel = "))
@@ -293,7 +299,7 @@ fn check_warns_of_forgotten_units() {
         (loom, "\"500 rpm\"", "500", "follower[1].largest acceleration 200", "\"1800 rpm\""),
         (loom, "s_k = 0.16", "s_k = 16", "breakdown slip 16:", "\"15 %\""),
     ] {
-        let text_of_scene = std::fs::read_to_string(original).expect("the example");
+        let text_of_scene = std::fs::read_to_string(root().join(original)).expect("the example");
         assert!(text_of_scene.contains(from), "{from}");
         std::fs::write(&scene, text_of_scene.replace(from, to)).expect("the folder can be written to");
         let run = camdrive(&["check", text(&scene)]);
@@ -308,7 +314,7 @@ fn check_warns_of_forgotten_units() {
 #[test]
 fn check_warns_of_a_rough_table() {
     let scene = folder("check_rough").join("scene.toml");
-    let table = std::fs::canonicalize("tests/scenes/table_rough.csv").expect("the table");
+    let table = std::fs::canonicalize(root().join("tests/scenes/table_rough.csv")).expect("the table");
     let whole = |interpolation: &str| {
         format!(
             "name = \"valve\"\nmodel = \"ElasticCamDrive\"\n[cam]\nlaw = \"table\"\nfile = {:?}\nangle_unit = \"deg\"\n\
@@ -344,7 +350,7 @@ fn keys(value: &serde_json::Value, into: &mut BTreeSet<String>) {
 fn results_are_printed_as_json_whose_fields_are_documented() {
     let folder = folder("json");
     let (output, profile) = (text(&folder).to_owned(), folder.join("profile.toml"));
-    let page = std::fs::read_to_string("src/cli/JSON.md").expect("the page");
+    let page = std::fs::read_to_string(root().join("cli/src/command/JSON.md")).expect("the page");
     for (arguments, code, file) in [
         (&["check", SCENE, WRONG, "tests/fmpy/scenes/output_input.toml"][..], 1, None),
         (&["describe", SCENE], 0, None),
@@ -479,7 +485,7 @@ fn where_the_disk_is_full_every_command_leaves_the_files_of_before() {
         let folder = folder("full_disk");
         let run = |limit: &str| {
             let args = args.iter().map(|arg| match arg.ends_with(".toml") && arg.contains('/') {
-                true => Path::new(env!("CARGO_MANIFEST_DIR")).join(arg).display().to_string(),
+                true => root().join(arg).display().to_string(),
                 false => (*arg).to_owned(),
             });
             // The limit of a file [KiB] stands for that of the disk; without the signal writing fails as it does there.
@@ -511,7 +517,7 @@ fn results_replace_results_and_nothing_else() {
     let folder = folder("replaced");
     let scene = folder.join("valve.toml");
     let (valve, profile) = (folder.join("valve.csv"), folder.join("profile.toml"));
-    std::fs::copy("tests/scenes/table_good.csv", &valve).expect("the table");
+    std::fs::copy(root().join("tests/scenes/table_good.csv"), &valve).expect("the table");
     let content = "name = \"valve\"\nmodel = \"ElasticCamDrive\"\n[cam]\nlaw = \"table\"\nfile = \"valve.csv\"\n\
         angle_unit = \"deg\"\nlift_unit = \"mm\"\n[geometry]\nfollower = \"translating\"\nroller_radius = \"5 mm\"\n\
         base_radius = \"60 mm\"\n[drive]\nspeed = 1\n[elasticity]\nplace = \"output\"\nm = 1\nc = 1e4\n";
@@ -620,7 +626,7 @@ fn the_steps_of_the_examples_take_a_program_by_its_name() {
     std::fs::set_permissions(&camdrive, std::fs::Permissions::from_mode(0o755)).expect("it can be made a program");
     let path = format!("{}:{}", text(&folder), std::env::var("PATH").expect("a path"));
     for (example, steps) in [("loom", 8), ("sealing_machine", 5)] {
-        let relative = camdrive.strip_prefix(env!("CARGO_MANIFEST_DIR")).unwrap_or(&camdrive);
+        let relative = camdrive.strip_prefix(root()).unwrap_or(&camdrive);
         for program in ["camdrive", text(relative)] {
             let mut bash = Command::new("bash");
             // Where the script called itself, it would not end.
@@ -630,7 +636,13 @@ fn the_steps_of_the_examples_take_a_program_by_its_name() {
                 &format!("examples/{example}/run_all"),
                 text(&folder),
             ]);
-            let run = bash.env("PATH", &path).env("CAMDRIVE", program).env("PYTHON", "true").output().expect("bash");
+            let run = bash
+                .current_dir(root())
+                .env("PATH", &path)
+                .env("CAMDRIVE", program)
+                .env("PYTHON", "true")
+                .output()
+                .expect("bash");
             let out = String::from_utf8_lossy(&run.stdout).into_owned();
             assert!(run.status.success(), "{example}: {}", String::from_utf8_lossy(&run.stderr));
             assert_eq!(out.matches(&format!("{} does ", text(&camdrive))).count(), steps, "{out}");
@@ -643,7 +655,12 @@ fn a_missing_library_beside_the_executable_is_told_with_the_command_that_builds_
     let folder = folder("alone");
     let alone = folder.join(format!("camdrive{}", std::env::consts::EXE_SUFFIX));
     std::fs::copy(env!("CARGO_BIN_EXE_camdrive"), &alone).expect("the executable can be copied");
-    let output = Command::new(&alone).args(["export", SCENE, "-o"]).arg(&folder).output().expect("camdrive starts");
+    let output = Command::new(&alone)
+        .current_dir(root())
+        .args(["export", SCENE, "-o"])
+        .arg(&folder)
+        .output()
+        .expect("camdrive starts");
     let err = String::from_utf8(output.stderr).expect("UTF-8");
     assert_eq!(output.status.code(), Some(1));
     assert!(err.contains("cargo build --release") && err.contains("--runtime"), "{err}");
@@ -777,7 +794,7 @@ fn compensate_writes_a_scene_that_is_right() {
     assert!(run.code == 0 && run.out.contains("input `tau`"), "{}{}", run.out, run.err);
     // Without motor the start gives the period.
     let free = folder.join("free.toml");
-    let text_of_loom = std::fs::read_to_string(loom).unwrap();
+    let text_of_loom = std::fs::read_to_string(root().join(loom)).unwrap();
     let (head, _) = text_of_loom.split_once("[motor]").unwrap();
     std::fs::write(&free, format!("{head}[motor]\nkind = \"none\"\n")).unwrap();
     let run = camdrive(&["compensate", text(&free), "-o", text(&scene), "--period", "120 ms"]);
@@ -793,7 +810,7 @@ fn compensate_writes_a_scene_that_is_right() {
 fn compensate_writes_tables_where_series_are_too_long() {
     let folder = folder("compensate_tables");
     let (light, target) = (folder.join("light.toml"), folder.join("out/light_hs.toml"));
-    let loom = std::fs::read_to_string("examples/rapier_loom/scene.toml").unwrap();
+    let loom = std::fs::read_to_string(root().join("examples/rapier_loom/scene.toml")).unwrap();
     let (head, _) = loom.split_once("[motor]").unwrap();
     let head = head.replace("2.8 kg.m2", "0.35 kg.m2");
     std::fs::write(&light, format!("{head}[motor]\nkind = \"none\"\n")).unwrap();
@@ -817,7 +834,7 @@ fn the_accuracy_of_a_levers_law_is_told_once() {
 fn cam_says_which_key_keeps_the_second_arm_off() {
     let folder = folder("cam_refuses");
     let scene = folder.join("scene.toml");
-    let loom = std::fs::read_to_string("examples/rapier_loom/scene.toml").unwrap();
+    let loom = std::fs::read_to_string(root().join("examples/rapier_loom/scene.toml")).unwrap();
     std::fs::write(&scene, loom.replace("second_arm_angle = \"90 deg\"", "second_arm_angle = \"30 deg\"")).unwrap();
     let run = camdrive(&["cam", text(&scene), "-o", text(&folder)]);
     for part in [
@@ -835,7 +852,7 @@ fn cam_says_which_key_keeps_the_second_arm_off() {
 fn compensate_says_what_it_cannot_do() {
     let folder = folder("compensate_refuses");
     let loom = "examples/rapier_loom/scene.toml";
-    let text_of_loom = std::fs::read_to_string(loom).unwrap();
+    let text_of_loom = std::fs::read_to_string(root().join(loom)).unwrap();
     let light = folder.join("light.toml");
     std::fs::write(&light, text_of_loom.replace("2.8 kg.m2", "0.2 kg.m2").replace("steady_state", "given")).unwrap();
     let free = folder.join("free.toml");
@@ -1098,7 +1115,7 @@ fn synthesize_writes_a_profile_that_export_takes() {
 #[test]
 fn synthesize_completes_a_scene() {
     let folder = folder("synthesize_scene");
-    let scene = std::fs::canonicalize("examples/guide_bar/scene.toml").expect("the example");
+    let scene = std::fs::canonicalize(root().join("examples/guide_bar/scene.toml")).expect("the example");
     let task = folder.join("task.toml");
     let dwells =
         "[[dwell]]\ncentre = 0\nwidth = 0.5\nU = 0.5\n[[dwell]]\ncentre = \"180 deg\"\nwidth = 0.5\nU = -0.5\n";

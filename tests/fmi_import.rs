@@ -1,11 +1,10 @@
 //! An exported FMU driven through fmi-rs, as an importer would.
-#![cfg(feature = "import")]
 
 use camdrive::drives::cam_drive::{DriveMode, Start, StartMode};
 use camdrive::drives::elastic_shaft::Scene;
-use camdrive::drives::resource::Resource;
-use camdrive::export::{self, RuntimeLibrary};
 use camdrive::motion::{Fourier, MotionLaw};
+use camdrive_cli::export::{self, RuntimeLibrary};
+use camdrive_design::resource::Resource;
 use fmi::fmi2::import::Fmi2Import;
 use fmi::fmi2::instance::{CoSimulation, Common, InstanceCS};
 use fmi::schema::fmi2::{Fmi2ModelDescription, ScalarVariable};

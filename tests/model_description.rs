@@ -1,14 +1,20 @@
 //! The published interface of the FMUs: golden files, and what the description says against what the drive does.
 
 use camdrive::drives::variable::{Causality, Kind, Variability};
-use camdrive::drives::{Described, Description, DynDrive, MODELS};
-use camdrive::export::{self, documentation, model_description::Identity};
-use camdrive::scene::{self, Resolved};
+use camdrive::drives::{Description, DynDrive, MODELS};
+use camdrive_cli::export::{self, documentation, model_description::Identity};
+use camdrive_cli::scene::{self, Resolved};
+use camdrive_design::resource::Described;
 use std::path::{Path, PathBuf};
+
+/// The folder of the workspace.
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap()
+}
 
 /// The scenes beside the golden files, by name.
 fn scenes() -> Vec<(PathBuf, Resolved)> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("modelDescription");
+    let folder = root().join("modelDescription");
     let mut paths: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
     paths.retain(|path| path.extension().is_some_and(|e| e == "toml"));
     paths.sort();
@@ -209,7 +215,7 @@ fn arrays(name: &str) -> Vec<(String, usize)> {
 #[test]
 fn the_elements_of_an_array_follow_one_another() {
     // FMI 2.0, section 2.2.9: "All array elements are given in a consecutive sequence of ScalarVariables."
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let folder = root();
     let linked = scene::read(&folder.join("tests/fmpy/scenes/machine_linkage.toml")).unwrap();
     for (path, scene) in scenes().into_iter().chain([(PathBuf::from("machine_linkage"), linked)]) {
         let list = descriptions(&*build(&scene));

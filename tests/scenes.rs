@@ -1,12 +1,13 @@
 //! Wrong scenes and what is said of them: `tests/scenes/x.toml` ↔ `tests/scenes/x.txt`; tasks in `tests/tasks`.
 //!
 //! `BLESS=1 cargo test --test scenes` writes the messages anew; look at the difference before keeping it.
-#![cfg(feature = "cli")]
 
 use std::path::{Path, PathBuf};
 
 /// The files of the folder with this extension, by name.
 fn files(folder: &str, extension: &str) -> Vec<PathBuf> {
+    // The names in the messages are relative to the folder of the workspace.
+    std::env::set_current_dir(Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap()).expect("the folder is there");
     let entries = std::fs::read_dir(folder).expect("the folder is there");
     let mut files: Vec<PathBuf> = entries.map(|entry| entry.expect("a directory entry").path()).collect();
     files.retain(|path| path.extension().is_some_and(|e| e == extension));
@@ -19,8 +20,8 @@ type Read = fn(&Path) -> Option<String>;
 
 /// Each folder with what reads its files.
 const FOLDERS: [(&str, Read); 2] = [
-    ("tests/scenes", |path| camdrive::scene::read(path).err().map(|faults| faults.to_string())),
-    ("tests/tasks", |path| camdrive::scene::synthesis::read(path).err().map(|faults| faults.to_string())),
+    ("tests/scenes", |path| camdrive_cli::scene::read(path).err().map(|faults| faults.to_string())),
+    ("tests/tasks", |path| camdrive_cli::scene::synthesis::read(path).err().map(|faults| faults.to_string())),
 ];
 
 #[test]
@@ -63,7 +64,7 @@ fn derivatives_by_the_angle_may_have_their_unit_in_full() {
         );
         let path = std::env::temp_dir().join(format!("camdrive_units_{}.toml", std::process::id()));
         std::fs::write(&path, text).expect("the folder can be written to");
-        let read = camdrive::scene::synthesis::read(&path);
+        let read = camdrive_cli::scene::synthesis::read(&path);
         std::fs::remove_file(&path).expect("the file is there");
         read.unwrap_or_else(|faults| panic!("{faults}"))
     };

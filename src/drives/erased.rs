@@ -14,7 +14,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
 /// A drive as it is after instantiation.
-pub(super) fn unit<D: Drive>(drive: D) -> Box<Unit<D>> {
+pub fn unit<D: Drive>(drive: D) -> Box<Unit<D>> {
     let variables = drive.variables().0;
     let reals = variables.iter().map(Access::of).collect();
     let inputs = variables.iter().map_while(Input::of).collect();
@@ -116,7 +116,7 @@ impl<D: Drive> Plan for Design<D> {
 }
 
 /// An instance.
-pub(super) struct Unit<D> {
+pub struct Unit<D> {
     drive: D,
     design: Arc<Design<D>>,
     /// Of the design, where reading finds it sooner.
@@ -140,6 +140,11 @@ struct Snapshot<D> {
 }
 
 impl<D: Drive> Unit<D> {
+    /// The drive.
+    pub fn drive(&self) -> &D {
+        &self.drive
+    }
+
     /// Takes up what was set.
     fn refresh(&mut self) -> Result<(), Fault> {
         if self.pending != Pending::Nothing {
@@ -272,17 +277,6 @@ impl<D: Drive> Unit<D> {
         let lost = states.map(|v| (&v.description.name, (v.get)(&self.drive, v.index))).find(|(_, x)| !x.is_finite());
         let name = lost.map_or("the state", |(name, _)| name);
         Fault(format!("`{name}` is not a finite number at t = {} s", self.time))
-    }
-}
-
-#[cfg(feature = "cli")]
-impl<D: Drive> super::Described for Unit<D> {
-    fn portrait(&self) -> super::Portrait {
-        self.drive.portrait()
-    }
-
-    fn curves(&self) -> Vec<super::Curve> {
-        self.drive.curves()
     }
 }
 

@@ -34,8 +34,6 @@ pub use erased::{DynDrive, Plan, Set};
 pub use event::{Event, EventLog};
 pub use experiment::Experiment;
 pub use model::Model;
-#[cfg(feature = "cli")]
-pub use model::{Described, Template};
 pub use number::{Number, Rounded};
 pub use oscillator::PeriodicOscillator;
 pub use simplification::Simplification;
@@ -43,24 +41,22 @@ pub use variable::{Description, List, Variable};
 
 use serde::{Serialize, de::DeserializeOwned};
 
-/// The one list of the models, for both who work with it.
-macro_rules! models {
-    ($($drive:ty),* $(,)?) => {
-        /// All drive models.
-        pub const MODELS: &[Model] = &[$(Model::of::<$drive>()),*];
-        /// The same for the command line.
-        #[cfg(feature = "cli")]
-        pub const TEMPLATES: &[Template] = &[$(Template::of::<$drive>()),*];
+/// The one list of the drive models: an array of `$entry::of::<D>()` for every model D.
+#[macro_export]
+macro_rules! all_drives {
+    ($entry:ty) => {
+        &[
+            <$entry>::of::<$crate::drives::elastic_output::ElasticOutput>(),
+            <$entry>::of::<$crate::drives::elastic_shaft::ElasticShaft>(),
+            <$entry>::of::<$crate::drives::backlash::BacklashDrive>(),
+            <$entry>::of::<$crate::drives::rigid_machine::RigidMachine>(),
+            <$entry>::of::<$crate::drives::parametric::ParametricDrive>(),
+        ]
     };
 }
 
-models![
-    elastic_output::ElasticOutput,
-    elastic_shaft::ElasticShaft,
-    backlash::BacklashDrive,
-    rigid_machine::RigidMachine,
-    parametric::ParametricDrive,
-];
+/// All drive models.
+pub const MODELS: &[Model] = all_drives!(Model);
 
 /// Why a drive cannot go on: one sentence that names the quantity, its value and what would be admissible.
 #[derive(Clone, Debug, PartialEq)]
@@ -130,17 +126,6 @@ pub trait Drive: Clone + Serialize + DeserializeOwned + Send + Sync + 'static {
 
     /// A drive at time zero. Refuses what no parameter value could mend.
     fn new(scene: Self::Scene) -> Result<Self, Fault>;
-
-    /// The same with the [`Drive::tables`] of this scene.
-    fn with_tables(scene: Self::Scene, _tables: &[u8]) -> Result<Self, Fault> {
-        Self::new(scene)
-    }
-
-    /// What follows from the scene and takes long to compute, in postcard's encoding, for an FMU to bring along.
-    #[cfg(feature = "cli")]
-    fn tables(&self) -> Result<Vec<u8>, Fault> {
-        Ok(Vec::new())
-    }
 
     /// All variables, in the order of their value references.
     fn variables(&self) -> List<Self>;

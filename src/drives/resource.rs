@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 pub const FILE_NAME: &str = "drive.bin";
 
 /// To be changed when the encoding of the file changes; that of the scenes goes with the guid.
-const MAGIC: &[u8; 8] = b"camscen2";
+const MAGIC: &[u8; 8] = b"camscen3";
 const CHECKSUM: usize = 4;
 
 /// What the file holds.
@@ -19,8 +19,7 @@ pub struct Content<'a> {
     pub model: &'a str,
     /// The guid of the model description.
     pub guid: &'a str,
-    /// The [`super::Drive::Scene`] of the model and its [`super::Drive::tables`] in postcard's encoding: coherent SI,
-    /// validated by the exporter.
+    /// The [`super::Drive::Scene`] of the model in postcard's encoding: coherent SI, validated by the exporter.
     pub scene: &'a [u8],
 }
 
@@ -42,7 +41,6 @@ impl<'a> Content<'a> {
     }
 
     /// The bytes of `resources/drive.bin`.
-    #[cfg(any(test, feature = "cli"))]
     pub fn to_bytes(&self) -> Result<Vec<u8>, Fault> {
         let content =
             postcard::to_stdvec(self).map_err(|e| Fault(format!("resources/{FILE_NAME} cannot be written: {e}")))?;
@@ -59,67 +57,9 @@ impl<'a> Content<'a> {
     }
 }
 
-fn unknown<'a>(model: &str, known: impl Iterator<Item = &'a str>) -> Fault {
+/// What is said of a `model` that is none of the `known`.
+pub fn unknown<'a>(model: &str, known: impl Iterator<Item = &'a str>) -> Fault {
     Fault(format!("unknown model `{model}`; known are {}", known.collect::<Vec<&str>>().join(", ")))
-}
-
-#[cfg(feature = "cli")]
-pub use resource::Resource;
-
-#[cfg(feature = "cli")]
-mod resource {
-    use super::super::model::{Described, Template};
-    use super::super::{Fault, PeriodicOscillator, TEMPLATES};
-    use super::{Content, unknown};
-
-    /// A resolved scene: coherent SI, validated by the exporter.
-    #[derive(Clone, Debug, PartialEq)]
-    pub struct Resource {
-        /// The name of the scene, which is the FMU's modelName and modelIdentifier.
-        pub name: String,
-        /// One of [`TEMPLATES`].
-        pub model: String,
-        /// The guid of the model description.
-        pub guid: String,
-        /// The [`crate::drives::Drive::Scene`] of the model as JSON.
-        pub scene: serde_json::Value,
-    }
-
-    impl Resource {
-        fn template(&self) -> Result<&'static Template, Fault> {
-            let known = || TEMPLATES.iter().map(|m| m.name);
-            TEMPLATES.iter().find(|m| m.name == self.model).ok_or_else(|| unknown(&self.model, known()))
-        }
-
-        /// Builds the drive.
-        pub fn build(&self) -> Result<Box<dyn Described>, Fault> {
-            (self.template()?.build)(&self.scene)
-        }
-
-        /// The drive as an oscillator with periodic coefficients.
-        ///
-        /// # Errors
-        /// Where the model is none.
-        pub fn oscillator(&self) -> Result<PeriodicOscillator, Fault> {
-            (self.template()?.oscillator)(&self.scene)?.ok_or_else(|| {
-                Fault(format!(
-                    "{} is no oscillator with periodic coefficients; such are ElasticCamDrive with an elastic input \
-                     shaft and ParametricDrive",
-                    self.model
-                ))
-            })
-        }
-
-        /// The scene and its tables as the runtime library reads them.
-        pub fn encoded_scene(&self) -> Result<Vec<u8>, Fault> {
-            (self.template()?.encode)(&self.scene)
-        }
-
-        /// The bytes of `resources/drive.bin`.
-        pub fn to_bytes(&self) -> Result<Vec<u8>, Fault> {
-            Content { model: &self.model, guid: &self.guid, scene: &self.encoded_scene()? }.to_bytes()
-        }
-    }
 }
 
 #[cfg(test)]

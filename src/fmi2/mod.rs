@@ -1,7 +1,7 @@
 //! The FMI 2.0 Co-Simulation interface of the runtime library.
 //!
 //! An importer's call passes [`functions`] (C types, pointers, the only unsafe code of the library), is looked up in
-//! [`call_sequence`] and carried out by [`instance`]. The command line has an importer of its own, `host`.
+//! [`call_sequence`] and carried out by [`instance`].
 //!
 //! A call that is refused changes nothing, so the instance stays as usable as it was. Only a step that fails
 //! half-way puts it into the error state, which [`call_sequence`] lets importers leave by `fmi2Reset` or
@@ -11,9 +11,6 @@ pub mod abi;
 pub mod call_sequence;
 #[allow(unsafe_code)]
 pub mod functions;
-#[cfg(feature = "cli")]
-#[allow(unsafe_code)]
-pub mod host;
 pub mod instance;
 pub mod log;
 pub mod plans;

@@ -1,10 +1,5 @@
 //! The instance against a small drive: ẋ = g u, with faults on demand.
 
-#[cfg(feature = "cli")]
-mod forged;
-#[cfg(feature = "cli")]
-mod limits;
-
 use super::abi;
 use super::call_sequence::{self as table, Mode};
 use super::instance::{Instance, Refusal, Type};

@@ -5,7 +5,6 @@
 pub mod cycle;
 pub mod derivatives;
 pub mod fourier;
-pub mod harmonic_analysis;
 pub mod parameters;
 mod spline;
 pub mod standard_laws;

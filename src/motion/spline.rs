@@ -2,7 +2,6 @@
 
 use super::table::{Bend, Points};
 use super::turn::{back, near, reduce};
-use nalgebra::{Matrix2, Vector2};
 use std::f64::consts::TAU;
 
 /// The periodic quintic spline.
@@ -45,7 +44,7 @@ impl Spline {
         let ends = |i: usize, j: usize| match slopes.is_empty() {
             true => {
                 let (start, end) = (bends[(lead + i) % n], bends[(lead + j) % n]);
-                (Vector2::new(start.slope, start.behind), Vector2::new(end.slope, end.before))
+                ([start.slope, start.behind], [end.slope, end.before])
             }
             false => (slopes[i], slopes[j]),
         };
@@ -70,86 +69,120 @@ impl Spline {
     }
 }
 
-/// An eliminated point: how its (U′, U″) follow from those of the next and of the last point.
-struct Row {
-    inverse: Matrix2<f64>,
-    next: Matrix2<f64>,
-    with_last: Matrix2<f64>,
-    right: Vector2<f64>,
+/// (U′, U″) at a point.
+type Slopes = [f64; 2];
+
+/// A block of the equations of the slopes.
+#[derive(Clone, Copy)]
+struct Block([[f64; 2]; 2]);
+
+impl Block {
+    fn times(self, x: Slopes) -> Slopes {
+        self.0.map(|[a, b]| a * x[0] + b * x[1])
+    }
+
+    fn product(self, other: Block) -> Block {
+        let columns = other.transposed().0.map(|column| self.times(column));
+        Block(columns).transposed()
+    }
+
+    fn transposed(self) -> Block {
+        let Block([[a, b], [c, d]]) = self;
+        Block([[a, c], [b, d]])
+    }
+
+    fn inverse(self) -> Block {
+        let Block([[a, b], [c, d]]) = self;
+        let determinant = a * d - b * c;
+        Block([[d, -b], [-c, a]].map(|row| row.map(|x| x / determinant)))
+    }
+
+    fn minus(self, other: Block) -> Block {
+        Block(std::array::from_fn(|i| minus(self.0[i], other.0[i])))
+    }
 }
 
-/// (U′, U″) at the points, from the continuity of U‴ and U⁗ there.
+fn minus(x: Slopes, y: Slopes) -> Slopes {
+    [x[0] - y[0], x[1] - y[1]]
+}
+
+/// An eliminated point: how its slopes follow from those of the next and of the last point.
+struct Row {
+    inverse: Block,
+    next: Block,
+    with_last: Block,
+    right: Slopes,
+}
+
+/// The slopes at the points, from the continuity of U‴ and U⁗ there.
 ///
 /// These are the conditions for the least ∫U‴² dφ with given U at the points: a symmetric, positive definite system
 /// of 2×2 blocks, cyclically tridiagonal, which is eliminated in order without pivoting, the last point at the end.
-fn slopes(widths: &[f64], lifts: &[f64]) -> Vec<Vector2<f64>> {
+fn slopes(widths: &[f64], lifts: &[f64]) -> Vec<Slopes> {
     let n = widths.len();
     let rise = |i: usize| lifts[(i + 1) % n] - lifts[i];
     // The blocks of the equations of point i: on the diagonal, coupling with point i + 1, and the right-hand side.
-    let mut diagonal: Vec<Matrix2<f64>> = Vec::with_capacity(n);
-    let mut right: Vec<Vector2<f64>> = Vec::with_capacity(n);
+    let (mut diagonal, mut right) = (Vec::with_capacity(n), Vec::with_capacity(n));
     for i in 0..n {
         let before = (i + n - 1) % n;
         let (g, h) = (widths[before], widths[i]);
         let mixed = 36.0 / (h * h) - 36.0 / (g * g);
-        diagonal.push(Matrix2::new(
-            192.0 * (1.0 / h.powi(3) + 1.0 / g.powi(3)),
-            mixed,
-            mixed,
-            9.0 * (1.0 / h + 1.0 / g),
-        ));
-        right.push(Vector2::new(
+        diagonal
+            .push(Block([[192.0 * (1.0 / h.powi(3) + 1.0 / g.powi(3)), mixed], [mixed, 9.0 * (1.0 / h + 1.0 / g)]]));
+        right.push([
             360.0 * (rise(i) / h.powi(4) + rise(before) / g.powi(4)),
             60.0 * (rise(i) / h.powi(3) - rise(before) / g.powi(3)),
-        ));
+        ]);
     }
     let coupling = |i: usize| {
         let h = widths[i];
-        Matrix2::new(168.0 / h.powi(3), -24.0 / (h * h), 24.0 / (h * h), -3.0 / h)
+        Block([[168.0 / h.powi(3), -24.0 / (h * h)], [24.0 / (h * h), -3.0 / h]])
     };
 
     // Forward: eliminates points 0 … n − 2 from the following one and from the last one.
-    let last = n - 1;
-    let mut with_last = coupling(last).transpose();
+    let (last, zero) = (n - 1, Block([[0.0; 2]; 2]));
+    let mut with_last = coupling(last).transposed();
     let mut rows: Vec<Row> = Vec::with_capacity(last);
     for i in 0..last {
-        if i + 1 == last {
-            with_last += coupling(i);
+        let is_penultimate = i + 1 == last;
+        if is_penultimate {
+            with_last = with_last.minus(zero.minus(coupling(i)));
         }
-        // The leading blocks of a positive definite matrix stay positive definite, so the inverse exists.
-        let inverse = diagonal[i].try_inverse().unwrap_or_else(Matrix2::zeros);
-        let next = if i + 1 < last { coupling(i) } else { Matrix2::zeros() };
-        rows.push(Row { inverse, next, with_last, right: right[i] });
-        let b = right[i];
-        diagonal[last] -= with_last.transpose() * inverse * with_last;
-        right[last] -= with_last.transpose() * (inverse * b);
-        if i + 1 < last {
-            diagonal[i + 1] -= next.transpose() * inverse * next;
-            right[i + 1] -= next.transpose() * (inverse * b);
-            with_last = -(next.transpose() * inverse * with_last);
+        let (inverse, b) = (diagonal[i].inverse(), right[i]);
+        let next = if is_penultimate { zero } else { coupling(i) };
+        rows.push(Row { inverse, next, with_last, right: b });
+        let eliminator = with_last.transposed().product(inverse);
+        diagonal[last] = diagonal[last].minus(eliminator.product(with_last));
+        right[last] = minus(right[last], eliminator.times(b));
+        if !is_penultimate {
+            let eliminator = next.transposed().product(inverse);
+            diagonal[i + 1] = diagonal[i + 1].minus(eliminator.product(next));
+            right[i + 1] = minus(right[i + 1], eliminator.times(b));
+            with_last = zero.minus(eliminator.product(with_last));
         }
     }
 
-    let mut slopes = vec![Vector2::zeros(); n];
-    slopes[last] = diagonal[last].try_inverse().unwrap_or_else(Matrix2::zeros) * right[last];
+    let mut slopes = vec![[0.0; 2]; n];
+    slopes[last] = diagonal[last].inverse().times(right[last]);
     for i in (0..last).rev() {
         let Row { inverse, next, with_last, right } = &rows[i];
-        slopes[i] = inverse * (right - next * slopes[i + 1] - with_last * slopes[last]);
+        let known = minus(minus(*right, next.times(slopes[i + 1])), with_last.times(slopes[last]));
+        slopes[i] = inverse.times(known);
     }
     slopes
 }
 
 /// The coefficients of the quintic over `width` with value `u`, increase `rise` and (U′, U″) at both ends.
-fn quintic(width: f64, u: f64, rise: f64, start: Vector2<f64>, end: Vector2<f64>) -> [f64; 6] {
+fn quintic(width: f64, u: f64, rise: f64, start: Slopes, end: Slopes) -> [f64; 6] {
     let (h, h2) = (width, width * width);
     // In units of the width: what is left of value, slope and curvature at the end for the upper three powers.
-    let r0 = rise - h * start.x - 0.5 * h2 * start.y;
-    let r1 = h * (end.x - start.x) - h2 * start.y;
-    let r2 = h2 * (end.y - start.y);
+    let r0 = rise - h * start[0] - 0.5 * h2 * start[1];
+    let r1 = h * (end[0] - start[0]) - h2 * start[1];
+    let r2 = h2 * (end[1] - start[1]);
     [
         u,
-        start.x,
-        0.5 * start.y,
+        start[0],
+        0.5 * start[1],
         (10.0 * r0 - 4.0 * r1 + 0.5 * r2) / (h2 * h),
         (-15.0 * r0 + 7.0 * r1 - r2) / (h2 * h2),
         (6.0 * r0 - 3.0 * r1 + 0.5 * r2) / (h2 * h2 * h),
@@ -158,7 +191,7 @@ fn quintic(width: f64, u: f64, rise: f64, start: Vector2<f64>, end: Vector2<f64>
 
 /// U, U′, U″ at the part x ∈ [0, 1] of a piece of degree 5 of this width that has these values at its ends.
 pub fn within(width: f64, [u, u1, u2]: [f64; 3], [v, v1, v2]: [f64; 3], x: f64) -> [f64; 3] {
-    let coefficients = quintic(width, u, v - u, Vector2::new(u1, u2), Vector2::new(v1, v2));
+    let coefficients = quintic(width, u, v - u, [u1, u2], [v1, v2]);
     let [u, u1, u2, ..] = Piece { origin: 0.0, middle: 0.5 * width, width, coefficients }.at(x * width);
     [u, u1, u2]
 }

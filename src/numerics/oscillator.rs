@@ -5,7 +5,7 @@
 
 use super::angle;
 use super::double_double::Double;
-use nalgebra::Complex;
+use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 
 /// q̈ + 2δ q̇ + ω₀² q = f(t) with ω₀² ≥ 0 [1/s²] and δ ≥ 0 [1/s].

@@ -21,10 +21,10 @@ pub struct Work(f64);
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Exhausted;
 
-#[cfg(test)]
+#[cfg(any(test, feature = "counted-work"))]
 use drawn::limited as budget;
 
-#[cfg(not(test))]
+#[cfg(not(any(test, feature = "counted-work")))]
 const fn budget() -> f64 {
     BUDGET
 }
@@ -40,7 +40,7 @@ impl Work {
     /// Draws upon it [nominal µs].
     #[inline]
     pub fn draw(&mut self, cost: f64) -> Result<(), Exhausted> {
-        #[cfg(test)]
+        #[cfg(any(test, feature = "counted-work"))]
         drawn::add(cost);
         self.0 -= cost;
         // A comparison with NaN is false.
@@ -54,7 +54,7 @@ impl Work {
 }
 
 /// What was drawn in this thread, for tests.
-#[cfg(test)]
+#[cfg(any(test, feature = "counted-work"))]
 pub mod drawn {
     use std::cell::Cell;
 

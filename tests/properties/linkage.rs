@@ -3,10 +3,10 @@
 use super::run::Run;
 use super::scenes::{decades, law, sign, solver, times};
 use super::{admitted, config};
-use camdrive::design::lever_law::lever_law;
 use camdrive::drives::rigid_machine::Follower;
 use camdrive::drives::rigid_machine::linkage::{Branch, FourBar, Gear, Kind, Link, Linkage, Mechanism, SliderCrank};
 use camdrive::motion::MotionLaw;
+use camdrive_design::lever_law::lever_law;
 use proptest::prelude::*;
 use serde_json::json;
 use std::f64::consts::TAU;

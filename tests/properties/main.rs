@@ -6,7 +6,9 @@
 //! and shows nothing; few may be.
 
 mod creep;
+mod forged;
 mod inputs;
+mod limits;
 mod linkage;
 mod parametric;
 mod run;

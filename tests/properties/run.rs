@@ -1,8 +1,8 @@
 //! A drive in operation, with access by name.
 
-use camdrive::drives::resource::Resource;
 use camdrive::drives::variable::{Causality, Kind};
 use camdrive::drives::{DynDrive, Fault};
+use camdrive_design::resource::Resource;
 use serde_json::Value;
 
 pub struct Run {

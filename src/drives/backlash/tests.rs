@@ -1,18 +1,25 @@
 //! The drive with backlash against closed formulas, balances and symmetries.
-#![cfg_attr(not(feature = "cli"), allow(dead_code, unused_imports))]
+
+// The closed formulas of the study of clearances.
+#[allow(dead_code)]
+#[path = "../../../design/src/clearance/borders.rs"]
+mod borders;
+#[allow(dead_code)]
+#[path = "../../../design/src/clearance/formulas.rs"]
+mod formulas;
 
 use super::contact::{Bodies, Flank, Mode, State};
 use super::flank::FlankMotion;
 use super::panel::{MOST_TERMS, Reading};
 use super::solver::{Run, Stretch};
 use super::{BacklashDrive, Scene};
-#[cfg(feature = "cli")]
-use crate::design::clearance::{borders::release, formulas::Passage};
 use crate::drives::cam_drive::{DriveMode, Start, StartMode};
 use crate::drives::solver::Settings;
 use crate::drives::{Drive, Event, EventLog};
 use crate::motion::{Fourier, Kinematics, MotionLaw};
 use crate::numerics::double_double::Double;
+use borders::release;
+use formulas::Passage;
 
 /// u(t) = U̇₀ t + Ü₀ t²/2 + U⃛ t³/6, the cubic of the source around a zero of Ü.
 struct CubicFlank {
@@ -79,7 +86,6 @@ fn pass(mu: f64, k: f64, flank: Flank, end: f64) -> (Run, State, Bodies, Vec<Eve
     (run, point.state, bodies, log.iter().copied().collect())
 }
 
-#[cfg(feature = "cli")]
 #[test]
 fn the_passage_of_the_cubic_model() {
     for mu in [0.02, 0.149, 0.3, 1.0, 3.0] {
@@ -114,7 +120,6 @@ fn the_passage_of_the_cubic_model() {
     }
 }
 
-#[cfg(feature = "cli")]
 #[test]
 fn the_contact_after_the_passage_of_the_cubic_model() {
     for (mu, k) in [(0.3, 2.0), (1.0, 15.0), (3.0, 106.0)] {

@@ -62,11 +62,6 @@ impl Inertia {
         inertia
     }
 
-    /// Takes its range and the order that resolves the mechanisms from where they are known.
-    pub fn know(&mut self, range: (f64, f64), linked_resolution: f64) {
-        (self.range, self.linked_resolution) = (Known(range.into()), Known(linked_resolution.into()));
-    }
-
     /// Whether mechanisms lie between a cam and its tool.
     pub fn is_linked(&self) -> bool {
         self.followers.iter().any(|follower| !follower.linkage.is_empty())

@@ -34,7 +34,6 @@ mod signal;
 mod solver;
 mod steady;
 mod steady_lag;
-mod tables;
 mod torques;
 mod travel;
 mod variables;
@@ -166,8 +165,6 @@ pub struct RigidMachine {
     top_speed: f64,
     /// The period of the steady state found at the start [s]; 0 without one.
     period: f64,
-    /// Where the search for the periodic motion begins, see [`tables`]; a guess needs no more digits.
-    first_guess: f32,
     events: EventLog,
 }
 
@@ -212,7 +209,6 @@ impl RigidMachine {
             travelled: 0.0,
             top_speed: 0.0,
             period: 0.0,
-            first_guess: 1.0,
             events: EventLog::default(),
         }
     }
@@ -309,19 +305,6 @@ impl Drive for RigidMachine {
         // Here, so that the instances of a scene share it.
         machine.prepare_raster()?;
         Ok(machine)
-    }
-
-    fn with_tables(scene: Scene, tables: &[u8]) -> Result<Self, Fault> {
-        let mut machine = RigidMachine::of(scene);
-        machine.take(tables)?;
-        machine.check()?;
-        machine.prepare_cycle();
-        Ok(machine)
-    }
-
-    #[cfg(feature = "cli")]
-    fn tables(&self) -> Result<Vec<u8>, Fault> {
-        self.written_tables()
     }
 
     fn variables(&self) -> List<Self> {

@@ -7,7 +7,6 @@
 
 use super::Inertia;
 use crate::numerics::powers::{Fitting, Powers};
-use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
 /// The width of a piece in which the polynomial of degree 15 follows a wave to rounding [rad of the wave]: the first
@@ -24,7 +23,6 @@ const ROUNDING: f64 = 4e-15;
 const BEYOND: f64 = 1e-6;
 
 /// The pieces of an interval.
-#[derive(Serialize, Deserialize)]
 struct Stretch {
     /// φ where it begins [rad].
     low: f64,
@@ -37,7 +35,7 @@ struct Stretch {
 }
 
 /// The table.
-#[derive(Default, Serialize, Deserialize)]
+#[derive(Default)]
 pub struct Profile {
     /// By interval; None where there is no table.
     stretches: Vec<Option<Stretch>>,
@@ -79,14 +77,6 @@ impl Profile {
             }));
         }
         profile
-    }
-
-    /// Whether it can be a table of this inertia.
-    pub fn fits(&self, inertia: &Inertia) -> bool {
-        let within = |s: &Stretch| s.count > 0 && s.first + s.count as usize <= self.pieces.len();
-        self.turn == inertia.borders().is_empty()
-            && self.stretches.len() == inertia.borders().len().max(1)
-            && self.stretches.iter().flatten().all(within)
     }
 
     /// Adds the piece of this `width` from `low` on; whether it meets J.

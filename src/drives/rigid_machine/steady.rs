@@ -113,10 +113,10 @@ impl<'a> Shooting<'a> {
     }
 
     /// E at the beginning of the turn on the periodic motion, about: that of the mean √J at the speed that balances the
-    /// load, times [`RigidMachine::first_guess`].
+    /// load.
     pub fn first_energy(&self) -> Option<f64> {
         let root = self.machine.raster.mean_root * self.torques.balance()?;
-        Some(0.5 * root * root * f64::from(self.machine.first_guess))
+        Some(0.5 * root * root)
     }
 
     fn forward(&self) -> bool {

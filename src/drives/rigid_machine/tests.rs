@@ -16,8 +16,6 @@ mod fixed_cost;
 mod inertia;
 mod orbits;
 mod periodic;
-#[cfg(feature = "cli")]
-mod tables;
 mod wide_estimate;
 
 /// The main drive of a rapier loom: gripper and sley, cosine and sine coefficients in m.

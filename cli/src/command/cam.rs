@@ -1,0 +1,133 @@
+//! `camdrive cam SCENE`
+
+use super::{Failure, failure, files, read_all, show, tell, width};
+use crate::scene::geometry::CamPlan;
+use crate::scene::units;
+use camdrive::drives::{Fault, unit};
+use camdrive_design::cam_geometry::report::{Shape, Tolerances};
+use camdrive_design::cam_geometry::{Finding, Verdict};
+use camdrive_design::text;
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+/// Cuts the cams of a scene: path of the roller's centre and contours, with checks.
+///
+/// Takes the motion law and the geometry of each cam ([geometry], [follower.geometry]). Reports the pressure angle, radii
+/// of curvature, undercut, crossings and sizes with their angles, of mechanisms behind the cam the least transmission
+/// angle; what runs badly is warned of, what cannot be cut or does
+/// not move the follower as prescribed is refused.
+///
+/// Writes NAME.csv (path and contours, with curvatures that are positive where a curve bulges away from the axis), NAME.dxf
+/// and NAME.svg (true size, mm), NAME.pressure_angle.svg, NAME.curvature.svg, cam tables for motion controllers
+/// NAME.plcopen.csv and NAME.plc.txt, and the findings as NAME.json. Cams of a machine are called NAME.follower1 …, those of a
+/// conjugate pair F and P.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  camdrive cam examples/rapier_loom/scene.toml
+  camdrive cam compensated.toml -o cams/ --chord-error \"0.5 um\"")]
+pub struct Args {
+    /// Scene file (TOML) with the geometry of its cams
+    scene: PathBuf,
+    /// Folder for the files [default: cam-NAME]
+    #[arg(short, long, value_name = "FOLDER")]
+    output: Option<PathBuf>,
+    /// Largest distance between a contour and its chords, "1 um" or in m
+    #[arg(long, value_name = "LENGTH", default_value = "1 um")]
+    chord_error: String,
+    /// Largest error of a motion controller that joins the points of the cam table by straight lines
+    #[arg(long, value_name = "LENGTH", default_value = "1 um")]
+    table_error: String,
+    /// Cut only this follower, counted from 1; several are possible
+    #[arg(long, value_name = "NUMBER", value_delimiter = ',')]
+    follower: Vec<usize>,
+    /// Write the files though a cam is refused, to look at it
+    #[arg(long)]
+    force: bool,
+}
+
+/// The finest chord [m]: files give a tenth of a nanometre.
+const FINEST: f64 = 1e-9;
+
+/// The coarsest one [m], beyond which a contour is none.
+const COARSEST: f64 = 1e-2;
+
+/// A length of an option.
+fn length(name: &str, text: &str) -> Result<f64, Failure> {
+    let value = units::parse(text, &unit::LENGTH)
+        .map_err(|e| failure(format!("--{name}: {}\n  = hint: write for example \"1 um\"", e.message)))?;
+    if (FINEST..=COARSEST).contains(&value) {
+        return Ok(value);
+    }
+    Err(failure(format!(
+        "--{name}: {text} is out of range\n  = admissible: {FINEST:e} … {COARSEST} m\n  = hint: write for example \"1 um\""
+    )))
+}
+
+/// The cams that are asked for.
+fn chosen(args: &Args, cams: &[CamPlan], followers: usize) -> Result<Vec<CamPlan>, Failure> {
+    let place = args.scene.display();
+    if let Some(wrong) = args.follower.iter().find(|j| !(1..=followers).contains(j)) {
+        return Err(failure(match followers {
+            0 => format!("--follower: {place} is no machine with followers\n  = hint: leave --follower out"),
+            _ => format!("--follower: there is no follower {wrong}; the scene has {followers}, counted from 1"),
+        }));
+    }
+    if let Some(plain) = args.follower.iter().find(|j| !cams.iter().any(|cam| cam.follower == Some(**j))) {
+        return Err(failure(format!("--follower: {place} has no [follower.geometry] for follower {plain}")));
+    }
+    let wanted = |cam: &&CamPlan| args.follower.is_empty() || cam.follower.is_some_and(|j| args.follower.contains(&j));
+    Ok(cams.iter().filter(wanted).cloned().collect())
+}
+
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let tolerances = Tolerances {
+        chord: length("chord-error", &args.chord_error)?,
+        table: length("table-error", &args.table_error)?,
+    };
+    let scene = read_all(std::slice::from_ref(&args.scene))?.remove(0);
+    let folder = args.output.clone().unwrap_or_else(|| PathBuf::from(format!("cam-{}", scene.name)));
+    files::no_file(&folder, "-o")?;
+    let followers = scene.scene.get("followers").and_then(|list| list.as_array()).map_or(0, Vec::len);
+    let cams = chosen(args, &scene.cams, followers)?;
+    if cams.is_empty() {
+        let table = if followers > 0 { "[follower.geometry]" } else { "[geometry]" };
+        return Err(failure(match scene.model.split('.').next().unwrap_or_default() {
+            "ParametricDrive" => format!("{}: a ParametricDrive has no cam", args.scene.display()),
+            _ => format!(
+                "{}: the scene does not tell the geometry of a cam\n  = hint: add {table} beside the law, with follower, roller_radius and base_radius",
+                args.scene.display()
+            ),
+        }));
+    }
+    let mut shapes = Vec::new();
+    for cam in &cams {
+        let name = cam.follower.map_or(scene.name.clone(), |j| format!("{}.follower{j}", scene.name));
+        let fault = |fault: Fault| failure(format!("{}: {name}: {fault}", args.scene.display()));
+        let shape = Shape::new(&name, &cam.law, cam.plan, tolerances).map_err(fault)?;
+        shapes.push(shape.with(cam.mechanisms.iter().map(Finding::of_transmission)));
+    }
+    let say = |verdict: Verdict, word: &str| {
+        let mut text = String::new();
+        for line in shapes.iter().flat_map(|shape| shape.complaints(verdict)) {
+            let _ = writeln!(text, "{word}: {line}");
+        }
+        text
+    };
+    let report = shapes.iter().map(|shape| shape.text(width())).collect::<Vec<_>>().join("\n");
+    let refused = shapes.iter().any(|shape| shape.verdict() == Verdict::Fault);
+    tell(&say(Verdict::Warning, "warning"));
+    if refused && !args.force {
+        show(&report)?;
+        let hint = "  = hint: no file is written; --force writes them to look at";
+        return Err(Failure(say(Verdict::Fault, "error") + hint));
+    }
+    tell(&say(Verdict::Fault, "warning"));
+    let mut parts = Vec::new();
+    for shape in &shapes {
+        parts.extend(files::report(&folder, &shape.name, shape.files())?);
+    }
+    let findings = text::json(&shapes.iter().map(Shape::summary).collect::<Vec<_>>());
+    parts.extend(files::report(&folder, &scene.name, [("json", findings)])?);
+    show(&(report + "\n" + &files::write(&parts, &scene.files)?))
+}

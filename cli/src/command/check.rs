@@ -1,0 +1,78 @@
+//! `camdrive check SCENE…`
+
+use super::{Failure, Format, failure, print, read_all, show, tell, tell_notes};
+use crate::scene::{self, Diagnostic, Diagnostics, Resolved};
+use camdrive_design::overview::{self, Overview, Warning};
+use camdrive_design::text;
+use serde_json::{Value, json};
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// Validates scenes and tells what they amount to, without writing anything.
+///
+/// Every value is checked, and the drive is built and started with them. All faults of all scenes are reported. Of a scene
+/// without fault it tells speeds, natural frequencies, largest velocity, acceleration and force, and the nearest resonances; it
+/// warns of values that are hardly meant, as where a unit is forgotten, and of rough tables.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  camdrive check examples/*/scene.toml")]
+pub struct Args {
+    /// Scene files (TOML)
+    #[arg(required = true, value_name = "SCENE")]
+    scenes: Vec<PathBuf>,
+    #[command(flatten)]
+    format: Format,
+}
+
+pub fn run(args: &Args) -> Result<ExitCode, Failure> {
+    if args.format.json {
+        return as_data(&args.scenes);
+    }
+    let scenes = read_all(&args.scenes)?;
+    tell_notes(&args.scenes, &scenes);
+    let mut out = String::new();
+    for (path, scene) in args.scenes.iter().zip(&scenes) {
+        let (place, overview) = (path.display(), overview_of(path, scene)?);
+        let _ = write!(out, "{place}: {} ok\n{}", scene.model, overview.text());
+        for Warning { message, hint } in &overview.warnings {
+            tell(&format!("warning: {place}: {message}\n  = hint: {hint}\n"));
+        }
+    }
+    show(&out).map(|()| ExitCode::SUCCESS)
+}
+
+fn overview_of(path: &Path, scene: &Resolved) -> Result<Overview, Failure> {
+    overview::of(&scene.resource()).map_err(|fault| failure(format!("{}: {fault}", path.display())))
+}
+
+/// The same as a list with an entry for each scene, faults included.
+fn as_data(paths: &[PathBuf]) -> Result<ExitCode, Failure> {
+    let (mut entries, mut ending) = (Vec::new(), ExitCode::SUCCESS);
+    for path in paths {
+        let mut entry = json!({ "file": path.display().to_string() });
+        let more = match scene::read(path) {
+            Ok(scene) => {
+                let overview = serde_json::to_value(overview_of(path, &scene)?).map_err(failure)?;
+                let own = json!({ "ok": true, "name": scene.name, "model": scene.model, "notes": scene.notes });
+                [own, overview]
+            }
+            Err(Diagnostics(faults)) => {
+                ending = ExitCode::FAILURE;
+                [json!({ "ok": false }), json!({ "faults": faults.iter().map(fault).collect::<Vec<Value>>() })]
+            }
+        };
+        if let Some(entry) = entry.as_object_mut() {
+            entry.extend(more.into_iter().filter_map(|part| part.as_object().cloned()).flatten());
+        }
+        entries.push(entry);
+    }
+    print(&text::json(&entries).map_err(failure)?).map(|()| ending)
+}
+
+fn fault(fault: &Diagnostic) -> Value {
+    let Diagnostic { message, admissible, hint, file, position } = fault;
+    // Messages begin with the key that they are about.
+    let key = message.strip_prefix('`').and_then(|rest| rest.split_once('`')).map(|(key, _)| key);
+    let (line, column) = position.as_ref().map(|at| (at.line, at.column)).unzip();
+    json!({ "file": file, "line": line, "column": column, "key": key, "message": message, "admissible": admissible, "hint": hint })
+}

@@ -1,0 +1,228 @@
+//! `camdrive clearance SCENE`
+
+use super::output::Bar;
+use super::{Failure, Format, files, read_all};
+use crate::scene::{Resolved, units};
+use camdrive::drives::unit::{self, Quantity};
+use camdrive::motion::table::Points;
+use camdrive::motion::{Cycle, CyclePlan, MotionLaw, StandardLaw};
+use camdrive_design::clearance::{self, Options, Progress, Report, figures, lists, table};
+use camdrive_design::harmonic_analysis::analyse;
+use camdrive_design::text;
+use std::f64::consts::TAU;
+use std::fmt::Write as _;
+use std::ops::RangeInclusive;
+use std::path::{Path, PathBuf};
+
+/// Shows where and how hard a drive passes its clearance, and what avoids further impacts.
+///
+/// For every change of sign of U″ in a turn: dynamic clearance K, time of passage, impulse, deformation and contact force
+/// after the impact, by Kaltofen's closed formulas and by the event-driven model side by side, and whether m1 leaves the
+/// flank again, at once or within a natural period. For the law as a whole: which natural frequencies, speeds and
+/// clearances avoid that by both, and the motion that the drive settles to. Where formulas and model differ, the model decides.
+///
+/// Takes a BacklashDrive, or an ElasticCamDrive with an elastic output together with --clearance and --m1. The model of a
+/// passage starts from the periodic motion of permanent contact.
+///
+/// Prints the tables and writes NAME.json, NAME.passages.csv, NAME.after_impact.csv, NAME.passage_time.csv, NAME.map.csv
+/// and, as SVG, NAME.passage_time, NAME.multiple_impacts, NAME.deformation, NAME.force, NAME.acceleration into a folder.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  camdrive clearance examples/backlash_drive/scene.toml
+  camdrive clearance scene.toml --compare bestehorn,modified_sine,hs7,other_scene.toml
+  camdrive clearance examples/guide_bar/scene.toml --clearance \"0.05 mm\" --m1 \"2 kg\"")]
+pub struct Args {
+    /// Scene file (TOML)
+    scene: PathBuf,
+    /// Folder for tables and diagrams [default: clearance-NAME]
+    #[arg(short, long, value_name = "FOLDER")]
+    output: Option<PathBuf>,
+    /// Clearance instead of that of the scene, "0.05 mm" or in m
+    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
+    clearance: Option<String>,
+    /// Mass between the flanks instead of that of the scene, "2 kg" or in kg
+    #[arg(long, value_name = "MASS", allow_hyphen_values = true)]
+    m1: Option<String>,
+    /// Speed instead of that of the scene, "300 rpm" or in rad/s
+    #[arg(long, value_name = "SPEED", allow_hyphen_values = true)]
+    speed: Option<String>,
+    /// Natural frequency √(c/m2) instead of that of the scene, by another stiffness at the same damping ratio, "80 Hz" or
+    /// in rad/s
+    #[arg(long, value_name = "FREQUENCY", allow_hyphen_values = true)]
+    natural_frequency: Option<String>,
+    /// Laws in the place of the scene's: VDI laws at the same stroke and angles (bestehorn, modified_sine … or all), hsN
+    /// for the first N harmonics of the scene's law, or scene files, whose cams are taken
+    #[arg(long, value_name = "LAW,…", value_delimiter = ',')]
+    compare: Vec<String>,
+    /// Turns of the settled motion; the second half of them counts [default: 40]
+    #[arg(long, value_name = "NUMBER")]
+    turns: Option<usize>,
+    /// Lobes of U″ and of the contact force below this part of the largest one are no passages [default: 1e-9]
+    #[arg(long, value_name = "PART", allow_negative_numbers = true)]
+    ignore: Option<f64>,
+    #[command(flatten)]
+    format: Format,
+}
+
+/// Short names of laws, beside those of scenes.
+const SHORT_NAMES: [(&str, &str); 7] = [
+    ("sine", "simple_sine"),
+    ("modsine", "modified_sine"),
+    ("modtrap", "modified_trapezoid"),
+    ("345", "polynomial_345"),
+    ("poly345", "polynomial_345"),
+    ("4567", "polynomial_4567"),
+    ("poly4567", "polynomial_4567"),
+];
+
+/// Turns of the settled motion: half of them are left out, and a million turns take seconds to minutes.
+const TURNS: RangeInclusive<usize> = 2..=1_000_000;
+
+/// Points of a turn from which the harmonics of a law are found; those beyond alias with less than 1e-12 of the stroke.
+const ANALYSED: usize = 4096;
+
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let scenes = read_all(std::slice::from_ref(&args.scene))?;
+    for scene in &scenes {
+        let folder = args.output.clone().unwrap_or_else(|| PathBuf::from(format!("clearance-{}", scene.name)));
+        files::no_file(&folder, "-o")?;
+        let options = args.options(scene)?;
+        let bar = Bar::new(&scene.name);
+        let tell = |Progress { done, total, law }: Progress<'_>| bar.tell(done, total, law);
+        let report = clearance::study(&scene.resource(), &options, tell);
+        bar.clear();
+        let report = report.map_err(|fault| Failure(format!("error: {}: {fault}", args.scene.display())))?;
+        let written = files::write(&parts(&folder, &report)?, &scene.files)?;
+        args.format.print(|width| text(&report, width) + "\n" + &written, || text::json(&report))?;
+    }
+    Ok(())
+}
+
+impl Args {
+    fn options(&self, scene: &Resolved) -> Result<Options, Failure> {
+        let value = |name: &str, text: &Option<String>, quantity: &'static Quantity| {
+            let parse = |text: &String| {
+                units::parse(text, quantity)
+                    .map_err(|e| Failure(format!("error: --{name}: {}\n  = hint: {}", e.message, e.hint)))
+            };
+            text.as_ref().map(parse).transpose()
+        };
+        if let Some(turns) = self.turns.filter(|turns| !TURNS.contains(turns)) {
+            let text = format!("error: --turns: {turns} is outside [{}, {}]", TURNS.start(), TURNS.end());
+            return Err(Failure(text + "\n  = hint: half of them are left out; leave it out for 40"));
+        }
+        let mut laws = Vec::new();
+        for name in &self.compare {
+            laws.extend(compared(name.trim(), scene)?);
+        }
+        Ok(Options {
+            clearance: value("clearance", &self.clearance, &unit::LENGTH)?,
+            m1: value("m1", &self.m1, &unit::MASS)?,
+            speed: value("speed", &self.speed, &unit::ANGULAR_VELOCITY)?,
+            natural_frequency: value("natural-frequency", &self.natural_frequency, &unit::ANGULAR_VELOCITY)?,
+            turns: self.turns,
+            ignore: self.ignore,
+            laws,
+        })
+    }
+}
+
+/// The cam of a scene.
+fn cam(scene: &Resolved) -> Result<MotionLaw, Failure> {
+    let cam = scene.scene.get("cam").cloned().unwrap_or_default();
+    let law = serde_json::from_value(cam);
+    law.map_err(|_| {
+        let text = format!("error: --compare: the scene {} ({}) has no cam", scene.name, scene.model);
+        Failure(text + "\n  = hint: name a scene with [cam]")
+    })
+}
+
+/// The laws that a name stands for, in the place of the scene's.
+fn compared(name: &str, scene: &Resolved) -> Result<Vec<(String, MotionLaw)>, Failure> {
+    if name.ends_with(".toml") {
+        let other = read_all(&[PathBuf::from(name)])?;
+        return other.iter().map(|other| Ok((other.name.clone(), cam(other)?))).collect();
+    }
+    let own = cam(scene)?;
+    let harmonics = name.strip_prefix("hs").and_then(|count| count.parse::<usize>().ok());
+    if let Some(harmonics) = harmonics {
+        let angles: Vec<f64> = (0..ANALYSED).map(|i| TAU * i as f64 / ANALYSED as f64).collect();
+        let lifts = angles.iter().map(|phi| own.at(*phi).0[0]).collect();
+        let most = 256;
+        if harmonics == 0 || harmonics > most {
+            return Err(Failure(format!("error: --compare {name}: from hs1 to hs{most}")));
+        }
+        let analysis = analyse(Points { angles, lifts }, harmonics)
+            .map_err(|e| Failure(format!("error: --compare {name}: {e}")))?;
+        return Ok(vec![(name.to_owned(), MotionLaw::Fourier(analysis.series))]);
+    }
+    let full = SHORT_NAMES.iter().find(|(short, _)| *short == name).map_or(name, |(_, full)| full);
+    let laws = match StandardLaw::from_name(full) {
+        Some(law) => vec![law],
+        None if name == "all" => StandardLaw::ALL.to_vec(),
+        None => {
+            let known: Vec<&str> = StandardLaw::ALL.iter().map(|law| law.name()).collect();
+            return Err(Failure(format!(
+                "error: --compare: the law `{name}` is not known\n  = hint: one of {}, bestehorn, harmonic, all; hsN; or a \
+                 scene file NAME.toml",
+                known.join(", ")
+            )));
+        }
+    };
+    let MotionLaw::Cycle(cycle) = &own else {
+        return Err(Failure(format!(
+            "error: --compare {name}: the scene {} has no cycle, so that stroke and angles of the task are not known\n  = \
+             hint: write the task as `law = \"cycle\"` and compare this scene's file with it, or name scene files",
+            scene.name
+        )));
+    };
+    let same_task = |law: StandardLaw| CyclePlan { rise_law: law, return_law: law, ..*cycle.plan() };
+    Ok(laws.into_iter().map(|law| (law.name().to_owned(), MotionLaw::Cycle(Cycle::new(same_task(law))))).collect())
+}
+
+/// Tables and diagrams.
+fn parts(folder: &Path, report: &Report) -> Result<Vec<(PathBuf, String)>, Failure> {
+    let parts = [
+        ("json", text::json(report)),
+        ("passages.csv", lists::passages_csv(report)),
+        ("after_impact.csv", lists::after_impact_csv(report)),
+        ("passage_time.csv", lists::passage_time_csv(report)),
+        ("map.csv", lists::map_csv(report)),
+        ("passage_time.svg", figures::passage_time(report).svg()),
+        ("multiple_impacts.svg", figures::multiple_impacts(report).svg()),
+        ("deformation.svg", figures::deformation(report).svg()),
+        ("force.svg", figures::force(report).svg()),
+        ("acceleration.svg", figures::acceleration(report).svg()),
+    ];
+    files::report(folder, &report.scene, parts)
+}
+
+/// The report for a terminal: the scene's law in full, the others in the comparison.
+fn text(report: &Report, width: usize) -> String {
+    let mut out = format!("{}: passage of the clearance\n", report.scene);
+    // A table has two blanks of its own before each line.
+    let of = |table: table::Table| -> Vec<String> {
+        table.text(width).lines().map(|line| line.strip_prefix("  ").unwrap_or(line).to_owned()).collect()
+    };
+    let mut add = |title: &str, lines: Vec<String>| {
+        if !lines.is_empty() {
+            let _ = writeln!(out, "{title}");
+        }
+        for line in lines {
+            let _ = writeln!(out, "  {line}");
+        }
+    };
+    add("", table::about(report));
+    if let Some(study) = report.laws.first() {
+        if !study.passages.is_empty() {
+            add("\nPassages", of(table::of_passages(study)));
+        }
+        add("\nMotion", table::of_motion(study));
+        add("\nWithout multiple impacts", table::of_tuning(report, study));
+    }
+    if report.laws.len() > 1 {
+        add("\nLaws", of(table::of_laws(report)).into_iter().chain(table::below_laws(report)).collect());
+    }
+    out
+}

@@ -1,0 +1,342 @@
+//! `camdrive compensate SCENE`
+
+use super::{Failure, driving, failure, files, read_all, show, width};
+use camdrive::drives::rigid_machine::{self, Inertia, Motor};
+use camdrive::motion::MotionLaw;
+use camdrive_design::compensation::orbit::Driving;
+use camdrive_design::compensation::report::{Options, Report, study};
+use camdrive_design::compensation::{Form, Task, Tool};
+use camdrive_design::text;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use toml_edit::{Item, Table, TableLike, Value, value};
+
+/// Rounds of the iteration that are reported at most: by then it has converged to the last digit, or does not.
+const MOST_ROUNDS: i64 = 100;
+
+/// Cuts the cams of a machine such that its tools move in time as prescribed though its speed fluctuates.
+///
+/// The laws of the followers in the scene are what the tools are to do over the phase of time 2πt/T; behind mechanisms
+/// [follower.tool], or the lever's law and what it makes of the tool. The inertia of tools and links makes the machine
+/// fluctuate; the result is a scene with the laws U(φ) that make the tools move as prescribed nevertheless. The
+/// report shows the rounds of the classical iteration, the machine with the finished cams, and the same at other
+/// speeds.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  camdrive compensate examples/rapier_loom/scene.toml -o compensated.toml
+  camdrive compensate examples/rapier_loom/scene.toml --period \"120 ms\" --report study/
+  camdrive export compensated.toml")]
+pub struct Args {
+    /// Scene file (TOML) of a RigidMachine
+    scene: PathBuf,
+    /// The scene with the compensated cams [default: NAME.compensated.toml]
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Period, "120 ms" or in s: the synchronous speed of the motor that yields it is found; a machine without motor needs it
+    #[arg(long, value_name = "TIME")]
+    period: Option<String>,
+    /// Constant load torque, "30 N.m"; positive brakes
+    #[arg(long, value_name = "TORQUE", default_value = "0", allow_hyphen_values = true)]
+    load: String,
+    /// Followers whose cams stay as they are, counted from 1
+    #[arg(long, value_name = "NUMBER", value_delimiter = ',')]
+    keep: Vec<usize>,
+    /// How much the finite laws of the cams may change a tool's acceleration, relative to its largest value
+    #[arg(long, value_name = "PART", default_value_t = 1e-6)]
+    tolerance: f64,
+    /// Write the laws as Fourier series or as tables beside the result
+    #[arg(long, value_enum, default_value_t = Laws::Auto)]
+    laws: Laws,
+    /// Rounds of the iteration to report
+    #[arg(long, value_name = "NUMBER", default_value_t = 3, value_parser = clap::value_parser!(u16).range(..=MOST_ROUNDS))]
+    rounds: u16,
+    /// Folder for table and diagrams: NAME.compensation.csv, .json, NAME.speed.svg, NAME.tool1.svg …
+    #[arg(long, value_name = "FOLDER")]
+    report: Option<PathBuf>,
+    /// A scene of a cam drive that takes over the compensated cam of a follower, as NUMBER=FILE; written beside the result as
+    /// FILE's name with .compensated.toml
+    #[arg(long, value_name = "NUMBER=FILE")]
+    cam: Vec<String>,
+}
+
+/// The form of the laws, as the option names it.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+enum Laws {
+    /// A series, or a table where that would need more harmonics than a scene takes
+    Auto,
+    /// Fourier series in the angle
+    Series,
+    /// Points of a periodic spline of degree 5
+    Table,
+}
+
+impl From<Laws> for Form {
+    fn from(laws: Laws) -> Form {
+        match laws {
+            Laws::Auto => Form::Auto,
+            Laws::Series => Form::Series,
+            Laws::Table => Form::Table,
+        }
+    }
+}
+
+/// What the scene says of the machine.
+struct Machine {
+    name: String,
+    /// The files that it was read from.
+    files: Vec<PathBuf>,
+    task: Task,
+    /// The followers that are tools, counted from 0.
+    tools: Vec<usize>,
+    /// For each of them whether the law of its cam is an angle.
+    turning: Vec<bool>,
+    /// φ at the start [rad].
+    phi_start: f64,
+}
+
+fn machine(args: &Args) -> Result<Machine, Failure> {
+    let place = args.scene.display();
+    let resolved = read_all(std::slice::from_ref(&args.scene))?.remove(0);
+    if resolved.model != "RigidMachine" {
+        return Err(failure(format!(
+            "{place}: `model` = \"{}\" has a prescribed motion of the drive; compensation is for the model RigidMachine",
+            resolved.model.split('.').next().unwrap_or_default()
+        )));
+    }
+    let scene: rigid_machine::Scene = serde_json::from_value(resolved.scene).map_err(failure)?;
+    let (load, period) = driving::read(&place.to_string(), &scene.motor, &args.load, args.period.as_ref())?;
+    let count = scene.followers.len();
+    if let Some(wrong) = args.keep.iter().find(|j| !(1..=count).contains(j)) {
+        return Err(failure(format!("--keep: there is no follower {wrong}; the scene has {count}, counted from 1")));
+    }
+    if !(args.tolerance > 0.0 && args.tolerance < 1.0) {
+        return Err(failure(format!("--tolerance: {} is not between 0 and 1", args.tolerance)));
+    }
+    let phi_start = scene.phi_start;
+    let (mut tools, mut kept, mut moved, mut turning) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let mut endless: Vec<String> = Vec::new();
+    for (j, follower) in scene.followers.into_iter().enumerate() {
+        if args.keep.contains(&(j + 1)) {
+            kept.push(follower);
+            continue;
+        }
+        let turns = follower.cam_turns();
+        match Tool::of(j + 1, follower) {
+            None => endless.push((j + 1).to_string()),
+            Some(tool) => {
+                tools.push(tool);
+                moved.push(j);
+                turning.push(turns);
+            }
+        }
+    }
+    if !endless.is_empty() {
+        let (laws, list) =
+            (if endless.len() == 1 { "law of follower" } else { "laws of followers" }, endless.join(","));
+        let are = if endless.len() == 1 { "is" } else { "are" };
+        return Err(failure(format!(
+            "{place}: the {laws} {list} {are} no Fourier series; harmonics in time would have no end\n  = hint: prescribe HS profiles (law = \"fourier\", or a table with interpolation = \"fourier\"), or keep the cams with --keep {list}"
+        )));
+    }
+    if tools.is_empty() {
+        return Err(failure(format!("{place}: there is no follower whose cam could be compensated")));
+    }
+    let task =
+        Task { own: Inertia::new(scene.inertia, kept), tools, driving: Driving { motor: scene.motor, load, period } };
+    Ok(Machine { name: resolved.name, files: resolved.files, task, tools: moved, turning, phi_start })
+}
+
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let machine = machine(args)?;
+    let output = args.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}.compensated.toml", machine.name)));
+    files::no_stream(&output, "-o", "a file")?;
+    if let Some(folder) = &args.report {
+        files::no_file(folder, "--report")?;
+    }
+    let options = Options { tolerance: args.tolerance, rounds: args.rounds.into(), form: args.laws.into() };
+    let report = study(&machine.name, &machine.task, options)
+        .map_err(|fault| failure(format!("{}: {fault}", args.scene.display())))?;
+    let cams = cams(&machine, &report, &output)?;
+    let mut inputs = machine.files.clone();
+    let mut results = vec![(output.clone(), compensated(args, &machine, &report, &cams)?)];
+    for pair in &args.cam {
+        let (target, scene, read) = with_cam(pair, &machine, &cams, &output)?;
+        inputs.extend(read);
+        if results.iter().any(|(other, _)| *other == target) {
+            return Err(failure(format!(
+                "--cam: \"{pair}\" would be written to {}, as another result\n  = hint: rename the file, or choose another -o",
+                target.display()
+            )));
+        }
+        results.push((target, scene));
+    }
+    results.extend(cams.iter().filter_map(|cam| cam.points.clone()));
+    if let Some(folder) = &args.report {
+        let mut parts = vec![
+            ("compensation.csv".to_owned(), report.csv()),
+            ("compensation.json".to_owned(), text::json(&report)),
+            ("speed.svg".to_owned(), report.speed_diagram().svg()),
+        ];
+        for (place, j) in machine.tools.iter().enumerate() {
+            parts.push((format!("tool{}.svg", j + 1), report.acceleration_diagram(place).svg()));
+        }
+        results.extend(files::report(folder, &machine.name, parts)?);
+    }
+    let lines = files::write(&results, &inputs)?;
+    show(&(text(&report) + &on_start(&machine, &report) + &lines))
+}
+
+/// What the user has to know of the start of the compensated machine.
+fn on_start(machine: &Machine, report: &Report) -> String {
+    let Driving { motor, load, .. } = machine.task.driving;
+    if motor == Motor::None {
+        let w = report.speed_at(machine.phi_start);
+        return format!(
+            "Without motor the machine keeps the period with which it starts: start.w_start = {w:.9} rad/s.\n\n"
+        );
+    }
+    if load == 0.0 {
+        return String::new();
+    }
+    format!(
+        "Mind: the load of {load} N.m belongs to no scene; it is the input `tau` of the FMU, 0 unless it is set. Set it before initialisation, so that the machine starts on this motion.\n\n"
+    )
+}
+
+/// The report for a terminal.
+fn text(report: &Report) -> String {
+    let mut out = format!("{}\n", report.scene);
+    for line in report.about() {
+        let _ = writeln!(out, "{line}");
+    }
+    let _ = writeln!(out, "\n{}", report.table().text(width()));
+    out
+}
+
+/// Tables that the scene names by a path from its own folder are named from that of the result.
+fn carry_over(table: &mut dyn TableLike, folder: &Path) {
+    for (key, item) in table.iter_mut() {
+        if let (Some(name), "file") = (item.as_str(), key.get()) {
+            let path = folder.join(name);
+            *item = value(path.canonicalize().unwrap_or(path).display().to_string());
+        } else if let Some(table) = item.as_table_like_mut() {
+            carry_over(table, folder);
+        } else if let Some(tables) = item.as_array_of_tables_mut() {
+            tables.iter_mut().for_each(|table| carry_over(table, folder));
+        } else if let Some(list) = item.as_array_mut() {
+            list.iter_mut().filter_map(Value::as_inline_table_mut).for_each(|table| carry_over(table, folder));
+        }
+    }
+}
+
+/// The keys that give the motion of the tool instead of that of the lever.
+const OF_THE_TOOL: [&str; 2] = ["tool", "lever_start"];
+
+/// The name of a scene with compensated cams: that of the scene, as long as the longest name allows.
+fn renamed(name: &str) -> String {
+    const ENDING: &str = "_hs";
+    let most = crate::scene::LONGEST_NAME - ENDING.len();
+    format!("{}{ENDING}", &name[..name.len().min(most)])
+}
+
+/// A compensated cam as scenes name it.
+struct Cam {
+    /// `[cam]`.
+    table: Table,
+    /// The file with the points of a table, beside the scenes.
+    points: Option<(PathBuf, String)>,
+}
+
+/// The compensated cams; points of tables in files beside the result.
+fn cams(machine: &Machine, report: &Report, output: &Path) -> Result<Vec<Cam>, Failure> {
+    let stem = output.file_stem().unwrap_or_default().to_string_lossy();
+    let cam = |(law, place): (&MotionLaw, usize)| match law {
+        MotionLaw::Fourier(series) => Ok(Cam { table: files::cam(series, 1.0), points: None }),
+        MotionLaw::Table(points) => {
+            let name = format!("{stem}.follower{}.csv", machine.tools[place] + 1);
+            let lift = if machine.turning[place] { "lift_rad" } else { "lift_m" };
+            let points = points.points();
+            let rows = points.angles.iter().zip(&points.lifts).map(|(phi, u)| vec![phi.to_string(), format!("{u:e}")]);
+            let text = text::csv(&["phi_rad", lift], rows).map_err(failure)?;
+            let mut table = Table::new();
+            table["law"] = value("table");
+            table["file"] = value(name.clone());
+            Ok(Cam { table, points: Some((output.parent().unwrap_or(Path::new("")).join(name), text)) })
+        }
+        MotionLaw::Cycle(_) => Err(failure("a compensated cam is no cycle")),
+    };
+    report.laws.iter().zip(0..).map(cam).collect()
+}
+
+/// The scene with the compensated cams.
+fn compensated(args: &Args, machine: &Machine, report: &Report, cams: &[Cam]) -> Result<String, Failure> {
+    let mut document = files::document(&args.scene)?;
+    carry_over(document.as_table_mut(), args.scene.parent().unwrap_or(Path::new("")));
+    document["name"] = value(renamed(&machine.name));
+    let unexpected = || failure(format!("{}: the followers are no [[follower]] tables", args.scene.display()));
+    for (cam, j) in cams.iter().zip(&machine.tools) {
+        let followers = &mut document["follower"];
+        let table = cam.table.clone();
+        if let Some(tables) = followers.as_array_of_tables_mut() {
+            let follower = tables.get_mut(*j).ok_or_else(unexpected)?;
+            // Its motion was given by that of the tool behind mechanisms, and the law of the lever takes its place.
+            for key in OF_THE_TOOL {
+                follower.remove(key);
+            }
+            follower["cam"] = Item::Table(table);
+        } else {
+            let inline = followers.as_array_mut().and_then(|list| list.get_mut(*j)).ok_or_else(unexpected)?;
+            let follower = inline.as_inline_table_mut().ok_or_else(unexpected)?;
+            for key in OF_THE_TOOL {
+                follower.remove(key);
+            }
+            follower.insert("cam", table.into_inline_table().into());
+        }
+    }
+    if let (Some(speed), Some(_)) = (report.synchronous_speed, &args.period) {
+        document["motor"]["w_s"] = value(speed);
+    }
+    if machine.task.driving.motor == Motor::None {
+        // Nothing else would give the machine the speed that belongs to the period.
+        document["start"]["w_start"] = value(report.speed_at(machine.phi_start));
+    }
+    Ok(document.to_string())
+}
+
+/// The scene of a cam drive with the compensated cam of a follower, and the files that it was read from.
+fn with_cam(
+    pair: &str,
+    machine: &Machine,
+    cams: &[Cam],
+    output: &Path,
+) -> Result<(PathBuf, String, Vec<PathBuf>), Failure> {
+    let wrong = || {
+        let tools: Vec<String> = machine.tools.iter().map(|j| (j + 1).to_string()).collect();
+        failure(format!(
+            "--cam: \"{pair}\" is not NUMBER=FILE with the number of a compensated follower ({})\n  = hint: write for example --cam 1=gripper.toml",
+            tools.join(", ")
+        ))
+    };
+    let (number, file) = pair.split_once('=').ok_or_else(wrong)?;
+    let number: usize = number.trim().parse().map_err(|_| wrong())?;
+    let place = machine.tools.iter().position(|j| j + 1 == number).ok_or_else(wrong)?;
+    let path = PathBuf::from(file.trim());
+    let scene = read_all(std::slice::from_ref(&path))?.remove(0);
+    if machine.turning[place] {
+        return Err(failure(format!(
+            "--cam: the cam of follower {number} moves a lever or a tool by an angle; the cam of {} moves a mass along a line",
+            path.display()
+        )));
+    }
+    if scene.model == "RigidMachine" {
+        return Err(failure(format!("--cam: {} is a machine, not a drive with one cam", path.display())));
+    }
+    let mut document = files::document(&path)?;
+    document["name"] = value(renamed(&scene.name));
+    carry_over(document.as_table_mut(), path.parent().unwrap_or(Path::new("")));
+    document["cam"] = Item::Table(cams[place].table.clone());
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let target = output.parent().unwrap_or(Path::new("")).join(format!("{stem}.compensated.toml"));
+    Ok((target, document.to_string(), scene.files))
+}

@@ -1,0 +1,179 @@
+//! `camdrive describe SCENE`
+
+use super::{Failure, Format, print, read_all, show, width};
+use crate::export;
+use crate::scene::Resolved;
+use crate::scene::units::short;
+use camdrive::drives::variable::{Causality, Kind, Variability};
+use camdrive::drives::{Description, DynDrive, Fault};
+use camdrive_design::resource::Described;
+use camdrive_design::text::{self, Table};
+use serde_json::{Value, json};
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+/// Prints the interface of the FMU without packing it.
+///
+/// Equations, variables with units, ranges and start values, accuracy of the solver, default experiment.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  camdrive describe examples/guide_bar/scene.toml
+  camdrive describe examples/guide_bar/scene.toml --xml > modelDescription.xml")]
+pub struct Args {
+    /// Scene file (TOML)
+    scene: PathBuf,
+    /// Print modelDescription.xml, with a placeholder for the guid, a hash of the packed FMU
+    #[arg(long, conflicts_with = "json")]
+    xml: bool,
+    #[command(flatten)]
+    format: Format,
+}
+
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let scenes = read_all(std::slice::from_ref(&args.scene))?;
+    for resolved in &scenes {
+        describe(resolved, args)?;
+    }
+    Ok(())
+}
+
+fn describe(resolved: &Resolved, args: &Args) -> Result<(), Failure> {
+    let fault = |fault: Fault| Failure(format!("error: {fault}"));
+    if args.xml {
+        return print(&export::describe(&resolved.resource(), &resolved.description).map_err(fault)?);
+    }
+    let mut drive = resolved.resource().build().map_err(fault)?;
+    drive.set_up(0.0, None);
+    if args.format.json {
+        return print(&data(resolved, &mut *drive).and_then(|data| text::json(&data)).map_err(fault)?);
+    }
+    show(&text(resolved, &mut *drive).map_err(fault)?)
+}
+
+/// The description as data.
+fn data(resolved: &Resolved, drive: &mut dyn Described) -> Result<Value, Fault> {
+    let portrait = drive.portrait();
+    let descriptions: Vec<Description> = drive.descriptions().into_iter().cloned().collect();
+    let variable = |(reference, d): (usize, &Description)| {
+        let (causality, variability) = (format!("{:?}", d.causality), format!("{:?}", d.variability));
+        let ([min, max], items): (_, &[_]) = match &d.kind {
+            Kind::Real { min, max, .. } => ([min, max].map(|x| x.is_finite().then_some(*x)), &[]),
+            Kind::Integer { min, max } => ([min, max].map(|x| Some(f64::from(*x))), &[]),
+            Kind::Boolean => ([None; 2], &[]),
+            Kind::Enumeration(e) => ([None; 2], e.items),
+        };
+        let items: Vec<&str> = items.iter().map(|(name, _)| *name).collect();
+        Ok(json!({
+            "reference": reference, "name": d.name, "description": d.text, "causality": causality.to_lowercase(),
+            "variability": variability.to_lowercase(), "state": d.state, "start": drive.get(reference)?, "unit": unit(&d.kind),
+            "min": min, "max": max, "items": items,
+        }))
+    };
+    let variables = descriptions.iter().enumerate().map(variable).collect::<Result<Vec<Value>, Fault>>()?;
+    let equations = portrait.equations.iter().map(|e| json!({ "title": e.title, "text": e.text }));
+    let accuracy = portrait.accuracy.iter().map(|(quantity, text)| json!({ "quantity": quantity, "text": text }));
+    let e = drive.experiment();
+    Ok(json!({
+        "name": resolved.name, "model": resolved.model, "description": resolved.description, "summary": portrait.summary,
+        "equations": equations.collect::<Vec<Value>>(), "variables": variables, "accuracy": accuracy.collect::<Vec<Value>>(),
+        "limits": portrait.limits, "experiment": { "stop": e.stop, "step": e.step, "tolerance": e.tolerance },
+    }))
+}
+
+/// The description of a drive that is set up.
+fn text(resolved: &Resolved, drive: &mut dyn Described) -> Result<String, Fault> {
+    let portrait = drive.portrait();
+    let mut out = format!("{} ({})\n", resolved.name, resolved.model);
+    if !resolved.description.is_empty() {
+        let _ = writeln!(out, "{}", resolved.description);
+    }
+    let _ = writeln!(out, "\n{}", portrait.summary);
+    heading(&mut out, "Equations");
+    for equation in &portrait.equations {
+        let _ = writeln!(out, "  {}: {}", equation.title, equation.text);
+    }
+    heading(&mut out, "Variables");
+    out.push_str(&variables(drive)?);
+    heading(&mut out, "Solver and accuracy");
+    for (quantity, statement) in &portrait.accuracy {
+        let _ = writeln!(out, "  {quantity}: {statement}");
+    }
+    heading(&mut out, "Limits");
+    for limit in &portrait.limits {
+        let _ = writeln!(out, "  {limit}");
+    }
+    heading(&mut out, "Default experiment");
+    let e = drive.experiment();
+    let _ =
+        writeln!(out, "  stop time {} s, step {} s, tolerance {}", short(e.stop), short(e.step), short(e.tolerance));
+    Ok(out)
+}
+
+fn heading(out: &mut String, title: &str) {
+    let _ = writeln!(out, "\n{title}");
+}
+
+/// One line per variable, in columns.
+fn variables(drive: &mut dyn DynDrive) -> Result<String, Fault> {
+    let descriptions: Vec<Description> = drive.descriptions().into_iter().cloned().collect();
+    let head = ["ref", "name", "kind", "start", "unit", "range", "description"].map(str::to_owned).into();
+    let mut rows = Vec::new();
+    for (reference, d) in descriptions.iter().enumerate() {
+        let value = drive.get(reference)?;
+        rows.push(vec![
+            reference.to_string(),
+            d.name.clone(),
+            kind(d),
+            start(d, value),
+            unit(&d.kind).to_owned(),
+            range(&d.kind),
+            sentence(d),
+        ]);
+    }
+    Ok(Table { head, rows }.text(width()))
+}
+
+/// "parameter", "tunable", "input" …; a state says so.
+fn kind(d: &Description) -> String {
+    let kind = match (d.causality, d.variability) {
+        (Causality::Parameter, Variability::Tunable) => "tunable parameter",
+        (Causality::Parameter, _) => "parameter",
+        (Causality::Input, _) => "input",
+        (Causality::Output, _) => "output",
+        (Causality::Local, _) => "local",
+    };
+    if d.state { format!("{kind}, state") } else { kind.to_owned() }
+}
+
+fn start(d: &Description, value: f64) -> String {
+    match &d.kind {
+        Kind::Boolean => (value != 0.0).to_string(),
+        Kind::Enumeration(e) => e.items.get(value as usize - 1).map_or(String::new(), |(name, _)| (*name).to_owned()),
+        _ => short(value),
+    }
+}
+
+fn unit(kind: &Kind) -> &'static str {
+    match kind {
+        Kind::Real { quantity, .. } => quantity.unit,
+        _ => "",
+    }
+}
+
+/// The description; of an enumeration with its items.
+fn sentence(d: &Description) -> String {
+    let Kind::Enumeration(e) = &d.kind else { return d.text.clone() };
+    let items: Vec<&str> = e.items.iter().map(|(name, _)| *name).collect();
+    format!("{} ({})", d.text, items.join(" | "))
+}
+
+fn range(kind: &Kind) -> String {
+    match kind {
+        Kind::Real { min, max, .. } if min.is_infinite() && max.is_infinite() => String::new(),
+        Kind::Real { min, max, .. } => format!("{} … {}", short(*min), short(*max)),
+        Kind::Integer { min: i32::MIN, max: i32::MAX } | Kind::Boolean => String::new(),
+        Kind::Integer { min, max } => format!("{min} … {max}"),
+        Kind::Enumeration(_) => String::new(),
+    }
+}

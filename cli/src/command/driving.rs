@@ -1,0 +1,64 @@
+//! What drives a machine on its periodic motion, as `steady` and `compensate` are told: load and period.
+
+use super::{Failure, failure};
+use crate::scene::units;
+use camdrive::drives::rigid_machine::Motor;
+use camdrive::drives::unit::{self, Quantity};
+use std::f64::consts::TAU;
+
+/// The slowest and the fastest mean speed [rad/s] that a period may mean; scenes take none beyond the fastest.
+const SPEEDS: [f64; 2] = [1e-6, 1e6];
+
+/// How many times slower or faster than in the scene a motor may be made by a period: by an inverter, other poles or a gear; beyond
+/// that it is another machine, or a slip of the unit.
+const OF_THE_MOTOR: f64 = 100.0;
+
+/// The constant load [N·m] and the period [s], where it is given, for this motor of the scene at `place`.
+pub fn read(place: &str, motor: &Motor, load: &str, period: Option<&String>) -> Result<(f64, Option<f64>), Failure> {
+    let quantity = |name: &str, text: &str, quantity: &'static Quantity| {
+        units::parse(text, quantity).map_err(|e| failure(format!("--{name}: {}\n  = hint: {}", e.message, e.hint)))
+    };
+    let load = quantity("load", load, &unit::TORQUE)?;
+    let period = period.map(|text| Ok((text, quantity("period", text, &unit::TIME)?))).transpose()?;
+    match motor {
+        Motor::Input => Err(failure(format!(
+            "{place}: the torque of the motor is an input: no periodic motion follows from it\n  = hint: choose `motor.kind` = \"kloss\" or \"none\""
+        ))),
+        Motor::None if load != 0.0 => Err(failure(format!(
+            "{place}: without motor nothing balances the load of {load} N.m\n  = hint: leave out --load, or add a motor"
+        ))),
+        Motor::None if period.is_none() => Err(failure(format!(
+            "{place}: a machine without motor turns with any speed\n  = hint: say which with --period"
+        ))),
+        _ => Ok(()),
+    }?;
+    if let Some((text, period)) = period {
+        admissible(motor, text, period)?;
+    }
+    Ok((load, period.map(|(_, period)| period)))
+}
+
+/// Refuses periods that no machine has, or not with this motor.
+fn admissible(motor: &Motor, text: &str, period: f64) -> Result<(), Failure> {
+    if !(period > 0.0 && period.is_finite()) {
+        return Err(failure(format!("--period: {period} s is no period; it must be positive")));
+    }
+    let (speeds, whose) = match *motor {
+        Motor::Kloss { synchronous_speed, .. } => {
+            let own = synchronous_speed.abs();
+            let speeds = [(own / OF_THE_MOTOR).max(SPEEDS[0]), (own * OF_THE_MOTOR).min(SPEEDS[1])];
+            (speeds, format!(", with a motor whose synchronous speed is {own:.6} rad/s in the scene"))
+        }
+        _ => (SPEEDS, String::new()),
+    };
+    let [slow, fast] = speeds;
+    let speed = TAU / period;
+    if (slow..=fast).contains(&speed) {
+        return Ok(());
+    }
+    Err(failure(format!(
+        "--period: \"{text}\" would be a mean speed of {speed:.3e} rad/s{whose}\n  = admissible: {:.3e} … {:.3e} s\n  = hint: a time with its unit, as \"120 ms\"; a plain number is in s",
+        TAU / fast,
+        TAU / slow
+    )))
+}

@@ -1,0 +1,133 @@
+//! `camdrive export SCENE…`
+
+use super::tradeoff::StudyArgs;
+use super::{Failure, failure, files, read_all, show, tell, tell_notes};
+use crate::export::{Date, Extras, Packed, RuntimeLibrary, pack_with};
+use crate::scene::Resolved;
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+/// Packs scenes into FMUs and says what it packed.
+///
+/// Each scene becomes NAME.fmu, NAME being the name that the scene gives. All FMUs are written or none.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  camdrive export examples/guide_bar/scene.toml
+  camdrive export examples/*/scene.toml -o fmus/
+  camdrive export scene.toml --runtime linux64=libcamdrive.so --runtime win64=camdrive.dll
+  camdrive export scene.toml --with-tradeoff --quick
+
+The runtime library is the one beside the executable unless --runtime names others; it is built by
+  cargo build --release --package camdrive")]
+pub struct Args {
+    /// Scene files (TOML)
+    #[arg(required = true, value_name = "SCENE")]
+    scenes: Vec<PathBuf>,
+    /// Where to write: a file NAME.fmu for a single scene, else a folder [default: the current folder]
+    #[arg(short, long, value_name = "FILE|FOLDER")]
+    output: Option<PathBuf>,
+    /// Runtime library for a platform (linux64, win64, darwin64 …); once per platform
+    #[arg(long, value_name = "PLATFORM=FILE")]
+    runtime: Vec<String>,
+    /// Describe the shaft of each FMU that has its motion as inputs or its load as an input as one terminal
+    /// (terminalsAndIcons/ of FMI 3.0); FMI Library 3 refuses such FMUs of FMI 2.0
+    #[arg(long)]
+    terminals: bool,
+    /// Put the tables and diagrams of `camdrive tradeoff` into each FMU; takes some seconds per scene, since it
+    /// measures
+    #[arg(long)]
+    with_tradeoff: bool,
+    #[command(flatten, next_help_heading = "Options of --with-tradeoff")]
+    study: StudyArgs,
+}
+
+pub fn run(args: &Args) -> Result<(), Failure> {
+    if args.study.are_given() && !args.with_tradeoff {
+        let message = "--turns, --speed, --ramp and --quick belong to the study";
+        return Err(Failure(format!("error: {message}\n  = hint: add --with-tradeoff")));
+    }
+    let scenes = read_all(&args.scenes)?;
+    tell_notes(&args.scenes, &scenes);
+    let targets = targets(args, &scenes)?;
+    let runtimes = runtimes(&args.runtime)?;
+    let date = Date::from_environment().map_err(failure)?;
+    let mut packed = Vec::new();
+    for (scene, path) in scenes.iter().zip(&args.scenes) {
+        let study = if args.with_tradeoff { Some(args.study.study(path, scene)?) } else { None };
+        let extras = Extras { terminals: args.terminals, study: study.as_ref() };
+        let fmu = pack_with(&scene.resource(), &scene.description, &runtimes, date, extras);
+        packed.push(fmu.map_err(|fault| Failure(format!("error: {}: {fault}", path.display())))?);
+    }
+    for runtime in &runtimes {
+        if let Some(warning) = runtime.warning() {
+            tell(&format!("warning: {warning}\n"));
+        }
+    }
+    let inputs: Vec<PathBuf> = scenes.iter().flat_map(|scene| scene.files.clone()).collect();
+    let files: Vec<(PathBuf, &[u8])> = targets.into_iter().zip(packed.iter().map(|fmu| fmu.bytes.as_slice())).collect();
+    let written = files::write(&files, &inputs)?;
+    let summaries = scenes.iter().zip(&packed).zip(written.lines());
+    show(&summaries.map(|((scene, fmu), line)| summary(scene, fmu, line, &runtimes)).collect::<String>())
+}
+
+/// Where each FMU goes.
+fn targets(args: &Args, scenes: &[Resolved]) -> Result<Vec<PathBuf>, Failure> {
+    let output = args.output.as_deref().unwrap_or(Path::new(""));
+    files::no_stream(output, "-o", "a folder or a file NAME.fmu")?;
+    let is_folder = output.is_dir() || output.as_os_str().to_string_lossy().ends_with(std::path::is_separator);
+    let is_file = !is_folder && output.extension().is_some_and(|e| e.eq_ignore_ascii_case("fmu"));
+    if is_file && scenes.len() > 1 {
+        let message = "several scenes do not fit into one file; give a folder with -o";
+        return Err(Failure(format!("error: {}: {message}", output.display())));
+    }
+    if is_file {
+        return Ok(vec![output.to_owned()]);
+    }
+    if output.is_file() {
+        let message = "this is a file; -o takes a folder or a file NAME.fmu";
+        return Err(Failure(format!("error: {}: {message}", output.display())));
+    }
+    if !is_file && !is_folder && output.extension().is_some() {
+        let message = "the file of an FMU is called NAME.fmu\n  = hint: a folder that is to be made ends with /";
+        return Err(failure(format!("{}: {message}", output.display())));
+    }
+    let mut of_scene: BTreeMap<PathBuf, &Path> = BTreeMap::new();
+    let targets: Vec<PathBuf> = scenes.iter().map(|scene| output.join(format!("{}.fmu", scene.name))).collect();
+    for (target, scene) in targets.iter().zip(&args.scenes) {
+        if let Some(other) = of_scene.insert(target.clone(), scene) {
+            let (a, b, target) = (other.display(), scene.display(), target.display());
+            return Err(Failure(format!(
+                "error: {a} and {b} would both be written to {target}; give one another name"
+            )));
+        }
+    }
+    Ok(targets)
+}
+
+/// The libraries of the command line, or the one beside the executable.
+fn runtimes(arguments: &[String]) -> Result<Vec<RuntimeLibrary>, Failure> {
+    if arguments.is_empty() {
+        return Ok(vec![RuntimeLibrary::beside_executable().map_err(failure)?]);
+    }
+    arguments.iter().map(|argument| RuntimeLibrary::from_argument(argument).map_err(failure)).collect()
+}
+
+/// What was packed into the file that the line names.
+fn summary(scene: &Resolved, fmu: &Packed, line: &str, runtimes: &[RuntimeLibrary]) -> String {
+    let mut out = format!("{line}\n");
+    let mut line = |label: &str, text: String| {
+        let _ = writeln!(out, "  {label:<10} {text}");
+    };
+    line("model", scene.model.to_owned());
+    for runtime in runtimes {
+        let (platform, path, size) = (runtime.platform, runtime.path.display(), runtime.bytes.len());
+        line("platform", format!("{platform}: {path}, {size} bytes, sha256 {}", runtime.sha256()));
+    }
+    line("states", fmu.states.to_string());
+    line("variables", fmu.variables.to_string());
+    line("guid", fmu.guid.clone());
+    line("size", format!("{} bytes", fmu.bytes.len()));
+    out
+}

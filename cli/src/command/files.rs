@@ -1,0 +1,127 @@
+//! What several commands write: reports into folders, scenes with another cam.
+
+use super::{Failure, failure};
+use crate::scene::input::{self, Kind};
+use camdrive::drives::Fault;
+use camdrive::motion::Fourier;
+use std::fs::File;
+use std::io::{Error, ErrorKind, Write as _};
+use std::path::{Path, PathBuf};
+use tempfile::NamedTempFile;
+use toml_edit::{Array, DocumentMut, Table, Value, value};
+
+/// Refuses a folder for a report, given by this option, that is a file or is called like an archive.
+pub fn no_file(folder: &Path, option: &str) -> Result<(), Failure> {
+    no_stream(folder, option, "a folder")?;
+    let is_archive = |ending: &std::ffi::OsStr| ["zip", "tar", "gz", "fmu"].iter().any(|archive| ending == *archive);
+    let named_as_file = !folder.is_dir() && folder.extension().is_some_and(is_archive);
+    match folder.is_file() || named_as_file {
+        true => Err(failure(format!("{}: this is a file; {option} takes a folder", folder.display()))),
+        false => Ok(()),
+    }
+}
+
+/// Refuses `-`, which elsewhere is the standard output.
+pub fn no_stream(path: &Path, option: &str, takes: &str) -> Result<(), Failure> {
+    match path == Path::new("-") {
+        true => Err(failure(format!("{option} -: {option} takes {takes}; the standard output has the report"))),
+        false => Ok(()),
+    }
+}
+
+/// Writes all files, or none: where one cannot be written, those of before stay as they were. Results of before are replaced,
+/// inputs never. The lines that name the files.
+pub fn write<C: AsRef<[u8]>>(files: &[(PathBuf, C)], inputs: &[PathBuf]) -> Result<String, Failure> {
+    let real = |path: &Path| std::fs::canonicalize(path).ok();
+    let (mut staged, mut lines) = (Vec::new(), String::new());
+    for (i, (path, content)) in files.iter().enumerate() {
+        if let Some(input) = inputs.iter().find(|input| real(input).is_some_and(|input| Some(input) == real(path))) {
+            return Err(failure(format!("{}: the result would overwrite an input", input.display())));
+        }
+        if files[..i].iter().any(|(other, _)| other == path) {
+            return Err(failure(format!("{}: two results would be written here", path.display())));
+        }
+        staged.push(stage(path, content.as_ref()).map_err(|e| unwritten(path, &e))?);
+        lines += &format!("{}{}\n", path.display(), if path.is_file() { " (replaced)" } else { "" });
+    }
+    // What could be in the way has been met by now: a move within a folder needs no space.
+    for ((path, content), staged) in files.iter().zip(staged) {
+        let done = match staged {
+            Some(file) => file.persist(real(path).as_deref().unwrap_or(path)).map(drop).map_err(|e| e.error),
+            None => std::fs::write(path, content),
+        };
+        done.map_err(|e| unwritten(path, &e))?;
+    }
+    Ok(lines)
+}
+
+fn unwritten(path: &Path, reason: &Error) -> Failure {
+    failure(format!("{} cannot be written: {reason}\n  = hint: files of before are as they were", path.display()))
+}
+
+/// The content in a file beside its place, which vanishes unless it is moved there; None for a device or a pipe, which has no
+/// content to be kept.
+fn stage(path: &Path, content: &[u8]) -> Result<Option<NamedTempFile<File>>, Error> {
+    let former = std::fs::metadata(path).ok();
+    match &former {
+        Some(former) if former.is_dir() => return Err(Error::new(ErrorKind::IsADirectory, "it is a folder")),
+        Some(former) if !former.is_file() => return Ok(None),
+        Some(former) if former.permissions().readonly() => {
+            return Err(Error::new(ErrorKind::PermissionDenied, "it is write-protected"));
+        }
+        _ => (),
+    }
+    // A link keeps pointing to its file.
+    let place = std::fs::canonicalize(path).unwrap_or(path.to_owned());
+    let folder = place.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    std::fs::create_dir_all(folder)?;
+    let mut file = tempfile::Builder::new().prefix(".").make_in(folder, |path| File::create_new(path))?;
+    file.as_file_mut().write_all(content)?;
+    // Some file systems tell only now that they are full.
+    file.as_file().sync_all()?;
+    if let Some(former) = former {
+        file.as_file().set_permissions(former.permissions())?;
+    }
+    Ok(Some(file))
+}
+
+/// A table or a diagram, by the ending of its file.
+pub type Part<S> = (S, Result<String, Fault>);
+
+/// The parts of a report as files NAME.ending in a folder.
+pub fn report<S: std::fmt::Display>(
+    folder: &Path,
+    name: &str,
+    parts: impl IntoIterator<Item = Part<S>>,
+) -> Result<Vec<(PathBuf, String)>, Failure> {
+    let file = |(ending, content): Part<S>| {
+        Ok((folder.join(format!("{name}.{ending}")), content.map_err(|fault| failure(fault))?))
+    };
+    parts.into_iter().map(file).collect()
+}
+
+/// The TOML of a scene, with its comments, to be changed.
+pub fn document(path: &Path) -> Result<DocumentMut, Failure> {
+    let (file, text) = input::text(path, Kind::Scene).map_err(|faults| Failure(faults.to_string()))?;
+    text.parse().map_err(|e| failure(format!("{file}: {e}")))
+}
+
+/// The table `[cam]` of a law, its coefficients as multiples of `scale` [m].
+pub fn cam(law: &Fourier, scale: f64) -> Table {
+    // Small coefficients with an exponent; either way the number is read back to the same bits.
+    let number = |x: f64| if x.abs() < 1e-3 && x != 0.0 { format!("{x:e}") } else { format!("{x:?}") };
+    let parsed = |x: &f64| {
+        // A zero has no sign.
+        let x = x / scale + 0.0;
+        number(x).parse::<Value>().unwrap_or_else(|_| x.into())
+    };
+    let list = |list: &[f64]| value(list.iter().map(parsed).collect::<Array>());
+    let mut table = Table::new();
+    table["law"] = value("fourier");
+    if scale != 1.0 {
+        table["scale"] = value(format!("{scale:?} m"));
+    }
+    table["a"] = list(&law.a);
+    table["b"] = list(&law.b[1..]);
+    table
+}

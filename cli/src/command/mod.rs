@@ -1,0 +1,151 @@
+//! The command line: one file per command.
+//!
+//! Results go to the standard output, everything else to the standard error. Exit code 0: done; 1: a fault in a
+//! scene or in the export; 2: a wrong command line; 3: `steady` found no periodic motion.
+//!
+#![doc = include_str!("JSON.md")]
+
+mod cam;
+mod check;
+mod clearance;
+mod compensate;
+mod completions;
+mod describe;
+mod driving;
+mod export;
+mod files;
+mod output;
+#[cfg_attr(not(feature = "import"), path = "no_run.rs")]
+mod run;
+mod stability;
+mod steady;
+mod synthesize;
+mod tradeoff;
+
+use crate::scene::{self, Resolved};
+use camdrive::drives::Fault;
+use clap::{CommandFactory, Parser, Subcommand};
+use output::{print, show, tell, width};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Exports cam drives, drives with backlash and rigid machines as FMI 2.0 Co-Simulation FMUs.
+#[derive(Debug, Parser)]
+#[command(name = "camdrive", version, after_help = AFTER_HELP)]
+struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+}
+
+const AFTER_HELP: &str = "\
+Example: from a scene file to an FMU
+  camdrive export examples/guide_bar/scene.toml
+
+A scene is a TOML file; a plain number is SI, a string carries its unit (\"1800 rpm\", \"0.94 mm\").
+A command writes all of its files or none; it replaces results of before, never an input.
+Lines are as wide as the terminal, or as COLUMNS says; NO_COLOR leaves out the colours.
+Exit codes: 0 done, 1 a fault in a scene or in the export, 2 a wrong command line, 3 no periodic motion (steady).";
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Export(export::Args),
+    Check(check::Args),
+    Describe(describe::Args),
+    Compensate(compensate::Args),
+    Cam(cam::Args),
+    Steady(steady::Args),
+    Synthesize(synthesize::Args),
+    Tradeoff(tradeoff::Args),
+    Stability(stability::Args),
+    Clearance(clearance::Args),
+    Run(run::Args),
+    Completions(completions::Args),
+}
+
+/// The exit code of a machine that has no periodic motion.
+const NO_MOTION: u8 = 3;
+
+/// How a command prints its result.
+#[derive(Clone, Copy, Debug, clap::Args)]
+struct Format {
+    /// Print the result as one JSON document; cli/src/command/JSON.md says what its fields are
+    #[arg(long)]
+    json: bool,
+}
+
+impl Format {
+    /// Writes the result to the standard output in this format; the text has lines of a width.
+    fn print(
+        self,
+        text: impl FnOnce(usize) -> String,
+        json: impl FnOnce() -> Result<String, Fault>,
+    ) -> Result<(), Failure> {
+        if self.json { print(&json().map_err(failure)?) } else { show(&text(width())) }
+    }
+}
+
+/// What goes to the standard error when a command fails.
+struct Failure(String);
+
+fn failure(text: impl std::fmt::Display) -> Failure {
+    Failure(format!("error: {text}"))
+}
+
+/// Runs the command line.
+pub fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => {
+            // A closed terminal is no reason to complain.
+            let _ = error.print();
+            return if error.use_stderr() { ExitCode::from(2) } else { ExitCode::SUCCESS };
+        }
+    };
+    let mut ending = ExitCode::SUCCESS;
+    let outcome = match cli.command {
+        None => print(&Cli::command().render_long_help().to_string()),
+        Some(Command::Export(args)) => export::run(&args),
+        Some(Command::Check(args)) => check::run(&args).map(|code| ending = code),
+        Some(Command::Describe(args)) => describe::run(&args),
+        Some(Command::Compensate(args)) => compensate::run(&args),
+        Some(Command::Cam(args)) => cam::run(&args),
+        Some(Command::Steady(args)) => steady::run(&args).map(|code| ending = code),
+        Some(Command::Synthesize(args)) => synthesize::run(&args),
+        Some(Command::Tradeoff(args)) => tradeoff::run(&args),
+        Some(Command::Stability(args)) => stability::run(&args),
+        Some(Command::Clearance(args)) => clearance::run(&args),
+        Some(Command::Run(args)) => run::run(&args),
+        Some(Command::Completions(args)) => completions::run(&args),
+    };
+    match outcome {
+        Ok(()) => ending,
+        Err(Failure(text)) => {
+            tell(&(text.trim_end().to_owned() + "\n"));
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Reads all scenes; the faults of all of them come together.
+fn read_all(paths: &[PathBuf]) -> Result<Vec<Resolved>, Failure> {
+    let (mut scenes, mut faults) = (Vec::new(), String::new());
+    for path in paths {
+        match scene::read(path) {
+            Ok(scene) => scenes.push(scene),
+            Err(more) => {
+                faults += &more.to_string();
+            }
+        }
+    }
+    if faults.is_empty() { Ok(scenes) } else { Err(Failure(faults)) }
+}
+
+/// Says on the standard error what is to be known of the laws as the scenes give them: by the commands that judge or pack
+/// scenes, lest each one repeat it.
+fn tell_notes(paths: &[PathBuf], scenes: &[Resolved]) {
+    for (path, scene) in paths.iter().zip(scenes) {
+        for note in &scene.notes {
+            tell(&format!("note: {}: {note}\n", path.display()));
+        }
+    }
+}

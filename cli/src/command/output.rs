@@ -1,0 +1,141 @@
+//! What people see: reports on the standard output, messages and progress on the standard error.
+
+use super::Failure;
+use camdrive_design::text;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::io::{IsTerminal as _, Write};
+use std::sync::{Mutex, PoisonError};
+
+/// Characters of a line where nothing tells how wide lines are; help takes the same.
+const USUAL_WIDTH: usize = 100;
+
+/// Narrower lines would hold a word each.
+const LEAST_WIDTH: usize = 40;
+
+/// The words that begin a message, with the codes of their colours.
+const WORDS: [(&str, &str); 5] =
+    [("error:", "1;31"), ("warning:", "1;33"), ("note:", "1;36"), ("= hint:", "1;32"), ("= admissible:", "1")];
+
+/// Characters of a line: what COLUMNS says, what the terminal has, or the usual.
+fn width_of(is_terminal: bool) -> usize {
+    let columns = std::env::var("COLUMNS").ok().and_then(|columns| columns.trim().parse().ok());
+    let terminal = || terminal_size::terminal_size().filter(|_| is_terminal).map(|(width, _)| usize::from(width.0));
+    columns.or_else(terminal).filter(|width| 0 < *width).unwrap_or(USUAL_WIDTH).max(LEAST_WIDTH)
+}
+
+/// Characters of a line on the standard output.
+pub fn width() -> usize {
+    width_of(std::io::stdout().is_terminal())
+}
+
+/// Writes a result to the standard output as it stands.
+pub fn print(text: &str) -> Result<(), Failure> {
+    written(std::io::stdout().lock(), text)
+}
+
+/// Writes a report for people to the standard output.
+pub fn show(report: &str) -> Result<(), Failure> {
+    written(anstream::stdout().lock(), &painted(&text::wrapped(report, width())))
+}
+
+fn written(mut out: impl Write, text: &str) -> Result<(), Failure> {
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        // The reader has seen enough: `camdrive describe X | head`.
+        Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
+        Err(e) => Err(super::failure(format!("the result cannot be written: {e}"))),
+        Ok(()) => Ok(()),
+    }
+}
+
+/// Writes messages to the standard error.
+pub fn tell(messages: &str) {
+    let width = width_of(std::io::stderr().is_terminal());
+    // The line of a file stays above the mark of the place in it.
+    let is_excerpt = |line: &str| line.trim_start_matches(|c: char| c == ' ' || c.is_ascii_digit()).starts_with('|');
+    let line = |line: &str| if is_excerpt(line) { line.to_owned() } else { text::wrapped(line, width) };
+    let lines: Vec<String> = messages.split('\n').map(line).collect();
+    // A closed terminal is no reason to complain.
+    let _ = write!(anstream::stderr(), "{}", painted(&lines.join("\n")));
+}
+
+/// The words that begin messages in colours; where no terminal shows them, or NO_COLOR is set, the stream leaves them out.
+fn painted(text: &str) -> String {
+    let line = |line: &str| {
+        let (indent, content) = line.split_at(line.len() - line.trim_start().len());
+        match WORDS.iter().find(|(word, _)| content.starts_with(word)) {
+            Some((word, code)) => format!("{indent}\x1b[{code}m{word}\x1b[0m{}", &content[word.len()..]),
+            None => line.to_owned(),
+        }
+    };
+    text.split('\n').map(line).collect::<Vec<_>>().join("\n")
+}
+
+/// A progress bar on the standard error, hidden where that is no terminal. It only grows: what a study knows of its total
+/// changes from stage to stage, so each stage takes half of what is left.
+pub struct Bar {
+    bar: ProgressBar,
+    /// The stage, and where the bar was when it began.
+    stage: Mutex<(String, u64)>,
+}
+
+/// The length of a bar: finer than a terminal's columns.
+const LENGTH: u64 = 10_000;
+
+impl Bar {
+    /// An empty bar for the scene or task of this name.
+    pub fn new(name: &str) -> Self {
+        let target =
+            if std::io::stderr().is_terminal() { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+        let style = ProgressStyle::with_template("{prefix} {msg:>20} {wide_bar} {elapsed}");
+        let bar = ProgressBar::with_draw_target(Some(LENGTH), target)
+            .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+            .with_prefix(name.to_owned());
+        Bar { bar, stage: Mutex::default() }
+    }
+
+    /// So many of the parts of a stage are done.
+    pub fn tell(&self, done: usize, total: usize, stage: &str) {
+        let mut state = self.stage.lock().unwrap_or_else(PoisonError::into_inner);
+        if state.0 != stage {
+            *state = (stage.to_owned(), self.bar.position());
+            self.bar.set_message(stage.to_owned());
+        }
+        let part = (done as f64 / total.max(1) as f64).min(1.0);
+        let position = state.1 + (0.5 * part * (LENGTH - state.1) as f64) as u64;
+        self.bar.set_position(position.max(self.bar.position()));
+    }
+
+    /// Makes room for the report.
+    pub fn clear(&self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn progress_bars_only_grow() {
+        let bar = Bar::new("x");
+        let mut last = 0;
+        // A total that grows, a stage that begins anew, and one without parts.
+        for (done, total, stage) in [
+            (1, 4, "errors"),
+            (2, 4, "errors"),
+            (3, 12, "errors"),
+            (12, 12, "errors"),
+            (0, 40, "times"),
+            (1, 40, "times"),
+            (0, 1, "laws"),
+            (40, 40, "times"),
+            (0, 0, "end"),
+        ] {
+            bar.tell(done, total, stage);
+            let position = bar.bar.position();
+            assert!((last..LENGTH).contains(&position), "{stage} {done} of {total}: {position} after {last}");
+            last = position;
+        }
+        assert!(LENGTH / 2 < last);
+    }
+}

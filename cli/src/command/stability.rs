@@ -1,0 +1,174 @@
+//! `camdrive stability SCENE`
+
+use super::output::Bar;
+use super::{Failure, Format, files, read_all};
+use crate::scene::units;
+use camdrive::drives::Fault;
+use camdrive::drives::unit;
+use camdrive_design::stability::{self, MOST_ORDERS, Options, Progress, Report, figures, table};
+use camdrive_design::text::{self, Table};
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+/// Finds the speeds at which parameters that vary over the turn make a drive vibrate, and the damping that prevents it.
+///
+/// Takes every drive that is an oscillator with periodic coefficients; the elastic input shaft is linearised. Floquet
+/// multipliers at the speed of the scene; for each order j the unstable speeds, the critical damping ratio θ* and the
+/// safety θ/θ*, exact, with the classical bounds beside them; the load of the elastic member over its kinetostatic
+/// value R, and the resonances.
+///
+/// Prints the tables and writes NAME.csv (orders), NAME.json, and unless --quick NAME.map.csv, NAME.damping.svg and
+/// NAME.modulation.svg; for drives with a load NAME.amplification.csv and .svg as well.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  camdrive stability examples/transfer_manipulator/hs3.toml
+  camdrive stability examples/transfer_manipulator/hs3.toml --speed \"60 rpm\" --speed \"92 rpm\"
+  camdrive stability examples/transfer_manipulator/scene.toml --from \"30 rpm\" --to \"900 rpm\" --damping 0.01")]
+pub struct Args {
+    /// Scene file (TOML)
+    scene: PathBuf,
+    /// Folder for tables and diagrams [default: stability-NAME]
+    #[arg(short, long, value_name = "FOLDER")]
+    output: Option<PathBuf>,
+    /// Speed to examine, "46 rpm" or in rad/s; several are possible [default: that of the scene]
+    #[arg(long, value_name = "SPEED", allow_hyphen_values = true)]
+    speed: Vec<String>,
+    /// Lowest speed of the diagrams
+    #[arg(long, value_name = "SPEED", requires = "to", allow_hyphen_values = true)]
+    from: Option<String>,
+    /// Highest speed of the diagrams
+    #[arg(long, value_name = "SPEED", requires = "from", allow_hyphen_values = true)]
+    to: Option<String>,
+    /// Damping ratio instead of that of the scene
+    #[arg(long, value_name = "RATIO", allow_negative_numbers = true)]
+    damping: Option<f64>,
+    /// Number of orders [default: those at the speeds examined, 8 to 40]
+    #[arg(long, value_name = "NUMBER")]
+    orders: Option<usize>,
+    /// Modulation at the upper edge of its diagram, that of the scene = 1 [default: 1.5, less where inertia would vanish]
+    #[arg(long, value_name = "FACTOR", allow_negative_numbers = true)]
+    modulation: Option<f64>,
+    /// Without the maps
+    #[arg(long)]
+    quick: bool,
+    #[command(flatten)]
+    format: Format,
+}
+
+impl Args {
+    fn options(&self) -> Result<Options, Failure> {
+        let refused =
+            |name: &str, message: &str, hint: &str| Failure(format!("error: --{name}: {message}\n  = hint: {hint}"));
+        let speed = |name: &str, text: &String| {
+            let value = units::parse(text, &unit::ANGULAR_VELOCITY).map_err(|e| refused(name, &e.message, &e.hint))?;
+            if value > 0.0 {
+                Ok(value)
+            } else {
+                Err(refused(
+                    name,
+                    &format!("{text} is not above 0"),
+                    "a drive at rest is no parametric one; a drive that turns backwards has the same boundaries",
+                ))
+            }
+        };
+        let within = |name: &str, value: Option<f64>, [least, most]: [f64; 2], example: f64| match value {
+            Some(value) if !(least..=most).contains(&value) => Err(refused(
+                name,
+                &format!("{value} is outside [{least}, {most}]"),
+                &format!("write for example {example}"),
+            )),
+            value => Ok(value),
+        };
+        let range = match (&self.from, &self.to) {
+            (Some(from), Some(to)) => {
+                let (low, high) = (speed("from", from)?, speed("to", to)?);
+                if low >= high {
+                    return Err(refused(
+                        "to",
+                        &format!("{to} is not above --from {from}"),
+                        "name two speeds, the lower one first",
+                    ));
+                }
+                Some([low, high])
+            }
+            _ => None,
+        };
+        if let Some(orders) = self.orders.filter(|orders| !(1..=MOST_ORDERS).contains(orders)) {
+            return Err(refused(
+                "orders",
+                &format!("{orders} is outside [1, {MOST_ORDERS}]"),
+                "leave it out for the usual ones",
+            ));
+        }
+        Ok(Options {
+            speeds: self.speed.iter().map(|text| speed("speed", text)).collect::<Result<_, _>>()?,
+            range,
+            orders: self.orders,
+            damping: within("damping", self.damping, [0.0, 10.0], 0.03)?,
+            modulation: within("modulation", self.modulation, [1e-6, 100.0], 2.0)?,
+            quick: self.quick,
+        })
+    }
+}
+
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let options = args.options()?;
+    for scene in &read_all(std::slice::from_ref(&args.scene))? {
+        let fault = |fault: Fault| Failure(format!("error: {}: {fault}", args.scene.display()));
+        let folder = args.output.clone().unwrap_or_else(|| PathBuf::from(format!("stability-{}", scene.name)));
+        files::no_file(&folder, "-o")?;
+        let oscillator = scene.resource().oscillator().map_err(fault)?;
+        let bar = Bar::new(&scene.name);
+        let tell = |Progress { done, total, stage }: Progress| bar.tell(done, total, stage);
+        let report = stability::study([&scene.name, scene.model], &oscillator, &options, &tell);
+        bar.clear();
+        let report = report.map_err(fault)?;
+        let written = files::write(&parts(&folder, &report)?, &scene.files)?;
+        args.format.print(|width| text(&report, width) + "\n" + &written, || text::json(&report))?;
+    }
+    Ok(())
+}
+
+/// Tables and diagrams.
+fn parts(folder: &Path, report: &Report) -> Result<Vec<(PathBuf, String)>, Failure> {
+    let mut parts = vec![("csv", table::orders_csv(report)), ("json", text::json(report))];
+    if !report.over_damping.is_empty() || !report.over_modulation.is_empty() {
+        parts.push(("map.csv", table::map_csv(report)));
+        parts.push(("damping.svg", figures::over_damping(report).svg()));
+        parts.push(("modulation.svg", figures::over_modulation(report).svg()));
+    }
+    if !report.amplification.is_empty() {
+        parts.push(("amplification.csv", table::amplification_csv(report)));
+        parts.push(("amplification.svg", figures::amplification(report).svg()));
+    }
+    files::report(folder, &report.scene, parts)
+}
+
+/// The report for a terminal.
+fn text(report: &Report, width: usize) -> String {
+    let mut out = format!("{} ({})\n", report.scene, report.model);
+    let mut lines = |title: &str, lines: Vec<String>| {
+        if !lines.is_empty() {
+            if !title.is_empty() {
+                let _ = writeln!(out, "\n{title}");
+            }
+            for line in lines {
+                let _ = writeln!(out, "{}{line}", if title.is_empty() { "" } else { "  " });
+            }
+        }
+    };
+    lines("", table::about(report));
+    lines("Stability", table::of_speeds(report));
+    let rows = |table: Table| {
+        // A table has two blanks of its own before each line.
+        let text = if table.rows.is_empty() { String::new() } else { table.text(width) };
+        text.lines().map(|line| line.strip_prefix("  ").unwrap_or(line).to_owned()).collect()
+    };
+    lines("Instabilities", rows(table::of_orders(report)));
+    lines("", table::below_orders(report).into_iter().map(|line| format!("  {line}")).collect());
+    lines("Start from rest", rows(table::of_transients(report)));
+    lines("Resonances with harmonic k of the load", rows(table::of_resonances(report)));
+    lines("Mind", table::warnings(report));
+    out
+}

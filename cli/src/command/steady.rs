@@ -1,0 +1,296 @@
+//! `camdrive steady SCENE`
+
+use super::{Failure, Format, NO_MOTION, driving, failure, files, read_all};
+use camdrive::drives::Fault;
+use camdrive::drives::rigid_machine::orbits::{
+    Motions, PeriodicMotion, all_motions, free_motion, periodic_motions, range,
+};
+use camdrive::drives::rigid_machine::{Inertia, Motor, Scene};
+use camdrive_design::plot::{Axis, Diagram, Series};
+use camdrive_design::text::{self, Table, number};
+use camdrive_design::transmission::{self, Transmission};
+use serde_json::{Value, json};
+use std::f64::consts::TAU;
+use std::fmt::Write as _;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Finds all periodic motions of a machine.
+///
+/// With a motor there may be several, stable and unstable ones, or none: then it stalls. The multiplier is the factor by which a
+/// small disturbance grows in a turn. For comparison the motion of the machine without torques (Eigenbewegung) with
+/// the same period; it is all there is without motor, where --period is needed. With a motor --period finds the
+/// synchronous speed with which the fastest stable motion has that period. The exit code is 3 where there is no periodic
+/// motion.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  camdrive steady examples/rapier_loom/scene.toml
+  camdrive steady examples/rapier_loom/scene.toml --period \"120 ms\"
+  camdrive steady examples/rapier_loom/scene.toml --load \"40 N.m\" --report study/")]
+pub struct Args {
+    /// Scene file (TOML) of a RigidMachine
+    scene: PathBuf,
+    /// Prescribed period, "120 ms" or in s
+    #[arg(long, value_name = "TIME")]
+    period: Option<String>,
+    /// Constant load torque, "30 N.m"; positive brakes
+    #[arg(long, value_name = "TORQUE", default_value = "0", allow_hyphen_values = true)]
+    load: String,
+    /// Folder for the courses of the speed: NAME.steady.csv and NAME.steady.svg
+    #[arg(long, value_name = "FOLDER")]
+    report: Option<PathBuf>,
+    #[command(flatten)]
+    format: Format,
+}
+
+/// The synchronous speed is found when it yields the period to this part.
+const FOUND: f64 = 1e-13;
+
+/// Steps of the secant method; the period is nearly inversely proportional to the speed, so that a handful suffices.
+const STEPS: usize = 40;
+
+pub fn run(args: &Args) -> Result<ExitCode, Failure> {
+    if let Some(folder) = &args.report {
+        files::no_file(folder, "--report")?;
+    }
+    let place = args.scene.display();
+    let resolved = read_all(std::slice::from_ref(&args.scene))?.remove(0);
+    if resolved.model != "RigidMachine" {
+        let model = resolved.model.split('.').next().unwrap_or_default();
+        return Err(failure(format!(
+            "{place}: `model` = \"{model}\" has a prescribed motion of the drive; steady is for the model RigidMachine"
+        )));
+    }
+    let mut scene: Scene = serde_json::from_value(resolved.scene).map_err(failure)?;
+    let (load, period) = driving::read(&place.to_string(), &scene.motor, &args.load, args.period.as_ref())?;
+    let fault = |fault: Fault| failure(format!("{place}: {fault}"));
+    let mut synchronous = None;
+    let (Motions { found: motions, lost }, free) = match (scene.motor, period) {
+        (Motor::Input | Motor::None, period) => {
+            (Motions { found: Vec::new(), lost: Vec::new() }, period.map(|period| (period, 1.0)))
+        }
+        (Motor::Kloss { .. }, period) => {
+            if let Some(period) = period {
+                let speed =
+                    synchronous_speed(&mut scene, load, period).map_err(|e| failure(format!("{place}: {e}")))?;
+                synchronous = Some((period, speed));
+            }
+            let motions = all_motions(&scene, load).map_err(fault)?;
+            let free = motions
+                .found
+                .iter()
+                .find(|motion| motion.is_stable())
+                .map(|motion| (motion.period, motion.course.first().map_or(1.0, |[_, w]| w.signum())));
+            (motions, free)
+        }
+    };
+    let inertia = Inertia::new(scene.inertia.clone(), scene.followers.clone());
+    let free = free.map(|(period, sense)| (period, free_motion(&inertia, period, sense)));
+    let followers = inertia.followers.iter().enumerate();
+    let mechanisms = followers.flat_map(|(j, follower)| transmission::of(j + 1, follower)).collect();
+    let verdict = verdict(&scene, &motions, load);
+    let (inputs, name) = (resolved.files, resolved.name);
+    let found = Found { name, load, synchronous, verdict, motions, lost, free, mechanisms };
+    let mut written = String::new();
+    if let Some(folder) = &args.report {
+        let title = format!("Periodic motions of {}", found.name);
+        let (motions, free) = (&found.motions, found.free.as_ref());
+        let parts = [("steady.csv", csv(motions, free)), ("steady.svg", diagram(title, motions, free).svg())];
+        written = format!("\n{}", files::write(&files::report(folder, &found.name, parts)?, &inputs)?);
+    }
+    args.format.print(|width| found.text(width) + &written, || text::json(&found.data()))?;
+    Ok(if found.motions.is_empty() && found.free.is_none() { ExitCode::from(NO_MOTION) } else { ExitCode::SUCCESS })
+}
+
+/// What was found.
+struct Found {
+    name: String,
+    /// [N·m].
+    load: f64,
+    /// The period asked for [s] and the synchronous speed that yields it [rad/s].
+    synchronous: Option<(f64, f64)>,
+    verdict: String,
+    motions: Vec<PeriodicMotion>,
+    /// See [`Motions::lost`].
+    lost: Vec<f64>,
+    free: Option<Free>,
+    mechanisms: Vec<Transmission>,
+}
+
+impl Found {
+    fn text(&self, width: usize) -> String {
+        let mut out = format!("{}\n", self.name);
+        if let Some((period, speed)) = self.synchronous {
+            let rpm = speed * 60.0 / TAU;
+            let _ =
+                writeln!(out, "The period of {period} s needs the synchronous speed {speed:.14} rad/s ({rpm:.9} rpm).");
+        }
+        let _ = writeln!(out, "{}\n", self.verdict);
+        for period in &self.lost {
+            let _ = writeln!(
+                out,
+                "Mind: if the motor's torque did not lag there would be one more motion, T = {period:.9} s. With the lag none was found next to it: there is none, or disturbances leave it too fast to follow it around a turn.\n"
+            );
+        }
+        if !self.motions.is_empty() || self.free.is_some() {
+            out += &table(&self.motions, self.free.as_ref()).text(width);
+        }
+        for mechanism in &self.mechanisms {
+            let _ = writeln!(out, "{}", mechanism.sentence());
+        }
+        out
+    }
+
+    fn data(&self) -> Value {
+        let speeds = |period: f64, course: &[[f64; 2]]| {
+            let [least, largest] = range(course);
+            json!({ "period": period, "mean_speed": (TAU / period).copysign(largest + least), "least_speed": least, "largest_speed": largest })
+        };
+        let motion = |motion: &PeriodicMotion| {
+            let mut data = speeds(motion.period, &motion.course);
+            data["stable"] = motion.is_stable().into();
+            data["growth"] = motion.growth.into();
+            data["energy"] = motion.energy.into();
+            data["torque"] = motion.torque.into();
+            data
+        };
+        json!({
+            "name": self.name,
+            "load": self.load,
+            "synchronous_speed": self.synchronous.map(|(_, speed)| speed),
+            "verdict": self.verdict,
+            "motions": self.motions.iter().map(motion).collect::<Vec<Value>>(),
+            "lost_periods": self.lost,
+            "without_torques": self.free.as_ref().map(|(period, course)| speeds(*period, course)),
+            "mechanisms": self.mechanisms,
+        })
+    }
+}
+
+/// What the motions mean.
+fn verdict(scene: &Scene, motions: &[PeriodicMotion], load: f64) -> String {
+    let stable = motions.iter().filter(|motion| motion.is_stable()).count();
+    match (scene.motor, motions.len(), stable) {
+        (Motor::Kloss { breakdown_torque, synchronous_speed, .. }, 0, _) => format!(
+            "No periodic motion was found against the load of {load} N.m: the motor (breakdown torque {breakdown_torque} N.m) {}.",
+            if load * synchronous_speed >= 0.0 { "stalls" } else { "runs away" }
+        ),
+        (Motor::Kloss { .. }, 1, 0) => "One periodic motion, unstable: the machine stalls or runs away.".to_owned(),
+        (Motor::Kloss { .. }, n, 0) => {
+            format!("{n} periodic motions, none of them stable: the machine stalls or runs away.")
+        }
+        (Motor::Kloss { .. }, 1, 1) => "One periodic motion, stable.".to_owned(),
+        (Motor::Kloss { .. }, n, s) => format!(
+            "{n} periodic motions, {s} of them stable; `start.mode` = steady_state begins with the fastest stable one."
+        ),
+        _ => "Without motor any period is possible; the motion with the prescribed one:".to_owned(),
+    }
+}
+
+/// The motor's synchronous speed with which the fastest stable motion has this period.
+fn synchronous_speed(scene: &mut Scene, load: f64, period: f64) -> Result<f64, String> {
+    let Motor::Kloss { synchronous_speed: given, .. } = scene.motor else { return Err(String::new()) };
+    let mut measure = |speed: f64| -> Result<f64, String> {
+        if let Motor::Kloss { synchronous_speed, .. } = &mut scene.motor {
+            *synchronous_speed = speed;
+        }
+        let motions = periodic_motions(scene, load).map_err(|fault| fault.to_string())?;
+        let fastest = motions.iter().find(|motion| motion.is_stable());
+        let motion = fastest.ok_or_else(|| {
+            format!("with a synchronous speed of {speed} rad/s there is no stable periodic motion against the load of {load} N.m: the motor stalls")
+        })?;
+        Ok(motion.period)
+    };
+    // ln T over ln w_s is nearly straight.
+    let mut speeds = [given, given * measure(given)? / period];
+    let mut misses = [(measure(given)? / period).ln(), (measure(speeds[1])? / period).ln()];
+    for _ in 0..STEPS {
+        if misses[1].abs() <= FOUND || misses[0] == misses[1] {
+            break;
+        }
+        let rise = (misses[1] - misses[0]) / (speeds[1] / speeds[0]).ln();
+        let next = speeds[1] * (-misses[1] / rise).clamp(-1.0, 1.0).exp();
+        if next == speeds[1] {
+            break;
+        }
+        (speeds, misses) = ([speeds[1], next], [misses[1], (measure(next)? / period).ln()]);
+    }
+    if misses[1].abs() > 1e3 * FOUND {
+        return Err(format!(
+            "no synchronous speed yields the period of {period} s; the nearest period found is {} s",
+            period * misses[1].exp()
+        ));
+    }
+    Ok(speeds[1])
+}
+
+type Free = (f64, Vec<[f64; 2]>);
+
+fn name(i: usize, motion: &PeriodicMotion) -> String {
+    format!("{} ({})", i + 1, if motion.is_stable() { "stable" } else { "unstable" })
+}
+
+/// The multiplier, that of a steep motor as power of ten.
+fn multiplier(motion: &PeriodicMotion) -> String {
+    let power = motion.growth / std::f64::consts::LN_10;
+    if power.abs() < 300.0 { number(motion.multiplier()) } else { format!("10^{power:.0}") }
+}
+
+fn table(motions: &[PeriodicMotion], free: Option<&Free>) -> Table {
+    let head = ["motion", "T [s]", "mean w [rad/s]", "least w", "largest w", "fluctuation", "multiplier", "E at 0 [J]"];
+    let row = |name: String, period: f64, course: &[[f64; 2]], rest: [String; 2]| {
+        let ([low, high], mean) = (range(course), TAU / period);
+        let mean = if high < 0.0 { -mean } else { mean };
+        let [multiplier, energy] = rest;
+        vec![
+            name,
+            format!("{period:.14}"),
+            format!("{mean:.9}"),
+            format!("{low:.6}"),
+            format!("{high:.6}"),
+            format!("{} %", number(100.0 * (high - low) / mean.abs())),
+            multiplier,
+            energy,
+        ]
+    };
+    let of = |(i, motion): (usize, &PeriodicMotion)| {
+        let rest = [multiplier(motion), format!("{:.6}", motion.energy)];
+        row(name(i, motion), motion.period, &motion.course, rest)
+    };
+    let mut rows: Vec<Vec<String>> = motions.iter().enumerate().map(of).collect();
+    rows.extend(free.map(|(period, course)| row("without torques".into(), *period, course, ["1".into(), "–".into()])));
+    Table { head: head.map(str::to_owned).into(), rows }
+}
+
+/// The courses of the speed, one line for each point.
+fn csv(motions: &[PeriodicMotion], free: Option<&Free>) -> Result<String, Fault> {
+    let all = motions.iter().enumerate().map(|(i, motion)| (name(i, motion), &motion.course));
+    let all = all.chain(free.map(|(_, course)| ("without torques".to_owned(), course)));
+    let rows = all.flat_map(|(name, course)| {
+        course.iter().map(move |[phi, w]| vec![name.clone(), phi.to_string(), w.to_string()])
+    });
+    text::csv(&["motion", "phi_rad", "w_rad_s"], rows)
+}
+
+fn diagram(title: String, motions: &[PeriodicMotion], free: Option<&Free>) -> Diagram {
+    let degrees = |course: &Vec<[f64; 2]>| course.iter().map(|[phi, w]| [phi.to_degrees(), *w]).collect();
+    let of = |(i, motion): (usize, &PeriodicMotion)| Series {
+        name: name(i, motion),
+        points: degrees(&motion.course),
+        joined: true,
+    };
+    let mut series: Vec<Series> = motions.iter().enumerate().map(of).collect();
+    series.extend(free.map(|(_, course)| Series {
+        name: "without torques".to_owned(),
+        points: degrees(course),
+        joined: true,
+    }));
+    Diagram {
+        title,
+        x: Axis::angular("Angle of the main shaft [°]"),
+        y: Axis::linear("Speed [rad/s]"),
+        series,
+        rules: Vec::new(),
+    }
+}

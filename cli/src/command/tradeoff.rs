@@ -1,0 +1,135 @@
+//! `camdrive tradeoff SCENE`
+
+use super::output::Bar;
+use super::{Failure, files, read_all, show, width};
+use crate::scene::{Resolved, units};
+use camdrive::drives::unit::{self, Quantity};
+use camdrive_design::text;
+use camdrive_design::tradeoff::{self, Options, Progress, Report, figures, table};
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+/// Measures speed against accuracy, and what each feature of the scene is worth.
+///
+/// Drives the FMU through its C interface with every method, tolerance and internal step that it offers, over
+/// communication steps, and again without each feature of the scene. Errors are relative to the largest value of an
+/// output, against a reference whose own uncertainty is stated; costs are CPU times of this machine.
+///
+/// Prints the tables and the advice, and writes NAME.csv, NAME.json, NAME.work_precision.svg and
+/// NAME.communication_step.svg into a folder.
+///
+/// A drive with inputs follows a run-up: from standstill to --speed within --ramp (a sinoid of Bestehorn without jumps of
+/// the acceleration), and that speed after it; the load torque `tau` of a machine stays 0.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  camdrive tradeoff examples/guide_bar/scene.toml
+  camdrive tradeoff examples/backlash_drive/scene.toml --turns 10 -o study/
+  camdrive tradeoff examples/guide_bar/run_up.toml --speed \"1800 rpm\" --ramp \"0.2 s\"")]
+pub struct Args {
+    /// Scene file (TOML)
+    scene: PathBuf,
+    /// Folder for tables and diagrams [default: tradeoff-NAME]
+    #[arg(short, long, value_name = "FOLDER")]
+    output: Option<PathBuf>,
+    #[command(flatten)]
+    study: StudyArgs,
+}
+
+/// What `tradeoff` and `export --with-tradeoff` are told of the runs.
+#[derive(Debug, Default, clap::Args)]
+pub struct StudyArgs {
+    /// Turns of the cam in a run [default: those of the default experiment; 9 with a run-up]
+    #[arg(long, value_name = "NUMBER", allow_hyphen_values = true)]
+    turns: Option<f64>,
+    /// Speed that the run-up of a drive with inputs ends with, "1800 rpm" or in rad/s [default: 600 rpm]
+    #[arg(long, value_name = "SPEED", allow_hyphen_values = true)]
+    speed: Option<String>,
+    /// Duration of that run-up, "0.5 s" or in s [default: half of the run]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    ramp: Option<String>,
+    /// Fewer settings and repetitions
+    #[arg(long)]
+    quick: bool,
+}
+
+impl StudyArgs {
+    /// Whether any of them is given.
+    pub fn are_given(&self) -> bool {
+        self.turns.is_some() || self.speed.is_some() || self.ramp.is_some() || self.quick
+    }
+
+    fn options(&self) -> Result<Options, Failure> {
+        let value = |name: &str, text: &Option<String>, quantity: &'static Quantity| {
+            let parse = |text: &String| {
+                units::parse(text, quantity)
+                    .map_err(|e| Failure(format!("error: --{name}: {}\n  = hint: {}", e.message, e.hint)))
+            };
+            text.as_ref().map(parse).transpose()
+        };
+        Ok(Options {
+            turns: self.turns,
+            speed: value("speed", &self.speed, &unit::ANGULAR_VELOCITY)?,
+            ramp: value("ramp", &self.ramp, &unit::TIME)?,
+            quick: self.quick,
+        })
+    }
+
+    /// The study of a scene, with a progress bar where somebody looks.
+    pub fn study(&self, path: &Path, scene: &Resolved) -> Result<Report, Failure> {
+        let bar = Bar::new(&scene.name);
+        let report = tradeoff::study(&scene.resource(), &self.options()?, |Progress { done, total, stage }| {
+            bar.tell(done, total, stage);
+        });
+        bar.clear();
+        report.map_err(|fault| Failure(format!("error: {}: {fault}", path.display())))
+    }
+}
+
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let scenes = read_all(std::slice::from_ref(&args.scene))?;
+    for scene in &scenes {
+        let folder = args.output.clone().unwrap_or_else(|| PathBuf::from(format!("tradeoff-{}", scene.name)));
+        files::no_file(&folder, "-o")?;
+        let report = args.study.study(&args.scene, scene)?;
+        let written = files::write(&parts(&folder, &report)?, &scene.files)?;
+        show(&(text(&report, width()) + "\n" + &written))?;
+    }
+    Ok(())
+}
+
+/// Tables and diagrams.
+fn parts(folder: &Path, report: &Report) -> Result<Vec<(PathBuf, String)>, Failure> {
+    let parts = [
+        ("csv", table::csv(report)),
+        ("json", text::json(report)),
+        ("work_precision.svg", figures::work_precision(report).svg()),
+        ("communication_step.svg", figures::communication_step(report).svg()),
+    ];
+    files::report(folder, &report.scene, parts)
+}
+
+/// The report for a terminal.
+fn text(report: &Report, width: usize) -> String {
+    let mut out = format!("{} ({})\n", report.scene, report.model);
+    for line in table::about(report) {
+        let _ = writeln!(out, "{line}");
+    }
+    let _ = write!(out, "\nSettings\n{}", table::of_settings(report).text(width));
+    if !report.features.is_empty() {
+        let _ = write!(out, "\nFeatures that could be left out\n{}", table::of_features(report).text(width));
+        let _ = write!(out, "\nChanges, relative to the largest value\n{}", table::of_changes(report).text(width));
+    }
+    let faults = table::faults(report);
+    if !faults.is_empty() {
+        let _ = writeln!(out, "\nWithout result");
+        for fault in faults {
+            let _ = writeln!(out, "  {fault}");
+        }
+    }
+    let _ = writeln!(out, "\nAdvice");
+    for advice in &report.advice {
+        let _ = writeln!(out, "  {}", advice.sentence);
+    }
+    out
+}

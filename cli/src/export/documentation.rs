@@ -1,0 +1,372 @@
+//! documentation/index.html: what a user of the FMU wants to know, in one file that needs no network.
+//!
+//! The page is HTML and well-formed XML at once.
+
+use super::model_description::{Identity, LOG_CATEGORIES, causality};
+use super::picture;
+use super::tradeoff::Section;
+use super::xml::Xml;
+use camdrive::drives::variable::{Causality, Kind, Variability};
+use camdrive::drives::{Description, DynDrive, Fault, Portrait};
+use camdrive_design::resource::Described;
+use camdrive_design::tradeoff::Report;
+
+const STYLE: &str = include_str!("documentation.css");
+
+/// The text of index.html.
+pub fn html(identity: &Identity, model: &str, drive: &mut dyn Described) -> Result<String, Fault> {
+    html_with(identity, model, drive, None)
+}
+
+/// The same with the study of speed against accuracy.
+pub fn html_with(
+    identity: &Identity,
+    model: &str,
+    drive: &mut dyn Described,
+    study: Option<&Report>,
+) -> Result<String, Fault> {
+    let study = study.map(Section::of).transpose()?;
+    let rows = variable_rows(drive)?;
+    let portrait = drive.portrait();
+    let mut xml = Xml::html();
+    let root = [("xmlns", "http://www.w3.org/1999/xhtml".to_owned()), ("lang", "en".to_owned())];
+    xml.element("html", &root, |xml| {
+        xml.element("head", &[], |xml| {
+            xml.empty("meta", &[("charset", "utf-8".to_owned())]);
+            xml.empty(
+                "meta",
+                &[("name", "viewport".to_owned()), ("content", "width=device-width, initial-scale=1".to_owned())],
+            );
+            xml.text("title", &[], identity.name);
+            xml.text("style", &[], STYLE);
+        });
+        xml.element("body", &[], |xml| {
+            xml.text("h1", &[], identity.name);
+            if !identity.description.is_empty() {
+                xml.text("p", &[("class", "lead".to_owned())], identity.description);
+            }
+            let about = format!("Drive model {model}. FMI 2.0 for Co-Simulation, written by {}.", super::TOOL);
+            xml.text("p", &[], &about);
+            prose(xml, "p", &portrait.summary);
+            figure(xml, identity.name, model, &*drive);
+            equations(xml, &portrait);
+            signs(xml, &drive.descriptions());
+            usage(xml, identity.name, &*drive);
+            xml.text("h2", &[], "Variables");
+            table(xml, &["Name", "Kind", "Unit", "Start", "Range", "Description"], &rows);
+            accuracy(xml, &portrait, drive.input_derivative_order());
+            if let Some(study) = &study {
+                study.write(xml);
+            }
+            list(xml, "Limits", &portrait.limits);
+            messages(xml);
+            list(xml, "Sources", &portrait.sources);
+            xml.text("h2", &[], "Licence");
+            xml.element("p", &[], |xml| {
+                xml.text("a", &[("href", "licenses/license.txt".to_owned())], "Licences of the library in this FMU");
+            });
+        });
+    });
+    Ok(xml.finish())
+}
+
+fn figure(xml: &mut Xml, name: &str, model: &str, drive: &dyn Described) {
+    let curves = drive.curves();
+    if curves.is_empty() {
+        return;
+    }
+    let titles: Vec<&str> = curves.iter().map(|curve| curve.title.as_str()).collect();
+    xml.element("figure", &[], |xml| {
+        picture::of_curves(name, model, &curves).write_svg(xml, &titles.join(", "));
+    });
+}
+
+fn equations(xml: &mut Xml, portrait: &Portrait) {
+    if portrait.equations.is_empty() {
+        return;
+    }
+    xml.text("h2", &[], "Equations");
+    for equation in &portrait.equations {
+        xml.element("div", &[("class", "equation".to_owned())], |xml| {
+            xml.text("p", &[], &equation.title);
+            let attributes = [
+                ("xmlns", "http://www.w3.org/1998/Math/MathML".to_owned()),
+                ("display", "block".to_owned()),
+                ("alttext", equation.text.clone()),
+            ];
+            xml.element("math", &attributes, |xml| xml.markup(&equation.mathml));
+            // Browsers without a mathematical font draw dots and primes next to invisible.
+            xml.text("p", &[("class", "plain".to_owned())], &equation.text);
+        });
+    }
+}
+
+fn signs(xml: &mut Xml, descriptions: &[&Description]) {
+    xml.text("h2", &[], "Signs and units");
+    let mut sentences = vec![
+        "All values are in coherent SI units, angles in rad. Angle, angular velocity and torque of a shaft are positive \
+         in the same sense.",
+    ];
+    let named = |name: &str| descriptions.iter().find(|d| d.name == name).map(|d| d.causality);
+    match named("tau") {
+        _ if named("tau_parametric").is_some() => sentences.push(match named("psi") {
+            Some(_) => {
+                "tau is the torque transmitted from the drive into the driven side: a positive tau loads the drive, and \
+                 (tau + tau_parametric)·w is the power that flows into the driven side."
+            }
+            None => "tau_parametric·w is the power that flows from the drive into the vibration.",
+        }),
+        Some(Causality::Output) => sentences.push(
+            "tau is the torque transmitted from the drive into the cam unit: a positive tau loads the drive, and tau·w is \
+             the power that flows into the cam unit.",
+        ),
+        Some(Causality::Input) => sentences.push(
+            "tau is the torque transmitted from the machine to its load: a positive tau brakes the machine, and tau·w is \
+             the power that leaves it.",
+        ),
+        _ => {}
+    }
+    xml.text("p", &[], &sentences.join(" "));
+}
+
+/// A script that runs as it stands beside the FMU.
+fn usage(xml: &mut Xml, name: &str, drive: &dyn DynDrive) {
+    xml.text("h2", &[], "Driving it from Python");
+    xml.text("p", &[], "With the package FMPy, in the folder of the FMU:");
+    let e = drive.experiment();
+    let (stop, step) = (digits(e.stop), digits(e.step));
+    let descriptions = drive.descriptions();
+    let names = |wanted: Causality| -> Vec<&str> {
+        descriptions.iter().filter(|d| d.causality == wanted).map(|d| d.name.as_str()).collect()
+    };
+    let outputs: Vec<String> = names(Causality::Output).iter().take(4).map(|name| format!("'{name}'")).collect();
+    let inputs = names(Causality::Input);
+    let mut code = String::from("import fmpy\n");
+    let mut argument = String::new();
+    if !inputs.is_empty() {
+        let columns: Vec<String> = inputs.iter().map(|name| format!("('{name}', float)")).collect();
+        let rest: Vec<&str> = inputs.iter().map(|name| if *name == "w" { "10.0" } else { "0.0" }).collect();
+        let end: Vec<String> = inputs
+            .iter()
+            .zip(&rest)
+            .map(|(name, value)| if *name == "phi" { format!("10.0 * {stop}") } else { (*value).to_owned() })
+            .collect();
+        code += &format!(
+            "import numpy\n\n\
+             # The inputs at the first and the last instant; in between they are interpolated.\n\
+             signals = numpy.array([(0.0, {}), ({}, {})],\n    dtype=[('time', float), {}])\n",
+            rest.join(", "),
+            stop,
+            end.join(", "),
+            columns.join(", ")
+        );
+        argument = ", input=signals".to_owned();
+    }
+    code += &format!(
+        "\nresult = fmpy.simulate_fmu('{name}.fmu', stop_time={stop}, output_interval={step}{argument},\n    output=[{}])\n\
+         print(result[-1])\n",
+        outputs.join(", ")
+    );
+    xml.preformatted("pre", &code);
+}
+
+fn accuracy(xml: &mut Xml, portrait: &Portrait, input_derivatives: usize) {
+    xml.text("h2", &[], "Solution and accuracy");
+    let rows: Vec<[String; 2]> = portrait.accuracy.iter().map(|(q, s)| [q.clone(), s.clone()]).collect();
+    if !rows.is_empty() {
+        table(xml, &["Quantity", "Statement"], &rows);
+    }
+    let mut text =
+        "Communication steps may have any length and may vary. The state can be saved, restored and serialised. \
+                    A call takes at most 32 kB of the stack of its thread. \
+                    Output derivatives up to order 2 and directional derivatives at communication points are analytic; \
+                    before the start, where they exist for parameters as well, these are extrapolated differences of the \
+                    start values, with some ten right digits where those depend smoothly on the parameter."
+            .to_owned();
+    if input_derivatives > 0 {
+        text += &format!(
+            " Input derivatives up to order {input_derivatives} are taken into account; higher orders are refused."
+        );
+    }
+    xml.text("p", &[], &text);
+}
+
+fn list(xml: &mut Xml, title: &str, items: &[String]) {
+    if items.is_empty() {
+        return;
+    }
+    xml.text("h2", &[], title);
+    xml.element("ul", &[], |xml| {
+        for item in items {
+            prose(xml, "li", item);
+        }
+    });
+}
+
+fn messages(xml: &mut Xml) {
+    xml.text("h2", &[], "Messages");
+    let rows = LOG_CATEGORIES.map(|(name, text)| [name.to_string_lossy().into_owned(), text.to_owned()]);
+    table(xml, &["Log category", "Content"], &rows);
+}
+
+/// An element with text; what stands between backticks is code.
+fn prose(xml: &mut Xml, element: &str, text: &str) {
+    if !text.contains('`') {
+        return xml.text(element, &[], text);
+    }
+    let escaped = |text: &str| super::xml::legal(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
+    let pieces = text.split('`').enumerate();
+    let pieces = pieces.map(|(i, piece)| match i % 2 {
+        0 => escaped(piece),
+        _ => format!("<code>{}</code>", escaped(piece)),
+    });
+    let markup: String = pieces.collect();
+    xml.element(element, &[], |xml| xml.markup(&markup));
+}
+
+fn table<const N: usize>(xml: &mut Xml, head: &[&str; N], rows: &[[String; N]]) {
+    xml.element("table", &[], |xml| {
+        xml.element("thead", &[], |xml| {
+            xml.element("tr", &[], |xml| {
+                for title in head {
+                    xml.text("th", &[("scope", "col".to_owned())], title);
+                }
+            });
+        });
+        xml.element("tbody", &[], |xml| {
+            for row in rows {
+                xml.element("tr", &[], |xml| {
+                    for cell in row {
+                        prose(xml, "td", cell);
+                    }
+                });
+            }
+        });
+    });
+}
+
+fn variable_rows(drive: &mut dyn DynDrive) -> Result<Vec<[String; 6]>, Fault> {
+    let descriptions: Vec<Description> = drive.descriptions().into_iter().cloned().collect();
+    descriptions
+        .iter()
+        .enumerate()
+        .map(|(reference, d)| {
+            let start = match d.causality {
+                Causality::Parameter | Causality::Input => value_with_unit(&d.kind, drive.get(reference)?),
+                Causality::Output | Causality::Local => String::new(),
+            };
+            Ok([d.name.clone(), kind_of(d), unit(&d.kind).to_owned(), start, range(&d.kind), d.text.clone()])
+        })
+        .collect()
+}
+
+fn kind_of(d: &Description) -> String {
+    let tunable = if d.variability == Variability::Tunable { "tunable " } else { "" };
+    let state = if d.state { ", state" } else { "" };
+    format!("{tunable}{}{state}", causality(d.causality))
+}
+
+fn unit(kind: &Kind) -> &'static str {
+    match kind {
+        Kind::Real { quantity, .. } => quantity.unit,
+        _ => "",
+    }
+}
+
+/// The value in SI and, where engineers read another unit, in that one.
+fn value_with_unit(kind: &Kind, value: f64) -> String {
+    match kind {
+        Kind::Real { quantity, .. } => match quantity.display {
+            Some((unit, factor)) if value != 0.0 => format!("{} ({} {unit})", short(value), short(factor * value)),
+            _ => short(value),
+        },
+        Kind::Integer { .. } => short(value),
+        Kind::Boolean => (value != 0.0).to_string(),
+        // Enumerations count from 1.
+        Kind::Enumeration(e) => e.items.get(value as usize - 1).map_or(String::new(), |(name, _)| (*name).to_owned()),
+    }
+}
+
+fn range(kind: &Kind) -> String {
+    match kind {
+        Kind::Real { min, max, .. } => match (min.is_finite(), max.is_finite()) {
+            (false, false) => String::new(),
+            (true, false) => format!("≥ {}", short(*min)),
+            (false, true) => format!("≤ {}", short(*max)),
+            (true, true) => format!("{} … {}", short(*min), short(*max)),
+        },
+        Kind::Integer { min: i32::MIN, max: i32::MAX } | Kind::Boolean => String::new(),
+        Kind::Integer { min, max: i32::MAX } => format!("≥ {min}"),
+        Kind::Integer { min, max } => format!("{min} … {max}").replace('-', "−"),
+        Kind::Enumeration(e) => {
+            let items: Vec<String> = e.items.iter().enumerate().map(|(i, (n, _))| format!("{} {n}", i + 1)).collect();
+            items.join(", ")
+        }
+    }
+}
+
+/// A time with the digits that matter, as Python reads it.
+fn digits(seconds: f64) -> String {
+    let rounded: f64 = format!("{seconds:.8e}").parse().unwrap_or(seconds);
+    rounded.to_string()
+}
+
+/// Six significant digits, without needless zeros.
+fn short(value: f64) -> String {
+    let rounded: f64 = format!("{value:.5e}").parse().unwrap_or(value);
+    let plain = rounded == 0.0 || (1e-3..1e6).contains(&rounded.abs());
+    let text = if plain { format!("{rounded}") } else { format!("{rounded:e}") };
+    text.replace('-', "−")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::export::test_drive::lag;
+    use quick_xml::events::Event;
+
+    fn page() -> String {
+        let identity = Identity { name: "Lag", description: "a < b & c", guid: "", date: None };
+        html(&identity, "Lag", &mut *lag()).unwrap()
+    }
+
+    #[test]
+    fn the_page_is_well_formed() {
+        let page = page();
+        let mut reader = quick_xml::Reader::from_str(&page);
+        let mut open = Vec::new();
+        loop {
+            match reader.read_event().unwrap() {
+                Event::Start(tag) => open.push(tag.name().as_ref().to_owned()),
+                Event::End(tag) => assert_eq!(open.pop().unwrap(), tag.name().as_ref()),
+                Event::Eof => break,
+                _ => {}
+            }
+        }
+        assert!(open.is_empty());
+    }
+
+    #[test]
+    fn the_page_says_it_all_and_asks_nobody() {
+        let page = page();
+        for part in ["a &lt; b &amp; c", "Demand &lt;u&gt;", "<math", "<svg", "Any book on control", "simulate_fmu"] {
+            assert!(page.contains(part), "{part}");
+        }
+        // Formulas stand as plain text too, for browsers without a mathematical font.
+        assert_eq!(page.matches("<math ").count(), page.matches("<p class=\"plain\">").count());
+        for outside in ["src=", "@import", "url(", "<script"] {
+            assert!(!page.contains(outside), "{outside}");
+        }
+    }
+
+    #[test]
+    fn numbers_are_short() {
+        assert_eq!(short(188.49555921538757), "188.496");
+        assert_eq!(short(-1e-7), "−1e−7");
+        assert_eq!(short(0.1 + 0.2), "0.3");
+        assert_eq!(
+            value_with_unit(&camdrive::drives::variable::real(&camdrive::drives::unit::LENGTH), 0.00094),
+            "9.4e−4 (0.94 mm)"
+        );
+    }
+}

@@ -1,0 +1,242 @@
+//! From a validated scene to an FMU.
+//!
+//! [`pack`] builds the drive once more, as the runtime library will, and writes what importers read of it:
+//! [`model_description`], [`documentation`], a [`picture`], [`terminals`] and [`licenses`], in one [`archive`] with
+//! the [`runtime_library`].
+
+pub mod archive;
+pub mod date;
+pub mod documentation;
+pub mod drawing;
+pub mod hash;
+pub mod licenses;
+pub mod model_description;
+pub mod picture;
+pub mod runtime_library;
+pub mod terminals;
+#[cfg(test)]
+mod test_drive;
+pub mod tradeoff;
+pub mod xml;
+
+pub use date::Date;
+pub use runtime_library::RuntimeLibrary;
+
+use archive::File;
+use camdrive::drives::Fault;
+use camdrive::drives::resource::{self, Content};
+use camdrive_design::resource::{Described, Resource};
+use camdrive_design::tradeoff::Report;
+use model_description::Identity;
+
+/// The name and version of this tool.
+pub const TOOL: &str = concat!("camdrive ", env!("CARGO_PKG_VERSION"));
+
+/// The longest name that every importer's file system and symbol tables take.
+const LONGEST_NAME: usize = 24;
+
+/// The page that FMI 2.0 names for the documentation.
+const DOCUMENTATION: &str = "documentation/index.html";
+
+/// An FMU in memory.
+#[derive(Clone, Debug)]
+pub struct Packed {
+    /// The zip archive.
+    pub bytes: Vec<u8>,
+    /// The guid: a hash of the content.
+    pub guid: String,
+    /// Path and size of each file inside.
+    pub files: Vec<(String, usize)>,
+    /// How many variables it has.
+    pub variables: usize,
+    /// How many of them are continuous states.
+    pub states: usize,
+}
+
+/// What an FMU holds only where it is asked for.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Extras<'a> {
+    /// [`terminals`].
+    pub terminals: bool,
+    /// The tables of a study in the documentation and in `extra/`. They belong to the machine that measured them, so the
+    /// guid is that of the FMU without them: it is the same drive.
+    pub study: Option<&'a Report>,
+}
+
+/// The text of modelDescription.xml without packing an FMU; the guid, a hash of the packed content, is empty.
+pub fn describe(resource: &Resource, description: &str) -> Result<String, Fault> {
+    check_name(&resource.name)?;
+    let identity = Identity { name: &resource.name, description, guid: "", date: None };
+    model_description::xml(&identity, &mut *resource.build()?)
+}
+
+/// Packs the FMU of a scene; the guid of `resource` is not used, but computed from the content.
+///
+/// # Errors
+/// A name that is no C identifier of at most 24 characters, a scene that the drive refuses, two libraries for one
+/// platform.
+pub fn pack(
+    resource: &Resource,
+    description: &str,
+    runtimes: &[RuntimeLibrary],
+    date: Option<Date>,
+) -> Result<Packed, Fault> {
+    pack_with(resource, description, runtimes, date, Extras::default())
+}
+
+/// The same with what an FMU holds only where it is asked for.
+///
+/// # Errors
+/// Those of [`pack`].
+pub fn pack_with(
+    resource: &Resource,
+    description: &str,
+    runtimes: &[RuntimeLibrary],
+    date: Option<Date>,
+    extras: Extras,
+) -> Result<Packed, Fault> {
+    pack_drive((&mut *resource.build()?, &resource.encoded_scene()?), resource, description, runtimes, date, extras)
+}
+
+fn pack_drive(
+    (drive, scene): (&mut dyn Described, &[u8]),
+    resource: &Resource,
+    description: &str,
+    runtimes: &[RuntimeLibrary],
+    date: Option<Date>,
+    extras: Extras,
+) -> Result<Packed, Fault> {
+    check_name(&resource.name)?;
+    check_platforms(runtimes)?;
+    let libraries: Vec<File> = runtimes
+        .iter()
+        .map(|library| File::new(library.path_in_fmu(&resource.name), library.bytes.as_slice()))
+        .collect();
+    let mut content = with_guid((drive, scene), resource, description, date, "")?;
+    content.extend(for_people(drive, resource, description)?);
+    if extras.terminals {
+        content.extend(terminals::files(drive)?);
+    }
+    content.extend(libraries);
+    let parts: Vec<&[u8]> = content.iter().flat_map(|file| [file.path.as_bytes(), file.content.as_slice()]).collect();
+    let guid = hash::guid(&hash::sha256_of_parts(&parts));
+    let mut replace = |file: File| {
+        if let Some(place) = content.iter_mut().find(|other| other.path == file.path) {
+            *place = file;
+        }
+    };
+    with_guid((drive, scene), resource, description, date, &guid)?.into_iter().for_each(&mut replace);
+    if let Some(report) = extras.study {
+        let identity = Identity { name: &resource.name, description, guid: "", date: None };
+        let page = documentation::html_with(&identity, &resource.model, drive, Some(report))?;
+        replace(File::new(DOCUMENTATION, page));
+        content.extend(tradeoff::files(report)?);
+    }
+    let bytes = archive::archive(&content, date).map_err(|e| Fault(format!("the archive cannot be written: {e}")))?;
+    let descriptions = drive.descriptions();
+    Ok(Packed {
+        bytes,
+        guid,
+        files: content.iter().map(|file| (file.path.clone(), file.content.len())).collect(),
+        variables: descriptions.len(),
+        states: descriptions.iter().filter(|d| d.state).count(),
+    })
+}
+
+/// The files that hold the guid.
+fn with_guid(
+    (drive, scene): (&mut dyn Described, &[u8]),
+    resource: &Resource,
+    description: &str,
+    date: Option<Date>,
+    guid: &str,
+) -> Result<Vec<File>, Fault> {
+    let date = date.map(Date::iso);
+    let identity = Identity { name: &resource.name, description, guid, date: date.as_deref() };
+    let xml = model_description::xml(&identity, drive)?;
+    let content = Content { model: &resource.model, guid, scene };
+    Ok(vec![
+        File::new("modelDescription.xml", xml),
+        File::new(format!("resources/{}", resource::FILE_NAME), content.to_bytes()?),
+    ])
+}
+
+/// Documentation, pictures and licences.
+fn for_people(drive: &mut dyn Described, resource: &Resource, description: &str) -> Result<Vec<File>, Fault> {
+    let identity = Identity { name: &resource.name, description, guid: "", date: None };
+    let curves = drive.curves();
+    let mut files = Vec::new();
+    if !curves.is_empty() {
+        files.push(File::new("model.png", picture::of_curves(&resource.name, &resource.model, &curves).png()?));
+    }
+    files.push(File::new(DOCUMENTATION, documentation::html(&identity, &resource.model, drive)?));
+    files.extend(licenses::files());
+    Ok(files)
+}
+
+fn check_name(name: &str) -> Result<(), Fault> {
+    let starts_well = name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_');
+    let goes_on_well = name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+    if starts_well && goes_on_well && name.len() <= LONGEST_NAME {
+        return Ok(());
+    }
+    Err(Fault(format!(
+        "the name `{name}` is no C identifier of 1 to {LONGEST_NAME} letters, digits and underscores; it names the \
+         library inside the FMU"
+    )))
+}
+
+fn check_platforms(runtimes: &[RuntimeLibrary]) -> Result<(), Fault> {
+    for (i, library) in runtimes.iter().enumerate() {
+        if let Some(other) = runtimes[..i].iter().find(|other| other.platform == library.platform) {
+            return Err(Fault(format!(
+                "two runtime libraries for {}: {} and {}",
+                library.platform,
+                other.path.display(),
+                library.path.display()
+            )));
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use test_drive::lag;
+
+    fn resource(name: &str) -> Resource {
+        Resource { name: name.to_owned(), model: "Lag".to_owned(), guid: String::new(), scene: 2.0.into() }
+    }
+
+    fn library(content: &[u8]) -> RuntimeLibrary {
+        RuntimeLibrary { platform: "linux64", path: "lib.so".into(), bytes: content.to_vec() }
+    }
+
+    #[test]
+    fn the_same_scene_gives_the_same_bytes_and_any_difference_another_guid() {
+        let pack = |name: &str, text: &str, content: &[u8]| {
+            pack_drive((&mut *lag(), &[]), &resource(name), text, &[library(content)], None, Extras::default()).unwrap()
+        };
+        let fmu = pack("Lag", "A lag", b"1");
+        assert_eq!(fmu.bytes, pack("Lag", "A lag", b"1").bytes);
+        for other in [pack("Lag2", "A lag", b"1"), pack("Lag", "Another lag", b"1"), pack("Lag", "A lag", b"2")] {
+            assert_ne!(other.guid, fmu.guid);
+        }
+        assert_eq!((fmu.variables, fmu.states), (8, 1));
+        assert_eq!(fmu.files[0].0, "modelDescription.xml");
+    }
+
+    #[test]
+    fn names_and_platforms_are_checked() {
+        for name in ["", "2fast", "a b", "größe", "a_name_of_twenty_five_char"] {
+            assert!(
+                pack_drive((&mut *lag(), &[]), &resource(name), "", &[], None, Extras::default()).is_err(),
+                "{name}"
+            );
+        }
+        let twice = [library(b"1"), library(b"2")];
+        let fault = pack_drive((&mut *lag(), &[]), &resource("Lag"), "", &twice, None, Extras::default()).unwrap_err();
+        assert!(fault.0.contains("two runtime libraries for linux64"));
+    }
+}

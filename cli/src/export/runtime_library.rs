@@ -1,0 +1,274 @@
+//! The runtime library that goes into an FMU: where it comes from and what is checked before it is packed.
+
+use super::hash::sha256;
+use camdrive::drives::Fault;
+use std::path::{Path, PathBuf};
+
+/// The platforms of FMI 2.0 (section 2.3) with the suffix of their shared libraries.
+pub const PLATFORMS: [(&str, &str); 6] = [
+    ("linux64", ".so"),
+    ("linux32", ".so"),
+    ("win64", ".dll"),
+    ("win32", ".dll"),
+    ("darwin64", ".dylib"),
+    ("darwin32", ".dylib"),
+];
+
+/// A function without which no importer gets far; its name stands in the library's table of exports.
+const LANDMARK: &[u8] = b"fmi2DoStep";
+
+/// A release build takes less than two megabytes, a debug build tens of them; the border lies between.
+const LARGEST_RELEASE: usize = 4 << 20;
+
+/// How to build the library.
+const BUILD_COMMAND: &str = "cargo build --release --package camdrive";
+
+/// A checked shared library.
+#[derive(Clone, Debug)]
+pub struct RuntimeLibrary {
+    /// One of [`PLATFORMS`].
+    pub platform: &'static str,
+    /// Where it was read.
+    pub path: PathBuf,
+    /// Its content.
+    pub bytes: Vec<u8>,
+}
+
+impl RuntimeLibrary {
+    /// The library that was built with the running executable, for the same platform: `cargo run` leaves it in the folder
+    /// `deps` beside the executable, `cargo build` and packages lay it beside the executable itself.
+    pub fn beside_executable() -> Result<Self, Fault> {
+        let platform = host_platform().ok_or_else(|| {
+            Fault(format!("FMI 2.0 has no name for this platform; give one by --runtime {}", choice()))
+        })?;
+        let executable = std::env::current_exe()
+            .map_err(|e| Fault(format!("the running executable cannot be located ({e}); use --runtime")))?;
+        let name = format!("{}camdrive{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
+        let beside = executable.with_file_name(&name);
+        let places = [executable.with_file_name("deps").join(&name), beside.clone()];
+        // The newer one is that of the last build.
+        let built = |path: &PathBuf| std::fs::metadata(path).and_then(|file| file.modified()).ok();
+        let found = places.into_iter().filter(|path| path.is_file()).max_by_key(built).ok_or_else(|| {
+            Fault(format!(
+                "the runtime library is missing: {} does not exist. Build it with `{BUILD_COMMAND}`, or name one by \
+                 --runtime {platform}=FILE",
+                beside.display()
+            ))
+        })?;
+        RuntimeLibrary::read(platform, &found)
+    }
+
+    /// The library of `PLATFORM=FILE`.
+    pub fn from_argument(argument: &str) -> Result<Self, Fault> {
+        let (platform, file) = argument.split_once('=').filter(|(_, file)| !file.is_empty()).ok_or_else(|| {
+            Fault(format!("--runtime `{argument}`: expected PLATFORM=FILE with PLATFORM {}", choice()))
+        })?;
+        RuntimeLibrary::read(platform, Path::new(file))
+    }
+
+    /// Reads and checks a library.
+    pub fn read(platform: &str, path: &Path) -> Result<Self, Fault> {
+        let (platform, _) = PLATFORMS
+            .into_iter()
+            .find(|(name, _)| *name == platform)
+            .ok_or_else(|| Fault(format!("`{platform}` is no platform of FMI 2.0; expected {}", choice())))?;
+        if path.exists() && !path.is_file() {
+            return Err(Fault(format!("{} is no file", path.display())));
+        }
+        let bytes = std::fs::read(path).map_err(|e| Fault(format!("{} cannot be read: {e}", path.display())))?;
+        if !is_library_for(platform, &bytes) {
+            return Err(Fault(format!(
+                "{} is no shared library for {platform}; it is {}",
+                path.display(),
+                describe(&bytes)
+            )));
+        }
+        if !bytes.windows(LANDMARK.len()).any(|window| window == LANDMARK) {
+            return Err(Fault(format!(
+                "{} does not export fmi2DoStep, so it is no runtime library of camdrive. Build one with \
+                 `{BUILD_COMMAND}`",
+                path.display()
+            )));
+        }
+        Ok(RuntimeLibrary { platform, path: path.to_owned(), bytes })
+    }
+
+    /// The path inside the FMU of the library of the model `identifier`.
+    pub fn path_in_fmu(&self, identifier: &str) -> String {
+        let suffix = PLATFORMS.iter().find(|(name, _)| *name == self.platform).map_or("", |(_, suffix)| suffix);
+        format!("binaries/{}/{identifier}{suffix}", self.platform)
+    }
+
+    /// SHA-256 in hexadecimal.
+    pub fn sha256(&self) -> String {
+        super::hash::hexadecimal(&sha256(&self.bytes))
+    }
+
+    /// What a user should know before shipping the FMU.
+    pub fn warning(&self) -> Option<String> {
+        (self.bytes.len() > LARGEST_RELEASE).then(|| {
+            format!(
+                "{} takes {:.1} MB: a debug or unstripped build. For a small and fast FMU build it with `{BUILD_COMMAND}`",
+                self.path.display(),
+                self.bytes.len() as f64 / 1e6
+            )
+        })
+    }
+}
+
+fn choice() -> String {
+    PLATFORMS.map(|(name, _)| name).join(" | ")
+}
+
+/// FMI 2.0 names operating system and word length only.
+fn host_platform() -> Option<&'static str> {
+    let wide = cfg!(target_pointer_width = "64");
+    match std::env::consts::OS {
+        "linux" => Some(if wide { "linux64" } else { "linux32" }),
+        "windows" => Some(if wide { "win64" } else { "win32" }),
+        "macos" => Some(if wide { "darwin64" } else { "darwin32" }),
+        _ => None,
+    }
+}
+
+/// What the first bytes of a file say of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Binary {
+    system: &'static str,
+    wide: bool,
+    shared: bool,
+}
+
+fn is_library_for(platform: &str, bytes: &[u8]) -> bool {
+    binary(bytes).is_some_and(|b| b.shared && platform == format!("{}{}", b.system, if b.wide { "64" } else { "32" }))
+}
+
+fn describe(bytes: &[u8]) -> String {
+    match binary(bytes) {
+        None => "no ELF, PE or Mach-O file".to_owned(),
+        Some(b) => format!(
+            "{} for {}{}",
+            if b.shared { "a shared library" } else { "an executable or object file" },
+            b.system,
+            if b.wide { "64" } else { "32" }
+        ),
+    }
+}
+
+/// Whether one of the program headers of an ELF file is PT_INTERP (3).
+fn has_interpreter(bytes: &[u8], wide: bool) -> bool {
+    let number = |at: usize, length: usize| {
+        let field = bytes.get(at..at.checked_add(length)?)?;
+        Some(field.iter().rev().fold(0_usize, |sum, byte| (sum << 8) | usize::from(*byte)))
+    };
+    // e_phoff, e_phentsize and e_phnum.
+    let (offset, size, count) = if wide {
+        (number(32, 8), number(54, 2), number(56, 2))
+    } else {
+        (number(28, 4), number(42, 2), number(44, 2))
+    };
+    let (Some(offset), Some(size), Some(count)) = (offset, size, count) else { return false };
+    (0..count).any(|i| offset.checked_add(i * size).and_then(|at| number(at, 4)) == Some(3))
+}
+
+/// Reads the headers of ELF, PE/COFF and (thin or universal) Mach-O files.
+fn binary(bytes: &[u8]) -> Option<Binary> {
+    let u16_at = |at: usize| Some(u16::from_le_bytes(bytes.get(at..at + 2)?.try_into().ok()?));
+    let u32_at = |at: usize| Some(u32::from_le_bytes(bytes.get(at..at + 4)?.try_into().ok()?));
+    match bytes.get(..4)? {
+        // e_ident[EI_CLASS] = 2: 64 bit; e_type = 3: shared object, which most executables are as well, but they name
+        // an interpreter.
+        [0x7f, b'E', b'L', b'F'] => {
+            let wide = bytes.get(4) == Some(&2);
+            Some(Binary { system: "linux", wide, shared: u16_at(16)? == 3 && !has_interpreter(bytes, wide) })
+        }
+        // The COFF header follows the signature at the offset that stands at 0x3c; 0x2000 is IMAGE_FILE_DLL.
+        [b'M', b'Z', ..] => {
+            let pe = u32_at(0x3c)? as usize;
+            if bytes.get(pe..pe.checked_add(4)?)? != b"PE\0\0" {
+                return None;
+            }
+            let wide = matches!(u16_at(pe + 4)?, 0x8664 | 0xaa64);
+            Some(Binary { system: "win", wide, shared: u16_at(pe + 22)? & 0x2000 != 0 })
+        }
+        // filetype 6: MH_DYLIB.
+        [0xcf, 0xfa, 0xed, 0xfe] => Some(Binary { system: "darwin", wide: true, shared: u32_at(12)? == 6 }),
+        [0xce, 0xfa, 0xed, 0xfe] => Some(Binary { system: "darwin", wide: false, shared: u32_at(12)? == 6 }),
+        // A universal file holds several of them; its parts are not looked into.
+        [0xca, 0xfe, 0xba, 0xbe] => Some(Binary { system: "darwin", wide: true, shared: true }),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The start of a 64 bit ELF file of this type.
+    fn elf(kind: u8) -> Vec<u8> {
+        let mut bytes = b"\x7fELF\x02\x01\x01".to_vec();
+        bytes.resize(16, 0);
+        bytes.extend([kind, 0, 62, 0]);
+        bytes
+    }
+
+    fn pe(characteristics: u16) -> Vec<u8> {
+        let mut bytes = b"MZ".to_vec();
+        bytes.resize(0x3c, 0);
+        bytes.extend(0x80u32.to_le_bytes());
+        bytes.resize(0x80, 0);
+        bytes.extend(b"PE\0\0\x64\x86");
+        bytes.resize(0x80 + 22, 0);
+        bytes.extend(characteristics.to_le_bytes());
+        bytes
+    }
+
+    #[test]
+    fn the_headers_tell_platform_and_kind() {
+        assert!(is_library_for("linux64", &elf(3)));
+        assert!(!is_library_for("linux32", &elf(3)));
+        assert!(!is_library_for("linux64", &elf(1)));
+        // An executable of today: a shared object with one program header, at byte 64, that names an interpreter.
+        let mut executable = elf(3);
+        executable.resize(120, 0);
+        (executable[32], executable[54], executable[56], executable[64]) = (64, 56, 1, 3);
+        assert!(!is_library_for("linux64", &executable));
+        executable[64] = 1;
+        assert!(is_library_for("linux64", &executable));
+        assert!(is_library_for("win64", &pe(0x2022)));
+        assert!(!is_library_for("win64", &pe(0x0022)));
+        let mach = [0xcf, 0xfa, 0xed, 0xfe, 7, 0, 0, 1, 3, 0, 0, 0, 6, 0, 0, 0];
+        assert!(is_library_for("darwin64", &mach));
+    }
+
+    #[test]
+    fn damaged_headers_are_no_library() {
+        for whole in [elf(3), pe(0x2022)] {
+            for length in 0..whole.len() - 3 {
+                assert!(binary(&whole[..length]).is_none_or(|b| !b.shared), "{length} bytes");
+            }
+        }
+        let mut far = pe(0x2022);
+        far[0x3c..0x40].copy_from_slice(&u32::MAX.to_le_bytes());
+        assert_eq!(binary(&far), None);
+    }
+
+    #[test]
+    fn a_library_of_something_else_is_refused() {
+        let folder = std::env::temp_dir().join(format!("camdrive-runtime-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let path = folder.join("lib.so");
+        std::fs::write(&path, elf(3)).unwrap();
+        let read = |argument: String| RuntimeLibrary::from_argument(&argument).map_err(|fault| fault.0);
+        assert!(read(format!("linux64={}", path.display())).unwrap_err().contains("does not export fmi2DoStep"));
+        assert!(read(format!("win64={}", path.display())).unwrap_err().contains("a shared library for linux64"));
+        assert!(read(format!("amiga={}", path.display())).unwrap_err().contains("linux64 | linux32"));
+        assert!(read("linux64".to_owned()).unwrap_err().contains("PLATFORM=FILE"));
+        assert!(read("linux64=".to_owned()).unwrap_err().contains("PLATFORM=FILE"));
+        std::fs::write(&path, [elf(3), b"\0fmi2DoStep\0".to_vec()].concat()).unwrap();
+        let library = read(format!("linux64={}", path.display())).unwrap();
+        assert_eq!(library.path_in_fmu("Sley"), "binaries/linux64/Sley.so");
+        assert_eq!(library.warning(), None);
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
+}

@@ -1,0 +1,132 @@
+//! A drive to test the export with: a first-order lag T ẋ = u − x, with one variable of every kind.
+
+use camdrive::drives::variable::{Enumeration, Kind, real, real_within};
+use camdrive::drives::{Curve, Drive, EventLog, Experiment, Fault, List, Portrait, Seed, unit};
+use camdrive::numerics::taylor::Series;
+use camdrive_design::resource::{Described, Template};
+use serde::{Deserialize, Serialize};
+
+pub static COLOUR: Enumeration =
+    Enumeration { name: "Colour", items: &[("red", "Like a rose"), ("blue", "Like the sky & the sea")] };
+
+#[derive(Clone, Serialize, Deserialize)]
+pub struct Lag {
+    t: f64,
+    u: f64,
+    x: f64,
+    on: f64,
+    colour: f64,
+    events: EventLog,
+}
+
+/// The lag as the exporter sees it.
+pub fn lag() -> Box<dyn Described> {
+    (Template::of::<Lag>().build)(&2.0.into()).unwrap()
+}
+
+impl Drive for Lag {
+    type Scene = f64;
+    const MODEL: &'static str = "Lag";
+
+    fn new(t: f64) -> Result<Self, Fault> {
+        Ok(Lag { t, u: 0.0, x: 0.0, on: 1.0, colour: 2.0, events: EventLog::default() })
+    }
+
+    fn variables(&self) -> List<Self> {
+        let mut list = List::<Self>::default();
+        list.input("u", "Demand <u>", real(&unit::ANGLE), |d, _| d.u, |d, _, value| d.u = value);
+        let t = real_within(&unit::TIME, 1e-9, f64::INFINITY);
+        list.parameter("T", "Time constant", t, |d, _| d.t, |d, _, value| d.t = value).tunable().nominal(0.5);
+        list.parameter("on", "Switch", Kind::Boolean, |d, _| d.on, |d, _, value| d.on = value);
+        list.parameter("colour", "Paint", Kind::Enumeration(&COLOUR), |d, _| d.colour, |d, _, value| d.colour = value);
+        list.output(
+            "x",
+            "Position",
+            real(&unit::ANGLE),
+            |d, _| d.x,
+            |d, seed, _| match seed {
+                Seed::Time => Series::from_derivatives(d.x, d.rate(), -d.rate() / d.t),
+                Seed::Known(4) => Series([d.x, 1.0, 0.0]),
+                Seed::Known(_) => Series::from(d.x),
+            },
+        )
+        .state()
+        .depends(&["x"]);
+        list.output(
+            "der(x)",
+            "Velocity",
+            real(&unit::ANGULAR_VELOCITY),
+            |d, _| d.rate(),
+            |d, seed, _| match seed {
+                Seed::Time => Series::from_derivatives(d.rate(), -d.rate() / d.t, d.rate() / (d.t * d.t)),
+                Seed::Known(0) => Series([d.rate(), 1.0 / d.t, 0.0]),
+                Seed::Known(4) => Series([d.rate(), -1.0 / d.t, 0.0]),
+                Seed::Known(_) => Series::from(d.rate()),
+            },
+        )
+        .derivative_of("x")
+        .depends(&["x", "u"])
+        .depends_initially(&[&["u", "T"]]);
+        list.discrete_output("count", "Steps", Kind::Integer { min: 0, max: i32::MAX }, |_, _| 0.0);
+        list.local("solver.steps", "Steps", real(&unit::NUMBER), |_, _| 0.0);
+        list
+    }
+
+    fn portrait(&self) -> Portrait {
+        Portrait {
+            summary: "A lag & nothing <else>.".to_owned(),
+            equations: vec![camdrive::drives::Equation {
+                title: "Lag".to_owned(),
+                text: "T ẋ = u − x".to_owned(),
+                mathml: "<mi>T</mi><mover><mi>x</mi><mo>˙</mo></mover><mo>=</mo><mi>u</mi><mo>−</mo><mi>x</mi>"
+                    .to_owned(),
+            }],
+            accuracy: vec![("x".to_owned(), "exact to < 1e-15".to_owned())],
+            limits: vec!["T > 0".to_owned()],
+            sources: vec!["Any book on control".to_owned()],
+        }
+    }
+
+    fn curves(&self) -> Vec<Curve> {
+        Curve::of_law(&camdrive::motion::MotionLaw::Fourier(camdrive::motion::Fourier::new(
+            vec![0.0, 0.02, 0.004],
+            vec![],
+        )))
+    }
+
+    fn experiment(&self) -> Experiment {
+        Experiment { stop: 1.0, step: 1e-3, tolerance: 1e-6 }
+    }
+
+    fn start(&mut self, _: f64) -> Result<(), Fault> {
+        self.x = 0.0;
+        Ok(())
+    }
+
+    fn apply(&mut self, _: f64) -> Result<(), Fault> {
+        Ok(())
+    }
+
+    fn advance(&mut self, _: f64, step: f64) -> Result<(), Fault> {
+        self.x = self.u + (self.x - self.u) * (-step / self.t).exp();
+        Ok(())
+    }
+
+    fn set_input_derivative(&mut self, _: usize, _: usize, _: f64) {}
+
+    fn request_tolerance(&mut self, _: f64) {}
+
+    fn is_finite(&self) -> bool {
+        self.x.is_finite()
+    }
+
+    fn events(&mut self) -> &mut EventLog {
+        &mut self.events
+    }
+}
+
+impl Lag {
+    fn rate(&self) -> f64 {
+        (self.u - self.x) / self.t
+    }
+}

@@ -1,0 +1,247 @@
+//! The geometry of a cam: `[geometry]` beside `[cam]`, `[follower.geometry]`. The FMU knows nothing of it.
+
+use super::models::forbid;
+use super::section::{ANY, NOT_NEGATIVE, POSITIVE, Section, within};
+use camdrive::drives::rigid_machine::Follower;
+use camdrive::drives::unit;
+use camdrive::motion::MotionLaw;
+use camdrive_design::cam_geometry::{Carrier, Cut, Limits, Plan, Second, Start};
+use camdrive_design::transmission::{self, Transmission};
+use serde_json::Value;
+use std::f64::consts::PI;
+
+/// The key of the table.
+pub const KEY: &str = "geometry";
+
+/// A cam of the scene that has a geometry.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CamPlan {
+    /// The follower that it moves, from 1; None where the drive has but one cam.
+    pub follower: Option<usize>,
+    /// U(φ) [m], of a cam that moves a lever by an angle [rad].
+    pub law: MotionLaw,
+    /// The geometry.
+    pub plan: Plan,
+    /// The mechanisms behind it.
+    pub mechanisms: Vec<Transmission>,
+}
+
+/// Admissible pressure angles [rad]: 45° of a lever and 30° of a translating follower, after VDI 2142.
+const PRESSURE_ANGLES: [f64; 2] = [PI / 4.0, PI / 6.0];
+
+/// What people write for the keys.
+const SYNONYMS: &[(&str, &str)] = &[
+    ("roller", "roller_radius"),
+    ("type", "follower"),
+    ("kind", "follower"),
+    ("cut", "contour"),
+    ("eccentricity", "offset"),
+    ("arm", "arm_length"),
+    ("lever_length", "arm_length"),
+    ("pivot", "pivot_distance"),
+    ("centre_distance", "pivot_distance"),
+    ("center_distance", "pivot_distance"),
+    ("base_circle", "base_radius"),
+    ("prime_circle", "prime_radius"),
+    ("pressure_angle", "max_pressure_angle"),
+    ("sense", "rotation"),
+    ("direction", "rotation"),
+];
+
+/// All geometries of a scene, with the laws of its drive where that is right already.
+pub fn all(root: &Section<'_>, drive: Option<&Value>) -> Option<Vec<CamPlan>> {
+    let law = |value: Option<&Value>| -> Option<MotionLaw> { serde_json::from_value(value?.get("cam")?.clone()).ok() };
+    let mechanisms = |j: usize, value: Option<&Value>| -> Option<Vec<Transmission>> {
+        Some(transmission::of(j, &serde_json::from_value::<Follower>(value?.clone()).ok()?))
+    };
+    // A machine has no [cam] that [geometry] could belong to.
+    let mut list = if root.has("cam") { vec![of(root, None, law(drive), false)] } else { Vec::new() };
+    for (j, follower) in root.sections("follower").unwrap_or_default().iter().enumerate() {
+        let drive = drive.and_then(|drive| drive.get("followers")?.get(j));
+        let angular = follower.has("linkage") || (follower.has("J") && !follower.has("m"));
+        let plan = of(follower, Some(j + 1), law(drive), angular);
+        let behind = || mechanisms(j + 1, drive).unwrap_or_default();
+        list.push(plan.map(|plan| plan.map(|plan| CamPlan { mechanisms: behind(), ..plan })));
+    }
+    let all: Option<Vec<Option<CamPlan>>> = list.into_iter().collect();
+    Some(all?.into_iter().flatten().collect())
+}
+
+/// The geometry in this table, if there is one, for a law that is a length or an angle.
+fn of(parent: &Section<'_>, follower: Option<usize>, law: Option<MotionLaw>, angular: bool) -> Option<Option<CamPlan>> {
+    let Some(section) = parent.section(KEY)? else { return Some(None) };
+    let plan = read(&section, angular)?;
+    let law = law?;
+    if let Err(fault) = plan.cams(&law) {
+        let fault = section.fault(format!("`{}`: {fault}", section.path));
+        section.faults.report(fault.hint("choose other lengths, or another base or prime circle"));
+        return None;
+    }
+    Some(Some(CamPlan { follower, law, plan, mechanisms: Vec::new() }))
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Kind {
+    Lever,
+    Translating,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Contour {
+    Inner,
+    Outer,
+    Groove,
+    Conjugate,
+}
+
+const KINDS: &[(&[&str], Kind)] = &[
+    (&["lever", "roller_lever", "oscillating", "rocker"], Kind::Lever),
+    (&["translating", "slider"], Kind::Translating),
+];
+const CONTOURS: &[(&[&str], Contour)] = &[
+    (&["inner", "disc"], Contour::Inner),
+    (&["outer", "ring"], Contour::Outer),
+    (&["groove"], Contour::Groove),
+    (&["conjugate", "double"], Contour::Conjugate),
+];
+const ROTATIONS: &[(&[&str], f64)] =
+    &[(&["counterclockwise", "ccw", "left"], 1.0), (&["clockwise", "cw", "right"], -1.0)];
+const SIDES: &[(&[&str], f64)] = &[(&["left"], 1.0), (&["right"], -1.0)];
+
+fn read(section: &Section<'_>, angular: bool) -> Option<Plan> {
+    let kind = section.choice("follower", KINDS);
+    if angular && kind == Some(Kind::Translating) {
+        let message = format!("`{}`: the law of this cam is the angle of a lever", section.path_of("follower"));
+        section.faults.report(section.fault_of("follower", message).admissible("lever"));
+    }
+    let contour = section.choice_or("contour", CONTOURS, Contour::Inner);
+    let sense = section.choice_or("rotation", ROTATIONS, 1.0);
+    let roller = section.real("roller_radius", &unit::LENGTH, POSITIVE);
+    let carrier = kind.and_then(|kind| carrier(section, kind, angular));
+    let start = kind.zip(contour).and_then(|(kind, contour)| start(section, kind, contour));
+    let cut = kind.zip(contour).and_then(|(kind, contour)| cut(section, kind, contour, roller));
+    let limits = limits(section, kind, contour, roller);
+    // Which keys belong here is not known before the kind of follower is.
+    if kind.is_some() && contour.is_some() {
+        section.finish(SYNONYMS);
+    }
+    Some(Plan { carrier: carrier?, angular, start: start?, sense: sense?, roller: roller?, cut: cut?, limits: limits? })
+}
+
+const OF_A_LEVER: &str = "the follower is a translating one";
+const OF_A_SLIDE: &str = "the follower is a lever";
+
+fn carrier(section: &Section<'_>, kind: Kind, angular: bool) -> Option<Carrier> {
+    match kind {
+        Kind::Lever => {
+            let pivot = section.real("pivot_distance", &unit::LENGTH, POSITIVE);
+            let length = section.real("arm_length", &unit::LENGTH, POSITIVE);
+            let (quantity, words) = if angular {
+                (&unit::NUMBER, "a number other than 0: angle of the law per angle of the arm")
+            } else {
+                (&unit::LENGTH, "a length other than 0: travel of the tool per radian of the lever")
+            };
+            let transmission = section.optional("transmission", quantity, ANY);
+            let side = section.choice_or("side", SIDES, 1.0);
+            if transmission == Some(Some(0.0)) {
+                let path = section.path_of("transmission");
+                let fault =
+                    section.fault_of("transmission", format!("`{path}`: 0 would turn the lever infinitely far"));
+                section.faults.report(fault.admissible(words));
+            }
+            forbid(section, &["offset"], OF_A_SLIDE, "follower = \"translating\"");
+            let (pivot, length, transmission) = (pivot?, length?, transmission?);
+            let usual = if angular { 1.0 } else { length };
+            Some(Carrier::Lever { pivot, length, transmission: transmission.unwrap_or(usual), side: side? })
+        }
+        Kind::Translating => {
+            let eccentricity = section.real_or("offset", &unit::LENGTH, ANY, 0.0);
+            let keys = ["pivot_distance", "arm_length", "transmission", "side"];
+            forbid(section, &keys, OF_A_LEVER, "follower = \"lever\"");
+            Some(Carrier::Translating { eccentricity: eccentricity? })
+        }
+    }
+}
+
+/// One of the keys that fix the size of the cam.
+fn start(section: &Section<'_>, kind: Kind, contour: Contour) -> Option<Start> {
+    let own = if kind == Kind::Lever { "start_angle" } else { "start_height" };
+    match kind {
+        Kind::Lever => forbid(section, &["start_height"], OF_A_SLIDE, "follower = \"translating\""),
+        Kind::Translating => forbid(section, &["start_angle"], OF_A_LEVER, "follower = \"lever\""),
+    }
+    let coordinate = match kind {
+        Kind::Lever => section.optional("start_angle", &unit::ANGLE, within(0.0, PI)),
+        Kind::Translating => section.optional("start_height", &unit::LENGTH, ANY),
+    };
+    let prime = section.optional("prime_radius", &unit::LENGTH, POSITIVE);
+    let base = section.optional("base_radius", &unit::LENGTH, POSITIVE);
+    if contour == Contour::Outer {
+        forbid(section, &["base_radius"], "a ring has no inner contour", "contour = \"inner\"");
+    }
+    let keys = [own, "prime_radius", "base_radius"];
+    let given: Vec<&str> = keys.into_iter().filter(|key| section.has(key)).collect();
+    let admissible = format!("one of `{}`", keys.join("`, `"));
+    match given[..] {
+        [] => {
+            let fault = section.fault(format!("`{}`: nothing fixes the size of the cam", section.path));
+            section.faults.report(fault.admissible(admissible).hint("add for example base_radius = \"60 mm\""));
+            return None;
+        }
+        [_] => {}
+        [.., second] => {
+            let message = format!("`{}`: `{}` fixes the size of the cam already", section.path_of(second), given[0]);
+            let place = keys.into_iter().find(|key| *key == second).unwrap_or(own);
+            section.faults.report(section.fault_of(place, message).admissible(admissible));
+            return None;
+        }
+    }
+    let found = [coordinate?.map(Start::Coordinate), prime?.map(Start::Prime), base?.map(Start::Base)];
+    found.into_iter().flatten().next()
+}
+
+fn cut(section: &Section<'_>, kind: Kind, contour: Contour, roller: Option<f64>) -> Option<Cut> {
+    const KEYS: [&str; 4] = ["second_roller_radius", "second_arm_length", "second_arm_angle", "roller_distance"];
+    match contour {
+        Contour::Conjugate => {
+            let second = section.optional("second_roller_radius", &unit::LENGTH, POSITIVE);
+            let (place, length) = match kind {
+                Kind::Lever => {
+                    forbid(section, &["roller_distance"], OF_A_SLIDE, "follower = \"translating\"");
+                    let angle = section.real("second_arm_angle", &unit::ANGLE, within(0.0, 2.0 * PI));
+                    let length = section.optional("second_arm_length", &unit::LENGTH, POSITIVE);
+                    let own = section.optional("arm_length", &unit::LENGTH, POSITIVE).flatten();
+                    (angle, length.and_then(|length| length.or(own)))
+                }
+                Kind::Translating => {
+                    let keys = ["second_arm_length", "second_arm_angle"];
+                    forbid(section, &keys, OF_A_LEVER, "follower = \"lever\"");
+                    (section.real("roller_distance", &unit::LENGTH, POSITIVE), Some(0.0))
+                }
+            };
+            Some(Cut::Conjugate(Second { place: place?, length: length?, roller: second?.or(roller)? }))
+        }
+        other => {
+            forbid(section, &KEYS, "there is no second roller", "contour = \"conjugate\"");
+            Some(match other {
+                Contour::Outer => Cut::Outer,
+                Contour::Groove => Cut::Groove,
+                _ => Cut::Inner,
+            })
+        }
+    }
+}
+
+fn limits(section: &Section<'_>, kind: Option<Kind>, contour: Option<Contour>, roller: Option<f64>) -> Option<Limits> {
+    let usual = if kind == Some(Kind::Translating) { PRESSURE_ANGLES[1] } else { PRESSURE_ANGLES[0] };
+    let pressure = section.real_or("max_pressure_angle", &unit::ANGLE, within(0.0, PI / 2.0), usual);
+    let cutter = section.optional("cutter_radius", &unit::LENGTH, NOT_NEGATIVE);
+    let hub = match contour {
+        Some(Contour::Outer) => {
+            forbid(section, &["hub_radius"], "a ring has no inner contour", "contour = \"inner\"");
+            Some(0.0)
+        }
+        _ => section.real_or("hub_radius", &unit::LENGTH, NOT_NEGATIVE, 0.0),
+    };
+    Some(Limits { pressure: pressure?, cutter: cutter?.or(roller)?, hub: hub? })
+}

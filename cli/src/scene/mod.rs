@@ -1,0 +1,155 @@
+//! Scene files: TOML → validated SI parameters. All faults of a file are collected in one run, see [`diagnostics`];
+//! the units of a value are those of [`units`].
+//!
+#![doc = include_str!("README.md")]
+
+pub mod diagnostics;
+mod follower;
+pub mod geometry;
+pub mod input;
+mod models;
+mod motion_law;
+mod parametric;
+mod section;
+pub mod synthesis;
+mod table;
+#[cfg(test)]
+mod tests;
+pub mod units;
+
+pub use diagnostics::{Diagnostic, Diagnostics};
+
+use camdrive_design::resource::Resource;
+use input::Kind;
+use section::{Faults, Section};
+use std::path::{Path, PathBuf};
+use toml::de::DeTable;
+
+/// The longest name of a scene: importers use it as a file name and as a prefix of C functions.
+pub const LONGEST_NAME: usize = 24;
+
+/// A validated scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Resolved {
+    /// A C identifier.
+    pub name: String,
+    /// One sentence of the user, or nothing.
+    pub description: String,
+    /// One of [`camdrive::drives::MODELS`].
+    pub model: &'static str,
+    /// The [`camdrive::drives::Drive::Scene`] of that model.
+    pub scene: serde_json::Value,
+    /// The geometry of its cams, as far as the scene tells it.
+    pub cams: Vec<geometry::CamPlan>,
+    /// What the user should know though it is no fault.
+    pub notes: Vec<String>,
+    /// The files that it was read from: scene and tables.
+    pub files: Vec<PathBuf>,
+}
+
+impl Resolved {
+    /// As an FMU carries it, with an empty guid.
+    pub fn resource(&self) -> Resource {
+        Resource {
+            name: self.name.clone(),
+            model: self.model.to_owned(),
+            guid: String::new(),
+            scene: self.scene.clone(),
+        }
+    }
+}
+
+/// Reads and validates a scene file: every value, and that the drive can be built and started with them.
+pub fn read(path: &Path) -> Result<Resolved, Diagnostics> {
+    let (file, text) = input::text(path, Kind::Scene)?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let mut scene = resolve(&file, &text, folder)?;
+    scene.files.push(path.to_owned());
+    Ok(scene)
+}
+
+/// The scene `text` of the file `file`; tables are looked for in `folder`.
+pub fn resolve(file: &str, text: &str, folder: &Path) -> Result<Resolved, Diagnostics> {
+    with_document(file, text, Kind::Scene, |root| {
+        let (resolved, names) = whole_scene(root, folder)?;
+        if root.faults.is_empty() {
+            models::try_out(&resolved, &names, root.faults);
+        }
+        Some(resolved)
+    })
+}
+
+/// What `read` makes of the TOML document `text`, if it reports no fault.
+fn with_document<T>(
+    file: &str,
+    text: &str,
+    kind: Kind,
+    read: impl FnOnce(&Section<'_>) -> Option<T>,
+) -> Result<T, Diagnostics> {
+    let mut faults = Faults::new(file, text);
+    faults.kind = kind.of_keys();
+    let (document, mut errors) = DeTable::parse_recoverable(text);
+    errors.sort_by_key(|error| error.span().map_or(text.len(), |span| span.start));
+    for error in &errors {
+        let span = error.span().unwrap_or(text.len()..text.len());
+        let mut message = format!("no valid TOML: {}", error.message());
+        if error.message() == "duplicate key" {
+            message += &format!(" `{}`", text.get(span.clone()).unwrap_or_default().trim());
+        }
+        let mut fault = faults.at(span, message);
+        if error.message().contains("must be quoted") {
+            fault = fault.hint("put texts and numbers with a unit into quotes: \"1800 rpm\"");
+        }
+        let unclosed = error.message().contains("array");
+        if unclosed {
+            fault = fault.hint("close the list with `]`");
+        }
+        faults.report(fault);
+        if unclosed {
+            // It takes the rest of the file for its elements: what follows would be wrong.
+            return Err(faults.into_diagnostics());
+        }
+    }
+    kind.mistaken(file, document.get_ref())?;
+    faults.broken = !errors.is_empty();
+    match read(&Section::root(&faults, document.get_ref())) {
+        Some(value) if faults.is_empty() => Ok(value),
+        _ => Err(faults.into_diagnostics()),
+    }
+}
+
+/// The scene with the places of its values; None where a fault was reported.
+fn whole_scene(root: &Section<'_>, folder: &Path) -> Option<(Resolved, models::Names)> {
+    let name = name(root);
+    let description = root.text("description").map(|text| text.unwrap_or_default().trim().to_owned());
+    let drive = models::drive(root, folder);
+    let cams = geometry::all(root, drive.as_ref().map(|(_, scene, _)| scene));
+    let (model, scene, names) = drive?;
+    let (name, description, cams) = (name?, description?, cams?);
+    Some((
+        Resolved { name, description, model, scene, cams, notes: root.faults.notes(), files: root.faults.files.take() },
+        names,
+    ))
+}
+
+/// The name of the scene or task.
+fn name(root: &Section<'_>) -> Option<String> {
+    let admissible = format!("letters, digits and _, no digit first, at most {LONGEST_NAME} characters");
+    let name = root.required_text("name", &admissible, "guide_bar")?;
+    let identifier = name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
+        && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+    if identifier && name.len() <= LONGEST_NAME {
+        return Some(name.to_owned());
+    }
+    let mut better: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
+    if !better.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') {
+        better.insert(0, '_');
+    }
+    better.truncate(LONGEST_NAME);
+    if !better.contains(|c: char| c.is_ascii_alphanumeric()) {
+        better = "guide_bar".to_owned();
+    }
+    let fault = root.fault_of("name", format!("`name`: \"{name}\" cannot name an FMU"));
+    root.faults.report(fault.admissible(admissible).hint(format!("write for example \"{better}\"")));
+    None
+}

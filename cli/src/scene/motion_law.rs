@@ -1,0 +1,175 @@
+//! The motion law of a cam: `[cam]` and `[follower.cam]`.
+
+use super::section::{ANY, Section, within};
+use super::{table, units};
+use camdrive::drives::unit::{self, Quantity};
+use camdrive::motion::cycle::LEAST_MOTION;
+use camdrive::motion::{Cycle, CyclePlan, Fourier, MotionLaw, StandardLaw};
+use std::f64::consts::TAU;
+use std::path::Path;
+
+/// The highest harmonic of a series: beyond it the FMU would have more than 500 variables for the cam alone.
+const HIGHEST_HARMONIC: usize = 256;
+
+/// The kinds of law.
+#[derive(Clone, Copy)]
+enum Law {
+    Fourier,
+    Cycle,
+    Table,
+}
+
+const LAWS: &[(&[&str], Law)] = &[
+    (&["fourier", "hs", "harmonic_series"], Law::Fourier),
+    (&["cycle", "standard_laws"], Law::Cycle),
+    (&["table", "points"], Law::Table),
+];
+
+/// The normalised laws with the names that are in use for them.
+pub const STANDARD_LAWS: &[(&[&str], StandardLaw)] = &[
+    (&["simple_sine", "harmonic", "simple_harmonic"], StandardLaw::SimpleSine),
+    (&["inclined_sine", "bestehorn", "bestehorn_sine", "cycloidal"], StandardLaw::InclinedSine),
+    (&["polynomial_345", "poly345", "3-4-5", "polynomial_5"], StandardLaw::Polynomial345),
+    (&["polynomial_4567", "poly4567", "4-5-6-7", "polynomial_7"], StandardLaw::Polynomial4567),
+    (&["modified_sine", "modsine"], StandardLaw::ModifiedSine),
+    (&["modified_trapezoid", "modtrap", "modified_trapezoidal"], StandardLaw::ModifiedTrapezoid),
+];
+
+/// All four angles of a cycle may miss the turn by this much [rad], since they are written with some five digits;
+/// the lower dwell takes up the difference.
+const CLOSING: f64 = 1e-4;
+
+/// What people write for the keys.
+pub const SYNONYMS: &[(&str, &str)] = &[
+    ("cos", "a"),
+    ("sin", "b"),
+    ("type", "law"),
+    ("kind", "law"),
+    ("lift", "stroke"),
+    ("dwell", "upper_dwell"),
+    ("path", "file"),
+    ("csv", "file"),
+];
+
+/// The law of this section; `quantity` is that of U, a length where a cam moves a follower.
+pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -> Option<MotionLaw> {
+    let law = section.choice("law", LAWS).map(|law| match law {
+        Law::Fourier => fourier(section, quantity).map(MotionLaw::Fourier),
+        Law::Cycle => cycle(section, quantity).map(MotionLaw::Cycle),
+        Law::Table => table::read(section, quantity, folder),
+    });
+    // Which keys belong here is not known before the kind of law is.
+    if law.is_some() {
+        section.finish(SYNONYMS);
+    }
+    law?
+}
+
+/// U = a₀ + Σ aₖ cos kφ + bₖ sin kφ.
+pub fn fourier(section: &Section<'_>, quantity: &'static Quantity) -> Option<Fourier> {
+    let scale = section.optional("scale", quantity, ANY);
+    let scaled = section.has("scale");
+    let coefficients = if scaled { &unit::NUMBER } else { quantity };
+    let (a, b) = (section.reals("a", coefficients), section.reals("b", coefficients));
+    if !section.has("a") {
+        let fault = section.fault(format!("`{}` is missing", section.path_of("a")));
+        section
+            .faults
+            .report(fault.admissible("a list of numbers").hint("add the cosine coefficients a = [a0, a1, …]"));
+        return None;
+    }
+    if scale == Some(Some(0.0)) {
+        let fault = section.fault_of("scale", format!("`{}`: nothing would be left", section.path_of("scale")));
+        section.faults.report(fault.admissible("a value other than 0"));
+    }
+    let (a, b, scale) = (a?, b?, scale?.unwrap_or(1.0));
+    for (key, count, most) in [("a", a.len(), HIGHEST_HARMONIC + 1), ("b", b.len(), HIGHEST_HARMONIC)] {
+        if count > most {
+            let fault = section.fault_of(key, format!("`{}` has {count} coefficients", section.path_of(key)));
+            section.faults.report(fault.admissible(format!("at most {most}")));
+        }
+    }
+    let scaled = |list: Vec<f64>| list.into_iter().map(|x| x * scale);
+    Some(Fourier::new(scaled(a).collect(), std::iter::once(0.0).chain(scaled(b)).collect()))
+}
+
+/// Rise, upper dwell, return, lower dwell.
+fn cycle(section: &Section<'_>, quantity: &'static Quantity) -> Option<Cycle> {
+    let length = within(-CyclePlan::MAX_LENGTH, CyclePlan::MAX_LENGTH);
+    let stroke = section.real("stroke", quantity, length);
+    let lower = section.real_or("lower", quantity, length, 0.0);
+    let rise_start = section.real_or("rise_start", &unit::ANGLE, within(-TAU, TAU), 0.0);
+    let angles = angles(section);
+    // Asked for first, lest it be taken for a misspelt `rise_law`.
+    section.has("return_law");
+    let rise_law = section.choice("rise_law", STANDARD_LAWS);
+    let return_law = section.choice_or("return_law", STANDARD_LAWS, rise_law.unwrap_or(StandardLaw::SimpleSine));
+    let [rise_angle, upper_dwell, return_angle, _] = angles?;
+    let plan = CyclePlan {
+        stroke: stroke?,
+        lower: lower?,
+        rise_start: rise_start?,
+        rise_angle,
+        upper_dwell,
+        return_angle,
+        rise_law: rise_law?,
+        return_law: return_law?,
+    };
+    if let Err(error) = plan.validate() {
+        section.faults.report(section.fault(format!("`{}`: {error}", section.path)));
+        return None;
+    }
+    Some(Cycle::new(plan))
+}
+
+/// The angles of rise, upper dwell, return and lower dwell [rad]; one that is left out is the rest of the turn.
+fn angles(section: &Section<'_>) -> Option<[f64; 4]> {
+    const KEYS: [(&str, f64); 4] =
+        [("rise", LEAST_MOTION), ("upper_dwell", 0.0), ("return", LEAST_MOTION), ("lower_dwell", 0.0)];
+    let given = KEYS.map(|(key, least)| section.optional(key, &unit::ANGLE, within(least, TAU)));
+    let missing: Vec<usize> = (0..4).filter(|&i| given[i] == Some(None)).collect();
+    if let [_, second, ..] = missing[..] {
+        let names: Vec<String> = missing.iter().map(|&i| format!("`{}`", KEYS[i].0)).collect();
+        let fault = section.fault(format!("`{}`: {} are missing", section.path, names.join(", ")));
+        let fault =
+            fault.admissible("one of rise, upper_dwell, return, lower_dwell may be left out: the rest of the turn");
+        let fault = fault.hint(format!("add for example {} = \"60 deg\"", KEYS[second].0));
+        if !section.faults.broken {
+            section.faults.report(fault);
+        }
+        return None;
+    }
+    let [rise, upper, back, lower] = given;
+    let mut angles = [rise?, upper?, back?, lower?].map(|angle| angle.unwrap_or(0.0));
+    let rest = TAU - angles.iter().sum::<f64>();
+    let deg = |angle: f64| units::short(angle.to_degrees());
+    let fault = match missing[..] {
+        // Three angles of a full turn, converted from degrees, may exceed it by some roundings.
+        [i] if rest >= KEYS[i].1 - 1e-12 => {
+            angles[i] = rest.max(KEYS[i].1);
+            return Some(angles);
+        }
+        [] if rest.abs() <= CLOSING => return Some(angles),
+        [i] => {
+            let others: Vec<&str> = (0..4).filter(|j| *j != i).map(|j| KEYS[j].0).collect();
+            let last = if i == 3 { "return" } else { "lower_dwell" };
+            let message = format!("`{}`: {} make {} deg", section.path, others.join(", "), deg(TAU - rest));
+            let least = format!("at most {} deg, so that `{}` has room", deg(TAU - KEYS[i].1), KEYS[i].0);
+            section.fault_of(last, message).admissible(least)
+        }
+        _ => {
+            let message = format!("`{}`: the four angles make {} deg", section.path, deg(TAU - rest));
+            section.fault_of("lower_dwell", message).admissible("360 deg")
+        }
+    };
+    section.faults.report(fault.hint("leave one of the four angles out: it is the rest of the turn"));
+    None
+}
+
+/// The mean of U′² over the turn [m²/rad²].
+pub fn mean_square_slope(law: &MotionLaw) -> f64 {
+    // The midpoint rule is exact for a series of up to 2048 harmonics and of error 1e-7 for a law with corners in U″.
+    const COUNT: usize = 4096;
+    let step = std::f64::consts::TAU / COUNT as f64;
+    (0..COUNT).map(|i| law.at((i as f64 + 0.5) * step).0[1].powi(2)).sum::<f64>() / COUNT as f64
+}

@@ -1,0 +1,182 @@
+//! The scene of a `ParametricDrive`: `[crank]` with `[load]`, or `[coefficients]`.
+
+use super::models::{self, Names, SYNONYMS};
+use super::motion_law;
+use super::section::{NOT_NEGATIVE, Node, POSITIVE, Section, within};
+use camdrive::drives::parametric::coefficients::Stiffness;
+use camdrive::drives::parametric::crank::{ParallelCrank, SecondCrank};
+use camdrive::drives::parametric::law::{Coordinate, CrankLaw, Law, SeriesLaw};
+use camdrive::drives::parametric::{ParametricDrive, Scene};
+use camdrive::drives::unit::{self, Quantity};
+use camdrive::motion::Fourier;
+use serde_json::Value;
+use std::f64::consts::{FRAC_PI_2, TAU};
+use toml::de::DeValue;
+
+/// What the FMU calls a value → where the scene has it.
+const NAMES: Names = &[
+    ("J", "crank.J"),
+    ("c_T1", "crank.c_T1"),
+    ("c_T2", "crank.c_T2"),
+    ("c_AB", "crank.c_AB"),
+    ("R", "crank.R"),
+    ("b_T", "crank.b_T"),
+    ("b_T", "crank.damping_ratio"),
+    ("second.angle", "crank.angle"),
+    ("m", "coefficients.m"),
+    ("m.a[0]", "coefficients.m"),
+    ("b.a[0]", "coefficients.b"),
+    ("b.a[0]", "coefficients.damping_ratio"),
+    ("c.a[0]", "coefficients.c"),
+    ("drive.w", "drive.speed"),
+];
+
+/// The highest harmonic of the stiffness that a scene may ask for; beyond it the whole function is cheaper.
+const HIGHEST_HARMONIC: u32 = 256;
+
+/// The model, its resolved scene as JSON, and the names of its values.
+pub fn read(root: &Section<'_>) -> Option<(&'static str, Value, Names)> {
+    let law = law(root);
+    let coordinate = law.as_ref().map_or(Coordinate::Rotation, Law::coordinate);
+    let drive = root.required_section("drive").and_then(|s| models::drive_mode(&s));
+    let start = models::start(root, coordinate == Coordinate::Rotation);
+    let solver = models::solver(root);
+    let scene = Scene { law: law?, drive: drive?, start: start?, solver: solver? };
+    models::resolved::<ParametricDrive>(&scene, NAMES)
+}
+
+fn law(root: &Section<'_>) -> Option<Law> {
+    let (crank, series) = (root.section("crank"), root.section("coefficients"));
+    let load = root.section("load");
+    match (crank?, series?) {
+        (Some(section), None) => crank_law(&section, load?).map(Law::Crank),
+        (None, Some(section)) => {
+            if root.has("load") {
+                let fault = root.fault_of("load", "`load` has no meaning here: the coefficients have their own");
+                root.faults.report(fault.hint("write it as f in [coefficients]"));
+            }
+            series_law(&section).map(Law::Series)
+        }
+        (Some(crank), Some(series)) => {
+            // What is wrong within them is told all the same.
+            let _ = (load.and_then(|load| crank_law(&crank, load)), series_law(&series));
+            let fault = root.fault_of("coefficients", "`coefficients`: the crank has its own");
+            root.faults.report(fault.hint("give [crank] or [coefficients], not both"));
+            None
+        }
+        (None, None) => {
+            if !root.faults.broken {
+                let fault = root.fault_of("model", "`crank` or `coefficients` is missing");
+                let hint = "add a section [crank], for a parallel-crank drive, or [coefficients], for series";
+                root.faults.report(fault.hint(hint));
+            }
+            None
+        }
+    }
+}
+
+#[derive(Clone, Copy)]
+enum Second {
+    None,
+    OwnShafts,
+    SharedShafts,
+}
+
+fn crank_law(section: &Section<'_>, load: Option<Section<'_>>) -> Option<CrankLaw> {
+    let inertia = section.real("J", &unit::INERTIA, POSITIVE);
+    let c_t1 = section.real("c_T1", &unit::ROTATIONAL_STIFFNESS, POSITIVE);
+    let c_t2 = section.real("c_T2", &unit::ROTATIONAL_STIFFNESS, POSITIVE);
+    let c_ab = section.real("c_AB", &unit::STIFFNESS, POSITIVE);
+    let r = section.real("R", &unit::LENGTH, POSITIVE);
+    let second = second_crank(section);
+    let harmonics =
+        if section.has("harmonics") { section.count("harmonics", 0, HIGHEST_HARMONIC).map(Some) } else { Some(None) };
+    let load = match load {
+        Some(load) => series_of(&load, &unit::TORQUE).map(Some),
+        None => Some(None),
+    };
+    let crank = || Some(ParallelCrank { c_t1: c_t1?, c_t2: c_t2?, c_ab: c_ab?, r: r?, second: second? });
+    let damping =
+        damping(section, "b_T", &unit::ROTATIONAL_DAMPING, || Some((inertia?, Stiffness::of_crank(&crank()?).mean())));
+    section.finish(&[
+        ("b", "b_T"),
+        ("c", "c_T1"),
+        ("r", "R"),
+        ("D", "damping_ratio"),
+        ("inertia", "J"),
+        ("offset", "angle"),
+        ("second_crank", "second"),
+    ]);
+    Some(CrankLaw { crank: crank()?, inertia: inertia?, damping: damping?.a[0], load: load?, harmonics: harmonics? })
+}
+
+fn second_crank(section: &Section<'_>) -> Option<SecondCrank> {
+    let kinds: &[(&[&str], Second)] =
+        &[(&["none"], Second::None), (&["own_shafts"], Second::OwnShafts), (&["shared_shafts"], Second::SharedShafts)];
+    let kind = section.choice_or("second", kinds, Second::None)?;
+    if let Second::None = kind {
+        let needed = "second = \"own_shafts\" or second = \"shared_shafts\"";
+        models::forbid(section, &["angle"], "there is no second crank", needed);
+        return Some(SecondCrank::None);
+    }
+    let angle = section.real_or("angle", &unit::ANGLE, within(-TAU, TAU), FRAC_PI_2)?;
+    Some(if let Second::OwnShafts = kind { SecondCrank::OwnShafts(angle) } else { SecondCrank::SharedShafts(angle) })
+}
+
+fn series_law(section: &Section<'_>) -> Option<SeriesLaw> {
+    let coordinates: &[(&[&str], Coordinate)] =
+        &[(&["rotation", "angle"], Coordinate::Rotation), (&["translation", "length"], Coordinate::Translation)];
+    let coordinate = section.choice_or("coordinate", coordinates, Coordinate::Rotation);
+    let [mass, damping_unit, stiffness, force] = match coordinate.unwrap_or(Coordinate::Rotation) {
+        Coordinate::Rotation => [&unit::INERTIA, &unit::ROTATIONAL_DAMPING, &unit::ROTATIONAL_STIFFNESS, &unit::TORQUE],
+        Coordinate::Translation => [&unit::MASS, &unit::DAMPING, &unit::STIFFNESS, &unit::FORCE],
+    };
+    let m = coefficient(section, "m", mass);
+    let c = coefficient(section, "c", stiffness);
+    let b = damping(section, "b", damping_unit, || Some((m.as_ref()?.a[0], c.as_ref()?.a[0])));
+    let f = if section.has("f") { coefficient(section, "f", force).map(Some) } else { Some(None) };
+    section.finish(SYNONYMS);
+    Some(SeriesLaw { coordinate: coordinate?, m: m?, b: b?, c: c?, f: f? })
+}
+
+/// The damping `key`, a value, a series or none, or `damping_ratio` D: b = 2 D √(m c) with the means of m and c.
+fn damping(
+    section: &Section<'_>,
+    key: &'static str,
+    quantity: &'static Quantity,
+    means: impl FnOnce() -> Option<(f64, f64)>,
+) -> Option<Fourier> {
+    let constant = |value: f64| Fourier::new(vec![value], Vec::new());
+    if !models::either(section, key, "damping_ratio") {
+        return None;
+    }
+    if section.has("damping_ratio") {
+        let ratio = section.real("damping_ratio", &unit::NUMBER, NOT_NEGATIVE)?;
+        let (m, c) = means()?;
+        if m * c < 0.0 {
+            let message = format!("`{}`: the mean stiffness is below 0", section.path_of("damping_ratio"));
+            let fault = section.fault_of("damping_ratio", message);
+            section.faults.report(fault.hint(format!("give the damping as {key}")));
+            return None;
+        }
+        return Some(constant(2.0 * ratio * (m * c).sqrt()));
+    }
+    if !section.has(key) {
+        return Some(constant(0.0));
+    }
+    coefficient(section, key, quantity)
+}
+
+/// A constant, or a table with the coefficients of a series.
+fn coefficient(section: &Section<'_>, key: &'static str, quantity: &'static Quantity) -> Option<Fourier> {
+    if let Some(Node { value: DeValue::Table(_), .. }) = section.node(key) {
+        return series_of(&section.section(key)??, quantity);
+    }
+    section.real(key, quantity, super::section::ANY).map(|value| Fourier::new(vec![value], Vec::new()))
+}
+
+fn series_of(section: &Section<'_>, quantity: &'static Quantity) -> Option<Fourier> {
+    let series = motion_law::fourier(section, quantity);
+    section.finish(motion_law::SYNONYMS);
+    series
+}

@@ -1,0 +1,499 @@
+//! Typed access to the tables of a scene: every wrong value becomes a fault with its place, and reading goes on.
+//!
+//! A read returns `None` where a fault was reported, so that a caller reads everything first and puts the values
+//! together last.
+
+use super::diagnostics::{Diagnostic, Diagnostics, nearest};
+use super::units;
+use camdrive::drives::unit::Quantity;
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::path::PathBuf;
+use toml::Spanned;
+use toml::de::{DeString, DeTable, DeValue};
+
+/// The bytes of a piece of the file.
+pub type Span = Range<usize>;
+
+/// The file and its faults so far.
+pub struct Faults<'a> {
+    file: &'a str,
+    text: &'a str,
+    list: RefCell<Vec<(usize, Diagnostic)>>,
+    /// Where each value stands that was read.
+    read: RefCell<BTreeMap<String, Span>>,
+    /// What the user should know of a scene without faults.
+    notes: RefCell<Vec<String>>,
+    /// The tables that it names.
+    pub files: RefCell<Vec<PathBuf>>,
+    /// Whether the file has syntax errors; then values may be absent only because of them.
+    pub broken: bool,
+    /// What the file as a whole is, "a scene of this kind".
+    pub kind: &'static str,
+}
+
+impl<'a> Faults<'a> {
+    /// No faults of this file with this content.
+    pub fn new(file: &'a str, text: &'a str) -> Self {
+        Faults {
+            file,
+            text,
+            list: RefCell::default(),
+            read: RefCell::default(),
+            notes: RefCell::default(),
+            files: RefCell::default(),
+            broken: false,
+            kind: "a scene of this kind",
+        }
+    }
+
+    /// A fault at these bytes; it counts once it is given to [`Faults::report`].
+    pub fn at(&self, span: Span, message: impl Into<String>) -> Diagnostic {
+        Diagnostic::new(self.file, message).at(self.text, span)
+    }
+
+    /// Takes up a fault; the second one at the same place with the same text is dropped.
+    pub fn report(&self, fault: Diagnostic) {
+        let order = fault.position.as_ref().filter(|_| fault.file == self.file).map_or(usize::MAX, |p| p.line);
+        let mut list = self.list.borrow_mut();
+        if !list.iter().any(|(_, known)| *known == fault) {
+            list.push((order, fault));
+        }
+    }
+
+    /// Something that the user should know though it is no fault.
+    pub fn note(&self, text: String) {
+        self.notes.borrow_mut().push(text);
+    }
+
+    /// The notes so far.
+    pub fn notes(&self) -> Vec<String> {
+        self.notes.borrow().clone()
+    }
+
+    /// Where the value with this path stands, if it was read.
+    pub fn place(&self, path: &str) -> Option<Span> {
+        self.read.borrow().get(path).cloned()
+    }
+
+    /// Whether nothing was wrong so far.
+    pub fn is_empty(&self) -> bool {
+        self.list.borrow().is_empty()
+    }
+
+    /// All faults in the order of the file, those of other files last.
+    pub fn into_diagnostics(self) -> Diagnostics {
+        let mut list = self.list.into_inner();
+        let file = self.file;
+        let column = |d: &Diagnostic| d.position.as_ref().filter(|_| d.file == file).map_or(0, |p| p.column);
+        list.sort_by_key(|(line, fault)| (*line, column(fault)));
+        Diagnostics(list.into_iter().map(|(_, fault)| fault).collect())
+    }
+
+    /// The text of a value as the file has it, shortened to what fits a message.
+    fn excerpt(&self, span: &Span) -> String {
+        let text = self.text.get(span.clone()).unwrap_or_default();
+        let mut short: String = text.lines().next().unwrap_or_default().chars().take(40).collect();
+        if short.len() < text.len() {
+            short.push('…');
+        }
+        short
+    }
+}
+
+/// The admissible range of a number.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    min: f64,
+    max: f64,
+    /// Whether `min` itself is excluded.
+    open: bool,
+}
+
+/// Any finite number.
+pub const ANY: Limits = Limits { min: f64::NEG_INFINITY, max: f64::INFINITY, open: true };
+/// Greater than zero.
+pub const POSITIVE: Limits = Limits { min: 0.0, max: f64::INFINITY, open: true };
+/// Zero or greater.
+pub const NOT_NEGATIVE: Limits = Limits { min: 0.0, max: f64::INFINITY, open: false };
+
+/// Between the two, borders included.
+pub const fn within(min: f64, max: f64) -> Limits {
+    Limits { min, max, open: false }
+}
+
+impl Limits {
+    fn hold(&self, value: f64) -> bool {
+        value.is_finite() && value <= self.max && if self.open { value > self.min } else { value >= self.min }
+    }
+
+    /// "greater than 0 kg"
+    pub fn words(&self, unit: &str) -> String {
+        let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
+        let low = if self.open { "greater than" } else { "at least" };
+        let (min, max) = (units::short(self.min), units::short(self.max));
+        match (self.min.is_finite(), self.max.is_finite()) {
+            (false, false) => {
+                format!("any finite number{}", if unit.is_empty() { "".into() } else { format!(" [{}]", unit.trim()) })
+            }
+            (true, false) => format!("{low} {min}{unit}"),
+            (false, true) => format!("at most {max}{unit}"),
+            (true, true) if self.open => format!("{low} {min}{unit}, at most {max}{unit}"),
+            (true, true) => format!("{min} … {max}{unit}"),
+        }
+    }
+}
+
+/// A value with its place.
+#[derive(Clone)]
+pub struct Node<'a> {
+    /// For example `cam.a[2]`.
+    pub path: String,
+    /// Where it stands.
+    pub span: Span,
+    /// The value.
+    pub value: &'a DeValue<'a>,
+}
+
+/// A table of the scene.
+pub struct Section<'a> {
+    /// The file and its faults.
+    pub faults: &'a Faults<'a>,
+    /// Empty for the whole file.
+    pub path: String,
+    /// The header of the table.
+    pub span: Span,
+    table: &'a DeTable<'a>,
+    /// The keys that were asked for: all others are unknown.
+    known: RefCell<Vec<&'static str>>,
+    /// The unknown keys that were reported already.
+    told: RefCell<Vec<Span>>,
+}
+
+impl<'a> Section<'a> {
+    /// The whole file.
+    pub fn root(faults: &'a Faults<'a>, table: &'a DeTable<'a>) -> Self {
+        Section { faults, path: String::new(), span: 0..0, table, known: RefCell::default(), told: RefCell::default() }
+    }
+
+    fn sub(&self, path: String, span: Span, table: &'a DeTable<'a>) -> Self {
+        Section { faults: self.faults, path, span, table, known: RefCell::default(), told: RefCell::default() }
+    }
+
+    /// The path of a key in this table.
+    pub fn path_of(&self, key: &str) -> String {
+        if self.path.is_empty() { key.to_owned() } else { format!("{}.{key}", self.path) }
+    }
+
+    /// Whether the key is there; makes it a known one.
+    pub fn has(&self, key: &'static str) -> bool {
+        self.node(key).is_some()
+    }
+
+    /// The value of a key, if it is there; makes it a known one.
+    pub fn node(&self, key: &'static str) -> Option<Node<'a>> {
+        if !self.known.borrow().contains(&key) {
+            self.known.borrow_mut().push(key);
+        }
+        let value: &Spanned<DeValue<'a>> = self.table.get(key)?;
+        let node = Node { path: self.path_of(key), span: value.span(), value: value.get_ref() };
+        self.faults.read.borrow_mut().insert(node.path.clone(), node.span.clone());
+        Some(node)
+    }
+
+    /// A fault of this table as a whole.
+    pub fn fault(&self, message: impl Into<String>) -> Diagnostic {
+        self.faults.at(self.span.clone(), message)
+    }
+
+    /// A fault of the value of `key`, or of the table where the key is not there.
+    pub fn fault_of(&self, key: &'static str, message: impl Into<String>) -> Diagnostic {
+        let span = self.node(key).map_or(self.span.clone(), |node| node.span);
+        self.faults.at(span, message)
+    }
+
+    fn missing(&self, key: &'static str, admissible: Option<String>, hint: String) {
+        if self.faults.broken {
+            return;
+        }
+        let mut fault = self.fault(format!("`{}` is missing", self.path_of(key))).hint(hint);
+        fault.admissible = admissible;
+        self.faults.report(fault);
+    }
+
+    /// The value under a key that looks like `key` and that nobody has asked for; reports that key.
+    fn misspelt(&self, key: &'static str) -> Option<&'a str> {
+        let known = self.known.borrow();
+        let unread: Vec<&str> =
+            self.table.keys().map(|k| k.get_ref().as_ref()).filter(|k| !known.contains(k)).collect();
+        let wrong = nearest(key, &unread)?;
+        let (place, value) = self.table.iter().find(|(k, _)| k.get_ref().as_ref() == wrong)?;
+        let DeValue::String(text) = value.get_ref() else { return None };
+        let message = format!("`{}` is missing; `{wrong}` is not known here", self.path_of(key));
+        self.faults.report(self.faults.at(place.span(), message).hint(format!("did you mean `{key}`?")));
+        self.told.borrow_mut().push(place.span());
+        Some(text)
+    }
+
+    fn wrong_type(&self, node: &Node<'_>, expected: &str) {
+        self.faults.report(self.type_fault(node, expected));
+    }
+
+    fn type_fault(&self, node: &Node<'_>, expected: &str) -> Diagnostic {
+        let found = node.value.type_str();
+        let found = format!("{} {found}", if found.starts_with(['a', 'i']) { "an" } else { "a" });
+        self.faults.at(
+            node.span.clone(),
+            format!("`{}`: {expected} is expected, {} is {found}", node.path, self.faults.excerpt(&node.span)),
+        )
+    }
+
+    /// A real number, if the key is there: a plain number is SI, a string has its unit.
+    pub fn optional(&self, key: &'static str, quantity: &'static Quantity, limits: Limits) -> Option<Option<f64>> {
+        match self.node(key) {
+            None => Some(None),
+            Some(node) => self.number(&node, quantity, limits).map(Some),
+        }
+    }
+
+    /// A real number that must be there.
+    pub fn real(&self, key: &'static str, quantity: &'static Quantity, limits: Limits) -> Option<f64> {
+        if !self.has(key) {
+            let hint = format!("add for example {key} = {}", units::example(quantity));
+            self.missing(key, Some(limits.words(quantity.unit)), hint);
+            return None;
+        }
+        self.optional(key, quantity, limits)?
+    }
+
+    /// A real number with a default.
+    pub fn real_or(&self, key: &'static str, quantity: &'static Quantity, limits: Limits, default: f64) -> Option<f64> {
+        self.optional(key, quantity, limits).map(|value| value.unwrap_or(default))
+    }
+
+    /// The number that a value stands for.
+    fn number(&self, node: &Node<'_>, quantity: &'static Quantity, limits: Limits) -> Option<f64> {
+        let value = match node.value {
+            DeValue::Float(f) => f.as_str().parse().ok(),
+            DeValue::Integer(i) => i64::from_str_radix(i.as_str(), i.radix()).ok().map(|i| i as f64),
+            DeValue::String(text) => match units::parse(text, quantity) {
+                Ok(value) => Some(value),
+                Err(fault) => {
+                    let message = format!("`{}`: {}", node.path, fault.message);
+                    let fault = self.faults.at(node.span.clone(), message).hint(fault.hint);
+                    self.faults.report(fault.admissible(limits.words(quantity.unit)));
+                    return None;
+                }
+            },
+            _ => {
+                let fault = self.type_fault(node, "a number or a string with a unit");
+                let fault = fault.admissible(limits.words(quantity.unit));
+                self.faults.report(fault.hint(format!("write for example {}", units::example(quantity))));
+                return None;
+            }
+        };
+        match value {
+            Some(value) if limits.hold(value) => Some(value),
+            _ => {
+                let text = self.faults.excerpt(&node.span);
+                let what = if value.is_some_and(f64::is_finite) { "out of range" } else { "not a finite number" };
+                // A value with a unit is repeated in the unit of the range.
+                let si = match (node.value, value) {
+                    (DeValue::String(_), Some(v)) => match format!("{} {}", units::short(v), quantity.unit) {
+                        si if text.contains(&si) => String::new(),
+                        si => format!(" ({})", si.trim_end_matches(" 1")),
+                    },
+                    _ => String::new(),
+                };
+                let fault = self.faults.at(node.span.clone(), format!("`{}`: {text}{si} is {what}", node.path));
+                self.faults.report(fault.admissible(limits.words(quantity.unit)));
+                None
+            }
+        }
+    }
+
+    /// A derivative of U by the angle, of the quantity per radⁿ; a unit may leave the angle out.
+    pub fn derivative(&self, key: &'static str, of: &'static Quantity, n: i32, limits: Limits) -> Option<Option<f64>> {
+        match self.node(key) {
+            None => Some(None),
+            Some(node) => self.per_angle(&node, of, n, limits).map(Some),
+        }
+    }
+
+    fn per_angle(&self, node: &Node<'_>, quantity: &'static Quantity, n: i32, limits: Limits) -> Option<f64> {
+        let without = matches!(node.value, DeValue::String(text) if units::parse(text, quantity).is_ok());
+        self.number(node, if without { quantity } else { units::per_angle(quantity, n) }, limits)
+    }
+
+    /// A list of real numbers; empty where the key is not there.
+    pub fn reals(&self, key: &'static str, quantity: &'static Quantity) -> Option<Vec<f64>> {
+        self.list(key, |_, node| self.number(node, quantity, ANY))
+    }
+
+    /// The coefficients of a polynomial in an angle, whose value is a derivative as of [`Section::derivative`].
+    pub fn polynomial(&self, key: &'static str, quantity: &'static Quantity, n: i32) -> Option<Vec<f64>> {
+        self.list(key, |j, node| self.per_angle(node, quantity, n + j as i32, ANY))
+    }
+
+    fn list(&self, key: &'static str, read: impl Fn(usize, &Node<'_>) -> Option<f64>) -> Option<Vec<f64>> {
+        let Some(node) = self.node(key) else { return Some(Vec::new()) };
+        let DeValue::Array(items) = node.value else {
+            self.wrong_type(&node, "a list of numbers");
+            return None;
+        };
+        let first = if key == "b" { 1 } else { 0 };
+        let values = items.iter().enumerate().map(|(i, item)| {
+            let path = format!("{}[{}]", node.path, i + first);
+            self.faults.read.borrow_mut().insert(path.clone(), item.span());
+            read(i, &Node { path, span: item.span(), value: item.get_ref() })
+        });
+        // All of them, so that all faults are told.
+        values.collect::<Vec<_>>().into_iter().collect()
+    }
+
+    /// A whole number that must be there.
+    pub fn count(&self, key: &'static str, min: u32, max: u32) -> Option<usize> {
+        let admissible = format!("a whole number, {min} … {max}");
+        let Some(node) = self.node(key) else {
+            self.missing(key, Some(admissible), format!("add for example {key} = {}", 16.clamp(min, max)));
+            return None;
+        };
+        let DeValue::Integer(i) = node.value else {
+            self.wrong_type(&node, "a whole number");
+            return None;
+        };
+        let value = i64::from_str_radix(i.as_str(), i.radix()).ok();
+        match value.filter(|v| (i64::from(min)..=i64::from(max)).contains(v)) {
+            Some(value) => Some(value as usize),
+            None => {
+                let text = self.faults.excerpt(&node.span);
+                let fault = self.faults.at(node.span.clone(), format!("`{}`: {text} is out of range", node.path));
+                self.faults.report(fault.admissible(admissible));
+                None
+            }
+        }
+    }
+
+    /// true or false.
+    pub fn boolean_or(&self, key: &'static str, default: bool) -> Option<bool> {
+        match self.node(key) {
+            None => Some(default),
+            Some(Node { value: DeValue::Boolean(value), .. }) => Some(*value),
+            Some(node) => {
+                self.wrong_type(&node, "true or false");
+                None
+            }
+        }
+    }
+
+    /// A text, if the key is there.
+    pub fn text(&self, key: &'static str) -> Option<Option<&'a str>> {
+        match self.node(key) {
+            None => Some(None),
+            Some(Node { value: DeValue::String(text), .. }) => Some(Some(text)),
+            Some(node) => {
+                self.wrong_type(&node, "a text");
+                None
+            }
+        }
+    }
+
+    /// A text that must be there.
+    pub fn required_text(&self, key: &'static str, admissible: &str, example: &str) -> Option<&'a str> {
+        if !self.has(key) {
+            self.missing(key, Some(admissible.to_owned()), format!("add for example {key} = \"{example}\""));
+            return None;
+        }
+        self.text(key)?
+    }
+
+    /// One of several names; the first of each list is the usual one, the others are synonyms.
+    pub fn choice<T: Copy>(&self, key: &'static str, items: &[(&[&'static str], T)]) -> Option<T> {
+        let usual: Vec<&str> = items.iter().map(|(names, _)| names[0]).collect();
+        // A misspelt key counts as the right one, so that what depends on the choice is checked all the same.
+        let meant = if self.has(key) { None } else { self.misspelt(key) };
+        let text = match meant {
+            Some(text) => text,
+            None => self.required_text(key, &usual.join(", "), usual[0])?,
+        };
+        if let Some((_, item)) = items.iter().find(|(names, _)| names.contains(&text)) {
+            return Some(*item);
+        }
+        let known: Vec<&str> = items.iter().flat_map(|(names, _)| names.iter().copied()).collect();
+        let fault = self.fault_of(key, format!("`{}`: \"{text}\" is not known", self.path_of(key)));
+        let mut fault = fault.admissible(usual.join(", "));
+        let guess = nearest(text, &known).and_then(|guess| items.iter().find(|(names, _)| names.contains(&guess)));
+        fault.hint = guess.map(|(names, _)| format!("did you mean `{}`?", names[0]));
+        self.faults.report(fault);
+        // What depends on the choice is checked as if the name were the one suggested.
+        guess.map(|(_, item)| *item)
+    }
+
+    /// The same with a default.
+    pub fn choice_or<T: Copy>(&self, key: &'static str, items: &[(&[&'static str], T)], default: T) -> Option<T> {
+        if self.has(key) { self.choice(key, items) } else { Some(default) }
+    }
+
+    /// The table under this key, if it is there.
+    pub fn section(&self, key: &'static str) -> Option<Option<Section<'a>>> {
+        let Some(node) = self.node(key) else { return Some(None) };
+        let DeValue::Table(table) = node.value else {
+            self.wrong_type(&node, &format!("a table [{}]", node.path));
+            return None;
+        };
+        Some(Some(self.sub(node.path, node.span, table)))
+    }
+
+    /// The table under this key, which must be there.
+    pub fn required_section(&self, key: &'static str) -> Option<Section<'a>> {
+        let path = self.path_of(key);
+        let section = self.section(key)?;
+        if section.is_none() {
+            self.missing(key, None, format!("add a section [{path}]"));
+        }
+        section
+    }
+
+    /// The tables [[key]]; none where the key is not there. Their paths count from 1, as the FMU's variables do.
+    pub fn sections(&self, key: &'static str) -> Option<Vec<Section<'a>>> {
+        let Some(node) = self.node(key) else { return Some(Vec::new()) };
+        let DeValue::Array(items) = node.value else {
+            self.wrong_type(&node, &format!("a list of tables [[{}]]", node.path));
+            return None;
+        };
+        let mut list = Vec::new();
+        for (i, item) in items.iter().enumerate() {
+            let path = format!("{}[{}]", node.path, i + 1);
+            self.faults.read.borrow_mut().insert(path.clone(), item.span());
+            match item.get_ref() {
+                DeValue::Table(table) => list.push(self.sub(path, item.span(), table)),
+                value => {
+                    self.wrong_type(&Node { path, span: item.span(), value }, "a table");
+                    return None;
+                }
+            }
+        }
+        Some(list)
+    }
+
+    /// Reports the keys that nobody asked for. `synonyms` are pairs (what people write, what it is called here).
+    pub fn finish(&self, synonyms: &[(&str, &str)]) {
+        if self.faults.broken {
+            return;
+        }
+        let known = self.known.borrow();
+        let unknown = |key: &&Spanned<_>| !known.contains(&DeString::as_ref(key.get_ref()));
+        for key in self.table.keys().filter(unknown).filter(|key| !self.told.borrow().contains(&key.span())) {
+            let name = key.get_ref().as_ref();
+            let place =
+                if self.path.is_empty() { format!("in {}", self.faults.kind) } else { format!("in [{}]", self.path) };
+            let fault = self.faults.at(key.span(), format!("`{}` is not known {place}", self.path_of(name)));
+            let meant = synonyms.iter().find(|(wrong, right)| *wrong == name && known.contains(right));
+            let meant = meant.map(|(_, right)| *right).or_else(|| nearest(name, &known));
+            let mut fault = fault.admissible(known.join(", "));
+            fault.hint = meant.map(|right| format!("did you mean `{right}`?"));
+            self.faults.report(fault);
+        }
+    }
+}

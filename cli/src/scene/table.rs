@@ -1,0 +1,315 @@
+//! Tables of angles and lifts: a text file with one point per line.
+//!
+//! Columns are separated by `;`, `,`, tabs or blanks, whichever of them the line has first in this order; between
+//! `;` a decimal comma is read as a point. Empty lines and lines that start with `#` are skipped, and so is one
+//! line of headings before the first point.
+
+use super::diagnostics::Diagnostic;
+use super::section::{ANY, Section, Span};
+use super::units;
+use camdrive::drives::unit::{self, Quantity};
+use camdrive::motion::table::{LEAST_DISTANCE, Points, TableError};
+use camdrive::motion::{MotionLaw, Table};
+use camdrive_design::harmonic_analysis;
+use std::path::Path;
+
+/// The most points of a table: a tenth of a degree is 3600 of them, and each one travels in the FMU.
+const MOST_POINTS: usize = 20_000;
+
+/// The most harmonics: those of a series in a scene.
+const MOST_HARMONICS: u32 = 256;
+
+/// The most faults of one table that are told one by one.
+const MOST_FAULTS: usize = 8;
+
+/// How U is made of the points.
+#[derive(Clone, Copy, PartialEq)]
+enum Interpolation {
+    Spline,
+    Fourier,
+}
+
+/// Which column of the file.
+enum Column<'a> {
+    /// Counts from 0.
+    Number(usize),
+    Heading(&'a str),
+}
+
+/// The file of a table.
+struct File<'a> {
+    name: String,
+    text: &'a str,
+}
+
+/// The points with the bytes of the file that each was read from.
+struct Reading {
+    points: Points,
+    places: Vec<Span>,
+}
+
+/// The law of a section with `law = "table"`.
+pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -> Option<MotionLaw> {
+    let file = section.required_text("file", "a file with one angle and one lift per line", "lift.csv");
+    let angle = unit(section, "angle_unit", &unit::ANGLE);
+    let scale = section.optional("scale", quantity, ANY);
+    let lift = unit(section, "lift_unit", if section.has("scale") { &unit::NUMBER } else { quantity });
+    let columns = (column(section, "angle_column", 0), column(section, "lift_column", 1));
+    let kinds: &[(&[&str], Interpolation)] =
+        &[(&["spline", "quintic_spline"], Interpolation::Spline), (&["fourier"], Interpolation::Fourier)];
+    let interpolation = section.choice_or("interpolation", kinds, Interpolation::Spline);
+    let harmonics = match interpolation {
+        Some(Interpolation::Fourier) => section.count("harmonics", 1, MOST_HARMONICS).map(Some),
+        _ => {
+            super::models::forbid(section, &["harmonics"], "a spline has none", "interpolation = \"fourier\"");
+            Some(None)
+        }
+    };
+    let path = folder.join(file?);
+    section.faults.files.borrow_mut().push(path.clone());
+    let text = match super::input::bytes(&path) {
+        Ok(bytes) if bytes.contains(&0) => {
+            let message = format!("`{}`: {} is no text file", section.path_of("file"), shown(&path));
+            section.faults.report(section.fault_of("file", message).hint("save the table as CSV in UTF-8"));
+            return None;
+        }
+        Ok(bytes) => String::from_utf8_lossy(&bytes).trim_start_matches(super::input::BYTE_ORDER_MARK).to_owned(),
+        Err(e) => {
+            let reason = match e.kind() {
+                std::io::ErrorKind::NotFound => "does not exist".to_owned(),
+                _ => format!("cannot be read: {e}"),
+            };
+            let fault = section.fault_of("file", format!("`{}`: {} {reason}", section.path_of("file"), shown(&path)));
+            section.faults.report(fault.hint("the path counts from the folder of the scene"));
+            return None;
+        }
+    };
+    let file = File { name: shown(&path), text: &text };
+    let (angle, lift, scale) = (angle?, lift?, scale?.unwrap_or(1.0));
+    let reading =
+        points(section, &file, &(columns.0?, columns.1?), |a, l| (a * angle.0 / angle.1, l * lift.0 / lift.1 * scale))?;
+    law(section, &file, reading, harmonics?, quantity)
+}
+
+/// The same text on every platform.
+fn shown(path: &Path) -> String {
+    path.display().to_string().replace('\\', "/")
+}
+
+/// The factor of the unit under `key`; SI where there is none.
+fn unit(section: &Section<'_>, key: &'static str, quantity: &'static Quantity) -> Option<(f64, f64)> {
+    let Some(text) = section.text(key)? else { return Some((1.0, 1.0)) };
+    units::factor(text, quantity)
+        .map_err(|fault| {
+            let message = format!("`{}`: {}", section.path_of(key), fault.message);
+            section.faults.report(section.fault_of(key, message).hint(fault.hint));
+        })
+        .ok()
+}
+
+/// A column by its number from 1 or its heading.
+fn column<'a>(section: &Section<'a>, key: &'static str, default: usize) -> Option<Column<'a>> {
+    let Some(node) = section.node(key) else { return Some(Column::Number(default)) };
+    if let toml::de::DeValue::String(heading) = node.value {
+        return Some(Column::Heading(heading.trim()));
+    }
+    section.count(key, 1, 1000).map(|number| Column::Number(number - 1))
+}
+
+/// Reads the points; `convert` turns a line's numbers into rad and m.
+fn points(
+    section: &Section<'_>,
+    file: &File<'_>,
+    columns: &(Column<'_>, Column<'_>),
+    convert: impl Fn(f64, f64) -> (f64, f64),
+) -> Option<Reading> {
+    let mut faults = Vec::new();
+    let mut reading = Reading { points: Points { angles: Vec::new(), lifts: Vec::new() }, places: Vec::new() };
+    let mut rows = lines(file.text).map(|line| (cells(file.text, line.clone()), line)).peekable();
+    let headings = rows.next_if(|(cells, _)| cells.iter().all(|cell| number(file.text, cell).is_none()));
+    let headings = headings.map(|(cells, _)| cells);
+    let index = |column: &Column<'_>| index(file, column, headings.as_deref());
+    let (angle_column, lift_column) = match (index(&columns.0), index(&columns.1)) {
+        (Ok(angle), Ok(lift)) => (angle, lift),
+        (angle, lift) => {
+            report(section, file, [angle.err(), lift.err()].into_iter().flatten().collect());
+            return None;
+        }
+    };
+    for (cells, line) in rows {
+        let value = |index: usize| {
+            let cell = cells.get(index).ok_or_else(|| {
+                let message = format!("column {} is missing: this line has {}", index + 1, cells.len());
+                fault(file, line.clone(), message)
+            })?;
+            number(file.text, cell).ok_or_else(|| {
+                let message = format!("\"{}\" is not a finite number", &file.text[cell.clone()]);
+                fault(file, cell.clone(), message).hint("write plain numbers; their unit is that of the scene")
+            })
+        };
+        match (value(angle_column), value(lift_column)) {
+            (Ok(angle), Ok(lift)) => {
+                let (angle, lift) = convert(angle, lift);
+                reading.points.angles.push(angle);
+                reading.points.lifts.push(lift);
+                reading.places.push(line);
+            }
+            (angle, lift) => faults.extend([angle.err(), lift.err()].into_iter().flatten()),
+        }
+    }
+    if reading.places.len() > MOST_POINTS {
+        let message = format!("`{}` has {} points", section.path_of("file"), reading.places.len());
+        faults.push(section.fault_of("file", message).admissible(format!("at most {MOST_POINTS}")));
+    }
+    faults.extend(descents(file, &reading));
+    report(section, file, faults).then_some(reading)
+}
+
+/// The lines with content.
+fn lines(text: &str) -> impl Iterator<Item = Span> + '_ {
+    let mut start = 0;
+    text.split_inclusive('\n').filter_map(move |line| {
+        let begin = start;
+        start += line.len();
+        let content = line.trim();
+        let offset = begin + (line.len() - line.trim_start().len());
+        (!content.is_empty() && !content.starts_with('#')).then(|| offset..offset + content.len())
+    })
+}
+
+/// The cells of a line, without the blanks around them.
+fn cells(text: &str, line: Span) -> Vec<Span> {
+    let content = &text[line.clone()];
+    let separator = [';', ',', '\t', ' '].into_iter().find(|c| content.contains(*c)).unwrap_or(';');
+    let mut start = line.start;
+    let mut cells = Vec::new();
+    for piece in content.split(separator) {
+        let cell = piece.trim();
+        let offset = start + (piece.len() - piece.trim_start().len());
+        // Several blanks are one separator.
+        if separator != ' ' || !cell.is_empty() {
+            cells.push(offset..offset + cell.len());
+        }
+        start += piece.len() + separator.len_utf8();
+    }
+    cells
+}
+
+fn number(text: &str, cell: &Span) -> Option<f64> {
+    let cell = &text[cell.clone()];
+    // A cell can hold a comma only where `;` or blanks separate; there it is a decimal comma.
+    cell.replacen(',', ".", 1).parse().ok().filter(|value: &f64| value.is_finite())
+}
+
+fn fault(file: &File<'_>, span: Span, message: impl Into<String>) -> Diagnostic {
+    Diagnostic::new(&file.name, message).at(file.text, span)
+}
+
+/// The number of a column, from 0.
+fn index(file: &File<'_>, column: &Column<'_>, headings: Option<&[Span]>) -> Result<usize, Diagnostic> {
+    let heading = match *column {
+        Column::Number(number) => return Ok(number),
+        Column::Heading(heading) => heading,
+    };
+    let Some(cells) = headings else {
+        let message = format!("the table has no headings to find the column \"{heading}\" by");
+        return Err(Diagnostic::new(&file.name, message).hint("give the number of the column, from 1"));
+    };
+    let names: Vec<&str> = cells.iter().map(|cell| file.text[cell.clone()].trim_matches('"')).collect();
+    names.iter().position(|name| *name == heading).ok_or_else(|| {
+        let line = cells.first().map_or(0, |c| c.start)..cells.last().map_or(0, |c| c.end);
+        fault(file, line, format!("there is no column \"{heading}\"")).admissible(names.join(", "))
+    })
+}
+
+/// The points whose angle does not exceed the one before.
+fn descents(file: &File<'_>, reading: &Reading) -> Vec<Diagnostic> {
+    let angles = &reading.points.angles;
+    let wrong = (1..angles.len()).filter(|&i| angles[i] - angles[i - 1] < LEAST_DISTANCE);
+    wrong
+        .map(|i| {
+            let (before, here) = (units::short(angles[i - 1].to_degrees()), units::short(angles[i].to_degrees()));
+            let message = format!("the angle {here} deg does not exceed the one before, {before} deg");
+            fault(file, reading.places[i].clone(), message).hint("sort the points by ascending angle, each once")
+        })
+        .collect()
+}
+
+/// Reports at most [`MOST_FAULTS`] of the faults and how many more there are; true where there are none.
+fn report(section: &Section<'_>, file: &File<'_>, faults: Vec<Diagnostic>) -> bool {
+    let count = faults.len();
+    for fault in faults.into_iter().take(MOST_FAULTS) {
+        section.faults.report(fault);
+    }
+    if count > MOST_FAULTS {
+        let message = format!("the table has {} more faults like these", count - MOST_FAULTS);
+        section.faults.report(Diagnostic::new(&file.name, message));
+    }
+    count == 0
+}
+
+/// The law through the points, or the series that meets them best.
+fn law(
+    section: &Section<'_>,
+    file: &File<'_>,
+    reading: Reading,
+    harmonics: Option<usize>,
+    quantity: &'static Quantity,
+) -> Option<MotionLaw> {
+    let law = match harmonics {
+        None => Table::new(reading.points).map(MotionLaw::Table),
+        Some(harmonics) => harmonic_analysis::analyse(reading.points, harmonics).map(|analysis| {
+            let residual = format!("{} {}", units::short(analysis.largest_residual), quantity.unit);
+            let of = format!("{harmonics} harmonics of {}", file.name);
+            section.faults.note(format!("`{}`: {of} meet its points to {residual}", section.path));
+            MotionLaw::Fourier(analysis.series)
+        }),
+    };
+    let error = match law {
+        Ok(law) => return Some(law),
+        Err(error) => error,
+    };
+    let fault = match error.index() {
+        Some(index) => fault(file, reading.places[index].clone(), words(&error, quantity)),
+        None => {
+            let key = if matches!(error, TableError::TooManyHarmonics { .. }) { "harmonics" } else { "file" };
+            let message = format!("`{}`: {}: {}", section.path_of(key), file.name, words(&error, quantity));
+            section.fault_of(key, message)
+        }
+    };
+    section.faults.report(fault.hint(advice(&error)));
+    None
+}
+
+/// What is wrong, in the units of engineers.
+fn words(error: &TableError, quantity: &Quantity) -> String {
+    let deg = |angle: f64| units::short(angle.to_degrees());
+    match *error {
+        TableError::NotPeriodic { first, last, .. } => format!(
+            "the table is not periodic: the lift {} {unit} one turn after the first point is not its lift {} {unit}",
+            units::short(last),
+            units::short(first),
+            unit = quantity.unit
+        ),
+        TableError::NotClosed { gap, distance, .. } => format!(
+            "the table ends here, {} deg before its turn does, with points at most {} deg apart",
+            deg(gap),
+            deg(distance)
+        ),
+        TableError::TooLong { span, .. } => {
+            format!("this point is {} deg after the first one; a table covers one turn", deg(span))
+        }
+        ref other => other.to_string(),
+    }
+}
+
+fn advice(error: &TableError) -> &'static str {
+    match error {
+        TableError::NotPeriodic { .. } => "the motion repeats after a turn: both points must have the same lift",
+        TableError::NotClosed { .. } => "a table covers the whole turn, 360 deg; is `angle_unit` right?",
+        TableError::TooLong { .. } => "leave out what is beyond 360 deg; is `angle_unit` right?",
+        TableError::TooFew { .. } => "measure more points of the turn",
+        TableError::TooManyHarmonics { .. } => "ask for fewer harmonics or give more points",
+        _ => "check the point and the units of the table",
+    }
+}

@@ -1,0 +1,172 @@
+//! What right scenes resolve to; wrong ones are in `tests/scenes`.
+
+use super::*;
+use camdrive::motion::{MotionLaw, StandardLaw};
+use serde_json::Value;
+use std::f64::consts::{PI, TAU};
+
+/// The model and its values, before the drive is tried out.
+fn resolved(text: &str) -> (&'static str, Value) {
+    let faults = Faults::new("scene.toml", text);
+    let (document, errors) = DeTable::parse_recoverable(text);
+    assert!(errors.is_empty(), "{errors:?}");
+    let scene = whole_scene(&Section::root(&faults, document.get_ref()), Path::new("../tests/scenes"));
+    match scene {
+        Some((scene, _)) if faults.is_empty() => (scene.model, scene.scene),
+        _ => panic!("{}", faults.into_diagnostics()),
+    }
+}
+
+fn number(value: &Value, name: &str) -> f64 {
+    value[name].as_f64().unwrap_or_else(|| panic!("{name} is no number in {value}"))
+}
+
+fn cam(value: &Value) -> MotionLaw {
+    serde_json::from_value(value["cam"].clone()).expect("a motion law")
+}
+
+fn close(a: f64, b: f64) {
+    // Conversions of units round a few times.
+    assert!((a - b).abs() <= 4.0 * f64::EPSILON * b.abs(), "{a} for {b}");
+}
+
+#[test]
+fn an_elastic_output_by_frequency_and_ratio() {
+    let (model, scene) = resolved(
+        r#"
+        name = "guide_bar"
+        model = "ElasticCamDrive"
+        cam = { law = "fourier", scale = "0.94 mm", a = [0.5, -0.5], b = [0.1] }
+        drive = { speed = "1800 rpm", phi_start = "90 deg" }
+        elasticity = { place = "output", m = "12 kg", natural_frequency = "270 Hz", damping_ratio = "3 %" }
+        "#,
+    );
+    assert_eq!(model, "ElasticCamDrive.output");
+    let w0 = 540.0 * PI;
+    close(number(&scene, "m"), 12.0);
+    close(number(&scene, "c"), 12.0 * w0 * w0);
+    close(number(&scene, "b"), 2.0 * 0.03 * 12.0 * w0);
+    let series = cam(&scene).series().cloned().expect("a series");
+    assert_eq!((series.a, series.b), (vec![0.5 * 0.94e-3, -0.5 * 0.94e-3], vec![0.0, 0.1 * 0.94e-3]));
+    close(number(&scene["drive"]["constant"], "w"), 60.0 * PI);
+    close(number(&scene["drive"]["constant"], "phi_start"), PI / 2.0);
+    assert_eq!(scene["start"]["mode"], "at_rest");
+    assert_eq!(number(&scene["solver"], "tolerance"), 0.0);
+}
+
+#[test]
+fn an_elastic_shaft_refers_frequency_and_ratio_to_the_mean_inertia() {
+    let (model, scene) = resolved(
+        r#"
+        name = "manipulator"
+        model = "ElasticCamDrive"
+        cam = { law = "fourier", a = [0, 0.2, 0, "20 mm"] }
+        drive = { mode = "input" }
+        elasticity = { place = "shaft", m = 60, J = "1.5 kg.m2", natural_frequency = 80, damping_ratio = 0.03, linear = true }
+        start = { mode = "given", q = "1 deg", q_dot = "0.5 rad/s" }
+        solver = { tolerance = 1e-11 }
+        "#,
+    );
+    assert_eq!(model, "ElasticCamDrive.shaft");
+    // Mean of U′² = ½ Σ k² aₖ².
+    let mean = 1.5 + 60.0 * 0.5 * (0.2 * 0.2 + 9.0 * 0.02 * 0.02);
+    let c = number(&scene, "c");
+    assert!((c / (mean * 6400.0) - 1.0).abs() < 1e-13, "{c}");
+    assert!((number(&scene, "b") / (2.0 * 0.03 * mean * 80.0) - 1.0).abs() < 1e-13);
+    assert_eq!((scene["linear"].as_bool(), scene["drive"].as_str()), (Some(true), Some("input")));
+    close(number(&scene["start"], "q"), PI / 180.0);
+    assert_eq!((number(&scene["start"], "q_dot"), number(&scene["solver"], "tolerance")), (0.5, 1e-11));
+}
+
+#[test]
+fn a_cycle_fills_its_turn() {
+    for (angles, rise, lower) in [
+        ("rise = \"120 deg\", upper_dwell = \"60 deg\", return = \"100 deg\"", 120.0, 80.0),
+        ("upper_dwell = \"60 deg\", return = \"100 deg\", lower_dwell = \"80 deg\"", 120.0, 80.0),
+        ("rise = \"180 deg\", upper_dwell = 0, return = \"180 deg\"", 180.0, 0.0),
+        ("rise = 2.0944, upper_dwell = 1.0472, return = 1.7453, lower_dwell = 1.3963", f64::NAN, 80.0),
+    ] {
+        let (_, scene) = resolved(&format!(
+            "name = \"x\"\nmodel = \"ElasticCamDrive\"\n\
+             cam = {{ law = \"cycle\", stroke = \"0.4 m\", rise_law = \"bestehorn\", return_law = \"modtrap\", {angles} }}\n\
+             drive = {{ mode = \"input\" }}\nelasticity = {{ place = \"output\", m = 1, c = 1 }}"
+        ));
+        let MotionLaw::Cycle(cycle) = cam(&scene) else { panic!("no cycle") };
+        let plan = cycle.plan();
+        assert_eq!((plan.rise_law, plan.return_law), (StandardLaw::InclinedSine, StandardLaw::ModifiedTrapezoid));
+        if !rise.is_nan() {
+            assert!((plan.rise_angle - rise / 360.0 * TAU).abs() < 1e-14);
+        }
+        // Four angles of four digits meet the turn to 1e-4 rad; the lower dwell takes up the rest.
+        assert!((plan.lower_dwell() - lower / 360.0 * TAU).abs() < 1e-4);
+    }
+}
+
+#[test]
+fn tables_become_splines_or_series() {
+    let scene = |more: &str| {
+        resolved(&format!(
+            "name = \"x\"\nmodel = \"ElasticCamDrive\"\n\
+             cam = {{ law = \"table\", file = \"table_good.csv\", angle_unit = \"deg\", lift_unit = \"mm\", {more} }}\n\
+             drive = {{ mode = \"input\" }}\nelasticity = {{ place = \"output\", m = 1, c = 1 }}"
+        ))
+        .1
+    };
+    // The file holds 5 mm (1 − cos φ), rounded to 1e-6 mm.
+    let series = cam(&scene("interpolation = \"fourier\", harmonics = 2")).series().cloned().expect("a series");
+    for (coefficient, exact) in series.a.iter().zip([5e-3, -5e-3, 0.0]) {
+        assert!((coefficient - exact).abs() < 1e-9, "{coefficient}");
+    }
+    let MotionLaw::Table(table) = cam(&scene("angle_column = \"phi\", lift_column = \"U\"")) else {
+        panic!("no table")
+    };
+    assert_eq!(table.points().angles.len(), 12);
+    assert!((table.points().lifts[6] - 0.01).abs() < 1e-9);
+    // The columns exchanged are no table of angles: that it is refused shows that the columns are heeded.
+    let text = "name = \"x\"\nmodel = \"RigidMachine\"\n[machine]\nJ0 = 1\n[machine.J]\nlaw = \"table\"\n\
+                file = \"table_good.csv\"\nangle_column = 2\nlift_column = 1\n";
+    let faults = resolve("scene.toml", text, Path::new("../tests/scenes")).expect_err("not ascending");
+    assert!(faults.to_string().contains("does not exceed"), "{faults}");
+}
+
+#[test]
+fn a_machine_with_followers_and_motor() {
+    let (model, scene) = resolved(
+        r#"
+        name = "loom"
+        model = "RigidMachine"
+        machine = { J0 = 2.8, J = { law = "fourier", a = [0, "0.1 kg.m2"] } }
+        follower = [{ m = 1.6, cam = { law = "fourier", a = [0, 1] } }, { m = "60 kg", cam = { law = "fourier", a = [0, 2] } }]
+        motor = { kind = "kloss", M_k = "220 N.m", s_k = "16 %", w_s = "500 rpm", lag = "2 ms" }
+        start = { mode = "steady_state", w_start = "490 rpm" }
+        "#,
+    );
+    assert_eq!(model, "RigidMachine");
+    assert_eq!(number(&scene["inertia"], "constant"), 2.8);
+    assert_eq!(scene["inertia"]["varying"]["fourier"]["a"][1], 0.1);
+    assert_eq!((number(&scene["followers"][0], "m"), number(&scene["followers"][1], "m")), (1.6, 60.0));
+    let motor = &scene["motor"]["kloss"];
+    assert_eq!((number(motor, "breakdown_torque"), number(motor, "breakdown_slip")), (220.0, 0.16));
+    close(number(motor, "synchronous_speed"), 500.0 * TAU / 60.0);
+    assert_eq!(number(motor, "dynamics"), 2e-3);
+    assert_eq!(scene["start"], "steady_state");
+}
+
+#[test]
+fn the_references_list_every_name_that_is_accepted() {
+    let references = concat!(include_str!("README.md"), include_str!("SYNTHESIS.md"));
+    let mut names = Vec::new();
+    for entry in std::fs::read_dir("src/scene").unwrap() {
+        let text = std::fs::read_to_string(entry.unwrap().path()).unwrap();
+        // A choice is a list of names in front of what they stand for: (&["inner", "disc"], Contour::Inner).
+        for list in text.split("(&[\"").skip(1) {
+            if let Some((list, _)) = list.split_once("\"], ").filter(|(list, _)| !list.contains(']')) {
+                names.extend(list.split("\", \"").map(str::to_owned));
+            }
+        }
+    }
+    assert!(names.len() > 90, "the names were not found: {names:?}");
+    let listed = |name: &String| [format!("`{name}`"), format!("`\"{name}\"`")].iter().any(|n| references.contains(n));
+    let missing: Vec<String> = names.into_iter().filter(|name| !listed(name)).collect();
+    assert!(missing.is_empty(), "{missing:?}");
+}

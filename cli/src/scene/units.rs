@@ -1,0 +1,445 @@
+//! Values with units: "1800 rpm", "0.94 mm", "3.5 N/mm" → coherent SI, with the dimension checked.
+//!
+//! A unit is a product of factors joined by `.`, `·`, `*` or a blank; factors after a `/` divide, up to the next
+//! `/`. A factor is a unit name with an optional prefix (n, u or µ, m, c, k, M, G) and an optional whole exponent
+//! (`m2`, `m^2`, `m²`, `s^-1`). Known names: m, g, t, N, s, min, h, rad, deg or °, rev, J, W, Hz, rpm, %.
+//!
+//! Angles count as a dimension of their own, so that a torsional stiffness (N.m/rad) is not taken for a torque.
+//! `rpm`, `1/min` and `U/min` are revolutions per minute, `Hz` is one revolution (cycle) per second, 2π rad/s.
+//! `1/s` is refused for an angular velocity, since it is read both ways.
+
+use camdrive::drives::unit::{self, Quantity};
+use std::f64::consts::{PI, TAU};
+
+/// A unit: one of it is `numerator / denominator` of the coherent SI unit. Both are kept, since 1/1000 is not a
+/// binary fraction and 0.94 / 1000 rounds once only.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Unit {
+    numerator: f64,
+    denominator: f64,
+    /// Exponents of kg, m, s, rad.
+    base: [i8; 4],
+}
+
+/// Units that take prefixes.
+const PREFIXED: &[(&str, Unit)] = &[
+    ("m", one([0, 1, 0, 0])),
+    ("g", Unit { numerator: 1.0, denominator: 1e3, base: [1, 0, 0, 0] }),
+    ("N", one([1, 1, -2, 0])),
+    ("s", one([0, 0, 1, 0])),
+    ("rad", one([0, 0, 0, 1])),
+    ("J", one([1, 2, -2, 0])),
+    ("W", one([1, 2, -3, 0])),
+    ("Hz", Unit { numerator: TAU, denominator: 1.0, base: [0, 0, -1, 1] }),
+    // Products that are written without a sign everywhere.
+    ("Nm", one([1, 2, -2, 0])),
+    ("Ns", one([1, 1, -1, 0])),
+    ("Nms", one([1, 2, -1, 0])),
+];
+
+/// Units that do not; they are looked up first, so that `min` is no milli-inch.
+const PLAIN: &[(&str, Unit)] = &[
+    ("1", one([0, 0, 0, 0])),
+    ("%", Unit { numerator: 1.0, denominator: 100.0, base: [0, 0, 0, 0] }),
+    ("t", Unit { numerator: 1e3, denominator: 1.0, base: [1, 0, 0, 0] }),
+    ("min", Unit { numerator: 60.0, denominator: 1.0, base: [0, 0, 1, 0] }),
+    ("h", Unit { numerator: 3600.0, denominator: 1.0, base: [0, 0, 1, 0] }),
+    ("deg", Unit { numerator: PI, denominator: 180.0, base: [0, 0, 0, 1] }),
+    ("°", Unit { numerator: PI, denominator: 180.0, base: [0, 0, 0, 1] }),
+    ("rev", Unit { numerator: TAU, denominator: 1.0, base: [0, 0, 0, 1] }),
+    ("rpm", Unit { numerator: TAU, denominator: 60.0, base: [0, 0, -1, 1] }),
+];
+
+/// Prefixes with their numerator and denominator.
+const PREFIXES: &[(&str, f64, f64)] = &[
+    ("n", 1.0, 1e9),
+    ("u", 1.0, 1e6),
+    ("µ", 1.0, 1e6),
+    ("μ", 1.0, 1e6),
+    ("m", 1.0, 1e3),
+    ("c", 1.0, 1e2),
+    ("k", 1e3, 1.0),
+    ("M", 1e6, 1.0),
+    ("G", 1e9, 1.0),
+];
+
+/// Whole units that engineers write for revolutions per minute.
+const REVOLUTIONS_PER_MINUTE: &[&str] = &["1/min", "U/min", "min-1", "r/min", "/min"];
+
+/// A quantity whose unit is this one times a power of rad.
+macro_rules! times_rad {
+    ($name:literal $words:literal, $unit:literal, $m:literal: $($power:literal $exponent:literal),*) => {
+        [$(Quantity {
+            name: concat!($name, $words, $power),
+            unit: concat!($unit, $power),
+            base: [0, $m, 0, $exponent],
+            display: None,
+        }),*]
+    };
+}
+
+/// Derivatives of a length by an angle [m/radⁿ], n = 1 … 9.
+static LENGTHS: [Quantity; 9] =
+    times_rad!("Length" "PerRad", "m/rad", 1: "" -1, "2" -2, "3" -3, "4" -4, "5" -5, "6" -6, "7" -7, "8" -8, "9" -9);
+/// Derivatives of a number by an angle [1/radⁿ], n = 1 … 9.
+static NUMBERS: [Quantity; 9] =
+    times_rad!("Number" "PerRad", "1/rad", 0: "" -1, "2" -2, "3" -3, "4" -4, "5" -5, "6" -6, "7" -7, "8" -8, "9" -9);
+/// Weights of such derivatives [radⁿ], n = 1 … 4.
+static WEIGHTS: [Quantity; 4] = times_rad!("Number" "TimesRad", "rad", 0: "" 1, "2" 2, "3" 3, "4" 4);
+
+/// A length or a number per radⁿ; of an n below 0 a number times rad⁻ⁿ. Of a power that no unit has, the quantity itself.
+pub fn per_angle(quantity: &'static Quantity, n: i32) -> &'static Quantity {
+    let list = match n {
+        ..0 => &WEIGHTS[..],
+        _ if quantity.base == unit::LENGTH.base => &LENGTHS,
+        _ => &NUMBERS,
+    };
+    (n.unsigned_abs() as usize).checked_sub(1).and_then(|i| list.get(i)).unwrap_or(quantity)
+}
+
+/// An example of each quantity, for hints.
+const EXAMPLES: &[(&Quantity, &str)] = &[
+    (&unit::NUMBER, "0.5"),
+    (&unit::MASS, "\"12 kg\""),
+    (&unit::INERTIA, "\"1.5 kg.m2\""),
+    (&unit::STIFFNESS, "\"24 kN/m\""),
+    (&unit::DAMPING, "\"50 N.s/m\""),
+    (&unit::ROTATIONAL_STIFFNESS, "\"24 kN.m/rad\""),
+    (&unit::ROTATIONAL_DAMPING, "\"18 N.m.s/rad\""),
+    (&unit::LENGTH, "\"0.94 mm\""),
+    (&unit::VELOCITY, "\"0.1 m/s\""),
+    (&unit::ACCELERATION, "\"5 m/s2\""),
+    (&unit::ANGLE, "\"32 deg\""),
+    (&unit::ANGULAR_VELOCITY, "\"1800 rpm\""),
+    (&unit::ANGULAR_ACCELERATION, "\"10 rad/s2\""),
+    (&unit::FORCE, "\"80 N\""),
+    (&unit::TORQUE, "\"220 N.m\""),
+    (&unit::IMPULSE, "\"2 N.s\""),
+    (&unit::ENERGY, "\"3 J\""),
+    (&unit::TIME, "\"5 ms\""),
+    (&LENGTHS[0], "\"25 mm/rad\" or \"25 mm\""),
+    (&LENGTHS[1], "\"25 mm/rad2\" or \"25 mm\""),
+    (&LENGTHS[2], "\"25 mm/rad3\" or \"25 mm\""),
+    (&NUMBERS[0], "\"0.5 1/rad\" or 0.5"),
+    (&NUMBERS[1], "\"0.5 1/rad2\" or 0.5"),
+    (&NUMBERS[2], "\"0.5 1/rad3\" or 0.5"),
+];
+
+const fn one(base: [i8; 4]) -> Unit {
+    Unit { numerator: 1.0, denominator: 1.0, base }
+}
+
+/// Why a text is no value of the expected quantity; and a hint.
+#[derive(Clone, Debug, PartialEq)]
+pub struct UnitFault {
+    /// What is wrong with the text.
+    pub message: String,
+    /// What to do about it.
+    pub hint: String,
+}
+
+/// The value of `text` ("1800 rpm") in the coherent SI unit of `quantity`; a text without unit is SI.
+pub fn parse(text: &str, quantity: &'static Quantity) -> Result<f64, UnitFault> {
+    let hint = || format!("write for example {}", example(quantity));
+    let (number, unit_text) = split(text.trim());
+    let number: f64 = number.parse().ok().filter(|v: &f64| v.is_finite()).ok_or_else(|| UnitFault {
+        message: format!("\"{text}\" does not start with a finite number"),
+        hint: hint(),
+    })?;
+    if unit_text.starts_with(',') {
+        return Err(UnitFault {
+            message: format!("\"{text}\" has a decimal comma"),
+            hint: format!("write the decimal point: \"{}\"", text.replacen(',', ".", 1)),
+        });
+    }
+    if unit_text.is_empty() {
+        return Ok(number);
+    }
+    let unit = parse_unit(unit_text)
+        .map_err(|message| UnitFault { message: format!("\"{text}\": {message}"), hint: hint() })?;
+    if unit.base == quantity.base {
+        let value = number * unit.numerator / unit.denominator;
+        let too_large = || UnitFault { message: format!("\"{text}\" is too large a number"), hint: hint() };
+        return if value.is_finite() { Ok(value) } else { Err(too_large()) };
+    }
+    let ambiguous = unit.base == [0, 0, -1, 0] && quantity.base == unit::ANGULAR_VELOCITY.base;
+    Err(if ambiguous {
+        UnitFault {
+            message: format!("\"{text}\" may mean radians or revolutions per second"),
+            hint: "write rad/s, Hz (revolutions per second) or rpm".to_owned(),
+        }
+    } else {
+        UnitFault {
+            message: format!("\"{text}\" is {}; {} is expected", article(&dimension(unit.base)), name(quantity)),
+            hint: hint(),
+        }
+    })
+}
+
+/// A factor that turns a value in this unit into coherent SI: (numerator, denominator).
+pub fn factor(text: &str, quantity: &'static Quantity) -> Result<(f64, f64), UnitFault> {
+    let hint = || format!("write for example \"{}\"", quantity.display.map_or(quantity.unit, |(unit, _)| unit));
+    let unit = parse_unit(text.trim()).map_err(|message| UnitFault { message, hint: hint() })?;
+    if unit.base == quantity.base {
+        Ok((unit.numerator, unit.denominator))
+    } else {
+        Err(UnitFault {
+            message: format!("\"{text}\" is the unit of {}; {} is expected", dimension(unit.base), name(quantity)),
+            hint: hint(),
+        })
+    }
+}
+
+/// An example of the quantity as a scene writes it.
+pub fn example(quantity: &Quantity) -> &'static str {
+    EXAMPLES.iter().find(|(q, _)| q.name == quantity.name).map_or("1", |(_, text)| text)
+}
+
+/// "an angular velocity"
+pub fn name(quantity: &Quantity) -> String {
+    article(&words(quantity))
+}
+
+/// The number with at most nine digits, without exponent where that is easy to read.
+pub fn short(value: f64) -> String {
+    // The sum turns −0 into 0.
+    let rounded = format!("{value:.8e}").parse().unwrap_or(value) + 0.0;
+    if rounded == 0.0 || (1e-4..1e6).contains(&rounded.abs()) { rounded.to_string() } else { format!("{rounded:e}") }
+}
+
+/// The number and the unit of "24 kN/m"; a unit may follow without a blank.
+fn split(text: &str) -> (&str, &str) {
+    let end = (0..=text.len())
+        .rev()
+        .filter(|&i| text.is_char_boundary(i))
+        .find(|&i| text[..i].ends_with(|c: char| c.is_ascii_digit() || c == '.') && text[..i].parse::<f64>().is_ok())
+        .unwrap_or(0);
+    (&text[..end], text[end..].trim())
+}
+
+/// The unit as a factor, or what is wrong with it.
+fn parse_unit(text: &str) -> Result<Unit, String> {
+    let plain = normalise(text);
+    if REVOLUTIONS_PER_MINUTE.contains(&plain.as_str()) {
+        return atom("rpm").ok_or_else(String::new);
+    }
+    let mut product = one([0; 4]);
+    for (i, group) in plain.split('/').enumerate() {
+        for factor in group.split('.').filter(|f| !f.is_empty()) {
+            let (name, exponent) = exponent(factor)?;
+            let unit = atom(name).ok_or_else(|| unknown(name))?;
+            let exponent = if i == 0 { exponent } else { -exponent };
+            product = product.times(&unit, exponent);
+        }
+    }
+    Ok(product)
+}
+
+/// The unit with `.` for every product sign and plain digits for exponents.
+fn normalise(text: &str) -> String {
+    let mut plain = String::new();
+    for c in text.split_whitespace().collect::<Vec<_>>().join(".").chars() {
+        match c {
+            '·' | '⋅' | '*' | '×' => plain.push('.'),
+            '²' => plain.push('2'),
+            '³' => plain.push('3'),
+            '¹' => plain.push('1'),
+            '⁻' | '−' => plain.push('-'),
+            '^' | '(' | ')' => {}
+            c => plain.push(c),
+        }
+    }
+    plain.replace("./", "/").replace("/.", "/")
+}
+
+/// Name and exponent of the factor "m2".
+fn exponent(factor: &str) -> Result<(&str, i32), String> {
+    let digits = factor.trim_start_matches(|c: char| !c.is_ascii_digit() && c != '-');
+    let name = &factor[..factor.len() - digits.len()];
+    if digits.is_empty() {
+        Ok((factor, 1))
+    } else if name.is_empty() {
+        // The factor "1" of "1/s".
+        Ok((factor, 1))
+    } else {
+        let exponent = digits.parse().ok().filter(|e: &i32| (-9..=9).contains(e));
+        exponent.map(|e| (name, e)).ok_or_else(|| format!("the exponent of `{factor}` is no small whole number"))
+    }
+}
+
+/// The unit of this name, with or without prefix.
+fn atom(name: &str) -> Option<Unit> {
+    let find = |list: &[(&str, Unit)], name: &str| list.iter().find(|(n, _)| *n == name).map(|(_, unit)| *unit);
+    find(PLAIN, name).or_else(|| find(PREFIXED, name)).or_else(|| {
+        PREFIXES.iter().find_map(|&(prefix, numerator, denominator)| {
+            let unit = find(PREFIXED, name.strip_prefix(prefix)?)?;
+            Some(Unit { numerator: unit.numerator * numerator, denominator: unit.denominator * denominator, ..unit })
+        })
+    })
+}
+
+fn unknown(name: &str) -> String {
+    let known: Vec<&str> = PLAIN.iter().chain(PREFIXED).map(|(name, _)| *name).filter(|n| *n != "1").collect();
+    // `KG` and `MM` carry a prefix, which the names of the list have not. A slip in one or two letters would make
+    // another unit; there only the case may differ.
+    let meant = known.iter().chain(&["kg", "mm", "kN"]).find(|unit| {
+        let distance = strsim::osa_distance(&unit.to_lowercase(), &name.to_lowercase());
+        distance == 0 || distance == 1 && unit.len() > 2 && name.len() > 2
+    });
+    match meant {
+        Some(meant) => format!("there is no unit `{name}`; did you mean `{meant}`?"),
+        None => format!("there is no unit `{name}`; known are {} and prefixes", known.join(", ")),
+    }
+}
+
+impl Unit {
+    fn times(&self, other: &Unit, exponent: i32) -> Unit {
+        let (up, down) =
+            if exponent < 0 { (other.denominator, other.numerator) } else { (other.numerator, other.denominator) };
+        let (n, d) = (self.numerator * up.powi(exponent.abs()), self.denominator * down.powi(exponent.abs()));
+        let base = std::array::from_fn(|i| self.base[i].saturating_add(other.base[i].saturating_mul(exponent as i8)));
+        // Thousands on both sides cancel exactly; without this kN/mm would keep 1000·1000 over 1 only.
+        if n % d == 0.0 && n < 1e15 {
+            Unit { numerator: n / d, denominator: 1.0, base }
+        } else {
+            Unit { numerator: n, denominator: d, base }
+        }
+    }
+}
+
+/// "angular velocity"
+fn words(quantity: &Quantity) -> String {
+    let mut words = String::new();
+    for c in quantity.name.chars() {
+        if c.is_uppercase() && !words.is_empty() {
+            words.push(' ');
+        }
+        words.push(c.to_ascii_lowercase());
+    }
+    words
+        .replace("translational spring constant", "stiffness")
+        .replace("translational damping constant", "damping constant")
+        .replace("rotational spring constant", "torsional stiffness")
+        .replace("rotational damping constant", "torsional damping constant")
+}
+
+/// The name of the quantities with these exponents, or the exponents themselves.
+fn dimension(base: [i8; 4]) -> String {
+    if let Some((quantity, _)) = EXAMPLES.iter().find(|(q, _)| q.base == base) {
+        return words(quantity);
+    }
+    let factors = ["kg", "m", "s", "rad"].iter().zip(base).filter(|(_, e)| *e != 0);
+    let product: Vec<String> = factors.map(|(n, e)| if e == 1 { (*n).to_owned() } else { format!("{n}{e}") }).collect();
+    format!("quantity in {}", product.join("."))
+}
+
+fn article(words: &str) -> String {
+    let article = if words.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
+    format!("{article} {words}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_become_coherent_si() {
+        let cases: &[(&str, &'static Quantity, f64)] = &[
+            ("1800 rpm", &unit::ANGULAR_VELOCITY, 60.0 * PI),
+            ("45 1/min", &unit::ANGULAR_VELOCITY, 1.5 * PI),
+            ("45 U/min", &unit::ANGULAR_VELOCITY, 1.5 * PI),
+            ("45 min^-1", &unit::ANGULAR_VELOCITY, 1.5 * PI),
+            ("45 rev/min", &unit::ANGULAR_VELOCITY, 1.5 * PI),
+            ("25 Hz", &unit::ANGULAR_VELOCITY, 50.0 * PI),
+            ("0.94 mm", &unit::LENGTH, 0.00094),
+            ("32 deg", &unit::ANGLE, 32.0 * PI / 180.0),
+            ("360°", &unit::ANGLE, TAU),
+            ("12 kg", &unit::MASS, 12.0),
+            ("12", &unit::MASS, 12.0),
+            ("1.2 t", &unit::MASS, 1200.0),
+            ("3.5 N/mm", &unit::STIFFNESS, 3500.0),
+            ("24kN/m", &unit::STIFFNESS, 24000.0),
+            ("2 kN/mm", &unit::STIFFNESS, 2e6),
+            ("0.05 N.s/m", &unit::DAMPING, 0.05),
+            ("0.05 N s / m", &unit::DAMPING, 0.05),
+            ("0.05 kg/s", &unit::DAMPING, 0.05),
+            ("220 N·m", &unit::TORQUE, 220.0),
+            ("24 kNm/rad", &unit::ROTATIONAL_STIFFNESS, 24e3),
+            ("18 Nms/rad", &unit::ROTATIONAL_DAMPING, 18.0),
+            ("50 Ns/m", &unit::DAMPING, 50.0),
+            ("1e-3 kg m²", &unit::INERTIA, 1e-3),
+            ("15 kg.cm^2", &unit::INERTIA, 15e-4),
+            ("3 N.m.s/rad", &unit::ROTATIONAL_DAMPING, 3.0),
+            ("90 N.m/deg", &unit::ROTATIONAL_STIFFNESS, 90.0 * 180.0 / PI),
+            ("3 %", &unit::NUMBER, 0.03),
+            ("250 µm", &unit::LENGTH, 250e-6),
+            ("10 m.s^-2", &unit::ACCELERATION, 10.0),
+            ("2 ms", &unit::TIME, 2e-3),
+        ];
+        for (text, quantity, si) in cases {
+            let value = parse(text, quantity).unwrap_or_else(|e| panic!("{text}: {}", e.message));
+            // Two roundings at most stand between the text and the value.
+            assert!((value - si).abs() <= 2.0 * f64::EPSILON * si.abs(), "{text}: {value} for {si}");
+        }
+        // Decimal prefixes round once: the value is the one that plain SI text gives.
+        assert_eq!(parse("0.94 mm", &unit::LENGTH), Ok(0.00094));
+        assert_eq!(parse("3.5 N/mm", &unit::STIFFNESS), Ok(3500.0));
+    }
+
+    #[test]
+    fn derivatives_by_an_angle_have_units() {
+        let length = |n: i32| per_angle(&unit::LENGTH, n);
+        for (text, quantity, si) in [
+            ("25 mm/rad", length(1), 0.025),
+            ("0 mm/rad2", length(2), 0.0),
+            ("400 mm/rad²", length(2), 0.4),
+            ("-3 mm/rad^3", length(3), -0.003),
+            ("1 mm/deg", length(1), 0.18 / PI),
+            ("1 mm/deg2", length(2), 1e-3 * (180.0 / PI) * (180.0 / PI)),
+            ("2 m/rev", length(1), 2.0 / TAU),
+            ("7 m/rad7", length(7), 7.0),
+            ("25", length(1), 25.0),
+            ("0.5 1/rad", per_angle(&unit::NUMBER, 1), 0.5),
+            ("0.5/rad2", per_angle(&unit::NUMBER, 2), 0.5),
+            ("180 deg", per_angle(&unit::NUMBER, -1), PI),
+            ("0.1 rad4", per_angle(&unit::NUMBER, -4), 0.1),
+        ] {
+            let value = parse(text, quantity).unwrap_or_else(|e| panic!("{text}: {}", e.message));
+            // Conversions of degrees round a few times.
+            assert!((value - si).abs() <= 4.0 * f64::EPSILON * si.abs(), "{text}: {value} for {si}");
+        }
+        let fault = parse("25 mm/rad2", length(1)).expect_err("another derivative");
+        assert_eq!(fault.message, "\"25 mm/rad2\" is a length per rad2; a length per rad is expected");
+        assert_eq!(fault.hint, "write for example \"25 mm/rad\" or \"25 mm\"");
+        assert_eq!(per_angle(&unit::LENGTH, 0), &unit::LENGTH);
+    }
+
+    #[test]
+    fn wrong_units_are_refused() {
+        let cases: &[(&str, &'static Quantity, &str)] = &[
+            ("1800 mm", &unit::ANGULAR_VELOCITY, "\"1800 mm\" is a length; an angular velocity is expected"),
+            ("30 1/s", &unit::ANGULAR_VELOCITY, "\"30 1/s\" may mean radians or revolutions per second"),
+            ("24 N.m", &unit::ROTATIONAL_STIFFNESS, "\"24 N.m\" is a torque; a torsional stiffness is expected"),
+            ("0,94 mm", &unit::LENGTH, "\"0,94 mm\" has a decimal comma"),
+            ("mm", &unit::LENGTH, "\"mm\" does not start with a finite number"),
+            ("", &unit::LENGTH, "\"\" does not start with a finite number"),
+            ("1e999 mm", &unit::LENGTH, "\"1e999 mm\" does not start with a finite number"),
+            ("5 kg.m3", &unit::LENGTH, "\"5 kg.m3\" is a quantity in kg.m3; a length is expected"),
+        ];
+        for (text, quantity, message) in cases {
+            assert_eq!(parse(text, quantity).map_err(|e| e.message), Err((*message).to_owned()));
+        }
+        let unknown = parse("5 furlong", &unit::LENGTH).expect_err("no such unit").message;
+        assert!(unknown.contains("there is no unit `furlong`"), "{unknown}");
+        for (text, meant) in
+            [("1800 rmp", "`rpm`"), ("1800 RPM", "`rpm`"), ("12 KG", "`kg`"), ("3 wibble", "known are")]
+        {
+            let message = parse(text, &unit::MASS).expect_err("no such unit").message;
+            assert!(message.contains(meant), "{text}: {message}");
+        }
+        // Absurd exponents must not overflow.
+        for text in ["1 m99", "1 m9.m9.m9.m9.m9.m9.m9.m9.m9.m9.m9.m9.m9.m9.m9", "1 /", "1 //", "1 m-", "1 ^"] {
+            let _ = parse(text, &unit::LENGTH);
+        }
+    }
+}

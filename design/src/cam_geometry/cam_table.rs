@@ -1,0 +1,65 @@
+//! The motion law as a cam table for a motion controller: electronic cam instead of a cut one.
+
+use camdrive::motion::MotionLaw;
+use std::f64::consts::TAU;
+use std::fmt::Write as _;
+
+/// Equidistant masters between which the controller interpolates along straight lines.
+pub struct CamTable {
+    /// φ [rad], U [m or rad], U′, U″; the last row is one turn after the first.
+    pub rows: Vec<[f64; 4]>,
+    /// A bound of the error of straight interpolation [m or rad].
+    pub error: f64,
+    /// Whether U is an angle.
+    pub angular: bool,
+}
+
+/// The most rows of a table; controllers take some thousand.
+const MOST_ROWS: usize = 65_536;
+
+/// The units of slaves that move along a line and of those that turn: how many of them make one SI unit.
+const UNITS: [(&str, f64); 2] = [("mm", 1e3), ("deg", 360.0 / TAU)];
+
+impl CamTable {
+    /// The table of this law whose error is at most `tolerance` [m or rad], or the longest one. Between neighbours at the distance h
+    /// straight lines miss U by h² max|U″|/8 at most.
+    pub fn new(law: &MotionLaw, angular: bool, tolerance: f64) -> Self {
+        let bound = law.bound(2);
+        let wanted = TAU * (bound / (8.0 * tolerance)).sqrt();
+        // Multiples of 360 put a row at every whole degree.
+        let n = 360 * ((wanted / 360.0).ceil().clamp(1.0, (MOST_ROWS / 360) as f64) as usize);
+        let row = |i: usize| {
+            let phi = TAU * i as f64 / n as f64;
+            let [u, u1, u2, ..] = law.at(if i == n { 0.0 } else { phi }).0;
+            [phi, u, u1, u2]
+        };
+        CamTable { rows: (0..=n).map(row).collect(), error: (TAU / n as f64).powi(2) * bound / 8.0, angular }
+    }
+
+    fn unit(&self) -> (&'static str, f64) {
+        UNITS[usize::from(self.angular)]
+    }
+
+    /// Master [deg], slave [mm or deg], and the derivatives of the slave, with a heading, as PLCopen cam editors import them.
+    pub fn plcopen(&self) -> String {
+        let ((unit, factor), degree) = (self.unit(), TAU / 360.0);
+        let mut text = format!(
+            "MasterPosition[deg];SlavePosition[{unit}];SlaveVelocity[{unit}/deg];SlaveAcceleration[{unit}/deg2]\n"
+        );
+        for [phi, u, u1, u2] in &self.rows {
+            let (u, u1, u2) = (factor * u, factor * u1 * degree, factor * u2 * degree * degree);
+            let _ = writeln!(text, "{:.6};{u:.7};{u1:.9};{u2:.11}", phi.to_degrees());
+        }
+        text
+    }
+
+    /// Master [deg] and slave [mm or deg] in two columns.
+    pub fn two_columns(&self) -> String {
+        let (_, factor) = self.unit();
+        let mut text = String::new();
+        for [phi, u, ..] in &self.rows {
+            let _ = writeln!(text, "{:.6}\t{:.7}", phi.to_degrees(), factor * u);
+        }
+        text
+    }
+}

@@ -1,0 +1,366 @@
+//! Whether a cam can be cut and run: pressure angle, undercut, curvature, crossings.
+
+use super::contour::pieces;
+use super::{Cam, Cut, Follower, Outline, Plan, Point, Side, Standstill, degrees};
+use crate::transmission::Transmission;
+use serde::Serialize;
+use std::f64::consts::{PI, TAU};
+
+/// What is admissible.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// The largest pressure angle [rad].
+    pub pressure: f64,
+    /// The radius of the tool that cuts a hollow [m].
+    pub cutter: f64,
+    /// The radius of shaft and hub, which the contour of a disc must leave [m].
+    pub hub: f64,
+}
+
+/// What a finding means.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// The cam may be as it is.
+    Good,
+    /// It can be cut, and runs badly.
+    Warning,
+    /// It cannot be cut, or does not move the follower as prescribed.
+    Fault,
+}
+
+/// A property of the cam with the place where it is worst.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Finding {
+    /// "pressure angle", "undercut of the inner contour" …
+    pub what: String,
+    /// The angle φ of the place [rad], 0 … 2π.
+    pub phi: f64,
+    /// The value there, in SI units; infinite where there is no limit.
+    pub value: f64,
+    /// The unit of the value.
+    pub unit: &'static str,
+    /// Whether that may be.
+    pub verdict: Verdict,
+    /// What it means.
+    pub remark: String,
+}
+
+impl Finding {
+    fn new(what: impl Into<String>, phi: f64, value: f64, unit: &'static str) -> Self {
+        let what = what.into();
+        Finding { what, phi: phi.rem_euclid(TAU), value, unit, verdict: Verdict::Good, remark: String::new() }
+    }
+
+    fn remark(self, remark: impl Into<String>) -> Self {
+        Finding { remark: remark.into(), ..self }
+    }
+
+    /// With this verdict unless `good`.
+    fn unless(self, good: bool, verdict: Verdict, remark: impl FnOnce() -> String) -> Self {
+        if good { self } else { Finding { verdict, remark: remark(), ..self } }
+    }
+
+    /// The least transmission angle of a mechanism behind the cam.
+    pub fn of_transmission(transmission: &Transmission) -> Self {
+        let Transmission { phi, least_angle, .. } = *transmission;
+        let finding = Finding::new(transmission.what(), phi, least_angle, "rad").remark(transmission.remark());
+        finding.unless(transmission.is_usual(), Verdict::Warning, || transmission.remark())
+    }
+
+    /// The value as a workshop reads it.
+    pub fn shown(&self) -> String {
+        match self.unit {
+            "m" if self.value.is_infinite() => "∞".to_owned(),
+            "m" => millimetres(self.value),
+            "rad" => format!("{:.3}°", self.value.to_degrees()),
+            _ => format!("{}", self.value),
+        }
+    }
+}
+
+/// Samples of a turn at least, and of the shortest wave of the law; the worst place is refined between its neighbours.
+const SAMPLES: [f64; 2] = [1440.0, 24.0];
+
+/// The angle and the value where `f` is largest over the turn; `f` takes the segment of the law and the angle.
+///
+/// # Errors
+/// Those of `f`.
+pub fn worst(cam: &Cam, f: impl Fn(usize, f64) -> Result<f64, Standstill>) -> Result<(f64, f64), Standstill> {
+    let mut best = (0.0, f64::NEG_INFINITY);
+    for (from, to, segment) in pieces(cam) {
+        let density = f64::max(SAMPLES[0], SAMPLES[1] * cam.law.resolution_in(segment));
+        let n = ((density * (to - from) / TAU).ceil() as usize).max(8);
+        let angle = |i: usize| from + (to - from) * i as f64 / n as f64;
+        let mut peak = (0, f64::NEG_INFINITY);
+        for i in 0..=n {
+            let value = f(segment, angle(i))?;
+            if value > peak.1 {
+                peak = (i, value);
+            }
+        }
+        // Golden sections between the neighbours of the largest sample, until roundings decide.
+        const RATIO: f64 = 0.618_033_988_749_894_9;
+        let (mut low, mut high) = (angle(peak.0.saturating_sub(1)), angle((peak.0 + 1).min(n)));
+        for _ in 0..60 {
+            let (left, right) = (high - RATIO * (high - low), low + RATIO * (high - low));
+            if f(segment, left)? >= f(segment, right)? {
+                high = right;
+            } else {
+                low = left;
+            }
+        }
+        let middle = 0.5 * (low + high);
+        let value = f(segment, middle)?;
+        let found = if value > peak.1 { (middle, value) } else { (angle(peak.0), peak.1) };
+        if found.1 > best.1 {
+            best = found;
+        }
+    }
+    Ok(best)
+}
+
+fn millimetres(length: f64) -> String {
+    format!("{:.4} mm", 1e3 * length)
+}
+
+/// All findings of a cam whose contours are these polygons.
+///
+/// # Errors
+/// Where the roller's centre stands still on the cam.
+pub fn findings(cam: &Cam, plan: &Plan, outlines: &[Outline]) -> Result<Vec<Finding>, Standstill> {
+    let mut list = vec![pressure(cam, plan.limits.pressure)?];
+    list.extend(reach(cam, plan)?);
+    list.extend(size(cam, plan)?);
+    list.push(sharpest_of_path(cam)?);
+    for side in plan.cut.sides() {
+        list.extend(contour(cam, *side, plan.limits.cutter)?);
+    }
+    list.extend(crossings(outlines));
+    Ok(list)
+}
+
+fn pressure(cam: &Cam, limit: f64) -> Result<Finding, Standstill> {
+    let (phi, pressure) = worst(cam, |segment, phi| Ok(cam.at_in(segment, phi)?.pressure))?;
+    let allowed = format!("admissible {:.3}°", limit.to_degrees());
+    let finding = Finding::new("largest pressure angle", phi, pressure, "rad").remark(&allowed);
+    Ok(finding.unless(pressure <= limit, Verdict::Warning, || {
+        format!("above the {allowed}: a larger base circle, another pivot or offset reduces it")
+    }))
+}
+
+/// The range of the follower's coordinate: a lever must not reach the line pivot–cam centre, a translating roller not the
+/// height of the cam's centre (the second one of a pair is below it), where no contour moves it.
+fn reach(cam: &Cam, plan: &Plan) -> Result<[Finding; 2], Standstill> {
+    let coordinate = |segment: usize, phi: f64| cam.follower.coordinate(cam.law.at_in(segment, phi).0[0]);
+    let (low_at, low) = worst(cam, |segment, phi| Ok(-coordinate(segment, phi)))?;
+    let (high_at, high) = worst(cam, |segment, phi| Ok(coordinate(segment, phi)))?;
+    let low = -low;
+    let (what, unit, good) = match cam.follower {
+        Follower::Lever { .. } => ("angle of the lever to the line pivot–cam centre", "rad", [low > 0.0, high < PI]),
+        Follower::Translating { .. } => {
+            let good = low > 0.0 || high < 0.0;
+            ("height of the roller above the cam's centre", "m", [good, good])
+        }
+    };
+    let remedy = || out_of_reach(cam, plan, [low, high]);
+    let of = |word: &str, phi: f64, value: f64, good: bool| {
+        Finding::new(format!("{word} {what}"), phi, value, unit).unless(good, Verdict::Fault, remedy)
+    };
+    Ok([of("least", low_at, low, good[0]), of("largest", high_at, high, good[1])])
+}
+
+/// Why a cam cannot move a follower whose coordinate has this range, and which key changes it.
+fn out_of_reach(cam: &Cam, plan: &Plan, [low, high]: [f64; 2]) -> String {
+    let degrees = |angle: f64| format!("{:.3}°", angle.to_degrees());
+    let second = match plan.cut {
+        Cut::Conjugate(second) if !plan.is_first(cam) => Some(second),
+        _ => None,
+    };
+    match (cam.follower, second) {
+        // ψ₂ = λ − ψ has to stay between 0 and π.
+        (Follower::Lever { .. }, Some(second)) => format!(
+            "the second arm turns through the line pivot–cam centre, where a cam cannot move it: `second_arm_angle`, {}, has to be above {}, the largest angle of the first arm, and below {}",
+            degrees(second.place),
+            degrees(second.place - low),
+            degrees(PI + second.place - high)
+        ),
+        (Follower::Lever { .. }, None) => {
+            let more = if low <= 0.0 { "larger" } else { "smaller" };
+            format!("the arm turns through the line pivot–cam centre, where a cam cannot move it: a {more} `start_angle`, `prime_radius` or `base_radius` keeps it off")
+        }
+        // h₂ = h − D has to stay below the cam's centre.
+        (Follower::Translating { .. }, Some(second)) => format!(
+            "the second roller passes the cam's centre, where a cam cannot move it: `roller_distance`, {}, has to be above {}, the largest height of the first one",
+            millimetres(second.place),
+            millimetres(second.place + high)
+        ),
+        (Follower::Translating { .. }, None) => {
+            "the roller passes the cam's centre, where a cam cannot move it: a larger `start_height`, `prime_radius` or `base_radius` keeps it off".to_owned()
+        }
+    }
+}
+
+/// How large the cam is.
+fn size(cam: &Cam, plan: &Plan) -> Result<Vec<Finding>, Standstill> {
+    // Where the distance from the cam's centre is extreme the contour is at right angles to it: its own distance differs by
+    // the radius of the roller.
+    let (low_at, nearest) = worst(cam, |segment, phi| Ok(-cam.at_in(segment, phi)?.centre.norm()))?;
+    let (high_at, farthest) = worst(cam, |segment, phi| Ok(cam.at_in(segment, phi)?.centre.norm()))?;
+    let mut list = vec![Finding::new("prime circle: least radius of the path", low_at, -nearest, "m")];
+    if plan.cut.sides().contains(&Side::Inner) {
+        let (least, most, hub) = (-nearest - cam.roller, farthest - cam.roller, plan.limits.hub);
+        list.push(Finding::new("base circle: least radius of the inner contour", low_at, least, "m").unless(
+            least > hub,
+            Verdict::Fault,
+            || match hub > 0.0 {
+                true => format!("nothing is left of shaft and hub (radius {})", millimetres(hub)),
+                false => format!("the roller (radius {}) covers the cam's centre", millimetres(cam.roller)),
+            },
+        ));
+        let disc = !matches!(plan.cut, Cut::Groove);
+        let pivot = match cam.follower {
+            Follower::Lever { pivot, .. } if disc => pivot,
+            _ => f64::INFINITY,
+        };
+        list.push(Finding::new("largest radius of the inner contour", high_at, most, "m").unless(
+            most < pivot,
+            Verdict::Warning,
+            || format!("the cam reaches the lever's pivot, {} from its centre", millimetres(pivot)),
+        ));
+    }
+    if plan.cut.sides().contains(&Side::Outer) {
+        list.push(Finding::new("largest radius of the outer contour", high_at, farthest + cam.roller, "m"));
+    }
+    Ok(list)
+}
+
+/// The least radius of curvature of the path of the roller's centre.
+fn sharpest_of_path(cam: &Cam) -> Result<Finding, Standstill> {
+    let (phi, curvature) = worst(cam, |segment, phi| Ok(cam.at_in(segment, phi)?.curvature.abs()))?;
+    let at = cam.at(phi.rem_euclid(TAU))?;
+    // The path of a cam that turns counter-clockwise is run clockwise: convex to the right.
+    let shape = if at.curvature * cam.sense <= 0.0 { "bulge" } else { "hollow" };
+    Ok(Finding::new("least radius of curvature of the path", phi, 1.0 / curvature, "m").remark(shape))
+}
+
+/// Undercut, bulges and hollows of a contour.
+fn contour(cam: &Cam, side: Side, cutter: f64) -> Result<Vec<Finding>, Standstill> {
+    let name = side.name();
+    // The roller at whose radius the contour gets a cusp, at the sharpest place of the path.
+    let (phi, sharpest) = worst(cam, |segment, phi| Ok(side.sign(cam.sense) * cam.at_in(segment, phi)?.curvature))?;
+    let most = if sharpest > 0.0 { 1.0 / sharpest } else { f64::INFINITY };
+    let undercut = Finding::new(format!("undercut of the {name}: largest roller without"), phi, most, "m").unless(
+        cam.roller < most,
+        Verdict::Fault,
+        || {
+            format!(
+                "the roller (radius {}) cuts away a part of the contour that it needs; it must be smaller, or the base circle larger",
+                millimetres(cam.roller)
+            )
+        },
+    );
+    let good = undercut.verdict == Verdict::Good;
+    let mut list = vec![undercut];
+    // Bulges curve around the material, which is beyond the contour as seen from the path; hollows away from it.
+    let bulge = |segment: usize, phi: f64| {
+        let at = cam.at_in(segment, phi)?;
+        Ok([at.curvature, side.curvature(cam, &at)].map(|curvature| side.sign(cam.sense) * curvature))
+    };
+    // Where the roller is too large a bulge has no radius.
+    if good {
+        let (phi, curvature) = worst(cam, |segment, phi| bulge(segment, phi).map(|[_, k]| k))?;
+        if curvature > 0.0 {
+            list.push(Finding::new(format!("sharpest bulge of the {name}: radius"), phi, 1.0 / curvature, "m"));
+        }
+    }
+    // Hollows are hollows of the path too, beyond which an undercut contour turns over.
+    let hollow = |[path, contour]: [f64; 2]| if path < 0.0 { -contour } else { -path };
+    let (phi, curvature) = worst(cam, |segment, phi| bulge(segment, phi).map(hollow))?;
+    if curvature > 0.0 {
+        let radius = 1.0 / curvature;
+        list.push(Finding::new(format!("sharpest hollow of the {name}: radius"), phi, radius, "m").unless(
+            radius >= cutter,
+            Verdict::Fault,
+            || format!("a cutter of radius {} does not fit", millimetres(cutter)),
+        ));
+    }
+    Ok(list)
+}
+
+/// Where contours cross themselves or each other.
+fn crossings(outlines: &[Outline]) -> Vec<Finding> {
+    let mut list = Vec::new();
+    let pairs =
+        outlines.iter().enumerate().flat_map(|(i, first)| outlines[i..].iter().map(move |second| (first, second)));
+    for (first, second) in pairs {
+        let both = if first == second { vec![first] } else { vec![first, second] };
+        let Some(Crossing { angles: [one, other], place }) = crossing(&both) else { continue };
+        let what = match both.len() {
+            1 => format!("the {} crosses itself", first.side.name()),
+            _ => format!("the {} crosses the {}", first.side.name(), second.side.name()),
+        };
+        let remark = format!(
+            "at φ = {:.3}° and {:.3}°, ({}, {}) of the cam: what one passage of the roller needs the other cuts away",
+            degrees(one),
+            degrees(other),
+            millimetres(place.re),
+            millimetres(place.im)
+        );
+        let finding = Finding::new(what, one, place.norm(), "m");
+        list.push(finding.unless(false, Verdict::Fault, || remark));
+    }
+    list
+}
+
+/// Two places of contours at one point.
+struct Crossing {
+    angles: [f64; 2],
+    place: Point,
+}
+
+/// The first crossing of a polygon with itself, or of two polygons with each other.
+fn crossing(outlines: &[&Outline]) -> Option<Crossing> {
+    let edge = |(o, i): (usize, usize)| {
+        let points = &outlines[o].points;
+        (points[i].1, points[(i + 1) % points.len()].1)
+    };
+    let angle = |(o, i): (usize, usize)| outlines[o].points[i].0;
+    // Edges sorted by their least abscissa: only those that overlap in it can cross.
+    let all = (0..outlines.len()).flat_map(|o| (0..outlines[o].points.len()).map(move |i| (o, i)));
+    let mut order: Vec<(usize, usize)> = all.collect();
+    let least = |e: (usize, usize)| edge(e).0.re.min(edge(e).1.re);
+    order.sort_by(|a, b| least(*a).total_cmp(&least(*b)));
+    for (place, &first) in order.iter().enumerate() {
+        let (a, b) = edge(first);
+        let most = a.re.max(b.re);
+        for &second in order[place + 1..].iter().take_while(|second| least(**second) <= most) {
+            let n = outlines[first.0].points.len();
+            let same = first.0 == second.0;
+            let neighbours = same && ((first.1 + 1) % n == second.1 || (second.1 + 1) % n == first.1);
+            let (c, d) = edge(second);
+            let apart = c.im.min(d.im) > a.im.max(b.im) || c.im.max(d.im) < a.im.min(b.im);
+            // Of two outlines only the crossings with each other count.
+            if neighbours || apart || (same && outlines.len() > 1) {
+                continue;
+            }
+            if let Some(at) = meeting(a, b, c, d) {
+                let (one, other) = (angle(first), angle(second));
+                return Some(Crossing { angles: [one.min(other), one.max(other)], place: at });
+            }
+        }
+    }
+    None
+}
+
+/// Where the lines a–b and c–d cross between their ends.
+fn meeting(a: Point, b: Point, c: Point, d: Point) -> Option<Point> {
+    let cross = |u: Point, v: Point| (u.conj() * v).im;
+    let (u, v) = (b - a, d - c);
+    let area = cross(u, v);
+    if area == 0.0 {
+        return None;
+    }
+    let (s, t) = (cross(c - a, v) / area, cross(c - a, u) / area);
+    ((0.0..1.0).contains(&s) && (0.0..1.0).contains(&t)).then(|| a + u * s)
+}

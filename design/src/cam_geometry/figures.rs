@@ -1,0 +1,60 @@
+//! Pressure angle and curvature over the turn as diagrams.
+
+use super::report::Shape;
+use super::{Cam, Side};
+use crate::plot::{Axis, Diagram, Rule, Series};
+use std::f64::consts::TAU;
+
+/// Points of a curve.
+const POINTS: usize = 720;
+
+fn curve(name: String, cam: &Cam, f: impl Fn(&super::At) -> f64) -> Series {
+    let point = |i: usize| {
+        let phi = TAU * i as f64 / POINTS as f64;
+        [phi.to_degrees(), cam.at(phi).map_or(f64::NAN, |at| f(&at))]
+    };
+    Series { name, points: (0..=POINTS).map(point).collect(), joined: true }
+}
+
+fn angle() -> Axis {
+    Axis::angular("Angle of the cam [°]").between(0.0, 360.0)
+}
+
+fn named(what: &str, cam: &str) -> String {
+    if cam.is_empty() { what.to_owned() } else { format!("{what} {cam}") }
+}
+
+/// The pressure angle over the turn with what is admissible.
+pub fn pressure(shape: &Shape) -> Diagram {
+    let limit = shape.plan.limits.pressure.to_degrees();
+    Diagram {
+        title: format!("Pressure angle of {}", shape.name),
+        x: angle(),
+        y: Axis::linear("Pressure angle [°]"),
+        series: shape.cams.iter().map(|c| curve(named("cam", c.name), &c.cam, |at| at.pressure.to_degrees())).collect(),
+        rules: vec![Rule::Horizontal(limit, format!("admissible {}°", (1e6 * limit).round() / 1e6))],
+    }
+}
+
+/// The curvature of the path of the roller's centre, positive where it bulges, with that at which the contour is undercut.
+pub fn curvature(shape: &Shape) -> Diagram {
+    let same = shape.cams.iter().all(|c| Some(c.cam.roller) == shape.cams.first().map(|first| first.cam.roller));
+    let rules = shape.cams.iter().take(if same { 1 } else { shape.cams.len() }).flat_map(|c| {
+        shape.plan.cut.sides().iter().map(move |side| {
+            let sign = if *side == Side::Inner { 1.0 } else { -1.0 };
+            let what = format!("undercut of the {}", side.name());
+            Rule::Horizontal(sign / c.cam.roller, if same { what } else { named(&what, c.name) })
+        })
+    });
+    Diagram {
+        title: format!("Curvature of the path of the roller's centre, {}", shape.name),
+        x: angle(),
+        y: Axis::linear("Curvature of the roller's path [1/m]"),
+        series: shape
+            .cams
+            .iter()
+            .map(|c| curve(named("path", c.name), &c.cam, |at| -c.cam.sense * at.curvature))
+            .collect(),
+        rules: rules.collect(),
+    }
+}

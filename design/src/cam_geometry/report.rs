@@ -1,0 +1,202 @@
+//! The cam of a law with this geometry: findings, files, text.
+
+use super::cam_table::CamTable;
+use super::contour::NoMesh;
+use super::files::{self, Drawn};
+use super::{Cam, Carrier, Cut, Finding, Mesh, Outline, Plan, Verdict, checks, degrees, figures};
+use crate::text::{Table, number};
+use camdrive::drives::Fault;
+use camdrive::motion::MotionLaw;
+use serde::Serialize;
+
+/// How accurate the files are to be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tolerances {
+    /// The largest distance between contour and chord [m].
+    pub chord: f64,
+    /// The largest error of a motion controller's straight interpolation [m], of an angle on the roller's arm.
+    pub table: f64,
+}
+
+/// A cam, or the two of a conjugate pair.
+pub struct Shape {
+    /// Whose it is, for titles and file names.
+    pub name: String,
+    /// The geometry.
+    pub plan: Plan,
+    /// The cams.
+    pub cams: Vec<Disc>,
+    /// The law as a table for a controller.
+    pub table: CamTable,
+}
+
+/// One cam.
+pub struct Disc {
+    /// "F" and "P" of a pair, else nothing.
+    pub name: &'static str,
+    /// The cam.
+    pub cam: Cam,
+    /// Its angles.
+    pub mesh: Mesh,
+    /// What is to be said of it.
+    pub findings: Vec<Finding>,
+}
+
+/// A file: its ending and its content.
+pub type File = (String, Result<String, Fault>);
+
+impl Shape {
+    /// The cam of `law`.
+    ///
+    /// # Errors
+    /// Where no follower has the circle wanted, where the roller's centre stands still on the cam, and where the chord error
+    /// demands too many points.
+    pub fn new(name: &str, law: &MotionLaw, plan: Plan, tolerances: Tolerances) -> Result<Shape, Fault> {
+        let sides = plan.cut.sides();
+        let disc = |(name, cam): (&'static str, Cam)| -> Result<Disc, NoMesh> {
+            let mesh = Mesh::new(&cam, sides, tolerances.chord)?;
+            let outlines: Vec<Outline> = sides.iter().map(|side| mesh.outline(&cam, *side)).collect();
+            let findings = checks::findings(&cam, &plan, &outlines)?;
+            Ok(Disc { name, cam, mesh, findings })
+        };
+        let cams: Result<Vec<Disc>, NoMesh> = plan.cams(law)?.into_iter().map(disc).collect();
+        // The error of an angle counts on the roller's arm.
+        let arm = match plan.carrier {
+            Carrier::Lever { length, transmission, .. } if plan.angular => length / transmission.abs(),
+            _ => 1.0,
+        };
+        let table = CamTable::new(law, plan.angular, tolerances.table / arm);
+        Ok(Shape { name: name.to_owned(), plan, cams: cams?, table })
+    }
+
+    /// The same with findings on what the cam moves.
+    pub fn with(mut self, findings: impl IntoIterator<Item = Finding>) -> Self {
+        if let Some(first) = self.cams.first_mut() {
+            first.findings.extend(findings);
+        }
+        self
+    }
+
+    /// The worst of all findings.
+    pub fn verdict(&self) -> Verdict {
+        self.cams.iter().flat_map(|c| c.findings.iter().map(|f| f.verdict)).max().unwrap_or(Verdict::Good)
+    }
+
+    /// The findings that are not good, each in a sentence with its angle.
+    pub fn complaints(&self, verdict: Verdict) -> Vec<String> {
+        let all = self.cams.iter().flat_map(|c| c.findings.iter().map(move |f| (c.name, f)));
+        let bad = all.filter(|(_, f)| f.verdict == verdict);
+        let sentence = |(cam, f): (&str, &Finding)| {
+            let cam = if cam.is_empty() { String::new() } else { format!(" {cam}") };
+            format!("{}{cam}: {}, {} at φ = {:.3}°: {}", self.name, f.what, f.shown(), degrees(f.phi), f.remark)
+        };
+        bad.map(sentence).collect()
+    }
+
+    /// What is cut, in a line.
+    fn about(&self) -> String {
+        let cut = match self.plan.cut {
+            Cut::Inner => "disc cam (inner contour)",
+            Cut::Outer => "ring cam (outer contour)",
+            Cut::Groove => "groove cam (inner and outer contour)",
+            Cut::Conjugate(_) => "conjugate disc cams F and P",
+        };
+        let sense = if self.plan.sense > 0.0 { "counter-clockwise" } else { "clockwise" };
+        format!("{}: {cut}, turning {sense}", self.name)
+    }
+
+    /// The report; its tables for lines of `width` characters.
+    pub fn text(&self, width: usize) -> String {
+        let mut out = self.about() + "\n";
+        for disc in &self.cams {
+            let head = ["", "value", "at φ", "", ""].map(str::to_owned);
+            let rows = disc.findings.iter().map(|f| {
+                let verdict = match f.verdict {
+                    Verdict::Good => "",
+                    Verdict::Warning => "WARNING",
+                    Verdict::Fault => "FAULT",
+                };
+                let phi = if f.value.is_infinite() { "–".to_owned() } else { format!("{:.3}°", degrees(f.phi)) };
+                vec![f.what.clone(), f.shown(), phi, verdict.to_owned(), f.remark.clone()]
+            });
+            let mut head = Vec::from(head);
+            if !disc.name.is_empty() {
+                head[0] = format!("cam {}", disc.name);
+            }
+            let table = Table { head, rows: rows.collect() };
+            out += &table.text(width);
+            out += &format!(
+                "  {} points, chord error at most {:.3} µm\n",
+                disc.mesh.at.len(),
+                1e6 * disc.mesh.chord_error
+            );
+        }
+        let error = match self.plan.angular {
+            true => format!("{} µrad", number(1e6 * self.table.error)),
+            false => format!("{} µm", number(1e6 * self.table.error)),
+        };
+        out += &format!("  cam table of {} rows, straight interpolation within {error}\n", self.table.rows.len());
+        out
+    }
+
+    /// All files; the endings tell them apart.
+    pub fn files(&self) -> Vec<File> {
+        let drawn: Vec<Drawn<'_>> = self
+            .cams
+            .iter()
+            .map(|c| Drawn {
+                name: c.name,
+                cam: &c.cam,
+                mesh: &c.mesh,
+                sides: self.plan.cut.sides(),
+                angular: self.plan.angular,
+            })
+            .collect();
+        let ending = |name: &str, ending: &str| {
+            if name.is_empty() { ending.to_owned() } else { format!("{name}.{ending}") }
+        };
+        let mut list: Vec<File> = drawn.iter().map(|d| (ending(d.name, "csv"), files::csv(d))).collect();
+        list.push(("dxf".to_owned(), Ok(files::dxf(&self.name, &drawn))));
+        list.push(("svg".to_owned(), Ok(files::svg(&self.name, &drawn))));
+        list.push(("pressure_angle.svg".to_owned(), figures::pressure(self).svg()));
+        list.push(("curvature.svg".to_owned(), figures::curvature(self).svg()));
+        list.push(("plcopen.csv".to_owned(), Ok(self.table.plcopen())));
+        list.push(("plc.txt".to_owned(), Ok(self.table.two_columns())));
+        list
+    }
+
+    /// The numbers of the report, for programs.
+    pub fn summary(&self) -> Summary<'_> {
+        let cam = |c: &Disc| CamSummary {
+            cam: c.name,
+            points: c.mesh.at.len(),
+            chord_error: c.mesh.chord_error,
+            findings: c.findings.clone(),
+        };
+        Summary {
+            name: &self.name,
+            cut: self.about(),
+            cams: self.cams.iter().map(cam).collect(),
+            cam_table_rows: self.table.rows.len(),
+            cam_table_error: self.table.error,
+        }
+    }
+}
+
+/// What a report says of a cam or a pair of them, in SI units.
+#[derive(Debug, Serialize)]
+pub struct Summary<'a> {
+    name: &'a str,
+    cut: String,
+    cams: Vec<CamSummary>,
+    cam_table_rows: usize,
+    cam_table_error: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct CamSummary {
+    cam: &'static str,
+    points: usize,
+    chord_error: f64,
+    findings: Vec<Finding>,
+}

@@ -1,0 +1,140 @@
+//! Which natural frequencies, speeds and clearances avoid further impacts by the event-driven model.
+//!
+//! The formulas tell them at once ([`super::tuning`]), but rest on a quasi-static release and a cubic U. Here the model is
+//! followed through all passages of a turn at values around those of the scene, and the borders between calm and other
+//! values are bisected. A range of values narrower than the distance of two samples may be missed.
+
+use super::law::Crossing;
+use super::machine::Machine;
+use super::orbit::Orbit;
+use super::passage::Clearance;
+use super::tuning::Intervals;
+use super::{Parameters, passages};
+use crate::clearance::borders::Sequel;
+use crate::stability::parallel;
+use camdrive::drives::backlash::Scene;
+use serde::Serialize;
+
+/// Values are looked for between the part 1/`REACH` and `REACH` of that of the scene.
+const REACH: f64 = 4.0;
+/// Samples on either side of the scene's value, at most and at least: every 4 … 15 % of the value.
+const SAMPLES: [usize; 2] = [10, 36];
+/// Instants of the model that all samples of a law may take together: a second or two of computing.
+const MOST_INSTANTS: usize = 10_000_000;
+/// Instants of a passage: its flight and twice the natural period after it.
+const INSTANTS_OF_A_PASSAGE: usize = 1000;
+/// A border is known to this part: the three digits that are shown.
+const BORDER: f64 = 5e-4;
+/// Internal steps of an evaluation; a drive that needs more vibrates too often to be followed.
+const MOST_STEPS: f64 = 1e5;
+
+/// What the model admits around the values of the scene.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ByModel {
+    /// Natural frequencies ω [rad/s].
+    pub frequency: Intervals,
+    /// Speeds |Ω| [rad/s].
+    pub speed: Intervals,
+    /// Clearances [m].
+    pub clearance: Intervals,
+    /// The values between which each was looked for.
+    pub searched: [[f64; 2]; 3],
+    /// The ratio of neighbouring samples.
+    pub ratio: f64,
+    /// Samples at which the model could not be followed; they count as not admissible.
+    pub unknown: usize,
+}
+
+/// Whether each passage ends with one impact on the other flank and lasting contact; None where the model has not
+/// followed all of the `releases` and none of those it has followed tells the contrary.
+pub fn is_calm(passages: &[Clearance], releases: Option<usize>) -> Option<bool> {
+    let sequels: Vec<Sequel> = passages.iter().filter_map(|p| Some(p.model?.sequel)).collect();
+    if sequels.iter().any(|sequel| *sequel != Sequel::None) {
+        return Some(false);
+    }
+    (releases == Some(sequels.len())).then_some(true)
+}
+
+/// The values of a scene with the part `factor` of one of them: ω with the same damping ratio, Ω or s.
+fn changed(scene: &Scene, machine: &Parameters, which: usize, factor: f64) -> (Scene, Parameters) {
+    let (mut scene, mut machine) = (scene.clone(), *machine);
+    match which {
+        0 => (scene.c, scene.b, machine.omega) = (scene.c * factor * factor, scene.b * factor, machine.omega * factor),
+        1 => machine.speed *= factor,
+        _ => scene.s *= factor,
+    }
+    (machine.c, machine.b, machine.s) = (scene.c, scene.b, scene.s);
+    machine.eta = machine.speed.abs() / machine.omega;
+    (scene, machine)
+}
+
+/// Whether the scene is calm; None where the model cannot be followed.
+fn evaluate(scene: &Scene, machine: &Parameters, crossings: &[Crossing], ignore: f64) -> Option<bool> {
+    let mut model = Machine::new(scene, machine.speed).ok()?;
+    model.allow(MOST_STEPS);
+    let orbit = Orbit::new(&mut model, scene, ignore).ok()?;
+    let passages = passages(scene, machine, crossings, Some((&mut model, &orbit)));
+    is_calm(&passages, Some(orbit.releases.len()))
+}
+
+/// The values around those of a scene whose periodic motion has so many samples and releases; None where that would take
+/// long or the model cannot be followed.
+pub fn around(
+    scene: &Scene,
+    machine: &Parameters,
+    crossings: &[Crossing],
+    ignore: f64,
+    [samples, releases]: [usize; 2],
+) -> Option<ByModel> {
+    // Borders are about as many evaluations again.
+    let each = 2 * 3 * 2 * (samples + INSTANTS_OF_A_PASSAGE * releases.max(1));
+    let count = (MOST_INSTANTS / each).min(SAMPLES[1]);
+    if count < SAMPLES[0] {
+        return None;
+    }
+    // What cannot be followed with so few steps here cannot be nearby.
+    evaluate(scene, machine, crossings, ignore)?;
+    let ratio = REACH.powf(1.0 / count as f64);
+    let calm = |which: usize, factor: f64| {
+        let (scene, machine) = changed(scene, machine, which, factor);
+        evaluate(&scene, &machine, crossings, ignore)
+    };
+    let exponents: Vec<i32> = (-(count as i32)..=count as i32).collect();
+    let places: Vec<(usize, f64)> =
+        (0..3).flat_map(|which| exponents.iter().map(move |i| (which, ratio.powi(*i)))).collect();
+    let found = parallel::map(&places, |(which, factor)| calm(*which, *factor), &|| ());
+    let unknown = found.iter().filter(|calm| calm.is_none()).count();
+    let found: Vec<bool> = found.into_iter().map(|calm| calm == Some(true)).collect();
+    // A border lies between neighbours that differ.
+    let neighbours: Vec<usize> =
+        (1..places.len()).filter(|i| places[*i].0 == places[i - 1].0 && found[*i] != found[i - 1]).collect();
+    let border = |i: &usize| {
+        let (which, mut low, mut high) = (places[*i].0, places[i - 1].1, places[*i].1);
+        while high / low > 1.0 + BORDER {
+            let middle = (low * high).sqrt();
+            if (calm(which, middle) == Some(true)) == found[i - 1] { low = middle } else { high = middle }
+        }
+        // The end that is calm.
+        if found[*i] { high } else { low }
+    };
+    let borders = parallel::map(&neighbours, border, &|| ());
+    let own = [machine.omega, machine.speed.abs(), machine.s];
+    let intervals = |which: usize| {
+        let of = |i: usize| places[i].0 == which;
+        let mut ends: Vec<f64> = Vec::new();
+        let first = which * exponents.len();
+        ends.extend(found[first].then_some(places[first].1));
+        ends.extend(neighbours.iter().zip(&borders).filter(|(i, _)| of(**i)).map(|(_, border)| *border));
+        let last = first + exponents.len() - 1;
+        ends.extend(found[last].then_some(places[last].1));
+        ends.chunks_exact(2).map(|pair| [own[which] * pair[0], own[which] * pair[1]]).collect::<Intervals>()
+    };
+    Some(ByModel {
+        frequency: intervals(0),
+        speed: intervals(1),
+        clearance: intervals(2),
+        searched: own.map(|value| [value / REACH, value * REACH]),
+        ratio,
+        unknown,
+    })
+}

@@ -1,0 +1,179 @@
+//! The diagrams of a report.
+
+use super::Report;
+use super::borders::borders;
+use super::formulas::Masses;
+use super::passage::{Clearance, Point};
+use super::table::number;
+use crate::plot::{Axis, Diagram, Rule, Series, Shade};
+
+/// The mass ratios of the source's diagram of passage times.
+const MASS_RATIOS: [f64; 7] = [0.0, 0.1, 0.3, 1.0, 3.0, 10.0, f64::INFINITY];
+/// Points of a smooth curve over some decades.
+const POINTS: usize = 200;
+/// Laws and passages that a diagram can tell apart.
+const MOST_LAWS: usize = 6;
+const MOST_PASSAGES: usize = 3;
+
+/// μ and K between which the map is drawn: that of the source, wide enough for the passages.
+pub fn extent(report: &Report) -> ([f64; 2], [f64; 2]) {
+    let (mut mu, mut k) = ([0.01, 10.0], [0.1, 1000.0]);
+    let widen = |ends: &mut [f64; 2], value: f64| *ends = [ends[0].min(0.5 * value), ends[1].max(2.0 * value)];
+    widen(&mut mu, report.machine.mu);
+    for value in report.laws.iter().flat_map(|study| &study.passages).filter_map(|passage| passage.k) {
+        widen(&mut k, value);
+    }
+    (mu, k)
+}
+
+/// (K, τ₁) for the mass ratios of the source's diagram and its K, or as far as the passages ask for.
+pub fn passage_times(report: &Report) -> Vec<(String, Vec<[f64; 2]>)> {
+    let k = report.laws.iter().flat_map(|study| &study.passages).filter_map(|passage| passage.k);
+    let [low, high] = k.fold([0.1, 50.0], |[low, high]: [f64; 2], k| [low.min(0.5 * k), high.max(2.0 * k)]);
+    let curve = |mu: f64| {
+        let masses = Masses::new(mu);
+        let k = |i: usize| low * (high / low).powf(i as f64 / POINTS as f64);
+        (0..=POINTS).map(|i| [k(i), masses.passage_time(k(i))]).collect::<Vec<[f64; 2]>>()
+    };
+    let name = |mu: f64| if mu.is_infinite() { "∞".to_owned() } else { mu.to_string() };
+    MASS_RATIOS.iter().map(|mu| (name(*mu), curve(*mu))).collect()
+}
+
+/// The passages of a law with K, at most as many as can be told apart laws.
+fn by_law<'a>(
+    report: &'a Report,
+    point: impl Fn(&Clearance) -> Option<[f64; 2]> + 'a,
+) -> impl Iterator<Item = Series> + 'a {
+    report.laws.iter().take(MOST_LAWS).map(move |study| Series {
+        name: study.law.clone(),
+        points: study.passages.iter().filter_map(&point).collect(),
+        joined: false,
+    })
+}
+
+/// τ₁ over K for several μ, with the passages of the laws.
+pub fn passage_time(report: &Report) -> Diagram {
+    let curves = passage_times(report).into_iter();
+    let mut series: Vec<Series> =
+        curves.map(|(mu, points)| Series { name: format!("μ = {mu}"), points, joined: true }).collect();
+    series.extend(by_law(report, |passage| Some([passage.k?, passage.model.or(passage.formula)?.tau])).map(|series| {
+        // The curves are those of the formulas.
+        Series { name: format!("{}, model", series.name), ..series }
+    }));
+    Diagram {
+        title: format!("Time of passage of {}", report.scene),
+        x: Axis::logarithmic("Dynamic clearance K = s/(|U‴|η³) [1]"),
+        y: Axis::linear("Time of passage τ₁ = ω t₁ [1]"),
+        series,
+        rules: Vec::new(),
+    }
+}
+
+/// Where in the plane of K and μ further impacts follow, with the passages of the laws.
+pub fn multiple_impacts(report: &Report) -> Diagram {
+    let (mu, k) = extent(report);
+    let seen = |[x, y]: &[f64; 2]| (k[0]..=k[1]).contains(x) && (mu[0]..=mu[1]).contains(y);
+    // The areas go beyond the ends of the axes.
+    let beyond = [0.1 * mu[0], 10.0 * mu[1]];
+    let (mut rules, mut lines) = (Vec::new(), [Vec::new(), Vec::new()]);
+    for border in borders(beyond, 10.0 * k[1]) {
+        let mut outline: Vec<[f64; 2]> = border.points.iter().map(|p| [p.k, p.mu]).collect();
+        // A point off the diagram ends a line.
+        let line = outline.iter().map(|p| if seen(p) { *p } else { [f64::NAN; 2] }).chain([[f64::NAN; 2]]);
+        lines[usize::from(border.band.is_some())].extend(line);
+        let shade = if border.band.is_some() { Shade::Dark } else { Shade::Pale };
+        if border.band.is_none() {
+            let far = outline.iter().fold(100.0 * k[1], |far, p| f64::max(far, p[0]));
+            outline.extend([[far, beyond[1]], [far, beyond[0]]]);
+        }
+        rules.push(Rule::Area(outline, shade));
+    }
+    let [elastic, immediate] = lines;
+    let mut series = vec![
+        Series { name: "elastic release beyond".to_owned(), points: elastic, joined: true },
+        Series { name: "immediate release within".to_owned(), points: immediate, joined: true },
+    ];
+    let ratio = report.machine.mu;
+    let differs = |passage: &Clearance| {
+        let by = passage.formula.zip(passage.model);
+        by.is_some_and(|(formula, model)| formula.sequel != model.sequel)
+    };
+    let passages = report.laws.iter().take(MOST_LAWS).flat_map(|study| &study.passages).filter(|p| differs(p));
+    let points: Vec<[f64; 2]> = passages.filter_map(|passage| Some([passage.k?, ratio])).collect();
+    if !points.is_empty() {
+        series.push(Series { name: "the model differs".to_owned(), points, joined: false });
+    }
+    series.extend(by_law(report, move |passage| Some([passage.k?, ratio])));
+    Diagram {
+        title: format!("Multiple impacts of {}", report.scene),
+        x: Axis::logarithmic("Dynamic clearance K = s/(|U‴|η³) [1]").between(k[0], k[1]),
+        y: Axis::logarithmic("Mass ratio μ = m1/m2 [1]").between(mu[0], mu[1]),
+        series,
+        rules,
+    }
+}
+
+/// The passages with the hardest impacts of the scene's law, by formula and model.
+fn after_impact(report: &Report, value: impl Fn(&Point) -> [Option<f64>; 2]) -> Vec<Series> {
+    let Some(study) = report.laws.first() else { return Vec::new() };
+    let impulse = |p: &Clearance| p.model.or(p.formula).map_or(0.0, |figures| figures.impulse);
+    let mut hardest: Vec<&Clearance> = study.passages.iter().filter(|p| !p.course.is_empty()).collect();
+    hardest.sort_by(|a, b| impulse(b).total_cmp(&impulse(a)));
+    let mut series = Vec::new();
+    for passage in hardest.into_iter().take(MOST_PASSAGES) {
+        let release = passage.model.or(passage.formula).map_or(0.0, |figures| figures.release);
+        for (i, by) in ["formula", "model"].into_iter().enumerate() {
+            let points: Vec<[f64; 2]> =
+                passage.course.iter().filter_map(|point| Some([point.tau, value(point)[i]?])).collect();
+            if !points.is_empty() {
+                let name = format!("{}° {by}", number(release.to_degrees()));
+                series.push(Series { name, points, joined: true });
+            }
+        }
+    }
+    series
+}
+
+/// The deformation over the natural period after the impact.
+pub fn deformation(report: &Report) -> Diagram {
+    Diagram {
+        title: format!("Deformation after the impacts of {}", report.scene),
+        x: Axis::linear("Time after the impact τ* = ω t* [1]"),
+        y: Axis::linear("Deformation q/s, positive as at the impact [1]"),
+        series: after_impact(report, |point| point.q),
+        rules: vec![Rule::Horizontal(0.0, String::new())],
+    }
+}
+
+/// The contact force over the natural period after the impact.
+pub fn force(report: &Report) -> Diagram {
+    Diagram {
+        title: format!("Contact force after the impacts of {}", report.scene),
+        x: Axis::linear("Time after the impact τ* = ω t* [1]"),
+        y: Axis::linear("Contact force/(c s), pressing positive [1]"),
+        series: after_impact(report, |point| point.force),
+        rules: vec![Rule::Horizontal(0.0, String::new())],
+    }
+}
+
+/// U″ of the laws over the turn, with the passages of the first one.
+pub fn acceleration(report: &Report) -> Diagram {
+    let laws = report.laws.iter().take(MOST_LAWS);
+    let mut series: Vec<Series> = laws
+        .map(|study| Series {
+            name: study.law.clone(),
+            points: study.course.iter().map(|[phi, u]| [phi.to_degrees(), *u]).collect(),
+            joined: true,
+        })
+        .collect();
+    let crossings = report.laws.iter().take(1).flat_map(|study| &study.passages).filter_map(|p| p.crossing);
+    let points = crossings.map(|crossing| [crossing.phi.to_degrees(), 0.0]).collect();
+    series.push(Series { name: "passages of the scene".to_owned(), points, joined: false });
+    Diagram {
+        title: format!("Acceleration of {}", report.scene),
+        x: Axis::angular("Angle φ [°]"),
+        y: Axis::linear("U″ [m/rad²]"),
+        series,
+        rules: vec![Rule::Horizontal(0.0, String::new())],
+    }
+}

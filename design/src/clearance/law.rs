@@ -1,0 +1,173 @@
+//! Where a motion law lets the contact change flanks: the zeros of U″ with a change of sign.
+//!
+//! Quasi-statically the contact force is F_K = (m1 + m2) Ω²U″, so that each of them is a passage of the clearance, and U‴
+//! there decides how hard it is. Rests, U″ = 0 over an angle, are no passages of their own.
+
+use camdrive::motion::MotionLaw;
+use camdrive::numerics::first_zero::first_zero;
+use serde::Serialize;
+use std::f64::consts::TAU;
+
+/// A zero of U″ with a change of sign.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Crossing {
+    /// φ in [0, 2π) [rad].
+    pub phi: f64,
+    /// U‴ there, of the segment in which the motion goes on [m].
+    pub jerk: f64,
+    /// U⁗ there [m].
+    pub fourth: f64,
+    /// U⁽⁵⁾ there [m].
+    pub fifth: f64,
+}
+
+/// The acceleration of a law as the clearance sees it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Signs {
+    /// The zeros with a change of sign, by angle.
+    pub crossings: Vec<Crossing>,
+    /// max |U″| [m].
+    pub largest: f64,
+    /// How many zeros were left out with the lobes of U″ that stay below the share to be ignored.
+    pub ignored: usize,
+}
+
+/// Coefficients of the Taylor series of U; over an angle of 1/k for the highest harmonic k the rest is below 1/30!.
+const TERMS: usize = 32;
+
+/// U″ this small a part of its largest value is a rounding error of a sum over harmonics.
+const ROUNDING: f64 = 1e-13;
+
+/// Per piece of the law of about one radian of its highest harmonic: enough to see the height of a lobe to a per cent.
+const SAMPLES: usize = 8;
+
+/// Pieces of the turn within which the Taylor series converges at once: segment, start, width.
+fn pieces(law: &MotionLaw) -> Vec<(usize, f64, f64)> {
+    let breakpoints = law.breakpoints();
+    let count = breakpoints.len();
+    let mut pieces = Vec::new();
+    for segment in 0..count.max(1) {
+        let (start, width) = match count {
+            0 => (0.0, TAU),
+            _ if segment + 1 == count => (breakpoints[segment], breakpoints[0] + TAU - breakpoints[segment]),
+            _ => (breakpoints[segment], breakpoints[segment + 1] - breakpoints[segment]),
+        };
+        let parts = (width * law.resolution_in(segment)).ceil().max(1.0);
+        let part = width / parts;
+        pieces.extend((0..parts as usize).map(|i| (segment, start + i as f64 * part, part)));
+    }
+    pieces
+}
+
+/// The signs of U″ around the turn. Lobes that stay below the part `ignore` of the largest one count as rest.
+/// `forward`: the sense in which the shaft turns; it decides which one-sided U‴ holds where that jumps.
+pub fn signs(law: &MotionLaw, forward: bool, ignore: f64) -> Signs {
+    let pieces = pieces(law);
+    let within = |phi: f64| phi - TAU * (phi / TAU).round();
+    let second = |segment: usize, phi: f64| law.at_in(segment, within(phi)).0[2];
+    let samples: Vec<(f64, f64)> = pieces
+        .iter()
+        .flat_map(|&(segment, start, width)| {
+            (0..=SAMPLES).map(move |i| (segment, start + width * i as f64 / SAMPLES as f64))
+        })
+        .map(|(segment, phi)| (phi, second(segment, phi).abs()))
+        .collect();
+    let largest = samples.iter().fold(0.0, |largest: f64, sample| largest.max(sample.1));
+    let mut zeros = zeros(law, &pieces, ROUNDING * largest);
+    let mut heights = vec![0.0f64; zeros.len()];
+    for (phi, value) in samples {
+        // Lobe i reaches from zero i to the next one, the last one around the turn.
+        let lobe = (zeros.partition_point(|zero| *zero <= phi) + zeros.len()).wrapping_sub(1);
+        if let Some(height) = lobe.checked_rem(zeros.len()).and_then(|lobe| heights.get_mut(lobe)) {
+            *height = height.max(value);
+        }
+    }
+    // A lobe may lie between two samples.
+    for (lobe, height) in heights.iter_mut().enumerate() {
+        let end = zeros.get(lobe + 1).copied().unwrap_or(zeros[0] + TAU);
+        *height = height.max(law.at(within(0.5 * (zeros[lobe] + end))).0[2].abs());
+    }
+    let before = zeros.len();
+    keep_lobes(&mut zeros, &mut heights, ignore.max(ROUNDING) * largest);
+    let ignored = before - zeros.len();
+    let crossing = |phi: f64| {
+        let phi = phi.rem_euclid(TAU);
+        let segment = law.segment(phi, forward);
+        let [.., jerk, fourth] = law.at_in(segment, within(phi)).0;
+        Crossing { phi, jerk, fourth, fifth: law.fifth_in(segment, within(phi)) }
+    };
+    let mut crossings: Vec<Crossing> = zeros.into_iter().map(crossing).collect();
+    crossings.sort_by(|a, b| a.phi.total_cmp(&b.phi));
+    Signs { crossings, largest, ignored }
+}
+
+/// Drops the lobes between `zeros` lower than `least`, the lowest first: both ends of a lobe go, and its neighbours, which
+/// have the same sign, become one. Lobe i begins at zero i.
+pub fn keep_lobes<T>(zeros: &mut Vec<T>, heights: &mut Vec<f64>, least: f64) {
+    while let Some((lobe, height)) = heights.iter().copied().enumerate().min_by(|a, b| a.1.total_cmp(&b.1)) {
+        if !(height < least) {
+            return;
+        }
+        let count = zeros.len();
+        if count < 3 {
+            zeros.clear();
+            heights.clear();
+            return;
+        }
+        let (before, after) = ((lobe + count - 1) % count, (lobe + 1) % count);
+        heights[before] = heights[before].max(heights[after]);
+        for gone in [lobe.max(after), lobe.min(after)] {
+            zeros.remove(gone);
+        }
+        // The lobe before them now lasts to the end of the one after them.
+        for gone in [lobe.max(after), lobe.min(after)] {
+            heights.remove(gone);
+        }
+    }
+}
+
+/// The angles at which U″ changes its sign, ascending from the first piece on. None is missed: each is the certified
+/// first zero of a series after the one before it.
+fn zeros(law: &MotionLaw, pieces: &[(usize, f64, f64)], rounding: f64) -> Vec<f64> {
+    let (mut zeros, mut sign, mut first) = (Vec::new(), 0.0, 0.0);
+    for &(segment, start, width) in pieces {
+        let mut at = 0.0;
+        // A polynomial of this degree has no more zeros.
+        for round in 0..TERMS {
+            let phi = start + at;
+            let series =
+                second_derivative(law, segment, phi, width - at, if round > 0 { f64::INFINITY } else { rounding });
+            let Some(lead) = series.iter().find(|c| **c != 0.0) else { break };
+            if sign != 0.0 && lead.signum() != sign {
+                zeros.push(phi);
+            }
+            sign = lead.signum();
+            if first == 0.0 {
+                first = sign;
+            }
+            let Some(zero) = first_zero(&series.map(|c| sign * c), 1.0).filter(|x| *x > 0.0) else { break };
+            at += zero * (width - at);
+            if at >= width * (1.0 - ON_END) {
+                break;
+            }
+        }
+    }
+    if sign != first {
+        zeros.insert(0, pieces.first().map_or(0.0, |piece| piece.1));
+    }
+    zeros
+}
+
+/// A zero this near the end of a piece, as a part of it, is the beginning of the next one.
+const ON_END: f64 = 1e-13;
+
+/// The coefficients of U″(φ + width x) in x, up to a factor; a value at x = 0 up to `zero` counts as none.
+fn second_derivative(law: &MotionLaw, segment: usize, phi: f64, width: f64, zero: f64) -> [f64; TERMS - 2] {
+    let mut c = [0.0; TERMS];
+    law.expand(segment, phi - TAU * (phi / TAU).round(), width, &mut c);
+    let mut series: [f64; TERMS - 2] = std::array::from_fn(|n| ((n + 1) * (n + 2)) as f64 * c[n + 2]);
+    if series[0].abs() <= zero * width * width {
+        series[0] = 0.0;
+    }
+    series
+}

@@ -1,0 +1,501 @@
+//! The passage of the clearance: every place of a motion law at which a drive with backlash changes flanks, how hard it is,
+//! whether further impacts follow, and which natural frequency or speed avoids them.
+//!
+//! [`law`] finds the places, [`formulas`] are Kaltofen's closed formulas for one passage, [`borders`] the map of multiple
+//! impacts, [`tuning`] what it admits. [`passage`] sets formula and event-driven model side by side; the model starts from
+//! the motion of permanent contact ([`orbit`]); what it admits finds [`by_model`], and where the two differ the model
+//! decides. [`settled`] runs it until it repeats, with all that earlier impacts leave behind. [`table`], [`lists`] and [`figures`] show the report.
+
+pub mod borders;
+pub mod by_model;
+pub mod figures;
+pub mod formulas;
+pub mod law;
+pub mod lists;
+pub mod machine;
+pub mod orbit;
+pub mod passage;
+pub mod settled;
+pub mod table;
+#[cfg(test)]
+mod tests;
+pub mod tuning;
+
+use crate::resource::Resource;
+use borders::Sequel;
+use by_model::ByModel;
+use camdrive::drives::backlash::{BacklashDrive, Scene};
+use camdrive::drives::cam_drive::DriveMode;
+use camdrive::drives::elastic_output::ElasticOutput;
+use camdrive::drives::{Drive, Fault, Number, cam_turn::turns, elastic_output};
+use camdrive::motion::MotionLaw;
+use formulas::Passage;
+use law::{Crossing, Signs};
+use machine::Machine;
+use orbit::{Orbit, Release};
+use passage::{Bench, Clearance, Figures};
+use serde::Serialize;
+use settled::Settled;
+use std::f64::consts::{PI, TAU};
+use tuning::{Passages, Tuning};
+
+/// What is to be studied.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Options {
+    /// Clearance instead of that of the scene [m].
+    pub clearance: Option<f64>,
+    /// Mass at the clearance instead of that of the scene [kg].
+    pub m1: Option<f64>,
+    /// Speed instead of that of the scene [rad/s].
+    pub speed: Option<f64>,
+    /// ω = √(c/m2) instead of that of the scene, by another stiffness [rad/s]; the damping ratio stays.
+    pub natural_frequency: Option<f64>,
+    /// Turns of the settled motion, [`settled::TURNS`].
+    pub turns: Option<usize>,
+    /// Lobes of U″ and of the contact force below this part of the largest one are no passages; [`IGNORE`].
+    pub ignore: Option<f64>,
+    /// Further laws with their names, in the place of the scene's.
+    pub laws: Vec<(String, MotionLaw)>,
+}
+
+/// Lobes that much lower than the largest one are roundings of a law or of a table.
+pub const IGNORE: f64 = 1e-9;
+
+/// Passages that are followed by the model, at most; a law that rests on a vibration has any number of them.
+const MOST_FOLLOWED: usize = 40;
+
+/// Internal steps for all passages of a law, and for its settled motion: about a second of computing each.
+const MOST_STEPS: f64 = 1e6;
+
+/// An expected error of the formulas above which the report warns.
+pub const WARN: f64 = 0.1;
+
+/// The result.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Report {
+    /// The name of the scene.
+    pub scene: String,
+    /// The parameters.
+    pub machine: Parameters,
+    /// The laws, that of the scene first.
+    pub laws: Vec<Study>,
+}
+
+/// The parameters that the formulas depend on, coherent SI.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Parameters {
+    /// Mass at the clearance [kg].
+    pub m1: f64,
+    /// Working mass [kg].
+    pub m2: f64,
+    /// Stiffness [N/m].
+    pub c: f64,
+    /// Damping [N·s/m].
+    pub b: f64,
+    /// Clearance [m].
+    pub s: f64,
+    /// Coefficient of restitution.
+    pub e: f64,
+    /// Ω [rad/s].
+    pub speed: f64,
+    /// ω = √(c/m2) [rad/s].
+    pub omega: f64,
+    /// μ = m1/m2.
+    pub mu: f64,
+    /// η = Ω/ω.
+    pub eta: f64,
+}
+
+/// What a law does.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Study {
+    /// "scene", or the name by which the law is compared.
+    pub law: String,
+    /// max U − min U over the turn [m].
+    pub stroke: f64,
+    /// max |U″| [m].
+    pub acceleration: f64,
+    /// Zeros of U″ with a change of sign.
+    pub crossings: usize,
+    /// Zeros left out as too small.
+    pub ignored: usize,
+    /// Changes of sign of the exact contact force; None where it has no periodic motion.
+    pub releases: Option<usize>,
+    /// The least angle between neighbouring zeros of U″ [rad].
+    pub least_spacing: Option<f64>,
+    /// The passages, by angle.
+    pub passages: Vec<Clearance>,
+    /// Whether no passage is followed by a further impact.
+    pub calm: Calm,
+    /// The frequencies, speeds and clearances without multiple impacts, by the formulas.
+    pub tuning: Option<Tuning>,
+    /// Those by the model; None where e > 0 rebounds m1 at all of them, and where that takes long.
+    pub by_model: Option<ByModel>,
+    /// The motion that the drive settles to.
+    pub settled: Option<Settled>,
+    /// What could not be computed, and where the formulas are not to be trusted.
+    pub remarks: Vec<String>,
+    /// U″ over the turn.
+    #[serde(skip)]
+    pub course: Vec<[f64; 2]>,
+}
+
+/// Whether each passage ends with one impact and lasting contact.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Calm {
+    /// By the formulas, of the zeros of U″; None where one of them has no K.
+    pub by_formulas: Option<bool>,
+    /// By the model, of all changes of sign of the contact force; None where it could not be followed.
+    pub by_model: Option<bool>,
+}
+
+impl Calm {
+    /// The model where it tells.
+    pub fn verdict(&self) -> Option<bool> {
+        self.by_model.or(self.by_formulas)
+    }
+
+    /// Whether both tell, and different things.
+    pub fn differs(&self) -> bool {
+        self.by_formulas.zip(self.by_model).is_some_and(|(formulas, model)| formulas != model)
+    }
+}
+
+/// The report of a study and how far it has come.
+pub struct Progress<'a> {
+    /// Laws done.
+    pub done: usize,
+    /// Laws in all.
+    pub total: usize,
+    /// The law that comes next.
+    pub law: &'a str,
+}
+
+/// Studies the passages of the clearance.
+///
+/// # Errors
+/// A model without clearance, a standing shaft, options that are out of range.
+pub fn study(resource: &Resource, options: &Options, progress: impl Fn(Progress)) -> Result<Report, Fault> {
+    let scene = scene(resource, options)?;
+    let w = speed(&scene, options)?;
+    let omega = (scene.c / scene.m2).sqrt();
+    let Scene { m1, m2, c, b, s, e, .. } = scene;
+    let machine = Parameters { m1, m2, c, b, s, e, speed: w, omega, mu: m1 / m2, eta: w.abs() / omega };
+    if !(machine.mu > 0.0 && machine.mu.is_finite() && omega > 0.0 && omega.is_finite()) {
+        return Err(Fault(format!("m1/m2 = {} and √(c/m2) = {omega} rad/s must be finite and not 0", machine.mu)));
+    }
+    let own = ("scene".to_owned(), scene.cam.clone());
+    let laws: Vec<&(String, MotionLaw)> = std::iter::once(&own).chain(&options.laws).collect();
+    let mut studies = Vec::new();
+    for (done, (name, law)) in laws.iter().enumerate() {
+        progress(Progress { done, total: laws.len(), law: name });
+        let scene = Scene { cam: law.clone(), ..scene.clone() };
+        studies.push(of_law(name, &scene, &machine, options));
+    }
+    Ok(Report { scene: resource.name.clone(), machine, laws: studies })
+}
+
+/// The drive with backlash that is meant.
+fn scene(resource: &Resource, options: &Options) -> Result<Scene, Fault> {
+    let unreadable =
+        |e: serde_json::Error| Fault(format!("the resolved scene of {} cannot be read: {e}", resource.model));
+    let mut scene: Scene = match resource.model.as_str() {
+        BacklashDrive::MODEL => serde_json::from_value(resource.scene.clone()).map_err(unreadable)?,
+        ElasticOutput::MODEL => {
+            let elastic_output::Scene { m, c, b, cam, drive, start, solver } =
+                serde_json::from_value(resource.scene.clone()).map_err(unreadable)?;
+            let (Some(s), Some(m1)) = (options.clearance, options.m1) else {
+                return Err(Fault::new(
+                    "an ElasticCamDrive with an elastic output has no clearance of its own: give --clearance and --m1, \
+                     the mass between the flanks; its m becomes m2",
+                ));
+            };
+            Scene { m1, m2: m, c, b, s, e: 0.0, cam, drive, start, solver }
+        }
+        model => {
+            return Err(Fault(format!(
+                "the model is {model}; the clearance is studied of a BacklashDrive, or of an ElasticCamDrive with \
+                 place = \"output\" together with --clearance and --m1"
+            )));
+        }
+    };
+    scene.s = options.clearance.unwrap_or(scene.s);
+    scene.m1 = options.m1.unwrap_or(scene.m1);
+    for (name, value, unit) in [("clearance", scene.s, "m"), ("m1", scene.m1, "kg")] {
+        if !(value > 0.0 && value.is_finite()) {
+            return Err(Fault(format!("{name}: {value} {unit} is not greater than 0; give another one by --{name}")));
+        }
+    }
+    if let Some(omega) = options.natural_frequency {
+        if !(omega > 0.0 && omega.is_finite()) {
+            return Err(Fault(format!("--natural-frequency is {omega} rad/s, it must be greater than 0")));
+        }
+        let before = (scene.c / scene.m2).sqrt();
+        (scene.c, scene.b) = (scene.m2 * omega * omega, scene.b * (omega / before));
+    }
+    if options.ignore.is_some_and(|ignore| !(0.0..1.0).contains(&ignore)) {
+        return Err(Fault::new("--ignore is a part of the largest value, from 0 to below 1, for example 1e-3"));
+    }
+    Ok(scene)
+}
+
+/// The speed that is meant [rad/s].
+fn speed(scene: &Scene, options: &Options) -> Result<f64, Fault> {
+    let w = match (options.speed, &scene.drive) {
+        (Some(w), _) => w,
+        (None, DriveMode::Constant { w, .. }) => *w,
+        (None, DriveMode::Input) => {
+            return Err(Fault::new("the inputs move the drive of this scene; give the speed of the study, --speed"));
+        }
+    };
+    if turns(w) && w.is_finite() {
+        return Ok(w);
+    }
+    Err(Fault(format!("the speed is {} rad/s: a standing shaft passes no clearance; give --speed", Number(w))))
+}
+
+/// The angle from `from` to `to` in the sense of the motion, in (0, 2π] [rad].
+fn ahead(from: f64, to: f64, w: f64) -> f64 {
+    let angle = ((to - from) * w.signum()).rem_euclid(TAU);
+    if angle > 0.0 { angle } else { TAU }
+}
+
+/// The distance of two angles, at most π [rad].
+fn apart(a: f64, b: f64) -> f64 {
+    let angle = (a - b).rem_euclid(TAU);
+    angle.min(TAU - angle)
+}
+
+fn of_law(name: &str, scene: &Scene, machine: &Parameters, options: &Options) -> Study {
+    let w = machine.speed;
+    let ignore = options.ignore.unwrap_or(IGNORE);
+    let Signs { crossings, largest, ignored } = law::signs(&scene.cam, w > 0.0, ignore);
+    let course: Vec<[f64; 2]> = (0..=720)
+        .map(|i| TAU * f64::from(i) / 720.0)
+        .map(|phi| [phi, scene.cam.at(phi - TAU * (phi / TAU).round()).0[2]])
+        .collect();
+    let mut study = Study {
+        law: name.to_owned(),
+        stroke: stroke(&scene.cam),
+        acceleration: largest,
+        crossings: crossings.len(),
+        ignored,
+        releases: None,
+        least_spacing: spacing(&crossings),
+        passages: Vec::new(),
+        calm: Calm::default(),
+        tuning: None,
+        by_model: None,
+        settled: None,
+        remarks: Vec::new(),
+        course,
+    };
+    match Machine::new(scene, w) {
+        Ok(mut model) => {
+            model.allow(MOST_STEPS);
+            let orbit = Orbit::new(&mut model, scene, ignore);
+            let run = orbit.as_ref().ok().map(|orbit| (&mut model, orbit));
+            study.passages = passages(scene, machine, &crossings, run);
+            let mut start = [0.0; 2];
+            match orbit {
+                Ok(orbit) => {
+                    study.releases = Some(orbit.releases.len());
+                    if scene.e == 0.0 {
+                        let size = [orbit.samples.len(), orbit.releases.len()];
+                        study.by_model = by_model::around(scene, machine, &crossings, ignore, size);
+                    }
+                    start = orbit.samples[0].q;
+                    let followed = study.passages.iter().filter(|p| p.model.is_some() || p.fault.is_some()).count();
+                    if orbit.releases.len() > followed {
+                        study.remarks.push(format!(
+                            "Of {} changes of sign of the contact force the model has followed {followed}; more would take \
+                             long.",
+                            orbit.releases.len()
+                        ));
+                    }
+                }
+                Err(fault) => study.remarks.push(format!("The model has not followed the passages: {fault}.")),
+            }
+            model.allow(MOST_STEPS);
+            match settled::run(&mut model, start, options.turns.unwrap_or(settled::TURNS)) {
+                Ok(settled) => study.settled = Some(settled),
+                Err(fault) => study.remarks.push(format!("The settled motion has not been found: {fault}.")),
+            }
+        }
+        Err(fault) => {
+            study.remarks.push(format!("The event-driven model cannot be run: {fault}."));
+            study.passages = passages(scene, machine, &crossings, None);
+        }
+    }
+    let usable: Vec<&Crossing> = crossings.iter().filter(|crossing| crossing.jerk != 0.0).collect();
+    study.tuning = Tuning::new(
+        borders::admissible(machine.mu),
+        &Passages {
+            jerks: usable.iter().map(|crossing| crossing.jerk.abs()).collect(),
+            curvatures: usable.iter().map(|crossing| (crossing.fifth / crossing.jerk).abs()).collect(),
+            s: scene.s,
+            omega: machine.omega,
+            speed: w.abs(),
+        },
+    );
+    let by_formulas: Option<Vec<Sequel>> = study
+        .passages
+        .iter()
+        .filter(|passage| passage.crossing.is_some())
+        .map(|passage| passage.formula.map(|figures| figures.sequel))
+        .collect();
+    study.calm = Calm {
+        by_formulas: by_formulas.map(|sequels| sequels.iter().all(|sequel| *sequel == Sequel::None)),
+        by_model: by_model::is_calm(&study.passages, study.releases),
+    };
+    remark(&mut study, machine);
+    study
+}
+
+fn stroke(law: &MotionLaw) -> f64 {
+    let count = (64.0 * law.resolution()).clamp(1024.0, 65536.0) as usize;
+    let values = (0..count).map(|i| law.at(PI - TAU * i as f64 / count as f64).0[0]);
+    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), u| (low.min(u), high.max(u)));
+    high - low
+}
+
+fn spacing(crossings: &[Crossing]) -> Option<f64> {
+    let following = crossings.iter().cycle().skip(1);
+    crossings.iter().zip(following).map(|(a, b)| ahead(a.phi, b.phi, 1.0)).reduce(f64::min)
+}
+
+/// The zeros of U″ with the exact releases that belong to them: the nearest one of the same sense, each at most once.
+fn pairs(crossings: &[Crossing], releases: &[Release], w: f64) -> Vec<(Option<usize>, Option<usize>)> {
+    let falling = |crossing: &Crossing| crossing.jerk * w < 0.0;
+    let nearest = |of: &dyn Fn(usize) -> Option<f64>, count: usize| {
+        let candidates = (0..count).filter_map(|i| Some((i, of(i)?)));
+        candidates.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(i, _)| i)
+    };
+    let distance = |c: usize, r: usize| {
+        let same = falling(&crossings[c]) == releases[r].falling;
+        same.then(|| apart(crossings[c].phi, releases[r].phi))
+    };
+    let of_crossing = |c: usize| nearest(&|r| distance(c, r), releases.len());
+    let of_release = |r: usize| nearest(&|c| distance(c, r), crossings.len());
+    let mut list: Vec<_> =
+        (0..crossings.len()).map(|c| (Some(c), of_crossing(c).filter(|r| of_release(*r) == Some(c)))).collect();
+    let lonely = |r: &usize| !list.iter().any(|(_, other)| *other == Some(*r));
+    let others: Vec<_> = (0..releases.len()).filter(lonely).map(|r| (None, Some(r))).collect();
+    list.extend(others);
+    let phi = |(c, r): &(Option<usize>, Option<usize>)| c.map(|c| crossings[c].phi).or(r.map(|r| releases[r].phi));
+    list.sort_by(|a, b| phi(a).unwrap_or(0.0).total_cmp(&phi(b).unwrap_or(0.0)));
+    list
+}
+
+fn passages(
+    scene: &Scene,
+    machine: &Parameters,
+    crossings: &[Crossing],
+    model: Option<(&mut Machine, &Orbit)>,
+) -> Vec<Clearance> {
+    let Parameters { s, speed: w, omega, mu, eta, .. } = *machine;
+    let releases = model.as_ref().map_or(&[][..], |(_, orbit)| &orbit.releases);
+    let pairs = pairs(crossings, releases, w);
+    let angles: Vec<f64> = if releases.is_empty() {
+        crossings.iter().map(|c| c.phi).collect()
+    } else {
+        releases.iter().map(|r| r.phi).collect()
+    };
+    let slope = |phi: f64| scene.cam.at(phi - TAU * (phi / TAU).round()).0[1];
+    let mut bench = model.map(|(machine, orbit)| Bench { machine, orbit, scene, slope: &slope });
+    let mut list = Vec::new();
+    let mut followed = 0;
+    for (crossing, release) in pairs {
+        let crossing = crossing.map(|c| crossings[c]);
+        let release = release.map(|r| releases[r]);
+        let phi = release.map(|r| r.phi).or(crossing.map(|c| c.phi)).unwrap_or(0.0);
+        let falling = release.map_or_else(|| crossing.is_some_and(|c| c.jerk * w < 0.0), |r| r.falling);
+        let spacing = angles.iter().map(|other| ahead(phi, *other, w)).filter(|a| *a > 1e-12).fold(TAU, f64::min);
+        let k = crossing.filter(|c| c.jerk != 0.0).map(|c| s / (c.jerk.abs() * eta.powi(3)));
+        let passage = k.filter(|k| k.is_finite() && *k > 0.0).map(|k| Passage::new(mu, k));
+        let mut clearance = Clearance {
+            from: if falling { 'A' } else { 'B' },
+            k,
+            formula: passage.zip(crossing).map(|(p, c)| Figures::by_formula(&p, &c, scene, w)),
+            model: None,
+            fault: None,
+            quasi_static: crossing.filter(|c| c.jerk != 0.0).map(|c| eta * eta * (c.fifth / c.jerk).abs()),
+            truncation: None,
+            spacing,
+            left: 0.0,
+            course: passage.as_ref().map(Figures::course).unwrap_or_default(),
+            crossing,
+        };
+        if let (Some(bench), Some(release)) = (&mut bench, release) {
+            if followed < MOST_FOLLOWED && !bench.machine.is_exhausted() {
+                followed += 1;
+                // Without a formula the clearance itself gives a scale: s = Ü-free flight of a tenth of a period.
+                let scale = clearance.formula.map_or(0.1 * TAU / omega, |formula| formula.time);
+                match bench.follow(&release, spacing / w.abs(), scale) {
+                    Ok((figures, course)) => {
+                        clearance.model = Some(figures);
+                        clearance.course = merged(clearance.course, course);
+                    }
+                    Err(fault) => clearance.fault = Some(fault.0),
+                }
+            }
+        }
+        let figures = clearance.formula.or(clearance.model);
+        clearance.truncation = crossing
+            .zip(figures)
+            .filter(|(c, _)| c.jerk != 0.0)
+            .map(|(c, figures)| figures.angle * (c.fourth / (4.0 * c.jerk)).abs());
+        let rest = figures.map_or(spacing, |figures| (spacing - figures.angle).max(0.0));
+        clearance.left = (-0.5 * scene.b / scene.m2 * rest / w.abs()).exp();
+        list.push(clearance);
+    }
+    list
+}
+
+/// The points of the formula with those of the model.
+fn merged(formula: Vec<passage::Point>, model: Vec<passage::Point>) -> Vec<passage::Point> {
+    if formula.is_empty() {
+        return model;
+    }
+    let both = formula.into_iter().zip(model);
+    both.map(|(a, b)| passage::Point { q: [a.q[0], b.q[1]], force: [a.force[0], b.force[1]], ..a }).collect()
+}
+
+/// Where the formulas are not to be trusted.
+fn remark(study: &mut Study, machine: &Parameters) {
+    let worst = |value: fn(&Clearance) -> Option<f64>| study.passages.iter().filter_map(value).fold(0.0, f64::max);
+    let (quasi_static, truncation) = (worst(|p| p.quasi_static), worst(|p| p.truncation));
+    let left = study.passages.iter().map(|p| p.left).fold(0.0, f64::max);
+    let remarks = &mut study.remarks;
+    let percent = |share: f64| table::number(100.0 * share);
+    if quasi_static > WARN {
+        remarks.push(format!(
+            "The formulas take the deformation at the release for quasi-static; its next term, η²|U⁽⁵⁾/U‴|, is up to {} % \
+             of it. Trust the model.",
+            percent(quasi_static)
+        ));
+    }
+    if truncation > WARN {
+        remarks.push(format!(
+            "The formulas take U for a cubic; its next term over the passage, Δφ|U⁗/4U‴|, is up to {} % of it. Trust the \
+             model.",
+            percent(truncation)
+        ));
+    }
+    if left > WARN && !study.passages.is_empty() {
+        remarks.push(format!(
+            "Up to {} % of the vibration after an impact is left at the next passage: formulas and model above begin \
+             without it, the settled motion has it.",
+            percent(left)
+        ));
+    }
+    if machine.e > 0.0 {
+        remarks.push(format!("The formulas hold for e = 0; the model has e = {}.", machine.e));
+    }
+    if machine.b > 0.0 {
+        remarks.push("The formulas are without damping; the model has it.".to_owned());
+    }
+    if study.passages.is_empty() {
+        remarks.push("U″ does not change its sign: the contact stays on one flank.".to_owned());
+    }
+}

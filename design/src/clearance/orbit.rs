@@ -1,0 +1,227 @@
+//! The motion of permanent contact around the turn, and the exact instants at which its contact force changes sign.
+
+use super::law::keep_lobes;
+use super::machine::{Machine, Moment};
+use camdrive::drives::Fault;
+use camdrive::drives::backlash::Scene;
+use camdrive::motion::Fourier;
+
+/// Samples per radian of the fastest vibration. Two zeros between neighbours are seen by the slopes at both.
+const SAMPLES: f64 = 8.0;
+/// More would take longer than a second.
+const MOST_SAMPLES: f64 = 3e5;
+/// Fewer would leave the lobes of a simple law in the dark.
+const LEAST_SAMPLES: f64 = 256.0;
+
+/// A sample of the periodic motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// Time since φ = 0 [s].
+    pub time: f64,
+    /// F_K [N], its rate [N/s].
+    pub force: [f64; 2],
+    /// q [m], q̇ [m/s].
+    pub q: [f64; 2],
+}
+
+impl From<Moment> for Sample {
+    fn from(moment: Moment) -> Self {
+        Sample { time: moment.time, force: moment.force, q: moment.q }
+    }
+}
+
+/// A zero of the contact force with a change of sign.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Release {
+    /// Time since φ = 0 [s].
+    pub time: f64,
+    /// φ [rad].
+    pub phi: f64,
+    /// Whether F_K falls: a release from flank A.
+    pub falling: bool,
+    /// Where the contact force was largest before: from there on the passage is followed.
+    pub before: Sample,
+}
+
+/// The periodic motion of permanent contact.
+pub struct Orbit {
+    /// Around the turn, from φ = 0 on, the last one a turn after the first.
+    pub samples: Vec<Sample>,
+    /// The zeros of the force, by time.
+    pub releases: Vec<Release>,
+}
+
+impl Orbit {
+    /// The periodic motion of the machine on locked flanks. Lobes of F_K below the part `ignore` of the largest one are
+    /// no passages.
+    pub fn new(machine: &mut Machine, scene: &Scene, ignore: f64) -> Result<Self, Fault> {
+        let count = count(scene, machine.w)?;
+        let step = machine.turn() / count as f64;
+        let start = match scene.cam.series() {
+            Some(series) => Some(forced(series, scene, machine.w)?),
+            None => None,
+        };
+        let first = machine.begin(0.0, start, true)?;
+        let mut samples = vec![Sample::from(first)];
+        for i in 1..=count {
+            machine.go(i as f64 * step)?;
+            samples.push(Sample::from(machine.moment()?));
+        }
+        let mut orbit = Orbit { samples, releases: Vec::new() };
+        orbit.releases = orbit.find(machine, ignore)?;
+        Ok(orbit)
+    }
+
+    /// The state `time` after φ = 0, a turn at most.
+    pub fn at(&self, machine: &mut Machine, time: f64) -> Result<Sample, Fault> {
+        let turn = machine.turn();
+        let time = time - turn * (time / turn).floor();
+        let after = self.samples.partition_point(|sample| sample.time <= time);
+        from(machine, &self.samples[after.saturating_sub(1)], time)
+    }
+
+    fn find(&self, machine: &mut Machine, ignore: f64) -> Result<Vec<Release>, Fault> {
+        let mut zeros = Vec::new();
+        for (sample, pair) in self.samples.windows(2).enumerate() {
+            let [a, b] = [pair[0], pair[1]];
+            if (a.force[0] < 0.0) != (b.force[0] < 0.0) {
+                zeros.push(Zero { sample, at: zero(machine, [a, b], 0)?, beyond: b });
+            } else if turns_back(&a, &b) {
+                let extreme = zero(machine, [a, b], 1)?;
+                if (extreme.force[0] < 0.0) != (a.force[0] < 0.0) {
+                    zeros.push(Zero { sample, at: zero(machine, [a, extreme], 0)?, beyond: extreme });
+                    zeros.push(Zero { sample, at: zero(machine, [extreme, b], 0)?, beyond: b });
+                }
+            }
+        }
+        let largest = self.samples.iter().fold(0.0f64, |largest, sample| largest.max(sample.force[0].abs()));
+        let mut heights: Vec<f64> = (0..zeros.len()).map(|lobe| self.peak(&zeros, lobe).force[0].abs()).collect();
+        keep_lobes(&mut zeros, &mut heights, ignore * largest);
+        // Angles count from φ = 0 again.
+        machine.begin(0.0, Some(self.samples[0].q), true)?;
+        let release = |(lobe, zero): (usize, &Zero)| {
+            let before = self.peak(&zeros, (lobe + zeros.len() - 1) % zeros.len());
+            let time = zero.at.time;
+            Release { time, phi: machine.angle(time), falling: before.force[0] > 0.0, before }
+        };
+        Ok(zeros.iter().enumerate().map(release).collect())
+    }
+
+    /// The sample with the largest |F_K| from zero `lobe` to the next one.
+    fn peak(&self, zeros: &[Zero], lobe: usize) -> Sample {
+        let (from, to) = (&zeros[lobe], &zeros[(lobe + 1) % zeros.len()]);
+        // The last sample is the first one, a turn later.
+        let last = self.samples.len() - 1;
+        let inner = |from: usize, to: usize| self.samples.get(from..to).unwrap_or_default().iter();
+        let parts = if lobe + 1 == zeros.len() {
+            [inner(from.sample + 1, last), inner(0, to.sample + 1)]
+        } else {
+            [inner(from.sample + 1, to.sample + 1), inner(0, 0)]
+        };
+        let larger =
+            |best: Sample, sample: &Sample| if sample.force[0].abs() > best.force[0].abs() { *sample } else { best };
+        parts.into_iter().flatten().fold(from.beyond, larger)
+    }
+}
+
+/// A zero of the force.
+struct Zero {
+    /// The sample before it.
+    sample: usize,
+    at: Sample,
+    /// A place between it and the next zero.
+    beyond: Sample,
+}
+
+/// q and q̇ of the forced vibration at φ = 0: each harmonic of U answers by itself,
+/// q̈ + (b/m2) q̇ + ω² q = −Ü. Without damping it is the periodic motion without free vibration, which is one of many where
+/// a multiple of the speed that U does not hold is the natural frequency.
+fn forced(series: &Fourier, scene: &Scene, w: f64) -> Result<[f64; 2], Fault> {
+    let (square, damping) = (scene.c / scene.m2, scene.b / scene.m2);
+    let mut state = [0.0; 2];
+    for (k, (a, b)) in series.a.iter().zip(&series.b).enumerate().skip(1) {
+        if *a == 0.0 && *b == 0.0 {
+            continue;
+        }
+        let rate = k as f64 * w;
+        let [real, imaginary] = [square - rate * rate, damping * rate];
+        let size = real * real + imaginary * imaginary;
+        if size <= (RESONANCE * square) * (RESONANCE * square) {
+            return Err(Fault(format!(
+                "harmonic {k} of U is in resonance, {k} times the speed is the natural frequency ({} rad/s) and nothing \
+                 damps it",
+                square.sqrt()
+            )));
+        }
+        // (a − ib)/(real + i imaginary) times (kw)².
+        let [re, im] = [a * real - b * imaginary, -b * real - a * imaginary].map(|part| rate * rate * part / size);
+        state = [state[0] + re, state[1] - rate * im];
+    }
+    Ok(state)
+}
+
+/// An undamped harmonic as near to the natural frequency has an amplitude of which no digit is right.
+const RESONANCE: f64 = 1e-12;
+
+/// How many samples of the turn show every vibration.
+fn count(scene: &Scene, w: f64) -> Result<usize, Fault> {
+    let natural = (scene.c / scene.m2).sqrt() / w.abs();
+    // Only the harmonics of a Fourier law are left of the periodic motion; other laws excite the natural frequency.
+    let fastest =
+        if scene.cam.series().is_some() { scene.cam.resolution() } else { scene.cam.resolution().max(natural) };
+    let count = (SAMPLES * std::f64::consts::TAU * fastest).ceil().max(LEAST_SAMPLES);
+    if count > MOST_SAMPLES {
+        return Err(Fault(format!(
+            "the contact force over a turn needs {count:.0e} samples, more than {MOST_SAMPLES:.0e}: U changes as fast as a \
+             harmonic of the order {:.0}, and the natural frequency is {natural:.3e} times the speed; the formulas remain",
+            scene.cam.resolution()
+        )));
+    }
+    Ok(count as usize)
+}
+
+/// The motion at `time` from a sample before it.
+fn from(machine: &mut Machine, sample: &Sample, time: f64) -> Result<Sample, Fault> {
+    machine.begin(machine.w * sample.time, Some(sample.q), true)?;
+    machine.go(time - sample.time)?;
+    Ok(Sample { time, ..Sample::from(machine.moment()?) })
+}
+
+/// Whether the force comes so near to zero between two samples of one sign that it may cross it: its slopes point to
+/// zero at the first and away from it at the second, and are steep enough.
+fn turns_back(a: &Sample, b: &Sample) -> bool {
+    let sign = if a.force[0] < 0.0 { -1.0 } else { 1.0 };
+    let h = b.time - a.time;
+    let [low, high] = [sign * a.force[1] * h, sign * b.force[1] * h];
+    // A force that starts with these slopes changes by less than either of them over the interval.
+    low < 0.0 && high > 0.0 && a.force[0].abs().min(b.force[0].abs()) < low.abs().max(high)
+}
+
+/// The zero of the force (`order` 0) or of its rate (1) between two samples with different signs of it: the secant, with
+/// bisection where it does not halve the bracket, to a rounding of the time.
+fn zero(machine: &mut Machine, [mut a, mut b]: [Sample; 2], order: usize) -> Result<Sample, Fault> {
+    let origin = a;
+    let negative = a.force[order] < 0.0;
+    let mut middle = a;
+    for round in 0..100 {
+        let width = b.time - a.time;
+        let [fa, fb] = [a.force[order], b.force[order]];
+        let mut time = a.time + width * (fa / (fa - fb));
+        if round % 3 == 2 || !(time > a.time && time < b.time) {
+            time = a.time + 0.5 * width;
+        }
+        if !(time > a.time && time < b.time) || (time - middle.time).abs() <= 2.0 * f64::EPSILON * time {
+            break;
+        }
+        middle = from(machine, &origin, time)?;
+        if (middle.force[order] < 0.0) == negative {
+            a = middle
+        } else {
+            b = middle
+        }
+        if middle.force[order] == 0.0 {
+            break;
+        }
+    }
+    Ok(middle)
+}

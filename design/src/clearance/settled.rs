@@ -1,0 +1,64 @@
+//! The motion that a drive with backlash settles to: all passages with what earlier impacts leave behind.
+
+use super::machine::Machine;
+use camdrive::drives::Fault;
+use serde::Serialize;
+
+/// Turns of a run; the second half of them counts.
+pub const TURNS: usize = 40;
+/// A turn is taken in so many parts, so that the log, which holds 32 events, holds all of a part unless m1 chatters.
+const PARTS: usize = 256;
+/// Turns repeat each other when their losses differ by less: far above rounding, far below any change of the sequence.
+const REPEATS: f64 = 1e-6;
+
+/// What happens in a turn of the settled motion, on average over its second half.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Settled {
+    /// Turns that count.
+    pub turns: usize,
+    /// Impacts per turn.
+    pub impacts: f64,
+    /// The largest impulse [N·s].
+    pub largest_impulse: f64,
+    /// Energy lost in impacts per turn [J].
+    pub loss: f64,
+    /// Whether each turn repeats the one before it.
+    pub repeats: bool,
+}
+
+/// Runs `turns` turns from φ = 0 with this q [m], q̇ [m/s].
+pub fn run(machine: &mut Machine, start: [f64; 2], turns: usize) -> Result<Settled, Fault> {
+    if turns < 2 {
+        return Err(Fault(format!("--turns {turns} are too few, half of them are left out; give at least 2")));
+    }
+    machine.begin(0.0, Some(start), false)?;
+    let turn = machine.turn();
+    let skipped = turns / 2;
+    let (mut impacts, mut losses, mut largest) = (Vec::new(), Vec::new(), 0.0f64);
+    let mut last = machine.moment()?;
+    for i in 0..turns {
+        for part in 1..=PARTS {
+            let events = machine.go((i as f64 + part as f64 / PARTS as f64) * turn)?;
+            if i >= skipped {
+                let impulses = events.iter().filter(|event| event.kind.starts_with("impact"));
+                largest = impulses.fold(largest, |largest, event| largest.max(event.value.abs()));
+            }
+        }
+        let now = machine.moment()?;
+        if i >= skipped {
+            impacts.push(now.impacts - last.impacts);
+            losses.push(now.loss - last.loss);
+        }
+        last = now;
+    }
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    let scale = losses.iter().copied().fold(0.0, f64::max);
+    let pairs = |values: &[f64], tolerance: f64| values.windows(2).all(|pair| (pair[0] - pair[1]).abs() <= tolerance);
+    Ok(Settled {
+        turns: turns - skipped,
+        impacts: mean(&impacts),
+        largest_impulse: largest,
+        loss: mean(&losses),
+        repeats: pairs(&impacts, 0.0) && pairs(&losses, REPEATS * scale),
+    })
+}

@@ -1,0 +1,416 @@
+//! The report as tables and sentences for a terminal.
+
+use super::borders::Sequel;
+use super::passage::{Clearance, Figures};
+use super::tuning::{Intervals, SOURCE_BOUND, nearest};
+use super::{Parameters, Report, Study};
+use crate::text::time;
+pub use crate::text::{Table, number};
+use std::f64::consts::TAU;
+
+/// "–", where there is nothing to say.
+const NONE: &str = "–";
+/// Intervals that a sentence lists; the others are in the JSON file.
+const LISTED: usize = 6;
+/// The same of a table.
+const LISTED_IN_CELL: usize = 4;
+
+/// The parameters, in sentences.
+pub fn about(report: &Report) -> Vec<String> {
+    let Parameters { m1, m2, c, b, s, e, speed, omega, mu, eta } = report.machine;
+    let damping = if b > 0.0 {
+        format!(", b = {} N·s/m (D = {})", number(b), number(0.5 * b / (m2 * omega)))
+    } else {
+        String::new()
+    };
+    vec![
+        format!(
+            "m1 = {} kg, m2 = {} kg, c = {} N/m{damping}, e = {}, s = {} mm, Ω = {} rad/s ({} rpm), ω = √(c/m2) = {} rad/s \
+             ({} Hz).",
+            number(m1),
+            number(m2),
+            number(c),
+            number(e),
+            number(1e3 * s),
+            number(speed),
+            number(speed * 60.0 / TAU),
+            number(omega),
+            number(omega / TAU)
+        ),
+        format!("μ = m1/m2 = {}, η = Ω/ω = {}.", number(mu), number(eta)),
+    ]
+}
+
+fn or_none<T>(value: Option<T>, text: impl Fn(T) -> String) -> String {
+    value.map_or(NONE.to_owned(), text)
+}
+
+fn sequel(figures: &Figures) -> String {
+    match (figures.sequel, figures.release_after) {
+        (Sequel::Elastic, Some(tau)) => format!("{} after τ* = {}", figures.sequel.name(), number(tau)),
+        _ => figures.sequel.name().to_owned(),
+    }
+}
+
+fn row(figures: &Figures) -> Vec<String> {
+    vec![
+        format!("{:.3}", figures.release.to_degrees()),
+        number(figures.tau),
+        number(1e3 * figures.time),
+        number(figures.angle.to_degrees()),
+        number(figures.impulse),
+        number(figures.loss),
+        number(1e3 * figures.vibration),
+        or_none(figures.elongation, |q| number(1e3 * q)),
+        or_none(figures.force, number),
+        sequel(figures),
+    ]
+}
+
+/// With its sign, which a rounded zero has not.
+fn signed(value: f64, decimals: usize) -> String {
+    let text = format!("{value:+.decimals$}");
+    if text.contains(|c: char| ('1'..='9').contains(&c)) { text.replace('-', "−") } else { text[1..].to_owned() }
+}
+
+/// formula/model − 1 in per cent, of the release the difference in degrees.
+fn differences(formula: &Figures, model: &Figures) -> Vec<String> {
+    let ratio = |value: &dyn Fn(&Figures) -> Option<f64>| {
+        let both = value(formula).zip(value(model)).filter(|(_, model)| *model != 0.0);
+        or_none(both, |(formula, model)| signed(100.0 * (formula / model - 1.0), 2) + " %")
+    };
+    let shift = (formula.release - model.release + 0.5 * TAU).rem_euclid(TAU) - 0.5 * TAU;
+    vec![
+        signed(shift.to_degrees(), 3),
+        ratio(&|f| Some(f.tau)),
+        ratio(&|f| Some(f.time)),
+        ratio(&|f| Some(f.angle)),
+        ratio(&|f| Some(f.impulse)),
+        ratio(&|f| Some(f.loss)),
+        ratio(&|f| Some(f.vibration)),
+        ratio(&|f| f.elongation),
+        ratio(&|f| f.force),
+        if formula.sequel == model.sequel { "same" } else { "differs" }.to_owned(),
+    ]
+}
+
+/// The passages by formula and model, with differences.
+pub fn of_passages(study: &Study) -> Table {
+    let head = [
+        "passage",
+        "from",
+        "U‴ [m]",
+        "K",
+        "by",
+        "release [°]",
+        "τ₁",
+        "time [ms]",
+        "angle [°]",
+        "impulse [N·s]",
+        "loss [J]",
+        "vibration [mm]",
+        "max |q| [mm]",
+        "max |F| [N]",
+        "then",
+    ];
+    let mut rows = Vec::new();
+    for (i, passage) in study.passages.iter().enumerate() {
+        let lead = [
+            (i + 1).to_string(),
+            passage.from.to_string(),
+            or_none(passage.crossing.map(|c| c.jerk), number),
+            or_none(passage.k, number),
+        ];
+        let mut add = |by: &str, cells: Vec<String>, first: bool| {
+            let lead = if first { lead.clone().to_vec() } else { vec![String::new(); 4] };
+            rows.push([lead, vec![by.to_owned()], cells].concat());
+        };
+        match (&passage.formula, &passage.model) {
+            (Some(formula), Some(model)) => {
+                add("formula", row(formula), true);
+                add("model", row(model), false);
+                add("difference", differences(formula, model), false);
+            }
+            (Some(formula), None) => add("formula", row(formula), true),
+            (None, Some(model)) => add("model", row(model), true),
+            // Only the exact contact force has it, and the model has not followed it: CSV and JSON list it.
+            (None, None) => {}
+        }
+    }
+    Table { head: head.map(str::to_owned).to_vec(), rows }
+}
+
+/// "2 none, 8 elastic".
+fn counts(sequels: &[Sequel]) -> String {
+    let all = [Sequel::None, Sequel::Immediate, Sequel::Elastic, Sequel::Rebound, Sequel::Return];
+    let count = |sequel: &Sequel| sequels.iter().filter(|other| *other == sequel).count();
+    let told = all.iter().map(|sequel| (count(sequel), sequel.name())).filter(|(n, _)| *n > 0);
+    let texts: Vec<String> = told.map(|(n, name)| format!("{n} {name}")).collect();
+    if texts.is_empty() { NONE.to_owned() } else { texts.join(", ") }
+}
+
+/// The figures of all passages by the formulas, or by the model.
+fn figures_by(study: &Study, model: bool) -> Vec<Figures> {
+    study.passages.iter().filter_map(|passage| if model { passage.model } else { passage.formula }).collect()
+}
+
+fn sequels_by(study: &Study, model: bool) -> Vec<Sequel> {
+    figures_by(study, model).iter().map(|figures| figures.sequel).collect()
+}
+
+/// How resistant the laws are to clearance, by formula and model.
+pub fn of_laws(report: &Report) -> Table {
+    let head = [
+        "law",
+        "stroke [mm]",
+        "max |U″| [m]",
+        "least spacing [°]",
+        "|U‴| [m]",
+        "K",
+        "by",
+        "passages",
+        "then",
+        "largest impulse [N·s]",
+        "loss per turn [J]",
+        "largest vibration [mm]",
+        "ω without further impacts [rad/s]",
+        "impacts per turn",
+        "largest impulse, settled [N·s]",
+    ];
+    let mut rows = Vec::new();
+    for study in &report.laws {
+        let values =
+            |value: &dyn Fn(&Clearance) -> Option<f64>| study.passages.iter().filter_map(value).collect::<Vec<f64>>();
+        let most = |values: Vec<f64>| values.into_iter().reduce(f64::max);
+        let range = |values: Vec<f64>| {
+            let low = values.iter().copied().reduce(f64::min);
+            or_none(low.zip(most(values)), |(low, high)| {
+                if low == high { number(low) } else { format!("{} … {}", number(low), number(high)) }
+            })
+        };
+        let calm = |intervals: Option<&Intervals>| or_none(intervals, |intervals| some(intervals, 1.0, LISTED_IN_CELL));
+        let by_formulas = calm(study.tuning.as_ref().map(|tuning| &tuning.frequency));
+        let by_model = calm(study.by_model.as_ref().map(|model| &model.frequency));
+        let of_passages = |model: bool| {
+            let figures = figures_by(study, model);
+            let most = |value: fn(&Figures) -> f64| figures.iter().map(value).reduce(f64::max);
+            vec![
+                if model { "model" } else { "formula" }.to_owned(),
+                if model { or_none(study.releases, |n| n.to_string()) } else { study.crossings.to_string() },
+                counts(&sequels_by(study, model)),
+                or_none(most(|f| f.impulse), number),
+                or_none((!figures.is_empty()).then(|| figures.iter().map(|f| f.loss).sum()), number),
+                or_none(most(|f| f.vibration), |q| number(1e3 * q)),
+            ]
+        };
+        let of_law = vec![
+            study.law.clone(),
+            number(1e3 * study.stroke),
+            number(study.acceleration),
+            or_none(study.least_spacing, |angle| number(angle.to_degrees())),
+            range(values(&|p| p.crossing.map(|c| c.jerk.abs()))),
+            range(values(&|p| p.k)),
+        ];
+        let none = NONE.to_owned();
+        let [impacts, impulse] = [
+            or_none(study.settled.map(|settled| settled.impacts), number),
+            or_none(study.settled.map(|settled| settled.largest_impulse), number),
+        ];
+        rows.push([of_law, of_passages(false), vec![by_formulas, none.clone(), none]].concat());
+        rows.push([vec![String::new(); 6], of_passages(true), vec![by_model, impacts, impulse]].concat());
+    }
+    Table { head: head.map(str::to_owned).to_vec(), rows }
+}
+
+/// What the column of ω means, and which laws formulas and model judge differently, in sentences.
+pub fn below_laws(report: &Report) -> Vec<String> {
+    let mut lines = Vec::new();
+    if let Some(model) = report.laws.iter().find_map(|study| study.by_model.as_ref()) {
+        let [low, high] = model.searched[0].map(number);
+        lines.push(format!(
+            "ω without further impacts: all intervals at this speed; by the model looked for from {low} to {high} rad/s only."
+        ));
+    }
+    let missing = report.laws.iter().filter(|study| study.by_model.is_none() && !study.passages.is_empty());
+    let names: Vec<&str> = missing.map(|study| study.law.as_str()).collect();
+    if !names.is_empty() {
+        let why = match report.machine.e {
+            e if e > 0.0 => format!("with e = {} m1 rebounds after each impact, at any ω", number(e)),
+            _ => "it has not been followed at other ω, which would take long or cannot be done".to_owned(),
+        };
+        lines.push(format!("{}: no ω by the model; {why}.", names.join(", ")));
+    }
+    let differing = report.laws.iter().filter(|study| study.calm.differs());
+    let names: Vec<&str> = differing.map(|study| study.law.as_str()).collect();
+    if !names.is_empty() {
+        let whether = "formula and model differ in whether further impacts follow; take the model";
+        lines.push(format!("{}: {whether}.", names.join(", ")));
+    }
+    lines
+}
+
+/// "0 … 3, 5 … 8", the first of them where there are many.
+fn list(intervals: &[[f64; 2]], scale: f64) -> String {
+    some(intervals, scale, LISTED)
+}
+
+/// The first intervals, and how many more there are up to the last one.
+fn some(intervals: &[[f64; 2]], scale: f64, most: usize) -> String {
+    let one = |[low, high]: &[f64; 2]| match high.is_finite() {
+        true => format!("{} … {}", number(scale * low), number(scale * high)),
+        false => format!("from {} on", number(scale * low)),
+    };
+    let mut texts: Vec<String> = intervals.iter().take(most).map(one).collect();
+    if intervals.len() > most {
+        let last = intervals.last().map(one).unwrap_or_default();
+        texts.push(format!("{} more up to {last}", intervals.len() - most));
+    }
+    if texts.is_empty() { "none".to_owned() } else { texts.join(", ") }
+}
+
+/// What both say of the passages at the values of the scene, and what holds.
+fn verdict(study: &Study) -> String {
+    let calm = &study.calm;
+    let word = |calm: bool| if calm { "no further impact follows" } else { "further impacts follow" };
+    let of = |model: bool, count: usize| match counts(&sequels_by(study, model)) {
+        _ if count == 0 => "no passage".to_owned(),
+        counts if count == 1 => format!("1 passage ({counts})"),
+        counts => format!("{count} passages ({counts})"),
+    };
+    let formulas = of(false, study.crossings);
+    let Some((model, count)) = calm.by_model.zip(study.releases) else {
+        let word = calm.by_formulas.map_or("not known whether further impacts follow", word);
+        return format!("By the formulas {formulas}, {word}; the model could not tell.");
+    };
+    let model_says = format!("By the model {}, {}", of(true, count), word(model));
+    match calm.by_formulas {
+        Some(other) if other != model => {
+            format!("{model_says}. By the formulas {formulas}, {}: they do not hold here, take the model.", word(other))
+        }
+        Some(_) => format!("{model_says}; so by the formulas, {formulas}."),
+        None => format!("{model_says}; the formulas do not tell."),
+    }
+}
+
+/// Which frequencies, speeds and clearances avoid multiple impacts, in sentences.
+pub fn of_tuning(report: &Report, study: &Study) -> Vec<String> {
+    let Some(tuning) = &study.tuning else { return Vec::new() };
+    let Parameters { omega, speed, s, mu, e, .. } = report.machine;
+    let judge = |intervals: &[[f64; 2]], calm: bool, value: f64, scale: f64, unit: &str| {
+        let own = format!("{} {unit}", number(scale * value));
+        match nearest(intervals, value) {
+            _ if calm => format!("{own} is admissible"),
+            Err(Some(end)) => format!("{own} is not, nearest is {} {unit}", number(scale * end)),
+            Ok(_) => format!("{own} is not"),
+            Err(None) => format!("{own} is not, and nothing is"),
+        }
+    };
+    let line = |of: String, which: usize, value: f64, scale: f64, unit: &str| {
+        let by_formulas = [&tuning.frequency, &tuning.speed, &tuning.clearance][which];
+        let own = nearest(by_formulas, value).is_ok();
+        let formulas = format!("by the formulas {}", list(by_formulas, scale));
+        match (&study.by_model, study.calm.by_model) {
+            (Some(model), Some(calm)) => {
+                let intervals = [&model.frequency, &model.speed, &model.clearance][which];
+                let [low, high] = model.searched[which].map(|end| number(scale * end));
+                format!(
+                    "{of} [{unit}]: by the model, from {low} to {high}: {}; {}; {formulas}.",
+                    list(intervals, scale),
+                    judge(intervals, calm, value, scale, unit)
+                )
+            }
+            (_, Some(calm)) if calm != own => {
+                let word = if calm { "is admissible" } else { "is not admissible" };
+                format!("{of} [{unit}]: {formulas}, but by the model {} {unit} {word}.", number(scale * value))
+            }
+            _ => format!("{of} [{unit}]: {formulas}; {}.", judge(by_formulas, own, value, scale, unit)),
+        }
+    };
+    let mut lines = vec![
+        verdict(study),
+        line(format!("ω at Ω = {} rad/s", number(speed)), 0, omega, 1.0, "rad/s"),
+        line(format!("Ω at ω = {} rad/s", number(omega)), 1, speed.abs(), 1.0, "rad/s"),
+        line("s at both".to_owned(), 2, s, 1e3, "mm"),
+    ];
+    if e > 0.0 {
+        lines.push(format!("With e = {} m1 rebounds after each impact; no value of these prevents it.", number(e)));
+    } else if let Some(model) = &study.by_model {
+        let unknown = if model.unknown > 0 {
+            format!(" At {} of the values it could not be followed; they count as not admissible.", model.unknown)
+        } else {
+            String::new()
+        };
+        lines.push(format!(
+            "The model was followed at values {} % apart and its borders bisected; what is narrower may be missing.{unknown}",
+            number(100.0 * (model.ratio - 1.0))
+        ));
+    } else if study.releases.is_some() {
+        lines.push("The model has not been followed at other values: it would take long, or cannot be.".to_owned());
+    }
+    lines.push(format!(
+        "By the formulas, K at μ = {}: {}{}. {} By it ω would be up to {} rad/s.",
+        number(mu),
+        list(&tuning.k.intervals, 1.0),
+        if tuning.k.cut { format!(", and narrower ones up to {}", number(tuning.k.elastic)) } else { String::new() },
+        if tuning.k.intervals.len() > 1 {
+            format!("The source's K ≤ {SOURCE_BOUND} leaves out the releases right after the impact.")
+        } else {
+            format!("The source's K ≤ {SOURCE_BOUND} is sufficient.")
+        },
+        number(tuning.source_frequency)
+    ));
+    if tuning.quasi_static_speed.is_finite() && tuning.quasi_static_frequency > 0.0 {
+        lines.push(format!(
+            "The quasi-static release of the formulas is right to 5 % from ω = {} rad/s on at this speed, up to Ω = {} \
+             rad/s at this natural frequency.",
+            number(tuning.quasi_static_frequency),
+            number(tuning.quasi_static_speed)
+        ));
+    }
+    lines
+}
+
+/// The settled motion and the number of passages, in sentences.
+pub fn of_motion(study: &Study) -> Vec<String> {
+    let mut lines = Vec::new();
+    let ignored =
+        if study.ignored > 0 { format!(" ({} more are too small to count)", study.ignored) } else { String::new() };
+    let exact = study.releases.map_or(String::new(), |n| {
+        let more = if n > study.crossings {
+            ", since the working mass vibrates between them; --ignore 0.01 leaves out what stays below 1 % of the largest \
+             force"
+        } else {
+            ""
+        };
+        format!("; the contact force of the periodic motion has {n}{more}")
+    });
+    lines.push(format!("U″ has {} changes of sign in a turn{ignored}{exact}.", study.crossings));
+    if let Some(settled) = &study.settled {
+        let repeats = if settled.repeats { "each turn like the one before" } else { "not repeating from turn to turn" };
+        lines.push(format!(
+            "Settled motion, {} turns, {repeats}: {} impacts and {} J lost in a turn; the largest impulse is {} N·s.",
+            settled.turns,
+            number(settled.impacts),
+            number(settled.loss),
+            number(settled.largest_impulse)
+        ));
+    }
+    if let Some(next) = study
+        .passages
+        .iter()
+        .filter_map(|p| Some((p.formula.or(p.model)?.time, p.spacing)))
+        .reduce(|a, b| if b.0 > a.0 { b } else { a })
+    {
+        lines.push(format!("The longest passage takes {}.", time(next.0)));
+    }
+    let mut faults: Vec<(&String, Vec<String>)> = Vec::new();
+    for (i, fault) in study.passages.iter().enumerate().filter_map(|(i, p)| Some((i, p.fault.as_ref()?))) {
+        match faults.iter_mut().find(|(known, _)| *known == fault) {
+            Some((_, list)) => list.push((i + 1).to_string()),
+            None => faults.push((fault, vec![(i + 1).to_string()])),
+        }
+    }
+    lines.extend(faults.into_iter().map(|(fault, list)| format!("Passage {}: {fault}.", list.join(", "))));
+    lines.extend(study.remarks.iter().cloned());
+    lines
+}

@@ -1,0 +1,143 @@
+//! Which natural frequencies, and which speeds, let every passage of a motion law end without a second impact.
+//!
+//! K = (s/|U₀‴|)(ω/Ω)³ with the mass ratio held: each admissible interval of K, [`super::borders`], is one of ω at given Ω
+//! and one of Ω at given ω; admissible for the machine is what all passages admit.
+
+use super::borders::Admissible;
+use serde::Serialize;
+
+/// Intervals of one quantity; an end of ∞ is none.
+pub type Intervals = Vec<[f64; 2]>;
+
+/// What the mass ratio and the passages admit.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Tuning {
+    /// Natural frequencies ω at the speed of the scene [rad/s].
+    pub frequency: Intervals,
+    /// Speeds at the natural frequency of the scene [rad/s]; the last one has no end.
+    pub speed: Intervals,
+    /// Clearances at both [m].
+    pub clearance: Intervals,
+    /// The ω that the condition K ≤ 15 of the source allows at most [rad/s].
+    pub source_frequency: f64,
+    /// From this ω on the quasi-static deformation (3) is right to 5 % at every passage [rad/s].
+    pub quasi_static_frequency: f64,
+    /// Up to this speed it is, at the natural frequency of the scene [rad/s].
+    pub quasi_static_speed: f64,
+    /// The K that each passage may have.
+    pub k: Admissible,
+}
+
+/// The error of (3) up to which its range is stated.
+pub const FAIR: f64 = 0.05;
+
+/// The bound of the source for K.
+pub const SOURCE_BOUND: f64 = 15.0;
+
+/// The passages of a machine.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Passages {
+    /// |U‴| of each [m], all > 0.
+    pub jerks: Vec<f64>,
+    /// |U⁽⁵⁾/U‴| of each.
+    pub curvatures: Vec<f64>,
+    /// Clearance [m].
+    pub s: f64,
+    /// ω [rad/s].
+    pub omega: f64,
+    /// |Ω| [rad/s].
+    pub speed: f64,
+}
+
+impl Tuning {
+    /// The intervals for these passages; None where there are none.
+    pub fn new(k: Admissible, passages: &Passages) -> Option<Self> {
+        let Passages { s, omega, speed, .. } = *passages;
+        let largest = passages
+            .jerks
+            .iter()
+            .copied()
+            .fold(None, |most: Option<f64>, jerk| Some(most.map_or(jerk, |m| m.max(jerk))))?;
+        let smallest = passages.jerks.iter().copied().fold(largest, f64::min);
+        let common = |of: &dyn Fn(f64, f64) -> f64| {
+            let each = passages.jerks.iter().map(|jerk| {
+                let mut intervals: Intervals = k.intervals.iter().map(|ends| ends.map(|k| of(k, *jerk))).collect();
+                intervals.iter_mut().for_each(|ends| ends.sort_by(f64::total_cmp));
+                intervals.sort_by(|a, b| a[0].total_cmp(&b[0]));
+                intervals
+            });
+            each.reduce(|a, b| intersection(&a, &b)).unwrap_or_default()
+        };
+        let curvature = passages.curvatures.iter().copied().fold(0.0, f64::max);
+        let quasi_static = (curvature / FAIR).sqrt();
+        Some(Tuning {
+            frequency: common(&|k, jerk| speed * (k * jerk / s).cbrt()),
+            speed: common(&|k, jerk| omega * (s / (k * jerk)).cbrt()),
+            clearance: common(&|k, jerk| k * jerk * (speed / omega).powi(3)),
+            source_frequency: speed * (SOURCE_BOUND * smallest / s).cbrt(),
+            quasi_static_frequency: speed * quasi_static,
+            quasi_static_speed: omega / quasi_static,
+            k,
+        })
+    }
+}
+
+/// What lies in an interval of both lists, which are ascending and apart.
+fn intersection(a: &[[f64; 2]], b: &[[f64; 2]]) -> Intervals {
+    let pairs = a.iter().flat_map(|a| b.iter().map(move |b| [a[0].max(b[0]), a[1].min(b[1])]));
+    pairs.filter(|[low, high]| low < high).collect()
+}
+
+/// Where `value` is in the list, or the nearest admissible value.
+pub fn nearest(intervals: &[[f64; 2]], value: f64) -> Result<[f64; 2], Option<f64>> {
+    if let Some(ends) = intervals.iter().find(|[low, high]| (*low..=*high).contains(&value)) {
+        return Ok(*ends);
+    }
+    let ends = intervals.iter().flatten().copied().filter(|end| end.is_finite() && *end > 0.0);
+    // As ratios: frequencies and speeds are scales.
+    Err(ends.min_by(|a, b| (a / value).ln().abs().total_cmp(&(b / value).ln().abs())))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::clearance::borders::Sequel;
+    use crate::clearance::borders::{admissible, sequel};
+    use crate::clearance::formulas::Passage;
+
+    #[test]
+    fn inside_of_the_intervals_no_passage_has_a_second_impact_and_outside_one_has() {
+        let passages = Passages {
+            jerks: vec![0.0132, 0.059, 0.02],
+            curvatures: vec![20.0, 4.0, 1.0],
+            s: 2e-4,
+            omega: 400.0,
+            speed: 25.0,
+        };
+        for mu in [0.02, 0.07, 0.2, 0.25, 3.0] {
+            let tuning = Tuning::new(admissible(mu), &passages).unwrap();
+            let calm = |omega: f64, speed: f64, s: f64| {
+                let k = |jerk: &f64| s / jerk * (omega / speed).powi(3);
+                passages.jerks.iter().all(|jerk| sequel(&Passage::new(mu, k(jerk))) == Sequel::None)
+            };
+            let holds = |intervals: &Intervals, value: f64| nearest(intervals, value).is_ok();
+            for i in 1..4000 {
+                let part = 0.002 * f64::from(i);
+                let [omega, speed, s] = [400.0 * part, 25.0 * part, 2e-4 * part * part];
+                assert_eq!(calm(omega, 25.0, 2e-4), holds(&tuning.frequency, omega), "μ = {mu}, ω = {omega}");
+                assert_eq!(calm(400.0, speed, 2e-4), holds(&tuning.speed, speed), "μ = {mu}, Ω = {speed}");
+                assert_eq!(calm(400.0, 25.0, s), holds(&tuning.clearance, s), "μ = {mu}, s = {s}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_nearest_admissible_value_is_that_of_the_least_ratio() {
+        let list = [[0.0, 2.0], [4.0, f64::INFINITY]];
+        assert_eq!(nearest(&list, 1.0), Ok([0.0, 2.0]));
+        assert_eq!(nearest(&list, 2.5), Err(Some(2.0)));
+        assert_eq!(nearest(&list, 3.5), Err(Some(4.0)));
+        assert_eq!(nearest(&list, 9.0), Ok([4.0, f64::INFINITY]));
+        assert_eq!(nearest(&[], 9.0), Err(None));
+    }
+}

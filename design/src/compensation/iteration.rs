@@ -1,0 +1,262 @@
+//! The source's iteration: cut the cams for the motion found last, find the motion with these cams, and so on.
+//!
+//! In the angle: J_n(φ) = J_own + Σ m_j (U_j′(ψ_n) ψ_n′)² → periodic motion ω(φ), T → ψ_{n+1}′ = 2π/(T ω). Round 0 is the
+//! machine with cams cut for a uniform speed, ψ_0 = φ.
+//!
+//! Source: K. Kaltofen, "HS-Bewegungen trotz veränderlicher Antriebsgeschwindigkeit", section 3, steps 1 to 8, and its
+//! tables. (6) there holds with φ̇₀ = 2π/T, T the period that belongs to the motion.
+
+use super::laws::{Moment, places};
+use super::orbit::{self, Driving, Inertia, Orbit};
+use super::spectral::{Mesh, amplitude, largest, largest_between, mean};
+use super::{Solution, Task, Tool, range};
+use camdrive::drives::rigid_machine::{Motor, Place};
+use camdrive::motion::MotionLaw;
+use serde::Serialize;
+use std::f64::consts::TAU;
+
+/// A harmonic of a tool counts as an extra one above this part of the largest that is wanted.
+pub const EXTRA: f64 = 0.01;
+
+/// How well a tool moves.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Quality {
+    /// max|a| / max|a_wanted| − 1.
+    pub overshoot: f64,
+    /// max|a − a_wanted| / max|a_wanted| at equal phases of time.
+    pub deviation: f64,
+    /// How many harmonics above those of the wanted motion exceed [`EXTRA`] of its largest acceleration harmonic.
+    pub extra_harmonics: usize,
+    /// The highest of them.
+    pub highest_extra: Option<usize>,
+}
+
+/// A round of the iteration, or a machine as it is.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Round {
+    /// T [s].
+    pub period: f64,
+    /// The least and the largest ω [rad/s].
+    pub speed: [f64; 2],
+    /// One for each tool.
+    pub tools: Vec<Quality>,
+}
+
+/// J at the points, with the cams as they are, and dφ/dχ there.
+struct InAngle<'a> {
+    inertia: Vec<f64>,
+    pace: &'a [f64],
+}
+
+impl Inertia for InAngle<'_> {
+    const IN_TIME: bool = false;
+
+    fn at(&self, point: usize, _: f64) -> [f64; 2] {
+        [self.inertia[point], 0.0]
+    }
+
+    fn tools(&self, _: usize) -> f64 {
+        0.0
+    }
+
+    fn pace(&self, point: usize) -> f64 {
+        self.pace[point]
+    }
+}
+
+/// The machine with cams as they are, at angles φ(χ) that are equidistant in χ: φ = χ itself, or where the machine almost comes
+/// to rest in a small part of the turn, the phase of time of the design, in which all that happens there is slow.
+pub struct Machine<'a> {
+    mesh: Mesh,
+    /// φ at the points [rad].
+    angles: Vec<f64>,
+    /// dφ/dχ there.
+    pace: Vec<f64>,
+    task: &'a Task,
+}
+
+/// What a cam carries at the points: the moment of inertia of tool and links, and the tool's y′.
+pub type Cam = Vec<[f64; 2]>;
+
+impl<'a> Machine<'a> {
+    /// The machine on a mesh of this order in the angle.
+    pub fn new(task: &'a Task, order: usize) -> Self {
+        let mesh = Mesh::new(order);
+        let angles = (0..mesh.len()).map(|i| mesh.point(i)).collect();
+        Machine { pace: vec![1.0; mesh.len()], angles, mesh, task }
+    }
+
+    /// The machine on a mesh of this order in the phase of time of a design.
+    pub fn along(task: &'a Task, order: usize, design: &Solution) -> Self {
+        let (mesh, angle) = (Mesh::new(order), design.angle());
+        let at = |i: usize| mesh.point(i);
+        let angles = (0..mesh.len()).map(|i| angle.at(at(i)).clamp(0.0, TAU)).collect();
+        let pace = (0..mesh.len()).map(|i| design.speed.at(at(i)).0[0] / design.mean_speed()).collect();
+        Machine { angles, pace, mesh, task }
+    }
+
+    /// The cam with which a tool moves as U(ψ) at the phases ψ(φ).
+    pub fn cam_of_phases(&self, tool: &Tool, phases: &[f64], slopes: &[f64]) -> Cam {
+        let at = |(psi, slope): (&f64, &f64)| {
+            let [u, u1, ..] = tool.motion.at(*psi).0;
+            tool.carried([u, u1 * slope])
+        };
+        phases.iter().zip(slopes).map(at).collect()
+    }
+
+    /// The cam of a tool with this law.
+    pub fn cam_of_law(&self, tool: &Tool, law: &MotionLaw) -> Cam {
+        let at = |phi: &f64| {
+            let [u, u1, ..] = law.at(*phi).0;
+            tool.carried([u, u1])
+        };
+        self.angles.iter().map(at).collect()
+    }
+
+    /// The periodic motion with these cams.
+    pub fn orbit(&self, cams: &[Cam], driving: &Driving) -> Option<Orbit> {
+        let inertia: Vec<f64> = (0..self.mesh.len())
+            .map(|i| {
+                let phi = self.angles[i];
+                self.task.own.at(Place::at(phi), phi)[0] + cams.iter().map(|cam| cam[i][0]).sum::<f64>()
+            })
+            .collect();
+        let over_turn =
+            |f: fn(f64) -> f64| mean(&inertia.iter().zip(&self.pace).map(|(j, g)| f(*j) * g).collect::<Vec<_>>());
+        let (level, uniform) = (over_turn(f64::sqrt), over_turn(|j| j));
+        // The motion without motor, J ω² = const; with a motor it is nearer than the uniform one.
+        let start = |driving: &Driving| {
+            let mut start = orbit::uniform(&self.mesh, driving, uniform)?;
+            start.speed.iter_mut().zip(&inertia).for_each(|(w, j)| *w *= level / j.sqrt());
+            start.energy = 0.5 * level * level * start.mean_speed * start.mean_speed;
+            Some(start)
+        };
+        if driving.motor == Motor::None {
+            return start(driving);
+        }
+        orbit::find(&self.mesh, &InAngle { inertia: inertia.clone(), pace: &self.pace }, driving, start)
+    }
+
+    /// ψ(φ) and dψ/dφ of a motion.
+    fn phases(&self, orbit: &Orbit) -> (Vec<f64>, Vec<f64>) {
+        let slopes: Vec<f64> = orbit.speed.iter().map(|w| orbit.mean_speed / w).collect();
+        let ahead = self.mesh.integrate(&slopes.iter().zip(&self.pace).map(|(s, g)| s * g).collect::<Vec<_>>());
+        ((0..self.mesh.len()).map(|i| self.mesh.point(i) + ahead[i] - ahead[0]).collect(), slopes)
+    }
+
+    /// The largest part of a tool's acceleration that a motion with this law of its cam misses, relative to the largest that is
+    /// wanted, at equal phases of time; `design` is that of [`Machine::along`].
+    pub fn miss(&self, orbit: &Orbit, tool: &Tool, law: &MotionLaw, design: &Solution) -> f64 {
+        let angle = design.angle();
+        let fastest = self.pace.iter().copied().fold(1.0, f64::max);
+        let (phases, _) = self.phases(orbit);
+        let ahead: Vec<f64> = (0..self.mesh.len()).map(|i| phases[i] - self.mesh.point(i)).collect();
+        let (speed, ahead) = (self.mesh.series(&orbit.speed), self.mesh.series(&ahead));
+        let moment = |chi: f64| {
+            let [w, slope, ..] = speed.at(chi).0;
+            Moment {
+                angle: angle.at(chi).rem_euclid(TAU),
+                speed: w,
+                change: w * slope * design.mean_speed() / design.speed.at(chi).0[0],
+                phase: chi + ahead.at(chi).0[0],
+            }
+        };
+        let miss = |chi: f64| tool.miss(law, orbit.mean_speed, moment(chi));
+        largest_between(&places(law, &angle, fastest), miss)[1] / tool.acceleration(orbit.mean_speed)[1]
+    }
+
+    /// Period, speeds, and how well the tools move.
+    pub fn judge(&self, orbit: &Orbit, cams: &[Cam]) -> Round {
+        let (phases, slopes) = self.phases(orbit);
+        let tools = self.task.tools.iter().zip(cams);
+        Round {
+            period: orbit.period(),
+            speed: range(&self.mesh.series(&orbit.speed)),
+            tools: tools.map(|(tool, cam)| self.quality(orbit, tool, cam, &phases, &slopes)).collect(),
+        }
+    }
+
+    /// The accelerations of a tool [m/s² or rad/s²] at the points: ÿ = ω d(y′ω)/dφ.
+    fn accelerations(&self, orbit: &Orbit, cam: &Cam) -> Vec<f64> {
+        let velocity: Vec<f64> = cam.iter().zip(&orbit.speed).map(|([_, slope], w)| slope * w).collect();
+        let slope = self.mesh.differentiate(&velocity);
+        (0..slope.len()).map(|i| slope[i] / self.pace[i] * orbit.speed[i]).collect()
+    }
+
+    /// The phase of time ψ and the acceleration of a tool, at so many points of the turn.
+    pub fn course(&self, orbit: &Orbit, cam: &Cam, points: usize) -> Vec<[f64; 2]> {
+        let acceleration = self.mesh.series(&self.accelerations(orbit, cam));
+        let (phases, _) = self.phases(orbit);
+        let ahead: Vec<f64> = (0..self.mesh.len()).map(|i| phases[i] - self.mesh.point(i)).collect();
+        let ahead = self.mesh.series(&ahead);
+        (0..=points)
+            .map(|i| {
+                let chi = TAU * i as f64 / points as f64;
+                [chi + ahead.at(chi).0[0], acceleration.at(chi).0[0]]
+            })
+            .collect()
+    }
+
+    /// The angle φ and the speed ω, at so many points of the turn.
+    pub fn speeds(&self, orbit: &Orbit, points: usize) -> Vec<[f64; 2]> {
+        let speed = self.mesh.series(&orbit.speed);
+        let ahead: Vec<f64> = (0..self.mesh.len()).map(|i| self.angles[i] - self.mesh.point(i)).collect();
+        let ahead = self.mesh.series(&ahead);
+        (0..=points)
+            .map(|i| {
+                let chi = TAU * i as f64 / points as f64;
+                [chi + ahead.at(chi).0[0], speed.at(chi).0[0]]
+            })
+            .collect()
+    }
+
+    fn quality(&self, orbit: &Orbit, tool: &Tool, cam: &Cam, phases: &[f64], slopes: &[f64]) -> Quality {
+        let mesh = &self.mesh;
+        let actual = self.accelerations(orbit, cam);
+        let omega = orbit.mean_speed;
+        let wanted = |psi: f64| omega * omega * tool.at(psi)[2];
+        let miss: Vec<f64> = actual.iter().zip(phases).map(|(a, psi)| a - wanted(*psi)).collect();
+        let peak = tool.acceleration(omega)[1];
+        let most = |values: &[f64]| {
+            let series = mesh.series(values);
+            largest(mesh.order() / 2, |phi| series.at(phi).0[0])[1]
+        };
+        // The harmonics of the acceleration in time; those that the mesh carries.
+        let harmonic = |k: usize| {
+            let (mut a, mut b) = (0.0, 0.0);
+            for i in 0..mesh.len() {
+                let (sin, cos) = (k as f64 * phases[i]).sin_cos();
+                let weight = 2.0 * actual[i] * slopes[i] * self.pace[i];
+                a += weight * cos;
+                b += weight * sin;
+            }
+            a.hypot(b) / mesh.len() as f64
+        };
+        let order = tool.wanted.order();
+        let largest_wanted =
+            (1..=order).map(|k| amplitude(&tool.wanted, k) * (k * k) as f64 * omega * omega).fold(0.0_f64, f64::max);
+        let extra: Vec<usize> =
+            (order + 1..mesh.order() / 2).filter(|k| harmonic(*k) > EXTRA * largest_wanted).collect();
+        Quality {
+            overshoot: most(&actual) / peak - 1.0,
+            deviation: most(&miss) / peak,
+            extra_harmonics: extra.len(),
+            highest_extra: extra.last().copied(),
+        }
+    }
+}
+
+/// The rounds of the iteration, from round 0 on; fewer where a round finds no motion.
+pub fn rounds(task: &Task, order: usize, count: usize) -> Vec<Round> {
+    let machine = Machine::new(task, order);
+    let mut phases = machine.angles.clone();
+    let mut slopes = vec![1.0; phases.len()];
+    let mut rounds = Vec::new();
+    while rounds.len() <= count {
+        let cams: Vec<Cam> = task.tools.iter().map(|tool| machine.cam_of_phases(tool, &phases, &slopes)).collect();
+        let Some(orbit) = machine.orbit(&cams, &task.driving) else { break };
+        rounds.push(machine.judge(&orbit, &cams));
+        (phases, slopes) = machine.phases(&orbit);
+    }
+    rounds
+}

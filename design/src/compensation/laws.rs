@@ -1,0 +1,266 @@
+//! The compensated cams as laws that a scene takes: a Fourier series in φ, or a table where that would be too long.
+//!
+//! Near the bound of feasibility the machine almost comes to rest while the tools are fastest. The law then changes over a small
+//! part of the turn only, and its series needs more harmonics than a scene takes; the points of a table lie there the closer.
+//!
+//! The error of a law is that of the tool's acceleration on the motion that is wanted, max|ÿ − ÿ_wanted|/max|ÿ_wanted| with
+//! ÿ = f(U(φ))¨, U̇ = U′ω, Ü = U″ω² + U′ω̇ against y = f(U(ψ)): both sides in closed form, the maximum found between the
+//! places at which they are compared.
+
+use super::spectral::{Mesh, amplitude, largest, largest_between};
+use super::{Angle, Solution, Tool};
+use camdrive::drives::Fault;
+use camdrive::motion::table::Points;
+use camdrive::motion::{Fourier, MotionLaw, Table};
+use std::f64::consts::TAU;
+
+/// The highest harmonic of a cam that a scene takes.
+pub const HIGHEST_HARMONIC: usize = 256;
+
+/// The most points of a table that a scene takes.
+pub const MOST_POINTS: usize = 20_000;
+
+/// Harmonics below this part of the largest lift are roundings of the phases at which the lift is taken.
+const ROUNDING: f64 = 2e-16;
+
+/// Places for the shortest wave, and within a piece of a table, at which errors are measured: they tell the largest maximum from
+/// others, which is then refined.
+const PLACES: usize = 12;
+
+/// What a series misses has waves of up to about twice its order, since harmonics fall geometrically, and of a short one up to
+/// this order.
+const SHORTEST: usize = 32;
+
+/// The points of the first table for the shortest wave of the tool.
+const FIRST_POINTS: usize = 4;
+
+/// Tables that are tried: each divides the pieces that miss the tolerance as often as their order of four demands.
+const TABLES: usize = 12;
+
+/// Tables in a row that may be no better: the first ones do not see where the machine almost comes to rest.
+const STALE: usize = 3;
+
+/// The most parts of a piece in one of these rounds: farther the order is no guide.
+const MOST_PARTS: f64 = 8.0;
+
+/// What form the laws are to have.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Form {
+    /// A series where it is short enough, else a table.
+    #[default]
+    Auto,
+    /// Fourier series in φ.
+    Series,
+    /// Points of a periodic spline of degree 5.
+    Table,
+}
+
+/// The law of a compensated cam.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Law {
+    /// U_cam(φ) [m]; of a lever or a tool that turns [rad].
+    pub law: MotionLaw,
+    /// The largest error of the tool's acceleration that it causes on the wanted motion, relative to the largest acceleration.
+    pub truncation: f64,
+}
+
+/// Where a machine is at a place of its turn.
+#[derive(Clone, Copy, Debug)]
+pub struct Moment {
+    /// φ [rad], in [0, 2π].
+    pub angle: f64,
+    /// ω [rad/s].
+    pub speed: f64,
+    /// ω̇ [rad/s²].
+    pub change: f64,
+    /// 2πt/T [rad].
+    pub phase: f64,
+}
+
+impl Tool {
+    /// |ÿ − ÿ_wanted| [m/s² or rad/s²] with this law of the cam, Ω [rad/s] that of the motion.
+    pub fn miss(&self, law: &MotionLaw, mean_speed: f64, at: Moment) -> f64 {
+        let [u, u1, u2, ..] = law.at(at.angle).0;
+        let got = self.moved([u, u1 * at.speed, u2 * at.speed * at.speed + u1 * at.change])[2];
+        (got - mean_speed * mean_speed * self.at(at.phase)[2]).abs()
+    }
+}
+
+/// The places on which a law is measured, in the phase ψ of the design: [`PLACES`] for each shortest wave of its error, or for
+/// each piece. `angle` leads to φ, `fastest` is the largest of φ′(ψ).
+pub fn places(law: &MotionLaw, angle: &Angle, fastest: f64) -> Vec<f64> {
+    match law {
+        MotionLaw::Fourier(series) => {
+            let waves = (2 * series.order()).max(SHORTEST) as f64;
+            let n = (PLACES as f64 * waves * fastest).ceil() as usize;
+            (0..=n).map(|i| TAU * i as f64 / n as f64).collect()
+        }
+        law => {
+            let mut knots: Vec<f64> = law.breakpoints().iter().map(|phi| angle.inverse(*phi)).collect();
+            knots.extend(knots.first().map(|first| first + TAU));
+            divided(&knots, |_| PLACES)
+        }
+    }
+}
+
+/// The knots with so many parts between each and the next; without the last knot.
+fn divided(knots: &[f64], parts: impl Fn(usize) -> usize) -> Vec<f64> {
+    let between = |(i, pair): (usize, &[f64])| {
+        let (from, width, n) = (pair[0], pair[1] - pair[0], parts(i));
+        (0..n).map(move |j| from + width * j as f64 / n as f64)
+    };
+    knots.windows(2).enumerate().flat_map(between).collect()
+}
+
+/// What is known of the wanted motion when laws are looked for.
+struct Wanted<'a> {
+    solution: &'a Solution,
+    angle: Angle,
+    /// The largest of φ′(ψ).
+    fastest: f64,
+    tolerance: f64,
+}
+
+impl Wanted<'_> {
+    fn moment(&self, psi: f64) -> Moment {
+        let [speed, slope, ..] = self.solution.speed.at(psi).0;
+        Moment {
+            angle: self.angle.at(psi).rem_euclid(TAU),
+            speed,
+            change: slope * self.solution.mean_speed(),
+            phase: psi,
+        }
+    }
+
+    /// The largest error, refined between the places.
+    fn error(&self, tool: &Tool, law: &MotionLaw) -> f64 {
+        let omega = self.solution.mean_speed();
+        let places = places(law, &self.angle, self.fastest);
+        largest_between(&places, |psi| tool.miss(law, omega, self.moment(psi)))[1] / tool.acceleration(omega)[1]
+    }
+
+    /// The series with as few harmonics as the tolerance allows; the least error where they are too many.
+    fn series(&self, tool: &Tool) -> Result<Law, f64> {
+        // At equidistant angles the waves of the series have no error of phase; five points for each wave of the highest
+        // harmonic keep the aliases out.
+        let mesh = Mesh::new(5 * HIGHEST_HARMONIC / 2);
+        let lifts: Vec<f64> = (0..mesh.len()).map(|i| tool.motion.at(self.angle.inverse(mesh.point(i))).0[0]).collect();
+        let full = mesh.series(&lifts);
+        let floor = ROUNDING * largest(tool.motion.order(), |psi| tool.motion.at(psi).0[0])[1];
+        let last = (1..=HIGHEST_HARMONIC).rev().find(|k| amplitude(&full, *k) > floor).unwrap_or(1);
+        let cut = |order: usize| MotionLaw::Fourier(Fourier::new(full.a[..=order].to_vec(), full.b[..=order].to_vec()));
+        let longest = cut(last);
+        let least = self.error(tool, &longest);
+        if !(least <= self.tolerance) {
+            return Err(least);
+        }
+        // On the same places for all orders; the error falls with the order but for roundings.
+        let omega = self.solution.mean_speed();
+        let peak = tool.acceleration(omega)[1];
+        let moments: Vec<Moment> =
+            places(&longest, &self.angle, self.fastest).into_iter().map(|psi| self.moment(psi)).collect();
+        let suffices = |order: usize| {
+            let law = cut(order);
+            moments.iter().all(|at| tool.miss(&law, omega, *at) <= self.tolerance * peak)
+        };
+        let (mut too_few, mut order) = (0, last);
+        while order - too_few > 1 {
+            let middle = (order + too_few) / 2;
+            if suffices(middle) {
+                order = middle;
+            } else {
+                too_few = middle;
+            }
+        }
+        // Between the places the error may be a little larger than on them.
+        let laws = (order..=last).map(|order| {
+            let law = cut(order);
+            Law { truncation: self.error(tool, &law), law }
+        });
+        laws.into_iter().find(|law| law.truncation <= self.tolerance).ok_or(least)
+    }
+
+    /// The table with points where the tolerance needs them; the least error where they are too many.
+    fn table(&self, tool: &Tool) -> Result<Law, f64> {
+        let omega = self.solution.mean_speed();
+        let peak = tool.acceleration(omega)[1];
+        let n = FIRST_POINTS * tool.wanted.order().max(tool.motion.order()).max(4);
+        let mut knots: Vec<f64> = (0..=n).map(|i| TAU * i as f64 / n as f64).collect();
+        let (mut least, mut stale) = (f64::INFINITY, 0);
+        for _ in 0..TABLES {
+            let open = &knots[..knots.len() - 1];
+            let points = Points {
+                angles: open.iter().map(|psi| self.angle.at(*psi)).collect(),
+                lifts: open.iter().map(|psi| tool.motion.at(*psi).0[0]).collect(),
+            };
+            let Ok(table) = Table::new(points) else { break };
+            let law = MotionLaw::Table(table);
+            let in_piece = |pair: &[f64]| {
+                let at = |j: usize| pair[0] + (pair[1] - pair[0]) * j as f64 / PLACES as f64;
+                (0..PLACES).map(|j| tool.miss(&law, omega, self.moment(at(j))) / peak).fold(0.0, f64::max)
+            };
+            let errors: Vec<f64> = knots.windows(2).map(in_piece).collect();
+            let worst = errors.iter().copied().fold(0.0, f64::max);
+            // Halved pieces are sixteen times better, once they see the law: what stays over several tables are roundings.
+            stale = if worst < 0.7 * least { 0 } else { stale + 1 };
+            least = least.min(worst);
+            if stale > STALE {
+                break;
+            }
+            if worst <= self.tolerance {
+                let truncation = self.error(tool, &law);
+                if truncation <= self.tolerance {
+                    return Ok(Law { law, truncation });
+                }
+            }
+            // U″ of the spline converges with the fourth power of the distance; half the tolerance leaves room for what a
+            // piece has of its neighbours'.
+            let parts =
+                |i: usize| (errors[i] / (0.5 * self.tolerance)).powf(0.25).ceil().clamp(1.0, MOST_PARTS) as usize;
+            knots = divided(&knots, parts);
+            knots.push(TAU);
+            if knots.len() > MOST_POINTS {
+                break;
+            }
+        }
+        Err(least)
+    }
+}
+
+impl Solution {
+    /// The laws of the cams, each as short as keeps the error of the tool's acceleration below `tolerance`, relative to its
+    /// largest.
+    ///
+    /// # Errors
+    /// Where neither [`HIGHEST_HARMONIC`] harmonics nor [`MOST_POINTS`] points suffice, or not those of the demanded form.
+    pub fn laws(&self, tools: &[Tool], tolerance: f64, form: Form) -> Result<Vec<Law>, Fault> {
+        let fastest = self.range().map(|w| w / self.mean_speed()).into_iter().fold(1.0, f64::max);
+        let wanted = Wanted { solution: self, angle: self.angle(), fastest, tolerance };
+        let series = |tool: &Tool| {
+            wanted.series(tool).map_err(|least| {
+                format!("a series of up to {HIGHEST_HARMONIC} harmonics has an error of at least {least:.1e}")
+            })
+        };
+        let table = |tool: &Tool| {
+            wanted
+                .table(tool)
+                .map_err(|least| format!("a table of up to {MOST_POINTS} points has an error of at least {least:.1e}"))
+        };
+        let law = |tool: &Tool| {
+            match form {
+                Form::Series => series(tool).map_err(|what| (what, "a larger tolerance or J0 helps, or --laws table")),
+                Form::Table => table(tool).map_err(|what| (what, "a larger tolerance or J0 helps")),
+                Form::Auto => series(tool).or_else(|first| {
+                    table(tool).map_err(|second| (format!("{first}, {second}"), "a larger tolerance or J0 helps"))
+                }),
+            }
+            .map_err(|(what, help)| {
+                Fault(format!(
+                    "tool {}: {what} of the acceleration, more than the tolerance {tolerance:e}; {help}",
+                    tool.number
+                ))
+            })
+        };
+        tools.iter().map(law).collect()
+    }
+}

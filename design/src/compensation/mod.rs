@@ -1,0 +1,356 @@
+//! HS motions despite a fluctuating drive speed: the laws of the cams with which tools move as prescribed **in time**.
+//!
+//! A machine whose cams are cut for a uniform speed turns non-uniformly, since the tools' inertia fluctuates, and its
+//! tools then have harmonics that nobody wanted. Tool j is to move as x_j(t) = U_j(ψ), ψ = 2πt/T. With the angle φ(ψ) of
+//! the machine that moves so, the cam has to be
+//!
+//! U_cam,j(φ) = U_j(ψ(φ)).
+//!
+//! Because the tools' motion in time is known beforehand, φ(ψ) solves one regular periodic equation ([`orbit`]); the source's
+//! iteration ([`iteration`]) tends to the same limit with the factor ρ = max Ω²S/(J ω² + Ω²S), the largest part of the
+//! tools in the kinetic energy. Without motor a solution exists only if J0 ≥ ⟨√(S_max − S)⟩², J0 the constant inertia
+//! and S = Σ m_j U_j′²: below it the machine would come to rest while the tools move fastest.
+//!
+//! Behind mechanisms the same holds for the lever: where the tool moves as prescribed in time, so does the lever, and S holds
+//! the tool and all links with the velocities that they then have in time.
+//!
+//! The cams' laws are Fourier series in φ, as long as the wanted accuracy demands, or tables where that is too long ([`laws`]).
+//!
+//! Source: K. Kaltofen, "HS-Bewegungen trotz veränderlicher Antriebsgeschwindigkeit", section 3; factor and bound are
+//! derived here.
+
+pub mod iteration;
+mod laws;
+pub mod orbit;
+pub mod report;
+mod spectral;
+#[cfg(test)]
+mod tests;
+mod tool;
+
+pub use laws::{Form, Law};
+pub use tool::Tool;
+
+use camdrive::drives::Fault;
+use camdrive::drives::rigid_machine::{self, Motor, Place};
+use camdrive::motion::Fourier;
+use orbit::{Driving, Inertia, Orbit};
+use spectral::{Mesh, largest, mean, tail};
+use std::f64::consts::TAU;
+
+/// The coarsest and the finest mesh, by its order. A machine near the bound of feasibility, which almost comes to rest,
+/// needs more; its solution then says how far it is resolved.
+const ORDERS: [usize; 2] = [48, 384];
+
+/// The finest mesh of a machine whose motion has a closed form: within a hundredth of the least inertia.
+const FINEST_CLOSED: usize = 1536;
+
+/// The motion is resolved when its last harmonics are below this part of the largest: roundings of a Newton step.
+const RESOLVED: f64 = 1e-14;
+
+/// The share of the tools' inertia grows by this much at first where Newton's method needs to be led to the solution, and
+/// by this much at least.
+const SHARES: [f64; 2] = [0.25, 1e-3];
+
+/// The machine and what is wanted of it.
+#[derive(Clone, Debug)]
+pub struct Task {
+    /// What turns with the angle of the machine: J0, J_v(φ) and cams that stay as they are.
+    pub own: rigid_machine::Inertia,
+    /// The tools.
+    pub tools: Vec<Tool>,
+    /// Motor, load, period.
+    pub driving: Driving,
+}
+
+/// The solution.
+#[derive(Clone, Debug)]
+pub struct Solution {
+    /// The motion in the phase of time.
+    pub orbit: Orbit,
+    /// ω(ψ) [rad/s].
+    pub speed: Fourier,
+    /// The last harmonics of ω(ψ) relative to its mean: how far the motion is resolved.
+    pub resolution: f64,
+    /// ρ, the factor by which an iteration of the source reduces the error.
+    pub factor: f64,
+}
+
+/// The tools' inertia in the phase of time, and the rest in the angle.
+struct InTime<'a> {
+    own: &'a rigid_machine::Inertia,
+    /// S at the points.
+    tools: Vec<f64>,
+}
+
+impl Inertia for InTime<'_> {
+    const IN_TIME: bool = true;
+
+    fn at(&self, _: usize, phi: f64) -> [f64; 2] {
+        let [j, slope, ..] = self.own.at(Place::at(phi), phi);
+        [j, slope]
+    }
+
+    fn tools(&self, point: usize) -> f64 {
+        self.tools[point]
+    }
+}
+
+impl Task {
+    /// S(ψ) = Σ m_j U_j′(ψ)² [kg·m²], behind mechanisms with the inertia of all links.
+    pub fn tools_inertia(&self, psi: f64) -> f64 {
+        self.tools.iter().map(|tool| tool.inertia(psi)).sum()
+    }
+
+    /// The highest harmonic of the tools' motions.
+    fn order(&self) -> usize {
+        self.tools.iter().map(|tool| tool.wanted.order().max(tool.motion.order())).max().unwrap_or(1).max(1)
+    }
+
+    /// The order of the coarsest mesh for the motion: six points for each harmonic of the tools, of many harmonics two, as their
+    /// inertia has them, since the work grows with the cube.
+    fn coarsest(&self) -> usize {
+        (6 * self.order()).min(ORDERS[1]).max(2 * self.order()).max(ORDERS[0])
+    }
+
+    /// ⟨√(S_max − S)⟩² [kg·m²]: the least constant inertia of a machine without motor.
+    pub fn least_inertia_without_motor(&self) -> f64 {
+        // The square root has a corner where S is largest, so that the mean converges with 1/N² only, from either side of
+        // the corner alike.
+        let [top, most] = largest(2 * self.order(), |psi| self.tools_inertia(psi));
+        let n = 20_000;
+        let root = |i: usize| (most - self.tools_inertia(top + TAU * (i as f64 + 0.5) / n as f64)).max(0.0).sqrt();
+        ((0..n).map(root).sum::<f64>() / n as f64).powi(2)
+    }
+
+    /// The motion on `mesh` with this share of the tools' inertia.
+    fn solve_on(&self, mesh: &Mesh) -> Result<Orbit, f64> {
+        let tools: Vec<f64> = (0..mesh.len()).map(|i| self.tools_inertia(mesh.point(i))).collect();
+        if self.is_free() {
+            return self.free_motion(&tools).ok_or(1.0);
+        }
+        let own: Vec<f64> = (0..mesh.len()).map(|i| self.own.at(Place::at(mesh.point(i)), mesh.point(i))[0]).collect();
+        let with_share = |share: f64| InTime { own: &self.own, tools: tools.iter().map(|s| share * s).collect() };
+        let from_uniform = |share: f64| {
+            let inertia = mean(&own) + share * mean(&tools);
+            orbit::find(mesh, &with_share(share), &self.driving, |driving| orbit::uniform(mesh, driving, inertia))
+        };
+        if let Some(orbit) = from_uniform(1.0) {
+            return Ok(orbit);
+        }
+        let mut orbit = from_uniform(0.0).ok_or(0.0)?;
+        let (mut share, mut step) = (0.0, SHARES[0]);
+        while share < 1.0 {
+            let next = f64::min(share + step, 1.0);
+            match orbit::solve(mesh, &with_share(next), &self.driving, orbit.clone()) {
+                Some(found) => (orbit, share, step) = (found, next, 1.5 * step),
+                None => step *= 0.5,
+            }
+            if step < SHARES[1] {
+                return Err(share);
+            }
+        }
+        Ok(orbit)
+    }
+
+    /// The motion of the machine whose tools move as prescribed.
+    ///
+    /// # Errors
+    /// Where there is no such motion: the torque cannot carry the load, or the inertia is too small.
+    pub fn solve(&self) -> Result<Solution, Fault> {
+        // Newton's method may find a motion on a mesh that does not see where the machine comes to rest.
+        if self.is_free() && self.own.function.constant <= self.least_inertia_without_motor() {
+            return Err(self.refusal(1.0));
+        }
+        let mut order = self.coarsest();
+        loop {
+            let mesh = Mesh::new(order);
+            let orbit = self.solve_on(&mesh).map_err(|share| self.refusal(share))?;
+            let speed = mesh.series(&orbit.speed);
+            let resolution = tail(&speed);
+            let finest = if self.is_free() { FINEST_CLOSED } else { ORDERS[1] };
+            if resolution <= RESOLVED || 2 * order > finest {
+                let factor = self.factor(&orbit, &speed);
+                return Ok(Solution { orbit, speed, resolution, factor });
+            }
+            order *= 2;
+        }
+    }
+
+    /// Whether nothing but the constant inertia turns with the shaft, and no motor drives it.
+    fn is_free(&self) -> bool {
+        self.driving.motor == Motor::None && !self.own.varies()
+    }
+
+    /// ω = √((2E − Ω²S)/J0), E from ⟨ω⟩ = Ω, where `tools` is S at the points; None where S is too large.
+    fn free_motion(&self, tools: &[f64]) -> Option<Orbit> {
+        let omega = TAU / self.driving.period?;
+        let constant = self.own.function.constant;
+        let most = tools.iter().copied().fold(0.0, f64::max);
+        // With the square of the slowest speed instead of E, whose digits it needs near the bound.
+        let speed = |square: f64, s: f64| (square + omega * omega * (most - s) / constant).sqrt();
+        let mean_speed = |square: f64| tools.iter().map(|s| speed(square, *s)).sum::<f64>() / tools.len() as f64;
+        let (mut low, mut high) = (0.0, omega * omega);
+        if mean_speed(low) >= omega {
+            return None;
+        }
+        loop {
+            let middle = 0.5 * (low + high);
+            if middle <= low || middle >= high {
+                break;
+            }
+            if mean_speed(middle) < omega { low = middle } else { high = middle }
+        }
+        Some(Orbit {
+            speed: tools.iter().map(|s| speed(high, *s)).collect(),
+            torque: vec![0.0; tools.len()],
+            energy: 0.5 * (constant * high + omega * omega * most),
+            mean_speed: omega,
+            motor: Motor::None,
+        })
+    }
+
+    /// max Ω²S / (J ω² + Ω²S).
+    fn factor(&self, orbit: &Orbit, speed: &Fourier) -> f64 {
+        let omega = orbit.mean_speed;
+        let angle = Angle::new(speed, omega);
+        let part = |psi: f64| {
+            let (phi, w) = (angle.at(psi), speed.at(psi).0[0]);
+            let tools = omega * omega * self.tools_inertia(psi);
+            tools / (self.own.at(Place::at(phi), phi)[0] * w * w + tools)
+        };
+        largest(speed.order().min(96), part)[1]
+    }
+
+    fn refusal(&self, share: f64) -> Fault {
+        let tau = self.driving.load;
+        if share == 0.0 {
+            return match self.driving.motor {
+                Motor::Input => Fault("the motor's torque is an input: no periodic motion follows from it; choose `motor.kind` = \"kloss\" or \"none\"".into()),
+                Motor::None => Fault("a machine without motor keeps any speed: prescribe the period".into()),
+                Motor::Kloss { breakdown_torque, .. } if tau.abs() < breakdown_torque => Fault(format!(
+                    "no periodic motion of the machine without its tools was found, against the load of {tau} N.m; `camdrive steady` lists those of the whole machine"
+                )),
+                Motor::Kloss { breakdown_torque, breakdown_slip, .. } => Fault(format!(
+                    "the motor stalls: the load of {tau} N.m is beyond the part of its characteristic on which a motion is stable (breakdown torque {breakdown_torque} N.m at the slip {breakdown_slip})"
+                )),
+            };
+        }
+        let least = self.least_inertia_without_motor();
+        let constant = self.own.function.constant;
+        let with_motor = || self.least_inertia().map(|j| format!(", with this motor about {j:.3} kg.m2"));
+        let needed = if self.driving.motor == Motor::None { None } else { with_motor() }.unwrap_or_default();
+        Fault(format!(
+            "no law of the cams makes the tools move so: with J0 = {constant} kg.m2 the machine would come to rest where the tools are fastest (it needs at least {least:.6} kg.m2 without motor{needed}). Enlarge J0, or make the tools lighter or slower"
+        ))
+    }
+
+    /// The least J0 [kg·m²] with which there is a solution, to three digits; None where none is found below a thousand times
+    /// the given one.
+    pub fn least_inertia(&self) -> Option<f64> {
+        let mesh = Mesh::new(self.coarsest());
+        let solvable = |constant: f64| {
+            let mut task = self.clone();
+            task.own.function.constant = constant;
+            task.solve_on(&mesh).is_ok()
+        };
+        let given = self.own.function.constant;
+        let (mut low, mut high) = if solvable(given) {
+            (0.0, given)
+        } else {
+            let high = (1..=10).map(|i| given * 2f64.powi(i)).find(|j| solvable(*j))?;
+            (0.5 * high, high)
+        };
+        while high - low > 5e-4 * high {
+            let middle = 0.5 * (low + high);
+            if solvable(middle) {
+                high = middle;
+            } else {
+                low = middle;
+            }
+        }
+        Some(high)
+    }
+}
+
+/// φ(ψ) = ψ + ∫₀ (ω/Ω − 1) dψ.
+#[derive(Clone, Debug)]
+pub struct Angle {
+    /// The periodic part.
+    fluctuation: Fourier,
+    start: f64,
+}
+
+impl Angle {
+    /// The angle that belongs to the speed ω(ψ) with this mean.
+    pub fn new(speed: &Fourier, mean: f64) -> Self {
+        let part = |list: &[f64], sign: f64| -> Vec<f64> {
+            list.iter().enumerate().map(|(k, c)| if k == 0 { 0.0 } else { sign * c / (k as f64 * mean) }).collect()
+        };
+        // ∫ cos kψ = sin kψ/k, ∫ sin kψ = −cos kψ/k.
+        let fluctuation = Fourier::new(part(&speed.b, -1.0), part(&speed.a, 1.0));
+        let start = fluctuation.at(0.0).0[0];
+        Angle { fluctuation, start }
+    }
+
+    /// φ(ψ) [rad].
+    pub fn at(&self, psi: f64) -> f64 {
+        psi + self.fluctuation.at(psi).0[0] - self.start
+    }
+
+    /// ψ(φ) [rad], φ in one turn.
+    pub fn inverse(&self, phi: f64) -> f64 {
+        // φ rises all along, and φ − ψ is less than a turn: bisection with Newton steps where they stay inside.
+        let (mut low, mut high) = (phi - TAU, phi + TAU);
+        let mut psi = phi;
+        for _ in 0..100 {
+            let [u, slope, ..] = self.fluctuation.at(psi).0;
+            let miss = psi + u - self.start - phi;
+            if miss > 0.0 {
+                high = psi;
+            } else {
+                low = psi;
+            }
+            let newton = psi - miss / (1.0 + slope);
+            let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+            if (next - psi).abs() <= 2e-16 * TAU {
+                return next;
+            }
+            psi = next;
+        }
+        psi
+    }
+}
+
+impl Solution {
+    /// 2π/T [rad/s].
+    pub fn mean_speed(&self) -> f64 {
+        self.orbit.mean_speed
+    }
+
+    /// φ(ψ).
+    pub fn angle(&self) -> Angle {
+        Angle::new(&self.speed, self.orbit.mean_speed)
+    }
+
+    /// ω [rad/s] at the angle φ [rad].
+    pub fn speed_at(&self, phi: f64) -> f64 {
+        self.speed.at(self.angle().inverse(phi.rem_euclid(TAU))).0[0]
+    }
+
+    /// The least and the largest ω over the turn [rad/s].
+    pub fn range(&self) -> [f64; 2] {
+        range(&self.speed)
+    }
+}
+
+/// The least and the largest value of a speed over the turn.
+pub fn range(speed: &Fourier) -> [f64; 2] {
+    let mean = speed.a[0];
+    // The extremes of what is to be added to a value far outside are those of the speed itself.
+    let far = 1e3 * mean.abs();
+    let order = speed.order().min(96);
+    let up = largest(order, |x| far + speed.at(x).0[0])[0];
+    let down = largest(order, |x| far - speed.at(x).0[0])[0];
+    [speed.at(down).0[0], speed.at(up).0[0]]
+}

@@ -1,0 +1,161 @@
+//! The finite Fourier series of a table of angles and lifts.
+
+use camdrive::motion::Fourier;
+use camdrive::motion::table::{Points, TableError};
+use nalgebra::{DMatrix, DVector};
+use std::f64::consts::TAU;
+
+/// Points this near equal distances [rad] are equidistant; what is left changes a lift by 1e-9 of its slope.
+const EQUIDISTANT: f64 = 1e-9;
+
+/// Below this part of the largest pivot the points do not determine a harmonic: its coefficients would carry the
+/// roundings of the lifts ten thousand million times enlarged.
+const RANK: f64 = 1e-10;
+
+/// A Fourier series and how well it meets the points.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HarmonicAnalysis {
+    /// The series.
+    pub series: Fourier,
+    /// max |U(φᵢ) − lift| over the points [m].
+    pub largest_residual: f64,
+    /// The root of the mean square of the same [m].
+    pub mean_residual: f64,
+}
+
+/// The Fourier series of K = `harmonics` that meets the points best in the sense of least squares.
+///
+/// Equidistant points: their discrete Fourier series, aₖ = 2/n Σ uᵢ cos kφᵢ, bₖ = 2/n Σ uᵢ sin kφᵢ. Others: least
+/// squares, each point weighted by the angle it stands for, by QR. K ≤ (n − 1)/2 of n points, a closing one not
+/// counted.
+pub fn analyse(points: Points, harmonics: usize) -> Result<HarmonicAnalysis, TableError> {
+    let points = points.open()?;
+    let n = points.angles.len();
+    let most = (n - 1) / 2;
+    if harmonics > most {
+        return Err(TableError::TooManyHarmonics { harmonics, most });
+    }
+    let distance = TAU / n as f64;
+    let first = points.angles[0];
+    let equidistant =
+        points.angles.iter().enumerate().all(|(i, phi)| (phi - first - i as f64 * distance).abs() < EQUIDISTANT);
+    let series = if equidistant {
+        discrete_series(first, &points.lifts, harmonics)
+    } else {
+        least_squares(&points, harmonics).ok_or(TableError::TooManyHarmonics { harmonics, most: harmonics - 1 })?
+    };
+    let residual =
+        |i: usize| series.at(points.angles[i] - TAU * (points.angles[i] / TAU).round()).0[0] - points.lifts[i];
+    let largest_residual = (0..n).fold(0.0_f64, |largest, i| largest.max(residual(i).abs()));
+    let mean_residual = ((0..n).map(|i| residual(i).powi(2)).sum::<f64>() / n as f64).sqrt();
+    Ok(HarmonicAnalysis { series, largest_residual, mean_residual })
+}
+
+/// The discrete Fourier series of lifts at φᵢ = first + 2πi/n.
+fn discrete_series(first: f64, lifts: &[f64], harmonics: usize) -> Fourier {
+    let n = lifts.len();
+    let (mut a, mut b) = (vec![0.0; harmonics + 1], vec![0.0; harmonics + 1]);
+    for k in 0..=harmonics {
+        let factor = if k == 0 { 1.0 } else { 2.0 } / n as f64;
+        for (i, lift) in lifts.iter().enumerate() {
+            // Whole turns of k·i are left out before the angle is rounded.
+            let (sin, cos) = (k as f64 * first + TAU * (k * i % n) as f64 / n as f64).sin_cos();
+            a[k] += lift * cos;
+            b[k] += lift * sin;
+        }
+        a[k] *= factor;
+        b[k] *= factor;
+    }
+    Fourier::new(a, b)
+}
+
+/// min Σ wᵢ (U(φᵢ) − uᵢ)²; None where the points do not determine the coefficients.
+fn least_squares(points: &Points, harmonics: usize) -> Option<Fourier> {
+    let Points { angles, lifts } = points;
+    let n = angles.len();
+    let weight = |i: usize| {
+        let next = if i + 1 < n { angles[i + 1] } else { angles[0] + TAU };
+        let before = if i > 0 { angles[i - 1] } else { angles[n - 1] - TAU };
+        (0.5 * (next - before)).sqrt()
+    };
+    // Columns: 1, cos φ, sin φ, cos 2φ, sin 2φ …
+    let matrix = DMatrix::from_fn(n, 2 * harmonics + 1, |i, column| {
+        let angle = column.div_ceil(2) as f64 * angles[i];
+        weight(i) * if column % 2 == 0 && column > 0 { angle.sin() } else { angle.cos() }
+    });
+    let mut right = DVector::from_fn(n, |i, _| weight(i) * lifts[i]);
+    let qr = matrix.qr();
+    qr.q_tr_mul(&mut right);
+    let r = qr.r();
+    let pivots = r.diagonal().abs();
+    if pivots.min() <= RANK * pivots.max() {
+        return None;
+    }
+    let x = r.solve_upper_triangular(&right.rows(0, 2 * harmonics + 1))?;
+    let a = (0..=harmonics).map(|k| x[if k == 0 { 0 } else { 2 * k - 1 }]).collect();
+    let b = (0..=harmonics).map(|k| if k == 0 { 0.0 } else { x[2 * k] }).collect();
+    Some(Fourier::new(a, b))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn series() -> Fourier {
+        Fourier::new(vec![0.02, 0.574, -0.076, 0.0, 0.011], vec![0.0, -0.03, 0.2, 0.004, -0.007])
+    }
+
+    fn sample(series: &Fourier, angles: Vec<f64>) -> Points {
+        let lifts = angles.iter().map(|&phi| series.at(phi).0[0]).collect();
+        Points { angles, lifts }
+    }
+
+    #[test]
+    fn the_discrete_series_of_a_finite_series_is_itself() {
+        let given = series();
+        for first in [0.0, -2.0, 0.3] {
+            // With and without the closing point, up to the highest number of harmonics.
+            for (n, closing, harmonics) in [(9, 0, 4), (24, 1, 11), (360, 1, 7)] {
+                let angles = (0..n + closing).map(|i| first + TAU * i as f64 / n as f64).collect();
+                let found = analyse(sample(&given, angles), harmonics).unwrap();
+                for k in 0..=harmonics {
+                    let expected = if k < 5 { (given.a[k], given.b[k]) } else { (0.0, 0.0) };
+                    // Roundings of the sampled angles and of sums of n terms.
+                    assert!((found.series.a[k] - expected.0).abs() < 2e-15, "a[{k}] of {n} points from {first}");
+                    assert!((found.series.b[k] - expected.1).abs() < 2e-15, "b[{k}] of {n} points from {first}");
+                }
+                assert!(found.largest_residual < 2e-15 && found.mean_residual <= found.largest_residual);
+            }
+        }
+    }
+
+    #[test]
+    fn unequal_distances_give_the_same_series_by_least_squares() {
+        let given = series();
+        let angles = (0..40).map(|i| f64::from(i) * TAU / 40.0 + 0.02 * f64::from(i * i % 7 - 3)).collect();
+        let found = analyse(sample(&given, angles), 6).unwrap();
+        for k in 0..=6 {
+            let expected = if k < 5 { (given.a[k], given.b[k]) } else { (0.0, 0.0) };
+            assert!((found.series.a[k] - expected.0).abs() < 1e-15, "a[{k}]");
+            assert!((found.series.b[k] - expected.1).abs() < 1e-15, "b[{k}]");
+        }
+        assert!(found.largest_residual < 2e-15);
+    }
+
+    #[test]
+    fn the_residual_is_what_the_left_out_harmonics_carry() {
+        // cos 5φ is orthogonal to the lower harmonics on 16 points, so it stays whole.
+        let given = Fourier::new(vec![0.0, 1.0, 0.0, 0.0, 0.0, 0.25], vec![]);
+        let angles = (0..16).map(|i| TAU * f64::from(i) / 16.0).collect();
+        let found = analyse(sample(&given, angles), 4).unwrap();
+        assert!((found.largest_residual - 0.25).abs() < 1e-15);
+        assert!((found.mean_residual - 0.25 / f64::sqrt(2.0)).abs() < 1e-15);
+    }
+
+    #[test]
+    fn too_many_harmonics_are_refused() {
+        let angles = (0..12).map(|i| TAU * f64::from(i) / 12.0).collect();
+        let error = analyse(sample(&series(), angles), 6).unwrap_err();
+        assert_eq!(error, TableError::TooManyHarmonics { harmonics: 6, most: 5 });
+    }
+}

@@ -1,0 +1,23 @@
+//! Tools of design around the drives: [`cam_geometry`], contours from motion laws; [`clearance`], what backlash does to a
+//! motion law; [`compensation`], cams for a machine that fluctuates; [`lever_law`], mechanisms between cam and tool
+//! backwards; [`overview`], what a scene amounts to and what of it is hardly meant; [`stability`], at which speeds varying parameters make a drive vibrate; [`synthesis`], cam
+//! profiles from motion tasks; [`tradeoff`], speed against accuracy; [`transmission`], how well mechanisms pass the force on.
+
+#![deny(unsafe_code)]
+#![warn(missing_docs)]
+
+pub mod cam_geometry;
+pub mod clearance;
+pub mod compensation;
+pub mod harmonic_analysis;
+#[allow(unsafe_code)]
+pub mod host;
+pub mod lever_law;
+pub mod overview;
+pub mod plot;
+pub mod resource;
+pub mod stability;
+pub mod synthesis;
+pub mod text;
+pub mod tradeoff;
+pub mod transmission;

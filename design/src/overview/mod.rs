@@ -1,0 +1,238 @@
+//! What a scene amounts to, in the units that engineers read: speed, natural frequency, largest acceleration and force,
+//! the nearest resonances; and what of it is hardly meant, as where a unit was forgotten ([`implausible`], [`roughness`]).
+//!
+//! Loads and deformations are kinetostatic, those of a drive that does not vibrate. An elastic drive is taken as
+//! m q̈ + b q̇ + c q = f + Ω² f₂ with the means m, b, c over a turn ([`camdrive::drives::oscillator`]): harmonic k of its load
+//! deforms it by |f + Ω² f₂|ₖ / |c − m (kΩ)² + i b kΩ|, largest near kΩ = ω₀ = √(c/m).
+
+mod implausible;
+mod machine;
+mod roughness;
+#[cfg(test)]
+mod tests;
+mod vibration;
+
+use crate::resource::Resource;
+use camdrive::drives::backlash::{self, BacklashDrive};
+use camdrive::drives::cam_drive::DriveMode;
+use camdrive::drives::elastic_output::{self, ElasticOutput};
+use camdrive::drives::elastic_shaft::{self, ElasticShaft};
+use camdrive::drives::parametric::{self, ParametricDrive};
+use camdrive::drives::rigid_machine::RigidMachine;
+use camdrive::drives::{Drive as _, Fault};
+use camdrive::motion::MotionLaw;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use std::f64::consts::TAU;
+
+/// What a scene amounts to.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Overview {
+    /// Its figures, in the order in which they are told.
+    pub figures: Vec<Figure>,
+    /// The resonances nearest to the speed; without a speed the strongest ones.
+    pub resonances: Vec<Resonance>,
+    /// What is hardly meant.
+    pub warnings: Vec<Warning>,
+}
+
+/// A quantity and its value.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Figure {
+    /// For example "natural_frequency" or "follower[1].stroke".
+    pub name: String,
+    /// In the coherent SI unit.
+    pub value: f64,
+    /// That unit; "1" for a pure number.
+    pub unit: &'static str,
+    /// For people.
+    #[serde(skip)]
+    pub shown: String,
+}
+
+/// A harmonic of the load that meets the natural frequency at some speed.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Resonance {
+    /// k.
+    pub harmonic: usize,
+    /// ω₀/k [rad/s].
+    pub speed: f64,
+    /// The amplitude of q in this harmonic at the speed of the scene [m or rad].
+    pub amplitude: Option<f64>,
+    /// The same at the resonance; None without damping.
+    pub resonant_amplitude: Option<f64>,
+    /// The unit of both.
+    pub unit: &'static str,
+}
+
+/// Something that is hardly meant, though it can be computed.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Warning {
+    /// What, with its value, and why it is hardly meant.
+    pub message: String,
+    /// What to do about it.
+    pub hint: String,
+}
+
+/// Samples of a turn, in the middle of as many equal parts: three digits of the largest derivatives of a law.
+const SAMPLES: usize = 4096;
+
+/// The sampled angles [rad].
+fn angles() -> impl Iterator<Item = f64> {
+    (0..SAMPLES).map(|i| (i as f64 + 0.5) * TAU / SAMPLES as f64)
+}
+
+/// The overview of a scene. A model that is not known here has an empty one.
+///
+/// # Errors
+/// Where the scene is none of its model.
+pub fn of(resource: &Resource) -> Result<Overview, Fault> {
+    let mut overview = Overview::default();
+    match resource.model.as_str() {
+        ElasticOutput::MODEL => {
+            let elastic_output::Scene { m, c, b, cam, drive, .. } = read(resource)?;
+            let speed = overview.driven(&drive);
+            overview.elastic(&vibration::behind_cam(&cam, [m, b, c], speed), Some((&cam, false)));
+            overview.cam(&cam, m, speed);
+        }
+        ElasticShaft::MODEL => {
+            let elastic_shaft::Scene { m, cam, drive, .. } = read(resource)?;
+            let speed = overview.driven(&drive);
+            overview.elastic(&resource.oscillator()?, Some((&cam, true)));
+            overview.cam(&cam, m, speed);
+        }
+        BacklashDrive::MODEL => {
+            let backlash::Scene { m1, m2, c, b, s, cam, drive, .. } = read(resource)?;
+            let speed = overview.driven(&drive);
+            overview.elastic(&vibration::behind_cam(&cam, [m2, b, c], speed), Some((&cam, false)));
+            overview.speed("natural_frequency_in_flight", (c * (m1 + m2) / (m1 * m2)).sqrt());
+            overview.figure("clearance", s, "m");
+            overview.cam(&cam, m1 + m2, speed);
+        }
+        ParametricDrive::MODEL => {
+            let parametric::Scene { drive, .. } = read(resource)?;
+            overview.driven(&drive);
+            overview.elastic(&resource.oscillator()?, None);
+        }
+        RigidMachine::MODEL => machine::tell(&mut overview, &read(resource)?),
+        _ => {}
+    }
+    implausible::warn(&mut overview);
+    Ok(overview)
+}
+
+fn read<S: DeserializeOwned>(resource: &Resource) -> Result<S, Fault> {
+    serde_json::from_value(resource.scene.clone())
+        .map_err(|e| Fault(format!("the resolved scene of {} cannot be read: {e}", resource.model)))
+}
+
+impl Overview {
+    /// A quantity in coherent SI.
+    fn figure(&mut self, name: impl Into<String>, value: f64, unit: &'static str) {
+        self.figures.push(Figure { name: name.into(), value, unit, shown: shown(value, unit) });
+    }
+
+    /// A speed or a natural frequency [rad/s], in all units in which people give it.
+    fn speed(&mut self, name: &str, value: f64) {
+        let [rpm, hz, own] = [value * 60.0 / TAU, value / TAU, value].map(digits);
+        let shown = format!("{rpm} rpm = {hz} Hz = {own} rad/s");
+        self.figures.push(Figure { name: name.to_owned(), value, unit: "rad/s", shown });
+    }
+
+    /// A part of something.
+    fn share(&mut self, name: &str, value: f64) {
+        self.figures.push(Figure {
+            name: name.to_owned(),
+            value,
+            unit: "1",
+            shown: format!("{} %", digits(100.0 * value)),
+        });
+    }
+
+    /// The speed of a drive, if it has one of its own.
+    fn driven(&mut self, drive: &DriveMode) -> Option<f64> {
+        let DriveMode::Constant { w, .. } = *drive else { return None };
+        self.speed("speed", w);
+        Some(w)
+    }
+
+    /// The motion of a mass on a cam.
+    fn cam(&mut self, law: &MotionLaw, mass: f64, speed: Option<f64>) {
+        self.roughness("cam", law);
+        let [u, u1, u2, ..] = std::array::from_fn::<Vec<f64>, 5, _>(|n| angles().map(|phi| law.at(phi).0[n]).collect());
+        self.motion("", [u, u1, u2], mass, speed, false);
+    }
+
+    /// The motion of a tool whose position and transfer functions over the turn are these.
+    fn motion(&mut self, prefix: &str, [u, u1, u2]: [Vec<f64>; 3], mass: f64, speed: Option<f64>, turns: bool) {
+        let mut tell = |name: &str, value: f64, unit: [&'static str; 2]| {
+            self.figure(format!("{prefix}{name}"), value, unit[usize::from(turns)]);
+        };
+        tell("stroke", stroke(&u), ["m", "rad"]);
+        let (slope, curvature) = (largest(&u1), largest(&u2));
+        let Some(speed) = speed else {
+            tell("largest_first_transfer_function", slope, ["m/rad", "1"]);
+            tell("largest_second_transfer_function", curvature, ["m/rad2", "1/rad"]);
+            return;
+        };
+        let acceleration = curvature * speed * speed;
+        tell("largest_velocity", slope * speed.abs(), ["m/s", "rad/s"]);
+        tell("largest_acceleration", acceleration, ["m/s2", "rad/s2"]);
+        tell(if turns { "largest_torque" } else { "largest_force" }, mass * acceleration, ["N", "N.m"]);
+    }
+
+    /// The overview for a terminal.
+    pub fn text(&self) -> String {
+        let resonance = |r: &Resonance| {
+            let there = r.resonant_amplitude.map_or("without bound".to_owned(), |q| shown(q, r.unit));
+            let here = r.amplitude.map_or(String::new(), |q| format!("{} here, ", shown(q, r.unit)));
+            let rpm = digits(r.speed * 60.0 / TAU);
+            (
+                format!("resonance k = {}", r.harmonic),
+                format!("{rpm} rpm; deformation in this harmonic {here}{there} there"),
+            )
+        };
+        let figures = self.figures.iter().map(|f| (f.name.replace('_', " "), f.shown.clone()));
+        let rows: Vec<(String, String)> = figures.chain(self.resonances.iter().map(resonance)).collect();
+        let width = rows.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0);
+        rows.iter().map(|(name, text)| format!("  {name:<width$}  {text}\n")).collect()
+    }
+}
+
+fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |most, value| most.max(value.abs()))
+}
+
+fn stroke(positions: &[f64]) -> f64 {
+    let (low, high) =
+        positions.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), u| (low.min(*u), high.max(*u)));
+    high - low
+}
+
+/// Four significant digits, in powers of ten where that is shorter.
+fn digits(value: f64) -> String {
+    let rounded = format!("{value:.3e}").parse().unwrap_or(value) + 0.0;
+    if rounded == 0.0 || (1e-3..1e6).contains(&rounded.abs()) { rounded.to_string() } else { format!("{rounded:e}") }
+}
+
+/// The value in a unit that suits its size.
+fn shown(value: f64, unit: &str) -> String {
+    let suited = |units: &[(&str, f64)]| {
+        // 9.9996 is shown as 10.
+        let fits = |(_, factor): &&(&str, f64)| (value * factor).abs() >= 0.99995;
+        let suited = if value == 0.0 { units.first() } else { units.iter().find(fits).or(units.last()) };
+        let (unit, factor) = suited.copied().unwrap_or((unit, 1.0));
+        format!("{} {unit}", digits(value * factor))
+    };
+    match unit {
+        "1" => digits(value),
+        "rad" => format!("{}°", digits(value.to_degrees())),
+        // Drawings are in millimetres, up to ten metres.
+        "m" if value.abs() < 10.0 => suited(&[("mm", 1e3), ("µm", 1e6), ("nm", 1e9)]),
+        "N" => suited(&[("MN", 1e-6), ("kN", 1e-3), ("N", 1.0), ("mN", 1e3)]),
+        "N.m" => suited(&[("kN·m", 1e-3), ("N·m", 1.0), ("mN·m", 1e3)]),
+        "m/rad" => format!("{} mm/rad", digits(1e3 * value)),
+        "m/rad2" => format!("{} mm/rad²", digits(1e3 * value)),
+        _ => format!("{} {}", digits(value), unit.replace('.', "·").replace('2', "²")),
+    }
+}

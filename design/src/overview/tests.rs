@@ -1,0 +1,197 @@
+//! Figures against closed forms, noise against what was added.
+
+use super::roughness::noise;
+use super::*;
+use camdrive::drives::cam_drive::{Start, StartMode};
+use camdrive::drives::rigid_machine::{Follower, InertiaFunction, MachineStart, Motor};
+use camdrive::drives::solver::Settings;
+use camdrive::drives::{backlash, rigid_machine};
+use camdrive::motion::table::Points;
+use camdrive::motion::{Cycle, CyclePlan, Fourier, StandardLaw, Table};
+
+const REST: Start = Start { mode: StartMode::AtRest, q: 0.0, q_dot: 0.0 };
+
+fn overview(model: &str, scene: &impl Serialize) -> Overview {
+    let scene = serde_json::to_value(scene).unwrap();
+    of(&Resource { name: "x".into(), model: model.into(), guid: String::new(), scene }).unwrap()
+}
+
+fn assert_figures(overview: &Overview, expected: &[(&str, f64)]) {
+    for (name, value) in expected {
+        let figure = overview.figures.iter().find(|figure| figure.name == *name);
+        let found = figure.unwrap_or_else(|| panic!("{name} is missing in {:?}", overview.figures)).value;
+        assert!((found - value).abs() <= 1e-5 * value.abs(), "{name}: {found} for {value}");
+    }
+}
+
+/// U = a cos φ.
+fn cosine(a: f64) -> MotionLaw {
+    MotionLaw::Fourier(Fourier::new(vec![0.0, a], vec![]))
+}
+
+#[test]
+fn the_figures_of_an_elastic_output_on_a_cosine_are_those_of_the_closed_form() {
+    let (m, w0, d, w, a) = (12.0, 1700.0, 0.03, 190.0, 0.5e-3);
+    let (c, b) = (m * w0 * w0, 2.0 * d * m * w0);
+    let drive = DriveMode::Constant { w, phi_start: 0.0 };
+    let scene = elastic_output::Scene { m, c, b, cam: cosine(a), drive, start: REST, solver: Settings::default() };
+    let overview = overview(ElasticOutput::MODEL, &scene);
+    let eta = w / w0;
+    assert_figures(
+        &overview,
+        &[
+            ("speed", w),
+            ("natural_frequency", w0),
+            ("damping_ratio", d),
+            ("frequency_ratio", eta),
+            ("stroke", 2.0 * a),
+            ("largest_velocity", a * w),
+            ("largest_acceleration", a * w * w),
+            ("largest_force", m * a * w * w),
+            ("largest_deformation", a * eta * eta),
+            ("deformation_of_stroke", 0.5 * eta * eta),
+        ],
+    );
+    let [resonance] = overview.resonances[..] else { panic!("one harmonic: {:?}", overview.resonances) };
+    assert_eq!(resonance.harmonic, 1);
+    let here = a * eta * eta / (1.0 - eta * eta).hypot(2.0 * d * eta);
+    assert!((resonance.amplitude.unwrap() / here - 1.0).abs() < 1e-9);
+    assert!((resonance.resonant_amplitude.unwrap() / (a / (2.0 * d)) - 1.0).abs() < 1e-9);
+    assert!((resonance.speed / w0 - 1.0).abs() < 1e-9);
+    assert!(overview.warnings.is_empty(), "{:?}", overview.warnings);
+    for part in ["1814 rpm = 30.24 Hz = 190 rad/s", "1 mm", "0.095 m/s", "18.05 m/s²", "216.6 N", "0.6246 %"] {
+        assert!(overview.text().contains(part), "{part} is missing in\n{}", overview.text());
+    }
+}
+
+#[test]
+fn the_figures_of_an_elastic_shaft_are_those_of_its_mean_inertia() {
+    let (m, inertia, c, w, a) = (60.0, 1.5, 24e3, 5.0, 0.2);
+    let drive = DriveMode::Constant { w: -w, phi_start: 0.0 };
+    let (cam, solver) = (cosine(a), Settings::default());
+    let scene = elastic_shaft::Scene { m, inertia, c, b: 18.0, linear: false, cam, drive, start: REST, solver };
+    // J = J₀ + m a² sin² φ, and ½ J′ Ω² is the torque of a rigid shaft.
+    let (mean, torque) = (inertia + 0.5 * m * a * a, 0.5 * m * a * a * w * w);
+    assert_figures(
+        &overview(ElasticShaft::MODEL, &scene),
+        &[
+            ("natural_frequency", (c / mean).sqrt()),
+            ("damping_ratio", 18.0 / (2.0 * (c * mean).sqrt())),
+            ("largest_torque", torque),
+            ("largest_deformation", torque / c),
+            ("largest_force", m * a * w * w),
+        ],
+    );
+}
+
+#[test]
+fn a_drive_with_backlash_has_two_natural_frequencies_and_one_on_inputs_no_speed() {
+    let (m1, m2, c) = (2.0, 8.0, 2e6);
+    let (cam, drive, solver) = (cosine(0.01), DriveMode::Input, Settings::default());
+    let scene = backlash::Scene { m1, m2, c, b: 0.0, s: 5e-5, e: 0.0, cam, drive, start: REST, solver };
+    let overview = overview(BacklashDrive::MODEL, &scene);
+    let expected = [
+        ("natural_frequency", 500.0),
+        // Both masses swing against each other: 1/m = 1/m1 + 1/m2.
+        ("natural_frequency_in_flight", (c / 1.6).sqrt()),
+        ("clearance", 5e-5),
+        ("largest_first_transfer_function", 0.01),
+        ("largest_second_transfer_function", 0.01),
+    ];
+    assert_figures(&overview, &expected);
+    assert!(
+        overview.figures.iter().all(|figure| figure.name != "speed" && !figure.name.contains("_force")),
+        "{:?}",
+        overview.figures
+    );
+    assert!(overview.text().contains("deformation in this harmonic without bound there"), "{}", overview.text());
+}
+
+#[test]
+fn a_machine_without_motor_keeps_its_energy() {
+    let (constant, m, a, w) = (0.1, 2.0, 0.3, 20.0);
+    let scene = rigid_machine::Scene {
+        inertia: InertiaFunction { constant, varying: None },
+        followers: vec![Follower::new(m, cosine(a))],
+        motor: Motor::None,
+        // From the middle of the stroke, where J is largest.
+        phi_start: 1.5 * std::f64::consts::PI,
+        w_start: -w,
+        start: MachineStart::Given,
+        solver: Settings::default(),
+    };
+    // ω = √(2E/J), J = J₀ + m a² sin² φ; the trapezoidal rule is exact to rounding for this period.
+    let (least, most) = (constant, constant + m * a * a);
+    let count = 4000;
+    let root = |i: usize| (constant + m * (a * (TAU * i as f64 / count as f64).sin()).powi(2)).sqrt();
+    let mean = most.sqrt() * w / ((0..count).map(root).sum::<f64>() / count as f64);
+    let overview = overview(RigidMachine::MODEL, &scene);
+    assert_figures(
+        &overview,
+        &[
+            ("mean_speed", -mean),
+            ("speed_fluctuation", w * ((most / least).sqrt() - 1.0) / mean),
+            ("follower[1].stroke", 2.0 * a),
+            ("follower[1].largest_acceleration", a * mean * mean),
+        ],
+    );
+    for part in ["0.1 kg·m²", "0.28 kg·m²"] {
+        assert!(overview.text().contains(part), "{part} is missing in\n{}", overview.text());
+    }
+}
+
+/// A table of this law with `points` points of a turn, stroke 20 mm, rise 100°, return 90°.
+fn table(law: StandardLaw, points: usize, lift: impl Fn(usize, f64) -> f64) -> Table {
+    let angle = |degrees: f64| degrees.to_radians();
+    let plan = CyclePlan {
+        stroke: 0.02,
+        lower: 0.0,
+        rise_start: 0.0,
+        rise_angle: angle(100.0),
+        upper_dwell: angle(40.0),
+        return_angle: angle(90.0),
+        rise_law: law,
+        return_law: law,
+    };
+    let cycle = MotionLaw::Cycle(Cycle::new(plan));
+    let angles: Vec<f64> = (0..points).map(|i| TAU * i as f64 / points as f64).collect();
+    let lifts = angles.iter().enumerate().map(|(i, phi)| lift(i, cycle.at(*phi).0[0])).collect();
+    Table::new(Points { angles, lifts }).unwrap()
+}
+
+/// Numbers equally distributed between −1 and 1 (splitmix64).
+fn random(i: usize) -> f64 {
+    let mut z = (i as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+}
+
+#[test]
+fn a_table_of_a_law_is_not_noisy_and_one_with_noise_tells_its_size() {
+    for law in StandardLaw::ALL {
+        for points in [60, 180, 360, 720] {
+            assert_eq!(noise(&table(law, points, |_, u| u)), None, "{} {points}", law.name());
+        }
+        // ±5 µm have the standard deviation 5 µm/√3.
+        let [size, _] = noise(&table(law, 360, |i, u| u + 5e-6 * random(i))).expect("noise");
+        assert!((size / (5e-6 / 3f64.sqrt()) - 1.0).abs() < 0.15, "{}: {size}", law.name());
+        // Rounded to 1 µm, where the law moves: a standard deviation of 1 µm/√12 there, on 190° of 360°.
+        let [size, _] = noise(&table(law, 360, |_, u| (u * 1e6).round() / 1e6)).expect("rounding");
+        assert!((size / 0.21e-6 - 1.0).abs() < 0.25, "{}: {size}", law.name());
+    }
+    // Of any spacing.
+    let angles: Vec<f64> = (0..400).map(|i| (TAU / 400.0) * (i as f64 + 0.3 * random(7 * i + 5))).collect();
+    let lifts: Vec<f64> = angles.iter().enumerate().map(|(i, phi)| 0.01 * phi.cos() + 1e-6 * random(i)).collect();
+    let [size, _] = noise(&Table::new(Points { angles, lifts }).unwrap()).expect("noise");
+    assert!((size / (1e-6 / 3f64.sqrt()) - 1.0).abs() < 0.15, "{size}");
+}
+
+#[test]
+fn noise_is_told_as_what_the_spline_makes_of_it() {
+    let noisy = table(StandardLaw::ModifiedSine, 360, |i, _| 5e-6 * random(i));
+    let [_, told] = noise(&noisy).expect("noise");
+    let law = MotionLaw::Table(noisy);
+    let found = (angles().map(|phi| law.at(phi).0[2].powi(2)).sum::<f64>() / SAMPLES as f64).sqrt();
+    assert!((told / found - 1.0).abs() < 0.15, "{told} for {found} m/rad²");
+}

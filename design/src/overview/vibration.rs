@@ -1,0 +1,113 @@
+//! The elastic member of a drive: natural frequency, damping ratio, deformation, resonances.
+
+use super::{Overview, Resonance, SAMPLES, angles, largest, stroke};
+use camdrive::drives::oscillator::{PeriodicOscillator, Terms};
+use camdrive::drives::unit;
+use camdrive::motion::MotionLaw;
+
+/// Harmonics among which resonances are looked for; the drives of machines run above ω₀/48.
+const HARMONICS: usize = 48;
+
+/// A harmonic that deforms by less than this part of the strongest at resonance is not told.
+const OF_NO_ACCOUNT: f64 = 1e-4;
+
+/// As many resonances are told.
+const TOLD: usize = 3;
+
+/// A mass m on damper and spring b, c behind a cam: m q̈ + b q̇ + c q = −Ω² m U″.
+pub fn behind_cam(law: &MotionLaw, [m, b, c]: [f64; 3], speed: Option<f64>) -> PeriodicOscillator {
+    let own = law.clone();
+    let terms =
+        move |segment: usize, phi: f64| Terms { m, b, c, f2: -m * own.at_in(segment, phi).0[2], ..Terms::default() };
+    let resolutions = law.clone();
+    PeriodicOscillator {
+        terms: Box::new(terms),
+        breakpoints: law.breakpoints().to_vec(),
+        reach: Box::new(move |segment| 1.0 / resolutions.resolution_in(segment).max(1.0)),
+        inertia_turns: false,
+        speed,
+        start: 0.0,
+        coordinate: &unit::LENGTH,
+        load: &unit::FORCE,
+        note: None,
+    }
+}
+
+impl Overview {
+    /// What an elastic member amounts to; with the law that it moves, and whether it twists the shaft of its cam.
+    pub(super) fn elastic(&mut self, oscillator: &PeriodicOscillator, moved: Option<(&MotionLaw, bool)>) {
+        let turn: Vec<(f64, Terms)> = angles().map(|phi| (phi, terms_at(oscillator, phi))).collect();
+        let mean = |term: fn(&Terms) -> f64| turn.iter().map(|(_, t)| term(t)).sum::<f64>() / SAMPLES as f64;
+        let [m, b, c] = [mean(|t| t.m), mean(|t| t.b), mean(|t| t.c)];
+        // A drive whose mean stiffness draws it away has no natural frequency.
+        if !(m > 0.0 && c > 0.0) {
+            return;
+        }
+        let w0 = (c / m).sqrt();
+        self.speed("natural_frequency", w0);
+        self.figure("damping_ratio", b / (2.0 * m * w0), "1");
+        let (length, load) = (oscillator.coordinate.unit, oscillator.load.unit);
+        if let Some(speed) = oscillator.speed {
+            self.figure("frequency_ratio", speed.abs() / w0, "1");
+            let loads: Vec<f64> = turn.iter().map(|(_, t)| t.f + speed * speed * t.f2).collect();
+            if moved.is_none_or(|(_, twists)| twists) {
+                self.figure(if load == "N" { "largest_force" } else { "largest_torque" }, largest(&loads), load);
+            }
+            self.figure("largest_deformation", largest(&loads) / c, length);
+            if let Some((law, twists)) = moved {
+                let arm = |phi: f64| if twists { law.at(phi).0[1] } else { 1.0 };
+                let missed: Vec<f64> = turn.iter().zip(&loads).map(|((phi, _), load)| arm(*phi) * load / c).collect();
+                let lifts: Vec<f64> = angles().map(|phi| law.at(phi).0[0]).collect();
+                let share = largest(&missed) / stroke(&lifts);
+                if share.is_finite() {
+                    self.share("deformation_of_stroke", share);
+                }
+            }
+        }
+        self.resonances = resonances(&turn, [m, b, c], oscillator.speed, length);
+    }
+}
+
+fn terms_at(oscillator: &PeriodicOscillator, phi: f64) -> Terms {
+    let breakpoints = &oscillator.breakpoints;
+    let before = breakpoints.partition_point(|at| *at <= phi);
+    (oscillator.terms)(before.checked_sub(1).unwrap_or(breakpoints.len().saturating_sub(1)), phi)
+}
+
+fn resonances(turn: &[(f64, Terms)], [m, b, c]: [f64; 3], speed: Option<f64>, unit: &'static str) -> Vec<Resonance> {
+    let w0 = (c / m).sqrt();
+    // The amplitude of harmonic k of the load at the speed w.
+    let load = |k: usize, w: f64| {
+        let part = |wave: fn(f64) -> f64| {
+            turn.iter().map(|(phi, t)| (t.f + w * w * t.f2) * wave(k as f64 * phi)).sum::<f64>() * 2.0 / SAMPLES as f64
+        };
+        part(f64::cos).hypot(part(f64::sin))
+    };
+    let at_resonance: Vec<f64> = (1..=HARMONICS).map(|k| load(k, w0 / k as f64)).collect();
+    let least = OF_NO_ACCOUNT * largest(&at_resonance);
+    let mut told: Vec<usize> = (1..=HARMONICS).filter(|k| at_resonance[k - 1] > least).collect();
+    match speed {
+        Some(speed) if speed != 0.0 => {
+            let distance = |k: &usize| (*k as f64 * speed.abs() / w0).ln().abs();
+            told.sort_by(|i, k| distance(i).total_cmp(&distance(k)));
+        }
+        _ => told.sort_by(|i, k| at_resonance[k - 1].total_cmp(&at_resonance[i - 1])),
+    }
+    told.truncate(TOLD);
+    told.sort_unstable();
+    let resonance = |harmonic: usize| {
+        let amplitude = |speed: f64| {
+            let w = harmonic as f64 * speed;
+            load(harmonic, speed) / (c - m * w * w).hypot(b * w)
+        };
+        let resonant = at_resonance[harmonic - 1] / (b * w0);
+        Resonance {
+            harmonic,
+            speed: w0 / harmonic as f64,
+            amplitude: speed.map(amplitude).filter(|q| q.is_finite()),
+            resonant_amplitude: (b > 0.0).then_some(resonant),
+            unit,
+        }
+    };
+    told.into_iter().map(resonance).collect()
+}

@@ -1,0 +1,136 @@
+//! A scene that is resolved, and the drive of it with all that is said of it.
+
+use camdrive::all_drives;
+use camdrive::drives::erased::{self, DynDrive, Unit};
+use camdrive::drives::resource::{Content, unknown};
+use camdrive::drives::simplification::{Simplification, Simplified};
+use camdrive::drives::{Curve, Drive, Fault, PeriodicOscillator, Portrait};
+use serde_json::Value;
+
+/// All drive models.
+pub const TEMPLATES: &[Template] = all_drives!(Template);
+
+/// A resolved scene: coherent SI, validated by the exporter.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Resource {
+    /// The name of the scene, which is the FMU's modelName and modelIdentifier.
+    pub name: String,
+    /// One of [`TEMPLATES`].
+    pub model: String,
+    /// The guid of the model description.
+    pub guid: String,
+    /// The [`camdrive::drives::Drive::Scene`] of the model as JSON.
+    pub scene: Value,
+}
+
+impl Resource {
+    fn template(&self) -> Result<&'static Template, Fault> {
+        let known = || TEMPLATES.iter().map(|m| m.name);
+        TEMPLATES.iter().find(|m| m.name == self.model).ok_or_else(|| unknown(&self.model, known()))
+    }
+
+    /// Builds the drive.
+    pub fn build(&self) -> Result<Box<dyn Described>, Fault> {
+        (self.template()?.build)(&self.scene)
+    }
+
+    /// The drive as an oscillator with periodic coefficients.
+    ///
+    /// # Errors
+    /// Where the model is none.
+    pub fn oscillator(&self) -> Result<PeriodicOscillator, Fault> {
+        (self.template()?.oscillator)(&self.scene)?.ok_or_else(|| {
+            Fault(format!(
+                "{} is no oscillator with periodic coefficients; such are ElasticCamDrive with an elastic input \
+                 shaft and ParametricDrive",
+                self.model
+            ))
+        })
+    }
+
+    /// The scene as the runtime library reads them.
+    pub fn encoded_scene(&self) -> Result<Vec<u8>, Fault> {
+        (self.template()?.encode)(&self.scene)
+    }
+
+    /// The bytes of `resources/drive.bin`.
+    pub fn to_bytes(&self) -> Result<Vec<u8>, Fault> {
+        Content { model: &self.model, guid: &self.guid, scene: &self.encoded_scene()? }.to_bytes()
+    }
+}
+
+/// A drive with all that is said of it.
+pub trait Described: DynDrive {
+    /// What the documentation says of the drive.
+    fn portrait(&self) -> Portrait;
+    /// Curves that picture the drive.
+    fn curves(&self) -> Vec<Curve>;
+}
+
+impl<D: Drive> Described for Unit<D> {
+    fn portrait(&self) -> Portrait {
+        self.drive().portrait()
+    }
+
+    fn curves(&self) -> Vec<Curve> {
+        self.drive().curves()
+    }
+}
+
+/// A drive model as the command line knows it; resolved scenes are JSON.
+pub struct Template {
+    /// The name that scenes use.
+    pub name: &'static str,
+    /// Builds a drive from the resolved scene.
+    pub build: fn(&Value) -> Result<Box<dyn Described>, Fault>,
+    /// The resolved scene as the runtime library reads them.
+    pub encode: fn(&Value) -> Result<Vec<u8>, Fault>,
+    /// [`Drive::simplifications`] of a resolved scene.
+    pub simplifications: fn(&Value) -> Result<Vec<Simplification<Value>>, Fault>,
+    /// [`Drive::oscillator`] of a resolved scene.
+    pub oscillator: fn(&Value) -> Result<Option<PeriodicOscillator>, Fault>,
+}
+
+impl Template {
+    /// The entry of the drive type `D`.
+    pub const fn of<D: Drive>() -> Self {
+        Template {
+            name: D::MODEL,
+            build: build::<D>,
+            encode: encode::<D>,
+            simplifications: simplifications::<D>,
+            oscillator: oscillator::<D>,
+        }
+    }
+}
+
+fn fault<D: Drive>(reason: &dyn std::fmt::Display) -> Fault {
+    Fault(format!("the resolved scene of {} cannot be read: {reason}", D::MODEL))
+}
+
+fn scene<D: Drive>(scene: &Value) -> Result<D::Scene, Fault> {
+    serde_json::from_value(scene.clone()).map_err(|e| fault::<D>(&e))
+}
+
+fn build<D: Drive>(json: &Value) -> Result<Box<dyn Described>, Fault> {
+    Ok(erased::unit(D::new(scene::<D>(json)?)?))
+}
+
+fn encode<D: Drive>(json: &Value) -> Result<Vec<u8>, Fault> {
+    postcard::to_stdvec(&scene::<D>(json)?).map_err(|e| fault::<D>(&e))
+}
+
+fn oscillator<D: Drive>(json: &Value) -> Result<Option<PeriodicOscillator>, Fault> {
+    Ok(D::oscillator(&scene::<D>(json)?))
+}
+
+fn simplifications<D: Drive>(json: &Value) -> Result<Vec<Simplification<Value>>, Fault> {
+    let erased = |Simplification { feature, instead, model }: Simplification<D::Scene>| {
+        let model = match model {
+            Simplified::Scene(scene) => Simplified::Scene(serde_json::to_value(scene).map_err(|e| fault::<D>(&e))?),
+            Simplified::Formula(formula) => Simplified::Formula(formula),
+        };
+        Ok(Simplification { feature, instead, model })
+    };
+    D::simplifications(&scene::<D>(json)?).into_iter().map(erased).collect()
+}

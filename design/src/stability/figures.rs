@@ -1,0 +1,191 @@
+//! The diagrams of a report: the two stability maps and the amplification over the speed.
+
+use super::Report;
+use super::map::Region;
+use super::table::RPM;
+use crate::plot::{Axis, Diagram, Rule, Series, Shade};
+use crate::text::number;
+
+/// A word takes this part of the width of a diagram, and this part of its height; a number half of the width.
+const WORD: [f64; 2] = [0.1, 0.05];
+
+/// The speeds that were asked for.
+const SCENE: &str = "speed examined";
+
+/// The abscissa of all three: Ω in rpm, between the ends of the report.
+fn speed_axis(report: &Report) -> Axis {
+    let rpm = report.oscillator.natural_frequency * RPM;
+    let [low, high] = report.ranges[0];
+    Axis::logarithmic("Speed [rpm]").between(low * rpm, high * rpm)
+}
+
+/// What a map is drawn of.
+struct Map<'a> {
+    report: &'a Report,
+    rules: Vec<Rule>,
+    /// Where orders are written so far, in parts of width and height.
+    words: Vec<[f64; 2]>,
+}
+
+impl<'a> Map<'a> {
+    /// A map with a line across it.
+    fn new(report: &'a Report, line: f64, name: &str) -> Self {
+        let rules = vec![Rule::Level(line, name.to_owned())];
+        Map { report, rules, words: Vec::new() }
+    }
+
+    /// The tongue as an area with its border; its order is written at `named`, η and height.
+    fn add(&mut self, region: &Region, shade: Shade, named: Option<[f64; 2]>, top: f64) {
+        let rpm = self.report.oscillator.natural_frequency * RPM;
+        let [_, high] = self.report.ranges[0];
+        // Infinite speed lies beyond the right end.
+        let point = |eta: f64, height: f64| [eta.min(2.0 * high) * rpm, height];
+        let up = region.lines.iter().map(|line| point(line[1], line[0]));
+        let down = region.lines.iter().rev().map(|line| point(line[2], line[0]));
+        let outline: Vec<[f64; 2]> = up.chain(down).collect();
+        self.rules.push(Rule::Area(outline.clone(), shade));
+        let mut border = outline;
+        border.extend(border.first().copied());
+        self.rules.push(Rule::Border(border, 1));
+        if let Some(at) = named {
+            self.name(region.j, at, top);
+        }
+    }
+
+    /// Writes the order at this place, where no other is written.
+    fn name(&mut self, j: f64, [eta, height]: [f64; 2], top: f64) {
+        let [low, high] = self.report.ranges[0];
+        let place = [(eta / low).ln() / (high / low).ln(), height / top];
+        // The first word tells what the numbers are.
+        let (word, width) =
+            if self.words.is_empty() { (format!("j = {j}"), WORD[0]) } else { (j.to_string(), 0.5 * WORD[0]) };
+        let near = |other: &[f64; 2]| (other[0] - place[0]).abs() < width && (other[1] - place[1]).abs() < WORD[1];
+        if (0.0..1.0).contains(&place[0]) && !self.words.iter().any(near) {
+            self.words.push(place);
+            let rpm = self.report.oscillator.natural_frequency * RPM;
+            self.rules.push(Rule::Word([eta * rpm, height], word));
+        }
+    }
+}
+
+/// The scene itself as points of a map at this height.
+fn own_points(report: &Report, height: f64) -> Vec<Series> {
+    let points: Vec<[f64; 2]> = report.speeds.iter().map(|at| [at.speed * RPM, height]).collect();
+    if points.is_empty() {
+        return Vec::new();
+    }
+    vec![Series { name: SCENE.to_owned(), points, joined: false }]
+}
+
+/// Unstable speeds over the damping ratio.
+pub fn over_damping(report: &Report) -> Diagram {
+    let (top, theta) = (report.ranges[1][1], report.oscillator.damping_ratio);
+    let mut map = Map::new(report, theta, "damping of the scene");
+    map.rules.push(Rule::Key(Shade::Dark, "unstable".to_owned()));
+    // The large tongues first, so that their order is written where there is room for one only.
+    let mut regions: Vec<&Region> = report.over_damping.iter().collect();
+    regions.sort_by(|a, b| height(b).total_cmp(&height(a)));
+    let [low, high] = report.ranges[0];
+    for region in regions {
+        let summit = region.lines.last().map(|[height, left, right]| {
+            [(left.max(low) * right.min(high)).sqrt(), height.min(top * (1.0 - 1.5 * WORD[1]))]
+        });
+        map.add(region, Shade::Dark, summit, top);
+    }
+    Diagram {
+        title: format!("Unstable speeds of {} over the damping ratio", report.scene),
+        x: speed_axis(report),
+        y: Axis::linear("Damping ratio θ [1]").between(0.0, top),
+        series: own_points(report, theta),
+        rules: map.rules,
+    }
+}
+
+fn height(region: &Region) -> f64 {
+    region.lines.last().map_or(0.0, |line| line[0])
+}
+
+/// Unstable speeds over the modulation: without damping, and at that of the scene.
+pub fn over_modulation(report: &Report) -> Diagram {
+    let top = report.ranges[2][1];
+    let mut map = Map::new(report, 1.0, "modulation of the scene");
+    let theta = number(report.oscillator.damping_ratio);
+    map.rules.push(Rule::Key(Shade::Dark, format!("unstable at θ = {theta}")));
+    map.rules.push(Rule::Key(Shade::Pale, "unstable if θ = 0".to_owned()));
+    let [low, high] = report.ranges[0];
+    let undamped = |region: &&Region| region.theta == Some(0.0);
+    for region in report.over_modulation.iter().filter(undamped) {
+        // Beside the foot of the tongue.
+        let part = if map.words.is_empty() { 0.4 * WORD[0] } else { 0.2 * WORD[0] };
+        let beside = (high / low).powf(part);
+        let foot = region.lines.first().map(|[height, left, _]| [left * beside, height + 0.01 * top]);
+        map.add(region, Shade::Pale, foot.filter(|foot| foot[1] < 0.02 * top), top);
+    }
+    for region in report.over_modulation.iter().filter(|region| !undamped(region)) {
+        map.add(region, Shade::Dark, None, top);
+    }
+    Diagram {
+        title: format!(
+            "Unstable speeds of {} over the modulation: pale without damping, dark at the damping ratio {theta}",
+            report.scene
+        ),
+        x: speed_axis(report),
+        y: Axis::linear("Modulation of the coefficients, that of the scene = 1 [1]").between(0.0, top),
+        series: own_points(report, 1.0),
+        rules: map.rules,
+    }
+}
+
+/// The name along a line upwards takes this part of the width.
+const LINE_NAME: f64 = 0.04;
+
+/// The largest amplification that is drawn: at the borders of an instability it is infinite.
+const LARGEST_AMPLIFICATION: f64 = 100.0;
+
+/// The amplification of the load over the speed, without the unstable speeds.
+pub fn amplification(report: &Report) -> Diagram {
+    let w0 = report.oscillator.natural_frequency;
+    let [low, high] = report.ranges[0];
+    let value = |s: &super::Steady| s.amplification.filter(|_| s.stable);
+    let drawn: Vec<f64> = report.amplification.iter().filter_map(value).collect();
+    let top = 1.3 * drawn.iter().copied().fold(2.0, f64::max).min(LARGEST_AMPLIFICATION);
+    let bottom = 0.8 * drawn.iter().copied().fold(1.0, f64::min).max(1e-3);
+    let mut rules: Vec<Rule> = Vec::new();
+    rules.push(Rule::Key(Shade::Dark, "unstable".to_owned()));
+    let unstable: Vec<[f64; 2]> = report.orders.iter().filter_map(|order| order.damped).collect();
+    for ends in &unstable {
+        let [from, to] = [ends[0].max(low) * w0 * RPM, ends[1].min(high) * w0 * RPM];
+        if from < to {
+            rules.push(Rule::Area(vec![[from, bottom], [to, bottom], [to, top], [from, top]], Shade::Dark));
+        }
+    }
+    let mut named = f64::INFINITY;
+    for resonance in &report.resonances {
+        // Those of higher k lie to the left, ever nearer to each other.
+        let place = (resonance.speed / (low * w0)).ln() / (high / low).ln();
+        let room = named - place > LINE_NAME;
+        named = if room { place } else { named };
+        let name = if room { format!("k = {}", resonance.k) } else { String::new() };
+        rules.push(Rule::Vertical(resonance.speed * RPM, name));
+    }
+    // One line for each stretch of stable speeds.
+    let stretches = report.amplification.chunk_by(|a, b| {
+        let between = |ends: &[f64; 2]| a.eta < ends[1] && ends[0] < b.eta;
+        value(a).is_some() && value(b).is_some() && !unstable.iter().any(between)
+    });
+    for stretch in stretches {
+        let point = |s: &super::Steady| Some([w0 * s.eta * RPM, value(s)?]);
+        rules.push(Rule::Border(stretch.iter().filter_map(point).collect(), 2));
+    }
+    let own = report.transients.iter().flatten().filter_map(|t| Some([t.speed * RPM, value(&t.steady)?]));
+    let own: Vec<[f64; 2]> = own.collect();
+    let own =
+        if own.is_empty() { Vec::new() } else { vec![Series { name: SCENE.to_owned(), points: own, joined: false }] };
+    Diagram {
+        title: format!("Largest load of {} over its kinetostatic value", report.scene),
+        x: speed_axis(report),
+        y: Axis::logarithmic("Amplification R = max |M| / max |M₀| [1]").between(bottom, top),
+        series: own,
+        rules,
+    }
+}

@@ -1,0 +1,485 @@
+//! Kinetic stability: at which speeds do the coefficients that vary over the turn make a drive vibrate by themselves,
+//! how much damping prevents it, and what do the vibrations amount to?
+//!
+//! Of any drive that is an oscillator with periodic coefficients ([`camdrive::drives::oscillator`]), [`study`] finds the
+//! Floquet multipliers at a speed; the boundaries of the instability of every order by Hill's eigenproblem ([`hill`]
+//! numbers them, [`continuation`] where its matrices are too small, [`tongue`] makes them exact); the damping and the modulation at which each vanishes; the classical
+//! approximations beside them ([`bounds`]); maps over speed and damping, speed and modulation ([`map`]); and the motion
+//! under load ([`response`]). [`table`] and [`figures`] show all that.
+//!
+//! Source: Dresig, Vulfson, *Dynamik der Mechanismen*, sections 4.5 and 4.6.3.
+
+pub mod bounds;
+pub mod continuation;
+pub mod figures;
+pub mod hill;
+pub mod map;
+pub mod modulation;
+mod orders;
+pub mod parallel;
+pub mod response;
+pub mod search;
+pub mod system;
+pub mod table;
+#[cfg(test)]
+mod tests;
+pub mod tongue;
+
+use bounds::Bounds;
+use camdrive::drives::{Fault, PeriodicOscillator};
+use map::{Known, Modulation, Region};
+use orders::{Tongues, tongues};
+use response::{Resonance, Steady, Transient};
+use serde::Serialize;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use system::{System, Unfollowed};
+use table::exact;
+use tongue::{Extent, multipliers, spectral_radius};
+
+/// What is to be studied.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Options {
+    /// Speeds Ω [rad/s] at which stability and motion are examined; that of the scene if there are none.
+    pub speeds: Vec<f64>,
+    /// The speeds between which maps and amplification are drawn [rad/s].
+    pub range: Option<[f64; 2]>,
+    /// How many orders are examined; as many as belong to the speeds, eight at least.
+    pub orders: Option<usize>,
+    /// The damping ratio θ to take instead of that of the scene.
+    pub damping: Option<f64>,
+    /// The modulation at the upper edge of its map.
+    pub modulation: Option<f64>,
+    /// Without the maps.
+    pub quick: bool,
+}
+
+/// Orders that are always examined.
+const LEAST_ORDERS: usize = 8;
+/// Orders beyond which none is examined without being asked for: their tongues are narrow, and each takes some
+/// hundredths of a second.
+const USUAL_ORDERS: usize = 40;
+/// Orders beyond which none can be examined: Hill's matrices would need more harmonics than are taken.
+pub const MOST_ORDERS: usize = 120;
+/// The upper edge of that map in multiples of the modulation of the scene, and the greatest part of the way from there to
+/// the modulation at which the inertia vanishes.
+const USUAL_MODULATION: f64 = 1.5;
+const GREATEST_MODULATION: f64 = 0.98;
+/// As many orders are always told.
+const FIRST_ORDERS: usize = 6;
+/// An order whose θ/θ* is above this one is summed up with its like.
+const SAFE: f64 = 100.0;
+/// Speeds at which the amplification is evaluated before its summits are looked for.
+const SPEEDS: usize = 240;
+/// The motion beside an unstable speed is evaluated this part of the speed from it: far above rounding, and no wider than
+/// a line of a diagram.
+const BESIDE: f64 = 1e-4;
+/// Harmonics of the load among which resonances are listed.
+const RESONANCES: usize = 40;
+/// A classical bound further from the exact value than this part of it is warned of.
+pub const TOLERATED: f64 = 0.1;
+/// What is left of |1 ∓ tr M + det M| where no boundary is: far above rounding.
+const LOST: f64 = 1e-6;
+/// Free motions that change in a turn by less than this part neither grow nor decay.
+const BORDER: f64 = 1e-12;
+/// Below this θ* an order is of no account: less than any machine's damping by orders of magnitude.
+pub const NEGLIGIBLE: f64 = 1e-12;
+
+/// The result of a study.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Report {
+    /// The name of the scene.
+    pub scene: String,
+    /// The drive model.
+    pub model: String,
+    /// Where the equation is not that of the scene.
+    pub note: Option<String>,
+    /// The units of q and of the load.
+    pub units: [&'static str; 2],
+    /// The oscillator.
+    pub oscillator: Oscillator,
+    /// How the orders were found.
+    pub eigenproblem: Eigenproblem,
+    /// Stability at each speed.
+    pub speeds: Vec<AtSpeed>,
+    /// The instabilities by order.
+    pub orders: Vec<Order>,
+    /// Starts from rest at each speed; None where the motion leaves the range of numbers.
+    pub transients: Vec<Option<Transient>>,
+    /// The periodic motion over the speed.
+    pub amplification: Vec<Steady>,
+    /// The resonances of the load in the range of speeds of the amplification.
+    pub resonances: Vec<Resonance>,
+    /// The map over damping.
+    pub over_damping: Vec<Region>,
+    /// The map over modulation.
+    pub over_modulation: Vec<Region>,
+    /// The ranges of η, θ and μ that the maps show.
+    pub ranges: [[f64; 2]; 3],
+}
+
+/// The oscillator as numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Oscillator {
+    /// ω₀ = √(c₀/m₀) [rad/s].
+    pub natural_frequency: f64,
+    /// θ = b₀/(2 m₀ ω₀).
+    pub damping_ratio: f64,
+    /// m₀, coherent SI.
+    pub mean_inertia: f64,
+    /// c₀, coherent SI.
+    pub mean_stiffness: f64,
+    /// How often the coefficients repeat themselves in a turn; 0 where they do not vary.
+    pub periods_per_turn: usize,
+}
+
+/// The truncation of Hill's matrices.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Eigenproblem {
+    /// Harmonics on either side.
+    pub harmonics: usize,
+    /// The relative change of a boundary when their number was doubled; the exact boundaries do not depend on it.
+    pub change: f64,
+    /// The largest |1 ∓ tr M + det M| that is left at an exact boundary, relative to the entries of M.
+    pub residual: f64,
+    /// Whether a monodromy matrix could not be computed, so that some numbers are missing.
+    pub incomplete: bool,
+    /// Whether the map over the modulation and ε/ε* lack what lies near a modulation at which the inertia vanishes.
+    pub unnumbered: bool,
+    /// The first order whose boundaries have not been found, if there is one; it and those above are left out.
+    pub lost: Option<f64>,
+}
+
+/// Stability at a speed.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct AtSpeed {
+    /// Ω [rad/s].
+    pub speed: f64,
+    /// η.
+    pub eta: f64,
+    /// The Floquet multipliers over a turn, real and imaginary parts.
+    pub multipliers: [[f64; 2]; 2],
+    /// The larger modulus.
+    pub radius: f64,
+    /// Whether free motions decay.
+    pub stable: bool,
+    /// The damping ratio from which on this speed is stable; 0 where it is stable without damping.
+    pub critical_damping: f64,
+    /// The order to whose instability without damping it belongs.
+    pub order: Option<f64>,
+    /// The unstable speeds next to it below and above at the damping of the scene: j and Ω [rad/s].
+    pub next: [Option<[f64; 2]>; 2],
+}
+
+/// The instability of an order.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Order {
+    /// j, the vibrations in a turn.
+    pub j: f64,
+    /// η of the boundaries without damping, the upper one infinite where there is none.
+    pub undamped: [f64; 2],
+    /// Which speeds that are.
+    pub extent: Extent,
+    /// η of the boundaries at the damping of the scene.
+    pub damped: Option<[f64; 2]>,
+    /// θ*; None where no damping ratio suffices.
+    pub critical_damping: Option<f64>,
+    /// η at which the last unstable speed vanishes.
+    pub critical_eta: Option<f64>,
+    /// θ/θ*.
+    pub safety: Option<f64>,
+    /// ε/ε*: the modulation of the scene over that at which the order becomes unstable at the damping of the scene, above
+    /// 1 where it is; None where it does not, up to the modulation of the map, without damping, and for orders whose θ/θ*
+    /// is above a hundred.
+    pub modulation_ratio: Option<f64>,
+    /// The classical bound of three terms.
+    pub three_term: f64,
+    /// The bound of second order.
+    pub second_order: f64,
+}
+
+/// How far a study has come.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress {
+    /// Pieces done.
+    pub done: usize,
+    /// Pieces of this stage, as far as known.
+    pub total: usize,
+    /// What is being done.
+    pub stage: &'static str,
+}
+
+/// What is known after a study's stage, for [`Progress`].
+struct Counter<'a> {
+    tell: &'a (dyn Fn(Progress) + Sync),
+    done: AtomicUsize,
+    total: usize,
+    stage: &'static str,
+}
+
+impl Counter<'_> {
+    fn step(&self) {
+        let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
+        (self.tell)(Progress { done, total: self.total.max(done), stage: self.stage });
+    }
+}
+
+/// Studies the oscillator of the model `model` of the scene `scene`.
+///
+/// # Errors
+/// Where the coefficients make no oscillator, and for options that have no meaning.
+pub fn study(
+    [scene, model]: [&str; 2],
+    oscillator: &PeriodicOscillator,
+    options: &Options,
+    progress: &(dyn Fn(Progress) + Sync),
+) -> Result<Report, Fault> {
+    let system = System::new(oscillator)?;
+    let w0 = system.natural_frequency();
+    let theta = options.damping.unwrap_or_else(|| system.damping_ratio());
+    let speeds = speeds(oscillator, options)?;
+    for speed in &speeds {
+        let eta = speed / w0;
+        let followed = system.followed(1.0 / (eta * eta), 2.0 * theta / eta);
+        followed.map_err(|why| unfollowed(why, *speed, eta, theta))?;
+    }
+    let parts = system.parts;
+    let slowest =
+        options.range.map_or(f64::INFINITY, |r| r[0]).min(speeds.iter().fold(f64::INFINITY, |a, b| a.min(*b))) / w0;
+    let wanted = (2.2 / (slowest * parts.max(1) as f64)).ceil().clamp(LEAST_ORDERS as f64, USUAL_ORDERS as f64);
+    let orders = if parts == 0 { 0 } else { options.orders.unwrap_or(wanted as usize) };
+    let stage = |stage, total| Counter { tell: progress, done: AtomicUsize::new(0), total, stage };
+
+    let Tongues { start, known, lost } =
+        tongues(&system, orders, options.orders.is_none().then_some(theta), &stage("orders", orders));
+    let ranges = ranges(&system, &known, options, &speeds, theta);
+    let classical = bounds::Harmonics::new(&system);
+    let mut orders: Vec<Order> =
+        known.iter().map(|known| order(&system, known, theta, classical.bounds(known.0.n * parts.max(1)))).collect();
+
+    let critical =
+        critical_modulations(&system, &orders, theta, ranges[2][1], &|total| stage("modulation ratios", total));
+    for (order, critical) in orders.iter_mut().zip(&critical) {
+        order.modulation_ratio = critical.map(|critical| 1.0 / critical);
+    }
+    let (mut over_damping, mut over_modulation) = (Vec::new(), Vec::new());
+    if !options.quick && !known.is_empty() {
+        let counter = stage("map", known.len());
+        over_damping = map::over_damping(&system, &known, ranges[1][1], &|| counter.step());
+        let plan = Modulation { critical: &critical, top: ranges[2][1], theta };
+        let counter = stage("modulation", 80);
+        over_modulation = map::over_modulation(&system, &plan, &|| counter.step());
+    }
+    let residual = known.iter().map(|(tongue, _)| tongue.residual).fold(0.0, f64::max);
+    let loaded = system.greatest(&|t| t.f.abs().max(t.f2.abs())) > 0.0;
+    let counter = stage("motion", SPEEDS);
+    let amplification =
+        if loaded { amplification(&system, ranges[0], &orders, theta, &|| counter.step()) } else { Vec::new() };
+    let most = RESONANCES.min((1.0 / ranges[0][0]).ceil() as usize);
+    let expected = |k: usize| {
+        let (tongue, _) = known.iter().find(|(tongue, _)| tongue.j == k as f64 && tongue.lambda.low > 0.0)?;
+        Some((2.0 / (tongue.lambda.low + tongue.lambda.high)).sqrt())
+    };
+    let resonances = if loaded { response::resonances(&system, theta, most, &expected) } else { Vec::new() };
+    // The list and the diagram show the same speeds.
+    let shown = |resonance: &Resonance| (ranges[0][0]..=ranges[0][1]).contains(&(resonance.speed / w0));
+    let motion = |speed: &f64| response::transient(&system, speed / w0, theta);
+    Ok(Report {
+        scene: scene.to_owned(),
+        model: model.to_owned(),
+        note: match system.active {
+            true => Some([oscillator.note.as_deref().unwrap_or_default(), table::ACTIVE].join(" ").trim().to_owned()),
+            false => oscillator.note.clone(),
+        },
+        units: [oscillator.coordinate.unit, oscillator.load.unit],
+        oscillator: Oscillator {
+            natural_frequency: w0,
+            damping_ratio: theta,
+            mean_inertia: system.mean.m,
+            mean_stiffness: system.mean.c,
+            periods_per_turn: parts,
+        },
+        eigenproblem: Eigenproblem {
+            harmonics: start.harmonics,
+            change: start.change(),
+            residual,
+            incomplete: system.has_failed(),
+            unnumbered: system.has_unnumbered(),
+            lost,
+        },
+        speeds: speeds.iter().map(|speed| at_speed(&system, &known, &orders, *speed, theta)).collect(),
+        orders,
+        transients: if loaded { speeds.iter().map(motion).collect() } else { Vec::new() },
+        amplification,
+        resonances: resonances.into_iter().filter(shown).collect(),
+        over_damping,
+        over_modulation,
+        ranges,
+    })
+}
+
+/// Why the drive cannot be examined at a speed.
+fn unfollowed(why: Unfollowed, speed: f64, eta: f64, theta: f64) -> Fault {
+    let at =
+        format!("at {} rpm, η = {}, and the damping ratio {}", exact(speed * table::RPM), exact(eta), exact(theta));
+    Fault(match why {
+        Unfollowed::Range => format!(
+            "{at} free motions change in a turn by more than numbers hold, e^±700; examine speeds nearer to the natural \
+             frequency, η = 1, or less damping"
+        ),
+        Unfollowed::Cells => format!(
+            "{at} a turn cannot be followed to 8 digits: free motions vibrate or decay some {} times in it, or the inertia \
+             vanishes but for rounding; examine speeds nearer to the natural frequency, η = 1",
+            exact((1.0 / eta).round())
+        ),
+    })
+}
+
+/// The speeds to examine, positive: a drive that turns backwards has the multipliers of its mirror image.
+fn speeds(oscillator: &PeriodicOscillator, options: &Options) -> Result<Vec<f64>, Fault> {
+    if !options.speeds.is_empty() {
+        return Ok(options.speeds.clone());
+    }
+    match oscillator.speed {
+        Some(w) if w > 0.0 => Ok(vec![w]),
+        Some(w) if w < 0.0 => Err(Fault(format!(
+            "drive.w = {w} rad/s turns backwards; name the speeds to examine as positive ones: the boundaries are the same"
+        ))),
+        _ => Ok(Vec::new()),
+    }
+}
+
+/// The ranges of η, θ and μ that the maps show.
+fn ranges(system: &System, known: &[Known], options: &Options, speeds: &[f64], theta: f64) -> [[f64; 2]; 3] {
+    let w0 = system.natural_frequency();
+    let told = known.iter().filter(|(_, apex)| apex.is_none_or(|apex| apex.theta > NEGLIGIBLE));
+    // Loads resonate with their second harmonic at η = ½, if no tongue lies below.
+    let slow = told.clone().map(|(tongue, _)| 1.0 / tongue.lambda.high.sqrt()).fold(0.5, f64::min);
+    let fast = told.clone().map(|(tongue, _)| match tongue.is_open() {
+        true => 2.0 / tongue.lambda.high.sqrt(),
+        false => 1.0 / tongue.lambda.low.sqrt(),
+    });
+    let fast = fast.fold(1.2, f64::max);
+    let own = |fold: fn(f64, f64) -> f64, start: f64| speeds.iter().map(|speed| speed / w0).fold(start, fold);
+    let eta = options
+        .range
+        .map(|r| [r[0] / w0, r[1] / w0])
+        .unwrap_or([0.85 * own(f64::min, slow), 1.2 * own(f64::max, fast)]);
+    let visible = told.clone().filter(|(tongue, _)| 1.0 / tongue.lambda.high.sqrt() < eta[1]);
+    let open = visible.clone().any(|(_, apex)| apex.is_none());
+    let highest = visible.filter_map(|(_, apex)| Some(apex.as_ref()?.theta)).fold(1.5 * theta, f64::max);
+    let damping = if open { 1.5 * highest.max(0.1) } else { 1.1 * highest.max(1e-3) };
+    let greatest = 1.0 + GREATEST_MODULATION * (system.greatest_modulation() - 1.0);
+    let modulation = options.modulation.unwrap_or(USUAL_MODULATION).min(greatest);
+    [eta, [0.0, damping], [0.0, modulation]]
+}
+
+/// An order at the damping ratio θ.
+fn order(system: &System, (tongue, apex): &Known, theta: f64, bounds: Bounds) -> Order {
+    let inverse = |lambda: f64| if lambda > 0.0 { 1.0 / lambda.sqrt() } else { f64::INFINITY };
+    let critical = apex.map(|apex| apex.theta);
+    Order {
+        j: tongue.j,
+        undamped: [inverse(tongue.lambda.high), inverse(tongue.lambda.low)],
+        extent: tongue.extent(),
+        damped: tongue.interval(system, apex.as_ref(), theta),
+        critical_damping: critical,
+        critical_eta: apex.map(|apex| apex.eta),
+        safety: critical.filter(|critical| *critical > NEGLIGIBLE).map(|critical| theta / critical),
+        modulation_ratio: None,
+        three_term: bounds.three_term,
+        second_order: bounds.second_order,
+    }
+}
+
+/// ε* of each order next to the modulation of the scene, up to `top`; None for orders of no account as well.
+fn critical_modulations<'a>(
+    system: &System,
+    orders: &[Order],
+    theta: f64,
+    top: f64,
+    counter: &dyn Fn(usize) -> Counter<'a>,
+) -> Vec<Option<f64>> {
+    if theta <= 0.0 {
+        return vec![None; orders.len()];
+    }
+    let told: Vec<bool> = orders.iter().enumerate().map(|(i, order)| is_told(i, order)).collect();
+    let numbers: Vec<usize> = (1..=orders.len()).filter(|n| told[n - 1]).collect();
+    let counter = counter(numbers.len());
+    let one = |n: &usize| modulation::next(system, *n, theta, top);
+    let mut found = parallel::map(&numbers, one, &|| counter.step()).into_iter();
+    told.into_iter().map(|told| if told { found.next().flatten() } else { None }).collect()
+}
+
+/// Whether the order with this index has a line of its own in the report: all of the first ones, and those that are not
+/// safe a hundredfold.
+pub fn is_told(index: usize, order: &Order) -> bool {
+    index < FIRST_ORDERS || order.safety.is_some_and(|safety| safety < SAFE) || order.critical_damping.is_none()
+}
+
+/// Stability at the speed Ω.
+fn at_speed(system: &System, known: &[Known], orders: &[Order], speed: f64, theta: f64) -> AtSpeed {
+    let eta = speed / system.natural_frequency();
+    let m = system.monodromy(1.0 / (eta * eta), 2.0 * theta / eta);
+    // The turn is `parts` periods.
+    let power = |[re, im]: [f64; 2]| {
+        let (modulus, argument) = ((re * re + im * im).sqrt(), im.atan2(re));
+        let parts = system.parts.max(1) as f64;
+        let (sin, cos) = (parts * argument).sin_cos();
+        let modulus = modulus.powf(parts);
+        [modulus * cos, if im == 0.0 { 0.0 } else { modulus * sin }]
+    };
+    let radius = spectral_radius(&m).powi(system.parts.max(1) as i32);
+    let lambda = 1.0 / (eta * eta);
+    let within = |ends: [f64; 2], eta: f64| ends[0] < eta && eta < ends[1];
+    let inside = known.iter().zip(orders).find(|((tongue, _), order)| {
+        // Damping that differs over the turn may make speeds beside the undamped instability unstable.
+        (tongue.lambda.low < lambda && lambda < tongue.lambda.high)
+            || order.damped.is_some_and(|ends| within(ends, eta))
+    });
+    let ends = orders.iter().filter_map(|order| Some((order.j, order.damped?)));
+    let w0 = system.natural_frequency();
+    let below = ends.clone().filter(|(_, [_, high])| *high <= eta).max_by(|a, b| a.1[1].total_cmp(&b.1[1]));
+    let above = ends.filter(|(_, [low, _])| *low >= eta).min_by(|a, b| a.1[0].total_cmp(&b.1[0]));
+    AtSpeed {
+        speed,
+        eta,
+        multipliers: multipliers(&m).map(power),
+        radius,
+        stable: radius < 1.0 - BORDER,
+        critical_damping: inside.map_or(0.0, |((tongue, _), _)| tongue.critical_above(system, 1.0 / eta, theta)),
+        order: inside.map(|((tongue, _), _)| tongue.j),
+        next: [below.map(|(j, [_, high])| [j, w0 * high]), above.map(|(j, [low, _])| [j, w0 * low])],
+    }
+}
+
+/// The periodic motion over a range of η, at equal ratios, beside the borders of the unstable speeds and at the summits
+/// of the amplification between them.
+fn amplification(
+    system: &System,
+    [low, high]: [f64; 2],
+    orders: &[Order],
+    theta: f64,
+    done: &(dyn Fn() + Sync),
+) -> Vec<Steady> {
+    let eta = |i: usize| low * (high / low).powf(i as f64 / (SPEEDS - 1) as f64);
+    let beside = |[from, to]: [f64; 2]| [from * (1.0 - BESIDE), to * (1.0 + BESIDE)];
+    let borders = orders.iter().filter_map(|order| order.damped).flat_map(beside);
+    let mut places: Vec<f64> = (0..SPEEDS).map(eta).chain(borders.filter(|eta| (low..high).contains(eta))).collect();
+    places.sort_by(f64::total_cmp);
+    let mut motions: Vec<Steady> =
+        parallel::map(&places, |eta| response::steady(system, *eta, theta), done).into_iter().flatten().collect();
+    let value = |s: &Steady| s.amplification.unwrap_or(0.0);
+    let summits: Vec<[f64; 2]> = motions
+        .windows(3)
+        .filter(|w| value(&w[0]) < value(&w[1]) && value(&w[1]) >= value(&w[2]))
+        .map(|w| [w[0].eta, w[2].eta])
+        .collect();
+    let summit = |ends: &[f64; 2]| {
+        let mut f = |eta: f64| response::steady(system, eta, theta).map_or(0.0, |s| value(&s));
+        let (eta, _) = search::maximum(&mut f, *ends, 1e-5 * ends[1]);
+        response::steady(system, eta, theta)
+    };
+    motions.extend(parallel::map(&summits, summit, done).into_iter().flatten());
+    motions.sort_by(|a, b| a.eta.total_cmp(&b.eta));
+    motions
+}

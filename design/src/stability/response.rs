@@ -1,0 +1,204 @@
+//! The motion under load: periodic motion, amplification of the load over the speed, start from rest, resonances.
+//!
+//! The load on the elastic member is M = c q + b q̇. Its kinetostatic value M₀ = f + Ω² f₂ is what remains when the
+//! member does not oscillate; R = max |M|/max |M₀| over a turn.
+
+use super::search;
+use super::system::System;
+use super::tongue::spectral_radius;
+use camdrive::numerics::period_map::{Course, PeriodMap};
+use serde::Serialize;
+use std::f64::consts::TAU;
+
+/// Samples of a turn, and of a vibration, from which maxima are read; between them a parabola is laid, which leaves an
+/// error of 1e-5 of a maximum or less.
+const SAMPLES_PER_TURN: f64 = 720.0;
+const SAMPLES_PER_VIBRATION: f64 = 60.0;
+
+/// A start is followed until its free motion has decayed to this part, or for so many turns.
+const DECAYED: f64 = 1e-3;
+const MOST_TURNS: f64 = 200.0;
+/// Where the free motion does not decay, what a start does in these turns is told.
+const TURNS_WITHOUT_DECAY: f64 = 20.0;
+
+/// The periodic motion at a speed.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Steady {
+    /// η.
+    pub eta: f64,
+    /// max |q| \[unit of q\].
+    pub amplitude: f64,
+    /// max |M| \[unit of the load\].
+    pub load: f64,
+    /// max |M₀|.
+    pub kinetostatic: f64,
+    /// R; None without load.
+    pub amplification: Option<f64>,
+    /// Whether free motions decay; the periodic motion of an unstable drive is never seen.
+    pub stable: bool,
+}
+
+/// A start from rest, q = q̇ = 0.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Transient {
+    /// Ω [rad/s].
+    pub speed: f64,
+    /// The periodic motion that it ends in.
+    pub steady: Steady,
+    /// The largest |q| from the start on.
+    pub peak: f64,
+    /// The largest |M| from the start on.
+    pub peak_load: f64,
+    /// The turns over which the peaks were looked for.
+    pub turns: f64,
+    /// Turns until the free motion has decayed to a thousandth; None where it does not decay.
+    pub settled_after: Option<f64>,
+}
+
+/// A speed at which the free motion makes as many vibrations in a turn as a harmonic of the load.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Resonance {
+    /// k.
+    pub k: usize,
+    /// Ω of k Ω = ω₀ [rad/s], where the resonance of a constant oscillator lies.
+    pub nominal_speed: f64,
+    /// Ω of the largest load nearby [rad/s]; where the drive is unstable, the middle of the instability.
+    pub speed: f64,
+    /// Whether the drive is unstable there.
+    pub unstable: bool,
+    /// The amplitude of the harmonic of the load over c₀ at that speed: what it would deflect if nothing oscillated.
+    pub deflection: f64,
+    /// The amplitude that a constant oscillator would reach, that deflection over 2 θ; None without damping.
+    pub estimate: Option<f64>,
+    /// max |q| of the periodic motion.
+    pub amplitude: Option<f64>,
+    /// R.
+    pub amplification: Option<f64>,
+}
+
+/// The largest load is looked for within this part of the expected speed: half of the way to the next resonance of most
+/// orders.
+const NEARBY: f64 = 0.05;
+
+/// The turn under load at the speed ratio η and the damping ratio θ, and its periodic motion at the start of the turn.
+struct Turn<'a> {
+    system: &'a System<'a>,
+    map: PeriodMap,
+    eta: f64,
+    theta: f64,
+}
+
+impl<'a> Turn<'a> {
+    fn new(system: &'a System<'a>, eta: f64, theta: f64) -> Option<Self> {
+        let map = system.table(1.0 / (eta * eta), 2.0 * theta / eta)?;
+        Some(Turn { system, map, eta, theta })
+    }
+
+    /// (q, q′) that returns to itself.
+    fn periodic(&self) -> Option<[f64; 2]> {
+        let affine = self.map.period_map();
+        let [[a, b], [c, d]] = affine.matrix;
+        let [f, g] = affine.shift;
+        let determinant = (1.0 - a) * (1.0 - d) - b * c;
+        let y = [((1.0 - d) * f + b * g) / determinant, (c * f + (1.0 - a) * g) / determinant];
+        (y[0].is_finite() && y[1].is_finite()).then_some(y)
+    }
+
+    /// The largest |q| and |M|/c₀ over `turns` from the state `y` on; None where the motion leaves the range of numbers.
+    fn largest(&self, y: [f64; 2], turns: f64) -> Option<[f64; 2]> {
+        let per_turn = SAMPLES_PER_TURN.max(SAMPLES_PER_VIBRATION / self.eta).ceil();
+        let step = TAU / per_turn;
+        let mut course = Course::new(&self.map, 0.0, y);
+        let (mut before, mut last) = ([0.0; 2], [0.0; 2]);
+        let mut largest = [0.0_f64; 2];
+        for i in 0..=(turns * per_turn).ceil() as usize {
+            let tau = i as f64 * step;
+            course.reach(&self.map, tau).ok()?;
+            let [q, slope] = course.at(&self.map, tau);
+            let t = self.system.at((self.system.start() + tau).rem_euclid(TAU));
+            let damping = self.system.damping(t.b, 1.0 / self.eta, 2.0 * self.theta / self.eta);
+            let now = [q, t.c * q + self.eta * self.eta * damping * slope];
+            for k in 0..2 {
+                largest[k] = largest[k].max(now[k].abs());
+                if i > 1 && (last[k] - before[k]) * (now[k] - last[k]) < 0.0 {
+                    let (slope, curvature) = (0.5 * (now[k] - before[k]), now[k] - 2.0 * last[k] + before[k]);
+                    largest[k] = largest[k].max((last[k] - 0.5 * slope * slope / curvature).abs());
+                }
+            }
+            (before, last) = (last, now);
+        }
+        Some(largest)
+    }
+
+    /// The modulus by which the slowest free motion changes in a turn.
+    fn radius(&self) -> f64 {
+        spectral_radius(&self.map.period_map().matrix)
+    }
+}
+
+/// The periodic motion at the speed ratio η; None where there is none.
+pub fn steady(system: &System, eta: f64, theta: f64) -> Option<Steady> {
+    let turn = Turn::new(system, eta, theta)?;
+    steady_of(&turn)
+}
+
+fn steady_of(turn: &Turn) -> Option<Steady> {
+    let [amplitude, load] = turn.largest(turn.periodic()?, 1.0)?;
+    let c = turn.system.mean.c;
+    let square = turn.eta * turn.eta;
+    let kinetostatic = turn.system.greatest(&|t| t.f + square * t.f2);
+    Some(Steady {
+        eta: turn.eta,
+        amplitude,
+        load: c * load,
+        kinetostatic: c * kinetostatic,
+        amplification: (kinetostatic > 0.0).then(|| load / kinetostatic),
+        stable: turn.radius() < 1.0,
+    })
+}
+
+/// A start from rest at the speed ratio η.
+pub fn transient(system: &System, eta: f64, theta: f64) -> Option<Transient> {
+    let turn = Turn::new(system, eta, theta)?;
+    let steady = steady_of(&turn)?;
+    let radius = turn.radius();
+    let settled = DECAYED.ln() / radius.ln();
+    let settled_after = (radius < 1.0).then_some(settled);
+    let turns = settled_after.map_or(TURNS_WITHOUT_DECAY, |turns| turns.clamp(2.0, MOST_TURNS).ceil());
+    let [peak, load] = turn.largest([0.0, 0.0], turns)?;
+    let speed = eta * system.natural_frequency();
+    Some(Transient { speed, steady, peak, peak_load: system.mean.c * load, turns, settled_after })
+}
+
+/// The resonances of the harmonics of the load up to `most`, without those that deflect less than a ten-thousandth
+/// of the strongest. `expected` is the η at which the free motion makes k vibrations in a turn, where that is known.
+pub fn resonances(system: &System, theta: f64, most: usize, expected: &dyn Fn(usize) -> Option<f64>) -> Vec<Resonance> {
+    let most = most.min(system.highest_harmonic());
+    let (f, f2) = (system.coefficients(most, &|t| t.f), system.coefficients(most, &|t| t.f2));
+    let deflection = |k: usize, eta: f64| {
+        let part = |i: usize| 2.0 * (f[k][i] + eta * eta * f2[k][i]);
+        (part(0).powi(2) + part(1).powi(2)).sqrt()
+    };
+    let at = |k: usize| expected(k).unwrap_or(1.0 / k as f64);
+    let largest = (1..=most).map(|k| deflection(k, at(k))).fold(0.0, f64::max);
+    let told = |k: &usize| deflection(*k, at(*k)) > 1e-4 * largest;
+    let resonance = |k: usize| {
+        let load = |eta: f64| steady(system, eta, theta).filter(|s| s.stable).map_or(0.0, |s| s.load);
+        let middle = at(k);
+        let unstable = load(middle) == 0.0;
+        let ends = [middle * (1.0 - NEARBY), middle * (1.0 + NEARBY)];
+        let eta = if unstable { middle } else { search::maximum(&mut |eta| load(eta), ends, 1e-5 * middle).0 };
+        let steady = steady(system, eta, theta).filter(|_| !unstable);
+        Resonance {
+            k,
+            nominal_speed: system.natural_frequency() / k as f64,
+            speed: eta * system.natural_frequency(),
+            unstable,
+            deflection: deflection(k, eta),
+            estimate: (theta > 0.0).then(|| deflection(k, eta) / (2.0 * theta)),
+            amplitude: steady.map(|s| s.amplitude),
+            amplification: steady.and_then(|s| s.amplification),
+        }
+    };
+    (1..=most).filter(told).map(resonance).collect()
+}

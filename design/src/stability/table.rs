@@ -1,0 +1,443 @@
+//! The report as text, CSV and JSON.
+
+use super::tongue::Extent;
+use super::{BORDER, NEGLIGIBLE, Order, Report, TOLERATED, is_told};
+use crate::text::{Table, csv, number};
+use camdrive::drives::Fault;
+use std::fmt::Write as _;
+
+/// Where there is nothing to say.
+const NONE: &str = "–";
+
+/// What θ is where the damping is negative somewhere.
+pub const ACTIVE: &str = "The damping is negative over a part of the turn. θ is the ratio of the constant damping with the \
+     same decay over a turn, mean(b/m)/mean(1/m); what varies about it stays at every θ, also \"without damping\".";
+
+/// rad/s → rpm.
+pub const RPM: f64 = 60.0 / std::f64::consts::TAU;
+
+/// Six significant digits.
+pub fn exact(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return if value.is_finite() { "0".to_owned() } else { "∞".to_owned() };
+    }
+    let rounded: f64 = format!("{value:.5e}").parse().unwrap_or(value);
+    if (1e-4..1e6).contains(&rounded.abs()) { rounded.to_string() } else { format!("{rounded:e}") }
+}
+
+/// A range of speeds in rpm, in as many digits as tell its ends apart.
+fn interval([low, high]: [f64; 2], w0: f64) -> String {
+    let rpm = |eta: f64| eta * w0 * RPM;
+    if high.is_infinite() {
+        return format!("{} … ∞", number(rpm(low)));
+    }
+    let (low, high) = (rpm(low), rpm(high));
+    let needed = if high > low { (high / (high - low)).log10().ceil().max(0.0) as usize + 2 } else { 6 };
+    let digits = needed.clamp(4, 15);
+    let decimals = (digits as i32 - 1 - high.log10().floor() as i32).max(0) as usize;
+    if high > low { format!("{low:.decimals$} … {high:.decimals$}") } else { format!("{high:.decimals$}") }
+}
+
+fn deviation(order: &Order, bound: f64) -> Option<f64> {
+    let exact = order.critical_damping?;
+    (exact > NEGLIGIBLE || bound > NEGLIGIBLE).then(|| bound / exact - 1.0)
+}
+
+/// A bound with its deviation from the exact value where that is more than tolerated.
+fn bound(order: &Order, bound: f64) -> String {
+    let shown = if bound < NEGLIGIBLE { "0".to_owned() } else { number(bound) };
+    match deviation(order, bound) {
+        Some(off) if off.abs() > TOLERATED => format!("{shown} ! {}", off_by(off)),
+        _ => shown,
+    }
+}
+
+/// "+3 %", "5.2 times".
+fn off_by(off: f64) -> String {
+    if off.is_infinite() {
+        "instead of 0".to_owned()
+    } else if off.abs() < 1.0 {
+        format!("{:+.0} %", 100.0 * off).replace('-', "−")
+    } else {
+        format!("{} times", number(1.0 + off))
+    }
+}
+
+/// The orders that have a line of their own, or those that have none.
+fn orders(report: &Report, told: bool) -> impl DoubleEndedIterator<Item = &Order> {
+    let of = move |(index, order): &(usize, &Order)| is_told(*index, order) == told;
+    report.orders.iter().enumerate().filter(of).map(|(_, order)| order).collect::<Vec<_>>().into_iter()
+}
+
+/// The orders, without those of no account.
+pub fn of_orders(report: &Report) -> Table {
+    let w0 = report.oscillator.natural_frequency;
+    let head = [
+        "j",
+        "unstable without damping [rpm]",
+        "unstable at this damping [rpm]",
+        "θ*",
+        "at [rpm]",
+        "θ/θ*",
+        "ε/ε*",
+        "θ* by three terms",
+        "θ* of second order",
+    ];
+    let row = |order: &Order| {
+        let none = || NONE.to_owned();
+        vec![
+            order.j.to_string(),
+            match order.extent {
+                Extent::Closed => format!("closed at {}", interval(order.undamped, w0)),
+                Extent::Absent => "at no speed".to_owned(),
+                Extent::Bounded | Extent::Open => interval(order.undamped, w0),
+            },
+            order.damped.map_or_else(none, |ends| interval(ends, w0)),
+            order.critical_damping.map_or_else(|| "∞".to_owned(), exact),
+            order
+                .critical_eta
+                .filter(|_| order.extent == Extent::Bounded)
+                .map_or_else(none, |eta| number(eta * w0 * RPM)),
+            order.safety.map_or_else(none, number),
+            order.modulation_ratio.map_or_else(none, number),
+            bound(order, order.three_term),
+            bound(order, order.second_order),
+        ]
+    };
+    let rows = orders(report, true).map(row);
+    Table { rows: rows.collect(), head: head.map(str::to_owned).to_vec() }
+}
+
+/// What is said below the orders: what the columns are, and of the orders that have no line.
+pub fn below_orders(report: &Report) -> Vec<String> {
+    let mut lines = Vec::new();
+    if report.orders.is_empty() {
+        return lines;
+    }
+    if let (Some(first), Some(last)) = (orders(report, false).next(), orders(report, false).next_back()) {
+        let largest = orders(report, false).filter_map(|order| order.critical_damping).fold(0.0, f64::max);
+        let which = if first.j == last.j { format!("{}", first.j) } else { format!("{} … {}", first.j, last.j) };
+        let amount = if largest > NEGLIGIBLE { format!("θ* up to {}", number(largest)) } else { "θ* = 0".to_owned() };
+        lines.push(format!("j = {which}: {amount}; all digits are in the CSV file."));
+    }
+    lines.push(
+        "θ*: damping ratio from which on the order is stable at every speed; below θ/θ* = 1 it is not.".to_owned(),
+    );
+    lines.push(if report.oscillator.damping_ratio > 0.0 {
+        format!(
+            "ε/ε*: modulation of the coefficients over that from which on the order is unstable at this damping; {NONE} \
+             where it is stable up to {} times the modulation of the scene.",
+            exact(report.ranges[2][1].max(1.0))
+        )
+    } else {
+        format!("ε/ε*: {NONE}, since without damping any modulation makes an order unstable.")
+    });
+    let is_off = |order: &Order, value: f64| deviation(order, value).is_some_and(|off| off.abs() > TOLERATED);
+    if orders(report, true).any(|order| is_off(order, order.three_term) || is_off(order, order.second_order)) {
+        lines.push(format!("!: off by more than {} % from the exact θ*.", 100.0 * TOLERATED));
+    }
+    lines
+}
+
+/// What is said before the tables.
+pub fn about(report: &Report) -> Vec<String> {
+    let o = &report.oscillator;
+    let mut lines: Vec<String> = report.note.clone().into_iter().collect();
+    lines.push(format!(
+        "Natural frequency ω₀ = {} rad/s ({} rpm) of the mean coefficients, damping ratio θ = {}.",
+        exact(o.natural_frequency),
+        exact(o.natural_frequency * RPM),
+        exact(o.damping_ratio)
+    ));
+    if o.periods_per_turn == 0 {
+        lines.push(
+            "The coefficients do not vary over the turn: no speed excites the drive by its parameters.".to_owned(),
+        );
+    } else {
+        let e = &report.eigenproblem;
+        lines.push(format!(
+            "The coefficients repeat themselves {} a turn. Orders numbered by Hill's matrices of {} harmonics; at their \
+             boundaries |1 ∓ tr M + det M| ≤ {}.",
+            match o.periods_per_turn {
+                1 => "once".to_owned(),
+                2 => "twice".to_owned(),
+                n => format!("{n} times"),
+            },
+            e.harmonics,
+            number(e.residual)
+        ));
+    }
+    lines
+}
+
+/// Stability at each speed, in sentences.
+pub fn of_speeds(report: &Report) -> Vec<String> {
+    let complex = |[re, im]: [f64; 2]| {
+        if im == 0.0 {
+            exact(re)
+        } else {
+            format!("{} {} {}i", exact(re), if im < 0.0 { '−' } else { '+' }, exact(im.abs()))
+        }
+    };
+    let sentence = |at: &super::AtSpeed| {
+        let mut line = format!("{} rpm (η = {}): ", exact(at.speed * RPM), exact(at.eta));
+        line += if at.stable {
+            "stable"
+        } else if at.radius > 1.0 + BORDER {
+            "UNSTABLE"
+        } else {
+            "on the border, free motions do not decay"
+        };
+        let _ = write!(
+            line,
+            "; Floquet multipliers over a turn {}, {}",
+            complex(at.multipliers[0]),
+            complex(at.multipliers[1])
+        );
+        let _ = write!(line, "; free motions change by the factor {} in a turn", exact(at.radius));
+        if let Some(j) = at.order {
+            let critical = exact(at.critical_damping);
+            let _ = if at.stable {
+                write!(line, "; with less damping than θ = {critical} in the instability of order {j}")
+            } else {
+                write!(line, "; in the instability of order {j}, stable from θ = {critical} on")
+            };
+        }
+        for (next, side) in at.next.iter().zip(["below", "above"]) {
+            if let Some([j, w]) = next {
+                let _ = write!(line, "; next unstable speed {side} {} rpm (j = {j})", exact(w * RPM));
+            }
+        }
+        line + "."
+    };
+    report.speeds.iter().map(sentence).collect()
+}
+
+/// What has to be minded.
+pub fn warnings(report: &Report) -> Vec<String> {
+    let mut lines = Vec::new();
+    let off = |pick: fn(&Order) -> f64, name: &str| {
+        let judged: Vec<(&Order, f64)> =
+            orders(report, true).filter_map(|order| Some((order, deviation(order, pick(order))?))).collect();
+        let missed: Vec<&(&Order, f64)> = judged.iter().filter(|(_, off)| off.abs() > TOLERATED).collect();
+        let (order, off) = missed.iter().max_by(|a, b| ratio(a.1).total_cmp(&ratio(b.1)))?;
+        let names: Vec<String> = missed.iter().map(|(order, _)| order.j.to_string()).collect();
+        let example = format!(
+            "by {} ({} instead of {})",
+            off_by(*off),
+            if pick(order) < NEGLIGIBLE { "0".to_owned() } else { number(pick(order)) },
+            order.critical_damping.map_or_else(|| "∞".to_owned(), number)
+        );
+        Some(match &names[..] {
+            [one] => format!("{name} misses θ* of order {one} {example}: take the exact value."),
+            _ => format!(
+                "{name} misses θ* of {} of the {} orders listed, j = {}, most that of order {} {example}: take the exact \
+                 values.",
+                names.len(),
+                judged.len(),
+                names.join(", "),
+                order.j
+            ),
+        })
+    };
+    lines.extend(off(|order| order.three_term, "The classical bound of three terms"));
+    lines.extend(off(|order| order.second_order, "The bound of second order"));
+    for order in report.orders.iter().filter(|order| order.critical_damping.is_none()) {
+        lines.push(format!(
+            "The instability of order {} reaches from {} rpm to infinite speed; no damping ratio removes it.",
+            order.j,
+            number(order.undamped[0] * report.oscillator.natural_frequency * RPM)
+        ));
+    }
+    if let Some(last) =
+        report.orders.last().filter(|order| order.damped.is_some() && report.oscillator.damping_ratio > 0.0)
+    {
+        lines.push(format!(
+            "Order {} is still unstable at this damping; more unstable speeds lie below those listed: ask for them by \
+             --orders.",
+            last.j
+        ));
+    }
+    if let Some(j) = report.eigenproblem.lost {
+        lines.push(format!(
+            "The boundaries from order {j} on have not been found: Hill's matrices of {} harmonics do not tell them apart, \
+             and they could not be followed from a smaller modulation; these orders are left out.",
+            report.eigenproblem.harmonics
+        ));
+    }
+    if report.eigenproblem.unnumbered {
+        lines.push(
+            "At some modulations the inertia or the stiffness nearly vanishes, and Hill's matrices do not tell the orders \
+             apart; ε/ε* is missing and the map over the modulation white where it would need them."
+                .to_owned(),
+        );
+    }
+    if report.eigenproblem.incomplete {
+        lines.push(
+            "At some speeds a turn could not be followed: free motions grow or decay beyond the range of numbers, or the \
+             inertia vanishes but for rounding. Numbers that rest on them are missing or coarse."
+                .to_owned(),
+        );
+    }
+    if report.eigenproblem.residual > 1e-12 {
+        lines
+            .push(format!("Boundaries are exact to {} of the multipliers only.", number(report.eigenproblem.residual)));
+    }
+    lines
+}
+
+/// How far a deviation is from 0, downwards as upwards.
+fn ratio(off: f64) -> f64 {
+    (1.0 + off).max(1e-300).ln().abs()
+}
+
+/// Starts from rest.
+pub fn of_transients(report: &Report) -> Table {
+    let [q, load] = report.units;
+    let head = [
+        "speed [rpm]".to_owned(),
+        format!("peak |q| [{q}]"),
+        format!("steady |q| [{q}]"),
+        format!("peak |M| [{load}]"),
+        format!("steady |M| [{load}]"),
+        format!("kinetostatic |M| [{load}]"),
+        "R".to_owned(),
+        "settled after [turns]".to_owned(),
+    ];
+    let rows = report.transients.iter().zip(&report.speeds).map(|(transient, at)| {
+        let Some(t) = transient else { return vec![exact(at.speed * RPM), "unbounded".to_owned()] };
+        let s = &t.steady;
+        let steady = |value: f64| if s.stable { number(value) } else { NONE.to_owned() };
+        vec![
+            exact(t.speed * RPM),
+            number(t.peak),
+            steady(s.amplitude),
+            number(t.peak_load),
+            steady(s.load),
+            number(s.kinetostatic),
+            s.amplification.map_or(NONE.to_owned(), steady),
+            t.settled_after.map_or("never".to_owned(), number),
+        ]
+    });
+    let width = head.len();
+    let full = |mut row: Vec<String>| {
+        row.resize(width, NONE.to_owned());
+        row
+    };
+    Table { rows: rows.map(full).collect(), head: head.to_vec() }
+}
+
+/// The resonances.
+pub fn of_resonances(report: &Report) -> Table {
+    let q = report.units[0];
+    let head = [
+        "k".to_owned(),
+        "speed [rpm]".to_owned(),
+        "ω₀/k [rpm]".to_owned(),
+        format!("static |q| [{q}]"),
+        format!("static/(2θ) [{q}]"),
+        format!("|q| [{q}]"),
+        "R".to_owned(),
+    ];
+    let row = |r: &super::Resonance| {
+        let shown = |value: Option<f64>| match value {
+            Some(value) => number(value),
+            None => if r.unstable { "unstable" } else { NONE }.to_owned(),
+        };
+        vec![
+            r.k.to_string(),
+            number(r.speed * RPM),
+            number(r.nominal_speed * RPM),
+            number(r.deflection),
+            r.estimate.map_or(NONE.to_owned(), number),
+            shown(r.amplitude),
+            shown(r.amplification),
+        ]
+    };
+    Table { rows: report.resonances.iter().map(row).collect(), head: head.to_vec() }
+}
+
+fn full(value: f64) -> String {
+    if value.is_finite() { format!("{value:e}") } else { String::new() }
+}
+
+/// The orders with all digits, one line each; an upper boundary at infinite speed is empty.
+///
+/// # Errors
+/// None in practice: the writer fills memory.
+pub fn orders_csv(report: &Report) -> Result<String, Fault> {
+    let head = [
+        "j",
+        "undamped_low_eta",
+        "undamped_high_eta",
+        "extent",
+        "damped_low_eta",
+        "damped_high_eta",
+        "critical_damping",
+        "critical_eta",
+        "safety",
+        "modulation_ratio",
+        "three_term",
+        "second_order",
+    ];
+    let option = |value: Option<f64>| value.map_or(String::new(), full);
+    let row = |o: &Order| {
+        let damped = o.damped.map_or([String::new(), String::new()], |ends| ends.map(full));
+        let [low, high] = o.undamped.map(full);
+        let [damped_low, damped_high] = damped;
+        vec![
+            o.j.to_string(),
+            low,
+            high,
+            format!("{:?}", o.extent).to_lowercase(),
+            damped_low,
+            damped_high,
+            option(o.critical_damping),
+            option(o.critical_eta),
+            option(o.safety),
+            option(o.modulation_ratio),
+            full(o.three_term),
+            full(o.second_order),
+        ]
+    };
+    csv(&head, report.orders.iter().map(row))
+}
+
+/// The boundaries of both maps.
+///
+/// # Errors
+/// None in practice.
+pub fn map_csv(report: &Report) -> Result<String, Fault> {
+    let w0 = report.oscillator.natural_frequency;
+    let head = ["map", "j", "damping_ratio", "modulation", "low_eta", "high_eta", "low_rad_per_s", "high_rad_per_s"];
+    let rows = |name: &'static str, list: &[super::Region]| {
+        list.iter()
+            .flat_map(|region| {
+                region.lines.iter().map(move |[height, low, high]| {
+                    let (theta, modulation) = region.theta.map_or((*height, 1.0), |theta| (theta, *height));
+                    let mut row = vec![name.to_owned(), region.j.to_string()];
+                    row.extend([theta, modulation, *low, *high, w0 * low, w0 * high].map(full));
+                    row
+                })
+            })
+            .collect::<Vec<_>>()
+    };
+    let all = rows("damping", &report.over_damping).into_iter().chain(rows("modulation", &report.over_modulation));
+    csv(&head, all)
+}
+
+/// The periodic motion over the speed.
+///
+/// # Errors
+/// None in practice.
+pub fn amplification_csv(report: &Report) -> Result<String, Fault> {
+    let w0 = report.oscillator.natural_frequency;
+    let head = ["eta", "speed_rad_per_s", "speed_rpm", "amplitude", "load", "kinetostatic", "amplification", "stable"];
+    let rows = report.amplification.iter().map(|s| {
+        let mut row: Vec<String> =
+            [s.eta, w0 * s.eta, w0 * s.eta * RPM, s.amplitude, s.load, s.kinetostatic].map(full).to_vec();
+        row.extend([s.amplification.map_or(String::new(), full), s.stable.to_string()]);
+        row
+    });
+    csv(&head, rows)
+}

@@ -1,0 +1,180 @@
+//! Coefficients that nearly vanish, and what the report says of orders and speeds.
+
+use super::{crank, critical, mathieu, oscillator, series};
+use crate::stability::bounds::Harmonics;
+use crate::stability::system::System;
+use crate::stability::tongue::Extent;
+use crate::stability::{Options, modulation, study, table};
+use camdrive::drives::oscillator::{PeriodicOscillator, Terms};
+use std::f64::consts::{PI, TAU};
+
+/// m = 1 + μ cos φ, whose zero is near: the cells have to become short towards it.
+fn inertia(mu: f64) -> PeriodicOscillator {
+    let m = series(&[mu], &[]);
+    let terms = move |_: usize, phi: f64| Terms { m: m.at(phi).0[0], b: 0.04, c: 1.0, ..Terms::default() };
+    oscillator(Box::new(terms), 0.5 * (2.0 * (1.0 - mu)).sqrt(), false)
+}
+
+/// The same as [`crank`], with cells that shorten towards the dead centres only.
+fn stiff_crank(sigma: f64) -> PeriodicOscillator {
+    let away: Vec<f64> = (0..).map(|k| sigma.sqrt() * 2f64.powi(k)).take_while(|x| *x < 1.0).collect();
+    let mut ends: Vec<f64> =
+        [0.0, PI, TAU].iter().flat_map(|c| away.iter().flat_map(move |x| [c - x, c + x])).collect();
+    ends.retain(|end| (0.0..TAU).contains(end));
+    ends.sort_by(f64::total_cmp);
+    let lengths: Vec<f64> = ends.windows(2).map(|pair| 0.5 * (pair[1] - pair[0])).chain([sigma.sqrt()]).collect();
+    let scene = crank(sigma, false);
+    PeriodicOscillator { breakpoints: ends, reach: Box::new(move |segment| lengths[segment]), ..scene }
+}
+
+#[test]
+fn a_coupling_rod_that_is_all_but_rigid_has_its_narrow_tongues() {
+    // σ → 0 leaves a notch of the width √σ, of which the second order is right to O(√σ).
+    for sigma in [5e-6, 1e-6, 1e-8] {
+        let scene = stiff_crank(sigma);
+        let bounds = Harmonics::new(&System::new(&scene).unwrap());
+        for (n, theta) in (1..).zip(critical(&scene, 4)) {
+            let second = bounds.bounds(2 * n).second_order;
+            assert!((theta / second - 1.0).abs() < 5.0 * sigma.sqrt() * n as f64, "{sigma}, {n}: {theta:e} {second:e}");
+            assert!((theta / (0.5 * sigma.sqrt()) - 1.0).abs() < 5.0 * sigma.sqrt() * n as f64);
+        }
+    }
+}
+
+#[test]
+fn an_inertia_that_nearly_vanishes_is_followed() {
+    // By an explicit Runge-Kutta method of order 8 at 1e-12: boundaries in η and θ* of the orders 1/2, 3/2 and 5/2.
+    let expected = [
+        (1, [2.259_085_762_4, 14.368_307_622_1], 0.239_581_062_7),
+        (3, [1.384_272_270_5, 1.448_024_551_8], 2.691_305_150e-3),
+        (5, [0.900_927_065_3, 0.904_958_593_4], 2.421_727_206e-4),
+    ];
+    let scene = inertia(0.999);
+    let report = study(["m", "test"], &scene, &Options { quick: true, ..Options::default() }, &|_| ()).unwrap();
+    for (n, ends, theta) in expected {
+        let order = &report.orders[n - 1];
+        let near = |value: f64, expected: f64| (value / expected - 1.0).abs() < 1e-8;
+        assert!(near(order.undamped[0], ends[0]) && near(order.undamped[1], ends[1]), "{order:?}");
+        assert!(near(order.critical_damping.unwrap(), theta), "{order:?}");
+    }
+    assert!(!report.eigenproblem.incomplete && report.eigenproblem.lost.is_none());
+    // Stable without damping, unstable by damping that differs over the turn: ρ = 1.0516757976 at θ = 0.1.
+    let options = Options { quick: true, damping: Some(0.1), speeds: vec![21.1 / 60.0 * TAU], ..Options::default() };
+    let report = study(["m", "test"], &scene, &options, &|_| ()).unwrap();
+    let at = &report.speeds[0];
+    assert!((at.radius / 1.051_675_797_6 - 1.0).abs() < 1e-8 && at.order == Some(0.5), "{at:?}");
+    assert!((0.11..0.13).contains(&at.critical_damping), "{at:?}");
+}
+
+#[test]
+fn an_inertia_that_vanishes_but_for_a_ten_thousandth_has_all_its_orders() {
+    // By matrices of 2500 harmonics on either side, boundaries in η; those of even order coincide.
+    let expected = [
+        (1, [2.369_515_719_60, 26.063_952_874_03]),
+        (3, [1.585_197_457_76, 1.693_392_482_64]),
+        (5, [1.074_026_467_56, 1.084_901_875_50]),
+        (8, [0.697_938_546_12; 2]),
+        (9, [0.623_151_678_58, 0.623_314_281_63]),
+        (13, [0.435_350_028_41, 0.435_353_529_22]),
+    ];
+    let scene = inertia(0.9999);
+    let options = Options { quick: true, damping: Some(0.0), orders: Some(13), ..Options::default() };
+    let report = study(["m", "test"], &scene, &options, &|_| ()).unwrap();
+    assert!(report.eigenproblem.lost.is_none() && report.orders.len() == 13);
+    for (n, ends) in expected {
+        let order = &report.orders[n - 1];
+        let near = |k: usize| (order.undamped[k] / ends[k] - 1.0).abs() < 1e-9;
+        assert!(near(0) && near(1), "{order:?} instead of {ends:?}");
+        assert_eq!(order.extent == Extent::Closed, n % 2 == 0, "{order:?}");
+    }
+    assert!(report.eigenproblem.residual < 1e-9);
+    // A little more than the modulation of the scene is admissible, or the scene would lie beyond its map.
+    assert!(report.ranges[2][1] > 1.0);
+}
+
+#[test]
+fn orders_whose_boundaries_are_not_found_are_told() {
+    let scene = mathieu(0.3);
+    let options = Options { quick: true, ..Options::default() };
+    let mut report = study(["mathieu", "test"], &scene, &options, &|_| ()).unwrap();
+    assert!(!table::warnings(&report).iter().any(|line| line.contains("have not been found")));
+    report.eigenproblem.lost = Some(4.5);
+    assert!(table::warnings(&report).iter().any(|line| line.contains("from order 4.5 on have not been found")));
+}
+
+#[test]
+fn every_order_that_is_listed_is_in_the_map_over_the_modulation() {
+    let scene = crank(0.2, false);
+    let options = Options { damping: Some(0.03), orders: Some(11), ..Options::default() };
+    let report = study(["crank", "test"], &scene, &options, &|_| ()).unwrap();
+    let drawn = |j: f64, theta: f64| {
+        report.over_modulation.iter().any(|r| r.j == j && r.theta == Some(theta) && r.lines.len() > 8)
+    };
+    for order in &report.orders {
+        assert!(drawn(order.j, 0.0), "{}", order.j);
+        let below = order.modulation_ratio.is_some_and(|ratio| ratio * report.ranges[2][1] > 1.1);
+        assert!(!below || drawn(order.j, 0.03), "{order:?}");
+    }
+    assert_eq!(report.orders.len(), 11);
+    // The lines of the map at the modulation of the scene are the boundaries of the list.
+    for region in &report.over_modulation {
+        let order = report.orders.iter().find(|order| order.j == region.j).unwrap();
+        let ends = if region.theta == Some(0.0) { Some(order.undamped) } else { order.damped };
+        let row = region.lines.iter().position(|line| line[0] >= 1.0).unwrap_or(0);
+        if let (Some(ends), [.., before, after]) = (ends, &region.lines[..=row]) {
+            for k in 0..2 {
+                let (low, high) = (before[k + 1].min(after[k + 1]), before[k + 1].max(after[k + 1]));
+                assert!((low * 0.999..high * 1.001).contains(&ends[k]), "{}: {ends:?} {before:?} {after:?}", region.j);
+            }
+        }
+    }
+}
+
+#[test]
+fn the_modulation_at_which_an_order_becomes_unstable_is_told_without_maps_too() {
+    let scene = mathieu(0.3);
+    let system = System::new(&scene).unwrap();
+    let options = Options { quick: true, damping: Some(0.09), orders: Some(12), ..Options::default() };
+    let report = study(["mathieu", "test"], &scene, &options, &|_| ()).unwrap();
+    assert!(report.over_modulation.is_empty());
+    let critical = 1.0 / report.orders[0].modulation_ratio.unwrap();
+    assert!(critical > 1.1, "stable");
+    assert!((modulation::apex(&system, 1, critical).unwrap().theta - 0.09).abs() < 1e-9);
+    // Beyond the eighth order as well.
+    let options = Options { damping: Some(1e-7), ..options };
+    let report = study(["mathieu", "test"], &scene, &options, &|_| ()).unwrap();
+    let ratio = report.orders[8].modulation_ratio.unwrap();
+    assert!((modulation::apex(&system, 9, 1.0 / ratio).unwrap().theta - 1e-7).abs() < 1e-12);
+    let below = table::below_orders(&report).join("\n");
+    assert!(below.contains("ε/ε*") && below.contains("1.5 times"), "{below}");
+}
+
+#[test]
+fn a_stable_speed_is_not_called_unstable() {
+    let scene = mathieu(0.3);
+    let options = Options { quick: true, damping: Some(5.0), speeds: vec![2.0], ..Options::default() };
+    let report = study(["mathieu", "test"], &scene, &options, &|_| ()).unwrap();
+    let line = &table::of_speeds(&report)[0];
+    assert!(line.contains(": stable;") && line.contains("with less damping than θ = 0.07490"), "{line}");
+    // All missed orders are named.
+    let report = study(["crank", "test"], &crank(0.2, false), &Options { quick: true, ..options }, &|_| ()).unwrap();
+    let warnings = table::warnings(&report);
+    assert!(
+        warnings[0].contains("orders listed, j = 2, 3, 4, 5, 6, ") && warnings[0].contains("most that of"),
+        "{warnings:?}"
+    );
+}
+
+#[test]
+fn what_cannot_be_followed_is_told_with_its_reason() {
+    let scene = mathieu(0.3);
+    let at = |speed: f64, damping: f64| {
+        let options = Options { quick: true, speeds: vec![speed], damping: Some(damping), ..Options::default() };
+        study(["mathieu", "test"], &scene, &options, &|_| ())
+    };
+    // Vibrations are followed by their phase, however many; what does not vibrate is not.
+    let report = at(1e-9, 0.1).unwrap();
+    assert!(report.speeds[0].stable && report.speeds[0].radius == 0.0);
+    let text = at(1e-9, 5.0).unwrap_err().0;
+    assert!(text.contains("η = 1e-9") && text.contains("decay some 1e9 times"), "{text}");
+}

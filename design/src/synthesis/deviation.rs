@@ -1,0 +1,228 @@
+//! How far a series is from a target, and its largest derivatives.
+
+use super::Polynomial;
+use super::family::{MEDIUM, angles};
+use camdrive::motion::Fourier;
+use std::f64::consts::TAU;
+
+/// A value at an angle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Extreme {
+    /// The value, with its sign.
+    pub value: f64,
+    /// φ [rad].
+    pub phi: f64,
+}
+
+/// U⁽ⁿ⁾ − Ũ⁽ⁿ⁾ over a range of angles.
+#[derive(Clone, Copy, Debug)]
+pub struct Window<'a> {
+    /// First angle [rad].
+    pub from: f64,
+    /// Last angle [rad].
+    pub to: f64,
+    /// n.
+    pub order: usize,
+    /// Ũ⁽ⁿ⁾, from the first angle on.
+    pub target: &'a Polynomial,
+}
+
+/// Angles at which a series is evaluated side by side, so that the recurrence of one does not wait for itself.
+const LANES: usize = 8;
+
+/// U⁽ⁿ⁾ as a sum of waves aₖ cos kφ + bₖ sin kφ.
+struct Waves {
+    a: Vec<f64>,
+    b: Vec<f64>,
+}
+
+impl Waves {
+    /// The n-th derivative of a series.
+    fn of(series: &Fourier, n: usize) -> Self {
+        let (mut a, mut b) = (series.a.clone(), series.b.clone());
+        for _ in 0..n {
+            for (k, (a, b)) in a.iter_mut().zip(&mut b).enumerate() {
+                (*a, *b) = (k as f64 * *b, -(k as f64) * *a);
+            }
+        }
+        Waves { a, b }
+    }
+
+    /// The values at these angles.
+    fn values(&self, angles: &[f64]) -> Vec<f64> {
+        let mut values = Vec::with_capacity(angles.len());
+        for angles in angles.chunks(LANES) {
+            let mut turn = [[0.0, 1.0]; LANES];
+            angles.iter().zip(&mut turn).for_each(|(phi, turn)| *turn = phi.sin_cos().into());
+            let mut wave = [[0.0, 1.0]; LANES];
+            let mut sums = [self.a[0]; LANES];
+            for (a, b) in self.a.iter().zip(&self.b).skip(1) {
+                for lane in 0..LANES {
+                    let ([s, c], [s1, c1]) = (wave[lane], turn[lane]);
+                    let [s, c] = [s * c1 + c * s1, c * c1 - s * s1];
+                    wave[lane] = [s, c];
+                    sums[lane] += a * c + b * s;
+                }
+            }
+            values.extend_from_slice(&sums[..angles.len()]);
+        }
+        values
+    }
+
+    /// Value, slope and bend at `phi`.
+    fn at(&self, phi: f64) -> [f64; 3] {
+        let (s1, c1) = phi.sin_cos();
+        let (mut s, mut c) = (0.0, 1.0);
+        let mut sums = [self.a[0], 0.0, 0.0];
+        for (k, (a, b)) in self.a.iter().zip(&self.b).enumerate().skip(1) {
+            (s, c) = (s * c1 + c * s1, c * c1 - s * s1);
+            let (even, odd, k) = (a * c + b * s, b * c - a * s, k as f64);
+            sums[0] += even;
+            sums[1] += k * odd;
+            sums[2] -= k * k * even;
+        }
+        sums
+    }
+}
+
+impl Window<'_> {
+    /// Value, slope and bend of the deviation.
+    fn at(&self, waves: &Waves, phi: f64) -> [f64; 3] {
+        let mut value = waves.at(phi);
+        let mut target = self.target.clone();
+        for value in &mut value {
+            *value -= target.at(phi - self.from);
+            target = target.derivative();
+        }
+        value
+    }
+
+    /// Angles close enough to each other for the extremes of a series, and the deviations there.
+    fn sampled(&self, waves: &Waves) -> (Vec<f64>, Vec<f64>) {
+        let angles = angles(self.from, self.to, waves.a.len() - 1, MEDIUM);
+        let mut values = waves.values(&angles);
+        values.iter_mut().zip(&angles).for_each(|(value, phi)| *value -= self.target.at(phi - self.from));
+        (angles, values)
+    }
+
+    /// The deviation of largest magnitude; its angle to rounding.
+    pub fn largest(&self, series: &Fourier) -> Extreme {
+        // More than samples miss of a maximum.
+        let none = Extreme { value: 0.0, phi: self.from };
+        let higher = |best: Extreme, next: Extreme| if next.value.abs() > best.value.abs() { next } else { best };
+        self.extremes(series, 0.85).into_iter().fold(none, higher)
+    }
+
+    /// The local extremes of at least the `part` of the largest magnitude.
+    pub fn extremes(&self, series: &Fourier, part: f64) -> Vec<Extreme> {
+        let waves = Waves::of(series, self.order);
+        let (angles, values) = self.sampled(&waves);
+        let least = part * values.iter().fold(0.0, |highest, v| v.abs().max(highest));
+        let mut extremes = self.summits(&waves, &angles, &values, 1.0);
+        extremes.extend(self.summits(&waves, &angles, &values, -1.0));
+        extremes.retain(|extreme| extreme.value.abs() >= least);
+        extremes
+    }
+
+    /// The local maxima of the deviation, with its sign.
+    pub fn maxima(&self, series: &Fourier) -> Vec<Extreme> {
+        let waves = Waves::of(series, self.order);
+        let (angles, values) = self.sampled(&waves);
+        self.summits(&waves, &angles, &values, 1.0)
+    }
+
+    /// The local maxima of `sign` times the deviation, found from samples.
+    fn summits(&self, waves: &Waves, angles: &[f64], values: &[f64], sign: f64) -> Vec<Extreme> {
+        let last = angles.len() - 1;
+        let higher = |i: usize, j: usize| sign * values[i] >= sign * values[j];
+        let near = |i: usize| {
+            let (before, after) = (i.saturating_sub(1), (i + 1).min(last));
+            (higher(i, before) && higher(i, after)).then(|| {
+                let phi = self.summit(waves, angles[i], [angles[before], angles[after]], sign);
+                let summit = Extreme { value: self.at(waves, phi)[0], phi };
+                // A summit that rounding has missed is not above the sample.
+                let sample = Extreme { value: values[i], phi: angles[i] };
+                if sign * summit.value > sign * sample.value { summit } else { sample }
+            })
+        };
+        let mut summits: Vec<Extreme> = (0..=last).filter_map(near).collect();
+        // Two samples of equal height lead to one summit.
+        summits.dedup_by(|a, b| (a.phi - b.phi).abs() < 1e-9);
+        summits
+    }
+
+    /// The maximum of `sign` times the deviation near `phi` between two angles, by Newton's method on the slope.
+    fn summit(&self, waves: &Waves, mut phi: f64, [low, high]: [f64; 2], sign: f64) -> f64 {
+        for _ in 0..8 {
+            let [_, slope, bend] = self.at(waves, phi);
+            let newton = phi - slope / bend;
+            let next = if sign * bend < 0.0 { newton } else { phi + (sign * slope).signum() * (high - low) };
+            let next = next.clamp(low, high);
+            if (next - phi).abs() <= 4.0 * f64::EPSILON * (1.0 + phi.abs()) {
+                return next;
+            }
+            phi = next;
+        }
+        phi
+    }
+}
+
+/// The largest |U⁽ⁿ⁾| over the turn.
+pub fn peak(series: &Fourier, order: usize) -> Extreme {
+    Window { from: 0.0, to: TAU, order, target: &Polynomial::default() }.largest(series)
+}
+
+/// U′U″, of which the kinetostatic torque is −m Ω² times, as the series ½ (U′²)′.
+pub fn torque(series: &Fourier) -> Fourier {
+    let n = series.order();
+    let slope = |k: usize| [k as f64 * series.b[k], -(k as f64) * series.a[k]];
+    let (mut a, mut b) = (vec![0.0; 2 * n + 1], vec![0.0; 2 * n + 1]);
+    for k in 1..=n {
+        for l in 1..=n {
+            let ([p, q], [r, s]) = (slope(k), slope(l));
+            // Half of the product of two waves is in their sum, half in their difference.
+            let (sum, difference) = (k + l, k.abs_diff(l));
+            a[sum] += 0.5 * (p * r - q * s);
+            b[sum] += 0.5 * (p * s + q * r);
+            a[difference] += 0.5 * (p * r + q * s);
+            if k > l {
+                b[difference] += 0.5 * (q * r - p * s);
+            } else if l > k {
+                b[difference] += 0.5 * (p * s - q * r);
+            }
+        }
+    }
+    let half_slope =
+        |list: &[f64], sign: f64| list.iter().enumerate().map(|(k, c)| sign * 0.5 * k as f64 * c).collect();
+    Fourier::new(half_slope(&b, 1.0), half_slope(&a, -1.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_torque_is_the_product() {
+        let series = Fourier::new(vec![0.3, 0.6, 0.05, -0.1], vec![0.0, -0.02, 0.3, 0.01]);
+        let torque = torque(&series);
+        for phi in [0.0, 0.4, 2.0, 5.5] {
+            let [_, first, second, ..] = series.at(phi).0;
+            assert!((torque.at(phi).0[0] - first * second).abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn the_largest_values_of_a_wave() {
+        let series = Fourier::new(vec![0.0], vec![0.0, 1.0, 0.0, 1.0 / 3.0]);
+        let dense =
+            |order: usize| (0..200_000).map(|i| series.at(f64::from(i) * TAU / 2e5).0[order].abs()).fold(0.0, f64::max);
+        for order in 0..4 {
+            assert!((peak(&series, order).value.abs() - dense(order)).abs() < 1e-8, "order {order}");
+        }
+        let target = Polynomial(vec![0.5, 1.0]);
+        let window = Window { from: 1.0, to: 1.5, order: 0, target: &target };
+        let away = |phi: f64| (series.at(phi).0[0] - 0.5 - (phi - 1.0)).abs();
+        let dense = (0..=10_000).map(|i| away(1.0 + 5e-5 * f64::from(i))).fold(0.0, f64::max);
+        assert!((window.largest(&series).value.abs() - dense).abs() < 1e-8);
+    }
+}

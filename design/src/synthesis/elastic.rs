@@ -1,0 +1,262 @@
+//! HS profiles for an elastic output member: the inverse of one speed, the robust profile of a range of speeds, and
+//! how fast a profile may turn.
+//!
+//! Source: Dresig, Vulfson, *Dynamik der Mechanismen*, section 4.6.2, equations (4) to (7). The inverse is exact with
+//! damping: with ν = kη, P = 1 − ν² + 4δ²ν², R = 2δν³, N = 1 + 4δ²ν²,
+//! aₖ = (P Aₖ + R Bₖ)/N, bₖ = (P Bₖ − R Aₖ)/N.
+
+use super::basis::{Basis, Response};
+use super::{Infeasible, Profile, Task, local_maxima};
+use camdrive::motion::Fourier;
+
+/// Speeds per distance between two resonances 1/k, 1/(k + 1) at which a deviation is looked at first.
+const SPEEDS_PER_RESONANCE: f64 = 12.0;
+
+/// Rasters of 17 speeds η_opt, each of an eighth of the width of the one before: to a millionth of the range.
+const REFINEMENTS: usize = 7;
+
+/// A range of speeds over which the motion behind an elastic output member has to fulfil a task.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpeedRange {
+    /// δ [1].
+    pub damping: f64,
+    /// Least η = Ω/ω₀ [1].
+    pub slowest: f64,
+    /// Largest η [1].
+    pub fastest: f64,
+}
+
+/// The cam that makes the output follow `motion` exactly at one speed; None where that takes a harmonic that no cam
+/// can force (an undamped resonance).
+pub fn inverse(motion: &Fourier, response: Response) -> Option<Fourier> {
+    let (mut a, mut b) = (motion.a.clone(), motion.b.clone());
+    for k in 1..a.len() {
+        let nu = k as f64 * response.eta;
+        let damping = 2.0 * response.damping * nu;
+        let p = (1.0 - nu) * (1.0 + nu) + damping * damping;
+        let (r, n) = (damping * nu * nu, 1.0 + damping * damping);
+        let [a_k, b_k] = [motion.a[k], motion.b[k]];
+        if p == 0.0 && r == 0.0 && (a_k != 0.0 || b_k != 0.0) {
+            return None;
+        }
+        a[k] = (p * a_k + r * b_k) / n;
+        b[k] = (p * b_k - r * a_k) / n;
+    }
+    Some(Fourier::new(a, b))
+}
+
+/// The motion behind the elastic output member that a cam causes, in its steady state; None at an undamped resonance
+/// of one of its harmonics.
+pub fn output(cam: &Fourier, response: Response) -> Option<Fourier> {
+    let (mut a, mut b) = (cam.a.clone(), cam.b.clone());
+    for k in 1..a.len() {
+        if cam.a[k] == 0.0 && cam.b[k] == 0.0 {
+            continue;
+        }
+        let [re, im] = response.gain(k);
+        if !re.is_finite() || !im.is_finite() {
+            return None;
+        }
+        // Y = G X with X = a − ib.
+        a[k] = re * cam.a[k] + im * cam.b[k];
+        b[k] = re * cam.b[k] - im * cam.a[k];
+    }
+    Some(Fourier::new(a, b))
+}
+
+/// A cam by the recipe of the source.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recipe {
+    /// The profile.
+    pub cam: Fourier,
+    /// η_opt.
+    pub optimum: f64,
+    /// The largest η with the deviation within the tolerance.
+    pub reached: f64,
+}
+
+/// A resonance kη = 1 of a cam within a range of speeds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Resonance {
+    /// k.
+    pub harmonic: usize,
+    /// η = 1/k.
+    pub eta: f64,
+    /// max |q| = √(aₖ² + bₖ²)/(2δ) of this harmonic there, equation (7) [m]; infinite without damping.
+    pub amplitude: f64,
+}
+
+/// The resonances of a cam up to a speed, the slowest first.
+pub fn resonances(cam: &Fourier, damping: f64, fastest: f64) -> Vec<Resonance> {
+    let size = |k: usize| (cam.a[k].powi(2) + cam.b[k].powi(2)).sqrt();
+    let of = |k: usize| Resonance { harmonic: k, eta: 1.0 / k as f64, amplitude: size(k) / (2.0 * damping) };
+    (1..cam.a.len()).rev().filter(|&k| size(k) > 0.0).map(of).filter(|r| r.eta <= fastest).collect()
+}
+
+impl SpeedRange {
+    /// The harmonics of a profile whose resonance kη = 1 lies within the range.
+    pub fn crossed(&self, basis: &Basis) -> Vec<usize> {
+        basis.harmonics().filter(|k| (self.slowest..=self.fastest).contains(&(1.0 / *k as f64))).collect()
+    }
+}
+
+impl Task {
+    /// The largest |y − Ũ| over all ranges behind an elastic output member; infinite at an undamped resonance.
+    pub fn deviation(&self, cam: &Fourier, response: Response) -> f64 {
+        let Some(motion) = output(cam, response) else { return f64::INFINITY };
+        self.errors(&motion).iter().map(|e| e[0]).filter(|e| !e.is_nan()).fold(0.0, f64::max)
+    }
+
+    /// The largest η up to which (from `slowest` on) a cam keeps the deviation within `tolerance`, at most `fastest`;
+    /// None if it exceeds it at `slowest` already.
+    pub fn reachable(&self, cam: &Fourier, range: SpeedRange, tolerance: f64) -> Option<f64> {
+        let within = |eta: f64| self.deviation(cam, Response { damping: range.damping, eta }) <= tolerance;
+        let mut good = range.slowest;
+        if !within(good) {
+            return None;
+        }
+        for eta in speeds(cam.order(), range) {
+            if !within(eta) {
+                return Some(last(good, eta, within));
+            }
+            good = eta;
+        }
+        Some(range.fastest)
+    }
+
+    /// The best cam by the recipe of the source: `motion` inverted at the η_opt from which the largest speed is reached
+    /// with the deviation within `tolerance` at all speeds from `range.slowest` on. The source inverts without damping,
+    /// equation (5); `damping` is that of the inversion.
+    pub fn recipe(&self, motion: &Fourier, range: SpeedRange, tolerance: f64, damping: f64) -> Option<Recipe> {
+        let reached = |eta: f64| {
+            let cam = inverse(motion, Response { damping, eta })?;
+            let reached = self.reachable(&cam, range, tolerance)?;
+            Some(Recipe { cam, optimum: eta, reached })
+        };
+        // Below the resonance of the highest harmonic the reach over η_opt has one summit with a kink; a raster and
+        // its refinement find it.
+        let (mut low, mut high) = (0.0, (1.0 / motion.order().max(1) as f64).min(range.fastest));
+        let mut best: Option<Recipe> = None;
+        for _ in 0..REFINEMENTS {
+            let step = (high - low) / 16.0;
+            for eta in (0..=16).map(|i| low + step * f64::from(i)) {
+                if let Some(next) = reached(eta)
+                    && best.as_ref().is_none_or(|b| next.reached > b.reached)
+                {
+                    best = Some(next);
+                }
+            }
+            let centre = best.as_ref()?.optimum;
+            (low, high) = ((centre - step).max(0.0), centre + step);
+        }
+        best
+    }
+
+    /// The cam by the same recipe with the least largest deviation over the whole range.
+    pub fn recipe_for(&self, motion: &Fourier, range: SpeedRange) -> Option<Recipe> {
+        let at = |eta: f64| {
+            let cam = inverse(motion, Response { damping: range.damping, eta })?;
+            let worst = self.worst_over(&cam, range);
+            Some((worst, Recipe { cam, optimum: eta, reached: range.fastest }))
+        };
+        let (mut low, mut high) = (0.0, range.fastest);
+        let mut best: Option<(f64, Recipe)> = None;
+        for _ in 0..REFINEMENTS {
+            let step = (high - low) / 16.0;
+            for eta in (0..=16).map(|i| low + step * f64::from(i)) {
+                if let Some(next) = at(eta)
+                    && best.as_ref().is_none_or(|b| next.0 < b.0)
+                {
+                    best = Some(next);
+                }
+            }
+            let centre = best.as_ref()?.1.optimum;
+            (low, high) = ((centre - step).max(0.0), centre + step);
+        }
+        best.map(|(_, recipe)| recipe)
+    }
+
+    /// The largest deviation over a range of speeds.
+    pub fn worst_over(&self, cam: &Fourier, range: SpeedRange) -> f64 {
+        let at = |eta: f64| self.deviation(cam, Response { damping: range.damping, eta });
+        let candidates = speeds(cam.order(), range);
+        let least = candidates.iter().map(|eta| at(*eta)).fold(0.0, f64::max);
+        local_maxima(&candidates, least, at).into_iter().map(at).fold(least, f64::max)
+    }
+
+    /// The profile whose task is fulfilled up to the largest speed: the robust problem, its range widened until the
+    /// objective meets `tolerance`. Yields the profile and the speed.
+    pub fn fastest_robust(&self, range: SpeedRange, tolerance: f64) -> Result<(Profile, f64), Infeasible> {
+        let solve = |fastest: f64| {
+            let mut task = self.clone();
+            task.speeds = Some(SpeedRange { fastest, ..range });
+            task.solve()
+        };
+        let slow = solve(range.slowest)?;
+        if slow.objective > tolerance {
+            return Ok((slow, f64::NAN));
+        }
+        let fast = solve(range.fastest);
+        let above = |profile: &Result<Profile, Infeasible>| match profile {
+            Ok(profile) => profile.objective - tolerance,
+            Err(_) => f64::INFINITY,
+        };
+        if above(&fast) <= 0.0 {
+            return fast.map(|profile| (profile, range.fastest));
+        }
+        // The objective grows with the range: regula falsi after Illinois, by halves where one end has no number.
+        let (mut good, mut bad) = ((range.slowest, slow.objective - tolerance), (range.fastest, above(&fast)));
+        let (mut best, mut reached) = (slow, range.slowest);
+        while bad.0 - good.0 > 1e-6 * bad.0 {
+            let part = good.1 / (good.1 - bad.1);
+            let part = if part.is_finite() && bad.1.is_finite() { part.clamp(0.01, 0.99) } else { 0.5 };
+            let middle = good.0 + part * (bad.0 - good.0);
+            let next = solve(middle);
+            let excess = above(&next);
+            match next {
+                Ok(profile) if excess <= 0.0 => {
+                    (best, reached) = (profile, middle);
+                    good = (middle, excess);
+                    bad.1 *= 0.5;
+                    if excess > -1e-7 * tolerance {
+                        break;
+                    }
+                }
+                _ => {
+                    bad = (middle, excess);
+                    good.1 *= 0.5;
+                }
+            }
+        }
+        Ok((best, reached))
+    }
+}
+
+/// Speeds of a range, dense enough for the resonances up to harmonic `order`, each resonance among them.
+pub fn speeds(order: usize, range: SpeedRange) -> Vec<f64> {
+    let lowest = 1.0 / order.max(1) as f64;
+    let mut list = Vec::new();
+    let mut eta = range.slowest;
+    while eta < range.fastest {
+        list.push(eta);
+        // Neighbouring resonances 1/k, 1/(k + 1) are η²/(1 + η) apart; below the lowest one the deviation of a robust
+        // profile is level with some turns, and that of others has none.
+        let distance = if eta < lowest { 0.25 * lowest } else { eta * eta / (1.0 + eta) };
+        eta += distance / SPEEDS_PER_RESONANCE;
+    }
+    list.extend((1..=order.max(1)).map(|k| 1.0 / k as f64).filter(|e| (range.slowest..range.fastest).contains(e)));
+    list.push(range.fastest);
+    list.sort_by(f64::total_cmp);
+    list.dedup();
+    list
+}
+
+/// The largest speed between `good` and `bad` that is still good.
+fn last(mut good: f64, mut bad: f64, within: impl Fn(f64) -> bool) -> f64 {
+    // A speed to twelve digits is more than any shaft keeps.
+    while bad - good > 1e-12 * bad {
+        let middle = 0.5 * (good + bad);
+        if within(middle) { good = middle } else { bad = middle }
+    }
+    good
+}

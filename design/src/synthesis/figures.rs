@@ -1,0 +1,263 @@
+//! The diagrams of a synthesis.
+
+use super::shaft_study::Shafted;
+use super::study::Study;
+use crate::plot::{Axis, Diagram, Rule, Series, Shade};
+use camdrive::motion::Fourier;
+use std::f64::consts::TAU;
+
+/// Points of a curve over the turn.
+const POINTS: usize = 721;
+
+/// Deviations below this part of the unit are rounding and not drawn.
+const LEAST: f64 = 1e-13;
+
+/// The standard laws that are drawn beside a profile.
+const DRAWN: [&str; 2] = ["inclined_sine", "modified_sine"];
+
+/// The names of U, U′, U″ and of the files.
+const ORDERS: [(&str, &str, &str); 3] =
+    [("position", "Position U", ""), ("velocity", "U′", "/rad"), ("acceleration", "U″", "/rad²")];
+
+fn deg(phi: f64) -> f64 {
+    phi.to_degrees()
+}
+
+impl Study {
+    /// The unit of the ordinates: the length of the task or m.
+    fn unit_name(&self, per: &str) -> String {
+        if self.assignment.unit == 1.0 {
+            return format!("[m{per}]");
+        }
+        let per = if per.is_empty() { "1" } else { &format!("1{per}") };
+        format!("over scale [{per}]")
+    }
+
+    /// All diagrams with the endings of their file names.
+    pub fn figures(&self) -> Vec<(String, Diagram)> {
+        let mut figures: Vec<(String, Diagram)> =
+            (0..3).map(|order| (ORDERS[order].0.to_owned(), self.motion_diagram(order))).collect();
+        figures.push(("torque".to_owned(), self.torque_diagram()));
+        if !self.assignment.task.ranges.is_empty() {
+            figures.push(("deviation".to_owned(), self.deviation_diagram()));
+        }
+        figures.push(("harmonics".to_owned(), self.harmonics_diagram()));
+        if self.elastic.is_some() {
+            figures.push(("speed".to_owned(), self.speed_diagram()));
+        }
+        if let Some(shaft) = &self.shaft {
+            figures.push(("shaft_speed".to_owned(), self.shaft_speed_diagram(shaft)));
+            figures.push(("shaft_torque".to_owned(), self.shaft_torque_diagram(shaft)));
+        }
+        if !self.widths.is_empty() {
+            figures.push(("dwell_width".to_owned(), self.widths_diagram()));
+        }
+        figures
+    }
+
+    /// The profile and some standard laws.
+    fn drawn(&self) -> impl Iterator<Item = (&str, &Fourier)> {
+        let rivals = self.rivals.iter().enumerate();
+        rivals.filter(|(i, r)| *i == 0 || DRAWN.contains(&r.name.as_str())).map(|(_, r)| (r.name.as_str(), &r.series))
+    }
+
+    fn over_the_turn(&self, name: &str, value: impl Fn(f64) -> f64) -> Series {
+        let angle = |i: usize| TAU * i as f64 / (POINTS - 1) as f64;
+        let points = (0..POINTS).map(|i| [deg(angle(i)), value(angle(i))]).collect();
+        Series { name: name.to_owned(), points, joined: true }
+    }
+
+    /// U, U′ or U″ over the turn.
+    fn motion_diagram(&self, order: usize) -> Diagram {
+        let unit = self.assignment.unit;
+        let (_, name, per) = ORDERS[order];
+        let series = self.drawn().map(|(name, s)| self.over_the_turn(name, |phi| s.at(phi).0[order] / unit)).collect();
+        let [low, high] =
+            self.peaks[order..=order].iter().map(|p| p.value.abs() / unit).fold([0.0, 0.0], |_, p| [-p, p]);
+        let band = |from: f64, to: f64| {
+            let (from, to) = (deg(from), deg(to));
+            let (low, high) = (2.0 * low, 2.0 * high);
+            Rule::Area(vec![[from, low], [to, low], [to, high], [from, high]], Shade::Pale)
+        };
+        let rules = self.assignment.task.ranges.iter().filter(|r| r.prescribed[order].is_some()).flat_map(|r| {
+            // A range that reaches over the turn's end is seen at both.
+            [-TAU, 0.0, TAU].map(|turn| band(r.from + turn, r.to + turn))
+        });
+        Diagram {
+            title: format!("{name} of {} over the turn", self.assignment.name),
+            x: Axis::angular("Angle φ [°]"),
+            y: Axis::linear(&format!("{name} {}", self.unit_name(per))),
+            series,
+            rules: rules.collect(),
+        }
+    }
+
+    /// U′U″, the kinetostatic torque over m Ω².
+    fn torque_diagram(&self) -> Diagram {
+        let unit = self.assignment.unit.powi(2);
+        let torque = |s: &Fourier, phi: f64| {
+            let [_, first, second, ..] = s.at(phi).0;
+            first * second / unit
+        };
+        let label = if unit == 1.0 { "U′U″ [m²/rad³]" } else { "U′U″ over scale² [1/rad³]" };
+        Diagram {
+            title: format!("Kinetostatic torque of {} over the turn", self.assignment.name),
+            x: Axis::angular("Angle φ [°]"),
+            y: Axis::linear(label),
+            series: self.drawn().map(|(name, s)| self.over_the_turn(name, |phi| torque(s, phi))).collect(),
+            rules: Vec::new(),
+        }
+    }
+
+    /// U − Ũ in the ranges.
+    fn deviation_diagram(&self) -> Diagram {
+        let unit = self.assignment.unit;
+        let (mut series, mut rules) = (Vec::new(), Vec::new());
+        for (i, range) in self.assignment.task.ranges.iter().enumerate() {
+            let Some(target) = range.prescribed[0].as_ref() else { continue };
+            let angles: Vec<f64> =
+                (0..=240).map(|j| range.from + (range.to - range.from) * f64::from(j) / 240.0).collect();
+            let point = |phi: f64, u: f64| [deg(phi), (u - target.at(phi - range.from)) / unit];
+            let name = self.assignment.names.ranges.get(i).cloned().unwrap_or_else(|| format!("range {}", i + 1));
+            let name = if self.elastic.is_some() { format!("{name}, at rest") } else { name };
+            let points = angles.iter().map(|phi| point(*phi, self.cam.at(*phi).0[0])).collect();
+            series.push(Series { name, points, joined: true });
+            // Over the speeds the output fills a band.
+            if let Some(behind) = self.elastic.as_ref().filter(|behind| !behind.outputs.is_empty()) {
+                let side = |side: usize| angles.iter().map(move |phi| point(*phi, behind.envelope(*phi)[side]));
+                let around = side(0).chain(side(1).rev()).collect();
+                rules.push(Rule::Area(around, Shade::Pale));
+            }
+        }
+        if let Some(behind) = self.elastic.as_ref().filter(|_| !rules.is_empty()) {
+            let [slowest, fastest] = behind.looked_at;
+            rules.push(Rule::Key(Shade::Pale, format!("output, η = {slowest:.4} … {fastest:.4}")));
+        }
+        Diagram {
+            title: format!("Deviation of {} from what is prescribed", self.assignment.name),
+            x: Axis::angular("Angle φ [°]"),
+            y: Axis::linear(&format!(
+                "Deviation {} − Ũ {}",
+                if self.elastic.is_some() { "y" } else { "U" },
+                self.unit_name("")
+            )),
+            series,
+            rules,
+        }
+    }
+
+    /// The amplitudes of the harmonics.
+    fn harmonics_diagram(&self) -> Diagram {
+        let unit = self.assignment.unit;
+        // The profile last, on top of the others.
+        let series = self.rivals.iter().cycle().skip(1).take(self.rivals.len()).map(|rival| {
+            let size = |k: usize| (rival.series.a[k].powi(2) + rival.series.b[k].powi(2)).sqrt() / unit;
+            let last = rival.series.order().min(30);
+            let points = (1..=last).map(|k| [k as f64, size(k)]).filter(|p| p[1] > 1e-9).collect();
+            Series { name: rival.name.clone(), points, joined: false }
+        });
+        Diagram {
+            title: format!("Harmonics of {} and of the standard laws", self.assignment.name),
+            x: Axis::linear("Harmonic k [1]"),
+            y: Axis::logarithmic(&format!("Amplitude √(a² + b²) {}", self.unit_name(""))),
+            series: series.collect(),
+            rules: Vec::new(),
+        }
+    }
+
+    /// The deviation behind the elastic output member over the speed.
+    fn speed_diagram(&self) -> Diagram {
+        let unit = self.assignment.unit;
+        let (mut series, mut rules) = (Vec::new(), Vec::new());
+        if let (Some(behind), Some(given)) = (&self.elastic, &self.assignment.elasticity) {
+            let drawn = |(i, name): (usize, &str)| i == 0 || DRAWN.contains(&name) || name == "polynomial_4567";
+            let curves = self.rivals.iter().zip(&behind.curves).enumerate();
+            for (_, (rival, curve)) in curves.filter(|(i, (rival, _))| drawn((*i, &rival.name))) {
+                let points = curve.iter().map(|[eta, d]| [*eta, d / unit]).filter(|p| p[1] > LEAST && p[1] < 0.3);
+                series.push(Series { name: rival.name.clone(), points: points.collect(), joined: true });
+            }
+            rules.extend(given.tolerance.map(|t| Rule::Horizontal(t / unit, "tolerance".to_owned())));
+            rules.extend(behind.reached.map(|eta| Rule::Vertical(eta, "reached".to_owned())));
+            rules.extend(given.fastest.map(|w| Rule::Vertical(w / given.w0, "asked for".to_owned())));
+        }
+        Diagram {
+            title: format!("Deviation of {} over the speed", self.assignment.name),
+            x: Axis::linear("Speed over natural frequency η [1]"),
+            y: Axis::logarithmic(&format!("Largest deviation |y − Ũ| {}", self.unit_name(""))),
+            series,
+            rules,
+        }
+    }
+
+    /// The largest shaft torque over m Ω² over the speed.
+    fn shaft_speed_diagram(&self, shaft: &Shafted) -> Diagram {
+        let unit = shaft.goal.shaft.m * self.assignment.unit.powi(2);
+        let point = |w: f64, torque: f64| [w * 60.0 / TAU, torque / (unit * w * w)];
+        let mut curves: Vec<Series> = Vec::new();
+        for (rival, law) in self.rivals.iter().zip(&shaft.laws) {
+            let points = law.points.iter().map(|p| point(p[0], p[1])).collect();
+            curves.push(Series { name: rival.name.clone(), points, joined: true });
+        }
+        let nonlinear = shaft.nonlinear.iter().filter_map(|at| Some(point(at.w, *at.torque.as_ref().ok()?)));
+        curves.push(Series {
+            name: "harmonic synthesis, nonlinear".to_owned(),
+            points: nonlinear.collect(),
+            joined: false,
+        });
+        let label =
+            if self.assignment.unit == 1.0 { "max |M| / (m Ω²) [m²]" } else { "max |M| / (m scale² Ω²) [1]" };
+        Diagram {
+            title: format!("Torque in the elastic shaft of {} over the speed", self.assignment.name),
+            x: Axis::linear("Speed [rpm]"),
+            y: Axis::linear(label),
+            series: curves,
+            rules: Vec::new(),
+        }
+    }
+
+    /// The shaft torque over the turn at the fastest speed, and the kinetostatic one of the profile.
+    fn shaft_torque_diagram(&self, shaft: &Shafted) -> Diagram {
+        let drawn = |(i, name): (usize, &str)| i == 0 || DRAWN.contains(&name);
+        let laws = self.rivals.iter().zip(&shaft.torques).enumerate();
+        let mut series: Vec<Series> = laws
+            .filter(|(i, (rival, _))| drawn((*i, &rival.name)))
+            .filter_map(|(_, (rival, torque))| Some((rival, torque.as_ref()?)))
+            .map(|(rival, torque)| self.over_the_turn(&rival.name, |phi| torque.at(phi).0[0]))
+            .collect();
+        let inertia = shaft.goal.shaft.m * shaft.goal.fastest.powi(2);
+        series.push(self.over_the_turn("kinetostatic, harmonic synthesis", |phi| {
+            let [_, first, second, ..] = self.cam.at(phi).0;
+            -inertia * first * second
+        }));
+        Diagram {
+            title: format!("Torque in the elastic shaft of {} at the fastest speed", self.assignment.name),
+            x: Axis::angular("Angle φ [°]"),
+            y: Axis::linear("Torque M [N·m]"),
+            series,
+            rules: Vec::new(),
+        }
+    }
+
+    /// Bild 4.24.
+    fn widths_diagram(&self) -> Diagram {
+        let mut series: Vec<Series> = Vec::new();
+        for (column, words) in [(1, "Chebyshev"), (2, "least squares")] {
+            series.extend(self.widths.iter().map(|curve| Series {
+                name: format!("K = {}, {words}", curve.order),
+                points: curve.points.iter().map(|p| [deg(p[0]), p[column]]).filter(|p| p[1] > LEAST).collect(),
+                joined: true,
+            }));
+        }
+        let mut rules = Vec::new();
+        if let Some((half, _)) = self.assignment.task.symmetric_dwells() {
+            rules.push(Rule::Vertical(2.0 * deg(half), "this task".to_owned()));
+        }
+        Diagram {
+            title: "Dwell error of symmetric dwells over their width, after K harmonics".to_owned(),
+            x: Axis::angular("Dwell width 2Δφ [°]"),
+            y: Axis::logarithmic("Largest deviation over stroke [1]"),
+            series,
+            rules,
+        }
+    }
+}

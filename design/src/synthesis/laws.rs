@@ -1,0 +1,158 @@
+//! The standard laws at the same task, and the cubics of the source.
+
+use super::deviation;
+use super::{Objective, Range, Task, torque};
+use crate::harmonic_analysis::analyse;
+use camdrive::motion::table::Points;
+use camdrive::motion::{Cycle, CyclePlan, Fourier, MotionLaw, StandardLaw};
+use std::f64::consts::{PI, TAU};
+
+/// Harmonics that stand for a standard law. Its harmonics fall as k⁻⁴ (U‴ jumps): beyond the 64th they add 3e-6 of
+/// the stroke, times the magnification of resonances that lie below 1/64 of the natural frequency.
+const HARMONICS: usize = 64;
+
+/// Samples of a turn for them; the harmonics of the samples above 4096 fall on those below and are 1e-9 of the stroke.
+const SAMPLES: usize = 8192;
+
+/// A motion law that keeps the dwells of a task.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rival {
+    /// Its name.
+    pub name: String,
+    /// Its first harmonics.
+    pub series: Fourier,
+    /// max |U′|, |U″| [m/radⁿ] of the law itself.
+    pub peaks: [f64; 2],
+    /// max |U′U″| of the law itself [m²/rad³].
+    pub torque: f64,
+    /// The highest harmonic of more than a thousandth of the first.
+    pub harmonics: usize,
+}
+
+/// The series without the harmonics above `order`.
+pub fn truncated(series: &Fourier, order: usize) -> Fourier {
+    let kept = |list: &[f64]| list.iter().take(order + 1).copied().collect();
+    Fourier::new(kept(&series.a), kept(&series.b))
+}
+
+/// The highest harmonic with an amplitude of more than a thousandth of the largest one.
+pub fn notable_harmonics(series: &Fourier) -> usize {
+    let size = |k: usize| (series.a[k].powi(2) + series.b[k].powi(2)).sqrt();
+    let largest = (1..series.a.len()).map(size).fold(0.0, f64::max);
+    (1..series.a.len()).rev().find(|k| size(*k) > 1e-3 * largest).unwrap_or(0)
+}
+
+impl Task {
+    /// The two dwells of the task, the lower one first, if it is one of two dwells and a rise and a return of some angle.
+    pub fn two_dwells(&self) -> Option<[&Range; 2]> {
+        let [first, second] = &self.ranges[..] else { return None };
+        let level = |range: &Range| match range.prescribed[0].as_ref()?.0[..] {
+            [u] => Some(u),
+            _ => None,
+        };
+        let (u, v) = (level(first)?, level(second)?);
+        (u != v).then_some(if u < v { [first, second] } else { [second, first] })
+    }
+
+    /// The cycle of a standard law with the dwells of the task; None where it has not two of them.
+    pub fn cycle(&self, law: StandardLaw) -> Option<Cycle> {
+        let [lower, upper] = self.two_dwells()?;
+        let level = |range: &Range| range.prescribed[0].as_ref().and_then(|p| p.0.first()).copied().unwrap_or(0.0);
+        let way = |from: f64, to: f64| (to - from).rem_euclid(TAU);
+        let plan = CyclePlan {
+            stroke: level(upper) - level(lower),
+            lower: level(lower),
+            rise_start: way(0.0, lower.to),
+            rise_angle: way(lower.to, upper.from),
+            upper_dwell: upper.to - upper.from,
+            return_angle: way(upper.to, lower.from),
+            rise_law: law,
+            return_law: law,
+        };
+        plan.validate().ok()?;
+        // Dwells that overlap leave no room for a motion.
+        let rest = plan.lower_dwell() - (lower.to - lower.from);
+        (rest.abs() < 1e-9).then(|| Cycle::new(plan))
+    }
+
+    /// The standard laws at this task.
+    pub fn rivals(&self) -> Vec<Rival> {
+        StandardLaw::ALL.into_iter().filter_map(|law| self.rival(law)).collect()
+    }
+
+    fn rival(&self, law: StandardLaw) -> Option<Rival> {
+        let law_of_motion = MotionLaw::Cycle(self.cycle(law)?);
+        let angles: Vec<f64> = (0..SAMPLES).map(|i| TAU * i as f64 / SAMPLES as f64).collect();
+        let lifts = angles.iter().map(|phi| law_of_motion.at(*phi).0[0]).collect();
+        let series = analyse(Points { angles, lifts }, HARMONICS).ok()?.series;
+        let [lower, upper] = self.two_dwells()?;
+        let level = |range: &Range| range.prescribed[0].as_ref().and_then(|p| p.0.first()).copied().unwrap_or(0.0);
+        let stroke = level(upper) - level(lower);
+        let way = |from: f64, to: f64| (to - from).rem_euclid(TAU);
+        let shortest = way(lower.to, upper.from).min(way(upper.to, lower.from));
+        Some(Rival {
+            name: law.name().to_owned(),
+            peaks: [stroke * law.peak(1) / shortest, stroke * law.peak(2) / shortest.powi(2)],
+            torque: stroke * stroke * law.torque_peak() / shortest.powi(3),
+            harmonics: notable_harmonics(&series),
+            series,
+        })
+    }
+
+    /// The half-width of two equal dwells opposite to each other, and the middle of the upper one: the symmetric task of
+    /// section 4.6.4.1.
+    pub fn symmetric_dwells(&self) -> Option<(f64, f64)> {
+        let [lower, upper] = self.two_dwells()?;
+        let middle = |r: &Range| 0.5 * (r.from + r.to);
+        let half = 0.5 * (upper.to - upper.from);
+        let opposite = (middle(upper) - middle(lower)).rem_euclid(TAU) - PI;
+        (opposite.abs() < 1e-9 && (half - 0.5 * (lower.to - lower.from)).abs() < 1e-9).then_some((half, middle(upper)))
+    }
+
+    /// What the cubics (4.6.4.1 (2) to (6)) of the source make of the task: three or five harmonics in the sense of
+    /// least squares; None where they are not for this task.
+    pub fn cubics(&self) -> Option<Fourier> {
+        let (half, middle) = self.symmetric_dwells()?;
+        let [lower, upper] = self.two_dwells()?;
+        let level = |range: &Range| range.prescribed[0].as_ref().and_then(|p| p.0.first()).copied().unwrap_or(0.0);
+        let coefficients =
+            source_cubics(self.basis.order(), half).filter(|_| self.objective == Objective::LeastSquares)?;
+        let (mean, stroke) = (0.5 * (level(lower) + level(upper)), level(upper) - level(lower));
+        let mut a = vec![0.0; 2 * coefficients.len()];
+        a[0] = mean;
+        for (i, c) in coefficients.iter().enumerate() {
+            a[2 * i + 1] = stroke * c;
+        }
+        Some(Fourier::new(a, Vec::new()).delayed(middle))
+    }
+
+    /// max |U − Ũ| over all ranges.
+    pub fn largest_error(&self, series: &Fourier) -> f64 {
+        self.errors(series).iter().map(|e| e[0]).filter(|e| !e.is_nan()).fold(0.0, f64::max)
+    }
+}
+
+/// A₁, A₃ … of K = 3 or 5 by the cubics of the source, for dwells of half-width `half` [rad] and U = ±½.
+pub fn source_cubics(order: usize, half: f64) -> Option<Vec<f64>> {
+    let cubics: &[[f64; 4]] = match order {
+        3 => &[[0.56253, -0.00060, 0.04302, -0.00499], [-0.06216, -0.00584, -0.01624, -0.03322]],
+        5 => &[
+            [0.58606, -0.00111, 0.03005, -0.00446],
+            [-0.09753, -0.00131, -0.03482, -0.00879],
+            [0.00939, 0.01807, -0.03207, 0.04126],
+        ],
+        _ => return None,
+    };
+    Some(cubics.iter().map(|c| c.iter().rev().fold(0.0, |sum, c| sum * half + c)).collect())
+}
+
+/// The figures of a series as a rival of the standard laws.
+pub fn as_rival(name: &str, series: &Fourier) -> Rival {
+    Rival {
+        name: name.to_owned(),
+        peaks: [1, 2].map(|order| deviation::peak(series, order).value.abs()),
+        torque: torque::peak(series),
+        harmonics: notable_harmonics(series),
+        series: series.clone(),
+    }
+}

@@ -1,0 +1,309 @@
+//! Objectives that are not convex in the coefficients: the largest of many smooth functions |gᵢ(x)| under linear
+//! conditions, by a sequence of linear programs within a trust region, from several starts.
+//!
+//! What a start leads to is a local optimum; the best of all starts is kept and every one is told. Source: R.
+//! Fletcher, E. Sainz de la Maza, "Nonlinear programming and nonsmooth optimization by successive linear programming",
+//! Math. Programming 43 (1989) 235–256; K. Madsen, J. Inst. Math. Appl. 16 (1975) 321–328 (minimax).
+
+use super::exact::Solutions;
+use super::family::{FINE, Family, angles};
+use super::semi_infinite::interior_point;
+use super::shaft::Norm;
+use super::{Basis, Infeasible};
+use camdrive::numerics::double_double::Double;
+use nalgebra::DMatrix;
+
+/// Linear programs from one start.
+const STEPS: usize = 80;
+
+/// A step that promises less than this part of the objective ends the descent.
+const DONE: f64 = 1e-9;
+
+/// The smallest trust region, in units of the task.
+const SMALLEST: f64 = 1e-10;
+
+/// The largest |U″| of a start, over the least possible one: what is rougher no optimum is near.
+const ROUGHEST: f64 = 3.0;
+
+/// What is made small.
+pub struct Values {
+    /// gᵢ(x).
+    pub values: Vec<f64>,
+    /// ∂gᵢ/∂xⱼ.
+    pub gradients: Vec<Vec<f64>>,
+    /// The largest |gᵢ| or √Σ gᵢ².
+    pub norm: Norm,
+}
+
+impl Values {
+    /// The objective.
+    fn size(&self) -> f64 {
+        match self.norm {
+            Norm::Peak => self.values.iter().fold(0.0, |largest, g| g.abs().max(largest)),
+            Norm::Rms => self.values.iter().map(|g| g * g).sum::<f64>().sqrt(),
+        }
+    }
+}
+
+/// How an optimum is looked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Search {
+    /// Starts.
+    pub starts: usize,
+    /// What the starts are drawn with.
+    pub seed: u64,
+}
+
+impl Default for Search {
+    fn default() -> Self {
+        Search { starts: 8, seed: 1 }
+    }
+}
+
+/// The linear conditions, in the coordinates y of the free directions: x = start + Σ yᵢ freeᵢ.
+pub struct Region<'a> {
+    /// The functions.
+    pub basis: &'a Basis,
+    /// The equations.
+    pub solutions: &'a Solutions,
+    /// The inequalities.
+    pub families: &'a [Family],
+    /// Where y = 0; fulfils everything.
+    pub start: Vec<f64>,
+    /// max |U″| of the start.
+    pub peak: f64,
+}
+
+/// Conditions at angles: rows and limits.
+#[derive(Clone, Default)]
+struct Cuts {
+    rows: Vec<Vec<f64>>,
+    limits: Vec<f64>,
+}
+
+/// The best of all starts.
+pub struct Found {
+    /// x.
+    pub x: Vec<f64>,
+    /// The largest |gᵢ| that each start led to.
+    pub optima: Vec<f64>,
+}
+
+impl Region<'_> {
+    fn unknowns(&self) -> usize {
+        self.solutions.free.len()
+    }
+
+    fn x(&self, y: &[f64]) -> Vec<f64> {
+        let mut x = self.start.clone();
+        for (y, direction) in y.iter().zip(&self.solutions.free) {
+            x.iter_mut().zip(direction).for_each(|(x, d)| *x += y * d.hi);
+        }
+        x
+    }
+
+    /// A row over x in the free directions.
+    fn projected(&self, row: &[f64]) -> Vec<f64> {
+        self.solutions.free.iter().map(|d| d.iter().zip(row).map(|(d, r)| d.hi * r).sum()).collect()
+    }
+
+    fn cut(&self, cuts: &mut Cuts, family: &Family, phi: f64) {
+        let start: Vec<Double> = self.start.iter().map(|x| Double::from(*x)).collect();
+        let row: Vec<f64> = family.row(self.basis, phi, 0).iter().map(|v| v.hi).collect();
+        cuts.rows.push(self.projected(&row));
+        cuts.limits.push(family.limit - family.excess(self.basis, &start, phi, 0));
+    }
+
+    /// The conditions at samples.
+    fn cuts(&self) -> Cuts {
+        let mut cuts = Cuts::default();
+        for family in self.families {
+            for phi in family.first_angles(self.basis) {
+                self.cut(&mut cuts, family, phi);
+            }
+        }
+        cuts
+    }
+
+    /// Adds what `y` violates between the samples; whether that was much.
+    fn exchange(&self, cuts: &mut Cuts, y: &[f64]) -> bool {
+        let x: Vec<Double> = self.x(y).into_iter().map(Double::from).collect();
+        let mut violated = false;
+        for family in self.families {
+            for phi in family.maxima(self.basis, &x) {
+                let excess = family.excess(self.basis, &x, phi, 0) - family.limit;
+                if excess > 1e-9 {
+                    self.cut(cuts, family, phi);
+                    violated |= excess > 1e-8;
+                }
+            }
+        }
+        violated
+    }
+
+    /// A point of the region: part of the way from the start to a corner in a random direction.
+    fn drawn(&self, random: &mut Random) -> Result<Vec<f64>, Infeasible> {
+        let n = self.unknowns();
+        let mut cuts = self.cuts();
+        for phi in angles(0.0, std::f64::consts::TAU, self.basis.order(), FINE) {
+            let row: Vec<f64> = self.basis.row(phi, 2, None).iter().map(|v| v.hi).collect();
+            let here: f64 = row.iter().zip(&self.start).map(|(r, x)| r * x).sum();
+            for sign in [1.0, -1.0] {
+                cuts.rows.push(self.projected(&row.iter().map(|r| sign * r).collect::<Vec<_>>()));
+                cuts.limits.push(ROUGHEST * self.peak - sign * here);
+            }
+        }
+        let cost: Vec<f64> = (0..n).map(|_| random.normal()).collect();
+        let corner = program(&DMatrix::zeros(n, n), &cost, &cuts)?;
+        let part = random.uniform();
+        Ok(corner.into_iter().map(|y| part * y).collect())
+    }
+
+    /// The best local optimum; `progress` hears of each start that is done.
+    pub fn minimise(
+        &self,
+        search: Search,
+        objective: &dyn Fn(&[f64]) -> Option<Values>,
+        progress: &dyn Fn(usize, usize),
+    ) -> Result<Found, Infeasible> {
+        let mut random = Random(search.seed);
+        let mut best: Option<(f64, Vec<f64>)> = None;
+        let mut optima = Vec::new();
+        for start in 0..search.starts.max(1) {
+            let y = if start == 0 { vec![0.0; self.unknowns()] } else { self.drawn(&mut random)? };
+            if let Some((value, y)) = self.descend(y, objective)? {
+                optima.push(value);
+                if best.as_ref().is_none_or(|(least, _)| value < *least) {
+                    best = Some((value, y));
+                }
+            }
+            progress(start + 1, search.starts);
+        }
+        let (_, y) = best.ok_or_else(|| Infeasible::Numerical("no start leads anywhere".to_owned()))?;
+        Ok(Found { x: self.x(&y), optima })
+    }
+
+    /// Down from `x`, which is in the region.
+    pub fn improved(&self, x: &[f64], objective: &dyn Fn(&[f64]) -> Option<Values>) -> Result<Vec<f64>, Infeasible> {
+        let away: Vec<f64> = x.iter().zip(&self.start).map(|(x, start)| x - start).collect();
+        let found = self.descend(self.projected(&away), objective)?;
+        Ok(found.map_or(x.to_vec(), |(_, y)| self.x(&y)))
+    }
+
+    /// Down from `y` to a local optimum; None where the objective has no value there.
+    fn descend(
+        &self,
+        mut y: Vec<f64>,
+        objective: &dyn Fn(&[f64]) -> Option<Values>,
+    ) -> Result<Option<(f64, Vec<f64>)>, Infeasible> {
+        let mut cuts = self.cuts();
+        let Some(mut here) = objective(&self.x(&y)) else { return Ok(None) };
+        let mut radius = 0.1;
+        for _ in 0..STEPS {
+            let (step, promised) = self.step(&here, &cuts, &y, radius)?;
+            let gain = here.size() - promised;
+            if gain <= DONE * here.size() || radius < SMALLEST {
+                break;
+            }
+            let next: Vec<f64> = y.iter().zip(&step).map(|(y, s)| y + s).collect();
+            if self.exchange(&mut cuts, &next) {
+                continue;
+            }
+            match objective(&self.x(&next)).filter(|there| here.size() - there.size() > 0.05 * gain) {
+                Some(there) => {
+                    if here.size() - there.size() > 0.5 * gain {
+                        radius *= 2.0;
+                    }
+                    (y, here) = (next, there);
+                }
+                None => radius *= 0.3,
+            }
+        }
+        Ok(Some((here.size(), y)))
+    }
+
+    /// The step that makes the objective of gᵢ + ∇gᵢ·d least among |d| ≤ radius, and that value.
+    fn step(&self, here: &Values, cuts: &Cuts, y: &[f64], radius: f64) -> Result<(Vec<f64>, f64), Infeasible> {
+        let n = self.unknowns();
+        let unit = here.size().max(f64::MIN_POSITIVE);
+        // In units of the radius and of the objective, so that all unknowns are of size one; the last one is the level.
+        let scaled = |row: Vec<f64>, factor: f64| row.into_iter().map(move |v| v * factor);
+        let model: Vec<Vec<f64>> =
+            here.gradients.iter().map(|g| scaled(self.projected(g), radius / unit).collect()).collect();
+        let values: Vec<f64> = here.values.iter().map(|g| g / unit).collect();
+        let (mut p, mut q) = (DMatrix::zeros(n + 1, n + 1), vec![0.0; n + 1]);
+        let mut all = Cuts::default();
+        match here.norm {
+            Norm::Peak => {
+                q[n] = 1.0;
+                for (row, g) in model.iter().zip(&values) {
+                    for sign in [1.0, -1.0] {
+                        all.rows.push(scaled(row.clone(), sign).chain([-1.0]).collect());
+                        all.limits.push(-sign * g);
+                    }
+                }
+            }
+            Norm::Rms => {
+                p[(n, n)] = 1.0;
+                for (row, g) in model.iter().zip(&values) {
+                    for i in 0..n {
+                        q[i] += row[i] * g;
+                        for j in 0..n {
+                            p[(i, j)] += row[i] * row[j];
+                        }
+                    }
+                }
+            }
+        }
+        for (row, limit) in cuts.rows.iter().zip(&cuts.limits) {
+            let at: f64 = row.iter().zip(y).map(|(r, y)| r * y).sum();
+            let size = radius * row.iter().fold(f64::MIN_POSITIVE, |s, r| r.abs().max(s));
+            all.rows.push(scaled(row.clone(), radius / size).chain([0.0]).collect());
+            // A rounding outside must not make the program insoluble; what is far away does not bind.
+            all.limits.push(((limit - at).max(0.0) / size).min(2.0 * n as f64));
+        }
+        for i in 0..n {
+            for sign in [1.0, -1.0] {
+                let mut row = vec![0.0; n + 1];
+                row[i] = sign;
+                all.rows.push(row);
+                all.limits.push(1.0);
+            }
+        }
+        let solution = program(&p, &q, &all)?;
+        let promised = match here.norm {
+            Norm::Peak => solution[n],
+            Norm::Rms => {
+                let one = |(row, g): (&Vec<f64>, &f64)| g + row.iter().zip(&solution).map(|(r, s)| r * s).sum::<f64>();
+                model.iter().zip(&values).map(one).map(|g| g * g).sum::<f64>().sqrt()
+            }
+        };
+        Ok((solution[..n].iter().map(|s| s * radius).collect(), promised * unit))
+    }
+}
+
+/// The least ½ yᵀP y + qᵀy under the conditions.
+fn program(p: &DMatrix<f64>, q: &[f64], cuts: &Cuts) -> Result<Vec<f64>, Infeasible> {
+    let a = DMatrix::from_fn(cuts.rows.len(), q.len(), |i, j| cuts.rows[i][j]);
+    interior_point(p, q, &a, &cuts.limits)?
+        .ok_or_else(|| Infeasible::Numerical("a program of the descent has no solution".to_owned()))
+}
+
+/// Random numbers that are the same everywhere: SplitMix64 (G. L. Steele, D. Lea, C. H. Flood, OOPSLA 2014).
+struct Random(u64);
+
+impl Random {
+    /// In [0, 1).
+    fn uniform(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    /// Of mean 0 and variance 1, by the sum of twelve: the tails do not matter here.
+    fn normal(&mut self) -> f64 {
+        (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
+    }
+}

@@ -1,0 +1,236 @@
+//! What the report of a synthesis says beside its tables: limits of the task and of the numbers, elasticity, and why a task
+//! has no profile.
+
+use super::elastic::SpeedRange;
+use super::study::{Method, Names, Study};
+use super::table::rounded_down;
+use super::{Bound, Infeasible, Objective, Response, Task};
+use crate::text::number;
+use std::f64::consts::TAU;
+
+/// A deviation of more than this part of the motion is none any more.
+const FAILED_TASK: f64 = 0.1;
+
+impl Study {
+    /// What the task or the numbers do not tell.
+    pub(super) fn limits(&self) -> Vec<String> {
+        let (task, motion) = (&self.assignment.task, &self.motion);
+        let mut lines = Vec::new();
+        if motion.undetermined > 0 {
+            let all = task.basis.len();
+            lines.push(format!(
+                "warning: what is prescribed determines {} of {all} coefficients; the other {} are free (zero where that does), and \
+                 between the points the profile may do anything: take more `points`, fewer harmonics or more symmetry",
+                all - motion.undetermined,
+                motion.undetermined
+            ));
+        }
+        let largest = motion.series.a.iter().chain(&motion.series.b).fold(0.0_f64, |largest, c| c.abs().max(largest));
+        let rounding = f64::EPSILON * largest;
+        let errors =
+            !matches!(task.objective, Objective::PeakAcceleration | Objective::PeakTorque | Objective::ShaftTorque(_));
+        let left = task.largest_error(&motion.series);
+        if errors && !task.ranges.is_empty() && left < 4.0 * rounding {
+            lines.push(format!(
+                "The error is below rounding: coefficients of sixteen digits leave {}. Fewer harmonics do as well, or make \
+                 the `peak_acceleration` small within a `tolerance`.",
+                self.length(left)
+            ));
+        }
+        if motion.excess > 4.0 * rounding {
+            lines.push(format!(
+                "warning: conditions are kept to {}: their extremes are too flat or too near to each other for more digits.",
+                self.length(motion.excess)
+            ));
+        }
+        if errors && motion.uncertainty > rounding {
+            let size = self.length(motion.uncertainty);
+            lines.push(format!(
+                "The coefficients are known to {size}: such changes alter the error by less than {}, the rounding of numbers \
+                 of thirty digits.",
+                self.length(motion.resolution)
+            ));
+        }
+        lines
+    }
+
+    /// What there is to say of the elastic output member.
+    pub(super) fn of_elasticity(&self) -> Vec<String> {
+        let (Some(behind), Some(given)) = (&self.elastic, &self.assignment.elasticity) else { return Vec::new() };
+        let rpm = |eta: f64| format!("η = {eta:.4} ({} rpm)", number(eta * given.w0 * 60.0 / TAU));
+        let mut lines = vec![String::new()];
+        match given.method {
+            Method::Robust => {
+                lines.push("The cam is robust: its largest deviation over all speeds is the least.".to_owned())
+            }
+            Method::Recipe => {
+                let optimum = behind.optimum.map_or(String::new(), rpm);
+                lines.push(format!("The cam is the motion inverted with damping at {optimum}."));
+            }
+            Method::None => lines.push("The cam is the motion itself.".to_owned()),
+        }
+        let damped = given.damping > 0.0;
+        if given.method == Method::Robust && damped && self.assignment.task.basis.is_even() {
+            lines.push(
+                "hint: `symmetry` is that of the cam. Behind a damped member the motion of an even cam lags and is not even; \
+                 `half_wave` instead of `even_half_wave` (`none` instead of `even`) lets the cam lead and may reach further."
+                    .to_owned(),
+            );
+        }
+        let fastest = given.fastest.map(|w| w / given.w0).or(behind.reached);
+        let crossed =
+            fastest.map(|fastest| SpeedRange { fastest, ..given.range() }.crossed(&self.assignment.task.basis));
+        let crossed = crossed.unwrap_or_default();
+        if !crossed.is_empty() && given.method == Method::Robust {
+            let list: Vec<String> = crossed.iter().map(|k| format!("k = {k} at {}", rpm(1.0 / *k as f64))).collect();
+            let so = match damped {
+                true => "only damping limits them, and the cam does without most of these harmonics",
+                false => "there is no damping, so that the cam does without these harmonics",
+            };
+            lines.push(format!("warning: the speeds cross resonances kη = 1, {}: {so}", list.join(", ")));
+        }
+        if let Some(worst) = behind.worst.filter(|worst| *worst > FAILED_TASK * self.way()) {
+            let (worst, way) = (self.length(worst), self.length(self.way()));
+            lines.push(format!(
+                "warning: over these speeds the output is up to {worst} off what is prescribed, which spans {way}: this is \
+                 not the motion of the task; lower `fastest`"
+            ));
+        }
+        if let (Some(worst), Some(fastest)) = (behind.worst, given.fastest) {
+            let slowest = rpm(given.slowest / given.w0);
+            let fastest = rpm(fastest / given.w0);
+            lines.push(format!("From {slowest} to {fastest} the deviation is at most {}.", self.length(worst)));
+        }
+        if let Some(tolerance) = given.tolerance {
+            let tolerance = self.length(tolerance);
+            lines.push(match behind.reached {
+                Some(eta) => format!("It stays within {tolerance} up to {}.", rpm(rounded_down(eta))),
+                None => {
+                    let slow = Response { damping: given.damping, eta: given.slowest / given.w0 };
+                    let deviation = self.length(self.assignment.task.deviation(&self.cam, slow));
+                    format!(
+                        "warning: `elasticity.tolerance` of {tolerance} cannot be kept: at the slowest speed the \
+                         deviation is {deviation}; take more harmonics, shorter ranges or a wider tolerance"
+                    )
+                }
+            });
+        }
+        lines
+    }
+
+    /// Between which U the ranges prescribe.
+    fn way(&self) -> f64 {
+        let values = self.assignment.task.ranges.iter().flat_map(|range| {
+            let target = range.prescribed[0].as_ref();
+            target.into_iter().flat_map(|target| [0.0, range.to - range.from].map(|x| target.at(x)))
+        });
+        let [low, high] = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], u| [a.min(u), b.max(u)]);
+        (high - low).max(0.0)
+    }
+}
+
+/// An angle to a ten-thousandth of a degree.
+pub(super) fn degrees(phi: f64) -> String {
+    ((phi.to_degrees() * 1e4).round() / 1e4 + 0.0).to_string()
+}
+
+/// What errors of U⁽ⁿ⁾ count in.
+const UNITS: [&str; 4] = ["m", "m/rad", "m/rad²", "m/rad³"];
+
+impl Infeasible {
+    /// Which condition of the task cannot be met, and by how much.
+    pub fn words(&self, task: &Task, names: &Names) -> String {
+        let name = |list: &[String], index: usize| list.get(index).map_or(String::new(), |name| format!("`{name}`: "));
+        match self {
+            Infeasible::Point { index, by } => {
+                let Some(point) = task.points.get(*index) else {
+                    return "the exact points contradict each other".to_owned();
+                };
+                format!(
+                    "{}the exact points cannot all be met with these harmonics: at best {} at {} deg misses {} by {} {}\n  \
+                     = hint: take more harmonics or less symmetry, or remove points that contradict each other",
+                    name(&names.points, *index),
+                    DERIVATIVES[point.order.min(3)],
+                    degrees(point.phi),
+                    number(point.value),
+                    number(*by),
+                    UNITS[point.order.min(3)]
+                )
+            }
+            Infeasible::Bound { index, by, phi, others, points } => {
+                let Some(bound) = task.bounds.get(*index) else { return "the bounds contradict each other".to_owned() };
+                let known =
+                    |i: usize| names.bounds.get(i).map_or_else(|| format!("bound {}", i + 1), |n| format!("`{n}`"));
+                let mut against: Vec<String> =
+                    others.iter().map(|(i, phi)| format!("{} at {} deg", known(*i), degrees(*phi))).collect();
+                if *points {
+                    against.push("the exact points".to_owned());
+                }
+                let against = match against.len() {
+                    0 => String::new(),
+                    _ => format!("\n  = it contradicts {}; the others can be kept", against.join(", ")),
+                };
+                format!(
+                    "{}bounds and tolerances cannot all be kept with these harmonics: even if all are widened alike, {} \
+                     must leave {} by {} {}, at {} deg{against}\n  = hint: take more harmonics, widen the bounds or \
+                     shorten the ranges",
+                    name(&names.bounds, *index),
+                    DERIVATIVES[bound.order.min(3)],
+                    limits(bound),
+                    number(*by),
+                    UNITS[bound.order.min(3)],
+                    degrees(*phi)
+                )
+            }
+            Infeasible::Outside { point, bound, by } => {
+                let (Some(point_of), Some(bound_of)) = (task.points.get(*point), task.bounds.get(*bound)) else {
+                    return "an exact point lies beyond a bound".to_owned();
+                };
+                let known = names.bounds.get(*bound).map_or_else(String::new, |n| format!(" of `{n}`"));
+                format!(
+                    "{}{} = {} at {} deg lies beyond {}{known} by {} {}: no profile keeps both\n  = hint: widen the \
+                     bound by this, move the point or let the bound end before it",
+                    name(&names.points, *point),
+                    DERIVATIVES[point_of.order.min(3)],
+                    number(point_of.value),
+                    degrees(point_of.phi),
+                    limits(bound_of),
+                    number(*by),
+                    UNITS[point_of.order.min(3)]
+                )
+            }
+            Infeasible::Still { at } => {
+                let all = names.ranges.iter().chain(&names.points).chain(&names.bounds);
+                let mut sections: Vec<String> = Vec::new();
+                for name in all {
+                    // "dwell[1].tolerance" belongs to "dwell[1]".
+                    let section = format!("`{}`", name.split('.').next().unwrap_or_default());
+                    if !sections.contains(&section) {
+                        sections.push(section);
+                    }
+                }
+                format!(
+                    "no motion: the best profile for {} rests at U = {} m all the turn\n  = hint: prescribe U that differ; \
+                     with `even` those at φ and −φ are one, with `half_wave` equal ones half a turn apart are the mean a₀",
+                    sections.join(", "),
+                    number(*at)
+                )
+            }
+            Infeasible::Numerical(text) => text.clone(),
+        }
+    }
+}
+
+/// What a bound admits, and where.
+fn limits(bound: &Bound) -> String {
+    let limits = match (bound.min.is_finite(), bound.max.is_finite()) {
+        (true, true) => format!("{} … {}", number(bound.min), number(bound.max)),
+        (true, false) => format!("the minimum {}", number(bound.min)),
+        _ => format!("the maximum {}", number(bound.max)),
+    };
+    let around = if bound.around.0.is_empty() { "" } else { " around its target" };
+    format!("{limits}{around} (from {} deg to {} deg)", degrees(bound.from), degrees(bound.to))
+}
+
+/// U and its derivatives.
+const DERIVATIVES: [&str; 4] = ["U", "U′", "U″", "U‴"];

@@ -1,0 +1,352 @@
+//! Optimisation under conditions that hold at every angle of a range: semi-infinite programs.
+//!
+//! Exchange method: the conditions are imposed at finitely many angles, the finite program is solved, the angles where
+//! the solution violates a condition most are added, until none is left. It is posed for the distance from a centre, in
+//! coordinates in which the sampled rows of the objective are orthonormal and in units of the largest violation at the
+//! centre: it is well conditioned however narrow the ranges are.
+//!
+//! The least level comes from linear programs to thirty digits. Each of them has fewer conditions than the task, so
+//! that its level is a lower bound, and the largest violation tells how far from it the result is at most; for a
+//! Chebyshev problem without bounds that is the method of Remez. Least squares come from an interior point, after which
+//! the conditions that bind are solved as equations together with their extremal angles.
+//!
+//! Source: R. Hettich, K. O. Kortanek, "Semi-infinite programming: theory, methods, and applications", SIAM Review 35
+//! (1993) 380–429, section 7; E. Ya. Remez (1934).
+
+use super::Infeasible;
+use super::basis::Basis;
+use super::exact::{Coordinates, RANK, Solutions, dot};
+use super::family::Family;
+use super::projection::Projection;
+use super::simplex::Simplex;
+use camdrive::numerics::double_double::Double;
+use clarabel::algebra::CscMatrix;
+use clarabel::solver::{
+    DefaultSettingsBuilder, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus, SupportedConeT,
+};
+use nalgebra::DMatrix;
+
+/// Rounds of the exchange; each adds all extremes, so that a handful is the rule.
+pub const ROUNDS: usize = 60;
+
+/// Violations below this part of the level end the exchange of the least level: the level has twelve digits then.
+const RESOLVED: f64 = 1e-12;
+
+/// Violations up to this part of the task are delivered, with a word of the report where they are more than rounding: a
+/// thousandth of what a cam is made to.
+const DELIVERED: f64 = 1e-9;
+
+/// What the squares do not see moves in these units, so that it is as good as free: its square counts 1e-12.
+const UNSEEN: f64 = 1e6;
+
+/// Rounds of least squares; each takes up all conditions that are exceeded.
+const SQUARES_ROUNDS: usize = 200;
+
+/// Violations below this part of the task are none for least squares: a hundredth of what coefficients of sixteen digits
+/// leave.
+const RESOLVED_SQUARES: f64 = 1e-18;
+
+/// What is left to say where the numbers do not suffice.
+pub const UNSOLVED: &str =
+    "the optimisation does not converge: with these harmonics the conditions are told apart by less than the \
+                        rounding of thirty digits
+  = hint: take fewer harmonics, or longer ranges for the bounds";
+
+/// What the objective sees less than this part of, conditions without a level decide: there the coordinates are not
+/// stretched, so that neither loses more than a dozen of its thirty digits.
+const SEEN: f64 = 1e-12;
+
+/// The error of a sum of double-double terms, as part of them: sines to thirty digits.
+const ROUNDING: f64 = 1e-30;
+
+/// What is made small.
+pub enum Goal {
+    /// The level t, which need not be below this.
+    Level(f64),
+    /// |A x − b|², rows of A.
+    Squares(Vec<Vec<Double>>),
+}
+
+/// The least goal under equations and families of conditions.
+pub struct Program<'a> {
+    /// The functions of the profile.
+    pub basis: &'a Basis,
+    /// The x that fulfil the equations.
+    pub solutions: &'a Solutions,
+    /// The angles of the equations [rad]: conditions look at them from the beginning, so that nothing dodges there.
+    pub exact: &'a [f64],
+    /// The conditions.
+    pub families: Vec<Family>,
+    /// What is made small.
+    pub goal: Goal,
+}
+
+/// A condition at one angle.
+pub type Place = (usize, f64);
+
+/// The coefficients and the level.
+#[derive(Clone, Debug)]
+pub struct Solution {
+    /// x.
+    pub x: Vec<Double>,
+    /// t.
+    pub level: f64,
+    /// What the errors are known to: the rounding of the numbers of thirty digits.
+    pub resolution: f64,
+    /// The largest change of a coefficient that this rounding may hide.
+    pub uncertainty: f64,
+    /// By how much conditions are still exceeded.
+    pub excess: f64,
+}
+
+/// Where a finite program is posed: x = centre + unit · T y.
+pub struct Frame<'a> {
+    /// Fulfils the equations.
+    pub centre: &'a [Double],
+    /// What y counts in.
+    pub unit: f64,
+    /// T.
+    pub coordinates: &'a Coordinates,
+}
+
+impl Program<'_> {
+    /// The best solution, starting at `centre`, which fulfils the equations.
+    pub fn solve(&self, centre: Vec<Double>) -> Result<Solution, Infeasible> {
+        match &self.goal {
+            Goal::Level(least) => self.least_level(centre, *least),
+            Goal::Squares(_) => self.least_squares(centre),
+        }
+    }
+
+    fn least_level(&self, centre: Vec<Double>, least: f64) -> Result<Solution, Infeasible> {
+        let centre = self.inside(centre)?;
+        let mut places = self.first_places();
+        let coordinates = self.coordinates(&places);
+        let rounding = self.rounding(&places, &centre);
+        let uncertainty = self.uncertainty(&coordinates, rounding);
+        let highest = self.largest_violation(&centre, 0.0);
+        if highest <= least + rounding {
+            let level = highest.max(least);
+            return Ok(Solution { x: centre, level, resolution: rounding, uncertainty, excess: 0.0 });
+        }
+        let unit = highest.abs().max(least.abs());
+        let frame = Frame { centre: &centre, unit, coordinates: &coordinates };
+        let inside = vec![Double::default(); coordinates.len()];
+        let mut program = Simplex::new(coordinates.len(), least / unit);
+        let mut proven: Option<Solution> = None;
+        for round in 0..ROUNDS {
+            for place in &places {
+                let (row, limit) = self.condition(&frame, *place);
+                program.add(row, limit);
+            }
+            let tolerance = |level: f64| (RESOLVED * level.abs()).max(rounding);
+            let known = (round == 0 && program.descend(&inside)) || round > 0;
+            let reach = |program: &mut Simplex| {
+                let admitted = 0.5 * tolerance(unit * program.level().hi) / unit;
+                program.ascend(admitted)
+            };
+            let optimal = known && (reach(&mut program) || (program.descend(&inside) && reach(&mut program)));
+            let x = self.moved(&frame, program.unknowns());
+            let level = unit * program.level().hi;
+            let violation = |place: &Place| self.violation(&x, level, *place);
+            places = self.maxima(&x);
+            let excess = places.iter().map(violation).fold(0.0, f64::max);
+            places.retain(|place| violation(place) > tolerance(level));
+            let resolution = rounding.max(excess - RESOLVED * level.abs());
+            let found = Solution { x, level, resolution, uncertainty, excess };
+            proven = match proven {
+                _ if optimal => Some(found),
+                // What is not known to be an optimum is one where it comes down to the level of fewer conditions.
+                Some(last) if excess < last.excess && level + excess <= last.level + DELIVERED => Some(found),
+                last => last,
+            };
+            if places.is_empty() || !optimal {
+                break;
+            }
+        }
+        self.delivered(proven.ok_or_else(|| Infeasible::Numerical(UNSOLVED.to_owned()))?)
+    }
+
+    /// A solution that keeps its conditions to rounding, or nearly: the report tells what is left.
+    fn delivered(&self, solution: Solution) -> Result<Solution, Infeasible> {
+        let known = solution.excess <= DELIVERED * solution.level.abs().max(1.0);
+        if known { Ok(solution) } else { Err(Infeasible::Numerical(UNSOLVED.to_owned())) }
+    }
+
+    /// In coordinates in which the goal is ½ |y|² from the best solution without conditions.
+    fn least_squares(&self, centre: Vec<Double>) -> Result<Solution, Infeasible> {
+        let places = self.first_places();
+        let rounding = self.rounding(&places, &centre);
+        let coordinates = self.coordinates(&places).with_unseen(UNSEEN);
+        let uncertainty = self.uncertainty(&coordinates, rounding);
+        let unit = self.largest_violation(&centre, 0.0);
+        if unit <= rounding {
+            return Ok(Solution { x: centre, level: 0.0, resolution: rounding, uncertainty, excess: 0.0 });
+        }
+        // Conditions that contradict each other are told first.
+        self.inside(self.solutions.particular.clone())?;
+        let frame = Frame { centre: &centre, unit, coordinates: &coordinates };
+        let mut nearest = Projection::new(coordinates.len());
+        let mut x = centre.clone();
+        for _ in 0..SQUARES_ROUNDS {
+            let mut exceeded: Vec<(f64, Place)> =
+                self.maxima(&x).into_iter().map(|place| (self.violation(&x, 0.0, place), place)).collect();
+            exceeded.retain(|(by, _)| *by > RESOLVED_SQUARES.max(rounding));
+            exceeded.sort_by(|a, b| b.0.total_cmp(&a.0));
+            let mut taken = false;
+            for (_, place) in exceeded {
+                let (mut row, limit) = self.condition(&frame, place);
+                row.pop();
+                // What those before have mended is not taken up.
+                if (dot(&row, nearest.point()) - limit).hi > 0.0 {
+                    taken |= nearest.add(row, limit);
+                }
+            }
+            if !taken {
+                break;
+            }
+            x = self.moved(&frame, nearest.point());
+        }
+        self.delivered(Solution {
+            excess: self.largest_violation(&x, 0.0).max(0.0),
+            x,
+            level: 0.0,
+            resolution: rounding,
+            uncertainty,
+        })
+    }
+
+    /// The angles that the first program looks at.
+    pub fn first_places(&self) -> Vec<Place> {
+        let of = |(i, family): (usize, &Family)| -> Vec<Place> {
+            let exact = self.exact.iter().flat_map(|phi| family.within(*phi));
+            family.first_angles(self.basis).into_iter().chain(exact).map(|phi| (i, phi)).collect()
+        };
+        self.families.iter().enumerate().flat_map(of).collect()
+    }
+
+    /// Coordinates in which the rows of the objective are orthonormal.
+    fn coordinates(&self, places: &[Place]) -> Coordinates {
+        let of_goal = places.iter().filter(|(i, _)| self.families[*i].level != 0.0);
+        let mut rows: Vec<Vec<Double>> = of_goal.map(|&(i, phi)| self.families[i].row(self.basis, phi, 0)).collect();
+        if let Goal::Squares(a) = &self.goal {
+            rows.extend(a.iter().cloned());
+        }
+        let conditions = self.families.iter().any(|family| family.level == 0.0);
+        let rank = match &self.goal {
+            Goal::Level(_) if conditions => SEEN,
+            _ => RANK,
+        };
+        Coordinates::new(self.solutions.factors(&rows, rank), conditions)
+    }
+
+    /// What the sums of the conditions are not known to.
+    fn rounding(&self, places: &[Place], x: &[Double]) -> f64 {
+        let terms = |&(i, phi): &Place| self.families[i].terms(self.basis, x, phi);
+        let of_conditions = places.iter().map(terms).fold(0.0, f64::max);
+        let of_goal = match &self.goal {
+            Goal::Level(_) => 0.0,
+            Goal::Squares(a) => {
+                let terms = |row: &Vec<Double>| row.iter().zip(x).map(|(row, x)| (row.hi * x.hi).abs()).sum::<f64>();
+                a.iter().map(terms).fold(0.0, f64::max)
+            }
+        };
+        ROUNDING * of_conditions.max(of_goal)
+    }
+
+    /// By how much a coefficient may change while the objective changes by rounding.
+    fn uncertainty(&self, coordinates: &Coordinates, rounding: f64) -> f64 {
+        let mut squares = vec![0.0; self.basis.len()];
+        for i in 0..coordinates.len() {
+            let mut y = vec![Double::default(); coordinates.len()];
+            y[i] = Double::from(rounding);
+            let step = self.solutions.moved(&vec![Double::default(); squares.len()], &coordinates.vector(&y));
+            squares.iter_mut().zip(step).for_each(|(sum, s)| *sum += s.hi * s.hi);
+        }
+        squares.into_iter().fold(0.0, f64::max).sqrt()
+    }
+
+    pub fn maxima(&self, x: &[Double]) -> Vec<Place> {
+        let of = |(i, family): (usize, &Family)| -> Vec<Place> {
+            family.maxima(self.basis, x).into_iter().map(|phi| (i, phi)).collect()
+        };
+        self.families.iter().enumerate().flat_map(of).collect()
+    }
+
+    /// By how much a condition is violated (negative: reserve).
+    pub fn violation(&self, x: &[Double], level: f64, (i, phi): Place) -> f64 {
+        let family = &self.families[i];
+        let excess = family.excess_exactly(self.basis, x, phi, 0) - Double::from(family.limit);
+        (excess - Double::from(family.level * level)).hi
+    }
+
+    pub fn largest_violation(&self, x: &[Double], level: f64) -> f64 {
+        self.maxima(x).into_iter().map(|p| self.violation(x, level, p)).fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// centre + unit · T y.
+    pub fn moved(&self, frame: &Frame, y: &[Double]) -> Vec<Double> {
+        let unit = Double::from(frame.unit);
+        let y: Vec<Double> = y.iter().map(|y| *y * unit).collect();
+        self.solutions.moved(frame.centre, &frame.coordinates.vector(&y))
+    }
+
+    /// A condition as a row over y and τ, the level over the unit, and its limit.
+    pub fn condition(&self, frame: &Frame, (i, phi): Place) -> (Vec<Double>, Double) {
+        let family = &self.families[i];
+        let mut row = self.projected(frame.coordinates, &family.row(self.basis, phi, 0));
+        row.push(Double::from(-family.level));
+        let excess = family.excess_exactly(self.basis, frame.centre, phi, 0);
+        (row, (Double::from(family.limit) - excess).divide(Double::from(frame.unit)))
+    }
+
+    /// A row in the coordinates of the program.
+    fn projected(&self, coordinates: &Coordinates, row: &[Double]) -> Vec<Double> {
+        coordinates.row(&self.solutions.projected(row))
+    }
+}
+
+/// The y with the least ½ yᵀP y + qᵀy under A y ≤ b; None if no y fulfils the conditions.
+pub fn interior_point(
+    p: &DMatrix<f64>,
+    q: &[f64],
+    a: &DMatrix<f64>,
+    b: &[f64],
+) -> Result<Option<Vec<f64>>, Infeasible> {
+    let fault = |text: String| Infeasible::Numerical(text);
+    let settings = DefaultSettingsBuilder::default()
+        .verbose(false)
+        .tol_gap_abs(1e-11)
+        .tol_gap_rel(1e-11)
+        .tol_feas(1e-11)
+        .max_iter(300)
+        .build()
+        .map_err(|e| fault(e.to_string()))?;
+    let cones: [SupportedConeT<f64>; 1] = [NonnegativeConeT(b.len())];
+    let mut solver = DefaultSolver::new(&sparse(&p.upper_triangle()), q, &sparse(a), b, &cones, settings)
+        .map_err(|e| fault(e.to_string()))?;
+    solver.solve();
+    match solver.solution.status {
+        // What the last two have not reached, exchange and polishing either reach or report.
+        SolverStatus::Solved | SolverStatus::AlmostSolved | SolverStatus::InsufficientProgress => {
+            Ok(Some(solver.solution.x.clone()))
+        }
+        SolverStatus::PrimalInfeasible | SolverStatus::AlmostPrimalInfeasible => Ok(None),
+        status => Err(fault(format!("the optimisation ended with {status:?}"))),
+    }
+}
+
+/// The matrix with its zeros left out, as the optimiser takes it.
+fn sparse(m: &DMatrix<f64>) -> CscMatrix<f64> {
+    let (mut columns, mut rows, mut values) = (vec![0], Vec::new(), Vec::new());
+    for j in 0..m.ncols() {
+        for i in 0..m.nrows() {
+            if m[(i, j)] != 0.0 {
+                rows.push(i);
+                values.push(m[(i, j)]);
+            }
+        }
+        columns.push(rows.len());
+    }
+    CscMatrix::new(m.nrows(), m.ncols(), columns, rows, values)
+}

@@ -1,0 +1,35 @@
+//! The profile with the least kinetostatic torque: max |U′U″| (the source's torque coefficient C_M of a whole profile).
+//!
+//! Source: Dresig, Vulfson, *Dynamik der Mechanismen*, section 4.6.3: without danger of vibration the task is to make
+//! the largest value of U′U″ small.
+
+use super::deviation::{self, Window};
+use super::family::{COARSE, angles};
+use super::nonlinear::Values;
+use super::shaft::Norm;
+use super::{Basis, Polynomial};
+use camdrive::motion::Fourier;
+use std::f64::consts::TAU;
+
+/// U′U″ of the profile with the coefficients x, at samples and where it is largest.
+pub fn values(basis: &Basis, x: &[f64]) -> Values {
+    let series = basis.series_of(x);
+    let torque = deviation::torque(&series);
+    let target = Polynomial::default();
+    let turn = Window { from: 0.0, to: TAU, order: 0, target: &target };
+    // The product has waves twice as short.
+    let mut places = angles(0.0, TAU, torque.order(), COARSE);
+    places.extend(turn.extremes(&torque, 0.8).into_iter().map(|extreme| extreme.phi));
+    let gradient = |phi: &f64| {
+        let [_, first, second, ..] = series.at(*phi).0;
+        let (slopes, bends) = (basis.row(*phi, 1, None), basis.row(*phi, 2, None));
+        slopes.iter().zip(&bends).map(|(slope, bend)| slope.hi * second + first * bend.hi).collect()
+    };
+    let values = places.iter().map(|phi| torque.at(*phi).0[0]).collect();
+    Values { values, gradients: places.iter().map(gradient).collect(), norm: Norm::Peak }
+}
+
+/// max |U′U″|.
+pub fn peak(series: &Fourier) -> f64 {
+    deviation::peak(&deviation::torque(series), 0).value.abs()
+}

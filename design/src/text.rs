@@ -1,0 +1,263 @@
+//! What the reports share: numbers for people, tables for a terminal, CSV, JSON.
+
+use camdrive::drives::Fault;
+use serde::Serialize;
+
+/// A table of texts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Table {
+    /// One heading per column.
+    pub head: Vec<String>,
+    /// The cells.
+    pub rows: Vec<Vec<String>>,
+}
+
+/// "–", where there is nothing to say.
+pub const NONE: &str = "–";
+
+/// Three significant digits, in powers of ten outside of 0.01 … 1e6.
+pub fn number(value: f64) -> String {
+    if !value.is_finite() {
+        return NONE.to_owned();
+    }
+    // The sum makes 0 of a negative zero.
+    let rounded: f64 = format!("{value:.2e}").parse().unwrap_or(value) + 0.0;
+    if rounded == 0.0 || (1e-2..1e6).contains(&rounded.abs()) {
+        // Zero has no sign for a reader.
+        return (rounded + 0.0).to_string();
+    }
+    // An error of 3.214e-9 is one of 3.2e-9.
+    let short: f64 = format!("{value:.1e}").parse().unwrap_or(value);
+    format!("{short:e}")
+}
+
+/// A duration with a unit that suits it.
+pub fn time(seconds: f64) -> String {
+    let (unit, scale) = [("s", 1.0), ("ms", 1e3), ("µs", 1e6), ("ns", 1e9)]
+        .into_iter()
+        .find(|(_, scale)| (seconds * scale).abs() >= 0.9995)
+        .unwrap_or(("ns", 1e9));
+    format!("{} {unit}", number(seconds * scale))
+}
+
+/// A change relative to the largest value, as people say it.
+pub fn share(change: f64) -> String {
+    if change >= 10.0 {
+        format!("{} times its largest value", number(change))
+    } else if change >= 1e-4 {
+        format!("{} %", number(100.0 * change))
+    } else {
+        format!("{} of its largest value", number(change))
+    }
+}
+
+/// A last column with cells of more characters than this is prose, and a narrower one reads badly.
+const PROSE: usize = 40;
+
+/// The most columns that are repeated to tell rows apart.
+const MOST_REPEATED: usize = 3;
+
+/// By how much prose below its row is indented.
+const BELOW: usize = 6;
+
+impl Table {
+    /// The table in columns for lines of `width` characters. Where it is wider, prose in the last column is wrapped, or stands
+    /// below its row; then the widest columns are; what does not fit side by side at all follows below, each time beside the
+    /// columns that tell the rows apart.
+    pub fn text(&self, width: usize) -> String {
+        let of = |i: usize, measure: fn(&str) -> usize| {
+            let cells = self.rows.iter().map(|row| &row[i]).chain([&self.head[i]]);
+            cells.map(|cell| measure(cell)).max().unwrap_or(0)
+        };
+        let natural: Vec<usize> = (0..self.head.len()).map(|i| of(i, characters)).collect();
+        let least: Vec<usize> = (0..self.head.len()).map(|i| of(i, longest_word)).collect();
+        let total = |widths: &[usize]| widths.iter().map(|width| width + 2).sum::<usize>();
+        let last = natural.len().saturating_sub(1);
+        let below = total(&natural) > width
+            && self.rows.iter().any(|row| PROSE < characters(&row[last]))
+            && total(&natural[..last]) + 2 + PROSE > width;
+        let distinct = |count: &usize| {
+            let mut keys: Vec<&[String]> = self.rows.iter().map(|row| &row[..(*count).min(row.len())]).collect();
+            keys.sort_unstable();
+            keys.windows(2).all(|pair| pair[0] != pair[1])
+        };
+        let repeated = (1..=MOST_REPEATED).find(distinct).unwrap_or(1);
+        let mut blocks = vec![Vec::new()];
+        for i in 0..natural.len() - usize::from(below) {
+            let block = &blocks[blocks.len() - 1];
+            let used: usize = block.iter().map(|i: &usize| least[*i] + 2).sum();
+            if repeated < block.len() && width < used + least[i] + 2 {
+                blocks.push((0..repeated).collect());
+            }
+            if let Some(block) = blocks.last_mut() {
+                block.push(i);
+            }
+        }
+        let mut out = String::new();
+        for (number, block) in blocks.iter().enumerate() {
+            let mut widths: Vec<usize> = block.iter().map(|i| natural[*i]).collect();
+            while width < total(&widths) {
+                let can_yield = (0..block.len()).filter(|k| least[block[*k]] < widths[*k]);
+                let Some(widest) = can_yield.max_by_key(|k| widths[*k]) else { break };
+                widths[widest] -= 1;
+            }
+            if 0 < number {
+                out.push('\n');
+            }
+            for row in std::iter::once(&self.head).chain(&self.rows) {
+                out += &lines(block.iter().map(|i| row[*i].as_str()).zip(widths.iter().copied()).collect());
+                if below && number + 1 == blocks.len() && !row[last].is_empty() {
+                    out += &wrapped(&format!("{:BELOW$}{}", "", row[last]), width);
+                    out.push('\n');
+                }
+            }
+        }
+        out
+    }
+}
+
+/// A row of cells with their widths, in as many lines as the longest cell needs.
+fn lines(cells: Vec<(&str, usize)>) -> String {
+    let cells: Vec<(Vec<&str>, usize)> =
+        cells.into_iter().map(|(cell, width)| (pieces(cell, width, width), width)).collect();
+    let height = cells.iter().map(|(pieces, _)| pieces.len()).max().unwrap_or(0);
+    let line = |i: usize| {
+        let cells = cells.iter().map(|(pieces, width)| format!("  {:<width$}", pieces.get(i).unwrap_or(&"")));
+        cells.collect::<String>().trim_end().to_owned() + "\n"
+    };
+    (0..height).map(line).collect()
+}
+
+fn characters(text: &str) -> usize {
+    text.chars().count()
+}
+
+fn longest_word(text: &str) -> usize {
+    pieces(text, 0, 0).into_iter().map(characters).max().unwrap_or(0)
+}
+
+/// A line in pieces of at most `first` characters and, after it, `rest`, where words allow it; a number that begins a piece
+/// keeps its unit.
+fn pieces(line: &str, first: usize, rest: usize) -> Vec<&str> {
+    let (mut pieces, mut left, mut most) = (Vec::new(), line, first);
+    while most < characters(left) {
+        let is_break = |at: &usize| {
+            let before = left[..*at].trim();
+            !before.is_empty() && before.replace('−', "-").parse::<f64>().is_err()
+        };
+        let blanks = || left.match_indices(' ').map(|(at, _)| at).filter(is_break);
+        let fitting = blanks().take_while(|at| characters(&left[..*at]) <= most).last();
+        let Some(at) = fitting.or_else(|| blanks().next()) else { break };
+        pieces.push(left[..at].trim_end());
+        (left, most) = (left[at..].trim_start(), rest);
+    }
+    pieces.push(left);
+    pieces
+}
+
+/// The text in lines of at most `width` characters, where words allow it; what goes on in the next line is indented by two more.
+pub fn wrapped(text: &str, width: usize) -> String {
+    let line = |line: &str| {
+        let content = line.trim_start();
+        let indent = if content.is_empty() { 0 } else { line.len() - content.len() };
+        let pieces = pieces(content, width.saturating_sub(indent), width.saturating_sub(indent + 2));
+        " ".repeat(indent) + &pieces.join(&format!("\n{:1$}", "", indent + 2))
+    };
+    text.split('\n').map(line).collect::<Vec<_>>().join("\n")
+}
+
+/// A table of numbers as CSV.
+///
+/// # Errors
+/// None in practice: the writer fills memory.
+pub fn csv<S: AsRef<[u8]>>(head: &[&str], rows: impl IntoIterator<Item = Vec<S>>) -> Result<String, Fault> {
+    let fault = |e: &dyn std::fmt::Display| Fault(format!("the table cannot be written as CSV: {e}"));
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.write_record(head).map_err(|e| fault(&e))?;
+    for row in rows {
+        writer.write_record(&row).map_err(|e| fault(&e))?;
+    }
+    let bytes = writer.into_inner().map_err(|e| fault(&e))?;
+    String::from_utf8(bytes).map_err(|e| fault(&e))
+}
+
+/// A whole report; what is infinite becomes null.
+///
+/// # Errors
+/// None in practice: no report holds anything that JSON has no form for.
+pub fn json(report: &impl Serialize) -> Result<String, Fault> {
+    let text = serde_json::to_string_pretty(report);
+    text.map(|text| text + "\n").map_err(|e| Fault(format!("the report cannot be written as JSON: {e}")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table(rows: &[&[&str]]) -> Table {
+        let mut rows = rows.iter().map(|row| row.iter().map(|cell| (*cell).to_owned()).collect());
+        Table { head: rows.next().unwrap(), rows: rows.collect() }
+    }
+
+    #[test]
+    fn tables_keep_to_the_width() {
+        let short = table(&[&["name", "value"], &["m", "12 kg"], &["speed", "3"]]);
+        assert_eq!(short.text(80), "  name   value\n  m      12 kg\n  speed  3\n");
+        // The widest column is wrapped, between words.
+        let wide =
+            table(&[&["without", "cost"], &["the elasticity of the output member", "15 %"], &["damping", "100 %"]]);
+        assert_eq!(
+            wide.text(30),
+            "  without                cost\n  the elasticity of the  15 %\n  output member\n  damping                100 %\n"
+        );
+        // What does not fit side by side follows below.
+        let many = table(&[&["tool", "overshoot", "deviation", "harmonics"], &["1", "2", "3", "4"]]);
+        assert_eq!(
+            many.text(30),
+            "  tool  overshoot  deviation\n  1     2          3\n\n  tool  harmonics\n  1     4\n"
+        );
+        // Numbers keep their units, and as many columns are repeated as tell the rows apart.
+        let twice = table(&[&["kind", "step", "error", "cost"], &["a", "1", "−18.3 %", "3"], &["a", "2", "5 %", "4"]]);
+        assert_eq!(
+            twice.text(22),
+            "  kind  step  error\n  a     1     −18.3 %\n  a     2     5 %\n\n  kind  step  cost\n  a     1     3\n  a     2     4\n"
+        );
+        // Prose is wrapped in its column while that is wide enough, and stands below its row where it is not.
+        let prose = "one two three four five six seven eight nine ten eleven";
+        let described = table(&[&["name", "description"], &["a_name_of_some_length", prose], &["b", ""]]);
+        let text = described.text(70);
+        assert!(text.contains("a_name_of_some_length  one two three four five six seven eight nine\n"), "{text}");
+        assert!(text.contains("\n                         ten eleven\n"), "{text}");
+        let text = described.text(50);
+        assert!(text.contains("\n  a_name_of_some_length\n      one two three"), "{text}");
+        for (table, width) in [(&wide, 30), (&many, 30), (&described, 70), (&described, 50)] {
+            assert!(table.text(width).lines().all(|line| characters(line) <= width), "{}", table.text(width));
+        }
+    }
+
+    #[test]
+    fn lines_are_wrapped_between_words() {
+        let text = "  one two three\nfour_which_is_too_long\n\n";
+        assert_eq!(wrapped(text, 10), "  one two\n    three\nfour_which_is_too_long\n\n");
+        assert_eq!(wrapped(text, 80), text);
+    }
+
+    #[test]
+    fn numbers_read_well() {
+        let pairs = [
+            (0.0, "0"),
+            (-0.0, "0"),
+            (1e-6, "1e-6"),
+            (3.214e-9, "3.2e-9"),
+            (512.34, "512"),
+            (0.33333, "0.333"),
+            (2e7, "2e7"),
+        ];
+        for (value, text) in pairs {
+            assert_eq!(number(value), text);
+        }
+        assert_eq!((time(3.3334e-4), time(2.0), time(1e-5)), ("333 µs".into(), "2 s".into(), "10 µs".into()));
+        assert_eq!((share(0.123), share(35.0)), ("12.3 %".into(), "35 times its largest value".into()));
+        assert_eq!(share(2e-9), "2e-9 of its largest value");
+    }
+}

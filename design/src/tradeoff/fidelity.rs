@@ -1,0 +1,162 @@
+//! The drive without each of its features: what changes, and what it costs.
+
+use super::reference::Reference;
+use super::run::{Inputs, Interface, Trace};
+use super::{Bench, Feature, Samples, sweep, worst_of};
+use crate::resource::{Resource, TEMPLATES};
+use camdrive::drives::Fault;
+use camdrive::drives::simplification::{Formula, Shaft, Simplified};
+use cpu_time::ThreadTime;
+use std::collections::BTreeMap;
+
+/// A simpler drive, ready to run.
+pub struct Simpler {
+    feature: String,
+    instead: String,
+    engine: Engine,
+}
+
+enum Engine {
+    /// Another scene of the model.
+    Fmu(Box<Resource>, Interface),
+    /// Formulas of the shaft's motion at the instants.
+    Formula(Formula, Vec<Shaft>),
+    /// A scene that the drive refuses.
+    None(Fault),
+}
+
+/// The simpler drives of the bench's scene.
+pub fn all(bench: &Bench, reference: &Reference) -> Result<Vec<Simpler>, Fault> {
+    let Some(model) = TEMPLATES.iter().find(|model| model.name == bench.resource.model) else { return Ok(Vec::new()) };
+    let list = (model.simplifications)(&bench.resource.scene)?;
+    let simpler = list.into_iter().map(|simplification| {
+        let engine = match simplification.model {
+            Simplified::Formula(formula) => Engine::Formula(formula, shaft(bench, reference)),
+            Simplified::Scene(scene) => {
+                let resource = Resource { scene, ..bench.resource.clone() };
+                match Interface::of(&resource) {
+                    Ok(interface) => Engine::Fmu(Box::new(resource), interface),
+                    Err(fault) => Engine::None(fault),
+                }
+            }
+        };
+        Simpler { feature: simplification.feature, instead: simplification.instead, engine }
+    });
+    Ok(simpler.collect())
+}
+
+/// The shaft at the instants: as the run-up has it, else at its mean speed.
+fn shaft(bench: &Bench, reference: &Reference) -> Vec<Shaft> {
+    let grid = bench.grid;
+    let times = (0..=grid.count).map(|k| k as f64 * grid.step);
+    let names = bench.interface.names();
+    let Some(column) = names.iter().position(|(name, _)| name == "phi") else {
+        let run_up = &bench.run_up;
+        let at = |t| Shaft { phi: run_up.angle(t), w: run_up.speed(t), a: run_up.acceleration(t, 0) };
+        return times.map(at).collect();
+    };
+    let angle = |k: usize| reference.trace.row(k, names.len()).map_or(0.0, |row| row[column]);
+    let (begin, end) = (angle(0), angle(grid.count));
+    let w = (end - begin) / bench.stop();
+    let share = |k: usize| k as f64 / grid.count as f64;
+    (0..=grid.count).map(|k| Shaft { phi: begin + (end - begin) * share(k), w, a: 0.0 }).collect()
+}
+
+impl Simpler {
+    /// One run.
+    pub fn run(&self, bench: &Bench) -> Result<Trace, Fault> {
+        match &self.engine {
+            Engine::Fmu(resource, interface) => {
+                let inputs = if interface.derivatives > 0 { Inputs::Derivatives } else { Inputs::Values };
+                bench.run(resource, interface, &sweep::defaults(interface), bench.grid, inputs)
+            }
+            Engine::Formula(formula, shaft) => Ok(evaluate(formula, shaft)),
+            Engine::None(fault) => Err(fault.clone()),
+        }
+    }
+
+    /// The names of its outputs.
+    fn outputs(&self) -> Vec<String> {
+        match &self.engine {
+            Engine::Fmu(_, interface) => interface.names().into_iter().map(|(name, _)| name).collect(),
+            Engine::Formula(formula, _) => formula.outputs.clone(),
+            Engine::None(_) => Vec::new(),
+        }
+    }
+
+    /// Runs it and compares with the run of the whole drive.
+    pub(super) fn first_run(
+        &self,
+        bench: &Bench,
+        full: &Trace,
+        reference: &Reference,
+        samples: &mut Samples,
+    ) -> Feature {
+        let mut feature = Feature {
+            feature: self.feature.clone(),
+            instead: self.instead.clone(),
+            change: None,
+            worst: None,
+            known_to: reference.summary.floor,
+            cost: None,
+            cost_ratio: None,
+            changes: BTreeMap::new(),
+            fault: None,
+        };
+        match self.run(bench) {
+            Err(fault) => feature.fault = Some(fault.0),
+            Ok(trace) => {
+                let outputs = self.outputs();
+                feature.changes = changes(bench, full, reference, &trace, &outputs);
+                // What vanishes with the feature, as the twist of a rigid shaft does, says nothing of the rest.
+                let vanishes = |name: &String| {
+                    let column = outputs.iter().position(|other| other == name).unwrap_or(0);
+                    trace.values.iter().skip(column).step_by(outputs.len()).all(|value| *value == 0.0)
+                };
+                let mut remaining = feature.changes.iter().filter(|(name, _)| !vanishes(name)).peekable();
+                (feature.worst, feature.change) = match remaining.peek() {
+                    Some(_) => worst_of(remaining, feature.known_to),
+                    None => worst_of(feature.changes.iter(), feature.known_to),
+                };
+                samples.statistics = Some([trace.statistics[0], trace.statistics[1]]);
+                samples.add(trace.run_ns, trace.start_ns);
+            }
+        }
+        feature
+    }
+}
+
+/// The formulas at the instants.
+fn evaluate(formula: &Formula, shaft: &[Shaft]) -> Trace {
+    let outputs = formula.outputs.len();
+    let mut values = vec![0.0; outputs * shaft.len()];
+    let clock = ThreadTime::now();
+    for (row, shaft) in values.chunks_mut(outputs).zip(shaft) {
+        (formula.evaluate)(shaft, row);
+    }
+    let run_ns = clock.elapsed().as_secs_f64() * 1e9;
+    Trace { values, stride: 1, start_ns: 0.0, run_ns, statistics: [f64::NAN; 3] }
+}
+
+/// The largest change of each output that both drives have, over the whole run, relative to its largest value and as far as
+/// it is known.
+fn changes(
+    bench: &Bench,
+    full: &Trace,
+    reference: &Reference,
+    trace: &Trace,
+    outputs: &[String],
+) -> BTreeMap<String, f64> {
+    let names = bench.interface.names();
+    let mut changes = BTreeMap::new();
+    for (j, (name, _)) in names.iter().enumerate() {
+        let Some(column) = outputs.iter().position(|other| other == name) else { continue };
+        if reference.largest[j] == 0.0 {
+            continue;
+        }
+        let at = |k: usize| Some(full.row(k, names.len())?[j] - trace.row(k, outputs.len())?[column]);
+        let change = (0..=bench.grid.count).filter_map(at).fold(0.0, |max: f64, change| max.max(change.abs()));
+        changes.insert(name.clone(), (change / reference.largest[j]).max(reference.summary.floor));
+    }
+    changes
+}

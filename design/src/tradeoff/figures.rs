@@ -1,0 +1,102 @@
+//! The two diagrams of a report.
+
+use super::{Report, Row};
+use crate::plot::{Axis, Diagram, Rule, Series};
+
+/// What is drawn on this line is below it.
+const KNOWN: &str = "uncertainty of the reference: errors there are smaller";
+
+/// What a series is called: method and way to pass inputs.
+fn name(row: &Row) -> String {
+    let inputs = match row.inputs {
+        Some("values") => Some("values of inputs".to_owned()),
+        Some(_) => Some("input derivatives".to_owned()),
+        None => None,
+    };
+    let parts: Vec<String> = row.method.clone().into_iter().chain(inputs).collect();
+    if parts.is_empty() { "whole drive".to_owned() } else { parts.join(", ") }
+}
+
+/// The rows by name, in the order of their first appearance.
+fn grouped<'a>(rows: impl Iterator<Item = &'a Row>, name: impl Fn(&Row) -> String) -> Vec<(String, Vec<&'a Row>)> {
+    let mut groups: Vec<(String, Vec<&Row>)> = Vec::new();
+    for row in rows {
+        let name = name(row);
+        match groups.iter_mut().find(|(other, _)| *other == name) {
+            Some((_, list)) => list.push(row),
+            None => groups.push((name, vec![row])),
+        }
+    }
+    groups
+}
+
+/// Cost over error: the settings at the default communication step, the drive without each of its features. Where inputs
+/// move, the communication step is a dial as well, with a line of its own.
+pub fn work_precision(report: &Report) -> Diagram {
+    let at_default_step = |row: &Row| (row.communication_step / report.experiment.step - 1.0).abs() < 1e-9;
+    let point = |row: &&Row| Some([row.error?, row.cost?.ns_per_ms]);
+    let line =
+        |name: String, rows: &[&Row]| Series { name, points: rows.iter().filter_map(point).collect(), joined: true };
+    let mut series = Vec::new();
+    for (name, mut rows) in grouped(report.settings.iter(), name) {
+        let is_moved = rows.iter().any(|row| row.inputs.is_some());
+        if is_moved {
+            let mut defaults: Vec<&Row> = rows.iter().copied().filter(|row| row.is_default()).collect();
+            defaults.sort_by(|a, b| a.communication_step.total_cmp(&b.communication_step));
+            series.push(line(format!("{name}, over the communication step"), &defaults));
+        }
+        rows.retain(|row| at_default_step(row));
+        rows.sort_by(|a, b| a.error.unwrap_or(f64::INFINITY).total_cmp(&b.error.unwrap_or(f64::INFINITY)));
+        if !is_moved {
+            series.push(line(name, &rows));
+        } else if rows.len() > 1 {
+            let dial = if rows.iter().any(|row| row.step_size.is_some()) { "internal step" } else { "tolerance" };
+            series.push(line(format!("{name}, over the {dial}"), &rows));
+        }
+    }
+    series.extend(report.features.iter().filter_map(|f| {
+        let point = [f.change?, f.cost?.ns_per_ms];
+        let name = format!("without {} ({})", f.feature, f.instead);
+        Some(Series { name, points: vec![point], joined: false })
+    }));
+    Diagram {
+        title: format!("Work-precision diagram of {}", report.scene),
+        x: Axis::logarithmic("Largest error (change) of an output, relative to its largest value [1]"),
+        y: Axis::logarithmic("CPU time per machine time [ns/ms]"),
+        series,
+        rules: vec![Rule::Vertical(report.reference.floor, KNOWN.to_owned())],
+    }
+}
+
+/// Error over communication step, for each setting that was run at several.
+pub fn communication_step(report: &Report) -> Diagram {
+    let full_name = |row: &Row| {
+        let tolerance = row.tolerance.map(|t| match t {
+            0.0 => "default tolerance".to_owned(),
+            t => format!("tolerance {}", crate::text::number(t)),
+        });
+        let size = row.step_size.map(|s| match s {
+            0.0 => "default internal step".to_owned(),
+            s => format!("internal step {}", crate::text::time(s)),
+        });
+        [Some(name(row)), tolerance, size].into_iter().flatten().collect::<Vec<_>>().join(", ")
+    };
+    let groups = grouped(report.settings.iter(), full_name).into_iter().filter(|(_, rows)| rows.len() > 1);
+    let series = groups
+        .map(|(name, rows)| {
+            let point = |row: &&Row| Some([row.communication_step, row.error?]);
+            let mut points: Vec<[f64; 2]> = rows.iter().filter_map(point).collect();
+            points.sort_by(|a, b| a[0].total_cmp(&b[0]));
+            Series { name, points, joined: true }
+        })
+        .collect();
+    let mut rules = vec![Rule::Horizontal(report.reference.floor, KNOWN.to_owned())];
+    rules.extend(report.experiment.turn.map(|turn| Rule::Vertical(turn, "one turn".to_owned())));
+    Diagram {
+        title: format!("Error of {} over the communication step", report.scene),
+        x: Axis::logarithmic("Communication step [s]"),
+        y: Axis::logarithmic("Largest error of an output, relative to its largest value [1]"),
+        series,
+        rules,
+    }
+}

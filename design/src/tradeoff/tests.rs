@@ -1,0 +1,186 @@
+//! The study as a whole, on scenes whose answers are known. Errors and changes are checked, never times.
+
+use super::*;
+use camdrive::drives::cam_drive::{DriveMode, Start, StartMode};
+use camdrive::drives::solver::Settings;
+use camdrive::drives::{Drive, elastic_output, elastic_shaft};
+use camdrive::motion::{Fourier, MotionLaw};
+
+const AT_REST: Start = Start { mode: StartMode::AtRest, q: 0.0, q_dot: 0.0 };
+
+fn law() -> MotionLaw {
+    MotionLaw::Fourier(Fourier::new(vec![0.0, 0.01, 0.0, 0.001], vec![]))
+}
+
+fn resource<D: Drive>(scene: &D::Scene) -> Resource {
+    let scene = serde_json::to_value(scene).unwrap();
+    Resource { name: "study".into(), model: D::MODEL.into(), guid: "{1}".into(), scene }
+}
+
+/// ω₀ = 100 rad/s, on the periodic motion, so that every change has a closed form.
+fn output(drive: DriveMode) -> Resource {
+    let start = match drive {
+        DriveMode::Constant { .. } => Start { mode: StartMode::SteadyState, ..AT_REST },
+        DriveMode::Input => AT_REST,
+    };
+    let settings = Settings::default();
+    resource::<elastic_output::ElasticOutput>(&elastic_output::Scene {
+        m: 2.0,
+        c: 2e4,
+        b: 0.0,
+        cam: law(),
+        drive,
+        start,
+        solver: settings,
+    })
+}
+
+fn quick() -> Options {
+    Options { quick: true, turns: Some(2.0), ..Options::default() }
+}
+
+fn feature<'a>(report: &'a Report, start: &str) -> &'a Feature {
+    report.features.iter().find(|f| f.feature.starts_with(start)).unwrap()
+}
+
+#[test]
+fn changes_are_those_of_the_closed_form() {
+    let w = 10.0;
+    let report = study(&output(DriveMode::Constant { w, phi_start: 0.0 }), &quick(), |_| ()).unwrap();
+    // Periodic motion of harmonic k: y = U_k /(1 − η²k²), η = w/ω₀ = 0.1; all cosines, so largest at φ = 0.
+    let gain = |k: f64| 1.0 / (1.0 - 0.01 * k * k);
+    let largest = 0.01 * gain(1.0) + 0.001 * gain(3.0);
+    let y = report.outputs.iter().find(|output| output.name == "y").unwrap();
+    assert!((y.largest - largest).abs() < 1e-12, "{y:?}");
+    assert_eq!(y.unit, "m");
+    // Without harmonic 3 (share of U″ 9e-3 against 1e-2).
+    let third = feature(&report, "harmonic k = 3");
+    assert!((third.changes["y"] - 0.001 * gain(3.0) / largest).abs() < 1e-9, "{third:?}");
+    // Rigid: y = U.
+    let rigid = feature(&report, "the elasticity");
+    assert!((rigid.changes["y"] - (largest - 0.011) / largest).abs() < 1e-9);
+    assert_eq!(rigid.changes["q"], 1.0);
+    assert!(rigid.worst.as_deref() != Some("q"), "q vanishes and says nothing of the rest");
+    let first = feature(&report, "harmonic k = 1");
+    assert!((first.changes["y"] - 0.01 * gain(1.0) / largest).abs() < 1e-9, "{first:?}");
+    // No damping, no transient to be left out.
+    assert_eq!(report.features.len(), 3);
+    // The closed form is right at every setting.
+    assert!(report.reference.floor < 1e-10 && report.reference.separation.is_none(), "{:?}", report.reference);
+    assert!(report.settings.iter().all(|row| row.error.unwrap() <= 1e-10), "{:?}", report.settings);
+    assert!(report.settings.iter().all(|row| row.fault.is_none() && row.cost.is_some()));
+    assert_eq!(report.advice.len(), 4);
+    assert!(report.advice.iter().all(|advice| advice.sentence.ends_with('.')));
+    nothing_is_told_below_the_floor(&report);
+    assert!(report.advice[1].may_be_left_out.is_empty());
+}
+
+/// Errors and changes that the reference does not tell are bounds, in every form of the report.
+fn nothing_is_told_below_the_floor(report: &Report) {
+    let floor = report.reference.floor;
+    let errors = report.settings.iter().flat_map(|row| row.errors.values().chain(&row.error));
+    let changes = report.features.iter().flat_map(|f| f.changes.values().chain(&f.change));
+    assert!(errors.chain(changes).all(|value| *value >= floor), "{report:?}");
+    let below =
+        report.settings.iter().find(|row| row.error == Some(floor)).expect("a setting as exact as the reference");
+    assert_eq!(below.worst, None);
+    let bound = format!("< {}", number(floor));
+    let settings = table::of_settings(report);
+    let column = settings.head.iter().position(|head| head == "error").unwrap();
+    assert!(settings.rows.iter().any(|row| row[column] == bound), "{settings:?}");
+    let told = |cell: &String| cell.parse::<f64>().ok();
+    assert!(settings.rows.iter().filter_map(|row| told(&row[column])).all(|error| error >= floor), "{settings:?}");
+    let text = table::csv(report).unwrap();
+    let mut csv = csv::Reader::from_reader(text.as_bytes());
+    let known = csv.headers().unwrap().iter().position(|head| head == "known_to").unwrap();
+    assert!(csv.records().all(|record| record.unwrap()[known].parse() == Ok(floor)));
+    for diagram in [figures::work_precision(report), figures::communication_step(report)] {
+        let axis = usize::from(diagram.title.starts_with("Error"));
+        assert!(diagram.series.iter().flat_map(|s| &s.points).all(|point| point[axis] >= floor), "{}", diagram.title);
+    }
+    let advice = report.advice.iter().find(|advice| advice.setting.is_some_and(|i| report.settings[i] == *below));
+    assert!(advice.is_none_or(|advice| advice.sentence.contains("less than")), "{advice:?}");
+}
+
+#[test]
+fn a_tolerance_buys_accuracy_and_the_advice_knows() {
+    let scene = elastic_shaft::Scene {
+        m: 20.0,
+        inertia: 0.05,
+        c: 2000.0,
+        b: 1.0,
+        linear: false,
+        cam: MotionLaw::Fourier(Fourier::new(vec![0.0, 0.05], vec![])),
+        drive: DriveMode::Constant { w: 20.0, phi_start: 0.0 },
+        start: AT_REST,
+        solver: Settings::default(),
+    };
+    let report = study(&resource::<elastic_shaft::ElasticShaft>(&scene), &quick(), |_| ()).unwrap();
+    assert!(report.reference.floor < 1e-10, "{:?}", report.reference);
+    let at = |tolerance: f64| {
+        let usual = |row: &&Row| row.tolerance == Some(tolerance) && row.communication_step == report.experiment.step;
+        report.settings.iter().find(usual).unwrap()
+    };
+    let (coarse, middle, fine) = (at(1e-3), at(1e-6), at(1e-9));
+    assert!(coarse.error > middle.error && middle.error > fine.error, "{coarse:?} {middle:?} {fine:?}");
+    let steps = |row: &Row| row.cost.unwrap().steps.unwrap();
+    assert!(steps(coarse) < steps(middle) && steps(middle) < steps(fine));
+    for advice in &report.advice {
+        if let Some(row) = advice.setting.map(|i| &report.settings[i]) {
+            assert!(row.error.unwrap() <= advice.target, "{advice:?}");
+        }
+    }
+    assert!(report.advice[0].setting.is_some());
+    assert!(feature(&report, "the nonlinearity").change.unwrap() > 1e-9);
+    // The rows of one setting stand together, from short to long communication steps.
+    let setting = |row: &Row| format!("{:?} {:?} {:?} {:?}", row.method, row.inputs, row.tolerance, row.step_size);
+    let mut settings: Vec<String> = report.settings.iter().map(setting).collect();
+    for (rows, names) in report.settings.windows(2).zip(settings.windows(2)) {
+        assert!(names[0] != names[1] || rows[0].communication_step < rows[1].communication_step, "{names:?}");
+    }
+    settings.dedup();
+    let distinct: std::collections::BTreeSet<&String> = settings.iter().collect();
+    assert_eq!(distinct.len(), settings.len(), "{settings:?}");
+    // Tables hold every row, and CSV and JSON every number.
+    assert_eq!(table::of_settings(&report).rows.len(), report.settings.len());
+    let csv = table::csv(&report).unwrap();
+    assert_eq!(csv.lines().count(), 1 + report.settings.len() + report.features.len());
+    let json: serde_json::Value = serde_json::from_str(&crate::text::json(&report).unwrap()).unwrap();
+    assert_eq!(json["settings"].as_array().unwrap().len(), report.settings.len());
+    for diagram in [figures::work_precision(&report), figures::communication_step(&report)] {
+        assert!(!diagram.series.is_empty());
+        assert!(diagram.svg().unwrap().starts_with("<svg"));
+    }
+}
+
+#[test]
+fn a_drive_with_inputs_runs_up() {
+    let options = Options { speed: Some(30.0), ..quick() };
+    let report = study(&output(DriveMode::Input), &options, |_| ()).unwrap();
+    let [speed, ramp] = report.experiment.run_up.unwrap();
+    assert_eq!(speed, 30.0);
+    // Half of the ramp's time counts as turning at full speed: the run makes two turns.
+    assert!(((report.experiment.stop - 0.5 * ramp) * speed / TAU - 2.0).abs() < 0.01);
+    let error = |inputs: &str| {
+        let usual = |row: &&Row| row.inputs == Some(inputs) && row.communication_step == report.experiment.step;
+        report.settings.iter().find(usual).and_then(|row| row.error).unwrap()
+    };
+    assert!(error("derivatives") < 1e-9 && error("values") > 1e-6, "{} {}", error("derivatives"), error("values"));
+}
+
+#[test]
+fn options_without_an_experiment_are_refused_by_name() {
+    let still = output(DriveMode::Constant { w: 0.0, phi_start: 0.0 });
+    let refusal = |resource: &Resource, options: Options| study(resource, &options, |_| ()).unwrap_err().0;
+    assert!(refusal(&output(DriveMode::Input), Options { speed: Some(0.0), ..quick() }).contains("--speed"));
+    assert!(refusal(&output(DriveMode::Input), Options { ramp: Some(-1.0), ..quick() }).contains("--ramp"));
+    let turning = output(DriveMode::Constant { w: 5.0, phi_start: 0.0 });
+    assert!(refusal(&turning, Options { turns: Some(0.0), ..quick() }).contains("--turns"));
+    assert!(refusal(&turning, Options { turns: Some(1e9), ..quick() }).contains("--turns"));
+    assert!(refusal(&still, quick()).contains("stands still"));
+}
+
+#[test]
+fn the_median_is_the_middle() {
+    assert_eq!((median(&[3.0, 1.0, 2.0]), median(&[4.0, 1.0, 2.0, 3.0]), median(&[])), (Some(2.0), Some(2.5), None));
+}

@@ -1,0 +1,131 @@
+//! Saved states with a right checksum over wrong bytes: nonsense may come of them, but no call is without end, no panic
+//! passes, and what is read is a number.
+
+use super::limits::drive;
+use camdrive::drives::variable::{Causality, Kind};
+use camdrive::fmi2::abi;
+use camdrive::fmi2::instance::{Instance, Type};
+use camdrive::fmi2::log::Logger;
+use camdrive::numerics::work::drawn;
+use std::cell::Cell;
+use std::ffi::CStr;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+thread_local!(static PANICS: Cell<u32> = const { Cell::new(0) });
+
+/// Scenes with what is set in them, and the communication step [s].
+const STATES: &[(&str, &[(&str, f64)], f64)] = &[
+    ("output", &[], 0.01),
+    ("output_cycle", &[], 0.01),
+    ("output_input", &[("w", 20.0), ("a", 3.0)], 0.01),
+    ("output_wide_input", &[("w", 20.0), ("a", 3.0)], 0.3),
+    ("shaft", &[], 0.01),
+    ("shaft", &[("shaft.linear", 1.0)], 0.01),
+    ("shaft", &[("solver.method", 2.0)], 0.01),
+    ("shaft_cycle", &[], 0.01),
+    ("shaft_input", &[("w", 20.0)], 0.01),
+    ("backlash", &[], 0.01),
+    ("backlash", &[("e", 0.5)], 0.01),
+    ("backlash_cycle", &[], 0.01),
+    ("backlash_input", &[("w", 20.0), ("a", 3.0)], 0.01),
+    ("parametric", &[], 0.01),
+    ("crank_input", &[("w", 20.0)], 0.01),
+    ("machine", &[], 0.01),
+    ("machine_motor", &[], 0.01),
+    ("machine_lag", &[], 0.01),
+    ("machine_cycle", &[("solver.method", 2.0)], 0.01),
+];
+
+/// What a word is replaced by.
+const WORDS: [f64; 7] = [f64::NAN, f64::INFINITY, 1e300, -1e300, 0.0, 1e-300, -1.0];
+
+/// What a byte is replaced by: small counts, and the ends of its range.
+const BYTES: [u8; 5] = [0xff, 0x7f, 0x80, 0x00, 0x11];
+
+/// Every so many bytes one is forged: no multiple of the eight of a number, so that each of its bytes has its turn, in seconds.
+const STRIDE: usize = 11;
+
+/// What header and checksum take.
+const HEADER: usize = 28;
+const CHECKSUM: usize = 4;
+
+/// The instance after some steps, and its saved state.
+fn saved(scene: &str, settings: &[(&str, f64)], step: f64) -> (Instance, Vec<u8>, Vec<u32>) {
+    let drive = drive(scene);
+    let names: Vec<String> = drive.descriptions().iter().map(|d| d.name.clone()).collect();
+    let real_output =
+        |d: &&camdrive::drives::Description| d.causality == Causality::Output && matches!(d.kind, Kind::Real { .. });
+    let outputs = (0..).zip(drive.descriptions()).filter(|(_, d)| real_output(d)).map(|(i, _)| i).collect();
+    let mut drive = drive;
+    for (name, value) in settings {
+        drive.set(names.iter().position(|own| own == name).unwrap(), *value).unwrap();
+    }
+    // A panic in a step is told as an internal error.
+    let sink = |_, _: &CStr, text: &CStr| {
+        PANICS.set(PANICS.get() + u32::from(text.to_string_lossy().contains("internal error")))
+    };
+    let mut instance = Instance::new(drive, "guid", Logger::new(Box::new(sink), false));
+    instance.enter_initialization().unwrap();
+    instance.exit_initialization().unwrap();
+    for _ in 0..5 {
+        assert_eq!(instance.do_step(instance.last_successful_time(), step), abi::OK, "{scene}");
+    }
+    let bytes = instance.serialize(&instance.save()).unwrap();
+    (instance, bytes, outputs)
+}
+
+/// The bytes with another content and the checksum that belongs to it.
+fn forged(bytes: &[u8], at: usize, with: &[u8]) -> Vec<u8> {
+    let mut bytes = bytes[..bytes.len() - CHECKSUM].to_vec();
+    let end = (at + with.len()).min(bytes.len());
+    bytes[at..end].copy_from_slice(&with[..end - at]);
+    let checksum = crc32fast::hash(&bytes);
+    bytes.extend(checksum.to_le_bytes());
+    bytes
+}
+
+/// Restores these bytes, takes steps and reads; whether all went well.
+fn try_out(instance: &mut Instance, bytes: &[u8], step: f64, outputs: &[u32]) -> bool {
+    let Ok(state) = instance.deserialize(bytes) else { return false };
+    instance.restore(&state).unwrap();
+    for _ in 0..2 {
+        if instance.do_step(instance.last_successful_time(), step) != abi::OK {
+            return false;
+        }
+        for reference in outputs {
+            // What the step has not shown is NaN, and is looked for elsewhere.
+            assert!(!instance.read(*reference).is_infinite());
+            let read = instance.get(*reference, Type::Real);
+            assert!(read.is_err() || read.is_ok_and(f64::is_finite));
+        }
+    }
+    true
+}
+
+#[test]
+fn a_forged_state_ends_in_an_error_or_in_numbers() {
+    let mut panics = String::new();
+    for (scene, settings, step) in STATES {
+        let (mut instance, bytes, outputs) = saved(scene, settings, *step);
+        assert!(try_out(&mut instance, &bytes, *step, &outputs), "{scene} itself");
+        // A call that needs more than this belongs to no such step.
+        let limited = drawn::limit(3e3);
+        let mut went_well = 0;
+        for (n, at) in (HEADER..bytes.len() - CHECKSUM).step_by(STRIDE).enumerate() {
+            let word = WORDS[n % WORDS.len()].to_le_bytes();
+            let byte = [BYTES[n % BYTES.len()]];
+            for with in [&word[..], &byte[..]] {
+                let forged = forged(&bytes, at, with);
+                let outcome = catch_unwind(AssertUnwindSafe(|| try_out(&mut instance, &forged, *step, &outputs)));
+                match outcome {
+                    Ok(good) if PANICS.take() == 0 => went_well += usize::from(good),
+                    _ => panics += &format!("{scene} {settings:?}: {} of {} is {with:?}\n", at - HEADER, bytes.len()),
+                }
+            }
+        }
+        drop(limited);
+        // Most bytes are digits of numbers.
+        assert!(went_well > bytes.len() / STRIDE / 4, "{scene}: {went_well} of {}", bytes.len() / STRIDE);
+    }
+    assert!(panics.is_empty(), "\n{panics}");
+}

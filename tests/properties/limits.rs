@@ -1,0 +1,173 @@
+//! Each drive, asked for far too much: every call ends, within its work, with a result or with a fault that names the matter.
+
+use camdrive::drives::DynDrive;
+use camdrive::numerics::work::{BUDGET, drawn};
+use camdrive_cli::scene;
+use std::path::Path;
+
+/// The folder of the workspace.
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap()
+}
+
+/// A step that is asked for, what was set before it, and what the fault says; empty where the step is to go well.
+struct Case {
+    scene: &'static str,
+    settings: &'static [(&'static str, f64)],
+    step: f64,
+    fault: &'static str,
+}
+
+const fn case(scene: &'static str, settings: &'static [(&'static str, f64)], step: f64, fault: &'static str) -> Case {
+    Case { scene, settings, step, fault }
+}
+
+const TOO_MUCH: &str = "need more than the work of one call";
+const RUNS_AWAY: &str = "its speed exceeds 1e7 rad/s";
+const SEARCH: &str = "the search for the periodic motion needs more than the work of one call";
+const ANGLE: &str = "beyond 1e15 rad a number does not tell where in its turn";
+
+/// A thousandth of a radian for the return, and the periodic motion.
+const STEEP: &[(&str, f64)] = &[("cam.return", 1e-3), ("start.mode", 3.0)];
+
+/// A follower of a million tonnes with a lift of kilometres.
+const HUGE: [(&str, f64); 2] = [("follower[1].cam.a[1]", 1e4), ("follower[1].m", 1e9)];
+
+const CASES: &[Case] = &[
+    // Motions that are steep.
+    case("output_cycle", STEEP, 1.0, ""),
+    case("shaft_cycle", STEEP, 1e-3, TOO_MUCH),
+    case("backlash_cycle", STEEP, 1e-3, "does not repeat from turn to turn within 2000 turns"),
+    case("machine_cycle", &[("follower[1].cam.return", 1e-3)], 1.0, ""),
+    // Speeds.
+    case("output", &[("drive.w", 1e6)], 1.0, ""),
+    case("output_cycle", &[("drive.w", 1e6)], 1.0, ""),
+    case("shaft", &[("drive.w", 1e6)], 1.0, TOO_MUCH),
+    case("shaft", &[("drive.w", 1e6), ("shaft.linear", 1.0)], 1.0, ""),
+    case("shaft_cycle", &[("drive.w", 1e6)], 1.0, TOO_MUCH),
+    case("shaft", &[("drive.w", 1e5)], 1.0, TOO_MUCH),
+    case("backlash", &[("drive.w", 1e6)], 1.0, TOO_MUCH),
+    case("backlash_wide", &[("drive.w", 1e6)], 1.0, TOO_MUCH),
+    case("parametric", &[("drive.w", 1e6)], 1.0, ""),
+    case("crank", &[("drive.w", 1e6)], 1.0, ""),
+    case("machine", &[("w_start", 1e6)], 1.0, ""),
+    case("machine", &[("w_start", 1e6)], 10.0, TOO_MUCH),
+    case("machine", &[("w_start", 1e6), ("solver.method", 2.0)], 1.0, TOO_MUCH),
+    // Inputs.
+    case("output_input", &[("w", 1e8)], 1e-3, "`w`: 1e8 rad/s is not admissible; expected [-1000000, 1000000] rad/s"),
+    case("output_input", &[("phi", 1e16)], 1e-3, "`phi`: 1e16 rad is not admissible"),
+    case("output_input", &[("w", 1e6)], 1e-3, ""),
+    case("output_input", &[("w", 1e6), ("a", 1e3)], 1.0, TOO_MUCH),
+    case("output_input", &[("a", 1e9)], 1.0, TOO_MUCH),
+    case("output_wide_input", &[("a", 1e12)], 1e-3, TOO_MUCH),
+    case("output_input", &[("a", 1e300)], 1.0, ANGLE),
+    case("shaft_input", &[("w", 1e6)], 1e-3, ""),
+    case("shaft_input", &[("w", 1e5)], 1.0, TOO_MUCH),
+    case("shaft_input", &[("a", 1e9)], 1.0, TOO_MUCH),
+    case("shaft_wide_input", &[("a", 1e12)], 1e-3, TOO_MUCH),
+    case("shaft_input", &[("a", 1e300)], 1.0, ANGLE),
+    case("backlash_input", &[("w", 1e6)], 1e-3, ""),
+    case("backlash_input", &[("w", 1e5)], 0.1, ""),
+    case("backlash_input", &[("w", 1e6)], 1.0, TOO_MUCH),
+    case("backlash_input", &[("w", 1e5), ("a", 1e3)], 1.0, TOO_MUCH),
+    case("backlash_wide_input", &[("a", 1e12)], 1e-3, TOO_MUCH),
+    case("backlash_input", &[("a", 1e300)], 1.0, "`x1` is not a finite number"),
+    case("parametric_input", &[("w", 1e6)], 1e-3, ""),
+    case("parametric_input", &[("w", 1e6)], 1.0, TOO_MUCH),
+    case("crank_input", &[("a", 1e9)], 1.0, TOO_MUCH),
+    case("parametric_input", &[("a", 1e300)], 1.0, ANGLE),
+    // Communication steps.
+    case("output", &[], 1e12, ""),
+    case("output", &[], 1e20, ANGLE),
+    case("output_cycle", &[], 1e12, ""),
+    case("output_cycle", &[], 1e30, ANGLE),
+    case("shaft", &[], 1e12, TOO_MUCH),
+    case("shaft", &[], 1e30, ANGLE),
+    case("shaft", &[("shaft.linear", 1.0)], 1e12, ""),
+    case("shaft", &[("shaft.linear", 1.0)], 1e30, ANGLE),
+    case("shaft", &[("solver.method", 2.0), ("solver.step_size", 1e-12)], 1e3, TOO_MUCH),
+    case("backlash", &[], 1e12, TOO_MUCH),
+    case("backlash", &[], 1e30, ANGLE),
+    case("backlash", &[("drive.w", 0.0)], 1e30, TOO_MUCH),
+    case("parametric", &[], 1e30, ANGLE),
+    case("parametric", &[], 1e12, ""),
+    case("machine", &[], 1e20, TOO_MUCH),
+    case("machine", &[], 1e30, TOO_MUCH),
+    case("machine_torque", &[("tau", 1e-3)], 1e30, TOO_MUCH),
+    case("machine_motor", &[], 1e20, TOO_MUCH),
+    case("machine_lag", &[], 1e20, TOO_MUCH),
+    case("machine_motor", &[("solver.method", 2.0)], 1e30, TOO_MUCH),
+    // Inertias that change by any amount.
+    case("machine", &[("J0", 1e-20)], 1.0, ""),
+    case("machine", &[("J0", 1e-20), ("phi_start", 1.0)], 1.0, RUNS_AWAY),
+    case("machine_motor", &[("J0", 1e-20)], 1.0, TOO_MUCH),
+    case("machine_motor", &[("J0", 1e-20), ("start.mode", 2.0)], 1.0, SEARCH),
+    case("machine_lag", &[("J0", 1e-20)], 1.0, TOO_MUCH),
+    case("machine_cycle", &[("J0", 1e-20), ("phi_start", 1.0)], 1.0, RUNS_AWAY),
+    case("machine", &[HUGE[0], HUGE[1]], 1.0, ""),
+    case("machine", &[HUGE[0], HUGE[1], ("phi_start", 1.0)], 1.0, RUNS_AWAY),
+    case("machine_motor", &[HUGE[0], HUGE[1]], 1.0, ""),
+    case("machine_motor", &[HUGE[0], HUGE[1], ("start.mode", 2.0)], 1.0, SEARCH),
+    case("machine_lag", &[HUGE[0], HUGE[1], ("start.mode", 2.0)], 1.0, SEARCH),
+    case("machine_motor", &[("motor.s_k", 1e-9), ("start.mode", 2.0)], 1.0, ""),
+    case("machine_lag", &[("motor.T_el", 1e-9), ("start.mode", 2.0)], 1.0, ""),
+];
+
+/// The drive of a scene of the extremes.
+pub fn drive(name: &str) -> Box<dyn DynDrive> {
+    let folder = root().join("tests/fmpy/extremes/scenes");
+    let path = folder.join(name).with_extension("toml");
+    let scene = scene::read(&path).unwrap_or_else(|faults| panic!("{faults}"));
+    scene.resource().build().unwrap()
+}
+
+impl Case {
+    /// Calls one after the other, up to the first that is refused; each within its work.
+    fn run(&self, budget: f64) -> Result<(), String> {
+        drawn::since_last();
+        let mut drive = drive(self.scene);
+        let names: Vec<String> = drive.descriptions().iter().map(|d| d.name.clone()).collect();
+        let within = |what: &str| {
+            let drawn = drawn::since_last();
+            // The last draw may go beyond it by an internal step.
+            assert!(drawn <= 1.1 * budget, "{what}: {drawn:e}");
+        };
+        drawn::since_last();
+        for (name, value) in self.settings {
+            let reference = names.iter().position(|own| own == name).unwrap_or_else(|| panic!("{name}"));
+            drive.set(reference, *value).map_err(|fault| fault.to_string())?;
+        }
+        let started = drive.start();
+        within("the start");
+        started.map_err(|fault| fault.to_string())?;
+        let advanced = drive.advance(0.0, self.step);
+        within("the step");
+        advanced.map_err(|fault| fault.to_string())?;
+        for (reference, name) in names.iter().enumerate() {
+            let read = drive.get(reference);
+            within(name);
+            read.map_err(|fault| fault.to_string())?;
+        }
+        Ok(())
+    }
+}
+
+#[test]
+fn whatever_is_asked_a_call_ends_within_its_work_in_a_result_or_a_clear_fault() {
+    let mut wrong = String::new();
+    for case in CASES {
+        let Case { scene, settings, step, fault } = case;
+        // What is far too much is so for a tenth of the budget, too, which takes a tenth of the time.
+        let budget = if [TOO_MUCH, SEARCH].contains(fault) { 0.1 * BUDGET } else { BUDGET };
+        let _limited = drawn::limit(budget);
+        let outcome = case.run(budget);
+        let good = match &outcome {
+            Ok(()) => fault.is_empty(),
+            Err(said) => !fault.is_empty() && said.contains(fault),
+        };
+        if !good {
+            wrong += &format!("{scene} {settings:?}, {step:e} s: {outcome:?}\n");
+        }
+    }
+    assert!(wrong.is_empty(), "\n{wrong}");
+}
