@@ -102,11 +102,11 @@ fn names_units_and_experiments_keep_the_rules() {
 fn the_documentation_is_complete_and_well_formed() {
     for (path, scene) in scenes() {
         let mut drive = build(&scene);
-        let portrait = drive.portrait();
+        let documentation = drive.documentation().unwrap();
         let place = path.display();
-        assert!(!portrait.summary.is_empty() && !portrait.equations.is_empty(), "{place}");
+        assert!(!documentation.summary.is_empty() && !documentation.equations.is_empty(), "{place}");
         assert!(
-            !portrait.accuracy.is_empty() && !portrait.limits.is_empty() && !portrait.sources.is_empty(),
+            !documentation.accuracy.is_empty() && !documentation.limits.is_empty() && !documentation.sources.is_empty(),
             "{place}"
         );
         assert!(!drive.curves().is_empty(), "{place}: no picture");

@@ -1,10 +1,11 @@
 //! A scene that is resolved, and the drive of it with all that is said of it.
 
+use crate::documentation::Documentation;
 use camdrive::all_drives;
 use camdrive::drives::erased::{self, DynDrive, Unit};
 use camdrive::drives::resource::{Content, unknown};
 use camdrive::drives::simplification::{Simplification, Simplified};
-use camdrive::drives::{Curve, Drive, Fault, PeriodicOscillator, Portrait};
+use camdrive::drives::{Curve, Drive, Fault, PeriodicOscillator};
 use serde_json::Value;
 
 /// All drive models.
@@ -62,14 +63,17 @@ impl Resource {
 /// A drive with all that is said of it.
 pub trait Described: DynDrive {
     /// What the documentation says of the drive.
-    fn portrait(&self) -> Portrait;
+    ///
+    /// # Errors
+    /// Where the text of the drive is none.
+    fn documentation(&self) -> Result<Documentation, Fault>;
     /// Curves that picture the drive.
     fn curves(&self) -> Vec<Curve>;
 }
 
 impl<D: Drive> Described for Unit<D> {
-    fn portrait(&self) -> Portrait {
-        self.drive().portrait()
+    fn documentation(&self) -> Result<Documentation, Fault> {
+        Documentation::of(&self.drive().text())
     }
 
     fn curves(&self) -> Vec<Curve> {

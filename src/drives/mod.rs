@@ -86,30 +86,33 @@ pub enum Seed {
     Known(usize),
 }
 
-/// What the documentation and `describe` say of a drive beyond its variables.
+/// What is said of a drive to people.
 #[derive(Clone, Debug)]
-pub struct Portrait {
-    /// What is modelled, in one or two sentences; names signs and validity.
-    pub summary: String,
-    /// Each equation as MathML (presentation, without the surrounding `math` element) and as plain text.
-    pub equations: Vec<Equation>,
-    /// The solution method and its accuracy: (quantity, statement).
-    pub accuracy: Vec<(String, String)>,
-    /// Limits of the model.
+pub struct Text {
+    /// The file beside the drive's code: TOML with `sources` and passages `summary`, `equation`, `accuracy` and `limit`, each
+    /// with the conditions `when` it holds.
+    pub file: &'static str,
+    /// All conditions that the file may name, and whether they hold.
+    pub conditions: Vec<(&'static str, bool)>,
+    /// Limits that depend on the values of the scene.
     pub limits: Vec<String>,
-    /// The literature.
-    pub sources: Vec<String>,
 }
 
-/// One equation of a [`Portrait`].
-#[derive(Clone, Debug)]
-pub struct Equation {
-    /// What the equation states.
-    pub title: String,
-    /// Unicode, for terminals.
-    pub text: String,
-    /// The content of a MathML `math` element.
-    pub mathml: String,
+impl Text {
+    /// A text without limits of its own.
+    pub fn new(file: &'static str, conditions: &[(&'static str, bool)]) -> Self {
+        Text { file, conditions: conditions.to_vec(), limits: Vec::new() }
+    }
+
+    /// Whether a condition holds, "inputs" or "not inputs".
+    ///
+    /// # Errors
+    /// Where the drive knows no such condition.
+    pub fn holds(&self, condition: &str) -> Result<bool, Fault> {
+        let (name, wanted) = condition.strip_prefix("not ").map_or((condition, true), |name| (name, false));
+        let known = self.conditions.iter().find(|(known, _)| *known == name);
+        known.map(|(_, holds)| *holds == wanted).ok_or_else(|| Fault(format!("`{name}` is no condition of this drive")))
+    }
 }
 
 /// A drive model in operation: parameters, inputs and the state at the communication point.
@@ -131,7 +134,7 @@ pub trait Drive: Clone + Serialize + DeserializeOwned + Send + Sync + 'static {
     fn variables(&self) -> List<Self>;
 
     /// What the documentation says of the drive.
-    fn portrait(&self) -> Portrait;
+    fn text(&self) -> Text;
 
     /// Curves that picture the drive, the most telling first: for a cam drive [`Curve::of_law`]. Without any,
     /// the documentation has no drawing.

@@ -5,7 +5,7 @@ use super::call_sequence::{self as table, Mode};
 use super::instance::{Instance, Refusal, Type};
 use super::log::Logger;
 use crate::drives::variable::{Kind, real, real_within};
-use crate::drives::{Drive, Event, EventLog, Experiment, Fault, List, Model, Portrait, Seed, unit};
+use crate::drives::{Drive, Event, EventLog, Experiment, Fault, List, Model, Seed, Text, unit};
 use crate::numerics::taylor::Series;
 use serde::{Deserialize, Serialize};
 use std::ffi::CStr;
@@ -72,8 +72,8 @@ impl Drive for Integrator {
         list
     }
 
-    fn portrait(&self) -> Portrait {
-        Portrait { summary: String::new(), equations: vec![], accuracy: vec![], limits: vec![], sources: vec![] }
+    fn text(&self) -> Text {
+        Text::new("", &[])
     }
 
     fn experiment(&self) -> Experiment {

@@ -53,7 +53,7 @@ fn describe(resolved: &Resolved, args: &Args) -> Result<(), Failure> {
 
 /// The description as data.
 fn data(resolved: &Resolved, drive: &mut dyn Described) -> Result<Value, Fault> {
-    let portrait = drive.portrait();
+    let documentation = drive.documentation()?;
     let descriptions: Vec<Description> = drive.descriptions().into_iter().cloned().collect();
     let variable = |(reference, d): (usize, &Description)| {
         let (causality, variability) = (format!("{:?}", d.causality), format!("{:?}", d.variability));
@@ -71,36 +71,36 @@ fn data(resolved: &Resolved, drive: &mut dyn Described) -> Result<Value, Fault> 
         }))
     };
     let variables = descriptions.iter().enumerate().map(variable).collect::<Result<Vec<Value>, Fault>>()?;
-    let equations = portrait.equations.iter().map(|e| json!({ "title": e.title, "text": e.text }));
-    let accuracy = portrait.accuracy.iter().map(|(quantity, text)| json!({ "quantity": quantity, "text": text }));
+    let equations = documentation.equations.iter().map(|e| json!({ "title": e.title, "text": e.text }));
+    let accuracy = documentation.accuracy.iter().map(|(quantity, text)| json!({ "quantity": quantity, "text": text }));
     let e = drive.experiment();
     Ok(json!({
-        "name": resolved.name, "model": resolved.model, "description": resolved.description, "summary": portrait.summary,
+        "name": resolved.name, "model": resolved.model, "description": resolved.description, "summary": documentation.summary,
         "equations": equations.collect::<Vec<Value>>(), "variables": variables, "accuracy": accuracy.collect::<Vec<Value>>(),
-        "limits": portrait.limits, "experiment": { "stop": e.stop, "step": e.step, "tolerance": e.tolerance },
+        "limits": documentation.limits, "experiment": { "stop": e.stop, "step": e.step, "tolerance": e.tolerance },
     }))
 }
 
 /// The description of a drive that is set up.
 fn text(resolved: &Resolved, drive: &mut dyn Described) -> Result<String, Fault> {
-    let portrait = drive.portrait();
+    let documentation = drive.documentation()?;
     let mut out = format!("{} ({})\n", resolved.name, resolved.model);
     if !resolved.description.is_empty() {
         let _ = writeln!(out, "{}", resolved.description);
     }
-    let _ = writeln!(out, "\n{}", portrait.summary);
+    let _ = writeln!(out, "\n{}", documentation.summary);
     heading(&mut out, "Equations");
-    for equation in &portrait.equations {
+    for equation in &documentation.equations {
         let _ = writeln!(out, "  {}: {}", equation.title, equation.text);
     }
     heading(&mut out, "Variables");
     out.push_str(&variables(drive)?);
     heading(&mut out, "Solver and accuracy");
-    for (quantity, statement) in &portrait.accuracy {
+    for (quantity, statement) in &documentation.accuracy {
         let _ = writeln!(out, "  {quantity}: {statement}");
     }
     heading(&mut out, "Limits");
-    for limit in &portrait.limits {
+    for limit in &documentation.limits {
         let _ = writeln!(out, "  {limit}");
     }
     heading(&mut out, "Default experiment");

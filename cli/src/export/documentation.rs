@@ -2,12 +2,14 @@
 //!
 //! The page is HTML and well-formed XML at once.
 
+use super::mathml;
 use super::model_description::{Identity, LOG_CATEGORIES, causality};
 use super::picture;
 use super::tradeoff::Section;
 use super::xml::Xml;
 use camdrive::drives::variable::{Causality, Kind, Variability};
-use camdrive::drives::{Description, DynDrive, Fault, Portrait};
+use camdrive::drives::{Description, DynDrive, Fault};
+use camdrive_design::documentation::Documentation;
 use camdrive_design::resource::Described;
 use camdrive_design::tradeoff::Report;
 
@@ -27,7 +29,7 @@ pub fn html_with(
 ) -> Result<String, Fault> {
     let study = study.map(Section::of).transpose()?;
     let rows = variable_rows(drive)?;
-    let portrait = drive.portrait();
+    let documentation = drive.documentation()?;
     let mut xml = Xml::html();
     let root = [("xmlns", "http://www.w3.org/1999/xhtml".to_owned()), ("lang", "en".to_owned())];
     xml.element("html", &root, |xml| {
@@ -47,20 +49,20 @@ pub fn html_with(
             }
             let about = format!("Drive model {model}. FMI 2.0 for Co-Simulation, written by {}.", super::TOOL);
             xml.text("p", &[], &about);
-            prose(xml, "p", &portrait.summary);
+            prose(xml, "p", &documentation.summary);
             figure(xml, identity.name, model, &*drive);
-            equations(xml, &portrait);
+            equations(xml, &documentation);
             signs(xml, &drive.descriptions());
             usage(xml, identity.name, &*drive);
             xml.text("h2", &[], "Variables");
             table(xml, &["Name", "Kind", "Unit", "Start", "Range", "Description"], &rows);
-            accuracy(xml, &portrait, drive.input_derivative_order());
+            accuracy(xml, &documentation, drive.input_derivative_order());
             if let Some(study) = &study {
                 study.write(xml);
             }
-            list(xml, "Limits", &portrait.limits);
+            list(xml, "Limits", &documentation.limits);
             messages(xml);
-            list(xml, "Sources", &portrait.sources);
+            list(xml, "Sources", &documentation.sources);
             xml.text("h2", &[], "Licence");
             xml.element("p", &[], |xml| {
                 xml.text("a", &[("href", "licenses/license.txt".to_owned())], "Licences of the library in this FMU");
@@ -81,12 +83,12 @@ fn figure(xml: &mut Xml, name: &str, model: &str, drive: &dyn Described) {
     });
 }
 
-fn equations(xml: &mut Xml, portrait: &Portrait) {
-    if portrait.equations.is_empty() {
+fn equations(xml: &mut Xml, documentation: &Documentation) {
+    if documentation.equations.is_empty() {
         return;
     }
     xml.text("h2", &[], "Equations");
-    for equation in &portrait.equations {
+    for equation in &documentation.equations {
         xml.element("div", &[("class", "equation".to_owned())], |xml| {
             xml.text("p", &[], &equation.title);
             let attributes = [
@@ -94,7 +96,7 @@ fn equations(xml: &mut Xml, portrait: &Portrait) {
                 ("display", "block".to_owned()),
                 ("alttext", equation.text.clone()),
             ];
-            xml.element("math", &attributes, |xml| xml.markup(&equation.mathml));
+            xml.element("math", &attributes, |xml| xml.markup(&mathml::of(&equation.text)));
             // Browsers without a mathematical font draw dots and primes next to invisible.
             xml.text("p", &[("class", "plain".to_owned())], &equation.text);
         });
@@ -170,9 +172,9 @@ fn usage(xml: &mut Xml, name: &str, drive: &dyn DynDrive) {
     xml.preformatted("pre", &code);
 }
 
-fn accuracy(xml: &mut Xml, portrait: &Portrait, input_derivatives: usize) {
+fn accuracy(xml: &mut Xml, documentation: &Documentation, input_derivatives: usize) {
     xml.text("h2", &[], "Solution and accuracy");
-    let rows: Vec<[String; 2]> = portrait.accuracy.iter().map(|(q, s)| [q.clone(), s.clone()]).collect();
+    let rows: Vec<[String; 2]> = documentation.accuracy.iter().map(|(q, s)| [q.clone(), s.clone()]).collect();
     if !rows.is_empty() {
         table(xml, &["Quantity", "Statement"], &rows);
     }

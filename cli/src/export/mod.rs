@@ -10,6 +10,7 @@ pub mod documentation;
 pub mod drawing;
 pub mod hash;
 pub mod licenses;
+mod mathml;
 pub mod model_description;
 pub mod picture;
 pub mod runtime_library;

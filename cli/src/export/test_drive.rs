@@ -1,7 +1,7 @@
 //! A drive to test the export with: a first-order lag T ẋ = u − x, with one variable of every kind.
 
 use camdrive::drives::variable::{Enumeration, Kind, real, real_within};
-use camdrive::drives::{Curve, Drive, EventLog, Experiment, Fault, List, Portrait, Seed, unit};
+use camdrive::drives::{Curve, Drive, EventLog, Experiment, Fault, List, Seed, Text, unit};
 use camdrive::numerics::taylor::Series;
 use camdrive_design::resource::{Described, Template};
 use serde::{Deserialize, Serialize};
@@ -72,19 +72,8 @@ impl Drive for Lag {
         list
     }
 
-    fn portrait(&self) -> Portrait {
-        Portrait {
-            summary: "A lag & nothing <else>.".to_owned(),
-            equations: vec![camdrive::drives::Equation {
-                title: "Lag".to_owned(),
-                text: "T ẋ = u − x".to_owned(),
-                mathml: "<mi>T</mi><mover><mi>x</mi><mo>˙</mo></mover><mo>=</mo><mi>u</mi><mo>−</mo><mi>x</mi>"
-                    .to_owned(),
-            }],
-            accuracy: vec![("x".to_owned(), "exact to < 1e-15".to_owned())],
-            limits: vec!["T > 0".to_owned()],
-            sources: vec!["Any book on control".to_owned()],
-        }
+    fn text(&self) -> Text {
+        Text::new(include_str!("test_drive.toml"), &[("on", self.on != 0.0)])
     }
 
     fn curves(&self) -> Vec<Curve> {

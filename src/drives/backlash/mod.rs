@@ -28,7 +28,6 @@ mod spread;
 
 mod features;
 mod jump;
-mod portrait;
 mod steady_state;
 mod stride;
 mod switching;
@@ -38,7 +37,7 @@ mod waves;
 use super::cam_drive::{AngleMotion, CamDrive, DriveMode, HasCamDrive, Start, StartMode};
 use super::limits::no_state;
 use super::solver::{FINEST_TOLERANCE, HasSolver, Settings, Solver};
-use super::{Board, Curve, Drive, EventLog, Experiment, Fault, List, Portrait};
+use super::{Board, Curve, Drive, EventLog, Experiment, Fault, List, Text};
 use crate::motion::MotionLaw;
 use crate::numerics::double_double::Double;
 use crate::numerics::work::Work;
@@ -340,8 +339,8 @@ impl Drive for BacklashDrive {
         variables::list(self)
     }
 
-    fn portrait(&self) -> Portrait {
-        portrait::of(self)
+    fn text(&self) -> Text {
+        Text::new(include_str!("text.toml"), &[("tolerance", self.has_tolerance())])
     }
 
     fn curves(&self) -> Vec<Curve> {
@@ -353,7 +352,7 @@ impl Drive for BacklashDrive {
     }
 
     fn experiment(&self) -> Experiment {
-        portrait::experiment(&self.cam.mode)
+        Experiment::of_turns(4.0, self.cam.mode.speed())
     }
 
     fn start(&mut self, time: f64) -> Result<(), Fault> {

@@ -17,7 +17,6 @@
 
 mod features;
 mod on_inputs;
-mod portrait;
 #[cfg(test)]
 mod tests;
 mod variables;
@@ -27,7 +26,7 @@ use super::limits::no_state;
 use super::number::all_finite;
 use super::response::{Instant, Response, Table};
 use super::solver::{FINEST_TOLERANCE, HasSolver, Settings, Solver};
-use super::{Board, Curve, Drive, EventLog, Experiment, Fault, List, Portrait};
+use super::{Board, Curve, Drive, EventLog, Experiment, Fault, List, Text};
 use crate::motion::{Kinematics, MotionLaw, TransferFunctions};
 use crate::numerics::angle;
 use crate::numerics::double_double::Double;
@@ -225,8 +224,10 @@ impl Drive for ElasticOutput {
         variables::list(self)
     }
 
-    fn portrait(&self) -> Portrait {
-        portrait::of(self)
+    fn text(&self) -> Text {
+        let (inputs, series) = (self.cam.is_input(), self.cam.law.series().is_some());
+        let conditions = [("inputs", inputs), ("series", series), ("closed form", series && !inputs)];
+        Text::new(include_str!("text.toml"), &conditions)
     }
 
     fn curves(&self) -> Vec<Curve> {
@@ -238,7 +239,7 @@ impl Drive for ElasticOutput {
     }
 
     fn experiment(&self) -> Experiment {
-        portrait::experiment(self)
+        Experiment::of_turns(5.0, self.cam.mode.speed())
     }
 
     fn start(&mut self, time: f64) -> Result<(), Fault> {

@@ -21,7 +21,6 @@ mod equation;
 mod features;
 mod oscillator;
 mod passage;
-mod portrait;
 mod solver;
 mod steady;
 #[cfg(test)]
@@ -36,7 +35,7 @@ use super::limits::no_state;
 use super::number::all_finite;
 use super::pace::Pace;
 use super::solver::{HasSolver, Method, Settings, Solver};
-use super::{Board, Curve, Drive, EventLog, Experiment, Fault, List, Portrait};
+use super::{Board, Curve, Drive, EventLog, Experiment, Fault, List, Text};
 use crate::motion::MotionLaw;
 use crate::numerics::collocation::Collocation;
 use crate::numerics::double_double::Double;
@@ -320,8 +319,10 @@ impl Drive for ElasticShaft {
         variables::list(self)
     }
 
-    fn portrait(&self) -> Portrait {
-        portrait::of(self)
+    fn text(&self) -> Text {
+        let periodic = self.linear && !self.cam.is_input();
+        let conditions = [("linear", self.linear), ("periodic", periodic), ("method", self.has_method())];
+        Text::new(include_str!("text.toml"), &conditions)
     }
 
     fn curves(&self) -> Vec<Curve> {
@@ -337,7 +338,7 @@ impl Drive for ElasticShaft {
     }
 
     fn experiment(&self) -> Experiment {
-        portrait::experiment(self)
+        Experiment::of_turns(5.0, self.cam.mode.speed())
     }
 
     fn start(&mut self, time: f64) -> Result<(), Fault> {

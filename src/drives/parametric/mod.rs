@@ -23,7 +23,6 @@ mod equation;
 mod features;
 pub mod law;
 mod oscillator;
-mod portrait;
 #[cfg(test)]
 mod tests;
 mod turn;
@@ -35,14 +34,15 @@ use super::cam_drive::{
 use super::number::all_finite;
 use super::pace::{FAR, Pace, Stop};
 use super::solver::{HasSolver, Settings, Solver};
-use super::{Curve, Drive, Event, EventLog, Experiment, Fault, List, Number, Portrait};
+use super::{Curve, Drive, Event, EventLog, Experiment, Fault, List, Number, Text};
 use crate::numerics::collocation::{Collocation, Failure};
 use crate::numerics::double_double::Double;
 use crate::numerics::period_map::Course;
 use crate::numerics::work::{EVALUATION, Work};
 use coefficients::Coefficients;
+use crank::SecondCrank;
 use equation::{Vibration, WORDS};
-use law::Law;
+use law::{Coordinate, Law};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use turn::Table;
@@ -236,12 +236,39 @@ impl Drive for ParametricDrive {
         variables::list(self)
     }
 
-    fn portrait(&self) -> Portrait {
-        portrait::of(self)
+    fn text(&self) -> Text {
+        let (series, crank) = match &*self.cam.law {
+            Law::Series(law) => (Some(law), None),
+            Law::Crank(crank) => (None, Some(crank)),
+        };
+        let second = |wanted: fn(&SecondCrank) -> bool| crank.is_some_and(|crank| wanted(&crank.crank.second));
+        let conditions = [
+            ("series", series.is_some()),
+            ("rotation", self.cam.law.coordinate() == Coordinate::Rotation),
+            ("crank", crank.is_some()),
+            ("own shafts", second(|second| matches!(second, SecondCrank::OwnShafts(_)))),
+            ("shared shafts", second(|second| matches!(second, SecondCrank::SharedShafts(_)))),
+            ("harmonics", crank.is_some_and(|crank| crank.harmonics.is_some())),
+            ("inputs", self.cam.is_input()),
+            ("method", self.has_method()),
+        ];
+        Text::new(include_str!("text.toml"), &conditions)
     }
 
     fn curves(&self) -> Vec<Curve> {
-        portrait::curves(self)
+        let Coefficients { m, b, c, f } = &*self.coefficients;
+        let [mass, damping, stiffness, force] = match self.cam.law.coordinate() {
+            Coordinate::Rotation => ["m [kg·m²]", "b [N·m·s/rad]", "c [N·m/rad]", "f [N·m]"],
+            Coordinate::Translation => ["m [kg]", "b [N·s/m]", "c [N/m]", "f [N]"],
+        };
+        let mut curves = vec![Curve::over_turn("Stiffness c(φ)", stiffness, |phi| c.at(phi)[0])];
+        let titles = [("Mass m(φ)", mass), ("Damping b(φ)", damping), ("Load f(φ)", force)];
+        for (series, (title, label)) in [m, b, f].into_iter().zip(titles) {
+            if series.bound(1) > 0.0 {
+                curves.push(Curve::over_turn(title, label, |phi| series.at(phi).0[0]));
+            }
+        }
+        curves
     }
 
     fn simplifications(scene: &Scene) -> Vec<super::Simplification<Scene>> {
@@ -253,7 +280,8 @@ impl Drive for ParametricDrive {
     }
 
     fn experiment(&self) -> Experiment {
-        portrait::experiment(self)
+        // Growth and decay take some turns.
+        Experiment::of_turns(20.0, self.cam.mode.speed())
     }
 
     fn start(&mut self, time: f64) -> Result<(), Fault> {

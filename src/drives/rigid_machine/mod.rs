@@ -27,7 +27,6 @@ pub mod linkage;
 mod motor;
 pub mod orbits;
 mod passage;
-mod portrait;
 mod profile;
 mod raster;
 mod signal;
@@ -45,11 +44,12 @@ pub use follower::Follower;
 pub use inertia::{Inertia, InertiaFunction, Place};
 pub use motor::Motor;
 
+use self::linkage::{decimals, in_turn};
 use super::cam_turn::{SLOWEST, turns};
 use super::limits::no_state;
 use super::number::{Number, all_finite};
 use super::solver::{HasSolver, Method, Settings, Solver};
-use super::{Board, Curve, Drive, EventLog, Experiment, Fault, List, Portrait};
+use super::{Board, Curve, Drive, EventLog, Experiment, Fault, List, Text};
 use crate::numerics::angle;
 use crate::numerics::double_double::Double;
 use cycle::Cycle;
@@ -311,8 +311,26 @@ impl Drive for RigidMachine {
         self.declare()
     }
 
-    fn portrait(&self) -> Portrait {
-        self.describe()
+    fn text(&self) -> Text {
+        let (lag, kloss) = (self.motor.lag().is_some(), matches!(self.motor, Motor::Kloss { .. }));
+        let conditions = [("linkages", self.inertia.is_linked()), ("kloss", kloss), ("lag", lag)];
+        let mut text = Text::new(include_str!("text.toml"), &conditions);
+        for (j, follower) in self.inertia.followers.iter().enumerate() {
+            for (i, (mechanism, extreme)) in follower.linkage.0.iter().zip(follower.transmission()).enumerate() {
+                if mechanism.has_transmission_angle() {
+                    text.limits.push(format!(
+                        "follower[{}].linkage[{}] ({}): with the values of the scene the transmission angle is least at φ = \
+                         {}°, {}°; usual are at least 40°.",
+                        j + 1,
+                        i + 1,
+                        mechanism.name(),
+                        in_turn(extreme.phi, 1),
+                        decimals(extreme.transmission_angle().to_degrees(), 2)
+                    ));
+                }
+            }
+        }
+        text
     }
 
     /// J(φ) and the position functions of the followers.

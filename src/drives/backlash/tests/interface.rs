@@ -382,7 +382,7 @@ fn every_state_has_its_derivative_and_every_dependency_exists() {
         }
         let first = if drive.cam.is_input() { 3 } else { 2 };
         assert_eq!(&names[first..first + 4], &["x1", "der(x1)", "y", "der(y)"]);
-        assert!(!drive.portrait().equations.is_empty() && drive.experiment().step > 0.0);
+        assert!(drive.experiment().step > 0.0);
     }
 }
 
