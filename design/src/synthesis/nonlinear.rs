@@ -5,13 +5,13 @@
 //! Fletcher, E. Sainz de la Maza, "Nonlinear programming and nonsmooth optimization by successive linear programming",
 //! Math. Programming 43 (1989) 235–256; K. Madsen, J. Inst. Math. Appl. 16 (1975) 321–328 (minimax).
 
-use super::exact::Solutions;
+use super::exact::{Coordinates, Factors, RANK, Solutions, dot};
 use super::family::{FINE, Family, angles};
-use super::semi_infinite::interior_point;
+use super::projection::Projection;
 use super::shaft::Norm;
+use super::simplex::Simplex;
 use super::{Basis, Infeasible};
 use camdrive::numerics::double_double::Double;
-use nalgebra::DMatrix;
 
 /// Linear programs from one start.
 const STEPS: usize = 80;
@@ -24,6 +24,12 @@ const SMALLEST: f64 = 1e-10;
 
 /// The largest |U″| of a start, over the least possible one: what is rougher no optimum is near.
 const ROUGHEST: f64 = 3.0;
+
+/// Conditions of a step that are exceeded by less than this are kept: the rounding of gradients in sixteen digits.
+const KEPT: f64 = 1e-12;
+
+/// A corner is never as low as this, in units of the task.
+const LOWEST: f64 = -1e9;
 
 /// What is made small.
 pub struct Values {
@@ -154,7 +160,10 @@ impl Region<'_> {
             }
         }
         let cost: Vec<f64> = (0..n).map(|_| random.normal()).collect();
-        let corner = program(&DMatrix::zeros(n, n), &cost, &cuts)?;
+        // The level of the program is cost · y.
+        let mut program = Simplex::new(n, LOWEST);
+        program.add(numbers(&cost, -1.0), Double::default());
+        let corner = solved(program, &cuts, n)?;
         let part = random.uniform();
         Ok(corner.into_iter().map(|y| part * y).collect())
     }
@@ -226,67 +235,91 @@ impl Region<'_> {
     fn step(&self, here: &Values, cuts: &Cuts, y: &[f64], radius: f64) -> Result<(Vec<f64>, f64), Infeasible> {
         let n = self.unknowns();
         let unit = here.size().max(f64::MIN_POSITIVE);
-        // In units of the radius and of the objective, so that all unknowns are of size one; the last one is the level.
-        let scaled = |row: Vec<f64>, factor: f64| row.into_iter().map(move |v| v * factor);
-        let model: Vec<Vec<f64>> =
-            here.gradients.iter().map(|g| scaled(self.projected(g), radius / unit).collect()).collect();
+        // In units of the radius and of the objective, so that all unknowns are of size one.
+        let scaled = |row: Vec<f64>, factor: f64| row.into_iter().map(|v| v * factor).collect::<Vec<f64>>();
+        let model: Vec<Vec<f64>> = here.gradients.iter().map(|g| scaled(self.projected(g), radius / unit)).collect();
         let values: Vec<f64> = here.values.iter().map(|g| g / unit).collect();
-        let (mut p, mut q) = (DMatrix::zeros(n + 1, n + 1), vec![0.0; n + 1]);
         let mut all = Cuts::default();
-        match here.norm {
-            Norm::Peak => {
-                q[n] = 1.0;
-                for (row, g) in model.iter().zip(&values) {
-                    for sign in [1.0, -1.0] {
-                        all.rows.push(scaled(row.clone(), sign).chain([-1.0]).collect());
-                        all.limits.push(-sign * g);
-                    }
-                }
-            }
-            Norm::Rms => {
-                p[(n, n)] = 1.0;
-                for (row, g) in model.iter().zip(&values) {
-                    for i in 0..n {
-                        q[i] += row[i] * g;
-                        for j in 0..n {
-                            p[(i, j)] += row[i] * row[j];
-                        }
-                    }
-                }
-            }
-        }
         for (row, limit) in cuts.rows.iter().zip(&cuts.limits) {
             let at: f64 = row.iter().zip(y).map(|(r, y)| r * y).sum();
             let size = radius * row.iter().fold(f64::MIN_POSITIVE, |s, r| r.abs().max(s));
-            all.rows.push(scaled(row.clone(), radius / size).chain([0.0]).collect());
+            all.rows.push(scaled(row.clone(), radius / size));
             // A rounding outside must not make the program insoluble; what is far away does not bind.
             all.limits.push(((limit - at).max(0.0) / size).min(2.0 * n as f64));
         }
         for i in 0..n {
             for sign in [1.0, -1.0] {
-                let mut row = vec![0.0; n + 1];
+                let mut row = vec![0.0; n];
                 row[i] = sign;
                 all.rows.push(row);
                 all.limits.push(1.0);
             }
         }
-        let solution = program(&p, &q, &all)?;
-        let promised = match here.norm {
-            Norm::Peak => solution[n],
-            Norm::Rms => {
-                let one = |(row, g): (&Vec<f64>, &f64)| g + row.iter().zip(&solution).map(|(r, s)| r * s).sum::<f64>();
-                model.iter().zip(&values).map(one).map(|g| g * g).sum::<f64>().sqrt()
+        let step = match here.norm {
+            Norm::Peak => {
+                let mut program = Simplex::new(n, 0.0);
+                for (row, g) in model.iter().zip(&values) {
+                    for sign in [1.0, -1.0] {
+                        program.add(numbers(&scaled(row.clone(), sign), -1.0), Double::from(-sign * g));
+                    }
+                }
+                solved(program, &all, n)?
             }
+            Norm::Rms => least_squares(&model, &values, &all, n),
         };
-        Ok((solution[..n].iter().map(|s| s * radius).collect(), promised * unit))
+        let value = |(row, g): (&Vec<f64>, &f64)| g + row.iter().zip(&step).map(|(r, s)| r * s).sum::<f64>();
+        let promised =
+            Values { values: model.iter().zip(&values).map(value).collect(), gradients: vec![], norm: here.norm };
+        Ok((scaled(step, radius), promised.size() * unit))
     }
 }
 
-/// The least ½ yᵀP y + qᵀy under the conditions.
-fn program(p: &DMatrix<f64>, q: &[f64], cuts: &Cuts) -> Result<Vec<f64>, Infeasible> {
-    let a = DMatrix::from_fn(cuts.rows.len(), q.len(), |i, j| cuts.rows[i][j]);
-    interior_point(p, q, &a, &cuts.limits)?
-        .ok_or_else(|| Infeasible::Numerical("a program of the descent has no solution".to_owned()))
+/// A row of a program whose last part is that of the level.
+fn numbers(row: &[f64], level: f64) -> Vec<Double> {
+    row.iter().chain([&level]).map(|v| Double::from(*v)).collect()
+}
+
+/// The unknowns with the least level under further conditions, which zero fulfils.
+fn solved(mut program: Simplex, conditions: &Cuts, n: usize) -> Result<Vec<f64>, Infeasible> {
+    for (row, limit) in conditions.rows.iter().zip(&conditions.limits) {
+        program.add(numbers(row, 0.0), Double::from(*limit));
+    }
+    if program.descend(&vec![Double::default(); n]) && program.ascend(KEPT) {
+        Ok(program.unknowns().iter().map(|y| y.hi).collect())
+    } else {
+        Err(Infeasible::Numerical("a program of the descent has no solution".to_owned()))
+    }
+}
+
+/// The d with the least |g + M d|² under the conditions, in coordinates in which that is the distance from the best d
+/// without them.
+fn least_squares(model: &[Vec<f64>], values: &[f64], conditions: &Cuts, n: usize) -> Vec<f64> {
+    let exact = |v: &f64| Double::from(*v);
+    let columns = (0..n).map(|i| model.iter().map(|row| Double::from(row[i])).collect()).collect();
+    let factors = Factors::new(columns, model.len(), RANK);
+    let best = factors.solve(&values.iter().map(|g| Double::from(-g)).collect::<Vec<_>>());
+    let coordinates = Coordinates::new(factors, true);
+    let rows: Vec<(Vec<Double>, Double)> = (conditions.rows.iter().zip(&conditions.limits))
+        .map(|(row, limit)| {
+            let row: Vec<Double> = row.iter().map(exact).collect();
+            (coordinates.row(&row), Double::from(*limit) - dot(&row, &best))
+        })
+        .collect();
+    let mut nearest = Projection::new(coordinates.len());
+    // Each row is taken up once in general; those that contradict others by a rounding are left out.
+    for _ in 0..rows.len() {
+        let excess = |(row, limit): &&(Vec<Double>, Double)| (dot(row, nearest.point()) - *limit).hi;
+        let Some(worst) = rows.iter().max_by(|a, b| excess(a).total_cmp(&excess(b))).filter(|row| excess(row) > KEPT)
+        else {
+            break;
+        };
+        let (row, limit) = worst.clone();
+        if !nearest.add(row, limit) {
+            break;
+        }
+    }
+    let step = coordinates.vector(nearest.point());
+    step.iter().zip(&best).map(|(step, best)| (*step + *best).hi).collect()
 }
 
 /// Random numbers that are the same everywhere: SplitMix64 (G. L. Steele, D. Lea, C. H. Flood, OOPSLA 2014).

@@ -20,11 +20,6 @@ use super::family::Family;
 use super::projection::Projection;
 use super::simplex::Simplex;
 use camdrive::numerics::double_double::Double;
-use clarabel::algebra::CscMatrix;
-use clarabel::solver::{
-    DefaultSettingsBuilder, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus, SupportedConeT,
-};
-use nalgebra::DMatrix;
 
 /// Rounds of the exchange; each adds all extremes, so that a handful is the rule.
 pub const ROUNDS: usize = 60;
@@ -304,49 +299,4 @@ impl Program<'_> {
     fn projected(&self, coordinates: &Coordinates, row: &[Double]) -> Vec<Double> {
         coordinates.row(&self.solutions.projected(row))
     }
-}
-
-/// The y with the least ½ yᵀP y + qᵀy under A y ≤ b; None if no y fulfils the conditions.
-pub fn interior_point(
-    p: &DMatrix<f64>,
-    q: &[f64],
-    a: &DMatrix<f64>,
-    b: &[f64],
-) -> Result<Option<Vec<f64>>, Infeasible> {
-    let fault = |text: String| Infeasible::Numerical(text);
-    let settings = DefaultSettingsBuilder::default()
-        .verbose(false)
-        .tol_gap_abs(1e-11)
-        .tol_gap_rel(1e-11)
-        .tol_feas(1e-11)
-        .max_iter(300)
-        .build()
-        .map_err(|e| fault(e.to_string()))?;
-    let cones: [SupportedConeT<f64>; 1] = [NonnegativeConeT(b.len())];
-    let mut solver = DefaultSolver::new(&sparse(&p.upper_triangle()), q, &sparse(a), b, &cones, settings)
-        .map_err(|e| fault(e.to_string()))?;
-    solver.solve();
-    match solver.solution.status {
-        // What the last two have not reached, exchange and polishing either reach or report.
-        SolverStatus::Solved | SolverStatus::AlmostSolved | SolverStatus::InsufficientProgress => {
-            Ok(Some(solver.solution.x.clone()))
-        }
-        SolverStatus::PrimalInfeasible | SolverStatus::AlmostPrimalInfeasible => Ok(None),
-        status => Err(fault(format!("the optimisation ended with {status:?}"))),
-    }
-}
-
-/// The matrix with its zeros left out, as the optimiser takes it.
-fn sparse(m: &DMatrix<f64>) -> CscMatrix<f64> {
-    let (mut columns, mut rows, mut values) = (vec![0], Vec::new(), Vec::new());
-    for j in 0..m.ncols() {
-        for i in 0..m.nrows() {
-            if m[(i, j)] != 0.0 {
-                rows.push(i);
-                values.push(m[(i, j)]);
-            }
-        }
-        columns.push(rows.len());
-    }
-    CscMatrix::new(m.nrows(), m.ncols(), columns, rows, values)
 }

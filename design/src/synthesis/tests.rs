@@ -2,6 +2,7 @@
 
 mod bounds;
 mod feasibility;
+mod interior_point;
 mod tables;
 
 use super::elastic::SpeedRange;

@@ -1,7 +1,7 @@
 //! Largest errors under bounds, against another program for linear optimisation, and what numbers cannot tell.
 
-use super::super::semi_infinite::interior_point;
 use super::super::study::{Assignment, Elasticity, Method, Names};
+use super::interior_point::interior_point;
 use super::*;
 use nalgebra::DMatrix;
 
@@ -65,7 +65,7 @@ fn over_a_raster(task: &Task) -> f64 {
     let mut q = vec![0.0; n + 1];
     q[n] = 1.0;
     let a = DMatrix::from_fn(rows.len(), n + 1, |i, j| rows[i][j]);
-    interior_point(&DMatrix::zeros(n + 1, n + 1), &q, &a, &limits).unwrap().unwrap()[n]
+    interior_point(&q, &a, &limits)[n]
 }
 
 #[test]
