@@ -48,6 +48,10 @@ impl Drive for Integrator {
         Ok(Integrator { u: 0.0, u_dot: 0.0, g, trouble: 0.0, on: 1.0, x: 0.0, tolerance: 0.0, events })
     }
 
+    fn angle(&self, _: f64, _: f64) -> f64 {
+        0.0
+    }
+
     fn variables(&self) -> List<Self> {
         let mut list = List::<Self>::default();
         list.input("u", "Speed", real(&unit::LENGTH), |d, _| d.u, |d, _, v| (d.u, d.u_dot) = (v, 0.0));
