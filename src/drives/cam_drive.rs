@@ -1,8 +1,8 @@
 //! The driven cam that all cam drives share: the motion law U(φ), or what else depends on the angle, and the motion φ(t)
 //! of its shaft.
 
-use super::limits::{FASTEST, INPUTS, LARGEST_ANGLE, check_angle};
-use super::{Fault, List, Seed, unit, variable};
+use super::limits::{FASTEST, INPUTS, LARGEST_ANGLE};
+use super::{List, Rounded, Seed, unit, variable};
 use crate::motion::parameters::ParameterKind;
 use crate::motion::{CyclePlan, Kinematics, MotionLaw, TransferFunctions};
 use crate::numerics::angle;
@@ -10,6 +10,7 @@ use crate::numerics::count::at_most;
 use crate::numerics::double_double::{Double, two_product};
 use crate::numerics::taylor::Series;
 use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 /// The highest order of input derivatives that enters the motion within a step; importers extrapolate with one to
@@ -188,6 +189,14 @@ impl AngleMotion {
         let (c, tau) = (&self.coefficients, time - self.origin);
         c[0] + (1..=self.degree).rev().fold(0.0, |above, j| (c[j] + above) * tau / j as f64)
     }
+
+    /// What messages say of the motion from one time to another [s], with the speed as it was asked for.
+    pub fn told(&self, turning: &str, [from, to]: [f64; 2]) -> String {
+        let [_, w, a, ..] = self.coefficients;
+        let turns = Rounded((self.angle(to) - self.angle(from)).abs() / TAU);
+        let acceleration = if a == 0.0 { String::new() } else { format!(" and a = {} rad/s²", Rounded(a)) };
+        format!("{turning} makes {turns} turns with w = {} rad/s{acceleration}", Rounded(w))
+    }
 }
 
 /// Whether inputs φ, ω set at `time` [s] move the shaft from φ, ω, α where it is by no more than their rounding. That is no
@@ -270,9 +279,14 @@ impl<Law> CamDrive<Law> {
         }
     }
 
-    /// Refuses a step from `time` to `end` [s] at whose end the angle does not tell where in its turn the cam is.
-    pub fn check_step(&self, time: f64, end: f64) -> Result<(), Fault> {
-        check_angle(self.motion(time).angle(end), end)
+    /// φ at the `end` of the communication step that starts at `time` [s].
+    #[inline(always)]
+    pub fn angle(&self, time: f64, end: f64) -> f64 {
+        match (&self.mode, self.plain_inputs()) {
+            (DriveMode::Constant { w, phi_start }, _) => phi_start + w * (end - self.start_time),
+            (DriveMode::Input, Some([phi, w, a])) => phi + (w + 0.5 * a * (end - time)) * (end - time),
+            (DriveMode::Input, None) => self.motion(time).angle(end),
+        }
     }
 
     /// φ, w, a as the importer set them, where these are all that is known of the motion.
@@ -380,11 +394,8 @@ pub trait HasCamDrive: Sized {
                     ("a", "Angular acceleration of the drive, der(phi,2)", &unit::ANGULAR_ACCELERATION),
                 ];
                 for (i, (name, text, quantity)) in inputs.into_iter().enumerate() {
-                    let kind = match INPUTS[i] {
-                        f64::MAX => variable::real(quantity),
-                        largest => variable::real_within(quantity, -largest, largest),
-                    };
-                    list.input(name, text, kind, input, set_input).at(i);
+                    let within = variable::real_within(quantity, -INPUTS[i], INPUTS[i]);
+                    list.input(name, text, within, input, set_input).at(i);
                 }
             }
         }

@@ -2,7 +2,7 @@
 
 mod access;
 
-use super::limits::{INPUTS, no_state};
+use super::limits::{INPUTS, LARGEST_ANGLE, check_angle, no_state};
 use super::unit;
 use super::variable::{Causality, Kind, Variability};
 use super::{Board, Description, Drive, EventLog, Experiment, Fault, Seed, Variable};
@@ -369,7 +369,7 @@ impl<D: Drive> DynDrive for Unit<D> {
     }
 
     extern "C" fn glide(&mut self, time: f64, end: f64, board: &mut Board) -> bool {
-        if self.pending == Pending::Settings {
+        if self.pending == Pending::Settings || !(self.drive.angle(time, end).abs() <= LARGEST_ANGLE) {
             return false;
         }
         self.time = end;
@@ -391,6 +391,7 @@ impl<D: Drive> DynDrive for Unit<D> {
         assert!(!self.broken, "a short step failed");
         self.time = time;
         self.refresh()?;
+        check_angle(self.drive.angle(time, time + step), time + step)?;
         self.drive.advance(time, step)?;
         self.time = time + step;
         if self.drive.is_finite() { Ok(self.drive.events().count()) } else { Err(self.not_finite().into()) }

@@ -162,6 +162,12 @@ pub trait Drive: Clone + Serialize + DeserializeOwned + Send + Sync + 'static {
     /// Takes up tunable parameters and inputs that were set at the communication point `time` [s].
     fn apply(&mut self, time: f64) -> Result<(), Fault>;
 
+    /// The angle of the drive shaft at the `end` of a step from `time` [s], as far as it is known before the step [rad];
+    /// 0 of a drive without one.
+    fn angle(&self, _time: f64, _end: f64) -> f64 {
+        0.0
+    }
+
     /// Advances from the communication point `time` to `time + step` [s], step > 0. Does not allocate.
     /// After a fault the drive is used no more until it is reset or an earlier state is restored.
     fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault>;

@@ -1,6 +1,7 @@
 //! Internal steps along a motion: what decides their lengths, what they err by, what is said where they fail.
 
-use super::limits::too_much;
+use super::cam_drive::AngleMotion;
+use super::limits::step_too_much;
 use super::solver::{Method, Solver};
 use super::{Fault, Rounded};
 use crate::numerics::collocation::{Collocation, Failure, Statistics, System};
@@ -155,8 +156,8 @@ impl Pace {
         error.min(1.0)
     }
 
-    /// What is said of a stop on the way from one time to another [s] at this `speed` [rad/s], but for growth without bound.
-    pub fn fault(self, stop: Stop, words: &Words, way: [f64; 2], speed: f64) -> Fault {
+    /// What is said of a stop on the way from one time to another [s] along this `motion`, but for growth without bound.
+    pub fn fault(self, stop: Stop, words: &Words, way: [f64; 2], motion: &AngleMotion) -> Fault {
         let Words { quantity, turning, parameters, frequency } = words;
         Fault(match (stop, self) {
             (Stop::Failed(Failure::Stalled { time } | Failure::Unbounded { time }), Pace::Grid { step, .. }) => {
@@ -180,7 +181,7 @@ impl Pace {
                     "relax solver.tolerance"
                 };
                 let hint = format!("{setting}, or check the speed, {frequency}");
-                return too_much(way, time, (turning, speed), &hint);
+                return step_too_much(way, time, &motion.told(turning, way), &hint);
             }
         })
     }

@@ -20,10 +20,10 @@ mod on_inputs;
 mod stride;
 mod table;
 
-use super::Fault;
 use super::cam_drive::AngleMotion;
 use super::cam_turn::turns;
-use super::limits::too_much;
+use super::limits::{search_too_much, step_too_much};
+use super::{Fault, Rounded};
 use crate::motion::{Fourier, MotionLaw};
 use crate::numerics::bernstein;
 use crate::numerics::chebyshev;
@@ -273,7 +273,12 @@ impl Response {
 
     /// q, q̇ at `time` [s], which must not lie before the piece that an earlier call has reached.
     pub fn at(&mut self, law: &MotionLaw, time: f64) -> Result<[f64; 2], Fault> {
-        let (mut work, mut from) = (Work::default(), None);
+        self.reach(law, time, &mut Work::default())
+    }
+
+    /// The same with what is left of the `work`.
+    fn reach(&mut self, law: &MotionLaw, time: f64, work: &mut Work) -> Result<[f64; 2], Fault> {
+        let mut from = None;
         loop {
             let piece = match &mut self.course {
                 Course::Closed(run) => {
@@ -284,9 +289,9 @@ impl Response {
                     let map = self.table.as_ref().and_then(|table| table.map.as_ref());
                     let Some(map) = map else { return Err(Fault::new("the response has lost its table")) };
                     let before = course.steps;
-                    course
-                        .reach(map, time)
-                        .map_err(|fault| Fault(format!("the motion is beyond all numbers at t = {} s", fault.time)))?;
+                    course.reach(map, time).map_err(|fault| {
+                        Fault(format!("the motion is beyond all numbers at t = {} s", Rounded(fault.time)))
+                    })?;
                     self.steps += (course.steps - before) as f64;
                     let turns = (time - self.motion.origin) / map.period().hi;
                     let lasting = -(-self.oscillator.decay() * map.period().hi).exp_m1();
@@ -313,9 +318,9 @@ impl Response {
             self.next_piece(law, next, end, state)?;
             let (evaluations, from) = ((self.evaluations - before) as f64, *from.get_or_insert(start.hi));
             work.draw(PIECE + evaluations * (FORCING + law.cost())).map_err(|_| {
-                let speed = self.motion.at(time).kinematics.0[1];
                 let hint = "relax solver.tolerance where there is one, or lower the speed or the natural frequency";
-                too_much([from, time], end.hi, ("the cam", speed), hint)
+                let way = [from, time];
+                step_too_much(way, end.hi, &self.motion.told("the cam", way), hint)
             })?;
         }
     }
@@ -336,7 +341,12 @@ impl Response {
         let turn = Double { hi: TAU, lo: 2.4492935982947064e-16 }.divide(Double::from(w.abs()));
         let m = self.oscillator.free(turn);
         self.restart(law, motion, time, f64::INFINITY, [0.0; 2])?;
-        let r = self.at(law, time + turn.hi)?;
+        let mut work = Work::default();
+        let reached = self.reach(law, time + turn.hi, &mut work);
+        let r = reached.map_err(|fault| {
+            let hint = "lower the natural frequency, or choose at_rest or given";
+            if work.is_exhausted() { search_too_much(hint) } else { fault }
+        })?;
         let [[a, b], [c, d]] = [[1.0 - m[0][0], -m[0][1]], [-m[1][0], 1.0 - m[1][1]]];
         let determinant = a * d - b * c;
         let size = a.abs() * d.abs() + (b * c).abs();

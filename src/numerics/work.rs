@@ -3,9 +3,10 @@
 //! What operations take is stated in nominal microseconds, measured on a processor core of 3 GHz. They are counted, not timed:
 //! whether a call ends well must not depend on the machine.
 
-/// The work that a call may take [nominal µs]: about a second. A simulator that waits longer seems to hang, and no sensible
-/// communication step needs more: a hundred thousand turns of a drive of few harmonics fit in.
-pub const BUDGET: f64 = 1e6;
+/// The work that a call may take [nominal µs]: half of it makes the second that a call may last on a processor that others use,
+/// too. A simulator that waits longer seems to hang, and no sensible communication step needs more: tens of thousands of turns
+/// of a drive of few harmonics fit in.
+pub const BUDGET: f64 = 5e5;
 
 /// An evaluation of the equation in a step of the collocation, with its part of the linear equations [nominal µs].
 pub const EVALUATION: f64 = 0.2;

@@ -1,9 +1,12 @@
 //! Each drive, asked for far too much: every call ends, within its work, with a result or with a fault that names the matter.
 
 use camdrive::drives::DynDrive;
+use camdrive::drives::variable::Causality;
 use camdrive::numerics::work::{BUDGET, drawn};
 use camdrive_cli::scene;
-use std::path::Path;
+use camdrive_design::host::Host;
+use camdrive_design::resource::Resource;
+use std::path::{Path, PathBuf};
 
 /// The folder of the workspace.
 fn root() -> &'static Path {
@@ -22,7 +25,7 @@ const fn case(scene: &'static str, settings: &'static [(&'static str, f64)], ste
     Case { scene, settings, step, fault }
 }
 
-const TOO_MUCH: &str = "need more than the work of one call";
+const TOO_MUCH: &str = "need more than the work of one call: ";
 const RUNS_AWAY: &str = "its speed exceeds 1e7 rad/s";
 const SEARCH: &str = "the search for the periodic motion needs more than the work of one call";
 const ANGLE: &str = "beyond 1e15 rad a number does not tell where in its turn";
@@ -36,7 +39,7 @@ const HUGE: [(&str, f64); 2] = [("follower[1].cam.a[1]", 1e4), ("follower[1].m",
 const CASES: &[Case] = &[
     // Motions that are steep.
     case("output_cycle", STEEP, 1.0, ""),
-    case("shaft_cycle", STEEP, 1e-3, TOO_MUCH),
+    case("shaft_cycle", STEEP, 1e-3, SEARCH),
     case("backlash_cycle", STEEP, 1e-3, "does not repeat from turn to turn within 2000 turns"),
     case("machine_cycle", &[("follower[1].cam.return", 1e-3)], 1.0, ""),
     // Speeds.
@@ -50,8 +53,8 @@ const CASES: &[Case] = &[
     case("backlash_wide", &[("drive.w", 1e6)], 1.0, TOO_MUCH),
     case("parametric", &[("drive.w", 1e6)], 1.0, ""),
     case("crank", &[("drive.w", 1e6)], 1.0, ""),
-    case("machine", &[("w_start", 1e6)], 1.0, ""),
-    case("machine", &[("w_start", 1e6)], 10.0, TOO_MUCH),
+    case("machine", &[("w_start", 1e6)], 0.1, ""),
+    case("machine", &[("w_start", 1e6)], 1.0, TOO_MUCH),
     case("machine", &[("w_start", 1e6), ("solver.method", 2.0)], 1.0, TOO_MUCH),
     // Inputs.
     case("output_input", &[("w", 1e8)], 1e-3, "`w`: 1e8 rad/s is not admissible; expected [-1000000, 1000000] rad/s"),
@@ -60,43 +63,37 @@ const CASES: &[Case] = &[
     case("output_input", &[("w", 1e6), ("a", 1e3)], 1.0, TOO_MUCH),
     case("output_input", &[("a", 1e9)], 1.0, TOO_MUCH),
     case("output_wide_input", &[("a", 1e12)], 1e-3, TOO_MUCH),
-    case("output_input", &[("a", 1e300)], 1.0, ANGLE),
+    case("output_input", &[("a", 1e12)], 100.0, ANGLE),
     case("shaft_input", &[("w", 1e6)], 1e-3, ""),
-    case("shaft_input", &[("w", 1e5)], 1.0, TOO_MUCH),
-    case("shaft_input", &[("a", 1e9)], 1.0, TOO_MUCH),
+    case("shaft_input", &[("w", 1e5)], 1.0, "the cam makes 15915.5 turns with w = 100000 rad/s, and only"),
+    case("shaft_input", &[("a", 1e9)], 1.0, "turns with w = 0 rad/s and a = 1e9 rad/s², and only"),
     case("shaft_wide_input", &[("a", 1e12)], 1e-3, TOO_MUCH),
-    case("shaft_input", &[("a", 1e300)], 1.0, ANGLE),
+    case("shaft_input", &[("a", 1e12)], 100.0, ANGLE),
     case("backlash_input", &[("w", 1e6)], 1e-3, ""),
     case("backlash_input", &[("w", 1e5)], 0.1, ""),
     case("backlash_input", &[("w", 1e6)], 1.0, TOO_MUCH),
     case("backlash_input", &[("w", 1e5), ("a", 1e3)], 1.0, TOO_MUCH),
     case("backlash_wide_input", &[("a", 1e12)], 1e-3, TOO_MUCH),
-    case("backlash_input", &[("a", 1e300)], 1.0, "`x1` is not a finite number"),
+    case("backlash_input", &[("a", 1e12)], 100.0, ANGLE),
     case("parametric_input", &[("w", 1e6)], 1e-3, ""),
     case("parametric_input", &[("w", 1e6)], 1.0, TOO_MUCH),
     case("crank_input", &[("a", 1e9)], 1.0, TOO_MUCH),
-    case("parametric_input", &[("a", 1e300)], 1.0, ANGLE),
+    case("parametric_input", &[("a", 1e12)], 100.0, ANGLE),
     // Communication steps.
     case("output", &[], 1e12, ""),
-    case("output", &[], 1e20, ANGLE),
     case("output_cycle", &[], 1e12, ""),
-    case("output_cycle", &[], 1e30, ANGLE),
     case("shaft", &[], 1e12, TOO_MUCH),
-    case("shaft", &[], 1e30, ANGLE),
     case("shaft", &[("shaft.linear", 1.0)], 1e12, ""),
     case("shaft", &[("shaft.linear", 1.0)], 1e30, ANGLE),
     case("shaft", &[("solver.method", 2.0), ("solver.step_size", 1e-12)], 1e3, TOO_MUCH),
     case("backlash", &[], 1e12, TOO_MUCH),
-    case("backlash", &[], 1e30, ANGLE),
     case("backlash", &[("drive.w", 0.0)], 1e30, TOO_MUCH),
-    case("parametric", &[], 1e30, ANGLE),
     case("parametric", &[], 1e12, ""),
-    case("machine", &[], 1e20, TOO_MUCH),
-    case("machine", &[], 1e30, TOO_MUCH),
-    case("machine_torque", &[("tau", 1e-3)], 1e30, TOO_MUCH),
-    case("machine_motor", &[], 1e20, TOO_MUCH),
-    case("machine_lag", &[], 1e20, TOO_MUCH),
-    case("machine_motor", &[("solver.method", 2.0)], 1e30, TOO_MUCH),
+    case("machine", &[], 1e13, TOO_MUCH),
+    case("machine_torque", &[("w_start", 0.0), ("tau", 1e-3)], 1e30, TOO_MUCH),
+    case("machine_motor", &[], 1e13, TOO_MUCH),
+    case("machine_lag", &[], 1e13, TOO_MUCH),
+    case("machine_motor", &[("solver.method", 2.0)], 1e13, TOO_MUCH),
     // Inertias that change by any amount.
     case("machine", &[("J0", 1e-20)], 1.0, ""),
     case("machine", &[("J0", 1e-20), ("phi_start", 1.0)], 1.0, RUNS_AWAY),
@@ -113,12 +110,31 @@ const CASES: &[Case] = &[
     case("machine_lag", &[("motor.T_el", 1e-9), ("start.mode", 2.0)], 1.0, ""),
 ];
 
+fn folder() -> PathBuf {
+    root().join("tests/fmpy/extremes/scenes")
+}
+
+/// The scenes of the extremes.
+fn scenes() -> impl Iterator<Item = String> {
+    let files = std::fs::read_dir(folder()).unwrap();
+    files.map(|file| file.unwrap().path().file_stem().unwrap().to_str().unwrap().to_owned())
+}
+
+fn resource(name: &str) -> Resource {
+    let path = folder().join(name).with_extension("toml");
+    scene::read(&path).unwrap_or_else(|faults| panic!("{faults}")).resource()
+}
+
 /// The drive of a scene of the extremes.
 pub fn drive(name: &str) -> Box<dyn DynDrive> {
-    let folder = root().join("tests/fmpy/extremes/scenes");
-    let path = folder.join(name).with_extension("toml");
-    let scene = scene::read(&path).unwrap_or_else(|faults| panic!("{faults}"));
-    scene.resource().build().unwrap()
+    resource(name).build().unwrap()
+}
+
+/// The references of the inputs, with their names.
+fn inputs(drive: &dyn DynDrive) -> Vec<(u32, String)> {
+    let descriptions = (0..).zip(drive.descriptions());
+    let inputs = descriptions.filter(|(_, d)| d.causality == Causality::Input);
+    inputs.map(|(reference, d)| (reference, d.name.clone())).collect()
 }
 
 impl Case {
@@ -170,4 +186,56 @@ fn whatever_is_asked_a_call_ends_within_its_work_in_a_result_or_a_clear_fault() 
         }
     }
     assert!(wrong.is_empty(), "\n{wrong}");
+}
+
+/// Through the C interface, since a step that goes on like the one before it takes a short cut there.
+#[test]
+fn no_step_leads_to_where_the_angle_of_a_drive_says_nothing() {
+    for name in scenes() {
+        let inputs = inputs(&*drive(&name));
+        let mut host = Host::instantiate(&resource(&name)).unwrap();
+        host.set_up(0.0).unwrap();
+        host.enter_initialization().unwrap();
+        host.exit_initialization().unwrap();
+        let mut time = 0.0;
+        for step in [1e-4, 1e-4, 1e30] {
+            if let [(0, _), (1, _), (2, _)] = inputs[..] {
+                host.set_reals(&[0, 1, 2], &[100.0 * time, 100.0, 0.0]).unwrap();
+            }
+            let outcome = host.do_step(time, step);
+            let said = outcome.err().map_or(String::new(), |fault| fault.to_string());
+            assert!(if step < 1.0 { said.is_empty() } else { said.contains(ANGLE) }, "{name}, {step} s: {said}");
+            time += step;
+        }
+    }
+}
+
+#[test]
+fn the_largest_numbers_as_inputs_end_in_numbers_or_in_a_clear_fault() {
+    let budget = 0.1 * BUDGET;
+    let _limited = drawn::limit(budget);
+    let clear = ["is not admissible; expected [", TOO_MUCH, ANGLE, "the machine runs away", "no internal step keeps"];
+    for name in scenes() {
+        for (input, what) in inputs(&*drive(&name)) {
+            for value in [1e12, 1e300, f64::MAX].into_iter().flat_map(|size| [size, -size]) {
+                for step in [1e-9, 1.0] {
+                    drawn::since_last();
+                    let mut drive = drive(&name);
+                    let mut run = || {
+                        drive.set(input as usize, value)?;
+                        drive.start()?;
+                        drive.advance(0.0, step).map_err(|fault| *fault)?;
+                        (0..drive.descriptions().len()).try_for_each(|reference| drive.get(reference).map(|_| ()))
+                    };
+                    let said = run().err().map_or(String::new(), |fault| fault.to_string());
+                    let case = format!("{name}, {what} = {value:e}, {step} s: {said}");
+                    assert!(said.is_empty() || clear.iter().any(|part| said.contains(part)), "{case}");
+                    let references = 0..drive.descriptions().len();
+                    let mut values = references.map(|reference| drive.get(reference).unwrap_or(0.0));
+                    assert!(!said.is_empty() || values.all(f64::is_finite), "{case}");
+                    assert!(drawn::since_last() <= 3.0 * budget, "{case}");
+                }
+            }
+        }
+    }
 }

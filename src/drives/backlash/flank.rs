@@ -25,10 +25,8 @@ pub trait FlankMotion {
         EXPANSION
     }
 
-    /// φ̇ at `time` [rad/s].
-    fn turning(&self, _time: Double) -> f64 {
-        self.speed()
-    }
+    /// What messages say of the motion from one time to another [s].
+    fn told(&self, way: [f64; 2]) -> String;
 
     /// Whether the speed is constant.
     fn is_uniform(&self) -> bool;
@@ -158,8 +156,8 @@ impl FlankMotion for CamFlank<'_> {
         EXPANSION + DERIVATIVES * self.law.cost() + composed
     }
 
-    fn turning(&self, time: Double) -> f64 {
-        self.derivatives(time)[1]
+    fn told(&self, way: [f64; 2]) -> String {
+        self.motion.told("the cam", way)
     }
 
     fn is_uniform(&self) -> bool {

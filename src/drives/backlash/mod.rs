@@ -37,7 +37,7 @@ mod waves;
 use super::cam_drive::{AngleMotion, CamDrive, DriveMode, HasCamDrive, Start, StartMode};
 use super::limits::no_state;
 use super::solver::{FINEST_TOLERANCE, HasSolver, Settings, Solver};
-use super::{Board, Curve, Drive, EventLog, Experiment, Fault, List, Text};
+use super::{Board, Curve, Drive, EventLog, Experiment, Fault, List, Rounded, Text};
 use crate::motion::MotionLaw;
 use crate::numerics::double_double::Double;
 use crate::numerics::work::Work;
@@ -245,7 +245,6 @@ impl BacklashDrive {
     /// Advances over the ends of panels, or as inputs say.
     #[inline(never)]
     fn go_on(&mut self, time: f64, step: f64) -> Result<(), Fault> {
-        self.cam.check_step(time, time + step)?;
         let horizon = self.horizon(step);
         let input = self.cam.is_input();
         if input {
@@ -270,7 +269,7 @@ impl BacklashDrive {
         run.begin_here(time);
         let end = time + step;
         let mut work = Work::default();
-        run.advance_on(&self.bodies, &flank, &mut Stretch { end, horizon, log: &mut self.log }, &mut work)?;
+        run.advance(&self.bodies, &flank, &mut Stretch { end, horizon, log: &mut self.log }, &mut work)?;
         let mut point = self.now.point;
         let reading = if input {
             point = run.panel.whole_at(&self.bodies, run.theta(end));
@@ -279,7 +278,7 @@ impl BacklashDrive {
             run.reading(&self.bodies, Step { from: self.now.time, to: end, last: self.step })
         };
         if !reading.is_finite() {
-            return Err(Fault(format!("the motion leaves the range of numbers before t = {end} s")));
+            return Err(Fault(format!("the motion leaves the range of numbers before t = {} s", Rounded(end))));
         }
         self.now = Now { time: end, mode: run.panel.mode, reading, point, tally: run.tally };
         self.step = step;
@@ -385,6 +384,11 @@ impl Drive for BacklashDrive {
         let point = Point { state, u: [u[0], u[1], u[2]] };
         self.now = Now { time, mode, reading: point.reading(), point, tally: run.tally };
         Ok(())
+    }
+
+    #[inline(always)]
+    fn angle(&self, time: f64, end: f64) -> f64 {
+        self.cam.angle(time, end)
     }
 
     fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {

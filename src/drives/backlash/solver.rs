@@ -8,7 +8,7 @@ use super::flank::FlankMotion;
 use super::panel::{Found, Panel, Reading, Rules};
 use super::spread::{Side, Spread};
 use super::stride::{Step, Stride};
-use crate::drives::limits::too_much;
+use crate::drives::limits::step_too_much;
 use crate::drives::{Event, EventLog, Fault, Rounded};
 use crate::motion::Kinematics;
 use crate::numerics::double_double::Double;
@@ -206,13 +206,8 @@ impl Run {
         self.panel.read(bodies, &mut self.stride, step)
     }
 
-    /// Goes on to the end of the communication step.
-    pub fn advance(&mut self, bodies: &Bodies, flank: &impl FlankMotion, stretch: &mut Stretch) -> Result<(), Fault> {
-        self.advance_on(bodies, flank, stretch, &mut Work::default())
-    }
-
-    /// The same with what is left of the `work`.
-    pub fn advance_on(
+    /// Goes on to the end of the communication step with what is left of the `work`.
+    pub fn advance(
         &mut self,
         bodies: &Bodies,
         flank: &impl FlankMotion,
@@ -290,8 +285,8 @@ impl Run {
                     Rounded(bodies.bound.stiffness().sqrt()),
                     Rounded(bodies.relative.stiffness().sqrt())
                 );
-                let speed = flank.turning(self.panel.start);
-                return Err(too_much([begin.hi, stretch.end], self.panel.start.hi, ("the cam", speed), &hint));
+                let way = [begin.hi, stretch.end];
+                return Err(step_too_much(way, self.panel.start.hi, &flank.told(way), &hint));
             }
         }
     }

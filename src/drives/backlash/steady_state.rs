@@ -7,7 +7,8 @@ use super::solver::{Run, Stretch};
 use super::{BacklashDrive, CamFlank};
 use crate::drives::cam_drive::DriveMode;
 use crate::drives::cam_turn::turns;
-use crate::drives::{EventLog, Fault};
+use crate::drives::limits::search_too_much;
+use crate::drives::{EventLog, Fault, Rounded};
 use crate::motion::Fourier;
 use crate::numerics::double_double::{Double, two_product};
 use crate::numerics::work::Work;
@@ -37,22 +38,29 @@ impl BacklashDrive {
             self.begin(time, [0.0; 2]);
             return Ok(());
         }
-        let period = TAU / w.abs();
-        let contact = self.contact_orbit(time, period);
+        let mut work = Work::default();
+        self.settle_on_orbit(time, TAU / w.abs(), &mut work).map_err(|fault| {
+            let hint = "choose a softer spring, heavier masses or a smaller `e`, or start at_rest or given";
+            if work.is_exhausted() { search_too_much(hint) } else { fault }
+        })
+    }
+
+    fn settle_on_orbit(&mut self, time: f64, period: f64, work: &mut Work) -> Result<(), Fault> {
+        let contact = self.contact_orbit(time, period, work);
         if self.bodies.s == 0.0 {
             self.begin(time, contact?);
             return Ok(());
         }
         // With clearance the periodic motion does not hang on this first guess.
         self.begin(time, contact.unwrap_or_default());
-        let (mode, state) = self.orbit(time, period)?;
+        let (mode, state) = self.orbit(time, period, work)?;
         self.lay(time, (mode, state, 0));
         Ok(())
     }
 
     /// q, q̇ of the periodic response in permanent contact: of a Fourier series the sum of the responses to its
     /// harmonics, else x = M x + r, where M is the free motion over a period and r the response from rest.
-    fn contact_orbit(&self, time: f64, period: f64) -> Result<[f64; 2], Fault> {
+    fn contact_orbit(&self, time: f64, period: f64, work: &mut Work) -> Result<[f64; 2], Fault> {
         if let Some(series) = self.cam.law.series() {
             return self.harmonic_orbit(series, time);
         }
@@ -64,7 +72,7 @@ impl BacklashDrive {
         let mut run = Run::new(&locked, &flank, place, contact, limits);
         let mut log = EventLog::counting();
         let mut stretch = Stretch { end: time + period, horizon: f64::INFINITY, log: &mut log };
-        run.advance(&locked, &flank, &mut stretch)?;
+        run.advance(&locked, &flank, &mut stretch, work)?;
         let response = run.panel.at(&locked, run.theta(time + period)).state.q;
         let m = locked.bound.free(Double::from(time + period) + Double::from(-time));
         let [[a, b], [c, d]] = [[1.0 - m[0][0], -m[0][1]], [-m[1][0], 1.0 - m[1][1]]];
@@ -103,21 +111,20 @@ impl BacklashDrive {
         Fault(format!(
             "`start.mode` = steady_state: there is no periodic solution, since a harmonic of the motion law has the natural \
              frequency ({} rad/s) and `b` = {} N.s/m does not damp it; change the speed, add damping or choose at_rest",
-            self.bodies.bound.stiffness().sqrt(),
+            Rounded(self.bodies.bound.stiffness().sqrt()),
             self.b
         ))
     }
 
     /// The mode and state that repeat after one period.
-    fn orbit(&mut self, time: f64, period: f64) -> Result<(Mode, State), Fault> {
+    fn orbit(&mut self, time: f64, period: f64, work: &mut Work) -> Result<(Mode, State), Fault> {
         let mut last = (self.now.mode, self.point().state);
         let Some(mut run) = self.run.take() else { return Err(Fault::new("the drive has not been started")) };
-        let mut work = Work::default();
         for turns in 1..=MOST_TURNS {
             let end = time + turns as f64 * period;
             let flank = CamFlank { law: &self.cam.law, motion: &self.motion, bounds: self.bounds };
             let mut stretch = Stretch { end, horizon: f64::INFINITY, log: &mut self.log };
-            run.advance_on(&self.bodies, &flank, &mut stretch, &mut work)
+            run.advance(&self.bodies, &flank, &mut stretch, work)
                 .map_err(|fault| Fault(format!("`start.mode` = steady_state: {fault}")))?;
             let Point { state, .. } = run.panel.at(&self.bodies, run.theta(end));
             let next = (run.panel.mode, state);

@@ -18,6 +18,7 @@ use crate::drives::solver::Settings;
 use crate::drives::{Drive, Event, EventLog};
 use crate::motion::{Fourier, Kinematics, MotionLaw};
 use crate::numerics::double_double::Double;
+use crate::numerics::work::Work;
 use borders::release;
 use formulas::Passage;
 
@@ -47,6 +48,9 @@ impl FlankMotion for CubicFlank {
             *c = u * factor;
             factor *= span / (n + 1) as f64;
         }
+    }
+    fn told(&self, _: [f64; 2]) -> String {
+        String::new()
     }
     fn is_uniform(&self) -> bool {
         true
@@ -81,7 +85,7 @@ fn pass(mu: f64, k: f64, flank: Flank, end: f64) -> (Run, State, Bodies, Vec<Eve
     let mut run = Run::new(&bodies, &motion, Double::from(0.0), (Mode::Free, state, 3), (f64::INFINITY, MOST_TERMS));
     let mut log = EventLog::default();
     let mut stretch = Stretch { end, horizon: f64::INFINITY, log: &mut log };
-    run.advance(&bodies, &motion, &mut stretch).unwrap();
+    run.advance(&bodies, &motion, &mut stretch, &mut Work::default()).unwrap();
     let point = run.panel.at(&bodies, run.theta(end));
     (run, point.state, bodies, log.iter().copied().collect())
 }

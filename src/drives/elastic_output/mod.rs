@@ -26,7 +26,7 @@ use super::limits::no_state;
 use super::number::all_finite;
 use super::response::{Instant, Response, Table};
 use super::solver::{FINEST_TOLERANCE, HasSolver, Settings, Solver};
-use super::{Board, Curve, Drive, EventLog, Experiment, Fault, List, Text};
+use super::{Board, Curve, Drive, EventLog, Experiment, Fault, List, Rounded, Text};
 use crate::motion::{Kinematics, MotionLaw, TransferFunctions};
 use crate::numerics::angle;
 use crate::numerics::double_double::Double;
@@ -276,9 +276,13 @@ impl Drive for ElasticOutput {
         Ok(())
     }
 
+    #[inline(always)]
+    fn angle(&self, time: f64, end: f64) -> f64 {
+        self.cam.angle(time, end)
+    }
+
     fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
         let end = time + step;
-        self.cam.check_step(time, end)?;
         if self.cam.is_input() {
             if let Some(done) = self.advance_on_inputs([time, end]) {
                 return done;
@@ -368,10 +372,10 @@ impl ElasticOutput {
     fn beyond_all_numbers(&self) -> Fault {
         Fault(format!(
             "the motion is beyond all numbers at t = {} s: phi = {} rad, w = {} rad/s, q = {} m",
-            self.now.time,
-            self.position().phi[0],
-            self.now.w,
-            self.now.q.array()[0]
+            Rounded(self.now.time),
+            Rounded(self.position().phi[0]),
+            Rounded(self.now.w),
+            Rounded(self.now.q.array()[0])
         ))
     }
 }

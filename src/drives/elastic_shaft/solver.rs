@@ -4,7 +4,7 @@ use super::equation::{Cam, Equation, Flow};
 use super::passage::{OVERRUN, Place};
 use crate::drives::cam_drive::AngleMotion;
 use crate::drives::pace::{FAR, Pace, Stop, Words};
-use crate::drives::{Fault, Number};
+use crate::drives::{Fault, Rounded};
 use crate::motion::MotionLaw;
 use crate::numerics::angle;
 use crate::numerics::collocation::{Collocation, Failure, System};
@@ -92,7 +92,7 @@ impl Twist<'_> {
                 self.step(integrator, limit, pace)
             });
         self.work = work;
-        travelled.map_err(|stop| self.fault(stop, pace, way, integrator))
+        travelled.map_err(|stop| self.fault(stop, pace, way))
     }
 
     /// Steps beyond `target`, so that the steps do not depend on where the target lies.
@@ -177,19 +177,16 @@ impl Twist<'_> {
         self.equation.slope(&self.cam(&f), &f)
     }
 
-    fn fault(&self, stop: Stop, pace: Pace, way: [f64; 2], integrator: &Collocation<2>) -> Fault {
+    fn fault(&self, stop: Stop, pace: Pace, way: [f64; 2]) -> Fault {
         match (stop, pace) {
             (Stop::Failed(Failure::Unbounded { time }), _) => unbounded(time, self.equation.linear),
             (Stop::TooManyAttempts { time }, Pace::Grid { step, .. }) => Fault(format!(
                 "the cam passes more than {MOST_PASSAGES} breakpoints of its law within an internal step of {} s, at \
                  t = {} s; shorten solver.step_size, or set solver.method = adaptive",
-                Number(step),
-                Number(time)
+                Rounded(step),
+                Rounded(time)
             )),
-            _ => {
-                let f = self.flow(integrator.end(), &integrator.state());
-                pace.fault(stop, &WORDS, way, f.turning(self.equation.linear))
-            }
+            _ => pace.fault(stop, &WORDS, way, self.motion),
         }
     }
 }
@@ -199,7 +196,7 @@ pub fn unbounded(time: f64, linear: bool) -> Fault {
     Fault(format!(
         "the twist q grows without bound, at t = {} s beyond 1e100 rad: the drive is parametrically unstable, or \
          an input jumped far; change the speed, raise b{}",
-        Number(time),
+        Rounded(time),
         if linear { ", or set shaft.linear = false" } else { "" }
     ))
 }

@@ -2,6 +2,7 @@
 
 use super::solver::Twist;
 use crate::drives::cam_turn::turns;
+use crate::drives::limits::search_too_much;
 use crate::drives::pace::Pace;
 use crate::drives::{Fault, Number};
 use crate::numerics::angle::WHOLE_TURN;
@@ -42,7 +43,14 @@ fn one_turn(twist: &mut Twist, start: f64, y: [f64; 2], tolerance: f64) -> Resul
     let mut integrator = Collocation::new(Double::from(start), y);
     twist.locate(Double::from(start), &y);
     let reached = twist.reach(&mut integrator, end, Pace::Tolerance(tolerance));
-    reached.map_err(|fault| Fault(format!("start.mode = steady_state: {fault}")))?;
+    reached.map_err(|fault| {
+        let hint = "check c and J, lower the speed, relax solver.tolerance, or choose at_rest or given";
+        if twist.work.is_exhausted() {
+            search_too_much(hint)
+        } else {
+            Fault(format!("start.mode = steady_state: {fault}"))
+        }
+    })?;
     Ok(integrator.state())
 }
 

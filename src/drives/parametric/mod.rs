@@ -34,7 +34,7 @@ use super::cam_drive::{
 use super::number::all_finite;
 use super::pace::{FAR, Pace, Stop};
 use super::solver::{HasSolver, Settings, Solver};
-use super::{Curve, Drive, Event, EventLog, Experiment, Fault, List, Number, Text};
+use super::{Curve, Drive, Event, EventLog, Experiment, Fault, List, Rounded, Text};
 use crate::numerics::collocation::{Collocation, Failure};
 use crate::numerics::double_double::Double;
 use crate::numerics::period_map::Course;
@@ -159,7 +159,7 @@ impl ParametricDrive {
         });
         travelled.map_err(|stop| match stop {
             Stop::Failed(Failure::Unbounded { time }) => unbounded(time, self.growth),
-            _ => pace.fault(stop, &WORDS, [self.time, target], self.motion.at(target).kinematics.0[1]),
+            _ => pace.fault(stop, &WORDS, [self.time, target], &self.motion),
         })?;
         self.time = target;
         self.state = self.integrator.at(Double::from(target));
@@ -198,7 +198,7 @@ fn unbounded(time: f64, growth: f64) -> Fault {
     } else {
         "the drive is parametrically unstable, or an input jumped far; change the speed or raise the damping".to_owned()
     };
-    Fault(format!("q grows without bound, at t = {} s beyond 1e100: {why}", Number(time)))
+    Fault(format!("q grows without bound, at t = {} s beyond 1e100: {why}", Rounded(time)))
 }
 
 impl Drive for ParametricDrive {
@@ -334,6 +334,11 @@ impl Drive for ParametricDrive {
         Ok(())
     }
 
+    #[inline(always)]
+    fn angle(&self, time: f64, end: f64) -> f64 {
+        self.cam.angle(time, end)
+    }
+
     fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
         let target = time + step;
         // Most steps end in the cell of the table where they start.
@@ -343,7 +348,6 @@ impl Drive for ParametricDrive {
             (self.state, self.time) = (state, target);
             return Ok(());
         }
-        self.cam.check_step(time, target)?;
         self.time = time;
         self.advance_further(target)
     }

@@ -388,6 +388,12 @@ impl Drive for RigidMachine {
         self.prepare_raster_once()
     }
 
+    /// At the speed that the shaft has now.
+    #[inline(always)]
+    fn angle(&self, time: f64, end: f64) -> f64 {
+        self.state.angle.hi + TAU * self.state.turns + self.state.w * (end - time)
+    }
+
     fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
         self.load.step_begins();
         self.driving.step_begins();

@@ -10,7 +10,7 @@ use super::passage::{Effort, Passage, Position};
 use super::profile::Profile;
 use super::torques::Torques;
 use super::{Inertia, Motor};
-use crate::drives::{Fault, Number};
+use crate::drives::{Fault, Number, Rounded};
 use crate::numerics::double_double::{Double, two_sum};
 use crate::numerics::gauss::{ABSCISSAE, STAGES, WEIGHTS};
 use crate::numerics::interpolant::{COEFFICIENTS, INTEGRATION, Interpolant, neglected};
@@ -109,10 +109,10 @@ fn too_many(inertia: &Inertia, [at, width]: [f64; 2]) -> Fault {
     Fault(format!(
         "J(phi), between {} and {} kg.m2, changes so fast that no table of it can be made: at phi = {} deg it would need one \
          entry in {} deg; choose a larger `J0` (now {} kg.m2), smaller masses, or motion laws and levers that move less",
-        Number(low),
-        Number(high),
-        at.to_degrees(),
-        Number(width.to_degrees()),
+        Rounded(low),
+        Rounded(high),
+        Rounded(at.to_degrees()),
+        Rounded(width.to_degrees()),
         Number(inertia.function.constant)
     ))
 }

@@ -15,7 +15,7 @@
 
 use super::profile::Profile;
 use super::{Inertia, Motor, RigidMachine, Signal, State};
-use crate::drives::{Event, Fault, Number};
+use crate::drives::{Event, Fault, Rounded};
 use crate::numerics::collocation::{Collocation, Failure, System};
 use crate::numerics::double_double::{Double, two_product};
 use crate::numerics::work::{EVALUATION, Work};
@@ -443,14 +443,14 @@ impl RigidMachine {
     pub(super) fn fault(&self, failure: Failure, time: f64) -> Fault {
         Fault(match failure {
             Failure::Stalled { time: after } => format!(
-                "the motion cannot be continued at t = {} s (phi = {:e} rad, w = {:e} rad/s): no internal step keeps the tolerance; the torques change too fast",
-                Number(time + after),
-                self.state.angle.hi,
-                self.state.w
+                "the motion cannot be continued at t = {} s (phi = {} rad, w = {} rad/s): no internal step keeps the tolerance; the torques change too fast",
+                Rounded(time + after),
+                Rounded(self.state.angle.hi),
+                Rounded(self.state.w)
             ),
             Failure::Unbounded { time: after } => format!(
                 "the machine runs away: at t = {} s its speed exceeds {FASTEST:e} rad/s; check `tau` and `J0`",
-                Number(time + after)
+                Rounded(time + after)
             ),
         })
     }

@@ -22,6 +22,7 @@ use super::raster::Raster;
 use super::steady_lag::Turn;
 use super::torques::Torques;
 use super::{Motor, RigidMachine, State};
+use crate::drives::limits::search_too_much;
 use crate::drives::{Event, Fault};
 use crate::numerics::double_double::Double;
 use crate::numerics::work::Work;
@@ -287,9 +288,8 @@ impl RigidMachine {
         let outcome = self.search_periodic_motion(time, &work);
         if work.get().is_exhausted() {
             // What was found since is no result.
-            return Err(Fault::new(
-                "`start.mode` = steady_state: the search for the periodic motion needs more than the work of one call; choose a \
-                 larger `motor.s_k`, a larger `J0` or smaller masses, a coarser solver.tolerance, or `given`",
+            return Err(search_too_much(
+                "choose a larger `motor.s_k`, a larger `J0` or smaller masses, a coarser solver.tolerance, or `given`",
             ));
         }
         outcome

@@ -12,8 +12,8 @@ use super::solver::FASTEST;
 use super::steady::cost_of_passage;
 use super::torques::Torques;
 use super::{Motor, RigidMachine, Seen, State};
-use crate::drives::Fault;
-use crate::drives::limits::too_much;
+use crate::drives::limits::step_too_much;
+use crate::drives::{Fault, Rounded};
 use crate::numerics::collocation::Failure;
 use crate::numerics::double_double::{Double, two_sum};
 use crate::numerics::work::Work;
@@ -72,7 +72,7 @@ impl RigidMachine {
         let speed = self.passage.as_ref().map_or(self.state.w, |passage| passage.end_speed);
         let hint =
             "relax solver.tolerance, lengthen solver.step_size of equal steps, or lower the speed or the range of J";
-        too_much(way, reached, ("the shaft", speed), hint)
+        step_too_much(way, reached, &format!("the shaft turns at {} rad/s", Rounded(speed)), hint)
     }
 
     /// Makes the raster where there is none for these parameters.

@@ -283,6 +283,6 @@ def creating(packages):
     return refused(packages["backlash"], {"e": 1 + 1e-9})
 
 
-@refusal(DRIVE, "inputs: acceleration 1e300 rad/s²", "beyond 1e15 rad a number does not tell", "the motion overflows")
+@refusal(DRIVE, "inputs: acceleration 1e300 rad/s²", "`a`: 1e300 rad/s2 is not admissible", "the motion overflows")
 def overflow(packages):
     return refused(packages["backlash_input"], run=lambda unit: (unit.set(a=1e300), unit.step(1.0)))

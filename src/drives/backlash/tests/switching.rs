@@ -10,7 +10,8 @@ fn thrown([e, b]: [f64; 2], v0: f64, jerk: f64, end: f64) -> (Run, Vec<Event>) {
     let state = State { q: [0.0; 2], home: 0.0, zeta: [0.0, v0] };
     let mut run = Run::new(&bodies, &motion, Double::from(0.0), (Mode::Free, state, 1), (f64::INFINITY, MOST_TERMS));
     let mut log = EventLog::default();
-    run.advance(&bodies, &motion, &mut Stretch { end, horizon: f64::INFINITY, log: &mut log }).unwrap();
+    run.advance(&bodies, &motion, &mut Stretch { end, horizon: f64::INFINITY, log: &mut log }, &mut Work::default())
+        .unwrap();
     (run, log.iter().copied().collect())
 }
 
@@ -145,7 +146,13 @@ fn a_mass_that_rests_for_no_time_is_released() {
     let state = State { q: [0.0; 2], home: 0.0, zeta: [1e-3, -1.0] };
     let mut run = Run::new(&bodies, &motion, Double::from(0.0), (Mode::Free, state, 0), (f64::INFINITY, MOST_TERMS));
     let mut log = EventLog::default();
-    run.advance(&bodies, &motion, &mut Stretch { end: 2e-3, horizon: f64::INFINITY, log: &mut log }).unwrap();
+    run.advance(
+        &bodies,
+        &motion,
+        &mut Stretch { end: 2e-3, horizon: f64::INFINITY, log: &mut log },
+        &mut Work::default(),
+    )
+    .unwrap();
     let events: Vec<(&str, f64)> = log.iter().map(|e| (e.kind, e.time)).collect();
     assert_eq!(events.len(), 2, "{events:?}");
     assert_eq!((events[0].0, events[1].0), ("impact on flank A", "release from flank A"));
@@ -173,7 +180,13 @@ fn a_grazing_mass_strikes_only_if_it_reaches_the_flank() {
             let mut run =
                 Run::new(&bodies, &motion, Double::from(0.0), (Mode::Free, state, 0), (f64::INFINITY, MOST_TERMS));
             let mut log = EventLog::default();
-            run.advance(&bodies, &motion, &mut Stretch { end: 4.0, horizon: f64::INFINITY, log: &mut log }).unwrap();
+            run.advance(
+                &bodies,
+                &motion,
+                &mut Stretch { end: 4.0, horizon: f64::INFINITY, log: &mut log },
+                &mut Work::default(),
+            )
+            .unwrap();
             let impacts: Vec<&Event> = log.iter().filter(|e| e.kind.starts_with("impact")).collect();
             assert_eq!(impacts.len(), if sign < 0.0 { 1 } else { 0 }, "{margin} {sign}");
             for impact in impacts {
