@@ -1,8 +1,9 @@
 /* Drives one FMU and prints what it costs: the work that the benchmarks count, alone.
  *
- *   drive FOLDER "OUTPUT OUTPUT OUTPUT" STEPS [step=1e-3] [repeat=7] [ramp=SPEED,TIME] [values=FILE] [NAME=VALUE …]
+ *   drive FOLDER "OUTPUT OUTPUT …"|all STEPS [step=1e-3] [repeat=7] [ramp=SPEED,TIME] [values=FILE] [NAME=VALUE …]
  *
- * FOLDER is an unzipped FMU; the outputs are read one by one after each of the STEPS communication steps. NAME=VALUE
+ * FOLDER is an unzipped FMU; the outputs are read after each of the STEPS communication steps, one by one, or `all` by one
+ * call. NAME=VALUE
  * sets a parameter of the FMU before initialisation. `values` takes the outputs, text with one line per step.
  * `benches/peers/cost` calls it on the works, also under callgrind. */
 #include "fmu.h"
@@ -16,12 +17,12 @@ static int ascending(const void *a, const void *b) {
     return (x > y) - (x < y);
 }
 
-static int write_values(const char *path, double step, long count, const double *values) {
+static int write_values(const char *path, double step, long count, const double *values, int outputs) {
     FILE *file = fopen(path, "w");
     if (!file) return perror(path), -1;
     for (long i = 0; i < count; i++) {
         fprintf(file, "%.17g", (double)(i + 1) * step);
-        for (int k = 0; k < FMU_OUTPUTS; k++) fprintf(file, " %.17g", values[FMU_OUTPUTS * i + k]);
+        for (int k = 0; k < outputs; k++) fprintf(file, " %.17g", values[outputs * i + k]);
         fputc('\n', file);
     }
     return fclose(file);
@@ -47,7 +48,7 @@ int main(int argc, char **argv) {
     }
     Fmu fmu;
     if (fmu_open(&fmu, argv[1], argv[2], ramp.time > 0.0)) return 1;
-    double *values = malloc((size_t)count * FMU_OUTPUTS * sizeof *values);
+    double *values = malloc((size_t)count * (size_t)fmu.count * sizeof *values);
     double *steps = malloc((size_t)repeat * sizeof *steps), *starts = malloc((size_t)repeat * sizeof *starts);
     if (!values || !steps || !starts) return fprintf(stderr, "not enough memory\n"), 1;
     for (long i = 0; i < repeat; i++) {
@@ -61,7 +62,7 @@ int main(int argc, char **argv) {
     printf("%.1f ns per step, %.3f ms for %ld steps, %.3f ms before (medians of %ld; least %.1f ns)\n",
            1e9 * steps[repeat / 2] / (double)count, 1e3 * steps[repeat / 2], count, 1e3 * starts[repeat / 2], repeat,
            1e9 * steps[0] / (double)count);
-    if (file && write_values(file, step, count, values)) return 1;
+    if (file && write_values(file, step, count, values, fmu.count)) return 1;
     free(starts), free(steps), free(values);
     fmu_close(&fmu);
     return 0;

@@ -82,6 +82,21 @@ static int reference(const char *description, const char *name, unsigned *into) 
     return 0;
 }
 
+/* All Reals that the FMU computes, to be read by one call. */
+static int find_all(Fmu *fmu) {
+    static const char BEGINNING[] = "<ScalarVariable name=\"";
+    fmu->together = 1;
+    for (const char *one = strstr(fmu->description, BEGINNING); one; one = strstr(one + 1, BEGINNING)) {
+        const char *end = strstr(one, "</ScalarVariable>"), *real = strstr(one, "<Real"), *place = strstr(one, "valueReference=\"");
+        char causality[16];
+        if (!end || !real || end < real || !place || !quoted(one, "causality=\"", causality, sizeof causality)) continue;
+        if (strcmp(causality, "output") && strcmp(causality, "local")) continue;
+        if (fmu->count == FMU_MOST_OUTPUTS) return fprintf(stderr, "too many outputs\n"), -1;
+        fmu->outputs[fmu->count++] = (unsigned)strtoul(place + strlen("valueReference=\""), NULL, 10);
+    }
+    return 0;
+}
+
 int fmu_open(Fmu *fmu, const char *folder, const char *outputs, int has_inputs) {
     char path[PATH_MAX], full[PATH_MAX], names[256], *state = NULL;
     memset(fmu, 0, sizeof *fmu);
@@ -97,9 +112,12 @@ int fmu_open(Fmu *fmu, const char *folder, const char *outputs, int has_inputs) 
         if (!(fmu->functions[i] = dlsym(fmu->library, NAMES[i]))) return fprintf(stderr, "%s\n", dlerror()), -1;
     if (asprintf(&fmu->resources, "file://%s/resources", full) < 0) return -1;
     snprintf(names, sizeof names, "%s", outputs);
-    char *name = strtok_r(names, " ", &state);
-    for (int i = 0; i < FMU_OUTPUTS; i++, name = strtok_r(NULL, " ", &state))
-        if (!name || reference(fmu->description, name, &fmu->outputs[i])) return -1;
+    if (!strcmp(names, "all")) {
+        if (find_all(fmu)) return -1;
+    } else {
+        for (char *name = strtok_r(names, " ", &state); name; name = strtok_r(NULL, " ", &state))
+            if (fmu->count == FMU_MOST_OUTPUTS || reference(fmu->description, name, &fmu->outputs[fmu->count++])) return -1;
+    }
     static const char *const INPUTS[3] = {"phi", "w", "a"};
     for (int i = 0; has_inputs && i < 3; i++)
         if (reference(fmu->description, INPUTS[i], &fmu->inputs[i])) return -1;
@@ -147,14 +165,14 @@ static int set_parameters(const Fmu *fmu, Component instance, const char *settin
 static inline int step_and_read(const Fmu *fmu, Component instance, double t, double step, double *values) {
     if (((DoStep)fmu->functions[STEP])(instance, t, step, 1)) return -1;
     const GetReal get_real = (GetReal)fmu->functions[GET];
-#pragma GCC unroll 4
-    for (int k = 0; k < FMU_OUTPUTS; k++)
+    if (fmu->together) return get_real(instance, fmu->outputs, (size_t)fmu->count, values);
+    for (int k = 0; k < fmu->count; k++)
         if (get_real(instance, &fmu->outputs[k], 1, &values[k])) return -1;
     return 0;
 }
 
 static int step_through(const Fmu *fmu, Component instance, double step, long count, double *values) {
-    for (long i = 0; i < count; i++, values += FMU_OUTPUTS)
+    for (long i = 0; i < count; i++, values += fmu->count)
         if (step_and_read(fmu, instance, (double)i * step, step, values)) return -1;
     return 0;
 }
@@ -162,7 +180,7 @@ static int step_through(const Fmu *fmu, Component instance, double step, long co
 static int step_through_ramp(const Fmu *fmu, Component instance, const Ramp *ramp, double step, long count,
                              double *values) {
     const SetReal set_real = (SetReal)fmu->functions[SET];
-    for (long i = 0; i < count; i++, values += FMU_OUTPUTS) {
+    for (long i = 0; i < count; i++, values += fmu->count) {
         double t = (double)i * step, inputs[3];
         inputs_at(ramp, t, inputs);
         if (set_real(instance, fmu->inputs, 3, inputs)) return -1;

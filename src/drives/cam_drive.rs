@@ -295,10 +295,10 @@ impl<Law> CamDrive<Law> {
         (self.is_input() && self.from == [0; MAX_INPUT_DERIVATIVE]).then_some(self.input)
     }
 
-    /// φ, w, a, to set them; None where setting one is more than that.
-    #[inline(always)]
-    pub fn inputs(&mut self) -> Option<&mut [f64; 3]> {
-        if self.plain_inputs().is_some() { Some(&mut self.input) } else { None }
+    /// Sets φ, w, a.
+    #[cfg(test)]
+    pub fn set_inputs(&mut self, inputs: [f64; 3]) {
+        self.input = inputs;
     }
 
     /// Whether the shaft moves as the inputs say.

@@ -1,24 +1,18 @@
 //! Drives of any model behind one object-safe interface.
 
-mod access;
-
-use super::limits::{INPUTS, LARGEST_ANGLE, check_angle, no_state};
+use super::limits::{check_angle, no_state};
 use super::unit;
-use super::variable::{Causality, Kind, Variability};
-use super::{Board, Description, Drive, EventLog, Experiment, Fault, Seed, Variable};
+use super::variable::{Access, Causality, Kind, Type, Variability};
+use super::{Description, Drive, EventLog, Experiment, Fault, Seed, Variable};
 use crate::numerics::difference;
-pub use access::Set;
-use access::{Access, Input, Pending};
 use std::any::Any;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
 /// A drive as it is after instantiation.
 pub fn unit<D: Drive>(drive: D) -> Box<Unit<D>> {
-    let variables = drive.variables().0;
-    let reals = variables.iter().map(Access::of).collect();
-    let inputs = variables.iter().map_while(Input::of).collect();
-    Arc::new(Design { initial: drive, variables, reals, inputs }).unit()
+    let variables = drive.variables();
+    let places = variables.places();
+    Arc::new(Design { initial: drive, variables: variables.0, places }).unit()
 }
 
 /// A drive as its scene describes it: what all its instances have in common.
@@ -37,14 +31,12 @@ pub trait DynDrive: Send {
     fn description(&self, reference: usize) -> Option<&Description>;
     /// The default experiment.
     fn experiment(&self) -> Experiment;
-    /// Reads a Real where it stands. NaN where there is none to read: an unknown reference, another type, or something
-    /// was set that the drive has to take up first; [`DynDrive::get`] does so, or tells what is wrong.
-    fn peek(&self, reference: u32) -> f64;
+    /// The place in the list of the variable with this reference, which has to be of this type.
+    fn variable(&self, reference: u32, r#type: Type) -> Result<usize, Fault>;
+    /// Reads variables of one type, up to date.
+    fn read(&mut self, r#type: Type, references: &[u32], values: &mut [f64]) -> Result<(), Fault>;
     /// Reads a variable, up to date.
     fn get(&mut self, reference: usize) -> Result<f64, Fault>;
-    /// Sets inputs of the type Real, all of them; false, and nothing is set, where one of them takes a closer look. No panic
-    /// leaves it.
-    extern "C" fn put(&mut self, set: &Set) -> bool;
     /// Refuses what [`DynDrive::set`] would refuse.
     fn check(&self, reference: usize, value: f64) -> Result<(), Fault>;
     /// Sets a parameter or an input; refuses a value outside the variable's range.
@@ -53,14 +45,8 @@ pub trait DynDrive: Send {
     fn set_up(&mut self, time: f64, tolerance: Option<f64>);
     /// Ends initialisation.
     fn start(&mut self) -> Result<(), Fault>;
-    /// The place for the outputs that [`DynDrive::glide`] shows.
-    fn board(&self) -> Board;
-    /// [`Drive::glide`]. No panic leaves it, which the ABI tells the caller: it appears in [`DynDrive::advance`].
-    extern "C" fn glide(&mut self, time: f64, end: f64, board: &mut Board) -> bool;
-    /// [`Drive::show`].
-    fn show(&self, board: &mut Board);
-    /// Advances by a communication step; how many events the log has. (A boxed fault lets the outcome pass in registers.)
-    fn advance(&mut self, time: f64, step: f64) -> Result<usize, Box<Fault>>;
+    /// Advances by a communication step.
+    fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault>;
     /// The highest order of input derivatives.
     fn input_derivative_order(&self) -> usize;
     /// Refuses what [`DynDrive::set_input_derivative`] would refuse.
@@ -89,22 +75,20 @@ pub trait DynDrive: Send {
 struct Design<D> {
     initial: D,
     variables: Vec<Variable<D>>,
-    /// How each variable is read as a Real, by its reference.
-    reals: Arc<[Access<D>]>,
-    /// The inputs with which the list begins.
-    inputs: Vec<Input<D>>,
+    /// As many zeros as an instance has computed values.
+    places: Box<[f64]>,
 }
 
 impl<D: Drive> Design<D> {
     fn unit(self: Arc<Self>) -> Box<Unit<D>> {
         Box::new(Unit {
             drive: self.initial.clone(),
-            reals: self.reals.clone(),
+            values: self.places.clone(),
             design: self,
             initialising: true,
-            pending: Pending::Settings,
+            pending: true,
+            evaluated: false,
             time: 0.0,
-            broken: false,
         })
     }
 }
@@ -119,15 +103,15 @@ impl<D: Drive> Plan for Design<D> {
 pub struct Unit<D> {
     drive: D,
     design: Arc<Design<D>>,
-    /// Of the design, where reading finds it sooner.
-    reals: Arc<[Access<D>]>,
+    /// The computed values of the communication point.
+    values: Box<[f64]>,
+    /// Whether they are those of the present state.
+    evaluated: bool,
     /// Whether the start values still decide the state.
     initialising: bool,
-    /// What was set since the drive last took up its settings.
-    pending: Pending,
+    /// Whether something was set since the drive last took up its settings.
+    pending: bool,
     time: f64,
-    /// Whether a panic left [`DynDrive::glide`] half-way; resetting and restoring mend it.
-    broken: bool,
 }
 
 /// A saved state.
@@ -135,7 +119,7 @@ pub struct Unit<D> {
 struct Snapshot<D> {
     drive: D,
     initialising: bool,
-    pending: Pending,
+    pending: bool,
     time: f64,
 }
 
@@ -147,64 +131,34 @@ impl<D: Drive> Unit<D> {
 
     /// Takes up what was set.
     fn refresh(&mut self) -> Result<(), Fault> {
-        if self.pending != Pending::Nothing {
+        if self.pending {
             if self.initialising {
                 self.drive.start(self.time)?;
             } else {
                 self.drive.apply(self.time)?;
             }
-            self.pending = Pending::Nothing;
+            self.pending = false;
         }
         Ok(())
     }
 
-    /// [`DynDrive::put`].
-    #[inline(always)]
-    fn put_inputs(&mut self, set: &Set) -> bool {
-        let Some(inputs) = self.drive.inputs() else { return self.put_one_by_one(set) };
-        if let Some(all) = set.first_three() {
-            *inputs = all;
-            self.pending = self.pending.max(Pending::Inputs);
-            return true;
-        }
-        let before = *inputs;
-        for (place, value) in set.iter() {
-            match inputs.get_mut(place) {
-                Some(input) if value.abs() <= INPUTS[place] => *input = value,
-                _ => {
-                    *inputs = before;
-                    return false;
-                }
-            }
-        }
-        self.pending = self.pending.max(Pending::Inputs);
-        true
+    /// Computes the values of the communication point.
+    fn evaluate(&mut self) -> Result<(), Fault> {
+        self.refresh()?;
+        self.drive.evaluate(&mut self.values);
+        self.evaluated = true;
+        Ok(())
     }
 
-    /// The same of inputs that the drive has elsewhere, or within ranges.
-    #[inline(never)]
-    fn put_one_by_one(&mut self, set: &Set) -> bool {
-        let inputs = &self.design.inputs;
-        let admissible = |(place, value): (usize, f64)| {
-            inputs.get(place).is_some_and(|input| input.min <= value && value <= input.max)
-        };
-        if !set.iter().all(admissible) {
-            return false;
-        }
-        for (place, value) in set.iter() {
-            if let Some(input) = self.design.inputs.get(place) {
-                (input.set)(&mut self.drive, input.index, value);
-            }
-        }
-        self.pending = Pending::Settings;
-        true
+    /// Something else was set.
+    fn changed(&mut self) {
+        (self.pending, self.evaluated) = (true, false);
     }
 
     /// Puts another drive in the place of this one. The log, which is no part of the state, stays.
     fn replace(&mut self, mut drive: D) {
         std::mem::swap(drive.events(), self.drive.events());
-        self.drive = drive;
-        self.broken = false;
+        (self.drive, self.evaluated) = (drive, false);
         self.drive.events().clear();
     }
 
@@ -213,16 +167,16 @@ impl<D: Drive> Unit<D> {
         self.refresh()?;
         let v = &self.design.variables[reference];
         let Description { name, causality, variability, dependencies, .. } = &v.description;
-        let value = match v.series {
-            Some(series) => series(&self.drive, seed, v.index).derivative(order),
+        let value = match v.access {
+            Access::Computed { series: Some(series) } => series(&self.drive, seed, v.index).derivative(order),
             // What changes at events only stands still between them, and hosts ask for the slope of every output.
-            None if *causality == Causality::Output
+            _ if *causality == Causality::Output
                 && *variability == Variability::Discrete
                 && (seed == Seed::Time || dependencies.is_empty()) =>
             {
                 0.0
             }
-            None => return Err(Fault(format!("`{name}` is not a continuous output; it has no derivatives"))),
+            _ => return Err(Fault(format!("`{name}` is not a continuous output; it has no derivatives"))),
         };
         if value.is_finite() {
             Ok(value)
@@ -235,21 +189,23 @@ impl<D: Drive> Unit<D> {
     /// differences on copies, since a start may be the result of an iteration.
     fn initial_derivative(&self, unknown: usize, known: usize) -> Result<f64, Fault> {
         let (u, k) = (&self.design.variables[unknown], &self.design.variables[known]);
-        let (Some(set), Kind::Real { quantity, min, max, .. }) = (k.set, &k.description.kind) else {
+        let (Access::Set { set, .. }, Kind::Real { quantity, min, max, .. }) = (&k.access, &k.description.kind) else {
             return Err(Fault(format!(
                 "`{}` follows from inputs and parameters before the start; derivatives exist for those",
                 k.description.name
             )));
         };
-        if u.set.is_some() {
+        if matches!(u.access, Access::Set { .. }) {
             return Err(Fault(format!("`{}` is set, not computed; it has no derivatives", u.description.name)));
         }
-        let centre = (k.get)(&self.drive, k.index);
+        let centre = k.value(&self.drive);
         let value_at = |known: f64| -> Result<f64, Fault> {
             let mut drive = self.drive.clone();
             set(&mut drive, k.index, known);
             drive.start(self.time)?;
-            Ok((u.get)(&drive, u.index))
+            let mut values = self.design.places.clone();
+            drive.evaluate(&mut values);
+            Ok(values[u.index])
         };
         // A law repeats itself every turn however large the angle; other quantities are scaled by themselves, unless they
         // are next to nothing.
@@ -274,7 +230,7 @@ impl<D: Drive> Unit<D> {
     #[cold]
     fn not_finite(&self) -> Fault {
         let states = self.design.variables.iter().filter(|v| v.description.state);
-        let lost = states.map(|v| (&v.description.name, (v.get)(&self.drive, v.index))).find(|(_, x)| !x.is_finite());
+        let lost = states.map(|v| (&v.description.name, v.value(&self.drive))).find(|(_, x)| !x.is_finite());
         let name = lost.map_or("the state", |(name, _)| name);
         Fault(format!("`{name}` is not a finite number at t = {} s", self.time))
     }
@@ -297,35 +253,51 @@ impl<D: Drive> DynDrive for Unit<D> {
         self.drive.experiment()
     }
 
-    fn peek(&self, reference: u32) -> f64 {
-        match self.reals.get(reference as usize) {
-            Some(real) if self.pending == Pending::Nothing => (real.get)(&self.drive, real.index),
-            _ => f64::NAN,
+    fn variable(&self, reference: u32, r#type: Type) -> Result<usize, Fault> {
+        let variables = &self.design.variables;
+        let Some(Variable { description: Description { name, kind, .. }, .. }) = variables.get(reference as usize)
+        else {
+            let last = variables.len() as i64 - 1;
+            return Err(Fault(format!("the value reference {reference} does not exist; they end at {last}")));
+        };
+        let own = kind.r#type();
+        if own == r#type {
+            Ok(reference as usize)
+        } else {
+            Err(Fault(format!("`{name}` (value reference {reference}) has the type {own:?}, not {type:?}")))
         }
+    }
+
+    fn read(&mut self, r#type: Type, references: &[u32], values: &mut [f64]) -> Result<(), Fault> {
+        for (reference, value) in references.iter().zip(values) {
+            *value = self.get(self.variable(*reference, r#type)?)?;
+        }
+        Ok(())
     }
 
     fn get(&mut self, reference: usize) -> Result<f64, Fault> {
-        let v = &self.design.variables[reference];
-        if v.set.is_none() {
-            self.refresh()?;
-        }
-        let v = &self.design.variables[reference];
-        let value = (v.get)(&self.drive, v.index);
+        let &Variable { index, ref access, .. } = &self.design.variables[reference];
+        let value = match *access {
+            Access::Set { get, .. } => get(&self.drive, index),
+            Access::Computed { .. } => {
+                if !self.evaluated {
+                    self.evaluate()?;
+                }
+                self.values[index]
+            }
+        };
         if value.is_finite() {
             Ok(value)
         } else {
-            Err(Fault(format!("`{}` is not a finite number at t = {} s", v.description.name, self.time)))
+            let name = &self.design.variables[reference].description.name;
+            Err(Fault(format!("`{name}` is not a finite number at t = {} s", self.time)))
         }
-    }
-
-    extern "C" fn put(&mut self, set: &Set) -> bool {
-        catch_unwind(AssertUnwindSafe(|| self.put_inputs(set))).unwrap_or(false)
     }
 
     fn check(&self, reference: usize, value: f64) -> Result<(), Fault> {
         let v = &self.design.variables[reference];
         let d = &v.description;
-        if v.set.is_none() {
+        if matches!(v.access, Access::Computed { .. }) {
             return Err(Fault(format!("`{}` is computed and cannot be set", d.name)));
         }
         if d.causality == Causality::Parameter && d.variability == Variability::Fixed && !self.initialising {
@@ -340,9 +312,9 @@ impl<D: Drive> DynDrive for Unit<D> {
     fn set(&mut self, reference: usize, value: f64) -> Result<(), Fault> {
         self.check(reference, value)?;
         let v = &self.design.variables[reference];
-        if let Some(set) = v.set {
+        if let Access::Set { set, .. } = v.access {
             set(&mut self.drive, v.index, value);
-            self.pending = Pending::Settings;
+            self.changed();
         }
         Ok(())
     }
@@ -350,7 +322,7 @@ impl<D: Drive> DynDrive for Unit<D> {
     fn set_up(&mut self, time: f64, tolerance: Option<f64>) {
         self.time = time;
         self.drive.request_tolerance(tolerance.unwrap_or(0.0));
-        self.pending = Pending::Settings;
+        self.changed();
     }
 
     fn start(&mut self) -> Result<(), Fault> {
@@ -362,43 +334,19 @@ impl<D: Drive> DynDrive for Unit<D> {
         Ok(())
     }
 
-    fn board(&self) -> Board {
-        let mut outputs = (0..).zip(&self.design.variables);
-        let first = outputs.find(|(_, v)| v.description.causality == Causality::Output);
-        Board::new(first.map_or(0, |(reference, v): (u32, _)| reference.wrapping_sub(v.index as u32)))
-    }
-
-    extern "C" fn glide(&mut self, time: f64, end: f64, board: &mut Board) -> bool {
-        if self.pending == Pending::Settings || !(self.drive.angle(time, end).abs() <= LARGEST_ANGLE) {
-            return false;
-        }
-        self.time = end;
-        let glided = catch_unwind(AssertUnwindSafe(|| self.drive.glide(time, end, board))).unwrap_or_else(|_| {
-            self.broken = true;
-            false
-        });
-        if glided {
-            self.pending = Pending::Nothing;
-        }
-        glided
-    }
-
-    fn show(&self, board: &mut Board) {
-        self.drive.show(board);
-    }
-
-    fn advance(&mut self, time: f64, step: f64) -> Result<usize, Box<Fault>> {
-        assert!(!self.broken, "a short step failed");
+    fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
         self.time = time;
+        self.evaluated = false;
         self.refresh()?;
         check_angle(self.drive.angle(time, time + step), time + step)?;
         self.drive.advance(time, step)?;
         self.time = time + step;
-        if self.drive.is_finite() { Ok(self.drive.events().count()) } else { Err(self.not_finite().into()) }
+        if self.drive.is_finite() { Ok(()) } else { Err(self.not_finite()) }
     }
 
     fn input_derivative_order(&self) -> usize {
-        self.drive.input_derivative_order()
+        let has_inputs = self.design.variables.iter().any(|v| v.description.causality == Causality::Input);
+        if has_inputs { D::INPUT_DERIVATIVES } else { 0 }
     }
 
     fn check_input_derivative(&self, reference: usize, order: usize, value: f64) -> Result<(), Fault> {
@@ -406,11 +354,11 @@ impl<D: Drive> DynDrive for Unit<D> {
         if d.causality != Causality::Input {
             return Err(Fault(format!("`{}` is no input; only inputs have input derivatives", d.name)));
         }
-        if !(1..=self.drive.input_derivative_order()).contains(&order) {
+        if !(1..=D::INPUT_DERIVATIVES).contains(&order) {
             return Err(Fault(format!(
                 "`{}`: the order {order} of its derivative is outside 1 … {}",
                 d.name,
-                self.drive.input_derivative_order()
+                D::INPUT_DERIVATIVES
             )));
         }
         if !value.is_finite() {
@@ -426,7 +374,7 @@ impl<D: Drive> DynDrive for Unit<D> {
         self.check_input_derivative(reference, order, value)?;
         self.drive.set_input_derivative(reference, order, value);
         // Derivatives of outputs depend on it.
-        self.pending = Pending::Settings;
+        self.changed();
         Ok(())
     }
 
@@ -453,7 +401,7 @@ impl<D: Drive> DynDrive for Unit<D> {
 
     fn reset(&mut self) {
         self.replace(self.design.initial.clone());
-        (self.initialising, self.pending, self.time) = (true, Pending::Settings, 0.0);
+        (self.initialising, self.pending, self.time) = (true, true, 0.0);
     }
 
     fn save(&self) -> Box<dyn Any + Send> {
@@ -485,10 +433,10 @@ impl<D: Drive> DynDrive for Unit<D> {
         }
         let mut made = self.design.initial.clone();
         for v in &self.design.variables {
-            let Some(set) = v.set else { continue };
-            let value = (v.get)(&state.drive, v.index);
+            let Access::Set { get, set } = v.access else { continue };
+            let value = get(&state.drive, v.index);
             // What the scene itself says is not looked at again, and what nobody changes stays shared.
-            if value != (v.get)(&made, v.index) {
+            if value != get(&made, v.index) {
                 v.description.check(value)?;
                 set(&mut made, v.index, value);
             }

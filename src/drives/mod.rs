@@ -4,7 +4,6 @@
 //! dependencies, equations, documentation) comes from there.
 
 pub mod backlash;
-pub mod board;
 pub mod cam_drive;
 pub mod cam_turn;
 pub mod curve;
@@ -28,9 +27,8 @@ pub mod solver;
 pub mod unit;
 pub mod variable;
 
-pub use board::Board;
 pub use curve::Curve;
-pub use erased::{DynDrive, Plan, Set};
+pub use erased::{DynDrive, Plan};
 pub use event::{Event, EventLog};
 pub use experiment::Experiment;
 pub use model::Model;
@@ -127,6 +125,9 @@ pub trait Drive: Clone + Serialize + DeserializeOwned + Send + Sync + 'static {
     /// The name of the model, as scenes write it.
     const MODEL: &'static str;
 
+    /// The highest order of input derivatives that [`Drive::advance`] takes into account.
+    const INPUT_DERIVATIVES: usize = 0;
+
     /// A drive at time zero. Refuses what no parameter value could mend.
     fn new(scene: Self::Scene) -> Result<Self, Fault>;
 
@@ -172,29 +173,12 @@ pub trait Drive: Clone + Serialize + DeserializeOwned + Send + Sync + 'static {
     /// After a fault the drive is used no more until it is reset or an earlier state is restored.
     fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault>;
 
-    /// Goes on from the communication point `time` to `end` [s], with inputs as they were set, where that takes but a few
-    /// instructions and no event happens, and shows what came out. Otherwise false: [`Drive::advance`] is called instead and
-    /// is not disturbed by what was tried.
-    fn glide(&mut self, _time: f64, _end: f64, _board: &mut Board) -> bool {
-        false
-    }
-
-    /// Shows the outputs that take but a few operations, the same ones after each step, where all of them are finite.
-    fn show(&self, _board: &mut Board) {}
-
-    /// The inputs with the value references 0, 1 and 2, where [`limits::INPUTS`] are their ranges and setting them is nothing
-    /// but writing them here. [`Drive::apply`] or [`Drive::glide`] follows.
-    fn inputs(&mut self) -> Option<&mut [f64; 3]> {
-        None
-    }
+    /// Computes what the variables tell of the communication point, each value in the place that its declaration names
+    /// ([`Variable::at`]).
+    fn evaluate(&self, values: &mut [f64]);
 
     /// Sets the time derivative of order ≥ 1 of the input `reference`, valid for the next step.
     fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64);
-
-    /// The highest order of input derivative that [`Drive::advance`] takes into account.
-    fn input_derivative_order(&self) -> usize {
-        0
-    }
 
     /// The relative tolerance that the importer asked for at set-up, 0 for none; never makes the result worse than
     /// the documented default.

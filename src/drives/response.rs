@@ -262,15 +262,6 @@ impl Response {
         Some(self.closed_form.at(run, &self.oscillator, &self.motion, time))
     }
 
-    /// The same, where that takes but a few instructions.
-    #[inline(always)]
-    pub fn glide(&mut self, time: f64) -> Option<Instant> {
-        let Course::Closed(run) = &mut self.course else { return None };
-        let now = self.closed_form.glide(run, &self.oscillator, time)?;
-        self.evaluations += 1;
-        Some(now)
-    }
-
     /// q, q̇ at `time` [s], which must not lie before the piece that an earlier call has reached.
     pub fn at(&mut self, law: &MotionLaw, time: f64) -> Result<[f64; 2], Fault> {
         self.reach(law, time, &mut Work::default())

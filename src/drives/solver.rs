@@ -127,8 +127,8 @@ pub trait HasSolver: Sized {
     }
 
     /// Declares `solver.tolerance`, `solver.method` and `solver.step_size`, each where it changes anything, and the
-    /// statistics.
-    fn declare_solver(&self, list: &mut List<Self>) {
+    /// statistics, which are computed values from this place on.
+    fn declare_solver(&self, list: &mut List<Self>, place: usize) {
         if self.has_tolerance() {
             list.parameter(
                 "solver.tolerance",
@@ -154,14 +154,19 @@ pub trait HasSolver: Sized {
                 |d, _, value| d.solver_mut().settings.step_size = value,
             );
         }
-        let number = || variable::real(&unit::NUMBER);
-        list.local("solver.steps", "Internal steps since the start", number(), |d, _| d.steps());
-        list.local("solver.evaluations", "Evaluations of the equations since the start", number(), |d, _| {
-            d.evaluations()
-        });
+        let texts = [
+            ("steps", "Internal steps since the start"),
+            ("evaluations", "Evaluations of the equations since the start"),
+            ("error_estimate", "Estimated relative error of the state"),
+        ];
+        for (i, (name, text)) in texts.into_iter().enumerate() {
+            list.local(&format!("solver.{name}"), text, variable::real(&unit::NUMBER)).at(place + i);
+        }
+    }
+
+    /// What [`HasSolver::declare_solver`] declares, in the order of its places.
+    fn statistics(&self) -> [f64; 3] {
         // `min` takes what is no number for 1: then all digits are lost.
-        list.local("solver.error_estimate", "Estimated relative error of the state", number(), |d, _| {
-            d.error_estimate().min(1.0)
-        });
+        [self.steps(), self.evaluations(), self.error_estimate().min(1.0)]
     }
 }

@@ -2,7 +2,7 @@
 //! documentation and the access all come from that declaration.
 
 use super::number::{Number, Range};
-use super::{Fault, Seed, unit::Quantity};
+use super::{Drive, Fault, Seed, unit::Quantity};
 use crate::numerics::taylor::Series;
 
 /// Causality after FMI 2.0, section 2.2.7.
@@ -65,6 +65,30 @@ pub struct Enumeration {
     pub name: &'static str,
     /// Name and description of each item.
     pub items: &'static [(&'static str, &'static str)],
+}
+
+/// The types by which importers access variables.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Type {
+    /// fmi2Real.
+    Real,
+    /// fmi2Integer, also for Enumerations.
+    Integer,
+    /// fmi2Boolean.
+    Boolean,
+    /// fmi2String; no variable has this type.
+    String,
+}
+
+impl Kind {
+    /// The type by which a variable of this kind is accessed.
+    pub fn r#type(&self) -> Type {
+        match self {
+            Kind::Real { .. } => Type::Real,
+            Kind::Integer { .. } | Kind::Enumeration(_) => Type::Integer,
+            Kind::Boolean => Type::Boolean,
+        }
+    }
 }
 
 /// What an importer reads of a variable.
@@ -134,14 +158,26 @@ impl Description {
 pub struct Variable<D> {
     /// What importers read.
     pub description: Description,
-    /// Which element of an array, or whatever the access functions need to know.
+    /// The place of a computed value; else which element of an array, or whatever the access functions need to know.
     pub index: usize,
-    /// Reads the value.
-    pub get: fn(&D, usize) -> f64,
-    /// Writes the value; only for parameters and inputs. The value is finite and within its range.
-    pub set: Option<fn(&mut D, usize, f64)>,
-    /// The Taylor series of a continuous output.
-    pub series: Option<fn(&D, Seed, usize) -> Series>,
+    /// How the value is had.
+    pub access: Access<D>,
+}
+
+/// How the value of a variable is had.
+pub enum Access<D> {
+    /// A parameter or an input.
+    Set {
+        /// Reads the value.
+        get: fn(&D, usize) -> f64,
+        /// Writes the value, which is finite and within its range.
+        set: fn(&mut D, usize, f64),
+    },
+    /// [`Drive::evaluate`] puts the value in its place.
+    Computed {
+        /// The Taylor series of a continuous output.
+        series: Option<fn(&D, Seed, usize) -> Series>,
+    },
 }
 
 /// The variables of a drive, built in the order of their value references.
@@ -185,9 +221,7 @@ impl<D> List<D> {
                 initial_dependencies: Vec::new(),
             },
             index: 0,
-            get: |_, _| 0.0,
-            set: None,
-            series: None,
+            access: Access::Computed { series: None },
         });
         self.0.last_mut().expect("just pushed")
     }
@@ -202,7 +236,7 @@ impl<D> List<D> {
         set: fn(&mut D, usize, f64),
     ) -> &mut Variable<D> {
         let v = self.push(name, text, kind, Causality::Parameter, Variability::Fixed);
-        (v.get, v.set) = (get, Some(set));
+        v.access = Access::Set { get, set };
         v
     }
 
@@ -216,42 +250,37 @@ impl<D> List<D> {
         set: fn(&mut D, usize, f64),
     ) -> &mut Variable<D> {
         let v = self.push(name, text, kind, Causality::Input, Variability::Continuous);
-        (v.get, v.set) = (get, Some(set));
+        v.access = Access::Set { get, set };
         v
     }
 
-    /// A continuous output with its Taylor series.
+    /// A continuous output with its Taylor series; [`Variable::at`] tells its place.
     pub fn output(
         &mut self,
         name: &str,
         text: &str,
         kind: Kind,
-        get: fn(&D, usize) -> f64,
         series: fn(&D, Seed, usize) -> Series,
     ) -> &mut Variable<D> {
         let v = self.push(name, text, kind, Causality::Output, Variability::Continuous);
-        (v.get, v.series) = (get, Some(series));
+        v.access = Access::Computed { series: Some(series) };
         v
     }
 
     /// A discrete output: a count, a mode, a sum over events or a mean over the last step.
-    pub fn discrete_output(
-        &mut self,
-        name: &str,
-        text: &str,
-        kind: Kind,
-        get: fn(&D, usize) -> f64,
-    ) -> &mut Variable<D> {
-        let v = self.push(name, text, kind, Causality::Output, Variability::Discrete);
-        v.get = get;
-        v
+    pub fn discrete_output(&mut self, name: &str, text: &str, kind: Kind) -> &mut Variable<D> {
+        self.push(name, text, kind, Causality::Output, Variability::Discrete)
     }
 
     /// A discrete local variable, such as a solver statistic.
-    pub fn local(&mut self, name: &str, text: &str, kind: Kind, get: fn(&D, usize) -> f64) -> &mut Variable<D> {
-        let v = self.push(name, text, kind, Causality::Local, Variability::Discrete);
-        v.get = get;
-        v
+    pub fn local(&mut self, name: &str, text: &str, kind: Kind) -> &mut Variable<D> {
+        self.push(name, text, kind, Causality::Local, Variability::Discrete)
+    }
+
+    /// As many places as the computed values of the drive need.
+    pub fn places(&self) -> Box<[f64]> {
+        let computed = self.0.iter().filter(|v| matches!(v.access, Access::Computed { .. }));
+        vec![0.0; computed.map(|v| v.index + 1).max().unwrap_or(0)].into()
     }
 
     /// The value reference of the variable with this name.
@@ -260,8 +289,37 @@ impl<D> List<D> {
     }
 }
 
+impl<D: Drive> Variable<D> {
+    /// The Taylor series of a continuous output.
+    pub fn series(&self) -> Option<fn(&D, Seed, usize) -> Series> {
+        match self.access {
+            Access::Computed { series } => series,
+            Access::Set { .. } => None,
+        }
+    }
+
+    /// Sets a parameter or an input.
+    pub fn set(&self, drive: &mut D, value: f64) {
+        if let Access::Set { set, .. } = self.access {
+            set(drive, self.index, value);
+        }
+    }
+
+    /// The value in `drive`, apart from all others.
+    pub fn value(&self, drive: &D) -> f64 {
+        match self.access {
+            Access::Set { get, .. } => get(drive, self.index),
+            Access::Computed { .. } => {
+                let mut values = drive.variables().places();
+                drive.evaluate(&mut values);
+                values[self.index]
+            }
+        }
+    }
+}
+
 impl<D> Variable<D> {
-    /// Passes this index to the access functions.
+    /// Passes this index to the access functions, or is the place of the computed value.
     pub fn at(&mut self, index: usize) -> &mut Self {
         self.index = index;
         self
@@ -295,7 +353,7 @@ impl<D> Variable<D> {
 
     /// The partial derivatives of a discrete variable that jumps of the inputs move.
     pub fn slopes(&mut self, series: fn(&D, Seed, usize) -> Series) -> &mut Self {
-        self.series = Some(series);
+        self.access = Access::Computed { series: Some(series) };
         self
     }
 

@@ -12,11 +12,12 @@
 
 use super::abi::*;
 use super::call_sequence::{self as table, Function};
-use super::instance::{Instance, Refusal, Type};
+use super::instance::{Instance, Refusal};
 use super::log::{Category, Logger, Sink};
 use super::saved_state::{ALIVE, SavedState};
 use super::{plans, resource_location};
-use crate::drives::{Fault, Set};
+use crate::drives::Fault;
+use crate::drives::variable::Type;
 use std::ffi::{CStr, CString, c_char, c_void};
 use std::mem::MaybeUninit;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -343,8 +344,13 @@ unsafe fn get<T>(
 ) -> Outcome {
     // SAFETY: passed on to the caller.
     let (references, values) = unsafe { (array(vr, count, "vr")?, array_mut(value, count, "value")?) };
-    for (reference, value) in references.iter().zip(values) {
-        value.write(from(instance.get(*reference, r#type)?));
+    let mut read = [0.0; 16];
+    for (references, values) in references.chunks(read.len()).zip(values.chunks_mut(read.len())) {
+        let read = &mut read[..references.len()];
+        instance.get(r#type, references, read)?;
+        for (value, read) in values.iter_mut().zip(read) {
+            value.write(from(*read));
+        }
     }
     Ok(())
 }
@@ -368,53 +374,6 @@ unsafe fn set<T: Copy>(
 /// Reads Reals.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetReal(
-    c: fmi2Component,
-    vr: *const fmi2ValueReference,
-    nvr: usize,
-    value: *mut fmi2Real,
-) -> fmi2Status {
-    // One Real is what most importers read, after each step; all else takes the long way.
-    let instance = c.cast::<Instance>();
-    // Where the answer is wrong, the long way does no harm.
-    let there = are_there([c.addr(), vr.addr(), value.addr()]);
-    if nvr == 1 && there && instance.is_aligned() {
-        // SAFETY: none is NULL, the instance is aligned, the elements may lie anywhere; the importer passes a live
-        // instance and arrays of one element.
-        let x = unsafe { (*instance).read(vr.read_unaligned()) };
-        // What is shown is finite.
-        if !x.is_nan() {
-            // SAFETY: as above.
-            unsafe { value.write_unaligned(x) };
-            return OK;
-        }
-        return get_real(c, vr, value);
-    }
-    get_reals(c, vr, nvr, value)
-}
-
-/// Reads a Real that the last step has not shown.
-#[inline(never)]
-extern "C" fn get_real(c: fmi2Component, vr: *const fmi2ValueReference, value: *mut fmi2Real) -> fmi2Status {
-    let instance = c.cast::<Instance>();
-    // SAFETY: checked by `fmi2GetReal`, the only caller.
-    let x = unsafe { (*instance).peek(vr.read_unaligned()) };
-    if x.abs() <= f64::MAX {
-        // SAFETY: as above.
-        unsafe { value.write_unaligned(x) };
-        return OK;
-    }
-    get_real_with_care(c, vr, value)
-}
-
-/// Reads a Real that takes more than reading, or tells why not.
-#[cold]
-fn get_real_with_care(c: fmi2Component, vr: *const fmi2ValueReference, value: *mut fmi2Real) -> fmi2Status {
-    get_reals(c, vr, 1, value)
-}
-
-/// Reads any number of Reals, or tells why not.
-#[inline(never)]
-extern "C" fn get_reals(
     c: fmi2Component,
     vr: *const fmi2ValueReference,
     nvr: usize,
@@ -460,16 +419,6 @@ pub unsafe extern "C" fn fmi2GetString(
     enter(c, &table::GET_STRING, |i| unsafe { get(i, Type::String, (vr, nvr), value, |_| c"".as_ptr()) })
 }
 
-/// More inputs no drive has.
-const MOST_INPUTS: usize = 64;
-
-/// Whether none of the addresses is 0: where taking 1 off leaves the highest bit of each alone. (Where one has that bit, the
-/// answer is no.)
-#[inline(always)]
-fn are_there<const N: usize>(addresses: [usize; N]) -> bool {
-    0 <= addresses.into_iter().fold(0, |all, address| all | address.wrapping_sub(1)) as isize
-}
-
 /// Sets Reals.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SetReal(
@@ -478,29 +427,6 @@ pub unsafe extern "C" fn fmi2SetReal(
     nvr: usize,
     value: *const fmi2Real,
 ) -> fmi2Status {
-    // Inputs are what most importers set, before each step; all else takes the long way.
-    let instance = c.cast::<Instance>();
-    // Multiples of 8, and those of 4 doubled.
-    let aligned = (c.addr() | vr.addr().wrapping_mul(2) | value.addr()) % 8 == 0;
-    if nvr <= MOST_INPUTS && are_there([c.addr(), vr.addr(), value.addr()]) && aligned {
-        // SAFETY: none is NULL, all are aligned, the arrays are short; the importer passes arrays of this length.
-        let (references, values) =
-            unsafe { (std::slice::from_raw_parts(vr, nvr), std::slice::from_raw_parts(value, nvr)) };
-        let set = Set { references, values };
-        // SAFETY: the importer passes a live instance, which it uses from one thread at a time.
-        return if unsafe { (*instance).put(&set) } { OK } else { set_with_care(c, &set) };
-    }
-    set_reals(c, vr, nvr, value)
-}
-
-/// Sets Reals that take more than setting, or tells why not. It takes them as they lie, so that they are not kept at hand for it.
-#[inline(never)]
-extern "C" fn set_with_care(c: fmi2Component, set: &Set) -> fmi2Status {
-    set_reals(c, set.references.as_ptr(), set.references.len(), set.values.as_ptr())
-}
-
-/// Sets any Reals, or tells why not.
-fn set_reals(c: fmi2Component, vr: *const fmi2ValueReference, nvr: usize, value: *const fmi2Real) -> fmi2Status {
     // SAFETY: arrays of the importer.
     enter(c, &table::SET_REAL, |i| unsafe { set(i, Type::Real, (vr, nvr), value, |v| v) })
 }
@@ -725,13 +651,7 @@ pub unsafe extern "C" fn fmi2DoStep(
     communicationStepSize: fmi2Real,
     _noSetFMUStatePriorToCurrentPoint: fmi2Boolean,
 ) -> fmi2Status {
-    let instance = c.cast::<Instance>();
-    // With the bits that an aligned address does not have in front, one comparison finds both NULL and another alignment.
-    if c.addr().rotate_right(3).wrapping_sub(1) >> 60 != 0 {
-        return ERROR;
-    }
-    // SAFETY: as in `enter`.
-    unsafe { (*instance).do_step(currentCommunicationPoint, communicationStepSize) }
+    enter(c, &table::DO_STEP, |i| i.do_step(currentCommunicationPoint, communicationStepSize))
 }
 
 /// Steps are synchronous: there is never one to cancel.

@@ -1,10 +1,11 @@
 //! An instance of the FMU: the drive, its place in the call sequence and its log.
 
 use super::abi::{self, fmi2Status};
-use super::call_sequence::{DO_STEP, Function, Mode};
+use super::call_sequence::{Function, Mode};
 use super::log::{Category, Logger};
 use super::saved_state::{self, Clock, SavedState};
-use crate::drives::{Board, DynDrive, Fault, Number, Set, event, variable::Kind};
+use crate::drives::variable::Type;
+use crate::drives::{DynDrive, Fault, Number, event};
 use std::any::Any;
 use std::ffi::CStr;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -24,36 +25,6 @@ impl From<Fault> for Refusal {
     }
 }
 
-/// The types of the standard's access functions.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Type {
-    /// fmi2Real.
-    Real,
-    /// fmi2Integer, also for Enumerations.
-    Integer,
-    /// fmi2Boolean.
-    Boolean,
-    /// fmi2String; no variable has this type.
-    String,
-}
-
-impl Type {
-    /// The type by which a variable of this kind is accessed.
-    fn of(kind: &Kind) -> Self {
-        match kind {
-            Kind::Real { .. } => Type::Real,
-            Kind::Integer { .. } | Kind::Enumeration(_) => Type::Integer,
-            Kind::Boolean => Type::Boolean,
-        }
-    }
-}
-
-/// A step needs an instance at a communication point and nothing else, which makes for one comparison.
-const _: () = {
-    let [instantiated, initialization, step_complete, terminated, error] = DO_STEP.allowed;
-    assert!(step_complete && !(instantiated || initialization || terminated || error));
-};
-
 /// How far the communication point of a step may be from where the last step ended, and the end of a step beyond
 /// the stop time, relative to the times themselves: importers add up their steps in double precision.
 const TIME_TOLERANCE: f64 = 1e-9;
@@ -61,8 +32,6 @@ const TIME_TOLERANCE: f64 = 1e-9;
 /// An instance.
 pub struct Instance {
     drive: Box<dyn DynDrive>,
-    /// What the last step has shown, as long as no other call than a step was made.
-    board: Board,
     fingerprint: u64,
     clock: Clock,
     logger: Logger,
@@ -80,8 +49,7 @@ type Panic = Box<dyn Any + Send>;
 impl Instance {
     /// An instance of the FMU with this guid.
     pub fn new(drive: Box<dyn DynDrive>, guid: &str, logger: Logger) -> Self {
-        let (board, fingerprint) = (drive.board(), saved_state::fingerprint(guid));
-        let mut instance = Instance { drive, board, fingerprint, clock: BEGINNING, logger };
+        let mut instance = Instance { drive, fingerprint: saved_state::fingerprint(guid), clock: BEGINNING, logger };
         instance.listen();
         instance
     }
@@ -102,7 +70,6 @@ impl Instance {
         if !function.is_allowed_in(self.clock.mode) {
             return self.out_of_sequence(function);
         }
-        self.board.clear();
         match catch_unwind(AssertUnwindSafe(|| body(self))) {
             Ok(Ok(())) => abi::OK,
             outcome => self.report(function, outcome),
@@ -196,75 +163,16 @@ impl Instance {
         Ok(())
     }
 
-    /// fmi2DoStep. It is called most of all, so a step as it should be passes few instructions; whatever else may
-    /// happen is elsewhere, and [`Instance::call`] is spared.
-    #[inline]
-    pub fn do_step(&mut self, point: f64, step: f64) -> fmi2Status {
-        if self.clock.mode != Mode::StepComplete {
-            return self.out_of_sequence(&DO_STEP);
+    /// fmi2DoStep.
+    pub fn do_step(&mut self, point: f64, step: f64) -> Result<(), Refusal> {
+        self.check_step(point, step)?;
+        let outcome = self.drive.advance(point, step);
+        self.log_events();
+        match outcome {
+            Ok(()) => self.clock.time = point + step,
+            Err(_) => self.clock.mode = Mode::Error,
         }
-        if !self.is_due(point, step) {
-            return self.take_if_admissible(point, step);
-        }
-        self.clock.time = point + step;
-        if self.drive.glide(point, self.clock.time, &mut self.board) {
-            return abi::OK;
-        }
-        self.take(point, step)
-    }
-
-    /// A step.
-    #[inline(never)]
-    fn take(&mut self, point: f64, step: f64) -> fmi2Status {
-        // Nothing is done yet.
-        self.clock.time = point;
-        self.board.clear();
-        let advance = || {
-            let events = self.drive.advance(point, step)?;
-            self.drive.show(&mut self.board);
-            Ok(events)
-        };
-        match catch_unwind(AssertUnwindSafe(advance)) {
-            Ok(Ok(events)) => {
-                self.clock.time = point + step;
-                if events == 0 || !self.is_listening() { abi::OK } else { self.tell_events() }
-            }
-            Ok(Err(fault)) => self.step_failed(fault),
-            Err(panic) => self.report(&DO_STEP, Err(panic)),
-        }
-    }
-
-    /// Logs the events of a step that went well.
-    #[cold]
-    fn tell_events(&mut self) -> fmi2Status {
-        self.call(&DO_STEP, |instance| {
-            instance.log_events();
-            Ok(())
-        })
-    }
-
-    #[cold]
-    fn step_failed(&mut self, fault: Box<Fault>) -> fmi2Status {
-        self.call(&DO_STEP, |instance| {
-            instance.log_events();
-            instance.clock.mode = Mode::Error;
-            Err(Refusal::Error(*fault))
-        })
-    }
-
-    /// Whether a step is beyond doubt: [`Instance::check_step`] would pass it as well, and looks closer at others.
-    fn is_due(&self, point: f64, step: f64) -> bool {
-        // Neither NaN nor infinity passes, nor does a step that is not positive.
-        (point - self.clock.time).abs() < TIME_TOLERANCE * step && point + step <= self.clock.stop
-    }
-
-    /// A step that needs a closer look.
-    #[cold]
-    fn take_if_admissible(&mut self, point: f64, step: f64) -> fmi2Status {
-        match self.check_step(point, step) {
-            Ok(()) => self.take(point, step),
-            Err(fault) => self.report(&DO_STEP, Ok(Err(fault.into()))),
-        }
+        Ok(outcome?)
     }
 
     fn check_step(&self, point: f64, step: f64) -> Result<(), Fault> {
@@ -307,54 +215,15 @@ impl Instance {
         events.clear();
     }
 
-    /// The variable with this reference and type.
-    fn variable(&self, reference: u32, r#type: Type) -> Result<usize, Fault> {
-        let index = reference as usize;
-        let Some(description) = self.drive.description(index) else {
-            let last = self.drive.descriptions().len() as i64 - 1;
-            return Err(Fault(format!("the value reference {reference} does not exist; they end at {last}")));
-        };
-        let own = Type::of(&description.kind);
-        if own == r#type {
-            return Ok(index);
-        }
-        let name = &description.name;
-        Err(Fault(format!("`{name}` (value reference {reference}) has the type {own:?}, not {type:?}")))
-    }
-
-    /// Reads what the last step has shown; NaN where it has not. Nothing here can panic.
-    #[inline(always)]
-    pub fn read(&self, reference: u32) -> f64 {
-        self.board.read(reference)
-    }
-
-    /// Reads a Real without further ado; NaN where that takes more than reading, see [`Instance::get`].
-    ///
-    /// It is not looked up in the call sequence: before initialisation, where nothing may be read, start values are yet
-    /// to be taken up, and [`DynDrive::peek`] knows of none.
-    #[inline]
-    pub fn peek(&self, reference: u32) -> f64 {
-        catch_unwind(AssertUnwindSafe(|| self.drive.peek(reference))).unwrap_or_else(lost)
-    }
-
-    /// Reads a variable.
-    pub fn get(&mut self, reference: u32, r#type: Type) -> Result<f64, Fault> {
-        let index = self.variable(reference, r#type)?;
-        self.drive.get(index)
-    }
-
-    /// Sets inputs between two steps without further ado; false, and nothing is set, where that takes more, see
-    /// [`Instance::set`].
-    #[inline]
-    pub fn put(&mut self, set: &Set) -> bool {
-        self.board.clear();
-        self.clock.mode == Mode::StepComplete && self.drive.put(set)
+    /// Reads variables of one type.
+    pub fn get(&mut self, r#type: Type, references: &[u32], values: &mut [f64]) -> Result<(), Fault> {
+        self.drive.read(r#type, references, values)
     }
 
     /// Sets variables: all of them, or, where one is refused, none.
     pub fn set(&mut self, r#type: Type, values: impl Iterator<Item = (u32, f64)> + Clone) -> Result<(), Refusal> {
         for (reference, value) in values.clone() {
-            let index = self.variable(reference, r#type)?;
+            let index = self.drive.variable(reference, r#type)?;
             self.drive.check(index, value)?;
         }
         for (reference, value) in values {
@@ -369,7 +238,7 @@ impl Instance {
         values: impl Iterator<Item = (u32, i32, f64)> + Clone,
     ) -> Result<(), Refusal> {
         for (reference, order, value) in values.clone() {
-            let index = self.variable(reference, Type::Real)?;
+            let index = self.drive.variable(reference, Type::Real)?;
             self.drive.check_input_derivative(index, order_of(order)?, value)?;
         }
         for (reference, order, value) in values {
@@ -380,13 +249,13 @@ impl Instance {
 
     /// One value of fmi2GetRealOutputDerivatives.
     pub fn output_derivative(&mut self, reference: u32, order: i32) -> Result<f64, Fault> {
-        let index = self.variable(reference, Type::Real)?;
+        let index = self.drive.variable(reference, Type::Real)?;
         self.drive.output_derivative(index, order_of(order)?)
     }
 
     /// ∂unknown/∂known.
     pub fn directional_derivative(&mut self, unknown: u32, known: u32) -> Result<f64, Fault> {
-        let (unknown, known) = (self.variable(unknown, Type::Real)?, self.variable(known, Type::Real)?);
+        let (unknown, known) = (self.drive.variable(unknown, Type::Real)?, self.drive.variable(known, Type::Real)?);
         self.drive.directional_derivative(unknown, known)
     }
 
@@ -423,13 +292,6 @@ impl Instance {
     pub fn deserialize(&self, bytes: &[u8]) -> Result<SavedState, Fault> {
         saved_state::from_bytes(bytes, self.fingerprint, self.drive.as_ref())
     }
-}
-
-/// The value that a panic left.
-#[cold]
-#[inline(never)]
-fn lost(_: Panic) -> f64 {
-    f64::NAN
 }
 
 fn order_of(order: i32) -> Result<usize, Fault> {

@@ -50,7 +50,7 @@ pub fn fingerprint(guid: &str) -> u64 {
 
 const MAGIC: &[u8; 8] = b"camdrive";
 /// To be raised when the encoding of any drive's state changes without a change of its guid.
-const VERSION: u32 = 4;
+const VERSION: u32 = 5;
 const HEADER: usize = 8 + 4 + 8 + 8;
 const CHECKSUM: usize = 4;
 

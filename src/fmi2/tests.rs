@@ -2,9 +2,9 @@
 
 use super::abi;
 use super::call_sequence::{self as table, Mode};
-use super::instance::{Instance, Refusal, Type};
+use super::instance::{Instance, Refusal};
 use super::log::Logger;
-use crate::drives::variable::{Kind, real, real_within};
+use crate::drives::variable::{Kind, Type, real, real_within};
 use crate::drives::{Drive, Event, EventLog, Experiment, Fault, List, Model, Seed, Text, unit};
 use crate::numerics::taylor::Series;
 use serde::{Deserialize, Serialize};
@@ -42,6 +42,7 @@ const MANY_EVENTS: f64 = 5.0;
 impl Drive for Integrator {
     type Scene = f64;
     const MODEL: &'static str = "Integrator";
+    const INPUT_DERIVATIVES: usize = 1;
 
     fn new(g: f64) -> Result<Self, Fault> {
         let events = EventLog::default();
@@ -57,18 +58,12 @@ impl Drive for Integrator {
         let trouble = Kind::Integer { min: 0, max: 5 };
         list.parameter("trouble", "What goes wrong", trouble, |d, _| d.trouble, |d, _, v| d.trouble = v).tunable();
         list.parameter("on", "Switch", Kind::Boolean, |d, _| d.on, |d, _, v| d.on = v).tunable();
-        list.output(
-            "x",
-            "Position",
-            real(&unit::LENGTH),
-            |d, _| d.x,
-            |d, seed, _| match seed {
-                Seed::Time => Series::from_derivatives(d.x, d.g * d.u, d.g * d.u_dot),
-                Seed::Known(known) => Series([d.x, if known == X as usize { 1.0 } else { 0.0 }, 0.0]),
-            },
-        )
+        list.output("x", "Position", real(&unit::LENGTH), |d, seed, _| match seed {
+            Seed::Time => Series::from_derivatives(d.x, d.g * d.u, d.g * d.u_dot),
+            Seed::Known(known) => Series([d.x, if known == X as usize { 1.0 } else { 0.0 }, 0.0]),
+        })
         .state();
-        list.local("tolerance", "Requested", real(&unit::NUMBER), |d, _| d.tolerance);
+        list.local("tolerance", "Requested", real(&unit::NUMBER)).at(1);
         list
     }
 
@@ -106,12 +101,12 @@ impl Drive for Integrator {
         Ok(())
     }
 
-    fn set_input_derivative(&mut self, _: usize, _: usize, value: f64) {
-        self.u_dot = value;
+    fn evaluate(&self, values: &mut [f64]) {
+        values.copy_from_slice(&[self.x, self.tolerance]);
     }
 
-    fn input_derivative_order(&self) -> usize {
-        1
+    fn set_input_derivative(&mut self, _: usize, _: usize, value: f64) {
+        self.u_dot = value;
     }
 
     fn request_tolerance(&mut self, tolerance: f64) {
@@ -170,13 +165,8 @@ impl Bench {
         function: &table::Function,
         body: impl FnOnce(&mut Instance) -> Result<(), Refusal>,
     ) -> String {
-        self.error(|i| i.call(function, body))
-    }
-
-    /// Likewise of any call.
-    fn error(&mut self, call: impl FnOnce(&mut Instance) -> abi::fmi2Status) -> String {
         self.log.lock().unwrap().clear();
-        assert_eq!(call(&mut self.instance), abi::ERROR);
+        assert_eq!(self.instance.call(function, body), abi::ERROR);
         let mut log = self.log.lock().unwrap();
         assert_eq!(log.len(), 1, "{log:?}");
         let (status, category, text) = log.remove(0);
@@ -193,20 +183,17 @@ impl Bench {
     }
 
     fn get(&mut self, reference: u32) -> f64 {
-        let mut value = f64::NAN;
-        self.ok(&table::GET_REAL, |i| {
-            value = i.get(reference, Type::Real)?;
-            Ok(())
-        });
-        value
+        let mut value = [f64::NAN];
+        self.ok(&table::GET_REAL, |i| Ok(i.get(Type::Real, &[reference], &mut value)?));
+        value[0]
     }
 
     fn step(&mut self, point: f64, step: f64) {
-        assert_eq!(self.instance.do_step(point, step), abi::OK, "{:?}", self.log.lock().unwrap());
+        self.ok(&table::DO_STEP, |i| i.do_step(point, step));
     }
 
     fn step_refused(&mut self, point: f64, step: f64) -> String {
-        self.error(|i| i.do_step(point, step))
+        self.refused(&table::DO_STEP, |i| i.do_step(point, step))
     }
 }
 

@@ -54,7 +54,7 @@ impl Run {
 
     pub fn to(&mut self, time: f64) -> Result<(), Fault> {
         if time > self.time {
-            self.drive.advance(self.time, time - self.time).map_err(|fault| *fault)?;
+            self.drive.advance(self.time, time - self.time)?;
             // The drive arrives at the rounded sum.
             self.time += time - self.time;
         }

@@ -39,36 +39,25 @@ impl Drive for Lag {
         list.parameter("T", "Time constant", t, |d, _| d.t, |d, _, value| d.t = value).tunable().nominal(0.5);
         list.parameter("on", "Switch", Kind::Boolean, |d, _| d.on, |d, _, value| d.on = value);
         list.parameter("colour", "Paint", Kind::Enumeration(&COLOUR), |d, _| d.colour, |d, _, value| d.colour = value);
-        list.output(
-            "x",
-            "Position",
-            real(&unit::ANGLE),
-            |d, _| d.x,
-            |d, seed, _| match seed {
-                Seed::Time => Series::from_derivatives(d.x, d.rate(), -d.rate() / d.t),
-                Seed::Known(4) => Series([d.x, 1.0, 0.0]),
-                Seed::Known(_) => Series::from(d.x),
-            },
-        )
+        list.output("x", "Position", real(&unit::ANGLE), |d, seed, _| match seed {
+            Seed::Time => Series::from_derivatives(d.x, d.rate(), -d.rate() / d.t),
+            Seed::Known(4) => Series([d.x, 1.0, 0.0]),
+            Seed::Known(_) => Series::from(d.x),
+        })
         .state()
         .depends(&["x"]);
-        list.output(
-            "der(x)",
-            "Velocity",
-            real(&unit::ANGULAR_VELOCITY),
-            |d, _| d.rate(),
-            |d, seed, _| match seed {
-                Seed::Time => Series::from_derivatives(d.rate(), -d.rate() / d.t, d.rate() / (d.t * d.t)),
-                Seed::Known(0) => Series([d.rate(), 1.0 / d.t, 0.0]),
-                Seed::Known(4) => Series([d.rate(), -1.0 / d.t, 0.0]),
-                Seed::Known(_) => Series::from(d.rate()),
-            },
-        )
+        list.output("der(x)", "Velocity", real(&unit::ANGULAR_VELOCITY), |d, seed, _| match seed {
+            Seed::Time => Series::from_derivatives(d.rate(), -d.rate() / d.t, d.rate() / (d.t * d.t)),
+            Seed::Known(0) => Series([d.rate(), 1.0 / d.t, 0.0]),
+            Seed::Known(4) => Series([d.rate(), -1.0 / d.t, 0.0]),
+            Seed::Known(_) => Series::from(d.rate()),
+        })
+        .at(1)
         .derivative_of("x")
         .depends(&["x", "u"])
         .depends_initially(&[&["u", "T"]]);
-        list.discrete_output("count", "Steps", Kind::Integer { min: 0, max: i32::MAX }, |_, _| 0.0);
-        list.local("solver.steps", "Steps", real(&unit::NUMBER), |_, _| 0.0);
+        list.discrete_output("count", "Steps", Kind::Integer { min: 0, max: i32::MAX }).at(2);
+        list.local("solver.steps", "Steps", real(&unit::NUMBER)).at(3);
         list
     }
 
@@ -99,6 +88,10 @@ impl Drive for Lag {
     fn advance(&mut self, _: f64, step: f64) -> Result<(), Fault> {
         self.x = self.u + (self.x - self.u) * (-step / self.t).exp();
         Ok(())
+    }
+
+    fn evaluate(&self, values: &mut [f64]) {
+        values.copy_from_slice(&[self.x, self.rate(), 0.0, 0.0]);
     }
 
     fn set_input_derivative(&mut self, _: usize, _: usize, _: f64) {}

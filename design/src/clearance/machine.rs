@@ -125,7 +125,7 @@ impl Machine {
             let advanced = self.drive.advance(self.time, time - self.time);
             // A step that failed had used up the work of a call.
             self.work += if advanced.is_err() { MOST_STEPS } else { self.drive.get(self.at.steps)? - before };
-            advanced.map_err(|fault| *fault)?;
+            advanced?;
             self.time = time;
         }
         let events = self.drive.events().iter().copied().collect();

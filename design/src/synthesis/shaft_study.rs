@@ -125,12 +125,13 @@ fn peak(shaft: &Shaft, law: &Fourier, w: f64) -> f64 {
 /// max |M| over the next turn of the drive itself [N·m].
 pub fn largest_torque(drive: &mut ElasticShaft, w: f64) -> Result<f64, Fault> {
     let variables = drive.variables();
-    let tau = variables.reference("tau").map(|reference| &variables.0[reference]);
+    let tau = variables.reference("tau").map(|reference| variables.0[reference].index);
     let tau = tau.ok_or_else(|| Fault::new("the drive has no torque"))?;
     let step = TAU / w / INSTANTS as f64;
-    let mut largest = 0.0_f64;
+    let (mut largest, mut values) = (0.0_f64, variables.places());
     for i in 0..INSTANTS {
-        largest = largest.max((tau.get)(drive, tau.index).abs());
+        drive.evaluate(&mut values);
+        largest = largest.max(values[tau].abs());
         drive.advance(i as f64 * step, step)?;
     }
     Ok(largest)

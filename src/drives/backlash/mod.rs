@@ -29,15 +29,14 @@ mod spread;
 mod features;
 mod jump;
 mod steady_state;
-mod stride;
 mod switching;
 mod variables;
 mod waves;
 
-use super::cam_drive::{AngleMotion, CamDrive, DriveMode, HasCamDrive, Start, StartMode};
+use super::cam_drive::{AngleMotion, CamDrive, DriveMode, HasCamDrive, MAX_INPUT_DERIVATIVE, Start, StartMode};
 use super::limits::no_state;
 use super::solver::{FINEST_TOLERANCE, HasSolver, Settings, Solver};
-use super::{Board, Curve, Drive, EventLog, Experiment, Fault, List, Rounded, Text};
+use super::{Curve, Drive, EventLog, Experiment, Fault, List, Rounded, Text};
 use crate::motion::MotionLaw;
 use crate::numerics::double_double::Double;
 use crate::numerics::work::Work;
@@ -47,7 +46,6 @@ use panel::{Point, Reading, Rules};
 use serde::{Deserialize, Serialize};
 use solver::{Run, Stretch, Sums, Tally};
 use std::sync::Arc;
-use stride::Step;
 
 /// A drive with backlash as a resolved scene describes it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -228,22 +226,13 @@ impl BacklashDrive {
     /// counted; whether it does.
     fn within_panel(&mut self, time: f64, end: f64, step: f64) -> bool {
         let Some(run) = self.run.as_deref_mut().filter(|_| !self.cam.is_input()) else { return false };
-        let read = Step { from: self.now.time, to: end, last: self.step };
-        let Some(reading) = run.within(&self.bodies, read) else { return false };
+        let Some(reading) = run.within(&self.bodies, end) else { return false };
         run.begin_here(time);
         (self.now.time, self.now.reading, self.step) = (end, reading, step);
         true
     }
 
-    /// The same where [`BacklashDrive::stride`] does not go on, with what is shown.
-    #[inline(never)]
-    fn glide_anew(&mut self, end: f64, board: &mut Board) -> bool {
-        let time = self.now.time;
-        self.within_panel(time, end, end - time) && variables::show(self, board)
-    }
-
     /// Advances over the ends of panels, or as inputs say.
-    #[inline(never)]
     fn go_on(&mut self, time: f64, step: f64) -> Result<(), Fault> {
         let horizon = self.horizon(step);
         let input = self.cam.is_input();
@@ -275,7 +264,7 @@ impl BacklashDrive {
             point = run.panel.whole_at(&self.bodies, run.theta(end));
             point.reading()
         } else {
-            run.reading(&self.bodies, Step { from: self.now.time, to: end, last: self.step })
+            run.reading(&self.bodies, end)
         };
         if !reading.is_finite() {
             return Err(Fault(format!("the motion leaves the range of numbers before t = {} s", Rounded(end))));
@@ -300,6 +289,7 @@ impl Drive for BacklashDrive {
     type Scene = Scene;
 
     const MODEL: &'static str = "BacklashDrive";
+    const INPUT_DERIVATIVES: usize = MAX_INPUT_DERIVATIVE;
 
     fn new(scene: Scene) -> Result<Self, Fault> {
         let Scene { m1, m2, c, b, s, e, cam, drive, start, solver } = scene;
@@ -395,28 +385,12 @@ impl Drive for BacklashDrive {
         if self.within_panel(time, time + step, step) { Ok(()) } else { self.go_on(time, step) }
     }
 
-    #[inline(always)]
-    fn glide(&mut self, _time: f64, end: f64, board: &mut Board) -> bool {
-        let time = self.now.time;
-        let Some(run) = self.run.as_deref_mut() else { return false };
-        let Some(reading) = run.stride(&self.bodies, [time, end]) else { return self.glide_anew(end, board) };
-        run.begin_here(time);
-        (self.now.time, self.now.reading, self.step) = (end, reading, end - time);
-        variables::show(self, board)
-    }
-
-    fn show(&self, board: &mut Board) {
-        if !variables::show(self, board) {
-            board.clear();
-        }
+    fn evaluate(&self, values: &mut [f64]) {
+        variables::evaluate(self, values);
     }
 
     fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64) {
         self.cam.set_input_derivative(reference, order, value);
-    }
-
-    fn input_derivative_order(&self) -> usize {
-        if self.cam.is_input() { super::cam_drive::MAX_INPUT_DERIVATIVE } else { 0 }
     }
 
     fn request_tolerance(&mut self, tolerance: f64) {

@@ -16,7 +16,6 @@
 use super::contact::{Bodies, Flank, Mode, State};
 use super::flank::FlankMotion;
 use super::slow::stiff_rate;
-use super::stride::{Step, Stride};
 use super::waves::Waves;
 use crate::drives::number::all_finite;
 use crate::motion::Kinematics;
@@ -389,23 +388,11 @@ impl Panel {
         Point { state, u: [place - state.home - state.zeta[0], speed - state.zeta[1], 0.0] }
     }
 
-    /// What is read at the end of a step that repeats itself, where `stride` goes on.
-    #[inline(always)]
-    pub fn stride(&self, bodies: &Bodies, stride: &mut Stride, [from, to]: [f64; 2]) -> Option<Reading> {
-        let (rest, waves) = (stride.rest(from, to)?, bodies.waves.as_ref()?);
-        let free = stride.swing(rest, self.oscillator(bodies), self.mode);
-        Some(match self.mode {
-            Mode::Free => self.in_flight(bodies, self.until(to), free),
-            Mode::Contact(_) => self.on_flank(waves, stride.turned(rest, waves.speed), free),
-        })
-    }
-
-    /// What is read at the end of any step; `stride` goes on from there where steps repeat themselves.
-    pub fn read(&self, bodies: &Bodies, stride: &mut Stride, step: Step) -> Reading {
-        let theta = self.until(step.to).min(self.length).max(0.0);
+    /// What is read at the time `to` [s].
+    pub fn read(&self, bodies: &Bodies, to: f64) -> Reading {
+        let theta = self.until(to).min(self.length).max(0.0);
         let Some(waves) = self.waves(bodies) else { return self.at(bodies, theta).reading() };
         let (z, free) = self.phases(bodies, waves, theta);
-        stride.start(step, (z, free), (bodies, waves), self.instant(self.limit()).hi);
         if self.mode == Mode::Free { self.in_flight(bodies, theta, free) } else { self.on_flank(waves, z, free) }
     }
 

@@ -7,7 +7,6 @@ use super::contact::{Bodies, Flank, Mode, State};
 use super::flank::FlankMotion;
 use super::panel::{Found, Panel, Reading, Rules};
 use super::spread::{Side, Spread};
-use super::stride::{Step, Stride};
 use crate::drives::limits::step_too_much;
 use crate::drives::{Event, EventLog, Fault, Rounded};
 use crate::motion::Kinematics;
@@ -76,8 +75,6 @@ pub struct Run {
     pub spread: Spread,
     /// Impulses of jumping inputs at the start of the communication step.
     pushed: Sums,
-    /// How the current panel is read.
-    pub stride: Stride,
     rules: Rules,
 }
 
@@ -111,7 +108,6 @@ impl Run {
             tally: Tally::default(),
             spread: Spread::default(),
             pushed: Sums::default(),
-            stride: Stride::default(),
             rules,
         };
         run.enter_panel(bodies);
@@ -132,7 +128,6 @@ impl Run {
         }
         (self.zeros, self.longest) = (from.2, longest);
         self.panel.lay(bodies, flank, place, from, longest, self.rules);
-        self.stride.begin();
         self.enter_panel(bodies);
         self.tally.panels += 1.0;
     }
@@ -188,22 +183,14 @@ impl Run {
         self.panel.until(time).min(self.panel.length).max(0.0)
     }
 
-    /// What is read at the end of a step that repeats itself within the current panel, where that takes but a few
-    /// instructions.
-    #[inline(always)]
-    pub fn stride(&mut self, bodies: &Bodies, times: [f64; 2]) -> Option<Reading> {
-        self.panel.stride(bodies, &mut self.stride, times)
+    /// What is read at the time `to` [s], where the current panel holds it.
+    pub fn within(&self, bodies: &Bodies, to: f64) -> Option<Reading> {
+        (self.panel.until(to) < self.panel.limit()).then(|| self.panel.read(bodies, to))
     }
 
-    /// What is read at the end of any step that the current panel holds.
-    pub fn within(&mut self, bodies: &Bodies, step: Step) -> Option<Reading> {
-        let inside = self.panel.until(step.to) < self.panel.limit();
-        inside.then(|| self.panel.read(bodies, &mut self.stride, step))
-    }
-
-    /// What is read at the end of a step, to which [`Run::advance`] has come.
-    pub fn reading(&mut self, bodies: &Bodies, step: Step) -> Reading {
-        self.panel.read(bodies, &mut self.stride, step)
+    /// What is read at the time `to` [s], to which [`Run::advance`] has come.
+    pub fn reading(&self, bodies: &Bodies, to: f64) -> Reading {
+        self.panel.read(bodies, to)
     }
 
     /// Goes on to the end of the communication step with what is left of the `work`.

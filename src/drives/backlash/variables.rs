@@ -5,7 +5,7 @@ use super::contact::{Flank, Mode, State};
 use super::panel::Reading;
 use crate::drives::cam_drive::{A, CAM, HasCamDrive, PHI, W};
 use crate::drives::solver::HasSolver;
-use crate::drives::{Board, List, Seed, unit, variable};
+use crate::drives::{List, Seed, unit, variable};
 use crate::motion::Kinematics;
 use crate::numerics::taylor::{Scalar, Series};
 
@@ -123,11 +123,6 @@ impl BacklashDrive {
         }
     }
 
-    /// The series.
-    fn series(&self, seed: Seed) -> Known<Series> {
-        self.series_and_gap(seed).0
-    }
-
     /// The series, and that of z; x1 = u + z.
     fn series_and_gap(&self, seed: Seed) -> (Known<Series>, Series) {
         let x = self.flank_motion();
@@ -203,12 +198,12 @@ impl BacklashDrive {
         [0, 1].map(|i| Series([now[i], slopes[i], 0.0]))
     }
 
-    /// 1 on flank A, 0 in flight, −1 on flank B; without clearance the flank that presses.
-    fn contact_number(&self) -> f64 {
+    /// 1 on flank A, 0 in flight, −1 on flank B; without clearance the flank that presses with this force.
+    fn contact_number(&self, force: f64) -> f64 {
         match self.now.mode {
             Mode::Free => 0.0,
             Mode::Contact(_) if self.s == 0.0 => {
-                if self.all_values().force(self) < 0.0 {
+                if force < 0.0 {
                     -1.0
                 } else {
                     1.0
@@ -227,22 +222,60 @@ pub(super) fn list(drive: &BacklashDrive) -> List<BacklashDrive> {
     states(drive, &mut list);
     parameters(&mut list);
     drive.declare_start(&mut list, &unit::LENGTH, &unit::VELOCITY);
-    drive.declare_solver(&mut list);
+    drive.declare_solver(&mut list, STATISTICS);
     outputs(drive, &mut list);
     drive.declare_law(&mut list);
     list
 }
 
-/// Shows x1, ẋ1, x2, ẋ2; false where one of them is not finite.
-#[inline(always)]
-pub(super) fn show(drive: &BacklashDrive, board: &mut Board) -> bool {
-    let known = drive.values();
-    let ([x1, x1_dot], [x2, x2_dot]) = (known.place, known.far_place());
-    for (place, value) in [x1, x1_dot, x2, x2_dot].into_iter().enumerate() {
-        board.show(place, value);
-    }
-    // A sum that is finite has finite terms.
-    (x1 + x1_dot + x2 + x2_dot).is_finite()
+/// The places of the computed values.
+const X1: usize = 0;
+const X1_DOT: usize = 1;
+const Y: usize = 2;
+const Y_DOT: usize = 3;
+const X1_DOT_DOT: usize = 4;
+const Y_DOT_DOT: usize = 5;
+const Q: usize = 6;
+const Q_DOT: usize = 7;
+const GAP: usize = 8;
+const FORCE: usize = 9;
+const SHAFT: usize = 10;
+const SHAFT_SPEED: usize = 11;
+const TAU: usize = 12;
+const CONTACT: usize = 13;
+const MEANS: usize = 14;
+const IMPULSE: usize = 16;
+const IMPACTS: usize = 17;
+const LOSS: usize = 18;
+const DAMPING_LOSS: usize = 19;
+const STATISTICS: usize = 20;
+
+/// The continuous outputs, of numbers or of series, in the order of their places; of the gap, the shaft and U′ as they are.
+fn continuous<S: Scalar>(d: &BacklashDrive, known: &Known<S>, gap: S, shaft: [S; 2], slope: S) -> [S; TAU + 1] {
+    let ([x, x_dot], [y, y_dot], [q, q_dot]) = (known.place, known.far_place(), known.q);
+    let force = known.force(d);
+    let (x2, y2, [phi, w]) = (known.acceleration(d), known.link(d) * (-1.0 / d.m2), shaft);
+    [x, x_dot, y, y_dot, x2, y2, q, q_dot, gap, force, phi, w, slope * force]
+}
+
+pub(super) fn evaluate(d: &BacklashDrive, values: &mut [f64]) {
+    let shaft = [0, 1].map(|order| d.shaft_series(Seed::Time, order).value());
+    let known = d.all_values();
+    let outputs = continuous(d, &known, d.gap()[0], shaft, d.slope());
+    values[..=TAU].copy_from_slice(&outputs);
+    values[CONTACT] = d.contact_number(outputs[FORCE]);
+    values[MEANS..IMPULSE].copy_from_slice(&d.mean());
+    let tally = &d.now.tally;
+    // The count saturates at the largest Integer.
+    (values[IMPULSE], values[IMPACTS]) = (tally.impulse, tally.impacts.min(f64::from(i32::MAX)));
+    (values[LOSS], values[DAMPING_LOSS]) = (tally.energy_loss, d.damping_loss());
+    values[STATISTICS..].copy_from_slice(&d.statistics());
+}
+
+fn series(d: &BacklashDrive, seed: Seed, which: usize) -> Series {
+    let (known, gap) = d.series_and_gap(seed);
+    let shaft = [0, 1].map(|order| d.shaft_series(seed, order));
+    continuous(d, &known, gap, shaft, d.slope_series(seed))[which]
 }
 
 /// Of the names, those that exist: inputs only where the drive has them.
@@ -273,52 +306,28 @@ impl Beginning {
 fn states(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
     let start = Beginning::of(drive);
     let real = variable::real;
-    list.output(
-        "x1",
-        "Displacement of m1",
-        real(&unit::LENGTH),
-        |d, _| d.values().place[0],
-        |d, s, _| d.series(s).place[0],
-    )
-    .at(0)
-    .state()
-    .depends(&known(drive, &["x1", "phi"]))
-    .depends_initially(&[&start.contact]);
-    list.output(
-        "der(x1)",
-        "Velocity of m1",
-        real(&unit::VELOCITY),
-        |d, _| d.values().place[1],
-        |d, s, _| d.series(s).place[1],
-    )
-    .at(1)
-    .derivative_of("x1")
-    .state()
-    .depends(&known(drive, &["der(x1)", "phi", "w"]))
-    .depends_initially(&[PHI, W, CAM, &start.periodic]);
-    list.output(
-        "y",
-        "Displacement of m2, x2",
-        real(&unit::LENGTH),
-        |d, _| d.values().far_place()[0],
-        |d, s, _| d.series(s).far_place()[0],
-    )
-    .at(2)
-    .state()
-    .depends(&["y"])
-    .depends_initially(&[&start.contact]);
-    list.output(
-        "der(y)",
-        "Velocity of m2",
-        real(&unit::VELOCITY),
-        |d, _| d.values().far_place()[1],
-        |d, s, _| d.series(s).far_place()[1],
-    )
-    .at(3)
-    .derivative_of("y")
-    .state()
-    .depends(&["der(y)"])
-    .depends_initially(&[PHI, W, CAM, &start.q_dot]);
+    list.output("x1", "Displacement of m1", real(&unit::LENGTH), series)
+        .at(X1)
+        .state()
+        .depends(&known(drive, &["x1", "phi"]))
+        .depends_initially(&[&start.contact]);
+    list.output("der(x1)", "Velocity of m1", real(&unit::VELOCITY), series)
+        .at(X1_DOT)
+        .derivative_of("x1")
+        .state()
+        .depends(&known(drive, &["der(x1)", "phi", "w"]))
+        .depends_initially(&[PHI, W, CAM, &start.periodic]);
+    list.output("y", "Displacement of m2, x2", real(&unit::LENGTH), series)
+        .at(Y)
+        .state()
+        .depends(&["y"])
+        .depends_initially(&[&start.contact]);
+    list.output("der(y)", "Velocity of m2", real(&unit::VELOCITY), series)
+        .at(Y_DOT)
+        .derivative_of("y")
+        .state()
+        .depends(&["der(y)"])
+        .depends_initially(&[PHI, W, CAM, &start.q_dot]);
 }
 
 fn parameters(list: &mut List<BacklashDrive>) {
@@ -346,122 +355,78 @@ fn outputs(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
     let pressed = known(drive, &["y", "der(y)", "phi", "w", "a"]);
     let start = Beginning::of(drive);
     let force: [&[&str]; 7] = [PHI, W, A, CAM, &start.q, &start.q_dot, &["m1", "c", "b"]];
-    list.output(
-        "der(x1,2)",
-        "Acceleration of m1",
-        real(&unit::ACCELERATION),
-        |d, _| d.all_values().acceleration(d),
-        |d, s, _| d.series(s).acceleration(d),
-    )
-    .derivative_of(STATES[1])
-    .depends(&dynamic)
-    .depends_initially(&[PHI, W, A, CAM, &start.periodic]);
-    list.output(
-        "der(y,2)",
-        "Acceleration of m2",
-        real(&unit::ACCELERATION),
-        |d, _| d.values().link(d) * (-1.0 / d.m2),
-        |d, s, _| d.series(s).link(d) * (-1.0 / d.m2),
-    )
-    .derivative_of(STATES[3])
-    .depends(&spring)
-    .depends_initially(&[&start.q, &start.q_dot, &["m2", "c", "b"]]);
-    list.output(
-        "q",
-        "Elongation of the spring, x2 - x1",
-        real(&unit::LENGTH),
-        |d, _| d.now.reading.q[0],
-        |d, s, _| d.series(s).q[0],
-    )
-    .depends(&known(drive, &["x1", "y", "phi"]))
-    .depends_initially(&[&start.q]);
-    list.output(
-        "der(q)",
-        "Rate of elongation of the spring",
-        real(&unit::VELOCITY),
-        |d, _| d.now.reading.q[1],
-        |d, s, _| d.series(s).q[1],
-    )
-    .derivative_of("q")
-    .depends(&known(drive, &["der(x1)", "der(y)", "phi", "w"]))
-    .depends_initially(&[&start.q_dot]);
-    list.output(
-        "gap",
-        "Distance of m1 from flank A, x1 - U, between 0 and s",
-        real(&unit::LENGTH),
-        |d, _| d.gap()[0],
-        |d, s, _| d.series_and_gap(s).1,
-    )
-    .depends(&known(drive, &["x1", "phi"]))
-    .depends_initially(&[&start.contact]);
+    list.output("der(x1,2)", "Acceleration of m1", real(&unit::ACCELERATION), series)
+        .at(X1_DOT_DOT)
+        .derivative_of(STATES[1])
+        .depends(&dynamic)
+        .depends_initially(&[PHI, W, A, CAM, &start.periodic]);
+    list.output("der(y,2)", "Acceleration of m2", real(&unit::ACCELERATION), series)
+        .at(Y_DOT_DOT)
+        .derivative_of(STATES[3])
+        .depends(&spring)
+        .depends_initially(&[&start.q, &start.q_dot, &["m2", "c", "b"]]);
+    list.output("q", "Elongation of the spring, x2 - x1", real(&unit::LENGTH), series)
+        .at(Q)
+        .depends(&known(drive, &["x1", "y", "phi"]))
+        .depends_initially(&[&start.q]);
+    list.output("der(q)", "Rate of elongation of the spring", real(&unit::VELOCITY), series)
+        .at(Q_DOT)
+        .derivative_of("q")
+        .depends(&known(drive, &["der(x1)", "der(y)", "phi", "w"]))
+        .depends_initially(&[&start.q_dot]);
+    list.output("gap", "Distance of m1 from flank A, x1 - U, between 0 and s", real(&unit::LENGTH), series)
+        .at(GAP)
+        .depends(&known(drive, &["x1", "phi"]))
+        .depends_initially(&[&start.contact]);
     list.discrete_output(
         "contact",
         "1 on flank A, 0 between the flanks, -1 on flank B",
         variable::Kind::Integer { min: -1, max: 1 },
-        |d, _| d.contact_number(),
     )
+    .at(CONTACT)
     .depends(&dynamic)
     .depends_initially(&[&start.contact]);
-    list.output(
-        "force",
-        "Contact force F_K of the drive on m1, positive in +x",
-        real(&unit::FORCE),
-        |d, _| d.all_values().force(d),
-        |d, s, _| d.series(s).force(d),
-    )
-    .depends(&pressed)
-    .depends_initially(&force);
+    list.output("force", "Contact force F_K of the drive on m1, positive in +x", real(&unit::FORCE), series)
+        .at(FORCE)
+        .depends(&pressed)
+        .depends_initially(&force);
     if !drive.cam.is_input() {
-        list.output(
-            "phi",
-            "Drive angle",
-            real(&unit::ANGLE),
-            |d, _| d.shaft_series(Seed::Time, 0).value(),
-            |d, s, _| d.shaft_series(s, 0),
-        )
-        .depends_initially(&[PHI]);
-        list.output(
-            "w",
-            "Angular velocity of the drive",
-            real(&unit::ANGULAR_VELOCITY),
-            |d, _| d.shaft_series(Seed::Time, 1).value(),
-            |d, s, _| d.shaft_series(s, 1),
-        )
-        .depends_initially(&[W]);
+        list.output("phi", "Drive angle", real(&unit::ANGLE), series).at(SHAFT).depends_initially(&[PHI]);
+        list.output("w", "Angular velocity of the drive", real(&unit::ANGULAR_VELOCITY), series)
+            .at(SHAFT_SPEED)
+            .depends_initially(&[W]);
     }
     list.output(
         "tau",
         "Torque of the contact force on the drive, U' force; positive loads the drive",
         real(&unit::TORQUE),
-        |d, _| d.slope() * d.all_values().force(d),
-        |d, s, _| d.slope_series(s) * d.series(s).force(d),
+        series,
     )
+    .at(TAU)
     .depends(&pressed)
     .depends_initially(&force);
     list.discrete_output(
         "force_mean",
         "Mean force of the drive on m1 over the last communication step, impulses included",
         real(&unit::FORCE),
-        |d, _| d.mean()[0],
-    );
+    )
+    .at(MEANS);
     list.discrete_output(
         "tau_mean",
         "Mean torque on the drive over the last communication step, impulses included",
         real(&unit::TORQUE),
-        |d, _| d.mean()[1],
-    );
+    )
+    .at(MEANS + 1);
     let struck = known(drive, &["x1", "der(x1)", "phi", "w", "a"]);
-    list.discrete_output("impulse", "Sum of the impulses of the drive on m1", real(&unit::IMPULSE), |d, _| {
-        d.now.tally.impulse
-    })
-    .slopes(|d, s, _| d.struck_series(s)[0])
-    .depends(&struck);
-    let count = variable::Kind::Integer { min: 0, max: i32::MAX };
-    // The count saturates at the largest Integer.
-    list.discrete_output("impacts", "Number of impacts", count, |d, _| d.now.tally.impacts.min(f64::from(i32::MAX)))
+    list.discrete_output("impulse", "Sum of the impulses of the drive on m1", real(&unit::IMPULSE))
+        .at(IMPULSE)
+        .slopes(|d, s, _| d.struck_series(s)[0])
         .depends(&struck);
-    list.discrete_output("energy_loss", "Energy lost in impacts", real(&unit::ENERGY), |d, _| d.now.tally.energy_loss)
+    let count = variable::Kind::Integer { min: 0, max: i32::MAX };
+    list.discrete_output("impacts", "Number of impacts", count).at(IMPACTS).depends(&struck);
+    list.discrete_output("energy_loss", "Energy lost in impacts", real(&unit::ENERGY))
+        .at(LOSS)
         .slopes(|d, s, _| d.struck_series(s)[1])
         .depends(&struck);
-    list.local("damping_loss", "Energy dissipated by the damper", real(&unit::ENERGY), |d, _| d.damping_loss());
+    list.local("damping_loss", "Energy dissipated by the damper", real(&unit::ENERGY)).at(DAMPING_LOSS);
 }

@@ -21,12 +21,12 @@ mod on_inputs;
 mod tests;
 mod variables;
 
-use super::cam_drive::{AngleMotion, CamDrive, DriveMode, HasCamDrive, Start, StartMode};
+use super::cam_drive::{AngleMotion, CamDrive, DriveMode, HasCamDrive, MAX_INPUT_DERIVATIVE, Start, StartMode};
 use super::limits::no_state;
 use super::number::all_finite;
 use super::response::{Instant, Response, Table};
 use super::solver::{FINEST_TOLERANCE, HasSolver, Settings, Solver};
-use super::{Board, Curve, Drive, EventLog, Experiment, Fault, List, Rounded, Text};
+use super::{Curve, Drive, EventLog, Experiment, Fault, List, Rounded, Text};
 use crate::motion::{Kinematics, MotionLaw, TransferFunctions};
 use crate::numerics::angle;
 use crate::numerics::double_double::Double;
@@ -195,6 +195,7 @@ impl Drive for ElasticOutput {
     type Scene = Scene;
 
     const MODEL: &'static str = "ElasticCamDrive.output";
+    const INPUT_DERIVATIVES: usize = MAX_INPUT_DERIVATIVE;
 
     fn new(scene: Scene) -> Result<Self, Fault> {
         let Scene { m, c, b, cam, drive, start, solver } = scene;
@@ -284,6 +285,10 @@ impl Drive for ElasticOutput {
     fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
         let end = time + step;
         if self.cam.is_input() {
+            if let Some(Instant { u, q }) = self.glide_on_inputs(time, end) {
+                self.now = Moment { time: end, u, q, ..self.now };
+                return Ok(());
+            }
             if let Some(done) = self.advance_on_inputs([time, end]) {
                 return done;
             }
@@ -298,30 +303,12 @@ impl Drive for ElasticOutput {
         self.arrive(end, q)
     }
 
-    #[inline(always)]
-    fn glide(&mut self, time: f64, end: f64, board: &mut Board) -> bool {
-        let instant = if self.cam.is_input() { self.glide_on_inputs(time, end) } else { self.response.glide(end) };
-        let Some(Instant { u, q }) = instant else { return false };
-        self.now = Moment { time: end, u, q, ..self.now };
-        variables::show(self, board)
-    }
-
-    fn show(&self, board: &mut Board) {
-        if !variables::show(self, board) {
-            board.clear();
-        }
-    }
-
-    fn inputs(&mut self) -> Option<&mut [f64; 3]> {
-        self.cam.inputs()
+    fn evaluate(&self, values: &mut [f64]) {
+        variables::evaluate(self, values);
     }
 
     fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64) {
         self.cam.set_input_derivative(reference, order, value);
-    }
-
-    fn input_derivative_order(&self) -> usize {
-        if self.cam.is_input() { super::cam_drive::MAX_INPUT_DERIVATIVE } else { 0 }
     }
 
     fn request_tolerance(&mut self, tolerance: f64) {

@@ -154,7 +154,7 @@ fn set_inputs(drive: &mut ElasticOutput, derivatives: &[f64], time: f64) {
     }
     let list = drive.variables();
     for (k, value) in values[..3].iter().enumerate() {
-        (list.0[k].set.unwrap())(drive, list.0[k].index, *value);
+        list.0[k].set(drive, *value);
     }
     for order in 1..=8 {
         drive.set_input_derivative(2, order, values[2 + order]);
@@ -236,7 +236,7 @@ fn the_work_of_the_drive_is_the_energy_of_the_mass_and_the_loss() {
     let list = drive.variables();
     let value = |drive: &ElasticOutput, name: &str| {
         let v = &list.0[list.reference(name).unwrap()];
-        (v.get)(drive, v.index)
+        v.value(drive)
     };
     let energy = |d: &ElasticOutput| 0.5 * m * value(d, "der(y)").powi(2) + 0.5 * c * value(d, "q").powi(2);
     let power = |d: &ElasticOutput| value(d, "tau") * d.now.w - b * value(d, "der(q)").powi(2);
@@ -265,7 +265,7 @@ fn a_jump_of_the_inputs_leaves_the_mass_where_it_is() {
         let list = drive.variables();
         let value = |drive: &ElasticOutput, name: &str| {
             let v = &list.0[list.reference(name).unwrap()];
-            (v.get)(drive, v.index)
+            v.value(drive)
         };
         let (y, y_dot, x) = (value(&drive, "y"), value(&drive, "der(y)"), value(&drive, "x"));
         // Set and read several times at one communication point.
@@ -431,9 +431,9 @@ fn derivatives_of_the_outputs_are_those_of_the_outputs() {
             d
         })
         .collect();
-    for v in list.0.iter().filter(|v| v.series.is_some()) {
-        let series = (v.series.unwrap())(&drive, Seed::Time, v.index);
-        let [y0, y1, y2] = [&drive, &ahead[0], &ahead[1]].map(|d| (v.get)(d, v.index));
+    for v in list.0.iter().filter(|v| v.series().is_some()) {
+        let series = (v.series().unwrap())(&drive, Seed::Time, v.index);
+        let [y0, y1, y2] = [&drive, &ahead[0], &ahead[1]].map(|d| v.value(d));
         assert!((series.0[0] - y0).abs() <= 1e-15 * y0.abs(), "{}", v.description.name);
         // y(h) and y(2h) from the series; the remainder is of third order.
         let scale = y0.abs() + series.derivative(1).abs() / 100.0 + series.derivative(2).abs() / 1e4;

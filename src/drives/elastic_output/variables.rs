@@ -2,10 +2,11 @@
 
 use super::{ElasticOutput, Position};
 use crate::drives::cam_drive::{A, CAM, HasCamDrive, PHI, W};
+use crate::drives::flow::Flow;
 use crate::drives::solver::HasSolver;
 use crate::drives::unit::{self, Quantity};
 use crate::drives::variable::{real, real_within};
-use crate::drives::{Board, List, Seed};
+use crate::drives::{List, Seed};
 use crate::numerics::taylor::{Scalar, Series};
 
 /// The continuous quantities, in the order of their declaration.
@@ -24,26 +25,15 @@ enum Output {
     Tau,
 }
 
-const OUTPUTS: [Output; 11] = [
-    Output::Phi,
-    Output::W,
-    Output::X,
-    Output::Y,
-    Output::YDot,
-    Output::YDotDot,
-    Output::Q,
-    Output::QDot,
-    Output::QDotDot,
-    Output::Force,
-    Output::Tau,
-];
+/// How many there are.
+const OUTPUTS: usize = Output::Tau as usize + 1;
 
 pub(super) fn list(drive: &ElasticOutput) -> List<ElasticOutput> {
     let mut list = List::default();
     drive.declare_drive(&mut list);
     declare_parameters(&mut list);
     drive.declare_start(&mut list, &unit::LENGTH, &unit::VELOCITY);
-    drive.declare_solver(&mut list);
+    drive.declare_solver(&mut list, OUTPUTS);
     declare_outputs(drive, &mut list);
     drive.declare_law(&mut list);
     list
@@ -89,7 +79,7 @@ fn declare_outputs(drive: &ElasticOutput, list: &mut List<ElasticOutput>) {
                       initial: &[&[&str]]| {
         let inputs = if input { inputs } else { &[] };
         let known: Vec<&str> = inputs.iter().chain(states).copied().collect();
-        let v = list.output(name, text, real(quantity), VALUES[which as usize], series);
+        let v = list.output(name, text, real(quantity), series);
         v.at(which as usize).depends(&known).depends_initially(initial);
         match which {
             Output::Y => v.state(),
@@ -155,83 +145,22 @@ fn declare_outputs(drive: &ElasticOutput, list: &mut List<ElasticOutput>) {
     );
 }
 
-/// The motion of drive and mass that the output equations start from.
-#[derive(Clone, Copy)]
-struct Flow<S> {
-    phi: S,
-    w: S,
-    a: S,
-    q: S,
-    v: S,
+/// The outputs, of numbers or of series, in the order of [`Output`]; u holds U … U⁗ at the communication point.
+fn outputs<S: Scalar>(drive: &ElasticOutput, u: &[f64; 5], f: &Flow<S>) -> [S; OUTPUTS] {
+    let [x, slope, curvature] = [[u[0], u[1], u[2]], [u[1], u[2], u[3]], [u[2], u[3], u[4]]].map(|u| f.phi.compose(u));
+    let force = -(f.q * drive.c + f.v * drive.b);
+    let y2 = force * (1.0 / drive.m);
+    let q2 = y2 - curvature * f.w * f.w - slope * f.a;
+    [f.phi, f.w, x, x + f.q, slope * f.w + f.v, y2, f.q, f.v, q2, force, slope * force]
 }
 
-/// An output, of numbers or of series; u holds U … U⁗ at the communication point.
-fn evaluate<S: Scalar>(drive: &ElasticOutput, u: &[f64; 5], which: Output, f: &Flow<S>) -> S {
-    let transfer = |n: usize| f.phi.compose([u[n], u[n + 1], u.get(n + 2).copied().unwrap_or(0.0)]);
-    let force = || -(f.q * drive.c + f.v * drive.b);
-    match which {
-        Output::Phi => f.phi,
-        Output::W => f.w,
-        Output::X => transfer(0),
-        Output::Y => transfer(0) + f.q,
-        Output::YDot => transfer(1) * f.w + f.v,
-        Output::YDotDot => force() * (1.0 / drive.m),
-        Output::Q => f.q,
-        Output::QDot => f.v,
-        Output::QDotDot => force() * (1.0 / drive.m) - transfer(2) * f.w * f.w - transfer(1) * f.a,
-        Output::Force => force(),
-        Output::Tau => transfer(1) * force(),
-    }
-}
-
-/// The value of each output, as a function of its own, so that none pays for what only others need.
-const VALUES: [fn(&ElasticOutput, usize) -> f64; OUTPUTS.len()] = [
-    value::<0>,
-    value::<1>,
-    value::<2>,
-    value::<3>,
-    value::<4>,
-    value::<5>,
-    value::<6>,
-    value::<7>,
-    value::<8>,
-    value::<9>,
-    value::<10>,
-];
-
-fn value<const WHICH: usize>(drive: &ElasticOutput, _: usize) -> f64 {
-    let (which, now) = (OUTPUTS[WHICH], &drive.now);
+pub(super) fn evaluate(drive: &ElasticOutput, values: &mut [f64]) {
+    let (Position { phi: [phi, _, a, ..], mut u, .. }, now) = (drive.position(), &drive.now);
+    [u[0], u[1]] = now.u.array();
+    let [q, v] = now.q.array();
     // phi is put out without reduction; U needs no angle any more.
-    if matches!(which, Output::Phi | Output::QDotDot) {
-        let Position { phi: [phi, w, a, ..], u, .. } = drive.position();
-        let [q, v] = now.q.array();
-        return evaluate(drive, &u, which, &Flow { phi, w, a, q, v });
-    }
-    at_hand(drive, which)
-}
-
-/// An output that is made of the moment alone.
-#[inline(always)]
-fn at_hand(drive: &ElasticOutput, which: Output) -> f64 {
-    let ([u, u1], [q, v]) = (drive.now.u.array(), drive.now.q.array());
-    evaluate(drive, &[u, u1, 0.0, 0.0, 0.0], which, &Flow { phi: 0.0, w: drive.now.w, a: 0.0, q, v })
-}
-
-/// Shows the outputs that are made of the moment by a few operations, without a division; whether they are finite.
-#[inline(always)]
-pub(super) fn show(drive: &ElasticOutput, board: &mut Board) -> bool {
-    let mut show = |which: Output| {
-        let value = at_hand(drive, which);
-        board.show(which as usize, value);
-        value
-    };
-    show(Output::X);
-    show(Output::Y);
-    show(Output::Q);
-    show(Output::QDot);
-    show(Output::Force);
-    // U and U′ are bounded, w is finite: where these two are finite, all are.
-    (show(Output::YDot) + show(Output::Tau)).abs() <= f64::MAX
+    values[..OUTPUTS].copy_from_slice(&outputs(drive, &u, &Flow { phi, w: now.w, a, q, v }));
+    values[OUTPUTS..].copy_from_slice(&drive.statistics());
 }
 
 fn series(drive: &ElasticOutput, seed: Seed, which: usize) -> Series {
@@ -240,7 +169,7 @@ fn series(drive: &ElasticOutput, seed: Seed, which: usize) -> Series {
         Seed::Time => along_time(drive, &position),
         Seed::Known(reference) => along_known(drive, &position, reference),
     };
-    evaluate(drive, &position.u, OUTPUTS[which], &flow)
+    outputs(drive, &position.u, &flow)[which]
 }
 
 /// Drive and mass as functions of time.

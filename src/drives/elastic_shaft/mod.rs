@@ -29,13 +29,14 @@ mod turn;
 mod variables;
 
 use super::cam_drive::{
-    AngleMotion, CamDrive, DriveMode, HasCamDrive, Start, StartMode, goes_on, half_a_place, push_of_rounding,
+    AngleMotion, CamDrive, DriveMode, HasCamDrive, MAX_INPUT_DERIVATIVE, Start, StartMode, goes_on, half_a_place,
+    push_of_rounding,
 };
 use super::limits::no_state;
 use super::number::all_finite;
 use super::pace::Pace;
 use super::solver::{HasSolver, Method, Settings, Solver};
-use super::{Board, Curve, Drive, EventLog, Experiment, Fault, List, Text};
+use super::{Curve, Drive, EventLog, Experiment, Fault, List, Text};
 use crate::motion::MotionLaw;
 use crate::numerics::collocation::Collocation;
 use crate::numerics::double_double::Double;
@@ -280,6 +281,7 @@ impl Drive for ElasticShaft {
     type Scene = Scene;
 
     const MODEL: &'static str = "ElasticCamDrive.shaft";
+    const INPUT_DERIVATIVES: usize = MAX_INPUT_DERIVATIVE;
 
     fn new(scene: Scene) -> Result<Self, Fault> {
         let Scene { m, inertia, c, b, linear, cam, drive, start, solver } = scene;
@@ -386,34 +388,23 @@ impl Drive for ElasticShaft {
     }
 
     fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
-        self.advance_further(time, time + step)
-    }
-
-    /// Most steps end in the cell of the table where they start.
-    #[inline(always)]
-    fn glide(&mut self, _time: f64, end: f64, board: &mut Board) -> bool {
-        let Some(course) = &self.course else { return false };
-        let Some(twist) = course.within(end).filter(|_| !self.tuned) else { return false };
-        (self.twist, self.time) = (twist, end);
-        variables::show(self, board)
-    }
-
-    fn show(&self, board: &mut Board) {
-        if !variables::show(self, board) {
-            board.clear();
+        let target = time + step;
+        // Most steps end in the cell of the table where they start.
+        if let Some(course) = &self.course
+            && let Some(twist) = course.within(target).filter(|_| !self.tuned)
+        {
+            (self.twist, self.time) = (twist, target);
+            return Ok(());
         }
+        self.advance_further(time, target)
     }
 
-    fn inputs(&mut self) -> Option<&mut [f64; 3]> {
-        self.cam.inputs()
+    fn evaluate(&self, values: &mut [f64]) {
+        variables::evaluate(self, values);
     }
 
     fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64) {
         self.cam.set_input_derivative(reference, order, value);
-    }
-
-    fn input_derivative_order(&self) -> usize {
-        if self.cam.is_input() { super::cam_drive::MAX_INPUT_DERIVATIVE } else { 0 }
     }
 
     fn request_tolerance(&mut self, tolerance: f64) {

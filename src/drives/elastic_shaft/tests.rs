@@ -117,7 +117,7 @@ fn ramp(linear: bool) -> ElasticShaft {
 fn set_inputs(drive: &mut ElasticShaft, t: f64) {
     let variables = drive.variables().0;
     for (variable, value) in variables.iter().zip([0.3 + t + 2.0 * t * t, 1.0 + 4.0 * t, 4.0]) {
-        variable.set.unwrap()(drive, variable.index, value);
+        variable.set(drive, value);
     }
 }
 
@@ -148,12 +148,12 @@ fn the_rounding_of_large_angles_is_no_jump() {
         let mut expected = started(manipulator(profile(), linear, DriveMode::Constant { w, phi_start: phi }));
         run(&mut expected, 2.0, 1);
         let mut drive = ElasticShaft::new(manipulator(profile(), linear, DriveMode::Input)).unwrap();
-        drive.inputs().unwrap().copy_from_slice(&[phi, w, 0.0]);
+        drive.cam.set_inputs([phi, w, 0.0]);
         drive.start(0.0).unwrap();
         for n in 0..2000 {
             let time = 1e-3 * f64::from(n);
             // The last place of φ is 1.5e-11 rad, of a twist of 6e-3 rad.
-            drive.inputs().unwrap()[0] = phi + w * time;
+            drive.cam.set_inputs([phi + w * time, w, 0.0]);
             drive.apply(time).unwrap();
             drive.advance(time, 1e-3 * f64::from(n + 1) - time).unwrap();
         }
@@ -172,8 +172,8 @@ fn where_inputs_jump_the_cam_keeps_angle_and_speed() {
         let psi = drive.before[0] + drive.twist[0];
         let speed = drive.before[1] + drive.twist[1];
         let variables = drive.variables().0;
-        variables[0].set.unwrap()(&mut drive, 0, 0.1);
-        variables[1].set.unwrap()(&mut drive, 1, -2.0);
+        variables[0].set(&mut drive, 0.1);
+        variables[1].set(&mut drive, -2.0);
         for _ in 0..3 {
             drive.apply(0.25).unwrap();
             assert!((0.1 + drive.twist[0] - psi).abs() < 1e-15 && (-2.0 + drive.twist[1] - speed).abs() < 1e-14);
@@ -449,7 +449,7 @@ fn directional_derivatives_are_difference_quotients_and_dependencies_exact() {
         let list = drive.variables();
         let psi = list.reference("psi").unwrap();
         for known in [0, 1, 2, psi, psi + 1] {
-            for v in list.0.iter().filter(|v| v.series.is_some()) {
+            for v in list.0.iter().filter(|v| v.series().is_some()) {
                 let moved = |by: f64| {
                     let mut d = drive.clone();
                     match known {
@@ -463,11 +463,11 @@ fn directional_derivatives_are_difference_quotients_and_dependencies_exact() {
                         }
                         _ => d.twist[known - psi] += by,
                     }
-                    (v.get)(&d, v.index)
+                    v.value(&d)
                 };
                 let h = 1e-6;
                 let quotient = (moved(h) - moved(-h)) / (2.0 * h);
-                let derivative = v.series.unwrap()(&drive, Seed::Known(known), v.index).derivative(1);
+                let derivative = v.series().unwrap()(&drive, Seed::Known(known), v.index).derivative(1);
                 let scale = 1.0 + derivative.abs();
                 let name = &v.description.name;
                 assert!((quotient - derivative).abs() < 1e-5 * scale, "{name} by {known}: {derivative} {quotient}");
@@ -493,10 +493,10 @@ fn output_derivatives_are_those_of_the_motion() {
         // Fourth-order differences over 1 ms: errors of 1e-12 times the fifth derivative, rounding 1e-10.
         let h = 1e-3;
         let around = [at(-2.0 * h), at(-h), at(h), at(2.0 * h)];
-        for v in drive.variables().0.iter().filter(|v| v.series.is_some()) {
-            let series = v.series.unwrap()(&drive, Seed::Time, v.index);
-            let x: Vec<f64> = around.iter().map(|d| (v.get)(d, v.index)).collect();
-            let centre = (v.get)(&drive, v.index);
+        for v in drive.variables().0.iter().filter(|v| v.series().is_some()) {
+            let series = v.series().unwrap()(&drive, Seed::Time, v.index);
+            let x: Vec<f64> = around.iter().map(|d| v.value(d)).collect();
+            let centre = v.value(&drive);
             let first = (x[0] - 8.0 * x[1] + 8.0 * x[2] - x[3]) / (12.0 * h);
             let second = (-x[0] + 16.0 * x[1] - 30.0 * centre + 16.0 * x[2] - x[3]) / (12.0 * h * h);
             let name = &v.description.name;

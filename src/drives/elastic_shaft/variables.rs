@@ -6,7 +6,7 @@ use crate::drives::cam_drive::{A, CAM, HasCamDrive, PHI, W};
 use crate::drives::solver::HasSolver;
 use crate::drives::unit::{self, Quantity};
 use crate::drives::variable::{Kind, real, real_within};
-use crate::drives::{Board, List, Seed};
+use crate::drives::{List, Seed};
 use crate::numerics::angle;
 use crate::numerics::double_double::Double;
 use crate::numerics::taylor::{Scalar, Series};
@@ -26,25 +26,15 @@ enum Output {
     Tau,
 }
 
-const OUTPUTS: [Output; 10] = [
-    Output::Phi,
-    Output::W,
-    Output::Psi,
-    Output::PsiDot,
-    Output::PsiDotDot,
-    Output::Q,
-    Output::QDot,
-    Output::Y,
-    Output::YDot,
-    Output::Tau,
-];
+/// How many there are.
+const OUTPUTS: usize = Output::Tau as usize + 1;
 
 pub(super) fn list(drive: &ElasticShaft) -> List<ElasticShaft> {
     let mut list = List::default();
     drive.declare_drive(&mut list);
     declare_parameters(&mut list);
     drive.declare_start(&mut list, &unit::ANGLE, &unit::ANGULAR_VELOCITY);
-    drive.declare_solver(&mut list);
+    drive.declare_solver(&mut list, OUTPUTS);
     declare_outputs(drive, &mut list);
     drive.declare_law(&mut list);
     list
@@ -102,7 +92,7 @@ fn declare_outputs(drive: &ElasticShaft, list: &mut List<ElasticShaft>) {
                       initial: &[&[&str]]| {
         let inputs = if input { inputs } else { &[] };
         let known: Vec<&str> = inputs.iter().chain(states).copied().collect();
-        let v = list.output(name, text, real(quantity), access(which), series);
+        let v = list.output(name, text, real(quantity), series);
         v.at(which as usize).depends(&known).depends_initially(initial);
         match which {
             Output::Psi => v.state(),
@@ -156,21 +146,13 @@ fn declare_outputs(drive: &ElasticShaft, list: &mut List<ElasticShaft>) {
     );
 }
 
-/// An output, of numbers or of series.
-fn evaluate<S: Scalar>(drive: &ElasticShaft, which: Output, cam: &Cam, f: &Flow<S>) -> S {
+/// The outputs, of numbers or of series, in the order of [`Output`].
+fn outputs<S: Scalar>(drive: &ElasticShaft, cam: &Cam, f: &Flow<S>) -> [S; OUTPUTS] {
     let equation = drive.equation();
-    match which {
-        Output::Phi => f.phi,
-        Output::W => f.w,
-        Output::Psi => f.phi + f.q,
-        Output::PsiDot => f.cam_speed(),
-        Output::PsiDotDot => equation.acceleration(cam, f, 1.0) + f.a,
-        Output::Q => f.q,
-        Output::QDot => f.v,
-        Output::Y => equation.lift(cam, f),
-        Output::YDot => equation.lift_speed(cam, f),
-        Output::Tau => equation.torque(f.q, f.v),
-    }
+    let acceleration = equation.acceleration(cam, f, 1.0) + f.a;
+    let (lift, lift_speed) = (equation.lift(cam, f), equation.lift_speed(cam, f));
+    let tau = equation.torque(f.q, f.v);
+    [f.phi, f.w, f.phi + f.q, f.cam_speed(), acceleration, f.q, f.v, lift, lift_speed, tau]
 }
 
 /// Angle and segment at which the cam acts at the communication point; on a breakpoint of the law the side to which
@@ -180,63 +162,37 @@ fn place(drive: &ElasticShaft, f: &Flow<f64>) -> (usize, f64) {
     (drive.cam.law.segment(angle, f.turning(drive.linear) >= 0.0), angle)
 }
 
-fn flow(drive: &ElasticShaft) -> Flow<f64> {
+/// The drive at the communication point, and φ without reduction.
+fn flow(drive: &ElasticShaft) -> (Flow<f64>, f64) {
     let shaft = drive.motion.at(drive.time);
-    let [_, w, a, ..] = shaft.kinematics.0;
-    Flow { phi: shaft.reduced, w, a, q: drive.twist[0], v: drive.twist[1] }
+    let [phi, w, a, ..] = shaft.kinematics.0;
+    (Flow { phi: shaft.reduced, w, a, q: drive.twist[0], v: drive.twist[1] }, phi)
 }
 
-/// An output. What needs no cam costs nothing for it; angles are put out without reduction.
-fn value(drive: &ElasticShaft, which: usize) -> f64 {
-    let [q, v] = drive.twist;
-    match OUTPUTS[which] {
-        Output::Phi => drive.angle(),
-        Output::W => drive.speed(),
-        Output::Psi => drive.angle() + q,
-        Output::PsiDot => drive.speed() + v,
-        Output::Q => q,
-        Output::QDot => v,
-        Output::Tau => drive.equation().torque(q, v),
-        output => {
-            let f = flow(drive);
-            let (segment, angle) = place(drive, &f);
-            evaluate(drive, output, &Cam::at(&drive.cam.law, segment, angle), &f)
-        }
-    }
+/// The values of the outputs; angles are put out without reduction.
+fn values(drive: &ElasticShaft) -> [f64; OUTPUTS] {
+    let (f, phi) = flow(drive);
+    let (segment, angle) = place(drive, &f);
+    let mut values = outputs(drive, &Cam::at(&drive.cam.law, segment, angle), &f);
+    (values[Output::Phi as usize], values[Output::Psi as usize]) = (phi, phi + f.q);
+    values
 }
 
-/// How `which` is read: what an importer reads after each step is the twist and its torque, so these pass few instructions.
-fn access(which: Output) -> fn(&ElasticShaft, usize) -> f64 {
-    match which {
-        Output::Q => |d, _| d.twist[0],
-        Output::QDot => |d, _| d.twist[1],
-        Output::Tau => |d, _| d.equation().torque(d.twist[0], d.twist[1]),
-        _ => value,
-    }
-}
-
-/// Shows the twist and its torque; whether they are finite.
-#[inline(always)]
-pub(super) fn show(drive: &ElasticShaft, board: &mut Board) -> bool {
-    let [q, v] = drive.twist;
-    let tau = drive.equation().torque(q, v);
-    for (output, value) in [(Output::Q, q), (Output::QDot, v), (Output::Tau, tau)] {
-        board.show(output as usize, value);
-    }
-    // Each term of the torque is finite where the sum is, and c > 0.
-    (tau + v).abs() <= f64::MAX
+pub(super) fn evaluate(drive: &ElasticShaft, places: &mut [f64]) {
+    places[..OUTPUTS].copy_from_slice(&values(drive));
+    places[OUTPUTS..].copy_from_slice(&drive.statistics());
 }
 
 fn series(drive: &ElasticShaft, seed: Seed, which: usize) -> Series {
-    let f = flow(drive);
+    let (f, _) = flow(drive);
     let (segment, angle) = place(drive, &f);
     let cam = Cam::with_fifth(&drive.cam.law, segment, angle);
     let along = match seed {
         Seed::Time => along_time(drive, &cam, &f),
         Seed::Known(reference) => along_known(drive, &f, reference),
     };
-    let mut series = evaluate(drive, OUTPUTS[which], &cam, &along);
-    series.0[0] = value(drive, which);
+    let mut series = outputs(drive, &cam, &along)[which];
+    series.0[0] = values(drive)[which];
     series
 }
 
@@ -274,23 +230,6 @@ fn along_known(drive: &ElasticShaft, f: &Flow<f64>, reference: usize) -> Flow<Se
 }
 
 impl ElasticShaft {
-    /// φ [rad] at the communication point.
-    fn angle(&self) -> f64 {
-        let [phi, w, ..] = self.motion.coefficients;
-        // Where whole turns are not taken off, two roundings of the angle do not matter.
-        if self.motion.is_uniform() {
-            phi + w * (self.time - self.motion.origin)
-        } else {
-            self.motion.at(self.time).kinematics.0[0]
-        }
-    }
-
-    /// ω [rad/s] at the communication point.
-    fn speed(&self) -> f64 {
-        let w = self.motion.coefficients[1];
-        if self.motion.is_uniform() { w } else { self.motion.at(self.time).kinematics.0[1] }
-    }
-
     /// The value reference of the state `psi`; that of `der(psi)` follows.
     fn variables_before_outputs(&self) -> usize {
         list(self).reference("psi").unwrap_or(usize::MAX - 1)

@@ -205,6 +205,7 @@ impl Drive for ParametricDrive {
     type Scene = Scene;
 
     const MODEL: &'static str = "ParametricDrive";
+    const INPUT_DERIVATIVES: usize = MAX_INPUT_DERIVATIVE;
 
     fn new(scene: Scene) -> Result<Self, Fault> {
         let Scene { law, drive, start, solver } = scene;
@@ -352,16 +353,12 @@ impl Drive for ParametricDrive {
         self.advance_further(target)
     }
 
-    fn inputs(&mut self) -> Option<&mut [f64; 3]> {
-        self.cam.inputs()
+    fn evaluate(&self, values: &mut [f64]) {
+        variables::evaluate(self, values);
     }
 
     fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64) {
         self.cam.set_input_derivative(reference, order, value);
-    }
-
-    fn input_derivative_order(&self) -> usize {
-        if self.cam.is_input() { MAX_INPUT_DERIVATIVE } else { 0 }
     }
 
     fn request_tolerance(&mut self, tolerance: f64) {

@@ -243,7 +243,7 @@ fn work(drive: &mut ParametricDrive, end: f64, steps: usize, power: impl Fn(&Par
 fn output(drive: &ParametricDrive, name: &str) -> f64 {
     let list = drive.variables();
     let v = &list.0[list.reference(name).unwrap_or_else(|| panic!("no `{name}`"))];
-    (v.get)(drive, v.index)
+    v.value(drive)
 }
 
 #[test]

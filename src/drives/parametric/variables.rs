@@ -31,19 +31,8 @@ enum Output {
     Stiffness,
 }
 
-const OUTPUTS: [Output; 11] = [
-    Output::Phi,
-    Output::W,
-    Output::Psi,
-    Output::PsiDot,
-    Output::PsiDotDot,
-    Output::Q,
-    Output::QDot,
-    Output::QDotDot,
-    Output::Transmitted,
-    Output::ParametricTorque,
-    Output::Stiffness,
-];
+/// How many there are; `growth` follows them, then the statistics of the solver.
+const OUTPUTS: usize = Output::Stiffness as usize + 1;
 
 pub(super) fn list(drive: &ParametricDrive) -> List<ParametricDrive> {
     let mut list = List::default();
@@ -54,13 +43,13 @@ pub(super) fn list(drive: &ParametricDrive) -> List<ParametricDrive> {
     }
     let [q, q_dot, _] = quantities(law.coordinate());
     drive.declare_start(&mut list, q, q_dot);
-    drive.declare_solver(&mut list);
+    drive.declare_solver(&mut list, OUTPUTS + 1);
     declare_outputs(drive, &mut list);
     if !drive.cam.is_input() {
         let text = "Logarithmic growth of free vibrations per turn, ln of the largest modulus of the Floquet multipliers; \
                     positive where the drive is parametrically unstable";
         let [m, b, c, _] = names(law);
-        list.discrete_output("growth", text, real(&unit::NUMBER), |d, _| d.growth).depends_initially(&[
+        list.discrete_output("growth", text, real(&unit::NUMBER)).at(OUTPUTS).depends_initially(&[
             &["drive.w", "solver.tolerance"],
             m,
             b,
@@ -229,7 +218,7 @@ fn declare_outputs(drive: &ParametricDrive, list: &mut List<ParametricDrive>) {
                       initial: &[&[&str]]| {
         let inputs = if input { inputs } else { &[] };
         let known: Vec<&str> = inputs.iter().chain(states).copied().collect();
-        let v = list.output(name, text, real(quantity), access(which), series_along);
+        let v = list.output(name, text, real(quantity), series_along);
         v.at(which as usize).depends(&known).depends_initially(initial);
         match which {
             Output::Psi => v.state(),
@@ -308,66 +297,45 @@ fn declare_outputs(drive: &ParametricDrive, list: &mut List<ParametricDrive>) {
     );
 }
 
-/// An output, of numbers or of series.
-fn evaluate<S: Scalar>(drive: &ParametricDrive, which: Output, values: &Values, f: &Flow<S>) -> S {
-    let acceleration = || values.acceleration(f, drive.cam.law.is_relative());
-    match which {
-        Output::Phi => f.phi,
-        Output::W => f.w,
-        Output::Psi => f.phi + f.q,
-        Output::PsiDot => f.w + f.v,
-        Output::PsiDotDot => acceleration() + f.a,
-        Output::Q => f.q,
-        Output::QDot => f.v,
-        Output::QDotDot => acceleration(),
-        Output::Transmitted => values.transmitted(f),
-        Output::ParametricTorque => values.parametric_torque(f),
-        Output::Stiffness => values.stiffness(f),
-    }
+/// The outputs, of numbers or of series, in the order of [`Output`].
+fn outputs<S: Scalar>(drive: &ParametricDrive, values: &Values, f: &Flow<S>) -> [S; OUTPUTS] {
+    let acceleration = values.acceleration(f, drive.cam.law.is_relative());
+    let (transmitted, parametric) = (values.transmitted(f), values.parametric_torque(f));
+    let (psi, psi_dot, psi_dot_dot) = (f.phi + f.q, f.w + f.v, acceleration + f.a);
+    let stiffness = values.stiffness(f);
+    [f.phi, f.w, psi, psi_dot, psi_dot_dot, f.q, f.v, acceleration, transmitted, parametric, stiffness]
 }
 
-fn flow(drive: &ParametricDrive) -> Flow<f64> {
+/// The drive at the communication point, and φ without reduction.
+fn flow(drive: &ParametricDrive) -> (Flow<f64>, f64) {
     let shaft = drive.motion.at(drive.time);
-    let [_, w, a, ..] = shaft.kinematics.0;
-    Flow { phi: shaft.reduced, w, a, q: drive.state[0], v: drive.state[1] }
+    let [phi, w, a, ..] = shaft.kinematics.0;
+    (Flow { phi: shaft.reduced, w, a, q: drive.state[0], v: drive.state[1] }, phi)
 }
 
-/// An output. What needs no coefficients costs nothing for them; angles are put out without reduction.
-fn value(drive: &ParametricDrive, which: usize) -> f64 {
-    let [q, v] = drive.state;
-    let kinematics = || drive.motion.at(drive.time).kinematics.0;
-    match OUTPUTS[which] {
-        Output::Phi => kinematics()[0],
-        Output::W => kinematics()[1],
-        Output::Psi => kinematics()[0] + q,
-        Output::PsiDot => kinematics()[1] + v,
-        Output::Q => q,
-        Output::QDot => v,
-        output => {
-            let f = flow(drive);
-            evaluate(drive, output, &drive.coefficients.at(f.phi), &f)
-        }
-    }
+/// The values of the outputs; angles are put out without reduction.
+fn values(drive: &ParametricDrive) -> [f64; OUTPUTS] {
+    let (f, phi) = flow(drive);
+    let mut values = outputs(drive, &drive.coefficients.at(f.phi), &f);
+    (values[Output::Phi as usize], values[Output::Psi as usize]) = (phi, phi + f.q);
+    values
 }
 
-/// How `which` is read: what an importer reads after each step passes few instructions.
-fn access(which: Output) -> fn(&ParametricDrive, usize) -> f64 {
-    match which {
-        Output::Q => |d, _| d.state[0],
-        Output::QDot => |d, _| d.state[1],
-        _ => value,
-    }
+pub(super) fn evaluate(drive: &ParametricDrive, places: &mut [f64]) {
+    places[..OUTPUTS].copy_from_slice(&values(drive));
+    places[OUTPUTS] = drive.growth;
+    places[OUTPUTS + 1..].copy_from_slice(&drive.statistics());
 }
 
 fn series_along(drive: &ParametricDrive, seed: Seed, which: usize) -> Series {
-    let f = flow(drive);
-    let values = drive.coefficients.at(f.phi);
+    let (f, _) = flow(drive);
+    let coefficients = drive.coefficients.at(f.phi);
     let along = match seed {
-        Seed::Time => along_time(drive, &values, &f),
+        Seed::Time => along_time(drive, &coefficients, &f),
         Seed::Known(reference) => along_known(drive, &f, reference),
     };
-    let mut series = evaluate(drive, OUTPUTS[which], &values, &along);
-    series.0[0] = value(drive, which);
+    let mut series = outputs(drive, &coefficients, &along)[which];
+    series.0[0] = values(drive)[which];
     series
 }
 

@@ -49,7 +49,7 @@ use super::cam_turn::{SLOWEST, turns};
 use super::limits::no_state;
 use super::number::{Number, all_finite};
 use super::solver::{HasSolver, Method, Settings, Solver};
-use super::{Board, Curve, Drive, EventLog, Experiment, Fault, List, Text};
+use super::{Curve, Drive, EventLog, Experiment, Fault, List, Text};
 use crate::numerics::angle;
 use crate::numerics::double_double::Double;
 use cycle::Cycle;
@@ -298,6 +298,7 @@ impl RigidMachine {
 impl Drive for RigidMachine {
     type Scene = Scene;
     const MODEL: &'static str = "RigidMachine";
+    const INPUT_DERIVATIVES: usize = super::cam_drive::MAX_INPUT_DERIVATIVE;
 
     fn new(scene: Scene) -> Result<Self, Fault> {
         let mut machine = RigidMachine::of(scene);
@@ -406,24 +407,13 @@ impl Drive for RigidMachine {
         Ok(())
     }
 
-    #[inline(always)]
-    fn glide(&mut self, _time: f64, end: f64, board: &mut Board) -> bool {
-        self.glide_to(end) && variables::show(self, board)
-    }
-
-    fn show(&self, board: &mut Board) {
-        if !variables::show(self, board) {
-            board.clear();
-        }
+    fn evaluate(&self, values: &mut [f64]) {
+        variables::evaluate(self, values);
     }
 
     fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64) {
         let signal = if reference == variables::LOAD { &mut self.load } else { &mut self.driving };
         signal.set_derivative(order, value);
-    }
-
-    fn input_derivative_order(&self) -> usize {
-        super::cam_drive::MAX_INPUT_DERIVATIVE
     }
 
     fn request_tolerance(&mut self, tolerance: f64) {

@@ -91,19 +91,19 @@ fn run(machine: &mut RigidMachine, duration: f64, steps: usize) {
 fn get(machine: &RigidMachine, name: &str) -> f64 {
     let list = machine.variables();
     let v = &list.0[list.reference(name).unwrap_or_else(|| panic!("no variable {name}"))];
-    (v.get)(machine, v.index)
+    v.value(machine)
 }
 
 fn set(machine: &mut RigidMachine, name: &str, value: f64) {
     let list = machine.variables();
     let v = &list.0[list.reference(name).unwrap()];
-    (v.set.unwrap())(machine, v.index, value);
+    v.set(machine, value);
 }
 
 fn series(machine: &RigidMachine, name: &str, seed: Seed) -> crate::numerics::taylor::Series {
     let list = machine.variables();
     let v = &list.0[list.reference(name).unwrap()];
-    (v.series.unwrap())(machine, seed, v.index)
+    (v.series().unwrap())(machine, seed, v.index)
 }
 
 fn assert_near(value: f64, expected: f64, relative: f64, what: &str) {
@@ -457,10 +457,10 @@ fn the_dependencies_are_the_directional_derivatives_that_exist() {
                 d.state || d.causality == crate::drives::variable::Causality::Input
             })
             .collect();
-        for unknown in list.0.iter().filter(|v| v.series.is_some()) {
+        for unknown in list.0.iter().filter(|v| v.series().is_some()) {
             for &known in &knowns {
                 let name = &list.0[known].description.name;
-                let slope = (unknown.series.unwrap())(&machine, Seed::Known(known), unknown.index).derivative(1);
+                let slope = (unknown.series().unwrap())(&machine, Seed::Known(known), unknown.index).derivative(1);
                 let declared = unknown.description.dependencies.contains(name);
                 assert_eq!(slope != 0.0, declared, "d {} / d {name} = {slope}", unknown.description.name);
             }

@@ -185,21 +185,7 @@ impl RigidMachine {
         self.state.u = if self.torques.sense > 0.0 { root } else { -root };
     }
 
-    /// Goes on to `end` [s] where the passage holds it and the torques are as they were; whether it does.
-    #[inline(always)]
-    pub(super) fn glide_to(&mut self, end: f64) -> bool {
-        let Some(passage) = &self.passage else { return false };
-        let [elapsed, left] = passage.around(Double::from(end));
-        let steady = self.load.is_constant() && self.driving.is_constant();
-        if !(left >= 0.0) || !steady || self.constant_torque() != self.torques.against_what() {
-            return false;
-        }
-        self.read(elapsed);
-        true
-    }
-
     /// Takes the values `elapsed` [s] after the beginning of the passage, which holds them.
-    #[inline(always)]
     fn read(&mut self, elapsed: f64) {
         let Some(passage) = &self.passage else { return };
         let sense = self.torques.sense;

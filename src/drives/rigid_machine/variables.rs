@@ -6,7 +6,7 @@ use super::{MachineStart, Motor, RigidMachine};
 use crate::drives::solver::HasSolver;
 use crate::drives::unit::{self, Quantity};
 use crate::drives::variable::{Enumeration, Kind, real, real_within};
-use crate::drives::{Board, List, Seed};
+use crate::drives::{List, Seed};
 use crate::numerics::double_double::{Double, two_product};
 use crate::numerics::taylor::{Scalar, Series};
 use laws::{INERTIA_LAW, declare_law, declare_mechanism};
@@ -59,8 +59,7 @@ fn driving_torque<S: Scalar>(machine: &RigidMachine, p: &Point<S>) -> S {
 }
 
 /// φ̈ = (M_an − τ − ½ J′ φ̇²) / J.
-fn acceleration<S: Scalar>(machine: &RigidMachine, p: &Point<S>) -> S {
-    let [j, j1] = inertia(machine, p.phi);
+fn acceleration<S: Scalar>(machine: &RigidMachine, p: &Point<S>, [j, j1]: [S; 2]) -> S {
     (driving_torque(machine, p) - p.tau - j1 * p.w * p.w * 0.5) / j
 }
 
@@ -72,26 +71,9 @@ fn torque_rate<S: Scalar>(machine: &RigidMachine, p: &Point<S>) -> S {
     }
 }
 
-/// U⁽ⁿ⁾(φ), n ≤ 2, of the tool of follower j, or of its lever.
-fn transfer<S: Scalar>(machine: &RigidMachine, Member { follower: j, is_lever }: Member, n: usize, phi: S) -> S {
-    let place = machine.inertia.place(machine.state.interval);
-    let follower = &machine.inertia.followers[j];
-    let cam = place.evaluate(&follower.cam, machine.state.angle.hi).0;
-    if is_lever {
-        return phi.compose([cam[n], cam[n + 1], cam[n + 2]]);
-    }
-    if S::ORDER == 0 {
-        return S::from(follower.tool([cam[0], cam[1], cam[2]])[n]);
-    }
-    let u = follower.tool(cam);
-    phi.compose([u[n], u[n + 1], u[n + 2]])
-}
-
-/// What of a follower moves.
-#[derive(Clone, Copy)]
-struct Member {
-    follower: usize,
-    is_lever: bool,
+/// U, U′ and U″ where they are `u` with two more derivatives at φ.
+fn transfer<S: Scalar>(phi: S, u: [f64; 5]) -> [S; 3] {
+    [0, 1, 2].map(|n| phi.compose([u[n], u[n + 1], u[n + 2]]))
 }
 
 /// The outputs; those of follower j have the indices FOLLOWER + 6j + n, n the order of the derivative, those of its lever
@@ -105,24 +87,40 @@ const ENERGY: usize = 5;
 const TORQUE_RATE: usize = 6;
 const FOLLOWER: usize = 7;
 
-fn output<S: Scalar>(machine: &RigidMachine, p: &Point<S>, which: usize) -> S {
-    match which {
-        PHI => p.phi,
-        W => p.w,
-        A => acceleration(machine, p),
-        TORQUE => driving_torque(machine, p),
-        INERTIA => inertia(machine, p.phi)[0],
-        ENERGY => inertia(machine, p.phi)[0] * p.w * p.w * 0.5,
-        TORQUE_RATE => torque_rate(machine, p),
-        _ => {
-            let (member, order) = ((which - FOLLOWER) / 3, (which - FOLLOWER) % 3);
-            let member = Member { follower: member / 2, is_lever: member % 2 == 1 };
-            let u = |n| transfer(machine, member, n, p.phi);
-            match order {
-                0 => u(0),
-                1 => u(1) * p.w,
-                _ => u(2) * p.w * p.w + u(1) * acceleration(machine, p),
+/// Where the statistics of the solver begin, and the period of the start, behind the outputs of so many followers.
+fn statistics(followers: usize) -> usize {
+    FOLLOWER + 6 * followers
+}
+
+/// Gives the outputs, of numbers or of series, to `put`.
+fn outputs<S: Scalar>(machine: &RigidMachine, p: &Point<S>, mut put: impl FnMut(usize, S)) {
+    let inertia = inertia(machine, p.phi);
+    let a = acceleration(machine, p, inertia);
+    put(PHI, p.phi);
+    put(W, p.w);
+    put(A, a);
+    put(TORQUE, driving_torque(machine, p));
+    put(INERTIA, inertia[0]);
+    put(ENERGY, inertia[0] * p.w * p.w * 0.5);
+    put(TORQUE_RATE, torque_rate(machine, p));
+    let place = machine.inertia.place(machine.state.interval);
+    for (j, follower) in machine.inertia.followers.iter().enumerate() {
+        let cam = place.evaluate(&follower.cam, machine.state.angle.hi).0;
+        let mut members = |member: usize, u: [f64; 5]| {
+            let [u, u1, u2] = transfer(p.phi, u);
+            for (n, value) in [u, u1 * p.w, u2 * p.w * p.w + u1 * a].into_iter().enumerate() {
+                put(FOLLOWER + 6 * j + 3 * member + n, value);
             }
+        };
+        // Numbers need no derivatives beyond U″.
+        if S::ORDER == 0 {
+            let [u, u1, u2] = follower.tool([cam[0], cam[1], cam[2]]);
+            members(0, [u, u1, u2, 0.0, 0.0]);
+        } else {
+            members(0, follower.tool(cam));
+        }
+        if !follower.linkage.is_empty() {
+            members(1, cam);
         }
     }
 }
@@ -134,28 +132,21 @@ fn whole_angle(machine: &RigidMachine) -> f64 {
     (two_product(machine.state.turns, std::f64::consts::TAU) + low + machine.state.angle).hi
 }
 
-fn value(machine: &RigidMachine, which: usize) -> f64 {
-    if which == PHI { whole_angle(machine) } else { output(machine, &machine.point(), which) }
+pub(super) fn evaluate(machine: &RigidMachine, values: &mut [f64]) {
+    outputs(machine, &machine.point(), |place, value| values[place] = value);
+    values[PHI] = whole_angle(machine);
+    let rest = &mut values[statistics(machine.inertia.followers.len())..];
+    rest[..3].copy_from_slice(&machine.statistics());
+    rest[3] = machine.period;
 }
 
 fn series(machine: &RigidMachine, seed: Seed, which: usize) -> Series {
-    let mut s = output(machine, &machine.point_series(seed), which);
+    let mut s = Series::default();
+    outputs(machine, &machine.point_series(seed), |place, series| s = if place == which { series } else { s });
     if which == PHI {
         s.0[0] = whole_angle(machine);
     }
     s
-}
-
-/// Shows φ, φ̇ and φ̈; false where one of them is not finite.
-#[inline(always)]
-pub(super) fn show(machine: &RigidMachine, board: &mut Board) -> bool {
-    let p = machine.point();
-    let (phi, a) = (whole_angle(machine), acceleration(machine, &p));
-    board.show(PHI, phi);
-    board.show(W, p.w);
-    board.show(A, a);
-    // A sum that is finite has finite terms.
-    (phi + p.w + a).is_finite()
 }
 
 impl RigidMachine {
@@ -176,7 +167,7 @@ impl RigidMachine {
                 // Each pass yields the next coefficient: the rates are right up to the order of what they are
                 // computed from.
                 for order in 1..3 {
-                    let (a, rate) = (acceleration(self, &p), torque_rate(self, &p));
+                    let (a, rate) = (acceleration(self, &p, inertia(self, p.phi)), torque_rate(self, &p));
                     p.phi.0[order] = p.w.0[order - 1] / order as f64;
                     p.w.0[order] = a.0[order - 1] / order as f64;
                     if !input {
@@ -206,13 +197,10 @@ impl RigidMachine {
         self.declare_inputs(&mut list);
         self.declare_outputs(&mut list);
         self.declare_parameters(&mut list);
-        self.declare_solver(&mut list);
-        list.local(
-            "start.period",
-            "Period of the steady state found at the start; 0 without one",
-            real(&unit::TIME),
-            |d, _| d.period,
-        );
+        let place = statistics(self.inertia.followers.len());
+        self.declare_solver(&mut list, place);
+        list.local("start.period", "Period of the steady state found at the start; 0 without one", real(&unit::TIME))
+            .at(place + 3);
         for j in 0..self.inertia.followers.len() {
             self.declare_follower(&mut list, j);
         }
@@ -277,40 +265,40 @@ impl RigidMachine {
             all
         };
 
-        list.output("phi", "Angle of the shaft", real(&unit::ANGLE), value, series)
+        list.output("phi", "Angle of the shaft", real(&unit::ANGLE), series)
             .at(PHI)
             .state()
             .depends(&["phi"])
             .depends_initially(&[&["phi_start"]]);
-        list.output("w", "Angular velocity of the shaft, der(phi)", real(&unit::ANGULAR_VELOCITY), value, series)
+        list.output("w", "Angular velocity of the shaft, der(phi)", real(&unit::ANGULAR_VELOCITY), series)
             .at(W)
             .state()
             .derivative_of("phi")
             .depends(&["w"])
             .depends_initially(&[&w_start]);
-        list.output("a", "Angular acceleration of the shaft, der(w)", real(&unit::ANGULAR_ACCELERATION), value, series)
+        list.output("a", "Angular acceleration of the shaft, der(w)", real(&unit::ANGULAR_ACCELERATION), series)
             .at(A)
             .derivative_of("w")
             .depends(&enters_a)
             .depends_initially(&[&a_start]);
         if motor {
             let text = "Torque of the motor on the shaft; positive accelerates";
-            let torque = list.output("M_an", text, real(&unit::TORQUE), value, series).at(TORQUE);
+            let torque = list.output("M_an", text, real(&unit::TORQUE), series).at(TORQUE);
             torque.depends(if lag { &["M_an"] } else { &["w"] }).depends_initially(&[&torque_start]);
             if lag {
                 torque.state();
-                list.output("der(M_an)", "Rate of the motor's torque", real(&TORQUE_RATE_QUANTITY), value, series)
+                list.output("der(M_an)", "Rate of the motor's torque", real(&TORQUE_RATE_QUANTITY), series)
                     .at(TORQUE_RATE)
                     .derivative_of("M_an")
                     .depends(&["w", "M_an"])
                     .depends_initially(&[&w_start, &torque_start, of_motor, &["motor.T_el"]]);
             }
         }
-        list.output("J", "Reduced moment of inertia at phi", real(&unit::INERTIA), value, series)
+        list.output("J", "Reduced moment of inertia at phi", real(&unit::INERTIA), series)
             .at(INERTIA)
             .depends(&with_phi(&[]))
             .depends_initially(inertia);
-        list.output("E", "Kinetic energy J w^2 / 2", real(&unit::ENERGY), value, series)
+        list.output("E", "Kinetic energy J w^2 / 2", real(&unit::ENERGY), series)
             .at(ENERGY)
             .depends(&with_phi(&["w"]))
             .depends_initially(&[&inertia.concat(), &w_start]);
@@ -338,7 +326,7 @@ impl RigidMachine {
                 };
                 let (cam, linkage) = (format!("follower[{n}].cam"), format!("follower[{n}].linkage"));
                 let placed: &[&str] = if is_lever { &["phi_start", &cam] } else { &["phi_start", &cam, &linkage] };
-                list.output(&name, &format!("{what} of {of}follower {n}"), real(quantities[order]), value, series)
+                list.output(&name, &format!("{what} of {of}follower {n}"), real(quantities[order]), series)
                     .at(FOLLOWER + 6 * j + i)
                     .depends(known)
                     .depends_initially(&[placed, moved]);

@@ -93,7 +93,7 @@ fn end(scene: Scene, span: f64, ramp: Option<f64>) -> ([f64; 4], f64) {
         let variables = drive.variables().0;
         let set = |drive: &mut BacklashDrive, t: f64| {
             for (reference, value) in [phi_start + w * t + 0.5 * a * t * t, w + a * t, a].into_iter().enumerate() {
-                (variables[reference].set.unwrap())(drive, variables[reference].index, value);
+                variables[reference].set(drive, value);
             }
         };
         set(&mut drive, 0.0);

@@ -66,7 +66,7 @@ fn with_inputs(e: f64) -> BacklashDrive {
 fn set(drive: &mut BacklashDrive, phi: f64, w: f64, a: f64) {
     let variables = drive.variables().0;
     for (reference, value) in [phi, w, a].into_iter().enumerate() {
-        (variables[reference].set.unwrap())(drive, variables[reference].index, value);
+        variables[reference].set(drive, value);
     }
 }
 
@@ -173,9 +173,9 @@ fn time_derivatives_are_those_of_the_values() {
         let mut later = drive.clone();
         later.advance(time, h).unwrap();
         for v in drive.variables().0 {
-            let Some(series) = v.series else { continue };
+            let Some(series) = v.series() else { continue };
             let series = series(&drive, Seed::Time, v.index);
-            let (now, next) = ((v.get)(&drive, v.index), (v.get)(&later, v.index));
+            let (now, next) = (v.value(&drive), v.value(&later));
             let predicted = now + h * series.derivative(1) + 0.5 * h * h * series.derivative(2);
             // What remains is h³/6 of the third derivative: rates are about 1000 rad/s.
             let [d1, d2] = [1, 2].map(|order| series.derivative(order).abs());
@@ -204,9 +204,9 @@ fn directional_derivatives_are_those_of_the_inputs() {
             };
             let (plus, minus, middle) = (at(1.0), at(-1.0), at(0.0));
             for v in drive.variables().0 {
-                let Some(series) = v.series else { continue };
+                let Some(series) = v.series() else { continue };
                 let exact = series(&middle, Seed::Known(input), v.index).0[1];
-                let (high, low) = ((v.get)(&plus, v.index), (v.get)(&minus, v.index));
+                let (high, low) = (v.value(&plus), v.value(&minus));
                 let slope = (high - low) / (2.0 * delta);
                 let name = &v.description.name;
                 let rounding = 1e-15 * high.abs() / delta;
@@ -237,9 +237,9 @@ fn what_a_jump_of_the_inputs_strikes_has_its_derivatives() {
             });
             assert_eq!(middle.now.tally.impacts, drive.now.tally.impacts + 1.0);
             for v in drive.variables().0.iter().filter(|v| ["impulse", "energy_loss"].contains(&&*v.description.name)) {
-                let exact = v.series.unwrap()(&middle, Seed::Known(input), v.index).0[1];
-                let slope = ((v.get)(&plus, v.index) - (v.get)(&minus, v.index)) / (2.0 * delta);
-                let rounding = 1e-15 * (v.get)(&middle, v.index).abs() / delta;
+                let exact = v.series().unwrap()(&middle, Seed::Known(input), v.index).0[1];
+                let slope = (v.value(&plus) - v.value(&minus)) / (2.0 * delta);
+                let rounding = 1e-15 * v.value(&middle).abs() / delta;
                 let name = &v.description.name;
                 assert!((exact - slope).abs() <= 1e-6 * slope.abs() + rounding, "∂{name}/∂{input}: {exact} {slope}");
                 assert_eq!(exact != 0.0, input < 2, "∂{name}/∂{input}: {exact}");

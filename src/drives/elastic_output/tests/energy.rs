@@ -6,7 +6,7 @@ use crate::numerics::quadrature::Gauss;
 fn get(drive: &ElasticOutput, name: &str) -> f64 {
     let list = drive.variables();
     let v = &list.0[list.reference(name).unwrap()];
-    (v.get)(drive, v.index)
+    v.value(drive)
 }
 
 /// By what E misses ∫ (tau ω − b q̇²) dt over the next forty panels, as part of the energy that drive, damper and mass exchange. A

@@ -17,24 +17,22 @@ fn run_on_inputs(per_second: u32, look: u32) -> ([f64; 2], f64) {
     let mut scene = scene([1.0, 1e4, 5.0], MotionLaw::Fourier(series()), DriveMode::Input, at_rest());
     scene.solver.tolerance = 1e-13;
     let mut drive = ElasticOutput::new(scene).unwrap();
-    *drive.inputs().unwrap() = motion(0.0);
+    drive.cam.set_inputs(motion(0.0));
     drive.start(0.0).unwrap();
-    let (mut board, mut steps) = (Board::new(0), [0.0; 2]);
+    let mut steps = [0.0; 2];
     for n in 0..3 * per_second {
         let [time, end] = [n, n + 1].map(|n| f64::from(n) / f64::from(per_second));
         for (steps, mark) in steps.iter_mut().zip([1.0, 1.5]) {
             *steps = if time == mark { drive.steps() } else { *steps };
         }
-        *drive.inputs().unwrap() = motion(time);
+        drive.cam.set_inputs(motion(time));
         if time == 1.6 {
             drive.c = 1.3e4;
         }
         if n % look == 0 || time == 1.6 {
             drive.apply(time).unwrap();
         }
-        if !drive.glide(time, end, &mut board) {
-            drive.advance(time, end - time).unwrap();
-        }
+        drive.advance(time, end - time).unwrap();
     }
     (drive.now.q.array(), steps[1] - steps[0])
 }

@@ -35,7 +35,7 @@ impl Case {
         let [phi, w, a] = self.ramp;
         let variables = drive.variables().0;
         for (variable, value) in variables.iter().zip([phi + (w + 0.5 * a * t) * t, w + a * t, a]) {
-            variable.set.unwrap()(drive, variable.index, value);
+            variable.set(drive, value);
         }
     }
 

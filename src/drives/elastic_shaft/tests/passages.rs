@@ -129,10 +129,10 @@ fn acceleration_that_begins_in_a_dwell() {
                 ..manipulator(law.clone(), false, DriveMode::Input)
             };
             let mut drive = ElasticShaft::new(scene).unwrap();
-            drive.inputs().unwrap().copy_from_slice(&[3.2, -126.0, 0.0]);
+            drive.cam.set_inputs([3.2, -126.0, 0.0]);
             drive.start(0.0).unwrap();
             drive.advance(0.0, start).unwrap();
-            drive.inputs().unwrap()[0] = 3.2 - 126.0 * start;
+            drive.cam.set_inputs([3.2 - 126.0 * start, -126.0, 0.0]);
             drive.set_input_derivative(2, 1, jerk);
             drive.advance(start, h).unwrap();
             let expected = [-jerk * h.powi(3) / 6.0, -jerk * h.powi(2) / 2.0];
@@ -180,11 +180,11 @@ fn passages_where_the_acceleration_jumps_are_not_late() {
             solver: Settings { tolerance, ..Settings::default() },
         };
         let mut drive = ElasticShaft::new(scene).unwrap();
-        *drive.inputs().unwrap() = inputs[0];
+        drive.cam.set_inputs(inputs[0]);
         drive.start(0.0).unwrap();
         let mut time = 0.0;
         for ((end, inputs), [q, largest]) in ends.into_iter().zip(inputs).zip(truth) {
-            *drive.inputs().unwrap() = inputs;
+            drive.cam.set_inputs(inputs);
             drive.advance(time, end - time).unwrap();
             time = end;
             let (error, estimate) = ((drive.twist[0] - q).abs() / largest, drive.solver.error_estimate);

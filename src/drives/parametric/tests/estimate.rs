@@ -93,7 +93,7 @@ fn on_inputs(scene: &Scene, ramp: [f64; 3], span: f64, steps: usize) -> Option<(
         let [phi, w, a] = ramp;
         let variables = drive.variables().0;
         for (variable, value) in variables.iter().zip([phi + (w + 0.5 * a * t) * t, w + a * t, a]) {
-            variable.set.unwrap()(drive, variable.index, value);
+            variable.set(drive, value);
         }
     };
     set(&mut drive, 0.0);

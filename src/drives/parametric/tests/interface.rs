@@ -8,8 +8,8 @@ use crate::numerics::quadrature::Gauss;
 fn set(drive: &mut ParametricDrive, name: &str, value: f64) {
     let list = drive.variables();
     let v = &list.0[list.reference(name).unwrap_or_else(|| panic!("no `{name}`"))];
-    v.set.expect("a parameter or an input")(drive, v.index, value);
-    assert_eq!((v.get)(drive, v.index), value, "{name}");
+    v.set(drive, value);
+    assert_eq!(v.value(drive), value, "{name}");
 }
 
 fn boxed(scene: &Scene) -> Box<dyn DynDrive> {
@@ -152,9 +152,9 @@ fn derivatives_of_the_outputs_by_time_states_and_inputs() {
         drive.apply(0.01).unwrap();
         let list = drive.variables();
         let first = list.reference(if relative { "psi" } else { "q" }).unwrap();
-        for v in list.0.iter().filter(|v| v.series.is_some()) {
-            let value = |d: &ParametricDrive| (v.get)(d, v.index);
-            let series = |seed: Seed| v.series.unwrap()(&drive, seed, v.index);
+        for v in list.0.iter().filter(|v| v.series().is_some()) {
+            let value = |d: &ParametricDrive| v.value(d);
+            let series = |seed: Seed| v.series().unwrap()(&drive, seed, v.index);
             let name = &v.description.name;
             let along = series(Seed::Time);
             let h = 1e-5;
