@@ -75,8 +75,6 @@ pub struct ElasticOutput {
     before: Moment,
     /// φ and its time derivatives there, from which jumps of the inputs are counted; kept only where there are inputs.
     phi: [f64; 5],
-    /// What φ and ω may differ from that without a jump, as it was when a step last took more than gliding.
-    slack: [f64; 2],
     log: EventLog,
 }
 
@@ -213,7 +211,6 @@ impl Drive for ElasticOutput {
             taken_up: false,
             before: Moment::default(),
             phi: [0.0; 5],
-            slack: [0.0; 2],
             log: EventLog::default(),
         };
         drive.validate()?;
@@ -277,13 +274,11 @@ impl Drive for ElasticOutput {
 
     fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
         let end = time + step;
-        self.cam.check_step(time, end)?;
         if self.cam.is_input() {
-            if let Some(done) = self.advance_on_inputs([time, end]) {
-                return done;
-            }
-            self.restart(end)?;
-        } else if let Some(Instant { u, q }) = self.response.closed(&self.cam.law, end) {
+            return self.advance_on_inputs([time, end]);
+        }
+        self.cam.check_step(time, end)?;
+        if let Some(Instant { u, q }) = self.response.closed(&self.cam.law, end) {
             self.now = Moment { time: end, u, q, ..self.now };
             // U and ω are bounded; a sum that is finite has finite terms.
             let [q, v] = q.array();
@@ -294,9 +289,11 @@ impl Drive for ElasticOutput {
     }
 
     #[inline(always)]
-    fn glide(&mut self, time: f64, end: f64, board: &mut Board) -> bool {
-        let instant = if self.cam.is_input() { self.glide_on_inputs(time, end) } else { self.response.glide(end) };
-        let Some(Instant { u, q }) = instant else { return false };
+    fn glide(&mut self, _: f64, end: f64, board: &mut Board) -> bool {
+        if self.cam.is_input() {
+            return false;
+        }
+        let Some(Instant { u, q }) = self.response.glide(end) else { return false };
         self.now = Moment { time: end, u, q, ..self.now };
         variables::show(self, board)
     }
