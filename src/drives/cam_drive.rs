@@ -184,6 +184,17 @@ impl AngleMotion {
         self.degree == 1
     }
 
+    /// φ and its derivatives at `time` [s], φ as one number [rad].
+    pub fn kinematics(&self, time: f64) -> [f64; 5] {
+        let (c, tau) = (&self.coefficients, time - self.origin);
+        let mut d = [0.0; 5];
+        for (order, d) in d.iter_mut().enumerate().take(self.degree + 1) {
+            *d = c[order]
+                + (order + 1..=self.degree).rev().fold(0.0, |above, j| (c[j] + above) * tau / (j - order) as f64);
+        }
+        d
+    }
+
     /// φ at `time` [s] as one number [rad].
     pub fn angle(&self, time: f64) -> f64 {
         let (c, tau) = (&self.coefficients, time - self.origin);

@@ -2,7 +2,7 @@
 //!
 //! Four courses, the first of which is tried at each step on inputs, the others chosen at each restart:
 //!
-//! - *leap*, for a Fourier law: the impulse response times −ẍ, integrated over the whole step in one go;
+//! - *leap*, for a Fourier law: the impulse response times −ẍ, integrated over the whole step from its ends;
 //! - *closed form*, for a Fourier law at constant speed (or any law at rest): harmonic response plus free motion,
 //!   valid at any later time without growth of the error; on inputs, too, as long as they keep their speed;
 //! - *table*, for any other law at constant speed from the start on: the motion over a turn as polynomials on cells, which
@@ -36,8 +36,7 @@ use closed_form::{ClosedForm, Run};
 pub use closed_form::{Instant, progression};
 use error_bound::{ErrorBound, Made, neglected};
 use leap::Leap;
-use local::{DEGREE, Local};
-pub use on_inputs::{Both, Landing};
+use local::Local;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -88,8 +87,6 @@ pub struct Response {
     pub evaluations: u64,
     /// The errors of the steps so far.
     bound: ErrorBound,
-    /// Up to so many steps one bound of the error holds for leaps.
-    goal: f64,
 }
 
 /// By what the motion goes on at present, with what is kept for it: one of them at a time, in the same memory. None is
@@ -132,8 +129,7 @@ impl Response {
             until: f64::INFINITY,
             steps: 0.0,
             evaluations: 0,
-            bound: ErrorBound::new(),
-            goal: 0.0,
+            bound: ErrorBound::default(),
         }
     }
 
@@ -141,13 +137,11 @@ impl Response {
     pub fn restored(&mut self, law: &MotionLaw, tolerance: f64) -> bool {
         (self.tolerance, self.bounds) = (tolerance, [law.bound(1), law.bound(2)]);
         self.closed_form.restored(&self.oscillator, law.series());
-        match (&mut self.course, law.series()) {
-            (Course::Leaps(leap), Some(series)) => leap.restored(series),
-            (Course::Leaps(_), None) => return false,
-            (Course::Pieces(piece), _) => return piece.segment < law.breakpoints().len().max(1),
-            _ => {}
+        match &self.course {
+            Course::Leaps(_) => law.series().is_some(),
+            Course::Pieces(piece) => piece.segment < law.breakpoints().len().max(1),
+            _ => true,
         }
-        true
     }
 
     /// The oscillator.
@@ -170,7 +164,7 @@ impl Response {
         self.oscillator = oscillator;
         self.closed_form.clear();
         if let Course::Leaps(leap) = &mut self.course {
-            leap.clear();
+            *leap = Leap::new();
         }
     }
 
@@ -224,7 +218,6 @@ impl Response {
         state: [f64; 2],
     ) -> Result<(), Fault> {
         (self.motion, self.until) = (*motion, until);
-        self.bound.end(self.steps);
         let w = motion.coefficients[1];
         if motion.is_uniform() && (law.series().is_some() || !turns(w)) {
             self.course = Course::Closed(self.closed_form.restart(&self.oscillator, motion, time, state));
@@ -247,7 +240,7 @@ impl Response {
 
     /// The largest estimated error of q up to `time` [s], relative to the largest |q| so far.
     pub fn error(&self, time: f64) -> f64 {
-        let error = self.bound.relative(self.steps);
+        let error = self.bound.relative();
         match &self.course {
             Course::Closed(run) => error.max(self.closed_form.rounding(run, &self.oscillator, &self.motion, time)),
             _ => error,
@@ -416,7 +409,7 @@ impl Response {
                 let within = if length == horizon { [0.0; 2] } else { between };
                 let angle = if self.until.is_finite() { self.motion.coefficients[0] } else { 0.0 };
                 let turned = order * local.speed(length) * length;
-                let made = Made { length, error, forcing: scale, order, turned, angle, state: state.into() };
+                let made = Made { length, error, forcing: scale, order, turned, angle, state };
                 self.bound.add(&self.oscillator, (-length * self.oscillator.decay()).exp(), &made, within);
                 break fit;
             }

@@ -88,22 +88,28 @@ impl Fourier {
 
     /// U … U⁗ at `phi`, error a few ulp of Σ kⁿ |cₖ|.
     pub fn at(&self, phi: f64) -> TransferFunctions {
+        let [[u0, u1], [u2, u3], [u4, _]] = self.derivatives(phi);
+        TransferFunctions([u0, u1, u2, u3, u4])
+    }
+
+    /// U, U′, U″ … at `phi`, an even and an odd order side by side.
+    #[inline]
+    pub fn derivatives<const PAIRS: usize>(&self, phi: f64) -> [[f64; 2]; PAIRS] {
         let [s1, c1] = sin_cos(phi);
-        let (mut s, mut c) = (0.0, 1.0);
-        let mut u = [self.a[0], 0.0, 0.0, 0.0, 0.0];
-        for k in 1..self.a.len() {
-            (s, c) = (s * c1 + c * s1, c * c1 - s * s1);
-            let (a, b, k) = (self.a[k], self.b[k], k as f64);
-            let even = a * c + b * s;
-            let odd = k * (b * c - a * s);
-            let k2 = k * k;
-            u[0] += even;
-            u[1] += odd;
-            u[2] -= k2 * even;
-            u[3] -= k2 * odd;
-            u[4] += k2 * k2 * even;
+        let (mut s, mut c, mut k) = (s1, c1, 1.0);
+        let mut u = [[0.0; 2]; PAIRS];
+        u[0][0] = self.a[0];
+        for (a, b) in self.a.iter().zip(&self.b).skip(1) {
+            let mut pair = [a * c + b * s, k * (b * c - a * s)];
+            for u in &mut u {
+                for i in 0..2 {
+                    u[i] += pair[i];
+                    pair[i] *= -(k * k);
+                }
+            }
+            (s, c, k) = (s * c1 + c * s1, c * c1 - s * s1, k + 1.0);
         }
-        TransferFunctions(u)
+        u
     }
 
     /// U′ where sin φ = `s1` and cos φ = `c1`, for several series at one angle.

@@ -124,7 +124,6 @@ impl ForcedStep {
         let span = tau * if self.treatment == Treatment::Split { slow } else { fast };
         // n nodes are exact up to degree 2n − 1; what the kernel adds beyond that is (span/4)ᵏ/k! with k ≥ n.
         match (self.polynomial.degree, span) {
-            (0..=4, ..=0.05) => 4,
             (0..=8, ..=1.0) => 8,
             _ => 16,
         }

@@ -74,8 +74,6 @@ pub struct ElasticOutput {
     before: Moment,
     /// φ and its time derivatives there, from which jumps of the inputs are counted; kept only where there are inputs.
     phi: [f64; 5],
-    /// What φ and ω may differ from that without a jump, as it was when a step last took more than gliding.
-    slack: [f64; 2],
     log: EventLog,
 }
 
@@ -213,7 +211,6 @@ impl Drive for ElasticOutput {
             taken_up: false,
             before: Moment::default(),
             phi: [0.0; 5],
-            slack: [0.0; 2],
             log: EventLog::default(),
         };
         drive.validate()?;
@@ -285,15 +282,9 @@ impl Drive for ElasticOutput {
     fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
         let end = time + step;
         if self.cam.is_input() {
-            if let Some(Instant { u, q }) = self.glide_on_inputs(time, end) {
-                self.now = Moment { time: end, u, q, ..self.now };
-                return Ok(());
-            }
-            if let Some(done) = self.advance_on_inputs([time, end]) {
-                return done;
-            }
-            self.restart(end)?;
-        } else if let Some(Instant { u, q }) = self.response.closed(&self.cam.law, end) {
+            return self.advance_on_inputs([time, end]);
+        }
+        if let Some(Instant { u, q }) = self.response.closed(&self.cam.law, end) {
             self.now = Moment { time: end, u, q, ..self.now };
             // U and ω are bounded; a sum that is finite has finite terms.
             let [q, v] = q.array();

@@ -2,52 +2,34 @@
 
 use super::{ElasticOutput, Moment, Position};
 use crate::drives::Fault;
-use crate::drives::cam_drive::{goes_on, roundings};
-use crate::drives::response::{Both, Instant, Landing};
+use crate::drives::cam_drive::goes_on;
+use crate::drives::limits::check_angle;
+use crate::drives::response::Instant;
 use crate::motion::MotionLaw;
 use crate::numerics::pair::Pair;
 
 impl ElasticOutput {
-    /// A step on inputs that go on without a jump where the cam was last; None where it takes more than that.
-    #[inline(always)]
-    pub(super) fn glide_on_inputs(&mut self, time: f64, end: f64) -> Option<Instant> {
-        let motion @ [phi, w, _] = self.cam.plain_inputs()?;
-        if self.taken_up {
-            (self.now, self.taken_up) = (self.before, false);
-        }
-        // Angles grow, and their roundings with them: those of some steps ago are on the safe side.
-        let [before, speed, ..] = self.phi;
-        if !((phi - before).abs() <= self.slack[0] && (w - speed).abs() <= self.slack[1]) {
-            return None;
-        }
-        let Both { instant, phi: [phi, w, a] } = self.response.glide_on(motion, [time, end], self.now.q)?;
-        (self.phi, self.now.w) = ([phi, w, a, 0.0, 0.0], w);
-        Some(instant)
-    }
-
-    /// A step on inputs, where one quadrature or the closed form makes it; else what they give is taken up.
-    pub(super) fn advance_on_inputs(&mut self, [time, end]: [f64; 2]) -> Option<Result<(), Fault>> {
-        self.slack = [0.0; 2];
+    /// A step on inputs.
+    pub(super) fn advance_on_inputs(&mut self, [time, end]: [f64; 2]) -> Result<(), Fault> {
         if !(self.taken_up && self.now.time == time) {
             self.take_up_inputs(time);
         }
+        let [phi, w, ..] = self.response.motion().coefficients;
+        let kinematics = self.response.motion().kinematics(end);
+        check_angle(kinematics[0], end)?;
+        let (go_on, q) = (self.goes_on([phi, w], time), self.now.q.array());
         self.cam.step_done();
         self.taken_up = false;
-        let [phi, w, ..] = self.response.motion().coefficients;
-        let smooth = self.goes_on([phi, w], time);
-        let (law, q) = (&self.cam.law, self.now.q.array());
-        Some(match self.response.leap(law, [time, end], q, smooth)? {
-            Landing::Both(Both { instant: Instant { u, q }, phi: [phi, w, a] }) => {
-                self.phi = [phi, w, a, 0.0, 0.0];
-                self.slack = roundings([phi, w, a], end);
-                self.now = Moment { time: end, w, u, q };
-                let [u, u1] = u.array();
-                let [q, v] = q.array();
-                let finite = (u + u1 * w + q + v).is_finite();
-                if finite { Ok(()) } else { Err(self.beyond_all_numbers()) }
-            }
-            Landing::Mass(q) => self.arrive(end, q),
-        })
+        let Some(Instant { u, q }) = self.response.leap(&self.cam.law, [time, end], q, go_on) else {
+            self.restart(end)?;
+            let q = self.response.at(&self.cam.law, end)?;
+            return self.arrive(end, q);
+        };
+        self.phi = kinematics;
+        self.now = Moment { time: end, w: kinematics[1], u, q };
+        let ([u, slope], [q, v]) = (u.array(), q.array());
+        let finite = (u + slope * kinematics[1] + q + v).is_finite();
+        if finite { Ok(()) } else { Err(self.beyond_all_numbers()) }
     }
 
     /// Takes up the motion that the inputs give at `time` [s]. The mass keeps position and velocity where they jump:

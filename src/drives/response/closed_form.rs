@@ -13,7 +13,7 @@ use crate::numerics::double_double::{Double, two_product, two_sum};
 use crate::numerics::forced::apply;
 use crate::numerics::oscillator::{FreeMotion, Oscillator, Resonant};
 use crate::numerics::pair::Pair;
-use crate::numerics::phase::{Phases, sin_cos};
+use crate::numerics::phase::Phases;
 use serde::{Deserialize, Serialize};
 
 /// Cam and mass at an instant.
@@ -43,13 +43,11 @@ pub struct ClosedForm {
     mean: f64,
     #[serde(skip)]
     harmonics: Vec<Harmonic>,
-    /// k of the first of them and the distance to the next; both twice as numbers.
+    /// k of the first of them and the distance to the next.
     #[serde(skip)]
     first: usize,
     #[serde(skip)]
     distance: usize,
-    #[serde(skip)]
-    orders: [f64; 2],
     /// k and resonant part.
     #[serde(skip)]
     resonant: Vec<(usize, Resonant)>,
@@ -120,7 +118,6 @@ impl ClosedForm {
             harmonics,
             first,
             distance,
-            orders: [first, distance].map(|k| k as f64),
             resonant: Vec::with_capacity(most_resonant(order)),
             plain: false,
         }
@@ -142,13 +139,6 @@ impl ClosedForm {
     /// Whether it is that of the oscillator.
     pub fn holds(&self) -> bool {
         self.holds_for.is_some()
-    }
-
-    /// φ, ω, α of the cam at `time` [s].
-    #[inline(always)]
-    pub fn cam(&self, run: &Run, time: f64) -> [f64; 3] {
-        let ((phi, origin), w) = (run.known, self.holds_for.unwrap_or(0.0));
-        [phi + w * (time - origin), w, 0.0]
     }
 
     /// Starts at `time` [s] from `state` = q, q̇ on `motion`, which has a constant speed; U and U′ of a law that is no series
@@ -232,33 +222,6 @@ impl ClosedForm {
             self.resonant.extend(response.resonant.map(|part| (k, part)));
         }
         self.plain = self.first == 1 && self.distance <= 2 && self.resonant.is_empty();
-    }
-
-    /// U … U⁽²ᴾ⁻¹⁾ of the law at the angle `phi` [rad], an even and an odd order side by side.
-    #[inline(always)]
-    pub fn derivatives<const PAIRS: usize>(&self, phi: f64) -> [Pair; PAIRS] {
-        let mut d = [Pair::default(); PAIRS];
-        d[0] = Pair::new(self.mean, 0.0);
-        let [s, c] = sin_cos(phi);
-        let one = Pair::new(c, s);
-        let mut z = if self.first == 1 { one } else { power(one, self.first) };
-        let turn = match self.distance {
-            1 => Map::turn(one),
-            2 => Map::turn_twice(one),
-            n => Map::turn(power(one, n)),
-        };
-        let [mut order, distance] = self.orders.map(Pair::both);
-        for harmonic in &self.harmonics {
-            let mut term = harmonic.straight[0] * z + harmonic.crossed[0] * z.swapped();
-            let square = order * order;
-            for (i, pair) in d.iter_mut().enumerate() {
-                *pair = if i % 2 == 0 { *pair + term } else { *pair - term };
-                term = term * square;
-            }
-            z = turn.at(z);
-            order = order + distance;
-        }
-        d
     }
 
     /// Cam and mass at `time` [s], not before the start, on the motion of the start.

@@ -5,13 +5,9 @@
 //! ones: the squares of their bounds are summed, and so are those of the roundings of ẍ. (Where they do not turn, at a resonance, q itself grows
 //! with them.) The roundings of equal steps are equal, for the same propagator is applied again and again: they are summed
 //! as they are.
-//!
-//! Steps of which one bound holds for all are added together when the next one does not belong to them, or when the
-//! estimate is asked for.
 
 use crate::numerics::chebyshev::Chebyshev;
 use crate::numerics::oscillator::Oscillator;
-use crate::numerics::pair::Pair;
 use serde::{Deserialize, Serialize};
 
 /// One rounding.
@@ -58,24 +54,10 @@ pub struct ErrorBound {
     worst: f64,
     /// The largest relative error of a closed form so far.
     closed: f64,
-    /// Steps that are yet to be added.
-    stretch: Stretch,
-}
-
-/// Steps for all of which the same bounds hold.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-struct Stretch {
-    /// How many steps were made before; infinite where the stretch has ended.
-    before: f64,
-    /// The decay of the slow mode over a step and the rate of the oscillator [1/s].
-    decay: f64,
-    rate: f64,
-    /// Each step; the angle is the first, the state the largest so far.
-    made: Made,
 }
 
 /// A step.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug)]
 pub struct Made {
     /// Its length [s].
     pub length: f64,
@@ -90,66 +72,33 @@ pub struct Made {
     /// The angle as it was rounded [rad]; 0 where it is known to more digits.
     pub angle: f64,
     /// q, q̇ at its end.
-    pub state: Pair,
+    pub state: [f64; 2],
 }
 
 impl ErrorBound {
-    /// No error yet.
-    pub fn new() -> Self {
-        ErrorBound { stretch: Stretch { before: f64::INFINITY, ..Stretch::default() }, ..ErrorBound::default() }
-    }
-
     /// Adds a step; `decay` is that of the slow mode over it, `within` the errors between its ends, where it is read there,
     /// which are not passed on.
     pub fn add(&mut self, oscillator: &Oscillator, decay: f64, step: &Made, within: [f64; 2]) {
-        self.add_equal(oscillator.stiffness().sqrt(), decay, step, 1.0, within);
-    }
-
-    /// Begins a stretch of steps each of which is bounded by `made`, after so many `steps`; the one before has to have ended.
-    pub fn begin(&mut self, oscillator: &Oscillator, decay: f64, made: Made, steps: f64) {
-        self.stretch = Stretch { before: steps, decay, rate: oscillator.stiffness().sqrt(), made };
-    }
-
-    /// A step of the stretch led to q, q̇.
-    #[inline(always)]
-    pub fn pass(&mut self, state: Pair) {
-        let made = &mut self.stretch.made;
-        made.state = state.abs().max(made.state);
-    }
-
-    /// Ends the stretch after so many `steps` in all.
-    pub fn end(&mut self, steps: f64) {
-        let Stretch { before, decay, rate, made } = self.stretch;
-        if before < steps {
-            let count = steps - before;
-            let made = Made { angle: made.angle + count * made.turned / made.order, ..made };
-            self.add_equal(rate, decay, &made, count, [0.0; 2]);
-        }
-        self.stretch.before = f64::INFINITY;
-    }
-
-    /// Adds so many steps.
-    fn add_equal(&mut self, rate: f64, decay: f64, step: &Made, count: f64, within: [f64; 2]) {
-        let [q, v] = step.state.abs().array();
+        let rate = oscillator.stiffness().sqrt();
+        let [q, v] = step.state.map(f64::abs);
         // The propagator, which is the same in every step.
-        let turned = (step.length * rate).min(1.0);
-        let roundings = [2.0 * q + turned * v / rate.max(f64::MIN_POSITIVE), 2.0 * v + turned * rate * q];
-        let roundings = [roundings[0].min(2.0 * q + step.length * v), roundings[1]];
+        let quarter = 1.0 / rate;
+        let reach = step.length.min(quarter);
+        let roundings = [2.0 * q + reach * v, 2.0 * v + reach * rate * rate * q];
         // The forcing, whose angle is rounded, too.
         let forced = ROUNDING * (8.0 + step.order * (2.0 + step.angle.abs())) * step.length * step.forcing;
         // Steps that are short against a wave err alike one after the other.
         let alike = 1.0 + ALIKE / step.turned.max(ALIKE / MOST_ALIKE);
         let squares = step.error.map(|error| alike * error * error);
         let squares = [squares[0], squares[1] + forced * forced];
-        let ([left, sum], [left_square, sum_square]) = (decayed(decay, count), decayed(decay * decay, count));
         for i in 0..2 {
-            self.neglected[i] = left_square * self.neglected[i] + sum_square * squares[i];
-            self.rounded[i] = left * self.rounded[i] + sum * ROUNDING * roundings[i];
+            self.neglected[i] = decay * decay * self.neglected[i] + squares[i];
+            self.rounded[i] = decay * self.rounded[i] + ROUNDING * roundings[i];
         }
-        self.elapsed += count * step.length;
+        self.elapsed += step.length;
         self.largest = self.largest.max(q);
         // An error of q̇ turns into one of q within a quarter of a period or, softer, as long as it has had time.
-        let span = self.elapsed.min(1.0 / rate);
+        let span = self.elapsed.min(quarter);
         let [of_q, of_v] = [0, 1].map(|i| self.neglected[i] + within[i] * within[i]);
         let neglected = (of_q + span * span * of_v).sqrt();
         self.worst = self.worst.max(neglected + self.rounded[0] + span * self.rounded[1]);
@@ -172,19 +121,11 @@ impl ErrorBound {
         self.closed = self.closed.max(part + CLOSED * roundings * ROUNDING);
     }
 
-    /// The largest error relative to the largest |q| after so many `steps`; 0 where nothing has moved.
-    pub fn relative(&self, steps: f64) -> f64 {
-        let mut all = *self;
-        all.end(steps);
-        let of_steps = if all.largest > 0.0 { (all.worst / all.largest).min(1.0) } else { 0.0 };
-        of_steps.max(all.closed)
+    /// The largest error relative to the largest |q|; 0 where nothing has moved.
+    pub fn relative(&self) -> f64 {
+        let of_steps = if self.largest > 0.0 { (self.worst / self.largest).min(1.0) } else { 0.0 };
+        of_steps.max(self.closed)
     }
-}
-
-/// dⁿ and 1 + d + … + dⁿ⁻¹ for 0 ≤ d ≤ 1.
-fn decayed(d: f64, n: f64) -> [f64; 2] {
-    let left = d.powf(n);
-    [left, if d < 1.0 { ((1.0 - left) / (1.0 - d)).clamp(1.0, n) } else { n }]
 }
 
 /// What an interpolant of −ẍ over `length` [s] does to q [m] and q̇ [m/s] by the coefficients that it has not, N₁ and N₂:

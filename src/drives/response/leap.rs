@@ -1,221 +1,191 @@
-//! One communication step of a Fourier law on a moving input by one quadrature.
+//! One communication step of a Fourier law on inputs φ, ω, α by one quadrature: −ẍ as the polynomial of degree 2M + 1 = 11
+//! that has its value and first M derivatives at both ends.
 //!
-//! q(h) = free motion + ∫ g(h − s) (−ẍ(s)) ds with the impulse response g. As long as neither cam nor oscillator turn
-//! far within the step, what the law is at its ends ([`ends`]) or at a few Gauss nodes (here) meets the integral to the
-//! tolerance, and a bound on what they leave is known before anything is computed. Weights are kept: importers repeat their
-//! steps.
+//! With σ = (t − t₀)/h the cam turns from an end by p σ + β σ², p = ω h there and β = ½ α h², and x has the Taylor
+//! coefficients
 //!
-//! Source: M. Abramowitz, I. A. Stegun, *Handbook of Mathematical Functions*, section 25.4.29 (error of the rule).
+//! yₙ = Σⱼ Dₙ₋ⱼ pⁿ⁻²ʲ/(n − 2j)! βʲ/j!, Dₙ = U⁽ⁿ⁾ at that end;
+//!
+//! q(h) = free motion + ∫ g(h − s) (−ẍ(s)) ds = free motion + Σ Wₙ yₙ over both ends and n = 2 … M + 2,
+//!
+//! where the Wₙ, integrals of the impulse response g times Hermite's basis polynomials, are those of all steps of this
+//! length, and the Dₙ at the start are those at the end of the step before: a step evaluates the law once.
+//!
+//! What this leaves is known before anything is computed: |ẍ|⁽ⁿ⁾ ≤ νⁿ max |ẍ| for n ≤ 16 with ν = K|ω| + 3 √(K|α|), so that
+//! ẍ errs by (νh)²ᴹ⁺²/(2M + 2)! (σ(1 − σ))ᴹ⁺¹ of its bound, and its integral by (νh)²ᴹ⁺² (M + 1)!²/((2M + 2)! (2M + 3)!).
+//!
+//! Source: J. Stoer, R. Bulirsch, *Introduction to Numerical Analysis*, section 2.1.5 (interpolation after Hermite and its
+//! remainder).
 
-pub mod ends;
-
-use super::stride::Map;
-use super::{ClosedForm, DEGREE, Local, progression};
 use crate::motion::Fourier;
-use crate::numerics::count::at_most;
 use crate::numerics::double_double::Double;
+use crate::numerics::forced::apply;
 use crate::numerics::oscillator::Oscillator;
 use crate::numerics::pair::Pair;
-use crate::numerics::phase::sin_cos;
 use crate::numerics::quadrature::Gauss;
-use ends::Limits;
 use serde::{Deserialize, Serialize};
 
-/// The number of nodes n of each rule and 4ⁿ n!⁴/((2n + 1) (2n)!³): times h θ²ⁿ and the largest integrand, the error for
-/// an integrand whose derivatives grow like (2θ/h)ᵏ.
-const RULES: [(usize, f64); 4] =
-    [(4, 1.4397293e-7), (6, 7.7043444e-13), (8, 1.1123830e-18), (MOST_NODES, 1.3690177e-45)];
+/// The derivatives of the law come in pairs of an even and an odd order: M + 3 = 2 · pairs.
+const PAIRS: usize = 4;
+const ORDERS: usize = 2 * PAIRS;
+const M: usize = ORDERS - 3;
 
-/// The nodes of the largest rule.
-const MOST_NODES: usize = 16;
+/// (M + 1)!²/((2M + 2)! (2M + 3)!).
+const FACTOR: f64 = 1.0 / 5753767219200.0;
+
+/// Up to this |λ|h 16 nodes integrate the kernel times the basis polynomials to rounding: their Chebyshev coefficients of the
+/// order 11 are 1e-4, those of the kernel of the order 21 below 1e-16, the product of lower orders is integrated exactly.
+const SLOW: f64 = 4.0;
+
+/// Shorter steps, whose squares are near the smallest numbers, are none [s].
+const SHORTEST: f64 = 1e-100;
 
 /// Relative to the step, lengths as near as this count as the same one; the difference, a rounding of the clock, is
 /// taken into account to first order.
 const SAME_LENGTH: f64 = 1e-9;
 
-/// What a step of one length needs of oscillator and law.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+/// n!/((n − 2j)! j!) by j and n.
+const BENDS: [[f64; ORDERS]; PAIRS] = {
+    let mut table = [[1.0; ORDERS]; PAIRS];
+    let mut j = 1;
+    while j < PAIRS {
+        let mut n = 2 * j;
+        while n < ORDERS {
+            table[j][n] = table[j - 1][n] * ((n - 2 * j + 2) * (n - 2 * j + 1)) as f64 / j as f64;
+            n += 1;
+        }
+        j += 1;
+    }
+    table
+};
+
+/// What steps of one length need of the oscillator, and where the last one ended.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Leap {
     /// h [s]; 0 while unknown.
     length: f64,
-    /// How many pairs of derivatives at the ends, or how many nodes; one of them is 0.
-    #[serde(deserialize_with = "at_most::<_, { ends::MOST_PAIRS }>")]
-    pairs: usize,
-    #[serde(deserialize_with = "at_most::<_, MOST_NODES>")]
-    nodes: usize,
-    /// What they count as evaluations of the law: a pair costs what U′ and U″ at a node cost.
-    pub evaluations: u64,
-    /// At each node the weight times g and ġ at h less the place; or the weights of the derivatives.
-    weights: [Pair; MOST_NODES],
+    /// Wₙ/n!, n ≥ 2: that of q at the start beside that of q̇ at the end, then the other two.
+    weights: [[Pair; 2]; ORDERS - 2],
     /// The free motion over the step.
-    free: Map,
+    free: [[f64; 2]; 2],
     /// The decay of the slower mode over the step.
-    decay: f64,
-    /// The first harmonic of the law and the distance to the next; they follow from the law.
-    #[serde(skip)]
-    first: usize,
-    #[serde(skip)]
-    stride: usize,
-    /// U, U′ … where the cam was last, as far as they are in use; or the places of every second node [s], each of the others
-    /// lying as far from the end as the one before from the start.
-    u: [Pair; ends::MOST_PAIRS],
-    /// Its angle there; infinite while unknown [rad].
+    pub decay: f64,
+    /// U, U′ … where the cam was last, and its angle there [rad]; infinite while unknown.
+    u: [Pair; PAIRS],
     angle: f64,
-    /// The steps for which the pairs of derivatives do; none where nodes are in use.
-    limits: Limits,
 }
 
-/// The fewest nodes that leave no more than the part `share` of the largest integrand, and the part that they leave.
-/// None where no rule does.
-pub fn rule(oscillator: &Oscillator, series: &Fourier, local: &Local, length: f64, share: f64) -> Option<(usize, f64)> {
+/// What a step over `length` [s] leaves of the largest |ẍ|, for a law of this order and a cam below this speed [rad/s] and
+/// acceleration [rad/s²]; infinite where the quadrature does not do.
+pub fn left(oscillator: &Oscillator, order: f64, [speed, acceleration]: [f64; 2], length: f64) -> f64 {
     let (_, fast) = oscillator.rates();
-    let theta = 0.5 * length * (fast + local.harmonic_rate(series.order() as f64, length));
-    let mut parts = RULES.into_iter().map(|(n, factor)| (n, factor * theta.powi(2 * n as i32)));
-    parts.find(|(_, part)| *part <= share)
+    if !(fast * length <= SLOW && SHORTEST <= length) {
+        return f64::INFINITY;
+    }
+    let theta = length * (order * speed + 3.0 * (order * acceleration).sqrt());
+    FACTOR * theta.powi(2 * M as i32 + 2)
 }
 
 impl Leap {
-    /// For the harmonics of this law.
-    pub fn new(series: &Fourier) -> Self {
-        let (first, stride) = progression(series);
-        Leap { first, stride, angle: f64::INFINITY, ..Leap::default() }
+    /// Nothing is known yet.
+    pub fn new() -> Self {
+        let weights = Default::default();
+        Leap { length: 0.0, weights, free: [[0.0; 2]; 2], decay: 1.0, u: Default::default(), angle: f64::INFINITY }
     }
 
-    /// Rebuilds what the serialisation leaves out.
-    pub fn restored(&mut self, series: &Fourier) {
-        (self.first, self.stride) = progression(series);
-    }
-
-    /// Forgets the oscillator.
-    pub fn clear(&mut self) {
-        self.length = 0.0;
-    }
-
-    /// By which factor the slower mode decays over the step.
-    pub fn decay(&self) -> f64 {
-        self.decay
-    }
-
-    /// How many pairs of derivatives are in use; 0 where nodes are.
-    pub fn pairs(&self) -> usize {
-        self.pairs
-    }
-
-    /// From `state` over `length` [s] on the motion `local` by a [`rule`] of so many nodes.
+    /// From `state` over `length` [s] from this angle, speed and acceleration on: U, U′ and q, q̇ at the end.
     pub fn over(
         &mut self,
         oscillator: &Oscillator,
         series: &Fourier,
-        local: &Local,
+        [phi, w, a]: [f64; 3],
         length: f64,
         state: [f64; 2],
-        nodes: usize,
-    ) -> [f64; 2] {
-        // A rule that is a little better than needed is kept.
-        let kept = nodes <= self.nodes && self.nodes <= 2 * nodes;
-        if !kept || !self.is_for(length) {
-            self.prepare(oscillator, length, nodes);
+    ) -> [Pair; 2] {
+        if !((length - self.length).abs() <= SAME_LENGTH * length) {
+            self.prepare(oscillator, length);
         }
-        let (forced, last) = self.forced_at_nodes(series, local);
-        let [q, v] = (self.free.at(state.into()) + forced).array();
-        let rest = length - self.length;
-        let rate = last - oscillator.stiffness() * q - 2.0 * oscillator.damping() * v;
-        [q + rest * v, v + rest * rate]
+        // Inputs that go on from there differ by a rounding.
+        if !((phi - self.angle).abs() <= 4.0 * f64::EPSILON * phi.abs()) {
+            self.u = series.derivatives(phi).map(Pair);
+        }
+        let h = self.length;
+        let (speed, end) = (w + a * h, phi + h * (w + 0.5 * a * h));
+        let after: [Pair; PAIRS] = series.derivatives(end).map(Pair);
+        let forced = self.forced(&after, Pair::new(w * h, speed * h), 0.5 * a * h * h);
+        let state = Pair(apply(&self.free, state)) + forced;
+        // The clock's rounding of the step: to first order.
+        let rest = length - h;
+        let turned = rest * speed;
+        let ([q, v], [_, d1], [d2, _]) = (state.array(), after[0].array(), after[1].array());
+        let rate = -(d2 * speed * speed + d1 * a) - oscillator.stiffness() * q - 2.0 * oscillator.damping() * v;
+        // The highest one, which has no higher one, stays.
+        for i in 0..PAIRS {
+            let next = after.get(i + 1).map_or(0.0, |pair| pair.array()[0]);
+            self.u[i] = after[i] + Pair::both(turned) * Pair::new(after[i].array()[1], next);
+        }
+        self.angle = end + turned;
+        [self.u[0], state + Pair::both(rest) * Pair::new(v, rate)]
+    }
+
+    /// Σ Wₙ yₙ with the derivatives `after` the step and those before it; `p` at the start and at the end side by side.
+    #[inline(always)]
+    fn forced(&self, after: &[Pair; PAIRS], p: Pair, bend: f64) -> Pair {
+        let mut d = [Pair::default(); ORDERS];
+        for i in 0..PAIRS {
+            let ([even, odd], [even_after, odd_after]) = (self.u[i].array(), after[i].array());
+            (d[2 * i], d[2 * i + 1]) = (Pair::new(even, even_after), Pair::new(odd, odd_after));
+        }
+        let (mut powers, mut bends) = ([Pair::both(1.0); ORDERS], [1.0; PAIRS]);
+        for m in 1..ORDERS {
+            powers[m] = powers[m - 1] * p;
+        }
+        for j in 1..PAIRS {
+            bends[j] = bends[j - 1] * bend;
+        }
+        // What the start adds to q beside what the end adds to q̇, and the other two.
+        let (mut straight, mut crossed) = (Pair::default(), Pair::default());
+        for n in 2..ORDERS {
+            // n! yₙ.
+            let mut y = d[n] * powers[n];
+            for j in 1..n / 2 + 1 {
+                y = y + Pair::both(bends[j] * BENDS[j][n]) * (d[n - j] * powers[n - 2 * j]);
+            }
+            straight = straight + self.weights[n - 2][0] * y;
+            crossed = crossed + self.weights[n - 2][1] * y.swapped();
+        }
+        straight + crossed
     }
 
     #[cold]
-    fn prepare(&mut self, oscillator: &Oscillator, length: f64, nodes: usize) {
-        self.keep(oscillator, length);
-        self.angle = f64::INFINITY;
-        (self.nodes, self.pairs, self.limits) = (nodes, 0, Limits::NONE);
-        self.evaluations = nodes as u64;
-        let rule: [[f64; 2]; MOST_NODES] = Gauss::with(nodes).nodes(length);
-        for (i, [place, weight]) in rule.into_iter().enumerate() {
-            if i % 2 == 0 {
-                self.u[i / 4].0[i / 2 % 2] = place;
-            }
-            self.weights[i] = Pair::both(weight) * oscillator.kernel(length - place).into();
-        }
-    }
-
-    /// What all steps of this length have in common.
-    fn keep(&mut self, oscillator: &Oscillator, length: f64) {
+    fn prepare(&mut self, oscillator: &Oscillator, length: f64) {
         self.length = length;
-        self.free = Map::of(oscillator.free(Double::from(length)));
+        self.free = oscillator.free(Double::from(length));
         self.decay = (-oscillator.decay() * length).exp();
-    }
-
-    /// The forced motion, and −ẍ at the last node.
-    fn forced_at_nodes(&self, series: &Fourier, local: &Local) -> (Pair, f64) {
-        let mut sum = Pair::default();
-        let mut forcing = [0.0; 2];
-        for i in (0..self.nodes).step_by(2) {
-            let place = self.u[i / 4].array()[i / 2 % 2];
-            forcing = self.forcing(series, [place, self.length - place].map(|tau| local.at(tau)));
-            for j in 0..2 {
-                sum = sum + self.weights[i + j] * Pair::both(forcing[j]);
+        self.weights = Default::default();
+        for [place, weight] in Gauss::with(16).nodes::<16>(length) {
+            let sigma = place / length;
+            let mut factorial = 1.0;
+            let kernel: Pair = oscillator.kernel(length - place).map(|g| -(weight / length) * (g / length)).into();
+            for (j, weights) in self.weights.iter_mut().enumerate() {
+                let sign = if j % 2 == 0 { 1.0 } else { -1.0 };
+                // (j + 2) (j + 1)/(j + 2)! = 1/j!.
+                let ends = Pair::new(basis(j, sigma), sign * basis(j, 1.0 - sigma)) * Pair::both(1.0 / factorial);
+                factorial *= (j + 1) as f64;
+                weights[0] = weights[0] + kernel * ends;
+                weights[1] = weights[1] + kernel * ends.swapped();
             }
-        }
-        (sum, forcing[1])
-    }
-
-    /// −ẍ at two nodes with these φ, w, a: side by side they fill the packed registers, more of them would not fit in.
-    #[inline(always)]
-    fn forcing(&self, series: &Fourier, motion: [[f64; 3]; 2]) -> [f64; 2] {
-        let z = motion.map(|[phi, ..]| sin_cos(phi));
-        let (s, c) = (z.map(|[s, _]| s), z.map(|[_, c]| c));
-        let (mut kc, mut ks) = (c, s);
-        rotate(&mut kc, &mut ks, &c, &s, self.first.saturating_sub(1));
-        let (mut turn_c, mut turn_s) = (c, s);
-        rotate(&mut turn_c, &mut turn_s, &c, &s, self.stride - 1);
-        let (mut first, mut second) = ([0.0; 2], [0.0; 2]);
-        let mut k = self.first;
-        while 0 < k && k <= series.order() {
-            let (a, b, order) = (series.a[k], series.b[k], k as f64);
-            let square = order * order;
-            for i in 0..2 {
-                first[i] += order * (b * kc[i] - a * ks[i]);
-                second[i] -= square * (a * kc[i] + b * ks[i]);
-            }
-            rotate(&mut kc, &mut ks, &turn_c, &turn_s, 1);
-            k += self.stride;
-        }
-        [0, 1].map(|i| {
-            let [_, w, a] = motion[i];
-            -(second[i] * w * w + first[i] * a)
-        })
-    }
-}
-
-/// Turns the pointers (c, s) `times` times by (by_c, by_s).
-#[inline(always)]
-fn rotate(c: &mut [f64; 2], s: &mut [f64; 2], by_c: &[f64; 2], by_s: &[f64; 2], times: usize) {
-    for _ in 0..times {
-        for i in 0..2 {
-            (c[i], s[i]) = (c[i] * by_c[i] - s[i] * by_s[i], c[i] * by_s[i] + s[i] * by_c[i]);
         }
     }
 }
 
-impl Local {
-    /// ν such that the derivatives of order m ≤ 32 of the harmonics up to `order` stay below νᵐ over [0, `length`]: by
-    /// Cauchy's bound m! (e ν/m)ᵐ on a circle of the radius m/ν, on which K|φⱼ| rʲ ≤ m pⱼ/ν, less the factor √(2πm)
-    /// by which that bound is above the derivative of e^(νt) itself.
-    fn harmonic_rate(&self, order: f64, length: f64) -> f64 {
-        /// The highest derivative that a rule leaves.
-        const MOST: f64 = 2.0 * MOST_NODES as f64;
-        let mut rate = order * self.speed(length);
-        for j in 2..=self.degree {
-            // The coefficient about any instant of the step.
-            let (mut coefficient, mut binomial, mut power) = (0.0, 1.0, 1.0);
-            for i in j..=self.degree.min(DEGREE) {
-                coefficient += binomial * self.angle[i].abs() * power;
-                binomial *= (i + 1) as f64 / (i + 1 - j) as f64;
-                power *= length;
-            }
-            let part = order * coefficient * MOST.powi(j as i32 - 1);
-            rate += if j == 2 { part.sqrt() } else { part.powf(1.0 / j as f64) };
-        }
-        rate
+/// Hermite's basis polynomial of degree 2M + 1 at `sigma`: its Taylor coefficients up to σᴹ are 0 at 1, and at 0 as well, that
+/// of σʲ excepted, which is 1: σʲ (1 − σ)ᴹ⁺¹ Σᵢ (M + i over i) σⁱ, i ≤ M − j.
+fn basis(j: usize, sigma: f64) -> f64 {
+    let (mut sum, mut term) = (0.0, 1.0);
+    for i in 0..=M - j {
+        sum += term;
+        term *= sigma * (M + i + 1) as f64 / (i + 1) as f64;
     }
+    sigma.powi(j as i32) * (1.0 - sigma).powi(M as i32 + 1) * sum
 }

@@ -6,7 +6,7 @@ use crate::numerics::bernstein;
 use crate::numerics::double_double::{Double, two_product};
 
 /// The highest degree of the motion polynomial.
-pub const DEGREE: usize = bernstein::MAX_DEGREE;
+const DEGREE: usize = bernstein::MAX_DEGREE;
 
 /// φ(t₀ + τ) = Σ angleⱼ τʲ.
 pub struct Local {

@@ -191,10 +191,7 @@ fn errors_of_a_run(dice: &mut Dice, course: Course) -> Option<[f64; 2]> {
             Course::Closed | Course::Beat | Course::Pieces | Course::Cycle => tested.at(&law, end).unwrap(),
             Course::Leaps | Course::RampOfSeries => {
                 tested.follow(moved);
-                match tested.leap(&law, [time, end], state, false)? {
-                    Landing::Both(both) => both.instant.q.array(),
-                    Landing::Mass(q) => q,
-                }
+                tested.leap(&law, [time, end], state, false)?.q.array()
             }
             Course::RampOfCycle => {
                 tested.restart(&law, &moved, time, end, state).unwrap();
