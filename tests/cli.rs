@@ -290,6 +290,7 @@ fn check_warns_of_forgotten_units() {
     let folder = folder("check_units");
     let scene = folder.join("scene.toml");
     let (bar, loom) = ("examples/guide_bar/scene.toml", "examples/rapier_loom/scene.toml");
+    let rods = "examples/rod_drive/scene.toml";
     for (original, from, to, what, hint) in [
         (bar, "\"1800 rpm\"", "1800", "deformation of stroke 151.6 %", "\"1800 rpm\""),
         (bar, "\"270 Hz\"", "270", "deformation of stroke 65.65 %", "\"270 Hz\""),
@@ -298,6 +299,10 @@ fn check_warns_of_forgotten_units() {
         (bar, "\"1800 rpm\"", "18000", "speed 171900 rpm", "\"1800 rpm\""),
         (loom, "\"500 rpm\"", "500", "follower[1].largest acceleration 200", "\"1800 rpm\""),
         (loom, "s_k = 0.16", "s_k = 16", "breakdown slip 16:", "\"15 %\""),
+        (bar, "\"0.94 mm\"", "0.94", "largest velocity 1", "\"0.94 mm\""),
+        (BACKLASH, "\"0.05 mm\"", "0.05", "clearance of stroke 2", "\"0.94 mm\""),
+        (rods, "\"0.3 m\"", "300", "crank radius 300 m:", "\"0.94 mm\""),
+        (rods, "\"9 MN.m/rad\"", "9", "frequency ratio", "units of m and c"),
     ] {
         let text_of_scene = std::fs::read_to_string(root().join(original)).expect("the example");
         assert!(text_of_scene.contains(from), "{from}");
