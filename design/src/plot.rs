@@ -73,16 +73,14 @@ pub enum Rule {
     Vertical(f64, String),
     /// A line at this y.
     Horizontal(f64, String),
-    /// A line at this y, named in the legend.
-    Level(f64, String),
     /// A grey area within this outline, as far as the axes show it; the axes do not stretch for it.
     Area(Vec<[f64; 2]>, Shade),
     /// A line along these points of this thickness in pixels, as far as the axes show it; they do not stretch for it.
     Border(Vec<[f64; 2]>, u32),
     /// A word above this point.
     Word([f64; 2], String),
-    /// What areas of this shade are, for the legend.
-    Key(Shade, String),
+    /// What areas of this shade are, or without a shade lines that have no name, for the legend.
+    Key(Option<Shade>, String),
 }
 
 /// The grey of an area.
@@ -293,8 +291,7 @@ impl Diagram {
     /// The entries of the legend beside those of the data; without shade that of a line.
     fn keys(&self) -> impl Iterator<Item = (Option<Shade>, &String)> {
         self.rules.iter().filter_map(|rule| match rule {
-            Rule::Key(shade, name) => Some((Some(*shade), name)),
-            Rule::Level(_, name) => Some((None, name)),
+            Rule::Key(shade, name) => Some((*shade, name)),
             _ => None,
         })
     }
@@ -305,7 +302,7 @@ impl Diagram {
             self.series.iter().map(|series| series.points.iter().filter_map(place).collect()).collect();
         let rule = |rule: &Rule| match rule {
             Rule::Vertical(x, _) => (self.x.place(*x), None),
-            Rule::Horizontal(y, _) | Rule::Level(y, _) => (None, self.y.place(*y)),
+            Rule::Horizontal(y, _) => (None, self.y.place(*y)),
             Rule::Area(..) | Rule::Border(..) | Rule::Word(..) | Rule::Key(..) => (None, None),
         };
         let rules: Vec<(Option<f64>, Option<f64>)> = self.rules.iter().map(rule).collect();
@@ -443,8 +440,8 @@ mod tests {
                         Rule::Area(Vec::new(), Shade::Pale),
                         Rule::Border(vec![[1.0, 1.0], [f64::NAN, 2.0], [3.0, 1e3]], 1),
                         Rule::Word([-1.0, f64::INFINITY], "<j>".into()),
-                        Rule::Key(Shade::Pale, "k & l".into()),
-                        Rule::Level(2.0, "m < n".into()),
+                        Rule::Key(Some(Shade::Pale), "k & l".into()),
+                        Rule::Key(None, "m < n".into()),
                     ],
                 };
                 let svg = diagram.svg().unwrap();

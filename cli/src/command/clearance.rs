@@ -61,6 +61,9 @@ pub struct Args {
     /// Lobes of U″ and of the contact force below this part of the largest one are no passages [default: 1e-9]
     #[arg(long, value_name = "PART", allow_negative_numbers = true)]
     ignore: Option<f64>,
+    /// Leave out which natural frequencies, speeds and clearances the model admits
+    #[arg(long)]
+    quick: bool,
     #[command(flatten)]
     format: Format,
 }
@@ -123,6 +126,7 @@ impl Args {
             natural_frequency: value("natural-frequency", &self.natural_frequency, &unit::ANGULAR_VELOCITY)?,
             turns: self.turns,
             ignore: self.ignore,
+            quick: self.quick,
             laws,
         })
     }

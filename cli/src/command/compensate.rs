@@ -58,6 +58,9 @@ pub struct Args {
     /// FILE's name with .compensated.toml
     #[arg(long, value_name = "NUMBER=FILE")]
     cam: Vec<String>,
+    /// Replace scenes even if no command wrote them
+    #[arg(long)]
+    force: bool,
 }
 
 /// The form of the laws, as the option names it.
@@ -150,7 +153,7 @@ fn machine(args: &Args) -> Result<Machine, Failure> {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let machine = machine(args)?;
     let output = args.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}.compensated.toml", machine.name)));
-    files::no_stream(&output, "-o", "a file")?;
+    files::no_foreign(&output, &machine.files, args.force)?;
     if let Some(folder) = &args.report {
         files::no_file(folder, "--report")?;
     }
@@ -162,6 +165,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut results = vec![(output.clone(), compensated(args, &machine, &report, &cams)?)];
     for pair in &args.cam {
         let (target, scene, read) = with_cam(pair, &machine, &cams, &output)?;
+        files::no_foreign(&target, &read, args.force)?;
         inputs.extend(read);
         if results.iter().any(|(other, _)| *other == target) {
             return Err(failure(format!(
@@ -301,7 +305,7 @@ fn compensated(args: &Args, machine: &Machine, report: &Report, cams: &[Cam]) ->
         // Nothing else would give the machine the speed that belongs to the period.
         document["start"]["w_start"] = value(report.speed_at(machine.phi_start));
     }
-    Ok(document.to_string())
+    Ok(files::signed(&document, "Scene with the compensated cams", &args.scene, "compensate"))
 }
 
 /// The scene of a cam drive with the compensated cam of a follower, and the files that it was read from.
@@ -338,5 +342,6 @@ fn with_cam(
     document["cam"] = Item::Table(cams[place].table.clone());
     let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let target = output.parent().unwrap_or(Path::new("")).join(format!("{stem}.compensated.toml"));
-    Ok((target, document.to_string(), scene.files))
+    let what = format!("Compensated cam of follower {number} in place of that");
+    Ok((target, files::signed(&document, &what, &path, "compensate"), scene.files))
 }

@@ -76,7 +76,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 fn targets(args: &Args, scenes: &[Resolved]) -> Result<Vec<PathBuf>, Failure> {
     let output = args.output.as_deref().unwrap_or(Path::new(""));
     files::no_stream(output, "-o", "a folder or a file NAME.fmu")?;
-    let is_folder = output.is_dir() || output.as_os_str().to_string_lossy().ends_with(std::path::is_separator);
+    let is_folder = files::is_folder(output);
     let is_file = !is_folder && output.extension().is_some_and(|e| e.eq_ignore_ascii_case("fmu"));
     if is_file && scenes.len() > 1 {
         let message = "several scenes do not fit into one file; give a folder with -o";
@@ -123,7 +123,9 @@ fn summary(scene: &Resolved, fmu: &Packed, line: &str, runtimes: &[RuntimeLibrar
     line("model", scene.model.to_owned());
     for runtime in runtimes {
         let (platform, path, size) = (runtime.platform, runtime.path.display(), runtime.bytes.len());
-        line("platform", format!("{platform}: {path}, {size} bytes, sha256 {}", runtime.sha256()));
+        // The first digits tell libraries apart; all 64 would not fit into a line.
+        let digest = &runtime.sha256()[..16];
+        line("platform", format!("{platform}: {path}, {size} bytes, sha256 {digest}…"));
     }
     line("states", fmu.states.to_string());
     line("variables", fmu.variables.to_string());

@@ -10,15 +10,61 @@ use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 use toml_edit::{Array, DocumentMut, Table, Value, value};
 
-/// Refuses a folder for a report, given by this option, that is a file or is called like an archive.
+/// Refuses a folder for a report, given by this option, that is a file or is called like one.
 pub fn no_file(folder: &Path, option: &str) -> Result<(), Failure> {
     no_stream(folder, option, "a folder")?;
-    let is_archive = |ending: &std::ffi::OsStr| ["zip", "tar", "gz", "fmu"].iter().any(|archive| ending == *archive);
-    let named_as_file = !folder.is_dir() && folder.extension().is_some_and(is_archive);
-    match folder.is_file() || named_as_file {
-        true => Err(failure(format!("{}: this is a file; {option} takes a folder", folder.display()))),
-        false => Ok(()),
+    let refused = |message: &str| Err(failure(format!("{}: {message}", folder.display())));
+    if folder.is_file() {
+        return refused(&format!("this is a file; {option} takes a folder"));
     }
+    match is_folder(folder) || folder.extension().is_none() {
+        true => Ok(()),
+        false => refused(&format!("{option} takes a folder\n  = hint: a folder that is to be made ends with /")),
+    }
+}
+
+/// Whether this is a folder, or is told to be one.
+pub fn is_folder(path: &Path) -> bool {
+    path.is_dir() || path.as_os_str().to_string_lossy().ends_with(std::path::is_separator)
+}
+
+/// Stands in the first line of every scene and profile that a command wrote.
+const ORIGIN: &str = " by camdrive ";
+
+/// A scene or a profile made of this file, with a first line that tells its origin.
+pub fn signed(document: &DocumentMut, what: &str, of: &Path, command: &str) -> String {
+    let file = of.file_name().unwrap_or_default().to_string_lossy();
+    format!("# {what} of {file}{ORIGIN}{command}.\n{document}")
+}
+
+/// Refuses a target of `-o` that is not called like a scene or profile, and one that no command wrote, unless `--force` is given.
+pub fn no_foreign(path: &Path, inputs: &[PathBuf], force: bool) -> Result<(), Failure> {
+    no_stream(path, "-o", "a file")?;
+    no_input(path, inputs)?;
+    let place = path.display();
+    if !is_folder(path) && path.extension().is_some_and(|ending| !ending.eq_ignore_ascii_case("toml")) {
+        let message = "a scene or a profile is TOML\n  = hint: -o takes a file NAME.toml";
+        return Err(failure(format!("{place}: {message}")));
+    }
+    let is_signed = |text: String| text.lines().next().is_some_and(|line| line.contains(ORIGIN));
+    if path.is_file() && !force && !std::fs::read_to_string(path).is_ok_and(is_signed) {
+        let message =
+            "this file has another origin; it is kept\n  = hint: choose another -o, or replace it with --force";
+        return Err(failure(format!("{place}: {message}")));
+    }
+    Ok(())
+}
+
+/// Refuses a result in the place of an input.
+fn no_input(path: &Path, inputs: &[PathBuf]) -> Result<(), Failure> {
+    match inputs.iter().find(|input| real(input).is_some_and(|input| Some(input) == real(path))) {
+        Some(input) => Err(failure(format!("{}: the result would overwrite an input", input.display()))),
+        None => Ok(()),
+    }
+}
+
+fn real(path: &Path) -> Option<PathBuf> {
+    std::fs::canonicalize(path).ok()
 }
 
 /// Refuses `-`, which elsewhere is the standard output.
@@ -32,12 +78,9 @@ pub fn no_stream(path: &Path, option: &str, takes: &str) -> Result<(), Failure> 
 /// Writes all files, or none: where one cannot be written, those of before stay as they were. Results of before are replaced,
 /// inputs never. The lines that name the files.
 pub fn write<C: AsRef<[u8]>>(files: &[(PathBuf, C)], inputs: &[PathBuf]) -> Result<String, Failure> {
-    let real = |path: &Path| std::fs::canonicalize(path).ok();
     let (mut staged, mut lines) = (Vec::new(), String::new());
     for (i, (path, content)) in files.iter().enumerate() {
-        if let Some(input) = inputs.iter().find(|input| real(input).is_some_and(|input| Some(input) == real(path))) {
-            return Err(failure(format!("{}: the result would overwrite an input", input.display())));
-        }
+        no_input(path, inputs)?;
         if files[..i].iter().any(|(other, _)| other == path) {
             return Err(failure(format!("{}: two results would be written here", path.display())));
         }
@@ -72,7 +115,7 @@ fn stage(path: &Path, content: &[u8]) -> Result<Option<NamedTempFile<File>>, Err
         _ => (),
     }
     // A link keeps pointing to its file.
-    let place = std::fs::canonicalize(path).unwrap_or(path.to_owned());
+    let place = real(path).unwrap_or(path.to_owned());
     let folder = place.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     std::fs::create_dir_all(folder)?;
     let mut file = tempfile::Builder::new().prefix(".").make_in(folder, |path| File::create_new(path))?;

@@ -93,6 +93,10 @@ fn failure(text: impl std::fmt::Display) -> Failure {
 
 /// Runs the command line.
 pub fn main() -> ExitCode {
+    // A limit on the size of files lets writing fail, as a full disk does, rather than end the program halfway; without the
+    // handler it still writes.
+    #[cfg(unix)]
+    let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, std::sync::Arc::default());
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => {

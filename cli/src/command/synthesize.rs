@@ -35,6 +35,9 @@ pub struct Args {
     /// Folder for tables (CSV, JSON) and diagrams (SVG)
     #[arg(long, value_name = "FOLDER")]
     report: Option<PathBuf>,
+    /// Replace the file of -o even if no command wrote it
+    #[arg(long)]
+    force: bool,
     #[command(flatten)]
     format: Format,
 }
@@ -43,7 +46,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut assignment = scene::synthesis::read(&args.task).map_err(|faults| Failure(faults.to_string()))?;
     assignment.scene = args.scene.clone().or(assignment.scene);
     let target = args.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}_profile.toml", assignment.name)));
-    files::no_stream(&target, "-o", "a file")?;
     if let Some(folder) = &args.report {
         files::no_file(folder, "--report")?;
     }
@@ -51,6 +53,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let machine = assignment.scene.as_deref().map(|scene| machine(scene, args.follower)).transpose()?;
     let (machine, mut inputs) = machine.unzip();
     inputs.get_or_insert_default().push(args.task.clone());
+    let inputs = inputs.unwrap_or_default();
+    files::no_foreign(&target, &inputs, args.force)?;
     if machine.is_none() && args.follower.is_some() {
         return Err(Failure(
             "error: --follower: there is no scene\n  = hint: name the machine with --scene".to_owned(),
@@ -71,7 +75,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(folder) = &args.report {
         results.extend(report(folder, &assignment, &study)?);
     }
-    let written = files::write(&results, &inputs.unwrap_or_default())?;
+    let written = files::write(&results, &inputs)?;
     args.format.print(|width| study.text(width) + "\n" + &written, || study.json())
 }
 
@@ -103,7 +107,6 @@ fn machine(path: &Path, follower: Option<usize>) -> Result<(DocumentMut, Vec<Pat
 
 /// The profile as a scene, or as the part [cam] of one.
 fn profile(study: &Study, args: &Args, machine: Option<DocumentMut>) -> String {
-    let file = args.task.file_name().unwrap_or_default().to_string_lossy();
     let cam = Item::Table(files::cam(&study.cam, study.assignment.unit));
     let mut document = machine.unwrap_or_default();
     let followers = document.get_mut("follower").and_then(|item| item.as_array_of_tables_mut());
@@ -122,7 +125,7 @@ fn profile(study: &Study, args: &Args, machine: Option<DocumentMut>) -> String {
             document["cam"] = cam;
         }
     }
-    format!("# HS profile of {file} by camdrive synthesize.\n{document}")
+    files::signed(&document, "HS profile", &args.task, "synthesize")
 }
 
 /// Tables and diagrams.

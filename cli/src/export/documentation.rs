@@ -333,6 +333,12 @@ mod tests {
     }
 
     #[test]
+    fn the_style_needs_no_escapes() {
+        // Browsers take what stands in a style as it is.
+        assert!(!STYLE.contains(['"', '&', '<', '>']));
+    }
+
+    #[test]
     fn the_page_is_well_formed() {
         let page = page();
         let mut reader = quick_xml::Reader::from_str(&page);

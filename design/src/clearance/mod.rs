@@ -54,6 +54,8 @@ pub struct Options {
     pub turns: Option<usize>,
     /// Lobes of U″ and of the contact force below this part of the largest one are no passages; [`IGNORE`].
     pub ignore: Option<f64>,
+    /// Leave out what the model admits at other values, which takes most of the time.
+    pub quick: bool,
     /// Further laws with their names, in the place of the scene's.
     pub laws: Vec<(String, MotionLaw)>,
 }
@@ -300,7 +302,7 @@ fn of_law(name: &str, scene: &Scene, machine: &Parameters, options: &Options) ->
             match orbit {
                 Ok(orbit) => {
                     study.releases = Some(orbit.releases.len());
-                    if scene.e == 0.0 {
+                    if scene.e == 0.0 && !options.quick {
                         let size = [orbit.samples.len(), orbit.releases.len()];
                         study.by_model = by_model::around(scene, machine, &crossings, ignore, size);
                     }

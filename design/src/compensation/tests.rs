@@ -337,7 +337,7 @@ fn the_stated_error_of_a_finite_law_is_the_true_one() {
         [(0.05, Form::Series), (1e-2, Form::Series), (1e-3, Form::Series), (0.01, Form::Table), (1e-4, Form::Table)]
     {
         for (law, tool) in solution.laws(&task.tools, tolerance, form).unwrap().iter().zip(&task.tools) {
-            let true_error = measured(&task, &solution, tool, &law.law, 20_000);
+            let true_error = measured(&task, &solution, tool, &law.law, 10_000);
             assert!(law.truncation <= tolerance);
             let ratio = law.truncation / true_error;
             assert!((0.999..1.01).contains(&ratio), "{tolerance} {form:?}: {} {true_error}", law.truncation);

@@ -9,7 +9,13 @@ type Limit = (&'static str, f64, &'static str, &'static str);
 const SPEED: f64 = 1e5 * TAU / 60.0;
 const FORGOTTEN_RPM: &str = "a plain number is in rad/s; write the unit: \"1800 rpm\"";
 
-const LIMITS: [Limit; 8] = [
+const FORGOTTEN_LENGTH: &str = "a plain number is in m; write the unit: \"0.94 mm\"";
+
+/// A unit missing in m or c, or in the natural frequency, or in the speed.
+const FORGOTTEN_IN_VIBRATION: &str =
+    "a plain natural frequency is in rad/s, a plain speed too; write \"270 Hz\", \"1800 rpm\", and units of m and c";
+
+const LIMITS: [Limit; 12] = [
     // Above 1 nothing swings back; the machine members in the literature have 0.005 … 0.1.
     (
         "damping_ratio",
@@ -29,14 +35,21 @@ const LIMITS: [Limit; 8] = [
         "write speeds and lengths with their units: \"1800 rpm\", \"0.94 mm\"",
     ),
     // The cam would be larger than that.
-    ("stroke", 10.0, "no cam moves a tool that far", "a plain number is in m; write the unit: \"0.94 mm\""),
-    // The tool would not do what its law says; in HS drives of machines it misses some per cent.
+    ("stroke", 10.0, "no cam moves a tool that far", FORGOTTEN_LENGTH),
+    ("crank_radius", 10.0, "no crank of a machine is that large", FORGOTTEN_LENGTH),
+    // The grippers of looms reach some 50 m/s. With a stroke forgotten in mm the speed is that of a rifle bullet.
     (
-        "deformation_of_stroke",
-        0.3,
-        "the tool would hardly follow the cam",
-        "a plain natural frequency is in rad/s, a plain speed too; write \"270 Hz\", \"1800 rpm\", and units of m and c",
+        "largest_velocity",
+        100.0,
+        "no tool of a machine moves that fast",
+        "write speeds and lengths with their units: \"1800 rpm\", \"0.94 mm\"",
     ),
+    // Backlash is some hundredths of a millimetre.
+    ("clearance_of_stroke", 0.3, "the tool would hardly follow the cam", FORGOTTEN_LENGTH),
+    // The tool would not do what its law says; in HS drives of machines it misses some per cent.
+    ("deformation_of_stroke", 0.3, "the tool would hardly follow the cam", FORGOTTEN_IN_VIBRATION),
+    // In the middle of the first tongue of instability it is 2.
+    ("frequency_ratio", 10.0, "so far above its natural frequency no member follows its drive", FORGOTTEN_IN_VIBRATION),
     // At slip 2 the shaft turns backwards with the synchronous speed; motors for standstill come to a little above 1.
     (
         "breakdown_slip",

@@ -17,6 +17,7 @@ use camdrive::drives::backlash::{self, BacklashDrive};
 use camdrive::drives::cam_drive::DriveMode;
 use camdrive::drives::elastic_output::{self, ElasticOutput};
 use camdrive::drives::elastic_shaft::{self, ElasticShaft};
+use camdrive::drives::parametric::law::{CrankLaw, Law};
 use camdrive::drives::parametric::{self, ParametricDrive};
 use camdrive::drives::rigid_machine::RigidMachine;
 use camdrive::drives::{Drive as _, Fault};
@@ -107,11 +108,18 @@ pub fn of(resource: &Resource) -> Result<Overview, Fault> {
             overview.elastic(&vibration::behind_cam(&cam, [m2, b, c], speed), Some((&cam, false)));
             overview.speed("natural_frequency_in_flight", (c * (m1 + m2) / (m1 * m2)).sqrt());
             overview.figure("clearance", s, "m");
+            let share = s / stroke(&lifts(&cam));
+            if share.is_finite() {
+                overview.share("clearance_of_stroke", share);
+            }
             overview.cam(&cam, m1 + m2, speed);
         }
         ParametricDrive::MODEL => {
-            let parametric::Scene { drive, .. } = read(resource)?;
+            let parametric::Scene { law, drive, .. } = read(resource)?;
             overview.driven(&drive);
+            if let Law::Crank(CrankLaw { crank, .. }) = law {
+                overview.figure("crank_radius", crank.r, "m");
+            }
             overview.elastic(&resource.oscillator()?, None);
         }
         RigidMachine::MODEL => machine::tell(&mut overview, &read(resource)?),
@@ -197,6 +205,11 @@ impl Overview {
         let width = rows.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0);
         rows.iter().map(|(name, text)| format!("  {name:<width$}  {text}\n")).collect()
     }
+}
+
+/// U over the turn.
+fn lifts(law: &MotionLaw) -> Vec<f64> {
+    angles().map(|phi| law.at(phi).0[0]).collect()
 }
 
 fn largest(values: &[f64]) -> f64 {

@@ -1,6 +1,6 @@
 //! The elastic member of a drive: natural frequency, damping ratio, deformation, resonances.
 
-use super::{Overview, Resonance, SAMPLES, angles, largest, stroke};
+use super::{Overview, Resonance, SAMPLES, angles, largest, lifts, stroke};
 use camdrive::drives::oscillator::{PeriodicOscillator, Terms};
 use camdrive::drives::unit;
 use camdrive::motion::MotionLaw;
@@ -57,8 +57,7 @@ impl Overview {
             if let Some((law, twists)) = moved {
                 let arm = |phi: f64| if twists { law.at(phi).0[1] } else { 1.0 };
                 let missed: Vec<f64> = turn.iter().zip(&loads).map(|((phi, _), load)| arm(*phi) * load / c).collect();
-                let lifts: Vec<f64> = angles().map(|phi| law.at(phi).0[0]).collect();
-                let share = largest(&missed) / stroke(&lifts);
+                let share = largest(&missed) / stroke(&lifts(law));
                 if share.is_finite() {
                     self.share("deformation_of_stroke", share);
                 }

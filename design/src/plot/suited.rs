@@ -32,11 +32,14 @@ impl Axis {
         let sizes = values.chain(self.ends.into_iter().flatten()).map(f64::abs).filter(|x| x.is_finite() && *x > 0.0);
         // The values around the middle of a logarithmic axis are those that are read.
         let (low, high) = sizes.fold((f64::INFINITY, 0.0), |(low, high), x| (x.min(low), x.max(high)));
-        let size: f64 = if self.scale == Scale::Logarithmic { (low * high).sqrt() } else { high };
+        let (size, least): (f64, f64) = match self.scale {
+            Scale::Logarithmic => ((low * high).sqrt(), 0.1),
+            Scale::Linear | Scale::Angular => (high, 1.0),
+        };
         if unit.starts_with('m') && size >= LONGEST {
             return as_it_is();
         }
-        let fits = |(_, factor): &&(&str, f64)| size * factor >= 1.0;
+        let fits = |(_, factor): &&(&str, f64)| size * factor >= least;
         let Some((unit, factor)) = units.iter().find(fits).or(units.last()) else { return as_it_is() };
         let ends = self.ends.map(|ends| ends.map(|end| factor * end));
         (Axis { label: format!("{quantity}[{unit}]"), ends, ..self.clone() }, *factor)
@@ -55,7 +58,6 @@ impl Diagram {
         let rule = |rule: &Rule| match rule {
             Rule::Vertical(x, name) => Rule::Vertical(across * x, name.clone()),
             Rule::Horizontal(y, name) => Rule::Horizontal(up * y, name.clone()),
-            Rule::Level(y, name) => Rule::Level(up * y, name.clone()),
             Rule::Area(outline, shade) => Rule::Area(all(outline), *shade),
             Rule::Border(points, width) => Rule::Border(all(points), *width),
             Rule::Word(place, word) => Rule::Word(at(place), word.clone()),
@@ -80,7 +82,10 @@ mod tests {
         assert_eq!(suited(Axis::linear("U″ [m]"), &[-0.02, 0.0, 0.01]), is("U″ [mm]", 1e3));
         assert_eq!(suited(Axis::linear("Deviation [m]"), &[2e-6]), is("Deviation [µm]", 1e6));
         assert_eq!(suited(Axis::linear("Torque [N·m]"), &[0.5, -2500.0]), is("Torque [kN·m]", 1e-3));
-        assert_eq!(suited(Axis::logarithmic("Step [s]"), &[1e-5, 1e-1]), is("Step [ms]", 1e3));
+        // From 0.02 to 5 ms, with a turn of 30 ms beside them, rather than from 20 to 5000 µs.
+        for steps in [[1e-5, 1e-1], [2e-5, 5e-3]] {
+            assert_eq!(suited(Axis::logarithmic("Step [s]"), &steps), is("Step [ms]", 1e3));
+        }
         assert_eq!(suited(Axis::linear("Speed [rad/s]"), &[]), is("Speed [rpm]", 60.0 / TAU));
         for label in ["Error [1]", "x", "Way [m]", "U over scale [1/rad]"] {
             assert_eq!(suited(Axis::linear(label), &[20.0]), is(label, 1.0));

@@ -9,6 +9,9 @@ use crate::text::number;
 /// A word takes this part of the width of a diagram, and this part of its height; a number half of the width.
 const WORD: [f64; 2] = [0.1, 0.05];
 
+/// A letter takes this part of the width, and so does the gap between a word and a border.
+const LETTER: f64 = 0.016;
+
 /// The speeds that were asked for.
 const SCENE: &str = "speed examined";
 
@@ -23,15 +26,17 @@ fn speed_axis(report: &Report) -> Axis {
 struct Map<'a> {
     report: &'a Report,
     rules: Vec<Rule>,
+    /// Whether orders are written to the right of their places, rather than about them.
+    beside: bool,
     /// Where orders are written so far, in parts of width and height.
     words: Vec<[f64; 2]>,
 }
 
 impl<'a> Map<'a> {
     /// A map with a line across it.
-    fn new(report: &'a Report, line: f64, name: &str) -> Self {
-        let rules = vec![Rule::Level(line, name.to_owned())];
-        Map { report, rules, words: Vec::new() }
+    fn new(report: &'a Report, line: f64, name: &str, beside: bool) -> Self {
+        let rules = vec![Rule::Horizontal(line, String::new()), Rule::Key(None, name.to_owned())];
+        Map { report, rules, beside, words: Vec::new() }
     }
 
     /// The tongue as an area with its border; its order is written at `named`, η and height.
@@ -55,10 +60,12 @@ impl<'a> Map<'a> {
     /// Writes the order at this place, where no other is written.
     fn name(&mut self, j: f64, [eta, height]: [f64; 2], top: f64) {
         let [low, high] = self.report.ranges[0];
-        let place = [(eta / low).ln() / (high / low).ln(), height / top];
         // The first word tells what the numbers are.
         let (word, width) =
             if self.words.is_empty() { (format!("j = {j}"), WORD[0]) } else { (j.to_string(), 0.5 * WORD[0]) };
+        let aside = if self.beside { LETTER * (0.5 * word.chars().count() as f64 + 1.0) } else { 0.0 };
+        let eta = eta * (high / low).powf(aside);
+        let place = [(eta / low).ln() / (high / low).ln(), height / top];
         let near = |other: &[f64; 2]| (other[0] - place[0]).abs() < width && (other[1] - place[1]).abs() < WORD[1];
         if (0.0..1.0).contains(&place[0]) && !self.words.iter().any(near) {
             self.words.push(place);
@@ -80,8 +87,8 @@ fn own_points(report: &Report, height: f64) -> Vec<Series> {
 /// Unstable speeds over the damping ratio.
 pub fn over_damping(report: &Report) -> Diagram {
     let (top, theta) = (report.ranges[1][1], report.oscillator.damping_ratio);
-    let mut map = Map::new(report, theta, "damping of the scene");
-    map.rules.push(Rule::Key(Shade::Dark, "unstable".to_owned()));
+    let mut map = Map::new(report, theta, "damping of the scene", false);
+    map.rules.push(Rule::Key(Some(Shade::Dark), "unstable".to_owned()));
     // The large tongues first, so that their order is written where there is room for one only.
     let mut regions: Vec<&Region> = report.over_damping.iter().collect();
     regions.sort_by(|a, b| height(b).total_cmp(&height(a)));
@@ -108,18 +115,18 @@ fn height(region: &Region) -> f64 {
 /// Unstable speeds over the modulation: without damping, and at that of the scene.
 pub fn over_modulation(report: &Report) -> Diagram {
     let top = report.ranges[2][1];
-    let mut map = Map::new(report, 1.0, "modulation of the scene");
+    let mut map = Map::new(report, 1.0, "modulation of the scene", true);
     let theta = number(report.oscillator.damping_ratio);
-    map.rules.push(Rule::Key(Shade::Dark, format!("unstable at θ = {theta}")));
-    map.rules.push(Rule::Key(Shade::Pale, "unstable if θ = 0".to_owned()));
-    let [low, high] = report.ranges[0];
+    map.rules.push(Rule::Key(Some(Shade::Dark), format!("unstable at θ = {theta}")));
+    map.rules.push(Rule::Key(Some(Shade::Pale), "unstable if θ = 0".to_owned()));
     let undamped = |region: &&Region| region.theta == Some(0.0);
     for region in report.over_modulation.iter().filter(undamped) {
-        // Beside the foot of the tongue.
-        let part = if map.words.is_empty() { 0.4 * WORD[0] } else { 0.2 * WORD[0] };
-        let beside = (high / low).powf(part);
-        let foot = region.lines.first().map(|[height, left, _]| [left * beside, height + 0.01 * top]);
-        map.add(region, Shade::Pale, foot.filter(|foot| foot[1] < 0.02 * top), top);
+        // To the right of the foot of the tongue, whichever way that leans.
+        let foot = 0.01 * top;
+        let borders = region.lines.iter().take_while(|[height, ..]| *height < foot + WORD[1] * top);
+        let right = borders.map(|[.., right]| *right).reduce(f64::max);
+        let stands = region.lines.first().is_some_and(|[height, ..]| *height < foot);
+        map.add(region, Shade::Pale, right.filter(|_| stands).map(|right| [right, foot]), top);
     }
     for region in report.over_modulation.iter().filter(|region| !undamped(region)) {
         map.add(region, Shade::Dark, None, top);
@@ -151,7 +158,7 @@ pub fn amplification(report: &Report) -> Diagram {
     let top = 1.3 * drawn.iter().copied().fold(2.0, f64::max).min(LARGEST_AMPLIFICATION);
     let bottom = 0.8 * drawn.iter().copied().fold(1.0, f64::min).max(1e-3);
     let mut rules: Vec<Rule> = Vec::new();
-    rules.push(Rule::Key(Shade::Dark, "unstable".to_owned()));
+    rules.push(Rule::Key(Some(Shade::Dark), "unstable".to_owned()));
     let unstable: Vec<[f64; 2]> = report.orders.iter().filter_map(|order| order.damped).collect();
     for ends in &unstable {
         let [from, to] = [ends[0].max(low) * w0 * RPM, ends[1].min(high) * w0 * RPM];

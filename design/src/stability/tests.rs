@@ -10,6 +10,7 @@ use super::response;
 use super::system::System;
 use super::tongue::{Apex, Tongue, multipliers};
 use super::{Options, figures, study, table};
+use crate::plot::Rule;
 use camdrive::drives::oscillator::{PeriodicOscillator, Terms};
 use camdrive::drives::unit;
 use camdrive::motion::{Cycle, CyclePlan, Fourier, MotionLaw, StandardLaw};
@@ -369,6 +370,21 @@ fn damping_and_modulation_agree_at_the_border() {
     }
     for diagram in [figures::over_damping(&report), figures::over_modulation(&report)] {
         assert!(diagram.svg().unwrap().contains("j = 0.5"));
+    }
+    // Orders of the second map are written where no border of a tongue passes: a letter is 2 % of the width at most, a line 4 %
+    // of the height.
+    let rules = figures::over_modulation(&report).rules;
+    let ([low, high], top) = (report.ranges[0], report.ranges[2][1]);
+    for (at, word) in
+        rules.iter().filter_map(|rule| if let Rule::Word(at, word) = rule { Some((at, word)) } else { None })
+    {
+        for rule in &rules {
+            let Rule::Border(points, _) = rule else { continue };
+            for point in points.iter().filter(|point| (0.0..0.04 * top).contains(&(point[1] - at[1]))) {
+                let distance = (point[0] / at[0]).ln().abs() / (high / low).ln();
+                assert!(distance > 0.01 * word.chars().count() as f64, "{word} at {at:?}: {point:?}");
+            }
+        }
     }
     assert!(table::map_csv(&report).unwrap().lines().count() > 40);
     assert!(table::orders_csv(&report).unwrap().starts_with("j,undamped_low_eta"));

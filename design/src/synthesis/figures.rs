@@ -131,7 +131,7 @@ impl Study {
         }
         if let Some(behind) = self.elastic.as_ref().filter(|_| !rules.is_empty()) {
             let [slowest, fastest] = behind.looked_at;
-            rules.push(Rule::Key(Shade::Pale, format!("output, η = {slowest:.4} … {fastest:.4}")));
+            rules.push(Rule::Key(Some(Shade::Pale), format!("output, η = {slowest:.4} … {fastest:.4}")));
         }
         Diagram {
             title: format!("Deviation of {} from what is prescribed", self.assignment.name),

@@ -3,8 +3,8 @@
 use super::{Report, Row};
 use crate::plot::{Axis, Diagram, Rule, Series};
 
-/// What is drawn on this line is below it.
-const KNOWN: &str = "uncertainty of the reference: errors there are smaller";
+/// What points on the line of the reference's uncertainty are. The curves run along it, so that the legend names it.
+const KNOWN: &str = "smaller than the reference's uncertainty";
 
 /// What a series is called: method and way to pass inputs.
 fn name(row: &Row) -> String {
@@ -64,7 +64,7 @@ pub fn work_precision(report: &Report) -> Diagram {
         x: Axis::logarithmic("Largest error (change) of an output, relative to its largest value [1]"),
         y: Axis::logarithmic("CPU time per machine time [ns/ms]"),
         series,
-        rules: vec![Rule::Vertical(report.reference.floor, KNOWN.to_owned())],
+        rules: vec![Rule::Vertical(report.reference.floor, String::new()), Rule::Key(None, KNOWN.to_owned())],
     }
 }
 
@@ -90,7 +90,7 @@ pub fn communication_step(report: &Report) -> Diagram {
             Series { name, points, joined: true }
         })
         .collect();
-    let mut rules = vec![Rule::Horizontal(report.reference.floor, KNOWN.to_owned())];
+    let mut rules = vec![Rule::Horizontal(report.reference.floor, String::new()), Rule::Key(None, KNOWN.to_owned())];
     rules.extend(report.experiment.turn.map(|turn| Rule::Vertical(turn, "one turn".to_owned())));
     Diagram {
         title: format!("Error of {} over the communication step", report.scene),

@@ -1,6 +1,7 @@
 //! The study as a whole, on scenes whose answers are known. Errors and changes are checked, never times.
 
 use super::*;
+use crate::plot::Rule;
 use camdrive::drives::cam_drive::{DriveMode, Start, StartMode};
 use camdrive::drives::solver::Settings;
 use camdrive::drives::{Drive, elastic_output, elastic_shaft};
@@ -97,6 +98,15 @@ fn nothing_is_told_below_the_floor(report: &Report) {
     for diagram in [figures::work_precision(report), figures::communication_step(report)] {
         let axis = usize::from(diagram.title.starts_with("Error"));
         assert!(diagram.series.iter().flat_map(|s| &s.points).all(|point| point[axis] >= floor), "{}", diagram.title);
+        // The curves run along the line of the uncertainty: a name along it would be crossed, so that the legend has it.
+        let named =
+            diagram.rules.iter().find(|rule| matches!(rule, Rule::Key(None, name) if name.contains("uncertainty")));
+        let on_it = |name: &str| name != "one turn" && !name.is_empty();
+        let words = diagram.rules.iter().filter(|rule| match rule {
+            Rule::Vertical(_, name) | Rule::Horizontal(_, name) => on_it(name),
+            _ => false,
+        });
+        assert!(named.is_some() && words.count() == 0, "{:?}", diagram.rules);
     }
     let advice = report.advice.iter().find(|advice| advice.setting.is_some_and(|i| report.settings[i] == *below));
     assert!(advice.is_none_or(|advice| advice.sentence.contains("less than")), "{advice:?}");

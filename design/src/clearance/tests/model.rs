@@ -45,7 +45,7 @@ fn run(scene: &Scene, options: &Options) -> Result<Report, Fault> {
 }
 
 fn report(scene: &Scene) -> Report {
-    run(scene, &Options { turns: Some(4), ..Options::default() }).unwrap()
+    run(scene, &Options { turns: Some(4), quick: true, ..Options::default() }).unwrap()
 }
 
 #[test]
@@ -232,7 +232,7 @@ fn mirrored_and_reversed_drives_have_the_same_passages() {
 fn a_damped_drive_settles_to_one_passage_per_change_of_sign() {
     // D = 0.6: nothing of a vibration lasts to the next passage.
     let damped = Scene { b: 1200.0, ..scene(profile(), 0.05, 5e-5) };
-    let report = run(&damped, &Options::default()).unwrap();
+    let report = run(&damped, &Options { quick: true, ..Options::default() }).unwrap();
     let study = &report.laws[0];
     let settled = study.settled.unwrap();
     assert!(settled.repeats && settled.turns == 20, "{settled:?}");
@@ -274,7 +274,7 @@ fn laws_are_compared_at_the_same_task() {
     let cycle = |law| MotionLaw::Cycle(Cycle::new(CyclePlan { rise_law: law, return_law: law, ..plan }));
     let laws = vec![("modified_sine".to_owned(), cycle(StandardLaw::ModifiedSine)), ("profile".to_owned(), profile())];
     let damped = Scene { b: 300.0, ..scene(cycle(StandardLaw::InclinedSine), 0.02, 5e-5) };
-    let report = run(&damped, &Options { turns: Some(4), laws, ..Options::default() }).unwrap();
+    let report = run(&damped, &Options { turns: Some(4), quick: true, laws, ..Options::default() }).unwrap();
     assert_eq!(report.laws.len(), 3);
     let [bestehorn, sine, _] = [&report.laws[0], &report.laws[1], &report.laws[2]];
     assert!((bestehorn.stroke - 0.04).abs() < 1e-9 && (sine.stroke - 0.04).abs() < 1e-9);
@@ -350,7 +350,7 @@ fn an_admissible_frequency_speed_or_clearance_is_one_for_the_model_too() {
     // their own error of some per cent.
     let plain = Scene { b: 100.0, ..scene(profile(), 0.05, 5e-5) };
     let sequels = |options: Options| -> Vec<Sequel> {
-        let report = run(&plain, &Options { turns: Some(2), ..options }).unwrap();
+        let report = run(&plain, &Options { turns: Some(2), quick: true, ..options }).unwrap();
         report.laws[0].passages.iter().map(|p| p.model.unwrap().sequel).collect()
     };
     assert!(sequels(Options::default()).contains(&Sequel::Elastic));
@@ -378,7 +378,8 @@ fn an_admissible_frequency_speed_or_clearance_is_one_for_the_model_too() {
         }
     }
     // Damping ratio and mass ratio stay.
-    let other = run(&plain, &Options { natural_frequency: Some(250.0), turns: Some(2), ..Options::default() }).unwrap();
+    let slower = Options { natural_frequency: Some(250.0), turns: Some(2), quick: true, ..Options::default() };
+    let other = run(&plain, &slower).unwrap();
     assert!((other.machine.omega - 250.0).abs() < 1e-10 && other.machine.mu == 0.25 && other.machine.b == 50.0);
 }
 
