@@ -112,8 +112,8 @@ impl Response {
                 let instant = Instant { u: leap.u(), q: landing.state };
                 Some(Both { instant, phi: [landing.angle, landing.speed, a] })
             }
-            Course::Closed(run) if a == 0.0 => {
-                let instant = self.closed_form.glide(run, &self.oscillator, end)?;
+            Course::Closed(run) if a == 0.0 && self.closed_form.holds() => {
+                let instant = self.closed_form.at(run, &self.oscillator, &self.motion, end);
                 self.evaluations += 1;
                 Some(Both { instant, phi: self.closed_form.cam(run, end) })
             }
