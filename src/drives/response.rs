@@ -242,7 +242,7 @@ impl Response {
     pub fn error(&self, time: f64) -> f64 {
         let error = self.bound.relative();
         match &self.course {
-            Course::Closed(run) => error.max(self.closed_form.rounding(run, &self.oscillator, &self.motion, time)),
+            Course::Closed(run) => error.max(self.closed_form.rounding(run, &self.oscillator, time)),
             _ => error,
         }
     }

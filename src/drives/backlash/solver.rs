@@ -226,7 +226,10 @@ impl Run {
 
     /// The run as it was when the last communication step began.
     fn again(&self, bodies: &Bodies, flank: &impl FlankMotion) -> Run {
-        let origin = if self.begin_is_current { self.origin() } else { self.begin.0 };
+        if self.begin_is_current {
+            return *self;
+        }
+        let origin = self.begin.0;
         Run { panel: origin.panel(bodies, flank, self.rules), zeros: origin.from.2, longest: origin.longest, ..*self }
     }
 

@@ -4,10 +4,9 @@
 //! Source: Dresig, Vulfson, *Dynamik der Mechanismen*, section 4.6.2, equations (2) to (4).
 
 use super::error_bound::{of_free_motion, of_harmonics};
-use super::stride::{Map, Stride};
+use super::stride::Map;
 use crate::drives::cam_drive::AngleMotion;
 use crate::motion::Fourier;
-use crate::numerics::angle;
 use crate::numerics::divisor::greatest_common_divisor;
 use crate::numerics::double_double::{Double, two_product, two_sum};
 use crate::numerics::forced::apply;
@@ -28,11 +27,6 @@ pub struct Instant {
 /// The free motion is left out once it is below this part of the harmonic response: a tenth of its rounding.
 const UNFELT: f64 = 1e-17;
 
-/// Instants among which the largest |q| so far is looked for: so many over the whole motion, in the golden section, which meets
-/// all phases, and as many ever earlier, where a free motion that dies away is large.
-const SAMPLES: i32 = 32;
-const GOLDEN: f64 = 0.618_033_988_749_894_8;
-
 /// The closed form from its start on; all but the speed follows from law and oscillator.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ClosedForm {
@@ -51,15 +45,14 @@ pub struct ClosedForm {
     /// k and resonant part.
     #[serde(skip)]
     resonant: Vec<(usize, Resonant)>,
-    /// Whether the harmonics are k = 1, 2, 3 … or 1, 3, 5 … and none of them is resonant.
+    /// What roundings make of the harmonics of q [m].
     #[serde(skip)]
-    plain: bool,
+    rounded: f64,
 }
 
 /// The motion from a start on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Run {
-    stride: Stride,
     /// When it started [s].
     start: f64,
     /// φ [rad] at a time [s].
@@ -71,19 +64,21 @@ pub struct Run {
     free: FreeMotion,
     /// When the free motion has died away [s].
     settled: f64,
+    /// The largest |q| that was asked for [m].
+    largest: f64,
 }
 
 impl Run {
     /// None yet; [`ClosedForm::restart`] makes one.
     pub fn new() -> Self {
         Run {
-            stride: Stride::new(),
             start: 0.0,
             known: (0.0, 0.0),
             phases: Phases::default(),
             offset: [0.0; 2],
             free: FreeMotion::default(),
             settled: f64::INFINITY,
+            largest: 0.0,
         }
     }
 }
@@ -119,7 +114,7 @@ impl ClosedForm {
             first,
             distance,
             resonant: Vec::with_capacity(most_resonant(order)),
-            plain: false,
+            rounded: 0.0,
         }
     }
 
@@ -133,7 +128,7 @@ impl ClosedForm {
 
     /// Forgets the oscillator.
     pub fn clear(&mut self) {
-        (self.holds_for, self.plain) = (None, false);
+        self.holds_for = None;
     }
 
     /// Whether it is that of the oscillator.
@@ -160,7 +155,7 @@ impl ClosedForm {
         let offset = (Pair::from(state) - driven.q).array();
         let settled = time + oscillator.settling(offset, self.size().map(|s| UNFELT * s));
         let free = oscillator.free_motion(offset);
-        Run { stride: Stride::new(), start: time, known, phases, offset, free, settled }
+        Run { start: time, known, phases, offset, free, settled, largest: state[0].abs() }
     }
 
     /// The largest coefficient of a harmonic of q and q̇: its amplitude, to a factor in [1/√2, 1].
@@ -174,39 +169,25 @@ impl ClosedForm {
         [largest(0), largest(1)]
     }
 
-    /// q, q̇ at `time` [s] beside the steps.
-    pub fn again(&self, run: &Run, oscillator: &Oscillator, motion: &AngleMotion, time: f64) -> [f64; 2] {
-        let mut run = Run { stride: Stride::new(), ..run.clone() };
-        self.at(&mut run, oscillator, motion, time).q.array()
-    }
-
     /// What roundings can have done to q by `time` [s], relative to the largest |q| since the start: each of the motions that
     /// q consists of is rounded by itself, and near a resonance or soon after the start they all but cancel.
-    pub fn rounding(&self, run: &Run, oscillator: &Oscillator, motion: &AngleMotion, time: f64) -> f64 {
+    pub fn rounding(&self, run: &Run, oscillator: &Oscillator, time: f64) -> f64 {
         let elapsed = time - run.start;
         let [q, v] = run.offset.map(f64::abs);
         let free =
             if run.free.oscillates { run.free.amplitude() } else { q + (v / oscillator.rates().1).min(v * elapsed) };
-        let mut rounded = of_free_motion() * free;
-        for (i, harmonic) in self.harmonics.iter().enumerate() {
-            let k = (self.first + i * self.distance) as f64;
-            let [re, im] = [harmonic.straight[1], harmonic.crossed[1]].map(|pair| pair.array()[0]);
-            rounded += of_harmonics(k) * (re * re + im * im).sqrt();
-        }
+        let mut rounded = self.rounded + of_free_motion() * free;
         for (k, part) in &self.resonant {
             let [[even, _], [odd, _]] = [[1.0, 0.0], [0.0, 1.0]]
                 .map(|[cosine, sine]| oscillator.resonant(part, cosine, sine, Double::from(elapsed)));
             rounded += of_harmonics(*k as f64) * (even * even + odd * odd).sqrt();
         }
-        let at = |part: f64| self.again(run, oscillator, motion, run.start + part * elapsed)[0].abs();
-        let spread = (1..=SAMPLES).map(|i| (f64::from(i) * GOLDEN).fract());
-        let early = (0..SAMPLES).map(|i| 0.5f64.powi(i));
-        let largest = spread.chain(early).map(at).fold(0.0, f64::max);
-        if largest > 0.0 { (rounded / largest).min(1.0) } else { 0.0 }
+        if run.largest > 0.0 { (rounded / run.largest).min(1.0) } else { 0.0 }
     }
 
     fn prepare_harmonics(&mut self, oscillator: &Oscillator, w: f64) {
         self.resonant.clear();
+        self.rounded = 0.0;
         let sense = w.signum();
         for (i, harmonic) in self.harmonics.iter_mut().enumerate() {
             let k = self.first + i * self.distance;
@@ -219,49 +200,13 @@ impl ClosedForm {
             let [re, im] = response.steady;
             harmonic.straight[1] = Pair::new(re, -nu.hi * sense * re);
             harmonic.crossed[1] = Pair::new(-sense * im, -nu.hi * im);
+            self.rounded += of_harmonics(k as f64) * (re * re + im * im).sqrt();
             self.resonant.extend(response.resonant.map(|part| (k, part)));
         }
-        self.plain = self.first == 1 && self.distance <= 2 && self.resonant.is_empty();
     }
 
     /// Cam and mass at `time` [s], not before the start, on the motion of the start.
     pub fn at(&self, run: &mut Run, oscillator: &Oscillator, motion: &AngleMotion, time: f64) -> Instant {
-        if !run.stride.to(time) {
-            self.anew(run, oscillator, motion.coefficients[1], time);
-        }
-        if self.plain {
-            return self.instant(&run.stride);
-        }
-        let mut now = self.driven(run.stride.pointer(), run.stride.free_state());
-        if !self.resonant.is_empty() {
-            self.add_resonant(oscillator, motion, [run.start, time], &mut now);
-        }
-        now
-    }
-
-    /// The same for a law whose harmonics follow each other in the usual way and none is resonant.
-    #[inline(always)]
-    pub fn glide(&self, run: &mut Run, oscillator: &Oscillator, time: f64) -> Option<Instant> {
-        if !self.plain {
-            return None;
-        }
-        if !run.stride.to(time) {
-            self.anew(run, oscillator, self.holds_for?, time);
-        }
-        Some(self.instant(&run.stride))
-    }
-
-    /// Cam and mass where the `stride` is, without resonances, with harmonics 1, 2, 3 … or 1, 3, 5 ….
-    #[inline(always)]
-    fn instant(&self, stride: &Stride) -> Instant {
-        let z = stride.pointer();
-        let turn = if self.distance == 2 { Map::turn_twice(z) } else { Map::turn(z) };
-        self.sum(z, turn, stride.free_state())
-    }
-
-    /// cos φ, sin φ and the free motion at any `time` [s], and the steps from there prepared.
-    #[inline(never)]
-    fn anew(&self, run: &mut Run, oscillator: &Oscillator, speed: f64, time: f64) {
         let ([s, c], free) = if time > run.settled {
             (run.phases.first(time), [0.0; 2])
         } else {
@@ -273,34 +218,24 @@ impl ClosedForm {
             };
             (angle, free)
         };
-        let stride = &mut run.stride;
-        if let Some(length) = stride.unprepared(time) {
-            let (s, c) = angle::reduce(two_product(0.5 * speed, length)).sin_cos();
-            // cos α − 1 and sin α by half of the angle.
-            let turn = [-2.0 * s * s, 2.0 * s * c];
-            let free = oscillator.free(Double::from(length));
-            let order = (self.first + self.distance * self.harmonics.len()) as f64;
-            stride.prepare(oscillator, length, turn, free, [speed, order]);
+        let mut now = self.driven(Pair::new(c, s), free.into());
+        if !self.resonant.is_empty() {
+            self.add_resonant(oscillator, motion, [run.start, time], &mut now);
         }
-        stride.start(time, [c, s], free);
+        let [q, _] = now.q.array();
+        run.largest = run.largest.max(q.abs());
+        now
     }
 
-    /// The cam, and the harmonic response without resonant parts with the `free` motion.
+    /// The cam, and the harmonic response without resonant parts with the `free` motion, where cos φ and sin φ are `z`.
     fn driven(&self, z: Pair, free: Pair) -> Instant {
-        self.sum(power(z, self.first), Map::turn(power(z, self.distance)), free)
-    }
-
-    /// The same; `z` is e^(ikφ) of the first harmonic, `turn` leads from each to the next one.
-    #[inline(always)]
-    fn sum(&self, mut z: Pair, turn: Map, free: Pair) -> Instant {
+        let (mut z, turn) = (power(z, self.first), Map::turn(power(z, self.distance)));
         let (mut u, mut q) = (Pair::new(self.mean, 0.0), free);
-        for (i, harmonic) in self.harmonics.iter().enumerate() {
-            if 0 < i {
-                z = turn.at(z);
-            }
+        for harmonic in &self.harmonics {
             let crossed = z.swapped();
             u = u + (harmonic.straight[0] * z + harmonic.crossed[0] * crossed);
             q = q + (harmonic.straight[1] * z + harmonic.crossed[1] * crossed);
+            z = turn.at(z);
         }
         Instant { u, q }
     }
@@ -333,8 +268,6 @@ pub fn progression(series: &Fourier) -> (usize, usize) {
 }
 
 /// zⁿ for a complex number z and n ≥ 1 (n = 0: z).
-#[cold]
-#[inline(never)]
 fn power(z: Pair, n: usize) -> Pair {
     let turn = Map::turn(z);
     (1..n).fold(z, |power, _| turn.at(power))

@@ -17,21 +17,14 @@ const ROUNDING: f64 = 0.5 * f64::EPSILON;
 /// the one before: those of amplitude, phase, decay and sum.
 const CLOSED: f64 = 8.0;
 
-/// Roundings of the turns from step to step, for each order of the law: those of up to sixteen products cancel in part.
-const TURNS: f64 = 8.0;
-
-/// Roundings of the free motion from step to step: its map, whose entries are rounded, is applied 32 times before the motion is
-/// computed anew, and errs in the same way each time.
-const FREE: f64 = 2.0 * super::stride::STEPS;
-
 /// What roundings make of the harmonic k of a closed form, relative to its amplitude.
 pub fn of_harmonics(k: f64) -> f64 {
-    (CLOSED + (2.0 + TURNS) * k) * ROUNDING
+    (CLOSED + 2.0 * k) * ROUNDING
 }
 
 /// What they make of its free motion.
 pub fn of_free_motion() -> f64 {
-    (CLOSED + FREE) * ROUNDING
+    CLOSED * ROUNDING
 }
 
 /// The quadratures err alike as long as the highest harmonic turns by about this [rad].
