@@ -4,7 +4,6 @@ use crate::drives::cam_drive::AngleMotion;
 use crate::motion::{Kinematics, MotionLaw};
 use crate::numerics::double_double::Double;
 use crate::numerics::events::safe_step;
-use crate::numerics::phase::sin_cos;
 
 /// The moving flank A; flank B runs at the constant distance s above it.
 pub trait FlankMotion {
@@ -13,9 +12,6 @@ pub trait FlankMotion {
 
     /// U′ at `time` [m/rad].
     fn slope(&self, segment: usize, time: Double) -> f64;
-
-    /// cos φ, sin φ at `time`.
-    fn turn(&self, time: Double) -> [f64; 2];
 
     /// u(time + span x) = Σ cₙ xⁿ continued smoothly from `segment`: the coefficients c₀ …, at least 6.
     fn expand(&self, segment: usize, time: Double, span: f64, coefficients: &mut [f64]);
@@ -119,11 +115,6 @@ impl FlankMotion for CamFlank<'_> {
 
     fn slope(&self, segment: usize, time: Double) -> f64 {
         self.law.at_in(segment, self.reduced(time)).0[1]
-    }
-
-    fn turn(&self, time: Double) -> [f64; 2] {
-        let [s, c] = sin_cos(self.reduced(time));
-        [c, s]
     }
 
     fn expand(&self, segment: usize, time: Double, span: f64, coefficients: &mut [f64]) {

@@ -21,7 +21,6 @@
 pub mod contact;
 pub mod flank;
 pub mod panel;
-mod search;
 mod slow;
 pub mod solver;
 mod spread;
@@ -30,10 +29,8 @@ mod features;
 mod jump;
 mod portrait;
 mod steady_state;
-mod stride;
 mod switching;
 mod variables;
-mod waves;
 
 use super::cam_drive::{AngleMotion, CamDrive, DriveMode, HasCamDrive, Start, StartMode};
 use super::limits::no_state;
@@ -47,8 +44,6 @@ use flank::{CamFlank, FlankMotion};
 use panel::{Point, Reading, Rules};
 use serde::{Deserialize, Serialize};
 use solver::{Run, Stretch, Sums, Tally};
-use std::sync::Arc;
-use stride::Step;
 
 /// A drive with backlash as a resolved scene describes it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -102,8 +97,8 @@ pub struct BacklashDrive {
     b: f64,
     s: f64,
     e: f64,
-    /// The bodies with the parameters of the last start, and their waves; shared by all instances with the same ones.
-    bodies: Arc<Bodies>,
+    /// The bodies with the parameters of the last start.
+    bodies: Bodies,
     /// Bounds of |U|, |U′|, |U″|, with the parameters of the last start.
     bounds: [f64; 3],
     /// The motion of the shaft around the communication point.
@@ -130,13 +125,7 @@ impl BacklashDrive {
     /// The bodies and the bounds of the law as the parameters are now.
     fn prepare_bodies(&mut self) {
         self.bounds = [0, 1, 2].map(|order| self.cam.law.bound(order));
-        let mut bodies = Bodies::new(self.m1, self.m2, self.c, self.b, self.s, self.e);
-        if let DriveMode::Constant { w, .. } = self.cam.mode {
-            bodies = bodies.on(&self.cam.law, w);
-        }
-        if *self.bodies != bodies {
-            self.bodies = Arc::new(bodies);
-        }
+        self.bodies = Bodies::new(self.m1, self.m2, self.c, self.b, self.s, self.e);
     }
 
     /// The longest panel in a step of this length: inputs prescribe the motion to the end of the step only.
@@ -229,18 +218,10 @@ impl BacklashDrive {
     /// counted; whether it does.
     fn within_panel(&mut self, time: f64, end: f64, step: f64) -> bool {
         let Some(run) = self.run.as_deref_mut().filter(|_| !self.cam.is_input()) else { return false };
-        let read = Step { from: self.now.time, to: end, last: self.step };
-        let Some(reading) = run.within(&self.bodies, read) else { return false };
+        let Some(reading) = run.within(&self.bodies, end) else { return false };
         run.begin_here(time);
         (self.now.time, self.now.reading, self.step) = (end, reading, step);
         true
-    }
-
-    /// The same where [`BacklashDrive::stride`] does not go on, with what is shown.
-    #[inline(never)]
-    fn glide_anew(&mut self, end: f64, board: &mut Board) -> bool {
-        let time = self.now.time;
-        self.within_panel(time, end, end - time) && variables::show(self, board)
     }
 
     /// Advances over the ends of panels, or as inputs say.
@@ -277,7 +258,7 @@ impl BacklashDrive {
             point = run.panel.whole_at(&self.bodies, run.theta(end));
             point.reading()
         } else {
-            run.reading(&self.bodies, Step { from: self.now.time, to: end, last: self.step })
+            run.panel.at(&self.bodies, run.theta(end)).reading()
         };
         if !reading.is_finite() {
             return Err(Fault(format!("the motion leaves the range of numbers before t = {end} s")));
@@ -308,10 +289,6 @@ impl Drive for BacklashDrive {
         let (reading, point) = (Reading::default(), Point::default());
         let now = Now { time: 0.0, mode: Mode::Free, reading, point, tally: Tally::default() };
         let bodies = Bodies::new(m1, m2, c, b, s, e);
-        let bodies = match drive {
-            DriveMode::Constant { w, .. } => bodies.on(&cam, w),
-            DriveMode::Input => bodies,
-        };
         let drive = BacklashDrive {
             motion: AngleMotion::uniform(0.0, 0.0, 0.0),
             cam: CamDrive::new(cam, drive),
@@ -323,7 +300,7 @@ impl Drive for BacklashDrive {
             b,
             s,
             e,
-            bodies: Arc::new(bodies),
+            bodies,
             bounds: [0.0; 3],
             run: None,
             end: (now.mode, now.point),
@@ -395,11 +372,7 @@ impl Drive for BacklashDrive {
     #[inline(always)]
     fn glide(&mut self, _time: f64, end: f64, board: &mut Board) -> bool {
         let time = self.now.time;
-        let Some(run) = self.run.as_deref_mut() else { return false };
-        let Some(reading) = run.stride(&self.bodies, [time, end]) else { return self.glide_anew(end, board) };
-        run.begin_here(time);
-        (self.now.time, self.now.reading, self.step) = (end, reading, end - time);
-        variables::show(self, board)
+        self.within_panel(time, end, end - time) && variables::show(self, board)
     }
 
     fn show(&self, board: &mut Board) {
@@ -430,7 +403,6 @@ impl Drive for BacklashDrive {
 
     fn restored(&mut self, made: &Self) -> Result<(), Fault> {
         self.cam.take(&made.cam);
-        self.bodies = made.bodies.clone();
         self.prepare_bodies();
         let (segments, terms) = (self.cam.law.breakpoints().len(), Rules::terms_for(self.tolerance()));
         if self.run.as_ref().is_some_and(|run| !run.is_of(segments, terms)) {
@@ -461,11 +433,11 @@ impl HasCamDrive for BacklashDrive {
 }
 
 impl HasSolver for BacklashDrive {
-    /// The closed form is at rounding level; power series follow bounces, inputs and stiff drives.
+    /// At constant speed all terms of a series cost little more than some; inputs are worth fewer.
     fn has_tolerance(&self) -> bool {
-        let closed = self.bodies.waves.as_ref().is_some_and(|waves| !waves.is_stiff(&self.bodies));
-        !closed || self.e > 0.0
+        self.cam.is_input()
     }
+
     fn solver(&self) -> &Solver {
         &self.solver
     }

@@ -1,5 +1,4 @@
-//! A panel: a span of time in one mode over which the motion is known to rounding: in closed form ([`super::waves`]) at
-//! constant speed on a law of few harmonics, else, and where a gap is small, as a power series of time.
+//! A panel: a span of time in one mode over which the motion is known to rounding, as a power series of time.
 //!
 //! The series of the flank u(t) gives that of q by the recurrence of the equation of motion,
 //!
@@ -16,8 +15,6 @@
 use super::contact::{Bodies, Flank, Mode, State};
 use super::flank::FlankMotion;
 use super::slow::stiff_rate;
-use super::stride::{Step, Stride};
-use super::waves::Waves;
 use crate::drives::number::all_finite;
 use crate::motion::Kinematics;
 use crate::numerics::count::at_most;
@@ -32,19 +29,14 @@ pub(super) const REACH: f64 = 2.0;
 /// The most terms of a series: of ü, 2²²/22! = 4e-15 is left out, of q and the gap 2²⁴/24! = 3e-17.
 pub const MOST_TERMS: usize = 24;
 
-/// The most spans of a panel, with room for roundings: a series lasts one, waves some leaps.
-const MOST_SPANS: f64 = 16.0;
-
 /// The fewest terms of a series.
 const LEAST_TERMS: usize = 8;
 
 /// Halvings of a panel; a span of 2⁻⁶⁰ shows no change of the speed any more.
 const MOST_HALVINGS: usize = 60;
 
-/// A panel with the search for its event, beside the expansion of u, and what the integrals over one in closed form, which lasts
-/// longer, take where somebody asks for them [nominal µs].
+/// A panel with the search for its event, beside the expansion of u [nominal µs].
 const PANEL: f64 = 0.7;
-const WAVES: f64 = 2.0;
 
 /// The series of u and q have two terms more than that of ü.
 pub(super) const COEFFICIENTS: usize = MOST_TERMS + 2;
@@ -81,10 +73,7 @@ pub struct Panel {
     pub(super) pairs: [Pair; COEFFICIENTS],
     /// In flight the centre of mass at the start [m] and its velocity [m/s].
     pub(super) centre: [f64; 2],
-    /// Whether the motion is a sum of waves (see [`super::waves`]) and no series; e^(iφ) at the start.
-    pub(super) in_waves: bool,
-    pub(super) turn: [f64; 2],
-    /// The free vibration at the start, q [m] and q̇ [m/s], of a motion in waves, or of a series apart from the fast modes.
+    /// The free vibration at the start, q [m] and q̇ [m/s], of a series apart from the fast modes.
     pub(super) vibration: [f64; 2],
     /// What it took to lay it [nominal µs].
     #[serde(skip)]
@@ -175,8 +164,6 @@ impl Panel {
             per_span: 0.0,
             pairs: [Pair::default(); COEFFICIENTS],
             centre: [0.0; 2],
-            in_waves: false,
-            turn: [0.0; 2],
             vibration: [0.0; 2],
             cost: 0.0,
         };
@@ -197,11 +184,6 @@ impl Panel {
         (self.start, self.segment, self.next_segment) = (start, segment, segment);
         (self.mode, self.state, self.terms) = (mode, state, rules.terms);
         (self.length, self.event, self.vibration, self.cost) = (0.0, None, [0.0; 2], PANEL);
-        if self.lay_in_waves(bodies, flank, zeros, longest, rules) {
-            self.cost += WAVES;
-            return;
-        }
-        self.in_waves = false;
         let oscillator = self.oscillator(bodies);
         let flank_rate = flank.rate(segment, start, 0.0);
         let stiff = stiff_rate(oscillator, flank_rate);
@@ -281,17 +263,8 @@ impl Panel {
         }
     }
 
-    /// The waves that the motion is the sum of, where it is.
-    fn waves<'a>(&self, bodies: &'a Bodies) -> Option<&'a Waves> {
-        bodies.waves.as_ref().filter(|_| self.in_waves)
-    }
-
     /// q and q̇ `theta` [s] after the start, without a vibration.
-    fn elongation_at(&self, bodies: &Bodies, theta: f64) -> [f64; 2] {
-        if let Some(waves) = self.waves(bodies) {
-            let [.., q, q_dot] = self.waves_at(bodies, waves, theta);
-            return [q, q_dot];
-        }
+    fn elongation_at(&self, theta: f64) -> [f64; 2] {
         let [[_, q], [_, v]] = self.series_at(theta * self.per_span);
         [q, v * self.per_span]
     }
@@ -308,10 +281,7 @@ impl Panel {
     }
 
     /// What the series up to `theta` [s] round, as the sizes of their first terms, and what they neglect: in ζ, ζ̇, q, q̇.
-    pub fn errors(&self, bodies: &Bodies, theta: f64) -> [[f64; 4]; 2] {
-        if let Some(waves) = self.waves(bodies) {
-            return [self.wave_sizes(bodies, waves, theta), [0.0; 4]];
-        }
+    pub fn errors(&self, theta: f64) -> [[f64; 4]; 2] {
         let x = (theta * self.per_span).min(1.0);
         // The impact is located with these terms only; a state has two terms more.
         let last = x.powi(self.terms as i32);
@@ -333,17 +303,11 @@ impl Panel {
 
     /// The state `theta` [s] after the start, with u, u̇ … u⁗.
     pub fn event_at(&self, bodies: &Bodies, flank: &impl FlankMotion, theta: f64) -> (State, Kinematics) {
-        match self.waves(bodies) {
-            Some(waves) => self.event_in_waves(bodies, waves, theta),
-            None => (self.at(bodies, theta).state, flank.at(self.segment, self.instant(theta))),
-        }
+        (self.at(bodies, theta).state, flank.at(self.segment, self.instant(theta)))
     }
 
     /// ü in contact, `theta` [s] after the start.
-    pub fn flank_acceleration(&self, bodies: &Bodies, theta: f64) -> f64 {
-        if let Some(waves) = self.waves(bodies) {
-            return self.wave_acceleration(bodies, waves, theta);
-        }
+    pub fn flank_acceleration(&self, theta: f64) -> f64 {
         let x = theta * self.per_span;
         let sum = (0..self.terms).rev().fold(0.0, |sum, n| sum * x + ORDER[n] * ORDER[n + 1] * self.pairs[n + 2].0[0]);
         sum * self.per_span * self.per_span
@@ -362,9 +326,6 @@ impl Panel {
 
     /// The motion `theta` [s] after the start, without ü.
     pub fn at(&self, bodies: &Bodies, theta: f64) -> Point {
-        if let Some(waves) = self.waves(bodies) {
-            return self.point_in_waves(bodies, waves, theta);
-        }
         let [place, rate] = self.series_at(theta * self.per_span);
         let [mut first, mut q] = [0, 1].map(|i| [place[i], rate[i] * self.per_span]);
         let mut state = self.state;
@@ -389,31 +350,11 @@ impl Panel {
         Point { state, u: [place - state.home - state.zeta[0], speed - state.zeta[1], 0.0] }
     }
 
-    /// What is read at the end of a step that repeats itself, where `stride` goes on.
-    #[inline(always)]
-    pub fn stride(&self, bodies: &Bodies, stride: &mut Stride, [from, to]: [f64; 2]) -> Option<Reading> {
-        let (rest, waves) = (stride.rest(from, to)?, bodies.waves.as_ref()?);
-        let free = stride.swing(rest, self.oscillator(bodies), self.mode);
-        Some(match self.mode {
-            Mode::Free => self.in_flight(bodies, self.until(to), free),
-            Mode::Contact(_) => self.on_flank(waves, stride.turned(rest, waves.speed), free),
-        })
-    }
-
-    /// What is read at the end of any step; `stride` goes on from there where steps repeat themselves.
-    pub fn read(&self, bodies: &Bodies, stride: &mut Stride, step: Step) -> Reading {
-        let theta = self.until(step.to).min(self.length).max(0.0);
-        let Some(waves) = self.waves(bodies) else { return self.at(bodies, theta).reading() };
-        let (z, free) = self.phases(bodies, waves, theta);
-        stride.start(step, (z, free), (bodies, waves), self.instant(self.limit()).hi);
-        if self.mode == Mode::Free { self.in_flight(bodies, theta, free) } else { self.on_flank(waves, z, free) }
-    }
-
     /// The motion `theta` [s] after the start with ü.
     pub fn whole_at(&self, bodies: &Bodies, theta: f64) -> Point {
         let mut point = self.at(bodies, theta);
         if self.mode != Mode::Free {
-            point.u[2] = self.flank_acceleration(bodies, theta);
+            point.u[2] = self.flank_acceleration(theta);
         }
         point
     }
@@ -429,14 +370,14 @@ impl Panel {
             return [0.0; 2];
         }
         // The product changes by at most four radians in a panel: 4¹⁶/(16! 2¹⁶ 4¹⁶) in half of one.
-        let parts = ((to - from) / (0.5 * self.span)).ceil().clamp(1.0, 2.0 * MOST_SPANS) as usize;
+        let parts = ((to - from) / (0.5 * self.span)).ceil().clamp(1.0, 2.0) as usize;
         let width = (to - from) / parts as f64;
         let mut sums = self.vibration_integrals(bodies, flank, [from, to]);
         for part in 0..parts {
             let left = from + part as f64 * width;
             let [force, torque] = Gauss::with(8).integrate(width, |s| {
-                let [q, q_dot] = self.elongation_at(bodies, left + s);
-                let force = bodies.m1 * self.flank_acceleration(bodies, left + s) - bodies.link(q, q_dot);
+                let [q, q_dot] = self.elongation_at(left + s);
+                let force = bodies.m1 * self.flank_acceleration(left + s) - bodies.link(q, q_dot);
                 [force, force * flank.slope(self.segment, self.instant(left + s))]
             });
             sums = [sums[0] + force, sums[1] + torque];
@@ -449,17 +390,11 @@ impl Panel {
         if bodies.b == 0.0 || theta <= 0.0 {
             return 0.0;
         }
-        let parts = (theta / self.span).ceil().clamp(1.0, MOST_SPANS) as usize;
-        let width = theta / parts as f64;
-        let mut loss = self.vibration_loss(bodies, theta);
-        for part in 0..parts {
-            let [own] = Gauss::with(8).integrate(width, |s| {
-                let [_, v] = self.elongation_at(bodies, part as f64 * width + s);
-                [bodies.b * v * v]
-            });
-            loss += own;
-        }
-        loss
+        let [smooth] = Gauss::with(8).integrate(theta, |s| {
+            let [_, v] = self.elongation_at(s);
+            [bodies.b * v * v]
+        });
+        smooth + self.vibration_loss(bodies, theta)
     }
 }
 

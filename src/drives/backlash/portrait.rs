@@ -44,20 +44,17 @@ pub(super) fn of(drive: &BacklashDrive) -> Portrait {
     }
 }
 
-/// Without a tolerance the motion is in closed form.
 fn accuracy(has_tolerance: bool) -> Vec<(String, String)> {
     let tolerance = if has_tolerance {
         "The part of Ü that a series may leave out; it decides the number of terms: 24 for 1e-14, the default, 20 for \
          1e-10, 16 for 1e-6, 12 for 1e-3. With 16 terms a step costs four fifths of what it does with 24."
     } else {
-        "This FMU has no such parameter: at its start values the motion is in closed form, right to rounding. With other \
-         values (e > 0, stiff masses) series of 24 terms follow the motion, as for 1e-14; for fewer, export a scene with them."
+        "This FMU has no such parameter: at constant speed the motion is right to rounding."
     };
     [
         (
             "Contact and flight",
-            "In closed form at constant speed on a law of up to eight harmonics. Else, after a rebound and where a gap is small: \
-             power series of time whose coefficients follow from the equations of motion; each holds for two radians of the \
+            "Power series of time whose coefficients follow from the equations of motion; each holds for two radians of the \
              fastest change. In flight their gap is free of cancellation.",
         ),
         (

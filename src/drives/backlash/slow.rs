@@ -130,7 +130,7 @@ impl Panel {
 
     /// Whether a vibration is to be added to the series.
     pub(super) fn vibrates(&self) -> bool {
-        !self.in_waves && self.vibration != [0.0; 2]
+        self.vibration != [0.0; 2]
     }
 
     /// The vibration `theta` [s] after the start: q [m] and q̇ [m/s].

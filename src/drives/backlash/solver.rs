@@ -7,7 +7,6 @@ use super::contact::{Bodies, Flank, Mode, State};
 use super::flank::FlankMotion;
 use super::panel::{Found, Panel, Reading, Rules};
 use super::spread::{Side, Spread};
-use super::stride::{Step, Stride};
 use crate::drives::limits::too_much;
 use crate::drives::{Event, EventLog, Fault, Rounded};
 use crate::motion::Kinematics;
@@ -76,8 +75,6 @@ pub struct Run {
     pub spread: Spread,
     /// Impulses of jumping inputs at the start of the communication step.
     pushed: Sums,
-    /// How the current panel is read.
-    pub stride: Stride,
     rules: Rules,
 }
 
@@ -111,10 +108,9 @@ impl Run {
             tally: Tally::default(),
             spread: Spread::default(),
             pushed: Sums::default(),
-            stride: Stride::default(),
             rules,
         };
-        run.enter_panel(bodies);
+        run.enter_panel();
         run
     }
 
@@ -132,14 +128,13 @@ impl Run {
         }
         (self.zeros, self.longest) = (from.2, longest);
         self.panel.lay(bodies, flank, place, from, longest, self.rules);
-        self.stride.begin();
-        self.enter_panel(bodies);
+        self.enter_panel();
         self.tally.panels += 1.0;
     }
 
     /// Counts the errors that the current panel makes up to its end.
-    fn enter_panel(&mut self, bodies: &Bodies) {
-        self.spread.enter(self.panel.errors(bodies, self.panel.limit()));
+    fn enter_panel(&mut self) {
+        self.spread.enter(self.panel.errors(self.panel.limit()));
     }
 
     /// Counts what has passed when the current panel is left `theta` [s] after its start.
@@ -188,22 +183,9 @@ impl Run {
         self.panel.until(time).min(self.panel.length).max(0.0)
     }
 
-    /// What is read at the end of a step that repeats itself within the current panel, where that takes but a few
-    /// instructions.
-    #[inline(always)]
-    pub fn stride(&mut self, bodies: &Bodies, times: [f64; 2]) -> Option<Reading> {
-        self.panel.stride(bodies, &mut self.stride, times)
-    }
-
-    /// What is read at the end of any step that the current panel holds.
-    pub fn within(&mut self, bodies: &Bodies, step: Step) -> Option<Reading> {
-        let inside = self.panel.until(step.to) < self.panel.limit();
-        inside.then(|| self.panel.read(bodies, &mut self.stride, step))
-    }
-
-    /// What is read at the end of a step, to which [`Run::advance`] has come.
-    pub fn reading(&mut self, bodies: &Bodies, step: Step) -> Reading {
-        self.panel.read(bodies, &mut self.stride, step)
+    /// What is read at `time` [s], where the current panel holds it and nothing happens before.
+    pub fn within(&self, bodies: &Bodies, time: f64) -> Option<Reading> {
+        (self.panel.until(time) < self.panel.limit()).then(|| self.panel.at(bodies, self.theta(time)).reading())
     }
 
     /// Goes on to the end of the communication step.
@@ -324,7 +306,7 @@ impl Run {
         let [force, rate, _] = bodies.force(state.q, &u);
         // The flight begins without any force, and the series of F_K has two terms less than that of q.
         let better = at - force / rate;
-        if !self.panel.in_waves && better > 0.0 && (better - at).abs() <= NEARBY * self.panel.span {
+        if better > 0.0 && (better - at).abs() <= NEARBY * self.panel.span {
             at = better;
             state = in_place(bodies, self.panel.mode, self.panel.at(bodies, at).state);
         }

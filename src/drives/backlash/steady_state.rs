@@ -56,7 +56,7 @@ impl BacklashDrive {
         if let Some(series) = self.cam.law.series() {
             return self.harmonic_orbit(series, time);
         }
-        let locked = Bodies { s: 0.0, ..*self.bodies };
+        let locked = Bodies { s: 0.0, ..self.bodies };
         let flank = CamFlank { law: &self.cam.law, motion: &self.motion, bounds: self.bounds };
         let place = Double::from(time);
         let contact = (Mode::Contact(super::Flank::A), State::default(), 0);

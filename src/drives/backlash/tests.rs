@@ -37,9 +37,6 @@ impl FlankMotion for CubicFlank {
     fn slope(&self, segment: usize, time: Double) -> f64 {
         self.at(segment, time).0[1]
     }
-    fn turn(&self, _: Double) -> [f64; 2] {
-        [1.0, 0.0]
-    }
     fn expand(&self, segment: usize, time: Double, span: f64, coefficients: &mut [f64]) {
         coefficients.fill(0.0);
         let mut factor = 1.0;
@@ -219,4 +216,3 @@ mod estimate;
 mod interface;
 mod reference;
 mod switching;
-mod waves;

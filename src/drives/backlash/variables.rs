@@ -75,7 +75,7 @@ impl BacklashDrive {
     fn flank_acceleration(&self) -> f64 {
         match (&self.run, self.now.mode) {
             (Some(run), Mode::Contact(_)) if !self.cam.is_input() => {
-                run.panel.flank_acceleration(&self.bodies, run.theta(self.now.time))
+                run.panel.flank_acceleration(run.theta(self.now.time))
             }
             _ => self.now.point.u[2],
         }
