@@ -68,6 +68,30 @@ pub struct State {
     pub zeta: [f64; 2],
 }
 
+/// What the motion goes on with after a switching instant.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Phase {
+    /// Where m1 is.
+    pub mode: Mode,
+    /// The relative state.
+    pub state: State,
+    /// The order of the zero with which the gap begins, if it does.
+    pub zeros: usize,
+}
+
+/// Where a panel begins; the panel follows from it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Beginning {
+    /// When [s].
+    pub start: Double,
+    /// The smooth segment of the flank.
+    pub segment: usize,
+    /// How.
+    pub phase: Phase,
+    /// The longest length of the panel [s].
+    pub longest: f64,
+}
+
 /// Forces below this part of (m1 + m2) max|Ü| are rounding errors: the terms of F_K cancel near a release.
 const FORCE_RESOLUTION: f64 = 1e-12;
 

@@ -18,16 +18,16 @@
 //! Source: K. Kaltofen, "Zur Dynamik spielbehafteter periodischer Antriebe", 1996, extended to two flanks,
 //! restitution and damping; U̇, Ü from φ, φ̇, φ̈ that belong together.
 
-pub mod contact;
-pub mod flank;
-pub mod panel;
-mod slow;
-pub mod solver;
-mod spread;
-
+mod contact;
+mod covariance;
 mod features;
+mod flank;
 mod jump;
+mod overdamped;
+mod panel;
 mod portrait;
+mod series;
+mod solver;
 mod steady_state;
 mod switching;
 mod variables;
@@ -39,10 +39,11 @@ use super::{Board, Curve, Drive, EventLog, Experiment, Fault, List, Portrait};
 use crate::motion::MotionLaw;
 use crate::numerics::double_double::Double;
 use crate::numerics::work::Work;
-use contact::{Bodies, Flank, Mode, State};
+use contact::{Beginning, Bodies, Flank, Mode, Phase, State};
 use flank::{CamFlank, FlankMotion};
-use panel::{Point, Reading, Rules};
+use panel::{Point, Reading};
 use serde::{Deserialize, Serialize};
+use series::terms_for;
 use solver::{Run, Stretch, Sums, Tally};
 
 /// A drive with backlash as a resolved scene describes it.
@@ -161,13 +162,14 @@ impl BacklashDrive {
         let pressed = if force.abs() > resolution { force } else { rate };
         let contact = if pressed < 0.0 { Flank::B } else { Flank::A };
         let state = State { q, home: self.bodies.place(contact), zeta: [0.0; 2] };
-        self.lay(time, (Mode::Contact(contact), state, 0));
+        self.lay(time, Phase { mode: Mode::Contact(contact), state, zeros: 0 });
     }
 
-    /// Starts the run in this mode and state, with this order of a zero of the gap.
-    fn lay(&mut self, time: f64, from: (Mode, State, usize)) {
-        let limits = (self.horizon(0.0), Rules::terms_for(self.tolerance()));
-        let run = Run::new(&self.bodies, &self.flank(), Double::from(time), from, limits);
+    /// Starts the run.
+    fn lay(&mut self, time: f64, phase: Phase) {
+        let (flank, start) = (self.flank(), Double::from(time));
+        let from = Beginning { start, segment: flank.segment(start), phase, longest: self.horizon(0.0) };
+        let run = Run::new(&self.bodies, &flank, from, terms_for(self.tolerance()));
         self.show(&run, time);
         self.solver.error_estimate = run.error_estimate(&self.bodies, self.flank().sizes(time));
         self.end = (self.now.mode, self.now.point);
@@ -184,7 +186,7 @@ impl BacklashDrive {
     /// Shows the motion at `time` [s], which lies in the current panel.
     fn show(&mut self, run: &Run, time: f64) {
         let point = run.panel.whole_at(&self.bodies, run.theta(time));
-        self.now = Now { time, mode: run.panel.mode, reading: point.reading(), point, tally: run.tally };
+        self.now = Now { time, mode: run.panel.mode(), reading: point.reading(), point, tally: run.tally };
     }
 
     /// The relative state and the motion of the flank, without ü.
@@ -200,7 +202,10 @@ impl BacklashDrive {
         let sums = match &self.run {
             Some(run) if !self.cam.is_input() && self.step > 0.0 => {
                 // What went well once goes well again: it draws upon as much work.
-                let sums = run.sums(&self.bodies, &self.flank(), (self.now.time, f64::INFINITY), &mut Work::default());
+                let (mut log, mut work) = (EventLog::counting(), Work::default());
+                let end = self.now.time;
+                let mut stretch = Stretch { end, horizon: f64::INFINITY, log: &mut log, work: &mut work };
+                let sums = run.sums(&self.bodies, &self.flank(), &mut stretch);
                 sums.unwrap_or(Sums { force: f64::NAN, torque: f64::NAN })
             }
             _ => self.sums,
@@ -244,29 +249,32 @@ impl BacklashDrive {
             let w = flank.speed().abs();
             // The mean rounding is an eighth of the last place.
             let sizes = [slope * phi, (slope + curvature * phi) * w].map(|size| 0.125 * size);
-            run.spread.round([sizes[0], sizes[1], sizes[0], sizes[1]]);
-            let from = Self::take_up((&self.bodies, &flank), &self.end, run, time, &mut self.log);
-            let place = (Double::from(time), flank.segment(Double::from(time)));
-            run.restart(&self.bodies, &flank, place, from, horizon);
+            run.errors.round([sizes[0], sizes[1], sizes[0], sizes[1]]);
+            let phase = Self::take_up((&self.bodies, &flank), &self.end, run, time, &mut self.log);
+            let start = Double::from(time);
+            let from = Beginning { start, segment: flank.segment(start), phase, longest: horizon };
+            run.restart(&self.bodies, &flank, from);
         }
         run.begin_here(time);
         let end = time + step;
         let mut work = Work::default();
-        run.advance_on(&self.bodies, &flank, &mut Stretch { end, horizon, log: &mut self.log }, &mut work)?;
+        run.advance(&self.bodies, &flank, &mut Stretch { end, horizon, log: &mut self.log, work: &mut work })?;
         let mut point = self.now.point;
         let reading = if input {
             point = run.panel.whole_at(&self.bodies, run.theta(end));
             point.reading()
         } else {
-            run.panel.at(&self.bodies, run.theta(end)).reading()
+            run.panel.reading(&self.bodies, run.theta(end))
         };
         if !reading.is_finite() {
             return Err(Fault(format!("the motion leaves the range of numbers before t = {end} s")));
         }
-        self.now = Now { time: end, mode: run.panel.mode, reading, point, tally: run.tally };
+        self.now = Now { time: end, mode: run.panel.mode(), reading, point, tally: run.tally };
         self.step = step;
         if input {
-            self.sums = run.sums(&self.bodies, &flank, (end, horizon), &mut work)?;
+            let mut log = EventLog::counting();
+            self.sums =
+                run.sums(&self.bodies, &flank, &mut Stretch { end, horizon, log: &mut log, work: &mut work })?;
             self.end = (self.now.mode, self.now.point);
         }
         if self.solver.steps != run.tally.panels {
@@ -358,7 +366,7 @@ impl Drive for BacklashDrive {
         let flank = CamFlank { law: &self.cam.law, motion: &self.motion, bounds: self.bounds };
         // What happens is logged when the step is taken.
         let mut unheard = EventLog::counting();
-        let (mode, state, _) = Self::take_up((&self.bodies, &flank), &self.end, &mut run, time, &mut unheard);
+        let Phase { mode, state, .. } = Self::take_up((&self.bodies, &flank), &self.end, &mut run, time, &mut unheard);
         let u = flank.at(flank.segment(Double::from(time)), Double::from(time)).0;
         let point = Point { state, u: [u[0], u[1], u[2]] };
         self.now = Now { time, mode, reading: point.reading(), point, tally: run.tally };
@@ -404,7 +412,7 @@ impl Drive for BacklashDrive {
     fn restored(&mut self, made: &Self) -> Result<(), Fault> {
         self.cam.take(&made.cam);
         self.prepare_bodies();
-        let (segments, terms) = (self.cam.law.breakpoints().len(), Rules::terms_for(self.tolerance()));
+        let (segments, terms) = (self.cam.law.breakpoints().len(), terms_for(self.tolerance()));
         if self.run.as_ref().is_some_and(|run| !run.is_of(segments, terms)) {
             return Err(no_state());
         }
