@@ -134,6 +134,36 @@ fn modules_use_only_what_lies_below_them() {
     assert!(faults.is_empty(), "\n{faults}");
 }
 
+/// The files of a folder that a file of it uses.
+fn used_siblings(file: &Source) -> BTreeSet<String> {
+    let names = |line: String| {
+        let starts: Vec<usize> = line.match_indices("super::").map(|(at, start)| at + start.len()).collect();
+        let name = |at: usize| line[at..].chars().take_while(|c| c.is_ascii_alphanumeric() || *c == '_').collect();
+        starts.into_iter().map(name).collect::<Vec<String>>()
+    };
+    file.code().into_iter().flat_map(|(_, line)| names(line)).collect()
+}
+
+#[test]
+fn no_files_of_the_drive_with_backlash_use_each_other_in_a_circle() {
+    let name = |path: &Path| path.file_stem().unwrap().to_str().unwrap().to_owned();
+    let room: Vec<Source> =
+        sources().into_iter().filter(|file| file.path.parent() == Some(Path::new("src/drives/backlash"))).collect();
+    // The head of the room uses them all.
+    let mut rest: Vec<(String, BTreeSet<String>)> =
+        room.iter().map(|file| (name(&file.path), used_siblings(file))).filter(|(name, _)| name != "mod").collect();
+    assert!(rest.len() > 5, "the files were not found");
+    loop {
+        let names: BTreeSet<String> = rest.iter().map(|(name, _)| name.clone()).collect();
+        let before = rest.len();
+        rest.retain(|(name, used)| used.iter().any(|used| used != name && names.contains(used)));
+        if rest.len() == before {
+            break;
+        }
+    }
+    assert!(rest.is_empty(), "in a circle, or above one: {rest:?}");
+}
+
 #[test]
 fn only_the_c_interface_and_its_host_are_unsafe() {
     for file in sources() {

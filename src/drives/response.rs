@@ -25,9 +25,9 @@ use super::cam_turn::turns;
 use super::limits::{search_too_much, step_too_much};
 use super::{Fault, Rounded};
 use crate::motion::{Fourier, MotionLaw};
-use crate::numerics::bernstein;
 use crate::numerics::chebyshev;
 use crate::numerics::double_double::{Double, two_product, two_sum};
+use crate::numerics::first_root::first_exit;
 use crate::numerics::forced::{ForcedStep, admissible_length};
 use crate::numerics::oscillator::Oscillator;
 use crate::numerics::period_map::{self, PeriodMap};
@@ -435,7 +435,7 @@ fn way_to_border(law: &MotionLaw, segment: usize, local: &mut Local, length: f64
     let upper = if segment + 1 < n { breakpoints[segment + 1] } else { breakpoints[0] + TAU };
     let middle = 0.5 * (lower + upper);
     local.angle[0] -= TAU * ((local.angle[0] - middle) / TAU).round();
-    let exit = bernstein::first_exit(&local.scaled(length), local.degree, lower - OVERSHOOT, upper + OVERSHOOT);
+    let exit = first_exit(&local.scaled(length), lower - OVERSHOOT, upper + OVERSHOOT);
     match exit {
         None => (length, 0),
         Some(part) => (part * length, if local.at(part * length)[0] > middle { 1 } else { -1 }),

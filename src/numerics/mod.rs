@@ -1,15 +1,13 @@
 //! Mathematics only: no word of cams, no word of FMI.
 
 pub mod angle;
-pub mod bernstein;
 pub mod chebyshev;
 pub mod collocation;
 pub mod count;
 pub mod difference;
 pub mod divisor;
 pub mod double_double;
-pub mod events;
-pub mod first_zero;
+pub mod first_root;
 pub mod forced;
 pub mod gauss;
 pub mod interpolant;

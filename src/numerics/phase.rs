@@ -149,24 +149,6 @@ pub fn sin_cos(angle: f64) -> [f64; 2] {
     [s + (s * below_one + c * sine), c + (c * below_one - s * sine)]
 }
 
-/// [`sin_cos`] of two angles side by side, bit by bit the same.
-#[inline(always)]
-pub fn sin_cos_of_both(angles: [f64; 2]) -> [[f64; 2]; 2] {
-    if !(angles[0].abs().max(angles[1].abs()) <= FAR) {
-        return angles.map(sin_cos);
-    }
-    let rounded = angles.map(|angle| angle * STEPS_PER_RADIAN.hi + ROUNDER);
-    let whole = rounded.map(|rounded| rounded - ROUNDER);
-    let x: [f64; 2] = std::array::from_fn(|i| (angles[i] - whole[i] * STEP_PARTS[0]) - whole[i] * STEP_PARTS[1]);
-    let square = x.map(|x| x * x);
-    let sine: [f64; 2] = std::array::from_fn(|i| x[i] + x[i] * square[i] * (square[i] * (1.0 / 120.0) - 1.0 / 6.0));
-    let below_one = square.map(|square| square * (square * (1.0 / 24.0 - square * (1.0 / 720.0)) - 0.5));
-    std::array::from_fn(|i| {
-        let [s, c] = TABLE[rounded[i].to_bits() as usize % STEPS];
-        [s + (s * below_one[i] + c * sine[i]), c + (c * below_one[i] - s * sine[i])]
-    })
-}
-
 /// The first 26 bits of a number.
 fn leading_half(x: f64) -> f64 {
     f64::from_bits(x.to_bits() & !0x7ff_ffff)
@@ -267,10 +249,6 @@ mod tests {
             assert!((s - angle.sin()).abs() < 2.3e-16 && (c - angle.cos()).abs() < 2.3e-16, "{angle}");
         }
         assert!(sin_cos(f64::INFINITY)[0].is_nan() && sin_cos(f64::NAN)[1].is_nan());
-        for pair in [[0.3, -7.5], [1e3, 2e4], [-1e9, 0.0]] {
-            assert_eq!(sin_cos_of_both(pair), pair.map(sin_cos));
-        }
-        assert!(sin_cos_of_both([f64::NAN, 1.0])[0][0].is_nan());
     }
 
     #[test]

@@ -4,7 +4,7 @@
 //! there decides how hard it is. Rests, U″ = 0 over an angle, are no passages of their own.
 
 use camdrive::motion::MotionLaw;
-use camdrive::numerics::first_zero::first_zero;
+use camdrive::numerics::first_root::first_root;
 use serde::Serialize;
 use std::f64::consts::TAU;
 
@@ -145,7 +145,7 @@ fn zeros(law: &MotionLaw, pieces: &[(usize, f64, f64)], rounding: f64) -> Vec<f6
             if first == 0.0 {
                 first = sign;
             }
-            let Some(zero) = first_zero(&series.map(|c| sign * c), 1.0).filter(|x| *x > 0.0) else { break };
+            let Some(zero) = first_root(&series.map(|c| sign * c), 1.0).filter(|x| *x > 0.0) else { break };
             at += zero * (width - at);
             if at >= width * (1.0 - ON_END) {
                 break;

@@ -1,8 +1,7 @@
 //! The two bodies, the contact conditions and what a switching instant does to the state.
 
 use super::flank::FlankMotion;
-use super::waves::Waves;
-use crate::motion::{Kinematics, MotionLaw};
+use crate::motion::Kinematics;
 use crate::numerics::double_double::Double;
 use crate::numerics::oscillator::Oscillator;
 use serde::{Deserialize, Serialize};
@@ -56,9 +55,6 @@ pub struct Bodies {
     pub bound: Oscillator,
     /// m1 and m2 against each other: ω₂² = c (1/m1 + 1/m2).
     pub relative: Oscillator,
-    /// The motion in closed form, where the drive has one; it follows from the rest and from cam and speed.
-    #[serde(skip)]
-    pub waves: Option<Waves>,
 }
 
 /// The relative state of the bodies; x1 = U + `home` + ζ, x2 = x1 + q.
@@ -70,6 +66,30 @@ pub struct State {
     pub home: f64,
     /// ζ = x1 − U − `home` [m] and ζ̇ [m/s].
     pub zeta: [f64; 2],
+}
+
+/// What the motion goes on with after a switching instant.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Phase {
+    /// Where m1 is.
+    pub mode: Mode,
+    /// The relative state.
+    pub state: State,
+    /// The order of the zero with which the gap begins, if it does.
+    pub zeros: usize,
+}
+
+/// Where a panel begins; the panel follows from it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Beginning {
+    /// When [s].
+    pub start: Double,
+    /// The smooth segment of the flank.
+    pub segment: usize,
+    /// How.
+    pub phase: Phase,
+    /// The longest length of the panel [s].
+    pub longest: f64,
 }
 
 /// Forces below this part of (m1 + m2) max|Ü| are rounding errors: the terms of F_K cancel near a release.
@@ -121,13 +141,7 @@ impl Bodies {
         let inverse = (Double::from(m1) + Double::from(m2)).divide(Double::from(m1) * Double::from(m2));
         let relative = Oscillator::new(cd * inverse, Double::from(0.5) * bd * inverse);
         let share = m2 / (m1 + m2);
-        Bodies { m1, m2, c, b, s, e, share, bound: Oscillator::of_mass(m2, c, b), relative, waves: None }
-    }
-
-    /// The bodies on this cam at the constant speed `w` [rad/s].
-    pub fn on(self, law: &MotionLaw, w: f64) -> Self {
-        let waves = law.series().and_then(|series| Waves::new(&self, series, w));
-        Bodies { waves, ..self }
+        Bodies { m1, m2, c, b, s, e, share, bound: Oscillator::of_mass(m2, c, b), relative }
     }
 
     /// The oscillator that moves q.

@@ -3,8 +3,7 @@
 use crate::drives::cam_drive::AngleMotion;
 use crate::motion::{Kinematics, MotionLaw};
 use crate::numerics::double_double::Double;
-use crate::numerics::events::safe_step;
-use crate::numerics::phase::sin_cos;
+use crate::numerics::first_root::first_root;
 
 /// The moving flank A; flank B runs at the constant distance s above it.
 pub trait FlankMotion {
@@ -13,9 +12,6 @@ pub trait FlankMotion {
 
     /// U′ at `time` [m/rad].
     fn slope(&self, segment: usize, time: Double) -> f64;
-
-    /// cos φ, sin φ at `time`.
-    fn turn(&self, time: Double) -> [f64; 2];
 
     /// u(time + span x) = Σ cₙ xⁿ continued smoothly from `segment`: the coefficients c₀ …, at least 6.
     fn expand(&self, segment: usize, time: Double, span: f64, coefficients: &mut [f64]);
@@ -40,8 +36,8 @@ pub trait FlankMotion {
     /// An upper bound of |ü| in any segment at `time`.
     fn acceleration(&self, time: Double) -> f64;
 
-    /// K|w|, the highest rate at which u changes in `segment` from `time` over `horizon` [rad/s].
-    fn rate(&self, segment: usize, time: Double, horizon: f64) -> f64;
+    /// K|w|, the highest rate at which u changes in `segment` at `time` [rad/s].
+    fn rate(&self, segment: usize, time: Double) -> f64;
 
     /// The segment that u moves in at `time`.
     fn segment(&self, time: Double) -> usize;
@@ -78,6 +74,10 @@ impl CamFlank<'_> {
         let tau = (time + Double::from(-self.motion.origin)).hi;
         let c = &self.motion.coefficients;
         let mut d = [0.0; ORDERS];
+        if self.motion.is_uniform() {
+            d[1] = c[1];
+            return d;
+        }
         for order in 1..=self.motion.degree {
             for j in (order..=self.motion.degree).rev() {
                 d[order] = c[j] + d[order] * tau / (j + 1 - order) as f64;
@@ -86,19 +86,15 @@ impl CamFlank<'_> {
         d
     }
 
-    /// Upper bounds of |φ⁽ⁿ⁾|, n = 1 … 4, over `horizon`.
-    fn bounds(&self, time: Double, horizon: f64) -> [f64; 5] {
-        if self.motion.is_uniform() {
-            return [0.0, self.motion.coefficients[1].abs(), 0.0, 0.0, 0.0];
+    /// φ(time + span x) − φ(time) = Σ aⱼ xʲ.
+    fn way(&self, time: Double, span: f64) -> [f64; ORDERS] {
+        let mut a = self.derivatives(time);
+        let mut factor = 1.0;
+        for (j, a) in a.iter_mut().enumerate().skip(1) {
+            factor *= span / j as f64;
+            *a = if *a == 0.0 { 0.0 } else { *a * factor };
         }
-        let d = self.derivatives(time);
-        let mut bounds = [0.0; 5];
-        for order in 1..5 {
-            for j in (order..=self.motion.degree.max(order)).rev() {
-                bounds[order] = d[j].abs() + bounds[order] * horizon / (j + 1 - order) as f64;
-            }
-        }
-        bounds
+        a
     }
 
     fn reduced(&self, time: Double) -> f64 {
@@ -119,11 +115,6 @@ impl FlankMotion for CamFlank<'_> {
         self.law.at_in(segment, self.reduced(time)).0[1]
     }
 
-    fn turn(&self, time: Double) -> [f64; 2] {
-        let [s, c] = sin_cos(self.reduced(time));
-        [c, s]
-    }
-
     fn expand(&self, segment: usize, time: Double, span: f64, coefficients: &mut [f64]) {
         let phi = self.reduced(time);
         let w = self.motion.coefficients[1];
@@ -131,14 +122,8 @@ impl FlankMotion for CamFlank<'_> {
             self.law.expand(segment, phi, w * span, coefficients);
             return;
         }
-        // φ(time + span x) − φ(time) = Σ aⱼ xʲ, put into the series of U by Horner's rule.
-        let mut a = self.derivatives(time);
-        let degree = self.motion.degree;
-        let mut factor = 1.0;
-        for (j, a) in a[..=degree].iter_mut().enumerate().skip(1) {
-            factor *= span / j as f64;
-            *a *= factor;
-        }
+        // The way put into the series of U by Horner's rule.
+        let (a, degree) = (self.way(time, span), self.motion.degree);
         let count = coefficients.len();
         let mut law = [0.0; MOST_COEFFICIENTS];
         self.law.expand(segment, phi, 1.0, &mut law[..count]);
@@ -169,17 +154,16 @@ impl FlankMotion for CamFlank<'_> {
     }
 
     fn sizes(&self, time: f64) -> [f64; 2] {
-        let w = self.bounds(Double::from(time), 0.0)[1];
-        [self.bounds[0], self.bounds[1] * w]
+        [self.bounds[0], self.bounds[1] * self.derivatives(Double::from(time))[1].abs()]
     }
 
     fn acceleration(&self, time: Double) -> f64 {
-        let [_, w, a, ..] = self.bounds(time, 0.0);
-        self.bounds[2] * w * w + self.bounds[1] * a
+        let [_, w, a, ..] = self.derivatives(time);
+        self.bounds[2] * w * w + self.bounds[1] * a.abs()
     }
 
-    fn rate(&self, segment: usize, time: Double, horizon: f64) -> f64 {
-        self.law.resolution_in(segment) * self.bounds(time, horizon)[1]
+    fn rate(&self, segment: usize, time: Double) -> f64 {
+        self.law.resolution_in(segment) * self.derivatives(time)[1].abs()
     }
 
     fn segment(&self, time: Double) -> usize {
@@ -214,9 +198,14 @@ impl FlankMotion for CamFlank<'_> {
             // The end of the only segment is its start: the motion is about to cross all of it.
             (below, above) = if d[1] < 0.0 { (turn, 0.0) } else { (0.0, turn) };
         }
-        let bound = self.bounds(time, longest)[4];
-        let up = first_passage([above, -d[1], -d[2], -d[3]], bound, longest, &|t| self.shift(time, above, -1.0, t));
-        let down = first_passage([below, d[1], d[2], d[3]], bound, longest, &|t| self.shift(time, below, 1.0, t));
+        let way = self.way(time, longest);
+        let passage = |distance: f64, sign: f64| {
+            let mut left = way.map(|a| sign * a);
+            left[0] = distance;
+            // At rest on a breakpoint nothing is passed.
+            if left == [0.0; ORDERS] { None } else { first_root(&left, 1.0) }.map_or(longest, |x| x * longest)
+        };
+        let (up, down) = (passage(above, -1.0), passage(below, 1.0));
         if up < down {
             (up, (segment + 1) % count)
         } else if down < longest {
@@ -225,34 +214,4 @@ impl FlankMotion for CamFlank<'_> {
             (longest, segment)
         }
     }
-}
-
-impl CamFlank<'_> {
-    /// distance + sign (φ(time + t) − φ(time)) and its derivatives.
-    fn shift(&self, time: Double, distance: f64, sign: f64, t: f64) -> [f64; 4] {
-        let d = self.derivatives(time);
-        let mut change = 0.0;
-        for j in (1..=self.motion.degree).rev() {
-            change = (d[j] + change) * t / j as f64;
-        }
-        let later = self.derivatives(time + Double::from(t));
-        [distance + sign * change, sign * later[1], sign * later[2], sign * later[3]]
-    }
-}
-
-/// The first zero of g, at most `longest`, from its derivatives at 0.
-fn first_passage(start: [f64; 4], bound: f64, longest: f64, g: &dyn Fn(f64) -> [f64; 4]) -> f64 {
-    let mut t = safe_step(start, bound, longest);
-    // The steps shrink at least geometrically; the cap only guards against a motion that touches the breakpoint.
-    for _ in 0..200 {
-        if t == 0.0 || t >= longest {
-            break;
-        }
-        let step = safe_step(g(t), bound, longest - t);
-        if step <= 1e-15 * t {
-            break;
-        }
-        t += step;
-    }
-    t.min(longest)
 }

@@ -1,7 +1,7 @@
 //! What a jump of the inputs does to the masses.
 
 use super::BacklashDrive;
-use super::contact::{Bodies, Flank, Mode, State};
+use super::contact::{Bodies, Flank, Mode, Phase};
 use super::flank::{CamFlank, FlankMotion};
 use super::panel::Point;
 use super::solver::{Run, release};
@@ -18,7 +18,7 @@ impl BacklashDrive {
         run: &mut Run,
         time: f64,
         log: &mut EventLog,
-    ) -> (Mode, State, usize) {
+    ) -> Phase {
         let place = (Double::from(time), flank.segment(Double::from(time)));
         let u = flank.at(place.1, place.0);
         let jump = [u.0[0] - end.u[0], u.0[1] - end.u[1]];
@@ -33,7 +33,7 @@ impl BacklashDrive {
                 if mode == Mode::Free {
                     log.push(release(contact, place.0, ("force", bodies.force(state.q, &u)[0], "N")));
                 }
-                (mode, state, zeros)
+                Phase { mode, state, zeros }
             }
             Mode::Free => {
                 state.zeta = [state.zeta[0] - jump[0], state.zeta[1] - jump[1]];
@@ -52,15 +52,14 @@ impl BacklashDrive {
                         state.q[1] += state.zeta[1];
                         state.zeta[1] = 0.0;
                         let (mode, zeros) = bodies.settle(contact, state.q, &u, resolution);
-                        return (mode, state, zeros);
+                        return Phase { mode, state, zeros };
                     }
                     if sign * state.zeta[1] > 0.0 {
-                        return (Mode::Free, state, 1);
+                        return Phase { mode: Mode::Free, state, zeros: 1 };
                     }
-                    let (mode, zeros) = run.strike_at_jump(bodies, flank, contact, &mut state, place, log);
-                    return (mode, state, zeros);
+                    return run.strike_at_jump(bodies, flank, (contact, state), place, log);
                 }
-                (Mode::Free, state, 0)
+                Phase { mode: Mode::Free, state, zeros: 0 }
             }
         }
     }

@@ -18,20 +18,18 @@
 //! Source: K. Kaltofen, "Zur Dynamik spielbehafteter periodischer Antriebe", 1996, extended to two flanks,
 //! restitution and damping; U̇, Ü from φ, φ̇, φ̈ that belong together.
 
-pub mod contact;
-pub mod flank;
-pub mod panel;
-mod search;
-mod slow;
-pub mod solver;
-mod spread;
-
+mod contact;
+mod covariance;
 mod features;
+mod flank;
 mod jump;
+mod overdamped;
+mod panel;
+mod series;
+mod solver;
 mod steady_state;
 mod switching;
 mod variables;
-mod waves;
 
 use super::cam_drive::{AngleMotion, CamDrive, DriveMode, HasCamDrive, MAX_INPUT_DERIVATIVE, Start, StartMode};
 use super::limits::no_state;
@@ -40,12 +38,12 @@ use super::{Curve, Drive, EventLog, Experiment, Fault, List, Rounded, Text};
 use crate::motion::MotionLaw;
 use crate::numerics::double_double::Double;
 use crate::numerics::work::Work;
-use contact::{Bodies, Flank, Mode, State};
+use contact::{Beginning, Bodies, Flank, Mode, Phase, State};
 use flank::{CamFlank, FlankMotion};
-use panel::{Point, Reading, Rules};
+use panel::{Point, Reading};
 use serde::{Deserialize, Serialize};
+use series::terms_for;
 use solver::{Run, Stretch, Sums, Tally};
-use std::sync::Arc;
 
 /// A drive with backlash as a resolved scene describes it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -99,8 +97,8 @@ pub struct BacklashDrive {
     b: f64,
     s: f64,
     e: f64,
-    /// The bodies with the parameters of the last start, and their waves; shared by all instances with the same ones.
-    bodies: Arc<Bodies>,
+    /// The bodies with the parameters of the last start.
+    bodies: Bodies,
     /// Bounds of |U|, |U′|, |U″|, with the parameters of the last start.
     bounds: [f64; 3],
     /// The motion of the shaft around the communication point.
@@ -127,13 +125,7 @@ impl BacklashDrive {
     /// The bodies and the bounds of the law as the parameters are now.
     fn prepare_bodies(&mut self) {
         self.bounds = [0, 1, 2].map(|order| self.cam.law.bound(order));
-        let mut bodies = Bodies::new(self.m1, self.m2, self.c, self.b, self.s, self.e);
-        if let DriveMode::Constant { w, .. } = self.cam.mode {
-            bodies = bodies.on(&self.cam.law, w);
-        }
-        if *self.bodies != bodies {
-            self.bodies = Arc::new(bodies);
-        }
+        self.bodies = Bodies::new(self.m1, self.m2, self.c, self.b, self.s, self.e);
     }
 
     /// The longest panel in a step of this length: inputs prescribe the motion to the end of the step only.
@@ -169,13 +161,14 @@ impl BacklashDrive {
         let pressed = if force.abs() > resolution { force } else { rate };
         let contact = if pressed < 0.0 { Flank::B } else { Flank::A };
         let state = State { q, home: self.bodies.place(contact), zeta: [0.0; 2] };
-        self.lay(time, (Mode::Contact(contact), state, 0));
+        self.lay(time, Phase { mode: Mode::Contact(contact), state, zeros: 0 });
     }
 
-    /// Starts the run in this mode and state, with this order of a zero of the gap.
-    fn lay(&mut self, time: f64, from: (Mode, State, usize)) {
-        let limits = (self.horizon(0.0), Rules::terms_for(self.tolerance()));
-        let run = Run::new(&self.bodies, &self.flank(), Double::from(time), from, limits);
+    /// Starts the run.
+    fn lay(&mut self, time: f64, phase: Phase) {
+        let (flank, start) = (self.flank(), Double::from(time));
+        let from = Beginning { start, segment: flank.segment(start), phase, longest: self.horizon(0.0) };
+        let run = Run::new(&self.bodies, &flank, from, terms_for(self.tolerance()));
         self.show(&run, time);
         self.solver.error_estimate = run.error_estimate(&self.bodies, self.flank().sizes(time));
         self.end = (self.now.mode, self.now.point);
@@ -192,7 +185,7 @@ impl BacklashDrive {
     /// Shows the motion at `time` [s], which lies in the current panel.
     fn show(&mut self, run: &Run, time: f64) {
         let point = run.panel.whole_at(&self.bodies, run.theta(time));
-        self.now = Now { time, mode: run.panel.mode, reading: point.reading(), point, tally: run.tally };
+        self.now = Now { time, mode: run.panel.mode(), reading: point.reading(), point, tally: run.tally };
     }
 
     /// The relative state and the motion of the flank, without ü.
@@ -208,7 +201,10 @@ impl BacklashDrive {
         let sums = match &self.run {
             Some(run) if !self.cam.is_input() && self.step > 0.0 => {
                 // What went well once goes well again: it draws upon as much work.
-                let sums = run.sums(&self.bodies, &self.flank(), (self.now.time, f64::INFINITY), &mut Work::default());
+                let (mut log, mut work) = (EventLog::counting(), Work::default());
+                let end = self.now.time;
+                let mut stretch = Stretch { end, horizon: f64::INFINITY, log: &mut log, work: &mut work };
+                let sums = run.sums(&self.bodies, &self.flank(), &mut stretch);
                 sums.unwrap_or(Sums { force: f64::NAN, torque: f64::NAN })
             }
             _ => self.sums,
@@ -250,29 +246,32 @@ impl BacklashDrive {
             let w = flank.speed().abs();
             // The mean rounding is an eighth of the last place.
             let sizes = [slope * phi, (slope + curvature * phi) * w].map(|size| 0.125 * size);
-            run.spread.round([sizes[0], sizes[1], sizes[0], sizes[1]]);
-            let from = Self::take_up((&self.bodies, &flank), &self.end, run, time, &mut self.log);
-            let place = (Double::from(time), flank.segment(Double::from(time)));
-            run.restart(&self.bodies, &flank, place, from, horizon);
+            run.errors.round([sizes[0], sizes[1], sizes[0], sizes[1]]);
+            let phase = Self::take_up((&self.bodies, &flank), &self.end, run, time, &mut self.log);
+            let start = Double::from(time);
+            let from = Beginning { start, segment: flank.segment(start), phase, longest: horizon };
+            run.restart(&self.bodies, &flank, from);
         }
         run.begin_here(time);
         let end = time + step;
         let mut work = Work::default();
-        run.advance(&self.bodies, &flank, &mut Stretch { end, horizon, log: &mut self.log }, &mut work)?;
+        run.advance(&self.bodies, &flank, &mut Stretch { end, horizon, log: &mut self.log, work: &mut work })?;
         let mut point = self.now.point;
         let reading = if input {
             point = run.panel.whole_at(&self.bodies, run.theta(end));
             point.reading()
         } else {
-            run.reading(&self.bodies, end)
+            run.panel.reading(&self.bodies, run.theta(end))
         };
         if !reading.is_finite() {
             return Err(Fault(format!("the motion leaves the range of numbers before t = {} s", Rounded(end))));
         }
-        self.now = Now { time: end, mode: run.panel.mode, reading, point, tally: run.tally };
+        self.now = Now { time: end, mode: run.panel.mode(), reading, point, tally: run.tally };
         self.step = step;
         if input {
-            self.sums = run.sums(&self.bodies, &flank, (end, horizon), &mut work)?;
+            let mut log = EventLog::counting();
+            self.sums =
+                run.sums(&self.bodies, &flank, &mut Stretch { end, horizon, log: &mut log, work: &mut work })?;
             self.end = (self.now.mode, self.now.point);
         }
         if self.solver.steps != run.tally.panels {
@@ -296,10 +295,6 @@ impl Drive for BacklashDrive {
         let (reading, point) = (Reading::default(), Point::default());
         let now = Now { time: 0.0, mode: Mode::Free, reading, point, tally: Tally::default() };
         let bodies = Bodies::new(m1, m2, c, b, s, e);
-        let bodies = match drive {
-            DriveMode::Constant { w, .. } => bodies.on(&cam, w),
-            DriveMode::Input => bodies,
-        };
         let drive = BacklashDrive {
             motion: AngleMotion::uniform(0.0, 0.0, 0.0),
             cam: CamDrive::new(cam, drive),
@@ -311,7 +306,7 @@ impl Drive for BacklashDrive {
             b,
             s,
             e,
-            bodies: Arc::new(bodies),
+            bodies,
             bounds: [0.0; 3],
             run: None,
             end: (now.mode, now.point),
@@ -369,7 +364,7 @@ impl Drive for BacklashDrive {
         let flank = CamFlank { law: &self.cam.law, motion: &self.motion, bounds: self.bounds };
         // What happens is logged when the step is taken.
         let mut unheard = EventLog::counting();
-        let (mode, state, _) = Self::take_up((&self.bodies, &flank), &self.end, &mut run, time, &mut unheard);
+        let Phase { mode, state, .. } = Self::take_up((&self.bodies, &flank), &self.end, &mut run, time, &mut unheard);
         let u = flank.at(flank.segment(Double::from(time)), Double::from(time)).0;
         let point = Point { state, u: [u[0], u[1], u[2]] };
         self.now = Now { time, mode, reading: point.reading(), point, tally: run.tally };
@@ -407,9 +402,8 @@ impl Drive for BacklashDrive {
 
     fn restored(&mut self, made: &Self) -> Result<(), Fault> {
         self.cam.take(&made.cam);
-        self.bodies = made.bodies.clone();
         self.prepare_bodies();
-        let (segments, terms) = (self.cam.law.breakpoints().len(), Rules::terms_for(self.tolerance()));
+        let (segments, terms) = (self.cam.law.breakpoints().len(), terms_for(self.tolerance()));
         if self.run.as_ref().is_some_and(|run| !run.is_of(segments, terms)) {
             return Err(no_state());
         }
@@ -438,11 +432,11 @@ impl HasCamDrive for BacklashDrive {
 }
 
 impl HasSolver for BacklashDrive {
-    /// The closed form is at rounding level; power series follow bounces, inputs and stiff drives.
+    /// At constant speed all terms of a series cost little more than some; inputs are worth fewer.
     fn has_tolerance(&self) -> bool {
-        let closed = self.bodies.waves.as_ref().is_some_and(|waves| !waves.is_stiff(&self.bodies));
-        !closed || self.e > 0.0
+        self.cam.is_input()
     }
+
     fn solver(&self) -> &Solver {
         &self.solver
     }

@@ -3,10 +3,11 @@
 //! Panels follow each other without regard to the communication points; these only read the motion. So the
 //! switching instants at constant speed do not depend on the communication step, not even by a rounding.
 
-use super::contact::{Bodies, Flank, Mode, State};
+use super::contact::{Beginning, Bodies, Flank, Mode, Phase, State};
+use super::covariance::{Covariance, Side};
 use super::flank::FlankMotion;
-use super::panel::{Found, Panel, Reading, Rules};
-use super::spread::{Side, Spread};
+use super::panel::{Panel, Reading};
+use super::switching::Found;
 use crate::drives::limits::step_too_much;
 use crate::drives::{Event, EventLog, Fault, Rounded};
 use crate::motion::Kinematics;
@@ -48,34 +49,20 @@ pub struct Sums {
     pub torque: f64,
 }
 
-/// Where a panel begins; the panel follows from it.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Origin {
-    place: (Double, usize),
-    from: (Mode, State, usize),
-    /// Its longest length [s].
-    longest: f64,
-}
-
 /// The motion up to the communication point and its continuation as far as the current panel.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Run {
     /// The current panel.
     pub panel: Panel,
-    /// The order of the zero with which its gap begins, and its longest length [s].
-    zeros: usize,
-    longest: f64,
-    /// Where the panel began in which the communication step started, and when the step did [s].
-    begin: (Origin, f64),
-    /// Whether that is the current panel.
-    begin_is_current: bool,
+    /// Where the panel began in which the communication step started, if that is not the current one, and when the step
+    /// did [s].
+    begin: (Option<Beginning>, f64),
     /// Counts since the start.
     pub tally: Tally,
     /// The errors made so far.
-    pub spread: Spread,
+    pub errors: Covariance,
     /// Impulses of jumping inputs at the start of the communication step.
     pushed: Sums,
-    rules: Rules,
 }
 
 /// How far to go and what to note.
@@ -86,75 +73,60 @@ pub struct Stretch<'a> {
     pub horizon: f64,
     /// The log.
     pub log: &'a mut EventLog,
+    /// What is left of the work of the call.
+    pub work: &'a mut Work,
+}
+
+/// An impact: when, on which segment and flank, with the state just before and u, u̇ … u⁗.
+struct Strike {
+    time: Double,
+    segment: usize,
+    hit: Flank,
+    state: State,
+    u: Kinematics,
 }
 
 impl Run {
-    /// A run from `state` in `mode` at `time`.
-    pub fn new(
-        bodies: &Bodies,
-        flank: &impl FlankMotion,
-        time: Double,
-        from: (Mode, State, usize),
-        (longest, terms): (f64, usize),
-    ) -> Self {
-        let rules = Rules { terms, locked: bodies.s == 0.0 };
-        let origin = Origin { place: (time, flank.segment(time)), from, longest };
+    /// A run from there on, with series of so many terms.
+    pub fn new(bodies: &Bodies, flank: &impl FlankMotion, from: Beginning, terms: usize) -> Self {
         let mut run = Run {
-            panel: origin.panel(bodies, flank, rules),
-            zeros: from.2,
-            longest,
-            begin: (origin, 0.0),
-            begin_is_current: true,
+            panel: Panel::new(bodies, flank, from, terms),
+            begin: (None, from.start.hi),
             tally: Tally::default(),
-            spread: Spread::default(),
+            errors: Covariance::default(),
             pushed: Sums::default(),
-            rules,
         };
-        run.enter_panel(bodies);
+        run.enter_panel();
         run
     }
 
-    /// Continues in `mode` from `state` at `time`, counts kept.
-    pub fn restart(
-        &mut self,
-        bodies: &Bodies,
-        flank: &impl FlankMotion,
-        place: (Double, usize),
-        from: (Mode, State, usize),
-        longest: f64,
-    ) {
-        if self.begin_is_current {
-            (self.begin.0, self.begin_is_current) = (self.origin(), false);
-        }
-        (self.zeros, self.longest) = (from.2, longest);
-        self.panel.lay(bodies, flank, place, from, longest, self.rules);
-        self.enter_panel(bodies);
+    /// Goes on from there, counts kept.
+    pub fn restart(&mut self, bodies: &Bodies, flank: &impl FlankMotion, from: Beginning) {
+        self.begin.0.get_or_insert(self.panel.from);
+        self.panel = Panel::new(bodies, flank, from, self.terms());
+        self.enter_panel();
         self.tally.panels += 1.0;
     }
 
     /// Counts the errors that the current panel makes up to its end.
-    fn enter_panel(&mut self, bodies: &Bodies) {
-        self.spread.enter(self.panel.errors(bodies, self.panel.limit()));
+    fn enter_panel(&mut self) {
+        self.errors.enter(self.panel.series.errors(self.panel.mode(), self.panel.limit()));
     }
 
     /// Counts what has passed when the current panel is left `theta` [s] after its start.
     pub fn pass_panel(&mut self, bodies: &Bodies, theta: f64) {
         self.tally.damping_loss += self.panel.damping_loss(bodies, theta);
-        self.spread.leave(theta);
+        self.errors.leave(theta);
     }
 
     /// Whether it is one of a law with so many segments, with series of so many terms.
     pub fn is_of(&self, segments: usize, terms: usize) -> bool {
-        let Origin { place: (_, segment), from: (_, _, zeros), .. } = self.begin.0;
-        [self.panel.segment, self.panel.next_segment, segment].iter().all(|segment| *segment < segments.max(1))
-            && self.zeros.max(zeros) <= MOST_ZEROS
-            && [self.panel.terms, self.rules.terms] == [terms; 2]
-    }
-
-    /// Where the current panel began.
-    fn origin(&self) -> Origin {
-        let Panel { start, segment, mode, state, .. } = self.panel;
-        Origin { place: (start, segment), from: (mode, state, self.zeros), longest: self.longest }
+        let of_law = |from: &Beginning| from.segment < segments.max(1) && from.phase.zeros <= MOST_ZEROS;
+        let Panel { from, next_segment, .. } = self.panel;
+        of_law(&from)
+            && next_segment < segments.max(1)
+            && self.begin.0.as_ref().is_none_or(of_law)
+            && self.terms() == terms
     }
 
     /// A communication step begins; nothing has been pushed yet.
@@ -164,18 +136,18 @@ impl Run {
 
     /// The motion of a communication step begins at `time` [s] in the current panel.
     pub fn begin_here(&mut self, time: f64) {
-        (self.begin.1, self.begin_is_current) = (time, true);
+        self.begin = (None, time);
     }
 
     /// The terms of a panel's series.
     pub fn terms(&self) -> usize {
-        self.rules.terms
+        self.panel.series.terms
     }
 
     /// A bound of the errors of places and velocities up to the end of the current panel, relative to those of the cam,
     /// `largest` [m], [m/s].
     pub fn error_estimate(&self, bodies: &Bodies, largest: [f64; 2]) -> f64 {
-        self.spread.relative(bodies, self.panel.limit(), largest)
+        self.errors.relative(bodies, self.panel.limit(), largest)
     }
 
     /// How far `time` is from the start of the panel [s].
@@ -183,72 +155,42 @@ impl Run {
         self.panel.until(time).min(self.panel.length).max(0.0)
     }
 
-    /// What is read at the time `to` [s], where the current panel holds it.
-    pub fn within(&self, bodies: &Bodies, to: f64) -> Option<Reading> {
-        (self.panel.until(to) < self.panel.limit()).then(|| self.panel.read(bodies, to))
+    /// What is read at `time` [s], where the current panel holds it and nothing happens before.
+    pub fn within(&self, bodies: &Bodies, time: f64) -> Option<Reading> {
+        (self.panel.until(time) < self.panel.limit()).then(|| self.panel.reading(bodies, self.theta(time)))
     }
 
-    /// What is read at the time `to` [s], to which [`Run::advance`] has come.
-    pub fn reading(&self, bodies: &Bodies, to: f64) -> Reading {
-        self.panel.read(bodies, to)
+    /// Goes on to the end of the communication step.
+    pub fn advance(&mut self, bodies: &Bodies, flank: &impl FlankMotion, stretch: &mut Stretch) -> Result<(), Fault> {
+        self.march(bodies, flank, stretch, None)
     }
 
-    /// Goes on to the end of the communication step with what is left of the `work`.
-    pub fn advance(
-        &mut self,
-        bodies: &Bodies,
-        flank: &impl FlankMotion,
-        stretch: &mut Stretch,
-        work: &mut Work,
-    ) -> Result<(), Fault> {
-        self.march(bodies, flank, stretch, work, None)?;
-        Ok(())
-    }
-
-    /// ∫ F_K dt + ΣP and ∫ U′ F_K dt + Σ U′P over the last communication step, which ends at `end` [s]. They are
+    /// ∫ F_K dt + ΣP and ∫ U′ F_K dt + Σ U′P over the last communication step, which ends with the `stretch`. They are
     /// computed when somebody asks: the step is taken once more, now with the integrals.
-    pub fn sums(
-        &self,
-        bodies: &Bodies,
-        flank: &impl FlankMotion,
-        (end, horizon): (f64, f64),
-        work: &mut Work,
-    ) -> Result<Sums, Fault> {
-        let mut again = self.again(bodies, flank);
-        let mut log = EventLog::counting();
+    pub fn sums(&self, bodies: &Bodies, flank: &impl FlankMotion, stretch: &mut Stretch) -> Result<Sums, Fault> {
+        let from = self.begin.0.unwrap_or(self.panel.from);
+        let mut again = Run { panel: Panel::new(bodies, flank, from, self.terms()), ..*self };
         let mut integral = Integral { from: again.theta(self.begin.1), sums: self.pushed };
-        let mut stretch = Stretch { end, horizon, log: &mut log };
-        again.march(bodies, flank, &mut stretch, work, Some(&mut integral))?;
-        let theta = again.theta(end);
-        integral.add(bodies, flank, &again.panel, theta);
+        again.march(bodies, flank, stretch, Some(&mut integral))?;
+        integral.add(bodies, flank, &again.panel, again.theta(stretch.end));
         Ok(integral.sums)
     }
 
-    /// The run as it was when the last communication step began.
-    fn again(&self, bodies: &Bodies, flank: &impl FlankMotion) -> Run {
-        if self.begin_is_current {
-            return *self;
-        }
-        let origin = self.begin.0;
-        Run { panel: origin.panel(bodies, flank, self.rules), zeros: origin.from.2, longest: origin.longest, ..*self }
-    }
-
-    /// Passes panel after panel up to the one that holds the end of the stretch; how far into it that is [s].
+    /// Passes panel after panel up to the one that holds the end of the stretch.
     fn march(
         &mut self,
         bodies: &Bodies,
         flank: &impl FlankMotion,
         stretch: &mut Stretch,
-        work: &mut Work,
         mut integral: Option<&mut Integral>,
-    ) -> Result<f64, Fault> {
+    ) -> Result<(), Fault> {
         let (mut events, mut panels) = (0.0, 0.0);
-        let (begin, whole) = (self.panel.start, self.panel.until(stretch.end));
+        let (begin, whole) = (self.panel.from.start, self.panel.until(stretch.end));
         loop {
             let left = self.panel.until(stretch.end);
             let limit = self.panel.limit();
             if limit > left || (limit == left && self.panel.event.is_none()) {
-                return Ok(left);
+                return Ok(());
             }
             if let Some(integral) = &mut integral {
                 integral.add(bodies, flank, &self.panel, limit);
@@ -258,16 +200,15 @@ impl Run {
             let sums = match self.panel.event {
                 None => self.leave_panel(bodies, flank, stretch),
                 Some((Found::Release, at)) => self.release(bodies, flank, at, stretch),
-                Some((Found::Impact(hit), at)) => self.impact(bodies, flank, hit, at, stretch),
+                Some((Found::Impact(hit), at)) => self.impact(bodies, flank, (hit, at), stretch),
             };
             if let Some(integral) = &mut integral {
-                integral.sums.force += sums.force;
-                integral.sums.torque += sums.torque;
+                integral.sums.add(sums);
                 integral.from = 0.0;
             }
             panels += 1.0;
-            let is_stuck = panels > STUCK && (self.panel.start - begin).hi <= f64::EPSILON * whole;
-            if work.draw(self.panel.cost).is_err() || is_stuck {
+            let is_stuck = panels > STUCK && (self.panel.from.start - begin).hi <= f64::EPSILON * whole;
+            if stretch.work.draw(self.panel.cost).is_err() || is_stuck {
                 let hint = format!(
                     "lower the speed, or choose a softer spring, heavier masses or a smaller `e` = {}: {events} switching \
                      instants have passed, the natural frequencies are {} rad/s in contact and {} rad/s in flight",
@@ -276,46 +217,46 @@ impl Run {
                     Rounded(bodies.relative.stiffness().sqrt())
                 );
                 let way = [begin.hi, stretch.end];
-                return Err(step_too_much(way, self.panel.start.hi, &flank.told(way), &hint));
+                return Err(step_too_much(way, self.panel.from.start.hi, &flank.told(way), &hint));
             }
         }
     }
 
     fn leave_panel(&mut self, bodies: &Bodies, flank: &impl FlankMotion, stretch: &mut Stretch) -> Sums {
-        let (start, length, from) = (self.panel.start, self.panel.length, self.panel.mode);
-        let state = self.panel.at(bodies, length).state;
-        let (mut mode, mut zeros) = (from, 0);
-        let place = (start + Double::from(length), self.panel.next_segment);
-        if let (Mode::Contact(contact), false) =
-            (mode, self.panel.segment == self.panel.next_segment || self.rules.locked)
-        {
+        let Panel { length, next_segment, from, .. } = self.panel;
+        let state = in_place(bodies, from.phase.mode, self.panel.at(bodies, length).state);
+        let mut phase = Phase { mode: from.phase.mode, state, zeros: 0 };
+        let time = self.panel.instant(length);
+        if let (Mode::Contact(contact), true) = (phase.mode, from.segment != next_segment && bodies.s > 0.0) {
             // At a breakpoint of the law ü may jump, and F_K with it.
-            let u = flank.at(place.1, place.0);
-            (mode, zeros) = bodies.settle(contact, state.q, &u, bodies.resolution(flank, place.0));
-            if mode == Mode::Free {
-                self.spread.carry(bodies, from);
-                stretch.log.push(release(contact, place.0, ("force", bodies.force(state.q, &u)[0], "N")));
+            let u = flank.at(next_segment, time);
+            (phase.mode, phase.zeros) = bodies.settle(contact, state.q, &u, bodies.resolution(flank, time));
+            if phase.mode == Mode::Free {
+                self.errors.carry(bodies, from.phase.mode);
+                stretch.log.push(release(contact, time, ("force", bodies.force(state.q, &u)[0], "N")));
             }
         }
-        self.restart(bodies, flank, place, (mode, in_place(bodies, from, state), zeros), stretch.horizon_from(place.0));
+        self.restart(bodies, flank, stretch.beginning(time, next_segment, phase));
         Sums::default()
     }
 
     fn release(&mut self, bodies: &Bodies, flank: &impl FlankMotion, mut at: f64, stretch: &mut Stretch) -> Sums {
-        let Mode::Contact(contact) = self.panel.mode else { return Sums::default() };
-        self.spread.carry(bodies, self.panel.mode);
+        let mode = self.panel.mode();
+        let Mode::Contact(contact) = mode else { return Sums::default() };
+        self.errors.carry(bodies, mode);
         let (state, u) = self.panel.event_at(bodies, flank, at);
-        let mut state = in_place(bodies, self.panel.mode, state);
+        let mut state = in_place(bodies, mode, state);
         let [force, rate, _] = bodies.force(state.q, &u);
         // The flight begins without any force, and the series of F_K has two terms less than that of q.
         let better = at - force / rate;
-        if !self.panel.in_waves && better > 0.0 && (better - at).abs() <= NEARBY * self.panel.span {
+        if better > 0.0 && (better - at).abs() <= NEARBY * self.panel.series.span {
             at = better;
-            state = in_place(bodies, self.panel.mode, self.panel.at(bodies, at).state);
+            state = in_place(bodies, mode, self.panel.at(bodies, at).state);
         }
-        let place = (self.panel.instant(at), self.panel.segment);
-        stretch.log.push(release(contact, place.0, ("der(force)", rate, "N/s")));
-        self.restart(bodies, flank, place, (Mode::Free, state, 3), stretch.horizon_from(place.0));
+        let (time, segment) = (self.panel.instant(at), self.panel.from.segment);
+        stretch.log.push(release(contact, time, ("der(force)", rate, "N/s")));
+        let phase = Phase { mode: Mode::Free, state, zeros: 3 };
+        self.restart(bodies, flank, stretch.beginning(time, segment, phase));
         Sums::default()
     }
 
@@ -323,59 +264,51 @@ impl Run {
         &mut self,
         bodies: &Bodies,
         flank: &impl FlankMotion,
-        hit: Flank,
-        at: f64,
+        (hit, at): (Flank, f64),
         stretch: &mut Stretch,
     ) -> Sums {
-        let (mut state, u) = self.panel.event_at(bodies, flank, at);
-        let place = (self.panel.instant(at), self.panel.segment);
-        let ((mode, zeros), sums) = self.strike(bodies, flank, hit, &mut state, &u, place, stretch.log);
-        self.restart(bodies, flank, place, (mode, state, zeros), stretch.horizon_from(place.0));
+        let (state, u) = self.panel.event_at(bodies, flank, at);
+        let (time, segment) = (self.panel.instant(at), self.panel.from.segment);
+        let (phase, sums) = self.strike(bodies, flank, Strike { time, segment, hit, state, u }, stretch.log);
+        self.restart(bodies, flank, stretch.beginning(time, segment, phase));
         sums
     }
 
     /// Counts the impulse with which m1 follows a flank whose motion jumps; `slope` = U′.
     pub fn push(&mut self, impulse: f64, slope: f64) {
         self.tally.impulse += impulse;
-        self.pushed.force += impulse;
-        self.pushed.torque += slope * impulse;
+        self.pushed.add(Sums { force: impulse, torque: slope * impulse });
     }
 
-    /// The impact with which a jump of the inputs ends, counted as its impulse.
+    /// The impact on `hit` with which a jump of the inputs to `from` ends, counted as its impulse.
     pub fn strike_at_jump(
         &mut self,
         bodies: &Bodies,
         flank: &impl FlankMotion,
-        hit: Flank,
-        state: &mut State,
-        place: (Double, usize),
+        (hit, state): (Flank, State),
+        (time, segment): (Double, usize),
         log: &mut EventLog,
-    ) -> (Mode, usize) {
-        let u = flank.at(place.1, place.0);
-        let (after, sums) = self.strike(bodies, flank, hit, state, &u, place, log);
-        self.pushed.force += sums.force;
-        self.pushed.torque += sums.torque;
-        after
+    ) -> Phase {
+        let u = flank.at(segment, time);
+        let (phase, sums) = self.strike(bodies, flank, Strike { time, segment, hit, state, u }, log);
+        self.pushed.add(sums);
+        phase
     }
 
-    /// The impact of a mass in `state` on `hit`, which moves with `u`: counts it and returns what follows, with the impulses.
-    #[allow(clippy::too_many_arguments)]
+    /// Counts an impact and returns what follows, with the impulses.
     fn strike(
         &mut self,
         bodies: &Bodies,
         flank: &impl FlankMotion,
-        hit: Flank,
-        state: &mut State,
-        u: &Kinematics,
-        (time, segment): (Double, usize),
+        strike: Strike,
         log: &mut EventLog,
-    ) -> ((Mode, usize), Sums) {
-        let rate = flank.rate(segment, time, 0.0);
-        let before = Side::of(bodies, Mode::Free, state, u);
-        self.spread.carry(bodies, Mode::Free);
-        let impact = bodies.impact(hit, state, u, rate, bodies.resolution(flank, time));
-        let after = Side::of(bodies, impact.after, state, u);
-        self.spread.strike(bodies.e, &before, &after, impact.after != Mode::Free);
+    ) -> (Phase, Sums) {
+        let Strike { time, segment, hit, mut state, u } = strike;
+        let before = Side::of(bodies, Mode::Free, &state, &u);
+        self.errors.carry(bodies, Mode::Free);
+        let impact = bodies.impact(hit, &mut state, &u, flank.rate(segment, time), bodies.resolution(flank, time));
+        let after = Side::of(bodies, impact.after, &state, &u);
+        self.errors.strike(bodies.e, &before, &after, impact.after != Mode::Free);
         self.tally.impulse += impact.impulse;
         self.tally.impacts += 1.0;
         self.tally.energy_loss += impact.loss;
@@ -384,20 +317,15 @@ impl Run {
             Flank::A => "impact on flank A",
             Flank::B => "impact on flank B",
         };
-        log.push(Event { time: time.hi, kind, quantity: "impulse", value: impact.impulse, unit: "N.s", solver: false });
+        let (quantity, unit) = ("impulse", "N.s");
+        log.push(Event { time: time.hi, kind, quantity, value: impact.impulse, unit, solver: false });
         if impact.bounces != 0.0 {
-            log.push(Event {
-                time: time.hi,
-                kind: "bounces summed",
-                quantity: "impulse",
-                value: impact.bounces,
-                unit: "N.s",
-                solver: true,
-            });
+            let kind = "bounces summed";
+            log.push(Event { time: time.hi, kind, quantity, value: impact.bounces, unit, solver: true });
         }
         if impact.after == Mode::Free && impact.zeros > 1 {
             // Without a rebound m1 rests on the flank for no time at all: the force there would pull.
-            log.push(release(hit, time, ("force", bodies.force(state.q, u)[0], "N")));
+            log.push(release(hit, time, ("force", bodies.force(state.q, &u)[0], "N")));
         }
         // Bounces summed are still to come: what they add on the way is the integral of F_K.
         let impulse = bodies.m1 * (state.zeta[1] - before.speed);
@@ -406,7 +334,15 @@ impl Run {
         } else {
             flank.slope(segment, time)
         };
-        ((impact.after, impact.zeros), Sums { force: impulse, torque: slope * impulse })
+        let phase = Phase { mode: impact.after, state, zeros: impact.zeros };
+        (phase, Sums { force: impulse, torque: slope * impulse })
+    }
+}
+
+impl Sums {
+    fn add(&mut self, Sums { force, torque }: Sums) {
+        self.force += force;
+        self.torque += torque;
     }
 }
 
@@ -419,22 +355,17 @@ struct Integral {
 
 impl Integral {
     fn add(&mut self, bodies: &Bodies, flank: &impl FlankMotion, panel: &Panel, to: f64) {
-        let [force, torque] = panel.integrals(bodies, flank, self.from, to);
-        self.sums.force += force;
-        self.sums.torque += torque;
-    }
-}
-
-impl Origin {
-    fn panel(&self, bodies: &Bodies, flank: &impl FlankMotion, rules: Rules) -> Panel {
-        Panel::new(bodies, flank, self.place, self.from, self.longest, rules)
+        let [force, torque] = panel.integrals(bodies, flank, [self.from, to]);
+        self.sums.add(Sums { force, torque });
     }
 }
 
 impl Stretch<'_> {
-    /// The longest panel from `time` on [s].
-    fn horizon_from(&self, time: Double) -> f64 {
-        if self.horizon.is_finite() { (Double::from(self.end) - time).hi.max(0.0) } else { self.horizon }
+    /// A panel that begins there, at most as long as the motion is prescribed.
+    fn beginning(&self, start: Double, segment: usize, phase: Phase) -> Beginning {
+        let finite = self.horizon.is_finite();
+        let longest = if finite { (Double::from(self.end) - start).hi.max(0.0) } else { self.horizon };
+        Beginning { start, segment, phase, longest }
     }
 }
 

@@ -1,8 +1,9 @@
 //! The periodic motion at constant speed.
 
-use super::contact::{Bodies, Mode, State};
+use super::contact::{Beginning, Bodies, Mode, Phase, State};
 use super::flank::FlankMotion;
-use super::panel::{Point, Rules};
+use super::panel::Point;
+use super::series::MOST_TERMS;
 use super::solver::{Run, Stretch};
 use super::{BacklashDrive, CamFlank};
 use crate::drives::cam_drive::DriveMode;
@@ -54,7 +55,7 @@ impl BacklashDrive {
         // With clearance the periodic motion does not hang on this first guess.
         self.begin(time, contact.unwrap_or_default());
         let (mode, state) = self.orbit(time, period, work)?;
-        self.lay(time, (mode, state, 0));
+        self.lay(time, Phase { mode, state, zeros: 0 });
         Ok(())
     }
 
@@ -64,15 +65,15 @@ impl BacklashDrive {
         if let Some(series) = self.cam.law.series() {
             return self.harmonic_orbit(series, time);
         }
-        let locked = Bodies { s: 0.0, ..*self.bodies };
+        let locked = Bodies { s: 0.0, ..self.bodies };
         let flank = CamFlank { law: &self.cam.law, motion: &self.motion, bounds: self.bounds };
         let place = Double::from(time);
-        let contact = (Mode::Contact(super::Flank::A), State::default(), 0);
-        let limits = (f64::INFINITY, Rules::terms_for(self.tolerance()));
-        let mut run = Run::new(&locked, &flank, place, contact, limits);
+        let phase = Phase { mode: Mode::Contact(super::Flank::A), state: State::default(), zeros: 0 };
+        let from = Beginning { start: place, segment: flank.segment(place), phase, longest: f64::INFINITY };
+        let mut run = Run::new(&locked, &flank, from, MOST_TERMS);
         let mut log = EventLog::counting();
-        let mut stretch = Stretch { end: time + period, horizon: f64::INFINITY, log: &mut log };
-        run.advance(&locked, &flank, &mut stretch, work)?;
+        let mut stretch = Stretch { end: time + period, horizon: f64::INFINITY, log: &mut log, work };
+        run.advance(&locked, &flank, &mut stretch)?;
         let response = run.panel.at(&locked, run.theta(time + period)).state.q;
         let m = locked.bound.free(Double::from(time + period) + Double::from(-time));
         let [[a, b], [c, d]] = [[1.0 - m[0][0], -m[0][1]], [-m[1][0], 1.0 - m[1][1]]];
@@ -123,11 +124,11 @@ impl BacklashDrive {
         for turns in 1..=MOST_TURNS {
             let end = time + turns as f64 * period;
             let flank = CamFlank { law: &self.cam.law, motion: &self.motion, bounds: self.bounds };
-            let mut stretch = Stretch { end, horizon: f64::INFINITY, log: &mut self.log };
-            run.advance(&self.bodies, &flank, &mut stretch, work)
+            let mut stretch = Stretch { end, horizon: f64::INFINITY, log: &mut self.log, work };
+            run.advance(&self.bodies, &flank, &mut stretch)
                 .map_err(|fault| Fault(format!("`start.mode` = steady_state: {fault}")))?;
             let Point { state, .. } = run.panel.at(&self.bodies, run.theta(end));
-            let next = (run.panel.mode, state);
+            let next = (run.panel.mode(), state);
             if next.0 == last.0 && self.distance(&next.1, &last.1) <= REPEATS {
                 self.log.clear();
                 return Ok(next);

@@ -8,9 +8,10 @@ mod borders;
 #[path = "../../../design/src/clearance/formulas.rs"]
 mod formulas;
 
-use super::contact::{Bodies, Flank, Mode, State};
+use super::contact::{Beginning, Bodies, Flank, Mode, Phase, State};
 use super::flank::FlankMotion;
-use super::panel::{MOST_TERMS, Reading};
+use super::panel::Reading;
+use super::series::MOST_TERMS;
 use super::solver::{Run, Stretch};
 use super::{BacklashDrive, Scene};
 use crate::drives::cam_drive::{DriveMode, Start, StartMode};
@@ -38,9 +39,6 @@ impl FlankMotion for CubicFlank {
     fn slope(&self, segment: usize, time: Double) -> f64 {
         self.at(segment, time).0[1]
     }
-    fn turn(&self, _: Double) -> [f64; 2] {
-        [1.0, 0.0]
-    }
     fn expand(&self, segment: usize, time: Double, span: f64, coefficients: &mut [f64]) {
         coefficients.fill(0.0);
         let mut factor = 1.0;
@@ -64,7 +62,7 @@ impl FlankMotion for CubicFlank {
     fn acceleration(&self, time: Double) -> f64 {
         self.start.abs() + self.jerk.abs() * time.hi.abs().max(1.0)
     }
-    fn rate(&self, _: usize, _: Double, _: f64) -> f64 {
+    fn rate(&self, _: usize, _: Double) -> f64 {
         0.0
     }
     fn segment(&self, _: Double) -> usize {
@@ -75,6 +73,17 @@ impl FlankMotion for CubicFlank {
     }
 }
 
+/// A run from `state` at t = 0 to `end` on a flank without segments, with what happens.
+fn ran(bodies: &Bodies, flank: &CubicFlank, (state, zeros): (State, usize), end: f64) -> (Run, Vec<Event>) {
+    let phase = Phase { mode: Mode::Free, state, zeros };
+    let from = Beginning { start: Double::from(0.0), segment: 0, phase, longest: f64::INFINITY };
+    let mut run = Run::new(bodies, flank, from, MOST_TERMS);
+    let (mut log, mut work) = (EventLog::default(), Work::default());
+    let mut stretch = Stretch { end, horizon: f64::INFINITY, log: &mut log, work: &mut work };
+    run.advance(bodies, flank, &mut stretch).unwrap();
+    (run, log.iter().copied().collect())
+}
+
 /// A passage of the cubic model with ω = 1 and m2 = 1, from the release at t = 0 with q₂ = 0, q̇₂ = −U⃛ (9), to `end`.
 fn pass(mu: f64, k: f64, flank: Flank, end: f64) -> (Run, State, Bodies, Vec<Event>) {
     // K = |s| ω³/|U⃛|; on flank A the release has U⃛ < 0.
@@ -82,12 +91,9 @@ fn pass(mu: f64, k: f64, flank: Flank, end: f64) -> (Run, State, Bodies, Vec<Eve
     let bodies = Bodies::new(mu, 1.0, 1.0, 0.0, k, 0.0);
     let motion = CubicFlank { speed: 0.3, start: 0.0, jerk };
     let state = State { q: [0.0, -jerk], home: bodies.place(flank), zeta: [0.0; 2] };
-    let mut run = Run::new(&bodies, &motion, Double::from(0.0), (Mode::Free, state, 3), (f64::INFINITY, MOST_TERMS));
-    let mut log = EventLog::default();
-    let mut stretch = Stretch { end, horizon: f64::INFINITY, log: &mut log };
-    run.advance(&bodies, &motion, &mut stretch, &mut Work::default()).unwrap();
+    let (run, events) = ran(&bodies, &motion, (state, 3), end);
     let point = run.panel.at(&bodies, run.theta(end));
-    (run, point.state, bodies, log.iter().copied().collect())
+    (run, point.state, bodies, events)
 }
 
 #[test]
@@ -131,10 +137,10 @@ fn the_contact_after_the_passage_of_the_cubic_model() {
         let (.., events) = pass(mu, k, Flank::A, 7.0 + k.cbrt() * 2.0);
         let impact = events[0].time;
         let (run, ..) = pass(mu, k, Flank::A, impact * (1.0 + 1e-15));
-        assert_eq!(run.panel.mode, Mode::Contact(Flank::B));
+        assert_eq!(run.panel.mode(), Mode::Contact(Flank::B));
         // (20) at the impact, which lowers ẋ1 by Z.
         let [q, q_dot] = [exact.masses.a * exact.theta.sin(), exact.theta.cos()];
-        let begin = run.panel.state.q;
+        let begin = run.panel.from.phase.state.q;
         assert!((begin[0] - q).abs() < 1e-13 && (begin[1] - q_dot - exact.jump()).abs() < 1e-13 * exact.jump());
         let (_, state, bodies, _) = pass(mu, k, Flank::A, impact + 1.0);
         let time = Double::from(impact + 1.0);
@@ -223,4 +229,3 @@ mod estimate;
 mod interface;
 mod reference;
 mod switching;
-mod waves;

@@ -75,7 +75,7 @@ impl BacklashDrive {
     fn flank_acceleration(&self) -> f64 {
         match (&self.run, self.now.mode) {
             (Some(run), Mode::Contact(_)) if !self.cam.is_input() => {
-                run.panel.flank_acceleration(&self.bodies, run.theta(self.now.time))
+                run.panel.series.flank_acceleration(run.theta(self.now.time))
             }
             _ => self.now.point.u[2],
         }
@@ -352,9 +352,7 @@ fn outputs(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
     let real = variable::real;
     let dynamic = known(drive, &["x1", "der(x1)", "y", "der(y)", "phi", "w", "a"]);
     let spring = known(drive, &["x1", "der(x1)", "y", "der(y)", "phi", "w"]);
-    let pressed = known(drive, &["y", "der(y)", "phi", "w", "a"]);
     let start = Beginning::of(drive);
-    let force: [&[&str]; 7] = [PHI, W, A, CAM, &start.q, &start.q_dot, &["m1", "c", "b"]];
     list.output("der(x1,2)", "Acceleration of m1", real(&unit::ACCELERATION), series)
         .at(X1_DOT_DOT)
         .derivative_of(STATES[1])
@@ -374,6 +372,17 @@ fn outputs(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
         .derivative_of("q")
         .depends(&known(drive, &["der(x1)", "der(y)", "phi", "w"]))
         .depends_initially(&[&start.q_dot]);
+    contact(drive, list);
+    totals(drive, list);
+}
+
+/// The place between the flanks and what they transmit.
+fn contact(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
+    let real = variable::real;
+    let dynamic = known(drive, &["x1", "der(x1)", "y", "der(y)", "phi", "w", "a"]);
+    let pressed = known(drive, &["y", "der(y)", "phi", "w", "a"]);
+    let start = Beginning::of(drive);
+    let force: [&[&str]; 7] = [PHI, W, A, CAM, &start.q, &start.q_dot, &["m1", "c", "b"]];
     list.output("gap", "Distance of m1 from flank A, x1 - U, between 0 and s", real(&unit::LENGTH), series)
         .at(GAP)
         .depends(&known(drive, &["x1", "phi"]))
@@ -405,6 +414,11 @@ fn outputs(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
     .at(TAU)
     .depends(&pressed)
     .depends_initially(&force);
+}
+
+/// What a communication step, and all since the start, come to.
+fn totals(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
+    let real = variable::real;
     list.discrete_output(
         "force_mean",
         "Mean force of the drive on m1 over the last communication step, impulses included",

@@ -1,15 +1,18 @@
 //! Where the cam leaves a segment of its law.
 //!
-//! The way of the cam over a step is a polynomial, φ of the drive and q of the collocation, whose Bernstein coefficients
-//! enclose it: however briefly the cam leaves its segment, it is seen.
+//! The way of the cam over a step is a polynomial, φ of the drive and q of the collocation: however briefly the cam leaves
+//! its segment, the certified first root tells.
 
 use super::solver::Twist;
 use crate::drives::cam_drive::AngleMotion;
 use crate::numerics::angle;
-use crate::numerics::bernstein::{self, MAX_DEGREE};
 use crate::numerics::collocation::Collocation;
 use crate::numerics::double_double::{Double, two_sum};
+use crate::numerics::first_root::first_exit;
 use std::f64::consts::TAU;
+
+/// Those of the way: φ is of degree 10 at most, q of less.
+const COEFFICIENTS: usize = 11;
 
 /// How far beyond a breakpoint the smooth continuation is followed [rad]: more than the rounding of an angle, so
 /// that the passage is certain, and no more, since every passage is late by it.
@@ -52,18 +55,15 @@ impl Place {
     pub fn exit(&self, twist: &Twist, integrator: &Collocation<2>) -> Option<Exit> {
         let length = (integrator.end() - self.start).hi;
         let mut way = growth(twist.motion, self.start, length);
-        let mut degree = twist.motion.degree;
         if !twist.equation.linear {
-            let twisting = integrator.growth(0);
-            degree = degree.max(twisting.len() - 1);
-            for (way, twisting) in way.iter_mut().zip(twisting) {
+            for (way, twisting) in way.iter_mut().zip(integrator.growth(0)) {
                 *way += twisting;
             }
         }
         way[0] = self.offset;
         // A step that ended a little before a breakpoint, or beyond it, is followed by one that starts there.
         let (lower, upper) = (self.offset.min(0.0) - OVERRUN, self.offset.max(self.span) + OVERRUN);
-        let theta = bernstein::first_exit(&way, degree, lower, upper)?;
+        let theta = first_exit(&way, lower, upper)?;
         let there = way.iter().rev().fold(0.0, |sum, c| sum * theta + c);
         Some(Exit { time: self.start + Double::from(theta * length), forward: there > 0.5 * self.span })
     }
@@ -81,9 +81,9 @@ impl Place {
 }
 
 /// The coefficients of θʲ, j ≥ 1, of φ over a step of `length` from `start`.
-fn growth(motion: &AngleMotion, start: Double, length: f64) -> [f64; MAX_DEGREE + 1] {
+fn growth(motion: &AngleMotion, start: Double, length: f64) -> [f64; COEFFICIENTS] {
     let tau = (start - Double::from(motion.origin)).hi;
-    let mut growth = [0.0; MAX_DEGREE + 1];
+    let mut growth = [0.0; COEFFICIENTS];
     let mut power = 1.0;
     for order in 1..=motion.degree {
         power *= length / order as f64;

@@ -2,11 +2,10 @@
 
 use crate::drives::cam_drive::AngleMotion;
 use crate::numerics::angle;
-use crate::numerics::bernstein;
 use crate::numerics::double_double::{Double, two_product};
 
 /// The highest degree of the motion polynomial.
-const DEGREE: usize = bernstein::MAX_DEGREE;
+const DEGREE: usize = 10;
 
 /// φ(t₀ + τ) = Σ angleⱼ τʲ.
 pub struct Local {

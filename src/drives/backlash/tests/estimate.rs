@@ -149,7 +149,7 @@ fn the_error_estimate_is_honest() {
     for number in 0..600 {
         let (scene, span) = random(&mut dice, TOLERANCES[number % TOLERANCES.len()]);
         let DriveMode::Constant { w, .. } = scene.drive else { unreachable!("random scenes have a speed") };
-        let ramp = (dice.roll() < 0.3).then(|| dice.between(-0.5, 0.5) * w / span);
+        let ramp = (dice.roll() < 0.5).then(|| dice.between(-0.5, 0.5) * w / span);
         let (found, estimate) = end(scene.clone(), span, ramp);
         let (true_end, _) = end(rounded_otherwise(&scene), span, ramp);
         let law = &scene.cam;
@@ -167,12 +167,13 @@ fn the_error_estimate_is_honest() {
 #[test]
 fn the_tolerance_trades_terms_for_accuracy() {
     let scene = |tolerance| random(&mut Dice(1), tolerance).0;
-    let (truth, _) = end(scene(0.0), 0.2, None);
+    let (truth, _) = end(scene(0.0), 0.2, Some(0.0));
     let mut coarser = f64::INFINITY;
     for tolerance in [1e-3, 1e-6, 1e-9, 1e-12] {
-        let (found, _) = end(scene(tolerance), 0.2, None);
+        let (found, _) = end(scene(tolerance), 0.2, Some(0.0));
         let error = (found[1] - truth[1]).abs() / scene(tolerance).cam.bound(0);
         assert!(error < tolerance && error < 0.1 * coarser, "{tolerance}: {error:e}");
-        coarser = error.max(1e-14);
+        // The inputs themselves are rounded.
+        coarser = error.max(5e-12);
     }
 }

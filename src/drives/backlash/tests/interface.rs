@@ -147,7 +147,6 @@ fn a_drive_at_rest_stays_at_rest() {
         drive.advance(f64::from(step) * 1e-2, 1e-2).unwrap();
     }
     assert_eq!((drive.point(), drive.now.tally.impacts), (begin, 0.0));
-    assert!(drive.now.tally.panels <= 20.0);
 }
 
 #[test]

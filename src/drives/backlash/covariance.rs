@@ -1,5 +1,5 @@
-//! How far rounding and the neglected terms of the series can have carried the motion away: their covariance, taken
-//! along with the motion.
+//! How far rounding and the neglected terms of the series can have carried the motion away: the covariance of the errors,
+//! taken along with the motion.
 //!
 //! Between switching instants an error moves like the free motion: δ(T) = M δ(0). A release, where nothing jumps, leaves
 //! it alone. An impact comes earlier by δζ/ζ̇⁻, so that with n = δζ/ζ̇⁻
@@ -26,9 +26,9 @@ const DEVIATIONS: f64 = 3.5;
 
 /// The covariance of ζ, ζ̇, q, q̇.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Spread {
+pub struct Covariance {
     /// At the last switching instant.
-    covariance: [[f64; 4]; 4],
+    matrix: [[f64; 4]; 4],
     /// The time since [s], up to the current panel.
     elapsed: f64,
     /// What has been added since, the current panel included: variances of roundings, sums of neglected terms.
@@ -55,7 +55,7 @@ impl Side {
     }
 }
 
-impl Spread {
+impl Covariance {
     /// A panel begins: adds what it rounds and neglects up to its end, in ζ, ζ̇, q, q̇.
     pub fn enter(&mut self, [sizes, neglected]: [[f64; 4]; 2]) {
         self.round(sizes);
@@ -100,7 +100,7 @@ impl Spread {
         }
         let from = if mode == Mode::Free { 0 } else { 2 };
         for i in from..4 {
-            self.covariance[i][i] += self.rounded[i] + self.neglected[i] * self.neglected[i];
+            self.matrix[i][i] += self.rounded[i] + self.neglected[i] * self.neglected[i];
         }
         (self.elapsed, self.rounded, self.neglected) = (0.0, [0.0; 4], [0.0; 4]);
     }
@@ -129,15 +129,15 @@ impl Spread {
         for i in ZEROS..4 {
             for k in 0..4 {
                 for j in 0..4 {
-                    half[i][j] += map[i][k] * self.covariance[k][j];
+                    half[i][j] += map[i][k] * self.matrix[k][j];
                 }
             }
         }
-        self.covariance = [[0.0; 4]; 4];
+        self.matrix = [[0.0; 4]; 4];
         for i in ZEROS..4 {
             for j in ZEROS..=i {
                 let sum = (0..4).map(|k| half[i][k] * map[j][k]).sum();
-                (self.covariance[i][j], self.covariance[j][i]) = (sum, sum);
+                (self.matrix[i][j], self.matrix[j][i]) = (sum, sum);
             }
         }
     }
@@ -151,7 +151,7 @@ impl Spread {
             return 0.0;
         }
         let [z, y, q, v] = [0, 1, 2, 3].map(|i| {
-            let variance = self.covariance[i][i] + self.rounded[i] + self.neglected[i] * self.neglected[i];
+            let variance = self.matrix[i][i] + self.rounded[i] + self.neglected[i] * self.neglected[i];
             DEVIATIONS * variance.sqrt()
         });
         // A free vibration turns an error of q̇ into one of q and back.

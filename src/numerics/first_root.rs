@@ -1,0 +1,261 @@
+//! Certified search for the first root of a polynomial on [0, 1].
+//!
+//! For x ∈ [0, H] the nested bound a₀ + min(0, H (a₁ + min(0, H (a₂ + …)))) lies below Σ aₙ xⁿ. Where it is positive
+//! there is no root. Otherwise the search moves on to the largest H that passes, with the coefficients of the
+//! polynomial about the new place: five of them, and a bound of the rest. Once the polynomial is sure to fall all the way
+//! to its root, Newton's iteration ends the search. No root can be jumped over, however close to its neighbour it lies.
+
+/// The most coefficients.
+const MOST: usize = 32;
+
+/// Coefficients of the local expansion; the rest is bounded.
+const LOCAL: usize = 5;
+
+/// C(n, 5).
+const CHOOSE_FIVE: [f64; MOST] = {
+    let mut table = [0.0; MOST];
+    let mut n = LOCAL;
+    while n < MOST {
+        let m = n as f64;
+        table[n] = m * (m - 1.0) * (m - 2.0) * (m - 3.0) * (m - 4.0) / 120.0;
+        n += 1;
+    }
+    table
+};
+
+/// Steps after which the place reached counts as the root: each step that does not end the search at least doubles the
+/// distance from a near miss or halves that from a root, so that some hundred exhaust the digits of a number.
+const MOST_STEPS: usize = 200;
+
+/// The first root in (0, `end`] of p = Σ cₙ xⁿ, at most 32 coefficients and `end` ≤ 1, where p > 0 right of 0; leading
+/// zeros of the list are a multiple root at the start and no event. 0 where p is not positive right of 0.
+pub fn first_root(c: &[f64], end: f64) -> Option<f64> {
+    let c = &c[c.iter().position(|&c| c != 0.0).unwrap_or(c.len())..];
+    if !c.first().is_some_and(|&c| c > 0.0) {
+        return Some(0.0);
+    }
+    if lower_bound(c, end) > 0.0 {
+        return None;
+    }
+    // |p⁽⁵⁾|/5! on [0, end].
+    let fifth = (LOCAL..c.len()).rev().fold(0.0, |sum, n| sum * end + CHOOSE_FIVE[n] * c[n].abs());
+    let mut x = 0.0;
+    for _ in 0..MOST_STEPS {
+        let local = expansion(c, x);
+        if !(local[0] > 0.0) {
+            return Some(x);
+        }
+        let rest = end - x;
+        let [a0, a1, a2, a3, a4] = local;
+        let bounded = [a0, a1, a2, a3, a4, -fifth];
+        let mut step = rest;
+        let mut bound = lower_bound(&bounded, step);
+        if bound > 0.0 {
+            return None;
+        }
+        if let Some(root) = falling(c, &bounded, [x, rest]) {
+            return root;
+        }
+        while !(bound > 0.0) {
+            // The root of the secant; the bound is a concave function of the step near a root.
+            step *= (a0 / (a0 - bound)).clamp(0.1, 0.95);
+            if !(step > f64::EPSILON * x) || step < f64::MIN_POSITIVE {
+                return Some(x);
+            }
+            bound = lower_bound(&bounded, step);
+        }
+        x += step;
+    }
+    Some(x)
+}
+
+/// The first x ∈ [0, 1] at which Σ cₙ xⁿ leaves the range between `lower` and `upper`, None if it stays inside.
+pub fn first_exit<const N: usize>(c: &[f64; N], lower: f64, upper: f64) -> Option<f64> {
+    let [mut above, mut below] = [c.map(|c| -c), *c];
+    above[0] += upper;
+    below[0] -= lower;
+    let up = first_root(&above, 1.0);
+    first_root(&below, up.unwrap_or(1.0)).or(up)
+}
+
+/// A lower bound of Σ cₙ xⁿ on [0, `h`]: the nested bound is the least of the partial sums at `h`.
+#[inline(always)]
+fn lower_bound(c: &[f64], h: f64) -> f64 {
+    range(c, h)[0]
+}
+
+/// A lower and an upper bound of Σ cₙ xⁿ on [0, `h`].
+#[inline(always)]
+pub fn range(c: &[f64], h: f64) -> [f64; 2] {
+    let (mut sum, mut power, mut least, mut greatest) = (0.0, 1.0, f64::INFINITY, f64::NEG_INFINITY);
+    for c in c {
+        sum += c * power;
+        power *= h;
+        least = if sum < least { sum } else { least };
+        greatest = if sum > greatest { sum } else { greatest };
+    }
+    // The comparisons take no notice of what is no number.
+    if sum.is_nan() { [sum; 2] } else { [least, greatest] }
+}
+
+/// p⁽ⁿ⁾(x)/n! for n < 5.
+#[inline(always)]
+fn expansion(c: &[f64], x: f64) -> [f64; LOCAL] {
+    if x == 0.0 {
+        return std::array::from_fn(|n| c.get(n).copied().unwrap_or(0.0));
+    }
+    let mut a = [0.0; LOCAL];
+    for &c in c.iter().rev() {
+        for n in (1..LOCAL).rev() {
+            a[n] = a[n] * x + a[n - 1];
+        }
+        a[0] = a[0] * x + c;
+    }
+    a
+}
+
+/// Where p is sure to fall from x on, until it must have reached zero if it goes on like this: the root there, or that
+/// there is none in `rest`. None where p may turn before. `local`: the coefficients about x and the bound of the rest.
+fn falling(c: &[f64], local: &[f64; LOCAL + 1], [x, rest]: [f64; 2]) -> Option<Option<f64>> {
+    let [value, slope, second, third, fourth, fifth] = *local;
+    if slope >= 0.0 {
+        return None;
+    }
+    let reach = (-2.0 * value / slope).min(rest);
+    let curving = [2.0 * second, 3.0 * third, 4.0 * fourth, -5.0 * fifth];
+    let steepest = slope + curving.iter().rev().fold(0.0, |above: f64, c| reach * (c + above.max(0.0))).max(0.0);
+    if steepest >= 0.0 {
+        return None;
+    }
+    if value_and_slope(c, x + reach)[0] > 0.0 {
+        return if reach == rest { Some(None) } else { None };
+    }
+    // Newton's iteration, kept between the ends by which the root is known to lie.
+    let (mut low, mut high) = (x, x + reach);
+    let mut root = x - value / slope;
+    for _ in 0..60 {
+        if !(root > low && root < high) {
+            root = 0.5 * (low + high);
+        }
+        let [value, slope] = value_and_slope(c, root);
+        if value > 0.0 {
+            low = root
+        } else {
+            high = root
+        }
+        let next = root - value / slope;
+        if (next - root).abs() <= 2.0 * f64::EPSILON * root {
+            break;
+        }
+        root = next;
+    }
+    Some(Some(root.clamp(low, high)))
+}
+
+/// p = E(x²) + x O(x²) and p′ = O + 2x (E′ + x O′) at x, even and odd terms side by side.
+#[inline(always)]
+pub fn value_and_slope(c: &[f64], x: f64) -> [f64; 2] {
+    let square = x * x;
+    let (pairs, last) = c.as_chunks::<2>();
+    let (mut sum, mut change) = ([last.first().copied().unwrap_or(0.0), 0.0], [0.0; 2]);
+    for pair in pairs.iter().rev() {
+        change = [change[0] * square + sum[0], change[1] * square + sum[1]];
+        sum = [sum[0] * square + pair[0], sum[1] * square + pair[1]];
+    }
+    [sum[0] + x * sum[1], sum[1] + 2.0 * x * (change[0] + x * change[1])]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The Taylor coefficients of cos 2x + `offset`.
+    fn cosine(offset: f64) -> [f64; 26] {
+        let mut c = [0.0; 26];
+        let mut term = 1.0;
+        for n in 0..26 {
+            if n % 2 == 0 {
+                c[n] = if n % 4 == 0 { term } else { -term };
+            }
+            term *= 2.0 / (n + 1) as f64;
+        }
+        c[0] += offset;
+        c
+    }
+
+    #[test]
+    fn a_simple_root() {
+        for offset in [-0.9, -0.5, 0.0, 0.3, 0.4] {
+            let zero = first_root(&cosine(offset), 1.0).unwrap();
+            assert!((zero - 0.5 * f64::acos(-offset)).abs() < 3e-16, "{offset}: {zero}");
+        }
+        assert_eq!(first_root(&cosine(0.42), 1.0), None);
+        assert_eq!(first_root(&cosine(0.0), 0.785), None);
+        assert!(first_root(&cosine(0.0), 0.786).is_some());
+    }
+
+    #[test]
+    fn a_pair_of_roots_close_together_is_not_jumped_over() {
+        // (x − ½)² (2 − x) ± depth.
+        for depth in [1e-3, 1e-6, 1e-9, 1e-12] {
+            let c = |depth: f64| [0.5 + depth, -2.25, 3.0, -1.0];
+            assert_eq!(first_root(&c(depth), 1.0), None, "{depth}");
+            let zero = first_root(&c(-depth), 1.0).unwrap();
+            let half_width = (depth / 1.5).sqrt();
+            assert!(
+                (zero - (0.5 - half_width)).abs() < half_width * half_width + 1e-16 / half_width,
+                "{depth}: {zero}"
+            );
+        }
+    }
+
+    #[test]
+    fn the_first_of_many_roots() {
+        // (x − 0.2)(x − 0.2001)(x − 0.5)(x − 0.9)(x + 1)
+        let mut c = vec![1.0f64];
+        for zero in [0.2, 0.2001, 0.5, 0.9, -1.0] {
+            let mut next = vec![0.0; c.len() + 1];
+            for (n, c) in c.iter().enumerate() {
+                next[n + 1] += c;
+                next[n] -= zero * c;
+            }
+            c = next;
+        }
+        let sign = c[0].signum();
+        let c: Vec<f64> = c.iter().map(|c| sign * c).collect();
+        assert!((first_root(&c, 1.0).unwrap() - 0.2).abs() < 1e-11);
+    }
+
+    #[test]
+    fn a_multiple_root_at_the_start_is_no_event() {
+        assert!((first_root(&[0.0, 0.0, 1.0, -1.5], 1.0).unwrap() - 2.0 / 3.0).abs() < 1e-15);
+        assert_eq!(first_root(&[0.0, 0.0, 0.0, 1.0, -0.5], 1.0), None);
+        // A flight too short to be told from its start still has its length.
+        assert!((first_root(&[0.0, 1e-20, -1.0], 1.0).unwrap() / 1e-20 - 1.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn what_is_not_positive_is_at_its_root() {
+        assert_eq!(first_root(&[-1.0, 2.0], 1.0), Some(0.0));
+        assert_eq!(first_root(&[0.0, 0.0], 1.0), Some(0.0));
+        assert_eq!(first_root(&[f64::NAN, 1.0], 1.0), Some(0.0));
+    }
+
+    #[test]
+    fn the_first_of_several_exits() {
+        // 4x(1 − x) leaves [0, 0.75] at x = ¼ and comes back at ¾.
+        let c = [0.0, 4.0, -4.0];
+        assert!((first_exit(&c, -0.1, 0.75).unwrap() - 0.25).abs() < 1e-15);
+        assert_eq!(first_exit(&c, -0.1, 1.0 + 1e-15), None);
+        assert_eq!(first_exit(&c, 0.1, 1.0), Some(0.0));
+        assert!((first_exit(&[1.0, -3.0], 0.0, 2.0).unwrap() - 1.0 / 3.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_narrow_excursion_between_two_roots_is_found() {
+        // −(x − ½)² ((x − ½)² + 1) + 1e-12 rises above zero on 2e-6 of the interval.
+        let y = |x: f64| 1e-12 - (x - 0.5f64).powi(2) * ((x - 0.5f64).powi(2) + 1.0);
+        let x = first_exit(&[1e-12 - 0.3125, 1.5, -2.5, 2.0, -1.0], -1.0, 0.0).unwrap();
+        assert!((x - (0.5 - 1e-6)).abs() < 1e-9 && y(x) > -1e-15, "{x}");
+    }
+}
