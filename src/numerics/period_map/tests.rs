@@ -257,6 +257,37 @@ fn vibrations_that_are_now_fast_and_now_slow() {
     }
 }
 
+/// q̈ + q = τ'⁹ + 1e-7 cos 14τ', τ' = τ − 1: a small wave beside a polynomial that is as long as a cell.
+struct SmallWave;
+
+impl Periodic for SmallWave {
+    fn period(&self) -> Double {
+        Double::from(2.0)
+    }
+    fn joints(&self) -> Vec<Double> {
+        vec![self.period()]
+    }
+    fn at(&self, tau: Double, _: usize) -> Coefficients {
+        let x = tau.hi - 1.0;
+        Coefficients { damping: 0.0, stiffness: 1.0, forcing: x.powi(9) + 1e-7 * (14.0 * x).cos() }
+    }
+    fn longest_cell(&self, _: Double, _: usize) -> f64 {
+        2.0
+    }
+}
+
+#[test]
+fn a_small_wave_beside_a_polynomial_is_not_overlooked() {
+    let coarse = PeriodMap::new(&SmallWave, 1e-4).unwrap();
+    let fine = PeriodMap::new(&SmallWave, 1e-13).unwrap();
+    assert_eq!(coarse.cells(), 1);
+    let times: Vec<f64> = (1..100).map(|n| 0.02 * f64::from(n)).collect();
+    let [coarse_run, fine_run] = [&coarse, &fine].map(|map| run(map, [0.0; 2], times.iter().copied()));
+    let largest = fine_run.iter().fold(0.0f64, |largest, y| largest.max(y[1].abs()));
+    let error = coarse_run.iter().zip(&fine_run).fold(0.0f64, |worst, (a, b)| worst.max((a[1] - b[1]).abs())) / largest;
+    assert!(error > 1e-9 && error < 4.0 * coarse.error(), "{error:e} {:e}", coarse.error());
+}
+
 #[test]
 fn what_needs_too_many_cells_has_no_table() {
     assert!(PeriodMap::new(&Hill { stiffness: [0.0, 1e12], ..MATHIEU }, 1e-10).is_none());
