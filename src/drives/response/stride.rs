@@ -11,26 +11,10 @@ pub struct Map {
 }
 
 impl Map {
-    /// The matrix with these rows.
-    pub fn of([[a, b], [c, d]]: [[f64; 2]; 2]) -> Self {
-        Map { straight: Pair::new(a, d), crossed: Pair::new(b, c) }
-    }
-
     /// The turn by the angle with this cosine and sine.
     #[inline(always)]
     pub fn turn(z: Pair) -> Self {
         Map { straight: z.firsts(), crossed: z.seconds() * Pair::new(-1.0, 1.0) }
-    }
-
-    /// The turn by twice that angle.
-    #[inline(always)]
-    pub fn turn_twice(z: Pair) -> Self {
-        // sin 2φ = 2 sin φ cos φ, cos 2φ = 1 − 2 sin² φ.
-        let products = z.seconds() * z;
-        Map {
-            straight: Pair::both(1.0) + products.seconds() * Pair::both(-2.0),
-            crossed: products.firsts() * Pair::new(-2.0, 2.0),
-        }
     }
 
     /// The image of `x`.
