@@ -3,6 +3,8 @@
 //! What operations take is stated in nominal microseconds, measured on a processor core of 3 GHz. They are counted, not timed:
 //! whether a call ends well must not depend on the machine.
 
+use std::cell::Cell;
+
 /// The work that a call may take [nominal µs]: half of it makes the second that a call may last on a processor that others use,
 /// too. A simulator that waits longer seems to hang, and no sensible communication step needs more: tens of thousands of turns
 /// of a drive of few harmonics fit in.
@@ -52,6 +54,15 @@ impl Work {
     pub fn is_exhausted(&self) -> bool {
         !(self.0 >= 0.0)
     }
+}
+
+/// Draws upon work that several share, where it is bounded; None where it is used up.
+pub fn draw(shared: Option<&Cell<Work>>, cost: f64) -> Option<()> {
+    let Some(shared) = shared else { return Some(()) };
+    let mut left = shared.get();
+    let drawn = left.draw(cost);
+    shared.set(left);
+    drawn.ok()
 }
 
 /// What was drawn in this thread, for tests.

@@ -27,6 +27,7 @@ pub mod linkage;
 mod motor;
 pub mod orbits;
 mod passage;
+mod place;
 mod portrait;
 mod profile;
 mod raster;
@@ -42,8 +43,9 @@ mod variables;
 mod tests;
 
 pub use follower::Follower;
-pub use inertia::{Inertia, InertiaFunction, Place};
+pub use inertia::{Inertia, InertiaFunction};
 pub use motor::Motor;
+pub use place::Place;
 
 use super::cam_turn::{SLOWEST, turns};
 use super::limits::no_state;
