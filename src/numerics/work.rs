@@ -3,10 +3,12 @@
 //! What operations take is stated in nominal microseconds, measured on a processor core of 3 GHz. They are counted, not timed:
 //! whether a call ends well must not depend on the machine.
 
-/// The work that a call may take [nominal µs]: half of it makes the second that a call may last on a processor that others use,
-/// too. A simulator that waits longer seems to hang, and no sensible communication step needs more: tens of thousands of turns
-/// of a drive of few harmonics fit in.
-pub const BUDGET: f64 = 5e5;
+use std::cell::Cell;
+
+/// The work that a call may take [nominal µs]: about a second. A simulator that waits longer seems to hang, and no sensible
+/// communication step needs more: a hundred thousand turns of a drive of few harmonics fit in, and the thousand seconds in one
+/// step of the extremes (`tests/fmpy/extremes`), which at fixed cost take nine tenths of it.
+pub const BUDGET: f64 = 1e6;
 
 /// An evaluation of the equation in a step of the collocation, with its part of the linear equations [nominal µs].
 pub const EVALUATION: f64 = 0.2;
@@ -52,6 +54,15 @@ impl Work {
     pub fn is_exhausted(&self) -> bool {
         !(self.0 >= 0.0)
     }
+}
+
+/// Draws upon work that several share, where it is bounded; None where it is used up.
+pub fn draw(shared: Option<&Cell<Work>>, cost: f64) -> Option<()> {
+    let Some(shared) = shared else { return Some(()) };
+    let mut left = shared.get();
+    let drawn = left.draw(cost);
+    shared.set(left);
+    drawn.ok()
 }
 
 /// What was drawn in this thread, for tests.

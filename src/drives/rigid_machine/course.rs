@@ -1,8 +1,8 @@
 //! Step control of the motion in the angle.
 
 use super::Inertia;
-use super::passage::{Effort, Passage, Position};
-use super::raster::{Cell, Raster, Tabulated, tabulate};
+use super::passage::{Effort, Passage, Position, Tabulated};
+use super::raster::{Cell, Raster, tabulate};
 use super::torques::Torques;
 use crate::numerics::double_double::Double;
 

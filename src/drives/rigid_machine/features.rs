@@ -1,6 +1,6 @@
 //! What the machine can be spared.
 
-use super::inertia::Place;
+use super::place::Place;
 use super::{Follower, Inertia, InertiaFunction, Motor, Scene};
 use crate::drives::simplification::{Simplification, fewer_harmonics};
 use crate::numerics::angle;

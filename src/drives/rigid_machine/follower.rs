@@ -1,7 +1,7 @@
 //! What a cam of the machine moves.
 
-use super::inertia::Place;
 use super::linkage::{Extreme, Linkage};
+use super::place::Place;
 use crate::drives::Rounded;
 use crate::motion::MotionLaw;
 use crate::numerics::jet::Jet;

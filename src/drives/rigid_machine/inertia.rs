@@ -1,9 +1,10 @@
 //! The reduced moment of inertia J(φ).
 
 use super::follower::Follower;
-use crate::motion::{MotionLaw, TransferFunctions};
+use super::place::{Place, into_turn};
+use crate::motion::MotionLaw;
 use serde::{Deserialize, Serialize};
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 use std::sync::OnceLock;
 
 /// The part of J(φ) that does not come from the followers.
@@ -236,32 +237,4 @@ impl Inertia {
         let strict = if self.function.varying.is_none() { self.function.constant } else { f64::NEG_INFINITY };
         ((low - dip).max(strict), high)
     }
-}
-
-/// Which smooth piece of the laws is meant: that which holds `inside`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
-    inside: f64,
-}
-
-impl Place {
-    /// The piece around the angle `inside` [rad], which is no border.
-    pub fn at(inside: f64) -> Self {
-        Place { inside: into_turn(inside) }
-    }
-
-    /// U … U⁗ of `law` at `phi` on this piece, also a little outside of it.
-    pub fn evaluate(self, law: &MotionLaw, phi: f64) -> TransferFunctions {
-        law.at_in(law.segment(self.inside, true), into_turn(phi))
-    }
-}
-
-/// The same angle within [−π, π], for angles of a few turns.
-fn into_turn(phi: f64) -> f64 {
-    if phi.abs() <= PI {
-        return phi;
-    }
-    let turns = (phi / TAU).round();
-    // The second term is what the `f64` 2π misses.
-    phi - turns * TAU - turns * 2.4492935982947064e-16
 }

@@ -27,6 +27,7 @@ pub mod linkage;
 mod motor;
 pub mod orbits;
 mod passage;
+mod place;
 mod profile;
 mod raster;
 mod signal;
@@ -41,8 +42,9 @@ mod variables;
 mod tests;
 
 pub use follower::Follower;
-pub use inertia::{Inertia, InertiaFunction, Place};
+pub use inertia::{Inertia, InertiaFunction};
 pub use motor::Motor;
+pub use place::Place;
 
 use self::linkage::{decimals, in_turn};
 use super::cam_turn::{SLOWEST, turns};

@@ -8,7 +8,8 @@
 //! the slope of the map, is exp ∮ M_an′(ω)/(Jω) dψ: positive, however steep the characteristic. Motions that disturbances
 //! leave are followed backwards, where disturbances come back to them.
 
-use super::inertia::{Inertia, Place};
+use super::inertia::Inertia;
+use super::place::Place;
 use super::steady::{ORBIT_TOLERANCE, SCAN_TOLERANCE, Shooting};
 use super::steady_lag::Turn;
 use super::torques::Torques;
@@ -108,30 +109,14 @@ pub fn all_motions(scene: &Scene, load: f64) -> Result<Motions, Fault> {
     machine.place_at_start(synchronous_speed);
     let sense = synchronous_speed.signum();
     let torques = Torques::against(&machine.motor, load, sense);
-    let (low, high) = machine.inertia.range();
-    if !(low > 0.0) {
-        return Err(Fault(format!(
-            "the moment of inertia must be positive over the whole turn; its least value is {low} kg.m2"
-        )));
-    }
-    // A load that drives the motor is held with at most the breakdown slip above the synchronous speed, or never.
-    let fastest = synchronous_speed.abs() * (1.0 + 4.0 * breakdown_slip.max(0.25)) * (high / low).sqrt();
-    let energy = |i: usize| 0.5 * high * (fastest * SLOWEST.powf(i as f64 / SCAN as f64)).powi(2);
-    let scanning = Shooting::new(&machine, torques, SCAN_TOLERANCE, None)?;
-    let gain = |energy: f64| scanning.shoot(energy).map_or(f64::NEG_INFINITY, |shot| shot.gain / energy);
-    let mut samples: Vec<(f64, f64)> = (0..=SCAN).map(energy).map(|e| (e, gain(e))).collect();
-    let mut extra = Vec::new();
-    for three in samples.windows(3) {
-        let [(e0, g0), (_, g1), (e2, g2)] = three else { continue };
-        let same = g0.signum() == g1.signum() && g1.signum() == g2.signum();
-        if same && g1.is_finite() && g1.abs() <= g0.abs() && g1.abs() <= g2.abs() {
-            extra.push(least(&gain, *e2, *e0));
-        }
-    }
-    samples.extend(extra.into_iter().map(|e| (e, gain(e))));
-    samples.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let ahead = Shooting::new(&machine, torques, ORBIT_TOLERANCE, None)?;
-    let back = Shooting::new(&machine, torques.backwards(), ORBIT_TOLERANCE, None)?;
+    let samples = scan(&machine, torques, breakdown_slip, synchronous_speed)?;
+    let search = Search {
+        ahead: Shooting::new(&machine, torques, ORBIT_TOLERANCE, None)?,
+        back: Shooting::new(&machine, torques.backwards(), ORBIT_TOLERANCE, None)?,
+        machine: &machine,
+        load,
+        breakdown_torque,
+    };
     let (mut motions, mut lost, mut continued) = (Vec::new(), Vec::new(), Vec::new());
     for pair in samples.windows(2) {
         let [(above, gain_above), (below, gain_below)] = pair else { continue };
@@ -141,50 +126,18 @@ pub fn all_motions(scene: &Scene, load: f64) -> Result<Motions, Fault> {
             continue;
         }
         // A machine that comes to rest ahead tells nothing of what lies between; the way back to it does.
-        let (shooting, way) = if stable { (&ahead, 1.0) } else { (&back, -1.0) };
+        let shooting = if stable { &search.ahead } else { &search.back };
         let Some(start) = between(shooting, *below, *above) else { continue };
         let Some(at_zero) = shooting.energy_at_start(start) else { continue };
-        motions.extend(match machine.motor.lag() {
-            None => {
-                let mut growth = 0.0;
-                let shot = shooting.follow(start, |passage| growth += way * passage.log_growth(&shooting.torques()));
-                shot.map(|shot| PeriodicMotion {
-                    period: shot.period,
-                    energy: at_zero.hi,
-                    growth,
-                    torque: machine.motor.characteristic(sense * (2.0 * at_zero.hi / machine.inertia_now()[0]).sqrt())
-                        [0],
-                    course: shooting.course(start, POINTS),
-                })
-            }
-            Some(_) => {
-                let turn = Turn {
-                    inertia: &machine.inertia,
-                    motor: &machine.motor,
-                    tau: load,
-                    sense,
-                    phi_start: 0.0,
-                    interval: machine.state.interval,
-                    work: None,
-                };
-                let orbit = turn.refine((2.0 * at_zero.hi).sqrt(), breakdown_torque);
-                let motion = orbit.and_then(|(orbit, period)| {
-                    Some(PeriodicMotion {
-                        period,
-                        energy: 0.5 * orbit[0] * orbit[0],
-                        growth: turn.growth(orbit, period)?,
-                        torque: orbit[1],
-                        course: turn.course(orbit, POINTS)?,
-                    })
-                });
-                let without_lag = shooting.follow(start, |_| ()).map(|shot| shot.period);
-                match (motion, without_lag) {
-                    (Some(motion), Some(period)) => continued.push((period, motion)),
-                    (_, period) => lost.extend(period),
-                }
-                None
-            }
-        });
+        if machine.motor.lag().is_none() {
+            motions.extend(search.without_lag(stable, start, at_zero.hi));
+            continue;
+        }
+        let without_lag = shooting.shoot(start).map(|shot| shot.period);
+        match (search.with_lag(at_zero.hi), without_lag) {
+            (Some(motion), Some(period)) => continued.push((period, motion)),
+            (_, period) => lost.extend(period),
+        }
     }
     // Newton's method may slide from a motion that disturbances leave fast to another one, which is then found twice.
     for (period, motion) in &continued {
@@ -199,6 +152,83 @@ pub fn all_motions(scene: &Scene, load: f64) -> Result<Motions, Fault> {
         }
     }
     Ok(Motions { found: motions, lost })
+}
+
+/// Energies at the beginning of a turn, falling, with the part of each by which the turn raises it.
+fn scan(machine: &RigidMachine, torques: Torques, slip: f64, synchronous: f64) -> Result<Vec<(f64, f64)>, Fault> {
+    let (low, high) = machine.inertia.range();
+    if !(low > 0.0) {
+        return Err(Fault(format!(
+            "the moment of inertia must be positive over the whole turn; its least value is {low} kg.m2"
+        )));
+    }
+    // A load that drives the motor is held with at most the breakdown slip above the synchronous speed, or never.
+    let fastest = synchronous.abs() * (1.0 + 4.0 * slip.max(0.25)) * (high / low).sqrt();
+    let energy = |i: usize| 0.5 * high * (fastest * SLOWEST.powf(i as f64 / SCAN as f64)).powi(2);
+    let scanning = Shooting::new(machine, torques, SCAN_TOLERANCE, None)?;
+    let gain = |energy: f64| scanning.shoot(energy).map_or(f64::NEG_INFINITY, |shot| shot.gain / energy);
+    let mut samples: Vec<(f64, f64)> = (0..=SCAN).map(energy).map(|e| (e, gain(e))).collect();
+    let mut extra = Vec::new();
+    for three in samples.windows(3) {
+        let [(e0, g0), (_, g1), (e2, g2)] = three else { continue };
+        let same = g0.signum() == g1.signum() && g1.signum() == g2.signum();
+        if same && g1.is_finite() && g1.abs() <= g0.abs() && g1.abs() <= g2.abs() {
+            extra.push(least(&gain, *e2, *e0));
+        }
+    }
+    samples.extend(extra.into_iter().map(|e| (e, gain(e))));
+    samples.sort_by(|a, b| b.0.total_cmp(&a.0));
+    Ok(samples)
+}
+
+/// A machine whose motions are looked for, ahead and backwards.
+struct Search<'a> {
+    machine: &'a RigidMachine,
+    ahead: Shooting<'a>,
+    back: Shooting<'a>,
+    /// τ [N·m].
+    load: f64,
+    /// M_K [N·m].
+    breakdown_torque: f64,
+}
+
+impl Search<'_> {
+    /// The motion that begins the turn with the energy `start` and has `at_zero` at φ = 0 [J], of a motor that follows at once.
+    fn without_lag(&self, stable: bool, start: f64, at_zero: f64) -> Option<PeriodicMotion> {
+        let (shooting, way) = if stable { (&self.ahead, 1.0) } else { (&self.back, -1.0) };
+        let (mut growth, sense) = (0.0, self.ahead.torques().sense);
+        let shot = shooting.follow(start, |passage| growth += way * passage.log_growth(&shooting.torques()))?;
+        let speed = sense * (2.0 * at_zero / self.machine.inertia_now()[0]).sqrt();
+        let torque = self.machine.motor.characteristic(speed)[0];
+        Some(PeriodicMotion {
+            period: shot.period,
+            energy: at_zero,
+            growth,
+            torque,
+            course: shooting.course(start, POINTS),
+        })
+    }
+
+    /// The motion with a lagging torque, continued from the energy `at_zero` [J].
+    fn with_lag(&self, at_zero: f64) -> Option<PeriodicMotion> {
+        let turn = Turn {
+            inertia: &self.machine.inertia,
+            motor: &self.machine.motor,
+            tau: self.load,
+            sense: self.ahead.torques().sense,
+            phi_start: 0.0,
+            interval: self.machine.state.interval,
+            work: None,
+        };
+        let (orbit, period) = turn.refine((2.0 * at_zero).sqrt(), self.breakdown_torque)?;
+        Some(PeriodicMotion {
+            period,
+            energy: 0.5 * orbit[0] * orbit[0],
+            growth: turn.growth(orbit, period)?,
+            torque: orbit[1],
+            course: turn.course(orbit, POINTS)?,
+        })
+    }
 }
 
 /// Where |gain| is least between two energies.

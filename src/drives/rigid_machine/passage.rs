@@ -14,7 +14,6 @@
 //!
 //! Source: E. Hairer, G. Wanner, *Solving Ordinary Differential Equations II*, 2nd ed., Springer 1996, section IV.5.
 
-use super::raster::{Raster, Tabulated};
 use super::torques::Torques;
 use crate::numerics::double_double::Double;
 use crate::numerics::gauss::{ABSCISSAE, MATRIX, STAGES, WEIGHTS};
@@ -76,6 +75,23 @@ pub struct Position {
     pub cell: usize,
     /// E [J].
     pub energy: Double,
+}
+
+/// 2/J over a step, in ascending order of the angle.
+#[derive(Clone, Copy)]
+pub struct Tabulated {
+    /// At the ends.
+    pub ends: [f64; 2],
+    /// At the Gauss nodes.
+    pub nodes: [f64; STAGES],
+}
+
+impl Tabulated {
+    /// In descending order.
+    pub fn reverse(&mut self) {
+        self.ends.reverse();
+        self.nodes.reverse();
+    }
 }
 
 /// What is known of the errors so far.
@@ -390,16 +406,6 @@ impl Passage {
     pub fn log_growth(&self, torques: &Torques) -> f64 {
         let slope = |x: f64| torques.with_slope(self.speed_at(x), self.energy_at(x).hi)[1];
         self.length * (0..STAGES).map(|i| WEIGHTS[i] * slope(ABSCISSAE[i])).sum::<f64>()
-    }
-
-    /// Where the next step begins.
-    pub fn end_position(&self, sense: f64, raster: &Raster) -> Position {
-        let angle = self.from.angle + Double::from(sense * self.length);
-        let mut position = Position { time: self.end, energy: self.energy, angle, ..self.from };
-        if self.to_edge {
-            raster.next(&mut position, sense > 0.0);
-        }
-        position
     }
 
     /// How long after its beginning the instant `time` is, and how long before its end [s].

@@ -6,7 +6,7 @@
 //! angle to the tolerance; they end at the borders of the motion laws. Where the motor's torque varies more than √J at
 //! its synchronous speed, cells are divided.
 
-use super::passage::{Effort, Passage, Position};
+use super::passage::{Effort, Passage, Position, Tabulated};
 use super::profile::Profile;
 use super::torques::Torques;
 use super::{Inertia, Motor};
@@ -41,23 +41,6 @@ const MOST_PARTS: f64 = 4.0;
 
 /// A cell beside the evaluations of J for it [nominal µs].
 const CELL: f64 = 0.5;
-
-/// 2/J over a step, in ascending order of the angle.
-#[derive(Clone, Copy)]
-pub struct Tabulated {
-    /// At the ends.
-    pub ends: [f64; 2],
-    /// At the Gauss nodes.
-    pub nodes: [f64; STAGES],
-}
-
-impl Tabulated {
-    /// In descending order.
-    pub fn reverse(&mut self) {
-        self.ends.reverse();
-        self.nodes.reverse();
-    }
-}
 
 /// A part of the turn.
 pub struct Cell {
@@ -251,6 +234,16 @@ impl Raster {
     /// The ends of an interval [rad]; without borders a whole turn from 0 on.
     fn ends(inertia: &Inertia, interval: usize) -> (f64, f64) {
         if inertia.borders().is_empty() { (0.0, TAU) } else { inertia.ends(interval) }
+    }
+
+    /// Where the step begins that follows a passage in this sense.
+    pub fn after(&self, passage: &Passage, sense: f64) -> Position {
+        let angle = passage.from.angle + Double::from(sense * passage.length);
+        let mut position = Position { time: passage.end, energy: passage.energy, angle, ..passage.from };
+        if passage.to_edge {
+            self.next(&mut position, sense > 0.0);
+        }
+        position
     }
 
     /// Moves a position at the end of its cell to the entry of the next one.

@@ -25,7 +25,7 @@ use super::{Motor, RigidMachine, State};
 use crate::drives::limits::search_too_much;
 use crate::drives::{Event, Fault};
 use crate::numerics::double_double::Double;
-use crate::numerics::work::Work;
+use crate::numerics::work::{self, Work};
 use std::cell::Cell;
 use std::f64::consts::TAU;
 
@@ -54,15 +54,6 @@ const MOST_STEPS: usize = 200_000;
 /// What a passage takes that evaluates N so often [nominal µs].
 pub(super) fn cost_of_passage(evaluations: f64) -> f64 {
     0.1 + 0.025 * evaluations
-}
-
-/// Draws upon what the call may still take; None where it is used up.
-pub(super) fn draw(work: Option<&Cell<Work>>, cost: f64) -> Option<()> {
-    let Some(work) = work else { return Some(()) };
-    let mut left = work.get();
-    let drawn = left.draw(cost);
-    work.set(left);
-    drawn.ok()
 }
 
 /// What a turn from the beginning of the raster on does.
@@ -154,9 +145,9 @@ impl<'a> Shooting<'a> {
             let Some(most) = most(&position, last.as_ref()) else { return last };
             let before = course.evaluations;
             let passage = course.pass(position, last.as_ref(), most);
-            draw(self.work, cost_of_passage(course.evaluations - before))?;
+            work::draw(self.work, cost_of_passage(course.evaluations - before))?;
             let passage = passage?;
-            position = passage.end_position(self.torques.sense, &self.raster);
+            position = self.raster.after(&passage, self.torques.sense);
             if !(passage.energy.hi > REST * energy) {
                 return None;
             }

@@ -11,14 +11,13 @@
 //!
 //! whose Floquet multipliers have the product exp(−∮ dψ/(T_el|φ̇|)) = exp(−T/T_el) (Liouville).
 
-use super::inertia::Place;
-use super::steady::draw;
+use super::place::Place;
 use super::{Inertia, Motor};
 use crate::numerics::collocation::{Collocation, System};
 use crate::numerics::double_double::Double;
 use crate::numerics::period_map::{Coefficients, Period, Periodic};
 use crate::numerics::quadrature::Gauss;
-use crate::numerics::work::{EVALUATION, Work};
+use crate::numerics::work::{EVALUATION, Work, draw};
 use std::cell::Cell;
 use std::f64::consts::TAU;
 

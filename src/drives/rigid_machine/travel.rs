@@ -131,7 +131,7 @@ impl RigidMachine {
     /// From the end of a passage to the next one, or, where the machine has become slow, to the integration in time.
     fn go_on(&mut self) {
         let Some(passage) = &mut self.passage else { return };
-        let position = passage.end_position(self.torques.sense, &self.raster);
+        let position = self.raster.after(passage, self.torques.sense);
         self.errors = passage.pass_on(self.errors);
         self.travelled += passage.length;
         let slow = passage.energy.hi <= SLOW * passage.end_net.abs() * self.raster.widest;

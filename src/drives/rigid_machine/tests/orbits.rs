@@ -81,7 +81,7 @@ fn the_free_motion_keeps_its_energy_and_its_period() {
     let scene = machine(0.3, None);
     let inertia = Inertia::new(scene.inertia, scene.followers);
     let course = free_motion(&inertia, 0.125, -1.0);
-    let energy = |[phi, w]: [f64; 2]| inertia.at(inertia::Place::at(phi), phi)[0] * w * w;
+    let energy = |[phi, w]: [f64; 2]| inertia.at(Place::at(phi), phi)[0] * w * w;
     let first = energy(course[0]);
     assert!(course.iter().all(|at| (energy(*at) / first - 1.0).abs() < 1e-13 && at[1] < 0.0));
     // The trapezoidal rule over a whole turn of a smooth periodic function is exact to rounding.

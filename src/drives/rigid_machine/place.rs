@@ -1,0 +1,32 @@
+//! The smooth pieces of the motion laws of a machine.
+
+use crate::motion::{MotionLaw, TransferFunctions};
+use std::f64::consts::{PI, TAU};
+
+/// Which smooth piece of the laws is meant: that which holds `inside`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    inside: f64,
+}
+
+impl Place {
+    /// The piece around the angle `inside` [rad], which is no border.
+    pub fn at(inside: f64) -> Self {
+        Place { inside: into_turn(inside) }
+    }
+
+    /// U … U⁗ of `law` at `phi` on this piece, also a little outside of it.
+    pub fn evaluate(self, law: &MotionLaw, phi: f64) -> TransferFunctions {
+        law.at_in(law.segment(self.inside, true), into_turn(phi))
+    }
+}
+
+/// The same angle within [−π, π], for angles of a few turns.
+pub fn into_turn(phi: f64) -> f64 {
+    if phi.abs() <= PI {
+        return phi;
+    }
+    let turns = (phi / TAU).round();
+    // The second term is what the `f64` 2π misses.
+    phi - turns * TAU - turns * 2.4492935982947064e-16
+}
