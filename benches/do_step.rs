@@ -23,7 +23,7 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap()
 }
 
-/// The communication step [s].
+/// The communication step (s).
 const STEP: f64 = 1e-3;
 
 /// Communication steps of one repetition: some ten milliseconds for the dearest drive.
@@ -137,7 +137,7 @@ fn sample(path: &Path, library: &RuntimeLibrary) -> Sample {
     Sample { export, open, start, step: step * per_step, step_and_get: step_and_get * per_step, call: call * per_step }
 }
 
-/// What `action` gives, and how long it took [ms].
+/// What `action` gives, and how long it took (ms).
 fn timed<T>(action: impl FnOnce() -> T) -> (T, f64) {
     let start = Instant::now();
     let result = action();

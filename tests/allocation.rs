@@ -90,7 +90,7 @@ struct Fmu {
     folder: PathBuf,
     guid: CString,
     variables: Vec<Description>,
-    /// The communication step of the default experiment [s].
+    /// The communication step of the default experiment (s).
     step: f64,
 }
 
@@ -250,7 +250,7 @@ fn a_step_does_not_allocate() {
     }
 }
 
-/// What an instance takes beyond what all of its FMU share [bytes].
+/// What an instance takes beyond what all of its FMU share (bytes).
 const LARGEST_INSTANCE: isize = 2048;
 
 #[test]
@@ -344,7 +344,7 @@ fn no_step_calls_the_system() {
 /// What a call of the FMU takes of the stack of the thread that makes it [bytes]: hosts give their threads little.
 const DEEPEST_CALL: usize = 32 << 10;
 
-/// How deep the stack gets below `action` [bytes].
+/// How deep the stack gets below `action` (bytes).
 #[cfg(target_os = "linux")]
 fn depth(action: impl FnOnce()) -> usize {
     unsafe extern "C" {

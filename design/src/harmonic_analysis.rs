@@ -5,7 +5,7 @@ use camdrive::motion::table::{Points, TableError};
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 
-/// Points this near equal distances [rad] are equidistant; what is left changes a lift by 1e-9 of its slope.
+/// Points this near equal distances (rad) are equidistant; what is left changes a lift by 1e-9 of its slope.
 const EQUIDISTANT: f64 = 1e-9;
 
 /// Below this part of the largest pivot the points do not determine a harmonic: its coefficients would carry the
@@ -17,9 +17,9 @@ const RANK: f64 = 1e-10;
 pub struct HarmonicAnalysis {
     /// The series.
     pub series: Fourier,
-    /// max |U(φᵢ) − lift| over the points [m].
+    /// max |U(φᵢ) − lift| over the points (m).
     pub largest_residual: f64,
-    /// The root of the mean square of the same [m].
+    /// The root of the mean square of the same (m).
     pub mean_residual: f64,
 }
 

@@ -97,7 +97,7 @@ impl Host {
         Err(Fault(if message.is_empty() { format!("{function} returns the status {status}") } else { message }))
     }
 
-    /// Tells the start time [s]; neither a tolerance nor a stop time.
+    /// Tells the start time (s); neither a tolerance nor a stop time.
     pub fn set_up(&mut self, start: f64) -> Result<(), Fault> {
         // SAFETY: the handle lives as long as the host; so in all functions below.
         let status = unsafe { fmi2SetupExperiment(self.component, FALSE, 0.0, start, FALSE, 0.0) };
@@ -160,7 +160,7 @@ impl Host {
         self.checked(status, "fmi2GetReal")
     }
 
-    /// Advances from the communication point `time` by `step` [s].
+    /// Advances from the communication point `time` by `step` (s).
     pub fn do_step(&mut self, time: f64, step: f64) -> Result<(), Fault> {
         // SAFETY: see `set_up`.
         let status = unsafe { fmi2DoStep(self.component, time, step, TRUE) };

@@ -31,7 +31,7 @@ const REST: f64 = 1e-13;
 /// like 1/width².
 const PIECES: f64 = 36.0;
 
-/// The mechanisms are followed in steps of at most this angle [rad], lest they change to their other position.
+/// The mechanisms are followed in steps of at most this angle (rad), lest they change to their other position.
 const STEP: f64 = TAU / 720.0;
 
 /// Points of a table at most.
@@ -44,7 +44,7 @@ const WITHIN: [f64; 3] = [0.13, 0.5, 0.87];
 /// The lever's law.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LeverLaw {
-    /// χ(φ) [rad].
+    /// χ(φ) (rad).
     pub law: MotionLaw,
     /// max |y″ − y″_wanted| / max |y″_wanted| over the turn.
     pub error: f64,
@@ -60,7 +60,7 @@ impl LeverLaw {
     }
 }
 
-/// The law that makes the tool behind `linkage` move as `tool`, beginning next to the lever's angle `near` [rad].
+/// The law that makes the tool behind `linkage` move as `tool`, beginning next to the lever's angle `near` (rad).
 ///
 /// # Errors
 /// A sentence that says at which angle which mechanism hinders it.

@@ -31,7 +31,7 @@ pub enum Scale {
 /// An axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axis {
-    /// Quantity and coherent SI unit, for example "Communication step [s]"; the diagram shows a unit that suits the values.
+    /// Quantity and coherent SI unit, for example "Communication step (s)"; the diagram shows a unit that suits the values.
     pub label: String,
     /// The scale.
     pub scale: Scale,

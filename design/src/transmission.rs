@@ -12,7 +12,7 @@ use camdrive::drives::rigid_machine::linkage::in_turn;
 use serde::Serialize;
 use std::f64::consts::PI;
 
-/// The least transmission angle [rad] that is usual.
+/// The least transmission angle (rad) that is usual.
 pub const USUAL: f64 = 40.0 * PI / 180.0;
 
 /// A mechanism where its transmission angle is least over the turn.
@@ -24,9 +24,9 @@ pub struct Transmission {
     pub mechanism: usize,
     /// What it is.
     pub kind: &'static str,
-    /// μ [rad].
+    /// μ (rad).
     pub least_angle: f64,
-    /// φ [rad].
+    /// φ (rad).
     pub phi: f64,
 }
 

@@ -35,9 +35,9 @@ pub const CAM: &[&str] = &["cam"];
 pub enum DriveMode {
     /// φ(t) = `phi_start` + `w` (t − t_start).
     Constant {
-        /// Angular velocity [rad/s].
+        /// Angular velocity (rad/s).
         w: f64,
-        /// Angle at the start of the simulation [rad].
+        /// Angle at the start of the simulation (rad).
         phi_start: f64,
     },
     /// Inputs `phi`, `w`, `a`.
@@ -45,7 +45,7 @@ pub enum DriveMode {
 }
 
 impl DriveMode {
-    /// The angular velocity [rad/s]; 0 where inputs give it.
+    /// The angular velocity (rad/s); 0 where inputs give it.
     pub fn speed(&self) -> f64 {
         match *self {
             DriveMode::Constant { w, .. } => w,
@@ -60,9 +60,9 @@ impl DriveMode {
 pub struct Start {
     /// How the initial state is found.
     pub mode: StartMode,
-    /// q at the start for [`StartMode::Given`] [m or rad].
+    /// q at the start for [`StartMode::Given`] (m or rad).
     pub q: f64,
-    /// q̇ at the start for [`StartMode::Given`] [m/s or rad/s].
+    /// q̇ at the start for [`StartMode::Given`] (m/s or rad/s).
     pub q_dot: f64,
 }
 
@@ -111,9 +111,9 @@ impl StartMode {
 /// φ(t) = Σ cⱼ (t − t₀)ʲ / j!, the motion of the shaft over a communication step (or, at constant speed, for ever).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AngleMotion {
-    /// t₀ [s].
+    /// t₀ (s).
     pub origin: f64,
-    /// cⱼ [rad/sʲ].
+    /// cⱼ (rad/sʲ).
     pub coefficients: [f64; COEFFICIENTS],
     /// The highest j with cⱼ ≠ 0, at least 1.
     #[serde(deserialize_with = "at_most::<_, { COEFFICIENTS - 1 }>")]
@@ -123,21 +123,21 @@ pub struct AngleMotion {
 /// The shaft at an instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ShaftState {
-    /// φ reduced to [−π, π] without loss of digits [rad].
+    /// φ reduced to [−π, π] without loss of digits (rad).
     pub reduced: f64,
-    /// φ [rad] and its time derivatives.
+    /// φ (rad) and its time derivatives.
     pub kinematics: Kinematics,
 }
 
 impl AngleMotion {
-    /// Motion at constant speed `w` [rad/s] from `phi` [rad] at `origin` [s].
+    /// Motion at constant speed `w` (rad/s) from `phi` (rad) at `origin` (s).
     pub fn uniform(origin: f64, phi: f64, w: f64) -> Self {
         let mut coefficients = [0.0; COEFFICIENTS];
         (coefficients[0], coefficients[1]) = (phi, w);
         AngleMotion { origin, coefficients, degree: 1 }
     }
 
-    /// φ and its derivatives at `time` [s]; the angle is summed in double-double, so that its remainder modulo
+    /// φ and its derivatives at `time` (s); the angle is summed in double-double, so that its remainder modulo
     /// one turn stays right after any number of turns.
     pub fn at(&self, time: f64) -> ShaftState {
         self.at_instant(Double::from(time))
@@ -169,7 +169,7 @@ impl AngleMotion {
         ShaftState { reduced: angle::reduce(phi), kinematics: Kinematics(d) }
     }
 
-    /// The same, φ less whole turns alone [rad].
+    /// The same, φ less whole turns alone (rad).
     pub fn reduced_at(&self, time: Double) -> f64 {
         let tau = time + Double::from(-self.origin);
         if !self.is_uniform() || tau.hi == 0.0 {
@@ -184,7 +184,7 @@ impl AngleMotion {
         self.degree == 1
     }
 
-    /// φ and its derivatives at `time` [s], φ as one number [rad].
+    /// φ and its derivatives at `time` (s), φ as one number (rad).
     pub fn kinematics(&self, time: f64) -> [f64; 5] {
         let (c, tau) = (&self.coefficients, time - self.origin);
         let mut d = [0.0; 5];
@@ -195,13 +195,13 @@ impl AngleMotion {
         d
     }
 
-    /// φ at `time` [s] as one number [rad].
+    /// φ at `time` (s) as one number (rad).
     pub fn angle(&self, time: f64) -> f64 {
         let (c, tau) = (&self.coefficients, time - self.origin);
         c[0] + (1..=self.degree).rev().fold(0.0, |above, j| (c[j] + above) * tau / j as f64)
     }
 
-    /// What messages say of the motion from one time to another [s], with the speed as it was asked for.
+    /// What messages say of the motion from one time to another (s), with the speed as it was asked for.
     pub fn told(&self, turning: &str, [from, to]: [f64; 2]) -> String {
         let [_, w, a, ..] = self.coefficients;
         let turns = Rounded((self.angle(to) - self.angle(from)).abs() / TAU);
@@ -210,25 +210,25 @@ impl AngleMotion {
     }
 }
 
-/// Whether inputs φ, ω set at `time` [s] move the shaft from φ, ω, α where it is by no more than their rounding. That is no
+/// Whether inputs φ, ω set at `time` (s) move the shaft from φ, ω, α where it is by no more than their rounding. That is no
 /// jump: else it would shake the drive at every communication point.
 pub fn goes_on(from: [f64; 3], [phi, w]: [f64; 2], time: f64) -> bool {
     let [of_phi, of_w] = roundings(from, time);
     (phi - from[0]).abs() <= of_phi && (w - from[1]).abs() <= of_w
 }
 
-/// The rounding of inputs φ and ω at `time` [s], of which the time itself has its part.
+/// The rounding of inputs φ and ω at `time` (s), of which the time itself has its part.
 pub fn roundings([phi, w, a]: [f64; 3], time: f64) -> [f64; 2] {
     [phi.abs() + (w * time).abs(), w.abs() + (a * time).abs()].map(|size| 4.0 * f64::EPSILON * size)
 }
 
 /// What the rounding of φ as an input makes of a state that it accelerates by `slope` · φ within a communication step: the
-/// angle is off by half a last place, and that for so long as the step is or the acceleration keeps its sign, `time` [s].
+/// angle is off by half a last place, and that for so long as the step is or the acceleration keeps its sign, `time` (s).
 pub fn push_of_rounding(inputs: [f64; 3], at: f64, slope: f64, time: f64) -> f64 {
     half_a_place(inputs, at) * slope.abs() * time
 }
 
-/// Half a last place of φ as an input at `time` [s], in [rad].
+/// Half a last place of φ as an input at `time` (s), in (rad).
 pub fn half_a_place(inputs: [f64; 3], time: f64) -> f64 {
     0.125 * roundings(inputs, time)[0]
 }
@@ -240,7 +240,7 @@ pub struct CamDrive<Law = MotionLaw> {
     pub law: Arc<Law>,
     /// Prescribed speed or inputs.
     pub mode: DriveMode,
-    /// The time at which φ = `phi_start` [s].
+    /// The time at which φ = `phi_start` (s).
     start_time: f64,
     /// φ, w, a as the importer set them.
     input: [f64; 3],
@@ -268,12 +268,12 @@ impl<Law> CamDrive<Law> {
         (self.law, self.mode) = (made.law.clone(), made.mode.clone());
     }
 
-    /// The simulation starts at `time` [s].
+    /// The simulation starts at `time` (s).
     pub fn start(&mut self, time: f64) {
         self.start_time = time;
     }
 
-    /// The motion of the shaft over the communication step that starts at `time` [s].
+    /// The motion of the shaft over the communication step that starts at `time` (s).
     ///
     /// Inputs: φ, w and a are the first three coefficients. The higher ones come from the derivatives of `a`,
     /// else of `w`, else of `phi`, whichever the importer has set.
@@ -290,7 +290,7 @@ impl<Law> CamDrive<Law> {
         }
     }
 
-    /// φ at the `end` of the communication step that starts at `time` [s].
+    /// φ at the `end` of the communication step that starts at `time` (s).
     #[inline(always)]
     pub fn angle(&self, time: f64, end: f64) -> f64 {
         match (&self.mode, self.plain_inputs()) {
@@ -365,7 +365,7 @@ impl<Law> CamDrive<Law> {
 }
 
 impl CamDrive {
-    /// The shaft and the transfer functions of the cam at `time` [s] on `motion`.
+    /// The shaft and the transfer functions of the cam at `time` (s) on `motion`.
     pub fn at(&self, motion: &AngleMotion, time: f64) -> (ShaftState, TransferFunctions) {
         let shaft = motion.at(time);
         (shaft, self.law.at(shaft.reduced))

@@ -11,12 +11,12 @@ const SLACK: f64 = 1e-12;
 /// Slower than this is no motion [rad/s]: its square and that of the time of a turn are numbers, whatever masses they meet.
 pub const SLOWEST: f64 = 1e-100;
 
-/// Whether a cam at the constant speed `w` [rad/s] turns; else it is at rest within any time that can be simulated.
+/// Whether a cam at the constant speed `w` (rad/s) turns; else it is at rest within any time that can be simulated.
 pub fn turns(w: f64) -> bool {
     w.abs() >= SLOWEST
 }
 
-/// A turn of the cam from `phi_start` [rad] at the constant speed `w` [rad/s], at which it turns.
+/// A turn of the cam from `phi_start` (rad) at the constant speed `w` (rad/s), at which it turns.
 pub struct CamTurn<'a> {
     law: &'a MotionLaw,
     w: f64,
@@ -33,7 +33,7 @@ impl<'a> CamTurn<'a> {
         turns(w).then_some(CamTurn { law, w, phi_start, segment })
     }
 
-    /// How long the turn takes [s].
+    /// How long the turn takes (s).
     pub fn period(&self) -> Double {
         angle::WHOLE_TURN.divide(Double::from(self.w.abs()))
     }
@@ -44,7 +44,7 @@ impl<'a> CamTurn<'a> {
         if 0.0 < self.w { (self.segment + interval) % count } else { (self.segment + count - interval % count) % count }
     }
 
-    /// When the cam passes the breakpoints of the law within the turn [s], ascending.
+    /// When the cam passes the breakpoints of the law within the turn (s), ascending.
     pub fn passages(&self) -> Vec<Double> {
         let start = angle::reduce(Double::from(self.phi_start));
         let way = |breakpoint: &f64| ((breakpoint - start) * self.w.signum()).rem_euclid(TAU);
@@ -54,12 +54,12 @@ impl<'a> CamTurn<'a> {
         ways.into_iter().map(|way| Double::from(way / self.w.abs())).collect()
     }
 
-    /// φ [rad], reduced, at `tau` [s] from the start of the turn.
+    /// φ (rad), reduced, at `tau` (s) from the start of the turn.
     pub fn angle(&self, tau: Double) -> f64 {
         angle::reduce(Double::from(self.phi_start) + Double::from(self.w) * tau)
     }
 
-    /// The time in which the cam turns by `reach` [rad] of the finest harmonic of the law in an interval [s].
+    /// The time in which the cam turns by `reach` (rad) of the finest harmonic of the law in an interval (s).
     pub fn time_for(&self, reach: f64, interval: usize) -> f64 {
         reach / self.law.resolution_in(self.segment(interval)).max(1.0) / self.w.abs()
     }

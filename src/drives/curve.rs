@@ -8,9 +8,9 @@ use std::f64::consts::TAU;
 pub struct Curve {
     /// What is shown, for example "Position function U(φ)".
     pub title: String,
-    /// Quantity and unit of the abscissa, for example "φ [°]".
+    /// Quantity and unit of the abscissa, for example "φ (°)".
     pub x_label: String,
-    /// Quantity and unit of the ordinate, for example "U [mm]".
+    /// Quantity and unit of the ordinate, for example "U (mm)".
     pub y_label: String,
     /// Neighbouring points are joined by a straight line.
     pub points: Vec<[f64; 2]>,
@@ -20,7 +20,7 @@ pub struct Curve {
 const POINTS: usize = 720;
 
 impl Curve {
-    /// `ordinate` of the angle φ ∈ [0, 2π] [rad] over a turn, φ shown in degrees.
+    /// `ordinate` of the angle φ ∈ [0, 2π] (rad) over a turn, φ shown in degrees.
     pub fn over_turn(title: &str, y_label: &str, ordinate: impl Fn(f64) -> f64) -> Curve {
         let angles = (0..=POINTS).map(|i| TAU * i as f64 / POINTS as f64);
         Curve {
@@ -31,7 +31,7 @@ impl Curve {
         }
     }
 
-    /// U(φ) [mm] and its first two derivatives [mm/radⁿ] over a turn, φ in degrees.
+    /// U(φ) (mm) and its first two derivatives (mm/radⁿ) over a turn, φ in degrees.
     pub fn of_law(law: &MotionLaw) -> Vec<Curve> {
         let names = [
             ("Position function U(φ)", "U [mm]"),

@@ -41,7 +41,7 @@ pub trait DynDrive: Send {
     fn check(&self, reference: usize, value: f64) -> Result<(), Fault>;
     /// Sets a parameter or an input; refuses a value outside the variable's range.
     fn set(&mut self, reference: usize, value: f64) -> Result<(), Fault>;
-    /// Initialisation starts at `time` [s].
+    /// Initialisation starts at `time` (s).
     fn set_up(&mut self, time: f64, tolerance: Option<f64>);
     /// Ends initialisation.
     fn start(&mut self) -> Result<(), Fault>;

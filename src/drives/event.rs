@@ -16,7 +16,7 @@ pub const LOG_CATEGORIES: [(&CStr, &str); 6] = [
 /// A switching instant or a note of the solver.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Event {
-    /// When [s].
+    /// When (s).
     pub time: f64,
     /// What, for example "impact on flank A".
     pub kind: &'static str,

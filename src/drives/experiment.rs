@@ -5,11 +5,11 @@ use std::f64::consts::TAU;
 /// The experiment that shows a drive: whole revolutions, at most 1000 communication steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Experiment {
-    /// Stop time [s], a whole number of steps.
+    /// Stop time (s), a whole number of steps.
     pub stop: f64,
-    /// Communication step [s], a whole number of nanoseconds and one that reads well.
+    /// Communication step (s), a whole number of nanoseconds and one that reads well.
     pub step: f64,
-    /// Relative tolerance [1].
+    /// Relative tolerance (1).
     pub tolerance: f64,
 }
 
@@ -22,11 +22,11 @@ const ROUND: [f64; 11] = [1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0
 /// A span this part of a step beyond a whole number of steps is a rounding error.
 const SLACK: f64 = 1e-9;
 
-/// A turn longer than this [s] is none for an experiment.
+/// A turn longer than this (s) is none for an experiment.
 const LONGEST_TURN: f64 = 1e6;
 
 impl Experiment {
-    /// So many turns at the angular velocity `w` [rad/s], rounded up to whole steps; a second where that is none.
+    /// So many turns at the angular velocity `w` (rad/s), rounded up to whole steps; a second where that is none.
     pub fn of_turns(turns: f64, w: f64) -> Self {
         let turn = TAU / w.abs();
         let span = if turn <= LONGEST_TURN { turns * turn } else { 1.0 };

@@ -5,15 +5,15 @@ use crate::numerics::taylor::Series;
 /// Drive and vibration at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Flow<S> {
-    /// φ [rad], reduced by whole turns.
+    /// φ (rad), reduced by whole turns.
     pub phi: S,
-    /// ω = φ̇ [rad/s].
+    /// ω = φ̇ (rad/s).
     pub w: S,
-    /// α = φ̈ [rad/s²].
+    /// α = φ̈ (rad/s²).
     pub a: S,
-    /// q [rad or m].
+    /// q (rad or m).
     pub q: S,
-    /// q̇ [rad/s or m/s].
+    /// q̇ (rad/s or m/s).
     pub v: S,
 }
 

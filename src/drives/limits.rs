@@ -11,11 +11,11 @@ pub const FASTEST: f64 = 1e6;
 /// The greatest angular acceleration of a drive [rad/s²]: that of a shaft at the greatest speed which alternates once a turn.
 pub const STEEPEST: f64 = FASTEST * FASTEST;
 
-/// The greatest sizes of the inputs phi [rad], w [rad/s] and a [rad/s²].
+/// The greatest sizes of the inputs phi (rad), w (rad/s) and a (rad/s²).
 pub const INPUTS: [f64; 3] = [LARGEST_ANGLE, FASTEST, STEEPEST];
 
 /// What is said of a communication step that takes more than the work of a call: it was to go on from one time to another and
-/// has `reached` a time between them [s]; `motion` tells what turns and how fast, the `hint` what would help beside shorter
+/// has `reached` a time between them (s); `motion` tells what turns and how fast, the `hint` what would help beside shorter
 /// steps.
 pub fn step_too_much([from, to]: [f64; 2], reached: f64, motion: &str, hint: &str) -> Fault {
     Fault(format!(
@@ -39,7 +39,7 @@ pub fn no_state() -> Fault {
     Fault::new("the serialised state is none of this drive: its numbers do not fit together")
 }
 
-/// Refuses a step to the time `to` [s], at which the angle [rad] is beyond all that tells where in its turn a shaft is.
+/// Refuses a step to the time `to` (s), at which the angle (rad) is beyond all that tells where in its turn a shaft is.
 pub fn check_angle(angle: f64, to: f64) -> Result<(), Fault> {
     // A comparison with NaN is false.
     if angle.abs() <= LARGEST_ANGLE { Ok(()) } else { Err(beyond(angle, to)) }

@@ -156,20 +156,20 @@ pub trait Drive: Clone + Serialize + DeserializeOwned + Send + Sync + 'static {
     /// The default experiment.
     fn experiment(&self) -> Experiment;
 
-    /// Computes the initial state at `time` [s] from parameters, start values and inputs. Called when
+    /// Computes the initial state at `time` (s) from parameters, start values and inputs. Called when
     /// initialisation ends and, before that, whenever a value is read after one was set.
     fn start(&mut self, time: f64) -> Result<(), Fault>;
 
-    /// Takes up tunable parameters and inputs that were set at the communication point `time` [s].
+    /// Takes up tunable parameters and inputs that were set at the communication point `time` (s).
     fn apply(&mut self, time: f64) -> Result<(), Fault>;
 
-    /// The angle of the drive shaft at the `end` of a step from `time` [s], as far as it is known before the step [rad];
+    /// The angle of the drive shaft at the `end` of a step from `time` (s), as far as it is known before the step (rad);
     /// 0 of a drive without one.
     fn angle(&self, _time: f64, _end: f64) -> f64 {
         0.0
     }
 
-    /// Advances from the communication point `time` to `time + step` [s], step > 0. Does not allocate.
+    /// Advances from the communication point `time` to `time + step` (s), step > 0. Does not allocate.
     /// After a fault the drive is used no more until it is reset or an earlier state is restored.
     fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault>;
 

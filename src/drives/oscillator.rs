@@ -7,18 +7,18 @@ use super::unit::Quantity;
 /// Either b₁ = c₂ = 0, or the inertia turns with the drive: b₁ = m′ and c₂ = m″/2, as the kinetic energy ½ m ψ̇²
 /// with m at ψ = φ + q has it.
 pub struct PeriodicOscillator {
-    /// The coefficients at an angle [rad] in [−2π, 2π], continued smoothly from a segment.
+    /// The coefficients at an angle (rad) in [−2π, 2π], continued smoothly from a segment.
     pub terms: Box<dyn Fn(usize, f64) -> Terms + Send + Sync>,
     /// The angles in [0, 2π), ascending, at which a derivative of a coefficient jumps. Segment i reaches from
     /// breakpoint i to the next one, the last one around the turn; without breakpoints there is one segment.
     pub breakpoints: Vec<f64>,
-    /// An angle [rad] over which the coefficients of a segment follow a polynomial of degree 8.
+    /// An angle (rad) over which the coefficients of a segment follow a polynomial of degree 8.
     pub reach: Box<dyn Fn(usize) -> f64 + Send + Sync>,
     /// Whether b₁ = m′ and c₂ = m″/2.
     pub inertia_turns: bool,
-    /// The speed Ω of the scene [rad/s]; None where the drive follows its inputs.
+    /// The speed Ω of the scene (rad/s); None where the drive follows its inputs.
     pub speed: Option<f64>,
-    /// The angle at which the scene starts [rad].
+    /// The angle at which the scene starts (rad).
     pub start: f64,
     /// What q is.
     pub coordinate: &'static Quantity,
@@ -31,18 +31,18 @@ pub struct PeriodicOscillator {
 /// The coefficients of [`PeriodicOscillator`] at an angle, coherent SI.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Terms {
-    /// m [kg or kg·m²].
+    /// m (kg or kg·m²).
     pub m: f64,
-    /// b [N·s/m or N·m·s/rad].
+    /// b (N·s/m or N·m·s/rad).
     pub b: f64,
-    /// b₁ [kg/rad or kg·m²/rad].
+    /// b₁ (kg/rad or kg·m²/rad).
     pub b1: f64,
-    /// c [N/m or N·m/rad].
+    /// c (N/m or N·m/rad).
     pub c: f64,
-    /// c₂ [kg/rad² or kg·m²/rad²].
+    /// c₂ (kg/rad² or kg·m²/rad²).
     pub c2: f64,
-    /// f [N or N·m].
+    /// f (N or N·m).
     pub f: f64,
-    /// f₂ [kg·m or kg·m²].
+    /// f₂ (kg·m or kg·m²).
     pub f2: f64,
 }

@@ -38,9 +38,9 @@ pub enum Pace {
     Tolerance(f64),
     /// A grid of equal steps.
     Grid {
-        /// Where it starts [s].
+        /// Where it starts (s).
         origin: f64,
-        /// The length of a step [s].
+        /// The length of a step (s).
         step: f64,
     },
 }
@@ -65,19 +65,19 @@ pub enum Stop {
     Failed(Failure),
     /// The work of the call is used up.
     Exhausted {
-        /// When [s].
+        /// When (s).
         time: f64,
     },
     /// More attempts than the steps of a grid may take.
     TooManyAttempts {
-        /// When [s].
+        /// When (s).
         time: f64,
     },
 }
 
 impl Pace {
-    /// The pace that the settings ask for on a motion known from `from` to `target` only [s], as on inputs: equal steps
-    /// divide it, the longest ones that do not exceed what is asked for, `usual` [s] where nothing is.
+    /// The pace that the settings ask for on a motion known from `from` to `target` only (s), as on inputs: equal steps
+    /// divide it, the longest ones that do not exceed what is asked for, `usual` (s) where nothing is.
     pub fn within(solver: &Solver, from: f64, target: f64, usual: impl FnOnce() -> f64) -> Self {
         match solver.settings.method {
             Method::Adaptive => Pace::Tolerance(solver.effective_tolerance()),
@@ -114,7 +114,7 @@ impl Pace {
     }
 
     /// Steps until the last one ends at or beyond `target`; a step of a grid may take this number of attempts. Draws upon the
-    /// `work`, of which an evaluation of the equation takes `cost` [nominal µs].
+    /// `work`, of which an evaluation of the equation takes `cost` (nominal µs).
     pub fn travel<const N: usize>(
         self,
         integrator: &mut Collocation<N>,
@@ -156,7 +156,7 @@ impl Pace {
         error.min(1.0)
     }
 
-    /// What is said of a stop on the way from one time to another [s] along this `motion`, but for growth without bound.
+    /// What is said of a stop on the way from one time to another (s) along this `motion`, but for growth without bound.
     pub fn fault(self, stop: Stop, words: &Words, way: [f64; 2], motion: &AngleMotion) -> Fault {
         let Words { quantity, turning, parameters, frequency } = words;
         Fault(match (stop, self) {

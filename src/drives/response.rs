@@ -57,7 +57,7 @@ const ROUNDING: f64 = 2e-15;
 /// so that the segment does not flutter, and too little to be seen.
 const OVERSHOOT: f64 = 1e-14;
 
-/// A piece, and an evaluation of −ẍ beside that of the law [nominal µs].
+/// A piece, and an evaluation of −ẍ beside that of the law (nominal µs).
 const PIECE: f64 = 1.0;
 const FORCING: f64 = 0.03;
 
@@ -72,14 +72,14 @@ pub struct Response {
     /// Relative tolerance of q.
     tolerance: f64,
     motion: AngleMotion,
-    /// Bounds of |U′| [m/rad] and |U″| [m/rad²].
+    /// Bounds of |U′| (m/rad) and |U″| (m/rad²).
     bounds: [f64; 2],
     closed_form: ClosedForm,
     course: Course,
     /// The turn of the cam as it starts; all instances with the same parameters share it.
     #[serde(skip)]
     table: Option<Arc<Table>>,
-    /// Until when `motion` is valid [s].
+    /// Until when `motion` is valid (s).
     until: f64,
     /// Restarts of the closed form and pieces since the response was made.
     pub steps: f64,
@@ -106,7 +106,7 @@ enum Course {
 /// The current piece of the motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct Piece {
-    /// Start and end [s]; the fraction of a second beyond `f64` matters where a breakpoint lies between two of them.
+    /// Start and end (s); the fraction of a second beyond `f64` matters where a breakpoint lies between two of them.
     start: Double,
     end: Double,
     /// The segment of the law and whether the piece ends at its upper (1) or lower (−1) border.
@@ -168,7 +168,7 @@ impl Response {
         }
     }
 
-    /// Takes up the table of the cam's turn from `phi_start` [rad] at the constant speed `w` [rad/s], where one helps:
+    /// Takes up the table of the cam's turn from `phi_start` (rad) at the constant speed `w` (rad/s), where one helps:
     /// `known` if it is that, else a new one. Allocates.
     pub fn tabulate(&mut self, known: Option<Arc<Table>>, law: &Arc<MotionLaw>, w: f64, phi_start: f64) {
         let (oscillator, tolerance) = (self.oscillator, self.tolerance);
@@ -201,14 +201,14 @@ impl Response {
         self.table.as_ref()?.map.as_ref()
     }
 
-    /// The table of a turn that starts at `time` [s], where there is one and nothing has been tuned since it was made.
+    /// The table of a turn that starts at `time` (s), where there is one and nothing has been tuned since it was made.
     fn map_from(&self, time: f64) -> Option<&PeriodMap> {
         let AngleMotion { origin, coefficients: [phi, w, ..], .. } = self.motion;
         let table = self.table.as_ref().filter(|table| table.is_of(&self.oscillator, w, phi))?;
         table.map.as_ref().filter(|_| origin == time && self.motion.is_uniform())
     }
 
-    /// Starts at `time` [s] from `state` = q, q̇ on `motion`, which is valid up to `until` [s].
+    /// Starts at `time` (s) from `state` = q, q̇ on `motion`, which is valid up to `until` (s).
     pub fn restart(
         &mut self,
         law: &MotionLaw,
@@ -238,7 +238,7 @@ impl Response {
         }
     }
 
-    /// The largest estimated error of q up to `time` [s], relative to the largest |q| so far.
+    /// The largest estimated error of q up to `time` (s), relative to the largest |q| so far.
     pub fn error(&self, time: f64) -> f64 {
         let error = self.bound.relative();
         match &self.course {
@@ -247,7 +247,7 @@ impl Response {
         }
     }
 
-    /// Cam and mass at `time` [s] in closed form, for a Fourier law at constant speed.
+    /// Cam and mass at `time` (s) in closed form, for a Fourier law at constant speed.
     pub fn closed(&mut self, law: &MotionLaw, time: f64) -> Option<Instant> {
         let Course::Closed(run) = &mut self.course else { return None };
         law.series()?;
@@ -255,7 +255,7 @@ impl Response {
         Some(self.closed_form.at(run, &self.oscillator, &self.motion, time))
     }
 
-    /// q, q̇ at `time` [s], which must not lie before the piece that an earlier call has reached.
+    /// q, q̇ at `time` (s), which must not lie before the piece that an earlier call has reached.
     pub fn at(&mut self, law: &MotionLaw, time: f64) -> Result<[f64; 2], Fault> {
         self.reach(law, time, &mut Work::default())
     }
@@ -309,7 +309,7 @@ impl Response {
         }
     }
 
-    /// q, q̇ at `time` [s] of the motion that repeats itself every turn at constant speed.
+    /// q, q̇ at `time` (s) of the motion that repeats itself every turn at constant speed.
     pub fn periodic(&mut self, law: &MotionLaw, motion: &AngleMotion, time: f64) -> Result<[f64; 2], Fault> {
         let w = motion.coefficients[1];
         if !turns(w) {
@@ -343,7 +343,7 @@ impl Response {
         Ok([(d * r[0] - b * r[1]) / determinant, (a * r[1] - c * r[0]) / determinant])
     }
 
-    /// The sum of the steady responses to the harmonics of a law at the angle `phi` [rad].
+    /// The sum of the steady responses to the harmonics of a law at the angle `phi` (rad).
     fn periodic_harmonics(&self, series: &Fourier, w: f64, phi: f64) -> Result<[f64; 2], Fault> {
         let mut sum = [0.0; 2];
         for k in (1..=series.order()).filter(|&k| series.a[k] != 0.0 || series.b[k] != 0.0) {
@@ -364,7 +364,7 @@ impl Response {
         Ok(sum)
     }
 
-    /// Lays the next piece, in `segment` of the law from `start` [s] and `state`.
+    /// Lays the next piece, in `segment` of the law from `start` (s) and `state`.
     fn next_piece(&mut self, law: &MotionLaw, mut segment: usize, start: Double, state: [f64; 2]) -> Result<(), Fault> {
         let mut local = Local::of(&self.motion, start);
         // Infinity has no double-double.

@@ -39,24 +39,24 @@ pub struct Formula {
 /// The motion of the shaft at an instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Shaft {
-    /// φ [rad].
+    /// φ (rad).
     pub phi: f64,
-    /// φ̇ [rad/s].
+    /// φ̇ (rad/s).
     pub w: f64,
-    /// φ̈ [rad/s²].
+    /// φ̈ (rad/s²).
     pub a: f64,
 }
 
 /// A follower without any elasticity: U, U′ and the derivatives of y = U(φ).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RigidFollower {
-    /// y = U \[m\].
+    /// y = U (m).
     pub y: f64,
-    /// ẏ = U′ω \[m/s\].
+    /// ẏ = U′ω (m/s).
     pub y_dot: f64,
-    /// ÿ = U″ω² + U′α \[m/s²\].
+    /// ÿ = U″ω² + U′α (m/s²).
     pub y_dot_dot: f64,
-    /// U′ \[m/rad\].
+    /// U′ (m/rad).
     pub slope: f64,
 }
 

@@ -54,7 +54,7 @@ pub struct Settings {
     pub tolerance: f64,
     /// `solver.method`.
     pub method: Method,
-    /// `solver.step_size` [s] of the method `fixed_cost`, 0 for the drive's own choice.
+    /// `solver.step_size` (s) of the method `fixed_cost`, 0 for the drive's own choice.
     pub step_size: f64,
 }
 

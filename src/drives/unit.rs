@@ -30,38 +30,38 @@ macro_rules! quantities {
 quantities! {
     /// A pure number.
     NUMBER = "Number", "1", [0, 0, 0, 0], None;
-    /// Mass [kg].
+    /// Mass (kg).
     MASS = "Mass", "kg", [1, 0, 0, 0], None;
-    /// Moment of inertia [kg·m²].
+    /// Moment of inertia (kg·m²).
     INERTIA = "MomentOfInertia", "kg.m2", [1, 2, 0, 0], None;
-    /// Translational stiffness [N/m].
+    /// Translational stiffness (N/m).
     STIFFNESS = "TranslationalSpringConstant", "N/m", [1, 0, -2, 0], Some(("N/mm", 1e-3));
-    /// Translational damping [N·s/m].
+    /// Translational damping (N·s/m).
     DAMPING = "TranslationalDampingConstant", "N.s/m", [1, 0, -1, 0], None;
-    /// Rotational stiffness [N·m/rad].
+    /// Rotational stiffness (N·m/rad).
     ROTATIONAL_STIFFNESS = "RotationalSpringConstant", "N.m/rad", [1, 2, -2, -1], None;
-    /// Rotational damping [N·m·s/rad].
+    /// Rotational damping (N·m·s/rad).
     ROTATIONAL_DAMPING = "RotationalDampingConstant", "N.m.s/rad", [1, 2, -1, -1], None;
-    /// Length [m].
+    /// Length (m).
     LENGTH = "Length", "m", [0, 1, 0, 0], Some(("mm", 1e3));
-    /// Velocity [m/s].
+    /// Velocity (m/s).
     VELOCITY = "Velocity", "m/s", [0, 1, -1, 0], None;
-    /// Acceleration [m/s²].
+    /// Acceleration (m/s²).
     ACCELERATION = "Acceleration", "m/s2", [0, 1, -2, 0], None;
-    /// Angle [rad].
+    /// Angle (rad).
     ANGLE = "Angle", "rad", [0, 0, 0, 1], Some(("deg", 57.29577951308232));
-    /// Angular velocity [rad/s].
+    /// Angular velocity (rad/s).
     ANGULAR_VELOCITY = "AngularVelocity", "rad/s", [0, 0, -1, 1], Some(("rpm", 9.549296585513721));
-    /// Angular acceleration [rad/s²].
+    /// Angular acceleration (rad/s²).
     ANGULAR_ACCELERATION = "AngularAcceleration", "rad/s2", [0, 0, -2, 1], None;
-    /// Force [N].
+    /// Force (N).
     FORCE = "Force", "N", [1, 1, -2, 0], None;
-    /// Torque [N·m].
+    /// Torque (N·m).
     TORQUE = "Torque", "N.m", [1, 2, -2, 0], None;
-    /// Impulse [N·s].
+    /// Impulse (N·s).
     IMPULSE = "Impulse", "N.s", [1, 1, -1, 0], None;
-    /// Energy [J].
+    /// Energy (J).
     ENERGY = "Energy", "J", [1, 2, -2, 0], None;
-    /// Time [s].
+    /// Time (s).
     TIME = "Time", "s", [0, 0, 1, 0], Some(("ms", 1e3));
 }

@@ -107,6 +107,6 @@ pub struct fmi2EventInfo {
     pub valuesOfContinuousStatesChanged: fmi2Boolean,
     /// Whether the next event is known.
     pub nextEventTimeDefined: fmi2Boolean,
-    /// When it comes [s].
+    /// When it comes (s).
     pub nextEventTime: fmi2Real,
 }

@@ -259,7 +259,7 @@ impl Instance {
         self.drive.directional_derivative(unknown, known)
     }
 
-    /// The communication point up to which the instance has computed [s].
+    /// The communication point up to which the instance has computed (s).
     pub fn last_successful_time(&self) -> f64 {
         self.clock.time
     }

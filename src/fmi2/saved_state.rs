@@ -13,9 +13,9 @@ use std::any::Any;
 pub struct Clock {
     /// The state of the call sequence.
     pub mode: Mode,
-    /// The communication point [s].
+    /// The communication point (s).
     pub time: f64,
-    /// The stop time; a number that no step reaches if the importer has defined none [s].
+    /// The stop time; a number that no step reaches if the importer has defined none (s).
     pub stop: f64,
 }
 

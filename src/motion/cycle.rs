@@ -15,17 +15,17 @@ const ROUNDING: f64 = 1e-12;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CyclePlan {
-    /// Lift from the lower to the upper dwell [m]; negative where the rise lowers the follower.
+    /// Lift from the lower to the upper dwell (m); negative where the rise lowers the follower.
     pub stroke: f64,
-    /// U in the lower dwell [m].
+    /// U in the lower dwell (m).
     pub lower: f64,
-    /// Where the rise starts [rad].
+    /// Where the rise starts (rad).
     pub rise_start: f64,
-    /// Angle of the rise [rad].
+    /// Angle of the rise (rad).
     pub rise_angle: f64,
-    /// Angle of the upper dwell [rad]; may be 0.
+    /// Angle of the upper dwell (rad); may be 0.
     pub upper_dwell: f64,
-    /// Angle of the return [rad].
+    /// Angle of the return (rad).
     pub return_angle: f64,
     /// The law of the rise.
     pub rise_law: StandardLaw,
@@ -40,7 +40,7 @@ pub enum CycleError {
     Range {
         /// The name as the FMU's parameters have it, without `cam.`.
         name: &'static str,
-        /// The value [m or rad].
+        /// The value (m or rad).
         value: f64,
         /// The admissible range, borders included.
         min: f64,
@@ -49,11 +49,11 @@ pub enum CycleError {
     },
     /// Rise, upper dwell and return exceed the turn.
     Sum {
-        /// Angle of the rise [rad].
+        /// Angle of the rise (rad).
         rise: f64,
-        /// Angle of the upper dwell [rad].
+        /// Angle of the upper dwell (rad).
         upper_dwell: f64,
-        /// Angle of the return [rad].
+        /// Angle of the return (rad).
         return_angle: f64,
     },
 }
@@ -81,10 +81,10 @@ impl std::fmt::Display for CycleError {
 impl std::error::Error for CycleError {}
 
 impl CyclePlan {
-    /// Largest |U| and |stroke| [m]; the range of every length of a cam.
+    /// Largest |U| and |stroke| (m); the range of every length of a cam.
     pub const MAX_LENGTH: f64 = 1e4;
 
-    /// Angle of the lower dwell [rad], the rest of the turn; negative where the plan is too long.
+    /// Angle of the lower dwell (rad), the rest of the turn; negative where the plan is too long.
     pub fn lower_dwell(&self) -> f64 {
         TAU - (self.rise_angle + self.upper_dwell + self.return_angle)
     }
@@ -115,7 +115,7 @@ impl CyclePlan {
 /// What a piece of the turn does.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Motion {
-    /// U = level [m].
+    /// U = level (m).
     Dwell(f64),
     /// Rises by this part of its law.
     Rise(usize),
@@ -127,9 +127,9 @@ enum Motion {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Piece {
     motion: Motion,
-    /// Where the whole rise or return starts, z = 0 [rad].
+    /// Where the whole rise or return starts, z = 0 (rad).
     origin: f64,
-    /// The middle of the piece [rad], within half a turn of 0, where most angles come from.
+    /// The middle of the piece (rad), within half a turn of 0, where most angles come from.
     middle: f64,
 }
 
@@ -173,7 +173,7 @@ impl Cycle {
         &self.plan
     }
 
-    /// The starts of the pieces [rad], ascending in [0, 2π).
+    /// The starts of the pieces (rad), ascending in [0, 2π).
     pub fn breakpoints(&self) -> &[f64] {
         &self.breakpoints
     }

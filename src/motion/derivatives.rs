@@ -2,11 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-/// The transfer functions of order 0 to 4 (VDI 2143) at one angle: U⁽ⁿ⁾ = dⁿU/dφⁿ [m/radⁿ].
+/// The transfer functions of order 0 to 4 (VDI 2143) at one angle: U⁽ⁿ⁾ = dⁿU/dφⁿ (m/radⁿ).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TransferFunctions(pub [f64; 5]);
 
-/// A quantity and its time derivatives of order 1 to 4: x [·], ẋ [·/s], ẍ [·/s²], x⃛ [·/s³], x⁗ [·/s⁴].
+/// A quantity and its time derivatives of order 1 to 4: x (·), ẋ (·/s), ẍ (·/s²), x⃛ (·/s³), x⁗ (·/s⁴).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Kinematics(pub [f64; 5]);
 

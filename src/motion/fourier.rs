@@ -10,9 +10,9 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(from = "Coefficients")]
 pub struct Fourier {
-    /// a₀ … a_K [m].
+    /// a₀ … a_K (m).
     pub a: Vec<f64>,
-    /// b₀ … b_K [m]; b₀ has no meaning and is zero. As long as `a`.
+    /// b₀ … b_K (m); b₀ has no meaning and is zero. As long as `a`.
     pub b: Vec<f64>,
 }
 
@@ -75,7 +75,7 @@ impl Fourier {
         Fourier { a: scaled(&self.a), b: scaled(&self.b) }
     }
 
-    /// U(φ − `angle`), the law that comes `angle` [rad] later.
+    /// U(φ − `angle`), the law that comes `angle` (rad) later.
     pub fn delayed(&self, angle: f64) -> Self {
         let mut delayed = self.clone();
         for k in 1..self.a.len() {

@@ -39,7 +39,7 @@ pub enum MotionLaw {
 const BOUND_ROUNDING: f64 = 1e-12;
 
 impl MotionLaw {
-    /// U … U⁗ at the angle `phi` [rad], which lies in [−2π, 2π]; on a breakpoint the right-hand values.
+    /// U … U⁗ at the angle `phi` (rad), which lies in [−2π, 2π]; on a breakpoint the right-hand values.
     pub fn at(&self, phi: f64) -> TransferFunctions {
         self.at_in(self.segment(phi, true), phi)
     }
@@ -92,7 +92,7 @@ impl MotionLaw {
         }
     }
 
-    /// An upper bound of |U⁽ᵒʳᵈᵉʳ⁾| over the turn [m/radᵒʳᵈᵉʳ], order ≤ 4, for certified event location.
+    /// An upper bound of |U⁽ᵒʳᵈᵉʳ⁾| over the turn (m/radᵒʳᵈᵉʳ), order ≤ 4, for certified event location.
     pub fn bound(&self, order: usize) -> f64 {
         let bound = match self {
             MotionLaw::Fourier(series) => series.bound(order),
@@ -135,7 +135,7 @@ impl MotionLaw {
         }
     }
 
-    /// What an evaluation takes [nominal µs], see [`crate::numerics::work`]: a cycle or a table as much as ten harmonics.
+    /// What an evaluation takes (nominal µs), see [`crate::numerics::work`]: a cycle or a table as much as ten harmonics.
     pub fn cost(&self) -> f64 {
         HARMONIC * self.series().map_or(10.0, |series| series.order() as f64)
     }

@@ -7,16 +7,16 @@ use std::f64::consts::TAU;
 /// What kind of value a parameter holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ParameterKind {
-    /// A length [m], at most [`CyclePlan::MAX_LENGTH`] either way.
+    /// A length (m), at most [`CyclePlan::MAX_LENGTH`] either way.
     Length,
-    /// An angle [rad] in this range, borders included.
+    /// An angle (rad) in this range, borders included.
     Angle {
         /// Least value.
         min: f64,
         /// Greatest value.
         max: f64,
     },
-    /// A factor [1].
+    /// A factor (1).
     Factor,
     /// A standard law by its number.
     Law,

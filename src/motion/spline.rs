@@ -11,7 +11,7 @@ pub struct Spline {
     pub points: Points,
     /// The derivatives at the points, where they were given.
     pub bends: Vec<Bend>,
-    /// The angles of the points [rad], ascending in [0, 2π).
+    /// The angles of the points (rad), ascending in [0, 2π).
     pub knots: Vec<f64>,
     pieces: Vec<Piece>,
     /// Upper bounds of |U⁽ⁿ⁾| over the turn.
@@ -21,7 +21,7 @@ pub struct Spline {
 /// U = Σ cₙ (φ − origin)ⁿ between two points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Piece {
-    /// The first point [rad], moved such that the middle lies within half a turn of 0.
+    /// The first point (rad), moved such that the middle lies within half a turn of 0.
     origin: f64,
     middle: f64,
     width: f64,

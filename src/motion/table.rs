@@ -20,10 +20,10 @@ use std::sync::Arc;
 /// The fewest points of a table.
 pub const LEAST_POINTS: usize = 4;
 
-/// The least distance of neighbouring angles [rad]; a finer one is not measured but a fault of the table.
+/// The least distance of neighbouring angles (rad); a finer one is not measured but a fault of the table.
 pub const LEAST_DISTANCE: f64 = 1e-6;
 
-/// A last point this near one turn after the first [rad] closes the table: angles are printed with five digits.
+/// A last point this near one turn after the first (rad) closes the table: angles are printed with five digits.
 const CLOSING: f64 = 1e-4;
 
 /// The lifts of first and closing point may differ by this part of the stroke: roundings of a conversion.
@@ -32,7 +32,7 @@ const EQUAL_LIFT: f64 = 1e-9;
 /// Without a closing point, the gap may be this many times the largest distance of neighbours.
 const LARGEST_GAP: f64 = 2.0;
 
-/// Angles [rad] and lifts [m].
+/// Angles (rad) and lifts (m).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Points {
@@ -45,11 +45,11 @@ pub struct Points {
 /// The derivatives at a point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Bend {
-    /// U′ [m/rad].
+    /// U′ (m/rad).
     pub slope: f64,
-    /// U″ [m/rad²] on the piece that ends at the point.
+    /// U″ (m/rad²) on the piece that ends at the point.
     pub before: f64,
-    /// U″ [m/rad²] on the piece that begins there.
+    /// U″ (m/rad²) on the piece that begins there.
     pub behind: f64,
 }
 
@@ -72,41 +72,41 @@ pub enum TableError {
     OutOfRange {
         /// Index of the point.
         index: usize,
-        /// The value [rad or m].
+        /// The value (rad or m).
         value: f64,
     },
     /// An angle does not exceed the one before by [`LEAST_DISTANCE`].
     NotAscending {
         /// Index of the point.
         index: usize,
-        /// The angle before [rad].
+        /// The angle before (rad).
         previous: f64,
-        /// Its angle [rad].
+        /// Its angle (rad).
         angle: f64,
     },
     /// The angles span more than one turn.
     TooLong {
         /// Index of the first point too many.
         index: usize,
-        /// Its distance from the first angle [rad].
+        /// Its distance from the first angle (rad).
         span: f64,
     },
     /// The closing point, one turn after the first, has another lift.
     NotPeriodic {
         /// Index of the closing point.
         index: usize,
-        /// Lift of the first point [m].
+        /// Lift of the first point (m).
         first: f64,
-        /// Lift of the closing point [m].
+        /// Lift of the closing point (m).
         last: f64,
     },
     /// The table stops too far before the end of its turn.
     NotClosed {
         /// Index of the last point.
         index: usize,
-        /// Angle from the last point to the first one of the next turn [rad].
+        /// Angle from the last point to the first one of the next turn (rad).
         gap: f64,
-        /// The largest distance of neighbours [rad].
+        /// The largest distance of neighbours (rad).
         distance: f64,
     },
     /// More harmonics than the points determine.
@@ -226,7 +226,7 @@ impl Points {
 #[serde(try_from = "TableData", into = "TableData")]
 pub struct Table {
     spline: Arc<Spline>,
-    /// Factor of the lift [1].
+    /// Factor of the lift (1).
     pub scale: f64,
 }
 
@@ -288,7 +288,7 @@ impl Table {
         !self.spline.bends.is_empty()
     }
 
-    /// The angles of the points [rad], ascending in [0, 2π).
+    /// The angles of the points (rad), ascending in [0, 2π).
     pub fn breakpoints(&self) -> &[f64] {
         &self.spline.knots
     }

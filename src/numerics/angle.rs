@@ -19,7 +19,7 @@ const SOME_TURNS: f64 = 1048576.0;
 /// A number to which the nearest whole number is added by rounding, without a call of `round`.
 const ROUNDER: f64 = 1.5 * 4503599627370496.0;
 
-/// The remainder of `angle` [rad] modulo 2π in [−π, π], error ≤ 1e-16 rad for |angle| ≤ 1e15 rad.
+/// The remainder of `angle` (rad) modulo 2π in [−π, π], error ≤ 1e-16 rad for |angle| ≤ 1e15 rad.
 ///
 /// The quotient is subtracted in triple precision, so the result does not lose digits with the number of turns.
 pub fn reduce(angle: Double) -> f64 {

@@ -36,9 +36,9 @@ enum Treatment {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ForcedStep {
     treatment: Treatment,
-    /// h [s].
+    /// h (s).
     length: f64,
-    /// q [m], q̇ [m/s] at the start.
+    /// q (m), q̇ (m/s) at the start.
     start: [f64; 2],
     /// The forcing, or the polynomial solution for the fast modes; x ∈ [−1, 1] over the step.
     polynomial: Chebyshev,
@@ -88,7 +88,7 @@ impl ForcedStep {
         step
     }
 
-    /// q, q̇ at `tau` ∈ [0, h] [s] after the start of the step.
+    /// q, q̇ at `tau` ∈ [0, h] (s) after the start of the step.
     pub fn at(&self, oscillator: &Oscillator, tau: f64) -> [f64; 2] {
         let place = |t: f64| 2.0 * t / self.length - 1.0;
         let free = oscillator.free(Double::from(tau));

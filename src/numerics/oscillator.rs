@@ -8,14 +8,14 @@ use super::double_double::Double;
 use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 
-/// q̈ + 2δ q̇ + ω₀² q = f(t) with ω₀² ≥ 0 [1/s²] and δ ≥ 0 [1/s].
+/// q̈ + 2δ q̇ + ω₀² q = f(t) with ω₀² ≥ 0 (1/s²) and δ ≥ 0 (1/s).
 ///
 /// With D = ω₀² − δ² the roots of the characteristic equation are λ = −δ ± i√D or, where D ≤ 0, real.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Oscillator {
-    /// ω₀² [1/s²].
+    /// ω₀² (1/s²).
     stiffness: Double,
-    /// δ [1/s].
+    /// δ (1/s).
     damping: f64,
     modes: Modes,
 }
@@ -23,9 +23,9 @@ pub struct Oscillator {
 /// The two free motions.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 enum Modes {
-    /// e^(−δt) times a harmonic of the frequency √D [rad/s].
+    /// e^(−δt) times a harmonic of the frequency √D (rad/s).
     Oscillating { frequency: Double },
-    /// e^(λ₁t) and e^(λ₂t) with λ₂ ≤ λ₁ ≤ 0 [1/s].
+    /// e^(λ₁t) and e^(λ₂t) with λ₂ ≤ λ₁ ≤ 0 (1/s).
     Aperiodic { slow: f64, fast: f64 },
 }
 
@@ -44,7 +44,7 @@ pub struct Harmonic {
 pub struct Resonant {
     /// Re and Im of B = F/(2i ω_d).
     amplitude: [f64; 2],
-    /// ω_d − ν [rad/s]; z = δ − i (ω_d − ν).
+    /// ω_d − ν (rad/s); z = δ − i (ω_d − ν).
     detuning: Double,
 }
 
@@ -53,7 +53,7 @@ pub struct Resonant {
 pub struct FreeMotion {
     /// Whether the modes oscillate; else [`Oscillator::free`] tells.
     pub oscillates: bool,
-    /// δ [1/s].
+    /// δ (1/s).
     damping: f64,
     cosine: [f64; 2],
     sine: [f64; 2],
@@ -64,12 +64,12 @@ pub struct FreeMotion {
 const NEAR: f64 = 1.0 / 64.0;
 
 impl Oscillator {
-    /// The oscillator of the mass `m` [kg] on the spring `c` [N/m] and the damper `b` [N·s/m].
+    /// The oscillator of the mass `m` (kg) on the spring `c` (N/m) and the damper `b` (N·s/m).
     pub fn of_mass(m: f64, c: f64, b: f64) -> Self {
         Self::new(Double::from(c).divide(Double::from(m)), Double::from(b).divide(Double::from(2.0 * m)))
     }
 
-    /// The oscillator with ω₀² = `stiffness` [1/s²] and δ = `damping` [1/s].
+    /// The oscillator with ω₀² = `stiffness` (1/s²) and δ = `damping` (1/s).
     pub fn new(stiffness: Double, damping: Double) -> Self {
         let discriminant = stiffness - damping * damping;
         let delta = damping.hi;
@@ -84,17 +84,17 @@ impl Oscillator {
         Oscillator { stiffness, damping: delta, modes }
     }
 
-    /// ω₀² [1/s²].
+    /// ω₀² (1/s²).
     pub fn stiffness(&self) -> f64 {
         self.stiffness.hi
     }
 
-    /// δ [1/s].
+    /// δ (1/s).
     pub fn damping(&self) -> f64 {
         self.damping
     }
 
-    /// |λ| of the slow and of the fast root [1/s].
+    /// |λ| of the slow and of the fast root (1/s).
     pub fn rates(&self) -> (f64, f64) {
         match self.modes {
             Modes::Oscillating { .. } => (self.stiffness.hi.sqrt(), self.stiffness.hi.sqrt()),
@@ -102,7 +102,7 @@ impl Oscillator {
         }
     }
 
-    /// The rate at which the slower mode decays [1/s].
+    /// The rate at which the slower mode decays (1/s).
     pub fn decay(&self) -> f64 {
         match self.modes {
             Modes::Oscillating { .. } => self.damping,
@@ -110,7 +110,7 @@ impl Oscillator {
         }
     }
 
-    /// λ₁, λ₂ [1/s] where they are real.
+    /// λ₁, λ₂ (1/s) where they are real.
     pub fn real_roots(&self) -> Option<(f64, f64)> {
         match self.modes {
             Modes::Oscillating { .. } => None,
@@ -118,7 +118,7 @@ impl Oscillator {
         }
     }
 
-    /// ω_d = √(ω₀² − δ²) [rad/s] where the modes oscillate.
+    /// ω_d = √(ω₀² − δ²) (rad/s) where the modes oscillate.
     pub fn frequency(&self) -> Option<Double> {
         match self.modes {
             Modes::Oscillating { frequency } => Some(frequency),
@@ -140,7 +140,7 @@ impl Oscillator {
         }
     }
 
-    /// After how long [s] the free motion from q, q̇ = `start` stays below these magnitudes of q and q̇; infinite where
+    /// After how long (s) the free motion from q, q̇ = `start` stays below these magnitudes of q and q̇; infinite where
     /// it need not die away.
     pub fn settling(&self, [q, v]: [f64; 2], below: [f64; 2]) -> f64 {
         if q == 0.0 && v == 0.0 {
@@ -161,7 +161,7 @@ impl Oscillator {
         if time < f64::INFINITY { time } else { f64::INFINITY }
     }
 
-    /// The free motion after the time `tau` [s] from q = 1, q̇ = 0 (first column) and q = 0, q̇ = 1 (second
+    /// The free motion after the time `tau` (s) from q = 1, q̇ = 0 (first column) and q = 0, q̇ = 1 (second
     /// column); rows q, q̇. The phase √D·τ is formed in double-double, so that it stays right after any number
     /// of periods.
     pub fn free(&self, tau: Double) -> [[f64; 2]; 2] {
@@ -185,7 +185,7 @@ impl Oscillator {
         }
     }
 
-    /// The response to a unit impulse and its time derivative, `t` [s] later; for phases of a few revolutions.
+    /// The response to a unit impulse and its time derivative, `t` (s) later; for phases of a few revolutions.
     pub fn kernel(&self, t: f64) -> [f64; 2] {
         match self.modes {
             Modes::Oscillating { frequency } => {
@@ -212,7 +212,7 @@ impl Oscillator {
         ((self.stiffness - nu2).hi, 2.0 * self.damping * nu.hi, self.stiffness.hi + nu2.hi)
     }
 
-    /// The response to Re[F e^(iψ)], F = `force` [m/s²], dψ/dt = `nu` ≥ 0 [rad/s].
+    /// The response to Re[F e^(iψ)], F = `force` (m/s²), dψ/dt = `nu` ≥ 0 (rad/s).
     pub fn harmonic(&self, force: [f64; 2], nu: Double) -> Harmonic {
         let f = Complex::new(force[0], force[1]);
         if f.re == 0.0 && f.im == 0.0 {
@@ -241,7 +241,7 @@ impl Oscillator {
         [a.re, a.im]
     }
 
-    /// The resonant part of q and q̇ at the phase ψ (`cosine`, `sine`), `tau` [s] after its start from rest.
+    /// The resonant part of q and q̇ at the phase ψ (`cosine`, `sine`), `tau` (s) after its start from rest.
     pub fn resonant(&self, part: &Resonant, cosine: f64, sine: f64, tau: Double) -> [f64; 2] {
         let Modes::Oscillating { frequency } = self.modes else { return [0.0; 2] };
         let z = Complex::new(self.damping, -part.detuning.hi);
@@ -261,7 +261,7 @@ impl FreeMotion {
         (self.cosine[0] * self.cosine[0] + self.sine[0] * self.sine[0]).sqrt()
     }
 
-    /// q, q̇ after the time `tau` [s] at the phase ω_d τ (`sine`, `cosine`).
+    /// q, q̇ after the time `tau` (s) at the phase ω_d τ (`sine`, `cosine`).
     #[inline(always)]
     pub fn at(&self, tau: f64, [sine, cosine]: [f64; 2]) -> [f64; 2] {
         let decay = if self.damping == 0.0 { 1.0 } else { (-self.damping * tau).exp() };

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 /// Steps of the table around the turn.
 const STEPS: usize = 256;
 
-/// One step [rad].
+/// One step (rad).
 const STEP: f64 = std::f64::consts::TAU / STEPS as f64;
 
 /// Sine and cosine at the steps.
@@ -37,12 +37,12 @@ pub struct Phases {
     rounder: [f64; 2],
     /// What the phase at t = 0 has beyond whole steps, within ± ½.
     start: [f64; 2],
-    /// Up to this |t| the products need no reduction by themselves [s].
+    /// Up to this |t| the products need no reduction by themselves (s).
     near: f64,
 }
 
 impl Phases {
-    /// The phases with these `rates` [rad/s] and these values [rad] at these times [s].
+    /// The phases with these `rates` (rad/s) and these values (rad) at these times (s).
     pub fn new(rates: [Double; 2], known: [(f64, f64); 2]) -> Self {
         let mut phases = Phases { near: f64::INFINITY, ..Phases::default() };
         for i in 0..2 {
@@ -61,7 +61,7 @@ impl Phases {
         phases
     }
 
-    /// Sine and cosine of both phases at `t` [s], error about 1e-16.
+    /// Sine and cosine of both phases at `t` (s), error about 1e-16.
     pub fn both(&self, t: f64) -> [[f64; 2]; 2] {
         self.sin_cos(t)
     }
@@ -127,13 +127,13 @@ impl Phases {
     }
 }
 
-/// One step [rad] as a number of 33 bits and what it leaves.
+/// One step (rad) as a number of 33 bits and what it leaves.
 const STEP_PARTS: [f64; 2] = [0.024543692605220713, 9.495469541415925e-13];
 
-/// Beyond this an angle no longer splits into exact steps [rad]; 33 bits times 19 bits are exact.
+/// Beyond this an angle no longer splits into exact steps (rad); 33 bits times 19 bits are exact.
 const FAR: f64 = 1e4;
 
-/// Sine and cosine of an angle [rad], error about 2e-16; quick for some turns.
+/// Sine and cosine of an angle (rad), error about 2e-16; quick for some turns.
 #[inline(always)]
 pub fn sin_cos(angle: f64) -> [f64; 2] {
     if !(angle.abs() <= FAR) {

@@ -20,7 +20,7 @@ const HALF: usize = POINTS / 2;
 /// How often [`Fitting::over`] evaluates a function.
 pub const EVALUATIONS: usize = 2 * POINTS + 1;
 
-/// What the rounding of an angle within the turn may come to [rad], at the points and where the function is compared.
+/// What the rounding of an angle within the turn may come to (rad), at the points and where the function is compared.
 const ROUNDING_OF_ANGLE: f64 = 1e-15;
 
 /// The coefficients of xʲ in T₀ … T₁₅.
@@ -65,7 +65,7 @@ impl Fitting {
         }
     }
 
-    /// The polynomial for `f` over the angles from `low` on, `width` wide [rad]; and at each check f and what the polynomial
+    /// The polynomial for `f` over the angles from `low` on, `width` wide (rad); and at each check f and what the polynomial
     /// misses there beyond the rounding of the angles.
     pub fn over(&self, low: f64, width: f64, f: impl Fn(f64) -> f64) -> (Powers, impl Iterator<Item = [f64; 2]>) {
         let at = move |x: f64| f(low + 0.5 * (1.0 + x) * width);

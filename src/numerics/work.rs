@@ -10,10 +10,10 @@ use std::cell::Cell;
 /// step of the extremes (`tests/fmpy/extremes`), which at fixed cost take nine tenths of it.
 pub const BUDGET: f64 = 1e6;
 
-/// An evaluation of the equation in a step of the collocation, with its part of the linear equations [nominal µs].
+/// An evaluation of the equation in a step of the collocation, with its part of the linear equations (nominal µs).
 pub const EVALUATION: f64 = 0.2;
 
-/// What a harmonic of a law adds to an evaluation [nominal µs].
+/// What a harmonic of a law adds to an evaluation (nominal µs).
 pub const HARMONIC: f64 = 0.005;
 
 /// What is left of the budget.
@@ -40,7 +40,7 @@ impl Default for Work {
 }
 
 impl Work {
-    /// Draws upon it [nominal µs].
+    /// Draws upon it (nominal µs).
     #[inline]
     pub fn draw(&mut self, cost: f64) -> Result<(), Exhausted> {
         #[cfg(any(test, feature = "counted-work"))]
@@ -96,7 +96,7 @@ pub mod drawn {
         DRAWN.set(DRAWN.get() + cost);
     }
 
-    /// All that was drawn since this was last asked [nominal µs].
+    /// All that was drawn since this was last asked (nominal µs).
     pub fn since_last() -> f64 {
         DRAWN.replace(0.0)
     }

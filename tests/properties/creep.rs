@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use std::sync::mpsc;
 use std::time::Duration;
 
-/// Around 2π/w, w and w² being numbers or not [rad/s].
+/// Around 2π/w, w and w² being numbers or not (rad/s).
 const SPEEDS: [f64; 4] = [5e-324, 1e-308, -1e-200, 1e-150];
 
 /// None of these drives needs more than some milliseconds.

@@ -14,7 +14,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 thread_local!(static PANICS: Cell<u32> = const { Cell::new(0) });
 
-/// Scenes with what is set in them, and the communication step [s].
+/// Scenes with what is set in them, and the communication step (s).
 const STATES: &[(&str, &[(&str, f64)], f64)] = &[
     ("output", &[], 0.01),
     ("output_cycle", &[], 0.01),

@@ -15,7 +15,7 @@ use std::f64::consts::TAU;
 #[derive(Clone, Debug)]
 struct Chain {
     linkage: Linkage,
-    /// The law of the lever [rad].
+    /// The law of the lever (rad).
     lever: MotionLaw,
     /// Mass or moment of inertia of the tool.
     m: f64,

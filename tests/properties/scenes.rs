@@ -19,13 +19,13 @@ pub enum Model {
 #[derive(Clone, Debug)]
 pub struct CamScene {
     pub model: Model,
-    /// Mass of the follower (with backlash: m1) [kg].
+    /// Mass of the follower (with backlash: m1) (kg).
     pub m: f64,
-    /// J [kg·m²] of the shaft, m2 [kg] of the backlash.
+    /// J (kg·m²) of the shaft, m2 (kg) of the backlash.
     pub second: f64,
     pub c: f64,
     pub b: f64,
-    /// Clearance [m] and restitution.
+    /// Clearance (m) and restitution.
     pub s: f64,
     pub e: f64,
     pub law: MotionLaw,
@@ -33,7 +33,7 @@ pub struct CamScene {
     pub phi_start: f64,
     pub q: f64,
     pub q_dot: f64,
-    /// Length of the run [s].
+    /// Length of the run (s).
     pub span: f64,
 }
 
@@ -41,9 +41,9 @@ pub struct CamScene {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Torque {
     None,
-    /// M_k [N·m], s_k, w_s [rad/s] and the lag [s], 0 for none.
+    /// M_k (N·m), s_k, w_s (rad/s) and the lag (s), 0 for none.
     Kloss([f64; 4]),
-    /// The input M_an, constant [N·m].
+    /// The input M_an, constant (N·m).
     Input(f64),
 }
 
@@ -298,7 +298,7 @@ fn damping_ratio() -> impl Strategy<Value = f64> {
     prop_oneof![1 => Just(0.0), 4 => decades(-4.0, 3.0)]
 }
 
-/// Laws, speeds and start common to the cam drives: law, stroke [m], w, phi_start, q, q̇ (as shares).
+/// Laws, speeds and start common to the cam drives: law, stroke (m), w, phi_start, q, q̇ (as shares).
 fn common() -> impl Strategy<Value = (MotionLaw, f64, f64, f64, [f64; 2])> {
     (
         law(),

@@ -49,7 +49,7 @@ pub struct Args {
 /// The finest chord [m]: files give a tenth of a nanometre.
 const FINEST: f64 = 1e-9;
 
-/// The coarsest one [m], beyond which a contour is none.
+/// The coarsest one (m), beyond which a contour is none.
 const COARSEST: f64 = 1e-2;
 
 /// A length of an option.

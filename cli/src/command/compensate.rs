@@ -94,7 +94,7 @@ struct Machine {
     tools: Vec<usize>,
     /// For each of them whether the law of its cam is an angle.
     turning: Vec<bool>,
-    /// φ at the start [rad].
+    /// φ at the start (rad).
     phi_start: f64,
 }
 

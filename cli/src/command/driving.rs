@@ -6,14 +6,14 @@ use camdrive::drives::rigid_machine::Motor;
 use camdrive::drives::unit::{self, Quantity};
 use std::f64::consts::TAU;
 
-/// The slowest and the fastest mean speed [rad/s] that a period may mean; scenes take none beyond the fastest.
+/// The slowest and the fastest mean speed (rad/s) that a period may mean; scenes take none beyond the fastest.
 const SPEEDS: [f64; 2] = [1e-6, 1e6];
 
 /// How many times slower or faster than in the scene a motor may be made by a period: by an inverter, other poles or a gear; beyond
 /// that it is another machine, or a slip of the unit.
 const OF_THE_MOTOR: f64 = 100.0;
 
-/// The constant load [N·m] and the period [s], where it is given, for this motor of the scene at `place`.
+/// The constant load (N·m) and the period (s), where it is given, for this motor of the scene at `place`.
 pub fn read(place: &str, motor: &Motor, load: &str, period: Option<&String>) -> Result<(f64, Option<f64>), Failure> {
     let quantity = |name: &str, text: &str, quantity: &'static Quantity| {
         units::parse(text, quantity).map_err(|e| failure(format!("--{name}: {}\n  = hint: {}", e.message, e.hint)))

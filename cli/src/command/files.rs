@@ -149,7 +149,7 @@ pub fn document(path: &Path) -> Result<DocumentMut, Failure> {
     text.parse().map_err(|e| failure(format!("{file}: {e}")))
 }
 
-/// The table `[cam]` of a law, its coefficients as multiples of `scale` [m].
+/// The table `[cam]` of a law, its coefficients as multiples of `scale` (m).
 pub fn cam(law: &Fourier, scale: f64) -> Table {
     // Small coefficients with an exponent; either way the number is read back to the same bits.
     let number = |x: f64| if x.abs() < 1e-3 && x != 0.0 { format!("{x:e}") } else { format!("{x:?}") };

@@ -106,9 +106,9 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
 /// What was found.
 struct Found {
     name: String,
-    /// [N·m].
+    /// (N·m).
     load: f64,
-    /// The period asked for [s] and the synchronous speed that yields it [rad/s].
+    /// The period asked for (s) and the synchronous speed that yields it (rad/s).
     synchronous: Option<(f64, f64)>,
     verdict: String,
     motions: Vec<PeriodicMotion>,

@@ -112,3 +112,37 @@ impl Lag {
         (self.u - self.x) / self.t
     }
 }
+
+/// The section "A new drive" of ARCHITECTURE.md shows this drive line by line.
+#[test]
+fn the_page_on_new_drives_shows_this_one() {
+    let page = include_str!("../../../ARCHITECTURE.md");
+    let (_, section) = page.split_once("## A new drive").unwrap();
+    let (section, _) = section.split_once("\n## ").unwrap();
+    let code: Vec<&str> = include_str!("test_drive.rs").lines().collect();
+    let mut blocks = 0;
+    for block in section.split("```rust\n").skip(1) {
+        let lines: Vec<&str> = block.split("```").next().unwrap().lines().collect();
+        assert!(code.windows(lines.len()).any(|window| window == lines), "no longer so:\n{}", lines.join("\n"));
+        blocks += 1;
+    }
+    assert!(blocks >= 4);
+}
+
+/// x = u (1 − exp(−t/T)), whatever the communication step.
+#[test]
+fn the_lag_follows_its_demand() {
+    for steps in [1, 7, 100] {
+        let mut drive = lag();
+        drive.set_up(0.0, None);
+        drive.set(0, 0.5).unwrap();
+        drive.start().unwrap();
+        for i in 0..steps {
+            let step = 3.0 / f64::from(steps);
+            drive.advance(f64::from(i) * step, step).unwrap();
+        }
+        let exact = 0.5 * (1.0 - (-1.5f64).exp());
+        assert!((drive.get(4).unwrap() - exact).abs() < 1e-15);
+        assert!((drive.get(5).unwrap() - (0.5 - exact) / 2.0).abs() < 1e-15);
+    }
+}

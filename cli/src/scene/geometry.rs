@@ -18,7 +18,7 @@ pub const KEY: &str = "geometry";
 pub struct CamPlan {
     /// The follower that it moves, from 1; None where the drive has but one cam.
     pub follower: Option<usize>,
-    /// U(φ) [m], of a cam that moves a lever by an angle [rad].
+    /// U(φ) (m), of a cam that moves a lever by an angle (rad).
     pub law: MotionLaw,
     /// The geometry.
     pub plan: Plan,

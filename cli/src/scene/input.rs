@@ -9,7 +9,7 @@ use toml::de::DeTable;
 /// Some editors begin a UTF-8 file with it; an editor does not count it as a column.
 pub(super) const BYTE_ORDER_MARK: char = '\u{feff}';
 
-/// The largest file that is read [bytes], lest a device without end fill the memory: the most points of a table in lines of 800
+/// The largest file that is read (bytes), lest a device without end fill the memory: the most points of a table in lines of 800
 /// characters.
 const LARGEST: u64 = 16_000_000;
 

@@ -35,7 +35,7 @@ pub const STANDARD_LAWS: &[(&[&str], StandardLaw)] = &[
     (&["modified_trapezoid", "modtrap", "modified_trapezoidal"], StandardLaw::ModifiedTrapezoid),
 ];
 
-/// All four angles of a cycle may miss the turn by this much [rad], since they are written with some five digits;
+/// All four angles of a cycle may miss the turn by this much (rad), since they are written with some five digits;
 /// the lower dwell takes up the difference.
 const CLOSING: f64 = 1e-4;
 
@@ -122,7 +122,7 @@ fn cycle(section: &Section<'_>, quantity: &'static Quantity) -> Option<Cycle> {
     Some(Cycle::new(plan))
 }
 
-/// The angles of rise, upper dwell, return and lower dwell [rad]; one that is left out is the rest of the turn.
+/// The angles of rise, upper dwell, return and lower dwell (rad); one that is left out is the rest of the turn.
 fn angles(section: &Section<'_>) -> Option<[f64; 4]> {
     const KEYS: [(&str, f64); 4] =
         [("rise", LEAST_MOTION), ("upper_dwell", 0.0), ("return", LEAST_MOTION), ("lower_dwell", 0.0)];
@@ -166,7 +166,7 @@ fn angles(section: &Section<'_>) -> Option<[f64; 4]> {
     None
 }
 
-/// The mean of U′² over the turn [m²/rad²].
+/// The mean of U′² over the turn (m²/rad²).
 pub fn mean_square_slope(law: &MotionLaw) -> f64 {
     // The midpoint rule is exact for a series of up to 2048 harmonics and of error 1e-7 for a law with corners in U″.
     const COUNT: usize = 4096;

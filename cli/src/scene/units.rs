@@ -78,13 +78,13 @@ macro_rules! times_rad {
     };
 }
 
-/// Derivatives of a length by an angle [m/radⁿ], n = 1 … 9.
+/// Derivatives of a length by an angle (m/radⁿ), n = 1 … 9.
 static LENGTHS: [Quantity; 9] =
     times_rad!("Length" "PerRad", "m/rad", 1: "" -1, "2" -2, "3" -3, "4" -4, "5" -5, "6" -6, "7" -7, "8" -8, "9" -9);
-/// Derivatives of a number by an angle [1/radⁿ], n = 1 … 9.
+/// Derivatives of a number by an angle (1/radⁿ), n = 1 … 9.
 static NUMBERS: [Quantity; 9] =
     times_rad!("Number" "PerRad", "1/rad", 0: "" -1, "2" -2, "3" -3, "4" -4, "5" -5, "6" -6, "7" -7, "8" -8, "9" -9);
-/// Weights of such derivatives [radⁿ], n = 1 … 4.
+/// Weights of such derivatives (radⁿ), n = 1 … 4.
 static WEIGHTS: [Quantity; 4] = times_rad!("Number" "TimesRad", "rad", 0: "" 1, "2" 2, "3" 3, "4" 4);
 
 /// A length or a number per radⁿ; of an n below 0 a number times rad⁻ⁿ. Of a power that no unit has, the quantity itself.

@@ -6,9 +6,9 @@ use std::fmt::Write as _;
 
 /// Equidistant masters between which the controller interpolates along straight lines.
 pub struct CamTable {
-    /// φ [rad], U [m or rad], U′, U″; the last row is one turn after the first.
+    /// φ (rad), U (m or rad), U′, U″; the last row is one turn after the first.
     pub rows: Vec<[f64; 4]>,
-    /// A bound of the error of straight interpolation [m or rad].
+    /// A bound of the error of straight interpolation (m or rad).
     pub error: f64,
     /// Whether U is an angle.
     pub angular: bool,
@@ -21,7 +21,7 @@ const MOST_ROWS: usize = 65_536;
 const UNITS: [(&str, f64); 2] = [("mm", 1e3), ("deg", 360.0 / TAU)];
 
 impl CamTable {
-    /// The table of this law whose error is at most `tolerance` [m or rad], or the longest one. Between neighbours at the distance h
+    /// The table of this law whose error is at most `tolerance` (m or rad), or the longest one. Between neighbours at the distance h
     /// straight lines miss U by h² max|U″|/8 at most.
     pub fn new(law: &MotionLaw, angular: bool, tolerance: f64) -> Self {
         let bound = law.bound(2);
@@ -40,7 +40,7 @@ impl CamTable {
         UNITS[usize::from(self.angular)]
     }
 
-    /// Master [deg], slave [mm or deg], and the derivatives of the slave, with a heading, as PLCopen cam editors import them.
+    /// Master (deg), slave (mm or deg), and the derivatives of the slave, with a heading, as PLCopen cam editors import them.
     pub fn plcopen(&self) -> String {
         let ((unit, factor), degree) = (self.unit(), TAU / 360.0);
         let mut text = format!(
@@ -53,7 +53,7 @@ impl CamTable {
         text
     }
 
-    /// Master [deg] and slave [mm or deg] in two columns.
+    /// Master (deg) and slave (mm or deg) in two columns.
     pub fn two_columns(&self) -> String {
         let (_, factor) = self.unit();
         let mut text = String::new();

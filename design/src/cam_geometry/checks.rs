@@ -9,11 +9,11 @@ use std::f64::consts::{PI, TAU};
 /// What is admissible.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
-    /// The largest pressure angle [rad].
+    /// The largest pressure angle (rad).
     pub pressure: f64,
-    /// The radius of the tool that cuts a hollow [m].
+    /// The radius of the tool that cuts a hollow (m).
     pub cutter: f64,
-    /// The radius of shaft and hub, which the contour of a disc must leave [m].
+    /// The radius of shaft and hub, which the contour of a disc must leave (m).
     pub hub: f64,
 }
 
@@ -34,7 +34,7 @@ pub enum Verdict {
 pub struct Finding {
     /// "pressure angle", "undercut of the inner contour" …
     pub what: String,
-    /// The angle φ of the place [rad], 0 … 2π.
+    /// The angle φ of the place (rad), 0 … 2π.
     pub phi: f64,
     /// The value there, in SI units; infinite where there is no limit.
     pub value: f64,

@@ -31,7 +31,7 @@ pub struct Outline {
 pub struct Mesh {
     /// The cam at each angle, ascending from φ = 0.
     pub at: Vec<At>,
-    /// The largest distance of a curve from its chords [m], seen at three places between neighbours.
+    /// The largest distance of a curve from its chords (m), seen at three places between neighbours.
     pub chord_error: f64,
 }
 
@@ -75,7 +75,7 @@ impl Side {
         1.0 - self.sign(cam.sense) * cam.roller * at.curvature
     }
 
-    /// The signed curvature of the contour [1/m], positive to the left in the sense of its path.
+    /// The signed curvature of the contour (1/m), positive to the left in the sense of its path.
     pub fn curvature(self, cam: &Cam, at: &At) -> f64 {
         at.curvature / self.growth(cam, at)
     }
@@ -127,7 +127,7 @@ struct Curves<'a> {
 
 impl Mesh {
     /// The angles at which the chords of the path of the roller's centre and of the contours on these sides lie within
-    /// `tolerance` [m] of them.
+    /// `tolerance` (m) of them.
     ///
     /// # Errors
     /// Where the roller's centre stands still on the cam, and where too many points would be needed.

@@ -30,17 +30,17 @@ impl Drawn<'_> {
         [Side::Path].into_iter().chain(self.sides.iter().copied())
     }
 
-    /// The points of a curve [mm].
+    /// The points of a curve (mm).
     fn points(&self, side: Side) -> impl Iterator<Item = Point> {
         self.mesh.at.iter().map(move |at| side.point(self.cam, at) * MILLIMETRES)
     }
 
-    /// The roller's centre at φ = 0 [mm]; the mesh begins there.
+    /// The roller's centre at φ = 0 (mm); the mesh begins there.
     fn roller(&self) -> Point {
         self.mesh.at.first().map_or(Point::from(0.0), |at| at.centre * MILLIMETRES)
     }
 
-    /// The pivot of the lever [mm].
+    /// The pivot of the lever (mm).
     fn pivot(&self) -> Option<Point> {
         match self.cam.follower {
             Follower::Lever { pivot, .. } => Some(Point::from(pivot * MILLIMETRES)),
@@ -62,7 +62,7 @@ fn layer_of(side: Side) -> &'static str {
     }
 }
 
-/// A length [mm] to a tenth of a nanometre, without the sign of a zero.
+/// A length (mm) to a tenth of a nanometre, without the sign of a zero.
 fn decimal(length: f64) -> String {
     let text = format!("{length:.7}");
     if text.trim_start_matches(['-', '0', '.']).is_empty() { "0.0".to_owned() } else { text }
@@ -113,10 +113,10 @@ pub fn dxf(title: &str, drawn: &[Drawn<'_>]) -> String {
     text + "0\nENDTAB\n0\nENDSEC\n0\nSECTION\n2\nENTITIES\n" + &entities + "0\nENDSEC\n0\nEOF\n"
 }
 
-/// Room around the drawing [mm].
+/// Room around the drawing (mm).
 const ROOM: f64 = 5.0;
 
-/// The height of letters: at least [mm], and of the drawing's width.
+/// The height of letters: at least (mm), and of the drawing's width.
 const LETTERS: [f64; 2] = [3.0, 0.018];
 
 /// The cam as a drawing in its true size, read without colours: contours thick (that of the second cam dashed), path of the

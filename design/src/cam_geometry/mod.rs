@@ -7,7 +7,7 @@
 //! contours c = z ± ϱ n, n = i z′/|z′|,  their curvature κ/(1 ∓ ϱκ).
 //!
 //! The pressure angle lies between the common normal iv and the direction in which the roller's centre moves. Symbols: φ
-//! angle of the drive [rad]; p, z positions [m]; ϱ radius of the roller [m]; κ curvature [1/m], positive to the left; ′ =
+//! angle of the drive (rad); p, z positions (m); ϱ radius of the roller (m); κ curvature (1/m), positive to the left; ′ =
 //! d/dφ.
 //!
 //! Source: VDI 2142 and VDI 2143 (cam mechanisms: roller lever, translating follower, pressure angle, undercut); the
@@ -32,7 +32,7 @@ use camdrive::motion::MotionLaw;
 use nalgebra::Complex;
 use std::f64::consts::{PI, TAU};
 
-/// A point of the plane [m].
+/// A point of the plane (m).
 pub type Point = Complex<f64>;
 
 const I: Point = Point::new(0.0, 1.0);
@@ -42,11 +42,11 @@ const I: Point = Point::new(0.0, 1.0);
 pub enum Follower {
     /// A lever of length l about a pivot at (d, 0): p = d − l e^{−isψ}, ψ = ψ₀ + U/R the angle from the line pivot–cam centre.
     Lever {
-        /// d [m].
+        /// d (m).
         pivot: f64,
-        /// l [m].
+        /// l (m).
         length: f64,
-        /// ψ₀ [rad], at U = 0.
+        /// ψ₀ (rad), at U = 0.
         start: f64,
         /// R [m/rad]: the motion of the tool per angle of the lever; negative where they run against each other. A number where U is
         /// an angle.
@@ -56,9 +56,9 @@ pub enum Follower {
     },
     /// A follower on a line at the distance e from the cam's centre: p = e + i (h₀ + U).
     Translating {
-        /// e [m].
+        /// e (m).
         eccentricity: f64,
-        /// h₀ [m], at U = 0.
+        /// h₀ (m), at U = 0.
         start: f64,
     },
 }
@@ -66,34 +66,34 @@ pub enum Follower {
 /// A cam.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cam {
-    /// U(φ) [m or rad].
+    /// U(φ) (m or rad).
     pub law: MotionLaw,
     /// What carries the roller.
     pub follower: Follower,
     /// σ: 1 where the cam turns counter-clockwise, −1 clockwise.
     pub sense: f64,
-    /// ϱ [m].
+    /// ϱ (m).
     pub roller: f64,
 }
 
 /// The cam at one angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct At {
-    /// φ [rad].
+    /// φ (rad).
     pub phi: f64,
-    /// U [m or rad].
+    /// U (m or rad).
     pub lift: f64,
-    /// ψ of a lever [rad], h₀ + U of a translating follower [m].
+    /// ψ of a lever (rad), h₀ + U of a translating follower (m).
     pub coordinate: f64,
-    /// z [m].
+    /// z (m).
     pub centre: Point,
     /// z′/|z′|.
     pub tangent: Point,
-    /// |z′| [m/rad].
+    /// |z′| (m/rad).
     pub speed: f64,
-    /// κ [1/m] of the path of the roller's centre.
+    /// κ (1/m) of the path of the roller's centre.
     pub curvature: f64,
-    /// The pressure angle [rad], 0 … π/2.
+    /// The pressure angle (rad), 0 … π/2.
     pub pressure: f64,
 }
 
@@ -114,7 +114,7 @@ impl From<Standstill> for Fault {
     }
 }
 
-/// An angle of the turn [°], from 0 on: to the three decimals shown a full turn is none.
+/// An angle of the turn (°), from 0 on: to the three decimals shown a full turn is none.
 fn degrees(phi: f64) -> f64 {
     let degrees = phi.rem_euclid(TAU).to_degrees();
     if degrees < 360.0 - 5e-4 { degrees } else { 0.0 }

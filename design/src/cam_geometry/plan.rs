@@ -10,18 +10,18 @@ use camdrive::motion::MotionLaw;
 pub enum Carrier {
     /// As [`Follower::Lever`].
     Lever {
-        /// d [m].
+        /// d (m).
         pivot: f64,
-        /// l [m].
+        /// l (m).
         length: f64,
-        /// R [m/rad], of an angular law [1].
+        /// R (m/rad), of an angular law (1).
         transmission: f64,
         /// s = ±1.
         side: f64,
     },
     /// As [`Follower::Translating`].
     Translating {
-        /// e [m].
+        /// e (m).
         eccentricity: f64,
     },
 }
@@ -29,22 +29,22 @@ pub enum Carrier {
 /// What fixes the size of the cam.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Start {
-    /// ψ₀ [rad] or h₀ [m], at U = 0.
+    /// ψ₀ (rad) or h₀ (m), at U = 0.
     Coordinate(f64),
-    /// The radius of the prime circle, the least distance of the roller's centre from the cam's centre [m].
+    /// The radius of the prime circle, the least distance of the roller's centre from the cam's centre (m).
     Prime(f64),
-    /// The radius of the base circle, that of the prime circle less the roller's [m].
+    /// The radius of the base circle, that of the prime circle less the roller's (m).
     Base(f64),
 }
 
 /// The second roller of a conjugate pair.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Second {
-    /// λ [rad] between both arms of a lever; the distance of both rollers of a translating follower [m].
+    /// λ (rad) between both arms of a lever; the distance of both rollers of a translating follower (m).
     pub place: f64,
-    /// l₂ of a lever [m].
+    /// l₂ of a lever (m).
     pub length: f64,
-    /// ϱ₂ [m].
+    /// ϱ₂ (m).
     pub roller: f64,
 }
 
@@ -66,13 +66,13 @@ pub enum Cut {
 pub struct Plan {
     /// The follower.
     pub carrier: Carrier,
-    /// Whether U is an angle [rad] that moves a lever, and no length.
+    /// Whether U is an angle (rad) that moves a lever, and no length.
     pub angular: bool,
     /// Where it starts.
     pub start: Start,
     /// σ.
     pub sense: f64,
-    /// ϱ [m].
+    /// ϱ (m).
     pub roller: f64,
     /// The flanks.
     pub cut: Cut,

@@ -12,9 +12,9 @@ use serde::Serialize;
 /// How accurate the files are to be.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerances {
-    /// The largest distance between contour and chord [m].
+    /// The largest distance between contour and chord (m).
     pub chord: f64,
-    /// The largest error of a motion controller's straight interpolation [m], of an angle on the roller's arm.
+    /// The largest error of a motion controller's straight interpolation (m), of an angle on the roller's arm.
     pub table: f64,
 }
 

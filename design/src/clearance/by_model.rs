@@ -31,11 +31,11 @@ const MOST_STEPS: f64 = 1e5;
 /// What the model admits around the values of the scene.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ByModel {
-    /// Natural frequencies ω [rad/s].
+    /// Natural frequencies ω (rad/s).
     pub frequency: Intervals,
-    /// Speeds |Ω| [rad/s].
+    /// Speeds |Ω| (rad/s).
     pub speed: Intervals,
-    /// Clearances [m].
+    /// Clearances (m).
     pub clearance: Intervals,
     /// The values between which each was looked for.
     pub searched: [[f64; 2]; 3],

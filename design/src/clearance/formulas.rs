@@ -13,7 +13,7 @@
 //! ```
 //!
 //! τ* counts from the impact; F_K and q₂ have the signs of a release from flank A (U₀‴ < 0), the other one mirrors them.
-//! Symbols: s clearance \[m\], c stiffness between m1 and m2 \[N/m\], Ω speed of the drive \[rad/s\]; the rest are numbers.
+//! Symbols: s clearance (m), c stiffness between m1 and m2 (N/m), Ω speed of the drive (rad/s); the rest are numbers.
 //!
 //! Validity: k²η² ≪ 1 for the harmonics k that U holds near the release (the relative error of (9) for a harmonic is k²η²),
 //! a passage short against the angle over which U‴ changes, no vibration left from an earlier passage.

@@ -11,13 +11,13 @@ use std::f64::consts::TAU;
 /// A zero of U″ with a change of sign.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Crossing {
-    /// φ in [0, 2π) [rad].
+    /// φ in [0, 2π) (rad).
     pub phi: f64,
-    /// U‴ there, of the segment in which the motion goes on [m].
+    /// U‴ there, of the segment in which the motion goes on (m).
     pub jerk: f64,
-    /// U⁗ there [m].
+    /// U⁗ there (m).
     pub fourth: f64,
-    /// U⁽⁵⁾ there [m].
+    /// U⁽⁵⁾ there (m).
     pub fifth: f64,
 }
 
@@ -26,7 +26,7 @@ pub struct Crossing {
 pub struct Signs {
     /// The zeros with a change of sign, by angle.
     pub crossings: Vec<Crossing>,
-    /// max |U″| [m].
+    /// max |U″| (m).
     pub largest: f64,
     /// How many zeros were left out with the lobes of U″ that stay below the share to be ignored.
     pub ignored: usize,

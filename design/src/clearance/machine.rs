@@ -27,10 +27,10 @@ struct References {
 pub struct Machine {
     drive: Box<dyn Described>,
     at: References,
-    /// Angular velocity [rad/s], not 0.
+    /// Angular velocity (rad/s), not 0.
     pub w: f64,
     clearance: f64,
-    /// φ at t = 0 [rad].
+    /// φ at t = 0 (rad).
     phi_start: f64,
     time: f64,
     /// Internal steps of all runs so far, and how many there may be.
@@ -41,24 +41,24 @@ pub struct Machine {
 /// The motion at an instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Moment {
-    /// Time since the start [s].
+    /// Time since the start (s).
     pub time: f64,
-    /// F_K [N] and its rate [N/s].
+    /// F_K (N) and its rate (N/s).
     pub force: [f64; 2],
-    /// q [m] and q̇ [m/s].
+    /// q (m) and q̇ (m/s).
     pub q: [f64; 2],
-    /// ẋ2 [m/s].
+    /// ẋ2 (m/s).
     pub far_speed: f64,
     /// 1 on flank A, 0 in flight, −1 on flank B.
     pub contact: i32,
     /// Impacts since the start.
     pub impacts: f64,
-    /// Energy lost in impacts since the start [J].
+    /// Energy lost in impacts since the start (J).
     pub loss: f64,
 }
 
 impl Machine {
-    /// The machine of this scene at the constant speed `w` [rad/s].
+    /// The machine of this scene at the constant speed `w` (rad/s).
     pub fn new(scene: &Scene, w: f64) -> Result<Self, Fault> {
         let start = Start { mode: StartMode::Given, q: 0.0, q_dot: 0.0 };
         let scene = Scene { drive: DriveMode::Constant { w, phi_start: 0.0 }, start, ..scene.clone() };
@@ -87,7 +87,7 @@ impl Machine {
         Ok(Machine { drive, at, w, clearance, phi_start: 0.0, time: 0.0, work: 0.0, limit: 0.0 })
     }
 
-    /// Starts at the angle `phi` [rad] with q [m], q̇ [m/s] on the flank that presses; on the periodic motion where no
+    /// Starts at the angle `phi` (rad) with q (m), q̇ (m/s) on the flank that presses; on the periodic motion where no
     /// state is given. `locked`: without clearance.
     pub fn begin(&mut self, phi: f64, state: Option<[f64; 2]>, locked: bool) -> Result<Moment, Fault> {
         self.drive.reset();
@@ -115,7 +115,7 @@ impl Machine {
         self.work > self.limit
     }
 
-    /// Goes on to `time` [s] since the start and returns the events on the way.
+    /// Goes on to `time` (s) since the start and returns the events on the way.
     pub fn go(&mut self, time: f64) -> Result<Vec<Event>, Fault> {
         if time > self.time {
             if self.is_exhausted() {
@@ -143,12 +143,12 @@ impl Machine {
         Ok(Moment { time: self.time, force, q: [q, rate], far_speed, contact, impacts, loss })
     }
 
-    /// φ `time` after the start, in [0, 2π) [rad].
+    /// φ `time` after the start, in [0, 2π) (rad).
     pub fn angle(&self, time: f64) -> f64 {
         (self.phi_start + self.w * time).rem_euclid(TAU)
     }
 
-    /// The duration of a turn [s].
+    /// The duration of a turn (s).
     pub fn turn(&self) -> f64 {
         TAU / self.w.abs()
     }

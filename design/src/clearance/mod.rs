@@ -42,13 +42,13 @@ use tuning::{Passages, Tuning};
 /// What is to be studied.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Options {
-    /// Clearance instead of that of the scene [m].
+    /// Clearance instead of that of the scene (m).
     pub clearance: Option<f64>,
-    /// Mass at the clearance instead of that of the scene [kg].
+    /// Mass at the clearance instead of that of the scene (kg).
     pub m1: Option<f64>,
-    /// Speed instead of that of the scene [rad/s].
+    /// Speed instead of that of the scene (rad/s).
     pub speed: Option<f64>,
-    /// ω = √(c/m2) instead of that of the scene, by another stiffness [rad/s]; the damping ratio stays.
+    /// ω = √(c/m2) instead of that of the scene, by another stiffness (rad/s); the damping ratio stays.
     pub natural_frequency: Option<f64>,
     /// Turns of the settled motion, [`settled::TURNS`].
     pub turns: Option<usize>,
@@ -86,21 +86,21 @@ pub struct Report {
 /// The parameters that the formulas depend on, coherent SI.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Parameters {
-    /// Mass at the clearance [kg].
+    /// Mass at the clearance (kg).
     pub m1: f64,
-    /// Working mass [kg].
+    /// Working mass (kg).
     pub m2: f64,
-    /// Stiffness [N/m].
+    /// Stiffness (N/m).
     pub c: f64,
-    /// Damping [N·s/m].
+    /// Damping (N·s/m).
     pub b: f64,
-    /// Clearance [m].
+    /// Clearance (m).
     pub s: f64,
     /// Coefficient of restitution.
     pub e: f64,
-    /// Ω [rad/s].
+    /// Ω (rad/s).
     pub speed: f64,
-    /// ω = √(c/m2) [rad/s].
+    /// ω = √(c/m2) (rad/s).
     pub omega: f64,
     /// μ = m1/m2.
     pub mu: f64,
@@ -113,9 +113,9 @@ pub struct Parameters {
 pub struct Study {
     /// "scene", or the name by which the law is compared.
     pub law: String,
-    /// max U − min U over the turn [m].
+    /// max U − min U over the turn (m).
     pub stroke: f64,
-    /// max |U″| [m].
+    /// max |U″| (m).
     pub acceleration: f64,
     /// Zeros of U″ with a change of sign.
     pub crossings: usize,
@@ -123,7 +123,7 @@ pub struct Study {
     pub ignored: usize,
     /// Changes of sign of the exact contact force; None where it has no periodic motion.
     pub releases: Option<usize>,
-    /// The least angle between neighbouring zeros of U″ [rad].
+    /// The least angle between neighbouring zeros of U″ (rad).
     pub least_spacing: Option<f64>,
     /// The passages, by angle.
     pub passages: Vec<Clearance>,
@@ -241,7 +241,7 @@ fn scene(resource: &Resource, options: &Options) -> Result<Scene, Fault> {
     Ok(scene)
 }
 
-/// The speed that is meant [rad/s].
+/// The speed that is meant (rad/s).
 fn speed(scene: &Scene, options: &Options) -> Result<f64, Fault> {
     let w = match (options.speed, &scene.drive) {
         (Some(w), _) => w,
@@ -256,13 +256,13 @@ fn speed(scene: &Scene, options: &Options) -> Result<f64, Fault> {
     Err(Fault(format!("the speed is {} rad/s: a standing shaft passes no clearance; give --speed", Number(w))))
 }
 
-/// The angle from `from` to `to` in the sense of the motion, in (0, 2π] [rad].
+/// The angle from `from` to `to` in the sense of the motion, in (0, 2π] (rad).
 fn ahead(from: f64, to: f64, w: f64) -> f64 {
     let angle = ((to - from) * w.signum()).rem_euclid(TAU);
     if angle > 0.0 { angle } else { TAU }
 }
 
-/// The distance of two angles, at most π [rad].
+/// The distance of two angles, at most π (rad).
 fn apart(a: f64, b: f64) -> f64 {
     let angle = (a - b).rem_euclid(TAU);
     angle.min(TAU - angle)

@@ -16,11 +16,11 @@ const LEAST_SAMPLES: f64 = 256.0;
 /// A sample of the periodic motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
-    /// Time since φ = 0 [s].
+    /// Time since φ = 0 (s).
     pub time: f64,
-    /// F_K [N], its rate [N/s].
+    /// F_K (N), its rate (N/s).
     pub force: [f64; 2],
-    /// q [m], q̇ [m/s].
+    /// q (m), q̇ (m/s).
     pub q: [f64; 2],
 }
 
@@ -33,9 +33,9 @@ impl From<Moment> for Sample {
 /// A zero of the contact force with a change of sign.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Release {
-    /// Time since φ = 0 [s].
+    /// Time since φ = 0 (s).
     pub time: f64,
-    /// φ [rad].
+    /// φ (rad).
     pub phi: f64,
     /// Whether F_K falls: a release from flank A.
     pub falling: bool,

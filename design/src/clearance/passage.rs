@@ -17,23 +17,23 @@ use std::f64::consts::TAU;
 /// The figures of a passage, by the formulas or by the model.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Figures {
-    /// φ of the release [rad].
+    /// φ of the release (rad).
     pub release: f64,
-    /// Time of passage [s].
+    /// Time of passage (s).
     pub time: f64,
     /// The same as τ₁ = ω t₁.
     pub tau: f64,
-    /// Angle of passage [rad].
+    /// Angle of passage (rad).
     pub angle: f64,
-    /// Impulse of the impact [N·s], without its sign.
+    /// Impulse of the impact (N·s), without its sign.
     pub impulse: f64,
-    /// Energy lost in it [J].
+    /// Energy lost in it (J).
     pub loss: f64,
-    /// Amplitude of the vibration about the motion of permanent contact after it [m].
+    /// Amplitude of the vibration about the motion of permanent contact after it (m).
     pub vibration: f64,
-    /// Largest |q| in the first natural period after it, as long as contact lasts [m].
+    /// Largest |q| in the first natural period after it, as long as contact lasts (m).
     pub elongation: Option<f64>,
-    /// Largest pressing force there [N].
+    /// Largest pressing force there (N).
     pub force: Option<f64>,
     /// What follows.
     pub sequel: Sequel,
@@ -60,7 +60,7 @@ pub struct Clearance {
     pub quasi_static: Option<f64>,
     /// Expected error of (13): Δφ |U⁗/(4U‴)|.
     pub truncation: Option<f64>,
-    /// The angle from this release to the next one [rad].
+    /// The angle from this release to the next one (rad).
     pub spacing: f64,
     /// What is left of the vibration there: exp(−δ Δt).
     pub left: f64,
@@ -144,8 +144,8 @@ struct Flight {
 }
 
 impl Bench<'_> {
-    /// Follows the passage that begins with `release`; `next`: the time until the release after it [s]; `scale`: a guess
-    /// of the time of passage [s].
+    /// Follows the passage that begins with `release`; `next`: the time until the release after it (s); `scale`: a guess
+    /// of the time of passage (s).
     pub fn follow(&mut self, release: &Release, next: f64, scale: f64) -> Result<(Figures, Vec<Point>), Fault> {
         let turn = self.machine.turn();
         let lead = (release.time - release.before.time).rem_euclid(turn);
@@ -191,7 +191,7 @@ impl Bench<'_> {
         (self.start(release) + self.machine.w * time).rem_euclid(TAU)
     }
 
-    /// The fastest rate at which anything changes [rad/s].
+    /// The fastest rate at which anything changes (rad/s).
     fn fastest(&self) -> f64 {
         let Scene { m1, m2, c, cam, .. } = self.scene;
         (c * (1.0 / m1 + 1.0 / m2)).sqrt() + cam.resolution() * self.machine.w.abs()
@@ -241,7 +241,7 @@ impl Bench<'_> {
         (place * place + speed * speed).sqrt()
     }
 
-    /// The natural period after the impact; fills in the largest values and the end of contact within `window` [s].
+    /// The natural period after the impact; fills in the largest values and the end of contact within `window` (s).
     fn course(
         &mut self,
         release: &Release,

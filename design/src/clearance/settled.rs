@@ -18,15 +18,15 @@ pub struct Settled {
     pub turns: usize,
     /// Impacts per turn.
     pub impacts: f64,
-    /// The largest impulse [N·s].
+    /// The largest impulse (N·s).
     pub largest_impulse: f64,
-    /// Energy lost in impacts per turn [J].
+    /// Energy lost in impacts per turn (J).
     pub loss: f64,
     /// Whether each turn repeats the one before it.
     pub repeats: bool,
 }
 
-/// Runs `turns` turns from φ = 0 with this q [m], q̇ [m/s].
+/// Runs `turns` turns from φ = 0 with this q (m), q̇ (m/s).
 pub fn run(machine: &mut Machine, start: [f64; 2], turns: usize) -> Result<Settled, Fault> {
     if turns < 2 {
         return Err(Fault(format!("--turns {turns} are too few, half of them are left out; give at least 2")));

@@ -12,17 +12,17 @@ pub type Intervals = Vec<[f64; 2]>;
 /// What the mass ratio and the passages admit.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Tuning {
-    /// Natural frequencies ω at the speed of the scene [rad/s].
+    /// Natural frequencies ω at the speed of the scene (rad/s).
     pub frequency: Intervals,
-    /// Speeds at the natural frequency of the scene [rad/s]; the last one has no end.
+    /// Speeds at the natural frequency of the scene (rad/s); the last one has no end.
     pub speed: Intervals,
-    /// Clearances at both [m].
+    /// Clearances at both (m).
     pub clearance: Intervals,
-    /// The ω that the condition K ≤ 15 of the source allows at most [rad/s].
+    /// The ω that the condition K ≤ 15 of the source allows at most (rad/s).
     pub source_frequency: f64,
-    /// From this ω on the quasi-static deformation (3) is right to 5 % at every passage [rad/s].
+    /// From this ω on the quasi-static deformation (3) is right to 5 % at every passage (rad/s).
     pub quasi_static_frequency: f64,
-    /// Up to this speed it is, at the natural frequency of the scene [rad/s].
+    /// Up to this speed it is, at the natural frequency of the scene (rad/s).
     pub quasi_static_speed: f64,
     /// The K that each passage may have.
     pub k: Admissible,
@@ -37,15 +37,15 @@ pub const SOURCE_BOUND: f64 = 15.0;
 /// The passages of a machine.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Passages {
-    /// |U‴| of each [m], all > 0.
+    /// |U‴| of each (m), all > 0.
     pub jerks: Vec<f64>,
     /// |U⁽⁵⁾/U‴| of each.
     pub curvatures: Vec<f64>,
-    /// Clearance [m].
+    /// Clearance (m).
     pub s: f64,
-    /// ω [rad/s].
+    /// ω (rad/s).
     pub omega: f64,
-    /// |Ω| [rad/s].
+    /// |Ω| (rad/s).
     pub speed: f64,
 }
 

@@ -34,9 +34,9 @@ pub struct Quality {
 /// A round of the iteration, or a machine as it is.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Round {
-    /// T [s].
+    /// T (s).
     pub period: f64,
-    /// The least and the largest ω [rad/s].
+    /// The least and the largest ω (rad/s).
     pub speed: [f64; 2],
     /// One for each tool.
     pub tools: Vec<Quality>,
@@ -68,7 +68,7 @@ impl Inertia for InAngle<'_> {
 /// to rest in a small part of the turn, the phase of time of the design, in which all that happens there is slow.
 pub struct Machine<'a> {
     mesh: Mesh,
-    /// φ at the points [rad].
+    /// φ at the points (rad).
     angles: Vec<f64>,
     /// dφ/dχ there.
     pace: Vec<f64>,
@@ -176,7 +176,7 @@ impl<'a> Machine<'a> {
         }
     }
 
-    /// The accelerations of a tool [m/s² or rad/s²] at the points: ÿ = ω d(y′ω)/dφ.
+    /// The accelerations of a tool (m/s² or rad/s²) at the points: ÿ = ω d(y′ω)/dφ.
     fn accelerations(&self, orbit: &Orbit, cam: &Cam) -> Vec<f64> {
         let velocity: Vec<f64> = cam.iter().zip(&orbit.speed).map(|([_, slope], w)| slope * w).collect();
         let slope = self.mesh.differentiate(&velocity);

@@ -58,7 +58,7 @@ pub enum Form {
 /// The law of a compensated cam.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Law {
-    /// U_cam(φ) [m]; of a lever or a tool that turns [rad].
+    /// U_cam(φ) (m); of a lever or a tool that turns (rad).
     pub law: MotionLaw,
     /// The largest error of the tool's acceleration that it causes on the wanted motion, relative to the largest acceleration.
     pub truncation: f64,
@@ -67,18 +67,18 @@ pub struct Law {
 /// Where a machine is at a place of its turn.
 #[derive(Clone, Copy, Debug)]
 pub struct Moment {
-    /// φ [rad], in [0, 2π].
+    /// φ (rad), in [0, 2π].
     pub angle: f64,
-    /// ω [rad/s].
+    /// ω (rad/s).
     pub speed: f64,
-    /// ω̇ [rad/s²].
+    /// ω̇ (rad/s²).
     pub change: f64,
-    /// 2πt/T [rad].
+    /// 2πt/T (rad).
     pub phase: f64,
 }
 
 impl Tool {
-    /// |ÿ − ÿ_wanted| [m/s² or rad/s²] with this law of the cam, Ω [rad/s] that of the motion.
+    /// |ÿ − ÿ_wanted| (m/s² or rad/s²) with this law of the cam, Ω (rad/s) that of the motion.
     pub fn miss(&self, law: &MotionLaw, mean_speed: f64, at: Moment) -> f64 {
         let [u, u1, u2, ..] = law.at(at.angle).0;
         let got = self.moved([u, u1 * at.speed, u2 * at.speed * at.speed + u1 * at.change])[2];

@@ -68,7 +68,7 @@ pub struct Task {
 pub struct Solution {
     /// The motion in the phase of time.
     pub orbit: Orbit,
-    /// ω(ψ) [rad/s].
+    /// ω(ψ) (rad/s).
     pub speed: Fourier,
     /// The last harmonics of ω(ψ) relative to its mean: how far the motion is resolved.
     pub resolution: f64,
@@ -97,7 +97,7 @@ impl Inertia for InTime<'_> {
 }
 
 impl Task {
-    /// S(ψ) = Σ m_j U_j′(ψ)² [kg·m²], behind mechanisms with the inertia of all links.
+    /// S(ψ) = Σ m_j U_j′(ψ)² (kg·m²), behind mechanisms with the inertia of all links.
     pub fn tools_inertia(&self, psi: f64) -> f64 {
         self.tools.iter().map(|tool| tool.inertia(psi)).sum()
     }
@@ -245,7 +245,7 @@ impl Task {
         ))
     }
 
-    /// The least J0 [kg·m²] with which there is a solution, to three digits; None where none is found below a thousand times
+    /// The least J0 (kg·m²) with which there is a solution, to three digits; None where none is found below a thousand times
     /// the given one.
     pub fn least_inertia(&self) -> Option<f64> {
         let mesh = Mesh::new(self.coarsest());
@@ -293,12 +293,12 @@ impl Angle {
         Angle { fluctuation, start }
     }
 
-    /// φ(ψ) [rad].
+    /// φ(ψ) (rad).
     pub fn at(&self, psi: f64) -> f64 {
         psi + self.fluctuation.at(psi).0[0] - self.start
     }
 
-    /// ψ(φ) [rad], φ in one turn.
+    /// ψ(φ) (rad), φ in one turn.
     pub fn inverse(&self, phi: f64) -> f64 {
         // φ rises all along, and φ − ψ is less than a turn: bisection with Newton steps where they stay inside.
         let (mut low, mut high) = (phi - TAU, phi + TAU);
@@ -323,7 +323,7 @@ impl Angle {
 }
 
 impl Solution {
-    /// 2π/T [rad/s].
+    /// 2π/T (rad/s).
     pub fn mean_speed(&self) -> f64 {
         self.orbit.mean_speed
     }
@@ -333,12 +333,12 @@ impl Solution {
         Angle::new(&self.speed, self.orbit.mean_speed)
     }
 
-    /// ω [rad/s] at the angle φ [rad].
+    /// ω (rad/s) at the angle φ (rad).
     pub fn speed_at(&self, phi: f64) -> f64 {
         self.speed.at(self.angle().inverse(phi.rem_euclid(TAU))).0[0]
     }
 
-    /// The least and the largest ω over the turn [rad/s].
+    /// The least and the largest ω over the turn (rad/s).
     pub fn range(&self) -> [f64; 2] {
         range(&self.speed)
     }

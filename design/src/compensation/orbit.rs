@@ -13,9 +13,9 @@
 //! Without motor E belongs to the prescribed period; with a motor the period comes out, or, where it is prescribed, the
 //! synchronous speed w_s. A motor with a lag adds M + T_el Ṁ = M_Kloss(ω).
 //!
-//! Symbols: φ angle of the main shaft [rad]; ω = φ̇ [rad/s]; T period [s]; J moment of inertia [kg·m²]; m_j mass [kg]; U_j
-//! motion of tool j [m]; M torque of the motor [N·m]; τ load [N·m], positive brakes; E energy [J]; T_el electrical time
-//! constant [s]. ⟨·⟩ is the mean over the turn.
+//! Symbols: φ angle of the main shaft (rad); ω = φ̇ (rad/s); T period (s); J moment of inertia (kg·m²); m_j mass (kg); U_j
+//! motion of tool j (m); M torque of the motor (N·m); τ load (N·m), positive brakes; E energy (J); T_el electrical time
+//! constant (s). ⟨·⟩ is the mean over the turn.
 //!
 //! Source: K. Kaltofen, "HS-Bewegungen trotz veränderlicher Antriebsgeschwindigkeit", equation (2) with conditions (3) and
 //! (4); that the equation is regular in the phase of time is derived here.
@@ -48,9 +48,9 @@ const LEAST_SHRINKING: f64 = 0.99;
 pub struct Driving {
     /// The motor; [`Motor::Input`] has no periodic motion of its own.
     pub motor: Motor,
-    /// τ [N·m].
+    /// τ (N·m).
     pub load: f64,
-    /// T [s] where it is prescribed; a machine without motor needs it.
+    /// T (s) where it is prescribed; a machine without motor needs it.
     pub period: Option<f64>,
 }
 
@@ -58,9 +58,9 @@ pub struct Driving {
 pub trait Inertia {
     /// Whether the unknown speeds are those in the phase of time.
     const IN_TIME: bool;
-    /// J and J′ at φ [kg·m²]; `point` is the index.
+    /// J and J′ at φ (kg·m²); `point` is the index.
     fn at(&self, point: usize, phi: f64) -> [f64; 2];
-    /// S at the point [kg·m²]; zero in the angle, where J holds it.
+    /// S at the point (kg·m²); zero in the angle, where J holds it.
     fn tools(&self, point: usize) -> f64;
     /// dφ/dχ at the point, where the unknown speeds are those in the angle and the points are equidistant in χ.
     fn pace(&self, _point: usize) -> f64 {
@@ -71,20 +71,20 @@ pub trait Inertia {
 /// A periodic motion.
 #[derive(Clone, Debug)]
 pub struct Orbit {
-    /// ω [rad/s] at the points of the mesh.
+    /// ω (rad/s) at the points of the mesh.
     pub speed: Vec<f64>,
-    /// M [N·m] at the points.
+    /// M (N·m) at the points.
     pub torque: Vec<f64>,
-    /// The energy without the work done since the beginning of the turn, about its mean [J].
+    /// The energy without the work done since the beginning of the turn, about its mean (J).
     pub energy: f64,
-    /// 2π/T [rad/s], negative where the machine turns backwards.
+    /// 2π/T (rad/s), negative where the machine turns backwards.
     pub mean_speed: f64,
     /// The motor with the synchronous speed that yields the period.
     pub motor: Motor,
 }
 
 impl Orbit {
-    /// T [s].
+    /// T (s).
     pub fn period(&self) -> f64 {
         TAU / self.mean_speed.abs()
     }

@@ -46,13 +46,13 @@ pub struct Options {
 pub struct Report {
     /// The name of the scene.
     pub scene: String,
-    /// T [s].
+    /// T (s).
     pub period: f64,
-    /// The least and the largest ω [rad/s].
+    /// The least and the largest ω (rad/s).
     pub speed: [f64; 2],
-    /// w_s [rad/s] of the motor, where there is one.
+    /// w_s (rad/s) of the motor, where there is one.
     pub synchronous_speed: Option<f64>,
-    /// The least J0 [kg·m²] without motor; None where other parts vary with the angle.
+    /// The least J0 (kg·m²) without motor; None where other parts vary with the angle.
     pub least_inertia_without_motor: Option<f64>,
     /// ρ.
     pub factor: f64,
@@ -64,7 +64,7 @@ pub struct Report {
     pub cams: Vec<Cut>,
     /// The machine with the finished cams.
     pub finished: Round,
-    /// T [s] of the fastest stable motion with the finished cams, where that is another one than the compensated.
+    /// T (s) of the fastest stable motion with the finished cams, where that is another one than the compensated.
     pub other_motion: Option<f64>,
     /// The same at other speeds, relative to that of the design; None where it finds no periodic motion.
     pub other_speeds: Vec<(f64, Option<Round>)>,
@@ -285,7 +285,7 @@ fn row(name: String, round: Option<&Round>, tools: usize) -> Vec<String> {
 }
 
 impl Report {
-    /// ω [rad/s] of the compensated motion at the angle φ [rad].
+    /// ω (rad/s) of the compensated motion at the angle φ (rad).
     pub fn speed_at(&self, phi: f64) -> f64 {
         self.motion.speed_at(phi)
     }

@@ -46,7 +46,7 @@ impl Mesh {
         self.len() / 2
     }
 
-    /// The i-th point [rad].
+    /// The i-th point (rad).
     pub fn point(&self, i: usize) -> f64 {
         TAU * i as f64 / self.len() as f64
     }

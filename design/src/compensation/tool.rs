@@ -17,7 +17,7 @@ pub struct Tool {
     pub number: usize,
     /// Its mass and the mechanisms before it; the cam's law is [`Tool::motion`].
     follower: Follower,
-    /// U(ψ), the motion in time of what the cam moves: of the tool [m or rad], or of the lever [rad].
+    /// U(ψ), the motion in time of what the cam moves: of the tool (m or rad), or of the lever (rad).
     pub motion: Fourier,
     /// The motion in time of the tool: U itself, or behind mechanisms the series of its relevant harmonics.
     pub wanted: Fourier,
@@ -63,13 +63,13 @@ impl Tool {
         [self.follower.inertia(cam)[0], self.follower.tool(cam)[1]]
     }
 
-    /// The part of S(ψ) [kg·m²].
+    /// The part of S(ψ) (kg·m²).
     pub fn inertia(&self, psi: f64) -> f64 {
         let [u, u1, ..] = self.motion.at(psi).0;
         self.carried([u, u1])[0]
     }
 
-    /// The phase and the size of the largest acceleration Ω²|y″| [m/s² or rad/s²].
+    /// The phase and the size of the largest acceleration Ω²|y″| (m/s² or rad/s²).
     pub fn acceleration(&self, mean_speed: f64) -> [f64; 2] {
         largest(self.wanted.order(), |psi| mean_speed * mean_speed * self.at(psi)[2])
     }

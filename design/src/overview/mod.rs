@@ -40,7 +40,7 @@ pub struct Overview {
 /// A quantity and its value.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Figure {
-    /// For example "natural_frequency" or "follower[1].stroke".
+    /// For example "natural_frequency" or "follower(1).stroke".
     pub name: String,
     /// In the coherent SI unit.
     pub value: f64,
@@ -56,9 +56,9 @@ pub struct Figure {
 pub struct Resonance {
     /// k.
     pub harmonic: usize,
-    /// ω₀/k [rad/s].
+    /// ω₀/k (rad/s).
     pub speed: f64,
-    /// The amplitude of q in this harmonic at the speed of the scene [m or rad].
+    /// The amplitude of q in this harmonic at the speed of the scene (m or rad).
     pub amplitude: Option<f64>,
     /// The same at the resonance; None without damping.
     pub resonant_amplitude: Option<f64>,
@@ -78,7 +78,7 @@ pub struct Warning {
 /// Samples of a turn, in the middle of as many equal parts: three digits of the largest derivatives of a law.
 const SAMPLES: usize = 4096;
 
-/// The sampled angles [rad].
+/// The sampled angles (rad).
 fn angles() -> impl Iterator<Item = f64> {
     (0..SAMPLES).map(|i| (i as f64 + 0.5) * TAU / SAMPLES as f64)
 }
@@ -140,7 +140,7 @@ impl Overview {
         self.figures.push(Figure { name: name.into(), value, unit, shown: shown(value, unit) });
     }
 
-    /// A speed or a natural frequency [rad/s], in all units in which people give it.
+    /// A speed or a natural frequency (rad/s), in all units in which people give it.
     fn speed(&mut self, name: &str, value: f64) {
         let [rpm, hz, own] = [value * 60.0 / TAU, value / TAU, value].map(digits);
         let shown = format!("{rpm} rpm = {hz} Hz = {own} rad/s");

@@ -39,9 +39,9 @@ use tongue::{Extent, multipliers, spectral_radius};
 /// What is to be studied.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Options {
-    /// Speeds Ω [rad/s] at which stability and motion are examined; that of the scene if there are none.
+    /// Speeds Ω (rad/s) at which stability and motion are examined; that of the scene if there are none.
     pub speeds: Vec<f64>,
-    /// The speeds between which maps and amplification are drawn [rad/s].
+    /// The speeds between which maps and amplification are drawn (rad/s).
     pub range: Option<[f64; 2]>,
     /// How many orders are examined; as many as belong to the speeds, eight at least.
     pub orders: Option<usize>,
@@ -120,7 +120,7 @@ pub struct Report {
 /// The oscillator as numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Oscillator {
-    /// ω₀ = √(c₀/m₀) [rad/s].
+    /// ω₀ = √(c₀/m₀) (rad/s).
     pub natural_frequency: f64,
     /// θ = b₀/(2 m₀ ω₀).
     pub damping_ratio: f64,
@@ -152,7 +152,7 @@ pub struct Eigenproblem {
 /// Stability at a speed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct AtSpeed {
-    /// Ω [rad/s].
+    /// Ω (rad/s).
     pub speed: f64,
     /// η.
     pub eta: f64,
@@ -166,7 +166,7 @@ pub struct AtSpeed {
     pub critical_damping: f64,
     /// The order to whose instability without damping it belongs.
     pub order: Option<f64>,
-    /// The unstable speeds next to it below and above at the damping of the scene: j and Ω [rad/s].
+    /// The unstable speeds next to it below and above at the damping of the scene: j and Ω (rad/s).
     pub next: [Option<[f64; 2]>; 2],
 }
 

@@ -26,9 +26,9 @@ const TURNS_WITHOUT_DECAY: f64 = 20.0;
 pub struct Steady {
     /// η.
     pub eta: f64,
-    /// max |q| \[unit of q\].
+    /// max |q| (unit of q).
     pub amplitude: f64,
-    /// max |M| \[unit of the load\].
+    /// max |M| (unit of the load).
     pub load: f64,
     /// max |M₀|.
     pub kinetostatic: f64,
@@ -41,7 +41,7 @@ pub struct Steady {
 /// A start from rest, q = q̇ = 0.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Transient {
-    /// Ω [rad/s].
+    /// Ω (rad/s).
     pub speed: f64,
     /// The periodic motion that it ends in.
     pub steady: Steady,
@@ -60,9 +60,9 @@ pub struct Transient {
 pub struct Resonance {
     /// k.
     pub k: usize,
-    /// Ω of k Ω = ω₀ [rad/s], where the resonance of a constant oscillator lies.
+    /// Ω of k Ω = ω₀ (rad/s), where the resonance of a constant oscillator lies.
     pub nominal_speed: f64,
-    /// Ω of the largest load nearby [rad/s]; where the drive is unstable, the middle of the instability.
+    /// Ω of the largest load nearby (rad/s); where the drive is unstable, the middle of the instability.
     pub speed: f64,
     /// Whether the drive is unstable there.
     pub unstable: bool,

@@ -191,7 +191,7 @@ impl<'a> System<'a> {
         self.oscillator.inertia_turns
     }
 
-    /// ω₀ [rad/s].
+    /// ω₀ (rad/s).
     pub fn natural_frequency(&self) -> f64 {
         (self.mean.c / self.mean.m).sqrt()
     }
@@ -201,7 +201,7 @@ impl<'a> System<'a> {
         self.mean.b / (2.0 * self.mean.m * self.natural_frequency())
     }
 
-    /// The length of a period [rad].
+    /// The length of a period (rad).
     pub fn period(&self) -> f64 {
         TAU / self.parts.max(1) as f64
     }
@@ -360,12 +360,12 @@ impl<'a> System<'a> {
         self.unnumbered.store(true, Ordering::Relaxed);
     }
 
-    /// The angle at which motions under load start [rad].
+    /// The angle at which motions under load start (rad).
     pub fn start(&self) -> f64 {
         self.oscillator.start
     }
 
-    /// The dimensionless coefficients at an angle of the turn [rad].
+    /// The dimensionless coefficients at an angle of the turn (rad).
     pub fn at(&self, phi: f64) -> Terms {
         self.scaled(&(self.oscillator.terms)(segment_at(self.oscillator, phi), phi))
     }
@@ -425,7 +425,7 @@ struct Turn<'a> {
     d: f64,
     parts: usize,
     loaded: bool,
-    /// The angle at which the period starts [rad].
+    /// The angle at which the period starts (rad).
     start: f64,
     intervals: Vec<(f64, usize)>,
 }

@@ -19,9 +19,9 @@ pub struct Symmetry {
 /// section 4.6.2, equation (4).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Response {
-    /// δ [1].
+    /// δ (1).
     pub damping: f64,
-    /// η [1].
+    /// η (1).
     pub eta: f64,
 }
 

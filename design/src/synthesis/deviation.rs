@@ -10,16 +10,16 @@ use std::f64::consts::TAU;
 pub struct Extreme {
     /// The value, with its sign.
     pub value: f64,
-    /// φ [rad].
+    /// φ (rad).
     pub phi: f64,
 }
 
 /// U⁽ⁿ⁾ − Ũ⁽ⁿ⁾ over a range of angles.
 #[derive(Clone, Copy, Debug)]
 pub struct Window<'a> {
-    /// First angle [rad].
+    /// First angle (rad).
     pub from: f64,
-    /// Last angle [rad].
+    /// Last angle (rad).
     pub to: f64,
     /// n.
     pub order: usize,

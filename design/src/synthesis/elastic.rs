@@ -18,11 +18,11 @@ const REFINEMENTS: usize = 7;
 /// A range of speeds over which the motion behind an elastic output member has to fulfil a task.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpeedRange {
-    /// δ [1].
+    /// δ (1).
     pub damping: f64,
-    /// Least η = Ω/ω₀ [1].
+    /// Least η = Ω/ω₀ (1).
     pub slowest: f64,
-    /// Largest η [1].
+    /// Largest η (1).
     pub fastest: f64,
 }
 
@@ -82,7 +82,7 @@ pub struct Resonance {
     pub harmonic: usize,
     /// η = 1/k.
     pub eta: f64,
-    /// max |q| = √(aₖ² + bₖ²)/(2δ) of this harmonic there, equation (7) [m]; infinite without damping.
+    /// max |q| = √(aₖ² + bₖ²)/(2δ) of this harmonic there, equation (7) (m); infinite without damping.
     pub amplitude: f64,
 }
 

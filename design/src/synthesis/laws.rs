@@ -21,9 +21,9 @@ pub struct Rival {
     pub name: String,
     /// Its first harmonics.
     pub series: Fourier,
-    /// max |U′|, |U″| [m/radⁿ] of the law itself.
+    /// max |U′|, |U″| (m/radⁿ) of the law itself.
     pub peaks: [f64; 2],
-    /// max |U′U″| of the law itself [m²/rad³].
+    /// max |U′U″| of the law itself (m²/rad³).
     pub torque: f64,
     /// The highest harmonic of more than a thousandth of the first.
     pub harmonics: usize,
@@ -132,7 +132,7 @@ impl Task {
     }
 }
 
-/// A₁, A₃ … of K = 3 or 5 by the cubics of the source, for dwells of half-width `half` [rad] and U = ±½.
+/// A₁, A₃ … of K = 3 or 5 by the cubics of the source, for dwells of half-width `half` (rad) and U = ±½.
 pub fn source_cubics(order: usize, half: f64) -> Option<Vec<f64>> {
     let cubics: &[[f64; 4]] = match order {
         3 => &[[0.56253, -0.00060, 0.04302, -0.00499], [-0.06216, -0.00584, -0.01624, -0.03322]],

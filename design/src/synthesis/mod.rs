@@ -6,7 +6,7 @@
 //! S1 = Σ ∫ (e₀² + w₁ e₁² + w₂ e₂²) dφ,  S2 = the same, a sum over points,
 //! S3 = max max(|e₀|, w₁|e₁|, w₂|e₂|),  S4 = the same over points,  S5 = max (|e₀| + w₁|e₁| + w₂|e₂|),
 //!
-//! and the peak of |U″|. Symbols: φ \[rad\], U \[m\] (or rad), w₁, w₂ weights \[radⁿ\] (of S1, S2: squared).
+//! and the peak of |U″|. Symbols: φ (rad), U (m) (or rad), w₁, w₂ weights (radⁿ) (of S1, S2: squared).
 //!
 //! Source: Dresig, Vulfson, *Dynamik der Mechanismen*, section 4.6.2, equations (8) to (21), with the signs of the
 //! terms in w₂ and the blocks of (12) corrected. The normal equations printed there are not used: their condition
@@ -77,9 +77,9 @@ impl Polynomial {
 /// A range of the drive angle with what is prescribed there.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Range {
-    /// First angle [rad].
+    /// First angle (rad).
     pub from: f64,
-    /// Last angle [rad], > `from`.
+    /// Last angle (rad), > `from`.
     pub to: f64,
     /// Ũ, Ũ′, Ũ″; None where free.
     pub prescribed: [Option<Polynomial>; 3],
@@ -90,28 +90,28 @@ pub struct Range {
 /// U⁽ⁿ⁾(φ) = value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
-    /// φ [rad].
+    /// φ (rad).
     pub phi: f64,
     /// n ≤ 3.
     pub order: usize,
-    /// The value [m/radⁿ].
+    /// The value (m/radⁿ).
     pub value: f64,
 }
 
 /// min ≤ U⁽ⁿ⁾ − Ũ⁽ⁿ⁾ ≤ max for `from` ≤ φ ≤ `to`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bound {
-    /// First angle [rad].
+    /// First angle (rad).
     pub from: f64,
-    /// Last angle [rad].
+    /// Last angle (rad).
     pub to: f64,
     /// n ≤ 3.
     pub order: usize,
     /// Ũ⁽ⁿ⁾.
     pub around: Polynomial,
-    /// Least value [m/radⁿ]; −∞ for none.
+    /// Least value (m/radⁿ); −∞ for none.
     pub min: f64,
-    /// Largest value [m/radⁿ]; ∞ for none.
+    /// Largest value (m/radⁿ); ∞ for none.
     pub max: f64,
 }
 
@@ -175,9 +175,9 @@ pub struct Profile {
     pub errors: Vec<[f64; 3]>,
     /// What each start of a search has led to; empty where the optimum is the only one.
     pub optima: Vec<f64>,
-    /// Errors below this cannot be told from rounding [m]; the coefficients are rounded to sixteen digits afterwards.
+    /// Errors below this cannot be told from rounding (m); the coefficients are rounded to sixteen digits afterwards.
     pub resolution: f64,
-    /// The largest change of a coefficient that this rounding may hide [m].
+    /// The largest change of a coefficient that this rounding may hide (m).
     pub uncertainty: f64,
     /// How many coefficients neither the ranges nor the points determine; so many of them are free.
     pub undetermined: usize,
@@ -192,7 +192,7 @@ pub enum Infeasible {
     Point {
         /// Which, in the order of the task.
         index: usize,
-        /// By how much [m/radⁿ].
+        /// By how much (m/radⁿ).
         by: f64,
     },
     /// The bounds cannot all be kept: at the least they are exceeded by this part of their width, this one among
@@ -200,11 +200,11 @@ pub enum Infeasible {
     Bound {
         /// Which, in the order of the task.
         index: usize,
-        /// By how much [m/radⁿ].
+        /// By how much (m/radⁿ).
         by: f64,
-        /// Where [rad].
+        /// Where (rad).
         phi: f64,
-        /// The bounds that contradict it, and where [rad].
+        /// The bounds that contradict it, and where (rad).
         others: Vec<(usize, f64)>,
         /// Whether they do so only because of the exact points.
         points: bool,
@@ -215,12 +215,12 @@ pub enum Infeasible {
         point: usize,
         /// Which bound.
         bound: usize,
-        /// By how much [m/radⁿ].
+        /// By how much (m/radⁿ).
         by: f64,
     },
     /// The best profile rests all the turn: nothing that is prescribed asks for motion.
     Still {
-        /// Where [m].
+        /// Where (m).
         at: f64,
     },
     /// The optimisation failed for a numerical reason.

@@ -11,7 +11,7 @@
 //! a banded one for an HS profile, and so is the system of the sensitivities: H δq = δf − δH q. The torque in the shaft
 //! is M = c q + b Ω q′.
 //!
-//! Symbols: m follower mass \[kg\], J₃ inertia of the cam \[kg·m²\], c \[N·m/rad\], b \[N·m·s/rad\], q twist \[rad\].
+//! Symbols: m follower mass (kg), J₃ inertia of the cam (kg·m²), c (N·m/rad), b (N·m·s/rad), q twist (rad).
 //! Validity: |q| small against the angle over which U′U″ changes; the periodic motion exists even where it is unstable,
 //! which the multipliers of the drive tell.
 //!
@@ -44,13 +44,13 @@ pub const SPEEDS: usize = 13;
 /// An elastic input shaft with its cam and follower.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shaft {
-    /// m [kg].
+    /// m (kg).
     pub m: f64,
-    /// J₃ [kg·m²].
+    /// J₃ (kg·m²).
     pub inertia: f64,
-    /// c [N·m/rad].
+    /// c (N·m/rad).
     pub c: f64,
-    /// b [N·m·s/rad].
+    /// b (N·m·s/rad).
     pub b: f64,
 }
 
@@ -68,9 +68,9 @@ pub enum Norm {
 pub struct ShaftGoal {
     /// The shaft.
     pub shaft: Shaft,
-    /// Least speed [rad/s].
+    /// Least speed (rad/s).
     pub slowest: f64,
-    /// Largest speed [rad/s].
+    /// Largest speed (rad/s).
     pub fastest: f64,
     /// Peak or mean.
     pub norm: Norm,
@@ -80,7 +80,7 @@ pub struct ShaftGoal {
 
 /// The steady torque at one speed.
 pub struct Steady {
-    /// M(φ) [N·m].
+    /// M(φ) (N·m).
     pub torque: Fourier,
     /// ∂M/∂xⱼ, empty where not asked for.
     pub gradients: Vec<Fourier>,
@@ -124,7 +124,7 @@ impl Spectrum {
 }
 
 impl Shaft {
-    /// The steady torque of a profile at speed `w` [rad/s], with its derivatives after the coefficients of `basis` if
+    /// The steady torque of a profile at speed `w` (rad/s), with its derivatives after the coefficients of `basis` if
     /// one is given; None where the equations are singular or need too many harmonics.
     pub fn steady(&self, series: &Fourier, w: f64, basis: Option<&Basis>) -> Option<Steady> {
         let slope = Spectrum::of_slope(series);

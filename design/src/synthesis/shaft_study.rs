@@ -30,9 +30,9 @@ const LIMITS: [f64; 2] = [1.5, 2.0];
 /// The figures of one law.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Magnified {
-    /// Ω [rad/s], max |M| [N·m], and that over its kinetostatic value m Ω² max |U′U″|.
+    /// Ω (rad/s), max |M| (N·m), and that over its kinetostatic value m Ω² max |U′U″|.
     pub points: Vec<[f64; 3]>,
-    /// The first speed at which the magnification exceeds 1.5, and 2 [rad/s]; None within the range.
+    /// The first speed at which the magnification exceeds 1.5, and 2 (rad/s); None within the range.
     pub exceeded: [Option<f64>; 2],
 }
 
@@ -54,11 +54,11 @@ pub struct Shafted {
 /// The profile on the nonlinear drive at one speed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Nonlinear {
-    /// Ω [rad/s].
+    /// Ω (rad/s).
     pub w: f64,
-    /// max |M| of the linear drive [N·m].
+    /// max |M| of the linear drive (N·m).
     pub linear: f64,
-    /// max |M| of the nonlinear one [N·m], or why it has no steady motion that attracts.
+    /// max |M| of the nonlinear one (N·m), or why it has no steady motion that attracts.
     pub torque: Result<f64, String>,
 }
 
@@ -117,12 +117,12 @@ pub(super) fn magnified(shaft: &Shaft, law: &Fourier, torque: f64, speeds: &[f64
     Magnified { exceeded: LIMITS.map(first), points }
 }
 
-/// max |M| of the linear drive [N·m]; infinite where it has no steady motion.
+/// max |M| of the linear drive (N·m); infinite where it has no steady motion.
 fn peak(shaft: &Shaft, law: &Fourier, w: f64) -> f64 {
     shaft.steady(law, w, None).map_or(f64::INFINITY, |steady| deviation::peak(&steady.torque, 0).value.abs())
 }
 
-/// max |M| over the next turn of the drive itself [N·m].
+/// max |M| over the next turn of the drive itself (N·m).
 pub fn largest_torque(drive: &mut ElasticShaft, w: f64) -> Result<f64, Fault> {
     let variables = drive.variables();
     let tau = variables.reference("tau").map(|reference| variables.0[reference].index);

@@ -18,7 +18,7 @@ pub struct Assignment {
     pub name: String,
     /// One sentence of the user, or nothing.
     pub description: String,
-    /// The length in which the task counts [m]; 1 where it gives lengths.
+    /// The length in which the task counts (m); 1 where it gives lengths.
     pub unit: f64,
     /// The task.
     pub task: Task,
@@ -57,19 +57,19 @@ pub enum Method {
 /// An elastic output member and what is asked of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Elasticity {
-    /// ω₀ [rad/s].
+    /// ω₀ (rad/s).
     pub w0: f64,
-    /// δ [1].
+    /// δ (1).
     pub damping: f64,
-    /// Least speed [rad/s].
+    /// Least speed (rad/s).
     pub slowest: f64,
-    /// Largest speed [rad/s]; None: as far as the tolerance goes.
+    /// Largest speed (rad/s); None: as far as the tolerance goes.
     pub fastest: Option<f64>,
-    /// Largest deviation [m].
+    /// Largest deviation (m).
     pub tolerance: Option<f64>,
     /// How the cam is found.
     pub method: Method,
-    /// Admissible amplitude of a resonance [m].
+    /// Admissible amplitude of a resonance (m).
     pub amplitude: Option<f64>,
 }
 
@@ -82,7 +82,7 @@ pub struct Study {
     pub motion: Profile,
     /// The profile of the cam.
     pub cam: Fourier,
-    /// max |U⁽ⁿ⁾| of the cam, n = 0 … 3 [m/radⁿ].
+    /// max |U⁽ⁿ⁾| of the cam, n = 0 … 3 (m/radⁿ).
     pub peaks: [Extreme; 4],
     /// The cam with its figures, then the standard laws where they apply.
     pub rivals: Vec<Rival>,
@@ -103,7 +103,7 @@ pub struct Behind {
     pub optimum: Option<f64>,
     /// The largest η with the deviation within the tolerance from the slowest speed on; None if not even there.
     pub reached: Option<f64>,
-    /// The largest deviation over the range of speeds that was asked for [m].
+    /// The largest deviation over the range of speeds that was asked for (m).
     pub worst: Option<f64>,
     /// The objective of the robust problem: behind the member, at all its speeds.
     pub objective: Option<f64>,
@@ -115,7 +115,7 @@ pub struct Behind {
     pub at_rest: Vec<[f64; 3]>,
     /// The output at these speeds, for its envelope.
     pub outputs: Vec<Fourier>,
-    /// (η, max |y − Ũ| [m]) of each rival.
+    /// (η, max |y − Ũ| (m)) of each rival.
     pub curves: Vec<Vec<[f64; 2]>>,
     /// The same as `reached` of each rival.
     pub reaches: Vec<Option<f64>>,
@@ -128,7 +128,7 @@ pub struct Behind {
 pub struct Widths {
     /// K.
     pub order: usize,
-    /// Full width of a dwell [rad], its error by Chebyshev's and by Gauss's objective, relative to the stroke.
+    /// Full width of a dwell (rad), its error by Chebyshev's and by Gauss's objective, relative to the stroke.
     pub points: Vec<[f64; 3]>,
 }
 

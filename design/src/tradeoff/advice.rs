@@ -31,7 +31,7 @@ pub fn of(report: &Report) -> Vec<Advice> {
     TARGETS.into_iter().map(|target| for_target(report, target)).collect()
 }
 
-/// CPU time of a setting [ns per ms].
+/// CPU time of a setting (ns per ms).
 fn cost_of(report: &Report, i: usize) -> f64 {
     report.settings[i].cost.map_or(f64::INFINITY, |cost| cost.ns_per_ms)
 }

@@ -10,22 +10,22 @@ pub const HIGHEST_DERIVATIVE: usize = 8;
 /// w = Ω (z − sin(2πz)/2π), z = t/T; for t ≥ T w = Ω. The acceleration starts and ends without a jump (Bestehorn's
 /// sinoid); it is no polynomial, so that a host that passes values only does feel its communication step.
 ///
-/// Symbols: Ω the speed \[rad/s\], T the duration of the run-up \[s\].
+/// Symbols: Ω the speed (rad/s), T the duration of the run-up (s).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RunUp {
-    /// Ω [rad/s].
+    /// Ω (rad/s).
     pub speed: f64,
-    /// T [s].
+    /// T (s).
     pub ramp: f64,
 }
 
 impl RunUp {
-    /// Whether the ramp has ended at `t` [s]; a communication point at its end may be a rounding too early.
+    /// Whether the ramp has ended at `t` (s); a communication point at its end may be a rounding too early.
     fn over(&self, t: f64) -> bool {
         t >= self.ramp * (1.0 - 1e-12)
     }
 
-    /// φ(t) [rad].
+    /// φ(t) (rad).
     pub fn angle(&self, t: f64) -> f64 {
         let &RunUp { speed, ramp } = self;
         if self.over(t) {
@@ -36,13 +36,13 @@ impl RunUp {
         speed * ramp * (0.5 * z * z - 2.0 * s * s)
     }
 
-    /// w(t) [rad/s].
+    /// w(t) (rad/s).
     pub fn speed(&self, t: f64) -> f64 {
         let z = t / self.ramp;
         if self.over(t) { self.speed } else { self.speed * (z - (TAU * z).sin() / TAU) }
     }
 
-    /// The derivative of order `order` ≥ 0 of the acceleration a = ẇ [rad/s²⁺ᵒʳᵈᵉʳ], for the time after `t`.
+    /// The derivative of order `order` ≥ 0 of the acceleration a = ẇ (rad/s²⁺ᵒʳᵈᵉʳ), for the time after `t`.
     pub fn acceleration(&self, t: f64, order: usize) -> f64 {
         if self.over(t) {
             return 0.0;
@@ -85,7 +85,7 @@ impl Signal {
         }
     }
 
-    /// The value at `t` [s]; `inertia` is J at the start [kg·m²].
+    /// The value at `t` (s); `inertia` is J at the start (kg·m²).
     pub fn value(self, run_up: &RunUp, inertia: f64, t: f64) -> f64 {
         match self {
             Signal::Angle => run_up.angle(t),

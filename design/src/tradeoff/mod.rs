@@ -33,15 +33,15 @@ use sweep::{Extent, Setting};
 pub struct Options {
     /// How many turns of the cam; as many as the default experiment has, or nine with a run-up.
     pub turns: Option<f64>,
-    /// For drives with inputs: the speed that the run-up ends with [rad/s]; [`DEFAULT_SPEED`].
+    /// For drives with inputs: the speed that the run-up ends with (rad/s); [`DEFAULT_SPEED`].
     pub speed: Option<f64>,
-    /// For drives with inputs: the duration of the run-up [s]; six turns at the speed.
+    /// For drives with inputs: the duration of the run-up (s); six turns at the speed.
     pub ramp: Option<f64>,
     /// Fewer settings, fewer repetitions.
     pub quick: bool,
 }
 
-/// The speed that a run-up ends with if nothing else is said: 600 rpm [rad/s].
+/// The speed that a run-up ends with if nothing else is said: 600 rpm (rad/s).
 pub const DEFAULT_SPEED: f64 = 20.0 * std::f64::consts::PI;
 
 /// The instants of a run-up lie this far apart: the communication steps of the sweep divide it.
@@ -82,13 +82,13 @@ pub struct Report {
 /// What was run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Experiment {
-    /// The end of each run [s].
+    /// The end of each run (s).
     pub stop: f64,
-    /// The communication step of the default experiment, at which runs are compared [s].
+    /// The communication step of the default experiment, at which runs are compared (s).
     pub step: f64,
-    /// The duration of a turn [s]; None where the shaft stands still.
+    /// The duration of a turn (s); None where the shaft stands still.
     pub turn: Option<f64>,
-    /// Speed [rad/s] and duration [s] of the run-up that the inputs follow.
+    /// Speed (rad/s) and duration (s) of the run-up that the inputs follow.
     pub run_up: Option<[f64; 2]>,
 }
 
@@ -106,9 +106,9 @@ pub struct Output {
 /// What a run cost.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Cost {
-    /// Median CPU time of the steps, inputs and outputs included, per time of the machine [ns/ms].
+    /// Median CPU time of the steps, inputs and outputs included, per time of the machine (ns/ms).
     pub ns_per_ms: f64,
-    /// Median CPU time of instantiation and initialisation [µs].
+    /// Median CPU time of instantiation and initialisation (µs).
     pub start_us: f64,
     /// Internal steps over the run.
     pub steps: Option<f64>,
@@ -123,11 +123,11 @@ pub struct Row {
     pub method: Option<String>,
     /// `solver.tolerance`; 0 for the default.
     pub tolerance: Option<f64>,
-    /// `solver.step_size` [s]; 0 for the default.
+    /// `solver.step_size` (s); 0 for the default.
     pub step_size: Option<f64>,
     /// "values" or "derivatives", where the drive has inputs that move.
     pub inputs: Option<&'static str>,
-    /// [s].
+    /// (s).
     pub communication_step: f64,
     /// The largest error of an output, relative to its largest value.
     pub error: Option<f64>,
@@ -179,7 +179,7 @@ pub struct Progress {
     pub stage: &'static str,
 }
 
-/// CPU times of repeated runs [ns].
+/// CPU times of repeated runs (ns).
 #[derive(Clone, Debug, Default)]
 struct Samples {
     run: Vec<f64>,
@@ -256,7 +256,7 @@ impl Bench {
         Ok(bench)
     }
 
-    /// The mean speed over the run with the defaults [rad/s].
+    /// The mean speed over the run with the defaults (rad/s).
     fn mean_speed(&self) -> Result<Option<f64>, Fault> {
         let Some(column) = self.interface.names().iter().position(|(name, _)| name == "phi") else { return Ok(None) };
         let trace = self.run(&self.resource, &self.interface, &[], self.grid, Inputs::Values)?;

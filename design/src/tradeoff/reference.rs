@@ -46,9 +46,9 @@ pub struct Summary {
     pub checks: Vec<Check>,
     /// The largest of these differences, at least the unit roundoff: errors below it are not known.
     pub floor: f64,
-    /// The end of the time of comparison [s].
+    /// The end of the time of comparison (s).
     pub compared_until: f64,
-    /// When two motions whose parameters differ in the last digit have separated [s].
+    /// When two motions whose parameters differ in the last digit have separated (s).
     pub separation: Option<f64>,
 }
 

@@ -63,7 +63,7 @@ impl Interface {
 /// or with `parts` − 1 points in between.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grid {
-    /// [s].
+    /// (s).
     pub step: f64,
     /// The last instant has this number.
     pub count: usize,
@@ -81,7 +81,7 @@ impl Grid {
         Grid { step, count, stride: 1, parts: 1, uneven: false }
     }
 
-    /// The length of a communication step [s].
+    /// The length of a communication step (s).
     pub fn communication_step(&self) -> f64 {
         self.step * self.stride as f64 / self.parts as f64
     }
@@ -91,7 +91,7 @@ impl Grid {
         self.count / self.stride * self.parts
     }
 
-    /// Communication point i [s]; the instants k · `step` are the same numbers in every grid.
+    /// Communication point i (s); the instants k · `step` are the same numbers in every grid.
     fn time(&self, i: usize) -> f64 {
         let (whole, part) = (i / self.parts * self.stride, i % self.parts);
         let mut share = part as f64 / self.parts as f64;
@@ -135,9 +135,9 @@ pub struct Trace {
     pub values: Vec<f64>,
     /// How many instants lie between two rows.
     pub stride: usize,
-    /// CPU time of instantiation and initialisation [ns].
+    /// CPU time of instantiation and initialisation (ns).
     pub start_ns: f64,
-    /// CPU time of all steps, inputs and outputs included [ns].
+    /// CPU time of all steps, inputs and outputs included (ns).
     pub run_ns: f64,
     /// `solver.steps`, `solver.evaluations`, `solver.error_estimate` at the end; NaN where there are none.
     pub statistics: [f64; 3],
@@ -207,7 +207,7 @@ impl<'a> Feed<'a> {
     }
 }
 
-/// CPU time of this thread since `start` [ns].
+/// CPU time of this thread since `start` (ns).
 fn elapsed_ns(start: ThreadTime) -> f64 {
     start.elapsed().as_secs_f64() * 1e9
 }

@@ -13,7 +13,7 @@ pub struct Setting {
     pub method: Option<String>,
     /// `solver.tolerance`, where the drive has it and the method works to it; 0 for the default.
     pub tolerance: Option<f64>,
-    /// `solver.step_size` [s], where the method works with it; 0 for the default.
+    /// `solver.step_size` (s), where the method works with it; 0 for the default.
     pub step_size: Option<f64>,
     /// The values to be set.
     pub starts: Vec<(u32, f64)>,

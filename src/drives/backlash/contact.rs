@@ -37,15 +37,15 @@ impl Flank {
 /// The masses with their spring and damper, the clearance and the restitution.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bodies {
-    /// Mass at the clearance [kg].
+    /// Mass at the clearance (kg).
     pub m1: f64,
-    /// Mass behind the spring [kg].
+    /// Mass behind the spring (kg).
     pub m2: f64,
-    /// Stiffness [N/m].
+    /// Stiffness (N/m).
     pub c: f64,
-    /// Damping [N·s/m].
+    /// Damping (N·s/m).
     pub b: f64,
-    /// Clearance [m].
+    /// Clearance (m).
     pub s: f64,
     /// Coefficient of restitution.
     pub e: f64,
@@ -60,11 +60,11 @@ pub struct Bodies {
 /// The relative state of the bodies; x1 = U + `home` + ζ, x2 = x1 + q.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct State {
-    /// q = x2 − x1 [m] and q̇ [m/s].
+    /// q = x2 − x1 (m) and q̇ (m/s).
     pub q: [f64; 2],
-    /// The place that ζ counts from: 0 (flank A), s (flank B) [m]. Near that flank ζ keeps all its digits.
+    /// The place that ζ counts from: 0 (flank A), s (flank B) (m). Near that flank ζ keeps all its digits.
     pub home: f64,
-    /// ζ = x1 − U − `home` [m] and ζ̇ [m/s].
+    /// ζ = x1 − U − `home` (m) and ζ̇ (m/s).
     pub zeta: [f64; 2],
 }
 
@@ -82,13 +82,13 @@ pub struct Phase {
 /// Where a panel begins; the panel follows from it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Beginning {
-    /// When [s].
+    /// When (s).
     pub start: Double,
     /// The smooth segment of the flank.
     pub segment: usize,
     /// How.
     pub phase: Phase,
-    /// The longest length of the panel [s].
+    /// The longest length of the panel (s).
     pub longest: f64,
 }
 
@@ -119,17 +119,17 @@ const FAINT: f64 = 1e-4;
 /// What an impact on a flank does.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Impact {
-    /// The impulse of the flank on m1 [N·s].
+    /// The impulse of the flank on m1 (N·s).
     pub impulse: f64,
-    /// The energy lost [J].
+    /// The energy lost (J).
     pub loss: f64,
     /// Where m1 is afterwards.
     pub after: Mode,
     /// The order of the zero with which the gap begins, if it does.
     pub zeros: usize,
-    /// The energy that the damper takes in bounces that count as contact [J].
+    /// The energy that the damper takes in bounces that count as contact (J).
     pub damped: f64,
-    /// The part of `impulse` that is the closed sum of the bounces to come [N·s].
+    /// The part of `impulse` that is the closed sum of the bounces to come (N·s).
     pub bounces: f64,
 }
 
@@ -152,7 +152,7 @@ impl Bodies {
         }
     }
 
-    /// The place of a flank relative to flank A [m].
+    /// The place of a flank relative to flank A (m).
     pub fn place(&self, flank: Flank) -> f64 {
         match flank {
             Flank::A => 0.0,
@@ -160,7 +160,7 @@ impl Bodies {
         }
     }
 
-    /// c q + b q̇, the force of the spring and the damper on m1 [N].
+    /// c q + b q̇, the force of the spring and the damper on m1 (N).
     pub fn link(&self, q: f64, q_dot: f64) -> f64 {
         self.c * q + self.b * q_dot
     }
@@ -197,7 +197,7 @@ impl Bodies {
         [self.link(q[0], q[1]) / self.m1 - u.0[2], self.link(q[1], q2) / self.m1 - u.0[3]]
     }
 
-    /// The force below which F_K counts as zero [N].
+    /// The force below which F_K counts as zero (N).
     pub fn resolution(&self, flank_motion: &impl FlankMotion, time: Double) -> f64 {
         FORCE_RESOLUTION * (self.m1 + self.m2) * flank_motion.acceleration(time)
     }
@@ -226,7 +226,7 @@ impl Bodies {
     /// stays. A rebound against a pressing force F_K > 0 returns after 2ż⁺/α, α = F_K/m1; the bounces end after
     /// 2ż⁺/(α (1 − e)) with the further impulse m1 ż⁺ (1 + e)/(1 − e) and the loss ½ m1 ż⁺². Where that time is short
     /// ([`CLOSURE`], [`BRIEF`]) m1 stays at once and the bounces are summed; those that the force or the damper ends sooner
-    /// are contact, with their impulse in F_K. A pulling force never ends in sticking. `rate` is that of the flank [rad/s].
+    /// are contact, with their impulse in F_K. A pulling force never ends in sticking. `rate` is that of the flank (rad/s).
     pub fn impact(&self, flank: Flank, state: &mut State, u: &Kinematics, rate: f64, resolution: f64) -> Impact {
         let sign = flank.sign();
         // Rounding may show a grazing mass as leaving.

@@ -29,7 +29,7 @@ const DEVIATIONS: f64 = 3.5;
 pub struct Covariance {
     /// At the last switching instant.
     matrix: [[f64; 4]; 4],
-    /// The time since [s], up to the current panel.
+    /// The time since (s), up to the current panel.
     elapsed: f64,
     /// What has been added since, the current panel included: variances of roundings, sums of neglected terms.
     rounded: [f64; 4],
@@ -38,9 +38,9 @@ pub struct Covariance {
 
 /// ζ̇, ζ̈, q̈ on one side of an impact.
 pub struct Side {
-    /// [m/s].
+    /// (m/s).
     pub speed: f64,
-    /// ζ̈ and q̈ [m/s²].
+    /// ζ̈ and q̈ (m/s²).
     pub accelerations: [f64; 2],
 }
 
@@ -64,7 +64,7 @@ impl Covariance {
         }
     }
 
-    /// The panel is left this long [s] after its start.
+    /// The panel is left this long (s) after its start.
     pub fn leave(&mut self, after: f64) {
         self.elapsed += after;
     }
@@ -142,8 +142,8 @@ impl Covariance {
         }
     }
 
-    /// A bound of the errors up to the end of a panel of the length `ahead` [s], those of x1, x2 relative to the place
-    /// and those of ẋ1, ẋ2 to the velocity in `largest` [m], [m/s], whatever the phase of the free motion and the
+    /// A bound of the errors up to the end of a panel of the length `ahead` (s), those of x1, x2 relative to the place
+    /// and those of ẋ1, ẋ2 to the velocity in `largest` (m), (m/s), whatever the phase of the free motion and the
     /// correlation of the errors; 1 where all digits are lost.
     pub fn relative(&self, bodies: &Bodies, ahead: f64, [place, speed]: [f64; 2]) -> f64 {
         // A cam without a stroke moves nothing.

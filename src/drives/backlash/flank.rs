@@ -10,44 +10,44 @@ pub trait FlankMotion {
     /// u, u̇ … u⁗ at `time`, continued smoothly from `segment`.
     fn at(&self, segment: usize, time: Double) -> Kinematics;
 
-    /// U′ at `time` [m/rad].
+    /// U′ at `time` (m/rad).
     fn slope(&self, segment: usize, time: Double) -> f64;
 
     /// u(time + span x) = Σ cₙ xⁿ continued smoothly from `segment`: the coefficients c₀ …, at least 6.
     fn expand(&self, segment: usize, time: Double, span: f64, coefficients: &mut [f64]);
 
-    /// What an expansion takes [nominal µs].
+    /// What an expansion takes (nominal µs).
     fn cost(&self) -> f64 {
         EXPANSION
     }
 
-    /// What messages say of the motion from one time to another [s].
+    /// What messages say of the motion from one time to another (s).
     fn told(&self, way: [f64; 2]) -> String;
 
     /// Whether the speed is constant.
     fn is_uniform(&self) -> bool;
 
-    /// φ̇ where it is constant [rad/s].
+    /// φ̇ where it is constant (rad/s).
     fn speed(&self) -> f64;
 
-    /// Upper bounds of |u| [m] and |u̇| [m/s] with the speed at `time` [s].
+    /// Upper bounds of |u| (m) and |u̇| (m/s) with the speed at `time` (s).
     fn sizes(&self, time: f64) -> [f64; 2];
 
     /// An upper bound of |ü| in any segment at `time`.
     fn acceleration(&self, time: Double) -> f64;
 
-    /// K|w|, the highest rate at which u changes in `segment` at `time` [rad/s].
+    /// K|w|, the highest rate at which u changes in `segment` at `time` (rad/s).
     fn rate(&self, segment: usize, time: Double) -> f64;
 
     /// The segment that u moves in at `time`.
     fn segment(&self, time: Double) -> usize;
 
-    /// How long u stays in `segment`, at most `longest` [s], and the segment that follows.
+    /// How long u stays in `segment`, at most `longest` (s), and the segment that follows.
     fn stay(&self, segment: usize, time: Double, longest: f64) -> (f64, usize);
 }
 
 /// An expansion, how many times more than an evaluation its part of the law takes, and what the composition with a motion takes
-/// per degree of that [nominal µs].
+/// per degree of that (nominal µs).
 const EXPANSION: f64 = 0.3;
 const DERIVATIVES: f64 = 5.0;
 const COMPOSITION: f64 = 0.5;

@@ -48,15 +48,15 @@ use solver::{Run, Stretch, Sums, Tally};
 /// A drive with backlash as a resolved scene describes it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Scene {
-    /// Mass at the clearance [kg].
+    /// Mass at the clearance (kg).
     pub m1: f64,
-    /// Mass behind the spring [kg].
+    /// Mass behind the spring (kg).
     pub m2: f64,
-    /// Stiffness [N/m].
+    /// Stiffness (N/m).
     pub c: f64,
-    /// Damping [N·s/m].
+    /// Damping (N·s/m).
     pub b: f64,
-    /// Clearance [m].
+    /// Clearance (m).
     pub s: f64,
     /// Coefficient of restitution.
     pub e: f64,
@@ -73,7 +73,7 @@ pub struct Scene {
 /// The drive at a communication point.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Now {
-    /// [s].
+    /// (s).
     pub time: f64,
     /// Where m1 is.
     pub mode: Mode,
@@ -108,7 +108,7 @@ pub struct BacklashDrive {
     end: (Mode, Point),
     /// The communication point as the outputs show it.
     now: Now,
-    /// The length of the last communication step [s]; 0 before the first.
+    /// The length of the last communication step (s); 0 before the first.
     step: f64,
     /// ∫ F_K dt + ΣP and ∫ U′F_K dt + ΣU′P over the last communication step, where inputs move the drive. At constant
     /// speed they are computed on demand.
@@ -182,7 +182,7 @@ impl BacklashDrive {
         if self.solver.requested > 0.0 { own.min(self.solver.requested) } else { own }
     }
 
-    /// Shows the motion at `time` [s], which lies in the current panel.
+    /// Shows the motion at `time` (s), which lies in the current panel.
     fn show(&mut self, run: &Run, time: f64) {
         let point = run.panel.whole_at(&self.bodies, run.theta(time));
         self.now = Now { time, mode: run.panel.mode(), reading: point.reading(), point, tally: run.tally };
@@ -196,7 +196,7 @@ impl BacklashDrive {
         }
     }
 
-    /// (∫ F_K dt + ΣP)/h and (∫ U′F_K dt + ΣU′P)/h over the last communication step [N], [N·m].
+    /// (∫ F_K dt + ΣP)/h and (∫ U′F_K dt + ΣU′P)/h over the last communication step (N), (N·m).
     fn mean(&self) -> [f64; 2] {
         let sums = match &self.run {
             Some(run) if !self.cam.is_input() && self.step > 0.0 => {
@@ -212,7 +212,7 @@ impl BacklashDrive {
         if self.step > 0.0 { [sums.force / self.step, sums.torque / self.step] } else { [0.0; 2] }
     }
 
-    /// ∫ b q̇² dt since the start [J].
+    /// ∫ b q̇² dt since the start (J).
     fn damping_loss(&self) -> f64 {
         let Some(run) = &self.run else { return 0.0 };
         self.now.tally.damping_loss + run.panel.damping_loss(&self.bodies, run.theta(self.now.time))

@@ -21,14 +21,14 @@ const SLOWEST: f64 = 1e-9;
 /// A part of the motion this small against the rest is a rounding error.
 const ROUNDING: f64 = 1e-14;
 
-/// The rate [rad/s] of the slow motion where the fast mode can be treated apart: that of the flank or of the slow mode.
+/// The rate (rad/s) of the slow motion where the fast mode can be treated apart: that of the flank or of the slow mode.
 pub fn slow_rate(oscillator: &Oscillator, flank_rate: f64) -> Option<f64> {
     let (slow, fast) = oscillator.real_roots()?;
     let slow = flank_rate.max(-slow);
     (-fast > STIFF * slow).then_some(slow.max(SLOWEST * -fast))
 }
 
-/// q without the fast mode; None where that is still to decay. `scale`: a bound of |ü| [m/s²].
+/// q without the fast mode; None where that is still to decay. `scale`: a bound of |ü| (m/s²).
 pub fn elongation(oscillator: &Oscillator, phase: &Phase, flank: &FlankSeries, scale: f64) -> Option<Terms> {
     let (slow, fast) = oscillator.real_roots()?;
     let (h, terms) = (flank.span, flank.terms);

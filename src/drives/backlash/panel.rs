@@ -12,7 +12,7 @@ use crate::numerics::double_double::Double;
 use crate::numerics::quadrature::Gauss;
 use serde::{Deserialize, Serialize};
 
-/// A panel with the search for its event, beside the expansion of u [nominal µs].
+/// A panel with the search for its event, beside the expansion of u (nominal µs).
 const PANEL: f64 = 0.7;
 
 /// A panel; see the module.
@@ -20,17 +20,17 @@ const PANEL: f64 = 0.7;
 pub struct Panel {
     /// Where it begins.
     pub from: Beginning,
-    /// How long it lasts [s].
+    /// How long it lasts (s).
     pub length: f64,
-    /// The first event, after the start [s].
+    /// The first event, after the start (s).
     pub event: Option<(Found, f64)>,
     /// The segment at the end.
     pub next_segment: usize,
     /// The motion.
     pub series: Series,
-    /// In flight the centre of mass at the start [m] and its velocity [m/s].
+    /// In flight the centre of mass at the start (m) and its velocity (m/s).
     centre: [f64; 2],
-    /// What it took to lay it [nominal µs].
+    /// What it took to lay it (nominal µs).
     #[serde(skip)]
     pub cost: f64,
 }
@@ -40,7 +40,7 @@ pub struct Panel {
 pub struct Point {
     /// The relative state.
     pub state: State,
-    /// u [m], u̇ [m/s] and, in contact, ü [m/s²].
+    /// u (m), u̇ (m/s) and, in contact, ü (m/s²).
     pub u: [f64; 3],
 }
 
@@ -55,9 +55,9 @@ impl Point {
 /// What is read at every communication point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Reading {
-    /// x1 [m] and ẋ1 [m/s].
+    /// x1 (m) and ẋ1 (m/s).
     pub place: [f64; 2],
-    /// q [m] and q̇ [m/s].
+    /// q (m) and q̇ (m/s).
     pub q: [f64; 2],
 }
 
@@ -101,23 +101,23 @@ impl Panel {
         self.from.phase.mode
     }
 
-    /// The state `theta` [s] after the start, with u, u̇ … u⁗.
+    /// The state `theta` (s) after the start, with u, u̇ … u⁗.
     pub fn event_at(&self, bodies: &Bodies, flank: &impl FlankMotion, theta: f64) -> (State, Kinematics) {
         (self.at(bodies, theta).state, flank.at(self.from.segment, self.instant(theta)))
     }
 
-    /// How long after the start `time` is [s], to the last digit or two: the first difference is exact where it is small.
+    /// How long after the start `time` is (s), to the last digit or two: the first difference is exact where it is small.
     #[inline(always)]
     pub fn until(&self, time: f64) -> f64 {
         (time - self.from.start.hi) - self.from.start.lo
     }
 
-    /// The instant `theta` [s] after the start.
+    /// The instant `theta` (s) after the start.
     pub fn instant(&self, theta: f64) -> Double {
         self.from.start + Double::from(theta)
     }
 
-    /// What is read `theta` [s] after the start, and u, u̇ (contact) or ζ, ζ̇. In flight x1 is off the centre of mass, which
+    /// What is read `theta` (s) after the start, and u, u̇ (contact) or ζ, ζ̇. In flight x1 is off the centre of mass, which
     /// moves uniformly, by −μ q.
     #[inline(always)]
     fn motion(&self, bodies: &Bodies, theta: f64) -> (Reading, [f64; 2]) {
@@ -131,12 +131,12 @@ impl Panel {
         (Reading { place, q: [q, q_dot] }, [first, rate])
     }
 
-    /// What is read `theta` [s] after the start.
+    /// What is read `theta` (s) after the start.
     pub fn reading(&self, bodies: &Bodies, theta: f64) -> Reading {
         self.motion(bodies, theta).0
     }
 
-    /// The motion `theta` [s] after the start, without ü.
+    /// The motion `theta` (s) after the start, without ü.
     pub fn at(&self, bodies: &Bodies, theta: f64) -> Point {
         let (Reading { place, q }, [first, rate]) = self.motion(bodies, theta);
         let State { home, zeta, .. } = self.from.phase.state;
@@ -148,7 +148,7 @@ impl Panel {
         Point { state: State { q, home, zeta }, u: [place[0] - home - zeta[0], place[1] - zeta[1], 0.0] }
     }
 
-    /// The motion `theta` [s] after the start with ü.
+    /// The motion `theta` (s) after the start with ü.
     pub fn whole_at(&self, bodies: &Bodies, theta: f64) -> Point {
         let mut point = self.at(bodies, theta);
         if self.mode() != Mode::Free {
@@ -157,7 +157,7 @@ impl Panel {
         point
     }
 
-    /// How far the panel goes before something happens [s].
+    /// How far the panel goes before something happens (s).
     pub fn limit(&self) -> f64 {
         self.event.map_or(self.length, |(_, at)| at)
     }
@@ -183,7 +183,7 @@ impl Panel {
         sums
     }
 
-    /// ∫ b q̇² dt from the start to `theta` [s].
+    /// ∫ b q̇² dt from the start to `theta` (s).
     pub fn damping_loss(&self, bodies: &Bodies, theta: f64) -> f64 {
         if bodies.b == 0.0 || theta <= 0.0 {
             return 0.0;

@@ -17,7 +17,7 @@ use crate::numerics::count::at_most;
 use crate::numerics::oscillator::Oscillator;
 use serde::{Deserialize, Serialize};
 
-/// The fastest rate times the length of a series [rad].
+/// The fastest rate times the length of a series (rad).
 pub const REACH: f64 = 2.0;
 
 /// The most terms of a series: of ü, 2²²/22! = 4e-15 is left out, of q and the gap 2²⁴/24! = 3e-17.
@@ -43,7 +43,7 @@ struct Pair([f64; 2]);
 /// u (contact) or ζ (flight) beside q.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Series {
-    /// The unit of time [s].
+    /// The unit of time (s).
     pub span: f64,
     /// Terms of ü, even.
     #[serde(deserialize_with = "at_most::<_, MOST_TERMS>")]
@@ -55,18 +55,18 @@ pub struct Series {
 
 /// The series of the flank.
 pub struct FlankSeries {
-    /// The unit of time [s].
+    /// The unit of time (s).
     pub span: f64,
     /// Terms of ü, even.
     pub terms: usize,
     /// The coefficients of u.
     pub u: Terms,
-    /// What it took [nominal µs].
+    /// What it took (nominal µs).
     pub cost: f64,
 }
 
 impl FlankSeries {
-    /// From `from` on with `span` [s] as the unit of time, or with one in which it decays fast enough.
+    /// From `from` on with `span` (s) as the unit of time, or with one in which it decays fast enough.
     pub fn new(flank: &impl FlankMotion, from: &Beginning, terms: usize, mut span: f64) -> Self {
         let (mut u, mut cost) = ([0.0; COEFFICIENTS], 0.0);
         for _ in 0..MOST_HALVINGS {
@@ -123,7 +123,7 @@ impl Series {
         Series { span, terms, per_span: 1.0 / span, pairs }
     }
 
-    /// u or ζ, and q, `theta` [s] after the start; and their rates.
+    /// u or ζ, and q, `theta` (s) after the start; and their rates.
     pub fn at(&self, theta: f64) -> [[f64; 2]; 2] {
         let x = theta * self.per_span;
         // Even and odd terms apart: p = E(x²) + x O(x²), p′ = O + 2x E′ + 2x² O′.
@@ -144,7 +144,7 @@ impl Series {
         [values, rates.map(|rate| rate * self.per_span)]
     }
 
-    /// ü in contact, `theta` [s] after the start.
+    /// ü in contact, `theta` (s) after the start.
     pub fn flank_acceleration(&self, theta: f64) -> f64 {
         let x = theta * self.per_span;
         let sum = (0..self.terms).rev().fold(0.0, |sum, n| sum * x + ORDER[n] * ORDER[n + 1] * self.pairs[n + 2].0[0]);
@@ -173,7 +173,7 @@ impl Series {
         zeta
     }
 
-    /// What is rounded up to `theta` [s], as the sizes of the first terms, and what is neglected: in ζ, ζ̇, q, q̇.
+    /// What is rounded up to `theta` (s), as the sizes of the first terms, and what is neglected: in ζ, ζ̇, q, q̇.
     pub fn errors(&self, mode: Mode, theta: f64) -> [[f64; 4]; 2] {
         let x = (theta * self.per_span).min(1.0);
         // The impact is located with these terms only; a state has two terms more.
@@ -243,7 +243,7 @@ fn part_of_term(n: usize) -> f64 {
     (1..=n).map(|n| REACH / n as f64).product()
 }
 
-/// Whether the last two terms of ü are as small as at constant speed; `scale` [m] is the size of ü in units of the
+/// Whether the last two terms of ü are as small as at constant speed; `scale` (m) is the size of ü in units of the
 /// span.
 fn decayed(u: &[f64], scale: f64) -> bool {
     let term = |n: usize| (n * (n - 1)) as f64 * u[n].abs();

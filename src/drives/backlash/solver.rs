@@ -28,13 +28,13 @@ const NEARBY: f64 = 1e-2;
 /// What is counted since the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Tally {
-    /// ΣP [N·s].
+    /// ΣP (N·s).
     pub impulse: f64,
     /// Number of impacts.
     pub impacts: f64,
-    /// Energy lost in impacts [J].
+    /// Energy lost in impacts (J).
     pub energy_loss: f64,
-    /// ∫ b q̇² dt up to the current panel [J].
+    /// ∫ b q̇² dt up to the current panel (J).
     pub damping_loss: f64,
     /// Panels.
     pub panels: f64,
@@ -43,9 +43,9 @@ pub struct Tally {
 /// ∫ F_K dt + ΣP and ∫ U′ F_K dt + Σ U′P over the communication step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Sums {
-    /// [N·s].
+    /// (N·s).
     pub force: f64,
-    /// [N·m·s].
+    /// (N·m·s).
     pub torque: f64,
 }
 
@@ -55,7 +55,7 @@ pub struct Run {
     /// The current panel.
     pub panel: Panel,
     /// Where the panel began in which the communication step started, if that is not the current one, and when the step
-    /// did [s].
+    /// did (s).
     begin: (Option<Beginning>, f64),
     /// Counts since the start.
     pub tally: Tally,
@@ -67,7 +67,7 @@ pub struct Run {
 
 /// How far to go and what to note.
 pub struct Stretch<'a> {
-    /// The end of the communication step [s].
+    /// The end of the communication step (s).
     pub end: f64,
     /// The longest panel [s]: what is left of the motion as prescribed.
     pub horizon: f64,
@@ -113,7 +113,7 @@ impl Run {
         self.errors.enter(self.panel.series.errors(self.panel.mode(), self.panel.limit()));
     }
 
-    /// Counts what has passed when the current panel is left `theta` [s] after its start.
+    /// Counts what has passed when the current panel is left `theta` (s) after its start.
     pub fn pass_panel(&mut self, bodies: &Bodies, theta: f64) {
         self.tally.damping_loss += self.panel.damping_loss(bodies, theta);
         self.errors.leave(theta);
@@ -134,7 +134,7 @@ impl Run {
         self.pushed = Sums::default();
     }
 
-    /// The motion of a communication step begins at `time` [s] in the current panel.
+    /// The motion of a communication step begins at `time` (s) in the current panel.
     pub fn begin_here(&mut self, time: f64) {
         self.begin = (None, time);
     }
@@ -145,17 +145,17 @@ impl Run {
     }
 
     /// A bound of the errors of places and velocities up to the end of the current panel, relative to those of the cam,
-    /// `largest` [m], [m/s].
+    /// `largest` (m), (m/s).
     pub fn error_estimate(&self, bodies: &Bodies, largest: [f64; 2]) -> f64 {
         self.errors.relative(bodies, self.panel.limit(), largest)
     }
 
-    /// How far `time` is from the start of the panel [s].
+    /// How far `time` is from the start of the panel (s).
     pub fn theta(&self, time: f64) -> f64 {
         self.panel.until(time).min(self.panel.length).max(0.0)
     }
 
-    /// What is read at `time` [s], where the current panel holds it and nothing happens before.
+    /// What is read at `time` (s), where the current panel holds it and nothing happens before.
     pub fn within(&self, bodies: &Bodies, time: f64) -> Option<Reading> {
         (self.panel.until(time) < self.panel.limit()).then(|| self.panel.reading(bodies, self.theta(time)))
     }
@@ -348,7 +348,7 @@ impl Sums {
 
 /// The integrals over a communication step, taken panel by panel.
 struct Integral {
-    /// Where they begin in the current panel [s].
+    /// Where they begin in the current panel (s).
     from: f64,
     sums: Sums,
 }

@@ -22,16 +22,16 @@ pub enum Found {
 pub struct Search<'a> {
     pub from: &'a Beginning,
     pub series: &'a Series,
-    /// Up to here [s].
+    /// Up to here (s).
     pub length: f64,
-    /// The fastest change [rad/s].
+    /// The fastest change (rad/s).
     pub rate: f64,
-    /// The force that counts as zero [N].
+    /// The force that counts as zero (N).
     pub resolution: f64,
 }
 
 impl Search<'_> {
-    /// The first event, and when after the start [s].
+    /// The first event, and when after the start (s).
     pub fn first_event(&self, bodies: &Bodies) -> Option<(Found, f64)> {
         match self.from.phase.mode {
             Mode::Contact(contact) => self.release(bodies, contact),

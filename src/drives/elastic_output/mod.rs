@@ -4,8 +4,8 @@
 //!
 //! m q̈ + b q̇ + c q = −m ẍ, with ẍ = U″ ω² + U′ α.
 //!
-//! Symbols: m mass of the output member \[kg\], c stiffness \[N/m\] and b damping \[N·s/m\] between cam and mass,
-//! q deformation \[m\], φ drive angle \[rad\] with ω = φ̇ and α = φ̈.
+//! Symbols: m mass of the output member (kg), c stiffness (N/m) and b damping (N·s/m) between cam and mass,
+//! q deformation (m), φ drive angle (rad) with ω = φ̇ and α = φ̈.
 //! Signs: force = −(c q + b q̇) acts on the mass, positive in the sense of y; tau = U′·force is the torque from the
 //! drive into the cam unit and loads the drive where it is positive.
 //!
@@ -38,11 +38,11 @@ use std::sync::Arc;
 /// The drive as a scene describes it, coherent SI.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Scene {
-    /// Mass of the output member m [kg].
+    /// Mass of the output member m (kg).
     pub m: f64,
-    /// Stiffness between cam and mass c [N/m].
+    /// Stiffness between cam and mass c (N/m).
     pub c: f64,
-    /// Damping between cam and mass b [N·s/m].
+    /// Damping between cam and mass b (N·s/m).
     pub b: f64,
     /// U.
     pub cam: MotionLaw,
@@ -80,24 +80,24 @@ pub struct ElasticOutput {
 /// Cam and mass at an instant: what nearly every output is made of.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct Moment {
-    /// t [s].
+    /// t (s).
     time: f64,
-    /// ω [rad/s].
+    /// ω (rad/s).
     w: f64,
-    /// U [m], U′ [m/rad].
+    /// U (m), U′ (m/rad).
     u: Pair,
-    /// q [m], q̇ [m/s].
+    /// q (m), q̇ (m/s).
     q: Pair,
 }
 
 /// The cam at an instant, with all derivatives.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct Position {
-    /// t [s].
+    /// t (s).
     time: f64,
     /// φ and its time derivatives.
     phi: [f64; 5],
-    /// U … U⁗ [m].
+    /// U … U⁗ (m).
     u: [f64; 5],
 }
 
@@ -182,7 +182,7 @@ impl ElasticOutput {
         Position::of(&self.cam.law, self.response.motion(), self.now.time)
     }
 
-    /// Lets the response go on from `now`, on a motion that is valid up to `until` [s].
+    /// Lets the response go on from `now`, on a motion that is valid up to `until` (s).
     fn restart(&mut self, until: f64) -> Result<(), Fault> {
         let motion = *self.response.motion();
         self.response.restart(&self.cam.law, &motion, self.now.time, until, self.now.q.array())
@@ -333,7 +333,7 @@ impl Drive for ElasticOutput {
 }
 
 impl ElasticOutput {
-    /// The mass is at `q` at `time` [s].
+    /// The mass is at `q` at `time` (s).
     fn arrive(&mut self, time: f64, q: [f64; 2]) -> Result<(), Fault> {
         self.arrive_at(Position::of(&self.cam.law, self.response.motion(), time), q)
     }

@@ -32,7 +32,7 @@ impl ElasticOutput {
         if finite { Ok(()) } else { Err(self.beyond_all_numbers()) }
     }
 
-    /// Takes up the motion that the inputs give at `time` [s]. The mass keeps position and velocity where they jump:
+    /// Takes up the motion that the inputs give at `time` (s). The mass keeps position and velocity where they jump:
     /// q⁺ = q⁻ − Δx, q̇⁺ = q̇⁻ − Δẋ.
     pub(super) fn take_up_inputs(&mut self, time: f64) {
         if !self.taken_up {

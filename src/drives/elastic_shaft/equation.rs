@@ -7,13 +7,13 @@ use crate::numerics::taylor::Scalar;
 /// The parameters of the equation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Equation {
-    /// Mass of the follower m [kg].
+    /// Mass of the follower m (kg).
     pub m: f64,
-    /// Moment of inertia of the cam J [kg·m²].
+    /// Moment of inertia of the cam J (kg·m²).
     pub inertia: f64,
-    /// Stiffness of the shaft c [N·m/rad].
+    /// Stiffness of the shaft c (N·m/rad).
     pub c: f64,
-    /// Damping of the shaft b [N·m·s/rad].
+    /// Damping of the shaft b (N·m·s/rad).
     pub b: f64,
     /// Whether the equation is linearised in q.
     pub linear: bool,
@@ -41,7 +41,7 @@ impl<S: Scalar> Flow<S> {
 }
 
 impl Equation {
-    /// q̈ [rad/s²].
+    /// q̈ (rad/s²).
     ///
     /// Nonlinear, U at ψ: (J + m U′²) ψ̈ = −(m U′U″ ψ̇² + b q̇ + c q).
     /// Linear (4.2), U at φ, g = U′U″:
@@ -65,7 +65,7 @@ impl Equation {
         }
     }
 
-    /// ∂q̈/∂q [1/s²] and ∂q̈/∂q̇ [1/s].
+    /// ∂q̈/∂q (1/s²) and ∂q̈/∂q̇ (1/s).
     pub fn jacobian(&self, cam: &Cam, f: &Flow<f64>) -> [f64; 2] {
         let [_, u1, u2, u3, ..] = cam.0;
         let inertia = self.inertia + self.m * u1 * u1;
@@ -81,13 +81,13 @@ impl Equation {
         }
     }
 
-    /// ∂q̈/∂φ [1/s²].
+    /// ∂q̈/∂φ (1/s²).
     pub fn slope(&self, cam: &Cam, f: &Flow<f64>) -> f64 {
         self.acceleration(cam, &f.over_angle(), 1.0).derivative(1)
     }
 
     /// What the rounding of U′, U″ and α makes of q̈, over the unit roundoff: m ψ̇² (|U″| max|U″| + |U′| max|U‴|)/(J + m U′²)
-    /// + |α| [rad/s²], since the sine of the k-th multiple of an angle is rounded k times as much as the angle. Where the
+    /// + |α| (rad/s²), since the sine of the k-th multiple of an angle is rounded k times as much as the angle. Where the
     /// cam turns slowly the twist follows the forces of the follower, q̇ all but vanishes, and this is what remains of q̈.
     pub fn rounding(&self, cam: &Cam, f: &Flow<f64>, [largest2, largest3]: [f64; 2]) -> f64 {
         let [_, u1, u2, ..] = cam.0;
@@ -96,7 +96,7 @@ impl Equation {
         self.m * speed * speed * products / (self.inertia + self.m * u1 * u1) + f.a.abs()
     }
 
-    /// y = U(ψ), or U + U′ q where the equation is linearised [m].
+    /// y = U(ψ), or U + U′ q where the equation is linearised (m).
     pub fn lift<S: Scalar>(&self, cam: &Cam, f: &Flow<S>) -> S {
         let [d0, d1, d2, d3, ..] = cam.0;
         let angle = f.argument(self.linear);
@@ -104,7 +104,7 @@ impl Equation {
         if self.linear { u + angle.compose([d1, d2, d3]) * f.q } else { u }
     }
 
-    /// ẏ = U′ ψ̇, or (U′ + U″ q) ω + U′ q̇ [m/s].
+    /// ẏ = U′ ψ̇, or (U′ + U″ q) ω + U′ q̇ (m/s).
     pub fn lift_speed<S: Scalar>(&self, cam: &Cam, f: &Flow<S>) -> S {
         let [_, d1, d2, d3, d4, _] = cam.0;
         let angle = f.argument(self.linear);
@@ -112,7 +112,7 @@ impl Equation {
         if self.linear { (u1 + angle.compose([d2, d3, d4]) * f.q) * f.w + u1 * f.v } else { u1 * f.cam_speed() }
     }
 
-    /// tau = −(c q + b q̇) [N·m].
+    /// tau = −(c q + b q̇) (N·m).
     pub fn torque<S: Scalar>(&self, q: S, v: S) -> S {
         -(q * self.c + v * self.b)
     }

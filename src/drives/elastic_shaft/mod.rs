@@ -7,8 +7,8 @@
 //! Linear in q, U at φ, ω = φ̇, α = φ̈: (J + m U′²) q̈ + (b + 2 m ω U′U″) q̇
 //! + \[c + m ω² (U″² + U′U‴) + 2 m α U′U″\] q = −m ω² U′U″ − (J + m U′²) α.
 //!
-//! Symbols: m mass of the follower \[kg\], J moment of inertia of the cam \[kg·m²\], c stiffness \[N·m/rad\] and
-//! b damping \[N·m·s/rad\] of the shaft, q twist \[rad\]. Signs: φ, ψ, tau positive in the same sense;
+//! Symbols: m mass of the follower (kg), J moment of inertia of the cam (kg·m²), c stiffness (N·m/rad) and
+//! b damping (N·m·s/rad) of the shaft, q twist (rad). Signs: φ, ψ, tau positive in the same sense;
 //! tau = −(c q + b q̇) is the torque from the drive into the cam unit and loads the drive where it is positive.
 //!
 //! Validity: the follower never leaves the cam; the linear equation where |q| is small against the angle over which
@@ -52,13 +52,13 @@ use turn::Table;
 /// The drive as a scene describes it, coherent SI.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Scene {
-    /// Mass of the follower m [kg].
+    /// Mass of the follower m (kg).
     pub m: f64,
-    /// Moment of inertia of the cam J [kg·m²].
+    /// Moment of inertia of the cam J (kg·m²).
     pub inertia: f64,
-    /// Stiffness of the shaft c [N·m/rad].
+    /// Stiffness of the shaft c (N·m/rad).
     pub c: f64,
-    /// Damping of the shaft b [N·m·s/rad].
+    /// Damping of the shaft b (N·m·s/rad).
     pub b: f64,
     /// Whether the equation is linearised in the twist.
     pub linear: bool,
@@ -90,9 +90,9 @@ pub struct ElasticShaft {
     /// φ(t) through the communication point.
     motion: AngleMotion,
     integrator: Collocation<2>,
-    /// The internal step of fixed cost at constant speed where none is asked for [s].
+    /// The internal step of fixed cost at constant speed where none is asked for (s).
     usual_step: f64,
-    /// Bounds of |U″| and |U‴| [m], to which the roundings of U′ and U″ are relative.
+    /// Bounds of |U″| and |U‴| (m), to which the roundings of U′ and U″ are relative.
     curvatures: [f64; 2],
     /// The linear equation at constant speed over its period; follows from the parameters, and all instances with the
     /// same ones share it.
@@ -102,9 +102,9 @@ pub struct ElasticShaft {
     course: Option<Course>,
     /// The segment of the law at the end of the integrator's last step.
     segment: usize,
-    /// The communication point [s].
+    /// The communication point (s).
     time: f64,
-    /// q [rad] and q̇ [rad/s] there.
+    /// q (rad) and q̇ (rad/s) there.
     twist: [f64; 2],
     /// φ, ω, q, q̇ at the end of the previous communication step, from which jumps of the inputs are counted.
     before: [f64; 4],

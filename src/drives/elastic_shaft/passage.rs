@@ -20,13 +20,13 @@ pub const OVERRUN: f64 = 1e-14;
 
 /// Where in its segment the cam was at the start of a step.
 pub struct Place {
-    /// The angle from the start of the segment [rad].
+    /// The angle from the start of the segment (rad).
     offset: f64,
-    /// The length of the segment [rad].
+    /// The length of the segment (rad).
     span: f64,
-    /// When [s].
+    /// When (s).
     start: Double,
-    /// φ, reduced [rad], and q [rad].
+    /// φ, reduced (rad), and q (rad).
     phi: f64,
     q: f64,
 }
@@ -34,7 +34,7 @@ pub struct Place {
 /// The cam leaves its segment.
 #[derive(Clone, Copy)]
 pub struct Exit {
-    /// When [s].
+    /// When (s).
     pub time: Double,
     /// Whether by the end of the segment.
     pub forward: bool,

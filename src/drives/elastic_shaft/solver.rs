@@ -44,9 +44,9 @@ pub struct Twist<'a> {
     pub motion: &'a AngleMotion,
     /// The segment of the law.
     pub segment: usize,
-    /// Bounds of |U″| and |U‴| [m].
+    /// Bounds of |U″| and |U‴| (m).
     pub curvatures: [f64; 2],
-    /// By how much φ is rounded [rad].
+    /// By how much φ is rounded (rad).
     pub rounding: f64,
     /// 1, or 0 for the homogeneous linear equation.
     pub forced: f64,
@@ -149,7 +149,7 @@ impl Twist<'_> {
         Ok(Some(beyond))
     }
 
-    /// By how much q̈ differs in the segment `beyond` from that in the present one where the last step ended [rad/s²].
+    /// By how much q̈ differs in the segment `beyond` from that in the present one where the last step ended (rad/s²).
     fn jump(&self, integrator: &Collocation<2>, beyond: usize) -> f64 {
         let f = self.flow(integrator.end(), &integrator.state());
         let acceleration = |segment| {
@@ -171,7 +171,7 @@ impl Twist<'_> {
         pace.step(integrator, self, limit, ITERATIONS[usize::from(self.equation.linear)])
     }
 
-    /// ∂q̈/∂φ at the end of the last step [1/s²].
+    /// ∂q̈/∂φ at the end of the last step (1/s²).
     pub fn slope(&self, integrator: &Collocation<2>) -> f64 {
         let f = self.flow(integrator.end(), &integrator.state());
         self.equation.slope(&self.cam(&f), &f)

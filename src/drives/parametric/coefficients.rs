@@ -23,13 +23,13 @@ pub enum Stiffness {
 /// m, b, c and f over the drive angle.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Coefficients {
-    /// m(φ) [kg·m² or kg].
+    /// m(φ) (kg·m² or kg).
     pub m: Fourier,
-    /// b(φ) [N·m·s/rad or N·s/m].
+    /// b(φ) (N·m·s/rad or N·s/m).
     pub b: Fourier,
-    /// c(φ) [N·m/rad or N/m].
+    /// c(φ) (N·m/rad or N/m).
     pub c: Stiffness,
-    /// f(φ) [N·m or N].
+    /// f(φ) (N·m or N).
     pub f: Fourier,
 }
 
@@ -52,7 +52,7 @@ impl Stiffness {
         Stiffness::Dips(crank.dips().collect())
     }
 
-    /// c, c′, c″, c‴ at `phi` [rad].
+    /// c, c′, c″, c‴ at `phi` (rad).
     pub fn at(&self, phi: f64) -> [f64; 4] {
         match self {
             Stiffness::Series(series) => at(series, phi),
@@ -119,12 +119,12 @@ impl Stiffness {
 }
 
 impl Coefficients {
-    /// All coefficients at `phi` [rad].
+    /// All coefficients at `phi` (rad).
     pub fn at(&self, phi: f64) -> Values {
         Values { m: at(&self.m, phi), b: at(&self.b, phi), c: self.c.at(phi), f: at(&self.f, phi) }
     }
 
-    /// What an evaluation takes [nominal µs], see [`crate::numerics::work`]; a dip as much as ten harmonics.
+    /// What an evaluation takes (nominal µs), see [`crate::numerics::work`]; a dip as much as ten harmonics.
     pub fn cost(&self) -> f64 {
         let stiffness = match &self.c {
             Stiffness::Series(series) => series.order(),
@@ -133,7 +133,7 @@ impl Coefficients {
         HARMONIC * (stiffness + [&self.m, &self.b, &self.f].map(Fourier::order).iter().sum::<usize>()) as f64
     }
 
-    /// The angle [rad] at which m is smallest, and its value there.
+    /// The angle (rad) at which m is smallest, and its value there.
     pub fn least_mass(&self) -> (f64, f64) {
         let order = self.m.order();
         if order == 0 {
@@ -167,7 +167,7 @@ impl Coefficients {
         own.fold(self.c.symmetry(), greatest_common_divisor).max(1)
     }
 
-    /// An angle [rad] over which b/m, c/m and f/m from `phi` on follow a polynomial: two radians of the highest
+    /// An angle (rad) over which b/m, c/m and f/m from `phi` on follow a polynomial: two radians of the highest
     /// harmonic, and half of the way to the nearest complex zero of m or pole of c, so that a cell of this length keeps
     /// three times its half-length away from them.
     pub fn reach(&self, phi: f64) -> f64 {
@@ -185,7 +185,7 @@ impl Coefficients {
         (0.5 * poles.min(self.to_massless(phi))).min(waves)
     }
 
-    /// A bound [rad] for the distance of `phi` from the nearest complex zero of m: where m + m′ x − ½ M x² could vanish,
+    /// A bound (rad) for the distance of `phi` from the nearest complex zero of m: where m + m′ x − ½ M x² could vanish,
     /// M bounding |m″| within a radian of the highest harmonic off the real axis.
     fn to_massless(&self, phi: f64) -> f64 {
         if self.m.order() == 0 {
@@ -198,7 +198,7 @@ impl Coefficients {
         if curvature > 0.0 { 2.0 * m / (slope + (slope * slope + 2.0 * curvature * m).sqrt()) } else { f64::INFINITY }
     }
 
-    /// The smallest angle that [`Coefficients::reach`] yields over the turn [rad], but for a factor of two.
+    /// The smallest angle that [`Coefficients::reach`] yields over the turn (rad), but for a factor of two.
     pub fn least_reach(&self) -> f64 {
         let dips = if let Stiffness::Dips(dips) = &self.c { &dips[..] } else { &[] };
         let places = dips.iter().map(|dip| dip.centre).chain([self.least_mass().0]);
@@ -206,7 +206,7 @@ impl Coefficients {
     }
 
     /// The turn divided so that [`Coefficients::reach`] covers each piece: where it begins, in [0, 2π), and its length
-    /// [rad]. Empty where no zero of m and no pole of c is near and one reach serves the whole turn.
+    /// (rad). Empty where no zero of m and no pole of c is near and one reach serves the whole turn.
     pub fn pieces(&self) -> Vec<(f64, f64)> {
         let waves = 2.0 / self.order().max(1) as f64;
         let mut pieces = Vec::new();
@@ -221,7 +221,7 @@ impl Coefficients {
         pieces
     }
 
-    /// A frequency [rad/s] that no vibration exceeds, but for that of m and c alone: √(max |c| / min m).
+    /// A frequency (rad/s) that no vibration exceeds, but for that of m and c alone: √(max |c| / min m).
     pub fn highest_frequency(&self) -> f64 {
         let largest = match &self.c {
             Stiffness::Series(series) => series.bound(0),
@@ -230,7 +230,7 @@ impl Coefficients {
         (largest / self.least_mass().1).sqrt()
     }
 
-    /// The mean of b/m over a turn [1/s], which is twice the logarithmic decay per second of the free motions together.
+    /// The mean of b/m over a turn (1/s), which is twice the logarithmic decay per second of the free motions together.
     /// The trapezoidal rule, which for periodic functions converges as their harmonics do.
     pub fn mean_damping(&self) -> f64 {
         if highest(&self.b) == 0 && highest(&self.m) == 0 {

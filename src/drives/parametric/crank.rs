@@ -22,19 +22,19 @@ use std::f64::consts::{FRAC_PI_2, PI};
 /// Shafts, cranks and coupling rods.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ParallelCrank {
-    /// Torsional stiffness of the driving shaft c_T1 [N·m/rad].
+    /// Torsional stiffness of the driving shaft c_T1 (N·m/rad).
     pub c_t1: f64,
-    /// Torsional stiffness of the driven shaft c_T2 [N·m/rad].
+    /// Torsional stiffness of the driven shaft c_T2 (N·m/rad).
     pub c_t2: f64,
-    /// Longitudinal stiffness of a coupling rod c_AB [N/m].
+    /// Longitudinal stiffness of a coupling rod c_AB (N/m).
     pub c_ab: f64,
-    /// Length of the cranks R [m].
+    /// Length of the cranks R (m).
     pub r: f64,
     /// The second crank set.
     pub second: SecondCrank,
 }
 
-/// Whether there is a second crank set, and how far it runs ahead, δ [rad].
+/// Whether there is a second crank set, and how far it runs ahead, δ (rad).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SecondCrank {
@@ -49,25 +49,25 @@ pub enum SecondCrank {
 /// A stiffness with dips, c(φ) = c₁₂ S/(σ + S), S = s₀ + s₂ sin²(φ − φ₀), s₂ ≥ 0.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Dip {
-    /// c₁₂ [N·m/rad].
+    /// c₁₂ (N·m/rad).
     pub stiffness: f64,
-    /// σ [1].
+    /// σ (1).
     pub sigma: f64,
-    /// s₀ [1].
+    /// s₀ (1).
     pub least: f64,
-    /// s₂ [1].
+    /// s₂ (1).
     pub swing: f64,
     /// φ₀ [rad]: c is smallest there and half a turn on.
     pub centre: f64,
 }
 
 impl ParallelCrank {
-    /// c₁₂ of the two shafts in series [N·m/rad].
+    /// c₁₂ of the two shafts in series (N·m/rad).
     pub fn shafts(&self) -> f64 {
         self.c_t1 / (1.0 + self.c_t1 / self.c_t2)
     }
 
-    /// σ = c₁₂/(c_AB R²) [1].
+    /// σ = c₁₂/(c_AB R²) (1).
     pub fn sigma(&self) -> f64 {
         self.shafts() / (self.c_ab * self.r * self.r)
     }
@@ -90,7 +90,7 @@ impl ParallelCrank {
 }
 
 impl Dip {
-    /// c, c′, c″, c‴ [N·m/radⁿ⁺¹] at `phi` [rad]. By the quotients of D = σ + S and its derivatives, so that no power
+    /// c, c′, c″, c‴ (N·m/radⁿ⁺¹) at `phi` (rad). By the quotients of D = σ + S and its derivatives, so that no power
     /// of a small D is formed, and without cancellation near the dead centres.
     pub fn at(&self, phi: f64) -> [f64; 4] {
         let (sin, cos) = (phi - self.centre).sin_cos();
@@ -115,7 +115,7 @@ impl Dip {
         self.swing / ((least + self.swing).sqrt() + least.sqrt()).powi(2)
     }
 
-    /// How far the complex zeros of σ + S lie from the real axis [rad]; infinite where c is constant.
+    /// How far the complex zeros of σ + S lie from the real axis (rad); infinite where c is constant.
     pub fn width(&self) -> f64 {
         -0.5 * self.decay().ln()
     }

@@ -24,17 +24,17 @@ impl Values {
         if relative { acceleration - flow.a } else { acceleration }
     }
 
-    /// −(c q + b q̇): the force that spring and damper transmit [N·m or N].
+    /// −(c q + b q̇): the force that spring and damper transmit (N·m or N).
     pub fn transmitted<S: Scalar>(&self, flow: &Flow<S>) -> S {
         -(of(flow, &self.c) * flow.q + of(flow, &self.b) * flow.v)
     }
 
-    /// ½ (m′ q̇² + c′ q²): the torque by which the drive feeds ½ m q̇² + ½ c q² where m and c vary [N·m].
+    /// ½ (m′ q̇² + c′ q²): the torque by which the drive feeds ½ m q̇² + ½ c q² where m and c vary (N·m).
     pub fn parametric_torque<S: Scalar>(&self, flow: &Flow<S>) -> S {
         (slope(flow, &self.m) * flow.v * flow.v + slope(flow, &self.c) * flow.q * flow.q) * 0.5
     }
 
-    /// c [N·m/rad or N/m].
+    /// c (N·m/rad or N/m).
     pub fn stiffness<S: Scalar>(&self, flow: &Flow<S>) -> S {
         of(flow, &self.c)
     }
@@ -65,7 +65,7 @@ impl Vibration<'_> {
         Flow { phi: shaft.reduced, w, a, q: y[0], v: y[1] }
     }
 
-    /// ∂q̈/∂φ at the end of the last step [1/s²].
+    /// ∂q̈/∂φ at the end of the last step (1/s²).
     pub fn slope(&self, integrator: &Collocation<2>) -> f64 {
         let flow = self.flow(integrator.end(), &integrator.state());
         self.coefficients.at(flow.phi).acceleration(&flow.over_angle(), self.relative).derivative(1)

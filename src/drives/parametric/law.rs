@@ -21,13 +21,13 @@ pub enum Law {
 pub struct SeriesLaw {
     /// What q is.
     pub coordinate: Coordinate,
-    /// m(φ) [kg·m² or kg].
+    /// m(φ) (kg·m² or kg).
     pub m: Fourier,
-    /// b(φ) [N·m·s/rad or N·s/m].
+    /// b(φ) (N·m·s/rad or N·s/m).
     pub b: Fourier,
-    /// c(φ) [N·m/rad or N/m].
+    /// c(φ) (N·m/rad or N/m).
     pub c: Fourier,
-    /// f(φ) [N·m or N]; None where nothing acts.
+    /// f(φ) (N·m or N); None where nothing acts.
     pub f: Option<Fourier>,
 }
 
@@ -35,9 +35,9 @@ pub struct SeriesLaw {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Coordinate {
-    /// An angle [rad].
+    /// An angle (rad).
     Rotation,
-    /// A length [m].
+    /// A length (m).
     Translation,
 }
 
@@ -46,11 +46,11 @@ pub enum Coordinate {
 pub struct CrankLaw {
     /// Shafts, cranks and rods.
     pub crank: ParallelCrank,
-    /// Moment of inertia on the driven side J [kg·m²].
+    /// Moment of inertia on the driven side J (kg·m²).
     pub inertia: f64,
-    /// Damping between both sides b_T [N·m·s/rad].
+    /// Damping between both sides b_T (N·m·s/rad).
     pub damping: f64,
-    /// Torque on the driven side f(φ) [N·m], positive in the sense of φ; None where nothing acts.
+    /// Torque on the driven side f(φ) (N·m), positive in the sense of φ; None where nothing acts.
     pub load: Option<Fourier>,
     /// Up to which harmonic c_T is taken into account; None for all of them.
     pub harmonics: Option<usize>,

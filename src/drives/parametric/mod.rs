@@ -3,8 +3,8 @@
 //! m(φ) q̈ + b(φ) q̇ + c(φ) q = f(φ), φ(t) prescribed. The coefficients are finite Fourier series, or those of a
 //! parallel-crank drive: J ψ̈ + b_T q̇ + c_T(φ) q = f(φ) with ψ = φ + q (modules [`crank`] and [`law`]).
 //!
-//! Symbols: m mass \[kg·m² or kg\], b damping \[N·m·s/rad or N·s/m\], c stiffness \[N·m/rad or N/m\], f torque or force
-//! on the mass, positive in the sense of q, q angle \[rad\] or length \[m\]; φ drive angle \[rad\]. Signs: φ, ψ and torques are positive in the same
+//! Symbols: m mass (kg·m² or kg), b damping (N·m·s/rad or N·s/m), c stiffness (N·m/rad or N/m), f torque or force
+//! on the mass, positive in the sense of q, q angle (rad) or length (m); φ drive angle (rad). Signs: φ, ψ and torques are positive in the same
 //! sense; tau = −(c q + b q̇) is the torque from the drive into the unit and loads the drive where it is positive.
 //!
 //! Energy: d/dt (½ m q̇² + ½ c q²) = f q̇ − b q̇² + ω ½ (m′ q̇² + c′ q²); the last term, `tau_parametric` times ω, is
@@ -71,7 +71,7 @@ pub struct ParametricDrive {
     /// φ(t) through the communication point.
     motion: AngleMotion,
     integrator: Collocation<2>,
-    /// The highest frequency [rad/s] and the angle of a step of fixed cost [rad].
+    /// The highest frequency (rad/s) and the angle of a step of fixed cost (rad).
     pace: [f64; 2],
     /// The equation at constant speed over its period; follows from the parameters, and all instances with the same ones
     /// share it.
@@ -81,9 +81,9 @@ pub struct ParametricDrive {
     course: Option<Course>,
     /// ln of the largest modulus of the Floquet multipliers over a turn.
     growth: f64,
-    /// The communication point [s].
+    /// The communication point (s).
     time: f64,
-    /// q [rad or m] and q̇ there.
+    /// q (rad or m) and q̇ there.
     state: [f64; 2],
     /// φ, ω, q, q̇ at the end of the previous communication step, from which jumps of the inputs are counted.
     before: [f64; 4],

@@ -18,9 +18,9 @@ use serde::{Deserialize, Serialize};
 /// Cam and mass at an instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Instant {
-    /// U [m] and U′ [m/rad].
+    /// U (m) and U′ (m/rad).
     pub u: Pair,
-    /// q [m] and q̇ [m/s].
+    /// q (m) and q̇ (m/s).
     pub q: Pair,
 }
 
@@ -32,7 +32,7 @@ const UNFELT: f64 = 1e-17;
 pub struct ClosedForm {
     /// The speed for which the harmonics were computed.
     holds_for: Option<f64>,
-    /// a₀ [m].
+    /// a₀ (m).
     #[serde(skip)]
     mean: f64,
     #[serde(skip)]
@@ -45,7 +45,7 @@ pub struct ClosedForm {
     /// k and resonant part.
     #[serde(skip)]
     resonant: Vec<(usize, Resonant)>,
-    /// What roundings make of the harmonics of q [m].
+    /// What roundings make of the harmonics of q (m).
     #[serde(skip)]
     rounded: f64,
 }
@@ -53,18 +53,18 @@ pub struct ClosedForm {
 /// The motion from a start on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Run {
-    /// When it started [s].
+    /// When it started (s).
     start: f64,
-    /// φ [rad] at a time [s].
+    /// φ (rad) at a time (s).
     known: (f64, f64),
     /// φ and, where the free motion oscillates, its phase since the start.
     phases: Phases,
-    /// What the start has beyond the harmonic response: q [m], q̇ [m/s].
+    /// What the start has beyond the harmonic response: q (m), q̇ (m/s).
     offset: [f64; 2],
     free: FreeMotion,
-    /// When the free motion has died away [s].
+    /// When the free motion has died away (s).
     settled: f64,
-    /// The largest |q| that was asked for [m].
+    /// The largest |q| that was asked for (m).
     largest: f64,
 }
 
@@ -136,7 +136,7 @@ impl ClosedForm {
         self.holds_for.is_some()
     }
 
-    /// Starts at `time` [s] from `state` = q, q̇ on `motion`, which has a constant speed; U and U′ of a law that is no series
+    /// Starts at `time` (s) from `state` = q, q̇ on `motion`, which has a constant speed; U and U′ of a law that is no series
     /// are not computed.
     pub fn restart(&mut self, oscillator: &Oscillator, motion: &AngleMotion, time: f64, state: [f64; 2]) -> Run {
         let w = motion.coefficients[1];
@@ -169,7 +169,7 @@ impl ClosedForm {
         [largest(0), largest(1)]
     }
 
-    /// What roundings can have done to q by `time` [s], relative to the largest |q| since the start: each of the motions that
+    /// What roundings can have done to q by `time` (s), relative to the largest |q| since the start: each of the motions that
     /// q consists of is rounded by itself, and near a resonance or soon after the start they all but cancel.
     pub fn rounding(&self, run: &Run, oscillator: &Oscillator, time: f64) -> f64 {
         let elapsed = time - run.start;
@@ -205,7 +205,7 @@ impl ClosedForm {
         }
     }
 
-    /// Cam and mass at `time` [s], not before the start, on the motion of the start.
+    /// Cam and mass at `time` (s), not before the start, on the motion of the start.
     pub fn at(&self, run: &mut Run, oscillator: &Oscillator, motion: &AngleMotion, time: f64) -> Instant {
         let ([s, c], free) = if time > run.settled {
             (run.phases.first(time), [0.0; 2])

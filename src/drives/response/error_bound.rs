@@ -27,7 +27,7 @@ pub fn of_free_motion() -> f64 {
     CLOSED * ROUNDING
 }
 
-/// The quadratures err alike as long as the highest harmonic turns by about this [rad].
+/// The quadratures err alike as long as the highest harmonic turns by about this (rad).
 const ALIKE: f64 = 2.0;
 
 /// So many steps at most, where the cam hardly moves.
@@ -36,13 +36,13 @@ const MOST_ALIKE: f64 = 1e4;
 /// An estimate of the errors of q and q̇ that is rarely too small.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ErrorBound {
-    /// Sum of the squares of what quadratures neglected and roundings of ẍ did to q [m²] and to q̇ [m²/s²], decayed.
+    /// Sum of the squares of what quadratures neglected and roundings of ẍ did to q (m²) and to q̇ (m²/s²), decayed.
     neglected: [f64; 2],
-    /// Sum of the roundings of q [m] and q̇ [m/s], decayed.
+    /// Sum of the roundings of q (m) and q̇ (m/s), decayed.
     rounded: [f64; 2],
-    /// The time over which errors of q̇ add up to errors of q [s].
+    /// The time over which errors of q̇ add up to errors of q (s).
     elapsed: f64,
-    /// The largest |q| and the largest estimated error of q so far [m].
+    /// The largest |q| and the largest estimated error of q so far (m).
     largest: f64,
     worst: f64,
     /// The largest relative error of a closed form so far.
@@ -52,17 +52,17 @@ pub struct ErrorBound {
 /// A step.
 #[derive(Clone, Copy, Debug)]
 pub struct Made {
-    /// Its length [s].
+    /// Its length (s).
     pub length: f64,
-    /// Bounds of the errors of its quadrature, of q [m] and q̇ [m/s], at its end.
+    /// Bounds of the errors of its quadrature, of q (m) and q̇ (m/s), at its end.
     pub error: [f64; 2],
-    /// A bound of |ẍ| [m/s²].
+    /// A bound of |ẍ| (m/s²).
     pub forcing: f64,
     /// The order of the law.
     pub order: f64,
-    /// The angle by which its highest harmonic turns in the step [rad].
+    /// The angle by which its highest harmonic turns in the step (rad).
     pub turned: f64,
-    /// The angle as it was rounded [rad]; 0 where it is known to more digits.
+    /// The angle as it was rounded (rad); 0 where it is known to more digits.
     pub angle: f64,
     /// q, q̇ at its end.
     pub state: [f64; 2],
@@ -97,7 +97,7 @@ impl ErrorBound {
         self.worst = self.worst.max(neglected + self.rounded[0] + span * self.rounded[1]);
     }
 
-    /// Adds that a breakpoint of the law, where U″ jumps, was passed `late` [rad] and by a rounding of `angle` [rad] off.
+    /// Adds that a breakpoint of the law, where U″ jumps, was passed `late` (rad) and by a rounding of `angle` (rad) off.
     pub fn pass_late(&mut self, jump: f64, w: f64, late: f64, angle: f64) {
         let v = jump * w * (late + ROUNDING * angle.abs());
         self.neglected[1] += v * v;
@@ -121,7 +121,7 @@ impl ErrorBound {
     }
 }
 
-/// What an interpolant of −ẍ over `length` [s] does to q [m] and q̇ [m/s] by the coefficients that it has not, N₁ and N₂:
+/// What an interpolant of −ẍ over `length` (s) does to q (m) and q̇ (m/s) by the coefficients that it has not, N₁ and N₂:
 /// at the end of the piece and between.
 ///
 /// At the points of interpolation Tₙ₊ₘ is Tₙ₋ₘ, so that −ẍ errs by N₁ (Tₙ₊₁ − Tₙ₋₁) + N₂ (Tₙ₊₂ − Tₙ₋₂), n even. Over the

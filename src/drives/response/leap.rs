@@ -37,7 +37,7 @@ const FACTOR: f64 = 1.0 / 5753767219200.0;
 /// order 11 are 1e-4, those of the kernel of the order 21 below 1e-16, the product of lower orders is integrated exactly.
 const SLOW: f64 = 4.0;
 
-/// Shorter steps, whose squares are near the smallest numbers, are none [s].
+/// Shorter steps, whose squares are near the smallest numbers, are none (s).
 const SHORTEST: f64 = 1e-100;
 
 /// Relative to the step, lengths as near as this count as the same one; the difference, a rounding of the clock, is
@@ -62,7 +62,7 @@ const BENDS: [[f64; ORDERS]; PAIRS] = {
 /// What steps of one length need of the oscillator, and where the last one ended.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Leap {
-    /// h [s]; 0 while unknown.
+    /// h (s); 0 while unknown.
     length: f64,
     /// Wₙ/n!, n ≥ 2: that of q at the start beside that of q̇ at the end, then the other two.
     weights: [[Pair; 2]; ORDERS - 2],
@@ -70,13 +70,13 @@ pub struct Leap {
     free: [[f64; 2]; 2],
     /// The decay of the slower mode over the step.
     pub decay: f64,
-    /// U, U′ … where the cam was last, and its angle there [rad]; infinite while unknown.
+    /// U, U′ … where the cam was last, and its angle there (rad); infinite while unknown.
     u: [Pair; PAIRS],
     angle: f64,
 }
 
-/// What a step over `length` [s] leaves of the largest |ẍ|, for a law of this order and a cam below this speed [rad/s] and
-/// acceleration [rad/s²]; infinite where the quadrature does not do.
+/// What a step over `length` (s) leaves of the largest |ẍ|, for a law of this order and a cam below this speed (rad/s) and
+/// acceleration (rad/s²); infinite where the quadrature does not do.
 pub fn left(oscillator: &Oscillator, order: f64, [speed, acceleration]: [f64; 2], length: f64) -> f64 {
     let (_, fast) = oscillator.rates();
     if !(fast * length <= SLOW && SHORTEST <= length) {
@@ -93,7 +93,7 @@ impl Leap {
         Leap { length: 0.0, weights, free: [[0.0; 2]; 2], decay: 1.0, u: Default::default(), angle: f64::INFINITY }
     }
 
-    /// From `state` over `length` [s] from this angle, speed and acceleration on: U, U′ and q, q̇ at the end.
+    /// From `state` over `length` (s) from this angle, speed and acceleration on: U, U′ and q, q̇ at the end.
     pub fn over(
         &mut self,
         oscillator: &Oscillator,

@@ -14,7 +14,7 @@ pub struct Local {
 }
 
 impl Local {
-    /// `motion` about `start` [s].
+    /// `motion` about `start` (s).
     pub fn of(motion: &AngleMotion, start: Double) -> Self {
         let c = &motion.coefficients;
         let tau = start - Double::from(motion.origin);

@@ -7,7 +7,7 @@ use crate::drives::cam_drive::AngleMotion;
 use crate::motion::MotionLaw;
 
 impl Response {
-    /// Cam and mass at the end of the step from `time` to `end` [s] from `state`, where one quadrature reaches so far or inputs
+    /// Cam and mass at the end of the step from `time` to `end` (s) from `state`, where one quadrature reaches so far or inputs
     /// `go_on` at the same speed.
     pub fn leap(&mut self, law: &MotionLaw, [time, end]: [f64; 2], state: [f64; 2], go_on: bool) -> Option<Instant> {
         let series = law.series()?;

@@ -27,7 +27,7 @@ pub struct Table {
 }
 
 impl Table {
-    /// The table of this oscillator behind a cam with this law that turns at `w` [rad/s] from `phi_start` [rad].
+    /// The table of this oscillator behind a cam with this law that turns at `w` (rad/s) from `phi_start` (rad).
     pub fn new(oscillator: Oscillator, law: Arc<MotionLaw>, w: f64, phi_start: f64, tolerance: f64) -> Self {
         let map = CamTurn::new(&law, w, phi_start).and_then(|cam| {
             let (_, fast) = oscillator.rates();

@@ -25,14 +25,14 @@ pub struct Course<'a> {
     pub torques: Torques,
     /// Relative tolerance.
     pub tolerance: f64,
-    /// The length that the next step may have [rad].
+    /// The length that the next step may have (rad).
     pub next_length: f64,
     /// Evaluations of N so far.
     pub evaluations: f64,
 }
 
 impl Course<'_> {
-    /// The step from `position` on, not beyond the end of its cell and not longer than `most` [rad]; None where no step
+    /// The step from `position` on, not beyond the end of its cell and not longer than `most` (rad); None where no step
     /// meets the tolerance.
     pub fn pass(&mut self, position: Position, before: Option<&Passage>, most: f64) -> Option<Passage> {
         let cell = &self.raster.cells()[position.cell];

@@ -41,19 +41,19 @@ pub struct Cycle {
 /// How a step is passed on the periodic motion and beside it.
 struct Lap {
     passage: Passage,
-    /// What E grows by [J], and how long the passage takes [s].
+    /// What E grows by (J), and how long the passage takes (s).
     gain: Double,
     duration: Double,
     /// g − 1 at the end.
     growth: f64,
-    /// dt/dδ of the whole passage [s/J], and the same relative to its duration [1/J].
+    /// dt/dδ of the whole passage (s/J), and the same relative to its duration (1/J).
     delay: f64,
     slower: f64,
-    /// 1/E at the beginning [1/J].
+    /// 1/E at the beginning (1/J).
     per_joule: f64,
     /// What δ/E leaves within the passage: g and the integral for δt are taken as if they went with x and t.
     bent: f64,
-    /// The largest |δ| [J].
+    /// The largest |δ| (J).
     reach: f64,
 }
 

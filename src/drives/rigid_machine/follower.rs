@@ -13,11 +13,11 @@ use std::f64::consts::TAU;
 /// A tool that a cam of the machine moves, itself or by a lever and the mechanisms behind it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Follower {
-    /// The tool's mass m [kg], or its moment of inertia [kg·m²] where it turns.
+    /// The tool's mass m (kg), or its moment of inertia (kg·m²) where it turns.
     pub m: f64,
     /// Whether the tool's coordinate is an angle.
     pub turns: bool,
-    /// U(φ) of the tool [m or rad]; with mechanisms the angle of the lever [rad].
+    /// U(φ) of the tool (m or rad); with mechanisms the angle of the lever (rad).
     pub cam: MotionLaw,
     /// The mechanisms between lever and tool.
     pub linkage: Linkage,
@@ -26,7 +26,7 @@ pub struct Follower {
 /// What a polynomial may miss of the inertia, as part of its largest value: some roundings of the mechanisms' formulas.
 const ROUNDING: f64 = 2e-14;
 
-/// The polynomial of degree 15 meets a wave of the order 1 to rounding over this width [rad].
+/// The polynomial of degree 15 meets a wave of the order 1 to rounding over this width (rad).
 const WAVE: f64 = 2.6;
 
 /// How many times finer than the law the inertia may be; a mechanism that comes nearer to a singular position is refused or
@@ -38,7 +38,7 @@ const FINEST: f64 = 256.0;
 const MOST_SAMPLES: f64 = 65536.0;
 const HIGHEST_RATIO: f64 = MOST_SAMPLES / 32.0;
 
-/// The evaluation of a mechanism [nominal µs].
+/// The evaluation of a mechanism (nominal µs).
 const MECHANISM: f64 = 0.15;
 
 impl Follower {
@@ -84,7 +84,7 @@ impl Follower {
         self.linkage.check(prefix, self.samples(), |phi| self.lever(phi))
     }
 
-    /// What an evaluation of its inertia takes [nominal µs].
+    /// What an evaluation of its inertia takes (nominal µs).
     pub(super) fn cost(&self) -> f64 {
         self.cam.cost() + MECHANISM * self.linkage.0.len() as f64
     }

@@ -49,14 +49,14 @@ const USUAL: f64 = 1e-3;
 /// The grid and the internal step that holds the communication point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Grid {
-    /// Where the grid begins [s].
+    /// Where the grid begins (s).
     origin: f64,
-    /// The length of its steps [s].
+    /// The length of its steps (s).
     pub size: f64,
     span: Option<Span>,
-    /// τ and M_an for which the step holds [N·m].
+    /// τ and M_an for which the step holds (N·m).
     torques: [f64; 2],
-    /// The point of the grid towards which the steps go [s], and how often borders have cut the way there.
+    /// The point of the grid towards which the steps go (s), and how often borders have cut the way there.
     point: Double,
     cuts: u32,
     /// Changes of the interval without a step in between.
@@ -99,7 +99,7 @@ struct Prospect {
 }
 
 impl RigidMachine {
-    /// The grid from `origin` [s] on.
+    /// The grid from `origin` (s) on.
     pub(super) fn grid_from(&self, origin: f64) -> Grid {
         let asked = self.solver.settings.step_size;
         let size = if asked > 0.0 { asked } else { self.usual_step() };
@@ -133,7 +133,7 @@ impl RigidMachine {
         }
     }
 
-    /// Integrates over the communication step of length `step` from `time` [s].
+    /// Integrates over the communication step of length `step` from `time` (s).
     pub(super) fn travel_on_grid(&mut self, time: f64, step: f64) -> Result<(), Fault> {
         let target = two_sum(time, step);
         self.prepare_raster_once()?;

@@ -10,7 +10,7 @@ use std::sync::OnceLock;
 /// The part of J(φ) that does not come from the followers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct InertiaFunction {
-    /// J0 [kg·m²].
+    /// J0 (kg·m²).
     pub constant: f64,
     /// A 2π-periodic addition [kg·m²]: a Fourier series or a table; its derivatives are those of the interpolant, so
     /// that energy is conserved.
@@ -117,7 +117,7 @@ impl Inertia {
         &self.borders
     }
 
-    /// What an evaluation of J takes [nominal µs], see [`crate::numerics::work`].
+    /// What an evaluation of J takes (nominal µs), see [`crate::numerics::work`].
     pub fn cost(&self) -> f64 {
         self.followers.iter().map(Follower::cost).sum::<f64>()
             + self.function.varying.as_ref().map_or(0.0, MotionLaw::cost)
@@ -128,7 +128,7 @@ impl Inertia {
         !self.followers.is_empty() || self.function.varying.is_some()
     }
 
-    /// J, J′, J″, J‴ [kg·m²/radⁿ] at `phi`, continued smoothly from the place `inside`.
+    /// J, J′, J″, J‴ (kg·m²/radⁿ) at `phi`, continued smoothly from the place `inside`.
     ///
     /// J′ = J_v′ + Σ 2 m U′U″, J″ = J_v″ + Σ 2 m (U″² + U′U‴), J‴ = J_v‴ + Σ 2 m (3 U″U‴ + U′U⁗).
     pub fn at(&self, place: Place, phi: f64) -> [f64; 4] {
@@ -152,7 +152,7 @@ impl Inertia {
         j
     }
 
-    /// J alone [kg·m²] at `phi`, continued smoothly from the place `inside`: what a step needs.
+    /// J alone (kg·m²) at `phi`, continued smoothly from the place `inside`: what a step needs.
     pub fn value(&self, place: Place, phi: f64) -> f64 {
         let phi = into_turn(phi);
         let (sin, cos) = phi.sin_cos();
@@ -175,7 +175,7 @@ impl Inertia {
         j
     }
 
-    /// The interval between borders that holds `phi` ∈ [−π, π] [rad], and `phi` moved into it by whole turns: interval i
+    /// The interval between borders that holds `phi` ∈ [−π, π] (rad), and `phi` moved into it by whole turns: interval i
     /// reaches from border i to border i + 1, the last one around the turn. On a border the interval ahead.
     pub fn interval(&self, phi: f64, forward: bool) -> (usize, f64) {
         let Some(&first) = self.borders.first() else { return (0, phi) };
@@ -192,7 +192,7 @@ impl Inertia {
         }
     }
 
-    /// The ends of interval `i` [rad]; infinite where there are no borders.
+    /// The ends of interval `i` (rad); infinite where there are no borders.
     pub fn ends(&self, i: usize) -> (f64, f64) {
         let Some(&first) = self.borders.first() else { return (f64::NEG_INFINITY, f64::INFINITY) };
         (self.borders[i], self.borders.get(i + 1).copied().unwrap_or(first + TAU))

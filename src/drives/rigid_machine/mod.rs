@@ -2,10 +2,10 @@
 //!
 //! J(φ) φ̈ + ½ J′(φ) φ̇² = M_an − τ,  J(φ) = J0 + J_v(φ) + Σ m_j U_j′(φ)²
 //!
-//! Symbols: φ angle of the main shaft [rad]; J reduced moment of inertia [kg·m²]; J0 its constant part; J_v an
-//! optional periodic part (Fourier series or table); m_j mass [kg] and U_j position function [m] of follower j (moment of
-//! inertia [kg·m²] and [rad] where it turns); M_an torque of the motor on the shaft [N·m], positive in the sense of φ; τ
-//! load [N·m], **positive brakes**. Between a cam and its tool there may be mechanisms, see [`linkage`]; U_j then is the
+//! Symbols: φ angle of the main shaft (rad); J reduced moment of inertia (kg·m²); J0 its constant part; J_v an
+//! optional periodic part (Fourier series or table); m_j mass (kg) and U_j position function (m) of follower j (moment of
+//! inertia (kg·m²) and (rad) where it turns); M_an torque of the motor on the shaft (N·m), positive in the sense of φ; τ
+//! load (N·m), **positive brakes**. Between a cam and its tool there may be mechanisms, see [`linkage`]; U_j then is the
 //! tool's position, the cam moves a lever, and the links' inertia adds to J.
 //!
 //! Valid for rigid links without backlash and J > 0 everywhere; standstill, reversal and a load that drives the motor
@@ -74,9 +74,9 @@ pub struct Scene {
     pub followers: Vec<Follower>,
     /// The source of M_an.
     pub motor: Motor,
-    /// φ at the start [rad].
+    /// φ at the start (rad).
     pub phi_start: f64,
-    /// φ̇ at the start [rad/s], for [`MachineStart::Given`].
+    /// φ̇ at the start (rad/s), for [`MachineStart::Given`].
     pub w_start: f64,
     /// How the initial speed is found.
     pub start: MachineStart,
@@ -97,15 +97,15 @@ pub enum MachineStart {
 /// The state of the machine at a communication point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct State {
-    /// φ − 2π `turns` [rad], within a turn; its second part takes up the rounding of many small steps.
+    /// φ − 2π `turns` (rad), within a turn; its second part takes up the rounding of many small steps.
     angle: Double,
     /// Whole turns. With the angle apart from them, a million turns cost no digit.
     turns: f64,
-    /// φ̇ [rad/s].
+    /// φ̇ (rad/s).
     w: f64,
     /// u = √J φ̇ [√J]: E = ½u². See [`solver`] for why. Out of date while there is a passage.
     u: Double,
-    /// M_an [N·m] of a motor with a lag.
+    /// M_an (N·m) of a motor with a lag.
     torque: f64,
     /// The interval between the borders of the laws that holds the angle.
     interval: usize,
@@ -127,7 +127,7 @@ pub struct RigidMachine {
     motor: Motor,
     phi_start: f64,
     w_start: f64,
-    /// M_an at the start of a motor with a lag [N·m]; 0 where it is switched on.
+    /// M_an at the start of a motor with a lag (N·m); 0 where it is switched on.
     torque_start: f64,
     start: MachineStart,
     solver: Solver,
@@ -146,7 +146,7 @@ pub struct RigidMachine {
     /// The periodic motion against the load of the start, where there is one; follows from the parameters and that load.
     #[serde(skip)]
     cycle: Option<Arc<Cycle>>,
-    /// τ when the simulation started [N·m].
+    /// τ when the simulation started (N·m).
     load_at_start: f64,
     /// The step in the angle that holds the communication point; None while the motion is integrated in time.
     passage: Option<Passage>,
@@ -157,15 +157,15 @@ pub struct RigidMachine {
     /// What was looked up in the table of J last; the table yields it again.
     #[serde(skip)]
     seen: Option<Seen>,
-    /// The length that the next step in the angle may have [rad].
+    /// The length that the next step in the angle may have (rad).
     next_length: f64,
     /// What is known of the errors at the beginning of the passage.
     errors: Errors,
-    /// The angle passed since the start, there and back [rad].
+    /// The angle passed since the start, there and back (rad).
     travelled: f64,
-    /// The greatest |φ̇| since the start [rad/s].
+    /// The greatest |φ̇| since the start (rad/s).
     top_speed: f64,
-    /// The period of the steady state found at the start [s]; 0 without one.
+    /// The period of the steady state found at the start (s); 0 without one.
     period: f64,
     events: EventLog,
 }

@@ -11,13 +11,13 @@ pub enum Motor {
     None,
     /// An asynchronous motor, reduced to the shaft of the machine (gear ratio included).
     Kloss {
-        /// Breakdown torque M_K [N·m].
+        /// Breakdown torque M_K (N·m).
         breakdown_torque: f64,
-        /// Breakdown slip s_K [1], positive.
+        /// Breakdown slip s_K (1), positive.
         breakdown_slip: f64,
-        /// Synchronous speed w_s [rad/s], not zero; negative turns the machine backwards.
+        /// Synchronous speed w_s (rad/s), not zero; negative turns the machine backwards.
         synchronous_speed: f64,
-        /// Electrical time constant T_el [s] of a torque that lags behind the characteristic; None without lag.
+        /// Electrical time constant T_el (s) of a torque that lags behind the characteristic; None without lag.
         dynamics: Option<f64>,
     },
     /// M_an is an input.
@@ -28,8 +28,8 @@ pub enum Motor {
 ///
 /// M = sgn(w_s) 2 M_K s s_K / (s² + s_K²), s = (w_s − w) / w_s
 ///
-/// Symbols: M torque on the shaft [N·m], positive in the sense of φ; M_K breakdown torque [N·m]; s slip [1]; s_K
-/// breakdown slip [1]; w speed of the shaft [rad/s]; w_s synchronous speed [rad/s], w_s ≠ 0.
+/// Symbols: M torque on the shaft (N·m), positive in the sense of φ; M_K breakdown torque (N·m); s slip (1); s_K
+/// breakdown slip (1); w speed of the shaft (rad/s); w_s synchronous speed (rad/s), w_s ≠ 0.
 /// The rational form is regular at synchronism (s = 0), at standstill (s = 1), in reversal (s > 1: the torque opposes
 /// the motion) and where the load drives the motor (s < 0: it brakes). Constant voltage, no stator resistance,
 /// quasi-stationary currents.
@@ -79,7 +79,7 @@ impl Motor {
         w.compose(self.characteristic(w.value()))
     }
 
-    /// T_el [s] of a motor whose torque is a state.
+    /// T_el (s) of a motor whose torque is a state.
     pub fn lag(&self) -> Option<f64> {
         match *self {
             Motor::Kloss { dynamics, .. } => dynamics,

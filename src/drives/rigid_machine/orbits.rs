@@ -21,15 +21,15 @@ use std::f64::consts::TAU;
 /// A periodic motion in which the shaft turns all around.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PeriodicMotion {
-    /// T [s].
+    /// T (s).
     pub period: f64,
-    /// E = ½Jω² [J] at φ = 0.
+    /// E = ½Jω² (J) at φ = 0.
     pub energy: f64,
     /// ln of the factor by which a small disturbance grows in a turn, of the largest Floquet multiplier's modulus.
     pub growth: f64,
-    /// M_an [N·m] at φ = 0.
+    /// M_an (N·m) at φ = 0.
     pub torque: f64,
-    /// φ [rad] and ω [rad/s] over the turn.
+    /// φ (rad) and ω (rad/s) over the turn.
     pub course: Vec<[f64; 2]>,
 }
 
@@ -45,7 +45,7 @@ impl PeriodicMotion {
     }
 }
 
-/// The least and the largest ω [rad/s] of a course: the vertices of the parabolas through its extreme points and their
+/// The least and the largest ω (rad/s) of a course: the vertices of the parabolas through its extreme points and their
 /// neighbours.
 pub fn range(course: &[[f64; 2]]) -> [f64; 2] {
     let vertex = |three: &[[f64; 2]]| -> Option<f64> {
@@ -87,7 +87,7 @@ pub fn periodic_motions(scene: &Scene, load: f64) -> Result<Vec<PeriodicMotion>,
 pub struct Motions {
     /// The fastest first.
     pub found: Vec<PeriodicMotion>,
-    /// T [s] of those motions of the machine whose motor follows at once that could not be continued to the lagging torque:
+    /// T (s) of those motions of the machine whose motor follows at once that could not be continued to the lagging torque:
     /// it has none there, or one that disturbances leave so fast that a turn forgets where it began.
     pub lost: Vec<f64>,
 }
@@ -186,14 +186,14 @@ struct Search<'a> {
     machine: &'a RigidMachine,
     ahead: Shooting<'a>,
     back: Shooting<'a>,
-    /// τ [N·m].
+    /// τ (N·m).
     load: f64,
-    /// M_K [N·m].
+    /// M_K (N·m).
     breakdown_torque: f64,
 }
 
 impl Search<'_> {
-    /// The motion that begins the turn with the energy `start` and has `at_zero` at φ = 0 [J], of a motor that follows at once.
+    /// The motion that begins the turn with the energy `start` and has `at_zero` at φ = 0 (J), of a motor that follows at once.
     fn without_lag(&self, stable: bool, start: f64, at_zero: f64) -> Option<PeriodicMotion> {
         let (shooting, way) = if stable { (&self.ahead, 1.0) } else { (&self.back, -1.0) };
         let (mut growth, sense) = (0.0, self.ahead.torques().sense);
@@ -209,7 +209,7 @@ impl Search<'_> {
         })
     }
 
-    /// The motion with a lagging torque, continued from the energy `at_zero` [J].
+    /// The motion with a lagging torque, continued from the energy `at_zero` (J).
     fn with_lag(&self, at_zero: f64) -> Option<PeriodicMotion> {
         let turn = Turn {
             inertia: &self.machine.inertia,

@@ -65,15 +65,15 @@ const LEAST_ENERGY: f64 = 1e-3;
 /// Where a step begins.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Position {
-    /// Time [s].
+    /// Time (s).
     pub time: Double,
-    /// φ within the turn [rad].
+    /// φ within the turn (rad).
     pub angle: Double,
     /// Whole turns.
     pub turns: f64,
     /// The cell of the raster.
     pub cell: usize,
-    /// E [J].
+    /// E (J).
     pub energy: Double,
 }
 
@@ -99,7 +99,7 @@ impl Tabulated {
 pub struct Errors {
     /// Bound of the relative error of E.
     pub energy: f64,
-    /// Bound of the error of the time at which an angle is reached [s].
+    /// Bound of the error of the time at which an angle is reached (s).
     pub time: f64,
 }
 
@@ -119,42 +119,42 @@ struct Growth {
 pub struct Passage {
     /// Where it begins.
     pub from: Position,
-    /// Its length [rad], positive.
+    /// Its length (rad), positive.
     pub length: f64,
     /// Whether it ends where its cell ends.
     pub to_edge: bool,
-    /// |φ̇| and N at the end [rad/s, N·m].
+    /// |φ̇| and N at the end (rad/s, N·m).
     pub end_speed: f64,
     pub end_net: f64,
-    /// When it ends [s].
+    /// When it ends (s).
     pub end: Double,
-    /// E at the end [J].
+    /// E at the end (J).
     pub energy: Double,
-    /// 1/|φ̇| over x ∈ [−1, 1] [s/rad].
+    /// 1/|φ̇| over x ∈ [−1, 1] (s/rad).
     slowness: Interpolant,
     /// Its integral from 0 to −1.
     slowness_before: f64,
     /// What the integral of 1/|φ̇| over x grows by per second: 2/length, but where the passage is shifted.
     rate: f64,
-    /// The part of its duration that passes in a second [1/s].
+    /// The part of its duration that passes in a second (1/s).
     pace: f64,
-    /// What E rises by with x beyond `work`, where the passage is shifted [J].
+    /// What E rises by with x beyond `work`, where the passage is shifted (J).
     tilt: f64,
     /// x as a polynomial of the part s of the duration that has passed: −1 + Σ gⱼ sʲ⁺¹ (j < 5) + g₅ s³ (1 − s)³.
     guess: [f64; 6],
     /// A correction of x whose square is at most this leaves no more than a part of the tolerance.
     settled: f64,
-    /// Legendre coefficients of N [N·m].
+    /// Legendre coefficients of N (N·m).
     net: [f64; STAGES],
-    /// E less that at the beginning, over x [J].
+    /// E less that at the beginning, over x (J).
     work: Interpolant,
-    /// The estimated error that decides whether the step is short enough: of the angle [rad] and of E between the
+    /// The estimated error that decides whether the step is short enough: of the angle (rad) and of E between the
     /// ends, and of what is passed on.
     pub error: f64,
-    /// The parts of it between the ends: of the angle at a given time [rad] and of E at a given angle, relative.
+    /// The parts of it between the ends: of the angle at a given time (rad) and of E at a given angle, relative.
     angle_error: f64,
     energy_error: f64,
-    /// A bound of |d ln φ̇/dφ| [1/rad].
+    /// A bound of |d ln φ̇/dφ| (1/rad).
     bend: f64,
     growth: Growth,
 }
@@ -373,8 +373,8 @@ impl Passage {
         })
     }
 
-    /// Moves this passage to another place and energy, where E grows by `gain` and `more` [J] and it takes `duration` and
-    /// `longer` [s], which is the part `slower`; it then errs by these relative errors of E at the end and, besides,
+    /// Moves this passage to another place and energy, where E grows by `gain` and `more` (J) and it takes `duration` and
+    /// `longer` (s), which is the part `slower`; it then errs by these relative errors of E at the end and, besides,
     /// between the ends.
     #[inline(always)]
     pub fn shift(
@@ -408,7 +408,7 @@ impl Passage {
         self.length * (0..STAGES).map(|i| WEIGHTS[i] * slope(ABSCISSAE[i])).sum::<f64>()
     }
 
-    /// How long after its beginning the instant `time` is, and how long before its end [s].
+    /// How long after its beginning the instant `time` is, and how long before its end (s).
     #[inline(always)]
     pub fn around(&self, time: Double) -> [f64; 2] {
         // The first differences are exact where they are small.
@@ -416,7 +416,7 @@ impl Passage {
         [(time.hi - from.hi) + (time.lo - from.lo), (end.hi - time.hi) + (end.lo - time.lo)]
     }
 
-    /// Where the machine is in the step at the time `elapsed` [s] after its beginning, as abscissa x ∈ [−1, 1].
+    /// Where the machine is in the step at the time `elapsed` (s) after its beginning, as abscissa x ∈ [−1, 1].
     ///
     /// The time is a smooth increasing function of x, so that Newton's method needs no safeguard but the ends.
     pub fn place_at(&self, elapsed: f64) -> f64 {
@@ -433,23 +433,23 @@ impl Passage {
         x
     }
 
-    /// The angle from the beginning to the abscissa `x` [rad].
+    /// The angle from the beginning to the abscissa `x` (rad).
     pub fn advance(&self, x: f64) -> f64 {
         0.5 * self.length * (1.0 + x)
     }
 
-    /// E at the abscissa `x` less that at the beginning [J].
+    /// E at the abscissa `x` less that at the beginning (J).
     #[inline(always)]
     pub fn work_to(&self, x: f64) -> f64 {
         self.work.value(x) + self.tilt * (1.0 + x)
     }
 
-    /// E at the abscissa `x` [J].
+    /// E at the abscissa `x` (J).
     pub fn energy_at(&self, x: f64) -> Double {
         self.from.energy + Double::from(self.work_to(x))
     }
 
-    /// |φ̇| at the abscissa `x` [rad/s].
+    /// |φ̇| at the abscissa `x` (rad/s).
     pub fn speed_at(&self, x: f64) -> f64 {
         1.0 / self.slowness.value(x)
     }
@@ -479,7 +479,7 @@ impl Passage {
         }
     }
 
-    /// The relative error of the speed and the error of the angle [rad] within the passage.
+    /// The relative error of the speed and the error of the angle (rad) within the passage.
     pub fn error_within(&self, errors: Errors) -> [f64; 2] {
         let angle = self.end_speed * errors.time + self.angle_error;
         [0.5 * (errors.energy + self.energy_error) + self.bend * angle, angle]

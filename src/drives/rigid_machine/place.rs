@@ -10,7 +10,7 @@ pub struct Place {
 }
 
 impl Place {
-    /// The piece around the angle `inside` [rad], which is no border.
+    /// The piece around the angle `inside` (rad), which is no border.
     pub fn at(inside: f64) -> Self {
         Place { inside: into_turn(inside) }
     }

@@ -24,7 +24,7 @@ const BEYOND: f64 = 1e-6;
 
 /// The pieces of an interval.
 struct Stretch {
-    /// φ where it begins [rad].
+    /// φ where it begins (rad).
     low: f64,
     /// Pieces per radian.
     rate: f64,
@@ -39,7 +39,7 @@ struct Stretch {
 pub struct Profile {
     /// By interval; None where there is no table.
     stretches: Vec<Option<Stretch>>,
-    /// Polynomials over x ∈ [−1, 1] [kg·m²].
+    /// Polynomials over x ∈ [−1, 1] (kg·m²).
     pieces: Vec<Powers>,
     /// Whether the only interval is the whole turn.
     turn: bool,
@@ -101,7 +101,7 @@ impl Profile {
         Some((&self.pieces[stretch.first + number as usize], 2.0 * (along - f64::from(number)) - 1.0))
     }
 
-    /// J [kg·m²] at `phi` [rad], continued smoothly from the interval.
+    /// J (kg·m²) at `phi` (rad), continued smoothly from the interval.
     #[inline]
     pub fn value(&self, inertia: &Inertia, interval: usize, phi: f64) -> f64 {
         match self.piece(interval, phi) {
@@ -110,7 +110,7 @@ impl Profile {
         }
     }
 
-    /// J [kg·m²] and J′ [kg·m²/rad] at `phi` [rad], continued smoothly from the interval.
+    /// J (kg·m²) and J′ (kg·m²/rad) at `phi` (rad), continued smoothly from the interval.
     #[inline]
     pub fn with_slope(&self, inertia: &Inertia, interval: usize, phi: f64) -> [f64; 2] {
         self.tabulated(interval, phi).unwrap_or_else(|| {

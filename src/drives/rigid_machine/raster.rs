@@ -21,14 +21,14 @@ use std::sync::Arc;
 /// What the `f64` 2π misses.
 const TURN_LOW: f64 = 2.4492935982947064e-16;
 
-/// The widest cell [rad]. Where J is constant the torque alone changes the speed; a sixth of a turn leaves the step
+/// The widest cell (rad). Where J is constant the torque alone changes the speed; a sixth of a turn leaves the step
 /// control room to save work without losing sight of it.
 const WIDEST: f64 = TAU / 6.0;
 
 /// The narrowest cell [rad]: a wave of J that is shorter than this has more harmonics than a scene can hold.
 const NARROWEST: f64 = 1e-9;
 
-/// Edges are multiples of this [rad], so that the widths between them are exact and a million turns add up exactly.
+/// Edges are multiples of this (rad), so that the widths between them are exact and a million turns add up exactly.
 const GRAIN: f64 = 1.0 / (1u64 << 45) as f64;
 
 /// By how much the tolerance of the table is finer than that of the motion: the motion adds the variation that the
@@ -39,16 +39,16 @@ const FINER: f64 = 0.1;
 /// narrow cells where that moment happens to be, which no table can know.
 const MOST_PARTS: f64 = 4.0;
 
-/// A cell beside the evaluations of J for it [nominal µs].
+/// A cell beside the evaluations of J for it (nominal µs).
 const CELL: f64 = 0.5;
 
 /// A part of the turn.
 pub struct Cell {
-    /// φ at the low end [rad].
+    /// φ at the low end (rad).
     pub low: f64,
-    /// φ at the high end [rad].
+    /// φ at the high end (rad).
     pub high: f64,
-    /// The exact width [rad]; that of the last cell knows that a turn is 2π.
+    /// The exact width (rad); that of the last cell knows that a turn is 2π.
     pub width: f64,
     /// The interval between borders of the motion laws.
     pub interval: usize,
@@ -62,7 +62,7 @@ pub struct Raster {
     cells: Arc<Vec<Cell>>,
     /// J(φ).
     pub profile: Arc<Profile>,
-    /// The greatest width of a cell [rad].
+    /// The greatest width of a cell (rad).
     pub widest: f64,
     /// The mean of √J over the turn.
     pub mean_root: f64,
@@ -70,13 +70,13 @@ pub struct Raster {
     made_for: Option<Arc<(Inertia, Motor, f64)>>,
 }
 
-/// 2/J over the `width` [rad] from `low` on, in interval `interval`.
+/// 2/J over the `width` (rad) from `low` on, in interval `interval`.
 pub fn tabulate(inertia: &Inertia, profile: &Profile, interval: usize, low: f64, width: f64) -> Tabulated {
     let at = |x: f64| 2.0 / profile.value(inertia, interval, low + 0.5 * (1.0 + x) * width);
     Tabulated { ends: [at(-1.0), at(1.0)], nodes: ABSCISSAE.map(at) }
 }
 
-/// The error of the angle at a given time [rad] that a machine without torques would have in a cell of this `width`
+/// The error of the angle at a given time (rad) that a machine without torques would have in a cell of this `width`
 /// with the polynomial through the nodes for √J.
 fn error(table: &Tabulated, width: f64) -> f64 {
     let root = |reciprocal: f64| reciprocal.recip().sqrt();
@@ -86,7 +86,7 @@ fn error(table: &Tabulated, width: f64) -> f64 {
     width * neglected(&modes) / (INTEGRATION * least)
 }
 
-/// What is said where the turn cannot be divided with the work of a call; it came to an angle where cells are this wide [rad].
+/// What is said where the turn cannot be divided with the work of a call; it came to an angle where cells are this wide (rad).
 fn too_many(inertia: &Inertia, [at, width]: [f64; 2]) -> Fault {
     let (low, high) = inertia.range();
     Fault(format!(
@@ -231,7 +231,7 @@ impl Raster {
         position.angle == Double::from(if sense > 0.0 { cell.low } else { cell.high })
     }
 
-    /// The ends of an interval [rad]; without borders a whole turn from 0 on.
+    /// The ends of an interval (rad); without borders a whole turn from 0 on.
     fn ends(inertia: &Inertia, interval: usize) -> (f64, f64) {
         if inertia.borders().is_empty() { (0.0, TAU) } else { inertia.ends(interval) }
     }
@@ -274,7 +274,7 @@ impl Raster {
     }
 }
 
-/// The end of a cell that is about `width` wide [rad] and leaves no sliver before `high`.
+/// The end of a cell that is about `width` wide (rad) and leaves no sliver before `high`.
 fn edge(low: f64, width: f64, high: f64) -> f64 {
     let remaining = high - low;
     if width >= 0.999 * remaining {

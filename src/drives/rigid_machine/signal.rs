@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 pub struct Signal {
     value: f64,
     derivatives: [f64; MAX_INPUT_DERIVATIVE],
-    /// The time since t₀ [s]; above zero when the step is over.
+    /// The time since t₀ (s); above zero when the step is over.
     elapsed: f64,
 }
 
@@ -43,7 +43,7 @@ impl Signal {
         }
     }
 
-    /// The step took `step` [s].
+    /// The step took `step` (s).
     pub fn step_ends(&mut self, step: f64) {
         self.elapsed = step;
     }

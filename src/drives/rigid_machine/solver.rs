@@ -89,14 +89,14 @@ pub(super) struct Piece<'a> {
     driving: &'a Signal,
     profile: &'a Profile,
     base: &'a State,
-    /// How long after the communication point the time of the integrator begins [s].
+    /// How long after the communication point the time of the integrator begins (s).
     since: f64,
-    /// The most that φ may change in a step [rad].
+    /// The most that φ may change in a step (rad).
     pub reach: f64,
 }
 
 impl Piece<'_> {
-    /// φ after this increment [rad].
+    /// φ after this increment (rad).
     fn angle(&self, increment: f64) -> f64 {
         self.base.angle.hi + (self.base.angle.lo + increment)
     }
@@ -232,7 +232,7 @@ pub(super) fn encounter<const N: usize>(c: &Collocation<N>, state: &State, (low,
 }
 
 impl RigidMachine {
-    /// The equations from the state on, in a time that begins `since` [s] after the communication point.
+    /// The equations from the state on, in a time that begins `since` (s) after the communication point.
     pub(super) fn piece(&self, since: f64) -> Piece<'_> {
         // A wave of J within a step leaves eight nodes per wave, and what lies beyond the interval is not to be
         // followed far: there a law goes on that no longer holds.
@@ -401,7 +401,7 @@ impl RigidMachine {
         self.state.w = self.state.u.hi / self.inertia_now()[0].sqrt();
     }
 
-    /// Tells of the shaft's reversal at `time` [s].
+    /// Tells of the shaft's reversal at `time` (s).
     pub(super) fn record_reversal(&mut self, time: f64) {
         self.events.push(Event {
             time,

@@ -51,18 +51,18 @@ const REST: f64 = 1e-18;
 /// Steps of a turn; a motor that is synchronous for a hundred-thousandth of the turn only takes some hundred.
 const MOST_STEPS: usize = 200_000;
 
-/// What a passage takes that evaluates N so often [nominal µs].
+/// What a passage takes that evaluates N so often (nominal µs).
 pub(super) fn cost_of_passage(evaluations: f64) -> f64 {
     0.1 + 0.025 * evaluations
 }
 
 /// What a turn from the beginning of the raster on does.
 pub struct Shot {
-    /// E(2π) − E(0) [J].
+    /// E(2π) − E(0) (J).
     pub gain: f64,
     /// The slope of the map, about.
     pub slope: f64,
-    /// The time of the turn [s].
+    /// The time of the turn (s).
     pub period: f64,
 }
 

@@ -42,11 +42,11 @@ pub struct Turn<'a> {
     pub inertia: &'a Inertia,
     /// The motor with its lag.
     pub motor: &'a Motor,
-    /// The load [N·m].
+    /// The load (N·m).
     pub tau: f64,
     /// σ.
     pub sense: f64,
-    /// φ at the start [rad] and the interval between borders that holds it.
+    /// φ at the start (rad) and the interval between borders that holds it.
     pub phi_start: f64,
     /// See `phi_start`.
     pub interval: usize,

@@ -10,18 +10,18 @@ use serde::{Deserialize, Serialize};
 pub struct Torques {
     /// σ.
     pub sense: f64,
-    /// σ w_s [rad/s].
+    /// σ w_s (rad/s).
     synchronous: f64,
-    /// 1/(σ w_s s_K) [s/rad].
+    /// 1/(σ w_s s_K) (s/rad).
     rate: f64,
-    /// a = 2 M_K sgn(σ w_s) [N·m].
+    /// a = 2 M_K sgn(σ w_s) (N·m).
     amplitude: f64,
-    /// d = σ(τ − M_an), M_an as far as it does not depend on the speed [N·m].
+    /// d = σ(τ − M_an), M_an as far as it does not depend on the speed (N·m).
     load: f64,
 }
 
 impl Torques {
-    /// The torques of this motor against the load `tau` [N·m].
+    /// The torques of this motor against the load `tau` (N·m).
     pub fn against(motor: &Motor, tau: f64, sense: f64) -> Self {
         let still = Torques { sense, load: sense * tau, ..Torques::default() };
         match *motor {
@@ -40,7 +40,7 @@ impl Torques {
         Torques { sense: -self.sense, amplitude: -self.amplitude, load: -self.load, ..*self }
     }
 
-    /// The load for which they hold [N·m].
+    /// The load for which they hold (N·m).
     pub fn against_what(&self) -> f64 {
         self.sense * self.load
     }
@@ -57,14 +57,14 @@ impl Torques {
         unique.then(|| (0.49 * low * balance * balance, 0.51 * high * balance * balance))
     }
 
-    /// N [N·m] at the speed `w` ≥ 0.
+    /// N (N·m) at the speed `w` ≥ 0.
     #[inline(always)]
     pub fn net(&self, w: f64) -> f64 {
         let s = (self.synchronous - w) * self.rate;
         self.amplitude * s / (1.0 + s * s) - self.load
     }
 
-    /// The speed at which the motor and the load balance on the falling branch of the characteristic [rad/s], where there is one.
+    /// The speed at which the motor and the load balance on the falling branch of the characteristic (rad/s), where there is one.
     pub fn balance(&self) -> Option<f64> {
         // d s² − a s + d = 0 of N(s) = 0 by the form that keeps its digits for a small load d.
         let discriminant = self.amplitude * self.amplitude - 4.0 * self.load * self.load;

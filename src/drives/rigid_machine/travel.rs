@@ -24,7 +24,7 @@ use std::f64::consts::TAU;
 const SLOW: f64 = 1.0 / 16.0;
 
 impl RigidMachine {
-    /// Integrates over the communication step of length `step` from `time` [s].
+    /// Integrates over the communication step of length `step` from `time` (s).
     pub(super) fn travel(&mut self, time: f64, step: f64) -> Result<(), Fault> {
         let target = two_sum(time, step);
         self.prepare_raster_once()?;
@@ -66,7 +66,7 @@ impl RigidMachine {
         }
     }
 
-    /// What is said of a step that takes more than the work of a call; it has come to the time `reached` [s].
+    /// What is said of a step that takes more than the work of a call; it has come to the time `reached` (s).
     pub(super) fn too_long(&self, way: [f64; 2], reached: f64) -> Fault {
         // While there is a passage, the speed of the state is that of the last communication point.
         let speed = self.passage.as_ref().map_or(self.state.w, |passage| passage.end_speed);
@@ -95,7 +95,7 @@ impl RigidMachine {
         if self.raster.cells().is_empty() { self.prepare_raster() } else { Ok(()) }
     }
 
-    /// τ − M_an as far as it does not depend on the speed [N·m].
+    /// τ − M_an as far as it does not depend on the speed (N·m).
     fn constant_torque(&self) -> f64 {
         self.load.set_value() - if matches!(self.motor, Motor::Input) { self.driving.set_value() } else { 0.0 }
     }
@@ -185,7 +185,7 @@ impl RigidMachine {
         self.state.u = if self.torques.sense > 0.0 { root } else { -root };
     }
 
-    /// Takes the values `elapsed` [s] after the beginning of the passage, which holds them.
+    /// Takes the values `elapsed` (s) after the beginning of the passage, which holds them.
     fn read(&mut self, elapsed: f64) {
         let Some(passage) = &self.passage else { return };
         let sense = self.torques.sense;

@@ -26,7 +26,7 @@ pub static START_MODE: Enumeration = Enumeration {
     ],
 };
 
-/// Rate of a torque [N·m/s].
+/// Rate of a torque (N·m/s).
 static TORQUE_RATE_QUANTITY: Quantity =
     Quantity { name: "TorqueRate", unit: "N.m/s", base: [1, 2, -3, 0], display: None };
 
@@ -125,7 +125,7 @@ fn outputs<S: Scalar>(machine: &RigidMachine, p: &Point<S>, mut put: impl FnMut(
     }
 }
 
-/// φ [rad] with its whole turns.
+/// φ (rad) with its whole turns.
 fn whole_angle(machine: &RigidMachine) -> f64 {
     // The low part of 2π matters from a thousand turns on.
     let low = Double::from(machine.state.turns * 2.4492935982947064e-16);

@@ -17,9 +17,9 @@ pub const EVALUATIONS: usize = STAGES + 2;
 /// A tabulated cell.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cell {
-    /// From the start of the period [s].
+    /// From the start of the period (s).
     pub start: Double,
-    /// H, half of the length [s].
+    /// H, half of the length (s).
     pub half: f64,
     /// From the start of the cell to its end.
     pub map: Affine,
@@ -40,7 +40,7 @@ pub enum Motions {
 /// one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Polynomials {
-    /// H [s].
+    /// H (s).
     half: f64,
     /// Coefficients of q̇ in powers of x ∈ [−1, 1].
     speed: [[f64; 3]; STAGES + 1],
@@ -49,7 +49,7 @@ pub struct Polynomials {
 }
 
 impl Cell {
-    /// The cell from `start` over `length` [s] by its phase, and what it errs by; None where the free motion does not
+    /// The cell from `start` over `length` (s) by its phase, and what it errs by; None where the free motion does not
     /// vibrate fast enough.
     pub fn vibrating(
         equation: &dyn Periodic,
@@ -63,7 +63,7 @@ impl Cell {
         Some((Cell { start, half, map, motions: Motions::Vibration(vibration) }, errors))
     }
 
-    /// The cell from `start` over `length` [s] by polynomials and their estimated relative error; None where the
+    /// The cell from `start` over `length` (s) by polynomials and their estimated relative error; None where the
     /// coefficients are not finite or the equations singular.
     pub fn solve(equation: &dyn Periodic, interval: usize, start: Double, length: f64) -> Option<(Cell, f64)> {
         let half = 0.5 * length;

@@ -52,27 +52,27 @@ const COEFFICIENTS: usize = STAGES + 2;
 /// d, k and g at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coefficients {
-    /// d [1/s].
+    /// d (1/s).
     pub damping: f64,
-    /// k [1/s²].
+    /// k (1/s²).
     pub stiffness: f64,
-    /// g, [unit of q/s²].
+    /// g, (unit of q/s²).
     pub forcing: f64,
 }
 
 /// A linear equation with periodic coefficients.
 pub trait Periodic {
-    /// T [s].
+    /// T (s).
     fn period(&self) -> Double;
 
-    /// Ends of the intervals within which the coefficients are smooth [s], ascending in (0, T]; the last one is T.
+    /// Ends of the intervals within which the coefficients are smooth (s), ascending in (0, T]; the last one is T.
     fn joints(&self) -> Vec<Double>;
 
-    /// The coefficients at `tau` [s] from the start of the period, continued smoothly from the interval that ends at
+    /// The coefficients at `tau` (s) from the start of the period, continued smoothly from the interval that ends at
     /// the joint of this index.
     fn at(&self, tau: Double, interval: usize) -> Coefficients;
 
-    /// A cell from `tau` [s] on that is longer than this [s] could hide something between its nodes.
+    /// A cell from `tau` (s) on that is longer than this (s) could hide something between its nodes.
     fn longest_cell(&self, tau: Double, interval: usize) -> f64;
 
     /// Whether fast vibrations may be tabulated by their phase: it errs by its roundings, ε times the radians that it passes.
@@ -116,12 +116,12 @@ pub struct PeriodMap {
 /// A solution on its way through the periods.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Course {
-    /// The start of the motion [s], and how many periods later the present one starts.
+    /// The start of the motion (s), and how many periods later the present one starts.
     origin: f64,
     periods: u64,
-    /// The start of the present period [s].
+    /// The start of the present period (s).
     period_start: Double,
-    /// The present cell, its start [s], the inverse of half its length [1/s] where it is one of polynomials, and (q, q̇) at
+    /// The present cell, its start (s), the inverse of half its length (1/s) where it is one of polynomials, and (q, q̇) at
     /// its start.
     cell: usize,
     start: Double,
@@ -136,7 +136,7 @@ pub struct Course {
 /// The solution left the range of numbers that can be gone on with.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Unbounded {
-    /// When [s].
+    /// When (s).
     pub time: f64,
 }
 
@@ -257,7 +257,7 @@ impl PeriodMap {
         &self.whole
     }
 
-    /// The period [s].
+    /// The period (s).
     pub fn period(&self) -> Double {
         self.period
     }
@@ -285,21 +285,21 @@ impl PeriodMap {
 
 /// How long the next cells are to be.
 struct Lengths {
-    /// One by polynomials [s].
+    /// One by polynomials (s).
     polynomial: f64,
-    /// One by the phase [s].
+    /// One by the phase (s).
     fast: f64,
-    /// Cells by the phase have failed up to here [s].
+    /// Cells by the phase have failed up to here (s).
     failed: Double,
 }
 
 impl Lengths {
-    /// Nothing is known at `start` [s].
+    /// Nothing is known at `start` (s).
     fn new(start: Double) -> Self {
         Lengths { polynomial: f64::INFINITY, fast: f64::INFINITY, failed: start }
     }
 
-    /// Whether the cell from `start` of at most this length [s] is to be one by the phase: where it may be long enough for many
+    /// Whether the cell from `start` of at most this length (s) is to be one by the phase: where it may be long enough for many
     /// vibrations, and short ones have not failed before.
     fn fast(&mut self, equation: &dyn Periodic, interval: usize, start: Double, longest: f64) -> bool {
         if !equation.by_phase() || (self.failed - start).hi > 0.0 {
@@ -324,7 +324,7 @@ fn share(wish: f64, remaining: f64) -> f64 {
 }
 
 impl Course {
-    /// A course from the state `y` at the start of a period, at the time `origin` [s].
+    /// A course from the state `y` at the start of a period, at the time `origin` (s).
     pub fn new(map: &PeriodMap, origin: f64, y: [f64; 2]) -> Self {
         let mut course = Course { origin, period_start: Double::from(origin), state: y, ..Course::default() };
         course.enter(map, 0);
@@ -479,7 +479,7 @@ impl Course {
 }
 
 impl PeriodMap {
-    /// Where `cell` ends, from the start of the period [s].
+    /// Where `cell` ends, from the start of the period (s).
     fn end(&self, cell: usize) -> Double {
         self.cells.get(cell + 1).map_or(self.period, |next| next.start)
     }

@@ -76,12 +76,12 @@ pub struct Errors {
     pub excess: f64,
     /// Where the coefficients are not resolved, relative to the motion.
     pub polynomials: f64,
-    /// By the roundings of the phase [rad].
+    /// By the roundings of the phase (rad).
     pub rounding: f64,
 }
 
 impl Vibration {
-    /// The motions of the cell from `start` over `length` [s]; None where the free motion does not vibrate fast
+    /// The motions of the cell from `start` over `length` (s); None where the free motion does not vibrate fast
     /// enough all along, or where a coefficient is not finite.
     pub fn solve(equation: &dyn Periodic, interval: usize, start: Double, length: f64) -> Option<(Vibration, Errors)> {
         let half = 0.5 * length;
@@ -117,7 +117,7 @@ impl Vibration {
         (polynomials.is_finite() && phase.is_finite()).then_some((vibration, errors))
     }
 
-    /// From the start of a cell of this half length [s] to its end.
+    /// From the start of a cell of this half length (s) to its end.
     pub fn map(&self, half: f64) -> Affine {
         let to = self.place(2.0);
         let [[a, c], [b, d]] = [[1.0, 0.0], [0.0, half]].map(|y| self.free(&to, y));
@@ -125,7 +125,7 @@ impl Vibration {
         Affine { matrix, shift: self.at(half, 2.0, [0.0, 0.0]) }
     }
 
-    /// (q, q̇) at the place u of a cell of this half length [s], for the motion from `y` at its start.
+    /// (q, q̇) at the place u of a cell of this half length (s), for the motion from `y` at its start.
     pub fn at(&self, half: f64, u: f64, y: [f64; 2]) -> [f64; 2] {
         let (from, to) = (&self.initial, self.place(u));
         let [q, slope] = self.free(&to, [y[0] - from.slow[0], half * y[1] - from.slow[1]]);
@@ -151,7 +151,7 @@ impl Vibration {
     }
 }
 
-/// Θ′ at the nodes, and by how much the last iteration changed the phase [rad]; None where it is not fast.
+/// Θ′ at the nodes, and by how much the last iteration changed the phase (rad); None where it is not fast.
 fn phase_velocity(damping: &[f64; STAGES], stiffness: &[f64; STAGES]) -> Option<([f64; STAGES], f64)> {
     let jerk = differentiate(damping);
     let square: [f64; STAGES] = std::array::from_fn(|i| stiffness[i] - 0.25 * damping[i] * damping[i] - 0.5 * jerk[i]);

@@ -54,7 +54,7 @@ pub unsafe extern "C" fn peer_solve(
     }
 }
 
-/// CPU time of the process [s].
+/// CPU time of the process (s).
 fn cpu_now() -> f64 {
     let mut now = libc::timespec { tv_sec: 0, tv_nsec: 0 };
     // SAFETY: `now` is a valid place for the answer.

@@ -44,7 +44,7 @@ pub struct Smooth {
     pub rate: fn(f64, [f64; 2]) -> [f64; 2],
     pub scale: [f64; 2],
     pub start: [f64; 2],
-    /// Where the motion has a corner [s], or 0.
+    /// Where the motion has a corner (s), or 0.
     pub corner: f64,
 }
 

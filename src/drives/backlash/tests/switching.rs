@@ -3,7 +3,7 @@
 use super::*;
 use crate::motion::{Cycle, CyclePlan, StandardLaw};
 
-/// m1, thrown off a flank with the acceleration 100 m/s² and the jerk j; m2 is all but free, held by b [N·s/m].
+/// m1, thrown off a flank with the acceleration 100 m/s² and the jerk j; m2 is all but free, held by b (N·s/m).
 fn thrown([e, b]: [f64; 2], v0: f64, jerk: f64, end: f64) -> (Run, Vec<Event>) {
     let bodies = Bodies::new(2.0, 1.0, 1e-6, b, 1.0, e);
     let motion = CubicFlank { speed: 0.0, start: 100.0, jerk };

@@ -40,7 +40,7 @@ pub struct Truth<'a> {
 }
 
 impl Truth<'_> {
-    /// q [m] at `time` [s].
+    /// q (m) at `time` (s).
     pub fn at(&self, time: f64) -> f64 {
         let (driven, _) = self.driven(time);
         let ([q, v], delta) = (self.start(), Double::from(0.5 * self.b));

@@ -5,23 +5,23 @@ use super::{Kind, Linkage, Mechanism, decimals};
 use crate::numerics::jet::Jet;
 use std::f64::consts::TAU;
 
-/// Angles below this [rad] between coupler and output link, or between rod and the normal of the slider's line, count as
+/// Angles below this (rad) between coupler and output link, or between rod and the normal of the slider's line, count as
 /// singular: derivatives of order n grow with its power 2n − 1, and of those of order 4 no digit would be left.
 const SINGULAR: f64 = 1e-3;
 
 /// Where a mechanism comes nearest to a singular position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Extreme {
-    /// φ [rad].
+    /// φ (rad).
     pub phi: f64,
-    /// The input angle θ [rad].
+    /// The input angle θ (rad).
     pub input: f64,
     /// cos μ of the transmission angle μ; beyond ±1 the mechanism cannot be assembled.
     pub cosine: f64,
 }
 
 impl Extreme {
-    /// μ [rad], at most π/2.
+    /// μ (rad), at most π/2.
     pub fn transmission_angle(&self) -> f64 {
         self.cosine.abs().min(1.0).acos()
     }

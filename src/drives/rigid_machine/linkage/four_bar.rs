@@ -38,7 +38,7 @@ impl FourBar {
         (angle, (x * x + y * y).sqrt())
     }
 
-    /// ψ [rad]; None where the links cannot be assembled.
+    /// ψ (rad); None where the links cannot be assembled.
     fn position(&self, theta: f64) -> Option<f64> {
         let (b, c) = (self.coupler.length, self.output.length);
         let (angle, d) = self.diagonal(theta);

@@ -6,9 +6,9 @@ use serde::{Deserialize, Serialize};
 /// A gear pair or a belt, ψ = i θ, or rack and pinion, s = i θ with i the radius of the pinion.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Gear {
-    /// i [1 or m/rad], not zero; negative where output and input run against each other.
+    /// i (1 or m/rad), not zero; negative where output and input run against each other.
     pub ratio: f64,
-    /// The moment of inertia of all that turns with the input [kg·m²]; what moves with the output belongs to the tool or the
+    /// The moment of inertia of all that turns with the input (kg·m²); what moves with the output belongs to the tool or the
     /// next mechanism.
     pub inertia: f64,
     /// Whether the output is an angle.

@@ -10,7 +10,7 @@ const DEAD: f64 = 1e-3;
 /// Why no position of the lever yields a position of the tool.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Obstacle {
-    /// No input of this mechanism, counted from 0, yields this output [rad or m].
+    /// No input of this mechanism, counted from 0, yields this output (rad or m).
     OutOfReach {
         /// The mechanism.
         mechanism: usize,
@@ -49,7 +49,7 @@ impl Mechanism {
 }
 
 impl Linkage {
-    /// The inputs of all mechanisms where the lever is at this angle [rad]; no numbers beyond one that cannot be assembled.
+    /// The inputs of all mechanisms where the lever is at this angle (rad); no numbers beyond one that cannot be assembled.
     pub fn inputs(&self, lever: f64) -> Vec<f64> {
         let mut input = Jet([lever]);
         let mut inputs = Vec::with_capacity(self.0.len());

@@ -4,8 +4,8 @@
 //!
 //! J = m y′² + Σ (m_i |r_i′|² + J_i β_i′²).
 //!
-//! Symbols: χ angle of the lever [rad]; θ input angle of a mechanism [rad]; y coordinate of the tool [m or rad]; m mass of
-//! the tool [kg], or its moment of inertia [kg·m²] where it turns; m_i, J_i, r_i, β_i mass, moment of inertia about the
+//! Symbols: χ angle of the lever (rad); θ input angle of a mechanism (rad); y coordinate of the tool (m or rad); m mass of
+//! the tool (kg), or its moment of inertia (kg·m²) where it turns; m_i, J_i, r_i, β_i mass, moment of inertia about the
 //! centre of mass, centre of mass and angle of link i.
 //!
 //! Each mechanism is evaluated in closed form for power series ([`Jet`]), so that derivatives with respect to the angle of
@@ -39,11 +39,11 @@ use std::f64::consts::TAU;
 /// A rigid link that moves in the plane.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Link {
-    /// The distance of its joints [m].
+    /// The distance of its joints (m).
     pub length: f64,
-    /// m [kg].
+    /// m (kg).
     pub mass: f64,
-    /// J about the centre of mass [kg·m²].
+    /// J about the centre of mass (kg·m²).
     pub inertia: f64,
     /// The centre of mass [m]: from the first joint along the line to the second one, and to the left of it.
     pub centre: [f64; 2],
@@ -87,9 +87,9 @@ impl Branch {
 pub struct Mechanism {
     /// f.
     pub kind: Kind,
-    /// Where the input is zero, on the scale of the mechanism's own input angle θ [rad].
+    /// Where the input is zero, on the scale of the mechanism's own input angle θ (rad).
     pub input_offset: f64,
-    /// Where the output is zero, on the scale of the mechanism's own output [rad or m].
+    /// Where the output is zero, on the scale of the mechanism's own output (rad or m).
     pub output_offset: f64,
 }
 

@@ -5,29 +5,29 @@ use super::{Kind, Link, Mechanism};
 /// What a parameter is and which values it may have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ParameterKind {
-    /// A length of a link [m].
+    /// A length of a link (m).
     Length,
-    /// A coordinate [m].
+    /// A coordinate (m).
     Coordinate,
-    /// An angle [rad].
+    /// An angle (rad).
     Angle,
-    /// A mass [kg].
+    /// A mass (kg).
     Mass,
-    /// A moment of inertia [kg·m²].
+    /// A moment of inertia (kg·m²).
     Inertia,
     /// A ratio of angles.
     Ratio,
-    /// The radius of a pinion [m].
+    /// The radius of a pinion (m).
     Radius,
 }
 
-/// The longest link and the greatest coordinate [m].
+/// The longest link and the greatest coordinate (m).
 pub const LONGEST: f64 = 1e4;
-/// The shortest link [m].
+/// The shortest link (m).
 pub const SHORTEST: f64 = 1e-6;
-/// The greatest angle [rad] and the greatest ratio.
+/// The greatest angle (rad) and the greatest ratio.
 pub const LARGEST: f64 = 1e4;
-/// The greatest mass [kg] and moment of inertia [kg·m²].
+/// The greatest mass (kg) and moment of inertia (kg·m²).
 pub const HEAVIEST: f64 = 1e9;
 
 impl ParameterKind {

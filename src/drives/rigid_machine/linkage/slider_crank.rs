@@ -15,7 +15,7 @@ pub struct SliderCrank {
     pub rod: Link,
     /// e, the offset of the slider's line.
     pub offset: f64,
-    /// The slider without the tool [kg].
+    /// The slider without the tool (kg).
     pub slider_mass: f64,
     /// The sign in s.
     pub branch: Branch,

@@ -79,7 +79,7 @@ impl System<3> for Original<'_> {
     }
 }
 
-/// A machine, its load and its driving torque, and how long it runs [s].
+/// A machine, its load and its driving torque, and how long it runs (s).
 pub(super) fn random_machine(r: &mut Random, kind: usize) -> (Scene, [f64; 3], [f64; 3], f64) {
     let constant = r.order(0.05, 5.0);
     let followers = (0..(4.0 * r.part()) as usize)

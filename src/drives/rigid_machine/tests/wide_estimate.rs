@@ -205,7 +205,7 @@ fn linkage(r: &mut Random) -> Linkage {
     Linkage(parts)
 }
 
-/// A machine, its load and its driving torque, and how long it runs [s].
+/// A machine, its load and its driving torque, and how long it runs (s).
 pub(super) fn random_machine(r: &mut Random, number: usize) -> (Scene, [f64; 3], [f64; 3], f64) {
     let kind = number % 8;
     let constant = r.order(0.05, 2.0);
