@@ -170,13 +170,16 @@ impl Panel {
         // The product changes by at most four radians in a panel: 4¹⁶/(16! 2¹⁶ 4¹⁶) in half of one.
         let parts = ((to - from) / (0.5 * self.series.span)).ceil().clamp(1.0, 2.0) as usize;
         let width = (to - from) / parts as f64;
+        // U′ = u̇/ω at constant speed.
+        let turns = flank.is_uniform() && flank.speed() != 0.0;
         let mut sums = [0.0; 2];
         for part in 0..parts {
             let left = from + part as f64 * width;
             let [force, torque] = Gauss::with(8).integrate(width, |s| {
-                let [[_, q], [_, q_dot]] = self.series.at(left + s);
+                let [[_, q], [rate, q_dot]] = self.series.at(left + s);
                 let force = bodies.m1 * self.series.flank_acceleration(left + s) - bodies.link(q, q_dot);
-                [force, force * flank.slope(self.from.segment, self.instant(left + s))]
+                let slope = || flank.slope(self.from.segment, self.instant(left + s));
+                [force, force * if turns { rate / flank.speed() } else { slope() }]
             });
             sums = [sums[0] + force, sums[1] + torque];
         }

@@ -166,11 +166,15 @@ impl Run {
     }
 
     /// ∫ F_K dt + ΣP and ∫ U′ F_K dt + Σ U′P over the last communication step, which ends with the `stretch`. They are
-    /// computed when somebody asks: the step is taken once more, now with the integrals.
+    /// computed when somebody asks: a step that left its panel is taken once more, now with the integrals.
     pub fn sums(&self, bodies: &Bodies, flank: &impl FlankMotion, stretch: &mut Stretch) -> Result<Sums, Fault> {
-        let from = self.begin.0.unwrap_or(self.panel.from);
+        let mut integral = Integral { from: self.theta(self.begin.1), sums: self.pushed };
+        let Some(from) = self.begin.0 else {
+            integral.add(bodies, flank, &self.panel, self.theta(stretch.end));
+            return Ok(integral.sums);
+        };
         let mut again = Run { panel: Panel::new(bodies, flank, from, self.terms()), ..*self };
-        let mut integral = Integral { from: again.theta(self.begin.1), sums: self.pushed };
+        integral.from = again.theta(self.begin.1);
         again.march(bodies, flank, stretch, Some(&mut integral))?;
         integral.add(bodies, flank, &again.panel, again.theta(stretch.end));
         Ok(integral.sums)
