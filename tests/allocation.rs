@@ -342,7 +342,7 @@ fn no_step_calls_the_system() {
     }
 }
 
-/// What a call of the FMU takes of the stack of the thread that makes it [bytes]: hosts give their threads little.
+/// What a call of the FMU takes of the stack of the thread that makes it (bytes): hosts give their threads little.
 const DEEPEST_CALL: usize = 32 << 10;
 
 /// How deep the stack gets below `action` (bytes).

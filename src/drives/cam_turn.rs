@@ -5,10 +5,10 @@ use crate::numerics::angle;
 use crate::numerics::double_double::Double;
 use std::f64::consts::TAU;
 
-/// A breakpoint this near the start of the turn counts as lying there [rad]: more than the rounding of an angle.
+/// A breakpoint this near the start of the turn counts as lying there (rad): more than the rounding of an angle.
 const SLACK: f64 = 1e-12;
 
-/// Slower than this is no motion [rad/s]: its square and that of the time of a turn are numbers, whatever masses they meet.
+/// Slower than this is no motion (rad/s): its square and that of the time of a turn are numbers, whatever masses they meet.
 pub const SLOWEST: f64 = 1e-100;
 
 /// Whether a cam at the constant speed `w` (rad/s) turns; else it is at rest within any time that can be simulated.

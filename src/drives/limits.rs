@@ -2,13 +2,13 @@
 
 use super::{Fault, Rounded};
 
-/// The greatest angle [rad]: beyond it neighbouring numbers are an eighth of a radian apart, and more.
+/// The greatest angle (rad): beyond it neighbouring numbers are an eighth of a radian apart, and more.
 pub const LARGEST_ANGLE: f64 = 1e15;
 
-/// The greatest angular velocity of a drive [rad/s]: ten million revolutions per minute.
+/// The greatest angular velocity of a drive (rad/s): ten million revolutions per minute.
 pub const FASTEST: f64 = 1e6;
 
-/// The greatest angular acceleration of a drive [rad/s²]: that of a shaft at the greatest speed which alternates once a turn.
+/// The greatest angular acceleration of a drive (rad/s²): that of a shaft at the greatest speed which alternates once a turn.
 pub const STEEPEST: f64 = FASTEST * FASTEST;
 
 /// The greatest sizes of the inputs phi (rad), w (rad/s) and a (rad/s²).

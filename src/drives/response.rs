@@ -53,7 +53,7 @@ const LEAST_TAIL: f64 = 1e-14;
 /// coefficients need not fall below this.
 const ROUNDING: f64 = 2e-15;
 
-/// How far φ goes beyond a breakpoint before the next segment takes over [rad]: more than the rounding of an angle,
+/// How far φ goes beyond a breakpoint before the next segment takes over (rad): more than the rounding of an angle,
 /// so that the segment does not flutter, and too little to be seen.
 const OVERSHOOT: f64 = 1e-14;
 

@@ -9,7 +9,7 @@ pub const DEFAULT_TOLERANCE: f64 = 1e-10;
 /// The finest tolerance that double precision can honour.
 pub const FINEST_TOLERANCE: f64 = 1e-14;
 
-/// The longest internal step that may be asked for [s]: longer than any communication step.
+/// The longest internal step that may be asked for (s): longer than any communication step.
 pub const LONGEST_STEP_SIZE: f64 = 1e6;
 
 /// What decides the internal steps.

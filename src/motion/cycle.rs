@@ -5,10 +5,10 @@ use super::{StandardLaw, TransferFunctions};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
-/// The least angle of a rise or return [rad]: cams are made to about 1e-3 rad, and |U⁗| grows as its fourth power.
+/// The least angle of a rise or return (rad): cams are made to about 1e-3 rad, and |U⁗| grows as its fourth power.
 pub const LEAST_MOTION: f64 = 1e-3;
 
-/// Angles that differ by less are equal [rad]: some thousand roundings, as sums of converted degrees have them.
+/// Angles that differ by less are equal (rad): some thousand roundings, as sums of converted degrees have them.
 const ROUNDING: f64 = 1e-12;
 
 /// The motion plan of a cycle (VDI 2143): rise, upper dwell, return, and the lower dwell for the rest of the turn.

@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 /// What the `f64` 2π misses of 2π.
 const TAU_REST: f64 = 2.4492935982947064e-16;
 
-/// An angle this near a breakpoint counts as on it [rad]: some roundings of an angle within [−2π, 2π].
+/// An angle this near a breakpoint counts as on it (rad): some roundings of an angle within [−2π, 2π].
 const ON_BREAKPOINT: f64 = 4e-15;
 
 /// `phi` moved by whole turns to within half a turn of `middle`.

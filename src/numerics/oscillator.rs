@@ -201,7 +201,7 @@ impl Oscillator {
         }
     }
 
-    /// |ω₀² − ν² + 2iδν|/(ω₀² + ν²) for ν = `nu` [rad/s]: zero at an undamped resonance.
+    /// |ω₀² − ν² + 2iδν|/(ω₀² + ν²) for ν = `nu` (rad/s): zero at an undamped resonance.
     pub fn relative_impedance(&self, nu: Double) -> f64 {
         let (re, im, scale) = self.impedance(nu);
         (re * re + im * im).sqrt() / scale

@@ -5,7 +5,7 @@
 
 use std::cell::Cell;
 
-/// The work that a call may take [nominal µs]: about a second. A simulator that waits longer seems to hang, and no sensible
+/// The work that a call may take (nominal µs): about a second. A simulator that waits longer seems to hang, and no sensible
 /// communication step needs more: a hundred thousand turns of a drive of few harmonics fit in, and the thousand seconds in one
 /// step of the extremes (`tests/fmpy/extremes`), which at fixed cost take nine tenths of it.
 pub const BUDGET: f64 = 1e6;

@@ -46,7 +46,7 @@ pub struct Args {
     force: bool,
 }
 
-/// The finest chord [m]: files give a tenth of a nanometre.
+/// The finest chord (m): files give a tenth of a nanometre.
 const FINEST: f64 = 1e-9;
 
 /// The coarsest one (m), beyond which a contour is none.

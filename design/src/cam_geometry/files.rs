@@ -185,7 +185,7 @@ const DIRECTIONS: u32 = 24;
 /// The least distance of a letter's middle from any line, and from other letters, as parts of its height.
 const CLEAR: [f64; 2] = [0.75, 1.5];
 
-/// The middle of a cam's letter [mm]: in or next to its roller, the nearest place to the roller's centre that is clear of all lines
+/// The middle of a cam's letter (mm): in or next to its roller, the nearest place to the roller's centre that is clear of all lines
 /// of the drawing, or the clearest one.
 fn label(cam: &Drawn<'_>, drawn: &[Drawn<'_>], letter: f64, others: &[Point]) -> Point {
     let (roller, radius) = (cam.roller(), cam.cam.roller * MILLIMETRES);

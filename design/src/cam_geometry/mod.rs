@@ -48,7 +48,7 @@ pub enum Follower {
         length: f64,
         /// ψ₀ (rad), at U = 0.
         start: f64,
-        /// R [m/rad]: the motion of the tool per angle of the lever; negative where they run against each other. A number where U is
+        /// R (m/rad): the motion of the tool per angle of the lever; negative where they run against each other. A number where U is
         /// an angle.
         transmission: f64,
         /// s = ±1: on which side of the line pivot–cam centre the roller is.
@@ -101,7 +101,7 @@ pub struct At {
 /// direction there.
 const STANDSTILL: f64 = 1e-9;
 
-/// The roller's centre stands still on the cam at φ [rad]: neither path nor contour has a direction there.
+/// The roller's centre stands still on the cam at φ (rad): neither path nor contour has a direction there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Standstill(pub f64);
 

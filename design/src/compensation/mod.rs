@@ -113,7 +113,7 @@ impl Task {
         (6 * self.order()).min(ORDERS[1]).max(2 * self.order()).max(ORDERS[0])
     }
 
-    /// ⟨√(S_max − S)⟩² [kg·m²]: the least constant inertia of a machine without motor.
+    /// ⟨√(S_max − S)⟩² (kg·m²): the least constant inertia of a machine without motor.
     pub fn least_inertia_without_motor(&self) -> f64 {
         // The square root has a corner where S is largest, so that the mean converges with 1/N² only, from either side of
         // the corner alike.

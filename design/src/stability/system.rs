@@ -26,7 +26,7 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// A breakpoint this near the ends of the period counts as lying there [rad]: more than the rounding of an angle.
+/// A breakpoint this near the ends of the period counts as lying there (rad): more than the rounding of an angle.
 const SLACK: f64 = 1e-12;
 
 /// Harmonics below this part of the mean are roundings of the quadrature.

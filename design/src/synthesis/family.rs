@@ -221,7 +221,7 @@ impl Family {
     }
 }
 
-/// What the angles of a task are known to [rad]: degrees of some turns, converted, to a few roundings of 4π.
+/// What the angles of a task are known to (rad): degrees of some turns, converted, to a few roundings of 4π.
 pub const ANGLES: f64 = 32.0 * f64::EPSILON;
 
 /// `phi` plus the turns that lead into a range, if any do; a rounding outside of it is its end.

@@ -181,7 +181,7 @@ pub struct Profile {
     pub uncertainty: f64,
     /// How many coefficients neither the ranges nor the points determine; so many of them are free.
     pub undetermined: usize,
-    /// By how much conditions may still be exceeded [m/radⁿ]: rounding, but where it is said.
+    /// By how much conditions may still be exceeded (m/radⁿ): rounding, but where it is said.
     pub excess: f64,
 }
 

@@ -68,7 +68,7 @@ pub struct Program<'a> {
     pub basis: &'a Basis,
     /// The x that fulfil the equations.
     pub solutions: &'a Solutions,
-    /// The angles of the equations [rad]: conditions look at them from the beginning, so that nothing dodges there.
+    /// The angles of the equations (rad): conditions look at them from the beginning, so that nothing dodges there.
     pub exact: &'a [f64],
     /// The conditions.
     pub families: Vec<Family>,

@@ -102,7 +102,7 @@ impl CamFlank<'_> {
     }
 }
 
-/// A breakpoint this near is where the motion has just come from [rad]: some roundings of an angle.
+/// A breakpoint this near is where the motion has just come from (rad): some roundings of an angle.
 const ON_BREAKPOINT: f64 = 1e-14;
 
 impl FlankMotion for CamFlank<'_> {

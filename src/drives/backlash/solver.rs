@@ -69,7 +69,7 @@ pub struct Run {
 pub struct Stretch<'a> {
     /// The end of the communication step (s).
     pub end: f64,
-    /// The longest panel [s]: what is left of the motion as prescribed.
+    /// The longest panel (s): what is left of the motion as prescribed.
     pub horizon: f64,
     /// The log.
     pub log: &'a mut EventLog,

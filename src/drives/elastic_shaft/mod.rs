@@ -238,7 +238,7 @@ impl ElasticShaft {
         Pace::Grid { origin: self.motion.origin, step }
     }
 
-    /// The internal step of fixed cost on the way to `target` where none is asked for [s]: half a radian of the fastest
+    /// The internal step of fixed cost on the way to `target` where none is asked for (s): half a radian of the fastest
     /// vibration √(c/J), the way from one breakpoint of the law to the next on the average, or 1/(2 K √(1 + m U′²max/J))
     /// of the cam's turning, K the highest harmonic, whichever is the shortest: J + m U′² has its complex zeros 1/K
     /// √(J/m)/U′max beside those of U′. The cam turns at |ω| and the speed that the vibration has now.

@@ -14,7 +14,7 @@ use std::f64::consts::TAU;
 /// Those of the way: φ is of degree 10 at most, q of less.
 const COEFFICIENTS: usize = 11;
 
-/// How far beyond a breakpoint the smooth continuation is followed [rad]: more than the rounding of an angle, so
+/// How far beyond a breakpoint the smooth continuation is followed (rad): more than the rounding of an angle, so
 /// that the passage is certain, and no more, since every passage is late by it.
 pub const OVERRUN: f64 = 1e-14;
 
@@ -68,7 +68,7 @@ impl Place {
         Some(Exit { time: self.start + Double::from(theta * length), forward: there > 0.5 * self.span })
     }
 
-    /// By how much the last step of `integrator`, which was to end at the breakpoint, ended too late [s]: by the
+    /// By how much the last step of `integrator`, which was to end at the breakpoint, ended too late (s): by the
     /// polynomial of the longer step the breakpoint is known to the accuracy of polynomials alone.
     pub fn delay(&self, twist: &Twist, integrator: &Collocation<2>, forward: bool) -> f64 {
         let f = twist.flow(integrator.end(), &integrator.state());

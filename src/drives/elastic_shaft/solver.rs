@@ -11,7 +11,7 @@ use crate::numerics::collocation::{Collocation, Failure, System};
 use crate::numerics::double_double::Double;
 use crate::numerics::work::{EVALUATION, Work};
 
-/// The angle over which a step of degree 8 may reach, times the resolution K of the law [rad]: two radians of
+/// The angle over which a step of degree 8 may reach, times the resolution K of the law (rad): two radians of
 /// the highest harmonic cannot hide between eight nodes.
 pub const REACH: f64 = 2.0;
 

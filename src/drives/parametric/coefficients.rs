@@ -8,7 +8,7 @@ use crate::numerics::work::HARMONIC;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
 
-/// Angles this near to a quarter of a turn are one [rad]: what it changes is below rounding.
+/// Angles this near to a quarter of a turn are one (rad): what it changes is below rounding.
 pub const SAME_ANGLE: f64 = 1e-15;
 
 /// c(φ).

@@ -57,7 +57,7 @@ pub struct Dip {
     pub least: f64,
     /// s₂ (1).
     pub swing: f64,
-    /// φ₀ [rad]: c is smallest there and half a turn on.
+    /// φ₀ (rad): c is smallest there and half a turn on.
     pub centre: f64,
 }
 

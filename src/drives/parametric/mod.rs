@@ -173,7 +173,7 @@ impl ParametricDrive {
         Ok(())
     }
 
-    /// The internal step of fixed cost on the way to `target` where none is asked for [s]: half a radian of the fastest
+    /// The internal step of fixed cost on the way to `target` where none is asked for (s): half a radian of the fastest
     /// vibration √(max c/min m), or half a radian of the highest harmonic of the coefficients (near a dip of the crank's
     /// stiffness an eighth of its width) at the highest speed, whichever is shorter.
     fn usual_step(&self, target: f64) -> f64 {

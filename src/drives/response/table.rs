@@ -7,7 +7,7 @@ use crate::numerics::oscillator::Oscillator;
 use crate::numerics::period_map::{Coefficients, PeriodMap, Periodic};
 use std::sync::Arc;
 
-/// No table where the oscillator turns or decays by more than this in a turn of the cam [rad]: cells of a few radians
+/// No table where the oscillator turns or decays by more than this in a turn of the cam (rad): cells of a few radians
 /// each, a few microseconds to make and half a kilobyte long, then still are an instant's work and some 0.1 MB.
 const FASTEST: f64 = 512.0;
 

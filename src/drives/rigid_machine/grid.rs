@@ -42,7 +42,7 @@ const FOLLOWING: f64 = 1.0;
 /// two motions in balance, which the method meets without resolving the way there.
 const STIFFEST: f64 = 1.0 / 32.0;
 
-/// The usual step of a machine of which neither the start nor the motor tells a speed [s]: the communication step of
+/// The usual step of a machine of which neither the start nor the motor tells a speed (s): the communication step of
 /// common real-time hosts.
 const USUAL: f64 = 1e-3;
 
@@ -106,7 +106,7 @@ impl RigidMachine {
         Grid { origin, size, point: Double::from(origin), ..Grid::default() }
     }
 
-    /// The internal step where none is asked for [s]: see [`ANGLE`], [`FOLLOWING`], [`STIFFEST`] and [`USUAL`]; borders
+    /// The internal step where none is asked for (s): see [`ANGLE`], [`FOLLOWING`], [`STIFFEST`] and [`USUAL`]; borders
     /// of the motion laws are passed one at a time on the average.
     ///
     /// √J(φ) is a sum of waves up to the order R of J with branch points √(J_min/J_max)/R beside the real angles, or

@@ -12,7 +12,7 @@ use std::sync::OnceLock;
 pub struct InertiaFunction {
     /// J0 (kg·m²).
     pub constant: f64,
-    /// A 2π-periodic addition [kg·m²]: a Fourier series or a table; its derivatives are those of the interpolant, so
+    /// A 2π-periodic addition (kg·m²): a Fourier series or a table; its derivatives are those of the interpolant, so
     /// that energy is conserved.
     pub varying: Option<MotionLaw>,
 }

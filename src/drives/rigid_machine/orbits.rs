@@ -278,7 +278,7 @@ fn between(shooting: &Shooting<'_>, mut low: f64, mut high: f64) -> Option<f64> 
     Some(0.5 * (low + high))
 }
 
-/// The motion of the machine without torques (Eigenbewegung) with the period T [s]: J ω² = 2E = const,
+/// The motion of the machine without torques (Eigenbewegung) with the period T (s): J ω² = 2E = const,
 /// √(2E) = ∮√J dφ / T; φ and ω over the turn.
 pub fn free_motion(inertia: &Inertia, period: f64, sense: f64) -> Vec<[f64; 2]> {
     let rule = Gauss::with(16);

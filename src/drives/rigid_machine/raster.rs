@@ -25,7 +25,7 @@ const TURN_LOW: f64 = 2.4492935982947064e-16;
 /// control room to save work without losing sight of it.
 const WIDEST: f64 = TAU / 6.0;
 
-/// The narrowest cell [rad]: a wave of J that is shorter than this has more harmonics than a scene can hold.
+/// The narrowest cell (rad): a wave of J that is shorter than this has more harmonics than a scene can hold.
 const NARROWEST: f64 = 1e-9;
 
 /// Edges are multiples of this (rad), so that the widths between them are exact and a million turns add up exactly.

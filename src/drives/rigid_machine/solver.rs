@@ -22,7 +22,7 @@ use crate::numerics::work::{EVALUATION, Work};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
-/// How far beyond a border the angle may lie before the step is cut [rad]: its square is below rounding.
+/// How far beyond a border the angle may lie before the step is cut (rad): its square is below rounding.
 const SLACK: f64 = 1e-8;
 
 /// Changes of the interval without a step in between before a step is taken as it is. Two happen where the machine
@@ -35,7 +35,7 @@ pub(super) const IDLE_CHANGES: u32 = 4;
 const CAUTION: f64 = 0.5;
 const CAUTION_WITH_MOTOR: f64 = 3.0;
 
-/// The speed beyond which the machine counts as run away [rad/s]: ten times what may be set.
+/// The speed beyond which the machine counts as run away (rad/s): ten times what may be set.
 pub(super) const FASTEST: f64 = 1e7;
 
 /// The integrator, with or without the motor's torque as third unknown.

@@ -50,7 +50,7 @@ impl<const N: usize> Newton<N> {
         (0..N).map(|c| ROUNDINGS_OF_F * h * noise[c] / scale[c]).fold(NEWTON_ROUNDING, f64::max)
     }
 
-    /// A bound of the rates of the free motion [1/s]: of the products ∂fᵢ/∂yⱼ ∂fⱼ/∂yᵢ, which do not depend on the units of the
+    /// A bound of the rates of the free motion (1/s): of the products ∂fᵢ/∂yⱼ ∂fⱼ/∂yᵢ, which do not depend on the units of the
     /// state.
     pub fn rate(&self) -> f64 {
         let square = |i: usize| (0..N).map(|j| self.rates[i][j] * self.rates[j][i]).sum::<f64>();

@@ -52,7 +52,7 @@ fn random_law(dice: &mut Dice) -> MotionLaw {
     MotionLaw::Fourier(Fourier::new(a, b))
 }
 
-/// A scene, and how long it runs [s]: from a fiftieth of a turn to fifty turns.
+/// A scene, and how long it runs (s): from a fiftieth of a turn to fifty turns.
 fn random(dice: &mut Dice, tolerance: f64) -> (Scene, f64) {
     let cam = random_law(dice);
     let m2 = dice.log_between(0.5, 20.0);
@@ -84,7 +84,7 @@ fn random(dice: &mut Dice, tolerance: f64) -> (Scene, f64) {
     (scene, dice.log_between(0.02, 50.0) * TAU / w)
 }
 
-/// x1, x2, ẋ1, ẋ2 at the end, with the estimate. `ramp` [1/s²]: moved by inputs whose speed changes at this rate.
+/// x1, x2, ẋ1, ẋ2 at the end, with the estimate. `ramp` (1/s²): moved by inputs whose speed changes at this rate.
 fn end(scene: Scene, span: f64, ramp: Option<f64>) -> ([f64; 4], f64) {
     let DriveMode::Constant { w, phi_start } = scene.drive else { unreachable!("random scenes have a speed") };
     let mut drive;

@@ -45,7 +45,7 @@ pub struct Link {
     pub mass: f64,
     /// J about the centre of mass (kg·m²).
     pub inertia: f64,
-    /// The centre of mass [m]: from the first joint along the line to the second one, and to the left of it.
+    /// The centre of mass (m): from the first joint along the line to the second one, and to the left of it.
     pub centre: [f64; 2],
 }
 
