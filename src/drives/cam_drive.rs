@@ -2,13 +2,12 @@
 //! of its shaft.
 
 use super::limits::{FASTEST, INPUTS, LARGEST_ANGLE};
-use super::{List, Rounded, Seed, unit, variable};
+use super::{List, Rounded, unit, variable};
 use crate::motion::parameters::ParameterKind;
 use crate::motion::{CyclePlan, Kinematics, MotionLaw, TransferFunctions};
 use crate::numerics::angle;
 use crate::numerics::count::at_most;
 use crate::numerics::double_double::{Double, two_product};
-use crate::numerics::taylor::Series;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -341,25 +340,6 @@ impl<Law> CamDrive<Law> {
     pub fn step_done(&mut self) {
         if self.from != [0; MAX_INPUT_DERIVATIVE] {
             (self.beyond, self.from) = ([0.0; MAX_INPUT_DERIVATIVE], [0; MAX_INPUT_DERIVATIVE]);
-        }
-    }
-
-    /// The series of φ at the communication point `time`, whose value is the reduced angle; `known` tells which
-    /// of the inputs (0: phi, 1: w, 2: a) has the value reference of the seed, if one has.
-    pub fn phi_series(&self, time: f64, seed: Seed, known: Option<usize>) -> Series {
-        let shaft = self.motion(time).at(time);
-        match seed {
-            Seed::Time => Series::from_derivatives(shaft.reduced, shaft.kinematics.0[1], shaft.kinematics.0[2]),
-            Seed::Known(_) => Series([shaft.reduced, if known == Some(0) { 1.0 } else { 0.0 }, 0.0]),
-        }
-    }
-
-    /// The series of w, likewise.
-    pub fn w_series(&self, time: f64, seed: Seed, known: Option<usize>) -> Series {
-        let shaft = self.motion(time).at(time);
-        match seed {
-            Seed::Time => Series::from_derivatives(shaft.kinematics.0[1], shaft.kinematics.0[2], shaft.kinematics.0[3]),
-            Seed::Known(_) => Series([shaft.kinematics.0[1], if known == Some(1) { 1.0 } else { 0.0 }, 0.0]),
         }
     }
 }

@@ -17,7 +17,6 @@ mod error_bound;
 mod leap;
 mod local;
 mod on_inputs;
-mod stride;
 mod table;
 
 use super::cam_drive::AngleMotion;

@@ -40,19 +40,6 @@ impl Pair {
         Pair::both(self.0[0])
     }
 
-    /// Their magnitudes.
-    #[inline(always)]
-    pub fn abs(self) -> Self {
-        Pair([self.0[0].abs(), self.0[1].abs()])
-    }
-
-    /// The larger one of each; `other` where they cannot be compared.
-    #[inline(always)]
-    pub fn max(self, other: Self) -> Self {
-        let larger = |x: f64, y: f64| if x > y { x } else { y };
-        Pair([larger(self.0[0], other.0[0]), larger(self.0[1], other.0[1])])
-    }
-
     /// The second one twice.
     #[inline(always)]
     pub fn seconds(self) -> Self {

@@ -4,7 +4,6 @@
 //! Source: Dresig, Vulfson, *Dynamik der Mechanismen*, section 4.6.2, equations (2) to (4).
 
 use super::error_bound::{of_free_motion, of_harmonics};
-use super::stride::Map;
 use crate::drives::cam_drive::AngleMotion;
 use crate::motion::Fourier;
 use crate::numerics::divisor::greatest_common_divisor;
@@ -229,13 +228,13 @@ impl ClosedForm {
 
     /// The cam, and the harmonic response without resonant parts with the `free` motion, where cos φ and sin φ are `z`.
     fn driven(&self, z: Pair, free: Pair) -> Instant {
-        let (mut z, turn) = (power(z, self.first), Map::turn(power(z, self.distance)));
+        let (mut z, turn) = (power(z, self.first), power(z, self.distance));
         let (mut u, mut q) = (Pair::new(self.mean, 0.0), free);
         for harmonic in &self.harmonics {
             let crossed = z.swapped();
             u = u + (harmonic.straight[0] * z + harmonic.crossed[0] * crossed);
             q = q + (harmonic.straight[1] * z + harmonic.crossed[1] * crossed);
-            z = turn.at(z);
+            z = turned(z, turn);
         }
         Instant { u, q }
     }
@@ -269,6 +268,11 @@ pub fn progression(series: &Fourier) -> (usize, usize) {
 
 /// zⁿ for a complex number z and n ≥ 1 (n = 0: z).
 fn power(z: Pair, n: usize) -> Pair {
-    let turn = Map::turn(z);
-    (1..n).fold(z, |power, _| turn.at(power))
+    (1..n).fold(z, |power, _| turned(power, z))
+}
+
+/// x turned by the angle with this cosine and sine.
+#[inline(always)]
+fn turned(x: Pair, turn: Pair) -> Pair {
+    turn.firsts() * x + turn.seconds() * Pair::new(-1.0, 1.0) * x.swapped()
 }
