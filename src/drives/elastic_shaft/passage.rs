@@ -3,8 +3,9 @@
 //! The way of the cam over a step is a polynomial, φ of the drive and q of the collocation: however briefly the cam leaves
 //! its segment, the certified first root tells.
 
-use super::solver::Twist;
+use super::equation::Flow;
 use crate::drives::cam_drive::AngleMotion;
+use crate::motion::MotionLaw;
 use crate::numerics::angle;
 use crate::numerics::collocation::Collocation;
 use crate::numerics::double_double::{Double, two_sum};
@@ -29,6 +30,8 @@ pub struct Place {
     /// φ, reduced (rad), and q (rad).
     phi: f64,
     q: f64,
+    /// Whether the equation is linearised in the twist: then the law is taken at φ.
+    linear: bool,
 }
 
 /// The cam leaves its segment.
@@ -41,21 +44,22 @@ pub struct Exit {
 }
 
 impl Place {
-    pub fn new(twist: &Twist, start: Double, y: &[f64; 2]) -> Self {
-        let breakpoints = twist.law.breakpoints();
-        let lower = breakpoints[twist.segment];
-        let upper = breakpoints.get(twist.segment + 1).copied().unwrap_or(breakpoints[0] + TAU);
-        let (span, f) = (upper - lower, twist.flow(start, y));
+    /// The cam in a segment of `law` in the state `f` at `start`.
+    pub fn new((law, segment): (&MotionLaw, usize), start: Double, f: &Flow<f64>, linear: bool) -> Self {
+        let breakpoints = law.breakpoints();
+        let lower = breakpoints[segment];
+        let upper = breakpoints.get(segment + 1).copied().unwrap_or(breakpoints[0] + TAU);
+        let span = upper - lower;
         // Nearest to the middle: a cam a little before the segment is not almost a turn behind it.
-        let offset = 0.5 * span + angle::reduce(two_sum(f.argument(twist.equation.linear), -0.5 * (lower + upper)));
-        Place { offset, span, start, phi: f.phi, q: f.q }
+        let offset = 0.5 * span + angle::reduce(two_sum(f.argument(linear), -0.5 * (lower + upper)));
+        Place { offset, span, start, phi: f.phi, q: f.q, linear }
     }
 
-    /// Where the cam leaves the segment in the last step of `integrator`.
-    pub fn exit(&self, twist: &Twist, integrator: &Collocation<2>) -> Option<Exit> {
+    /// Where the cam leaves the segment in the last step of `integrator`, on this `motion` of the drive.
+    pub fn exit(&self, motion: &AngleMotion, integrator: &Collocation<2>) -> Option<Exit> {
         let length = (integrator.end() - self.start).hi;
-        let mut way = growth(twist.motion, self.start, length);
-        if !twist.equation.linear {
+        let mut way = growth(motion, self.start, length);
+        if !self.linear {
             for (way, twisting) in way.iter_mut().zip(integrator.growth(0)) {
                 *way += twisting;
             }
@@ -68,15 +72,13 @@ impl Place {
         Some(Exit { time: self.start + Double::from(theta * length), forward: there > 0.5 * self.span })
     }
 
-    /// By how much the last step of `integrator`, which was to end at the breakpoint, ended too late (s): by the
+    /// By how much the step that was to end at the breakpoint, and did in the state `f`, ended too late (s): by the
     /// polynomial of the longer step the breakpoint is known to the accuracy of polynomials alone.
-    pub fn delay(&self, twist: &Twist, integrator: &Collocation<2>, forward: bool) -> f64 {
-        let f = twist.flow(integrator.end(), &integrator.state());
-        let linear = twist.equation.linear;
+    pub fn delay(&self, f: &Flow<f64>, forward: bool) -> f64 {
         // Less than half a turn per step, so the difference of reduced angles tells the way.
-        let turned = angle::reduce(two_sum(f.phi, -self.phi)) + if linear { 0.0 } else { f.q - self.q };
+        let turned = angle::reduce(two_sum(f.phi, -self.phi)) + if self.linear { 0.0 } else { f.q - self.q };
         let beyond = self.offset + turned - if forward { self.span } else { 0.0 };
-        if beyond.abs() > 2.0 * OVERRUN { beyond / f.turning(linear) } else { 0.0 }
+        if beyond.abs() > 2.0 * OVERRUN { beyond / f.turning(self.linear) } else { 0.0 }
     }
 }
 

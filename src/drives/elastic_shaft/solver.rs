@@ -122,9 +122,10 @@ impl Twist<'_> {
         pace: Pace,
     ) -> Result<Option<usize>, Failure> {
         let before = integrator.clone();
-        let place = Place::new(self, before.end(), &before.state());
+        let (start, f) = (before.end(), self.flow(before.end(), &before.state()));
+        let place = Place::new((self.law, self.segment), start, &f, self.equation.linear);
         self.step_smoothly(integrator, limit, pace)?;
-        let Some(mut exit) = place.exit(self, integrator) else { return Ok(None) };
+        let Some(mut exit) = place.exit(self.motion, integrator) else { return Ok(None) };
         let (latest, count) = (integrator.end(), self.law.breakpoints().len());
         let beyond = if exit.forward { (self.segment + 1) % count } else { (self.segment + count - 1) % count };
         for correction in 0..=CORRECTIONS {
@@ -134,7 +135,7 @@ impl Twist<'_> {
                 // The tolerance asks for a shorter step, so the way to the breakpoint is left to the next one.
                 return Ok(None);
             }
-            let delay = place.delay(self, integrator, exit.forward);
+            let delay = place.delay(&self.flow(integrator.end(), &integrator.state()), exit.forward);
             let better = exit.time - Double::from(delay);
             let possible = (better - before.end()).hi > 0.0 && (latest - better).hi >= 0.0;
             if correction == CORRECTIONS || !possible || !self.matters(integrator, beyond, delay) {

@@ -1,15 +1,12 @@
 //! The periodic coefficients of m(φ) q̈ + b(φ) q̇ + c(φ) q = f(φ): their values, their harmonics, and how fast they
 //! vary.
 
-use super::crank::{Dip, ParallelCrank};
+use super::crank::{Dip, ParallelCrank, SAME_ANGLE};
 use crate::motion::Fourier;
 use crate::numerics::divisor::greatest_common_divisor;
 use crate::numerics::work::HARMONIC;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
-
-/// Angles this near to a quarter of a turn are one (rad): what it changes is below rounding.
-pub const SAME_ANGLE: f64 = 1e-15;
 
 /// c(φ).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -14,10 +14,12 @@
 //!
 //! Source: Dresig, Vulfson, *Dynamik der Mechanismen*, section 4.5.3 (1)–(3).
 
-use super::coefficients::SAME_ANGLE;
 use crate::motion::Fourier;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{FRAC_PI_2, PI};
+
+/// Angles this near to a quarter of a turn are one (rad): what it changes is below rounding.
+pub const SAME_ANGLE: f64 = 1e-15;
 
 /// Shafts, cranks and coupling rods.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
