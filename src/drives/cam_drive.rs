@@ -150,6 +150,11 @@ impl AngleMotion {
             let d = std::array::from_fn(|j| c[j]);
             return ShaftState { reduced: angle::reduce(Double::from(c[0])), kinematics: Kinematics(d) };
         }
+        if self.is_uniform() {
+            let [phi, w, ..] = *c;
+            let phi = Double::from(phi) + two_product(w, tau.hi) + Double::from(w * tau.lo);
+            return ShaftState { reduced: angle::reduce(phi), kinematics: Kinematics([phi.hi, w, 0.0, 0.0, 0.0]) };
+        }
         // Horner's rule for φ and its derivatives, from the highest coefficient down.
         let mut d = [0.0; 5];
         for order in 1..5 {
@@ -166,16 +171,6 @@ impl AngleMotion {
             Double::from(c[0]) + two_product(c[1], tau.hi) + two_product(above, tau.hi) + Double::from(c[1] * tau.lo);
         d[0] = phi.hi;
         ShaftState { reduced: angle::reduce(phi), kinematics: Kinematics(d) }
-    }
-
-    /// The same, φ less whole turns alone (rad).
-    pub fn reduced_at(&self, time: Double) -> f64 {
-        let tau = time + Double::from(-self.origin);
-        if !self.is_uniform() || tau.hi == 0.0 {
-            return self.at_instant(time).reduced;
-        }
-        let [phi, w, ..] = self.coefficients;
-        angle::reduce(Double::from(phi) + two_product(w, tau.hi) + Double::from(w * tau.lo))
     }
 
     /// Whether the speed is constant.

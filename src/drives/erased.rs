@@ -6,14 +6,23 @@ use super::variable::{Access, Causality, Kind, Type, Variability};
 use super::{Description, Drive, EventLog, Experiment, Fault, Seed, Variable};
 use crate::numerics::difference;
 use std::any::Any;
+use std::mem::MaybeUninit;
 use std::sync::Arc;
 
 /// A drive as it is after instantiation.
 pub fn unit<D: Drive>(drive: D) -> Box<Unit<D>> {
     let variables = drive.variables();
     let places = variables.places();
-    Arc::new(Design { initial: drive, variables: variables.0, places }).unit()
+    let real_place = |v: &Variable<D>| match v.access {
+        Access::Computed { .. } if v.description.kind.r#type() == Type::Real => v.index,
+        _ => NO_PLACE,
+    };
+    let real_places = variables.0.iter().map(real_place).collect();
+    Arc::new(Design { initial: drive, variables: variables.0, real_places, places }).unit()
 }
+
+/// A place that no value has.
+const NO_PLACE: usize = usize::MAX;
 
 /// A drive as its scene describes it: what all its instances have in common.
 pub trait Plan: Send + Sync {
@@ -33,14 +42,16 @@ pub trait DynDrive: Send {
     fn experiment(&self) -> Experiment;
     /// The place in the list of the variable with this reference, which has to be of this type.
     fn variable(&self, reference: u32, r#type: Type) -> Result<usize, Fault>;
-    /// Reads variables of one type, up to date.
-    fn read(&mut self, r#type: Type, references: &[u32], values: &mut [f64]) -> Result<(), Fault>;
+    /// Reads Reals, up to date.
+    fn read(&mut self, references: &[u32], values: &mut [MaybeUninit<f64>]) -> Result<(), Fault>;
     /// Reads a variable, up to date.
     fn get(&mut self, reference: usize) -> Result<f64, Fault>;
     /// Refuses what [`DynDrive::set`] would refuse.
     fn check(&self, reference: usize, value: f64) -> Result<(), Fault>;
     /// Sets a parameter or an input; refuses a value outside the variable's range.
     fn set(&mut self, reference: usize, value: f64) -> Result<(), Fault>;
+    /// Sets variables of one type: all of them, or, where one is refused, none.
+    fn write(&mut self, r#type: Type, references: &[u32], values: &[f64]) -> Result<(), Fault>;
     /// Initialisation starts at `time` (s).
     fn set_up(&mut self, time: f64, tolerance: Option<f64>);
     /// Ends initialisation.
@@ -75,6 +86,9 @@ pub trait DynDrive: Send {
 struct Design<D> {
     initial: D,
     variables: Vec<Variable<D>>,
+    /// For each variable its place among the computed values, [`NO_PLACE`] of what is no computed Real: close together, since
+    /// importers read at every communication point.
+    real_places: Box<[usize]>,
     /// As many zeros as an instance has computed values.
     places: Box<[f64]>,
 }
@@ -148,6 +162,15 @@ impl<D: Drive> Unit<D> {
         self.drive.evaluate(&mut self.values);
         self.evaluated = true;
         Ok(())
+    }
+
+    /// Sets what may be set to an admissible value.
+    fn put(&mut self, reference: usize, value: f64) {
+        let v = &self.design.variables[reference];
+        if let Access::Set { set, .. } = v.access {
+            set(&mut self.drive, v.index, value);
+            self.changed();
+        }
     }
 
     /// Something else was set.
@@ -226,6 +249,28 @@ impl<D: Drive> Unit<D> {
         }
     }
 
+    #[cold]
+    fn no_variable(&self, reference: u32, r#type: Type) -> Fault {
+        let variables = &self.design.variables;
+        Fault(match variables.get(reference as usize) {
+            Some(Variable { description: Description { name, kind, .. }, .. }) => {
+                format!("`{name}` (value reference {reference}) has the type {:?}, not {type:?}", kind.r#type())
+            }
+            None => {
+                let last = variables.len() as i64 - 1;
+                format!("the value reference {reference} does not exist; they end at {last}")
+            }
+        })
+    }
+
+    /// Reads Reals of which one is set, not computed, or does not exist, or is no number.
+    fn read_others(&mut self, references: &[u32], values: &mut [MaybeUninit<f64>]) -> Result<(), Fault> {
+        for (reference, place) in references.iter().zip(values) {
+            place.write(self.get(self.variable(*reference, Type::Real)?)?);
+        }
+        Ok(())
+    }
+
     /// Which state is no number.
     #[cold]
     fn not_finite(&self) -> Fault {
@@ -254,25 +299,26 @@ impl<D: Drive> DynDrive for Unit<D> {
     }
 
     fn variable(&self, reference: u32, r#type: Type) -> Result<usize, Fault> {
-        let variables = &self.design.variables;
-        let Some(Variable { description: Description { name, kind, .. }, .. }) = variables.get(reference as usize)
-        else {
-            let last = variables.len() as i64 - 1;
-            return Err(Fault(format!("the value reference {reference} does not exist; they end at {last}")));
-        };
-        let own = kind.r#type();
-        if own == r#type {
-            Ok(reference as usize)
-        } else {
-            Err(Fault(format!("`{name}` (value reference {reference}) has the type {own:?}, not {type:?}")))
+        match self.design.variables.get(reference as usize) {
+            Some(v) if v.description.kind.r#type() == r#type => Ok(reference as usize),
+            _ => Err(self.no_variable(reference, r#type)),
         }
     }
 
-    fn read(&mut self, r#type: Type, references: &[u32], values: &mut [f64]) -> Result<(), Fault> {
-        for (reference, value) in references.iter().zip(values) {
-            *value = self.get(self.variable(*reference, r#type)?)?;
+    fn read(&mut self, references: &[u32], values: &mut [MaybeUninit<f64>]) -> Result<(), Fault> {
+        if !self.evaluated && !self.pending {
+            self.evaluate()?;
         }
-        Ok(())
+        let computed: &[f64] = if self.evaluated { &self.values } else { &[] };
+        let mut finite = 0.0;
+        for (reference, place) in references.iter().zip(&mut *values) {
+            let known = self.design.real_places.get(*reference as usize).and_then(|place| computed.get(*place));
+            let Some(value) = known else { return self.read_others(references, values) };
+            // Zero, unless the value is no finite number.
+            finite += 0.0 * value;
+            place.write(*value);
+        }
+        if finite == 0.0 { Ok(()) } else { self.read_others(references, values) }
     }
 
     fn get(&mut self, reference: usize) -> Result<f64, Fault> {
@@ -311,10 +357,16 @@ impl<D: Drive> DynDrive for Unit<D> {
 
     fn set(&mut self, reference: usize, value: f64) -> Result<(), Fault> {
         self.check(reference, value)?;
-        let v = &self.design.variables[reference];
-        if let Access::Set { set, .. } = v.access {
-            set(&mut self.drive, v.index, value);
-            self.changed();
+        self.put(reference, value);
+        Ok(())
+    }
+
+    fn write(&mut self, r#type: Type, references: &[u32], values: &[f64]) -> Result<(), Fault> {
+        for (reference, value) in references.iter().zip(values) {
+            self.check(self.variable(*reference, r#type)?, *value)?;
+        }
+        for (reference, value) in references.iter().zip(values) {
+            self.put(*reference as usize, *value);
         }
         Ok(())
     }

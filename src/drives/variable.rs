@@ -128,29 +128,37 @@ impl Description {
 
     /// Refuses a value that a variable of this description cannot take.
     pub fn check(&self, value: f64) -> Result<(), Fault> {
-        // Inputs are set at every step, and few are whole numbers that have to be told from others.
-        let whole = || value.fract() == 0.0;
-        let number = Number(value);
-        let reason = match &self.kind {
-            Kind::Real { quantity, min, max, .. } if !(*min <= value && value <= *max && value.is_finite()) => {
-                // The unit of a pure number is 1, which would read like a digit.
-                let unit = if quantity.unit == "1" { String::new() } else { format!(" {}", quantity.unit) };
-                format!("{number}{unit} is not admissible; expected {}{unit}", Range(*min, *max))
-            }
-            Kind::Integer { min, max } if !(whole() && f64::from(*min) <= value && value <= f64::from(*max)) => {
-                format!("{number} is not admissible; expected {min} … {max}")
-            }
-            Kind::Enumeration(e) if !(whole() && 1.0 <= value && value <= e.items.len() as f64) => {
-                let items: Vec<String> =
-                    e.items.iter().enumerate().map(|(i, (name, _))| format!("{} ({name})", i + 1)).collect();
-                format!("{number} is not admissible; expected {}", items.join(", "))
-            }
-            Kind::Boolean if value != 0.0 && value != 1.0 => {
-                format!("{number} is not admissible; expected 0 (false) or 1 (true)")
-            }
-            _ => return Ok(()),
+        let whole_within = |min: f64, max: f64| min <= value && value <= max && value.fract() == 0.0;
+        let admissible = match &self.kind {
+            Kind::Real { min, max, .. } => *min <= value && value <= *max && value.is_finite(),
+            Kind::Integer { min, max } => whole_within((*min).into(), (*max).into()),
+            Kind::Enumeration(e) => whole_within(1.0, e.items.len() as f64),
+            Kind::Boolean => value == 0.0 || value == 1.0,
         };
-        Err(Fault(format!("`{}`: {reason}", self.name)))
+        if admissible { Ok(()) } else { Err(self.not_admissible(Number(value))) }
+    }
+
+    #[cold]
+    fn not_admissible(&self, value: Number) -> Fault {
+        let (mut unit, expected) = (
+            String::new(),
+            match &self.kind {
+                Kind::Real { min, max, .. } => Range(*min, *max).to_string(),
+                Kind::Integer { min, max } => format!("{min} … {max}"),
+                Kind::Enumeration(e) => {
+                    let items = e.items.iter().enumerate().map(|(i, (name, _))| format!("{} ({name})", i + 1));
+                    items.collect::<Vec<_>>().join(", ")
+                }
+                Kind::Boolean => "0 (false) or 1 (true)".to_owned(),
+            },
+        );
+        // The unit of a pure number is 1, which would read like a digit.
+        if let Kind::Real { quantity, .. } = &self.kind
+            && quantity.unit != "1"
+        {
+            unit = format!(" {}", quantity.unit);
+        }
+        Fault(format!("`{}`: {value}{unit} is not admissible; expected {expected}{unit}", self.name))
     }
 }
 

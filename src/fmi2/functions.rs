@@ -331,7 +331,7 @@ pub unsafe extern "C" fn fmi2Reset(c: fmi2Component) -> fmi2Status {
 // ---------------------------------------------------------------------------------------------------------------
 // Values
 
-/// Reads variables of one type.
+/// Reads variables of another type than Real.
 ///
 /// # Safety
 /// As [`array`] and [`array_mut`].
@@ -344,18 +344,13 @@ unsafe fn get<T>(
 ) -> Outcome {
     // SAFETY: passed on to the caller.
     let (references, values) = unsafe { (array(vr, count, "vr")?, array_mut(value, count, "value")?) };
-    let mut read = [0.0; 16];
-    for (references, values) in references.chunks(read.len()).zip(values.chunks_mut(read.len())) {
-        let read = &mut read[..references.len()];
-        instance.get(r#type, references, read)?;
-        for (value, read) in values.iter_mut().zip(read) {
-            value.write(from(*read));
-        }
+    for (reference, value) in references.iter().zip(values) {
+        value.write(from(instance.get(r#type, *reference)?));
     }
     Ok(())
 }
 
-/// Sets variables of one type.
+/// Sets variables of another type than Real.
 ///
 /// # Safety
 /// As [`array`].
@@ -364,11 +359,12 @@ unsafe fn set<T: Copy>(
     r#type: Type,
     (vr, count): (*const fmi2ValueReference, usize),
     value: *const T,
-    from: impl Fn(T) -> f64 + Clone,
+    from: impl Fn(T) -> f64,
 ) -> Outcome {
     // SAFETY: passed on to the caller.
     let (references, values) = unsafe { (array(vr, count, "vr")?, array(value, count, "value")?) };
-    instance.set(r#type, references.iter().zip(values).map(move |(r, v)| (*r, from(*v))))
+    let values: Vec<f64> = values.iter().map(|value| from(*value)).collect();
+    Ok(instance.set(r#type, references, &values)?)
 }
 
 /// Reads Reals.
@@ -379,8 +375,11 @@ pub unsafe extern "C" fn fmi2GetReal(
     nvr: usize,
     value: *mut fmi2Real,
 ) -> fmi2Status {
-    // SAFETY: arrays of the importer.
-    enter(c, &table::GET_REAL, |i| unsafe { get(i, Type::Real, (vr, nvr), value, |v| v) })
+    enter(c, &table::GET_REAL, |instance| {
+        // SAFETY: arrays of the importer.
+        let (references, values) = unsafe { (array(vr, nvr, "vr")?, array_mut(value, nvr, "value")?) };
+        Ok(instance.read(references, values)?)
+    })
 }
 
 /// Reads Integers and Enumerations.
@@ -427,8 +426,11 @@ pub unsafe extern "C" fn fmi2SetReal(
     nvr: usize,
     value: *const fmi2Real,
 ) -> fmi2Status {
-    // SAFETY: arrays of the importer.
-    enter(c, &table::SET_REAL, |i| unsafe { set(i, Type::Real, (vr, nvr), value, |v| v) })
+    enter(c, &table::SET_REAL, |instance| {
+        // SAFETY: arrays of the importer.
+        let (references, values) = unsafe { (array(vr, nvr, "vr")?, array(value, nvr, "value")?) };
+        Ok(instance.set(Type::Real, references, values)?)
+    })
 }
 
 /// Sets Integers and Enumerations.

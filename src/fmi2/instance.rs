@@ -8,6 +8,7 @@ use crate::drives::variable::Type;
 use crate::drives::{DynDrive, Fault, Number, event};
 use std::any::Any;
 use std::ffi::CStr;
+use std::mem::MaybeUninit;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// Why a call did not return fmi2OK.
@@ -176,60 +177,61 @@ impl Instance {
     }
 
     fn check_step(&self, point: f64, step: f64) -> Result<(), Fault> {
-        if !(0.0 < step && step.is_finite()) {
-            return Err(Fault(format!("the communication step size {step} s is not a finite number > 0")));
+        let Clock { time, stop, .. } = self.clock;
+        let (end, tolerance) = (point + step, TIME_TOLERANCE * (point.abs() + step));
+        // Comparisons with NaN are false.
+        if 0.0 < step && (point - time).abs() <= tolerance && end - stop <= tolerance && end.is_finite() {
+            return Ok(());
         }
-        let time = self.clock.time;
-        let magnitude = time.abs().max(point.abs()).max(step);
-        if !((point - time).abs() <= TIME_TOLERANCE * magnitude && point.is_finite()) {
-            return Err(Fault(format!(
-                "the current communication point {point} s is not where the instance is, at {time} s"
-            )));
-        }
-        let (end, stop) = (point + step, self.clock.stop);
-        if stop < end - TIME_TOLERANCE * stop.abs().max(end.abs()) {
-            return Err(Fault(format!("the step from {point} s to {end} s goes beyond the stop time {stop} s")));
-        }
-        Ok(())
+        Err(self.refuse_step(point, step))
+    }
+
+    #[cold]
+    fn refuse_step(&self, point: f64, step: f64) -> Fault {
+        let Clock { time, stop, .. } = self.clock;
+        Fault(if !(0.0 < step && step.is_finite()) {
+            format!("the communication step size {step} s is not a finite number > 0")
+        } else if !((point - time).abs() <= TIME_TOLERANCE * (point.abs() + step) && point.is_finite()) {
+            format!("the current communication point {point} s is not where the instance is, at {time} s")
+        } else {
+            format!("the step from {point} s to {} s goes beyond the stop time {stop} s", point + step)
+        })
     }
 
     /// Passes the drive's events on to the log.
     fn log_events(&mut self) {
-        let listening = self.is_listening();
+        if !self.is_listening() {
+            return;
+        }
         let events = self.drive.events();
-        if listening {
-            for e in events.iter() {
-                let category = if e.solver { Category::Solver } else { Category::Events };
-                let (time, value) = (Number(e.time), Number(e.value));
-                let separator = if e.unit.is_empty() { "" } else { " " };
-                self.logger.log(
-                    category,
-                    format_args!("t = {time} s: {}, {} = {value}{separator}{}", e.kind, e.quantity, e.unit),
-                );
-            }
-            if 0 < events.dropped() {
-                let text = format_args!("{} further events of this step are not listed", events.dropped());
-                self.logger.log(Category::Events, text);
-            }
+        for e in events.iter() {
+            let category = if e.solver { Category::Solver } else { Category::Events };
+            let (time, value) = (Number(e.time), Number(e.value));
+            let separator = if e.unit.is_empty() { "" } else { " " };
+            self.logger
+                .log(category, format_args!("t = {time} s: {}, {} = {value}{separator}{}", e.kind, e.quantity, e.unit));
+        }
+        if 0 < events.dropped() {
+            let text = format_args!("{} further events of this step are not listed", events.dropped());
+            self.logger.log(Category::Events, text);
         }
         events.clear();
     }
 
-    /// Reads variables of one type.
-    pub fn get(&mut self, r#type: Type, references: &[u32], values: &mut [f64]) -> Result<(), Fault> {
-        self.drive.read(r#type, references, values)
+    /// Reads Reals.
+    pub fn read(&mut self, references: &[u32], values: &mut [MaybeUninit<f64>]) -> Result<(), Fault> {
+        self.drive.read(references, values)
+    }
+
+    /// Reads a variable.
+    pub fn get(&mut self, r#type: Type, reference: u32) -> Result<f64, Fault> {
+        let index = self.drive.variable(reference, r#type)?;
+        self.drive.get(index)
     }
 
     /// Sets variables: all of them, or, where one is refused, none.
-    pub fn set(&mut self, r#type: Type, values: impl Iterator<Item = (u32, f64)> + Clone) -> Result<(), Refusal> {
-        for (reference, value) in values.clone() {
-            let index = self.drive.variable(reference, r#type)?;
-            self.drive.check(index, value)?;
-        }
-        for (reference, value) in values {
-            self.drive.set(reference as usize, value)?;
-        }
-        Ok(())
+    pub fn set(&mut self, r#type: Type, references: &[u32], values: &[f64]) -> Result<(), Fault> {
+        self.drive.write(r#type, references, values)
     }
 
     /// fmi2SetRealInputDerivatives: (reference, order, value); all of them or none.

@@ -175,17 +175,20 @@ impl Bench {
     }
 
     fn set(&mut self, reference: u32, value: f64) {
-        self.ok(&table::SET_REAL, |i| i.set(Type::Real, [(reference, value)].into_iter()));
+        self.ok(&table::SET_REAL, |i| Ok(i.set(Type::Real, &[reference], &[value])?));
     }
 
     fn trouble(&mut self, trouble: f64) {
-        self.ok(&table::SET_INTEGER, |i| i.set(Type::Integer, [(TROUBLE, trouble)].into_iter()));
+        self.ok(&table::SET_INTEGER, |i| Ok(i.set(Type::Integer, &[TROUBLE], &[trouble])?));
     }
 
     fn get(&mut self, reference: u32) -> f64 {
-        let mut value = [f64::NAN];
-        self.ok(&table::GET_REAL, |i| Ok(i.get(Type::Real, &[reference], &mut value)?));
-        value[0]
+        let mut value = f64::NAN;
+        self.ok(&table::GET_REAL, |i| {
+            value = i.get(Type::Real, reference)?;
+            Ok(())
+        });
+        value
     }
 
     fn step(&mut self, point: f64, step: f64) {
@@ -200,8 +203,10 @@ impl Bench {
 #[test]
 fn a_refused_value_changes_nothing_and_is_named() {
     let mut bench = Bench::new(false);
-    let mut refuse =
-        |r#type, values: &[(u32, f64)]| bench.refused(&table::SET_REAL, |i| i.set(r#type, values.iter().copied()));
+    let mut refuse = |r#type, values: &[(u32, f64)]| {
+        let (references, values): (Vec<u32>, Vec<f64>) = values.iter().copied().unzip();
+        bench.refused(&table::SET_REAL, |i| Ok(i.set(r#type, &references, &values)?))
+    };
     assert_eq!(refuse(Type::Real, &[(U, 1.0), (G, 11.0)]), "fmi2SetReal: `g`: 11 is not admissible; expected [0, 10]");
     assert!(refuse(Type::Real, &[(U, f64::NAN)]).contains("`u`: NaN m is not admissible; expected any finite number"));
     assert!(refuse(Type::Real, &[(U, f64::INFINITY)]).contains("`u`"));
@@ -213,7 +218,7 @@ fn a_refused_value_changes_nothing_and_is_named() {
     assert!(refuse(Type::Boolean, &[(ON, 2.0)]).contains("`on`: 2 is not admissible; expected 0 (false) or 1 (true)"));
     bench.start();
     assert_eq!((bench.get(U), bench.get(G)), (0.0, 2.0));
-    let fixed = bench.refused(&table::SET_REAL, |i| i.set(Type::Real, [(U, 3.0), (X0, 1.0)].into_iter()));
+    let fixed = bench.refused(&table::SET_REAL, |i| Ok(i.set(Type::Real, &[U, X0], &[3.0, 1.0])?));
     assert!(fixed.contains("`x0` is a fixed parameter"));
     assert_eq!(bench.get(U), 0.0);
 }
@@ -279,7 +284,7 @@ fn a_step_that_fails_leaves_reset_and_restoring() {
         assert_eq!(bench.step_refused(0.0, 0.1), text);
         let again = bench.step_refused(0.0, 0.1);
         assert_eq!(again, "fmi2DoStep: not allowed in the state `error`; it is allowed in `step complete`");
-        bench.refused(&table::SET_REAL, |i| i.set(Type::Real, [(U, 0.0)].into_iter()));
+        bench.refused(&table::SET_REAL, |i| Ok(i.set(Type::Real, &[U], &[0.0])?));
         assert_eq!(bench.get(U), 1.0);
 
         bench.ok(&table::SET_FMU_STATE, |i| i.restore(&saved));

@@ -1,6 +1,7 @@
 //! Harmonic profiles: finite Fourier series.
 
 use super::TransferFunctions;
+use crate::numerics::pair::Pair;
 use crate::numerics::phase::sin_cos;
 use serde::{Deserialize, Serialize};
 
@@ -88,23 +89,26 @@ impl Fourier {
 
     /// U … U⁗ at `phi`, error a few ulp of Σ kⁿ |cₖ|.
     pub fn at(&self, phi: f64) -> TransferFunctions {
-        let [[u0, u1], [u2, u3], [u4, _]] = self.derivatives(phi);
+        let [[u0, u1], [u2, u3], [u4, _]] = self.derivatives(phi).map(Pair::array);
         TransferFunctions([u0, u1, u2, u3, u4])
     }
 
     /// U, U′, U″ … at `phi`, an even and an odd order side by side.
     #[inline]
-    pub fn derivatives<const PAIRS: usize>(&self, phi: f64) -> [[f64; 2]; PAIRS] {
+    pub fn derivatives<const PAIRS: usize>(&self, phi: f64) -> [Pair; PAIRS] {
         let [s1, c1] = sin_cos(phi);
         let (mut s, mut c, mut k) = (s1, c1, 1.0);
-        let mut u = [[0.0; 2]; PAIRS];
-        u[0][0] = self.a[0];
-        for (a, b) in self.a.iter().zip(&self.b).skip(1) {
-            let mut pair = [a * c + b * s, k * (b * c - a * s)];
-            for u in &mut u {
-                for i in 0..2 {
-                    u[i] += pair[i];
-                    pair[i] *= -(k * k);
+        let mut u = [Pair::default(); PAIRS];
+        u[0] = Pair::new(self.a[0], 0.0);
+        // Cheaper than to skip the first of the pairs.
+        let (of_cosines, of_sines) = (&self.a[1..], &self.b[1..]);
+        for (a, b) in of_cosines.iter().zip(of_sines) {
+            // Half-wave symmetric laws have every other harmonic only.
+            if *a != 0.0 || *b != 0.0 {
+                let mut pair = Pair::new(a * c + b * s, k * (b * c - a * s));
+                for u in &mut u {
+                    *u = *u + pair;
+                    pair = pair * Pair::both(-(k * k));
                 }
             }
             (s, c, k) = (s * c1 + c * s1, c * c1 - s * s1, k + 1.0);

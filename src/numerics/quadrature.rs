@@ -1,4 +1,4 @@
-//! Gauss–Legendre quadrature with 8 or 16 nodes; the rule with eight is that of the collocation ([`gauss`]).
+//! Gauss–Legendre quadrature with 6, 8 or 16 nodes; the rule with eight is that of the collocation ([`gauss`]).
 //!
 //! Source: M. Abramowitz, I. A. Stegun, *Handbook of Mathematical Functions*, section 25.4.30; the nodes are the
 //! roots of the Legendre polynomials, computed to 40 digits.
@@ -7,6 +7,12 @@ use super::gauss;
 
 /// The nodes x > 0 with their weights; the rule is symmetric about 0.
 type Half = &'static [(f64, f64)];
+
+const GAUSS_6: Half = &[
+    (0.2386191860831969, 0.467913934572691),
+    (0.6612093864662645, 0.3607615730481386),
+    (0.932469514203152, 0.17132449237917036),
+];
 
 const GAUSS_16: Half = &[
     (0.09501250983763744, 0.1894506104550685),
@@ -19,7 +25,7 @@ const GAUSS_16: Half = &[
     (0.9894009349916499, 0.027152459411754096),
 ];
 
-/// A Gauss rule with 8 or 16 nodes; n nodes are exact for polynomials of degree 2n − 1.
+/// A Gauss rule with 6, 8 or 16 nodes; n nodes are exact for polynomials of degree 2n − 1.
 #[derive(Clone, Copy, Debug)]
 pub struct Gauss(Half);
 
@@ -27,7 +33,8 @@ impl Gauss {
     /// The smallest rule with at least `nodes` nodes, at most 16.
     pub fn with(nodes: usize) -> Self {
         Gauss(match nodes {
-            0..=8 => &gauss::HALF,
+            0..=6 => GAUSS_6,
+            7..=8 => &gauss::HALF,
             _ => GAUSS_16,
         })
     }
@@ -63,7 +70,7 @@ mod tests {
 
     #[test]
     fn n_nodes_integrate_degree_two_n_minus_one() {
-        for (nodes, degree) in [(8, 15), (16, 31)] {
+        for (nodes, degree) in [(6, 11), (8, 15), (16, 31)] {
             let [even, odd] =
                 Gauss::with(nodes).integrate(2.0, |s| [(s - 1.0).powi(degree - 1), (s / 2.0).powi(degree)]);
             assert!((even - 2.0 / f64::from(degree)).abs() < 1e-15, "{nodes}: {even}");

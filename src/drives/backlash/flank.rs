@@ -98,7 +98,7 @@ impl CamFlank<'_> {
     }
 
     fn reduced(&self, time: Double) -> f64 {
-        self.motion.reduced_at(time)
+        self.motion.at_instant(time).reduced
     }
 }
 

@@ -40,10 +40,10 @@ use crate::numerics::double_double::Double;
 use crate::numerics::work::Work;
 use contact::{Beginning, Bodies, Flank, Mode, Phase, State};
 use flank::{CamFlank, FlankMotion};
-use panel::{Point, Reading};
+use panel::Point;
 use serde::{Deserialize, Serialize};
 use series::terms_for;
-use solver::{Run, Stretch, Sums, Tally};
+use solver::{Run, Stretch, Tally};
 
 /// A drive with backlash as a resolved scene describes it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -77,10 +77,8 @@ pub struct Now {
     pub time: f64,
     /// Where m1 is.
     pub mode: Mode,
-    /// What is read.
-    pub reading: Reading,
-    /// Where inputs move the drive, the relative state and the motion of the flank; [`BacklashDrive::point`] knows both.
-    point: Point,
+    /// The relative state and the motion of the flank.
+    pub point: Point,
     /// Counts since the start.
     pub tally: Tally,
 }
@@ -110,9 +108,6 @@ pub struct BacklashDrive {
     now: Now,
     /// The length of the last communication step (s); 0 before the first.
     step: f64,
-    /// ∫ F_K dt + ΣP and ∫ U′F_K dt + ΣU′P over the last communication step, where inputs move the drive. At constant
-    /// speed they are computed on demand.
-    sums: Sums,
     #[serde(skip)]
     log: EventLog,
 }
@@ -185,31 +180,14 @@ impl BacklashDrive {
     /// Shows the motion at `time` (s), which lies in the current panel.
     fn show(&mut self, run: &Run, time: f64) {
         let point = run.panel.whole_at(&self.bodies, run.theta(time));
-        self.now = Now { time, mode: run.panel.mode(), reading: point.reading(), point, tally: run.tally };
-    }
-
-    /// The relative state and the motion of the flank, without ü.
-    fn point(&self) -> Point {
-        match &self.run {
-            Some(run) if !self.cam.is_input() => run.panel.at(&self.bodies, run.theta(self.now.time)),
-            _ => self.now.point,
-        }
+        self.now = Now { time, mode: run.panel.mode(), point, tally: run.tally };
     }
 
     /// (∫ F_K dt + ΣP)/h and (∫ U′F_K dt + ΣU′P)/h over the last communication step (N), (N·m).
     fn mean(&self) -> [f64; 2] {
-        let sums = match &self.run {
-            Some(run) if !self.cam.is_input() && self.step > 0.0 => {
-                // What went well once goes well again: it draws upon as much work.
-                let (mut log, mut work) = (EventLog::counting(), Work::default());
-                let end = self.now.time;
-                let mut stretch = Stretch { end, horizon: f64::INFINITY, log: &mut log, work: &mut work };
-                let sums = run.sums(&self.bodies, &self.flank(), &mut stretch);
-                sums.unwrap_or(Sums { force: f64::NAN, torque: f64::NAN })
-            }
-            _ => self.sums,
-        };
-        if self.step > 0.0 { [sums.force / self.step, sums.torque / self.step] } else { [0.0; 2] }
+        let Some(run) = self.run.as_ref().filter(|_| self.step > 0.0) else { return [0.0; 2] };
+        let sums = run.sums(&self.bodies, &self.flank(), self.now.time);
+        [sums.force / self.step, sums.torque / self.step]
     }
 
     /// ∫ b q̇² dt since the start (J).
@@ -222,9 +200,9 @@ impl BacklashDrive {
     /// counted; whether it does.
     fn within_panel(&mut self, time: f64, end: f64, step: f64) -> bool {
         let Some(run) = self.run.as_deref_mut().filter(|_| !self.cam.is_input()) else { return false };
-        let Some(reading) = run.within(&self.bodies, end) else { return false };
-        run.begin_here(time);
-        (self.now.time, self.now.reading, self.step) = (end, reading, step);
+        let Some(point) = run.within(&self.bodies, end) else { return false };
+        run.begin_step(time);
+        (self.now.time, self.now.point, self.step) = (end, point, step);
         true
     }
 
@@ -237,8 +215,8 @@ impl BacklashDrive {
         }
         let flank = CamFlank { law: &self.cam.law, motion: &self.motion, bounds: self.bounds };
         let Some(run) = self.run.as_deref_mut() else { return Err(Fault::new("the drive has not been started")) };
+        run.begin_step(time);
         if input {
-            run.begin_step();
             run.pass_panel(&self.bodies, run.theta(time));
             // The inputs themselves are rounded: by them place and velocity of the flank jump.
             let phi = self.motion.at(time).kinematics.0[0].abs();
@@ -252,26 +230,17 @@ impl BacklashDrive {
             let from = Beginning { start, segment: flank.segment(start), phase, longest: horizon };
             run.restart(&self.bodies, &flank, from);
         }
-        run.begin_here(time);
         let end = time + step;
         let mut work = Work::default();
         run.advance(&self.bodies, &flank, &mut Stretch { end, horizon, log: &mut self.log, work: &mut work })?;
-        let mut point = self.now.point;
-        let reading = if input {
-            point = run.panel.whole_at(&self.bodies, run.theta(end));
-            point.reading()
-        } else {
-            run.panel.reading(&self.bodies, run.theta(end))
-        };
-        if !reading.is_finite() {
+        let point = run.panel.whole_at(&self.bodies, run.theta(end));
+        if !point.reading().is_finite() {
             return Err(Fault(format!("the motion leaves the range of numbers before t = {} s", Rounded(end))));
         }
-        self.now = Now { time: end, mode: run.panel.mode(), reading, point, tally: run.tally };
+        self.now = Now { time: end, mode: run.panel.mode(), point, tally: run.tally };
         self.step = step;
         if input {
-            let mut log = EventLog::counting();
-            self.sums =
-                run.sums(&self.bodies, &flank, &mut Stretch { end, horizon, log: &mut log, work: &mut work })?;
+            run.sum_up(&self.bodies, &flank, end);
             self.end = (self.now.mode, self.now.point);
         }
         if self.solver.steps != run.tally.panels {
@@ -292,8 +261,7 @@ impl Drive for BacklashDrive {
 
     fn new(scene: Scene) -> Result<Self, Fault> {
         let Scene { m1, m2, c, b, s, e, cam, drive, start, solver } = scene;
-        let (reading, point) = (Reading::default(), Point::default());
-        let now = Now { time: 0.0, mode: Mode::Free, reading, point, tally: Tally::default() };
+        let now = Now { time: 0.0, mode: Mode::Free, point: Point::default(), tally: Tally::default() };
         let bodies = Bodies::new(m1, m2, c, b, s, e);
         let drive = BacklashDrive {
             motion: AngleMotion::uniform(0.0, 0.0, 0.0),
@@ -312,7 +280,6 @@ impl Drive for BacklashDrive {
             end: (now.mode, now.point),
             now,
             step: 0.0,
-            sums: Sums::default(),
             log: EventLog::default(),
         };
         drive.validate()?;
@@ -343,7 +310,7 @@ impl Drive for BacklashDrive {
         self.validate()?;
         self.solver.start();
         self.log.clear();
-        (self.step, self.sums) = (0.0, Sums::default());
+        self.step = 0.0;
         self.cam.start(time);
         self.motion = self.cam.motion(time);
         self.prepare_bodies();
@@ -367,7 +334,7 @@ impl Drive for BacklashDrive {
         let Phase { mode, state, .. } = Self::take_up((&self.bodies, &flank), &self.end, &mut run, time, &mut unheard);
         let u = flank.at(flank.segment(Double::from(time)), Double::from(time)).0;
         let point = Point { state, u: [u[0], u[1], u[2]] };
-        self.now = Now { time, mode, reading: point.reading(), point, tally: run.tally };
+        self.now = Now { time, mode, point, tally: run.tally };
         Ok(())
     }
 
@@ -393,7 +360,7 @@ impl Drive for BacklashDrive {
     }
 
     fn is_finite(&self) -> bool {
-        self.now.reading.is_finite()
+        self.now.point.reading().is_finite()
     }
 
     fn events(&mut self) -> &mut EventLog {

@@ -15,6 +15,7 @@ use super::contact::{Beginning, Bodies, Flank, Mode, Phase};
 use super::flank::FlankMotion;
 use crate::numerics::count::at_most;
 use crate::numerics::oscillator::Oscillator;
+use crate::numerics::pair::Pair;
 use serde::{Deserialize, Serialize};
 
 /// The fastest rate times the length of a series (rad).
@@ -34,11 +35,6 @@ const COEFFICIENTS: usize = MOST_TERMS + 2;
 
 /// A series while it is computed.
 pub type Terms = [f64; COEFFICIENTS];
-
-/// Two coefficients, aligned for packed arithmetic.
-#[repr(align(16))]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-struct Pair([f64; 2]);
 
 /// u (contact) or ζ (flight) beside q.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
@@ -127,15 +123,7 @@ impl Series {
     pub fn at(&self, theta: f64) -> [[f64; 2]; 2] {
         let x = theta * self.per_span;
         // Even and odd terms apart: p = E(x²) + x O(x²), p′ = O + 2x E′ + 2x² O′.
-        // Earlier fewer terms do: (2 x)ⁿ/n! is 4e-19 at half of the span and n = 20, 7e-19 at a quarter and n = 16.
-        let terms = self.terms.min(if x <= 0.25 {
-            14
-        } else if x <= 0.5 {
-            18
-        } else {
-            MOST_TERMS
-        });
-        let [values, rates] = match terms {
+        let [values, rates] = match self.terms_at(x) {
             ..=10 => sums(self.pairs.first_chunk::<12>(), x),
             11..=14 => sums(self.pairs.first_chunk::<16>(), x),
             15..=18 => sums(self.pairs.first_chunk::<20>(), x),
@@ -144,24 +132,48 @@ impl Series {
         [values, rates.map(|rate| rate * self.per_span)]
     }
 
+    /// How many terms do at the part `x` of the span: (2 x)ⁿ/n! is 4e-19 at half of it and n = 20, 7e-19 at a quarter and
+    /// n = 16.
+    fn terms_at(&self, x: f64) -> usize {
+        self.terms.min(if x <= 0.25 {
+            14
+        } else if x <= 0.5 {
+            18
+        } else {
+            MOST_TERMS
+        })
+    }
+
     /// ü in contact, `theta` (s) after the start.
     pub fn flank_acceleration(&self, theta: f64) -> f64 {
         let x = theta * self.per_span;
-        let sum = (0..self.terms).rev().fold(0.0, |sum, n| sum * x + ORDER[n] * ORDER[n + 1] * self.pairs[n + 2].0[0]);
-        sum * self.per_span * self.per_span
+        let term = |n: usize| ORDER[n] * ORDER[n + 1] * self.pairs[n + 2].0[0];
+        (0..self.terms_at(x)).rev().fold(0.0, |sum, n| sum * x + term(n)) * self.per_span * self.per_span
     }
 
     /// σ F_K.
     pub fn force(&self, bodies: &Bodies, contact: Flank) -> [f64; MOST_TERMS] {
         let sign = contact.sign();
-        let (inertia, stiffness) = (sign * bodies.m1 / (self.span * self.span), sign * bodies.c);
-        let damping = sign * bodies.b / self.span;
-        let mut force = [0.0; MOST_TERMS];
+        self.force_and_rate(bodies).map(|pair| sign * pair.0[0])
+    }
+
+    /// F_K beside u̇, for [`Series::sum`].
+    pub fn force_and_rate(&self, bodies: &Bodies) -> [Pair; MOST_TERMS] {
+        let inertia = bodies.m1 * self.per_span * self.per_span;
+        let damping = bodies.b * self.per_span;
+        let mut terms = [Pair::default(); MOST_TERMS];
         for n in 0..self.terms.min(MOST_TERMS) {
-            let ([_, q], [_, v], [u, _]) = (self.pairs[n].0, self.pairs[n + 1].0, self.pairs[n + 2].0);
-            force[n] = inertia * (ORDER[n] * ORDER[n + 1]) * u - stiffness * q - damping * ORDER[n] * v;
+            let ([_, q], [u1, v], [u2, _]) = (self.pairs[n].0, self.pairs[n + 1].0, self.pairs[n + 2].0);
+            let force = inertia * (ORDER[n] * ORDER[n + 1]) * u2 - bodies.c * q - damping * ORDER[n] * v;
+            terms[n] = Pair([force, ORDER[n] * u1 * self.per_span]);
         }
-        force
+        terms
+    }
+
+    /// The sums of two series of powers of the part of the span, `theta` (s) after the start.
+    pub fn sum(&self, pairs: &[Pair; MOST_TERMS], theta: f64) -> [f64; 2] {
+        let x = theta * self.per_span;
+        pairs[..self.terms_at(x)].iter().rev().fold(Pair::default(), |sum, pair| sum * Pair::both(x) + *pair).0
     }
 
     /// ζ.

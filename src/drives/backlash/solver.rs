@@ -6,7 +6,7 @@
 use super::contact::{Beginning, Bodies, Flank, Mode, Phase, State};
 use super::covariance::{Covariance, Side};
 use super::flank::FlankMotion;
-use super::panel::{Panel, Reading};
+use super::panel::{Panel, Point};
 use super::switching::Found;
 use crate::drives::limits::step_too_much;
 use crate::drives::{Event, EventLog, Fault, Rounded};
@@ -14,6 +14,7 @@ use crate::motion::Kinematics;
 use crate::numerics::double_double::Double;
 use crate::numerics::work::Work;
 use serde::{Deserialize, Serialize};
+use std::ops::{Add, AddAssign};
 
 /// Panels that together are within the rounding of the communication step: the rest would never be reached. Bounces that die
 /// out are fewer, or last longer.
@@ -54,15 +55,13 @@ pub struct Sums {
 pub struct Run {
     /// The current panel.
     pub panel: Panel,
-    /// Where the panel began in which the communication step started, if that is not the current one, and when the step
-    /// did (s).
-    begin: (Option<Beginning>, f64),
     /// Counts since the start.
     pub tally: Tally,
     /// The errors made so far.
     pub errors: Covariance,
-    /// Impulses of jumping inputs at the start of the communication step.
-    pushed: Sums,
+    /// What the communication step has come to so far, and where in the current panel that ends (s).
+    sums: Sums,
+    summed: f64,
 }
 
 /// How far to go and what to note.
@@ -91,10 +90,10 @@ impl Run {
     pub fn new(bodies: &Bodies, flank: &impl FlankMotion, from: Beginning, terms: usize) -> Self {
         let mut run = Run {
             panel: Panel::new(bodies, flank, from, terms),
-            begin: (None, from.start.hi),
             tally: Tally::default(),
             errors: Covariance::default(),
-            pushed: Sums::default(),
+            sums: Sums::default(),
+            summed: 0.0,
         };
         run.enter_panel();
         run
@@ -102,8 +101,8 @@ impl Run {
 
     /// Goes on from there, counts kept.
     pub fn restart(&mut self, bodies: &Bodies, flank: &impl FlankMotion, from: Beginning) {
-        self.begin.0.get_or_insert(self.panel.from);
         self.panel = Panel::new(bodies, flank, from, self.terms());
+        self.summed = 0.0;
         self.enter_panel();
         self.tally.panels += 1.0;
     }
@@ -123,20 +122,12 @@ impl Run {
     pub fn is_of(&self, segments: usize, terms: usize) -> bool {
         let of_law = |from: &Beginning| from.segment < segments.max(1) && from.phase.zeros <= MOST_ZEROS;
         let Panel { from, next_segment, .. } = self.panel;
-        of_law(&from)
-            && next_segment < segments.max(1)
-            && self.begin.0.as_ref().is_none_or(of_law)
-            && self.terms() == terms
+        of_law(&from) && next_segment < segments.max(1) && self.terms() == terms
     }
 
-    /// A communication step begins; nothing has been pushed yet.
-    pub fn begin_step(&mut self) {
-        self.pushed = Sums::default();
-    }
-
-    /// The motion of a communication step begins at `time` (s) in the current panel.
-    pub fn begin_here(&mut self, time: f64) {
-        self.begin = (None, time);
+    /// A communication step begins at `time` (s) in the current panel.
+    pub fn begin_step(&mut self, time: f64) {
+        (self.sums, self.summed) = (Sums::default(), self.theta(time));
     }
 
     /// The terms of a panel's series.
@@ -155,39 +146,23 @@ impl Run {
         self.panel.until(time).min(self.panel.length).max(0.0)
     }
 
-    /// What is read at `time` (s), where the current panel holds it and nothing happens before.
-    pub fn within(&self, bodies: &Bodies, time: f64) -> Option<Reading> {
-        (self.panel.until(time) < self.panel.limit()).then(|| self.panel.reading(bodies, self.theta(time)))
+    /// The motion at `time` (s), where the current panel holds it and nothing happens before.
+    pub fn within(&self, bodies: &Bodies, time: f64) -> Option<Point> {
+        (self.panel.until(time) < self.panel.limit()).then(|| self.panel.whole_at(bodies, self.theta(time)))
     }
 
-    /// Goes on to the end of the communication step.
+    /// ∫ F_K dt + ΣP and ∫ U′ F_K dt + Σ U′P over the communication step up to `time` (s) in the current panel.
+    pub fn sums(&self, bodies: &Bodies, flank: &impl FlankMotion, time: f64) -> Sums {
+        self.sums + self.panel.integrals(bodies, flank, [self.summed, self.theta(time)]).into()
+    }
+
+    /// Takes them up, since what comes next is another motion of the flank.
+    pub fn sum_up(&mut self, bodies: &Bodies, flank: &impl FlankMotion, time: f64) {
+        (self.sums, self.summed) = (self.sums(bodies, flank, time), self.theta(time));
+    }
+
+    /// Passes panel after panel up to the one that holds the end of the communication step.
     pub fn advance(&mut self, bodies: &Bodies, flank: &impl FlankMotion, stretch: &mut Stretch) -> Result<(), Fault> {
-        self.march(bodies, flank, stretch, None)
-    }
-
-    /// ∫ F_K dt + ΣP and ∫ U′ F_K dt + Σ U′P over the last communication step, which ends with the `stretch`. They are
-    /// computed when somebody asks: a step that left its panel is taken once more, now with the integrals.
-    pub fn sums(&self, bodies: &Bodies, flank: &impl FlankMotion, stretch: &mut Stretch) -> Result<Sums, Fault> {
-        let mut integral = Integral { from: self.theta(self.begin.1), sums: self.pushed };
-        let Some(from) = self.begin.0 else {
-            integral.add(bodies, flank, &self.panel, self.theta(stretch.end));
-            return Ok(integral.sums);
-        };
-        let mut again = Run { panel: Panel::new(bodies, flank, from, self.terms()), ..*self };
-        integral.from = again.theta(self.begin.1);
-        again.march(bodies, flank, stretch, Some(&mut integral))?;
-        integral.add(bodies, flank, &again.panel, again.theta(stretch.end));
-        Ok(integral.sums)
-    }
-
-    /// Passes panel after panel up to the one that holds the end of the stretch.
-    fn march(
-        &mut self,
-        bodies: &Bodies,
-        flank: &impl FlankMotion,
-        stretch: &mut Stretch,
-        mut integral: Option<&mut Integral>,
-    ) -> Result<(), Fault> {
         let (mut events, mut panels) = (0.0, 0.0);
         let (begin, whole) = (self.panel.from.start, self.panel.until(stretch.end));
         loop {
@@ -196,19 +171,13 @@ impl Run {
             if limit > left || (limit == left && self.panel.event.is_none()) {
                 return Ok(());
             }
-            if let Some(integral) = &mut integral {
-                integral.add(bodies, flank, &self.panel, limit);
-            }
+            self.sums += self.panel.integrals(bodies, flank, [self.summed, limit]).into();
             self.pass_panel(bodies, limit);
             events += if self.panel.event.is_some() { 1.0 } else { 0.0 };
-            let sums = match self.panel.event {
+            match self.panel.event {
                 None => self.leave_panel(bodies, flank, stretch),
                 Some((Found::Release, at)) => self.release(bodies, flank, at, stretch),
                 Some((Found::Impact(hit), at)) => self.impact(bodies, flank, (hit, at), stretch),
-            };
-            if let Some(integral) = &mut integral {
-                integral.sums.add(sums);
-                integral.from = 0.0;
             }
             panels += 1.0;
             let is_stuck = panels > STUCK && (self.panel.from.start - begin).hi <= f64::EPSILON * whole;
@@ -226,7 +195,7 @@ impl Run {
         }
     }
 
-    fn leave_panel(&mut self, bodies: &Bodies, flank: &impl FlankMotion, stretch: &mut Stretch) -> Sums {
+    fn leave_panel(&mut self, bodies: &Bodies, flank: &impl FlankMotion, stretch: &mut Stretch) {
         let Panel { length, next_segment, from, .. } = self.panel;
         let state = in_place(bodies, from.phase.mode, self.panel.at(bodies, length).state);
         let mut phase = Phase { mode: from.phase.mode, state, zeros: 0 };
@@ -241,12 +210,11 @@ impl Run {
             }
         }
         self.restart(bodies, flank, stretch.beginning(time, next_segment, phase));
-        Sums::default()
     }
 
-    fn release(&mut self, bodies: &Bodies, flank: &impl FlankMotion, mut at: f64, stretch: &mut Stretch) -> Sums {
+    fn release(&mut self, bodies: &Bodies, flank: &impl FlankMotion, mut at: f64, stretch: &mut Stretch) {
         let mode = self.panel.mode();
-        let Mode::Contact(contact) = mode else { return Sums::default() };
+        let Mode::Contact(contact) = mode else { return };
         self.errors.carry(bodies, mode);
         let (state, u) = self.panel.event_at(bodies, flank, at);
         let mut state = in_place(bodies, mode, state);
@@ -261,27 +229,19 @@ impl Run {
         stretch.log.push(release(contact, time, ("der(force)", rate, "N/s")));
         let phase = Phase { mode: Mode::Free, state, zeros: 3 };
         self.restart(bodies, flank, stretch.beginning(time, segment, phase));
-        Sums::default()
     }
 
-    fn impact(
-        &mut self,
-        bodies: &Bodies,
-        flank: &impl FlankMotion,
-        (hit, at): (Flank, f64),
-        stretch: &mut Stretch,
-    ) -> Sums {
+    fn impact(&mut self, bodies: &Bodies, flank: &impl FlankMotion, (hit, at): (Flank, f64), stretch: &mut Stretch) {
         let (state, u) = self.panel.event_at(bodies, flank, at);
         let (time, segment) = (self.panel.instant(at), self.panel.from.segment);
-        let (phase, sums) = self.strike(bodies, flank, Strike { time, segment, hit, state, u }, stretch.log);
+        let phase = self.strike(bodies, flank, Strike { time, segment, hit, state, u }, stretch.log);
         self.restart(bodies, flank, stretch.beginning(time, segment, phase));
-        sums
     }
 
     /// Counts the impulse with which m1 follows a flank whose motion jumps; `slope` = U′.
     pub fn push(&mut self, impulse: f64, slope: f64) {
         self.tally.impulse += impulse;
-        self.pushed.add(Sums { force: impulse, torque: slope * impulse });
+        self.sums += Sums { force: impulse, torque: slope * impulse };
     }
 
     /// The impact on `hit` with which a jump of the inputs to `from` ends, counted as its impulse.
@@ -294,19 +254,11 @@ impl Run {
         log: &mut EventLog,
     ) -> Phase {
         let u = flank.at(segment, time);
-        let (phase, sums) = self.strike(bodies, flank, Strike { time, segment, hit, state, u }, log);
-        self.pushed.add(sums);
-        phase
+        self.strike(bodies, flank, Strike { time, segment, hit, state, u }, log)
     }
 
-    /// Counts an impact and returns what follows, with the impulses.
-    fn strike(
-        &mut self,
-        bodies: &Bodies,
-        flank: &impl FlankMotion,
-        strike: Strike,
-        log: &mut EventLog,
-    ) -> (Phase, Sums) {
+    /// Counts an impact and returns what follows.
+    fn strike(&mut self, bodies: &Bodies, flank: &impl FlankMotion, strike: Strike, log: &mut EventLog) -> Phase {
         let Strike { time, segment, hit, mut state, u } = strike;
         let before = Side::of(bodies, Mode::Free, &state, &u);
         self.errors.carry(bodies, Mode::Free);
@@ -338,29 +290,27 @@ impl Run {
         } else {
             flank.slope(segment, time)
         };
-        let phase = Phase { mode: impact.after, state, zeros: impact.zeros };
-        (phase, Sums { force: impulse, torque: slope * impulse })
+        self.sums += Sums { force: impulse, torque: slope * impulse };
+        Phase { mode: impact.after, state, zeros: impact.zeros }
     }
 }
 
-impl Sums {
-    fn add(&mut self, Sums { force, torque }: Sums) {
-        self.force += force;
-        self.torque += torque;
+impl From<[f64; 2]> for Sums {
+    fn from([force, torque]: [f64; 2]) -> Self {
+        Sums { force, torque }
     }
 }
 
-/// The integrals over a communication step, taken panel by panel.
-struct Integral {
-    /// Where they begin in the current panel (s).
-    from: f64,
-    sums: Sums,
+impl Add for Sums {
+    type Output = Sums;
+    fn add(self, Sums { force, torque }: Sums) -> Sums {
+        Sums { force: self.force + force, torque: self.torque + torque }
+    }
 }
 
-impl Integral {
-    fn add(&mut self, bodies: &Bodies, flank: &impl FlankMotion, panel: &Panel, to: f64) {
-        let [force, torque] = panel.integrals(bodies, flank, [self.from, to]);
-        self.sums.add(Sums { force, torque });
+impl AddAssign for Sums {
+    fn add_assign(&mut self, other: Sums) {
+        *self = *self + other;
     }
 }
 

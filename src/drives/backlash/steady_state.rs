@@ -119,7 +119,7 @@ impl BacklashDrive {
 
     /// The mode and state that repeat after one period.
     fn orbit(&mut self, time: f64, period: f64, work: &mut Work) -> Result<(Mode, State), Fault> {
-        let mut last = (self.now.mode, self.point().state);
+        let mut last = (self.now.mode, self.now.point.state);
         let Some(mut run) = self.run.take() else { return Err(Fault::new("the drive has not been started")) };
         for turns in 1..=MOST_TURNS {
             let end = time + turns as f64 * period;

@@ -184,12 +184,12 @@ fn started(scene: Scene) -> BacklashDrive {
 }
 
 fn energy(d: &BacklashDrive) -> f64 {
-    let Reading { place: [_, x], q: v } = d.now.reading;
+    let Reading { place: [_, x], q: v } = d.now.point.reading();
     0.5 * d.m1 * x * x + 0.5 * d.m2 * (x + v[1]).powi(2) + 0.5 * d.c * v[0] * v[0]
 }
 
 fn momentum(d: &BacklashDrive) -> f64 {
-    let Reading { place: [_, x], q } = d.now.reading;
+    let Reading { place: [_, x], q } = d.now.point.reading();
     d.m1 * x + d.m2 * (x + q[1])
 }
 
@@ -210,7 +210,7 @@ fn momentum_and_energy_balance_over_many_turns() {
                 work += drive.mean()[1] * w * h;
                 largest_momentum = largest_momentum.max(momentum(&drive).abs());
                 largest_energy = largest_energy.max(energy(&drive));
-                let State { home, zeta, .. } = drive.point().state;
+                let State { home, zeta, .. } = drive.now.point.state;
                 let z = home + zeta[0];
                 assert!((0.0..=drive.s).contains(&z), "z = {z}");
             }

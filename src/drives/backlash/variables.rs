@@ -52,40 +52,23 @@ impl<S: Scalar> Known<S> {
 }
 
 impl BacklashDrive {
-    /// The numbers, without ü.
+    /// The numbers.
     fn values(&self) -> Known<f64> {
-        let Reading { place, q } = self.now.reading;
-        Known { place, q, driven: 0.0 }
+        let Reading { place, q } = self.now.point.reading();
+        Known { place, q, driven: self.now.point.u[2] }
     }
 
     /// z and ż, with all digits also near flank B.
     fn gap(&self) -> [f64; 2] {
-        let State { home, zeta, .. } = self.point().state;
+        let State { home, zeta, .. } = self.now.point.state;
         [home + zeta[0], zeta[1]]
-    }
-
-    /// The numbers, with ü in contact.
-    fn all_values(&self) -> Known<f64> {
-        let mut known = self.values();
-        known.driven = self.flank_acceleration();
-        known
-    }
-
-    /// ü in contact: at constant speed it is computed on demand.
-    fn flank_acceleration(&self) -> f64 {
-        match (&self.run, self.now.mode) {
-            (Some(run), Mode::Contact(_)) if !self.cam.is_input() => {
-                run.panel.series.flank_acceleration(run.theta(self.now.time))
-            }
-            _ => self.now.point.u[2],
-        }
     }
 
     /// U′.
     fn slope(&self) -> f64 {
         let w = self.motion.coefficients[1];
         if self.motion.is_uniform() && w != 0.0 {
-            self.point().u[1] / w
+            self.now.point.u[1] / w
         } else {
             self.cam.at(&self.motion, self.now.time).1.0[1]
         }
@@ -104,10 +87,8 @@ impl BacklashDrive {
     fn flank_motion(&self) -> Kinematics {
         let (shaft, law) = self.cam.at(&self.motion, self.now.time);
         let mut u = law.along(&shaft.kinematics);
-        u.0[..2].copy_from_slice(&self.point().u[..2]);
-        if self.now.mode != Mode::Free {
-            u.0[2] = self.flank_acceleration();
-        }
+        let shown = if self.now.mode == Mode::Free { 2 } else { 3 };
+        u.0[..shown].copy_from_slice(&self.now.point.u[..shown]);
         u
     }
 
@@ -135,7 +116,7 @@ impl BacklashDrive {
 
     /// u, u̇, ü; z, ż; q, q̇.
     fn time_series(&self, x: &Kinematics) -> ([Series; 3], [Series; 2], [Series; 2]) {
-        let ([z, z_dot], [q, q_dot]) = (self.gap(), self.now.reading.q);
+        let ([z, z_dot], [q, q_dot]) = (self.gap(), self.now.point.state.q);
         let motion = |n: usize| Series::from_derivatives(x.0[n], x.0[n + 1], x.0[n + 2]);
         let state = [q, q_dot];
         let ([q2, q3, _], gap) = match self.now.mode {
@@ -170,7 +151,7 @@ impl BacklashDrive {
             Mode::Contact(_) => (rates[0], rates[1]),
             Mode::Free => (seed(0), seed(1)),
         };
-        let ([z, z_dot], [q, q_dot]) = (self.gap(), self.now.reading.q);
+        let ([z, z_dot], [q, q_dot]) = (self.gap(), self.now.point.state.q);
         (
             std::array::from_fn(|n| Series([x.0[n], rates[n], 0.0])),
             [Series([z, place - rates[0], 0.0]), Series([z_dot, speed - rates[1], 0.0])],
@@ -259,8 +240,8 @@ fn continuous<S: Scalar>(d: &BacklashDrive, known: &Known<S>, gap: S, shaft: [S;
 }
 
 pub(super) fn evaluate(d: &BacklashDrive, values: &mut [f64]) {
-    let shaft = [0, 1].map(|order| d.shaft_series(Seed::Time, order).value());
-    let known = d.all_values();
+    let shaft = [d.motion.angle(d.now.time), d.motion.coefficients[1]];
+    let known = d.values();
     let outputs = continuous(d, &known, d.gap()[0], shaft, d.slope());
     values[..=TAU].copy_from_slice(&outputs);
     values[CONTACT] = d.contact_number(outputs[FORCE]);

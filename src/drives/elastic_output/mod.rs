@@ -82,12 +82,10 @@ pub struct ElasticOutput {
 struct Moment {
     /// t (s).
     time: f64,
-    /// ω (rad/s).
-    w: f64,
-    /// U (m), U′ (m/rad).
-    u: Pair,
-    /// q (m), q̇ (m/s).
-    q: Pair,
+    /// φ (rad), ω (rad/s), α (rad/s²).
+    shaft: [f64; 3],
+    /// U (m), U′ (m/rad), U″ (m/rad²), q (m), q̇ (m/s).
+    at: Instant,
 }
 
 /// The cam at an instant, with all derivatives.
@@ -124,7 +122,8 @@ impl Position {
 
     /// With the mass at `q`.
     fn moment(&self, q: [f64; 2]) -> Moment {
-        Moment { time: self.time, w: self.phi[1], u: Pair::new(self.u[0], self.u[1]), q: q.into() }
+        let ([phi, w, a, ..], [u, slope, curvature, ..]) = (self.phi, self.u);
+        Moment { time: self.time, shaft: [phi, w, a], at: Instant { u: Pair::new(u, slope), curvature, q: q.into() } }
     }
 }
 
@@ -185,7 +184,7 @@ impl ElasticOutput {
     /// Lets the response go on from `now`, on a motion that is valid up to `until` (s).
     fn restart(&mut self, until: f64) -> Result<(), Fault> {
         let motion = *self.response.motion();
-        self.response.restart(&self.cam.law, &motion, self.now.time, until, self.now.q.array())
+        self.response.restart(&self.cam.law, &motion, self.now.time, until, self.now.at.q.array())
     }
 }
 
@@ -284,10 +283,11 @@ impl Drive for ElasticOutput {
         if self.cam.is_input() {
             return self.advance_on_inputs([time, end]);
         }
-        if let Some(Instant { u, q }) = self.response.closed(&self.cam.law, end) {
-            self.now = Moment { time: end, u, q, ..self.now };
+        if let Some(at) = self.response.closed(&self.cam.law, end) {
+            let [_, w, a] = self.now.shaft;
+            self.now = Moment { time: end, shaft: [self.cam.angle(time, end), w, a], at };
             // U and ω are bounded; a sum that is finite has finite terms.
-            let [q, v] = q.array();
+            let [q, v] = at.q.array();
             return if (q + v).is_finite() { Ok(()) } else { Err(self.beyond_all_numbers()) };
         }
         let q = self.response.at(&self.cam.law, end)?;
@@ -307,7 +307,7 @@ impl Drive for ElasticOutput {
     }
 
     fn is_finite(&self) -> bool {
-        all_finite(self.now.q.array())
+        all_finite(self.now.at.q.array())
     }
 
     fn events(&mut self) -> &mut EventLog {
@@ -351,9 +351,9 @@ impl ElasticOutput {
         Fault(format!(
             "the motion is beyond all numbers at t = {} s: phi = {} rad, w = {} rad/s, q = {} m",
             Rounded(self.now.time),
-            Rounded(self.position().phi[0]),
-            Rounded(self.now.w),
-            Rounded(self.now.q.array()[0])
+            Rounded(self.now.shaft[0]),
+            Rounded(self.now.shaft[1]),
+            Rounded(self.now.at.q.array()[0])
         ))
     }
 }

@@ -4,7 +4,6 @@ use super::{ElasticOutput, Moment, Position};
 use crate::drives::Fault;
 use crate::drives::cam_drive::goes_on;
 use crate::drives::limits::check_angle;
-use crate::drives::response::Instant;
 use crate::motion::MotionLaw;
 use crate::numerics::pair::Pair;
 
@@ -17,18 +16,19 @@ impl ElasticOutput {
         let [phi, w, ..] = self.response.motion().coefficients;
         let kinematics = self.response.motion().kinematics(end);
         check_angle(kinematics[0], end)?;
-        let (go_on, q) = (self.goes_on([phi, w], time), self.now.q.array());
+        let (go_on, q) = (self.goes_on([phi, w], time), self.now.at.q.array());
         self.cam.step_done();
         self.taken_up = false;
-        let Some(Instant { u, q }) = self.response.leap(&self.cam.law, [time, end], q, go_on) else {
+        let Some(at) = self.response.leap(&self.cam.law, [time, end], q, go_on) else {
             self.restart(end)?;
             let q = self.response.at(&self.cam.law, end)?;
             return self.arrive(end, q);
         };
         self.phi = kinematics;
-        self.now = Moment { time: end, w: kinematics[1], u, q };
-        let ([u, slope], [q, v]) = (u.array(), q.array());
-        let finite = (u + slope * kinematics[1] + q + v).is_finite();
+        let [phi, w, a, ..] = kinematics;
+        self.now = Moment { time: end, shaft: [phi, w, a], at };
+        let ([u, slope], [q, v]) = (at.u.array(), at.q.array());
+        let finite = (u + slope * w + q + v).is_finite();
         if finite { Ok(()) } else { Err(self.beyond_all_numbers()) }
     }
 
@@ -39,14 +39,14 @@ impl ElasticOutput {
             (self.before, self.taken_up) = (self.now, true);
         }
         let motion = self.cam.motion(time);
-        let [phi, w, ..] = motion.coefficients;
+        let [phi, w, a, ..] = motion.coefficients;
         self.now = if self.goes_on([phi, w], time) {
-            Moment { time, w, ..self.before }
+            Moment { time, shaft: [phi, w, a], ..self.before }
         } else {
             let law = &self.cam.law;
             let position = Position::of(law, &motion, time);
             let jump = jump(law, &Position::at(law, time, self.phi), &position);
-            position.moment((self.before.q - jump).array())
+            position.moment((self.before.at.q - jump).array())
         };
         self.response.follow(motion);
     }

@@ -1,6 +1,6 @@
 //! The variables of the drive.
 
-use super::{ElasticOutput, Position};
+use super::{ElasticOutput, Moment, Position};
 use crate::drives::cam_drive::{A, CAM, HasCamDrive, PHI, W};
 use crate::drives::flow::Flow;
 use crate::drives::solver::HasSolver;
@@ -155,11 +155,11 @@ fn outputs<S: Scalar>(drive: &ElasticOutput, u: &[f64; 5], f: &Flow<S>) -> [S; O
 }
 
 pub(super) fn evaluate(drive: &ElasticOutput, values: &mut [f64]) {
-    let (Position { phi: [phi, _, a, ..], mut u, .. }, now) = (drive.position(), &drive.now);
-    [u[0], u[1]] = now.u.array();
-    let [q, v] = now.q.array();
+    let Moment { shaft: [phi, w, a], at, .. } = drive.now;
+    let ([x, slope], [q, v]) = (at.u.array(), at.q.array());
     // phi is put out without reduction; U needs no angle any more.
-    values[..OUTPUTS].copy_from_slice(&outputs(drive, &u, &Flow { phi, w: now.w, a, q, v }));
+    let u = [x, slope, at.curvature, 0.0, 0.0];
+    values[..OUTPUTS].copy_from_slice(&outputs(drive, &u, &Flow { phi, w, a, q, v }));
     values[OUTPUTS..].copy_from_slice(&drive.statistics());
 }
 
@@ -175,7 +175,7 @@ fn series(drive: &ElasticOutput, seed: Seed, which: usize) -> Series {
 /// Drive and mass as functions of time.
 fn along_time(drive: &ElasticOutput, position: &Position) -> Flow<Series> {
     let [phi, w, a, jerk, snap] = position.phi;
-    let [q, v] = drive.now.q.array();
+    let [q, v] = drive.now.at.q.array();
     let [.., x2, x3, _] = position.lift().0;
     let (omega2, damping) = (drive.c / drive.m, drive.b / drive.m);
     // The equation of motion and its time derivative.
@@ -197,7 +197,7 @@ fn along_known(drive: &ElasticOutput, position: &Position, reference: usize) -> 
     let state = |n: usize| if reference == first_state + n { 1.0 } else { 0.0 };
     let [phi, w, a, ..] = position.phi;
     let [_, u1, u2, ..] = position.u;
-    let [q, v] = drive.now.q.array();
+    let [q, v] = drive.now.at.q.array();
     Flow {
         phi: Series([phi, input(0), 0.0]),
         w: Series([w, input(1), 0.0]),

@@ -15,10 +15,12 @@ use crate::numerics::phase::Phases;
 use serde::{Deserialize, Serialize};
 
 /// Cam and mass at an instant.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Instant {
     /// U (m) and U′ (m/rad).
     pub u: Pair,
+    /// U″ (m/rad²).
+    pub curvature: f64,
     /// q (m) and q̇ (m/s).
     pub q: Pair,
 }
@@ -88,13 +90,16 @@ impl Run {
 struct Harmonic {
     straight: [Pair; 2],
     crossed: [Pair; 2],
+    /// What it adds to U″: from cos kφ and from sin kφ.
+    curvature: Pair,
 }
 
 impl Harmonic {
     /// The harmonic k of a law.
     fn of_law(a: f64, b: f64, k: f64) -> Self {
         let nothing = Pair::default();
-        Harmonic { straight: [Pair::new(a, -k * a), nothing], crossed: [Pair::new(b, k * b), nothing] }
+        let (straight, crossed) = ([Pair::new(a, -k * a), nothing], [Pair::new(b, k * b), nothing]);
+        Harmonic { straight, crossed, curvature: Pair::new(-k * k * a, -k * k * b) }
     }
 }
 
@@ -229,14 +234,16 @@ impl ClosedForm {
     /// The cam, and the harmonic response without resonant parts with the `free` motion, where cos φ and sin φ are `z`.
     fn driven(&self, z: Pair, free: Pair) -> Instant {
         let (mut z, turn) = (power(z, self.first), power(z, self.distance));
-        let (mut u, mut q) = (Pair::new(self.mean, 0.0), free);
+        let (mut u, mut curvature, mut q) = (Pair::new(self.mean, 0.0), Pair::default(), free);
         for harmonic in &self.harmonics {
             let crossed = z.swapped();
             u = u + (harmonic.straight[0] * z + harmonic.crossed[0] * crossed);
             q = q + (harmonic.straight[1] * z + harmonic.crossed[1] * crossed);
+            curvature = curvature + harmonic.curvature * z;
             z = turned(z, turn);
         }
-        Instant { u, q }
+        let [of_cosines, of_sines] = curvature.array();
+        Instant { u, curvature: of_cosines + of_sines, q }
     }
 
     #[cold]

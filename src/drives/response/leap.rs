@@ -17,6 +17,7 @@
 //! Source: J. Stoer, R. Bulirsch, *Introduction to Numerical Analysis*, section 2.1.5 (interpolation after Hermite and its
 //! remainder).
 
+use super::Instant;
 use crate::motion::Fourier;
 use crate::numerics::double_double::Double;
 use crate::numerics::forced::apply;
@@ -93,7 +94,7 @@ impl Leap {
         Leap { length: 0.0, weights, free: [[0.0; 2]; 2], decay: 1.0, u: Default::default(), angle: f64::INFINITY }
     }
 
-    /// From `state` over `length` (s) from this angle, speed and acceleration on: U, U′ and q, q̇ at the end.
+    /// Cam and mass after `length` (s) from this angle, speed and acceleration and from `state` = q, q̇.
     pub fn over(
         &mut self,
         oscillator: &Oscillator,
@@ -101,17 +102,17 @@ impl Leap {
         [phi, w, a]: [f64; 3],
         length: f64,
         state: [f64; 2],
-    ) -> [Pair; 2] {
+    ) -> Instant {
         if !((length - self.length).abs() <= SAME_LENGTH * length) {
             self.prepare(oscillator, length);
         }
         // Inputs that go on from there differ by a rounding.
         if !((phi - self.angle).abs() <= 4.0 * f64::EPSILON * phi.abs()) {
-            self.u = series.derivatives(phi).map(Pair);
+            self.u = series.derivatives(phi);
         }
         let h = self.length;
         let (speed, end) = (w + a * h, phi + h * (w + 0.5 * a * h));
-        let after: [Pair; PAIRS] = series.derivatives(end).map(Pair);
+        let after: [Pair; PAIRS] = series.derivatives(end);
         let forced = self.forced(&after, Pair::new(w * h, speed * h), 0.5 * a * h * h);
         let state = Pair(apply(&self.free, state)) + forced;
         // The clock's rounding of the step: to first order.
@@ -125,7 +126,7 @@ impl Leap {
             self.u[i] = after[i] + Pair::both(turned) * Pair::new(after[i].array()[1], next);
         }
         self.angle = end + turned;
-        [self.u[0], state + Pair::both(rest) * Pair::new(v, rate)]
+        Instant { u: self.u[0], curvature: self.u[1].array()[0], q: state + Pair::both(rest) * Pair::new(v, rate) }
     }
 
     /// Σ Wₙ yₙ with the derivatives `after` the step and those before it; `p` at the start and at the end side by side.

@@ -32,7 +32,7 @@ impl Response {
             self.course = Course::Leaps(Leap::new());
         }
         let Course::Leaps(leap) = &mut self.course else { return None };
-        let [u, q] = leap.over(&self.oscillator, series, [phi, w, a], length, state);
+        let instant = leap.over(&self.oscillator, series, [phi, w, a], length, state);
         self.steps += 1.0;
         self.evaluations += 1;
         let [speed, acceleration] = fastest;
@@ -41,8 +41,8 @@ impl Response {
         let error = part * length * forcing;
         let error = [error * length.min(1.0 / self.oscillator.rates().1), error];
         let turned = order * speed * length;
-        let made = Made { length, error, forcing, order, turned, angle: phi.abs(), state: q.array() };
+        let made = Made { length, error, forcing, order, turned, angle: phi.abs(), state: instant.q.array() };
         self.bound.add(&self.oscillator, leap.decay, &made, [0.0; 2]);
-        Some(Instant { u, q })
+        Some(instant)
     }
 }

@@ -107,7 +107,7 @@ fn end(scene: Scene, span: f64, ramp: Option<f64>) -> ([f64; 4], f64) {
         drive = started(scene);
         drive.advance(0.0, span).unwrap();
     }
-    let Point { state, u } = drive.point();
+    let Point { state, u } = drive.now.point;
     let (x, v) = (u[0] + state.home + state.zeta[0], u[1] + state.zeta[1]);
     ([x, x + state.q[0], v, v + state.q[1]], drive.solver.error_estimate)
 }

@@ -40,7 +40,7 @@ fn the_communication_step_does_not_show() {
         for h in [1e-4, 0.01, 0.05] {
             let (drive, events, other) = run(0.05, h);
             assert!(events.iter().zip(&expected).all(|(a, b)| a == b) && events.len() == expected.len());
-            assert!((drive.now.reading.q[0] - fine.now.reading.q[0]).abs() <= 1e-18);
+            assert!((drive.now.point.state.q[0] - fine.now.point.state.q[0]).abs() <= 1e-18);
             assert!((other - impulse).abs() < 1e-12, "{other} {impulse}");
         }
         let ten = 10.0 * TAU / 50.0;
@@ -48,7 +48,7 @@ fn the_communication_step_does_not_show() {
         let mut coarse = started(scene(50.0, 3e-4, 60.0, e));
         coarse.advance(0.0, ten).unwrap();
         assert_eq!(coarse.now.tally.impacts, fine.now.tally.impacts);
-        assert!((coarse.now.reading.q[0] - fine.now.reading.q[0]).abs() < 1e-16);
+        assert!((coarse.now.point.state.q[0] - fine.now.point.state.q[0]).abs() < 1e-16);
         assert!((coarse.now.tally.impulse - fine.now.tally.impulse).abs() < 1e-12);
     }
 }
@@ -108,8 +108,8 @@ fn a_ramp_of_the_speed_is_the_same_in_any_communication_step() {
 #[test]
 fn a_jump_of_the_inputs_moves_no_free_mass_and_pushes_one_on_a_flank() {
     let place = |d: &BacklashDrive| {
-        let [x, v] = d.now.reading.place;
-        [x, v, x + d.now.reading.q[0], v + d.now.reading.q[1]]
+        let [x, v] = d.now.point.reading().place;
+        [x, v, x + d.now.point.state.q[0], v + d.now.point.state.q[1]]
     };
     for (time, contact) in [(0.02, true), (0.04, false)] {
         let mut drive = with_inputs(0.0);
@@ -142,23 +142,24 @@ fn a_drive_at_rest_stays_at_rest() {
     let mut drive = with_inputs(0.0);
     set(&mut drive, 0.3, 0.0, 0.0);
     drive.start(0.0).unwrap();
-    let begin = drive.point();
+    let begin = drive.now.point;
     for step in 0..10 {
         drive.advance(f64::from(step) * 1e-2, 1e-2).unwrap();
     }
-    assert_eq!((drive.point(), drive.now.tally.impacts), (begin, 0.0));
+    assert_eq!((drive.now.point, drive.now.tally.impacts), (begin, 0.0));
 }
 
 #[test]
 fn a_mass_that_a_jump_puts_beyond_a_flank_is_set_on_it() {
     let mut drive = with_inputs(0.0);
     march(&mut drive, 0.04, 1e-3, ramp(0.0));
-    let m2 = drive.point().u[0] + drive.point().state.home + drive.point().state.zeta[0] + drive.now.reading.q[0];
+    let m2 =
+        drive.now.point.u[0] + drive.now.point.state.home + drive.now.point.state.zeta[0] + drive.now.point.state.q[0];
     set(&mut drive, 2.3, 50.0, 0.0);
     drive.apply(0.04).unwrap();
-    let z = drive.point().state.home + drive.point().state.zeta[0];
+    let z = drive.now.point.state.home + drive.now.point.state.zeta[0];
     assert!(z == 0.0 || z == drive.s);
-    assert!((drive.point().u[0] + z + drive.now.reading.q[0] - m2).abs() < 1e-16);
+    assert!((drive.now.point.u[0] + z + drive.now.point.state.q[0] - m2).abs() < 1e-16);
     drive.advance(0.04, 1e-3).unwrap();
 }
 
@@ -257,7 +258,7 @@ fn the_steady_state_repeats_every_turn() {
     for turn in 0..5 {
         drive.advance(f64::from(turn) * period, period).unwrap();
         assert_eq!(drive.now.mode, begin.mode);
-        assert!((drive.now.reading.q[0] - begin.reading.q[0]).abs() < 1e-14);
+        assert!((drive.now.point.state.q[0] - begin.point.state.q[0]).abs() < 1e-14);
         // ∮ F_K dt + ΣP = 0.
         assert!(drive.mean()[0].abs() < 1e-9, "{}", drive.mean()[0]);
     }
@@ -342,7 +343,7 @@ fn what_has_no_periodic_solution_is_refused() {
     let omega = (scene.c / scene.m2).sqrt();
     assert_eq!(omega / 100.0, 5.0);
     let factor = 1.0 / (omega * omega / 1e4 - 1.0);
-    let [q, q_dot] = started(scene).now.reading.q;
+    let [q, q_dot] = started(scene).now.point.state.q;
     assert!((q + 0.01 * factor).abs() < 1e-15 && (q_dot - 0.4 * factor).abs() < 1e-13, "{q} {q_dot}");
     assert!(refused(|s| s.drive = DriveMode::Input).contains("constant speed"));
 }

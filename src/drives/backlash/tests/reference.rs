@@ -58,7 +58,7 @@ fn compare(e: f64, end: f64, reference: &Reference, state: [f64; 3]) {
         assert!((event.time - time).abs() < 1e-14, "{event:?}: {time}");
         assert!(kind.starts_with("release") || (event.value - impulse).abs() < 1e-13, "{event:?}: {impulse}");
     }
-    let State { q, home, zeta } = drive.point().state;
+    let State { q, home, zeta } = drive.now.point.state;
     let found = [q[0], q[1], home + zeta[0]];
     for (n, size) in [1e-3, 0.5, 3e-4].into_iter().enumerate() {
         assert!((found[n] - state[n]).abs() < 1e-12 * size, "{n}: {} instead of {}", found[n], state[n]);

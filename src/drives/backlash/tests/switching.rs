@@ -188,7 +188,7 @@ fn mirrored_drives_move_alike() {
         assert!((one.time - other.time).abs() < 1e-13, "{one:?} {other:?}");
         assert!(one.unit != "N.s" || one.solver || (one.value + other.value).abs() < 1e-11, "{one:?} {other:?}");
     }
-    assert!((drive.now.reading.q[0] + mirrored.now.reading.q[0]).abs() < 1e-14);
+    assert!((drive.now.point.state.q[0] + mirrored.now.point.state.q[0]).abs() < 1e-14);
 }
 
 #[test]
@@ -225,8 +225,8 @@ fn without_clearance_the_drive_is_the_elastic_output_drive() {
         for step in 0..200 {
             let t = f64::from(step) * 0.173;
             let phase = w * t - im.atan2(re);
-            assert!((drive.now.reading.q[0] - size * phase.cos()).abs() < 1e-12 * size, "b = {b}, t = {t}");
-            assert!(drive.point().state.zeta == [0.0; 2] && drive.now.tally.impacts == 0.0);
+            assert!((drive.now.point.state.q[0] - size * phase.cos()).abs() < 1e-12 * size, "b = {b}, t = {t}");
+            assert!(drive.now.point.state.zeta == [0.0; 2] && drive.now.tally.impacts == 0.0);
             drive.advance(t, f64::from(step + 1) * 0.173 - t).unwrap();
         }
     }
@@ -255,7 +255,7 @@ fn a_cycle_with_dwells_keeps_the_balances() {
                 drive.advance(f64::from(step) * h, h).unwrap();
                 impulse += drive.mean()[0] * h;
                 work += drive.mean()[1] * 40.0 * h;
-                let z = drive.point().state.home + drive.point().state.zeta[0];
+                let z = drive.now.point.state.home + drive.now.point.state.zeta[0];
                 assert!((0.0..=1e-4).contains(&z), "{z}");
             }
             let losses = drive.now.tally.energy_loss + drive.damping_loss();
@@ -287,7 +287,7 @@ fn a_mass_at_rest_in_a_dwell_rises_with_any_law() {
             let mut drive = started(scene);
             // The rise begins at 0.0129 s.
             drive.advance(0.0, 0.0135).unwrap();
-            let moved = drive.point().u[0] + drive.point().state.home + drive.point().state.zeta[0];
+            let moved = drive.now.point.u[0] + drive.now.point.state.home + drive.now.point.state.zeta[0];
             assert!(drive.now.tally.impacts < 2e4 && moved > 0.0, "{law:?} {e}: {:?}", drive.now.tally);
         }
     }
