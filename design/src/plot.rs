@@ -3,6 +3,7 @@
 //! All diagrams of the tool come from here, so that they look alike.
 
 mod area;
+mod legend;
 mod look;
 mod places;
 mod rule;
@@ -205,24 +206,23 @@ fn style(size: f64) -> TextStyle<'static> {
 }
 
 impl Diagram {
-    /// The diagram as an SVG document.
+    /// The diagram as an SVG document; a legend that has no free place within the axes is beside them.
     ///
     /// # Errors
     /// What the drawing library reports; nothing for memory.
     pub fn svg(&self) -> Result<String, Fault> {
-        let legend = if self.entries() == 0 { 10 } else { self.legend_width() };
-        let size = [PLOT_WIDTH + legend, HEIGHT.max(20 + self.legend_height())];
-        self.document(size, 1.0, |root| root.split_horizontally(fine(PLOT_WIDTH as i32)))
+        let size = [PLOT_WIDTH + self.legend_width(), HEIGHT.max(20 + self.legend_height())];
+        self.document(1.0, size, |root| root.split_horizontally(fine(PLOT_WIDTH as i32)))
     }
 
-    /// The same for a page of text: the legend below, so that the picture need not be shrunk to the width of a page, and
+    /// The same for a page of text: such a legend below, so that the picture need not be shrunk to the width of a page, and
     /// letters of the height of the page's.
     ///
     /// # Errors
     /// What the drawing library reports; nothing for memory.
     pub fn svg_for_page(&self) -> Result<String, Fault> {
         let size = [PLOT_WIDTH.max(self.legend_width()), HEIGHT + self.legend_height()];
-        self.document(size, PAGE_TEXT / TEXT, |root| {
+        self.document(PAGE_TEXT / TEXT, size, |root| {
             let (plot, legend) = root.split_vertically(fine(HEIGHT as i32));
             (plot.shrink((0, 0), (fine(PLOT_WIDTH as i32) as u32, fine(HEIGHT as i32) as u32)), legend)
         })
@@ -255,19 +255,38 @@ impl Diagram {
         lines
     }
 
-    /// The document of this size in pixels without the title, shown `scale` times as large; `split` makes the areas of plot and legend.
+    /// The document shown `scale` times as large; where the legend has no place within the axes that of this size in pixels
+    /// without the title, in which `split` makes the areas of plot and legend.
     fn document(
+        &self,
+        scale: f64,
+        size: [u32; 2],
+        split: impl for<'a> Fn(&Area<'a>) -> (Area<'a>, Area<'a>),
+    ) -> Result<String, Fault> {
+        let (inside, has_legend) = self.drawn([PLOT_WIDTH + 10, HEIGHT], scale, |root| (root.clone(), None))?;
+        if has_legend {
+            return Ok(inside);
+        }
+        let (apart, _) = self.drawn(size, scale, |root| {
+            let (plot, legend) = split(root);
+            (plot, Some(legend))
+        })?;
+        Ok(apart)
+    }
+
+    /// The document, and whether it has its legend: without an area of its own only where a place within the axes is free.
+    fn drawn(
         &self,
         size: [u32; 2],
         scale: f64,
-        split: impl for<'a> Fn(&Area<'a>) -> (Area<'a>, Area<'a>),
-    ) -> Result<String, Fault> {
+        split: impl for<'a> Fn(&Area<'a>) -> (Area<'a>, Option<Area<'a>>),
+    ) -> Result<(String, bool), Fault> {
         let diagram = self.suited();
         let title = self.title_lines(size[0]);
         let above = if title.is_empty() { 0 } else { LINE * title.len() as i32 + 8 };
         let size = [size[0], size[1] + above as u32];
         let mut text = String::new();
-        {
+        let has_legend = {
             let coordinates = size.map(|pixels| pixels * FINE as u32);
             let root = SVGBackend::with_string(&mut text, coordinates.into()).into_drawing_area();
             let failed = |e: &dyn std::fmt::Display| Fault(format!("the diagram cannot be drawn: {e}"));
@@ -277,15 +296,16 @@ impl Diagram {
                 root.draw(&Text::new(line.clone(), at, style(TITLE))).map_err(|e| failed(&e))?;
             }
             let (plot, legend) = split(&root.split_vertically(fine(above)).1);
-            diagram.draw(&plot, &legend).map_err(|e| failed(&e))?;
+            let has_legend = diagram.draw(&plot, legend.as_ref()).map_err(|e| failed(&e))?;
             root.present().map_err(|e| failed(&e))?;
-        }
+            has_legend
+        };
         let label = self.title.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;");
         let head = |[width, height]: [u32; 2]| format!("<svg width=\"{width}\" height=\"{height}\" ");
         // The view box still has the coordinates.
         let shown = head(size.map(|pixels| (scale * f64::from(pixels)).round() as u32));
         let drawn = head(size.map(|pixels| pixels * FINE as u32));
-        Ok(text.replacen(&drawn, &format!("{shown}role=\"img\" aria-label=\"{label}\" "), 1))
+        Ok((text.replacen(&drawn, &format!("{shown}role=\"img\" aria-label=\"{label}\" "), 1), has_legend))
     }
 
     /// The entries of the legend beside those of the data; without shade that of a line.
@@ -296,7 +316,8 @@ impl Diagram {
         })
     }
 
-    fn draw(&self, plot: &Area<'_>, legend: &Area<'_>) -> Result<(), Box<dyn std::error::Error>> {
+    /// Draws the legend within the axes where it has no area of its own; returns whether there was room for it.
+    fn draw(&self, plot: &Area<'_>, legend: Option<&Area<'_>>) -> Result<bool, Box<dyn std::error::Error>> {
         let place = |[x, y]: &[f64; 2]| Some((self.x.place(*x)?, self.y.place(*y)?));
         let places: Vec<Vec<(f64, f64)>> =
             self.series.iter().map(|series| series.points.iter().filter_map(place).collect()).collect();
@@ -313,7 +334,7 @@ impl Diagram {
         let counts = (x_places.ticks.len().max(1), y_places.ticks.len().max(1));
         let mut chart = ChartBuilder::on(plot)
             .margin_top(fine(14))
-            .margin_right(fine(14))
+            .margin_right(fine(18))
             .margin_left(fine(12))
             .margin_bottom(fine(4))
             .x_label_area_size(fine(54))
@@ -338,12 +359,15 @@ impl Diagram {
             let (left, top) = area.get_base_pixel();
             (px - left, py - top)
         };
+        // What the legend keeps clear of.
+        let (mut borders, mut outlines) = (Vec::new(), Vec::new());
         for rule in &self.rules {
             if let Rule::Border(points, width) = rule {
                 let line: Vec<(f64, f64)> = points.iter().filter_map(place).collect();
                 for part in area::seen(&line, x, y) {
                     let part: Vec<(i32, i32)> = part.iter().map(pixel).collect();
-                    area.draw(&PathElement::new(part, thick(INK, *width)))?;
+                    area.draw(&PathElement::new(part.clone(), thick(INK, *width)))?;
+                    borders.push(part);
                 }
             }
             if let Rule::Word(at, word) = rule
@@ -352,11 +376,14 @@ impl Diagram {
                 let text = style(TEXT - 1.0).pos(Pos::new(HPos::Center, VPos::Bottom));
                 let (px, py) = pixel(&at);
                 area.draw(&Text::new(word.clone(), (px, py - fine(2)), text))?;
+                let half = fine((0.5 * LETTER * TEXT * word.chars().count() as f64) as i32);
+                borders.push(vec![(px - half, py - fine(8)), (px + half, py - fine(8))]);
             }
             if let Rule::Area(outline, shade) = rule {
                 let outline: Vec<(f64, f64)> = outline.iter().filter_map(place).collect();
                 let seen: Vec<(i32, i32)> = area::within(&outline, x, y).iter().map(pixel).collect();
-                area.draw(&Polygon::new(seen, ShapeStyle::from(shade.grey()).filled()))?;
+                area.draw(&Polygon::new(seen.clone(), ShapeStyle::from(shade.grey()).filled()))?;
+                outlines.push(seen);
             }
         }
         area.draw(&frame([(0, 0), pixel(&(x[1], y[0]))]))?;
@@ -368,7 +395,7 @@ impl Diagram {
         let seen: Vec<(&Rule, rule::Place)> = seen.map(|(rule, at)| (rule, pixels_of(at))).collect();
         let lines: Vec<Vec<Vec<(i32, i32)>>> = self.series.iter().map(|series| series.lines(&place, &pixel)).collect();
         let corners = [pixel(&(x[0], y[0])), pixel(&(x[1], y[1]))];
-        rule::draw_rules(&area, &seen, corners, lines.concat())?;
+        borders.extend(rule::draw_rules(&area, &seen, corners, lines.concat())?);
         for (i, (series, places)) in self.series.iter().zip(&places).enumerate() {
             let points: Vec<(i32, i32)> = places.iter().map(pixel).collect();
             if series.joined {
@@ -380,29 +407,45 @@ impl Diagram {
                 draw_marker(&area, point, look(i))?;
             }
         }
+        if let Some(legend) = legend {
+            self.draw_legend(legend, (0, fine(10)))?;
+            return Ok(true);
+        }
+        if self.entries() == 0 {
+            return Ok(true);
+        }
+        let size = (fine(self.legend_width() as i32), fine(LINE * self.entries() as i32 + 8));
+        let Some((left, top)) = legend::free_place(size, corners, &borders, &outlines) else { return Ok(false) };
+        let ground = ShapeStyle::from(WHITE).filled();
+        area.draw(&Rectangle::new([(left, top), (left + size.0, top + size.1)], ground))?;
+        self.draw_legend(&area, (left, top))?;
+        Ok(true)
+    }
+
+    /// Draws the legend at this left upper corner.
+    fn draw_legend(&self, area: &Area<'_>, (left, top): (i32, i32)) -> Result<(), Box<dyn std::error::Error>> {
+        let (line, marker, name_at) = ([left + fine(6), left + fine(42)], left + fine(24), left + fine(50));
+        let height = |entry: usize| top + fine(14 + LINE * entry as i32);
+        let text = || style(TEXT).pos(Pos::new(HPos::Left, VPos::Center));
         for (i, series) in self.series.iter().enumerate() {
-            let height = fine(24 + LINE * i as i32);
+            let height = height(i);
             if series.joined {
-                draw_line(legend, &[(fine(6), height), (fine(42), height)], look(i))?;
+                draw_line(area, &line.map(|x| (x, height)), look(i))?;
             }
-            draw_marker(legend, (fine(24), height), look(i))?;
-            let text = style(TEXT).pos(Pos::new(HPos::Left, VPos::Center));
-            legend.draw(&Text::new(series.name.clone(), (fine(50), height), text))?;
+            draw_marker(area, (marker, height), look(i))?;
+            area.draw(&Text::new(series.name.clone(), (name_at, height), text()))?;
         }
         for (i, (shade, name)) in self.keys().enumerate() {
-            let height = fine(24 + LINE * (self.series.len() + i) as i32);
-            let (box_of, text) = (
-                [(fine(6), height - fine(6)), (fine(42), height + fine(6))],
-                style(TEXT).pos(Pos::new(HPos::Left, VPos::Center)),
-            );
+            let height = height(self.series.len() + i);
             match shade {
                 Some(shade) => {
-                    legend.draw(&Rectangle::new(box_of, ShapeStyle::from(shade.grey()).filled()))?;
-                    legend.draw(&frame(box_of))?;
+                    let sample = [(line[0], height - fine(6)), (line[1], height + fine(6))];
+                    area.draw(&Rectangle::new(sample, ShapeStyle::from(shade.grey()).filled()))?;
+                    area.draw(&frame(sample))?;
                 }
-                None => draw_line(legend, &[(box_of[0].0, height), (box_of[1].0, height)], RULED)?,
+                None => draw_line(area, &line.map(|x| (x, height)), RULED)?,
             }
-            legend.draw(&Text::new(name.clone(), (fine(50), height), text))?;
+            area.draw(&Text::new(name.clone(), (name_at, height), text()))?;
         }
         Ok(())
     }

@@ -137,13 +137,14 @@ fn longest_word(text: &str) -> usize {
 }
 
 /// A line in pieces of at most `first` characters and, after it, `rest`, where words allow it; a number that begins a piece
-/// keeps its unit.
+/// keeps its unit, any number its % and its <.
 fn pieces(line: &str, first: usize, rest: usize) -> Vec<&str> {
     let (mut pieces, mut left, mut most) = (Vec::new(), line, first);
     while most < characters(left) {
         let is_break = |at: &usize| {
-            let before = left[..*at].trim();
-            !before.is_empty() && before.replace('−', "-").parse::<f64>().is_err()
+            let (before, after) = (left[..*at].trim(), left[*at..].trim_start());
+            let is_number = before.replace('−', "-").parse::<f64>().is_ok();
+            !before.is_empty() && !is_number && !before.ends_with('<') && !after.starts_with('%')
         };
         let blanks = || left.match_indices(' ').map(|(at, _)| at).filter(is_break);
         let fitting = blanks().take_while(|at| characters(&left[..*at]) <= most).last();
@@ -222,6 +223,8 @@ mod tests {
             twice.text(22),
             "  kind  step  error\n  a     1     −18.3 %\n  a     2     5 %\n\n  kind  step  cost\n  a     1     3\n  a     2     4\n"
         );
+        let bounds = table(&[&["error", "off by"], &["< 1.3e-13", "0.0163 ! −66 %"]]);
+        assert_eq!(bounds.text(22), "  error      off by\n  < 1.3e-13  0.0163 !\n             −66 %\n");
         // Prose is wrapped in its column while that is wide enough, and stands below its row where it is not.
         let prose = "one two three four five six seven eight nine ten eleven";
         let described = table(&[&["name", "description"], &["a_name_of_some_length", prose], &["b", ""]]);

@@ -233,7 +233,12 @@ fn shown(value: f64, unit: &str) -> String {
     let suited = |units: &[(&str, f64)]| {
         // 9.9996 is shown as 10.
         let fits = |(_, factor): &&(&str, f64)| (value * factor).abs() >= 0.99995;
-        let suited = if value == 0.0 { units.first() } else { units.iter().find(fits).or(units.last()) };
+        let plain = |(_, factor): &&(&str, f64)| *factor == 1.0;
+        let suited = if value == 0.0 {
+            units.iter().find(plain).or(units.first())
+        } else {
+            units.iter().find(fits).or(units.last())
+        };
         let (unit, factor) = suited.copied().unwrap_or((unit, 1.0));
         format!("{} {unit}", digits(value * factor))
     };

@@ -195,3 +195,8 @@ fn noise_is_told_as_what_the_spline_makes_of_it() {
     let found = (angles().map(|phi| law.at(phi).0[2].powi(2)).sum::<f64>() / SAMPLES as f64).sqrt();
     assert!((told / found - 1.0).abs() < 0.15, "{told} for {found} m/rad²");
 }
+
+#[test]
+fn nothing_is_shown_in_a_plain_unit() {
+    assert_eq!([shown(0.0, "N"), shown(0.0, "N.m"), shown(0.0, "m")], ["0 N", "0 N·m", "0 mm"]);
+}

@@ -23,13 +23,13 @@ pub type Obstacles = Vec<Vec<(i32, i32)>>;
 /// The place of a rule: x of a vertical line, y of a horizontal one.
 pub type Place = (Option<i32>, Option<i32>);
 
-/// Draws the rules between the corners (left, bottom) and (right, top) of the diagram.
+/// Draws the rules between the corners (left, bottom) and (right, top) of the diagram; returns the data with what it drew.
 pub fn draw_rules(
     area: &Area<'_>,
     rules: &[(&Rule, Place)],
     corners: [(i32, i32); 2],
     data: Obstacles,
-) -> Result<(), Box<dyn std::error::Error>> {
+) -> Result<Obstacles, Box<dyn std::error::Error>> {
     let [(left, bottom), (right, top)] = corners;
     let line = |at: Place| match at {
         (Some(x), _) => Some(vec![(x, bottom), (x, top)]),
@@ -59,7 +59,8 @@ pub fn draw_rules(
         obstacles.push(vec![(west, north), (east, south)]);
         obstacles.push(vec![(west, south), (east, north)]);
     }
-    Ok(())
+    obstacles.extend(rules.iter().filter_map(|(_, at)| line(*at)));
+    Ok(obstacles)
 }
 
 /// Where a name may be: on both sides of its line, all along it; the usual place first.

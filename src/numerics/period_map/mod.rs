@@ -198,7 +198,7 @@ impl Period {
                 if !(length > SHORTEST_CELL * period.hi || length >= remaining) || !room {
                     return None;
                 }
-                whole.evaluations += if fast { STAGES } else { cell::EVALUATIONS };
+                whole.evaluations += cell::EVALUATIONS;
                 let cell = if fast {
                     let Some((cell, errors)) = Cell::vibrating(equation, interval, start, length) else {
                         lengths.fast = 0.5 * length;

@@ -288,6 +288,56 @@ fn a_small_wave_beside_a_polynomial_is_not_overlooked() {
     assert!(error > 1e-9 && error < 4.0 * coarse.error(), "{error:e} {:e}", coarse.error());
 }
 
+/// q̈ + k q = 0 with the phase velocity Θ̇ = 1000 (1 + 0.1 x⁹ + 1e-8 cos 14x), x = τ − 1.
+struct SmallWaveOfThePhase;
+
+impl SmallWaveOfThePhase {
+    fn velocity(x: f64) -> [f64; 3] {
+        let (sine, cosine) = (14.0 * x).sin_cos();
+        [1.0 + 0.1 * x.powi(9) + 1e-8 * cosine, 0.9 * x.powi(8) - 14e-8 * sine, 7.2 * x.powi(7) - 196e-8 * cosine]
+            .map(|v| 1000.0 * v)
+    }
+
+    /// The solution from (q, q̇) = A (1, A′/A) at τ = 0.
+    fn exact(tau: f64) -> f64 {
+        let phase = |x: f64| 1000.0 * (x + 0.01 * x.powi(10) + 1e-8 / 14.0 * (14.0 * x).sin());
+        let [v, ..] = Self::velocity(tau - 1.0);
+        let [v0, ..] = Self::velocity(-1.0);
+        (phase(tau - 1.0) - phase(-1.0)).cos() * (v0 / v).sqrt()
+    }
+}
+
+impl Periodic for SmallWaveOfThePhase {
+    fn period(&self) -> Double {
+        Double::from(2.0)
+    }
+    fn joints(&self) -> Vec<Double> {
+        vec![self.period()]
+    }
+    fn at(&self, tau: Double, _: usize) -> Coefficients {
+        let [v, v1, v2] = Self::velocity(tau.hi - 1.0);
+        let stiffness = v * v + 0.5 * v2 / v - 0.75 * (v1 / v).powi(2);
+        Coefficients { damping: 0.0, stiffness, forcing: 0.0 }
+    }
+    fn longest_cell(&self, _: Double, _: usize) -> f64 {
+        2.0
+    }
+}
+
+#[test]
+fn a_small_wave_of_the_phase_is_not_overlooked() {
+    let map = PeriodMap::new(&SmallWaveOfThePhase, 1e-12).unwrap();
+    assert!(map.cells.iter().all(|cell| matches!(cell.motions, Motions::Vibration(_))));
+    let [v, v1, _] = SmallWaveOfThePhase::velocity(-1.0);
+    let times: Vec<f64> = (1..200).map(|n| 0.01 * f64::from(n)).collect();
+    let motion = run(&map, [1.0, -0.5 * v1 / v], times.iter().copied());
+    let error =
+        times.iter().zip(&motion).map(|(t, y)| (y[0] - SmallWaveOfThePhase::exact(*t)).abs()).fold(0.0, f64::max);
+    // The exact phase has roundings as well.
+    let (estimate, own) = (map.whole().error_after(1.0, 1.0, 1.0), 2.0 * f64::EPSILON * 2000.0);
+    assert!(error < 4e-12 && error < 4.0 * estimate + own, "{error:e} {estimate:e}, {} cells", map.cells());
+}
+
 #[test]
 fn what_needs_too_many_cells_has_no_table() {
     assert!(PeriodMap::new(&Hill { stiffness: [0.0, 1e12], ..MATHIEU }, 1e-10).is_none());

@@ -42,6 +42,9 @@ const STEEPEST: f64 = 0.5 * (STAGES * (STAGES + 1)) as f64;
 /// The same of s and its slope, in which eight roundings of s come together.
 const SLOW_TOLERANCE: f64 = 8.0 * STEEPEST * f64::EPSILON;
 
+/// What the roundings at the nodes come to at the ends of the cell, beyond them, in ε.
+const EXTRAPOLATED: f64 = 4.0;
+
 /// The motions of a cell, as coefficients of powers of u = 1 + x: the phase then is as exact after a few vibrations as a few
 /// vibrations are, however many the cell has.
 #[derive(Clone, Debug, PartialEq)]
@@ -91,6 +94,7 @@ impl Vibration {
             let Coefficients { damping: d, stiffness: k, forcing: g } = c;
             (damping[i], stiffness[i], forcing[i]) = (half * d, half * half * k, half * half * g);
         }
+        let ends = [0.0, 2.0].map(|u| equation.at(start + Double::from(half * u), interval));
         let (slope, left) = phase_velocity(&damping, &stiffness)?;
         let slow = unvibrating(&damping, &stiffness, forcing)?;
         let damping_modes = project(&damping.map(|d| 0.5 * d));
@@ -105,10 +109,10 @@ impl Vibration {
         (vibration.decay[0], vibration.phase[0]) = (0.0, 0.0);
         vibration.initial = vibration.place(0.0);
         let size = slow.iter().fold(0.0, |largest: f64, s| largest.max(s.abs()));
-        // The integral of the polynomial of Legendre is 2 n + 1 times smaller.
         let n = STAGES as f64;
         let of_slow = if size > 0.0 { STEEPEST * cell::neglected(&slow_modes) / size } else { 0.0 };
-        let of_phase = 2.0 * left + (cell::neglected(&slope_modes) + cell::neglected(&damping_modes)) / (2.0 * n + 1.0);
+        // The integral of the polynomial of Legendre is 2 n + 1 times smaller.
+        let of_phase = 2.0 * left + missed_at_ends(&ends, half, &damping, &slope) / (2.0 * n + 1.0);
         let phase = vibration.place(2.0).phase[0];
         let rounding = f64::EPSILON * phase;
         let excess = f64::max(of_slow / SLOW_TOLERANCE, of_phase / rounding.max(TOLERANCE));
@@ -179,6 +183,27 @@ fn phase_velocity(damping: &[f64; STAGES], stiffness: &[f64; STAGES]) -> Option<
     }
     let largest = velocity.iter().fold(0.0, |largest: f64, v| largest.max(*v));
     Some((velocity, (change - 4.0 * f64::EPSILON * largest).max(0.0)))
+}
+
+/// By how much the polynomials miss Θ′ and ½ D at the ends of the cell, where the first neglected ones of Legendre are ±1.
+fn missed_at_ends(ends: &[Coefficients; 2], half: f64, damping: &[f64; STAGES], velocity: &[f64; STAGES]) -> f64 {
+    let jerk = differentiate(damping);
+    let slope = differentiate(&velocity.map(f64::ln));
+    let curvature = differentiate(&slope);
+    let missed = |(side, c): (f64, &Coefficients)| {
+        // The sum of Legendre coefficients has a dozen roundings of its own: it is taken of the differences to the nearest node.
+        let end = |values: &[f64; STAGES]| {
+            let nearest = values[if side < 0.0 { 0 } else { STAGES - 1 }];
+            let differences = project(&values.map(|value| value - nearest));
+            nearest + differences.iter().rev().fold(0.0, |sum, mode| sum * side + mode)
+        };
+        let (d, k) = (half * c.damping, half * half * c.stiffness);
+        let square = k - 0.25 * d * d - 0.5 * (end(&jerk) + end(&curvature)) + 0.25 * end(&slope).powi(2);
+        let [found, wanted] = [end(velocity), square.max(0.0).sqrt()];
+        let missed = (wanted - found).abs() + 0.5 * (d - end(damping)).abs();
+        (missed - EXTRAPOLATED * f64::EPSILON * (wanted + d.abs())).max(0.0)
+    };
+    [-1.0, 1.0].into_iter().zip(ends).map(missed).sum()
 }
 
 /// s at the nodes.
