@@ -51,6 +51,16 @@ pub struct Series {
 }
 
 impl Series {
+    /// Points joined by a line.
+    pub fn line(name: impl Into<String>, points: impl IntoIterator<Item = [f64; 2]>) -> Self {
+        Series { name: name.into(), points: points.into_iter().collect(), joined: true }
+    }
+
+    /// Points alone.
+    pub fn dots(name: impl Into<String>, points: impl IntoIterator<Item = [f64; 2]>) -> Self {
+        Series { joined: false, ..Series::line(name, points) }
+    }
+
     /// The lines in pixels between points that have no place, or each point for itself.
     fn lines(
         &self,
@@ -205,6 +215,11 @@ fn style(size: f64) -> TextStyle<'static> {
 }
 
 impl Diagram {
+    /// A diagram of these data over two axes.
+    pub fn new(title: impl Into<String>, [x, y]: [Axis; 2], series: Vec<Series>, rules: Vec<Rule>) -> Self {
+        Diagram { title: title.into(), x, y, series, rules }
+    }
+
     /// The diagram as an SVG document.
     ///
     /// # Errors
@@ -419,7 +434,6 @@ mod tests {
 
     #[test]
     fn any_data_give_a_well_formed_picture() {
-        let series = |points: Vec<[f64; 2]>, joined| Series { name: "a < b & c".to_owned(), points, joined };
         let data = [
             vec![],
             vec![[1.0, 1.0]],
@@ -432,7 +446,7 @@ mod tests {
                     title: "\"<&".to_owned(),
                     x: axis.clone(),
                     y: axis,
-                    series: vec![series(points.clone(), true); 12],
+                    series: vec![Series::line("a < b & c", points.clone()); 12],
                     rules: vec![
                         Rule::Vertical(0.0, "zero".into()),
                         Rule::Horizontal(1.0, "one".into()),
@@ -455,9 +469,8 @@ mod tests {
     #[test]
     fn on_a_page_letters_have_the_height_of_its_text() {
         let name = "a setting of the solver whose name is so long that the legend is wider than the plot is, by far";
-        let series = vec![Series { name: name.to_owned(), points: vec![[0.0, 1.0], [1.0, 2.0]], joined: true }; 30];
-        let diagram =
-            Diagram { title: String::new(), x: Axis::linear("x"), y: Axis::linear("y"), series, rules: Vec::new() };
+        let series = vec![Series::line(name, [[0.0, 1.0], [1.0, 2.0]]); 30];
+        let diagram = Diagram::new("", ["x", "y"].map(Axis::linear), series, Vec::new());
         let svg = diagram.svg_for_page().unwrap();
         let number = |name: &str| -> Vec<f64> {
             let value = svg.split_once(&format!(" {name}=\"")).unwrap().1.split('"').next().unwrap();
@@ -473,10 +486,8 @@ mod tests {
 
     #[test]
     fn a_picture_is_drawn_finer_than_it_is_shown() {
-        let curve = (0..=1000).map(|i| 1e-3 * f64::from(i)).map(|x| [x, x * x]).collect();
-        let series = vec![Series { name: "x²".to_owned(), points: curve, joined: true }];
-        let diagram =
-            Diagram { title: String::new(), x: Axis::linear("x"), y: Axis::linear("y"), series, rules: Vec::new() };
+        let curve = (0..=1000).map(|i| 1e-3 * f64::from(i)).map(|x| [x, x * x]);
+        let diagram = Diagram::new("", ["x", "y"].map(Axis::linear), vec![Series::line("x²", curve)], Vec::new());
         let svg = diagram.svg().unwrap();
         let number = |name: &str| -> Vec<f64> {
             let value = svg.split_once(&format!(" {name}=\"")).unwrap().1.split('"').next().unwrap();

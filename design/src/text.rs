@@ -61,6 +61,11 @@ const MOST_REPEATED: usize = 3;
 const BELOW: usize = 6;
 
 impl Table {
+    /// A table of these rows under headings that are two blanks apart.
+    pub fn new(head: &str, rows: impl IntoIterator<Item = Vec<String>>) -> Self {
+        Table { head: head.split("  ").map(str::to_owned).collect(), rows: rows.into_iter().collect() }
+    }
+
     /// The table in columns for lines of `width` characters. Where it is wider, prose in the last column is wrapped, or stands
     /// below its row; then the widest columns are; what does not fit side by side at all follows below, each time beside the
     /// columns that tell the rows apart.
@@ -166,14 +171,24 @@ pub fn wrapped(text: &str, width: usize) -> String {
     text.split('\n').map(line).collect::<Vec<_>>().join("\n")
 }
 
-/// A table of numbers as CSV.
+/// A number with all its digits, as a file has it.
+pub fn full(value: f64) -> String {
+    format!("{value:e}")
+}
+
+/// The same, empty where there is none.
+pub fn full_or_empty(value: Option<f64>) -> String {
+    value.map_or(String::new(), full)
+}
+
+/// A table as CSV under this line of headings.
 ///
 /// # Errors
 /// None in practice: the writer fills memory.
-pub fn csv<S: AsRef<[u8]>>(head: &[&str], rows: impl IntoIterator<Item = Vec<S>>) -> Result<String, Fault> {
+pub fn csv<S: AsRef<[u8]>>(head: &str, rows: impl IntoIterator<Item = Vec<S>>) -> Result<String, Fault> {
     let fault = |e: &dyn std::fmt::Display| Fault(format!("the table cannot be written as CSV: {e}"));
     let mut writer = csv::Writer::from_writer(Vec::new());
-    writer.write_record(head).map_err(|e| fault(&e))?;
+    writer.write_record(head.split(',')).map_err(|e| fault(&e))?;
     for row in rows {
         writer.write_record(&row).map_err(|e| fault(&e))?;
     }

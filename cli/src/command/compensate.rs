@@ -262,7 +262,7 @@ fn cams(machine: &Machine, report: &Report, output: &Path) -> Result<Vec<Cam>, F
             let lift = if machine.turning[place] { "lift_rad" } else { "lift_m" };
             let points = points.points();
             let rows = points.angles.iter().zip(&points.lifts).map(|(phi, u)| vec![phi.to_string(), format!("{u:e}")]);
-            let text = text::csv(&["phi_rad", lift], rows).map_err(failure)?;
+            let text = text::csv(&format!("phi_rad,{lift}"), rows).map_err(failure)?;
             let mut table = Table::new();
             table["law"] = value("table");
             table["file"] = value(name.clone());

@@ -117,7 +117,6 @@ fn heading(out: &mut String, title: &str) {
 /// One line per variable, in columns.
 fn variables(drive: &mut dyn DynDrive) -> Result<String, Fault> {
     let descriptions: Vec<Description> = drive.descriptions().into_iter().cloned().collect();
-    let head = ["ref", "name", "kind", "start", "unit", "range", "description"].map(str::to_owned).into();
     let mut rows = Vec::new();
     for (reference, d) in descriptions.iter().enumerate() {
         let value = drive.get(reference)?;
@@ -131,7 +130,7 @@ fn variables(drive: &mut dyn DynDrive) -> Result<String, Fault> {
             sentence(d),
         ]);
     }
-    Ok(Table { head, rows }.text(width()))
+    Ok(Table::new("ref  name  kind  start  unit  range  description", rows).text(width()))
 }
 
 /// "parameter", "tunable", "input" …; a state says so.
