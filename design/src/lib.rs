@@ -11,6 +11,7 @@ pub mod cam_geometry;
 pub mod clearance;
 pub mod compensation;
 pub mod documentation;
+pub mod drawing;
 pub mod harmonic_analysis;
 #[allow(unsafe_code)]
 pub mod host;

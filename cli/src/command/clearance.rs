@@ -193,11 +193,11 @@ fn parts(folder: &Path, report: &Report) -> Result<Vec<(PathBuf, String)>, Failu
         ("after_impact.csv", lists::after_impact_csv(report)),
         ("passage_time.csv", lists::passage_time_csv(report)),
         ("map.csv", lists::map_csv(report)),
-        ("passage_time.svg", figures::passage_time(report).svg()),
-        ("multiple_impacts.svg", figures::multiple_impacts(report).svg()),
-        ("deformation.svg", figures::deformation(report).svg()),
-        ("force.svg", figures::force(report).svg()),
-        ("acceleration.svg", figures::acceleration(report).svg()),
+        ("passage_time.svg", Ok(figures::passage_time(report).svg())),
+        ("multiple_impacts.svg", Ok(figures::multiple_impacts(report).svg())),
+        ("deformation.svg", Ok(figures::deformation(report).svg())),
+        ("force.svg", Ok(figures::force(report).svg())),
+        ("acceleration.svg", Ok(figures::acceleration(report).svg())),
     ];
     files::report(folder, &report.scene, parts)
 }

@@ -180,10 +180,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let mut parts = vec![
             ("compensation.csv".to_owned(), report.csv()),
             ("compensation.json".to_owned(), text::json(&report)),
-            ("speed.svg".to_owned(), report.speed_diagram().svg()),
+            ("speed.svg".to_owned(), Ok(report.speed_diagram().svg())),
         ];
         for (place, j) in machine.tools.iter().enumerate() {
-            parts.push((format!("tool{}.svg", j + 1), report.acceleration_diagram(place).svg()));
+            parts.push((format!("tool{}.svg", j + 1), Ok(report.acceleration_diagram(place).svg())));
         }
         results.extend(files::report(folder, &machine.name, parts)?);
     }

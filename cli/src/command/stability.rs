@@ -135,12 +135,12 @@ fn parts(folder: &Path, report: &Report) -> Result<Vec<(PathBuf, String)>, Failu
     let mut parts = vec![("csv", table::orders_csv(report)), ("json", text::json(report))];
     if !report.over_damping.is_empty() || !report.over_modulation.is_empty() {
         parts.push(("map.csv", table::map_csv(report)));
-        parts.push(("damping.svg", figures::over_damping(report).svg()));
-        parts.push(("modulation.svg", figures::over_modulation(report).svg()));
+        parts.push(("damping.svg", Ok(figures::over_damping(report).svg())));
+        parts.push(("modulation.svg", Ok(figures::over_modulation(report).svg())));
     }
     if !report.amplification.is_empty() {
         parts.push(("amplification.csv", table::amplification_csv(report)));
-        parts.push(("amplification.svg", figures::amplification(report).svg()));
+        parts.push(("amplification.svg", Ok(figures::amplification(report).svg())));
     }
     files::report(folder, &report.scene, parts)
 }

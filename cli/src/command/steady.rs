@@ -96,7 +96,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     if let Some(folder) = &args.report {
         let title = format!("Periodic motions of {}", found.name);
         let (motions, free) = (&found.motions, found.free.as_ref());
-        let parts = [("steady.csv", csv(motions, free)), ("steady.svg", diagram(title, motions, free).svg())];
+        let parts = [("steady.csv", csv(motions, free)), ("steady.svg", Ok(diagram(title, motions, free).svg()))];
         written = format!("\n{}", files::write(&files::report(folder, &found.name, parts)?, &inputs)?);
     }
     args.format.print(|width| found.text(width) + &written, || text::json(&found.data()))?;

@@ -133,6 +133,6 @@ fn report(folder: &Path, assignment: &Assignment, study: &Study) -> Result<Vec<(
     let tables = study.csv().map_err(|fault| Failure(format!("error: {fault}")))?;
     let tables = tables.into_iter().map(|(ending, text)| (ending, Ok(text)));
     let data = std::iter::once(("json".to_owned(), study.json()));
-    let diagrams = study.figures().into_iter().map(|(name, diagram)| (format!("{name}.svg"), diagram.svg()));
+    let diagrams = study.figures().into_iter().map(|(name, diagram)| (format!("{name}.svg"), Ok(diagram.svg())));
     files::report(folder, &assignment.name, tables.chain(data).chain(diagrams))
 }

@@ -103,8 +103,8 @@ fn parts(folder: &Path, report: &Report) -> Result<Vec<(PathBuf, String)>, Failu
     let parts = [
         ("csv", table::csv(report)),
         ("json", text::json(report)),
-        ("work_precision.svg", figures::work_precision(report).svg()),
-        ("communication_step.svg", figures::communication_step(report).svg()),
+        ("work_precision.svg", Ok(figures::work_precision(report).svg())),
+        ("communication_step.svg", Ok(figures::communication_step(report).svg())),
     ];
     files::report(folder, &report.scene, parts)
 }

@@ -78,9 +78,8 @@ fn figure(xml: &mut Xml, name: &str, model: &str, drive: &dyn Described) {
         return;
     }
     let titles: Vec<&str> = curves.iter().map(|curve| curve.title.as_str()).collect();
-    xml.element("figure", &[], |xml| {
-        picture::of_curves(name, model, &curves).write_svg(xml, &titles.join(", "));
-    });
+    let picture = picture::of_curves(name, model, &curves).svg(&titles.join(", "), 1.0);
+    xml.element("figure", &[], |xml| xml.markup(&picture));
 }
 
 fn equations(xml: &mut Xml, documentation: &Documentation) {

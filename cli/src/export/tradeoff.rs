@@ -28,7 +28,7 @@ impl<'a> Section<'a> {
     /// Draws the diagrams of a report.
     pub fn of(report: &'a Report) -> Result<Self, Fault> {
         let pictures =
-            [figures::work_precision(report).svg_for_page()?, figures::communication_step(report).svg_for_page()?];
+            [figures::work_precision(report).svg_for_page(), figures::communication_step(report).svg_for_page()];
         Ok(Section { report, pictures })
     }
 

@@ -158,8 +158,8 @@ impl Shape {
         let mut list: Vec<File> = drawn.iter().map(|d| (ending(d.name, "csv"), files::csv(d))).collect();
         list.push(("dxf".to_owned(), Ok(files::dxf(&self.name, &drawn))));
         list.push(("svg".to_owned(), Ok(files::svg(&self.name, &drawn))));
-        list.push(("pressure_angle.svg".to_owned(), figures::pressure(self).svg()));
-        list.push(("curvature.svg".to_owned(), figures::curvature(self).svg()));
+        list.push(("pressure_angle.svg".to_owned(), Ok(figures::pressure(self).svg())));
+        list.push(("curvature.svg".to_owned(), Ok(figures::curvature(self).svg())));
         list.push(("plcopen.csv".to_owned(), Ok(self.table.plcopen())));
         list.push(("plc.txt".to_owned(), Ok(self.table.two_columns())));
         list

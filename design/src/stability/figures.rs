@@ -51,7 +51,7 @@ impl<'a> Map<'a> {
         self.rules.push(Rule::Area(outline.clone(), shade));
         let mut border = outline;
         border.extend(border.first().copied());
-        self.rules.push(Rule::Border(border, 1));
+        self.rules.push(Rule::Border(border, 1.0));
         if let Some(at) = named {
             self.name(region.j, at, top);
         }
@@ -174,7 +174,7 @@ pub fn amplification(report: &Report) -> Diagram {
     });
     for stretch in stretches {
         let point = |s: &super::Steady| Some([w0 * s.eta * RPM, value(s)?]);
-        rules.push(Rule::Border(stretch.iter().filter_map(point).collect(), 2));
+        rules.push(Rule::Border(stretch.iter().filter_map(point).collect(), 2.0));
     }
     let own = report.transients.iter().flatten().filter_map(|t| Some([t.speed * RPM, value(&t.steady)?]));
     let own: Vec<[f64; 2]> = own.collect();
