@@ -2,6 +2,7 @@
 
 use camdrive::drives::Fault;
 use serde::Serialize;
+use std::fmt::Display;
 
 /// A table of texts.
 #[derive(Clone, Debug, PartialEq)]
@@ -121,6 +122,47 @@ impl Table {
     }
 }
 
+/// A report for a terminal, section by section.
+pub struct Page {
+    text: String,
+    width: usize,
+}
+
+impl Page {
+    /// A page that begins with this line, its tables for lines of `width` characters.
+    pub fn new(title: impl Display, width: usize) -> Self {
+        Page { text: format!("{title}\n"), width }
+    }
+
+    /// Lines as they are.
+    pub fn lines(&mut self, lines: impl IntoIterator<Item = impl Display>) -> &mut Self {
+        self.text.extend(lines.into_iter().map(|line| format!("{line}\n")));
+        self
+    }
+
+    /// Indented lines under a title, or below what is there already; nothing where there is no line.
+    pub fn section(&mut self, title: &str, lines: impl IntoIterator<Item = impl Display>) -> &mut Self {
+        let mut lines = lines.into_iter().peekable();
+        if lines.peek().is_some() && !title.is_empty() {
+            self.text += &format!("\n{title}\n");
+        }
+        self.lines(lines.map(|line| format!("  {line}")))
+    }
+
+    /// A table under a title; nothing where it has no row.
+    pub fn table(&mut self, title: &str, table: &Table) -> &mut Self {
+        if !table.rows.is_empty() {
+            self.text += &format!("\n{title}\n{}", table.text(self.width));
+        }
+        self
+    }
+
+    /// What is on it.
+    pub fn text(&mut self) -> String {
+        std::mem::take(&mut self.text)
+    }
+}
+
 /// A row of cells with their widths, in as many lines as the longest cell needs.
 fn lines(cells: Vec<(&str, usize)>) -> String {
     let cells: Vec<(Vec<&str>, usize)> =
@@ -186,7 +228,7 @@ pub fn full_or_empty(value: Option<f64>) -> String {
 /// # Errors
 /// None in practice: the writer fills memory.
 pub fn csv<S: AsRef<[u8]>>(head: &str, rows: impl IntoIterator<Item = Vec<S>>) -> Result<String, Fault> {
-    let fault = |e: &dyn std::fmt::Display| Fault(format!("the table cannot be written as CSV: {e}"));
+    let fault = |e: &dyn Display| Fault(format!("the table cannot be written as CSV: {e}"));
     let mut writer = csv::Writer::from_writer(Vec::new());
     writer.write_record(head.split(',')).map_err(|e| fault(&e))?;
     for row in rows {

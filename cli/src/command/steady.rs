@@ -1,6 +1,6 @@
 //! `camdrive steady SCENE`
 
-use super::{Failure, Format, NO_MOTION, driving, failure, files, read_all};
+use super::{Failure, Format, NO_MOTION, driving, failure, files};
 use camdrive::drives::Fault;
 use camdrive::drives::rigid_machine::orbits::{
     Motions, PeriodicMotion, all_motions, free_motion, periodic_motions, range,
@@ -55,15 +55,8 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         files::no_file(folder, "--report")?;
     }
     let place = args.scene.display();
-    let resolved = read_all(std::slice::from_ref(&args.scene))?.remove(0);
-    if resolved.model != "RigidMachine" {
-        let model = resolved.model.split('.').next().unwrap_or_default();
-        return Err(failure(format!(
-            "{place}: `model` = \"{model}\" has a prescribed motion of the drive; steady is for the model RigidMachine"
-        )));
-    }
-    let mut scene: Scene = serde_json::from_value(resolved.scene).map_err(failure)?;
-    let (load, period) = driving::read(&place.to_string(), &scene.motor, &args.load, args.period.as_ref())?;
+    let (resolved, mut scene) = driving::machine(&args.scene, "steady")?;
+    let (load, period) = driving::load(&place.to_string(), &scene.motor, &args.load, args.period.as_ref())?;
     let fault = |fault: Fault| failure(format!("{place}: {fault}"));
     let mut synchronous = None;
     let (Motions { found: motions, lost }, free) = match (scene.motor, period) {

@@ -1,7 +1,7 @@
 //! `camdrive synthesize TASK`
 
 use super::output::Bar;
-use super::{Failure, Format, files};
+use super::{Failure, Format, files, read};
 use crate::scene;
 use camdrive_design::synthesis::Infeasible;
 use camdrive_design::synthesis::study::{Assignment, Progress, Study};
@@ -81,7 +81,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 /// The scene that gets the cam, its own one or that of a follower, and the files that it was read from.
 fn machine(path: &Path, follower: Option<usize>) -> Result<(DocumentMut, Vec<PathBuf>), Failure> {
-    let resolved = scene::read(path).map_err(|faults| Failure(faults.to_string()))?;
+    let resolved = read(path)?;
     let document = files::document(path)?;
     let failure = |message: &str| Failure(format!("error: {}: {message}", path.display()));
     let followers = document.get("follower").and_then(|item| item.as_array_of_tables());

@@ -5,10 +5,9 @@ use super::remarks::degrees;
 use super::shaft::{Norm, ShaftGoal};
 use super::shaft_study::Shafted;
 use super::study::Study;
-use crate::text::{self, Table, csv, full, full_or_empty, number};
+use crate::text::{self, Page, Table, csv, full, full_or_empty, number};
 use camdrive::drives::Fault;
 use std::f64::consts::TAU;
-use std::fmt::Write as _;
 
 /// Points of the profile in its CSV.
 const POINTS: usize = 720;
@@ -28,9 +27,9 @@ impl Study {
     /// The report; its tables for lines of `width` characters.
     pub fn text(&self, width: usize) -> String {
         let task = &self.assignment.task;
-        let mut out = format!("{}\n", self.assignment.name);
+        let mut page = Page::new(&self.assignment.name, width);
         let mut line = |text: String| {
-            let _ = writeln!(out, "{text}");
+            page.lines([text]);
         };
         let objective = words(task.objective);
         match self.elastic.as_ref().and_then(|behind| Some((behind, behind.objective?))) {
@@ -75,29 +74,21 @@ impl Study {
                 ));
             }
         }
-        let _ = write!(out, "\nCoefficients\n{}", self.coefficients().text(width));
+        page.table("Coefficients", &self.coefficients());
         if !task.ranges.is_empty() {
             for (title, errors) in self.deviations() {
-                let _ = write!(out, "\n{title}\n{}", self.deviation_table(errors).text(width));
+                page.table(&title, &self.deviation_table(errors));
             }
         }
         if self.rivals.len() > 1 || self.elastic.is_some() {
-            let _ = write!(out, "\nMotion laws at this task\n{}", self.laws().text(width));
+            page.table("Motion laws at this task", &self.laws());
         }
         if let Some(shaft) = &self.shaft {
-            let _ = write!(out, "\nTorque in the elastic shaft\n{}", self.of_shaft(shaft).text(width));
-            for (w, fault) in &shaft.faults {
-                let _ = writeln!(out, "warning: at {} rpm: {fault}", number(w * 60.0 / TAU));
-            }
-            let _ = writeln!(out, "{}", nonlinear(shaft));
+            let fault = |(w, fault): &(f64, _)| format!("warning: at {} rpm: {fault}", number(w * 60.0 / TAU));
+            page.table("Torque in the elastic shaft", &self.of_shaft(shaft)).lines(shaft.faults.iter().map(fault));
+            page.lines([nonlinear(shaft)]);
         }
-        for text in self.of_elasticity() {
-            let _ = writeln!(out, "{text}");
-        }
-        if self.elastic.as_ref().is_some_and(|e| !e.resonances.is_empty()) {
-            let _ = write!(out, "\nResonances of the cam, kη = 1\n{}", self.resonances().text(width));
-        }
-        out
+        page.lines(self.of_elasticity()).table("Resonances of the cam, kη = 1", &self.resonances()).text()
     }
 
     fn objective_value(&self) -> String {
