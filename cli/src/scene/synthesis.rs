@@ -8,12 +8,13 @@ use super::models::{forbid, spring};
 use super::section::{ANY, Limits, NOT_NEGATIVE, POSITIVE, Section, within};
 use super::units;
 use camdrive::drives::unit::{self, Quantity};
-use camdrive_design::synthesis::shaft::{Norm, Shaft, ShaftGoal};
-use camdrive_design::synthesis::study::{Assignment, Elasticity, Method, Names};
 use camdrive_design::synthesis::Objective::{
-    Chebyshev, ChebyshevSum, DiscreteChebyshev, DiscreteLeastSquares, LeastSquares, PeakAcceleration, PeakTorque, ShaftTorque,
+    Chebyshev, ChebyshevSum, DiscreteChebyshev, DiscreteLeastSquares, LeastSquares, PeakAcceleration, PeakTorque,
+    ShaftTorque,
 };
-use camdrive_design::synthesis::{Basis, Bound, Objective, Point, Polynomial, Range, Search, Symmetry, Task};
+use camdrive_design::synthesis::shaft::{Shaft, ShaftGoal};
+use camdrive_design::synthesis::study::{Assignment, Elasticity, Method, Names};
+use camdrive_design::synthesis::{Basis, Bound, Norm, Objective, Point, Polynomial, Range, Search, Symmetry, Task};
 use std::f64::consts::TAU;
 use std::path::Path;
 

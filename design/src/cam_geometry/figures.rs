@@ -1,7 +1,6 @@
 //! Pressure angle and curvature over the turn as diagrams.
 
-use super::report::Shape;
-use super::{Cam, Side};
+use super::{Cam, Shape, Side};
 use crate::plot::{Axis, Diagram, Rule, Series};
 use std::f64::consts::TAU;
 

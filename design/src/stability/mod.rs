@@ -16,15 +16,14 @@ pub mod hill;
 pub mod map;
 pub mod modulation;
 mod orders;
-pub mod parallel;
 pub mod response;
-pub mod search;
 pub mod system;
 pub mod table;
 #[cfg(test)]
 mod tests;
 pub mod tongue;
 
+use crate::{parallel, search};
 use bounds::Bounds;
 use camdrive::drives::{Fault, PeriodicOscillator};
 use map::{Known, Modulation, Region};

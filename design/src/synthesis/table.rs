@@ -1,10 +1,10 @@
 //! The report of a synthesis: text for a terminal, CSV, JSON.
 
-use super::Objective;
-use super::remarks::degrees;
-use super::shaft::{Norm, ShaftGoal};
+use super::remarks::{degrees, rounded_down};
+use super::shaft::ShaftGoal;
 use super::shaft_study::Shafted;
 use super::study::Study;
+use super::{Norm, Objective};
 use crate::text::{self, Page, Table, csv, full, full_or_empty, number};
 use camdrive::drives::Fault;
 use std::f64::consts::TAU;
@@ -412,9 +412,4 @@ fn nonlinear(shaft: &Shafted) -> String {
     let faults = shaft.nonlinear.iter().filter_map(|at| Some((at.w, at.torque.as_ref().err()?)));
     lines.extend(faults.map(|(w, fault)| format!("warning: at {} rpm, nonlinear: {fault}", rpm(w))));
     lines.join("\n")
-}
-
-/// A speed ratio that is reached, to four places: rounded up, it would be beyond.
-pub(super) fn rounded_down(eta: f64) -> f64 {
-    (eta * 1e4).floor() / 1e4
 }
