@@ -7,6 +7,17 @@
 #![deny(unsafe_code)]
 #![warn(missing_docs)]
 
+/// How far a study is, for a progress bar.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress<'a> {
+    /// Parts of this stage that are done.
+    pub done: usize,
+    /// Of how many, as far as known.
+    pub total: usize,
+    /// What comes now.
+    pub stage: &'a str,
+}
+
 pub mod cam_geometry;
 pub mod clearance;
 pub mod compensation;

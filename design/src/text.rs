@@ -32,6 +32,14 @@ pub fn number(value: f64) -> String {
     format!("{short:e}")
 }
 
+/// So many significant digits, in powers of ten outside of 10^`low` … 1e6.
+pub fn digits(value: f64, count: usize, low: i32) -> String {
+    // The sum makes 0 of a negative zero.
+    let rounded = format!("{value:.0$e}", count - 1).parse().unwrap_or(value) + 0.0;
+    let plain = rounded == 0.0 || (10f64.powi(low)..1e6).contains(&rounded.abs());
+    if plain { rounded.to_string() } else { format!("{rounded:e}") }
+}
+
 /// A duration with a unit that suits it.
 pub fn time(seconds: f64) -> String {
     let (unit, scale) = [("s", 1.0), ("ms", 1e3), ("µs", 1e6), ("ns", 1e9)]

@@ -6,7 +6,7 @@ use crate::scene::Resolved;
 use camdrive::drives::unit;
 use camdrive::motion::table::Points;
 use camdrive::motion::{Cycle, CyclePlan, MotionLaw, StandardLaw};
-use camdrive_design::clearance::{self, Options, Progress, Report, figures, lists, table};
+use camdrive_design::clearance::{self, Options, Report, figures, lists, table};
 use camdrive_design::harmonic_analysis::analyse;
 use camdrive_design::text::{self, Page};
 use std::f64::consts::TAU;
@@ -88,10 +88,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let scene = read(&args.scene)?;
     let folder = files::folder(args.output.as_deref(), "clearance", &scene.name)?;
     let options = args.options(&scene)?;
-    let bar = Bar::new(&scene.name);
-    let tell = |Progress { done, total, law }: Progress<'_>| bar.tell(done, total, law);
-    let report = clearance::study(&scene.resource(), &options, tell);
-    bar.clear();
+    let report = Bar::beside(&scene.name, |tell| clearance::study(&scene.resource(), &options, tell));
     let report = report.map_err(|fault| failure(format!("{}: {fault}", args.scene.display())))?;
     let written = files::write(&parts(&folder, &report)?, &scene.files)?;
     args.format.print(|width| text(&report, width) + "\n" + &written, || text::json(&report))

@@ -1,7 +1,7 @@
 //! `camdrive describe SCENE`
 
 use super::{Failure, Format, failure, print, read, show, width};
-use crate::export;
+use crate::export::{self, model_description::unit};
 use crate::scene::Resolved;
 use crate::scene::units::short;
 use camdrive::drives::variable::{Causality, Kind, Variability};
@@ -126,13 +126,6 @@ fn start(d: &Description, value: f64) -> String {
         Kind::Boolean => (value != 0.0).to_string(),
         Kind::Enumeration(e) => e.items.get(value as usize - 1).map_or(String::new(), |(name, _)| (*name).to_owned()),
         _ => short(value),
-    }
-}
-
-fn unit(kind: &Kind) -> &'static str {
-    match kind {
-        Kind::Real { quantity, .. } => quantity.unit,
-        _ => "",
     }
 }
 

@@ -4,7 +4,7 @@ use super::output::Bar;
 use super::{Failure, Format, failure, files, quantity, read};
 use camdrive::drives::Fault;
 use camdrive::drives::unit;
-use camdrive_design::stability::{self, MOST_ORDERS, Options, Progress, Report, figures, table};
+use camdrive_design::stability::{self, MOST_ORDERS, Options, Report, figures, table};
 use camdrive_design::text::{self, Page};
 use std::path::{Path, PathBuf};
 
@@ -103,10 +103,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let fault = |fault: Fault| failure(format!("{}: {fault}", args.scene.display()));
     let folder = files::folder(args.output.as_deref(), "stability", &scene.name)?;
     let oscillator = scene.resource().oscillator().map_err(fault)?;
-    let bar = Bar::new(&scene.name);
-    let tell = |Progress { done, total, stage }: Progress| bar.tell(done, total, stage);
-    let report = stability::study([&scene.name, scene.model], &oscillator, &options, &tell);
-    bar.clear();
+    let of = [scene.name.as_str(), scene.model];
+    let report = Bar::beside(&scene.name, |tell| stability::study(of, &oscillator, &options, tell));
     let report = report.map_err(fault)?;
     let written = files::write(&parts(&folder, &report)?, &scene.files)?;
     args.format.print(|width| text(&report, width) + "\n" + &written, || text::json(&report))

@@ -4,7 +4,7 @@ use super::output::Bar;
 use super::{Failure, Format, files, read};
 use crate::scene;
 use camdrive_design::synthesis::Infeasible;
-use camdrive_design::synthesis::study::{Assignment, Progress, Study};
+use camdrive_design::synthesis::study::{Assignment, Study};
 use std::path::{Path, PathBuf};
 use toml_edit::{DocumentMut, Item, value};
 
@@ -60,9 +60,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             "error: --follower: there is no scene\n  = hint: name the machine with --scene".to_owned(),
         ));
     }
-    let bar = Bar::new(&assignment.name);
-    let study = assignment.study(&|Progress { done, total, stage }| bar.tell(done, total, stage));
-    bar.clear();
+    let study = Bar::beside(&assignment.name, |tell| assignment.study(&tell));
     let words = |fault: Infeasible| fault.words(&assignment.task, &assignment.names);
     let study = study.map_err(|fault| Failure(format!("error: {}: {}", args.task.display(), words(fault))))?;
     let profile = profile(&study, args, machine);

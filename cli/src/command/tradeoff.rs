@@ -5,7 +5,7 @@ use super::{Failure, failure, files, optional, read, show, width};
 use crate::scene::Resolved;
 use camdrive::drives::unit;
 use camdrive_design::text::{self, Page};
-use camdrive_design::tradeoff::{self, Options, Progress, Report, figures, table};
+use camdrive_design::tradeoff::{self, Options, Report, figures, table};
 use std::path::{Path, PathBuf};
 
 /// Measures speed against accuracy, and what each feature of the scene is worth.
@@ -69,11 +69,8 @@ impl StudyArgs {
 
     /// The study of a scene, with a progress bar where somebody looks.
     pub fn study(&self, path: &Path, scene: &Resolved) -> Result<Report, Failure> {
-        let bar = Bar::new(&scene.name);
-        let report = tradeoff::study(&scene.resource(), &self.options()?, |Progress { done, total, stage }| {
-            bar.tell(done, total, stage);
-        });
-        bar.clear();
+        let options = self.options()?;
+        let report = Bar::beside(&scene.name, |tell| tradeoff::study(&scene.resource(), &options, tell));
         report.map_err(|fault| failure(format!("{}: {fault}", path.display())))
     }
 }

@@ -13,6 +13,7 @@ mod tests;
 mod vibration;
 
 use crate::resource::Resource;
+use crate::text;
 use camdrive::drives::backlash::{self, BacklashDrive};
 use camdrive::drives::cam_drive::DriveMode;
 use camdrive::drives::elastic_output::{self, ElasticOutput};
@@ -224,8 +225,7 @@ fn stroke(positions: &[f64]) -> f64 {
 
 /// Four significant digits, in powers of ten where that is shorter.
 fn digits(value: f64) -> String {
-    let rounded = format!("{value:.3e}").parse().unwrap_or(value) + 0.0;
-    if rounded == 0.0 || (1e-3..1e6).contains(&rounded.abs()) { rounded.to_string() } else { format!("{rounded:e}") }
+    text::digits(value, 4, -3)
 }
 
 /// The value in a unit that suits its size.

@@ -2,7 +2,7 @@
 
 use super::tongue::Extent;
 use super::{BORDER, NEGLIGIBLE, Order, Report, TOLERATED, is_told};
-use crate::text::{NONE, Table, csv, full_or_empty, number};
+use crate::text::{NONE, Table, csv, digits, full_or_empty, number};
 use camdrive::drives::Fault;
 use std::fmt::Write as _;
 
@@ -15,11 +15,7 @@ pub const RPM: f64 = 60.0 / std::f64::consts::TAU;
 
 /// Six significant digits.
 pub fn exact(value: f64) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return if value.is_finite() { "0".to_owned() } else { "∞".to_owned() };
-    }
-    let rounded: f64 = format!("{value:.5e}").parse().unwrap_or(value);
-    if (1e-4..1e6).contains(&rounded.abs()) { rounded.to_string() } else { format!("{rounded:e}") }
+    if value.is_infinite() || value.is_nan() { "∞".to_owned() } else { digits(value, 6, -4) }
 }
 
 /// A range of speeds in rpm, in as many digits as tell its ends apart.
