@@ -11,6 +11,7 @@ pub mod fidelity;
 pub mod figures;
 pub mod reference;
 pub mod run;
+mod simplification;
 pub mod sweep;
 pub mod table;
 #[cfg(test)]
