@@ -236,9 +236,21 @@ pub fn full_or_empty(value: Option<f64>) -> String {
 /// # Errors
 /// None in practice: the writer fills memory.
 pub fn csv<S: AsRef<[u8]>>(head: &str, rows: impl IntoIterator<Item = Vec<S>>) -> Result<String, Fault> {
+    csv_with(head, &[], rows)
+}
+
+/// The same with more columns, whose headings may hold commas.
+///
+/// # Errors
+/// None in practice: the writer fills memory.
+pub fn csv_with<S: AsRef<[u8]>>(
+    head: &str,
+    more: &[&str],
+    rows: impl IntoIterator<Item = Vec<S>>,
+) -> Result<String, Fault> {
     let fault = |e: &dyn Display| Fault(format!("the table cannot be written as CSV: {e}"));
     let mut writer = csv::Writer::from_writer(Vec::new());
-    writer.write_record(head.split(',')).map_err(|e| fault(&e))?;
+    writer.write_record(head.split(',').chain(more.iter().copied())).map_err(|e| fault(&e))?;
     for row in rows {
         writer.write_record(&row).map_err(|e| fault(&e))?;
     }

@@ -163,7 +163,6 @@ pub fn csv(report: &Report) -> Result<String, Fault> {
     let names: Vec<&str> = report.outputs.iter().map(|output| output.name.as_str()).collect();
     let head = "kind,method,tolerance,step_size_s,inputs,without,instead,communication_step_s,error_or_change,output,\
                 known_to,error_estimate,cost_ns_per_ms,start_us,steps,evaluations,fault";
-    let head = [&[head][..], &names].concat().join(",");
     let mut rows = Vec::new();
     let word = |value: &Option<String>| value.clone().unwrap_or_default();
     let cost = |cost: Option<super::Cost>| {
@@ -198,5 +197,5 @@ pub fn csv(report: &Report) -> Result<String, Fault> {
         record.extend(names.iter().map(|name| full(feature.changes.get(*name).copied())));
         rows.push(record);
     }
-    text::csv(&head, rows)
+    text::csv_with(head, &names, rows)
 }
