@@ -190,7 +190,7 @@ fn parts(folder: &Path, report: &Report) -> Result<Vec<(PathBuf, String)>, Failu
 /// The report for a terminal: the scene's law in full, the others in the comparison.
 fn text(report: &Report, width: usize) -> String {
     let mut page = Page::new(format!("{}: passage of the clearance", report.scene), width);
-    page.section("", table::about(report));
+    page.lines([""]).section("", table::about(report));
     if let Some(study) = report.laws.first() {
         page.table("Passages", &table::of_passages(study))
             .section("Motion", table::of_motion(study))
