@@ -7,17 +7,31 @@
 #![deny(unsafe_code)]
 #![warn(missing_docs)]
 
+/// How far a study is, for a progress bar.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress<'a> {
+    /// Parts of this stage that are done.
+    pub done: usize,
+    /// Of how many, as far as known.
+    pub total: usize,
+    /// What comes now.
+    pub stage: &'a str,
+}
+
 pub mod cam_geometry;
 pub mod clearance;
 pub mod compensation;
 pub mod documentation;
+pub mod drawing;
 pub mod harmonic_analysis;
 #[allow(unsafe_code)]
 pub mod host;
 pub mod lever_law;
 pub mod overview;
+mod parallel;
 pub mod plot;
 pub mod resource;
+pub mod search;
 pub mod stability;
 pub mod synthesis;
 pub mod text;

@@ -5,17 +5,12 @@
 mod area;
 mod legend;
 mod look;
-mod places;
 mod rule;
 mod suited;
-mod ticks;
+pub mod ticks;
 
-use camdrive::drives::Fault;
-use look::{RULED, draw_line, draw_marker, look, marked};
-use places::Places;
-use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
-use plotters::style::{IntoFont, TextStyle};
+use crate::drawing::{Anchor, BLACK, Drawing, Frame, Ink, Point, Shape, WHITE};
+use look::{RULED, look, marked};
 use ticks::{angular_step, decimal, decimal_step, logarithmic_ticks};
 
 /// How an axis divides its length.
@@ -52,13 +47,19 @@ pub struct Series {
 }
 
 impl Series {
-    /// The lines in pixels between points that have no place, or each point for itself.
-    fn lines(
-        &self,
-        place: &dyn Fn(&[f64; 2]) -> Option<(f64, f64)>,
-        pixel: &dyn Fn(&(f64, f64)) -> (i32, i32),
-    ) -> Vec<Vec<(i32, i32)>> {
-        let of = |part: &[[f64; 2]]| part.iter().filter_map(place).map(|point| pixel(&point)).collect::<Vec<_>>();
+    /// Points joined by a line.
+    pub fn line(name: impl Into<String>, points: impl IntoIterator<Item = [f64; 2]>) -> Self {
+        Series { name: name.into(), points: points.into_iter().collect(), joined: true }
+    }
+
+    /// Points alone.
+    pub fn dots(name: impl Into<String>, points: impl IntoIterator<Item = [f64; 2]>) -> Self {
+        Series { joined: false, ..Series::line(name, points) }
+    }
+
+    /// The lines between points that have no place, or each point for itself.
+    fn lines(&self, place: impl Fn(&Point) -> Option<Point>) -> Vec<Vec<Point>> {
+        let of = |part: &[Point]| part.iter().filter_map(&place).collect::<Vec<_>>();
         if self.joined {
             self.points.split(|point| place(point).is_none()).filter(|part| !part.is_empty()).map(of).collect()
         } else {
@@ -77,7 +78,7 @@ pub enum Rule {
     /// A grey area within this outline, as far as the axes show it; the axes do not stretch for it.
     Area(Vec<[f64; 2]>, Shade),
     /// A line along these points of this thickness in pixels, as far as the axes show it; they do not stretch for it.
-    Border(Vec<[f64; 2]>, u32),
+    Border(Vec<[f64; 2]>, f64),
     /// A word above this point.
     Word([f64; 2], String),
     /// What areas of this shade are, or without a shade lines that have no name, for the legend.
@@ -94,8 +95,8 @@ pub enum Shade {
 }
 
 impl Shade {
-    fn grey(self) -> RGBColor {
-        if self == Shade::Pale { PALE_AREA } else { DARK_AREA }
+    fn ink(self) -> Ink {
+        Ink([if self == Shade::Pale { 0xec } else { 0xc4 }; 3])
     }
 }
 
@@ -114,27 +115,25 @@ pub struct Diagram {
     pub rules: Vec<Rule>,
 }
 
-/// The drawing library knows whole coordinates only: so many of them make a pixel, so that curves are smooth at any
-/// enlargement. Lengths of this file are in pixels; [`fine`] makes them coordinates.
-const FINE: i32 = 20;
-
-fn fine(pixels: i32) -> i32 {
-    pixels * FINE
-}
-
-const PLOT_WIDTH: u32 = 540;
-const HEIGHT: u32 = 400;
-/// The widths of letters differ; this is the mean of a sans-serif font, per height.
+/// Width of a plot with its axis, and its height with a short legend beside it.
+const PLOT_WIDTH: f64 = 540.0;
+const HEIGHT: f64 = 400.0;
+/// Room for the numbers and the name of an axis: left of the plot and below it; and for nothing, right of it and above.
+const LEFT: f64 = 96.0;
+const BELOW: f64 = 58.0;
+const ROOM: f64 = 14.0;
+/// The widths of letters differ; this is the mean of a sans-serif font, per height. The middle of a capital is at this height.
 const LETTER: f64 = 0.54;
-const TEXT: f64 = 13.0;
-const TITLE: f64 = 16.0;
+const MIDDLE: f64 = 0.36;
+const TEXT: f64 = 10.5;
+const TITLE: f64 = 13.0;
 /// That of a page of text, a browser's default.
 const PAGE_TEXT: f64 = 16.0;
-const LINE: i32 = 20;
-const INK: RGBColor = RGBColor(0x22, 0x22, 0x22);
-const PALE: RGBColor = RGBColor(0xdd, 0xdd, 0xdd);
-const PALE_AREA: RGBColor = RGBColor(0xec, 0xec, 0xec);
-const DARK_AREA: RGBColor = RGBColor(0xc4, 0xc4, 0xc4);
+const LINE: f64 = 20.0;
+/// Length of the marks of an axis.
+const TICK: f64 = 5.0;
+const GRID: Ink = Ink([0xdd; 3]);
+
 impl Axis {
     /// A logarithmic axis.
     pub fn logarithmic(label: &str) -> Self {
@@ -184,7 +183,7 @@ impl Axis {
         match self.scale {
             Scale::Linear | Scale::Angular => {
                 let parts = self.scale == Scale::Angular;
-                let step = if parts { angular_step(high - low) } else { decimal_step(high - low) };
+                let step = if parts { angular_step(high - low, 6.0) } else { decimal_step(high - low) };
                 let (first, last) = ((low / step).ceil() as i64, (high / step).floor() as i64);
                 (first..=last).map(|i| i as f64 * step).map(|v| (v, decimal(v, step))).collect()
             }
@@ -193,119 +192,25 @@ impl Axis {
     }
 }
 
-type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
-
-/// A line of this colour and thickness in pixels.
-fn thick(colour: RGBColor, pixels: u32) -> ShapeStyle {
-    ShapeStyle::from(colour).stroke_width(pixels * FINE as u32)
-}
-
-/// Text of this height in pixels.
-fn style(size: f64) -> TextStyle<'static> {
-    ("sans-serif", size * f64::from(FINE)).into_font().color(&INK)
-}
-
 impl Diagram {
+    /// A diagram of these data over two axes.
+    pub fn new(title: impl Into<String>, [x, y]: [Axis; 2], series: Vec<Series>, rules: Vec<Rule>) -> Self {
+        Diagram { title: title.into(), x, y, series, rules }
+    }
+
     /// The diagram as an SVG document; a legend that has no free place within the axes is beside them.
-    ///
-    /// # Errors
-    /// What the drawing library reports; nothing for memory.
-    pub fn svg(&self) -> Result<String, Fault> {
-        let size = [PLOT_WIDTH + self.legend_width(), HEIGHT.max(20 + self.legend_height())];
-        self.document(1.0, size, |root| root.split_horizontally(fine(PLOT_WIDTH as i32)))
+    pub fn svg(&self) -> String {
+        self.drawing(false).svg(&self.title, 1.0)
     }
 
     /// The same for a page of text: such a legend below, so that the picture need not be shrunk to the width of a page, and
     /// letters of the height of the page's.
-    ///
-    /// # Errors
-    /// What the drawing library reports; nothing for memory.
-    pub fn svg_for_page(&self) -> Result<String, Fault> {
-        let size = [PLOT_WIDTH.max(self.legend_width()), HEIGHT + self.legend_height()];
-        self.document(PAGE_TEXT / TEXT, size, |root| {
-            let (plot, legend) = root.split_vertically(fine(HEIGHT as i32));
-            (plot.shrink((0, 0), (fine(PLOT_WIDTH as i32) as u32, fine(HEIGHT as i32) as u32)), legend)
-        })
+    pub fn svg_for_page(&self) -> String {
+        self.drawing(true).svg(&self.title, PAGE_TEXT / TEXT)
     }
 
     fn entries(&self) -> usize {
         self.series.len() + self.keys().count()
-    }
-
-    fn legend_width(&self) -> u32 {
-        let names = self.series.iter().map(|series| &series.name).chain(self.keys().map(|(_, name)| name));
-        let longest = names.map(|name| name.chars().count()).max().unwrap_or(0);
-        64 + (LETTER * TEXT * longest as f64) as u32
-    }
-
-    fn legend_height(&self) -> u32 {
-        20 + LINE as u32 * self.entries() as u32
-    }
-
-    /// The title in lines that a picture of this width has room for.
-    fn title_lines(&self, width: u32) -> Vec<String> {
-        let room = (f64::from(width - 24) / (LETTER * TITLE)) as usize;
-        let mut lines: Vec<String> = Vec::new();
-        for word in self.title.split_whitespace() {
-            match lines.last_mut() {
-                Some(line) if line.chars().count() + word.chars().count() < room => *line += &format!(" {word}"),
-                _ => lines.push(word.to_owned()),
-            }
-        }
-        lines
-    }
-
-    /// The document shown `scale` times as large; where the legend has no place within the axes that of this size in pixels
-    /// without the title, in which `split` makes the areas of plot and legend.
-    fn document(
-        &self,
-        scale: f64,
-        size: [u32; 2],
-        split: impl for<'a> Fn(&Area<'a>) -> (Area<'a>, Area<'a>),
-    ) -> Result<String, Fault> {
-        let (inside, has_legend) = self.drawn([PLOT_WIDTH + 10, HEIGHT], scale, |root| (root.clone(), None))?;
-        if has_legend {
-            return Ok(inside);
-        }
-        let (apart, _) = self.drawn(size, scale, |root| {
-            let (plot, legend) = split(root);
-            (plot, Some(legend))
-        })?;
-        Ok(apart)
-    }
-
-    /// The document, and whether it has its legend: without an area of its own only where a place within the axes is free.
-    fn drawn(
-        &self,
-        size: [u32; 2],
-        scale: f64,
-        split: impl for<'a> Fn(&Area<'a>) -> (Area<'a>, Option<Area<'a>>),
-    ) -> Result<(String, bool), Fault> {
-        let diagram = self.suited();
-        let title = self.title_lines(size[0]);
-        let above = if title.is_empty() { 0 } else { LINE * title.len() as i32 + 8 };
-        let size = [size[0], size[1] + above as u32];
-        let mut text = String::new();
-        let has_legend = {
-            let coordinates = size.map(|pixels| pixels * FINE as u32);
-            let root = SVGBackend::with_string(&mut text, coordinates.into()).into_drawing_area();
-            let failed = |e: &dyn std::fmt::Display| Fault(format!("the diagram cannot be drawn: {e}"));
-            root.fill(&WHITE).map_err(|e| failed(&e))?;
-            for (i, line) in title.iter().enumerate() {
-                let at = (fine(12), fine(10 + LINE * i as i32));
-                root.draw(&Text::new(line.clone(), at, style(TITLE))).map_err(|e| failed(&e))?;
-            }
-            let (plot, legend) = split(&root.split_vertically(fine(above)).1);
-            let has_legend = diagram.draw(&plot, legend.as_ref()).map_err(|e| failed(&e))?;
-            root.present().map_err(|e| failed(&e))?;
-            has_legend
-        };
-        let label = self.title.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;");
-        let head = |[width, height]: [u32; 2]| format!("<svg width=\"{width}\" height=\"{height}\" ");
-        // The view box still has the coordinates.
-        let shown = head(size.map(|pixels| (scale * f64::from(pixels)).round() as u32));
-        let drawn = head(size.map(|pixels| pixels * FINE as u32));
-        Ok((text.replacen(&drawn, &format!("{shown}role=\"img\" aria-label=\"{label}\" "), 1), has_legend))
     }
 
     /// The entries of the legend beside those of the data; without shade that of a line.
@@ -316,144 +221,175 @@ impl Diagram {
         })
     }
 
-    /// Draws the legend within the axes where it has no area of its own; returns whether there was room for it.
-    fn draw(&self, plot: &Area<'_>, legend: Option<&Area<'_>>) -> Result<bool, Box<dyn std::error::Error>> {
-        let place = |[x, y]: &[f64; 2]| Some((self.x.place(*x)?, self.y.place(*y)?));
-        let places: Vec<Vec<(f64, f64)>> =
-            self.series.iter().map(|series| series.points.iter().filter_map(place).collect()).collect();
-        let rule = |rule: &Rule| match rule {
-            Rule::Vertical(x, _) => (self.x.place(*x), None),
-            Rule::Horizontal(y, _) => (None, self.y.place(*y)),
-            Rule::Area(..) | Rule::Border(..) | Rule::Word(..) | Rule::Key(..) => (None, None),
-        };
-        let rules: Vec<(Option<f64>, Option<f64>)> = self.rules.iter().map(rule).collect();
-        let x = self.x.span(places.iter().flatten().map(|p| p.0).chain(rules.iter().filter_map(|r| r.0)));
-        let y = self.y.span(places.iter().flatten().map(|p| p.1).chain(rules.iter().filter_map(|r| r.1)));
-        let (x_places, y_places) =
-            (Places { ends: x, ticks: self.x.ticks(x) }, Places { ends: y, ticks: self.y.ticks(y) });
-        let counts = (x_places.ticks.len().max(1), y_places.ticks.len().max(1));
-        let mut chart = ChartBuilder::on(plot)
-            .margin_top(fine(14))
-            .margin_right(fine(18))
-            .margin_left(fine(12))
-            .margin_bottom(fine(4))
-            .x_label_area_size(fine(54))
-            .y_label_area_size(fine(84))
-            .build_cartesian_2d(x_places, y_places)?;
-        chart
-            .configure_mesh()
-            .light_line_style(TRANSPARENT)
-            .bold_line_style(thick(PALE, 1))
-            .axis_style(thick(INK, 1))
-            .set_all_tick_mark_size(fine(5))
-            .label_style(style(TEXT))
-            .axis_desc_style(style(TEXT + 1.0))
-            .x_desc(self.x.label.as_str())
-            .y_desc(self.y.label.as_str())
-            .x_labels(counts.0)
-            .y_labels(counts.1)
-            .draw()?;
-        let area = chart.plotting_area().strip_coord_spec();
-        let pixel = |point: &(f64, f64)| {
-            let (px, py) = chart.backend_coord(point);
-            let (left, top) = area.get_base_pixel();
-            (px - left, py - top)
-        };
-        // What the legend keeps clear of.
-        let (mut borders, mut outlines) = (Vec::new(), Vec::new());
-        for rule in &self.rules {
-            if let Rule::Border(points, width) = rule {
-                let line: Vec<(f64, f64)> = points.iter().filter_map(place).collect();
-                for part in area::seen(&line, x, y) {
-                    let part: Vec<(i32, i32)> = part.iter().map(pixel).collect();
-                    area.draw(&PathElement::new(part.clone(), thick(INK, *width)))?;
-                    borders.push(part);
-                }
-            }
-            if let Rule::Word(at, word) = rule
-                && let Some(at) = place(at)
-            {
-                let text = style(TEXT - 1.0).pos(Pos::new(HPos::Center, VPos::Bottom));
-                let (px, py) = pixel(&at);
-                area.draw(&Text::new(word.clone(), (px, py - fine(2)), text))?;
-                let half = fine((0.5 * LETTER * TEXT * word.chars().count() as f64) as i32);
-                borders.push(vec![(px - half, py - fine(8)), (px + half, py - fine(8))]);
-            }
-            if let Rule::Area(outline, shade) = rule {
-                let outline: Vec<(f64, f64)> = outline.iter().filter_map(place).collect();
-                let seen: Vec<(i32, i32)> = area::within(&outline, x, y).iter().map(pixel).collect();
-                area.draw(&Polygon::new(seen.clone(), ShapeStyle::from(shade.grey()).filled()))?;
-                outlines.push(seen);
-            }
-        }
-        area.draw(&frame([(0, 0), pixel(&(x[1], y[0]))]))?;
-        let is_seen =
-            |place: Option<f64>, [low, high]: [f64; 2]| place.is_none_or(|place| (low..=high).contains(&place));
-        let seen = self.rules.iter().zip(&rules).filter(|(_, at)| is_seen(at.0, x) && is_seen(at.1, y));
-        let pixels_of =
-            |at: &(Option<f64>, Option<f64>)| (at.0.map(|x| pixel(&(x, y[0])).0), at.1.map(|y| pixel(&(x[0], y)).1));
-        let seen: Vec<(&Rule, rule::Place)> = seen.map(|(rule, at)| (rule, pixels_of(at))).collect();
-        let lines: Vec<Vec<Vec<(i32, i32)>>> = self.series.iter().map(|series| series.lines(&place, &pixel)).collect();
-        let corners = [pixel(&(x[0], y[0])), pixel(&(x[1], y[1]))];
-        borders.extend(rule::draw_rules(&area, &seen, corners, lines.concat())?);
-        for (i, (series, places)) in self.series.iter().zip(&places).enumerate() {
-            let points: Vec<(i32, i32)> = places.iter().map(pixel).collect();
-            if series.joined {
-                for line in lines[i].iter().filter(|line| line.len() > 1) {
-                    draw_line(&area, line, look(i))?;
-                }
-            }
-            for point in marked(&points, series.joined, i) {
-                draw_marker(&area, point, look(i))?;
-            }
-        }
-        if let Some(legend) = legend {
-            self.draw_legend(legend, (0, fine(10)))?;
-            return Ok(true);
-        }
-        if self.entries() == 0 {
-            return Ok(true);
-        }
-        let size = (fine(self.legend_width() as i32), fine(LINE * self.entries() as i32 + 8));
-        let Some((left, top)) = legend::free_place(size, corners, &borders, &outlines) else { return Ok(false) };
-        let ground = ShapeStyle::from(WHITE).filled();
-        area.draw(&Rectangle::new([(left, top), (left + size.0, top + size.1)], ground))?;
-        self.draw_legend(&area, (left, top))?;
-        Ok(true)
+    /// Width and height of the legend.
+    fn legend_size(&self) -> [f64; 2] {
+        let names = self.series.iter().map(|series| &series.name).chain(self.keys().map(|(_, name)| name));
+        let longest = names.map(|name| name.chars().count()).max().unwrap_or(0);
+        [64.0 + (LETTER * TEXT * longest as f64).floor(), 20.0 + LINE * self.entries() as f64]
     }
 
-    /// Draws the legend at this left upper corner.
-    fn draw_legend(&self, area: &Area<'_>, (left, top): (i32, i32)) -> Result<(), Box<dyn std::error::Error>> {
-        let (line, marker, name_at) = ([left + fine(6), left + fine(42)], left + fine(24), left + fine(50));
-        let height = |entry: usize| top + fine(14 + LINE * entry as i32);
-        let text = || style(TEXT).pos(Pos::new(HPos::Left, VPos::Center));
-        for (i, series) in self.series.iter().enumerate() {
-            let height = height(i);
-            if series.joined {
-                draw_line(area, &line.map(|x| (x, height)), look(i))?;
+    /// The title in lines that a picture of this width has room for.
+    fn title_lines(&self, width: f64) -> Vec<String> {
+        let room = ((width - 24.0) / (LETTER * TITLE)) as usize;
+        let mut lines: Vec<String> = Vec::new();
+        for word in self.title.split_whitespace() {
+            match lines.last_mut() {
+                Some(line) if line.chars().count() + word.chars().count() < room => *line += &format!(" {word}"),
+                _ => lines.push(word.to_owned()),
             }
-            draw_marker(area, (marker, height), look(i))?;
-            area.draw(&Text::new(series.name.clone(), (name_at, height), text()))?;
         }
-        for (i, (shade, name)) in self.keys().enumerate() {
-            let height = height(self.series.len() + i);
-            match shade {
-                Some(shade) => {
-                    let sample = [(line[0], height - fine(6)), (line[1], height + fine(6))];
-                    area.draw(&Rectangle::new(sample, ShapeStyle::from(shade.grey()).filled()))?;
-                    area.draw(&frame(sample))?;
+        lines
+    }
+
+    /// Title, plot and legend: within the axes where the data leave room, else below the plot or beside it.
+    fn drawing(&self, below: bool) -> Drawing {
+        let [wide, high] = self.legend_size();
+        let apart =
+            if below { [PLOT_WIDTH.max(wide), HEIGHT + high] } else { [PLOT_WIDTH + wide, HEIGHT.max(20.0 + high)] };
+        let within = self.composed([PLOT_WIDTH + 10.0, HEIGHT], |plot, shapes| {
+            let size = [wide, LINE * self.entries() as f64 + 8.0];
+            let corner = legend::free_place(size, plot, shapes)?;
+            Some((corner, Some(size)))
+        });
+        let corner = |[[left, right], [bottom, top]]: [[f64; 2]; 2]| {
+            if below { [left - LEFT, bottom + BELOW + 10.0] } else { [right + ROOM, top - ROOM + 10.0] }
+        };
+        within.unwrap_or_else(|| self.composed(apart, |plot, _| Some((corner(plot), None))).unwrap_or_default())
+    }
+
+    /// The drawing of this size below the title; `legend` chooses for this plot with these shapes its left upper corner, and its
+    /// size where it needs a white ground. None where it finds no place.
+    fn composed(
+        &self,
+        [width, height]: [f64; 2],
+        legend: impl Fn([[f64; 2]; 2], &[Shape]) -> Option<(Point, Option<[f64; 2]>)>,
+    ) -> Option<Drawing> {
+        let diagram = self.suited();
+        let title = self.title_lines(width);
+        let top = if title.is_empty() { 0.0 } else { LINE * title.len() as f64 + 8.0 };
+        let line = |(i, line)| Shape::text([12.0, 24.0 + LINE * i as f64], TITLE, Anchor::Start, line);
+        let mut shapes: Vec<Shape> = title.iter().enumerate().map(line).collect();
+        let plot = [[LEFT, PLOT_WIDTH - ROOM], [top + HEIGHT - BELOW, top + ROOM]];
+        let data = diagram.draw_plot(&mut shapes, plot);
+        if self.entries() > 0 {
+            let (corner, ground) = legend(plot, &shapes[data..])?;
+            if let Some([w, h]) = ground {
+                let [x, y] = corner;
+                shapes.push(Shape::Area { points: vec![[x, y], [x + w, y], [x + w, y + h], [x, y + h]], ink: WHITE });
+            }
+            diagram.draw_legend(&mut shapes, corner);
+        }
+        let [[left, right], [bottom, top_of_plot]] = plot;
+        shapes.push(framed([left, top_of_plot], [right, bottom]));
+        Some(Drawing { size: [width as u32, (top + height) as u32], shapes })
+    }
+
+    /// Draws axes, rules and data into the rectangle between these left and right, bottom and top ends; where the shapes of rules
+    /// and data begin.
+    fn draw_plot(&self, shapes: &mut Vec<Shape>, ends: [[f64; 2]; 2]) -> usize {
+        let place = |[x, y]: &Point| Some([self.x.place(*x)?, self.y.place(*y)?]);
+        let places: Vec<Point> = self.series.iter().flat_map(|series| series.points.iter().filter_map(place)).collect();
+        let rule = |rule: &Rule| match rule {
+            Rule::Vertical(x, _) => [self.x.place(*x), None],
+            Rule::Horizontal(y, _) => [None, self.y.place(*y)],
+            Rule::Area(..) | Rule::Border(..) | Rule::Word(..) | Rule::Key(..) => [None, None],
+        };
+        let ruled: Vec<rule::Place> = self.rules.iter().map(rule).collect();
+        let axes = [&self.x, &self.y];
+        let along = |i: usize| places.iter().map(move |p| p[i]).chain(ruled.iter().filter_map(move |r| r[i]));
+        let ranges: [[f64; 2]; 2] = std::array::from_fn(|i| axes[i].span(along(i)));
+        let frame = Frame { ends, ranges };
+        self.draw_axes(shapes, &frame);
+        let data = shapes.len();
+        for rule in &self.rules {
+            match rule {
+                Rule::Border(points, width) => {
+                    let line: Vec<Point> = points.iter().filter_map(place).collect();
+                    let parts = area::seen(&line, ranges).into_iter();
+                    shapes.extend(parts.map(|part| Shape::line(all(&part, &frame), *width, BLACK)));
                 }
-                None => draw_line(area, &line.map(|x| (x, height)), RULED)?,
+                Rule::Word(at, word) => shapes.extend(place(at).map(|at| {
+                    let [x, y] = frame.at(at);
+                    Shape::text([x, y - 4.0], TEXT - 1.0, Anchor::Middle, word)
+                })),
+                Rule::Area(outline, shade) => {
+                    let outline: Vec<Point> = outline.iter().filter_map(place).collect();
+                    let points = all(&area::within(&outline, ranges), &frame);
+                    shapes.push(Shape::Area { points, ink: shade.ink() });
+                }
+                Rule::Vertical(..) | Rule::Horizontal(..) | Rule::Key(..) => (),
             }
-            area.draw(&Text::new(name.clone(), (name_at, height), text()))?;
         }
-        Ok(())
+        let is_seen =
+            |at: &rule::Place| (0..2).all(|i| at[i].is_none_or(|v| (ranges[i][0]..=ranges[i][1]).contains(&v)));
+        let pixels = |at: &rule::Place| std::array::from_fn(|i| at[i].map(|v| frame.at([v; 2])[i]));
+        let seen = self.rules.iter().zip(&ruled).filter(|(_, at)| is_seen(at));
+        let seen: Vec<(&Rule, rule::Place)> = seen.map(|(rule, at)| (rule, pixels(at))).collect();
+        let lines: Vec<Vec<Vec<Point>>> =
+            self.series.iter().map(|series| series.lines(|point| place(point).map(|at| frame.at(at)))).collect();
+        rule::draw_rules(shapes, &seen, ends, lines.concat());
+        for (i, (series, lines)) in self.series.iter().zip(lines).enumerate() {
+            let markers = marked(&lines.concat(), series.joined, i);
+            let joined = lines.into_iter().filter(|line| series.joined && line.len() > 1);
+            shapes.extend(joined.map(|line| look(i).line(line)));
+            shapes.extend(markers.into_iter().flat_map(|point| look(i).marker(point)));
+        }
+        data
+    }
+
+    /// Grid, numbers and names of the axes.
+    fn draw_axes(&self, shapes: &mut Vec<Shape>, frame: &Frame) {
+        let [[left, right], [bottom, top]] = frame.ends;
+        for (place, text) in self.x.ticks(frame.ranges[0]) {
+            let [x, _] = frame.at([place; 2]);
+            shapes.push(Shape::line(vec![[x, bottom], [x, top]], 1.0, GRID));
+            shapes.push(Shape::line(vec![[x, bottom], [x, bottom + TICK]], 1.0, BLACK));
+            shapes.push(Shape::text([x, bottom + TICK + TEXT], TEXT, Anchor::Middle, text));
+        }
+        for (place, text) in self.y.ticks(frame.ranges[1]) {
+            let [_, y] = frame.at([place; 2]);
+            shapes.push(Shape::line(vec![[left, y], [right, y]], 1.0, GRID));
+            shapes.push(Shape::line(vec![[left - TICK, y], [left, y]], 1.0, BLACK));
+            shapes.push(Shape::text([left - TICK - 4.0, y + MIDDLE * TEXT], TEXT, Anchor::End, text));
+        }
+        let [x, y] = frame.ends.map(|[first, last]| 0.5 * (first + last));
+        shapes.push(Shape::text([x, bottom + 44.0], TEXT + 1.0, Anchor::Middle, &self.x.label));
+        let (size, anchor, text) = (TEXT + 1.0, Anchor::Middle, self.y.label.clone());
+        shapes.push(Shape::Text { at: [24.0, y], size, anchor, text, upright: true });
+    }
+
+    /// Draws the legend with this corner on its upper left.
+    fn draw_legend(&self, shapes: &mut Vec<Shape>, [left, top]: Point) {
+        let series = self.series.iter().map(|series| (&series.name, Some(series), None));
+        let entries = series.chain(self.keys().map(|(shade, name)| (name, None, shade)));
+        for (i, (name, series, shade)) in entries.enumerate() {
+            let ([from, to], height) = ([left + 6.0, left + 42.0], top + 14.0 + LINE * i as f64);
+            let line = vec![[from, height], [to, height]];
+            match (series, shade) {
+                (Some(series), _) => {
+                    shapes.extend(series.joined.then(|| look(i).line(line)));
+                    shapes.extend(look(i).marker([left + 24.0, height]));
+                }
+                (None, Some(shade)) => {
+                    let (low, high) = (height - 6.0, height + 6.0);
+                    let points = vec![[from, low], [to, low], [to, high], [from, high]];
+                    shapes.push(Shape::Area { points, ink: shade.ink() });
+                    shapes.push(framed([from, low], [to, high]));
+                }
+                (None, None) => shapes.push(RULED.line(line)),
+            }
+            shapes.push(Shape::text([left + 50.0, height + MIDDLE * TEXT], TEXT, Anchor::Start, name));
+        }
     }
 }
 
-/// The outline of a rectangle; the library draws those of its own in the thickness of a coordinate.
-fn frame([(left, top), (right, bottom)]: [(i32, i32); 2]) -> PathElement<(i32, i32)> {
-    PathElement::new(vec![(left, top), (right, top), (right, bottom), (left, bottom), (left, top)], thick(INK, 1))
+fn all(points: &[Point], frame: &Frame) -> Vec<Point> {
+    points.iter().map(|point| frame.at(*point)).collect()
+}
+
+/// The outline of a rectangle.
+fn framed([left, top]: Point, [right, bottom]: Point) -> Shape {
+    Shape::line(vec![[left, top], [right, top], [right, bottom], [left, bottom], [left, top]], 1.0, BLACK)
 }
 
 #[cfg(test)]
@@ -462,7 +398,6 @@ mod tests {
 
     #[test]
     fn any_data_give_a_well_formed_picture() {
-        let series = |points: Vec<[f64; 2]>, joined| Series { name: "a < b & c".to_owned(), points, joined };
         let data = [
             vec![],
             vec![[1.0, 1.0]],
@@ -475,19 +410,19 @@ mod tests {
                     title: "\"<&".to_owned(),
                     x: axis.clone(),
                     y: axis,
-                    series: vec![series(points.clone(), true); 12],
+                    series: vec![Series::line("a < b & c", points.clone()); 12],
                     rules: vec![
                         Rule::Vertical(0.0, "zero".into()),
                         Rule::Horizontal(1.0, "one".into()),
                         Rule::Area(vec![[1e-300, 1.0], [1e300, 1.0], [f64::NAN, 1.0], [1.0, 1e300]], Shade::Dark),
                         Rule::Area(Vec::new(), Shade::Pale),
-                        Rule::Border(vec![[1.0, 1.0], [f64::NAN, 2.0], [3.0, 1e3]], 1),
+                        Rule::Border(vec![[1.0, 1.0], [f64::NAN, 2.0], [3.0, 1e3]], 1.0),
                         Rule::Word([-1.0, f64::INFINITY], "<j>".into()),
                         Rule::Key(Some(Shade::Pale), "k & l".into()),
                         Rule::Key(None, "m < n".into()),
                     ],
                 };
-                let svg = diagram.svg().unwrap();
+                let svg = diagram.svg();
                 let mut reader = quick_xml::Reader::from_str(&svg);
                 while !matches!(reader.read_event().unwrap(), quick_xml::events::Event::Eof) {}
                 assert!(svg.contains("a &lt; b &amp; c") && svg.contains("aria-label"));
@@ -498,36 +433,26 @@ mod tests {
     #[test]
     fn on_a_page_letters_have_the_height_of_its_text() {
         let name = "a setting of the solver whose name is so long that the legend is wider than the plot is, by far";
-        let series = vec![Series { name: name.to_owned(), points: vec![[0.0, 1.0], [1.0, 2.0]], joined: true }; 30];
-        let diagram =
-            Diagram { title: String::new(), x: Axis::linear("x"), y: Axis::linear("y"), series, rules: Vec::new() };
-        let svg = diagram.svg_for_page().unwrap();
+        let series = vec![Series::line(name, [[0.0, 1.0], [1.0, 2.0]]); 30];
+        let diagram = Diagram::new("", ["x", "y"].map(Axis::linear), series, Vec::new());
+        let svg = diagram.svg_for_page();
         let number = |name: &str| -> Vec<f64> {
             let value = svg.split_once(&format!(" {name}=\"")).unwrap().1.split('"').next().unwrap();
             value.split(' ').map(|part| part.parse().unwrap()).collect()
         };
         let (width, height, coordinates) = (number("width")[0], number("height")[0], number("viewBox"));
-        assert!((width / coordinates[2] * TEXT * f64::from(FINE) - PAGE_TEXT).abs() < 0.05);
+        assert!((width / coordinates[2] * TEXT - PAGE_TEXT).abs() < 0.05);
         assert!((height / coordinates[3] - width / coordinates[2]).abs() < 1e-4);
         // 60 em less the margins of the page; the legend has room below the plot.
-        assert!(width < 928.0 && height > 16.0 / 13.0 * f64::from(HEIGHT + 30 * LINE as u32), "{width} × {height}");
+        assert!(width < 928.0 && height > 16.0 / 13.0 * (HEIGHT + 30.0 * LINE), "{width} × {height}");
         assert_eq!(svg.matches(name).count(), 30);
     }
 
     #[test]
     fn a_picture_is_drawn_finer_than_it_is_shown() {
-        let curve = (0..=1000).map(|i| 1e-3 * f64::from(i)).map(|x| [x, x * x]).collect();
-        let series = vec![Series { name: "x²".to_owned(), points: curve, joined: true }];
-        let diagram =
-            Diagram { title: String::new(), x: Axis::linear("x"), y: Axis::linear("y"), series, rules: Vec::new() };
-        let svg = diagram.svg().unwrap();
-        let number = |name: &str| -> Vec<f64> {
-            let value = svg.split_once(&format!(" {name}=\"")).unwrap().1.split('"').next().unwrap();
-            value.split(' ').map(|part| part.parse().unwrap()).collect()
-        };
-        let shown = [number("width")[0], number("height")[0]];
-        assert_eq!(shown[1], f64::from(HEIGHT));
-        assert_eq!(number("viewBox"), [0.0, 0.0, shown[0] * f64::from(FINE), shown[1] * f64::from(FINE)]);
+        let curve = (0..=1000).map(|i| 1e-3 * f64::from(i)).map(|x| [x, x * x]);
+        let diagram = Diagram::new("", ["x", "y"].map(Axis::linear), vec![Series::line("x²", curve)], Vec::new());
+        let svg = diagram.svg();
         // On whole pixels, a thousand points could not lie on a rising curve.
         let line = svg.split("<polyline").find(|part| part.matches(',').count() > 900).unwrap();
         let points = line.split_once("points=\"").unwrap().1.split('"').next().unwrap();

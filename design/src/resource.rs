@@ -4,8 +4,8 @@ use crate::documentation::Documentation;
 use camdrive::all_drives;
 use camdrive::drives::erased::{self, DynDrive, Unit};
 use camdrive::drives::resource::{Content, unknown};
-use camdrive::drives::simplification::{Simplification, Simplified};
 use camdrive::drives::{Curve, Drive, Fault, PeriodicOscillator};
+use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 /// All drive models.
@@ -33,6 +33,15 @@ impl Resource {
     /// Builds the drive.
     pub fn build(&self) -> Result<Box<dyn Described>, Fault> {
         (self.template()?.build)(&self.scene)
+    }
+
+    /// The scene of a model.
+    ///
+    /// # Errors
+    /// Where it is none of this model.
+    pub fn read<S: DeserializeOwned>(&self) -> Result<S, Fault> {
+        serde_json::from_value(self.scene.clone())
+            .map_err(|e| Fault(format!("the resolved scene of {} cannot be read: {e}", self.model)))
     }
 
     /// The drive as an oscillator with periodic coefficients.
@@ -89,8 +98,6 @@ pub struct Template {
     pub build: fn(&Value) -> Result<Box<dyn Described>, Fault>,
     /// The resolved scene as the runtime library reads them.
     pub encode: fn(&Value) -> Result<Vec<u8>, Fault>,
-    /// [`Drive::simplifications`] of a resolved scene.
-    pub simplifications: fn(&Value) -> Result<Vec<Simplification<Value>>, Fault>,
     /// [`Drive::oscillator`] of a resolved scene.
     pub oscillator: fn(&Value) -> Result<Option<PeriodicOscillator>, Fault>,
 }
@@ -98,13 +105,7 @@ pub struct Template {
 impl Template {
     /// The entry of the drive type `D`.
     pub const fn of<D: Drive>() -> Self {
-        Template {
-            name: D::MODEL,
-            build: build::<D>,
-            encode: encode::<D>,
-            simplifications: simplifications::<D>,
-            oscillator: oscillator::<D>,
-        }
+        Template { name: D::MODEL, build: build::<D>, encode: encode::<D>, oscillator: oscillator::<D> }
     }
 }
 
@@ -126,15 +127,4 @@ fn encode<D: Drive>(json: &Value) -> Result<Vec<u8>, Fault> {
 
 fn oscillator<D: Drive>(json: &Value) -> Result<Option<PeriodicOscillator>, Fault> {
     Ok(D::oscillator(&scene::<D>(json)?))
-}
-
-fn simplifications<D: Drive>(json: &Value) -> Result<Vec<Simplification<Value>>, Fault> {
-    let erased = |Simplification { feature, instead, model }: Simplification<D::Scene>| {
-        let model = match model {
-            Simplified::Scene(scene) => Simplified::Scene(serde_json::to_value(scene).map_err(|e| fault::<D>(&e))?),
-            Simplified::Formula(formula) => Simplified::Formula(formula),
-        };
-        Ok(Simplification { feature, instead, model })
-    };
-    D::simplifications(&scene::<D>(json)?).into_iter().map(erased).collect()
 }

@@ -2,6 +2,7 @@
 
 use camdrive::drives::Fault;
 use serde::Serialize;
+use std::fmt::Display;
 
 /// A table of texts.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,6 +30,14 @@ pub fn number(value: f64) -> String {
     // An error of 3.214e-9 is one of 3.2e-9.
     let short: f64 = format!("{value:.1e}").parse().unwrap_or(value);
     format!("{short:e}")
+}
+
+/// So many significant digits, in powers of ten outside of 10^`low` … 1e6.
+pub fn digits(value: f64, count: usize, low: i32) -> String {
+    // The sum makes 0 of a negative zero.
+    let rounded = format!("{value:.0$e}", count - 1).parse().unwrap_or(value) + 0.0;
+    let plain = rounded == 0.0 || (10f64.powi(low)..1e6).contains(&rounded.abs());
+    if plain { rounded.to_string() } else { format!("{rounded:e}") }
 }
 
 /// A duration with a unit that suits it.
@@ -61,6 +70,11 @@ const MOST_REPEATED: usize = 3;
 const BELOW: usize = 6;
 
 impl Table {
+    /// A table of these rows under headings that are two blanks apart.
+    pub fn new(head: &str, rows: impl IntoIterator<Item = Vec<String>>) -> Self {
+        Table { head: head.split("  ").map(str::to_owned).collect(), rows: rows.into_iter().collect() }
+    }
+
     /// The table in columns for lines of `width` characters. Where it is wider, prose in the last column is wrapped, or stands
     /// below its row; then the widest columns are; what does not fit side by side at all follows below, each time beside the
     /// columns that tell the rows apart.
@@ -116,6 +130,47 @@ impl Table {
     }
 }
 
+/// A report for a terminal, section by section.
+pub struct Page {
+    text: String,
+    width: usize,
+}
+
+impl Page {
+    /// A page that begins with this line, its tables for lines of `width` characters.
+    pub fn new(title: impl Display, width: usize) -> Self {
+        Page { text: format!("{title}\n"), width }
+    }
+
+    /// Lines as they are.
+    pub fn lines(&mut self, lines: impl IntoIterator<Item = impl Display>) -> &mut Self {
+        self.text.extend(lines.into_iter().map(|line| format!("{line}\n")));
+        self
+    }
+
+    /// Indented lines under a title, or below what is there already; nothing where there is no line.
+    pub fn section(&mut self, title: &str, lines: impl IntoIterator<Item = impl Display>) -> &mut Self {
+        let mut lines = lines.into_iter().peekable();
+        if lines.peek().is_some() && !title.is_empty() {
+            self.text += &format!("\n{title}\n");
+        }
+        self.lines(lines.map(|line| format!("  {line}")))
+    }
+
+    /// A table under a title; nothing where it has no row.
+    pub fn table(&mut self, title: &str, table: &Table) -> &mut Self {
+        if !table.rows.is_empty() {
+            self.text += &format!("\n{title}\n{}", table.text(self.width));
+        }
+        self
+    }
+
+    /// What is on it.
+    pub fn text(&mut self) -> String {
+        std::mem::take(&mut self.text)
+    }
+}
+
 /// A row of cells with their widths, in as many lines as the longest cell needs.
 fn lines(cells: Vec<(&str, usize)>) -> String {
     let cells: Vec<(Vec<&str>, usize)> =
@@ -167,14 +222,36 @@ pub fn wrapped(text: &str, width: usize) -> String {
     text.split('\n').map(line).collect::<Vec<_>>().join("\n")
 }
 
-/// A table of numbers as CSV.
+/// A number with all its digits, as a file has it.
+pub fn full(value: f64) -> String {
+    format!("{value:e}")
+}
+
+/// The same, empty where there is none.
+pub fn full_or_empty(value: Option<f64>) -> String {
+    value.map_or(String::new(), full)
+}
+
+/// A table as CSV under this line of headings.
 ///
 /// # Errors
 /// None in practice: the writer fills memory.
-pub fn csv<S: AsRef<[u8]>>(head: &[&str], rows: impl IntoIterator<Item = Vec<S>>) -> Result<String, Fault> {
-    let fault = |e: &dyn std::fmt::Display| Fault(format!("the table cannot be written as CSV: {e}"));
+pub fn csv<S: AsRef<[u8]>>(head: &str, rows: impl IntoIterator<Item = Vec<S>>) -> Result<String, Fault> {
+    csv_with(head, &[], rows)
+}
+
+/// The same with more columns, whose headings may hold commas.
+///
+/// # Errors
+/// None in practice: the writer fills memory.
+pub fn csv_with<S: AsRef<[u8]>>(
+    head: &str,
+    more: &[&str],
+    rows: impl IntoIterator<Item = Vec<S>>,
+) -> Result<String, Fault> {
+    let fault = |e: &dyn Display| Fault(format!("the table cannot be written as CSV: {e}"));
     let mut writer = csv::Writer::from_writer(Vec::new());
-    writer.write_record(head).map_err(|e| fault(&e))?;
+    writer.write_record(head.split(',').chain(more.iter().copied())).map_err(|e| fault(&e))?;
     for row in rows {
         writer.write_record(&row).map_err(|e| fault(&e))?;
     }

@@ -22,7 +22,6 @@ pub mod parametric;
 pub mod resource;
 pub mod response;
 pub mod rigid_machine;
-pub mod simplification;
 pub mod solver;
 pub mod unit;
 pub mod variable;
@@ -34,7 +33,6 @@ pub use experiment::Experiment;
 pub use model::Model;
 pub use number::{Number, Rounded};
 pub use oscillator::PeriodicOscillator;
-pub use simplification::Simplification;
 pub use variable::{Description, List, Variable};
 
 use serde::{Serialize, de::DeserializeOwned};
@@ -140,11 +138,6 @@ pub trait Drive: Clone + Serialize + DeserializeOwned + Send + Sync + 'static {
     /// Curves that picture the drive, the most telling first: for a cam drive [`Curve::of_law`]. Without any,
     /// the documentation has no drawing.
     fn curves(&self) -> Vec<Curve> {
-        Vec::new()
-    }
-
-    /// The scene with one of its features left out, for each feature that it has; the names of the outputs stay.
-    fn simplifications(_scene: &Self::Scene) -> Vec<Simplification<Self::Scene>> {
         Vec::new()
     }
 

@@ -1,11 +1,10 @@
 //! `camdrive cam SCENE`
 
-use super::{Failure, failure, files, read_all, show, tell, width};
+use super::{Failure, failure, files, read, show, tell, width};
 use crate::scene::geometry::CamPlan;
 use crate::scene::units;
 use camdrive::drives::{Fault, unit};
-use camdrive_design::cam_geometry::report::{Shape, Tolerances};
-use camdrive_design::cam_geometry::{Finding, Verdict};
+use camdrive_design::cam_geometry::{Finding, Shape, Tolerances, Verdict};
 use camdrive_design::text;
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -85,9 +84,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         chord: length("chord-error", &args.chord_error)?,
         table: length("table-error", &args.table_error)?,
     };
-    let scene = read_all(std::slice::from_ref(&args.scene))?.remove(0);
-    let folder = args.output.clone().unwrap_or_else(|| PathBuf::from(format!("cam-{}", scene.name)));
-    files::no_file(&folder, "-o")?;
+    let scene = read(&args.scene)?;
+    let folder = files::folder(args.output.as_deref(), "cam", &scene.name)?;
     let followers = scene.scene.get("followers").and_then(|list| list.as_array()).map_or(0, Vec::len);
     let cams = chosen(args, &scene.cams, followers)?;
     if cams.is_empty() {

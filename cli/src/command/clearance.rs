@@ -1,16 +1,15 @@
 //! `camdrive clearance SCENE`
 
 use super::output::Bar;
-use super::{Failure, Format, files, read_all};
-use crate::scene::{Resolved, units};
-use camdrive::drives::unit::{self, Quantity};
+use super::{Failure, Format, failure, files, optional, read};
+use crate::scene::Resolved;
+use camdrive::drives::unit;
 use camdrive::motion::table::Points;
 use camdrive::motion::{Cycle, CyclePlan, MotionLaw, StandardLaw};
-use camdrive_design::clearance::{self, Options, Progress, Report, figures, lists, table};
+use camdrive_design::clearance::{self, Options, Report, figures, lists, table};
 use camdrive_design::harmonic_analysis::analyse;
-use camdrive_design::text;
+use camdrive_design::text::{self, Page};
 use std::f64::consts::TAU;
-use std::fmt::Write as _;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
@@ -86,31 +85,17 @@ const TURNS: RangeInclusive<usize> = 2..=1_000_000;
 const ANALYSED: usize = 4096;
 
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let scenes = read_all(std::slice::from_ref(&args.scene))?;
-    for scene in &scenes {
-        let folder = args.output.clone().unwrap_or_else(|| PathBuf::from(format!("clearance-{}", scene.name)));
-        files::no_file(&folder, "-o")?;
-        let options = args.options(scene)?;
-        let bar = Bar::new(&scene.name);
-        let tell = |Progress { done, total, law }: Progress<'_>| bar.tell(done, total, law);
-        let report = clearance::study(&scene.resource(), &options, tell);
-        bar.clear();
-        let report = report.map_err(|fault| Failure(format!("error: {}: {fault}", args.scene.display())))?;
-        let written = files::write(&parts(&folder, &report)?, &scene.files)?;
-        args.format.print(|width| text(&report, width) + "\n" + &written, || text::json(&report))?;
-    }
-    Ok(())
+    let scene = read(&args.scene)?;
+    let folder = files::folder(args.output.as_deref(), "clearance", &scene.name)?;
+    let options = args.options(&scene)?;
+    let report = Bar::beside(&scene.name, |tell| clearance::study(&scene.resource(), &options, tell));
+    let report = report.map_err(|fault| failure(format!("{}: {fault}", args.scene.display())))?;
+    let written = files::write(&parts(&folder, &report)?, &scene.files)?;
+    args.format.print(|width| text(&report, width) + "\n" + &written, || text::json(&report))
 }
 
 impl Args {
     fn options(&self, scene: &Resolved) -> Result<Options, Failure> {
-        let value = |name: &str, text: &Option<String>, quantity: &'static Quantity| {
-            let parse = |text: &String| {
-                units::parse(text, quantity)
-                    .map_err(|e| Failure(format!("error: --{name}: {}\n  = hint: {}", e.message, e.hint)))
-            };
-            text.as_ref().map(parse).transpose()
-        };
         if let Some(turns) = self.turns.filter(|turns| !TURNS.contains(turns)) {
             let text = format!("error: --turns: {turns} is outside [{}, {}]", TURNS.start(), TURNS.end());
             return Err(Failure(text + "\n  = hint: half of them are left out; leave it out for 40"));
@@ -120,10 +105,10 @@ impl Args {
             laws.extend(compared(name.trim(), scene)?);
         }
         Ok(Options {
-            clearance: value("clearance", &self.clearance, &unit::LENGTH)?,
-            m1: value("m1", &self.m1, &unit::MASS)?,
-            speed: value("speed", &self.speed, &unit::ANGULAR_VELOCITY)?,
-            natural_frequency: value("natural-frequency", &self.natural_frequency, &unit::ANGULAR_VELOCITY)?,
+            clearance: optional("clearance", &self.clearance, &unit::LENGTH)?,
+            m1: optional("m1", &self.m1, &unit::MASS)?,
+            speed: optional("speed", &self.speed, &unit::ANGULAR_VELOCITY)?,
+            natural_frequency: optional("natural-frequency", &self.natural_frequency, &unit::ANGULAR_VELOCITY)?,
             turns: self.turns,
             ignore: self.ignore,
             quick: self.quick,
@@ -145,8 +130,8 @@ fn cam(scene: &Resolved) -> Result<MotionLaw, Failure> {
 /// The laws that a name stands for, in the place of the scene's.
 fn compared(name: &str, scene: &Resolved) -> Result<Vec<(String, MotionLaw)>, Failure> {
     if name.ends_with(".toml") {
-        let other = read_all(&[PathBuf::from(name)])?;
-        return other.iter().map(|other| Ok((other.name.clone(), cam(other)?))).collect();
+        let other = read(Path::new(name))?;
+        return Ok(vec![(other.name.clone(), cam(&other)?)]);
     }
     let own = cam(scene)?;
     let harmonics = name.strip_prefix("hs").and_then(|count| count.parse::<usize>().ok());
@@ -155,10 +140,10 @@ fn compared(name: &str, scene: &Resolved) -> Result<Vec<(String, MotionLaw)>, Fa
         let lifts = angles.iter().map(|phi| own.at(*phi).0[0]).collect();
         let most = 256;
         if harmonics == 0 || harmonics > most {
-            return Err(Failure(format!("error: --compare {name}: from hs1 to hs{most}")));
+            return Err(failure(format!("--compare {name}: from hs1 to hs{most}")));
         }
-        let analysis = analyse(Points { angles, lifts }, harmonics)
-            .map_err(|e| Failure(format!("error: --compare {name}: {e}")))?;
+        let analysis =
+            analyse(Points { angles, lifts }, harmonics).map_err(|e| failure(format!("--compare {name}: {e}")))?;
         return Ok(vec![(name.to_owned(), MotionLaw::Fourier(analysis.series))]);
     }
     let full = SHORT_NAMES.iter().find(|(short, _)| *short == name).map_or(name, |(_, full)| full);
@@ -193,40 +178,26 @@ fn parts(folder: &Path, report: &Report) -> Result<Vec<(PathBuf, String)>, Failu
         ("after_impact.csv", lists::after_impact_csv(report)),
         ("passage_time.csv", lists::passage_time_csv(report)),
         ("map.csv", lists::map_csv(report)),
-        ("passage_time.svg", figures::passage_time(report).svg()),
-        ("multiple_impacts.svg", figures::multiple_impacts(report).svg()),
-        ("deformation.svg", figures::deformation(report).svg()),
-        ("force.svg", figures::force(report).svg()),
-        ("acceleration.svg", figures::acceleration(report).svg()),
+        ("passage_time.svg", Ok(figures::passage_time(report).svg())),
+        ("multiple_impacts.svg", Ok(figures::multiple_impacts(report).svg())),
+        ("deformation.svg", Ok(figures::deformation(report).svg())),
+        ("force.svg", Ok(figures::force(report).svg())),
+        ("acceleration.svg", Ok(figures::acceleration(report).svg())),
     ];
     files::report(folder, &report.scene, parts)
 }
 
 /// The report for a terminal: the scene's law in full, the others in the comparison.
 fn text(report: &Report, width: usize) -> String {
-    let mut out = format!("{}: passage of the clearance\n", report.scene);
-    // A table has two blanks of its own before each line.
-    let of = |table: table::Table| -> Vec<String> {
-        table.text(width).lines().map(|line| line.strip_prefix("  ").unwrap_or(line).to_owned()).collect()
-    };
-    let mut add = |title: &str, lines: Vec<String>| {
-        if !lines.is_empty() {
-            let _ = writeln!(out, "{title}");
-        }
-        for line in lines {
-            let _ = writeln!(out, "  {line}");
-        }
-    };
-    add("", table::about(report));
+    let mut page = Page::new(format!("{}: passage of the clearance", report.scene), width);
+    page.lines([""]).section("", table::about(report));
     if let Some(study) = report.laws.first() {
-        if !study.passages.is_empty() {
-            add("\nPassages", of(table::of_passages(study)));
-        }
-        add("\nMotion", table::of_motion(study));
-        add("\nWithout multiple impacts", table::of_tuning(report, study));
+        page.table("Passages", &table::of_passages(study))
+            .section("Motion", table::of_motion(study))
+            .section("Without multiple impacts", table::of_tuning(report, study));
     }
     if report.laws.len() > 1 {
-        add("\nLaws", of(table::of_laws(report)).into_iter().chain(table::below_laws(report)).collect());
+        page.table("Laws", &table::of_laws(report)).section("", table::below_laws(report));
     }
-    out
+    page.text()
 }

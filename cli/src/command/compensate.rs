@@ -1,7 +1,7 @@
 //! `camdrive compensate SCENE`
 
-use super::{Failure, driving, failure, files, read_all, show, width};
-use camdrive::drives::rigid_machine::{self, Inertia, Motor};
+use super::{Failure, driving, failure, files, read, show, width};
+use camdrive::drives::rigid_machine::{Inertia, Motor};
 use camdrive::motion::MotionLaw;
 use camdrive_design::compensation::orbit::Driving;
 use camdrive_design::compensation::report::{Options, Report, study};
@@ -100,15 +100,8 @@ struct Machine {
 
 fn machine(args: &Args) -> Result<Machine, Failure> {
     let place = args.scene.display();
-    let resolved = read_all(std::slice::from_ref(&args.scene))?.remove(0);
-    if resolved.model != "RigidMachine" {
-        return Err(failure(format!(
-            "{place}: `model` = \"{}\" has a prescribed motion of the drive; compensation is for the model RigidMachine",
-            resolved.model.split('.').next().unwrap_or_default()
-        )));
-    }
-    let scene: rigid_machine::Scene = serde_json::from_value(resolved.scene).map_err(failure)?;
-    let (load, period) = driving::read(&place.to_string(), &scene.motor, &args.load, args.period.as_ref())?;
+    let (resolved, scene) = driving::machine(&args.scene, "compensation")?;
+    let (load, period) = driving::load(&place.to_string(), &scene.motor, &args.load, args.period.as_ref())?;
     let count = scene.followers.len();
     if let Some(wrong) = args.keep.iter().find(|j| !(1..=count).contains(j)) {
         return Err(failure(format!("--keep: there is no follower {wrong}; the scene has {count}, counted from 1")));
@@ -180,10 +173,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let mut parts = vec![
             ("compensation.csv".to_owned(), report.csv()),
             ("compensation.json".to_owned(), text::json(&report)),
-            ("speed.svg".to_owned(), report.speed_diagram().svg()),
+            ("speed.svg".to_owned(), Ok(report.speed_diagram().svg())),
         ];
         for (place, j) in machine.tools.iter().enumerate() {
-            parts.push((format!("tool{}.svg", j + 1), report.acceleration_diagram(place).svg()));
+            parts.push((format!("tool{}.svg", j + 1), Ok(report.acceleration_diagram(place).svg())));
         }
         results.extend(files::report(folder, &machine.name, parts)?);
     }
@@ -262,7 +255,7 @@ fn cams(machine: &Machine, report: &Report, output: &Path) -> Result<Vec<Cam>, F
             let lift = if machine.turning[place] { "lift_rad" } else { "lift_m" };
             let points = points.points();
             let rows = points.angles.iter().zip(&points.lifts).map(|(phi, u)| vec![phi.to_string(), format!("{u:e}")]);
-            let text = text::csv(&["phi_rad", lift], rows).map_err(failure)?;
+            let text = text::csv(&format!("phi_rad,{lift}"), rows).map_err(failure)?;
             let mut table = Table::new();
             table["law"] = value("table");
             table["file"] = value(name.clone());
@@ -326,7 +319,7 @@ fn with_cam(
     let number: usize = number.trim().parse().map_err(|_| wrong())?;
     let place = machine.tools.iter().position(|j| j + 1 == number).ok_or_else(wrong)?;
     let path = PathBuf::from(file.trim());
-    let scene = read_all(std::slice::from_ref(&path))?.remove(0);
+    let scene = read(&path)?;
     if machine.turning[place] {
         return Err(failure(format!(
             "--cam: the cam of follower {number} moves a lever or a tool by an angle; the cam of {} moves a mass along a line",

@@ -1,15 +1,14 @@
 //! `camdrive describe SCENE`
 
-use super::{Failure, Format, print, read_all, show, width};
-use crate::export;
+use super::{Failure, Format, failure, print, read, show, width};
+use crate::export::{self, model_description::unit};
 use crate::scene::Resolved;
 use crate::scene::units::short;
 use camdrive::drives::variable::{Causality, Kind, Variability};
 use camdrive::drives::{Description, DynDrive, Fault};
 use camdrive_design::resource::Described;
-use camdrive_design::text::{self, Table};
+use camdrive_design::text::{self, Page, Table};
 use serde_json::{Value, json};
-use std::fmt::Write as _;
 use std::path::PathBuf;
 
 /// Prints the interface of the FMU without packing it.
@@ -31,15 +30,8 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let scenes = read_all(std::slice::from_ref(&args.scene))?;
-    for resolved in &scenes {
-        describe(resolved, args)?;
-    }
-    Ok(())
-}
-
-fn describe(resolved: &Resolved, args: &Args) -> Result<(), Failure> {
-    let fault = |fault: Fault| Failure(format!("error: {fault}"));
+    let resolved = &read(&args.scene)?;
+    let fault = |fault: Fault| failure(fault);
     if args.xml {
         return print(&export::describe(&resolved.resource(), &resolved.description).map_err(fault)?);
     }
@@ -84,40 +76,23 @@ fn data(resolved: &Resolved, drive: &mut dyn Described) -> Result<Value, Fault> 
 /// The description of a drive that is set up.
 fn text(resolved: &Resolved, drive: &mut dyn Described) -> Result<String, Fault> {
     let documentation = drive.documentation()?;
-    let mut out = format!("{} ({})\n", resolved.name, resolved.model);
-    if !resolved.description.is_empty() {
-        let _ = writeln!(out, "{}", resolved.description);
-    }
-    let _ = writeln!(out, "\n{}", documentation.summary);
-    heading(&mut out, "Equations");
-    for equation in &documentation.equations {
-        let _ = writeln!(out, "  {}: {}", equation.title, equation.text);
-    }
-    heading(&mut out, "Variables");
-    out.push_str(&variables(drive)?);
-    heading(&mut out, "Solver and accuracy");
-    for (quantity, statement) in &documentation.accuracy {
-        let _ = writeln!(out, "  {quantity}: {statement}");
-    }
-    heading(&mut out, "Limits");
-    for limit in &documentation.limits {
-        let _ = writeln!(out, "  {limit}");
-    }
-    heading(&mut out, "Default experiment");
     let e = drive.experiment();
-    let _ =
-        writeln!(out, "  stop time {} s, step {} s, tolerance {}", short(e.stop), short(e.step), short(e.tolerance));
-    Ok(out)
-}
-
-fn heading(out: &mut String, title: &str) {
-    let _ = writeln!(out, "\n{title}");
+    let [stop, step, tolerance] = [e.stop, e.step, e.tolerance].map(short);
+    let text = Page::new(format!("{} ({})", resolved.name, resolved.model), width())
+        .lines(Some(&resolved.description).filter(|text| !text.is_empty()))
+        .lines(["", &documentation.summary])
+        .section("Equations", documentation.equations.iter().map(|e| format!("{}: {}", e.title, e.text)))
+        .table("Variables", &variables(drive)?)
+        .section("Solver and accuracy", documentation.accuracy.iter().map(|(of, text)| format!("{of}: {text}")))
+        .section("Limits", &documentation.limits)
+        .section("Default experiment", [format!("stop time {stop} s, step {step} s, tolerance {tolerance}")])
+        .text();
+    Ok(text)
 }
 
 /// One line per variable, in columns.
-fn variables(drive: &mut dyn DynDrive) -> Result<String, Fault> {
+fn variables(drive: &mut dyn DynDrive) -> Result<Table, Fault> {
     let descriptions: Vec<Description> = drive.descriptions().into_iter().cloned().collect();
-    let head = ["ref", "name", "kind", "start", "unit", "range", "description"].map(str::to_owned).into();
     let mut rows = Vec::new();
     for (reference, d) in descriptions.iter().enumerate() {
         let value = drive.get(reference)?;
@@ -131,7 +106,7 @@ fn variables(drive: &mut dyn DynDrive) -> Result<String, Fault> {
             sentence(d),
         ]);
     }
-    Ok(Table { head, rows }.text(width()))
+    Ok(Table::new("ref  name  kind  start  unit  range  description", rows))
 }
 
 /// "parameter", "tunable", "input" …; a state says so.
@@ -151,13 +126,6 @@ fn start(d: &Description, value: f64) -> String {
         Kind::Boolean => (value != 0.0).to_string(),
         Kind::Enumeration(e) => e.items.get(value as usize - 1).map_or(String::new(), |(name, _)| (*name).to_owned()),
         _ => short(value),
-    }
-}
-
-fn unit(kind: &Kind) -> &'static str {
-    match kind {
-        Kind::Real { quantity, .. } => quantity.unit,
-        _ => "",
     }
 }
 

@@ -1,10 +1,11 @@
 //! What drives a machine on its periodic motion, as `steady` and `compensate` are told: load and period.
 
-use super::{Failure, failure};
-use crate::scene::units;
-use camdrive::drives::rigid_machine::Motor;
-use camdrive::drives::unit::{self, Quantity};
+use super::{Failure, failure, quantity, read};
+use crate::scene::Resolved;
+use camdrive::drives::rigid_machine::{Motor, Scene};
+use camdrive::drives::unit;
 use std::f64::consts::TAU;
+use std::path::Path;
 
 /// The slowest and the fastest mean speed (rad/s) that a period may mean; scenes take none beyond the fastest.
 const SPEEDS: [f64; 2] = [1e-6, 1e6];
@@ -13,11 +14,21 @@ const SPEEDS: [f64; 2] = [1e-6, 1e6];
 /// that it is another machine, or a slip of the unit.
 const OF_THE_MOTOR: f64 = 100.0;
 
+/// The scene of a machine whose speed fluctuates, for what `purpose` says.
+pub fn machine(path: &Path, purpose: &str) -> Result<(Resolved, Scene), Failure> {
+    let resolved = read(path)?;
+    if resolved.model != "RigidMachine" {
+        let (place, model) = (path.display(), resolved.model.split('.').next().unwrap_or_default());
+        return Err(failure(format!(
+            "{place}: `model` = \"{model}\" has a prescribed motion of the drive; {purpose} is for the model RigidMachine"
+        )));
+    }
+    let scene = serde_json::from_value(resolved.scene.clone()).map_err(failure)?;
+    Ok((resolved, scene))
+}
+
 /// The constant load (N·m) and the period (s), where it is given, for this motor of the scene at `place`.
-pub fn read(place: &str, motor: &Motor, load: &str, period: Option<&String>) -> Result<(f64, Option<f64>), Failure> {
-    let quantity = |name: &str, text: &str, quantity: &'static Quantity| {
-        units::parse(text, quantity).map_err(|e| failure(format!("--{name}: {}\n  = hint: {}", e.message, e.hint)))
-    };
+pub fn load(place: &str, motor: &Motor, load: &str, period: Option<&String>) -> Result<(f64, Option<f64>), Failure> {
     let load = quantity("load", load, &unit::TORQUE)?;
     let period = period.map(|text| Ok((text, quantity("period", text, &unit::TIME)?))).transpose()?;
     match motor {

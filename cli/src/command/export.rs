@@ -46,7 +46,7 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<(), Failure> {
     if args.study.are_given() && !args.with_tradeoff {
         let message = "--turns, --speed, --ramp and --quick belong to the study";
-        return Err(Failure(format!("error: {message}\n  = hint: add --with-tradeoff")));
+        return Err(failure(format!("{message}\n  = hint: add --with-tradeoff")));
     }
     let scenes = read_all(&args.scenes)?;
     tell_notes(&args.scenes, &scenes);
@@ -58,7 +58,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let study = if args.with_tradeoff { Some(args.study.study(path, scene)?) } else { None };
         let extras = Extras { terminals: args.terminals, study: study.as_ref() };
         let fmu = pack_with(&scene.resource(), &scene.description, &runtimes, date, extras);
-        packed.push(fmu.map_err(|fault| Failure(format!("error: {}: {fault}", path.display())))?);
+        packed.push(fmu.map_err(|fault| failure(format!("{}: {fault}", path.display())))?);
     }
     for runtime in &runtimes {
         if let Some(warning) = runtime.warning() {
@@ -80,14 +80,14 @@ fn targets(args: &Args, scenes: &[Resolved]) -> Result<Vec<PathBuf>, Failure> {
     let is_file = !is_folder && output.extension().is_some_and(|e| e.eq_ignore_ascii_case("fmu"));
     if is_file && scenes.len() > 1 {
         let message = "several scenes do not fit into one file; give a folder with -o";
-        return Err(Failure(format!("error: {}: {message}", output.display())));
+        return Err(failure(format!("{}: {message}", output.display())));
     }
     if is_file {
         return Ok(vec![output.to_owned()]);
     }
     if output.is_file() {
         let message = "this is a file; -o takes a folder or a file NAME.fmu";
-        return Err(Failure(format!("error: {}: {message}", output.display())));
+        return Err(failure(format!("{}: {message}", output.display())));
     }
     if !is_file && !is_folder && output.extension().is_some() {
         let message = "the file of an FMU is called NAME.fmu\n  = hint: a folder that is to be made ends with /";

@@ -10,6 +10,12 @@ use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 use toml_edit::{Array, DocumentMut, Table, Value, value};
 
+/// The folder for the report of a command on this scene: that of `-o`, or a new one.
+pub fn folder(output: Option<&Path>, command: &str, scene: &str) -> Result<PathBuf, Failure> {
+    let folder = output.map_or_else(|| PathBuf::from(format!("{command}-{scene}")), Path::to_owned);
+    no_file(&folder, "-o").map(|()| folder)
+}
+
 /// Refuses a folder for a report, given by this option, that is a file or is called like one.
 pub fn no_file(folder: &Path, option: &str) -> Result<(), Failure> {
     no_stream(folder, option, "a folder")?;

@@ -22,11 +22,12 @@ mod steady;
 mod synthesize;
 mod tradeoff;
 
-use crate::scene::{self, Resolved};
+use crate::scene::{self, Resolved, units};
 use camdrive::drives::Fault;
+use camdrive::drives::unit::Quantity;
 use clap::{CommandFactory, Parser, Subcommand};
 use output::{print, show, tell, width};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Exports cam drives, drives with backlash and rigid machines as FMI 2.0 Co-Simulation FMUs.
@@ -130,15 +131,28 @@ pub fn main() -> ExitCode {
     }
 }
 
+/// The value of the option `--name`.
+fn quantity(name: &str, text: &str, quantity: &'static Quantity) -> Result<f64, Failure> {
+    units::parse(text, quantity).map_err(|e| failure(format!("--{name}: {}\n  = hint: {}", e.message, e.hint)))
+}
+
+/// The same of an option that may be left out.
+fn optional(name: &str, text: &Option<String>, of: &'static Quantity) -> Result<Option<f64>, Failure> {
+    text.as_ref().map(|text| quantity(name, text, of)).transpose()
+}
+
+/// Reads a scene.
+fn read(path: &Path) -> Result<Resolved, Failure> {
+    scene::read(path).map_err(|faults| Failure(faults.to_string()))
+}
+
 /// Reads all scenes; the faults of all of them come together.
 fn read_all(paths: &[PathBuf]) -> Result<Vec<Resolved>, Failure> {
     let (mut scenes, mut faults) = (Vec::new(), String::new());
     for path in paths {
         match scene::read(path) {
             Ok(scene) => scenes.push(scene),
-            Err(more) => {
-                faults += &more.to_string();
-            }
+            Err(more) => faults += &more.to_string(),
         }
     }
     if faults.is_empty() { Ok(scenes) } else { Err(Failure(faults)) }

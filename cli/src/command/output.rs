@@ -1,7 +1,7 @@
 //! What people see: reports on the standard output, messages and progress on the standard error.
 
 use super::Failure;
-use camdrive_design::text;
+use camdrive_design::{Progress, text};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::{IsTerminal as _, Write};
 use std::sync::{Mutex, PoisonError};
@@ -82,8 +82,7 @@ pub struct Bar {
 const LENGTH: u64 = 10_000;
 
 impl Bar {
-    /// An empty bar for the scene or task of this name.
-    pub fn new(name: &str) -> Self {
+    fn new(name: &str) -> Self {
         let target =
             if std::io::stderr().is_terminal() { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
         let style = ProgressStyle::with_template("{prefix} {msg:>20} {wide_bar} {elapsed}");
@@ -93,8 +92,15 @@ impl Bar {
         Bar { bar, stage: Mutex::default() }
     }
 
-    /// So many of the parts of a stage are done.
-    pub fn tell(&self, done: usize, total: usize, stage: &str) {
+    /// Shows how far the work on this scene or task is while it is under way.
+    pub fn beside<R>(name: &str, work: impl FnOnce(&(dyn Fn(Progress<'_>) + Sync)) -> R) -> R {
+        let bar = Bar::new(name);
+        let result = work(&|progress| bar.tell(progress));
+        bar.bar.finish_and_clear();
+        result
+    }
+
+    fn tell(&self, Progress { done, total, stage }: Progress<'_>) {
         let mut state = self.stage.lock().unwrap_or_else(PoisonError::into_inner);
         if state.0 != stage {
             *state = (stage.to_owned(), self.bar.position());
@@ -103,11 +109,6 @@ impl Bar {
         let part = (done as f64 / total.max(1) as f64).min(1.0);
         let position = state.1 + (0.5 * part * (LENGTH - state.1) as f64) as u64;
         self.bar.set_position(position.max(self.bar.position()));
-    }
-
-    /// Makes room for the report.
-    pub fn clear(&self) {
-        self.bar.finish_and_clear();
     }
 }
 
@@ -131,7 +132,7 @@ mod tests {
             (40, 40, "times"),
             (0, 0, "end"),
         ] {
-            bar.tell(done, total, stage);
+            bar.tell(Progress { done, total, stage });
             let position = bar.bar.position();
             assert!((last..LENGTH).contains(&position), "{stage} {done} of {total}: {position} after {last}");
             last = position;

@@ -1,13 +1,11 @@
 //! `camdrive stability SCENE`
 
 use super::output::Bar;
-use super::{Failure, Format, files, read_all};
-use crate::scene::units;
+use super::{Failure, Format, failure, files, quantity, read};
 use camdrive::drives::Fault;
 use camdrive::drives::unit;
-use camdrive_design::stability::{self, MOST_ORDERS, Options, Progress, Report, figures, table};
-use camdrive_design::text::{self, Table};
-use std::fmt::Write as _;
+use camdrive_design::stability::{self, MOST_ORDERS, Options, Report, figures, table};
+use camdrive_design::text::{self, Page};
 use std::path::{Path, PathBuf};
 
 /// Finds the speeds at which parameters that vary over the turn make a drive vibrate, and the damping that prevents it.
@@ -58,19 +56,12 @@ pub struct Args {
 
 impl Args {
     fn options(&self) -> Result<Options, Failure> {
-        let refused =
-            |name: &str, message: &str, hint: &str| Failure(format!("error: --{name}: {message}\n  = hint: {hint}"));
+        let refused = |name: &str, message: &str, hint: &str| failure(format!("--{name}: {message}\n  = hint: {hint}"));
         let speed = |name: &str, text: &String| {
-            let value = units::parse(text, &unit::ANGULAR_VELOCITY).map_err(|e| refused(name, &e.message, &e.hint))?;
-            if value > 0.0 {
-                Ok(value)
-            } else {
-                Err(refused(
-                    name,
-                    &format!("{text} is not above 0"),
-                    "a drive at rest is no parametric one; a drive that turns backwards has the same boundaries",
-                ))
-            }
+            let hint = "a drive at rest is no parametric one; a drive that turns backwards has the same boundaries";
+            let above = |value: &f64| *value > 0.0;
+            let value = Some(quantity(name, text, &unit::ANGULAR_VELOCITY)?).filter(above);
+            value.ok_or_else(|| refused(name, &format!("{text} is not above 0"), hint))
         };
         let within = |name: &str, value: Option<f64>, [least, most]: [f64; 2], example: f64| match value {
             Some(value) if !(least..=most).contains(&value) => Err(refused(
@@ -84,22 +75,16 @@ impl Args {
             (Some(from), Some(to)) => {
                 let (low, high) = (speed("from", from)?, speed("to", to)?);
                 if low >= high {
-                    return Err(refused(
-                        "to",
-                        &format!("{to} is not above --from {from}"),
-                        "name two speeds, the lower one first",
-                    ));
+                    let message = format!("{to} is not above --from {from}");
+                    return Err(refused("to", &message, "name two speeds, the lower one first"));
                 }
                 Some([low, high])
             }
             _ => None,
         };
         if let Some(orders) = self.orders.filter(|orders| !(1..=MOST_ORDERS).contains(orders)) {
-            return Err(refused(
-                "orders",
-                &format!("{orders} is outside [1, {MOST_ORDERS}]"),
-                "leave it out for the usual ones",
-            ));
+            let message = format!("{orders} is outside [1, {MOST_ORDERS}]");
+            return Err(refused("orders", &message, "leave it out for the usual ones"));
         }
         Ok(Options {
             speeds: self.speed.iter().map(|text| speed("speed", text)).collect::<Result<_, _>>()?,
@@ -114,20 +99,15 @@ impl Args {
 
 pub fn run(args: &Args) -> Result<(), Failure> {
     let options = args.options()?;
-    for scene in &read_all(std::slice::from_ref(&args.scene))? {
-        let fault = |fault: Fault| Failure(format!("error: {}: {fault}", args.scene.display()));
-        let folder = args.output.clone().unwrap_or_else(|| PathBuf::from(format!("stability-{}", scene.name)));
-        files::no_file(&folder, "-o")?;
-        let oscillator = scene.resource().oscillator().map_err(fault)?;
-        let bar = Bar::new(&scene.name);
-        let tell = |Progress { done, total, stage }: Progress| bar.tell(done, total, stage);
-        let report = stability::study([&scene.name, scene.model], &oscillator, &options, &tell);
-        bar.clear();
-        let report = report.map_err(fault)?;
-        let written = files::write(&parts(&folder, &report)?, &scene.files)?;
-        args.format.print(|width| text(&report, width) + "\n" + &written, || text::json(&report))?;
-    }
-    Ok(())
+    let scene = read(&args.scene)?;
+    let fault = |fault: Fault| failure(format!("{}: {fault}", args.scene.display()));
+    let folder = files::folder(args.output.as_deref(), "stability", &scene.name)?;
+    let oscillator = scene.resource().oscillator().map_err(fault)?;
+    let of = [scene.name.as_str(), scene.model];
+    let report = Bar::beside(&scene.name, |tell| stability::study(of, &oscillator, &options, tell));
+    let report = report.map_err(fault)?;
+    let written = files::write(&parts(&folder, &report)?, &scene.files)?;
+    args.format.print(|width| text(&report, width) + "\n" + &written, || text::json(&report))
 }
 
 /// Tables and diagrams.
@@ -135,40 +115,25 @@ fn parts(folder: &Path, report: &Report) -> Result<Vec<(PathBuf, String)>, Failu
     let mut parts = vec![("csv", table::orders_csv(report)), ("json", text::json(report))];
     if !report.over_damping.is_empty() || !report.over_modulation.is_empty() {
         parts.push(("map.csv", table::map_csv(report)));
-        parts.push(("damping.svg", figures::over_damping(report).svg()));
-        parts.push(("modulation.svg", figures::over_modulation(report).svg()));
+        parts.push(("damping.svg", Ok(figures::over_damping(report).svg())));
+        parts.push(("modulation.svg", Ok(figures::over_modulation(report).svg())));
     }
     if !report.amplification.is_empty() {
         parts.push(("amplification.csv", table::amplification_csv(report)));
-        parts.push(("amplification.svg", figures::amplification(report).svg()));
+        parts.push(("amplification.svg", Ok(figures::amplification(report).svg())));
     }
     files::report(folder, &report.scene, parts)
 }
 
 /// The report for a terminal.
 fn text(report: &Report, width: usize) -> String {
-    let mut out = format!("{} ({})\n", report.scene, report.model);
-    let mut lines = |title: &str, lines: Vec<String>| {
-        if !lines.is_empty() {
-            if !title.is_empty() {
-                let _ = writeln!(out, "\n{title}");
-            }
-            for line in lines {
-                let _ = writeln!(out, "{}{line}", if title.is_empty() { "" } else { "  " });
-            }
-        }
-    };
-    lines("", table::about(report));
-    lines("Stability", table::of_speeds(report));
-    let rows = |table: Table| {
-        // A table has two blanks of its own before each line.
-        let text = if table.rows.is_empty() { String::new() } else { table.text(width) };
-        text.lines().map(|line| line.strip_prefix("  ").unwrap_or(line).to_owned()).collect()
-    };
-    lines("Instabilities", rows(table::of_orders(report)));
-    lines("", table::below_orders(report).into_iter().map(|line| format!("  {line}")).collect());
-    lines("Start from rest", rows(table::of_transients(report)));
-    lines("Resonances with harmonic k of the load", rows(table::of_resonances(report)));
-    lines("Mind", table::warnings(report));
-    out
+    Page::new(format!("{} ({})", report.scene, report.model), width)
+        .lines(table::about(report))
+        .section("Stability", table::of_speeds(report))
+        .table("Instabilities", &table::of_orders(report))
+        .section("", table::below_orders(report))
+        .table("Start from rest", &table::of_transients(report))
+        .table("Resonances with harmonic k of the load", &table::of_resonances(report))
+        .section("Mind", table::warnings(report))
+        .text()
 }

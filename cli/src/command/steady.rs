@@ -1,6 +1,6 @@
 //! `camdrive steady SCENE`
 
-use super::{Failure, Format, NO_MOTION, driving, failure, files, read_all};
+use super::{Failure, Format, NO_MOTION, driving, failure, files};
 use camdrive::drives::Fault;
 use camdrive::drives::rigid_machine::orbits::{
     Motions, PeriodicMotion, all_motions, free_motion, periodic_motions, range,
@@ -55,15 +55,8 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         files::no_file(folder, "--report")?;
     }
     let place = args.scene.display();
-    let resolved = read_all(std::slice::from_ref(&args.scene))?.remove(0);
-    if resolved.model != "RigidMachine" {
-        let model = resolved.model.split('.').next().unwrap_or_default();
-        return Err(failure(format!(
-            "{place}: `model` = \"{model}\" has a prescribed motion of the drive; steady is for the model RigidMachine"
-        )));
-    }
-    let mut scene: Scene = serde_json::from_value(resolved.scene).map_err(failure)?;
-    let (load, period) = driving::read(&place.to_string(), &scene.motor, &args.load, args.period.as_ref())?;
+    let (resolved, mut scene) = driving::machine(&args.scene, "steady")?;
+    let (load, period) = driving::load(&place.to_string(), &scene.motor, &args.load, args.period.as_ref())?;
     let fault = |fault: Fault| failure(format!("{place}: {fault}"));
     let mut synchronous = None;
     let (Motions { found: motions, lost }, free) = match (scene.motor, period) {
@@ -96,7 +89,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     if let Some(folder) = &args.report {
         let title = format!("Periodic motions of {}", found.name);
         let (motions, free) = (&found.motions, found.free.as_ref());
-        let parts = [("steady.csv", csv(motions, free)), ("steady.svg", diagram(title, motions, free).svg())];
+        let parts = [("steady.csv", csv(motions, free)), ("steady.svg", Ok(diagram(title, motions, free).svg()))];
         written = format!("\n{}", files::write(&files::report(folder, &found.name, parts)?, &inputs)?);
     }
     args.format.print(|width| found.text(width) + &written, || text::json(&found.data()))?;
@@ -225,6 +218,9 @@ fn synchronous_speed(scene: &mut Scene, load: f64, period: f64) -> Result<f64, S
     Ok(speeds[1])
 }
 
+/// What the motion of a machine without torques is called.
+const FREE: &str = "without torques";
+
 type Free = (f64, Vec<[f64; 2]>);
 
 fn name(i: usize, motion: &PeriodicMotion) -> String {
@@ -238,7 +234,7 @@ fn multiplier(motion: &PeriodicMotion) -> String {
 }
 
 fn table(motions: &[PeriodicMotion], free: Option<&Free>) -> Table {
-    let head = ["motion", "T [s]", "mean w [rad/s]", "least w", "largest w", "fluctuation", "multiplier", "E at 0 [J]"];
+    let head = "motion  T [s]  mean w [rad/s]  least w  largest w  fluctuation  multiplier  E at 0 [J]";
     let row = |name: String, period: f64, course: &[[f64; 2]], rest: [String; 2]| {
         let ([low, high], mean) = (range(course), TAU / period);
         let mean = if high < 0.0 { -mean } else { mean };
@@ -259,38 +255,30 @@ fn table(motions: &[PeriodicMotion], free: Option<&Free>) -> Table {
         row(name(i, motion), motion.period, &motion.course, rest)
     };
     let mut rows: Vec<Vec<String>> = motions.iter().enumerate().map(of).collect();
-    rows.extend(free.map(|(period, course)| row("without torques".into(), *period, course, ["1".into(), "–".into()])));
-    Table { head: head.map(str::to_owned).into(), rows }
+    rows.extend(free.map(|(period, course)| row(FREE.into(), *period, course, ["1".into(), "–".into()])));
+    Table::new(head, rows)
 }
 
-/// The courses of the speed, one line for each point.
-fn csv(motions: &[PeriodicMotion], free: Option<&Free>) -> Result<String, Fault> {
+/// The courses of the speed with the names of the motions.
+fn courses<'a>(
+    motions: &'a [PeriodicMotion],
+    free: Option<&'a Free>,
+) -> impl Iterator<Item = (String, &'a Vec<[f64; 2]>)> {
     let all = motions.iter().enumerate().map(|(i, motion)| (name(i, motion), &motion.course));
-    let all = all.chain(free.map(|(_, course)| ("without torques".to_owned(), course)));
-    let rows = all.flat_map(|(name, course)| {
+    all.chain(free.map(|(_, course)| (FREE.to_owned(), course)))
+}
+
+/// The same, one line for each point.
+fn csv(motions: &[PeriodicMotion], free: Option<&Free>) -> Result<String, Fault> {
+    let rows = courses(motions, free).flat_map(|(name, course)| {
         course.iter().map(move |[phi, w]| vec![name.clone(), phi.to_string(), w.to_string()])
     });
-    text::csv(&["motion", "phi_rad", "w_rad_s"], rows)
+    text::csv("motion,phi_rad,w_rad_s", rows)
 }
 
 fn diagram(title: String, motions: &[PeriodicMotion], free: Option<&Free>) -> Diagram {
-    let degrees = |course: &Vec<[f64; 2]>| course.iter().map(|[phi, w]| [phi.to_degrees(), *w]).collect();
-    let of = |(i, motion): (usize, &PeriodicMotion)| Series {
-        name: name(i, motion),
-        points: degrees(&motion.course),
-        joined: true,
-    };
-    let mut series: Vec<Series> = motions.iter().enumerate().map(of).collect();
-    series.extend(free.map(|(_, course)| Series {
-        name: "without torques".to_owned(),
-        points: degrees(course),
-        joined: true,
-    }));
-    Diagram {
-        title,
-        x: Axis::angular("Angle of the main shaft [°]"),
-        y: Axis::linear("Speed [rad/s]"),
-        series,
-        rules: Vec::new(),
-    }
+    let series = courses(motions, free)
+        .map(|(name, course)| Series::line(name, course.iter().map(|[phi, w]| [phi.to_degrees(), *w])));
+    let axes = [Axis::angular("Angle of the main shaft [°]"), Axis::linear("Speed [rad/s]")];
+    Diagram::new(title, axes, series.collect(), Vec::new())
 }

@@ -1,10 +1,10 @@
 //! `camdrive synthesize TASK`
 
 use super::output::Bar;
-use super::{Failure, Format, files};
+use super::{Failure, Format, files, read};
 use crate::scene;
 use camdrive_design::synthesis::Infeasible;
-use camdrive_design::synthesis::study::{Assignment, Progress, Study};
+use camdrive_design::synthesis::study::{Assignment, Study};
 use std::path::{Path, PathBuf};
 use toml_edit::{DocumentMut, Item, value};
 
@@ -60,9 +60,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             "error: --follower: there is no scene\n  = hint: name the machine with --scene".to_owned(),
         ));
     }
-    let bar = Bar::new(&assignment.name);
-    let study = assignment.study(&|Progress { done, total, stage }| bar.tell(done, total, stage));
-    bar.clear();
+    let study = Bar::beside(&assignment.name, |tell| assignment.study(&tell));
     let words = |fault: Infeasible| fault.words(&assignment.task, &assignment.names);
     let study = study.map_err(|fault| Failure(format!("error: {}: {}", args.task.display(), words(fault))))?;
     let profile = profile(&study, args, machine);
@@ -81,7 +79,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 /// The scene that gets the cam, its own one or that of a follower, and the files that it was read from.
 fn machine(path: &Path, follower: Option<usize>) -> Result<(DocumentMut, Vec<PathBuf>), Failure> {
-    let resolved = scene::read(path).map_err(|faults| Failure(faults.to_string()))?;
+    let resolved = read(path)?;
     let document = files::document(path)?;
     let failure = |message: &str| Failure(format!("error: {}: {message}", path.display()));
     let followers = document.get("follower").and_then(|item| item.as_array_of_tables());
@@ -133,6 +131,6 @@ fn report(folder: &Path, assignment: &Assignment, study: &Study) -> Result<Vec<(
     let tables = study.csv().map_err(|fault| Failure(format!("error: {fault}")))?;
     let tables = tables.into_iter().map(|(ending, text)| (ending, Ok(text)));
     let data = std::iter::once(("json".to_owned(), study.json()));
-    let diagrams = study.figures().into_iter().map(|(name, diagram)| (format!("{name}.svg"), diagram.svg()));
+    let diagrams = study.figures().into_iter().map(|(name, diagram)| (format!("{name}.svg"), Ok(diagram.svg())));
     files::report(folder, &assignment.name, tables.chain(data).chain(diagrams))
 }

@@ -1,12 +1,11 @@
 //! `camdrive tradeoff SCENE`
 
 use super::output::Bar;
-use super::{Failure, files, read_all, show, width};
-use crate::scene::{Resolved, units};
-use camdrive::drives::unit::{self, Quantity};
-use camdrive_design::text;
-use camdrive_design::tradeoff::{self, Options, Progress, Report, figures, table};
-use std::fmt::Write as _;
+use super::{Failure, failure, files, optional, read, show, width};
+use crate::scene::Resolved;
+use camdrive::drives::unit;
+use camdrive_design::text::{self, Page};
+use camdrive_design::tradeoff::{self, Options, Report, figures, table};
 use std::path::{Path, PathBuf};
 
 /// Measures speed against accuracy, and what each feature of the scene is worth.
@@ -60,42 +59,28 @@ impl StudyArgs {
     }
 
     fn options(&self) -> Result<Options, Failure> {
-        let value = |name: &str, text: &Option<String>, quantity: &'static Quantity| {
-            let parse = |text: &String| {
-                units::parse(text, quantity)
-                    .map_err(|e| Failure(format!("error: --{name}: {}\n  = hint: {}", e.message, e.hint)))
-            };
-            text.as_ref().map(parse).transpose()
-        };
         Ok(Options {
             turns: self.turns,
-            speed: value("speed", &self.speed, &unit::ANGULAR_VELOCITY)?,
-            ramp: value("ramp", &self.ramp, &unit::TIME)?,
+            speed: optional("speed", &self.speed, &unit::ANGULAR_VELOCITY)?,
+            ramp: optional("ramp", &self.ramp, &unit::TIME)?,
             quick: self.quick,
         })
     }
 
     /// The study of a scene, with a progress bar where somebody looks.
     pub fn study(&self, path: &Path, scene: &Resolved) -> Result<Report, Failure> {
-        let bar = Bar::new(&scene.name);
-        let report = tradeoff::study(&scene.resource(), &self.options()?, |Progress { done, total, stage }| {
-            bar.tell(done, total, stage);
-        });
-        bar.clear();
-        report.map_err(|fault| Failure(format!("error: {}: {fault}", path.display())))
+        let options = self.options()?;
+        let report = Bar::beside(&scene.name, |tell| tradeoff::study(&scene.resource(), &options, tell));
+        report.map_err(|fault| failure(format!("{}: {fault}", path.display())))
     }
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let scenes = read_all(std::slice::from_ref(&args.scene))?;
-    for scene in &scenes {
-        let folder = args.output.clone().unwrap_or_else(|| PathBuf::from(format!("tradeoff-{}", scene.name)));
-        files::no_file(&folder, "-o")?;
-        let report = args.study.study(&args.scene, scene)?;
-        let written = files::write(&parts(&folder, &report)?, &scene.files)?;
-        show(&(text(&report, width()) + "\n" + &written))?;
-    }
-    Ok(())
+    let scene = read(&args.scene)?;
+    let folder = files::folder(args.output.as_deref(), "tradeoff", &scene.name)?;
+    let report = args.study.study(&args.scene, &scene)?;
+    let written = files::write(&parts(&folder, &report)?, &scene.files)?;
+    show(&(text(&report, width()) + "\n" + &written))
 }
 
 /// Tables and diagrams.
@@ -103,33 +88,21 @@ fn parts(folder: &Path, report: &Report) -> Result<Vec<(PathBuf, String)>, Failu
     let parts = [
         ("csv", table::csv(report)),
         ("json", text::json(report)),
-        ("work_precision.svg", figures::work_precision(report).svg()),
-        ("communication_step.svg", figures::communication_step(report).svg()),
+        ("work_precision.svg", Ok(figures::work_precision(report).svg())),
+        ("communication_step.svg", Ok(figures::communication_step(report).svg())),
     ];
     files::report(folder, &report.scene, parts)
 }
 
 /// The report for a terminal.
 fn text(report: &Report, width: usize) -> String {
-    let mut out = format!("{} ({})\n", report.scene, report.model);
-    for line in table::about(report) {
-        let _ = writeln!(out, "{line}");
-    }
-    let _ = write!(out, "\nSettings\n{}", table::of_settings(report).text(width));
+    let mut page = Page::new(format!("{} ({})", report.scene, report.model), width);
+    page.lines(table::about(report)).table("Settings", &table::of_settings(report));
     if !report.features.is_empty() {
-        let _ = write!(out, "\nFeatures that could be left out\n{}", table::of_features(report).text(width));
-        let _ = write!(out, "\nChanges, relative to the largest value\n{}", table::of_changes(report).text(width));
+        page.table("Features that could be left out", &table::of_features(report))
+            .table("Changes, relative to the largest value", &table::of_changes(report));
     }
-    let faults = table::faults(report);
-    if !faults.is_empty() {
-        let _ = writeln!(out, "\nWithout result");
-        for fault in faults {
-            let _ = writeln!(out, "  {fault}");
-        }
-    }
-    let _ = writeln!(out, "\nAdvice");
-    for advice in &report.advice {
-        let _ = writeln!(out, "  {}", advice.sentence);
-    }
-    out
+    page.section("Without result", table::faults(report))
+        .section("Advice", report.advice.iter().map(|advice| &advice.sentence))
+        .text()
 }

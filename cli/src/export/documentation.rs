@@ -3,7 +3,7 @@
 //! The page is HTML and well-formed XML at once.
 
 use super::mathml;
-use super::model_description::{Identity, LOG_CATEGORIES, causality};
+use super::model_description::{Identity, LOG_CATEGORIES, causality, unit};
 use super::picture;
 use super::tradeoff::Section;
 use super::xml::Xml;
@@ -11,6 +11,7 @@ use camdrive::drives::variable::{Causality, Kind, Variability};
 use camdrive::drives::{Description, DynDrive, Fault};
 use camdrive_design::documentation::Documentation;
 use camdrive_design::resource::Described;
+use camdrive_design::text::{self, Table};
 use camdrive_design::tradeoff::Report;
 
 const STYLE: &str = include_str!("documentation.css");
@@ -28,7 +29,7 @@ pub fn html_with(
     study: Option<&Report>,
 ) -> Result<String, Fault> {
     let study = study.map(Section::of).transpose()?;
-    let rows = variable_rows(drive)?;
+    let variables = variables(drive)?;
     let documentation = drive.documentation()?;
     let mut xml = Xml::html();
     let root = [("xmlns", "http://www.w3.org/1999/xhtml".to_owned()), ("lang", "en".to_owned())];
@@ -55,7 +56,7 @@ pub fn html_with(
             signs(xml, &drive.descriptions());
             usage(xml, identity.name, &*drive);
             xml.text("h2", &[], "Variables");
-            table(xml, &["Name", "Kind", "Unit", "Start", "Range", "Description"], &rows);
+            table(xml, &variables);
             accuracy(xml, &documentation, drive.input_derivative_order());
             if let Some(study) = &study {
                 study.write(xml);
@@ -78,9 +79,8 @@ fn figure(xml: &mut Xml, name: &str, model: &str, drive: &dyn Described) {
         return;
     }
     let titles: Vec<&str> = curves.iter().map(|curve| curve.title.as_str()).collect();
-    xml.element("figure", &[], |xml| {
-        picture::of_curves(name, model, &curves).write_svg(xml, &titles.join(", "));
-    });
+    let picture = picture::of_curves(name, model, &curves).svg(&titles.join(", "), 1.0);
+    xml.element("figure", &[], |xml| xml.markup(&picture));
 }
 
 fn equations(xml: &mut Xml, documentation: &Documentation) {
@@ -174,9 +174,9 @@ fn usage(xml: &mut Xml, name: &str, drive: &dyn DynDrive) {
 
 fn accuracy(xml: &mut Xml, documentation: &Documentation, input_derivatives: usize) {
     xml.text("h2", &[], "Solution and accuracy");
-    let rows: Vec<[String; 2]> = documentation.accuracy.iter().map(|(q, s)| [q.clone(), s.clone()]).collect();
-    if !rows.is_empty() {
-        table(xml, &["Quantity", "Statement"], &rows);
+    let rows = documentation.accuracy.iter().map(|(quantity, statement)| vec![quantity.clone(), statement.clone()]);
+    if !documentation.accuracy.is_empty() {
+        table(xml, &Table::new("Quantity  Statement", rows));
     }
     let mut text =
         "Communication steps may have any length and may vary. The state can be saved, restored and serialised. \
@@ -207,8 +207,8 @@ fn list(xml: &mut Xml, title: &str, items: &[String]) {
 
 fn messages(xml: &mut Xml) {
     xml.text("h2", &[], "Messages");
-    let rows = LOG_CATEGORIES.map(|(name, text)| [name.to_string_lossy().into_owned(), text.to_owned()]);
-    table(xml, &["Log category", "Content"], &rows);
+    let rows = LOG_CATEGORIES.map(|(name, text)| vec![name.to_string_lossy().into_owned(), text.to_owned()]);
+    table(xml, &Table::new("Log category  Content", rows));
 }
 
 /// An element with text; what stands between backticks is code.
@@ -226,53 +226,39 @@ fn prose(xml: &mut Xml, element: &str, text: &str) {
     xml.element(element, &[], |xml| xml.markup(&markup));
 }
 
-fn table<const N: usize>(xml: &mut Xml, head: &[&str; N], rows: &[[String; N]]) {
+/// A table; what stands between backticks in its cells is code.
+pub fn table(xml: &mut Xml, table: &Table) {
     xml.element("table", &[], |xml| {
         xml.element("thead", &[], |xml| {
             xml.element("tr", &[], |xml| {
-                for title in head {
-                    xml.text("th", &[("scope", "col".to_owned())], title);
-                }
+                table.head.iter().for_each(|cell| xml.text("th", &[("scope", "col".to_owned())], cell));
             });
         });
         xml.element("tbody", &[], |xml| {
-            for row in rows {
-                xml.element("tr", &[], |xml| {
-                    for cell in row {
-                        prose(xml, "td", cell);
-                    }
-                });
+            for row in &table.rows {
+                xml.element("tr", &[], |xml| row.iter().for_each(|cell| prose(xml, "td", cell)));
             }
         });
     });
 }
 
-fn variable_rows(drive: &mut dyn DynDrive) -> Result<Vec<[String; 6]>, Fault> {
+fn variables(drive: &mut dyn DynDrive) -> Result<Table, Fault> {
     let descriptions: Vec<Description> = drive.descriptions().into_iter().cloned().collect();
-    descriptions
-        .iter()
-        .enumerate()
-        .map(|(reference, d)| {
-            let start = match d.causality {
-                Causality::Parameter | Causality::Input => value_with_unit(&d.kind, drive.get(reference)?),
-                Causality::Output | Causality::Local => String::new(),
-            };
-            Ok([d.name.clone(), kind_of(d), unit(&d.kind).to_owned(), start, range(&d.kind), d.text.clone()])
-        })
-        .collect()
+    let row = |(reference, d): (usize, &Description)| {
+        let start = match d.causality {
+            Causality::Parameter | Causality::Input => value_with_unit(&d.kind, drive.get(reference)?),
+            Causality::Output | Causality::Local => String::new(),
+        };
+        Ok(vec![d.name.clone(), kind_of(d), unit(&d.kind).to_owned(), start, range(&d.kind), d.text.clone()])
+    };
+    let rows: Result<Vec<Vec<String>>, Fault> = descriptions.iter().enumerate().map(row).collect();
+    Ok(Table::new("Name  Kind  Unit  Start  Range  Description", rows?))
 }
 
 fn kind_of(d: &Description) -> String {
     let tunable = if d.variability == Variability::Tunable { "tunable " } else { "" };
     let state = if d.state { ", state" } else { "" };
     format!("{tunable}{}{state}", causality(d.causality))
-}
-
-fn unit(kind: &Kind) -> &'static str {
-    match kind {
-        Kind::Real { quantity, .. } => quantity.unit,
-        _ => "",
-    }
 }
 
 /// The value in SI and, where engineers read another unit, in that one.
@@ -315,10 +301,7 @@ fn digits(seconds: f64) -> String {
 
 /// Six significant digits, without needless zeros.
 fn short(value: f64) -> String {
-    let rounded: f64 = format!("{value:.5e}").parse().unwrap_or(value);
-    let plain = rounded == 0.0 || (1e-3..1e6).contains(&rounded.abs());
-    let text = if plain { format!("{rounded}") } else { format!("{rounded:e}") };
-    text.replace('-', "−")
+    text::digits(value, 6, -3).replace('-', "−")
 }
 
 #[cfg(test)]

@@ -7,12 +7,12 @@
 pub mod archive;
 pub mod date;
 pub mod documentation;
-pub mod drawing;
 pub mod hash;
 pub mod licenses;
 mod mathml;
 pub mod model_description;
 pub mod picture;
+pub mod png;
 pub mod runtime_library;
 pub mod terminals;
 #[cfg(test)]
@@ -168,7 +168,7 @@ fn for_people(drive: &mut dyn Described, resource: &Resource, description: &str)
     let curves = drive.curves();
     let mut files = Vec::new();
     if !curves.is_empty() {
-        files.push(File::new("model.png", picture::of_curves(&resource.name, &resource.model, &curves).png()?));
+        files.push(File::new("model.png", png::png(&picture::of_curves(&resource.name, &resource.model, &curves))?));
     }
     files.push(File::new(DOCUMENTATION, documentation::html(&identity, &resource.model, drive)?));
     files.extend(licenses::files());

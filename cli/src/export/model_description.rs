@@ -222,6 +222,14 @@ fn usual_magnitude(quantity: &Quantity, start: Option<f64>) -> f64 {
     }
 }
 
+/// The unit of a value, if it has one.
+pub fn unit(kind: &Kind) -> &'static str {
+    match kind {
+        Kind::Real { quantity, .. } => quantity.unit,
+        _ => "",
+    }
+}
+
 /// The word of the standard.
 pub fn causality(causality: Causality) -> &'static str {
     match causality {

@@ -1,7 +1,8 @@
 //! The picture of a drive: its curves in panels one above the other, under the title.
 
-use super::drawing::{Anchor, BLACK, BLUE, Drawing, GREY, PALE, Shape};
 use camdrive::drives::Curve;
+use camdrive_design::drawing::{Anchor, BLACK, BLUE, Drawing, Frame, Ink, Shape};
+use camdrive_design::plot::ticks::{angular_step, decimal, decimal_step};
 
 const WIDTH: f64 = 720.0;
 const TITLE: f64 = 48.0;
@@ -12,56 +13,38 @@ const BELOW: f64 = 26.0;
 const LEFT: f64 = 84.0;
 const RIGHT: f64 = 28.0;
 const TEXT: f64 = 13.0;
+/// Grid lines; light enough for print.
+const GREY: Ink = Ink([0xcc; 3]);
+/// The ground of the icon.
+const PALE: Ink = Ink([0xdd, 0xe6, 0xef]);
+/// So many parts of the turn have room below a panel.
+const PARTS: f64 = 8.0;
 
 /// The curves under the title, with the model's name below it in small.
 pub fn of_curves(title: &str, subtitle: &str, curves: &[Curve]) -> Drawing {
     let mut shapes = vec![
-        Shape::Text { at: [LEFT, 28.0], size: 19.0, anchor: Anchor::Start, text: title.to_owned() },
-        Shape::Text { at: [WIDTH - RIGHT, 28.0], size: TEXT, anchor: Anchor::End, text: subtitle.to_owned() },
+        Shape::text([LEFT, 28.0], 19.0, Anchor::Start, title),
+        Shape::text([WIDTH - RIGHT, 28.0], TEXT, Anchor::End, subtitle),
     ];
     for (i, curve) in curves.iter().enumerate() {
         shapes.extend(panel(curve, TITLE + PANEL * i as f64));
     }
-    Drawing { width: WIDTH as u32, height: (TITLE + PANEL * curves.len() as f64 + 8.0) as u32, shapes }
+    Drawing { size: [WIDTH, TITLE + PANEL * curves.len() as f64 + 8.0].map(|length| length as u32), shapes }
 }
 
 /// A square icon: the first curve on a pale disc, without axes.
 pub fn icon(curves: &[Curve]) -> Drawing {
-    const SIDE: f64 = 100.0;
-    let disc = (0..72).map(|i| {
-        let (s, c) = (f64::from(i) * std::f64::consts::TAU / 72.0).sin_cos();
-        [50.0 + 48.0 * c, 50.0 + 48.0 * s]
-    });
-    let mut shapes = vec![Shape::Area { points: disc.collect(), ink: PALE }];
+    let mut shapes = vec![Shape::Disc { at: [50.0; 2], radius: 48.0, ink: PALE }];
     if let Some(curve) = curves.first() {
-        let area = Area { left: 16.0, right: 84.0, top: 32.0, bottom: 68.0, x: range(curve, 0), y: range(curve, 1) };
-        shapes.push(Shape::Line { points: area.place(curve), width: 3.0, ink: BLUE });
+        let frame = Frame { ends: [[16.0, 84.0], [68.0, 32.0]], ranges: [0, 1].map(|axis| range(curve, axis)) };
+        shapes.push(drawn(curve, &frame, 3.0));
     }
-    Drawing { width: SIDE as u32, height: SIDE as u32, shapes }
+    Drawing { size: [100; 2], shapes }
 }
 
-/// A rectangle in pixels and the ranges of x and y that it shows.
-struct Area {
-    left: f64,
-    right: f64,
-    top: f64,
-    bottom: f64,
-    x: [f64; 2],
-    y: [f64; 2],
-}
-
-impl Area {
-    fn at(&self, [x, y]: [f64; 2]) -> [f64; 2] {
-        let share = |v: f64, [low, high]: [f64; 2]| (v - low) / (high - low);
-        [
-            self.left + (self.right - self.left) * share(x, self.x),
-            self.bottom - (self.bottom - self.top) * share(y, self.y),
-        ]
-    }
-
-    fn place(&self, curve: &Curve) -> Vec<[f64; 2]> {
-        curve.points.iter().filter(|p| p.iter().all(|c| c.is_finite())).map(|p| self.at(*p)).collect()
-    }
+fn drawn(curve: &Curve, frame: &Frame, width: f64) -> Shape {
+    let finite = curve.points.iter().filter(|p| p.iter().all(|c| c.is_finite()));
+    Shape::line(finite.map(|p| frame.at(*p)).collect(), width, BLUE)
 }
 
 /// Smallest and largest finite coordinate; a constant gets room above and below.
@@ -83,45 +66,28 @@ fn range(curve: &Curve, axis: usize) -> [f64; 2] {
 fn panel(curve: &Curve, top: f64) -> Vec<Shape> {
     let x = range(curve, 0);
     let angle = curve.x_label.contains('°');
-    let x_step = if angle { angular_step(x[1] - x[0]) } else { decimal_step(x[1] - x[0]) };
+    let x_step = if angle { angular_step(x[1] - x[0], PARTS) } else { decimal_step(x[1] - x[0]) };
     let [low, high] = range(curve, 1);
     let y_step = decimal_step(high - low);
     let y = [(low / y_step).floor() * y_step, (high / y_step).ceil() * y_step];
-    let area = Area { left: LEFT, right: WIDTH - RIGHT, top: top + ABOVE, bottom: top + PANEL - BELOW, x, y };
+    let (bottom, above) = (top + PANEL - BELOW, top + ABOVE);
+    let frame = Frame { ends: [[LEFT, WIDTH - RIGHT], [bottom, above]], ranges: [x, y] };
     let mut shapes = Vec::new();
     for tick in ticks(y, y_step) {
-        let ([left, height], [right, _]) = (area.at([x[0], tick]), area.at([x[1], tick]));
+        let [_, height] = frame.at([x[0], tick]);
         let ink = if tick == 0.0 { BLACK } else { GREY };
-        shapes.push(Shape::Line { points: vec![[left, height], [right, height]], width: 1.0, ink });
-        shapes.push(label([left - 8.0, height + 0.35 * TEXT], Anchor::End, decimal(tick, y_step)));
+        shapes.push(Shape::line(vec![[LEFT, height], [WIDTH - RIGHT, height]], 1.0, ink));
+        shapes.push(Shape::text([LEFT - 8.0, height + 0.35 * TEXT], TEXT, Anchor::End, decimal(tick, y_step)));
     }
     for tick in ticks(x, x_step) {
-        let ([across, bottom], [_, top]) = (area.at([tick, y[0]]), area.at([tick, y[1]]));
-        shapes.push(Shape::Line { points: vec![[across, bottom], [across, top]], width: 1.0, ink: GREY });
-        shapes.push(label([across, bottom + 1.3 * TEXT], Anchor::Middle, decimal(tick, x_step)));
+        let [across, _] = frame.at([tick, y[0]]);
+        shapes.push(Shape::line(vec![[across, bottom], [across, above]], 1.0, GREY));
+        shapes.push(Shape::text([across, bottom + 1.3 * TEXT], TEXT, Anchor::Middle, decimal(tick, x_step)));
     }
     let heading = format!("{} over {}: {}", curve.y_label, curve.x_label, curve.title);
-    shapes.push(label([LEFT, top + ABOVE - 0.6 * TEXT], Anchor::Start, heading));
-    shapes.push(Shape::Line { points: area.place(curve), width: 2.0, ink: BLUE });
+    shapes.push(Shape::text([LEFT, above - 0.6 * TEXT], TEXT, Anchor::Start, heading));
+    shapes.push(drawn(curve, &frame, 2.0));
     shapes
-}
-
-fn label(at: [f64; 2], anchor: Anchor, text: String) -> Shape {
-    Shape::Text { at, size: TEXT, anchor, text }
-}
-
-/// 1, 2 or 5 times a power of ten, three to six of them in `span`.
-fn decimal_step(span: f64) -> f64 {
-    let power = 10f64.powf((span / 6.0).log10().floor());
-    [1.0, 2.0, 5.0, 10.0].into_iter().map(|m| m * power).find(|step| span / step <= 6.0).unwrap_or(10.0 * power)
-}
-
-/// A divisor of the turn in degrees, or a multiple of it.
-fn angular_step(span: f64) -> f64 {
-    [10.0, 15.0, 30.0, 45.0, 60.0, 90.0, 180.0, 360.0]
-        .into_iter()
-        .find(|step| span / step <= 8.0)
-        .unwrap_or_else(|| decimal_step(span))
 }
 
 /// The multiples of `step` in the range.
@@ -131,30 +97,10 @@ fn ticks([low, high]: [f64; 2], step: f64) -> impl Iterator<Item = f64> {
     (first..=last).map(move |i| i as f64 * step)
 }
 
-/// The tick's number with as many decimals as the step needs.
-fn decimal(tick: f64, step: f64) -> String {
-    if tick == 0.0 {
-        return "0".to_owned();
-    }
-    let exponent = step.log10().floor();
-    let (decimals, digits) = ((-exponent).max(0.0) as usize, (tick.abs().log10().floor() - exponent).max(0.0) as usize);
-    let text = if (1e-4..1e6).contains(&step) { format!("{tick:.decimals$}") } else { format!("{tick:.digits$e}") };
-    text.replace('-', "−")
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::png::png;
     use super::*;
-
-    #[test]
-    fn steps_are_round() {
-        assert_eq!(decimal_step(7.3), 2.0);
-        assert!((decimal_step(0.032) - 0.01).abs() < 1e-15);
-        assert_eq!(angular_step(360.0), 45.0);
-        assert_eq!(decimal(-0.25, 0.05), "−0.25");
-        assert_eq!([0.0, 8e6, -1.2e7].map(|tick| decimal(tick, 2e6)), ["0", "8e6", "−1.2e7"]);
-        assert_eq!(ticks([0.0, 360.0], 45.0).count(), 9);
-    }
 
     #[test]
     fn odd_curves_are_drawn_all_the_same() {
@@ -166,8 +112,8 @@ mod tests {
         };
         for points in [vec![], vec![[0.0, 0.0]], vec![[0.0, 3.0], [1.0, 3.0]], vec![[0.0, f64::NAN], [1.0, 1e-300]]] {
             let curves = [curve(points)];
-            assert!(of_curves("title", "", &curves).png().is_ok());
-            assert!(icon(&curves).png().is_ok());
+            assert!(png(&of_curves("title", "", &curves)).is_ok());
+            assert!(png(&icon(&curves)).is_ok());
         }
     }
 }

@@ -4,6 +4,7 @@
 
 use super::archive::File;
 use super::picture;
+use super::png::png;
 use super::xml::Xml;
 use camdrive::drives::variable::Causality;
 use camdrive::drives::{Description, DynDrive, Fault};
@@ -15,7 +16,7 @@ const MOTION: [&str; 3] = ["phi", "w", "a"];
 /// terminalsAndIcons.xml and the icon; nothing for a unit that has no flange.
 pub fn files(drive: &dyn Described) -> Result<Vec<File>, Fault> {
     let Some(flow) = flow(&drive.descriptions()) else { return Ok(Vec::new()) };
-    let icon = picture::icon(&drive.curves()).png()?;
+    let icon = png(&picture::icon(&drive.curves()))?;
     Ok(vec![
         File::new("terminalsAndIcons/terminalsAndIcons.xml", description(drive, flow)),
         File::new("terminalsAndIcons/icon.png", icon),

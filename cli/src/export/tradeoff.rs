@@ -1,6 +1,7 @@
 //! The study of speed against accuracy inside an FMU: a section of the documentation, and files in `extra/`.
 
 use super::archive::File;
+use super::documentation;
 use super::xml::Xml;
 use camdrive::drives::Fault;
 use camdrive_design::text::{self, Table};
@@ -28,7 +29,7 @@ impl<'a> Section<'a> {
     /// Draws the diagrams of a report.
     pub fn of(report: &'a Report) -> Result<Self, Fault> {
         let pictures =
-            [figures::work_precision(report).svg_for_page()?, figures::communication_step(report).svg_for_page()?];
+            [figures::work_precision(report).svg_for_page(), figures::communication_step(report).svg_for_page()];
         Ok(Section { report, pictures })
     }
 
@@ -64,16 +65,5 @@ impl<'a> Section<'a> {
 
 fn write_table(xml: &mut Xml, title: &str, table: &Table) {
     xml.text("h3", &[], title);
-    xml.element("table", &[], |xml| {
-        xml.element("thead", &[], |xml| {
-            xml.element("tr", &[], |xml| {
-                table.head.iter().for_each(|cell| xml.text("th", &[("scope", "col".to_owned())], cell));
-            });
-        });
-        xml.element("tbody", &[], |xml| {
-            for row in &table.rows {
-                xml.element("tr", &[], |xml| row.iter().for_each(|cell| xml.text("td", &[], cell)));
-            }
-        });
-    });
+    documentation::table(xml, table);
 }

@@ -8,7 +8,7 @@ use camdrive::drives::rigid_machine::{self, Follower, InertiaFunction, MachineSt
 use camdrive::drives::solver::{LONGEST_STEP_SIZE, Method, Settings};
 use camdrive::drives::unit::{self, Quantity};
 use camdrive::drives::variable::{Causality, Kind};
-use camdrive::drives::{Drive, backlash, elastic_output, elastic_shaft};
+use camdrive::drives::{self, backlash, elastic_output, elastic_shaft};
 use camdrive::motion::MotionLaw;
 use serde_json::Value;
 use std::path::Path;
@@ -16,19 +16,17 @@ use std::path::Path;
 /// What the FMU calls a value → where the scene has it.
 pub type Names = &'static [(&'static str, &'static str)];
 
-#[derive(Clone, Copy)]
-enum Model {
-    ElasticCamDrive,
-    BacklashDrive,
-    RigidMachine,
-    ParametricDrive,
-}
+/// The model, its resolved scene as JSON, and the names of its values.
+pub type Drive = (&'static str, Value, Names);
 
-const MODELS: &[(&[&str], Model)] = &[
-    (&["ElasticCamDrive"], Model::ElasticCamDrive),
-    (&["BacklashDrive"], Model::BacklashDrive),
-    (&["RigidMachine"], Model::RigidMachine),
-    (&["ParametricDrive"], Model::ParametricDrive),
+/// Reads the sections of a model.
+type Reader = fn(&Section<'_>, &Path) -> Option<Drive>;
+
+const MODELS: &[(&[&str], Reader)] = &[
+    (&["ElasticCamDrive"], elastic_cam_drive),
+    (&["BacklashDrive"], backlash_drive),
+    (&["RigidMachine"], rigid_machine),
+    (&["ParametricDrive"], |root, _| parametric::read(root)),
 ];
 
 /// What people write for the keys.
@@ -51,15 +49,9 @@ pub const SYNONYMS: &[(&str, &str)] = &[
     ("tol", "tolerance"),
 ];
 
-/// The model, its resolved scene as JSON, and the names of its values.
-pub fn drive(root: &Section<'_>, folder: &Path) -> Option<(&'static str, Value, Names)> {
-    let model = root.choice("model", MODELS);
-    let drive = model.map(|model| match model {
-        Model::ElasticCamDrive => elastic_cam_drive(root, folder),
-        Model::BacklashDrive => backlash_drive(root, folder),
-        Model::RigidMachine => rigid_machine(root, folder),
-        Model::ParametricDrive => parametric::read(root),
-    });
+/// Reads the drive of a scene.
+pub fn drive(root: &Section<'_>, folder: &Path) -> Option<Drive> {
+    let drive = root.choice("model", MODELS).map(|read| read(root, folder));
     // Which sections belong here is not known before the model is.
     if drive.is_some() {
         root.finish(SYNONYMS);
@@ -90,27 +82,16 @@ fn cam_drive(root: &Section<'_>, cam: Option<MotionLaw>, angular: bool) -> Optio
     Some(CamDrive { cam: cam?, drive: drive?, start: start?, solver: solver? })
 }
 
-#[derive(Clone, Copy, PartialEq)]
-enum Mode {
-    Constant,
-    Input,
-}
-
 /// Reads `[drive]`.
 pub fn drive_mode(section: &Section<'_>) -> Option<DriveMode> {
-    let modes: &[(&[&str], Mode)] =
-        &[(&["constant", "constant_speed"], Mode::Constant), (&["input", "inputs"], Mode::Input)];
-    let mode = section.choice_or("mode", modes, Mode::Constant);
-    let drive = match mode? {
-        Mode::Constant => {
-            let w = section.real("speed", &unit::ANGULAR_VELOCITY, within(-1e6, 1e6));
-            let phi_start = section.real_or("phi_start", &unit::ANGLE, within(-1e15, 1e15), 0.0);
-            w.zip(phi_start).map(|(w, phi_start)| DriveMode::Constant { w, phi_start })
-        }
-        Mode::Input => {
-            forbid(section, &["speed", "phi_start"], "the inputs phi, w and a drive the cam", "mode = \"constant\"");
-            Some(DriveMode::Input)
-        }
+    let by_inputs: &[(&[&str], bool)] = &[(&["constant", "constant_speed"], false), (&["input", "inputs"], true)];
+    let drive = if section.choice_or("mode", by_inputs, false)? {
+        forbid(section, &["speed", "phi_start"], "the inputs phi, w and a drive the cam", "mode = \"constant\"");
+        Some(DriveMode::Input)
+    } else {
+        let w = section.real("speed", &unit::ANGULAR_VELOCITY, within(-1e6, 1e6));
+        let phi_start = section.real_or("phi_start", &unit::ANGLE, within(-1e15, 1e15), 0.0);
+        w.zip(phi_start).map(|(w, phi_start)| DriveMode::Constant { w, phi_start })
     };
     section.finish(SYNONYMS);
     drive
@@ -189,50 +170,36 @@ pub fn spring(
     stiffness: &'static Quantity,
     damping: &'static Quantity,
 ) -> (Option<f64>, Option<f64>) {
-    let c = if either(section, "c", "natural_frequency") {
-        if section.has("natural_frequency") {
+    let c = match either(section, "c", "natural_frequency") {
+        false => None,
+        true if section.has("natural_frequency") => {
             let w0 = section.real("natural_frequency", &unit::ANGULAR_VELOCITY, POSITIVE);
             w0.zip(mass).map(|(w0, mass)| mass * w0 * w0)
-        } else {
-            section.real("c", stiffness, POSITIVE)
         }
-    } else {
-        None
+        true => section.real("c", stiffness, POSITIVE),
     };
-    let b = if either(section, "b", "damping_ratio") {
-        if section.has("damping_ratio") {
+    let b = match either(section, "b", "damping_ratio") {
+        false => None,
+        true if section.has("damping_ratio") => {
             let ratio = section.real("damping_ratio", &unit::NUMBER, NOT_NEGATIVE);
             ratio.zip(c).zip(mass).map(|((ratio, c), mass)| 2.0 * ratio * (c * mass).sqrt())
-        } else {
-            section.real_or("b", damping, NOT_NEGATIVE, 0.0)
         }
-    } else {
-        None
+        true => section.real_or("b", damping, NOT_NEGATIVE, 0.0),
     };
     (c, b)
 }
 
-#[derive(Clone, Copy, PartialEq)]
-enum Place {
-    Output,
-    Shaft,
-}
-
-fn elastic_cam_drive(root: &Section<'_>, folder: &Path) -> Option<(&'static str, Value, Names)> {
-    let places: &[(&[&str], Place)] =
-        &[(&["output", "output_member"], Place::Output), (&["shaft", "input_shaft"], Place::Shaft)];
+fn elastic_cam_drive(root: &Section<'_>, folder: &Path) -> Option<Drive> {
+    let in_shaft: &[(&[&str], bool)] = &[(&["output", "output_member"], false), (&["shaft", "input_shaft"], true)];
     let section = root.required_section("elasticity");
-    let place = section.as_ref().and_then(|s| s.choice("place", places));
+    let place = section.as_ref().and_then(|s| s.choice("place", in_shaft));
     let cam = cam(root, folder);
     let elastic = section.as_ref().zip(place).and_then(|(section, place)| {
-        let values = match place {
-            Place::Output => elastic_output(section),
-            Place::Shaft => elastic_shaft(section, cam.as_ref()),
-        };
+        let values = if place { elastic_shaft(section, cam.as_ref()) } else { elastic_output(section) };
         section.finish(SYNONYMS);
         values
     });
-    let common = cam_drive(root, cam, place == Some(Place::Shaft));
+    let common = cam_drive(root, cam, place == Some(true));
     let (CamDrive { cam, drive, start, solver }, elastic) = (common?, elastic?);
     match elastic {
         Elastic::Output { m, c, b } => {
@@ -247,7 +214,7 @@ fn elastic_cam_drive(root: &Section<'_>, folder: &Path) -> Option<(&'static str,
 }
 
 /// The model's name and its scene as JSON; numbers are written such that they are read back to the same bits.
-pub fn resolved<D: Drive>(scene: &D::Scene, names: Names) -> Option<(&'static str, Value, Names)> {
+pub fn resolved<D: drives::Drive>(scene: &D::Scene, names: Names) -> Option<Drive> {
     Some((D::MODEL, serde_json::to_value(scene).ok()?, names))
 }
 
@@ -273,7 +240,7 @@ fn elastic_shaft(section: &Section<'_>, cam: Option<&MotionLaw>) -> Option<Elast
     Some(Elastic::Shaft { m: m?, inertia: inertia?, c: c?, b: b?, linear: linear? })
 }
 
-fn backlash_drive(root: &Section<'_>, folder: &Path) -> Option<(&'static str, Value, Names)> {
+fn backlash_drive(root: &Section<'_>, folder: &Path) -> Option<Drive> {
     let cam = cam(root, folder);
     let values = root.required_section("backlash").and_then(|section| {
         let m1 = section.real("m1", &unit::MASS, POSITIVE);
@@ -289,14 +256,10 @@ fn backlash_drive(root: &Section<'_>, folder: &Path) -> Option<(&'static str, Va
     resolved::<backlash::BacklashDrive>(&scene, BACKLASH)
 }
 
-fn rigid_machine(root: &Section<'_>, folder: &Path) -> Option<(&'static str, Value, Names)> {
+fn rigid_machine(root: &Section<'_>, folder: &Path) -> Option<Drive> {
     let inertia = root.required_section("machine").and_then(|section| {
         let constant = section.real("J0", &unit::INERTIA, POSITIVE);
-        let varying = match section.section("J") {
-            Some(Some(section)) => motion_law::read(&section, &unit::INERTIA, folder).map(Some),
-            Some(None) => Some(None),
-            None => None,
-        };
+        let varying = section.read("J", |section| motion_law::read(section, &unit::INERTIA, folder));
         section.finish(SYNONYMS);
         constant.zip(varying)
     });
@@ -304,11 +267,7 @@ fn rigid_machine(root: &Section<'_>, folder: &Path) -> Option<(&'static str, Val
         let followers: Vec<Option<Follower>> = list.iter().map(|section| follower::read(section, folder)).collect();
         followers.into_iter().collect::<Option<Vec<Follower>>>()
     });
-    let motor = match root.section("motor") {
-        Some(Some(section)) => motor(&section),
-        Some(None) => Some(Motor::None),
-        None => None,
-    };
+    let motor = root.read("motor", motor).map(|motor| motor.unwrap_or(Motor::None));
     let start = machine_start(root);
     let solver = solver(root);
     let (constant, varying) = inertia?;
@@ -325,21 +284,15 @@ fn rigid_machine(root: &Section<'_>, folder: &Path) -> Option<(&'static str, Val
     resolved::<rigid_machine::RigidMachine>(&scene, MACHINE)
 }
 
-#[derive(Clone, Copy, PartialEq)]
-enum MotorKind {
-    None,
-    Kloss,
-    Input,
-}
-
 fn motor(section: &Section<'_>) -> Option<Motor> {
-    let kinds: &[(&[&str], MotorKind)] = &[
-        (&["none"], MotorKind::None),
-        (&["kloss", "asynchronous", "induction"], MotorKind::Kloss),
-        (&["input", "torque"], MotorKind::Input),
+    // That of Kloss has values of its own.
+    let kinds: &[(&[&str], Option<Motor>)] = &[
+        (&["none"], Some(Motor::None)),
+        (&["kloss", "asynchronous", "induction"], None),
+        (&["input", "torque"], Some(Motor::Input)),
     ];
     let motor = match section.choice("kind", kinds)? {
-        MotorKind::Kloss => {
+        None => {
             let torque = section.real("M_k", &unit::TORQUE, POSITIVE);
             let slip = section.real("s_k", &unit::NUMBER, POSITIVE);
             let speed = section.real("w_s", &unit::ANGULAR_VELOCITY, within(-1e6, 1e6));
@@ -358,7 +311,7 @@ fn motor(section: &Section<'_>) -> Option<Motor> {
         kind => {
             let keys = ["M_k", "s_k", "w_s", "lag"];
             forbid(section, &keys, "the kind of motor has no such value", "kind = \"kloss\"");
-            Some(if kind == MotorKind::None { Motor::None } else { Motor::Input })
+            kind
         }
     };
     section.finish(&[("type", "kind"), ("speed", "w_s"), ("time_constant", "lag"), ("dynamics", "lag")]);

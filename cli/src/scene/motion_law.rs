@@ -11,18 +11,13 @@ use std::path::Path;
 /// The highest harmonic of a series: beyond it the FMU would have more than 500 variables for the cam alone.
 const HIGHEST_HARMONIC: usize = 256;
 
-/// The kinds of law.
-#[derive(Clone, Copy)]
-enum Law {
-    Fourier,
-    Cycle,
-    Table,
-}
+/// Reads a kind of law.
+type Reader = fn(&Section<'_>, &'static Quantity, &Path) -> Option<MotionLaw>;
 
-const LAWS: &[(&[&str], Law)] = &[
-    (&["fourier", "hs", "harmonic_series"], Law::Fourier),
-    (&["cycle", "standard_laws"], Law::Cycle),
-    (&["table", "points"], Law::Table),
+const LAWS: &[(&[&str], Reader)] = &[
+    (&["fourier", "hs", "harmonic_series"], |section, of, _| fourier(section, of).map(MotionLaw::Fourier)),
+    (&["cycle", "standard_laws"], |section, of, _| cycle(section, of).map(MotionLaw::Cycle)),
+    (&["table", "points"], table::read),
 ];
 
 /// The normalised laws with the names that are in use for them.
@@ -53,11 +48,7 @@ pub const SYNONYMS: &[(&str, &str)] = &[
 
 /// The law of this section; `quantity` is that of U, a length where a cam moves a follower.
 pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -> Option<MotionLaw> {
-    let law = section.choice("law", LAWS).map(|law| match law {
-        Law::Fourier => fourier(section, quantity).map(MotionLaw::Fourier),
-        Law::Cycle => cycle(section, quantity).map(MotionLaw::Cycle),
-        Law::Table => table::read(section, quantity, folder),
-    });
+    let law = section.choice("law", LAWS).map(|read| read(section, quantity, folder));
     // Which keys belong here is not known before the kind of law is.
     if law.is_some() {
         section.finish(SYNONYMS);

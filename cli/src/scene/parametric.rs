@@ -1,6 +1,6 @@
 //! The scene of a `ParametricDrive`: `[crank]` with `[load]`, or `[coefficients]`.
 
-use super::models::{self, Names, SYNONYMS};
+use super::models::{self, Drive, Names, SYNONYMS};
 use super::motion_law;
 use super::section::{NOT_NEGATIVE, Node, POSITIVE, Section, within};
 use camdrive::drives::parametric::coefficients::Stiffness;
@@ -9,7 +9,6 @@ use camdrive::drives::parametric::law::{Coordinate, CrankLaw, Law, SeriesLaw};
 use camdrive::drives::parametric::{ParametricDrive, Scene};
 use camdrive::drives::unit::{self, Quantity};
 use camdrive::motion::Fourier;
-use serde_json::Value;
 use std::f64::consts::{FRAC_PI_2, TAU};
 use toml::de::DeValue;
 
@@ -35,7 +34,7 @@ const NAMES: Names = &[
 const HIGHEST_HARMONIC: u32 = 256;
 
 /// The model, its resolved scene as JSON, and the names of its values.
-pub fn read(root: &Section<'_>) -> Option<(&'static str, Value, Names)> {
+pub fn read(root: &Section<'_>) -> Option<Drive> {
     let law = law(root);
     let coordinate = law.as_ref().map_or(Coordinate::Rotation, Law::coordinate);
     let drive = root.required_section("drive").and_then(|s| models::drive_mode(&s));
@@ -75,13 +74,6 @@ fn law(root: &Section<'_>) -> Option<Law> {
     }
 }
 
-#[derive(Clone, Copy)]
-enum Second {
-    None,
-    OwnShafts,
-    SharedShafts,
-}
-
 fn crank_law(section: &Section<'_>, load: Option<Section<'_>>) -> Option<CrankLaw> {
     let inertia = section.real("J", &unit::INERTIA, POSITIVE);
     let c_t1 = section.real("c_T1", &unit::ROTATIONAL_STIFFNESS, POSITIVE);
@@ -111,16 +103,17 @@ fn crank_law(section: &Section<'_>, load: Option<Section<'_>>) -> Option<CrankLa
 }
 
 fn second_crank(section: &Section<'_>) -> Option<SecondCrank> {
-    let kinds: &[(&[&str], Second)] =
-        &[(&["none"], Second::None), (&["own_shafts"], Second::OwnShafts), (&["shared_shafts"], Second::SharedShafts)];
-    let kind = section.choice_or("second", kinds, Second::None)?;
-    if let Second::None = kind {
+    let kinds: &[(&[&str], Option<fn(f64) -> SecondCrank>)] = &[
+        (&["none"], None),
+        (&["own_shafts"], Some(SecondCrank::OwnShafts)),
+        (&["shared_shafts"], Some(SecondCrank::SharedShafts)),
+    ];
+    let Some(at) = section.choice_or("second", kinds, None)? else {
         let needed = "second = \"own_shafts\" or second = \"shared_shafts\"";
         models::forbid(section, &["angle"], "there is no second crank", needed);
         return Some(SecondCrank::None);
-    }
-    let angle = section.real_or("angle", &unit::ANGLE, within(-TAU, TAU), FRAC_PI_2)?;
-    Some(if let Second::OwnShafts = kind { SecondCrank::OwnShafts(angle) } else { SecondCrank::SharedShafts(angle) })
+    };
+    section.real_or("angle", &unit::ANGLE, within(-TAU, TAU), FRAC_PI_2).map(at)
 }
 
 fn series_law(section: &Section<'_>) -> Option<SeriesLaw> {

@@ -445,6 +445,14 @@ impl<'a> Section<'a> {
         Some(Some(self.sub(node.path, node.span, table)))
     }
 
+    /// What `read` makes of the table under this key, if it is there.
+    pub fn read<T>(&self, key: &'static str, read: impl Fn(&Section<'a>) -> Option<T>) -> Option<Option<T>> {
+        match self.section(key)? {
+            Some(section) => read(&section).map(Some),
+            None => Some(None),
+        }
+    }
+
     /// The table under this key, which must be there.
     pub fn required_section(&self, key: &'static str) -> Option<Section<'a>> {
         let path = self.path_of(key);

@@ -8,9 +8,13 @@ use super::models::{forbid, spring};
 use super::section::{ANY, Limits, NOT_NEGATIVE, POSITIVE, Section, within};
 use super::units;
 use camdrive::drives::unit::{self, Quantity};
-use camdrive_design::synthesis::shaft::{Norm, Shaft, ShaftGoal};
+use camdrive_design::synthesis::Objective::{
+    Chebyshev, ChebyshevSum, DiscreteChebyshev, DiscreteLeastSquares, LeastSquares, PeakAcceleration, PeakTorque,
+    ShaftTorque,
+};
+use camdrive_design::synthesis::shaft::{Shaft, ShaftGoal};
 use camdrive_design::synthesis::study::{Assignment, Elasticity, Method, Names};
-use camdrive_design::synthesis::{Basis, Bound, Objective, Point, Polynomial, Range, Search, Symmetry, Task};
+use camdrive_design::synthesis::{Basis, Bound, Norm, Objective, Point, Polynomial, Range, Search, Symmetry, Task};
 use std::f64::consts::TAU;
 use std::path::Path;
 
@@ -44,27 +48,18 @@ const SYNONYMS: &[(&str, &str)] = &[
     ("speed", "fastest"),
 ];
 
-#[derive(Clone, Copy, PartialEq)]
-enum Kind {
-    LeastSquares,
-    DiscreteLeastSquares,
-    Chebyshev,
-    DiscreteChebyshev,
-    ChebyshevSum,
-    PeakAcceleration,
-    PeakTorque,
-    ShaftTorque,
-}
+/// What is made small, before its points are known; None for the torque of a shaft, which has values of its own.
+type Kind = Option<Objective>;
 
 const OBJECTIVES: &[(&[&str], Kind)] = &[
-    (&["least_squares", "S1"], Kind::LeastSquares),
-    (&["discrete_least_squares", "S2"], Kind::DiscreteLeastSquares),
-    (&["chebyshev", "S3", "minimax"], Kind::Chebyshev),
-    (&["discrete_chebyshev", "S4"], Kind::DiscreteChebyshev),
-    (&["chebyshev_sum", "S5"], Kind::ChebyshevSum),
-    (&["peak_acceleration"], Kind::PeakAcceleration),
-    (&["peak_torque", "torque"], Kind::PeakTorque),
-    (&["shaft_torque"], Kind::ShaftTorque),
+    (&["least_squares", "S1"], Some(LeastSquares)),
+    (&["discrete_least_squares", "S2"], Some(DiscreteLeastSquares { points: 0 })),
+    (&["chebyshev", "S3", "minimax"], Some(Chebyshev)),
+    (&["discrete_chebyshev", "S4"], Some(DiscreteChebyshev { points: 0 })),
+    (&["chebyshev_sum", "S5"], Some(ChebyshevSum)),
+    (&["peak_acceleration"], Some(PeakAcceleration)),
+    (&["peak_torque", "torque"], Some(PeakTorque)),
+    (&["shaft_torque"], None),
 ];
 
 const SYMMETRIES: &[(&[&str], Symmetry)] = &[
@@ -127,7 +122,7 @@ fn assignment(root: &Section<'_>, folder: &Path) -> Option<Assignment> {
     let symmetry = root.choice_or("symmetry", SYMMETRIES, Symmetry::default());
     let kind = root.choice("objective", OBJECTIVES);
     // Sums of squares weigh squares.
-    let power = if matches!(kind, Some(Kind::LeastSquares | Kind::DiscreteLeastSquares)) { -2 } else { -1 };
+    let power = if matches!(kind, Some(Some(LeastSquares | DiscreteLeastSquares { .. }))) { -2 } else { -1 };
     let weights = [("dU_weight", power), ("ddU_weight", 2 * power)]
         .map(|(key, n)| root.derivative(key, &unit::NUMBER, n, NOT_NEGATIVE));
     let points = discrete_points(root, kind);
@@ -144,14 +139,10 @@ fn assignment(root: &Section<'_>, folder: &Path) -> Option<Assignment> {
     check_purpose(root, kind, &ranges, &exact, &bounds)?;
     let points = points?;
     let objective = match kind {
-        Kind::LeastSquares => Objective::LeastSquares,
-        Kind::DiscreteLeastSquares => Objective::DiscreteLeastSquares { points },
-        Kind::Chebyshev => Objective::Chebyshev,
-        Kind::DiscreteChebyshev => Objective::DiscreteChebyshev { points },
-        Kind::ChebyshevSum => Objective::ChebyshevSum,
-        Kind::PeakAcceleration => Objective::PeakAcceleration,
-        Kind::PeakTorque => Objective::PeakTorque,
-        Kind::ShaftTorque => Objective::ShaftTorque(shaft??),
+        None => ShaftTorque(shaft??),
+        Some(DiscreteLeastSquares { .. }) => DiscreteLeastSquares { points },
+        Some(DiscreteChebyshev { .. }) => DiscreteChebyshev { points },
+        Some(other) => other,
     };
     let kept = ranges.iter().flat_map(|Given { path, range, tolerances }| {
         (0..3).filter_map(move |order| {
@@ -190,7 +181,7 @@ fn assignment(root: &Section<'_>, folder: &Path) -> Option<Assignment> {
 
 /// The points in a range of the discrete objectives; 0 for the default.
 fn discrete_points(root: &Section<'_>, kind: Option<Kind>) -> Option<usize> {
-    if matches!(kind, Some(Kind::DiscreteLeastSquares | Kind::DiscreteChebyshev)) && root.has("points") {
+    if matches!(kind, Some(Some(DiscreteLeastSquares { .. } | DiscreteChebyshev { .. }))) && root.has("points") {
         return root.count("points", 2, MOST_POINTS);
     }
     forbid(root, &["points"], "the objective looks at all angles", "objective = \"discrete_chebyshev\"");
@@ -200,7 +191,7 @@ fn discrete_points(root: &Section<'_>, kind: Option<Kind>) -> Option<usize> {
 /// How an objective that is not convex is searched.
 fn search(root: &Section<'_>, kind: Option<Kind>) -> Option<Search> {
     let usual = Search::default();
-    if !matches!(kind, Some(Kind::PeakTorque | Kind::ShaftTorque)) {
+    if !matches!(kind, Some(Some(PeakTorque) | None)) {
         forbid(root, &["starts", "seed"], "this objective has one optimum", "objective = \"peak_torque\"");
         return Some(usual);
     }
@@ -413,7 +404,7 @@ fn check_purpose(
     points: &[(String, Point)],
     bounds: &[(String, Bound)],
 ) -> Option<()> {
-    let peak = matches!(kind, Kind::PeakAcceleration | Kind::PeakTorque | Kind::ShaftTorque);
+    let peak = matches!(kind, Some(PeakAcceleration | PeakTorque) | None);
     if !peak && ranges.is_empty() {
         let fault = root.fault_of("objective", "the task prescribes no motion: there is no [[range]] and no [[dwell]]");
         root.faults.report(fault.hint("add a [[dwell]] with centre, width and U"));
@@ -433,6 +424,17 @@ fn check_purpose(
     Some(())
 }
 
+/// Whether the speeds of a section make a range.
+fn rising(section: &Section<'_>, slowest: f64, fastest: f64) -> Option<()> {
+    if fastest > slowest {
+        return Some(());
+    }
+    let (low, high) = (units::short(slowest), units::short(fastest));
+    let message = format!("`{}`: {high} rad/s is not above `slowest`, {low} rad/s", section.path_of("fastest"));
+    section.faults.report(section.fault_of("fastest", message).hint("give a range of speeds"));
+    None
+}
+
 fn elasticity(root: &Section<'_>, lengths: &Lengths, kind: Option<Kind>) -> Option<Option<Elasticity>> {
     let Some(section) = root.section("elasticity")? else { return Some(None) };
     let w0 = section.real("natural_frequency", &unit::ANGULAR_VELOCITY, POSITIVE);
@@ -449,13 +451,8 @@ fn elasticity(root: &Section<'_>, lengths: &Lengths, kind: Option<Kind>) -> Opti
         section.faults.report(fault.hint("add the speed to be reached, or the deviation to be kept as far as it goes"));
         return None;
     }
-    if let Some(fastest) = fastest.filter(|fastest| *fastest <= slowest) {
-        let (low, high) = (units::short(slowest), units::short(fastest));
-        let message = format!("`{}`: {high} rad/s is not above `slowest`, {low} rad/s", section.path_of("fastest"));
-        section.faults.report(section.fault_of("fastest", message).hint("give a range of speeds"));
-        return None;
-    }
-    let chebyshev = matches!(kind, Some(Kind::Chebyshev | Kind::DiscreteChebyshev | Kind::ChebyshevSum));
+    rising(&section, slowest, fastest.unwrap_or(f64::INFINITY))?;
+    let chebyshev = matches!(kind, Some(Some(Chebyshev | DiscreteChebyshev { .. } | ChebyshevSum)));
     if method == Some(Method::Robust) && kind.is_some() && !chebyshev {
         let message = "`elasticity.method`: the robust profile is that of a largest error over angles and speeds";
         let hint = "choose objective = \"chebyshev\", or method = \"recipe\"";
@@ -468,14 +465,8 @@ fn elasticity(root: &Section<'_>, lengths: &Lengths, kind: Option<Kind>) -> Opti
 }
 
 fn shaft(root: &Section<'_>, kind: Option<Kind>) -> Option<Option<ShaftGoal>> {
-    let section = if kind == Some(Kind::ShaftTorque) {
-        root.required_section("shaft")?
-    } else {
-        match root.section("shaft")? {
-            Some(section) => section,
-            None => return Some(None),
-        }
-    };
+    let wanted = if kind == Some(None) { root.required_section("shaft").map(Some) } else { root.section("shaft") };
+    let Some(section) = wanted? else { return Some(None) };
     let m = section.real("m", &unit::MASS, POSITIVE);
     let inertia = section.real("J", &unit::INERTIA, POSITIVE);
     // The profile is not known yet; where the follower rests, the cam alone vibrates.
@@ -492,12 +483,7 @@ fn shaft(root: &Section<'_>, kind: Option<Kind>) -> Option<Option<ShaftGoal>> {
     let relative = section.choice_or("torque", &[(&["over_speed_squared"], true), (&["absolute"], false)], true);
     section.finish(SYNONYMS);
     let (slowest, fastest) = (slowest?, fastest?);
-    if fastest <= slowest {
-        let (low, high) = (units::short(slowest), units::short(fastest));
-        let message = format!("`{}`: {high} rad/s is not above `slowest`, {low} rad/s", section.path_of("fastest"));
-        section.faults.report(section.fault_of("fastest", message).hint("give a range of speeds"));
-        return None;
-    }
+    rising(&section, slowest, fastest)?;
     let shaft = Shaft { m: m?, inertia: inertia?, c: c?, b: b? };
     Some(Some(ShaftGoal { shaft, slowest, fastest, norm: norm?, relative: relative? }))
 }

@@ -2,6 +2,7 @@
 
 use super::contour::pieces;
 use super::{Cam, Cut, Follower, Outline, Plan, Point, Side, Standstill, degrees};
+use crate::search::summit;
 use crate::transmission::Transmission;
 use serde::Serialize;
 use std::f64::consts::{PI, TAU};
@@ -99,20 +100,15 @@ pub fn worst(cam: &Cam, f: impl Fn(usize, f64) -> Result<f64, Standstill>) -> Re
                 peak = (i, value);
             }
         }
-        // Golden sections between the neighbours of the largest sample, until roundings decide.
-        const RATIO: f64 = 0.618_033_988_749_894_9;
-        let (mut low, mut high) = (angle(peak.0.saturating_sub(1)), angle((peak.0 + 1).min(n)));
-        for _ in 0..60 {
-            let (left, right) = (high - RATIO * (high - low), low + RATIO * (high - low));
-            if f(segment, left)? >= f(segment, right)? {
-                high = right;
-            } else {
-                low = left;
-            }
+        let ends = [angle(peak.0.saturating_sub(1)), angle((peak.0 + 1).min(n))];
+        let mut standstill = None;
+        let mut value =
+            |phi: f64| f(segment, phi).map_err(|fault| standstill = Some(fault)).unwrap_or(f64::NEG_INFINITY);
+        // At a maximum roundings decide from there on.
+        let found = summit(&mut value, ends, (angle(peak.0), peak.1), 1e-9 * (ends[1] - ends[0]));
+        if let Some(fault) = standstill {
+            return Err(fault);
         }
-        let middle = 0.5 * (low + high);
-        let value = f(segment, middle)?;
-        let found = if value > peak.1 { (middle, value) } else { (angle(peak.0), peak.1) };
         if found.1 > best.1 {
             best = found;
         }

@@ -1,7 +1,6 @@
 //! Pressure angle and curvature over the turn as diagrams.
 
-use super::report::Shape;
-use super::{Cam, Side};
+use super::{Cam, Shape, Side};
 use crate::plot::{Axis, Diagram, Rule, Series};
 use std::f64::consts::TAU;
 
@@ -13,7 +12,7 @@ fn curve(name: String, cam: &Cam, f: impl Fn(&super::At) -> f64) -> Series {
         let phi = TAU * i as f64 / POINTS as f64;
         [phi.to_degrees(), cam.at(phi).map_or(f64::NAN, |at| f(&at))]
     };
-    Series { name, points: (0..=POINTS).map(point).collect(), joined: true }
+    Series::line(name, (0..=POINTS).map(point))
 }
 
 fn angle() -> Axis {
@@ -27,13 +26,10 @@ fn named(what: &str, cam: &str) -> String {
 /// The pressure angle over the turn with what is admissible.
 pub fn pressure(shape: &Shape) -> Diagram {
     let limit = shape.plan.limits.pressure.to_degrees();
-    Diagram {
-        title: format!("Pressure angle of {}", shape.name),
-        x: angle(),
-        y: Axis::linear("Pressure angle [°]"),
-        series: shape.cams.iter().map(|c| curve(named("cam", c.name), &c.cam, |at| at.pressure.to_degrees())).collect(),
-        rules: vec![Rule::Horizontal(limit, format!("admissible {}°", (1e6 * limit).round() / 1e6))],
-    }
+    let curves = shape.cams.iter().map(|c| curve(named("cam", c.name), &c.cam, |at| at.pressure.to_degrees()));
+    let limit = Rule::Horizontal(limit, format!("admissible {}°", (1e6 * limit).round() / 1e6));
+    let axes = [angle(), Axis::linear("Pressure angle [°]")];
+    Diagram::new(format!("Pressure angle of {}", shape.name), axes, curves.collect(), vec![limit])
 }
 
 /// The curvature of the path of the roller's centre, positive where it bulges, with that at which the contour is undercut.
@@ -46,15 +42,12 @@ pub fn curvature(shape: &Shape) -> Diagram {
             Rule::Horizontal(sign / c.cam.roller, if same { what } else { named(&what, c.name) })
         })
     });
-    Diagram {
-        title: format!("Curvature of the path of the roller's centre, {}", shape.name),
-        x: angle(),
-        y: Axis::linear("Curvature of the roller's path [1/m]"),
-        series: shape
-            .cams
-            .iter()
-            .map(|c| curve(named("path", c.name), &c.cam, |at| -c.cam.sense * at.curvature))
-            .collect(),
-        rules: rules.collect(),
-    }
+    let curves = shape.cams.iter().map(|c| curve(named("path", c.name), &c.cam, |at| -c.cam.sense * at.curvature));
+    let title = format!("Curvature of the path of the roller's centre, {}", shape.name);
+    Diagram::new(
+        title,
+        [angle(), Axis::linear("Curvature of the roller's path [1/m]")],
+        curves.collect(),
+        rules.collect(),
+    )
 }

@@ -229,22 +229,16 @@ fn label(cam: &Drawn<'_>, drawn: &[Drawn<'_>], letter: f64, others: &[Point]) ->
 /// None in practice: the writer fills memory.
 pub fn csv(drawn: &Drawn<'_>) -> Result<String, Fault> {
     let lever = matches!(drawn.cam.follower, Follower::Lever { .. });
-    let mut head = vec![
-        "phi_deg",
-        if drawn.angular { "lift_deg" } else { "lift_mm" },
-        if lever { "lever_deg" } else { "height_mm" },
-        "centre_x_mm",
-        "centre_y_mm",
-        "centre_r_mm",
-        "centre_beta_deg",
-        "pressure_angle_deg",
-        "curvature_1_m",
-    ];
+    let lift = if drawn.angular { "lift_deg" } else { "lift_mm" };
+    let coordinate = if lever { "lever_deg" } else { "height_mm" };
+    let mut head = format!(
+        "phi_deg,{lift},{coordinate},centre_x_mm,centre_y_mm,centre_r_mm,centre_beta_deg,pressure_angle_deg,curvature_1_m"
+    );
     for side in drawn.sides {
-        head.extend(match side {
-            Side::Inner => ["inner_x_mm", "inner_y_mm", "inner_curvature_1_m"],
-            _ => ["outer_x_mm", "outer_y_mm", "outer_curvature_1_m"],
-        });
+        head += match side {
+            Side::Inner => ",inner_x_mm,inner_y_mm,inner_curvature_1_m",
+            _ => ",outer_x_mm,outer_y_mm,outer_curvature_1_m",
+        };
     }
     // As in the diagram: positive where a curve bulges away from the cam's axis.
     let bulge = -drawn.cam.sense;

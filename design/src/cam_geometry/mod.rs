@@ -20,12 +20,14 @@ mod figures;
 pub mod files;
 mod plan;
 pub mod report;
+mod shape;
 #[cfg(test)]
 mod tests;
 
 pub use checks::{Finding, Limits, Verdict};
 pub use contour::{Mesh, Outline, Side};
 pub use plan::{Carrier, Cut, Plan, Second, Start};
+pub use shape::{Disc, Shape, Tolerances};
 
 use camdrive::drives::Fault;
 use camdrive::motion::MotionLaw;

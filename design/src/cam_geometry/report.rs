@@ -1,98 +1,15 @@
-//! The cam of a law with this geometry: findings, files, text.
+//! The report of a cam: files, text.
 
-use super::cam_table::CamTable;
-use super::contour::NoMesh;
 use super::files::{self, Drawn};
-use super::{Cam, Carrier, Cut, Finding, Mesh, Outline, Plan, Verdict, checks, degrees, figures};
+use super::{Cut, Disc, Finding, Shape, Verdict, degrees, figures};
 use crate::text::{Table, number};
 use camdrive::drives::Fault;
-use camdrive::motion::MotionLaw;
 use serde::Serialize;
-
-/// How accurate the files are to be.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tolerances {
-    /// The largest distance between contour and chord (m).
-    pub chord: f64,
-    /// The largest error of a motion controller's straight interpolation (m), of an angle on the roller's arm.
-    pub table: f64,
-}
-
-/// A cam, or the two of a conjugate pair.
-pub struct Shape {
-    /// Whose it is, for titles and file names.
-    pub name: String,
-    /// The geometry.
-    pub plan: Plan,
-    /// The cams.
-    pub cams: Vec<Disc>,
-    /// The law as a table for a controller.
-    pub table: CamTable,
-}
-
-/// One cam.
-pub struct Disc {
-    /// "F" and "P" of a pair, else nothing.
-    pub name: &'static str,
-    /// The cam.
-    pub cam: Cam,
-    /// Its angles.
-    pub mesh: Mesh,
-    /// What is to be said of it.
-    pub findings: Vec<Finding>,
-}
 
 /// A file: its ending and its content.
 pub type File = (String, Result<String, Fault>);
 
 impl Shape {
-    /// The cam of `law`.
-    ///
-    /// # Errors
-    /// Where no follower has the circle wanted, where the roller's centre stands still on the cam, and where the chord error
-    /// demands too many points.
-    pub fn new(name: &str, law: &MotionLaw, plan: Plan, tolerances: Tolerances) -> Result<Shape, Fault> {
-        let sides = plan.cut.sides();
-        let disc = |(name, cam): (&'static str, Cam)| -> Result<Disc, NoMesh> {
-            let mesh = Mesh::new(&cam, sides, tolerances.chord)?;
-            let outlines: Vec<Outline> = sides.iter().map(|side| mesh.outline(&cam, *side)).collect();
-            let findings = checks::findings(&cam, &plan, &outlines)?;
-            Ok(Disc { name, cam, mesh, findings })
-        };
-        let cams: Result<Vec<Disc>, NoMesh> = plan.cams(law)?.into_iter().map(disc).collect();
-        // The error of an angle counts on the roller's arm.
-        let arm = match plan.carrier {
-            Carrier::Lever { length, transmission, .. } if plan.angular => length / transmission.abs(),
-            _ => 1.0,
-        };
-        let table = CamTable::new(law, plan.angular, tolerances.table / arm);
-        Ok(Shape { name: name.to_owned(), plan, cams: cams?, table })
-    }
-
-    /// The same with findings on what the cam moves.
-    pub fn with(mut self, findings: impl IntoIterator<Item = Finding>) -> Self {
-        if let Some(first) = self.cams.first_mut() {
-            first.findings.extend(findings);
-        }
-        self
-    }
-
-    /// The worst of all findings.
-    pub fn verdict(&self) -> Verdict {
-        self.cams.iter().flat_map(|c| c.findings.iter().map(|f| f.verdict)).max().unwrap_or(Verdict::Good)
-    }
-
-    /// The findings that are not good, each in a sentence with its angle.
-    pub fn complaints(&self, verdict: Verdict) -> Vec<String> {
-        let all = self.cams.iter().flat_map(|c| c.findings.iter().map(move |f| (c.name, f)));
-        let bad = all.filter(|(_, f)| f.verdict == verdict);
-        let sentence = |(cam, f): (&str, &Finding)| {
-            let cam = if cam.is_empty() { String::new() } else { format!(" {cam}") };
-            format!("{}{cam}: {}, {} at φ = {:.3}°: {}", self.name, f.what, f.shown(), degrees(f.phi), f.remark)
-        };
-        bad.map(sentence).collect()
-    }
-
     /// What is cut, in a line.
     fn about(&self) -> String {
         let cut = match self.plan.cut {
@@ -158,8 +75,8 @@ impl Shape {
         let mut list: Vec<File> = drawn.iter().map(|d| (ending(d.name, "csv"), files::csv(d))).collect();
         list.push(("dxf".to_owned(), Ok(files::dxf(&self.name, &drawn))));
         list.push(("svg".to_owned(), Ok(files::svg(&self.name, &drawn))));
-        list.push(("pressure_angle.svg".to_owned(), figures::pressure(self).svg()));
-        list.push(("curvature.svg".to_owned(), figures::curvature(self).svg()));
+        list.push(("pressure_angle.svg".to_owned(), Ok(figures::pressure(self).svg())));
+        list.push(("curvature.svg".to_owned(), Ok(figures::curvature(self).svg())));
         list.push(("plcopen.csv".to_owned(), Ok(self.table.plcopen())));
         list.push(("plc.txt".to_owned(), Ok(self.table.two_columns())));
         list

@@ -2,7 +2,6 @@
 
 use super::checks::findings;
 use super::files::{Drawn, csv, dxf, svg};
-use super::report::{Shape, Tolerances};
 use super::*;
 use camdrive::motion::{Cycle, CyclePlan, Fourier, StandardLaw};
 

@@ -11,7 +11,7 @@ use super::passage::Clearance;
 use super::tuning::Intervals;
 use super::{Parameters, passages};
 use crate::clearance::borders::Sequel;
-use crate::stability::parallel;
+use crate::parallel;
 use camdrive::drives::backlash::Scene;
 use serde::Serialize;
 

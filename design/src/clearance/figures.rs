@@ -7,6 +7,8 @@ use super::passage::{Clearance, Point};
 use super::table::number;
 use crate::plot::{Axis, Diagram, Rule, Series, Shade};
 
+/// The abscissa of passages.
+const K: &str = "Dynamic clearance K = s/(|U‴|η³) [1]";
 /// The mass ratios of the source's diagram of passage times.
 const MASS_RATIOS: [f64; 7] = [0.0, 0.1, 0.3, 1.0, 3.0, 10.0, f64::INFINITY];
 /// Points of a smooth curve over some decades.
@@ -44,29 +46,20 @@ fn by_law<'a>(
     report: &'a Report,
     point: impl Fn(&Clearance) -> Option<[f64; 2]> + 'a,
 ) -> impl Iterator<Item = Series> + 'a {
-    report.laws.iter().take(MOST_LAWS).map(move |study| Series {
-        name: study.law.clone(),
-        points: study.passages.iter().filter_map(&point).collect(),
-        joined: false,
-    })
+    let laws = report.laws.iter().take(MOST_LAWS);
+    laws.map(move |study| Series::dots(&study.law, study.passages.iter().filter_map(&point)))
 }
 
 /// τ₁ over K for several μ, with the passages of the laws.
 pub fn passage_time(report: &Report) -> Diagram {
     let curves = passage_times(report).into_iter();
-    let mut series: Vec<Series> =
-        curves.map(|(mu, points)| Series { name: format!("μ = {mu}"), points, joined: true }).collect();
+    let mut series: Vec<Series> = curves.map(|(mu, points)| Series::line(format!("μ = {mu}"), points)).collect();
     series.extend(by_law(report, |passage| Some([passage.k?, passage.model.or(passage.formula)?.tau])).map(|series| {
         // The curves are those of the formulas.
         Series { name: format!("{}, model", series.name), ..series }
     }));
-    Diagram {
-        title: format!("Time of passage of {}", report.scene),
-        x: Axis::logarithmic("Dynamic clearance K = s/(|U‴|η³) [1]"),
-        y: Axis::linear("Time of passage τ₁ = ω t₁ [1]"),
-        series,
-        rules: Vec::new(),
-    }
+    let axes = [Axis::logarithmic(K), Axis::linear("Time of passage τ₁ = ω t₁ [1]")];
+    Diagram::new(format!("Time of passage of {}", report.scene), axes, series, Vec::new())
 }
 
 /// Where in the plane of K and μ further impacts follow, with the passages of the laws.
@@ -89,10 +82,8 @@ pub fn multiple_impacts(report: &Report) -> Diagram {
         rules.push(Rule::Area(outline, shade));
     }
     let [elastic, immediate] = lines;
-    let mut series = vec![
-        Series { name: "elastic release beyond".to_owned(), points: elastic, joined: true },
-        Series { name: "immediate release within".to_owned(), points: immediate, joined: true },
-    ];
+    let mut series =
+        vec![Series::line("elastic release beyond", elastic), Series::line("immediate release within", immediate)];
     let ratio = report.machine.mu;
     let differs = |passage: &Clearance| {
         let by = passage.formula.zip(passage.model);
@@ -101,16 +92,12 @@ pub fn multiple_impacts(report: &Report) -> Diagram {
     let passages = report.laws.iter().take(MOST_LAWS).flat_map(|study| &study.passages).filter(|p| differs(p));
     let points: Vec<[f64; 2]> = passages.filter_map(|passage| Some([passage.k?, ratio])).collect();
     if !points.is_empty() {
-        series.push(Series { name: "the model differs".to_owned(), points, joined: false });
+        series.push(Series::dots("the model differs", points));
     }
     series.extend(by_law(report, move |passage| Some([passage.k?, ratio])));
-    Diagram {
-        title: format!("Multiple impacts of {}", report.scene),
-        x: Axis::logarithmic("Dynamic clearance K = s/(|U‴|η³) [1]").between(k[0], k[1]),
-        y: Axis::logarithmic("Mass ratio μ = m1/m2 [1]").between(mu[0], mu[1]),
-        series,
-        rules,
-    }
+    let y = Axis::logarithmic("Mass ratio μ = m1/m2 [1]").between(mu[0], mu[1]);
+    let axes = [Axis::logarithmic(K).between(k[0], k[1]), y];
+    Diagram::new(format!("Multiple impacts of {}", report.scene), axes, series, rules)
 }
 
 /// The passages with the hardest impacts of the scene's law, by formula and model.
@@ -126,54 +113,38 @@ fn after_impact(report: &Report, value: impl Fn(&Point) -> [Option<f64>; 2]) -> 
             let points: Vec<[f64; 2]> =
                 passage.course.iter().filter_map(|point| Some([point.tau, value(point)[i]?])).collect();
             if !points.is_empty() {
-                let name = format!("{}° {by}", number(release.to_degrees()));
-                series.push(Series { name, points, joined: true });
+                series.push(Series::line(format!("{}° {by}", number(release.to_degrees())), points));
             }
         }
     }
     series
 }
 
+/// What an impact leaves over the natural period after it.
+fn over_time(title: String, label: &str, series: Vec<Series>) -> Diagram {
+    let axes = [Axis::linear("Time after the impact τ* = ω t* [1]"), Axis::linear(label)];
+    Diagram::new(title, axes, series, vec![Rule::Horizontal(0.0, String::new())])
+}
+
 /// The deformation over the natural period after the impact.
 pub fn deformation(report: &Report) -> Diagram {
-    Diagram {
-        title: format!("Deformation after the impacts of {}", report.scene),
-        x: Axis::linear("Time after the impact τ* = ω t* [1]"),
-        y: Axis::linear("Deformation q/s, positive as at the impact [1]"),
-        series: after_impact(report, |point| point.q),
-        rules: vec![Rule::Horizontal(0.0, String::new())],
-    }
+    let title = format!("Deformation after the impacts of {}", report.scene);
+    over_time(title, "Deformation q/s, positive as at the impact [1]", after_impact(report, |point| point.q))
 }
 
 /// The contact force over the natural period after the impact.
 pub fn force(report: &Report) -> Diagram {
-    Diagram {
-        title: format!("Contact force after the impacts of {}", report.scene),
-        x: Axis::linear("Time after the impact τ* = ω t* [1]"),
-        y: Axis::linear("Contact force/(c s), pressing positive [1]"),
-        series: after_impact(report, |point| point.force),
-        rules: vec![Rule::Horizontal(0.0, String::new())],
-    }
+    let title = format!("Contact force after the impacts of {}", report.scene);
+    over_time(title, "Contact force/(c s), pressing positive [1]", after_impact(report, |point| point.force))
 }
 
 /// U″ of the laws over the turn, with the passages of the first one.
 pub fn acceleration(report: &Report) -> Diagram {
     let laws = report.laws.iter().take(MOST_LAWS);
-    let mut series: Vec<Series> = laws
-        .map(|study| Series {
-            name: study.law.clone(),
-            points: study.course.iter().map(|[phi, u]| [phi.to_degrees(), *u]).collect(),
-            joined: true,
-        })
-        .collect();
+    let curve = laws.map(|study| Series::line(&study.law, study.course.iter().map(|[phi, u]| [phi.to_degrees(), *u])));
+    let mut series: Vec<Series> = curve.collect();
     let crossings = report.laws.iter().take(1).flat_map(|study| &study.passages).filter_map(|p| p.crossing);
-    let points = crossings.map(|crossing| [crossing.phi.to_degrees(), 0.0]).collect();
-    series.push(Series { name: "passages of the scene".to_owned(), points, joined: false });
-    Diagram {
-        title: format!("Acceleration of {}", report.scene),
-        x: Axis::angular("Angle φ [°]"),
-        y: Axis::linear("U″ [m/rad²]"),
-        series,
-        rules: vec![Rule::Horizontal(0.0, String::new())],
-    }
+    series.push(Series::dots("passages of the scene", crossings.map(|crossing| [crossing.phi.to_degrees(), 0.0])));
+    let axes = [Axis::angular("Angle φ [°]"), Axis::linear("U″ [m/rad²]")];
+    Diagram::new(format!("Acceleration of {}", report.scene), axes, series, vec![Rule::Horizontal(0.0, String::new())])
 }

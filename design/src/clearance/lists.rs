@@ -3,44 +3,13 @@
 use super::borders::borders;
 use super::passage::Figures;
 use super::{Report, figures};
-use crate::text::csv;
+use crate::text::{csv, full, full_or_empty};
 use camdrive::drives::Fault;
-
-fn full(value: f64) -> String {
-    format!("{value:e}")
-}
-
-fn full_or_empty(value: Option<f64>) -> String {
-    value.map_or(String::new(), full)
-}
 
 /// All passages of all laws, one line each for formula and model, SI and rad.
 pub fn passages_csv(report: &Report) -> Result<String, Fault> {
-    let head = [
-        "law",
-        "passage",
-        "from",
-        "by",
-        "U3_m",
-        "K",
-        "mu",
-        "release_rad",
-        "tau1",
-        "time_s",
-        "angle_rad",
-        "impulse_N_s",
-        "loss_J",
-        "vibration_m",
-        "max_q_m",
-        "max_force_N",
-        "then",
-        "release_after_tau",
-        "quasi_static_error",
-        "truncation_error",
-        "spacing_rad",
-        "vibration_left",
-        "fault",
-    ];
+    let head = "law,passage,from,by,U3_m,K,mu,release_rad,tau1,time_s,angle_rad,impulse_N_s,loss_J,vibration_m,max_q_m,\
+                max_force_N,then,release_after_tau,quasi_static_error,truncation_error,spacing_rad,vibration_left,fault";
     let rows = report.laws.iter().flat_map(|study| {
         study.passages.iter().enumerate().flat_map(move |(i, passage)| {
             [("formula", passage.formula), ("model", passage.model)].into_iter().map(move |(by, figures)| {
@@ -73,13 +42,12 @@ pub fn passages_csv(report: &Report) -> Result<String, Fault> {
             })
         })
     });
-    csv(&head, rows)
+    csv(head, rows)
 }
 
 /// Deformation and force over the natural period after each impact.
 pub fn after_impact_csv(report: &Report) -> Result<String, Fault> {
-    let head =
-        ["law", "passage", "tau", "q_over_s_formula", "q_over_s_model", "force_over_cs_formula", "force_over_cs_model"];
+    let head = "law,passage,tau,q_over_s_formula,q_over_s_model,force_over_cs_formula,force_over_cs_model";
     let rows = report.laws.iter().flat_map(|study| {
         study.passages.iter().enumerate().flat_map(move |(i, passage)| {
             passage.course.iter().map(move |point| {
@@ -88,16 +56,14 @@ pub fn after_impact_csv(report: &Report) -> Result<String, Fault> {
             })
         })
     });
-    csv(&head, rows)
+    csv(head, rows)
 }
 
 /// τ₁ over K for the mass ratios of the diagram.
 pub fn passage_time_csv(report: &Report) -> Result<String, Fault> {
-    let rows = figures::passage_times(report).into_iter();
-    csv(
-        &["mu", "K", "tau1"],
-        rows.flat_map(|(mu, points)| points.into_iter().map(move |[k, tau]| vec![mu.to_string(), full(k), full(tau)])),
-    )
+    let curves = figures::passage_times(report).into_iter();
+    let row = |mu: String, [k, tau]: [f64; 2]| vec![mu, full(k), full(tau)];
+    csv("mu,K,tau1", curves.flat_map(|(mu, points)| points.into_iter().map(move |point| row(mu.clone(), point))))
 }
 
 /// The borders of the map of multiple impacts.
@@ -107,5 +73,5 @@ pub fn map_csv(report: &Report) -> Result<String, Fault> {
         let name = border.band.map_or("elastic".to_owned(), |n| format!("immediate {n}"));
         border.points.into_iter().map(move |p| vec![name.clone(), full(p.mu), full(p.k), full(p.tau)])
     });
-    csv(&["border", "mu", "K", "tau1"], rows)
+    csv("border,mu,K,tau1", rows)
 }

@@ -21,6 +21,7 @@ pub mod table;
 mod tests;
 pub mod tuning;
 
+use crate::Progress;
 use crate::resource::Resource;
 use borders::Sequel;
 use by_model::ByModel;
@@ -163,16 +164,6 @@ impl Calm {
     }
 }
 
-/// The report of a study and how far it has come.
-pub struct Progress<'a> {
-    /// Laws done.
-    pub done: usize,
-    /// Laws in all.
-    pub total: usize,
-    /// The law that comes next.
-    pub law: &'a str,
-}
-
 /// Studies the passages of the clearance.
 ///
 /// # Errors
@@ -190,7 +181,7 @@ pub fn study(resource: &Resource, options: &Options, progress: impl Fn(Progress)
     let laws: Vec<&(String, MotionLaw)> = std::iter::once(&own).chain(&options.laws).collect();
     let mut studies = Vec::new();
     for (done, (name, law)) in laws.iter().enumerate() {
-        progress(Progress { done, total: laws.len(), law: name });
+        progress(Progress { done, total: laws.len(), stage: name });
         let scene = Scene { cam: law.clone(), ..scene.clone() };
         studies.push(of_law(name, &scene, &machine, options));
     }

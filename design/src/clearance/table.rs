@@ -4,12 +4,10 @@ use super::borders::Sequel;
 use super::passage::{Clearance, Figures};
 use super::tuning::{Intervals, SOURCE_BOUND, nearest};
 use super::{Parameters, Report, Study};
-use crate::text::time;
+use crate::text::{NONE, time};
 pub use crate::text::{Table, number};
 use std::f64::consts::TAU;
 
-/// "–", where there is nothing to say.
-const NONE: &str = "–";
 /// Intervals that a sentence lists; the others are in the JSON file.
 const LISTED: usize = 6;
 /// The same of a table.
@@ -96,23 +94,8 @@ fn differences(formula: &Figures, model: &Figures) -> Vec<String> {
 
 /// The passages by formula and model, with differences.
 pub fn of_passages(study: &Study) -> Table {
-    let head = [
-        "passage",
-        "from",
-        "U‴ [m]",
-        "K",
-        "by",
-        "release [°]",
-        "τ₁",
-        "time [ms]",
-        "angle [°]",
-        "impulse [N·s]",
-        "loss [J]",
-        "vibration [mm]",
-        "max |q| [mm]",
-        "max |F| [N]",
-        "then",
-    ];
+    let head = "passage  from  U‴ [m]  K  by  release [°]  τ₁  time [ms]  angle [°]  impulse [N·s]  loss [J]  \
+                vibration [mm]  max |q| [mm]  max |F| [N]  then";
     let mut rows = Vec::new();
     for (i, passage) in study.passages.iter().enumerate() {
         let lead = [
@@ -137,7 +120,7 @@ pub fn of_passages(study: &Study) -> Table {
             (None, None) => {}
         }
     }
-    Table { head: head.map(str::to_owned).to_vec(), rows }
+    Table::new(head, rows)
 }
 
 /// "2 none, 8 elastic".
@@ -160,23 +143,9 @@ fn sequels_by(study: &Study, model: bool) -> Vec<Sequel> {
 
 /// How resistant the laws are to clearance, by formula and model.
 pub fn of_laws(report: &Report) -> Table {
-    let head = [
-        "law",
-        "stroke [mm]",
-        "max |U″| [m]",
-        "least spacing [°]",
-        "|U‴| [m]",
-        "K",
-        "by",
-        "passages",
-        "then",
-        "largest impulse [N·s]",
-        "loss per turn [J]",
-        "largest vibration [mm]",
-        "ω without further impacts [rad/s]",
-        "impacts per turn",
-        "largest impulse, settled [N·s]",
-    ];
+    let head = "law  stroke [mm]  max |U″| [m]  least spacing [°]  |U‴| [m]  K  by  passages  then  \
+                largest impulse [N·s]  loss per turn [J]  largest vibration [mm]  ω without further impacts [rad/s]  \
+                impacts per turn  largest impulse, settled [N·s]";
     let mut rows = Vec::new();
     for study in &report.laws {
         let values =
@@ -219,7 +188,7 @@ pub fn of_laws(report: &Report) -> Table {
         rows.push([of_law, of_passages(false), vec![by_formulas, none.clone(), none]].concat());
         rows.push([vec![String::new(); 6], of_passages(true), vec![by_model, impacts, impulse]].concat());
     }
-    Table { head: head.map(str::to_owned).to_vec(), rows }
+    Table::new(head, rows)
 }
 
 /// What the column of ω means, and which laws formulas and model judge differently, in sentences.

@@ -349,18 +349,8 @@ impl Report {
     /// # Errors
     /// None in practice: the writer fills memory.
     pub fn csv(&self) -> Result<String, Fault> {
-        let head = [
-            "machine",
-            "speed_part",
-            "period_s",
-            "least_speed_rad_s",
-            "largest_speed_rad_s",
-            "tool",
-            "overshoot",
-            "deviation",
-            "extra_harmonics",
-            "highest_extra",
-        ];
+        let head = "machine,speed_part,period_s,least_speed_rad_s,largest_speed_rad_s,tool,overshoot,deviation,\
+                    extra_harmonics,highest_extra";
         let mut rows = Vec::new();
         let rounds = self.rounds.iter().enumerate().map(|(i, round)| (format!("round {i}"), 1.0, Some(round)));
         let finished = std::iter::once(("finished".to_owned(), 1.0, Some(&self.finished)));
@@ -382,42 +372,30 @@ impl Report {
                 ]);
             }
         }
-        text::csv(&head, rows)
+        text::csv(head, rows)
     }
 
     /// ω over the angle, before and after.
     pub fn speed_diagram(&self) -> Diagram {
         let [before, after] = &self.speeds;
-        let degrees = |points: &Vec<[f64; 2]>| points.iter().map(|[phi, w]| [phi.to_degrees(), *w]).collect();
-        Diagram {
-            title: format!("Speed of {} over a turn", self.scene),
-            x: Axis::angular("Angle of the main shaft [°]").between(0.0, 360.0),
-            y: Axis::linear("Speed [rad/s]"),
-            series: vec![
-                Series { name: "cams for uniform speed".to_owned(), points: degrees(before), joined: true },
-                Series { name: "compensated cams".to_owned(), points: degrees(after), joined: true },
-            ],
-            rules: Vec::new(),
-        }
+        let curve =
+            |name: &str, points: &[[f64; 2]]| Series::line(name, points.iter().map(|[phi, w]| [phi.to_degrees(), *w]));
+        let series = vec![curve("cams for uniform speed", before), curve("compensated cams", after)];
+        let axes = [Axis::angular("Angle of the main shaft [°]").between(0.0, 360.0), Axis::linear("Speed [rad/s]")];
+        Diagram::new(format!("Speed of {} over a turn", self.scene), axes, series, Vec::new())
     }
 
     /// The acceleration of tool `j` over time, as wanted, before and after.
     pub fn acceleration_diagram(&self, j: usize) -> Diagram {
-        let per_turn = |points: &Vec<[f64; 2]>| points.iter().map(|[psi, a]| [psi / TAU, *a]).collect();
         let names = ["as prescribed", "cams for uniform speed", "compensated cams"];
-        let series = self.accelerations[j].iter().zip(names);
-        Diagram {
-            title: format!("Acceleration of tool {} of {} over a period", self.numbers[j], self.scene),
-            x: Axis::linear("Time per period [1]").between(0.0, 1.0),
-            y: Axis::linear(if self.turning[j] {
-                "Angular acceleration of the tool [rad/s²]"
-            } else {
-                "Acceleration of the tool [m/s²]"
-            }),
-            series: series
-                .map(|(points, name)| Series { name: name.to_owned(), points: per_turn(points), joined: true })
-                .collect(),
-            rules: Vec::new(),
-        }
+        let curves = self.accelerations[j].iter().zip(names);
+        let series = curves.map(|(points, name)| Series::line(name, points.iter().map(|[psi, a]| [psi / TAU, *a])));
+        let label = match self.turning[j] {
+            true => "Angular acceleration of the tool [rad/s²]",
+            false => "Acceleration of the tool [m/s²]",
+        };
+        let title = format!("Acceleration of tool {} of {} over a period", self.numbers[j], self.scene);
+        let axes = [Axis::linear("Time per period [1]").between(0.0, 1.0), Axis::linear(label)];
+        Diagram::new(title, axes, series.collect(), Vec::new())
     }
 }

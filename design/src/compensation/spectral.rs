@@ -5,6 +5,7 @@
 //!
 //! Source: L. N. Trefethen, *Spectral Methods in MATLAB*, SIAM 2000, chapter 3.
 
+use crate::search::summit;
 use camdrive::motion::Fourier;
 use std::f64::consts::TAU;
 
@@ -113,7 +114,7 @@ pub fn tail(series: &Fourier) -> f64 {
 /// The angle and the value where |f| is largest over the turn, f a smooth function of orders up to about `order`.
 pub fn largest(order: usize, f: impl Fn(f64) -> f64) -> [f64; 2] {
     // Twelve points per shortest wave leave the vertex of the parabola within a thousandth of the point distance of
-    // the maximum; golden sections do the rest.
+    // the maximum; a search does the rest.
     let n = 12 * order.max(4);
     let places: Vec<f64> = (0..=n).map(|i| TAU * i as f64 / n as f64).collect();
     largest_between(&places, f)
@@ -128,20 +129,8 @@ pub fn largest_between(places: &[f64], f: impl Fn(f64) -> f64) -> [f64; 2] {
     let next = |i: usize| places.get(i).copied().unwrap_or(2.0 * places[best] - places[best.saturating_sub(1)]);
     let high_end = next(best + 1);
     let low_end = if best > 0 { places[best - 1] } else { 2.0 * places[best] - high_end };
-    let (mut low, mut high) = (low_end, high_end);
-    let step = 0.5 * (high - low);
-    const RATIO: f64 = 0.618_033_988_749_894_9;
-    while high - low > 1e-9 * step.max(1e-3) {
-        let (left, right) = (high - RATIO * (high - low), low + RATIO * (high - low));
-        if size(left) >= size(right) {
-            high = right;
-        } else {
-            low = left;
-        }
-    }
-    let at = 0.5 * (low + high);
-    // Where f has a corner, or roundings only, the place itself may be the largest.
-    if size(at) >= at_best { [at, size(at)] } else { [places[best], at_best] }
+    let tolerance = 0.5e-9 * (high_end - low_end).max(1e-3);
+    summit(&mut |x| size(x), [low_end, high_end], (places[best], at_best), tolerance).into()
 }
 
 #[cfg(test)]

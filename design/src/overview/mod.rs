@@ -13,6 +13,7 @@ mod tests;
 mod vibration;
 
 use crate::resource::Resource;
+use crate::text;
 use camdrive::drives::backlash::{self, BacklashDrive};
 use camdrive::drives::cam_drive::DriveMode;
 use camdrive::drives::elastic_output::{self, ElasticOutput};
@@ -23,7 +24,6 @@ use camdrive::drives::rigid_machine::RigidMachine;
 use camdrive::drives::{Drive as _, Fault};
 use camdrive::motion::MotionLaw;
 use serde::Serialize;
-use serde::de::DeserializeOwned;
 use std::f64::consts::TAU;
 
 /// What a scene amounts to.
@@ -91,19 +91,19 @@ pub fn of(resource: &Resource) -> Result<Overview, Fault> {
     let mut overview = Overview::default();
     match resource.model.as_str() {
         ElasticOutput::MODEL => {
-            let elastic_output::Scene { m, c, b, cam, drive, .. } = read(resource)?;
+            let elastic_output::Scene { m, c, b, cam, drive, .. } = resource.read()?;
             let speed = overview.driven(&drive);
             overview.elastic(&vibration::behind_cam(&cam, [m, b, c], speed), Some((&cam, false)));
             overview.cam(&cam, m, speed);
         }
         ElasticShaft::MODEL => {
-            let elastic_shaft::Scene { m, cam, drive, .. } = read(resource)?;
+            let elastic_shaft::Scene { m, cam, drive, .. } = resource.read()?;
             let speed = overview.driven(&drive);
             overview.elastic(&resource.oscillator()?, Some((&cam, true)));
             overview.cam(&cam, m, speed);
         }
         BacklashDrive::MODEL => {
-            let backlash::Scene { m1, m2, c, b, s, cam, drive, .. } = read(resource)?;
+            let backlash::Scene { m1, m2, c, b, s, cam, drive, .. } = resource.read()?;
             let speed = overview.driven(&drive);
             overview.elastic(&vibration::behind_cam(&cam, [m2, b, c], speed), Some((&cam, false)));
             overview.speed("natural_frequency_in_flight", (c * (m1 + m2) / (m1 * m2)).sqrt());
@@ -115,23 +115,18 @@ pub fn of(resource: &Resource) -> Result<Overview, Fault> {
             overview.cam(&cam, m1 + m2, speed);
         }
         ParametricDrive::MODEL => {
-            let parametric::Scene { law, drive, .. } = read(resource)?;
+            let parametric::Scene { law, drive, .. } = resource.read()?;
             overview.driven(&drive);
             if let Law::Crank(CrankLaw { crank, .. }) = law {
                 overview.figure("crank_radius", crank.r, "m");
             }
             overview.elastic(&resource.oscillator()?, None);
         }
-        RigidMachine::MODEL => machine::tell(&mut overview, &read(resource)?),
+        RigidMachine::MODEL => machine::tell(&mut overview, &resource.read()?),
         _ => {}
     }
     implausible::warn(&mut overview);
     Ok(overview)
-}
-
-fn read<S: DeserializeOwned>(resource: &Resource) -> Result<S, Fault> {
-    serde_json::from_value(resource.scene.clone())
-        .map_err(|e| Fault(format!("the resolved scene of {} cannot be read: {e}", resource.model)))
 }
 
 impl Overview {
@@ -224,8 +219,7 @@ fn stroke(positions: &[f64]) -> f64 {
 
 /// Four significant digits, in powers of ten where that is shorter.
 fn digits(value: f64) -> String {
-    let rounded = format!("{value:.3e}").parse().unwrap_or(value) + 0.0;
-    if rounded == 0.0 || (1e-3..1e6).contains(&rounded.abs()) { rounded.to_string() } else { format!("{rounded:e}") }
+    text::digits(value, 4, -3)
 }
 
 /// The value in a unit that suits its size.

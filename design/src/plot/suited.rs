@@ -94,7 +94,7 @@ mod tests {
             title: String::new(),
             x: Axis::linear("φ [°]"),
             y: Axis::linear("U [m]").between(0.0, 0.01),
-            series: vec![Series { name: String::new(), points: vec![[90.0, 0.005]], joined: false }],
+            series: vec![Series::dots("", [[90.0, 0.005]])],
             rules: vec![Rule::Horizontal(0.002, "limit".to_owned())],
         };
         let suited = diagram.suited();

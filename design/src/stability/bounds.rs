@@ -13,7 +13,7 @@
 //! complex sum, which alone does not depend on where the angle is counted from; the second order is that of H. Poincaré's
 //! determinant as in Yakubovich, Starzhinskii, *Linear Differential Equations with Periodic Coefficients*, 1975.
 
-use super::system::{Complex, System};
+use super::system::{Complex, System, coefficient};
 
 /// The two approximations of θ*.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,18 +22,6 @@ pub struct Bounds {
     pub three_term: f64,
     /// Second order.
     pub second_order: f64,
-}
-
-fn times(a: Complex, b: Complex) -> Complex {
-    [a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0]]
-}
-
-fn plus(a: Complex, b: Complex, factor: f64) -> Complex {
-    [a[0] + factor * b[0], a[1] + factor * b[1]]
-}
-
-fn modulus(a: Complex) -> f64 {
-    (a[0] * a[0] + a[1] * a[1]).sqrt()
 }
 
 /// The harmonics of m̂ and ĉ that the bounds are made of.
@@ -49,32 +37,20 @@ impl Harmonics {
         Harmonics { m: system.inertia(), c: system.stiffness(), turning: system.inertia_turns() }
     }
 
-    /// The coefficient of e^(ikφ), k of either sign.
-    fn at(list: &[Complex], k: i64) -> Complex {
-        let [re, im] = list.get(k.unsigned_abs() as usize).copied().unwrap_or_default();
-        if k < 0 { [re, -im] } else { [re, im] }
-    }
-
     /// The bounds of the order j = `twice`/2.
     pub fn bounds(&self, twice: usize) -> Bounds {
         Bounds { three_term: self.three_term(twice), second_order: self.second_order(twice) }
     }
 
     fn three_term(&self, twice: usize) -> f64 {
-        let relative = |list: &[Complex], k: usize| Self::at(list, k as i64).map(|x| 2.0 * x);
-        let (m, r) = (relative(&self.m, twice), relative(&self.c, twice));
-        let mut sum = plus(m, r, -1.0);
+        let relative = |list: &[Complex], k: usize| 2.0 * coefficient(list, k as i64);
+        let mut sum = relative(&self.m, twice) - relative(&self.c, twice);
         if twice % 2 == 0 {
             let (m, r) = (relative(&self.m, twice / 2), relative(&self.c, twice / 2));
-            let constant = if self.turning {
-                let rho = plus(r, m, -0.5);
-                times(rho, rho)
-            } else {
-                times(r, plus(r, m, -1.0))
-            };
-            sum = plus(sum, constant, 0.5);
+            let constant = if self.turning { (r - 0.5 * m).powi(2) } else { r * (r - m) };
+            sum += 0.5 * constant;
         }
-        0.25 * modulus(sum)
+        0.25 * sum.norm()
     }
 
     fn second_order(&self, twice: usize) -> f64 {
@@ -84,13 +60,12 @@ impl Harmonics {
         let element = |n: i64, l: i64| {
             let k = (n - l) / 2;
             let waves = if self.turning { 0.5 * (square(n) + square(l)) } else { square(l) };
-            plus(Self::at(&self.c, k), Self::at(&self.m, k), -waves)
+            coefficient(&self.c, k) - coefficient(&self.m, k) * waves
         };
         // H_{jn} vanishes beyond the highest harmonic.
         let reach = 2 * (self.m.len() as i64 - 1);
         let between = (j - reach..=j + reach).step_by(2).filter(|n| n.abs() != j);
-        let sum = between
-            .fold(element(j, -j), |sum, n| plus(sum, times(element(j, n), element(n, -j)), -1.0 / (1.0 - square(n))));
-        0.5 * modulus(sum)
+        let through = |n: i64| element(j, n) * element(n, -j) / (1.0 - square(n));
+        0.5 * (element(j, -j) - between.map(through).sum::<Complex>()).norm()
     }
 }

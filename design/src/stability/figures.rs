@@ -51,7 +51,7 @@ impl<'a> Map<'a> {
         self.rules.push(Rule::Area(outline.clone(), shade));
         let mut border = outline;
         border.extend(border.first().copied());
-        self.rules.push(Rule::Border(border, 1));
+        self.rules.push(Rule::Border(border, 1.0));
         if let Some(at) = named {
             self.name(region.j, at, top);
         }
@@ -81,7 +81,7 @@ fn own_points(report: &Report, height: f64) -> Vec<Series> {
     if points.is_empty() {
         return Vec::new();
     }
-    vec![Series { name: SCENE.to_owned(), points, joined: false }]
+    vec![Series::dots(SCENE, points)]
 }
 
 /// Unstable speeds over the damping ratio.
@@ -99,13 +99,9 @@ pub fn over_damping(report: &Report) -> Diagram {
         });
         map.add(region, Shade::Dark, summit, top);
     }
-    Diagram {
-        title: format!("Unstable speeds of {} over the damping ratio", report.scene),
-        x: speed_axis(report),
-        y: Axis::linear("Damping ratio θ [1]").between(0.0, top),
-        series: own_points(report, theta),
-        rules: map.rules,
-    }
+    let title = format!("Unstable speeds of {} over the damping ratio", report.scene);
+    let axes = [speed_axis(report), Axis::linear("Damping ratio θ [1]").between(0.0, top)];
+    Diagram::new(title, axes, own_points(report, theta), map.rules)
 }
 
 fn height(region: &Region) -> f64 {
@@ -131,16 +127,12 @@ pub fn over_modulation(report: &Report) -> Diagram {
     for region in report.over_modulation.iter().filter(|region| !undamped(region)) {
         map.add(region, Shade::Dark, None, top);
     }
-    Diagram {
-        title: format!(
-            "Unstable speeds of {} over the modulation: pale without damping, dark at the damping ratio {theta}",
-            report.scene
-        ),
-        x: speed_axis(report),
-        y: Axis::linear("Modulation of the coefficients, that of the scene = 1 [1]").between(0.0, top),
-        series: own_points(report, 1.0),
-        rules: map.rules,
-    }
+    let title = format!(
+        "Unstable speeds of {} over the modulation: pale without damping, dark at the damping ratio {theta}",
+        report.scene
+    );
+    let y = Axis::linear("Modulation of the coefficients, that of the scene = 1 [1]").between(0.0, top);
+    Diagram::new(title, [speed_axis(report), y], own_points(report, 1.0), map.rules)
 }
 
 /// The name along a line upwards takes this part of the width.
@@ -182,17 +174,12 @@ pub fn amplification(report: &Report) -> Diagram {
     });
     for stretch in stretches {
         let point = |s: &super::Steady| Some([w0 * s.eta * RPM, value(s)?]);
-        rules.push(Rule::Border(stretch.iter().filter_map(point).collect(), 2));
+        rules.push(Rule::Border(stretch.iter().filter_map(point).collect(), 2.0));
     }
     let own = report.transients.iter().flatten().filter_map(|t| Some([t.speed * RPM, value(&t.steady)?]));
     let own: Vec<[f64; 2]> = own.collect();
-    let own =
-        if own.is_empty() { Vec::new() } else { vec![Series { name: SCENE.to_owned(), points: own, joined: false }] };
-    Diagram {
-        title: format!("Largest load of {} over its kinetostatic value", report.scene),
-        x: speed_axis(report),
-        y: Axis::logarithmic("Amplification R = max |M| / max |M₀| [1]").between(bottom, top),
-        series: own,
-        rules,
-    }
+    let own = if own.is_empty() { Vec::new() } else { vec![Series::dots(SCENE, own)] };
+    let y = Axis::logarithmic("Amplification R = max |M| / max |M₀| [1]").between(bottom, top);
+    let title = format!("Largest load of {} over its kinetostatic value", report.scene);
+    Diagram::new(title, [speed_axis(report), y], own, rules)
 }

@@ -16,8 +16,7 @@
 //! Source: V. A. Yakubovich, V. M. Starzhinskii, *Linear Differential Equations with Periodic Coefficients*, Wiley
 //! 1975, chapters II and VIII; W. Magnus, S. Winkler, *Hill's Equation*, Wiley 1966, theorem 2.1.
 
-use super::MOST_ORDERS;
-use super::system::{Complex, System};
+use super::system::{Complex, MOST_HARMONICS, System, coefficient, first_harmonics};
 use nalgebra::DMatrix;
 
 /// The undamped boundaries of the instability of order n.
@@ -69,15 +68,6 @@ const TRUSTED: f64 = 0.05;
 /// exact boundaries, which Newton's method reaches from there in two steps.
 const CONVERGED: f64 = 1e-9;
 
-/// Harmonics beyond which no more are taken, but for one doubling: some tenths of a second of work. Where coefficients
-/// have jumps in a derivative, the boundaries then still have five digits or more.
-const MOST_HARMONICS: usize = 96;
-
-/// The harmonics that so many orders are begun with.
-const fn first_harmonics(orders: usize) -> usize {
-    orders / 2 + 12
-}
-
 /// The boundaries of the orders 1 … `orders`.
 pub fn boundaries(system: &System, orders: usize) -> Boundaries {
     let functions = Functions::of(system);
@@ -109,12 +99,6 @@ fn converged(functions: &Functions, orders: usize) -> Boundaries {
         pairs = finer;
     }
     Boundaries { pairs, harmonics, changes }
-}
-
-/// The highest harmonic of the turn that [`boundaries`] may ask for, in a turn with symmetry `parts`.
-pub fn highest_harmonic(parts: usize) -> usize {
-    let most = [MOST_HARMONICS, 2 * first_harmonics(MOST_ORDERS)];
-    parts.max(1) * (2 * most[0].max(most[1]) + 1)
 }
 
 /// The harmonics that the matrices are made of, those that the symmetry of the turn admits.
@@ -149,7 +133,7 @@ impl Functions {
     fn with(&self, fluctuation: &[Complex], j: f64) -> Self {
         let kind = match &self.kind {
             Kind::Fixed(ratio) => {
-                let sum = |(a, b): (&Complex, &Complex)| [a[0] + b[0] / j, a[1] + b[1] / j];
+                let sum = |(a, b): (&Complex, &Complex)| a + b / j;
                 Kind::Fixed(ratio.iter().zip(fluctuation).map(sum).collect())
             }
             Kind::Turning(both) => Kind::Turning(both.clone()),
@@ -225,15 +209,11 @@ fn wave_of(i: usize, half: bool, waves: &[f64]) -> f64 {
 fn product(g: &[Complex], half: bool, harmonics: usize) -> DMatrix<f64> {
     // Row → (number of the wave, whether a sine); a wave has the order n or n − ½.
     let row = |i: usize| if half { (i / 2 + 1, i % 2 == 1) } else { (i.div_ceil(2), i > 0 && i % 2 == 0) };
-    let at = |k: i64| {
-        let [re, im] = g[k.unsigned_abs() as usize];
-        if k < 0 { [re, -im] } else { [re, im] }
-    };
     let size = 2 * harmonics + usize::from(!half);
     DMatrix::from_fn(size, size, |i, j| {
         let ((n, sine), (l, other)) = (row(i), row(j));
-        let difference = at(n as i64 - l as i64);
-        let sum = at((n + l) as i64 - i64::from(half));
+        let difference = coefficient(g, n as i64 - l as i64);
+        let sum = coefficient(g, (n + l) as i64 - i64::from(half));
         // 1 = √2 cos 0 / √2 on either side.
         let factor = if n == 0 && l == 0 {
             0.5
@@ -244,10 +224,10 @@ fn product(g: &[Complex], half: bool, harmonics: usize) -> DMatrix<f64> {
         };
         factor
             * match (sine, other) {
-                (false, false) => difference[0] + sum[0],
-                (true, true) => difference[0] - sum[0],
-                (false, true) => difference[1] - sum[1],
-                (true, false) => -difference[1] - sum[1],
+                (false, false) => difference.re + sum.re,
+                (true, true) => difference.re - sum.re,
+                (false, true) => difference.im - sum.im,
+                (true, false) => -difference.im - sum.im,
             }
     })
 }

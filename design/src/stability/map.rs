@@ -7,9 +7,9 @@
 use super::continuation;
 use super::hill;
 use super::modulation;
-use super::parallel;
 use super::system::System;
 use super::tongue::{Apex, Extent, Tongue};
+use crate::parallel;
 use serde::Serialize;
 
 /// The tongue of an order in a map: at each height (damping ratio or modulation) the lower and the upper speed ratio,

@@ -16,15 +16,14 @@ pub mod hill;
 pub mod map;
 pub mod modulation;
 mod orders;
-pub mod parallel;
 pub mod response;
-pub mod search;
 pub mod system;
 pub mod table;
 #[cfg(test)]
 mod tests;
 pub mod tongue;
 
+use crate::{Progress, parallel, search};
 use bounds::Bounds;
 use camdrive::drives::{Fault, PeriodicOscillator};
 use map::{Known, Modulation, Region};
@@ -195,17 +194,6 @@ pub struct Order {
     pub three_term: f64,
     /// The bound of second order.
     pub second_order: f64,
-}
-
-/// How far a study has come.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Progress {
-    /// Pieces done.
-    pub done: usize,
-    /// Pieces of this stage, as far as known.
-    pub total: usize,
-    /// What is being done.
-    pub stage: &'static str,
 }
 
 /// What is known after a study's stage, for [`Progress`].

@@ -2,11 +2,11 @@
 
 use super::continuation;
 use super::hill;
-use super::search;
 use super::system::System;
 #[cfg(test)]
 use super::tongue::Apex;
 use super::tongue::Tongue;
+use crate::search;
 
 /// Steps between the modulation of the scene and 0, and between it and the highest one, within which θ* passes the
 /// damping ratio at most once: a tongue that vanishes and appears again takes several of them.

@@ -2,7 +2,8 @@
 
 use super::map::Known;
 use super::system::System;
-use super::{Counter, USUAL_ORDERS, continuation, hill, parallel};
+use super::{Counter, USUAL_ORDERS, continuation, hill};
+use crate::parallel;
 
 /// What is known of the orders.
 pub struct Tongues {

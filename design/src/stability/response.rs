@@ -3,9 +3,9 @@
 //! The load on the elastic member is M = c q + b q̇. Its kinetostatic value M₀ = f + Ω² f₂ is what remains when the
 //! member does not oscillate; R = max |M|/max |M₀| over a turn.
 
-use super::search;
 use super::system::System;
 use super::tongue::spectral_radius;
+use crate::search;
 use camdrive::numerics::period_map::{Course, PeriodMap};
 use serde::Serialize;
 use std::f64::consts::TAU;
@@ -175,10 +175,7 @@ pub fn transient(system: &System, eta: f64, theta: f64) -> Option<Transient> {
 pub fn resonances(system: &System, theta: f64, most: usize, expected: &dyn Fn(usize) -> Option<f64>) -> Vec<Resonance> {
     let most = most.min(system.highest_harmonic());
     let (f, f2) = (system.coefficients(most, &|t| t.f), system.coefficients(most, &|t| t.f2));
-    let deflection = |k: usize, eta: f64| {
-        let part = |i: usize| 2.0 * (f[k][i] + eta * eta * f2[k][i]);
-        (part(0).powi(2) + part(1).powi(2)).sqrt()
-    };
+    let deflection = |k: usize, eta: f64| 2.0 * (f[k] + f2[k] * eta * eta).norm();
     let at = |k: usize| expected(k).unwrap_or(1.0 / k as f64);
     let largest = (1..=most).map(|k| deflection(k, at(k))).fold(0.0, f64::max);
     let told = |k: &usize| deflection(*k, at(*k)) > 1e-4 * largest;

@@ -14,7 +14,7 @@
 //! d + β + b̂₁ with β = (b − b₀)/(m₀ Ω), b̂ stands for 1 + β η. At another modulation a constant is taken from β so that
 //! ∫ β/m̂ dφ = 0 all the same.
 
-use super::hill;
+use super::MOST_ORDERS;
 use camdrive::drives::Fault;
 use camdrive::drives::oscillator::{PeriodicOscillator, Terms};
 use camdrive::numerics::angle::WHOLE_TURN;
@@ -96,11 +96,32 @@ struct Harmonics {
     stiffness: Vec<Complex>,
 }
 
+/// Harmonics beyond which no more are taken, but for one doubling: some tenths of a second of work. Where coefficients
+/// have jumps in a derivative, the boundaries then still have five digits or more.
+pub const MOST_HARMONICS: usize = 96;
+
+/// The harmonics that so many orders are begun with.
+pub const fn first_harmonics(orders: usize) -> usize {
+    orders / 2 + 12
+}
+
+/// The highest harmonic of the turn that [`super::hill::boundaries`] may ask for, in a turn with symmetry `parts`.
+fn highest_harmonic(parts: usize) -> usize {
+    let most = [MOST_HARMONICS, 2 * first_harmonics(MOST_ORDERS)];
+    parts.max(1) * (2 * most[0].max(most[1]) + 1)
+}
+
 /// The 2×2 map of (q, q′) over a period.
 pub type Matrix = [[f64; 2]; 2];
 
-/// Real and imaginary part.
-pub type Complex = [f64; 2];
+/// A coefficient of a series.
+pub type Complex = nalgebra::Complex<f64>;
+
+/// The coefficient of e^(ikφ) of a real function, k of either sign.
+pub fn coefficient(list: &[Complex], k: i64) -> Complex {
+    let value = list.get(k.unsigned_abs() as usize).copied().unwrap_or_default();
+    if k < 0 { value.conj() } else { value }
+}
 
 impl<'a> System<'a> {
     /// The system of an oscillator.
@@ -111,7 +132,7 @@ impl<'a> System<'a> {
         let mut system = Self::sampled(oscillator, SYMMETRY_ORDER)?;
         let parts = system.symmetry();
         if parts > 0 {
-            system = Self::sampled(oscillator, hill::highest_harmonic(parts))?;
+            system = Self::sampled(oscillator, highest_harmonic(parts))?;
         }
         Ok(System { parts, ..system })
     }
@@ -174,7 +195,7 @@ impl<'a> System<'a> {
         let (failed, unnumbered) = (self.failed.clone(), self.unnumbered.clone());
         let mut system = System { modulation: factor, drift: 0.0, samples, harmonics, failed, unnumbered, ..*self };
         if self.active {
-            let over_inertia = |g: &dyn Fn(&Terms) -> f64| system.coefficients(0, &|t| g(t) / t.m)[0][0];
+            let over_inertia = |g: &dyn Fn(&Terms) -> f64| system.coefficients(0, &|t| g(t) / t.m)[0].re;
             system.drift = over_inertia(&|t| t.b - 1.0) / over_inertia(&|_| 1.0);
         }
         system
@@ -246,7 +267,7 @@ impl<'a> System<'a> {
         if self.active {
             return self.coefficients(self.order, &|t| t.c / t.m - 0.25 * ((t.b - 1.0) / t.m).powi(2));
         }
-        let constant = self.harmonics.inertia[1..].iter().all(|[re, im]| re.abs().max(im.abs()) < LEAST_HARMONIC);
+        let constant = self.harmonics.inertia[1..].iter().all(|c| c.re.abs().max(c.im.abs()) < LEAST_HARMONIC);
         if constant { self.stiffness() } else { self.coefficients(self.order, &|t| t.c / t.m) }
     }
 
@@ -254,25 +275,23 @@ impl<'a> System<'a> {
     pub fn fluctuation(&self) -> Vec<Complex> {
         let list = self.coefficients(self.order, &|t| (t.b - 1.0) / t.m);
         // The derivative of e^(ikφ) is i k e^(ikφ).
-        list.into_iter().enumerate().map(|(k, [re, im])| [0.5 * k as f64 * im, -0.5 * k as f64 * re]).collect()
+        list.into_iter().enumerate().map(|(k, c)| Complex::new(0.0, -0.5 * k as f64) * c).collect()
     }
 
     fn varied(&self, list: &[Complex]) -> Vec<Complex> {
         let factor = |k: usize| if k == 0 { 1.0 } else { self.modulation };
-        list.iter().enumerate().map(|(k, value)| value.map(|x| factor(k) * x)).collect()
+        list.iter().enumerate().map(|(k, value)| value * factor(k)).collect()
     }
 
     /// The coefficients of a function of the dimensionless coefficients up to `order`.
     pub fn coefficients(&self, order: usize, g: &dyn Fn(&Terms) -> f64) -> Vec<Complex> {
-        let mut list = vec![[0.0; 2]; order + 1];
+        let mut list = vec![Complex::default(); order + 1];
         for (phi, weight, terms) in self.samples.iter() {
             let value = weight * g(&self.scaled(terms));
-            let (sin, cos) = phi.sin_cos();
-            let (mut re, mut im) = (1.0, 0.0);
+            let (step, mut wave) = (Complex::cis(-phi), Complex::from(1.0));
             for sum in &mut list {
-                sum[0] += value * re;
-                sum[1] += value * im;
-                (re, im) = (re * cos + im * sin, im * cos - re * sin);
+                *sum += wave * value;
+                wave *= step;
             }
         }
         list
@@ -298,7 +317,7 @@ impl<'a> System<'a> {
         let terms: [fn(&Terms) -> f64; 3] = [|t| t.m, |t| t.b, |t| t.c];
         let lists = terms.map(|term| self.coefficients(SYMMETRY_ORDER, &term));
         let significant =
-            |k: &usize| lists.iter().any(|list| list[*k][0].abs().max(list[*k][1].abs()) > LEAST_HARMONIC);
+            |k: &usize| lists.iter().any(|list| list[*k].re.abs().max(list[*k].im.abs()) > LEAST_HARMONIC);
         let parts = (1..=SYMMETRY_ORDER).filter(significant).fold(0, greatest_common_divisor);
         let varies =
             self.samples.iter().any(|(_, _, t)| terms.iter().any(|g| (g(&self.scaled(t)) - 1.0).abs() > 1e-11));

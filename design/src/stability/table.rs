@@ -2,12 +2,9 @@
 
 use super::tongue::Extent;
 use super::{BORDER, NEGLIGIBLE, Order, Report, TOLERATED, is_told};
-use crate::text::{Table, csv, number};
+use crate::text::{NONE, Table, csv, digits, full_or_empty, number};
 use camdrive::drives::Fault;
 use std::fmt::Write as _;
-
-/// Where there is nothing to say.
-const NONE: &str = "–";
 
 /// What θ is where the damping is negative somewhere.
 pub const ACTIVE: &str = "The damping is negative over a part of the turn. θ is the ratio of the constant damping with the \
@@ -18,11 +15,7 @@ pub const RPM: f64 = 60.0 / std::f64::consts::TAU;
 
 /// Six significant digits.
 pub fn exact(value: f64) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return if value.is_finite() { "0".to_owned() } else { "∞".to_owned() };
-    }
-    let rounded: f64 = format!("{value:.5e}").parse().unwrap_or(value);
-    if (1e-4..1e6).contains(&rounded.abs()) { rounded.to_string() } else { format!("{rounded:e}") }
+    if value.is_infinite() || value.is_nan() { "∞".to_owned() } else { digits(value, 6, -4) }
 }
 
 /// A range of speeds in rpm, in as many digits as tell its ends apart.
@@ -72,17 +65,8 @@ fn orders(report: &Report, told: bool) -> impl DoubleEndedIterator<Item = &Order
 /// The orders, without those of no account.
 pub fn of_orders(report: &Report) -> Table {
     let w0 = report.oscillator.natural_frequency;
-    let head = [
-        "j",
-        "unstable without damping [rpm]",
-        "unstable at this damping [rpm]",
-        "θ*",
-        "at [rpm]",
-        "θ/θ*",
-        "ε/ε*",
-        "θ* by three terms",
-        "θ* of second order",
-    ];
+    let head = "j  unstable without damping [rpm]  unstable at this damping [rpm]  θ*  at [rpm]  θ/θ*  ε/ε*  \
+                θ* by three terms  θ* of second order";
     let row = |order: &Order| {
         let none = || NONE.to_owned();
         vec![
@@ -104,8 +88,7 @@ pub fn of_orders(report: &Report) -> Table {
             bound(order, order.second_order),
         ]
     };
-    let rows = orders(report, true).map(row);
-    Table { rows: rows.collect(), head: head.map(str::to_owned).to_vec() }
+    Table::new(head, orders(report, true).map(row))
 }
 
 /// What is said below the orders: what the columns are, and of the orders that have no line.
@@ -294,18 +277,17 @@ fn ratio(off: f64) -> f64 {
 /// Starts from rest.
 pub fn of_transients(report: &Report) -> Table {
     let [q, load] = report.units;
-    let head = [
-        "speed [rpm]".to_owned(),
-        format!("peak |q| [{q}]"),
-        format!("steady |q| [{q}]"),
-        format!("peak |M| [{load}]"),
-        format!("steady |M| [{load}]"),
-        format!("kinetostatic |M| [{load}]"),
-        "R".to_owned(),
-        "settled after [turns]".to_owned(),
-    ];
+    let head = format!(
+        "speed [rpm]  peak |q| [{q}]  steady |q| [{q}]  peak |M| [{load}]  steady |M| [{load}]  \
+         kinetostatic |M| [{load}]  R  settled after [turns]"
+    );
     let rows = report.transients.iter().zip(&report.speeds).map(|(transient, at)| {
-        let Some(t) = transient else { return vec![exact(at.speed * RPM), "unbounded".to_owned()] };
+        let Some(t) = transient else {
+            return [exact(at.speed * RPM), "unbounded".to_owned()]
+                .into_iter()
+                .chain(vec![NONE.to_owned(); 6])
+                .collect();
+        };
         let s = &t.steady;
         let steady = |value: f64| if s.stable { number(value) } else { NONE.to_owned() };
         vec![
@@ -319,26 +301,13 @@ pub fn of_transients(report: &Report) -> Table {
             t.settled_after.map_or("never".to_owned(), number),
         ]
     });
-    let width = head.len();
-    let full = |mut row: Vec<String>| {
-        row.resize(width, NONE.to_owned());
-        row
-    };
-    Table { rows: rows.map(full).collect(), head: head.to_vec() }
+    Table::new(&head, rows)
 }
 
 /// The resonances.
 pub fn of_resonances(report: &Report) -> Table {
     let q = report.units[0];
-    let head = [
-        "k".to_owned(),
-        "speed [rpm]".to_owned(),
-        "ω₀/k [rpm]".to_owned(),
-        format!("static |q| [{q}]"),
-        format!("static/(2θ) [{q}]"),
-        format!("|q| [{q}]"),
-        "R".to_owned(),
-    ];
+    let head = format!("k  speed [rpm]  ω₀/k [rpm]  static |q| [{q}]  static/(2θ) [{q}]  |q| [{q}]  R");
     let row = |r: &super::Resonance| {
         let shown = |value: Option<f64>| match value {
             Some(value) => number(value),
@@ -354,11 +323,12 @@ pub fn of_resonances(report: &Report) -> Table {
             shown(r.amplification),
         ]
     };
-    Table { rows: report.resonances.iter().map(row).collect(), head: head.to_vec() }
+    Table::new(&head, report.resonances.iter().map(row))
 }
 
-fn full(value: f64) -> String {
-    if value.is_finite() { format!("{value:e}") } else { String::new() }
+/// With all digits; nothing for infinity.
+fn finite(value: f64) -> String {
+    full_or_empty(value.is_finite().then_some(value))
 }
 
 /// The orders with all digits, one line each; an upper boundary at infinite speed is empty.
@@ -366,25 +336,12 @@ fn full(value: f64) -> String {
 /// # Errors
 /// None in practice: the writer fills memory.
 pub fn orders_csv(report: &Report) -> Result<String, Fault> {
-    let head = [
-        "j",
-        "undamped_low_eta",
-        "undamped_high_eta",
-        "extent",
-        "damped_low_eta",
-        "damped_high_eta",
-        "critical_damping",
-        "critical_eta",
-        "safety",
-        "modulation_ratio",
-        "three_term",
-        "second_order",
-    ];
-    let option = |value: Option<f64>| value.map_or(String::new(), full);
+    let head = "j,undamped_low_eta,undamped_high_eta,extent,damped_low_eta,damped_high_eta,critical_damping,critical_eta,\
+                safety,modulation_ratio,three_term,second_order";
+    let option = |value: Option<f64>| value.map_or(String::new(), finite);
     let row = |o: &Order| {
-        let damped = o.damped.map_or([String::new(), String::new()], |ends| ends.map(full));
-        let [low, high] = o.undamped.map(full);
-        let [damped_low, damped_high] = damped;
+        let [low, high] = o.undamped.map(finite);
+        let [damped_low, damped_high] = [0, 1].map(|end| option(o.damped.map(|ends| ends[end])));
         vec![
             o.j.to_string(),
             low,
@@ -396,11 +353,11 @@ pub fn orders_csv(report: &Report) -> Result<String, Fault> {
             option(o.critical_eta),
             option(o.safety),
             option(o.modulation_ratio),
-            full(o.three_term),
-            full(o.second_order),
+            finite(o.three_term),
+            finite(o.second_order),
         ]
     };
-    csv(&head, report.orders.iter().map(row))
+    csv(head, report.orders.iter().map(row))
 }
 
 /// The boundaries of both maps.
@@ -409,21 +366,21 @@ pub fn orders_csv(report: &Report) -> Result<String, Fault> {
 /// None in practice.
 pub fn map_csv(report: &Report) -> Result<String, Fault> {
     let w0 = report.oscillator.natural_frequency;
-    let head = ["map", "j", "damping_ratio", "modulation", "low_eta", "high_eta", "low_rad_per_s", "high_rad_per_s"];
+    let head = "map,j,damping_ratio,modulation,low_eta,high_eta,low_rad_per_s,high_rad_per_s";
     let rows = |name: &'static str, list: &[super::Region]| {
         list.iter()
             .flat_map(|region| {
                 region.lines.iter().map(move |[height, low, high]| {
                     let (theta, modulation) = region.theta.map_or((*height, 1.0), |theta| (theta, *height));
                     let mut row = vec![name.to_owned(), region.j.to_string()];
-                    row.extend([theta, modulation, *low, *high, w0 * low, w0 * high].map(full));
+                    row.extend([theta, modulation, *low, *high, w0 * low, w0 * high].map(finite));
                     row
                 })
             })
             .collect::<Vec<_>>()
     };
     let all = rows("damping", &report.over_damping).into_iter().chain(rows("modulation", &report.over_modulation));
-    csv(&head, all)
+    csv(head, all)
 }
 
 /// The periodic motion over the speed.
@@ -432,12 +389,12 @@ pub fn map_csv(report: &Report) -> Result<String, Fault> {
 /// None in practice.
 pub fn amplification_csv(report: &Report) -> Result<String, Fault> {
     let w0 = report.oscillator.natural_frequency;
-    let head = ["eta", "speed_rad_per_s", "speed_rpm", "amplitude", "load", "kinetostatic", "amplification", "stable"];
+    let head = "eta,speed_rad_per_s,speed_rpm,amplitude,load,kinetostatic,amplification,stable";
     let rows = report.amplification.iter().map(|s| {
         let mut row: Vec<String> =
-            [s.eta, w0 * s.eta, w0 * s.eta * RPM, s.amplitude, s.load, s.kinetostatic].map(full).to_vec();
-        row.extend([s.amplification.map_or(String::new(), full), s.stable.to_string()]);
+            [s.eta, w0 * s.eta, w0 * s.eta * RPM, s.amplitude, s.load, s.kinetostatic].map(finite).to_vec();
+        row.extend([s.amplification.map_or(String::new(), finite), s.stable.to_string()]);
         row
     });
-    csv(&head, rows)
+    csv(head, rows)
 }

@@ -369,7 +369,7 @@ fn damping_and_modulation_agree_at_the_border() {
         }
     }
     for diagram in [figures::over_damping(&report), figures::over_modulation(&report)] {
-        assert!(diagram.svg().unwrap().contains("j = 0.5"));
+        assert!(diagram.svg().contains("j = 0.5"));
     }
     // Orders of the second map are written where no border of a tongue passes: a letter is 2 % of the width at most, a line 4 %
     // of the height.

@@ -9,8 +9,8 @@
 //! multipliers from being there. Along any line through an instability the boundary is the zero of det E.
 
 use super::hill::Pair;
-use super::search;
 use super::system::{Matrix, System};
+use crate::search;
 use serde::Serialize;
 
 /// An instability without damping.

@@ -1,8 +1,9 @@
 //! The conditions that a task makes: equations of the exact points, sums of squares, and what holds at every angle.
 
 use super::exact::{Solutions, dot};
-use super::family::{ANGLES, Family, within};
+use super::family::Family;
 use super::feasibility::KEPT;
+use super::sampling::{ANGLES, within};
 use super::{Bound, Infeasible, Objective, Point, Polynomial, Range, Task, grid};
 use camdrive::numerics::double_double::Double;
 use camdrive::numerics::quadrature::Gauss;

@@ -1,7 +1,8 @@
 //! How far a series is from a target, and its largest derivatives.
 
 use super::Polynomial;
-use super::family::{MEDIUM, angles};
+use super::sampling::{MEDIUM, angles};
+use crate::search::flat;
 use camdrive::motion::Fourier;
 use std::f64::consts::TAU;
 
@@ -138,7 +139,8 @@ impl Window<'_> {
         let near = |i: usize| {
             let (before, after) = (i.saturating_sub(1), (i + 1).min(last));
             (higher(i, before) && higher(i, after)).then(|| {
-                let phi = self.summit(waves, angles[i], [angles[before], angles[after]], sign);
+                let slopes = |phi: f64| [1, 2].map(|n| sign * self.at(waves, phi)[n]);
+                let phi = flat(angles[i], [angles[before], angles[after]], slopes);
                 let summit = Extreme { value: self.at(waves, phi)[0], phi };
                 // A summit that rounding has missed is not above the sample.
                 let sample = Extreme { value: values[i], phi: angles[i] };
@@ -149,21 +151,6 @@ impl Window<'_> {
         // Two samples of equal height lead to one summit.
         summits.dedup_by(|a, b| (a.phi - b.phi).abs() < 1e-9);
         summits
-    }
-
-    /// The maximum of `sign` times the deviation near `phi` between two angles, by Newton's method on the slope.
-    fn summit(&self, waves: &Waves, mut phi: f64, [low, high]: [f64; 2], sign: f64) -> f64 {
-        for _ in 0..8 {
-            let [_, slope, bend] = self.at(waves, phi);
-            let newton = phi - slope / bend;
-            let next = if sign * bend < 0.0 { newton } else { phi + (sign * slope).signum() * (high - low) };
-            let next = next.clamp(low, high);
-            if (next - phi).abs() <= 4.0 * f64::EPSILON * (1.0 + phi.abs()) {
-                return next;
-            }
-            phi = next;
-        }
-        phi
     }
 }
 

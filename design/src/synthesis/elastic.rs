@@ -6,7 +6,8 @@
 //! aₖ = (P Aₖ + R Bₖ)/N, bₖ = (P Bₖ − R Aₖ)/N.
 
 use super::basis::{Basis, Response};
-use super::{Infeasible, Profile, Task, local_maxima};
+use super::{Infeasible, Profile, Task};
+use crate::search::local_maxima;
 use camdrive::motion::Fourier;
 
 /// Speeds per distance between two resonances 1/k, 1/(k + 1) at which a deviation is looked at first.

@@ -63,8 +63,7 @@ impl Study {
 
     fn over_the_turn(&self, name: &str, value: impl Fn(f64) -> f64) -> Series {
         let angle = |i: usize| TAU * i as f64 / (POINTS - 1) as f64;
-        let points = (0..POINTS).map(|i| [deg(angle(i)), value(angle(i))]).collect();
-        Series { name: name.to_owned(), points, joined: true }
+        Series::line(name, (0..POINTS).map(|i| [deg(angle(i)), value(angle(i))]))
     }
 
     /// U, U′ or U″ over the turn.
@@ -83,13 +82,8 @@ impl Study {
             // A range that reaches over the turn's end is seen at both.
             [-TAU, 0.0, TAU].map(|turn| band(r.from + turn, r.to + turn))
         });
-        Diagram {
-            title: format!("{name} of {} over the turn", self.assignment.name),
-            x: Axis::angular("Angle φ [°]"),
-            y: Axis::linear(&format!("{name} {}", self.unit_name(per))),
-            series,
-            rules: rules.collect(),
-        }
+        let axes = [Axis::angular("Angle φ [°]"), Axis::linear(&format!("{name} {}", self.unit_name(per)))];
+        Diagram::new(format!("{name} of {} over the turn", self.assignment.name), axes, series, rules.collect())
     }
 
     /// U′U″, the kinetostatic torque over m Ω².
@@ -100,13 +94,9 @@ impl Study {
             first * second / unit
         };
         let label = if unit == 1.0 { "U′U″ [m²/rad³]" } else { "U′U″ over scale² [1/rad³]" };
-        Diagram {
-            title: format!("Kinetostatic torque of {} over the turn", self.assignment.name),
-            x: Axis::angular("Angle φ [°]"),
-            y: Axis::linear(label),
-            series: self.drawn().map(|(name, s)| self.over_the_turn(name, |phi| torque(s, phi))).collect(),
-            rules: Vec::new(),
-        }
+        let title = format!("Kinetostatic torque of {} over the turn", self.assignment.name);
+        let curves = self.drawn().map(|(name, s)| self.over_the_turn(name, |phi| torque(s, phi)));
+        Diagram::new(title, [Axis::angular("Angle φ [°]"), Axis::linear(label)], curves.collect(), Vec::new())
     }
 
     /// U − Ũ in the ranges.
@@ -120,8 +110,7 @@ impl Study {
             let point = |phi: f64, u: f64| [deg(phi), (u - target.at(phi - range.from)) / unit];
             let name = self.assignment.names.ranges.get(i).cloned().unwrap_or_else(|| format!("range {}", i + 1));
             let name = if self.elastic.is_some() { format!("{name}, at rest") } else { name };
-            let points = angles.iter().map(|phi| point(*phi, self.cam.at(*phi).0[0])).collect();
-            series.push(Series { name, points, joined: true });
+            series.push(Series::line(name, angles.iter().map(|phi| point(*phi, self.cam.at(*phi).0[0]))));
             // Over the speeds the output fills a band.
             if let Some(behind) = self.elastic.as_ref().filter(|behind| !behind.outputs.is_empty()) {
                 let side = |side: usize| angles.iter().map(move |phi| point(*phi, behind.envelope(*phi)[side]));
@@ -133,17 +122,10 @@ impl Study {
             let [slowest, fastest] = behind.looked_at;
             rules.push(Rule::Key(Some(Shade::Pale), format!("output, η = {slowest:.4} … {fastest:.4}")));
         }
-        Diagram {
-            title: format!("Deviation of {} from what is prescribed", self.assignment.name),
-            x: Axis::angular("Angle φ [°]"),
-            y: Axis::linear(&format!(
-                "Deviation {} − Ũ {}",
-                if self.elastic.is_some() { "y" } else { "U" },
-                self.unit_name("")
-            )),
-            series,
-            rules,
-        }
+        let what = if self.elastic.is_some() { "y" } else { "U" };
+        let label = format!("Deviation {what} − Ũ {}", self.unit_name(""));
+        let title = format!("Deviation of {} from what is prescribed", self.assignment.name);
+        Diagram::new(title, [Axis::angular("Angle φ [°]"), Axis::linear(&label)], series, rules)
     }
 
     /// The amplitudes of the harmonics.
@@ -153,16 +135,12 @@ impl Study {
         let series = self.rivals.iter().cycle().skip(1).take(self.rivals.len()).map(|rival| {
             let size = |k: usize| (rival.series.a[k].powi(2) + rival.series.b[k].powi(2)).sqrt() / unit;
             let last = rival.series.order().min(30);
-            let points = (1..=last).map(|k| [k as f64, size(k)]).filter(|p| p[1] > 1e-9).collect();
-            Series { name: rival.name.clone(), points, joined: false }
+            Series::dots(&rival.name, (1..=last).map(|k| [k as f64, size(k)]).filter(|p| p[1] > 1e-9))
         });
-        Diagram {
-            title: format!("Harmonics of {} and of the standard laws", self.assignment.name),
-            x: Axis::linear("Harmonic k [1]"),
-            y: Axis::logarithmic(&format!("Amplitude √(a² + b²) {}", self.unit_name(""))),
-            series: series.collect(),
-            rules: Vec::new(),
-        }
+        let title = format!("Harmonics of {} and of the standard laws", self.assignment.name);
+        let label = format!("Amplitude √(a² + b²) {}", self.unit_name(""));
+        let axes = [Axis::linear("Harmonic k [1]"), Axis::logarithmic(&label)];
+        Diagram::new(title, axes, series.collect(), Vec::new())
     }
 
     /// The deviation behind the elastic output member over the speed.
@@ -174,45 +152,30 @@ impl Study {
             let curves = self.rivals.iter().zip(&behind.curves).enumerate();
             for (_, (rival, curve)) in curves.filter(|(i, (rival, _))| drawn((*i, &rival.name))) {
                 let points = curve.iter().map(|[eta, d]| [*eta, d / unit]).filter(|p| p[1] > LEAST && p[1] < 0.3);
-                series.push(Series { name: rival.name.clone(), points: points.collect(), joined: true });
+                series.push(Series::line(&rival.name, points));
             }
             rules.extend(given.tolerance.map(|t| Rule::Horizontal(t / unit, "tolerance".to_owned())));
             rules.extend(behind.reached.map(|eta| Rule::Vertical(eta, "reached".to_owned())));
             rules.extend(given.fastest.map(|w| Rule::Vertical(w / given.w0, "asked for".to_owned())));
         }
-        Diagram {
-            title: format!("Deviation of {} over the speed", self.assignment.name),
-            x: Axis::linear("Speed over natural frequency η [1]"),
-            y: Axis::logarithmic(&format!("Largest deviation |y − Ũ| {}", self.unit_name(""))),
-            series,
-            rules,
-        }
+        let label = format!("Largest deviation |y − Ũ| {}", self.unit_name(""));
+        let axes = [Axis::linear("Speed over natural frequency η [1]"), Axis::logarithmic(&label)];
+        Diagram::new(format!("Deviation of {} over the speed", self.assignment.name), axes, series, rules)
     }
 
     /// The largest shaft torque over m Ω² over the speed.
     fn shaft_speed_diagram(&self, shaft: &Shafted) -> Diagram {
         let unit = shaft.goal.shaft.m * self.assignment.unit.powi(2);
         let point = |w: f64, torque: f64| [w * 60.0 / TAU, torque / (unit * w * w)];
-        let mut curves: Vec<Series> = Vec::new();
-        for (rival, law) in self.rivals.iter().zip(&shaft.laws) {
-            let points = law.points.iter().map(|p| point(p[0], p[1])).collect();
-            curves.push(Series { name: rival.name.clone(), points, joined: true });
-        }
+        let laws = self.rivals.iter().zip(&shaft.laws);
+        let curve = laws.map(|(rival, law)| Series::line(&rival.name, law.points.iter().map(|p| point(p[0], p[1]))));
+        let mut curves: Vec<Series> = curve.collect();
         let nonlinear = shaft.nonlinear.iter().filter_map(|at| Some(point(at.w, *at.torque.as_ref().ok()?)));
-        curves.push(Series {
-            name: "harmonic synthesis, nonlinear".to_owned(),
-            points: nonlinear.collect(),
-            joined: false,
-        });
+        curves.push(Series::dots("harmonic synthesis, nonlinear", nonlinear));
         let label =
             if self.assignment.unit == 1.0 { "max |M| / (m Ω²) [m²]" } else { "max |M| / (m scale² Ω²) [1]" };
-        Diagram {
-            title: format!("Torque in the elastic shaft of {} over the speed", self.assignment.name),
-            x: Axis::linear("Speed [rpm]"),
-            y: Axis::linear(label),
-            series: curves,
-            rules: Vec::new(),
-        }
+        let title = format!("Torque in the elastic shaft of {} over the speed", self.assignment.name);
+        Diagram::new(title, [Axis::linear("Speed [rpm]"), Axis::linear(label)], curves, Vec::new())
     }
 
     /// The shaft torque over the turn at the fastest speed, and the kinetostatic one of the profile.
@@ -229,35 +192,24 @@ impl Study {
             let [_, first, second, ..] = self.cam.at(phi).0;
             -inertia * first * second
         }));
-        Diagram {
-            title: format!("Torque in the elastic shaft of {} at the fastest speed", self.assignment.name),
-            x: Axis::angular("Angle φ [°]"),
-            y: Axis::linear("Torque M [N·m]"),
-            series,
-            rules: Vec::new(),
-        }
+        let title = format!("Torque in the elastic shaft of {} at the fastest speed", self.assignment.name);
+        Diagram::new(title, [Axis::angular("Angle φ [°]"), Axis::linear("Torque M [N·m]")], series, Vec::new())
     }
 
     /// Bild 4.24.
     fn widths_diagram(&self) -> Diagram {
         let mut series: Vec<Series> = Vec::new();
         for (column, words) in [(1, "Chebyshev"), (2, "least squares")] {
-            series.extend(self.widths.iter().map(|curve| Series {
-                name: format!("K = {}, {words}", curve.order),
-                points: curve.points.iter().map(|p| [deg(p[0]), p[column]]).filter(|p| p[1] > LEAST).collect(),
-                joined: true,
+            series.extend(self.widths.iter().map(|curve| {
+                let points = curve.points.iter().map(|p| [deg(p[0]), p[column]]).filter(|p| p[1] > LEAST);
+                Series::line(format!("K = {}, {words}", curve.order), points)
             }));
         }
         let mut rules = Vec::new();
         if let Some((half, _)) = self.assignment.task.symmetric_dwells() {
             rules.push(Rule::Vertical(2.0 * deg(half), "this task".to_owned()));
         }
-        Diagram {
-            title: "Dwell error of symmetric dwells over their width, after K harmonics".to_owned(),
-            x: Axis::angular("Dwell width 2Δφ [°]"),
-            y: Axis::logarithmic("Largest deviation over stroke [1]"),
-            series,
-            rules,
-        }
+        let axes = [Axis::angular("Dwell width 2Δφ [°]"), Axis::logarithmic("Largest deviation over stroke [1]")];
+        Diagram::new("Dwell error of symmetric dwells over their width, after K harmonics", axes, series, rules)
     }
 }

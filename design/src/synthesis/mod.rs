@@ -25,6 +25,7 @@ pub mod laws;
 mod nonlinear;
 mod projection;
 mod remarks;
+mod sampling;
 mod semi_infinite;
 pub mod shaft;
 pub mod shaft_study;
@@ -36,8 +37,9 @@ mod tests;
 pub mod torque;
 
 pub use basis::{Basis, Response, Symmetry};
-pub use nonlinear::Search;
+pub use nonlinear::{Norm, Search};
 
+use crate::search::local_maxima;
 use camdrive::motion::Fourier;
 use camdrive::numerics::double_double::Double;
 use deviation::Window;
@@ -45,7 +47,7 @@ use elastic::SpeedRange;
 use exact::{RANK, dot};
 use nonlinear::Region;
 use semi_infinite::{Goal, Program};
-use shaft::{Norm, ShaftGoal};
+use shaft::ShaftGoal;
 
 /// The order of the highest derivative that a task can speak of, plus one.
 const ORDERS: usize = 4;
@@ -386,41 +388,6 @@ impl Task {
         };
         self.ranges.iter().map(of_range).collect()
     }
-}
-
-/// Where `f` has local maxima that may reach `least`, looked for at `candidates` and then by golden sections.
-fn local_maxima(candidates: &[f64], least: f64, f: impl Fn(f64) -> f64) -> Vec<f64> {
-    const GOLDEN: f64 = 0.618_033_988_749_894_9;
-    let values: Vec<f64> = candidates.iter().map(|x| f(*x)).collect();
-    let last = candidates.len() - 1;
-    let summit = |i: usize| {
-        let (mut low, mut high) = (candidates[i.saturating_sub(1)], candidates[(i + 1).min(last)]);
-        let (mut x, mut y) = (high - GOLDEN * (high - low), low + GOLDEN * (high - low));
-        let (mut at_x, mut at_y) = (f(x), f(y));
-        // Each section takes 0.62 of the interval: 1e-8 of it is left, where a maximum is flat to rounding.
-        for _ in 0..38 {
-            if at_x >= at_y {
-                (high, y, at_y) = (y, x, at_x);
-                x = high - GOLDEN * (high - low);
-                at_x = f(x);
-            } else {
-                (low, x, at_x) = (x, y, at_y);
-                y = low + GOLDEN * (high - low);
-                at_y = f(y);
-            }
-        }
-        // The ends of the range are no interior points.
-        let ends = [(low, f(low)), (candidates[i], values[i]), (high, f(high))];
-        ends.into_iter().max_by(|x, y| x.1.total_cmp(&y.1)).map_or(low, |(place, _)| place)
-    };
-    let neighbours = |i: usize| [values[i.saturating_sub(1)], values[(i + 1).min(last)]];
-    let highest = |i: &usize| neighbours(*i).iter().all(|v| values[*i] >= *v);
-    // Between samples a maximum rises by less than these differ, but for kinks and poles; poles are candidates.
-    let reaches = |i: &usize| {
-        let lowest = neighbours(*i).into_iter().fold(f64::INFINITY, f64::min);
-        !(2.0 * values[*i] - lowest < least)
-    };
-    (0..=last).filter(highest).filter(reaches).map(summit).collect()
 }
 
 impl Infeasible {

@@ -6,9 +6,9 @@
 //! Math. Programming 43 (1989) 235–256; K. Madsen, J. Inst. Math. Appl. 16 (1975) 321–328 (minimax).
 
 use super::exact::{Coordinates, Factors, RANK, Solutions, dot};
-use super::family::{FINE, Family, angles};
+use super::family::Family;
 use super::projection::Projection;
-use super::shaft::Norm;
+use super::sampling::{FINE, angles};
 use super::simplex::Simplex;
 use super::{Basis, Infeasible};
 use camdrive::numerics::double_double::Double;
@@ -30,6 +30,15 @@ const KEPT: f64 = 1e-12;
 
 /// A corner is never as low as this, in units of the task.
 const LOWEST: f64 = -1e9;
+
+/// Which number many values become.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Norm {
+    /// The largest |M|, (4.6.3/5).
+    Peak,
+    /// The root of the mean square, (4.6.3/6).
+    Rms,
+}
 
 /// What is made small.
 pub struct Values {

@@ -3,7 +3,6 @@
 
 use super::elastic::SpeedRange;
 use super::study::{Method, Names, Study};
-use super::table::rounded_down;
 use super::{Bound, Infeasible, Objective, Response, Task};
 use crate::text::number;
 use std::f64::consts::TAU;
@@ -127,6 +126,11 @@ impl Study {
         let [low, high] = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], u| [a.min(u), b.max(u)]);
         (high - low).max(0.0)
     }
+}
+
+/// A speed ratio that is reached, to four places: rounded up, it would be beyond.
+pub(super) fn rounded_down(eta: f64) -> f64 {
+    (eta * 1e4).floor() / 1e4
 }
 
 /// An angle to a ten-thousandth of a degree.

@@ -20,7 +20,7 @@
 
 use super::banded::{Banded, Number};
 use super::deviation::Window;
-use super::nonlinear::Values;
+use super::nonlinear::{Norm, Values};
 use super::{Basis, Polynomial};
 use camdrive::motion::Fourier;
 use std::f64::consts::TAU;
@@ -52,15 +52,6 @@ pub struct Shaft {
     pub c: f64,
     /// b (N·m·s/rad).
     pub b: f64,
-}
-
-/// Which number the torque over angles and speeds becomes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Norm {
-    /// The largest |M|, (4.6.3/5).
-    Peak,
-    /// The root of the mean square, (4.6.3/6).
-    Rms,
 }
 
 /// What is made small.

@@ -6,6 +6,7 @@ use super::laws::{Rival, as_rival};
 use super::shaft::ShaftGoal;
 use super::shaft_study::{self, Shafted};
 use super::{Basis, Infeasible, Objective, Polynomial, Profile, Range, Response, Symmetry, Task};
+use crate::Progress;
 use crate::text::number;
 use camdrive::motion::Fourier;
 use std::f64::consts::{PI, TAU};
@@ -130,17 +131,6 @@ pub struct Widths {
     pub order: usize,
     /// Full width of a dwell (rad), its error by Chebyshev's and by Gauss's objective, relative to the stroke.
     pub points: Vec<[f64; 3]>,
-}
-
-/// What is being done, for a progress bar.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Progress {
-    /// Parts that are done.
-    pub done: usize,
-    /// Of how many.
-    pub total: usize,
-    /// What comes now.
-    pub stage: &'static str,
 }
 
 /// A cam, η_opt and the objective of the robust problem.

@@ -1,14 +1,13 @@
 //! The report of a synthesis: text for a terminal, CSV, JSON.
 
-use super::Objective;
-use super::remarks::degrees;
-use super::shaft::{Norm, ShaftGoal};
+use super::remarks::{degrees, rounded_down};
+use super::shaft::ShaftGoal;
 use super::shaft_study::Shafted;
 use super::study::Study;
-use crate::text::{self, Table, csv, number};
+use super::{Norm, Objective};
+use crate::text::{self, Page, Table, csv, full, full_or_empty, number};
 use camdrive::drives::Fault;
 use std::f64::consts::TAU;
-use std::fmt::Write as _;
 
 /// Points of the profile in its CSV.
 const POINTS: usize = 720;
@@ -28,9 +27,9 @@ impl Study {
     /// The report; its tables for lines of `width` characters.
     pub fn text(&self, width: usize) -> String {
         let task = &self.assignment.task;
-        let mut out = format!("{}\n", self.assignment.name);
+        let mut page = Page::new(&self.assignment.name, width);
         let mut line = |text: String| {
-            let _ = writeln!(out, "{text}");
+            page.lines([text]);
         };
         let objective = words(task.objective);
         match self.elastic.as_ref().and_then(|behind| Some((behind, behind.objective?))) {
@@ -75,29 +74,21 @@ impl Study {
                 ));
             }
         }
-        let _ = write!(out, "\nCoefficients\n{}", self.coefficients().text(width));
+        page.table("Coefficients", &self.coefficients());
         if !task.ranges.is_empty() {
             for (title, errors) in self.deviations() {
-                let _ = write!(out, "\n{title}\n{}", self.deviation_table(errors).text(width));
+                page.table(&title, &self.deviation_table(errors));
             }
         }
         if self.rivals.len() > 1 || self.elastic.is_some() {
-            let _ = write!(out, "\nMotion laws at this task\n{}", self.laws().text(width));
+            page.table("Motion laws at this task", &self.laws());
         }
         if let Some(shaft) = &self.shaft {
-            let _ = write!(out, "\nTorque in the elastic shaft\n{}", self.of_shaft(shaft).text(width));
-            for (w, fault) in &shaft.faults {
-                let _ = writeln!(out, "warning: at {} rpm: {fault}", number(w * 60.0 / TAU));
-            }
-            let _ = writeln!(out, "{}", nonlinear(shaft));
+            let fault = |(w, fault): &(f64, _)| format!("warning: at {} rpm: {fault}", number(w * 60.0 / TAU));
+            page.table("Torque in the elastic shaft", &self.of_shaft(shaft)).lines(shaft.faults.iter().map(fault));
+            page.lines([nonlinear(shaft)]);
         }
-        for text in self.of_elasticity() {
-            let _ = writeln!(out, "{text}");
-        }
-        if self.elastic.as_ref().is_some_and(|e| !e.resonances.is_empty()) {
-            let _ = write!(out, "\nResonances of the cam, kη = 1\n{}", self.resonances().text(width));
-        }
-        out
+        page.lines(self.of_elasticity()).table("Resonances of the cam, kη = 1", &self.resonances()).text()
     }
 
     fn objective_value(&self) -> String {
@@ -147,10 +138,7 @@ impl Study {
         let unit = self.assignment.unit;
         let full = |list: &[f64], k: usize| format!("{:.15}", list.get(k).copied().unwrap_or(0.0) / unit + 0.0);
         let differs = self.motion.series != self.cam;
-        let mut head = vec!["k".to_owned(), "a".to_owned(), "b".to_owned()];
-        if differs {
-            head.extend(["A of the motion".to_owned(), "B of the motion".to_owned()]);
-        }
+        let head = if differs { "k  a  b  A of the motion  B of the motion" } else { "k  a  b" };
         let rows = (0..self.cam.a.len()).filter_map(|k| {
             let mut cells = vec![k.to_string(), full(&self.cam.a, k), full(&self.cam.b, k)];
             let mut sizes = vec![self.cam.a[k], self.cam.b[k]];
@@ -161,7 +149,7 @@ impl Study {
             }
             sizes.iter().any(|c| *c != 0.0).then_some(cells)
         });
-        Table { rows: rows.collect(), head }
+        Table::new(head, rows)
     }
 
     /// Whose deviations are told: of what is delivered, and of the motion where that is another one.
@@ -180,7 +168,6 @@ impl Study {
     }
 
     fn deviation_table(&self, errors: &[[f64; 3]]) -> Table {
-        let head = ["range", "from [deg]", "to [deg]", "|U − Ũ|", "|U′ − Ũ′|", "|U″ − Ũ″|"];
         let cell = |value: f64| if value.is_nan() { "–".to_owned() } else { self.length(value) };
         let rows = self.assignment.task.ranges.iter().zip(errors).enumerate();
         let rows = rows.map(|(i, (range, errors))| {
@@ -189,18 +176,14 @@ impl Study {
             cells.extend(errors.iter().map(|e| cell(*e)));
             cells
         });
-        Table { rows: rows.collect(), head: head.map(str::to_owned).to_vec() }
+        Table::new("range  from [deg]  to [deg]  |U − Ũ|  |U′ − Ũ′|  |U″ − Ũ″|", rows)
     }
 
     /// The laws with their figures.
     fn laws(&self) -> Table {
         let unit = self.assignment.unit;
-        let mut head = ["law", "max |U′|", "max |U″|", "max |U′U″|", "harmonics", "dwell error at rest"]
-            .map(str::to_owned)
-            .to_vec();
-        if self.elastic.is_some() {
-            head.push("reaches η".to_owned());
-        }
+        let reach = if self.elastic.is_some() { "  reaches η" } else { "" };
+        let head = format!("law  max |U′|  max |U″|  max |U′U″|  harmonics  dwell error at rest{reach}");
         let rows = self.rivals.iter().enumerate().map(|(i, rival)| {
             let error =
                 if i == 0 { number(self.assignment.task.largest_error(&rival.series) / unit) } else { "0".to_owned() };
@@ -217,22 +200,18 @@ impl Study {
             }
             cells
         });
-        Table { rows: rows.collect(), head }
+        Table::new(&head, rows)
     }
 
     /// The laws in front of an elastic shaft.
     fn of_shaft(&self, shaft: &Shafted) -> Table {
         let rpm = |w: f64| number(w * 60.0 / TAU);
         let goal = &shaft.goal;
-        let head = [
-            "law".to_owned(),
-            format!("max |M| at {} rpm [N.m]", rpm(goal.fastest)),
-            "over m Ω²".to_owned(),
-            "magnification there".to_owned(),
-            "largest over m Ω²".to_owned(),
-            "1.5 times kinetostatic at [rpm]".to_owned(),
-            "2 times at [rpm]".to_owned(),
-        ];
+        let head = format!(
+            "law  max |M| at {} rpm [N.m]  over m Ω²  magnification there  largest over m Ω²  \
+             1.5 times kinetostatic at [rpm]  2 times at [rpm]",
+            rpm(goal.fastest)
+        );
         let relative = |p: &[f64; 3]| p[1] / (goal.shaft.m * p[0] * p[0] * self.assignment.unit.powi(2));
         let rows = self.rivals.iter().zip(&shaft.laws).map(|(rival, law)| {
             let last = law.points.last().copied().unwrap_or([f64::NAN; 3]);
@@ -251,16 +230,13 @@ impl Study {
                 first(1),
             ]
         });
-        Table { rows: rows.collect(), head: head.to_vec() }
+        Table::new(&head, rows)
     }
 
     fn resonances(&self) -> Table {
-        let mut head = vec!["k".to_owned(), "η".to_owned(), "speed [rpm]".to_owned(), "amplitude of q".to_owned()];
         let given = self.assignment.elasticity.as_ref();
         let admissible = given.and_then(|g| g.amplitude);
-        if admissible.is_some() {
-            head.push("admissible".to_owned());
-        }
+        let limit = if admissible.is_some() { "  admissible" } else { "" };
         let list = self.elastic.iter().flat_map(|e| &e.resonances);
         let rows = list.map(|r| {
             let speed = given.map_or(0.0, |g| r.eta * g.w0 * 60.0 / TAU);
@@ -269,7 +245,7 @@ impl Study {
             cells.extend(admissible.map(|a| if r.amplitude <= a { "yes" } else { "no" }.to_owned()));
             cells
         });
-        Table { rows: rows.collect(), head }
+        Table::new(&format!("k  η  speed [rpm]  amplitude of q{limit}"), rows)
     }
 
     /// All tables as CSV, with the endings of their file names.
@@ -282,52 +258,49 @@ impl Study {
         if let Some(behind) = &self.elastic {
             let mut rows = Vec::new();
             for (rival, curve) in self.rivals.iter().zip(&behind.curves) {
-                let row = |p: &[f64; 2]| vec![rival.name.clone(), exact(p[0]), exact(p[1])];
+                let row = |p: &[f64; 2]| vec![rival.name.clone(), full(p[0]), full(p[1])];
                 rows.extend(curve.iter().map(row));
             }
-            files.push(("speed.csv".to_owned(), csv(&["law", "eta", "deviation_m"], rows)?));
+            files.push(("speed.csv".to_owned(), csv("law,eta,deviation_m", rows)?));
         }
         if let Some(shaft) = &self.shaft {
             let mut rows = Vec::new();
             for (rival, law) in self.rivals.iter().zip(&shaft.laws) {
-                let row = |p: &[f64; 3]| vec![rival.name.clone(), exact(p[0]), exact(p[1]), exact(p[2])];
+                let row = |p: &[f64; 3]| vec![rival.name.clone(), full(p[0]), full(p[1]), full(p[2])];
                 rows.extend(law.points.iter().map(row));
             }
             let rigid = shaft.goal.shaft.m * self.rivals[0].torque;
             for at in &shaft.nonlinear {
                 let Ok(torque) = at.torque else { continue };
                 let name = "harmonic synthesis, nonlinear drive".to_owned();
-                rows.push(vec![name, exact(at.w), exact(torque), exact(torque / (rigid * at.w * at.w))]);
+                rows.push(vec![name, full(at.w), full(torque), full(torque / (rigid * at.w * at.w))]);
             }
-            let head = ["law", "speed_rad_per_s", "peak_torque_Nm", "over_kinetostatic"];
-            files.push(("shaft.csv".to_owned(), csv(&head, rows)?));
+            let head = "law,speed_rad_per_s,peak_torque_Nm,over_kinetostatic";
+            files.push(("shaft.csv".to_owned(), csv(head, rows)?));
         }
         if !self.widths.is_empty() {
             let mut rows = Vec::new();
             for curve in &self.widths {
-                let row =
-                    |p: &[f64; 3]| vec![curve.order.to_string(), exact(p[0].to_degrees()), exact(p[1]), exact(p[2])];
+                let row = |p: &[f64; 3]| vec![curve.order.to_string(), full(p[0].to_degrees()), full(p[1]), full(p[2])];
                 rows.extend(curve.points.iter().map(row));
             }
-            let head = ["harmonics", "dwell_width_deg", "chebyshev", "least_squares"];
-            files.push(("dwell_width.csv".to_owned(), csv(&head, rows)?));
+            files.push(("dwell_width.csv".to_owned(), csv("harmonics,dwell_width_deg,chebyshev,least_squares", rows)?));
         }
         Ok(files)
     }
 
     fn profile_csv(&self) -> Result<String, Fault> {
-        let head = ["phi_deg", "U_m", "dU_m_per_rad", "ddU_m_per_rad2", "dddU_m_per_rad3", "deviation_m"];
-        let envelope = ["least_output_deviation_m", "largest_output_deviation_m"];
-        let head = [&head[..], if self.elastic.is_some() { &envelope } else { &[] }].concat();
+        let envelope = if self.elastic.is_some() { ",least_output_deviation_m,largest_output_deviation_m" } else { "" };
+        let head = format!("phi_deg,U_m,dU_m_per_rad,ddU_m_per_rad2,dddU_m_per_rad3,deviation_m{envelope}");
         let rows = (0..POINTS).map(|i| {
             let phi = TAU * i as f64 / POINTS as f64;
             let u = self.cam.at(phi).0;
-            let mut cells: Vec<String> = [phi.to_degrees(), u[0], u[1], u[2], u[3]].map(exact).to_vec();
+            let mut cells: Vec<String> = [phi.to_degrees(), u[0], u[1], u[2], u[3]].map(full).to_vec();
             let prescribed = self.prescribed_at(phi);
-            cells.push(prescribed.map_or(String::new(), |target| exact(u[0] - target)));
+            cells.push(full_or_empty(prescribed.map(|target| u[0] - target)));
             if let Some(behind) = &self.elastic {
                 let ends = prescribed.map(|target| behind.envelope(phi).map(|y| y - target));
-                cells.extend((0..2).map(|i| ends.map_or(String::new(), |ends| exact(ends[i]))));
+                cells.extend((0..2).map(|i| full_or_empty(ends.map(|ends| ends[i]))));
             }
             cells
         });
@@ -344,16 +317,12 @@ impl Study {
     }
 
     fn laws_csv(&self) -> Result<String, Fault> {
-        let head = ["law", "peak_dU_m", "peak_ddU_m", "peak_torque_m2", "harmonics", "reached_eta"];
         let rows = self.rivals.iter().enumerate().map(|(i, rival)| {
-            let reached = self.elastic.as_ref().and_then(|e| e.reaches[i]).map_or(String::new(), exact);
-            let numbers = [rival.peaks[0], rival.peaks[1], rival.torque].map(exact);
-            let mut cells = vec![rival.name.clone()];
-            cells.extend(numbers);
-            cells.extend([rival.harmonics.to_string(), reached]);
-            cells
+            let reached = self.elastic.as_ref().and_then(|e| e.reaches[i]);
+            let [first, second, torque] = [rival.peaks[0], rival.peaks[1], rival.torque].map(full);
+            vec![rival.name.clone(), first, second, torque, rival.harmonics.to_string(), full_or_empty(reached)]
         });
-        csv(&head, rows)
+        csv("law,peak_dU_m,peak_ddU_m,peak_torque_m2,harmonics,reached_eta", rows)
     }
 
     /// The result as JSON, in SI.
@@ -409,10 +378,6 @@ impl Study {
     }
 }
 
-fn exact(value: f64) -> String {
-    format!("{value:e}")
-}
-
 /// The objective as the source calls it.
 fn words(objective: Objective) -> &'static str {
     match objective {
@@ -447,9 +412,4 @@ fn nonlinear(shaft: &Shafted) -> String {
     let faults = shaft.nonlinear.iter().filter_map(|at| Some((at.w, at.torque.as_ref().err()?)));
     lines.extend(faults.map(|(w, fault)| format!("warning: at {} rpm, nonlinear: {fault}", rpm(w))));
     lines.join("\n")
-}
-
-/// A speed ratio that is reached, to four places: rounded up, it would be beyond.
-pub(super) fn rounded_down(eta: f64) -> f64 {
-    (eta * 1e4).floor() / 1e4
 }

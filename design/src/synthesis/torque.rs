@@ -4,9 +4,8 @@
 //! the largest value of U′U″ small.
 
 use super::deviation::{self, Window};
-use super::family::{COARSE, angles};
-use super::nonlinear::Values;
-use super::shaft::Norm;
+use super::nonlinear::{Norm, Values};
+use super::sampling::{COARSE, angles};
 use super::{Basis, Polynomial};
 use camdrive::motion::Fourier;
 use std::f64::consts::TAU;

@@ -2,10 +2,10 @@
 
 use super::reference::Reference;
 use super::run::{Inputs, Interface, Trace};
+use super::simplification::{self, Formula, Shaft, Simplified};
 use super::{Bench, Feature, Samples, sweep, worst_of};
-use crate::resource::{Resource, TEMPLATES};
+use crate::resource::Resource;
 use camdrive::drives::Fault;
-use camdrive::drives::simplification::{Formula, Shaft, Simplified};
 use cpu_time::ThreadTime;
 use std::collections::BTreeMap;
 
@@ -27,9 +27,7 @@ enum Engine {
 
 /// The simpler drives of the bench's scene.
 pub fn all(bench: &Bench, reference: &Reference) -> Result<Vec<Simpler>, Fault> {
-    let Some(model) = TEMPLATES.iter().find(|model| model.name == bench.resource.model) else { return Ok(Vec::new()) };
-    let list = (model.simplifications)(&bench.resource.scene)?;
-    let simpler = list.into_iter().map(|simplification| {
+    let simpler = simplification::of(&bench.resource)?.into_iter().map(|simplification| {
         let engine = match simplification.model {
             Simplified::Formula(formula) => Engine::Formula(formula, shaft(bench, reference)),
             Simplified::Scene(scene) => {

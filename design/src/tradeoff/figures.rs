@@ -35,8 +35,7 @@ fn grouped<'a>(rows: impl Iterator<Item = &'a Row>, name: impl Fn(&Row) -> Strin
 pub fn work_precision(report: &Report) -> Diagram {
     let at_default_step = |row: &Row| (row.communication_step / report.experiment.step - 1.0).abs() < 1e-9;
     let point = |row: &&Row| Some([row.error?, row.cost?.ns_per_ms]);
-    let line =
-        |name: String, rows: &[&Row]| Series { name, points: rows.iter().filter_map(point).collect(), joined: true };
+    let line = |name: String, rows: &[&Row]| Series::line(name, rows.iter().filter_map(point));
     let mut series = Vec::new();
     for (name, mut rows) in grouped(report.settings.iter(), name) {
         let is_moved = rows.iter().any(|row| row.inputs.is_some());
@@ -56,16 +55,12 @@ pub fn work_precision(report: &Report) -> Diagram {
     }
     series.extend(report.features.iter().filter_map(|f| {
         let point = [f.change?, f.cost?.ns_per_ms];
-        let name = format!("without {} ({})", f.feature, f.instead);
-        Some(Series { name, points: vec![point], joined: false })
+        Some(Series::dots(format!("without {} ({})", f.feature, f.instead), [point]))
     }));
-    Diagram {
-        title: format!("Work-precision diagram of {}", report.scene),
-        x: Axis::logarithmic("Largest error (change) of an output, relative to its largest value [1]"),
-        y: Axis::logarithmic("CPU time per machine time [ns/ms]"),
-        series,
-        rules: vec![Rule::Vertical(report.reference.floor, String::new()), Rule::Key(None, KNOWN.to_owned())],
-    }
+    let labels =
+        ["Largest error (change) of an output, relative to its largest value [1]", "CPU time per machine time [ns/ms]"];
+    let rules = vec![Rule::Vertical(report.reference.floor, String::new()), Rule::Key(None, KNOWN.to_owned())];
+    Diagram::new(format!("Work-precision diagram of {}", report.scene), labels.map(Axis::logarithmic), series, rules)
 }
 
 /// Error over communication step, for each setting that was run at several.
@@ -87,16 +82,12 @@ pub fn communication_step(report: &Report) -> Diagram {
             let point = |row: &&Row| Some([row.communication_step, row.error?]);
             let mut points: Vec<[f64; 2]> = rows.iter().filter_map(point).collect();
             points.sort_by(|a, b| a[0].total_cmp(&b[0]));
-            Series { name, points, joined: true }
+            Series::line(name, points)
         })
         .collect();
     let mut rules = vec![Rule::Horizontal(report.reference.floor, String::new()), Rule::Key(None, KNOWN.to_owned())];
     rules.extend(report.experiment.turn.map(|turn| Rule::Vertical(turn, "one turn".to_owned())));
-    Diagram {
-        title: format!("Error of {} over the communication step", report.scene),
-        x: Axis::logarithmic("Communication step [s]"),
-        y: Axis::logarithmic("Largest error of an output, relative to its largest value [1]"),
-        series,
-        rules,
-    }
+    let labels = ["Communication step [s]", "Largest error of an output, relative to its largest value [1]"];
+    let title = format!("Error of {} over the communication step", report.scene);
+    Diagram::new(title, labels.map(Axis::logarithmic), series, rules)
 }

@@ -11,11 +11,13 @@ pub mod fidelity;
 pub mod figures;
 pub mod reference;
 pub mod run;
+mod simplification;
 pub mod sweep;
 pub mod table;
 #[cfg(test)]
 mod tests;
 
+use crate::Progress;
 use crate::resource::Resource;
 use crate::text::{number, time};
 use camdrive::drives::Fault;
@@ -166,17 +168,6 @@ pub struct Feature {
     pub changes: BTreeMap<String, f64>,
     /// Why there is no result.
     pub fault: Option<String>,
-}
-
-/// How far a study is.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Progress {
-    /// Runs done.
-    pub done: usize,
-    /// Runs foreseen.
-    pub total: usize,
-    /// What is under way.
-    pub stage: &'static str,
 }
 
 /// CPU times of repeated runs (ns).

@@ -1,7 +1,7 @@
 //! The report as tables: cells for terminal and page, CSV, JSON.
 
 use super::{Feature, Report, Row, bounded};
-use crate::text::{self, NONE, Table, number, time};
+use crate::text::{self, NONE, Table, full_or_empty as full, number, time};
 use camdrive::drives::Fault;
 
 fn default_or(value: f64, text: impl Fn(f64) -> String) -> String {
@@ -161,28 +161,9 @@ pub fn about(report: &Report) -> Vec<String> {
 /// None in practice: the writer fills memory.
 pub fn csv(report: &Report) -> Result<String, Fault> {
     let names: Vec<&str> = report.outputs.iter().map(|output| output.name.as_str()).collect();
-    let fixed = [
-        "kind",
-        "method",
-        "tolerance",
-        "step_size_s",
-        "inputs",
-        "without",
-        "instead",
-        "communication_step_s",
-        "error_or_change",
-        "output",
-        "known_to",
-        "error_estimate",
-        "cost_ns_per_ms",
-        "start_us",
-        "steps",
-        "evaluations",
-        "fault",
-    ];
-    let head: Vec<&str> = fixed.iter().chain(&names).copied().collect();
+    let head = "kind,method,tolerance,step_size_s,inputs,without,instead,communication_step_s,error_or_change,output,\
+                known_to,error_estimate,cost_ns_per_ms,start_us,steps,evaluations,fault";
     let mut rows = Vec::new();
-    let full = |value: Option<f64>| value.map_or(String::new(), |value| format!("{value:e}"));
     let word = |value: &Option<String>| value.clone().unwrap_or_default();
     let cost = |cost: Option<super::Cost>| {
         [
@@ -216,5 +197,5 @@ pub fn csv(report: &Report) -> Result<String, Fault> {
         record.extend(names.iter().map(|name| full(feature.changes.get(*name).copied())));
         rows.push(record);
     }
-    text::csv(&head, rows)
+    text::csv_with(head, &names, rows)
 }

@@ -20,7 +20,6 @@
 
 mod contact;
 mod covariance;
-mod features;
 mod flank;
 mod jump;
 mod overdamped;
@@ -296,10 +295,6 @@ impl Drive for BacklashDrive {
 
     fn curves(&self) -> Vec<Curve> {
         Curve::of_law(&self.cam.law)
-    }
-
-    fn simplifications(scene: &Scene) -> Vec<super::Simplification<Scene>> {
-        features::of(scene)
     }
 
     fn experiment(&self) -> Experiment {

@@ -15,7 +15,6 @@
 //! check: c → ∞ gives q = −ẍ/ω₀²; resonance of a harmonic with the amplitude 1/(2D) and, without damping, growing
 //! with time.
 
-mod features;
 mod on_inputs;
 #[cfg(test)]
 mod tests;
@@ -229,10 +228,6 @@ impl Drive for ElasticOutput {
 
     fn curves(&self) -> Vec<Curve> {
         Curve::of_law(&self.cam.law)
-    }
-
-    fn simplifications(scene: &Scene) -> Vec<super::Simplification<Scene>> {
-        features::of(scene)
     }
 
     fn experiment(&self) -> Experiment {

@@ -18,7 +18,6 @@
 //! U′U″ here, as the derivation and its own rigid limit demand.
 
 mod equation;
-mod features;
 mod oscillator;
 mod passage;
 mod solver;
@@ -329,10 +328,6 @@ impl Drive for ElasticShaft {
 
     fn curves(&self) -> Vec<Curve> {
         Curve::of_law(&self.cam.law)
-    }
-
-    fn simplifications(scene: &Scene) -> Vec<super::Simplification<Scene>> {
-        features::of(scene)
     }
 
     fn oscillator(scene: &Scene) -> Option<super::PeriodicOscillator> {

@@ -20,7 +20,6 @@
 pub mod coefficients;
 pub mod crank;
 mod equation;
-mod features;
 pub mod law;
 mod oscillator;
 #[cfg(test)]
@@ -270,10 +269,6 @@ impl Drive for ParametricDrive {
             }
         }
         curves
-    }
-
-    fn simplifications(scene: &Scene) -> Vec<super::Simplification<Scene>> {
-        features::of(scene)
     }
 
     fn oscillator(scene: &Scene) -> Option<super::PeriodicOscillator> {

@@ -19,7 +19,6 @@
 
 mod course;
 mod cycle;
-mod features;
 mod follower;
 mod grid;
 mod inertia;
@@ -351,10 +350,6 @@ impl Drive for RigidMachine {
             curves.push(Curve::over_turn(&title, &label, |phi| factor * follower.tool(follower.cam.at(phi).0)[0]));
         }
         curves
-    }
-
-    fn simplifications(scene: &Scene) -> Vec<super::Simplification<Scene>> {
-        features::of(scene)
     }
 
     /// Twenty turns at the synchronous speed (or at `w_start`); a second of a machine that starts at rest with a torque as input.

@@ -1,9 +1,9 @@
 //! What the drive can be spared.
 
-use super::Scene;
-use crate::drives::simplification::{RigidFollower, Simplification, fewer_harmonics};
+use super::{RigidFollower, Simplification, fewer_harmonics};
+use camdrive::drives::backlash::Scene;
 
-pub(super) fn of(scene: &Scene) -> Vec<Simplification<Scene>> {
+pub fn of(scene: &Scene) -> Vec<Simplification<Scene>> {
     let (m, law) = (scene.m1 + scene.m2, scene.cam.clone());
     let mut list = Vec::new();
     if scene.s > 0.0 {

@@ -69,8 +69,8 @@ pub fn maximum(f: &mut dyn FnMut(f64) -> f64, [a, b]: [f64; 2], tolerance: f64) 
     summit(f, [place(best), place(best + 2)], (place(best + 1), values[best]), tolerance)
 }
 
-/// The same from a place `x` between the ends that is higher than they are.
-fn summit(f: &mut dyn FnMut(f64) -> f64, [low, high]: [f64; 2], (x, fx): (f64, f64), tolerance: f64) -> (f64, f64) {
+/// The same from a place `x` that is at least as high as the ends, on or between them.
+pub fn summit(f: &mut dyn FnMut(f64) -> f64, [low, high]: [f64; 2], (x, fx): (f64, f64), tolerance: f64) -> (f64, f64) {
     const GOLDEN: f64 = 0.381_966_011_250_105_2;
     let (mut low, mut high) = (low, high);
     let (mut x, mut fx) = (x, fx);
@@ -125,6 +125,39 @@ fn summit(f: &mut dyn FnMut(f64) -> f64, [low, high]: [f64; 2], (x, fx): (f64, f
         }
     }
     (x, fx)
+}
+
+/// Where `f` has local maxima that may reach `least`, looked for at `candidates` and then between their neighbours.
+pub fn local_maxima(candidates: &[f64], least: f64, f: impl Fn(f64) -> f64) -> Vec<f64> {
+    let values: Vec<f64> = candidates.iter().map(|x| f(*x)).collect();
+    let last = candidates.len() - 1;
+    let beside = |i: usize| [i.saturating_sub(1), (i + 1).min(last)];
+    let highest = |i: &usize| beside(*i).iter().all(|j| values[*i] >= values[*j]);
+    // Between samples a maximum rises by less than these differ, but for kinks and poles; poles are candidates.
+    let reaches = |i: &usize| {
+        let lowest = beside(*i).iter().fold(f64::INFINITY, |lowest, j| lowest.min(values[*j]));
+        !(2.0 * values[*i] - lowest < least)
+    };
+    let place = |i: usize| {
+        let ends = beside(i).map(|j| candidates[j]);
+        // At 1e-8 of the distance a maximum is flat to rounding.
+        summit(&mut |x| f(x), ends, (candidates[i], values[i]), 1e-8 * (ends[1] - ends[0])).0
+    };
+    (0..=last).filter(highest).filter(reaches).map(place).collect()
+}
+
+/// The maximum near `x` between two ends of a function with this slope and bend, by Newton's method on the slope.
+pub fn flat(mut x: f64, [low, high]: [f64; 2], f: impl Fn(f64) -> [f64; 2]) -> f64 {
+    for _ in 0..12 {
+        let [slope, bend] = f(x);
+        let next = if bend < 0.0 { x - slope / bend } else { x + slope.signum() * (high - low) };
+        let next = next.clamp(low, high);
+        if (next - x).abs() <= 4.0 * f64::EPSILON * (1.0 + x.abs()) {
+            return next;
+        }
+        x = next;
+    }
+    x
 }
 
 #[cfg(test)]

@@ -1,13 +1,12 @@
 //! What the machine can be spared.
 
-use super::place::Place;
-use super::{Follower, Inertia, InertiaFunction, Motor, Scene};
-use crate::drives::simplification::{Simplification, fewer_harmonics};
-use crate::numerics::angle;
-use crate::numerics::double_double::Double;
+use super::{Simplification, fewer_harmonics};
+use camdrive::drives::rigid_machine::{Follower, Inertia, InertiaFunction, Motor, Place, Scene};
+use camdrive::numerics::angle;
+use camdrive::numerics::double_double::Double;
 use std::f64::consts::TAU;
 
-pub(super) fn of(scene: &Scene) -> Vec<Simplification<Scene>> {
+pub fn of(scene: &Scene) -> Vec<Simplification<Scene>> {
     let mut list = Vec::new();
     if let Motor::Kloss { dynamics: Some(_), .. } = scene.motor {
         let mut motor = scene.motor;
@@ -67,7 +66,7 @@ fn constant_speed(scene: &Scene, inertia: Inertia) -> Simplification<Scene> {
         outputs.extend([format!("U[{j}]"), format!("der(U[{j}])"), format!("der(U[{j}],2)")]);
     }
     let names: Vec<&str> = outputs.iter().map(String::as_str).collect();
-    let evaluate = move |shaft: &crate::drives::simplification::Shaft, out: &mut [f64]| {
+    let evaluate = move |shaft: &super::Shaft, out: &mut [f64]| {
         let phi = shaft.phi.rem_euclid(TAU);
         let [j, slope, ..] = inertia.at(Place::at(phi), phi);
         let torque = 0.5 * slope * shaft.w * shaft.w + j * shaft.a;

@@ -1,14 +1,29 @@
 //! The drive with one of its features left out: what does it change, and what does it save?
 //!
-//! Each model lists the features that its scene has in [`super::Drive::simplifications`]. A feature is left out by
-//! another scene of the same model or, in a rigid limit, by formulas: a stiffness that is merely large would neither
-//! be rigid nor cheap.
+//! Each model has a file here that lists the features of its scene. A feature is left out by another scene of the same
+//! model or, in a rigid limit, by formulas: a stiffness that is merely large would neither be rigid nor cheap.
 
-use super::cam_drive::{DriveMode, StartMode};
-use super::cam_turn::turns;
-use crate::motion::{Fourier, MotionLaw};
-use crate::numerics::angle;
-use crate::numerics::double_double::Double;
+mod backlash;
+mod elastic_output;
+mod elastic_shaft;
+mod parametric;
+mod rigid_machine;
+
+use crate::resource::Resource;
+use camdrive::drives::backlash::BacklashDrive;
+use camdrive::drives::cam_drive::{DriveMode, StartMode};
+use camdrive::drives::cam_turn::turns;
+use camdrive::drives::elastic_output::ElasticOutput;
+use camdrive::drives::elastic_shaft::ElasticShaft;
+use camdrive::drives::parametric::ParametricDrive;
+use camdrive::drives::rigid_machine::RigidMachine;
+use camdrive::drives::{Drive as _, Fault};
+use camdrive::motion::{Fourier, MotionLaw};
+use camdrive::numerics::angle;
+use camdrive::numerics::double_double::Double;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use serde_json::Value;
 
 /// A feature and the drive without it.
 pub struct Simplification<S> {
@@ -26,6 +41,35 @@ pub enum Simplified<S> {
     Scene(S),
     /// Formulas for the outputs.
     Formula(Formula),
+}
+
+/// The scene with one of its features left out, for each feature that it has; the names of the outputs stay. A model that is
+/// not known here has none.
+pub fn of(resource: &Resource) -> Result<Vec<Simplification<Value>>, Fault> {
+    match resource.model.as_str() {
+        ElasticOutput::MODEL => erased(resource, elastic_output::of),
+        ElasticShaft::MODEL => erased(resource, elastic_shaft::of),
+        BacklashDrive::MODEL => erased(resource, backlash::of),
+        RigidMachine::MODEL => erased(resource, rigid_machine::of),
+        ParametricDrive::MODEL => erased(resource, parametric::of),
+        _ => Ok(Vec::new()),
+    }
+}
+
+fn erased<S: Serialize + DeserializeOwned>(
+    resource: &Resource,
+    of: fn(&S) -> Vec<Simplification<S>>,
+) -> Result<Vec<Simplification<Value>>, Fault> {
+    let erased = |Simplification { feature, instead, model }: Simplification<S>| {
+        let model = match model {
+            Simplified::Scene(scene) => {
+                Simplified::Scene(serde_json::to_value(scene).map_err(|e| Fault(e.to_string()))?)
+            }
+            Simplified::Formula(formula) => Simplified::Formula(formula),
+        };
+        Ok(Simplification { feature, instead, model })
+    };
+    of(&resource.read()?).into_iter().map(erased).collect()
 }
 
 /// Outputs that follow from the motion of the shaft alone.

@@ -1,9 +1,9 @@
 //! What the drive can be spared.
 
-use super::Scene;
-use crate::drives::simplification::{CamDriveParts, RigidFollower, Simplification, of_cam_drive};
+use super::{CamDriveParts, RigidFollower, Simplification, of_cam_drive};
+use camdrive::drives::elastic_output::Scene;
 
-pub(super) fn of(scene: &Scene) -> Vec<Simplification<Scene>> {
+pub fn of(scene: &Scene) -> Vec<Simplification<Scene>> {
     let (m, law) = (scene.m, scene.cam.clone());
     // q → 0 while force = −(c q + b q̇) = m ÿ stays, as for c → ∞ in the equation of motion.
     let mut list = vec![Simplification::formula(

@@ -1,9 +1,9 @@
 //! What the drive can be spared.
 
-use super::Scene;
-use crate::drives::simplification::{CamDriveParts, RigidFollower, Simplification, of_cam_drive};
+use super::{CamDriveParts, RigidFollower, Simplification, of_cam_drive};
+use camdrive::drives::elastic_shaft::Scene;
 
-pub(super) fn of(scene: &Scene) -> Vec<Simplification<Scene>> {
+pub fn of(scene: &Scene) -> Vec<Simplification<Scene>> {
     let (m, inertia, law) = (scene.m, scene.inertia, scene.cam.clone());
     // q → 0 while tau = −(c q + b q̇) = (J + m U′²) α + m U′U″ ω² stays, as for c → ∞ in the equation of motion; the
     // mass takes U′ times its force m ÿ of it.

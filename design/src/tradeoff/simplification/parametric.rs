@@ -1,19 +1,19 @@
 //! What the drive can be spared.
 
-use super::Scene;
-use super::law::Law;
-use crate::drives::cam_drive::{DriveMode, StartMode};
-use crate::drives::cam_turn::turns;
-use crate::drives::simplification::{Shaft, Simplification, fewer_harmonics};
-use crate::motion::{Fourier, MotionLaw};
-use crate::numerics::angle;
-use crate::numerics::double_double::Double;
+use super::{Shaft, Simplification, fewer_harmonics};
+use camdrive::drives::cam_drive::{DriveMode, StartMode};
+use camdrive::drives::cam_turn::turns;
+use camdrive::drives::parametric::Scene;
+use camdrive::drives::parametric::law::Law;
+use camdrive::motion::{Fourier, MotionLaw};
+use camdrive::numerics::angle;
+use camdrive::numerics::double_double::Double;
 
 /// The harmonics of c_T that a simpler crank keeps: its mean alone, the first one, the first two.
 const HARMONICS: [(usize, &str); 3] =
     [(0, "its mean"), (2, "its mean and its harmonic 2"), (4, "its mean and its harmonics 2 and 4")];
 
-pub(super) fn of(scene: &Scene) -> Vec<Simplification<Scene>> {
+pub fn of(scene: &Scene) -> Vec<Simplification<Scene>> {
     let mut list = Vec::new();
     let with = |change: &dyn Fn(&mut Scene)| {
         let mut simpler = scene.clone();

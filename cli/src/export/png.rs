@@ -1,0 +1,153 @@
+//! A drawing as PNG, for importers. Its text is drawn with an embedded font: a machine without fonts draws the same picture.
+
+use camdrive::drives::Fault;
+use camdrive_design::drawing::{Anchor, BLACK, Drawing, Ink, Shape};
+use tiny_skia::{Color, FillRule, LineJoin, Paint, PathBuilder, Pixmap, Stroke, StrokeDash, Transform};
+use ttf_parser::{Face, OutlineBuilder};
+
+/// The drawing as a PNG file.
+pub fn png(drawing: &Drawing) -> Result<Vec<u8>, Fault> {
+    let fault = |what: &str| Fault(format!("the picture cannot be drawn: {what}"));
+    let [width, height] = drawing.size;
+    let mut image = Pixmap::new(width, height).ok_or_else(|| fault("it has no area"))?;
+    image.fill(Color::WHITE);
+    let face = Face::parse(dejavu::sans::regular(), 0).map_err(|e| fault(&e.to_string()))?;
+    for shape in &drawing.shapes {
+        paint(shape, &mut image, &face);
+    }
+    image.encode_png().map_err(|e| fault(&e.to_string()))
+}
+
+fn paint(shape: &Shape, image: &mut Pixmap, face: &Face) {
+    let mut fill = |path: Option<tiny_skia::Path>, ink: Ink, transform: Transform| {
+        if let Some(path) = path {
+            image.fill_path(&path, &colour(ink), FillRule::Winding, transform, None);
+        }
+    };
+    match shape {
+        Shape::Line { points, width, ink, dash } => {
+            let Some(path) = path(points, false) else { return };
+            let dash = dash.and_then(|dash| StrokeDash::new(dash.map(|length| length as f32).into(), 0.0));
+            let stroke = Stroke { width: *width as f32, line_join: LineJoin::Round, dash, ..Stroke::default() };
+            image.stroke_path(&path, &colour(*ink), &stroke, Transform::identity(), None);
+        }
+        Shape::Area { points, ink } => fill(path(points, true), *ink, Transform::identity()),
+        Shape::Disc { at: [x, y], radius, ink } => {
+            fill(PathBuilder::from_circle(*x as f32, *y as f32, *radius as f32), *ink, Transform::identity());
+        }
+        Shape::Text { at, size, anchor, text, upright } => {
+            let mut pen = Pen::new(face, *size);
+            let before = match anchor {
+                Anchor::Start => 0.0,
+                Anchor::Middle => 0.5 * pen.length(text),
+                Anchor::End => pen.length(text),
+            };
+            let [x, y] = at.map(|length| length as f32);
+            (pen.x, pen.y) = (x - before as f32, y);
+            pen.write(text);
+            let angle = if *upright { -90.0 } else { 0.0 };
+            fill(pen.path.finish(), BLACK, Transform::from_rotate_at(angle, x, y));
+        }
+    }
+}
+
+fn colour(ink: Ink) -> Paint<'static> {
+    let [r, g, b] = ink.0;
+    let mut paint = Paint::default();
+    paint.set_color_rgba8(r, g, b, 255);
+    paint
+}
+
+fn path(points: &[[f64; 2]], closed: bool) -> Option<tiny_skia::Path> {
+    let mut path = PathBuilder::new();
+    for (i, [x, y]) in points.iter().enumerate() {
+        if i == 0 {
+            path.move_to(*x as f32, *y as f32);
+        } else {
+            path.line_to(*x as f32, *y as f32);
+        }
+    }
+    if closed {
+        path.close();
+    }
+    path.finish()
+}
+
+/// Writes the outlines of glyphs along a base line.
+struct Pen<'a> {
+    face: &'a Face<'a>,
+    /// Pixels per font unit.
+    scale: f32,
+    /// The current place on the base line.
+    x: f32,
+    y: f32,
+    path: PathBuilder,
+}
+
+impl<'a> Pen<'a> {
+    fn new(face: &'a Face<'a>, size: f64) -> Self {
+        let scale = size as f32 / f32::from(face.units_per_em());
+        Pen { face, scale, x: 0.0, y: 0.0, path: PathBuilder::new() }
+    }
+
+    fn advance(&self, c: char) -> f32 {
+        let glyph = self.face.glyph_index(c).unwrap_or_default();
+        self.scale * f32::from(self.face.glyph_hor_advance(glyph).unwrap_or(0))
+    }
+
+    fn length(&self, text: &str) -> f64 {
+        text.chars().map(|c| f64::from(self.advance(c))).sum()
+    }
+
+    fn write(&mut self, text: &str) {
+        let face = self.face;
+        for c in text.chars() {
+            let advance = self.advance(c);
+            face.outline_glyph(face.glyph_index(c).unwrap_or_default(), self);
+            self.x += advance;
+        }
+    }
+}
+
+/// Font units have y upwards.
+impl OutlineBuilder for Pen<'_> {
+    fn move_to(&mut self, x: f32, y: f32) {
+        self.path.move_to(self.x + self.scale * x, self.y - self.scale * y);
+    }
+    fn line_to(&mut self, x: f32, y: f32) {
+        self.path.line_to(self.x + self.scale * x, self.y - self.scale * y);
+    }
+    fn quad_to(&mut self, x1: f32, y1: f32, x: f32, y: f32) {
+        let (s, x0, y0) = (self.scale, self.x, self.y);
+        self.path.quad_to(x0 + s * x1, y0 - s * y1, x0 + s * x, y0 - s * y);
+    }
+    fn curve_to(&mut self, x1: f32, y1: f32, x2: f32, y2: f32, x: f32, y: f32) {
+        let (s, x0, y0) = (self.scale, self.x, self.y);
+        self.path.cubic_to(x0 + s * x1, y0 - s * y1, x0 + s * x2, y0 - s * y2, x0 + s * x, y0 - s * y);
+    }
+    fn close(&mut self) {
+        self.path.close();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use camdrive_design::drawing::BLUE;
+
+    #[test]
+    fn ink_lands_where_it_should() {
+        let square = vec![[10.0, 10.0], [20.0, 10.0], [20.0, 20.0], [10.0, 20.0]];
+        let text = Shape::text([50.0, 30.0], 20.0, Anchor::Middle, "φ");
+        let drawing = Drawing { size: [60, 40], shapes: vec![Shape::Area { points: square, ink: BLUE }, text] };
+        let image = Pixmap::decode_png(&png(&drawing).unwrap()).unwrap();
+        let pixel = |x, y| {
+            let p = image.pixel(x, y).unwrap();
+            [p.red(), p.green(), p.blue()]
+        };
+        assert_eq!(pixel(15, 15), BLUE.0);
+        assert_eq!(pixel(30, 15), [255; 3]);
+        // The stem of the φ stands in its middle.
+        assert!((15..30).any(|y| pixel(50, y)[0] < 100));
+    }
+}
