@@ -4,8 +4,9 @@
  *
  * FOLDER is an unzipped FMU, PLATFORM its folder in binaries/. It runs the default experiment: a shaft at the inputs phi, w
  * and a gathers speed. FILE takes the names of all Reals that the FMU computes and, per communication point, a line of their
- * values, 64 bits in hexadecimal each, since not every C library prints all digits. Then it goes back to a saved state in the middle and repeats the second
- * half, resets and repeats the whole, to the same bits, and lets calls fail. Returns 0 if all was as it should be. */
+ * values, 64 bits in hexadecimal each, since not every C library prints all digits. Then it goes back to a saved state in
+ * the middle and repeats the second half, resets and repeats the whole, to the same bits, and lets calls fail. Returns 0 if
+ * all was as it should be. */
 #include <inttypes.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -68,7 +69,8 @@ static int fail(const char *what, const char *about) {
 }
 
 /* Formats as a simulator does; the arguments come through the C library's own variable arguments. */
-static void keep_message(void *environment, const char *instance, int status, const char *category, const char *format, ...) {
+static void keep_message(void *environment, const char *instance, int status, const char *category, const char *format,
+                         ...) {
     (void)environment, (void)instance, (void)status, (void)category;
     va_list arguments;
     va_start(arguments, format);
