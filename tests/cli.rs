@@ -1,5 +1,6 @@
 //! The command line as a user meets it: what it prints, where, and the exit codes.
 
+use camdrive::drives::resource::BUILD;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -737,6 +738,56 @@ fn a_missing_library_beside_the_executable_is_told_with_the_command_that_builds_
     let err = String::from_utf8(output.stderr).expect("UTF-8");
     assert_eq!(output.status.code(), Some(1));
     assert!(err.contains("cargo build --release") && err.contains("--runtime"), "{err}");
+}
+
+/// What `export` takes for a library of the platform with this start of a file, of these sources.
+fn library_of(start: &[u8], sources: &str) -> Vec<u8> {
+    [start, b"\0fmi2DoStep\0", sources.as_bytes()].concat()
+}
+
+#[test]
+fn export_packs_every_library_of_its_own_sources_that_is_at_hand() {
+    let folder = folder("platforms");
+    let camdrive = folder.join(format!("release/camdrive{}", std::env::consts::EXE_SUFFIX));
+    let lay = |place: &str, content: &[u8]| {
+        let file = folder.join(place);
+        std::fs::create_dir_all(file.parent().unwrap()).unwrap();
+        std::fs::write(file, content).unwrap();
+    };
+    let elf = |machine| [b"\x7fELF\x02\x01\x01".as_slice(), &[0; 9], &[3, 0, machine, 0]].concat();
+    let universal = [&[0xca, 0xfe, 0xba, 0xbe, 0, 0, 0, 1, 1, 0, 0, 12][..], &[0; 16]].concat();
+    std::fs::create_dir_all(folder.join("release")).unwrap();
+    std::fs::copy(env!("CARGO_BIN_EXE_camdrive"), &camdrive).unwrap();
+    // Beside the executable, and as in target/.
+    lay("release/runtimes/linux64/camdrive.so", &library_of(&elf(62), BUILD));
+    lay("runtimes/aarch64-linux/camdrive.so", &library_of(&elf(183), BUILD));
+    lay("runtimes/darwin64/camdrive.dylib", &library_of(&universal, BUILD));
+    lay("runtimes/aarch64-darwin/camdrive.dylib", &library_of(&universal, "other sources"));
+    let export = |platforms: &[&str]| {
+        let output = Command::new(&camdrive)
+            .current_dir(root())
+            .args(["export", SCENE, "-o"])
+            .arg(folder.join("t.fmu"))
+            .args(platforms)
+            .env("COLUMNS", "10000")
+            .output()
+            .expect("camdrive starts");
+        let [out, err] = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
+        let packed = out.lines().filter_map(|line| line.trim_start().strip_prefix("platform")?.split_once(':'));
+        (packed.map(|(platform, _)| platform.trim().to_owned()).collect::<Vec<_>>().join(" "), err)
+    };
+    let (packed, err) = export(&[]);
+    assert_eq!(packed, "linux64 aarch64-linux darwin64");
+    assert!(err.contains("warning: left out:") && err.contains("aarch64-darwin/camdrive.dylib is not of"), "{err}");
+    assert_eq!(export(&["--platforms", "darwin64,linux64"]), ("linux64 darwin64".to_owned(), String::new()));
+    for (platform, word) in [
+        ("aarch64-darwin", "not of the same sources as this executable"),
+        ("win64", "no runtime library for win64"),
+        ("amiga", "possible values: linux64, linux32, aarch64-linux, win64"),
+    ] {
+        let (packed, err) = export(&["--platforms", platform]);
+        assert!(packed.is_empty() && err.contains(word), "{platform}: {packed} {err}");
+    }
 }
 
 #[test]

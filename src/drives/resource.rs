@@ -12,6 +12,10 @@ pub const FILE_NAME: &str = "drive.bin";
 const MAGIC: &[u8; 8] = b"camscen3";
 const CHECKSUM: usize = 4;
 
+/// Version and sources. The text stands in every library, where the command line looks for it before it packs one, since a
+/// scene is encoded for the library of the same sources.
+pub const BUILD: &str = concat!("camdrive ", env!("CARGO_PKG_VERSION"), ", sources ", env!("CAMDRIVE_SOURCES"));
+
 /// What the file holds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Content<'a> {
@@ -32,7 +36,7 @@ impl<'a> Content<'a> {
     pub fn from_bytes(bytes: &'a [u8]) -> Result<Self, Fault> {
         let Some((body, checksum)) = bytes.split_last_chunk::<CHECKSUM>() else { return Err(refused("it is cut off")) };
         let Some(content) = body.strip_prefix(MAGIC) else {
-            return Err(refused("it was not made by this version of the tool"));
+            return Err(refused(format_args!("it was not made for this library, {}", BUILD)));
         };
         if u32::from_le_bytes(*checksum) != crc32fast::hash(body) {
             return Err(refused("it is damaged, its checksum is wrong"));

@@ -18,7 +18,7 @@ use super::saved_state::{ALIVE, SavedState};
 use super::{plans, resource_location};
 use crate::drives::Fault;
 use crate::drives::variable::Type;
-use std::ffi::{CStr, CString, c_char, c_void};
+use std::ffi::{CStr, CString, c_char};
 use std::mem::MaybeUninit;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
@@ -219,6 +219,7 @@ fn sink(callbacks: &fmi2CallbackFunctions, name: Option<&CStr>) -> Option<Sink> 
 /// The file of this library.
 #[cfg(unix)]
 fn own_library() -> Option<PathBuf> {
+    use std::ffi::c_void;
     use std::os::unix::ffi::OsStrExt;
 
     /// Dl_info of dlfcn.h.

@@ -2,6 +2,7 @@
 
 use super::tradeoff::StudyArgs;
 use super::{Failure, failure, files, read_all, show, tell, tell_notes};
+use crate::export::runtime_library::PLATFORMS;
 use crate::export::{Date, Extras, Packed, RuntimeLibrary, pack_with};
 use crate::scene::Resolved;
 use std::collections::BTreeMap;
@@ -17,10 +18,12 @@ Examples:
   camdrive export examples/guide_bar/scene.toml
   camdrive export examples/*/scene.toml -o fmus/
   camdrive export scene.toml --runtime linux64=libcamdrive.so --runtime win64=camdrive.dll
+  camdrive export scene.toml --platforms linux64,win64
   camdrive export scene.toml --with-tradeoff --quick
 
-The runtime library is the one beside the executable unless --runtime names others; it is built by
-  cargo build --release --package camdrive")]
+The runtime libraries are those beside the executable unless --runtime names others. They are built by
+  cargo build --release --package camdrive    for the platform at hand
+  packaging/build                             for all others, in the folder target/runtimes")]
 pub struct Args {
     /// Scene files (TOML)
     #[arg(required = true, value_name = "SCENE")]
@@ -28,8 +31,11 @@ pub struct Args {
     /// Where to write: a file NAME.fmu for a single scene, else a folder [default: the current folder]
     #[arg(short, long, value_name = "FILE|FOLDER")]
     output: Option<PathBuf>,
-    /// Runtime library for a platform (linux64, win64, darwin64 …); once per platform
-    #[arg(long, value_name = "PLATFORM=FILE")]
+    /// Platforms to pack runtime libraries for [default: all that are at hand]
+    #[arg(long, value_name = "PLATFORM", value_delimiter = ',', value_parser = PLATFORMS.map(|(name, _)| name))]
+    platforms: Vec<String>,
+    /// Runtime library for a platform, instead of those at hand; once per platform
+    #[arg(long, value_name = "PLATFORM=FILE", conflicts_with = "platforms")]
     runtime: Vec<String>,
     /// Describe the shaft of each FMU that has its motion as inputs or its load as an input as one terminal
     /// (terminalsAndIcons/ of FMI 3.0); FMI Library 3 refuses such FMUs of FMI 2.0
@@ -51,7 +57,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let scenes = read_all(&args.scenes)?;
     tell_notes(&args.scenes, &scenes);
     let targets = targets(args, &scenes)?;
-    let runtimes = runtimes(&args.runtime)?;
+    let runtimes = runtimes(args)?;
     let date = Date::from_environment().map_err(failure)?;
     let mut packed = Vec::new();
     for (scene, path) in scenes.iter().zip(&args.scenes) {
@@ -106,12 +112,16 @@ fn targets(args: &Args, scenes: &[Resolved]) -> Result<Vec<PathBuf>, Failure> {
     Ok(targets)
 }
 
-/// The libraries of the command line, or the one beside the executable.
-fn runtimes(arguments: &[String]) -> Result<Vec<RuntimeLibrary>, Failure> {
-    if arguments.is_empty() {
-        return Ok(vec![RuntimeLibrary::beside_executable().map_err(failure)?]);
+/// The libraries of the command line, or those at hand.
+fn runtimes(args: &Args) -> Result<Vec<RuntimeLibrary>, Failure> {
+    if !args.runtime.is_empty() {
+        return args.runtime.iter().map(|argument| RuntimeLibrary::from_argument(argument).map_err(failure)).collect();
     }
-    arguments.iter().map(|argument| RuntimeLibrary::from_argument(argument).map_err(failure)).collect()
+    let (libraries, left_out) = RuntimeLibrary::at_hand(&args.platforms).map_err(failure)?;
+    for fault in left_out {
+        tell(&format!("warning: left out: {fault}\n"));
+    }
+    Ok(libraries)
 }
 
 /// What was packed into the file that the line names.

@@ -2,16 +2,19 @@
 
 use super::hash::sha256;
 use camdrive::drives::Fault;
+use camdrive::drives::resource::BUILD;
 use std::path::{Path, PathBuf};
 
-/// The platforms of FMI 2.0 (section 2.3) with the suffix of their shared libraries.
-pub const PLATFORMS: [(&str, &str); 6] = [
+/// The platforms of FMI 2.0 (section 2.3, with the further ones that 2.0.4 admits) and the suffix of their shared libraries.
+pub const PLATFORMS: [(&str, &str); 8] = [
     ("linux64", ".so"),
     ("linux32", ".so"),
+    ("aarch64-linux", ".so"),
     ("win64", ".dll"),
     ("win32", ".dll"),
     ("darwin64", ".dylib"),
     ("darwin32", ".dylib"),
+    ("aarch64-darwin", ".dylib"),
 ];
 
 /// A function without which no importer gets far; its name stands in the library's table of exports.
@@ -35,14 +38,45 @@ pub struct RuntimeLibrary {
 }
 
 impl RuntimeLibrary {
+    /// The libraries of the `wanted` platforms or, where none is named, all that are at hand: those that `packaging/build`
+    /// made, in the folder `runtimes` beside the executable's folder (`target/release`) or in it, and the one that was built
+    /// with the running executable. With them, why others are left out.
+    pub fn at_hand(wanted: &[String]) -> Result<(Vec<Self>, Vec<Fault>), Fault> {
+        let executable = executable()?;
+        let (mut libraries, mut left_out) = (Vec::new(), Vec::new());
+        for (platform, suffix) in PLATFORMS {
+            let named = wanted.iter().any(|name| name == platform);
+            if !named && !wanted.is_empty() {
+                continue;
+            }
+            let file = format!("{platform}/camdrive{suffix}");
+            let mut places = executable.ancestors().skip(1).take(2).map(|folder| folder.join("runtimes").join(&file));
+            let mut found = Err(missing(platform));
+            if let Some(path) = &places.find(|path| path.is_file()) {
+                found = RuntimeLibrary::read(platform, path).inspect_err(|fault| left_out.push(fault.clone()));
+            }
+            if found.is_err() && host_platform() == Some(platform) {
+                found = RuntimeLibrary::beside_executable();
+            }
+            match found {
+                Ok(library) => libraries.push(library),
+                Err(fault) if named => return Err(fault),
+                Err(_) => (),
+            }
+        }
+        if libraries.is_empty() {
+            libraries.push(RuntimeLibrary::beside_executable()?);
+        }
+        Ok((libraries, left_out))
+    }
+
     /// The library that was built with the running executable, for the same platform: `cargo run` leaves it in the folder
     /// `deps` beside the executable, `cargo build` and packages lay it beside the executable itself.
     pub fn beside_executable() -> Result<Self, Fault> {
         let platform = host_platform().ok_or_else(|| {
             Fault(format!("FMI 2.0 has no name for this platform; give one by --runtime {}", choice()))
         })?;
-        let executable = std::env::current_exe()
-            .map_err(|e| Fault(format!("the running executable cannot be located ({e}); use --runtime")))?;
+        let executable = executable()?;
         let name = format!("{}camdrive{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
         let beside = executable.with_file_name(&name);
         let places = [executable.with_file_name("deps").join(&name), beside.clone()];
@@ -83,11 +117,19 @@ impl RuntimeLibrary {
                 describe(&bytes)
             )));
         }
-        if !bytes.windows(LANDMARK.len()).any(|window| window == LANDMARK) {
+        if !contains(&bytes, LANDMARK) {
             return Err(Fault(format!(
                 "{} does not export fmi2DoStep, so it is no runtime library of camdrive. Build one with \
                  `{BUILD_COMMAND}`",
                 path.display()
+            )));
+        }
+        if !contains(&bytes, BUILD.as_bytes()) {
+            return Err(Fault(format!(
+                "{} is not of the same sources as this executable ({}). Build it anew with `packaging/build`, or \
+                 with `{BUILD_COMMAND}` on its platform",
+                path.display(),
+                BUILD
             )));
         }
         Ok(RuntimeLibrary { platform, path: path.to_owned(), bytes })
@@ -116,14 +158,30 @@ impl RuntimeLibrary {
     }
 }
 
+fn executable() -> Result<PathBuf, Fault> {
+    std::env::current_exe().map_err(|e| Fault(format!("the running executable cannot be located ({e}); use --runtime")))
+}
+
+fn missing(platform: &str) -> Fault {
+    Fault(format!(
+        "there is no runtime library for {platform} in the folder `runtimes` beside this executable or above it. \
+         `packaging/build` makes those of linux64, aarch64-linux, win64 and Darwin; --runtime {platform}=FILE names any"
+    ))
+}
+
+fn contains(bytes: &[u8], text: &[u8]) -> bool {
+    bytes.windows(text.len()).any(|window| window == text)
+}
+
 fn choice() -> String {
     PLATFORMS.map(|(name, _)| name).join(" | ")
 }
 
-/// FMI 2.0 names operating system and word length only.
+/// FMI 2.0 names operating system and word length only; importers look for the processor's own folder, where there is one.
 fn host_platform() -> Option<&'static str> {
     let wide = cfg!(target_pointer_width = "64");
     match std::env::consts::OS {
+        "linux" if cfg!(target_arch = "aarch64") => Some("aarch64-linux"),
         "linux" => Some(if wide { "linux64" } else { "linux32" }),
         "windows" => Some(if wide { "win64" } else { "win32" }),
         "macos" => Some(if wide { "darwin64" } else { "darwin32" }),
@@ -132,35 +190,36 @@ fn host_platform() -> Option<&'static str> {
 }
 
 /// What the first bytes of a file say of it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 struct Binary {
-    system: &'static str,
-    wide: bool,
+    platforms: Vec<&'static str>,
     shared: bool,
 }
 
 fn is_library_for(platform: &str, bytes: &[u8]) -> bool {
-    binary(bytes).is_some_and(|b| b.shared && platform == format!("{}{}", b.system, if b.wide { "64" } else { "32" }))
+    binary(bytes).is_some_and(|b| b.shared && b.platforms.contains(&platform))
 }
 
 fn describe(bytes: &[u8]) -> String {
     match binary(bytes) {
         None => "no ELF, PE or Mach-O file".to_owned(),
+        Some(b) if b.platforms.is_empty() => "for another processor".to_owned(),
         Some(b) => format!(
-            "{} for {}{}",
+            "{} for {}",
             if b.shared { "a shared library" } else { "an executable or object file" },
-            b.system,
-            if b.wide { "64" } else { "32" }
+            b.platforms.join(" and ")
         ),
     }
 }
 
+fn little_endian(bytes: &[u8], at: usize, length: usize) -> Option<usize> {
+    let field = bytes.get(at..at.checked_add(length)?)?;
+    Some(field.iter().rev().fold(0, |sum, byte| (sum << 8) | usize::from(*byte)))
+}
+
 /// Whether one of the program headers of an ELF file is PT_INTERP (3).
 fn has_interpreter(bytes: &[u8], wide: bool) -> bool {
-    let number = |at: usize, length: usize| {
-        let field = bytes.get(at..at.checked_add(length)?)?;
-        Some(field.iter().rev().fold(0_usize, |sum, byte| (sum << 8) | usize::from(*byte)))
-    };
+    let number = |at, length| little_endian(bytes, at, length);
     // e_phoff, e_phentsize and e_phnum.
     let (offset, size, count) = if wide {
         (number(32, 8), number(54, 2), number(56, 2))
@@ -173,30 +232,60 @@ fn has_interpreter(bytes: &[u8], wide: bool) -> bool {
 
 /// Reads the headers of ELF, PE/COFF and (thin or universal) Mach-O files.
 fn binary(bytes: &[u8]) -> Option<Binary> {
-    let u16_at = |at: usize| Some(u16::from_le_bytes(bytes.get(at..at + 2)?.try_into().ok()?));
-    let u32_at = |at: usize| Some(u32::from_le_bytes(bytes.get(at..at + 4)?.try_into().ok()?));
+    let number = |at, length| little_endian(bytes, at, length);
+    let of =
+        |platform: Option<&'static str>, shared| Some(Binary { platforms: platform.into_iter().collect(), shared });
     match bytes.get(..4)? {
         // e_ident[EI_CLASS] = 2: 64 bit; e_type = 3: shared object, which most executables are as well, but they name
         // an interpreter.
         [0x7f, b'E', b'L', b'F'] => {
-            let wide = bytes.get(4) == Some(&2);
-            Some(Binary { system: "linux", wide, shared: u16_at(16)? == 3 && !has_interpreter(bytes, wide) })
+            let platform = match number(18, 2)? {
+                3 => Some("linux32"),
+                62 => Some("linux64"),
+                183 => Some("aarch64-linux"),
+                _ => None,
+            };
+            of(platform, number(16, 2)? == 3 && !has_interpreter(bytes, bytes.get(4) == Some(&2)))
         }
         // The COFF header follows the signature at the offset that stands at 0x3c; 0x2000 is IMAGE_FILE_DLL.
         [b'M', b'Z', ..] => {
-            let pe = u32_at(0x3c)? as usize;
+            let pe = number(0x3c, 4)?;
             if bytes.get(pe..pe.checked_add(4)?)? != b"PE\0\0" {
                 return None;
             }
-            let wide = matches!(u16_at(pe + 4)?, 0x8664 | 0xaa64);
-            Some(Binary { system: "win", wide, shared: u16_at(pe + 22)? & 0x2000 != 0 })
+            let platform = match number(pe + 4, 2)? {
+                0x014c => Some("win32"),
+                0x8664 => Some("win64"),
+                _ => None,
+            };
+            of(platform, number(pe + 22, 2)? & 0x2000 != 0)
         }
         // filetype 6: MH_DYLIB.
-        [0xcf, 0xfa, 0xed, 0xfe] => Some(Binary { system: "darwin", wide: true, shared: u32_at(12)? == 6 }),
-        [0xce, 0xfa, 0xed, 0xfe] => Some(Binary { system: "darwin", wide: false, shared: u32_at(12)? == 6 }),
-        // A universal file holds several of them; its parts are not looked into.
-        [0xca, 0xfe, 0xba, 0xbe] => Some(Binary { system: "darwin", wide: true, shared: true }),
+        [0xce | 0xcf, 0xfa, 0xed, 0xfe] => {
+            let platforms = processor(number(4, 4)?).to_vec();
+            Some(Binary { platforms, shared: number(12, 4)? == 6 })
+        }
+        // A universal file: a big-endian table of processors and places, 20 bytes for each.
+        [0xca, 0xfe, 0xba, 0xbe] => {
+            let table = bytes.get(8..)?.chunks_exact(20).take(usize::from(*bytes.get(7)?));
+            let parts = table.map(|part| u32::from_be_bytes([part[0], part[1], part[2], part[3]]) as usize);
+            let mut platforms: Vec<_> = parts.flat_map(processor).copied().collect();
+            platforms.sort_unstable();
+            platforms.dedup();
+            Some(Binary { platforms, shared: true })
+        }
         _ => None,
+    }
+}
+
+/// The platforms of a processor type of Mach-O. FMI 2.0 does not tell processors apart, so that importers on either of them
+/// look into darwin64.
+fn processor(kind: usize) -> &'static [&'static str] {
+    match kind {
+        7 => &["darwin32"],
+        0x0100_0007 => &["darwin64"],
+        0x0100_000c => &["darwin64", "aarch64-darwin"],
+        _ => &[],
     }
 }
 
@@ -237,8 +326,20 @@ mod tests {
         assert!(is_library_for("linux64", &executable));
         assert!(is_library_for("win64", &pe(0x2022)));
         assert!(!is_library_for("win64", &pe(0x0022)));
-        let mach = [0xcf, 0xfa, 0xed, 0xfe, 7, 0, 0, 1, 3, 0, 0, 0, 6, 0, 0, 0];
-        assert!(is_library_for("darwin64", &mach));
+        let mach = |processor| [0xcf, 0xfa, 0xed, 0xfe, processor, 0, 0, 1, 3, 0, 0, 0, 6, 0, 0, 0];
+        assert!(is_library_for("darwin64", &mach(7)) && !is_library_for("aarch64-darwin", &mach(7)));
+        assert!(is_library_for("darwin64", &mach(12)) && is_library_for("aarch64-darwin", &mach(12)));
+        let mut universal = [0xca, 0xfe, 0xba, 0xbe, 0, 0, 0, 2].to_vec();
+        for processor in [7, 12] {
+            universal.extend([1, 0, 0, processor]);
+            universal.resize(universal.len() + 16, 0);
+        }
+        assert!(is_library_for("darwin64", &universal) && is_library_for("aarch64-darwin", &universal));
+        let mut arm = elf(3);
+        arm[18] = 183;
+        assert!(is_library_for("aarch64-linux", &arm) && !is_library_for("linux64", &arm));
+        arm[18] = 243;
+        assert!(!is_library_for("linux64", &arm) && describe(&arm) == "for another processor");
     }
 
     #[test]
@@ -266,6 +367,9 @@ mod tests {
         assert!(read("linux64".to_owned()).unwrap_err().contains("PLATFORM=FILE"));
         assert!(read("linux64=".to_owned()).unwrap_err().contains("PLATFORM=FILE"));
         std::fs::write(&path, [elf(3), b"\0fmi2DoStep\0".to_vec()].concat()).unwrap();
+        let other = read(format!("linux64={}", path.display())).unwrap_err();
+        assert!(other.contains("not of the same sources") && other.contains("packaging/build"), "{other}");
+        std::fs::write(&path, [&elf(3), &b"\0fmi2DoStep\0"[..], BUILD.as_bytes()].concat()).unwrap();
         let library = read(format!("linux64={}", path.display())).unwrap();
         assert_eq!(library.path_in_fmu("Sley"), "binaries/linux64/Sley.so");
         assert_eq!(library.warning(), None);
