@@ -140,24 +140,20 @@ impl Description {
 
     #[cold]
     fn not_admissible(&self, value: Number) -> Fault {
-        let (mut unit, expected) = (
-            String::new(),
-            match &self.kind {
-                Kind::Real { min, max, .. } => Range(*min, *max).to_string(),
-                Kind::Integer { min, max } => format!("{min} … {max}"),
-                Kind::Enumeration(e) => {
-                    let items = e.items.iter().enumerate().map(|(i, (name, _))| format!("{} ({name})", i + 1));
-                    items.collect::<Vec<_>>().join(", ")
-                }
-                Kind::Boolean => "0 (false) or 1 (true)".to_owned(),
-            },
-        );
-        // The unit of a pure number is 1, which would read like a digit.
-        if let Kind::Real { quantity, .. } = &self.kind
-            && quantity.unit != "1"
-        {
-            unit = format!(" {}", quantity.unit);
-        }
+        let expected = match &self.kind {
+            Kind::Real { min, max, .. } => Range(*min, *max).to_string(),
+            Kind::Integer { min, max } => format!("{min} … {max}"),
+            Kind::Enumeration(e) => {
+                let items = e.items.iter().enumerate().map(|(i, (name, _))| format!("{} ({name})", i + 1));
+                items.collect::<Vec<_>>().join(", ")
+            }
+            Kind::Boolean => "0 (false) or 1 (true)".to_owned(),
+        };
+        let unit = match &self.kind {
+            // The unit of a pure number is 1, which would read like a digit.
+            Kind::Real { quantity, .. } if quantity.unit != "1" => format!(" {}", quantity.unit),
+            _ => String::new(),
+        };
         Fault(format!("`{}`: {value}{unit} is not admissible; expected {expected}{unit}", self.name))
     }
 }

@@ -180,22 +180,15 @@ impl Instance {
         let Clock { time, stop, .. } = self.clock;
         let (end, tolerance) = (point + step, TIME_TOLERANCE * (point.abs() + step));
         // Comparisons with NaN are false.
-        if 0.0 < step && (point - time).abs() <= tolerance && end - stop <= tolerance && end.is_finite() {
-            return Ok(());
-        }
-        Err(self.refuse_step(point, step))
-    }
-
-    #[cold]
-    fn refuse_step(&self, point: f64, step: f64) -> Fault {
-        let Clock { time, stop, .. } = self.clock;
-        Fault(if !(0.0 < step && step.is_finite()) {
+        Err(Fault(if !(0.0 < step && step.is_finite()) {
             format!("the communication step size {step} s is not a finite number > 0")
-        } else if !((point - time).abs() <= TIME_TOLERANCE * (point.abs() + step) && point.is_finite()) {
+        } else if !((point - time).abs() <= tolerance && point.is_finite()) {
             format!("the current communication point {point} s is not where the instance is, at {time} s")
+        } else if !(end - stop <= tolerance && end.is_finite()) {
+            format!("the step from {point} s to {end} s goes beyond the stop time {stop} s")
         } else {
-            format!("the step from {point} s to {} s goes beyond the stop time {stop} s", point + step)
-        })
+            return Ok(());
+        }))
     }
 
     /// Passes the drive's events on to the log.

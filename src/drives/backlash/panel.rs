@@ -184,8 +184,8 @@ impl Panel {
         loss
     }
 
-    /// The integrals of products of two quantities between two times after the start: they change by at most four radians in a
-    /// panel, and six nodes leave 2e-16 of a radian.
+    /// The integrals of products of two quantities between two times after the start. A product changes by at most four radians
+    /// in a panel; six nodes integrate a wave over one radian to (6!)⁴/(13 (12!)³) = 2e-16.
     fn integrate<const N: usize>(&self, [from, to]: [f64; 2], f: impl Fn(f64) -> [f64; N]) -> [f64; N] {
         let mut sums = [0.0; N];
         if to <= from {

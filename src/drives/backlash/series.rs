@@ -133,7 +133,7 @@ impl Series {
     }
 
     /// How many terms do at the part `x` of the span: (2 x)ⁿ/n! is 4e-19 at half of it and n = 20, 7e-19 at a quarter and
-    /// n = 16.
+    /// n = 16; of ü and the force, with two terms less, 2e-16 and 7e-16.
     fn terms_at(&self, x: f64) -> usize {
         self.terms.min(if x <= 0.25 {
             14

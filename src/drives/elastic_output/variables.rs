@@ -157,7 +157,7 @@ fn outputs<S: Scalar>(drive: &ElasticOutput, u: &[f64; 5], f: &Flow<S>) -> [S; O
 pub(super) fn evaluate(drive: &ElasticOutput, values: &mut [f64]) {
     let Moment { shaft: [phi, w, a], at, .. } = drive.now;
     let ([x, slope], [q, v]) = (at.u.array(), at.q.array());
-    // phi is put out without reduction; U needs no angle any more.
+    // phi is put out without reduction; U needs no angle any more, and numbers no derivative beyond U″.
     let u = [x, slope, at.curvature, 0.0, 0.0];
     values[..OUTPUTS].copy_from_slice(&outputs(drive, &u, &Flow { phi, w, a, q, v }));
     values[OUTPUTS..].copy_from_slice(&drive.statistics());
