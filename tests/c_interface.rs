@@ -1,7 +1,7 @@
 //! The C interface as a careless importer uses it: NULL, wrong handles, callbacks that go away, threads.
 
 use camdrive::drives::cam_drive::{DriveMode, Start, StartMode};
-use camdrive::drives::elastic_shaft::Scene;
+use camdrive::drives::elastic_shaft::{Parameters, Scene};
 use camdrive::drives::solver::Settings;
 use camdrive::fmi2::abi::*;
 use camdrive::fmi2::functions::*;
@@ -17,10 +17,7 @@ const GUID: &CStr = c"{0f5e}";
 /// An elastic shaft with inputs φ, w, a; the references that the tests use are found by name.
 fn resource() -> Resource {
     let scene = Scene {
-        m: 2.0,
-        inertia: 0.01,
-        c: 2e3,
-        b: 6.0,
+        parameters: Parameters { m: 2.0, inertia: 0.01, c: 2e3, b: 6.0 },
         linear: false,
         cam: MotionLaw::Fourier(Fourier::new(vec![0.0, 0.01, 0.002], vec![0.0, 0.001])),
         drive: DriveMode::Input,

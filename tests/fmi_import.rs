@@ -1,7 +1,7 @@
 //! An exported FMU driven through fmi-rs, as an importer would.
 
 use camdrive::drives::cam_drive::{DriveMode, Start, StartMode};
-use camdrive::drives::elastic_shaft::Scene;
+use camdrive::drives::elastic_shaft::{Parameters, Scene};
 use camdrive::motion::{Fourier, MotionLaw};
 use camdrive_cli::export::{self, RuntimeLibrary};
 use camdrive_design::resource::Resource;
@@ -14,10 +14,7 @@ use fmi::traits::{FmiImport, FmiStatus};
 /// the copy one folder above is not renewed by `cargo test`.
 fn import() -> Fmi2Import {
     let scene = Scene {
-        m: 2.0,
-        inertia: 0.01,
-        c: 2e3,
-        b: 6.0,
+        parameters: Parameters { m: 2.0, inertia: 0.01, c: 2e3, b: 6.0 },
         linear: false,
         cam: MotionLaw::Fourier(Fourier::new(vec![0.0, 0.01, 0.002], vec![0.0, 0.001])),
         drive: DriveMode::Constant { w: 40.0, phi_start: 0.5 },

@@ -363,7 +363,8 @@ pub trait HasCamDrive: Sized {
         match self.cam().mode {
             DriveMode::Constant { .. } => {
                 let speed = variable::real_within(&unit::ANGULAR_VELOCITY, -FASTEST, FASTEST);
-                list.parameter("drive.w", "Angular velocity of the drive", speed, drive_w, set_drive_w);
+                list.parameter("drive.w", "Angular velocity of the drive", speed, drive_w, set_drive_w)
+                    .key("drive.speed");
                 let angle = variable::real_within(&unit::ANGLE, -LARGEST_ANGLE, LARGEST_ANGLE);
                 list.parameter(
                     "drive.phi_start",

@@ -147,6 +147,11 @@ impl<D: Drive> Unit<D> {
     fn refresh(&mut self) -> Result<(), Fault> {
         if self.pending {
             if self.initialising {
+                // What the scene says may be out of range; what importers set has been looked at.
+                self.design.variables.iter().try_for_each(|v| match v.access {
+                    Access::Set { get, .. } => v.description.check(get(&self.drive, v.index)),
+                    Access::Computed { .. } => Ok(()),
+                })?;
                 self.drive.start(self.time)?;
             } else {
                 self.drive.apply(self.time)?;

@@ -18,6 +18,7 @@ pub mod model;
 pub mod number;
 pub mod oscillator;
 mod pace;
+pub mod parameter;
 pub mod parametric;
 pub mod resource;
 pub mod response;

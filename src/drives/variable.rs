@@ -96,6 +96,8 @@ impl Kind {
 pub struct Description {
     /// Structured name.
     pub name: String,
+    /// Where the scene gives it; the name where that is not said.
+    pub key: String,
     /// One sentence.
     pub text: String,
     /// Type and range.
@@ -215,6 +217,7 @@ impl<D> List<D> {
         self.0.push(Variable {
             description: Description {
                 name: name.to_owned(),
+                key: name.to_owned(),
                 text: text.to_owned(),
                 kind,
                 causality,
@@ -326,6 +329,12 @@ impl<D> Variable<D> {
     /// Passes this index to the access functions, or is the place of the computed value.
     pub fn at(&mut self, index: usize) -> &mut Self {
         self.index = index;
+        self
+    }
+
+    /// Where the scene gives it.
+    pub fn key(&mut self, key: &str) -> &mut Self {
+        self.description.key = key.to_owned();
         self
     }
 

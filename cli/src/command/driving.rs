@@ -2,7 +2,7 @@
 
 use super::{Failure, failure, quantity, read};
 use crate::scene::Resolved;
-use camdrive::drives::rigid_machine::{Motor, Scene};
+use camdrive::drives::rigid_machine::{Kloss, Motor, Scene};
 use camdrive::drives::unit;
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -55,7 +55,7 @@ fn admissible(motor: &Motor, text: &str, period: f64) -> Result<(), Failure> {
         return Err(failure(format!("--period: {period} s is no period; it must be positive")));
     }
     let (speeds, whose) = match *motor {
-        Motor::Kloss { synchronous_speed, .. } => {
+        Motor::Kloss(Kloss { synchronous_speed, .. }) => {
             let own = synchronous_speed.abs();
             let speeds = [(own / OF_THE_MOTOR).max(SPEEDS[0]), (own * OF_THE_MOTOR).min(SPEEDS[1])];
             (speeds, format!(", with a motor whose synchronous speed is {own:.6} rad/s in the scene"))

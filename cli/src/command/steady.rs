@@ -5,7 +5,7 @@ use camdrive::drives::Fault;
 use camdrive::drives::rigid_machine::orbits::{
     Motions, PeriodicMotion, all_motions, free_motion, periodic_motions, range,
 };
-use camdrive::drives::rigid_machine::{Inertia, Motor, Scene};
+use camdrive::drives::rigid_machine::{Inertia, Kloss, Motor, Scene};
 use camdrive_design::plot::{Axis, Diagram, Series};
 use camdrive_design::text::{self, Table, number};
 use camdrive_design::transmission::{self, Transmission};
@@ -63,7 +63,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         (Motor::Input | Motor::None, period) => {
             (Motions { found: Vec::new(), lost: Vec::new() }, period.map(|period| (period, 1.0)))
         }
-        (Motor::Kloss { .. }, period) => {
+        (Motor::Kloss(_), period) => {
             if let Some(period) = period {
                 let speed =
                     synchronous_speed(&mut scene, load, period).map_err(|e| failure(format!("{place}: {e}")))?;
@@ -165,16 +165,16 @@ impl Found {
 fn verdict(scene: &Scene, motions: &[PeriodicMotion], load: f64) -> String {
     let stable = motions.iter().filter(|motion| motion.is_stable()).count();
     match (scene.motor, motions.len(), stable) {
-        (Motor::Kloss { breakdown_torque, synchronous_speed, .. }, 0, _) => format!(
+        (Motor::Kloss(Kloss { breakdown_torque, synchronous_speed, .. }), 0, _) => format!(
             "No periodic motion was found against the load of {load} N.m: the motor (breakdown torque {breakdown_torque} N.m) {}.",
             if load * synchronous_speed >= 0.0 { "stalls" } else { "runs away" }
         ),
-        (Motor::Kloss { .. }, 1, 0) => "One periodic motion, unstable: the machine stalls or runs away.".to_owned(),
-        (Motor::Kloss { .. }, n, 0) => {
+        (Motor::Kloss(_), 1, 0) => "One periodic motion, unstable: the machine stalls or runs away.".to_owned(),
+        (Motor::Kloss(_), n, 0) => {
             format!("{n} periodic motions, none of them stable: the machine stalls or runs away.")
         }
-        (Motor::Kloss { .. }, 1, 1) => "One periodic motion, stable.".to_owned(),
-        (Motor::Kloss { .. }, n, s) => format!(
+        (Motor::Kloss(_), 1, 1) => "One periodic motion, stable.".to_owned(),
+        (Motor::Kloss(_), n, s) => format!(
             "{n} periodic motions, {s} of them stable; `start.mode` = steady_state begins with the fastest stable one."
         ),
         _ => "Without motor any period is possible; the motion with the prescribed one:".to_owned(),
@@ -183,9 +183,9 @@ fn verdict(scene: &Scene, motions: &[PeriodicMotion], load: f64) -> String {
 
 /// The motor's synchronous speed with which the fastest stable motion has this period.
 fn synchronous_speed(scene: &mut Scene, load: f64, period: f64) -> Result<f64, String> {
-    let Motor::Kloss { synchronous_speed: given, .. } = scene.motor else { return Err(String::new()) };
+    let Motor::Kloss(Kloss { synchronous_speed: given, .. }) = scene.motor else { return Err(String::new()) };
     let mut measure = |speed: f64| -> Result<f64, String> {
-        if let Motor::Kloss { synchronous_speed, .. } = &mut scene.motor {
+        if let Motor::Kloss(Kloss { synchronous_speed, .. }) = &mut scene.motor {
             *synchronous_speed = speed;
         }
         let motions = periodic_motions(scene, load).map_err(|fault| fault.to_string())?;

@@ -1,6 +1,7 @@
 //! A drive to test the export with: a first-order lag T ẋ = u − x, with one variable of every kind.
 
-use camdrive::drives::variable::{Enumeration, Kind, real, real_within};
+use camdrive::drives::parameter::parameters;
+use camdrive::drives::variable::{Enumeration, Kind, real};
 use camdrive::drives::{Curve, Drive, EventLog, Experiment, Fault, List, Seed, Text, unit};
 use camdrive::numerics::taylor::Series;
 use camdrive_design::resource::{Described, Template};
@@ -9,9 +10,17 @@ use serde::{Deserialize, Serialize};
 pub static COLOUR: Enumeration =
     Enumeration { name: "Colour", items: &[("red", "Like a rose"), ("blue", "Like the sky & the sea")] };
 
+parameters! {
+    /// Of the lag.
+    Parameters of Lag.parameters, "lag" {
+        /// Time constant
+        t = "T", "T", TIME in [1e-9, f64::INFINITY] about 0.5, Tunable;
+    }
+}
+
 #[derive(Clone, Serialize, Deserialize)]
 pub struct Lag {
-    t: f64,
+    parameters: Parameters,
     u: f64,
     x: f64,
     on: f64,
@@ -21,35 +30,38 @@ pub struct Lag {
 
 /// The lag as the exporter sees it.
 pub fn lag() -> Box<dyn Described> {
-    (Template::of::<Lag>().build)(&2.0.into()).unwrap()
+    (Template::of::<Lag>().build)(&serde_json::json!({ "t": 2.0 })).unwrap()
 }
 
 impl Drive for Lag {
-    type Scene = f64;
+    type Scene = Parameters;
     const MODEL: &'static str = "Lag";
 
-    fn new(t: f64) -> Result<Self, Fault> {
-        Ok(Lag { t, u: 0.0, x: 0.0, on: 1.0, colour: 2.0, events: EventLog::default() })
+    fn new(parameters: Parameters) -> Result<Self, Fault> {
+        Ok(Lag { parameters, u: 0.0, x: 0.0, on: 1.0, colour: 2.0, events: EventLog::default() })
     }
 
     fn variables(&self) -> List<Self> {
         let mut list = List::<Self>::default();
         list.input("u", "Demand <u>", real(&unit::ANGLE), |d, _| d.u, |d, _, value| d.u = value);
-        let t = real_within(&unit::TIME, 1e-9, f64::INFINITY);
-        list.parameter("T", "Time constant", t, |d, _| d.t, |d, _, value| d.t = value).tunable().nominal(0.5);
+        list.group::<Parameters>();
         list.parameter("on", "Switch", Kind::Boolean, |d, _| d.on, |d, _, value| d.on = value);
         list.parameter("colour", "Paint", Kind::Enumeration(&COLOUR), |d, _| d.colour, |d, _, value| d.colour = value);
         list.output("x", "Position", real(&unit::ANGLE), |d, seed, _| match seed {
-            Seed::Time => Series::from_derivatives(d.x, d.rate(), -d.rate() / d.t),
+            Seed::Time => Series::from_derivatives(d.x, d.rate(), -d.rate() / d.parameters.t),
             Seed::Known(4) => Series([d.x, 1.0, 0.0]),
             Seed::Known(_) => Series::from(d.x),
         })
         .state()
         .depends(&["x"]);
         list.output("der(x)", "Velocity", real(&unit::ANGULAR_VELOCITY), |d, seed, _| match seed {
-            Seed::Time => Series::from_derivatives(d.rate(), -d.rate() / d.t, d.rate() / (d.t * d.t)),
-            Seed::Known(0) => Series([d.rate(), 1.0 / d.t, 0.0]),
-            Seed::Known(4) => Series([d.rate(), -1.0 / d.t, 0.0]),
+            Seed::Time => Series::from_derivatives(
+                d.rate(),
+                -d.rate() / d.parameters.t,
+                d.rate() / (d.parameters.t * d.parameters.t),
+            ),
+            Seed::Known(0) => Series([d.rate(), 1.0 / d.parameters.t, 0.0]),
+            Seed::Known(4) => Series([d.rate(), -1.0 / d.parameters.t, 0.0]),
             Seed::Known(_) => Series::from(d.rate()),
         })
         .at(1)
@@ -86,7 +98,7 @@ impl Drive for Lag {
     }
 
     fn advance(&mut self, _: f64, step: f64) -> Result<(), Fault> {
-        self.x = self.u + (self.x - self.u) * (-step / self.t).exp();
+        self.x = self.u + (self.x - self.u) * (-step / self.parameters.t).exp();
         Ok(())
     }
 
@@ -109,7 +121,7 @@ impl Drive for Lag {
 
 impl Lag {
     fn rate(&self) -> f64 {
-        (self.u - self.x) / self.t
+        (self.u - self.x) / self.parameters.t
     }
 }
 

@@ -71,9 +71,9 @@ pub fn read(path: &Path) -> Result<Resolved, Diagnostics> {
 /// The scene `text` of the file `file`; tables are looked for in `folder`.
 pub fn resolve(file: &str, text: &str, folder: &Path) -> Result<Resolved, Diagnostics> {
     with_document(file, text, Kind::Scene, |root| {
-        let (resolved, names) = whole_scene(root, folder)?;
+        let resolved = whole_scene(root, folder)?;
         if root.faults.is_empty() {
-            models::try_out(&resolved, &names, root.faults);
+            models::try_out(&resolved, root.faults);
         }
         Some(resolved)
     })
@@ -118,18 +118,23 @@ fn with_document<T>(
     }
 }
 
-/// The scene with the places of its values; None where a fault was reported.
-fn whole_scene(root: &Section<'_>, folder: &Path) -> Option<(Resolved, models::Names)> {
+/// The scene; None where a fault was reported.
+fn whole_scene(root: &Section<'_>, folder: &Path) -> Option<Resolved> {
     let name = name(root);
     let description = root.text("description").map(|text| text.unwrap_or_default().trim().to_owned());
     let drive = models::drive(root, folder);
-    let cams = geometry::all(root, drive.as_ref().map(|(_, scene, _)| scene));
-    let (model, scene, names) = drive?;
+    let cams = geometry::all(root, drive.as_ref().map(|(_, scene)| scene));
+    let (model, scene) = drive?;
     let (name, description, cams) = (name?, description?, cams?);
-    Some((
-        Resolved { name, description, model, scene, cams, notes: root.faults.notes(), files: root.faults.files.take() },
-        names,
-    ))
+    Some(Resolved {
+        name,
+        description,
+        model,
+        scene,
+        cams,
+        notes: root.faults.notes(),
+        files: root.faults.files.take(),
+    })
 }
 
 /// The name of the scene or task.

@@ -3,21 +3,21 @@
 use super::section::{Faults, NOT_NEGATIVE, POSITIVE, Section, within};
 use super::{Resolved, diagnostics::Diagnostic, units};
 use super::{follower, geometry, motion_law, parametric};
+use camdrive::drives::backlash::{self, BacklashDrive};
 use camdrive::drives::cam_drive::{DriveMode, Start, StartMode};
-use camdrive::drives::rigid_machine::{self, Follower, InertiaFunction, MachineStart, Motor};
+use camdrive::drives::elastic_output::{self, ElasticOutput};
+use camdrive::drives::elastic_shaft::{self, ElasticShaft};
+use camdrive::drives::limits::{FASTEST, LARGEST_ANGLE};
+use camdrive::drives::rigid_machine::{self, Follower, InertiaFunction, Kloss, MachineStart, Motor};
 use camdrive::drives::solver::{LONGEST_STEP_SIZE, Method, Settings};
-use camdrive::drives::unit::{self, Quantity};
-use camdrive::drives::variable::{Causality, Kind};
-use camdrive::drives::{self, backlash, elastic_output, elastic_shaft};
+use camdrive::drives::unit;
+use camdrive::drives::variable::{Causality, Description, Kind};
 use camdrive::motion::MotionLaw;
 use serde_json::Value;
 use std::path::Path;
 
-/// What the FMU calls a value → where the scene has it.
-pub type Names = &'static [(&'static str, &'static str)];
-
-/// The model, its resolved scene as JSON, and the names of its values.
-pub type Drive = (&'static str, Value, Names);
+/// The model and its resolved scene as JSON.
+pub type Drive = (&'static str, Value);
 
 /// Reads the sections of a model.
 type Reader = fn(&Section<'_>, &Path) -> Option<Drive>;
@@ -89,8 +89,8 @@ pub fn drive_mode(section: &Section<'_>) -> Option<DriveMode> {
         forbid(section, &["speed", "phi_start"], "the inputs phi, w and a drive the cam", "mode = \"constant\"");
         Some(DriveMode::Input)
     } else {
-        let w = section.real("speed", &unit::ANGULAR_VELOCITY, within(-1e6, 1e6));
-        let phi_start = section.real_or("phi_start", &unit::ANGLE, within(-1e15, 1e15), 0.0);
+        let w = section.real("speed", &unit::ANGULAR_VELOCITY, within(-FASTEST, FASTEST));
+        let phi_start = section.real_or("phi_start", &unit::ANGLE, within(-LARGEST_ANGLE, LARGEST_ANGLE), 0.0);
         w.zip(phi_start).map(|(w, phi_start)| DriveMode::Constant { w, phi_start })
     };
     section.finish(SYNONYMS);
@@ -163,30 +163,22 @@ pub fn solver(root: &Section<'_>) -> Option<Settings> {
     Some(Settings { tolerance: tolerance?, method: method?, step_size: step_size? })
 }
 
-/// Stiffness and damping, given themselves or by natural frequency and damping ratio of the mass (or inertia) `mass`.
-pub fn spring(
-    section: &Section<'_>,
-    mass: Option<f64>,
-    stiffness: &'static Quantity,
-    damping: &'static Quantity,
-) -> (Option<f64>, Option<f64>) {
-    let c = match either(section, "c", "natural_frequency") {
-        false => None,
-        true if section.has("natural_frequency") => {
+/// A stiffness `c` that is given by `natural_frequency`, and a damping `b` by `damping_ratio`, of the mass (or inertia) `mass` on
+/// the stiffness.
+pub fn by_ratio(section: &Section<'_>, key: &str, on: Option<(f64, f64)>) -> Option<Option<f64>> {
+    match key {
+        "c" if !either(section, "c", "natural_frequency") => Some(None),
+        "c" if section.has("natural_frequency") => {
             let w0 = section.real("natural_frequency", &unit::ANGULAR_VELOCITY, POSITIVE);
-            w0.zip(mass).map(|(w0, mass)| mass * w0 * w0)
+            Some(w0.zip(on).map(|(w0, (mass, _))| mass * w0 * w0))
         }
-        true => section.real("c", stiffness, POSITIVE),
-    };
-    let b = match either(section, "b", "damping_ratio") {
-        false => None,
-        true if section.has("damping_ratio") => {
+        "b" if !either(section, "b", "damping_ratio") => Some(None),
+        "b" if section.has("damping_ratio") => {
             let ratio = section.real("damping_ratio", &unit::NUMBER, NOT_NEGATIVE);
-            ratio.zip(c).zip(mass).map(|((ratio, c), mass)| 2.0 * ratio * (c * mass).sqrt())
+            Some(ratio.zip(on).map(|(ratio, (mass, c))| 2.0 * ratio * (c * mass).sqrt()))
         }
-        true => section.real_or("b", damping, NOT_NEGATIVE, 0.0),
-    };
-    (c, b)
+        _ => None,
+    }
 }
 
 fn elastic_cam_drive(root: &Section<'_>, folder: &Path) -> Option<Drive> {
@@ -194,66 +186,62 @@ fn elastic_cam_drive(root: &Section<'_>, folder: &Path) -> Option<Drive> {
     let section = root.required_section("elasticity");
     let place = section.as_ref().and_then(|s| s.choice("place", in_shaft));
     let cam = cam(root, folder);
-    let elastic = section.as_ref().zip(place).and_then(|(section, place)| {
-        let values = if place { elastic_shaft(section, cam.as_ref()) } else { elastic_output(section) };
+    let elastic = section.as_ref().zip(place).and_then(|(section, in_shaft)| {
+        let values = if in_shaft { elastic_shaft(section, cam.as_ref()) } else { elastic_output(section) };
         section.finish(SYNONYMS);
         values
     });
     let common = cam_drive(root, cam, place == Some(true));
     let (CamDrive { cam, drive, start, solver }, elastic) = (common?, elastic?);
     match elastic {
-        Elastic::Output { m, c, b } => {
-            let scene = elastic_output::Scene { m, c, b, cam, drive, start, solver };
-            resolved::<elastic_output::ElasticOutput>(&scene, ELASTICITY)
+        Elastic::Output(parameters) => {
+            resolved::<ElasticOutput>(&elastic_output::Scene { parameters, cam, drive, start, solver })
         }
-        Elastic::Shaft { m, inertia, c, b, linear } => {
-            let scene = elastic_shaft::Scene { m, inertia, c, b, linear, cam, drive, start, solver };
-            resolved::<elastic_shaft::ElasticShaft>(&scene, ELASTICITY)
+        Elastic::Shaft(parameters, linear) => {
+            resolved::<ElasticShaft>(&elastic_shaft::Scene { parameters, linear, cam, drive, start, solver })
         }
     }
 }
 
 /// The model's name and its scene as JSON; numbers are written such that they are read back to the same bits.
-pub fn resolved<D: drives::Drive>(scene: &D::Scene, names: Names) -> Option<Drive> {
-    Some((D::MODEL, serde_json::to_value(scene).ok()?, names))
+pub fn resolved<D: camdrive::drives::Drive>(scene: &D::Scene) -> Option<Drive> {
+    Some((D::MODEL, serde_json::to_value(scene).ok()?))
 }
 
 enum Elastic {
-    Output { m: f64, c: f64, b: f64 },
-    Shaft { m: f64, inertia: f64, c: f64, b: f64, linear: bool },
+    Output(elastic_output::Parameters),
+    Shaft(elastic_shaft::Parameters, bool),
 }
 
 fn elastic_output(section: &Section<'_>) -> Option<Elastic> {
-    let m = section.real("m", &unit::MASS, POSITIVE);
-    let (c, b) = spring(section, m, &unit::STIFFNESS, &unit::DAMPING);
-    let shaft = "the elasticity is in the output member";
-    forbid(section, &["J", "linear"], shaft, "place = \"shaft\"");
-    Some(Elastic::Output { m: m?, c: c?, b: b? })
+    let parameters = section.parameters(|parameter, read: Option<&elastic_output::Parameters>| {
+        by_ratio(section, parameter.key, read.map(|read| (read.m, read.c)))
+    });
+    forbid(section, &["J", "linear"], "the elasticity is in the output member", "place = \"shaft\"");
+    parameters.map(Elastic::Output)
 }
 
 fn elastic_shaft(section: &Section<'_>, cam: Option<&MotionLaw>) -> Option<Elastic> {
-    let m = section.real("m", &unit::MASS, POSITIVE);
-    let inertia = section.real("J", &unit::INERTIA, POSITIVE);
-    let mean = m.zip(inertia).zip(cam).map(|((m, j), cam)| j + m * motion_law::mean_square_slope(cam));
-    let (c, b) = spring(section, mean, &unit::ROTATIONAL_STIFFNESS, &unit::ROTATIONAL_DAMPING);
+    let square = cam.map(motion_law::mean_square_slope);
+    let parameters = section.parameters(|parameter, read: Option<&elastic_shaft::Parameters>| {
+        let on = read.zip(square).map(|(read, square)| (read.inertia + read.m * square, read.c));
+        by_ratio(section, parameter.key, on)
+    });
     let linear = section.boolean_or("linear", false);
-    Some(Elastic::Shaft { m: m?, inertia: inertia?, c: c?, b: b?, linear: linear? })
+    parameters.zip(linear).map(|(parameters, linear)| Elastic::Shaft(parameters, linear))
 }
 
 fn backlash_drive(root: &Section<'_>, folder: &Path) -> Option<Drive> {
     let cam = cam(root, folder);
-    let values = root.required_section("backlash").and_then(|section| {
-        let m1 = section.real("m1", &unit::MASS, POSITIVE);
-        let m2 = section.real("m2", &unit::MASS, POSITIVE);
-        let (c, b) = spring(&section, m2, &unit::STIFFNESS, &unit::DAMPING);
-        let s = section.real("s", &unit::LENGTH, NOT_NEGATIVE);
-        let e = section.real_or("e", &unit::NUMBER, within(0.0, 1.0), 0.0);
+    let parameters = root.required_section("backlash").and_then(|section| {
+        let parameters = section.parameters(|parameter, read: Option<&backlash::Parameters>| {
+            by_ratio(&section, parameter.key, read.map(|read| (read.m2, read.c)))
+        });
         section.finish(SYNONYMS);
-        Some([m1?, m2?, c?, b?, s?, e?])
+        parameters
     });
-    let (CamDrive { cam, drive, start, solver }, [m1, m2, c, b, s, e]) = cam_drive(root, cam, false).zip(values)?;
-    let scene = backlash::Scene { m1, m2, c, b, s, e, cam, drive, start, solver };
-    resolved::<backlash::BacklashDrive>(&scene, BACKLASH)
+    let (CamDrive { cam, drive, start, solver }, parameters) = cam_drive(root, cam, false).zip(parameters)?;
+    resolved::<BacklashDrive>(&backlash::Scene { parameters, cam, drive, start, solver })
 }
 
 fn rigid_machine(root: &Section<'_>, folder: &Path) -> Option<Drive> {
@@ -281,7 +269,7 @@ fn rigid_machine(root: &Section<'_>, folder: &Path) -> Option<Drive> {
         start: mode,
         solver: solver?,
     };
-    resolved::<rigid_machine::RigidMachine>(&scene, MACHINE)
+    resolved::<rigid_machine::RigidMachine>(&scene)
 }
 
 fn motor(section: &Section<'_>) -> Option<Motor> {
@@ -293,20 +281,17 @@ fn motor(section: &Section<'_>) -> Option<Motor> {
     ];
     let motor = match section.choice("kind", kinds)? {
         None => {
-            let torque = section.real("M_k", &unit::TORQUE, POSITIVE);
-            let slip = section.real("s_k", &unit::NUMBER, POSITIVE);
-            let speed = section.real("w_s", &unit::ANGULAR_VELOCITY, within(-1e6, 1e6));
+            let kloss: Option<Kloss> = section.parameters(|parameter, _| {
+                let value = section.parameter(parameter);
+                if parameter.key == "w_s" && value == Some(0.0) {
+                    let message = "`motor.w_s`: 0 is no synchronous speed: the slip is not defined";
+                    let fault = section.fault_of("w_s", message);
+                    section.faults.report(fault.hint("choose kind = \"none\" for a motor that is off"));
+                }
+                Some(value)
+            });
             let lag = section.optional("lag", &unit::TIME, POSITIVE);
-            if speed == Some(0.0) {
-                let fault = section.fault_of("w_s", "`motor.w_s`: 0 is no synchronous speed: the slip is not defined");
-                section.faults.report(fault.hint("choose kind = \"none\" for a motor that is off"));
-            }
-            torque.zip(slip).zip(speed).zip(lag).map(|(((torque, slip), speed), lag)| Motor::Kloss {
-                breakdown_torque: torque,
-                breakdown_slip: slip,
-                synchronous_speed: speed,
-                dynamics: lag,
-            })
+            kloss.zip(lag).map(|(kloss, dynamics)| Motor::Kloss(Kloss { dynamics, ..kloss }))
         }
         kind => {
             let keys = ["M_k", "s_k", "w_s", "lag"];
@@ -323,54 +308,21 @@ fn machine_start(root: &Section<'_>) -> Option<(MachineStart, f64, f64)> {
     let modes: &[(&[&str], MachineStart)] =
         &[(&["given"], MachineStart::Given), (&["steady_state", "periodic"], MachineStart::SteadyState)];
     let mode = section.choice_or("mode", modes, MachineStart::Given);
-    let phi = section.real_or("phi_start", &unit::ANGLE, within(-1e15, 1e15), 0.0);
-    let w = section.real_or("w_start", &unit::ANGULAR_VELOCITY, within(-1e6, 1e6), 0.0);
+    let phi = section.real_or("phi_start", &unit::ANGLE, within(-LARGEST_ANGLE, LARGEST_ANGLE), 0.0);
+    let w = section.real_or("w_start", &unit::ANGULAR_VELOCITY, within(-FASTEST, FASTEST), 0.0);
     section.finish(&[("phi", "phi_start"), ("w", "w_start"), ("speed", "w_start")]);
     Some((mode?, phi?, w?))
 }
 
-const ELASTICITY: Names = &[
-    ("m", "elasticity.m"),
-    ("J", "elasticity.J"),
-    ("c", "elasticity.c"),
-    ("c", "elasticity.natural_frequency"),
-    ("b", "elasticity.b"),
-    ("b", "elasticity.damping_ratio"),
-    ("shaft.linear", "elasticity.linear"),
-    ("drive.w", "drive.speed"),
-];
-const BACKLASH: Names = &[
-    ("m1", "backlash.m1"),
-    ("m2", "backlash.m2"),
-    ("c", "backlash.c"),
-    ("c", "backlash.natural_frequency"),
-    ("b", "backlash.b"),
-    ("b", "backlash.damping_ratio"),
-    ("s", "backlash.s"),
-    ("e", "backlash.e"),
-    ("drive.w", "drive.speed"),
-];
-const MACHINE: Names = &[
-    ("J0", "machine.J0"),
-    ("motor.T_el", "motor.lag"),
-    ("phi_start", "start.phi_start"),
-    ("w_start", "start.w_start"),
-];
-
 /// Builds and starts the drive, and checks its parameters against the ranges that the FMU declares, so that no FMU
 /// is written that refuses its own start values.
-pub fn try_out(resolved: &Resolved, names: Names, faults: &Faults<'_>) {
-    let place = |variable: &str| {
-        let paths = names.iter().filter(|(name, _)| *name == variable).map(|(_, path)| *path);
-        paths.chain([variable]).find_map(|path| faults.place(path).map(|span| (path.to_owned(), span)))
-    };
-    let report = |message: String, admissible: Option<String>| {
-        let mut fault: Diagnostic = match place(subject(&message)) {
-            Some((path, span)) if path != subject(&message) => {
+pub fn try_out(resolved: &Resolved, faults: &Faults<'_>) {
+    let report = |message: String, key: &str, admissible: Option<String>| {
+        let mut fault: Diagnostic = match faults.origin(key) {
+            Some((path, span)) => {
                 let own = format!("`{}`: ", subject(&message));
-                faults.at(span, format!("`{path}`: {}", message.strip_prefix(&own).unwrap_or(&message)))
+                faults.at(span, message.strip_prefix(&own).map_or(message.clone(), |said| format!("`{path}`: {said}")))
             }
-            Some((_, span)) => faults.at(span, message),
             None => faults.at(faults.place("model").unwrap_or(0..0), message),
         };
         fault.admissible = admissible;
@@ -378,7 +330,7 @@ pub fn try_out(resolved: &Resolved, names: Names, faults: &Faults<'_>) {
     };
     let mut drive = match resolved.resource().build() {
         Ok(drive) => drive,
-        Err(fault) => return report(fault.0, None),
+        Err(fault) => return report(fault.0.clone(), subject(&fault.0), None),
     };
     for (name, reason) in [
         ("solver.method", "every step of this drive costs the same"),
@@ -391,20 +343,13 @@ pub fn try_out(resolved: &Resolved, names: Names, faults: &Faults<'_>) {
             faults.report(faults.at(span, message).hint("remove it"));
         }
     }
-    let parameters: Vec<(usize, String, Kind)> = drive
-        .descriptions()
-        .iter()
-        .enumerate()
-        .filter(|(_, d)| d.causality == Causality::Parameter)
-        .map(|(reference, d)| (reference, d.name.clone(), d.kind.clone()))
-        .collect();
-    for (reference, name, kind) in parameters {
-        match (drive.get(reference), kind) {
-            (Err(fault), _) => report(fault.0, None),
-            (Ok(value), Kind::Real { quantity, min, max, .. }) if !(value >= min && value <= max) => {
+    let parameters: Vec<Description> = drive.descriptions().into_iter().cloned().collect();
+    for (reference, parameter) in parameters.iter().enumerate().filter(|(_, d)| d.causality == Causality::Parameter) {
+        match (drive.get(reference), &parameter.kind) {
+            (Ok(value), Kind::Real { quantity, min, max, .. }) if !(value >= *min && value <= *max) => {
                 let unit = quantity.unit;
-                let message = format!("`{name}`: {} {unit} is out of range", units::short(value));
-                report(message, Some(within(min, max).words(unit)));
+                let message = format!("`{}`: {} {unit} is out of range", parameter.name, units::short(value));
+                report(message, &parameter.key, Some(within(*min, *max).words(unit)));
             }
             _ => {}
         }
@@ -412,7 +357,8 @@ pub fn try_out(resolved: &Resolved, names: Names, faults: &Faults<'_>) {
     if faults.is_empty() {
         drive.set_up(0.0, None);
         if let Err(fault) = drive.start() {
-            report(fault.0, None);
+            let about = parameters.iter().find(|d| d.name == subject(&fault.0));
+            report(fault.0.clone(), about.map_or(subject(&fault.0), |d| &d.key), None);
         }
     }
 }

@@ -1,8 +1,8 @@
 //! The scene of a `ParametricDrive`: `[crank]` with `[load]`, or `[coefficients]`.
 
-use super::models::{self, Drive, Names, SYNONYMS};
+use super::models::{self, Drive, SYNONYMS};
 use super::motion_law;
-use super::section::{NOT_NEGATIVE, Node, POSITIVE, Section, within};
+use super::section::{NOT_NEGATIVE, Node, Section, within};
 use camdrive::drives::parametric::coefficients::Stiffness;
 use camdrive::drives::parametric::crank::{ParallelCrank, SecondCrank};
 use camdrive::drives::parametric::law::{Coordinate, CrankLaw, Law, SeriesLaw};
@@ -12,28 +12,10 @@ use camdrive::motion::Fourier;
 use std::f64::consts::{FRAC_PI_2, TAU};
 use toml::de::DeValue;
 
-/// What the FMU calls a value → where the scene has it.
-const NAMES: Names = &[
-    ("J", "crank.J"),
-    ("c_T1", "crank.c_T1"),
-    ("c_T2", "crank.c_T2"),
-    ("c_AB", "crank.c_AB"),
-    ("R", "crank.R"),
-    ("b_T", "crank.b_T"),
-    ("b_T", "crank.damping_ratio"),
-    ("second.angle", "crank.angle"),
-    ("m", "coefficients.m"),
-    ("m.a[0]", "coefficients.m"),
-    ("b.a[0]", "coefficients.b"),
-    ("b.a[0]", "coefficients.damping_ratio"),
-    ("c.a[0]", "coefficients.c"),
-    ("drive.w", "drive.speed"),
-];
-
 /// The highest harmonic of the stiffness that a scene may ask for; beyond it the whole function is cheaper.
 const HIGHEST_HARMONIC: u32 = 256;
 
-/// The model, its resolved scene as JSON, and the names of its values.
+/// The model and its resolved scene as JSON.
 pub fn read(root: &Section<'_>) -> Option<Drive> {
     let law = law(root);
     let coordinate = law.as_ref().map_or(Coordinate::Rotation, Law::coordinate);
@@ -41,7 +23,7 @@ pub fn read(root: &Section<'_>) -> Option<Drive> {
     let start = models::start(root, coordinate == Coordinate::Rotation);
     let solver = models::solver(root);
     let scene = Scene { law: law?, drive: drive?, start: start?, solver: solver? };
-    models::resolved::<ParametricDrive>(&scene, NAMES)
+    models::resolved::<ParametricDrive>(&scene)
 }
 
 fn law(root: &Section<'_>) -> Option<Law> {
@@ -75,11 +57,8 @@ fn law(root: &Section<'_>) -> Option<Law> {
 }
 
 fn crank_law(section: &Section<'_>, load: Option<Section<'_>>) -> Option<CrankLaw> {
-    let inertia = section.real("J", &unit::INERTIA, POSITIVE);
-    let c_t1 = section.real("c_T1", &unit::ROTATIONAL_STIFFNESS, POSITIVE);
-    let c_t2 = section.real("c_T2", &unit::ROTATIONAL_STIFFNESS, POSITIVE);
-    let c_ab = section.real("c_AB", &unit::STIFFNESS, POSITIVE);
-    let r = section.real("R", &unit::LENGTH, POSITIVE);
+    // The damping ratio needs the stiffness.
+    let law: Option<CrankLaw> = section.parameters(|parameter, _| (parameter.key == "b_T").then_some(Some(0.0)));
     let second = second_crank(section);
     let harmonics =
         if section.has("harmonics") { section.count("harmonics", 0, HIGHEST_HARMONIC).map(Some) } else { Some(None) };
@@ -87,9 +66,11 @@ fn crank_law(section: &Section<'_>, load: Option<Section<'_>>) -> Option<CrankLa
         Some(load) => series_of(&load, &unit::TORQUE).map(Some),
         None => Some(None),
     };
-    let crank = || Some(ParallelCrank { c_t1: c_t1?, c_t2: c_t2?, c_ab: c_ab?, r: r?, second: second? });
-    let damping =
-        damping(section, "b_T", &unit::ROTATIONAL_DAMPING, || Some((inertia?, Stiffness::of_crank(&crank()?).mean())));
+    let damping = damping(section, "b_T", &unit::ROTATIONAL_DAMPING, || {
+        let CrankLaw { crank, inertia, .. } = law.as_ref()?;
+        // The means of both, with the second crank.
+        Some((*inertia, Stiffness::of_crank(&ParallelCrank { second: second?, ..*crank }).mean()))
+    });
     section.finish(&[
         ("b", "b_T"),
         ("c", "c_T1"),
@@ -99,7 +80,9 @@ fn crank_law(section: &Section<'_>, load: Option<Section<'_>>) -> Option<CrankLa
         ("offset", "angle"),
         ("second_crank", "second"),
     ]);
-    Some(CrankLaw { crank: crank()?, inertia: inertia?, damping: damping?.a[0], load: load?, harmonics: harmonics? })
+    let law = law?;
+    let crank = ParallelCrank { second: second?, ..law.crank };
+    Some(CrankLaw { crank, damping: damping?.a[0], load: load?, harmonics: harmonics?, ..law })
 }
 
 fn second_crank(section: &Section<'_>) -> Option<SecondCrank> {

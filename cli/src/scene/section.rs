@@ -5,6 +5,7 @@
 
 use super::diagnostics::{Diagnostic, Diagnostics, nearest};
 use super::units;
+use camdrive::drives::parameter::{Parameter, Parameters};
 use camdrive::drives::unit::Quantity;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -75,6 +76,26 @@ impl<'a> Faults<'a> {
     /// Where the value with this path stands, if it was read.
     pub fn place(&self, path: &str) -> Option<Span> {
         self.read.borrow().get(path).cloned()
+    }
+
+    /// The path and the place of the value that `path` is, was computed from or is part of; else of one of this name in some
+    /// section.
+    pub fn origin(&self, path: &str) -> Option<(String, Span)> {
+        let read = self.read.borrow();
+        let whole = std::iter::successors(Some(path), |path| path.rfind(['.', '[']).map(|end| &path[..end]));
+        let or_ratio = whole.flat_map(|path| {
+            let (section, key) = path.rsplit_once('.').unwrap_or_default();
+            let ratio = match key {
+                "c" => "natural_frequency",
+                "b" | "b_T" => "damping_ratio",
+                _ => key,
+            };
+            [path.to_owned(), format!("{section}.{ratio}")]
+        });
+        let found = or_ratio.into_iter().find_map(|path| read.get_key_value(&path));
+        let ending = format!(".{path}");
+        let found = found.or_else(|| read.iter().find(|(known, _)| known.ends_with(&ending)));
+        found.map(|(path, span)| (path.clone(), span.clone()))
     }
 
     /// Whether nothing was wrong so far.
@@ -270,6 +291,30 @@ impl<'a> Section<'a> {
     /// A real number with a default.
     pub fn real_or(&self, key: &'static str, quantity: &'static Quantity, limits: Limits, default: f64) -> Option<f64> {
         self.optional(key, quantity, limits).map(|value| value.unwrap_or(default))
+    }
+
+    /// A parameter of a drive.
+    pub fn parameter<P>(&self, parameter: &Parameter<P>) -> Option<f64> {
+        let &Parameter { key, quantity, range: [min, max], default, .. } = parameter;
+        match default {
+            None => self.real(key, quantity, within(min, max)),
+            Some(default) => self.real_or(key, quantity, within(min, max), default),
+        }
+    }
+
+    /// A group of parameters. `other` reads one that is given in another way than by its key: from the section, and from the
+    /// parameters before it, where these are right.
+    pub fn parameters<P: Parameters + Default>(
+        &self,
+        other: impl Fn(&Parameter<P>, Option<&P>) -> Option<Option<f64>>,
+    ) -> Option<P> {
+        let (mut group, mut right) = (P::default(), true);
+        for parameter in P::TABLE {
+            let value = other(parameter, right.then_some(&group)).unwrap_or_else(|| self.parameter(parameter));
+            right &= value.is_some();
+            value.into_iter().for_each(|value| (parameter.set)(&mut group, value));
+        }
+        right.then_some(group)
     }
 
     /// The number that a value stands for.

@@ -4,9 +4,10 @@
 
 use super::diagnostics::Diagnostics;
 use super::input;
-use super::models::{forbid, spring};
+use super::models::{by_ratio, forbid};
 use super::section::{ANY, Limits, NOT_NEGATIVE, POSITIVE, Section, within};
 use super::units;
+use camdrive::drives::elastic_shaft::Parameters;
 use camdrive::drives::unit::{self, Quantity};
 use camdrive_design::synthesis::Objective::{
     Chebyshev, ChebyshevSum, DiscreteChebyshev, DiscreteLeastSquares, LeastSquares, PeakAcceleration, PeakTorque,
@@ -467,12 +468,14 @@ fn elasticity(root: &Section<'_>, lengths: &Lengths, kind: Option<Kind>) -> Opti
 fn shaft(root: &Section<'_>, kind: Option<Kind>) -> Option<Option<ShaftGoal>> {
     let wanted = if kind == Some(None) { root.required_section("shaft").map(Some) } else { root.section("shaft") };
     let Some(section) = wanted? else { return Some(None) };
-    let m = section.real("m", &unit::MASS, POSITIVE);
-    let inertia = section.real("J", &unit::INERTIA, POSITIVE);
-    // The profile is not known yet; where the follower rests, the cam alone vibrates.
-    let (c, mut b) = spring(&section, inertia, &unit::ROTATIONAL_STIFFNESS, &unit::ROTATIONAL_DAMPING);
-    if b == Some(0.0) {
-        b = match section.has("damping_ratio") {
+    let parameters = section.parameters(|parameter, read: Option<&Parameters>| match parameter.key {
+        "m" => Some(section.real("m", &unit::MASS, POSITIVE)),
+        // The profile is not known yet; where the follower rests, the cam alone vibrates.
+        key => by_ratio(&section, key, read.map(|read| (read.inertia, read.c))),
+    });
+    if parameters.is_some_and(|parameters| parameters.b == 0.0) {
+        // No vibration dies out.
+        match section.has("damping_ratio") {
             true => section.real("damping_ratio", &unit::NUMBER, POSITIVE),
             false => section.real("b", &unit::ROTATIONAL_DAMPING, POSITIVE),
         };
@@ -484,6 +487,7 @@ fn shaft(root: &Section<'_>, kind: Option<Kind>) -> Option<Option<ShaftGoal>> {
     section.finish(SYNONYMS);
     let (slowest, fastest) = (slowest?, fastest?);
     rising(&section, slowest, fastest)?;
-    let shaft = Shaft { m: m?, inertia: inertia?, c: c?, b: b? };
+    let Parameters { m, inertia, c, b } = parameters?;
+    let shaft = Shaft { m, inertia, c, b };
     Some(Some(ShaftGoal { shaft, slowest, fastest, norm: norm?, relative: relative? }))
 }

@@ -1,6 +1,7 @@
 //! What right scenes resolve to; wrong ones are in `tests/scenes`.
 
 use super::*;
+use camdrive::drives::parameter::Parameters;
 use camdrive::motion::{MotionLaw, StandardLaw};
 use serde_json::Value;
 use std::f64::consts::{PI, TAU};
@@ -12,12 +13,13 @@ fn resolved(text: &str) -> (&'static str, Value) {
     assert!(errors.is_empty(), "{errors:?}");
     let scene = whole_scene(&Section::root(&faults, document.get_ref()), Path::new("../tests/scenes"));
     match scene {
-        Some((scene, _)) if faults.is_empty() => (scene.model, scene.scene),
+        Some(scene) if faults.is_empty() => (scene.model, scene.scene),
         _ => panic!("{}", faults.into_diagnostics()),
     }
 }
 
 fn number(value: &Value, name: &str) -> f64 {
+    let value = value.get("parameters").unwrap_or(value);
     value[name].as_f64().unwrap_or_else(|| panic!("{name} is no number in {value}"))
 }
 
@@ -169,4 +171,27 @@ fn the_references_list_every_name_that_is_accepted() {
     let listed = |name: &String| [format!("`{name}`"), format!("`\"{name}\"`")].iter().any(|n| references.contains(n));
     let missing: Vec<String> = names.into_iter().filter(|name| !listed(name)).collect();
     assert!(missing.is_empty(), "{missing:?}");
+}
+
+#[test]
+fn the_reference_tells_the_ranges_of_the_parameters() {
+    fn check<P: Parameters>(start: &str) {
+        let reference = include_str!("README.md");
+        let (_, section) = reference.split_once(start).expect(start);
+        let section = section.split("\n## ").next().unwrap_or_default();
+        for p in P::TABLE {
+            let row = section.lines().find(|row| {
+                let key = row.split(" | ").next().unwrap_or_default();
+                key.contains(&format!("`{}`", p.key)) || key.contains(&format!("`{}.{}`", P::SECTION, p.key))
+            });
+            let [min, max] = p.range.map(|value| units::short(value).replace('-', "−").replace("e−", "e-"));
+            let range = format!("{min} … {max}");
+            assert!(row.is_some_and(|row| row.contains(&range)), "{start} {}: {range} in {row:?}", p.key);
+        }
+    }
+    check::<camdrive::drives::elastic_output::Parameters>("`[elasticity]`");
+    check::<camdrive::drives::elastic_shaft::Parameters>("`[elasticity]`");
+    check::<camdrive::drives::backlash::Parameters>("`[backlash]`");
+    check::<camdrive::drives::rigid_machine::Kloss>("## `RigidMachine`");
+    check::<camdrive::drives::parametric::law::CrankLaw>("`[crank]`:");
 }

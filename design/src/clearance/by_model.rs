@@ -59,11 +59,14 @@ pub fn is_calm(passages: &[Clearance], releases: Option<usize>) -> Option<bool> 
 fn changed(scene: &Scene, machine: &Parameters, which: usize, factor: f64) -> (Scene, Parameters) {
     let (mut scene, mut machine) = (scene.clone(), *machine);
     match which {
-        0 => (scene.c, scene.b, machine.omega) = (scene.c * factor * factor, scene.b * factor, machine.omega * factor),
+        0 => {
+            (scene.parameters.c, scene.parameters.b, machine.omega) =
+                (scene.parameters.c * factor * factor, scene.parameters.b * factor, machine.omega * factor)
+        }
         1 => machine.speed *= factor,
-        _ => scene.s *= factor,
+        _ => scene.parameters.s *= factor,
     }
-    (machine.c, machine.b, machine.s) = (scene.c, scene.b, scene.s);
+    (machine.c, machine.b, machine.s) = (scene.parameters.c, scene.parameters.b, scene.parameters.s);
     machine.eta = machine.speed.abs() / machine.omega;
     (scene, machine)
 }

@@ -62,7 +62,7 @@ impl Machine {
     pub fn new(scene: &Scene, w: f64) -> Result<Self, Fault> {
         let start = Start { mode: StartMode::Given, q: 0.0, q_dot: 0.0 };
         let scene = Scene { drive: DriveMode::Constant { w, phi_start: 0.0 }, start, ..scene.clone() };
-        let clearance = scene.s;
+        let clearance = scene.parameters.s;
         let json = serde_json::to_value(&scene).map_err(|e| Fault(format!("the scene cannot be passed on: {e}")))?;
         let resource =
             Resource { name: String::new(), model: BacklashDrive::MODEL.to_owned(), guid: String::new(), scene: json };

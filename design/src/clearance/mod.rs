@@ -25,7 +25,7 @@ use crate::Progress;
 use crate::resource::Resource;
 use borders::Sequel;
 use by_model::ByModel;
-use camdrive::drives::backlash::{BacklashDrive, Scene};
+use camdrive::drives::backlash::{self, BacklashDrive, Scene};
 use camdrive::drives::cam_drive::DriveMode;
 use camdrive::drives::elastic_output::ElasticOutput;
 use camdrive::drives::{Drive, Fault, Number, cam_turn::turns, elastic_output};
@@ -171,8 +171,8 @@ impl Calm {
 pub fn study(resource: &Resource, options: &Options, progress: impl Fn(Progress)) -> Result<Report, Fault> {
     let scene = scene(resource, options)?;
     let w = speed(&scene, options)?;
-    let omega = (scene.c / scene.m2).sqrt();
-    let Scene { m1, m2, c, b, s, e, .. } = scene;
+    let omega = (scene.parameters.c / scene.parameters.m2).sqrt();
+    let backlash::Parameters { m1, m2, c, b, s, e } = scene.parameters;
     let machine = Parameters { m1, m2, c, b, s, e, speed: w, omega, mu: m1 / m2, eta: w.abs() / omega };
     if !(machine.mu > 0.0 && machine.mu.is_finite() && omega > 0.0 && omega.is_finite()) {
         return Err(Fault(format!("m1/m2 = {} and √(c/m2) = {omega} rad/s must be finite and not 0", machine.mu)));
@@ -195,7 +195,7 @@ fn scene(resource: &Resource, options: &Options) -> Result<Scene, Fault> {
     let mut scene: Scene = match resource.model.as_str() {
         BacklashDrive::MODEL => serde_json::from_value(resource.scene.clone()).map_err(unreadable)?,
         ElasticOutput::MODEL => {
-            let elastic_output::Scene { m, c, b, cam, drive, start, solver } =
+            let elastic_output::Scene { parameters: elastic_output::Parameters { m, c, b }, cam, drive, start, solver } =
                 serde_json::from_value(resource.scene.clone()).map_err(unreadable)?;
             let (Some(s), Some(m1)) = (options.clearance, options.m1) else {
                 return Err(Fault::new(
@@ -203,7 +203,7 @@ fn scene(resource: &Resource, options: &Options) -> Result<Scene, Fault> {
                      the mass between the flanks; its m becomes m2",
                 ));
             };
-            Scene { m1, m2: m, c, b, s, e: 0.0, cam, drive, start, solver }
+            Scene { parameters: backlash::Parameters { m1, m2: m, c, b, s, e: 0.0 }, cam, drive, start, solver }
         }
         model => {
             return Err(Fault(format!(
@@ -212,9 +212,9 @@ fn scene(resource: &Resource, options: &Options) -> Result<Scene, Fault> {
             )));
         }
     };
-    scene.s = options.clearance.unwrap_or(scene.s);
-    scene.m1 = options.m1.unwrap_or(scene.m1);
-    for (name, value, unit) in [("clearance", scene.s, "m"), ("m1", scene.m1, "kg")] {
+    scene.parameters.s = options.clearance.unwrap_or(scene.parameters.s);
+    scene.parameters.m1 = options.m1.unwrap_or(scene.parameters.m1);
+    for (name, value, unit) in [("clearance", scene.parameters.s, "m"), ("m1", scene.parameters.m1, "kg")] {
         if !(value > 0.0 && value.is_finite()) {
             return Err(Fault(format!("{name}: {value} {unit} is not greater than 0; give another one by --{name}")));
         }
@@ -223,8 +223,9 @@ fn scene(resource: &Resource, options: &Options) -> Result<Scene, Fault> {
         if !(omega > 0.0 && omega.is_finite()) {
             return Err(Fault(format!("--natural-frequency is {omega} rad/s, it must be greater than 0")));
         }
-        let before = (scene.c / scene.m2).sqrt();
-        (scene.c, scene.b) = (scene.m2 * omega * omega, scene.b * (omega / before));
+        let backlash::Parameters { m2, c, b, .. } = &mut scene.parameters;
+        let before = (*c / *m2).sqrt();
+        (*c, *b) = (*m2 * omega * omega, *b * (omega / before));
     }
     if options.ignore.is_some_and(|ignore| !(0.0..1.0).contains(&ignore)) {
         return Err(Fault::new("--ignore is a part of the largest value, from 0 to below 1, for example 1e-3"));
@@ -293,7 +294,7 @@ fn of_law(name: &str, scene: &Scene, machine: &Parameters, options: &Options) ->
             match orbit {
                 Ok(orbit) => {
                     study.releases = Some(orbit.releases.len());
-                    if scene.e == 0.0 && !options.quick {
+                    if scene.parameters.e == 0.0 && !options.quick {
                         let size = [orbit.samples.len(), orbit.releases.len()];
                         study.by_model = by_model::around(scene, machine, &crossings, ignore, size);
                     }
@@ -326,7 +327,7 @@ fn of_law(name: &str, scene: &Scene, machine: &Parameters, options: &Options) ->
         &Passages {
             jerks: usable.iter().map(|crossing| crossing.jerk.abs()).collect(),
             curvatures: usable.iter().map(|crossing| (crossing.fifth / crossing.jerk).abs()).collect(),
-            s: scene.s,
+            s: scene.parameters.s,
             omega: machine.omega,
             speed: w.abs(),
         },
@@ -439,7 +440,7 @@ fn passages(
             .filter(|(c, _)| c.jerk != 0.0)
             .map(|(c, figures)| figures.angle * (c.fourth / (4.0 * c.jerk)).abs());
         let rest = figures.map_or(spacing, |figures| (spacing - figures.angle).max(0.0));
-        clearance.left = (-0.5 * scene.b / scene.m2 * rest / w.abs()).exp();
+        clearance.left = (-0.5 * scene.parameters.b / scene.parameters.m2 * rest / w.abs()).exp();
         list.push(clearance);
     }
     list

@@ -137,7 +137,7 @@ struct Zero {
 /// q̈ + (b/m2) q̇ + ω² q = −Ü. Without damping it is the periodic motion without free vibration, which is one of many where
 /// a multiple of the speed that U does not hold is the natural frequency.
 fn forced(series: &Fourier, scene: &Scene, w: f64) -> Result<[f64; 2], Fault> {
-    let (square, damping) = (scene.c / scene.m2, scene.b / scene.m2);
+    let (square, damping) = (scene.parameters.c / scene.parameters.m2, scene.parameters.b / scene.parameters.m2);
     let mut state = [0.0; 2];
     for (k, (a, b)) in series.a.iter().zip(&series.b).enumerate().skip(1) {
         if *a == 0.0 && *b == 0.0 {
@@ -165,7 +165,7 @@ const RESONANCE: f64 = 1e-12;
 
 /// How many samples of the turn show every vibration.
 fn count(scene: &Scene, w: f64) -> Result<usize, Fault> {
-    let natural = (scene.c / scene.m2).sqrt() / w.abs();
+    let natural = (scene.parameters.c / scene.parameters.m2).sqrt() / w.abs();
     // Only the harmonics of a Fourier law are left of the periodic motion; other laws excite the natural frequency.
     let fastest =
         if scene.cam.series().is_some() { scene.cam.resolution() } else { scene.cam.resolution().max(natural) };

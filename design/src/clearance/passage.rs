@@ -10,7 +10,7 @@ use super::law::Crossing;
 use super::machine::Machine;
 use super::orbit::{Orbit, Release, Sample};
 use camdrive::drives::Fault;
-use camdrive::drives::backlash::Scene;
+use camdrive::drives::backlash::{Parameters, Scene};
 use serde::Serialize;
 use std::f64::consts::TAU;
 
@@ -86,7 +86,7 @@ const POINTS: usize = 400;
 impl Figures {
     /// By (10)–(26), of the passage at `crossing`.
     pub fn by_formula(passage: &Passage, crossing: &Crossing, scene: &Scene, w: f64) -> Self {
-        let omega = (scene.c / scene.m2).sqrt();
+        let omega = (scene.parameters.c / scene.parameters.m2).sqrt();
         let eta = w.abs() / omega;
         // Ω²η|U‴| Z ω⁻¹: (18).
         let jump = crossing.jerk.abs() * eta * eta * w.abs() * passage.jump();
@@ -102,11 +102,11 @@ impl Figures {
             time: passage.tau / omega,
             tau: passage.tau,
             angle: eta * passage.tau,
-            impulse: scene.m1 * jump,
-            loss: 0.5 * scene.m1 * jump * jump,
-            vibration: scene.s * passage.vibration(),
-            elongation: largest(&|tau| scene.s * passage.elongation(tau)),
-            force: largest(&|tau| scene.c * scene.s / passage.k * passage.pressing(tau)),
+            impulse: scene.parameters.m1 * jump,
+            loss: 0.5 * scene.parameters.m1 * jump * jump,
+            vibration: scene.parameters.s * passage.vibration(),
+            elongation: largest(&|tau| scene.parameters.s * passage.elongation(tau)),
+            force: largest(&|tau| scene.parameters.c * scene.parameters.s / passage.k * passage.pressing(tau)),
             sequel,
             release_after,
         }
@@ -150,7 +150,7 @@ impl Bench<'_> {
         let turn = self.machine.turn();
         let lead = (release.time - release.before.time).rem_euclid(turn);
         let flight = self.flight(release, lead, scale)?;
-        let omega = (self.scene.c / self.scene.m2).sqrt();
+        let omega = (self.scene.parameters.c / self.scene.parameters.m2).sqrt();
         let Flight { release: released, impact, impulse, returned } = flight;
         // Right after the impact, before anything else has changed.
         self.machine.begin(self.start(release), Some(release.before.q), false)?;
@@ -172,7 +172,7 @@ impl Bench<'_> {
             force: None,
             sequel: match after.contact {
                 _ if returned => Sequel::Return,
-                0 if self.scene.e > 0.0 => Sequel::Rebound,
+                0 if self.scene.parameters.e > 0.0 => Sequel::Rebound,
                 0 => Sequel::Immediate,
                 _ => Sequel::None,
             },
@@ -193,8 +193,8 @@ impl Bench<'_> {
 
     /// The fastest rate at which anything changes (rad/s).
     fn fastest(&self) -> f64 {
-        let Scene { m1, m2, c, cam, .. } = self.scene;
-        (c * (1.0 / m1 + 1.0 / m2)).sqrt() + cam.resolution() * self.machine.w.abs()
+        let Parameters { m1, m2, c, .. } = self.scene.parameters;
+        (c * (1.0 / m1 + 1.0 / m2)).sqrt() + self.scene.cam.resolution() * self.machine.w.abs()
     }
 
     /// Up to the first impact after the release, a turn at most.
@@ -234,7 +234,7 @@ impl Bench<'_> {
         time: f64,
         orbit: &Sample,
     ) -> f64 {
-        let omega = (self.scene.c / self.scene.m2).sqrt();
+        let omega = (self.scene.parameters.c / self.scene.parameters.m2).sqrt();
         let flank = (self.slope)(self.angle(release, time)) * self.machine.w;
         let rate = if contact == 0 { far_speed - flank } else { q[1] };
         let [place, speed] = [q[0] - orbit.q[0], (rate - orbit.q[1]) / omega];
@@ -249,7 +249,7 @@ impl Bench<'_> {
         window: f64,
         figures: &mut Figures,
     ) -> Result<Vec<Point>, Fault> {
-        let Scene { c, s, m2, .. } = *self.scene;
+        let Parameters { c, s, m2, .. } = self.scene.parameters;
         let omega = (c / m2).sqrt();
         // Pressing counts positive: against flank B after a release from A.
         let sign = if release.falling { 1.0 } else { -1.0 };

@@ -32,7 +32,7 @@ pub use laws::{Form, Law};
 pub use tool::Tool;
 
 use camdrive::drives::Fault;
-use camdrive::drives::rigid_machine::{self, Motor, Place};
+use camdrive::drives::rigid_machine::{self, Kloss, Motor, Place};
 use camdrive::motion::Fourier;
 use orbit::{Driving, Inertia, Orbit};
 use spectral::{Mesh, largest, mean, tail};
@@ -228,10 +228,10 @@ impl Task {
             return match self.driving.motor {
                 Motor::Input => Fault("the motor's torque is an input: no periodic motion follows from it; choose `motor.kind` = \"kloss\" or \"none\"".into()),
                 Motor::None => Fault("a machine without motor keeps any speed: prescribe the period".into()),
-                Motor::Kloss { breakdown_torque, .. } if tau.abs() < breakdown_torque => Fault(format!(
+                Motor::Kloss(Kloss { breakdown_torque, .. }) if tau.abs() < breakdown_torque => Fault(format!(
                     "no periodic motion of the machine without its tools was found, against the load of {tau} N.m; `camdrive steady` lists those of the whole machine"
                 )),
-                Motor::Kloss { breakdown_torque, breakdown_slip, .. } => Fault(format!(
+                Motor::Kloss(Kloss { breakdown_torque, breakdown_slip, .. }) => Fault(format!(
                     "the motor stalls: the load of {tau} N.m is beyond the part of its characteristic on which a motion is stable (breakdown torque {breakdown_torque} N.m at the slip {breakdown_slip})"
                 )),
             };

@@ -21,7 +21,7 @@
 //! (4); that the equation is regular in the phase of time is derived here.
 
 use super::spectral::{Mesh, mean};
-use camdrive::drives::rigid_machine::Motor;
+use camdrive::drives::rigid_machine::{Kloss, Motor};
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 
@@ -101,7 +101,7 @@ struct Layout {
 
 impl Layout {
     fn new(driving: &Driving, points: usize) -> Self {
-        let kloss = matches!(driving.motor, Motor::Kloss { .. });
+        let kloss = matches!(driving.motor, Motor::Kloss(_));
         Layout { points, lag: driving.motor.lag(), speed_unknown: kloss && driving.period.is_some(), kloss }
     }
 
@@ -133,7 +133,7 @@ impl Layout {
 fn characteristic(motor: &Motor, speed: f64) -> [f64; 3] {
     let [torque, slope, _] = motor.characteristic(speed);
     let by_synchronous = match *motor {
-        Motor::Kloss { synchronous_speed, .. } => -slope * speed / synchronous_speed,
+        Motor::Kloss(Kloss { synchronous_speed, .. }) => -slope * speed / synchronous_speed,
         _ => 0.0,
     };
     [torque, slope, by_synchronous]
@@ -141,8 +141,8 @@ fn characteristic(motor: &Motor, speed: f64) -> [f64; 3] {
 
 fn with_breakdown_slip(motor: Motor, slip: f64) -> Motor {
     match motor {
-        Motor::Kloss { breakdown_torque, synchronous_speed, dynamics, .. } => {
-            Motor::Kloss { breakdown_torque, breakdown_slip: slip, synchronous_speed, dynamics }
+        Motor::Kloss(Kloss { breakdown_torque, synchronous_speed, dynamics, .. }) => {
+            Motor::Kloss(Kloss { breakdown_torque, breakdown_slip: slip, synchronous_speed, dynamics })
         }
         other => other,
     }
@@ -150,8 +150,8 @@ fn with_breakdown_slip(motor: Motor, slip: f64) -> Motor {
 
 fn with_synchronous_speed(motor: Motor, speed: f64) -> Motor {
     match motor {
-        Motor::Kloss { breakdown_torque, breakdown_slip, dynamics, .. } => {
-            Motor::Kloss { breakdown_torque, breakdown_slip, synchronous_speed: speed, dynamics }
+        Motor::Kloss(Kloss { breakdown_torque, breakdown_slip, dynamics, .. }) => {
+            Motor::Kloss(Kloss { breakdown_torque, breakdown_slip, synchronous_speed: speed, dynamics })
         }
         other => other,
     }
@@ -284,7 +284,7 @@ fn linearise<I: Inertia>(mesh: &Mesh, inertia: &I, driving: &Driving, orbit: &Or
 /// What torques are measured against.
 fn breakdown(motor: &Motor) -> f64 {
     match *motor {
-        Motor::Kloss { breakdown_torque, .. } => breakdown_torque,
+        Motor::Kloss(Kloss { breakdown_torque, .. }) => breakdown_torque,
         _ => 1.0,
     }
 }
@@ -315,7 +315,8 @@ pub fn solve<I: Inertia>(mesh: &Mesh, inertia: &I, driving: &Driving, start: Orb
         if let Some(column) = layout.mean_speed() {
             orbit.mean_speed -= part * step[column];
         }
-        if let (Some(column), Motor::Kloss { synchronous_speed, .. }) = (layout.synchronous_speed(), orbit.motor) {
+        if let (Some(column), Motor::Kloss(Kloss { synchronous_speed, .. })) = (layout.synchronous_speed(), orbit.motor)
+        {
             orbit.motor = with_synchronous_speed(orbit.motor, synchronous_speed - part * step[column]);
         }
         // Near the roundings a step no longer gets smaller.
@@ -349,7 +350,7 @@ pub fn find<I: Inertia>(
     if let Some(orbit) = solve(mesh, inertia, driving, start(driving)?) {
         return Some(orbit);
     }
-    let Motor::Kloss { breakdown_slip, .. } = driving.motor else { return None };
+    let Motor::Kloss(Kloss { breakdown_slip, .. }) = driving.motor else { return None };
     let softer = |motor: Motor, times: f64| with_breakdown_slip(motor, times * breakdown_slip);
     let softened = |times: f64| Driving { motor: softer(driving.motor, times), ..*driving };
     let first = |times: f64| Some((times, solve(mesh, inertia, &softened(times), start(&softened(times))?)?));
@@ -372,7 +373,7 @@ pub fn find<I: Inertia>(
 /// A first guess: uniform speed, where the characteristic meets the load on its steep side.
 pub fn uniform(mesh: &Mesh, driving: &Driving, inertia: f64) -> Option<Orbit> {
     let (speed, motor) = match (driving.motor, driving.period) {
-        (Motor::Kloss { breakdown_torque, breakdown_slip, synchronous_speed, .. }, period) => {
+        (Motor::Kloss(Kloss { breakdown_torque, breakdown_slip, synchronous_speed, .. }), period) => {
             // 2 σ/(1 + σ²) = load/M_K with |σ| ≤ 1.
             let ratio = driving.load * synchronous_speed.signum() / breakdown_torque;
             if ratio.abs() >= 1.0 {

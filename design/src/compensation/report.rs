@@ -8,7 +8,7 @@ use crate::text::{self, Table, number};
 use crate::transmission::{self, Transmission};
 use camdrive::drives::Fault;
 use camdrive::drives::rigid_machine::orbits::periodic_motions;
-use camdrive::drives::rigid_machine::{MachineStart, Motor, Scene};
+use camdrive::drives::rigid_machine::{Kloss, MachineStart, Motor, Scene};
 use camdrive::drives::solver::Settings;
 use camdrive::motion::MotionLaw;
 use serde::Serialize;
@@ -131,7 +131,7 @@ pub fn study(scene: &str, task: &Task, options: Options) -> Result<Report, Fault
     let other_speeds = OTHER_SPEEDS.map(|part| {
         let mut driving = driving;
         match &mut driving.motor {
-            Motor::Kloss { synchronous_speed, .. } => *synchronous_speed *= part,
+            Motor::Kloss(Kloss { synchronous_speed, .. }) => *synchronous_speed *= part,
             _ => driving.period = driving.period.map(|period| period / part),
         }
         (part, machine.orbit(&cams, &driving).map(|orbit| machine.judge(&orbit, &cams)))
@@ -141,7 +141,7 @@ pub fn study(scene: &str, task: &Task, options: Options) -> Result<Report, Fault
         period: solution.orbit.period(),
         speed: solution.range(),
         synchronous_speed: match solution.orbit.motor {
-            Motor::Kloss { synchronous_speed, .. } => Some(synchronous_speed),
+            Motor::Kloss(Kloss { synchronous_speed, .. }) => Some(synchronous_speed),
             _ => None,
         },
         least_inertia_without_motor: (!task.own.varies()).then(|| task.least_inertia_without_motor()),
@@ -218,7 +218,7 @@ fn finish<'a>(task: &'a Task, solution: &Solution, driving: &Driving, options: O
 /// A motor that starts the finished machine leads it to its fastest stable motion: the period of that, where it is not the
 /// compensated one.
 fn other_motion(task: &Task, laws: &[Law], driving: &Driving, period: f64) -> Result<Option<f64>, Fault> {
-    if !matches!(driving.motor, Motor::Kloss { .. }) {
+    if !matches!(driving.motor, Motor::Kloss(_)) {
         return Ok(None);
     }
     let tools = pairs(task, laws).map(|(tool, law)| tool.with_law(&law.law));

@@ -18,12 +18,12 @@ fn loom(constant: f64) -> Task {
         vec![0.027235, 0.045972, 0.026619, 0.0088127, 0.00013384, -0.00091828, 0.00019899, 0.0004469, 9.2872e-5],
         vec![0.0, 0.0048319, 0.0056581, 0.0028634, 5.9589e-5, -0.00053017, 0.00014458, 0.00040239, 0.00010315],
     );
-    let motor = Motor::Kloss {
+    let motor = Motor::Kloss(Kloss {
         breakdown_torque: 220.0,
         breakdown_slip: 0.16,
         synchronous_speed: 500.0 * TAU / 60.0,
         dynamics: None,
-    };
+    });
     Task {
         own: rigid_machine::Inertia::new(InertiaFunction { constant, varying: None }, Vec::new()),
         tools: vec![direct(1, 1.6, gripper), direct(2, 60.0, sley)],
@@ -54,7 +54,7 @@ fn the_motion_of_the_loom_whose_tools_move_as_prescribed() {
     let mut prescribed = loom(2.8);
     prescribed.driving.period = Some(0.12);
     let solution = prescribed.solve().unwrap();
-    let Motor::Kloss { synchronous_speed, .. } = solution.orbit.motor else { unreachable!() };
+    let Motor::Kloss(Kloss { synchronous_speed, .. }) = solution.orbit.motor else { unreachable!() };
     assert!(error(synchronous_speed, 52.39987814901) < 1e-13);
     assert!(error(solution.orbit.period(), 0.12) < 1e-15);
 }
@@ -158,7 +158,7 @@ fn a_load_a_lag_a_varying_inertia_and_the_other_sense_of_turning() {
     // Whatever drives the machine, the cams found in the phase of time give, in the angle, the tools' motions.
     let mut task = loom(2.8);
     task.driving.load = 30.0;
-    let Motor::Kloss { dynamics, .. } = &mut task.driving.motor else { unreachable!() };
+    let Motor::Kloss(Kloss { dynamics, .. }) = &mut task.driving.motor else { unreachable!() };
     *dynamics = Some(0.01);
     let varying = Fourier::new(vec![0.0, 0.1, -0.2], vec![0.0, 0.05]);
     task.own = rigid_machine::Inertia::new(
@@ -175,7 +175,7 @@ fn a_load_a_lag_a_varying_inertia_and_the_other_sense_of_turning() {
     };
     let forward = check(&task);
     let mut backward = task.clone();
-    let Motor::Kloss { synchronous_speed, .. } = &mut backward.driving.motor else { unreachable!() };
+    let Motor::Kloss(Kloss { synchronous_speed, .. }) = &mut backward.driving.motor else { unreachable!() };
     *synchronous_speed *= -1.0;
     backward.driving.load *= -1.0;
     let backward = check(&backward);
@@ -277,7 +277,7 @@ fn motors_may_be_steep() {
     let mut task = loom(1.0);
     for synchronous_speed in [500.0 * TAU / 60.0, 250.0 * TAU / 60.0] {
         task.driving.motor =
-            Motor::Kloss { breakdown_torque: 220.0, breakdown_slip: 0.03, synchronous_speed, dynamics: None };
+            Motor::Kloss(Kloss { breakdown_torque: 220.0, breakdown_slip: 0.03, synchronous_speed, dynamics: None });
         let rounds = rounds(&task, 192, 0);
         let scene = rigid_machine::Scene {
             inertia: task.own.function.clone(),
@@ -302,7 +302,7 @@ fn a_machine_with_several_motions_is_told() {
     task.own.function.varying = Some(MotionLaw::Fourier(mesh.series(&bumps)));
     task.tools = vec![direct(1, 1.0, Fourier::new(vec![0.0, 0.1, 0.02], vec![]))];
     task.driving.motor =
-        Motor::Kloss { breakdown_torque: 15.0, breakdown_slip: 0.08, synchronous_speed: 50.0, dynamics: None };
+        Motor::Kloss(Kloss { breakdown_torque: 15.0, breakdown_slip: 0.08, synchronous_speed: 50.0, dynamics: None });
     let report =
         report::study("bumps", &task, report::Options { tolerance: 1e-5, rounds: 0, form: Form::Auto }).unwrap();
     // The unstable motion is compensated; the periods of both by shooting.
@@ -399,7 +399,7 @@ fn near_the_least_inertia_the_laws_are_tables() {
 fn tables_with_a_motor_that_lags() {
     // In the phase of the design and in the angle the finished machine is the same.
     let mut task = loom(0.9);
-    let Motor::Kloss { dynamics, .. } = &mut task.driving.motor else { unreachable!() };
+    let Motor::Kloss(Kloss { dynamics, .. }) = &mut task.driving.motor else { unreachable!() };
     *dynamics = Some(0.01);
     let solution = task.solve().unwrap();
     let laws = solution.laws(&task.tools, 1e-6, Form::Table).unwrap();

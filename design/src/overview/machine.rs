@@ -2,14 +2,14 @@
 
 use super::{Overview, angles};
 use camdrive::drives::rigid_machine::orbits::{free_motion, periodic_motions, range};
-use camdrive::drives::rigid_machine::{Inertia, Motor, Place, Scene};
+use camdrive::drives::rigid_machine::{Inertia, Kloss, Motor, Place, Scene};
 use std::f64::consts::TAU;
 
 pub fn tell(overview: &mut Overview, scene: &Scene) {
     let inertia = Inertia::new(scene.inertia.clone(), scene.followers.clone());
     // The speed about which the machine fluctuates, if one follows from the scene, and its least and largest one.
     let running = match scene.motor {
-        Motor::Kloss { breakdown_torque, breakdown_slip, synchronous_speed, .. } => {
+        Motor::Kloss(Kloss { breakdown_torque, breakdown_slip, synchronous_speed, .. }) => {
             overview.speed("synchronous_speed", synchronous_speed);
             overview.figure("breakdown_torque", breakdown_torque, "N.m");
             overview.figure("breakdown_slip", breakdown_slip, "1");

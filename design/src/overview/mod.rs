@@ -91,19 +91,21 @@ pub fn of(resource: &Resource) -> Result<Overview, Fault> {
     let mut overview = Overview::default();
     match resource.model.as_str() {
         ElasticOutput::MODEL => {
-            let elastic_output::Scene { m, c, b, cam, drive, .. } = resource.read()?;
+            let elastic_output::Scene { parameters: elastic_output::Parameters { m, c, b }, cam, drive, .. } =
+                resource.read()?;
             let speed = overview.driven(&drive);
             overview.elastic(&vibration::behind_cam(&cam, [m, b, c], speed), Some((&cam, false)));
             overview.cam(&cam, m, speed);
         }
         ElasticShaft::MODEL => {
-            let elastic_shaft::Scene { m, cam, drive, .. } = resource.read()?;
+            let elastic_shaft::Scene { parameters, cam, drive, .. } = resource.read()?;
             let speed = overview.driven(&drive);
             overview.elastic(&resource.oscillator()?, Some((&cam, true)));
-            overview.cam(&cam, m, speed);
+            overview.cam(&cam, parameters.m, speed);
         }
         BacklashDrive::MODEL => {
-            let backlash::Scene { m1, m2, c, b, s, cam, drive, .. } = resource.read()?;
+            let backlash::Scene { parameters, cam, drive, .. } = resource.read()?;
+            let backlash::Parameters { m1, m2, c, b, s, .. } = parameters;
             let speed = overview.driven(&drive);
             overview.elastic(&vibration::behind_cam(&cam, [m2, b, c], speed), Some((&cam, false)));
             overview.speed("natural_frequency_in_flight", (c * (m1 + m2) / (m1 * m2)).sqrt());

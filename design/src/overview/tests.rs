@@ -34,7 +34,13 @@ fn the_figures_of_an_elastic_output_on_a_cosine_are_those_of_the_closed_form() {
     let (m, w0, d, w, a) = (12.0, 1700.0, 0.03, 190.0, 0.5e-3);
     let (c, b) = (m * w0 * w0, 2.0 * d * m * w0);
     let drive = DriveMode::Constant { w, phi_start: 0.0 };
-    let scene = elastic_output::Scene { m, c, b, cam: cosine(a), drive, start: REST, solver: Settings::default() };
+    let scene = elastic_output::Scene {
+        parameters: elastic_output::Parameters { m, c, b },
+        cam: cosine(a),
+        drive,
+        start: REST,
+        solver: Settings::default(),
+    };
     let overview = overview(ElasticOutput::MODEL, &scene);
     let eta = w / w0;
     assert_figures(
@@ -69,7 +75,14 @@ fn the_figures_of_an_elastic_shaft_are_those_of_its_mean_inertia() {
     let (m, inertia, c, w, a) = (60.0, 1.5, 24e3, 5.0, 0.2);
     let drive = DriveMode::Constant { w: -w, phi_start: 0.0 };
     let (cam, solver) = (cosine(a), Settings::default());
-    let scene = elastic_shaft::Scene { m, inertia, c, b: 18.0, linear: false, cam, drive, start: REST, solver };
+    let scene = elastic_shaft::Scene {
+        parameters: elastic_shaft::Parameters { m, inertia, c, b: 18.0 },
+        linear: false,
+        cam,
+        drive,
+        start: REST,
+        solver,
+    };
     // J = J₀ + m a² sin² φ, and ½ J′ Ω² is the torque of a rigid shaft.
     let (mean, torque) = (inertia + 0.5 * m * a * a, 0.5 * m * a * a * w * w);
     assert_figures(
@@ -88,7 +101,13 @@ fn the_figures_of_an_elastic_shaft_are_those_of_its_mean_inertia() {
 fn a_drive_with_backlash_has_two_natural_frequencies_and_one_on_inputs_no_speed() {
     let (m1, m2, c) = (2.0, 8.0, 2e6);
     let (cam, drive, solver) = (cosine(0.01), DriveMode::Input, Settings::default());
-    let scene = backlash::Scene { m1, m2, c, b: 0.0, s: 5e-5, e: 0.0, cam, drive, start: REST, solver };
+    let scene = backlash::Scene {
+        parameters: backlash::Parameters { m1, m2, c, b: 0.0, s: 5e-5, e: 0.0 },
+        cam,
+        drive,
+        start: REST,
+        solver,
+    };
     let overview = overview(BacklashDrive::MODEL, &scene);
     let expected = [
         ("natural_frequency", 500.0),

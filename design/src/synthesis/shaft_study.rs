@@ -4,7 +4,7 @@ use super::deviation;
 use super::laws::{Rival, truncated};
 use super::shaft::{Shaft, ShaftGoal};
 use camdrive::drives::cam_drive::{DriveMode, Start, StartMode};
-use camdrive::drives::elastic_shaft::{ElasticShaft, Scene};
+use camdrive::drives::elastic_shaft::{self, ElasticShaft, Scene};
 use camdrive::drives::solver::Settings;
 use camdrive::drives::{Drive, Fault};
 use camdrive::motion::{Fourier, MotionLaw};
@@ -140,10 +140,7 @@ pub fn largest_torque(drive: &mut ElasticShaft, w: f64) -> Result<f64, Fault> {
 /// The drive on its periodic motion: it refuses one that does not attract.
 pub fn steady_drive(shaft: &Shaft, law: &Fourier, w: f64, linear: bool) -> Result<ElasticShaft, Fault> {
     let mut drive = ElasticShaft::new(Scene {
-        m: shaft.m,
-        inertia: shaft.inertia,
-        c: shaft.c,
-        b: shaft.b,
+        parameters: elastic_shaft::Parameters { m: shaft.m, inertia: shaft.inertia, c: shaft.c, b: shaft.b },
         linear,
         cam: MotionLaw::Fourier(law.clone()),
         drive: DriveMode::Constant { w, phi_start: 0.0 },

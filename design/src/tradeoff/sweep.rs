@@ -165,6 +165,7 @@ mod tests {
     fn variable(name: &str, kind: Kind) -> Description {
         Description {
             name: name.to_owned(),
+            key: name.to_owned(),
             text: String::new(),
             kind,
             causality: Causality::Parameter,

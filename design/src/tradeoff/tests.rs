@@ -26,9 +26,7 @@ fn output(drive: DriveMode) -> Resource {
     };
     let settings = Settings::default();
     resource::<elastic_output::ElasticOutput>(&elastic_output::Scene {
-        m: 2.0,
-        c: 2e4,
-        b: 0.0,
+        parameters: elastic_output::Parameters { m: 2.0, c: 2e4, b: 0.0 },
         cam: law(),
         drive,
         start,
@@ -115,10 +113,7 @@ fn nothing_is_told_below_the_floor(report: &Report) {
 #[test]
 fn a_tolerance_buys_accuracy_and_the_advice_knows() {
     let scene = elastic_shaft::Scene {
-        m: 20.0,
-        inertia: 0.05,
-        c: 2000.0,
-        b: 1.0,
+        parameters: elastic_shaft::Parameters { m: 20.0, inertia: 0.05, c: 2000.0, b: 1.0 },
         linear: false,
         cam: MotionLaw::Fourier(Fourier::new(vec![0.0, 0.05], vec![])),
         drive: DriveMode::Constant { w: 20.0, phi_start: 0.0 },

@@ -1,5 +1,6 @@
 //! The two bodies, the contact conditions and what a switching instant does to the state.
 
+use super::Parameters;
 use super::flank::FlankMotion;
 use crate::motion::Kinematics;
 use crate::numerics::double_double::Double;
@@ -135,7 +136,7 @@ pub struct Impact {
 
 impl Bodies {
     /// The bodies with these parameters.
-    pub fn new(m1: f64, m2: f64, c: f64, b: f64, s: f64, e: f64) -> Self {
+    pub fn new(&Parameters { m1, m2, c, b, s, e }: &Parameters) -> Self {
         let (cd, bd) = (Double::from(c), Double::from(b));
         // 1/m1 + 1/m2 = (m1 + m2)/(m1 m2).
         let inverse = (Double::from(m1) + Double::from(m2)).divide(Double::from(m1) * Double::from(m2));

@@ -32,6 +32,7 @@ mod variables;
 
 use super::cam_drive::{AngleMotion, CamDrive, DriveMode, HasCamDrive, MAX_INPUT_DERIVATIVE, Start, StartMode};
 use super::limits::no_state;
+use super::parameter::parameters;
 use super::solver::{FINEST_TOLERANCE, HasSolver, Settings, Solver};
 use super::{Curve, Drive, EventLog, Experiment, Fault, List, Rounded, Text};
 use crate::motion::MotionLaw;
@@ -44,21 +45,29 @@ use serde::{Deserialize, Serialize};
 use series::terms_for;
 use solver::{Run, Stretch, Tally};
 
+parameters! {
+    /// The bodies.
+    Parameters of BacklashDrive.parameters, "backlash" {
+        /// Mass at the clearance
+        m1 = "m1", "m1", MASS in [1e-9, 1e9] about 1.0, Fixed;
+        /// Mass behind the spring
+        m2 = "m2", "m2", MASS in [1e-9, 1e9] about 1.0, Fixed;
+        /// Stiffness of the spring between m1 and m2
+        c = "c", "c", STIFFNESS in [1e-6, 1e15] about 1e6, Fixed;
+        /// Damping between m1 and m2
+        b = "b", "b", DAMPING in [0.0, 1e12] or 0.0 about 100.0, Fixed;
+        /// Clearance: flank B is at U + s
+        s = "s", "s", LENGTH in [0.0, 1e3] about 1e-4, Fixed;
+        /// Coefficient of restitution, 0 plastic, 1 elastic
+        e = "e", "e", NUMBER in [0.0, 1.0] or 0.0, Fixed;
+    }
+}
+
 /// A drive with backlash as a resolved scene describes it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Scene {
-    /// Mass at the clearance (kg).
-    pub m1: f64,
-    /// Mass behind the spring (kg).
-    pub m2: f64,
-    /// Stiffness (N/m).
-    pub c: f64,
-    /// Damping (N·s/m).
-    pub b: f64,
-    /// Clearance (m).
-    pub s: f64,
-    /// Coefficient of restitution.
-    pub e: f64,
+    /// m1, m2, c, b, s, e.
+    pub parameters: Parameters,
     /// The motion law.
     pub cam: MotionLaw,
     /// Constant speed or inputs.
@@ -88,12 +97,7 @@ pub struct BacklashDrive {
     cam: CamDrive,
     start: Start,
     solver: Solver,
-    m1: f64,
-    m2: f64,
-    c: f64,
-    b: f64,
-    s: f64,
-    e: f64,
+    parameters: Parameters,
     /// The bodies with the parameters of the last start.
     bodies: Bodies,
     /// Bounds of |U|, |U′|, |U″|, with the parameters of the last start.
@@ -119,31 +123,12 @@ impl BacklashDrive {
     /// The bodies and the bounds of the law as the parameters are now.
     fn prepare_bodies(&mut self) {
         self.bounds = [0, 1, 2].map(|order| self.cam.law.bound(order));
-        self.bodies = Bodies::new(self.m1, self.m2, self.c, self.b, self.s, self.e);
+        self.bodies = Bodies::new(&self.parameters);
     }
 
     /// The longest panel in a step of this length: inputs prescribe the motion to the end of the step only.
     fn horizon(&self, step: f64) -> f64 {
         if self.cam.is_input() { step } else { f64::INFINITY }
-    }
-
-    /// Refuses parameters that no motion belongs to.
-    fn validate(&self) -> Result<(), Fault> {
-        let positive = [("m1", self.m1, "kg"), ("m2", self.m2, "kg"), ("c", self.c, "N/m")];
-        for (name, value, unit) in positive {
-            if !(value > 0.0 && value.is_finite()) {
-                return Err(Fault(format!("`{name}` = {value} {unit} must be greater than 0 {unit}")));
-            }
-        }
-        for (name, value, unit) in [("b", self.b, "N.s/m"), ("s", self.s, "m")] {
-            if !(value >= 0.0 && value.is_finite()) {
-                return Err(Fault(format!("`{name}` = {value} {unit} must be at least 0 {unit}")));
-            }
-        }
-        if !(0.0..=1.0).contains(&self.e) {
-            return Err(Fault(format!("`e` = {} is outside [0, 1]: 0 for a plastic, 1 for an elastic impact", self.e)));
-        }
-        Ok(())
     }
 
     /// Places m1 on the flank that presses it and starts the run from q, q̇.
@@ -259,20 +244,15 @@ impl Drive for BacklashDrive {
     const INPUT_DERIVATIVES: usize = MAX_INPUT_DERIVATIVE;
 
     fn new(scene: Scene) -> Result<Self, Fault> {
-        let Scene { m1, m2, c, b, s, e, cam, drive, start, solver } = scene;
+        let Scene { parameters, cam, drive, start, solver } = scene;
         let now = Now { time: 0.0, mode: Mode::Free, point: Point::default(), tally: Tally::default() };
-        let bodies = Bodies::new(m1, m2, c, b, s, e);
-        let drive = BacklashDrive {
+        let bodies = Bodies::new(&parameters);
+        Ok(BacklashDrive {
             motion: AngleMotion::uniform(0.0, 0.0, 0.0),
             cam: CamDrive::new(cam, drive),
             start,
             solver: Solver::new(solver),
-            m1,
-            m2,
-            c,
-            b,
-            s,
-            e,
+            parameters,
             bodies,
             bounds: [0.0; 3],
             run: None,
@@ -280,9 +260,7 @@ impl Drive for BacklashDrive {
             now,
             step: 0.0,
             log: EventLog::default(),
-        };
-        drive.validate()?;
-        Ok(drive)
+        })
     }
 
     fn variables(&self) -> List<Self> {
@@ -302,7 +280,6 @@ impl Drive for BacklashDrive {
     }
 
     fn start(&mut self, time: f64) -> Result<(), Fault> {
-        self.validate()?;
         self.solver.start();
         self.log.clear();
         self.step = 0.0;

@@ -113,7 +113,7 @@ impl BacklashDrive {
             "`start.mode` = steady_state: there is no periodic solution, since a harmonic of the motion law has the natural \
              frequency ({} rad/s) and `b` = {} N.s/m does not damp it; change the speed, add damping or choose at_rest",
             Rounded(self.bodies.bound.stiffness().sqrt()),
-            self.b
+            self.parameters.b
         ))
     }
 
@@ -149,7 +149,8 @@ impl BacklashDrive {
         let omega = self.bodies.bound.stiffness().sqrt();
         let q = one.q[0].abs().max(acceleration / (omega * omega));
         let z = (one.home + one.zeta[0]) - (other.home + other.zeta[0]);
-        let sizes = [q, omega * q, q + self.s, omega * (q + self.s)];
+        let clearance = self.parameters.s;
+        let sizes = [q, omega * q, q + clearance, omega * (q + clearance)];
         let changes = [one.q[0] - other.q[0], one.q[1] - other.q[1], z, one.zeta[1] - other.zeta[1]];
         let relative = |(change, size): (f64, f64)| if change == 0.0 { 0.0 } else { (change / size).abs() };
         changes.into_iter().zip(sizes).map(relative).fold(0.0, f64::max)

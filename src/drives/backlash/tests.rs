@@ -13,7 +13,7 @@ use super::flank::FlankMotion;
 use super::panel::Reading;
 use super::series::MOST_TERMS;
 use super::solver::{Run, Stretch};
-use super::{BacklashDrive, Scene};
+use super::{BacklashDrive, Parameters, Scene};
 use crate::drives::cam_drive::{DriveMode, Start, StartMode};
 use crate::drives::solver::Settings;
 use crate::drives::{Drive, Event, EventLog};
@@ -88,7 +88,7 @@ fn ran(bodies: &Bodies, flank: &CubicFlank, (state, zeros): (State, usize), end:
 fn pass(mu: f64, k: f64, flank: Flank, end: f64) -> (Run, State, Bodies, Vec<Event>) {
     // K = |s| ω³/|U⃛|; on flank A the release has U⃛ < 0.
     let jerk = -flank.sign();
-    let bodies = Bodies::new(mu, 1.0, 1.0, 0.0, k, 0.0);
+    let bodies = Bodies::new(&Parameters { m1: mu, m2: 1.0, c: 1.0, b: 0.0, s: k, e: 0.0 });
     let motion = CubicFlank { speed: 0.3, start: 0.0, jerk };
     let state = State { q: [0.0, -jerk], home: bodies.place(flank), zeta: [0.0; 2] };
     let (run, events) = ran(&bodies, &motion, (state, 3), end);
@@ -164,12 +164,7 @@ fn profile() -> MotionLaw {
 fn scene(w: f64, s: f64, b: f64, e: f64) -> Scene {
     // ω = 500 rad/s, μ = 0.25.
     Scene {
-        m1: 0.5,
-        m2: 2.0,
-        c: 5e5,
-        b,
-        s,
-        e,
+        parameters: Parameters { m1: 0.5, m2: 2.0, c: 5e5, b, s, e },
         cam: profile(),
         drive: DriveMode::Constant { w, phi_start: 0.0 },
         start: Start { mode: StartMode::AtRest, q: 0.0, q_dot: 0.0 },
@@ -185,12 +180,12 @@ fn started(scene: Scene) -> BacklashDrive {
 
 fn energy(d: &BacklashDrive) -> f64 {
     let Reading { place: [_, x], q: v } = d.now.point.reading();
-    0.5 * d.m1 * x * x + 0.5 * d.m2 * (x + v[1]).powi(2) + 0.5 * d.c * v[0] * v[0]
+    0.5 * d.parameters.m1 * x * x + 0.5 * d.parameters.m2 * (x + v[1]).powi(2) + 0.5 * d.parameters.c * v[0] * v[0]
 }
 
 fn momentum(d: &BacklashDrive) -> f64 {
     let Reading { place: [_, x], q } = d.now.point.reading();
-    d.m1 * x + d.m2 * (x + q[1])
+    d.parameters.m1 * x + d.parameters.m2 * (x + q[1])
 }
 
 #[test]
@@ -212,7 +207,7 @@ fn momentum_and_energy_balance_over_many_turns() {
                 largest_energy = largest_energy.max(energy(&drive));
                 let State { home, zeta, .. } = drive.now.point.state;
                 let z = home + zeta[0];
-                assert!((0.0..=drive.s).contains(&z), "z = {z}");
+                assert!((0.0..=drive.parameters.s).contains(&z), "z = {z}");
             }
             let momentum_error = (momentum(&drive) - p0 - impulse).abs() / largest_momentum;
             let losses = drive.now.tally.energy_loss + drive.damping_loss();

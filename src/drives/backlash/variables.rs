@@ -1,8 +1,8 @@
 //! The variables of the drive with backlash.
 
-use super::BacklashDrive;
 use super::contact::{Flank, Mode, State};
 use super::panel::Reading;
+use super::{BacklashDrive, Parameters};
 use crate::drives::cam_drive::{A, CAM, HasCamDrive, PHI, W};
 use crate::drives::solver::HasSolver;
 use crate::drives::{List, Seed, unit, variable};
@@ -31,13 +31,13 @@ impl<S: Scalar> Known<S> {
 
     /// c q + b q̇.
     fn link(&self, d: &BacklashDrive) -> S {
-        self.q[0] * d.c + self.q[1] * d.b
+        self.q[0] * d.parameters.c + self.q[1] * d.parameters.b
     }
 
     /// F_K = m1 ü − c q − b q̇ in contact, 0 in flight.
     fn force(&self, d: &BacklashDrive) -> S {
         match d.now.mode {
-            Mode::Contact(_) => self.driven * d.m1 - self.link(d),
+            Mode::Contact(_) => self.driven * d.parameters.m1 - self.link(d),
             Mode::Free => S::from(0.0),
         }
     }
@@ -46,7 +46,7 @@ impl<S: Scalar> Known<S> {
     fn acceleration(&self, d: &BacklashDrive) -> S {
         match d.now.mode {
             Mode::Contact(_) => self.driven,
-            Mode::Free => self.link(d) * (1.0 / d.m1),
+            Mode::Free => self.link(d) * (1.0 / d.parameters.m1),
         }
     }
 }
@@ -168,7 +168,7 @@ impl BacklashDrive {
         let (mode, end) = &self.end;
         let slopes = match mode {
             // m1 Δu̇, with which m1 follows.
-            Mode::Contact(_) => [self.m1 * rate, 0.0],
+            Mode::Contact(_) => [self.parameters.m1 * rate, 0.0],
             // An impact: P ∝ ż⁻, the loss ∝ ż⁻².
             Mode::Free if impulse != 0.0 => {
                 let approach = end.state.zeta[1] - (self.now.point.u[1] - end.u[1]);
@@ -183,7 +183,7 @@ impl BacklashDrive {
     fn contact_number(&self, force: f64) -> f64 {
         match self.now.mode {
             Mode::Free => 0.0,
-            Mode::Contact(_) if self.s == 0.0 => {
+            Mode::Contact(_) if self.parameters.s == 0.0 => {
                 if force < 0.0 {
                     -1.0
                 } else {
@@ -201,7 +201,7 @@ pub(super) fn list(drive: &BacklashDrive) -> List<BacklashDrive> {
     let mut list = List::default();
     drive.declare_drive(&mut list);
     states(drive, &mut list);
-    parameters(&mut list);
+    list.group::<Parameters>();
     drive.declare_start(&mut list, &unit::LENGTH, &unit::VELOCITY);
     drive.declare_solver(&mut list, STATISTICS);
     outputs(drive, &mut list);
@@ -235,7 +235,7 @@ const STATISTICS: usize = 20;
 fn continuous<S: Scalar>(d: &BacklashDrive, known: &Known<S>, gap: S, shaft: [S; 2], slope: S) -> [S; TAU + 1] {
     let ([x, x_dot], [y, y_dot], [q, q_dot]) = (known.place, known.far_place(), known.q);
     let force = known.force(d);
-    let (x2, y2, [phi, w]) = (known.acceleration(d), known.link(d) * (-1.0 / d.m2), shaft);
+    let (x2, y2, [phi, w]) = (known.acceleration(d), known.link(d) * (-1.0 / d.parameters.m2), shaft);
     [x, x_dot, y, y_dot, x2, y2, q, q_dot, gap, force, phi, w, slope * force]
 }
 
@@ -309,24 +309,6 @@ fn states(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
         .state()
         .depends(&["der(y)"])
         .depends_initially(&[PHI, W, CAM, &start.q_dot]);
-}
-
-fn parameters(list: &mut List<BacklashDrive>) {
-    let within = variable::real_within;
-    list.parameter("m1", "Mass at the clearance", within(&unit::MASS, 1e-9, 1e9), |d, _| d.m1, |d, _, v| d.m1 = v)
-        .nominal(1.0);
-    list.parameter("m2", "Mass behind the spring", within(&unit::MASS, 1e-9, 1e9), |d, _| d.m2, |d, _, v| d.m2 = v)
-        .nominal(1.0);
-    let stiffness = within(&unit::STIFFNESS, 1e-6, 1e15);
-    list.parameter("c", "Stiffness of the spring between m1 and m2", stiffness, |d, _| d.c, |d, _, v| d.c = v)
-        .nominal(1e6);
-    let damping = within(&unit::DAMPING, 0.0, 1e12);
-    list.parameter("b", "Damping between m1 and m2", damping, |d, _| d.b, |d, _, v| d.b = v).nominal(100.0);
-    let clearance = within(&unit::LENGTH, 0.0, 1e3);
-    list.parameter("s", "Clearance: flank B is at U + s", clearance, |d, _| d.s, |d, _, v| d.s = v).nominal(1e-4);
-    let restitution = within(&unit::NUMBER, 0.0, 1.0);
-    let text = "Coefficient of restitution, 0 plastic, 1 elastic";
-    list.parameter("e", text, restitution, |d, _| d.e, |d, _, v| d.e = v);
 }
 
 fn outputs(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {

@@ -23,6 +23,7 @@ mod variables;
 use super::cam_drive::{AngleMotion, CamDrive, DriveMode, HasCamDrive, MAX_INPUT_DERIVATIVE, Start, StartMode};
 use super::limits::no_state;
 use super::number::all_finite;
+use super::parameter::parameters;
 use super::response::{Instant, Response, Table};
 use super::solver::{FINEST_TOLERANCE, HasSolver, Settings, Solver};
 use super::{Curve, Drive, EventLog, Experiment, Fault, List, Rounded, Text};
@@ -34,15 +35,25 @@ use crate::numerics::pair::Pair;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
+parameters! {
+    // Twelve decades to either side of 1 kg, and as far from 1 N/m and 1 N·s/m as this leaves natural frequencies that can be
+    // squared.
+    /// Mass and spring.
+    Parameters of ElasticOutput.parameters, "elasticity" {
+        /// Mass of the output member
+        m = "m", "m", MASS in [1e-12, 1e12], Tunable;
+        /// Stiffness between cam and mass
+        c = "c", "c", STIFFNESS in [0.0, 1e24], Tunable;
+        /// Damping between cam and mass
+        b = "b", "b", DAMPING in [0.0, 1e24] or 0.0, Tunable;
+    }
+}
+
 /// The drive as a scene describes it, coherent SI.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Scene {
-    /// Mass of the output member m (kg).
-    pub m: f64,
-    /// Stiffness between cam and mass c (N/m).
-    pub c: f64,
-    /// Damping between cam and mass b (N·s/m).
-    pub b: f64,
+    /// m, c, b.
+    pub parameters: Parameters,
     /// U.
     pub cam: MotionLaw,
     /// φ.
@@ -56,15 +67,13 @@ pub struct Scene {
 /// The drive in operation.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ElasticOutput {
-    m: f64,
-    c: f64,
-    b: f64,
+    parameters: Parameters,
     cam: CamDrive,
     start: Start,
     solver: Solver,
     response: Response,
-    /// m, c, b of the response: the tunable parameters as they were last taken up.
-    built_for: [f64; 3],
+    /// Those of the response: the parameters as they were last taken up.
+    built_for: Parameters,
     /// The communication point, after inputs were taken up.
     now: Moment,
     /// Whether the inputs for the next step have been taken up.
@@ -126,30 +135,16 @@ impl Position {
     }
 }
 
-impl ElasticOutput {
+impl Parameters {
     fn oscillator(&self) -> Oscillator {
         Oscillator::of_mass(self.m, self.c, self.b)
     }
+}
 
+impl ElasticOutput {
     /// The tolerance of the response.
     fn tolerance(&self) -> f64 {
         if self.has_tolerance() { self.solver.effective_tolerance() } else { FINEST_TOLERANCE }
-    }
-
-    /// Refuses parameters for which the equation has no meaning.
-    fn validate(&self) -> Result<(), Fault> {
-        let &ElasticOutput { m, c, b, .. } = self;
-        let check = |good: bool, name: &str, value: f64, unit: &str, range: &str| {
-            if good && value.is_finite() {
-                Ok(())
-            } else {
-                Err(Fault(format!("`{name}` = {value} {unit} is outside {range} {unit}")))
-            }
-        };
-        check(m > 0.0, "m", m, "kg", "(0, ∞)")?;
-        check(c >= 0.0, "c", c, "N/m", "[0, ∞)")?;
-        check(b >= 0.0, "b", b, "N·s/m", "[0, ∞)")?;
-        self.cam.law.validate().map_err(Fault)
     }
 
     /// q, q̇ at the start.
@@ -194,24 +189,22 @@ impl Drive for ElasticOutput {
     const INPUT_DERIVATIVES: usize = MAX_INPUT_DERIVATIVE;
 
     fn new(scene: Scene) -> Result<Self, Fault> {
-        let Scene { m, c, b, cam, drive, start, solver } = scene;
-        let response = Response::new(Oscillator::of_mass(m, c, b), &cam, FINEST_TOLERANCE);
+        let Scene { parameters, cam, drive, start, solver } = scene;
+        cam.validate().map_err(Fault)?;
+        let response = Response::new(parameters.oscillator(), &cam, FINEST_TOLERANCE);
         let mut drive = ElasticOutput {
-            m,
-            c,
-            b,
+            parameters,
             cam: CamDrive::new(cam, drive),
             start,
             solver: Solver::new(solver),
             response,
-            built_for: [m, c, b],
+            built_for: parameters,
             now: Moment::default(),
             taken_up: false,
             before: Moment::default(),
             phi: [0.0; 5],
             log: EventLog::default(),
         };
-        drive.validate()?;
         drive.tabulate(None);
         Ok(drive)
     }
@@ -235,14 +228,14 @@ impl Drive for ElasticOutput {
     }
 
     fn start(&mut self, time: f64) -> Result<(), Fault> {
-        self.validate()?;
+        self.cam.law.validate().map_err(Fault)?;
         self.cam.start(time);
         self.solver.start();
         // The law's parameters may have changed, and with them what the response keeps of it.
         let table = self.response.table();
-        self.response = Response::new(self.oscillator(), &self.cam.law, self.tolerance());
+        self.response = Response::new(self.parameters.oscillator(), &self.cam.law, self.tolerance());
         self.tabulate(table);
-        self.built_for = [self.m, self.c, self.b];
+        self.built_for = self.parameters;
         self.taken_up = false;
         self.response.follow(self.cam.motion(time));
         let q = self.initial_state(time)?;
@@ -254,11 +247,10 @@ impl Drive for ElasticOutput {
     }
 
     fn apply(&mut self, time: f64) -> Result<(), Fault> {
-        let tuned = self.built_for != [self.m, self.c, self.b];
+        let tuned = self.built_for != self.parameters;
         if tuned {
-            self.validate()?;
-            self.built_for = [self.m, self.c, self.b];
-            self.response.set_oscillator(self.oscillator());
+            self.built_for = self.parameters;
+            self.response.set_oscillator(self.parameters.oscillator());
         }
         if self.cam.is_input() {
             self.take_up_inputs(time);

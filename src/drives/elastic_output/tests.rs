@@ -25,7 +25,7 @@ fn at_rest() -> Start {
 }
 
 fn scene([m, c, b]: [f64; 3], cam: MotionLaw, drive: DriveMode, start: Start) -> Scene {
-    Scene { m, c, b, cam, drive, start, solver: Settings::default() }
+    Scene { parameters: Parameters { m, c, b }, cam, drive, start, solver: Settings::default() }
 }
 
 fn drive(scene: Scene) -> ElasticOutput {
@@ -391,7 +391,7 @@ fn a_tunable_parameter_changes_the_motion_from_now_on() {
     let mut changed = harmonic_drive([1.0, 1e4, 0.0], 20.0, given());
     run(&mut changed, 0.1, 0.01);
     let (time, [q, q_dot]) = (changed.now.time, changed.now.at.q.array());
-    changed.b = 200.0;
+    changed.parameters.b = 200.0;
     changed.apply(time).unwrap();
     changed.apply(time).unwrap();
     run(&mut changed, 0.2, 0.01);
@@ -479,17 +479,6 @@ fn dependencies_are_those_that_the_directional_derivatives_show() {
             let declared = unknown.dependencies.contains(&descriptions[known].name);
             assert_eq!(derivative != 0.0, declared, "∂{}/∂{}", unknown.name, descriptions[known].name);
         }
-    }
-}
-
-#[test]
-fn impossible_parameters_are_refused_with_name_value_and_range() {
-    let new = |mcb| ElasticOutput::new(scene(mcb, MotionLaw::Fourier(series()), DriveMode::Input, at_rest()));
-    for (mcb, word) in
-        [([0.0, 1.0, 1.0], "`m` = 0"), ([1.0, -1.0, 1.0], "`c` = -1"), ([1.0, 1.0, f64::NAN], "`b` = NaN")]
-    {
-        let message = new(mcb).unwrap_err().0;
-        assert!(message.contains(word) && message.contains("outside"), "{message}");
     }
 }
 

@@ -1,11 +1,11 @@
 //! The variables of the drive.
 
-use super::{ElasticOutput, Moment, Position};
+use super::{ElasticOutput, Moment, Parameters, Position};
 use crate::drives::cam_drive::{A, CAM, HasCamDrive, PHI, W};
 use crate::drives::flow::Flow;
 use crate::drives::solver::HasSolver;
 use crate::drives::unit::{self, Quantity};
-use crate::drives::variable::{real, real_within};
+use crate::drives::variable::real;
 use crate::drives::{List, Seed};
 use crate::numerics::taylor::{Scalar, Series};
 
@@ -31,41 +31,12 @@ const OUTPUTS: usize = Output::Tau as usize + 1;
 pub(super) fn list(drive: &ElasticOutput) -> List<ElasticOutput> {
     let mut list = List::default();
     drive.declare_drive(&mut list);
-    declare_parameters(&mut list);
+    list.group::<Parameters>();
     drive.declare_start(&mut list, &unit::LENGTH, &unit::VELOCITY);
     drive.declare_solver(&mut list, OUTPUTS);
     declare_outputs(drive, &mut list);
     drive.declare_law(&mut list);
     list
-}
-
-fn declare_parameters(list: &mut List<ElasticOutput>) {
-    // Twelve decades to either side of 1 kg, and as far from 1 N/m and 1 N·s/m as this leaves natural frequencies
-    // that can be squared.
-    list.parameter(
-        "m",
-        "Mass of the output member",
-        real_within(&unit::MASS, 1e-12, 1e12),
-        |d, _| d.m,
-        |d, _, value| d.m = value,
-    )
-    .tunable();
-    list.parameter(
-        "c",
-        "Stiffness between cam and mass",
-        real_within(&unit::STIFFNESS, 0.0, 1e24),
-        |d, _| d.c,
-        |d, _, value| d.c = value,
-    )
-    .tunable();
-    list.parameter(
-        "b",
-        "Damping between cam and mass",
-        real_within(&unit::DAMPING, 0.0, 1e24),
-        |d, _| d.b,
-        |d, _, value| d.b = value,
-    )
-    .tunable();
 }
 
 /// Declares the outputs with what they depend on: inputs (where there are any) and states.
@@ -148,8 +119,9 @@ fn declare_outputs(drive: &ElasticOutput, list: &mut List<ElasticOutput>) {
 /// The outputs, of numbers or of series, in the order of [`Output`]; u holds U … U⁗ at the communication point.
 fn outputs<S: Scalar>(drive: &ElasticOutput, u: &[f64; 5], f: &Flow<S>) -> [S; OUTPUTS] {
     let [x, slope, curvature] = [[u[0], u[1], u[2]], [u[1], u[2], u[3]], [u[2], u[3], u[4]]].map(|u| f.phi.compose(u));
-    let force = -(f.q * drive.c + f.v * drive.b);
-    let y2 = force * (1.0 / drive.m);
+    let Parameters { m, c, b } = drive.parameters;
+    let force = -(f.q * c + f.v * b);
+    let y2 = force * (1.0 / m);
     let q2 = y2 - curvature * f.w * f.w - slope * f.a;
     [f.phi, f.w, x, x + f.q, slope * f.w + f.v, y2, f.q, f.v, q2, force, slope * force]
 }
@@ -177,7 +149,8 @@ fn along_time(drive: &ElasticOutput, position: &Position) -> Flow<Series> {
     let [phi, w, a, jerk, snap] = position.phi;
     let [q, v] = drive.now.at.q.array();
     let [.., x2, x3, _] = position.lift().0;
-    let (omega2, damping) = (drive.c / drive.m, drive.b / drive.m);
+    let Parameters { m, c, b } = drive.parameters;
+    let (omega2, damping) = (c / m, b / m);
     // The equation of motion and its time derivative.
     let q2 = -(omega2 * q + damping * v) - x2;
     let q3 = -(omega2 * v + damping * q2) - x3;

@@ -1,5 +1,6 @@
 //! The equation of motion of the twist, written once for numbers and for series.
 
+use super::Parameters;
 pub use crate::drives::flow::Flow;
 use crate::motion::MotionLaw;
 use crate::numerics::taylor::Scalar;
@@ -41,6 +42,11 @@ impl<S: Scalar> Flow<S> {
 }
 
 impl Equation {
+    /// The equation with these parameters.
+    pub fn new(&Parameters { m, inertia, c, b }: &Parameters, linear: bool) -> Self {
+        Equation { m, inertia, c, b, linear }
+    }
+
     /// q̈ (rad/s²).
     ///
     /// Nonlinear, U at ψ: (J + m U′²) ψ̈ = −(m U′U″ ψ̇² + b q̇ + c q).

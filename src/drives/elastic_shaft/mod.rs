@@ -34,6 +34,7 @@ use super::cam_drive::{
 use super::limits::no_state;
 use super::number::all_finite;
 use super::pace::Pace;
+use super::parameter::parameters;
 use super::solver::{HasSolver, Method, Settings, Solver};
 use super::{Curve, Drive, EventLog, Experiment, Fault, List, Text};
 use crate::motion::MotionLaw;
@@ -48,17 +49,25 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 use turn::Table;
 
+parameters! {
+    /// Mass, inertia and shaft.
+    Parameters of ElasticShaft.parameters, "elasticity" {
+        /// Mass of the follower
+        m = "m", "m", MASS in [0.0, 1e9], Tunable;
+        /// Moment of inertia of the cam, at the far end of the shaft; above zero
+        inertia = "J", "J", INERTIA in [1e-12, 1e9], Fixed;
+        /// Torsional stiffness of the input shaft; above zero
+        c = "c", "c", ROTATIONAL_STIFFNESS in [1e-12, 1e15], Tunable;
+        /// Torsional damping of the input shaft
+        b = "b", "b", ROTATIONAL_DAMPING in [0.0, 1e12] or 0.0, Tunable;
+    }
+}
+
 /// The drive as a scene describes it, coherent SI.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Scene {
-    /// Mass of the follower m (kg).
-    pub m: f64,
-    /// Moment of inertia of the cam J (kg·m²).
-    pub inertia: f64,
-    /// Stiffness of the shaft c (N·m/rad).
-    pub c: f64,
-    /// Damping of the shaft b (N·m·s/rad).
-    pub b: f64,
+    /// m, J, c, b.
+    pub parameters: Parameters,
     /// Whether the equation is linearised in the twist.
     pub linear: bool,
     /// U.
@@ -74,16 +83,13 @@ pub struct Scene {
 /// The drive in operation.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ElasticShaft {
-    m: f64,
-    inertia: f64,
-    c: f64,
-    b: f64,
+    parameters: Parameters,
     linear: bool,
     cam: CamDrive,
     start: Start,
     solver: Solver,
-    /// The parameters (m, c, b) with which the last internal step was made; they are tunable.
-    used: [f64; 3],
+    /// The parameters with which the last internal step was made.
+    used: Parameters,
     /// Whether they have been changed since.
     tuned: bool,
     /// φ(t) through the communication point.
@@ -112,28 +118,7 @@ pub struct ElasticShaft {
 
 impl ElasticShaft {
     fn equation(&self) -> Equation {
-        Equation { m: self.m, inertia: self.inertia, c: self.c, b: self.b, linear: self.linear }
-    }
-
-    /// Refuses parameters for which the equation has no meaning.
-    fn validate(&self) -> Result<(), Fault> {
-        let &ElasticShaft { m, inertia, c, b, .. } = self;
-        let range = |name: &str, value: f64, unit: &str, good: bool, range: &str, hint: &str| {
-            if good && value.is_finite() {
-                Ok(())
-            } else {
-                Err(Fault(format!("`{name}` = {value} {unit} is outside {range}{hint}")))
-            }
-        };
-        range("m", m, "kg", m >= 0.0, "[0, ∞) kg", "")?;
-        range("c", c, "N·m/rad", c > 0.0, "(0, ∞) N·m/rad", ": a shaft without stiffness holds no position")?;
-        range("b", b, "N·m·s/rad", b >= 0.0, "[0, ∞) N·m·s/rad", "")?;
-        let hint = if b > 0.0 {
-            ": without inertia the equation is algebraic where U′ = 0; give the cam its moment of inertia"
-        } else {
-            ": without inertia and damping the twist is unbounded where U′ = 0; give the cam its moment of inertia"
-        };
-        range("J", inertia, "kg·m²", inertia > 0.0, "(0, ∞) kg·m²", hint)
+        Equation::new(&self.parameters, self.linear)
     }
 
     /// Runs `task`, of a call the only one that takes work, with the twist's system of equations and the integrator.
@@ -152,7 +137,7 @@ impl ElasticShaft {
     /// Lets the integrator go on from the twist at the communication point.
     fn restart_integrator(&mut self) {
         let (time, y) = (Double::from(self.time), self.twist);
-        (self.used, self.tuned) = ([self.m, self.c, self.b], false);
+        (self.used, self.tuned) = (self.parameters, false);
         self.usual_step = self.usual_step(self.time);
         self.with_twist(|twist, integrator| {
             integrator.restart(time, y);
@@ -243,10 +228,10 @@ impl ElasticShaft {
     /// √(J/m)/U′max beside those of U′. The cam turns at |ω| and the speed that the vibration has now.
     fn usual_step(&self, target: f64) -> f64 {
         let law = &self.cam.law;
-        let ratio = self.m * law.bound(1).powi(2) / self.inertia;
+        let ratio = self.parameters.m * law.bound(1).powi(2) / self.parameters.inertia;
         let smooth = 0.5 / (law.resolution() * (1.0 + ratio).sqrt());
         let angle = smooth.min(TAU / law.breakpoints().len().max(1) as f64);
-        let frequency = (self.c / self.inertia).sqrt();
+        let frequency = (self.parameters.c / self.parameters.inertia).sqrt();
         let speed_at = |time: f64| self.motion.at(time).kinematics.0[1].abs();
         let vibration = if self.linear { 0.0 } else { self.twist[1].abs() + frequency * self.twist[0].abs() };
         let speed = speed_at(self.time).max(speed_at(target)) + vibration;
@@ -283,19 +268,16 @@ impl Drive for ElasticShaft {
     const INPUT_DERIVATIVES: usize = MAX_INPUT_DERIVATIVE;
 
     fn new(scene: Scene) -> Result<Self, Fault> {
-        let Scene { m, inertia, c, b, linear, cam, drive, start, solver } = scene;
+        let Scene { parameters, linear, cam, drive, start, solver } = scene;
         let cam = CamDrive::new(cam, drive);
         let motion = cam.motion(0.0);
         let mut drive = ElasticShaft {
-            m,
-            inertia,
-            c,
-            b,
+            parameters,
             linear,
             cam,
             start,
             solver: Solver::new(solver),
-            used: [m, c, b],
+            used: parameters,
             tuned: false,
             motion,
             integrator: Collocation::new(Double::default(), [0.0; 2]),
@@ -309,7 +291,6 @@ impl Drive for ElasticShaft {
             before: [0.0; 4],
             log: EventLog::default(),
         };
-        drive.validate()?;
         if drive.cam.law.validate().is_ok() {
             drive.tabulate(drive.equation());
         }
@@ -339,7 +320,6 @@ impl Drive for ElasticShaft {
     }
 
     fn start(&mut self, time: f64) -> Result<(), Fault> {
-        self.validate()?;
         self.cam.law.validate().map_err(Fault)?;
         self.time = time;
         self.cam.start(time);
@@ -360,9 +340,8 @@ impl Drive for ElasticShaft {
     }
 
     fn apply(&mut self, time: f64) -> Result<(), Fault> {
-        self.validate()?;
         self.time = time;
-        self.tuned = self.used != [self.m, self.c, self.b];
+        self.tuned = self.used != self.parameters;
         if self.cam.is_input() {
             self.motion = self.cam.motion(time);
             let [phi, w, a, ..] = self.motion.coefficients;
@@ -422,8 +401,7 @@ impl Drive for ElasticShaft {
         let Some(course) = self.course.clone() else { return Ok(()) };
         self.table = made.table.clone();
         // A state on the table was reached with the parameters of the last step.
-        let [m, c, b] = self.used;
-        self.tabulate(Equation { m, c, b, ..self.equation() });
+        self.tabulate(Equation::new(&self.used, self.linear));
         if !self.map().is_some_and(|map| course.is_in(map)) {
             self.course = None;
             self.restart_integrator();

@@ -1,7 +1,7 @@
 //! The linearised drive as an oscillator with periodic coefficients.
 
-use super::Scene;
 use super::solver::REACH;
+use super::{Parameters, Scene};
 use crate::drives::cam_drive::DriveMode;
 use crate::drives::oscillator::{PeriodicOscillator, Terms};
 use crate::drives::unit;
@@ -10,7 +10,7 @@ use crate::drives::unit;
 ///
 /// Source: Dresig, Vulfson, *Dynamik der Mechanismen*, section 4.6.3 (1); J(φ) gathers its terms.
 pub(super) fn of(scene: &Scene) -> PeriodicOscillator {
-    let &Scene { m, inertia, c, b, linear, .. } = scene;
+    let (&Scene { linear, .. }, Parameters { m, inertia, c, b }) = (scene, scene.parameters);
     let (law, resolved) = (scene.cam.clone(), scene.cam.clone());
     let terms = move |segment: usize, phi: f64| {
         let [_, u1, u2, u3, _] = law.at_in(segment, phi).0;

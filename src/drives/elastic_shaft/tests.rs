@@ -12,10 +12,7 @@ use crate::numerics::quadrature::Gauss;
 /// The transfer manipulator of the sources: 60 kg, stroke 0.4 m, J = 1.5 kg·m², c = 2.4e4 N·m/rad, damping ratio 0.03.
 fn manipulator(law: MotionLaw, linear: bool, drive: DriveMode) -> Scene {
     Scene {
-        m: 60.0,
-        inertia: 1.5,
-        c: 2.4e4,
-        b: 17.85,
+        parameters: Parameters { m: 60.0, inertia: 1.5, c: 2.4e4, b: 17.85 },
         linear,
         cam: law,
         drive,
@@ -192,7 +189,7 @@ fn stored_energy(drive: &ElasticShaft) -> f64 {
     let [q, v] = drive.twist;
     let u1 = drive.cam.law.at(shaft.reduced + q).0[1];
     let speed = shaft.kinematics.0[1] + v;
-    0.5 * (drive.inertia + drive.m * u1 * u1) * speed * speed + 0.5 * drive.c * q * q
+    0.5 * (drive.parameters.inertia + drive.parameters.m * u1 * u1) * speed * speed + 0.5 * drive.parameters.c * q * q
 }
 
 #[test]
@@ -208,7 +205,7 @@ fn the_energy_balance_closes() {
                 let mut there = drive.clone();
                 there.advance(start, s).unwrap();
                 let [q, v] = there.twist;
-                let power = -(there.c * q + there.b * v) * 4.84 - there.b * v * v;
+                let power = -(there.parameters.c * q + there.parameters.b * v) * 4.84 - there.parameters.b * v * v;
                 [power, power.abs()]
             });
             drive.advance(start, length).unwrap();
@@ -233,7 +230,7 @@ fn the_determinant_of_the_turn_map_is_that_of_the_damping() {
     // J W exp(∫ b/J dt) is constant (W the Wronskian), so det M = exp(−∮ b/J dt) over a turn.
     for (w, b) in [(4.84, 17.85), (-4.84, 17.85), (30.0, 5.0), (80.0, 0.0)] {
         let mut scene = manipulator(profile(), true, DriveMode::Constant { w, phi_start: 0.3 });
-        scene.b = b;
+        scene.parameters.b = b;
         let n = 4096;
         let sum: f64 = (0..n)
             .map(|i| {
@@ -286,11 +283,11 @@ fn a_small_load_makes_the_nonlinear_equation_linear() {
 fn a_stiff_shaft_carries_the_kinetostatic_torque() {
     // c → ∞: tau = m ω² U′U″ against the drive, up to (ω/ω₀)².
     let mut scene = manipulator(profile(), false, DriveMode::Constant { w: 1.0, phi_start: 0.7 });
-    (scene.c, scene.b) = (2.4e10, 1.785e4);
+    (scene.parameters.c, scene.parameters.b) = (2.4e10, 1.785e4);
     scene.start.mode = StartMode::SteadyState;
     let drive = started(scene);
     let u = profile().at(0.7).0;
-    let tau = -(drive.c * drive.twist[0] + drive.b * drive.twist[1]);
+    let tau = -(drive.parameters.c * drive.twist[0] + drive.parameters.b * drive.twist[1]);
     let expected = 60.0 * u[1] * u[2];
     assert!((tau / expected - 1.0).abs() < 1e-6, "{tau} {expected}");
 }
@@ -307,7 +304,7 @@ fn amplification(law: MotionLaw, eta: f64, linear: bool) -> f64 {
     let mut peak: f64 = 0.0;
     for i in 0..4000 {
         drive.advance(period * f64::from(i) / 4000.0, period / 4000.0).unwrap();
-        peak = peak.max((drive.c * drive.twist[0] + drive.b * drive.twist[1]).abs());
+        peak = peak.max((drive.parameters.c * drive.twist[0] + drive.parameters.b * drive.twist[1]).abs());
     }
     peak / static_torque
 }
@@ -383,7 +380,7 @@ fn the_first_tongue_of_a_cosine_cam_closes_at_the_critical_damping() {
     let radius = |eta: f64, theta: f64| {
         let law = MotionLaw::Fourier(Fourier::new(vec![0.0, r], vec![]));
         let mut scene = manipulator(law, true, DriveMode::Constant { w: eta * w0, phi_start: 0.0 });
-        (scene.m, scene.inertia, scene.b) = (m, 0.5 * mean, 2.0 * theta * w0 * mean);
+        (scene.parameters.m, scene.parameters.inertia, scene.parameters.b) = (m, 0.5 * mean, 2.0 * theta * w0 * mean);
         map_of(scene).spectral_radius()
     };
     let worst = |theta: f64| (0..40).map(|i| radius(0.8 + 0.01 * f64::from(i), theta)).fold(0.0, f64::max);
@@ -397,11 +394,11 @@ fn an_unstable_steady_state_is_refused_with_its_multiplier() {
     let law = MotionLaw::Fourier(Fourier::new(vec![0.0, r], vec![]));
     let w0 = (2.4e4 / (m * r * r)).sqrt();
     let mut scene = manipulator(law, true, DriveMode::Constant { w: w0, phi_start: 0.0 });
-    (scene.m, scene.inertia, scene.b) = (m, 0.5 * m * r * r, 1.0);
+    (scene.parameters.m, scene.parameters.inertia, scene.parameters.b) = (m, 0.5 * m * r * r, 1.0);
     scene.start.mode = StartMode::SteadyState;
     let message = ElasticShaft::new(scene.clone()).unwrap().start(0.0).unwrap_err().0;
     assert!(message.contains("largest Floquet multiplier") && message.contains("must be below 1"), "{message}");
-    scene.b = 0.0;
+    scene.parameters.b = 0.0;
     let message = ElasticShaft::new(scene).unwrap().start(0.0).unwrap_err().0;
     assert!(message.contains("without damping"), "{message}");
 }
@@ -412,7 +409,7 @@ fn unstable_growth_ends_in_a_fault() {
     let law = MotionLaw::Fourier(Fourier::new(vec![0.0, r], vec![]));
     let w0 = (2.4e4 / (m * r * r)).sqrt();
     let mut scene = manipulator(law, true, DriveMode::Constant { w: w0, phi_start: 0.1 });
-    (scene.m, scene.inertia, scene.b) = (m, 0.5 * m * r * r, 0.0);
+    (scene.parameters.m, scene.parameters.inertia, scene.parameters.b) = (m, 0.5 * m * r * r, 0.0);
     let mut drive = boxed(&scene);
     drive.set_up(0.0, None);
     drive.start().unwrap();
@@ -429,15 +426,6 @@ fn unstable_growth_ends_in_a_fault() {
         assert!(time < 1000.0);
     };
     assert!(fault.0.contains("without bound"), "{fault}");
-}
-
-#[test]
-fn a_massless_cam_is_refused() {
-    let mut scene = manipulator(profile(), false, CONSTANT);
-    scene.inertia = 0.0;
-    assert!(ElasticShaft::new(scene.clone()).unwrap_err().0.contains("algebraic"));
-    scene.b = 0.0;
-    assert!(ElasticShaft::new(scene).unwrap_err().0.contains("unbounded"));
 }
 
 #[test]
@@ -532,10 +520,10 @@ fn a_tuned_linear_shaft_goes_on_with_its_new_parameters() {
     let mut drive = started(manipulator(profile(), true, CONSTANT));
     run(&mut drive, 1.0, 10);
     assert!(drive.course.is_some());
-    (drive.c, drive.b) = (3e4, 5.0);
+    (drive.parameters.c, drive.parameters.b) = (3e4, 5.0);
     drive.apply(1.0).unwrap();
     let mut fresh = manipulator(profile(), true, DriveMode::Constant { w: 4.84, phi_start: 0.3 + 4.84 });
-    (fresh.c, fresh.b) = (3e4, 5.0);
+    (fresh.parameters.c, fresh.parameters.b) = (3e4, 5.0);
     fresh.start = Start { mode: StartMode::Given, q: drive.twist[0], q_dot: drive.twist[1] };
     let mut fresh = started(fresh);
     for n in 0..50 {

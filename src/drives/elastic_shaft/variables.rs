@@ -1,11 +1,11 @@
 //! The variables of the drive.
 
-use super::ElasticShaft;
 use super::equation::{Cam, Flow};
+use super::{ElasticShaft, Parameters};
 use crate::drives::cam_drive::{A, CAM, HasCamDrive, PHI, W};
 use crate::drives::solver::HasSolver;
 use crate::drives::unit::{self, Quantity};
-use crate::drives::variable::{Kind, real, real_within};
+use crate::drives::variable::{Kind, real};
 use crate::drives::{List, Seed};
 use crate::numerics::angle;
 use crate::numerics::double_double::Double;
@@ -32,7 +32,8 @@ const OUTPUTS: usize = Output::Tau as usize + 1;
 pub(super) fn list(drive: &ElasticShaft) -> List<ElasticShaft> {
     let mut list = List::default();
     drive.declare_drive(&mut list);
-    declare_parameters(&mut list);
+    list.group::<Parameters>();
+    declare_linear(&mut list);
     drive.declare_start(&mut list, &unit::ANGLE, &unit::ANGULAR_VELOCITY);
     drive.declare_solver(&mut list, OUTPUTS);
     declare_outputs(drive, &mut list);
@@ -40,45 +41,15 @@ pub(super) fn list(drive: &ElasticShaft) -> List<ElasticShaft> {
     list
 }
 
-fn declare_parameters(list: &mut List<ElasticShaft>) {
-    list.parameter(
-        "m",
-        "Mass of the follower",
-        real_within(&unit::MASS, 0.0, 1e9),
-        |d, _| d.m,
-        |d, _, value| d.m = value,
-    )
-    .tunable();
-    list.parameter(
-        "J",
-        "Moment of inertia of the cam, at the far end of the shaft; above zero",
-        real_within(&unit::INERTIA, 1e-12, 1e9),
-        |d, _| d.inertia,
-        |d, _, value| d.inertia = value,
-    );
-    list.parameter(
-        "c",
-        "Torsional stiffness of the input shaft; above zero",
-        real_within(&unit::ROTATIONAL_STIFFNESS, 1e-12, 1e15),
-        |d, _| d.c,
-        |d, _, value| d.c = value,
-    )
-    .tunable();
-    list.parameter(
-        "b",
-        "Torsional damping of the input shaft",
-        real_within(&unit::ROTATIONAL_DAMPING, 0.0, 1e12),
-        |d, _| d.b,
-        |d, _, value| d.b = value,
-    )
-    .tunable();
+fn declare_linear(list: &mut List<ElasticShaft>) {
     list.parameter(
         "shaft.linear",
         "Whether the equation is linearised in the twist",
         Kind::Boolean,
         |d, _| f64::from(u8::from(d.linear)),
         |d, _, value| d.linear = value != 0.0,
-    );
+    )
+    .key("elasticity.linear");
 }
 
 /// Declares the outputs with what they depend on: inputs (where there are any) and states.

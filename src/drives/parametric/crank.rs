@@ -22,7 +22,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 pub const SAME_ANGLE: f64 = 1e-15;
 
 /// Shafts, cranks and coupling rods.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ParallelCrank {
     /// Torsional stiffness of the driving shaft c_T1 (N·m/rad).
     pub c_t1: f64,
@@ -37,10 +37,11 @@ pub struct ParallelCrank {
 }
 
 /// Whether there is a second crank set, and how far it runs ahead, δ (rad).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SecondCrank {
     /// A single crank.
+    #[default]
     None,
     /// With shafts of its own, of the same stiffness.
     OwnShafts(f64),

@@ -2,6 +2,7 @@
 
 use super::coefficients::{Coefficients, Stiffness};
 use super::crank::ParallelCrank;
+use crate::drives::parameter::parameters;
 use crate::drives::{Fault, Number};
 use crate::motion::Fourier;
 use serde::{Deserialize, Serialize};
@@ -42,7 +43,7 @@ pub enum Coordinate {
 }
 
 /// J ψ̈ + b_T q̇ + c_T(φ) q = f(φ), ψ = φ + q.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CrankLaw {
     /// Shafts, cranks and rods.
     pub crank: ParallelCrank,
@@ -54,6 +55,23 @@ pub struct CrankLaw {
     pub load: Option<Fourier>,
     /// Up to which harmonic c_T is taken into account; None for all of them.
     pub harmonics: Option<usize>,
+}
+
+parameters! {
+    for CrankLaw, "crank" {
+        /// Moment of inertia on the driven side; above zero
+        inertia = "J", "J", INERTIA in [1e-12, 1e12], Fixed;
+        /// Torsional damping between both sides
+        damping = "b_T", "b_T", ROTATIONAL_DAMPING in [0.0, 1e12] or 0.0, Fixed;
+        /// Torsional stiffness of the driving shaft; above zero
+        crank.c_t1 = "c_T1", "c_T1", ROTATIONAL_STIFFNESS in [1e-12, 1e15], Fixed;
+        /// Torsional stiffness of the driven shaft; above zero
+        crank.c_t2 = "c_T2", "c_T2", ROTATIONAL_STIFFNESS in [1e-12, 1e15], Fixed;
+        /// Longitudinal stiffness of a coupling rod; above zero
+        crank.c_ab = "c_AB", "c_AB", STIFFNESS in [1e-12, 1e15], Fixed;
+        /// Length of the cranks; above zero
+        crank.r = "R", "R", LENGTH in [1e-6, 1e4], Fixed;
+    }
 }
 
 impl Law {
@@ -94,7 +112,7 @@ impl Law {
     pub fn validate(&self) -> Result<(), Fault> {
         match self {
             Law::Series(series) => series.validate(),
-            Law::Crank(crank) => crank.validate(),
+            Law::Crank(_) => Ok(()),
         }
     }
 }
@@ -120,24 +138,5 @@ impl SeriesLaw {
             Number(phi),
             phi.to_degrees()
         )))
-    }
-}
-
-impl CrankLaw {
-    fn validate(&self) -> Result<(), Fault> {
-        let ParallelCrank { c_t1, c_t2, c_ab, r, .. } = self.crank;
-        let positive = [
-            ("J", self.inertia, "kg·m²"),
-            ("c_T1", c_t1, "N·m/rad"),
-            ("c_T2", c_t2, "N·m/rad"),
-            ("c_AB", c_ab, "N/m"),
-            ("R", r, "m"),
-        ];
-        for (name, value, unit) in positive {
-            if !(value > 0.0 && value.is_finite()) {
-                return Err(Fault(format!("`{name}` = {} {unit} is outside (0, ∞) {unit}", Number(value))));
-            }
-        }
-        Ok(())
     }
 }

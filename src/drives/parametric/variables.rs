@@ -6,6 +6,7 @@ use super::crank::SecondCrank;
 use super::equation::Flow;
 use super::law::{Coordinate, CrankLaw, Law, SeriesLaw};
 use crate::drives::cam_drive::{HasCamDrive, PHI, W};
+use crate::drives::parameter::Has;
 use crate::drives::solver::HasSolver;
 use crate::drives::unit::{self, Quantity};
 use crate::drives::variable::{real, real_within};
@@ -76,59 +77,34 @@ pub(super) fn of_coefficients(coordinate: Coordinate) -> [&'static Quantity; 4] 
     }
 }
 
-fn crank(drive: &ParametricDrive) -> Option<&CrankLaw> {
-    match &*drive.cam.law {
-        Law::Crank(crank) => Some(crank),
-        Law::Series(_) => None,
+impl Has<CrankLaw> for ParametricDrive {
+    fn group(&self) -> Option<&CrankLaw> {
+        if let Law::Crank(crank) = &*self.cam.law { Some(crank) } else { None }
     }
-}
-
-/// The parameters of the crank by number.
-fn crank_parameter(law: &mut CrankLaw, which: usize) -> Option<&mut f64> {
-    let crank = &mut law.crank;
-    match which {
-        0 => Some(&mut law.inertia),
-        1 => Some(&mut law.damping),
-        2 => Some(&mut crank.c_t1),
-        3 => Some(&mut crank.c_t2),
-        4 => Some(&mut crank.c_ab),
-        5 => Some(&mut crank.r),
-        _ => match &mut crank.second {
-            SecondCrank::None => None,
-            SecondCrank::OwnShafts(angle) | SecondCrank::SharedShafts(angle) => Some(angle),
-        },
-    }
-}
-
-fn get_crank(drive: &ParametricDrive, which: usize) -> f64 {
-    let Some(law) = crank(drive) else { return 0.0 };
-    // A copy without its series, which would be allocated.
-    let mut plain = CrankLaw { load: None, ..*law };
-    crank_parameter(&mut plain, which).map_or(0.0, |value| *value)
-}
-
-fn set_crank(drive: &mut ParametricDrive, which: usize, value: f64) {
-    if let Law::Crank(crank) = Arc::make_mut(&mut drive.cam.law)
-        && let Some(parameter) = crank_parameter(crank, which)
-    {
-        *parameter = value;
+    fn group_mut(&mut self) -> Option<&mut CrankLaw> {
+        if let Law::Crank(crank) = Arc::make_mut(&mut self.cam.law) { Some(crank) } else { None }
     }
 }
 
 fn declare_crank(law: &CrankLaw, list: &mut List<ParametricDrive>) {
-    let stiffness = || real_within(&unit::ROTATIONAL_STIFFNESS, 1e-12, 1e15);
-    let parameters = [
-        ("J", "Moment of inertia on the driven side; above zero", real_within(&unit::INERTIA, 1e-12, 1e12)),
-        ("b_T", "Torsional damping between both sides", real_within(&unit::ROTATIONAL_DAMPING, 0.0, 1e12)),
-        ("c_T1", "Torsional stiffness of the driving shaft; above zero", stiffness()),
-        ("c_T2", "Torsional stiffness of the driven shaft; above zero", stiffness()),
-        ("c_AB", "Longitudinal stiffness of a coupling rod; above zero", real_within(&unit::STIFFNESS, 1e-12, 1e15)),
-        ("R", "Length of the cranks; above zero", real_within(&unit::LENGTH, 1e-6, 1e4)),
-        ("second.angle", "Angle by which the second crank runs ahead", real_within(&unit::ANGLE, -TAU, TAU)),
-    ];
-    let count = if law.crank.second == SecondCrank::None { 6 } else { 7 };
-    for (i, (name, text, kind)) in parameters.into_iter().take(count).enumerate() {
-        list.parameter(name, text, kind, get_crank, set_crank).at(i);
+    list.group::<CrankLaw>();
+    if law.crank.second != SecondCrank::None {
+        list.parameter(
+            "second.angle",
+            "Angle by which the second crank runs ahead",
+            real_within(&unit::ANGLE, -TAU, TAU),
+            |d, _| match d.group().map(|law| law.crank.second) {
+                Some(SecondCrank::OwnShafts(angle) | SecondCrank::SharedShafts(angle)) => angle,
+                _ => 0.0,
+            },
+            |d, _, value| {
+                let second = d.group_mut().map(|law| &mut law.crank.second);
+                if let Some(SecondCrank::OwnShafts(angle) | SecondCrank::SharedShafts(angle)) = second {
+                    *angle = value;
+                }
+            },
+        )
+        .key("crank.angle");
     }
 }
 
@@ -184,6 +160,10 @@ fn declare_series(law: &Law, list: &mut List<ParametricDrive>) {
             _ => meaning,
         };
         let quantity = of_coefficients(law.coordinate())[which];
+        let section = match law {
+            Law::Series(_) => format!("coefficients.{letter}"),
+            Law::Crank(_) => "load".to_owned(),
+        };
         let order = series_of(law, which).map_or(0, Fourier::order);
         let cosines = (0..=order).map(|k| ('a', "Cosine", k, k));
         for (part, kind, k, index) in cosines.chain((1..=order).map(|k| ('b', "Sine", k, order + k))) {
@@ -200,7 +180,8 @@ fn declare_series(law: &Law, list: &mut List<ParametricDrive>) {
                     }
                 },
             )
-            .at(which * SERIES + index);
+            .at(which * SERIES + index)
+            .key(&format!("{section}.{part}[{k}]"));
         }
     }
 }

@@ -11,7 +11,7 @@
 use super::passage::{Passage, Position};
 use super::steady::{ROUNDING, Shooting};
 use super::torques::Torques;
-use super::{Motor, RigidMachine};
+use super::{Kloss, Motor, RigidMachine};
 use crate::drives::solver::Method;
 use crate::numerics::double_double::Double;
 use crate::numerics::gauss::{ABSCISSAE, MATRIX, STAGES, WEIGHTS};
@@ -109,7 +109,7 @@ impl Lap {
 impl Cycle {
     /// The periodic motion of this machine against the load `tau`; None where it has none that a table serves for.
     fn new(machine: &RigidMachine, tau: f64) -> Option<Self> {
-        let Motor::Kloss { synchronous_speed, dynamics: None, .. } = machine.motor else { return None };
+        let Motor::Kloss(Kloss { synchronous_speed, dynamics: None, .. }) = machine.motor else { return None };
         let torques = Torques::against(&machine.motor, tau, synchronous_speed.signum());
         let tolerance = machine.solver.effective_tolerance();
         let shooting = Shooting::new(machine, torques, tolerance, None).ok()?.within(MOST_LAPS);

@@ -8,7 +8,7 @@
 
 use super::RigidMachine;
 use super::solver::{FASTEST, IDLE_CHANGES, Integrator, add_end_error, encounter};
-use super::{Motor, State};
+use super::{Kloss, Motor, State};
 use crate::drives::{Fault, Rounded};
 use crate::numerics::collocation::{Collocation, Failure, System};
 use crate::numerics::double_double::{Double, two_product, two_sum};
@@ -115,7 +115,7 @@ impl RigidMachine {
         let (low, high) = self.inertia.range();
         let free = self.state.u.hi.abs() / low.sqrt();
         let (synchronous, follows) = match self.motor {
-            Motor::Kloss { breakdown_torque, breakdown_slip, synchronous_speed, dynamics } => {
+            Motor::Kloss(Kloss { breakdown_torque, breakdown_slip, synchronous_speed, dynamics }) => {
                 let speed = synchronous_speed.abs();
                 let own = speed * breakdown_slip * low / breakdown_torque.abs();
                 (speed, dynamics.map_or(own, |lag| lag.min((lag * own).sqrt())))

@@ -42,7 +42,7 @@ mod tests;
 
 pub use follower::Follower;
 pub use inertia::{Inertia, InertiaFunction};
-pub use motor::Motor;
+pub use motor::{Kloss, Motor};
 pub use place::Place;
 
 use self::linkage::{decimals, in_turn};
@@ -216,24 +216,14 @@ impl RigidMachine {
 
     /// Refuses parameters that describe no machine.
     fn check(&self) -> Result<(), Fault> {
-        if let Motor::Kloss { breakdown_slip, synchronous_speed, dynamics, .. } = self.motor {
-            if !turns(synchronous_speed) {
-                return Err(Fault(format!(
-                    "`motor.w_s` = {} rad/s: the slip is referred to the synchronous speed, whose size must be at least {} rad/s; use a machine without motor for a motor that is switched off",
-                    Number(synchronous_speed),
-                    Number(SLOWEST)
-                )));
-            }
-            if breakdown_slip <= 0.0 {
-                return Err(Fault(format!("`motor.s_k` = {breakdown_slip}: the breakdown slip must be positive")));
-            }
-            if dynamics.is_some_and(|lag| lag <= 0.0) {
-                return Err(Fault::new("`motor.T_el` must be positive; leave it out for a motor without lag"));
-            }
-        }
-        if let Some((j, follower)) = self.inertia.followers.iter().enumerate().find(|(_, f)| f.m < 0.0) {
-            let name = if follower.turns { "J" } else { "m" };
-            return Err(Fault(format!("`follower[{}].{name}` = {}: a mass is not negative", j + 1, follower.m)));
+        if let Motor::Kloss(Kloss { synchronous_speed, .. }) = self.motor
+            && !turns(synchronous_speed)
+        {
+            return Err(Fault(format!(
+                "`motor.w_s` = {} rad/s: the slip is referred to the synchronous speed, whose size must be at least {} rad/s; use a machine without motor for a motor that is switched off",
+                Number(synchronous_speed),
+                Number(SLOWEST)
+            )));
         }
         // Where there is a raster it has passed.
         if self.raster.is_of(&self.inertia) {
@@ -314,7 +304,7 @@ impl Drive for RigidMachine {
     }
 
     fn text(&self) -> Text {
-        let (lag, kloss) = (self.motor.lag().is_some(), matches!(self.motor, Motor::Kloss { .. }));
+        let (lag, kloss) = (self.motor.lag().is_some(), matches!(self.motor, Motor::Kloss(_)));
         let conditions = [("linkages", self.inertia.is_linked()), ("kloss", kloss), ("lag", lag)];
         let mut text = Text::new(include_str!("text.toml"), &conditions);
         for (j, follower) in self.inertia.followers.iter().enumerate() {
@@ -355,7 +345,7 @@ impl Drive for RigidMachine {
     /// Twenty turns at the synchronous speed (or at `w_start`); a second of a machine that starts at rest with a torque as input.
     fn experiment(&self) -> Experiment {
         let speed = match self.motor {
-            Motor::Kloss { synchronous_speed, .. } => synchronous_speed.abs(),
+            Motor::Kloss(Kloss { synchronous_speed, .. }) => synchronous_speed.abs(),
             Motor::None | Motor::Input => self.w_start.abs(),
         };
         Experiment::of_turns(20.0, speed)

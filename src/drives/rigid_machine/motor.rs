@@ -1,5 +1,7 @@
 //! What drives the machine: nothing, an asynchronous motor after Kloss, or a torque from outside.
 
+use crate::drives::limits::FASTEST;
+use crate::drives::parameter::parameters;
 use crate::numerics::taylor::Scalar;
 use serde::{Deserialize, Serialize};
 
@@ -9,19 +11,34 @@ use serde::{Deserialize, Serialize};
 pub enum Motor {
     /// M_an = 0.
     None,
-    /// An asynchronous motor, reduced to the shaft of the machine (gear ratio included).
-    Kloss {
-        /// Breakdown torque M_K (N·m).
-        breakdown_torque: f64,
-        /// Breakdown slip s_K (1), positive.
-        breakdown_slip: f64,
-        /// Synchronous speed w_s (rad/s), not zero; negative turns the machine backwards.
-        synchronous_speed: f64,
-        /// Electrical time constant T_el (s) of a torque that lags behind the characteristic; None without lag.
-        dynamics: Option<f64>,
-    },
+    /// An asynchronous motor.
+    Kloss(Kloss),
     /// M_an is an input.
     Input,
+}
+
+/// An asynchronous motor, reduced to the shaft of the machine (gear ratio included).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Kloss {
+    /// Breakdown torque M_K (N·m).
+    pub breakdown_torque: f64,
+    /// Breakdown slip s_K (1), positive.
+    pub breakdown_slip: f64,
+    /// Synchronous speed w_s (rad/s), not zero; negative turns the machine backwards.
+    pub synchronous_speed: f64,
+    /// Electrical time constant T_el (s) of a torque that lags behind the characteristic; None without lag.
+    pub dynamics: Option<f64>,
+}
+
+parameters! {
+    for Kloss, "motor" {
+        /// Breakdown torque at the shaft
+        breakdown_torque = "motor.M_k", "M_k", TORQUE in [0.0, 1e12], Fixed;
+        /// Breakdown slip
+        breakdown_slip = "motor.s_k", "s_k", NUMBER in [1e-9, 1e3], Fixed;
+        /// Synchronous speed at the shaft, not zero; negative turns the machine backwards
+        synchronous_speed = "motor.w_s", "w_s", ANGULAR_VELOCITY in [-FASTEST, FASTEST], Fixed;
+    }
 }
 
 /// The torque of an asynchronous motor after Kloss, and its derivatives of order 1 and 2 with respect to w.
@@ -59,7 +76,7 @@ impl Motor {
     /// motor has none.
     pub fn characteristic(&self, w: f64) -> [f64; 3] {
         match *self {
-            Motor::Kloss { breakdown_torque, breakdown_slip, synchronous_speed, .. } => {
+            Motor::Kloss(Kloss { breakdown_torque, breakdown_slip, synchronous_speed, .. }) => {
                 kloss(breakdown_torque, breakdown_slip, synchronous_speed, w)
             }
             Motor::None | Motor::Input => [0.0; 3],
@@ -69,7 +86,7 @@ impl Motor {
     /// σ, the sense in which a motor with a characteristic turns the shaft.
     pub fn sense(&self) -> f64 {
         match *self {
-            Motor::Kloss { synchronous_speed, .. } => synchronous_speed.signum(),
+            Motor::Kloss(Kloss { synchronous_speed, .. }) => synchronous_speed.signum(),
             Motor::None | Motor::Input => 1.0,
         }
     }
@@ -82,7 +99,7 @@ impl Motor {
     /// T_el (s) of a motor whose torque is a state.
     pub fn lag(&self) -> Option<f64> {
         match *self {
-            Motor::Kloss { dynamics, .. } => dynamics,
+            Motor::Kloss(Kloss { dynamics, .. }) => dynamics,
             Motor::None | Motor::Input => None,
         }
     }

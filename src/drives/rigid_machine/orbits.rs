@@ -13,7 +13,7 @@ use super::place::Place;
 use super::steady::{ORBIT_TOLERANCE, SCAN_TOLERANCE, Shooting};
 use super::steady_lag::Turn;
 use super::torques::Torques;
-use super::{MachineStart, Motor, RigidMachine, Scene};
+use super::{Kloss, MachineStart, Motor, RigidMachine, Scene};
 use crate::drives::{Drive as _, Fault};
 use crate::numerics::quadrature::Gauss;
 use std::f64::consts::TAU;
@@ -97,7 +97,7 @@ pub struct Motions {
 /// # Errors
 /// Those of [`periodic_motions`].
 pub fn all_motions(scene: &Scene, load: f64) -> Result<Motions, Fault> {
-    let Motor::Kloss { breakdown_slip, breakdown_torque, synchronous_speed, .. } = scene.motor else {
+    let Motor::Kloss(Kloss { breakdown_slip, breakdown_torque, synchronous_speed, .. }) = scene.motor else {
         return Err(Fault::new("a torque that does not depend on the speed selects no periodic motion"));
     };
     let mut machine = RigidMachine::new(Scene {

@@ -9,7 +9,7 @@
 use super::passage::{Effort, Passage, Position, Tabulated};
 use super::profile::Profile;
 use super::torques::Torques;
-use super::{Inertia, Motor};
+use super::{Inertia, Kloss, Motor};
 use crate::drives::{Fault, Number, Rounded};
 use crate::numerics::double_double::{Double, two_sum};
 use crate::numerics::gauss::{ABSCISSAE, STAGES, WEIGHTS};
@@ -127,7 +127,7 @@ impl Raster {
     /// The raster on a profile of this inertia.
     pub fn on(profile: Arc<Profile>, inertia: &Inertia, motor: &Motor, tolerance: f64) -> Result<Self, Fault> {
         let mut cells = Self::of_inertia(inertia, &profile, tolerance)?;
-        if let Motor::Kloss { synchronous_speed, dynamics: None, .. } = motor {
+        if let Motor::Kloss(Kloss { synchronous_speed, dynamics: None, .. }) = motor {
             cells = Self::divided(cells, inertia, &profile, motor, *synchronous_speed, tolerance);
         }
         let widest = cells.iter().map(|cell| cell.width).fold(0.0, f64::max);

@@ -14,7 +14,7 @@
 //! border changes the solution by the order of δ².
 
 use super::profile::Profile;
-use super::{Inertia, Motor, RigidMachine, Signal, State};
+use super::{Inertia, Kloss, Motor, RigidMachine, Signal, State};
 use crate::drives::{Event, Fault, Rounded};
 use crate::numerics::collocation::{Collocation, Failure, System};
 use crate::numerics::double_double::{Double, two_product};
@@ -161,7 +161,7 @@ impl<const N: usize> System<N> for Piece<'_> {
     fn magnitude(&self, y: &[f64; N]) -> [f64; N] {
         let mut magnitude = [1.0; N];
         magnitude[1] = self.u(y[1]).abs();
-        if let (Some(magnitude), Motor::Kloss { breakdown_torque, .. }) = (magnitude.get_mut(2), self.motor) {
+        if let (Some(magnitude), Motor::Kloss(Kloss { breakdown_torque, .. })) = (magnitude.get_mut(2), self.motor) {
             *magnitude = breakdown_torque.max(self.base.torque.abs());
         }
         magnitude
@@ -289,8 +289,8 @@ impl RigidMachine {
         let [travelled, top_speed] = scales;
         let of_w = u / j.sqrt() + (0.5 * slope / j * w).abs() * phi;
         let (breakdown, caution) = match self.motor {
-            Motor::Kloss { breakdown_torque, dynamics: None, .. } => (breakdown_torque, CAUTION_WITH_MOTOR),
-            Motor::Kloss { breakdown_torque, .. } => (breakdown_torque, CAUTION),
+            Motor::Kloss(Kloss { breakdown_torque, dynamics: None, .. }) => (breakdown_torque, CAUTION_WITH_MOTOR),
+            Motor::Kloss(Kloss { breakdown_torque, .. }) => (breakdown_torque, CAUTION),
             Motor::None | Motor::Input => (1.0, CAUTION),
         };
         let of_speed = of_w / top_speed.max(f64::MIN_POSITIVE);

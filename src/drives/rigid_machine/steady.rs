@@ -21,7 +21,7 @@ use super::passage::{Passage, Position};
 use super::raster::Raster;
 use super::steady_lag::Turn;
 use super::torques::Torques;
-use super::{Motor, RigidMachine, State};
+use super::{Kloss, Motor, RigidMachine, State};
 use crate::drives::limits::search_too_much;
 use crate::drives::{Event, Fault};
 use crate::numerics::double_double::Double;
@@ -294,7 +294,7 @@ impl RigidMachine {
     }
 
     fn search_periodic_motion(&mut self, time: f64, work: &Cell<Work>) -> Result<(), Fault> {
-        let Motor::Kloss { breakdown_torque, breakdown_slip, synchronous_speed, .. } = self.motor else {
+        let Motor::Kloss(Kloss { breakdown_torque, breakdown_slip, synchronous_speed, .. }) = self.motor else {
             return Err(Fault::new(
                 "`start.mode` = steady_state needs a motor with a characteristic: a torque that does not depend on the speed selects no periodic motion; use `given`",
             ));

@@ -12,7 +12,7 @@
 //! whose Floquet multipliers have the product exp(−∮ dψ/(T_el|φ̇|)) = exp(−T/T_el) (Liouville).
 
 use super::place::Place;
-use super::{Inertia, Motor};
+use super::{Inertia, Kloss, Motor};
 use crate::numerics::collocation::{Collocation, System};
 use crate::numerics::double_double::Double;
 use crate::numerics::period_map::{Coefficients, Period, Periodic};
@@ -93,7 +93,7 @@ impl System<3> for OnLeg<'_> {
     }
 
     fn magnitude(&self, y: &[f64; 3]) -> [f64; 3] {
-        let Motor::Kloss { breakdown_torque, .. } = self.turn.motor else { return [1.0; 3] };
+        let Motor::Kloss(Kloss { breakdown_torque, .. }) = self.turn.motor else { return [1.0; 3] };
         [y[0].abs(), *breakdown_torque, y[2].abs()]
     }
 

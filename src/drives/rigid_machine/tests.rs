@@ -4,7 +4,7 @@
 //! arithmetic by extrapolation of order 16; halving the step changes them below 1e-16.
 
 use super::*;
-use crate::drives::Seed;
+use crate::drives::{DynDrive, Seed, erased};
 use crate::motion::cycle::{Cycle, CyclePlan};
 use crate::motion::table::Points;
 use crate::motion::{Fourier, MotionLaw, StandardLaw, Table};
@@ -29,12 +29,17 @@ const SLEY_B: [f64; 9] =
 const SYNCHRONOUS: f64 = 52.359877559829887;
 
 fn kloss(breakdown_slip: f64) -> Motor {
-    Motor::Kloss { breakdown_torque: 220.0, breakdown_slip, synchronous_speed: SYNCHRONOUS, dynamics: None }
+    Motor::Kloss(Kloss { breakdown_torque: 220.0, breakdown_slip, synchronous_speed: SYNCHRONOUS, dynamics: None })
 }
 
 /// The motor with a lag of 20 ms.
 fn lagging() -> Motor {
-    Motor::Kloss { breakdown_torque: 220.0, breakdown_slip: 0.16, synchronous_speed: SYNCHRONOUS, dynamics: Some(0.02) }
+    Motor::Kloss(Kloss {
+        breakdown_torque: 220.0,
+        breakdown_slip: 0.16,
+        synchronous_speed: SYNCHRONOUS,
+        dynamics: Some(0.02),
+    })
 }
 
 fn loom(motor: Motor, phi_start: f64, w_start: f64) -> Scene {
@@ -168,8 +173,12 @@ fn a_stiff_motor() {
 fn a_tolerance_finer_than_rounding_allows_costs_no_more_steps() {
     // A motor whose torque follows the rounding of the speed: constant inertia, breakdown slip 1e-6, from standstill.
     let steps = [1e-12, 1e-13, 1e-14].map(|tolerance| {
-        let motor =
-            Motor::Kloss { breakdown_torque: 60.0, breakdown_slip: 1e-6, synchronous_speed: 60.0, dynamics: None };
+        let motor = Motor::Kloss(Kloss {
+            breakdown_torque: 60.0,
+            breakdown_slip: 1e-6,
+            synchronous_speed: 60.0,
+            dynamics: None,
+        });
         let scene = Scene {
             inertia: InertiaFunction { constant: 1e-3, varying: None },
             followers: vec![],
@@ -202,12 +211,12 @@ fn run_up_of_a_constant_inertia_in_closed_form() {
     let (inertia, slip) = (2.8, 0.16);
     let time = |s: f64| inertia * SYNCHRONOUS / (2.0 * 220.0 * slip) * ((1.0 - s * s) / 2.0 - slip * slip * f64::ln(s));
     for sense in [1.0, -1.0] {
-        let motor = Motor::Kloss {
+        let motor = Motor::Kloss(Kloss {
             breakdown_torque: 220.0,
             breakdown_slip: slip,
             synchronous_speed: sense * SYNCHRONOUS,
             dynamics: None,
-        };
+        });
         for s in [0.9, 0.16, 1e-3, 1e-8] {
             let mut machine = started(Scene { followers: vec![], ..loom(motor, 0.0, 0.0) });
             machine.advance(0.0, time(s)).unwrap();
@@ -356,8 +365,12 @@ fn the_loom_runs_periodically() {
 
 #[test]
 fn the_periodic_motion_repeats_with_load_backwards_with_lag_and_over_borders() {
-    let backwards =
-        Motor::Kloss { breakdown_torque: 220.0, breakdown_slip: 0.16, synchronous_speed: -SYNCHRONOUS, dynamics: None };
+    let backwards = Motor::Kloss(Kloss {
+        breakdown_torque: 220.0,
+        breakdown_slip: 0.16,
+        synchronous_speed: -SYNCHRONOUS,
+        dynamics: None,
+    });
     let lag = lagging();
     for (motor, load) in [(kloss(0.16), 50.0), (kloss(0.16), -50.0), (backwards, -50.0), (lag, 30.0)] {
         for scene in [loom(motor, 1.0, 0.0), cycles(motor, 0.0)] {
@@ -386,7 +399,7 @@ fn tanh_machine(breakdown_slip: f64) -> Scene {
         followers: vec![],
         start: MachineStart::SteadyState,
         ..loom(
-            Motor::Kloss { breakdown_torque: 15.0, breakdown_slip, synchronous_speed: 50.0, dynamics: None },
+            Motor::Kloss(Kloss { breakdown_torque: 15.0, breakdown_slip, synchronous_speed: 50.0, dynamics: None }),
             0.0,
             0.0,
         )
@@ -490,10 +503,11 @@ fn directional_derivatives_are_difference_quotients() {
 #[test]
 fn what_is_no_machine_is_refused() {
     let refused = |scene: Scene, word: &str| {
-        let fault = RigidMachine::new(scene).and_then(|mut m| m.start(0.0)).unwrap_err();
+        let fault = RigidMachine::new(scene).and_then(|machine| erased::unit(machine).start()).unwrap_err();
         assert!(fault.0.contains(word), "{fault}");
     };
-    let still = Motor::Kloss { breakdown_torque: 1.0, breakdown_slip: 0.1, synchronous_speed: 0.0, dynamics: None };
+    let still =
+        Motor::Kloss(Kloss { breakdown_torque: 1.0, breakdown_slip: 0.1, synchronous_speed: 0.0, dynamics: None });
     refused(loom(still, 0.0, 0.0), "motor.w_s");
     refused(loom(kloss(0.0), 0.0, 0.0), "motor.s_k");
     let weightless = InertiaFunction { constant: 0.0, varying: None };

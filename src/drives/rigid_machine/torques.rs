@@ -1,6 +1,6 @@
 //! The torques on the shaft in the sense of rotation, as far as they do not depend on time.
 
-use super::Motor;
+use super::{Kloss, Motor};
 use serde::{Deserialize, Serialize};
 
 /// N = σ(M_an − τ) as a function of |φ̇|, for torques that do not depend on time.
@@ -25,7 +25,7 @@ impl Torques {
     pub fn against(motor: &Motor, tau: f64, sense: f64) -> Self {
         let still = Torques { sense, load: sense * tau, ..Torques::default() };
         match *motor {
-            Motor::Kloss { breakdown_torque, breakdown_slip, synchronous_speed, .. } => Torques {
+            Motor::Kloss(Kloss { breakdown_torque, breakdown_slip, synchronous_speed, .. }) => Torques {
                 synchronous: sense * synchronous_speed,
                 rate: 1.0 / (sense * synchronous_speed * breakdown_slip),
                 amplitude: 2.0 * breakdown_torque.copysign(sense * synchronous_speed),

@@ -2,7 +2,8 @@
 
 mod laws;
 
-use super::{MachineStart, Motor, RigidMachine};
+use super::{Kloss, MachineStart, Motor, RigidMachine};
+use crate::drives::parameter::Has;
 use crate::drives::solver::HasSolver;
 use crate::drives::unit::{self, Quantity};
 use crate::drives::variable::{Enumeration, Kind, real, real_within};
@@ -53,8 +54,8 @@ fn inertia<S: Scalar>(machine: &RigidMachine, phi: S) -> [S; 2] {
 /// M_an.
 fn driving_torque<S: Scalar>(machine: &RigidMachine, p: &Point<S>) -> S {
     match machine.motor {
-        Motor::Kloss { dynamics: None, .. } => machine.motor.torque(p.w),
-        Motor::None | Motor::Kloss { .. } | Motor::Input => p.torque,
+        Motor::Kloss(Kloss { dynamics: None, .. }) => machine.motor.torque(p.w),
+        Motor::None | Motor::Kloss(_) | Motor::Input => p.torque,
     }
 }
 
@@ -232,7 +233,7 @@ impl RigidMachine {
     fn declare_outputs(&self, list: &mut List<Self>) {
         let varies = self.inertia.varies();
         let lag = self.motor.lag().is_some();
-        let motor = matches!(self.motor, Motor::Kloss { .. });
+        let motor = matches!(self.motor, Motor::Kloss(_));
         // The speed enters the acceleration through J′ and through the motor without lag.
         let mut enters_a = vec!["tau"];
         if self.motor == Motor::Input || lag {
@@ -341,17 +342,19 @@ impl RigidMachine {
             real_within(&unit::INERTIA, 0.0, 1e12),
             |d, _| d.inertia.function.constant,
             |d, _, value| Arc::make_mut(&mut d.inertia).change(|function, _| function.constant = value),
-        );
-        if let Motor::Kloss { dynamics, .. } = self.motor {
-            let mut motor = |name, text, kind, which| {
-                list.parameter(name, text, kind, motor_value, set_motor_value).at(which);
-            };
-            motor("motor.M_k", "Breakdown torque at the shaft", real_within(&unit::TORQUE, 0.0, 1e12), 0);
-            motor("motor.s_k", "Breakdown slip", real_within(&unit::NUMBER, 1e-9, 1e3), 1);
-            let text = "Synchronous speed at the shaft, not zero; negative turns the machine backwards";
-            motor("motor.w_s", text, real_within(&unit::ANGULAR_VELOCITY, -1e6, 1e6), 2);
+        )
+        .key("machine.J0");
+        if let Motor::Kloss(Kloss { dynamics, .. }) = self.motor {
+            list.group::<Kloss>();
             if dynamics.is_some() {
-                motor("motor.T_el", "Electrical time constant", real_within(&unit::TIME, 1e-9, 1e3), 3);
+                list.parameter(
+                    "motor.T_el",
+                    "Electrical time constant",
+                    real_within(&unit::TIME, 1e-9, 1e3),
+                    |d, _| d.motor.lag().unwrap_or(0.0),
+                    |d, _, value| d.group_mut().into_iter().for_each(|kloss| kloss.dynamics = Some(value)),
+                )
+                .key("motor.lag");
                 let text = "M_an at the start for start.mode = given; 0 where the motor is switched on";
                 list.parameter(
                     "motor.M_start",
@@ -368,14 +371,16 @@ impl RigidMachine {
             real_within(&unit::ANGLE, -1e15, 1e15),
             |d, _| d.phi_start,
             |d, _, value| d.phi_start = value,
-        );
+        )
+        .key("start.phi_start");
         list.parameter(
             "w_start",
             "Angular velocity at the start, for start.mode = given",
             real_within(&unit::ANGULAR_VELOCITY, -1e6, 1e6),
             |d, _| d.w_start,
             |d, _, value| d.w_start = value,
-        );
+        )
+        .key("start.w_start");
         list.parameter(
             "start.mode",
             "How the initial speed is found",
@@ -405,18 +410,11 @@ impl RigidMachine {
     }
 }
 
-fn motor_value(d: &RigidMachine, which: usize) -> f64 {
-    let Motor::Kloss { breakdown_torque, breakdown_slip, synchronous_speed, dynamics } = d.motor else { return 0.0 };
-    [breakdown_torque, breakdown_slip, synchronous_speed, dynamics.unwrap_or(0.0)][which]
-}
-
-fn set_motor_value(d: &mut RigidMachine, which: usize, value: f64) {
-    if let Motor::Kloss { breakdown_torque, breakdown_slip, synchronous_speed, dynamics } = &mut d.motor {
-        match which {
-            0 => *breakdown_torque = value,
-            1 => *breakdown_slip = value,
-            2 => *synchronous_speed = value,
-            _ => *dynamics = Some(value),
-        }
+impl Has<Kloss> for RigidMachine {
+    fn group(&self) -> Option<&Kloss> {
+        if let Motor::Kloss(kloss) = &self.motor { Some(kloss) } else { None }
+    }
+    fn group_mut(&mut self) -> Option<&mut Kloss> {
+        if let Motor::Kloss(kloss) = &mut self.motor { Some(kloss) } else { None }
     }
 }

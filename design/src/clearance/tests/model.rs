@@ -3,7 +3,7 @@
 use crate::clearance::borders::Sequel;
 use crate::clearance::{Options, Report, lists, study, table};
 use crate::resource::Resource;
-use camdrive::drives::backlash::{BacklashDrive, Scene};
+use camdrive::drives::backlash::{BacklashDrive, Parameters, Scene};
 use camdrive::drives::cam_drive::{DriveMode, Start, StartMode};
 use camdrive::drives::solver::Settings;
 use camdrive::drives::{Drive, Fault};
@@ -18,15 +18,15 @@ fn profile() -> MotionLaw {
     ))
 }
 
+fn with(mut scene: Scene, change: impl FnOnce(&mut Parameters)) -> Scene {
+    change(&mut scene.parameters);
+    scene
+}
+
 /// μ = 0.25, ω = 500 rad/s, no damping.
 fn scene(cam: MotionLaw, eta: f64, s: f64) -> Scene {
     Scene {
-        m1: 0.5,
-        m2: 2.0,
-        c: 5e5,
-        b: 0.0,
-        s,
-        e: 0.0,
+        parameters: Parameters { m1: 0.5, m2: 2.0, c: 5e5, b: 0.0, s, e: 0.0 },
         cam,
         drive: DriveMode::Constant { w: 500.0 * eta, phi_start: 0.3 },
         start: Start { mode: StartMode::AtRest, q: 0.0, q_dot: 0.0 },
@@ -90,7 +90,8 @@ fn the_known_differences_of_formula_and_model() {
 /// φ of the release near `phi` and the time of the passage near `time` in closed form: permanent contact as the sum of its
 /// harmonics until F_K = 0, then the flight of two masses on a spring and a damper to the other flank.
 fn passage(scene: &Scene, w: f64, from: char, phi: f64, time: f64) -> [f64; 2] {
-    let Scene { m1, m2, c, b, s, cam, .. } = scene;
+    let Parameters { m1, m2, c, b, s, .. } = scene.parameters;
+    let cam = &scene.cam;
     let MotionLaw::Fourier(series) = cam else { unreachable!() };
     let u = |phi: f64, order: usize| cam.at(phi).0[order] * w.powi(order as i32);
     let contact = |phi: f64| {
@@ -123,7 +124,7 @@ fn passage(scene: &Scene, w: f64, from: char, phi: f64, time: f64) -> [f64; 2] {
     let [q, q_dot] = contact(release);
     let (share, reduced) = (m2 / (m1 + m2), m1 * m2 / (m1 + m2));
     let (damping, frequency) = (0.5 * b / reduced, (c / reduced - (0.5 * b / reduced).powi(2)).sqrt());
-    let across = if from == 'A' { *s } else { -s };
+    let across = if from == 'A' { s } else { -s };
     // x1 is off the centre of mass by −share q.
     let gap = |t: f64| {
         let (sin, cos) = (frequency * t).sin_cos();
@@ -143,16 +144,20 @@ fn releases_and_times_of_passage_are_those_of_the_closed_form() {
         &[0.0, -1.5756131e-2, 1.106072e-3, -1.30038e-4, -1.497498e-4, -2.411653e-4],
     );
     let drive = |w: f64| DriveMode::Constant { w, phi_start: 0.0 };
-    let damped = Scene { m1: 8.0, c: 2.33e7, b: 6820.0, drive: drive(-94.0), ..scene(damped, 0.0, 0.0) };
-    let undamped = Scene { m1: 1.7431e-2, c: 8.779589e4, drive: drive(-1.474754), ..scene(undamped, 0.0, 7.3e-9) };
-    let damped = [3e-9, 6e-9, 8e-9, 1e-8].map(|s| (Scene { s, ..damped.clone() }, -94.0));
+    let damped =
+        Scene { drive: drive(-94.0), ..with(scene(damped, 0.0, 0.0), |p| (p.m1, p.c, p.b) = (8.0, 2.33e7, 6820.0)) };
+    let undamped = Scene {
+        drive: drive(-1.474754),
+        ..with(scene(undamped, 0.0, 7.3e-9), |p| (p.m1, p.c) = (1.7431e-2, 8.779589e4))
+    };
+    let damped = [3e-9, 6e-9, 8e-9, 1e-8].map(|s| (with(damped.clone(), |p| p.s = s), -94.0));
     for (scene, w) in damped.into_iter().chain([(undamped, -1.474754)]) {
         for found in &report(&scene).laws[0].passages {
             let model = found.model.unwrap();
             let [release, time] = passage(&scene, w, found.from, model.release, model.time);
-            assert!((model.release - release).abs() < 1e-13, "s = {}: {model:?}, {release}", scene.s);
+            assert!((model.release - release).abs() < 1e-13, "s = {}: {model:?}, {release}", scene.parameters.s);
             // u of the closed form is known to 1e-18 m, a ten-thousand-millionth of s.
-            assert!((model.time / time - 1.0).abs() < 1e-9, "s = {}: {model:?}, {time}", scene.s);
+            assert!((model.time / time - 1.0).abs() < 1e-9, "s = {}: {model:?}, {time}", scene.parameters.s);
         }
     }
 }
@@ -164,7 +169,7 @@ fn in_the_limit_of_slow_drives_and_short_passages_the_model_is_the_formula() {
     for k in [0.01, 0.7, 2.0, 14.0, 22.7, 40.0] {
         for mu in [0.05, 0.25, 2.0] {
             let eta: f64 = 1e-4;
-            let scene = Scene { m1: mu * 2.0, ..scene(cosine.clone(), eta, k * 0.02 * eta.powi(3)) };
+            let scene = with(scene(cosine.clone(), eta, k * 0.02 * eta.powi(3)), |p| p.m1 = mu * 2.0);
             let report = report(&scene);
             for passage in &report.laws[0].passages {
                 let (formula, model) = (passage.formula.unwrap(), passage.model.unwrap());
@@ -231,7 +236,7 @@ fn mirrored_and_reversed_drives_have_the_same_passages() {
 #[test]
 fn a_damped_drive_settles_to_one_passage_per_change_of_sign() {
     // D = 0.6: nothing of a vibration lasts to the next passage.
-    let damped = Scene { b: 1200.0, ..scene(profile(), 0.05, 5e-5) };
+    let damped = with(scene(profile(), 0.05, 5e-5), |p| p.b = 1200.0);
     let report = run(&damped, &Options { quick: true, ..Options::default() }).unwrap();
     let study = &report.laws[0];
     let settled = study.settled.unwrap();
@@ -247,7 +252,7 @@ fn a_damped_drive_settles_to_one_passage_per_change_of_sign() {
 
 #[test]
 fn restitution_is_told_from_the_formulas() {
-    let report = report(&Scene { e: 0.5, ..scene(profile(), 0.05, 5e-5) });
+    let report = report(&with(scene(profile(), 0.05, 5e-5), |p| p.e = 0.5));
     let study = &report.laws[0];
     assert!(study.passages.iter().all(|p| p.model.unwrap().sequel == Sequel::Rebound));
     assert!(study.remarks.iter().any(|remark| remark.contains("e = 0.5")), "{:?}", study.remarks);
@@ -273,7 +278,7 @@ fn laws_are_compared_at_the_same_task() {
     };
     let cycle = |law| MotionLaw::Cycle(Cycle::new(CyclePlan { rise_law: law, return_law: law, ..plan }));
     let laws = vec![("modified_sine".to_owned(), cycle(StandardLaw::ModifiedSine)), ("profile".to_owned(), profile())];
-    let damped = Scene { b: 300.0, ..scene(cycle(StandardLaw::InclinedSine), 0.02, 5e-5) };
+    let damped = with(scene(cycle(StandardLaw::InclinedSine), 0.02, 5e-5), |p| p.b = 300.0);
     let report = run(&damped, &Options { turns: Some(4), quick: true, laws, ..Options::default() }).unwrap();
     assert_eq!(report.laws.len(), 3);
     let [bestehorn, sine, _] = [&report.laws[0], &report.laws[1], &report.laws[2]];
@@ -293,7 +298,7 @@ fn laws_are_compared_at_the_same_task() {
 
 #[test]
 fn every_law_has_all_its_intervals_of_admissible_frequencies() {
-    let of = |law: MotionLaw, e: f64| Scene { b: 300.0, e, ..scene(law, 0.05, 5e-5) };
+    let of = |law: MotionLaw, e: f64| with(scene(law, 0.05, 5e-5), |p| (p.b, p.e) = (300.0, e));
     let other = || MotionLaw::Fourier(Fourier::new(vec![0.0, -0.012, 0.001], vec![0.0, 0.0005]));
     let options = || Options { turns: Some(2), laws: vec![("other".to_owned(), other())], ..Options::default() };
     let report = run(&of(profile(), 0.0), &options()).unwrap();
@@ -325,7 +330,7 @@ fn what_cannot_be_studied_says_why() {
     };
     refused(&Scene { drive: DriveMode::Input, ..plain.clone() }, Options::default(), &["inputs", "--speed"]);
     refused(&plain, Options { speed: Some(0.0), ..Options::default() }, &["0 rad/s", "--speed"]);
-    refused(&Scene { s: 0.0, ..plain.clone() }, Options::default(), &["clearance", "0 m", "--clearance"]);
+    refused(&with(plain.clone(), |p| p.s = 0.0), Options::default(), &["clearance", "0 m", "--clearance"]);
     refused(&plain, Options { clearance: Some(-1.0), ..Options::default() }, &["clearance", "-1 m"]);
     refused(&plain, Options { ignore: Some(1.0), ..Options::default() }, &["--ignore"]);
     // At a resonance without damping there is no motion of permanent contact; the formulas remain, and the run from rest.
@@ -348,7 +353,7 @@ fn what_cannot_be_studied_says_why() {
 fn an_admissible_frequency_speed_or_clearance_is_one_for_the_model_too() {
     // The weak passage of the profile is followed by a release; what the formulas recommend mends it, with room for
     // their own error of some per cent.
-    let plain = Scene { b: 100.0, ..scene(profile(), 0.05, 5e-5) };
+    let plain = with(scene(profile(), 0.05, 5e-5), |p| p.b = 100.0);
     let sequels = |options: Options| -> Vec<Sequel> {
         let report = run(&plain, &Options { turns: Some(2), quick: true, ..options }).unwrap();
         report.laws[0].passages.iter().map(|p| p.model.unwrap().sequel).collect()
@@ -386,7 +391,7 @@ fn an_admissible_frequency_speed_or_clearance_is_one_for_the_model_too() {
 #[test]
 fn countless_bounces_end_with_a_word_of_it() {
     // Elastic bounces within a clearance of an atom.
-    let lively = Scene { e: 1.0, b: 1.0, ..scene(profile(), 0.002, 1e-12) };
+    let lively = with(scene(profile(), 0.002, 1e-12), |p| (p.e, p.b) = (1.0, 1.0));
     let report = run(&lively, &Options { turns: Some(1000), ..Options::default() }).unwrap();
     let study = &report.laws[0];
     assert!(study.passages.iter().all(|p| p.formula.is_some()) && study.settled.is_none());

@@ -1,13 +1,18 @@
 //! What the drive can be spared.
 
 use super::{RigidFollower, Simplification, fewer_harmonics};
-use camdrive::drives::backlash::Scene;
+use camdrive::drives::backlash::{Parameters, Scene};
 
 pub fn of(scene: &Scene) -> Vec<Simplification<Scene>> {
-    let (m, law) = (scene.m1 + scene.m2, scene.cam.clone());
+    let (m, law) = (scene.parameters.m1 + scene.parameters.m2, scene.cam.clone());
     let mut list = Vec::new();
-    if scene.s > 0.0 {
-        list.push(Simplification::scene("the clearance", "s = 0", Scene { s: 0.0, ..scene.clone() }));
+    let without = |parameter: fn(&mut Parameters) -> &mut f64| {
+        let mut scene = scene.clone();
+        *parameter(&mut scene.parameters) = 0.0;
+        scene
+    };
+    if scene.parameters.s > 0.0 {
+        list.push(Simplification::scene("the clearance", "s = 0", without(|p| &mut p.s)));
     }
     // Both masses ride on flank A as one: F_K = (m1 + m2) Ü.
     list.push(Simplification::formula(
@@ -24,11 +29,11 @@ pub fn of(scene: &Scene) -> Vec<Simplification<Scene>> {
             out[11..].copy_from_slice(&[force, slope * force]);
         },
     ));
-    if scene.e > 0.0 {
-        list.push(Simplification::scene("restitution", "e = 0", Scene { e: 0.0, ..scene.clone() }));
+    if scene.parameters.e > 0.0 {
+        list.push(Simplification::scene("restitution", "e = 0", without(|p| &mut p.e)));
     }
-    if scene.b > 0.0 {
-        list.push(Simplification::scene("damping", "b = 0", Scene { b: 0.0, ..scene.clone() }));
+    if scene.parameters.b > 0.0 {
+        list.push(Simplification::scene("damping", "b = 0", without(|p| &mut p.b)));
     }
     for fewer in fewer_harmonics(&scene.cam) {
         let rest = Scene { cam: fewer.law, ..scene.clone() };

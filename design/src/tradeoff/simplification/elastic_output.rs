@@ -4,7 +4,7 @@ use super::{CamDriveParts, RigidFollower, Simplification, of_cam_drive};
 use camdrive::drives::elastic_output::Scene;
 
 pub fn of(scene: &Scene) -> Vec<Simplification<Scene>> {
-    let (m, law) = (scene.m, scene.cam.clone());
+    let (m, law) = (scene.parameters.m, scene.cam.clone());
     // q → 0 while force = −(c q + b q̇) = m ÿ stays, as for c → ∞ in the equation of motion.
     let mut list = vec![Simplification::formula(
         "the elasticity of the output member",
@@ -18,7 +18,7 @@ pub fn of(scene: &Scene) -> Vec<Simplification<Scene>> {
         },
     )];
     list.extend(of_cam_drive(scene, |s| CamDriveParts {
-        damping: &mut s.b,
+        damping: &mut s.parameters.b,
         drive: &s.drive,
         start: &mut s.start.mode,
         law: &mut s.cam,

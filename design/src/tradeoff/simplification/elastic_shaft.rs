@@ -4,7 +4,7 @@ use super::{CamDriveParts, RigidFollower, Simplification, of_cam_drive};
 use camdrive::drives::elastic_shaft::Scene;
 
 pub fn of(scene: &Scene) -> Vec<Simplification<Scene>> {
-    let (m, inertia, law) = (scene.m, scene.inertia, scene.cam.clone());
+    let (m, inertia, law) = (scene.parameters.m, scene.parameters.inertia, scene.cam.clone());
     // q → 0 while tau = −(c q + b q̇) = (J + m U′²) α + m U′U″ ω² stays, as for c → ∞ in the equation of motion; the
     // mass takes U′ times its force m ÿ of it.
     let mut list = vec![Simplification::formula(
@@ -22,7 +22,7 @@ pub fn of(scene: &Scene) -> Vec<Simplification<Scene>> {
         list.push(Simplification::scene("the nonlinearity of the shaft", "linear in the twist", linear));
     }
     list.extend(of_cam_drive(scene, |s| CamDriveParts {
-        damping: &mut s.b,
+        damping: &mut s.parameters.b,
         drive: &s.drive,
         start: &mut s.start.mode,
         law: &mut s.cam,

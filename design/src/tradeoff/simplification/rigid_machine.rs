@@ -1,16 +1,16 @@
 //! What the machine can be spared.
 
 use super::{Simplification, fewer_harmonics};
-use camdrive::drives::rigid_machine::{Follower, Inertia, InertiaFunction, Motor, Place, Scene};
+use camdrive::drives::rigid_machine::{Follower, Inertia, InertiaFunction, Kloss, Motor, Place, Scene};
 use camdrive::numerics::angle;
 use camdrive::numerics::double_double::Double;
 use std::f64::consts::TAU;
 
 pub fn of(scene: &Scene) -> Vec<Simplification<Scene>> {
     let mut list = Vec::new();
-    if let Motor::Kloss { dynamics: Some(_), .. } = scene.motor {
+    if let Motor::Kloss(Kloss { dynamics: Some(_), .. }) = scene.motor {
         let mut motor = scene.motor;
-        if let Motor::Kloss { dynamics, .. } = &mut motor {
+        if let Motor::Kloss(Kloss { dynamics, .. }) = &mut motor {
             *dynamics = None;
         }
         let quasi_static = Scene { motor, ..scene.clone() };
@@ -57,7 +57,7 @@ fn mean(inertia: &Inertia) -> f64 {
 /// The machine at its mean speed: φ̈ = 0, and the torque that this takes, M_an = ½ J′ω².
 fn constant_speed(scene: &Scene, inertia: Inertia) -> Simplification<Scene> {
     let followers = scene.followers.clone();
-    let motor = matches!(scene.motor, Motor::Kloss { .. });
+    let motor = matches!(scene.motor, Motor::Kloss(_));
     let mut outputs: Vec<String> = ["phi", "w", "a", "J", "E"].map(str::to_owned).into();
     if motor {
         outputs.push("M_an".to_owned());

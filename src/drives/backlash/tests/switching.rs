@@ -5,7 +5,7 @@ use crate::motion::{Cycle, CyclePlan, StandardLaw};
 
 /// m1, thrown off a flank with the acceleration 100 m/s² and the jerk j; m2 is all but free, held by b (N·s/m).
 fn thrown([e, b]: [f64; 2], v0: f64, jerk: f64, end: f64) -> (Run, Vec<Event>) {
-    let bodies = Bodies::new(2.0, 1.0, 1e-6, b, 1.0, e);
+    let bodies = Bodies::new(&Parameters { m1: 2.0, m2: 1.0, c: 1e-6, b, s: 1.0, e });
     let motion = CubicFlank { speed: 0.0, start: 100.0, jerk };
     let state = State { q: [0.0; 2], home: 0.0, zeta: [0.0, v0] };
     ran(&bodies, &motion, (state, 1), end)
@@ -72,7 +72,7 @@ fn impulses_are_what_the_contact_force_leaves_of_the_momentum() {
         (slow(0.99, 0.0), 2.5),
         (slow(0.99, 60.0), 2.5),
     ] {
-        let case = (scene.e, scene.b);
+        let case = (scene.parameters.e, scene.parameters.b);
         let mut drive = started(scene.clone());
         let mut events = Vec::new();
         let received = observe(&mut drive, 0.0, end, &mut events);
@@ -119,7 +119,8 @@ fn bounces_that_the_flank_cuts_short_do_not_end_in_sticking() {
 fn a_step_of_countless_switching_instants_ends_with_a_clear_fault() {
     // 1e4 s of elastic bounces; 1 s of a vibration at 1e12 rad/s that opens and closes the contact near a release.
     let elastic = scene(50.0, 3e-4, 0.0, 1.0);
-    let stiff = Scene { m2: 1e-9, c: 1e15, ..scene(50.0, 1e-4, 0.0, 0.5) };
+    let mut stiff = scene(50.0, 1e-4, 0.0, 0.5);
+    (stiff.parameters.m2, stiff.parameters.c) = (1e-9, 1e15);
     for (scene, step) in [(elastic, 1e4), (stiff, 1.0)] {
         let fault = started(scene).advance(0.0, step).unwrap_err();
         assert!(fault.0.contains("work of one call") && fault.0.contains("shorten the communication step"), "{fault}");
@@ -129,7 +130,7 @@ fn a_step_of_countless_switching_instants_ends_with_a_clear_fault() {
 #[test]
 fn a_mass_that_rests_for_no_time_is_released() {
     // z = 1 mm − 1 m/s t + 50 m/s² t²: m1 meets flank A, which falls away from it at 100 m/s².
-    let bodies = Bodies::new(1.0, 1.0, 1e-6, 0.0, 1.0, 0.0);
+    let bodies = Bodies::new(&Parameters { m1: 1.0, m2: 1.0, c: 1e-6, b: 0.0, s: 1.0, e: 0.0 });
     let motion = CubicFlank { speed: 0.0, start: -100.0, jerk: 0.0 };
     let state = State { q: [0.0; 2], home: 0.0, zeta: [1e-3, -1.0] };
     let (run, events) = ran(&bodies, &motion, (state, 0), 2e-3);
@@ -154,7 +155,7 @@ fn a_grazing_mass_strikes_only_if_it_reaches_the_flank() {
     // m1 = m2 = c = 1 on a resting flank: z = z₀ + ½(q₀ − q), lowest where q = −q₀ > 0.
     for margin in [1e-3, 1e-6, 1e-9, 1e-12] {
         for sign in [1.0, -1.0] {
-            let bodies = Bodies::new(1.0, 1.0, 1.0, 0.0, 10.0, 0.0);
+            let bodies = Bodies::new(&Parameters { m1: 1.0, m2: 1.0, c: 1.0, b: 0.0, s: 10.0, e: 0.0 });
             let motion = CubicFlank { speed: 0.0, start: 0.0, jerk: 0.0 };
             let state = State { q: [-1.0, 0.0], home: 0.0, zeta: [1.0 + sign * margin, 0.0] };
             let (_, events) = ran(&bodies, &motion, (state, 0), 4.0);
@@ -198,7 +199,7 @@ fn slow_motion_is_the_same_motion() {
     let mut drive = started(scene(50.0, 3e-4, 60.0, 0.5));
     drive.advance(0.0, end).unwrap();
     let mut slow = scene(50.0 / lambda, 3e-4, 60.0 / lambda, 0.5);
-    slow.c /= lambda * lambda;
+    slow.parameters.c /= lambda * lambda;
     let mut slow = started(slow);
     slow.advance(0.0, lambda * end).unwrap();
     for (one, other) in drive.log.iter().zip(slow.log.iter()) {
@@ -216,7 +217,7 @@ fn without_clearance_the_drive_is_the_elastic_output_drive() {
         let mut scene = scene(w, 0.0, b, 0.0);
         scene.cam = MotionLaw::Fourier(Fourier::new(vec![0.0, 0.01], vec![]));
         scene.start.mode = StartMode::SteadyState;
-        let (m2, c) = (scene.m2, scene.c);
+        let (m2, c) = (scene.parameters.m2, scene.parameters.c);
         let mut drive = started(scene);
         let omega = (c / m2).sqrt();
         let (nu, delta) = (w / omega, b / (2.0 * m2 * omega));
@@ -272,7 +273,8 @@ fn a_mass_at_rest_in_a_dwell_rises_with_any_law() {
     for law in StandardLaw::ALL {
         for e in [0.0, 0.5, 0.7055754424178495, 1.0] {
             let mut scene = scene(71.77168521432267, 2.5315471307450462e-5, 0.0, e);
-            (scene.m1, scene.m2, scene.c) = (1.2588556460051805, 1.3124240218301784, 306694.57729719696);
+            (scene.parameters.m1, scene.parameters.m2, scene.parameters.c) =
+                (1.2588556460051805, 1.3124240218301784, 306694.57729719696);
             scene.cam = MotionLaw::Cycle(Cycle::new(CyclePlan {
                 rise_law: law,
                 return_law: law,
@@ -297,7 +299,8 @@ fn a_mass_at_rest_in_a_dwell_rises_with_any_law() {
 fn stiff_and_overdamped_drives_keep_the_balances() {
     // Two turns at natural frequencies up to 5e5 rad/s, and with modes that die out within 1e-12 s.
     for (c, b, e) in [(5e5, 1e8, 0.5), (5e11, 1e3, 0.0), (5e11, 0.0, 0.0), (5e5, 1e12, 1.0), (5e-4, 0.0, 0.0)] {
-        let mut drive = started(Scene { c, b, e, ..scene(50.0, 3e-4, 60.0, e) });
+        let scene = scene(50.0, 3e-4, 60.0, e);
+        let mut drive = started(Scene { parameters: Parameters { c, b, e, ..scene.parameters }, ..scene });
         let (p0, e0) = (momentum(&drive), energy(&drive));
         let (mut impulse, mut work, mut largest) = (0.0, 0.0, e0);
         let h = 4e-3;

@@ -13,9 +13,10 @@ fn get(drive: &ElasticOutput, name: &str) -> f64 {
 /// panel is at most 8 rad of the fastest wave and ends where the law has a breakpoint.
 fn missed(drive: &mut ElasticOutput, w: f64) -> f64 {
     let law = drive.cam().law.clone();
-    let rate = drive.oscillator().rates().1.max(law.resolution() * w.abs());
-    let energy =
-        |drive: &ElasticOutput| 0.5 * (drive.m * get(drive, "der(y)").powi(2) + drive.c * get(drive, "q").powi(2));
+    let rate = drive.parameters.oscillator().rates().1.max(law.resolution() * w.abs());
+    let energy = |drive: &ElasticOutput| {
+        0.5 * (drive.parameters.m * get(drive, "der(y)").powi(2) + drive.parameters.c * get(drive, "q").powi(2))
+    };
     let before = energy(drive);
     let (mut work, mut exchanged) = (0.0, before);
     for _ in 0..40 {
@@ -25,7 +26,7 @@ fn missed(drive: &mut ElasticOutput, w: f64) -> f64 {
         let [part, size] = Gauss::with(16).integrate(length, |s| {
             let mut there = drive.clone();
             there.advance(start, s).unwrap();
-            let power = get(&there, "tau") * w - there.b * get(&there, "der(q)").powi(2);
+            let power = get(&there, "tau") * w - there.parameters.b * get(&there, "der(q)").powi(2);
             [power, power.abs()]
         });
         drive.advance(start, length).unwrap();

@@ -27,7 +27,7 @@ fn run_on_inputs(per_second: u32, look: u32) -> ([f64; 2], f64) {
         }
         drive.cam.set_inputs(motion(time));
         if time == 1.6 {
-            drive.c = 1.3e4;
+            drive.parameters.c = 1.3e4;
         }
         if n % look == 0 || time == 1.6 {
             drive.apply(time).unwrap();

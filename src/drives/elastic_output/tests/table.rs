@@ -32,13 +32,13 @@ fn what_is_too_stiff_for_a_table_and_what_was_tuned_goes_on_in_pieces() {
     let mut tuned = turning([1.0, 2e4, 12.0]);
     run(&mut tuned, 0.1, 0.01);
     assert!(tuned.response.is_on_table());
-    tuned.b = 13.0;
+    tuned.parameters.b = 13.0;
     tuned.apply(0.1).unwrap();
     assert!(!tuned.response.is_on_table());
     let expected = {
         let mut drive = turning([1.0, 2e4, 12.0]);
         run(&mut drive, 0.1, 0.1);
-        drive.b = 13.0;
+        drive.parameters.b = 13.0;
         drive.apply(0.1).unwrap();
         run(&mut drive, 0.5, 0.4)
     };

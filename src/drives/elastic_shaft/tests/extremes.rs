@@ -65,10 +65,7 @@ pub(super) fn random_scene(r: &mut Random) -> (Scene, f64) {
     let w = frequency / r.scale(1.0 / 3.0, 30.0) * if r.next() < 0.3 { -1.0 } else { 1.0 };
     let b = if r.next() < 0.1 { 0.0 } else { 2.0 * r.scale(1e-3, 2.0) * (c * inertia).sqrt() };
     let scene = Scene {
-        m,
-        inertia,
-        c,
-        b,
+        parameters: Parameters { m, inertia, c, b },
         linear: r.next() < 0.5,
         cam,
         drive: DriveMode::Constant { w, phi_start: r.between(-10.0, 10.0) },
@@ -165,10 +162,7 @@ fn extreme_inertia_ratios_and_orders_give_the_numbers_of_the_integrator() {
                 let (m, c) = (20.0, 2000.0);
                 let inertia = m * cam.bound(1).powi(2) * 10f64.powi(exponent);
                 let scene = Scene {
-                    m,
-                    inertia,
-                    c,
-                    b: 2.0 * damping * (c * inertia).sqrt(),
+                    parameters: Parameters { m, inertia, c, b: 2.0 * damping * (c * inertia).sqrt() },
                     linear: true,
                     cam: cam.clone(),
                     drive: DriveMode::Constant { w, phi_start: 0.2 },
@@ -214,10 +208,7 @@ fn the_estimate_of_a_cam_without_inertia_does_not_grow_over_thousands_of_steps()
     let inertia = m * three_harmonics().bound(1).powi(2) * 1e-12;
     let run = |tolerance: f64| {
         let mut drive = started(Scene {
-            m,
-            inertia,
-            c,
-            b: 0.0,
+            parameters: Parameters { m, inertia, c, b: 0.0 },
             linear: false,
             cam: three_harmonics(),
             drive: DriveMode::Constant { w: 20.0, phi_start: -0.1 },
@@ -237,10 +228,7 @@ fn a_vibration_that_dies_out_is_followed_to_rest() {
     // At 1e-9 rad/s the twist comes to rest at some 1e-27 rad, in whose rounding the last of q̇ vanishes.
     for (method, span, steps) in [(Method::Adaptive, 2000.0, 6), (Method::FixedCost, 30.0, 300)] {
         let mut drive = started(Scene {
-            m: 20.0,
-            inertia: 0.05,
-            c: 2000.0,
-            b: 0.6,
+            parameters: Parameters { m: 20.0, inertia: 0.05, c: 2000.0, b: 0.6 },
             linear: false,
             cam: three_harmonics(),
             drive: DriveMode::Constant { w: 1e-9, phi_start: 0.3 },

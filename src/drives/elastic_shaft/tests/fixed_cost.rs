@@ -100,7 +100,7 @@ fn honesty(seed: u64, on_inputs: bool, settings: impl Fn(&mut Random, &Case) -> 
 
 /// Half of the cases with the usual step, half with one of a tenth to one radian of vibration or highest harmonic.
 fn random_step(r: &mut Random, case: &Case) -> Settings {
-    let vibration = (case.scene.inertia / case.scene.c).sqrt();
+    let vibration = (case.scene.parameters.inertia / case.scene.parameters.c).sqrt();
     let harmonic = (case.scene.cam.resolution() * case.ramp[1].abs()).recip();
     let step = vibration.min(harmonic) * r.scale(0.1, 1.0);
     fixed_cost(if r.next() < 0.5 { 0.0 } else { step })
@@ -225,8 +225,8 @@ fn growth_without_bound_ends_in_a_fault() {
     // The speed at which the stiffness swings twice per vibration, without damping: by the table, by the tolerance and
     // by equal steps.
     let order = MotionLaw::Fourier(Fourier::new(vec![0.0, 0.2], vec![]));
-    let unstable =
-        Scene { b: 0.0, m: 60.0, ..manipulator(order, true, DriveMode::Constant { w: 95.0, phi_start: 0.3 }) };
+    let mut unstable = manipulator(order, true, DriveMode::Constant { w: 95.0, phi_start: 0.3 });
+    (unstable.parameters.b, unstable.parameters.m) = (0.0, 60.0);
     for way in 0..3 {
         let mut scene = unstable.clone();
         if way == 2 {

@@ -7,8 +7,8 @@ use super::*;
 fn acceleration(scene: &Scene, t: f64, [q, v]: [f64; 2]) -> f64 {
     let DriveMode::Constant { w, phi_start } = scene.drive else { unreachable!() };
     let [_, u1, u2, ..] = scene.cam.at((phi_start + w * t + q).rem_euclid(std::f64::consts::TAU)).0;
-    let load = scene.m * u1 * u2 * (w + v).powi(2) + scene.b * v + scene.c * q;
-    -load / (scene.inertia + scene.m * u1 * u1)
+    let load = scene.parameters.m * u1 * u2 * (w + v).powi(2) + scene.parameters.b * v + scene.parameters.c * q;
+    -load / (scene.parameters.inertia + scene.parameters.m * u1 * u1)
 }
 
 /// (q, q̇) after each of `count` equal parts of `span`, with `fine` steps in each.
@@ -62,10 +62,7 @@ fn decaying(law: StandardLaw) -> Scene {
         return_law: law,
     };
     Scene {
-        m: 5.147,
-        inertia: 0.03137,
-        c: 104.7,
-        b: 0.6524,
+        parameters: Parameters { m: 5.147, inertia: 0.03137, c: 104.7, b: 0.6524 },
         linear: false,
         cam: MotionLaw::Cycle(Cycle::new(plan)),
         drive: DriveMode::Constant { w: 1.996, phi_start: 2.2413 },
@@ -100,8 +97,8 @@ fn no_visit_to_another_segment_is_too_short() {
         let amplitude = 0.1;
         scene.drive = DriveMode::Constant { w: 0.0, phi_start: 0.58 - amplitude + depth };
         scene.start = Start { mode: StartMode::Given, q: -amplitude, q_dot: 0.0 };
-        (scene.m, scene.b) = (300.0, 0.0);
-        let span = 20.0 * std::f64::consts::TAU * (scene.inertia / scene.c).sqrt();
+        (scene.parameters.m, scene.parameters.b) = (300.0, 0.0);
+        let span = 20.0 * std::f64::consts::TAU * (scene.parameters.inertia / scene.parameters.c).sqrt();
         let truth = runge_kutta(&scene, span, 1000, 200);
         for tolerance in [1e-4, 1e-5, 1e-6, 1e-7] {
             let (error, estimate, _) = outcome(&scene, tolerance, span, &truth);
@@ -120,10 +117,7 @@ fn acceleration_that_begins_in_a_dwell() {
         for tolerance in [1e-10, 1e-12, 1e-14] {
             let solver = Settings { tolerance, ..Settings::default() };
             let scene = Scene {
-                m: 0.022,
-                inertia: 2.1e-7,
-                c: 2.5,
-                b: 2.8e-6,
+                parameters: Parameters { m: 0.022, inertia: 2.1e-7, c: 2.5, b: 2.8e-6 },
                 linear: false,
                 solver,
                 ..manipulator(law.clone(), false, DriveMode::Input)
@@ -169,10 +163,12 @@ fn passages_where_the_acceleration_jumps_are_not_late() {
     let truth = [[1.6012078560362188, 2.8176], [1.6252739068216398, 4.7511], [-1108.383948656965, 2098.53]];
     for tolerance in [0.0, 1e-11, 1e-12] {
         let scene = Scene {
-            m: 0.6125795739257567,
-            inertia: 0.006855831203245369,
-            c: 4.312996805705326,
-            b: 0.0,
+            parameters: Parameters {
+                m: 0.6125795739257567,
+                inertia: 0.006855831203245369,
+                c: 4.312996805705326,
+                b: 0.0,
+            },
             linear: true,
             cam: MotionLaw::Cycle(Cycle::new(plan)),
             drive: DriveMode::Input,

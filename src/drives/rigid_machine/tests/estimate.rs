@@ -96,8 +96,9 @@ pub(super) fn random_machine(r: &mut Random, kind: usize) -> (Scene, [f64; 3], [
         .collect();
     let synchronous = r.order(5.0, 100.0);
     let breakdown_torque = constant * synchronous * synchronous * r.order(0.01, 1.0);
-    let kloss =
-        |dynamics| Motor::Kloss { breakdown_torque, breakdown_slip: 0.0, synchronous_speed: synchronous, dynamics };
+    let kloss = |dynamics| {
+        Motor::Kloss(Kloss { breakdown_torque, breakdown_slip: 0.0, synchronous_speed: synchronous, dynamics })
+    };
     let turn = TAU / synchronous;
     let mut motor = match kind % 4 {
         0 => kloss(None),
@@ -105,7 +106,7 @@ pub(super) fn random_machine(r: &mut Random, kind: usize) -> (Scene, [f64; 3], [
         2 => Motor::Input,
         _ => Motor::None,
     };
-    if let Motor::Kloss { breakdown_slip, .. } = &mut motor {
+    if let Motor::Kloss(Kloss { breakdown_slip, .. }) = &mut motor {
         *breakdown_slip = r.order(0.02, 0.5);
     }
     let duration = turn * r.order(1.0, 50.0);
@@ -159,7 +160,8 @@ pub(super) fn errors(scene: Scene, load: [f64; 3], driving: [f64; 3], duration: 
         top_speed = top_speed.max(y[1].abs());
         travelled = travelled.max((y[0] - start[0]).abs());
     }
-    let breakdown = if let Motor::Kloss { breakdown_torque, .. } = machine.motor { breakdown_torque } else { 1.0 };
+    let breakdown =
+        if let Motor::Kloss(Kloss { breakdown_torque, .. }) = machine.motor { breakdown_torque } else { 1.0 };
     let [phi, w, torque] = differences;
     let error = (phi / travelled).max(w / top_speed).max(torque / breakdown);
     Some([error, get(&machine, "solver.error_estimate")])

@@ -17,8 +17,12 @@ fn short_wave() -> Scene {
     let mut a = vec![0.0; 9];
     (a[1], a[8]) = (-1.6e-3, 1e-6);
     let wave = Fourier::new(a, vec![0.0, 3e-4]);
-    let motor =
-        Motor::Kloss { breakdown_torque: 11.2, breakdown_slip: 1.09, synchronous_speed: 9.9, dynamics: Some(1.6e-3) };
+    let motor = Motor::Kloss(Kloss {
+        breakdown_torque: 11.2,
+        breakdown_slip: 1.09,
+        synchronous_speed: 9.9,
+        dynamics: Some(1.6e-3),
+    });
     Scene {
         inertia: InertiaFunction { constant: 0.055, varying: None },
         followers: vec![Follower::new(9.8, MotionLaw::Cycle(cycle)), Follower::new(1.56, MotionLaw::Fourier(wave))],

@@ -20,7 +20,12 @@ fn machine(s_k: f64, lag: Option<f64>) -> Scene {
     Scene {
         inertia: InertiaFunction { constant: 1.0, varying: Some(MotionLaw::Fourier(Fourier::new(a, b))) },
         followers: Vec::new(),
-        motor: Motor::Kloss { breakdown_torque: 15.0, breakdown_slip: s_k, synchronous_speed: 50.0, dynamics: lag },
+        motor: Motor::Kloss(Kloss {
+            breakdown_torque: 15.0,
+            breakdown_slip: s_k,
+            synchronous_speed: 50.0,
+            dynamics: lag,
+        }),
         phi_start: 0.0,
         w_start: 0.0,
         start: MachineStart::Given,
@@ -93,7 +98,7 @@ fn the_free_motion_keeps_its_energy_and_its_period() {
 fn uniform(s_k: f64, synchronous_speed: f64, lag: Option<f64>) -> Scene {
     Scene {
         inertia: InertiaFunction { constant: 2.0, varying: None },
-        motor: Motor::Kloss { breakdown_torque: 15.0, breakdown_slip: s_k, synchronous_speed, dynamics: lag },
+        motor: Motor::Kloss(Kloss { breakdown_torque: 15.0, breakdown_slip: s_k, synchronous_speed, dynamics: lag }),
         ..machine(s_k, None)
     }
 }
@@ -210,7 +215,12 @@ fn motions_that_cannot_be_followed_are_told() {
             constant: 1.0,
             varying: Some(MotionLaw::Fourier(Fourier::new(vec![0.0, 0.02], vec![]))),
         },
-        motor: Motor::Kloss { breakdown_torque: 400.0, breakdown_slip: 0.01, synchronous_speed: 10.0, dynamics: lag },
+        motor: Motor::Kloss(Kloss {
+            breakdown_torque: 400.0,
+            breakdown_slip: 0.01,
+            synchronous_speed: 10.0,
+            dynamics: lag,
+        }),
         ..machine(0.01, None)
     };
     let without = periodic_motions(&scene(None), 160.0).unwrap();

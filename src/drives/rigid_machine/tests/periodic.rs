@@ -12,8 +12,12 @@ fn without_table(scene: Scene) -> RigidMachine {
 
 #[test]
 fn a_machine_that_reads_the_table_moves_as_one_that_solves() {
-    let backwards =
-        Motor::Kloss { breakdown_torque: 220.0, breakdown_slip: 0.16, synchronous_speed: -SYNCHRONOUS, dynamics: None };
+    let backwards = Motor::Kloss(Kloss {
+        breakdown_torque: 220.0,
+        breakdown_slip: 0.16,
+        synchronous_speed: -SYNCHRONOUS,
+        dynamics: None,
+    });
     let scenes = [
         loom(kloss(0.16), 0.0, 0.7 * SYNCHRONOUS),
         loom(kloss(0.02), 1.3, SYNCHRONOUS),

@@ -235,7 +235,8 @@ pub(super) fn random_machine(r: &mut Random, number: usize) -> (Scene, [f64; 3],
     let breakdown_torque = constant * synchronous * synchronous * r.order(0.02, 1.0);
     let breakdown_slip = r.order(0.05, 0.5);
     let turn = TAU / synchronous.abs();
-    let kloss = |dynamics| Motor::Kloss { breakdown_torque, breakdown_slip, synchronous_speed: synchronous, dynamics };
+    let kloss =
+        |dynamics| Motor::Kloss(Kloss { breakdown_torque, breakdown_slip, synchronous_speed: synchronous, dynamics });
     let motor = match kind % 4 {
         0 => kloss(None),
         1 => kloss(Some(turn * r.order(0.02, 2.0))),
@@ -303,7 +304,8 @@ fn errors(scene: Scene, load: [f64; 3], driving: [f64; 3], duration: f64) -> Opt
         let now = [phi, w - truth.y[1], torque];
         differences = std::array::from_fn(|k| differences[k].max(now[k].abs()));
     }
-    let breakdown = if let Motor::Kloss { breakdown_torque, .. } = machine.motor { breakdown_torque } else { 1.0 };
+    let breakdown =
+        if let Motor::Kloss(Kloss { breakdown_torque, .. }) = machine.motor { breakdown_torque } else { 1.0 };
     let [phi, w, torque] = differences;
     let error = (phi / truth.travelled.max(1.0)).max(w / truth.top_speed).max(torque / breakdown);
     Some(([error, get(&machine, "solver.error_estimate")], truth.reversed))

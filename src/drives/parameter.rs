@@ -1,0 +1,152 @@
+//! The numbers of a drive that its scene gives and its FMU has as parameters: what is to be said of each is said once, and the
+//! scene's reader, the variables and their documentation follow from it.
+
+use super::List;
+use super::unit::Quantity;
+use super::variable::{Variability, real_within};
+
+/// A number with its key in the scene and its name in the FMU.
+pub struct Parameter<P: 'static> {
+    /// The name in the FMU.
+    pub name: &'static str,
+    /// The key in its section of the scene.
+    pub key: &'static str,
+    /// One sentence.
+    pub text: &'static str,
+    /// Quantity and unit.
+    pub quantity: &'static Quantity,
+    /// The admissible range, borders included.
+    pub range: [f64; 2],
+    /// What it is where the scene does not give it; None where it must.
+    pub default: Option<f64>,
+    /// Usual magnitude.
+    pub nominal: Option<f64>,
+    /// Fixed or tunable.
+    pub variability: Variability,
+    /// Reads it.
+    pub get: fn(&P) -> f64,
+    /// Writes it.
+    pub set: fn(&mut P, f64),
+}
+
+/// A group of parameters.
+pub trait Parameters: Sized + 'static {
+    /// The section of the scene that holds them.
+    const SECTION: &'static str;
+    /// In the order of their value references.
+    const TABLE: &'static [Parameter<Self>];
+}
+
+/// A drive with such a group.
+pub trait Has<P> {
+    /// The group; None where the scene has none.
+    fn group(&self) -> Option<&P>;
+    /// The group, to change it.
+    fn group_mut(&mut self) -> Option<&mut P>;
+}
+
+impl<D> List<D> {
+    /// Declares a group of parameters.
+    pub fn group<P: Parameters>(&mut self)
+    where
+        D: Has<P>,
+    {
+        for (i, p) in P::TABLE.iter().enumerate() {
+            let kind = real_within(p.quantity, p.range[0], p.range[1]);
+            let variable = self.parameter(p.name, p.text.trim_start(), kind, get::<D, P>, set::<D, P>).at(i);
+            variable.description.variability = p.variability;
+            variable.key(&format!("{}.{}", P::SECTION, p.key));
+            if let Some(nominal) = p.nominal {
+                variable.nominal(nominal);
+            }
+        }
+    }
+}
+
+fn get<D: Has<P>, P: Parameters>(drive: &D, which: usize) -> f64 {
+    drive.group().map_or(0.0, P::TABLE[which].get)
+}
+
+fn set<D: Has<P>, P: Parameters>(drive: &mut D, which: usize, value: f64) {
+    if let Some(group) = drive.group_mut() {
+        (P::TABLE[which].set)(group, value);
+    }
+}
+
+/// Declares a group of parameters: a struct of numbers, which is a field `of` a drive, or fields of a struct behind `for`; and what
+/// [`Parameters`] says of them. The range comes behind `in`, the default behind `or`, the usual magnitude behind `about`.
+#[macro_export]
+macro_rules! parameters {
+    ($(#[$doc:meta])* $struct:ident $(of $drive:ident . $place:ident)?, $section:literal {
+        $($(#[doc = $text:literal])+ $field:ident = $name:literal, $key:literal, $quantity:ident
+            in [$min:expr, $max:expr] $(or $default:literal)? $(about $nominal:literal)?, $variability:ident;)*
+    }) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+        pub struct $struct { $($(#[doc = $text])+ pub $field: f64,)* }
+
+        $crate::drives::parameter::parameters! { for $struct, $section {
+            $($(#[doc = $text])+ $field = $name, $key, $quantity in [$min, $max] $(or $default)? $(about $nominal)?,
+            $variability;)*
+        } }
+
+        $(impl $crate::drives::parameter::Has<$struct> for $drive {
+            fn group(&self) -> Option<&$struct> {
+                Some(&self.$place)
+            }
+            fn group_mut(&mut self) -> Option<&mut $struct> {
+                Some(&mut self.$place)
+            }
+        })?
+    };
+    (for $struct:ident, $section:literal {
+        $($(#[doc = $text:literal])+ $($field:ident).+ = $name:literal, $key:literal, $quantity:ident
+            in [$min:expr, $max:expr] $(or $default:literal)? $(about $nominal:literal)?, $variability:ident;)*
+    }) => {
+        impl $crate::drives::parameter::Parameters for $struct {
+            const SECTION: &'static str = $section;
+            const TABLE: &'static [$crate::drives::parameter::Parameter<Self>] = &[$($crate::drives::parameter::Parameter {
+                name: $name,
+                key: $key,
+                text: concat!($($text),+),
+                quantity: &$crate::drives::unit::$quantity,
+                range: [$min, $max],
+                default: $crate::drives::parameter::parameters!(@optional $($default)?),
+                nominal: $crate::drives::parameter::parameters!(@optional $($nominal)?),
+                variability: $crate::drives::variable::Variability::$variability,
+                get: |group| group.$($field).+,
+                set: |group, value| group.$($field).+ = value,
+            }),*];
+        }
+    };
+    (@optional) => { None };
+    (@optional $value:literal) => { Some($value) };
+}
+pub use parameters;
+
+#[cfg(test)]
+mod tests {
+    use crate::drives::cam_drive::{DriveMode, Start, StartMode};
+    use crate::drives::elastic_output::{ElasticOutput, Parameters, Scene};
+    use crate::drives::{Drive, DynDrive, erased, solver::Settings};
+    use crate::motion::{Fourier, MotionLaw};
+
+    #[test]
+    fn a_scene_with_parameters_out_of_range_does_not_start() {
+        for ([m, c, b], said) in [
+            ([0.0, 1.0, 1.0], "`m`: 0 kg is not admissible; expected [1e-12, 1e12] kg"),
+            ([1.0, -1.0, 1.0], "`c`: -1 N/m is not admissible; expected [0, 1e24] N/m"),
+            ([1.0, 1.0, f64::NAN], "`b`: NaN N.s/m is not admissible; expected [0, 1e24] N.s/m"),
+        ] {
+            let scene = Scene {
+                parameters: Parameters { m, c, b },
+                cam: MotionLaw::Fourier(Fourier::new(vec![0.0, 0.01], vec![])),
+                drive: DriveMode::Constant { w: 20.0, phi_start: 0.0 },
+                start: Start { mode: StartMode::AtRest, q: 0.0, q_dot: 0.0 },
+                solver: Settings::default(),
+            };
+            let mut drive = erased::unit(ElasticOutput::new(scene).unwrap());
+            assert_eq!(drive.start().unwrap_err().0, said);
+        }
+    }
+}
