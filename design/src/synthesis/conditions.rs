@@ -6,7 +6,7 @@ use super::feasibility::KEPT;
 use super::sampling::{ANGLES, within};
 use super::{Bound, Infeasible, Objective, Point, Polynomial, Range, Task, grid};
 use camdrive::numerics::double_double::Double;
-use camdrive::numerics::quadrature::Gauss;
+use camdrive::numerics::gauss::Gauss;
 use std::f64::consts::{PI, TAU};
 
 /// Points per shortest wave of the basis at which the discrete objectives S2 and S4 look by default.
