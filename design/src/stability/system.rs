@@ -161,7 +161,7 @@ impl<'a> System<'a> {
             // The mean of harmonics is 0 but for rounding.
             mean.b = if mean.b.abs() <= rounding { 0.0 } else { mean.b };
         }
-        if !(mean.b >= 0.0) {
+        if mean.b < 0.0 || mean.b.is_nan() {
             return Err(Fault(format!(
                 "free motions grow at every speed: over a turn the damping does as much as a constant one of {} (loads in \
                  {unit}), its mean over the inertia; add constant damping until that is at least 0",

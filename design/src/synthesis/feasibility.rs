@@ -124,7 +124,7 @@ impl Program<'_> {
         let all: f64 = holding.iter().map(|(_, multiplier)| multiplier).sum();
         holding.retain(|(_, multiplier)| *multiplier > COUNTS * all);
         // What the exact points take up is left of the sum of the rows.
-        let mut sum = vec![Double::default(); self.basis.len()];
+        let mut sum = vec![Double::default(); self.basis.size()];
         let mut size = 0.0_f64;
         let mut parts: Vec<(usize, f64)> = Vec::new();
         for (place, multiplier) in &holding {

@@ -16,7 +16,7 @@ impl Study {
         let (task, motion) = (&self.assignment.task, &self.motion);
         let mut lines = Vec::new();
         if motion.undetermined > 0 {
-            let all = task.basis.len();
+            let all = task.basis.size();
             lines.push(format!(
                 "warning: what is prescribed determines {} of {all} coefficients; the other {} are free (zero where that does), and \
                  between the points the profile may do anything: take more `points`, fewer harmonics or more symmetry",

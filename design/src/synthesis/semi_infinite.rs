@@ -194,7 +194,7 @@ impl Program<'_> {
 
     /// By how much a coefficient may change while the objective changes by rounding.
     fn uncertainty(&self, coordinates: &Coordinates, rounding: f64) -> f64 {
-        let mut squares = vec![0.0; self.basis.len()];
+        let mut squares = vec![0.0; self.basis.size()];
         for i in 0..coordinates.len() {
             let mut y = vec![Double::default(); coordinates.len()];
             y[i] = Double::from(rounding);

@@ -184,7 +184,7 @@ fn a_point_that_the_symmetry_fulfils_is_no_condition() {
             (quarter, 180.0, 1),
         ] {
             let basis = Basis::new(order, symmetry);
-            let (all, case) = (basis.len(), format!("K = {order}: {symmetry:?}, {n}, {phi}"));
+            let (all, case) = (basis.size(), format!("K = {order}: {symmetry:?}, {n}, {phi}"));
             let mut task = Task { basis, ..task(order, Vec::new(), Vec::new()) };
             task.points = vec![point(phi, n, 0.0), point(10.0, 0, 0.5)];
             let free = task.equalities(1.0).unwrap_or_else(|fault| panic!("{case}: {fault:?}")).free;
