@@ -237,6 +237,15 @@ fn rest_at_the_turning_point_of_an_even_profile_costs_nothing() {
     task.points.push(point(180.0, 1, 0.0));
     let rests = task.solve().unwrap();
     assert!((rests.objective / free.objective - 1.0).abs() < 1e-9, "{} {}", rests.objective, free.objective);
+    // A little beside the axis it means U″(180°) = 0.
+    let beside = |phi: f64, mut task: Task| {
+        task.points[1].phi = phi;
+        let mut assignment = assignment(task, &[]);
+        assignment.names.points = vec!["point[1]".to_owned(), "point[2]".to_owned()];
+        assignment.study(&|_| {}).unwrap().text(400)
+    };
+    let warning = "decides U′ at 180°; `point[2]`, a little beside it";
+    assert!(beside(3.14159, task.clone()).contains(warning) && !beside(PI, task).contains(warning));
 }
 
 #[test]
