@@ -78,7 +78,7 @@ pub fn lever_law(linkage: &Linkage, tool: &MotionLaw, near: f64) -> Result<Lever
         _ => MotionLaw::Table(way.pieces()?),
     };
     let law = LeverLaw { error: way.error(&law), law };
-    if !(law.error <= COARSEST) {
+    if law.error > COARSEST || law.error.is_nan() {
         return Err(format!(
             "a law of {} for the lever leaves an error of {:.1e} of the tool's acceleration, more than {COARSEST:e}: the motion leads too near to a dead centre",
             law.parts(),
@@ -143,7 +143,8 @@ impl Way<'_> {
             angles.push(phi);
         }
         self.comes_back(lifts[0], lifts[POSITIONS])?;
-        (angles.pop(), lifts.pop());
+        angles.pop();
+        lifts.pop();
         let full = analyse(Points { angles, lifts }, HIGHEST).map_err(|e| e.to_string())?.series;
         let weight = |k: usize| (k * k) as f64 * (full.a[k].powi(2) + full.b[k].powi(2)).sqrt();
         let largest = (1..=HIGHEST).map(weight).fold(f64::MIN_POSITIVE, f64::max);

@@ -109,7 +109,7 @@ pub struct Diagram {
     pub x: Axis,
     /// The ordinate.
     pub y: Axis,
-    /// The data, at most as many as there are [`look::MARKERS`] to tell them apart well.
+    /// The data, at most as many as there are `look::MARKERS` to tell them apart well.
     pub series: Vec<Series>,
     /// Borders and limits.
     pub rules: Vec<Rule>,

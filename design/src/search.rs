@@ -136,7 +136,8 @@ pub fn local_maxima(candidates: &[f64], least: f64, f: impl Fn(f64) -> f64) -> V
     // Between samples a maximum rises by less than these differ, but for kinks and poles; poles are candidates.
     let reaches = |i: &usize| {
         let lowest = beside(*i).iter().fold(f64::INFINITY, |lowest, j| lowest.min(values[*j]));
-        !(2.0 * values[*i] - lowest < least)
+        let highest = 2.0 * values[*i] - lowest;
+        highest >= least || highest.is_nan()
     };
     let place = |i: usize| {
         let ends = beside(i).map(|j| candidates[j]);

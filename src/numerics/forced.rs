@@ -8,8 +8,8 @@
 
 use super::chebyshev::Chebyshev;
 use super::double_double::Double;
+use super::gauss::Gauss;
 use super::oscillator::Oscillator;
-use super::quadrature::Gauss;
 use serde::{Deserialize, Serialize};
 
 /// Up to this |λ|h 16 Gauss nodes integrate the kernel times a polynomial of degree 16 to rounding: half the step

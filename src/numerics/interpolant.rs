@@ -9,7 +9,7 @@
 //!
 //! Source: E. Hairer, G. Wanner, *Solving Ordinary Differential Equations II*, 2nd ed., Springer 1996, section IV.5.
 
-use super::gauss::{PROJECTION, STAGES, legendre_coefficients};
+use super::gauss::{PROJECTION, STAGES, legendre_powers};
 use serde::{Deserialize, Serialize};
 
 /// The number of coefficients.
@@ -38,7 +38,7 @@ pub fn power_sum<const N: usize>(even: &[f64; N], odd: &[f64; N], x: f64) -> f64
 static PROJECTION_COLUMNS: [[f64; STAGES]; STAGES] = columns(&PROJECTION);
 
 /// The coefficients of xʲ in P₀ … P₉.
-static LEGENDRE: [[f64; COEFFICIENTS]; COEFFICIENTS] = legendre_coefficients();
+static LEGENDRE: [[f64; COEFFICIENTS]; COEFFICIENTS] = legendre_powers(0.0);
 
 /// The transposed matrix.
 pub const fn columns(rows: &[[f64; STAGES]; STAGES]) -> [[f64; STAGES]; STAGES] {

@@ -18,6 +18,5 @@ pub mod pair;
 pub mod period_map;
 pub mod phase;
 pub mod powers;
-pub mod quadrature;
 pub mod taylor;
 pub mod work;

@@ -158,7 +158,7 @@ impl Cam {
         let v = p1 - turn * p;
         let acceleration = p2 - 2.0 * turn * p1 - p;
         let speed = v.norm();
-        if !(speed > STANDSTILL * p.norm()) {
+        if speed <= STANDSTILL * p.norm() || speed.is_nan() {
             return Err(Standstill(phi));
         }
         // Both turned back into the frame of the cam; the angle between them stays.

@@ -165,7 +165,7 @@ impl Plan {
             }
             Carrier::Translating { eccentricity } => {
                 let e = eccentricity.abs();
-                if !(distance > e) {
+                if distance <= e || distance.is_nan() {
                     return Err(Fault(format!(
                         "the prime circle has a radius of {}, which must be larger than the offset of {}",
                         millimetres(distance),

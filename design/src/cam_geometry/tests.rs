@@ -367,8 +367,11 @@ fn turns_begin_at_zero_whatever_the_breakpoints() {
     }
 }
 
+/// Polylines with the names of their layers.
+type Layers = Vec<(String, Vec<Point>)>;
+
 /// The polylines of a DXF by layer, closed ones only, and its circles; a reader that knows no more than the format's rules.
-fn polylines(text: &str) -> (Vec<(String, Vec<Point>)>, Vec<(Point, f64)>) {
+fn polylines(text: &str) -> (Layers, Vec<(Point, f64)>) {
     let lines: Vec<&str> = text.lines().collect();
     assert_eq!(lines.len() % 2, 0);
     let pairs: Vec<(i32, &str)> = lines.chunks(2).map(|pair| (pair[0].parse().unwrap(), pair[1])).collect();
@@ -441,7 +444,7 @@ fn files_hold_the_contours() {
 fn cam_tables_keep_their_error() {
     let law = lively();
     let table = cam_table::CamTable::new(&law, false, 1e-6);
-    assert!((table.rows.len() - 1) % 360 == 0 && table.error <= 1e-6);
+    assert!((table.rows.len() - 1).is_multiple_of(360) && table.error <= 1e-6);
     let middle = |pair: &[[f64; 4]]| law.at(0.5 * (pair[0][0] + pair[1][0])).0[0] - 0.5 * (pair[0][1] + pair[1][1]);
     let worst = table.rows.windows(2).map(|pair| middle(pair).abs()).fold(0.0, f64::max);
     assert!(worst <= table.error && worst > 0.3 * table.error, "{worst} {}", table.error);

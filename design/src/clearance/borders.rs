@@ -133,12 +133,12 @@ fn band_tip(n: u32) -> [f64; 2] {
 /// The θ between which band n, counted from 0, interrupts contact at once; None where μ is above its tip.
 pub fn band(mu: f64, n: u32) -> Option<[f64; 2]> {
     let (odd, even) = (f64::from(2 * n + 1) * PI, f64::from(2 * n + 2) * PI);
-    if !(mu < 1.0) {
+    if mu >= 1.0 || mu.is_nan() {
         return None;
     }
     // With θ = odd + x the band is where sin x > μθ; the distance is largest at cos x = μ.
     let top = mu.acos();
-    if !(top.sin() > mu * (odd + top)) {
+    if top.sin() <= mu * (odd + top) {
         return None;
     }
     // Each end by the angle to the nearer multiple of π, which keeps its digits for small μ.
@@ -149,7 +149,7 @@ pub fn band(mu: f64, n: u32) -> Option<[f64; 2]> {
 
 /// How many bands there are at this mass ratio: (2n+1)π < tan β − β with cos β = μ.
 pub fn bands(mu: f64) -> f64 {
-    if !(mu < 1.0) {
+    if mu >= 1.0 || mu.is_nan() {
         return 0.0;
     }
     let tan = ((1.0 - mu) * (1.0 + mu)).sqrt() / mu;

@@ -105,7 +105,7 @@ pub fn signs(law: &MotionLaw, forward: bool, ignore: f64) -> Signs {
 /// have the same sign, become one. Lobe i begins at zero i.
 pub fn keep_lobes<T>(zeros: &mut Vec<T>, heights: &mut Vec<f64>, least: f64) {
     while let Some((lobe, height)) = heights.iter().copied().enumerate().min_by(|a, b| a.1.total_cmp(&b.1)) {
-        if !(height < least) {
+        if height >= least || height.is_nan() {
             return;
         }
         let count = zeros.len();

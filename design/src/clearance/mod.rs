@@ -420,18 +420,19 @@ fn passages(
             course: passage.as_ref().map(Figures::course).unwrap_or_default(),
             crossing,
         };
-        if let (Some(bench), Some(release)) = (&mut bench, release) {
-            if followed < MOST_FOLLOWED && !bench.machine.is_exhausted() {
-                followed += 1;
-                // Without a formula the clearance itself gives a scale: s = Ü-free flight of a tenth of a period.
-                let scale = clearance.formula.map_or(0.1 * TAU / omega, |formula| formula.time);
-                match bench.follow(&release, spacing / w.abs(), scale) {
-                    Ok((figures, course)) => {
-                        clearance.model = Some(figures);
-                        clearance.course = merged(clearance.course, course);
-                    }
-                    Err(fault) => clearance.fault = Some(fault.0),
+        if let (Some(bench), Some(release)) = (&mut bench, release)
+            && followed < MOST_FOLLOWED
+            && !bench.machine.is_exhausted()
+        {
+            followed += 1;
+            // Without a formula the clearance itself gives a scale: s = Ü-free flight of a tenth of a period.
+            let scale = clearance.formula.map_or(0.1 * TAU / omega, |formula| formula.time);
+            match bench.follow(&release, spacing / w.abs(), scale) {
+                Ok((figures, course)) => {
+                    clearance.model = Some(figures);
+                    clearance.course = merged(clearance.course, course);
                 }
+                Err(fault) => clearance.fault = Some(fault.0),
             }
         }
         let figures = clearance.formula.or(clearance.model);

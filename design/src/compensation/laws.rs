@@ -151,7 +151,7 @@ impl Wanted<'_> {
         let cut = |order: usize| MotionLaw::Fourier(Fourier::new(full.a[..=order].to_vec(), full.b[..=order].to_vec()));
         let longest = cut(last);
         let least = self.error(tool, &longest);
-        if !(least <= self.tolerance) {
+        if least > self.tolerance || least.is_nan() {
             return Err(least);
         }
         // On the same places for all orders; the error falls with the order but for roundings.
@@ -232,7 +232,7 @@ impl Solution {
     /// largest.
     ///
     /// # Errors
-    /// Where neither [`HIGHEST_HARMONIC`] harmonics nor [`MOST_POINTS`] points suffice, or not those of the demanded form.
+    /// Where neither the most harmonics nor the most points suffice, or not those of the demanded form.
     pub fn laws(&self, tools: &[Tool], tolerance: f64, form: Form) -> Result<Vec<Law>, Fault> {
         let fastest = self.range().map(|w| w / self.mean_speed()).into_iter().fold(1.0, f64::max);
         let wanted = Wanted { solution: self, angle: self.angle(), fastest, tolerance };

@@ -14,7 +14,7 @@
 //! Behind mechanisms the same holds for the lever: where the tool moves as prescribed in time, so does the lever, and S holds
 //! the tool and all links with the velocities that they then have in time.
 //!
-//! The cams' laws are Fourier series in φ, as long as the wanted accuracy demands, or tables where that is too long ([`laws`]).
+//! The cams' laws are Fourier series in φ, as long as the wanted accuracy demands, or tables where that is too long (`laws`).
 //!
 //! Source: K. Kaltofen, "HS-Bewegungen trotz veränderlicher Antriebsgeschwindigkeit", section 3; factor and bound are
 //! derived here.

@@ -326,7 +326,8 @@ pub fn solve<I: Inertia>(mesh: &Mesh, inertia: &I, driving: &Driving, start: Orb
                 if I::IN_TIME { w / orbit.mean_speed } else { inertia.pace(i) * orbit.mean_speed / w }
             };
             let parts = orbit.speed.iter().enumerate().map(part);
-            if !((parts.sum::<f64>() / mesh.len() as f64 - 1.0).abs() <= CLOSED) {
+            let miss = (parts.sum::<f64>() / mesh.len() as f64 - 1.0).abs();
+            if miss > CLOSED || miss.is_nan() {
                 return None;
             }
             if layout.lag.is_none() {

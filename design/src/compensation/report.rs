@@ -251,7 +251,7 @@ fn cut((law, quality): (&Law, &Quality)) -> Cut {
 
 /// The next larger number of two digits.
 fn rounded_up(value: f64) -> f64 {
-    if !(value > 0.0) {
+    if value <= 0.0 || value.is_nan() {
         return value;
     }
     let digits = 1 - value.log10().floor() as i32;

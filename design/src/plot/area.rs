@@ -46,7 +46,7 @@ pub fn seen(points: &[Point], [x, y]: [[f64; 2]; 2]) -> Vec<Vec<Point>> {
                 to = -1.0;
             }
         }
-        if !(from <= to) {
+        if from > to {
             joined = false;
             continue;
         }

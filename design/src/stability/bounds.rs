@@ -45,7 +45,7 @@ impl Harmonics {
     fn three_term(&self, twice: usize) -> f64 {
         let relative = |list: &[Complex], k: usize| 2.0 * coefficient(list, k as i64);
         let mut sum = relative(&self.m, twice) - relative(&self.c, twice);
-        if twice % 2 == 0 {
+        if twice.is_multiple_of(2) {
             let (m, r) = (relative(&self.m, twice / 2), relative(&self.c, twice / 2));
             let constant = if self.turning { (r - 0.5 * m).powi(2) } else { r * (r - m) };
             sum += 0.5 * constant;

@@ -58,7 +58,11 @@ impl Boundaries {
 }
 
 fn largest(changes: &[f64]) -> f64 {
-    if changes.iter().any(|change| change.is_nan()) { f64::NAN } else { changes.iter().copied().fold(0.0, f64::max) }
+    if changes.iter().any(|change| change.is_nan()) {
+        f64::INFINITY
+    } else {
+        changes.iter().copied().fold(0.0, f64::max)
+    }
 }
 
 /// A change by this part of 1/n leaves the boundaries of the order n a fortieth of the way to their neighbours uncertain.
@@ -89,8 +93,7 @@ fn converged(functions: &Functions, orders: usize) -> Boundaries {
     let mut pairs = truncated(functions, orders, harmonics);
     let mut changes = vec![f64::INFINITY; orders];
     // The first doubling tells what is to be trusted.
-    while changes.first() == Some(&f64::INFINITY)
-        || (!(largest(&changes) <= CONVERGED) && 2 * harmonics <= MOST_HARMONICS)
+    while changes.first() == Some(&f64::INFINITY) || (largest(&changes) > CONVERGED && 2 * harmonics <= MOST_HARMONICS)
     {
         harmonics *= 2;
         let finer = truncated(functions, orders, harmonics);
@@ -147,7 +150,7 @@ fn truncated(functions: &Functions, orders: usize, harmonics: usize) -> Vec<Pair
     let sector = |half: bool| eigenvalues(functions, half, harmonics, orders);
     let (periodic, antiperiodic) = (sector(false), sector(true));
     let pair = |n: usize| {
-        let (list, at) = if n % 2 == 0 { (&periodic, n - 2) } else { (&antiperiodic, n - 1) };
+        let (list, at) = if n.is_multiple_of(2) { (&periodic, n - 2) } else { (&antiperiodic, n - 1) };
         Pair { low: list[at].min(list[at + 1]), high: list[at].max(list[at + 1]) }
     };
     (1..=orders).map(pair).collect()
@@ -208,7 +211,7 @@ fn wave_of(i: usize, half: bool, waves: &[f64]) -> f64 {
 /// (1,) √2 cos, √2 sin of the waves.
 fn product(g: &[Complex], half: bool, harmonics: usize) -> DMatrix<f64> {
     // Row → (number of the wave, whether a sine); a wave has the order n or n − ½.
-    let row = |i: usize| if half { (i / 2 + 1, i % 2 == 1) } else { (i.div_ceil(2), i > 0 && i % 2 == 0) };
+    let row = |i: usize| if half { (i / 2 + 1, i % 2 == 1) } else { (i.div_ceil(2), i > 0 && i.is_multiple_of(2)) };
     let size = 2 * harmonics + usize::from(!half);
     DMatrix::from_fn(size, size, |i, j| {
         let ((n, sine), (l, other)) = (row(i), row(j));

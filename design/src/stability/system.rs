@@ -20,8 +20,8 @@ use camdrive::drives::oscillator::{PeriodicOscillator, Terms};
 use camdrive::numerics::angle::WHOLE_TURN;
 use camdrive::numerics::divisor::greatest_common_divisor;
 use camdrive::numerics::double_double::Double;
+use camdrive::numerics::gauss::Gauss;
 use camdrive::numerics::period_map::{Coefficients, Period, PeriodMap, Periodic};
-use camdrive::numerics::quadrature::Gauss;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -161,7 +161,7 @@ impl<'a> System<'a> {
             // The mean of harmonics is 0 but for rounding.
             mean.b = if mean.b.abs() <= rounding { 0.0 } else { mean.b };
         }
-        if !(mean.b >= 0.0) {
+        if mean.b < 0.0 || mean.b.is_nan() {
             return Err(Fault(format!(
                 "free motions grow at every speed: over a turn the damping does as much as a constant one of {} (loads in \
                  {unit}), its mean over the inertia; add constant damping until that is at least 0",

@@ -117,7 +117,7 @@ impl Tongue {
         }
         let m = system.monodromy(lambda, 0.0);
         let start = determinant(&less(&m, sign(self.n)));
-        if !(start < 0.0) {
+        if start >= 0.0 || start.is_nan() {
             return 0.0;
         }
         // The growth of the undamped motion, which damping proportional to the inertia would make up for exactly.
@@ -138,7 +138,7 @@ impl Tongue {
     pub fn critical_above(&self, system: &System, inverse: f64, theta: f64) -> f64 {
         let mut f = |theta: f64| self.excess(system, inverse, theta);
         let value = f(theta);
-        if theta == 0.0 || !(value < 0.0) {
+        if theta == 0.0 || value >= 0.0 || value.is_nan() {
             return self.critical_at(system, inverse);
         }
         let (low, high) = climb(&mut f, (theta, value), 1.2 * theta);
@@ -258,7 +258,7 @@ impl Tongue {
 fn climb(f: &mut dyn FnMut(f64) -> f64, from: (f64, f64), next: f64) -> ((f64, f64), (f64, f64)) {
     let (mut low, mut high) = (from, (next, f(next)));
     for _ in 0..60 {
-        if !(high.1 < 0.0) {
+        if high.1 >= 0.0 || high.1.is_nan() {
             break;
         }
         let theta = 1.4 * high.0 + f64::EPSILON;
@@ -269,7 +269,7 @@ fn climb(f: &mut dyn FnMut(f64) -> f64, from: (f64, f64), next: f64) -> ((f64, f
 
 /// s of the instabilities with n zeros in a period.
 fn sign(n: usize) -> f64 {
-    if n % 2 == 0 { 1.0 } else { -1.0 }
+    if n.is_multiple_of(2) { 1.0 } else { -1.0 }
 }
 
 fn less(m: &Matrix, s: f64) -> Matrix {

@@ -61,7 +61,7 @@ impl Basis {
     }
 
     /// The number of functions.
-    pub fn len(&self) -> usize {
+    pub fn size(&self) -> usize {
         self.waves.len()
     }
 
@@ -124,8 +124,8 @@ impl Basis {
 
     /// Each function as a series.
     pub fn units(&self) -> impl Iterator<Item = Fourier> {
-        (0..self.len()).map(|i| {
-            let mut x = vec![0.0; self.len()];
+        (0..self.size()).map(|i| {
+            let mut x = vec![0.0; self.size()];
             x[i] = 1.0;
             self.series_of(&x)
         })

@@ -6,7 +6,7 @@ use super::feasibility::KEPT;
 use super::sampling::{ANGLES, within};
 use super::{Bound, Infeasible, Objective, Point, Polynomial, Range, Task, grid};
 use camdrive::numerics::double_double::Double;
-use camdrive::numerics::quadrature::Gauss;
+use camdrive::numerics::gauss::Gauss;
 use std::f64::consts::{PI, TAU};
 
 /// Points per shortest wave of the basis at which the discrete objectives S2 and S4 look by default.
@@ -45,7 +45,7 @@ impl Task {
         let alike: Vec<Vec<Double>> =
             (0..rows.len()).map(|i| rows[i].iter().map(|value| *value * unit(i)).collect()).collect();
         let right: Vec<Double> = (0..rows.len()).map(|i| values[i] * unit(i)).collect();
-        let solutions = Solutions::new(&alike, &right, self.basis.len(), unknown);
+        let solutions = Solutions::new(&alike, &right, self.basis.size(), unknown);
         let miss = |i: usize| (dot(&rows[i], &solutions.particular) - values[i]).hi.abs();
         let relative = |i: usize| miss(i) / size(i);
         let worst = (0..rows.len()).max_by(|i, j| relative(*i).total_cmp(&relative(*j)));
@@ -105,7 +105,7 @@ impl Task {
     fn points_in(&self, range: &Range, points: usize) -> usize {
         let default = POINTS_PER_WAVE * self.basis.order() as f64 * (range.to - range.from) / TAU;
         // A range much shorter than a wave still has to tell the functions apart.
-        if points > 0 { points } else { (default.ceil() as usize).max(2 * self.basis.len()) }
+        if points > 0 { points } else { (default.ceil() as usize).max(2 * self.basis.size()) }
     }
 
     /// The weight of e₁ or e₂ in the maxima.

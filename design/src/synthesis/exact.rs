@@ -106,11 +106,9 @@ impl Factors {
         self.diagonal.len()
     }
 
-    /// Qᵀ v in place.
-    fn rotate(&self, v: &mut [Double]) {
-        for j in 0..self.rank() {
-            self.reflect(j, v);
-        }
+    /// Q v in place.
+    fn rotate_back(&self, v: &mut [Double]) {
+        (0..self.rank()).rev().for_each(|j| self.reflect(j, v));
     }
 
     fn reflect(&self, j: usize, v: &mut [Double]) {
@@ -123,9 +121,7 @@ impl Factors {
     pub fn column_of_q(&self, i: usize) -> Vec<Double> {
         let mut v = vec![ZERO; self.rows];
         v[i] = Double::from(1.0);
-        for j in (0..self.rank()).rev() {
-            self.reflect(j, &mut v);
-        }
+        self.rotate_back(&mut v);
         v
     }
 
@@ -150,6 +146,14 @@ impl Factors {
         y
     }
 
+    /// The smallest x with Aᵀ x = d, by x = Q y with Rᵀ y = Pᵀ d; columns that depend on others are not asked.
+    pub fn smallest(&self, d: &[Double]) -> Vec<Double> {
+        let mut x = self.forward(d);
+        x.resize(self.rows, ZERO);
+        self.rotate_back(&mut x);
+        x
+    }
+
     /// For each column that depends on others the x with 1 in its place and A x as small as the rank says.
     fn dependent(&self) -> Vec<Vec<Double>> {
         let of = |j: usize| {
@@ -163,9 +167,17 @@ impl Factors {
 
     /// An x with the least |A x − b|.
     pub fn solve(&self, b: &[Double]) -> Vec<Double> {
-        let mut rotated = b.to_vec();
-        self.rotate(&mut rotated);
-        self.back(&rotated)
+        self.split(b).0
+    }
+
+    /// The same, and what is left, b − A x.
+    pub fn split(&self, b: &[Double]) -> (Vec<Double>, Vec<Double>) {
+        let mut rest = b.to_vec();
+        (0..self.rank()).for_each(|j| self.reflect(j, &mut rest));
+        let x = self.back(&rest);
+        rest[..self.rank()].fill(ZERO);
+        self.rotate_back(&mut rest);
+        (x, rest)
     }
 }
 
@@ -182,13 +194,7 @@ impl Solutions {
     pub fn new(c: &[Vec<Double>], d: &[Double], n: usize, rank: f64) -> Self {
         let factors = Factors::new(c.to_vec(), n, rank);
         let rank = factors.rank();
-        // Cᵀ P = Q R, so x = Q y with Rᵀ y = Pᵀ d; rows that depend on others are not asked.
-        let y = factors.forward(d);
-        let mut particular = vec![ZERO; n];
-        for (i, y) in y.iter().enumerate() {
-            add_multiple(&mut particular, *y, &factors.column_of_q(i));
-        }
-        Solutions { particular, free: (rank..n).map(|i| factors.column_of_q(i)).collect() }
+        Solutions { particular: factors.smallest(d), free: (rank..n).map(|i| factors.column_of_q(i)).collect() }
     }
 
     /// `center` + Σ yᵢ freeᵢ.

@@ -62,7 +62,7 @@ impl Family {
 
     /// The coefficients of the unknowns at `phi`, for the n-th derivative of the condition.
     pub fn row(&self, basis: &Basis, phi: f64, n: usize) -> Vec<Double> {
-        let mut row = vec![Double::default(); basis.len()];
+        let mut row = vec![Double::default(); basis.size()];
         for (order, &factor) in self.factors.iter().enumerate().filter(|(_, f)| **f != 0.0) {
             for (sum, part) in row.iter_mut().zip(basis.row(phi, order + n, self.response)) {
                 *sum = *sum + Double::from(factor) * part;

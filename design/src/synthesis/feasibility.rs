@@ -10,19 +10,18 @@
 use super::Infeasible;
 use super::exact::{Coordinates, RANK, dot};
 use super::family::Family;
+use super::polyhedron::Polyhedron;
 use super::semi_infinite::{Frame, Goal, Place, Program, ROUNDS, UNSOLVED};
-use super::simplex::Simplex;
 use camdrive::numerics::double_double::Double;
 
 /// Bounds that need to be widened by no more than this part of the task are kept: the roundings of what a user writes.
 pub const KEPT: f64 = 1e-13;
 
-/// The room that is made between conditions before anything else, as part of the task: what descends from there does
-/// not begin in a corner.
+/// The room that is made between conditions before anything else, as part of the task.
 const ROOM: f64 = 1e-3;
 
-/// How far a profile may be from the smallest one with the exact points, in units of the task: near by if possible. Coefficients of a million
-/// times the task lose six of their sixteen digits; what only they could keep no cam does.
+/// How far a profile may be from the smallest one with the exact points, in units of the task: near by if possible.
+/// Coefficients of a million times the task lose six of their sixteen digits; what only they could keep no cam does.
 const REACHES: [f64; 3] = [1.0, 1e3, 1e6];
 
 /// The least t is known when what the conditions miss of it is this part of it.
@@ -54,7 +53,7 @@ impl Program<'_> {
             return Ok(centre);
         }
         families.iter_mut().for_each(|f| f.level = 1.0);
-        let program = Program { families, goal: Goal::Level(-ROOM), ..*self };
+        let program = Program { families, goal: Goal::Level, ..*self };
         if program.largest_violation(&centre, 0.0) <= -0.5 * ROOM {
             return Ok(centre);
         }
@@ -75,37 +74,36 @@ impl Program<'_> {
         }
     }
 
-    /// The least widening within a reach of the centre, as far as the simplex method finds it.
+    /// The least widening within a reach of the centre, as far as it is found.
     fn widened(&self, centre: &[Double], reach: f64) -> Option<Widened> {
         let mut best = None;
         let coordinates = Coordinates::new(self.solutions.factors(&self.solutions.free, RANK), false);
         let n = coordinates.len();
         let frame = Frame { centre, unit: 1.0, coordinates: &coordinates };
-        let mut program = Simplex::new(n, -ROOM);
-        for (i, sign) in (0..n).flat_map(|i| [(i, 1.0), (i, -1.0)]) {
+        let mut program = Polyhedron::new(n + 1);
+        let mut add = |i: usize, sign: f64, limit: f64| {
             let mut row = vec![Double::default(); n + 1];
             row[i] = Double::from(sign);
-            program.add(row, Double::from(reach));
-        }
+            program.add(row, Double::from(limit));
+        };
+        (0..n).flat_map(|i| [(i, 1.0), (i, -1.0)]).for_each(|(i, sign)| add(i, sign, reach));
+        add(n, -1.0, ROOM);
         let (first, mut looked_at, mut places) = (2 * n + 1, Vec::new(), self.first_places());
-        let inside = vec![Double::default(); n];
-        for round in 0..ROUNDS {
+        for _ in 0..ROUNDS {
             for place in &places {
                 let (row, limit) = self.condition(&frame, *place);
                 program.add(row, limit);
             }
             looked_at.append(&mut places);
-            let admitted = 0.1 * KNOWN * program.level().hi.abs().max(KEPT);
-            let known = (round == 0 && program.descend(&inside)) || round > 0;
-            let optimal = known && (program.ascend(admitted) || (program.descend(&inside) && program.ascend(admitted)));
-            if !optimal {
+            let admitted = 0.1 * KNOWN * program.point()[n].hi.abs().max(KEPT);
+            if !program.lowest(admitted) {
                 break;
             }
-            let level = program.level().hi;
-            let x = self.moved(&frame, program.unknowns());
+            let (y, level) = program.point().split_at(n);
+            let (x, level) = (self.moved(&frame, y), level[0].hi);
             let maxima = self.maxima(&x);
             let excess = maxima.iter().map(|place| self.violation(&x, 0.0, *place)).fold(f64::NEG_INFINITY, f64::max);
-            let holding = program.multipliers().into_iter().filter(|(row, _)| *row >= first);
+            let holding = program.multipliers().filter(|(row, _)| *row >= first);
             let holding = holding.map(|(row, multiplier)| (looked_at[row - first], multiplier)).collect();
             best = Some(Widened { x: x.clone(), level, excess, holding });
             let missed = KNOWN * level.abs().max(KEPT);
@@ -126,7 +124,7 @@ impl Program<'_> {
         let all: f64 = holding.iter().map(|(_, multiplier)| multiplier).sum();
         holding.retain(|(_, multiplier)| *multiplier > COUNTS * all);
         // What the exact points take up is left of the sum of the rows.
-        let mut sum = vec![Double::default(); self.basis.len()];
+        let mut sum = vec![Double::default(); self.basis.size()];
         let mut size = 0.0_f64;
         let mut parts: Vec<(usize, f64)> = Vec::new();
         for (place, multiplier) in &holding {

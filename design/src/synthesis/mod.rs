@@ -23,13 +23,12 @@ mod feasibility;
 pub mod figures;
 pub mod laws;
 mod nonlinear;
-mod projection;
+mod polyhedron;
 mod remarks;
 mod sampling;
 mod semi_infinite;
 pub mod shaft;
 pub mod shaft_study;
-mod simplex;
 pub mod study;
 pub mod table;
 #[cfg(test)]
@@ -253,7 +252,7 @@ impl Task {
         let (a, b) = self.samples(scale);
         let nearest = solutions.least_squares(&a, &b);
         let squares = matches!(self.objective, Objective::LeastSquares | Objective::DiscreteLeastSquares { .. });
-        let goal = if squares { Goal::Squares(a.clone()) } else { Goal::Level(0.0) };
+        let goal = if squares { Goal::Squares(a.clone()) } else { Goal::Level };
         let families = self.families(scale);
         let exact: Vec<f64> = self.points.iter().map(|point| point.phi).collect();
         let mut program = Program { basis: &self.basis, solutions: &solutions, exact: &exact, families, goal };

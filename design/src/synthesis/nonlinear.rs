@@ -7,9 +7,8 @@
 
 use super::exact::{Coordinates, Factors, RANK, Solutions, dot};
 use super::family::Family;
-use super::projection::Projection;
+use super::polyhedron::Polyhedron;
 use super::sampling::{FINE, angles};
-use super::simplex::Simplex;
 use super::{Basis, Infeasible};
 use camdrive::numerics::double_double::Double;
 
@@ -170,7 +169,8 @@ impl Region<'_> {
         }
         let cost: Vec<f64> = (0..n).map(|_| random.normal()).collect();
         // The level of the program is cost · y.
-        let mut program = Simplex::new(n, LOWEST);
+        let mut program = Polyhedron::new(n + 1);
+        program.add(numbers(&vec![0.0; n], -1.0), Double::from(-LOWEST));
         program.add(numbers(&cost, -1.0), Double::default());
         let corner = solved(program, &cuts, n)?;
         let part = random.uniform();
@@ -266,7 +266,7 @@ impl Region<'_> {
         }
         let step = match here.norm {
             Norm::Peak => {
-                let mut program = Simplex::new(n, 0.0);
+                let mut program = Polyhedron::new(n + 1);
                 for (row, g) in model.iter().zip(&values) {
                     for sign in [1.0, -1.0] {
                         program.add(numbers(&scaled(row.clone(), sign), -1.0), Double::from(-sign * g));
@@ -289,12 +289,12 @@ fn numbers(row: &[f64], level: f64) -> Vec<Double> {
 }
 
 /// The unknowns with the least level under further conditions, which zero fulfils.
-fn solved(mut program: Simplex, conditions: &Cuts, n: usize) -> Result<Vec<f64>, Infeasible> {
+fn solved(mut program: Polyhedron, conditions: &Cuts, n: usize) -> Result<Vec<f64>, Infeasible> {
     for (row, limit) in conditions.rows.iter().zip(&conditions.limits) {
         program.add(numbers(row, 0.0), Double::from(*limit));
     }
-    if program.descend(&vec![Double::default(); n]) && program.ascend(KEPT) {
-        Ok(program.unknowns().iter().map(|y| y.hi).collect())
+    if program.lowest(KEPT) {
+        Ok(program.point()[..n].iter().map(|y| y.hi).collect())
     } else {
         Err(Infeasible::Numerical("a program of the descent has no solution".to_owned()))
     }
@@ -303,31 +303,18 @@ fn solved(mut program: Simplex, conditions: &Cuts, n: usize) -> Result<Vec<f64>,
 /// The d with the least |g + M d|² under the conditions, in coordinates in which that is the distance from the best d
 /// without them.
 fn least_squares(model: &[Vec<f64>], values: &[f64], conditions: &Cuts, n: usize) -> Vec<f64> {
-    let exact = |v: &f64| Double::from(*v);
     let columns = (0..n).map(|i| model.iter().map(|row| Double::from(row[i])).collect()).collect();
     let factors = Factors::new(columns, model.len(), RANK);
     let best = factors.solve(&values.iter().map(|g| Double::from(-g)).collect::<Vec<_>>());
     let coordinates = Coordinates::new(factors, true);
-    let rows: Vec<(Vec<Double>, Double)> = (conditions.rows.iter().zip(&conditions.limits))
-        .map(|(row, limit)| {
-            let row: Vec<Double> = row.iter().map(exact).collect();
-            (coordinates.row(&row), Double::from(*limit) - dot(&row, &best))
-        })
-        .collect();
-    let mut nearest = Projection::new(coordinates.len());
-    // Each row is taken up once in general; those that contradict others by a rounding are left out.
-    for _ in 0..rows.len() {
-        let excess = |(row, limit): &&(Vec<Double>, Double)| (dot(row, nearest.point()) - *limit).hi;
-        let Some(worst) = rows.iter().max_by(|a, b| excess(a).total_cmp(&excess(b))).filter(|row| excess(row) > KEPT)
-        else {
-            break;
-        };
-        let (row, limit) = worst.clone();
-        if !nearest.add(row, limit) {
-            break;
-        }
+    let mut program = Polyhedron::new(coordinates.len());
+    for (row, limit) in conditions.rows.iter().zip(&conditions.limits) {
+        let row: Vec<Double> = row.iter().map(|v| Double::from(*v)).collect();
+        program.add(coordinates.row(&row), Double::from(*limit) - dot(&row, &best));
     }
-    let step = coordinates.vector(nearest.point());
+    // Rows that contradict others by a rounding are left out.
+    program.nearest(&vec![Double::default(); coordinates.len()], KEPT);
+    let step = coordinates.vector(program.point());
     step.iter().zip(&best).map(|(step, best)| (*step + *best).hi).collect()
 }
 

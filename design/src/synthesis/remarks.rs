@@ -2,13 +2,17 @@
 //! has no profile.
 
 use super::elastic::SpeedRange;
+use super::sampling::ANGLES;
 use super::study::{Method, Names, Study};
 use super::{Bound, Infeasible, Objective, Response, Task};
 use crate::text::number;
-use std::f64::consts::TAU;
+use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// A deviation of more than this part of the motion is none any more.
 const FAILED_TASK: f64 = 0.1;
+
+/// An exact point within this angle of an axis of the symmetry, but not on it, is hardly meant (rad).
+const BESIDE: f64 = 1e-4;
 
 impl Study {
     /// What the task or the numbers do not tell.
@@ -16,13 +20,26 @@ impl Study {
         let (task, motion) = (&self.assignment.task, &self.motion);
         let mut lines = Vec::new();
         if motion.undetermined > 0 {
-            let all = task.basis.len();
+            let all = task.basis.size();
             lines.push(format!(
                 "warning: what is prescribed determines {} of {all} coefficients; the other {} are free (zero where that does), and \
                  between the points the profile may do anything: take more `points`, fewer harmonics or more symmetry",
                 all - motion.undetermined,
                 motion.undetermined
             ));
+        }
+        let highest = task.basis.order().max(1) as f64;
+        for (point, name) in task.points.iter().zip(&self.assignment.names.points) {
+            let row = task.basis.row(point.phi, point.order, None);
+            let size = row.iter().fold(0.0_f64, |size, value| size.max(value.hi.abs()));
+            if (ANGLES..BESIDE).contains(&(size / highest.powi(point.order as i32 + 1))) {
+                let axis = degrees((point.phi / FRAC_PI_2).round() * FRAC_PI_2);
+                lines.push(format!(
+                    "warning: the symmetry alone decides U{} at {axis}°; `{name}`, a little beside it, prescribes the next \
+                     derivative there: if the axis is meant, write \"{axis} deg\"",
+                    "′".repeat(point.order)
+                ));
+            }
         }
         let largest = motion.series.a.iter().chain(&motion.series.b).fold(0.0_f64, |largest, c| c.abs().max(largest));
         let rounding = f64::EPSILON * largest;

@@ -5,20 +5,18 @@
 //! coordinates in which the sampled rows of the objective are orthonormal and in units of the largest violation at the
 //! centre: it is well conditioned however narrow the ranges are.
 //!
-//! The least level comes from linear programs to thirty digits. Each of them has fewer conditions than the task, so
-//! that its level is a lower bound, and the largest violation tells how far from it the result is at most; for a
-//! Chebyshev problem without bounds that is the method of Remez. Least squares come from an interior point, after which
-//! the conditions that bind are solved as equations together with their extremal angles.
+//! Each finite program has fewer conditions than the task, so that its level is a lower bound, and the largest violation
+//! tells how far from it the result is at most; for a Chebyshev problem without bounds that is the method of Remez. Least
+//! squares are the nearest point to the best one without conditions.
 //!
 //! Source: R. Hettich, K. O. Kortanek, "Semi-infinite programming: theory, methods, and applications", SIAM Review 35
 //! (1993) 380–429, section 7; E. Ya. Remez (1934).
 
 use super::Infeasible;
 use super::basis::Basis;
-use super::exact::{Coordinates, RANK, Solutions, dot};
+use super::exact::{Coordinates, RANK, Solutions};
 use super::family::Family;
-use super::projection::Projection;
-use super::simplex::Simplex;
+use super::polyhedron::Polyhedron;
 use camdrive::numerics::double_double::Double;
 
 /// Rounds of the exchange; each adds all extremes, so that a handful is the rule.
@@ -33,9 +31,6 @@ const DELIVERED: f64 = 1e-9;
 
 /// What the squares do not see moves in these units, so that it is as good as free: its square counts 1e-12.
 const UNSEEN: f64 = 1e6;
-
-/// Rounds of least squares; each takes up all conditions that are exceeded.
-const SQUARES_ROUNDS: usize = 200;
 
 /// Violations below this part of the task are none for least squares: a hundredth of what coefficients of sixteen digits
 /// leave.
@@ -56,8 +51,8 @@ const ROUNDING: f64 = 1e-30;
 
 /// What is made small.
 pub enum Goal {
-    /// The level t, which need not be below this.
-    Level(f64),
+    /// The level t.
+    Level,
     /// |A x − b|², rows of A.
     Squares(Vec<Vec<Double>>),
 }
@@ -105,49 +100,43 @@ pub struct Frame<'a> {
 }
 
 impl Program<'_> {
-    /// The best solution, starting at `centre`, which fulfils the equations.
+    /// The best solution, starting at `centre`, which fulfils the equations; of least squares it is the best one without
+    /// conditions.
     pub fn solve(&self, centre: Vec<Double>) -> Result<Solution, Infeasible> {
-        match &self.goal {
-            Goal::Level(least) => self.least_level(centre, *least),
-            Goal::Squares(_) => self.least_squares(centre),
-        }
-    }
-
-    fn least_level(&self, centre: Vec<Double>, least: f64) -> Result<Solution, Infeasible> {
-        let centre = self.inside(centre)?;
+        let squares = matches!(self.goal, Goal::Squares(_));
+        // Conditions that contradict each other are told first.
+        let inside = self.inside(if squares { self.solutions.particular.clone() } else { centre.clone() })?;
+        let centre = if squares { centre } else { inside };
         let mut places = self.first_places();
         let coordinates = self.coordinates(&places);
         let rounding = self.rounding(&places, &centre);
         let uncertainty = self.uncertainty(&coordinates, rounding);
         let highest = self.largest_violation(&centre, 0.0);
-        if highest <= least + rounding {
-            let level = highest.max(least);
+        if highest <= rounding {
+            let level = highest.max(0.0);
             return Ok(Solution { x: centre, level, resolution: rounding, uncertainty, excess: 0.0 });
         }
-        let unit = highest.abs().max(least.abs());
-        let frame = Frame { centre: &centre, unit, coordinates: &coordinates };
-        let inside = vec![Double::default(); coordinates.len()];
-        let mut program = Simplex::new(coordinates.len(), least / unit);
+        let frame = Frame { centre: &centre, unit: highest, coordinates: &coordinates };
+        let resolved = |level: f64| if squares { RESOLVED_SQUARES } else { RESOLVED * level.abs() };
+        let origin = vec![Double::default(); coordinates.len() + 1];
+        let mut program = Polyhedron::new(origin.len());
         let mut proven: Option<Solution> = None;
-        for round in 0..ROUNDS {
+        for _ in 0..ROUNDS {
             for place in &places {
                 let (row, limit) = self.condition(&frame, *place);
                 program.add(row, limit);
             }
-            let tolerance = |level: f64| (RESOLVED * level.abs()).max(rounding);
-            let known = (round == 0 && program.descend(&inside)) || round > 0;
-            let reach = |program: &mut Simplex| {
-                let admitted = 0.5 * tolerance(unit * program.level().hi) / unit;
-                program.ascend(admitted)
-            };
-            let optimal = known && (reach(&mut program) || (program.descend(&inside) && reach(&mut program)));
-            let x = self.moved(&frame, program.unknowns());
-            let level = unit * program.level().hi;
+            let tolerance = |level: f64| resolved(level).max(0.5 * rounding);
+            let before = highest * program.point()[coordinates.len()].hi;
+            let admitted = 0.01 * tolerance(before) / highest;
+            let optimal = if squares { program.nearest(&origin, admitted) } else { program.lowest(admitted) };
+            let (y, level) = program.point().split_at(coordinates.len());
+            let (x, level) = (self.moved(&frame, y), highest * level[0].hi);
             let violation = |place: &Place| self.violation(&x, level, *place);
             places = self.maxima(&x);
             let excess = places.iter().map(violation).fold(0.0, f64::max);
             places.retain(|place| violation(place) > tolerance(level));
-            let resolution = rounding.max(excess - RESOLVED * level.abs());
+            let resolution = rounding.max(excess - resolved(level));
             let found = Solution { x, level, resolution, uncertainty, excess };
             proven = match proven {
                 _ if optimal => Some(found),
@@ -159,56 +148,10 @@ impl Program<'_> {
                 break;
             }
         }
-        self.delivered(proven.ok_or_else(|| Infeasible::Numerical(UNSOLVED.to_owned()))?)
-    }
-
-    /// A solution that keeps its conditions to rounding, or nearly: the report tells what is left.
-    fn delivered(&self, solution: Solution) -> Result<Solution, Infeasible> {
-        let known = solution.excess <= DELIVERED * solution.level.abs().max(1.0);
-        if known { Ok(solution) } else { Err(Infeasible::Numerical(UNSOLVED.to_owned())) }
-    }
-
-    /// In coordinates in which the goal is ½ |y|² from the best solution without conditions.
-    fn least_squares(&self, centre: Vec<Double>) -> Result<Solution, Infeasible> {
-        let places = self.first_places();
-        let rounding = self.rounding(&places, &centre);
-        let coordinates = self.coordinates(&places).with_unseen(UNSEEN);
-        let uncertainty = self.uncertainty(&coordinates, rounding);
-        let unit = self.largest_violation(&centre, 0.0);
-        if unit <= rounding {
-            return Ok(Solution { x: centre, level: 0.0, resolution: rounding, uncertainty, excess: 0.0 });
-        }
-        // Conditions that contradict each other are told first.
-        self.inside(self.solutions.particular.clone())?;
-        let frame = Frame { centre: &centre, unit, coordinates: &coordinates };
-        let mut nearest = Projection::new(coordinates.len());
-        let mut x = centre.clone();
-        for _ in 0..SQUARES_ROUNDS {
-            let mut exceeded: Vec<(f64, Place)> =
-                self.maxima(&x).into_iter().map(|place| (self.violation(&x, 0.0, place), place)).collect();
-            exceeded.retain(|(by, _)| *by > RESOLVED_SQUARES.max(rounding));
-            exceeded.sort_by(|a, b| b.0.total_cmp(&a.0));
-            let mut taken = false;
-            for (_, place) in exceeded {
-                let (mut row, limit) = self.condition(&frame, place);
-                row.pop();
-                // What those before have mended is not taken up.
-                if (dot(&row, nearest.point()) - limit).hi > 0.0 {
-                    taken |= nearest.add(row, limit);
-                }
-            }
-            if !taken {
-                break;
-            }
-            x = self.moved(&frame, nearest.point());
-        }
-        self.delivered(Solution {
-            excess: self.largest_violation(&x, 0.0).max(0.0),
-            x,
-            level: 0.0,
-            resolution: rounding,
-            uncertainty,
-        })
+        // Conditions are kept to rounding, or nearly: the report tells what is left.
+        proven
+            .filter(|solution| solution.excess <= DELIVERED * solution.level.abs().max(1.0))
+            .ok_or_else(|| Infeasible::Numerical(UNSOLVED.to_owned()))
     }
 
     /// The angles that the first program looks at.
@@ -228,11 +171,11 @@ impl Program<'_> {
             rows.extend(a.iter().cloned());
         }
         let conditions = self.families.iter().any(|family| family.level == 0.0);
-        let rank = match &self.goal {
-            Goal::Level(_) if conditions => SEEN,
-            _ => RANK,
+        let (rank, unseen) = match &self.goal {
+            Goal::Squares(_) => (RANK, UNSEEN),
+            Goal::Level => (if conditions { SEEN } else { RANK }, 1.0),
         };
-        Coordinates::new(self.solutions.factors(&rows, rank), conditions)
+        Coordinates::new(self.solutions.factors(&rows, rank), conditions).with_unseen(unseen)
     }
 
     /// What the sums of the conditions are not known to.
@@ -240,7 +183,7 @@ impl Program<'_> {
         let terms = |&(i, phi): &Place| self.families[i].terms(self.basis, x, phi);
         let of_conditions = places.iter().map(terms).fold(0.0, f64::max);
         let of_goal = match &self.goal {
-            Goal::Level(_) => 0.0,
+            Goal::Level => 0.0,
             Goal::Squares(a) => {
                 let terms = |row: &Vec<Double>| row.iter().zip(x).map(|(row, x)| (row.hi * x.hi).abs()).sum::<f64>();
                 a.iter().map(terms).fold(0.0, f64::max)
@@ -251,7 +194,7 @@ impl Program<'_> {
 
     /// By how much a coefficient may change while the objective changes by rounding.
     fn uncertainty(&self, coordinates: &Coordinates, rounding: f64) -> f64 {
-        let mut squares = vec![0.0; self.basis.len()];
+        let mut squares = vec![0.0; self.basis.size()];
         for i in 0..coordinates.len() {
             let mut y = vec![Double::default(); coordinates.len()];
             y[i] = Double::from(rounding);

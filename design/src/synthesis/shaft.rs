@@ -196,9 +196,9 @@ impl Hill<'_> {
     fn torque(&self, twist: &[Number]) -> Fourier {
         let order = self.count * self.stride;
         let (mut a, mut b) = (vec![0.0; order + 1], vec![0.0; order + 1]);
-        for i in self.count..=2 * self.count {
+        for (i, twist) in twist.iter().enumerate().skip(self.count) {
             let n = self.harmonic(i);
-            let m = self.impedance(n) * twist[i];
+            let m = self.impedance(n) * twist;
             (a[n as usize], b[n as usize]) = if n == 0 { (m.re, 0.0) } else { (2.0 * m.re, -2.0 * m.im) };
         }
         Fourier::new(a, b)

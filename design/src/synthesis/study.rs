@@ -33,7 +33,7 @@ pub struct Assignment {
     pub scene: Option<PathBuf>,
 }
 
-/// What ranges, points and bounds of a task are called in its file, such as "dwell[2]" and "dwell[2].tolerance".
+/// What ranges, points and bounds of a task are called in its file, such as `dwell[2]` and `dwell[2].tolerance`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Names {
     /// One for each range.

@@ -1,8 +1,8 @@
 //! Speed against accuracy: what each setting of a drive's solver costs and how far it is from the truth; and what each
 //! feature of its scene changes and costs, so that only what a scene requires is modelled.
 //!
-//! [`study`] drives the FMU through the C interface ([`run`]) with every setting that it offers ([`sweep`]), compares
-//! with a [`reference`] of known uncertainty, and measures the same for the scene without each of its features
+//! [`study`] drives the FMU through the C interface ([`mod@run`]) with every setting that it offers ([`sweep`]), compares
+//! with a [`mod@reference`] of known uncertainty, and measures the same for the scene without each of its features
 //! ([`fidelity`]). [`advice`] draws the conclusions; [`table`] and [`figures`] show them.
 
 pub mod advice;

@@ -72,12 +72,15 @@ fn erased<S: Serialize + DeserializeOwned>(
     of(&resource.read()?).into_iter().map(erased).collect()
 }
 
+/// Values of outputs at an instant.
+pub type Evaluation = dyn Fn(&Shaft, &mut [f64]);
+
 /// Outputs that follow from the motion of the shaft alone.
 pub struct Formula {
     /// The names of the outputs.
     pub outputs: Vec<String>,
     /// Their values, in the same order.
-    pub evaluate: Box<dyn Fn(&Shaft, &mut [f64])>,
+    pub evaluate: Box<Evaluation>,
 }
 
 /// The motion of the shaft at an instant.

@@ -9,7 +9,7 @@ use super::switching::{Found, Search};
 use crate::drives::number::all_finite;
 use crate::motion::Kinematics;
 use crate::numerics::double_double::Double;
-use crate::numerics::quadrature::Gauss;
+use crate::numerics::gauss::Gauss;
 use serde::{Deserialize, Serialize};
 
 /// A panel with the search for its event, beside the expansion of u (nominal µs).

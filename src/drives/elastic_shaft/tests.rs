@@ -7,7 +7,7 @@ mod passages;
 use super::*;
 use crate::drives::{DynDrive, Model, Seed};
 use crate::motion::{Cycle, CyclePlan, Fourier, StandardLaw};
-use crate::numerics::quadrature::Gauss;
+use crate::numerics::gauss::Gauss;
 
 /// The transfer manipulator of the sources: 60 kg, stroke 0.4 m, J = 1.5 kg·m², c = 2.4e4 N·m/rad, damping ratio 0.03.
 fn manipulator(law: MotionLaw, linear: bool, drive: DriveMode) -> Scene {

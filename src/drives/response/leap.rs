@@ -21,9 +21,9 @@ use super::Instant;
 use crate::motion::Fourier;
 use crate::numerics::double_double::Double;
 use crate::numerics::forced::apply;
+use crate::numerics::gauss::Gauss;
 use crate::numerics::oscillator::Oscillator;
 use crate::numerics::pair::Pair;
-use crate::numerics::quadrature::Gauss;
 use serde::{Deserialize, Serialize};
 
 /// The derivatives of the law come in pairs of an even and an odd order: M + 3 = 2 · pairs.

@@ -15,7 +15,7 @@ use super::steady_lag::Turn;
 use super::torques::Torques;
 use super::{Kloss, MachineStart, Motor, RigidMachine, Scene};
 use crate::drives::{Drive as _, Fault};
-use crate::numerics::quadrature::Gauss;
+use crate::numerics::gauss::Gauss;
 use std::f64::consts::TAU;
 
 /// A periodic motion in which the shaft turns all around.

@@ -10,7 +10,8 @@ fn critical_damping_of_the_classical_cases() {
     let one = || series(&[], &[]);
     let half = 0.3 / 2_f64.sqrt();
     // The order is twice j.
-    let cases: Vec<(&str, PeriodicOscillator, Vec<(usize, f64)>)> = vec![
+    type Case = (&'static str, PeriodicOscillator, Vec<(usize, f64)>);
+    let cases: Vec<Case> = vec![
         ("ε = 0.1", mathieu(0.1), vec![(1, 0.0250009717567)]),
         (
             "ε = 0.3",

@@ -42,7 +42,7 @@ fn random_task(random: &mut Random) -> Task {
 
 /// The least level over a raster of angles, from an interior point in other coordinates.
 fn over_a_raster(task: &Task) -> f64 {
-    let n = task.basis.len();
+    let n = task.basis.size();
     let (mut rows, mut limits) = (Vec::new(), Vec::new());
     let mut add = |phi: f64, level: f64, limit: f64, sign: f64| {
         let row = task.basis.row(phi, 0, None).into_iter().map(|v| sign * v.hi).chain([-level]);

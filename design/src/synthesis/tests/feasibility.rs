@@ -184,7 +184,7 @@ fn a_point_that_the_symmetry_fulfils_is_no_condition() {
             (quarter, 180.0, 1),
         ] {
             let basis = Basis::new(order, symmetry);
-            let (all, case) = (basis.len(), format!("K = {order}: {symmetry:?}, {n}, {phi}"));
+            let (all, case) = (basis.size(), format!("K = {order}: {symmetry:?}, {n}, {phi}"));
             let mut task = Task { basis, ..task(order, Vec::new(), Vec::new()) };
             task.points = vec![point(phi, n, 0.0), point(10.0, 0, 0.5)];
             let free = task.equalities(1.0).unwrap_or_else(|fault| panic!("{case}: {fault:?}")).free;
@@ -237,6 +237,15 @@ fn rest_at_the_turning_point_of_an_even_profile_costs_nothing() {
     task.points.push(point(180.0, 1, 0.0));
     let rests = task.solve().unwrap();
     assert!((rests.objective / free.objective - 1.0).abs() < 1e-9, "{} {}", rests.objective, free.objective);
+    // A little beside the axis it means U″(180°) = 0.
+    let beside = |phi: f64, mut task: Task| {
+        task.points[1].phi = phi;
+        let mut assignment = assignment(task, &[]);
+        assignment.names.points = vec!["point[1]".to_owned(), "point[2]".to_owned()];
+        assignment.study(&|_| {}).unwrap().text(400)
+    };
+    let warning = "decides U′ at 180°; `point[2]`, a little beside it";
+    assert!(beside(3.14159, task.clone()).contains(warning) && !beside(PI, task).contains(warning));
 }
 
 #[test]

@@ -52,14 +52,14 @@ fn nine_harmonics_hold_a_dwell_of_sixty_degrees() {
 fn coefficients_of_three_to_seven_harmonics() {
     // In 60 digits by the normal equations and the method of Remez.
     let squares: [&[f64]; 3] = [
-        &[0.57328895427968064, -0.074539450953612436],
-        &[0.59307924749871628, -0.10902792774162806, 0.0160240155810481],
-        &[0.60348897476776185, -0.12965373671384528, 0.029991413083784007, -0.0038313985451253481],
+        &[0.5732889542796806, -0.07453945095361243],
+        &[0.5930792474987163, -0.10902792774162806, 0.0160240155810481],
+        &[0.6034889747677619, -0.12965373671384528, 0.029991413083784007, -0.0038313985451253481],
     ];
     let minimax: [&[f64]; 3] = [
-        &[0.57511498676966217, -0.077050798129983396],
-        &[0.59381788781427115, -0.11030342869336207, 0.016601392152999205],
-        &[0.60388681860492551, -0.13043905257672537, 0.030518812622243396, -0.0039738578784479604],
+        &[0.5751149867696622, -0.0770507981299834],
+        &[0.5938178878142711, -0.11030342869336207, 0.016601392152999205],
+        &[0.6038868186049255, -0.13043905257672537, 0.030518812622243396, -0.00397385787844796],
     ];
     for (i, order) in [3, 5, 7].into_iter().enumerate() {
         assert_odd(&symmetric_task(order, PI / 6.0, Objective::LeastSquares).solve().unwrap(), squares[i], 1e-12);
@@ -71,7 +71,8 @@ fn coefficients_of_three_to_seven_harmonics() {
 fn coefficients_and_errors_of_all_widths() {
     // Full width in degrees, K, coefficients of least squares and of the minimax, largest errors of the minimax and of
     // least squares, in 60 digits by the normal equations and the method of Remez.
-    let table: &[(f64, usize, &[f64], &[f64], f64, f64)] = &[
+    type Row = (f64, usize, &'static [f64], &'static [f64], f64, f64);
+    let table: &[Row] = &[
         (
             30.0,
             3,

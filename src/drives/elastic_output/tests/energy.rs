@@ -1,7 +1,7 @@
 //! The balance of energy at constant speed: d/dt [½ m ẏ² + ½ c q²] = tau ω − b q̇².
 
 use super::*;
-use crate::numerics::quadrature::Gauss;
+use crate::numerics::gauss::Gauss;
 
 fn get(drive: &ElasticOutput, name: &str) -> f64 {
     let list = drive.variables();

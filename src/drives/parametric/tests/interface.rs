@@ -3,7 +3,7 @@
 use super::coefficients::Values;
 use super::*;
 use crate::drives::{DynDrive, Model, Seed, erased};
-use crate::numerics::quadrature::Gauss;
+use crate::numerics::gauss::Gauss;
 
 fn set(drive: &mut ParametricDrive, name: &str, value: f64) {
     let list = drive.variables();

@@ -2,7 +2,7 @@
 //! depend on time, the steps in the angle and those of fixed cost are the same whatever the communication step.
 
 use super::*;
-use crate::numerics::quadrature::Gauss;
+use crate::numerics::gauss::Gauss;
 
 /// By what E misses the work of the torques over 0.4 s, as part of the energy that motor, load and machine exchange.
 fn missed(scene: Scene, solver: Settings) -> f64 {

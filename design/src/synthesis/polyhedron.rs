@@ -1,0 +1,242 @@
+//! The nearest point of a polyhedron and its lowest one, to thirty digits: the dual active-set method.
+//!
+//! The least ½ |z − g|² under aᵢ·z ≤ bᵢ. At the optimum z = g − Σ λᵢ aᵢ with λᵢ ≥ 0 over the rows that hold. One row after
+//! the other that is exceeded is taken up; on the way the multipliers of the others change, and a row whose multiplier
+//! comes to zero lets go. Each full step makes |z − g| larger, so that no set of rows comes back.
+//!
+//! A point with the least last coordinate is the nearest one to a point far enough below it. Each step of that kind
+//! begins where the last one ended; a linear program takes finitely many.
+//!
+//! Source: D. Goldfarb, A. Idnani, "A numerically stable dual method for solving strictly convex quadratic programs",
+//! Math. Programming 27 (1983) 1–33, algorithm of section 3 with the unit matrix; R. T. Rockafellar, "Monotone operators
+//! and the proximal point algorithm", SIAM J. Control Optim. 14 (1976) 877–898, section 3.
+
+use super::exact::{Factors, RANK, add_multiple, dot};
+use camdrive::numerics::double_double::Double;
+
+/// What is left of a row beside others, as part of it, when it depends on them: rows of conditions at angles that differ
+/// by 1e-8 are told apart to ten digits.
+const DEPENDENT: f64 = 1e-22;
+
+/// What rounding leaves of a row, as part of its terms.
+const ROUNDING: f64 = 1e-28;
+
+/// Rows taken up per unknown: two or three are the rule, a few dozen where many conditions hold at once.
+const STEPS: usize = 100;
+
+/// How far below a point the one is that its successor is nearest to, in units of the program: further where the last
+/// coordinate hardly depends on the others.
+const BELOW: [f64; 4] = [1e8, 1e12, 1e16, 1e20];
+
+/// The lowest point is known to this part of its height.
+const LEVEL: f64 = 1e-14;
+
+/// a·z ≤ b with |a| = 1.
+struct Row {
+    a: Vec<Double>,
+    limit: Double,
+    /// |a| of the row as it was given.
+    length: f64,
+}
+
+impl Row {
+    fn excess(&self, z: &[Double]) -> Double {
+        dot(&self.a, z) - self.limit
+    }
+}
+
+fn length(v: &[Double]) -> f64 {
+    dot(v, v).hi.sqrt()
+}
+
+/// aᵢ·z ≤ bᵢ and the point that was found last.
+pub struct Polyhedron {
+    rows: Vec<Row>,
+    /// The rows that hold, with their multipliers.
+    holding: Vec<(usize, Double)>,
+    z: Vec<Double>,
+}
+
+impl Polyhedron {
+    /// All points of `n` coordinates.
+    pub fn new(n: usize) -> Self {
+        Polyhedron { rows: Vec::new(), holding: Vec::new(), z: vec![Double::default(); n] }
+    }
+
+    /// Adds a row.
+    pub fn add(&mut self, a: Vec<Double>, limit: Double) {
+        let length = dot(&a, &a).sqrt();
+        let a = a.into_iter().map(|a| a.divide(length)).collect();
+        self.rows.push(Row { a, limit: limit.divide(length), length: length.hi });
+    }
+
+    /// The point found last.
+    pub fn point(&self) -> &[Double] {
+        &self.z
+    }
+
+    /// The rows that hold the lowest point, with their multipliers: by how much it sinks for each part of limit more.
+    pub fn multipliers(&self) -> impl Iterator<Item = (usize, f64)> {
+        self.holding.iter().map(|(row, multiplier)| (*row, multiplier.hi / self.rows[*row].length))
+    }
+
+    /// Goes to the point nearest to `goal`, but for `admitted` in each row; whether there is one.
+    pub fn nearest(&mut self, goal: &[Double], admitted: f64) -> bool {
+        for _ in 0..STEPS * goal.len() {
+            let factors = self.settle(goal);
+            let rounding = ROUNDING * length(&self.z);
+            let beyond = |(i, row): (usize, &Row)| {
+                let by = row.excess(&self.z).hi;
+                (by > admitted / row.length + rounding).then_some((i, by))
+            };
+            let Some((row, _)) = self.rows.iter().enumerate().filter_map(beyond).max_by(|a, b| a.1.total_cmp(&b.1))
+            else {
+                return true;
+            };
+            if !self.take_up(row, factors) {
+                return false;
+            }
+        }
+        false
+    }
+
+    /// Goes to a point with the least last coordinate, as near to the present one as there is; whether there is one.
+    pub fn lowest(&mut self, admitted: f64) -> bool {
+        for below in BELOW {
+            let before = self.z.clone();
+            let mut goal = before.clone();
+            let last = goal.len() - 1;
+            goal[last] = goal[last] - Double::from(below);
+            if !self.nearest(&goal, admitted) {
+                return false;
+            }
+            self.holding.iter_mut().for_each(|(_, multiplier)| *multiplier = multiplier.divide(Double::from(below)));
+            let way: Vec<Double> = self.z.iter().zip(&before).map(|(z, before)| *z - *before).collect();
+            // A point that far away and lower by more than this would have been nearer.
+            if dot(&way, &way).hi / (2.0 * below) <= admitted.max(LEVEL * self.z[last].hi.abs()) {
+                break;
+            }
+        }
+        true
+    }
+
+    /// To the point nearest to `goal` with the rows that hold as equations, apart from those that would pull; their
+    /// factors.
+    fn settle(&mut self, goal: &[Double]) -> Factors {
+        loop {
+            let factors = self.factors();
+            let limits: Vec<Double> = self.holding.iter().map(|(row, _)| self.rows[*row].limit).collect();
+            let on_rows = factors.smallest(&limits);
+            let away: Vec<Double> = goal.iter().zip(&on_rows).map(|(goal, on)| *goal - *on).collect();
+            let (multipliers, rest) = factors.split(&away);
+            let held = self.holding.len();
+            self.holding.iter_mut().zip(multipliers).for_each(|(row, multiplier)| row.1 = multiplier);
+            let largest = self.holding.iter().fold(0.0, |largest: f64, (_, multiplier)| largest.max(multiplier.hi));
+            self.holding.retain(|(_, multiplier)| multiplier.hi > -ROUNDING * largest);
+            if self.holding.len() == held {
+                self.z = on_rows.iter().zip(&rest).map(|(on, rest)| *on + *rest).collect();
+                return factors;
+            }
+        }
+    }
+
+    /// The factors of the rows that hold, as columns.
+    fn factors(&self) -> Factors {
+        Factors::new(self.holding.iter().map(|(row, _)| self.rows[*row].a.clone()).collect(), self.z.len(), RANK)
+    }
+
+    /// Takes up a row that is exceeded; whether some point keeps it together with those that hold.
+    fn take_up(&mut self, row: usize, mut factors: Factors) -> bool {
+        let a = self.rows[row].a.clone();
+        let mut multiplier = Double::default();
+        // Each round but the last one lets a row go.
+        for _ in 0..=self.holding.len() {
+            let rest = self.rows[row].excess(&self.z);
+            if rest.hi <= 0.0 {
+                break;
+            }
+            // a = Σ rᵢ aᵢ + d with d perpendicular to the rows that hold.
+            let (parts, d) = factors.split(&a);
+            let square = dot(&d, &d);
+            let free = square.hi > DEPENDENT * DEPENDENT;
+            let ratio = |i: usize| (self.holding[i].1.divide(parts[i]), Some(i));
+            let falling = (0..parts.len()).filter(|i| parts[*i].hi > 0.0).map(ratio);
+            let full = free.then(|| (rest.divide(square), None));
+            let Some((step, gone)) = falling.chain(full).min_by(|a, b| a.0.hi.total_cmp(&b.0.hi)) else { return false };
+            for (part, (_, multiplier)) in parts.iter().zip(&mut self.holding) {
+                *multiplier = *multiplier - step * *part;
+            }
+            multiplier = multiplier + step;
+            if free {
+                add_multiple(&mut self.z, -step, &d);
+            }
+            match gone {
+                Some(i) => {
+                    self.holding.remove(i);
+                    factors = self.factors();
+                }
+                None => break,
+            }
+        }
+        if multiplier.hi > 0.0 {
+            self.holding.push((row, multiplier));
+        }
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::exact::numbers;
+    use super::*;
+
+    fn expect(found: &Polyhedron, expected: &[f64]) {
+        for (found, expected) in found.point().iter().zip(expected) {
+            assert!((*found - Double::from(*expected)).hi.abs() < 1e-18, "{found:?}");
+        }
+    }
+
+    #[test]
+    fn the_nearest_point_of_a_wedge() {
+        // x + y ≥ 2 alone: (1, 1). With x ≥ 3/2 also: (3/2, 1/2). With y ≤ 0: (2, 0), and the first x ≥ 3/2 lets go.
+        let mut wedge = Polyhedron::new(2);
+        let origin = numbers(&[0.0, 0.0]);
+        for (row, limit, expected) in
+            [([-1.0, -1.0], -2.0, [1.0, 1.0]), ([-1.0, 0.0], -1.5, [1.5, 0.5]), ([0.0, 1.0], 0.0, [2.0, 0.0])]
+        {
+            wedge.add(numbers(&row), Double::from(limit));
+            assert!(wedge.nearest(&origin, 0.0));
+            expect(&wedge, &expected);
+        }
+        assert_eq!(wedge.holding.len(), 2);
+        // x ≤ 1 contradicts them.
+        wedge.add(numbers(&[1.0, 0.0]), Double::from(1.0));
+        assert!(!wedge.nearest(&origin, 0.0));
+    }
+
+    #[test]
+    fn the_best_constant_of_three_numbers() {
+        // |y − 1|, |y − 4|, |y − 9| ≤ t: y = 5, t = 4. With y ≤ 4: t = 5.
+        let mut program = Polyhedron::new(2);
+        for c in [1.0, 4.0, 9.0] {
+            program.add(numbers(&[1.0, -1.0]), Double::from(c));
+            program.add(numbers(&[-1.0, -1.0]), Double::from(-c));
+        }
+        assert!(program.lowest(1e-25));
+        expect(&program, &[5.0, 4.0]);
+        program.add(numbers(&[1.0, 0.0]), Double::from(4.0));
+        assert!(program.lowest(1e-25));
+        expect(&program, &[4.0, 5.0]);
+        let multipliers: Vec<(usize, f64)> = program.multipliers().collect();
+        assert!(multipliers.len() == 2 && multipliers.iter().all(|(_, part)| (part - 1.0).abs() < 1e-12));
+    }
+
+    #[test]
+    fn an_unknown_that_nobody_asks_for_stays() {
+        let mut program = Polyhedron::new(3);
+        program.add(numbers(&[1.0, 0.0, -1.0]), Double::from(-3.0));
+        program.add(numbers(&[-1.0, 0.0, -1.0]), Double::from(1.0));
+        assert!(program.lowest(1e-25));
+        expect(&program, &[-2.0, 0.0, 1.0]);
+    }
+}
