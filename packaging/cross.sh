@@ -1,7 +1,8 @@
 # Sourced by `build` and `wheels`: the tools that build for other platforms, and how cargo is called for each.
 #
 # Needs Python 3.11 and Rust by rustup with the targets below; it says what is missing. What comes from PyPI is in
-# requirements.txt and stays below target/: zig as a linker, with stubs of old versions of GLIBC and of Apple's system library.
+# requirements.txt and stays below target/: maturin, and zig as a linker, with stubs of old versions of GLIBC and of Apple's
+# system library.
 
 # GLIBC 2.17 of 2012 is what manylinux2014 asks for.
 declare -A triples=(
@@ -38,15 +39,20 @@ fi
 root=$PWD
 export PATH="$root/$venv/bin:$PATH"
 
+# With a date given, Windows' linker stamps no time. Zip knows none before 1980; the commit has one.
+SOURCE_DATE_EPOCH=${SOURCE_DATE_EPOCH:-$(git log -1 --format=%ct)}
+export SOURCE_DATE_EPOCH
+
 # What Darwin's files are linked with; the linker of Rust does not know the names of the newest processors yet.
 sdk=$root/target/packaging/sdk
 mkdir -p "$sdk/usr/lib"
-for name in System c m; do
+for name in System c iconv m; do
     sed 's/arm64e\.x1/arm64/g' "$venv"/lib/python3*/site-packages/ziglang/lib/libc/darwin/libSystem.tbd \
         >"$sdk/usr/lib/lib$name.tbd"
 done
 
-# Runs a cargo command for a triple. Nothing that is built tells who built it where: the same sources give the same bytes.
+# Runs a cargo command for a triple. Nothing that is built tells who built it where: the same sources give the same
+# bytes.
 cross() { # TRIPLE COMMAND…
     local flags=("--remap-path-prefix=${CARGO_HOME:-$HOME/.cargo}=cargo" "--remap-path-prefix=$root=camdrive")
     case $1 in

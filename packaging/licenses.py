@@ -24,7 +24,8 @@ for package in json.loads(output("cargo", "metadata", "--locked", "--format-vers
         continue
     home = Path(package["manifest_path"]).parent
     name = f"{package['name']} {package['version']} ({package['license']})"
-    files = [file for file in sorted(home.iterdir()) if file.name.upper().startswith(("LICEN", "COPY", "NOTICE", "UNLICENSE"))]
+    words = ("LICEN", "COPY", "NOTICE", "UNLICENSE")
+    files = [file for file in sorted(home.iterdir()) if file.name.upper().startswith(words)]
     for text in {file.read_text(errors="replace").strip() for file in files if file.is_file()} or {""}:
         texts.setdefault(text, []).append(name)
 parts = []
