@@ -140,7 +140,7 @@ def simulate(
             unknown = [name for name in (*values, *(outputs or ())) if name not in known]
             if unknown:
                 raise SimulationError(f"the FMU has no variable {', '.join(unknown)}", ())
-            return fmpy.simulate_fmu(
+            result: np.ndarray = fmpy.simulate_fmu(
                 str(fmu),
                 start_values=values,
                 output=outputs,
@@ -150,6 +150,7 @@ def simulate(
                 input=input,
                 logger=log,
             )
+            return result
         except Error:
             raise
         except Exception as error:
