@@ -43,7 +43,8 @@ def test_the_executable_finds_its_libraries_and_brings_completions(home):
     (fmu,) = json.loads(output(home, "camdrive", "export", "--json", SCENE))
     assert (home / fmu["fmu"]).stat().st_size == fmu["size"] <= 4_000_000
     assert "linux64" in [library["platform"] for library in fmu["platforms"]]
-    for place in ["bash-completion/completions/camdrive", "zsh/site-functions/_camdrive", "camdrive/licenses/THIRD-PARTY.txt"]:
+    completions = ["bash-completion/completions/camdrive", "zsh/site-functions/_camdrive"]
+    for place in [*completions, "camdrive/licenses/THIRD-PARTY.txt"]:
         assert (home / "venv" / "share" / place).stat().st_size > 1000
 
 
@@ -69,7 +70,8 @@ fmu = camdrive.export({SCENE!r}, "one.fmu")
 same = camdrive.simulate(fmu, output=["y"], stop_time=0.01, step=1e-3)
 assert (same == scene).all()
 faster = camdrive.simulate(fmu, output=["y"], stop_time=0.01, step=1e-3, **{{"drive.w": 250}})
-other = camdrive.simulate(fmu, output=["y"], stop_time=0.01, step=1e-3, start_values={{"drive.w": 250.0, "cam.a[2]": 1e-4}})
+values = {{"drive.w": 250.0, "cam.a[2]": 1e-4}}
+other = camdrive.simulate(fmu, output=["y"], stop_time=0.01, step=1e-3, start_values=values)
 assert (faster != scene).any() and (faster != other).any()
 """
     output(home, "python", "-c", code, path=str(Path(fmpy.__file__).parents[1]))
@@ -87,7 +89,8 @@ def caught(kind, call, *arguments, **keywords):
         return error
     raise AssertionError("no error")
 error = caught(camdrive.SceneError, camdrive.export, "wrong.toml")
-assert "12 mm" in str(error) and [d.key for d in error.diagnostics] == ["elasticity.m", "elasticity.damping_ratio"], error
+assert "12 mm" in str(error), error
+assert [d.key for d in error.diagnostics] == ["elasticity.m", "elasticity.damping_ratio"], error.diagnostics
 assert error.diagnostics[0].line and error.diagnostics[0].file == "wrong.toml" and error.diagnostics[0].hint
 assert "missing.toml" in str(caught(camdrive.SceneError, camdrive.simulate, "missing.toml"))
 assert "win32" in str(caught(camdrive.Error, camdrive.export, {SCENE!r}, platforms=["win32"]))

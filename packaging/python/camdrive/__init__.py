@@ -112,9 +112,10 @@ def simulate(
     """Simulates a scene or an FMU and returns a structured array of `time` and the outputs.
 
     Parameters and start values of inputs are keywords, or the mapping `start_values`, which also takes names such as
-    `drive.w` or `cam.a[3]`. `output` names the variables to return, by default all outputs. `stop_time` and the communication
-    step `step` in s are by default those of the FMU's experiment. `input` is a structured array with `time` and inputs, which are
-    interpolated. All values are SI. `pandas.DataFrame(result)` makes a table of the result.
+    `drive.w` or `cam.a[3]`. `output` names the variables to return, by default all outputs. `stop_time` and the
+    communication step `step` in s are by default those of the FMU's experiment. `input` is a structured array with
+    `time` and inputs, which are interpolated. All values are SI. `pandas.DataFrame(result)` makes a
+    table of the result.
 
     Raises `SceneError` or `Error` as `export` does, `SimulationError` where the FMU refuses something.
     """
