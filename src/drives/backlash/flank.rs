@@ -46,11 +46,13 @@ pub trait FlankMotion {
     fn stay(&self, segment: usize, time: Double, longest: f64) -> (f64, usize);
 }
 
-/// An expansion, how many times more than an evaluation its part of the law takes, and what the composition with a motion takes
-/// per degree of that (nominal µs).
+/// An expansion, how many times more than an evaluation its part of the law takes, what the composition with a motion takes per
+/// degree of that, and what the angle of one of the points takes at which U′ is then integrated (nominal µs).
 const EXPANSION: f64 = 0.3;
 const DERIVATIVES: f64 = 5.0;
 const COMPOSITION: f64 = 0.5;
+const POINTS: f64 = 24.0;
+const ANGLE: f64 = 0.05;
 
 /// The flank of a cam on its shaft.
 pub struct CamFlank<'a> {
@@ -137,8 +139,9 @@ impl FlankMotion for CamFlank<'_> {
     }
 
     fn cost(&self) -> f64 {
-        let composed = if self.motion.is_uniform() { 0.0 } else { COMPOSITION * self.motion.degree as f64 };
-        EXPANSION + DERIVATIVES * self.law.cost() + composed
+        let law = self.law.cost();
+        let composed = COMPOSITION * self.motion.degree as f64 + POINTS * (ANGLE + law);
+        EXPANSION + DERIVATIVES * law + if self.motion.is_uniform() { 0.0 } else { composed }
     }
 
     fn told(&self, way: [f64; 2]) -> String {

@@ -29,6 +29,8 @@ pub struct Course<'a> {
     pub next_length: f64,
     /// Evaluations of N so far.
     pub evaluations: f64,
+    /// Tables of 2/J that were made so far for parts of cells.
+    pub tables: usize,
 }
 
 impl Course<'_> {
@@ -72,11 +74,12 @@ impl Course<'_> {
     }
 
     /// 2/J over the step of `length`, in the order in which the machine passes it.
-    fn table(&self, cell: &Cell, position: &Position, length: f64, whole: bool) -> Tabulated {
+    fn table(&mut self, cell: &Cell, position: &Position, length: f64, whole: bool) -> Tabulated {
         let forward = self.torques.sense > 0.0;
         let mut table = if whole {
             cell.reciprocal
         } else {
+            self.tables += 1;
             let low = if forward { position.angle.hi } else { position.angle.hi - length };
             tabulate(self.inertia, &self.raster.profile, cell.interval, low, length)
         };

@@ -214,6 +214,7 @@ impl RigidMachine {
             tolerance: self.solver.effective_tolerance(),
             next_length: self.next_length,
             evaluations: self.solver.evaluations,
+            tables: 0,
         };
         let passage = course.pass(position, before, f64::INFINITY);
         (self.next_length, self.solver.evaluations) = (course.next_length, course.evaluations);

@@ -34,8 +34,8 @@ use serde::{Deserialize, Serialize};
 /// Cells beyond which no table is made: some 2 MB, computed in about 10 ms.
 const MOST_CELLS: usize = 4096;
 
-/// Cells beyond which no period is gone through: half a second of work.
-const MOST_CELLS_UNTABULATED: usize = 1 << 18;
+/// Cells beyond which no period is gone through: a third of a second.
+const MOST_CELLS_UNTABULATED: usize = 50_000;
 
 /// A cell shorter than this part of the period means that no cell keeps the tolerance.
 const SHORTEST_CELL: f64 = 1e-9;
@@ -167,7 +167,7 @@ impl Period {
         reserve * (self.error + ROUNDING) + self.drift * periods.min(memory)
     }
 
-    /// The period without tables; None where it takes more than some 250 000 cells.
+    /// The period without tables; None where it takes more than 50 000 cells.
     pub fn of(equation: &dyn Periodic, tolerance: f64) -> Option<Self> {
         let mut count = 0;
         Self::divide(equation, tolerance, &mut |_| {
