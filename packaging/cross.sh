@@ -39,9 +39,8 @@ fi
 root=$PWD
 export PATH="$root/$venv/bin:$PATH"
 
-# With a date given, Windows' linker stamps no time. Zip knows none before 1980; the commit has one.
-SOURCE_DATE_EPOCH=${SOURCE_DATE_EPOCH:-$(git log -1 --format=%ct)}
-export SOURCE_DATE_EPOCH
+# Windows' files and zip archives have a time: not that of the clock but the first that zip knows, as in an FMU.
+export SOURCE_DATE_EPOCH=315532800
 
 # What Darwin's files are linked with; the linker of Rust does not know the names of the newest processors yet.
 sdk=$root/target/packaging/sdk
