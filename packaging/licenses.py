@@ -34,4 +34,8 @@ for text, names in sorted(texts.items(), key=lambda item: (item[1], item[0])):
 (folder / "THIRD-PARTY.txt").write_text(f"\n\n{'=' * 80}\n".join(parts) + "\n")
 for name in ["LICENSE-MIT", "LICENSE-APACHE"]:
     shutil.copy(root / name, folder)
-shutil.copy(Path(output("rustc", "--print", "sysroot").strip(), "share/doc/rust/COPYRIGHT-library.html"), folder)
+standard_library = Path(output("rustc", "--print", "sysroot").strip(), "share/doc/rust/COPYRIGHT-library.html")
+if standard_library.is_file():
+    shutil.copy(standard_library, folder)
+else:
+    print(f"the licences of Rust's standard library are missing: no {standard_library}", file=sys.stderr)
