@@ -5,13 +5,14 @@
  * FOLDER is an unzipped FMU, PLATFORM its folder in binaries/. It runs the default experiment: a shaft at the inputs phi, w
  * and a gathers speed. FILE takes the names of all Reals that the FMU computes and, per communication point, a line of their
  * values, 64 bits in hexadecimal each, since not every C library prints all digits. Then it goes back to a saved state in
- * the middle and repeats the second half, resets and repeats the whole, to the same bits, and lets calls fail. Returns 0 if
- * all was as it should be. */
+ * the middle and repeats the second half, resets and repeats the whole, to the same bits, and lets calls fail. It prints how
+ * long loading takes. Returns 0 if all was as it should be. */
 #include <inttypes.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 #ifdef _WIN32
 #include <windows.h>
@@ -62,6 +63,12 @@ static unsigned outputs[MOST_OUTPUTS], inputs[3];
 static size_t output_count, input_count;
 static double start, step;
 static long steps;
+
+static double milliseconds(void) {
+    struct timespec now;
+    timespec_get(&now, TIME_UTC);
+    return 1e3 * (double)now.tv_sec + 1e-6 * (double)now.tv_nsec;
+}
 
 static int fail(const char *what, const char *about) {
     fprintf(stderr, "%s: %s\n", what, about);
@@ -174,6 +181,7 @@ int main(int count, char **arguments) {
         || !quoted(description, " modelIdentifier=\"", identifier, sizeof identifier))
         return fail(folder, "neither guid nor modelIdentifier");
     snprintf(path, sizeof path, "%.4000s/binaries/%.40s/%s." LIBRARY_SUFFIX, folder, arguments[2], identifier);
+    double before = milliseconds();
     void *library = load(path);
     if (!library) return fail(path, "cannot be loaded");
     for (size_t i = 0; i < sizeof FUNCTIONS / sizeof *FUNCTIONS; i++) {
@@ -181,6 +189,7 @@ int main(int count, char **arguments) {
         if (!function) return fail(FUNCTIONS[i].name, "is not exported");
         memcpy(FUNCTIONS[i].place, &function, sizeof function);
     }
+    double loaded = milliseconds();
     snprintf(location, sizeof location, "file://%s%.4000s/resources", folder[0] == '/' ? "" : "/", folder);
     for (char *c = location; *c; c++)
         if (*c == '\\') *c = '/';
@@ -188,8 +197,10 @@ int main(int count, char **arguments) {
 
     if (instantiate(identifier, 1, "another guid", location, &callbacks, 0, 1)) return fail(path, "takes any guid");
     if (!strstr(last_message, guid)) return fail("no word of the guid in", last_message);
+    double refused = milliseconds();
     Component instance = instantiate(identifier, 1, guid, location, &callbacks, 0, 0);
     if (!instance) return fail(path, last_message);
+    printf("        loaded in %.1f ms, an instance in %.1f ms\n", loaded - before, milliseconds() - refused);
 
     size_t points = (size_t)(steps + 1) * output_count;
     double *values = calloc(points, sizeof *values), *again = calloc(points, sizeof *again);

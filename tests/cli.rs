@@ -762,7 +762,7 @@ fn export_packs_every_library_of_its_own_sources_that_is_at_hand() {
     lay("release/runtimes/linux64/camdrive.so", &library_of(&elf(62), BUILD));
     lay("runtimes/aarch64-linux/camdrive.so", &library_of(&elf(183), BUILD));
     lay("runtimes/darwin64/camdrive.dylib", &library_of(&universal, BUILD));
-    lay("runtimes/aarch64-darwin/camdrive.dylib", &library_of(&universal, "other sources"));
+    lay("share/camdrive/runtimes/win64/camdrive.dll", &library_of(&elf(62), BUILD));
     let export = |platforms: &[&str]| {
         let output = Command::new(&camdrive)
             .current_dir(root())
@@ -778,11 +778,13 @@ fn export_packs_every_library_of_its_own_sources_that_is_at_hand() {
     };
     let (packed, err) = export(&[]);
     assert_eq!(packed, "linux64 aarch64-linux darwin64");
-    assert!(err.contains("warning: left out:") && err.contains("aarch64-darwin/camdrive.dylib is not of"), "{err}");
+    assert!(err.contains("warning: left out:") && err.contains("win64/camdrive.dll is no shared library"), "{err}");
     assert_eq!(export(&["--platforms", "darwin64,linux64"]), ("linux64 darwin64".to_owned(), String::new()));
+    assert_eq!(export(&["--platforms", "aarch64-darwin"]), ("aarch64-darwin".to_owned(), String::new()));
+    lay("runtimes/darwin64/camdrive.dylib", &library_of(&universal, "other sources"));
     for (platform, word) in [
         ("aarch64-darwin", "not of the same sources as this executable"),
-        ("win64", "no runtime library for win64"),
+        ("win32", "no runtime library for win32"),
         ("amiga", "possible values: linux64, linux32, aarch64-linux, win64"),
     ] {
         let (packed, err) = export(&["--platforms", platform]);

@@ -1,10 +1,12 @@
 //! `camdrive export SCENE…`
 
 use super::tradeoff::StudyArgs;
-use super::{Failure, failure, files, read_all, show, tell, tell_notes};
+use super::{Failure, Format, failure, files, read_all, tell, tell_notes};
 use crate::export::runtime_library::PLATFORMS;
 use crate::export::{Date, Extras, Packed, RuntimeLibrary, pack_with};
 use crate::scene::Resolved;
+use camdrive_design::text;
+use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -47,6 +49,8 @@ pub struct Args {
     with_tradeoff: bool,
     #[command(flatten, next_help_heading = "Options of --with-tradeoff")]
     study: StudyArgs,
+    #[command(flatten)]
+    format: Format,
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
@@ -74,8 +78,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let inputs: Vec<PathBuf> = scenes.iter().flat_map(|scene| scene.files.clone()).collect();
     let files: Vec<(PathBuf, &[u8])> = targets.into_iter().zip(packed.iter().map(|fmu| fmu.bytes.as_slice())).collect();
     let written = files::write(&files, &inputs)?;
-    let summaries = scenes.iter().zip(&packed).zip(written.lines());
-    show(&summaries.map(|((scene, fmu), line)| summary(scene, fmu, line, &runtimes)).collect::<String>())
+    let fmus = || scenes.iter().zip(&packed);
+    args.format.print(
+        |_| fmus().zip(written.lines()).map(|((scene, fmu), line)| summary(scene, fmu, line, &runtimes)).collect(),
+        || text::json(&fmus().zip(&files).map(|(fmu, (path, _))| entry(fmu, path, &runtimes)).collect::<Vec<_>>()),
+    )
 }
 
 /// Where each FMU goes.
@@ -122,6 +129,17 @@ fn runtimes(args: &Args) -> Result<Vec<RuntimeLibrary>, Failure> {
         tell(&format!("warning: left out: {fault}\n"));
     }
     Ok(libraries)
+}
+
+/// The same as [`summary`].
+fn entry((scene, fmu): (&Resolved, &Packed), path: &Path, runtimes: &[RuntimeLibrary]) -> Value {
+    let platforms = runtimes.iter().map(|runtime| {
+        json!({ "platform": runtime.platform, "library": runtime.path, "size": runtime.bytes.len(), "sha256": runtime.sha256() })
+    });
+    json!({
+        "fmu": path, "name": scene.name, "model": scene.model, "guid": fmu.guid, "size": fmu.bytes.len(),
+        "states": fmu.states, "variables": fmu.variables, "platforms": platforms.collect::<Vec<_>>(),
+    })
 }
 
 /// What was packed into the file that the line names.

@@ -22,9 +22,11 @@ mod steady;
 mod synthesize;
 mod tradeoff;
 
+use crate::export::{RuntimeLibrary, TOOL};
 use crate::scene::{self, Resolved, units};
 use camdrive::drives::Fault;
 use camdrive::drives::unit::Quantity;
+use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand};
 use output::{print, show, tell, width};
 use std::path::{Path, PathBuf};
@@ -100,6 +102,9 @@ pub fn main() -> ExitCode {
     let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, std::sync::Arc::default());
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
+        Err(error) if error.kind() == ErrorKind::DisplayVersion => {
+            return if print(&version()).is_ok() { ExitCode::SUCCESS } else { ExitCode::FAILURE };
+        }
         Err(error) => {
             // A closed terminal is no reason to complain.
             let _ = error.print();
@@ -129,6 +134,14 @@ pub fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
+}
+
+/// Version, commit and the platforms that an export packs.
+fn version() -> String {
+    let names =
+        |(libraries, _): (Vec<RuntimeLibrary>, _)| libraries.iter().map(|l| l.platform).collect::<Vec<_>>().join(", ");
+    let platforms = RuntimeLibrary::at_hand(&[]).map_or_else(|_| "none".to_owned(), names);
+    format!("{TOOL}\ncommit:    {}\nplatforms: {platforms}\n", env!("CAMDRIVE_COMMIT"))
 }
 
 /// The value of the option `--name`.

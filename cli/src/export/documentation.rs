@@ -16,6 +16,14 @@ use camdrive_design::tradeoff::Report;
 
 const STYLE: &str = include_str!("documentation.css");
 
+/// What is to be known of the folders in `binaries/`.
+const PLATFORMS: [&str; 4] = [
+    "The FMU runs where binaries/ has a folder for it; which ones were packed is up to its export.",
+    "linux64, aarch64-linux: Linux with GLIBC. Tested, ARM64 by emulation with the same numbers bit by bit.",
+    "win64: Windows 10 or newer. Tested by Wine; the last digits of sin and cos are those of its C library.",
+    "darwin64, aarch64-darwin: macOS. Built, not run.",
+];
+
 /// The text of index.html.
 pub fn html(identity: &Identity, model: &str, drive: &mut dyn Described) -> Result<String, Fault> {
     html_with(identity, model, drive, None)
@@ -63,6 +71,7 @@ pub fn html_with(
             }
             list(xml, "Limits", &documentation.limits);
             messages(xml);
+            list(xml, "Platforms", &PLATFORMS.map(str::to_owned));
             list(xml, "Sources", &documentation.sources);
             xml.text("h2", &[], "Licence");
             xml.element("p", &[], |xml| {

@@ -17,6 +17,7 @@ pub fn crates() -> impl Iterator<Item = &'static str> {
 pub fn files() -> Vec<File> {
     vec![
         File::new(format!("{FOLDER}/license.txt"), overview()),
+        File::new(format!("{FOLDER}/THIRD-PARTY.txt"), include_str!("third_party.txt")),
         File::new(format!("{FOLDER}/LICENSE-MIT.txt"), include_str!("../../../LICENSE-MIT")),
         File::new(format!("{FOLDER}/LICENSE-APACHE.txt"), include_str!("../../../LICENSE-APACHE")),
     ]
@@ -28,8 +29,8 @@ fn overview() -> String {
          \x20 - the MIT licence (LICENSE-MIT.txt),\n\
          \x20 - the Apache licence, version 2.0 (LICENSE-APACHE.txt),\n\n\
          at your option.\n\n\
-         Into it are linked the Rust standard library and these packages, each used under the Apache licence,\n\
-         version 2.0 (LICENSE-APACHE.txt):\n\n",
+         Into it are linked the Rust standard library with what belongs to it (THIRD-PARTY.txt) and these packages, each\n\
+         used under the Apache licence, version 2.0 (LICENSE-APACHE.txt):\n\n",
     );
     for name in APACHE {
         text.push_str(&format!("  {name}\n"));

@@ -1,8 +1,8 @@
 //! From a validated scene to an FMU.
 //!
 //! [`pack`] builds the drive once more, as the runtime library will, and writes what importers read of it:
-//! [`model_description`], [`documentation`], a [`picture`], [`terminals`] and [`licenses`], in one [`archive`] with
-//! the [`runtime_library`].
+//! [`model_description`], [`documentation`], a [`picture`], [`terminals`], [`licenses`] and a bill of materials, in one
+//! [`archive`] with the [`runtime_library`].
 
 pub mod archive;
 pub mod date;
@@ -14,6 +14,7 @@ pub mod model_description;
 pub mod picture;
 pub mod png;
 pub mod runtime_library;
+mod sbom;
 pub mod terminals;
 #[cfg(test)]
 mod test_drive;
@@ -172,6 +173,7 @@ fn for_people(drive: &mut dyn Described, resource: &Resource, description: &str)
     }
     files.push(File::new(DOCUMENTATION, documentation::html(&identity, &resource.model, drive)?));
     files.extend(licenses::files());
+    files.push(sbom::file()?);
     Ok(files)
 }
 

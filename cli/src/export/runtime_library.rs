@@ -39,18 +39,21 @@ pub struct RuntimeLibrary {
 
 impl RuntimeLibrary {
     /// The libraries of the `wanted` platforms or, where none is named, all that are at hand: those that `packaging/build`
-    /// made, in the folder `runtimes` beside the executable's folder (`target/release`) or in it, and the one that was built
-    /// with the running executable. With them, why others are left out.
+    /// made, in the folder `runtimes` beside the executable's folder (`target/release`) or in it, or where a wheel lays
+    /// them, and the one that was built with the running executable. With them, why others are left out.
     pub fn at_hand(wanted: &[String]) -> Result<(Vec<Self>, Vec<Fault>), Fault> {
         let executable = executable()?;
         let (mut libraries, mut left_out) = (Vec::new(), Vec::new());
         for (platform, suffix) in PLATFORMS {
             let named = wanted.iter().any(|name| name == platform);
-            if !named && !wanted.is_empty() {
+            // The library in darwin64 is for either processor, so that a second one only goes where it is asked for.
+            if !named && (!wanted.is_empty() || platform == "aarch64-darwin") {
                 continue;
             }
-            let file = format!("{platform}/camdrive{suffix}");
-            let mut places = executable.ancestors().skip(1).take(2).map(|folder| folder.join("runtimes").join(&file));
+            let file = format!("{}/camdrive{suffix}", platform.replace("aarch64-darwin", "darwin64"));
+            let mut places = [("", 1), ("", 2), ("share/camdrive", 2)].into_iter().filter_map(|(folder, above)| {
+                Some(executable.ancestors().nth(above)?.join(folder).join("runtimes").join(&file))
+            });
             let mut found = Err(missing(platform));
             if let Some(path) = &places.find(|path| path.is_file()) {
                 found = RuntimeLibrary::read(platform, path).inspect_err(|fault| left_out.push(fault.clone()));

@@ -1,0 +1,65 @@
+# Sourced by `build` and `wheels`: the tools that build for other platforms, and how cargo is called for each.
+#
+# Needs Python 3.11 and Rust by rustup with the targets below; it says what is missing. What comes from PyPI is in
+# requirements.txt and stays below target/: maturin, and zig as a linker, with stubs of old versions of GLIBC and of Apple's
+# system library.
+
+# GLIBC 2.17 of 2012 is what manylinux2014 asks for.
+declare -A triples=(
+    [linux64]=x86_64-unknown-linux-gnu
+    [aarch64-linux]=aarch64-unknown-linux-gnu
+    [win64]=x86_64-pc-windows-gnu
+    [darwin64]="x86_64-apple-darwin aarch64-apple-darwin"
+)
+platforms=("$@")
+[ $# -gt 0 ] || platforms=(linux64 aarch64-linux win64 darwin64)
+
+missing=()
+for platform in "${platforms[@]}"; do
+    if [ -z "${triples[$platform]:-}" ]; then
+        echo "$0: \`$platform\` is none of linux64, aarch64-linux, win64, darwin64" >&2
+        exit 2
+    fi
+    for triple in ${triples[$platform]}; do
+        [ -d "$(rustc --print target-libdir --target "$triple")" ] || missing+=("$triple")
+    done
+done
+if [ ${#missing[@]} -gt 0 ]; then
+    echo "$0: Rust's standard library is missing; run: rustup target add ${missing[*]}" >&2
+    exit 1
+fi
+
+venv=target/packaging/venv
+if ! cmp -s packaging/requirements.txt "$venv/requirements.txt"; then
+    rm -rf "$venv"
+    python3 -m venv "$venv"
+    "$venv/bin/pip" install --quiet --disable-pip-version-check -r packaging/requirements.txt
+    cp packaging/requirements.txt "$venv/requirements.txt"
+fi
+root=$PWD
+export PATH="$root/$venv/bin:$PATH"
+
+# Windows' files and zip archives have a time: not that of the clock but the first that zip knows, as in an FMU.
+export SOURCE_DATE_EPOCH=315532800
+
+# What Darwin's files are linked with; the linker of Rust does not know the names of the newest processors yet.
+sdk=$root/target/packaging/sdk
+mkdir -p "$sdk/usr/lib"
+for name in System c iconv m; do
+    sed 's/arm64e\.x1/arm64/g' "$venv"/lib/python3*/site-packages/ziglang/lib/libc/darwin/libSystem.tbd \
+        >"$sdk/usr/lib/lib$name.tbd"
+done
+
+# Runs a cargo command for a triple. Nothing that is built tells who built it where: the same sources give the same
+# bytes.
+cross() { # TRIPLE COMMAND…
+    local flags=("--remap-path-prefix=${CARGO_HOME:-$HOME/.cargo}=cargo" "--remap-path-prefix=$root=camdrive")
+    case $1 in
+    *-darwin)
+        # Stripped by the linker, since it also signs.
+        export SDKROOT=$sdk CARGO_PROFILE_RELEASE_STRIP=false
+        flags+=(-Clinker=rust-lld -Clinker-flavor=ld64.lld -Clink-arg=-x -Clink-arg=-S)
+        ;;
+    esac
+    CARGO_INCREMENTAL=0 CARGO_ENCODED_RUSTFLAGS=$(IFS=$'\x1f' && echo "${flags[*]}") "${@:2}"
+}

@@ -1,0 +1,158 @@
+"""Exports cam drives, drives with backlash and rigid machines as FMI 2.0 Co-Simulation FMUs, and simulates them.
+
+    import camdrive
+    path = camdrive.export("scene.toml")
+    result = camdrive.simulate("scene.toml", output=["y"], start_values={"drive.w": 200.0, "cam.a[3]": -9.0e-5})
+    result["time"], result["y"]
+
+The work is done by the executable `camdrive` that comes along. `simulate` needs FMPy: `pip install camdrive[simulate]`.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sysconfig
+import tempfile
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Optional, Union
+
+if TYPE_CHECKING:
+    import numpy as np
+
+__all__ = ["Diagnostic", "Error", "SceneError", "SimulationError", "export", "simulate"]
+
+PathLike = Union[str, "os.PathLike[str]"]
+
+
+@dataclass(frozen=True)
+class Diagnostic:
+    """A fault of a scene: where it is, what is wrong, what is admissible and what helps, as far as that is known."""
+
+    message: str
+    file: str
+    line: Optional[int] = None
+    column: Optional[int] = None
+    key: Optional[str] = None
+    admissible: Optional[str] = None
+    hint: Optional[str] = None
+
+
+class Error(Exception):
+    """What camdrive or an FMU said when it failed, as people read it."""
+
+
+class SceneError(Error):
+    """A scene has faults: `str()` is the text of the tool, `diagnostics` has a fault each."""
+
+    def __init__(self, text: str, diagnostics: tuple[Diagnostic, ...]) -> None:
+        super().__init__(text)
+        self.diagnostics = diagnostics
+
+
+class SimulationError(Error):
+    """An FMU refused a value or a step: `str()` tells which, `messages` are what it logged."""
+
+    def __init__(self, text: str, messages: tuple[str, ...]) -> None:
+        super().__init__("\n".join((text, *messages)))
+        self.messages = messages
+
+
+def _run(*arguments: str) -> subprocess.CompletedProcess[str]:
+    beside = Path(sysconfig.get_path("scripts"), "camdrive" + (sysconfig.get_config_var("EXE") or ""))
+    program = str(beside) if beside.is_file() else shutil.which("camdrive")
+    if program is None:
+        raise Error(f"the executable camdrive is neither {beside} nor in the PATH")
+    return subprocess.run([program, *arguments], capture_output=True, encoding="utf-8")
+
+
+def _diagnostics(scene: str) -> tuple[Diagnostic, ...]:
+    try:
+        (entry,) = json.loads(_run("check", "--json", scene).stdout)
+    except ValueError:
+        return ()
+    return tuple(Diagnostic(**fault) for fault in entry.get("faults", ()))
+
+
+def export(scene: PathLike, output: Optional[PathLike] = None, *, platforms: Iterable[str] = ()) -> Path:
+    """Packs a scene into an FMU and returns its path.
+
+    `output` is a file NAME.fmu or a folder, by default the current one; `platforms` are those to pack libraries for, by
+    default all: linux64, aarch64-linux, win64, darwin64.
+
+    Raises `SceneError` where the scene has faults, `Error` where the export fails otherwise.
+    """
+    arguments = ["export", "--json", os.fspath(scene)]
+    if output is not None:
+        arguments += ["--output", os.fspath(output)]
+    chosen = ",".join(platforms)
+    if chosen:
+        arguments += ["--platforms", chosen]
+    done = _run(*arguments)
+    if done.returncode == 0:
+        return Path(json.loads(done.stdout)[0]["fmu"])
+    diagnostics = _diagnostics(os.fspath(scene))
+    raise SceneError(done.stderr, diagnostics) if diagnostics else Error(done.stderr)
+
+
+def simulate(
+    scene_or_fmu: PathLike,
+    *,
+    start_values: Optional[Mapping[str, Any]] = None,
+    output: Optional[Iterable[str]] = None,
+    stop_time: Optional[float] = None,
+    step: Optional[float] = None,
+    input: Optional[np.ndarray] = None,
+    **more_start_values: Any,
+) -> np.ndarray:
+    """Simulates a scene or an FMU and returns a structured array of `time` and the outputs.
+
+    Parameters and start values of inputs are keywords, or the mapping `start_values`, which also takes names such as
+    `drive.w` or `cam.a[3]`. `output` names the variables to return, by default all outputs. `stop_time` and the
+    communication step `step` in s are by default those of the FMU's experiment. `input` is a structured array with
+    `time` and inputs, which are interpolated. All values are SI. `pandas.DataFrame(result)` makes a
+    table of the result.
+
+    Raises `SceneError` or `Error` as `export` does, `SimulationError` where the FMU refuses something.
+    """
+    try:
+        import fmpy
+    except ImportError as error:
+        raise Error("camdrive.simulate needs FMPy: pip install camdrive[simulate]") from error
+    values = {**(start_values or {}), **more_start_values}
+    messages: list[str] = []
+
+    def log(_environment: Any, _instance: bytes, status: int, _category: bytes, message: bytes) -> None:
+        if status > 0:
+            messages.append(message.decode("utf-8", "replace"))
+
+    with tempfile.TemporaryDirectory() as folder:
+        fmu = Path(scene_or_fmu)
+        if fmu.suffix.lower() != ".fmu":
+            fmu = export(fmu, folder)
+        try:
+            description = fmpy.read_model_description(str(fmu))
+            outputs = None if output is None else list(output)
+            known = {variable.name for variable in description.modelVariables}
+            unknown = [name for name in (*values, *(outputs or ())) if name not in known]
+            if unknown:
+                raise SimulationError(f"the FMU has no variable {', '.join(unknown)}", ())
+            result: np.ndarray = fmpy.simulate_fmu(
+                str(fmu),
+                start_values=values,
+                output=outputs,
+                stop_time=stop_time,
+                # FMPy would lengthen the step of the FMU in a long experiment.
+                output_interval=step or description.defaultExperiment.stepSize,
+                input=input,
+                logger=log,
+            )
+            return result
+        except Error:
+            raise
+        except Exception as error:
+            raise SimulationError(str(error), tuple(messages)) from error

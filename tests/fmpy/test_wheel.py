@@ -1,0 +1,102 @@
+"""The wheel of packaging/wheels: installed into a fresh environment it exports and simulates without Rust."""
+
+import json
+import os
+import subprocess
+import sys
+import venv
+from pathlib import Path
+
+import fmpy
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+WHEEL = os.environ.get("CAMDRIVE_WHEEL")
+SCENE = str(ROOT / "examples" / "guide_bar" / "scene.toml")
+
+pytestmark = pytest.mark.skipif(not WHEEL, reason="CAMDRIVE_WHEEL names no wheel")
+
+
+@pytest.fixture(scope="module")
+def home(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("wheel")
+    venv.create(folder / "venv", with_pip=False)
+    python = folder / "venv" / "bin" / "python"
+    pip = [sys.executable, "-m", "pip", "--python", str(python), "install", "--quiet", "--no-deps", "--no-index", WHEEL]
+    subprocess.run(pip, check=True)
+    return folder
+
+
+def output(home, *command, path=""):
+    """What a command of the environment prints; no cargo and no rustc are in its PATH."""
+    environment = {"PATH": "/usr/bin:/bin", "PYTHONPATH": path}
+    command = [str(home / "venv" / "bin" / command[0]), *command[1:]]
+    done = subprocess.run(command, cwd=home, env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_the_executable_finds_its_libraries_and_brings_completions(home):
+    version, commit, platforms = output(home, "camdrive", "--version").splitlines()
+    assert version.startswith("camdrive ") and commit.startswith("commit: ")
+    assert "linux64" in platforms
+    (fmu,) = json.loads(output(home, "camdrive", "export", "--json", SCENE))
+    assert (home / fmu["fmu"]).stat().st_size == fmu["size"] <= 4_000_000
+    assert "linux64" in [library["platform"] for library in fmu["platforms"]]
+    completions = ["bash-completion/completions/camdrive", "zsh/site-functions/_camdrive"]
+    for place in [*completions, "camdrive/licenses/THIRD-PARTY.txt"]:
+        assert (home / "venv" / "share" / place).stat().st_size > 1000
+
+
+def test_the_package_exports_alone_and_says_what_simulating_needs(home):
+    code = f"""
+import camdrive
+path = camdrive.export({SCENE!r}, "fmus/", platforms=["linux64"])
+assert path.as_posix() == "fmus/guide_bar.fmu" and path.is_file(), path
+try:
+    camdrive.simulate(path)
+except camdrive.Error as error:
+    print(error)
+"""
+    assert "pip install camdrive[simulate]" in output(home, "python", "-c", code)
+
+
+def test_the_package_simulates_scenes_and_fmus(home):
+    code = f"""
+import camdrive
+scene = camdrive.simulate({SCENE!r}, output=["y"], stop_time=0.01, step=1e-3)
+assert scene.dtype.names == ("time", "y") and len(scene) == 11, scene
+fmu = camdrive.export({SCENE!r}, "one.fmu")
+same = camdrive.simulate(fmu, output=["y"], stop_time=0.01, step=1e-3)
+assert (same == scene).all()
+faster = camdrive.simulate(fmu, output=["y"], stop_time=0.01, step=1e-3, **{{"drive.w": 250}})
+values = {{"drive.w": 250.0, "cam.a[2]": 1e-4}}
+other = camdrive.simulate(fmu, output=["y"], stop_time=0.01, step=1e-3, start_values=values)
+assert (faster != scene).any() and (faster != other).any()
+"""
+    output(home, "python", "-c", code, path=str(Path(fmpy.__file__).parents[1]))
+
+
+def test_errors_carry_diagnostics(home):
+    (home / "wrong.toml").write_text(Path(SCENE).read_text().replace('"12 kg"', '"12 mm"').replace("0.03", "-1"))
+    code = f"""
+import camdrive
+def caught(kind, call, *arguments, **keywords):
+    try:
+        call(*arguments, **keywords)
+    except kind as error:
+        assert type(error) is kind, repr(error)
+        return error
+    raise AssertionError("no error")
+error = caught(camdrive.SceneError, camdrive.export, "wrong.toml")
+assert "12 mm" in str(error), error
+assert [d.key for d in error.diagnostics] == ["elasticity.m", "elasticity.damping_ratio"], error.diagnostics
+assert error.diagnostics[0].line and error.diagnostics[0].file == "wrong.toml" and error.diagnostics[0].hint
+assert "missing.toml" in str(caught(camdrive.SceneError, camdrive.simulate, "missing.toml"))
+assert "win32" in str(caught(camdrive.Error, camdrive.export, {SCENE!r}, platforms=["win32"]))
+fmu = camdrive.export({SCENE!r}, "two.fmu")
+assert "nothing" in str(caught(camdrive.SimulationError, camdrive.simulate, fmu, nothing=1.0))
+refused = caught(camdrive.SimulationError, camdrive.simulate, fmu, m=-1.0)
+assert any("`m`" in message for message in refused.messages), refused
+"""
+    output(home, "python", "-c", code, path=str(Path(fmpy.__file__).parents[1]))
