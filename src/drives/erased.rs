@@ -103,6 +103,7 @@ impl<D: Drive> Design<D> {
             pending: true,
             evaluated: false,
             time: 0.0,
+            trials: Vec::new(),
         })
     }
 }
@@ -126,6 +127,8 @@ pub struct Unit<D> {
     /// Whether something was set since the drive last took up its settings.
     pending: bool,
     time: f64,
+    /// Starts of copies for derivatives before the start, which all unknowns share: a known, its value, and what was computed.
+    trials: Vec<(usize, f64, Result<Box<[f64]>, Fault>)>,
 }
 
 /// A saved state.
@@ -181,12 +184,14 @@ impl<D: Drive> Unit<D> {
     /// Something else was set.
     fn changed(&mut self) {
         (self.pending, self.evaluated) = (true, false);
+        self.trials.clear();
     }
 
     /// Puts another drive in the place of this one. The log, which is no part of the state, stays.
     fn replace(&mut self, mut drive: D) {
         std::mem::swap(drive.events(), self.drive.events());
         (self.drive, self.evaluated) = (drive, false);
+        self.trials.clear();
         self.drive.events().clear();
     }
 
@@ -215,8 +220,9 @@ impl<D: Drive> Unit<D> {
 
     /// ∂unknown/∂known of the start values, in which the states follow from inputs and parameters (y = U(phi) + start.q), by
     /// differences on copies, since a start may be the result of an iteration.
-    fn initial_derivative(&self, unknown: usize, known: usize) -> Result<f64, Fault> {
-        let (u, k) = (&self.design.variables[unknown], &self.design.variables[known]);
+    fn initial_derivative(&mut self, unknown: usize, known: usize) -> Result<f64, Fault> {
+        let design = self.design.clone();
+        let (u, k) = (&design.variables[unknown], &design.variables[known]);
         let (Access::Set { set, .. }, Kind::Real { quantity, min, max, .. }) = (&k.access, &k.description.kind) else {
             return Err(Fault(format!(
                 "`{}` follows from inputs and parameters before the start; derivatives exist for those",
@@ -227,13 +233,22 @@ impl<D: Drive> Unit<D> {
             return Err(Fault(format!("`{}` is set, not computed; it has no derivatives", u.description.name)));
         }
         let centre = k.value(&self.drive);
-        let value_at = |known: f64| -> Result<f64, Fault> {
-            let mut drive = self.drive.clone();
-            set(&mut drive, k.index, known);
-            drive.start(self.time)?;
-            let mut values = self.design.places.clone();
+        let (drive, time, trials) = (&self.drive, self.time, &mut self.trials);
+        let values_at = |value: f64| -> Result<Box<[f64]>, Fault> {
+            let mut drive = drive.clone();
+            set(&mut drive, k.index, value);
+            drive.start(time)?;
+            let mut values = design.places.clone();
             drive.evaluate(&mut values);
-            Ok(values[u.index])
+            Ok(values)
+        };
+        let value_at = |value: f64| {
+            let done = trials.iter().position(|(of, at, _)| (*of, *at) == (known, value));
+            let done = done.unwrap_or_else(|| {
+                trials.push((known, value, values_at(value)));
+                trials.len() - 1
+            });
+            trials[done].2.as_ref().map(|values| values[u.index]).map_err(Fault::clone)
         };
         // A law repeats itself every turn however large the angle; other quantities are scaled by themselves, unless they
         // are next to nothing.
@@ -388,6 +403,7 @@ impl<D: Drive> DynDrive for Unit<D> {
             return Err(self.not_finite());
         }
         self.initialising = false;
+        self.trials = Vec::new();
         Ok(())
     }
 

@@ -11,7 +11,7 @@ use std::cell::Cell;
 pub const BUDGET: f64 = 0.4e6;
 
 /// An evaluation of the equation in a step of the collocation, with its part of the linear equations (nominal µs).
-pub const EVALUATION: f64 = 0.2;
+pub const EVALUATION: f64 = 0.25;
 
 /// What a harmonic of a law adds to an evaluation (nominal µs).
 pub const HARMONIC: f64 = 0.005;

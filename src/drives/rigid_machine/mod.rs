@@ -235,7 +235,8 @@ impl RigidMachine {
             return Ok(());
         }
         Err(Fault(format!(
-            "the reduced moment of inertia J(phi) = J0 + sum m U'^2 must be positive at every angle, but its lower bound is {low:e} kg.m2; choose a larger `J0` (now {} kg.m2)",
+            "the reduced moment of inertia J(phi) = J0 + sum m U'^2 must be positive at every angle, but its lower bound is {} kg.m2; choose a larger `J0` (now {} kg.m2)",
+            Number(low),
             self.inertia.function.constant
         )))
     }

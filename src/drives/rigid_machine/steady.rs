@@ -23,7 +23,7 @@ use super::steady_lag::Turn;
 use super::torques::Torques;
 use super::{Kloss, Motor, RigidMachine, State};
 use crate::drives::limits::search_too_much;
-use crate::drives::{Event, Fault};
+use crate::drives::{Event, Fault, Number};
 use crate::numerics::double_double::Double;
 use crate::numerics::gauss::STAGES;
 use crate::numerics::work::{self, Work};
@@ -305,7 +305,9 @@ impl RigidMachine {
         let torques = Torques::against(&self.motor, tau, sense);
         let none = || {
             Fault(format!(
-                "`start.mode` = steady_state: with `tau` = {tau} N.m there is no stable periodic motion; the motor (breakdown torque {breakdown_torque} N.m) stalls or runs away. Reduce the load or use `given`",
+                "`start.mode` = steady_state: with `tau` = {} N.m there is no stable periodic motion; the motor (breakdown torque {} N.m) stalls or runs away. Reduce the load or use `given`",
+                Number(tau),
+                Number(breakdown_torque)
             ))
         };
         let (low, high) = self.inertia.range();
