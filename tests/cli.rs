@@ -958,7 +958,7 @@ fn the_accuracy_of_a_levers_law_is_told_once() {
 
 #[test]
 fn cam_says_which_key_keeps_the_second_arm_off() {
-    let folder = folder("cam_refuses");
+    let folder = folder("cam_second_arm");
     let scene = folder.join("scene.toml");
     let loom = std::fs::read_to_string(root().join("examples/rapier_loom/scene.toml")).unwrap();
     std::fs::write(&scene, loom.replace("second_arm_angle = \"90 deg\"", "second_arm_angle = \"30 deg\"")).unwrap();
