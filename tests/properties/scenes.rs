@@ -67,27 +67,27 @@ impl CamScene {
     /// The name of the model and its resolved scene.
     pub fn resolved(&self) -> (&'static str, Value) {
         let mut scene = json!({
-            "c": self.c, "b": self.b, "cam": self.law, "solver": solver(),
+            "parameters": {"c": self.c, "b": self.b}, "cam": self.law, "solver": solver(),
             "drive": {"constant": {"w": self.w, "phi_start": self.phi_start}},
             "start": {"mode": "given", "q": self.q, "q_dot": self.q_dot},
         });
-        let mut put = |name: &str, value: Value| scene[name] = value;
+        scene["linear"] = (self.model == Model::LinearShaft).into();
+        let mut put = |name: &str, value: f64| scene["parameters"][name] = value.into();
         let model = match self.model {
             Model::Output => {
-                put("m", self.m.into());
+                put("m", self.m);
                 "ElasticCamDrive.output"
             }
             Model::LinearShaft | Model::Shaft => {
-                put("m", self.m.into());
-                put("inertia", self.second.into());
-                put("linear", (self.model == Model::LinearShaft).into());
+                put("m", self.m);
+                put("inertia", self.second);
                 "ElasticCamDrive.shaft"
             }
             Model::Backlash => {
-                put("m1", self.m.into());
-                put("m2", self.second.into());
-                put("s", self.s.into());
-                put("e", self.e.into());
+                put("m1", self.m);
+                put("m2", self.second);
+                put("s", self.s);
+                put("e", self.e);
                 "BacklashDrive"
             }
         };
@@ -381,7 +381,8 @@ pub fn backlash() -> impl Strategy<Value = CamScene> {
         0.1..1.0_f64,
     )
         .prop_map(|((law, stroke, w, phi_start, start), m2, mu, eta, ratio, s, e, share)| {
-            let natural = w.abs() / eta;
+            // The least stiffness of the FMU is 1e-6 N/m; a drive that is slower by e³ has 1/400 of its stiffness.
+            let natural = (w.abs() / eta).max((1e-3 / m2).sqrt());
             CamScene {
                 model: Model::Backlash,
                 m: mu * m2,
