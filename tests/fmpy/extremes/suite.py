@@ -221,7 +221,7 @@ statement no longer holds. `BLESS=1 pytest tests/fmpy/test_extremes.py` writes t
 
 
 def number(value):
-    return "0" if value == 0.0 else f"{value:.0e}".replace("e+0", "e").replace("e-0", "e-")
+    return "0" if value == 0.0 else f"{value:.0e}".replace("e+0", "e").replace("e+", "e").replace("e-0", "e-")
 
 
 def row(case, outcome):
