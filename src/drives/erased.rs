@@ -4,7 +4,7 @@ use super::limits::{check_angle, no_state};
 use super::unit;
 use super::variable::{Access, Causality, Kind, Type, Variability};
 use super::{Description, Drive, EventLog, Experiment, Fault, Seed, Variable};
-use crate::numerics::difference;
+use crate::numerics::{difference, work};
 use std::any::Any;
 use std::mem::MaybeUninit;
 use std::sync::Arc;
@@ -234,7 +234,20 @@ impl<D: Drive> Unit<D> {
         }
         let centre = k.value(&self.drive);
         let (drive, time, trials) = (&self.drive, self.time, &mut self.trials);
+        let drawn = work::all_drawn();
+        let exhausted = || work::all_drawn() - drawn > work::budget();
+        let too_much = || {
+            let (u, k) = (&u.description.name, &k.description.name);
+            Fault(format!(
+                "the derivative of `{u}` with respect to `{k}` before the start needs more than the work of one call: each \
+                 of its trial starts searches for the periodic motion; take differences of whole runs, or set start.mode \
+                 otherwise"
+            ))
+        };
         let values_at = |value: f64| -> Result<Box<[f64]>, Fault> {
+            if exhausted() {
+                return Err(too_much());
+            }
             let mut drive = drive.clone();
             set(&mut drive, k.index, value);
             drive.start(time)?;
@@ -261,6 +274,9 @@ impl<D: Drive> Unit<D> {
             usual
         };
         let slope = difference::derivative(value_at, centre, 0.02 * size, [*min, *max])?;
+        if exhausted() {
+            return Err(too_much());
+        }
         if slope.is_finite() {
             Ok(slope)
         } else {

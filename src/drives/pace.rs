@@ -128,6 +128,9 @@ impl Pace {
             Pace::Tolerance(_) => f64::INFINITY,
             Pace::Grid { step, .. } => attempts as f64 * (((target - integrator.end()).hi / step).ceil() + 1.0),
         };
+        if most.is_finite() && !work.allows(cost * most / attempts as f64) {
+            return Err(Stop::Exhausted { time: integrator.end().hi });
+        }
         while (target - integrator.end()).hi > 0.0 {
             let (time, before) = (integrator.end().hi, integrator.statistics.evaluations);
             step(integrator).map_err(Stop::Failed)?;

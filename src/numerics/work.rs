@@ -25,11 +25,20 @@ pub struct Work(f64);
 pub struct Exhausted;
 
 #[cfg(any(test, feature = "counted-work"))]
-use drawn::limited as budget;
+pub(crate) use drawn::limited as budget;
 
 #[cfg(not(any(test, feature = "counted-work")))]
-const fn budget() -> f64 {
+pub(crate) const fn budget() -> f64 {
     BUDGET
+}
+
+thread_local! {
+    static DRAWN: Cell<f64> = const { Cell::new(0.0) };
+}
+
+/// All that was drawn in this thread (nominal µs), by which what makes several calls of a drive bounds them together.
+pub fn all_drawn() -> f64 {
+    DRAWN.get()
 }
 
 impl Default for Work {
@@ -43,11 +52,15 @@ impl Work {
     /// Draws upon it (nominal µs).
     #[inline]
     pub fn draw(&mut self, cost: f64) -> Result<(), Exhausted> {
-        #[cfg(any(test, feature = "counted-work"))]
-        drawn::add(cost);
+        DRAWN.set(DRAWN.get() + cost);
         self.0 -= cost;
         // A comparison with NaN is false.
         if self.0 >= 0.0 { Ok(()) } else { Err(Exhausted) }
+    }
+
+    /// Whether as much as this is left (nominal µs).
+    pub fn allows(&self, cost: f64) -> bool {
+        cost <= self.0
     }
 
     /// Whether it is used up.
@@ -65,18 +78,17 @@ pub fn draw(shared: Option<&Cell<Work>>, cost: f64) -> Option<()> {
     drawn.ok()
 }
 
-/// What was drawn in this thread, for tests.
+/// Tests ask what was drawn, and make do with less.
 #[cfg(any(test, feature = "counted-work"))]
 pub mod drawn {
     use std::cell::Cell;
 
     thread_local! {
-        static DRAWN: Cell<f64> = const { Cell::new(0.0) };
         static LIMIT: Cell<f64> = const { Cell::new(super::BUDGET) };
     }
 
     /// The budget of a call in this thread.
-    pub(super) fn limited() -> f64 {
+    pub fn limited() -> f64 {
         LIMIT.get()
     }
 
@@ -92,12 +104,8 @@ pub mod drawn {
         Limited
     }
 
-    pub(super) fn add(cost: f64) {
-        DRAWN.set(DRAWN.get() + cost);
-    }
-
     /// All that was drawn since this was last asked (nominal µs).
     pub fn since_last() -> f64 {
-        DRAWN.replace(0.0)
+        super::DRAWN.replace(0.0)
     }
 }

@@ -192,7 +192,8 @@ impl ParametricDrive {
 fn unbounded(time: f64, growth: f64) -> Fault {
     let why = if growth > 0.0 {
         format!(
-            "the drive is parametrically unstable, free vibrations grow by exp({growth:.6}) in a turn; change drive.w or raise the damping"
+            "the drive is parametrically unstable, free vibrations grow by exp({}) in a turn; change drive.w or raise the damping",
+            Rounded(growth)
         )
     } else {
         "the drive is parametrically unstable, or an input jumped far; change the speed or raise the damping".to_owned()

@@ -5,7 +5,7 @@ use super::law::Law;
 use crate::drives::cam_drive::{CamDrive, DriveMode};
 use crate::drives::cam_turn::turns;
 use crate::drives::pace::RESERVE_OF_TABLE;
-use crate::drives::{Fault, Number};
+use crate::drives::{Fault, Number, Rounded};
 use crate::numerics::angle;
 use crate::numerics::double_double::Double;
 use crate::numerics::period_map::{self, Period, PeriodMap, Periodic};
@@ -79,8 +79,8 @@ impl Table {
         };
         if self.growth > 0.0 {
             return Err(unstable(format!(
-                "the periodic solution is unstable, free vibrations grow by exp({:.6}) in a turn",
-                self.growth
+                "the periodic solution is unstable, free vibrations grow by exp({}) in a turn",
+                Rounded(self.growth)
             )));
         }
         if self.growth == 0.0 {

@@ -140,6 +140,9 @@ impl RigidMachine {
         let mut work = Work::default();
         let lag = if self.motor.lag().is_some() { 2.0 } else { 1.0 };
         let cost = lag * EVALUATION + self.inertia.cost();
+        if !work.allows(cost * (step / self.grid.size)) {
+            return Err(self.too_long([time, target.hi], time));
+        }
         let steady = self.load.is_constant() && self.driving.is_constant();
         let torques = [self.load.set_value(), self.driving.set_value()];
         let mut now = Double::from(time);
