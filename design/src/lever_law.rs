@@ -320,6 +320,7 @@ mod tests {
             return_angle: 1.8,
             rise_law: law,
             return_law: StandardLaw::ModifiedSine,
+            inflections: [None; 2],
         }))
     }
 

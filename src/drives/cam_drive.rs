@@ -4,6 +4,7 @@
 use super::limits::{FASTEST, INPUTS, LARGEST_ANGLE};
 use super::{List, Rounded, unit, variable};
 use crate::motion::parameters::ParameterKind;
+use crate::motion::plan::{INFLECTION, MOST_DERIVATIVE};
 use crate::motion::{CyclePlan, Kinematics, MotionLaw, TransferFunctions};
 use crate::numerics::angle;
 use crate::numerics::count::at_most;
@@ -459,6 +460,11 @@ pub fn law_parameter_kind(kind: ParameterKind) -> variable::Kind {
     match kind {
         ParameterKind::Length => variable::real_within(&unit::LENGTH, -CyclePlan::MAX_LENGTH, CyclePlan::MAX_LENGTH),
         ParameterKind::Angle { min, max } => variable::real_within(&unit::ANGLE, min, max),
+        ParameterKind::Derivative(order) => {
+            let quantities = [&unit::LENGTH_PER_ANGLE, &unit::LENGTH_PER_ANGLE2, &unit::LENGTH_PER_ANGLE3];
+            variable::real_within(quantities[order.clamp(1, 3) - 1], -MOST_DERIVATIVE, MOST_DERIVATIVE)
+        }
+        ParameterKind::Inflection => variable::real_within(&unit::NUMBER, INFLECTION[0], INFLECTION[1]),
         ParameterKind::Factor => variable::real_within(&unit::NUMBER, -1e6, 1e6),
         ParameterKind::Law => variable::Kind::Enumeration(&STANDARD_LAW),
     }

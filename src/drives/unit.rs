@@ -44,6 +44,12 @@ quantities! {
     ROTATIONAL_DAMPING = "RotationalDampingConstant", "N.m.s/rad", [1, 2, -1, -1], None;
     /// Length (m).
     LENGTH = "Length", "m", [0, 1, 0, 0], Some(("mm", 1e3));
+    /// The first derivative of a length by the angle (m/rad).
+    LENGTH_PER_ANGLE = "LengthPerAngle", "m/rad", [0, 1, 0, -1], None;
+    /// The second one (m/rad²).
+    LENGTH_PER_ANGLE2 = "LengthPerAngle2", "m/rad2", [0, 1, 0, -2], None;
+    /// The third one (m/rad³).
+    LENGTH_PER_ANGLE3 = "LengthPerAngle3", "m/rad3", [0, 1, 0, -3], None;
     /// Velocity (m/s).
     VELOCITY = "Velocity", "m/s", [0, 1, -1, 0], None;
     /// Acceleration (m/s²).

@@ -1,15 +1,14 @@
 //! Dwell–rise–dwell–return cycles over one turn.
 
-use super::turn::{back, near, reduce, segment};
-use super::{StandardLaw, TransferFunctions};
+use super::StandardLaw;
+use super::pieces::{Form, Pieces, ROUNDING};
+use super::plan::{End, INFLECTION, Segment};
+use super::turn::reduce;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
 /// The least angle of a rise or return (rad): cams are made to about 1e-3 rad, and |U⁗| grows as its fourth power.
 pub const LEAST_MOTION: f64 = 1e-3;
-
-/// Angles that differ by less are equal (rad): some thousand roundings, as sums of converted degrees have them.
-const ROUNDING: f64 = 1e-12;
 
 /// The motion plan of a cycle (VDI 2143): rise, upper dwell, return, and the lower dwell for the rest of the turn.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -31,6 +30,8 @@ pub struct CyclePlan {
     pub rise_law: StandardLaw,
     /// The law of the return, run backwards: U = lower + stroke (1 − f(z)).
     pub return_law: StandardLaw,
+    /// Where the accelerations of rise and return change sign, as parts of their angles; without a value in the middle.
+    pub inflections: [Option<f64>; 2],
 }
 
 /// Why a plan is none.
@@ -104,6 +105,13 @@ impl CyclePlan {
                 return Err(CycleError::Range { name, value, min, max });
             }
         }
+        for (name, inflection) in [("rise_inflection", self.inflections[0]), ("return_inflection", self.inflections[1])]
+        {
+            let ([min, max], value) = (INFLECTION, inflection.unwrap_or(0.5));
+            if !(value >= min && value <= max) {
+                return Err(CycleError::Range { name, value, min, max });
+            }
+        }
         if self.lower_dwell() < -ROUNDING {
             let CyclePlan { rise_angle: rise, upper_dwell, return_angle, .. } = *self;
             return Err(CycleError::Sum { rise, upper_dwell, return_angle });
@@ -112,34 +120,12 @@ impl CyclePlan {
     }
 }
 
-/// What a piece of the turn does.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Motion {
-    /// U = level (m).
-    Dwell(f64),
-    /// Rises by this part of its law.
-    Rise(usize),
-    /// Returns by this part of its law.
-    Return(usize),
-}
-
-/// An analytic piece of the turn.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Piece {
-    motion: Motion,
-    /// Where the whole rise or return starts, z = 0 (rad).
-    origin: f64,
-    /// The middle of the piece (rad), within half a turn of 0, where most angles come from.
-    middle: f64,
-}
-
 /// A dwell–rise–dwell–return cycle with its plan cut into analytic pieces.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(from = "CyclePlan", into = "CyclePlan")]
 pub struct Cycle {
     plan: CyclePlan,
-    breakpoints: Vec<f64>,
-    pieces: Vec<Piece>,
+    pub(super) pieces: Pieces,
 }
 
 impl From<CyclePlan> for Cycle {
@@ -158,160 +144,34 @@ impl Cycle {
     /// The cycle of this plan. A plan that [`CyclePlan::validate`] refuses, as it may arise while parameters are set
     /// one after the other, rests in the lower dwell.
     pub fn new(plan: CyclePlan) -> Self {
-        let mut starts = if plan.validate().is_ok() { cut(&plan) } else { Vec::new() };
-        starts.sort_by(|a, b| a.0.total_cmp(&b.0));
-        if starts.is_empty() {
-            let level = if plan.lower.is_finite() { plan.lower } else { 0.0 };
-            starts.push((0.0, Piece { motion: Motion::Dwell(level), origin: 0.0, middle: 0.0 }));
-        }
-        let (breakpoints, pieces) = starts.into_iter().unzip();
-        Cycle { plan, breakpoints, pieces }
+        let pieces = if plan.validate().is_ok() { Pieces::new(forms(&plan)) } else { Pieces::at_rest(plan.lower) };
+        Cycle { plan, pieces }
     }
 
     /// The plan.
     pub fn plan(&self) -> &CyclePlan {
         &self.plan
     }
-
-    /// The starts of the pieces (rad), ascending in [0, 2π).
-    pub fn breakpoints(&self) -> &[f64] {
-        &self.breakpoints
-    }
-
-    /// The piece that holds `phi`; see [`super::MotionLaw::segment`].
-    pub fn segment(&self, phi: f64, forward: bool) -> usize {
-        segment(&self.breakpoints, phi, forward)
-    }
-
-    /// U … U⁗ of piece `segment` at `phi`, continued analytically outside of it.
-    pub fn at_in(&self, segment: usize, phi: f64) -> TransferFunctions {
-        let piece = &self.pieces[segment.min(self.pieces.len() - 1)];
-        let CyclePlan { stroke, lower, rise_angle, return_angle, rise_law, return_law, .. } = self.plan;
-        let angle = near(phi, piece.middle) - piece.origin;
-        match piece.motion {
-            Motion::Dwell(level) => TransferFunctions([level, 0.0, 0.0, 0.0, 0.0]),
-            Motion::Rise(part) => {
-                let f = rise_law.at_in(part, angle / rise_angle);
-                scaled(f, lower, stroke, rise_angle)
-            }
-            Motion::Return(part) => {
-                let [f, f1, f2, f3, f4] = return_law.at_in(part, angle / return_angle);
-                scaled([1.0 - f, -f1, -f2, -f3, -f4], lower, stroke, return_angle)
-            }
-        }
-    }
-
-    /// U⁽⁵⁾ of piece `segment` at `phi`.
-    pub fn fifth_in(&self, segment: usize, phi: f64) -> f64 {
-        let piece = &self.pieces[segment.min(self.pieces.len() - 1)];
-        let CyclePlan { stroke, rise_angle, return_angle, rise_law, return_law, .. } = self.plan;
-        let angle = near(phi, piece.middle) - piece.origin;
-        match piece.motion {
-            Motion::Dwell(_) => 0.0,
-            Motion::Rise(part) => stroke / rise_angle.powi(5) * rise_law.fifth_in(part, angle / rise_angle),
-            Motion::Return(part) => -stroke / return_angle.powi(5) * return_law.fifth_in(part, angle / return_angle),
-        }
-    }
-
-    /// The Taylor coefficients of piece `segment` about `phi`; see [`super::MotionLaw::expand`].
-    pub fn expand(&self, segment: usize, phi: f64, step: f64, coefficients: &mut [f64]) {
-        let piece = &self.pieces[segment.min(self.pieces.len() - 1)];
-        let CyclePlan { stroke, lower, rise_angle, return_angle, rise_law, return_law, .. } = self.plan;
-        let angle = near(phi, piece.middle) - piece.origin;
-        let (base, factor) = match piece.motion {
-            Motion::Dwell(level) => {
-                coefficients.fill(0.0);
-                (level, 0.0)
-            }
-            Motion::Rise(part) => {
-                rise_law.expand(part, angle / rise_angle, step / rise_angle, coefficients);
-                (lower, stroke)
-            }
-            Motion::Return(part) => {
-                return_law.expand(part, angle / return_angle, step / return_angle, coefficients);
-                coefficients[0] -= 1.0;
-                (lower, -stroke)
-            }
-        };
-        for c in &mut *coefficients {
-            *c *= factor;
-        }
-        coefficients[0] += base;
-    }
-
-    /// An upper bound of |U⁽ᵒʳᵈᵉʳ⁾| in piece `segment`.
-    pub fn bound_in(&self, segment: usize, order: usize) -> f64 {
-        let plan = &self.plan;
-        let (law, width) = match self.pieces[segment.min(self.pieces.len() - 1)].motion {
-            Motion::Dwell(level) => return if order == 0 { level.abs() } else { 0.0 },
-            Motion::Rise(_) => (plan.rise_law, plan.rise_angle),
-            Motion::Return(_) => (plan.return_law, plan.return_angle),
-        };
-        if order == 0 {
-            plan.lower.abs().max((plan.lower + plan.stroke).abs())
-        } else {
-            plan.stroke.abs() * law.peak(order) / width.powi(order as i32)
-        }
-    }
-
-    /// The number of pieces.
-    pub fn segments(&self) -> usize {
-        self.pieces.len()
-    }
-
-    /// The harmonic order that resolves piece `segment`.
-    pub fn resolution_in(&self, segment: usize) -> f64 {
-        match self.pieces[segment.min(self.pieces.len() - 1)].motion {
-            Motion::Dwell(_) => 1.0,
-            Motion::Rise(_) => self.plan.rise_law.frequency() / self.plan.rise_angle,
-            Motion::Return(_) => self.plan.return_law.frequency() / self.plan.return_angle,
-        }
-    }
 }
 
-/// U = lower + stroke f(z), z = φ/width.
-fn scaled(f: [f64; 5], lower: f64, stroke: f64, width: f64) -> TransferFunctions {
-    let r = 1.0 / width;
-    let s1 = stroke * r;
-    let s2 = s1 * r;
-    let s3 = s2 * r;
-    TransferFunctions([lower + stroke * f[0], s1 * f[1], s2 * f[2], s3 * f[3], s3 * r * f[4]])
-}
-
-/// The pieces of a valid plan, each with its start in [0, 2π).
-fn cut(plan: &CyclePlan) -> Vec<(f64, Piece)> {
-    let mut pieces = Vec::new();
+/// Rise, upper dwell, return and lower dwell of a valid plan.
+fn forms(plan: &CyclePlan) -> Vec<([f64; 2], Form)> {
+    let CyclePlan { stroke, lower, rise_angle, upper_dwell, return_angle, rise_law, return_law, inflections, .. } =
+        *plan;
     let rise = reduce(plan.rise_start);
-    let dwell = rise + plan.rise_angle;
-    let fall = dwell + plan.upper_dwell;
-    let rest = fall + plan.return_angle;
-    cut_motion(&mut pieces, rise, plan.rise_angle, plan.rise_law, Motion::Rise);
-    cut_dwell(&mut pieces, dwell, plan.upper_dwell, plan.lower + plan.stroke);
-    cut_motion(&mut pieces, fall, plan.return_angle, plan.return_law, Motion::Return);
-    cut_dwell(&mut pieces, rest, plan.lower_dwell(), plan.lower);
-    pieces
-}
-
-fn cut_motion(pieces: &mut Vec<(f64, Piece)>, start: f64, width: f64, law: StandardLaw, motion: fn(usize) -> Motion) {
-    let joints = law.joints();
-    for part in 0..=joints.len() {
-        let from = if part == 0 { 0.0 } else { joints[part - 1] };
-        let to = joints.get(part).copied().unwrap_or(1.0);
-        push(pieces, motion(part), start, start + width * from, start + width * to);
-    }
-}
-
-fn cut_dwell(pieces: &mut Vec<(f64, Piece)>, start: f64, width: f64, level: f64) {
-    // What rounding leaves of a turn without dwell is no piece.
-    if width > ROUNDING {
-        push(pieces, Motion::Dwell(level), start, start, start + width);
-    }
-}
-
-fn push(pieces: &mut Vec<(f64, Piece)>, motion: Motion, origin: f64, from: f64, to: f64) {
-    let middle = 0.5 * (from + to);
-    let turns = (middle / TAU).round();
-    pieces.push((reduce(from), Piece { motion, origin: back(origin, turns), middle: back(middle, turns) }));
+    let dwell = rise + rise_angle;
+    let fall = dwell + upper_dwell;
+    let rest = fall + return_angle;
+    let upper = lower + stroke;
+    let end = |phi: f64, u: f64| End { phi, u, v: 0.0, turns: false };
+    let motion = |ends: [End; 2], law: StandardLaw, inflection: Option<f64>| {
+        Segment { ends, law }.forms(inflection.unwrap_or(0.5))
+    };
+    let mut forms = motion([end(rise, lower), end(dwell, upper)], rise_law, inflections[0]);
+    forms.push(([dwell, fall], Form::straight(dwell, upper, 0.0)));
+    forms.extend(motion([end(fall, upper), end(rest, lower)], return_law, inflections[1]));
+    forms.push(([rest, rise + TAU], Form::straight(rest, lower, 0.0)));
+    forms
 }
 
 #[cfg(test)]
@@ -330,11 +190,12 @@ mod tests {
             return_angle: 2.0,
             rise_law: ModifiedTrapezoid,
             return_law: ModifiedSine,
+            inflections: [None; 2],
         }
     }
 
     fn at(cycle: &Cycle, phi: f64) -> [f64; 5] {
-        cycle.at_in(cycle.segment(phi, true), phi).0
+        cycle.pieces.at_in(cycle.pieces.segment(phi, true), phi).0
     }
 
     #[test]
@@ -367,11 +228,14 @@ mod tests {
             let phi = -PI + TAU * f64::from(i) / 200.0;
             for turns in [-1.0, 1.0] {
                 let other = phi + turns * TAU;
-                let segment = cycle.segment(phi, true);
-                let (u, v) = (cycle.at_in(segment, phi).0, cycle.at_in(segment, other).0);
+                let segment = cycle.pieces.segment(phi, true);
+                let (u, v) = (cycle.pieces.at_in(segment, phi).0, cycle.pieces.at_in(segment, other).0);
                 for n in 0..5 {
                     // The two angles differ by a rounding of 2π.
-                    assert!((u[n] - v[n]).abs() < 1e-13 * (1.0 + cycle.bound_in(segment, n.min(4))), "{phi} {n}");
+                    assert!(
+                        (u[n] - v[n]).abs() < 1e-13 * (1.0 + cycle.pieces.bound_in(segment, n.min(4))),
+                        "{phi} {n}"
+                    );
                 }
             }
         }
@@ -381,13 +245,13 @@ mod tests {
     fn the_pieces_join_with_continuous_velocity_and_acceleration() {
         for rise_start in [-6.0, -1.0, 0.0, 2.0, 5.5, TAU] {
             let cycle = Cycle::new(CyclePlan { rise_start, ..plan() });
-            let breakpoints = cycle.breakpoints().to_vec();
+            let breakpoints = cycle.pieces.breakpoints().to_vec();
             assert_eq!(breakpoints.len(), 5 + 1 + 3 + 1);
             assert!(breakpoints.windows(2).all(|w| w[0] < w[1]));
             for &b in &breakpoints {
-                let left = cycle.at_in(cycle.segment(b, false), b).0;
-                let right = cycle.at_in(cycle.segment(b, true), b).0;
-                assert_ne!(cycle.segment(b, false), cycle.segment(b, true));
+                let left = cycle.pieces.at_in(cycle.pieces.segment(b, false), b).0;
+                let right = cycle.pieces.at_in(cycle.pieces.segment(b, true), b).0;
+                assert_ne!(cycle.pieces.segment(b, false), cycle.pieces.segment(b, true));
                 for n in 0..3 {
                     assert!((left[n] - right[n]).abs() < 1e-14, "rise_start {rise_start}, at {b}, order {n}");
                 }
@@ -401,9 +265,9 @@ mod tests {
         let cycle = Cycle::new(plan());
         for i in 0..10_000 {
             let phi = TAU * f64::from(i) / 10_000.0;
-            let segment = cycle.segment(phi, true);
-            for (n, u) in cycle.at_in(segment, phi).0.into_iter().enumerate() {
-                assert!(u.abs() <= cycle.bound_in(segment, n) * (1.0 + 1e-14), "{phi} {n}");
+            let segment = cycle.pieces.segment(phi, true);
+            for (n, u) in cycle.pieces.at_in(segment, phi).0.into_iter().enumerate() {
+                assert!(u.abs() <= cycle.pieces.bound_in(segment, n) * (1.0 + 1e-14), "{phi} {n}");
             }
         }
     }
@@ -412,7 +276,7 @@ mod tests {
     fn dwells_may_be_missing() {
         let half = CyclePlan { rise_angle: PI, return_angle: PI, upper_dwell: 0.0, rise_law: SimpleSine, ..plan() };
         let cycle = Cycle::new(CyclePlan { return_law: SimpleSine, rise_start: 0.0, ..half });
-        assert_eq!(cycle.segments(), 2);
+        assert_eq!(cycle.pieces.breakpoints().len(), 2);
         // Simple sine over two halves is a cosine.
         for i in 0..100 {
             let phi = TAU * f64::from(i) / 100.0;
@@ -438,6 +302,6 @@ mod tests {
         assert!(CyclePlan { rise_angle: 0.0, ..plan() }.validate().is_err());
         // Degrees that make 360 in sum may miss 2π by roundings.
         let full = CyclePlan { rise_angle: 2.0, upper_dwell: TAU - 4.0 + 1e-14, ..plan() };
-        assert!(full.validate().is_ok() && Cycle::new(full).segments() == 9);
+        assert!(full.validate().is_ok() && Cycle::new(full).pieces.breakpoints().len() == 9);
     }
 }

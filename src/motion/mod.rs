@@ -6,6 +6,8 @@ pub mod cycle;
 pub mod derivatives;
 pub mod fourier;
 pub mod parameters;
+pub mod pieces;
+pub mod plan;
 mod spline;
 pub mod standard_laws;
 pub mod table;
@@ -14,6 +16,7 @@ mod turn;
 pub use cycle::{Cycle, CyclePlan};
 pub use derivatives::{Kinematics, TransferFunctions};
 pub use fourier::Fourier;
+pub use plan::{MotionPlan, PlanPoint};
 pub use standard_laws::StandardLaw;
 pub use table::Table;
 
@@ -33,6 +36,8 @@ pub enum MotionLaw {
     Cycle(Cycle),
     /// A table of angles and lifts.
     Table(Table),
+    /// A motion plan.
+    Plan(MotionPlan),
 }
 
 /// The bounds are enlarged by this part, more than the roundings of the bounds and of the values that they bound.
@@ -48,7 +53,9 @@ impl MotionLaw {
     pub fn at_in(&self, segment: usize, phi: f64) -> TransferFunctions {
         match self {
             MotionLaw::Fourier(series) => series.at(phi),
-            MotionLaw::Cycle(cycle) => cycle.at_in(segment, phi),
+            MotionLaw::Cycle(Cycle { pieces, .. }) | MotionLaw::Plan(MotionPlan { pieces, .. }) => {
+                pieces.at_in(segment, phi)
+            }
             MotionLaw::Table(table) => table.at_in(segment, phi),
         }
     }
@@ -57,7 +64,9 @@ impl MotionLaw {
     pub fn fifth_in(&self, segment: usize, phi: f64) -> f64 {
         match self {
             MotionLaw::Fourier(series) => series.fifth(phi),
-            MotionLaw::Cycle(cycle) => cycle.fifth_in(segment, phi),
+            MotionLaw::Cycle(Cycle { pieces, .. }) | MotionLaw::Plan(MotionPlan { pieces, .. }) => {
+                pieces.fifth_in(segment, phi)
+            }
             MotionLaw::Table(table) => table.fifth_in(segment),
         }
     }
@@ -66,7 +75,9 @@ impl MotionLaw {
     pub fn expand(&self, segment: usize, phi: f64, step: f64, coefficients: &mut [f64]) {
         match self {
             MotionLaw::Fourier(series) => series.expand(phi, step, coefficients),
-            MotionLaw::Cycle(cycle) => cycle.expand(segment, phi, step, coefficients),
+            MotionLaw::Cycle(Cycle { pieces, .. }) | MotionLaw::Plan(MotionPlan { pieces, .. }) => {
+                pieces.expand(segment, phi, step, coefficients)
+            }
             MotionLaw::Table(table) => table.expand(segment, phi, step, coefficients),
         }
     }
@@ -76,18 +87,20 @@ impl MotionLaw {
     pub fn segment(&self, phi: f64, forward: bool) -> usize {
         match self {
             MotionLaw::Fourier(_) => 0,
-            MotionLaw::Cycle(cycle) => cycle.segment(phi, forward),
+            MotionLaw::Cycle(Cycle { pieces, .. }) | MotionLaw::Plan(MotionPlan { pieces, .. }) => {
+                pieces.segment(phi, forward)
+            }
             MotionLaw::Table(table) => table.segment(phi, forward),
         }
     }
 
-    /// The angles in [0, 2π), ascending, at which a derivative jumps: in a cycle one of order ≤ 4, in a table that of
-    /// order 5, or of order 2 where its derivatives are given. Segment i reaches from breakpoint i to breakpoint i + 1, the last one around the turn. Empty where U
-    /// is smooth all around.
+    /// The angles in [0, 2π), ascending, at which a derivative jumps: in a cycle or a plan one of order ≤ 4, in a
+    /// table that of order 5, or of order 2 where its derivatives are given. Segment i reaches from breakpoint i to breakpoint
+    /// i + 1, the last one around the turn. Empty where U is smooth all around.
     pub fn breakpoints(&self) -> &[f64] {
         match self {
             MotionLaw::Fourier(_) => &[],
-            MotionLaw::Cycle(cycle) => cycle.breakpoints(),
+            MotionLaw::Cycle(Cycle { pieces, .. }) | MotionLaw::Plan(MotionPlan { pieces, .. }) => pieces.breakpoints(),
             MotionLaw::Table(table) => table.breakpoints(),
         }
     }
@@ -96,8 +109,8 @@ impl MotionLaw {
     pub fn bound(&self, order: usize) -> f64 {
         let bound = match self {
             MotionLaw::Fourier(series) => series.bound(order),
-            MotionLaw::Cycle(cycle) => {
-                (0..cycle.segments()).map(|segment| cycle.bound_in(segment, order)).fold(0.0, f64::max)
+            MotionLaw::Cycle(Cycle { pieces, .. }) | MotionLaw::Plan(MotionPlan { pieces, .. }) => {
+                (0..pieces.breakpoints().len()).map(|segment| pieces.bound_in(segment, order)).fold(0.0, f64::max)
             }
             MotionLaw::Table(table) => table.bound(order),
         };
@@ -108,7 +121,9 @@ impl MotionLaw {
     pub fn bound_in(&self, segment: usize, order: usize) -> f64 {
         let bound = match self {
             MotionLaw::Fourier(series) => series.bound(order),
-            MotionLaw::Cycle(cycle) => cycle.bound_in(segment, order),
+            MotionLaw::Cycle(Cycle { pieces, .. }) | MotionLaw::Plan(MotionPlan { pieces, .. }) => {
+                pieces.bound_in(segment, order)
+            }
             MotionLaw::Table(table) => table.bound_in(segment, order),
         };
         bound * (1.0 + BOUND_ROUNDING)
@@ -119,8 +134,8 @@ impl MotionLaw {
     pub fn resolution(&self) -> f64 {
         match self {
             MotionLaw::Fourier(series) => series.order().max(1) as f64,
-            MotionLaw::Cycle(cycle) => {
-                (0..cycle.segments()).map(|segment| cycle.resolution_in(segment)).fold(1.0, f64::max)
+            MotionLaw::Cycle(Cycle { pieces, .. }) | MotionLaw::Plan(MotionPlan { pieces, .. }) => {
+                (0..pieces.breakpoints().len()).map(|segment| pieces.resolution_in(segment)).fold(1.0, f64::max)
             }
             // Each segment is a polynomial of degree 5 itself.
             MotionLaw::Table(_) => 1.0,
@@ -130,12 +145,14 @@ impl MotionLaw {
     /// The harmonic order that resolves one segment.
     pub fn resolution_in(&self, segment: usize) -> f64 {
         match self {
-            MotionLaw::Cycle(cycle) => cycle.resolution_in(segment),
+            MotionLaw::Cycle(Cycle { pieces, .. }) | MotionLaw::Plan(MotionPlan { pieces, .. }) => {
+                pieces.resolution_in(segment)
+            }
             _ => self.resolution(),
         }
     }
 
-    /// What an evaluation takes (nominal µs), see [`crate::numerics::work`]: a cycle or a table as much as ten harmonics.
+    /// What an evaluation takes (nominal µs), see [`crate::numerics::work`]: pieces as much as ten harmonics.
     pub fn cost(&self) -> f64 {
         HARMONIC * self.series().map_or(10.0, |series| series.order() as f64)
     }
@@ -153,6 +170,7 @@ impl MotionLaw {
         let finite = (0..5).all(|order| self.bound(order).is_finite());
         match self {
             MotionLaw::Cycle(cycle) => cycle.plan().validate().map_err(|e| format!("the cam's plan: {e}"))?,
+            MotionLaw::Plan(plan) => plan.validate().map_err(|e| format!("the motion plan: cam.{e}"))?,
             MotionLaw::Fourier(_) if !finite => {
                 return Err("the cam's Fourier coefficients must be finite and of at most 1e4 m".to_owned());
             }
@@ -182,6 +200,7 @@ mod tests {
             return_angle: 2.0,
             rise_law: law,
             return_law: law,
+            inflections: [None; 2],
         };
         let angles: Vec<f64> = (0..40).map(|i| TAU * f64::from(i) / 40.0).collect();
         let lifts = angles.iter().map(|phi| 0.02 * phi.sin().exp()).collect();
@@ -190,6 +209,9 @@ mod tests {
             MotionLaw::Table(Table::new(Points { angles, lifts }).unwrap()),
         ];
         laws.extend(StandardLaw::ALL.map(|law| MotionLaw::Cycle(Cycle::new(plan(law)))));
+        let shifted = |law| CyclePlan { inflections: [Some(0.3), Some(0.62)], ..plan(law) };
+        laws.extend(StandardLaw::ALL.map(|law| MotionLaw::Cycle(Cycle::new(shifted(law)))));
+        laws.push(plan::tests::of_all_kinds());
         laws
     }
 

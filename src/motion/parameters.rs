@@ -9,6 +9,10 @@ use std::f64::consts::TAU;
 pub enum ParameterKind {
     /// A length (m), at most [`CyclePlan::MAX_LENGTH`] either way.
     Length,
+    /// The derivative of a length by the angle of this order, 1 … 3 (m/radⁿ).
+    Derivative(usize),
+    /// A part of an angle (1), at which an acceleration changes sign.
+    Inflection,
     /// An angle (rad) in this range, borders included.
     Angle {
         /// Least value.
@@ -41,7 +45,7 @@ impl LawParameter {
 
 impl MotionLaw {
     /// The parameters of the law: `a[0]` … `a[K]`, `b[1]` … `b[K]` of a Fourier series, stroke, angles and laws of a
-    /// cycle, the scale of a table.
+    /// cycle, the scale of a table, the values that points of a plan were given.
     pub fn parameters(&self) -> Vec<LawParameter> {
         use ParameterKind::*;
         match self {
@@ -53,9 +57,9 @@ impl MotionLaw {
                 let cosines = (0..=series.order()).map(|k| coefficient('a', "Cosine", k));
                 cosines.chain((1..=series.order()).map(|k| coefficient('b', "Sine", k))).collect()
             }
-            MotionLaw::Cycle(_) => {
+            MotionLaw::Cycle(cycle) => {
                 let motion = Angle { min: LEAST_MOTION, max: TAU };
-                vec![
+                let mut list = vec![
                     LawParameter::new("stroke", "Lift from the lower to the upper dwell", Length),
                     LawParameter::new("lower", "Position in the lower dwell", Length),
                     LawParameter::new("rise_start", "Angle at which the rise starts", Angle { min: -TAU, max: TAU }),
@@ -64,8 +68,17 @@ impl MotionLaw {
                     LawParameter::new("return", "Angle of the return; the lower dwell is the rest of the turn", motion),
                     LawParameter::new("rise_law", "Law of the rise", Law),
                     LawParameter::new("return_law", "Law of the return", Law),
-                ]
+                ];
+                let names = [("rise_inflection", "rise"), ("return_inflection", "return")];
+                let given =
+                    names.into_iter().zip(cycle.plan().inflections).filter(|(_, inflection)| inflection.is_some());
+                list.extend(given.map(|((name, of), _)| {
+                    let text = format!("Where the acceleration of the {of} changes sign, as part of its angle");
+                    LawParameter::new(name, text, Inflection)
+                }));
+                list
             }
+            MotionLaw::Plan(plan) => plan.parameters(),
             MotionLaw::Table(_) => vec![LawParameter::new("scale", "Factor of the lifts of the table", Factor)],
         }
     }
@@ -85,10 +98,11 @@ impl MotionLaw {
                     5 => plan.return_angle,
                     6 => plan.rise_law.number() as f64,
                     7 => plan.return_law.number() as f64,
-                    _ => 0.0,
+                    _ => plan.inflections.into_iter().flatten().nth(index - 8).unwrap_or(0.0),
                 }
             }
             MotionLaw::Table(table) => table.scale,
+            MotionLaw::Plan(plan) => plan.parameter(index),
         }
     }
 
@@ -111,11 +125,16 @@ impl MotionLaw {
                     5 => plan.return_angle = value,
                     6 => plan.rise_law = StandardLaw::from_number(value as usize),
                     7 => plan.return_law = StandardLaw::from_number(value as usize),
-                    _ => {}
+                    _ => {
+                        if let Some(inflection) = plan.inflections.iter_mut().flatten().nth(index - 8) {
+                            *inflection = value;
+                        }
+                    }
                 }
                 *cycle = Cycle::new(plan);
             }
             MotionLaw::Table(table) => table.scale = value,
+            MotionLaw::Plan(plan) => plan.set_parameter(index, value),
         }
     }
 }
@@ -136,6 +155,7 @@ mod tests {
             return_angle: 2.0,
             rise_law: StandardLaw::ModifiedTrapezoid,
             return_law: StandardLaw::ModifiedSine,
+            inflections: [None; 2],
         };
         let points = Points { angles: vec![0.0, 1.5, 3.0, 4.5], lifts: vec![0.0, 0.1, 0.3, 0.2] };
         [

@@ -24,6 +24,7 @@ fn laws() -> [MotionLaw; 2] {
         return_angle: 2.0,
         rise_law: StandardLaw::InclinedSine,
         return_law: StandardLaw::ModifiedTrapezoid,
+        inflections: [None; 2],
     };
     [MotionLaw::Fourier(Fourier::new(vec![0.0, 0.01, 0.002], vec![0.0, 0.003])), MotionLaw::Cycle(Cycle::new(cycle))]
 }

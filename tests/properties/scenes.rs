@@ -1,7 +1,9 @@
 //! Random scenes over the admissible parameters, in logarithmic scale, and their images under the symmetries.
 
 use camdrive::drives::rigid_machine::Follower;
-use camdrive::motion::{Cycle, CyclePlan, Fourier, MotionLaw, StandardLaw, Table, table::Points};
+use camdrive::motion::{
+    Cycle, CyclePlan, Fourier, MotionLaw, MotionPlan, PlanPoint, StandardLaw, Table, table::Points,
+};
 use proptest::prelude::*;
 use serde_json::{Value, json};
 use std::f64::consts::{PI, TAU};
@@ -201,6 +203,14 @@ pub fn times(law: &MotionLaw, factor: f64) -> MotionLaw {
             table.scale *= factor;
             MotionLaw::Table(table)
         }
+        MotionLaw::Plan(plan) => {
+            let scaled = plan.points().iter().map(|p| PlanPoint {
+                u: factor * p.u,
+                velocity: p.velocity.map(|v| factor * v),
+                ..*p
+            });
+            MotionLaw::Plan(MotionPlan::new(scaled.collect()))
+        }
     }
 }
 
@@ -220,6 +230,7 @@ pub fn backwards(law: &MotionLaw) -> MotionLaw {
                 return_angle: plan.rise_angle,
                 rise_law: plan.return_law,
                 return_law: plan.rise_law,
+                inflections: [plan.inflections[1], plan.inflections[0]].map(|part| part.map(|part| 1.0 - part)),
                 ..plan
             }))
         }
@@ -232,6 +243,15 @@ pub fn backwards(law: &MotionLaw) -> MotionLaw {
             let mut reversed = Table::new(Points { angles, lifts }).expect("the same points");
             reversed.scale = table.scale;
             MotionLaw::Table(reversed)
+        }
+        MotionLaw::Plan(plan) => {
+            let points = plan.points();
+            let reversed = |(i, p): (usize, &PlanPoint)| {
+                let next = points[(i + 1) % points.len()];
+                let inflection = next.inflection.map(|part| 1.0 - part);
+                PlanPoint { phi: -p.phi, velocity: p.velocity.map(|v| -v), law: next.law, inflection, ..*p }
+            };
+            MotionLaw::Plan(MotionPlan::new(points.iter().enumerate().map(reversed).rev().collect()))
         }
     }
 }
@@ -263,7 +283,10 @@ fn cycle() -> impl Strategy<Value = MotionLaw> {
     let law = || (0..StandardLaw::ALL.len()).prop_map(|i| StandardLaw::ALL[i]);
     // Shares of the turn that rise, dwell, return and dwell take.
     let shares = (0.2..1.0_f64, 0.0..0.5_f64, 0.2..1.0_f64, 0.0..0.5_f64);
-    (shares, -6.0..6.0_f64, law(), law()).prop_map(|((rise, upper, back, lower), rise_start, rise_law, return_law)| {
+    let inflection = || prop_oneof![Just(None), (0.3..0.7_f64).prop_map(Some)];
+    let laws = (law(), law(), inflection(), inflection());
+    (shares, -6.0..6.0_f64, laws).prop_map(|((rise, upper, back, lower), rise_start, laws)| {
+        let (rise_law, return_law, rise_inflection, return_inflection) = laws;
         let unit = TAU / (rise + upper + back + lower);
         MotionLaw::Cycle(Cycle::new(CyclePlan {
             stroke: 1.0,
@@ -274,7 +297,33 @@ fn cycle() -> impl Strategy<Value = MotionLaw> {
             return_angle: back * unit,
             rise_law,
             return_law,
+            inflections: [rise_inflection, return_inflection],
         }))
+    })
+}
+
+/// Rests and points of constant velocity, with the standard laws between them.
+fn plan() -> impl Strategy<Value = MotionLaw> {
+    let point = (0.4..1.0_f64, -0.5..0.5_f64, prop_oneof![Just(None), (-0.5..0.5_f64).prop_map(Some)]);
+    prop::collection::vec(point, 3..7).prop_map(|points| {
+        let unit = TAU / points.iter().map(|(share, ..)| share).sum::<f64>();
+        let mut phi = -3.0;
+        let points = points.iter().map(|&(share, u, velocity)| {
+            phi += share * unit;
+            let rest = PlanPoint {
+                phi,
+                u,
+                velocity,
+                acceleration: None,
+                free: false,
+                jerk: None,
+                law: None,
+                inflection: None,
+            };
+            // A follower that never moves makes every relative error one of nothing.
+            PlanPoint { u: if u.abs() < 0.1 { 0.3_f64.copysign(u) } else { u }, ..rest }
+        });
+        MotionLaw::Plan(MotionPlan::new(points.collect()))
     })
 }
 
@@ -290,7 +339,7 @@ fn table() -> impl Strategy<Value = MotionLaw> {
 
 /// A law of unit stroke, more or less.
 pub fn law() -> impl Strategy<Value = MotionLaw> {
-    prop_oneof![3 => fourier(), 2 => cycle(), 1 => table()]
+    prop_oneof![3 => fourier(), 2 => cycle(), 1 => table(), 1 => plan()]
 }
 
 /// None, or a share of the critical one from 1e-4 to 1e3.

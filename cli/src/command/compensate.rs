@@ -261,7 +261,7 @@ fn cams(machine: &Machine, report: &Report, output: &Path) -> Result<Vec<Cam>, F
             table["file"] = value(name.clone());
             Ok(Cam { table, points: Some((output.parent().unwrap_or(Path::new("")).join(name), text)) })
         }
-        MotionLaw::Cycle(_) => Err(failure("a compensated cam is no cycle")),
+        MotionLaw::Cycle(_) | MotionLaw::Plan(_) => Err(failure("a compensated cam is no cycle and no plan")),
     };
     report.laws.iter().zip(0..).map(cam).collect()
 }

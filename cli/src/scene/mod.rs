@@ -10,6 +10,7 @@ pub mod input;
 mod models;
 mod motion_law;
 mod parametric;
+mod plan;
 mod section;
 pub mod synthesis;
 mod table;

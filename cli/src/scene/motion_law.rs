@@ -1,9 +1,10 @@
 //! The motion law of a cam: `[cam]` and `[follower.cam]`.
 
 use super::section::{ANY, Section, within};
-use super::{table, units};
+use super::{plan, table, units};
 use camdrive::drives::unit::{self, Quantity};
 use camdrive::motion::cycle::LEAST_MOTION;
+use camdrive::motion::plan::INFLECTION;
 use camdrive::motion::{Cycle, CyclePlan, Fourier, MotionLaw, StandardLaw};
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -18,6 +19,7 @@ const LAWS: &[(&[&str], Reader)] = &[
     (&["fourier", "hs", "harmonic_series"], |section, of, _| fourier(section, of).map(MotionLaw::Fourier)),
     (&["cycle", "standard_laws"], |section, of, _| cycle(section, of).map(MotionLaw::Cycle)),
     (&["table", "points"], table::read),
+    (&["plan", "motion_plan"], |section, of, _| plan::read(section, of)),
 ];
 
 /// The normalised laws with the names that are in use for them.
@@ -44,6 +46,13 @@ pub const SYNONYMS: &[(&str, &str)] = &[
     ("dwell", "upper_dwell"),
     ("path", "file"),
     ("csv", "file"),
+    ("points", "point"),
+    ("angle", "phi"),
+    ("u", "U"),
+    ("velocity", "dU"),
+    ("acceleration", "ddU"),
+    ("jerk", "dddU"),
+    ("lambda", "inflection"),
 ];
 
 /// The law of this section; `quantity` is that of U, a length where a cam moves a follower.
@@ -95,6 +104,8 @@ fn cycle(section: &Section<'_>, quantity: &'static Quantity) -> Option<Cycle> {
     section.has("return_law");
     let rise_law = section.choice("rise_law", STANDARD_LAWS);
     let return_law = section.choice_or("return_law", STANDARD_LAWS, rise_law.unwrap_or(StandardLaw::SimpleSine));
+    let inflections = ["rise_inflection", "return_inflection"]
+        .map(|key| section.optional(key, &unit::NUMBER, within(INFLECTION[0], INFLECTION[1])));
     let [rise_angle, upper_dwell, return_angle, _] = angles?;
     let plan = CyclePlan {
         stroke: stroke?,
@@ -105,6 +116,7 @@ fn cycle(section: &Section<'_>, quantity: &'static Quantity) -> Option<Cycle> {
         return_angle,
         rise_law: rise_law?,
         return_law: return_law?,
+        inflections: [inflections[0]?, inflections[1]?],
     };
     if let Err(error) = plan.validate() {
         section.faults.report(section.fault(format!("`{}`: {error}", section.path)));

@@ -24,6 +24,7 @@ fn cycle(law: StandardLaw, rise_start: f64) -> MotionLaw {
         return_angle: 1.0,
         rise_law: law,
         return_law: law,
+        inflections: [None; 2],
     };
     MotionLaw::Cycle(Cycle::new(plan))
 }

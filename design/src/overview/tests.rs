@@ -171,6 +171,7 @@ fn table(law: StandardLaw, points: usize, lift: impl Fn(usize, f64) -> f64) -> T
         return_angle: angle(90.0),
         rise_law: law,
         return_law: law,
+        inflections: [None; 2],
     };
     let cycle = MotionLaw::Cycle(Cycle::new(plan));
     let angles: Vec<f64> = (0..points).map(|i| TAU * i as f64 / points as f64).collect();

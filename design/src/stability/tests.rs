@@ -284,6 +284,7 @@ fn cycle(law: StandardLaw) -> MotionLaw {
         return_angle: PI / 1.5,
         rise_law: law,
         return_law: law,
+        inflections: [None; 2],
     }))
 }
 

@@ -68,6 +68,7 @@ impl Task {
             return_angle: way(upper.to, lower.from),
             rise_law: law,
             return_law: law,
+            inflections: [None; 2],
         };
         plan.validate().ok()?;
         // Dwells that overlap leave no room for a motion.

@@ -63,6 +63,7 @@ fn the_plan_of_a_cycle_is_set_through_its_variables() {
         return_angle: 2.0,
         rise_law: StandardLaw::InclinedSine,
         return_law: StandardLaw::InclinedSine,
+        inflections: [None; 2],
     };
     let cam = CamDrive::new(MotionLaw::Cycle(Cycle::new(plan)), DriveMode::Input);
     let mut bare = Bare(cam, Start { mode: StartMode::AtRest, q: 0.0, q_dot: 0.0 });

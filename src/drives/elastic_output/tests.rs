@@ -204,6 +204,7 @@ fn cycle(rise_law: StandardLaw, return_law: StandardLaw) -> MotionLaw {
         return_angle: 1.2,
         rise_law,
         return_law,
+        inflections: [None; 2],
     }))
 }
 

@@ -320,6 +320,7 @@ fn cycle(law: StandardLaw) -> MotionLaw {
         return_angle: 120f64.to_radians(),
         rise_law: law,
         return_law: law,
+        inflections: [None; 2],
     }))
 }
 

@@ -98,6 +98,7 @@ fn random_cycle(dice: &mut Dice) -> MotionLaw {
         return_angle: shares[2] * unit,
         rise_law: pick(dice),
         return_law: pick(dice),
+        inflections: [None; 2],
     }))
 }
 
@@ -127,7 +128,7 @@ fn rounded_otherwise(law: &MotionLaw) -> MotionLaw {
             let rise_start = (plan.rise_start + 1.0).rem_euclid(TAU);
             MotionLaw::Cycle(Cycle::new(CyclePlan { stroke: 3.0 * plan.stroke, rise_start, ..plan }))
         }
-        MotionLaw::Table(_) => unreachable!("no random law is a table"),
+        _ => unreachable!("all random laws are series or cycles"),
     }
 }
 

@@ -67,6 +67,7 @@ fn cycles(motor: Motor, w_start: f64) -> Scene {
             return_angle: 1.7,
             rise_law: law,
             return_law: StandardLaw::SimpleSine,
+            inflections: [None; 2],
         }))
     };
     Scene {

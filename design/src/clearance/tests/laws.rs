@@ -16,6 +16,7 @@ fn cycle(law: StandardLaw) -> MotionLaw {
         return_angle: 2.0,
         rise_law: law,
         return_law: law,
+        inflections: [None; 2],
     }))
 }
 

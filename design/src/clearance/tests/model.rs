@@ -275,6 +275,7 @@ fn laws_are_compared_at_the_same_task() {
         return_angle: 1.5,
         rise_law: StandardLaw::InclinedSine,
         return_law: StandardLaw::InclinedSine,
+        inflections: [None; 2],
     };
     let cycle = |law| MotionLaw::Cycle(Cycle::new(CyclePlan { rise_law: law, return_law: law, ..plan }));
     let laws = vec![("modified_sine".to_owned(), cycle(StandardLaw::ModifiedSine)), ("profile".to_owned(), profile())];

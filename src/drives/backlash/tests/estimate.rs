@@ -40,6 +40,7 @@ fn random_law(dice: &mut Dice) -> MotionLaw {
             return_angle: angles[2] * unit,
             rise_law: law(dice),
             return_law: law(dice),
+            inflections: [None; 2],
         }));
     }
     let order = 1 + (dice.roll() * 4.0) as usize;
@@ -125,7 +126,7 @@ fn rounded_otherwise(scene: &Scene) -> Scene {
             let (stroke, rise_start) = (3.0 * plan.stroke, (plan.rise_start + 1.0).rem_euclid(TAU));
             MotionLaw::Cycle(Cycle::new(CyclePlan { stroke, rise_start, ..plan }))
         }
-        MotionLaw::Table(_) => unreachable!("the random laws are series and cycles"),
+        _ => unreachable!("the random laws are series and cycles"),
     };
     Scene {
         cam,

@@ -299,6 +299,7 @@ fn the_balance_of_energy_closes_through_the_dwells_of_a_stiff_drive() {
         return_angle: 1.096,
         rise_law: law,
         return_law: law,
+        inflections: [None; 2],
     };
     let mut drive = started(Scene {
         cam: MotionLaw::Cycle(Cycle::new(cycle)),

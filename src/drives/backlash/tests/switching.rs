@@ -241,6 +241,7 @@ fn a_cycle_with_dwells_keeps_the_balances() {
             scene.cam = MotionLaw::Cycle(Cycle::new(CyclePlan {
                 rise_law: law,
                 return_law: law,
+                inflections: [None; 2],
                 stroke: 0.02,
                 rise_start: 0.3,
                 rise_angle: 1.8,
@@ -278,6 +279,7 @@ fn a_mass_at_rest_in_a_dwell_rises_with_any_law() {
             scene.cam = MotionLaw::Cycle(Cycle::new(CyclePlan {
                 rise_law: law,
                 return_law: law,
+                inflections: [None; 2],
                 stroke: 0.01,
                 rise_start: 1.0963374489420756,
                 rise_angle: 2.217318476088689,

@@ -47,6 +47,7 @@ fn the_balance_closes_in_closed_form_and_on_the_table() {
             return_angle: 1.7,
             rise_law: law,
             return_law: law,
+            inflections: [None; 2],
         }))
     };
     for cam in [MotionLaw::Fourier(series()), cycle(ModifiedSine), cycle(Polynomial345)] {

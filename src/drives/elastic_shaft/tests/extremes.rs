@@ -48,6 +48,7 @@ fn random_law(r: &mut Random) -> MotionLaw {
         return_angle: r.between(1.0, 2.0),
         rise_law: law,
         return_law: law,
+        inflections: [None; 2],
     }))
 }
 
@@ -154,6 +155,7 @@ fn extreme_inertia_ratios_and_orders_give_the_numbers_of_the_integrator() {
         return_angle: 2.0,
         rise_law: StandardLaw::InclinedSine,
         return_law: StandardLaw::InclinedSine,
+        inflections: [None; 2],
     }));
     let mut tabulated = 0;
     for cam in [many, dwell] {

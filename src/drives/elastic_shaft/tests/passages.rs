@@ -60,6 +60,7 @@ fn decaying(law: StandardLaw) -> Scene {
         return_angle: 1.92,
         rise_law: law,
         return_law: law,
+        inflections: [None; 2],
     };
     Scene {
         parameters: Parameters { m: 5.147, inertia: 0.03137, c: 104.7, b: 0.6524 },
@@ -152,6 +153,7 @@ fn passages_where_the_acceleration_jumps_are_not_late() {
         return_angle: 1.4278177907280616,
         rise_law: StandardLaw::SimpleSine,
         return_law: StandardLaw::Polynomial4567,
+        inflections: [None; 2],
     };
     let ends = [3.2939453125, 4.7451171875, 14.189453125];
     let inputs = [

@@ -13,6 +13,7 @@ fn short_wave() -> Scene {
         return_angle: 0.94,
         rise_law: StandardLaw::Polynomial4567,
         return_law: StandardLaw::ModifiedSine,
+        inflections: [None; 2],
     });
     let mut a = vec![0.0; 9];
     (a[1], a[8]) = (-1.6e-3, 1e-6);

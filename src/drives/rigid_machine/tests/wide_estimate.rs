@@ -176,6 +176,7 @@ fn cycle(r: &mut Random, stroke: f64) -> MotionLaw {
         return_angle: r.between(0.8, 2.2),
         rise_law,
         return_law,
+        inflections: [None; 2],
     }))
 }
 

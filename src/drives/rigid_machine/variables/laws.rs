@@ -8,6 +8,7 @@ use crate::drives::unit;
 use crate::drives::variable::real_within;
 use crate::motion::MotionLaw;
 use crate::motion::parameters::ParameterKind;
+use crate::motion::plan::MOST_DERIVATIVE;
 use std::sync::Arc;
 
 /// The number of J_v among the laws; the followers' laws have their own.
@@ -34,6 +35,9 @@ pub(super) fn declare_law(
             // The values of the inertia's own law are inertias, those of a cam that moves a lever angles.
             ParameterKind::Length if number == INERTIA_LAW => real_within(&unit::INERTIA, -1e12, 1e12),
             ParameterKind::Length if moves_angle => real_within(&unit::ANGLE, -1e4, 1e4),
+            ParameterKind::Derivative(_) if number == INERTIA_LAW || moves_angle => {
+                real_within(&unit::NUMBER, -MOST_DERIVATIVE, MOST_DERIVATIVE)
+            }
             kind => law_parameter_kind(kind),
         };
         list.parameter(
