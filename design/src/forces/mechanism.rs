@@ -15,8 +15,17 @@ pub struct Reactions {
     /// The torque that drives its input (N·m).
     pub input: f64,
     /// The force in each joint (N) in the frame of the mechanism, as it acts on the link that is nearer to the output; that of
-    /// the ground on input, output and slider.
-    pub joints: Vec<(&'static str, Point)>,
+    /// the ground on input, output and slider. Named by [`joints`].
+    pub joints: Vec<Point>,
+}
+
+/// The names of the joints of a mechanism.
+pub fn joints(mechanism: &Mechanism) -> &'static [&'static str] {
+    match mechanism.kind {
+        Kind::FourBar(_) => &["input pivot", "input–coupler", "coupler–output", "output pivot"],
+        Kind::SliderCrank(_) => &["crank pivot", "crank–rod", "rod–slider", "guide"],
+        Kind::Gear(_) => &[],
+    }
 }
 
 /// A place, or a direction, with its first two derivatives by time.
@@ -80,12 +89,7 @@ fn four_bar(linkage: &FourBar, input: Moving, output: Moving, tau: f64, gravity:
     Reactions {
         output: tau,
         input: moment_a + cross(pin[0], at_input),
-        joints: vec![
-            ("input pivot", at_input + force_a),
-            ("input–coupler", at_input),
-            ("coupler–output", at_output),
-            ("output pivot", force_c - at_output),
-        ],
+        joints: vec![at_input + force_a, at_input, at_output, force_c - at_output],
     }
 }
 
@@ -108,15 +112,11 @@ fn slider_crank(
     let along = linkage.slider_mass * (a - gravity.re) + tau;
     let at_slider = Point::new(along, (rod[0].im * along - moment_b / l) / rod[0].re);
     let at_crank = at_slider + force_b;
+    let guide = Point::new(0.0, -at_slider.im - (linkage.slider_mass + carried) * gravity.im);
     Reactions {
         output: tau,
         input: moment_a + cross(pin[0], at_crank),
-        joints: vec![
-            ("crank pivot", at_crank + force_a),
-            ("crank–rod", at_crank),
-            ("rod–slider", at_slider),
-            ("guide", Point::new(0.0, -at_slider.im - (linkage.slider_mass + carried) * gravity.im)),
-        ],
+        joints: vec![at_crank + force_a, at_crank, at_slider, guide],
     }
 }
 

@@ -212,9 +212,10 @@ impl Drive {
         let segment = law.segment(within, true);
         let [u, u1, u2, ..] = law.at_in(segment, phi).0;
         let place = self.follower.tool([u, 1.0]);
-        let spring = self.loads.spring.map_or(0.0, |spring| {
-            spring.preload + spring.stiffness * (place[0] - spring.at.unwrap_or(0.0))
-        });
+        let spring = self
+            .loads
+            .spring
+            .map_or(0.0, |spring| spring.preload + spring.stiffness * (place[0] - spring.at.unwrap_or(0.0)));
         let process = self.loads.process.as_ref().map_or(0.0, |p| p.at_in(p.segment(within, true), phi).0[0]);
         let push = process - spring;
         let lever = [u, u1 * w, u2 * w * w];
