@@ -3,7 +3,7 @@
 use super::turn::{Extreme, State, Turn};
 use super::{Contact, Drive, Forces, Machine};
 use crate::cam_geometry::{Cut, Follower as Carrier, Side};
-use crate::text::{self, Page, Table, number};
+use crate::text::{self, NONE, Page, Table, number};
 use camdrive::drives::Fault;
 use camdrive::drives::rigid_machine::linkage::in_turn;
 use serde::Serialize;
@@ -15,6 +15,8 @@ pub type Unit = (&'static str, &'static str, f64);
 const NEWTON: Unit = ("N", "N", 1.0);
 const TORQUE: Unit = ("N·m", "N·m", 1.0);
 const PRESSURE: Unit = ("Pa", "MPa", 1e-6);
+/// A least value or a mean below this part of the largest one is shown as zero.
+const ROUNDING: f64 = 1e-9;
 const ANGLE: Unit = ("rad", "°", 360.0 / TAU);
 
 /// Something that varies over the turn.
@@ -105,8 +107,15 @@ impl Drive {
                 let value = Box::new(move |forces: &Forces| of(&forces.contacts[i]));
                 add(&format!("{what}{key}"), &format!("{words}{name}"), unit, false, value);
             };
-            of("roller_force", "roller force", NEWTON, |contact| contact.force);
-            of("pressure_angle", "pressure angle", ANGLE, |contact| contact.pressure_angle);
+            if self.is_force_closed() {
+                of("roller_force", "roller force", NEWTON, |contact| contact.force);
+            } else {
+                of("roller_force", "roller force", NEWTON, |contact| contact.force.max(0.0));
+            }
+            // Both flanks of a groove have the same.
+            if i == 0 || !bearing.name.is_empty() {
+                of("pressure_angle", "pressure angle", ANGLE, |contact| contact.pressure_angle);
+            }
             if self.loads.material.is_some() {
                 of("hertzian_pressure", "Hertzian pressure", PRESSURE, |contact| contact.hertzian);
             }
@@ -126,7 +135,9 @@ impl Drive {
         for (i, mechanism) in self.follower.linkage.0.iter().enumerate() {
             let (key, name) = (format!("linkage{}", i + 1), format!("linkage[{}] ({})", i + 1, mechanism.name()));
             let input = Box::new(move |forces: &Forces| forces.mechanisms[i].input);
-            add(&format!("{key}_input"), &format!("{name}: torque on its input"), TORQUE, false, input);
+            // Without inertia of the lever that of the first one is the torque on the lever.
+            let same = i == 0 && self.loads.lever_inertia == 0.0;
+            add(&format!("{key}_input"), &format!("{name}: torque on its input"), TORQUE, same, input);
             for (k, joint) in super::mechanism::joints(mechanism).iter().enumerate() {
                 let at = move |forces: &Forces| forces.mechanisms[i].joints[k];
                 let key = format!("{key}_{joint}");
@@ -160,9 +171,12 @@ impl Range {
 
     fn row(&self) -> Vec<String> {
         let (name, (_, unit, factor)) = &self.shown;
-        let value = |value: f64| number(factor * value);
-        let phi = |at: &Extreme| format!("{}°", in_turn(at.phi, 1));
         let (most, least) = (&self.largest, &self.least);
+        let size = most.value.abs().max(least.value.abs());
+        // What roundings leave of nothing.
+        let is_zero = |value: f64| value.abs() <= ROUNDING * size;
+        let value = |value: f64| if is_zero(value) { "0".to_owned() } else { number(factor * value) };
+        let phi = |at: &Extreme| if is_zero(at.value) { NONE.to_owned() } else { format!("{}°", in_turn(at.phi, 1)) };
         let cells = [value(most.value), phi(most), value(least.value), phi(least), value(self.mean)];
         [format!("{name} [{unit}]")].into_iter().chain(cells).collect()
     }

@@ -190,3 +190,179 @@ fn a_lever_before_a_four_bar_linkage_and_a_gear() {
     close(state.drives[0].contacts[0].force, 31.382428160);
     close(state.torque, 0.91762291352);
 }
+
+#[test]
+fn what_keeps_a_roller_on_its_cam() {
+    let keeping = |speed: f64, stiffness: f64| {
+        let machine = valve(speed, stiffness);
+        let turn = machine.turn().expect("a turn");
+        Report::new(&machine, &turn).drives[0].keeping.clone().expect("one contour")
+    };
+    let lift_off = keeping(60.0, 9e3).lift_off_speed.expect("a speed");
+    assert!((lift_off.value - 169.986482).abs() < 1e-6 && (lift_off.phi - 4.296224749).abs() < 1e-6, "{lift_off:?}");
+    for (stiffness, least) in [(9e3, 564.315575651), (0.0, 698.669380209), (30e3, 256.596652824)] {
+        close(keeping(220.0, stiffness).least_preload.expect("a preload").value, least);
+    }
+    // m ω² h cos φ alone: h = 10 mm, ω = 50 rad/s.
+    let follower = |mass: f64| Follower::new(mass, series(&[0.01, -0.01], &[]));
+    let held = |cut, preload, mass| {
+        let plan = plan(Held::Translating { eccentricity: 0.0 }, false, 0.05, 1.0, 0.01, cut);
+        let spring = Some(Spring { preload, stiffness: 0.0, at: None });
+        machine(50.0, follower(mass), plan, Loads { spring, ..Loads::default() })
+    };
+    let found = |machine: &Machine| Report::new(machine, &machine.turn().expect("a turn")).drives[0].clone();
+    let disc = found(&held(Cut::Inner, 20.0, 2.0));
+    let keeping = disc.keeping.expect("one contour");
+    close(keeping.least_preload.expect("a preload").value, 50.0);
+    close(keeping.lift_off_speed.expect("a speed").value, 1000.0_f64.sqrt());
+    let [first, last] = disc.sign_changes[..] else { panic!("{:?}", disc.sign_changes) };
+    close(first, (-0.4_f64).acos());
+    close(last, TAU - (-0.4_f64).acos());
+    // A ring is left where a disc would be pressed: no spring that draws inwards keeps the roller in it.
+    let ring = found(&held(Cut::Outer, 20.0, 2.0)).keeping.expect("one contour");
+    assert_eq!((ring.least_preload, ring.lift_off_speed.map(|at| at.value)), (None, Some(0.0)));
+    assert!(found(&held(Cut::Groove, 20.0, 2.0)).keeping.is_none());
+    assert_eq!(found(&held(Cut::Inner, 20.0, 0.0)).keeping.expect("one contour").lift_off_speed, None);
+}
+
+#[test]
+fn play_is_crossed_where_the_acceleration_changes_its_sign_and_in_no_dwell() {
+    let law = CyclePlan {
+        stroke: 0.02,
+        lower: 0.0,
+        rise_start: 0.3,
+        rise_angle: 1.2,
+        upper_dwell: 0.7,
+        return_angle: 1.6,
+        rise_law: StandardLaw::ModifiedSine,
+        return_law: StandardLaw::Polynomial345,
+    };
+    let plan = plan(lever(0.18, 0.12, 0.12, 1.0), false, 0.6, 1.0, 0.02, Cut::Groove);
+    let machine = machine(30.0, Follower::new(1.5, MotionLaw::Cycle(Cycle::new(law))), plan, Loads::default());
+    let changes = Report::new(&machine, &machine.turn().expect("a turn")).drives[0].sign_changes.clone();
+    let [rise, back] = changes[..] else { panic!("{changes:?}") };
+    assert!((rise - 0.9).abs() < 1e-12 && (back - 3.0).abs() < 1e-12, "{changes:?}");
+}
+
+/// −Σ m g · r, J/(rad) of φ: the potential of the links of the rocker, by its positions alone.
+fn potential(machine: &Machine, phi: f64) -> f64 {
+    let drive = &machine.drives[0];
+    let Kind::FourBar(bars) = drive.follower.linkage.0[0].kind else { panic!("a four-bar linkage") };
+    let u = drive.follower.cam.at(phi).0[0];
+    let (theta, psi) = (u + 1.1, drive.follower.tool([u])[0]);
+    let (a, c) = (Point::from_polar(0.09, theta), Point::from_polar(0.12, psi));
+    let along = (0.23 + c - a) / 0.21;
+    let coupler = a + along * Point::new(0.1, 0.006);
+    let heights = [(bars.input.mass, 0.5 * a), (bars.coupler.mass, coupler), (bars.output.mass, 0.23 + 0.5 * c)];
+    heights.iter().map(|(mass, place)| 9.81 * mass * place.im).sum()
+}
+
+#[test]
+fn the_shaft_gives_what_energy_and_work_take() {
+    // M = ½ J′ω² + V′ − P y′ with J(φ) as the runtime library has it.
+    for (machine, loaded) in [(rocker(), true), (slider(), false), (geared(), false)] {
+        let (drive, w) = (&machine.drives[0], machine.speed);
+        let push = drive.loads.process.as_ref().expect("a process force").at(0.0).0[0];
+        for k in 0..40 {
+            let phi = TAU * (f64::from(k) + 0.4) / 40.0;
+            let [u, u1, u2, u3, _] = drive.follower.cam.at(phi).0;
+            let own = drive.loads.lever_inertia * 2.0 * u1 * u2;
+            let slope = drive.follower.inertia([u, u1, u2, u3])[1] + own;
+            let v = |h: f64| if loaded { potential(&machine, phi + h) } else { 0.0 };
+            let h = 1e-3;
+            let weight = (8.0 * (v(h) - v(-h)) - (v(2.0 * h) - v(-2.0 * h))) / (12.0 * h);
+            let expected = 0.5 * slope * w * w + weight - push * drive.follower.tool([u, u1])[1];
+            let torque = at(&machine, phi).torque;
+            assert!((torque - expected).abs() < 1e-10 * (1.0 + expected.abs()), "{phi}: {torque} for {expected}");
+        }
+    }
+}
+
+#[test]
+fn the_cam_turns_against_the_force_of_the_roller() {
+    // M = ± p × N n about the cam's centre.
+    for machine in [valve(60.0, 9e3), rocker(), slider(), geared()] {
+        let cam = &machine.drives[0].contacts[0].cam;
+        for k in 0..40 {
+            let phi = TAU * f64::from(k) / 40.0;
+            let (seen, state) = (cam.at_in(0, phi).expect("no standstill"), at(&machine, phi));
+            let force = seen.normal * state.drives[0].contacts[0].force;
+            let expected = cam.sense * (seen.place.conj() * force).im;
+            assert!((state.torque - expected).abs() < 1e-12 * force.norm(), "{phi}: {} {expected}", state.torque);
+        }
+    }
+}
+
+#[test]
+fn the_second_roller_of_a_pair_bears_what_the_first_does_not() {
+    let second = Second { place: 1.9, length: 0.1, roller: 0.015 };
+    let plan = plan(lever(0.16, 0.11, 0.3, 1.0), false, 0.6, 1.0, 0.02, Cut::Conjugate(second));
+    let law = series(&[0.03, -0.03], &[0.0, 0.002]);
+    let machine = machine(50.0, Follower::new(1.0, law), plan, Loads::default());
+    for k in 0..40 {
+        let phi = TAU * f64::from(k) / 40.0;
+        let state = at(&machine, phi);
+        let [one, other] = state.drives[0].contacts[..] else { panic!("two rollers") };
+        assert!(one.force * other.force < 0.0, "{phi}: {one:?} {other:?}");
+        for (bearing, contact) in machine.drives[0].contacts.iter().zip([one, other]) {
+            let seen = bearing.cam.at_in(0, phi).expect("no standstill");
+            let moment = bearing.cam.sense * (seen.place.conj() * seen.normal).im * contact.force;
+            assert!((state.torque - moment).abs() < 1e-12 * contact.force.abs(), "{phi}");
+        }
+    }
+}
+
+#[test]
+fn the_mean_torque_is_the_work_against_the_process() {
+    // P = −100 N − 40 N sin φ on y = h (1 − cos φ): the shaft gives 40 N · h/2 on the mean.
+    let process = Some(series(&[-100.0], &[-40.0]));
+    let carrier = Held::Translating { eccentricity: 0.0 };
+    let plan = plan(carrier, false, 0.05, 1.0, 0.01, Cut::Groove);
+    let follower = Follower::new(2.0, series(&[0.01, -0.01], &[]));
+    let drive = Drive::new("x".to_owned(), follower, plan, Loads { process, ..Loads::default() }).expect("a cam");
+    let inertia = Some(series(&[0.0, 0.3], &[]));
+    let machine = Machine { name: "x".to_owned(), speed: 20.0, inertia, drives: vec![drive] };
+    let report = Report::new(&machine, &machine.turn().expect("a turn"));
+    let mean = report.shaft.mean;
+    assert!((mean - 0.2).abs() < 1e-13, "{mean}");
+    // ½ J′ω² of the machine itself.
+    let own = |phi: f64| at(&machine, phi).torque - at(&machine, phi).drives[0].torque;
+    assert!((own(1.0) + 0.15 * 1.0_f64.sin() * 400.0).abs() < 1e-12);
+}
+
+#[test]
+fn a_spring_acts_from_the_least_position_on() {
+    let plan = plan(Held::Translating { eccentricity: 0.0 }, false, 0.05, 1.0, 0.01, Cut::Inner);
+    let spring = Some(Spring { preload: 30.0, stiffness: 1000.0, at: None });
+    let follower = Follower::new(0.0, series(&[0.5, -0.01], &[]));
+    let machine = machine(10.0, follower, plan, Loads { spring, ..Loads::default() });
+    close(at(&machine, 0.0).drives[0].load, 30.0);
+    close(at(&machine, TAU / 2.0).drives[0].load, 50.0);
+}
+
+#[test]
+fn what_has_no_contact_is_refused() {
+    let with = |start: f64, mass: f64| {
+        let carrier = Held::Translating { eccentricity: 0.0 };
+        let plan = plan(carrier, false, start, 1.0, 0.03, Cut::Inner);
+        let spring = Some(Spring { preload: 1e3, stiffness: 0.0, at: Some(0.0) });
+        let loads = Loads { spring, material: steel(0.01), ..Loads::default() };
+        let follower = Follower::new(mass, series(&[0.02, 0.0, -0.02], &[]));
+        let drive = Drive::new("x".to_owned(), follower, plan, loads).expect("a cam");
+        let machine = Machine { name: "x".to_owned(), speed: 10.0, inertia: None, drives: vec![drive] };
+        machine.turn().map(|turn| turn.states().count()).map_err(|fault| fault.0)
+    };
+    let undercut = with(0.02, 1.0).expect_err("the tops are sharper than the roller");
+    assert!(undercut.contains("the inner contour of x is undercut"), "{undercut}");
+    let endless = with(0.4, f64::MAX).expect_err("no such mass");
+    assert!(endless.contains("beyond the range of numbers"), "{endless}");
+    assert!(with(0.4, 1.0).is_ok());
+}
+
+#[test]
+fn steel_on_steel_has_the_usual_factor() {
+    let material = steel(0.01).expect("a width");
+    let pressure = material.hertzian(1e3, 0.02);
+    close(pressure / (1e3 * 210e9 / (0.01 * 0.02_f64)).sqrt(), (1.0 / (1.82 * PI)).sqrt());
+    assert_eq!(material.hertzian(-5.0, 0.02), 0.0);
+}
