@@ -134,11 +134,24 @@ pub struct Forces {
     pub contacts: Vec<Contact>,
 }
 
+impl Forces {
+    fn is_finite(&self) -> bool {
+        let [at_rest, by_inertia] = self.parts;
+        let joints = self.mechanisms.iter().flat_map(|mechanism| &mechanism.joints);
+        let contacts = self.contacts.iter().flat_map(|contact| [contact.force, contact.hertzian]);
+        let all = [self.load, self.torque, at_rest, by_inertia].into_iter().chain(joints.map(|f| f.norm()));
+        all.chain(contacts).all(f64::is_finite)
+    }
+}
+
 impl Material {
-    /// p_H (Pa) for a force (N) and an equivalent radius R (m).
+    /// p_H (Pa) for a force (N) and an equivalent radius R (m); 0 where nothing presses.
     fn hertzian(&self, force: f64, radius: f64) -> f64 {
+        if force <= 0.0 {
+            return 0.0;
+        }
         let compliance: f64 = (0..2).map(|i| (1.0 - self.poisson[i].powi(2)) / self.elasticity[i]).sum();
-        (force.max(0.0) / (compliance * PI * self.width * radius)).sqrt()
+        (force / (compliance * PI * self.width * radius)).sqrt()
     }
 }
 
@@ -222,12 +235,8 @@ impl Drive {
         let (load, mechanisms) = self.backward(lever, push, 1.0);
         let (at_rest, _) = self.backward([u, 0.0, 0.0], push, 1.0);
         let (by_inertia, _) = self.backward([u, u1, u2], 0.0, 0.0);
-        if ![load, load * u1, at_rest, by_inertia].iter().all(|x| x.is_finite()) {
-            let place = in_turn(phi, 3);
-            return Err(Fault(format!("at φ = {place}° the forces of {} are beyond the range of numbers", self.name)));
-        }
         let contacts = self.contacts.iter().map(|contact| self.contact(contact, segment, phi, load));
-        Ok(Forces {
+        let forces = Forces {
             tool: self.follower.tool(lever),
             load,
             parts: [at_rest, by_inertia],
@@ -235,7 +244,12 @@ impl Drive {
             torque: load * u1,
             mechanisms,
             contacts: contacts.collect::<Result<_, _>>()?,
-        })
+        };
+        if forces.is_finite() {
+            return Ok(forces);
+        }
+        let (place, name) = (in_turn(phi, 3), &self.name);
+        Err(Fault(format!("at φ = {place}° the forces of {name} are beyond the range of numbers")))
     }
 
     /// A contact where the force on the cam's coordinate is `load`.

@@ -239,42 +239,47 @@ impl OfDrive {
     /// What is to be known and what to be minded; `holds` where the roller is pressed on its first contour all over the turn.
     fn notes(&self, drive: &Drive, holds: bool) -> [Vec<String>; 2] {
         let (mut known, mut mind) = (Vec::new(), Vec::new());
-        let name = &self.name;
         let unit = if drive.follower.turns { "N·m" } else { "N" };
-        match (&self.keeping, &self.sign_changes[..]) {
-            (Some(keeping), changes) => {
-                if !holds {
-                    let place = if changes.is_empty() { "everywhere".to_owned() } else { format!("at φ = {}", angles(changes)) };
-                    mind.push(format!(
-                        "{name}: nothing keeps the roller on the cam all over the turn; its force changes sign {place}. A larger preload, a lower speed, or a cam that holds the roller on both sides (groove, conjugate) keeps it."
-                    ));
-                }
-                known.push(match keeping.lift_off_speed {
-                    Some(Extreme { value: 0.0, .. }) => "The roller does not stay on the cam even at rest.".to_owned(),
-                    Some(Extreme { phi, value }) => format!(
-                        "The roller leaves the cam from {} rpm on, first at φ = {}°.",
-                        text::digits(value * 60.0 / TAU, 5, -4),
-                        in_turn(phi, 2)
-                    ),
-                    None => "The roller stays on the cam at any speed.".to_owned(),
-                });
-                known.push(match keeping.least_preload {
-                    Some(Extreme { value, .. }) if value <= 0.0 => {
-                        "It needs no preload of a spring at this speed.".to_owned()
-                    }
-                    Some(Extreme { phi, value }) => format!(
-                        "Least preload of a return spring at this speed: {} {unit}, demanded at φ = {}°.",
-                        text::digits(value, 5, -4),
-                        in_turn(phi, 2)
-                    ),
-                    None => "No preload at the tool keeps it there: the spring acts both ways over the turn.".to_owned(),
-                });
+        let rpm = |speed: f64| text::digits(speed * 60.0 / TAU, 5, -4);
+        let place = |phi: f64| format!("φ = {}°", in_turn(phi, 2));
+        let changes = angles(&self.sign_changes);
+        if let Some(Keeping { least_preload, lift_off_speed }) = &self.keeping {
+            if !holds {
+                let how = if changes.is_empty() {
+                    "never presses".to_owned()
+                } else {
+                    format!("changes its sign at φ = {changes}")
+                };
+                mind.push(format!(
+                    "{}: the force of the roller {how}; nothing keeps it on the cam. A larger preload, a lower speed, or a cam that holds it on both sides (groove, conjugate) does.",
+                    self.name
+                ));
             }
-            (None, []) => known.push("The force never changes its sign: play is not crossed.".to_owned()),
-            (None, changes) => known.push(format!(
-                "The force changes its sign, and play is crossed, at φ = {} (camdrive clearance shows the impact for a BacklashDrive).",
-                angles(changes)
-            )),
+            known.push(match *lift_off_speed {
+                Some(Extreme { value: 0.0, .. }) => "The roller does not stay on the cam even at rest.".to_owned(),
+                Some(Extreme { phi, value }) => {
+                    format!("The roller leaves the cam from {} rpm on, first at {}.", rpm(value), place(phi))
+                }
+                None => "The roller stays on the cam at any speed.".to_owned(),
+            });
+            known.push(match *least_preload {
+                Some(Extreme { value, .. }) if value <= 0.0 => {
+                    "It needs no preload of a spring at this speed.".to_owned()
+                }
+                Some(Extreme { phi, value }) => format!(
+                    "Least preload of a return spring at this speed: {} {unit}, needed at {}.",
+                    text::digits(value, 5, -4),
+                    place(phi)
+                ),
+                None => "No preload of a spring at the tool keeps it there: somewhere it would draw the roller away."
+                    .to_owned(),
+            });
+        } else {
+            let what = if drive.plan.is_some() { "force of the roller" } else { "torque on the lever" };
+            known.push(match changes.is_empty() {
+                true => format!("The {what} never changes its sign: play is not crossed."),
+                false => format!("The {what} changes its sign, and play is crossed, at φ = {changes}."),
+            });
         }
         if drive.plan.is_some() && drive.loads.material.is_none() {
             known.push("`roller_width` in [forces] would tell the Hertzian pressure.".to_owned());
@@ -304,7 +309,9 @@ impl Report {
             page.table(&drive.name, &Table::new(head, drive.quantities.iter().map(Range::row)));
             page.section("", &drive.notes[0]);
         }
-        if self.drives.len() > 1 {
+        let own = self.drives.first().and_then(|drive| drive.quantities.last());
+        let alone = self.drives.len() == 1 && own.is_some_and(|own| own.largest == self.shaft.largest);
+        if !alone {
             page.table("Shaft", &Table::new(head, [self.shaft.row()]));
         }
         page.section("Mind", self.drives.iter().flat_map(|drive| &drive.notes[1])).text()
