@@ -1551,16 +1551,17 @@ fn forces_tells_what_rollers_and_joints_bear() {
         let found = list.into_iter().find(|q| q["quantity"] == name).unwrap_or_else(|| panic!("no {name}"));
         ["least", "largest"].map(|end| found[end]["value"].as_f64().expect("a number"))
     };
-    let close = |value: f64, expected: f64| assert!((value - expected).abs() < 1e-3 * expected.abs(), "{value}");
+    // The numbers of the examples' pages, in their three digits.
+    let close = |value: f64, expected: f64| assert!((value - expected).abs() < 3e-3 * expected.abs(), "{value}");
     let tappet = report("tappet");
     for (name, [least, largest]) in
-        [("roller_force", [377.0, 456.3]), ("hertzian_pressure", [313e6, 335.8e6]), ("torque", [-4.081, 3.623])]
+        [("roller_force", [377.0, 456.0]), ("hertzian_pressure", [313e6, 336e6]), ("torque", [-4.08, 3.62])]
     {
         let [low, high] = range(&tappet, 0, name);
         close(low, least);
         close(high, largest);
     }
-    close(range(&tappet, 0, "side_force")[1], 104.9);
+    close(range(&tappet, 0, "side_force")[1], 105.0);
     let table = std::fs::read_to_string(folder.join("tappet.csv")).expect("the table");
     let head =
         "phi_deg,roller_force_N,pressure_angle_deg,hertzian_pressure_MPa,side_force_N,follower_force_N,torque_Nm";
@@ -1572,10 +1573,10 @@ fn forces_tells_what_rollers_and_joints_bear() {
     let run = camdrive(&["forces", machine, "-o", text(&folder)]);
     assert_eq!((run.code, run.err.as_str()), (0, ""));
     let sealing = report("sealing_machine");
-    close(range(&sealing, 0, "roller_force_P")[1], 392.1);
-    close(range(&sealing, 0, "linkage1_input_pivot")[1], 390.6);
-    close(range(&sealing, 1, "roller_force_outer")[1], 2022.0);
-    close(range(&sealing, 1, "hertzian_pressure_outer")[1], 466.9e6);
+    close(range(&sealing, 0, "roller_force_P")[1], 392.0);
+    close(range(&sealing, 0, "linkage1_input_pivot")[1], 391.0);
+    close(range(&sealing, 1, "roller_force_outer")[1], 2020.0);
+    close(range(&sealing, 1, "hertzian_pressure_outer")[1], 467e6);
     assert_eq!([0, 1].map(|j| sealing["drives"][j]["sign_changes"].as_array().map(Vec::len)), [Some(6), Some(2)]);
     let joints = folder.join("sealing_machine.follower1.linkage2.svg");
     assert!(std::fs::read_to_string(joints).is_ok_and(|svg| svg.contains("rod–slider")));
@@ -1597,14 +1598,9 @@ fn forces_says_what_it_cannot_do() {
     let driven = with_geometry(&folder, "speed = \"300 rpm\"", "mode = \"input\"");
     let inputs = folder.join("inputs.toml");
     std::fs::rename(&driven, &inputs).expect("it is there");
-    let undercut = with_geometry(
-        &folder,
-        geometry,
-        &format!(
-            "{}\n[forces]\nroller_width = \"9 mm\"\nspring.preload = \"1 kN\"\n",
-            geometry.replace("\"30 mm\"", "\"4 mm\"")
-        ),
-    );
+    let sharp = geometry.replace("8 mm", "16 mm").replace("base_radius = \"30 mm\"", "prime_radius = \"17 mm\"");
+    let pressed = "[forces]\nroller_width = \"9 mm\"\nspring.preload = \"1 kN\"\n";
+    let undercut = with_geometry(&folder, geometry, &(sharp + pressed));
     let cases: [(&[&str], &[&str]); 7] = [
         (&[SCENE], &["neither a roller nor a joint", "[geometry]", "camdrive cam"]),
         (&["examples/rod_drive/scene.toml"], &["ParametricDrive has no cam"]),
