@@ -1,3 +1,5 @@
+//! Printed numbers, closed forms, and balances of power.
+
 use super::turn::State;
 use super::*;
 use crate::cam_geometry::{Carrier as Held, Cut, Limits, Second, Start};

@@ -113,20 +113,25 @@ impl Turn<'_> {
 
     /// Where f is largest.
     pub fn largest(&self, f: impl Fn(&State) -> f64) -> Extreme {
-        let mut best = Extreme { phi: 0.0, value: f64::NEG_INFINITY };
+        let value = |state: &State| Extreme { phi: state.phi, value: f(state) };
+        let highest = |best: Extreme, next: Extreme| if next.value > best.value { next } else { best };
+        let none = Extreme { phi: 0.0, value: f64::NEG_INFINITY };
+        let mut best = self.states().map(value).fold(none, highest);
+        let sampled = best.value;
         for piece in &self.pieces {
             let values: Vec<f64> = piece.iter().map(&f).collect();
             let peak = (0..values.len()).max_by(|i, j| values[*i].total_cmp(&values[*j])).unwrap_or(0);
-            let (low, high) = (piece[peak.saturating_sub(1)].phi, piece[(peak + 1).min(piece.len() - 1)].phi);
-            if values[peak] > best.value {
-                best = Extreme { phi: piece[peak].phi, value: values[peak] };
+            let beside = [peak.saturating_sub(1), (peak + 1).min(piece.len() - 1)];
+            let rise = values[peak] - beside.map(|i| values[i]).into_iter().fold(f64::INFINITY, f64::min);
+            // Between samples f rises by less than these differ; what differs by roundings alone has no maximum.
+            if values[peak] + rise < sampled || rise <= ZERO * sampled.abs() {
+                continue;
             }
+            let ends = beside.map(|i| piece[i].phi);
             // At a maximum roundings decide from there on.
             let top = (piece[peak].phi, values[peak]);
-            let (phi, value) = summit(&mut self.on(piece, &f), [low, high], top, 1e-9 * (high - low));
-            if value > best.value {
-                best = Extreme { phi, value };
-            }
+            let (phi, value) = summit(&mut self.on(piece, &f), ends, top, 1e-9 * (ends[1] - ends[0]));
+            best = highest(best, Extreme { phi, value });
         }
         Extreme { phi: best.phi.rem_euclid(TAU), ..best }
     }
