@@ -257,6 +257,12 @@ impl Drive {
         let Bearing { cam, side, .. } = bearing;
         let at = cam.at_in(segment, phi)?;
         let gain = if *side == Side::Outer { -1.0 } else { 1.0 } / at.gain;
+        if !gain.is_finite() {
+            let (place, name) = (in_turn(phi, 3), &self.name);
+            return Err(Fault(format!(
+                "at φ = {place}° the pressure angle of {name} is 90°: no force of the roller moves it"
+            )));
+        }
         let (force, growth) = (gain * load, side.growth(cam, &at));
         if force > 0.0 && growth <= 0.0 && self.loads.material.is_some() {
             return Err(Fault(format!(
