@@ -11,6 +11,7 @@ fn root() -> &'static Path {
 }
 
 const SCENE: &str = "examples/transfer_manipulator/scene.toml";
+const TAPPET: &str = "examples/tappet/scene.toml";
 const WRONG: &str = "tests/scenes/wrong_dimensions.toml";
 
 /// What a run gives back.
@@ -146,6 +147,7 @@ fn every_help_has_an_example() {
         "synthesize",
         "compensate",
         "cam",
+        "forces",
         "steady",
         "tradeoff",
         "clearance",
@@ -169,7 +171,7 @@ fn no_line_is_longer_than_the_terminal_is_wide() {
     let (profile, scene, runtime) = (format!("{folder}/p.toml"), format!("{folder}/hs.toml"), runtime());
     let loom = "examples/rapier_loom/scene.toml";
     let (elastic, traditional) = ("examples/transfer_manipulator/hs3.toml", "examples/guide_bar/traditional.toml");
-    let commands: [&[&str]; 20] = [
+    let commands: [&[&str]; 22] = [
         &["check", SCENE, "examples/sealing_machine/scene.toml"],
         &["check", WRONG],
         &["check", TASK],
@@ -184,6 +186,8 @@ fn no_line_is_longer_than_the_terminal_is_wide() {
         &["compensate", loom, "-o", &scene, "--report", &folder],
         &["cam", loom, "-o", &folder],
         &["cam", "examples/sealing_machine/scene.toml", "-o", &folder],
+        &["forces", "examples/sealing_machine/scene.toml", "-o", &folder],
+        &["forces", TAPPET, "--speed", "2000 rpm", "-o", &folder],
         &["stability", elastic, "--quick", "--orders", "3", "-o", &folder],
         &["stability", "examples/rod_drive/scene.toml", "--quick", "--orders", "3", "-o", &folder],
         &["clearance", BACKLASH, "--turns", "4", "-o", &folder],
@@ -381,6 +385,7 @@ fn results_are_printed_as_json_whose_fields_are_documented() {
         (&["steady", "examples/rapier_loom/scene.toml", "--load", "250 N.m"], 3, None),
         (&["stability", SCENE, "--orders", "2", "--quick", "-o", &output], 0, Some("transfer_manipulator.json")),
         (&["clearance", BACKLASH, "--turns", "4", "--quick", "-o", &output], 0, Some("backlash_drive.json")),
+        (&["forces", TAPPET, "-o", &output], 0, Some("tappet.json")),
         (&["synthesize", &task, "-o", text(&profile), "--report", &output], 0, Some("small.json")),
     ] {
         let run = camdrive(&[arguments, &["--json"]].concat());
@@ -1527,4 +1532,90 @@ fn cam_cuts_what_moves_a_lever() {
     );
     let table = std::fs::read_to_string(folder.join("x.follower1.csv")).expect("the table is written");
     assert!(table.starts_with("phi_deg,lift_deg,lever_deg"), "{table}");
+}
+
+#[test]
+fn forces_tells_what_rollers_and_joints_bear() {
+    let folder = folder("forces");
+    let run = camdrive(&["forces", TAPPET, "-o", text(&folder)]);
+    assert_eq!((run.code, run.err.as_str()), (0, ""));
+    for part in ["573 rpm", "from 1623.3 rpm on, first at φ = 246.16°", "no preload", "tappet.torque.svg"] {
+        assert!(run.out.replace("572.958", "573").contains(part), "{part} is missing in\n{}", run.out);
+    }
+    let report = |name: &str| -> serde_json::Value {
+        let json = std::fs::read_to_string(folder.join(format!("{name}.json"))).expect("the report");
+        serde_json::from_str(&json).expect("JSON")
+    };
+    let range = |report: &serde_json::Value, j: usize, name: &str| {
+        let list = report["drives"][j]["quantities"].as_array().expect("a list").clone();
+        let found = list.into_iter().find(|q| q["quantity"] == name).unwrap_or_else(|| panic!("no {name}"));
+        ["least", "largest"].map(|end| found[end]["value"].as_f64().expect("a number"))
+    };
+    // The numbers of the examples' pages, in their three digits.
+    let close = |value: f64, expected: f64| assert!((value - expected).abs() < 3e-3 * expected.abs(), "{value}");
+    let tappet = report("tappet");
+    for (name, [least, largest]) in
+        [("roller_force", [377.0, 456.0]), ("hertzian_pressure", [313e6, 336e6]), ("torque", [-4.08, 3.62])]
+    {
+        let [low, high] = range(&tappet, 0, name);
+        close(low, least);
+        close(high, largest);
+    }
+    close(range(&tappet, 0, "side_force")[1], 105.0);
+    let table = std::fs::read_to_string(folder.join("tappet.csv")).expect("the table");
+    let head =
+        "phi_deg,roller_force_N,pressure_angle_deg,hertzian_pressure_MPa,side_force_N,follower_force_N,torque_Nm";
+    assert!(table.starts_with(&format!("{head}\n0e0,")) && table.lines().count() == 1442, "{table}");
+    let run = camdrive(&["forces", TAPPET, "-o", text(&folder), "--speed", "2000 rpm"]);
+    assert!(run.code == 0 && run.out.contains("Least preload") && run.out.contains("493.52 N"), "{}", run.out);
+    assert!(run.out.contains("Mind\n  tappet: the force of the roller changes its sign at φ = 83.39°"), "{}", run.out);
+    let machine = "examples/sealing_machine/scene.toml";
+    let run = camdrive(&["forces", machine, "-o", text(&folder)]);
+    assert_eq!((run.code, run.err.as_str()), (0, ""));
+    let sealing = report("sealing_machine");
+    close(range(&sealing, 0, "roller_force_P")[1], 392.0);
+    close(range(&sealing, 0, "linkage1_input_pivot")[1], 391.0);
+    close(range(&sealing, 1, "roller_force_outer")[1], 2020.0);
+    close(range(&sealing, 1, "hertzian_pressure_outer")[1], 467e6);
+    assert_eq!([0, 1].map(|j| sealing["drives"][j]["sign_changes"].as_array().map(Vec::len)), [Some(6), Some(2)]);
+    let joints = folder.join("sealing_machine.follower1.linkage2.svg");
+    assert!(std::fs::read_to_string(joints).is_ok_and(|svg| svg.contains("rod–slider")));
+    assert_diagrams_read_well(&folder);
+    // A mechanism bears without a cam that is known as a body.
+    let scene = std::fs::read_to_string(root().join(machine)).expect("the scene");
+    let bare: Vec<&str> = scene.split("\n\n").filter(|part| !part.contains("geometry")).collect();
+    let path = folder.join("bare.toml");
+    std::fs::write(&path, bare.join("\n\n").replace("roller_width = \"16 mm\"\n", "")).expect("a file");
+    let run = camdrive(&["forces", text(&path), "-o", text(&folder.join("bare"))]);
+    assert_eq!((run.code, run.err.as_str()), (0, ""));
+    assert!(run.out.contains("The torque on the lever changes its sign") && !run.out.contains("roller"), "{}", run.out);
+}
+
+#[test]
+fn forces_says_what_it_cannot_do() {
+    let folder = folder("forces_wrong");
+    let geometry = "[geometry]\nfollower = \"translating\"\noffset = \"3 mm\"\nroller_radius = \"8 mm\"\nbase_radius = \"30 mm\"\n";
+    let driven = with_geometry(&folder, "speed = \"300 rpm\"", "mode = \"input\"");
+    let inputs = folder.join("inputs.toml");
+    std::fs::rename(&driven, &inputs).expect("it is there");
+    let sharp = geometry.replace("8 mm", "16 mm").replace("base_radius = \"30 mm\"", "prime_radius = \"17 mm\"");
+    let pressed = "[forces]\nroller_width = \"9 mm\"\nspring.preload = \"1 kN\"\n";
+    let undercut = with_geometry(&folder, geometry, &(sharp + pressed));
+    let cases: [(&[&str], &[&str]); 7] = [
+        (&[SCENE], &["neither a roller nor a joint", "[geometry]", "camdrive cam"]),
+        (&["examples/rod_drive/scene.toml"], &["ParametricDrive has no cam"]),
+        (&[WRONG], &[WRONG]),
+        (&[text(&inputs)], &["no speed follows", "--speed"]),
+        (&[TAPPET, "--speed", "2 mm"], &["--speed", "an angular velocity"]),
+        (&[TAPPET, "--speed", "1e200"], &["at φ = ", "beyond the range of numbers"]),
+        (&[text(&undercut)], &["at φ = ", "the inner contour of valve is undercut", "camdrive cam"]),
+    ];
+    for (args, parts) in cases {
+        let target = folder.join("never");
+        let run = camdrive(&[&["forces", "-o", text(&target)], args].concat());
+        assert_eq!((run.code, run.out.as_str()), (1, ""), "{args:?}");
+        assert!(parts.iter().all(|part| run.err.contains(part)), "{args:?}: {}", run.err);
+        assert!(!target.exists());
+    }
+    assert_eq!(camdrive(&["forces", text(&inputs), "--speed", "0", "-o", text(&folder.join("rest"))]).code, 0);
 }

@@ -1,6 +1,6 @@
 //! Tools of design around the drives: [`cam_geometry`], contours from motion laws; [`clearance`], what backlash does to a
 //! motion law; [`compensation`], cams for a machine that fluctuates; [`documentation`],
-//! what is said of a drive; [`lever_law`], mechanisms between cam and tool
+//! what is said of a drive; [`forces`], what rollers, joints and shaft bear; [`lever_law`], mechanisms between cam and tool
 //! backwards; [`overview`], what a scene amounts to and what of it is hardly meant; [`stability`], at which speeds varying parameters make a drive vibrate; [`synthesis`], cam
 //! profiles from motion tasks; [`tradeoff`], speed against accuracy; [`transmission`], how well mechanisms pass the force on.
 
@@ -23,6 +23,7 @@ pub mod clearance;
 pub mod compensation;
 pub mod documentation;
 pub mod drawing;
+pub mod forces;
 pub mod harmonic_analysis;
 #[allow(unsafe_code)]
 pub mod host;

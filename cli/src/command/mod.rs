@@ -14,6 +14,7 @@ mod describe;
 mod driving;
 mod export;
 mod files;
+mod forces;
 mod output;
 #[cfg_attr(not(feature = "import"), path = "no_run.rs")]
 mod run;
@@ -56,6 +57,7 @@ enum Command {
     Describe(describe::Args),
     Compensate(compensate::Args),
     Cam(cam::Args),
+    Forces(forces::Args),
     Steady(steady::Args),
     Synthesize(synthesize::Args),
     Tradeoff(tradeoff::Args),
@@ -119,6 +121,7 @@ pub fn main() -> ExitCode {
         Some(Command::Describe(args)) => describe::run(&args),
         Some(Command::Compensate(args)) => compensate::run(&args),
         Some(Command::Cam(args)) => cam::run(&args),
+        Some(Command::Forces(args)) => forces::run(&args),
         Some(Command::Steady(args)) => steady::run(&args).map(|code| ending = code),
         Some(Command::Synthesize(args)) => synthesize::run(&args),
         Some(Command::Tradeoff(args)) => tradeoff::run(&args),

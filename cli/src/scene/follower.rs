@@ -2,7 +2,7 @@
 
 use super::models::{either, forbid};
 use super::section::{ANY, Limits, NOT_NEGATIVE, POSITIVE, Section, within};
-use super::{geometry, motion_law};
+use super::{forces, geometry, motion_law};
 use camdrive::drives::rigid_machine::Follower;
 use camdrive::drives::rigid_machine::linkage::{
     Branch, FourBar, Gear, Kind, Link, Linkage, Mechanism, ParameterKind, SliderCrank,
@@ -65,6 +65,7 @@ pub fn read(section: &Section<'_>, folder: &Path) -> Option<Follower> {
     };
     // Read when the law is known.
     section.has(geometry::KEY);
+    section.has(forces::KEY);
     let tool_quantity = if turns { &unit::ANGLE } else { &unit::LENGTH };
     let cam = if linked && section.has("tool") && either(section, "tool", "cam") {
         linkage.as_ref().and_then(|linkage| lever(section, linkage, tool_quantity, folder))

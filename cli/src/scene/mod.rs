@@ -5,6 +5,7 @@
 
 pub mod diagnostics;
 mod follower;
+mod forces;
 pub mod geometry;
 pub mod input;
 mod models;
@@ -20,6 +21,7 @@ pub mod units;
 
 pub use diagnostics::{Diagnostic, Diagnostics};
 
+use camdrive_design::forces::Loads;
 use camdrive_design::resource::Resource;
 use input::Kind;
 use section::{Faults, Section};
@@ -42,6 +44,8 @@ pub struct Resolved {
     pub scene: serde_json::Value,
     /// The geometry of its cams, as far as the scene tells it.
     pub cams: Vec<geometry::CamPlan>,
+    /// What acts on the follower of each cam beside its masses.
+    pub loads: Vec<Loads>,
     /// What the user should know though it is no fault.
     pub notes: Vec<String>,
     /// The files that it was read from: scene and tables.
@@ -125,14 +129,16 @@ fn whole_scene(root: &Section<'_>, folder: &Path) -> Option<Resolved> {
     let description = root.text("description").map(|text| text.unwrap_or_default().trim().to_owned());
     let drive = models::drive(root, folder);
     let cams = geometry::all(root, drive.as_ref().map(|(_, scene)| scene));
+    let loads = forces::all(root, drive.as_ref().map(|(_, scene)| scene), cams.as_deref().unwrap_or_default(), folder);
     let (model, scene) = drive?;
-    let (name, description, cams) = (name?, description?, cams?);
+    let (name, description, cams, loads) = (name?, description?, cams?, loads?);
     Some(Resolved {
         name,
         description,
         model,
         scene,
         cams,
+        loads,
         notes: root.faults.notes(),
         files: root.faults.files.take(),
     })

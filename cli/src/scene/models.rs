@@ -2,7 +2,7 @@
 
 use super::section::{Faults, NOT_NEGATIVE, POSITIVE, Section, within};
 use super::{Resolved, diagnostics::Diagnostic, units};
-use super::{follower, geometry, motion_law, parametric};
+use super::{follower, forces, geometry, motion_law, parametric};
 use camdrive::drives::backlash::{self, BacklashDrive};
 use camdrive::drives::cam_drive::{DriveMode, Start, StartMode};
 use camdrive::drives::elastic_output::{self, ElasticOutput};
@@ -70,8 +70,9 @@ struct CamDrive {
 /// Reads `[cam]`, `[drive]`, `[start]` and `[solver]`; q is a length or an angle. The law comes apart, since the
 /// natural frequency of a shaft needs it.
 fn cam(root: &Section<'_>, folder: &Path) -> Option<MotionLaw> {
-    // Beside a cam there may be its geometry, which is read when the law is known.
+    // Beside a cam there may be its geometry and its loads, which are read when the law is known.
     root.has(geometry::KEY);
+    root.has(forces::KEY);
     root.required_section("cam").and_then(|s| motion_law::read(&s, &unit::LENGTH, folder))
 }
 

@@ -195,3 +195,54 @@ fn the_reference_tells_the_ranges_of_the_parameters() {
     check::<camdrive::drives::rigid_machine::Kloss>("## `RigidMachine`");
     check::<camdrive::drives::parametric::law::CrankLaw>("`[crank]`:");
 }
+
+#[test]
+fn loads_of_a_follower_behind_a_mechanism() {
+    let text = r#"
+        name = "machine"
+        model = "RigidMachine"
+        machine.J0 = 1
+        [[follower]]
+        J = 0.03
+        cam = { law = "fourier", a = [0.26, -0.22] }
+        linkage = [
+            { kind = "gear", ratio = 1 },
+            { kind = "four_bar", ground = 0.23, input = { length = 0.09 }, coupler = { length = 0.21 },
+              output = { length = 0.12 }, input_offset = 1.1 },
+        ]
+        [follower.geometry]
+        follower = "lever"
+        pivot_distance = 0.16
+        arm_length = 0.11
+        roller_radius = 0.02
+        start_angle = 0.55
+        [follower.forces]
+        gravity = "9.81 m/s2"
+        gravity_angle = ["90 deg", "-90 deg"]
+        spring = { preload = "2 N.m", c = "3 N.m/rad", at = "90 deg" }
+        process = { law = "fourier", a = ["-12 N.m"] }
+        lever_J = "4e-3 kg.m2"
+        roller_width = "15 mm"
+        E_roller = "110 GPa"
+        nu_cam = 0.25
+        [[follower]]
+        m = 1
+        cam = { law = "fourier", a = [0.0, 0.1] }
+        [follower.forces]
+        gravity = 10
+        process = "-5 N"
+    "#;
+    let scene = resolve("scene.toml", text, Path::new("")).unwrap_or_else(|faults| panic!("{faults}"));
+    let [behind, alone] = &scene.loads[..] else { panic!("{:?}", scene.loads) };
+    let [first, second] = behind.gravity[..] else { panic!("{behind:?}") };
+    assert!((first.im - 9.81).abs() < 1e-15 && (second.im + 9.81).abs() < 1e-15 && first.re.abs() < 1e-15);
+    let spring = behind.spring.expect("a spring");
+    assert_eq!((spring.preload, spring.stiffness, spring.at), (2.0, 3.0, Some(PI / 2.0)));
+    let process = |loads: &Loads| loads.process.as_ref().expect("a force").at(1.0).0[0];
+    assert_eq!((process(behind), behind.lever_inertia), (-12.0, 4e-3));
+    let material = behind.material.expect("a roller");
+    assert_eq!((material.width, material.elasticity, material.poisson), (0.015, [210e9, 110e9], [0.25, 0.3]));
+    // Gravity acts against the motion where nothing else is said.
+    assert!((alone.gravity[0].re + 10.0).abs() < 1e-14 && alone.gravity.len() == 1);
+    assert_eq!((process(alone), alone.material, alone.spring), (-5.0, None, None));
+}

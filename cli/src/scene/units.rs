@@ -2,7 +2,7 @@
 //!
 //! A unit is a product of factors joined by `.`, `·`, `*` or a blank; factors after a `/` divide, up to the next
 //! `/`. A factor is a unit name with an optional prefix (n, u or µ, m, c, k, M, G) and an optional whole exponent
-//! (`m2`, `m^2`, `m²`, `s^-1`). Known names: m, g, t, N, s, min, h, rad, deg or °, rev, J, W, Hz, rpm, %.
+//! (`m2`, `m^2`, `m²`, `s^-1`). Known names: m, g, t, N, s, min, h, rad, deg or °, rev, J, W, Pa, Hz, rpm, %.
 //!
 //! Angles count as a dimension of their own, so that a torsional stiffness (N.m/rad) is not taken for a torque.
 //! `rpm`, `1/min` and `U/min` are revolutions per minute, `Hz` is one revolution (cycle) per second, 2π rad/s.
@@ -30,6 +30,7 @@ const PREFIXED: &[(&str, Unit)] = &[
     ("rad", one([0, 0, 0, 1])),
     ("J", one([1, 2, -2, 0])),
     ("W", one([1, 2, -3, 0])),
+    ("Pa", one([1, -1, -2, 0])),
     ("Hz", Unit { numerator: TAU, denominator: 1.0, base: [0, 0, -1, 1] }),
     // Products that are written without a sign everywhere.
     ("Nm", one([1, 2, -2, 0])),
@@ -97,6 +98,10 @@ pub fn per_angle(quantity: &'static Quantity, n: i32) -> &'static Quantity {
     (n.unsigned_abs() as usize).checked_sub(1).and_then(|i| list.get(i)).unwrap_or(quantity)
 }
 
+/// Pressure and modulus of elasticity (Pa).
+pub static PRESSURE: Quantity =
+    Quantity { name: "Pressure", unit: "Pa", base: [1, -1, -2, 0], display: Some(("MPa", 1e-6)) };
+
 /// An example of each quantity, for hints.
 const EXAMPLES: &[(&Quantity, &str)] = &[
     (&unit::NUMBER, "0.5"),
@@ -117,6 +122,7 @@ const EXAMPLES: &[(&Quantity, &str)] = &[
     (&unit::IMPULSE, "\"2 N.s\""),
     (&unit::ENERGY, "\"3 J\""),
     (&unit::TIME, "\"5 ms\""),
+    (&PRESSURE, "\"210 GPa\""),
     (&LENGTHS[0], "\"25 mm/rad\" or \"25 mm\""),
     (&LENGTHS[1], "\"25 mm/rad2\" or \"25 mm\""),
     (&LENGTHS[2], "\"25 mm/rad3\" or \"25 mm\""),

@@ -97,6 +97,12 @@ pub struct At {
     pub curvature: f64,
     /// The pressure angle (rad), 0 … π/2.
     pub pressure: f64,
+    /// p (m), the roller's centre in the fixed frame.
+    pub place: Point,
+    /// n, the normal of the path in the fixed frame that points away from the inner contour.
+    pub normal: Point,
+    /// n · dp/dU: how far the roller's centre moves along n, per unit of U.
+    pub gain: f64,
 }
 
 /// Speeds of the roller's centre over the cam below this part of its distance are standstills: path and normal have no
@@ -131,7 +137,7 @@ impl Follower {
         }
     }
 
-    /// p, p′, p″ and the direction in which p moves, where U, U′, U″ are `u`.
+    /// p, p′, p″ and dp/dU, where U, U′, U″ are `u`.
     fn position(&self, [u, u1, u2]: [f64; 3]) -> ([Point; 3], Point) {
         match *self {
             Follower::Lever { pivot, length, start, transmission, side } => {
@@ -139,7 +145,7 @@ impl Follower {
                 let arm = Point::from_polar(length, -side * psi);
                 let p1 = I * side * psi1 * arm;
                 let p2 = (I * side * psi2 + psi1 * psi1) * arm;
-                ([Point::from(pivot) - arm, p1, p2], I * arm / length)
+                ([Point::from(pivot) - arm, p1, p2], I * side * arm / transmission)
             }
             Follower::Translating { eccentricity, start } => ([Point::new(eccentricity, start + u), I * u1, I * u2], I),
         }
@@ -153,7 +159,7 @@ impl Cam {
     /// Where the roller's centre stands still on the cam.
     pub fn at_in(&self, segment: usize, phi: f64) -> Result<At, Standstill> {
         let [u, u1, u2, ..] = self.law.at_in(segment, phi).0;
-        let ([p, p1, p2], direction) = self.follower.position([u, u1, u2]);
+        let ([p, p1, p2], by_lift) = self.follower.position([u, u1, u2]);
         let turn = I * self.sense;
         let v = p1 - turn * p;
         let acceleration = p2 - 2.0 * turn * p1 - p;
@@ -163,8 +169,9 @@ impl Cam {
         }
         // Both turned back into the frame of the cam; the angle between them stays.
         let back = Point::from_polar(1.0, -self.sense * phi);
-        let along = (v.conj() * direction).re.abs();
-        let across = (v.conj() * direction).im.abs();
+        let along = (v.conj() * by_lift).re.abs();
+        let across = (v.conj() * by_lift).im.abs();
+        let normal = turn * v / speed;
         Ok(At {
             phi,
             lift: u,
@@ -174,6 +181,9 @@ impl Cam {
             speed,
             curvature: (v.conj() * acceleration).im / speed.powi(3),
             pressure: along.atan2(across),
+            place: p,
+            normal,
+            gain: (normal.conj() * by_lift).re,
         })
     }
 

@@ -7,27 +7,12 @@ use std::f64::consts::TAU;
 
 pub fn tell(overview: &mut Overview, scene: &Scene) {
     let inertia = Inertia::new(scene.inertia.clone(), scene.followers.clone());
-    // The speed about which the machine fluctuates, if one follows from the scene, and its least and largest one.
-    let running = match scene.motor {
-        Motor::Kloss(Kloss { breakdown_torque, breakdown_slip, synchronous_speed, .. }) => {
-            overview.speed("synchronous_speed", synchronous_speed);
-            overview.figure("breakdown_torque", breakdown_torque, "N.m");
-            overview.figure("breakdown_slip", breakdown_slip, "1");
-            // Without load; where none is found, no mean speed is told.
-            let motions = periodic_motions(scene, 0.0).unwrap_or_default();
-            let stable = motions.iter().find(|motion| motion.is_stable());
-            stable.map(|motion| (synchronous_speed.signum() * TAU / motion.period, range(&motion.course)))
-        }
-        Motor::None if scene.w_start != 0.0 => {
-            let unit = free_motion(&inertia, 1.0, scene.w_start.signum());
-            let from = scene.phi_start.rem_euclid(TAU);
-            let at = unit.iter().min_by(|a, b| (a[0] - from).abs().total_cmp(&(b[0] - from).abs()));
-            // A machine without torques keeps the shape of its motion at any speed.
-            at.map(|[_, w]| (scene.w_start / w, range(&unit)))
-                .map(|(factor, [low, high])| (scene.w_start.signum() * TAU * factor, [factor * low, factor * high]))
-        }
-        _ => None,
-    };
+    if let Motor::Kloss(Kloss { breakdown_torque, breakdown_slip, synchronous_speed, .. }) = scene.motor {
+        overview.speed("synchronous_speed", synchronous_speed);
+        overview.figure("breakdown_torque", breakdown_torque, "N.m");
+        overview.figure("breakdown_slip", breakdown_slip, "1");
+    }
+    let running = running(scene, &inertia);
     if let Some((mean, [low, high])) = running {
         overview.speed("mean_speed", mean);
         overview.share("speed_fluctuation", (high - low) / mean.abs());
@@ -44,5 +29,26 @@ pub fn tell(overview: &mut Overview, scene: &Scene) {
         let tools: Vec<[f64; 5]> = angles().map(|phi| follower.tool(follower.cam.at(phi).0)).collect();
         let motion = [0, 1, 2].map(|n| tools.iter().map(|tool| tool[n]).collect());
         overview.motion(&prefix, motion, follower.m, running.map(|(mean, _)| mean), follower.turns);
+    }
+}
+
+/// The speed about which the machine fluctuates (rad/s), if one follows from the scene, and its least and largest one.
+pub fn running(scene: &Scene, inertia: &Inertia) -> Option<(f64, [f64; 2])> {
+    match scene.motor {
+        Motor::Kloss(Kloss { synchronous_speed, .. }) => {
+            // Without load; where none is found, there is no mean speed.
+            let motions = periodic_motions(scene, 0.0).unwrap_or_default();
+            let stable = motions.iter().find(|motion| motion.is_stable());
+            stable.map(|motion| (synchronous_speed.signum() * TAU / motion.period, range(&motion.course)))
+        }
+        Motor::None if scene.w_start != 0.0 => {
+            let unit = free_motion(inertia, 1.0, scene.w_start.signum());
+            let from = scene.phi_start.rem_euclid(TAU);
+            let at = unit.iter().min_by(|a, b| (a[0] - from).abs().total_cmp(&(b[0] - from).abs()));
+            // A machine without torques keeps the shape of its motion at any speed.
+            at.map(|[_, w]| (scene.w_start / w, range(&unit)))
+                .map(|(factor, [low, high])| (scene.w_start.signum() * TAU * factor, [factor * low, factor * high]))
+        }
+        _ => None,
     }
 }

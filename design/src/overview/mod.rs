@@ -12,6 +12,8 @@ mod roughness;
 mod tests;
 mod vibration;
 
+pub use machine::running;
+
 use crate::resource::Resource;
 use crate::text;
 use camdrive::drives::backlash::{self, BacklashDrive};

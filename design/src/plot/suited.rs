@@ -6,8 +6,9 @@ use std::f64::consts::TAU;
 /// A coherent SI unit and the units that take its place, from large to small, with how many of them make it.
 type Suited = (&'static str, &'static [(&'static str, f64)]);
 
-const SUITED: [Suited; 9] = [
+const SUITED: [Suited; 10] = [
     ("m", &[("mm", 1e3), ("µm", 1e6), ("nm", 1e9)]),
+    ("Pa", &[("MPa", 1e-6), ("kPa", 1e-3), ("Pa", 1.0)]),
     ("m/rad", &[("mm/rad", 1e3), ("µm/rad", 1e6)]),
     ("m/rad²", &[("mm/rad²", 1e3), ("µm/rad²", 1e6)]),
     ("N", &[("kN", 1e-3), ("N", 1.0), ("mN", 1e3)]),

@@ -1,0 +1,298 @@
+//! Kinetostatics: the forces with which a machine at constant speed moves its tools, from the tool back to the cam.
+//!
+//! The tool demands τ = m (ÿ − g) − P + F₀ + c (y − y₀), the mechanisms before it pass it on ([`mechanism`]), and with the
+//! lever Q = J_l Ü + (torque of the first mechanism) is the force on the coordinate U of the cam. By virtual work the roller
+//! presses with N = Q/(n · dp/dU), and the cam's shaft needs M = Q U′. The contact (Hertz, line contact of cylinders) bears
+//!
+//! p_H = √(N E*/(π L R)),  1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂,  R = ϱ (1 ∓ ϱκ),
+//!
+//! the roller's radius times what is left of it in the curvature of the contour. Symbols: y coordinate of the tool (m or
+//! rad), m its mass (kg) or moment of inertia (kg·m²), g gravity along y (m/s²), P process force (N or N·m) in the sense of
+//! y, F₀, c, y₀ preload, stiffness and place of a return spring; n normal of the path of the roller's centre p that points
+//! away from the inner contour; N > 0 presses on the inner contour, N < 0 on the outer one; L width of the contact (m).
+//!
+//! Valid for rigid bodies without friction and clearance, at constant speed. Source: Dresig, Holzweißig, *Maschinendynamik*,
+//! section 2.4 (kinetostatics); VDI 2142 and VDI 2143 (cams); Johnson, *Contact Mechanics*, section 4.2 (Hertz).
+
+pub mod figures;
+pub mod mechanism;
+pub mod report;
+#[cfg(test)]
+mod tests;
+mod turn;
+
+pub use report::Report;
+pub use turn::Turn;
+
+use crate::cam_geometry::{Cam, Follower as Carrier, Plan, Point, Side};
+use camdrive::drives::Fault;
+use camdrive::drives::rigid_machine::Follower;
+use camdrive::drives::rigid_machine::linkage::{Linkage, in_turn};
+use camdrive::motion::MotionLaw;
+use mechanism::{Reactions, reactions};
+use std::f64::consts::PI;
+
+/// A spring that draws the tool towards smaller y.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spring {
+    /// F₀ (N or N·m).
+    pub preload: f64,
+    /// c (N/m or N·m/rad).
+    pub stiffness: f64,
+    /// y₀ (m or rad), where the spring has its preload; None for the least y of the turn.
+    pub at: Option<f64>,
+}
+
+/// The contact of roller and cam.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Material {
+    /// L (m).
+    pub width: f64,
+    /// E₁, E₂ (Pa) of cam and roller.
+    pub elasticity: [f64; 2],
+    /// ν₁, ν₂.
+    pub poisson: [f64; 2],
+}
+
+/// What acts on a follower beside its masses.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Loads {
+    /// J_l (kg·m²) of what turns with the lever.
+    pub lever_inertia: f64,
+    /// g (m/s²) in the frame of each mechanism; without one along U. Empty without gravity.
+    pub gravity: Vec<Point>,
+    /// F₀, c, y₀.
+    pub spring: Option<Spring>,
+    /// P(φ).
+    pub process: Option<MotionLaw>,
+    /// For the pressure in the contact.
+    pub material: Option<Material>,
+}
+
+/// A cam, what it moves and what acts on it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Drive {
+    /// What it is called.
+    pub name: String,
+    /// Law, mechanisms and tool.
+    pub follower: Follower,
+    /// The geometry of the cam, if it is known.
+    pub plan: Option<Plan>,
+    /// What acts on it.
+    pub loads: Loads,
+    /// The contacts that can bear its force.
+    contacts: Vec<Bearing>,
+}
+
+/// Where a roller can run.
+#[derive(Clone, Debug, PartialEq)]
+struct Bearing {
+    /// "F" and "P" of a conjugate pair, else nothing.
+    name: &'static str,
+    cam: Cam,
+    side: Side,
+}
+
+impl Bearing {
+    /// Its name behind that of the drive.
+    fn suffix(&self) -> String {
+        if self.name.is_empty() { String::new() } else { format!(" {}", self.name) }
+    }
+}
+
+/// A contact of roller and cam at one angle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact {
+    /// The force (N), positive where it presses.
+    pub force: f64,
+    /// The force for Q = 1.
+    pub gain: f64,
+    /// The pressure angle (rad).
+    pub pressure_angle: f64,
+    /// p_H (Pa), 0 where nothing presses.
+    pub hertzian: f64,
+    /// Its part along x (N), with which a translating follower presses against its guide.
+    pub side: f64,
+}
+
+/// The forces of a drive at one angle.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Forces {
+    /// y, ẏ, ÿ.
+    pub tool: [f64; 3],
+    /// Q (N, of an angular law N·m).
+    pub load: f64,
+    /// Q at rest, and what inertia adds to it for each (rad/s)².
+    pub parts: [f64; 2],
+    /// dy/dU: Q for F₀ = 1.
+    pub travel: f64,
+    /// M (N·m).
+    pub torque: f64,
+    /// Of each mechanism, from the cam to the tool.
+    pub mechanisms: Vec<Reactions>,
+    /// Of each contact.
+    pub contacts: Vec<Contact>,
+}
+
+impl Forces {
+    fn is_finite(&self) -> bool {
+        let [at_rest, by_inertia] = self.parts;
+        let joints = self.mechanisms.iter().flat_map(|mechanism| &mechanism.joints);
+        let contacts = self.contacts.iter().flat_map(|contact| [contact.force, contact.hertzian]);
+        let all = [self.load, self.torque, at_rest, by_inertia].into_iter().chain(joints.map(|f| f.norm()));
+        all.chain(contacts).all(f64::is_finite)
+    }
+}
+
+impl Material {
+    /// p_H (Pa) for a force (N) and an equivalent radius R (m); 0 where nothing presses.
+    fn hertzian(&self, force: f64, radius: f64) -> f64 {
+        if force <= 0.0 {
+            return 0.0;
+        }
+        let compliance: f64 = (0..2).map(|i| (1.0 - self.poisson[i].powi(2)) / self.elasticity[i]).sum();
+        (force / (compliance * PI * self.width * radius)).sqrt()
+    }
+}
+
+impl Drive {
+    /// A drive with the contacts that its geometry has.
+    ///
+    /// # Errors
+    /// Where no follower of these lengths has the base or prime circle wanted.
+    pub fn new(name: String, follower: Follower, plan: Option<Plan>, loads: Loads) -> Result<Drive, Fault> {
+        let mut contacts = Vec::new();
+        for (name, cam) in plan.map_or(Ok(Vec::new()), |plan: Plan| plan.cams(&follower.cam))? {
+            let sides = plan.map_or(&[][..], |plan| plan.cut.sides());
+            contacts.extend(sides.iter().map(|side| Bearing { name, cam: cam.clone(), side: *side }));
+        }
+        Ok(Drive { name, follower, plan, loads, contacts })
+    }
+
+    /// Whether the contact is kept by force alone: a single contact.
+    pub fn is_force_closed(&self) -> bool {
+        self.contacts.len() == 1
+    }
+
+    /// J_l with respect to U: a law that is a length turns the lever by U/R.
+    fn reduced_inertia(&self) -> f64 {
+        match self.contacts.first().map(|bearing| bearing.cam.follower) {
+            Some(Carrier::Lever { transmission, .. }) if !self.follower.cam_turns() => {
+                self.loads.lever_inertia / (transmission * transmission)
+            }
+            _ => self.loads.lever_inertia,
+        }
+    }
+
+    /// g along the line of the tool (m/s²); tools that turn are taken as balanced.
+    fn gravity_on_tool(&self) -> f64 {
+        self.loads.gravity.last().filter(|_| !self.follower.turns).map_or(0.0, |gravity| gravity.re)
+    }
+
+    /// The tool's coordinate and its derivatives, mechanism by mechanism from those of the cam's law.
+    fn motions(&self, lever: [f64; 3]) -> Vec<[f64; 3]> {
+        let mut motions = vec![lever];
+        for mechanism in &self.follower.linkage.0 {
+            let input = motions[motions.len() - 1];
+            motions.push(Linkage(vec![*mechanism]).tool(input));
+        }
+        motions
+    }
+
+    /// Q and the reactions of the mechanisms, where U, U̇, Ü are `lever` and the tool is pushed by `push` (N or N·m); without
+    /// gravity for `weight` = 0, with it for 1.
+    fn backward(&self, lever: [f64; 3], push: f64, weight: f64) -> (f64, Vec<Reactions>) {
+        let motions = self.motions(lever);
+        let mass = self.follower.m;
+        let mut load = mass * (motions[motions.len() - 1][2] - weight * self.gravity_on_tool()) - push;
+        let mut list = Vec::new();
+        for (i, mechanism) in self.follower.linkage.0.iter().enumerate().rev() {
+            let gravity = self.loads.gravity.get(i).map_or(Point::from(0.0), |gravity| gravity * weight);
+            list.push(reactions(mechanism, [motions[i], motions[i + 1]], load, mass, gravity));
+            load = list[list.len() - 1].input;
+        }
+        list.reverse();
+        (load + self.reduced_inertia() * lever[2], list)
+    }
+
+    /// The forces at φ on the piece of the turn with its middle at `within`, at the speed ω (rad/s).
+    ///
+    /// # Errors
+    /// Where the roller's centre stands still on the cam, where a contour that bears is undercut, and beyond the range of
+    /// numbers.
+    pub fn at(&self, within: f64, phi: f64, w: f64) -> Result<Forces, Fault> {
+        let law = &self.follower.cam;
+        let segment = law.segment(within, true);
+        let [u, u1, u2, ..] = law.at_in(segment, phi).0;
+        let place = self.follower.tool([u, 1.0]);
+        let spring = self
+            .loads
+            .spring
+            .map_or(0.0, |spring| spring.preload + spring.stiffness * (place[0] - spring.at.unwrap_or(0.0)));
+        let process = self.loads.process.as_ref().map_or(0.0, |p| p.at_in(p.segment(within, true), phi).0[0]);
+        let push = process - spring;
+        let lever = [u, u1 * w, u2 * w * w];
+        let (load, mechanisms) = self.backward(lever, push, 1.0);
+        let (at_rest, _) = self.backward([u, 0.0, 0.0], push, 1.0);
+        let (by_inertia, _) = self.backward([u, u1, u2], 0.0, 0.0);
+        let contacts = self.contacts.iter().map(|contact| self.contact(contact, segment, phi, load));
+        let forces = Forces {
+            tool: self.follower.tool(lever),
+            load,
+            parts: [at_rest, by_inertia],
+            travel: place[1],
+            torque: load * u1,
+            mechanisms,
+            contacts: contacts.collect::<Result<_, _>>()?,
+        };
+        if forces.is_finite() {
+            return Ok(forces);
+        }
+        let (place, name) = (in_turn(phi, 3), &self.name);
+        Err(Fault(format!("at φ = {place}° the forces of {name} are beyond the range of numbers")))
+    }
+
+    /// A contact where the force on the cam's coordinate is `load`.
+    fn contact(&self, bearing: &Bearing, segment: usize, phi: f64, load: f64) -> Result<Contact, Fault> {
+        let Bearing { cam, side, .. } = bearing;
+        let at = cam.at_in(segment, phi)?;
+        let gain = if *side == Side::Outer { -1.0 } else { 1.0 } / at.gain;
+        if !gain.is_finite() {
+            let (place, name) = (in_turn(phi, 3), &self.name);
+            return Err(Fault(format!(
+                "at φ = {place}° the pressure angle of {name} is 90°: no force of the roller moves it"
+            )));
+        }
+        let (force, growth) = (gain * load, side.growth(cam, &at));
+        if force > 0.0 && growth <= 0.0 && self.loads.material.is_some() {
+            return Err(Fault(format!(
+                "at φ = {}° the {} of {}{} is undercut, so that there is no contact whose pressure could be told; camdrive cam says which roller fits",
+                in_turn(phi, 3),
+                side.name(),
+                self.name,
+                bearing.suffix()
+            )));
+        }
+        let pressure = |material: Material| material.hertzian(force, cam.roller * growth);
+        Ok(Contact {
+            force,
+            gain,
+            pressure_angle: at.pressure,
+            hertzian: self.loads.material.map_or(0.0, pressure),
+            side: load / at.gain * at.normal.re,
+        })
+    }
+}
+
+/// A machine at constant speed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Machine {
+    /// What it is called.
+    pub name: String,
+    /// ω (rad/s).
+    pub speed: f64,
+    /// What varies of the moment of inertia of the machine itself (kg·m²), which asks for ½ J′ω².
+    pub inertia: Option<MotionLaw>,
+    /// What its cams move.
+    pub drives: Vec<Drive>,
+}

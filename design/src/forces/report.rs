@@ -1,0 +1,336 @@
+//! What rollers, joints and shaft bear over a turn, as numbers, text and CSV.
+
+use super::turn::{Extreme, State, Turn};
+use super::{Contact, Drive, Forces, Machine};
+use crate::cam_geometry::{Cut, Follower as Carrier, Side};
+use crate::text::{self, NONE, Page, Table, number};
+use camdrive::drives::Fault;
+use camdrive::drives::rigid_machine::linkage::in_turn;
+use serde::Serialize;
+use std::f64::consts::TAU;
+
+/// A unit: coherent SI, as people read it, how many of these make it.
+pub type Unit = (&'static str, &'static str, f64);
+
+const NEWTON: Unit = ("N", "N", 1.0);
+const TORQUE: Unit = ("N·m", "N·m", 1.0);
+const PRESSURE: Unit = ("Pa", "MPa", 1e-6);
+/// A least value or a mean below this part of the largest one is shown as zero.
+const ROUNDING: f64 = 1e-9;
+const ANGLE: Unit = ("rad", "°", 360.0 / TAU);
+
+/// Something that varies over the turn.
+pub struct Quantity<'a> {
+    /// Its name in files.
+    pub key: String,
+    /// Its name for people.
+    pub name: String,
+    /// The unit.
+    pub unit: Unit,
+    /// Whether it is a component, whose largest value says little.
+    pub part: bool,
+    /// Its value.
+    pub of: Box<dyn Fn(&Forces) -> f64 + 'a>,
+}
+
+/// A quantity over the turn.
+#[derive(Clone, Debug, Serialize)]
+pub struct Range {
+    /// Its name in files.
+    pub quantity: String,
+    /// Its coherent SI unit.
+    pub unit: &'static str,
+    /// The largest value.
+    pub largest: Extreme,
+    /// The least value.
+    pub least: Extreme,
+    /// The mean over the turn.
+    pub mean: f64,
+    #[serde(skip)]
+    shown: (String, Unit),
+}
+
+/// What keeps a roller on its only contour.
+#[derive(Clone, Debug, Serialize)]
+pub struct Keeping {
+    /// The least F₀ (N or N·m) at this speed and the angle that demands it; None where no preload helps.
+    pub least_preload: Option<Extreme>,
+    /// The speed (rad/s) from which on the roller leaves the contour, and where; 0 where it does even at rest, None where it
+    /// stays at any speed.
+    pub lift_off_speed: Option<Extreme>,
+}
+
+/// A cam and what it moves.
+#[derive(Clone, Debug, Serialize)]
+pub struct OfDrive {
+    /// What it is called.
+    pub name: String,
+    /// What its parts bear.
+    pub quantities: Vec<Range>,
+    /// φ (rad) where the force of the roller, without a geometry the torque on the lever, changes its sign.
+    pub sign_changes: Vec<f64>,
+    /// Where force alone keeps the contact.
+    pub keeping: Option<Keeping>,
+    #[serde(skip)]
+    notes: [Vec<String>; 2],
+}
+
+/// The forces of a machine over a turn.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    /// The scene.
+    pub scene: String,
+    /// ω (rad/s).
+    pub speed: f64,
+    /// Each cam with what it moves.
+    pub drives: Vec<OfDrive>,
+    /// The torque on the shaft of all together.
+    pub shaft: Range,
+}
+
+impl Drive {
+    /// All that varies, in the order of the flow of force from the cam to the tool.
+    pub fn quantities(&self) -> Vec<Quantity<'_>> {
+        let mut list: Vec<Quantity<'_>> = Vec::new();
+        let mut add = |key: &str, name: &str, unit: Unit, part: bool, of: Box<dyn Fn(&Forces) -> f64>| {
+            let (key, name) = (key.replace(['–', ' '], "_"), name.to_owned());
+            list.push(Quantity { key, name, unit, part, of });
+        };
+        for (i, bearing) in self.contacts.iter().enumerate() {
+            let (key, name) = match (self.plan.map(|plan| plan.cut), bearing.side) {
+                (Some(Cut::Conjugate(_)), _) => (format!("_{}", bearing.name), format!(", cam {}", bearing.name)),
+                (Some(Cut::Groove), Side::Inner) => ("_inner".to_owned(), ", inner contour".to_owned()),
+                (Some(Cut::Groove), _) => ("_outer".to_owned(), ", outer contour".to_owned()),
+                _ => (String::new(), String::new()),
+            };
+            let mut of = |what: &str, words: &str, unit: Unit, of: fn(&Contact) -> f64| {
+                let value = Box::new(move |forces: &Forces| of(&forces.contacts[i]));
+                add(&format!("{what}{key}"), &format!("{words}{name}"), unit, false, value);
+            };
+            if self.is_force_closed() {
+                of("roller_force", "roller force", NEWTON, |contact| contact.force);
+            } else {
+                of("roller_force", "roller force", NEWTON, |contact| contact.force.max(0.0));
+            }
+            // Both flanks of a groove have the same.
+            if i == 0 || !bearing.name.is_empty() {
+                of("pressure_angle", "pressure angle", ANGLE, |contact| contact.pressure_angle);
+            }
+            if self.loads.material.is_some() {
+                of("hertzian_pressure", "Hertzian pressure", PRESSURE, |contact| contact.hertzian);
+            }
+        }
+        if self.contacts.iter().any(|bearing| matches!(bearing.cam.follower, Carrier::Translating { .. })) {
+            let bearing = |forces: &Forces| {
+                let bears = forces.contacts.iter().max_by(|a, b| a.force.total_cmp(&b.force));
+                bears.map_or(0.0, |contact| contact.side)
+            };
+            add("side_force", "side force of the follower", NEWTON, false, Box::new(bearing));
+        }
+        let (key, name, unit) = match self.follower.cam_turns() {
+            true => ("lever_torque", "torque on the lever", TORQUE),
+            false => ("follower_force", "force on the follower", NEWTON),
+        };
+        add(key, name, unit, false, Box::new(|forces| forces.load));
+        for (i, mechanism) in self.follower.linkage.0.iter().enumerate() {
+            let (key, name) = (format!("linkage{}", i + 1), format!("linkage[{}] ({})", i + 1, mechanism.name()));
+            let input = Box::new(move |forces: &Forces| forces.mechanisms[i].input);
+            // Without inertia of the lever that of the first one is the torque on the lever.
+            let same = i == 0 && self.loads.lever_inertia == 0.0;
+            add(&format!("{key}_input"), &format!("{name}: torque on its input"), TORQUE, same, input);
+            for (k, joint) in super::mechanism::joints(mechanism).iter().enumerate() {
+                let at = move |forces: &Forces| forces.mechanisms[i].joints[k];
+                let key = format!("{key}_{joint}");
+                add(&key, &format!("{name}: {joint}"), NEWTON, false, Box::new(move |forces| at(forces).norm()));
+                add(&format!("{key}_x"), "", NEWTON, true, Box::new(move |forces| at(forces).re));
+                add(&format!("{key}_y"), "", NEWTON, true, Box::new(move |forces| at(forces).im));
+            }
+        }
+        if let Some(last) = self.follower.linkage.0.len().checked_sub(1) {
+            let (name, unit) =
+                if self.follower.turns { ("torque on the tool", TORQUE) } else { ("force on the tool", NEWTON) };
+            add("tool_load", name, unit, false, Box::new(move |forces| forces.mechanisms[last].output));
+        }
+        add("torque", "torque on the shaft", TORQUE, false, Box::new(|forces| forces.torque));
+        list
+    }
+}
+
+impl Range {
+    fn new(turn: &Turn<'_>, [key, name]: [&str; 2], unit: Unit, of: impl Fn(&State) -> f64) -> Self {
+        let lowest = turn.largest(|state| -of(state));
+        Range {
+            quantity: key.to_owned(),
+            unit: unit.0,
+            largest: turn.largest(&of),
+            least: Extreme { value: -lowest.value, ..lowest },
+            mean: turn.mean(of),
+            shown: (name.to_owned(), unit),
+        }
+    }
+
+    fn row(&self) -> Vec<String> {
+        let (name, (_, unit, factor)) = &self.shown;
+        let (most, least) = (&self.largest, &self.least);
+        let size = most.value.abs().max(least.value.abs());
+        // What roundings leave of nothing.
+        let is_zero = |value: f64| value.abs() <= ROUNDING * size;
+        let value = |value: f64| if is_zero(value) { "0".to_owned() } else { number(factor * value) };
+        let phi = |at: &Extreme| if is_zero(at.value) { NONE.to_owned() } else { format!("{}°", in_turn(at.phi, 1)) };
+        let cells = [value(most.value), phi(most), value(least.value), phi(least), value(self.mean)];
+        [format!("{name} [{unit}]")].into_iter().chain(cells).collect()
+    }
+}
+
+impl Keeping {
+    /// F₀ ≥ −(Q − F₀ Q₁)/Q₁ with Q₁ = dy/dU all over the turn, and 1/ω² = max(−Q_inertia/Q_rest).
+    fn of(turn: &Turn<'_>, j: usize, drive: &Drive) -> Self {
+        let preload = drive.loads.spring.map_or(0.0, |spring| spring.preload);
+        let forces = |state: &State| (state.drives[j].clone(), state.drives[j].contacts[0].gain.signum());
+        let least_by = |of: &dyn Fn(&Forces) -> f64| {
+            -turn
+                .largest(|state| {
+                    let (forces, sense) = forces(state);
+                    -sense * of(&forces)
+                })
+                .value
+        };
+        let helps = least_by(&|forces| forces.travel) > 0.0;
+        let needed = |state: &State| preload - state.drives[j].load / state.drives[j].travel;
+        let lift_off = || {
+            let Extreme { phi, value } = turn.largest(|state| -state.drives[j].parts[1] / state.drives[j].parts[0]);
+            (value > 0.0).then(|| Extreme { phi, value: value.sqrt().recip() })
+        };
+        let rest = turn.largest(|state| {
+            let (forces, sense) = forces(state);
+            -sense * forces.parts[0]
+        });
+        Keeping {
+            least_preload: helps.then(|| turn.largest(needed)),
+            lift_off_speed: if rest.value < 0.0 { lift_off() } else { Some(Extreme { value: 0.0, ..rest }) },
+        }
+    }
+}
+
+/// Angles in a row.
+fn angles(list: &[f64]) -> String {
+    list.iter().map(|phi| format!("{}°", in_turn(*phi, 2))).collect::<Vec<_>>().join(", ")
+}
+
+impl OfDrive {
+    fn new(turn: &Turn<'_>, j: usize, drive: &Drive) -> Self {
+        let told = drive.quantities().into_iter().filter(|quantity| !quantity.part);
+        let range = |q: Quantity<'_>| Range::new(turn, [&q.key, &q.name], q.unit, |state| (q.of)(&state.drives[j]));
+        let pressing = |state: &State| {
+            let forces = &state.drives[j];
+            forces.contacts.first().map_or(forces.load, |contact| contact.force)
+        };
+        let mut of = OfDrive {
+            name: drive.name.clone(),
+            quantities: told.map(range).collect(),
+            sign_changes: turn.sign_changes(pressing),
+            keeping: drive.is_force_closed().then(|| Keeping::of(turn, j, drive)),
+            notes: [Vec::new(), Vec::new()],
+        };
+        of.notes = of.notes(drive, turn.largest(|state| -pressing(state)).value < 0.0);
+        of
+    }
+
+    /// What is to be known and what to be minded; `holds` where the roller is pressed on its first contour all over the turn.
+    fn notes(&self, drive: &Drive, holds: bool) -> [Vec<String>; 2] {
+        let (mut known, mut mind) = (Vec::new(), Vec::new());
+        let unit = if drive.follower.turns { "N·m" } else { "N" };
+        let rpm = |speed: f64| text::digits(speed * 60.0 / TAU, 5, -4);
+        let place = |phi: f64| format!("φ = {}°", in_turn(phi, 2));
+        let changes = angles(&self.sign_changes);
+        if let Some(Keeping { least_preload, lift_off_speed }) = &self.keeping {
+            if !holds {
+                let how = if changes.is_empty() {
+                    "never presses".to_owned()
+                } else {
+                    format!("changes its sign at φ = {changes}")
+                };
+                mind.push(format!(
+                    "{}: the force of the roller {how}; nothing keeps it on the cam. A larger preload, a lower speed, or a cam that holds it on both sides (groove, conjugate) does.",
+                    self.name
+                ));
+            }
+            known.push(match *lift_off_speed {
+                Some(Extreme { value: 0.0, .. }) => "The roller does not stay on the cam even at rest.".to_owned(),
+                Some(Extreme { phi, value }) => {
+                    format!("The roller leaves the cam from {} rpm on, first at {}.", rpm(value), place(phi))
+                }
+                None => "The roller stays on the cam at any speed.".to_owned(),
+            });
+            known.push(match *least_preload {
+                Some(Extreme { value, .. }) if value <= 0.0 => {
+                    "It needs no preload of a spring at this speed.".to_owned()
+                }
+                Some(Extreme { phi, value }) => format!(
+                    "Least preload of a return spring at this speed: {} {unit}, needed at {}.",
+                    text::digits(value, 5, -4),
+                    place(phi)
+                ),
+                None => "No preload of a spring at the tool keeps it there: somewhere it would draw the roller away."
+                    .to_owned(),
+            });
+        } else {
+            let what = if drive.plan.is_some() { "force of the roller" } else { "torque on the lever" };
+            known.push(match changes.is_empty() {
+                true => format!("The {what} never changes its sign: play is not crossed."),
+                false => format!("The {what} changes its sign, and play is crossed, at φ = {changes}."),
+            });
+        }
+        if drive.plan.is_some() && drive.loads.material.is_none() {
+            known.push("`roller_width` in [forces] would tell the Hertzian pressure.".to_owned());
+        }
+        [known, mind]
+    }
+}
+
+impl Report {
+    /// What is found over this turn.
+    pub fn new(machine: &Machine, turn: &Turn<'_>) -> Self {
+        let names = ["torque", "torque on the shaft, all together"];
+        Report {
+            scene: machine.name.clone(),
+            speed: machine.speed,
+            drives: machine.drives.iter().enumerate().map(|(j, drive)| OfDrive::new(turn, j, drive)).collect(),
+            shaft: Range::new(turn, names, TORQUE, |state| state.torque),
+        }
+    }
+
+    /// The report for lines of this width.
+    pub fn text(&self, width: usize) -> String {
+        let rpm = text::digits(self.speed * 60.0 / TAU, 6, -4);
+        let mut page = Page::new(format!("{}: forces at {rpm} rpm, without friction and clearance", self.scene), width);
+        let head = "quantity  largest  at φ  least  at φ  mean";
+        for drive in &self.drives {
+            page.table(&drive.name, &Table::new(head, drive.quantities.iter().map(Range::row)));
+            page.section("", &drive.notes[0]);
+        }
+        let own = self.drives.first().and_then(|drive| drive.quantities.last());
+        let alone = self.drives.len() == 1 && own.is_some_and(|own| own.largest == self.shaft.largest);
+        if !alone {
+            page.table("Shaft", &Table::new(head, [self.shaft.row()]));
+        }
+        page.section("Mind", self.drives.iter().flat_map(|drive| &drive.notes[1])).text()
+    }
+}
+
+/// Every quantity of a drive over the turn.
+///
+/// # Errors
+/// None in practice: the writer fills memory.
+pub fn csv(turn: &Turn<'_>, j: usize, drive: &Drive) -> Result<String, Fault> {
+    let quantities = drive.quantities();
+    let mut head = "phi_deg".to_owned();
+    for Quantity { key, unit: (_, unit, _), .. } in &quantities {
+        head += &format!(",{key}_{}", unit.replace('·', "").replace('°', "deg"));
+    }
+    let row = |state: &State| {
+        let values = quantities.iter().map(|q| text::full(q.unit.2 * (q.of)(&state.drives[j])));
+        [text::full(state.phi.to_degrees())].into_iter().chain(values).collect()
+    };
+    text::csv(&head, turn.states().map(row))
+}

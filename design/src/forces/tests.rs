@@ -1,0 +1,372 @@
+//! Printed numbers, closed forms, and balances of power.
+
+use super::turn::State;
+use super::*;
+use crate::cam_geometry::{Carrier as Held, Cut, Limits, Second, Start};
+use camdrive::drives::rigid_machine::linkage::{Branch, FourBar, Gear, Kind, Link, Mechanism, SliderCrank};
+use camdrive::motion::{Cycle, CyclePlan, Fourier, StandardLaw};
+use std::f64::consts::TAU;
+
+fn series(a: &[f64], b: &[f64]) -> MotionLaw {
+    MotionLaw::Fourier(Fourier::new(a.to_vec(), [&[0.0], b].concat()))
+}
+
+fn constant(value: f64) -> Option<MotionLaw> {
+    Some(series(&[value], &[]))
+}
+
+fn bar(length: f64, mass: f64) -> Link {
+    Link { length, mass, inertia: mass * length * length / 12.0, centre: [0.5 * length, 0.0] }
+}
+
+fn steel(width: f64) -> Option<Material> {
+    Some(Material { width, elasticity: [210e9; 2], poisson: [0.3; 2] })
+}
+
+fn plan(carrier: Held, angular: bool, start: f64, sense: f64, roller: f64, cut: Cut) -> Option<Plan> {
+    let limits = Limits { pressure: 1.0, cutter: 0.0, hub: 0.0 };
+    Some(Plan { carrier, angular, start: Start::Coordinate(start), sense, roller, cut, limits })
+}
+
+fn lever(pivot: f64, length: f64, transmission: f64, side: f64) -> Held {
+    Held::Lever { pivot, length, transmission, side }
+}
+
+fn machine(speed: f64, follower: Follower, plan: Option<Plan>, loads: Loads) -> Machine {
+    let drive = Drive::new("x".to_owned(), follower, plan, loads).expect("the cam can be placed");
+    Machine { name: "x".to_owned(), speed, inertia: None, drives: vec![drive] }.settled().expect("a turn")
+}
+
+fn part(kind: Kind, input_offset: f64) -> Mechanism {
+    Mechanism { kind, input_offset, output_offset: 0.0 }
+}
+
+/// A translating follower with a return spring.
+fn valve(speed: f64, stiffness: f64) -> Machine {
+    let law = series(&[0.010, -0.0085, -0.0015], &[0.0, 0.0004]);
+    let plan = plan(Held::Translating { eccentricity: 0.006 }, false, 0.055, 1.0, 0.016, Cut::Inner);
+    let loads = Loads {
+        gravity: vec![Point::from(-9.81)],
+        spring: Some(Spring { preload: 260.0, stiffness, at: Some(0.0) }),
+        process: constant(-40.0),
+        material: steel(0.012),
+        ..Loads::default()
+    };
+    machine(speed, Follower::new(1.8, law), plan, loads)
+}
+
+/// A roller lever before a four-bar linkage.
+fn rocker() -> Machine {
+    let law = series(&[0.26, -0.22, -0.04], &[0.0, 0.015]);
+    let coupler = Link { length: 0.210, mass: 0.55, inertia: 0.0024, centre: [0.1, 0.006] };
+    let (input, output) = (bar(0.09, 0.35), bar(0.12, 0.6));
+    let four_bar = FourBar { ground: 0.23, input, coupler, output, branch: Branch::Plus };
+    let linkage = Linkage(vec![part(Kind::FourBar(four_bar), 1.1)]);
+    let loads = Loads {
+        lever_inertia: 0.004,
+        gravity: vec![Point::new(0.0, -9.81)],
+        process: constant(-12.0),
+        material: steel(0.015),
+        ..Loads::default()
+    };
+    let plan = plan(lever(0.16, 0.11, 1.0, 1.0), true, 0.55, 1.0, 0.02, Cut::Groove);
+    machine(45.0, Follower { m: 0.03, turns: true, cam: law, linkage }, plan, loads)
+}
+
+/// A roller lever before a slider-crank; the cam turns clockwise.
+fn slider() -> Machine {
+    let law = series(&[0.3, -0.27], &[0.01]);
+    let kind =
+        SliderCrank { crank: bar(0.13, 0.5), rod: bar(0.3, 0.7), offset: 0.02, slider_mass: 0.3, branch: Branch::Plus };
+    let linkage = Linkage(vec![part(Kind::SliderCrank(kind), 1.0)]);
+    let loads = Loads { lever_inertia: 0.003, process: constant(-150.0), material: steel(0.014), ..Loads::default() };
+    let plan = plan(lever(0.15, 0.1, 1.0, 1.0), true, 0.6, -1.0, 0.018, Cut::Groove);
+    machine(50.0, Follower { m: 2.4, turns: false, cam: law, linkage }, plan, loads)
+}
+
+/// A roller lever on the right before a four-bar linkage and a gear.
+fn geared() -> Machine {
+    let law = series(&[0.25, -0.25], &[]);
+    let four_bar = FourBar {
+        ground: 0.22,
+        input: bar(0.1, 0.3),
+        coupler: bar(0.2, 0.4),
+        output: bar(0.13, 0.5),
+        branch: Branch::Plus,
+    };
+    let gear = Gear { ratio: 0.15, inertia: 0.002, output_turns: true };
+    let linkage = Linkage(vec![part(Kind::FourBar(four_bar), 0.9), part(Kind::Gear(gear), 0.0)]);
+    let loads = Loads { lever_inertia: 0.005, process: constant(25.0), material: steel(0.016), ..Loads::default() };
+    let plan = plan(lever(0.17, 0.12, -0.8, -1.0), true, 0.9, 1.0, 0.022, Cut::Groove);
+    machine(40.0, Follower { m: 0.9, turns: true, cam: law, linkage }, plan, loads)
+}
+
+fn at(machine: &Machine, phi: f64) -> State {
+    machine.at(phi, phi).expect("forces")
+}
+
+#[track_caller]
+fn close(value: f64, expected: f64) {
+    // The numbers are printed with 11 digits.
+    assert!((value - expected).abs() <= 2e-10 * expected.abs(), "{value} for {expected}");
+}
+
+#[track_caller]
+fn joint(state: &State, joint: usize, [x, y]: [f64; 2]) {
+    let force = state.drives[0].mechanisms[0].joints[joint];
+    close(force.re, x);
+    close(force.im, y);
+}
+
+#[test]
+fn a_translating_follower() {
+    let machine = valve(60.0, 9e3);
+    let state = at(&machine, 0.7);
+    let (forces, contact) = (&state.drives[0], state.drives[0].contacts[0]);
+    close(contact.force, 389.29215253);
+    close(forces.load, 388.91932266);
+    close(contact.pressure_angle, 0.043769057114);
+    close(contact.side, -17.033510640);
+    close(forces.torque, 3.3323281352);
+    close(contact.hertzian, 314.42662560e6);
+    let state = at(&machine, 4.5);
+    close(state.drives[0].contacts[0].force, 394.06149620);
+    close(state.drives[0].contacts[0].hertzian, 319.20546355e6);
+    close(state.torque, -3.0134249667);
+}
+
+#[test]
+fn a_lever_before_a_four_bar_linkage() {
+    let machine = rocker();
+    let state = at(&machine, 0.7);
+    let forces = &state.drives[0];
+    joint(&state, 0, [-181.46289825, -23.500560195]);
+    joint(&state, 1, [-176.82172676, -26.997193544]);
+    joint(&state, 2, [-162.36918492, -31.620774952]);
+    joint(&state, 3, [154.49937856, 36.498336575]);
+    close(forces.mechanisms[0].input, 14.266641460);
+    close(forces.load, 15.370939086);
+    close(forces.contacts[0].force, 140.14602227);
+    close(forces.contacts[0].hertzian, 144.582701780e6);
+    close(state.torque, 3.4686504421);
+    for (value, expected) in forces.tool.into_iter().zip([1.4909478286, 6.7349626265, 215.67485702]) {
+        close(value, expected);
+    }
+    let state = at(&machine, 4.5);
+    joint(&state, 2, [-16.974534536, -1.5873135924]);
+    close(state.drives[0].mechanisms[0].input, -0.71051524164);
+    // The outer contour of the groove bears.
+    close(state.drives[0].contacts[1].force, 22.54328728);
+    assert!(state.drives[0].contacts[0].hertzian == 0.0);
+    close(state.torque, 0.51669781696);
+}
+
+#[test]
+fn a_lever_before_a_slider_crank() {
+    let state = at(&slider(), 2.4);
+    let forces = &state.drives[0];
+    joint(&state, 0, [408.35831769, -151.53143219]);
+    joint(&state, 1, [391.82968075, -147.96289147]);
+    joint(&state, 2, [343.59406244, -142.96693447]);
+    joint(&state, 3, [0.0, 142.96693447]);
+    close(forces.mechanisms[0].input, -53.528362450);
+    close(forces.contacts[0].force, -554.27044754);
+    close(forces.contacts[1].hertzian, 264.80958203e6);
+    close(state.torque, -9.6377045495);
+}
+
+#[test]
+fn a_lever_before_a_four_bar_linkage_and_a_gear() {
+    let machine = geared();
+    let state = at(&machine, 2.4);
+    let forces = &state.drives[0];
+    joint(&state, 2, [67.702998667, 13.317384968]);
+    close(forces.mechanisms[1].input, -8.2251442849);
+    close(forces.mechanisms[1].output, -52.152560830);
+    close(forces.load, -9.1527000800);
+    close(forces.contacts[0].force, 62.676501710);
+    close(forces.contacts[0].hertzian, 88.238385313e6);
+    close(state.torque, -1.5455779767);
+    let state = at(&machine, 4.5);
+    close(state.drives[0].contacts[0].pressure_angle, 0.64739566751);
+    close(state.drives[0].contacts[0].force, 31.382428160);
+    close(state.torque, 0.91762291352);
+}
+
+#[test]
+fn what_keeps_a_roller_on_its_cam() {
+    let keeping = |speed: f64, stiffness: f64| {
+        let machine = valve(speed, stiffness);
+        let turn = machine.turn().expect("a turn");
+        Report::new(&machine, &turn).drives[0].keeping.clone().expect("one contour")
+    };
+    let lift_off = keeping(60.0, 9e3).lift_off_speed.expect("a speed");
+    assert!((lift_off.value - 169.986482).abs() < 1e-6 && (lift_off.phi - 4.296224749).abs() < 1e-6, "{lift_off:?}");
+    for (stiffness, least) in [(9e3, 564.315575651), (0.0, 698.669380209), (30e3, 256.596652824)] {
+        close(keeping(220.0, stiffness).least_preload.expect("a preload").value, least);
+    }
+    // m ω² h cos φ alone: h = 10 mm, ω = 50 rad/s.
+    let follower = |mass: f64| Follower::new(mass, series(&[0.01, -0.01], &[]));
+    let held = |cut, preload, mass| {
+        let plan = plan(Held::Translating { eccentricity: 0.0 }, false, 0.05, 1.0, 0.01, cut);
+        let spring = Some(Spring { preload, stiffness: 0.0, at: None });
+        machine(50.0, follower(mass), plan, Loads { spring, ..Loads::default() })
+    };
+    let found = |machine: &Machine| Report::new(machine, &machine.turn().expect("a turn")).drives[0].clone();
+    let disc = found(&held(Cut::Inner, 20.0, 2.0));
+    let keeping = disc.keeping.expect("one contour");
+    close(keeping.least_preload.expect("a preload").value, 50.0);
+    close(keeping.lift_off_speed.expect("a speed").value, 1000.0_f64.sqrt());
+    let [first, last] = disc.sign_changes[..] else { panic!("{:?}", disc.sign_changes) };
+    close(first, (-0.4_f64).acos());
+    close(last, TAU - (-0.4_f64).acos());
+    // A ring is left where a disc would be pressed: no spring that draws inwards keeps the roller in it.
+    let ring = found(&held(Cut::Outer, 20.0, 2.0)).keeping.expect("one contour");
+    assert_eq!((ring.least_preload, ring.lift_off_speed.map(|at| at.value)), (None, Some(0.0)));
+    assert!(found(&held(Cut::Groove, 20.0, 2.0)).keeping.is_none());
+    assert_eq!(found(&held(Cut::Inner, 20.0, 0.0)).keeping.expect("one contour").lift_off_speed, None);
+}
+
+#[test]
+fn play_is_crossed_where_the_acceleration_changes_its_sign_and_in_no_dwell() {
+    let law = CyclePlan {
+        stroke: 0.02,
+        lower: 0.0,
+        rise_start: 0.3,
+        rise_angle: 1.2,
+        upper_dwell: 0.7,
+        return_angle: 1.6,
+        rise_law: StandardLaw::ModifiedSine,
+        return_law: StandardLaw::Polynomial345,
+    };
+    let plan = plan(lever(0.18, 0.12, 0.12, 1.0), false, 0.6, 1.0, 0.02, Cut::Groove);
+    let machine = machine(30.0, Follower::new(1.5, MotionLaw::Cycle(Cycle::new(law))), plan, Loads::default());
+    let changes = Report::new(&machine, &machine.turn().expect("a turn")).drives[0].sign_changes.clone();
+    let [rise, back] = changes[..] else { panic!("{changes:?}") };
+    assert!((rise - 0.9).abs() < 1e-12 && (back - 3.0).abs() < 1e-12, "{changes:?}");
+}
+
+/// −Σ m g · r, J/(rad) of φ: the potential of the links of the rocker, by its positions alone.
+fn potential(machine: &Machine, phi: f64) -> f64 {
+    let drive = &machine.drives[0];
+    let Kind::FourBar(bars) = drive.follower.linkage.0[0].kind else { panic!("a four-bar linkage") };
+    let u = drive.follower.cam.at(phi).0[0];
+    let (theta, psi) = (u + 1.1, drive.follower.tool([u])[0]);
+    let (a, c) = (Point::from_polar(0.09, theta), Point::from_polar(0.12, psi));
+    let along = (0.23 + c - a) / 0.21;
+    let coupler = a + along * Point::new(0.1, 0.006);
+    let heights = [(bars.input.mass, 0.5 * a), (bars.coupler.mass, coupler), (bars.output.mass, 0.23 + 0.5 * c)];
+    heights.iter().map(|(mass, place)| 9.81 * mass * place.im).sum()
+}
+
+#[test]
+fn the_shaft_gives_what_energy_and_work_take() {
+    // M = ½ J′ω² + V′ − P y′ with J(φ) as the runtime library has it.
+    for (machine, loaded) in [(rocker(), true), (slider(), false), (geared(), false)] {
+        let (drive, w) = (&machine.drives[0], machine.speed);
+        let push = drive.loads.process.as_ref().expect("a process force").at(0.0).0[0];
+        for k in 0..40 {
+            let phi = TAU * (f64::from(k) + 0.4) / 40.0;
+            let [u, u1, u2, u3, _] = drive.follower.cam.at(phi).0;
+            let own = drive.loads.lever_inertia * 2.0 * u1 * u2;
+            let slope = drive.follower.inertia([u, u1, u2, u3])[1] + own;
+            let v = |h: f64| if loaded { potential(&machine, phi + h) } else { 0.0 };
+            let h = 1e-3;
+            let weight = (8.0 * (v(h) - v(-h)) - (v(2.0 * h) - v(-2.0 * h))) / (12.0 * h);
+            let expected = 0.5 * slope * w * w + weight - push * drive.follower.tool([u, u1])[1];
+            let torque = at(&machine, phi).torque;
+            assert!((torque - expected).abs() < 1e-10 * (1.0 + expected.abs()), "{phi}: {torque} for {expected}");
+        }
+    }
+}
+
+#[test]
+fn the_cam_turns_against_the_force_of_the_roller() {
+    // M = ± p × N n about the cam's centre.
+    for machine in [valve(60.0, 9e3), rocker(), slider(), geared()] {
+        let cam = &machine.drives[0].contacts[0].cam;
+        for k in 0..40 {
+            let phi = TAU * f64::from(k) / 40.0;
+            let (seen, state) = (cam.at_in(0, phi).expect("no standstill"), at(&machine, phi));
+            let force = seen.normal * state.drives[0].contacts[0].force;
+            let expected = cam.sense * (seen.place.conj() * force).im;
+            assert!((state.torque - expected).abs() < 1e-12 * force.norm(), "{phi}: {} {expected}", state.torque);
+        }
+    }
+}
+
+#[test]
+fn the_second_roller_of_a_pair_bears_what_the_first_does_not() {
+    let second = Second { place: 1.9, length: 0.1, roller: 0.015 };
+    let plan = plan(lever(0.16, 0.11, 0.3, 1.0), false, 0.6, 1.0, 0.02, Cut::Conjugate(second));
+    let law = series(&[0.03, -0.03], &[0.0, 0.002]);
+    let machine = machine(50.0, Follower::new(1.0, law), plan, Loads::default());
+    for k in 0..40 {
+        let phi = TAU * f64::from(k) / 40.0;
+        let state = at(&machine, phi);
+        let [one, other] = state.drives[0].contacts[..] else { panic!("two rollers") };
+        assert!(one.force * other.force < 0.0, "{phi}: {one:?} {other:?}");
+        for (bearing, contact) in machine.drives[0].contacts.iter().zip([one, other]) {
+            let seen = bearing.cam.at_in(0, phi).expect("no standstill");
+            let moment = bearing.cam.sense * (seen.place.conj() * seen.normal).im * contact.force;
+            assert!((state.torque - moment).abs() < 1e-12 * contact.force.abs(), "{phi}");
+        }
+    }
+}
+
+#[test]
+fn the_mean_torque_is_the_work_against_the_process() {
+    // P = −100 N − 40 N sin φ on y = h (1 − cos φ): the shaft gives 40 N · h/2 on the mean.
+    let process = Some(series(&[-100.0], &[-40.0]));
+    let carrier = Held::Translating { eccentricity: 0.0 };
+    let plan = plan(carrier, false, 0.05, 1.0, 0.01, Cut::Groove);
+    let follower = Follower::new(2.0, series(&[0.01, -0.01], &[]));
+    let drive = Drive::new("x".to_owned(), follower, plan, Loads { process, ..Loads::default() }).expect("a cam");
+    let inertia = Some(series(&[0.0, 0.3], &[]));
+    let machine = Machine { name: "x".to_owned(), speed: 20.0, inertia, drives: vec![drive] };
+    let report = Report::new(&machine, &machine.turn().expect("a turn"));
+    let mean = report.shaft.mean;
+    assert!((mean - 0.2).abs() < 1e-13, "{mean}");
+    // ½ J′ω² of the machine itself.
+    let own = |phi: f64| at(&machine, phi).torque - at(&machine, phi).drives[0].torque;
+    assert!((own(1.0) + 0.15 * 1.0_f64.sin() * 400.0).abs() < 1e-12);
+}
+
+#[test]
+fn a_spring_acts_from_the_least_position_on() {
+    let plan = plan(Held::Translating { eccentricity: 0.0 }, false, 0.05, 1.0, 0.01, Cut::Inner);
+    let spring = Some(Spring { preload: 30.0, stiffness: 1000.0, at: None });
+    let follower = Follower::new(0.0, series(&[0.5, -0.01], &[]));
+    let machine = machine(10.0, follower, plan, Loads { spring, ..Loads::default() });
+    close(at(&machine, 0.0).drives[0].load, 30.0);
+    close(at(&machine, TAU / 2.0).drives[0].load, 50.0);
+}
+
+#[test]
+fn what_has_no_contact_is_refused() {
+    let with = |start: f64, mass: f64| {
+        let carrier = Held::Translating { eccentricity: 0.0 };
+        let plan = plan(carrier, false, start, 1.0, 0.03, Cut::Inner);
+        let spring = Some(Spring { preload: 1e3, stiffness: 0.0, at: Some(0.0) });
+        let loads = Loads { spring, material: steel(0.01), ..Loads::default() };
+        let follower = Follower::new(mass, series(&[0.02, 0.0, -0.02], &[]));
+        let drive = Drive::new("x".to_owned(), follower, plan, loads).expect("a cam");
+        let machine = Machine { name: "x".to_owned(), speed: 10.0, inertia: None, drives: vec![drive] };
+        machine.turn().map(|turn| turn.states().count()).map_err(|fault| fault.0)
+    };
+    let undercut = with(0.02, 1.0).expect_err("the tops are sharper than the roller");
+    assert!(undercut.contains("the inner contour of x is undercut"), "{undercut}");
+    let level = with(0.0, 1.0).expect_err("the roller begins at the height of the cam's centre, on its line");
+    assert!(level.contains("stands still"), "{level}");
+    let endless = with(0.4, f64::MAX).expect_err("no such mass");
+    assert!(endless.contains("beyond the range of numbers"), "{endless}");
+    assert!(with(0.4, 1.0).is_ok());
+}
+
+#[test]
+fn steel_on_steel_has_the_usual_factor() {
+    let material = steel(0.01).expect("a width");
+    let pressure = material.hertzian(1e3, 0.02);
+    close(pressure / (1e3 * 210e9 / (0.01 * 0.02_f64)).sqrt(), (1.0 / (1.82 * PI)).sqrt());
+    assert_eq!(material.hertzian(-5.0, 0.02), 0.0);
+}

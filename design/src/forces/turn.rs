@@ -1,0 +1,184 @@
+//! The forces over a turn: samples, largest values, changes of sign.
+
+use super::{Drive, Forces, Machine};
+use crate::search::{summit, zero};
+use camdrive::drives::Fault;
+use std::f64::consts::TAU;
+
+/// Samples of a turn at least, and of the shortest wave of its laws; largest values and zeros are refined between them.
+const SAMPLES: [f64; 2] = [1440.0, 24.0];
+
+/// Values below this part of the largest one count as zero where signs are told: what roundings leave of a dwell.
+const ZERO: f64 = 1e-9;
+
+/// The forces at one angle.
+#[derive(Clone, Debug, PartialEq)]
+pub struct State {
+    /// φ (rad).
+    pub phi: f64,
+    /// Of each drive.
+    pub drives: Vec<Forces>,
+    /// The torque on the shaft of all together (N·m).
+    pub torque: f64,
+}
+
+/// A value and its angle.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Extreme {
+    /// φ (rad), 0 … 2π.
+    pub phi: f64,
+    /// In SI units.
+    pub value: f64,
+}
+
+/// A machine over a turn.
+pub struct Turn<'a> {
+    machine: &'a Machine,
+    /// Of each piece of the turn on which all laws are smooth, an even number of equal steps.
+    pub pieces: Vec<Vec<State>>,
+}
+
+impl Machine {
+    /// The same with springs whose preload acts at the least coordinate of their tools.
+    ///
+    /// # Errors
+    /// Those of [`super::Drive::at`].
+    pub fn settled(mut self) -> Result<Machine, Fault> {
+        let is_open = |drive: &Drive| drive.loads.spring.is_some_and(|spring| spring.at.is_none());
+        let open: Vec<usize> = (0..self.drives.len()).filter(|j| is_open(&self.drives[*j])).collect();
+        if open.is_empty() {
+            return Ok(self);
+        }
+        let turn = self.turn()?;
+        let lowest = open.into_iter().map(|j| (j, -turn.largest(|state| -state.drives[j].tool[0]).value));
+        for (j, at) in lowest.collect::<Vec<_>>() {
+            if let Some(spring) = &mut self.drives[j].loads.spring {
+                spring.at = Some(at);
+            }
+        }
+        Ok(self)
+    }
+
+    /// The forces at φ on the piece with its middle at `within`.
+    ///
+    /// # Errors
+    /// Those of [`super::Drive::at`].
+    pub fn at(&self, within: f64, phi: f64) -> Result<State, Fault> {
+        let drives = self.drives.iter().map(|drive| drive.at(within, phi, self.speed));
+        let drives = drives.collect::<Result<Vec<_>, _>>()?;
+        let own = self.inertia.as_ref().map_or(0.0, |j| j.at_in(j.segment(within, true), phi).0[1]);
+        let torque = drives.iter().map(|forces| forces.torque).sum::<f64>() + 0.5 * own * self.speed * self.speed;
+        Ok(State { phi, drives, torque })
+    }
+
+    /// The ends of the pieces on which all laws are smooth, and the harmonic order that resolves them.
+    fn pieces(&self) -> (Vec<f64>, f64) {
+        let of_drives = self.drives.iter().flat_map(|d| [Some(&d.follower.cam), d.loads.process.as_ref()]);
+        let laws: Vec<_> = of_drives.chain([self.inertia.as_ref()]).flatten().collect();
+        let mut ends = vec![0.0, TAU];
+        ends.extend(laws.iter().flat_map(|law| law.breakpoints()));
+        ends.sort_by(f64::total_cmp);
+        ends.dedup();
+        (ends, laws.iter().map(|law| law.resolution()).fold(1.0, f64::max))
+    }
+
+    /// The forces over the turn.
+    ///
+    /// # Errors
+    /// Those of [`super::Drive::at`].
+    pub fn turn(&self) -> Result<Turn<'_>, Fault> {
+        let (ends, resolution) = self.pieces();
+        let density = f64::max(SAMPLES[0], SAMPLES[1] * resolution) / TAU;
+        let piece = |ends: &[f64]| {
+            let (from, width) = (ends[0], ends[1] - ends[0]);
+            let steps = 2 * (0.5 * width * density).ceil().max(1.0) as usize;
+            let phi = |i: usize| if i == steps { ends[1] } else { from + width * i as f64 / steps as f64 };
+            (0..=steps).map(|i| self.at(from + 0.5 * width, phi(i))).collect::<Result<Vec<_>, _>>()
+        };
+        Ok(Turn { machine: self, pieces: ends.windows(2).map(piece).collect::<Result<_, _>>()? })
+    }
+}
+
+impl Turn<'_> {
+    /// All samples, those at the ends of pieces twice.
+    pub fn states(&self) -> impl Iterator<Item = &State> {
+        self.pieces.iter().flatten()
+    }
+
+    /// Something of the state at φ on a piece; what cannot be evaluated there, though it could beside, is no number.
+    fn on<'a>(&'a self, piece: &'a [State], f: &'a impl Fn(&State) -> f64) -> impl FnMut(f64) -> f64 + 'a {
+        let within = 0.5 * (piece[0].phi + piece[piece.len() - 1].phi);
+        move |phi| self.machine.at(within, phi).map_or(f64::NAN, |state| f(&state))
+    }
+
+    /// Where f is largest.
+    pub fn largest(&self, f: impl Fn(&State) -> f64) -> Extreme {
+        let value = |state: &State| Extreme { phi: state.phi, value: f(state) };
+        let highest = |best: Extreme, next: Extreme| if next.value > best.value { next } else { best };
+        let none = Extreme { phi: 0.0, value: f64::NEG_INFINITY };
+        let mut best = self.states().map(value).fold(none, highest);
+        let sampled = best.value;
+        for piece in &self.pieces {
+            let values: Vec<f64> = piece.iter().map(&f).collect();
+            let peak = (0..values.len()).max_by(|i, j| values[*i].total_cmp(&values[*j])).unwrap_or(0);
+            let beside = [peak.saturating_sub(1), (peak + 1).min(piece.len() - 1)];
+            let rise = values[peak] - beside.map(|i| values[i]).into_iter().fold(f64::INFINITY, f64::min);
+            // Between samples f rises by less than these differ; what differs by roundings alone has no maximum.
+            if values[peak] + rise < sampled || rise <= ZERO * sampled.abs() {
+                continue;
+            }
+            let ends = beside.map(|i| piece[i].phi);
+            // At a maximum roundings decide from there on.
+            let top = (piece[peak].phi, values[peak]);
+            let (phi, value) = summit(&mut self.on(piece, &f), ends, top, 1e-9 * (ends[1] - ends[0]));
+            best = highest(best, Extreme { phi, value });
+        }
+        Extreme { phi: best.phi.rem_euclid(TAU), ..best }
+    }
+
+    /// Where f changes its sign, from one turn to the next too; where it is zero for a while, the beginning of that.
+    pub fn sign_changes(&self, f: impl Fn(&State) -> f64) -> Vec<f64> {
+        let size = self.states().map(|state| f(state).abs()).fold(0.0, f64::max);
+        let sign = |value: f64| if value.abs() <= ZERO * size { 0.0 } else { value.signum() };
+        let signs: Vec<(f64, f64)> = self.states().map(|state| (state.phi, sign(f(state)))).collect();
+        let is_zero = |(_, sign): &&(f64, f64)| *sign == 0.0;
+        let mut before = signs.iter().rev().find(|at| !is_zero(at)).map_or(0.0, |(_, sign)| *sign);
+        let mut zero_since = signs.iter().rev().take_while(is_zero).last().map(|(phi, _)| *phi);
+        let mut changes = Vec::new();
+        for piece in &self.pieces {
+            let values: Vec<f64> = piece.iter().map(&f).collect();
+            for (i, value) in values.iter().enumerate() {
+                let now = sign(*value);
+                if now == 0.0 {
+                    zero_since = zero_since.or(Some(piece[i].phi));
+                    continue;
+                }
+                if now != before {
+                    changes.push(match zero_since {
+                        Some(phi) => phi,
+                        // It jumps from one piece to the next.
+                        None if i == 0 => piece[0].phi,
+                        None => {
+                            let ends = [piece[i - 1].phi, piece[i].phi];
+                            zero(&mut self.on(piece, &f), ends, [values[i - 1], *value], 0.0)
+                        }
+                    });
+                }
+                (before, zero_since) = (now, None);
+            }
+        }
+        changes.iter_mut().for_each(|phi| *phi = phi.rem_euclid(TAU));
+        changes
+    }
+
+    /// The mean of f over the turn, by Simpson's rule on each piece.
+    pub fn mean(&self, f: impl Fn(&State) -> f64) -> f64 {
+        let on = |piece: &Vec<State>| {
+            let last = piece.len() - 1;
+            let weight = |i: usize| if i == 0 || i == last { 1.0 } else { 2.0 + 2.0 * (i % 2) as f64 };
+            let sum: f64 = piece.iter().enumerate().map(|(i, state)| weight(i) * f(state)).sum();
+            sum * (piece[last].phi - piece[0].phi) / (3.0 * last as f64)
+        };
+        self.pieces.iter().map(on).sum::<f64>() / TAU
+    }
+}
