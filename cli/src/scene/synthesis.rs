@@ -152,7 +152,7 @@ fn assignment(root: &Section<'_>, folder: &Path) -> Option<Assignment> {
     let scene = root.text("scene").map(|path| path.map(|path| folder.join(path)));
     let weighted = [root.has("dU_weight"), root.has("ddU_weight")];
     let laws = laws(root, &lengths, weighted);
-    let several = laws.as_ref().map_or(1, Vec::len);
+    let several = root.sections("law")?.len().max(1);
     let integral = integral(root, &lengths, kind);
     let longest = longest(root, kind, several);
     let (restrictions, clearances) = (restrictions(root, &lengths, several), clearances(root, &lengths, several));
@@ -254,7 +254,7 @@ fn laws(root: &Section<'_>, lengths: &Lengths, weighted: [bool; 2]) -> Option<Ve
         return Some(vec![law(root, 0, None, lengths, weighted)?]);
     }
     let inside = ["harmonics", "symmetry", "range", "dwell", "point", "bound", "elasticity", "shaft"];
-    forbid(root, &inside, "the task has several laws", "to write it within one [[law]]");
+    forbid(root, &inside, "the task has several laws", "its place in each [[law]]");
     if sections.len() > MOST_LAWS {
         let fault = root.fault_of("law", format!("`law`: there are {} laws", sections.len()));
         root.faults.report(fault.admissible(format!("at most {MOST_LAWS}")));
@@ -346,8 +346,7 @@ fn restrictions(root: &Section<'_>, lengths: &Lengths, laws: usize) -> Option<Ve
         let bounds = bounds_of(section, lengths, Vec::new());
         let factors = factors?;
         if laws < 2 || factors.len() != laws || factors.iter().all(|factor| *factor == 0.0) {
-            let message =
-                format!("`{}`: there are {} of them for {laws} laws", section.path_of("factors"), factors.len());
+            let message = format!("`{}`: {} for {laws} laws", section.path_of("factors"), factors.len());
             let fault = section.fault_of("factors", message).admissible("one number for each [[law]], not all 0");
             section
                 .faults
