@@ -1486,9 +1486,10 @@ fn cam_says_what_it_cannot_do() {
 #[test]
 fn synthesize_gives_a_follower_of_a_machine_its_cam() {
     let folder = folder("synthesize_follower");
-    let (task, machine) = ("examples/loom/tasks/gripper.toml", "examples/loom/scene.toml");
+    let (task, machine) = ("examples/loom/tasks.toml", "examples/loom/scene.toml");
     let target = folder.join("loom.toml");
-    let run = camdrive(&["synthesize", task, "--scene", machine, "--follower", "1", "-o", text(&target)]);
+    let run =
+        camdrive(&["synthesize", task, "--law", "gripper", "--scene", machine, "--follower", "1", "-o", text(&target)]);
     assert_eq!(run.code, 0, "{}", run.err);
     let written = std::fs::read_to_string(&target).expect("the scene is written");
     // The rest of the machine is as it was, with the geometry beside the new law.
@@ -1505,9 +1506,28 @@ fn synthesize_gives_a_follower_of_a_machine_its_cam() {
         (&["--scene", "no_such_scene.toml"], "cannot be read"),
     ];
     for (args, message) in cases {
-        let run = camdrive(&[&["synthesize", task, "-o", text(&never)], args].concat());
+        let run = camdrive(&[&["synthesize", task, "--law", "sley", "-o", text(&never)], args].concat());
         assert_eq!((run.code, run.out.as_str()), (1, ""), "{args:?}");
         assert!(run.err.contains("error: ") && run.err.contains(message), "{args:?}: {}", run.err);
+    }
+    // Without --law each follower gets its own, and the report tells how the tools keep their restrictions.
+    let report = folder.join("report");
+    let run = camdrive(&["synthesize", task, "--scene", machine, "-o", text(&target), "--report", text(&report)]);
+    assert_eq!(run.code, 0, "{}", run.err);
+    assert!(run.out.contains("restriction[2]") && run.out.contains("tools_sley"), "{}", run.out);
+    let written = std::fs::read_to_string(&target).expect("the scene is written");
+    assert!(!written.contains("scale = \"45 mm\"") && !written.contains("scale = \"400 mm\""), "{written}");
+    assert_eq!(camdrive(&["check", text(&target)]).code, 0);
+    let told = std::fs::read_to_string(report.join("tools.json")).expect("the report");
+    let told: serde_json::Value = serde_json::from_str(&told).expect("JSON");
+    assert_eq!(told["laws"].as_array().map(Vec::len), Some(2));
+    assert!(told["restrictions"][0]["reserve"].as_f64() > Some(0.0), "{}", told["restrictions"]);
+    for (args, message) in [
+        (&["--law", "reed"][..], "choose gripper, sley"),
+        (&["--scene", "examples/loom/gripper.toml"], "2 laws for the followers 1 to 2"),
+    ] {
+        let run = camdrive(&[&["synthesize", task, "-o", text(&never)], args].concat());
+        assert!(run.code == 1 && run.err.contains(message), "{args:?}: {}", run.err);
     }
     assert!(!never.exists());
 }

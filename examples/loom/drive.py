@@ -190,7 +190,8 @@ def drawing(runs, quality, targets):
 
 def main(folder):
     here = Path(__file__).parent
-    tasks = {tool: tomllib.loads((here / "tasks" / f"{tool}.toml").read_text()) for tool in TOOLS}
+    task = tomllib.loads((here / "tasks.toml").read_text())
+    tasks = {law["name"]: law for law in task["law"]}
     scene = tomllib.loads((folder / "loom.toml").read_text())
     targets = [Series(follower["cam"]) for follower in scene["follower"]]
     report = json.loads((folder / "loom.compensation.json").read_text())

@@ -4,22 +4,25 @@ use super::output::Bar;
 use super::{Failure, Format, files, read};
 use crate::scene;
 use camdrive_design::synthesis::Infeasible;
-use camdrive_design::synthesis::study::{Assignment, Study};
+use camdrive_design::synthesis::study::Study;
+use camdrive_design::synthesis::together::Together;
 use std::path::{Path, PathBuf};
-use toml_edit::{DocumentMut, Item, value};
+use toml_edit::{ArrayOfTables, DocumentMut, Item, Table, value};
 
 /// Synthesises a cam profile of few harmonics (HS profile) from a motion task.
 ///
 /// A task prescribes U, U′, U″ in ranges of the drive angle, dwells, exact points and bounds; the objective is a sum of
 /// squared errors, a largest error, the peak of the acceleration or of the torque. With an elastic output member the cam
-/// is the one that keeps the task at all speeds. Prints a report, writes the profile as a scene fragment [cam] (or the
+/// is the one that keeps the task at all speeds. Several laws of a task are found together, with restrictions and distances
+/// between their tools, and go to the followers of a machine in their order. Prints a report, writes the profile as a scene fragment [cam] (or the
 /// scene that the task or --scene names, with this cam), and with --report tables and diagrams.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
   camdrive synthesize examples/dwell_synthesis/task.toml
   camdrive synthesize examples/dwell_synthesis/task.toml -o profile.toml --report report/
-  camdrive synthesize examples/loom/tasks/gripper.toml --scene examples/loom/scene.toml --follower 1 -o loom.toml")]
+  camdrive synthesize examples/loom/tasks.toml --scene examples/loom/scene.toml -o loom.toml
+  camdrive synthesize examples/loom/tasks.toml --law gripper --scene examples/loom/gripper.toml -o gripper.toml")]
 pub struct Args {
     /// Task file (TOML)
     task: PathBuf,
@@ -32,6 +35,9 @@ pub struct Args {
     /// Follower of the machine that gets the cam, counted from 1
     #[arg(long, value_name = "NUMBER")]
     follower: Option<usize>,
+    /// Law of the task that is written, instead of all
+    #[arg(long, value_name = "NAME")]
+    law: Option<String>,
     /// Folder for tables (CSV, JSON) and diagrams (SVG)
     #[arg(long, value_name = "FOLDER")]
     report: Option<PathBuf>,
@@ -49,10 +55,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(folder) = &args.report {
         files::no_file(folder, "--report")?;
     }
+    let laws = &assignment.names.laws;
+    let chosen = args.law.as_ref().map(|name| law(laws, name)).transpose()?;
+    let all = if chosen.is_some() { 1 } else { laws.len().max(1) };
     // A scene that is wrong is told before the work begins.
-    let machine = assignment.scene.as_deref().map(|scene| machine(scene, args.follower)).transpose()?;
+    let machine = assignment.scene.as_deref().map(|scene| machine(scene, args.follower, all)).transpose()?;
     let (machine, mut inputs) = machine.unzip();
     inputs.get_or_insert_default().push(args.task.clone());
+    inputs.get_or_insert_default().extend(assignment.files.iter().cloned());
     let inputs = inputs.unwrap_or_default();
     files::no_foreign(&target, &inputs, args.force)?;
     if machine.is_none() && args.follower.is_some() {
@@ -63,7 +73,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let study = Bar::beside(&assignment.name, |tell| assignment.study(&tell));
     let words = |fault: Infeasible| fault.words(&assignment.task, &assignment.names);
     let study = study.map_err(|fault| Failure(format!("error: {}: {}", args.task.display(), words(fault))))?;
-    let profile = profile(&study, args, machine);
+    let written = chosen.map_or(&study.studies[..], |law| std::slice::from_ref(&study.studies[law]));
+    let profile = profile(written, args, machine);
     if let Some(scene) = &assignment.scene {
         let folder = scene.parent().unwrap_or(Path::new(""));
         scene::resolve(&target.display().to_string(), &profile, folder)
@@ -71,18 +82,36 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let mut results = vec![(target, profile)];
     if let Some(folder) = &args.report {
-        results.extend(report(folder, &assignment, &study)?);
+        results.extend(report(folder, &study)?);
     }
     let written = files::write(&results, &inputs)?;
     args.format.print(|width| study.text(width) + "\n" + &written, || study.json())
 }
 
-/// The scene that gets the cam, its own one or that of a follower, and the files that it was read from.
-fn machine(path: &Path, follower: Option<usize>) -> Result<(DocumentMut, Vec<PathBuf>), Failure> {
+/// Which law of the task this name is of.
+fn law(laws: &[String], name: &str) -> Result<usize, Failure> {
+    laws.iter().position(|law| law == name).ok_or_else(|| {
+        let hint = if laws.is_empty() { "leave --law out" } else { &format!("choose {}", laws.join(", ")) };
+        Failure(format!("error: --law: the task has no law `{name}`\n  = hint: {hint}"))
+    })
+}
+
+/// The scene that gets the cams, its own one or those of followers, and the files that it was read from.
+fn machine(path: &Path, follower: Option<usize>, laws: usize) -> Result<(DocumentMut, Vec<PathBuf>), Failure> {
     let resolved = read(path)?;
     let document = files::document(path)?;
     let failure = |message: &str| Failure(format!("error: {}: {message}", path.display()));
     let followers = document.get("follower").and_then(|item| item.as_array_of_tables());
+    if laws > 1 {
+        let count = followers.map_or(0, |list| list.len());
+        return match follower.is_none() && count >= laws {
+            true => Ok((document, resolved.files)),
+            false => Err(failure(&format!(
+                "the task has {laws} laws for the followers 1 to {laws}, the scene has {count}\n  = hint: choose one with --law, \
+                 and its follower with --follower"
+            ))),
+        };
+    }
     match (followers, follower) {
         (Some(list), Some(j)) if (1..=list.len()).contains(&j) => Ok((document, resolved.files)),
         (Some(list), Some(j)) => {
@@ -103,34 +132,46 @@ fn machine(path: &Path, follower: Option<usize>) -> Result<(DocumentMut, Vec<Pat
     }
 }
 
-/// The profile as a scene, or as the part [cam] of one.
-fn profile(study: &Study, args: &Args, machine: Option<DocumentMut>) -> String {
-    let cam = Item::Table(files::cam(&study.cam, study.assignment.unit));
+/// The profiles as a scene, or as the part [cam] or [[follower]] of one.
+fn profile(studies: &[Study], args: &Args, machine: Option<DocumentMut>) -> String {
     let mut document = machine.unwrap_or_default();
+    let cam = |study: &Study| Item::Table(files::cam(&study.cam, study.assignment.unit));
+    if studies.len() > 1 && document.is_empty() {
+        document["follower"] = Item::ArrayOfTables(studies.iter().map(|_| Table::new()).collect::<ArrayOfTables>());
+    }
     let followers = document.get_mut("follower").and_then(|item| item.as_array_of_tables_mut());
-    match (followers, args.follower) {
+    match (followers, studies) {
         // The machine keeps its name, and a follower whose tool's motion is prescribed that key.
-        (Some(list), Some(j)) => {
-            if let Some(follower) = list.get_mut(j - 1) {
-                let key = if follower.contains_key("tool") { "tool" } else { "cam" };
-                follower[key] = cam;
+        (Some(list), _) => {
+            let first = args.follower.unwrap_or(1);
+            for (j, study) in studies.iter().enumerate() {
+                if let Some(follower) = list.get_mut(first - 1 + j) {
+                    let key = if follower.contains_key("tool") { "tool" } else { "cam" };
+                    follower[key] = cam(study);
+                }
             }
         }
-        _ => {
+        (None, [study, ..]) => {
             if !document.is_empty() {
                 document["name"] = value(study.assignment.name.clone());
             }
-            document["cam"] = cam;
+            document["cam"] = cam(study);
         }
+        (None, []) => (),
     }
     files::signed(&document, "HS profile", &args.task, "synthesize")
 }
 
 /// Tables and diagrams.
-fn report(folder: &Path, assignment: &Assignment, study: &Study) -> Result<Vec<(PathBuf, String)>, Failure> {
-    let tables = study.csv().map_err(|fault| Failure(format!("error: {fault}")))?;
-    let tables = tables.into_iter().map(|(ending, text)| (ending, Ok(text)));
-    let data = std::iter::once(("json".to_owned(), study.json()));
-    let diagrams = study.figures().into_iter().map(|(name, diagram)| (format!("{name}.svg"), Ok(diagram.svg())));
-    files::report(folder, &assignment.name, tables.chain(data).chain(diagrams))
+fn report(folder: &Path, together: &Together) -> Result<Vec<(PathBuf, String)>, Failure> {
+    let name = &together.assignment.name;
+    let mut results = files::report(folder, name, [("json", together.json())])?;
+    results.extend(files::report(folder, name, together.figure().map(|figure| ("distance.svg", Ok(figure.svg()))))?);
+    for study in &together.studies {
+        let tables = study.csv().map_err(|fault| Failure(format!("error: {fault}")))?;
+        let tables = tables.into_iter().map(|(ending, text)| (ending, Ok(text)));
+        let diagrams = study.figures().into_iter().map(|(name, diagram)| (format!("{name}.svg"), Ok(diagram.svg())));
+        results.extend(files::report(folder, &study.assignment.name, tables.chain(diagrams))?);
+    }
+    Ok(results)
 }

@@ -5,19 +5,21 @@
 use super::diagnostics::Diagnostics;
 use super::input;
 use super::models::{by_ratio, forbid};
+use super::motion_law;
 use super::section::{ANY, Limits, NOT_NEGATIVE, POSITIVE, Section, within};
 use super::units;
 use camdrive::drives::elastic_shaft::Parameters;
 use camdrive::drives::unit::{self, Quantity};
 use camdrive_design::synthesis::Objective::{
-    Chebyshev, ChebyshevSum, DiscreteChebyshev, DiscreteLeastSquares, LeastSquares, PeakAcceleration, PeakTorque,
-    ShaftTorque,
+    Chebyshev, ChebyshevSum, DiscreteChebyshev, DiscreteLeastSquares, FewestHarmonics, LeastSquares, LongestDwell,
+    MeanSquareAcceleration, PeakAcceleration, PeakTorque, ShaftTorque,
 };
+use camdrive_design::synthesis::clearance::Clearance;
 use camdrive_design::synthesis::shaft::{Shaft, ShaftGoal};
 use camdrive_design::synthesis::study::{Assignment, Elasticity, Method, Names};
-use camdrive_design::synthesis::{Basis, Bound, Norm, Objective, Point, Polynomial, Range, Search, Symmetry, Task};
+use camdrive_design::synthesis::{Basis, Bound, Curve, Norm, Objective, Point, Range, Search, Symmetry, Task};
 use std::f64::consts::TAU;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The most harmonics of a profile: the source advises against more than nine, and cams of sixty-four can be made.
 const MOST_HARMONICS: u32 = 64;
@@ -47,7 +49,13 @@ const SYNONYMS: &[(&str, &str)] = &[
     ("D", "damping_ratio"),
     ("w0", "natural_frequency"),
     ("speed", "fastest"),
+    ("laws", "law"),
+    ("restrictions", "restriction"),
+    ("clearances", "clearance"),
 ];
+
+/// The most laws of a task.
+const MOST_LAWS: usize = 5;
 
 /// What is made small, before its points are known; None for the torque of a shaft, which has values of its own.
 type Kind = Option<Objective>;
@@ -59,6 +67,9 @@ const OBJECTIVES: &[(&[&str], Kind)] = &[
     (&["discrete_chebyshev", "S4"], Some(DiscreteChebyshev { points: 0 })),
     (&["chebyshev_sum", "S5"], Some(ChebyshevSum)),
     (&["peak_acceleration"], Some(PeakAcceleration)),
+    (&["mean_square_acceleration"], Some(MeanSquareAcceleration)),
+    (&["longest_dwell"], Some(LongestDwell { tolerance: 0.0, dwells: [0, 0] })),
+    (&["fewest_harmonics"], Some(FewestHarmonics { tolerance: 0.0 })),
     (&["peak_torque", "torque"], Some(PeakTorque)),
     (&["shaft_torque"], None),
 ];
@@ -89,14 +100,16 @@ pub fn read(path: &Path) -> Result<Assignment, Diagnostics> {
 struct Lengths {
     scale: f64,
     quantity: &'static Quantity,
+    /// Where the files of tables are looked for.
+    folder: PathBuf,
 }
 
 impl Lengths {
     /// Of the task; a scale that is wrong is told, and reading goes on.
-    fn of(root: &Section<'_>) -> Self {
+    fn of(root: &Section<'_>, folder: &Path) -> Self {
         let quantity = if root.has("scale") { &unit::NUMBER } else { &unit::LENGTH };
         let scale = root.optional("scale", &unit::LENGTH, POSITIVE).flatten();
-        Lengths { scale: scale.unwrap_or(1.0), quantity }
+        Lengths { scale: scale.unwrap_or(1.0), quantity, folder: folder.to_owned() }
     }
 
     /// A value of U⁽ⁿ⁾, n = `order`.
@@ -105,22 +118,30 @@ impl Lengths {
     }
 
     /// The same, or the list of the coefficients of a polynomial.
-    fn polynomial(&self, section: &Section<'_>, order: usize) -> Option<Option<Polynomial>> {
-        let Some(node) = section.node(ORDERS[order]) else { return Some(None) };
+    fn curve(&self, section: &Section<'_>, key: &'static str, order: usize) -> Option<Option<Curve>> {
+        let Some(node) = section.node(key) else { return Some(None) };
         if !matches!(node.value, toml::de::DeValue::Array(_)) {
-            return Some(self.optional(section, ORDERS[order], order, ANY)?.map(|value| Polynomial(vec![value])));
+            return Some(self.optional(section, key, order, ANY)?.map(|value| Curve::polynomial(vec![value])));
         }
-        let list = section.polynomial(ORDERS[order], self.quantity, order as i32)?;
-        Some(Some(Polynomial(list.into_iter().map(|c| c * self.scale).collect())))
+        let list = section.polynomial(key, self.quantity, order as i32)?;
+        Some(Some(Curve::polynomial(list.into_iter().map(|c| c * self.scale).collect())))
+    }
+
+    /// The motion law under `target` from the angle `from` on, over the turn or over its own period.
+    fn target(&self, section: &Section<'_>, from: f64) -> Option<Option<Curve>> {
+        section.read("target", |target| {
+            let period = target.optional("period", &unit::ANGLE, within(1e-6, TAU));
+            let law = motion_law::read(target, self.quantity, &self.folder);
+            let (phase, period) = period?.map_or((from, TAU), |period| (0.0, period));
+            Some(Curve::law(law?, period, phase).over(1.0 / self.scale))
+        })
     }
 }
 
 fn assignment(root: &Section<'_>, folder: &Path) -> Option<Assignment> {
     let name = super::name(root);
     let description = root.text("description").map(|text| text.unwrap_or_default().trim().to_owned());
-    let lengths = Lengths::of(root);
-    let harmonics = root.count("harmonics", 1, MOST_HARMONICS);
-    let symmetry = root.choice_or("symmetry", SYMMETRIES, Symmetry::default());
+    let lengths = Lengths::of(root, folder);
     let kind = root.choice("objective", OBJECTIVES);
     // Sums of squares weigh squares.
     let power = if matches!(kind, Some(Some(LeastSquares | DiscreteLeastSquares { .. }))) { -2 } else { -1 };
@@ -130,42 +151,66 @@ fn assignment(root: &Section<'_>, folder: &Path) -> Option<Assignment> {
     let search = search(root, kind);
     let scene = root.text("scene").map(|path| path.map(|path| folder.join(path)));
     let weighted = [root.has("dU_weight"), root.has("ddU_weight")];
-    let ranges = ranges(root, &lengths, weighted);
-    let exact = exact_points(root, &lengths);
-    let bounds = bounds(root, &lengths);
+    let laws = laws(root, &lengths, weighted);
+    let several = root.sections("law")?.len().max(1);
+    let integral = integral(root, &lengths, kind);
+    let longest = longest(root, kind, several);
+    let (restrictions, clearances) = (restrictions(root, &lengths, several), clearances(root, &lengths, several));
     let elasticity = elasticity(root, &lengths, kind);
     let shaft = shaft(root, kind);
     root.finish(SYNONYMS);
-    let (ranges, exact, bounds, kind) = (ranges?, exact?, bounds?, kind?);
-    check_purpose(root, kind, &ranges, &exact, &bounds)?;
-    let points = points?;
-    let objective = match kind {
+    let (laws, kind, integral, restrictions) = (laws?, kind?, integral?, restrictions?);
+    check_purpose(root, kind, integral, &laws)?;
+    let (points, longest) = (points?, longest?);
+    let mut weights = [weights[0]?.unwrap_or(1.0), weights[1]?.unwrap_or(1.0)];
+    let mut task = Task {
+        basis: Basis::joined(&laws.iter().map(|law| law.basis.clone()).collect::<Vec<_>>()),
+        laws: laws.iter().map(|law| law.weight).collect(),
+        ranges: Vec::new(),
+        points: Vec::new(),
+        bounds: Vec::new(),
+        clearances: clearances?.into_iter().map(|(_, clearance)| clearance).collect(),
+        integral,
+        objective: Chebyshev,
+        weights,
+        speeds: None,
+        search: search?,
+    };
+    let mut names = Names { laws: laws.iter().filter_map(|law| law.name.clone()).collect(), ..Names::default() };
+    let bounds = laws.iter().flat_map(|law| law.bounds.iter().cloned());
+    (names.bounds, task.bounds) = bounds.chain(restrictions).unzip();
+    // A level refers to the tightest tolerance.
+    let levelled = matches!(kind, Some(LongestDwell { .. } | FewestHarmonics { .. }));
+    let all = || laws.iter().flat_map(|law| &law.ranges);
+    let tightest = all().filter_map(|given| given.tolerances[0]).fold(f64::INFINITY, f64::min);
+    for given in all() {
+        let Given { path, range, tolerances, .. } = given;
+        for order in usize::from(levelled)..3 {
+            let (Some(around), Some(limit)) = (range.prescribed[order].clone(), tolerances[order]) else { continue };
+            let (of, from, to) = (vec![(range.law, 1.0)], range.from, range.to);
+            task.bounds.push(Bound { of, from, to, order, around, min: -limit, max: limit });
+            names.bounds.push(format!("{path}.{}", TOLERANCES[order]));
+        }
+        let law = if levelled { tightest / tolerances[0]? } else { laws[range.law].weight };
+        task.ranges.push(Range { weight: law * range.weight, ..range.clone() });
+        names.ranges.push(path.clone());
+    }
+    (names.points, task.points) = laws.iter().flat_map(|law| law.points.iter().cloned()).unzip();
+    if levelled {
+        weights = [0.0; 2];
+    }
+    let dwells = match longest {
+        Some(one) => [one - 1, one].map(|i| laws[0].first_dwell + i),
+        None => [laws[0].first_dwell, laws[0].end_of_dwells],
+    };
+    task.weights = weights;
+    task.objective = match kind {
         None => ShaftTorque(shaft??),
         Some(DiscreteLeastSquares { .. }) => DiscreteLeastSquares { points },
         Some(DiscreteChebyshev { .. }) => DiscreteChebyshev { points },
+        Some(LongestDwell { .. }) => LongestDwell { tolerance: tightest, dwells },
+        Some(FewestHarmonics { .. }) => FewestHarmonics { tolerance: tightest },
         Some(other) => other,
-    };
-    let kept = ranges.iter().flat_map(|Given { path, range, tolerances }| {
-        (0..3).filter_map(move |order| {
-            let (around, limit) = (range.prescribed[order].clone()?, tolerances[order]?);
-            let bound = Bound { from: range.from, to: range.to, order, around, min: -limit, max: limit };
-            Some((format!("{path}.{}", TOLERANCES[order]), bound))
-        })
-    });
-    let (bound_names, bounds): (Vec<String>, Vec<Bound>) = bounds.into_iter().chain(kept).unzip();
-    let (range_names, ranges): (Vec<String>, Vec<Range>) =
-        ranges.iter().map(|r| (r.path.clone(), r.range.clone())).unzip();
-    let (point_names, points_of_u): (Vec<String>, Vec<Point>) = exact.into_iter().unzip();
-    let names = Names { ranges: range_names, points: point_names, bounds: bound_names };
-    let task = Task {
-        basis: Basis::new(harmonics?, symmetry?),
-        ranges,
-        points: points_of_u,
-        bounds,
-        objective,
-        weights: [weights[0]?.unwrap_or(1.0), weights[1]?.unwrap_or(1.0)],
-        speeds: None,
-        search: search?,
     };
     let (name, description, scene) = (name?, description?, scene?);
     Some(Assignment {
@@ -177,7 +222,182 @@ fn assignment(root: &Section<'_>, folder: &Path) -> Option<Assignment> {
         elasticity: elasticity?,
         shaft: shaft?,
         scene,
+        files: root.faults.files.borrow().clone(),
     })
+}
+
+/// What the task says of one law.
+struct Law {
+    /// None where it is the only one.
+    name: Option<String>,
+    basis: Basis,
+    weight: f64,
+    /// The [[range]], the [[dwell]] and the [[point]] with a weight.
+    ranges: Vec<Given>,
+    first_dwell: usize,
+    end_of_dwells: usize,
+    points: Vec<(String, Point)>,
+    bounds: Vec<(String, Bound)>,
+}
+
+impl Law {
+    /// Whether no bound is one of U.
+    fn is_unmoved(&self) -> bool {
+        self.bounds.iter().all(|(_, bound)| bound.order > 0)
+    }
+}
+
+/// The [[law]]; without them the task itself is one.
+fn laws(root: &Section<'_>, lengths: &Lengths, weighted: [bool; 2]) -> Option<Vec<Law>> {
+    let sections = root.sections("law")?;
+    if sections.is_empty() {
+        return Some(vec![law(root, 0, None, lengths, weighted)?]);
+    }
+    let inside = ["harmonics", "symmetry", "range", "dwell", "point", "bound", "elasticity", "shaft"];
+    forbid(root, &inside, "the task has several laws", "its place in each [[law]]");
+    if sections.len() > MOST_LAWS {
+        let fault = root.fault_of("law", format!("`law`: there are {} laws", sections.len()));
+        root.faults.report(fault.admissible(format!("at most {MOST_LAWS}")));
+        return None;
+    }
+    let read = |(i, section): (usize, &Section<'_>)| {
+        let name = super::name(section);
+        let law = law(section, i, name, lengths, weighted);
+        section.finish(SYNONYMS);
+        law
+    };
+    let laws: Vec<Option<Law>> = sections.iter().enumerate().map(read).collect();
+    let laws: Vec<Law> = laws.into_iter().collect::<Option<_>>()?;
+    for (i, section) in sections.iter().enumerate() {
+        if laws[..i].iter().any(|law| law.name == laws[i].name) {
+            let fault = section.fault_of("name", format!("`{}`: another law has this name", section.path_of("name")));
+            section.faults.report(fault.hint("give each law a name of its own"));
+            return None;
+        }
+    }
+    Some(laws)
+}
+
+fn law(
+    section: &Section<'_>,
+    index: usize,
+    name: Option<String>,
+    lengths: &Lengths,
+    weighted: [bool; 2],
+) -> Option<Law> {
+    let harmonics = section.count("harmonics", 1, MOST_HARMONICS);
+    let symmetry = section.choice_or("symmetry", SYMMETRIES, Symmetry::default());
+    let weight =
+        if index > 0 || name.is_some() { section.real_or("weight", &unit::NUMBER, POSITIVE, 1.0) } else { Some(1.0) };
+    let ranges = ranges(section, lengths, weighted);
+    let points = points(section, lengths);
+    let bounds = bounds(section, lengths, index);
+    let (mut ranges, (fitted, mut points)) = (ranges?, points?);
+    let first_dwell = ranges.iter().filter(|given| !given.dwell).count();
+    let end_of_dwells = ranges.len();
+    ranges.extend(fitted);
+    ranges.iter_mut().for_each(|given| given.range.law = index);
+    points.iter_mut().for_each(|(_, point)| point.law = index);
+    let (basis, weight, bounds) = (Basis::new(harmonics?, symmetry?), weight?, bounds?);
+    Some(Law { name, basis, weight, ranges, first_dwell, end_of_dwells, points, bounds })
+}
+
+/// Whether the objective is one of the accelerations alone.
+fn of_accelerations(kind: Option<Kind>) -> bool {
+    matches!(kind, Some(Some(PeakAcceleration | MeanSquareAcceleration)))
+}
+
+/// What the integral of the squared errors must not exceed.
+fn integral(root: &Section<'_>, lengths: &Lengths, kind: Option<Kind>) -> Option<Option<f64>> {
+    if !of_accelerations(kind) {
+        forbid(
+            root,
+            &["integral_tolerance"],
+            "the objective itself looks at errors",
+            "objective = \"peak_acceleration\"",
+        );
+        return Some(None);
+    }
+    let given = root.optional("integral_tolerance", &unit::NUMBER, POSITIVE)?;
+    Some(given.map(|limit| limit * lengths.scale * lengths.scale))
+}
+
+/// Which [[dwell]] alone is made longest.
+fn longest(root: &Section<'_>, kind: Option<Kind>, laws: usize) -> Option<Option<usize>> {
+    let dwells = root.sections("dwell")?.len();
+    if !matches!(kind, Some(Some(LongestDwell { .. }))) {
+        forbid(root, &["longest"], "no dwell is made longest", "objective = \"longest_dwell\"");
+        return Some(None);
+    }
+    if laws > 1 || dwells == 0 {
+        let fault =
+            root.fault_of("objective", "`objective`: the longest dwell is that of one law with at least one [[dwell]]");
+        root.faults.report(fault.hint("add a [[dwell]] with centre, width, U and tolerance"));
+        return None;
+    }
+    if root.has("longest") { root.count("longest", 1, dwells as u32).map(Some) } else { Some(None) }
+}
+
+/// The [[restriction]]: bounds of Σ αⱼ Uⱼ⁽ⁿ⁾.
+fn restrictions(root: &Section<'_>, lengths: &Lengths, laws: usize) -> Option<Vec<(String, Bound)>> {
+    let sections = root.sections("restriction")?;
+    let of = |section: &Section<'_>| {
+        let factors = section.reals("factors", &unit::NUMBER);
+        let bounds = bounds_of(section, lengths, Vec::new());
+        let factors = factors?;
+        if laws < 2 || factors.len() != laws || factors.iter().all(|factor| *factor == 0.0) {
+            let message = format!("`{}`: {} for {laws} laws", section.path_of("factors"), factors.len());
+            let fault = section.fault_of("factors", message).admissible("one number for each [[law]], not all 0");
+            section
+                .faults
+                .report(fault.hint("write for example factors = [1, -1] for U of the first minus U of the second law"));
+            return None;
+        }
+        let of: Vec<(usize, f64)> = factors.into_iter().enumerate().filter(|(_, factor)| *factor != 0.0).collect();
+        Some(bounds?.into_iter().map(|(name, bound)| (name, Bound { of: of.clone(), ..bound })).collect::<Vec<_>>())
+    };
+    let read: Vec<Option<Vec<_>>> = sections.iter().map(of).collect();
+    Some(read.into_iter().collect::<Option<Vec<_>>>()?.concat())
+}
+
+/// The [[clearance]].
+fn clearances(root: &Section<'_>, lengths: &Lengths, laws: usize) -> Option<Vec<(String, Clearance)>> {
+    let sections = root.sections("clearance")?;
+    let of = |section: &Section<'_>| {
+        if laws < 2 {
+            let fault = section.fault(format!("`{}`: there is one law, and a clearance is between two", section.path));
+            section.faults.report(fault.hint("add a [[law]] for each tool"));
+            return None;
+        }
+        let which = [("a", 1), ("b", 2)]
+            .map(|(key, usual)| if section.has(key) { section.count(key, 1, laws as u32) } else { Some(usual) });
+        let offset = section.reals("offset", lengths.quantity);
+        let turned = |key, usual| section.real_or(key, &unit::ANGLE, within(-TAU, TAU), usual);
+        let directions = [turned("direction_a", 0.0), turned("direction_b", 0.25 * TAU)];
+        let distance = section.real("distance", lengths.quantity, POSITIVE);
+        section.finish(SYNONYMS);
+        let offset = offset?;
+        let [x, y] = offset[..] else {
+            let message =
+                format!("`{}`: {} numbers are no place in the plane", section.path_of("offset"), offset.len());
+            let fault = section.fault_of("offset", message).admissible("two lengths, x and y");
+            section.faults.report(fault.hint("give the way from tool b to tool a where both U are 0"));
+            return None;
+        };
+        let [a, b] = [which[0]?, which[1]?];
+        if a == b {
+            let fault = section.fault_of("b", format!("`{}`: it is the same tool as `a`", section.path_of("b")));
+            section.faults.report(fault.admissible("another law, counted from 1"));
+            return None;
+        }
+        let offset = [x, y].map(|d| d * lengths.scale);
+        let distance = distance? * lengths.scale;
+        let clearance =
+            Clearance { laws: [a - 1, b - 1], offset, directions: [directions[0]?, directions[1]?], distance };
+        Some((section.path.clone(), clearance))
+    };
+    let read: Vec<Option<_>> = sections.iter().map(of).collect();
+    read.into_iter().collect()
 }
 
 /// The points in a range of the discrete objectives; 0 for the default.
@@ -226,6 +446,7 @@ fn ordered(section: &Section<'_>, key: &'static str, from: f64, to: f64) -> Opti
 struct Given {
     /// "dwell[2]".
     path: String,
+    dwell: bool,
     range: Range,
     tolerances: [Option<f64>; 3],
 }
@@ -237,9 +458,10 @@ fn ranges(root: &Section<'_>, lengths: &Lengths, weighted: [bool; 2]) -> Option<
     let mut read: Vec<_> = given.iter().map(|section| range(section, lengths, weighted)).collect();
     read.extend(dwells.iter().map(|section| dwell(section, lengths, weighted)));
     let sections = || given.iter().chain(&dwells);
-    let named = sections()
-        .zip(read)
-        .map(|(section, read)| read.map(|(range, tolerances)| Given { path: section.path.clone(), range, tolerances }));
+    let named = sections().zip(read).enumerate().map(|(i, (section, read))| {
+        let (path, dwell) = (section.path.clone(), i >= given.len());
+        read.map(|(range, tolerances)| Given { path, dwell, range, tolerances })
+    });
     let all: Vec<Given> = named.collect::<Option<_>>()?;
     let mut agree = true;
     for (i, section) in sections().enumerate() {
@@ -290,20 +512,24 @@ fn tolerances(section: &Section<'_>, lengths: &Lengths) -> Option<[Option<f64>; 
 
 fn range(section: &Section<'_>, lengths: &Lengths, weighted: [bool; 2]) -> Option<(Range, [Option<f64>; 3])> {
     let ends = angles(section);
-    let targets = [0, 1, 2].map(|order| lengths.polynomial(section, order));
+    let targets = [0, 1, 2].map(|order| lengths.curve(section, ORDERS[order], order));
+    let curve = lengths.target(section, ends.map_or(0.0, |ends| ends.0));
+    if section.has("target") {
+        forbid(section, &["U"], "`target` is U", "either of them");
+    }
     let weight = section.real_or("weight", &unit::NUMBER, POSITIVE, 1.0);
     let tolerances = tolerances(section, lengths);
     section.finish(SYNONYMS);
     let [u, first, second] = targets;
-    let (mut prescribed, tolerances) = ([u?, first?, second?], tolerances?);
+    let (mut prescribed, tolerances) = ([curve?.or(u?), first?, second?], tolerances?);
     if prescribed.iter().all(Option::is_none) {
         let fault = section.fault(format!("`{}` prescribes nothing", section.path));
-        section.faults.report(fault.admissible("U, dU, ddU").hint("add for example U = 0.5"));
+        section.faults.report(fault.admissible("U, dU, ddU, target").hint("add for example U = 0.5"));
         return None;
     }
     for order in 1..3 {
         if weighted[order - 1] && prescribed[order].is_none() {
-            prescribed[order] = prescribed[order - 1].as_ref().map(Polynomial::derivative);
+            prescribed[order] = prescribed[order - 1].as_ref().map(Curve::derivative);
         }
     }
     for order in 0..3 {
@@ -315,7 +541,7 @@ fn range(section: &Section<'_>, lengths: &Lengths, weighted: [bool; 2]) -> Optio
         }
     }
     let ((from, to), weight) = (ends?, weight?);
-    Some((Range { from, to, prescribed, weight }, tolerances))
+    Some((Range { law: 0, from, to, prescribed, weight }, tolerances))
 }
 
 fn dwell(section: &Section<'_>, lengths: &Lengths, weighted: [bool; 2]) -> Option<(Range, [Option<f64>; 3])> {
@@ -329,98 +555,161 @@ fn dwell(section: &Section<'_>, lengths: &Lengths, weighted: [bool; 2]) -> Optio
         angles(section)
     };
     let quantity = lengths.quantity;
-    let u = section.real("U", quantity, ANY).map(|u| Polynomial(vec![u * lengths.scale]));
+    let u = section.real("U", quantity, ANY).map(|u| Curve::polynomial(vec![u * lengths.scale]));
     let weight = section.real_or("weight", &unit::NUMBER, POSITIVE, 1.0);
     let tolerances = tolerances(section, lengths);
     section.finish(SYNONYMS);
     let tolerances = tolerances?;
     // A dwell has U′ = U″ = 0; they count where they have a weight or a tolerance.
-    let still = |order: usize| (weighted[order - 1] || tolerances[order].is_some()).then(Polynomial::default);
+    let still = |order: usize| (weighted[order - 1] || tolerances[order].is_some()).then(Curve::default);
     let ((from, to), prescribed) = (ends?, [Some(u?), still(1), still(2)]);
-    Some((Range { from, to, prescribed, weight: weight? }, tolerances))
+    Some((Range { law: 0, from, to, prescribed, weight: weight? }, tolerances))
 }
 
-/// The [[point]]: each value is a condition.
-fn exact_points(root: &Section<'_>, lengths: &Lengths) -> Option<Vec<(String, Point)>> {
+/// Points that are met as well as others are, with a weight, and points that hold exactly.
+type Points = (Vec<Given>, Vec<(String, Point)>);
+
+/// The [[point]]: each value is a condition, or a range of no width.
+fn points(root: &Section<'_>, lengths: &Lengths) -> Option<Points> {
     let sections = root.sections("point")?;
     let of = |section: &Section<'_>| {
         let phi = section.real("phi", &unit::ANGLE, within(-2.0 * TAU, 2.0 * TAU));
         let values = [0, 1, 2, 3].map(|order| lengths.optional(section, ORDERS[order], order, ANY));
+        let weight = section.optional("weight", &unit::NUMBER, POSITIVE);
         section.finish(SYNONYMS);
-        let mut points = Vec::new();
-        let phi = phi?;
-        for (order, value) in values.into_iter().enumerate() {
-            if let Some(value) = value? {
-                points.push((section.path_of(ORDERS[order]), Point { phi, order, value }));
-            }
-        }
-        if points.is_empty() {
+        let [u, first, second, third] = [values[0]?, values[1]?, values[2]?, values[3]?];
+        let (phi, weight, values) = (phi?, weight?, [u, first, second, third]);
+        if values.iter().all(Option::is_none) {
             let fault = section.fault(format!("`{}` says nothing of U", section.path));
             section.faults.report(fault.admissible(ORDERS.join(", ")).hint("add for example U = 0.5"));
             return None;
         }
-        Some(points)
+        let Some(weight) = weight else {
+            let exact = |order: usize| {
+                Some((section.path_of(ORDERS[order]), Point { law: 0, phi, order, value: values[order]? }))
+            };
+            return Some((None, (0..4).filter_map(exact).collect()));
+        };
+        if third.is_some() {
+            let because = "a point with `weight` is met as well as it can be in U, U′ and U″";
+            forbid(section, &["dddU"], because, "a point without `weight`");
+            return None;
+        }
+        let prescribed = [u, first, second].map(|value| value.map(|value| Curve::polynomial(vec![value])));
+        let range = Range { law: 0, from: phi, to: phi, prescribed, weight };
+        Some((Some(Given { path: section.path.clone(), dwell: false, range, tolerances: [None; 3] }), Vec::new()))
     };
-    let points: Vec<Option<Vec<_>>> = sections.iter().map(of).collect();
-    Some(points.into_iter().collect::<Option<Vec<_>>>()?.concat())
+    let read: Vec<Option<(Option<Given>, Vec<_>)>> = sections.iter().map(of).collect();
+    let (fitted, exact): (Vec<_>, Vec<_>) = read.into_iter().collect::<Option<Vec<_>>>()?.into_iter().unzip();
+    Some((fitted.into_iter().flatten().collect(), exact.concat()))
 }
 
-fn bounds(root: &Section<'_>, lengths: &Lengths) -> Option<Vec<(String, Bound)>> {
+/// The [[bound]] of a law.
+fn bounds(root: &Section<'_>, lengths: &Lengths, law: usize) -> Option<Vec<(String, Bound)>> {
     let sections = root.sections("bound")?;
+    let read: Vec<Option<Vec<_>>> =
+        sections.iter().map(|section| bounds_of(section, lengths, vec![(law, 1.0)])).collect();
+    Some(read.into_iter().collect::<Option<Vec<_>>>()?.concat())
+}
+
+/// One bound of constants, or one for each side where they vary with the angle.
+fn bounds_of(section: &Section<'_>, lengths: &Lengths, of: Vec<(usize, f64)>) -> Option<Vec<(String, Bound)>> {
     let orders: Vec<(&[&str], usize)> = vec![(&["U"], 0), (&["dU"], 1), (&["ddU"], 2), (&["dddU"], 3)];
-    let of = |section: &Section<'_>| {
-        let ends = if section.has("from") || section.has("to") { angles(section) } else { Some((0.0, TAU)) };
-        let order = section.choice("of", &orders);
-        let values = [("min", ANY), ("max", ANY), ("limit", POSITIVE)]
-            .map(|(key, limits)| lengths.optional(section, key, order.unwrap_or(0), limits));
-        section.finish(SYNONYMS);
-        let [min, max, limit] = [values[0]?, values[1]?, values[2]?];
-        if limit.is_some() {
-            forbid(section, &["min", "max"], "`limit` bounds both sides", "`min` and `max` without `limit`");
+    let ends = if section.has("from") || section.has("to") { angles(section) } else { Some((0.0, TAU)) };
+    let order = section.choice("of", &orders);
+    let sides = ["min", "max"].map(|key| lengths.curve(section, key, order.unwrap_or(0)));
+    let limit = lengths.optional(section, "limit", order.unwrap_or(0), POSITIVE);
+    let target = lengths.target(section, ends.map_or(0.0, |ends| ends.0));
+    section.finish(SYNONYMS);
+    let [min, max] = sides;
+    let (min, max, limit, target) = (min?, max?, limit?, target?);
+    if limit.is_some() {
+        forbid(section, &["min", "max"], "`limit` bounds both sides", "`min` and `max` without `limit`");
+    }
+    if min.is_none() && max.is_none() && limit.is_none() {
+        let fault = section.fault(format!("`{}` bounds nothing", section.path));
+        section.faults.report(fault.admissible("min, max, limit").hint("add for example limit = 2.5"));
+        return None;
+    }
+    let ((from, to), order) = (ends?, order?);
+    let around = (0..order).fold(target.unwrap_or_default(), |target, _| target.derivative());
+    let constant = |side: &Option<Curve>| side.as_ref().map(Curve::constant);
+    let (low, high) = match (constant(&min), constant(&max)) {
+        (None | Some(Some(_)), None | Some(Some(_))) => {
+            let limited = |side: &Option<Curve>, sign: f64| constant(side).flatten().or(limit.map(|l| sign * l));
+            let low = limited(&min, -1.0).unwrap_or(f64::NEG_INFINITY);
+            (low, limited(&max, 1.0).unwrap_or(f64::INFINITY))
         }
-        if min.is_none() && max.is_none() && limit.is_none() {
-            let fault = section.fault(format!("`{}` bounds nothing", section.path));
-            section.faults.report(fault.admissible("min, max, limit").hint("add for example limit = 2.5"));
-            return None;
+        _ => {
+            let worst = (0..=64).map(|i| (to - from) * f64::from(i) / 64.0);
+            let sides = worst.filter_map(|x| Some((min.as_ref()?.at(x), max.as_ref()?.at(x))));
+            if let Some((low, high)) = sides.into_iter().find(|(low, high)| low > high) {
+                return crossed(section, low, high);
+            }
+            let side = |key: &'static str, curve: Option<Curve>, [min, max]: [f64; 2]| {
+                let mut sum = around.clone();
+                sum.add(1.0, &curve?);
+                Some((section.path_of(key), Bound { of: of.clone(), from, to, order, around: sum, min, max }))
+            };
+            let sides = [side("min", min, [0.0, f64::INFINITY]), side("max", max, [f64::NEG_INFINITY, 0.0])];
+            return Some(sides.into_iter().flatten().collect());
         }
-        let (min, max) = (min.or(limit.map(|l| -l)), max.or(limit));
-        let (min, max) = (min.unwrap_or(f64::NEG_INFINITY), max.unwrap_or(f64::INFINITY));
-        if min > max {
-            let (low, high) = (units::short(min), units::short(max));
-            let fault = section.fault_of("max", format!("`{}`: min {low} exceeds max {high}", section.path));
-            section.faults.report(fault.hint("exchange them"));
-            return None;
-        }
-        let ((from, to), order) = (ends?, order?);
-        Some((section.path.clone(), Bound { from, to, order, around: Polynomial::default(), min, max }))
     };
-    sections.iter().map(of).collect::<Vec<_>>().into_iter().collect()
+    if low > high {
+        return crossed(section, low, high);
+    }
+    Some(vec![(section.path.clone(), Bound { of, from, to, order, around, min: low, max: high })])
+}
+
+/// A lower bound above the upper one.
+fn crossed<T>(section: &Section<'_>, low: f64, high: f64) -> Option<T> {
+    let (low, high) = (units::short(low), units::short(high));
+    let fault = section.fault_of("max", format!("`{}`: min {low} exceeds max {high}", section.path));
+    section.faults.report(fault.hint("exchange them"));
+    None
 }
 
 /// Whether the objective has something to work on.
-fn check_purpose(
-    root: &Section<'_>,
-    kind: Kind,
-    ranges: &[Given],
-    points: &[(String, Point)],
-    bounds: &[(String, Bound)],
-) -> Option<()> {
-    let peak = matches!(kind, Some(PeakAcceleration | PeakTorque) | None);
-    if !peak && ranges.is_empty() {
-        let fault = root.fault_of("objective", "the task prescribes no motion: there is no [[range]] and no [[dwell]]");
-        root.faults.report(fault.hint("add a [[dwell]] with centre, width and U"));
-        return None;
+fn check_purpose(root: &Section<'_>, kind: Kind, integral: Option<f64>, laws: &[Law]) -> Option<()> {
+    let ranges = || laws.iter().flat_map(|law| &law.ranges);
+    let refused = |message: String, hint: &str| {
+        root.faults.report(root.fault_of("objective", message).hint(hint));
+        None
+    };
+    let alone = of_accelerations(Some(kind)) || matches!(kind, Some(PeakTorque) | None);
+    if !alone && ranges().next().is_none() {
+        let message = "the task prescribes no motion: there is no [[range]] and no [[dwell]]";
+        return refused(message.to_owned(), "add a [[dwell]] with centre, width and U");
     }
-    if peak && let Some(given) = ranges.iter().find(|given| given.tolerances.iter().all(Option::is_none)) {
-        let message = format!("`objective` does not look at errors, and `{}` has no tolerance", given.path);
-        let fault = root.fault_of("objective", message);
-        root.faults.report(fault.hint("give every [[range]] and [[dwell]] a `tolerance`"));
-        return None;
+    if laws.len() > 1 && matches!(kind, Some(PeakTorque) | None) {
+        return refused("`objective` is for one law".to_owned(), "choose objective = \"peak_acceleration\"");
     }
-    if peak && ranges.is_empty() && points.is_empty() && bounds.iter().all(|(_, b)| b.order > 0) {
-        let fault = root.fault_of("objective", "`objective`: nothing makes the follower move");
-        root.faults.report(fault.hint("add [[dwell]] with tolerances, or [[point]]"));
-        return None;
+    let give = "give every [[range]] and [[dwell]] a `tolerance`";
+    if let Some(Given { path, .. }) = ranges().find(|given| alone && given.tolerances.iter().all(Option::is_none))
+        && integral.is_none()
+    {
+        return refused(format!("`objective` does not look at errors, and `{path}` has no tolerance"), give);
+    }
+    if alone && laws.iter().all(|law| law.ranges.is_empty() && law.points.is_empty() && law.is_unmoved()) {
+        return refused(
+            "`objective`: nothing makes the follower move".to_owned(),
+            "add [[dwell]] with tolerances, or [[point]]",
+        );
+    }
+    if integral.is_some() && (root.has("clearance") || ranges().next().is_none()) {
+        let message = "`integral_tolerance` needs a [[range]] or [[dwell]], and no [[clearance]] beside it";
+        return refused(message.to_owned(), "give every [[dwell]] a `tolerance` instead");
+    }
+    if matches!(kind, Some(LongestDwell { .. } | FewestHarmonics { .. })) {
+        forbid(root, &["dU_weight", "ddU_weight"], "the objective looks at errors of U", "objective = \"chebyshev\"");
+        if let Some(Given { path, .. }) = ranges().find(|given| given.tolerances[0].is_none()) {
+            return refused(format!("`objective`: `{path}` has no `tolerance` of U to be kept"), give);
+        }
+        let grows = |given: &&Given| given.dwell && given.tolerances[1..].iter().any(Option::is_some);
+        if let Some(Given { path, .. }) = ranges().find(grows).filter(|_| matches!(kind, Some(LongestDwell { .. }))) {
+            let message = format!("`objective`: `{path}` grows, and tolerances of U′ and U″ would not");
+            return refused(message, "remove `dU_tolerance` and `ddU_tolerance`");
+        }
     }
     Some(())
 }

@@ -36,14 +36,15 @@ impl Response {
     }
 }
 
-/// One function: cos kφ or sin kφ.
+/// One function of a law: cos kφ or sin kφ.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Wave {
+    law: usize,
     k: usize,
     sine: bool,
 }
 
-/// 1, cos kφ, sin kφ up to a highest harmonic, as far as the symmetry admits them.
+/// 1, cos kφ, sin kφ up to a highest harmonic, as far as the symmetry admits them; of one law or of several.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Basis {
     waves: Vec<Wave>,
@@ -55,9 +56,32 @@ impl Basis {
         let admitted = (0..=order).filter(|k| *k == 0 || !symmetry.half_wave || k % 2 == 1);
         let of = |k: usize| {
             let sines = if k == 0 || symmetry.even { 0 } else { 1 };
-            (0..=sines).map(move |s| Wave { k, sine: s == 1 })
+            (0..=sines).map(move |s| Wave { law: 0, k, sine: s == 1 })
         };
         Basis { waves: admitted.flat_map(of).collect() }
+    }
+
+    /// The functions of several laws, each with its own.
+    pub fn joined(laws: &[Basis]) -> Self {
+        let of = |(law, basis): (usize, &Basis)| basis.waves.clone().into_iter().map(move |w| Wave { law, ..w });
+        Basis { waves: laws.iter().enumerate().flat_map(of).collect() }
+    }
+
+    /// The functions of one law alone.
+    pub fn of(&self, law: usize) -> Self {
+        let waves = self.waves.iter().filter(|w| w.law == law);
+        Basis { waves: waves.map(|w| Wave { law: 0, ..*w }).collect() }
+    }
+
+    /// The same with another law, which stands still: a number.
+    pub fn with_number(mut self, law: usize) -> Self {
+        self.waves.push(Wave { law, k: 0, sine: false });
+        self
+    }
+
+    /// The same functions up to harmonic `order`.
+    pub fn up_to(&self, order: usize) -> Self {
+        Basis { waves: self.waves.iter().copied().filter(|w| w.k <= order).collect() }
     }
 
     /// The number of functions.
@@ -85,8 +109,9 @@ impl Basis {
         Basis { waves: self.waves.iter().copied().filter(|w| w.k != k).collect() }
     }
 
-    /// The n-th derivatives of all functions at `phi`, or of what an elastic output member makes of them.
-    pub fn row(&self, phi: f64, n: usize, response: Option<Response>) -> Vec<Double> {
+    /// The n-th derivatives of all functions of a law at `phi`, or of what an elastic output member makes of them; zero of
+    /// the other laws.
+    pub fn row(&self, law: usize, phi: f64, n: usize, response: Option<Response>) -> Vec<Double> {
         // cos kφ and sin kφ for all k by addition of angles.
         let [s1, c1] = sin_cos(phi);
         let mut angles = vec![[Double::default(), Double::from(1.0)]];
@@ -95,6 +120,9 @@ impl Basis {
             angles.push([s * c1 + c * s1, c * c1 - s * s1]);
         }
         let value = |wave: &Wave| {
+            if wave.law != law {
+                return Double::default();
+            }
             let [sin, cos] = angles[wave.k];
             // Each derivative turns the wave by a quarter.
             let turned = |quarters: usize| [cos, -sin, -cos, sin][quarters % 4];
@@ -112,10 +140,12 @@ impl Basis {
         self.waves.iter().map(value).collect()
     }
 
-    /// The series with these coefficients, times `scale`.
-    pub fn series(&self, x: &[Double], scale: f64) -> Fourier {
-        let mut series = Fourier::new(vec![0.0; self.order() + 1], Vec::new());
-        for (wave, &x) in self.waves.iter().zip(x) {
+    /// The series of a law with these coefficients, times `scale`.
+    pub fn series(&self, law: usize, x: &[Double], scale: f64) -> Fourier {
+        let own = || self.waves.iter().zip(x).filter(|(wave, _)| wave.law == law);
+        let order = own().map(|(wave, _)| wave.k).max().unwrap_or(0);
+        let mut series = Fourier::new(vec![0.0; order + 1], Vec::new());
+        for (wave, &x) in own() {
             let list = if wave.sine { &mut series.b } else { &mut series.a };
             list[wave.k] = (x * Double::from(scale)).hi;
         }
@@ -134,7 +164,7 @@ impl Basis {
     /// The series with these coefficients.
     pub fn series_of(&self, x: &[f64]) -> Fourier {
         let x: Vec<Double> = x.iter().map(|x| Double::from(*x)).collect();
-        self.series(&x, 1.0)
+        self.series(0, &x, 1.0)
     }
 
     /// The coefficients of a series in units of `scale`; what the symmetry does not admit is left out.

@@ -1,10 +1,10 @@
 //! The conditions that a task makes: equations of the exact points, sums of squares, and what holds at every angle.
 
 use super::exact::{Solutions, dot};
-use super::family::Family;
+use super::family::{Family, Term};
 use super::feasibility::KEPT;
 use super::sampling::{ANGLES, within};
-use super::{Bound, Infeasible, Objective, Point, Polynomial, Range, Task, grid};
+use super::{Bound, Curve, Infeasible, Objective, Point, Range, Squares, Task, grid};
 use camdrive::numerics::double_double::Double;
 use camdrive::numerics::gauss::Gauss;
 use std::f64::consts::{PI, TAU};
@@ -31,7 +31,7 @@ impl Task {
 
     /// What fulfils the exact conditions, checked for contradictions.
     pub(super) fn equalities(&self, scale: f64) -> Result<Solutions, Infeasible> {
-        let rows: Vec<Vec<Double>> = self.points.iter().map(|p| self.basis.row(p.phi, p.order, None)).collect();
+        let rows: Vec<Vec<Double>> = self.points.iter().map(|p| self.basis.row(p.law, p.phi, p.order, None)).collect();
         let values: Vec<Double> =
             self.points.iter().map(|p| Double::from(p.value).divide(Double::from(scale))).collect();
         // The rows of U⁽ⁿ⁾ are of the size Kⁿ, and the rounding of an angle leaves them uncertain by this part of it.
@@ -59,7 +59,8 @@ impl Task {
     /// The point that is furthest beyond a bound of the same derivative, if one is.
     fn points_outside(&self, scale: f64) -> Option<Infeasible> {
         let beyond = |point: &Point, bound: &Bound| {
-            let phi = within(bound.from, bound.to, point.phi).filter(|_| bound.order == point.order)?;
+            let same = bound.order == point.order && bound.of == [(point.law, 1.0)];
+            let phi = within(bound.from, bound.to, point.phi).filter(|_| same)?;
             let value = point.value - bound.around.at(phi - bound.from);
             Some((value - bound.max).max(bound.min - value)).filter(|by| *by > KEPT * scale)
         };
@@ -73,28 +74,41 @@ impl Task {
 
     /// The conditions of the least-squares objectives, weighted, and their right-hand sides. For the other objectives
     /// they give the start; that of the peak of acceleration is the least mean square of the acceleration.
-    pub(super) fn samples(&self, scale: f64) -> (Vec<Vec<Double>>, Vec<Double>) {
-        let turn = Range { from: 0.0, to: TAU, prescribed: [None, None, Some(Polynomial::default())], weight: 1.0 };
-        let (ranges, weights) = match self.objective {
-            Objective::PeakAcceleration => (std::slice::from_ref(&turn), [0.0, 1.0]),
-            _ => (&self.ranges[..], self.weights),
-        };
+    pub(super) fn samples(&self, scale: f64) -> Squares {
+        match self.objective {
+            Objective::PeakAcceleration | Objective::MeanSquareAcceleration => self.accelerations(scale),
+            _ => self.squares(&self.ranges, self.weights, scale),
+        }
+    }
+
+    /// Σ wⱼ ∫ Uⱼ″² dφ over the turn.
+    pub(super) fn accelerations(&self, scale: f64) -> Squares {
+        let still = || [None, None, Some(Curve::default())];
+        let turn =
+            |(law, weight): (usize, &f64)| Range { law, from: 0.0, to: TAU, prescribed: still(), weight: *weight };
+        let turns: Vec<Range> = self.laws.iter().enumerate().map(turn).collect();
+        self.squares(&turns, [0.0, 1.0], scale)
+    }
+
+    /// Σ ∫ (e₀² + w₁ e₁² + w₂ e₂²) dφ over these ranges, or the sums over their points.
+    pub(super) fn squares(&self, ranges: &[Range], weights: [f64; 2], scale: f64) -> Squares {
         let (mut rows, mut values) = (Vec::new(), Vec::new());
         for range in ranges {
-            let nodes = match self.objective {
-                Objective::DiscreteLeastSquares { points } | Objective::DiscreteChebyshev { points } => {
-                    let points = self.points_in(range, points);
-                    grid(range.from, range.to, points).map(|phi| (phi, 1.0)).collect()
-                }
-                _ => gauss_nodes(range.from, range.to, self.basis.order()),
-            };
             for (order, target) in range.prescribed.iter().enumerate() {
                 let Some(target) = target else { continue };
                 let weight = if order == 0 { 1.0 } else { weights[order - 1] };
+                let nodes = match self.objective {
+                    Objective::DiscreteLeastSquares { points } | Objective::DiscreteChebyshev { points } => {
+                        let points = self.points_in(range, points);
+                        grid(range.from, range.to, points).map(|phi| (phi, 1.0)).collect()
+                    }
+                    _ if range.from == range.to => vec![(range.from, 1.0)],
+                    _ => gauss_nodes(range.from, range.to, self.basis.order().max(target.order())),
+                };
                 for &(phi, share) in nodes.iter().filter(|_| weight > 0.0) {
                     let root = Double::from((range.weight * weight * share).sqrt());
                     let value = target.exactly_at(Double::from(phi) - Double::from(range.from));
-                    rows.push(self.basis.row(phi, order, None).into_iter().map(|v| v * root).collect());
+                    rows.push(self.basis.row(range.law, phi, order, None).into_iter().map(|v| v * root).collect());
                     values.push(value.divide(Double::from(scale)) * root);
                 }
             }
@@ -120,7 +134,9 @@ impl Task {
             for (sign, limit) in [(1.0, bound.max), (-1.0, -bound.min)] {
                 if limit.is_finite() {
                     let mut family = Family::new(bound.from, bound.to);
-                    family.set(bound.order, sign, &bound.around, scale);
+                    family.target.add(sign, &bound.around.over(scale));
+                    let term = |&(law, factor): &(usize, f64)| Term { law, order: bound.order, factor: sign * factor };
+                    family.terms = bound.of.iter().map(term).collect();
                     family.limit = limit / scale;
                     family.bound = Some(index);
                     families.push(family);
@@ -130,23 +146,21 @@ impl Task {
         match self.objective {
             Objective::LeastSquares
             | Objective::DiscreteLeastSquares { .. }
+            | Objective::MeanSquareAcceleration
             | Objective::PeakTorque
             | Objective::ShaftTorque(_) => {}
-            Objective::PeakAcceleration => {
-                for sign in [1.0, -1.0] {
-                    let mut family = Family::new(0.0, TAU);
-                    family.set(2, sign, &Polynomial::default(), scale);
-                    family.level = 1.0;
-                    families.push(family);
-                }
-            }
-            Objective::Chebyshev | Objective::DiscreteChebyshev { .. } => {
+            Objective::PeakAcceleration => families.extend(self.peaks()),
+            Objective::LongestDwell { .. }
+            | Objective::FewestHarmonics { .. }
+            | Objective::Chebyshev
+            | Objective::DiscreteChebyshev { .. } => {
                 for range in &self.ranges {
                     for (order, target) in range.prescribed.iter().enumerate() {
                         let Some(target) = target.as_ref().filter(|_| self.weight(order) != 0.0) else { continue };
                         for sign in [1.0, -1.0] {
                             let mut family = Family::new(range.from, range.to);
-                            family.set(order, sign * self.weight(order) * range.weight, target, scale);
+                            let factor = sign * self.weight(order) * range.weight;
+                            family.add(Term { law: range.law, order, factor }, target, scale);
                             family.level = 1.0;
                             if let Objective::DiscreteChebyshev { points } = self.objective {
                                 family.points = Some(self.points_in(range, points));
@@ -167,7 +181,8 @@ impl Task {
                         for (i, &order) in orders.iter().enumerate() {
                             let sign = if signs >> i & 1 == 0 { 1.0 } else { -1.0 };
                             let target = range.prescribed[order].as_ref().expect("filtered");
-                            family.set(order, sign * self.weight(order) * range.weight, target, scale);
+                            let factor = sign * self.weight(order) * range.weight;
+                            family.add(Term { law: range.law, order, factor }, target, scale);
                         }
                         family.level = 1.0;
                         families.push(family);
@@ -176,6 +191,28 @@ impl Task {
             }
         }
         families
+    }
+}
+
+impl Task {
+    /// |Uⱼ″| ≤ tⱼ, Σ wⱼ tⱼ ≤ t: the tⱼ of all laws but the last are numbers of the program beside the coefficients, since
+    /// the law with the smaller peak would be open if only the larger one counted.
+    fn peaks(&self) -> Vec<Family> {
+        let last = self.laws.len() - 1;
+        let of = |law: usize, sign: f64| {
+            let mut family = Family::new(0.0, TAU);
+            if law < last {
+                family.terms.push(Term { law, order: 2, factor: sign });
+                family.terms.push(Term { law: last + 1 + law, order: 0, factor: -1.0 });
+                return family;
+            }
+            family.terms.push(Term { law, order: 2, factor: sign * self.laws[law] });
+            let peak = |j: usize| Term { law: last + 1 + j, order: 0, factor: self.laws[j] };
+            family.terms.extend((0..last).map(peak));
+            family.level = 1.0;
+            family
+        };
+        (0..=last).flat_map(|law| [1.0, -1.0].map(|sign| of(law, sign))).collect()
     }
 }
 

@@ -1,6 +1,6 @@
 //! How far a series is from a target, and its largest derivatives.
 
-use super::Polynomial;
+use super::Curve;
 use super::sampling::{MEDIUM, angles};
 use crate::search::flat;
 use camdrive::motion::Fourier;
@@ -25,7 +25,7 @@ pub struct Window<'a> {
     /// n.
     pub order: usize,
     /// Ũ⁽ⁿ⁾, from the first angle on.
-    pub target: &'a Polynomial,
+    pub target: &'a Curve,
 }
 
 /// Angles at which a series is evaluated side by side, so that the recurrence of one does not wait for itself.
@@ -100,7 +100,7 @@ impl Window<'_> {
 
     /// Angles close enough to each other for the extremes of a series, and the deviations there.
     fn sampled(&self, waves: &Waves) -> (Vec<f64>, Vec<f64>) {
-        let angles = angles(self.from, self.to, waves.a.len() - 1, MEDIUM);
+        let angles = angles(self.from, self.to, (waves.a.len() - 1).max(self.target.order()), MEDIUM);
         let mut values = waves.values(&angles);
         values.iter_mut().zip(&angles).for_each(|(value, phi)| *value -= self.target.at(phi - self.from));
         (angles, values)
@@ -156,7 +156,7 @@ impl Window<'_> {
 
 /// The largest |U⁽ⁿ⁾| over the turn.
 pub fn peak(series: &Fourier, order: usize) -> Extreme {
-    Window { from: 0.0, to: TAU, order, target: &Polynomial::default() }.largest(series)
+    Window { from: 0.0, to: TAU, order, target: &Curve::default() }.largest(series)
 }
 
 /// U′U″, of which the kinetostatic torque is −m Ω² times, as the series ½ (U′²)′.
@@ -206,7 +206,7 @@ mod tests {
         for order in 0..4 {
             assert!((peak(&series, order).value.abs() - dense(order)).abs() < 1e-8, "order {order}");
         }
-        let target = Polynomial(vec![0.5, 1.0]);
+        let target = Curve::polynomial(vec![0.5, 1.0]);
         let window = Window { from: 1.0, to: 1.5, order: 0, target: &target };
         let away = |phi: f64| (series.at(phi).0[0] - 0.5 - (phi - 1.0)).abs();
         let dense = (0..=10_000).map(|i| away(1.0 + 5e-5 * f64::from(i))).fold(0.0, f64::max);

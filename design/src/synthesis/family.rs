@@ -1,26 +1,48 @@
 //! Conditions that hold at every angle of a range.
 
 use super::basis::{Basis, Response};
+use super::clearance::Tangent;
 use super::deviation::Window;
 use super::elastic::output;
-use super::exact::dot;
+use super::exact::{add_multiple, dot};
 use super::sampling::{COARSE, Density, FINE, angles, within};
-use super::{ORDERS, Polynomial, grid};
+use super::{Curve, grid};
 use crate::search::flat;
 use camdrive::motion::Fourier;
 use camdrive::numerics::double_double::Double;
 
+/// The error of a sum of double-double terms, as part of them: sines to thirty digits.
+pub const ROUNDING: f64 = 1e-30;
+
 /// An excess of this part of its terms has seven digits left in plain numbers.
 const PLAIN: f64 = 1e-9;
 
-/// Σ fₙ (Y⁽ⁿ⁾ − Ũ⁽ⁿ⁾) ≤ level · t + limit at all angles of a range (or at some points of it); Y is U or what an elastic
-/// output member makes of it.
+/// The step of differences (rad), by which extremes are found to half of the digits, their values to all.
+const STEP: f64 = 1e-4;
+
+/// f U⁽ⁿ⁾ of a law.
+#[derive(Clone, Copy, Debug)]
+pub struct Term {
+    /// Which law.
+    pub law: usize,
+    /// n.
+    pub order: usize,
+    /// f.
+    pub factor: f64,
+}
+
+/// Σ f Y⁽ⁿ⁾ − Ũ ≤ level · t + limit at all angles of a range (or at some points of it), over derivatives of one law or of
+/// several; Y is U or what an elastic output member makes of it.
 #[derive(Clone, Debug)]
 pub struct Family {
     from: f64,
     to: f64,
-    factors: [f64; ORDERS],
-    targets: [Polynomial; ORDERS],
+    /// Σ f U⁽ⁿ⁾.
+    pub terms: Vec<Term>,
+    /// Ũ.
+    pub target: Curve,
+    /// Tools that keep clear instead of the terms and the target.
+    pub tangent: Option<Tangent>,
     /// The elastic output member, if the condition looks behind it.
     pub response: Option<Response>,
     /// The factor of the unknown level t that is made small.
@@ -39,8 +61,9 @@ impl Family {
         Family {
             from,
             to,
-            factors: [0.0; ORDERS],
-            targets: Default::default(),
+            terms: Vec::new(),
+            target: Curve::default(),
+            tangent: None,
             response: None,
             level: 0.0,
             limit: 0.0,
@@ -54,31 +77,33 @@ impl Family {
         Family { response, ..self }
     }
 
-    /// The term of order `n`; the target is in SI and goes over to units of `scale`.
-    pub fn set(&mut self, n: usize, factor: f64, target: &Polynomial, scale: f64) {
-        self.factors[n] = factor;
-        self.targets[n] = Polynomial(target.0.iter().map(|c| c / scale).collect());
+    /// Adds `term` of U − `target`; the target is in SI and goes over to units of `scale`.
+    pub fn add(&mut self, term: Term, target: &Curve, scale: f64) {
+        self.terms.push(term);
+        self.target.add(term.factor, &target.over(scale));
     }
 
     /// The coefficients of the unknowns at `phi`, for the n-th derivative of the condition.
     pub fn row(&self, basis: &Basis, phi: f64, n: usize) -> Vec<Double> {
         let mut row = vec![Double::default(); basis.size()];
-        for (order, &factor) in self.factors.iter().enumerate().filter(|(_, f)| **f != 0.0) {
-            for (sum, part) in row.iter_mut().zip(basis.row(phi, order + n, self.response)) {
-                *sum = *sum + Double::from(factor) * part;
-            }
+        let terms = self.tangent.as_ref().map(|tangent| tangent.terms(phi));
+        for term in terms.as_ref().unwrap_or(&self.terms) {
+            let part = basis.row(term.law, phi, term.order + n, self.response);
+            add_multiple(&mut row, Double::from(term.factor), &part);
         }
         row
     }
 
     /// What the target contributes to the right-hand side.
     fn target(&self, phi: f64, n: usize) -> Double {
-        let mut right = Double::default();
-        for (order, &factor) in self.factors.iter().enumerate().filter(|(_, f)| **f != 0.0) {
-            let target = (0..n).fold(self.targets[order].clone(), |p, _| p.derivative());
-            right = right + Double::from(factor) * target.exactly_at(Double::from(phi) - Double::from(self.from));
+        if let Some(tangent) = &self.tangent {
+            return Double::from(tangent.target(phi));
         }
-        right
+        let x = Double::from(phi) - Double::from(self.from);
+        match n {
+            0 => self.target.exactly_at(x),
+            _ => (0..n).fold(self.target.clone(), |target, _| target.derivative()).exactly_at(x),
+        }
     }
 
     /// By how much `x` exceeds the target at `phi`, without limit and level, or the n-th derivative of that.
@@ -91,10 +116,11 @@ impl Family {
         dot(&self.row(basis, phi, n), x) - self.target(phi, n)
     }
 
-    /// The size of the terms that the excess is the sum of.
-    pub fn terms(&self, basis: &Basis, x: &[Double], phi: f64) -> f64 {
+    /// What the excess is not known to: the rounding of the terms that it is the sum of.
+    pub fn rounding(&self, basis: &Basis, x: &[Double], phi: f64) -> f64 {
         let row = self.row(basis, phi, 0);
-        row.iter().zip(x).map(|(row, x)| (row.hi * x.hi).abs()).sum::<f64>() + self.target(phi, 0).hi.abs()
+        let terms = row.iter().zip(x).map(|(row, x)| (row.hi * x.hi).abs()).sum::<f64>() + self.target(phi, 0).hi.abs();
+        ROUNDING * terms + self.target.noise(phi - self.from)
     }
 
     /// The angles that the first program looks at.
@@ -111,7 +137,7 @@ impl Family {
     fn angles(&self, basis: &Basis, density: Density) -> Vec<f64> {
         match self.points {
             Some(points) => grid(self.from, self.to, points).collect(),
-            None => angles(self.from, self.to, basis.order(), density),
+            None => angles(self.from, self.to, basis.order().max(self.target.order()), density),
         }
     }
 
@@ -122,10 +148,10 @@ impl Family {
             return angles;
         }
         // Where plain numbers tell the excess to many digits, they find the angles.
-        if let Some(motion) = self.motion(&basis.series(x, 1.0)) {
-            let (sum, target) = self.combined(&motion);
-            let window = Window { from: self.from, to: self.to, order: 0, target: &target };
-            let size = (0..sum.a.len()).map(|k| sum.a[k].abs() + sum.b[k].abs()).fold(target.at(0.0).abs(), f64::max);
+        if let Some(sum) = self.sum(basis, x).filter(|_| self.tangent.is_none()) {
+            let window = Window { from: self.from, to: self.to, order: 0, target: &self.target };
+            let size = self.target.at(0.0).abs();
+            let size = (0..sum.a.len()).map(|k| sum.a[k].abs() + sum.b[k].abs()).fold(size, f64::max);
             let maxima = window.maxima(&sum);
             let highest = maxima.iter().map(|e| e.value.abs()).fold(0.0, f64::max);
             if highest > PLAIN * size {
@@ -138,7 +164,7 @@ impl Family {
         let mut maxima: Vec<f64> = (0..=last)
             .filter(|&i| higher(i, i.saturating_sub(1)) && higher(i, i + 1))
             .map(|i| {
-                let slopes = |phi: f64| [1, 2].map(|n| self.excess(basis, x, phi, n));
+                let slopes = |phi: f64| self.slopes(basis, x, phi);
                 flat(angles[i], [angles[i.saturating_sub(1)], angles[(i + 1).min(last)]], slopes)
             })
             .collect();
@@ -147,43 +173,53 @@ impl Family {
         maxima
     }
 
-    /// What moves where U is this series; None at an undamped resonance.
-    fn motion(&self, series: &Fourier) -> Option<Fourier> {
-        match self.response {
-            Some(response) => output(series, response),
-            None => Some(series.clone()),
+    /// Slope and bend of the excess; of a tangent, whose direction turns with the angle, by differences.
+    fn slopes(&self, basis: &Basis, x: &[Double], phi: f64) -> [f64; 2] {
+        if self.tangent.is_none() {
+            return [1, 2].map(|n| self.excess(basis, x, phi, n));
         }
+        let [before, here, after] = [-STEP, 0.0, STEP].map(|step| self.excess(basis, x, phi + step, 0));
+        [(after - before) / (2.0 * STEP), (after - 2.0 * here + before) / (STEP * STEP)]
     }
 
-    /// Σ fₙ U⁽ⁿ⁾ of a series and Σ fₙ Ũ⁽ⁿ⁾.
-    fn combined(&self, series: &Fourier) -> (Fourier, Polynomial) {
-        let mut sum = Fourier::new(vec![0.0; series.a.len()], Vec::new());
-        let mut target = Polynomial::default();
-        let (mut a, mut b) = (series.a.clone(), series.b.clone());
-        for (factor, part) in self.factors.iter().zip(&self.targets) {
-            let longest = target.0.len().max(part.0.len());
-            target.0.resize(longest, 0.0);
-            target.0.iter_mut().zip(&part.0).for_each(|(t, p)| *t += factor * p);
-            for k in 0..a.len() {
-                sum.a[k] += factor * a[k];
-                sum.b[k] += factor * b[k];
+    /// Σ f Y⁽ⁿ⁾ as a series; None at an undamped resonance.
+    fn sum(&self, basis: &Basis, x: &[Double]) -> Option<Fourier> {
+        let motion = |law: usize| match self.response {
+            Some(response) => output(&basis.series(law, x, 1.0), response),
+            None => Some(basis.series(law, x, 1.0)),
+        };
+        self.combined(motion)
+    }
+
+    /// The same of these motions of the laws.
+    fn combined(&self, motion: impl Fn(usize) -> Option<Fourier>) -> Option<Fourier> {
+        let mut sum = Fourier::new(vec![0.0], Vec::new());
+        for term in &self.terms {
+            let part = motion(term.law)?;
+            let longest = sum.a.len().max(part.a.len());
+            sum.a.resize(longest, 0.0);
+            sum.b.resize(longest, 0.0);
+            for k in 0..part.a.len() {
                 // The derivative of a cos kφ + b sin kφ is k b cos kφ − k a sin kφ.
-                (a[k], b[k]) = (k as f64 * b[k], -(k as f64) * a[k]);
+                let derived = |[a, b]: [f64; 2], _| [k as f64 * b, -(k as f64) * a];
+                let [a, b] = (0..term.order).fold([part.a[k], part.b[k]], derived);
+                sum.a[k] += term.factor * a;
+                sum.b[k] += term.factor * b;
             }
         }
-        (sum, target)
+        Some(sum)
     }
 
-    /// The largest |Σ fₙ (U⁽ⁿ⁾ − Ũ⁽ⁿ⁾)| of a series, in plain numbers and without the response.
+    /// The largest |Σ f U⁽ⁿ⁾ − Ũ| of a series, in plain numbers and without the response.
     pub fn magnitude(&self, series: &Fourier) -> f64 {
-        let (sum, target) = self.combined(series);
+        let Some(sum) = self.combined(|_| Some(series.clone())) else { return f64::INFINITY };
         match self.points {
             Some(points) => {
-                let error = |phi: f64| (sum.at(phi).0[0] - target.at(phi - self.from)).abs();
+                let error = |phi: f64| (sum.at(phi).0[0] - self.target.at(phi - self.from)).abs();
                 grid(self.from, self.to, points).map(error).fold(0.0, f64::max)
             }
             None => {
-                let window = Window { from: self.from, to: self.to, order: 0, target: &target };
+                let window = Window { from: self.from, to: self.to, order: 0, target: &self.target };
                 window.largest(&sum).value.abs()
             }
         }

@@ -25,7 +25,7 @@ fn deg(phi: f64) -> f64 {
 
 impl Study {
     /// The unit of the ordinates: the length of the task or m.
-    fn unit_name(&self, per: &str) -> String {
+    pub(super) fn unit_name(&self, per: &str) -> String {
         if self.assignment.unit == 1.0 {
             return format!("[m{per}]");
         }

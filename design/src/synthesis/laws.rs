@@ -46,10 +46,7 @@ impl Task {
     /// The two dwells of the task, the lower one first, if it is one of two dwells and a rise and a return of some angle.
     pub fn two_dwells(&self) -> Option<[&Range; 2]> {
         let [first, second] = &self.ranges[..] else { return None };
-        let level = |range: &Range| match range.prescribed[0].as_ref()?.0[..] {
-            [u] => Some(u),
-            _ => None,
-        };
+        let level = |range: &Range| range.prescribed[0].as_ref()?.constant().filter(|_| range.from < range.to);
         let (u, v) = (level(first)?, level(second)?);
         (u != v).then_some(if u < v { [first, second] } else { [second, first] })
     }
@@ -57,7 +54,7 @@ impl Task {
     /// The cycle of a standard law with the dwells of the task; None where it has not two of them.
     pub fn cycle(&self, law: StandardLaw) -> Option<Cycle> {
         let [lower, upper] = self.two_dwells()?;
-        let level = |range: &Range| range.prescribed[0].as_ref().and_then(|p| p.0.first()).copied().unwrap_or(0.0);
+        let level = |range: &Range| range.prescribed[0].as_ref().map_or(0.0, |u| u.at(0.0));
         let way = |from: f64, to: f64| (to - from).rem_euclid(TAU);
         let plan = CyclePlan {
             stroke: level(upper) - level(lower),
@@ -87,7 +84,7 @@ impl Task {
         let lifts = angles.iter().map(|phi| law_of_motion.at(*phi).0[0]).collect();
         let series = analyse(Points { angles, lifts }, HARMONICS).ok()?.series;
         let [lower, upper] = self.two_dwells()?;
-        let level = |range: &Range| range.prescribed[0].as_ref().and_then(|p| p.0.first()).copied().unwrap_or(0.0);
+        let level = |range: &Range| range.prescribed[0].as_ref().map_or(0.0, |u| u.at(0.0));
         let stroke = level(upper) - level(lower);
         let way = |from: f64, to: f64| (to - from).rem_euclid(TAU);
         let shortest = way(lower.to, upper.from).min(way(upper.to, lower.from));
@@ -115,7 +112,7 @@ impl Task {
     pub fn cubics(&self) -> Option<Fourier> {
         let (half, middle) = self.symmetric_dwells()?;
         let [lower, upper] = self.two_dwells()?;
-        let level = |range: &Range| range.prescribed[0].as_ref().and_then(|p| p.0.first()).copied().unwrap_or(0.0);
+        let level = |range: &Range| range.prescribed[0].as_ref().map_or(0.0, |u| u.at(0.0));
         let coefficients =
             source_cubics(self.basis.order(), half).filter(|_| self.objective == Objective::LeastSquares)?;
         let (mean, stroke) = (0.5 * (level(lower) + level(upper)), level(upper) - level(lower));

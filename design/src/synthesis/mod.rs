@@ -14,7 +14,9 @@
 
 mod banded;
 mod basis;
+pub mod clearance;
 mod conditions;
+mod curve;
 pub mod deviation;
 pub mod elastic;
 mod exact;
@@ -22,6 +24,7 @@ mod family;
 mod feasibility;
 pub mod figures;
 pub mod laws;
+mod levels;
 mod nonlinear;
 mod polyhedron;
 mod remarks;
@@ -33,57 +36,39 @@ pub mod study;
 pub mod table;
 #[cfg(test)]
 mod tests;
+pub mod together;
 pub mod torque;
 
 pub use basis::{Basis, Response, Symmetry};
+pub use curve::Curve;
 pub use nonlinear::{Norm, Search};
 
 use crate::search::local_maxima;
 use camdrive::motion::Fourier;
 use camdrive::numerics::double_double::Double;
+use clearance::Clearance;
 use deviation::Window;
 use elastic::SpeedRange;
-use exact::{RANK, dot};
+use exact::{RANK, Solutions, dot};
+use family::Family;
 use nonlinear::Region;
-use semi_infinite::{Goal, Program};
+use semi_infinite::{Goal, Program, Solution};
 use shaft::ShaftGoal;
-
-/// The order of the highest derivative that a task can speak of, plus one.
-const ORDERS: usize = 4;
 
 /// Rounds in which the robust problem takes up speeds.
 const SPEED_ROUNDS: usize = 20;
 
-/// A polynomial in the angle from the beginning of a range: Σ cⱼ (φ − φ_from)ʲ.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Polynomial(pub Vec<f64>);
-
-impl Polynomial {
-    /// The value at `x`.
-    pub fn at(&self, x: f64) -> f64 {
-        self.0.iter().rev().fold(0.0, |sum, c| sum * x + c)
-    }
-
-    /// The value at `x` to 30 digits.
-    fn exactly_at(&self, x: Double) -> Double {
-        self.0.iter().rev().fold(Double::default(), |sum, c| sum * x + Double::from(*c))
-    }
-
-    /// The derivative.
-    pub fn derivative(&self) -> Self {
-        Polynomial(self.0.iter().enumerate().skip(1).map(|(j, c)| j as f64 * c).collect())
-    }
-}
-
 /// A range of the drive angle with what is prescribed there.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Range {
+    /// Which law, from 0.
+    pub law: usize,
     /// First angle (rad).
     pub from: f64,
-    /// Last angle (rad), > `from`.
+    /// Last angle (rad), ≥ `from`; where it is the same, the range is one point, which counts as a sum does.
     pub to: f64,
     /// Ũ, Ũ′, Ũ″; None where free.
-    pub prescribed: [Option<Polynomial>; 3],
+    pub prescribed: [Option<Curve>; 3],
     /// Weight of the range in the sums and maxima.
     pub weight: f64,
 }
@@ -91,6 +76,8 @@ pub struct Range {
 /// U⁽ⁿ⁾(φ) = value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
+    /// Which law, from 0.
+    pub law: usize,
     /// φ (rad).
     pub phi: f64,
     /// n ≤ 3.
@@ -99,9 +86,11 @@ pub struct Point {
     pub value: f64,
 }
 
-/// min ≤ U⁽ⁿ⁾ − Ũ⁽ⁿ⁾ ≤ max for `from` ≤ φ ≤ `to`.
+/// min ≤ Σ αⱼ Uⱼ⁽ⁿ⁾ − Ũ⁽ⁿ⁾ ≤ max for `from` ≤ φ ≤ `to`: of one law, or a restriction of several.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bound {
+    /// Each law j with its αⱼ.
+    pub of: Vec<(usize, f64)>,
     /// First angle (rad).
     pub from: f64,
     /// Last angle (rad).
@@ -109,11 +98,18 @@ pub struct Bound {
     /// n ≤ 3.
     pub order: usize,
     /// Ũ⁽ⁿ⁾.
-    pub around: Polynomial,
+    pub around: Curve,
     /// Least value (m/radⁿ); −∞ for none.
     pub min: f64,
     /// Largest value (m/radⁿ); ∞ for none.
     pub max: f64,
+}
+
+impl Bound {
+    /// Whether it is of this law alone.
+    pub fn is_of(&self, law: usize) -> bool {
+        self.of.iter().all(|(j, _)| *j == law)
+    }
 }
 
 /// What makes one profile better than another.
@@ -135,8 +131,22 @@ pub enum Objective {
     },
     /// S5, the largest sum of errors.
     ChebyshevSum,
-    /// The largest |U″| over the whole turn.
+    /// The largest |U″| over the whole turn; of several laws Σ wⱼ max |Uⱼ″|.
     PeakAcceleration,
+    /// ∫U″² dφ over the whole turn; of several laws Σ wⱼ ∫Uⱼ″² dφ.
+    MeanSquareAcceleration,
+    /// The widest dwells with a largest error of `tolerance`: some of the ranges, all wider by one factor.
+    LongestDwell {
+        /// δ (m), which weights refer to.
+        tolerance: f64,
+        /// The first of the dwells that grow, and the one after the last.
+        dwells: [usize; 2],
+    },
+    /// The fewest harmonics with a largest error of `tolerance`.
+    FewestHarmonics {
+        /// δ (m), which weights refer to.
+        tolerance: f64,
+    },
     /// The largest |U′U″| over the whole turn: not convex, so that the result is the best local optimum of a search.
     PeakTorque,
     /// The torque in an elastic input shaft; not convex either.
@@ -146,14 +156,20 @@ pub enum Objective {
 /// A motion task.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Task {
-    /// The functions that the profile is made of.
+    /// The functions that the profile is made of; of all laws.
     pub basis: Basis,
+    /// How much each law counts in the objective; one for each law.
+    pub laws: Vec<f64>,
     /// What is prescribed.
     pub ranges: Vec<Range>,
     /// What holds exactly.
     pub points: Vec<Point>,
     /// What must not be exceeded.
     pub bounds: Vec<Bound>,
+    /// Which tools keep clear of each other.
+    pub clearances: Vec<Clearance>,
+    /// Σ ∫ (e₀² + w₁ e₁² + w₂ e₂²) dφ over the ranges must not exceed it (m²); of the accelerations as objective only.
+    pub integral: Option<f64>,
     /// What is made small.
     pub objective: Objective,
     /// w₁, w₂.
@@ -172,7 +188,7 @@ pub struct Profile {
     pub series: Fourier,
     /// The value of the objective.
     pub objective: f64,
-    /// The largest |e₀|, |e₁|, |e₂| in each range, NaN where nothing is prescribed.
+    /// The largest |e₀|, |e₁|, |e₂| in each range of the law, NaN where nothing is prescribed.
     pub errors: Vec<[f64; 3]>,
     /// What each start of a search has led to; empty where the optimum is the only one.
     pub optima: Vec<f64>,
@@ -184,6 +200,22 @@ pub struct Profile {
     pub undetermined: usize,
     /// By how much conditions may still be exceeded (m/radⁿ): rounding, but where it is said.
     pub excess: f64,
+}
+
+/// Rows and right-hand sides of a sum of squares |A x − b|².
+type Squares = (Vec<Vec<Double>>, Vec<Double>);
+
+/// |A x − b|².
+fn square(a: &[Vec<Double>], b: &[Double], x: &[Double]) -> f64 {
+    a.iter().zip(b).map(|(row, b)| (dot(row, x) - *b).hi.powi(2)).sum()
+}
+
+/// The coefficients of all laws.
+struct Optimum {
+    best: Solution,
+    /// In SI.
+    objective: f64,
+    undetermined: usize,
 }
 
 /// Why a task has no profile.
@@ -210,6 +242,11 @@ pub enum Infeasible {
         /// Whether they do so only because of the exact points.
         points: bool,
     },
+    /// The integral of the squared errors cannot be as small as it has to be.
+    Integral {
+        /// The least one that the other conditions leave (m²).
+        least: f64,
+    },
     /// An exact point lies beyond a bound.
     Outside {
         /// Which point, in the order of the task.
@@ -229,55 +266,142 @@ pub enum Infeasible {
 }
 
 impl Task {
-    /// The best profile.
+    /// The best profile; of several laws the first one's.
     pub fn solve(&self) -> Result<Profile, Infeasible> {
-        self.solve_with(&|_, _| {})
+        let profile = self.solve_with(&|_, _| {})?.into_iter().next();
+        profile.ok_or_else(|| Infeasible::Numerical("there is no law".to_owned()))
     }
 
-    /// The same; `progress` hears how many of how many starts are done.
-    pub fn solve_with(&self, progress: &dyn Fn(usize, usize)) -> Result<Profile, Infeasible> {
-        if matches!(self.objective, Objective::PeakTorque | Objective::ShaftTorque(_)) {
-            return self.searched(progress);
+    /// The best profiles, one for each law; `progress` hears how many of how many starts are done.
+    pub fn solve_with(&self, progress: &dyn Fn(usize, usize)) -> Result<Vec<Profile>, Infeasible> {
+        let task = self.prepared();
+        let scale = task.scale();
+        match task.objective {
+            Objective::PeakTorque | Objective::ShaftTorque(_) => Ok(vec![task.searched(progress)?]),
+            Objective::LongestDwell { .. } | Objective::FewestHarmonics { .. } => {
+                task.settled(progress)?.0.solve_with(progress)
+            }
+            _ if task.integral.is_some() => Ok(task.profiles(&task.within_integral(scale)?, scale)),
+            _ if !task.clearances.is_empty() => Ok(task.profiles(&task.clear(scale, progress)?, scale)),
+            _ => Ok(task.profiles(&task.optimum(scale, Vec::new())?, scale)),
         }
-        if let Some(range) = self.speeds
-            && range.damping == 0.0
-            && let Some(k) =
-                self.basis.harmonics().find(|k| (range.slowest..=range.fastest).contains(&(1.0 / *k as f64)))
-        {
-            // Without damping a harmonic with its resonance in the range must not be there at all.
-            return Task { basis: self.basis.without(k), ..self.clone() }.solve();
+    }
+
+    /// The task that is solved: an undamped harmonic with its resonance in the range of speeds must not be there at all,
+    /// and a sum of peaks has numbers of its own.
+    fn prepared(&self) -> Task {
+        let mut task = self.clone();
+        if let Some(range) = self.speeds.filter(|range| range.damping == 0.0) {
+            range.crossed(&self.basis).into_iter().for_each(|k| task.basis = task.basis.without(k));
         }
-        let scale = self.scale();
-        let solutions = self.equalities(scale)?;
+        if self.objective == Objective::PeakAcceleration && self.basis.of(self.laws.len()).size() == 0 {
+            let numbers = self.laws.len()..2 * self.laws.len() - 1;
+            task.basis = numbers.fold(task.basis, |basis, law| basis.with_number(law));
+        }
+        task
+    }
+
+    /// The optimum in units of `scale` under the conditions of the task and `further` ones.
+    fn optimum(&self, scale: f64, further: Vec<Family>) -> Result<Optimum, Infeasible> {
         let (a, b) = self.samples(scale);
+        let goal = if self.is_of_squares() { Goal::Squares(a.clone()) } else { Goal::Level };
+        let (families, solutions) =
+            (self.families(scale).into_iter().chain(further).collect(), self.equalities(scale)?);
+        let found = self.optimum_of(scale, &solutions, families, goal, (a, b))?;
+        let discrete =
+            matches!(self.objective, Objective::DiscreteLeastSquares { .. } | Objective::DiscreteChebyshev { .. });
+        // Between the points nothing is prescribed; over a range all is, and what is not seen is below rounding.
+        match found.undetermined > 0 && (discrete || self.ranges.iter().all(|range| range.from == range.to)) {
+            true => self.smoothest(scale, &solutions, found),
+            false => Ok(found),
+        }
+    }
+
+    /// Of all optima, where some coefficients are open, the one with the least ∫U″² dφ.
+    fn smoothest(&self, scale: f64, solutions: &Solutions, found: Optimum) -> Result<Optimum, Infeasible> {
+        let (mut open, families) = (solutions.free.clone(), levels::capped(self.families(scale), found.best.level));
+        if self.is_of_squares() {
+            // What the squares see stays.
+            let seen: Vec<Vec<Double>> = self.samples(scale).0.iter().map(|row| solutions.projected(row)).collect();
+            let unseen = Solutions::new(&seen, &vec![Double::default(); seen.len()], open.len(), RANK).free;
+            let zero = vec![Double::default(); self.basis.size()];
+            open = unseen.iter().map(|direction| solutions.moved(&zero, direction)).collect();
+        }
+        let solutions = Solutions { particular: found.best.x.clone(), free: open };
+        let squares = self.accelerations(scale);
+        let smooth = self.optimum_of(scale, &solutions, families, Goal::Squares(squares.0.clone()), squares)?;
+        Ok(Optimum { best: Solution { x: smooth.best.x, ..found.best }, ..found })
+    }
+
+    /// The least goal under these conditions; without them the squares of (a, b) are least.
+    fn optimum_of(
+        &self,
+        scale: f64,
+        solutions: &Solutions,
+        families: Vec<Family>,
+        goal: Goal,
+        (a, b): Squares,
+    ) -> Result<Optimum, Infeasible> {
         let nearest = solutions.least_squares(&a, &b);
-        let squares = matches!(self.objective, Objective::LeastSquares | Objective::DiscreteLeastSquares { .. });
-        let goal = if squares { Goal::Squares(a.clone()) } else { Goal::Level };
-        let families = self.families(scale);
         let exact: Vec<f64> = self.points.iter().map(|point| point.phi).collect();
-        let mut program = Program { basis: &self.basis, solutions: &solutions, exact: &exact, families, goal };
+        let mut program = Program { basis: &self.basis, solutions, exact: &exact, families, goal };
         let best = match self.speeds {
             None => program.solve(nearest),
             Some(range) => self.at_all_speeds(range, &mut program, nearest),
         };
         let best = best.map_err(|e| e.scaled(scale))?;
-        let objective = match squares {
-            true => a.iter().zip(&b).map(|(row, b)| (dot(row, &best.x) - *b).hi.powi(2)).sum::<f64>() * scale * scale,
-            false => best.level * scale,
+        let objective = match &program.goal {
+            Goal::Squares(_) => square(&a, &b, &best.x) * scale * scale,
+            Goal::Level => best.level * scale,
         };
-        let series = self.basis.series(&best.x, scale);
-        let judged = !matches!(self.objective, Objective::PeakAcceleration);
-        let seen = if judged { solutions.factors(&a, RANK).rank() } else { solutions.free.len() };
-        Ok(Profile {
-            objective,
-            errors: self.errors(&series),
-            series,
-            optima: Vec::new(),
-            resolution: best.resolution * scale,
-            uncertainty: best.uncertainty * scale,
-            undetermined: solutions.free.len() - seen,
-            excess: best.excess * scale,
-        })
+        let seen = match self.objective {
+            Objective::PeakAcceleration | Objective::MeanSquareAcceleration => solutions.free.len(),
+            _ => solutions.factors(&a, RANK).rank(),
+        };
+        Ok(Optimum { undetermined: solutions.free.len() - seen, best, objective })
+    }
+
+    /// The profiles of the laws.
+    fn profiles(&self, optimum: &Optimum, scale: f64) -> Vec<Profile> {
+        let best = &optimum.best;
+        let of = |law: usize| {
+            let series = self.basis.series(law, &best.x, scale);
+            Profile {
+                objective: optimum.objective,
+                errors: self.only(law).errors(&series),
+                series,
+                optima: Vec::new(),
+                resolution: best.resolution * scale,
+                uncertainty: best.uncertainty * scale,
+                undetermined: optimum.undetermined,
+                excess: best.excess * scale,
+            }
+        };
+        (0..self.laws.len()).map(of).collect()
+    }
+
+    /// What the task says of one law alone.
+    pub fn only(&self, law: usize) -> Task {
+        Task {
+            basis: self.basis.of(law),
+            laws: vec![self.laws[law]],
+            ranges: self.ranges.iter().filter(|r| r.law == law).map(|r| Range { law: 0, ..r.clone() }).collect(),
+            points: self.points.iter().filter(|p| p.law == law).map(|p| Point { law: 0, ..*p }).collect(),
+            bounds: self
+                .bounds
+                .iter()
+                .filter(|b| b.is_of(law))
+                .map(|b| Bound { of: vec![(0, b.of[0].1)], ..b.clone() })
+                .collect(),
+            clearances: Vec::new(),
+            ..self.clone()
+        }
+    }
+
+    /// Whether the objective is a sum of squares.
+    fn is_of_squares(&self) -> bool {
+        use Objective::{DiscreteLeastSquares, LeastSquares, MeanSquareAcceleration};
+        matches!(self.objective, LeastSquares | DiscreteLeastSquares { .. } | MeanSquareAcceleration)
     }
 
     /// The best local optimum of an objective that is not convex.
@@ -360,7 +484,7 @@ impl Task {
         for _ in 0..SPEED_ROUNDS {
             program.families = of_cam.iter().cloned().chain(speeds.iter().flat_map(|eta| at(*eta))).collect();
             let best = program.solve(centre)?;
-            let cam = self.basis.series(&best.x, 1.0);
+            let cam = self.basis.series(0, &best.x, 1.0);
             let excess = |eta: f64| match elastic::output(&cam, response(eta)) {
                 Some(motion) => of_output.iter().map(|f| f.magnitude(&motion)).fold(0.0, f64::max) - best.level,
                 None => f64::INFINITY,
@@ -403,6 +527,6 @@ impl Infeasible {
 
 /// `points` equally spaced angles from `from` to `to`.
 fn grid(from: f64, to: f64, points: usize) -> impl Iterator<Item = f64> {
-    let last = points.max(2) - 1;
+    let last = if from < to { points.max(2) - 1 } else { 0 };
     (0..=last).map(move |i| if i == last { to } else { from + (to - from) * i as f64 / last as f64 })
 }

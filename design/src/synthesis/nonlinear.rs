@@ -160,7 +160,7 @@ impl Region<'_> {
         let n = self.unknowns();
         let mut cuts = self.cuts();
         for phi in angles(0.0, std::f64::consts::TAU, self.basis.order(), FINE) {
-            let row: Vec<f64> = self.basis.row(phi, 2, None).iter().map(|v| v.hi).collect();
+            let row: Vec<f64> = self.basis.row(0, phi, 2, None).iter().map(|v| v.hi).collect();
             let here: f64 = row.iter().zip(&self.start).map(|(r, x)| r * x).sum();
             for sign in [1.0, -1.0] {
                 cuts.rows.push(self.projected(&row.iter().map(|r| sign * r).collect::<Vec<_>>()));

@@ -22,15 +22,15 @@ impl Study {
         if motion.undetermined > 0 {
             let all = task.basis.size();
             lines.push(format!(
-                "warning: what is prescribed determines {} of {all} coefficients; the other {} are free (zero where that does), and \
-                 between the points the profile may do anything: take more `points`, fewer harmonics or more symmetry",
+                "warning: what is prescribed determines {} of {all} coefficients; the other {} are open, and \
+                 where only points count the least ∫U″² dφ decides them: take more `points`, fewer harmonics or more symmetry",
                 all - motion.undetermined,
                 motion.undetermined
             ));
         }
         let highest = task.basis.order().max(1) as f64;
         for (point, name) in task.points.iter().zip(&self.assignment.names.points) {
-            let row = task.basis.row(point.phi, point.order, None);
+            let row = task.basis.row(point.law, point.phi, point.order, None);
             let size = row.iter().fold(0.0_f64, |size, value| size.max(value.hi.abs()));
             if (ANGLES..BESIDE).contains(&(size / highest.powi(point.order as i32 + 1))) {
                 let axis = degrees((point.phi / FRAC_PI_2).round() * FRAC_PI_2);
@@ -203,6 +203,12 @@ impl Infeasible {
                     degrees(*phi)
                 )
             }
+            Infeasible::Integral { least } => format!(
+                "`integral_tolerance`: {} m² cannot be kept: with these harmonics and the other conditions the integral is at \
+                 least {} m²\n  = hint: take more harmonics, shorter ranges or a larger `integral_tolerance`",
+                number(task.integral.unwrap_or(0.0)),
+                number(*least)
+            ),
             Infeasible::Outside { point, bound, by } => {
                 let (Some(point_of), Some(bound_of)) = (task.points.get(*point), task.bounds.get(*bound)) else {
                     return "an exact point lies beyond a bound".to_owned();
@@ -249,7 +255,7 @@ fn limits(bound: &Bound) -> String {
         (true, false) => format!("the minimum {}", number(bound.min)),
         _ => format!("the maximum {}", number(bound.max)),
     };
-    let around = if bound.around.0.is_empty() { "" } else { " around its target" };
+    let around = if bound.around.is_zero() { "" } else { " around its target" };
     format!("{limits}{around} (from {} deg to {} deg)", degrees(bound.from), degrees(bound.to))
 }
 

@@ -15,7 +15,7 @@
 use super::Infeasible;
 use super::basis::Basis;
 use super::exact::{Coordinates, RANK, Solutions};
-use super::family::Family;
+use super::family::{Family, ROUNDING};
 use super::polyhedron::Polyhedron;
 use camdrive::numerics::double_double::Double;
 
@@ -36,6 +36,10 @@ const UNSEEN: f64 = 1e6;
 /// leave.
 const RESOLVED_SQUARES: f64 = 1e-18;
 
+/// The exchange goes on below that as long as each round leaves a tenth: an angle that is off by δ misses δ² of the level
+/// but δ of the coefficients.
+const FINEST: f64 = 1e-24;
+
 /// What is left to say where the numbers do not suffice.
 pub const UNSOLVED: &str =
     "the optimisation does not converge: with these harmonics the conditions are told apart by less than the \
@@ -45,9 +49,6 @@ pub const UNSOLVED: &str =
 /// What the objective sees less than this part of, conditions without a level decide: there the coordinates are not
 /// stretched, so that neither loses more than a dozen of its thirty digits.
 const SEEN: f64 = 1e-12;
-
-/// The error of a sum of double-double terms, as part of them: sines to thirty digits.
-const ROUNDING: f64 = 1e-30;
 
 /// What is made small.
 pub enum Goal {
@@ -121,18 +122,19 @@ impl Program<'_> {
         let origin = vec![Double::default(); coordinates.len() + 1];
         let mut program = Polyhedron::new(origin.len());
         let mut proven: Option<Solution> = None;
+        let mut last = f64::INFINITY;
         for _ in 0..ROUNDS {
             for place in &places {
                 let (row, limit) = self.condition(&frame, *place);
                 program.add(row, limit);
             }
-            let tolerance = |level: f64| resolved(level).max(0.5 * rounding);
+            let tolerance = |level: f64| (FINEST * level.abs()).max(0.5 * rounding);
             let before = highest * program.point()[coordinates.len()].hi;
             let admitted = 0.01 * tolerance(before) / highest;
             let optimal = if squares { program.nearest(&origin, admitted) } else { program.lowest(admitted) };
             let (y, level) = program.point().split_at(coordinates.len());
-            let (x, level) = (self.moved(&frame, y), highest * level[0].hi);
-            let violation = |place: &Place| self.violation(&x, level, *place);
+            let (x, exact) = (self.moved(&frame, y), Double::from(highest) * level[0]);
+            let (level, violation) = (exact.hi, |place: &Place| self.violation(&x, exact, *place));
             places = self.maxima(&x);
             let excess = places.iter().map(violation).fold(0.0, f64::max);
             places.retain(|place| violation(place) > tolerance(level));
@@ -144,9 +146,11 @@ impl Program<'_> {
                 Some(last) if excess < last.excess && level + excess <= last.level + DELIVERED => Some(found),
                 last => last,
             };
-            if places.is_empty() || !optimal {
+            let slow = excess <= resolved(level) && excess > 0.7 * last;
+            if places.is_empty() || !optimal || slow {
                 break;
             }
+            last = excess;
         }
         // Conditions are kept to rounding, or nearly: the report tells what is left.
         proven
@@ -180,8 +184,8 @@ impl Program<'_> {
 
     /// What the sums of the conditions are not known to.
     fn rounding(&self, places: &[Place], x: &[Double]) -> f64 {
-        let terms = |&(i, phi): &Place| self.families[i].terms(self.basis, x, phi);
-        let of_conditions = places.iter().map(terms).fold(0.0, f64::max);
+        let rounding = |&(i, phi): &Place| self.families[i].rounding(self.basis, x, phi);
+        let of_conditions = places.iter().map(rounding).fold(0.0, f64::max);
         let of_goal = match &self.goal {
             Goal::Level => 0.0,
             Goal::Squares(a) => {
@@ -189,7 +193,7 @@ impl Program<'_> {
                 a.iter().map(terms).fold(0.0, f64::max)
             }
         };
-        ROUNDING * of_conditions.max(of_goal)
+        of_conditions.max(ROUNDING * of_goal)
     }
 
     /// By how much a coefficient may change while the objective changes by rounding.
@@ -212,10 +216,10 @@ impl Program<'_> {
     }
 
     /// By how much a condition is violated (negative: reserve).
-    pub fn violation(&self, x: &[Double], level: f64, (i, phi): Place) -> f64 {
+    pub fn violation(&self, x: &[Double], level: impl Into<Double>, (i, phi): Place) -> f64 {
         let family = &self.families[i];
         let excess = family.excess_exactly(self.basis, x, phi, 0) - Double::from(family.limit);
-        (excess - Double::from(family.level * level)).hi
+        (excess - Double::from(family.level) * level.into()).hi
     }
 
     pub fn largest_violation(&self, x: &[Double], level: f64) -> f64 {

@@ -21,7 +21,7 @@
 use super::banded::{Banded, Number};
 use super::deviation::Window;
 use super::nonlinear::{Norm, Values};
-use super::{Basis, Polynomial};
+use super::{Basis, Curve};
 use camdrive::motion::Fourier;
 use std::f64::consts::TAU;
 
@@ -272,7 +272,7 @@ impl ShaftGoal {
             let unit = self.unit(w);
             match self.norm {
                 Norm::Peak => {
-                    let target = Polynomial::default();
+                    let target = Curve::default();
                     let turn = Window { from: 0.0, to: TAU, order: 0, target: &target };
                     let mut places: Vec<f64> = (0..SAMPLES).map(|i| TAU * i as f64 / SAMPLES as f64).collect();
                     places.extend(turn.extremes(&steady.torque, 0.7).into_iter().map(|e| e.phi));

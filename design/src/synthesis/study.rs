@@ -5,7 +5,7 @@ use super::elastic::{self, Resonance, SpeedRange};
 use super::laws::{Rival, as_rival};
 use super::shaft::ShaftGoal;
 use super::shaft_study::{self, Shafted};
-use super::{Basis, Infeasible, Objective, Polynomial, Profile, Range, Response, Symmetry, Task};
+use super::{Basis, Curve, Infeasible, Objective, Profile, Range, Response, Symmetry, Task};
 use crate::Progress;
 use crate::text::number;
 use camdrive::motion::Fourier;
@@ -31,11 +31,15 @@ pub struct Assignment {
     pub shaft: Option<ShaftGoal>,
     /// A scene whose cam is to be replaced.
     pub scene: Option<PathBuf>,
+    /// The files of tables that the task names.
+    pub files: Vec<PathBuf>,
 }
 
 /// What ranges, points and bounds of a task are called in its file, such as `dwell[2]` and `dwell[2].tolerance`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Names {
+    /// One for each law; empty where there is one law only.
+    pub laws: Vec<String>,
     /// One for each range.
     pub ranges: Vec<String>,
     /// One for each point.
@@ -81,6 +85,11 @@ pub struct Study {
     pub assignment: Assignment,
     /// The best motion without regard to elasticity.
     pub motion: Profile,
+    /// On the way to the longest dwell or the fewest harmonics: factor of the widths or harmonics, and the least largest
+    /// error with them (m), infinite for none.
+    pub tried: Vec<[f64; 2]>,
+    /// The objective as it was asked for.
+    pub asked: Objective,
     /// The profile of the cam.
     pub cam: Fourier,
     /// max |U⁽ⁿ⁾| of the cam, n = 0 … 3 (m/radⁿ).
@@ -150,11 +159,43 @@ const STILL: f64 = 1e-9;
 const WIDTHS: usize = 34;
 
 impl Assignment {
+    /// The profiles of all laws with their reports.
+    pub(super) fn studies(&self, progress: &dyn Fn(Progress)) -> Result<Vec<Study>, Infeasible> {
+        let profile = |done, total| progress(Progress { done, total, stage: "profile" });
+        profile(0, 1);
+        let (task, tried) = self.task.settled(&profile)?;
+        let profiles = task.solve_with(&profile)?;
+        let of = |(law, motion)| {
+            let settled = Assignment { task: task.clone(), ..self.clone() };
+            settled.of_law(law).study_of(motion, (self.task.objective, tried.clone()), progress)
+        };
+        profiles.into_iter().enumerate().map(of).collect()
+    }
+
+    /// What is asked of one law alone.
+    fn of_law(&self, law: usize) -> Self {
+        let Some(name) = self.names.laws.get(law) else { return self.clone() };
+        let (task, names) = (&self.task, &self.names);
+        let kept = |list: &[String], is_kept: &dyn Fn(usize) -> bool| {
+            list.iter().enumerate().filter(|(i, _)| is_kept(*i)).map(|(_, name)| name.clone()).collect()
+        };
+        let names = Names {
+            laws: vec![name.clone()],
+            ranges: kept(&names.ranges, &|i| task.ranges[i].law == law),
+            points: kept(&names.points, &|i| task.points[i].law == law),
+            bounds: kept(&names.bounds, &|i| task.bounds[i].is_of(law)),
+        };
+        Assignment { name: format!("{}_{name}", self.name), task: task.only(law), names, ..self.clone() }
+    }
+
     /// The profile and its report.
-    pub fn study(&self, progress: &dyn Fn(Progress)) -> Result<Study, Infeasible> {
+    fn study_of(
+        &self,
+        mut motion: Profile,
+        (asked, tried): (Objective, Vec<[f64; 2]>),
+        progress: &dyn Fn(Progress),
+    ) -> Result<Study, Infeasible> {
         let stage = |stage| progress(Progress { done: 0, total: 1, stage });
-        stage("profile");
-        let mut motion = self.task.solve_with(&|done, total| progress(Progress { done, total, stage: "profile" }))?;
         motion.series = without_rounding(motion.series);
         let rest = motion.series.a[0];
         if deviation::peak(&motion.series, 1).value.abs() <= STILL * rest.abs().max(1e-6 * self.task.scale()) {
@@ -183,6 +224,8 @@ impl Assignment {
             peaks: std::array::from_fn(|order| deviation::peak(&cam, order)),
             assignment: self.clone(),
             motion,
+            tried,
+            asked,
             cam,
             rivals,
             elastic,
@@ -314,16 +357,20 @@ fn without_rounding(mut series: Fourier) -> Fourier {
 /// The symmetric dwell task of section 4.6.4.1: stroke 1, dwells of half-width `half` at 0 and π.
 pub fn symmetric_task(order: usize, half: f64, objective: Objective) -> Task {
     let dwell = |centre: f64, u: f64| Range {
+        law: 0,
         from: centre - half,
         to: centre + half,
-        prescribed: [Some(Polynomial(vec![u])), None, None],
+        prescribed: [Some(Curve::polynomial(vec![u])), None, None],
         weight: 1.0,
     };
     Task {
         basis: Basis::new(order, Symmetry { even: true, half_wave: true }),
         ranges: vec![dwell(0.0, 0.5), dwell(PI, -0.5)],
+        laws: vec![1.0],
         points: Vec::new(),
         bounds: Vec::new(),
+        clearances: Vec::new(),
+        integral: None,
         objective,
         weights: [0.0; 2],
         speeds: None,

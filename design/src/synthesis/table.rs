@@ -5,7 +5,7 @@ use super::shaft::ShaftGoal;
 use super::shaft_study::Shafted;
 use super::study::Study;
 use super::{Norm, Objective};
-use crate::text::{self, Page, Table, csv, full, full_or_empty, number};
+use crate::text::{Page, Table, csv, full, full_or_empty, number};
 use camdrive::drives::Fault;
 use std::f64::consts::TAU;
 
@@ -45,6 +45,7 @@ impl Study {
             None if self.motion.series != self.cam => {
                 line(format!("Objective {objective} of the motion without elasticity: {}.", self.objective_value()));
             }
+            None if !self.assignment.names.laws.is_empty() => (),
             None => line(format!("Objective {objective}: {}.", self.objective_value())),
         }
         if self.assignment.unit != 1.0 {
@@ -74,7 +75,7 @@ impl Study {
                 ));
             }
         }
-        page.table("Coefficients", &self.coefficients());
+        page.table("Coefficients", &self.coefficients()).table("Largest errors on the way", &self.levels());
         if !task.ranges.is_empty() {
             for (title, errors) in self.deviations() {
                 page.table(&title, &self.deviation_table(errors));
@@ -91,10 +92,12 @@ impl Study {
         page.lines(self.of_elasticity()).table("Resonances of the cam, kη = 1", &self.resonances()).text()
     }
 
-    fn objective_value(&self) -> String {
+    pub(super) fn objective_value(&self) -> String {
         let value = self.motion.objective;
         let unit = self.assignment.unit;
         match self.assignment.task.objective {
+            Objective::MeanSquareAcceleration if unit == 1.0 => format!("{} m²/rad³", number(value)),
+            Objective::MeanSquareAcceleration => format!("{} scale²/rad³", number(value / unit.powi(2))),
             Objective::LeastSquares | Objective::DiscreteLeastSquares { .. } if unit == 1.0 => {
                 format!("{} m²", number(value))
             }
@@ -149,6 +152,22 @@ impl Study {
             }
             sizes.iter().any(|c| *c != 0.0).then_some(cells)
         });
+        Table::new(head, rows)
+    }
+
+    /// What was tried on the way to the longest dwell or to the fewest harmonics.
+    fn levels(&self) -> Table {
+        let head = match self.asked {
+            Objective::FewestHarmonics { .. } => "harmonics  least largest error",
+            _ => "widths over those of the task  least largest error",
+        };
+        let mut tried = self.tried.clone();
+        tried.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        let error =
+            |level: f64| if level.is_finite() { self.length(level) } else { "none keeps the bounds".to_owned() };
+        let mut rows: Vec<_> = tried.into_iter().map(|[x, level]| vec![number(x), error(level)]).collect();
+        // The last steps look alike.
+        rows.dedup();
         Table::new(head, rows)
     }
 
@@ -326,10 +345,7 @@ impl Study {
     }
 
     /// The result as JSON, in SI.
-    ///
-    /// # Errors
-    /// None in practice: all keys are texts.
-    pub fn json(&self) -> Result<String, Fault> {
+    pub(super) fn value(&self) -> serde_json::Value {
         let finite = |value: f64| value.is_finite().then_some(value);
         let list = |errors: &[[f64; 3]]| -> Vec<Vec<Option<f64>>> {
             errors.iter().map(|e| e.iter().map(|e| finite(*e)).collect()).collect()
@@ -348,7 +364,7 @@ impl Study {
                 })).collect::<Vec<_>>(),
             })
         });
-        let value = serde_json::json!({
+        serde_json::json!({
             "name": self.assignment.name,
             "objective": {
                 "kind": words(self.assignment.task.objective),
@@ -363,6 +379,7 @@ impl Study {
             "deviations_of_the_motion": list(&self.motion.errors),
             "peaks": self.peaks.iter().map(|p| p.value.abs()).collect::<Vec<_>>(),
             "local_optima": self.motion.optima,
+            "tried": self.tried.iter().map(|[number, level]| [finite(*number), finite(*level)]).collect::<Vec<_>>(),
             "error_of_the_cubics": self.cubics,
             "elastic_output": behind,
             "shaft": self.shaft.as_ref().map(|shaft| serde_json::json!({
@@ -373,13 +390,12 @@ impl Study {
                     "speed": at.w, "linear_torque": finite(at.linear), "nonlinear_torque": at.torque.as_ref().ok(),
                 })).collect::<Vec<_>>(),
             })),
-        });
-        text::json(&value)
+        })
     }
 }
 
 /// The objective as the source calls it.
-fn words(objective: Objective) -> &'static str {
+pub(super) fn words(objective: Objective) -> &'static str {
     match objective {
         Objective::LeastSquares => "S1 (integral of the squared errors)",
         Objective::DiscreteLeastSquares { .. } => "S2 (sum of the squared errors at points)",
@@ -387,6 +403,9 @@ fn words(objective: Objective) -> &'static str {
         Objective::DiscreteChebyshev { .. } => "S4 (largest error at points)",
         Objective::ChebyshevSum => "S5 (largest sum of the errors)",
         Objective::PeakAcceleration => "peak of |U″|",
+        Objective::MeanSquareAcceleration => "∫U″² dφ over the turn",
+        Objective::LongestDwell { .. } => "longest dwell",
+        Objective::FewestHarmonics { .. } => "fewest harmonics",
         Objective::PeakTorque => "peak of |U′U″|",
         Objective::ShaftTorque(ShaftGoal { norm: Norm::Peak, relative: true, .. }) => "largest shaft torque over m Ω²",
         Objective::ShaftTorque(ShaftGoal { norm: Norm::Rms, relative: true, .. }) => "mean shaft torque over m Ω²",

@@ -3,6 +3,7 @@
 mod bounds;
 mod feasibility;
 mod interior_point;
+mod levels;
 mod tables;
 
 use super::elastic::SpeedRange;
@@ -28,7 +29,8 @@ fn the_least_peak_acceleration_of_a_stroke() {
     // 4/π² (two parabolas); finite sums come close from above.
     let mut task = symmetric_task(9, 0.1, Objective::PeakAcceleration);
     task.ranges.clear();
-    task.points = vec![Point { phi: 0.0, order: 0, value: 0.5 }, Point { phi: PI, order: 0, value: -0.5 }];
+    task.points =
+        vec![Point { law: 0, phi: 0.0, order: 0, value: 0.5 }, Point { law: 0, phi: PI, order: 0, value: -0.5 }];
     let profile = task.solve().unwrap();
     let best = 4.0 / (PI * PI);
     assert!(profile.objective > best && profile.objective < 1.03 * best, "{} {best}", profile.objective);
@@ -41,7 +43,15 @@ fn a_bound_costs_dwell_accuracy() {
     let peak = |profile: &Profile| deviation::peak(&profile.series, 2).value.abs();
     let mut task = symmetric_task(9, half, Objective::Chebyshev);
     let limit = 0.9 * peak(&free);
-    task.bounds = vec![Bound { from: 0.0, to: TAU, order: 2, around: Polynomial::default(), min: -limit, max: limit }];
+    task.bounds = vec![Bound {
+        of: vec![(0, 1.0)],
+        from: 0.0,
+        to: TAU,
+        order: 2,
+        around: Curve::default(),
+        min: -limit,
+        max: limit,
+    }];
     let bounded = task.solve().unwrap();
     assert!(worst(&bounded) > worst(&free));
     assert!((peak(&bounded) / limit - 1.0).abs() < 1e-9, "{} {limit}", peak(&bounded));
@@ -51,8 +61,17 @@ fn a_bound_costs_dwell_accuracy() {
     assert!(peak(&squares) < limit * (1.0 + 1e-9));
     // No profile of this stroke accelerates so little.
     let limit = 0.2;
-    task.bounds = vec![Bound { from: 0.0, to: TAU, order: 2, around: Polynomial::default(), min: -limit, max: limit }];
-    task.points = vec![Point { phi: 0.0, order: 0, value: 0.5 }, Point { phi: PI, order: 0, value: -0.5 }];
+    task.bounds = vec![Bound {
+        of: vec![(0, 1.0)],
+        from: 0.0,
+        to: TAU,
+        order: 2,
+        around: Curve::default(),
+        min: -limit,
+        max: limit,
+    }];
+    task.points =
+        vec![Point { law: 0, phi: 0.0, order: 0, value: 0.5 }, Point { law: 0, phi: PI, order: 0, value: -0.5 }];
     match task.solve() {
         Err(Infeasible::Bound { index: 0, by, .. }) => assert!(by > 0.2 && by < 0.25, "{by}"),
         other => panic!("{other:?}"),
@@ -62,9 +81,10 @@ fn a_bound_costs_dwell_accuracy() {
 #[test]
 fn contradicting_points_are_named() {
     let mut task = symmetric_task(3, 0.3, Objective::LeastSquares);
-    task.points = vec![Point { phi: 0.0, order: 0, value: 0.5 }, Point { phi: PI, order: 0, value: 0.1 }];
-    task.points.push(Point { phi: 0.5, order: 0, value: 0.4 });
-    task.points.push(Point { phi: PI + 0.5, order: 0, value: 0.0 });
+    task.points =
+        vec![Point { law: 0, phi: 0.0, order: 0, value: 0.5 }, Point { law: 0, phi: PI, order: 0, value: 0.1 }];
+    task.points.push(Point { law: 0, phi: 0.5, order: 0, value: 0.4 });
+    task.points.push(Point { law: 0, phi: PI + 0.5, order: 0, value: 0.0 });
     assert!(matches!(task.solve(), Err(Infeasible::Point { .. })), "{:?}", task.solve());
 }
 
@@ -116,7 +136,8 @@ fn the_least_torque_of_a_stroke() {
     let mut task = symmetric_task(9, 0.1, Objective::PeakTorque);
     task.search = Search { starts: 3, seed: 7 };
     task.ranges.clear();
-    task.points = vec![Point { phi: 0.0, order: 0, value: 0.5 }, Point { phi: PI, order: 0, value: -0.5 }];
+    task.points =
+        vec![Point { law: 0, phi: 0.0, order: 0, value: 0.5 }, Point { law: 0, phi: PI, order: 0, value: -0.5 }];
     let profile = task.solve().unwrap();
     let least = 9.0 / (4.0 * PI.powi(3));
     assert!(profile.objective > least);
@@ -128,8 +149,16 @@ fn the_least_torque_of_a_stroke() {
     let mut dwelling = symmetric_task(9, PI / 6.0, Objective::PeakTorque);
     dwelling.search = task.search;
     for (from, value) in [(-PI / 6.0, 0.5), (PI - PI / 6.0, -0.5)] {
-        let around = Polynomial(vec![value]);
-        dwelling.bounds.push(Bound { from, to: from + PI / 3.0, order: 0, around, min: -1e-3, max: 1e-3 });
+        let around = Curve::polynomial(vec![value]);
+        dwelling.bounds.push(Bound {
+            of: vec![(0, 1.0)],
+            from,
+            to: from + PI / 3.0,
+            order: 0,
+            around,
+            min: -1e-3,
+            max: 1e-3,
+        });
     }
     let profile = dwelling.solve().unwrap();
     assert!(worst(&profile) < 1e-3 + 1e-7, "{:e}", worst(&profile));
@@ -139,14 +168,14 @@ fn the_least_torque_of_a_stroke() {
 
 /// A polynomial in one range and a dwell in another, with all derivatives weighted.
 fn weighted(objective: Objective) -> Task {
-    let rise = Polynomial(vec![0.2, 0.5, -0.3]);
-    let range = |from: f64, to: f64, u: Polynomial| {
+    let rise = Curve::polynomial(vec![0.2, 0.5, -0.3]);
+    let range = |from: f64, to: f64, u: Curve| {
         let (first, second) = (u.derivative(), u.derivative().derivative());
-        Range { from, to, prescribed: [Some(u), Some(first), Some(second)], weight: 1.0 }
+        Range { law: 0, from, to, prescribed: [Some(u), Some(first), Some(second)], weight: 1.0 }
     };
     Task {
         basis: Basis::new(3, Symmetry::default()),
-        ranges: vec![range(0.3, 1.2, rise), range(3.0, 4.5, Polynomial(vec![-0.1]))],
+        ranges: vec![range(0.3, 1.2, rise), range(3.0, 4.5, Curve::polynomial(vec![-0.1]))],
         weights: [0.4, 0.05],
         ..symmetric_task(3, 0.5, objective)
     }
@@ -186,7 +215,7 @@ fn the_ends_of_the_turn_are_one_point() {
     let mut task = symmetric_task(7, 0.3, Objective::PeakAcceleration);
     task.basis = Basis::new(7, Symmetry::default());
     task.ranges.clear();
-    let point = |phi: f64, value: f64| Point { phi, order: 0, value };
+    let point = |phi: f64, value: f64| Point { law: 0, phi, order: 0, value };
     task.points = vec![point(0.0, 0.5), point(TAU, 0.4), point(PI, -0.5)];
     assert!(matches!(task.solve(), Err(Infeasible::Point { by, .. }) if by < 0.11), "{:?}", task.solve());
     task.points[1].value = 0.5;
@@ -230,8 +259,16 @@ fn the_least_torque_of_an_elastic_shaft() {
     task.basis = Basis::new(7, Symmetry { even: false, half_wave: true });
     task.search = Search { starts: 1, seed: 1 };
     for (from, value) in [(-PI / 6.0, 0.5), (PI - PI / 6.0, -0.5)] {
-        let around = Polynomial(vec![value]);
-        task.bounds.push(Bound { from, to: from + PI / 3.0, order: 0, around, min: -2e-3, max: 2e-3 });
+        let around = Curve::polynomial(vec![value]);
+        task.bounds.push(Bound {
+            of: vec![(0, 1.0)],
+            from,
+            to: from + PI / 3.0,
+            order: 0,
+            around,
+            min: -2e-3,
+            max: 2e-3,
+        });
     }
     let profile = task.solve().unwrap();
     assert!(worst(&profile) < 2e-3 + 1e-7);

@@ -6,7 +6,7 @@
 use super::deviation::{self, Window};
 use super::nonlinear::{Norm, Values};
 use super::sampling::{COARSE, angles};
-use super::{Basis, Polynomial};
+use super::{Basis, Curve};
 use camdrive::motion::Fourier;
 use std::f64::consts::TAU;
 
@@ -14,14 +14,14 @@ use std::f64::consts::TAU;
 pub fn values(basis: &Basis, x: &[f64]) -> Values {
     let series = basis.series_of(x);
     let torque = deviation::torque(&series);
-    let target = Polynomial::default();
+    let target = Curve::default();
     let turn = Window { from: 0.0, to: TAU, order: 0, target: &target };
     // The product has waves twice as short.
     let mut places = angles(0.0, TAU, torque.order(), COARSE);
     places.extend(turn.extremes(&torque, 0.8).into_iter().map(|extreme| extreme.phi));
     let gradient = |phi: &f64| {
         let [_, first, second, ..] = series.at(*phi).0;
-        let (slopes, bends) = (basis.row(*phi, 1, None), basis.row(*phi, 2, None));
+        let (slopes, bends) = (basis.row(0, *phi, 1, None), basis.row(0, *phi, 2, None));
         slopes.iter().zip(&bends).map(|(slope, bend)| slope.hi * second + first * bend.hi).collect()
     };
     let values = places.iter().map(|phi| torque.at(*phi).0[0]).collect();

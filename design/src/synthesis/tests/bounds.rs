@@ -6,7 +6,7 @@ use super::*;
 use nalgebra::DMatrix;
 
 fn whole_turn(order: usize, min: f64, max: f64) -> Bound {
-    Bound { from: 0.0, to: TAU, order, around: Polynomial::default(), min, max }
+    Bound { of: vec![(0, 1.0)], from: 0.0, to: TAU, order, around: Curve::default(), min, max }
 }
 
 /// SplitMix64.
@@ -34,8 +34,9 @@ fn random_task(random: &mut Random) -> Task {
     let objective =
         random.one_of(&[Objective::Chebyshev, Objective::ChebyshevSum, Objective::DiscreteChebyshev { points: 40 }]);
     let mut task = Task { basis: Basis::new(order, Symmetry::default()), ..symmetric_task(order, 0.5, objective) };
-    task.ranges = vec![Range { from, to, prescribed: [Some(Polynomial(vec![1.0])), None, None], weight: 1.0 }];
-    task.points = vec![Point { phi: 5.2, order: 0, value: random.between(0.0, 0.75) }];
+    task.ranges =
+        vec![Range { law: 0, from, to, prescribed: [Some(Curve::polynomial(vec![1.0])), None, None], weight: 1.0 }];
+    task.points = vec![Point { law: 0, phi: 5.2, order: 0, value: random.between(0.0, 0.75) }];
     task.bounds = vec![whole_turn(0, -0.05, random.one_of(&[1.0005, 1.005, 1.05, 1.1]))];
     task
 }
@@ -45,7 +46,7 @@ fn over_a_raster(task: &Task) -> f64 {
     let n = task.basis.size();
     let (mut rows, mut limits) = (Vec::new(), Vec::new());
     let mut add = |phi: f64, level: f64, limit: f64, sign: f64| {
-        let row = task.basis.row(phi, 0, None).into_iter().map(|v| sign * v.hi).chain([-level]);
+        let row = task.basis.row(0, phi, 0, None).into_iter().map(|v| sign * v.hi).chain([-level]);
         rows.push(row.collect::<Vec<f64>>());
         limits.push(limit);
     };
@@ -91,9 +92,9 @@ fn an_inactive_bound_changes_nothing() {
 fn derivatives_without_weight_do_not_count() {
     // S5 then is S3.
     let degrees = |from: f64, to: f64, u: f64| {
-        let zero = || Some(Polynomial(vec![0.0]));
-        let prescribed = [Some(Polynomial(vec![u])), zero(), zero()];
-        Range { from: from.to_radians(), to: to.to_radians(), prescribed, weight: 1.0 }
+        let zero = || Some(Curve::polynomial(vec![0.0]));
+        let prescribed = [Some(Curve::polynomial(vec![u])), zero(), zero()];
+        Range { law: 0, from: from.to_radians(), to: to.to_radians(), prescribed, weight: 1.0 }
     };
     let level = |objective: Objective| {
         let mut task = symmetric_task(11, 0.5, objective);
@@ -115,7 +116,7 @@ fn random_tasks_with_bounds_are_solved_to_their_optimum() {
         let task = random_task(&mut random);
         let profile = task.solve().unwrap_or_else(|fault| panic!("{i}: {fault:?}\n{task:?}"));
         let series = &profile.series;
-        let turn = Window { from: 0.0, to: TAU, order: 0, target: &Polynomial::default() };
+        let turn = Window { from: 0.0, to: TAU, order: 0, target: &Curve::default() };
         let extremes = turn.extremes(series, 0.0).into_iter().map(|e| e.value);
         let [low, high] = extremes.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], u| [a.min(u), b.max(u)]);
         assert!(low > -0.05 - 1e-14 && high < task.bounds[0].max + 1e-14, "{i}: {low} {high}");
@@ -137,10 +138,13 @@ fn bounds_that_contradict_a_tolerance_are_named() {
     let mut random = Random(9);
     for _ in 0..10 {
         let mut task = random_task(&mut random);
-        let around = Polynomial(vec![1.0]);
+        let around = Curve::polynomial(vec![1.0]);
         let Range { from, to, .. } = task.ranges[0];
         // At least 0.99 here and at most 0.98 there: both give way by 0.005, and by what the profile cannot be straight.
-        task.bounds = vec![whole_turn(0, -2.0, 0.98), Bound { from, to, order: 0, around, min: -0.01, max: 0.01 }];
+        task.bounds = vec![
+            whole_turn(0, -2.0, 0.98),
+            Bound { of: vec![(0, 1.0)], from, to, order: 0, around, min: -0.01, max: 0.01 },
+        ];
         match task.solve() {
             Err(Infeasible::Bound { by, .. }) => assert!((0.005..0.0051).contains(&by), "{by}"),
             other => panic!("{other:?}"),
@@ -209,6 +213,7 @@ fn a_cam_that_would_stand_still_is_refused() {
         elasticity: Some(elasticity),
         shaft: None,
         scene: None,
+        files: Vec::new(),
     };
     match assignment.study(&|_| {}) {
         Err(Infeasible::Numerical(text)) => assert!(text.contains("k = 1 at 573 rpm"), "{text}"),

@@ -4,13 +4,21 @@ use super::super::study::{Assignment, Elasticity, Method, Names};
 use super::*;
 
 fn degrees(from: f64, to: f64, u: f64) -> Range {
-    let zero = || Some(Polynomial(vec![0.0]));
-    let prescribed = [Some(Polynomial(vec![u])), zero(), zero()];
-    Range { from: from.to_radians(), to: to.to_radians(), prescribed, weight: 1.0 }
+    let zero = || Some(Curve::polynomial(vec![0.0]));
+    let prescribed = [Some(Curve::polynomial(vec![u])), zero(), zero()];
+    Range { law: 0, from: from.to_radians(), to: to.to_radians(), prescribed, weight: 1.0 }
 }
 
 fn bound(from: f64, to: f64, order: usize, min: f64, max: f64) -> Bound {
-    Bound { from: from.to_radians(), to: to.to_radians(), order, around: Polynomial::default(), min, max }
+    Bound {
+        of: vec![(0, 1.0)],
+        from: from.to_radians(),
+        to: to.to_radians(),
+        order,
+        around: Curve::default(),
+        min,
+        max,
+    }
 }
 
 fn task(order: usize, ranges: Vec<Range>, bounds: Vec<Bound>) -> Task {
@@ -27,14 +35,14 @@ fn a_point_beyond_a_bound_is_named() {
         (1, bound(-180.0, -27.0, 1, -4.5, f64::INFINITY), 293.0, -5.0, 0.5),
     ] {
         let mut task = task(5, dwell(), vec![bound]);
-        task.points = vec![Point { phi: phi.to_radians(), order, value }];
+        task.points = vec![Point { law: 0, phi: phi.to_radians(), order, value }];
         let fault = task.solve().unwrap_err();
         match fault {
             Infeasible::Outside { point: 0, bound: 0, by } => assert!((by - expected).abs() < 1e-12, "{by}"),
             ref other => panic!("{other:?}"),
         }
         let names =
-            Names { points: vec!["point[1]".to_owned()], bounds: vec!["bound[1]".to_owned()], ranges: Vec::new() };
+            Names { points: vec!["point[1]".to_owned()], bounds: vec!["bound[1]".to_owned()], ..Names::default() };
         let text = fault.words(&task, &names);
         assert!(text.contains("`point[1]`") && text.contains("of `bound[1]` by"), "{text}");
         // Where the bound does not reach, the point is free.
@@ -48,7 +56,7 @@ fn a_point_beyond_a_bound_is_named() {
 fn the_bounds_that_contradict_each_other_are_named() {
     // 0.99 at least from 73° to 175°, 0.3 at most from 154° to 218°; another tolerance and another bound can be kept.
     let mut task = task(11, vec![degrees(73.0, 175.0, 1.0)], Vec::new());
-    let tolerance = Bound { around: Polynomial(vec![1.0]), ..bound(73.0, 175.0, 0, -0.01, 0.01) };
+    let tolerance = Bound { around: Curve::polynomial(vec![1.0]), ..bound(73.0, 175.0, 0, -0.01, 0.01) };
     let easy = bound(-39.0, -11.0, 0, -0.5, 0.5);
     task.bounds = vec![easy, tolerance, bound(154.0, 218.0, 0, f64::NEG_INFINITY, 0.3)];
     for objective in [Objective::Chebyshev, Objective::LeastSquares, Objective::ChebyshevSum] {
@@ -67,7 +75,7 @@ fn the_bounds_that_contradict_each_other_are_named() {
     task.objective = Objective::Chebyshev;
     task.ranges.clear();
     task.bounds = vec![bound(0.0, 360.0, 0, -1.0, 1.0)];
-    task.points = vec![Point { phi: 2.0, order: 1, value: 22.0 }];
+    task.points = vec![Point { law: 0, phi: 2.0, order: 1, value: 22.0 }];
     match task.solve().unwrap_err() {
         Infeasible::Bound { index: 0, by, points: true, .. } => assert!((by - 1.0).abs() < 1e-8, "{by}"),
         other => panic!("{other:?}"),
@@ -82,8 +90,7 @@ fn a_bound_in_a_short_range_does_not_let_the_profile_grow() {
     let free = task.solve().unwrap();
     task.bounds = vec![bound(-76.0, -52.0, 0, f64::NEG_INFINITY, 3.0)];
     let kept = task.solve().unwrap();
-    let highest =
-        Window { from: -76_f64.to_radians(), to: -52_f64.to_radians(), order: 0, target: &Polynomial::default() };
+    let highest = Window { from: -76_f64.to_radians(), to: -52_f64.to_radians(), order: 0, target: &Curve::default() };
     assert!(highest.largest(&kept.series).value < 3.0 + 1e-14);
     assert!(kept.objective >= free.objective * (1.0 - 1e-9) && kept.excess < 1e-11 * kept.objective, "{kept:?}");
     // By another linear program over 1501 angles of each range.
@@ -125,6 +132,7 @@ fn assignment(task: Task, ranges: &[&str]) -> Assignment {
         elasticity: None,
         shaft: None,
         scene: None,
+        files: Vec::new(),
     }
 }
 
@@ -141,7 +149,7 @@ fn the_report_tells_the_deviations_of_what_is_delivered() {
     };
     let task = symmetric_task(5, PI / 6.0, Objective::Chebyshev);
     let assignment = Assignment { elasticity: Some(elasticity), ..assignment(task, &[]) };
-    let study = assignment.study(&|_| {}).unwrap();
+    let study = assignment.study(&|_| {}).unwrap().studies.remove(0);
     let behind = study.elastic.as_ref().unwrap();
     let largest = |list: &[[f64; 3]]| list.iter().map(|e| e[0]).fold(0.0, f64::max);
     // The worst speed is what the robust problem made small, and more than at rest.
@@ -165,7 +173,7 @@ fn the_report_tells_the_deviations_of_what_is_delivered() {
 
 /// U⁽ⁿ⁾ = value at an angle in degrees, converted as a task file is.
 fn point(phi: f64, order: usize, value: f64) -> Point {
-    Point { phi: phi * PI / 180.0, order, value }
+    Point { law: 0, phi: phi * PI / 180.0, order, value }
 }
 
 #[test]
@@ -226,7 +234,7 @@ fn a_point_that_follows_from_others_changes_nothing() {
 #[test]
 fn rest_at_the_turning_point_of_an_even_profile_costs_nothing() {
     // Near 0 within ±42° to 2 mm, 800 mm at 180°, |U′| ≤ 500 mm/rad: U′(180°) = 0 holds for every sum of cosines.
-    let dwell = Bound { around: Polynomial(vec![0.0]), ..bound(-42.0, 42.0, 0, -0.002, 0.002) };
+    let dwell = Bound { around: Curve::polynomial(vec![0.0]), ..bound(-42.0, 42.0, 0, -0.002, 0.002) };
     let mut task = task(6, vec![degrees(-42.0, 42.0, 0.0)], vec![dwell, bound(0.0, 360.0, 1, -0.5, 0.5)]);
     task.basis = Basis::new(6, Symmetry { even: true, half_wave: false });
     task.objective = Objective::PeakAcceleration;
@@ -254,7 +262,7 @@ fn half_wave_symmetry_is_about_the_mean() {
     let about_zero = symmetric_task(5, PI / 6.0, Objective::Chebyshev).solve().unwrap();
     let mut task = symmetric_task(5, PI / 6.0, Objective::Chebyshev);
     for range in &mut task.ranges {
-        range.prescribed[0].as_mut().unwrap().0[0] += 0.5;
+        range.prescribed[0].as_mut().unwrap().add(0.5, &Curve::polynomial(vec![1.0]));
     }
     let lifted = task.solve().unwrap();
     assert!((lifted.series.a[0] - 0.5).abs() < 1e-15 && (lifted.objective - about_zero.objective).abs() < 1e-15);
@@ -283,7 +291,15 @@ fn a_task_that_no_motion_fulfils_best_is_refused() {
                 for range in &task.ranges {
                     let around = range.prescribed[0].clone().unwrap();
                     let Range { from, to, .. } = *range;
-                    task.bounds.push(Bound { from, to, order: 0, around, min: -0.0011, max: 0.0011 });
+                    task.bounds.push(Bound {
+                        of: vec![(0, 1.0)],
+                        from,
+                        to,
+                        order: 0,
+                        around,
+                        min: -0.0011,
+                        max: 0.0011,
+                    });
                 }
             }
             let assignment = assignment(task, &["dwell[1]", "dwell[2]"]);

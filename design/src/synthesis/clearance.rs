@@ -1,0 +1,155 @@
+//! Two tools on straight lines that keep clear of each other.
+//!
+//! d = d₀ + Uₐ eₐ − U_b e_b leads from tool b to tool a, |d| ≥ r at all angles. With v = d/|d| of the last profiles the
+//! condition vᵀd ≥ r is linear and stricter: whatever keeps it keeps |d| ≥ r, and the last profiles keep it too. So each
+//! step is admissible and no step is worse than the one before. What it ends at is an optimum beside its neighbours; it
+//! is looked for on both sides of the place where the tools would be nearest.
+//!
+//! Source: S. Boyd, L. Vandenberghe, *Convex Optimization*, 2004, section 4.1 (restriction of a condition by its
+//! linearisation); T. Lipp, S. Boyd, "Variations and extension of the convex–concave procedure", Optim. Eng. 17 (2016)
+//! 263–287.
+
+use super::deviation::Extreme;
+use super::family::{Family, Term};
+use super::sampling::{FINE, angles};
+use super::{Infeasible, Optimum, Task};
+use crate::search::local_maxima;
+use camdrive::motion::Fourier;
+use camdrive::numerics::double_double::Double;
+use std::f64::consts::TAU;
+
+/// Linear programs on one side.
+const STEPS: usize = 200;
+
+/// A step that gains less than this part of the objective is the last one.
+const DONE: f64 = 1e-13;
+
+/// Two tools and their distance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Clearance {
+    /// a and b, from 0.
+    pub laws: [usize; 2],
+    /// d₀, from tool b to tool a where both U are zero (m).
+    pub offset: [f64; 2],
+    /// The angles of eₐ and e_b (rad).
+    pub directions: [f64; 2],
+    /// r (m).
+    pub distance: f64,
+}
+
+/// The linear condition that is made of a clearance about two motions.
+#[derive(Clone, Debug)]
+pub struct Tangent {
+    clearance: Clearance,
+    /// Uₐ and U_b.
+    motions: [Fourier; 2],
+    /// Added to d before its direction is taken.
+    shift: [f64; 2],
+}
+
+impl Clearance {
+    /// In units of `scale`.
+    fn over(&self, scale: f64) -> Self {
+        let (offset, distance) = (self.offset.map(|d| d / scale), self.distance / scale);
+        Clearance { offset, distance, ..*self }
+    }
+
+    /// d.
+    fn between(&self, u: [f64; 2]) -> [f64; 2] {
+        let [a, b] = self.directions.map(|angle| <[f64; 2]>::from(angle.sin_cos()));
+        [self.offset[0] + u[0] * a[1] - u[1] * b[1], self.offset[1] + u[0] * a[0] - u[1] * b[0]]
+    }
+
+    /// d of two motions.
+    fn at(&self, motions: &[Fourier; 2], phi: f64) -> [f64; 2] {
+        self.between([0, 1].map(|i| motions[i].at(phi).0[0]))
+    }
+
+    /// |d| of two motions (m).
+    pub fn apart(&self, motions: &[Fourier; 2], phi: f64) -> f64 {
+        let [x, y] = self.at(motions, phi);
+        x.hypot(y)
+    }
+
+    /// The least distance over the turn, and where it is; the motions are those of tools a and b.
+    pub fn least(&self, motions: &[Fourier; 2]) -> Extreme {
+        let order = motions.iter().map(Fourier::order).max().unwrap_or(0);
+        let near = |phi: f64| -self.apart(motions, phi);
+        let places = local_maxima(&angles(0.0, TAU, 2 * order, FINE), f64::NEG_INFINITY, near);
+        let extremes = places.into_iter().map(|phi| Extreme { value: -near(phi), phi });
+        extremes.min_by(|a, b| a.value.total_cmp(&b.value)).unwrap_or(Extreme { value: 0.0, phi: 0.0 })
+    }
+}
+
+impl Tangent {
+    /// v; anything where d vanishes.
+    fn normal(&self, phi: f64) -> [f64; 2] {
+        let [x, y] = self.clearance.at(&self.motions, phi);
+        let [x, y] = [x + self.shift[0], y + self.shift[1]];
+        let size = x.hypot(y);
+        if size > 0.0 { [x / size, y / size] } else { [1.0, 0.0] }
+    }
+
+    /// −vᵀ(Uₐ eₐ − U_b e_b).
+    pub fn terms(&self, phi: f64) -> Vec<Term> {
+        let [x, y] = self.normal(phi);
+        let along = |angle: f64| x * angle.cos() + y * angle.sin();
+        let [a, b] = self.clearance.directions.map(along);
+        let [law_a, law_b] = self.clearance.laws;
+        vec![Term { law: law_a, order: 0, factor: -a }, Term { law: law_b, order: 0, factor: b }]
+    }
+
+    /// vᵀd₀.
+    pub fn target(&self, phi: f64) -> f64 {
+        let ([x, y], [p, q]) = (self.normal(phi), self.clearance.offset);
+        x * p + y * q
+    }
+}
+
+impl Task {
+    /// The best profiles that keep clear, in units of `scale`.
+    pub(super) fn clear(&self, scale: f64, progress: &dyn Fn(usize, usize)) -> Result<Optimum, Infeasible> {
+        let free = self.optimum(scale, Vec::new())?;
+        let mut best: Option<Optimum> = None;
+        for side in 0..2 {
+            if let Ok(found) = self.clear_on(side, &free.best.x, scale)
+                && best.as_ref().is_none_or(|best| found.objective < best.objective)
+            {
+                best = Some(found);
+            }
+            progress(side + 1, 2);
+        }
+        best.ok_or_else(|| {
+            let text = "the tools cannot keep clear of each other by what `clearance` says together with the other conditions, \
+                        on neither side\n  = hint: take a smaller `distance`, more harmonics or wider bounds";
+            Infeasible::Numerical(text.to_owned())
+        })
+    }
+
+    /// The same from the profiles that do not keep clear, on their side (0) or past the other tool (1).
+    fn clear_on(&self, side: usize, start: &[Double], scale: f64) -> Result<Optimum, Infeasible> {
+        let mut about = start.to_vec();
+        let mut best: Option<Optimum> = None;
+        for step in 0..STEPS {
+            let tangent = |clearance: &Clearance| {
+                let clearance = clearance.over(scale);
+                let motions = clearance.laws.map(|law| self.basis.series(law, &about, 1.0));
+                let [x, y] = clearance.at(&motions, clearance.least(&motions).phi);
+                let shift = if side == 1 && step == 0 { [-2.0 * x, -2.0 * y] } else { [0.0; 2] };
+                let mut family = Family::new(0.0, TAU);
+                family.limit = -clearance.distance;
+                family.tangent = Some(Tangent { clearance, motions, shift });
+                family
+            };
+            let next = self.optimum(scale, self.clearances.iter().map(tangent).collect())?;
+            let gain = best.as_ref().map_or(f64::INFINITY, |last| last.objective - next.objective);
+            about.clone_from(&next.best.x);
+            let least = DONE * next.objective.abs();
+            best = Some(next);
+            if gain <= least {
+                break;
+            }
+        }
+        best.ok_or_else(|| Infeasible::Numerical("no step was made".to_owned()))
+    }
+}

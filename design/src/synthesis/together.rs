@@ -1,0 +1,152 @@
+//! The laws of a task that are found together: what they cost, and how they keep their restrictions and their distances.
+
+use super::clearance::Clearance;
+use super::deviation::{Extreme, Window};
+use super::remarks::degrees;
+use super::study::{Assignment, Study};
+use super::table::words;
+use super::{Bound, Infeasible};
+use crate::Progress;
+use crate::plot::{Axis, Diagram, Rule, Series};
+use crate::text::{self, Page, Table};
+use camdrive::drives::Fault;
+use camdrive::motion::Fourier;
+use serde_json::{Value, json};
+use std::f64::consts::TAU;
+
+/// Points of a curve over the turn.
+const POINTS: usize = 721;
+
+/// The result of a task.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Together {
+    /// What was asked.
+    pub assignment: Assignment,
+    /// Each law.
+    pub studies: Vec<Study>,
+}
+
+impl Bound {
+    /// The least way to a bound, where it is; negative beyond it.
+    pub fn reserve(&self, laws: &[Fourier]) -> Extreme {
+        // Of the distance to each side that there is, as a maximum of what is bounded or of its negative.
+        let side = |sign: f64, limit: f64| {
+            let mut sum = Fourier::new(vec![0.0], Vec::new());
+            for (law, factor) in &self.of {
+                let part = laws[*law].scaled(sign * factor);
+                let order = sum.order().max(part.order());
+                let term = |list: &[f64], k: usize| list.get(k).copied().unwrap_or(0.0);
+                let both = |x: &[f64], y: &[f64]| (0..=order).map(|k| term(x, k) + term(y, k)).collect();
+                sum = Fourier::new(both(&sum.a, &part.a), both(&sum.b, &part.b));
+            }
+            let mut target = super::Curve::default();
+            target.add(sign, &self.around);
+            let window = Window { from: self.from, to: self.to, order: self.order, target: &target };
+            let largest = window.maxima(&sum).into_iter().max_by(|a, b| a.value.total_cmp(&b.value));
+            largest.map(|extreme| Extreme { value: limit - extreme.value, phi: extreme.phi })
+        };
+        let sides = [(1.0, self.max), (-1.0, -self.min)].into_iter().filter(|(_, limit)| limit.is_finite());
+        let reserves = sides.filter_map(|(sign, limit)| side(sign, limit));
+        let none = Extreme { value: f64::INFINITY, phi: self.from };
+        reserves.min_by(|a, b| a.value.total_cmp(&b.value)).unwrap_or(none)
+    }
+}
+
+impl Assignment {
+    /// The profiles of all laws with all that is to be known of them.
+    pub fn study(&self, progress: &dyn Fn(Progress)) -> Result<Together, Infeasible> {
+        Ok(Together { assignment: self.clone(), studies: self.studies(progress)? })
+    }
+}
+
+impl Together {
+    fn motions(&self) -> Vec<Fourier> {
+        self.studies.iter().map(|study| study.cam.clone()).collect()
+    }
+
+    /// Each restriction of several laws with its reserve.
+    fn restrictions(&self) -> Vec<(&str, &Bound, Extreme)> {
+        let (motions, given) = (self.motions(), &self.assignment);
+        let named = given.task.bounds.iter().zip(&given.names.bounds).filter(|(bound, _)| bound.of.len() > 1);
+        named.map(|(bound, name)| (name.as_str(), bound, bound.reserve(&motions))).collect()
+    }
+
+    /// The motions of the two tools of a clearance.
+    fn tools(&self, clearance: &Clearance) -> [Fourier; 2] {
+        clearance.laws.map(|law| self.studies[law].cam.clone())
+    }
+
+    /// Each clearance with the least distance.
+    fn clearances(&self) -> impl Iterator<Item = (&Clearance, Extreme)> {
+        self.assignment.task.clearances.iter().map(|clearance| (clearance, clearance.least(&self.tools(clearance))))
+    }
+
+    fn name_of(&self, law: usize) -> &str {
+        self.assignment.names.laws.get(law).map_or("", String::as_str)
+    }
+
+    /// The report; its tables for lines of `width` characters.
+    pub fn text(&self, width: usize) -> String {
+        let [first, others @ ..] = &self.studies[..] else { return String::new() };
+        if others.is_empty() {
+            return first.text(width);
+        }
+        let mut page = Page::new(&self.assignment.name, width);
+        let kind = words(self.assignment.task.objective);
+        page.lines([format!("Objective {kind} of {} laws: {}.", self.studies.len(), first.objective_value())]);
+        let restrictions = self.restrictions().into_iter().map(|(name, bound, reserve)| {
+            let angles = [bound.from, bound.to].map(degrees);
+            [&[name.to_owned()], &angles[..], &[first.length(reserve.value), degrees(reserve.phi)]].concat()
+        });
+        page.table("Restrictions", &Table::new("restriction  from [deg]  to [deg]  reserve  at [deg]", restrictions));
+        let clearances = self.clearances().map(|(clearance, least)| {
+            let [a, b] = clearance.laws.map(|law| self.name_of(law).to_owned());
+            let lengths = [clearance.distance, least.value].map(|d| first.length(d));
+            [&[a, b], &lengths[..], &[degrees(least.phi)]].concat()
+        });
+        let head = "tool  and tool  distance asked for  least distance  at [deg]";
+        page.table("Distances over the turn", &Table::new(head, clearances));
+        let laws = self.studies.iter().map(|study| study.text(width));
+        std::iter::once(page.text()).chain(laws).collect::<Vec<_>>().join("\n")
+    }
+
+    /// The result as JSON, in SI.
+    ///
+    /// # Errors
+    /// None in practice: all keys are texts.
+    pub fn json(&self) -> Result<String, Fault> {
+        let [first, others @ ..] = &self.studies[..] else { return text::json(&Value::Null) };
+        if others.is_empty() {
+            return text::json(&first.value());
+        }
+        let kept = |(name, _, reserve): (&str, &Bound, Extreme)| json!({ "name": name, "reserve": reserve.value, "phi": reserve.phi });
+        let clear = |(clearance, least): (&Clearance, Extreme)| {
+            let laws = clearance.laws.map(|law| self.name_of(law));
+            json!({ "laws": laws, "distance": clearance.distance, "least_distance": least.value, "phi": least.phi })
+        };
+        text::json(&json!({
+            "name": self.assignment.name,
+            "objective": { "kind": words(self.assignment.task.objective), "value": first.motion.objective },
+            "restrictions": self.restrictions().into_iter().map(kept).collect::<Vec<_>>(),
+            "clearances": self.clearances().map(clear).collect::<Vec<_>>(),
+            "laws": self.studies.iter().map(Study::value).collect::<Vec<_>>(),
+        }))
+    }
+
+    /// The distances over the turn, where some are asked for.
+    pub fn figure(&self) -> Option<Diagram> {
+        let unit = self.assignment.unit;
+        let (mut series, mut rules) = (Vec::new(), Vec::new());
+        for clearance in &self.assignment.task.clearances {
+            let (tools, [a, b]) = (self.tools(clearance), clearance.laws.map(|law| self.name_of(law)));
+            let points = (0..POINTS).map(|i| TAU * i as f64 / (POINTS - 1) as f64);
+            let apart = |phi: f64| [phi.to_degrees(), clearance.apart(&tools, phi) / unit];
+            series.push(Series::line(format!("{a} and {b}"), points.map(apart)));
+            rules.push(Rule::Horizontal(clearance.distance / unit, "asked for".to_owned()));
+        }
+        let label = format!("Distance {}", self.studies.first()?.unit_name(""));
+        let axes = [Axis::angular("Angle φ [°]"), Axis::linear(&label)];
+        let title = format!("Distances of the tools of {} over the turn", self.assignment.name);
+        (!series.is_empty()).then(|| Diagram::new(title, axes, series, rules))
+    }
+}
