@@ -238,6 +238,7 @@ fn play_is_crossed_where_the_acceleration_changes_its_sign_and_in_no_dwell() {
         return_angle: 1.6,
         rise_law: StandardLaw::ModifiedSine,
         return_law: StandardLaw::Polynomial345,
+        inflections: [None; 2],
     };
     let plan = plan(lever(0.18, 0.12, 0.12, 1.0), false, 0.6, 1.0, 0.02, Cut::Groove);
     let machine = machine(30.0, Follower::new(1.5, MotionLaw::Cycle(Cycle::new(law))), plan, Loads::default());
