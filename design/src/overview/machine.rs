@@ -26,6 +26,8 @@ pub fn tell(overview: &mut Overview, scene: &Scene) {
     for (j, follower) in scene.followers.iter().enumerate() {
         let prefix = format!("follower[{}].", j + 1);
         overview.roughness(&format!("{prefix}cam"), &follower.cam);
+        let lever = follower.turns || !follower.linkage.0.is_empty();
+        overview.motions(&format!("{prefix}cam"), &follower.cam, if lever { "rad" } else { "m" });
         let tools: Vec<[f64; 5]> = angles().map(|phi| follower.tool(follower.cam.at(phi).0)).collect();
         let motion = [0, 1, 2].map(|n| tools.iter().map(|tool| tool[n]).collect());
         overview.motion(&prefix, motion, follower.m, running.map(|(mean, _)| mean), follower.turns);

@@ -5,6 +5,7 @@
 //! m q̈ + b q̇ + c q = f + Ω² f₂ with the means m, b, c over a turn ([`camdrive::drives::oscillator`]): harmonic k of its load
 //! deforms it by |f + Ω² f₂|ₖ / |c − m (kΩ)² + i b kΩ|, largest near kΩ = ω₀ = √(c/m).
 
+mod characteristic;
 mod implausible;
 mod machine;
 mod roughness;
@@ -13,6 +14,8 @@ mod tests;
 mod vibration;
 
 pub use machine::running;
+
+pub use characteristic::Motion;
 
 use crate::resource::Resource;
 use crate::text;
@@ -33,6 +36,8 @@ use std::f64::consts::TAU;
 pub struct Overview {
     /// Its figures, in the order in which they are told.
     pub figures: Vec<Figure>,
+    /// The motions of its laws between their stops, with their characteristic values.
+    pub motions: Vec<Motion>,
     /// The resonances nearest to the speed; without a speed the strongest ones.
     pub resonances: Vec<Resonance>,
     /// What is hardly meant.
@@ -166,6 +171,7 @@ impl Overview {
     /// The motion of a mass on a cam.
     fn cam(&mut self, law: &MotionLaw, mass: f64, speed: Option<f64>) {
         self.roughness("cam", law);
+        self.motions("cam", law, "m");
         let [u, u1, u2, ..] = std::array::from_fn::<Vec<f64>, 5, _>(|n| angles().map(|phi| law.at(phi).0[n]).collect());
         self.motion("", [u, u1, u2], mass, speed, false);
     }
@@ -200,7 +206,8 @@ impl Overview {
             )
         };
         let figures = self.figures.iter().map(|f| (f.name.replace('_', " "), f.shown.clone()));
-        let rows: Vec<(String, String)> = figures.chain(self.resonances.iter().map(resonance)).collect();
+        let motions = self.motions.iter().map(|motion| (format!("motion of {}", motion.law), motion.text()));
+        let rows: Vec<(String, String)> = figures.chain(motions).chain(self.resonances.iter().map(resonance)).collect();
         let width = rows.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0);
         rows.iter().map(|(name, text)| format!("  {name:<width$}  {text}\n")).collect()
     }

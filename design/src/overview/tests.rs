@@ -220,3 +220,70 @@ fn noise_is_told_as_what_the_spline_makes_of_it() {
 fn nothing_is_shown_in_a_plain_unit() {
     assert_eq!([shown(0.0, "N"), shown(0.0, "N.m"), shown(0.0, "m")], ["0 N", "0 N·m", "0 mm"]);
 }
+
+#[test]
+fn the_motions_of_a_cycle_have_the_characteristic_values_of_their_laws() {
+    for (law, inflection) in StandardLaw::ALL.into_iter().flat_map(|law| [(law, None), (law, Some(0.4))]) {
+        let plan = CyclePlan {
+            stroke: 0.04,
+            lower: 0.01,
+            rise_start: 5.5,
+            rise_angle: 1.5,
+            upper_dwell: 0.7,
+            return_angle: 2.0,
+            rise_law: law,
+            return_law: law,
+            inflections: [None, inflection],
+        };
+        let motions = characteristic::motions("cam", &MotionLaw::Cycle(Cycle::new(plan)), "m");
+        let [back, rise] = &motions[..] else { panic!("{motions:?}") };
+        let exact = [law.peak(1), law.peak(2), law.peak(3), law.torque_peak()];
+        // Peaks on an acceleration's jump are met half a sample beside it; a shifted inflection divides them by 2λ and 4λ².
+        let shift = inflection.map_or([1.0; 4], |part| [1.0, 0.5 / part, 0.25 / (part * part), 0.5 / part]);
+        for (motion, shift, [from, angle, lift]) in
+            [(rise, [1.0; 4], [5.5, 1.5, 0.04]), (back, shift, [1.4168146928, 2.0, -0.04])]
+        {
+            for (found, value) in [motion.from, motion.angle, motion.lift].into_iter().zip([from, angle, lift]) {
+                assert!((found - value).abs() < 1e-10, "{law:?} {motion:?}");
+            }
+            let found = [motion.velocity, motion.acceleration, motion.jerk, motion.torque];
+            for ((found, exact), shift) in found.into_iter().zip(exact).zip(shift) {
+                assert!((found / (exact * shift) - 1.0).abs() < 1e-3, "{law:?} {motion:?}");
+            }
+        }
+    }
+    // A cosine between its stops is the simple sine.
+    let motions = characteristic::motions("cam", &cosine(0.02), "m");
+    assert_eq!(motions.len(), 2);
+    assert!((motions[0].angle - TAU / 2.0).abs() < 1e-12 && (motions[0].lift.abs() - 0.04).abs() < 1e-15);
+    assert!((motions[0].acceleration - StandardLaw::SimpleSine.peak(2)).abs() < 1e-6);
+}
+
+#[test]
+fn jumps_and_overshoots_of_a_plan_are_told() {
+    use camdrive::motion::{MotionPlan, PlanPoint};
+    let point = |phi: f64, u: f64| PlanPoint {
+        phi,
+        u,
+        velocity: None,
+        acceleration: None,
+        free: false,
+        jerk: None,
+        law: None,
+        inflection: None,
+    };
+    let warnings = |points: Vec<PlanPoint>| {
+        let mut overview = Overview::default();
+        overview.motions("cam", &MotionLaw::Plan(MotionPlan::new(points)), "m");
+        overview.warnings.into_iter().map(|warning| warning.message).collect::<Vec<_>>()
+    };
+    assert_eq!(warnings(vec![point(0.0, 0.0), point(2.0, 0.03), point(4.0, 0.01)]), [""; 0]);
+    // Half a simple sine on both sides with their inflections in the middle: vₘ (π/2)/(β/2), vₘ = (h/β)/(σ₀/2 + 1/π).
+    let turn = PlanPoint { free: true, inflection: Some(0.5), ..point(2.0, 0.03) };
+    let back = PlanPoint { inflection: Some(0.5), ..point(6.0, 0.0) };
+    let said = warnings(vec![turn, back]);
+    assert!(said.len() == 1 && said[0].starts_with("cam: U″ jumps by ") && said[0].ends_with("at 114.6°"), "{said:?}");
+    let fast = PlanPoint { velocity: Some(0.2), ..point(2.0, 0.03) };
+    let said = warnings(vec![point(0.0, 0.0), fast, point(4.0, 0.05)]);
+    assert!(said.iter().any(|said| said.starts_with("cam: the motion overshoots on the way to point[")), "{said:?}");
+}
