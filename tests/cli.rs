@@ -704,7 +704,7 @@ fn the_steps_of_the_examples_take_a_program_by_its_name() {
     std::fs::write(&camdrive, "#!/bin/sh\necho \"$0 does $1\"\n").expect("the folder can be written to");
     std::fs::set_permissions(&camdrive, std::fs::Permissions::from_mode(0o755)).expect("it can be made a program");
     let path = format!("{}:{}", text(&folder), std::env::var("PATH").expect("a path"));
-    for (example, steps) in [("loom", 8), ("sealing_machine", 5)] {
+    for (example, steps) in [("loom", 7), ("sealing_machine", 6)] {
         let relative = camdrive.strip_prefix(root()).unwrap_or(&camdrive);
         for program in ["camdrive", text(relative)] {
             let mut bash = Command::new("bash");
@@ -1486,7 +1486,7 @@ fn cam_says_what_it_cannot_do() {
 #[test]
 fn synthesize_gives_a_follower_of_a_machine_its_cam() {
     let folder = folder("synthesize_follower");
-    let (task, machine) = ("examples/loom/tasks.toml", "examples/loom/scene.toml");
+    let (task, machine) = ("examples/loom/task.toml", "examples/loom/scene.toml");
     let target = folder.join("loom.toml");
     let run =
         camdrive(&["synthesize", task, "--law", "gripper", "--scene", machine, "--follower", "1", "-o", text(&target)]);

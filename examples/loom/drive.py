@@ -190,7 +190,7 @@ def drawing(runs, quality, targets):
 
 def main(folder):
     here = Path(__file__).parent
-    task = tomllib.loads((here / "tasks.toml").read_text())
+    task = tomllib.loads((here / "task.toml").read_text())
     tasks = {law["name"]: law for law in task["law"]}
     scene = tomllib.loads((folder / "loom.toml").read_text())
     targets = [Series(follower["cam"]) for follower in scene["follower"]]

@@ -163,12 +163,12 @@ fn forms(plan: &CyclePlan) -> Vec<([f64; 2], Form)> {
     let fall = dwell + upper_dwell;
     let rest = fall + return_angle;
     let end = |phi: f64, u: f64| End { phi, u, v: 0.0, turns: false };
-    let motion = |ends: [End; 2], law: StandardLaw, inflection: Option<f64>| {
-        Segment { ends, law }.forms(inflection.unwrap_or(0.5))
+    let motion = |ends: [End; 2], angle: f64, law: StandardLaw, inflection: Option<f64>| {
+        Segment { ends, angle, law }.forms(inflection.unwrap_or(0.5))
     };
-    let mut forms = motion([end(rise, 0.0), end(dwell, stroke)], rise_law, inflections[0]);
+    let mut forms = motion([end(rise, 0.0), end(dwell, stroke)], rise_angle, rise_law, inflections[0]);
     forms.push(([dwell, fall], Form::straight(dwell, stroke, 0.0)));
-    forms.extend(motion([end(fall, stroke), end(rest, 0.0)], return_law, inflections[1]));
+    forms.extend(motion([end(fall, stroke), end(rest, 0.0)], return_angle, return_law, inflections[1]));
     forms.push(([rest, rise + TAU], Form::straight(rest, 0.0, 0.0)));
     // Added last, so that the stroke is not rounded by it.
     for (_, form) in &mut forms {

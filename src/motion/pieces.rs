@@ -21,16 +21,18 @@ pub enum Shape {
     Polynomial([f64; COEFFICIENTS]),
 }
 
-/// U(φ) = base + slope (φ − origin) + height g(z), z = (φ − origin)/width.
+/// U(φ) = base + slope (φ − origin) + height (g(z) − level), z = (φ − origin)/width.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Form {
     /// Where z = 0 (rad).
     pub origin: f64,
     /// The angle over which z runs from 0 to 1 (rad); negative where it runs backwards.
     pub width: f64,
-    /// U at the origin (m), where g = 0.
+    /// U at the origin (m) or, where `level` is 1, at the end.
     pub base: f64,
-    /// U′ there (m/rad), where g′ = 0.
+    /// g there, 0 or 1.
+    pub level: f64,
+    /// U′ at the origin (m/rad), where g′ = 0.
     pub slope: f64,
     /// The factor of g (m).
     pub height: f64,
@@ -42,12 +44,12 @@ impl Form {
     /// U = Σ cₖ zᵏ, z = (φ − `from`)/`width` from 0 to 1.
     pub fn polynomial(from: f64, width: f64, c: &[f64; COEFFICIENTS]) -> Self {
         let shape = Shape::Polynomial(shifted(c, 0.5));
-        Form { origin: from + 0.5 * width, width, base: 0.0, slope: 0.0, height: 1.0, shape }
+        Form { origin: from + 0.5 * width, width, base: 0.0, level: 0.0, slope: 0.0, height: 1.0, shape }
     }
 
     /// U = `base` + `slope` (φ − `origin`).
     pub fn straight(origin: f64, base: f64, slope: f64) -> Self {
-        Form { origin, width: 1.0, base, slope, height: 0.0, shape: Shape::Straight }
+        Form { origin, width: 1.0, base, level: 0.0, slope, height: 0.0, shape: Shape::Straight }
     }
 }
 
@@ -106,7 +108,8 @@ impl Pieces {
 
     /// U … U⁗ of piece `segment` at `phi`, continued analytically outside of it.
     pub fn at_in(&self, segment: usize, phi: f64) -> TransferFunctions {
-        let Piece { form: Form { origin, width, base, slope, height, shape }, middle, .. } = *self.piece(segment);
+        let Piece { form: Form { origin, width, base, level, slope, height, shape }, middle, .. } =
+            *self.piece(segment);
         let angle = near(phi, middle) - origin;
         let g = match shape {
             Shape::Straight => return TransferFunctions([base + slope * angle, slope, 0.0, 0.0, 0.0]),
@@ -118,7 +121,7 @@ impl Pieces {
         let s2 = s1 * r;
         let s3 = s2 * r;
         TransferFunctions([
-            base + slope * angle + height * g[0],
+            base + slope * angle + height * (g[0] - level),
             slope + s1 * g[1],
             s2 * g[2],
             s3 * g[3],
@@ -140,7 +143,8 @@ impl Pieces {
 
     /// The Taylor coefficients of piece `segment` about `phi`; see [`super::MotionLaw::expand`].
     pub fn expand(&self, segment: usize, phi: f64, step: f64, coefficients: &mut [f64]) {
-        let Piece { form: Form { origin, width, base, slope, height, shape }, middle, .. } = *self.piece(segment);
+        let Piece { form: Form { origin, width, base, level, slope, height, shape }, middle, .. } =
+            *self.piece(segment);
         let angle = near(phi, middle) - origin;
         match shape {
             Shape::Straight => coefficients.fill(0.0),
@@ -153,6 +157,7 @@ impl Pieces {
                 }
             }
         }
+        coefficients[0] -= level;
         for c in &mut *coefficients {
             *c *= height;
         }
@@ -162,13 +167,13 @@ impl Pieces {
 
     /// An upper bound of |U⁽ᵒʳᵈᵉʳ⁾| in piece `segment`, order ≤ 4.
     pub fn bound_in(&self, segment: usize, order: usize) -> f64 {
-        let Piece { form: Form { width, base, slope, height, shape, .. }, reach, .. } = *self.piece(segment);
+        let Piece { form: Form { width, base, level, slope, height, shape, .. }, reach, .. } = *self.piece(segment);
         let straight = |part: f64| match order {
-            0 => base + slope * part,
+            0 => base + slope * part - height * level,
             1 => slope,
             _ => 0.0,
         };
-        let scale = height / width.powi(order as i32);
+        let scaled = |g: f64| height * g / width.powi(order as i32);
         // g and g′ of a standard law are not negative, the higher derivatives have either sign.
         let [least, greatest] = match shape {
             Shape::Straight => [0.0, 0.0],
@@ -176,7 +181,7 @@ impl Pieces {
             Shape::Polynomial(c) => range(&c, order),
         };
         let ends = reach.map(straight);
-        ends.into_iter().flat_map(|end| [end + scale * least, end + scale * greatest]).fold(0.0, |m, u| m.max(u.abs()))
+        ends.into_iter().flat_map(|end| [end + scaled(least), end + scaled(greatest)]).fold(0.0, |m, u| m.max(u.abs()))
     }
 
     /// The harmonic order that resolves piece `segment`.

@@ -198,19 +198,16 @@ pub struct End {
 pub struct Segment {
     /// Its ends.
     pub ends: [End; 2],
+    /// β (rad).
+    pub angle: f64,
     /// Its law.
     pub law: StandardLaw,
 }
 
 impl Segment {
-    /// The angle β (rad).
-    fn angle(&self) -> f64 {
-        self.ends[1].phi - self.ends[0].phi
-    }
-
     /// h/β (m/rad).
     fn mean_velocity(&self) -> f64 {
-        (self.ends[1].u - self.ends[0].u) / self.angle()
+        (self.ends[1].u - self.ends[0].u) / self.angle
     }
 
     fn halves(&self) -> [StandardLaw; 2] {
@@ -227,7 +224,7 @@ impl Segment {
     /// U″ at an end at which the follower turns (m/rad²).
     fn acceleration_at(&self, end: usize, inflection: f64) -> f64 {
         let part = [inflection, inflection - 1.0][end];
-        self.velocity_at(inflection) * FRAC_PI_2 / (part * self.angle())
+        self.velocity_at(inflection) * FRAC_PI_2 / (part * self.angle)
     }
 
     /// The inflection with which U″ at a turning end is `acceleration`; None where there is none.
@@ -247,10 +244,12 @@ impl Segment {
 
     /// The pieces with this inflection.
     pub fn forms(&self, inflection: f64) -> Vec<([f64; 2], Form)> {
-        let ([from, to], angle, laws) = (self.ends, self.angle(), self.halves());
+        let ([from, to], angle, laws) = (self.ends, self.angle, self.halves());
         if laws[0] == laws[1] && from.v == to.v && inflection == 0.5 {
-            let height = to.u - from.u - from.v * angle;
-            return parts(laws[0], 1.0, Form { width: angle, height, ..straight(&from) });
+            let form = Form { width: angle, height: to.u - from.u - from.v * angle, ..straight(&from) };
+            // From the end at which U is small, where roundings are, too.
+            let ends_low = from.v == 0.0 && to.u.abs() < from.u.abs();
+            return parts(laws[0], 1.0, if ends_low { Form { base: to.u, level: 1.0, ..form } } else { form });
         }
         let middle = self.velocity_at(inflection);
         let half = |end: End, law: StandardLaw, part: f64| {
@@ -387,7 +386,8 @@ impl Draft<'_> {
     }
 
     fn segment(&self, i: usize, law: StandardLaw) -> Segment {
-        Segment { ends: self.ends(i), law }
+        let ends = self.ends(i);
+        Segment { ends, angle: ends[1].phi - ends[0].phi, law }
     }
 
     /// Whether the follower turns at point `i`.
@@ -540,7 +540,7 @@ impl Draft<'_> {
     /// The pieces of the segment that leads to point `i`.
     fn forms(&self, i: usize, kind: Kind) -> Vec<([f64; 2], Form)> {
         let segment = self.segment(i, ModifiedSine);
-        let ([from, to], angle) = (segment.ends, segment.angle());
+        let ([from, to], angle) = (segment.ends, segment.angle);
         let whole = |c| vec![([from.phi, to.phi], Form::polynomial(from.phi, angle, &c))];
         match kind {
             Kind::Straight => vec![([from.phi, to.phi], straight(&from))],
@@ -566,7 +566,7 @@ impl Draft<'_> {
     /// The coefficients of the polynomial of degree 5, or of degree 7 where the law or a jerk asks for it, to point `i`.
     fn polynomial(&self, i: usize) -> [f64; COEFFICIENTS] {
         let segment = self.segment(i, Polynomial345);
-        let (points, b) = ([self.before(i), i], segment.angle());
+        let (points, b) = ([self.before(i), i], segment.angle);
         let value = |end: usize, order: i32| {
             let k = points[end];
             let derivative = match order {

@@ -21,8 +21,8 @@ use toml_edit::{ArrayOfTables, DocumentMut, Item, Table, value};
 Examples:
   camdrive synthesize examples/dwell_synthesis/task.toml
   camdrive synthesize examples/dwell_synthesis/task.toml -o profile.toml --report report/
-  camdrive synthesize examples/loom/tasks.toml --scene examples/loom/scene.toml -o loom.toml
-  camdrive synthesize examples/loom/tasks.toml --law gripper --scene examples/loom/gripper.toml -o gripper.toml")]
+  camdrive synthesize examples/loom/task.toml --scene examples/loom/scene.toml -o loom.toml
+  camdrive synthesize examples/loom/task.toml --law gripper --scene examples/loom/gripper.toml -o gripper.toml")]
 pub struct Args {
     /// Task file (TOML)
     task: PathBuf,
@@ -153,7 +153,7 @@ fn profile(studies: &[Study], args: &Args, machine: Option<DocumentMut>) -> Stri
         }
         (None, [study, ..]) => {
             if !document.is_empty() {
-                document["name"] = value(study.assignment.name.clone());
+                document["name"] = value(args.law.clone().unwrap_or_else(|| study.assignment.name.clone()));
             }
             document["cam"] = cam(study);
         }

@@ -19,7 +19,7 @@ const LAWS: &[(&[&str], Reader)] = &[
     (&["fourier", "hs", "harmonic_series"], |section, of, _| fourier(section, of).map(MotionLaw::Fourier)),
     (&["cycle", "standard_laws"], |section, of, _| cycle(section, of).map(MotionLaw::Cycle)),
     (&["table", "points"], table::read),
-    (&["plan", "motion_plan"], |section, of, _| plan::read(section, of)),
+    (&["plan"], |section, of, _| plan::read(section, of)),
 ];
 
 /// The normalised laws with the names that are in use for them.

@@ -17,9 +17,9 @@ const FREE: &str = "free";
 
 /// The laws of a segment beside the standard ones.
 const SEGMENT_LAWS: &[(&[&str], SegmentLaw)] = &[
-    (&["polynomial_6", "poly6"], SegmentLaw::Polynomial6),
-    (&["sine", "sine_straight"], SegmentLaw::Sine),
-    (&["straight", "line", "constant_velocity"], SegmentLaw::Straight),
+    (&["polynomial_6"], SegmentLaw::Polynomial6),
+    (&["sine"], SegmentLaw::Sine),
+    (&["straight"], SegmentLaw::Straight),
 ];
 
 /// The law of a section with `law = "plan"`.

@@ -27,10 +27,6 @@ pub(super) const WORST: f64 = 1e-2;
 /// By how much a step may differ from its length, so that no sliver is left before a point of the grid.
 const SLIVER: f64 = 1e-3;
 
-/// By how much the estimate exceeds what the coefficients of the polynomials tell where laws have breakpoints: the times at which
-/// they are passed are rounded. Over random machines the true error is then below it in 99 of 100.
-const RESERVE: f64 = 2.0;
-
 /// How often an internal step may be cut at borders of the motion laws. The usual step passes one on the average; the
 /// densest laws put five of them into the angle of two.
 pub(super) const MOST_CUTS: u32 = 8;
@@ -298,8 +294,7 @@ impl RigidMachine {
 
     /// Takes the errors of the step that begins at the state into the estimate.
     fn foresee(&mut self, Prospect { increment, end, between }: Prospect, within: bool) {
-        let reserve = if self.inertia.borders().is_empty() { 1.0 } else { RESERVE };
-        let deviations = std::array::from_fn(|k| reserve * (end[k] + if within { between[k] } else { 0.0 }));
+        let deviations = std::array::from_fn(|k| end[k] + if within { between[k] } else { 0.0 });
         let here = self.state;
         let inertia = self.inertia_now();
         self.add(&increment);

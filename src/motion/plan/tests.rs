@@ -1,3 +1,5 @@
+//! Plans against printed values, closed forms, and the cycles that they generalise; what is no plan.
+
 use super::*;
 use crate::motion::MotionLaw;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -127,7 +129,7 @@ fn laws_by_halves_have_the_values_of_the_formula() {
     }
 }
 
-/// The plan of the sheet: rise to a straight line, rest, return with an inflection at 0.42.
+/// A plan: rise to a straight line, rest, return with an inflection at 0.42.
 fn example(inflections: [Option<f64>; 2]) -> MotionLaw {
     let v = 0.02;
     let straight = 0.01 + v * 70f64.to_radians();
