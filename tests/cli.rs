@@ -733,7 +733,7 @@ fn the_steps_of_the_examples_take_a_program_by_its_name() {
 fn a_missing_library_beside_the_executable_is_told_with_the_command_that_builds_it() {
     let folder = folder("alone");
     let alone = folder.join(format!("camdrive{}", std::env::consts::EXE_SUFFIX));
-    std::fs::copy(env!("CARGO_BIN_EXE_camdrive"), &alone).expect("the executable can be copied");
+    std::fs::hard_link(env!("CARGO_BIN_EXE_camdrive"), &alone).expect("the executable can be linked");
     let output = Command::new(&alone)
         .current_dir(root())
         .args(["export", SCENE, "-o"])
@@ -762,7 +762,7 @@ fn export_packs_every_library_of_its_own_sources_that_is_at_hand() {
     let elf = |machine| [b"\x7fELF\x02\x01\x01".as_slice(), &[0; 9], &[3, 0, machine, 0]].concat();
     let universal = [&[0xca, 0xfe, 0xba, 0xbe, 0, 0, 0, 1, 1, 0, 0, 12][..], &[0; 16]].concat();
     std::fs::create_dir_all(folder.join("release")).unwrap();
-    std::fs::copy(env!("CARGO_BIN_EXE_camdrive"), &camdrive).unwrap();
+    std::fs::hard_link(env!("CARGO_BIN_EXE_camdrive"), &camdrive).unwrap();
     // Beside the executable, and as in target/.
     lay("release/runtimes/linux64/camdrive.so", &library_of(&elf(62), BUILD));
     lay("runtimes/aarch64-linux/camdrive.so", &library_of(&elf(183), BUILD));
