@@ -239,9 +239,8 @@ impl<D: Drive> Unit<D> {
         let too_much = || {
             let (u, k) = (&u.description.name, &k.description.name);
             Fault(format!(
-                "the derivative of `{u}` with respect to `{k}` before the start needs more than the work of one call: each \
-                 of its trial starts searches for the periodic motion; take differences of whole runs, or set start.mode \
-                 otherwise"
+                "the derivative of `{u}` with respect to `{k}` before the start needs more than the work of one call, since \
+                 each of its trial starts needs much of it; take differences of whole runs"
             ))
         };
         let values_at = |value: f64| -> Result<Box<[f64]>, Fault> {

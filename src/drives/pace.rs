@@ -128,6 +128,7 @@ impl Pace {
             Pace::Tolerance(_) => f64::INFINITY,
             Pace::Grid { step, .. } => attempts as f64 * (((target - integrator.end()).hi / step).ceil() + 1.0),
         };
+        // Steps that nobody can wait for are refused before the first.
         if most.is_finite() && !work.allows(cost * most / attempts as f64) {
             return Err(Stop::Exhausted { time: integrator.end().hi });
         }

@@ -23,7 +23,7 @@ use super::pieces::{COEFFICIENTS, Form, Pieces, Shape};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_2, TAU};
 
-/// The range of an inflection, as part of the angle of its segment: beyond it accelerations grow past a hundredfold.
+/// The range of an inflection, as part of the angle of its segment: beyond it accelerations are fifty times those of the middle.
 pub const INFLECTION: [f64; 2] = [0.01, 0.99];
 
 /// Between these places of its inflection the polynomial of degree 6 has no other one and does not overshoot.
@@ -32,7 +32,7 @@ const INFLECTION_OF_DEGREE_6: [f64; 2] = [0.4, 0.6];
 /// The most points of a plan.
 pub const MOST_POINTS: usize = 100;
 
-/// The greatest derivative of U (m/rad …): 100 times the greatest U in the least angle would be no cam.
+/// The greatest derivative of U (m/rad, m/rad², m/rad³): powers of it stay numbers, and no cam comes near.
 pub const MOST_DERIVATIVE: f64 = 1e12;
 
 /// Velocities that differ by this part are the same, as those of a straight line with a velocity that was written down are.
@@ -161,8 +161,8 @@ impl MotionPlan {
 
     /// The value of parameter `index` of [`MotionPlan::parameters`]; 0 beyond the list.
     pub fn parameter(&self, index: usize) -> f64 {
-        let mut points = self.points.clone();
-        points.iter_mut().flat_map(PlanPoint::values).flatten().nth(index).map_or(0.0, |value| *value)
+        let values = self.points.iter().flat_map(|&(mut point)| point.values().map(|value| value.map(|value| *value)));
+        values.flatten().nth(index).unwrap_or(0.0)
     }
 
     /// Sets parameter `index`.

@@ -148,6 +148,45 @@ def test_a_table_law_forwards_and_backwards_over_ten_revolutions(fmu, w, start, 
     assert np.all(np.abs(got - expected[-1]) <= 1e-10 * scale)
 
 
+@pytest.mark.parametrize(
+    "degrees, printed",
+    [
+        (30.0, [4.22722213936, 13.0494633938, 10.8830001335]),
+        (150.0, [41.3577347589, 8.53543942776, -21.9712873891]),
+        (260.0, [17.9817390072, -37.7430378822, 31.0695176066]),
+    ],
+)
+def test_a_motion_plan_has_its_printed_values(fmu, degrees, printed):
+    """x (mm) and its derivatives at 1 rad/s; the points of the scene are rounded to 1e-10 mm, and x'' is some ten times that."""
+    with fmu("output_plan").unit() as unit:
+        unit.initialise()
+        unit.step_to(math.radians(degrees))
+        x = unit.package.variables["x"].valueReference
+        found = [unit.get("x"), *unit.slave.getRealOutputDerivatives([x, x], [1, 2])]
+    assert np.allclose(1e3 * np.array(found), printed, rtol=0, atol=2e-9)
+
+
+def test_the_points_of_a_plan_are_parameters(fmu):
+    package = fmu("output_plan")
+    names = [name for name in package.variables if name.startswith("cam.point[")]
+    assert names == [
+        *("cam.point[1].phi", "cam.point[1].U"),
+        *("cam.point[2].phi", "cam.point[2].U", "cam.point[2].inflection"),
+        *("cam.point[3].phi", "cam.point[3].U"),
+        *("cam.point[4].phi", "cam.point[4].U", "cam.point[4].inflection"),
+        *("cam.point[5].phi", "cam.point[5].U"),
+        *("cam.point[6].phi", "cam.point[6].U", "cam.point[6].inflection"),
+    ]
+    with package.unit() as unit:
+        unit.initialise(values={"cam.point[4].U": 0.05, "cam.point[5].U": 0.05})
+        unit.step_to(math.radians(180.0))
+        assert abs(unit.get("x") - 0.05) < 1e-16
+    with package.unit() as unit:
+        with pytest.raises(Exception):
+            unit.initialise(values={"cam.point[3].phi": 0.5})
+        assert "cam.point[3].phi: 28.64788975654116 deg is not beyond" in unit.log[-1][2]
+
+
 def ramp(t, w0=2.0, a=35.0):
     return w0 * t + a * t * t / 2, w0 + a * t, a
 

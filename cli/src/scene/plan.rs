@@ -34,16 +34,16 @@ pub fn read(section: &Section<'_>, quantity: &'static Quantity) -> Option<Motion
     if let [first, .., last] = &mut points[..]
         && (last.phi - first.phi - TAU).abs() <= CLOSING
     {
-        if last.u != first.u {
-            let fault = sections[sections.len() - 1]
-                .fault_of("U", "the last point is the first one, one turn later, with another U");
-            section
-                .faults
-                .report(fault.admissible(format!("{}", first.u)).hint("leave the last point out, or repeat the first"));
+        // The law that leads to the last point closes the turn.
+        let closing = PlanPoint { law: last.law, inflection: last.inflection, ..*first };
+        if (PlanPoint { phi: first.phi, ..*last }) != closing || first.law.is_some() || first.inflection.is_some() {
+            let place = &sections[sections.len() - 1];
+            let message = format!("`{}` is the first point, one turn later, and differs from it", place.path);
+            let hint = "repeat the values of the first point and give `law` and `inflection` here only, or leave this point out";
+            section.faults.report(place.fault(message).hint(hint));
             return None;
         }
-        // The law that leads to it closes the turn.
-        (first.law, first.inflection) = (last.law, last.inflection);
+        *first = closing;
         points.pop();
     }
     let plan = MotionPlan::new(points);
@@ -51,7 +51,7 @@ pub fn read(section: &Section<'_>, quantity: &'static Quantity) -> Option<Motion
         let place = sections.get(fault.point).unwrap_or(section);
         section
             .faults
-            .report(place.fault_of(fault.key, format!("`{}.{fault}`", section.path).replacen(": ", "`: ", 1)));
+            .report(place.fault_of(fault.key, format!("`{}.{fault}", section.path).replacen(": ", "`: ", 1)));
         return None;
     }
     Some(MotionLaw::Plan(plan))
@@ -60,9 +60,20 @@ pub fn read(section: &Section<'_>, quantity: &'static Quantity) -> Option<Motion
 fn point(section: &Section<'_>, quantity: &'static Quantity) -> Option<PlanPoint> {
     let phi = section.real("phi", &unit::ANGLE, within(-2.0 * TAU, 2.0 * TAU));
     let u = section.real("U", quantity, within(-CyclePlan::MAX_LENGTH, CyclePlan::MAX_LENGTH));
-    let free = section.node("ddU").is_some_and(|node| matches!(node.value, DeValue::String(text) if text == FREE));
+    let word = section.node("ddU").and_then(|node| match node.value {
+        DeValue::String(text) if !text.contains(|c: char| c.is_ascii_digit()) => Some(text.to_string()),
+        _ => None,
+    });
     let [velocity, jerk] = [("dU", 1), ("dddU", 3)].map(|(key, n)| section.derivative(key, quantity, n, ANY));
-    let acceleration = if free { Some(None) } else { section.derivative("ddU", quantity, 2, ANY) };
+    let acceleration = match word.as_deref() {
+        Some(FREE) => Some(None),
+        Some(text) => {
+            let message = format!("`{}.ddU`: \"{text}\" is neither a number nor \"{FREE}\"", section.path);
+            section.faults.report(section.fault_of("ddU", message));
+            None
+        }
+        None => section.derivative("ddU", quantity, 2, ANY),
+    };
     let standard = STANDARD_LAWS.iter().map(|(names, law)| (*names, SegmentLaw::Standard(*law)));
     let laws: Vec<_> = standard.chain(SEGMENT_LAWS.iter().copied()).collect();
     let law = if section.has("law") { section.choice("law", &laws).map(Some) } else { Some(None) };
@@ -74,7 +85,7 @@ fn point(section: &Section<'_>, quantity: &'static Quantity) -> Option<PlanPoint
         u: u?,
         velocity: velocity?,
         acceleration: acceleration?,
-        free,
+        free: word.is_some(),
         jerk: jerk?,
         law: law?,
         inflection: inflection?,

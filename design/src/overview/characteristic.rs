@@ -4,6 +4,7 @@
 //! C_v = max |f′|, C_a = max |f″|, C_j = max |f‴|, C_M = max |f′ f″| (VDI 2143), so that the largest velocity is C_v h Ω/β.
 
 use super::{Overview, Warning, shown};
+use crate::search::zero;
 use camdrive::motion::{MotionLaw, MotionPlan};
 use serde::Serialize;
 use std::f64::consts::TAU;
@@ -83,18 +84,13 @@ pub fn motions(section: &str, law: &MotionLaw, unit: &'static str) -> Vec<Motion
 
 /// Where U′ vanishes between the middles of two neighbouring cells: at the border between them, or beside it.
 fn stop(law: &MotionLaw, [before, border, behind]: [f64; 3]) -> f64 {
-    let slope = |phi: f64| law.at(phi.rem_euclid(TAU)).0[1];
-    let [mut low, mut high] = [0.5 * (before + border), 0.5 * (border + behind)];
-    let sign = slope(low).signum();
-    if slope(border).abs() <= STANDING * law.bound(1) || sign == slope(high).signum() {
+    let mut slope = |phi: f64| law.at(phi.rem_euclid(TAU)).0[1];
+    let ends = [0.5 * (before + border), 0.5 * (border + behind)];
+    let slopes = ends.map(&mut slope);
+    if slope(border).abs() <= STANDING * law.bound(1) || slopes[0] * slopes[1] >= 0.0 {
         return border;
     }
-    // Halving down to roundings of the angle.
-    for _ in 0..50 {
-        let middle = 0.5 * (low + high);
-        if slope(middle).signum() == sign { low = middle } else { high = middle }
-    }
-    0.5 * (low + high)
+    zero(&mut slope, ends, slopes, 0.0)
 }
 
 fn motion(law: &MotionLaw, from: f64, to: f64) -> Motion {

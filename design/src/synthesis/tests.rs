@@ -36,6 +36,10 @@ fn the_least_peak_acceleration_of_a_stroke() {
     assert!(profile.objective > best && profile.objective < 1.03 * best, "{} {best}", profile.objective);
 }
 
+fn acceleration_within(limit: f64) -> Bound {
+    Bound { of: vec![(0, 1.0)], from: 0.0, to: TAU, order: 2, around: Curve::default(), min: -limit, max: limit }
+}
+
 #[test]
 fn a_bound_costs_dwell_accuracy() {
     let half = PI / 6.0;
@@ -43,15 +47,7 @@ fn a_bound_costs_dwell_accuracy() {
     let peak = |profile: &Profile| deviation::peak(&profile.series, 2).value.abs();
     let mut task = symmetric_task(9, half, Objective::Chebyshev);
     let limit = 0.9 * peak(&free);
-    task.bounds = vec![Bound {
-        of: vec![(0, 1.0)],
-        from: 0.0,
-        to: TAU,
-        order: 2,
-        around: Curve::default(),
-        min: -limit,
-        max: limit,
-    }];
+    task.bounds = vec![acceleration_within(limit)];
     let bounded = task.solve().unwrap();
     assert!(worst(&bounded) > worst(&free));
     assert!((peak(&bounded) / limit - 1.0).abs() < 1e-9, "{} {limit}", peak(&bounded));
@@ -61,15 +57,7 @@ fn a_bound_costs_dwell_accuracy() {
     assert!(peak(&squares) < limit * (1.0 + 1e-9));
     // No profile of this stroke accelerates so little.
     let limit = 0.2;
-    task.bounds = vec![Bound {
-        of: vec![(0, 1.0)],
-        from: 0.0,
-        to: TAU,
-        order: 2,
-        around: Curve::default(),
-        min: -limit,
-        max: limit,
-    }];
+    task.bounds = vec![acceleration_within(limit)];
     task.points =
         vec![Point { law: 0, phi: 0.0, order: 0, value: 0.5 }, Point { law: 0, phi: PI, order: 0, value: -0.5 }];
     match task.solve() {

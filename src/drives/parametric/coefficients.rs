@@ -4,7 +4,7 @@
 use super::crank::{Dip, ParallelCrank, SAME_ANGLE};
 use crate::motion::Fourier;
 use crate::numerics::divisor::greatest_common_divisor;
-use crate::numerics::work::HARMONIC;
+use crate::numerics::work::{HARMONIC, Work};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
 
@@ -239,11 +239,12 @@ impl Coefficients {
             (0..count).map(|i| value(TAU * (i as f64 + offset) / count as f64)).sum::<f64>() / count as f64
         };
         let mut mean = sum(0.0, count);
-        // Doubled until nothing changes; a mass that nearly vanishes needs most.
-        for _ in 0..14 {
-            let between = sum(0.5, count);
-            let next = 0.5 * (mean + between);
-            let met = (next - mean).abs() <= 1e-15 * next.abs();
+        let (mut work, cost) = (Work::default(), HARMONIC * self.order().max(1) as f64);
+        // Doubled until only the roundings of so many terms change it, or the work of the call is used up; a mass that nearly
+        // vanishes needs most.
+        while work.draw(cost * count as f64).is_ok() {
+            let next = 0.5 * (mean + sum(0.5, count));
+            let met = (next - mean).abs() <= f64::EPSILON * (count as f64).sqrt() * next.abs();
             (mean, count) = (next, 2 * count);
             if met {
                 break;

@@ -140,6 +140,7 @@ impl RigidMachine {
         let mut work = Work::default();
         let lag = if self.motor.lag().is_some() { 2.0 } else { 1.0 };
         let cost = lag * EVALUATION + self.inertia.cost();
+        // Steps that nobody can wait for are refused before the first.
         if !work.allows(cost * (step / self.grid.size)) {
             return Err(self.too_long([time, target.hi], time));
         }
