@@ -3,7 +3,7 @@
 use super::limits::{check_angle, no_state};
 use super::unit;
 use super::variable::{Access, Causality, Kind, Type, Variability};
-use super::{Description, Drive, EventLog, Experiment, Fault, Seed, Variable};
+use super::{Description, Drive, EventLog, Experiment, Fault, Number, Seed, Variable};
 use crate::numerics::{difference, work};
 use std::any::Any;
 use std::mem::MaybeUninit;
@@ -214,7 +214,7 @@ impl<D: Drive> Unit<D> {
         if value.is_finite() {
             Ok(value)
         } else {
-            Err(Fault(format!("a derivative of `{name}` is not a finite number at t = {} s", self.time)))
+            Err(Fault(format!("a derivative of `{name}` is not a finite number at t = {} s", Number(self.time))))
         }
     }
 
@@ -312,7 +312,7 @@ impl<D: Drive> Unit<D> {
         let states = self.design.variables.iter().filter(|v| v.description.state);
         let lost = states.map(|v| (&v.description.name, v.value(&self.drive))).find(|(_, x)| !x.is_finite());
         let name = lost.map_or("the state", |(name, _)| name);
-        Fault(format!("`{name}` is not a finite number at t = {} s", self.time))
+        Fault(format!("`{name}` is not a finite number at t = {} s", Number(self.time)))
     }
 }
 
@@ -371,7 +371,7 @@ impl<D: Drive> DynDrive for Unit<D> {
             Ok(value)
         } else {
             let name = &self.design.variables[reference].description.name;
-            Err(Fault(format!("`{name}` is not a finite number at t = {} s", self.time)))
+            Err(Fault(format!("`{name}` is not a finite number at t = {} s", Number(self.time))))
         }
     }
 

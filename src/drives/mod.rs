@@ -15,7 +15,6 @@ mod experiment;
 pub mod flow;
 pub mod limits;
 pub mod model;
-pub mod number;
 pub mod oscillator;
 mod pace;
 pub mod parameter;
@@ -27,12 +26,12 @@ pub mod solver;
 pub mod unit;
 pub mod variable;
 
+pub use crate::numerics::number::{Number, Rounded};
 pub use curve::Curve;
 pub use erased::{DynDrive, Plan};
 pub use event::{Event, EventLog};
 pub use experiment::Experiment;
 pub use model::Model;
-pub use number::{Number, Rounded};
 pub use oscillator::PeriodicOscillator;
 pub use variable::{Description, List, Variable};
 

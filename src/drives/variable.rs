@@ -1,8 +1,8 @@
 //! The variables of a drive: each is declared once, and the model description, the value references, the
 //! documentation and the access all come from that declaration.
 
-use super::number::{Number, Range};
 use super::{Drive, Fault, Seed, unit::Quantity};
+use crate::numerics::number::{Number, Range};
 use crate::numerics::taylor::Series;
 
 /// Causality after FMI 2.0, section 2.2.7.

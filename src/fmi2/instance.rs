@@ -124,13 +124,14 @@ impl Instance {
     pub fn set_up(&mut self, tolerance: Option<f64>, start: f64, stop: Option<f64>) -> Result<(), Refusal> {
         let refuse = |text: String| Err(Fault(text).into());
         if !start.is_finite() {
-            return refuse(format!("the start time is {start} s, not a finite number"));
+            return refuse(format!("the start time is {} s, not a finite number", Number(start)));
         }
         if let Some(stop) = stop.filter(|stop| !(start < *stop && stop.is_finite())) {
+            let [stop, start] = [stop, start].map(Number);
             return refuse(format!("the stop time {stop} s is not a finite number after the start time {start} s"));
         }
         if let Some(tolerance) = tolerance.filter(|t| !(0.0 <= *t && t.is_finite())) {
-            return refuse(format!("the tolerance {tolerance} is not a finite number ≥ 0"));
+            return refuse(format!("the tolerance {} is not a finite number ≥ 0", Number(tolerance)));
         }
         self.drive.set_up(start, tolerance);
         (self.clock.time, self.clock.stop) = (start, stop.unwrap_or(NO_STOP));
@@ -181,11 +182,20 @@ impl Instance {
         let (end, tolerance) = (point + step, TIME_TOLERANCE * (point.abs() + step));
         // Comparisons with NaN are false.
         Err(Fault(if !(0.0 < step && step.is_finite()) {
-            format!("the communication step size {step} s is not a finite number > 0")
+            format!("the communication step size {} s is not a finite number > 0", Number(step))
         } else if !((point - time).abs() <= tolerance && point.is_finite()) {
-            format!("the current communication point {point} s is not where the instance is, at {time} s")
+            format!(
+                "the current communication point {} s is not where the instance is, at {} s",
+                Number(point),
+                Number(time)
+            )
         } else if !(end - stop <= tolerance && end.is_finite()) {
-            format!("the step from {point} s to {end} s goes beyond the stop time {stop} s")
+            format!(
+                "the step from {} s to {} s goes beyond the stop time {} s",
+                Number(point),
+                Number(end),
+                Number(stop)
+            )
         } else {
             return Ok(());
         }))

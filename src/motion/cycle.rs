@@ -4,6 +4,7 @@ use super::StandardLaw;
 use super::pieces::{Form, Pieces, ROUNDING};
 use super::plan::{End, INFLECTION, Segment};
 use super::turn::reduce;
+use crate::numerics::number::{Number, Rounded};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
@@ -63,16 +64,19 @@ impl std::fmt::Display for CycleError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             CycleError::Range { name, value, min, max } => {
-                write!(f, "{name} = {value} is outside [{min}, {max}]")
+                write!(f, "{name} = {} is outside [{min}, {max}]", Number(*value))
             }
             CycleError::Sum { rise, upper_dwell, return_angle } => {
                 let sum = rise + upper_dwell + return_angle;
                 write!(
                     f,
-                    "rise = {rise} rad, upper_dwell = {upper_dwell} rad and return = {return_angle} rad add up to \
-                     {sum} rad = {} deg, more than the turn of 2π rad = 360 deg; together with the lower dwell, which \
+                    "rise = {} rad, upper_dwell = {} rad and return = {} rad add up to {} rad = {} deg, more than the turn of 2π rad = 360 deg; together with the lower dwell, which \
                      is the rest of the turn, they must make 2π",
-                    sum.to_degrees()
+                    Number(*rise),
+                    Number(*upper_dwell),
+                    Number(*return_angle),
+                    Rounded(sum),
+                    Rounded(sum.to_degrees())
                 )
             }
         }

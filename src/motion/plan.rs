@@ -20,6 +20,7 @@ use super::StandardLaw;
 use super::cycle::{CyclePlan, LEAST_MOTION};
 use super::parameters::{LawParameter, ParameterKind};
 use super::pieces::{COEFFICIENTS, Form, Pieces, Shape};
+use crate::numerics::number::Rounded;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_2, TAU};
 
@@ -357,8 +358,8 @@ fn check(points: &[PlanPoint]) -> Result<(), PlanFault> {
                 "phi",
                 format!(
                     "{} deg {text}, {} deg, by {LEAST_MOTION} rad; the points ascend within one turn",
-                    point.phi.to_degrees(),
-                    before.to_degrees()
+                    Rounded(point.phi.to_degrees()),
+                    Rounded(before.to_degrees())
                 ),
             );
         }
@@ -408,6 +409,7 @@ impl Draft<'_> {
         for slope in lines {
             let given = *velocity.get_or_insert(slope);
             if (given - slope).abs() > SAME * slope.abs().max(given.abs()) {
+                let [given, slope] = [given, slope].map(Rounded);
                 return fault(i, "dU", format!("{given} m/rad, but a straight segment beside it has {slope} m/rad"));
             }
         }
@@ -469,6 +471,7 @@ impl Draft<'_> {
         let ([v0, v1], mean) = (segment.ends.map(|end| end.v), segment.mean_velocity());
         let peak = ((mean - v0) / (v1 - v0) - FRAC_2_PI) / (1.0 - 2.0 * FRAC_2_PI);
         if segment.ends.iter().any(|end| end.turns) || !(0.0..=1.0).contains(&peak) {
+            let [v0, v1, mean] = [v0, v1, mean].map(Rounded);
             return fault(
                 i,
                 "law",
@@ -525,9 +528,10 @@ impl Draft<'_> {
                         i,
                         "ddU",
                         format!(
-                            "{acceleration} m/rad² is met by no inflection of the segment to point[{}]: in its middle the law has {} m/rad²",
+                            "{} m/rad² is met by no inflection of the segment to point[{}]: in its middle the law has {} m/rad²",
+                            Rounded(acceleration),
                             side.0 + 1,
-                            own(self, side)
+                            Rounded(own(self, side))
                         ),
                     );
                 };

@@ -13,6 +13,7 @@ use super::TransferFunctions;
 use super::spline::Spline;
 pub use super::spline::within;
 use super::turn::segment;
+use crate::numerics::number::{Number, Rounded};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -142,33 +143,40 @@ impl std::fmt::Display for TableError {
                 write!(f, "{points} points within the turn; a table needs at least {LEAST_POINTS}")
             }
             TableError::OutOfRange { index, value } => {
-                write!(f, "point {}: {value} is not a finite angle or lift of at most 10000", index + 1)
+                write!(f, "point {}: {} is not a finite angle or lift of at most 10000", index + 1, Number(*value))
             }
             TableError::NotAscending { index, previous, angle } => write!(
                 f,
-                "point {}: the angle {angle} rad = {} deg does not exceed the one before, {previous} rad = {} deg, by \
+                "point {}: the angle {} rad = {} deg does not exceed the one before, {} rad = {} deg, by \
                  at least {LEAST_DISTANCE:e} rad",
                 index + 1,
-                angle.to_degrees(),
-                previous.to_degrees()
+                Number(*angle),
+                Rounded(angle.to_degrees()),
+                Number(*previous),
+                Rounded(previous.to_degrees())
             ),
             TableError::TooLong { index, span } => write!(
                 f,
-                "point {}: {span} rad = {} deg after the first point; a table spans one turn, 2π rad = 360 deg",
+                "point {}: {} rad = {} deg after the first point; a table spans one turn, 2π rad = 360 deg",
                 index + 1,
-                span.to_degrees()
+                Number(*span),
+                Rounded(span.to_degrees())
             ),
             TableError::NotPeriodic { index, first, last } => write!(
                 f,
-                "point {}: the lift {last} m one turn after the first point differs from its lift {first} m",
-                index + 1
+                "point {}: the lift {} m one turn after the first point differs from its lift {} m",
+                index + 1,
+                Number(*last),
+                Number(*first)
             ),
             TableError::NotClosed { index, gap, distance } => write!(
                 f,
-                "point {}: {gap} rad = {} deg are left of the turn after this last point, while neighbours are at \
-                 most {distance} rad apart; a table covers the whole turn",
+                "point {}: {} rad = {} deg are left of the turn after this last point, while neighbours are at \
+                 most {} rad apart; a table covers the whole turn",
                 index + 1,
-                gap.to_degrees()
+                Rounded(*gap),
+                Rounded(gap.to_degrees()),
+                Rounded(*distance)
             ),
             TableError::TooManyHarmonics { harmonics, most } => {
                 write!(f, "{harmonics} harmonics; the points determine at most {most}")

@@ -13,6 +13,7 @@ pub mod gauss;
 pub mod interpolant;
 pub mod jet;
 pub mod lu;
+pub mod number;
 pub mod oscillator;
 pub mod pair;
 pub mod period_map;

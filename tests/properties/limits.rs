@@ -54,6 +54,7 @@ const CASES: &[Case] = &[
     case("parametric", &[("drive.w", 1e6)], 1.0, ""),
     case("crank", &[("drive.w", 1e6)], 1.0, ""),
     case("parametric_wide", &[("m.b[6]", -0.01)], 1e-3, ""),
+    case("parametric_wide", &[("c.b[64]", -1e15)], 1e-3, ""),
     case("machine", &[("w_start", 1e6)], 0.1, ""),
     case("machine", &[("w_start", 1e6)], 10.0, TOO_MUCH),
     case("machine", &[("w_start", 1e6), ("solver.method", 2.0)], 1.0, TOO_MUCH),

@@ -49,9 +49,7 @@ pub fn read(section: &Section<'_>, quantity: &'static Quantity) -> Option<Motion
     let plan = MotionPlan::new(points);
     if let Err(fault) = plan.validate() {
         let place = sections.get(fault.point).unwrap_or(section);
-        section
-            .faults
-            .report(place.fault_of(fault.key, format!("`{}.{fault}", section.path).replacen(": ", "`: ", 1)));
+        section.faults.report(place.fault_of(fault.key, format!("`{}.{fault}", section.path).replacen(": ", "`: ", 1)));
         return None;
     }
     Some(MotionLaw::Plan(plan))

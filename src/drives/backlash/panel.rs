@@ -6,10 +6,10 @@ use super::flank::FlankMotion;
 use super::overdamped;
 use super::series::{FlankSeries, REACH, Series};
 use super::switching::{Found, Search};
-use crate::drives::number::all_finite;
 use crate::motion::Kinematics;
 use crate::numerics::double_double::Double;
 use crate::numerics::gauss::Gauss;
+use crate::numerics::number::all_finite;
 use serde::{Deserialize, Serialize};
 
 /// A panel with the search for its event, beside the expansion of u (nominal µs).
@@ -163,12 +163,18 @@ impl Panel {
             return [0.0; 2];
         }
         let terms = self.series.force_and_rate(bodies);
-        // U′ = u̇/ω at constant speed.
-        let turns = flank.is_uniform() && flank.speed() != 0.0;
+        let slope = |theta: f64| flank.slope(self.from.segment, self.instant(theta));
+        let uniform = flank.is_uniform().then(|| flank.speed());
+        let standing = if uniform == Some(0.0) { slope(0.0) } else { 0.0 };
         self.integrate(way, |theta| {
             let [force, rate] = self.series.sum(&terms, theta);
-            let slope = || flank.slope(self.from.segment, self.instant(theta));
-            [force, force * if turns { rate / flank.speed() } else { slope() }]
+            // U′ = u̇/ω at constant speed.
+            let slope = match uniform {
+                Some(0.0) => standing,
+                Some(speed) => rate / speed,
+                None => slope(theta),
+            };
+            [force, force * slope]
         })
     }
 

@@ -22,7 +22,6 @@ mod variables;
 
 use super::cam_drive::{AngleMotion, CamDrive, DriveMode, HasCamDrive, MAX_INPUT_DERIVATIVE, Start, StartMode};
 use super::limits::no_state;
-use super::number::all_finite;
 use super::parameter::parameters;
 use super::response::{Instant, Response, Table};
 use super::solver::{FINEST_TOLERANCE, HasSolver, Settings, Solver};
@@ -30,6 +29,7 @@ use super::{Curve, Drive, EventLog, Experiment, Fault, List, Rounded, Text};
 use crate::motion::{Kinematics, MotionLaw, TransferFunctions};
 use crate::numerics::angle;
 use crate::numerics::double_double::Double;
+use crate::numerics::number::all_finite;
 use crate::numerics::oscillator::Oscillator;
 use crate::numerics::pair::Pair;
 use serde::{Deserialize, Serialize};

@@ -32,7 +32,6 @@ use super::cam_drive::{
     push_of_rounding,
 };
 use super::limits::no_state;
-use super::number::all_finite;
 use super::pace::Pace;
 use super::parameter::parameters;
 use super::solver::{HasSolver, Method, Settings, Solver};
@@ -40,6 +39,7 @@ use super::{Curve, Drive, EventLog, Experiment, Fault, List, Text};
 use crate::motion::MotionLaw;
 use crate::numerics::collocation::Collocation;
 use crate::numerics::double_double::Double;
+use crate::numerics::number::all_finite;
 use crate::numerics::period_map::{Course, PeriodMap};
 use crate::numerics::work::Work;
 use equation::Equation;

@@ -4,8 +4,9 @@
 use super::crank::{Dip, ParallelCrank, SAME_ANGLE};
 use crate::motion::Fourier;
 use crate::numerics::divisor::greatest_common_divisor;
-use crate::numerics::work::{HARMONIC, Work};
+use crate::numerics::work::{HARMONIC, Work, draw};
 use serde::{Deserialize, Serialize};
+use std::cell::Cell;
 use std::f64::consts::{PI, TAU};
 
 /// c(φ).
@@ -229,7 +230,7 @@ impl Coefficients {
 
     /// The mean of b/m over a turn (1/s), which is twice the logarithmic decay per second of the free motions together.
     /// The trapezoidal rule, which for periodic functions converges as their harmonics do.
-    pub fn mean_damping(&self) -> f64 {
+    pub fn mean_damping(&self, work: Option<&Cell<Work>>) -> f64 {
         if highest(&self.b) == 0 && highest(&self.m) == 0 {
             return self.b.a[0] / self.m.a[0];
         }
@@ -239,10 +240,10 @@ impl Coefficients {
             (0..count).map(|i| value(TAU * (i as f64 + offset) / count as f64)).sum::<f64>() / count as f64
         };
         let mut mean = sum(0.0, count);
-        let (mut work, cost) = (Work::default(), HARMONIC * self.order().max(1) as f64);
-        // Doubled until only the roundings of so many terms change it, or the work of the call is used up; a mass that nearly
-        // vanishes needs most.
-        while work.draw(cost * count as f64).is_ok() {
+        let cost = HARMONIC * (self.b.order() + self.m.order()) as f64;
+        // Doubled until only the roundings of so many terms change it, or the work is used up; a mass that nearly vanishes needs
+        // most.
+        while draw(work, cost * count as f64).is_some() {
             let next = 0.5 * (mean + sum(0.5, count));
             let met = (next - mean).abs() <= f64::EPSILON * (count as f64).sqrt() * next.abs();
             (mean, count) = (next, 2 * count);
@@ -388,7 +389,7 @@ mod tests {
                 f: constant(0.0),
             };
             let exact = 0.25 / f64::sqrt(1.0 - e * e);
-            assert!((coefficients.mean_damping() / exact - 1.0).abs() < 1e-13, "{e}");
+            assert!((coefficients.mean_damping(None) / exact - 1.0).abs() < 1e-13, "{e}");
         }
     }
 

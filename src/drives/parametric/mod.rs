@@ -30,12 +30,12 @@ mod variables;
 use super::cam_drive::{
     AngleMotion, CamDrive, DriveMode, HasCamDrive, MAX_INPUT_DERIVATIVE, Start, StartMode, goes_on, push_of_rounding,
 };
-use super::number::all_finite;
 use super::pace::{FAR, Pace, Stop};
 use super::solver::{HasSolver, Settings, Solver};
 use super::{Curve, Drive, Event, EventLog, Experiment, Fault, List, Rounded, Text};
 use crate::numerics::collocation::{Collocation, Failure};
 use crate::numerics::double_double::Double;
+use crate::numerics::number::all_finite;
 use crate::numerics::period_map::Course;
 use crate::numerics::work::{EVALUATION, Work};
 use coefficients::Coefficients;

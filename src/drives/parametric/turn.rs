@@ -9,6 +9,8 @@ use crate::drives::{Fault, Number, Rounded};
 use crate::numerics::angle;
 use crate::numerics::double_double::Double;
 use crate::numerics::period_map::{self, Period, PeriodMap, Periodic};
+use crate::numerics::work::{EVALUATION, Work, draw};
+use std::cell::Cell;
 use std::sync::Arc;
 
 /// The equation tabulated over its period, and what it was tabulated for.
@@ -37,10 +39,11 @@ impl Table {
             return table;
         }
         let symmetry = coefficients.symmetry() as f64;
-        let turn = Turn { coefficients, w, phi_start, symmetry };
+        let work = &Cell::new(Work::default());
+        let turn = Turn { coefficients, w, phi_start, symmetry, work };
         table.map = PeriodMap::new(&turn, tolerance);
         table.whole = table.map.as_ref().map(|map| *map.whole()).or_else(|| Period::of(&turn, tolerance));
-        let log_determinant = -coefficients.mean_damping() * turn.period().hi;
+        let log_determinant = -coefficients.mean_damping(Some(work)) * turn.period().hi;
         table.growth_of_period =
             table.whole.as_ref().map_or_else(|| turn.slow_growth(), |whole| whole.monodromy.growth(log_determinant));
         table.growth = symmetry * table.growth_of_period;
@@ -87,7 +90,9 @@ impl Table {
             return Err(unstable("without damping free vibrations never die out".to_owned()));
         }
         let fixed = |whole: &Period| period_map::fixed_point(&whole.map.matrix, [0.0; 2], whole.map.shift);
-        self.whole.as_ref().and_then(fixed).ok_or_else(|| unstable("the period has too many vibrations".to_owned()))
+        self.whole.as_ref().and_then(fixed).ok_or_else(|| {
+            unstable("its period has too many vibrations or harmonics for the work of one call".to_owned())
+        })
     }
 }
 
@@ -112,6 +117,8 @@ struct Turn<'a> {
     phi_start: f64,
     /// Into how many equal periods symmetry divides the turn.
     symmetry: f64,
+    /// What the call may still take.
+    work: &'a Cell<Work>,
 }
 
 impl Turn<'_> {
@@ -153,5 +160,9 @@ impl Periodic for Turn<'_> {
 
     fn longest_cell(&self, tau: Double, _: usize) -> f64 {
         self.coefficients.reach(self.angle(tau)) / self.w.abs()
+    }
+
+    fn draw(&self, evaluations: usize) -> Option<()> {
+        draw(Some(self.work), evaluations as f64 * (EVALUATION + self.coefficients.cost()))
     }
 }

@@ -75,6 +75,11 @@ pub trait Periodic {
     /// A cell from `tau` (s) on that is longer than this (s) could hide something between its nodes.
     fn longest_cell(&self, tau: Double, interval: usize) -> f64;
 
+    /// Draws the work of so many evaluations; None where none is left. A study takes as much as it needs.
+    fn draw(&self, _evaluations: usize) -> Option<()> {
+        Some(())
+    }
+
     /// Whether fast vibrations may be tabulated by their phase: it errs by its roundings, ε times the radians that it passes.
     fn by_phase(&self) -> bool {
         true
@@ -167,7 +172,7 @@ impl Period {
         reserve * (self.error + ROUNDING) + self.drift * periods.min(memory)
     }
 
-    /// The period without tables; None where it takes more than 50 000 cells.
+    /// The period without tables; None where it takes more than 50 000 cells or more work than is left.
     pub fn of(equation: &dyn Periodic, tolerance: f64) -> Option<Self> {
         let mut count = 0;
         Self::divide(equation, tolerance, &mut |_| {
@@ -176,8 +181,8 @@ impl Period {
         })
     }
 
-    /// Hands the cells to `take`, which says whether there is room for more; None where there is not, where no cell keeps
-    /// the tolerance or where a coefficient is not finite.
+    /// Hands the cells to `take`, which says whether there is room for more; None where there is not, where the work is used up,
+    /// where no cell keeps the tolerance or where a coefficient is not finite.
     fn divide(equation: &dyn Periodic, tolerance: f64, take: &mut dyn FnMut(Cell) -> bool) -> Option<Self> {
         let period = equation.period();
         let (map, monodromy) = (Affine::IDENTITY, Monodromy::IDENTITY);
@@ -199,6 +204,7 @@ impl Period {
                     return None;
                 }
                 whole.evaluations += cell::EVALUATIONS;
+                equation.draw(cell::EVALUATIONS)?;
                 let cell = if fast {
                     let Some((cell, errors)) = Cell::vibrating(equation, interval, start, length) else {
                         lengths.fast = 0.5 * length;
@@ -240,8 +246,8 @@ impl Period {
 }
 
 impl PeriodMap {
-    /// The tables with the relative `tolerance`; None where they would need more than [`MOST_CELLS`] cells, or
-    /// where a coefficient is not finite.
+    /// The tables with the relative `tolerance`; None where they would need more than [`MOST_CELLS`] cells or more
+    /// work than is left, or where a coefficient is not finite.
     pub fn new(equation: &dyn Periodic, tolerance: f64) -> Option<Self> {
         let mut cells = Vec::new();
         let whole = Period::divide(equation, tolerance, &mut |cell| {
