@@ -111,7 +111,7 @@ fn the_documentation_is_complete_and_well_formed() {
         );
         assert!(!drive.curves().is_empty(), "{place}: no picture");
         let identity = Identity { name: &scene.name, description: &scene.description, guid: "", date: None };
-        let page = documentation::html(&identity, scene.model, &mut *drive).unwrap();
+        let page = documentation::html(&identity, &scene.resource(), &mut *drive).unwrap();
         assert_well_formed(&page, &place.to_string());
     }
 }

@@ -19,6 +19,8 @@ pub enum Shape {
     Law(StandardLaw, usize),
     /// g = Σ cₖ zᵏ from z = −½ to ½: about the middle of a piece the coefficients are small, and so are the roundings.
     Polynomial([f64; COEFFICIENTS]),
+    /// g = Σ aᵢ (1 − cos iπz), i = 1, 2, 3.
+    Cosines([f64; 3]),
 }
 
 /// U(φ) = base + slope (φ − origin) + height (g(z) − level), z = (φ − origin)/width.
@@ -115,6 +117,7 @@ impl Pieces {
             Shape::Straight => return TransferFunctions([base + slope * angle, slope, 0.0, 0.0, 0.0]),
             Shape::Law(law, part) => law.at_in(part, angle / width),
             Shape::Polynomial(c) => std::array::from_fn(|order| polynomial(&c, order, angle / width)),
+            Shape::Cosines(a) => std::array::from_fn(|order| cosines(&a, order, angle / width)),
         };
         let r = 1.0 / width;
         let s1 = height * r;
@@ -137,6 +140,7 @@ impl Pieces {
             Shape::Straight => 0.0,
             Shape::Law(law, part) => law.fifth_in(part, z),
             Shape::Polynomial(c) => polynomial(&c, 5, z),
+            Shape::Cosines(a) => cosines(&a, 5, z),
         };
         height / width.powi(5) * fifth
     }
@@ -146,16 +150,18 @@ impl Pieces {
         let Piece { form: Form { origin, width, base, level, slope, height, shape }, middle, .. } =
             *self.piece(segment);
         let angle = near(phi, middle) - origin;
+        let mut taylor = |derivative: &dyn Fn(usize, f64) -> f64| {
+            let mut factor = 1.0;
+            for (n, coefficient) in coefficients.iter_mut().enumerate() {
+                *coefficient = factor * derivative(n, angle / width);
+                factor *= step / width / (n + 1) as f64;
+            }
+        };
         match shape {
             Shape::Straight => coefficients.fill(0.0),
             Shape::Law(law, part) => law.expand(part, angle / width, step / width, coefficients),
-            Shape::Polynomial(c) => {
-                let mut factor = 1.0;
-                for (n, coefficient) in coefficients.iter_mut().enumerate() {
-                    *coefficient = factor * polynomial(&c, n, angle / width);
-                    factor *= step / width / (n + 1) as f64;
-                }
-            }
+            Shape::Polynomial(c) => taylor(&|order, z| polynomial(&c, order, z)),
+            Shape::Cosines(a) => taylor(&|order, z| cosines(&a, order, z)),
         }
         coefficients[0] -= level;
         for c in &mut *coefficients {
@@ -179,6 +185,15 @@ impl Pieces {
             Shape::Straight => [0.0, 0.0],
             Shape::Law(law, _) => [if order < 2 { 0.0 } else { -law.peak(order) }, law.peak(order)],
             Shape::Polynomial(c) => range(&c, order),
+            Shape::Cosines(a) => {
+                let each = |least: f64| {
+                    (1..)
+                        .zip(a)
+                        .map(|(i, a)| a * (f64::from(i) * PI).powi(order as i32))
+                        .map(move |a| if order == 0 { 2.0 * (least * a).max(0.0) } else { a.abs() })
+                };
+                [-each(-1.0).sum::<f64>(), each(1.0).sum()]
+            }
         };
         let ends = reach.map(straight);
         ends.into_iter().flat_map(|end| [end + scaled(least), end + scaled(greatest)]).fold(0.0, |m, u| m.max(u.abs()))
@@ -192,6 +207,7 @@ impl Pieces {
             Shape::Law(law, _) => law.frequency() / width.abs(),
             // As the polynomials among the standard laws.
             Shape::Polynomial(_) => PI / width.abs(),
+            Shape::Cosines(_) => 3.0 * PI / width.abs(),
         }
     }
 }
@@ -199,6 +215,18 @@ impl Pieces {
 /// g⁽ᵒʳᵈᵉʳ⁾(z) of g = Σ cₖ zᵏ.
 fn polynomial(c: &[f64; COEFFICIENTS], order: usize, z: f64) -> f64 {
     (order..COEFFICIENTS).rev().fold(0.0, |sum, k| sum * z + falling(k, order) * c[k])
+}
+
+/// g⁽ᵒʳᵈᵉʳ⁾(z) of g = Σ aᵢ (1 − cos iπz).
+fn cosines(a: &[f64; 3], order: usize, z: f64) -> f64 {
+    let term = |(i, a): (i32, &f64)| {
+        let (sin, cos) = (f64::from(i) * PI * z).sin_cos();
+        match order {
+            0 => a * (1.0 - cos),
+            n => -a * (f64::from(i) * PI).powi(n as i32) * [cos, -sin, -cos, sin][n % 4],
+        }
+    };
+    (1..).zip(a).map(term).sum()
 }
 
 /// The coefficients of g(z + `shift`).

@@ -8,6 +8,7 @@
 //! | a standard law | v₀ z + (vₘ − v₀) λ H₀(z/λ) up to the inflection λ, mirrored beyond it | R, G, U |
 //! | `polynomial_345`, `polynomial_4567` beside R–R | the polynomial of degree 5, 7 through the values at both ends | any |
 //! | `polynomial_6` | 10z³ − 15z⁴ + 6z⁵ + k z³(1 − z)³, k = −10 (1 − 2λ)/(1 − 5λ + 5λ²) | R–R |
+//! | `cosines` | a₁ (1 − cos πz) + a₂ (1 − cos 2πz) + a₃ (1 − cos 3πz): U″ as given at both ends, U‴ = 0 there | R, U |
 //! | `sine` | U″ one hump of two quarter sines | R, G |
 //! | `straight` | constant velocity | R, G |
 //!
@@ -22,7 +23,7 @@ use super::parameters::{LawParameter, ParameterKind};
 use super::pieces::{COEFFICIENTS, Form, Pieces, Shape};
 use crate::numerics::number::Rounded;
 use serde::{Deserialize, Serialize};
-use std::f64::consts::{FRAC_2_PI, FRAC_PI_2, TAU};
+use std::f64::consts::{FRAC_2_PI, FRAC_PI_2, PI, TAU};
 
 /// The range of an inflection, as part of the angle of its segment: beyond it accelerations are fifty times those of the middle.
 pub const INFLECTION: [f64; 2] = [0.01, 0.99];
@@ -48,11 +49,13 @@ pub enum SegmentLaw {
     Polynomial6,
     /// U″ of one sign, two quarter sines.
     Sine,
+    /// Three cosines between standstills, which meet U″ at both ends with U‴ = 0.
+    Cosines,
     /// Constant velocity.
     Straight,
 }
 
-use SegmentLaw::{Polynomial6, Sine, Standard, Straight};
+use SegmentLaw::{Cosines, Polynomial6, Sine, Standard, Straight};
 use StandardLaw::{InclinedSine, ModifiedSine, Polynomial345, Polynomial4567, SimpleSine};
 
 /// A point of a motion plan, with the law that leads to it.
@@ -298,6 +301,7 @@ enum Kind {
     Halves(StandardLaw),
     Polynomial,
     Polynomial6,
+    Cosines,
     /// With the peak of U″ at this part of the angle.
     Sine(f64),
 }
@@ -453,7 +457,14 @@ impl Draft<'_> {
                 "inflection",
                 format!("polynomial_6 has one inflection and no overshoot within {low} … {high} only"),
             ),
+            Some(Cosines) if any(&|k| self.velocities[k] != 0.0) => {
+                fault(i, "law", "cosines lead from standstill to standstill only, dU = 0 at both ends")
+            }
+            Some(Cosines) if inflection.is_some() => {
+                fault(i, "inflection", "that of cosines follows from ddU at both ends")
+            }
             Some(Straight) => Ok(Kind::Straight),
+            Some(Cosines) => Ok(Kind::Cosines),
             Some(Polynomial6) => Ok(Kind::Polynomial6),
             Some(Sine) => self.hump(i).map(Kind::Sine),
             Some(Standard(law)) => Ok(Kind::Halves(law)),
@@ -515,7 +526,7 @@ impl Draft<'_> {
             };
             let decided = sides.iter().find(|side| !open(side) && follows(side));
             let Some(&side) = decided.or_else(|| sides.iter().find(|side| follows(side))).or(sides.first()) else {
-                return fault(i, "ddU", "polynomials lead to and from the point, which decide nothing; give its value");
+                return fault(i, "ddU", "the laws to and from the point decide nothing; give its value");
             };
             self.accelerations[i] = Some(own(self, side));
             self.inflections[side.0].get_or_insert(0.5);
@@ -554,6 +565,14 @@ impl Draft<'_> {
                 let (h, l) = (to.u - from.u, self.inflections[i].unwrap_or(0.5));
                 let k = -10.0 * (1.0 - 2.0 * l) / (1.0 - 5.0 * l * (1.0 - l));
                 whole([from.u, 0.0, 0.0, h * (10.0 + k), -h * (15.0 + 3.0 * k), h * (6.0 + 3.0 * k), -h * k, 0.0])
+            }
+            Kind::Cosines => {
+                let unit = (angle / PI).powi(2);
+                let [first, last] = [self.before(i), i].map(|k| unit * self.accelerations[k].unwrap_or(0.0));
+                let h = to.u - from.u;
+                let third = (first - last - h) / 16.0;
+                let shape = Shape::Cosines([0.5 * h - third, 0.125 * (first + last), third]);
+                vec![([from.phi, to.phi], Form { width: angle, height: 1.0, shape, ..straight(&from) })]
             }
             Kind::Sine(peak) => {
                 // Each quarter sine is the first quarter of an inclined sine that begins at its end.

@@ -10,7 +10,8 @@ use super::xml::Xml;
 use camdrive::drives::variable::{Causality, Kind, Variability};
 use camdrive::drives::{Description, DynDrive, Fault};
 use camdrive_design::documentation::Documentation;
-use camdrive_design::resource::Described;
+use camdrive_design::overview::{self, Motion};
+use camdrive_design::resource::{Described, Resource};
 use camdrive_design::text::{self, Table};
 use camdrive_design::tradeoff::Report;
 
@@ -25,19 +26,21 @@ const PLATFORMS: [&str; 4] = [
 ];
 
 /// The text of index.html.
-pub fn html(identity: &Identity, model: &str, drive: &mut dyn Described) -> Result<String, Fault> {
-    html_with(identity, model, drive, None)
+pub fn html(identity: &Identity, resource: &Resource, drive: &mut dyn Described) -> Result<String, Fault> {
+    html_with(identity, resource, drive, None)
 }
 
 /// The same with the study of speed against accuracy.
 pub fn html_with(
     identity: &Identity,
-    model: &str,
+    resource: &Resource,
     drive: &mut dyn Described,
     study: Option<&Report>,
 ) -> Result<String, Fault> {
     let study = study.map(Section::of).transpose()?;
     let variables = variables(drive)?;
+    let motions = overview::of(resource)?.motions;
+    let model = &resource.model;
     let documentation = drive.documentation()?;
     let mut xml = Xml::html();
     let root = [("xmlns", "http://www.w3.org/1999/xhtml".to_owned()), ("lang", "en".to_owned())];
@@ -60,6 +63,11 @@ pub fn html_with(
             xml.text("p", &[], &about);
             prose(xml, "p", &documentation.summary);
             figure(xml, identity.name, model, &*drive);
+            if !motions.is_empty() {
+                xml.text("h2", &[], "Motions");
+                table(xml, &Motion::table(&motions));
+                xml.text("p", &[], Motion::SYMBOLS);
+            }
             equations(xml, &documentation);
             signs(xml, &drive.descriptions());
             usage(xml, identity.name, &*drive);
@@ -321,7 +329,9 @@ mod tests {
 
     fn page() -> String {
         let identity = Identity { name: "Lag", description: "a < b & c", guid: "", date: None };
-        html(&identity, "Lag", &mut *lag()).unwrap()
+        let text = String::new;
+        let resource = Resource { name: text(), model: "Lag".to_owned(), guid: text(), scene: serde_json::Value::Null };
+        html(&identity, &resource, &mut *lag()).unwrap()
     }
 
     #[test]

@@ -130,7 +130,7 @@ fn pack_drive(
     with_guid((drive, scene), resource, description, date, &guid)?.into_iter().for_each(&mut replace);
     if let Some(report) = extras.study {
         let identity = Identity { name: &resource.name, description, guid: "", date: None };
-        let page = documentation::html_with(&identity, &resource.model, drive, Some(report))?;
+        let page = documentation::html_with(&identity, resource, drive, Some(report))?;
         replace(File::new(DOCUMENTATION, page));
         content.extend(tradeoff::files(report)?);
     }
@@ -171,7 +171,7 @@ fn for_people(drive: &mut dyn Described, resource: &Resource, description: &str)
     if !curves.is_empty() {
         files.push(File::new("model.png", png::png(&picture::of_curves(&resource.name, &resource.model, &curves))?));
     }
-    files.push(File::new(DOCUMENTATION, documentation::html(&identity, &resource.model, drive)?));
+    files.push(File::new(DOCUMENTATION, documentation::html(&identity, resource, drive)?));
     files.extend(licenses::files());
     files.push(sbom::file()?);
     Ok(files)

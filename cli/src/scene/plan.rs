@@ -19,6 +19,7 @@ const FREE: &str = "free";
 const SEGMENT_LAWS: &[(&[&str], SegmentLaw)] = &[
     (&["polynomial_6"], SegmentLaw::Polynomial6),
     (&["sine"], SegmentLaw::Sine),
+    (&["cosines"], SegmentLaw::Cosines),
     (&["straight"], SegmentLaw::Straight),
 ];
 

@@ -5,6 +5,7 @@
 
 use super::{Overview, Warning, shown};
 use crate::search::zero;
+use crate::text::Table;
 use camdrive::motion::{MotionLaw, MotionPlan};
 use serde::Serialize;
 use std::f64::consts::TAU;
@@ -45,6 +46,22 @@ pub struct Motion {
 }
 
 impl Motion {
+    /// What the columns of [`Motion::table`] mean.
+    pub const SYMBOLS: &str = "From stop to stop, through the lift h over the angle β: the largest velocity is C_v h Ω/β, the \
+        largest acceleration C_a h (Ω/β)², the largest jerk C_j h (Ω/β)³, the largest torque of inertia C_M m h² Ω²/β³.";
+
+    /// A line for each of the motions.
+    pub fn table(motions: &[Motion]) -> Table {
+        let row = |motion: &Motion| {
+            let Motion { velocity, acceleration, jerk, torque, .. } = *motion;
+            let place = [motion.from, motion.from + motion.angle].map(|phi| shown(phi, "rad"));
+            let lift = shown(motion.lift, motion.unit);
+            let values = [velocity, acceleration, jerk, torque].map(super::digits);
+            [vec![motion.law.clone()], place.to_vec(), vec![lift], values.to_vec()].concat()
+        };
+        Table::new("law  from  to  h  C_v  C_a  C_j  C_M", motions.iter().map(row))
+    }
+
     /// For a terminal.
     pub fn text(&self) -> String {
         let [from, to] = [self.from, self.from + self.angle].map(|phi| shown(phi, "rad"));
@@ -117,17 +134,18 @@ impl Overview {
     pub(super) fn motions(&mut self, section: &str, law: &MotionLaw, unit: &'static str) {
         self.motions.extend(motions(section, law, unit));
         if let MotionLaw::Plan(plan) = law {
-            self.jumps(section, law);
-            self.overshoots(section, plan, law);
+            self.jumps(section, law, unit);
+            self.overshoots(section, plan, law, unit);
         }
     }
 
     /// Warns where U″ jumps.
-    fn jumps(&mut self, section: &str, law: &MotionLaw) {
+    fn jumps(&mut self, section: &str, law: &MotionLaw, unit: &str) {
+        let unit = if unit == "rad" { "1/rad" } else { "m/rad2" };
         for &phi in law.breakpoints() {
             let [before, behind] = [false, true].map(|forward| law.at_in(law.segment(phi, forward), phi).0[2]);
             if (behind - before).abs() > NO_JUMP * law.bound(2) {
-                let [at, jump] = [shown(phi, "rad"), shown(behind - before, "m/rad2")];
+                let [at, jump] = [shown(phi, "rad"), shown(behind - before, unit)];
                 self.warnings.push(Warning {
                     message: format!("{section}: U″ jumps by {jump} at {at}"),
                     hint: "leave out an inflection beside the point, or give ddU".to_owned(),
@@ -137,7 +155,7 @@ impl Overview {
     }
 
     /// Warns where U leaves the range of the points at both ends of a segment.
-    fn overshoots(&mut self, section: &str, plan: &MotionPlan, law: &MotionLaw) {
+    fn overshoots(&mut self, section: &str, plan: &MotionPlan, law: &MotionLaw, unit: &str) {
         const PARTS: usize = 500;
         let points = plan.points();
         for (i, to) in points.iter().enumerate() {
@@ -151,7 +169,7 @@ impl Overview {
                     message: format!(
                         "{section}: the motion overshoots on the way to point[{}], by {}",
                         i + 1,
-                        shown(beyond, "m")
+                        shown(beyond, unit)
                     ),
                     hint: "give the segment another law, inflection or angle, or lower dU or ddU at its ends"
                         .to_owned(),

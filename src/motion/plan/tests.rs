@@ -66,6 +66,7 @@ pub fn of_all_kinds() -> MotionLaw {
         general,
         PlanPoint { jerk: Some(0.1), ..at(260.0, 0.01) },
         at(300.0, 0.01),
+        with(SegmentLaw::Cosines, at(330.0, 0.004)),
     ])
 }
 
@@ -233,6 +234,31 @@ fn polynomials_meet_all_that_is_given_at_their_ends() {
 }
 
 #[test]
+fn cosines_meet_the_acceleration_of_both_ends() {
+    let end = |u: f64, b: f64| PlanPoint { acceleration: Some(b * PI * PI), ..at(0.0, u) };
+    let rise = |b: [f64; 2]| {
+        let to = PlanPoint { phi: 1.0, law: Some(SegmentLaw::Cosines), ..end(1.0, -b[1]) };
+        law(vec![with(SegmentLaw::Standard(StandardLaw::Polynomial345), end(0.0, b[0])), to])
+    };
+    let law = rise([0.6, 1.1]);
+    for (z, printed) in [(0.2, 0.1012190519688), (0.5, 0.375), (0.9, 0.9476987024959)] {
+        close(law.at(z).0[0], printed);
+    }
+    for (inflection, b, velocity, [most, least]) in [
+        (0.55, 0.463582557827, 2.049534570675, [6.759958691282, -5.920631837048]),
+        (0.65, 0.923793350840, 2.006923005380, [5.570236283189, -9.117474921144]),
+    ] {
+        let (law, degrees) = (rise([0.0, b]), [0.0, 1f64.to_degrees()]);
+        assert!(law.at(inflection).0[2].abs() < 1e-10 && law.at_in(law.segment(0.5, true), 1.0).0[3].abs() < 1e-12);
+        let found = [extremes(&law, degrees, |u| u[1])[0], extremes(&law, degrees, |u| u[2])[0]];
+        for (found, printed) in found.into_iter().zip([velocity, most]) {
+            assert!((found / printed - 1.0).abs() < 1e-7, "{found} {printed}");
+        }
+        assert!((extremes(&law, degrees, |u| u[2])[1] / least - 1.0).abs() < 1e-7);
+    }
+}
+
+#[test]
 fn a_cycle_is_a_plan_of_four_points() {
     use crate::motion::{Cycle, CyclePlan};
     for (rise_law, return_law, inflections) in [
@@ -290,9 +316,13 @@ fn what_makes_no_plan_is_refused_by_name_and_rests() {
     refused(vec![at(0.0, 0.0), PlanPoint { acceleration: Some(-0.1), ..at(90.0, 1.0) }], "is met by no inflection");
     let sixth = PlanPoint { inflection: Some(0.3), ..with(SegmentLaw::Polynomial6, at(90.0, 1.0)) };
     refused(vec![at(0.0, 0.0), sixth], "polynomial_6 has one inflection and no overshoot within 0.4 … 0.6 only");
+    let cosines = PlanPoint { velocity: Some(1.0), ..with(SegmentLaw::Cosines, at(90.0, 1.0)) };
+    refused(vec![at(0.0, 0.0), cosines], "from standstill to standstill only");
+    let cosines = PlanPoint { inflection: Some(0.6), ..with(SegmentLaw::Cosines, at(90.0, 1.0)) };
+    refused(vec![at(0.0, 0.0), cosines], "follows from ddU at both ends");
     let polynomials = |u| with(standard(StandardLaw::Polynomial345), turning(at(90.0, u)));
     let back = with(standard(StandardLaw::Polynomial345), at(0.0, 0.0));
-    refused(vec![back, polynomials(1.0)], "which decide nothing; give its value");
+    refused(vec![back, polynomials(1.0)], "decide nothing; give its value");
     let sine = |point| with(standard(StandardLaw::ModifiedSine), point);
     let jerky = PlanPoint { jerk: Some(1.0), ..sine(at(90.0, 1.0)) };
     refused(vec![sine(at(0.0, 0.0)), jerky], "point[2].dddU: no polynomial beside");
