@@ -344,6 +344,14 @@ fn check_warns_of_a_rough_table() {
     // The lifts were given a noise of 5 µm.
     assert!(run.code == 0 && run.err.contains("warning") && run.err.contains("scatter by 5.2"), "{}", run.err);
     assert!(run.err.contains("% of the largest U″") && run.err.contains("hint"), "{}", run.err);
+    // Of the same noise the largest lifts are off by some four times that.
+    std::fs::write(&scene, whole("noise = \"estimate\"\n")).expect("the folder can be written to");
+    let run = camdrive(&["check", text(&scene)]);
+    assert!(
+        run.code == 0 && !run.err.contains("warning") && run.err.contains("without its noise of 5.2"),
+        "{}",
+        run.err
+    );
     std::fs::write(&scene, whole("interpolation = \"fourier\"\nharmonics = 12\n"))
         .expect("the folder can be written to");
     let run = camdrive(&["check", text(&scene)]);

@@ -35,12 +35,8 @@ pub fn analyse(points: Points, harmonics: usize) -> Result<HarmonicAnalysis, Tab
     if harmonics > most {
         return Err(TableError::TooManyHarmonics { harmonics, most });
     }
-    let distance = TAU / n as f64;
-    let first = points.angles[0];
-    let equidistant =
-        points.angles.iter().enumerate().all(|(i, phi)| (phi - first - i as f64 * distance).abs() < EQUIDISTANT);
-    let series = if equidistant {
-        discrete_series(first, &points.lifts, harmonics)
+    let series = if is_equidistant(&points.angles) {
+        discrete_series(points.angles[0], &points.lifts, harmonics)
     } else {
         least_squares(&points, harmonics).ok_or(TableError::TooManyHarmonics { harmonics, most: harmonics - 1 })?
     };
@@ -51,8 +47,14 @@ pub fn analyse(points: Points, harmonics: usize) -> Result<HarmonicAnalysis, Tab
     Ok(HarmonicAnalysis { series, largest_residual, mean_residual })
 }
 
+/// Whether the angles divide the turn into equal parts.
+pub fn is_equidistant(angles: &[f64]) -> bool {
+    let distance = TAU / angles.len() as f64;
+    angles.iter().enumerate().all(|(i, phi)| (phi - angles[0] - i as f64 * distance).abs() < EQUIDISTANT)
+}
+
 /// The discrete Fourier series of lifts at φᵢ = first + 2πi/n.
-fn discrete_series(first: f64, lifts: &[f64], harmonics: usize) -> Fourier {
+pub fn discrete_series(first: f64, lifts: &[f64], harmonics: usize) -> Fourier {
     let n = lifts.len();
     let (mut a, mut b) = (vec![0.0; harmonics + 1], vec![0.0; harmonics + 1]);
     for k in 0..=harmonics {

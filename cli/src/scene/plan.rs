@@ -7,7 +7,6 @@ use camdrive::motion::cycle::CyclePlan;
 use camdrive::motion::plan::{INFLECTION, SegmentLaw};
 use camdrive::motion::{MotionLaw, MotionPlan, PlanPoint};
 use std::f64::consts::TAU;
-use toml::de::DeValue;
 
 /// A last point this near one turn after the first (rad) closes the plan: angles are written with some five digits.
 const CLOSING: f64 = 1e-4;
@@ -59,16 +58,12 @@ pub fn read(section: &Section<'_>, quantity: &'static Quantity) -> Option<Motion
 fn point(section: &Section<'_>, quantity: &'static Quantity) -> Option<PlanPoint> {
     let phi = section.real("phi", &unit::ANGLE, within(-2.0 * TAU, 2.0 * TAU));
     let u = section.real("U", quantity, within(-CyclePlan::MAX_LENGTH, CyclePlan::MAX_LENGTH));
-    let word = section.node("ddU").and_then(|node| match node.value {
-        DeValue::String(text) if !text.contains(|c: char| c.is_ascii_digit()) => Some(text.to_string()),
-        _ => None,
-    });
+    let word = section.word("ddU");
     let [velocity, jerk] = [("dU", 1), ("dddU", 3)].map(|(key, n)| section.derivative(key, quantity, n, ANY));
-    let acceleration = match word.as_deref() {
+    let acceleration = match word {
         Some(FREE) => Some(None),
-        Some(text) => {
-            let message = format!("`{}.ddU`: \"{text}\" is neither a number nor \"{FREE}\"", section.path);
-            section.faults.report(section.fault_of("ddU", message));
+        Some(other) => {
+            section.unknown_word("ddU", other, FREE);
             None
         }
         None => section.derivative("ddU", quantity, 2, ANY),

@@ -444,6 +444,20 @@ impl<'a> Section<'a> {
         }
     }
 
+    /// A word that stands where else a quantity does.
+    pub fn word(&self, key: &'static str) -> Option<&'a str> {
+        match self.node(key)?.value {
+            DeValue::String(text) if !text.contains(|c: char| c.is_ascii_digit()) => Some(text),
+            _ => None,
+        }
+    }
+
+    /// Reports a word other than the one that `key` admits beside numbers.
+    pub fn unknown_word(&self, key: &'static str, word: &str, admissible: &str) {
+        let message = format!("`{}`: \"{word}\" is neither a number nor \"{admissible}\"", self.path_of(key));
+        self.faults.report(self.fault_of(key, message));
+    }
+
     /// A text that must be there.
     pub fn required_text(&self, key: &'static str, admissible: &str, example: &str) -> Option<&'a str> {
         if !self.has(key) {

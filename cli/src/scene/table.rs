@@ -5,12 +5,13 @@
 //! line of headings before the first point.
 
 use super::diagnostics::Diagnostic;
-use super::section::{ANY, Section, Span};
+use super::section::{ANY, POSITIVE, Section, Span};
 use super::units;
 use camdrive::drives::unit::{self, Quantity};
 use camdrive::motion::table::{LEAST_DISTANCE, Points, TableError};
 use camdrive::motion::{MotionLaw, Table};
 use camdrive_design::harmonic_analysis;
+use camdrive_design::smoothing::{SmoothingError, smooth};
 use std::path::Path;
 
 /// The most points of a table: a tenth of a degree is 3600 of them, and each one travels in the FMU.
@@ -27,6 +28,20 @@ const MOST_FAULTS: usize = 8;
 enum Interpolation {
     Spline,
     Fourier,
+}
+
+/// The value of `noise` that asks for an estimate.
+const ESTIMATE: &str = "estimate";
+
+/// The noise of the lifts.
+#[derive(Clone, Copy)]
+enum Noise {
+    /// Taken for a part of the motion.
+    Kept,
+    /// Told by the lifts.
+    Estimated,
+    /// Of this standard deviation.
+    Known(f64),
 }
 
 /// Which column of the file.
@@ -65,6 +80,7 @@ pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -
             Some(None)
         }
     };
+    let noise = noise(section, quantity);
     let path = folder.join(file?);
     section.faults.files.borrow_mut().push(path.clone());
     let text = match super::input::bytes(&path) {
@@ -88,7 +104,68 @@ pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -
     let (angle, lift, scale) = (angle?, lift?, scale?.unwrap_or(1.0));
     let reading =
         points(section, &file, &(columns.0?, columns.1?), |a, l| (a * angle.0 / angle.1, l * lift.0 / lift.1 * scale))?;
+    let reading = match noise? {
+        Noise::Kept => reading,
+        noise => smoothed(section, &file, reading, noise, quantity)?,
+    };
     law(section, &file, reading, harmonics?, quantity)
+}
+
+/// What `noise` says.
+fn noise(section: &Section<'_>, quantity: &'static Quantity) -> Option<Noise> {
+    match section.word("noise") {
+        Some(ESTIMATE) => Some(Noise::Estimated),
+        Some(other) => {
+            section.unknown_word("noise", other, ESTIMATE);
+            None
+        }
+        None => section.optional("noise", quantity, POSITIVE).map(|sigma| sigma.map_or(Noise::Kept, Noise::Known)),
+    }
+}
+
+/// The points without their noise; a note says what that changes.
+fn smoothed(
+    section: &Section<'_>,
+    file: &File<'_>,
+    reading: Reading,
+    noise: Noise,
+    quantity: &'static Quantity,
+) -> Option<Reading> {
+    let sigma = if let Noise::Known(sigma) = noise { Some(sigma) } else { None };
+    let said = |value: f64| format!("{} {}", units::short(value), quantity.unit);
+    let fault = match smooth(reading.points.clone(), sigma) {
+        Ok(smooth) => {
+            let [mean, largest] = smooth.changes.map(said);
+            let [half, other] = smooth.half.map(|order| format!("{order:.0}"));
+            section.faults.note(format!(
+                "`{}`: {} without its noise of {}: the lifts change by {mean} (root mean square), {largest} at most; half of \
+                 harmonic {half} is left (of {other}, if all of the noise were taken out)",
+                section.path,
+                file.name,
+                said(smooth.noise)
+            ));
+            return Some(Reading { points: smooth.points, ..reading });
+        }
+        // The law tells what is wrong with the points themselves.
+        Err(SmoothingError::Table(_)) => return Some(reading),
+        Err(SmoothingError::NoNoise) => {
+            section
+                .faults
+                .note(format!("`{}`: {} carries no noise; its lifts are left as they are", section.path, file.name));
+            return Some(reading);
+        }
+        Err(SmoothingError::Distances) => {
+            let text = "needs points at equal distances, over the whole turn";
+            section
+                .fault_of("noise", format!("`{}` {text}", section.path_of("noise")))
+                .hint("resample the table, or leave `noise` out")
+        }
+        Err(SmoothingError::NothingLeft(motion)) => section
+            .fault_of("noise", format!("`{}`: nothing of the motion would be left", section.path_of("noise")))
+            .admissible(format!("less than {}, its root mean square", said(motion))),
+    };
+    section.faults.report(fault);
+    None
 }
 
 /// The same text on every platform.

@@ -16,6 +16,7 @@ mod vibration;
 pub use machine::running;
 
 pub use characteristic::Motion;
+pub use roughness::scatter;
 
 use crate::resource::Resource;
 use crate::text;

@@ -6,6 +6,7 @@
 //! σ̂₈ is the noise. At points h apart the quintic spline makes of it errors of U″ whose root mean square over the turn is 3.89 σ/h².
 
 use super::{Overview, Warning, angles, largest, shown};
+use camdrive::motion::table::Points;
 use camdrive::motion::{MotionLaw, Table};
 use std::f64::consts::TAU;
 
@@ -20,10 +21,7 @@ const TOLERATED: f64 = 0.02;
 
 /// σ̂₈ in the unit of the lift and the root mean square error of U″ that it makes; None where the table is not noisy.
 pub fn noise(table: &Table) -> Option<[f64; 2]> {
-    let (eight, ten) = (deviation(table, 8)?, deviation(table, 10)?);
-    if table.is_bent() || ten <= NOISY * eight {
-        return None;
-    }
+    let eight = scatter(table.points()).filter(|_| !table.is_bent())?;
     let angles = &table.points().angles;
     let n = angles.len();
     let around = |i: usize| angles[i % n] + TAU * (i / n) as f64;
@@ -34,9 +32,14 @@ pub fn noise(table: &Table) -> Option<[f64; 2]> {
     Some([noise, AMPLIFICATION * noise * inverse])
 }
 
-/// σ̂ of the order m, without `scale`; None where the table is too short for it.
-fn deviation(table: &Table, m: usize) -> Option<f64> {
-    let points = table.points();
+/// σ̂₈, the standard deviation of the noise of lifts; None where they are not noisy.
+pub fn scatter(points: &Points) -> Option<f64> {
+    let (eight, ten) = (deviation(points, 8)?, deviation(points, 10)?);
+    (ten > NOISY * eight).then_some(eight)
+}
+
+/// σ̂ of the order m; None where there are too few points for it.
+fn deviation(points: &Points, m: usize) -> Option<f64> {
     let n = points.angles.len();
     if n <= m {
         return None;
@@ -70,7 +73,7 @@ impl Overview {
                     "{section}: the table is rough: its lifts scatter by {size} about a smooth law, and the spline makes \
                      {share:.0} % of the largest U″ of that (root mean square)"
                 ),
-                hint: "smooth the table, or take `interpolation = \"fourier\"` with few `harmonics`; rounded lifts scatter too: \
+                hint: "smooth it by `noise = \"estimate\"`, or take `interpolation = \"fourier\"` with few `harmonics`; rounded lifts scatter too: \
                        write more digits"
                     .to_owned(),
             });
