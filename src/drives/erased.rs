@@ -4,7 +4,8 @@ use super::limits::{check_angle, no_state};
 use super::unit;
 use super::variable::{Access, Causality, Kind, Type, Variability};
 use super::{Description, Drive, EventLog, Experiment, Fault, Number, Seed, Variable};
-use crate::numerics::{difference, work};
+use crate::numerics::difference;
+use crate::numerics::work::Since;
 use std::any::Any;
 use std::mem::MaybeUninit;
 use std::sync::Arc;
@@ -234,8 +235,7 @@ impl<D: Drive> Unit<D> {
         }
         let centre = k.value(&self.drive);
         let (drive, time, trials) = (&self.drive, self.time, &mut self.trials);
-        let drawn = work::all_drawn();
-        let exhausted = || work::all_drawn() - drawn > work::budget();
+        let begin = Since::now();
         let too_much = || {
             let (u, k) = (&u.description.name, &k.description.name);
             Fault(format!(
@@ -244,7 +244,7 @@ impl<D: Drive> Unit<D> {
             ))
         };
         let values_at = |value: f64| -> Result<Box<[f64]>, Fault> {
-            if exhausted() {
+            if begin.is_exhausted() {
                 return Err(too_much());
             }
             let mut drive = drive.clone();
@@ -273,7 +273,7 @@ impl<D: Drive> Unit<D> {
             usual
         };
         let slope = difference::derivative(value_at, centre, 0.02 * size, [*min, *max])?;
-        if exhausted() {
+        if begin.is_exhausted() {
             return Err(too_much());
         }
         if slope.is_finite() {

@@ -258,10 +258,14 @@ impl Instance {
         self.drive.output_derivative(index, order_of(order)?)
     }
 
-    /// ∂unknown/∂known.
-    pub fn directional_derivative(&mut self, unknown: u32, known: u32) -> Result<f64, Fault> {
+    /// ∂unknown/∂known times this component of the direction.
+    pub fn directional_derivative(&mut self, unknown: u32, known: u32, component: f64) -> Result<f64, Fault> {
         let (unknown, known) = (self.drive.variable(unknown, Type::Real)?, self.drive.variable(known, Type::Real)?);
-        self.drive.directional_derivative(unknown, known)
+        // Hosts ask for a column of the Jacobian by a direction of all knowns.
+        if component == 0.0 {
+            return Ok(0.0);
+        }
+        Ok(self.drive.directional_derivative(unknown, known)? * component)
     }
 
     /// The communication point up to which the instance has computed (s).

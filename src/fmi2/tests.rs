@@ -362,10 +362,10 @@ fn derivatives_of_inputs_hold_for_one_step() {
     assert!(bench.instance.output_derivative(X, 3).is_err());
     assert!(bench.instance.output_derivative(X, 0).is_err());
     assert!(bench.instance.output_derivative(G, 1).is_err());
-    assert_eq!(bench.instance.directional_derivative(X, X).unwrap(), 1.0);
-    assert_eq!(bench.instance.directional_derivative(X, U).unwrap(), 0.0);
-    assert!(bench.instance.directional_derivative(X, G).is_err());
-    assert!(bench.instance.directional_derivative(G, U).is_err());
+    assert_eq!(bench.instance.directional_derivative(X, X, 1.0).unwrap(), 1.0);
+    assert_eq!(bench.instance.directional_derivative(X, U, 1.0).unwrap(), 0.0);
+    assert!(bench.instance.directional_derivative(X, G, 1.0).is_err());
+    assert!(bench.instance.directional_derivative(G, U, 1.0).is_err());
 }
 
 #[test]
@@ -373,10 +373,10 @@ fn before_the_start_directional_derivatives_are_those_of_the_start_values() {
     let mut bench = Bench::new(false);
     bench.ok(&table::ENTER_INITIALIZATION_MODE, Instance::enter_initialization);
     for known in [U, G] {
-        assert_eq!(bench.instance.directional_derivative(X, known).unwrap(), 0.0);
+        assert_eq!(bench.instance.directional_derivative(X, known, 1.0).unwrap(), 0.0);
     }
     for (unknown, known) in [(X, X), (G, U), (U, U)] {
-        assert!(bench.instance.directional_derivative(unknown, known).is_err(), "{unknown} {known}");
+        assert!(bench.instance.directional_derivative(unknown, known, 1.0).is_err(), "{unknown} {known}");
     }
 }
 

@@ -36,9 +36,25 @@ thread_local! {
     static DRAWN: Cell<f64> = const { Cell::new(0.0) };
 }
 
-/// All that was drawn in this thread (nominal µs), by which what makes several calls of a drive bounds them together.
-pub fn all_drawn() -> f64 {
-    DRAWN.get()
+/// A moment in this thread, from which what makes several starts of a drive counts the work of all of them.
+#[derive(Clone, Copy, Debug)]
+pub struct Since(f64);
+
+impl Since {
+    /// This moment.
+    pub fn now() -> Self {
+        Since(DRAWN.get())
+    }
+
+    /// Whether as much as a call may take was drawn or noted since.
+    pub fn is_exhausted(self) -> bool {
+        DRAWN.get() - self.0 > budget()
+    }
+}
+
+/// Counts work that needs no budget, since the scene alone tells how much it is (nominal µs).
+pub fn note(cost: f64) {
+    DRAWN.set(DRAWN.get() + cost);
 }
 
 impl Default for Work {

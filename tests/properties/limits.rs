@@ -241,3 +241,18 @@ fn the_largest_numbers_as_inputs_end_in_numbers_or_in_a_clear_fault() {
         }
     }
 }
+
+#[test]
+fn a_derivative_before_the_start_bounds_all_of_its_trial_starts_together() {
+    let budget = 0.02 * BUDGET;
+    let _limited = drawn::limit(budget);
+    for (scene, unknown, known) in [("parametric_wide", "growth", "c.a[3]"), ("machine_wide", "a", "follower[1].m")] {
+        let mut drive = drive(scene);
+        let names: Vec<String> = drive.descriptions().iter().map(|d| d.name.clone()).collect();
+        let [unknown, known] = [unknown, known].map(|name| names.iter().position(|own| own == name).unwrap());
+        drawn::since_last();
+        let said = drive.directional_derivative(unknown, known).unwrap_err().to_string();
+        assert!(said.contains("before the start needs more than the work of one call"), "{scene}: {said}");
+        assert!(drawn::since_last() <= 2.5 * budget, "{scene}");
+    }
+}

@@ -6,7 +6,8 @@
 //! because J falls to a small part of its size, it has no table: the laws themselves are evaluated there.
 
 use super::Inertia;
-use crate::numerics::powers::{Fitting, Powers};
+use crate::numerics::powers::{EVALUATIONS, Fitting, Powers};
+use crate::numerics::work::note;
 use std::f64::consts::TAU;
 
 /// The width of a piece in which the polynomial of degree 15 follows a wave to rounding [rad of the wave]: the first
@@ -48,7 +49,7 @@ pub struct Profile {
 impl Profile {
     /// The table of `inertia`.
     pub fn new(inertia: &Inertia) -> Self {
-        let fitting = Fitting::new();
+        let (fitting, cost) = (Fitting::new(), EVALUATIONS as f64 * inertia.cost());
         let turn = inertia.borders().is_empty();
         let mut profile = Profile { turn, ..Profile::default() };
         for interval in 0..inertia.borders().len().max(1) {
@@ -59,6 +60,7 @@ impl Profile {
             let first = profile.pieces.len();
             let met = loop {
                 let width = (high - low) / count as f64;
+                note(cost * count as f64);
                 let met = (0..count).all(|i| profile.add(inertia, &fitting, interval, low + i as f64 * width, width));
                 if met || 2 * count > EXCESS * wanted {
                     break met;
