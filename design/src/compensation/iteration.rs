@@ -8,10 +8,11 @@
 
 use super::laws::{Moment, places};
 use super::orbit::{self, Driving, Inertia, Orbit};
+use super::restrictions::Kept;
 use super::spectral::{Mesh, amplitude, largest, largest_between, mean};
 use super::{Solution, Task, Tool, range};
 use camdrive::drives::rigid_machine::{Motor, Place};
-use camdrive::motion::MotionLaw;
+use camdrive::motion::{Fourier, MotionLaw};
 use serde::Serialize;
 use std::f64::consts::TAU;
 
@@ -40,6 +41,21 @@ pub struct Round {
     pub speed: [f64; 2],
     /// One for each tool.
     pub tools: Vec<Quality>,
+    /// How well the tools keep what is asked of them.
+    pub restrictions: Vec<Kept>,
+    /// φ̇ over the phase of time, φ̇₀ = 2π/T, a_m, b_m (rad/s).
+    #[serde(skip)]
+    pub speeds: Fourier,
+    /// The motions y(ψ) of the tools over the phase of time (m or rad).
+    #[serde(skip)]
+    pub motions: Vec<Fourier>,
+}
+
+impl Round {
+    /// Ω = 2π/T (rad/s), negative where the machine turns backwards.
+    pub fn mean_speed(&self) -> f64 {
+        self.speeds.a[0]
+    }
 }
 
 /// J at the points, with the cams as they are, and dφ/dχ there.
@@ -75,8 +91,8 @@ pub struct Machine<'a> {
     task: &'a Task,
 }
 
-/// What a cam carries at the points: the moment of inertia of tool and links, and the tool's y′.
-pub type Cam = Vec<[f64; 2]>;
+/// What a cam carries at the points: the moment of inertia of tool and links, and the tool's y′ and y.
+pub type Cam = Vec<[f64; 3]>;
 
 impl<'a> Machine<'a> {
     /// The machine on a mesh of this order in the angle.
@@ -168,49 +184,57 @@ impl<'a> Machine<'a> {
     /// Period, speeds, and how well the tools move.
     pub fn judge(&self, orbit: &Orbit, cams: &[Cam]) -> Round {
         let (phases, slopes) = self.phases(orbit);
-        let tools = self.task.tools.iter().zip(cams);
+        // dt = ψ′T/2π dφ, φ̇ψ′ = 2π/T.
+        let speeds = self.over_time(&phases, &slopes, |_| orbit.mean_speed);
+        let motions: Vec<Fourier> = cams.iter().map(|cam| self.motion(cam, &phases, &slopes)).collect();
+        let tools = self.task.tools.iter().zip(cams).zip(&motions);
         Round {
             period: orbit.period(),
             speed: range(&self.mesh.series(&orbit.speed)),
-            tools: tools.map(|(tool, cam)| self.quality(orbit, tool, cam, &phases, &slopes)).collect(),
+            tools: tools.map(|((tool, cam), motion)| self.quality(orbit, tool, cam, &phases, motion)).collect(),
+            restrictions: self.task.restrictions.kept(&motions),
+            speeds,
+            motions,
         }
+    }
+
+    /// The series in ψ whose coefficients are (1/π) ∫ f cos mψ dφ and (1/π) ∫ f sin mψ dφ, its constant (1/2π) ∫ f dφ, `f` at the
+    /// points: on equal steps of χ exact to rounding, up to the harmonics whose waves in χ the mesh resolves.
+    fn over_time(&self, phases: &[f64], slopes: &[f64], f: impl Fn(usize) -> f64) -> Fourier {
+        let n = self.mesh.len();
+        let fastest = (0..n).map(|i| slopes[i] * self.pace[i]).fold(1.0, f64::max);
+        let order = (self.mesh.order() as f64 / fastest) as usize;
+        let (mut a, mut b) = (vec![0.0; order + 1], vec![0.0; order + 1]);
+        for i in 0..n {
+            let weight = 2.0 * f(i) * self.pace[i] / n as f64;
+            for m in 0..=order {
+                let (sin, cos) = (m as f64 * phases[i]).sin_cos();
+                a[m] += weight * cos;
+                b[m] += weight * sin;
+            }
+        }
+        a[0] *= 0.5;
+        Fourier::new(a, b)
+    }
+
+    /// y(ψ) of a tool: by parts, (1/π) ∫ y cos mψ dψ = −(1/πm) ∫ y′ sin mψ dφ, and with sine in the same way.
+    fn motion(&self, cam: &Cam, phases: &[f64], slopes: &[f64]) -> Fourier {
+        let velocity = self.over_time(phases, slopes, |i| cam[i][1]);
+        let part =
+            |list: &[f64], sign: f64| list.iter().zip(0..).map(|(c, m)| sign * c / f64::max(m.into(), 1.0)).collect();
+        let (mut a, b): (Vec<f64>, Vec<f64>) = (part(&velocity.b, -1.0), part(&velocity.a, 1.0));
+        a[0] = mean(&(0..cam.len()).map(|i| cam[i][2] * slopes[i] * self.pace[i]).collect::<Vec<_>>());
+        Fourier::new(a, b)
     }
 
     /// The accelerations of a tool (m/s² or rad/s²) at the points: ÿ = ω d(y′ω)/dφ.
     fn accelerations(&self, orbit: &Orbit, cam: &Cam) -> Vec<f64> {
-        let velocity: Vec<f64> = cam.iter().zip(&orbit.speed).map(|([_, slope], w)| slope * w).collect();
+        let velocity: Vec<f64> = cam.iter().zip(&orbit.speed).map(|([_, slope, _], w)| slope * w).collect();
         let slope = self.mesh.differentiate(&velocity);
         (0..slope.len()).map(|i| slope[i] / self.pace[i] * orbit.speed[i]).collect()
     }
 
-    /// The phase of time ψ and the acceleration of a tool, at so many points of the turn.
-    pub fn course(&self, orbit: &Orbit, cam: &Cam, points: usize) -> Vec<[f64; 2]> {
-        let acceleration = self.mesh.series(&self.accelerations(orbit, cam));
-        let (phases, _) = self.phases(orbit);
-        let ahead: Vec<f64> = (0..self.mesh.len()).map(|i| phases[i] - self.mesh.point(i)).collect();
-        let ahead = self.mesh.series(&ahead);
-        (0..=points)
-            .map(|i| {
-                let chi = TAU * i as f64 / points as f64;
-                [chi + ahead.at(chi).0[0], acceleration.at(chi).0[0]]
-            })
-            .collect()
-    }
-
-    /// The angle φ and the speed ω, at so many points of the turn.
-    pub fn speeds(&self, orbit: &Orbit, points: usize) -> Vec<[f64; 2]> {
-        let speed = self.mesh.series(&orbit.speed);
-        let ahead: Vec<f64> = (0..self.mesh.len()).map(|i| self.angles[i] - self.mesh.point(i)).collect();
-        let ahead = self.mesh.series(&ahead);
-        (0..=points)
-            .map(|i| {
-                let chi = TAU * i as f64 / points as f64;
-                [chi + ahead.at(chi).0[0], speed.at(chi).0[0]]
-            })
-            .collect()
-    }
-
-    fn quality(&self, orbit: &Orbit, tool: &Tool, cam: &Cam, phases: &[f64], slopes: &[f64]) -> Quality {
+    fn quality(&self, orbit: &Orbit, tool: &Tool, cam: &Cam, phases: &[f64], motion: &Fourier) -> Quality {
         let mesh = &self.mesh;
         let actual = self.accelerations(orbit, cam);
         let omega = orbit.mean_speed;
@@ -221,22 +245,11 @@ impl<'a> Machine<'a> {
             let series = mesh.series(values);
             largest(mesh.order() / 2, |phi| series.at(phi).0[0])[1]
         };
-        // The harmonics of the acceleration in time; those that the mesh carries.
-        let harmonic = |k: usize| {
-            let (mut a, mut b) = (0.0, 0.0);
-            for i in 0..mesh.len() {
-                let (sin, cos) = (k as f64 * phases[i]).sin_cos();
-                let weight = 2.0 * actual[i] * slopes[i] * self.pace[i];
-                a += weight * cos;
-                b += weight * sin;
-            }
-            a.hypot(b) / mesh.len() as f64
-        };
         let order = tool.wanted.order();
-        let largest_wanted =
-            (1..=order).map(|k| amplitude(&tool.wanted, k) * (k * k) as f64 * omega * omega).fold(0.0_f64, f64::max);
+        let harmonic = |series: &Fourier, k: usize| amplitude(series, k) * (k * k) as f64;
+        let largest_wanted = (1..=order).map(|k| harmonic(&tool.wanted, k)).fold(0.0_f64, f64::max);
         let extra: Vec<usize> =
-            (order + 1..mesh.order() / 2).filter(|k| harmonic(*k) > EXTRA * largest_wanted).collect();
+            (order + 1..=motion.order()).filter(|k| harmonic(motion, *k) > EXTRA * largest_wanted).collect();
         Quality {
             overshoot: most(&actual) / peak - 1.0,
             deviation: most(&miss) / peak,

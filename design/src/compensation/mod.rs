@@ -19,16 +19,19 @@
 //! Source: K. Kaltofen, "HS-Bewegungen trotz veränderlicher Antriebsgeschwindigkeit", section 3; factor and bound are
 //! derived here.
 
+mod figures;
 pub mod iteration;
 mod laws;
 pub mod orbit;
 pub mod report;
+pub mod restrictions;
 mod spectral;
 #[cfg(test)]
 mod tests;
 mod tool;
 
 pub use laws::{Form, Law};
+pub use restrictions::Restrictions;
 pub use tool::Tool;
 
 use camdrive::drives::Fault;
@@ -61,6 +64,8 @@ pub struct Task {
     pub tools: Vec<Tool>,
     /// Motor, load, period.
     pub driving: Driving,
+    /// What the tools have to keep.
+    pub restrictions: Restrictions,
 }
 
 /// The solution.

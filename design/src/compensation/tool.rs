@@ -58,9 +58,10 @@ impl Tool {
         self.follower.tool(self.motion.at(psi).0)
     }
 
-    /// The moment of inertia of the tool and all links, and the tool's y′, where the cam's law has this value and slope.
-    pub fn carried(&self, cam: [f64; 2]) -> [f64; 2] {
-        [self.follower.inertia(cam)[0], self.follower.tool(cam)[1]]
+    /// The moment of inertia of the tool and all links, and the tool's y′ and y, where the cam's law has this value and slope.
+    pub fn carried(&self, cam: [f64; 2]) -> [f64; 3] {
+        let [y, slope] = self.follower.tool(cam);
+        [self.follower.inertia(cam)[0], slope, y]
     }
 
     /// The part of S(ψ) (kg·m²).
