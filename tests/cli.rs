@@ -971,6 +971,31 @@ fn compensate_writes_tables_where_series_are_too_long() {
 }
 
 #[test]
+fn compensate_writes_tables_with_derivatives_of_cycles() {
+    let folder = folder("compensate_cycles");
+    let target = folder.join("hs.toml");
+    let args = ["compensate", "examples/rapier_loom/cycles.toml", "-o", text(&target)];
+    let run = camdrive(&[&args[..], &["--report", text(&folder), "--tolerance", "1e-5"]].concat());
+    assert!(run.code == 0 && run.out.contains("Cam 2: a table of"), "{}{}", run.out, run.err);
+    assert_diagrams_read_well(&folder);
+    let table = std::fs::read_to_string(folder.join("hs.follower1.csv")).unwrap();
+    assert!(table.starts_with("phi_rad,lift_m,dU,ddU_before,ddU_behind\n"), "{table}");
+    assert!(std::fs::read_to_string(&target).unwrap().contains("interpolation = \"derivatives\""));
+    // The scene has the law that was found: the machine with it has the period that was told.
+    assert_eq!(camdrive(&["check", text(&target)]).code, 0);
+    let told = run.out.split("finished").nth(2).and_then(|rest| rest.split_whitespace().next()).unwrap();
+    let steady = camdrive(&["steady", text(&target)]);
+    assert!(steady.out.contains(&told[..12]), "{told}: {}", steady.out);
+    let run = camdrive(&[&args[..], &["--laws", "series"]].concat());
+    assert!(run.code == 1 && run.err.contains("leave corners") && run.err.contains("--laws table"), "{}", run.err);
+    // Without its derivatives the file is no such table.
+    let short: Vec<String> = table.lines().map(|line| line.split(',').take(4).collect::<Vec<_>>().join(",")).collect();
+    std::fs::write(folder.join("hs.follower1.csv"), short.join("\n")).unwrap();
+    let run = camdrive(&["check", text(&target)]);
+    assert!(run.code == 1 && run.err.contains("column 5 is missing"), "{}{}", run.out, run.err);
+}
+
+#[test]
 fn the_accuracy_of_a_levers_law_is_told_once() {
     let scene = "examples/sealing_machine/scene.toml";
     assert!(camdrive(&["check", scene]).err.contains("the lever's law has"));

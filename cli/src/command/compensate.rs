@@ -76,7 +76,7 @@ enum Laws {
     Auto,
     /// Fourier series in the angle
     Series,
-    /// Points of a periodic spline of degree 5
+    /// Points of a periodic spline of degree 5; beside motions that are no series always, with their derivatives
     Table,
 }
 
@@ -117,29 +117,15 @@ fn machine(args: &Args) -> Result<Machine, Failure> {
     }
     let phi_start = scene.phi_start;
     let (mut tools, mut kept, mut moved, mut turning) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    let mut endless: Vec<String> = Vec::new();
     for (j, follower) in scene.followers.into_iter().enumerate() {
         if args.keep.contains(&(j + 1)) {
             kept.push(follower);
             continue;
         }
         let turns = follower.cam_turns();
-        match Tool::of(j + 1, follower) {
-            None => endless.push((j + 1).to_string()),
-            Some(tool) => {
-                tools.push(tool);
-                moved.push(j);
-                turning.push(turns);
-            }
-        }
-    }
-    if !endless.is_empty() {
-        let (laws, list) =
-            (if endless.len() == 1 { "law of follower" } else { "laws of followers" }, endless.join(","));
-        let are = if endless.len() == 1 { "is" } else { "are" };
-        return Err(failure(format!(
-            "{place}: the {laws} {list} {are} no Fourier series; harmonics in time would have no end\n  = hint: prescribe HS profiles (law = \"fourier\", or a table with interpolation = \"fourier\"), or keep the cams with --keep {list}"
-        )));
+        tools.push(Tool::of(j + 1, follower));
+        moved.push(j);
+        turning.push(turns);
     }
     if tools.is_empty() {
         return Err(failure(format!("{place}: there is no follower whose cam could be compensated")));
@@ -291,12 +277,22 @@ fn cams(machine: &Machine, report: &Report, output: &Path) -> Result<Vec<Cam>, F
         MotionLaw::Table(points) => {
             let name = format!("{stem}.follower{}.csv", machine.tools[place] + 1);
             let lift = if machine.turning[place] { "lift_rad" } else { "lift_m" };
-            let points = points.points();
-            let rows = points.angles.iter().zip(&points.lifts).map(|(phi, u)| vec![phi.to_string(), format!("{u:e}")]);
-            let text = text::csv(&format!("phi_rad,{lift}"), rows).map_err(failure)?;
             let mut table = Table::new();
             table["law"] = value("table");
             table["file"] = value(name.clone());
+            let (places, bends) = (points.points(), points.bends());
+            let row = |(i, (phi, u)): (usize, (&f64, &f64))| {
+                let bend = bends.get(i).map(|bend| [bend.slope, bend.before, bend.behind]);
+                let numbers = std::iter::once(*u).chain(bend.into_iter().flatten()).map(|x| format!("{x:e}"));
+                std::iter::once(phi.to_string()).chain(numbers).collect::<Vec<_>>()
+            };
+            let mut head = format!("phi_rad,{lift}");
+            if points.is_bent() {
+                table["interpolation"] = value("derivatives");
+                head += ",dU,ddU_before,ddU_behind";
+            }
+            let rows = places.angles.iter().zip(&places.lifts).enumerate().map(row);
+            let text = text::csv(&head, rows).map_err(failure)?;
             Ok(Cam { table, points: Some((output.parent().unwrap_or(Path::new("")).join(name), text)) })
         }
         MotionLaw::Cycle(_) | MotionLaw::Plan(_) => Err(failure("a compensated cam is no cycle and no plan")),

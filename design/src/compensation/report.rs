@@ -181,7 +181,11 @@ fn finish<'a>(task: &'a Task, solution: &Solution, driving: &Driving, options: O
         })?;
         let mut round = machine.judge(&orbit, &cams);
         for ((tool, law), quality) in pairs(task, &laws).zip(&mut round.tools) {
-            quality.deviation = machine.miss(&orbit, tool, &law.law, solution);
+            // Where laws have corners, the error is known at the points of the mesh, and of the law between them.
+            quality.deviation = match task.has_corners() {
+                true => quality.deviation.max(law.truncation),
+                false => machine.miss(&orbit, tool, &law.law, solution),
+            };
         }
         Ok(Finished { laws, machine, cams, round })
     };

@@ -8,11 +8,12 @@ use crate::synthesis::{Bound, Curve, Objective, Point};
 use camdrive::drives::rigid_machine::linkage::{Branch, Kind, Link, Linkage, Mechanism, SliderCrank};
 use camdrive::drives::rigid_machine::{Follower, InertiaFunction};
 use camdrive::drives::solver::Settings;
-use camdrive::motion::MotionLaw;
+use camdrive::motion::table::Points;
+use camdrive::motion::{Cycle, CyclePlan, MotionLaw, StandardLaw, Table};
 
 /// A tool of this mass that the cam moves itself.
 fn direct(number: usize, m: f64, motion: Fourier) -> Tool {
-    Tool::of(number, Follower::new(m, MotionLaw::Fourier(motion))).unwrap()
+    Tool::of(number, Follower::new(m, MotionLaw::Fourier(motion)))
 }
 
 fn loom(constant: f64) -> Task {
@@ -191,7 +192,7 @@ fn the_series_of_a_round_are_its_motion_at_equal_times() {
     for i in 0..50 {
         let psi = 0.1257 * f64::from(i);
         for (tool, motion) in task.tools.iter().zip(&round.motions) {
-            let [there, got] = [tool.motion.at(angle.at(psi)).0[0], motion.at(psi).0[0]];
+            let [there, got] = [tool.driven(angle.at(psi))[0], motion.at(psi).0[0]];
             // Roundings of a sum of some hundred terms.
             assert!((there - got).abs() < 1e-14, "{psi}: {there} {got}");
         }
@@ -395,7 +396,7 @@ fn a_tool_behind_a_mechanism_moves_as_prescribed() {
     let mut task = loom(2.8);
     task.own.function.constant = 0.05;
     task.driving = Driving { motor: Motor::None, load: 0.0, period: Some(0.12) };
-    task.tools = vec![Tool::of(1, follower.clone()).unwrap(), direct(2, 1.6, Fourier::new(vec![0.0, 0.1], vec![]))];
+    task.tools = vec![Tool::of(1, follower.clone()), direct(2, 1.6, Fourier::new(vec![0.0, 0.1], vec![]))];
     // S is the sum over all bodies: places by hand, velocities by differences.
     let body = |psi: f64| {
         let theta = follower.cam.at(psi).0[0] + 1.4;
@@ -441,8 +442,7 @@ fn a_tool_behind_a_mechanism_moves_as_prescribed() {
     assert!(rounds[12].tools.iter().all(|tool| tool.extra_harmonics == 0));
     // Without the links' masses the cams would be others.
     let mut massless = task.clone();
-    massless.tools[0] =
-        Tool::of(1, Follower { linkage: follower.linkage.without_masses(), ..follower.clone() }).unwrap();
+    massless.tools[0] = Tool::of(1, Follower { linkage: follower.linkage.without_masses(), ..follower.clone() });
     let wrong = massless.solve().unwrap().laws(&massless.tools, 1e-8, Form::Auto).unwrap();
     assert!(finished(&task, &wrong).tools[0].deviation > 0.01);
 }
@@ -469,7 +469,7 @@ fn motors_may_be_steep() {
         let rounds = rounds(&task, 192, 0);
         let scene = rigid_machine::Scene {
             inertia: task.own.function.clone(),
-            followers: task.tools.iter().map(|tool| tool.with_law(&MotionLaw::Fourier(tool.motion.clone()))).collect(),
+            followers: task.tools.iter().map(|tool| tool.with_law(&tool.motion)).collect(),
             motor: task.driving.motor,
             phi_start: 0.0,
             w_start: synchronous_speed,
@@ -599,5 +599,152 @@ fn tables_with_a_motor_that_lags() {
     for (tool, law) in task.tools.iter().zip(&laws) {
         let miss = along.miss(&orbit, tool, &law.law, &solution);
         assert!(miss <= 2e-6 && miss >= 0.5 * law.truncation, "{miss} {}", law.truncation);
+    }
+}
+
+/// A gripper that rests at its ends.
+fn cycle_plan(law: StandardLaw) -> CyclePlan {
+    CyclePlan {
+        stroke: 0.7,
+        lower: 0.0,
+        rise_start: 1.0,
+        rise_angle: 2.0,
+        upper_dwell: 0.3,
+        return_angle: 2.0,
+        rise_law: law,
+        return_law: law,
+        inflections: [None; 2],
+    }
+}
+
+/// A loom whose tools move by cycles: the sley beats up while the gripper rests.
+fn cycles(law: StandardLaw) -> Task {
+    let gripper = cycle_plan(law);
+    let (rise, back) = (1.2, 1.3);
+    let sley = CyclePlan {
+        stroke: 0.08,
+        rise_start: -rise,
+        rise_angle: rise,
+        upper_dwell: 0.0,
+        return_angle: back,
+        ..gripper.clone()
+    };
+    let tool = |number, m, plan| Tool::of(number, Follower::new(m, MotionLaw::Cycle(Cycle::new(plan))));
+    let mut task = loom(2.8);
+    task.tools = vec![tool(1, 1.6, gripper), tool(2, 60.0, sley)];
+    task
+}
+
+/// The error of each tool's acceleration in parts of the largest, in the machine that the drive itself simulates with the
+/// finished laws: at its points φ, ω̇ from the equation of motion, the phase by Hermite quadrature of 1/ω.
+fn driven_miss(task: &Task, laws: &[MotionLaw]) -> Vec<f64> {
+    let followers: Vec<Follower> = task.tools.iter().zip(laws).map(|(tool, law)| tool.with_law(law)).collect();
+    let scene = rigid_machine::Scene {
+        inertia: task.own.function.clone(),
+        followers: followers.clone(),
+        motor: task.driving.motor,
+        phi_start: 0.0,
+        w_start: 50.0,
+        start: rigid_machine::MachineStart::Given,
+        solver: Settings::default(),
+    };
+    let motion = &rigid_machine::orbits::periodic_motions(&scene, 0.0).unwrap()[0];
+    let whole = rigid_machine::Inertia::new(task.own.function.clone(), followers);
+    let omega = TAU / motion.period;
+    let change = |[phi, w]: [f64; 2]| {
+        let [j, slope, ..] = whole.at(Place::at(phi), phi);
+        (task.driving.motor.characteristic(w)[0] - 0.5 * slope * w * w) / j
+    };
+    let mut psi = 0.0;
+    let mut most = vec![0.0_f64; laws.len()];
+    for pair in motion.course.windows(2) {
+        let [[start, v], [phi, w]] = [pair[0], pair[1]];
+        let h = phi - start;
+        // d(1/ω)/dφ = −ω̇/ω³.
+        let [before, after] = [change([start, v]) / v.powi(3), change([phi, w]) / w.powi(3)];
+        psi += omega * (0.5 * h * (1.0 / v + 1.0 / w) + h * h / 12.0 * (after - before));
+        for ((tool, law), most) in task.tools.iter().zip(laws).zip(&mut most) {
+            let [_, u1, u2, ..] = law.at(phi.rem_euclid(TAU)).0;
+            let got = u2 * w * w + u1 * change([phi, w]);
+            // Where the acceleration jumps either side will do: the phase is known to some 1e-8.
+            let miss = [-1e-7, 1e-7].map(|beside| (got - omega * omega * tool.at(psi + beside)[2]).abs());
+            *most = most.max(miss[0].min(miss[1]) / tool.acceleration(omega)[1]);
+        }
+    }
+    assert!((psi - TAU).abs() < 1e-6, "{psi}");
+    most
+}
+
+#[test]
+fn motions_of_cycles_are_compensated_through_tables() {
+    // The acceleration of the simple sine jumps.
+    for (law, tolerance) in
+        [(StandardLaw::ModifiedSine, 1e-6), (StandardLaw::Polynomial345, 1e-4), (StandardLaw::SimpleSine, 1e-4)]
+    {
+        let task = cycles(law);
+        let report =
+            report::study("cycles", &task, report::Options { tolerance, rounds: 2, form: Form::Auto }).unwrap();
+        let missed = driven_miss(&task, &report.laws);
+        let plain: Vec<MotionLaw> = task.tools.iter().map(|tool| tool.motion.clone()).collect();
+        // Before, at other points of the turn: to the change of the acceleration between two of them.
+        for (miss, told) in driven_miss(&task, &plain).iter().zip(&report.rounds[0].tools) {
+            assert!((miss / told.deviation - 1.0).abs() < 0.01 && told.deviation > 0.15, "{miss} {told:?}");
+        }
+        for (cut, miss) in report.cams.iter().zip(missed) {
+            assert!(cut.points.is_some_and(|points| points < 3000) && cut.truncation <= tolerance, "{cut:?}");
+            // What the phase of the quadrature misses at corners of the acceleration.
+            assert!(miss <= 1.05 * cut.truncation + 1e-6, "{miss} {cut:?}");
+        }
+    }
+    let refused = cycles(StandardLaw::ModifiedSine).solve().unwrap().laws(&[], 1e-4, Form::Series).unwrap_err();
+    assert!(refused.to_string().contains("--laws table"), "{refused}");
+}
+
+#[test]
+fn cycles_behind_mechanisms_without_motor_and_with_a_load_are_compensated() {
+    let mut task = cycles(StandardLaw::ModifiedTrapezoid);
+    let lever = CyclePlan { stroke: 0.7, lower: -0.2, ..cycle_plan(StandardLaw::ModifiedTrapezoid) };
+    let follower = Follower { cam: MotionLaw::Cycle(Cycle::new(lever)), ..slide(Fourier::new(vec![0.0], vec![])) };
+    task.tools.push(Tool::of(3, follower));
+    // A tool with a series among them: the speed has corners, and so has the law of its cam.
+    task.tools.push(direct(4, 2.0, Fourier::new(vec![0.0, 0.1], vec![])));
+    let (mut free, mut loaded) = (task.clone(), task);
+    free.driving = Driving { motor: Motor::None, load: 0.0, period: Some(0.12) };
+    loaded.driving.load = 30.0;
+    loaded.tools.remove(2);
+    for (task, rounds) in [(free, 2), (loaded, 0)] {
+        let options = report::Options { tolerance: 1e-5, rounds, form: Form::Auto };
+        let report = report::study("linked", &task, options).unwrap();
+        for cut in &report.cams {
+            assert!(cut.points.is_some_and(|points| points < 1000) && cut.truncation <= 1e-5, "{cut:?}");
+        }
+        assert!(error(report.finished.period, report.period) < 1e-8, "{} {}", report.finished.period, report.period);
+        // The rounds come nearer.
+        let deviations: Vec<f64> = report.rounds.iter().map(|round| round.tools[2].deviation).collect();
+        assert!(deviations[0] > 0.01 && deviations.windows(2).all(|pair| pair[1] < 0.4 * pair[0]), "{deviations:?}");
+    }
+}
+
+#[test]
+fn a_motion_as_a_table_is_compensated_as_its_series() {
+    // The sheet's machine with its tools as tables of a thousand points.
+    let mut task = loom(2.8);
+    let exact = task.solve().unwrap();
+    let table = |tool: &Tool| {
+        let angles: Vec<f64> = (0..1000).map(|i| TAU * f64::from(i) / 1e3).collect();
+        let lifts = angles.iter().map(|phi| tool.driven(*phi)[0]).collect();
+        let m = [1.6, 60.0][tool.number - 1];
+        Tool::of(tool.number, Follower::new(m, MotionLaw::Table(Table::new(Points { angles, lifts }).unwrap())))
+    };
+    let series = std::mem::take(&mut task.tools);
+    task.tools = series.iter().map(table).collect();
+    let solution = task.solve().unwrap();
+    assert!(error(solution.orbit.period(), 0.12009167247955) < 1e-11);
+    let laws = solution.laws(&task.tools, 1e-6, Form::Auto).unwrap();
+    let longer = exact.laws(&series, 1e-9, Form::Series).unwrap();
+    for (law, truth) in laws.iter().zip(&longer) {
+        let miss = |n: usize, phi: f64| (law.law.at(phi).0[n] - truth.law.at(phi).0[n]).abs() / truth.law.bound(n);
+        let most = |n: usize| (0..700).map(|i| miss(n, 0.008_976 * f64::from(i))).fold(0.0, f64::max);
+        assert!(most(0) < 1e-9 && most(2) < 3e-6 && law.truncation <= 1e-6);
     }
 }
