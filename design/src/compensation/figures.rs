@@ -1,7 +1,8 @@
 //! Courses and spectra of the rounds, as tables and diagrams: φ̇(t), the tools' accelerations, their distances.
 //!
 //! Of a motion y(ψ) = Σ aₘ cos mψ + bₘ sin mψ, ψ = Ωt, the acceleration has the amplitudes m²Ω²√(aₘ² + bₘ²), of each round with its
-//! own Ω = 2π/T; what is prescribed is compared at the same Ω.
+//! own Ω = 2π/T; what is prescribed is compared at the same Ω. The courses are sums of these series: where a cycle's acceleration
+//! jumps, they overshoot the jump by a tenth.
 //!
 //! Source: K. Kaltofen, "HS-Bewegungen trotz veränderlicher Antriebsgeschwindigkeit", tables 1 and 2, equation (5).
 
@@ -20,8 +21,9 @@ const POINTS: usize = 720;
 /// Rounds that diagrams show beside the finished machine: the next ones lie on it.
 const SHOWN: usize = 3;
 
-/// Harmonics below this part of the largest are not shown.
+/// Harmonics below this part of the largest are not shown, nor higher ones than this: HS profiles have none, and cycles no end.
 const LEAST: f64 = 1e-4;
+const HIGHEST: usize = 40;
 
 impl Report {
     /// Those that diagrams show.
@@ -109,7 +111,7 @@ impl Report {
     /// The harmonics of the acceleration of tool `j`.
     pub fn spectrum_diagram(&self, j: usize) -> Diagram {
         let all = |series: &Fourier, round: &Round| -> Vec<f64> {
-            (1..=series.order()).map(|m| harmonic(round, series, m)).collect()
+            (1..=series.order().min(HIGHEST)).map(|m| harmonic(round, series, m)).collect()
         };
         let wanted = ("as prescribed".to_owned(), all(&self.wanted[j], &self.finished));
         let shown = self.shown().map(|(name, round)| (name, all(&round.motions[j], round)));

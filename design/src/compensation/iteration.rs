@@ -225,10 +225,10 @@ impl<'a> Machine<'a> {
         let fastest = (0..n).map(|i| phases[i][1] * self.pace[i]).fold(1.0, f64::max);
         let order = (self.mesh.order() as f64 / fastest) as usize;
         let (mut a, mut b) = (vec![0.0; order + 1], vec![0.0; order + 1]);
-        for i in 0..n {
+        for (i, [psi, ..]) in phases.iter().enumerate() {
             let weight = 2.0 * f(i) * self.pace[i] / n as f64;
             for m in 0..=order {
-                let (sin, cos) = (m as f64 * phases[i][0]).sin_cos();
+                let (sin, cos) = (m as f64 * psi).sin_cos();
                 a[m] += weight * cos;
                 b[m] += weight * sin;
             }
