@@ -283,7 +283,9 @@ impl Report {
         for j in &self.numbers {
             head.extend([format!("tool {j}: overshoot"), "deviation".to_owned(), "extra harmonics".to_owned()]);
         }
-        let mut rows: Vec<Vec<String>> = self.machines().map(|(name, round)| row(name, Some(round), tools)).collect();
+        let named = |name: String| if name == "finished" { "finished cams".to_owned() } else { name };
+        let machines = self.machines().map(|(name, round)| row(named(name), Some(round), tools));
+        let mut rows: Vec<Vec<String>> = machines.collect();
         for (part, round) in &self.other_speeds {
             rows.push(row(format!("at {} of the speed", percent(*part)), round.as_ref(), tools));
         }
