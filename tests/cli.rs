@@ -918,12 +918,28 @@ fn compensate_writes_a_scene_that_is_right() {
     // The scene is kept as its author wrote it, apart from the cams.
     assert!(written.contains("# gripper") && written.contains("\"500 rpm\"") && written.contains("rapier_loom_hs"));
     assert_eq!(camdrive(&["check", text(&scene)]).code, 0);
-    for ending in ["compensation.csv", "compensation.json", "speed.svg", "tool1.svg", "tool2.svg"] {
+    for ending in [
+        "compensation.csv",
+        "compensation.json",
+        "courses.csv",
+        "spectra.csv",
+        "speed.svg",
+        "tool1.svg",
+        "tool1.spectrum.svg",
+        "tool2.svg",
+        "tool2.spectrum.svg",
+    ] {
         assert!(report.join(format!("rapier_loom.{ending}")).is_file(), "{ending}");
     }
     assert_diagrams_read_well(&report);
     let csv = std::fs::read_to_string(report.join("rapier_loom.compensation.csv")).unwrap();
     assert!(csv.lines().count() > 15 && csv.starts_with("machine,speed_part,period_s"));
+    // What a task asks of tools that were made for another one.
+    let run = camdrive(&["compensate", loom, "-o", text(&scene), "--task", "examples/loom/task.toml"]);
+    for part in ["of the 9 restrictions", "the prescribed motions themselves miss `gripper: point[1].U`", "reserve as"]
+    {
+        assert!(run.code == 0 && run.out.contains(part), "{part}: {}{}", run.out, run.err);
+    }
     // A prescribed period moves the synchronous speed.
     let run = camdrive(&["compensate", loom, "-o", text(&scene), "--period", "120 ms"]);
     assert!(run.code == 0 && run.out.contains("52.39987814901"), "{}{}", run.out, run.err);
@@ -960,6 +976,31 @@ fn compensate_writes_tables_where_series_are_too_long() {
     assert_eq!(camdrive(&["check", text(&target)]).code, 0);
     let run = camdrive(&[&args[..], &["--laws", "series"]].concat());
     assert!(run.code == 1 && run.err.contains("--laws table"), "{}", run.err);
+}
+
+#[test]
+fn compensate_writes_tables_with_derivatives_of_cycles() {
+    let folder = folder("compensate_cycles");
+    let target = folder.join("hs.toml");
+    let args = ["compensate", "examples/rapier_loom/cycles.toml", "-o", text(&target)];
+    let run = camdrive(&[&args[..], &["--report", text(&folder), "--tolerance", "1e-5"]].concat());
+    assert!(run.code == 0 && run.out.contains("Cam 2: a table of"), "{}{}", run.out, run.err);
+    assert_diagrams_read_well(&folder);
+    let table = std::fs::read_to_string(folder.join("hs.follower1.csv")).unwrap();
+    assert!(table.starts_with("phi_rad,lift_m,dU,ddU_before,ddU_behind\n"), "{table}");
+    assert!(std::fs::read_to_string(&target).unwrap().contains("interpolation = \"derivatives\""));
+    // The scene has the law that was found: the machine with it has the period that was told.
+    assert_eq!(camdrive(&["check", text(&target)]).code, 0);
+    let told = run.out.split("finished cams").nth(1).and_then(|rest| rest.split_whitespace().next()).unwrap();
+    let steady = camdrive(&["steady", text(&target)]);
+    assert!(steady.out.contains(&told[..12]), "{told}: {}", steady.out);
+    let run = camdrive(&[&args[..], &["--laws", "series"]].concat());
+    assert!(run.code == 1 && run.err.contains("leave corners") && run.err.contains("--laws table"), "{}", run.err);
+    // Without its derivatives the file is no such table.
+    let short: Vec<String> = table.lines().map(|line| line.split(',').take(4).collect::<Vec<_>>().join(",")).collect();
+    std::fs::write(folder.join("hs.follower1.csv"), short.join("\n")).unwrap();
+    let run = camdrive(&["check", text(&target)]);
+    assert!(run.code == 1 && run.err.contains("column 5 is missing"), "{}{}", run.out, run.err);
 }
 
 #[test]
@@ -1010,6 +1051,8 @@ fn compensate_says_what_it_cannot_do() {
         (&[loom, "--tolerance", "0"], &["--tolerance", "between 0 and 1"]),
         (&[loom, "--tolerance", "1e-15"], &["tool 1", "harmonics"]),
         (&[loom, "--keep", "1,2"], &["no follower whose cam"]),
+        (&[loom, "--task", "examples/loom/task.toml", "--keep", "2"], &["--task", "law for follower 2", "hint"]),
+        (&[loom, "--task", "examples/loom/scene.toml"], &["scene.toml"]),
         (&[loom, "--cam", "7=x.toml"], &["--cam", "1, 2"]),
         (&[loom, "--cam", &format!("1={SCENE}"), "--cam", &format!("2={SCENE}")], &["--cam", "another result"]),
         (&[text(&free), "--period", "120 ms", "--load", "30 N.m"], &["without motor nothing balances", "hint"]),

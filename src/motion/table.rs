@@ -291,6 +291,11 @@ impl Table {
         &self.spline.points
     }
 
+    /// U′ and U″ of the points where they are given, without `scale`; empty where they are interpolated.
+    pub fn bends(&self) -> &[Bend] {
+        &self.spline.bends
+    }
+
     /// Whether U′ and U″ of the points are given, not interpolated.
     pub fn is_bent(&self) -> bool {
         !self.spline.bends.is_empty()

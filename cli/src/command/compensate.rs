@@ -1,11 +1,12 @@
 //! `camdrive compensate SCENE`
 
 use super::{Failure, driving, failure, files, read, show, width};
+use crate::scene;
 use camdrive::drives::rigid_machine::{Inertia, Motor};
 use camdrive::motion::MotionLaw;
 use camdrive_design::compensation::orbit::Driving;
 use camdrive_design::compensation::report::{Options, Report, study};
-use camdrive_design::compensation::{Form, Task, Tool};
+use camdrive_design::compensation::{Form, Restrictions, Task, Tool};
 use camdrive_design::text;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -51,7 +52,12 @@ pub struct Args {
     /// Rounds of the iteration to report
     #[arg(long, value_name = "NUMBER", default_value_t = 3, value_parser = clap::value_parser!(u16).range(..=MOST_ROUNDS))]
     rounds: u16,
-    /// Folder for table and diagrams: NAME.compensation.csv, .json, NAME.speed.svg, NAME.tool1.svg …
+    /// Motion task (TOML) whose bounds, tolerances, exact points and distances the tools of every round are held against; its laws
+    /// are those of the followers in their order
+    #[arg(long, value_name = "FILE")]
+    task: Option<PathBuf>,
+    /// Folder for tables and diagrams: NAME.compensation.csv, .json, of the rounds NAME.courses.csv, NAME.spectra.csv,
+    /// NAME.speed.svg, NAME.tool1.svg, NAME.tool1.spectrum.svg …, of distances NAME.distance.svg
     #[arg(long, value_name = "FOLDER")]
     report: Option<PathBuf>,
     /// A scene of a cam drive that takes over the compensated cam of a follower, as NUMBER=FILE; written beside the result as
@@ -70,7 +76,7 @@ enum Laws {
     Auto,
     /// Fourier series in the angle
     Series,
-    /// Points of a periodic spline of degree 5
+    /// Points of a periodic spline of degree 5; beside motions that are no series always, with their derivatives
     Table,
 }
 
@@ -111,36 +117,47 @@ fn machine(args: &Args) -> Result<Machine, Failure> {
     }
     let phi_start = scene.phi_start;
     let (mut tools, mut kept, mut moved, mut turning) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    let mut endless: Vec<String> = Vec::new();
     for (j, follower) in scene.followers.into_iter().enumerate() {
         if args.keep.contains(&(j + 1)) {
             kept.push(follower);
             continue;
         }
         let turns = follower.cam_turns();
-        match Tool::of(j + 1, follower) {
-            None => endless.push((j + 1).to_string()),
-            Some(tool) => {
-                tools.push(tool);
-                moved.push(j);
-                turning.push(turns);
-            }
-        }
-    }
-    if !endless.is_empty() {
-        let (laws, list) =
-            (if endless.len() == 1 { "law of follower" } else { "laws of followers" }, endless.join(","));
-        let are = if endless.len() == 1 { "is" } else { "are" };
-        return Err(failure(format!(
-            "{place}: the {laws} {list} {are} no Fourier series; harmonics in time would have no end\n  = hint: prescribe HS profiles (law = \"fourier\", or a table with interpolation = \"fourier\"), or keep the cams with --keep {list}"
-        )));
+        tools.push(Tool::of(j + 1, follower));
+        moved.push(j);
+        turning.push(turns);
     }
     if tools.is_empty() {
         return Err(failure(format!("{place}: there is no follower whose cam could be compensated")));
     }
-    let task =
-        Task { own: Inertia::new(scene.inertia, kept), tools, driving: Driving { motor: scene.motor, load, period } };
-    Ok(Machine { name: resolved.name, files: resolved.files, task, tools: moved, turning, phi_start })
+    let mut files = resolved.files;
+    let restrictions =
+        args.task.as_ref().map(|path| restrictions(path, &tools, args.tolerance, &mut files)).transpose()?;
+    let task = Task {
+        own: Inertia::new(scene.inertia, kept),
+        tools,
+        driving: Driving { motor: scene.motor, load, period },
+        restrictions: restrictions.unwrap_or_default(),
+    };
+    Ok(Machine { name: resolved.name, files, task, tools: moved, turning, phi_start })
+}
+
+/// What a motion task asks of the tools; adds the files that it was read from.
+fn restrictions(
+    path: &Path,
+    tools: &[Tool],
+    tolerance: f64,
+    files: &mut Vec<PathBuf>,
+) -> Result<Restrictions, Failure> {
+    let assignment = scene::synthesis::read(path).map_err(|faults| Failure(faults.to_string()))?;
+    files.push(path.to_owned());
+    files.extend(assignment.files.iter().cloned());
+    Restrictions::of(&assignment, tools, tolerance).map_err(|missing| {
+        failure(format!(
+            "--task: {} has a law for follower {missing}, which is no tool to be compensated\n  = hint: the laws of a task are those of the followers in their order, without --keep",
+            path.display()
+        ))
+    })
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
@@ -173,11 +190,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let mut parts = vec![
             ("compensation.csv".to_owned(), report.csv()),
             ("compensation.json".to_owned(), text::json(&report)),
+            ("courses.csv".to_owned(), report.courses()),
+            ("spectra.csv".to_owned(), report.spectra()),
             ("speed.svg".to_owned(), Ok(report.speed_diagram().svg())),
         ];
         for (place, j) in machine.tools.iter().enumerate() {
             parts.push((format!("tool{}.svg", j + 1), Ok(report.acceleration_diagram(place).svg())));
+            parts.push((format!("tool{}.spectrum.svg", j + 1), Ok(report.spectrum_diagram(place).svg())));
         }
+        parts.extend(report.distance_diagram().map(|figure| ("distance.svg".to_owned(), Ok(figure.svg()))));
         results.extend(files::report(folder, &machine.name, parts)?);
     }
     let lines = files::write(&results, &inputs)?;
@@ -208,6 +229,9 @@ fn text(report: &Report) -> String {
         let _ = writeln!(out, "{line}");
     }
     let _ = writeln!(out, "\n{}", report.table().text(width()));
+    if let Some(table) = report.restrictions() {
+        let _ = writeln!(out, "{}", table.text(width()));
+    }
     out
 }
 
@@ -253,12 +277,22 @@ fn cams(machine: &Machine, report: &Report, output: &Path) -> Result<Vec<Cam>, F
         MotionLaw::Table(points) => {
             let name = format!("{stem}.follower{}.csv", machine.tools[place] + 1);
             let lift = if machine.turning[place] { "lift_rad" } else { "lift_m" };
-            let points = points.points();
-            let rows = points.angles.iter().zip(&points.lifts).map(|(phi, u)| vec![phi.to_string(), format!("{u:e}")]);
-            let text = text::csv(&format!("phi_rad,{lift}"), rows).map_err(failure)?;
             let mut table = Table::new();
             table["law"] = value("table");
             table["file"] = value(name.clone());
+            let (places, bends) = (points.points(), points.bends());
+            let row = |(i, (phi, u)): (usize, (&f64, &f64))| {
+                let bend = bends.get(i).map(|bend| [bend.slope, bend.before, bend.behind]);
+                let numbers = std::iter::once(*u).chain(bend.into_iter().flatten()).map(|x| format!("{x:e}"));
+                std::iter::once(phi.to_string()).chain(numbers).collect::<Vec<_>>()
+            };
+            let mut head = format!("phi_rad,{lift}");
+            if points.is_bent() {
+                table["interpolation"] = value("derivatives");
+                head += ",dU,ddU_before,ddU_behind";
+            }
+            let rows = places.angles.iter().zip(&places.lifts).enumerate().map(row);
+            let text = text::csv(&head, rows).map_err(failure)?;
             Ok(Cam { table, points: Some((output.parent().unwrap_or(Path::new("")).join(name), text)) })
         }
         MotionLaw::Cycle(_) | MotionLaw::Plan(_) => Err(failure("a compensated cam is no cycle and no plan")),

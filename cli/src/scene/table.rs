@@ -8,7 +8,7 @@ use super::diagnostics::Diagnostic;
 use super::section::{ANY, POSITIVE, Section, Span};
 use super::units;
 use camdrive::drives::unit::{self, Quantity};
-use camdrive::motion::table::{LEAST_DISTANCE, Points, TableError};
+use camdrive::motion::table::{Bend, LEAST_DISTANCE, Points, TableError};
 use camdrive::motion::{MotionLaw, Table};
 use camdrive_design::harmonic_analysis;
 use camdrive_design::smoothing::{SmoothingError, smooth};
@@ -27,6 +27,8 @@ const MOST_FAULTS: usize = 8;
 #[derive(Clone, Copy, PartialEq)]
 enum Interpolation {
     Spline,
+    /// Pieces of degree 5 with U′ and U″ that the three columns behind the lift give.
+    Derivatives,
     Fourier,
 }
 
@@ -60,6 +62,8 @@ struct File<'a> {
 /// The points with the bytes of the file that each was read from.
 struct Reading {
     points: Points,
+    /// Empty where the file does not give them.
+    bends: Vec<Bend>,
     places: Vec<Span>,
 }
 
@@ -70,8 +74,11 @@ pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -
     let scale = section.optional("scale", quantity, ANY);
     let lift = unit(section, "lift_unit", if section.has("scale") { &unit::NUMBER } else { quantity });
     let columns = (column(section, "angle_column", 0), column(section, "lift_column", 1));
-    let kinds: &[(&[&str], Interpolation)] =
-        &[(&["spline", "quintic_spline"], Interpolation::Spline), (&["fourier"], Interpolation::Fourier)];
+    let kinds: &[(&[&str], Interpolation)] = &[
+        (&["spline", "quintic_spline"], Interpolation::Spline),
+        (&["derivatives"], Interpolation::Derivatives),
+        (&["fourier"], Interpolation::Fourier),
+    ];
     let interpolation = section.choice_or("interpolation", kinds, Interpolation::Spline);
     let harmonics = match interpolation {
         Some(Interpolation::Fourier) => section.count("harmonics", 1, MOST_HARMONICS).map(Some),
@@ -102,8 +109,12 @@ pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -
     };
     let file = File { name: shown(&path), text: &text };
     let (angle, lift, scale) = (angle?, lift?, scale?.unwrap_or(1.0));
-    let reading =
-        points(section, &file, &(columns.0?, columns.1?), |a, l| (a * angle.0 / angle.1, l * lift.0 / lift.1 * scale))?;
+    let convert = |a: f64, l: f64| (a * angle.0 / angle.1, l * lift.0 / lift.1 * scale);
+    let bent = interpolation? == Interpolation::Derivatives;
+    if bent {
+        super::models::forbid(section, &["noise"], "given derivatives leave none", "interpolation = \"spline\"");
+    }
+    let reading = points(section, &file, &(columns.0?, columns.1?), bent, convert)?;
     let reading = match noise? {
         Noise::Kept => reading,
         noise => smoothed(section, &file, reading, noise, quantity)?,
@@ -198,10 +209,12 @@ fn points(
     section: &Section<'_>,
     file: &File<'_>,
     columns: &(Column<'_>, Column<'_>),
+    bent: bool,
     convert: impl Fn(f64, f64) -> (f64, f64),
 ) -> Option<Reading> {
     let mut faults = Vec::new();
-    let mut reading = Reading { points: Points { angles: Vec::new(), lifts: Vec::new() }, places: Vec::new() };
+    let points = Points { angles: Vec::new(), lifts: Vec::new() };
+    let mut reading = Reading { points, bends: Vec::new(), places: Vec::new() };
     let mut rows = lines(file.text).map(|line| (cells(file.text, line.clone()), line)).peekable();
     let headings = rows.next_if(|(cells, _)| cells.iter().all(|cell| number(file.text, cell).is_none()));
     let headings = headings.map(|(cells, _)| cells);
@@ -224,14 +237,21 @@ fn points(
                 fault(file, cell.clone(), message).hint("write plain numbers; their unit is that of the scene")
             })
         };
-        match (value(angle_column), value(lift_column)) {
-            (Ok(angle), Ok(lift)) => {
+        let derivatives: Vec<_> = (1..=if bent { 3 } else { 0 }).map(|n| value(lift_column + n)).collect();
+        let derivatives: Result<Vec<f64>, _> = derivatives.into_iter().collect();
+        match (value(angle_column), value(lift_column), derivatives) {
+            (Ok(angle), Ok(lift), Ok(derivatives)) => {
+                // They are by the angle in rad.
+                let per_rad = |derivative: &f64| convert(angle, *derivative).1;
+                if let [slope, before, behind] = derivatives.iter().map(per_rad).collect::<Vec<_>>()[..] {
+                    reading.bends.push(Bend { slope, before, behind });
+                }
                 let (angle, lift) = convert(angle, lift);
                 reading.points.angles.push(angle);
                 reading.points.lifts.push(lift);
                 reading.places.push(line);
             }
-            (angle, lift) => faults.extend([angle.err(), lift.err()].into_iter().flatten()),
+            (angle, lift, more) => faults.extend([angle.err(), lift.err(), more.err()].into_iter().flatten()),
         }
     }
     if reading.places.len() > MOST_POINTS {
@@ -334,7 +354,8 @@ fn law(
     quantity: &'static Quantity,
 ) -> Option<MotionLaw> {
     let law = match harmonics {
-        None => Table::new(reading.points).map(MotionLaw::Table),
+        None if reading.bends.is_empty() => Table::new(reading.points).map(MotionLaw::Table),
+        None => Table::bent(reading.points, reading.bends).map(MotionLaw::Table),
         Some(harmonics) => harmonic_analysis::analyse(reading.points, harmonics).map(|analysis| {
             let residual = format!("{} {}", units::short(analysis.largest_residual), quantity.unit);
             let of = format!("{harmonics} harmonics of {}", file.name);

@@ -8,10 +8,11 @@
 
 use super::laws::{Moment, places};
 use super::orbit::{self, Driving, Inertia, Orbit};
+use super::restrictions::Kept;
 use super::spectral::{Mesh, amplitude, largest, largest_between, mean};
 use super::{Solution, Task, Tool, range};
 use camdrive::drives::rigid_machine::{Motor, Place};
-use camdrive::motion::MotionLaw;
+use camdrive::motion::{Fourier, MotionLaw};
 use serde::Serialize;
 use std::f64::consts::TAU;
 
@@ -40,6 +41,21 @@ pub struct Round {
     pub speed: [f64; 2],
     /// One for each tool.
     pub tools: Vec<Quality>,
+    /// How well the tools keep what is asked of them.
+    pub restrictions: Vec<Kept>,
+    /// φ̇ over the phase of time, φ̇₀ = 2π/T, a_m, b_m (rad/s).
+    #[serde(skip)]
+    pub speeds: Fourier,
+    /// The motions y(ψ) of the tools over the phase of time (m or rad).
+    #[serde(skip)]
+    pub motions: Vec<Fourier>,
+}
+
+impl Round {
+    /// Ω = 2π/T (rad/s), negative where the machine turns backwards.
+    pub fn mean_speed(&self) -> f64 {
+        self.speeds.a[0]
+    }
 }
 
 /// J at the points, with the cams as they are, and dφ/dχ there.
@@ -75,8 +91,8 @@ pub struct Machine<'a> {
     task: &'a Task,
 }
 
-/// What a cam carries at the points: the moment of inertia of tool and links, and the tool's y′.
-pub type Cam = Vec<[f64; 2]>;
+/// What a cam carries at the points: the moment of inertia J of tool and links with J′, and the tool's y, y′ and y″.
+pub type Cam = Vec<[f64; 5]>;
 
 impl<'a> Machine<'a> {
     /// The machine on a mesh of this order in the angle.
@@ -95,32 +111,27 @@ impl<'a> Machine<'a> {
         Machine { angles, pace, mesh, task }
     }
 
-    /// The cam with which a tool moves as U(ψ) at the phases ψ(φ).
-    pub fn cam_of_phases(&self, tool: &Tool, phases: &[f64], slopes: &[f64]) -> Cam {
-        let at = |(psi, slope): (&f64, &f64)| {
-            let [u, u1, ..] = tool.motion.at(*psi).0;
-            tool.carried([u, u1 * slope])
+    /// The cam with which a tool moves as U(ψ) where the phases and their derivatives are ψ, ψ′ and ψ″.
+    pub fn cam_of_phases(&self, tool: &Tool, phases: &[[f64; 3]]) -> Cam {
+        let at = |[psi, slope, bend]: &[f64; 3]| {
+            let [u, u1, u2, ..] = tool.driven(*psi);
+            tool.carried([u, u1 * slope, u2 * slope * slope + u1 * bend])
         };
-        phases.iter().zip(slopes).map(at).collect()
+        phases.iter().map(at).collect()
     }
 
     /// The cam of a tool with this law.
     pub fn cam_of_law(&self, tool: &Tool, law: &MotionLaw) -> Cam {
         let at = |phi: &f64| {
-            let [u, u1, ..] = law.at(*phi).0;
-            tool.carried([u, u1])
+            let [u, u1, u2, ..] = law.at(*phi).0;
+            tool.carried([u, u1, u2])
         };
         self.angles.iter().map(at).collect()
     }
 
     /// The periodic motion with these cams.
     pub fn orbit(&self, cams: &[Cam], driving: &Driving) -> Option<Orbit> {
-        let inertia: Vec<f64> = (0..self.mesh.len())
-            .map(|i| {
-                let phi = self.angles[i];
-                self.task.own.at(Place::at(phi), phi)[0] + cams.iter().map(|cam| cam[i][0]).sum::<f64>()
-            })
-            .collect();
+        let inertia: Vec<f64> = (0..self.mesh.len()).map(|i| self.inertia(cams, i)[0]).collect();
         let over_turn =
             |f: fn(f64) -> f64| mean(&inertia.iter().zip(&self.pace).map(|(j, g)| f(*j) * g).collect::<Vec<_>>());
         let (level, uniform) = (over_turn(f64::sqrt), over_turn(|j| j));
@@ -137,11 +148,30 @@ impl<'a> Machine<'a> {
         orbit::find(&self.mesh, &InAngle { inertia: inertia.clone(), pace: &self.pace }, driving, start)
     }
 
-    /// ψ(φ) and dψ/dφ of a motion.
-    fn phases(&self, orbit: &Orbit) -> (Vec<f64>, Vec<f64>) {
+    /// J and J′ at a point.
+    fn inertia(&self, cams: &[Cam], i: usize) -> [f64; 2] {
+        let [j, slope, ..] = self.task.own.at(Place::at(self.angles[i]), self.angles[i]);
+        cams.iter().fold([j, slope], |[j, slope], cam| [j + cam[i][0], slope + cam[i][1]])
+    }
+
+    /// ω̇ (rad/s²) at the points, J ω̇ = M − τ − ½ J′ ω².
+    fn changes(&self, orbit: &Orbit, cams: &[Cam]) -> Vec<f64> {
+        let at = |(i, (w, torque)): (usize, (&f64, &f64))| {
+            let [j, slope] = self.inertia(cams, i);
+            (torque - self.task.driving.load - 0.5 * slope * w * w) / j
+        };
+        orbit.speed.iter().zip(&orbit.torque).enumerate().map(at).collect()
+    }
+
+    /// ψ(φ), ψ′ = Ω/ω and ψ″ = −Ωω̇/ω³ of a motion.
+    fn phases(&self, orbit: &Orbit, changes: &[f64]) -> Vec<[f64; 3]> {
         let slopes: Vec<f64> = orbit.speed.iter().map(|w| orbit.mean_speed / w).collect();
         let ahead = self.mesh.integrate(&slopes.iter().zip(&self.pace).map(|(s, g)| s * g).collect::<Vec<_>>());
-        ((0..self.mesh.len()).map(|i| self.mesh.point(i) + ahead[i] - ahead[0]).collect(), slopes)
+        let at = |i: usize| {
+            let bend = -slopes[i] * changes[i] / orbit.speed[i].powi(2);
+            [self.mesh.point(i) + ahead[i] - ahead[0], slopes[i], bend]
+        };
+        (0..self.mesh.len()).map(at).collect()
     }
 
     /// The largest part of a tool's acceleration that a motion with this law of its cam misses, relative to the largest that is
@@ -149,8 +179,8 @@ impl<'a> Machine<'a> {
     pub fn miss(&self, orbit: &Orbit, tool: &Tool, law: &MotionLaw, design: &Solution) -> f64 {
         let angle = design.angle();
         let fastest = self.pace.iter().copied().fold(1.0, f64::max);
-        let (phases, _) = self.phases(orbit);
-        let ahead: Vec<f64> = (0..self.mesh.len()).map(|i| phases[i] - self.mesh.point(i)).collect();
+        let phases = self.phases(orbit, &vec![0.0; self.mesh.len()]);
+        let ahead: Vec<f64> = (0..self.mesh.len()).map(|i| phases[i][0] - self.mesh.point(i)).collect();
         let (speed, ahead) = (self.mesh.series(&orbit.speed), self.mesh.series(&ahead));
         let moment = |chi: f64| {
             let [w, slope, ..] = speed.at(chi).0;
@@ -167,76 +197,75 @@ impl<'a> Machine<'a> {
 
     /// Period, speeds, and how well the tools move.
     pub fn judge(&self, orbit: &Orbit, cams: &[Cam]) -> Round {
-        let (phases, slopes) = self.phases(orbit);
-        let tools = self.task.tools.iter().zip(cams);
+        let changes = self.changes(orbit, cams);
+        let phases = self.phases(orbit, &changes);
+        // dt = ψ′T/2π dφ, φ̇ψ′ = 2π/T.
+        let speeds = self.over_time(&phases, |_| orbit.mean_speed);
+        let motions: Vec<Fourier> = cams.iter().map(|cam| self.motion(cam, &phases)).collect();
+        let tools = self.task.tools.iter().zip(cams).zip(&motions);
+        let quality = |((tool, cam), motion): ((&Tool, &Cam), &Fourier)| {
+            let accelerations = orbit.speed.iter().zip(&changes).zip(cam);
+            let accelerations = accelerations.map(|((w, change), [.., y1, y2])| y2 * w * w + y1 * change).collect();
+            self.quality(orbit.mean_speed, tool, accelerations, &phases, motion)
+        };
         Round {
             period: orbit.period(),
             speed: range(&self.mesh.series(&orbit.speed)),
-            tools: tools.map(|(tool, cam)| self.quality(orbit, tool, cam, &phases, &slopes)).collect(),
+            tools: tools.map(quality).collect(),
+            restrictions: self.task.restrictions.kept(&motions),
+            speeds,
+            motions,
         }
     }
 
-    /// The accelerations of a tool (m/s² or rad/s²) at the points: ÿ = ω d(y′ω)/dφ.
-    fn accelerations(&self, orbit: &Orbit, cam: &Cam) -> Vec<f64> {
-        let velocity: Vec<f64> = cam.iter().zip(&orbit.speed).map(|([_, slope], w)| slope * w).collect();
-        let slope = self.mesh.differentiate(&velocity);
-        (0..slope.len()).map(|i| slope[i] / self.pace[i] * orbit.speed[i]).collect()
+    /// The series in ψ whose coefficients are (1/π) ∫ f cos mψ dφ and (1/π) ∫ f sin mψ dφ, its constant (1/2π) ∫ f dφ, `f` at the
+    /// points: on equal steps of χ exact to rounding, up to the harmonics whose waves in χ the mesh resolves.
+    fn over_time(&self, phases: &[[f64; 3]], f: impl Fn(usize) -> f64) -> Fourier {
+        let n = self.mesh.len();
+        let fastest = (0..n).map(|i| phases[i][1] * self.pace[i]).fold(1.0, f64::max);
+        let order = (self.mesh.order() as f64 / fastest) as usize;
+        let (mut a, mut b) = (vec![0.0; order + 1], vec![0.0; order + 1]);
+        for (i, [psi, ..]) in phases.iter().enumerate() {
+            let weight = 2.0 * f(i) * self.pace[i] / n as f64;
+            for m in 0..=order {
+                let (sin, cos) = (m as f64 * psi).sin_cos();
+                a[m] += weight * cos;
+                b[m] += weight * sin;
+            }
+        }
+        a[0] *= 0.5;
+        Fourier::new(a, b)
     }
 
-    /// The phase of time ψ and the acceleration of a tool, at so many points of the turn.
-    pub fn course(&self, orbit: &Orbit, cam: &Cam, points: usize) -> Vec<[f64; 2]> {
-        let acceleration = self.mesh.series(&self.accelerations(orbit, cam));
-        let (phases, _) = self.phases(orbit);
-        let ahead: Vec<f64> = (0..self.mesh.len()).map(|i| phases[i] - self.mesh.point(i)).collect();
-        let ahead = self.mesh.series(&ahead);
-        (0..=points)
-            .map(|i| {
-                let chi = TAU * i as f64 / points as f64;
-                [chi + ahead.at(chi).0[0], acceleration.at(chi).0[0]]
-            })
-            .collect()
+    /// y(ψ) of a tool: by parts, (1/π) ∫ y cos mψ dψ = −(1/πm) ∫ y′ sin mψ dφ, and with sine in the same way.
+    fn motion(&self, cam: &Cam, phases: &[[f64; 3]]) -> Fourier {
+        let velocity = self.over_time(phases, |i| cam[i][3]);
+        let part =
+            |list: &[f64], sign: f64| list.iter().zip(0..).map(|(c, m)| sign * c / f64::max(m.into(), 1.0)).collect();
+        let (mut a, b): (Vec<f64>, Vec<f64>) = (part(&velocity.b, -1.0), part(&velocity.a, 1.0));
+        a[0] = mean(&(0..cam.len()).map(|i| cam[i][2] * phases[i][1] * self.pace[i]).collect::<Vec<_>>());
+        Fourier::new(a, b)
     }
 
-    /// The angle φ and the speed ω, at so many points of the turn.
-    pub fn speeds(&self, orbit: &Orbit, points: usize) -> Vec<[f64; 2]> {
-        let speed = self.mesh.series(&orbit.speed);
-        let ahead: Vec<f64> = (0..self.mesh.len()).map(|i| self.angles[i] - self.mesh.point(i)).collect();
-        let ahead = self.mesh.series(&ahead);
-        (0..=points)
-            .map(|i| {
-                let chi = TAU * i as f64 / points as f64;
-                [chi + ahead.at(chi).0[0], speed.at(chi).0[0]]
-            })
-            .collect()
-    }
-
-    fn quality(&self, orbit: &Orbit, tool: &Tool, cam: &Cam, phases: &[f64], slopes: &[f64]) -> Quality {
+    /// How well a tool moves with these accelerations (m/s² or rad/s²) at the points; where laws have corners, the largest ones are
+    /// looked for at the points alone.
+    fn quality(&self, omega: f64, tool: &Tool, actual: Vec<f64>, phases: &[[f64; 3]], motion: &Fourier) -> Quality {
         let mesh = &self.mesh;
-        let actual = self.accelerations(orbit, cam);
-        let omega = orbit.mean_speed;
-        let wanted = |psi: f64| omega * omega * tool.at(psi)[2];
-        let miss: Vec<f64> = actual.iter().zip(phases).map(|(a, psi)| a - wanted(*psi)).collect();
+        let miss = actual.iter().zip(phases).map(|(a, [psi, ..])| a - omega * omega * tool.at(*psi)[2]);
+        let miss: Vec<f64> = miss.collect();
         let peak = tool.acceleration(omega)[1];
         let most = |values: &[f64]| {
+            if self.task.has_corners() {
+                return values.iter().fold(0.0, |most: f64, a| most.max(a.abs()));
+            }
             let series = mesh.series(values);
             largest(mesh.order() / 2, |phi| series.at(phi).0[0])[1]
         };
-        // The harmonics of the acceleration in time; those that the mesh carries.
-        let harmonic = |k: usize| {
-            let (mut a, mut b) = (0.0, 0.0);
-            for i in 0..mesh.len() {
-                let (sin, cos) = (k as f64 * phases[i]).sin_cos();
-                let weight = 2.0 * actual[i] * slopes[i] * self.pace[i];
-                a += weight * cos;
-                b += weight * sin;
-            }
-            a.hypot(b) / mesh.len() as f64
-        };
         let order = tool.wanted.order();
-        let largest_wanted =
-            (1..=order).map(|k| amplitude(&tool.wanted, k) * (k * k) as f64 * omega * omega).fold(0.0_f64, f64::max);
+        let harmonic = |series: &Fourier, k: usize| amplitude(series, k) * (k * k) as f64;
+        let largest_wanted = (1..=order).map(|k| harmonic(&tool.wanted, k)).fold(0.0_f64, f64::max);
         let extra: Vec<usize> =
-            (order + 1..mesh.order() / 2).filter(|k| harmonic(*k) > EXTRA * largest_wanted).collect();
+            (order + 1..=motion.order()).filter(|k| harmonic(motion, *k) > EXTRA * largest_wanted).collect();
         Quality {
             overshoot: most(&actual) / peak - 1.0,
             deviation: most(&miss) / peak,
@@ -249,14 +278,13 @@ impl<'a> Machine<'a> {
 /// The rounds of the iteration, from round 0 on; fewer where a round finds no motion.
 pub fn rounds(task: &Task, order: usize, count: usize) -> Vec<Round> {
     let machine = Machine::new(task, order);
-    let mut phases = machine.angles.clone();
-    let mut slopes = vec![1.0; phases.len()];
+    let mut phases: Vec<[f64; 3]> = machine.angles.iter().map(|phi| [*phi, 1.0, 0.0]).collect();
     let mut rounds = Vec::new();
     while rounds.len() <= count {
-        let cams: Vec<Cam> = task.tools.iter().map(|tool| machine.cam_of_phases(tool, &phases, &slopes)).collect();
+        let cams: Vec<Cam> = task.tools.iter().map(|tool| machine.cam_of_phases(tool, &phases)).collect();
         let Some(orbit) = machine.orbit(&cams, &task.driving) else { break };
         rounds.push(machine.judge(&orbit, &cams));
-        (phases, slopes) = machine.phases(&orbit);
+        phases = machine.phases(&orbit, &machine.changes(&orbit, &cams));
     }
     rounds
 }

@@ -7,6 +7,7 @@
 //! ÿ = f(U(φ))¨, U̇ = U′ω, Ü = U″ω² + U′ω̇ against y = f(U(ψ)): both sides in closed form, the maximum found between the
 //! places at which they are compared.
 
+use super::corners::Corners;
 use super::spectral::{Mesh, amplitude, largest, largest_between};
 use super::{Angle, Solution, Tool};
 use camdrive::drives::Fault;
@@ -33,6 +34,9 @@ const SHORTEST: usize = 32;
 
 /// The points of the first table for the shortest wave of the tool.
 const FIRST_POINTS: usize = 4;
+
+/// The widest piece of the first table where laws have corners (rad).
+const WIDEST: f64 = TAU / 64.0;
 
 /// Tables that are tried: each divides the pieces that miss the tolerance as often as their order of four demands.
 const TABLES: usize = 12;
@@ -104,7 +108,7 @@ pub fn places(law: &MotionLaw, angle: &Angle, fastest: f64) -> Vec<f64> {
 }
 
 /// The knots with so many parts between each and the next; without the last knot.
-fn divided(knots: &[f64], parts: impl Fn(usize) -> usize) -> Vec<f64> {
+pub fn divided(knots: &[f64], parts: impl Fn(usize) -> usize) -> Vec<f64> {
     let between = |(i, pair): (usize, &[f64])| {
         let (from, width, n) = (pair[0], pair[1] - pair[0], parts(i));
         (0..n).map(move |j| from + width * j as f64 / n as f64)
@@ -123,6 +127,9 @@ struct Wanted<'a> {
 
 impl Wanted<'_> {
     fn moment(&self, psi: f64) -> Moment {
+        if let Some(corners) = &self.solution.corners {
+            return corners.moment(psi.rem_euclid(TAU), true);
+        }
         let [speed, slope, ..] = self.solution.speed.at(psi).0;
         Moment {
             angle: self.angle.at(psi).rem_euclid(TAU),
@@ -144,9 +151,9 @@ impl Wanted<'_> {
         // At equidistant angles the waves of the series have no error of phase; five points for each wave of the highest
         // harmonic keep the aliases out.
         let mesh = Mesh::new(5 * HIGHEST_HARMONIC / 2);
-        let lifts: Vec<f64> = (0..mesh.len()).map(|i| tool.motion.at(self.angle.inverse(mesh.point(i))).0[0]).collect();
+        let lifts: Vec<f64> = (0..mesh.len()).map(|i| tool.driven(self.angle.inverse(mesh.point(i)))[0]).collect();
         let full = mesh.series(&lifts);
-        let floor = ROUNDING * largest(tool.motion.order(), |psi| tool.motion.at(psi).0[0])[1];
+        let floor = ROUNDING * largest(tool.wanted.order(), |psi| tool.driven(psi)[0])[1];
         let last = (1..=HIGHEST_HARMONIC).rev().find(|k| amplitude(&full, *k) > floor).unwrap_or(1);
         let cut = |order: usize| MotionLaw::Fourier(Fourier::new(full.a[..=order].to_vec(), full.b[..=order].to_vec()));
         let longest = cut(last);
@@ -182,21 +189,32 @@ impl Wanted<'_> {
 
     /// The table with points where the tolerance needs them; the least error where they are too many.
     fn table(&self, tool: &Tool) -> Result<Law, f64> {
+        let corners = self.solution.corners.as_ref();
         let omega = self.solution.mean_speed();
         let peak = tool.acceleration(omega)[1];
-        let n = FIRST_POINTS * tool.wanted.order().max(tool.motion.order()).max(4);
-        let mut knots: Vec<f64> = (0..=n).map(|i| TAU * i as f64 / n as f64).collect();
+        let order = tool.motion.series().map_or(0, Fourier::order).max(tool.wanted.order()).max(4);
+        let width = TAU / (FIRST_POINTS * order) as f64;
+        let even = || (0..FIRST_POINTS * order).map(|i| width * i as f64).collect();
+        let mut knots: Vec<f64> = corners.map_or_else(even, |corners| corners.parts(WIDEST));
+        knots.push(TAU);
         let (mut least, mut stale) = (f64::INFINITY, 0);
         for _ in 0..TABLES {
             let open = &knots[..knots.len() - 1];
+            let angle = |psi: &f64| corners.map_or_else(|| self.angle.at(*psi), |corners| corners.angle(*psi));
             let points = Points {
-                angles: open.iter().map(|psi| self.angle.at(*psi)).collect(),
-                lifts: open.iter().map(|psi| tool.motion.at(*psi).0[0]).collect(),
+                angles: open.iter().map(angle).collect(),
+                lifts: open.iter().map(|psi| tool.driven(*psi)[0]).collect(),
             };
-            let Ok(table) = Table::new(points) else { break };
+            let bent = |corners: &Corners| open.iter().map(|psi| corners.bend(tool, *psi)).collect();
+            let table = match corners {
+                Some(corners) => Table::bent(points, bent(corners)),
+                None => Table::new(points),
+            };
+            let Ok(table) = table else { break };
             let law = MotionLaw::Table(table);
             let in_piece = |pair: &[f64]| {
-                let at = |j: usize| pair[0] + (pair[1] - pair[0]) * j as f64 / PLACES as f64;
+                // Inside of the piece, on whose ends a corner may be.
+                let at = |j: usize| pair[0] + (pair[1] - pair[0]) * (j as f64 + 0.5) / PLACES as f64;
                 (0..PLACES).map(|j| tool.miss(&law, omega, self.moment(at(j))) / peak).fold(0.0, f64::max)
             };
             let errors: Vec<f64> = knots.windows(2).map(in_piece).collect();
@@ -232,10 +250,18 @@ impl Solution {
     /// largest.
     ///
     /// # Errors
-    /// Where neither the most harmonics nor the most points suffice, or not those of the demanded form.
+    /// Where a series is demanded of a motion that has none, or neither the most harmonics nor the most points suffice, or not those of the demanded form.
     pub fn laws(&self, tools: &[Tool], tolerance: f64, form: Form) -> Result<Vec<Law>, Fault> {
         let fastest = self.range().map(|w| w / self.mean_speed()).into_iter().fold(1.0, f64::max);
         let wanted = Wanted { solution: self, angle: self.angle(), fastest, tolerance };
+        let form = match (&self.corners, form) {
+            (Some(_), Form::Series) => {
+                let what = "motions that cycles, plans or tables prescribe leave corners in the laws of all cams, which no series has";
+                return Err(Fault(format!("{what}; choose --laws table")));
+            }
+            (Some(_), _) => Form::Table,
+            (None, form) => form,
+        };
         let series = |tool: &Tool| {
             wanted.series(tool).map_err(|least| {
                 format!("a series of up to {HIGHEST_HARMONIC} harmonics has an error of at least {least:.1e}")

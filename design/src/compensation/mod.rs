@@ -15,25 +15,31 @@
 //! the tool and all links with the velocities that they then have in time.
 //!
 //! The cams' laws are Fourier series in φ, as long as the wanted accuracy demands, or tables where that is too long (`laws`).
+//! Where the motions are no series (cycles, plans, tables) all cams are tables that end their pieces at the corners (`corners`).
 //!
 //! Source: K. Kaltofen, "HS-Bewegungen trotz veränderlicher Antriebsgeschwindigkeit", section 3; factor and bound are
 //! derived here.
 
+mod corners;
+mod figures;
 pub mod iteration;
 mod laws;
 pub mod orbit;
 pub mod report;
+pub mod restrictions;
 mod spectral;
 #[cfg(test)]
 mod tests;
 mod tool;
 
 pub use laws::{Form, Law};
+pub use restrictions::Restrictions;
 pub use tool::Tool;
 
 use camdrive::drives::Fault;
 use camdrive::drives::rigid_machine::{self, Kloss, Motor, Place};
 use camdrive::motion::Fourier;
+use corners::Corners;
 use orbit::{Driving, Inertia, Orbit};
 use spectral::{Mesh, largest, mean, tail};
 use std::f64::consts::TAU;
@@ -61,6 +67,8 @@ pub struct Task {
     pub tools: Vec<Tool>,
     /// Motor, load, period.
     pub driving: Driving,
+    /// What the tools have to keep.
+    pub restrictions: Restrictions,
 }
 
 /// The solution.
@@ -74,6 +82,8 @@ pub struct Solution {
     pub resolution: f64,
     /// ρ, the factor by which an iteration of the source reduces the error.
     pub factor: f64,
+    /// The motion from corner to corner, where laws have some.
+    corners: Option<Corners>,
 }
 
 /// The tools' inertia in the phase of time, and the rest in the angle.
@@ -102,15 +112,32 @@ impl Task {
         self.tools.iter().map(|tool| tool.inertia(psi)).sum()
     }
 
-    /// The highest harmonic of the tools' motions.
+    /// The highest harmonic of the tools' motions; of laws that are no series, which have no highest, what the finest mesh carries.
     fn order(&self) -> usize {
-        self.tools.iter().map(|tool| tool.wanted.order().max(tool.motion.order())).max().unwrap_or(1).max(1)
+        let of =
+            |tool: &Tool| tool.motion.series().map_or(ORDERS[1] / 2, |series| tool.wanted.order().max(series.order()));
+        self.tools.iter().map(of).max().unwrap_or(1).max(1)
+    }
+
+    /// The order of the finest mesh: half of it where a motor lags, whose torque is as many unknowns, beside corners, which no mesh
+    /// resolves.
+    fn finest(&self) -> usize {
+        match (self.has_corners(), self.driving.motor.lag().is_some()) {
+            (true, true) => ORDERS[1] / 2,
+            (false, _) if self.is_free() => FINEST_CLOSED,
+            _ => ORDERS[1],
+        }
+    }
+
+    /// Whether a law of a tool is no series.
+    fn has_corners(&self) -> bool {
+        self.tools.iter().any(|tool| tool.motion.series().is_none())
     }
 
     /// The order of the coarsest mesh for the motion: six points for each harmonic of the tools, of many harmonics two, as their
     /// inertia has them, since the work grows with the cube.
     fn coarsest(&self) -> usize {
-        (6 * self.order()).min(ORDERS[1]).max(2 * self.order()).max(ORDERS[0])
+        (6 * self.order()).min(self.finest().min(ORDERS[1])).max(2 * self.order()).max(ORDERS[0])
     }
 
     /// ⟨√(S_max − S)⟩² (kg·m²): the least constant inertia of a machine without motor.
@@ -168,10 +195,10 @@ impl Task {
             let orbit = self.solve_on(&mesh).map_err(|share| self.refusal(share))?;
             let speed = mesh.series(&orbit.speed);
             let resolution = tail(&speed);
-            let finest = if self.is_free() { FINEST_CLOSED } else { ORDERS[1] };
-            if resolution <= RESOLVED || 2 * order > finest {
+            if resolution <= RESOLVED || 2 * order > self.finest() {
                 let factor = self.factor(&orbit, &speed);
-                return Ok(Solution { orbit, speed, resolution, factor });
+                let corners = self.has_corners().then(|| Corners::new(self, &mesh, &orbit, &speed));
+                return Ok(Solution { orbit, speed, resolution, factor, corners });
             }
             order *= 2;
         }
@@ -335,7 +362,11 @@ impl Solution {
 
     /// ω (rad/s) at the angle φ (rad).
     pub fn speed_at(&self, phi: f64) -> f64 {
-        self.speed.at(self.angle().inverse(phi.rem_euclid(TAU))).0[0]
+        let psi = self.angle().inverse(phi.rem_euclid(TAU));
+        match &self.corners {
+            Some(corners) => corners.moment(psi.clamp(0.0, TAU), true).speed,
+            None => self.speed.at(psi).0[0],
+        }
     }
 
     /// The least and the largest ω over the turn (rad/s).

@@ -1,24 +1,21 @@
 //! What a compensation has found, as tables and diagrams.
 
 use super::iteration::{Cam, Machine, Quality, Round, rounds};
-use super::orbit::{Driving, Orbit};
+use super::orbit::Driving;
+use super::restrictions::{Kept, Restrictions};
 use super::{Form, Law, Solution, Task, Tool};
-use crate::plot::{Axis, Diagram, Series};
 use crate::text::{self, Table, number};
 use crate::transmission::{self, Transmission};
 use camdrive::drives::Fault;
 use camdrive::drives::rigid_machine::orbits::periodic_motions;
 use camdrive::drives::rigid_machine::{Kloss, MachineStart, Motor, Scene};
 use camdrive::drives::solver::Settings;
-use camdrive::motion::MotionLaw;
+use camdrive::motion::{Fourier, MotionLaw};
 use serde::Serialize;
 use std::f64::consts::TAU;
 
 /// The order of the mesh on which machines are judged, at least: four times what the motions of a loom's tools have.
 const ORDER: usize = 96;
-
-/// Points of a curve in a diagram.
-const POINTS: usize = 720;
 
 /// The speeds, relative to that of the design, at which the finished machine is looked at.
 const OTHER_SPEEDS: [f64; 5] = [0.25, 0.5, 0.75, 1.1, 1.25];
@@ -72,6 +69,8 @@ pub struct Report {
     pub transmission: Vec<Transmission>,
     /// The numbers of the tools' followers in the scene.
     pub numbers: Vec<usize>,
+    /// How well the prescribed motions themselves keep what is asked of the tools.
+    pub prescribed: Vec<Kept>,
     /// The motion over the time.
     #[serde(skip)]
     motion: Solution,
@@ -80,11 +79,12 @@ pub struct Report {
     pub laws: Vec<MotionLaw>,
     /// For each tool whether its coordinate is an angle.
     #[serde(skip)]
-    turning: Vec<bool>,
+    pub(super) turning: Vec<bool>,
+    /// y(ψ) of the tools as prescribed.
     #[serde(skip)]
-    speeds: [Vec<[f64; 2]>; 2],
+    pub(super) wanted: Vec<Fourier>,
     #[serde(skip)]
-    accelerations: Vec<[Vec<[f64; 2]>; 3]>,
+    pub(super) restrictions: Restrictions,
 }
 
 /// The finite law of a cam.
@@ -110,24 +110,9 @@ pub fn study(scene: &str, task: &Task, options: Options) -> Result<Report, Fault
     if task.driving.motor != Motor::None {
         (driving.motor, driving.period) = (solution.orbit.motor, None);
     }
-    let Finished { laws, machine, cams, orbit, round } =
+    let Finished { laws, machine, cams, round } =
         finish(task, &solution, &driving, options).map_err(|fault| beside_least_inertia(task, fault))?;
-    let plain: Vec<Cam> =
-        task.tools.iter().map(|tool| machine.cam_of_law(tool, &MotionLaw::Fourier(tool.motion.clone()))).collect();
-    let before = machine.orbit(&plain, &driving);
-    let course = |j: usize| {
-        let tool = &task.tools[j];
-        let wanted = |i: usize| {
-            let psi = TAU * i as f64 / POINTS as f64;
-            [psi, orbit.mean_speed.powi(2) * tool.at(psi)[2]]
-        };
-        let uncompensated = before.as_ref().map(|before| machine.course(before, &plain[j], POINTS));
-        [
-            (0..=POINTS).map(wanted).collect(),
-            uncompensated.unwrap_or_default(),
-            machine.course(&orbit, &cams[j], POINTS),
-        ]
-    };
+    let wanted: Vec<Fourier> = task.tools.iter().map(|tool| tool.wanted.clone()).collect();
     let other_speeds = OTHER_SPEEDS.map(|part| {
         let mut driving = driving;
         match &mut driving.motor {
@@ -156,11 +141,9 @@ pub fn study(scene: &str, task: &Task, options: Options) -> Result<Report, Fault
             .collect(),
         numbers: task.tools.iter().map(|tool| tool.number).collect(),
         other_speeds: other_speeds.into(),
-        speeds: [
-            before.as_ref().map_or(Vec::new(), |before| machine.speeds(before, POINTS)),
-            machine.speeds(&orbit, POINTS),
-        ],
-        accelerations: (0..task.tools.len()).map(course).collect(),
+        prescribed: task.restrictions.kept(&wanted),
+        wanted,
+        restrictions: task.restrictions.clone(),
         turning: task.tools.iter().map(Tool::turns).collect(),
         laws: laws.into_iter().map(|law| law.law).collect(),
         motion: solution,
@@ -183,7 +166,6 @@ struct Finished<'a> {
     laws: Vec<Law>,
     machine: Machine<'a>,
     cams: Vec<Cam>,
-    orbit: Orbit,
     round: Round,
 }
 
@@ -199,9 +181,13 @@ fn finish<'a>(task: &'a Task, solution: &Solution, driving: &Driving, options: O
         })?;
         let mut round = machine.judge(&orbit, &cams);
         for ((tool, law), quality) in pairs(task, &laws).zip(&mut round.tools) {
-            quality.deviation = machine.miss(&orbit, tool, &law.law, solution);
+            // Where laws have corners, the error is known at the points of the mesh, and of the law between them.
+            quality.deviation = match task.has_corners() {
+                true => quality.deviation.max(law.truncation),
+                false => machine.miss(&orbit, tool, &law.law, solution),
+            };
         }
-        Ok(Finished { laws, machine, cams, orbit, round })
+        Ok(Finished { laws, machine, cams, round })
     };
     let mut best = with(1.0)?;
     for share in SHARES {
@@ -297,9 +283,9 @@ impl Report {
         for j in &self.numbers {
             head.extend([format!("tool {j}: overshoot"), "deviation".to_owned(), "extra harmonics".to_owned()]);
         }
-        let mut rows: Vec<Vec<String>> =
-            self.rounds.iter().enumerate().map(|(i, round)| row(format!("round {i}"), Some(round), tools)).collect();
-        rows.push(row("finished cams".to_owned(), Some(&self.finished), tools));
+        let named = |name: String| if name == "finished" { "finished cams".to_owned() } else { name };
+        let machines = self.machines().map(|(name, round)| row(named(name), Some(round), tools));
+        let mut rows: Vec<Vec<String>> = machines.collect();
         for (part, round) in &self.other_speeds {
             rows.push(row(format!("at {} of the speed", percent(*part)), round.as_ref(), tools));
         }
@@ -341,7 +327,55 @@ impl Report {
             ));
         }
         lines.extend(self.transmission.iter().map(Transmission::sentence));
+        lines.extend(self.on_restrictions());
         lines
+    }
+
+    /// The rounds and the machine with the finished cams, each with its name.
+    pub(super) fn machines(&self) -> impl Iterator<Item = (String, &Round)> {
+        let rounds = self.rounds.iter().enumerate().map(|(i, round)| (format!("round {i}"), round));
+        rounds.chain(std::iter::once(("finished".to_owned(), &self.finished)))
+    }
+
+    /// What the restrictions come to, in sentences.
+    fn on_restrictions(&self) -> Vec<String> {
+        let count = self.prescribed.len();
+        if count == 0 {
+            return Vec::new();
+        }
+        let kept = |list: &[Kept]| list.iter().filter(|one| one.kept).count();
+        let plain =
+            self.rounds.first().map(|round| format!("; cams for uniform speed keep {}", kept(&round.restrictions)));
+        let (all, plain) = (kept(&self.finished.restrictions), plain.unwrap_or_default());
+        let mut lines = vec![format!("The finished cams keep {all} of the {count} restrictions{plain}.")];
+        let pairs = self.finished.restrictions.iter().zip(&self.prescribed);
+        lines.extend(pairs.filter(|(one, _)| !one.kept).map(|(one, prescribed)| {
+            let whose = if prescribed.kept { "the tools miss" } else { "the prescribed motions themselves miss" };
+            let (miss, place) = (number(-one.reserve), number(one.phase.to_degrees()));
+            format!("Mind: {whose} `{}` by {miss} at {place} deg.", one.name)
+        }));
+        let first = count - self.restrictions.clearances().len();
+        lines.extend(self.finished.restrictions[first..].iter().map(|one| {
+            let [least, reserve, place] = [one.value, one.reserve, one.phase.to_degrees()].map(number);
+            format!("Least {}: {least} m at {place} deg, reserve {reserve} m.", one.name)
+        }));
+        lines
+    }
+
+    /// The table of what the tools have to keep: the reserve of the prescribed motion, of each round and of the finished
+    /// machine; None where nothing is asked.
+    pub fn restrictions(&self) -> Option<Table> {
+        let mut head = vec!["restriction".to_owned(), "reserve as prescribed".to_owned()];
+        head.extend(self.machines().map(|(name, _)| name));
+        head.extend(["value there", "at [deg]"].map(str::to_owned));
+        let row = |(i, prescribed): (usize, &Kept)| {
+            let reserves = self.machines().map(|(_, round)| number(round.restrictions[i].reserve));
+            let last = &self.finished.restrictions[i];
+            let place = [number(last.value), number(last.phase.to_degrees())];
+            [prescribed.name.clone(), number(prescribed.reserve)].into_iter().chain(reserves).chain(place).collect()
+        };
+        let rows: Vec<Vec<String>> = self.prescribed.iter().enumerate().map(row).collect();
+        (!rows.is_empty()).then_some(Table { head, rows })
     }
 
     /// The numbers of the table as CSV, in SI units.
@@ -352,10 +386,9 @@ impl Report {
         let head = "machine,speed_part,period_s,least_speed_rad_s,largest_speed_rad_s,tool,overshoot,deviation,\
                     extra_harmonics,highest_extra";
         let mut rows = Vec::new();
-        let rounds = self.rounds.iter().enumerate().map(|(i, round)| (format!("round {i}"), 1.0, Some(round)));
-        let finished = std::iter::once(("finished".to_owned(), 1.0, Some(&self.finished)));
+        let machines = self.machines().map(|(name, round)| (name, 1.0, Some(round)));
         let others = self.other_speeds.iter().map(|(part, round)| ("finished".to_owned(), *part, round.as_ref()));
-        for (name, part, round) in rounds.chain(finished).chain(others) {
+        for (name, part, round) in machines.chain(others) {
             let Some(round) = round else { continue };
             for (j, tool) in self.numbers.iter().zip(&round.tools) {
                 rows.push(vec![
@@ -373,29 +406,5 @@ impl Report {
             }
         }
         text::csv(head, rows)
-    }
-
-    /// ω over the angle, before and after.
-    pub fn speed_diagram(&self) -> Diagram {
-        let [before, after] = &self.speeds;
-        let curve =
-            |name: &str, points: &[[f64; 2]]| Series::line(name, points.iter().map(|[phi, w]| [phi.to_degrees(), *w]));
-        let series = vec![curve("cams for uniform speed", before), curve("compensated cams", after)];
-        let axes = [Axis::angular("Angle of the main shaft [°]").between(0.0, 360.0), Axis::linear("Speed [rad/s]")];
-        Diagram::new(format!("Speed of {} over a turn", self.scene), axes, series, Vec::new())
-    }
-
-    /// The acceleration of tool `j` over time, as wanted, before and after.
-    pub fn acceleration_diagram(&self, j: usize) -> Diagram {
-        let names = ["as prescribed", "cams for uniform speed", "compensated cams"];
-        let curves = self.accelerations[j].iter().zip(names);
-        let series = curves.map(|(points, name)| Series::line(name, points.iter().map(|[psi, a]| [psi / TAU, *a])));
-        let label = match self.turning[j] {
-            true => "Angular acceleration of the tool [rad/s²]",
-            false => "Acceleration of the tool [m/s²]",
-        };
-        let title = format!("Acceleration of tool {} of {} over a period", self.numbers[j], self.scene);
-        let axes = [Axis::linear("Time per period [1]").between(0.0, 1.0), Axis::linear(label)];
-        Diagram::new(title, axes, series.collect(), Vec::new())
     }
 }

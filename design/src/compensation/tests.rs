@@ -2,14 +2,18 @@
 
 use super::iteration::{Cam, Machine, Round, rounds};
 use super::*;
+use crate::synthesis::clearance::Clearance;
+use crate::synthesis::study::{Assignment, Names, symmetric_task};
+use crate::synthesis::{Bound, Curve, Objective, Point};
 use camdrive::drives::rigid_machine::linkage::{Branch, Kind, Link, Linkage, Mechanism, SliderCrank};
 use camdrive::drives::rigid_machine::{Follower, InertiaFunction};
 use camdrive::drives::solver::Settings;
-use camdrive::motion::MotionLaw;
+use camdrive::motion::table::Points;
+use camdrive::motion::{Cycle, CyclePlan, MotionLaw, StandardLaw, Table};
 
 /// A tool of this mass that the cam moves itself.
 fn direct(number: usize, m: f64, motion: Fourier) -> Tool {
-    Tool::of(number, Follower::new(m, MotionLaw::Fourier(motion))).unwrap()
+    Tool::of(number, Follower::new(m, MotionLaw::Fourier(motion)))
 }
 
 fn loom(constant: f64) -> Task {
@@ -28,6 +32,7 @@ fn loom(constant: f64) -> Task {
         own: rigid_machine::Inertia::new(InertiaFunction { constant, varying: None }, Vec::new()),
         tools: vec![direct(1, 1.6, gripper), direct(2, 60.0, sley)],
         driving: Driving { motor, load: 0.0, period: None },
+        restrictions: Restrictions::default(),
     }
 }
 
@@ -92,6 +97,190 @@ fn the_rounds_of_the_iteration_are_those_of_the_source() {
     assert_eq!(extra, [(5, Some(12)), (5, Some(13))]);
     assert!((hard[0].tools[0].overshoot - 0.193).abs() < 5e-4 && (hard[0].tools[1].overshoot - 0.199).abs() < 5e-4);
     assert!((hard[3].tools[0].deviation - 0.0043).abs() < 5e-5 && (hard[3].tools[1].deviation - 0.0051).abs() < 5e-5);
+}
+
+/// A loom whose rounds were found independently, with (5) by quadrature over φ, to 14 digits.
+fn other_loom() -> Task {
+    let gripper = Fourier::new(vec![0.33, -0.44, 0.09, 0.012, 0.008], vec![]);
+    let sley = Fourier::new(vec![0.027, 0.045, 0.025, 0.008, 0.0, -0.001], vec![0.0, 0.005, 0.006, 0.003]);
+    let mut task = loom(3.6);
+    task.tools = vec![direct(1, 1.4, gripper), direct(2, 55.0, sley)];
+    task.driving.motor =
+        Motor::Kloss(Kloss { breakdown_torque: 260.0, breakdown_slip: 0.14, synchronous_speed: 47.0, dynamics: None });
+    task
+}
+
+#[test]
+fn speeds_and_spectra_of_the_rounds() {
+    // T, least and largest φ̇, a₁ … a₄, b₁ … b₄ [rad/s].
+    type Numbers = (f64, [f64; 2], [f64; 4], [f64; 4]);
+    const SPEEDS: [Numbers; 4] = [
+        (
+            0.133737521544,
+            [44.973955142, 48.918620945],
+            [-0.549160125, 0.869261367, 0.265573768, 0.853303232],
+            [0.079134383, -0.220005982, 0.213854150, 0.256329059],
+        ),
+        (
+            0.133758465678,
+            [44.678182336, 48.936297784],
+            [-0.593209880, 0.910320731, 0.316035054, 0.903869966],
+            [0.090633577, -0.244614902, 0.217453360, 0.295880672],
+        ),
+        (
+            0.133761626518,
+            [44.630904682, 48.937235939],
+            [-0.597359313, 0.912255332, 0.322357404, 0.909880749],
+            [0.091924399, -0.247695015, 0.216005487, 0.300160764],
+        ),
+        (
+            0.133762056639,
+            [44.623174328, 48.937281055],
+            [-0.597797580, 0.912289959, 0.323100602, 0.910739238],
+            [0.092053453, -0.248083835, 0.215656726, 0.300567942],
+        ),
+    ];
+    // Of the accelerations [m/s²], harmonics 1 … 6.
+    const GRIPPER: [(usize, [f64; 6]); 3] = [
+        (0, [965.3468, 817.4991, 198.8463, 299.3960, 42.85508, 23.77155]),
+        (1, [970.6088, 796.7648, 235.9414, 282.3077, 3.231378, 1.526007]),
+        (3, [970.8370, 794.3479, 238.2981, 282.4094, 0.04527766, 0.05691399]),
+    ];
+    const SLEY: [(usize, [f64; 6]); 2] = [
+        (0, [99.68177, 224.3028, 165.1050, 2.599982, 41.49491, 16.53286]),
+        (3, [99.90142, 226.9074, 169.6582, 0.008434, 55.13781, 0.036168]),
+    ];
+    const PRESCRIBED: [[f64; 6]; 2] =
+        [[970.8375, 794.3216, 238.2965, 282.4255, 0.0, 0.0], [99.90122, 226.9105, 169.6672, 0.0, 55.16122, 0.0]];
+    let task = other_loom();
+    let found = rounds(&task, 96, 3);
+    // All to the digits that are given.
+    for (round, (period, ends, a, b)) in found.iter().zip(SPEEDS) {
+        assert!((round.period - period).abs() < 6e-13, "{round:?}");
+        let angle = Angle::new(&round.speeds, round.mean_speed());
+        // The least and the largest are of 64 equal steps of φ.
+        let at_step = |i: i32| round.speeds.at(angle.inverse(TAU * f64::from(i) / 64.0)).0[0];
+        let sampled = (0..64).map(at_step).fold([f64::MAX, 0.0], |[low, high], w| [low.min(w), high.max(w)]);
+        assert!(sampled.iter().zip(ends).all(|(w, truth)| (w - truth).abs() < 6e-10), "{sampled:?}");
+        assert!(round.speed[0] <= sampled[0] && round.speed[1] >= sampled[1]);
+        let coefficients = round.speeds.a[1..5].iter().zip(a).chain(round.speeds.b[1..5].iter().zip(b));
+        coefficients.for_each(|(got, truth)| assert!((got - truth).abs() < 6e-10, "{got} {truth}"));
+        assert!(error(round.mean_speed(), TAU / period) < 1e-11);
+    }
+    let spectrum = |series: &Fourier, i: usize, m: usize| {
+        let size = if m <= series.order() { spectral::amplitude(series, m) } else { 0.0 };
+        (m as f64 * found[i].mean_speed()).powi(2) * size
+    };
+    let check = |got: f64, truth: f64| assert!((got - truth).abs() < 6e-7 * truth.max(1.0), "{got} {truth}");
+    for (tool, rows) in [&GRIPPER[..], &SLEY[..]].into_iter().enumerate() {
+        for (i, row) in rows {
+            (1..=6).for_each(|m| check(spectrum(&found[*i].motions[tool], *i, m), row[m - 1]));
+        }
+        (1..=6).for_each(|m| check(spectrum(&task.tools[tool].wanted, 3, m), PRESCRIBED[tool][m - 1]));
+    }
+    // Extra harmonics fall about eightfold in each round.
+    let fifth = |i: usize| spectrum(&found[i].motions[0], i, 5);
+    assert!((1..4).all(|i| (4.0..20.0).contains(&(fifth(i - 1) / fifth(i)))));
+}
+
+#[test]
+fn the_series_of_a_round_are_its_motion_at_equal_times() {
+    // At the angle φ(ψ), which (6) gives with the coefficients of (5), the tool is where its cam puts it.
+    let task = other_loom();
+    let round = &rounds(&task, 96, 0)[0];
+    let angle = Angle::new(&round.speeds, round.mean_speed());
+    for i in 0..50 {
+        let psi = 0.1257 * f64::from(i);
+        for (tool, motion) in task.tools.iter().zip(&round.motions) {
+            let [there, got] = [tool.driven(angle.at(psi))[0], motion.at(psi).0[0]];
+            // Roundings of a sum of some hundred terms.
+            assert!((there - got).abs() < 1e-14, "{psi}: {there} {got}");
+        }
+    }
+}
+
+#[test]
+fn what_tools_have_to_keep_is_looked_at_in_every_round() {
+    // The gripper goes along x past an edge that the sley moves along y, 300 mm ahead of the gripper's rest and 50 mm beside it.
+    let clearance = Clearance { laws: [0, 1], offset: [-0.3, 0.05], directions: [0.0, TAU / 4.0], distance: 0.03 };
+    let bound = Bound {
+        of: vec![(0, 1.0), (1, 2.0)],
+        from: 0.6,
+        to: 1.3,
+        order: 1,
+        around: Curve::default(),
+        min: f64::NEG_INFINITY,
+        max: 0.35,
+    };
+    let point = Point { law: 0, phi: 3.0, order: 2, value: -0.2 };
+    let mut asked = symmetric_task(3, 0.5, Objective::Chebyshev);
+    (asked.bounds, asked.points, asked.clearances) = (vec![bound.clone()], vec![point], vec![clearance]);
+    let list = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<String>>();
+    let names = Names {
+        laws: list(&["gripper", "sley"]),
+        ranges: Vec::new(),
+        points: list(&["law[1].point[1].ddU"]),
+        bounds: list(&["restriction[1]"]),
+    };
+    let assignment = Assignment {
+        name: "loom".to_owned(),
+        description: String::new(),
+        unit: 1.0,
+        task: asked,
+        names,
+        elasticity: None,
+        shaft: None,
+        scene: None,
+        files: Vec::new(),
+    };
+    let mut task = other_loom();
+    assert_eq!(Restrictions::of(&assignment, &task.tools[..1], 1e-6).unwrap_err(), 2);
+    task.restrictions = Restrictions::of(&assignment, &task.tools, 1e-6).unwrap();
+    let report =
+        report::study("loom", &task, report::Options { tolerance: 1e-6, rounds: 3, form: Form::Auto }).unwrap();
+    for (i, round) in report.rounds.iter().enumerate() {
+        // By hand on twenty thousand phases, the tools where their cams put them at the angle of (6).
+        let motion = |j: usize, psi: f64, n: usize| round.motions[j].at(psi).0[n];
+        let apart = |psi: f64| {
+            let [x, y] = [motion(0, psi, 0) - 0.3, 0.05 - motion(1, psi, 0)];
+            x.hypot(y)
+        };
+        let least = (0..20_000).map(|k| apart(TAU * f64::from(k) / 2e4)).fold(f64::MAX, f64::min);
+        let sum = |psi: f64| motion(0, psi, 1) + 2.0 * motion(1, psi, 1);
+        let most = (0..=2000).map(|k| sum(0.6 + 0.7 * f64::from(k) / 2e3)).fold(f64::MIN, f64::max);
+        let [at_point, bounded, distance] = &round.restrictions[..] else { unreachable!() };
+        // Half a step from the nearest place the gripper, at 0.5 m/rad, is 0.08 mm off: x²/(2d²) = 1.3e-6.
+        assert!(error(distance.value, least) < 2e-6, "{distance:?} {least}");
+        // The reserve is a difference of numbers of the size of 0.1.
+        assert!((distance.value - distance.reserve - 0.03).abs() < 1e-16, "{distance:?}");
+        assert!(error(bounded.value, most) < 1e-6 && (bounded.reserve - (0.35 - bounded.value)).abs() < 1e-14);
+        assert!((apart(distance.phase) - distance.value).abs() < 1e-15);
+        assert_eq!(bounded.tools, [(1, 1.0), (2, 2.0)]);
+        assert_eq!(at_point.name, "gripper: point[1].ddU");
+        assert!((at_point.reserve + (motion(0, 3.0, 2) + 0.2).abs()).abs() < 1e-15, "{i}");
+    }
+    // The rounds come nearer to what is prescribed, eightfold or so, and the finished machine keeps it to the tolerance.
+    let miss = |kept: &[restrictions::Kept]| (kept[1].value - report.prescribed[1].value).abs();
+    let rounds: Vec<f64> = report.rounds.iter().map(|round| miss(&round.restrictions)).collect();
+    assert!(rounds.windows(2).all(|pair| pair[1] < 0.5 * pair[0]) && rounds[0] > 1e-4, "{rounds:?}");
+    assert!(miss(&report.finished.restrictions) < 1e-7);
+    // The cams of a round share one ψ(φ): the tools take the same positions to one another, at other times.
+    for round in &report.rounds {
+        assert!((round.restrictions[2].value - report.prescribed[2].value).abs() < 1e-15);
+    }
+    assert!((report.rounds[0].restrictions[2].phase - report.prescribed[2].phase).abs() > 0.01);
+    assert!(!report.finished.restrictions[0].kept && report.finished.restrictions[1].kept == report.prescribed[1].kept);
+    let about = report.about().join(" ");
+    assert!(about.contains("the prescribed motions themselves miss `gripper: point[1].ddU`"), "{about}");
+    assert!(about.contains("Least distance of gripper and sley"), "{about}");
+    assert_eq!(report.restrictions().unwrap().rows.len(), 3);
+    // Tables of the report: a row for each machine and phase, or harmonic.
+    assert_eq!(report.courses().unwrap().lines().count(), 1 + 5 * 721);
+    let spectra = report.spectra().unwrap();
+    let row: Vec<f64> = spectra.lines().nth(3).unwrap().split(',').skip(1).map(|cell| cell.parse().unwrap()).collect();
+    let round = &report.rounds[0];
+    assert_eq!(row[..3], [2.0, round.speeds.a[2], round.speeds.b[2]]);
+    assert_eq!(row[3], (2.0 * round.mean_speed()).powi(2) * spectral::amplitude(&round.motions[0], 2));
 }
 
 #[test]
@@ -207,7 +396,7 @@ fn a_tool_behind_a_mechanism_moves_as_prescribed() {
     let mut task = loom(2.8);
     task.own.function.constant = 0.05;
     task.driving = Driving { motor: Motor::None, load: 0.0, period: Some(0.12) };
-    task.tools = vec![Tool::of(1, follower.clone()).unwrap(), direct(2, 1.6, Fourier::new(vec![0.0, 0.1], vec![]))];
+    task.tools = vec![Tool::of(1, follower.clone()), direct(2, 1.6, Fourier::new(vec![0.0, 0.1], vec![]))];
     // S is the sum over all bodies: places by hand, velocities by differences.
     let body = |psi: f64| {
         let theta = follower.cam.at(psi).0[0] + 1.4;
@@ -253,8 +442,7 @@ fn a_tool_behind_a_mechanism_moves_as_prescribed() {
     assert!(rounds[12].tools.iter().all(|tool| tool.extra_harmonics == 0));
     // Without the links' masses the cams would be others.
     let mut massless = task.clone();
-    massless.tools[0] =
-        Tool::of(1, Follower { linkage: follower.linkage.without_masses(), ..follower.clone() }).unwrap();
+    massless.tools[0] = Tool::of(1, Follower { linkage: follower.linkage.without_masses(), ..follower.clone() });
     let wrong = massless.solve().unwrap().laws(&massless.tools, 1e-8, Form::Auto).unwrap();
     assert!(finished(&task, &wrong).tools[0].deviation > 0.01);
 }
@@ -281,7 +469,7 @@ fn motors_may_be_steep() {
         let rounds = rounds(&task, 192, 0);
         let scene = rigid_machine::Scene {
             inertia: task.own.function.clone(),
-            followers: task.tools.iter().map(|tool| tool.with_law(&MotionLaw::Fourier(tool.motion.clone()))).collect(),
+            followers: task.tools.iter().map(|tool| tool.with_law(&tool.motion)).collect(),
             motor: task.driving.motor,
             phi_start: 0.0,
             w_start: synchronous_speed,
@@ -411,5 +599,152 @@ fn tables_with_a_motor_that_lags() {
     for (tool, law) in task.tools.iter().zip(&laws) {
         let miss = along.miss(&orbit, tool, &law.law, &solution);
         assert!(miss <= 2e-6 && miss >= 0.5 * law.truncation, "{miss} {}", law.truncation);
+    }
+}
+
+/// A gripper that rests at its ends.
+fn cycle_plan(law: StandardLaw) -> CyclePlan {
+    CyclePlan {
+        stroke: 0.7,
+        lower: 0.0,
+        rise_start: 1.0,
+        rise_angle: 2.0,
+        upper_dwell: 0.3,
+        return_angle: 2.0,
+        rise_law: law,
+        return_law: law,
+        inflections: [None; 2],
+    }
+}
+
+/// A loom whose tools move by cycles: the sley beats up while the gripper rests.
+fn cycles(law: StandardLaw) -> Task {
+    let gripper = cycle_plan(law);
+    let (rise, back) = (1.2, 1.3);
+    let sley = CyclePlan {
+        stroke: 0.08,
+        rise_start: -rise,
+        rise_angle: rise,
+        upper_dwell: 0.0,
+        return_angle: back,
+        ..gripper.clone()
+    };
+    let tool = |number, m, plan| Tool::of(number, Follower::new(m, MotionLaw::Cycle(Cycle::new(plan))));
+    let mut task = loom(2.8);
+    task.tools = vec![tool(1, 1.6, gripper), tool(2, 60.0, sley)];
+    task
+}
+
+/// The error of each tool's acceleration in parts of the largest, in the machine that the drive itself simulates with the
+/// finished laws: at its points φ, ω̇ from the equation of motion, the phase by Hermite quadrature of 1/ω.
+fn driven_miss(task: &Task, laws: &[MotionLaw]) -> Vec<f64> {
+    let followers: Vec<Follower> = task.tools.iter().zip(laws).map(|(tool, law)| tool.with_law(law)).collect();
+    let scene = rigid_machine::Scene {
+        inertia: task.own.function.clone(),
+        followers: followers.clone(),
+        motor: task.driving.motor,
+        phi_start: 0.0,
+        w_start: 50.0,
+        start: rigid_machine::MachineStart::Given,
+        solver: Settings::default(),
+    };
+    let motion = &rigid_machine::orbits::periodic_motions(&scene, 0.0).unwrap()[0];
+    let whole = rigid_machine::Inertia::new(task.own.function.clone(), followers);
+    let omega = TAU / motion.period;
+    let change = |[phi, w]: [f64; 2]| {
+        let [j, slope, ..] = whole.at(Place::at(phi), phi);
+        (task.driving.motor.characteristic(w)[0] - 0.5 * slope * w * w) / j
+    };
+    let mut psi = 0.0;
+    let mut most = vec![0.0_f64; laws.len()];
+    for pair in motion.course.windows(2) {
+        let [[start, v], [phi, w]] = [pair[0], pair[1]];
+        let h = phi - start;
+        // d(1/ω)/dφ = −ω̇/ω³.
+        let [before, after] = [change([start, v]) / v.powi(3), change([phi, w]) / w.powi(3)];
+        psi += omega * (0.5 * h * (1.0 / v + 1.0 / w) + h * h / 12.0 * (after - before));
+        for ((tool, law), most) in task.tools.iter().zip(laws).zip(&mut most) {
+            let [_, u1, u2, ..] = law.at(phi.rem_euclid(TAU)).0;
+            let got = u2 * w * w + u1 * change([phi, w]);
+            // Where the acceleration jumps either side will do: the phase is known to some 1e-8.
+            let miss = [-1e-7, 1e-7].map(|beside| (got - omega * omega * tool.at(psi + beside)[2]).abs());
+            *most = most.max(miss[0].min(miss[1]) / tool.acceleration(omega)[1]);
+        }
+    }
+    assert!((psi - TAU).abs() < 1e-6, "{psi}");
+    most
+}
+
+#[test]
+fn motions_of_cycles_are_compensated_through_tables() {
+    // The acceleration of the simple sine jumps.
+    for (law, tolerance) in
+        [(StandardLaw::ModifiedSine, 1e-6), (StandardLaw::Polynomial345, 1e-4), (StandardLaw::SimpleSine, 1e-4)]
+    {
+        let task = cycles(law);
+        let report =
+            report::study("cycles", &task, report::Options { tolerance, rounds: 2, form: Form::Auto }).unwrap();
+        let missed = driven_miss(&task, &report.laws);
+        let plain: Vec<MotionLaw> = task.tools.iter().map(|tool| tool.motion.clone()).collect();
+        // Before, at other points of the turn: to the change of the acceleration between two of them.
+        for (miss, told) in driven_miss(&task, &plain).iter().zip(&report.rounds[0].tools) {
+            assert!((miss / told.deviation - 1.0).abs() < 0.01 && told.deviation > 0.15, "{miss} {told:?}");
+        }
+        for (cut, miss) in report.cams.iter().zip(missed) {
+            assert!(cut.points.is_some_and(|points| points < 3000) && cut.truncation <= tolerance, "{cut:?}");
+            // What the phase of the quadrature misses at corners of the acceleration.
+            assert!(miss <= 1.05 * cut.truncation + 1e-6, "{miss} {cut:?}");
+        }
+    }
+    let refused = cycles(StandardLaw::ModifiedSine).solve().unwrap().laws(&[], 1e-4, Form::Series).unwrap_err();
+    assert!(refused.to_string().contains("--laws table"), "{refused}");
+}
+
+#[test]
+fn cycles_behind_mechanisms_without_motor_and_with_a_load_are_compensated() {
+    let mut task = cycles(StandardLaw::ModifiedTrapezoid);
+    let lever = CyclePlan { stroke: 0.7, lower: -0.2, ..cycle_plan(StandardLaw::ModifiedTrapezoid) };
+    let follower = Follower { cam: MotionLaw::Cycle(Cycle::new(lever)), ..slide(Fourier::new(vec![0.0], vec![])) };
+    task.tools.push(Tool::of(3, follower));
+    // A tool with a series among them: the speed has corners, and so has the law of its cam.
+    task.tools.push(direct(4, 2.0, Fourier::new(vec![0.0, 0.1], vec![])));
+    let (mut free, mut loaded) = (task.clone(), task);
+    free.driving = Driving { motor: Motor::None, load: 0.0, period: Some(0.12) };
+    loaded.driving.load = 30.0;
+    loaded.tools.remove(2);
+    for (task, rounds) in [(free, 2), (loaded, 0)] {
+        let options = report::Options { tolerance: 1e-5, rounds, form: Form::Auto };
+        let report = report::study("linked", &task, options).unwrap();
+        for cut in &report.cams {
+            assert!(cut.points.is_some_and(|points| points < 1000) && cut.truncation <= 1e-5, "{cut:?}");
+        }
+        assert!(error(report.finished.period, report.period) < 1e-8, "{} {}", report.finished.period, report.period);
+        // The rounds come nearer.
+        let deviations: Vec<f64> = report.rounds.iter().map(|round| round.tools[2].deviation).collect();
+        assert!(deviations[0] > 0.01 && deviations.windows(2).all(|pair| pair[1] < 0.4 * pair[0]), "{deviations:?}");
+    }
+}
+
+#[test]
+fn a_motion_as_a_table_is_compensated_as_its_series() {
+    // The sheet's machine with its tools as tables of a thousand points.
+    let mut task = loom(2.8);
+    let exact = task.solve().unwrap();
+    let table = |tool: &Tool| {
+        let angles: Vec<f64> = (0..1000).map(|i| TAU * f64::from(i) / 1e3).collect();
+        let lifts = angles.iter().map(|phi| tool.driven(*phi)[0]).collect();
+        let m = [1.6, 60.0][tool.number - 1];
+        Tool::of(tool.number, Follower::new(m, MotionLaw::Table(Table::new(Points { angles, lifts }).unwrap())))
+    };
+    let series = std::mem::take(&mut task.tools);
+    task.tools = series.iter().map(table).collect();
+    let solution = task.solve().unwrap();
+    assert!(error(solution.orbit.period(), 0.12009167247955) < 1e-11);
+    let laws = solution.laws(&task.tools, 1e-6, Form::Auto).unwrap();
+    let longer = exact.laws(&series, 1e-9, Form::Series).unwrap();
+    for (law, truth) in laws.iter().zip(&longer) {
+        let miss = |n: usize, phi: f64| (law.law.at(phi).0[n] - truth.law.at(phi).0[n]).abs() / truth.law.bound(n);
+        let most = |n: usize| (0..700).map(|i| miss(n, 0.008_976 * f64::from(i))).fold(0.0, f64::max);
+        assert!(most(0) < 1e-9 && most(2) < 3e-6 && law.truncation <= 1e-6);
     }
 }

@@ -3,6 +3,7 @@
 use super::spectral::{Mesh, amplitude, largest};
 use camdrive::drives::rigid_machine::Follower;
 use camdrive::motion::{Fourier, MotionLaw};
+use std::f64::consts::TAU;
 
 /// The highest harmonic that is looked for in the motion of a tool behind mechanisms.
 const HIGHEST: usize = 256;
@@ -18,29 +19,47 @@ pub struct Tool {
     /// Its mass and the mechanisms before it; the cam's law is [`Tool::motion`].
     follower: Follower,
     /// U(ψ), the motion in time of what the cam moves: of the tool (m or rad), or of the lever (rad).
-    pub motion: Fourier,
-    /// The motion in time of the tool: U itself, or behind mechanisms the series of its relevant harmonics.
+    pub motion: MotionLaw,
+    /// The motion in time of the tool: U itself, or behind mechanisms and where U is no series, the series of its relevant
+    /// harmonics.
     pub wanted: Fourier,
 }
 
 impl Tool {
-    /// The tool of the follower with this number, which is to move in time as its cam's law says; None where that is no Fourier series.
-    pub fn of(number: usize, follower: Follower) -> Option<Self> {
-        let motion = follower.cam.series()?.clone();
-        if follower.linkage.is_empty() {
-            return Some(Tool { number, follower, wanted: motion.clone(), motion });
-        }
+    /// The tool of the follower with this number, which is to move in time as its cam's law says.
+    pub fn of(number: usize, follower: Follower) -> Self {
+        let motion = follower.cam.clone();
+        let own = motion.series().filter(|_| follower.linkage.is_empty()).cloned();
+        let mut tool = Tool { number, follower, wanted: Fourier::new(vec![0.0], Vec::new()), motion };
+        tool.wanted = own.unwrap_or_else(|| tool.relevant());
+        tool
+    }
+
+    /// The relevant harmonics of y(ψ).
+    fn relevant(&self) -> Fourier {
         let mesh = Mesh::new(HIGHEST);
-        let places: Vec<f64> = (0..mesh.len()).map(|i| follower.tool([motion.at(mesh.point(i)).0[0]])[0]).collect();
+        let places: Vec<f64> = (0..mesh.len()).map(|i| self.at(mesh.point(i))[0]).collect();
         let full = mesh.series(&places);
         let share = |k: usize| (k * k) as f64 * amplitude(&full, k);
         let most = (1..=HIGHEST).map(share).fold(0.0, f64::max);
         // The rounding of the places, which the acceleration multiplies by k².
-        let rounding = f64::EPSILON * largest(motion.order(), |psi| follower.tool([motion.at(psi).0[0]])[0])[1];
+        let rounding = f64::EPSILON * places.iter().fold(0.0_f64, |most, y| most.max(y.abs()));
         let counts = |k: &usize| share(*k) > SMALL * most && amplitude(&full, *k) > 4.0 * rounding;
         let order = (1..=HIGHEST).rev().find(counts).unwrap_or(1);
-        let wanted = Fourier::new(full.a[..=order].to_vec(), full.b[..=order].to_vec());
-        Some(Tool { number, follower, motion, wanted })
+        Fourier::new(full.a[..=order].to_vec(), full.b[..=order].to_vec())
+    }
+
+    /// U(ψ) and its derivatives; where one jumps, behind (`forward`) or before.
+    pub fn driven_beside(&self, psi: f64, forward: bool) -> [f64; 5] {
+        match &self.motion {
+            MotionLaw::Fourier(series) => series.at(psi).0,
+            law => law.at_in(law.segment(psi.rem_euclid(TAU), forward), psi.rem_euclid(TAU)).0,
+        }
+    }
+
+    /// The same, behind.
+    pub fn driven(&self, psi: f64) -> [f64; 5] {
+        self.driven_beside(psi, true)
     }
 
     /// The follower with this law of its cam.
@@ -55,18 +74,27 @@ impl Tool {
 
     /// y(ψ) of the tool and its derivatives.
     pub fn at(&self, psi: f64) -> [f64; 5] {
-        self.follower.tool(self.motion.at(psi).0)
+        self.follower.tool(self.driven(psi))
     }
 
-    /// The moment of inertia of the tool and all links, and the tool's y′, where the cam's law has this value and slope.
-    pub fn carried(&self, cam: [f64; 2]) -> [f64; 2] {
-        [self.follower.inertia(cam)[0], self.follower.tool(cam)[1]]
+    /// What a cam with this value, slope and curvature carries: the moment of inertia J of tool and links with J′, and the tool's
+    /// y, y′ and y″.
+    pub fn carried(&self, cam: [f64; 3]) -> [f64; 5] {
+        let ([j, slope, _], [y, y1, y2]) = (self.follower.inertia(cam), self.follower.tool(cam));
+        [j, slope, y, y1, y2]
     }
 
     /// The part of S(ψ) (kg·m²).
     pub fn inertia(&self, psi: f64) -> f64 {
-        let [u, u1, ..] = self.motion.at(psi).0;
-        self.carried([u, u1])[0]
+        let [u, u1, ..] = self.driven(psi);
+        self.follower.inertia([u, u1])[0]
+    }
+
+    /// The part of S and S′.
+    pub fn inertia_beside(&self, psi: f64, forward: bool) -> [f64; 2] {
+        let [u, u1, u2, ..] = self.driven_beside(psi, forward);
+        let [j, slope, _] = self.follower.inertia([u, u1, u2]);
+        [j, slope]
     }
 
     /// The phase and the size of the largest acceleration Ω²|y″| (m/s² or rad/s²).

@@ -1,0 +1,139 @@
+//! The wanted motion between the points of the mesh, where laws of the tools are no series: cycles, plans, tables.
+//!
+//! Where a derivative of a law jumps, ω(ψ) has a corner, and its series converges slowly. The sum
+//!
+//! P(ψ) = ½ J(φ) ω² + ½ Ω² S(ψ) = E + (1/Ω) ∫ (M − τ) ω dψ
+//!
+//! is two orders smoother than S, and constant without motor; from its series, with S as the laws have it,
+//!
+//! ω = √((2P − Ω²S)/J),  φ = (1/Ω) ∫ ω dψ,  J ω̇ = M − τ − ½ J′ ω² − ½ Ω³ S′/ω,
+//!
+//! φ by Gauss's rule from corner to corner, ω̇ from either side of a corner. A cam with U_cam(φ) = U(ψ) has there
+//! U_cam′ = U′Ω/ω and U_cam″ = (U″Ω² − U_cam′ω̇)/ω², from which a table is made whose pieces end at the corners.
+//!
+//! Symbols are those of [`super::orbit`]; validity: S is continuous, so that no law jumps in its slope. Derived here.
+
+use super::laws::Moment;
+use super::orbit::{Driving, Orbit};
+use super::spectral::Mesh;
+use super::{Angle, Task, Tool};
+use camdrive::drives::rigid_machine::{Inertia, Motor, Place};
+use camdrive::motion::Fourier;
+use camdrive::motion::table::Bend;
+use camdrive::numerics::gauss::Gauss;
+use std::f64::consts::TAU;
+
+/// Corners nearer than this to another one (rad) are taken for it: ten times the least distance of a table's points.
+const SAME: f64 = 1e-5;
+
+/// The widest panel of the quadrature (rad): eight nodes meet the waves of a law in it to rounding.
+const PANEL: f64 = TAU / 512.0;
+
+/// The motion of a machine whose tools have such laws.
+#[derive(Clone, Debug)]
+pub struct Corners {
+    own: Inertia,
+    tools: Vec<Tool>,
+    motor: Motor,
+    load: f64,
+    /// Ω (rad/s).
+    mean_speed: f64,
+    /// P(ψ) (J).
+    sum: Fourier,
+    /// M(ψ) (N·m) of a motor that lags.
+    torque: Fourier,
+    /// φ(ψ) as the mesh has it, which J depends on.
+    near: Angle,
+    /// ψ of the corners, from 0 to 2π.
+    pub angles: Vec<f64>,
+    /// ψ and φ at the ends of the panels.
+    panels: Vec<[f64; 2]>,
+}
+
+impl Corners {
+    /// The motion that was found on this mesh.
+    pub fn new(task: &Task, mesh: &Mesh, orbit: &Orbit, speed: &Fourier) -> Self {
+        let near = Angle::new(speed, orbit.mean_speed);
+        let sum = |(i, w): (usize, &f64)| {
+            let (psi, phi) = (mesh.point(i), near.at(mesh.point(i)));
+            let turning = task.own.at(Place::at(phi), phi)[0] * w * w;
+            0.5 * (turning + orbit.mean_speed * orbit.mean_speed * task.tools_inertia(psi))
+        };
+        let sums: Vec<f64> = orbit.speed.iter().enumerate().map(sum).collect();
+        let mut angles: Vec<f64> = task.tools.iter().flat_map(|tool| tool.motion.breakpoints()).copied().collect();
+        angles.extend([0.0, TAU]);
+        angles.sort_by(f64::total_cmp);
+        angles.dedup_by(|next, before| *next - *before < SAME);
+        if let Some(last) = angles.last_mut() {
+            *last = TAU;
+        }
+        let Driving { load, .. } = task.driving;
+        let mut corners = Corners {
+            own: task.own.clone(),
+            tools: task.tools.clone(),
+            motor: orbit.motor,
+            load,
+            mean_speed: orbit.mean_speed,
+            sum: mesh.series(&sums),
+            torque: mesh.series(&orbit.torque),
+            near,
+            angles,
+            panels: vec![[0.0; 2]],
+        };
+        let ends: Vec<f64> = corners.parts(PANEL).into_iter().skip(1).chain([TAU]).collect();
+        for end in ends {
+            let phi = corners.angle(end);
+            corners.panels.push([end, phi]);
+        }
+        // What the mesh misses of the mean of ω.
+        let turn = corners.panels[corners.panels.len() - 1][1] / TAU;
+        corners.panels.iter_mut().for_each(|[_, phi]| *phi /= turn);
+        corners
+    }
+
+    /// The turn in parts of at most `widest` (rad) that end at the corners; without 2π.
+    pub fn parts(&self, widest: f64) -> Vec<f64> {
+        super::laws::divided(&self.angles, |i| ((self.angles[i + 1] - self.angles[i]) / widest).ceil() as usize)
+    }
+
+    /// ω(ψ) (rad/s).
+    fn speed(&self, psi: f64) -> f64 {
+        let (phi, omega) = (self.near.at(psi), self.mean_speed);
+        let tools: f64 = self.tools.iter().map(|tool| tool.inertia(psi)).sum();
+        let square = (2.0 * self.sum.at(psi).0[0] - omega * omega * tools) / self.own.at(Place::at(phi), phi)[0];
+        square.max(0.0).sqrt().copysign(omega)
+    }
+
+    /// φ(ψ) (rad), 0 ≤ ψ ≤ 2π.
+    pub fn angle(&self, psi: f64) -> f64 {
+        let last = self.panels.partition_point(|[start, _]| *start <= psi).max(1) - 1;
+        let [start, phi] = self.panels[last];
+        let [more] = Gauss::with(8).integrate(psi - start, |s| [self.speed(start + s) / self.mean_speed]);
+        phi + more
+    }
+
+    /// Where the machine is at ψ, 0 ≤ ψ ≤ 2π, ω̇ behind (`forward`) a corner or before it.
+    pub fn moment(&self, psi: f64, forward: bool) -> Moment {
+        let (angle, w, omega) = (self.angle(psi), self.speed(psi), self.mean_speed);
+        let [j, slope, ..] = self.own.at(Place::at(angle), angle);
+        let torque =
+            if self.motor.lag().is_some() { self.torque.at(psi).0[0] } else { self.motor.characteristic(w)[0] };
+        let tools: f64 = self.tools.iter().map(|tool| tool.inertia_beside(psi, forward)[1]).sum();
+        let change = (torque - self.load - 0.5 * slope * w * w - 0.5 * omega.powi(3) * tools / w) / j;
+        Moment { angle, speed: w, change, phase: psi }
+    }
+
+    /// U_cam′ and U_cam″ on either side of ψ.
+    pub fn bend(&self, tool: &Tool, psi: f64) -> Bend {
+        let side = |forward: bool| {
+            // Before the beginning of the turn is the end of the last one.
+            let psi = if !forward && psi == 0.0 { TAU } else { psi };
+            let Moment { speed, change, .. } = self.moment(psi, forward);
+            let [_, u1, u2, ..] = tool.driven_beside(psi, forward);
+            let slope = u1 * self.mean_speed / speed;
+            [slope, (u2 * self.mean_speed * self.mean_speed - slope * change) / (speed * speed)]
+        };
+        let ([slope, behind], [_, before]) = (side(true), side(false));
+        Bend { slope, before, behind }
+    }
+}

@@ -1,0 +1,166 @@
+//! Courses and spectra of the rounds, as tables and diagrams: φ̇(t), the tools' accelerations, their distances.
+//!
+//! Of a motion y(ψ) = Σ aₘ cos mψ + bₘ sin mψ, ψ = Ωt, the acceleration has the amplitudes m²Ω²√(aₘ² + bₘ²), of each round with its
+//! own Ω = 2π/T; what is prescribed is compared at the same Ω. The courses are sums of these series: where a cycle's acceleration
+//! jumps, they overshoot the jump by a tenth.
+//!
+//! Source: K. Kaltofen, "HS-Bewegungen trotz veränderlicher Antriebsgeschwindigkeit", tables 1 and 2, equation (5).
+
+use super::iteration::Round;
+use super::report::Report;
+use super::spectral::amplitude;
+use crate::plot::{Axis, Diagram, Rule, Series};
+use crate::text;
+use camdrive::drives::Fault;
+use camdrive::motion::Fourier;
+use std::f64::consts::TAU;
+
+/// Points of a curve over the period.
+const POINTS: usize = 720;
+
+/// Rounds that diagrams show beside the finished machine: the next ones lie on it.
+const SHOWN: usize = 3;
+
+/// Harmonics below this part of the largest are not shown, nor higher ones than this: HS profiles have none, and cycles no end.
+const LEAST: f64 = 1e-4;
+const HIGHEST: usize = 40;
+
+impl Report {
+    /// Those that diagrams show.
+    fn shown(&self) -> impl Iterator<Item = (String, &Round)> {
+        let named = |(name, round): (String, _)| match name.as_str() {
+            "round 0" => ("cams for uniform speed".to_owned(), round),
+            "finished" => ("compensated cams".to_owned(), round),
+            _ => (name, round),
+        };
+        let last = self.rounds.len();
+        let is_shown = move |(i, _): &(usize, _)| *i < SHOWN || *i == last;
+        self.machines().enumerate().filter(is_shown).map(move |(_, machine)| named(machine))
+    }
+
+    /// The courses over the period of each machine, as CSV: φ̇(t) and the tools' accelerations, as they are and as prescribed at
+    /// the same period.
+    ///
+    /// # Errors
+    /// As of [`Report::csv`].
+    pub fn courses(&self) -> Result<String, Fault> {
+        self.over_machines("phase_rad,time_s,speed_rad_s", POINTS + 1, |round, i| {
+            let (psi, omega) = (TAU * i as f64 / POINTS as f64, round.mean_speed());
+            let acceleration = |series: &Fourier| omega * omega * series.at(psi).0[2];
+            let tools = round.motions.iter().zip(&self.wanted);
+            let tools = tools.flat_map(|(motion, wanted)| [motion, wanted].map(acceleration));
+            [psi, psi / omega.abs(), round.speeds.at(psi).0[0]].into_iter().chain(tools).collect()
+        })
+    }
+
+    /// The spectra of each machine, as CSV: a_m, b_m of φ̇(t), and the amplitudes of the tools' accelerations, as they are and as
+    /// prescribed at the same period.
+    ///
+    /// # Errors
+    /// As of [`Report::csv`].
+    pub fn spectra(&self) -> Result<String, Fault> {
+        let harmonics = self.machines().map(|(_, round)| round.speeds.order()).min().unwrap_or(0);
+        self.over_machines("harmonic,speed_cosine_rad_s,speed_sine_rad_s", harmonics + 1, |round, m| {
+            let tools = round.motions.iter().zip(&self.wanted);
+            let tools = tools.flat_map(|(motion, wanted)| [motion, wanted].map(|series| harmonic(round, series, m)));
+            [m as f64, round.speeds.a[m], round.speeds.b[m]].into_iter().chain(tools).collect()
+        })
+    }
+
+    /// Rows for each machine, below a heading that goes on with two columns for each tool.
+    fn over_machines(
+        &self,
+        head: &str,
+        count: usize,
+        cells: impl Fn(&Round, usize) -> Vec<f64>,
+    ) -> Result<String, Fault> {
+        let mut head = format!("machine,{head}");
+        for (number, turns) in self.numbers.iter().zip(&self.turning) {
+            let unit = if *turns { "rad_s2" } else { "m_s2" };
+            head += &format!(",tool{number}_{unit},tool{number}_prescribed_{unit}");
+        }
+        let mut rows = Vec::new();
+        for (name, round) in self.machines() {
+            let row = |i: usize| cells(round, i).into_iter().map(|x| x.to_string());
+            rows.extend((0..count).map(|i| std::iter::once(name.clone()).chain(row(i)).collect::<Vec<_>>()));
+        }
+        text::csv(&head, rows)
+    }
+
+    /// φ̇(t), in the rounds and at last.
+    pub fn speed_diagram(&self) -> Diagram {
+        let curves = self.shown().map(|(name, round)| (name, over_period(|psi| round.speeds.at(psi).0[0])));
+        let series = curves.map(|(name, points)| Series::line(name, points)).collect();
+        let title = format!("Speed of {} over a period", self.scene);
+        Diagram::new(title, [period_axis(), Axis::linear("Speed [rad/s]")], series, Vec::new())
+    }
+
+    /// The acceleration of tool `j` over the time, as prescribed, in the rounds and at last.
+    pub fn acceleration_diagram(&self, j: usize) -> Diagram {
+        let curve = |name: String, series: &Fourier, round: &Round| {
+            let omega = round.mean_speed();
+            Series::line(name, over_period(|psi| omega * omega * series.at(psi).0[2]))
+        };
+        let wanted = curve("as prescribed".to_owned(), &self.wanted[j], &self.finished);
+        let shown = self.shown().map(|(name, round)| curve(name, &round.motions[j], round));
+        let title = format!("Acceleration of tool {} of {} over a period", self.numbers[j], self.scene);
+        let axes = [period_axis(), Axis::linear(self.acceleration(j))];
+        Diagram::new(title, axes, std::iter::once(wanted).chain(shown).collect(), Vec::new())
+    }
+
+    /// The harmonics of the acceleration of tool `j`.
+    pub fn spectrum_diagram(&self, j: usize) -> Diagram {
+        let all = |series: &Fourier, round: &Round| -> Vec<f64> {
+            (1..=series.order().min(HIGHEST)).map(|m| harmonic(round, series, m)).collect()
+        };
+        let wanted = ("as prescribed".to_owned(), all(&self.wanted[j], &self.finished));
+        let shown = self.shown().map(|(name, round)| (name, all(&round.motions[j], round)));
+        let spectra: Vec<(String, Vec<f64>)> = std::iter::once(wanted).chain(shown).collect();
+        let least = LEAST * spectra.iter().flat_map(|(_, spectrum)| spectrum).fold(0.0, |most, a| a.max(most));
+        let series = |(i, (name, spectrum)): (usize, (String, Vec<f64>))| {
+            let harmonics = spectrum.into_iter().zip(1_u16..).map(|(a, m)| [f64::from(m), a]);
+            // The prescribed harmonics as a line, lest those that meet them hide them.
+            Series { joined: i == 0, ..Series::dots(name, harmonics.filter(|[_, a]| *a >= least)) }
+        };
+        let series = spectra.into_iter().enumerate().map(series).collect();
+        let title = format!("Spectrum of the acceleration of tool {} of {}", self.numbers[j], self.scene);
+        let axes = [Axis::linear("Harmonic [1]"), Axis::logarithmic(self.acceleration(j))];
+        Diagram::new(title, axes, series, Vec::new())
+    }
+
+    /// The distances of tools that keep clear, with cams for uniform speed and at last; None where none is asked for.
+    pub fn distance_diagram(&self) -> Option<Diagram> {
+        let (mut series, mut rules) = (Vec::new(), Vec::new());
+        for (name, clearance) in self.restrictions.clearances() {
+            for (machine, round) in self.shown() {
+                let motions = clearance.laws.map(|j| round.motions[j].clone());
+                let points = over_period(|psi| clearance.apart(&motions, psi));
+                series.push(Series::line(format!("{name}, {machine}"), points));
+            }
+            rules.push(Rule::Horizontal(clearance.distance, "asked for".to_owned()));
+        }
+        let title = format!("Distances of the tools of {} over a period", self.scene);
+        let axes = [period_axis(), Axis::linear("Distance [m]")];
+        (!series.is_empty()).then(|| Diagram::new(title, axes, series, rules))
+    }
+
+    /// What an axis has of tool `j`.
+    fn acceleration(&self, j: usize) -> &'static str {
+        if self.turning[j] { "Angular acceleration of the tool [rad/s²]" } else { "Acceleration of the tool [m/s²]" }
+    }
+}
+
+/// m²Ω² √(a² + b²): the amplitude of a harmonic of the acceleration (m/s² or rad/s²); 0 beyond the series.
+fn harmonic(round: &Round, series: &Fourier, m: usize) -> f64 {
+    let size = if m <= series.order() { amplitude(series, m) } else { 0.0 };
+    (m as f64 * round.mean_speed()).powi(2) * size
+}
+
+/// A function of ψ at equal steps of t/T.
+fn over_period(f: impl Fn(f64) -> f64) -> Vec<[f64; 2]> {
+    (0..=POINTS).map(|i| i as f64 / POINTS as f64).map(|part| [part, f(TAU * part)]).collect()
+}
+
+fn period_axis() -> Axis {
+    Axis::linear("Time per period [1]").between(0.0, 1.0)
+}

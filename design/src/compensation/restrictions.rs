@@ -1,0 +1,117 @@
+//! What the tools have to keep, looked at on the motions that they have in time.
+//!
+//! A task prescribes bounds, exact points and distances of dⁿyⱼ/dψⁿ, ψ = 2πt/T; the motions yⱼ(ψ) of a round are held against
+//! them. Since the cams of a round share one ψ(φ), the positions that its tools take to one another are those that are prescribed,
+//! at other times: a distance over the whole turn is the same in all rounds, what is bound to a range of ψ is not.
+//!
+//! Source: K. Kaltofen, "HS-Bewegungen trotz veränderlicher Antriebsgeschwindigkeit", section 2, step 8 and its remark.
+
+use super::Tool;
+use super::spectral::largest;
+use crate::synthesis::clearance::Clearance;
+use crate::synthesis::deviation::Extreme;
+use crate::synthesis::study::Assignment;
+use crate::synthesis::{Bound, Point};
+use camdrive::motion::Fourier;
+use serde::Serialize;
+
+/// Conditions on the tools of a machine, each with its name; laws in them are tools, from 0.
+#[derive(Clone, Debug, Default)]
+pub struct Restrictions {
+    points: Vec<(String, Point)>,
+    bounds: Vec<(String, Bound)>,
+    clearances: Vec<(String, Clearance)>,
+    /// Of each tool the number of its follower, and by how much y and its first two derivatives, and the third, may miss.
+    tools: Vec<(usize, [f64; 2])>,
+}
+
+/// How well a condition is kept.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Kept {
+    /// What the task calls it.
+    pub name: String,
+    /// n, the order of the derivative.
+    pub order: usize,
+    /// The followers, counted from 1, each with its factor in the sum that is bounded; of a distance with 1.
+    pub tools: Vec<(usize, f64)>,
+    /// ψ (rad) where the reserve is least.
+    pub phase: f64,
+    /// What the condition is of, there: the sum of derivatives (m/radⁿ or rad/radⁿ), or the distance (m).
+    pub value: f64,
+    /// The way to its limit, negative beyond it; of an exact point the error, negative.
+    pub reserve: f64,
+    /// Whether no more is missed than the finite laws of the cams may.
+    pub kept: bool,
+}
+
+impl Restrictions {
+    /// Those of a motion task, whose laws are the motions of the followers in their order, for tools whose acceleration may miss
+    /// by the part `tolerance` of its largest value: an error of the k-th harmonic is k² times smaller in y, and k times larger in
+    /// y‴.
+    ///
+    /// # Errors
+    /// The number of a follower that has a law in the task and is none of the tools.
+    pub fn of(assignment: &Assignment, tools: &[Tool], tolerance: f64) -> Result<Self, usize> {
+        let (task, names) = (&assignment.task, &assignment.names);
+        let tool = |law: usize| tools.iter().position(|tool| tool.number == law + 1).ok_or(law + 1);
+        // Instead of law[1].point[1] and the like.
+        let named = |name: &String, law: usize| match (names.laws.get(law), name.split_once('.')) {
+            (Some(law), Some((_, rest))) => format!("{law}: {rest}"),
+            _ => name.clone(),
+        };
+        let point = |(point, name): (&Point, &String)| {
+            Ok::<_, usize>((named(name, point.law), Point { law: tool(point.law)?, ..*point }))
+        };
+        let bound = |(bound, name): (&Bound, &String)| {
+            let of =
+                bound.of.iter().map(|(law, factor)| Ok((tool(*law)?, *factor))).collect::<Result<Vec<_>, usize>>()?;
+            let name = if let [(law, _)] = bound.of[..] { named(name, law) } else { name.clone() };
+            Ok::<_, usize>((name, Bound { of, ..bound.clone() }))
+        };
+        let clearance = |clearance: &Clearance| {
+            let [a, b] = clearance.laws;
+            let name = [a, b].map(|law| names.laws.get(law).map_or("", String::as_str)).join(" and ");
+            Ok::<_, usize>((format!("distance of {name}"), Clearance { laws: [tool(a)?, tool(b)?], ..*clearance }))
+        };
+        let allowed = |Tool { number, wanted, .. }: &Tool| {
+            let order = wanted.order();
+            let miss = tolerance * largest(order, |psi| wanted.at(psi).0[2])[1];
+            (*number, [miss, order as f64 * miss])
+        };
+        Ok(Restrictions {
+            points: task.points.iter().zip(&names.points).map(point).collect::<Result<_, _>>()?,
+            bounds: task.bounds.iter().zip(&names.bounds).map(bound).collect::<Result<_, _>>()?,
+            clearances: task.clearances.iter().map(clearance).collect::<Result<_, _>>()?,
+            tools: tools.iter().map(allowed).collect(),
+        })
+    }
+
+    /// How well tools that move so keep them.
+    pub fn kept(&self, motions: &[Fourier]) -> Vec<Kept> {
+        let kept = |name: &str, of: &[(usize, f64)], order: usize, phase: f64, value: f64, reserve: f64| {
+            let miss: f64 = of.iter().map(|(j, factor)| factor.abs() * self.tools[*j].1[order / 3]).sum();
+            let tools = of.iter().map(|(j, factor)| (self.tools[*j].0, *factor)).collect();
+            Kept { name: name.to_owned(), order, tools, phase, value, reserve, kept: reserve >= -miss }
+        };
+        let point = |(name, point): &(String, Point)| {
+            let value = motions[point.law].at(point.phi).0[point.order];
+            kept(name, &[(point.law, 1.0)], point.order, point.phi, value, -(value - point.value).abs())
+        };
+        let bound = |(name, bound): &(String, Bound)| {
+            let Extreme { value: reserve, phi } = bound.reserve(motions);
+            let value = bound.of.iter().map(|(j, factor)| factor * motions[*j].at(phi).0[bound.order]).sum();
+            kept(name, &bound.of, bound.order, phi, value, reserve)
+        };
+        let clearance = |(name, clearance): &(String, Clearance)| {
+            let Extreme { value, phi } = clearance.least(&clearance.laws.map(|j| motions[j].clone()));
+            kept(name, &clearance.laws.map(|j| (j, 1.0)), 0, phi, value, value - clearance.distance)
+        };
+        let linear = self.points.iter().map(point).chain(self.bounds.iter().map(bound));
+        linear.chain(self.clearances.iter().map(clearance)).collect()
+    }
+
+    /// Each pair of tools that keeps clear, with its name.
+    pub fn clearances(&self) -> &[(String, Clearance)] {
+        &self.clearances
+    }
+}
