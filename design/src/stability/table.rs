@@ -1,5 +1,7 @@
 //! The report as text, CSV and JSON.
 
+use super::bounds::Bounds;
+use super::crank::Crank;
 use super::tongue::Extent;
 use super::{BORDER, NEGLIGIBLE, Order, Report, TOLERATED, is_told};
 use crate::text::{NONE, Table, csv, digits, full_or_empty, number};
@@ -9,6 +11,9 @@ use std::fmt::Write as _;
 /// What θ is where the damping is negative somewhere.
 pub const ACTIVE: &str = "The damping is negative over a part of the turn. θ is the ratio of the constant damping with the \
      same decay over a turn, mean(b/m)/mean(1/m); what varies about it stays at every θ, also \"without damping\".";
+
+/// Orders that a sentence lists.
+const LISTED: usize = 4;
 
 /// rad/s → rpm.
 pub const RPM: f64 = 60.0 / std::f64::consts::TAU;
@@ -84,8 +89,8 @@ pub fn of_orders(report: &Report) -> Table {
                 .map_or_else(none, |eta| number(eta * w0 * RPM)),
             order.safety.map_or_else(none, number),
             order.modulation_ratio.map_or_else(none, number),
-            bound(order, order.three_term),
-            bound(order, order.second_order),
+            bound(order, order.bounds.three_term),
+            bound(order, order.bounds.second_order),
         ]
     };
     Table::new(head, orders(report, true).map(row))
@@ -116,8 +121,109 @@ pub fn below_orders(report: &Report) -> Vec<String> {
         format!("ε/ε*: {NONE}, since without damping any modulation makes an order unstable.")
     });
     let is_off = |order: &Order, value: f64| deviation(order, value).is_some_and(|off| off.abs() > TOLERATED);
-    if orders(report, true).any(|order| is_off(order, order.three_term) || is_off(order, order.second_order)) {
+    if orders(report, true)
+        .any(|order| is_off(order, order.bounds.three_term) || is_off(order, order.bounds.second_order))
+    {
         lines.push(format!("!: off by more than {} % from the exact θ*.", 100.0 * TOLERATED));
+    }
+    lines
+}
+
+/// The formulas of the source beside the exact values, of the orders that have a line.
+pub fn of_approximations(report: &Report) -> Table {
+    let w0 = report.oscillator.natural_frequency;
+    let head = "j  θ*  θ* by (14), (16) as printed  θ* by (9), (10)  unstable at this damping [rpm]  by (9), (13) [rpm]  \
+                off by";
+    let speeds = |ends: Option<[f64; 2]>| ends.map_or_else(|| "none".to_owned(), |ends| interval(ends, w0));
+    let row = |order: &Order| {
+        let off = order.damped.zip(order.approximate).filter(|(exact, _)| exact[1].is_finite());
+        let percent = |part: f64| format!("{:+.1} %", 100.0 * part).replace('-', "−");
+        let off = off.map(|(exact, near)| [0, 1].map(|end| percent(near[end] / exact[end] - 1.0)).join(", "));
+        vec![
+            order.j.to_string(),
+            order.critical_damping.map_or_else(|| "∞".to_owned(), exact),
+            bound(order, order.bounds.printed),
+            bound(order, order.bounds.determinant),
+            speeds(order.damped),
+            speeds(order.approximate),
+            off.unwrap_or_else(|| NONE.to_owned()),
+        ]
+    };
+    Table::new(head, orders(report, true).map(row))
+}
+
+/// What the source prints wrong, and by how much here.
+pub fn below_approximations(report: &Report) -> Vec<String> {
+    let mut lines = Vec::new();
+    if report.orders.is_empty() {
+        return lines;
+    }
+    let told = |value: f64| if value < NEGLIGIBLE { "0".to_owned() } else { number(value) };
+    let list = |orders: Vec<String>| {
+        let more = orders.len().saturating_sub(LISTED);
+        let more = if more > 0 { format!("; and of {more} more orders") } else { String::new() };
+        orders[..orders.len().min(LISTED)].join("; ") + &more
+    };
+    let misprinted = orders(report, true).filter(|o| {
+        let Bounds { printed, three_term, .. } = o.bounds;
+        (printed - three_term).abs() > 1e-3 * three_term + NEGLIGIBLE
+    });
+    let misprinted: Vec<String> = misprinted
+        .map(|o| {
+            let exact = o.critical_damping.map_or_else(|| "∞".to_owned(), told);
+            format!("j = {}: {} instead of {}, exact {exact}", o.j, told(o.bounds.printed), told(o.bounds.three_term))
+        })
+        .collect();
+    lines.push(if misprinted.is_empty() {
+        "Printed wrong: (15), (16) add moduli where the modulus of a complex sum belongs; here both are the same."
+            .to_owned()
+    } else {
+        let cases = list(misprinted);
+        format!("Printed wrong: (15), (16) add moduli where the modulus of a complex sum belongs. {cases}.")
+    });
+    let missed = |o: &&Order| o.critical_damping.is_some_and(|exact| o.bounds.determinant < (1.0 - TOLERATED) * exact);
+    let missed: Vec<String> = orders(report, true)
+        .filter(|o| o.critical_damping.is_some_and(|exact| exact > NEGLIGIBLE))
+        .filter(missed)
+        .map(|o| {
+            let exact = o.critical_damping.map_or(String::new(), told);
+            format!("j = {} from θ = {} to {exact}", o.j, told(o.bounds.determinant))
+        })
+        .collect();
+    if !missed.is_empty() {
+        lines.push(format!("(9), (13) have no root where the drive is unstable: {}.", list(missed)));
+    }
+    lines.push(
+        "(9) has lost the entry k_j of its first row, (12) the factor Ω of b₂ⱼ; both are taken as they must be. Borders by them \
+         are no verdict."
+            .to_owned(),
+    );
+    if let Some(crank) = &report.crank {
+        lines.push(format!("Parallel crank, σ = c₁₂/(c_AB R²) = {}.", exact(crank.sigma)));
+        for curve in &crank.curves {
+            let off = curve.points.iter().filter_map(|point| Some(point.bounds.printed / point.exact? - 1.0));
+            let [low, high] = off.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], off| [l.min(off), h.max(off)]);
+            if low <= high {
+                let [from, to] = [curve.points.first(), curve.points.last()].map(|p| p.map_or(0.0, |p| p.sigma));
+                let share =
+                    |off: f64| if off > -0.99 { off_by(off) } else { format!("1/{} of it", number(1.0 / (1.0 + off))) };
+                lines.push(format!(
+                    "j = {}: (7) is off by {} … {} for σ from {} to {}.",
+                    curve.j,
+                    share(low),
+                    share(high),
+                    number(from),
+                    number(to)
+                ));
+            }
+        }
+        if crank.curves.len() == 3 && crank.curves[2].j == 3.0 {
+            lines.push(
+                "The source takes the second term of j = 3 for none since r₃ = 0, and Ω ≈ ω₀/3 for safe; but r₂ r₄ and r₂³ \
+                 outweigh r₆, so that its formula and the borders miss this order."
+                    .to_owned(),
+            );
+        }
     }
     lines
 }
@@ -223,8 +329,8 @@ pub fn warnings(report: &Report) -> Vec<String> {
             ),
         })
     };
-    lines.extend(off(|order| order.three_term, "The classical bound of three terms"));
-    lines.extend(off(|order| order.second_order, "The bound of second order"));
+    lines.extend(off(|order| order.bounds.three_term, "The classical bound of three terms"));
+    lines.extend(off(|order| order.bounds.second_order, "The bound of second order"));
     for order in report.orders.iter().filter(|order| order.critical_damping.is_none()) {
         lines.push(format!(
             "The instability of order {} reaches from {} rpm to infinite speed; no damping ratio removes it.",
@@ -337,11 +443,13 @@ fn finite(value: f64) -> String {
 /// None in practice: the writer fills memory.
 pub fn orders_csv(report: &Report) -> Result<String, Fault> {
     let head = "j,undamped_low_eta,undamped_high_eta,extent,damped_low_eta,damped_high_eta,critical_damping,critical_eta,\
-                safety,modulation_ratio,three_term,second_order";
+                safety,modulation_ratio,three_term,second_order,printed,determinant,without_mean,approximate_low_eta,\
+                approximate_high_eta";
     let option = |value: Option<f64>| value.map_or(String::new(), finite);
     let row = |o: &Order| {
         let [low, high] = o.undamped.map(finite);
-        let [damped_low, damped_high] = [0, 1].map(|end| option(o.damped.map(|ends| ends[end])));
+        let both = |ends: Option<[f64; 2]>| [0, 1].map(|end| option(ends.map(|ends| ends[end])));
+        let ([damped_low, damped_high], [near_low, near_high]) = (both(o.damped), both(o.approximate));
         vec![
             o.j.to_string(),
             low,
@@ -353,8 +461,13 @@ pub fn orders_csv(report: &Report) -> Result<String, Fault> {
             option(o.critical_eta),
             option(o.safety),
             option(o.modulation_ratio),
-            finite(o.three_term),
-            finite(o.second_order),
+            finite(o.bounds.three_term),
+            finite(o.bounds.second_order),
+            finite(o.bounds.printed),
+            finite(o.bounds.determinant),
+            finite(o.bounds.without_mean),
+            near_low,
+            near_high,
         ]
     };
     csv(head, report.orders.iter().map(row))
@@ -379,8 +492,29 @@ pub fn map_csv(report: &Report) -> Result<String, Fault> {
             })
             .collect::<Vec<_>>()
     };
-    let all = rows("damping", &report.over_damping).into_iter().chain(rows("modulation", &report.over_modulation));
-    csv(head, all)
+    let all = [
+        rows("damping", &report.over_damping),
+        rows("modulation", &report.over_modulation),
+        rows("damping, approximate", &report.approximate_over_damping),
+        rows("modulation, approximate", &report.approximate_over_modulation),
+    ];
+    csv(head, all.concat())
+}
+
+/// θ* of a parallel crank over σ; empty where it is not known.
+///
+/// # Errors
+/// None in practice.
+pub fn crank_csv(crank: &Crank) -> Result<String, Fault> {
+    let rows = crank.curves.iter().flat_map(|curve| {
+        curve.points.iter().map(|point| {
+            let Bounds { three_term, second_order, printed, determinant, without_mean } = point.bounds;
+            let bounds = [three_term, second_order, printed, determinant, without_mean].map(finite);
+            let lead = [curve.j.to_string(), finite(point.sigma), full_or_empty(point.exact)];
+            lead.into_iter().chain(bounds).collect::<Vec<_>>()
+        })
+    });
+    csv("j,sigma,exact,three_term,second_order,printed,determinant,without_mean", rows)
 }
 
 /// The periodic motion over the speed.

@@ -1,6 +1,7 @@
 //! Stability against closed forms, against the printed numbers of the sources, and against an independent eigenproblem.
 
 mod active;
+mod approximations;
 mod extremes;
 mod tables;
 
