@@ -1,5 +1,6 @@
 //! `camdrive clearance SCENE`
 
+use super::measured::Measured;
 use super::output::Bar;
 use super::{Failure, Format, failure, files, optional, read};
 use crate::scene::Resolved;
@@ -8,6 +9,7 @@ use camdrive::motion::table::Points;
 use camdrive::motion::{Cycle, CyclePlan, MotionLaw, StandardLaw};
 use camdrive_design::clearance::{self, Options, Report, figures, lists, table};
 use camdrive_design::harmonic_analysis::analyse;
+use camdrive_design::plot::Diagram;
 use camdrive_design::text::{self, Page};
 use std::f64::consts::TAU;
 use std::ops::RangeInclusive;
@@ -64,6 +66,8 @@ pub struct Args {
     #[arg(long)]
     quick: bool,
     #[command(flatten)]
+    measured: Measured,
+    #[command(flatten)]
     format: Format,
 }
 
@@ -90,7 +94,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let options = args.options(&scene)?;
     let report = Bar::beside(&scene.name, |tell| clearance::study(&scene.resource(), &options, tell));
     let report = report.map_err(|fault| failure(format!("{}: {fault}", args.scene.display())))?;
-    let written = files::write(&parts(&folder, &report)?, &scene.files)?;
+    let mut acceleration = figures::acceleration(&report);
+    let courses = args.measured.lay_over([("acceleration", &mut acceleration)])?;
+    let written = files::write(&parts(&folder, &report, &acceleration)?, &[scene.files, courses].concat())?;
     args.format.print(|width| text(&report, width) + "\n" + &written, || text::json(&report))
 }
 
@@ -171,7 +177,7 @@ fn compared(name: &str, scene: &Resolved) -> Result<Vec<(String, MotionLaw)>, Fa
 }
 
 /// Tables and diagrams.
-fn parts(folder: &Path, report: &Report) -> Result<Vec<(PathBuf, String)>, Failure> {
+fn parts(folder: &Path, report: &Report, acceleration: &Diagram) -> Result<Vec<(PathBuf, String)>, Failure> {
     let parts = [
         ("json", text::json(report)),
         ("passages.csv", lists::passages_csv(report)),
@@ -182,7 +188,7 @@ fn parts(folder: &Path, report: &Report) -> Result<Vec<(PathBuf, String)>, Failu
         ("multiple_impacts.svg", Ok(figures::multiple_impacts(report).svg())),
         ("deformation.svg", Ok(figures::deformation(report).svg())),
         ("force.svg", Ok(figures::force(report).svg())),
-        ("acceleration.svg", Ok(figures::acceleration(report).svg())),
+        ("acceleration.svg", Ok(acceleration.svg())),
     ];
     files::report(folder, &report.scene, parts)
 }

@@ -1,5 +1,6 @@
 //! `camdrive stability SCENE`
 
+use super::measured::Measured;
 use super::output::Bar;
 use super::{Failure, Format, failure, files, quantity, read};
 use camdrive::drives::Fault;
@@ -17,7 +18,8 @@ use std::path::{Path, PathBuf};
 ///
 /// Prints the tables and writes NAME.csv (orders), NAME.json, and unless --quick NAME.map.csv, NAME.damping.svg and
 /// NAME.modulation.svg, with the borders of the classical formulas dashed beside the exact ones, and of a parallel crank
-/// NAME.crank.csv and .svg, θ* over the stiffness σ; for drives with a load NAME.amplification.csv and .svg as well.
+/// NAME.crank.csv and .svg, θ* over the stiffness σ; for drives with a load NAME.load.csv and .svg, the load over the turn beside the
+/// kinetostatic one, NAME.amplification.csv and .svg as well.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -51,6 +53,8 @@ pub struct Args {
     /// Without the maps
     #[arg(long)]
     quick: bool,
+    #[command(flatten)]
+    measured: Measured,
     #[command(flatten)]
     format: Format,
 }
@@ -105,12 +109,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let folder = files::folder(args.output.as_deref(), "stability", &scene.name)?;
     let report = Bar::beside(&scene.name, |tell| stability::study_scene(&scene.resource(), &options, tell));
     let report = report.map_err(fault)?;
-    let written = files::write(&parts(&folder, &report)?, &scene.files)?;
+    let (parts, courses) = parts(&folder, &report, &args.measured)?;
+    let written = files::write(&parts, &[scene.files, courses].concat())?;
     args.format.print(|width| text(&report, width) + "\n" + &written, || text::json(&report))
 }
 
-/// Tables and diagrams.
-fn parts(folder: &Path, report: &Report) -> Result<Vec<(PathBuf, String)>, Failure> {
+type Parts = (Vec<(PathBuf, String)>, Vec<PathBuf>);
+
+/// Tables and diagrams, and the files of measured courses.
+fn parts(folder: &Path, report: &Report, measured: &Measured) -> Result<Parts, Failure> {
     let mut parts = vec![("csv", table::orders_csv(report)), ("json", text::json(report))];
     if !report.over_damping.is_empty() || !report.over_modulation.is_empty() {
         parts.push(("map.csv", table::map_csv(report)));
@@ -125,7 +132,13 @@ fn parts(folder: &Path, report: &Report) -> Result<Vec<(PathBuf, String)>, Failu
         parts.push(("amplification.csv", table::amplification_csv(report)));
         parts.push(("amplification.svg", Ok(figures::amplification(report).svg())));
     }
-    files::report(folder, &report.scene, parts)
+    let mut load = (!report.courses.is_empty()).then(|| figures::load(report));
+    let courses = measured.lay_over(load.iter_mut().map(|diagram| ("load", diagram)))?;
+    if let Some(load) = load {
+        parts.push(("load.csv", table::load_csv(report)));
+        parts.push(("load.svg", Ok(load.svg())));
+    }
+    Ok((files::report(folder, &report.scene, parts)?, courses))
 }
 
 /// The report for a terminal.

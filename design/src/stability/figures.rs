@@ -3,7 +3,7 @@
 use super::Report;
 use super::crank::{Crank, Curve, Point};
 use super::map::Region;
-use super::table::RPM;
+use super::table::{RPM, exact};
 use crate::plot::{Axis, Diagram, Rule, Series, Shade};
 use crate::text::number;
 
@@ -204,6 +204,28 @@ pub fn amplification(report: &Report) -> Diagram {
     let y = Axis::logarithmic("Amplification R = max |M| / max |M₀| [1]").between(bottom, top);
     let title = format!("Largest load of {} over its kinetostatic value", report.scene);
     Diagram::new(title, [speed_axis(report), y], own, rules)
+}
+
+/// Speeds whose loads a diagram can tell apart.
+const MOST_SPEEDS: usize = 3;
+
+/// The load of the elastic member over the turn beside the kinetostatic one, M₀ = f + Ω² f₂: of an elastic shaft −m U′U″Ω².
+pub fn load(report: &Report) -> Diagram {
+    let unit = report.units[1].replace('.', "·");
+    let (name, sign) = if report.units[1] == "N" { ("Force", "F") } else { ("Torque", "M") };
+    let mut series = Vec::new();
+    for (at, course) in report.speeds.iter().zip(&report.courses).take(MOST_SPEEDS) {
+        let rpm = exact(at.speed * RPM);
+        let line = |name: &str, of: usize| {
+            let points = course.iter().map(|point| [point[0].to_degrees(), point[of]]);
+            Series::line(format!("{name}, {rpm} rpm"), points)
+        };
+        series.extend(at.stable.then(|| line(sign, 1)));
+        series.push(line("kinetostatic", 2));
+    }
+    let axes = [Axis::angular("Angle φ [°]").between(0.0, 360.0), Axis::linear(&format!("{name} {sign} [{unit}]"))];
+    let title = format!("{name} on the elastic member of {}, steady, beside the kinetostatic one", report.scene);
+    Diagram::new(title, axes, series, vec![Rule::Horizontal(0.0, String::new())])
 }
 
 /// The smallest ratio of exact and printed θ* from which on the dashed curve lies apart and has its own name.

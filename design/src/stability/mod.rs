@@ -106,6 +106,10 @@ pub struct Report {
     pub orders: Vec<Order>,
     /// Starts from rest at each speed; None where the motion leaves the range of numbers.
     pub transients: Vec<Option<Transient>>,
+    /// φ (rad), load M and kinetostatic load M₀ of the periodic motion over the turn at each speed; M is NaN where the drive is
+    /// unstable.
+    #[serde(skip)]
+    pub courses: Vec<Vec<[f64; 3]>>,
     /// The periodic motion over the speed.
     pub amplification: Vec<Steady>,
     /// The resonances of the load in the range of speeds of the amplification.
@@ -297,6 +301,7 @@ pub fn study(
     let resonances = if loaded { response::resonances(&system, theta, most, &expected) } else { Vec::new() };
     // The list and the diagram show the same speeds.
     let shown = |resonance: &Resonance| (ranges[0][0]..=ranges[0][1]).contains(&(resonance.speed / w0));
+    let course = |speed: &f64| response::course(&system, speed / w0, theta).unwrap_or_default();
     let motion = |speed: &f64| response::transient(&system, speed / w0, theta);
     Ok(Report {
         scene: scene.to_owned(),
@@ -324,6 +329,7 @@ pub fn study(
         speeds: speeds.iter().map(|speed| at_speed(&system, &known, &orders, *speed, theta)).collect(),
         orders,
         transients: if loaded { speeds.iter().map(motion).collect() } else { Vec::new() },
+        courses: if loaded { speeds.iter().map(course).collect() } else { Vec::new() },
         amplification,
         resonances: resonances.into_iter().filter(shown).collect(),
         over_damping,
