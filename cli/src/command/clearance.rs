@@ -19,8 +19,8 @@ use std::path::{Path, PathBuf};
 ///
 /// For every change of sign of U″ in a turn: dynamic clearance K, time of passage, impulse, deformation and contact force
 /// after the impact, by Kaltofen's closed formulas and by the event-driven model side by side, and whether m1 leaves the
-/// flank again, at once or within a natural period. For the law as a whole: which natural frequencies, speeds and
-/// clearances avoid that by both, and the motion that the drive settles to. Where formulas and model differ, the model decides.
+/// flank again, at once or within a natural period. For the law as a whole: which natural frequencies, speeds,
+/// clearances, masses m1 (with their μ and ω₂) and damping ratios avoid that by both, and the motion that the drive settles to. Where formulas and model differ, the model decides.
 ///
 /// Takes a BacklashDrive, or an ElasticCamDrive with an elastic output together with --clearance and --m1. The model of a
 /// passage starts from the periodic motion of permanent contact.
@@ -52,6 +52,9 @@ pub struct Args {
     /// in rad/s
     #[arg(long, value_name = "FREQUENCY", allow_hyphen_values = true)]
     natural_frequency: Option<String>,
+    /// Damping ratio b/(2 m2 ω) instead of that of the scene
+    #[arg(long, value_name = "RATIO", allow_negative_numbers = true)]
+    damping: Option<f64>,
     /// Laws in the place of the scene's: VDI laws at the same stroke and angles (bestehorn, modified_sine … or all), hsN
     /// for the first N harmonics of the scene's law, or scene files, whose cams are taken
     #[arg(long, value_name = "LAW,…", value_delimiter = ',')]
@@ -62,7 +65,7 @@ pub struct Args {
     /// Lobes of U″ and of the contact force below this part of the largest one are no passages [default: 1e-9]
     #[arg(long, value_name = "PART", allow_negative_numbers = true)]
     ignore: Option<f64>,
-    /// Leave out which natural frequencies, speeds and clearances the model admits
+    /// Leave out which natural frequencies, speeds, clearances, masses m1 and damping ratios the model admits
     #[arg(long)]
     quick: bool,
     #[command(flatten)]
@@ -115,6 +118,7 @@ impl Args {
             m1: optional("m1", &self.m1, &unit::MASS)?,
             speed: optional("speed", &self.speed, &unit::ANGULAR_VELOCITY)?,
             natural_frequency: optional("natural-frequency", &self.natural_frequency, &unit::ANGULAR_VELOCITY)?,
+            damping: self.damping,
             turns: self.turns,
             ignore: self.ignore,
             quick: self.quick,
