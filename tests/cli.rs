@@ -1138,9 +1138,10 @@ fn a_measured_course_is_laid_over_a_computed_one() {
     assert!(steady.code == 1 && steady.err.contains("--report"), "{}", steady.err);
     let (speed, report) = ("0 [rad/s]", text(&folder));
     write(&format!("phi,{speed}\n0,40\n90,41\n"));
-    for command in
-        [&["steady", sealing, "--report", report][..], &["synthesize", TASK, "-o", "p.toml", "--report", report]]
-    {
+    for command in [
+        &["steady", sealing, "--report", report][..],
+        &["synthesize", TASK, "-o", text(&folder.join("p.toml")), "--report", report],
+    ] {
         // The heading's unit is that of a speed, so that only the diagram of a speed takes it.
         let run = camdrive(&[command, &["--measured", &file]].concat());
         assert_eq!(run.code, i32::from(command[0] != "steady"), "{command:?}: {}", run.err);

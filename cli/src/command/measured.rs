@@ -84,24 +84,18 @@ fn folded(angle: f64) -> f64 {
 }
 
 fn unknown(text: &str, name: Option<&str>, names: &[&str]) -> Failure {
-    let admissible = names.join(", ");
-    failure(match (name, names) {
-        (_, []) => format!(
-            "--measured {text}: there is no diagram over the turn to lay it over\n  = hint: leave it out, or examine a scene that \
-             has one"
-        ),
-        (Some(name), _) => {
-            let hint = nearest(name, names).or(names.first().copied()).unwrap_or_default();
-            format!(
-                "--measured {text}: there is no diagram `{name}` over the turn\n  = admissible: {admissible}\n  = hint: write for \
-                 example {hint}=TABLE.csv"
-            )
-        }
-        (None, [first, ..]) => format!(
-            "--measured {text}: there are several diagrams over the turn\n  = admissible: {admissible}\n  = hint: write for \
-             example {first}={text}"
-        ),
-    })
+    let Some(first) = names.first() else {
+        return failure(format!("--measured {text}: no diagram over the turn is drawn\n  = hint: leave it out"));
+    };
+    let (what, file) = match name {
+        Some(name) => (format!("there is no diagram `{name}` over the turn"), "TABLE.csv"),
+        None => ("there are several diagrams over the turn".to_owned(), text),
+    };
+    let hint = name.and_then(|name| nearest(name, names)).unwrap_or(first);
+    failure(format!(
+        "--measured {text}: {what}\n  = admissible: {}\n  = hint: write for example {hint}={file}",
+        names.join(", ")
+    ))
 }
 
 #[cfg(test)]

@@ -17,7 +17,7 @@ const LETTER: f64 = 0.016;
 const SCENE: &str = "speed examined";
 
 /// The borders by formulas.
-const APPROXIMATE: &str = "by (9), (13)";
+const APPROXIMATE: &str = "by formulas (9), (13)";
 
 /// The abscissa of all three: Ω in rpm, between the ends of the report.
 fn speed_axis(report: &Report) -> Axis {
@@ -252,15 +252,15 @@ pub fn crank(report: &Report, crank: &Crank) -> Diagram {
     };
     let mut words = Vec::new();
     for (i, curve) in crank.curves.iter().enumerate() {
-        let place = dashed(curve, &|p| p.bounds.printed, if i == 0 { "by (7)" } else { "" });
+        let place = summit(curve, &|p| value(p)[1]).map(below);
+        words.extend(place.map(|place| Rule::Word(place, format!("j = {}", curve.j))));
+        let place = dashed(curve, &|p| p.bounds.printed, if i == 0 { "by formula (7)" } else { "" });
         words.extend(place.map(|place| Rule::Word(place, format!("j = {} by (7)", curve.j))));
         // Only where r_j is not zero does the constant matter.
         if curve.points.iter().any(|p| p.bounds.printed > 1.01 * p.bounds.without_mean) {
             let place = dashed(curve, &|p| p.bounds.without_mean, "").map(below);
             words.extend(place.map(|place| Rule::Word(place, format!("j = {} without rⱼ", curve.j))));
         }
-        let place = summit(curve, &|p| value(p)[1]).map(below);
-        words.extend(place.map(|place| Rule::Word(place, format!("j = {}", curve.j))));
     }
     // Words that others would cover are left out.
     let mut written: Vec<[f64; 2]> = Vec::new();

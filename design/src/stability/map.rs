@@ -10,7 +10,7 @@ use super::hill;
 use super::modulation;
 use super::system::System;
 use super::tongue::{Apex, Extent, Tongue};
-use crate::{parallel, search};
+use crate::parallel;
 use serde::Serialize;
 
 /// The tongue of an order in a map: at each height (damping ratio or modulation) the lower and the upper speed ratio,
@@ -286,44 +286,22 @@ pub fn approximate_over_damping(harmonics: &Harmonics, twice: &[usize], top: f64
 /// The same over (speed, modulation) at the damping ratio of the plan.
 pub fn approximate_over_modulation(system: &System, twice: &[usize], plan: &Modulation) -> Vec<Region> {
     let Modulation { top, theta, .. } = *plan;
-    let at = |modulation: f64| Harmonics::new(&system.modulated(modulation));
-    let rows: Vec<(f64, Harmonics)> =
-        (1..=HEIGHTS).map(|i| top * i as f64 / HEIGHTS as f64).map(|modulation| (modulation, at(modulation))).collect();
+    let row = |i: usize| {
+        let modulation = top * i as f64 / (2 * HEIGHTS) as f64;
+        (modulation, Harmonics::new(&system.modulated(modulation)))
+    };
+    let rows: Vec<(f64, Harmonics)> = (1..=2 * HEIGHTS).map(row).collect();
     let mut regions = Vec::new();
     for twice in twice {
         let j = 0.5 * *twice as f64;
         let line = |modulation: f64, harmonics: &Harmonics| {
             harmonics.borders(*twice, theta).map(|[low, high]| [modulation, low, high])
         };
-        let tip = |ends: [f64; 2]| {
-            let mut excess = |modulation: f64| at(modulation).summit(*twice)[1] - theta;
-            let values = ends.map(&mut excess);
-            let modulation = search::zero(&mut excess, ends, values, DEVIATION * DEVIATION * top);
-            let eta = at(modulation).summit(*twice)[0].sqrt() / j;
-            // Round like a parabola.
-            let near = move |part: f64| modulation + part * (ends[1] - modulation);
-            let beside = [0.02, 0.1, 0.4].into_iter().filter_map(move |part| line(near(part), &at(near(part))));
-            std::iter::once([modulation, eta, eta]).chain(beside).collect::<Vec<_>>()
-        };
-        let mut lines: Vec<[f64; 3]> = Vec::new();
-        let mut finish = |lines: &mut Vec<[f64; 3]>| {
-            let lines = std::mem::take(lines);
-            if lines.len() > 1 {
-                regions.push(Region { j, theta: Some(theta), lines });
-            }
-        };
-        let mut last = 0.0;
-        for (modulation, harmonics) in &rows {
-            let own = line(*modulation, harmonics);
-            if own.is_some() && lines.is_empty() {
-                lines = if theta > 0.0 { tip([last, *modulation]) } else { vec![[0.0, 1.0 / j, 1.0 / j]] };
-            } else if own.is_none() {
-                finish(&mut lines);
-            }
-            lines.extend(own);
-            last = *modulation;
+        let lines = rows.iter().map(|(modulation, harmonics)| line(*modulation, harmonics));
+        // A tongue may vanish and appear again: each stretch is a region of its own.
+        for stretch in lines.collect::<Vec<_>>().split(Option::is_none).filter(|stretch| stretch.len() > 1) {
+            regions.push(Region { j, theta: Some(theta), lines: stretch.iter().copied().flatten().collect() });
         }
-        finish(&mut lines);
     }
     regions
 }

@@ -1,7 +1,7 @@
 //! The report as text, CSV and JSON.
 
 use super::bounds::Bounds;
-use super::crank::Crank;
+use super::crank::{Crank, Curve};
 use super::tongue::Extent;
 use super::{BORDER, NEGLIGIBLE, Order, Report, TOLERATED, is_told};
 use crate::text::{NONE, Table, csv, digits, full_or_empty, number};
@@ -159,71 +159,45 @@ pub fn below_approximations(report: &Report) -> Vec<String> {
         return lines;
     }
     let told = |value: f64| if value < NEGLIGIBLE { "0".to_owned() } else { number(value) };
-    let list = |orders: Vec<String>| {
-        let more = orders.len().saturating_sub(LISTED);
+    let cases = |is_one: &dyn Fn(&Order, f64) -> bool, words: &dyn Fn(&Order, String) -> String| {
+        let known = orders(report, true).filter_map(|order| Some((order, order.critical_damping?)));
+        let cases = known.filter(|(order, exact)| is_one(order, *exact));
+        let cases: Vec<String> = cases.map(|(o, exact)| format!("j = {} {}", o.j, words(o, told(exact)))).collect();
+        let more = cases.len().saturating_sub(LISTED);
         let more = if more > 0 { format!("; and of {more} more orders") } else { String::new() };
-        orders[..orders.len().min(LISTED)].join("; ") + &more
+        Some(cases[..cases.len().min(LISTED)].join("; ") + &more + ".").filter(|_| !cases.is_empty())
     };
-    let misprinted = orders(report, true).filter(|o| {
-        let Bounds { printed, three_term, .. } = o.bounds;
-        (printed - three_term).abs() > 1e-3 * three_term + NEGLIGIBLE
-    });
-    let misprinted: Vec<String> = misprinted
-        .map(|o| {
-            let exact = o.critical_damping.map_or_else(|| "∞".to_owned(), told);
-            format!("j = {}: {} instead of {}, exact {exact}", o.j, told(o.bounds.printed), told(o.bounds.three_term))
-        })
-        .collect();
-    lines.push(if misprinted.is_empty() {
-        "Printed wrong: (15), (16) add moduli where the modulus of a complex sum belongs; here both are the same."
-            .to_owned()
-    } else {
-        let cases = list(misprinted);
-        format!("Printed wrong: (15), (16) add moduli where the modulus of a complex sum belongs. {cases}.")
-    });
-    let missed = |o: &&Order| o.critical_damping.is_some_and(|exact| o.bounds.determinant < (1.0 - TOLERATED) * exact);
-    let missed: Vec<String> = orders(report, true)
-        .filter(|o| o.critical_damping.is_some_and(|exact| exact > NEGLIGIBLE))
-        .filter(missed)
-        .map(|o| {
-            let exact = o.critical_damping.map_or(String::new(), told);
-            format!("j = {} from θ = {} to {exact}", o.j, told(o.bounds.determinant))
-        })
-        .collect();
-    if !missed.is_empty() {
-        lines.push(format!("(9), (13) have no root where the drive is unstable: {}.", list(missed)));
-    }
-    lines.push(
-        "(9) has lost the entry k_j of its first row, (12) the factor Ω of b₂ⱼ; both are taken as they must be. Borders by them \
-         are no verdict."
-            .to_owned(),
-    );
-    if let Some(crank) = &report.crank {
-        lines.push(format!("Parallel crank, σ = c₁₂/(c_AB R²) = {}.", exact(crank.sigma)));
-        for curve in &crank.curves {
-            let off = curve.points.iter().filter_map(|point| Some(point.bounds.printed / point.exact? - 1.0));
-            let [low, high] = off.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], off| [l.min(off), h.max(off)]);
-            if low <= high {
-                let [from, to] = [curve.points.first(), curve.points.last()].map(|p| p.map_or(0.0, |p| p.sigma));
-                let share =
-                    |off: f64| if off > -0.99 { off_by(off) } else { format!("1/{} of it", number(1.0 / (1.0 + off))) };
-                lines.push(format!(
-                    "j = {}: (7) is off by {} … {} for σ from {} to {}.",
-                    curve.j,
-                    share(low),
-                    share(high),
-                    number(from),
-                    number(to)
-                ));
-            }
-        }
-        if crank.curves.len() == 3 && crank.curves[2].j == 3.0 {
-            lines.push(
-                "The source takes the second term of j = 3 for none since r₃ = 0, and Ω ≈ ω₀/3 for safe; but r₂ r₄ and r₂³ \
-                 outweigh r₆, so that its formula and the borders miss this order."
-                    .to_owned(),
-            );
-        }
+    let differs =
+        |o: &Order, _| (o.bounds.printed - o.bounds.three_term).abs() > 1e-3 * o.bounds.three_term + NEGLIGIBLE;
+    let differently = |o: &Order, exact| {
+        format!("{} instead of {}, exact {exact}", told(o.bounds.printed), told(o.bounds.three_term))
+    };
+    let misprints = cases(&differs, &differently).unwrap_or_else(|| "here both are the same.".to_owned());
+    lines.push(format!(
+        "Printed wrong: (15), (16) add moduli where the modulus of a complex sum belongs: {misprints} (9) has lost the entry k_j \
+         of its first row, (12) the factor Ω of b₂ⱼ; these are taken as they must be. Borders by them are no verdict."
+    ));
+    let missed = |o: &Order, exact| exact > NEGLIGIBLE && o.bounds.determinant < (1.0 - TOLERATED) * exact;
+    let range = |o: &Order, exact| format!("from θ = {} to {exact}", told(o.bounds.determinant));
+    let missed = cases(&missed, &range);
+    lines.extend(missed.map(|cases| format!("(9), (13) have no root where the drive is unstable: {cases}")));
+    let Some(crank) = &report.crank else { return lines };
+    let ratios = |curve: &Curve| {
+        let ratios = curve.points.iter().filter_map(|point| Some(point.bounds.printed / point.exact?));
+        let [low, high] = ratios.fold([f64::INFINITY, 0.0], |[l, h], ratio| [l.min(ratio), h.max(ratio)]);
+        format!("{} … {} at j = {}", number(low), number(high), curve.j)
+    };
+    lines.push(format!(
+        "Parallel crank, σ = c₁₂/(c_AB R²) = {}. Over σ, (7) is {} of the exact θ*.",
+        exact(crank.sigma),
+        crank.curves.iter().map(ratios).collect::<Vec<_>>().join(", ")
+    ));
+    if crank.curves.get(2).is_some_and(|curve| curve.j == 3.0) {
+        lines.push(
+            "The source takes the second term of j = 3 for none since r₃ = 0, and Ω ≈ ω₀/3 for safe; but r₂ r₄ and r₂³ \
+             outweigh r₆, so that its formula and the borders miss this order."
+                .to_owned(),
+        );
     }
     lines
 }
