@@ -168,12 +168,10 @@ fn profile(studies: &[Study], args: &Args, machine: Option<DocumentMut>) -> Stri
     files::signed(&document, "HS profile", &args.task, "synthesize")
 }
 
+type Parts = (Vec<(PathBuf, String)>, Vec<PathBuf>);
+
 /// Tables and diagrams, and the files of measured courses.
-fn report(
-    folder: &Path,
-    together: &Together,
-    measured: &Measured,
-) -> Result<(Vec<(PathBuf, String)>, Vec<PathBuf>), Failure> {
+fn report(folder: &Path, together: &Together, measured: &Measured) -> Result<Parts, Failure> {
     let name = &together.assignment.name;
     let mut results = files::report(folder, name, [("json", together.json())])?;
     results.extend(files::report(folder, name, together.figure().map(|figure| ("distance.svg", Ok(figure.svg()))))?);

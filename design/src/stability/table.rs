@@ -162,7 +162,7 @@ pub fn below_approximations(report: &Report) -> Vec<String> {
     let cases = |is_one: &dyn Fn(&Order, f64) -> bool, words: &dyn Fn(&Order, String) -> String| {
         let known = orders(report, true).filter_map(|order| Some((order, order.critical_damping?)));
         let cases = known.filter(|(order, exact)| is_one(order, *exact));
-        let cases: Vec<String> = cases.map(|(o, exact)| format!("j = {} {}", o.j, words(o, told(exact)))).collect();
+        let cases: Vec<String> = cases.map(|(o, exact)| format!("j = {}: {}", o.j, words(o, told(exact)))).collect();
         let more = cases.len().saturating_sub(LISTED);
         let more = if more > 0 { format!("; and of {more} more orders") } else { String::new() };
         Some(cases[..cases.len().min(LISTED)].join("; ") + &more + ".").filter(|_| !cases.is_empty())
