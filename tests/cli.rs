@@ -1127,6 +1127,78 @@ fn stability_refuses_what_it_cannot_study() {
     assert!(run.code == 1 && run.err.contains("folder"), "{}", run.err);
 }
 
+#[test]
+fn a_measured_course_is_laid_over_a_computed_one() {
+    let folder = folder("measured");
+    let course = folder.join("course.csv");
+    let write = |content: &str| std::fs::write(&course, content).expect("the folder can be written to");
+    let examined = |measured: &str| {
+        let given = ["--quick", "--orders", "2", "-o", text(&folder), "--measured", measured];
+        camdrive(&[&["stability", SCENE][..], &given].concat())
+    };
+    let (file, named) = (text(&course).to_owned(), format!("load={}", text(&course)));
+    write("phi [deg];M [kN.m]\n-90;0,1\n0;0.2\n90;0.45\n");
+    let svg = || std::fs::read_to_string(folder.join("transfer_manipulator.load.svg")).expect("the diagram");
+    for measured in [&file, &named] {
+        let run = examined(measured);
+        assert_eq!((run.code, run.err.as_str()), (0, ""));
+        let svg = svg();
+        for part in ["M, 46.2148 rpm", "kinetostatic, 46.2148 rpm", "measured, course", "Torque M [N·m]"] {
+            assert!(svg.contains(part), "{part} is missing in\n{svg}");
+        }
+    }
+    // −90° lies at 270°: from 0° over 90° to there the values rise and fall, 200, 450 and 100 N·m.
+    let dashed = svg().split("<polyline").find(|part| part.contains("#2a7d4f")).expect("the third look").to_owned();
+    let points = dashed.split_once("points=\"").expect("points").1.split('"').next().expect("an end").to_owned();
+    let heights: Vec<f64> = points
+        .split_whitespace()
+        .map(|point| point.split_once(',').expect("x,y").1.parse().expect("a number"))
+        .collect();
+    assert_eq!(heights.len(), 3, "{points}");
+    // Coordinates are printed with two decimals.
+    let ratio = (heights[0] - heights[1]) / (heights[2] - heights[1]);
+    assert!((ratio - 250.0 / 350.0).abs() < 1e-3, "{points}");
+
+    for (content, parts) in [
+        ("phi [deg],M [kN.m]\n0,1\n1,x\n", &["course.csv:3:3", "\"x\" is not a finite number", "hint"][..]),
+        ("0,1\n1,2\n1,3\n", &["course.csv:3:1", "1 deg does not exceed the one before", "hint: sort"]),
+        ("0,1\n400,2\n", &["course.csv:2:1", "400 deg is more than a turn", "admissible: 0 … 360 deg"]),
+        ("0,1\n", &["a course of 1 points", "admissible: at least 2"]),
+        ("0\n1\n", &["course.csv:1:1", "column 2 is missing"]),
+        ("phi [deg],F [kN]\n0,1\n1,2\n", &["course.csv:1:11", "\"kN\" is the unit of force; a torque is expected"]),
+        ("phi [mm],M [N.m]\n0,1\n1,2\n", &["course.csv:1:1", "\"mm\" is the unit of length; an angle is expected"]),
+    ] {
+        write(content);
+        let run = examined(&file);
+        assert!(run.code == 1 && parts.iter().all(|part| run.err.contains(part)), "{content}: {}", run.err);
+    }
+    let missing = examined("nowhere.csv");
+    assert!(missing.code == 1 && missing.err.contains("the course does not exist"), "{}", missing.err);
+    let other = examined(&format!("lod={file}"));
+    assert!(other.code == 1 && other.err.contains("admissible: load"), "{}", other.err);
+
+    write("0,1\n90,2\n");
+    let (sealing, at) = ("examples/sealing_machine/scene.toml", format!("torque={file}"));
+    let forces = |measured: &str| camdrive(&["forces", sealing, "-o", text(&folder), "--measured", measured]);
+    let run = forces(&file);
+    assert!(run.code == 1 && run.err.contains("admissible: torque, follower1.roller_force"), "{}", run.err);
+    assert_eq!(forces(&at).code, 0);
+    let torque = std::fs::read_to_string(folder.join("sealing_machine.torque.svg")).expect("the diagram");
+    assert!(torque.contains("measured, course"));
+    let steady = camdrive(&["steady", sealing, "--measured", &file]);
+    assert!(steady.code == 1 && steady.err.contains("--report"), "{}", steady.err);
+    let (speed, report) = ("0 [rad/s]", text(&folder));
+    write(&format!("phi,{speed}\n0,40\n90,41\n"));
+    for command in [
+        &["steady", sealing, "--report", report][..],
+        &["synthesize", TASK, "-o", text(&folder.join("p.toml")), "--report", report],
+    ] {
+        // The heading's unit is that of a speed, so that only the diagram of a speed takes it.
+        let run = camdrive(&[command, &["--measured", &file]].concat());
+        assert_eq!(run.code, i32::from(command[0] != "steady"), "{command:?}: {}", run.err);
+    }
+}
+
 const BACKLASH: &str = "examples/backlash_drive/scene.toml";
 
 #[test]

@@ -10,7 +10,7 @@ mod suited;
 pub mod ticks;
 
 use crate::drawing::{Anchor, BLACK, Drawing, Frame, Ink, Point, Shape, WHITE};
-use look::{RULED, look, marked};
+use look::{DASHED, Look, RULED, look, marked};
 use ticks::{angular_step, decimal, decimal_step, logarithmic_ticks};
 
 /// How an axis divides its length.
@@ -79,6 +79,8 @@ pub enum Rule {
     Area(Vec<[f64; 2]>, Shade),
     /// A line along these points of this thickness in pixels, as far as the axes show it; they do not stretch for it.
     Border(Vec<[f64; 2]>, f64),
+    /// A dashed line along these points likewise; the legend has its name, unless that is empty.
+    Dashed(Vec<[f64; 2]>, String),
     /// A word above this point.
     Word([f64; 2], String),
     /// What areas of this shade are, or without a shade lines that have no name, for the legend.
@@ -213,17 +215,18 @@ impl Diagram {
         self.series.len() + self.keys().count()
     }
 
-    /// The entries of the legend beside those of the data; without shade that of a line.
-    fn keys(&self) -> impl Iterator<Item = (Option<Shade>, &String)> {
+    /// The entries of the legend beside those of the data; without shade that of a line of this look.
+    fn keys(&self) -> impl Iterator<Item = (Option<Shade>, Look, &String)> {
         self.rules.iter().filter_map(|rule| match rule {
-            Rule::Key(shade, name) => Some((*shade, name)),
+            Rule::Key(shade, name) => Some((*shade, RULED, name)),
+            Rule::Dashed(_, name) if !name.is_empty() => Some((None, DASHED, name)),
             _ => None,
         })
     }
 
     /// Width and height of the legend.
     fn legend_size(&self) -> [f64; 2] {
-        let names = self.series.iter().map(|series| &series.name).chain(self.keys().map(|(_, name)| name));
+        let names = self.series.iter().map(|series| &series.name).chain(self.keys().map(|(.., name)| name));
         let longest = names.map(|name| name.chars().count()).max().unwrap_or(0);
         [64.0 + (LETTER * TEXT * longest as f64).floor(), 20.0 + LINE * self.entries() as f64]
     }
@@ -292,7 +295,7 @@ impl Diagram {
         let rule = |rule: &Rule| match rule {
             Rule::Vertical(x, _) => [self.x.place(*x), None],
             Rule::Horizontal(y, _) => [None, self.y.place(*y)],
-            Rule::Area(..) | Rule::Border(..) | Rule::Word(..) | Rule::Key(..) => [None, None],
+            _ => [None, None],
         };
         let ruled: Vec<rule::Place> = self.rules.iter().map(rule).collect();
         let axes = [&self.x, &self.y];
@@ -301,13 +304,16 @@ impl Diagram {
         let frame = Frame { ends, ranges };
         self.draw_axes(shapes, &frame);
         let data = shapes.len();
+        let parts = |points: &[Point]| {
+            let line: Vec<Point> = points.iter().filter_map(place).collect();
+            area::seen(&line, ranges).into_iter().map(|part| all(&part, &frame)).collect::<Vec<_>>()
+        };
         for rule in &self.rules {
             match rule {
                 Rule::Border(points, width) => {
-                    let line: Vec<Point> = points.iter().filter_map(place).collect();
-                    let parts = area::seen(&line, ranges).into_iter();
-                    shapes.extend(parts.map(|part| Shape::line(all(&part, &frame), *width, BLACK)));
+                    shapes.extend(parts(points).into_iter().map(|part| Shape::line(part, *width, BLACK)));
                 }
+                Rule::Dashed(points, _) => shapes.extend(parts(points).into_iter().map(|part| DASHED.line(part))),
                 Rule::Word(at, word) => shapes.extend(place(at).map(|at| {
                     let [x, y] = frame.at(at);
                     Shape::text([x, y - 4.0], TEXT - 1.0, Anchor::Middle, word)
@@ -360,9 +366,9 @@ impl Diagram {
 
     /// Draws the legend with this corner on its upper left.
     fn draw_legend(&self, shapes: &mut Vec<Shape>, [left, top]: Point) {
-        let series = self.series.iter().map(|series| (&series.name, Some(series), None));
-        let entries = series.chain(self.keys().map(|(shade, name)| (name, None, shade)));
-        for (i, (name, series, shade)) in entries.enumerate() {
+        let series = self.series.iter().map(|series| (&series.name, Some(series), None, RULED));
+        let entries = series.chain(self.keys().map(|(shade, look, name)| (name, None, shade, look)));
+        for (i, (name, series, shade, ruled)) in entries.enumerate() {
             let ([from, to], height) = ([left + 6.0, left + 42.0], top + 14.0 + LINE * i as f64);
             let line = vec![[from, height], [to, height]];
             match (series, shade) {
@@ -376,7 +382,7 @@ impl Diagram {
                     shapes.push(Shape::Area { points, ink: shade.ink() });
                     shapes.push(framed([from, low], [to, high]));
                 }
-                (None, None) => shapes.push(RULED.line(line)),
+                (None, None) => shapes.push(ruled.line(line)),
             }
             shapes.push(Shape::text([left + 50.0, height + MIDDLE * TEXT], TEXT, Anchor::Start, name));
         }
@@ -420,6 +426,7 @@ mod tests {
                         Rule::Word([-1.0, f64::INFINITY], "<j>".into()),
                         Rule::Key(Some(Shade::Pale), "k & l".into()),
                         Rule::Key(None, "m < n".into()),
+                        Rule::Dashed(vec![[1.0, 1.0], [f64::NAN, 2.0], [3.0, 1e3]], "o & p".into()),
                     ],
                 };
                 let svg = diagram.svg();

@@ -1,5 +1,6 @@
 //! `camdrive clearance SCENE`
 
+use super::measured::Measured;
 use super::output::Bar;
 use super::{Failure, Format, failure, files, optional, read};
 use crate::scene::Resolved;
@@ -8,6 +9,7 @@ use camdrive::motion::table::Points;
 use camdrive::motion::{Cycle, CyclePlan, MotionLaw, StandardLaw};
 use camdrive_design::clearance::{self, Options, Report, figures, lists, table};
 use camdrive_design::harmonic_analysis::analyse;
+use camdrive_design::plot::Diagram;
 use camdrive_design::text::{self, Page};
 use std::f64::consts::TAU;
 use std::ops::RangeInclusive;
@@ -17,8 +19,8 @@ use std::path::{Path, PathBuf};
 ///
 /// For every change of sign of U″ in a turn: dynamic clearance K, time of passage, impulse, deformation and contact force
 /// after the impact, by Kaltofen's closed formulas and by the event-driven model side by side, and whether m1 leaves the
-/// flank again, at once or within a natural period. For the law as a whole: which natural frequencies, speeds and
-/// clearances avoid that by both, and the motion that the drive settles to. Where formulas and model differ, the model decides.
+/// flank again, at once or within a natural period. For the law as a whole: which natural frequencies, speeds,
+/// clearances, masses m1 (with their μ and ω₂) and damping ratios avoid that by both, and the motion that the drive settles to. Where formulas and model differ, the model decides.
 ///
 /// Takes a BacklashDrive, or an ElasticCamDrive with an elastic output together with --clearance and --m1. The model of a
 /// passage starts from the periodic motion of permanent contact.
@@ -50,6 +52,9 @@ pub struct Args {
     /// in rad/s
     #[arg(long, value_name = "FREQUENCY", allow_hyphen_values = true)]
     natural_frequency: Option<String>,
+    /// Damping ratio b/(2 m2 ω) instead of that of the scene
+    #[arg(long, value_name = "RATIO", allow_negative_numbers = true)]
+    damping: Option<f64>,
     /// Laws in the place of the scene's: VDI laws at the same stroke and angles (bestehorn, modified_sine … or all), hsN
     /// for the first N harmonics of the scene's law, or scene files, whose cams are taken
     #[arg(long, value_name = "LAW,…", value_delimiter = ',')]
@@ -60,9 +65,11 @@ pub struct Args {
     /// Lobes of U″ and of the contact force below this part of the largest one are no passages [default: 1e-9]
     #[arg(long, value_name = "PART", allow_negative_numbers = true)]
     ignore: Option<f64>,
-    /// Leave out which natural frequencies, speeds and clearances the model admits
+    /// Leave out which natural frequencies, speeds, clearances, masses m1 and damping ratios the model admits
     #[arg(long)]
     quick: bool,
+    #[command(flatten)]
+    measured: Measured,
     #[command(flatten)]
     format: Format,
 }
@@ -90,7 +97,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let options = args.options(&scene)?;
     let report = Bar::beside(&scene.name, |tell| clearance::study(&scene.resource(), &options, tell));
     let report = report.map_err(|fault| failure(format!("{}: {fault}", args.scene.display())))?;
-    let written = files::write(&parts(&folder, &report)?, &scene.files)?;
+    let mut acceleration = figures::acceleration(&report);
+    let courses = args.measured.lay_over([("acceleration", &mut acceleration)])?;
+    let written = files::write(&parts(&folder, &report, &acceleration)?, &[scene.files, courses].concat())?;
     args.format.print(|width| text(&report, width) + "\n" + &written, || text::json(&report))
 }
 
@@ -109,6 +118,7 @@ impl Args {
             m1: optional("m1", &self.m1, &unit::MASS)?,
             speed: optional("speed", &self.speed, &unit::ANGULAR_VELOCITY)?,
             natural_frequency: optional("natural-frequency", &self.natural_frequency, &unit::ANGULAR_VELOCITY)?,
+            damping: self.damping,
             turns: self.turns,
             ignore: self.ignore,
             quick: self.quick,
@@ -171,7 +181,7 @@ fn compared(name: &str, scene: &Resolved) -> Result<Vec<(String, MotionLaw)>, Fa
 }
 
 /// Tables and diagrams.
-fn parts(folder: &Path, report: &Report) -> Result<Vec<(PathBuf, String)>, Failure> {
+fn parts(folder: &Path, report: &Report, acceleration: &Diagram) -> Result<Vec<(PathBuf, String)>, Failure> {
     let parts = [
         ("json", text::json(report)),
         ("passages.csv", lists::passages_csv(report)),
@@ -182,7 +192,7 @@ fn parts(folder: &Path, report: &Report) -> Result<Vec<(PathBuf, String)>, Failu
         ("multiple_impacts.svg", Ok(figures::multiple_impacts(report).svg())),
         ("deformation.svg", Ok(figures::deformation(report).svg())),
         ("force.svg", Ok(figures::force(report).svg())),
-        ("acceleration.svg", Ok(figures::acceleration(report).svg())),
+        ("acceleration.svg", Ok(acceleration.svg())),
     ];
     files::report(folder, &report.scene, parts)
 }

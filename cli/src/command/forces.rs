@@ -1,5 +1,6 @@
 //! `camdrive forces SCENE`
 
+use super::measured::Measured;
 use super::{Failure, Format, failure, files, optional, read};
 use crate::scene::Resolved;
 use camdrive::drives::Fault;
@@ -37,6 +38,8 @@ pub struct Args {
     /// Speed, "400 rpm" or in rad/s [default: that of the scene; of a machine its mean speed]
     #[arg(long, value_name = "SPEED", allow_hyphen_values = true)]
     speed: Option<String>,
+    #[command(flatten)]
+    measured: Measured,
     #[command(flatten)]
     format: Format,
 }
@@ -99,14 +102,18 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let machine = machine.settled().map_err(fault)?;
     let turn = machine.turn().map_err(fault)?;
     let report = Report::new(&machine, &turn);
-    let torque = ("torque.svg", Ok(figures::torque(&turn, &machine).svg()));
-    let mut parts = files::report(&folder, &scene.name, [("json", text::json(&report)), torque])?;
+    let mut diagrams = vec![("torque".to_owned(), figures::torque(&turn, &machine))];
+    let mut parts = files::report(&folder, &scene.name, [("json", text::json(&report))])?;
     for (j, drive) in machine.drives.iter().enumerate() {
-        let diagrams = figures::of_drive(&turn, j, drive).into_iter();
-        let diagrams = diagrams.map(|(name, diagram)| (format!("{name}.svg"), Ok(diagram.svg())));
-        let table = ("csv".to_owned(), csv(&turn, j, drive));
-        parts.extend(files::report(&folder, &drive.name, [table].into_iter().chain(diagrams))?);
+        // Cams of a machine are called NAME.follower1 ….
+        let of = drive.name.strip_prefix(&format!("{}.", scene.name)).map_or(String::new(), |name| format!("{name}."));
+        let own = figures::of_drive(&turn, j, drive).into_iter();
+        diagrams.extend(own.map(|(name, diagram)| (of.clone() + &name, diagram)));
+        parts.extend(files::report(&folder, &drive.name, [("csv", csv(&turn, j, drive))])?);
     }
-    let written = files::write(&parts, &scene.files)?;
+    let courses = args.measured.lay_over(diagrams.iter_mut().map(|(name, diagram)| (name.as_str(), diagram)))?;
+    let drawn = diagrams.iter().map(|(name, diagram)| (format!("{name}.svg"), Ok(diagram.svg())));
+    parts.extend(files::report(&folder, &scene.name, drawn)?);
+    let written = files::write(&parts, &[scene.files, courses].concat())?;
     args.format.print(|width| report.text(width) + "\n" + &written, || text::json(&report))
 }

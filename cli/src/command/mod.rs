@@ -15,6 +15,7 @@ mod driving;
 mod export;
 mod files;
 mod forces;
+mod measured;
 mod output;
 #[cfg_attr(not(feature = "import"), path = "no_run.rs")]
 mod run;

@@ -1,5 +1,6 @@
 //! `camdrive stability SCENE`
 
+use super::measured::Measured;
 use super::output::Bar;
 use super::{Failure, Format, failure, files, quantity, read};
 use camdrive::drives::Fault;
@@ -16,7 +17,9 @@ use std::path::{Path, PathBuf};
 /// value R, and the resonances.
 ///
 /// Prints the tables and writes NAME.csv (orders), NAME.json, and unless --quick NAME.map.csv, NAME.damping.svg and
-/// NAME.modulation.svg; for drives with a load NAME.amplification.csv and .svg as well.
+/// NAME.modulation.svg, with the borders of the classical formulas dashed beside the exact ones, and of a parallel crank
+/// NAME.crank.csv and .svg, θ* over the stiffness σ; for drives with a load NAME.load.csv and .svg, the load over the turn beside the
+/// kinetostatic one, NAME.amplification.csv and .svg as well.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -50,6 +53,8 @@ pub struct Args {
     /// Without the maps
     #[arg(long)]
     quick: bool,
+    #[command(flatten)]
+    measured: Measured,
     #[command(flatten)]
     format: Format,
 }
@@ -102,27 +107,38 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let scene = read(&args.scene)?;
     let fault = |fault: Fault| failure(format!("{}: {fault}", args.scene.display()));
     let folder = files::folder(args.output.as_deref(), "stability", &scene.name)?;
-    let oscillator = scene.resource().oscillator().map_err(fault)?;
-    let of = [scene.name.as_str(), scene.model];
-    let report = Bar::beside(&scene.name, |tell| stability::study(of, &oscillator, &options, tell));
+    let report = Bar::beside(&scene.name, |tell| stability::study_scene(&scene.resource(), &options, tell));
     let report = report.map_err(fault)?;
-    let written = files::write(&parts(&folder, &report)?, &scene.files)?;
+    let (parts, courses) = parts(&folder, &report, &args.measured)?;
+    let written = files::write(&parts, &[scene.files, courses].concat())?;
     args.format.print(|width| text(&report, width) + "\n" + &written, || text::json(&report))
 }
 
-/// Tables and diagrams.
-fn parts(folder: &Path, report: &Report) -> Result<Vec<(PathBuf, String)>, Failure> {
+type Parts = (Vec<(PathBuf, String)>, Vec<PathBuf>);
+
+/// Tables and diagrams, and the files of measured courses.
+fn parts(folder: &Path, report: &Report, measured: &Measured) -> Result<Parts, Failure> {
     let mut parts = vec![("csv", table::orders_csv(report)), ("json", text::json(report))];
     if !report.over_damping.is_empty() || !report.over_modulation.is_empty() {
         parts.push(("map.csv", table::map_csv(report)));
         parts.push(("damping.svg", Ok(figures::over_damping(report).svg())));
         parts.push(("modulation.svg", Ok(figures::over_modulation(report).svg())));
     }
+    if let Some(crank) = &report.crank {
+        parts.push(("crank.csv", table::crank_csv(crank)));
+        parts.push(("crank.svg", Ok(figures::crank(report, crank).svg())));
+    }
     if !report.amplification.is_empty() {
         parts.push(("amplification.csv", table::amplification_csv(report)));
         parts.push(("amplification.svg", Ok(figures::amplification(report).svg())));
     }
-    files::report(folder, &report.scene, parts)
+    let mut load = (!report.courses.is_empty()).then(|| figures::load(report));
+    let courses = measured.lay_over(load.iter_mut().map(|diagram| ("load", diagram)))?;
+    if let Some(load) = load {
+        parts.push(("load.csv", table::load_csv(report)));
+        parts.push(("load.svg", Ok(load.svg())));
+    }
+    Ok((files::report(folder, &report.scene, parts)?, courses))
 }
 
 /// The report for a terminal.
@@ -132,6 +148,8 @@ fn text(report: &Report, width: usize) -> String {
         .section("Stability", table::of_speeds(report))
         .table("Instabilities", &table::of_orders(report))
         .section("", table::below_orders(report))
+        .table("Formulas of the source beside the exact values", &table::of_approximations(report))
+        .section("", table::below_approximations(report))
         .table("Start from rest", &table::of_transients(report))
         .table("Resonances with harmonic k of the load", &table::of_resonances(report))
         .section("Mind", table::warnings(report))

@@ -1,5 +1,6 @@
 //! `camdrive steady SCENE`
 
+use super::measured::Measured;
 use super::{Failure, Format, NO_MOTION, driving, failure, files};
 use camdrive::drives::Fault;
 use camdrive::drives::rigid_machine::orbits::{
@@ -41,6 +42,8 @@ pub struct Args {
     #[arg(long, value_name = "FOLDER")]
     report: Option<PathBuf>,
     #[command(flatten)]
+    measured: Measured,
+    #[command(flatten)]
     format: Format,
 }
 
@@ -51,6 +54,7 @@ const FOUND: f64 = 1e-13;
 const STEPS: usize = 40;
 
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
+    args.measured.need(args.report.as_ref())?;
     if let Some(folder) = &args.report {
         files::no_file(folder, "--report")?;
     }
@@ -89,8 +93,11 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     if let Some(folder) = &args.report {
         let title = format!("Periodic motions of {}", found.name);
         let (motions, free) = (&found.motions, found.free.as_ref());
-        let parts = [("steady.csv", csv(motions, free)), ("steady.svg", Ok(diagram(title, motions, free).svg()))];
-        written = format!("\n{}", files::write(&files::report(folder, &found.name, parts)?, &inputs)?);
+        let mut diagram = diagram(title, motions, free);
+        let courses = args.measured.lay_over([("steady", &mut diagram)])?;
+        let parts = [("steady.csv", csv(motions, free)), ("steady.svg", Ok(diagram.svg()))];
+        let parts = files::report(folder, &found.name, parts)?;
+        written = format!("\n{}", files::write(&parts, &[inputs, courses].concat())?);
     }
     args.format.print(|width| found.text(width) + &written, || text::json(&found.data()))?;
     Ok(if found.motions.is_empty() && found.free.is_none() { ExitCode::from(NO_MOTION) } else { ExitCode::SUCCESS })

@@ -1,5 +1,6 @@
 //! `camdrive synthesize TASK`
 
+use super::measured::Measured;
 use super::output::Bar;
 use super::{Failure, Format, files, read};
 use crate::scene;
@@ -45,6 +46,8 @@ pub struct Args {
     #[arg(long)]
     force: bool,
     #[command(flatten)]
+    measured: Measured,
+    #[command(flatten)]
     format: Format,
 }
 
@@ -52,6 +55,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut assignment = scene::synthesis::read(&args.task).map_err(|faults| Failure(faults.to_string()))?;
     assignment.scene = args.scene.clone().or(assignment.scene);
     let target = args.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}_profile.toml", assignment.name)));
+    args.measured.need(args.report.as_ref())?;
     if let Some(folder) = &args.report {
         files::no_file(folder, "--report")?;
     }
@@ -63,7 +67,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let (machine, mut inputs) = machine.unzip();
     inputs.get_or_insert_default().push(args.task.clone());
     inputs.get_or_insert_default().extend(assignment.files.iter().cloned());
-    let inputs = inputs.unwrap_or_default();
+    let mut inputs = inputs.unwrap_or_default();
     files::no_foreign(&target, &inputs, args.force)?;
     if machine.is_none() && args.follower.is_some() {
         return Err(Failure(
@@ -82,7 +86,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let mut results = vec![(target, profile)];
     if let Some(folder) = &args.report {
-        results.extend(report(folder, &study)?);
+        let (parts, courses) = report(folder, &study, &args.measured)?;
+        results.extend(parts);
+        inputs.extend(courses);
     }
     let written = files::write(&results, &inputs)?;
     args.format.print(|width| study.text(width) + "\n" + &written, || study.json())
@@ -162,16 +168,26 @@ fn profile(studies: &[Study], args: &Args, machine: Option<DocumentMut>) -> Stri
     files::signed(&document, "HS profile", &args.task, "synthesize")
 }
 
-/// Tables and diagrams.
-fn report(folder: &Path, together: &Together) -> Result<Vec<(PathBuf, String)>, Failure> {
+type Parts = (Vec<(PathBuf, String)>, Vec<PathBuf>);
+
+/// Tables and diagrams, and the files of measured courses.
+fn report(folder: &Path, together: &Together, measured: &Measured) -> Result<Parts, Failure> {
     let name = &together.assignment.name;
     let mut results = files::report(folder, name, [("json", together.json())])?;
     results.extend(files::report(folder, name, together.figure().map(|figure| ("distance.svg", Ok(figure.svg()))))?);
+    let mut diagrams = Vec::new();
     for study in &together.studies {
+        // Laws of a task are named as their files are.
+        let own = &study.assignment.name;
+        let of = if together.studies.len() > 1 { format!("{own}.") } else { String::new() };
+        diagrams.extend(study.figures().into_iter().map(|(name, diagram)| (own, format!("{of}{name}"), name, diagram)));
         let tables = study.csv().map_err(|fault| Failure(format!("error: {fault}")))?;
         let tables = tables.into_iter().map(|(ending, text)| (ending, Ok(text)));
-        let diagrams = study.figures().into_iter().map(|(name, diagram)| (format!("{name}.svg"), Ok(diagram.svg())));
-        results.extend(files::report(folder, &study.assignment.name, tables.chain(diagrams))?);
+        results.extend(files::report(folder, own, tables)?);
     }
-    Ok(results)
+    let courses = measured.lay_over(diagrams.iter_mut().map(|(_, key, _, diagram)| (key.as_str(), diagram)))?;
+    for (own, _, name, diagram) in &diagrams {
+        results.extend(files::report(folder, own, [(format!("{name}.svg"), Ok(diagram.svg()))])?);
+    }
+    Ok((results, courses))
 }

@@ -19,6 +19,8 @@ mod table;
 mod tests;
 pub mod units;
 
+pub use table::course;
+
 pub use diagnostics::{Diagnostic, Diagnostics};
 
 use camdrive_design::forces::Loads;

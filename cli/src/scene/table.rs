@@ -4,7 +4,7 @@
 //! `;` a decimal comma is read as a point. Empty lines and lines that start with `#` are skipped, and so is one
 //! line of headings before the first point.
 
-use super::diagnostics::Diagnostic;
+use super::diagnostics::{Diagnostic, Diagnostics};
 use super::section::{ANY, POSITIVE, Section, Span};
 use super::units;
 use camdrive::drives::unit::{self, Quantity};
@@ -12,6 +12,7 @@ use camdrive::motion::table::{Bend, LEAST_DISTANCE, Points, TableError};
 use camdrive::motion::{MotionLaw, Table};
 use camdrive_design::harmonic_analysis;
 use camdrive_design::smoothing::{SmoothingError, smooth};
+use std::f64::consts::TAU;
 use std::path::Path;
 
 /// The most points of a table: a tenth of a degree is 3600 of them, and each one travels in the FMU.
@@ -90,20 +91,12 @@ pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -
     let noise = noise(section, quantity);
     let path = folder.join(file?);
     section.faults.files.borrow_mut().push(path.clone());
-    let text = match super::input::bytes(&path) {
-        Ok(bytes) if bytes.contains(&0) => {
-            let message = format!("`{}`: {} is no text file", section.path_of("file"), shown(&path));
-            section.faults.report(section.fault_of("file", message).hint("save the table as CSV in UTF-8"));
-            return None;
-        }
-        Ok(bytes) => String::from_utf8_lossy(&bytes).trim_start_matches(super::input::BYTE_ORDER_MARK).to_owned(),
-        Err(e) => {
-            let reason = match e.kind() {
-                std::io::ErrorKind::NotFound => "does not exist".to_owned(),
-                _ => format!("cannot be read: {e}"),
-            };
+    let text = match contents(&path) {
+        Ok(text) => text,
+        Err(reason) => {
             let fault = section.fault_of("file", format!("`{}`: {} {reason}", section.path_of("file"), shown(&path)));
-            section.faults.report(fault.hint("the path counts from the folder of the scene"));
+            let hint = if reason == NO_TEXT { SAVE_AS_TEXT } else { "the path counts from the folder of the scene" };
+            section.faults.report(fault.hint(hint));
             return None;
         }
     };
@@ -179,6 +172,67 @@ fn smoothed(
     None
 }
 
+const NO_TEXT: &str = "is no text file";
+const SAVE_AS_TEXT: &str = "save the table as CSV in UTF-8";
+
+/// The text of a table, or why there is none.
+fn contents(path: &Path) -> Result<String, String> {
+    match super::input::bytes(path) {
+        Ok(bytes) if bytes.contains(&0) => Err(NO_TEXT.to_owned()),
+        Ok(bytes) => Ok(String::from_utf8_lossy(&bytes).trim_start_matches(super::input::BYTE_ORDER_MARK).to_owned()),
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Err("does not exist".to_owned()),
+        Err(e) => Err(format!("cannot be read: {e}")),
+    }
+}
+
+/// A measured course over a turn: angles (rad) and values, one point per line. Headings may tell their units, "M [kN.m]"; without
+/// them angles are in degrees and values in the unit `own`, a coherent one of `quantity` where that is known.
+///
+/// # Errors
+/// A file that cannot be read, lines that hold no point, angles that do not rise or span more than a turn.
+pub fn course(path: &Path, own: &str, quantity: Option<&'static Quantity>) -> Result<Points, Diagnostics> {
+    let name = shown(path);
+    let unreadable = |reason: String| Diagnostic::new(&name, reason).hint("name a table of angles and measured values");
+    let text = contents(path).map_err(|reason| Diagnostics(vec![unreadable(format!("the course {reason}"))]))?;
+    let file = File { name: name.clone(), text: &text };
+    let headings = lines(&text).next().map(|line| cells(&text, line)).unwrap_or_default();
+    let scale = |column: usize, quantity: Option<&'static Quantity>, usual: (f64, f64)| {
+        let Some(cell) = headings.get(column) else { return Ok(usual) };
+        let Some((_, told)) = text[cell.clone()].rsplit_once('[') else { return Ok(usual) };
+        let told = told.trim_matches(['"', ' ', ']']);
+        let wrong = |message: String, hint: String| Diagnostics(vec![fault(&file, cell.clone(), message).hint(hint)]);
+        match quantity {
+            Some(quantity) => units::factor(told, quantity).map_err(|fault| wrong(fault.message, fault.hint)),
+            None if told == own => Ok(usual),
+            None => {
+                Err(wrong(format!("the unit {told} is not that of the diagram"), format!("give the values in {own}")))
+            }
+        }
+    };
+    let degree = std::f64::consts::PI / 180.0;
+    let (angle, value) = (scale(0, Some(&unit::ANGLE), (degree, 1.0))?, scale(1, quantity, (1.0, 1.0))?);
+    let columns = (Column::Number(0), Column::Number(1));
+    let convert = |a: f64, v: f64| (a * angle.0 / angle.1, v * value.0 / value.1);
+    let (reading, mut faults) = rows(&file, &columns, false, "write plain numbers; headings tell their units", convert);
+    let angles = &reading.points.angles;
+    if faults.is_empty() && angles.len() < 2 {
+        let few = Diagnostic::new(&name, format!("a course of {} points", angles.len()));
+        faults.push(few.admissible("at least 2").hint("one angle and one value per line"));
+    }
+    // A course that is closed repeats its first angle one turn later.
+    let beyond = angles.iter().position(|a| a - angles[0] > TAU + LEAST_DISTANCE);
+    faults.extend(beyond.map(|i| {
+        let message = format!("{} deg is more than a turn after the first angle", units::short(angles[i].to_degrees()));
+        let first = units::short(angles[0].to_degrees());
+        let end = units::short(angles[0].to_degrees() + 360.0);
+        fault(&file, reading.places[i].clone(), message)
+            .admissible(format!("{first} … {end} deg"))
+            .hint("leave out further turns")
+    }));
+    faults.truncate(MOST_FAULTS);
+    if faults.is_empty() { Ok(reading.points) } else { Err(Diagnostics(faults)) }
+}
+
 /// The same text on every platform.
 fn shown(path: &Path) -> String {
     path.display().to_string().replace('\\', "/")
@@ -212,6 +266,23 @@ fn points(
     bent: bool,
     convert: impl Fn(f64, f64) -> (f64, f64),
 ) -> Option<Reading> {
+    let hint = "write plain numbers; their unit is that of the scene";
+    let (reading, mut faults) = rows(file, columns, bent, hint, convert);
+    if reading.places.len() > MOST_POINTS {
+        let message = format!("`{}` has {} points", section.path_of("file"), reading.places.len());
+        faults.push(section.fault_of("file", message).admissible(format!("at most {MOST_POINTS}")));
+    }
+    report(section, file, faults).then_some(reading)
+}
+
+/// The points of the lines, and what is wrong with them; `hint` says what a number looks like.
+fn rows(
+    file: &File<'_>,
+    columns: &(Column<'_>, Column<'_>),
+    bent: bool,
+    hint: &str,
+    convert: impl Fn(f64, f64) -> (f64, f64),
+) -> (Reading, Vec<Diagnostic>) {
     let mut faults = Vec::new();
     let points = Points { angles: Vec::new(), lifts: Vec::new() };
     let mut reading = Reading { points, bends: Vec::new(), places: Vec::new() };
@@ -221,10 +292,7 @@ fn points(
     let index = |column: &Column<'_>| index(file, column, headings.as_deref());
     let (angle_column, lift_column) = match (index(&columns.0), index(&columns.1)) {
         (Ok(angle), Ok(lift)) => (angle, lift),
-        (angle, lift) => {
-            report(section, file, [angle.err(), lift.err()].into_iter().flatten().collect());
-            return None;
-        }
+        (angle, lift) => return (reading, [angle.err(), lift.err()].into_iter().flatten().collect()),
     };
     for (cells, line) in rows {
         let value = |index: usize| {
@@ -234,7 +302,7 @@ fn points(
             })?;
             number(file.text, cell).ok_or_else(|| {
                 let message = format!("\"{}\" is not a finite number", &file.text[cell.clone()]);
-                fault(file, cell.clone(), message).hint("write plain numbers; their unit is that of the scene")
+                fault(file, cell.clone(), message).hint(hint)
             })
         };
         let derivatives: Vec<_> = (1..=if bent { 3 } else { 0 }).map(|n| value(lift_column + n)).collect();
@@ -254,12 +322,8 @@ fn points(
             (angle, lift, more) => faults.extend([angle.err(), lift.err(), more.err()].into_iter().flatten()),
         }
     }
-    if reading.places.len() > MOST_POINTS {
-        let message = format!("`{}` has {} points", section.path_of("file"), reading.places.len());
-        faults.push(section.fault_of("file", message).admissible(format!("at most {MOST_POINTS}")));
-    }
     faults.extend(descents(file, &reading));
-    report(section, file, faults).then_some(reading)
+    (reading, faults)
 }
 
 /// The lines with content.

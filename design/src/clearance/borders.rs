@@ -13,6 +13,7 @@
 //! Source: K. Kaltofen, "Zur Dynamik spielbehafteter periodischer Antriebe", 1996, (25), (26) and the map after them.
 
 use super::formulas::{Masses, Passage};
+use crate::search;
 use serde::Serialize;
 use std::f64::consts::PI;
 
@@ -190,6 +191,58 @@ pub fn admissible(mu: f64) -> Admissible {
         intervals.push([from, elastic.k]);
     }
     Admissible { intervals, elastic: elastic.k, cut: false }
+}
+
+/// The mass ratios without a second impact at one K.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct AdmissibleRatios {
+    /// Ascending intervals of μ, the last one without end.
+    pub intervals: Vec<[f64; 2]>,
+    /// Whether there are further intervals below the first one, too many to list.
+    pub cut: bool,
+}
+
+/// The intervals of μ in which no second impact follows at `k` > 0.
+///
+/// K_el(μ) grows with μ, so that K < K_el is a least μ, none up to K_el(0); in a band K(θ) = K(aθ, −sin θ/θ) rises from 0 and
+/// falls to 0, so that it is crossed at two θ or not at all.
+pub fn admissible_ratios(k: f64) -> AdmissibleRatios {
+    let mut least = 0.0;
+    if k > elastic_limit()[1] {
+        let mut high = 1.0;
+        while elastic_border(high).k < k {
+            high *= 2.0;
+        }
+        least = zero(f64::EPSILON.ln(), high.ln(), |x| elastic_border(x.exp()).k - k).exp();
+    }
+    let (mut intervals, mut below, mut cut) = (Vec::new(), f64::INFINITY, true);
+    for n in 0..=MOST_BANDS {
+        if band_tip(n)[1] <= least {
+            cut = false;
+            break;
+        }
+        let ratio = |theta: f64| (-theta.sin() / theta).max(0.0);
+        let excess = |theta: f64| {
+            let masses = Masses::new(ratio(theta));
+            masses.clearance(masses.a * theta) - k
+        };
+        let ends = [f64::from(2 * n + 1) * PI, f64::from(2 * n + 2) * PI];
+        let (top, highest) = search::maximum(&mut |theta| excess(theta), ends, 1e-9);
+        if highest <= 0.0 {
+            continue;
+        }
+        let (a, b) = (ratio(zero(ends[0], top, excess)), ratio(zero(top, ends[1], |theta| -excess(theta))));
+        let (low, high) = (a.min(b), a.max(b));
+        if high.max(least) < below {
+            intervals.push([high.max(least), below]);
+        }
+        below = low;
+    }
+    if !cut && least < below {
+        intervals.push([least, below]);
+    }
+    intervals.reverse();
+    AdmissibleRatios { intervals, cut }
 }
 
 /// A border of the map.

@@ -1,4 +1,4 @@
-//! Which natural frequencies, speeds and clearances avoid further impacts by the event-driven model.
+//! Which natural frequencies, speeds, clearances, masses m1 and damping ratios avoid further impacts by the event-driven model.
 //!
 //! The formulas tell them at once ([`super::tuning`]), but rest on a quasi-static release and a cubic U. Here the model is
 //! followed through all passages of a turn at values around those of the scene, and the borders between calm and other
@@ -17,6 +17,10 @@ use serde::Serialize;
 
 /// Values are looked for between the part 1/`REACH` and `REACH` of that of the scene.
 const REACH: f64 = 4.0;
+/// Damping ratios are looked for between these, whatever that of the scene is, which may be 0.
+const DAMPING: [f64; 2] = [0.0025, 1.0];
+/// Quantities.
+const COUNT: usize = 5;
 /// Samples on either side of the scene's value, at most and at least: every 4 … 15 % of the value.
 const SAMPLES: [usize; 2] = [10, 36];
 /// Instants of the model that all samples of a law may take together: a second or two of computing.
@@ -37,10 +41,16 @@ pub struct ByModel {
     pub speed: Intervals,
     /// Clearances (m).
     pub clearance: Intervals,
+    /// Masses m1 (kg).
+    pub mass: Intervals,
+    /// Damping ratios D = b/(2 m2 ω).
+    pub damping: Intervals,
     /// The values between which each was looked for.
-    pub searched: [[f64; 2]; 3],
+    pub searched: [[f64; 2]; COUNT],
     /// The ratio of neighbouring samples.
     pub ratio: f64,
+    /// That of damping ratios.
+    pub damping_ratio: f64,
     /// Samples at which the model could not be followed; they count as not admissible.
     pub unknown: usize,
 }
@@ -55,7 +65,8 @@ pub fn is_calm(passages: &[Clearance], releases: Option<usize>) -> Option<bool> 
     (releases == Some(sequels.len())).then_some(true)
 }
 
-/// The values of a scene with the part `factor` of one of them: ω with the same damping ratio, Ω or s.
+/// The values of a scene with the part `factor` of one of them: ω with the same damping ratio, Ω, s or m1; or with `factor` times
+/// the middle one of the damping ratios.
 fn changed(scene: &Scene, machine: &Parameters, which: usize, factor: f64) -> (Scene, Parameters) {
     let (mut scene, mut machine) = (scene.clone(), *machine);
     match which {
@@ -64,11 +75,19 @@ fn changed(scene: &Scene, machine: &Parameters, which: usize, factor: f64) -> (S
                 (scene.parameters.c * factor * factor, scene.parameters.b * factor, machine.omega * factor)
         }
         1 => machine.speed *= factor,
-        _ => scene.parameters.s *= factor,
+        2 => scene.parameters.s *= factor,
+        3 => scene.parameters.m1 *= factor,
+        _ => scene.parameters.b = 2.0 * middle(DAMPING) * factor * machine.m2 * machine.omega,
     }
+    (machine.m1, machine.mu) = (scene.parameters.m1, scene.parameters.m1 / machine.m2);
     (machine.c, machine.b, machine.s) = (scene.parameters.c, scene.parameters.b, scene.parameters.s);
     machine.eta = machine.speed.abs() / machine.omega;
     (scene, machine)
+}
+
+/// The geometric mean.
+fn middle([low, high]: [f64; 2]) -> f64 {
+    (low * high).sqrt()
 }
 
 /// Whether the scene is calm; None where the model cannot be followed.
@@ -90,21 +109,22 @@ pub fn around(
     [samples, releases]: [usize; 2],
 ) -> Option<ByModel> {
     // Borders are about as many evaluations again.
-    let each = 2 * 3 * 2 * (samples + INSTANTS_OF_A_PASSAGE * releases.max(1));
+    let each = 2 * COUNT * 2 * (samples + INSTANTS_OF_A_PASSAGE * releases.max(1));
     let count = (MOST_INSTANTS / each).min(SAMPLES[1]);
     if count < SAMPLES[0] {
         return None;
     }
     // What cannot be followed with so few steps here cannot be nearby.
     evaluate(scene, machine, crossings, ignore)?;
-    let ratio = REACH.powf(1.0 / count as f64);
+    let reach = |which: usize| if which < COUNT - 1 { REACH } else { DAMPING[1] / middle(DAMPING) };
+    let ratio = |which: usize| reach(which).powf(1.0 / count as f64);
     let calm = |which: usize, factor: f64| {
         let (scene, machine) = changed(scene, machine, which, factor);
         evaluate(&scene, &machine, crossings, ignore)
     };
     let exponents: Vec<i32> = (-(count as i32)..=count as i32).collect();
     let places: Vec<(usize, f64)> =
-        (0..3).flat_map(|which| exponents.iter().map(move |i| (which, ratio.powi(*i)))).collect();
+        (0..COUNT).flat_map(|which| exponents.iter().map(move |i| (which, ratio(which).powi(*i)))).collect();
     let found = parallel::map(&places, |(which, factor)| calm(*which, *factor), &|| ());
     let unknown = found.iter().filter(|calm| calm.is_none()).count();
     let found: Vec<bool> = found.into_iter().map(|calm| calm == Some(true)).collect();
@@ -121,7 +141,7 @@ pub fn around(
         if found[*i] { high } else { low }
     };
     let borders = parallel::map(&neighbours, border, &|| ());
-    let own = [machine.omega, machine.speed.abs(), machine.s];
+    let own = [machine.omega, machine.speed.abs(), machine.s, machine.m1, middle(DAMPING)];
     let intervals = |which: usize| {
         let of = |i: usize| places[i].0 == which;
         let mut ends: Vec<f64> = Vec::new();
@@ -136,8 +156,11 @@ pub fn around(
         frequency: intervals(0),
         speed: intervals(1),
         clearance: intervals(2),
-        searched: own.map(|value| [value / REACH, value * REACH]),
-        ratio,
+        mass: intervals(3),
+        damping: intervals(4),
+        searched: std::array::from_fn(|which| [own[which] / reach(which), own[which] * reach(which)]),
+        ratio: ratio(0),
+        damping_ratio: ratio(COUNT - 1),
         unknown,
     })
 }

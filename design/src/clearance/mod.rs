@@ -51,6 +51,8 @@ pub struct Options {
     pub speed: Option<f64>,
     /// ω = √(c/m2) instead of that of the scene, by another stiffness (rad/s); the damping ratio stays.
     pub natural_frequency: Option<f64>,
+    /// Damping ratio D = b/(2 m2 ω) instead of that of the scene.
+    pub damping: Option<f64>,
     /// Turns of the settled motion, [`settled::TURNS`].
     pub turns: Option<usize>,
     /// Lobes of U″ and of the contact force below this part of the largest one are no passages; [`IGNORE`].
@@ -227,6 +229,13 @@ fn scene(resource: &Resource, options: &Options) -> Result<Scene, Fault> {
         let before = (*c / *m2).sqrt();
         (*c, *b) = (*m2 * omega * omega, *b * (omega / before));
     }
+    if let Some(ratio) = options.damping {
+        if !(ratio >= 0.0 && ratio.is_finite()) {
+            return Err(Fault(format!("--damping is {ratio}, it must be at least 0; write for example 0.03")));
+        }
+        let backlash::Parameters { m2, c, b, .. } = &mut scene.parameters;
+        *b = 2.0 * ratio * (*c * *m2).sqrt();
+    }
     if options.ignore.is_some_and(|ignore| !(0.0..1.0).contains(&ignore)) {
         return Err(Fault::new("--ignore is a part of the largest value, from 0 to below 1, for example 1e-3"));
     }
@@ -330,6 +339,7 @@ fn of_law(name: &str, scene: &Scene, machine: &Parameters, options: &Options) ->
             s: scene.parameters.s,
             omega: machine.omega,
             speed: w.abs(),
+            m2: machine.m2,
         },
     );
     let by_formulas: Option<Vec<Sequel>> = study

@@ -264,23 +264,24 @@ fn verdict(study: &Study) -> String {
 /// Which frequencies, speeds and clearances avoid multiple impacts, in sentences.
 pub fn of_tuning(report: &Report, study: &Study) -> Vec<String> {
     let Some(tuning) = &study.tuning else { return Vec::new() };
-    let Parameters { omega, speed, s, mu, e, .. } = report.machine;
+    let Parameters { m1, m2, b, omega, speed, s, mu, e, .. } = report.machine;
     let judge = |intervals: &[[f64; 2]], calm: bool, value: f64, scale: f64, unit: &str| {
-        let own = format!("{} {unit}", number(scale * value));
+        let with_unit = |value: f64| format!("{} {unit}", number(scale * value)).trim_end().to_owned();
+        let own = with_unit(value);
         match nearest(intervals, value) {
             _ if calm => format!("{own} is admissible"),
-            Err(Some(end)) => format!("{own} is not, nearest is {} {unit}", number(scale * end)),
+            Err(Some(end)) => format!("{own} is not, nearest is {}", with_unit(end)),
             Ok(_) => format!("{own} is not"),
             Err(None) => format!("{own} is not, and nothing is"),
         }
     };
     let line = |of: String, which: usize, value: f64, scale: f64, unit: &str| {
-        let by_formulas = [&tuning.frequency, &tuning.speed, &tuning.clearance][which];
+        let by_formulas = [&tuning.frequency, &tuning.speed, &tuning.clearance, &tuning.mass][which];
         let own = nearest(by_formulas, value).is_ok();
         let formulas = format!("by the formulas {}", list(by_formulas, scale));
         match (&study.by_model, study.calm.by_model) {
             (Some(model), Some(calm)) => {
-                let intervals = [&model.frequency, &model.speed, &model.clearance][which];
+                let intervals = [&model.frequency, &model.speed, &model.clearance, &model.mass][which];
                 let [low, high] = model.searched[which].map(|end| number(scale * end));
                 format!(
                     "{of} [{unit}]: by the model, from {low} to {high}: {}; {}; {formulas}.",
@@ -300,7 +301,27 @@ pub fn of_tuning(report: &Report, study: &Study) -> Vec<String> {
         line(format!("ω at Ω = {} rad/s", number(speed)), 0, omega, 1.0, "rad/s"),
         line(format!("Ω at ω = {} rad/s", number(omega)), 1, speed.abs(), 1.0, "rad/s"),
         line("s at both".to_owned(), 2, s, 1e3, "mm"),
+        line("m1 at these".to_owned(), 3, m1, 1.0, "kg"),
     ];
+    let masses = study.by_model.as_ref().map_or(&tuning.mass, |model| &model.mass);
+    if let Some(mass) = nearest(masses, m1).err().flatten().filter(|_| study.calm.verdict() != Some(true)) {
+        let free = |m1: f64| number(omega * ((m1 + m2) / m1).sqrt());
+        lines.push(format!(
+            "m1 = {} kg is μ = {}, ω₂ = ω √((μ+1)/μ) = {} rad/s instead of {} rad/s.",
+            number(mass),
+            number(mass / m2),
+            free(mass),
+            free(m1)
+        ));
+    }
+    if let (Some(model), Some(calm)) = (&study.by_model, study.calm.by_model) {
+        let [low, high] = model.searched[4].map(number);
+        lines.push(format!(
+            "D = b/(2 m2 ω) [1]: by the model, from {low} to {high}: {}; {}; the formulas know no damping.",
+            list(&model.damping, 1.0),
+            judge(&model.damping, calm, 0.5 * b / (m2 * omega), 1.0, "")
+        ));
+    }
     if e > 0.0 {
         lines.push(format!("With e = {} m1 rebounds after each impact; no value of these prevents it.", number(e)));
     } else if let Some(model) = &study.by_model {
@@ -310,8 +331,10 @@ pub fn of_tuning(report: &Report, study: &Study) -> Vec<String> {
             String::new()
         };
         lines.push(format!(
-            "The model was followed at values {} % apart and its borders bisected; what is narrower may be missing.{unknown}",
-            number(100.0 * (model.ratio - 1.0))
+            "The model was followed at values {} % apart, of D {} %, and its borders bisected; what is narrower may be \
+             missing.{unknown}",
+            number(100.0 * (model.ratio - 1.0)),
+            number(100.0 * (model.damping_ratio - 1.0))
         ));
     } else if study.releases.is_some() {
         lines.push("The model has not been followed at other values: it would take long, or cannot be.".to_owned());
@@ -328,6 +351,10 @@ pub fn of_tuning(report: &Report, study: &Study) -> Vec<String> {
         },
         number(tuning.source_frequency)
     ));
+    if tuning.mass_cut {
+        let first = tuning.mass.first().map_or(0.0, |ends| ends[0]);
+        lines.push(format!("Below m1 = {} kg the formulas admit further, ever narrower intervals.", number(first)));
+    }
     if tuning.quasi_static_speed.is_finite() && tuning.quasi_static_frequency > 0.0 {
         lines.push(format!(
             "The quasi-static release of the formulas is right to 5 % from ω = {} rad/s on at this speed, up to Ω = {} \

@@ -1,9 +1,10 @@
 //! Which natural frequencies, and which speeds, let every passage of a motion law end without a second impact.
 //!
 //! K = (s/|U₀‴|)(ω/Ω)³ with the mass ratio held: each admissible interval of K, [`super::borders`], is one of ω at given Ω
-//! and one of Ω at given ω; admissible for the machine is what all passages admit.
+//! and one of Ω at given ω; admissible for the machine is what all passages admit. K does not depend on m1: it is tuned by the
+//! mass ratio μ = m1/m2 at K, with which the free natural frequency ω₂ = ω √((μ + 1)/μ) changes. The formulas know no damping.
 
-use super::borders::Admissible;
+use super::borders::{Admissible, AdmissibleRatios, admissible_ratios};
 use serde::Serialize;
 
 /// Intervals of one quantity; an end of ∞ is none.
@@ -18,6 +19,10 @@ pub struct Tuning {
     pub speed: Intervals,
     /// Clearances at both (m).
     pub clearance: Intervals,
+    /// Masses m1 at the other values (kg); the last interval has no end.
+    pub mass: Intervals,
+    /// Whether there are further ones below them, too many to list.
+    pub mass_cut: bool,
     /// The ω that the condition K ≤ 15 of the source allows at most (rad/s).
     pub source_frequency: f64,
     /// From this ω on the quasi-static deformation (3) is right to 5 % at every passage (rad/s).
@@ -47,12 +52,14 @@ pub struct Passages {
     pub omega: f64,
     /// |Ω| (rad/s).
     pub speed: f64,
+    /// Working mass (kg).
+    pub m2: f64,
 }
 
 impl Tuning {
     /// The intervals for these passages; None where there are none.
     pub fn new(k: Admissible, passages: &Passages) -> Option<Self> {
-        let Passages { s, omega, speed, .. } = *passages;
+        let Passages { s, omega, speed, m2, .. } = *passages;
         let largest = passages
             .jerks
             .iter()
@@ -68,12 +75,24 @@ impl Tuning {
             });
             each.reduce(|a, b| intersection(&a, &b)).unwrap_or_default()
         };
+        let ratios: Vec<AdmissibleRatios> =
+            passages.jerks.iter().map(|jerk| admissible_ratios(s / jerk * (omega / speed).powi(3))).collect();
+        // What one passage no longer lists the others do not tell either; where they admit nothing there, none is missing.
+        let first = |cut: bool| {
+            let those = ratios.iter().filter(move |r| r.cut == cut);
+            those.map(|r| r.intervals.first().map_or(f64::INFINITY, |ends| ends[0])).fold(0.0, f64::max)
+        };
+        let lowest = first(true);
+        let each = ratios.iter().map(|ratios| ratios.intervals.clone()).reduce(|a, b| intersection(&a, &b));
+        let mass = intersection(&each.unwrap_or_default(), &[[lowest, f64::INFINITY]]);
         let curvature = passages.curvatures.iter().copied().fold(0.0, f64::max);
         let quasi_static = (curvature / FAIR).sqrt();
         Some(Tuning {
             frequency: common(&|k, jerk| speed * (k * jerk / s).cbrt()),
             speed: common(&|k, jerk| omega * (s / (k * jerk)).cbrt()),
             clearance: common(&|k, jerk| k * jerk * (speed / omega).powi(3)),
+            mass: mass.into_iter().map(|ends| ends.map(|mu| m2 * mu)).collect(),
+            mass_cut: lowest > first(false),
             source_frequency: speed * (SOURCE_BOUND * smallest / s).cbrt(),
             quasi_static_frequency: speed * quasi_static,
             quasi_static_speed: omega / quasi_static,
@@ -113,7 +132,19 @@ mod tests {
             s: 2e-4,
             omega: 400.0,
             speed: 25.0,
+            m2: 8.0,
         };
+        // K does not depend on m1, so that its intervals are the same whatever μ is.
+        let tuning = Tuning::new(admissible(0.2), &passages).unwrap();
+        // Two of these K are above K_el(0), so that there is a least m1.
+        assert!(!tuning.mass_cut && tuning.mass.last().unwrap()[1].is_infinite());
+        for i in -500..5000 {
+            let mu = tuning.mass[0][0] / 8.0 * 1.002_f64.powi(i);
+            let k = |jerk: &f64| 2e-4 / jerk * 16.0_f64.powi(3);
+            let calm = passages.jerks.iter().all(|jerk| sequel(&Passage::new(mu, k(jerk))) == Sequel::None);
+            // The first sample lies on a border.
+            assert!(i == 0 || calm == nearest(&tuning.mass, 8.0 * mu).is_ok(), "μ = {mu}");
+        }
         for mu in [0.02, 0.07, 0.2, 0.25, 3.0] {
             let tuning = Tuning::new(admissible(mu), &passages).unwrap();
             let calm = |omega: f64, speed: f64, s: f64| {

@@ -54,6 +54,9 @@ pub struct Look {
 /// Of lines behind the data.
 pub const RULED: Look = Look { ink: Ink([0x66; 3]), dash: [3.0, 4.0], marker: MARKERS[0] };
 
+/// Of dashed lines behind the data: a colour that black borders and grey areas set off.
+pub const DASHED: Look = Look { ink: COLOURS[1], dash: [6.0, 4.0], marker: MARKERS[0] };
+
 /// The look of series i.
 pub fn look(i: usize) -> Look {
     Look { ink: COLOURS[i % COLOURS.len()], dash: DASHES[i % DASHES.len()], marker: MARKERS[i % MARKERS.len()] }

@@ -61,6 +61,7 @@ impl Diagram {
             Rule::Horizontal(y, name) => Rule::Horizontal(up * y, name.clone()),
             Rule::Area(outline, shade) => Rule::Area(all(outline), *shade),
             Rule::Border(points, width) => Rule::Border(all(points), *width),
+            Rule::Dashed(points, name) => Rule::Dashed(all(points), name.clone()),
             Rule::Word(place, word) => Rule::Word(at(place), word.clone()),
             Rule::Key(shade, name) => Rule::Key(*shade, name.clone()),
         };

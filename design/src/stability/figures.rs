@@ -1,8 +1,9 @@
-//! The diagrams of a report: the two stability maps and the amplification over the speed.
+//! The diagrams of a report: the two stability maps, the amplification over the speed, θ* of a parallel crank.
 
 use super::Report;
+use super::crank::{Crank, Curve, Point};
 use super::map::Region;
-use super::table::RPM;
+use super::table::{RPM, exact};
 use crate::plot::{Axis, Diagram, Rule, Series, Shade};
 use crate::text::number;
 
@@ -14,6 +15,9 @@ const LETTER: f64 = 0.016;
 
 /// The speeds that were asked for.
 const SCENE: &str = "speed examined";
+
+/// The borders by formulas.
+const APPROXIMATE: &str = "by formulas (9), (13)";
 
 /// The abscissa of all three: Ω in rpm, between the ends of the report.
 fn speed_axis(report: &Report) -> Axis {
@@ -39,15 +43,29 @@ impl<'a> Map<'a> {
         Map { report, rules, beside, words: Vec::new() }
     }
 
-    /// The tongue as an area with its border; its order is written at `named`, η and height.
-    fn add(&mut self, region: &Region, shade: Shade, named: Option<[f64; 2]>, top: f64) {
+    /// The lower and the upper border of a tongue, by rising height.
+    fn borders(&self, region: &Region) -> [Vec<[f64; 2]>; 2] {
         let rpm = self.report.oscillator.natural_frequency * RPM;
         let [_, high] = self.report.ranges[0];
         // Infinite speed lies beyond the right end.
-        let point = |eta: f64, height: f64| [eta.min(2.0 * high) * rpm, height];
-        let up = region.lines.iter().map(|line| point(line[1], line[0]));
-        let down = region.lines.iter().rev().map(|line| point(line[2], line[0]));
-        let outline: Vec<[f64; 2]> = up.chain(down).collect();
+        [1, 2].map(|end| region.lines.iter().map(|line| [line[end].min(2.0 * high) * rpm, line[0]]).collect())
+    }
+
+    /// The borders of the three terms, dashed.
+    fn add_approximate(&mut self, regions: &[Region]) {
+        for (i, border) in
+            regions.iter().flat_map(|region| self.borders(region)).collect::<Vec<_>>().into_iter().enumerate()
+        {
+            let name = if i == 0 { APPROXIMATE } else { "" };
+            self.rules.push(Rule::Dashed(border, name.to_owned()));
+        }
+    }
+
+    /// The tongue as an area with its border; its order is written at `named`, η and height.
+    fn add(&mut self, region: &Region, shade: Shade, named: Option<[f64; 2]>, top: f64) {
+        let [mut outline, mut down] = self.borders(region);
+        down.reverse();
+        outline.extend(down);
         self.rules.push(Rule::Area(outline.clone(), shade));
         let mut border = outline;
         border.extend(border.first().copied());
@@ -94,11 +112,14 @@ pub fn over_damping(report: &Report) -> Diagram {
     regions.sort_by(|a, b| height(b).total_cmp(&height(a)));
     let [low, high] = report.ranges[0];
     for region in regions {
+        let beside = report.approximate_over_damping.iter().filter(|other| other.j == region.j).map(height);
         let summit = region.lines.last().map(|[height, left, right]| {
+            let height = beside.fold(*height, f64::max);
             [(left.max(low) * right.min(high)).sqrt(), height.min(top * (1.0 - 1.5 * WORD[1]))]
         });
         map.add(region, Shade::Dark, summit, top);
     }
+    map.add_approximate(&report.approximate_over_damping);
     let title = format!("Unstable speeds of {} over the damping ratio", report.scene);
     let axes = [speed_axis(report), Axis::linear("Damping ratio θ [1]").between(0.0, top)];
     Diagram::new(title, axes, own_points(report, theta), map.rules)
@@ -127,6 +148,7 @@ pub fn over_modulation(report: &Report) -> Diagram {
     for region in report.over_modulation.iter().filter(|region| !undamped(region)) {
         map.add(region, Shade::Dark, None, top);
     }
+    map.add_approximate(&report.approximate_over_modulation);
     let title = format!(
         "Unstable speeds of {} over the modulation: pale without damping, dark at the damping ratio {theta}",
         report.scene
@@ -182,4 +204,82 @@ pub fn amplification(report: &Report) -> Diagram {
     let y = Axis::logarithmic("Amplification R = max |M| / max |M₀| [1]").between(bottom, top);
     let title = format!("Largest load of {} over its kinetostatic value", report.scene);
     Diagram::new(title, [speed_axis(report), y], own, rules)
+}
+
+/// Speeds whose loads a diagram can tell apart.
+const MOST_SPEEDS: usize = 3;
+
+/// The load of the elastic member over the turn beside the kinetostatic one, M₀ = f + Ω² f₂: of an elastic shaft −m U′U″Ω².
+pub fn load(report: &Report) -> Diagram {
+    let unit = report.units[1].replace('.', "·");
+    let (name, sign) = if report.units[1] == "N" { ("Force", "F") } else { ("Torque", "M") };
+    let mut series = Vec::new();
+    for (at, course) in report.speeds.iter().zip(&report.courses).take(MOST_SPEEDS) {
+        let rpm = exact(at.speed * RPM);
+        let line = |name: &str, of: usize| {
+            let points = course.iter().map(|point| [point[0].to_degrees(), point[of]]);
+            Series::line(format!("{name}, {rpm} rpm"), points)
+        };
+        series.extend(at.stable.then(|| line(sign, 1)));
+        series.push(line("kinetostatic", 2));
+    }
+    let axes = [Axis::angular("Angle φ [°]").between(0.0, 360.0), Axis::linear(&format!("{name} {sign} [{unit}]"))];
+    let title = format!("{name} on the elastic member of {}, steady, beside the kinetostatic one", report.scene);
+    Diagram::new(title, axes, series, vec![Rule::Horizontal(0.0, String::new())])
+}
+
+/// The smallest ratio of exact and printed θ* from which on the dashed curve lies apart and has its own name.
+const APART: f64 = 1.5;
+
+/// θ* of a parallel crank over σ, without r₂ as well: exact, and dashed by the formula of the source.
+pub fn crank(report: &Report, crank: &Crank) -> Diagram {
+    let theta = report.oscillator.damping_ratio;
+    let value = |point: &Point| [point.sigma, point.exact.unwrap_or(f64::NAN)];
+    let all = || crank.curves.iter().flat_map(|curve| &curve.points);
+    let top = 1.1 * all().map(|p| p.bounds.printed.max(value(p)[1])).fold(theta, f64::max);
+    let ends = all().map(|p| p.sigma).fold([f64::INFINITY, 0.0], |[low, high], s| [low.min(s), high.max(s)]);
+    let mut rules = vec![Rule::Key(None, "damping of the scene".to_owned()), Rule::Horizontal(theta, String::new())];
+    // The highest point, so far from the ends that a word has room.
+    let summit = |curve: &Curve, of: &dyn Fn(&Point) -> f64| {
+        let far = curve.points[curve.points.len() / 8..curve.points.len() * 7 / 8].iter();
+        far.map(|p| [p.sigma, of(p)]).filter(|p| p[1].is_finite()).max_by(|a, b| a[1].total_cmp(&b[1]))
+    };
+    let below = |[sigma, theta]: [f64; 2]| [sigma, theta - 1.2 * WORD[1] * top];
+    let mut dashed = |curve: &Curve, of: &dyn Fn(&Point) -> f64, name: &str| {
+        rules.push(Rule::Dashed(curve.points.iter().map(|p| [p.sigma, of(p)]).collect(), name.to_owned()));
+        let apart = curve.points.iter().any(|p| value(p)[1] > APART * of(p));
+        summit(curve, of).filter(|_| apart)
+    };
+    let mut words = Vec::new();
+    for (i, curve) in crank.curves.iter().enumerate() {
+        let place = summit(curve, &|p| value(p)[1]).map(below);
+        words.extend(place.map(|place| Rule::Word(place, format!("j = {}", curve.j))));
+        let place = dashed(curve, &|p| p.bounds.printed, if i == 0 { "by formula (7)" } else { "" });
+        words.extend(place.map(|place| Rule::Word(place, format!("j = {} by (7)", curve.j))));
+        // Only where r_j is not zero does the constant matter.
+        if curve.points.iter().any(|p| p.bounds.printed > 1.01 * p.bounds.without_mean) {
+            let place = dashed(curve, &|p| p.bounds.without_mean, "").map(below);
+            words.extend(place.map(|place| Rule::Word(place, format!("j = {} without rⱼ", curve.j))));
+        }
+    }
+    // Words that others would cover are left out.
+    let mut written: Vec<[f64; 2]> = Vec::new();
+    words.retain(|word| {
+        let Rule::Word([sigma, theta], _) = word else { return true };
+        let place = [(sigma / ends[0]).ln() / (ends[1] / ends[0]).ln(), theta / top];
+        let near = |other: &[f64; 2]| {
+            (other[0] - place[0]).abs() < 2.0 * WORD[0] && (other[1] - place[1]).abs() < 0.6 * WORD[1]
+        };
+        let free = !written.iter().any(near);
+        written.extend(free.then_some(place));
+        free
+    });
+    let exact = crank.curves.iter().map(|curve| Rule::Border(curve.points.iter().map(value).collect(), 2.0));
+    rules.extend(exact.chain(words));
+    let own = vec![Series::dots("scene", [[crank.sigma, theta]])];
+    let x = Axis::logarithmic("σ = c₁₂/(c_AB R²) [1]").between(ends[0], ends[1]);
+    let y = Axis::linear("Critical damping ratio θ* [1]").between(0.0, top);
+    let title =
+        format!("Damping beyond which the instabilities of {} vanish: solid exact, dashed by (7)", report.scene);
+    Diagram::new(title, [x, y], own, rules)
 }

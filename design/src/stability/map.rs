@@ -4,6 +4,7 @@
 //! modulation; the lines lie as densely as the picture needs. No grid of the map is evaluated, so the width of a
 //! tongue does not matter.
 
+use super::bounds::Harmonics;
 use super::continuation;
 use super::hill;
 use super::modulation;
@@ -257,6 +258,49 @@ fn regions(system: &System, theta: f64, points: &[Point], tips: &[Tip]) -> Vec<R
                 last = point.modulation;
             }
             finish(&mut lines);
+        }
+    }
+    regions
+}
+
+/// Heights at which an approximate border is drawn: it is smooth, and each takes some microseconds.
+const HEIGHTS: usize = 64;
+
+/// The borders of the three terms over (speed, damping) up to the damping ratio `top`, of the orders j = `twice`/2.
+pub fn approximate_over_damping(harmonics: &Harmonics, twice: &[usize], top: f64) -> Vec<Region> {
+    let region = |twice: &usize| {
+        let [x, end] = harmonics.summit(*twice);
+        let j = 0.5 * *twice as f64;
+        let height = |i: usize| i as f64 / HEIGHTS as f64;
+        let line = |s: f64| {
+            let height = end * s * (2.0 - s);
+            harmonics.borders(*twice, height).map(|[low, high]| [height, low, high])
+        };
+        let mut lines: Vec<[f64; 3]> = (0..HEIGHTS).filter_map(|i| line(height(i))).collect();
+        lines.push([end, x.sqrt() / j, x.sqrt() / j]);
+        (end > DEVIATION * top).then_some(Region { j, theta: None, lines })
+    };
+    twice.iter().filter_map(region).collect()
+}
+
+/// The same over (speed, modulation) at the damping ratio of the plan.
+pub fn approximate_over_modulation(system: &System, twice: &[usize], plan: &Modulation) -> Vec<Region> {
+    let Modulation { top, theta, .. } = *plan;
+    let row = |i: usize| {
+        let modulation = top * i as f64 / (2 * HEIGHTS) as f64;
+        (modulation, Harmonics::new(&system.modulated(modulation)))
+    };
+    let rows: Vec<(f64, Harmonics)> = (1..=2 * HEIGHTS).map(row).collect();
+    let mut regions = Vec::new();
+    for twice in twice {
+        let j = 0.5 * *twice as f64;
+        let line = |modulation: f64, harmonics: &Harmonics| {
+            harmonics.borders(*twice, theta).map(|[low, high]| [modulation, low, high])
+        };
+        let lines = rows.iter().map(|(modulation, harmonics)| line(*modulation, harmonics));
+        // A tongue may vanish and appear again: each stretch is a region of its own.
+        for stretch in lines.collect::<Vec<_>>().split(Option::is_none).filter(|stretch| stretch.len() > 1) {
+            regions.push(Region { j, theta: Some(theta), lines: stretch.iter().copied().flatten().collect() });
         }
     }
     regions

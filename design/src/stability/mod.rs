@@ -4,13 +4,14 @@
 //! Of any drive that is an oscillator with periodic coefficients ([`camdrive::drives::oscillator`]), [`study`] finds the
 //! Floquet multipliers at a speed; the boundaries of the instability of every order by Hill's eigenproblem ([`hill`]
 //! numbers them, [`continuation`] where its matrices are too small, [`tongue`] makes them exact); the damping and the modulation at which each vanishes; the classical
-//! approximations beside them ([`bounds`]); maps over speed and damping, speed and modulation ([`map`]); and the motion
+//! approximations beside them ([`bounds`]), θ* of a parallel crank over its stiffness ([`crank`]); maps over speed and damping, speed and modulation ([`map`]); and the motion
 //! under load ([`response`]). [`table`] and [`figures`] show all that.
 //!
 //! Source: Dresig, Vulfson, *Dynamik der Mechanismen*, sections 4.5 and 4.6.3.
 
 pub mod bounds;
 pub mod continuation;
+pub mod crank;
 pub mod figures;
 pub mod hill;
 pub mod map;
@@ -23,6 +24,7 @@ pub mod table;
 mod tests;
 pub mod tongue;
 
+use crate::resource::Resource;
 use crate::{Progress, parallel, search};
 use bounds::Bounds;
 use camdrive::drives::{Fault, PeriodicOscillator};
@@ -104,6 +106,10 @@ pub struct Report {
     pub orders: Vec<Order>,
     /// Starts from rest at each speed; None where the motion leaves the range of numbers.
     pub transients: Vec<Option<Transient>>,
+    /// φ (rad), load M and kinetostatic load M₀ of the periodic motion over the turn at each speed; M is NaN where the drive is
+    /// unstable.
+    #[serde(skip)]
+    pub courses: Vec<Vec<[f64; 3]>>,
     /// The periodic motion over the speed.
     pub amplification: Vec<Steady>,
     /// The resonances of the load in the range of speeds of the amplification.
@@ -112,8 +118,14 @@ pub struct Report {
     pub over_damping: Vec<Region>,
     /// The map over modulation.
     pub over_modulation: Vec<Region>,
+    /// The borders of the three terms in the map over damping.
+    pub approximate_over_damping: Vec<Region>,
+    /// Those in the map over modulation, at the damping of the scene.
+    pub approximate_over_modulation: Vec<Region>,
     /// The ranges of η, θ and μ that the maps show.
     pub ranges: [[f64; 2]; 3],
+    /// θ* of a parallel crank over its stiffness.
+    pub crank: Option<crank::Crank>,
 }
 
 /// The oscillator as numbers.
@@ -190,10 +202,11 @@ pub struct Order {
     /// 1 where it is; None where it does not, up to the modulation of the map, without damping, and for orders whose θ/θ*
     /// is above a hundred.
     pub modulation_ratio: Option<f64>,
-    /// The classical bound of three terms.
-    pub three_term: f64,
-    /// The bound of second order.
-    pub second_order: f64,
+    /// The approximations of θ*.
+    #[serde(flatten)]
+    pub bounds: Bounds,
+    /// η of the borders of the three terms at the damping of the scene.
+    pub approximate: Option<[f64; 2]>,
 }
 
 /// What is known after a study's stage, for [`Progress`].
@@ -209,6 +222,21 @@ impl Counter<'_> {
         let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
         (self.tell)(Progress { done, total: self.total.max(done), stage: self.stage });
     }
+}
+
+/// Studies the oscillator of a scene; of one with a parallel crank θ*(σ) as well.
+///
+/// # Errors
+/// As [`study`].
+pub fn study_scene(
+    resource: &Resource,
+    options: &Options,
+    progress: &(dyn Fn(Progress) + Sync),
+) -> Result<Report, Fault> {
+    let report = study([&resource.name, &resource.model], &resource.oscillator()?, options, progress)?;
+    let counter = Counter { tell: progress, done: AtomicUsize::new(0), total: crank::POINTS, stage: "crank" };
+    let crank = if options.quick { None } else { crank::curves(resource, &|| counter.step())? };
+    Ok(Report { crank, ..report })
 }
 
 /// Studies the oscillator of the model `model` of the scene `scene`.
@@ -241,8 +269,7 @@ pub fn study(
         tongues(&system, orders, options.orders.is_none().then_some(theta), &stage("orders", orders));
     let ranges = ranges(&system, &known, options, &speeds, theta);
     let classical = bounds::Harmonics::new(&system);
-    let mut orders: Vec<Order> =
-        known.iter().map(|known| order(&system, known, theta, classical.bounds(known.0.n * parts.max(1)))).collect();
+    let mut orders: Vec<Order> = known.iter().map(|known| order(&system, known, theta, &classical)).collect();
 
     let critical =
         critical_modulations(&system, &orders, theta, ranges[2][1], &|total| stage("modulation ratios", total));
@@ -250,12 +277,16 @@ pub fn study(
         order.modulation_ratio = critical.map(|critical| 1.0 / critical);
     }
     let (mut over_damping, mut over_modulation) = (Vec::new(), Vec::new());
+    let (mut approximate_over_damping, mut approximate_over_modulation) = (Vec::new(), Vec::new());
     if !options.quick && !known.is_empty() {
         let counter = stage("map", known.len());
         over_damping = map::over_damping(&system, &known, ranges[1][1], &|| counter.step());
         let plan = Modulation { critical: &critical, top: ranges[2][1], theta };
         let counter = stage("modulation", 80);
         over_modulation = map::over_modulation(&system, &plan, &|| counter.step());
+        let twice: Vec<usize> = known.iter().map(|(tongue, _)| tongue.n * parts.max(1)).collect();
+        approximate_over_damping = map::approximate_over_damping(&classical, &twice, ranges[1][1]);
+        approximate_over_modulation = map::approximate_over_modulation(&system, &twice, &plan);
     }
     let residual = known.iter().map(|(tongue, _)| tongue.residual).fold(0.0, f64::max);
     let loaded = system.greatest(&|t| t.f.abs().max(t.f2.abs())) > 0.0;
@@ -270,6 +301,7 @@ pub fn study(
     let resonances = if loaded { response::resonances(&system, theta, most, &expected) } else { Vec::new() };
     // The list and the diagram show the same speeds.
     let shown = |resonance: &Resonance| (ranges[0][0]..=ranges[0][1]).contains(&(resonance.speed / w0));
+    let course = |speed: &f64| response::course(&system, speed / w0, theta).unwrap_or_default();
     let motion = |speed: &f64| response::transient(&system, speed / w0, theta);
     Ok(Report {
         scene: scene.to_owned(),
@@ -297,11 +329,15 @@ pub fn study(
         speeds: speeds.iter().map(|speed| at_speed(&system, &known, &orders, *speed, theta)).collect(),
         orders,
         transients: if loaded { speeds.iter().map(motion).collect() } else { Vec::new() },
+        courses: if loaded { speeds.iter().map(course).collect() } else { Vec::new() },
         amplification,
         resonances: resonances.into_iter().filter(shown).collect(),
         over_damping,
         over_modulation,
+        approximate_over_damping,
+        approximate_over_modulation,
         ranges,
+        crank: None,
     })
 }
 
@@ -355,14 +391,15 @@ fn ranges(system: &System, known: &[Known], options: &Options, speeds: &[f64], t
     let visible = told.clone().filter(|(tongue, _)| 1.0 / tongue.lambda.high.sqrt() < eta[1]);
     let open = visible.clone().any(|(_, apex)| apex.is_none());
     let highest = visible.filter_map(|(_, apex)| Some(apex.as_ref()?.theta)).fold(1.5 * theta, f64::max);
-    let damping = if open { 1.5 * highest.max(0.1) } else { 1.1 * highest.max(1e-3) };
+    let damping = if open { 1.5 * highest.max(0.1) } else { 1.2 * highest.max(1e-3) };
     let greatest = 1.0 + GREATEST_MODULATION * (system.greatest_modulation() - 1.0);
     let modulation = options.modulation.unwrap_or(USUAL_MODULATION).min(greatest);
     [eta, [0.0, damping], [0.0, modulation]]
 }
 
 /// An order at the damping ratio θ.
-fn order(system: &System, (tongue, apex): &Known, theta: f64, bounds: Bounds) -> Order {
+fn order(system: &System, (tongue, apex): &Known, theta: f64, classical: &bounds::Harmonics) -> Order {
+    let twice = tongue.n * system.parts.max(1);
     let inverse = |lambda: f64| if lambda > 0.0 { 1.0 / lambda.sqrt() } else { f64::INFINITY };
     let critical = apex.map(|apex| apex.theta);
     Order {
@@ -374,8 +411,8 @@ fn order(system: &System, (tongue, apex): &Known, theta: f64, bounds: Bounds) ->
         critical_eta: apex.map(|apex| apex.eta),
         safety: critical.filter(|critical| *critical > NEGLIGIBLE).map(|critical| theta / critical),
         modulation_ratio: None,
-        three_term: bounds.three_term,
-        second_order: bounds.second_order,
+        bounds: classical.bounds(twice),
+        approximate: classical.borders(twice, theta),
     }
 }
 

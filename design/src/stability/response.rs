@@ -114,10 +114,7 @@ impl<'a> Turn<'a> {
         for i in 0..=(turns * per_turn).ceil() as usize {
             let tau = i as f64 * step;
             course.reach(&self.map, tau).ok()?;
-            let [q, slope] = course.at(&self.map, tau);
-            let t = self.system.at((self.system.start() + tau).rem_euclid(TAU));
-            let damping = self.system.damping(t.b, 1.0 / self.eta, 2.0 * self.theta / self.eta);
-            let now = [q, t.c * q + self.eta * self.eta * damping * slope];
+            let now = self.at(&course, tau);
             for k in 0..2 {
                 largest[k] = largest[k].max(now[k].abs());
                 if i > 1 && (last[k] - before[k]) * (now[k] - last[k]) < 0.0 {
@@ -128,6 +125,14 @@ impl<'a> Turn<'a> {
             (before, last) = (last, now);
         }
         Some(largest)
+    }
+
+    /// q and M/c₀ at the angle `tau` after the start, of the course that has been followed to there.
+    fn at(&self, course: &Course, tau: f64) -> [f64; 2] {
+        let [q, slope] = course.at(&self.map, tau);
+        let t = self.system.at((self.system.start() + tau).rem_euclid(TAU));
+        let damping = self.system.damping(t.b, 1.0 / self.eta, 2.0 * self.theta / self.eta);
+        [q, t.c * q + self.eta * self.eta * damping * slope]
     }
 
     /// The modulus by which the slowest free motion changes in a turn.
@@ -155,6 +160,28 @@ fn steady_of(turn: &Turn) -> Option<Steady> {
         amplification: (kinetostatic > 0.0).then(|| load / kinetostatic),
         stable: turn.radius() < 1.0,
     })
+}
+
+/// φ (rad), M and M₀ of the periodic motion over the turn; M is NaN where no such motion is seen, the drive being unstable.
+pub fn course(system: &System, eta: f64, theta: f64) -> Option<Vec<[f64; 3]>> {
+    let turn = Turn::new(system, eta, theta)?;
+    let stable = turn.radius() < 1.0;
+    let count = SAMPLES_PER_TURN.max(SAMPLES_PER_VIBRATION / eta).ceil();
+    let mut course = Course::new(&turn.map, 0.0, turn.periodic()?);
+    let mut points = Vec::new();
+    for i in 0..count as usize {
+        let tau = TAU * i as f64 / count;
+        course.reach(&turn.map, tau).ok()?;
+        let phi = (system.start() + tau).rem_euclid(TAU);
+        let t = system.at(phi);
+        let load = if stable { turn.at(&course, tau)[1] } else { f64::NAN };
+        points.push([phi, system.mean.c * load, system.mean.c * (t.f + eta * eta * t.f2)]);
+    }
+    points.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    // The turn ends as it begins.
+    let [phi, load, kinetostatic] = *points.first()?;
+    points.push([phi + TAU, load, kinetostatic]);
+    Some(points)
 }
 
 /// A start from rest at the speed ratio η.

@@ -1,5 +1,7 @@
 //! The report as text, CSV and JSON.
 
+use super::bounds::Bounds;
+use super::crank::{Crank, Curve};
 use super::tongue::Extent;
 use super::{BORDER, NEGLIGIBLE, Order, Report, TOLERATED, is_told};
 use crate::text::{NONE, Table, csv, digits, full_or_empty, number};
@@ -9,6 +11,9 @@ use std::fmt::Write as _;
 /// What θ is where the damping is negative somewhere.
 pub const ACTIVE: &str = "The damping is negative over a part of the turn. θ is the ratio of the constant damping with the \
      same decay over a turn, mean(b/m)/mean(1/m); what varies about it stays at every θ, also \"without damping\".";
+
+/// Orders that a sentence lists.
+const LISTED: usize = 4;
 
 /// rad/s → rpm.
 pub const RPM: f64 = 60.0 / std::f64::consts::TAU;
@@ -84,8 +89,8 @@ pub fn of_orders(report: &Report) -> Table {
                 .map_or_else(none, |eta| number(eta * w0 * RPM)),
             order.safety.map_or_else(none, number),
             order.modulation_ratio.map_or_else(none, number),
-            bound(order, order.three_term),
-            bound(order, order.second_order),
+            bound(order, order.bounds.three_term),
+            bound(order, order.bounds.second_order),
         ]
     };
     Table::new(head, orders(report, true).map(row))
@@ -116,8 +121,83 @@ pub fn below_orders(report: &Report) -> Vec<String> {
         format!("ε/ε*: {NONE}, since without damping any modulation makes an order unstable.")
     });
     let is_off = |order: &Order, value: f64| deviation(order, value).is_some_and(|off| off.abs() > TOLERATED);
-    if orders(report, true).any(|order| is_off(order, order.three_term) || is_off(order, order.second_order)) {
+    if orders(report, true)
+        .any(|order| is_off(order, order.bounds.three_term) || is_off(order, order.bounds.second_order))
+    {
         lines.push(format!("!: off by more than {} % from the exact θ*.", 100.0 * TOLERATED));
+    }
+    lines
+}
+
+/// The formulas of the source beside the exact values, of the orders that have a line.
+pub fn of_approximations(report: &Report) -> Table {
+    let w0 = report.oscillator.natural_frequency;
+    let head = "j  θ*  θ* by (14), (16) as printed  θ* by (9), (10)  unstable at this damping [rpm]  by (9), (13) [rpm]  \
+                off by";
+    let speeds = |ends: Option<[f64; 2]>| ends.map_or_else(|| "none".to_owned(), |ends| interval(ends, w0));
+    let row = |order: &Order| {
+        let off = order.damped.zip(order.approximate).filter(|(exact, _)| exact[1].is_finite());
+        let percent = |part: f64| format!("{:+.1} %", 100.0 * part).replace('-', "−");
+        let off = off.map(|(exact, near)| [0, 1].map(|end| percent(near[end] / exact[end] - 1.0)).join(", "));
+        vec![
+            order.j.to_string(),
+            order.critical_damping.map_or_else(|| "∞".to_owned(), exact),
+            bound(order, order.bounds.printed),
+            bound(order, order.bounds.determinant),
+            speeds(order.damped),
+            speeds(order.approximate),
+            off.unwrap_or_else(|| NONE.to_owned()),
+        ]
+    };
+    Table::new(head, orders(report, true).map(row))
+}
+
+/// What the source prints wrong, and by how much here.
+pub fn below_approximations(report: &Report) -> Vec<String> {
+    let mut lines = Vec::new();
+    if report.orders.is_empty() {
+        return lines;
+    }
+    let told = |value: f64| if value < NEGLIGIBLE { "0".to_owned() } else { number(value) };
+    let cases = |is_one: &dyn Fn(&Order, f64) -> bool, words: &dyn Fn(&Order, String) -> String| {
+        let known = orders(report, true).filter_map(|order| Some((order, order.critical_damping?)));
+        let cases = known.filter(|(order, exact)| is_one(order, *exact));
+        let cases: Vec<String> = cases.map(|(o, exact)| format!("j = {}: {}", o.j, words(o, told(exact)))).collect();
+        let more = cases.len().saturating_sub(LISTED);
+        let more = if more > 0 { format!("; and of {more} more orders") } else { String::new() };
+        Some(cases[..cases.len().min(LISTED)].join("; ") + &more + ".").filter(|_| !cases.is_empty())
+    };
+    let differs =
+        |o: &Order, _| (o.bounds.printed - o.bounds.three_term).abs() > 1e-3 * o.bounds.three_term + NEGLIGIBLE;
+    let differently = |o: &Order, exact| {
+        format!("{} instead of {}, exact {exact}", told(o.bounds.printed), told(o.bounds.three_term))
+    };
+    let misprints = cases(&differs, &differently).unwrap_or_else(|| "here both are the same.".to_owned());
+    lines.push(format!(
+        "Printed wrong: (15), (16) add moduli where the modulus of a complex sum belongs: {misprints} (9) has lost the entry k_j \
+         of its first row, (12) the factor Ω of b₂ⱼ; these are taken as they must be. Borders by them are no verdict."
+    ));
+    let missed = |o: &Order, exact| exact > NEGLIGIBLE && o.bounds.determinant < (1.0 - TOLERATED) * exact;
+    let range = |o: &Order, exact| format!("from θ = {} to {exact}", told(o.bounds.determinant));
+    let missed = cases(&missed, &range);
+    lines.extend(missed.map(|cases| format!("(9), (13) have no root where the drive is unstable: {cases}")));
+    let Some(crank) = &report.crank else { return lines };
+    let ratios = |curve: &Curve| {
+        let ratios = curve.points.iter().filter_map(|point| Some(point.bounds.printed / point.exact?));
+        let [low, high] = ratios.fold([f64::INFINITY, 0.0], |[l, h], ratio| [l.min(ratio), h.max(ratio)]);
+        format!("{} … {} at j = {}", number(low), number(high), curve.j)
+    };
+    lines.push(format!(
+        "Parallel crank, σ = c₁₂/(c_AB R²) = {}. Over σ, (7) is {} of the exact θ*.",
+        exact(crank.sigma),
+        crank.curves.iter().map(ratios).collect::<Vec<_>>().join(", ")
+    ));
+    if crank.curves.get(2).is_some_and(|curve| curve.j == 3.0) {
+        lines.push(
+            "The source takes the second term of j = 3 for none since r₃ = 0, and Ω ≈ ω₀/3 for safe; but r₂ r₄ and r₂³ \
+             outweigh r₆, so that its formula and the borders miss this order."
+                .to_owned(),
+        );
     }
     lines
 }
@@ -223,8 +303,8 @@ pub fn warnings(report: &Report) -> Vec<String> {
             ),
         })
     };
-    lines.extend(off(|order| order.three_term, "The classical bound of three terms"));
-    lines.extend(off(|order| order.second_order, "The bound of second order"));
+    lines.extend(off(|order| order.bounds.three_term, "The classical bound of three terms"));
+    lines.extend(off(|order| order.bounds.second_order, "The bound of second order"));
     for order in report.orders.iter().filter(|order| order.critical_damping.is_none()) {
         lines.push(format!(
             "The instability of order {} reaches from {} rpm to infinite speed; no damping ratio removes it.",
@@ -337,11 +417,13 @@ fn finite(value: f64) -> String {
 /// None in practice: the writer fills memory.
 pub fn orders_csv(report: &Report) -> Result<String, Fault> {
     let head = "j,undamped_low_eta,undamped_high_eta,extent,damped_low_eta,damped_high_eta,critical_damping,critical_eta,\
-                safety,modulation_ratio,three_term,second_order";
+                safety,modulation_ratio,three_term,second_order,printed,determinant,without_mean,approximate_low_eta,\
+                approximate_high_eta";
     let option = |value: Option<f64>| value.map_or(String::new(), finite);
     let row = |o: &Order| {
         let [low, high] = o.undamped.map(finite);
-        let [damped_low, damped_high] = [0, 1].map(|end| option(o.damped.map(|ends| ends[end])));
+        let both = |ends: Option<[f64; 2]>| [0, 1].map(|end| option(ends.map(|ends| ends[end])));
+        let ([damped_low, damped_high], [near_low, near_high]) = (both(o.damped), both(o.approximate));
         vec![
             o.j.to_string(),
             low,
@@ -353,8 +435,13 @@ pub fn orders_csv(report: &Report) -> Result<String, Fault> {
             option(o.critical_eta),
             option(o.safety),
             option(o.modulation_ratio),
-            finite(o.three_term),
-            finite(o.second_order),
+            finite(o.bounds.three_term),
+            finite(o.bounds.second_order),
+            finite(o.bounds.printed),
+            finite(o.bounds.determinant),
+            finite(o.bounds.without_mean),
+            near_low,
+            near_high,
         ]
     };
     csv(head, report.orders.iter().map(row))
@@ -379,8 +466,40 @@ pub fn map_csv(report: &Report) -> Result<String, Fault> {
             })
             .collect::<Vec<_>>()
     };
-    let all = rows("damping", &report.over_damping).into_iter().chain(rows("modulation", &report.over_modulation));
-    csv(head, all)
+    let all = [
+        rows("damping", &report.over_damping),
+        rows("modulation", &report.over_modulation),
+        rows("damping, approximate", &report.approximate_over_damping),
+        rows("modulation, approximate", &report.approximate_over_modulation),
+    ];
+    csv(head, all.concat())
+}
+
+/// θ* of a parallel crank over σ; empty where it is not known.
+///
+/// # Errors
+/// None in practice.
+pub fn crank_csv(crank: &Crank) -> Result<String, Fault> {
+    let rows = crank.curves.iter().flat_map(|curve| {
+        curve.points.iter().map(|point| {
+            let Bounds { three_term, second_order, printed, determinant, without_mean } = point.bounds;
+            let bounds = [three_term, second_order, printed, determinant, without_mean].map(finite);
+            let lead = [curve.j.to_string(), finite(point.sigma), full_or_empty(point.exact)];
+            lead.into_iter().chain(bounds).collect::<Vec<_>>()
+        })
+    });
+    csv("j,sigma,exact,three_term,second_order,printed,determinant,without_mean", rows)
+}
+
+/// The load over the turn at each speed; M is empty where the drive is unstable.
+///
+/// # Errors
+/// None in practice.
+pub fn load_csv(report: &Report) -> Result<String, Fault> {
+    let rows = report.speeds.iter().zip(&report.courses).flat_map(|(at, course)| {
+        course.iter().map(move |[phi, load, kinetostatic]| [at.speed, *phi, *load, *kinetostatic].map(finite).to_vec())
+    });
+    csv("speed_rad_per_s,phi_rad,load,kinetostatic", rows)
 }
 
 /// The periodic motion over the speed.

@@ -1,6 +1,7 @@
 //! Stability against closed forms, against the printed numbers of the sources, and against an independent eigenproblem.
 
 mod active;
+mod approximations;
 mod extremes;
 mod tables;
 
@@ -479,4 +480,31 @@ fn the_list_of_resonances_is_that_of_the_diagram() {
         assert_eq!(listed, inside, "{low} {high}");
         assert!(listed.len() >= least, "{listed:?}");
     }
+}
+
+#[test]
+fn the_kinetostatic_load_over_the_turn_is_minus_u1_u2_and_the_load_has_the_peak_that_is_told() {
+    // A shaft of m = c = 1 under HS3.
+    let a = [0.575, 0.0, -0.077];
+    let law = Fourier::new([&[0.0], &a[..]].concat(), vec![]);
+    let scene = shaft(&a, 0.8);
+    let system = System::new(&scene).unwrap();
+    let (eta, theta) = (0.08, 0.03);
+    let course = response::course(&system, eta, theta).unwrap();
+    let square = (eta * system.natural_frequency()).powi(2);
+    let mut peak = 0.0_f64;
+    for [phi, load, kinetostatic] in &course {
+        let [_, u1, u2, ..] = law.at(*phi).0;
+        assert!((kinetostatic + u1 * u2 * square).abs() < 1e-15, "φ = {phi}");
+        peak = peak.max(load.abs());
+    }
+    let told = response::steady(&system, eta, theta).unwrap().load;
+    // Between samples, 750 a turn, at 13 vibrations a turn, the peak may be higher by ½ (13 π/750)².
+    assert!(peak <= told * (1.0 + 1e-12) && peak > told * (1.0 - 2e-3), "{peak} instead of {told}");
+    assert!(course[0][0] >= 0.0 && (course[course.len() - 1][0] - course[0][0] - 2.0 * PI).abs() < 1e-12);
+    // In an instability no such motion is seen.
+    let (tongue, apex) = tongues(&system, 1)[0];
+    let [low, high] = tongue.interval(&system, apex.as_ref(), 0.0).unwrap();
+    let inside = if high.is_finite() { 0.5 * (low + high) } else { 2.0 * low };
+    assert!(response::course(&system, inside, 1e-4).unwrap().iter().all(|point| point[1].is_nan()));
 }

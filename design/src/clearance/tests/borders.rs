@@ -144,3 +144,32 @@ fn the_points_of_the_borders_lie_on_them() {
         }
     }
 }
+
+#[test]
+fn the_least_mass_ratio_without_an_elastic_release_is_that_whose_border_k_is() {
+    // Numbers of an independent program in four digits of K, which moves along the border by 0.6 to 3 times as much as μ does.
+    for (mu, k) in [(0.3, 24.41), (0.5, 32.57), (1.0, 57.52), (2.0, 129.0), (5.0, 644.0), (10.0, 2954.0)] {
+        let ratios = admissible_ratios(k);
+        let [least, most] = ratios.intervals[0];
+        assert!((least / mu - 1.0).abs() < 2e-3 && most.is_infinite() && !ratios.cut, "K = {k}: {ratios:?}");
+    }
+}
+
+#[test]
+fn between_the_listed_mass_ratios_contact_is_interrupted() {
+    for k in [0.2, 1.0, 3.0, 10.0, 16.0, 18.0, 100.0] {
+        let ratios = admissible_ratios(k);
+        // Below K_el(0) countless bands come ever nearer to μ = 0.
+        assert_eq!(ratios.cut, k < elastic_limit()[1], "K = {k}");
+        let lowest = ratios.intervals[0][0];
+        for i in -500..3000 {
+            let mu = lowest * 1.004_f64.powi(i);
+            let listed = ratios.intervals.iter().any(|[low, high]| (*low..=*high).contains(&mu));
+            let near = ratios.intervals.iter().flatten().any(|end| (mu / end - 1.0).abs() < 1e-9);
+            // Below the first interval of a list that is cut nothing is known.
+            if !(near || ratios.cut && mu < lowest) {
+                assert_eq!(sequel(&Passage::new(mu, k)) == Sequel::None, listed, "K = {k}, μ = {mu}");
+            }
+        }
+    }
+}

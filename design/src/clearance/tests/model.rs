@@ -333,6 +333,7 @@ fn what_cannot_be_studied_says_why() {
     refused(&plain, Options { speed: Some(0.0), ..Options::default() }, &["0 rad/s", "--speed"]);
     refused(&with(plain.clone(), |p| p.s = 0.0), Options::default(), &["clearance", "0 m", "--clearance"]);
     refused(&plain, Options { clearance: Some(-1.0), ..Options::default() }, &["clearance", "-1 m"]);
+    refused(&plain, Options { damping: Some(-0.1), ..Options::default() }, &["--damping", "-0.1", "at least 0"]);
     refused(&plain, Options { ignore: Some(1.0), ..Options::default() }, &["--ignore"]);
     // At a resonance without damping there is no motion of permanent contact; the formulas remain, and the run from rest.
     let resonant = report(&Scene { drive: DriveMode::Constant { w: 250.0, phi_start: 0.0 }, ..plain.clone() });
@@ -367,6 +368,7 @@ fn an_admissible_frequency_speed_or_clearance_is_one_for_the_model_too() {
         Options { natural_frequency: Some(0.93 * omega), ..Options::default() },
         Options { speed: Some(1.07 * speed), ..Options::default() },
         Options { clearance: Some(0.8 * s), ..Options::default() },
+        Options { m1: Some(1.5 * tuning.mass[0][0]), ..Options::default() },
     ] {
         assert_eq!(sequels(options), [Sequel::None; 2]);
     }
@@ -374,11 +376,14 @@ fn an_admissible_frequency_speed_or_clearance_is_one_for_the_model_too() {
     let by_model = report.laws[0].by_model.as_ref().unwrap();
     assert_eq!(report.laws[0].calm.verdict(), Some(false));
     let (omega, speed, s) = (by_model.frequency.last().unwrap()[1], by_model.speed[0][0], by_model.clearance[0][1]);
+    let (m1, damping) = (by_model.mass[0][0], by_model.damping[0][0]);
     for (calm, part) in [(true, 0.999), (false, 1.001)] {
         for options in [
             Options { natural_frequency: Some(part * omega), ..Options::default() },
             Options { speed: Some(speed / part), ..Options::default() },
             Options { clearance: Some(part * s), ..Options::default() },
+            Options { m1: Some(m1 / part), ..Options::default() },
+            Options { damping: Some(damping / part), ..Options::default() },
         ] {
             assert_eq!(sequels(options) == [Sequel::None; 2], calm, "{part}");
         }
