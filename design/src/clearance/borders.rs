@@ -13,7 +13,6 @@
 //! Source: K. Kaltofen, "Zur Dynamik spielbehafteter periodischer Antriebe", 1996, (25), (26) and the map after them.
 
 use super::formulas::{Masses, Passage};
-use crate::search;
 use serde::Serialize;
 use std::f64::consts::PI;
 
@@ -91,7 +90,7 @@ pub fn release(passage: &Passage) -> Option<f64> {
 
 /// The zero of a function that changes its sign from − to + once between `low` and `high`: bisection to neighbouring
 /// numbers.
-fn zero(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
+pub(super) fn zero(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
     loop {
         let middle = 0.5 * (low + high);
         if !(middle > low && middle < high) {
@@ -124,7 +123,7 @@ pub fn immediate_limit() -> [f64; 2] {
 }
 
 /// The highest point of band n, as θ and μ: tan θ = θ, μ = −cos θ.
-fn band_tip(n: u32) -> [f64; 2] {
+pub(super) fn band_tip(n: u32) -> [f64; 2] {
     // θ = (2n+1)π + β with tan β = θ: the zero of tan β − β − (2n+1)π, by its arctangent.
     let odd = f64::from(2 * n + 1) * PI;
     let beta = zero(0.0, 0.5 * PI, |beta| beta - (odd + beta).atan());
@@ -158,7 +157,7 @@ pub fn bands(mu: f64) -> f64 {
 }
 
 /// Bands listed at most; for μ ≥ 5e-5 all that lie below K_el.
-const MOST_BANDS: u32 = 100;
+pub(super) const MOST_BANDS: u32 = 100;
 
 /// The K without a second impact at one mass ratio.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -191,58 +190,6 @@ pub fn admissible(mu: f64) -> Admissible {
         intervals.push([from, elastic.k]);
     }
     Admissible { intervals, elastic: elastic.k, cut: false }
-}
-
-/// The mass ratios without a second impact at one K.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct AdmissibleRatios {
-    /// Ascending intervals of μ, the last one without end.
-    pub intervals: Vec<[f64; 2]>,
-    /// Whether there are further intervals below the first one, too many to list.
-    pub cut: bool,
-}
-
-/// The intervals of μ in which no second impact follows at `k` > 0.
-///
-/// K_el(μ) grows with μ, so that K < K_el is a least μ, none up to K_el(0); in a band K(θ) = K(aθ, −sin θ/θ) rises from 0 and
-/// falls to 0, so that it is crossed at two θ or not at all.
-pub fn admissible_ratios(k: f64) -> AdmissibleRatios {
-    let mut least = 0.0;
-    if k > elastic_limit()[1] {
-        let mut high = 1.0;
-        while elastic_border(high).k < k {
-            high *= 2.0;
-        }
-        least = zero(f64::EPSILON.ln(), high.ln(), |x| elastic_border(x.exp()).k - k).exp();
-    }
-    let (mut intervals, mut below, mut cut) = (Vec::new(), f64::INFINITY, true);
-    for n in 0..=MOST_BANDS {
-        if band_tip(n)[1] <= least {
-            cut = false;
-            break;
-        }
-        let ratio = |theta: f64| (-theta.sin() / theta).max(0.0);
-        let excess = |theta: f64| {
-            let masses = Masses::new(ratio(theta));
-            masses.clearance(masses.a * theta) - k
-        };
-        let ends = [f64::from(2 * n + 1) * PI, f64::from(2 * n + 2) * PI];
-        let (top, highest) = search::maximum(&mut |theta| excess(theta), ends, 1e-9);
-        if highest <= 0.0 {
-            continue;
-        }
-        let (a, b) = (ratio(zero(ends[0], top, excess)), ratio(zero(top, ends[1], |theta| -excess(theta))));
-        let (low, high) = (a.min(b), a.max(b));
-        if high.max(least) < below {
-            intervals.push([high.max(least), below]);
-        }
-        below = low;
-    }
-    if !cut && least < below {
-        intervals.push([least, below]);
-    }
-    intervals.reverse();
-    AdmissibleRatios { intervals, cut }
 }
 
 /// A border of the map.

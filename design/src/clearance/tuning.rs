@@ -4,8 +4,11 @@
 //! and one of Ω at given ω; admissible for the machine is what all passages admit. K does not depend on m1: it is tuned by the
 //! mass ratio μ = m1/m2 at K, with which the free natural frequency ω₂ = ω √((μ + 1)/μ) changes. The formulas know no damping.
 
-use super::borders::{Admissible, AdmissibleRatios, admissible_ratios};
+use super::borders::{Admissible, MOST_BANDS, band_tip, elastic_border, elastic_limit, zero};
+use super::formulas::Masses;
+use crate::search;
 use serde::Serialize;
+use std::f64::consts::PI;
 
 /// Intervals of one quantity; an end of ∞ is none.
 pub type Intervals = Vec<[f64; 2]>;
@@ -115,6 +118,58 @@ pub fn nearest(intervals: &[[f64; 2]], value: f64) -> Result<[f64; 2], Option<f6
     let ends = intervals.iter().flatten().copied().filter(|end| end.is_finite() && *end > 0.0);
     // As ratios: frequencies and speeds are scales.
     Err(ends.min_by(|a, b| (a / value).ln().abs().total_cmp(&(b / value).ln().abs())))
+}
+
+/// The mass ratios without a second impact at one K.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct AdmissibleRatios {
+    /// Ascending intervals of μ, the last one without end.
+    pub intervals: Vec<[f64; 2]>,
+    /// Whether there are further intervals below the first one, too many to list.
+    pub cut: bool,
+}
+
+/// The intervals of μ in which no second impact follows at `k` > 0.
+///
+/// K_el(μ) grows with μ, so that K < K_el is a least μ, none up to K_el(0); in a band K(θ) = K(aθ, −sin θ/θ) rises from 0 and
+/// falls to 0, so that it is crossed at two θ or not at all.
+pub fn admissible_ratios(k: f64) -> AdmissibleRatios {
+    let mut least = 0.0;
+    if k > elastic_limit()[1] {
+        let mut high = 1.0;
+        while elastic_border(high).k < k {
+            high *= 2.0;
+        }
+        least = zero(f64::EPSILON.ln(), high.ln(), |x| elastic_border(x.exp()).k - k).exp();
+    }
+    let (mut intervals, mut below, mut cut) = (Vec::new(), f64::INFINITY, true);
+    for n in 0..=MOST_BANDS {
+        if band_tip(n)[1] <= least {
+            cut = false;
+            break;
+        }
+        let ratio = |theta: f64| (-theta.sin() / theta).max(0.0);
+        let excess = |theta: f64| {
+            let masses = Masses::new(ratio(theta));
+            masses.clearance(masses.a * theta) - k
+        };
+        let ends = [f64::from(2 * n + 1) * PI, f64::from(2 * n + 2) * PI];
+        let (top, highest) = search::maximum(&mut |theta| excess(theta), ends, 1e-9);
+        if highest <= 0.0 {
+            continue;
+        }
+        let (a, b) = (ratio(zero(ends[0], top, excess)), ratio(zero(top, ends[1], |theta| -excess(theta))));
+        let (low, high) = (a.min(b), a.max(b));
+        if high.max(least) < below {
+            intervals.push([high.max(least), below]);
+        }
+        below = low;
+    }
+    if !cut && least < below {
+        intervals.push([least, below]);
+    }
+    intervals.reverse();
+    AdmissibleRatios { intervals, cut }
 }
 
 #[cfg(test)]

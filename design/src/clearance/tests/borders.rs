@@ -2,6 +2,7 @@
 
 use crate::clearance::borders::*;
 use crate::clearance::formulas::Passage;
+use crate::clearance::tuning::admissible_ratios;
 use std::f64::consts::{PI, TAU};
 
 #[test]
