@@ -2,13 +2,14 @@
 //! of its shaft.
 
 use super::limits::{FASTEST, INPUTS, LARGEST_ANGLE};
-use super::{List, Rounded, unit, variable};
+use super::{List, Rounded, Seed, Variable, unit, variable};
 use crate::motion::parameters::ParameterKind;
 use crate::motion::plan::{INFLECTION, MOST_DERIVATIVE};
 use crate::motion::{CyclePlan, Kinematics, MotionLaw, TransferFunctions};
 use crate::numerics::angle;
 use crate::numerics::count::at_most;
 use crate::numerics::double_double::{Double, two_product};
+use crate::numerics::taylor::Series;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -348,6 +349,102 @@ impl CamDrive {
     }
 }
 
+/// A field, to be read and to be changed: `field!(start_values, start_values_mut: Start = start)`.
+macro_rules! field {
+    ($get:ident, $get_mut:ident: $type:ty = $field:ident) => {
+        fn $get(&self) -> &$type {
+            &self.$field
+        }
+        fn $get_mut(&mut self) -> &mut $type {
+            &mut self.$field
+        }
+    };
+}
+pub(super) use field;
+
+/// What every [`Drive`](super::Drive) answers alike that has a `cam`, a `solver`, a `log` and a module `variables`.
+macro_rules! as_every_cam_drive {
+    () => {
+        #[inline(always)]
+        fn angle(&self, time: f64, end: f64) -> f64 {
+            self.cam.angle(time, end)
+        }
+
+        fn evaluate(&self, values: &mut [f64]) {
+            variables::evaluate(self, values);
+        }
+
+        fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64) {
+            self.cam.set_input_derivative(reference, order, value);
+        }
+
+        fn request_tolerance(&mut self, tolerance: f64) {
+            self.solver.requested = tolerance;
+        }
+
+        fn events(&mut self) -> &mut EventLog {
+            &mut self.log
+        }
+    };
+}
+pub(super) use as_every_cam_drive;
+
+/// The outputs of a cam drive while they are declared.
+pub struct Outputs<'a, D> {
+    list: &'a mut List<D>,
+    is_input: bool,
+    states: &'static [&'static str],
+    series: fn(&D, Seed, usize) -> Series,
+}
+
+impl<D> Outputs<'_, D> {
+    /// An output in its place, and the inputs, where there are any, and states that it depends on directly; `der(x)` is the
+    /// derivative of `x`, `der(x,2)` that of `der(x)`.
+    pub fn add(
+        &mut self,
+        place: usize,
+        name: &str,
+        text: &str,
+        quantity: &'static unit::Quantity,
+        known: &[&str],
+    ) -> &mut Variable<D> {
+        let known = self.of_known(known);
+        let output = self.list.output(name, text, variable::real(quantity), self.series);
+        output.at(place).depends(&known);
+        if let Some(of) = name.strip_prefix("der(").and_then(|rest| rest.strip_suffix(')')) {
+            output.derivative_of(&of.strip_suffix(",2").map_or(of.to_owned(), |of| format!("der({of})")));
+        }
+        if self.states.contains(&name) { output.state() } else { output }
+    }
+
+    /// A discrete output in its place.
+    pub fn add_discrete(
+        &mut self,
+        place: usize,
+        name: &str,
+        text: &str,
+        kind: variable::Kind,
+        known: &[&str],
+    ) -> &mut Variable<D> {
+        let known = self.of_known(known);
+        self.list.discrete_output(name, text, kind).at(place).depends(&known)
+    }
+
+    /// φ and ω, which are outputs where they are no inputs.
+    pub fn add_shaft(&mut self, [phi, w]: [usize; 2]) {
+        if !self.is_input {
+            self.add(phi, "phi", "Drive angle", &unit::ANGLE, &[]).depends_initially(&[PHI]);
+            let text = "Angular velocity of the drive";
+            self.add(w, "w", text, &unit::ANGULAR_VELOCITY, &[]).depends_initially(&[W]);
+        }
+    }
+
+    fn of_known<'b>(&self, names: &[&'b str]) -> Vec<&'b str> {
+        let inputs = ["phi", "w", "a"];
+        names.iter().copied().filter(|name| self.is_input || !inputs.contains(name)).collect()
+    }
+}
+
 /// A drive with a driven cam.
 pub trait HasCamDrive: Sized {
     /// What depends on the angle of the cam.
@@ -387,6 +484,16 @@ pub trait HasCamDrive: Sized {
                 }
             }
         }
+    }
+
+    /// Begins to declare the outputs, all with this `series`; `states` are the names of those that are states.
+    fn outputs<'a>(
+        &self,
+        list: &'a mut List<Self>,
+        states: &'static [&'static str],
+        series: fn(&Self, Seed, usize) -> Series,
+    ) -> Outputs<'a, Self> {
+        Outputs { list, is_input: self.cam().is_input(), states, series }
     }
 
     /// Where the drive starts.

@@ -30,7 +30,9 @@ mod steady_state;
 mod switching;
 mod variables;
 
-use super::cam_drive::{AngleMotion, CamDrive, DriveMode, HasCamDrive, MAX_INPUT_DERIVATIVE, Start, StartMode};
+use super::cam_drive::{
+    AngleMotion, CamDrive, DriveMode, HasCamDrive, MAX_INPUT_DERIVATIVE, Start, StartMode, as_every_cam_drive, field,
+};
 use super::limits::no_state;
 use super::parameter::parameters;
 use super::solver::{FINEST_TOLERANCE, HasSolver, Settings, Solver};
@@ -310,33 +312,14 @@ impl Drive for BacklashDrive {
         Ok(())
     }
 
-    #[inline(always)]
-    fn angle(&self, time: f64, end: f64) -> f64 {
-        self.cam.angle(time, end)
-    }
+    as_every_cam_drive!();
 
     fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
         if self.within_panel(time, time + step, step) { Ok(()) } else { self.go_on(time, step) }
     }
 
-    fn evaluate(&self, values: &mut [f64]) {
-        variables::evaluate(self, values);
-    }
-
-    fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64) {
-        self.cam.set_input_derivative(reference, order, value);
-    }
-
-    fn request_tolerance(&mut self, tolerance: f64) {
-        self.solver.requested = tolerance;
-    }
-
     fn is_finite(&self) -> bool {
         self.now.point.reading().is_finite()
-    }
-
-    fn events(&mut self) -> &mut EventLog {
-        &mut self.log
     }
 
     fn restored(&mut self, made: &Self) -> Result<(), Fault> {
@@ -353,21 +336,8 @@ impl Drive for BacklashDrive {
 impl HasCamDrive for BacklashDrive {
     type Law = MotionLaw;
 
-    fn cam(&self) -> &CamDrive {
-        &self.cam
-    }
-
-    fn cam_mut(&mut self) -> &mut CamDrive {
-        &mut self.cam
-    }
-
-    fn start_values(&self) -> &Start {
-        &self.start
-    }
-
-    fn start_values_mut(&mut self) -> &mut Start {
-        &mut self.start
-    }
+    field!(cam, cam_mut: CamDrive = cam);
+    field!(start_values, start_values_mut: Start = start);
 }
 
 impl HasSolver for BacklashDrive {
@@ -376,13 +346,7 @@ impl HasSolver for BacklashDrive {
         self.cam.is_input()
     }
 
-    fn solver(&self) -> &Solver {
-        &self.solver
-    }
-
-    fn solver_mut(&mut self) -> &mut Solver {
-        &mut self.solver
-    }
+    field!(solver, solver_mut: Solver = solver);
 }
 
 #[cfg(test)]

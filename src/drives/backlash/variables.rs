@@ -259,12 +259,6 @@ fn series(d: &BacklashDrive, seed: Seed, which: usize) -> Series {
     continuous(d, &known, gap, shaft, d.slope_series(seed))[which]
 }
 
-/// Of the names, those that exist: inputs only where the drive has them.
-fn known<'a>(drive: &BacklashDrive, names: &[&'a str]) -> Vec<&'a str> {
-    let exists = |name: &&str| drive.cam.is_input() || !["phi", "w", "a"].contains(name);
-    names.iter().copied().filter(exists).collect()
-}
-
 /// What q, q̇, the flank that is touched and what else only the periodic start brings depend on at the start.
 struct Beginning {
     q: Vec<&'static str>,
@@ -285,125 +279,67 @@ impl Beginning {
 }
 
 fn states(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
+    let mut outputs = drive.outputs(list, &STATES, series);
+    let mut output = |place, name, text, quantity, known: &[&str], initial: &[&[&str]]| {
+        outputs.add(place, name, text, quantity, known).depends_initially(initial);
+    };
     let start = Beginning::of(drive);
-    let real = variable::real;
-    list.output("x1", "Displacement of m1", real(&unit::LENGTH), series)
-        .at(X1)
-        .state()
-        .depends(&known(drive, &["x1", "phi"]))
-        .depends_initially(&[&start.contact]);
-    list.output("der(x1)", "Velocity of m1", real(&unit::VELOCITY), series)
-        .at(X1_DOT)
-        .derivative_of("x1")
-        .state()
-        .depends(&known(drive, &["der(x1)", "phi", "w"]))
-        .depends_initially(&[PHI, W, CAM, &start.periodic]);
-    list.output("y", "Displacement of m2, x2", real(&unit::LENGTH), series)
-        .at(Y)
-        .state()
-        .depends(&["y"])
-        .depends_initially(&[&start.contact]);
-    list.output("der(y)", "Velocity of m2", real(&unit::VELOCITY), series)
-        .at(Y_DOT)
-        .derivative_of("y")
-        .state()
-        .depends(&["der(y)"])
-        .depends_initially(&[PHI, W, CAM, &start.q_dot]);
+    output(X1, "x1", "Displacement of m1", &unit::LENGTH, &["x1", "phi"], &[&start.contact]);
+    output(
+        X1_DOT,
+        "der(x1)",
+        "Velocity of m1",
+        &unit::VELOCITY,
+        &["der(x1)", "phi", "w"],
+        &[PHI, W, CAM, &start.periodic],
+    );
+    output(Y, "y", "Displacement of m2, x2", &unit::LENGTH, &["y"], &[&start.contact]);
+    output(Y_DOT, "der(y)", "Velocity of m2", &unit::VELOCITY, &["der(y)"], &[PHI, W, CAM, &start.q_dot]);
 }
 
 fn outputs(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
-    let real = variable::real;
-    let dynamic = known(drive, &["x1", "der(x1)", "y", "der(y)", "phi", "w", "a"]);
-    let spring = known(drive, &["x1", "der(x1)", "y", "der(y)", "phi", "w"]);
+    let mut outputs = drive.outputs(list, &STATES, series);
+    let mut output = |place, name, text, quantity, known: &[&str], initial: &[&[&str]]| {
+        outputs.add(place, name, text, quantity, known).depends_initially(initial);
+    };
     let start = Beginning::of(drive);
-    list.output("der(x1,2)", "Acceleration of m1", real(&unit::ACCELERATION), series)
-        .at(X1_DOT_DOT)
-        .derivative_of(STATES[1])
-        .depends(&dynamic)
-        .depends_initially(&[PHI, W, A, CAM, &start.periodic]);
-    list.output("der(y,2)", "Acceleration of m2", real(&unit::ACCELERATION), series)
-        .at(Y_DOT_DOT)
-        .derivative_of(STATES[3])
-        .depends(&spring)
-        .depends_initially(&[&start.q, &start.q_dot, &["m2", "c", "b"]]);
-    list.output("q", "Elongation of the spring, x2 - x1", real(&unit::LENGTH), series)
-        .at(Q)
-        .depends(&known(drive, &["x1", "y", "phi"]))
-        .depends_initially(&[&start.q]);
-    list.output("der(q)", "Rate of elongation of the spring", real(&unit::VELOCITY), series)
-        .at(Q_DOT)
-        .derivative_of("q")
-        .depends(&known(drive, &["der(x1)", "der(y)", "phi", "w"]))
-        .depends_initially(&[&start.q_dot]);
-    contact(drive, list);
-    totals(drive, list);
-}
-
-/// The place between the flanks and what they transmit.
-fn contact(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
+    let spring: &[&str] = &["x1", "der(x1)", "y", "der(y)", "phi", "w"];
+    let dynamic = [spring, &["a"]].concat();
+    let pressed: &[&str] = &["y", "der(y)", "phi", "w", "a"];
+    let force: &[&[&str]] = &[PHI, W, A, CAM, &start.q, &start.q_dot, &["m1", "c", "b"]];
+    let initial: &[&[&str]] = &[PHI, W, A, CAM, &start.periodic];
+    output(X1_DOT_DOT, "der(x1,2)", "Acceleration of m1", &unit::ACCELERATION, &dynamic, initial);
+    let initial: &[&[&str]] = &[&start.q, &start.q_dot, &["m2", "c", "b"]];
+    output(Y_DOT_DOT, "der(y,2)", "Acceleration of m2", &unit::ACCELERATION, spring, initial);
+    output(Q, "q", "Elongation of the spring, x2 - x1", &unit::LENGTH, &["x1", "y", "phi"], &[&start.q]);
+    let (text, known) = ("Rate of elongation of the spring", ["der(x1)", "der(y)", "phi", "w"]);
+    output(Q_DOT, "der(q)", text, &unit::VELOCITY, &known, &[&start.q_dot]);
+    let text = "Distance of m1 from flank A, x1 - U, between 0 and s";
+    output(GAP, "gap", text, &unit::LENGTH, &["x1", "phi"], &[&start.contact]);
+    let (text, kind) =
+        ("1 on flank A, 0 between the flanks, -1 on flank B", variable::Kind::Integer { min: -1, max: 1 });
+    outputs.add_discrete(CONTACT, "contact", text, kind, &dynamic).depends_initially(&[&start.contact]);
+    let text = "Contact force F_K of the drive on m1, positive in +x";
+    outputs.add(FORCE, "force", text, &unit::FORCE, pressed).depends_initially(force);
+    outputs.add_shaft([SHAFT, SHAFT_SPEED]);
+    let text = "Torque of the contact force on the drive, U' force; positive loads the drive";
+    outputs.add(TAU, "tau", text, &unit::TORQUE, pressed).depends_initially(force);
+    // What a communication step, and all since the start, come to.
     let real = variable::real;
-    let dynamic = known(drive, &["x1", "der(x1)", "y", "der(y)", "phi", "w", "a"]);
-    let pressed = known(drive, &["y", "der(y)", "phi", "w", "a"]);
-    let start = Beginning::of(drive);
-    let force: [&[&str]; 7] = [PHI, W, A, CAM, &start.q, &start.q_dot, &["m1", "c", "b"]];
-    list.output("gap", "Distance of m1 from flank A, x1 - U, between 0 and s", real(&unit::LENGTH), series)
-        .at(GAP)
-        .depends(&known(drive, &["x1", "phi"]))
-        .depends_initially(&[&start.contact]);
-    list.discrete_output(
-        "contact",
-        "1 on flank A, 0 between the flanks, -1 on flank B",
-        variable::Kind::Integer { min: -1, max: 1 },
-    )
-    .at(CONTACT)
-    .depends(&dynamic)
-    .depends_initially(&[&start.contact]);
-    list.output("force", "Contact force F_K of the drive on m1, positive in +x", real(&unit::FORCE), series)
-        .at(FORCE)
-        .depends(&pressed)
-        .depends_initially(&force);
-    if !drive.cam.is_input() {
-        list.output("phi", "Drive angle", real(&unit::ANGLE), series).at(SHAFT).depends_initially(&[PHI]);
-        list.output("w", "Angular velocity of the drive", real(&unit::ANGULAR_VELOCITY), series)
-            .at(SHAFT_SPEED)
-            .depends_initially(&[W]);
-    }
-    list.output(
-        "tau",
-        "Torque of the contact force on the drive, U' force; positive loads the drive",
-        real(&unit::TORQUE),
-        series,
-    )
-    .at(TAU)
-    .depends(&pressed)
-    .depends_initially(&force);
-}
-
-/// What a communication step, and all since the start, come to.
-fn totals(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
-    let real = variable::real;
-    list.discrete_output(
-        "force_mean",
-        "Mean force of the drive on m1 over the last communication step, impulses included",
-        real(&unit::FORCE),
-    )
-    .at(MEANS);
-    list.discrete_output(
-        "tau_mean",
-        "Mean torque on the drive over the last communication step, impulses included",
-        real(&unit::TORQUE),
-    )
-    .at(MEANS + 1);
-    let struck = known(drive, &["x1", "der(x1)", "phi", "w", "a"]);
-    list.discrete_output("impulse", "Sum of the impulses of the drive on m1", real(&unit::IMPULSE))
-        .at(IMPULSE)
-        .slopes(|d, s, _| d.struck_series(s)[0])
-        .depends(&struck);
+    let text = "Mean force of the drive on m1 over the last communication step, impulses included";
+    outputs.add_discrete(MEANS, "force_mean", text, real(&unit::FORCE), &[]);
+    let text = "Mean torque on the drive over the last communication step, impulses included";
+    outputs.add_discrete(MEANS + 1, "tau_mean", text, real(&unit::TORQUE), &[]);
+    let struck: &[&str] = &["x1", "der(x1)", "phi", "w", "a"];
+    let text = "Sum of the impulses of the drive on m1";
+    outputs
+        .add_discrete(IMPULSE, "impulse", text, real(&unit::IMPULSE), struck)
+        .slopes(|d, s, _| d.struck_series(s)[0]);
     let count = variable::Kind::Integer { min: 0, max: i32::MAX };
-    list.discrete_output("impacts", "Number of impacts", count).at(IMPACTS).depends(&struck);
-    list.discrete_output("energy_loss", "Energy lost in impacts", real(&unit::ENERGY))
-        .at(LOSS)
-        .slopes(|d, s, _| d.struck_series(s)[1])
-        .depends(&struck);
+    outputs.add_discrete(IMPACTS, "impacts", "Number of impacts", count, struck);
+    let text = "Energy lost in impacts";
+    outputs
+        .add_discrete(LOSS, "energy_loss", text, real(&unit::ENERGY), struck)
+        .slopes(|d, s, _| d.struck_series(s)[1]);
     list.local("damping_loss", "Energy dissipated by the damper", real(&unit::ENERGY)).at(DAMPING_LOSS);
 }

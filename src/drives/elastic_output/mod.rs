@@ -20,7 +20,9 @@ mod on_inputs;
 mod tests;
 mod variables;
 
-use super::cam_drive::{AngleMotion, CamDrive, DriveMode, HasCamDrive, MAX_INPUT_DERIVATIVE, Start, StartMode};
+use super::cam_drive::{
+    AngleMotion, CamDrive, DriveMode, HasCamDrive, MAX_INPUT_DERIVATIVE, Start, StartMode, as_every_cam_drive, field,
+};
 use super::limits::no_state;
 use super::parameter::parameters;
 use super::response::{Instant, Response, Table};
@@ -260,10 +262,7 @@ impl Drive for ElasticOutput {
         Ok(())
     }
 
-    #[inline(always)]
-    fn angle(&self, time: f64, end: f64) -> f64 {
-        self.cam.angle(time, end)
-    }
+    as_every_cam_drive!();
 
     fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
         let end = time + step;
@@ -281,24 +280,8 @@ impl Drive for ElasticOutput {
         self.arrive(end, q)
     }
 
-    fn evaluate(&self, values: &mut [f64]) {
-        variables::evaluate(self, values);
-    }
-
-    fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64) {
-        self.cam.set_input_derivative(reference, order, value);
-    }
-
-    fn request_tolerance(&mut self, tolerance: f64) {
-        self.solver.requested = tolerance;
-    }
-
     fn is_finite(&self) -> bool {
         all_finite(self.now.at.q.array())
-    }
-
-    fn events(&mut self) -> &mut EventLog {
-        &mut self.log
     }
 
     fn restored(&mut self, made: &Self) -> Result<(), Fault> {
@@ -348,18 +331,8 @@ impl ElasticOutput {
 impl HasCamDrive for ElasticOutput {
     type Law = MotionLaw;
 
-    fn cam(&self) -> &CamDrive {
-        &self.cam
-    }
-    fn cam_mut(&mut self) -> &mut CamDrive {
-        &mut self.cam
-    }
-    fn start_values(&self) -> &Start {
-        &self.start
-    }
-    fn start_values_mut(&mut self) -> &mut Start {
-        &mut self.start
-    }
+    field!(cam, cam_mut: CamDrive = cam);
+    field!(start_values, start_values_mut: Start = start);
 }
 
 impl HasSolver for ElasticOutput {
@@ -367,12 +340,7 @@ impl HasSolver for ElasticOutput {
     fn has_tolerance(&self) -> bool {
         self.cam.is_input()
     }
-    fn solver(&self) -> &Solver {
-        &self.solver
-    }
-    fn solver_mut(&mut self) -> &mut Solver {
-        &mut self.solver
-    }
+    field!(solver, solver_mut: Solver = solver);
     fn steps(&self) -> f64 {
         self.response.steps
     }

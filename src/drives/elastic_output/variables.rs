@@ -4,8 +4,7 @@ use super::{ElasticOutput, Moment, Parameters, Position};
 use crate::drives::cam_drive::{A, CAM, HasCamDrive, PHI, W};
 use crate::drives::flow::Flow;
 use crate::drives::solver::HasSolver;
-use crate::drives::unit::{self, Quantity};
-use crate::drives::variable::real;
+use crate::drives::unit;
 use crate::drives::{List, Seed};
 use crate::numerics::taylor::{Scalar, Series};
 
@@ -39,81 +38,33 @@ pub(super) fn list(drive: &ElasticOutput) -> List<ElasticOutput> {
     list
 }
 
-/// Declares the outputs with what they depend on: inputs (where there are any) and states.
 fn declare_outputs(drive: &ElasticOutput, list: &mut List<ElasticOutput>) {
-    let input = drive.cam.is_input();
-    let mut output = |which: Output,
-                      name: &str,
-                      text: &str,
-                      quantity: &'static Quantity,
-                      [inputs, states]: [&[&str]; 2],
-                      initial: &[&[&str]]| {
-        let inputs = if input { inputs } else { &[] };
-        let known: Vec<&str> = inputs.iter().chain(states).copied().collect();
-        let v = list.output(name, text, real(quantity), series);
-        v.at(which as usize).depends(&known).depends_initially(initial);
-        match which {
-            Output::Y => v.state(),
-            Output::YDot => v.state().derivative_of("y"),
-            Output::YDotDot => v.derivative_of("der(y)"),
-            Output::QDot => v.derivative_of("q"),
-            Output::QDotDot => v.derivative_of("der(q)"),
-            _ => v,
-        };
+    let mut outputs = drive.outputs(list, &["y", "der(y)"], series);
+    outputs.add_shaft([Output::Phi as usize, Output::W as usize]);
+    let mut output = |which: Output, name, text, quantity, known: &[&str], initial: &[&[&str]]| {
+        outputs.add(which as usize, name, text, quantity, known).depends_initially(initial);
     };
-    if !input {
-        output(Output::Phi, "phi", "Drive angle", &unit::ANGLE, [&[], &[]], &[PHI]);
-        output(Output::W, "w", "Angular velocity of the drive", &unit::ANGULAR_VELOCITY, [&[], &[]], &[W]);
-    }
-    let both: &[&str] = &["y", "der(y)"];
     let periodic = drive.periodic_start(&["m", "c", "b", "cam"]);
     let q = [&periodic[..], &["start.mode", "start.q"]].concat();
     let q_dot = [&periodic[..], &["start.mode", "start.q_dot"]].concat();
     let force: &[&[&str]] = &[&q, &q_dot, &["c", "b"]];
-    output(
-        Output::X,
-        "x",
-        "Position of the cam's side of the spring, U(phi)",
-        &unit::LENGTH,
-        [&["phi"], &[]],
-        &[PHI, CAM],
-    );
-    output(Output::Y, "y", "Position of the mass, x + q", &unit::LENGTH, [&[], &["y"]], &[PHI, CAM, &q]);
-    output(Output::YDot, "der(y)", "Velocity of the mass", &unit::VELOCITY, [&[], &["der(y)"]], &[PHI, W, CAM, &q_dot]);
-    output(
-        Output::YDotDot,
-        "der(y,2)",
-        "Acceleration of the mass",
-        &unit::ACCELERATION,
-        [&["phi", "w"], both],
-        &[&["m"], &force.concat()],
-    );
-    output(Output::Q, "q", "Deformation of the output member, y - x", &unit::LENGTH, [&["phi"], &["y"]], &[&q]);
-    output(Output::QDot, "der(q)", "Rate of the deformation", &unit::VELOCITY, [&["phi", "w"], &["der(y)"]], &[&q_dot]);
-    output(
-        Output::QDotDot,
-        "der(q,2)",
-        "Second time derivative of the deformation",
-        &unit::ACCELERATION,
-        [&["phi", "w", "a"], both],
-        &[PHI, W, A, CAM, &["m"], &force.concat()],
-    );
-    output(
-        Output::Force,
-        "force",
-        "Force on the mass, -(c q + b der(q)), positive in the sense of y",
-        &unit::FORCE,
-        [&["phi", "w"], both],
-        force,
-    );
-    output(
-        Output::Tau,
-        "tau",
-        "Torque from the drive into the cam unit, U' force; a positive tau loads the drive",
-        &unit::TORQUE,
-        [&["phi", "w"], both],
-        &[PHI, CAM, &force.concat()],
-    );
+    let all: &[&str] = &["phi", "w", "y", "der(y)"];
+    let text = "Position of the cam's side of the spring, U(phi)";
+    output(Output::X, "x", text, &unit::LENGTH, &["phi"], &[PHI, CAM]);
+    output(Output::Y, "y", "Position of the mass, x + q", &unit::LENGTH, &["y"], &[PHI, CAM, &q]);
+    output(Output::YDot, "der(y)", "Velocity of the mass", &unit::VELOCITY, &["der(y)"], &[PHI, W, CAM, &q_dot]);
+    let initial: &[&[&str]] = &[&["m"], &force.concat()];
+    output(Output::YDotDot, "der(y,2)", "Acceleration of the mass", &unit::ACCELERATION, all, initial);
+    output(Output::Q, "q", "Deformation of the output member, y - x", &unit::LENGTH, &["phi", "y"], &[&q]);
+    let text = "Rate of the deformation";
+    output(Output::QDot, "der(q)", text, &unit::VELOCITY, &["phi", "w", "der(y)"], &[&q_dot]);
+    let (text, known) = ("Second time derivative of the deformation", [&["a"], all].concat());
+    let initial: &[&[&str]] = &[PHI, W, A, CAM, &["m"], &force.concat()];
+    output(Output::QDotDot, "der(q,2)", text, &unit::ACCELERATION, &known, initial);
+    let text = "Force on the mass, -(c q + b der(q)), positive in the sense of y";
+    output(Output::Force, "force", text, &unit::FORCE, all, force);
+    let text = "Torque from the drive into the cam unit, U' force; a positive tau loads the drive";
+    output(Output::Tau, "tau", text, &unit::TORQUE, all, &[PHI, CAM, &force.concat()]);
 }
 
 /// The outputs, of numbers or of series, in the order of [`Output`]; u holds U … U⁗ at the communication point.

@@ -28,8 +28,8 @@ mod turn;
 mod variables;
 
 use super::cam_drive::{
-    AngleMotion, CamDrive, DriveMode, HasCamDrive, MAX_INPUT_DERIVATIVE, Start, StartMode, goes_on, half_a_place,
-    push_of_rounding,
+    AngleMotion, CamDrive, DriveMode, HasCamDrive, MAX_INPUT_DERIVATIVE, Start, StartMode, as_every_cam_drive, field,
+    goes_on, half_a_place, push_of_rounding,
 };
 use super::limits::no_state;
 use super::pace::Pace;
@@ -356,10 +356,7 @@ impl Drive for ElasticShaft {
         Ok(())
     }
 
-    #[inline(always)]
-    fn angle(&self, time: f64, end: f64) -> f64 {
-        self.cam.angle(time, end)
-    }
+    as_every_cam_drive!();
 
     fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
         let target = time + step;
@@ -373,24 +370,8 @@ impl Drive for ElasticShaft {
         self.advance_further(time, target)
     }
 
-    fn evaluate(&self, values: &mut [f64]) {
-        variables::evaluate(self, values);
-    }
-
-    fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64) {
-        self.cam.set_input_derivative(reference, order, value);
-    }
-
-    fn request_tolerance(&mut self, tolerance: f64) {
-        self.solver.requested = tolerance;
-    }
-
     fn is_finite(&self) -> bool {
         all_finite(self.twist)
-    }
-
-    fn events(&mut self) -> &mut EventLog {
-        &mut self.log
     }
 
     fn restored(&mut self, made: &Self) -> Result<(), Fault> {
@@ -413,27 +394,12 @@ impl Drive for ElasticShaft {
 impl HasCamDrive for ElasticShaft {
     type Law = MotionLaw;
 
-    fn cam(&self) -> &CamDrive {
-        &self.cam
-    }
-    fn cam_mut(&mut self) -> &mut CamDrive {
-        &mut self.cam
-    }
-    fn start_values(&self) -> &Start {
-        &self.start
-    }
-    fn start_values_mut(&mut self) -> &mut Start {
-        &mut self.start
-    }
+    field!(cam, cam_mut: CamDrive = cam);
+    field!(start_values, start_values_mut: Start = start);
 }
 
 impl HasSolver for ElasticShaft {
-    fn solver(&self) -> &Solver {
-        &self.solver
-    }
-    fn solver_mut(&mut self) -> &mut Solver {
-        &mut self.solver
-    }
+    field!(solver, solver_mut: Solver = solver);
     fn has_method(&self) -> bool {
         // The tables of the linear equation at constant speed cost the same at every step.
         !self.linear || self.cam.is_input()

@@ -4,8 +4,8 @@ use super::equation::{Cam, Flow};
 use super::{ElasticShaft, Parameters};
 use crate::drives::cam_drive::{A, CAM, HasCamDrive, PHI, W};
 use crate::drives::solver::HasSolver;
-use crate::drives::unit::{self, Quantity};
-use crate::drives::variable::{Kind, real};
+use crate::drives::unit;
+use crate::drives::variable::Kind;
 use crate::drives::{List, Seed};
 use crate::numerics::angle;
 use crate::numerics::double_double::Double;
@@ -52,69 +52,31 @@ fn declare_linear(list: &mut List<ElasticShaft>) {
     .key("elasticity.linear");
 }
 
-/// Declares the outputs with what they depend on: inputs (where there are any) and states.
 fn declare_outputs(drive: &ElasticShaft, list: &mut List<ElasticShaft>) {
-    let input = drive.cam.is_input();
-    let mut output = |which: Output,
-                      name: &str,
-                      text: &str,
-                      quantity: &'static Quantity,
-                      [inputs, states]: [&[&str]; 2],
-                      initial: &[&[&str]]| {
-        let inputs = if input { inputs } else { &[] };
-        let known: Vec<&str> = inputs.iter().chain(states).copied().collect();
-        let v = list.output(name, text, real(quantity), series);
-        v.at(which as usize).depends(&known).depends_initially(initial);
-        match which {
-            Output::Psi => v.state(),
-            Output::PsiDot => v.state().derivative_of("psi"),
-            Output::PsiDotDot => v.derivative_of("der(psi)"),
-            Output::QDot => v.derivative_of("q"),
-            Output::YDot => v.derivative_of("y"),
-            _ => v,
-        };
+    let mut outputs = drive.outputs(list, &["psi", "der(psi)"], series);
+    outputs.add_shaft([Output::Phi as usize, Output::W as usize]);
+    let mut output = |which: Output, name, text, quantity, known: &[&str], initial: &[&[&str]]| {
+        outputs.add(which as usize, name, text, quantity, known).depends_initially(initial);
     };
-    if !input {
-        output(Output::Phi, "phi", "Drive angle", &unit::ANGLE, [&[], &[]], &[PHI]);
-        output(Output::W, "w", "Angular velocity of the drive", &unit::ANGULAR_VELOCITY, [&[], &[]], &[W]);
-    }
-    let both: &[&str] = &["psi", "der(psi)"];
     let periodic = drive.periodic_start(&["m", "J", "c", "b", "shaft.linear", "cam", "solver.tolerance"]);
     let q = [&periodic[..], &["start.mode", "start.q"]].concat();
     let q_dot = [&periodic[..], &["start.mode", "start.q_dot"]].concat();
     // Whether the equation is linearised is a parameter: then U is taken at phi, and a acts on q.
     let lift = [PHI, CAM, &q, &["shaft.linear"]].concat();
-    output(Output::Psi, "psi", "Angle of the cam, phi + q", &unit::ANGLE, [&[], &["psi"]], &[PHI, &q]);
-    output(
-        Output::PsiDot,
-        "der(psi)",
-        "Angular velocity of the cam",
-        &unit::ANGULAR_VELOCITY,
-        [&[], &["der(psi)"]],
-        &[W, &q_dot],
-    );
-    output(
-        Output::PsiDotDot,
-        "der(psi,2)",
-        "Angular acceleration of the cam",
-        &unit::ANGULAR_ACCELERATION,
-        [&["phi", "w", "a"], both],
-        &[&lift, W, A, &q_dot, &["m", "J", "c", "b"]],
-    );
-    output(Output::Q, "q", "Twist of the shaft, psi - phi", &unit::ANGLE, [&["phi"], &["psi"]], &[&q]);
-    output(Output::QDot, "der(q)", "Rate of the twist", &unit::ANGULAR_VELOCITY, [&["w"], &["der(psi)"]], &[&q_dot]);
+    let all: &[&str] = &["phi", "w", "psi", "der(psi)"];
+    output(Output::Psi, "psi", "Angle of the cam, phi + q", &unit::ANGLE, &["psi"], &[PHI, &q]);
+    let text = "Angular velocity of the cam";
+    output(Output::PsiDot, "der(psi)", text, &unit::ANGULAR_VELOCITY, &["der(psi)"], &[W, &q_dot]);
+    let (text, known) = ("Angular acceleration of the cam", [&["a"], all].concat());
+    let initial: &[&[&str]] = &[&lift, W, A, &q_dot, &["m", "J", "c", "b"]];
+    output(Output::PsiDotDot, "der(psi,2)", text, &unit::ANGULAR_ACCELERATION, &known, initial);
+    output(Output::Q, "q", "Twist of the shaft, psi - phi", &unit::ANGLE, &["phi", "psi"], &[&q]);
+    output(Output::QDot, "der(q)", "Rate of the twist", &unit::ANGULAR_VELOCITY, &["w", "der(psi)"], &[&q_dot]);
     let text = "Position of the follower, U(psi) or U + U' q";
-    output(Output::Y, "y", text, &unit::LENGTH, [&["phi"], &["psi"]], &[&lift]);
-    let text = "Velocity of the follower";
-    output(Output::YDot, "der(y)", text, &unit::VELOCITY, [&["phi", "w"], both], &[&lift, W, &q_dot]);
-    output(
-        Output::Tau,
-        "tau",
-        "Torque from the drive into the cam unit, -(c q + b der(q)); a positive tau loads the drive",
-        &unit::TORQUE,
-        [&["phi", "w"], both],
-        &[&q, &q_dot, &["c", "b"]],
-    );
+    output(Output::Y, "y", text, &unit::LENGTH, &["phi", "psi"], &[&lift]);
+    output(Output::YDot, "der(y)", "Velocity of the follower", &unit::VELOCITY, all, &[&lift, W, &q_dot]);
+    let text = "Torque from the drive into the cam unit, -(c q + b der(q)); a positive tau loads the drive";
+    output(Output::Tau, "tau", text, &unit::TORQUE, all, &[&q, &q_dot, &["c", "b"]]);
 }
 
 /// The outputs, of numbers or of series, in the order of [`Output`].

@@ -28,7 +28,8 @@ mod turn;
 mod variables;
 
 use super::cam_drive::{
-    AngleMotion, CamDrive, DriveMode, HasCamDrive, MAX_INPUT_DERIVATIVE, Start, StartMode, goes_on, push_of_rounding,
+    AngleMotion, CamDrive, DriveMode, HasCamDrive, MAX_INPUT_DERIVATIVE, Start, StartMode, as_every_cam_drive, field,
+    goes_on, push_of_rounding,
 };
 use super::pace::{FAR, Pace, Stop};
 use super::solver::{HasSolver, Settings, Solver};
@@ -331,10 +332,7 @@ impl Drive for ParametricDrive {
         Ok(())
     }
 
-    #[inline(always)]
-    fn angle(&self, time: f64, end: f64) -> f64 {
-        self.cam.angle(time, end)
-    }
+    as_every_cam_drive!();
 
     fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
         let target = time + step;
@@ -349,24 +347,8 @@ impl Drive for ParametricDrive {
         self.advance_further(target)
     }
 
-    fn evaluate(&self, values: &mut [f64]) {
-        variables::evaluate(self, values);
-    }
-
-    fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64) {
-        self.cam.set_input_derivative(reference, order, value);
-    }
-
-    fn request_tolerance(&mut self, tolerance: f64) {
-        self.solver.requested = tolerance;
-    }
-
     fn is_finite(&self) -> bool {
         all_finite(self.state)
-    }
-
-    fn events(&mut self) -> &mut EventLog {
-        &mut self.log
     }
 
     fn restored(&mut self, made: &Self) -> Result<(), Fault> {
@@ -389,27 +371,12 @@ impl Drive for ParametricDrive {
 impl HasCamDrive for ParametricDrive {
     type Law = Law;
 
-    fn cam(&self) -> &CamDrive<Law> {
-        &self.cam
-    }
-    fn cam_mut(&mut self) -> &mut CamDrive<Law> {
-        &mut self.cam
-    }
-    fn start_values(&self) -> &Start {
-        &self.start
-    }
-    fn start_values_mut(&mut self) -> &mut Start {
-        &mut self.start
-    }
+    field!(cam, cam_mut: CamDrive<Law> = cam);
+    field!(start_values, start_values_mut: Start = start);
 }
 
 impl HasSolver for ParametricDrive {
-    fn solver(&self) -> &Solver {
-        &self.solver
-    }
-    fn solver_mut(&mut self) -> &mut Solver {
-        &mut self.solver
-    }
+    field!(solver, solver_mut: Solver = solver);
     fn has_method(&self) -> bool {
         // The table at constant speed costs the same at every step.
         self.cam.is_input()

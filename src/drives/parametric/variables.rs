@@ -186,96 +186,65 @@ fn declare_series(law: &Law, list: &mut List<ParametricDrive>) {
     }
 }
 
-/// Declares the outputs with what they depend on: inputs (where there are any) and states.
 fn declare_outputs(drive: &ParametricDrive, list: &mut List<ParametricDrive>) {
-    let input = drive.cam.is_input();
-    let relative = drive.cam.law.is_relative();
-    let coordinate = drive.cam.law.coordinate();
-    let mut output = |which: Output,
-                      name: &str,
-                      text: &str,
-                      quantity: &'static Quantity,
-                      [inputs, states]: [&[&str]; 2],
-                      initial: &[&[&str]]| {
-        let inputs = if input { inputs } else { &[] };
-        let known: Vec<&str> = inputs.iter().chain(states).copied().collect();
-        let v = list.output(name, text, real(quantity), series_along);
-        v.at(which as usize).depends(&known).depends_initially(initial);
-        match which {
-            Output::Psi => v.state(),
-            Output::PsiDot => v.state().derivative_of("psi"),
-            Output::PsiDotDot => v.derivative_of("der(psi)"),
-            Output::Q if !relative => v.state(),
-            Output::QDot if !relative => v.state().derivative_of("q"),
-            Output::QDot => v.derivative_of("q"),
-            Output::QDotDot => v.derivative_of("der(q)"),
-            _ => v,
-        };
+    let (relative, coordinate) = (drive.cam.law.is_relative(), drive.cam.law.coordinate());
+    let states: &[&str] = if relative { &["psi", "der(psi)"] } else { &["q", "der(q)"] };
+    let mut outputs = drive.outputs(list, states, series_along);
+    outputs.add_shaft([Output::Phi as usize, Output::W as usize]);
+    let mut output = |which: Output, name, text, quantity, known: &[&str], initial: &[&[&str]]| {
+        outputs.add(which as usize, name, text, quantity, known).depends_initially(initial);
     };
-    if !input {
-        output(Output::Phi, "phi", "Drive angle", &unit::ANGLE, [&[], &[]], &[PHI]);
-        output(Output::W, "w", "Angular velocity of the drive", &unit::ANGULAR_VELOCITY, [&[], &[]], &[W]);
-    }
     let [q, q_dot, q_dot_dot] = quantities(coordinate);
     let force = of_coefficients(coordinate)[3];
-    let phi: &[&str] = &["phi"];
     let Coefficients { m, b, c, f } = &*drive.coefficients;
     let [m, b, f] = [m, b, f].map(|series| 0 < series.order());
     let c = c.varies();
-    let where_it = |varies: bool| if varies { phi } else { &[] };
+    let with_states = |varies: bool| [states, if varies { &["phi"] } else { &[] }].concat();
     let starts = |varies: bool| if varies { PHI } else { &[] };
     let [of_m, of_b, of_c, of_f] = names(&drive.cam.law);
     let periodic = drive.periodic_start(&[of_m, of_b, of_c, of_f, &["solver.tolerance"]].concat());
     let q_start = [&periodic[..], &["start.mode", "start.q"]].concat();
     let v_start = [&periodic[..], &["start.mode", "start.q_dot"]].concat();
     if relative {
-        let states: &[&str] = &["psi", "der(psi)"];
-        let inputs: &[&str] = &["phi", "w"];
-        output(Output::Psi, "psi", "Angle of the driven side, phi + q", q, [&[], &["psi"]], &[PHI, &q_start]);
+        let all_known: &[&str] = &["phi", "w", "psi", "der(psi)"];
+        output(Output::Psi, "psi", "Angle of the driven side, phi + q", q, &["psi"], &[PHI, &q_start]);
         let text = "Angular velocity of the driven side";
-        output(Output::PsiDot, "der(psi)", text, q_dot, [&[], &["der(psi)"]], &[W, &v_start]);
+        output(Output::PsiDot, "der(psi)", text, q_dot, &["der(psi)"], &[W, &v_start]);
         let text = "Angular acceleration of the driven side";
         let all: &[&[&str]] = &[PHI, &q_start, &v_start, of_m, of_b, of_c, of_f];
-        output(Output::PsiDotDot, "der(psi,2)", text, q_dot_dot, [inputs, states], all);
-        output(Output::Q, "q", "Twist between both sides, psi - phi", q, [phi, &["psi"]], &[&q_start]);
-        output(Output::QDot, "der(q)", "Rate of the twist", q_dot, [&["w"], &["der(psi)"]], &[&v_start]);
+        output(Output::PsiDotDot, "der(psi,2)", text, q_dot_dot, all_known, all);
+        output(Output::Q, "q", "Twist between both sides, psi - phi", q, &["phi", "psi"], &[&q_start]);
+        output(Output::QDot, "der(q)", "Rate of the twist", q_dot, &["w", "der(psi)"], &[&v_start]);
         let text = "Torque from the drive into the driven side, -(c_T q + b_T der(q)); a positive tau loads the drive";
         let spring: &[&[&str]] = &[PHI, &q_start, &v_start, of_b, of_c];
-        output(Output::Transmitted, "tau", text, force, [inputs, states], spring);
+        output(Output::Transmitted, "tau", text, force, all_known, spring);
         let text = "Torque of second order by which the drive feeds the vibration, c_T'(phi) q^2/2; tau + tau_parametric \
                     times w is the power from the drive";
-        let psi: &[&str] = if c { &["psi"] } else { &[] };
+        let psi: &[&str] = if c { &["phi", "psi"] } else { &[] };
         let varying: &[&[&str]] = if c { &[PHI, &q_start, of_c] } else { &[] };
-        output(Output::ParametricTorque, "tau_parametric", text, &unit::TORQUE, [where_it(c), psi], varying);
+        output(Output::ParametricTorque, "tau_parametric", text, &unit::TORQUE, psi, varying);
     } else {
-        let states: &[&str] = &["q", "der(q)"];
-        output(Output::Q, "q", "Coordinate of the vibration", q, [&[], &["q"]], &[&q_start]);
-        output(Output::QDot, "der(q)", "Rate of q", q_dot, [&[], &["der(q)"]], &[&v_start]);
+        output(Output::Q, "q", "Coordinate of the vibration", q, &["q"], &[&q_start]);
+        output(Output::QDot, "der(q)", "Rate of q", q_dot, &["der(q)"], &[&v_start]);
         let any = m || b || c || f;
         let all: &[&[&str]] = &[starts(any), &q_start, &v_start, of_m, of_b, of_c, of_f];
-        output(Output::QDotDot, "der(q,2)", "Second derivative of q", q_dot_dot, [where_it(any), states], all);
+        output(Output::QDotDot, "der(q,2)", "Second derivative of q", q_dot_dot, &with_states(any), all);
         let spring: &[&[&str]] = &[starts(b || c), &q_start, &v_start, of_b, of_c];
         let (name, text) = match coordinate {
             Coordinate::Rotation => ("tau", "Torque of spring and damper on the mass, -(c q + b der(q))"),
             Coordinate::Translation => ("force", "Force of spring and damper on the mass, -(c q + b der(q))"),
         };
-        output(Output::Transmitted, name, text, force, [where_it(b || c), states], spring);
+        output(Output::Transmitted, name, text, force, &with_states(b || c), spring);
         let text =
             "Torque by which the drive feeds the vibration where m and c vary, (m'(phi) der(q)^2 + c'(phi) q^2)/2";
-        let of_states: Vec<&str> = [(c, "q"), (m, "der(q)")].into_iter().filter(|s| s.0).map(|s| s.1).collect();
-        let any = where_it(m || c);
+        let known: Vec<&str> =
+            [(m || c, "phi"), (c, "q"), (m, "der(q)")].into_iter().filter(|s| s.0).map(|s| s.1).collect();
         let of_start = [(c, &q_start[..]), (c, of_c), (m, &v_start), (m, of_m), (m || c, PHI)];
         let of_start: Vec<&[&str]> = of_start.into_iter().filter(|s| s.0).map(|s| s.1).collect();
-        output(Output::ParametricTorque, "tau_parametric", text, &unit::TORQUE, [any, &of_states], &of_start);
+        output(Output::ParametricTorque, "tau_parametric", text, &unit::TORQUE, &known, &of_start);
     }
-    output(
-        Output::Stiffness,
-        "stiffness",
-        "Momentary stiffness c(phi)",
-        of_coefficients(coordinate)[2],
-        [where_it(c), &[]],
-        &[starts(c), of_c],
-    );
+    let (text, stiffness) = ("Momentary stiffness c(phi)", of_coefficients(coordinate)[2]);
+    output(Output::Stiffness, "stiffness", text, stiffness, if c { &["phi"] } else { &[] }, &[starts(c), of_c]);
 }
 
 /// The outputs, of numbers or of series, in the order of [`Output`].
