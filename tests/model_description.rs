@@ -181,7 +181,7 @@ fn names_are_those_that_importers_rely_on() {
             chosen.map(|d| d.name.as_str()).collect::<Vec<_>>()
         };
         assert_eq!(of(Causality::Input), inputs.split_whitespace().collect::<Vec<_>>(), "{file}");
-        let constant = file.ends_with(".constant").then_some("drive.w drive.phi_start").unwrap_or_default();
+        let constant = if file.ends_with(".constant") { "drive.w drive.phi_start" } else { "" };
         // Where a closed form is at rounding level anyway there is none.
         let closed = ["ElasticCamDrive.output.constant", "BacklashDrive.constant"];
         let tolerance = if closed.contains(&file) { "" } else { "solver.tolerance" };

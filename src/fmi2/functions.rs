@@ -1,6 +1,6 @@
 //! All functions of fmi2Functions.h: C types, pointers and nothing else. The only unsafe code of the crate.
 //!
-//! Every function passes [`enter`], which looks the call up in the call sequence and catches panics. A panic also
+//! Every function passes `enter`, which looks the call up in the call sequence and catches panics. A panic also
 //! prints its place on stderr, as Rust programs do: it is a fault of this library, and a hook to silence it would be
 //! process-wide where a Rust program links the crate.
 //!

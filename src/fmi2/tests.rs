@@ -134,7 +134,7 @@ impl Bench {
         let entries = log.clone();
         let sink = Box::new(move |status, category: &CStr, text: &CStr| {
             let owned = |s: &CStr| s.to_str().unwrap().to_owned();
-            entries.lock().unwrap().push((status as u32, owned(category), owned(text)));
+            entries.lock().unwrap().push((status, owned(category), owned(text)));
         });
         let drive =
             (Model::of::<Integrator>().build)(&postcard::to_stdvec(&(2.0, [0_u8; 0].as_slice())).unwrap()).unwrap();
@@ -170,7 +170,7 @@ impl Bench {
         let mut log = self.log.lock().unwrap();
         assert_eq!(log.len(), 1, "{log:?}");
         let (status, category, text) = log.remove(0);
-        assert_eq!((status, category.as_str()), (abi::ERROR as u32, "logStatusError"));
+        assert_eq!((status, category.as_str()), (abi::ERROR, "logStatusError"));
         text
     }
 
@@ -388,7 +388,7 @@ fn events_reach_the_log_when_it_wants_them() {
     bench.trouble(MANY_EVENTS);
     bench.step(0.1, 0.1);
     let log = std::mem::take(&mut *bench.log.lock().unwrap());
-    let event = |text: &str| (abi::OK as u32, "logEvents".to_owned(), text.to_owned());
+    let event = |text: &str| (abi::OK, "logEvents".to_owned(), text.to_owned());
     assert_eq!(log[0], event("t = 0 s: 50 %% of ##way, u = 1e-9 m/s"));
     assert_eq!(log.len(), 1 + 32 + 1);
     assert_eq!(log[33], event("8 further events of this step are not listed"));

@@ -53,7 +53,7 @@ pub static WEIGHTS: [f64; STAGES] = halves([rule().1])[0];
 /// aᵢⱼ = ∫₀^θᵢ ℓⱼ dθ: the stages are yᵢ = y₀ + h Σ aᵢⱼ fⱼ.
 pub static MATRIX: [[f64; STAGES]; STAGES] = halves(integral());
 
-/// The coefficients mₖ = Σ PROJECTION[k][j] fⱼ of Σ mₖ Pₖ(x), the polynomial through the fⱼ.
+/// The coefficients mₖ = Σ `PROJECTION[k][j]` fⱼ of Σ mₖ Pₖ(x), the polynomial through the fⱼ.
 pub static PROJECTION: [[f64; STAGES]; STAGES] = projection();
 
 /// A Gauss rule with 6, 8, 12 or 16 nodes; n nodes are exact for polynomials of degree 2n − 1.

@@ -55,7 +55,7 @@ pub const fn columns(rows: &[[f64; STAGES]; STAGES]) -> [[f64; STAGES]; STAGES] 
     columns
 }
 
-/// Σⱼ columns[j] f[j].
+/// Σⱼ `columns[j]` `f[j]`.
 pub fn combine(columns: &[[f64; STAGES]; STAGES], f: &[f64; STAGES]) -> [f64; STAGES] {
     let mut sum = [0.0; STAGES];
     for j in 0..STAGES {

@@ -174,7 +174,7 @@ const fn table() -> [[f64; 2]; STEPS] {
                 _ => sine -= term,
             }
             n += 1;
-            term = (term * angle >> 62) / n;
+            term = ((term * angle) >> 62) / n;
         }
         let (s, c) = (sine as f64 / ONE as f64, cosine as f64 / ONE as f64);
         let mirrored = QUARTER - i;

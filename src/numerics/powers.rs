@@ -53,9 +53,8 @@ pub struct Fitting {
     matrix: [[f64; POINTS]; POINTS],
 }
 
-impl Fitting {
-    /// Points and matrix.
-    pub fn new() -> Self {
+impl Default for Fitting {
+    fn default() -> Self {
         let angle = |k: usize, i: usize| (k * (2 * i + 1)) as f64 * PI / (2 * POINTS) as f64;
         let weight = |k: usize| if k == 0 { 1.0 } else { 2.0 } / POINTS as f64;
         Fitting {
@@ -64,7 +63,9 @@ impl Fitting {
             matrix: std::array::from_fn(|k| std::array::from_fn(|i| weight(k) * angle(k, i).cos())),
         }
     }
+}
 
+impl Fitting {
     /// The polynomial for `f` over the angles from `low` on, `width` wide (rad); and at each check f and what the polynomial
     /// misses there beyond the rounding of the angles.
     pub fn over(&self, low: f64, width: f64, f: impl Fn(f64) -> f64) -> (Powers, impl Iterator<Item = [f64; 2]>) {
@@ -130,7 +131,7 @@ mod tests {
 
     #[test]
     fn polynomials_are_met_to_degree_15() {
-        let fitting = Fitting::new();
+        let fitting = Fitting::default();
         for n in 0..POINTS as i32 {
             let p = fitting.fit(&fitting.points.map(|x| x.powi(n)));
             for x in [-1.0, -0.6, 0.0, 0.3, 1.0f64] {
@@ -146,7 +147,7 @@ mod tests {
     #[test]
     fn a_wave_that_the_points_resolve_is_met_to_rounding() {
         // 1.3 rad of a wave on either side of the middle: its coefficients fall to 10⁻¹⁶.
-        let fitting = Fitting::new();
+        let fitting = Fitting::default();
         let p = fitting.fit(&fitting.points.map(|x| 2.0 + (1.3 * x + 0.4).cos()));
         for i in 0..=40 {
             let x = f64::from(i) / 20.0 - 1.0;
@@ -160,7 +161,7 @@ mod tests {
     #[test]
     fn the_checks_see_what_the_polynomial_misses() {
         // A polynomial of degree 12 is met, a wave of 10⁻⁹ that is too short for the points is not.
-        let fitting = Fitting::new();
+        let fitting = Fitting::default();
         for phase in [0.0, 0.7, 1.6] {
             let f = |x: f64| x.powi(12) + 1e-9 * (14.0 * x + phase).cos();
             let p = fitting.fit(&fitting.points.map(f));

@@ -143,9 +143,7 @@ pub fn report<S: std::fmt::Display>(
     name: &str,
     parts: impl IntoIterator<Item = Part<S>>,
 ) -> Result<Vec<(PathBuf, String)>, Failure> {
-    let file = |(ending, content): Part<S>| {
-        Ok((folder.join(format!("{name}.{ending}")), content.map_err(|fault| failure(fault))?))
-    };
+    let file = |(ending, content): Part<S>| Ok((folder.join(format!("{name}.{ending}")), content.map_err(failure)?));
     parts.into_iter().map(file).collect()
 }
 

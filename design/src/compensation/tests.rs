@@ -627,7 +627,7 @@ fn cycles(law: StandardLaw) -> Task {
         rise_angle: rise,
         upper_dwell: 0.0,
         return_angle: back,
-        ..gripper.clone()
+        ..gripper
     };
     let tool = |number, m, plan| Tool::of(number, Follower::new(m, MotionLaw::Cycle(Cycle::new(plan))));
     let mut task = loom(2.8);

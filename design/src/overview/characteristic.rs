@@ -25,7 +25,7 @@ const MOST_MOTIONS: usize = 12;
 /// A motion between two stops.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Motion {
-    /// The section of its law, "cam" or "follower[1].cam".
+    /// The section of its law, `cam` or `follower[1].cam`.
     pub law: String,
     /// Where it begins (rad).
     pub from: f64,

@@ -92,8 +92,8 @@ impl Equation {
         self.acceleration(cam, &f.over_angle(), 1.0).derivative(1)
     }
 
-    /// What the rounding of U′, U″ and α makes of q̈, over the unit roundoff: m ψ̇² (|U″| max|U″| + |U′| max|U‴|)/(J + m U′²)
-    /// + |α| (rad/s²), since the sine of the k-th multiple of an angle is rounded k times as much as the angle. Where the
+    /// What the rounding of U′, U″ and α makes of q̈, over the unit roundoff: |α| + m ψ̇² (|U″| max|U″| + |U′| max|U‴|)/(J + m U′²)
+    /// (rad/s²), since the sine of the k-th multiple of an angle is rounded k times as much as the angle. Where the
     /// cam turns slowly the twist follows the forces of the follower, q̇ all but vanishes, and this is what remains of q̈.
     pub fn rounding(&self, cam: &Cam, f: &Flow<f64>, [largest2, largest3]: [f64; 2]) -> f64 {
         let [_, u1, u2, ..] = cam.0;

@@ -110,7 +110,7 @@ impl Follower {
     /// polynomials meet its values; infinite where the work of a call does not do to find out.
     pub(super) fn linked_resolution(&self) -> f64 {
         let law = 2.0 * self.cam.resolution();
-        let (fitting, mut work) = (Fitting::new(), Work::default());
+        let (fitting, mut work) = (Fitting::default(), Work::default());
         let mut finer = 1.0;
         while finer < FINEST && !self.is_resolved_by(finer * law, &fitting, &mut work) {
             if work.is_exhausted() {

@@ -1,4 +1,4 @@
-//! All periodic motions of a machine: what a design needs to know beside the one that [`super::steady`] starts with.
+//! All periodic motions of a machine: what a design needs to know beside the one that `steady` starts with.
 //!
 //! E(0) → E(2π) is a monotone scalar map whose fixed points are the periodic motions. Its gain g(E) = E(2π) − E(0) is
 //! scanned over the speeds; where |g| has a minimum between two samples without a change of sign, golden sections decide

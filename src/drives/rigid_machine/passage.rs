@@ -177,8 +177,7 @@ fn energies(from: Double, length: f64, net: &[f64; STAGES]) -> [f64; STAGES] {
 /// Solves Nᵢ = N(Eᵢ(N)) from the guess `net` on; returns what may remain of the error, relative to E.
 fn solve(
     net: &mut [f64; STAGES],
-    from: Double,
-    length: f64,
+    (from, length): (Double, f64),
     reciprocal: &[f64; STAGES],
     torques: &Torques,
     stiff: bool,
@@ -296,7 +295,7 @@ impl Passage {
         let [first_net, first_slope] = torques.with_slope(first_speed, energy);
         let mut net = before.map_or([first_net; STAGES], |passage| passage.continued(length));
         let stiff = length * first_slope.abs() > STIFF;
-        let left = solve(&mut net, from.energy, length, &inner, torques, stiff, effort, evaluations)?;
+        let left = solve(&mut net, (from.energy, length), &inner, torques, stiff, effort, evaluations)?;
 
         let work: f64 = (0..STAGES).map(|i| WEIGHTS[i] * net[i]).sum();
         let end_energy = from.energy + Double::from(length * work);

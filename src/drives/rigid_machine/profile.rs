@@ -49,7 +49,7 @@ pub struct Profile {
 impl Profile {
     /// The table of `inertia`.
     pub fn new(inertia: &Inertia) -> Self {
-        let (fitting, cost) = (Fitting::new(), EVALUATIONS as f64 * inertia.cost());
+        let (fitting, cost) = (Fitting::default(), EVALUATIONS as f64 * inertia.cost());
         let turn = inertia.borders().is_empty();
         let mut profile = Profile { turn, ..Profile::default() };
         for interval in 0..inertia.borders().len().max(1) {

@@ -54,7 +54,7 @@ impl Torques {
         let falls = |w: f64| ((self.synchronous - w) * self.rate).abs() < 1.0;
         let unique = falls(balance / spread) && falls(balance * spread);
         // Two per cent for the rounding of the bounds of J.
-        unique.then(|| (0.49 * low * balance * balance, 0.51 * high * balance * balance))
+        unique.then_some((0.49 * low * balance * balance, 0.51 * high * balance * balance))
     }
 
     /// N (N·m) at the speed `w` ≥ 0.

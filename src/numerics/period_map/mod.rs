@@ -246,7 +246,7 @@ impl Period {
 }
 
 impl PeriodMap {
-    /// The tables with the relative `tolerance`; None where they would need more than [`MOST_CELLS`] cells or more
+    /// The tables with the relative `tolerance`; None where they would need more than 4096 cells or more
     /// work than is left, or where a coefficient is not finite.
     pub fn new(equation: &dyn Periodic, tolerance: f64) -> Option<Self> {
         let mut cells = Vec::new();
@@ -349,7 +349,7 @@ impl Course {
 
     /// Goes on to the cell that holds the time `t`, which is not before the present cell.
     pub fn reach(&mut self, map: &PeriodMap, t: f64) -> Result<(), Unbounded> {
-        while self.from_start(map, t) > 2.0 {
+        while self.since_start(map, t) > 2.0 {
             self.pass_cells(map, t)?;
         }
         Ok(())
@@ -368,7 +368,7 @@ impl Course {
         let Cell { half, motions, .. } = &map.cells[self.cell];
         match motions {
             Motions::Polynomials(_) => self.polynomial_at(self.place(t)),
-            Motions::Vibration(vibration) => vibration.at(*half, self.from_start(map, t), self.state),
+            Motions::Vibration(vibration) => vibration.at(*half, self.since_start(map, t), self.state),
         }
     }
 
@@ -393,7 +393,7 @@ impl Course {
     }
 
     /// 1 + x of the time `t` in any cell.
-    fn from_start(&self, map: &PeriodMap, t: f64) -> f64 {
+    fn since_start(&self, map: &PeriodMap, t: f64) -> f64 {
         ((t - self.start.hi) - self.start.lo) / map.cells[self.cell].half
     }
 

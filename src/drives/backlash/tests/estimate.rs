@@ -134,7 +134,6 @@ fn rounded_otherwise(scene: &Scene) -> Scene {
         start: Start { q: 3.0 * scene.start.q, q_dot: 3.0 * scene.start.q_dot, ..scene.start },
         drive: DriveMode::Constant { w: *w, phi_start: phi_start + 1.0 },
         solver: Settings::default(),
-        ..scene.clone()
     }
 }
 

@@ -116,7 +116,7 @@ fn a_restored_drive_goes_on_bit_by_bit() {
         let mut drive = boxed(&scene);
         drive.set_up(0.0, None);
         drive.start().unwrap();
-        let h = 0.137 * TAU / w.min(50.0).max(1.0);
+        let h = 0.137 * TAU / w.clamp(1.0, 50.0);
         for n in 0..5 {
             drive.advance(h * f64::from(n), h).unwrap();
         }
@@ -202,7 +202,7 @@ fn derivatives_of_the_outputs_by_time_states_and_inputs() {
 
 #[test]
 fn what_is_no_drive_is_refused_by_name() {
-    let refused = |law: Law| ParametricDrive::new(scene(law, 1.0)).err().expect("a refusal").0;
+    let refused = |law: Law| ParametricDrive::new(scene(law, 1.0)).expect_err("a refusal").0;
     let light = SeriesLaw { m: Fourier::new(vec![1.0, 0.0, 1.5], Vec::new()), ..general() };
     let text = refused(Law::Series(light));
     assert!(text.starts_with("`m`: m(φ) is -0.5 kg·m² at φ = 1.57079") && text.contains("(90.0000°)"), "{text}");
