@@ -35,7 +35,7 @@ pub fn analyse(points: Points, harmonics: usize) -> Result<HarmonicAnalysis, Tab
     if harmonics > most {
         return Err(TableError::TooManyHarmonics { harmonics, most });
     }
-    let series = if is_equidistant(&points.angles) {
+    let series = if is_equidistant(&points.angles, EQUIDISTANT) {
         discrete_series(points.angles[0], &points.lifts, harmonics)
     } else {
         least_squares(&points, harmonics).ok_or(TableError::TooManyHarmonics { harmonics, most: harmonics - 1 })?
@@ -47,10 +47,10 @@ pub fn analyse(points: Points, harmonics: usize) -> Result<HarmonicAnalysis, Tab
     Ok(HarmonicAnalysis { series, largest_residual, mean_residual })
 }
 
-/// Whether the angles divide the turn into equal parts.
-pub fn is_equidistant(angles: &[f64]) -> bool {
+/// Whether the angles divide the turn into equal parts, up to `least` (rad).
+pub fn is_equidistant(angles: &[f64], least: f64) -> bool {
     let distance = TAU / angles.len() as f64;
-    angles.iter().enumerate().all(|(i, phi)| (phi - angles[0] - i as f64 * distance).abs() < EQUIDISTANT)
+    angles.iter().enumerate().all(|(i, phi)| (phi - angles[0] - i as f64 * distance).abs() < least)
 }
 
 /// The discrete Fourier series of lifts at φᵢ = first + 2πi/n.

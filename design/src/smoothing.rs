@@ -11,9 +11,13 @@ use crate::harmonic_analysis::{discrete_series, is_equidistant};
 use crate::overview::scatter;
 use crate::search::{maximum, zero};
 use camdrive::motion::table::{Points, TableError};
+use std::f64::consts::TAU;
 
 /// Harmonics beyond are noise: waves of a third of a degree.
 const MOST_HARMONICS: usize = 1000;
+
+/// What the angles of equidistant points may be off by, as part of their distance: roundings of a third of a degree.
+const EVEN: f64 = 0.01;
 
 /// Lifts without their noise, and what that changes.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,13 +51,18 @@ pub enum SmoothingError {
 /// Where the points are no table of equal distances, or have no such noise.
 pub fn smooth(points: Points, noise: Option<f64>) -> Result<Smoothed, SmoothingError> {
     let mut points = points.open().map_err(SmoothingError::Table)?;
-    if !is_equidistant(&points.angles) {
+    let n = points.angles.len();
+    if !is_equidistant(&points.angles, EVEN * TAU / n as f64) {
         return Err(SmoothingError::Distances);
     }
     let noise = noise.or_else(|| scatter(&points)).ok_or(SmoothingError::NoNoise)?;
-    let n = points.angles.len();
-    let series = discrete_series(points.angles[0], &points.lifts, ((n - 1) / 2).min(MOST_HARMONICS));
-    let power: Vec<f64> = (1..=series.order()).map(|k| 0.5 * (series.a[k].powi(2) + series.b[k].powi(2))).collect();
+    let order = (n / 2).min(MOST_HARMONICS);
+    let mut series = discrete_series(points.angles[0], &points.lifts, order);
+    // The last harmonic of an even number of points has one phase only, and its sums count twice.
+    let freedom = |k: usize| if 2 * k == n { 1.0 } else { 2.0 };
+    series.a[order] *= 0.5 * freedom(order);
+    series.b[order] *= 0.5 * freedom(order);
+    let power: Vec<f64> = (1..=order).map(|k| (series.a[k].powi(2) + series.b[k].powi(2)) / freedom(k)).collect();
     let whole = points.lifts.iter().map(|lift| (lift - series.a[0]).powi(2)).sum::<f64>() / n as f64;
     if noise * noise >= whole {
         return Err(SmoothingError::NothingLeft(whole.sqrt()));
@@ -63,9 +72,9 @@ pub fn smooth(points: Points, noise: Option<f64>) -> Result<Smoothed, SmoothingE
     let beyond = (whole - power.iter().sum::<f64>()).max(0.0);
     let missed =
         |log: f64| beyond + (1..).zip(&power).map(|(k, power)| power * (1.0 - kept(log, k)).powi(2)).sum::<f64>();
-    let mean_kept = |log: f64| (1.0 + 2.0 * (1..=power.len()).map(|k| kept(log, k)).sum::<f64>()) / n as f64;
+    let mean_kept = |log: f64| (1.0 + (1..=order).map(|k| freedom(k) * kept(log, k)).sum::<f64>()) / n as f64;
     // From a thousandth off the highest harmonic to a thousandth left of the first.
-    let ends = [1e-3 / (series.order().max(1) as f64).powi(6), 1e3].map(f64::ln);
+    let ends = [1e-3 / (order as f64).powi(6), 1e3].map(f64::ln);
     let mut too_much = |log: f64| missed(log) / (noise * noise) - 1.0;
     let values = ends.map(&mut too_much);
     let discrepancy = match values {
@@ -96,7 +105,6 @@ mod tests {
     use super::*;
     use camdrive::motion::cycle::CyclePlan;
     use camdrive::motion::{Fourier, MotionLaw, StandardLaw, Table};
-    use std::f64::consts::TAU;
 
     fn law(kind: StandardLaw) -> MotionLaw {
         let [rise_angle, upper_dwell, return_angle] = [100_f64, 60.0, 90.0].map(f64::to_radians);
@@ -149,6 +157,22 @@ mod tests {
                 assert!(smoothed.changes[0] <= smoothed.noise && smoothed.half[0] >= smoothed.half[1]);
                 let errors = [error(&law, points), error(&law, smoothed.points)];
                 assert!(errors[0] > raw && errors[1] < left, "{kind:?} {sigma:e}: {errors:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn rounding_is_noise_too() {
+        for kind in [StandardLaw::ModifiedSine, StandardLaw::Polynomial345, StandardLaw::SimpleSine] {
+            let law = law(kind);
+            for (unit, limit) in [(1e-6, 0.05), (1e-5, 0.06)] {
+                let mut points = measured(&law, 0.0, 1);
+                points.lifts.iter_mut().for_each(|lift| *lift = (*lift / unit).round() * unit);
+                // Angles of four digits, as well.
+                points.angles.iter_mut().for_each(|phi| *phi = (*phi * 1e4).round() * 1e-4);
+                let smoothed = smooth(points, None).unwrap();
+                let left = error(&law, smoothed.points);
+                assert!(smoothed.half[0] < 120.0 && left < limit, "{kind:?} {unit:e}: {left:e} {:?}", smoothed.half);
             }
         }
     }

@@ -31,6 +31,9 @@ pub const INFLECTION: [f64; 2] = [0.01, 0.99];
 /// Between these places of its inflection the polynomial of degree 6 has no other one and does not overshoot.
 const INFLECTION_OF_DEGREE_6: [f64; 2] = [0.4, 0.6];
 
+/// Between these places of its peak the one hump of `sine` is taken unasked: beyond them the jerk is ten times that of the middle.
+const HUMP: [f64; 2] = [0.05, 0.95];
+
 /// The most points of a plan.
 pub const MOST_POINTS: usize = 100;
 
@@ -448,6 +451,9 @@ impl Draft<'_> {
                 let text = "where dU and ddU are not 0 only a polynomial leads, polynomial_345 or polynomial_4567";
                 fault(i, "law", text)
             }
+            Some(Straight | Sine) if inflection.is_some() => {
+                fault(i, "inflection", "the law of this segment has no such parameter")
+            }
             Some(Straight) if any(&|k| self.accelerations[k] != Some(0.0)) => {
                 fault(i, "law", "a straight segment has ddU = 0 at both ends")
             }
@@ -466,29 +472,29 @@ impl Draft<'_> {
             Some(Straight) => Ok(Kind::Straight),
             Some(Cosines) => Ok(Kind::Cosines),
             Some(Polynomial6) => Ok(Kind::Polynomial6),
-            Some(Sine) => self.hump(i).map(Kind::Sine),
+            Some(Sine) => self.hump(i, INFLECTION).map(Kind::Sine),
             Some(Standard(law)) => Ok(Kind::Halves(law)),
             None if rests && self.points[ends[0]].u == u => Ok(Kind::Straight),
             None if inflection.is_none() && any(&|k| self.velocities[k] == 0.0) && !any(&|k| self.turns(k)) => {
-                Ok(self.hump(i).map_or(Kind::Halves(ModifiedSine), Kind::Sine))
+                Ok(self.hump(i, HUMP).map_or(Kind::Halves(ModifiedSine), Kind::Sine))
             }
             None => Ok(Kind::Halves(ModifiedSine)),
         }
     }
 
-    /// Where the hump of U″ of the law `sine` to point `i` has its peak, as part of the angle.
-    fn hump(&self, i: usize) -> Result<f64, PlanFault> {
+    /// Where the hump of U″ of the law `sine` to point `i` has its peak, as part of the angle; refused beyond `ends`.
+    fn hump(&self, i: usize, ends: [f64; 2]) -> Result<f64, PlanFault> {
         let segment = self.segment(i, InclinedSine);
         let ([v0, v1], mean) = (segment.ends.map(|end| end.v), segment.mean_velocity());
         let peak = ((mean - v0) / (v1 - v0) - FRAC_2_PI) / (1.0 - 2.0 * FRAC_2_PI);
-        if segment.ends.iter().any(|end| end.turns) || !(0.0..=1.0).contains(&peak) {
+        if segment.ends.iter().any(|end| end.turns) || !(ends[0]..=ends[1]).contains(&peak) {
             let [v0, v1, mean] = [v0, v1, mean].map(Rounded);
             return fault(
                 i,
                 "law",
                 format!(
                     "`sine` cannot lead from {v0} to {v1} m/rad with {mean} m/rad on the average: (average − first)/(last − first) \
-                 must lie within 0.363380 … 0.636620, and ddU be 0 at both ends"
+                 must lie within 0.366112 … 0.633888, and ddU be 0 at both ends"
                 ),
             );
         }
@@ -547,6 +553,13 @@ impl Draft<'_> {
                     );
                 };
                 self.inflections[side.0] = Some(inflection);
+            }
+            // An inflection that is given is the user's word, which may cost U″.
+            let found = own(self, side);
+            if self.points[side.0].inflection.is_none() && (found - acceleration).abs() > SAME * acceleration.abs() {
+                let text = "the laws beside the point meet no common ddU, since one inflection does not meet those of both ends of a \
+                            segment; give ddU and leave the laws to polynomials, or give inflections";
+                return fault(i, "ddU", text);
             }
         }
         Ok(())

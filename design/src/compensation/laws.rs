@@ -213,8 +213,8 @@ impl Wanted<'_> {
             let Ok(table) = table else { break };
             let law = MotionLaw::Table(table);
             let in_piece = |pair: &[f64]| {
-                // Inside of the piece, on whose ends a corner may be.
-                let at = |j: usize| pair[0] + (pair[1] - pair[0]) * (j as f64 + 0.5) / PLACES as f64;
+                // The first place is a millionth of the piece behind its start, where a corner may be.
+                let at = |j: usize| pair[0] + (pair[1] - pair[0]) * f64::max(j as f64 / PLACES as f64, 1e-6);
                 (0..PLACES).map(|j| tool.miss(&law, omega, self.moment(at(j))) / peak).fold(0.0, f64::max)
             };
             let errors: Vec<f64> = knots.windows(2).map(in_piece).collect();

@@ -21,6 +21,9 @@ use std::f64::consts::TAU;
 /// Linear programs on one side.
 const STEPS: usize = 200;
 
+/// The part of a distance that profiles may fall short of it by: what the angles of its conditions leave open.
+const KEPT: f64 = 1e-6;
+
 /// A step that gains less than this part of the objective is the last one.
 const DONE: f64 = 1e-13;
 
@@ -113,6 +116,7 @@ impl Task {
         let mut best: Option<Optimum> = None;
         for side in 0..2 {
             if let Ok(found) = self.clear_on(side, &free.best.x, scale)
+                && self.keeps_clear(&found.best.x, scale)
                 && best.as_ref().is_none_or(|best| found.objective < best.objective)
             {
                 best = Some(found);
@@ -123,6 +127,15 @@ impl Task {
             let text = "the tools cannot keep clear of each other by what `clearance` says together with the other conditions, \
                         on neither side\n  = hint: take a smaller `distance`, more harmonics or wider bounds";
             Infeasible::Numerical(text.to_owned())
+        })
+    }
+
+    /// Whether the tools are apart at every angle: where the sense of d changes, its tangents do not tell.
+    fn keeps_clear(&self, x: &[Double], scale: f64) -> bool {
+        self.clearances.iter().all(|clearance| {
+            let clearance = clearance.over(scale);
+            let motions = clearance.laws.map(|law| self.basis.series(law, x, 1.0));
+            clearance.least(&motions).value >= (1.0 - KEPT) * clearance.distance
         })
     }
 

@@ -2,6 +2,7 @@
 
 use super::follower::Follower;
 use super::place::{Place, into_turn};
+use super::profile::IN_A_ROW;
 use crate::motion::MotionLaw;
 use crate::numerics::work::note;
 use serde::{Deserialize, Serialize};
@@ -222,7 +223,7 @@ impl Inertia {
         // 32 samples per shortest wave leave ½ J″ (Δφ/2)² below half a per cent of that wave's amplitude; the
         // shortest wave of a table goes with the distance of its points.
         let count = (32.0 * self.resolution()).clamp(64.0, 65536.0).max(8.0 * self.borders.len() as f64) as usize;
-        note(count as f64 * self.cost());
+        note(IN_A_ROW * count as f64 * self.cost());
         let step = TAU / count as f64;
         let samples = (0..count).map(|i| {
             let phi = (i as f64 + 0.5) * step;

@@ -23,6 +23,9 @@ const ROUNDING: f64 = 4e-15;
 /// How far beyond the ends of an interval its polynomials serve, as part of a piece: steps end there but for rounding.
 const BEYOND: f64 = 1e-6;
 
+/// What an evaluation of J takes among many, as part of one in a step.
+pub const IN_A_ROW: f64 = 0.4;
+
 /// The pieces of an interval.
 struct Stretch {
     /// φ where it begins (rad).
@@ -49,7 +52,7 @@ pub struct Profile {
 impl Profile {
     /// The table of `inertia`.
     pub fn new(inertia: &Inertia) -> Self {
-        let (fitting, cost) = (Fitting::default(), EVALUATIONS as f64 * inertia.cost());
+        let (fitting, cost) = (Fitting::default(), IN_A_ROW * EVALUATIONS as f64 * inertia.cost());
         let turn = inertia.borders().is_empty();
         let mut profile = Profile { turn, ..Profile::default() };
         for interval in 0..inertia.borders().len().max(1) {

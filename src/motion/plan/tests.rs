@@ -234,6 +234,16 @@ fn polynomials_meet_all_that_is_given_at_their_ends() {
 }
 
 #[test]
+fn unasked_the_sine_leaves_the_border_of_its_range_to_the_modified_sine() {
+    // A quarter sine of no length would be a jump of U″.
+    for velocity in [FRAC_PI_2, 1.571, 2.7] {
+        let to = PlanPoint { velocity: Some(velocity), phi: 1.0, ..at(0.0, 1.0) };
+        let law = law(vec![at(0.0, 0.0), to, at(200.0, 2.0)]);
+        assert!(law.at_in(law.segment(0.0, true), 0.0).0[2].abs() < 1e-12, "{velocity}");
+    }
+}
+
+#[test]
 fn cosines_meet_the_acceleration_of_both_ends() {
     let end = |u: f64, b: f64| PlanPoint { acceleration: Some(b * PI * PI), ..at(0.0, u) };
     let rise = |b: [f64; 2]| {
@@ -316,6 +326,12 @@ fn what_makes_no_plan_is_refused_by_name_and_rests() {
     refused(vec![at(0.0, 0.0), PlanPoint { acceleration: Some(-0.1), ..at(90.0, 1.0) }], "is met by no inflection");
     let sixth = PlanPoint { inflection: Some(0.3), ..with(SegmentLaw::Polynomial6, at(90.0, 1.0)) };
     refused(vec![at(0.0, 0.0), sixth], "polynomial_6 has one inflection and no overshoot within 0.4 … 0.6 only");
+    let sine = PlanPoint {
+        inflection: Some(0.4),
+        ..with(SegmentLaw::Sine, PlanPoint { velocity: Some(2.0), ..at(57.3, 1.0) })
+    };
+    refused(vec![at(0.0, 0.0), sine], "the law of this segment has no such parameter");
+    refused(vec![turning(at(0.0, 0.0)), turning(at(150.0, 0.01))], "meet no common ddU");
     let cosines = PlanPoint { velocity: Some(1.0), ..with(SegmentLaw::Cosines, at(90.0, 1.0)) };
     refused(vec![at(0.0, 0.0), cosines], "from standstill to standstill only");
     let cosines = PlanPoint { inflection: Some(0.6), ..with(SegmentLaw::Cosines, at(90.0, 1.0)) };
