@@ -2,7 +2,7 @@
 
 use super::turn::{Extreme, State, Turn};
 use super::{Contact, Drive, Forces, Machine};
-use crate::cam_geometry::{Cut, Follower as Carrier, Side};
+use crate::cam_geometry::{Cut, Follower as Carrier, Shape, Side, Tolerances, Verdict};
 use crate::text::{self, NONE, Page, Table, number};
 use camdrive::drives::Fault;
 use camdrive::drives::rigid_machine::linkage::in_turn;
@@ -280,6 +280,13 @@ impl OfDrive {
                 true => format!("The {what} never changes its sign: play is not crossed."),
                 false => format!("The {what} changes its sign, and play is crossed, at φ = {changes}."),
             });
+        }
+        // What a tenth of a millimetre shows: whether there is a cam at all.
+        let coarse = Tolerances { chord: 1e-4, table: 1e-4 };
+        match drive.plan.as_ref().map(|plan| Shape::new(&self.name, &drive.follower.cam, plan.clone(), coarse)) {
+            Some(Ok(shape)) => mind.extend(shape.complaints(Verdict::Fault)),
+            Some(Err(fault)) => mind.push(format!("{}: {fault}", self.name)),
+            None => {}
         }
         if drive.plan.is_some() && drive.loads.material.is_none() {
             known.push("`roller_width` in [forces] would tell the Hertzian pressure.".to_owned());

@@ -228,6 +228,16 @@ fn what_keeps_a_roller_on_its_cam() {
 }
 
 #[test]
+fn a_cam_that_cannot_be_cut_is_to_be_minded() {
+    for (roller, minded) in [(0.01, false), (0.06, true)] {
+        let plan = plan(Held::Translating { eccentricity: 0.0 }, false, 0.05, 1.0, roller, Cut::Inner);
+        let machine = machine(50.0, Follower::new(2.0, series(&[0.01, -0.01], &[])), plan, Loads::default());
+        let text = Report::new(&machine, &machine.turn().expect("a turn")).text(400);
+        assert_eq!(text.contains("covers the cam's centre"), minded, "{text}");
+    }
+}
+
+#[test]
 fn play_is_crossed_where_the_acceleration_changes_its_sign_and_in_no_dwell() {
     let law = CyclePlan {
         stroke: 0.02,
