@@ -48,10 +48,10 @@ pub fn check_angle(angle: f64, to: f64) -> Result<(), Fault> {
 
 #[cold]
 fn beyond(angle: f64, to: f64) -> Fault {
+    let found = if angle.is_finite() { format!("{} rad", Rounded(angle)) } else { "beyond all numbers".to_owned() };
     Fault(format!(
-        "at t = {} s the drive angle is {} rad: beyond {LARGEST_ANGLE:e} rad a number does not tell where in its turn the \
+        "at t = {} s the drive angle is {found}: beyond {LARGEST_ANGLE:e} rad a number does not tell where in its turn the \
          drive is; shorten the communication step, or lower the speed or the acceleration",
-        Rounded(to),
-        Rounded(angle)
+        Rounded(to)
     ))
 }

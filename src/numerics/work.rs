@@ -46,10 +46,10 @@ impl Since {
         Since(DRAWN.get())
     }
 
-    /// Whether more was drawn or noted since than a call of several starts may take: half as much again as another call, with
-    /// which a machine of several tools behind mechanisms still does.
+    /// Whether more was drawn or noted since than a call of several starts may take: a fifth more than another call, with which a
+    /// machine of several tools behind mechanisms still does.
     pub fn is_exhausted(self) -> bool {
-        DRAWN.get() - self.0 > 1.5 * budget()
+        DRAWN.get() - self.0 > 1.2 * budget()
     }
 }
 
