@@ -20,7 +20,8 @@ use std::path::{Path, PathBuf};
 /// For every change of sign of U″ in a turn: dynamic clearance K, time of passage, impulse, deformation and contact force
 /// after the impact, by Kaltofen's closed formulas and by the event-driven model side by side, and whether m1 leaves the
 /// flank again, at once or within a natural period. For the law as a whole: which natural frequencies, speeds,
-/// clearances, masses m1 (with their μ and ω₂) and damping ratios avoid that by both, and the motion that the drive settles to. Where formulas and model differ, the model decides.
+/// clearances, masses m1 (with their μ and ω₂) and damping ratios avoid that by both, and the motion that the drive settles
+/// to. Where formulas and model differ, the model decides.
 ///
 /// Takes a BacklashDrive, or an ElasticCamDrive with an elastic output together with --clearance and --m1. The model of a
 /// passage starts from the periodic motion of permanent contact.

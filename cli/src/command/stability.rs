@@ -16,10 +16,10 @@ use std::path::{Path, PathBuf};
 /// safety θ/θ*, exact, with the classical bounds beside them; the load of the elastic member over its kinetostatic
 /// value R, and the resonances.
 ///
-/// Prints the tables and writes NAME.csv (orders), NAME.json, and unless --quick NAME.map.csv, NAME.damping.svg and
-/// NAME.modulation.svg, with the borders of the classical formulas dashed beside the exact ones, and of a parallel crank
-/// NAME.crank.csv and .svg, θ* over the stiffness σ; for drives with a load NAME.load.csv and .svg, the load over the turn beside the
-/// kinetostatic one, NAME.amplification.csv and .svg as well.
+/// Prints the tables and writes NAME.csv (orders), NAME.json, and unless --quick NAME.map.csv, NAME.modulation.svg and
+/// NAME.damping.svg, the latter with the borders of the classical formulas dashed beside the exact ones, and of a parallel
+/// crank NAME.crank.svg, θ* over the stiffness σ; for drives with a load NAME.load.csv and .svg, the load over the turn
+/// beside the kinetostatic one, NAME.amplification.csv and .svg as well.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -125,7 +125,6 @@ fn parts(folder: &Path, report: &Report, measured: &Measured) -> Result<Parts, F
         parts.push(("modulation.svg", Ok(figures::over_modulation(report).svg())));
     }
     if let Some(crank) = &report.crank {
-        parts.push(("crank.csv", table::crank_csv(crank)));
         parts.push(("crank.svg", Ok(figures::crank(report, crank).svg())));
     }
     if !report.amplification.is_empty() {

@@ -250,7 +250,8 @@ impl Solution {
     /// largest.
     ///
     /// # Errors
-    /// Where a series is demanded of a motion that has none, or neither the most harmonics nor the most points suffice, or not those of the demanded form.
+    /// Where a series is demanded of a motion that has none, or neither the most harmonics nor the most points suffice, or not
+    /// those of the demanded form.
     pub fn laws(&self, tools: &[Tool], tolerance: f64, form: Form) -> Result<Vec<Law>, Fault> {
         let fastest = self.range().map(|w| w / self.mean_speed()).into_iter().fold(1.0, f64::max);
         let wanted = Wanted { solution: self, angle: self.angle(), fastest, tolerance };

@@ -283,7 +283,7 @@ impl OfDrive {
         }
         // What a tenth of a millimetre shows: whether there is a cam at all.
         let coarse = Tolerances { chord: 1e-4, table: 1e-4 };
-        match drive.plan.as_ref().map(|plan| Shape::new(&self.name, &drive.follower.cam, plan.clone(), coarse)) {
+        match drive.plan.map(|plan| Shape::new(&self.name, &drive.follower.cam, plan, coarse)) {
             Some(Ok(shape)) => mind.extend(shape.complaints(Verdict::Fault)),
             Some(Err(fault)) => mind.push(format!("{}: {fault}", self.name)),
             None => {}

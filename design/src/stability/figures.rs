@@ -148,7 +148,6 @@ pub fn over_modulation(report: &Report) -> Diagram {
     for region in report.over_modulation.iter().filter(|region| !undamped(region)) {
         map.add(region, Shade::Dark, None, top);
     }
-    map.add_approximate(&report.approximate_over_modulation);
     let title = format!(
         "Unstable speeds of {} over the modulation: pale without damping, dark at the damping ratio {theta}",
         report.scene

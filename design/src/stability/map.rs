@@ -282,26 +282,3 @@ pub fn approximate_over_damping(harmonics: &Harmonics, twice: &[usize], top: f64
     };
     twice.iter().filter_map(region).collect()
 }
-
-/// The same over (speed, modulation) at the damping ratio of the plan.
-pub fn approximate_over_modulation(system: &System, twice: &[usize], plan: &Modulation) -> Vec<Region> {
-    let Modulation { top, theta, .. } = *plan;
-    let row = |i: usize| {
-        let modulation = top * i as f64 / (2 * HEIGHTS) as f64;
-        (modulation, Harmonics::new(&system.modulated(modulation)))
-    };
-    let rows: Vec<(f64, Harmonics)> = (1..=2 * HEIGHTS).map(row).collect();
-    let mut regions = Vec::new();
-    for twice in twice {
-        let j = 0.5 * *twice as f64;
-        let line = |modulation: f64, harmonics: &Harmonics| {
-            harmonics.borders(*twice, theta).map(|[low, high]| [modulation, low, high])
-        };
-        let lines = rows.iter().map(|(modulation, harmonics)| line(*modulation, harmonics));
-        // A tongue may vanish and appear again: each stretch is a region of its own.
-        for stretch in lines.collect::<Vec<_>>().split(Option::is_none).filter(|stretch| stretch.len() > 1) {
-            regions.push(Region { j, theta: Some(theta), lines: stretch.iter().copied().flatten().collect() });
-        }
-    }
-    regions
-}

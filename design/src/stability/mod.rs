@@ -3,9 +3,10 @@
 //!
 //! Of any drive that is an oscillator with periodic coefficients ([`camdrive::drives::oscillator`]), [`study`] finds the
 //! Floquet multipliers at a speed; the boundaries of the instability of every order by Hill's eigenproblem ([`hill`]
-//! numbers them, [`continuation`] where its matrices are too small, [`tongue`] makes them exact); the damping and the modulation at which each vanishes; the classical
-//! approximations beside them ([`bounds`]), θ* of a parallel crank over its stiffness ([`crank`]); maps over speed and damping, speed and modulation ([`map`]); and the motion
-//! under load ([`response`]). [`table`] and [`figures`] show all that.
+//! numbers them, [`continuation`] where its matrices are too small, [`tongue`] makes them exact); the damping and the
+//! modulation at which each vanishes; the classical approximations beside them ([`bounds`]), θ* of a parallel crank over its
+//! stiffness ([`crank`]); maps over speed and damping, speed and modulation ([`map`]); and the motion under load
+//! ([`response`]). [`table`] and [`figures`] show all that.
 //!
 //! Source: Dresig, Vulfson, *Dynamik der Mechanismen*, sections 4.5 and 4.6.3.
 
@@ -120,8 +121,6 @@ pub struct Report {
     pub over_modulation: Vec<Region>,
     /// The borders of the three terms in the map over damping.
     pub approximate_over_damping: Vec<Region>,
-    /// Those in the map over modulation, at the damping of the scene.
-    pub approximate_over_modulation: Vec<Region>,
     /// The ranges of η, θ and μ that the maps show.
     pub ranges: [[f64; 2]; 3],
     /// θ* of a parallel crank over its stiffness.
@@ -277,7 +276,7 @@ pub fn study(
         order.modulation_ratio = critical.map(|critical| 1.0 / critical);
     }
     let (mut over_damping, mut over_modulation) = (Vec::new(), Vec::new());
-    let (mut approximate_over_damping, mut approximate_over_modulation) = (Vec::new(), Vec::new());
+    let mut approximate_over_damping = Vec::new();
     if !options.quick && !known.is_empty() {
         let counter = stage("map", known.len());
         over_damping = map::over_damping(&system, &known, ranges[1][1], &|| counter.step());
@@ -286,7 +285,6 @@ pub fn study(
         over_modulation = map::over_modulation(&system, &plan, &|| counter.step());
         let twice: Vec<usize> = known.iter().map(|(tongue, _)| tongue.n * parts.max(1)).collect();
         approximate_over_damping = map::approximate_over_damping(&classical, &twice, ranges[1][1]);
-        approximate_over_modulation = map::approximate_over_modulation(&system, &twice, &plan);
     }
     let residual = known.iter().map(|(tongue, _)| tongue.residual).fold(0.0, f64::max);
     let loaded = system.greatest(&|t| t.f.abs().max(t.f2.abs())) > 0.0;
@@ -335,7 +333,6 @@ pub fn study(
         over_damping,
         over_modulation,
         approximate_over_damping,
-        approximate_over_modulation,
         ranges,
         crank: None,
     })

@@ -1,7 +1,6 @@
 //! The report as text, CSV and JSON.
 
-use super::bounds::Bounds;
-use super::crank::{Crank, Curve};
+use super::crank::Curve;
 use super::tongue::Extent;
 use super::{BORDER, NEGLIGIBLE, Order, Report, TOLERATED, is_told};
 use crate::text::{NONE, Table, csv, digits, full_or_empty, number};
@@ -470,25 +469,8 @@ pub fn map_csv(report: &Report) -> Result<String, Fault> {
         rows("damping", &report.over_damping),
         rows("modulation", &report.over_modulation),
         rows("damping, approximate", &report.approximate_over_damping),
-        rows("modulation, approximate", &report.approximate_over_modulation),
     ];
     csv(head, all.concat())
-}
-
-/// θ* of a parallel crank over σ; empty where it is not known.
-///
-/// # Errors
-/// None in practice.
-pub fn crank_csv(crank: &Crank) -> Result<String, Fault> {
-    let rows = crank.curves.iter().flat_map(|curve| {
-        curve.points.iter().map(|point| {
-            let Bounds { three_term, second_order, printed, determinant, without_mean } = point.bounds;
-            let bounds = [three_term, second_order, printed, determinant, without_mean].map(finite);
-            let lead = [curve.j.to_string(), finite(point.sigma), full_or_empty(point.exact)];
-            lead.into_iter().chain(bounds).collect::<Vec<_>>()
-        })
-    });
-    csv("j,sigma,exact,three_term,second_order,printed,determinant,without_mean", rows)
 }
 
 /// The load over the turn at each speed; M is empty where the drive is unstable.
