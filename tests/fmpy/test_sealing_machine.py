@@ -5,6 +5,9 @@ import re
 import subprocess
 import sys
 
+import pytest
+from fmpy.fmi1 import FMICallException
+
 from conftest import CAMDRIVE, ROOT
 
 FOLDER = ROOT / "examples" / "sealing_machine"
@@ -27,3 +30,21 @@ def test_all_steps_run_and_keep_their_promises(tmp_path):
     assert steps == re.findall(r"`(?:camdrive|python) (\S+)[^`]*` \|$", readme, re.MULTILINE)
     names = {path.name for path in (tmp_path / "cams").iterdir()}
     assert {"sealing_machine_hs.follower1.P.csv", "sealing_machine_hs.follower2.dxf"} <= names
+
+
+def test_derivatives_by_all_parameters_at_once_are_refused_and_by_each_alone_are_not(fmu):
+    """Before the start they take many starts each; one call is bounded."""
+    package = fmu("sealing_machine")
+    knowns = [v.valueReference for v in package.variables.values() if v.type == "Real" and v.causality == "parameter"]
+    unknown = [package.variables["a"].valueReference]
+    with package.unit() as unit:
+        unit.slave.setupExperiment(startTime=0.0)
+        unit.slave.enterInitializationMode()
+        with pytest.raises(FMICallException):
+            unit.slave.getDirectionalDerivative(unknown, knowns, [1.0] * len(knowns))
+        assert "ask for fewer at a time" in unit.log[-1][2]
+        for i in range(0, len(knowns), 20):
+            one = [float(j == i) for j in range(len(knowns))]
+            assert unit.slave.getDirectionalDerivative(unknown, knowns, one) == pytest.approx(
+                unit.slave.getDirectionalDerivative(unknown, [knowns[i]], [1.0])
+            )

@@ -245,6 +245,10 @@ fn two_tools_keep_clear() {
     let touching = least.phi.to_degrees();
     assert!((least.value - 0.26).abs() < 1e-11, "{least:?}");
     assert!((touching.min(360.0 - touching) - 67.5241646).abs() < 1e-4, "{touching}");
+    let refused = |task: &Task| matches!(task.solve(), Err(Infeasible::Numerical(text)) if text.contains("clear"));
     task.clearances[0].distance = 3.0;
-    assert!(matches!(task.solve(), Err(Infeasible::Numerical(text)) if text.contains("clear")));
+    assert!(refused(&task));
+    // On one line 0.1 + U₁ − U₂ leads from −0.9 to 1.1: through each other.
+    task.clearances = vec![Clearance { laws: [0, 1], offset: [0.1, 0.0], directions: [0.0; 2], distance: 0.1 }];
+    assert!(refused(&task));
 }
