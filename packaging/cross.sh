@@ -1,6 +1,7 @@
-# Sourced by `build` and `wheels`: the tools that build for other platforms, and how cargo is called for each.
+# Sourced by `build`, `wheels` and `test` with the platforms of their arguments: the tools that build for other platforms, and
+# how cargo is called for each.
 #
-# Needs Python 3.11 and Rust by rustup with the targets below; it says what is missing. What comes from PyPI is in
+# Needs Python 3.11 and Rust by rustup with the targets below. What comes from PyPI is in
 # requirements.txt and stays below target/: maturin, and zig as a linker, with stubs of old versions of GLIBC and of Apple's
 # system library.
 
@@ -11,23 +12,26 @@ declare -A triples=(
     [win64]=x86_64-pc-windows-gnu
     [darwin64]="x86_64-apple-darwin aarch64-apple-darwin"
 )
+missing_triples() { # PLATFORM…: those without Rust's standard library.
+    for platform in "$@"; do
+        for triple in ${triples[$platform]}; do
+            [ -d "$(rustc --print target-libdir --target "$triple")" ] || echo "$triple"
+        done
+    done
+}
+need_triples() {
+    local missing
+    missing=$(missing_triples "${platforms[@]}")
+    [ -z "$missing" ] || { echo "$0: Rust's standard library is missing; run: rustup target add" $missing >&2 && exit 1; }
+}
 platforms=("$@")
 [ $# -gt 0 ] || platforms=(linux64 aarch64-linux win64 darwin64)
-
-missing=()
 for platform in "${platforms[@]}"; do
     if [ -z "${triples[$platform]:-}" ]; then
         echo "$0: \`$platform\` is none of linux64, aarch64-linux, win64, darwin64" >&2
         exit 2
     fi
-    for triple in ${triples[$platform]}; do
-        [ -d "$(rustc --print target-libdir --target "$triple")" ] || missing+=("$triple")
-    done
 done
-if [ ${#missing[@]} -gt 0 ]; then
-    echo "$0: Rust's standard library is missing; run: rustup target add ${missing[*]}" >&2
-    exit 1
-fi
 
 venv=target/packaging/venv
 if ! cmp -s packaging/requirements.txt "$venv/requirements.txt"; then
