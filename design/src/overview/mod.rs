@@ -15,7 +15,7 @@ mod vibration;
 
 pub use machine::running;
 
-pub use characteristic::Motion;
+pub use characteristic::{Jump, Motion};
 pub use roughness::scatter;
 
 use crate::resource::Resource;
@@ -39,6 +39,8 @@ pub struct Overview {
     pub figures: Vec<Figure>,
     /// The motions of its laws between their stops, with their characteristic values.
     pub motions: Vec<Motion>,
+    /// Where derivatives of its plans jump.
+    pub jumps: Vec<Jump>,
     /// The resonances nearest to the speed; without a speed the strongest ones.
     pub resonances: Vec<Resonance>,
     /// What is hardly meant.
@@ -208,7 +210,9 @@ impl Overview {
         };
         let figures = self.figures.iter().map(|f| (f.name.replace('_', " "), f.shown.clone()));
         let motions = self.motions.iter().map(|motion| (format!("motion of {}", motion.law), motion.text()));
-        let rows: Vec<(String, String)> = figures.chain(motions).chain(self.resonances.iter().map(resonance)).collect();
+        let jumps = self.jumps.iter().map(|jump| (format!("plan of {}", jump.law), jump.text()));
+        let rows: Vec<(String, String)> =
+            figures.chain(motions).chain(jumps).chain(self.resonances.iter().map(resonance)).collect();
         let width = rows.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0);
         rows.iter().map(|(name, text)| format!("  {name:<width$}  {text}\n")).collect()
     }
@@ -257,6 +261,7 @@ fn shown(value: f64, unit: &str) -> String {
         "N.m" => suited(&[("kN·m", 1e-3), ("N·m", 1.0), ("mN·m", 1e3)]),
         "m/rad" => format!("{} mm/rad", digits(1e3 * value)),
         "m/rad2" => format!("{} mm/rad²", digits(1e3 * value)),
+        "m/rad3" => format!("{} mm/rad³", digits(1e3 * value)),
         _ => format!("{} {}", digits(value), unit.replace('.', "·").replace('2', "²")),
     }
 }
