@@ -18,24 +18,18 @@ use std::f64::consts::TAU;
 /// Points of a curve over the period.
 const POINTS: usize = 720;
 
-/// Rounds that diagrams show beside the finished machine: the next ones lie on it.
-const SHOWN: usize = 3;
-
 /// Harmonics below this part of the largest are not shown, nor higher ones than this: HS profiles have none, and cycles no end.
 const LEAST: f64 = 1e-4;
 const HIGHEST: usize = 40;
 
 impl Report {
-    /// Those that diagrams show.
+    /// The machines, by the names that legends have.
     fn shown(&self) -> impl Iterator<Item = (String, &Round)> {
-        let named = |(name, round): (String, _)| match name.as_str() {
+        self.machines().map(|(name, round)| match name.as_str() {
             "round 0" => ("cams for uniform speed".to_owned(), round),
             "finished" => ("compensated cams".to_owned(), round),
             _ => (name, round),
-        };
-        let last = self.rounds.len();
-        let is_shown = move |(i, _): &(usize, _)| *i < SHOWN || *i == last;
-        self.machines().enumerate().filter(is_shown).map(move |(_, machine)| named(machine))
+        })
     }
 
     /// The courses over the period of each machine, as CSV: φ̇(t) and the tools' accelerations, as they are and as prescribed at
