@@ -318,7 +318,8 @@ fn integral(root: &Section<'_>, lengths: &Lengths, kind: Option<Kind>) -> Option
         );
         return Some(None);
     }
-    let given = root.optional("integral_tolerance", &unit::NUMBER, POSITIVE)?;
+    let quantity = if root.has("scale") { &unit::NUMBER } else { &units::AREA };
+    let given = root.derivative("integral_tolerance", quantity, -1, POSITIVE)?;
     Some(given.map(|limit| limit * lengths.scale * lengths.scale))
 }
 
@@ -342,10 +343,11 @@ fn longest(root: &Section<'_>, kind: Option<Kind>, laws: usize) -> Option<Option
 fn restrictions(root: &Section<'_>, lengths: &Lengths, laws: usize) -> Option<Vec<(String, Bound)>> {
     let sections = root.sections("restriction")?;
     let of = |section: &Section<'_>| {
+        several(section, laws, "a restriction is of several", "write a [[bound]], or add a [[law]] for each tool")?;
         let factors = section.reals("factors", &unit::NUMBER);
         let bounds = bounds_of(section, lengths, Vec::new());
         let factors = factors?;
-        if laws < 2 || factors.len() != laws || factors.iter().all(|factor| *factor == 0.0) {
+        if factors.len() != laws || factors.iter().all(|factor| *factor == 0.0) {
             let message = format!("`{}`: {} for {laws} laws", section.path_of("factors"), factors.len());
             let fault = section.fault_of("factors", message).admissible("one number for each [[law]], not all 0");
             section
@@ -360,15 +362,21 @@ fn restrictions(root: &Section<'_>, lengths: &Lengths, laws: usize) -> Option<Ve
     Some(read.into_iter().collect::<Option<Vec<_>>>()?.concat())
 }
 
+/// Whether the task has several laws.
+fn several(section: &Section<'_>, laws: usize, what: &str, hint: &str) -> Option<()> {
+    if laws < 2 {
+        let fault = section.fault(format!("`{}`: there is one law, and {what}", section.path));
+        section.faults.report(fault.admissible("2 … 5 [[law]] in the task").hint(hint));
+        return None;
+    }
+    Some(())
+}
+
 /// The [[clearance]].
 fn clearances(root: &Section<'_>, lengths: &Lengths, laws: usize) -> Option<Vec<(String, Clearance)>> {
     let sections = root.sections("clearance")?;
     let of = |section: &Section<'_>| {
-        if laws < 2 {
-            let fault = section.fault(format!("`{}`: there is one law, and a clearance is between two", section.path));
-            section.faults.report(fault.hint("add a [[law]] for each tool"));
-            return None;
-        }
+        several(section, laws, "a clearance is between two", "add a [[law]] for each tool")?;
         let which = [("a", 1), ("b", 2)]
             .map(|(key, usual)| if section.has(key) { section.count(key, 1, laws as u32) } else { Some(usual) });
         let offset = section.reals("offset", lengths.quantity);
