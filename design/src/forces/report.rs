@@ -138,7 +138,7 @@ impl Drive {
             // Without inertia of the lever that of the first one is the torque on the lever.
             let same = i == 0 && self.loads.lever_inertia == 0.0;
             add(&format!("{key}_input"), &format!("{name}: torque on its input"), TORQUE, same, input);
-            for (k, joint) in super::mechanism::joints(mechanism).iter().enumerate() {
+            for (k, joint) in super::mechanism::joints(mechanism, self.loads.teeth).iter().enumerate() {
                 let at = move |forces: &Forces| forces.mechanisms[i].joints[k];
                 let key = format!("{key}_{joint}");
                 add(&key, &format!("{name}: {joint}"), NEWTON, false, Box::new(move |forces| at(forces).norm()));
@@ -310,7 +310,8 @@ impl Report {
     /// The report for lines of this width.
     pub fn text(&self, width: usize) -> String {
         let rpm = text::digits(self.speed * 60.0 / TAU, 6, -4);
-        let mut page = Page::new(format!("{}: forces at {rpm} rpm, without friction and clearance", self.scene), width);
+        let mut page =
+            Page::new(format!("{}: forces at constant {rpm} rpm, without friction and clearance", self.scene), width);
         let head = "quantity  largest  at φ  least  at φ  mean";
         for drive in &self.drives {
             page.table(&drive.name, &Table::new(head, drive.quantities.iter().map(Range::row)));
