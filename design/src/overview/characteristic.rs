@@ -123,7 +123,7 @@ pub fn motions(section: &str, law: &MotionLaw, unit: &'static str) -> Vec<Motion
         if middle(i) != middle(start) {
             if middle(start) != 0.0 {
                 let stop = |i: usize| stop(law, [around(i + cells.len() - 1) - TAU, around(i), around(i + 1)]);
-                list.push(Motion { law: section.to_owned(), unit, ..motion(law, stop(start), stop(i)) });
+                list.push(motion((section, unit), law, stop(start), stop(i)));
             }
             start = i;
         }
@@ -142,7 +142,7 @@ fn stop(law: &MotionLaw, [before, border, behind]: [f64; 3]) -> f64 {
     zero(&mut slope, ends, slopes, 0.0)
 }
 
-fn motion(law: &MotionLaw, from: f64, to: f64) -> Motion {
+fn motion((section, unit): (&str, &'static str), law: &MotionLaw, from: f64, to: f64) -> Motion {
     let angle = to - from;
     let lift = law.at(to.rem_euclid(TAU)).0[0] - law.at(from.rem_euclid(TAU)).0[0];
     let turns = [0.0, TAU].map(|turn| law.breakpoints().iter().map(move |phi| phi + turn));
@@ -164,8 +164,8 @@ fn motion(law: &MotionLaw, from: f64, to: f64) -> Motion {
     let both = |value: &dyn Fn([f64; 5]) -> f64| [peak(value), -peak(&|u| -value(u))];
     let [z, h] = [angle, lift];
     Motion {
-        law: String::new(),
-        unit: "m",
+        law: section.to_owned(),
+        unit,
         from,
         angle,
         lift,

@@ -144,24 +144,22 @@ pub fn of(resource: &Resource) -> Result<Overview, Fault> {
 impl Overview {
     /// A quantity in coherent SI.
     fn figure(&mut self, name: impl Into<String>, value: f64, unit: &'static str) {
-        self.figures.push(Figure { name: name.into(), value, unit, shown: shown(value, unit) });
+        self.told(name, value, unit, shown(value, unit));
+    }
+
+    fn told(&mut self, name: impl Into<String>, value: f64, unit: &'static str, shown: String) {
+        self.figures.push(Figure { name: name.into(), value, unit, shown });
     }
 
     /// A speed or a natural frequency (rad/s), in all units in which people give it.
     fn speed(&mut self, name: &str, value: f64) {
         let [rpm, hz, own] = [value * 60.0 / TAU, value / TAU, value].map(digits);
-        let shown = format!("{rpm} rpm = {hz} Hz = {own} rad/s");
-        self.figures.push(Figure { name: name.to_owned(), value, unit: "rad/s", shown });
+        self.told(name, value, "rad/s", format!("{rpm} rpm = {hz} Hz = {own} rad/s"));
     }
 
     /// A part of something.
     fn share(&mut self, name: &str, value: f64) {
-        self.figures.push(Figure {
-            name: name.to_owned(),
-            value,
-            unit: "1",
-            shown: format!("{} %", digits(100.0 * value)),
-        });
+        self.told(name, value, "1", format!("{} %", digits(100.0 * value)));
     }
 
     /// The speed of a drive, if it has one of its own.
