@@ -340,7 +340,7 @@ pub fn of_tuning(report: &Report, study: &Study) -> Vec<String> {
             number(100.0 * (model.ratio - 1.0)),
             number(100.0 * (model.damping_ratio - 1.0))
         ));
-    } else if study.releases.is_some() {
+    } else if study.releases.is_some() && e == 0.0 {
         lines.push("The model has not been followed at other values: it would take long, or cannot be.".to_owned());
     }
     lines.push(format!(
