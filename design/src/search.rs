@@ -2,6 +2,15 @@
 //!
 //! Source: R. P. Brent, *Algorithms for Minimization without Derivatives*, Prentice-Hall 1973, chapters 4 and 5.
 
+/// A value and its angle.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Extreme {
+    /// φ (rad).
+    pub phi: f64,
+    /// In SI units, with its sign.
+    pub value: f64,
+}
+
 /// Evaluations after which a search is ended: bisection alone takes 60 from one end of a `f64` to the last digit.
 const MOST_EVALUATIONS: usize = 120;
 

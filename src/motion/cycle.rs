@@ -35,56 +35,6 @@ pub struct CyclePlan {
     pub inflections: [Option<f64>; 2],
 }
 
-/// Why a plan is none.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum CycleError {
-    /// A value is not finite or out of its range.
-    Range {
-        /// The name as the FMU's parameters have it, without `cam.`.
-        name: &'static str,
-        /// The value (m or rad).
-        value: f64,
-        /// The admissible range, borders included.
-        min: f64,
-        /// See `min`.
-        max: f64,
-    },
-    /// Rise, upper dwell and return exceed the turn.
-    Sum {
-        /// Angle of the rise (rad).
-        rise: f64,
-        /// Angle of the upper dwell (rad).
-        upper_dwell: f64,
-        /// Angle of the return (rad).
-        return_angle: f64,
-    },
-}
-
-impl std::fmt::Display for CycleError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            CycleError::Range { name, value, min, max } => {
-                write!(f, "{name} = {} is outside [{min}, {max}]", Number(*value))
-            }
-            CycleError::Sum { rise, upper_dwell, return_angle } => {
-                let sum = rise + upper_dwell + return_angle;
-                write!(
-                    f,
-                    "rise = {} rad, upper_dwell = {} rad and return = {} rad add up to {} rad = {} deg, more than the turn of 2π rad = 360 deg; together with the lower dwell, which \
-                     is the rest of the turn, they must make 2π",
-                    Number(*rise),
-                    Number(*upper_dwell),
-                    Number(*return_angle),
-                    Rounded(sum),
-                    Rounded(sum.to_degrees())
-                )
-            }
-        }
-    }
-}
-
-impl std::error::Error for CycleError {}
-
 impl CyclePlan {
     /// Largest |U| and |stroke| (m); the range of every length of a cam.
     pub const MAX_LENGTH: f64 = 1e4;
@@ -95,8 +45,9 @@ impl CyclePlan {
     }
 
     /// Whether the values are in their ranges and the angles make at most one turn.
-    pub fn validate(&self) -> Result<(), CycleError> {
-        let length = Self::MAX_LENGTH;
+    pub fn validate(&self) -> Result<(), String> {
+        let (length, [least, most]) = (Self::MAX_LENGTH, INFLECTION);
+        let [rise_inflection, return_inflection] = self.inflections.map(|part| part.unwrap_or(0.5));
         for (name, value, min, max) in [
             ("stroke", self.stroke, -length, length),
             ("lower", self.lower, -length, length),
@@ -104,21 +55,22 @@ impl CyclePlan {
             ("rise", self.rise_angle, LEAST_MOTION, TAU),
             ("upper_dwell", self.upper_dwell, 0.0, TAU),
             ("return", self.return_angle, LEAST_MOTION, TAU),
+            ("rise_inflection", rise_inflection, least, most),
+            ("return_inflection", return_inflection, least, most),
         ] {
             if !(value >= min && value <= max) {
-                return Err(CycleError::Range { name, value, min, max });
-            }
-        }
-        for (name, inflection) in [("rise_inflection", self.inflections[0]), ("return_inflection", self.inflections[1])]
-        {
-            let ([min, max], value) = (INFLECTION, inflection.unwrap_or(0.5));
-            if !(value >= min && value <= max) {
-                return Err(CycleError::Range { name, value, min, max });
+                return Err(format!("{name} = {} is outside [{min}, {max}]", Number(value)));
             }
         }
         if self.lower_dwell() < -ROUNDING {
-            let CyclePlan { rise_angle: rise, upper_dwell, return_angle, .. } = *self;
-            return Err(CycleError::Sum { rise, upper_dwell, return_angle });
+            let sum = self.rise_angle + self.upper_dwell + self.return_angle;
+            let [rise, upper, back] = [self.rise_angle, self.upper_dwell, self.return_angle].map(Number);
+            return Err(format!(
+                "rise = {rise} rad, upper_dwell = {upper} rad and return = {back} rad add up to {} rad = {} deg, more than the turn of 2π \
+                 rad = 360 deg; together with the lower dwell, which is the rest of the turn, they must make 2π",
+                Rounded(sum),
+                Rounded(sum.to_degrees())
+            ));
         }
         Ok(())
     }
@@ -297,14 +249,14 @@ mod tests {
     #[test]
     fn a_plan_beyond_the_turn_is_refused_with_its_values() {
         let long = CyclePlan { return_angle: 4.1, ..plan() };
-        let message = long.validate().unwrap_err().to_string();
+        let message = long.validate().unwrap_err();
         for part in ["rise = 1.5 rad", "upper_dwell = 0.7 rad", "return = 4.1 rad", "2π"] {
             assert!(message.contains(part), "{message}");
         }
         // Rests meanwhile, without NaN.
         assert_eq!(at(&Cycle::new(long), 1.0), [0.01, 0.0, 0.0, 0.0, 0.0]);
         let nan = CyclePlan { lower: f64::NAN, ..plan() };
-        assert!(matches!(nan.validate(), Err(CycleError::Range { name: "lower", .. })));
+        assert!(nan.validate().unwrap_err().starts_with("lower = "));
         assert_eq!(at(&Cycle::new(nan), 1.0), [0.0; 5]);
         assert!(CyclePlan { rise_angle: 0.0, ..plan() }.validate().is_err());
         // Degrees that make 360 in sum may miss 2π by roundings.

@@ -357,19 +357,18 @@ fn check(points: &[PlanPoint]) -> Result<(), PlanFault> {
         if let Some((key, _, range)) = within.into_iter().find(|(_, good, _)| !good) {
             return fault(i, key, format!("out of range; expected {range}"));
         }
-        let before = if i > 0 { points[i - 1].phi } else { points[points.len() - 1].phi - TAU };
-        if point.phi - before < LEAST_MOTION {
-            let text = "is not beyond the angle of the point before";
-            return fault(
-                i,
-                "phi",
-                format!(
-                    "{} deg {text}, {} deg, by {LEAST_MOTION} rad; the points ascend within one turn",
-                    Rounded(point.phi.to_degrees()),
-                    Rounded(before.to_degrees())
-                ),
-            );
-        }
+        // Of the last and the first point the last one is blamed, which is beyond the turn.
+        let Some(before) = i.checked_sub(1).map(|before| points[before].phi) else { continue };
+        let end = points[0].phi + TAU;
+        let (text, other) = match point.phi {
+            phi if phi - before < LEAST_MOTION => ("beyond the angle of the point before", before),
+            phi if end - phi < LEAST_MOTION => ("before the first point one turn later", end),
+            _ => continue,
+        };
+        let [phi, other] = [point.phi, other].map(|phi| Rounded(phi.to_degrees()));
+        let text =
+            format!("{phi} deg is not {text}, {other} deg, by {LEAST_MOTION} rad; the points ascend within one turn");
+        return fault(i, "phi", text);
     }
     Ok(())
 }

@@ -52,15 +52,6 @@ impl StandardLaw {
         }
     }
 
-    /// The law with this name; `harmonic` and `bestehorn` are second names of the two sines.
-    pub fn from_name(name: &str) -> Option<Self> {
-        match name {
-            "harmonic" => Some(SimpleSine),
-            "bestehorn" => Some(InclinedSine),
-            _ => Self::ALL.into_iter().find(|law| law.name() == name),
-        }
-    }
-
     /// The number of the enumeration item, from 1.
     pub fn number(self) -> usize {
         1 + Self::ALL.iter().position(|&law| law == self).unwrap_or(0)
@@ -380,13 +371,10 @@ mod tests {
     }
 
     #[test]
-    fn names_and_numbers_find_their_law() {
+    fn numbers_find_their_law_and_serialise_by_name() {
         for (i, law) in StandardLaw::ALL.into_iter().enumerate() {
             assert_eq!((law.number(), StandardLaw::from_number(i + 1)), (i + 1, law));
-            assert_eq!(StandardLaw::from_name(law.name()), Some(law));
             assert_eq!(serde_json::to_string(&law).unwrap(), format!("\"{}\"", law.name()));
         }
-        assert_eq!(StandardLaw::from_name("bestehorn"), Some(InclinedSine));
-        assert_eq!(StandardLaw::from_name("cubic"), None);
     }
 }

@@ -4,6 +4,7 @@ use super::measured::Measured;
 use super::output::Bar;
 use super::{Failure, Format, failure, files, optional, read};
 use crate::scene::Resolved;
+use crate::scene::motion_law::STANDARD_LAWS;
 use camdrive::drives::unit;
 use camdrive::motion::table::Points;
 use camdrive::motion::{Cycle, CyclePlan, MotionLaw, StandardLaw};
@@ -75,16 +76,9 @@ pub struct Args {
     format: Format,
 }
 
-/// Short names of laws, beside those of scenes.
-const SHORT_NAMES: [(&str, &str); 7] = [
-    ("sine", "simple_sine"),
-    ("modsine", "modified_sine"),
-    ("modtrap", "modified_trapezoid"),
-    ("345", "polynomial_345"),
-    ("poly345", "polynomial_345"),
-    ("4567", "polynomial_4567"),
-    ("poly4567", "polynomial_4567"),
-];
+/// Short names of laws, beside those that scenes have for them.
+const SHORT_NAMES: [(&str, StandardLaw); 3] =
+    [("sine", StandardLaw::SimpleSine), ("345", StandardLaw::Polynomial345), ("4567", StandardLaw::Polynomial4567)];
 
 /// Turns of the settled motion: half of them are left out, and a million turns take seconds to minutes.
 const TURNS: RangeInclusive<usize> = 2..=1_000_000;
@@ -157,8 +151,9 @@ fn compared(name: &str, scene: &Resolved) -> Result<Vec<(String, MotionLaw)>, Fa
             analyse(Points { angles, lifts }, harmonics).map_err(|e| failure(format!("--compare {name}: {e}")))?;
         return Ok(vec![(name.to_owned(), MotionLaw::Fourier(analysis.series))]);
     }
-    let full = SHORT_NAMES.iter().find(|(short, _)| *short == name).map_or(name, |(_, full)| full);
-    let laws = match StandardLaw::from_name(full) {
+    let short = SHORT_NAMES.iter().find(|(short, _)| *short == name).map(|(_, law)| *law);
+    let named = || STANDARD_LAWS.iter().find(|(names, _)| names.contains(&name)).map(|(_, law)| *law);
+    let laws = match short.or_else(named) {
         Some(law) => vec![law],
         None if name == "all" => StandardLaw::ALL.to_vec(),
         None => {

@@ -8,12 +8,16 @@ use camdrive_design::compensation::orbit::Driving;
 use camdrive_design::compensation::report::{Options, Report, study};
 use camdrive_design::compensation::{Form, Restrictions, Task, Tool};
 use camdrive_design::text;
+use clap::builder::PossibleValuesParser;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use toml_edit::{Item, Table, TableLike, Value, value};
 
 /// Rounds of the iteration that are reported at most: by then it has converged to the last digit, or does not.
 const MOST_ROUNDS: i64 = 100;
+
+/// The forms of the laws.
+const FORMS: [(&str, Form); 3] = [("auto", Form::Auto), ("series", Form::Series), ("table", Form::Table)];
 
 /// Cuts the cams of a machine such that its tools move in time as prescribed though its speed fluctuates.
 ///
@@ -46,9 +50,11 @@ pub struct Args {
     /// How much the finite laws of the cams may change a tool's acceleration, relative to its largest value
     #[arg(long, value_name = "PART", default_value_t = 1e-6)]
     tolerance: f64,
-    /// Write the laws as Fourier series or as tables beside the result
-    #[arg(long, value_enum, default_value_t = Laws::Auto)]
-    laws: Laws,
+    /// Write the laws as Fourier series in the angle, or as tables beside the result, points of periodic splines of degree 5;
+    /// auto takes a table where a series would need more harmonics than a scene takes. Motions that are no series have tables
+    /// with their derivatives
+    #[arg(long, value_name = "FORM", default_value = FORMS[0].0, value_parser = PossibleValuesParser::new(FORMS.map(|(name, _)| name)))]
+    laws: String,
     /// Rounds of the iteration to report
     #[arg(long, value_name = "NUMBER", default_value_t = 3, value_parser = clap::value_parser!(u16).range(..=MOST_ROUNDS))]
     rounds: u16,
@@ -67,27 +73,6 @@ pub struct Args {
     /// Replace scenes even if no command wrote them
     #[arg(long)]
     force: bool,
-}
-
-/// The form of the laws, as the option names it.
-#[derive(Clone, Copy, Debug, clap::ValueEnum)]
-enum Laws {
-    /// A series, or a table where that would need more harmonics than a scene takes
-    Auto,
-    /// Fourier series in the angle
-    Series,
-    /// Points of a periodic spline of degree 5; beside motions that are no series always, with their derivatives
-    Table,
-}
-
-impl From<Laws> for Form {
-    fn from(laws: Laws) -> Form {
-        match laws {
-            Laws::Auto => Form::Auto,
-            Laws::Series => Form::Series,
-            Laws::Table => Form::Table,
-        }
-    }
 }
 
 /// What the scene says of the machine.
@@ -167,7 +152,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(folder) = &args.report {
         files::no_file(folder, "--report")?;
     }
-    let options = Options { tolerance: args.tolerance, rounds: args.rounds.into(), form: args.laws.into() };
+    let form = FORMS.into_iter().find(|(name, _)| *name == args.laws).map_or(Form::Auto, |(_, form)| form);
+    let options = Options { tolerance: args.tolerance, rounds: args.rounds.into(), form };
     let report = study(&machine.name, &machine.task, options)
         .map_err(|fault| failure(format!("{}: {fault}", args.scene.display())))?;
     let cams = cams(&machine, &report, &output)?;
@@ -307,23 +293,13 @@ fn compensated(args: &Args, machine: &Machine, report: &Report, cams: &[Cam]) ->
     document["name"] = value(renamed(&machine.name));
     let unexpected = || failure(format!("{}: the followers are no [[follower]] tables", args.scene.display()));
     for (cam, j) in cams.iter().zip(&machine.tools) {
-        let followers = &mut document["follower"];
-        let table = cam.table.clone();
-        if let Some(tables) = followers.as_array_of_tables_mut() {
-            let follower = tables.get_mut(*j).ok_or_else(unexpected)?;
-            // Its motion was given by that of the tool behind mechanisms, and the law of the lever takes its place.
-            for key in OF_THE_TOOL {
-                follower.remove(key);
-            }
-            follower["cam"] = Item::Table(table);
-        } else {
-            let inline = followers.as_array_mut().and_then(|list| list.get_mut(*j)).ok_or_else(unexpected)?;
-            let follower = inline.as_inline_table_mut().ok_or_else(unexpected)?;
-            for key in OF_THE_TOOL {
-                follower.remove(key);
-            }
-            follower.insert("cam", table.into_inline_table().into());
+        let follower = document.get_mut("follower").and_then(|list| list.get_mut(*j));
+        let follower = follower.and_then(Item::as_table_like_mut).ok_or_else(unexpected)?;
+        // Its motion was given by that of the tool behind mechanisms, and the law of the lever takes its place.
+        for key in OF_THE_TOOL {
+            follower.remove(key);
         }
+        follower.insert("cam", Item::Table(cam.table.clone()));
     }
     if let (Some(speed), Some(_)) = (report.synchronous_speed, &args.period) {
         document["motor"]["w_s"] = value(speed);

@@ -6,7 +6,7 @@ use crate::scene::Resolved;
 use crate::scene::units::short;
 use camdrive::drives::variable::{Causality, Kind, Variability};
 use camdrive::drives::{Description, DynDrive, Fault};
-use camdrive_design::overview::{self, Motion};
+use camdrive_design::overview::{self, Jump, Motion};
 use camdrive_design::resource::Described;
 use camdrive_design::text::{self, Page, Table};
 use serde_json::{Value, json};
@@ -67,10 +67,11 @@ fn data(resolved: &Resolved, drive: &mut dyn Described) -> Result<Value, Fault> 
     let equations = documentation.equations.iter().map(|e| json!({ "title": e.title, "text": e.text }));
     let accuracy = documentation.accuracy.iter().map(|(quantity, text)| json!({ "quantity": quantity, "text": text }));
     let e = drive.experiment();
+    let overview = overview::of(&resolved.resource())?;
     Ok(json!({
         "name": resolved.name, "model": resolved.model, "description": resolved.description, "summary": documentation.summary,
         "equations": equations.collect::<Vec<Value>>(), "variables": variables, "accuracy": accuracy.collect::<Vec<Value>>(),
-        "limits": documentation.limits, "motions": overview::of(&resolved.resource())?.motions,
+        "limits": documentation.limits, "motions": overview.motions, "jumps": overview.jumps,
         "experiment": { "stop": e.stop, "step": e.step, "tolerance": e.tolerance },
     }))
 }
@@ -78,7 +79,7 @@ fn data(resolved: &Resolved, drive: &mut dyn Described) -> Result<Value, Fault> 
 /// The description of a drive that is set up.
 fn text(resolved: &Resolved, drive: &mut dyn Described) -> Result<String, Fault> {
     let documentation = drive.documentation()?;
-    let motions = overview::of(&resolved.resource())?.motions;
+    let overview = overview::of(&resolved.resource())?;
     let e = drive.experiment();
     let [stop, step, tolerance] = [e.stop, e.step, e.tolerance].map(short);
     let text = Page::new(format!("{} ({})", resolved.name, resolved.model), width())
@@ -86,7 +87,8 @@ fn text(resolved: &Resolved, drive: &mut dyn Described) -> Result<String, Fault>
         .lines(["", &documentation.summary])
         .section("Equations", documentation.equations.iter().map(|e| format!("{}: {}", e.title, e.text)))
         .table("Variables", &variables(drive)?)
-        .table("Motions", &Motion::table(&motions))
+        .table("Motions", &Motion::table(&overview.motions))
+        .section("Jumps", overview.jumps.iter().map(Jump::text))
         .section("Solver and accuracy", documentation.accuracy.iter().map(|(of, text)| format!("{of}: {text}")))
         .section("Limits", &documentation.limits)
         .section("Default experiment", [format!("stop time {stop} s, step {step} s, tolerance {tolerance}")])

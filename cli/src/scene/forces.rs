@@ -9,7 +9,7 @@ use camdrive::drives::rigid_machine::Follower;
 use camdrive::drives::unit::{self, Quantity};
 use camdrive::motion::{Fourier, MotionLaw};
 use camdrive_design::cam_geometry::{Carrier, Point};
-use camdrive_design::forces::{Loads, Material, Spring};
+use camdrive_design::forces::{Loads, Material, Spring, Teeth};
 use serde_json::Value;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::path::Path;
@@ -20,6 +20,9 @@ pub const KEY: &str = "forces";
 
 /// Young's modulus (Pa) and Poisson's ratio of steel.
 const STEEL: [f64; 2] = [210e9, 0.3];
+
+/// α of teeth (rad), DIN 867.
+const TOOTH_ANGLE: f64 = PI / 9.0;
 
 /// What people write for the keys.
 const SYNONYMS: &[(&str, &str)] = &[
@@ -85,6 +88,11 @@ fn of(parent: &Section<'_>, known: &Known, folder: &Path) -> Option<Loads> {
         forbid(&section, &["lever_J"], "no lever is known", "geometry with follower = \"lever\"");
     }
     let lever_inertia = section.real_or("lever_J", &unit::INERTIA, NOT_NEGATIVE, 0.0);
+    if known.mechanisms == 0 {
+        forbid(&section, &["tooth_radius", "tooth_angle"], "there is no gear", "[[follower.linkage]] with a gear");
+    }
+    let radius = section.optional("tooth_radius", &unit::LENGTH, POSITIVE);
+    let angle = section.real_or("tooth_angle", &unit::ANGLE, within(0.0, 0.25 * TAU - 0.01), TOOTH_ANGLE);
     let material = material(&section, known);
     section.finish(SYNONYMS);
     Some(Loads {
@@ -92,6 +100,7 @@ fn of(parent: &Section<'_>, known: &Known, folder: &Path) -> Option<Loads> {
         gravity: gravity?,
         spring: spring?,
         process: process?,
+        teeth: Teeth { radius: radius?, angle: angle? },
         material: material?,
     })
 }

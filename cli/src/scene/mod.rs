@@ -9,7 +9,7 @@ mod forces;
 pub mod geometry;
 pub mod input;
 mod models;
-mod motion_law;
+pub mod motion_law;
 mod parametric;
 mod plan;
 mod section;

@@ -8,7 +8,7 @@ use camdrive::drives::cam_drive::{DriveMode, Start, StartMode};
 use camdrive::drives::elastic_output::{self, ElasticOutput};
 use camdrive::drives::elastic_shaft::{self, ElasticShaft};
 use camdrive::drives::limits::{FASTEST, LARGEST_ANGLE};
-use camdrive::drives::rigid_machine::{self, Follower, InertiaFunction, Kloss, MachineStart, Motor};
+use camdrive::drives::rigid_machine::{self, InertiaFunction, Kloss, MachineStart, Motor};
 use camdrive::drives::solver::{LONGEST_STEP_SIZE, Method, Settings};
 use camdrive::drives::unit;
 use camdrive::drives::variable::{Causality, Description, Kind};
@@ -252,10 +252,7 @@ fn rigid_machine(root: &Section<'_>, folder: &Path) -> Option<Drive> {
         section.finish(SYNONYMS);
         constant.zip(varying)
     });
-    let followers = root.sections("follower").and_then(|list| {
-        let followers: Vec<Option<Follower>> = list.iter().map(|section| follower::read(section, folder)).collect();
-        followers.into_iter().collect::<Option<Vec<Follower>>>()
-    });
+    let followers = root.each("follower", |section| follower::read(section, folder));
     let motor = root.read("motor", motor).map(|motor| motor.unwrap_or(Motor::None));
     let start = machine_start(root);
     let solver = solver(root);

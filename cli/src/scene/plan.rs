@@ -25,12 +25,7 @@ const SEGMENT_LAWS: &[(&[&str], SegmentLaw)] = &[
 /// The law of a section with `law = "plan"`.
 pub fn read(section: &Section<'_>, quantity: &'static Quantity) -> Option<MotionLaw> {
     let sections = section.sections("point")?;
-    let mut points = sections
-        .iter()
-        .map(|part| point(part, quantity))
-        .collect::<Vec<_>>()
-        .into_iter()
-        .collect::<Option<Vec<_>>>()?;
+    let mut points = section.each("point", |part| point(part, quantity))?;
     if let [first, .., last] = &mut points[..]
         && (last.phi - first.phi - TAU).abs() <= CLOSING
     {

@@ -544,6 +544,12 @@ impl<'a> Section<'a> {
         Some(list)
     }
 
+    /// What `read` makes of each of the tables [[key]]; all of them are read, so that all faults are told.
+    pub fn each<T>(&self, key: &'static str, read: impl FnMut(&Section<'a>) -> Option<T>) -> Option<Vec<T>> {
+        let read: Vec<Option<T>> = self.sections(key)?.iter().map(read).collect();
+        read.into_iter().collect()
+    }
+
     /// Reports the keys that nobody asked for. `synonyms` are pairs (what people write, what it is called here).
     pub fn finish(&self, synonyms: &[(&str, &str)]) {
         if self.faults.broken {

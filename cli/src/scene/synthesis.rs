@@ -169,7 +169,7 @@ fn assignment(root: &Section<'_>, folder: &Path) -> Option<Assignment> {
         ranges: Vec::new(),
         points: Vec::new(),
         bounds: Vec::new(),
-        clearances: clearances?.into_iter().map(|(_, clearance)| clearance).collect(),
+        clearances: clearances?,
         integral,
         objective: Chebyshev,
         weights,
@@ -318,7 +318,8 @@ fn integral(root: &Section<'_>, lengths: &Lengths, kind: Option<Kind>) -> Option
         );
         return Some(None);
     }
-    let given = root.optional("integral_tolerance", &unit::NUMBER, POSITIVE)?;
+    let quantity = if root.has("scale") { &unit::NUMBER } else { &units::AREA };
+    let given = root.derivative("integral_tolerance", quantity, -1, POSITIVE)?;
     Some(given.map(|limit| limit * lengths.scale * lengths.scale))
 }
 
@@ -340,12 +341,12 @@ fn longest(root: &Section<'_>, kind: Option<Kind>, laws: usize) -> Option<Option
 
 /// The [[restriction]]: bounds of Σ αⱼ Uⱼ⁽ⁿ⁾.
 fn restrictions(root: &Section<'_>, lengths: &Lengths, laws: usize) -> Option<Vec<(String, Bound)>> {
-    let sections = root.sections("restriction")?;
     let of = |section: &Section<'_>| {
+        several(section, laws, "a restriction is of several", "write a [[bound]], or add a [[law]] for each tool")?;
         let factors = section.reals("factors", &unit::NUMBER);
         let bounds = bounds_of(section, lengths, Vec::new());
         let factors = factors?;
-        if laws < 2 || factors.len() != laws || factors.iter().all(|factor| *factor == 0.0) {
+        if factors.len() != laws || factors.iter().all(|factor| *factor == 0.0) {
             let message = format!("`{}`: {} for {laws} laws", section.path_of("factors"), factors.len());
             let fault = section.fault_of("factors", message).admissible("one number for each [[law]], not all 0");
             section
@@ -356,19 +357,23 @@ fn restrictions(root: &Section<'_>, lengths: &Lengths, laws: usize) -> Option<Ve
         let of: Vec<(usize, f64)> = factors.into_iter().enumerate().filter(|(_, factor)| *factor != 0.0).collect();
         Some(bounds?.into_iter().map(|(name, bound)| (name, Bound { of: of.clone(), ..bound })).collect::<Vec<_>>())
     };
-    let read: Vec<Option<Vec<_>>> = sections.iter().map(of).collect();
-    Some(read.into_iter().collect::<Option<Vec<_>>>()?.concat())
+    Some(root.each("restriction", of)?.concat())
+}
+
+/// Whether the task has several laws.
+fn several(section: &Section<'_>, laws: usize, what: &str, hint: &str) -> Option<()> {
+    if laws < 2 {
+        let fault = section.fault(format!("`{}`: there is one law, and {what}", section.path));
+        section.faults.report(fault.admissible("2 … 5 [[law]] in the task").hint(hint));
+        return None;
+    }
+    Some(())
 }
 
 /// The [[clearance]].
-fn clearances(root: &Section<'_>, lengths: &Lengths, laws: usize) -> Option<Vec<(String, Clearance)>> {
-    let sections = root.sections("clearance")?;
+fn clearances(root: &Section<'_>, lengths: &Lengths, laws: usize) -> Option<Vec<Clearance>> {
     let of = |section: &Section<'_>| {
-        if laws < 2 {
-            let fault = section.fault(format!("`{}`: there is one law, and a clearance is between two", section.path));
-            section.faults.report(fault.hint("add a [[law]] for each tool"));
-            return None;
-        }
+        several(section, laws, "a clearance is between two", "add a [[law]] for each tool")?;
         let which = [("a", 1), ("b", 2)]
             .map(|(key, usual)| if section.has(key) { section.count(key, 1, laws as u32) } else { Some(usual) });
         let offset = section.reals("offset", lengths.quantity);
@@ -392,12 +397,9 @@ fn clearances(root: &Section<'_>, lengths: &Lengths, laws: usize) -> Option<Vec<
         }
         let offset = [x, y].map(|d| d * lengths.scale);
         let distance = distance? * lengths.scale;
-        let clearance =
-            Clearance { laws: [a - 1, b - 1], offset, directions: [directions[0]?, directions[1]?], distance };
-        Some((section.path.clone(), clearance))
+        Some(Clearance { laws: [a - 1, b - 1], offset, directions: [directions[0]?, directions[1]?], distance })
     };
-    let read: Vec<Option<_>> = sections.iter().map(of).collect();
-    read.into_iter().collect()
+    root.each("clearance", of)
 }
 
 /// The points in a range of the discrete objectives; 0 for the default.
@@ -571,7 +573,6 @@ type Points = (Vec<Given>, Vec<(String, Point)>);
 
 /// The [[point]]: each value is a condition, or a range of no width.
 fn points(root: &Section<'_>, lengths: &Lengths) -> Option<Points> {
-    let sections = root.sections("point")?;
     let of = |section: &Section<'_>| {
         let phi = section.real("phi", &unit::ANGLE, within(-2.0 * TAU, 2.0 * TAU));
         let values = [0, 1, 2, 3].map(|order| lengths.optional(section, ORDERS[order], order, ANY));
@@ -599,17 +600,13 @@ fn points(root: &Section<'_>, lengths: &Lengths) -> Option<Points> {
         let range = Range { law: 0, from: phi, to: phi, prescribed, weight };
         Some((Some(Given { path: section.path.clone(), dwell: false, range, tolerances: [None; 3] }), Vec::new()))
     };
-    let read: Vec<Option<(Option<Given>, Vec<_>)>> = sections.iter().map(of).collect();
-    let (fitted, exact): (Vec<_>, Vec<_>) = read.into_iter().collect::<Option<Vec<_>>>()?.into_iter().unzip();
+    let (fitted, exact): (Vec<Option<Given>>, Vec<Vec<_>>) = root.each("point", of)?.into_iter().unzip();
     Some((fitted.into_iter().flatten().collect(), exact.concat()))
 }
 
 /// The [[bound]] of a law.
 fn bounds(root: &Section<'_>, lengths: &Lengths, law: usize) -> Option<Vec<(String, Bound)>> {
-    let sections = root.sections("bound")?;
-    let read: Vec<Option<Vec<_>>> =
-        sections.iter().map(|section| bounds_of(section, lengths, vec![(law, 1.0)])).collect();
-    Some(read.into_iter().collect::<Option<Vec<_>>>()?.concat())
+    Some(root.each("bound", |section| bounds_of(section, lengths, vec![(law, 1.0)]))?.concat())
 }
 
 /// One bound of constants, or one for each side where they vary with the angle.

@@ -36,17 +36,6 @@ enum Interpolation {
 /// The value of `noise` that asks for an estimate.
 const ESTIMATE: &str = "estimate";
 
-/// The noise of the lifts.
-#[derive(Clone, Copy)]
-enum Noise {
-    /// Taken for a part of the motion.
-    Kept,
-    /// Told by the lifts.
-    Estimated,
-    /// Of this standard deviation.
-    Known(f64),
-}
-
 /// Which column of the file.
 enum Column<'a> {
     /// Counts from 0.
@@ -109,21 +98,21 @@ pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -
     }
     let reading = points(section, &file, &(columns.0?, columns.1?), bent, convert)?;
     let reading = match noise? {
-        Noise::Kept => reading,
-        noise => smoothed(section, &file, reading, noise, quantity)?,
+        None => reading,
+        Some(sigma) => smoothed(section, &file, reading, sigma, quantity)?,
     };
     law(section, &file, reading, harmonics?, quantity)
 }
 
-/// What `noise` says.
-fn noise(section: &Section<'_>, quantity: &'static Quantity) -> Option<Noise> {
+/// What `noise` says: the standard deviation that the lifts are to lose, which is None where they tell it themselves.
+fn noise(section: &Section<'_>, quantity: &'static Quantity) -> Option<Option<Option<f64>>> {
     match section.word("noise") {
-        Some(ESTIMATE) => Some(Noise::Estimated),
+        Some(ESTIMATE) => Some(Some(None)),
         Some(other) => {
             section.unknown_word("noise", other, ESTIMATE);
             None
         }
-        None => section.optional("noise", quantity, POSITIVE).map(|sigma| sigma.map_or(Noise::Kept, Noise::Known)),
+        None => section.optional("noise", quantity, POSITIVE).map(|sigma| sigma.map(Some)),
     }
 }
 
@@ -132,10 +121,9 @@ fn smoothed(
     section: &Section<'_>,
     file: &File<'_>,
     reading: Reading,
-    noise: Noise,
+    sigma: Option<f64>,
     quantity: &'static Quantity,
 ) -> Option<Reading> {
-    let sigma = if let Noise::Known(sigma) = noise { Some(sigma) } else { None };
     let said = |value: f64| format!("{} {}", units::short(value), quantity.unit);
     let fault = match smooth(reading.points.clone(), sigma) {
         Ok(smooth) => {
@@ -162,7 +150,7 @@ fn smoothed(
             let text = "needs points at equal distances, over the whole turn";
             section
                 .fault_of("noise", format!("`{}` {text}", section.path_of("noise")))
-                .hint("resample the table, or leave `noise` out")
+                .hint("resample the table at equal distances, or take `interpolation = \"fourier\"` with few `harmonics` instead")
         }
         Err(SmoothingError::NothingLeft(motion)) => section
             .fault_of("noise", format!("`{}`: nothing of the motion would be left", section.path_of("noise")))

@@ -88,10 +88,15 @@ static NUMBERS: [Quantity; 9] =
 /// Weights of such derivatives (radⁿ), n = 1 … 4.
 static WEIGHTS: [Quantity; 4] = times_rad!("Number" "TimesRad", "rad", 0: "" 1, "2" 2, "3" 3, "4" 4);
 
-/// A length or a number per radⁿ; of an n below 0 a number times rad⁻ⁿ. Of a power that no unit has, the quantity itself.
+/// An area (m²), and that over an angle, as of an integral of squares (m²·rad).
+pub static AREA: Quantity = Quantity { name: "Area", unit: "m2", base: [0, 2, 0, 0], display: None };
+static AREAS: [Quantity; 1] = times_rad!("Area" "TimesRad", "m2.rad", 2: "" 1);
+
+/// A length or a number per radⁿ; of an n below 0 a number or an area times rad⁻ⁿ. Of a power that no unit has, the quantity itself.
 pub fn per_angle(quantity: &'static Quantity, n: i32) -> &'static Quantity {
     let list = match n {
-        ..0 => &WEIGHTS[..],
+        ..0 if quantity.base == AREA.base => &AREAS[..],
+        ..0 => &WEIGHTS,
         _ if quantity.base == unit::LENGTH.base => &LENGTHS,
         _ => &NUMBERS,
     };
@@ -126,6 +131,7 @@ const EXAMPLES: &[(&Quantity, &str)] = &[
     (&LENGTHS[0], "\"25 mm/rad\" or \"25 mm\""),
     (&LENGTHS[1], "\"25 mm/rad2\" or \"25 mm\""),
     (&LENGTHS[2], "\"25 mm/rad3\" or \"25 mm\""),
+    (&AREAS[0], "\"0.01 mm2.rad\" or \"0.01 mm2\""),
     (&NUMBERS[0], "\"0.5 1/rad\" or 0.5"),
     (&NUMBERS[1], "\"0.5 1/rad2\" or 0.5"),
     (&NUMBERS[2], "\"0.5 1/rad3\" or 0.5"),

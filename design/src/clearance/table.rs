@@ -279,6 +279,9 @@ pub fn of_tuning(report: &Report, study: &Study) -> Vec<String> {
         let by_formulas = [&tuning.frequency, &tuning.speed, &tuning.clearance, &tuning.mass][which];
         let own = nearest(by_formulas, value).is_ok();
         let formulas = format!("by the formulas {}", list(by_formulas, scale));
+        if e > 0.0 {
+            return format!("{of} [{unit}]: if e were 0, {formulas}.");
+        }
         match (&study.by_model, study.calm.by_model) {
             (Some(model), Some(calm)) => {
                 let intervals = [&model.frequency, &model.speed, &model.clearance, &model.mass][which];
@@ -296,15 +299,18 @@ pub fn of_tuning(report: &Report, study: &Study) -> Vec<String> {
             _ => format!("{of} [{unit}]: {formulas}; {}.", judge(by_formulas, own, value, scale, unit)),
         }
     };
-    let mut lines = vec![
-        verdict(study),
+    let mut lines = vec![verdict(study)];
+    if e > 0.0 {
+        lines.push(format!("With e = {} m1 rebounds after each impact; no value of these prevents it.", number(e)));
+    }
+    lines.extend([
         line(format!("ω at Ω = {} rad/s", number(speed)), 0, omega, 1.0, "rad/s"),
         line(format!("Ω at ω = {} rad/s", number(omega)), 1, speed.abs(), 1.0, "rad/s"),
         line("s at both".to_owned(), 2, s, 1e3, "mm"),
         line("m1 at these".to_owned(), 3, m1, 1.0, "kg"),
-    ];
+    ]);
     let masses = study.by_model.as_ref().map_or(&tuning.mass, |model| &model.mass);
-    if let Some(mass) = nearest(masses, m1).err().flatten().filter(|_| study.calm.verdict() != Some(true)) {
+    if let Some(mass) = nearest(masses, m1).err().flatten().filter(|_| e == 0.0 && study.calm.verdict() != Some(true)) {
         let free = |m1: f64| number(omega * ((m1 + m2) / m1).sqrt());
         lines.push(format!(
             "m1 = {} kg is μ = {}, ω₂ = ω √((μ+1)/μ) = {} rad/s instead of {} rad/s.",
@@ -322,9 +328,7 @@ pub fn of_tuning(report: &Report, study: &Study) -> Vec<String> {
             judge(&model.damping, calm, 0.5 * b / (m2 * omega), 1.0, "")
         ));
     }
-    if e > 0.0 {
-        lines.push(format!("With e = {} m1 rebounds after each impact; no value of these prevents it.", number(e)));
-    } else if let Some(model) = &study.by_model {
+    if let Some(model) = &study.by_model {
         let unknown = if model.unknown > 0 {
             format!(" At {} of the values it could not be followed; they count as not admissible.", model.unknown)
         } else {
@@ -336,7 +340,7 @@ pub fn of_tuning(report: &Report, study: &Study) -> Vec<String> {
             number(100.0 * (model.ratio - 1.0)),
             number(100.0 * (model.damping_ratio - 1.0))
         ));
-    } else if study.releases.is_some() {
+    } else if study.releases.is_some() && e == 0.0 {
         lines.push("The model has not been followed at other values: it would take long, or cannot be.".to_owned());
     }
     lines.push(format!(

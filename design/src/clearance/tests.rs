@@ -5,3 +5,4 @@ mod borders;
 mod formulas;
 mod laws;
 mod model;
+mod tuning;

@@ -14,10 +14,10 @@
 //! Symbols are those of [`super::orbit`]; validity: S is continuous, so that no law jumps in its slope. Derived here.
 
 use super::laws::Moment;
-use super::orbit::{Driving, Orbit};
+use super::orbit::Orbit;
 use super::spectral::Mesh;
 use super::{Angle, Task, Tool};
-use camdrive::drives::rigid_machine::{Inertia, Motor, Place};
+use camdrive::drives::rigid_machine::{Motor, Place};
 use camdrive::motion::Fourier;
 use camdrive::motion::table::Bend;
 use camdrive::numerics::gauss::Gauss;
@@ -32,10 +32,8 @@ const PANEL: f64 = TAU / 512.0;
 /// The motion of a machine whose tools have such laws.
 #[derive(Clone, Debug)]
 pub struct Corners {
-    own: Inertia,
-    tools: Vec<Tool>,
+    task: Task,
     motor: Motor,
-    load: f64,
     /// Ω (rad/s).
     mean_speed: f64,
     /// P(ψ) (J).
@@ -67,12 +65,9 @@ impl Corners {
         if let Some(last) = angles.last_mut() {
             *last = TAU;
         }
-        let Driving { load, .. } = task.driving;
         let mut corners = Corners {
-            own: task.own.clone(),
-            tools: task.tools.clone(),
+            task: task.clone(),
             motor: orbit.motor,
-            load,
             mean_speed: orbit.mean_speed,
             sum: mesh.series(&sums),
             torque: mesh.series(&orbit.torque),
@@ -99,8 +94,8 @@ impl Corners {
     /// ω(ψ) (rad/s).
     fn speed(&self, psi: f64) -> f64 {
         let (phi, omega) = (self.near.at(psi), self.mean_speed);
-        let tools: f64 = self.tools.iter().map(|tool| tool.inertia(psi)).sum();
-        let square = (2.0 * self.sum.at(psi).0[0] - omega * omega * tools) / self.own.at(Place::at(phi), phi)[0];
+        let tools: f64 = self.task.tools.iter().map(|tool| tool.inertia(psi)).sum();
+        let square = (2.0 * self.sum.at(psi).0[0] - omega * omega * tools) / self.task.own.at(Place::at(phi), phi)[0];
         square.max(0.0).sqrt().copysign(omega)
     }
 
@@ -115,11 +110,11 @@ impl Corners {
     /// Where the machine is at ψ, 0 ≤ ψ ≤ 2π, ω̇ behind (`forward`) a corner or before it.
     pub fn moment(&self, psi: f64, forward: bool) -> Moment {
         let (angle, w, omega) = (self.angle(psi), self.speed(psi), self.mean_speed);
-        let [j, slope, ..] = self.own.at(Place::at(angle), angle);
+        let [j, slope, ..] = self.task.own.at(Place::at(angle), angle);
         let torque =
             if self.motor.lag().is_some() { self.torque.at(psi).0[0] } else { self.motor.characteristic(w)[0] };
-        let tools: f64 = self.tools.iter().map(|tool| tool.inertia_beside(psi, forward)[1]).sum();
-        let change = (torque - self.load - 0.5 * slope * w * w - 0.5 * omega.powi(3) * tools / w) / j;
+        let tools: f64 = self.task.tools.iter().map(|tool| tool.inertia_beside(psi, forward)[1]).sum();
+        let change = (torque - self.task.driving.load - 0.5 * slope * w * w - 0.5 * omega.powi(3) * tools / w) / j;
         Moment { angle, speed: w, change, phase: psi }
     }
 

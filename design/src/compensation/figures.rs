@@ -18,24 +18,18 @@ use std::f64::consts::TAU;
 /// Points of a curve over the period.
 const POINTS: usize = 720;
 
-/// Rounds that diagrams show beside the finished machine: the next ones lie on it.
-const SHOWN: usize = 3;
-
 /// Harmonics below this part of the largest are not shown, nor higher ones than this: HS profiles have none, and cycles no end.
 const LEAST: f64 = 1e-4;
 const HIGHEST: usize = 40;
 
 impl Report {
-    /// Those that diagrams show.
+    /// The machines, by the names that legends have.
     fn shown(&self) -> impl Iterator<Item = (String, &Round)> {
-        let named = |(name, round): (String, _)| match name.as_str() {
+        self.machines().map(|(name, round)| match name.as_str() {
             "round 0" => ("cams for uniform speed".to_owned(), round),
             "finished" => ("compensated cams".to_owned(), round),
             _ => (name, round),
-        };
-        let last = self.rounds.len();
-        let is_shown = move |(i, _): &(usize, _)| *i < SHOWN || *i == last;
-        self.machines().enumerate().filter(is_shown).map(move |(_, machine)| named(machine))
+        })
     }
 
     /// The courses over the period of each machine, as CSV: φ̇(t) and the tools' accelerations, as they are and as prescribed at
@@ -44,13 +38,11 @@ impl Report {
     /// # Errors
     /// As of [`Report::csv`].
     pub fn courses(&self) -> Result<String, Fault> {
-        self.over_machines("phase_rad,time_s,speed_rad_s", POINTS + 1, |round, i| {
-            let (psi, omega) = (TAU * i as f64 / POINTS as f64, round.mean_speed());
-            let acceleration = |series: &Fourier| omega * omega * series.at(psi).0[2];
-            let tools = round.motions.iter().zip(&self.wanted);
-            let tools = tools.flat_map(|(motion, wanted)| [motion, wanted].map(acceleration));
-            [psi, psi / omega.abs(), round.speeds.at(psi).0[0]].into_iter().chain(tools).collect()
-        })
+        let place = |i: usize| TAU * i as f64 / POINTS as f64;
+        let own =
+            |round: &Round, i: usize| [place(i), place(i) / round.mean_speed().abs(), round.speeds.at(place(i)).0[0]];
+        let of = |round: &Round, series: &Fourier, i: usize| round.mean_speed().powi(2) * series.at(place(i)).0[2];
+        self.over_machines("phase_rad,time_s,speed_rad_s", POINTS + 1, own, of)
     }
 
     /// The spectra of each machine, as CSV: a_m, b_m of φ̇(t), and the amplitudes of the tools' accelerations, as they are and as
@@ -60,19 +52,18 @@ impl Report {
     /// As of [`Report::csv`].
     pub fn spectra(&self) -> Result<String, Fault> {
         let harmonics = self.machines().map(|(_, round)| round.speeds.order()).min().unwrap_or(0);
-        self.over_machines("harmonic,speed_cosine_rad_s,speed_sine_rad_s", harmonics + 1, |round, m| {
-            let tools = round.motions.iter().zip(&self.wanted);
-            let tools = tools.flat_map(|(motion, wanted)| [motion, wanted].map(|series| harmonic(round, series, m)));
-            [m as f64, round.speeds.a[m], round.speeds.b[m]].into_iter().chain(tools).collect()
-        })
+        let own = |round: &Round, m: usize| [m as f64, round.speeds.a[m], round.speeds.b[m]];
+        self.over_machines("harmonic,speed_cosine_rad_s,speed_sine_rad_s", harmonics + 1, own, harmonic)
     }
 
-    /// Rows for each machine, below a heading that goes on with two columns for each tool.
+    /// Rows for each machine, below a heading that goes on with two columns for each tool: what is `of` its motion, and of that
+    /// prescribed.
     fn over_machines(
         &self,
         head: &str,
         count: usize,
-        cells: impl Fn(&Round, usize) -> Vec<f64>,
+        own: impl Fn(&Round, usize) -> [f64; 3],
+        of: impl Fn(&Round, &Fourier, usize) -> f64,
     ) -> Result<String, Fault> {
         let mut head = format!("machine,{head}");
         for (number, turns) in self.numbers.iter().zip(&self.turning) {
@@ -81,8 +72,12 @@ impl Report {
         }
         let mut rows = Vec::new();
         for (name, round) in self.machines() {
-            let row = |i: usize| cells(round, i).into_iter().map(|x| x.to_string());
-            rows.extend((0..count).map(|i| std::iter::once(name.clone()).chain(row(i)).collect::<Vec<_>>()));
+            rows.extend((0..count).map(|i| {
+                let pairs = round.motions.iter().zip(&self.wanted);
+                let tools = pairs.flat_map(|(motion, wanted)| [motion, wanted].map(|series| of(round, series, i)));
+                let numbers = own(round, i).into_iter().chain(tools).map(|x| x.to_string());
+                std::iter::once(name.clone()).chain(numbers).collect::<Vec<_>>()
+            }));
         }
         text::csv(&head, rows)
     }

@@ -344,10 +344,14 @@ impl Report {
             return Vec::new();
         }
         let kept = |list: &[Kept]| list.iter().filter(|one| one.kept).count();
+        let unasked = self.restrictions.unasked.iter();
+        let unasked =
+            unasked.map(|j| format!("Mind: the task has no law for follower {j}, and nothing of it is checked."));
         let plain =
             self.rounds.first().map(|round| format!("; cams for uniform speed keep {}", kept(&round.restrictions)));
         let (all, plain) = (kept(&self.finished.restrictions), plain.unwrap_or_default());
         let mut lines = vec![format!("The finished cams keep {all} of the {count} restrictions{plain}.")];
+        lines.extend(unasked);
         let pairs = self.finished.restrictions.iter().zip(&self.prescribed);
         lines.extend(pairs.filter(|(one, _)| !one.kept).map(|(one, prescribed)| {
             let whose = if prescribed.kept { "the tools miss" } else { "the prescribed motions themselves miss" };

@@ -21,6 +21,8 @@ pub struct Restrictions {
     points: Vec<(String, Point)>,
     bounds: Vec<(String, Bound)>,
     clearances: Vec<(String, Clearance)>,
+    /// The followers of tools that the task has no law for.
+    pub unasked: Vec<usize>,
     /// Of each tool the number of its follower, and by how much y and its first two derivatives, and the third, may miss.
     tools: Vec<(usize, [f64; 2])>,
 }
@@ -78,7 +80,9 @@ impl Restrictions {
             let miss = tolerance * largest(order, |psi| wanted.at(psi).0[2])[1];
             (*number, [miss, order as f64 * miss])
         };
+        let laws = task.laws.len();
         Ok(Restrictions {
+            unasked: tools.iter().map(|tool| tool.number).filter(|number| *number > laws).collect(),
             points: task.points.iter().zip(&names.points).map(point).collect::<Result<_, _>>()?,
             bounds: task.bounds.iter().zip(&names.bounds).map(bound).collect::<Result<_, _>>()?,
             clearances: task.clearances.iter().map(clearance).collect::<Result<_, _>>()?,

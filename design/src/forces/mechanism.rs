@@ -15,15 +15,33 @@ pub struct Reactions {
     /// The torque that drives its input (N·m).
     pub input: f64,
     /// The force in each joint (N) in the frame of the mechanism, as it acts on the link that is nearer to the output; that of
-    /// the ground on input, output and slider. Named by [`joints`].
+    /// the ground on input, output and slider. Of teeth the tangential force in the sense of the output, and the radial one that
+    /// drives the wheels apart. Named by [`joints`].
     pub joints: Vec<Point>,
 }
 
+/// The teeth of gears.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Teeth {
+    /// r, the pitch radius of the output wheel of a pair (m).
+    pub radius: Option<f64>,
+    /// α, their pressure angle (rad).
+    pub angle: f64,
+}
+
+impl Teeth {
+    /// τ over the tangential force: r, of a rack 1.
+    fn arm(&self, gear: &Gear) -> Option<f64> {
+        if gear.output_turns { self.radius } else { Some(1.0) }
+    }
+}
+
 /// The names of the joints of a mechanism.
-pub fn joints(mechanism: &Mechanism) -> &'static [&'static str] {
+pub fn joints(mechanism: &Mechanism, teeth: Teeth) -> &'static [&'static str] {
     match mechanism.kind {
         Kind::FourBar(_) => &["input pivot", "input–coupler", "coupler–output", "output pivot"],
         Kind::SliderCrank(_) => &["crank pivot", "crank–rod", "rod–slider", "guide"],
+        Kind::Gear(gear) if teeth.arm(&gear).is_some() => &["teeth"],
         Kind::Gear(_) => &[],
     }
 }
@@ -62,6 +80,7 @@ pub fn reactions(
     tau: f64,
     carried: f64,
     gravity: Point,
+    teeth: Teeth,
 ) -> Reactions {
     let shifted = |[x, v, a]: [f64; 3], offset: f64| [x + offset, v, a];
     let theta = shifted(input, mechanism.input_offset);
@@ -69,7 +88,7 @@ pub fn reactions(
     match &mechanism.kind {
         Kind::FourBar(linkage) => four_bar(linkage, direction(theta), direction(output), tau, gravity),
         Kind::SliderCrank(linkage) => slider_crank(linkage, direction(theta), output, tau, carried, gravity),
-        Kind::Gear(gear) => gear_pair(gear, theta, tau),
+        Kind::Gear(gear) => gear_pair(gear, theta, tau, teeth),
     }
 }
 
@@ -120,7 +139,9 @@ fn slider_crank(
     }
 }
 
-/// M = J θ̈ + i τ.
-fn gear_pair(gear: &Gear, [_, _, acceleration]: [f64; 3], tau: f64) -> Reactions {
-    Reactions { output: tau, input: gear.inertia * acceleration + gear.ratio * tau, joints: Vec::new() }
+/// M = J θ̈ + i τ, and on the teeth τ/r along the pitch circle, τ/r tan α across.
+fn gear_pair(gear: &Gear, [_, _, acceleration]: [f64; 3], tau: f64, teeth: Teeth) -> Reactions {
+    let forces = teeth.arm(gear).map(|arm| Point::new(tau / arm, (tau / arm).abs() * teeth.angle.tan()));
+    let input = gear.inertia * acceleration + gear.ratio * tau;
+    Reactions { output: tau, input, joints: forces.into_iter().collect() }
 }

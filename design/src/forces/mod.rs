@@ -29,6 +29,7 @@ use camdrive::drives::Fault;
 use camdrive::drives::rigid_machine::Follower;
 use camdrive::drives::rigid_machine::linkage::{Linkage, in_turn};
 use camdrive::motion::MotionLaw;
+pub use mechanism::Teeth;
 use mechanism::{Reactions, reactions};
 use std::f64::consts::PI;
 
@@ -65,6 +66,8 @@ pub struct Loads {
     pub spring: Option<Spring>,
     /// P(φ).
     pub process: Option<MotionLaw>,
+    /// Of its gears.
+    pub teeth: Teeth,
     /// For the pressure in the contact.
     pub material: Option<Material>,
 }
@@ -208,7 +211,8 @@ impl Drive {
         let mut list = Vec::new();
         for (i, mechanism) in self.follower.linkage.0.iter().enumerate().rev() {
             let gravity = self.loads.gravity.get(i).map_or(Point::from(0.0), |gravity| gravity * weight);
-            list.push(reactions(mechanism, [motions[i], motions[i + 1]], load, mass, gravity));
+            let moves = [motions[i], motions[i + 1]];
+            list.push(reactions(mechanism, moves, load, mass, gravity, self.loads.teeth));
             load = list[list.len() - 1].input;
         }
         list.reverse();

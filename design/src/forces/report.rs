@@ -138,7 +138,7 @@ impl Drive {
             // Without inertia of the lever that of the first one is the torque on the lever.
             let same = i == 0 && self.loads.lever_inertia == 0.0;
             add(&format!("{key}_input"), &format!("{name}: torque on its input"), TORQUE, same, input);
-            for (k, joint) in super::mechanism::joints(mechanism).iter().enumerate() {
+            for (k, joint) in super::mechanism::joints(mechanism, self.loads.teeth).iter().enumerate() {
                 let at = move |forces: &Forces| forces.mechanisms[i].joints[k];
                 let key = format!("{key}_{joint}");
                 add(&key, &format!("{name}: {joint}"), NEWTON, false, Box::new(move |forces| at(forces).norm()));
@@ -186,25 +186,14 @@ impl Keeping {
     /// F₀ ≥ −(Q − F₀ Q₁)/Q₁ with Q₁ = dy/dU all over the turn, and 1/ω² = max(−Q_inertia/Q_rest).
     fn of(turn: &Turn<'_>, j: usize, drive: &Drive) -> Self {
         let preload = drive.loads.spring.map_or(0.0, |spring| spring.preload);
-        let forces = |state: &State| (state.drives[j].clone(), state.drives[j].contacts[0].gain.signum());
-        let least_by = |of: &dyn Fn(&Forces) -> f64| {
-            -turn
-                .largest(|state| {
-                    let (forces, sense) = forces(state);
-                    -sense * of(&forces)
-                })
-                .value
-        };
-        let helps = least_by(&|forces| forces.travel) > 0.0;
+        let sense = |state: &State| state.drives[j].contacts[0].gain.signum();
+        let helps = turn.largest(|state| -sense(state) * state.drives[j].travel).value < 0.0;
         let needed = |state: &State| preload - state.drives[j].load / state.drives[j].travel;
         let lift_off = || {
             let Extreme { phi, value } = turn.largest(|state| -state.drives[j].parts[1] / state.drives[j].parts[0]);
             (value > 0.0).then(|| Extreme { phi, value: value.sqrt().recip() })
         };
-        let rest = turn.largest(|state| {
-            let (forces, sense) = forces(state);
-            -sense * forces.parts[0]
-        });
+        let rest = turn.largest(|state| -sense(state) * state.drives[j].parts[0]);
         Keeping {
             least_preload: helps.then(|| turn.largest(needed)),
             lift_off_speed: if rest.value < 0.0 { lift_off() } else { Some(Extreme { value: 0.0, ..rest }) },
@@ -310,7 +299,8 @@ impl Report {
     /// The report for lines of this width.
     pub fn text(&self, width: usize) -> String {
         let rpm = text::digits(self.speed * 60.0 / TAU, 6, -4);
-        let mut page = Page::new(format!("{}: forces at {rpm} rpm, without friction and clearance", self.scene), width);
+        let mut page =
+            Page::new(format!("{}: forces at constant {rpm} rpm, without friction and clearance", self.scene), width);
         let head = "quantity  largest  at φ  least  at φ  mean";
         for drive in &self.drives {
             page.table(&drive.name, &Table::new(head, drive.quantities.iter().map(Range::row)));

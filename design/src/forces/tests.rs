@@ -96,7 +96,9 @@ fn geared() -> Machine {
     };
     let gear = Gear { ratio: 0.15, inertia: 0.002, output_turns: true };
     let linkage = Linkage(vec![part(Kind::FourBar(four_bar), 0.9), part(Kind::Gear(gear), 0.0)]);
-    let loads = Loads { lever_inertia: 0.005, process: constant(25.0), material: steel(0.016), ..Loads::default() };
+    let teeth = Teeth { radius: Some(0.09), angle: 20_f64.to_radians() };
+    let loads =
+        Loads { lever_inertia: 0.005, process: constant(25.0), teeth, material: steel(0.016), ..Loads::default() };
     let plan = plan(lever(0.17, 0.12, -0.8, -1.0), true, 0.9, 1.0, 0.022, Cut::Groove);
     machine(40.0, Follower { m: 0.9, turns: true, cam: law, linkage }, plan, loads)
 }
@@ -183,6 +185,10 @@ fn a_lever_before_a_four_bar_linkage_and_a_gear() {
     joint(&state, 2, [67.702998667, 13.317384968]);
     close(forces.mechanisms[1].input, -8.2251442849);
     close(forces.mechanisms[1].output, -52.152560830);
+    let [teeth] = forces.mechanisms[1].joints[..] else { panic!("{forces:?}") };
+    close(teeth.re, -52.152560830 / 0.09);
+    // F/cos α along the line of action.
+    close(teeth.norm(), 52.152560830 / 0.09 / 20_f64.to_radians().cos());
     close(forces.load, -9.1527000800);
     close(forces.contacts[0].force, 62.676501710);
     close(forces.contacts[0].hertzian, 88.238385313e6);

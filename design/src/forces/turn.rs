@@ -1,6 +1,7 @@
 //! The forces over a turn: samples, largest values, changes of sign.
 
 use super::{Drive, Forces, Machine};
+pub use crate::search::Extreme;
 use crate::search::{summit, zero};
 use camdrive::drives::Fault;
 use std::f64::consts::TAU;
@@ -20,15 +21,6 @@ pub struct State {
     pub drives: Vec<Forces>,
     /// The torque on the shaft of all together (N·m).
     pub torque: f64,
-}
-
-/// A value and its angle.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
-pub struct Extreme {
-    /// φ (rad), 0 … 2π.
-    pub phi: f64,
-    /// In SI units.
-    pub value: f64,
 }
 
 /// A machine over a turn.

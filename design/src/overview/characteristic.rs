@@ -1,17 +1,21 @@
 //! The motions of a law between its stops, and their characteristic values.
 //!
 //! A motion leads over the angle β through the lift h, from one zero of U′ to the next. With f(z) = (U − U₀)/h, z = (φ − φ₀)/β:
-//! C_v = max |f′|, C_a = max |f″|, C_j = max |f‴|, C_M = max |f′ f″| (VDI 2143), so that the largest velocity is C_v h Ω/β.
+//! C_v = max f′, C_a₊ = max f″, C_a₋ = min f″, C_j = max |f‴|, C_M₊ = max f′ f″, C_M₋ = min f′ f″ (VDI 2143), so that the largest
+//! velocity is C_v h Ω/β. They are maxima of the analytic pieces of the law, ends included, where f″ and f‴ may jump.
 
 use super::{Overview, Warning, shown};
-use crate::search::zero;
+use crate::search::{local_maxima, zero};
 use crate::text::Table;
 use camdrive::motion::{MotionLaw, MotionPlan};
 use serde::Serialize;
 use std::f64::consts::TAU;
 
-/// Samples of a turn: peaks of smooth laws to six digits.
+/// Samples of a turn, between which stops are looked for.
 const SAMPLES: usize = 8192;
+
+/// Samples of a motion, between which its peaks are looked for; eight at least of each of its pieces.
+const PEAKS: usize = 2048;
 
 /// The part of max |U′| below which a follower stands.
 const STANDING: f64 = 1e-12;
@@ -37,36 +41,64 @@ pub struct Motion {
     pub unit: &'static str,
     /// C_v.
     pub velocity: f64,
-    /// C_a.
-    pub acceleration: f64,
+    /// C_a₊ and C_a₋.
+    pub acceleration: [f64; 2],
     /// C_j.
     pub jerk: f64,
-    /// C_M.
-    pub torque: f64,
+    /// C_M₊ and C_M₋.
+    pub torque: [f64; 2],
 }
 
 impl Motion {
     /// What the columns of [`Motion::table`] mean.
     pub const SYMBOLS: &str = "From stop to stop, through the lift h over the angle β: the largest velocity is C_v h Ω/β, the \
-        largest acceleration C_a h (Ω/β)², the largest jerk C_j h (Ω/β)³, the largest torque of inertia C_M m h² Ω²/β³.";
+        accelerations reach from C_a− h (Ω/β)² to C_a+ h (Ω/β)², the largest jerk is C_j h (Ω/β)³, the torques of inertia reach from \
+        C_M− m h² Ω²/β³ to C_M+ m h² Ω²/β³.";
+
+    /// Columns of [`Motion::table`] with their values.
+    const COLUMNS: &str = "law  from  to  h  C_v  C_a+  C_a−  C_j  C_M+  C_M−";
+
+    fn row(&self) -> Vec<String> {
+        let Motion { velocity, acceleration: [a, b], jerk, torque: [m, n], .. } = *self;
+        let place = [self.from, self.from + self.angle].map(|phi| shown(phi, "rad"));
+        let values = [velocity, a, b, jerk, m, n].map(super::digits);
+        [&[self.law.clone()], &place[..], &[shown(self.lift, self.unit)], &values].concat()
+    }
 
     /// A line for each of the motions.
     pub fn table(motions: &[Motion]) -> Table {
-        let row = |motion: &Motion| {
-            let Motion { velocity, acceleration, jerk, torque, .. } = *motion;
-            let place = [motion.from, motion.from + motion.angle].map(|phi| shown(phi, "rad"));
-            let lift = shown(motion.lift, motion.unit);
-            let values = [velocity, acceleration, jerk, torque].map(super::digits);
-            [vec![motion.law.clone()], place.to_vec(), vec![lift], values.to_vec()].concat()
-        };
-        Table::new("law  from  to  h  C_v  C_a  C_j  C_M", motions.iter().map(row))
+        Table::new(Self::COLUMNS, motions.iter().map(Self::row))
     }
 
     /// For a terminal.
     pub fn text(&self) -> String {
-        let [from, to] = [self.from, self.from + self.angle].map(|phi| shown(phi, "rad"));
-        let [v, a, j, m] = [self.velocity, self.acceleration, self.jerk, self.torque].map(super::digits);
-        format!("{from} … {to}, {}; C_v {v}, C_a {a}, C_j {j}, C_M {m}", shown(self.lift, self.unit))
+        let row = self.row();
+        let values: Vec<String> =
+            Self::COLUMNS.split("  ").zip(&row).skip(4).map(|(name, value)| format!("{name} {value}")).collect();
+        format!("{} … {}, {}; {}", row[1], row[2], row[3], values.join(", "))
+    }
+}
+
+/// Where a derivative jumps between two segments of a plan.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Jump {
+    /// The section of its law.
+    pub law: String,
+    /// Where (rad).
+    pub phi: f64,
+    /// 2 for U″, 3 for U‴.
+    pub derivative: usize,
+    /// By how much.
+    pub size: f64,
+    /// The unit of that.
+    pub unit: &'static str,
+}
+
+impl Jump {
+    /// For a terminal.
+    pub fn text(&self) -> String {
+        let name = ["U″", "U‴"][self.derivative - 2];
+        format!("{name} jumps by {} at {}", shown(self.size, self.unit), shown(self.phi, "rad"))
     }
 }
 
@@ -91,7 +123,7 @@ pub fn motions(section: &str, law: &MotionLaw, unit: &'static str) -> Vec<Motion
         if middle(i) != middle(start) {
             if middle(start) != 0.0 {
                 let stop = |i: usize| stop(law, [around(i + cells.len() - 1) - TAU, around(i), around(i + 1)]);
-                list.push(Motion { law: section.to_owned(), unit, ..motion(law, stop(start), stop(i)) });
+                list.push(motion((section, unit), law, stop(start), stop(i)));
             }
             start = i;
         }
@@ -110,22 +142,37 @@ fn stop(law: &MotionLaw, [before, border, behind]: [f64; 3]) -> f64 {
     zero(&mut slope, ends, slopes, 0.0)
 }
 
-fn motion(law: &MotionLaw, from: f64, to: f64) -> Motion {
+fn motion((section, unit): (&str, &'static str), law: &MotionLaw, from: f64, to: f64) -> Motion {
     let angle = to - from;
-    // Just inside, where both ends have the derivatives of the motion, not of the dwell beside it.
-    let at = |i: usize| law.at((from + angle * (i as f64 + 0.5) / SAMPLES as f64).rem_euclid(TAU)).0;
     let lift = law.at(to.rem_euclid(TAU)).0[0] - law.at(from.rem_euclid(TAU)).0[0];
-    let most = |value: &dyn Fn([f64; 5]) -> f64| (0..SAMPLES).map(|i| value(at(i)).abs()).fold(0.0, f64::max);
+    let turns = [0.0, TAU].map(|turn| law.breakpoints().iter().map(move |phi| phi + turn));
+    let mut ends: Vec<f64> = turns.into_iter().flatten().filter(|phi| from < *phi && *phi < to).collect();
+    ends.insert(0, from);
+    ends.push(to);
+    let parts = (PEAKS / ends.len()).max(8);
+    let peak = |value: &dyn Fn([f64; 5]) -> f64| {
+        let piece = |ends: &[f64], least: f64| {
+            let [start, end] = [ends[0], ends[1]];
+            let middle = 0.5 * (start + end);
+            let (segment, turn) = (law.segment(middle.rem_euclid(TAU), true), TAU * (middle / TAU).floor());
+            let at = |phi: f64| value(law.at_in(segment, phi - turn).0);
+            let samples: Vec<f64> = (0..=parts).map(|i| start + (end - start) * i as f64 / parts as f64).collect();
+            local_maxima(&samples, least, at).into_iter().map(at).fold(least, f64::max)
+        };
+        ends.windows(2).fold(f64::NEG_INFINITY, |most, ends| piece(ends, most))
+    };
+    let both = |value: &dyn Fn([f64; 5]) -> f64| [peak(value), -peak(&|u| -value(u))];
+    let [z, h] = [angle, lift];
     Motion {
-        law: String::new(),
-        unit: "m",
+        law: section.to_owned(),
+        unit,
         from,
         angle,
         lift,
-        velocity: most(&|u| u[1]) * angle / lift.abs(),
-        acceleration: most(&|u| u[2]) * angle.powi(2) / lift.abs(),
-        jerk: most(&|u| u[3]) * angle.powi(3) / lift.abs(),
-        torque: most(&|u| u[1] * u[2]) * angle.powi(3) / (lift * lift),
+        velocity: peak(&|u| u[1] / h) * z,
+        acceleration: both(&|u| u[2] / h).map(|a| a * z.powi(2)),
+        jerk: peak(&|u| (u[3] / h).abs()) * z.powi(3),
+        torque: both(&|u| u[1] / h * (u[2] / h)).map(|m| m * z.powi(3)),
     }
 }
 
@@ -134,22 +181,29 @@ impl Overview {
     pub(super) fn motions(&mut self, section: &str, law: &MotionLaw, unit: &'static str) {
         self.motions.extend(motions(section, law, unit));
         if let MotionLaw::Plan(plan) = law {
-            self.jumps(section, law, unit);
+            self.jumps(section, plan, law, unit);
             self.overshoots(section, plan, law, unit);
         }
     }
 
-    /// Warns where U″ jumps.
-    fn jumps(&mut self, section: &str, law: &MotionLaw, unit: &str) {
-        let unit = if unit == "rad" { "1/rad" } else { "m/rad2" };
-        for &phi in law.breakpoints() {
-            let [before, behind] = [false, true].map(|forward| law.at_in(law.segment(phi, forward), phi).0[2]);
-            if (behind - before).abs() > NO_JUMP * law.bound(2) {
-                let [at, jump] = [shown(phi, "rad"), shown(behind - before, unit)];
-                self.warnings.push(Warning {
-                    message: format!("{section}: U″ jumps by {jump} at {at}"),
-                    hint: "leave out an inflection beside the point, or give ddU".to_owned(),
-                });
+    /// Lists where U″ and U‴ jump between segments, and warns of the former.
+    fn jumps(&mut self, section: &str, plan: &MotionPlan, law: &MotionLaw, unit: &'static str) {
+        let units = if unit == "rad" { ["1/rad", "1/rad2"] } else { ["m/rad2", "m/rad3"] };
+        for phi in plan.points().iter().map(|point| point.phi.rem_euclid(TAU)) {
+            let [before, behind] = [false, true].map(|forward| law.at_in(law.segment(phi, forward), phi).0);
+            for (derivative, unit) in (2..).zip(units) {
+                let size = behind[derivative] - before[derivative];
+                if size.abs() <= NO_JUMP * law.bound(derivative) {
+                    continue;
+                }
+                let jump = Jump { law: section.to_owned(), phi, derivative, size, unit };
+                if derivative == 2 {
+                    self.warnings.push(Warning {
+                        message: format!("{section}: {}", jump.text()),
+                        hint: "leave out an inflection beside the point, or give ddU".to_owned(),
+                    });
+                }
+                self.jumps.push(jump);
             }
         }
     }

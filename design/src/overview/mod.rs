@@ -15,7 +15,7 @@ mod vibration;
 
 pub use machine::running;
 
-pub use characteristic::Motion;
+pub use characteristic::{Jump, Motion};
 pub use roughness::scatter;
 
 use crate::resource::Resource;
@@ -39,6 +39,8 @@ pub struct Overview {
     pub figures: Vec<Figure>,
     /// The motions of its laws between their stops, with their characteristic values.
     pub motions: Vec<Motion>,
+    /// Where derivatives of its plans jump.
+    pub jumps: Vec<Jump>,
     /// The resonances nearest to the speed; without a speed the strongest ones.
     pub resonances: Vec<Resonance>,
     /// What is hardly meant.
@@ -142,24 +144,22 @@ pub fn of(resource: &Resource) -> Result<Overview, Fault> {
 impl Overview {
     /// A quantity in coherent SI.
     fn figure(&mut self, name: impl Into<String>, value: f64, unit: &'static str) {
-        self.figures.push(Figure { name: name.into(), value, unit, shown: shown(value, unit) });
+        self.told(name, value, unit, shown(value, unit));
+    }
+
+    fn told(&mut self, name: impl Into<String>, value: f64, unit: &'static str, shown: String) {
+        self.figures.push(Figure { name: name.into(), value, unit, shown });
     }
 
     /// A speed or a natural frequency (rad/s), in all units in which people give it.
     fn speed(&mut self, name: &str, value: f64) {
         let [rpm, hz, own] = [value * 60.0 / TAU, value / TAU, value].map(digits);
-        let shown = format!("{rpm} rpm = {hz} Hz = {own} rad/s");
-        self.figures.push(Figure { name: name.to_owned(), value, unit: "rad/s", shown });
+        self.told(name, value, "rad/s", format!("{rpm} rpm = {hz} Hz = {own} rad/s"));
     }
 
     /// A part of something.
     fn share(&mut self, name: &str, value: f64) {
-        self.figures.push(Figure {
-            name: name.to_owned(),
-            value,
-            unit: "1",
-            shown: format!("{} %", digits(100.0 * value)),
-        });
+        self.told(name, value, "1", format!("{} %", digits(100.0 * value)));
     }
 
     /// The speed of a drive, if it has one of its own.
@@ -208,7 +208,9 @@ impl Overview {
         };
         let figures = self.figures.iter().map(|f| (f.name.replace('_', " "), f.shown.clone()));
         let motions = self.motions.iter().map(|motion| (format!("motion of {}", motion.law), motion.text()));
-        let rows: Vec<(String, String)> = figures.chain(motions).chain(self.resonances.iter().map(resonance)).collect();
+        let jumps = self.jumps.iter().map(|jump| (format!("plan of {}", jump.law), jump.text()));
+        let rows: Vec<(String, String)> =
+            figures.chain(motions).chain(jumps).chain(self.resonances.iter().map(resonance)).collect();
         let width = rows.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0);
         rows.iter().map(|(name, text)| format!("  {name:<width$}  {text}\n")).collect()
     }
@@ -257,6 +259,7 @@ fn shown(value: f64, unit: &str) -> String {
         "N.m" => suited(&[("kN·m", 1e-3), ("N·m", 1.0), ("mN·m", 1e3)]),
         "m/rad" => format!("{} mm/rad", digits(1e3 * value)),
         "m/rad2" => format!("{} mm/rad²", digits(1e3 * value)),
+        "m/rad3" => format!("{} mm/rad³", digits(1e3 * value)),
         _ => format!("{} {}", digits(value), unit.replace('.', "·").replace('2', "²")),
     }
 }

@@ -71,7 +71,7 @@ impl Overview {
             self.warnings.push(Warning {
                 message: format!(
                     "{section}: the table is rough: its lifts scatter by {size} about a smooth law, and the spline makes \
-                     {share:.0} % of the largest U″ of that (root mean square)"
+                     of that {share:.0} % of the largest U″ with this noise in it (root mean square)"
                 ),
                 hint: "smooth it by `noise = \"estimate\"`, or take `interpolation = \"fourier\"` with few `harmonics`; rounded lifts scatter too: \
                        write more digits"

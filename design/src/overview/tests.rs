@@ -237,18 +237,19 @@ fn the_motions_of_a_cycle_have_the_characteristic_values_of_their_laws() {
         };
         let motions = characteristic::motions("cam", &MotionLaw::Cycle(Cycle::new(plan)), "m");
         let [back, rise] = &motions[..] else { panic!("{motions:?}") };
-        let exact = [law.peak(1), law.peak(2), law.peak(3), law.torque_peak()];
-        // Peaks on an acceleration's jump are met half a sample beside it; a shifted inflection divides them by 2λ and 4λ².
-        let shift = inflection.map_or([1.0; 4], |part| [1.0, 0.5 / part, 0.25 / (part * part), 0.5 / part]);
-        for (motion, shift, [from, angle, lift]) in
-            [(rise, [1.0; 4], [5.5, 1.5, 0.04]), (back, shift, [1.4168146928, 2.0, -0.04])]
+        // An inflection at λ divides C_a₊ and C_M₊ by 2λ, C_a₋ and C_M₋ by 2(1 − λ), C_j by the square of the smaller one.
+        let [p, q] = inflection.map_or([1.0; 2], |part| [2.0 * part, 2.0 - 2.0 * part]);
+        for (motion, [p, q], [from, angle, lift]) in
+            [(rise, [1.0; 2], [5.5, 1.5, 0.04]), (back, [p, q], [1.4168146928, 2.0, -0.04])]
         {
             for (found, value) in [motion.from, motion.angle, motion.lift].into_iter().zip([from, angle, lift]) {
                 assert!((found - value).abs() < 1e-10, "{law:?} {motion:?}");
             }
-            let found = [motion.velocity, motion.acceleration, motion.jerk, motion.torque];
-            for ((found, exact), shift) in found.into_iter().zip(exact).zip(shift) {
-                assert!((found / (exact * shift) - 1.0).abs() < 1e-3, "{law:?} {motion:?}");
+            let ([a, b], [m, n]) = (motion.acceleration, motion.torque);
+            let found = [motion.velocity, a * p, -b * q, motion.jerk * p.min(q).powi(2), m * p, -n * q];
+            let [v, a, j, m] = [law.peak(1), law.peak(2), law.peak(3), law.torque_peak()];
+            for (found, exact) in found.into_iter().zip([v, a, a, j, m, m]) {
+                assert!((found / exact - 1.0).abs() < 1e-9, "{law:?} {motion:?}: {found} for {exact}");
             }
         }
     }
@@ -256,7 +257,7 @@ fn the_motions_of_a_cycle_have_the_characteristic_values_of_their_laws() {
     let motions = characteristic::motions("cam", &cosine(0.02), "m");
     assert_eq!(motions.len(), 2);
     assert!((motions[0].angle - TAU / 2.0).abs() < 1e-12 && (motions[0].lift.abs() - 0.04).abs() < 1e-15);
-    assert!((motions[0].acceleration - StandardLaw::SimpleSine.peak(2)).abs() < 1e-6);
+    assert!((motions[0].acceleration[0] - StandardLaw::SimpleSine.peak(2)).abs() < 1e-9);
 }
 
 #[test]
@@ -272,11 +273,17 @@ fn jumps_and_overshoots_of_a_plan_are_told() {
         law: None,
         inflection: None,
     };
-    let warnings = |points: Vec<PlanPoint>| {
+    let told = |points: Vec<PlanPoint>| {
         let mut overview = Overview::default();
         overview.motions("cam", &MotionLaw::Plan(MotionPlan::new(points)), "m");
-        overview.warnings.into_iter().map(|warning| warning.message).collect::<Vec<_>>()
+        overview
     };
+    // U‴ = C_j h/β³ at both ends of a modified sine.
+    let jumps = told(vec![point(0.0, 0.0), point(2.0, 0.03), point(4.0, 0.01)]).jumps;
+    assert!(jumps.iter().all(|jump| jump.derivative == 3) && jumps.len() == 3, "{jumps:?}");
+    assert!((jumps[1].size / (StandardLaw::ModifiedSine.peak(3) * -0.05 / 8.0) - 1.0).abs() < 1e-9, "{jumps:?}");
+    let warnings =
+        |points: Vec<PlanPoint>| told(points).warnings.into_iter().map(|warning| warning.message).collect::<Vec<_>>();
     assert_eq!(warnings(vec![point(0.0, 0.0), point(2.0, 0.03), point(4.0, 0.01)]), [""; 0]);
     // Half a simple sine on both sides with their inflections in the middle: vₘ (π/2)/(β/2), vₘ = (h/β)/(σ₀/2 + 1/π).
     let turn = PlanPoint { free: true, inflection: Some(0.5), ..point(2.0, 0.03) };

@@ -243,7 +243,8 @@ pub fn crank(report: &Report, crank: &Crank) -> Diagram {
         let far = curve.points[curve.points.len() / 8..curve.points.len() * 7 / 8].iter();
         far.map(|p| [p.sigma, of(p)]).filter(|p| p[1].is_finite()).max_by(|a, b| a[1].total_cmp(&b[1]))
     };
-    let below = |[sigma, theta]: [f64; 2]| [sigma, theta - 1.2 * WORD[1] * top];
+    let under = |part: f64| move |[sigma, theta]: [f64; 2]| [sigma, theta - part * WORD[1] * top];
+    let below = under(1.2);
     let mut dashed = |curve: &Curve, of: &dyn Fn(&Point) -> f64, name: &str| {
         rules.push(Rule::Dashed(curve.points.iter().map(|p| [p.sigma, of(p)]).collect(), name.to_owned()));
         let apart = curve.points.iter().any(|p| value(p)[1] > APART * of(p));
@@ -253,7 +254,7 @@ pub fn crank(report: &Report, crank: &Crank) -> Diagram {
     for (i, curve) in crank.curves.iter().enumerate() {
         let place = summit(curve, &|p| value(p)[1]).map(below);
         words.extend(place.map(|place| Rule::Word(place, format!("j = {}", curve.j))));
-        let place = dashed(curve, &|p| p.bounds.printed, if i == 0 { "by formula (7)" } else { "" });
+        let place = dashed(curve, &|p| p.bounds.printed, if i == 0 { "by formula (7)" } else { "" }).map(under(0.9));
         words.extend(place.map(|place| Rule::Word(place, format!("j = {} by (7)", curve.j))));
         // Only where r_j is not zero does the constant matter.
         if curve.points.iter().any(|p| p.bounds.printed > 1.01 * p.bounds.without_mean) {

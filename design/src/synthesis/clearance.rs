@@ -2,7 +2,8 @@
 //!
 //! d = d₀ + Uₐ eₐ − U_b e_b leads from tool b to tool a, |d| ≥ r at all angles. With v = d/|d| of the last profiles the
 //! condition vᵀd ≥ r is linear and stricter: whatever keeps it keeps |d| ≥ r, and the last profiles keep it too. So each
-//! step is admissible and no step is worse than the one before. What it ends at is an optimum beside its neighbours; it
+//! step is admissible and no step is worse than the one before. Steps are short where the tools pass each other closely: as
+//! long as that pays, v is taken ever farther ahead on the way that the profiles go. What it ends at is an optimum beside its neighbours; it
 //! is looked for on both sides of the place where the tools would be nearest.
 //!
 //! Source: S. Boyd, L. Vandenberghe, *Convex Optimization*, 2004, section 4.1 (restriction of a condition by its
@@ -26,6 +27,12 @@ const KEPT: f64 = 1e-6;
 
 /// A step that gains less than this part of the objective is the last one.
 const DONE: f64 = 1e-13;
+
+/// How fast the place of the tangents goes ahead.
+const GROWTH: f64 = 1.5;
+
+/// A step that gains less than this part of the one before is near the end of the way.
+const ENDING: f64 = 0.1;
 
 /// Two tools and their distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -115,7 +122,8 @@ impl Task {
         let free = self.optimum(scale, Vec::new())?;
         let mut best: Option<Optimum> = None;
         for side in 0..2 {
-            if let Ok(found) = self.clear_on(side, &free.best.x, scale)
+            let beaten = best.as_ref().map_or(f64::INFINITY, |best| best.objective);
+            if let Ok(found) = self.clear_on(side, &free.best.x, scale, beaten)
                 && self.keeps_clear(&found.best.x, scale)
                 && best.as_ref().is_none_or(|best| found.objective < best.objective)
             {
@@ -139,10 +147,13 @@ impl Task {
         })
     }
 
-    /// The same from the profiles that do not keep clear, on their side (0) or past the other tool (1).
-    fn clear_on(&self, side: usize, start: &[Double], scale: f64) -> Result<Optimum, Infeasible> {
+    /// The same from the profiles that do not keep clear, on their side (0) or past the other tool (1); ended where the steps
+    /// are too short to come below `beaten`.
+    fn clear_on(&self, side: usize, start: &[Double], scale: f64, beaten: f64) -> Result<Optimum, Infeasible> {
         let mut about = start.to_vec();
         let mut best: Option<Optimum> = None;
+        // How many steps the place of the next tangents is ahead of the last profiles.
+        let (mut ahead, mut stride, mut gained) = (0.0, 1.0, 0.0);
         for step in 0..STEPS {
             let tangent = |clearance: &Clearance| {
                 let clearance = clearance.over(scale);
@@ -154,14 +165,33 @@ impl Task {
                 family.tangent = Some(Tangent { clearance, motions, shift });
                 family
             };
-            let next = self.optimum(scale, self.clearances.iter().map(tangent).collect())?;
-            let gain = best.as_ref().map_or(f64::INFINITY, |last| last.objective - next.objective);
-            about.clone_from(&next.best.x);
-            let least = DONE * next.objective.abs();
-            best = Some(next);
-            if gain <= least {
+            let next = self.optimum(scale, self.clearances.iter().map(tangent).collect());
+            let Some(last) = &best else {
+                about.clone_from(&next.as_ref().map_err(Clone::clone)?.best.x);
+                best = Some(next?);
+                continue;
+            };
+            // Where the way bends, it went too far ahead.
+            let Some(next) = next.ok().filter(|next| next.objective <= last.objective || ahead == 0.0) else {
+                if ahead == 0.0 {
+                    break;
+                }
+                about.clone_from(&last.best.x);
+                (ahead, stride, gained) = (0.0, f64::max(0.5 * ahead, 1.0), 0.0);
+                continue;
+            };
+            let gain = last.objective - next.objective;
+            let is_last = gain <= DONE * next.objective.abs();
+            if is_last && ahead == 0.0 || gain * (STEPS - step) as f64 <= next.objective - beaten {
+                best = Some(next);
                 break;
             }
+            // Near its end the way is short enough as it is.
+            (ahead, stride) = if gain < ENDING * gained { (0.0, 1.0) } else { (stride, GROWTH * stride) };
+            gained = gain;
+            let way = next.best.x.iter().zip(&last.best.x).map(|(next, last)| (*next, *next - *last));
+            about = way.map(|(x, way)| x + way * Double::from(ahead)).collect();
+            best = Some(next);
         }
         best.ok_or_else(|| Infeasible::Numerical("no step was made".to_owned()))
     }

@@ -12,6 +12,21 @@ use std::f64::consts::{PI, TAU};
 /// Points per shortest wave of the basis at which the discrete objectives S2 and S4 look by default.
 const POINTS_PER_WAVE: f64 = 12.0;
 
+impl Bound {
+    /// The conditions of its sides, in units of `scale`.
+    pub(super) fn sides(&self, scale: f64) -> impl Iterator<Item = Family> {
+        let sides = [(1.0, self.max), (-1.0, -self.min)].into_iter().filter(|(_, limit)| limit.is_finite());
+        sides.map(move |(sign, limit)| {
+            let mut family = Family::new(self.from, self.to);
+            family.target.add(sign, &self.around.over(scale));
+            let term = |&(law, factor): &(usize, f64)| Term { law, order: self.order, factor: sign * factor };
+            family.terms = self.of.iter().map(term).collect();
+            family.limit = limit / scale;
+            family
+        })
+    }
+}
+
 impl Task {
     /// The magnitude of U in the task, in units of which the equations are solved.
     pub(super) fn scale(&self) -> f64 {
@@ -131,62 +146,38 @@ impl Task {
     pub(super) fn families(&self, scale: f64) -> Vec<Family> {
         let mut families = Vec::new();
         for (index, bound) in self.bounds.iter().enumerate() {
-            for (sign, limit) in [(1.0, bound.max), (-1.0, -bound.min)] {
-                if limit.is_finite() {
-                    let mut family = Family::new(bound.from, bound.to);
-                    family.target.add(sign, &bound.around.over(scale));
-                    let term = |&(law, factor): &(usize, f64)| Term { law, order: bound.order, factor: sign * factor };
-                    family.terms = bound.of.iter().map(term).collect();
-                    family.limit = limit / scale;
-                    family.bound = Some(index);
-                    families.push(family);
-                }
-            }
+            families.extend(bound.sides(scale).map(|side| side.of_bound(index)));
         }
         match self.objective {
             Objective::LeastSquares
             | Objective::DiscreteLeastSquares { .. }
             | Objective::MeanSquareAcceleration
             | Objective::PeakTorque
-            | Objective::ShaftTorque(_) => {}
+            | Objective::ShaftTorque(_) => return families,
             Objective::PeakAcceleration => families.extend(self.peaks()),
-            Objective::LongestDwell { .. }
-            | Objective::FewestHarmonics { .. }
-            | Objective::Chebyshev
-            | Objective::DiscreteChebyshev { .. } => {
-                for range in &self.ranges {
-                    for (order, target) in range.prescribed.iter().enumerate() {
-                        let Some(target) = target.as_ref().filter(|_| self.weight(order) != 0.0) else { continue };
-                        for sign in [1.0, -1.0] {
-                            let mut family = Family::new(range.from, range.to);
-                            let factor = sign * self.weight(order) * range.weight;
-                            family.add(Term { law: range.law, order, factor }, target, scale);
-                            family.level = 1.0;
-                            if let Objective::DiscreteChebyshev { points } = self.objective {
-                                family.points = Some(self.points_in(range, points));
-                            }
-                            families.push(family);
-                        }
+            _ => {}
+        }
+        let ranges = self.ranges.iter().filter(|_| self.objective != Objective::PeakAcceleration);
+        for range in ranges {
+            // A sum with a derivative of no weight would be there twice.
+            let counts = |&n: &usize| range.prescribed[n].is_some() && self.weight(n) != 0.0;
+            let orders: Vec<usize> = (0..3).filter(counts).collect();
+            // Each error by itself, or their sum |e₀| + w₁|e₁| + w₂|e₂|: the largest one with all combinations of signs.
+            let together = if self.objective == Objective::ChebyshevSum { 3 } else { 1 };
+            for orders in orders.chunks(together) {
+                for signs in 0..1_u32 << orders.len() {
+                    let mut family = Family::new(range.from, range.to);
+                    for (i, &order) in orders.iter().enumerate() {
+                        let sign = if signs >> i & 1 == 0 { 1.0 } else { -1.0 };
+                        let target = range.prescribed[order].as_ref().expect("filtered");
+                        let factor = sign * self.weight(order) * range.weight;
+                        family.add(Term { law: range.law, order, factor }, target, scale);
                     }
-                }
-            }
-            Objective::ChebyshevSum => {
-                for range in &self.ranges {
-                    // A sum with a derivative of no weight would be there twice.
-                    let counts = |&n: &usize| range.prescribed[n].is_some() && self.weight(n) != 0.0;
-                    let orders: Vec<usize> = (0..3).filter(counts).collect();
-                    // |e₀| + w₁|e₁| + w₂|e₂| is the largest of the sums with all combinations of signs.
-                    for signs in 0..1_u32 << orders.len() {
-                        let mut family = Family::new(range.from, range.to);
-                        for (i, &order) in orders.iter().enumerate() {
-                            let sign = if signs >> i & 1 == 0 { 1.0 } else { -1.0 };
-                            let target = range.prescribed[order].as_ref().expect("filtered");
-                            let factor = sign * self.weight(order) * range.weight;
-                            family.add(Term { law: range.law, order, factor }, target, scale);
-                        }
-                        family.level = 1.0;
-                        families.push(family);
+                    family.level = 1.0;
+                    if let Objective::DiscreteChebyshev { points } = self.objective {
+                        family.points = Some(self.points_in(range, points));
                     }
+                    families.push(family);
                 }
             }
         }

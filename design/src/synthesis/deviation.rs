@@ -2,18 +2,10 @@
 
 use super::Curve;
 use super::sampling::{MEDIUM, angles};
+pub use crate::search::Extreme;
 use crate::search::flat;
 use camdrive::motion::Fourier;
 use std::f64::consts::TAU;
-
-/// A value at an angle.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Extreme {
-    /// The value, with its sign.
-    pub value: f64,
-    /// φ (rad).
-    pub phi: f64,
-}
 
 /// U⁽ⁿ⁾ − Ũ⁽ⁿ⁾ over a range of angles.
 #[derive(Clone, Copy, Debug)]

@@ -77,6 +77,11 @@ impl Family {
         Family { response, ..self }
     }
 
+    /// The same as that of a bound of the task.
+    pub fn of_bound(self, index: usize) -> Self {
+        Family { bound: Some(index), ..self }
+    }
+
     /// Adds `term` of U − `target`; the target is in SI and goes over to units of `scale`.
     pub fn add(&mut self, term: Term, target: &Curve, scale: f64) {
         self.terms.push(term);
@@ -192,7 +197,7 @@ impl Family {
     }
 
     /// The same of these motions of the laws.
-    fn combined(&self, motion: impl Fn(usize) -> Option<Fourier>) -> Option<Fourier> {
+    pub(super) fn combined(&self, motion: impl Fn(usize) -> Option<Fourier>) -> Option<Fourier> {
         let mut sum = Fourier::new(vec![0.0], Vec::new());
         for term in &self.terms {
             let part = motion(term.law)?;

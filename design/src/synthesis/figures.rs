@@ -70,7 +70,17 @@ impl Study {
     fn motion_diagram(&self, order: usize) -> Diagram {
         let unit = self.assignment.unit;
         let (_, name, per) = ORDERS[order];
-        let series = self.drawn().map(|(name, s)| self.over_the_turn(name, |phi| s.at(phi).0[order] / unit)).collect();
+        let curves = self.drawn().map(|(name, s)| self.over_the_turn(name, |phi| s.at(phi).0[order] / unit));
+        let mut series: Vec<Series> = curves.collect();
+        let task = &self.assignment.task;
+        let fitted = task.ranges.iter().filter(|range| range.from == range.to);
+        let fitted = fitted.filter_map(|range| Some([range.from, range.prescribed[order].as_ref()?.at(0.0)]));
+        let exact = task.points.iter().filter(|point| point.order == order).map(|point| [point.phi, point.value]);
+        let own = fitted.chain(exact).map(|[phi, u]| [deg(phi.rem_euclid(TAU)), u / unit]);
+        let own: Vec<[f64; 2]> = own.collect();
+        if !own.is_empty() {
+            series.push(Series::dots("points", own));
+        }
         let [low, high] =
             self.peaks[order..=order].iter().map(|p| p.value.abs() / unit).fold([0.0, 0.0], |_, p| [-p, p]);
         let band = |from: f64, to: f64| {
@@ -78,7 +88,7 @@ impl Study {
             let (low, high) = (2.0 * low, 2.0 * high);
             Rule::Area(vec![[from, low], [to, low], [to, high], [from, high]], Shade::Pale)
         };
-        let rules = self.assignment.task.ranges.iter().filter(|r| r.prescribed[order].is_some()).flat_map(|r| {
+        let rules = task.ranges.iter().filter(|r| r.prescribed[order].is_some()).flat_map(|r| {
             // A range that reaches over the turn's end is seen at both.
             [-TAU, 0.0, TAU].map(|turn| band(r.from + turn, r.to + turn))
         });

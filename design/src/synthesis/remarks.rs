@@ -204,8 +204,8 @@ impl Infeasible {
                 )
             }
             Infeasible::Integral { least } => format!(
-                "`integral_tolerance`: {} m² cannot be kept: with these harmonics and the other conditions the integral is at \
-                 least {} m²\n  = hint: take more harmonics, shorter ranges or a larger `integral_tolerance`",
+                "`integral_tolerance`: {} m²·rad cannot be kept: with these harmonics and the other conditions the integral is at \
+                 least {} m²·rad\n  = hint: take more harmonics, shorter ranges or a larger `integral_tolerance`",
                 number(task.integral.unwrap_or(0.0)),
                 number(*least)
             ),

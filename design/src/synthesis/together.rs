@@ -2,6 +2,7 @@
 
 use super::clearance::Clearance;
 use super::deviation::{Extreme, Window};
+use super::family::Family;
 use super::remarks::degrees;
 use super::study::{Assignment, Study};
 use super::table::words;
@@ -29,24 +30,13 @@ pub struct Together {
 impl Bound {
     /// The least way to a bound, where it is; negative beyond it.
     pub fn reserve(&self, laws: &[Fourier]) -> Extreme {
-        // Of the distance to each side that there is, as a maximum of what is bounded or of its negative.
-        let side = |sign: f64, limit: f64| {
-            let mut sum = Fourier::new(vec![0.0], Vec::new());
-            for (law, factor) in &self.of {
-                let part = laws[*law].scaled(sign * factor);
-                let order = sum.order().max(part.order());
-                let term = |list: &[f64], k: usize| list.get(k).copied().unwrap_or(0.0);
-                let both = |x: &[f64], y: &[f64]| (0..=order).map(|k| term(x, k) + term(y, k)).collect();
-                sum = Fourier::new(both(&sum.a, &part.a), both(&sum.b, &part.b));
-            }
-            let mut target = super::Curve::default();
-            target.add(sign, &self.around);
-            let window = Window { from: self.from, to: self.to, order: self.order, target: &target };
+        let side = |family: Family| {
+            let sum = family.combined(|law| Some(laws[law].clone()))?;
+            let window = Window { from: self.from, to: self.to, order: 0, target: &family.target };
             let largest = window.maxima(&sum).into_iter().max_by(|a, b| a.value.total_cmp(&b.value));
-            largest.map(|extreme| Extreme { value: limit - extreme.value, phi: extreme.phi })
+            largest.map(|extreme| Extreme { value: family.limit - extreme.value, phi: extreme.phi })
         };
-        let sides = [(1.0, self.max), (-1.0, -self.min)].into_iter().filter(|(_, limit)| limit.is_finite());
-        let reserves = sides.filter_map(|(sign, limit)| side(sign, limit));
+        let reserves = self.sides(1.0).filter_map(side);
         let none = Extreme { value: f64::INFINITY, phi: self.from };
         reserves.min_by(|a, b| a.value.total_cmp(&b.value)).unwrap_or(none)
     }
