@@ -1,11 +1,11 @@
 //! What a cam of a machine moves: `[[follower]]` and `[[follower.linkage]]`.
 
 use super::models::{either, forbid};
-use super::section::{ANY, Limits, NOT_NEGATIVE, POSITIVE, Section, within};
+use super::section::{Limits, NOT_NEGATIVE, POSITIVE, Section, within};
 use super::{forces, geometry, motion_law};
 use camdrive::drives::rigid_machine::Follower;
 use camdrive::drives::rigid_machine::linkage::{
-    Branch, FourBar, Gear, Kind, Link, Linkage, Mechanism, ParameterKind, SliderCrank,
+    Branch, FourBar, Gear, Kind, Linkage, Mechanism, Parameter, ParameterKind, SliderCrank,
 };
 use camdrive::drives::unit::{self, Quantity};
 use camdrive::motion::MotionLaw;
@@ -44,19 +44,19 @@ pub fn read(section: &Section<'_>, folder: &Path) -> Option<Follower> {
         Some(last) => last.output_turns(),
         None => section.has("J") && !section.has("m"),
     };
-    let (own, other, quantity, because) = if turns {
-        ("J", "m", &unit::INERTIA, "the tool turns, its coordinate is an angle")
-    } else {
-        ("m", "J", &unit::MASS, "the tool moves along a line")
+    let Parameter { key: own, kind, .. } = Parameter::mass(turns);
+    let (other, because) = match turns {
+        true => ("m", "the tool turns, its coordinate is an angle"),
+        false => ("J", "the tool moves along a line"),
     };
     // Which of them it is, is not known where the linkage is wrong.
     let m = if linkage.is_some() {
         forbid(section, &[other], because, &format!("`{own}`"));
         if linked {
             // The links may be all that moves.
-            section.real_or(own, quantity, NOT_NEGATIVE, 0.0)
+            section.real_or(own, kind.quantity(), NOT_NEGATIVE, 0.0)
         } else {
-            section.real(own, quantity, POSITIVE)
+            section.real(own, kind.quantity(), POSITIVE)
         }
     } else {
         section.has("m");
@@ -127,19 +127,6 @@ fn linkage(section: &Section<'_>) -> Option<Linkage> {
     mechanisms.into_iter().collect::<Option<Vec<_>>>().map(Linkage)
 }
 
-#[derive(Clone, Copy, PartialEq)]
-enum Name {
-    FourBar,
-    SliderCrank,
-    Gear,
-}
-
-const KINDS: &[(&[&str], Name)] = &[
-    (&["four_bar", "four-bar", "fourbar"], Name::FourBar),
-    (&["slider_crank", "slider-crank", "crank_slider"], Name::SliderCrank),
-    (&["gear", "belt", "rack"], Name::Gear),
-];
-
 const BRANCHES: &[(&[&str], Branch)] = &[(&["plus", "+"], Branch::Plus), (&["minus", "-"], Branch::Minus)];
 
 /// The range of a parameter in the FMU.
@@ -149,73 +136,68 @@ fn limits(kind: ParameterKind) -> Limits {
 }
 
 fn mechanism(section: &Section<'_>) -> Option<Mechanism> {
-    let name = section.choice("kind", KINDS);
-    let mechanism = name.map(|name| {
-        let input_offset = section.real_or("input_offset", &unit::ANGLE, limits(ParameterKind::Angle), 0.0);
-        let kind = match name {
-            Name::FourBar => four_bar(section).map(Kind::FourBar),
-            Name::SliderCrank => slider_crank(section).map(Kind::SliderCrank),
-            Name::Gear => gear(section).map(Kind::Gear),
-        };
-        let turns = name == Name::FourBar || (name == Name::Gear && !section.has("radius"));
-        let (output, range): (&'static Quantity, _) = if turns {
-            (&unit::ANGLE, limits(ParameterKind::Angle))
-        } else {
-            (&unit::LENGTH, limits(ParameterKind::Coordinate))
-        };
-        let output_offset = section.real_or("output_offset", output, range, 0.0);
-        section.finish(SYNONYMS);
-        Some(Mechanism { kind: kind?, input_offset: input_offset?, output_offset: output_offset? })
-    });
-    mechanism?
-}
-
-/// A link, given by a table; without `x` its centre of mass is in the middle, without `J` it is a slender bar.
-fn link(section: &Section<'_>, key: &'static str) -> Option<Link> {
-    let part = section.required_section(key)?;
-    let length = part.real("length", &unit::LENGTH, limits(ParameterKind::Length));
-    let mass = part.real_or("m", &unit::MASS, limits(ParameterKind::Mass), 0.0);
-    let inertia = part.optional("J", &unit::INERTIA, limits(ParameterKind::Inertia));
-    let x = part.optional("x", &unit::LENGTH, limits(ParameterKind::Coordinate));
-    let y = part.real_or("y", &unit::LENGTH, limits(ParameterKind::Coordinate), 0.0);
-    part.finish(SYNONYMS);
-    let (length, mass) = (length?, mass?);
-    Some(Link {
-        length,
-        mass,
-        inertia: inertia?.unwrap_or(mass * length * length / 12.0),
-        centre: [x?.unwrap_or(0.5 * length), y?],
-    })
-}
-
-fn four_bar(section: &Section<'_>) -> Option<FourBar> {
-    let ground = section.real("ground", &unit::LENGTH, limits(ParameterKind::Length));
-    let [input, coupler, output] = ["input", "coupler", "output"].map(|key| link(section, key));
-    let branch = section.choice_or("branch", BRANCHES, Branch::Plus);
-    Some(FourBar { ground: ground?, input: input?, coupler: coupler?, output: output?, branch: branch? })
-}
-
-fn slider_crank(section: &Section<'_>) -> Option<SliderCrank> {
-    let [crank, rod] = ["crank", "rod"].map(|key| link(section, key));
-    let offset = section.real_or("offset", &unit::LENGTH, limits(ParameterKind::Coordinate), 0.0);
-    let slider_mass = section.real_or("slider_m", &unit::MASS, limits(ParameterKind::Mass), 0.0);
-    let branch = section.choice_or("branch", BRANCHES, Branch::Plus);
-    Some(SliderCrank { crank: crank?, rod: rod?, offset: offset?, slider_mass: slider_mass?, branch: branch? })
-}
-
-fn gear(section: &Section<'_>) -> Option<Gear> {
-    let turns = !section.has("radius");
-    let ratio = if turns {
-        section.real("ratio", &unit::NUMBER, ANY)
-    } else {
-        forbid(section, &["ratio"], "the radius says how far the output moves", "a gear pair without `radius`");
-        section.real("radius", &unit::LENGTH, ANY)
-    };
-    let inertia = section.real_or("J", &unit::INERTIA, limits(ParameterKind::Inertia), 0.0);
-    let key = if turns { "ratio" } else { "radius" };
-    if ratio == Some(0.0) {
-        let fault = section.fault_of(key, format!("`{}`: the output would not move", section.path_of(key)));
-        section.faults.report(fault.admissible("a value other than 0"));
+    let kinds: &[(&[&str], Kind)] = &[
+        (&["four_bar", "four-bar", "fourbar"], Kind::FourBar(FourBar::default())),
+        (&["slider_crank", "slider-crank", "crank_slider"], Kind::SliderCrank(SliderCrank::default())),
+        (&["gear", "belt", "rack"], Kind::Gear(Gear::default())),
+    ];
+    let mut kind = section.choice("kind", kinds)?;
+    let mut right = true;
+    match &mut kind {
+        Kind::FourBar(FourBar { branch, .. }) | Kind::SliderCrank(SliderCrank { branch, .. }) => {
+            match section.choice_or("branch", BRANCHES, Branch::Plus) {
+                Some(read) => *branch = read,
+                None => right = false,
+            }
+        }
+        Kind::Gear(gear) => gear.output_turns = !section.has("radius"),
     }
-    Some(Gear { ratio: ratio?, inertia: inertia?, output_turns: turns })
+    let mut mechanism = Mechanism { kind, input_offset: 0.0, output_offset: 0.0 };
+    if matches!(kind, Kind::Gear(Gear { output_turns: false, .. })) {
+        forbid(section, &["ratio"], "the radius says how far the output moves", "a gear pair without `radius`");
+    }
+    let parameters = mechanism.parameters();
+    let mut first = 0;
+    for group in parameters.chunk_by(|a, b| a.link == b.link) {
+        let link = group[0].link.map(|link| section.required_section(link));
+        match &link {
+            None => right &= values(section, &mut mechanism, group, first),
+            Some(Some(part)) => {
+                right &= values(part, &mut mechanism, group, first);
+                part.finish(SYNONYMS);
+            }
+            Some(None) => right = false,
+        }
+        first += group.len();
+    }
+    section.finish(SYNONYMS);
+    right.then_some(mechanism)
+}
+
+/// Reads these parameters, the first of which has the index `first`; false where one of them is wrong. A link without `x` has its
+/// centre of mass in the middle, without `J` it is a slender bar.
+fn values(section: &Section<'_>, mechanism: &mut Mechanism, parameters: &[Parameter], first: usize) -> bool {
+    let mut right = true;
+    for (i, &Parameter { link, key, kind, .. }) in parameters.iter().enumerate() {
+        let mut before = |i: usize| mechanism.parameter_mut(first + i).map_or(0.0, |value| *value);
+        let default = match (link, key) {
+            (Some(_), "J") => before(1) * before(0) * before(0) / 12.0,
+            (Some(_), "x") => 0.5 * before(0),
+            _ => 0.0,
+        };
+        let value = if kind.is_required() {
+            section.real(key, kind.quantity(), limits(kind))
+        } else {
+            section.real_or(key, kind.quantity(), limits(kind), default)
+        };
+        if kind.is_ratio() && value == Some(0.0) {
+            let fault = section.fault_of(key, format!("`{}`: the output would not move", section.path_of(key)));
+            section.faults.report(fault.admissible("a value other than 0"));
+        }
+        match (value, mechanism.parameter_mut(first + i)) {
+            (Some(value), Some(place)) => *place = value,
+            _ => right = false,
+        }
+    }
+    right
 }

@@ -8,7 +8,8 @@ use camdrive::drives::cam_drive::{DriveMode, Start, StartMode};
 use camdrive::drives::elastic_output::{self, ElasticOutput};
 use camdrive::drives::elastic_shaft::{self, ElasticShaft};
 use camdrive::drives::limits::{FASTEST, LARGEST_ANGLE};
-use camdrive::drives::rigid_machine::{self, InertiaFunction, Kloss, MachineStart, Motor};
+use camdrive::drives::parameter::Parameters as _;
+use camdrive::drives::rigid_machine::{self, InertiaFunction, Kloss, MachineStart, Motor, RigidMachine};
 use camdrive::drives::solver::{LONGEST_STEP_SIZE, Method, Settings};
 use camdrive::drives::unit;
 use camdrive::drives::variable::{Causality, Description, Kind};
@@ -247,19 +248,20 @@ fn backlash_drive(root: &Section<'_>, folder: &Path) -> Option<Drive> {
 
 fn rigid_machine(root: &Section<'_>, folder: &Path) -> Option<Drive> {
     let inertia = root.required_section("machine").and_then(|section| {
-        let constant = section.real("J0", &unit::INERTIA, POSITIVE);
+        // An FMU may have J0 = 0 where J_v makes up for it.
+        let own: Option<InertiaFunction> =
+            section.parameters(|parameter, _| Some(section.real(parameter.key, parameter.quantity, POSITIVE)));
         let varying = section.read("J", |section| motion_law::read(section, &unit::INERTIA, folder));
         section.finish(SYNONYMS);
-        constant.zip(varying)
+        own.zip(varying).map(|(own, varying)| InertiaFunction { varying, ..own })
     });
     let followers = root.each("follower", |section| follower::read(section, folder));
     let motor = root.read("motor", motor).map(|motor| motor.unwrap_or(Motor::None));
     let start = machine_start(root);
     let solver = solver(root);
-    let (constant, varying) = inertia?;
     let (mode, phi_start, w_start) = start?;
     let scene = rigid_machine::Scene {
-        inertia: InertiaFunction { constant, varying },
+        inertia: inertia?,
         followers: followers?,
         motor: motor?,
         phi_start,
@@ -306,8 +308,7 @@ fn machine_start(root: &Section<'_>) -> Option<(MachineStart, f64, f64)> {
     let modes: &[(&[&str], MachineStart)] =
         &[(&["given"], MachineStart::Given), (&["steady_state", "periodic"], MachineStart::SteadyState)];
     let mode = section.choice_or("mode", modes, MachineStart::Given);
-    let phi = section.real_or("phi_start", &unit::ANGLE, within(-LARGEST_ANGLE, LARGEST_ANGLE), 0.0);
-    let w = section.real_or("w_start", &unit::ANGULAR_VELOCITY, within(-FASTEST, FASTEST), 0.0);
+    let [phi, w] = [0, 1].map(|i| section.parameter(&RigidMachine::TABLE[i]));
     section.finish(&[("phi", "phi_start"), ("w", "w_start"), ("speed", "w_start")]);
     Some((mode?, phi?, w?))
 }

@@ -3,6 +3,7 @@
 use super::follower::Follower;
 use super::place::{Place, into_turn};
 use super::profile::IN_A_ROW;
+use crate::drives::parameter::parameters;
 use crate::motion::MotionLaw;
 use crate::numerics::work::note;
 use serde::{Deserialize, Serialize};
@@ -10,13 +11,20 @@ use std::f64::consts::TAU;
 use std::sync::OnceLock;
 
 /// The part of J(φ) that does not come from the followers.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct InertiaFunction {
     /// J0 (kg·m²).
     pub constant: f64,
     /// A 2π-periodic addition (kg·m²): a Fourier series or a table; its derivatives are those of the interpolant, so
     /// that energy is conserved.
     pub varying: Option<MotionLaw>,
+}
+
+parameters! {
+    for InertiaFunction, "machine" {
+        /// Constant part of the reduced moment of inertia
+        constant = "J0", "J0", INERTIA in [0.0, 1e12], Fixed;
+    }
 }
 
 /// J(φ) = J0 + J_v(φ) + Σ m_j U_j′(φ)², where mechanisms lie between cam and tool with the inertia of tool and links instead
@@ -88,6 +96,16 @@ impl Inertia {
     pub fn change(&mut self, change: impl FnOnce(&mut InertiaFunction, &mut [Follower])) {
         change(&mut self.function, &mut self.followers);
         self.find_borders();
+        self.forget();
+    }
+
+    /// J0 and J_v, to change numbers that move no border.
+    pub fn function_mut(&mut self) -> &mut InertiaFunction {
+        self.forget();
+        &mut self.function
+    }
+
+    fn forget(&mut self) {
         (self.range, self.linked_resolution) = (Known::default(), Known::default());
     }
 

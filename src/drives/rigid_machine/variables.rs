@@ -2,8 +2,10 @@
 
 mod laws;
 
-use super::{Kloss, MachineStart, Motor, RigidMachine};
-use crate::drives::parameter::Has;
+use super::linkage::Parameter;
+use super::{InertiaFunction, Kloss, MachineStart, Motor, RigidMachine};
+use crate::drives::limits::{FASTEST, LARGEST_ANGLE};
+use crate::drives::parameter::{Has, parameters};
 use crate::drives::solver::HasSolver;
 use crate::drives::unit::{self, Quantity};
 use crate::drives::variable::{Enumeration, Kind, real, real_within};
@@ -336,14 +338,7 @@ impl RigidMachine {
     }
 
     fn declare_parameters(&self, list: &mut List<Self>) {
-        list.parameter(
-            "J0",
-            "Constant part of the reduced moment of inertia",
-            real_within(&unit::INERTIA, 0.0, 1e12),
-            |d, _| d.inertia.function.constant,
-            |d, _, value| Arc::make_mut(&mut d.inertia).change(|function, _| function.constant = value),
-        )
-        .key("machine.J0");
+        list.group::<InertiaFunction>();
         if let Motor::Kloss(Kloss { dynamics, .. }) = self.motor {
             list.group::<Kloss>();
             if dynamics.is_some() {
@@ -352,7 +347,7 @@ impl RigidMachine {
                     "Electrical time constant",
                     real_within(&unit::TIME, 1e-9, 1e3),
                     |d, _| d.motor.lag().unwrap_or(0.0),
-                    |d, _, value| d.group_mut().into_iter().for_each(|kloss| kloss.dynamics = Some(value)),
+                    |d, _, value| d.group_mut().into_iter().for_each(|kloss: &mut Kloss| kloss.dynamics = Some(value)),
                 )
                 .key("motor.lag");
                 let text = "M_an at the start for start.mode = given; 0 where the motor is switched on";
@@ -365,22 +360,7 @@ impl RigidMachine {
                 );
             }
         }
-        list.parameter(
-            "phi_start",
-            "Angle at the start",
-            real_within(&unit::ANGLE, -1e15, 1e15),
-            |d, _| d.phi_start,
-            |d, _, value| d.phi_start = value,
-        )
-        .key("start.phi_start");
-        list.parameter(
-            "w_start",
-            "Angular velocity at the start, for start.mode = given",
-            real_within(&unit::ANGULAR_VELOCITY, -1e6, 1e6),
-            |d, _| d.w_start,
-            |d, _, value| d.w_start = value,
-        )
-        .key("start.w_start");
+        list.group::<RigidMachine>();
         list.parameter(
             "start.mode",
             "How the initial speed is found",
@@ -393,12 +373,12 @@ impl RigidMachine {
     fn declare_follower(&self, list: &mut List<Self>, j: usize) {
         let n = j + 1;
         let follower = &self.inertia.followers[j];
-        let (name, text, quantity) =
-            if follower.turns { ("J", "Moment of inertia", &unit::INERTIA) } else { ("m", "Mass", &unit::MASS) };
+        let mass = Parameter::mass(follower.turns);
+        let [least, greatest] = mass.kind.range();
         list.parameter(
-            &format!("follower[{n}].{name}"),
-            &format!("{text} of follower {n}"),
-            real_within(quantity, 0.0, 1e9),
+            &format!("follower[{n}].{}", mass.key),
+            &format!("{} of follower {n}", mass.text()),
+            real_within(mass.kind.quantity(), least, greatest),
             |d, j| d.inertia.followers[j].m,
             |d, j, value| Arc::make_mut(&mut d.inertia).change(|_, followers| followers[j].m = value),
         )
@@ -407,6 +387,33 @@ impl RigidMachine {
         for (i, mechanism) in follower.linkage.0.iter().enumerate() {
             declare_mechanism(list, mechanism, [j, i]);
         }
+    }
+}
+
+parameters! {
+    for RigidMachine, "start" {
+        /// Angle at the start
+        phi_start = "phi_start", "phi_start", ANGLE in [-LARGEST_ANGLE, LARGEST_ANGLE] or 0.0, Fixed;
+        /// Angular velocity at the start, for start.mode = given
+        w_start = "w_start", "w_start", ANGULAR_VELOCITY in [-FASTEST, FASTEST] or 0.0, Fixed;
+    }
+}
+
+impl Has<RigidMachine> for RigidMachine {
+    fn group(&self) -> Option<&RigidMachine> {
+        Some(self)
+    }
+    fn group_mut(&mut self) -> Option<&mut RigidMachine> {
+        Some(self)
+    }
+}
+
+impl Has<InertiaFunction> for RigidMachine {
+    fn group(&self) -> Option<&InertiaFunction> {
+        Some(&self.inertia.function)
+    }
+    fn group_mut(&mut self) -> Option<&mut InertiaFunction> {
+        Some(Arc::make_mut(&mut self.inertia).function_mut())
     }
 }
 

@@ -48,7 +48,7 @@ impl Mechanism {
         for (i, parameter) in self.parameters().into_iter().enumerate() {
             let value = copy.parameter_mut(i).map_or(0.0, |value| *value);
             if !parameter.kind.admits(value) {
-                return Err(format!("{}` = {value}: it must be {}", parameter.name, parameter.kind.admissible()));
+                return Err(format!("{}` = {value}: it must be {}", parameter.name(), parameter.kind.admissible()));
             }
         }
         Ok(())

@@ -13,7 +13,7 @@ use std::f64::consts::PI;
 ///
 /// Lengths in m, angles in rad. ψ is continuous in θ; for a ≥ g it turns with it, and arg d is the principal value for
 /// 0 < θ < 2π. The derivatives follow from F = 0, one order after the other.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FourBar {
     /// g, the distance of the pivots.
     pub ground: f64,

@@ -4,7 +4,7 @@ use crate::numerics::jet::Jet;
 use serde::{Deserialize, Serialize};
 
 /// A gear pair or a belt, ψ = i θ, or rack and pinion, s = i θ with i the radius of the pinion.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Gear {
     /// i (1 or m/rad), not zero; negative where output and input run against each other.
     pub ratio: f64,

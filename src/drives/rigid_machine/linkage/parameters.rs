@@ -1,6 +1,7 @@
 //! The dimensions and masses of a mechanism as a numbered list, which scenes and the FMU's parameters share.
 
-use super::{Kind, Link, Mechanism};
+use super::{FourBar, Gear, Kind, Link, Mechanism, SliderCrank};
+use crate::drives::unit::{self, Quantity};
 
 /// What a parameter is and which values it may have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,119 +42,135 @@ impl ParameterKind {
         }
     }
 
+    /// What it is measured in.
+    pub fn quantity(self) -> &'static Quantity {
+        match self {
+            ParameterKind::Angle => &unit::ANGLE,
+            ParameterKind::Mass => &unit::MASS,
+            ParameterKind::Inertia => &unit::INERTIA,
+            ParameterKind::Ratio => &unit::NUMBER,
+            ParameterKind::Length | ParameterKind::Coordinate | ParameterKind::Radius => &unit::LENGTH,
+        }
+    }
+
+    /// Whether a scene must give it; what it need not give is zero, or follows from the rest.
+    pub fn is_required(self) -> bool {
+        matches!(self, ParameterKind::Length | ParameterKind::Ratio | ParameterKind::Radius)
+    }
+
+    /// Whether zero is left out of its range.
+    pub fn is_ratio(self) -> bool {
+        matches!(self, ParameterKind::Ratio | ParameterKind::Radius)
+    }
+
     pub(super) fn admits(self, value: f64) -> bool {
         let [least, greatest] = self.range();
-        let not_zero = matches!(self, ParameterKind::Ratio | ParameterKind::Radius);
-        value >= least && value <= greatest && !(not_zero && value == 0.0)
+        value >= least && value <= greatest && !(self.is_ratio() && value == 0.0)
     }
 
     pub(super) fn admissible(self) -> String {
         let [least, greatest] = self.range();
-        let not_zero = if matches!(self, ParameterKind::Ratio | ParameterKind::Radius) { ", not 0" } else { "" };
+        let not_zero = if self.is_ratio() { ", not 0" } else { "" };
         format!("{least:e} … {greatest:e}{not_zero}")
     }
 }
 
 /// A parameter of a mechanism.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parameter {
-    /// Its name, the same in scenes and in the FMU: `coupler.length`.
-    pub name: String,
+    /// The link that it belongs to, a table in scenes; None for one of the mechanism itself.
+    pub link: Option<&'static str>,
+    /// Its key there.
+    pub key: &'static str,
     /// What it is.
-    pub text: String,
+    text: &'static str,
     /// Unit and range.
     pub kind: ParameterKind,
 }
 
-/// Parameters of a link.
-const LINK: [(&str, &str, ParameterKind); 5] = [
-    ("length", "Distance of the joints", ParameterKind::Length),
-    ("m", "Mass", ParameterKind::Mass),
-    ("J", "Moment of inertia about the centre of mass", ParameterKind::Inertia),
-    ("x", "Centre of mass along the link, from its first joint", ParameterKind::Coordinate),
-    ("y", "Centre of mass to the left of the link", ParameterKind::Coordinate),
-];
+impl Parameter {
+    /// The mass of a follower's tool, or the moment of inertia of one that turns.
+    pub fn mass(turns: bool) -> Self {
+        let (key, text, kind) = match turns {
+            true => ("J", "Moment of inertia", ParameterKind::Inertia),
+            false => ("m", "Mass", ParameterKind::Mass),
+        };
+        Parameter { link: None, key, text, kind }
+    }
 
-/// Parameters of every mechanism: their number, before those of its kind.
-const OFFSETS: usize = 2;
+    /// Its name, the same in scenes and in the FMU: `coupler.length`.
+    pub fn name(&self) -> String {
+        self.link.map_or(self.key.to_owned(), |link| format!("{link}.{}", self.key))
+    }
+
+    /// What it is.
+    pub fn text(&self) -> String {
+        let Some((first, rest)) = self.link.map(|link| link.split_at(1)) else { return self.text.to_owned() };
+        format!("{}{rest} link: {}", first.to_uppercase(), self.text)
+    }
+}
+
+/// A parameter and its value.
+type Entry<'a> = (Parameter, &'a mut f64);
+
+fn own<'a>(key: &'static str, text: &'static str, kind: ParameterKind, value: &'a mut f64) -> Entry<'a> {
+    (Parameter { link: None, key, text, kind }, value)
+}
 
 impl Link {
-    fn parameter_mut(&mut self, index: usize) -> Option<&mut f64> {
-        match index {
-            0 => Some(&mut self.length),
-            1 => Some(&mut self.mass),
-            2 => Some(&mut self.inertia),
-            3 | 4 => self.centre.get_mut(index - 3),
-            _ => None,
-        }
+    fn entries(&mut self, link: &'static str) -> [Entry<'_>; 5] {
+        let [x, y] = &mut self.centre;
+        [
+            own("length", "Distance of the joints", ParameterKind::Length, &mut self.length),
+            own("m", "Mass", ParameterKind::Mass, &mut self.mass),
+            own("J", "Moment of inertia about the centre of mass", ParameterKind::Inertia, &mut self.inertia),
+            own("x", "Centre of mass along the link, from its first joint", ParameterKind::Coordinate, x),
+            own("y", "Centre of mass to the left of the link", ParameterKind::Coordinate, y),
+        ]
+        .map(|(parameter, value)| (Parameter { link: Some(link), ..parameter }, value))
     }
 }
 
 impl Mechanism {
-    /// The list of parameters.
-    pub fn parameters(&self) -> Vec<Parameter> {
-        let own = |name: &str, text: &str, kind| Parameter { name: name.to_owned(), text: text.to_owned(), kind };
+    fn entries(&mut self) -> Vec<Entry<'_>> {
         let output = if self.output_turns() { ParameterKind::Angle } else { ParameterKind::Coordinate };
+        let Mechanism { kind, input_offset, output_offset } = self;
+        let of_input = "Input angle of the mechanism at the zero of what drives it";
+        let of_output = "Output of the mechanism at the zero of what it drives";
         let mut list = vec![
-            own("input_offset", "Input angle of the mechanism at the zero of what drives it", ParameterKind::Angle),
-            own("output_offset", "Output of the mechanism at the zero of what it drives", output),
+            own("input_offset", of_input, ParameterKind::Angle, input_offset),
+            own("output_offset", of_output, output, output_offset),
         ];
-        let links = |names: &[&str]| {
-            let of = |link: &str| {
-                let (start, rest) = link.split_at(1);
-                let described = format!("{}{rest} link: ", start.to_uppercase());
-                LINK.map(|(name, text, kind)| own(&format!("{link}.{name}"), &(described.clone() + text), kind))
-            };
-            names.iter().flat_map(|link| of(link)).collect::<Vec<_>>()
-        };
-        match self.kind {
-            Kind::FourBar(_) => {
-                list.push(own("ground", "Distance of the pivots", ParameterKind::Length));
-                list.extend(links(&["input", "coupler", "output"]));
+        match kind {
+            Kind::FourBar(FourBar { ground, input, coupler, output, .. }) => {
+                list.push(own("ground", "Distance of the pivots", ParameterKind::Length, ground));
+                let links = [input.entries("input"), coupler.entries("coupler"), output.entries("output")];
+                list.extend(links.into_iter().flatten());
             }
-            Kind::SliderCrank(_) => {
-                list.push(own("offset", "Offset of the slider's line", ParameterKind::Coordinate));
-                list.push(own("slider_m", "Mass of the slider", ParameterKind::Mass));
-                list.extend(links(&["crank", "rod"]));
+            Kind::SliderCrank(SliderCrank { crank, rod, offset, slider_mass, .. }) => {
+                list.push(own("offset", "Offset of the slider's line", ParameterKind::Coordinate, offset));
+                list.push(own("slider_m", "Mass of the slider", ParameterKind::Mass, slider_mass));
+                list.extend([crank.entries("crank"), rod.entries("rod")].into_iter().flatten());
             }
-            Kind::Gear(gear) if gear.output_turns => {
-                list.push(own("ratio", "Output angle per input angle", ParameterKind::Ratio));
-                list.push(own("J", "Moment of inertia of what turns with the input", ParameterKind::Inertia));
-            }
-            Kind::Gear(_) => {
-                list.push(own("radius", "Output per input angle", ParameterKind::Radius));
-                list.push(own("J", "Moment of inertia of what turns with the input", ParameterKind::Inertia));
+            Kind::Gear(Gear { ratio, inertia, output_turns }) => {
+                list.push(match output_turns {
+                    true => own("ratio", "Output angle per input angle", ParameterKind::Ratio, ratio),
+                    false => own("radius", "Output per input angle", ParameterKind::Radius, ratio),
+                });
+                let text = "Moment of inertia of what turns with the input";
+                list.push(own("J", text, ParameterKind::Inertia, inertia));
             }
         }
         list
     }
 
+    /// The list of parameters.
+    pub fn parameters(mut self) -> Vec<Parameter> {
+        self.entries().into_iter().map(|(parameter, _)| parameter).collect()
+    }
+
     /// The parameter with this index in [`Mechanism::parameters`].
     pub fn parameter_mut(&mut self, index: usize) -> Option<&mut f64> {
-        match (index, &mut self.kind) {
-            (0, _) => Some(&mut self.input_offset),
-            (1, _) => Some(&mut self.output_offset),
-            (_, Kind::FourBar(linkage)) => match index - OFFSETS {
-                0 => Some(&mut linkage.ground),
-                i => {
-                    let links = [&mut linkage.input, &mut linkage.coupler, &mut linkage.output];
-                    let mut links = links.into_iter();
-                    links.nth((i - 1) / LINK.len())?.parameter_mut((i - 1) % LINK.len())
-                }
-            },
-            (_, Kind::SliderCrank(linkage)) => match index - OFFSETS {
-                0 => Some(&mut linkage.offset),
-                1 => Some(&mut linkage.slider_mass),
-                i => {
-                    let mut links = [&mut linkage.crank, &mut linkage.rod].into_iter();
-                    links.nth((i - 2) / LINK.len())?.parameter_mut((i - 2) % LINK.len())
-                }
-            },
-            (_, Kind::Gear(gear)) => match index - OFFSETS {
-                0 => Some(&mut gear.ratio),
-                1 => Some(&mut gear.inertia),
-                _ => None,
-            },
-        }
+        self.entries().into_iter().nth(index).map(|(_, value)| value)
     }
 }

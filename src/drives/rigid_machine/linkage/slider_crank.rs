@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// A slider-crank: crank r at the angle θ about (0, 0), connecting rod l to a slider on the line y = e.
 ///
 /// s = r cos θ ± √(l² − h²), h = r sin θ − e; lengths in m, θ in rad, s in m.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SliderCrank {
     /// r; its first joint is the pivot.
     pub crank: Link,

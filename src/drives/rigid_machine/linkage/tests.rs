@@ -292,8 +292,8 @@ fn the_parameters_by_number() {
         for (i, parameter) in list.iter().enumerate() {
             let mut changed = mechanism;
             *changed.parameter_mut(i).unwrap() = 0.123;
-            assert_ne!(changed, mechanism, "{}", parameter.name);
-            assert!(format!("follower[99].linkage[16].{}", parameter.name).len() <= 40);
+            assert_ne!(changed, mechanism, "{}", parameter.name());
+            assert!(format!("follower[99].linkage[16].{}", parameter.name()).len() <= 40);
         }
         assert_eq!(mechanism.clone().parameter_mut(list.len()), None);
     }

@@ -1,7 +1,7 @@
 //! The parameters of laws and mechanisms as variables of the machine.
 
 use super::super::RigidMachine;
-use super::super::linkage::{self, Mechanism};
+use super::super::linkage::Mechanism;
 use crate::drives::List;
 use crate::drives::cam_drive::law_parameter_kind;
 use crate::drives::unit;
@@ -64,18 +64,11 @@ pub(super) fn declare_law(
 /// Declares the parameters of mechanism i of follower j; the index holds the number of the parameter and, below, i and j.
 pub(super) fn declare_mechanism(list: &mut List<RigidMachine>, declared: &Mechanism, [j, i]: [usize; 2]) {
     for (k, parameter) in declared.parameters().into_iter().enumerate() {
-        let quantity = match parameter.kind {
-            linkage::ParameterKind::Angle => &unit::ANGLE,
-            linkage::ParameterKind::Mass => &unit::MASS,
-            linkage::ParameterKind::Inertia => &unit::INERTIA,
-            linkage::ParameterKind::Ratio => &unit::NUMBER,
-            _ => &unit::LENGTH,
-        };
         let [least, greatest] = parameter.kind.range();
         list.parameter(
-            &format!("follower[{}].linkage[{}].{}", j + 1, i + 1, parameter.name),
-            &parameter.text,
-            real_within(quantity, least, greatest),
+            &format!("follower[{}].linkage[{}].{}", j + 1, i + 1, parameter.name()),
+            &parameter.text(),
+            real_within(parameter.kind.quantity(), least, greatest),
             |d, index| {
                 let follower = d.inertia.followers.get(index & 0xffff);
                 let mechanism = follower.and_then(|f| f.linkage.0.get(index >> 16 & 0xff).copied());
