@@ -62,7 +62,7 @@ impl Motion {
         let Motion { velocity, acceleration: [a, b], jerk, torque: [m, n], .. } = *self;
         let place = [self.from, self.from + self.angle].map(|phi| shown(phi, "rad"));
         let values = [velocity, a, b, jerk, m, n].map(super::digits);
-        [&[self.law.clone()], &place[..], &[shown(self.lift, self.unit)], &values].concat()
+        [std::slice::from_ref(&self.law), &place[..], &[shown(self.lift, self.unit)], &values].concat()
     }
 
     /// A line for each of the motions.

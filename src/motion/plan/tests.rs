@@ -315,7 +315,7 @@ fn what_makes_no_plan_is_refused_by_name_and_rests() {
     refused(vec![at(0.0, 0.0)], "a plan has 2 … 100");
     refused(vec![at(0.0, 0.0), at(90.0, f64::NAN)], "point[2].U: out of range");
     refused(vec![at(0.0, 0.0), at(90.0, 1.0), at(80.0, 0.0)], "point[3].phi: 80 deg is not beyond");
-    refused(vec![at(0.0, 0.0), at(90.0, 1.0), at(361.0, 0.0)], "point[1].phi");
+    refused(vec![at(0.0, 0.0), at(90.0, 1.0), at(361.0, 0.0)], "point[3].phi");
     refused(vec![at(0.0, 0.0), PlanPoint { inflection: Some(1.0), ..at(90.0, 1.0) }], "point[2].inflection");
     let straight = PlanPoint { velocity: Some(1.0), ..with(SegmentLaw::Straight, at(90.0, 1.0)) };
     refused(vec![at(0.0, 0.0), straight], "point[2].dU: 1 m/rad, but a straight segment beside it has");
