@@ -42,6 +42,10 @@ const INSTANT: f64 = 30.0;
 /// tenth or so per degree; those of higher degrees grow as much beyond the step.
 const CONTINUED: usize = 5;
 
+/// How many times as long as the step before a step may be whose first guess continues it. Steps grow by no more; behind a
+/// sliver the continued polynomial is nothing but rounding, and so far off that a sweep back from it passes for contraction.
+const STRETCH: f64 = 8.0;
+
 /// How many steps' errors of E come together before the motor has taken the first of them away.
 const ACCUMULATION: f64 = 10.0;
 
@@ -293,6 +297,7 @@ impl Passage {
         let inner = reciprocal.nodes;
         let first_speed = (energy * reciprocal.ends[0]).sqrt();
         let [first_net, first_slope] = torques.with_slope(first_speed, energy);
+        let before = before.filter(|passage| length <= STRETCH * passage.length);
         let mut net = before.map_or([first_net; STAGES], |passage| passage.continued(length));
         let stiff = length * first_slope.abs() > STIFF;
         let left = solve(&mut net, (from.energy, length), &inner, torques, stiff, effort, evaluations)?;

@@ -561,3 +561,28 @@ fn the_scene_and_its_parameters_are_the_same() {
     assert_eq!(machine.inertia.followers[1].cam.series().unwrap().b[3], 0.004);
     assert!(machine.variables().0.iter().all(|v| v.description.name.len() <= 40));
 }
+
+#[test]
+fn a_sliver_of_a_step_does_not_mislead_the_next_one() {
+    // A cell of the mesh ends at zero, where the shaft starts or a little before it.
+    for slip in [0.16, 0.01, 0.004] {
+        let end = |phi_start: f64| {
+            let solver = Settings { tolerance: 1e-12, ..Settings::default() };
+            let mut machine = started(Scene { solver, ..loom(kloss(slip), phi_start, 48.0) });
+            machine.advance(0.0, 0.2).unwrap();
+            [get(&machine, "phi") - phi_start, get(&machine, "w")]
+        };
+        let expected = end(0.0);
+        for sliver in [1e-12, 1e-13, 1e-14, 3e-15, 1e-15, 3e-16] {
+            let found = end(-sliver);
+            for i in 0..2 {
+                assert_near(
+                    found[i],
+                    expected[i],
+                    1e-12,
+                    &format!("breakdown slip {slip}, {sliver} rad before the edge"),
+                );
+            }
+        }
+    }
+}
