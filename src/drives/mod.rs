@@ -16,13 +16,13 @@ pub mod flow;
 pub mod limits;
 pub mod model;
 pub mod oscillator;
-mod pace;
 pub mod parameter;
 pub mod parametric;
 pub mod resource;
 pub mod response;
 pub mod rigid_machine;
 pub mod solver;
+mod step_control;
 pub mod unit;
 pub mod variable;
 

@@ -32,9 +32,9 @@ use super::cam_drive::{
     goes_on, half_a_place, push_of_rounding,
 };
 use super::limits::no_state;
-use super::pace::Pace;
 use super::parameter::parameters;
 use super::solver::{HasSolver, Method, Settings, Solver};
+use super::step_control::StepControl;
 use super::{Curve, Drive, EventLog, Experiment, Fault, List, Text};
 use crate::motion::MotionLaw;
 use crate::numerics::collocation::Collocation;
@@ -178,7 +178,7 @@ impl ElasticShaft {
     /// A step with the integrator.
     fn integrate(&mut self, time: f64, target: f64) -> Result<(), Fault> {
         self.apply(time)?;
-        let pace = self.pace(target);
+        let control = self.control(target);
         if self.cam.is_input() {
             // The motion is known up to the end of the communication step only.
             self.restart_integrator();
@@ -188,19 +188,19 @@ impl ElasticShaft {
                 let slope = twist.slope(integrator);
                 integrator.disturb([0.0, push_of_rounding([phi, w, a], time, slope, lasting)]);
             });
-            self.with_twist(|twist, integrator| twist.reach(integrator, Double::from(target), pace))?;
+            self.with_twist(|twist, integrator| twist.reach(integrator, Double::from(target), control))?;
         } else {
             if self.tuned {
                 self.restart_integrator();
             }
-            self.with_twist(|twist, integrator| twist.pass(integrator, target, pace))?;
+            self.with_twist(|twist, integrator| twist.pass(integrator, target, control))?;
         }
         self.time = target;
         self.twist = self.integrator.at(Double::from(target));
         self.remember();
         self.cam.step_done();
         let statistics = self.integrator.statistics;
-        let error = pace.error_estimate(&statistics, self.cam.is_input());
+        let error = control.error_estimate(&statistics, self.cam.is_input());
         self.solver.steps = statistics.steps as f64;
         self.solver.evaluations = statistics.evaluations as f64;
         self.solver.error_estimate = self.solver.error_estimate.max(error);
@@ -210,16 +210,16 @@ impl ElasticShaft {
     /// What decides the internal steps on the way to `target`. At constant speed the grid of fixed cost starts with the
     /// simulation; on inputs, whose motion has its corners at the communication points, it divides the communication
     /// step equally.
-    fn pace(&self, target: f64) -> Pace {
+    fn control(&self, target: f64) -> StepControl {
         if self.cam.is_input() {
-            return Pace::within(&self.solver, self.time, target, || self.usual_step(target));
+            return StepControl::within(&self.solver, self.time, target, || self.usual_step(target));
         }
         let Settings { method, step_size, .. } = self.solver.settings;
         if method == Method::Adaptive {
-            return Pace::Tolerance(self.solver.effective_tolerance());
+            return StepControl::Tolerance(self.solver.effective_tolerance());
         }
         let step = if step_size > 0.0 { step_size } else { self.usual_step };
-        Pace::Grid { origin: self.motion.origin, step }
+        StepControl::Grid { origin: self.motion.origin, step }
     }
 
     /// The internal step of fixed cost on the way to `target` where none is asked for (s): half a radian of the fastest

@@ -3,7 +3,7 @@
 use super::equation::{Cam, Equation, Flow};
 use super::passage::{OVERRUN, Place};
 use crate::drives::cam_drive::AngleMotion;
-use crate::drives::pace::{FAR, Pace, Stop, Words};
+use crate::drives::step_control::{FAR, StepControl, Stop, Words};
 use crate::drives::{Fault, Rounded};
 use crate::motion::MotionLaw;
 use crate::numerics::angle;
@@ -78,39 +78,44 @@ impl Twist<'_> {
     }
 
     /// Steps until the last step ends at or beyond `target`, nowhere beyond `limit`.
-    fn travel(
+    fn integrate(
         &mut self,
         integrator: &mut Collocation<2>,
         target: Double,
         limit: Double,
-        pace: Pace,
+        control: StepControl,
     ) -> Result<(), Fault> {
         let way = [integrator.end().hi, target.hi];
         let (mut work, cost) = (self.work, EVALUATION + self.law.cost());
-        let travelled =
-            pace.travel(integrator, target, STEPS_OF_PASSAGE * MOST_PASSAGES, (&mut work, cost), |integrator| {
-                self.step(integrator, limit, pace)
+        let integrated =
+            control.integrate(integrator, target, STEPS_OF_PASSAGE * MOST_PASSAGES, (&mut work, cost), |integrator| {
+                self.step(integrator, limit, control)
             });
         self.work = work;
-        travelled.map_err(|stop| self.fault(stop, pace, way))
+        integrated.map_err(|stop| self.fault(stop, control, way))
     }
 
     /// Steps beyond `target`, so that the steps do not depend on where the target lies.
-    pub fn pass(&mut self, integrator: &mut Collocation<2>, target: f64, pace: Pace) -> Result<(), Fault> {
-        self.travel(integrator, Double::from(target), FAR, pace)
+    pub fn pass(&mut self, integrator: &mut Collocation<2>, target: f64, control: StepControl) -> Result<(), Fault> {
+        self.integrate(integrator, Double::from(target), FAR, control)
     }
 
     /// Steps up to `target` exactly.
-    pub fn reach(&mut self, integrator: &mut Collocation<2>, target: Double, pace: Pace) -> Result<(), Fault> {
-        self.travel(integrator, target, target, pace)
+    pub fn reach(
+        &mut self,
+        integrator: &mut Collocation<2>,
+        target: Double,
+        control: StepControl,
+    ) -> Result<(), Fault> {
+        self.integrate(integrator, target, target, control)
     }
 
     /// One step, shortened to where the cam leaves its segment.
-    fn step(&mut self, integrator: &mut Collocation<2>, limit: Double, pace: Pace) -> Result<(), Failure> {
+    fn step(&mut self, integrator: &mut Collocation<2>, limit: Double, control: StepControl) -> Result<(), Failure> {
         if self.law.breakpoints().is_empty() {
-            return self.step_smoothly(integrator, limit, pace);
+            return self.step_smoothly(integrator, limit, control);
         }
-        self.segment = self.step_to_breakpoint(integrator, limit, pace)?.unwrap_or(self.segment);
+        self.segment = self.step_to_breakpoint(integrator, limit, control)?.unwrap_or(self.segment);
         Ok(())
     }
 
@@ -119,18 +124,18 @@ impl Twist<'_> {
         &self,
         integrator: &mut Collocation<2>,
         limit: Double,
-        pace: Pace,
+        control: StepControl,
     ) -> Result<Option<usize>, Failure> {
         let before = integrator.clone();
         let (start, f) = (before.end(), self.flow(before.end(), &before.state()));
         let place = Place::new((self.law, self.segment), start, &f, self.equation.linear);
-        self.step_smoothly(integrator, limit, pace)?;
+        self.step_smoothly(integrator, limit, control)?;
         let Some(mut exit) = place.exit(self.motion, integrator) else { return Ok(None) };
         let (latest, count) = (integrator.end(), self.law.breakpoints().len());
         let beyond = if exit.forward { (self.segment + 1) % count } else { (self.segment + count - 1) % count };
         for correction in 0..=CORRECTIONS {
             integrator.return_to(&before);
-            self.step_smoothly(integrator, exit.time, pace)?;
+            self.step_smoothly(integrator, exit.time, control)?;
             if (exit.time - integrator.end()).hi > 0.0 {
                 // The tolerance asks for a shorter step, so the way to the breakpoint is left to the next one.
                 return Ok(None);
@@ -168,8 +173,13 @@ impl Twist<'_> {
     }
 
     /// One step in which the cam stays in its segment, or on the continuation of it.
-    fn step_smoothly(&self, integrator: &mut Collocation<2>, limit: Double, pace: Pace) -> Result<(), Failure> {
-        pace.step(integrator, self, limit, ITERATIONS[usize::from(self.equation.linear)])
+    fn step_smoothly(
+        &self,
+        integrator: &mut Collocation<2>,
+        limit: Double,
+        control: StepControl,
+    ) -> Result<(), Failure> {
+        control.step(integrator, self, limit, ITERATIONS[usize::from(self.equation.linear)])
     }
 
     /// ∂q̈/∂φ at the end of the last step (1/s²).
@@ -178,16 +188,16 @@ impl Twist<'_> {
         self.equation.slope(&self.cam(&f), &f)
     }
 
-    fn fault(&self, stop: Stop, pace: Pace, way: [f64; 2]) -> Fault {
-        match (stop, pace) {
+    fn fault(&self, stop: Stop, control: StepControl, way: [f64; 2]) -> Fault {
+        match (stop, control) {
             (Stop::Failed(Failure::Unbounded { time }), _) => unbounded(time, self.equation.linear),
-            (Stop::TooManyAttempts { time }, Pace::Grid { step, .. }) => Fault(format!(
+            (Stop::TooManyAttempts { time }, StepControl::Grid { step, .. }) => Fault(format!(
                 "the cam passes more than {MOST_PASSAGES} breakpoints of its law within an internal step of {} s, at \
                  t = {} s; shorten solver.step_size, or set solver.method = adaptive",
                 Rounded(step),
                 Rounded(time)
             )),
-            _ => pace.fault(stop, &WORDS, way, self.motion),
+            _ => control.fault(stop, &WORDS, way, self.motion),
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::solver::Twist;
 use crate::drives::cam_turn::turns;
 use crate::drives::limits::search_too_much;
-use crate::drives::pace::Pace;
+use crate::drives::step_control::StepControl;
 use crate::drives::{Fault, Number};
 use crate::numerics::angle::WHOLE_TURN;
 use crate::numerics::collocation::Collocation;
@@ -42,7 +42,7 @@ fn one_turn(twist: &mut Twist, start: f64, y: [f64; 2], tolerance: f64) -> Resul
     let end = Double::from(start) + WHOLE_TURN.divide(Double::from(w));
     let mut integrator = Collocation::new(Double::from(start), y);
     twist.locate(Double::from(start), &y);
-    let reached = twist.reach(&mut integrator, end, Pace::Tolerance(tolerance));
+    let reached = twist.reach(&mut integrator, end, StepControl::Tolerance(tolerance));
     reached.map_err(|fault| {
         let hint = "check c and J, lower the speed, relax solver.tolerance, or choose at_rest or given";
         if twist.work.is_exhausted() {

@@ -4,7 +4,7 @@ use super::equation::{Cam, Equation, Flow};
 use super::solver::REACH;
 use crate::drives::cam_drive::{CamDrive, DriveMode};
 use crate::drives::cam_turn::CamTurn;
-use crate::drives::pace::RESERVE_OF_TABLE;
+use crate::drives::step_control::RESERVE_OF_TABLE;
 use crate::motion::MotionLaw;
 use crate::numerics::angle;
 use crate::numerics::divisor::greatest_common_divisor;

@@ -3,7 +3,7 @@
 use super::coefficients::{Coefficients, Values};
 use crate::drives::cam_drive::AngleMotion;
 pub use crate::drives::flow::Flow;
-use crate::drives::pace::Words;
+use crate::drives::step_control::Words;
 use crate::numerics::collocation::{Collocation, System};
 use crate::numerics::double_double::Double;
 use crate::numerics::taylor::Scalar;

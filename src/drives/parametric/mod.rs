@@ -31,8 +31,8 @@ use super::cam_drive::{
     AngleMotion, CamDrive, DriveMode, HasCamDrive, MAX_INPUT_DERIVATIVE, Start, StartMode, as_every_cam_drive, field,
     goes_on, push_of_rounding,
 };
-use super::pace::{FAR, Pace, Stop};
 use super::solver::{HasSolver, Settings, Solver};
+use super::step_control::{FAR, StepControl, Stop};
 use super::{Curve, Drive, Event, EventLog, Experiment, Fault, List, Rounded, Text};
 use crate::numerics::collocation::{Collocation, Failure};
 use crate::numerics::double_double::Double;
@@ -72,7 +72,7 @@ pub struct ParametricDrive {
     motion: AngleMotion,
     integrator: Collocation<2>,
     /// The highest frequency (rad/s) and the angle of a step of fixed cost (rad).
-    pace: [f64; 2],
+    usual: [f64; 2],
     /// The equation at constant speed over its period; follows from the parameters, and all instances with the same ones
     /// share it.
     #[serde(skip)]
@@ -138,7 +138,7 @@ impl ParametricDrive {
     /// A step with the integrator.
     fn integrate(&mut self, target: f64) -> Result<(), Fault> {
         let on_inputs = self.cam.is_input();
-        let (pace, limit) = if on_inputs {
+        let (control, limit) = if on_inputs {
             // The motion is known up to the end of the communication step only.
             self.apply(self.time)?;
             self.restart_integrator();
@@ -148,18 +148,18 @@ impl ParametricDrive {
                 let slope = vibration.slope(integrator);
                 integrator.disturb([0.0, push_of_rounding([phi, w, a], time, slope, lasting)]);
             });
-            (Pace::within(&self.solver, self.time, target, || self.usual_step(target)), Double::from(target))
+            (StepControl::within(&self.solver, self.time, target, || self.usual_step(target)), Double::from(target))
         } else {
-            (Pace::Tolerance(self.solver.effective_tolerance()), FAR)
+            (StepControl::Tolerance(self.solver.effective_tolerance()), FAR)
         };
-        let travelled = self.with_vibration(|vibration, integrator| {
-            let step = |integrator: &mut Collocation<2>| pace.step(integrator, vibration, limit, ITERATIONS);
+        let integrated = self.with_vibration(|vibration, integrator| {
+            let step = |integrator: &mut Collocation<2>| control.step(integrator, vibration, limit, ITERATIONS);
             let cost = EVALUATION + vibration.coefficients.cost();
-            pace.travel(integrator, Double::from(target), 1, (&mut Work::default(), cost), step)
+            control.integrate(integrator, Double::from(target), 1, (&mut Work::default(), cost), step)
         });
-        travelled.map_err(|stop| match stop {
+        integrated.map_err(|stop| match stop {
             Stop::Failed(Failure::Unbounded { time }) => unbounded(time, self.growth),
-            _ => pace.fault(stop, &WORDS, [self.time, target], &self.motion),
+            _ => control.fault(stop, &WORDS, [self.time, target], &self.motion),
         })?;
         self.time = target;
         self.state = self.integrator.at(Double::from(target));
@@ -168,7 +168,7 @@ impl ParametricDrive {
         let statistics = self.integrator.statistics;
         self.solver.steps = statistics.steps as f64;
         self.solver.evaluations = statistics.evaluations as f64;
-        let error = pace.error_estimate(&statistics, on_inputs);
+        let error = control.error_estimate(&statistics, on_inputs);
         self.solver.error_estimate = self.solver.error_estimate.max(error);
         Ok(())
     }
@@ -177,7 +177,7 @@ impl ParametricDrive {
     /// vibration √(max c/min m), or half a radian of the highest harmonic of the coefficients (near a dip of the crank's
     /// stiffness an eighth of its width) at the highest speed, whichever is shorter.
     fn usual_step(&self, target: f64) -> f64 {
-        let [frequency, angle] = self.pace;
+        let [frequency, angle] = self.usual;
         let speed_at = |time: f64| self.motion.at(time).kinematics.0[1].abs();
         (0.5 / frequency).min(angle / speed_at(self.time).max(speed_at(target)))
     }
@@ -221,7 +221,7 @@ impl Drive for ParametricDrive {
             coefficients,
             motion,
             integrator: Collocation::new(Double::default(), [0.0; 2]),
-            pace: [0.0; 2],
+            usual: [0.0; 2],
             table: None,
             course: None,
             growth: 0.0,
@@ -293,7 +293,7 @@ impl Drive for ParametricDrive {
         self.solver.start();
         self.motion = self.cam.motion(time);
         self.integrator = Collocation::new(Double::from(time), [0.0; 2]);
-        self.pace = [self.coefficients.highest_frequency(), 0.25 * self.coefficients.least_reach()];
+        self.usual = [self.coefficients.highest_frequency(), 0.25 * self.coefficients.least_reach()];
         let table = self.tabulate();
         self.growth = table.growth;
         self.state = match self.start.mode {

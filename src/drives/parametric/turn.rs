@@ -4,7 +4,7 @@ use super::coefficients::{Coefficients, Values};
 use super::law::Law;
 use crate::drives::cam_drive::{CamDrive, DriveMode};
 use crate::drives::cam_turn::turns;
-use crate::drives::pace::RESERVE_OF_TABLE;
+use crate::drives::step_control::RESERVE_OF_TABLE;
 use crate::drives::{Fault, Number, Rounded};
 use crate::numerics::angle;
 use crate::numerics::double_double::Double;

@@ -1,6 +1,6 @@
 //! The periodic motion under a constant load, tabulated: what a machine does in every turn once it has run up.
 //!
-//! A cell of the raster that begins with E = E* + δ, E* on the periodic motion, is passed as on that motion but for
+//! A cell of the mesh that begins with E = E* + δ, E* on the periodic motion, is passed as on that motion but for
 //!
 //! δ(ψ) = δ(0) g(ψ),  g(ψ) = exp ∫₀^ψ ∂N/∂E dψ,  δt = −δ(0) ½ ∫ g/(E φ̇) dψ,
 //!
@@ -8,7 +8,7 @@
 //! follows from the parameters and the load, so that all instances with the same ones share it, and a machine that reads
 //! it computes the same whatever has happened before.
 
-use super::passage::{Passage, Position};
+use super::angle_step::{AngleStep, Position};
 use super::steady::{ROUNDING, Shooting};
 use super::torques::Torques;
 use super::{Kloss, Motor, RigidMachine};
@@ -16,7 +16,7 @@ use crate::drives::solver::Method;
 use crate::numerics::double_double::Double;
 use crate::numerics::gauss::{ABSCISSAE, MATRIX, STAGES, WEIGHTS};
 
-/// The part of the tolerance that a tabulated passage may add to what solving it leaves.
+/// The part of the tolerance that a tabulated step may add to what solving it leaves.
 const PART: f64 = 0.1;
 
 /// The most steps of a turn in a table: half a kilobyte each, and half a microsecond in each turn of the search.
@@ -40,28 +40,28 @@ pub struct Cycle {
 
 /// How a step is passed on the periodic motion and beside it.
 struct Lap {
-    passage: Passage,
-    /// What E grows by (J), and how long the passage takes (s).
+    step: AngleStep,
+    /// What E grows by (J), and how long the step takes (s).
     gain: Double,
     duration: Double,
     /// g − 1 at the end.
     growth: f64,
-    /// dt/dδ of the whole passage (s/J), and the same relative to its duration (1/J).
+    /// dt/dδ of the whole step (s/J), and the same relative to its duration (1/J).
     delay: f64,
     slower: f64,
     /// 1/E at the beginning (1/J).
     per_joule: f64,
-    /// What δ/E leaves within the passage: g and the integral for δt are taken as if they went with x and t.
+    /// What δ/E leaves within the step: g and the integral for δt are taken as if they went with x and t.
     bent: f64,
     /// The largest |δ| (J).
     reach: f64,
 }
 
 impl Lap {
-    fn new(passage: Passage, torques: &Torques, tolerance: f64) -> Self {
-        let length = passage.length;
-        let e: [f64; STAGES] = ABSCISSAE.map(|x| passage.energy_at(x).hi);
-        let w: [f64; STAGES] = ABSCISSAE.map(|x| passage.speed_at(x));
+    fn new(step: AngleStep, torques: &Torques, tolerance: f64) -> Self {
+        let length = step.length;
+        let e: [f64; STAGES] = ABSCISSAE.map(|x| step.energy_at(x).hi);
+        let w: [f64; STAGES] = ABSCISSAE.map(|x| step.speed_at(x));
         let rates: [f64; STAGES] = std::array::from_fn(|i| length * torques.with_slope(w[i], e[i])[1]);
         let sum = |weights: &[f64; STAGES], values: &[f64; STAGES]| -> f64 {
             weights.iter().zip(values).map(|(b, value)| b * value).sum()
@@ -70,12 +70,12 @@ impl Lap {
         let delays: [f64; STAGES] = std::array::from_fn(|i| sum(&MATRIX[i], &rates).exp() / (e[i] * w[i]));
         let largest = |values: &[f64; STAGES]| values.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
         // A function that varies by v differs from its chord by a part of v; E and the rate of g alike.
-        let bent = 0.25 * largest(&rates) + 0.25 * (passage.energy.hi / passage.from.energy.hi).ln().abs();
+        let bent = 0.25 * largest(&rates) + 0.25 * (step.energy.hi / step.from.energy.hi).ln().abs();
         let room = PART * tolerance;
-        let (duration, energy) = (passage.end - passage.from.time, passage.from.energy);
+        let (duration, energy) = (step.end - step.from.time, step.from.energy);
         let delay = -0.5 * length * sum(&WEIGHTS, &delays);
         Lap {
-            gain: passage.energy - energy,
+            gain: step.energy - energy,
             duration,
             growth: exponent.exp_m1(),
             delay,
@@ -83,20 +83,20 @@ impl Lap {
             per_joule: 1.0 / energy.hi,
             bent,
             reach: energy.hi * room.sqrt().min(room / bent.max(f64::MIN_POSITIVE)),
-            passage,
+            step,
         }
     }
 
-    /// Makes `passage` the one from another energy at the beginning; false where that is too far away.
-    fn lay(&self, position: Position, passage: &mut Passage) -> bool {
-        let own = &self.passage;
+    /// Makes `step` the one from another energy at the beginning; false where that is too far away.
+    fn lay(&self, position: Position, step: &mut AngleStep) -> bool {
+        let own = &self.step;
         let delta = (position.energy - own.from.energy).hi;
         if !(delta.abs() <= self.reach) {
             return false;
         }
         let relative = delta * self.per_joule;
-        *passage = *own;
-        passage.shift(
+        *step = *own;
+        step.shift(
             position,
             (self.gain, self.growth * delta),
             (self.duration, self.delay * delta, self.slower * delta),
@@ -113,19 +113,19 @@ impl Cycle {
         let torques = Torques::against(&machine.motor, tau, synchronous_speed.signum());
         let tolerance = machine.solver.effective_tolerance();
         let shooting = Shooting::new(machine, torques, tolerance, None).ok()?.within(MOST_LAPS);
-        let raster = &machine.raster;
+        let mesh = &machine.mesh;
         let mut energy = shooting.first_energy()?;
-        let mut turn: Vec<Passage> = Vec::with_capacity(2 * raster.cells().len());
+        let mut turn: Vec<AngleStep> = Vec::with_capacity(2 * mesh.cells().len());
         let mut before: Option<(f64, f64)> = None;
         for _ in 0..TURNS {
             turn.clear();
-            let shot = shooting.follow(energy, |passage| turn.push(*passage))?;
+            let shot = shooting.follow(energy, |step| turn.push(*step))?;
             if shot.gain.abs() <= (CLOSED * tolerance).max(ROUNDING) * energy {
-                let mut first = vec![0; raster.cells().len()];
-                for (i, passage) in turn.iter().enumerate().rev() {
-                    first[passage.from.cell] = i;
+                let mut first = vec![0; mesh.cells().len()];
+                for (i, step) in turn.iter().enumerate().rev() {
+                    first[step.from.cell] = i;
                 }
-                let laps = turn.into_iter().map(|passage| Lap::new(passage, &torques, tolerance)).collect();
+                let laps = turn.into_iter().map(|step| Lap::new(step, &torques, tolerance)).collect();
                 return Some(Cycle { torques, tolerance, laps, first });
             }
             // The slope of the map is known to some digits only; the secant knows better.
@@ -139,15 +139,15 @@ impl Cycle {
         None
     }
 
-    /// Makes `passage` the step that begins at `position`, near the periodic motion; whether there is one.
-    pub fn lay(&self, torques: &Torques, position: Position, passage: &mut Passage) -> bool {
+    /// Makes `step` the step that begins at `position`, near the periodic motion; whether there is one.
+    pub fn lay(&self, torques: &Torques, position: Position, step: &mut AngleStep) -> bool {
         if self.torques != *torques {
             return false;
         }
-        let here = |lap: &&Lap| lap.passage.from.angle == position.angle;
+        let here = |lap: &&Lap| lap.step.from.angle == position.angle;
         let mut own =
-            self.laps[self.first[position.cell]..].iter().take_while(|lap| lap.passage.from.cell == position.cell);
-        own.find(here).is_some_and(|lap| lap.lay(position, passage))
+            self.laps[self.first[position.cell]..].iter().take_while(|lap| lap.step.from.cell == position.cell);
+        own.find(here).is_some_and(|lap| lap.lay(position, step))
     }
 }
 
@@ -159,7 +159,7 @@ impl RigidMachine {
             self.cycle = None;
             return;
         }
-        // A raster that is not the old one has taken the table with it.
+        // A mesh that is not the old one has taken the table with it.
         let made =
             self.cycle.as_ref().is_some_and(|made| made.torques.against_what() == tau && made.tolerance == tolerance);
         if !made {

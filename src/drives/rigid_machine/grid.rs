@@ -134,9 +134,9 @@ impl RigidMachine {
     }
 
     /// Integrates over the communication step of length `step` from `time` (s).
-    pub(super) fn travel_on_grid(&mut self, time: f64, step: f64) -> Result<(), Fault> {
+    pub(super) fn advance_on_grid(&mut self, time: f64, step: f64) -> Result<(), Fault> {
         let target = two_sum(time, step);
-        self.prepare_raster_once()?;
+        self.prepare_mesh_once()?;
         let mut work = Work::default();
         let lag = if self.motor.lag().is_some() { 2.0 } else { 1.0 };
         let cost = lag * EVALUATION + self.inertia.cost();

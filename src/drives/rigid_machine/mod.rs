@@ -17,24 +17,24 @@
 //! Source: K. Kaltofen, "HS-Bewegungen trotz veränderlicher Antriebsgeschwindigkeit", equation (2); Dresig, Holzweißig,
 //! *Maschinendynamik*, chapter 2 (rigid machine).
 
-mod course;
+mod advance;
+mod angle_step;
 mod cycle;
 mod follower;
 mod grid;
 mod inertia;
 pub mod linkage;
+mod mesh;
 mod motor;
 pub mod orbits;
-mod passage;
 mod place;
 mod profile;
-mod raster;
 mod signal;
 mod solver;
 mod steady;
 mod steady_lag;
+mod step_control;
 mod torques;
-mod travel;
 mod variables;
 
 #[cfg(test)]
@@ -53,10 +53,10 @@ use super::{Curve, Drive, EventLog, Experiment, Fault, List, Text};
 use crate::numerics::angle;
 use crate::numerics::double_double::Double;
 use crate::numerics::number::{Number, all_finite};
+use angle_step::{AngleStep, Errors};
 use cycle::Cycle;
 use grid::Grid;
-use passage::{Errors, Passage};
-use raster::Raster;
+use mesh::Mesh;
 use serde::{Deserialize, Serialize};
 use signal::Signal;
 use solver::Integrator;
@@ -102,7 +102,7 @@ struct State {
     turns: f64,
     /// φ̇ (rad/s).
     w: f64,
-    /// u = √J φ̇ [√J]: E = ½u². See [`solver`] for why. Out of date while there is a passage.
+    /// u = √J φ̇ [√J]: E = ½u². See [`solver`] for why. Out of date while there is an angle step.
     u: Double,
     /// M_an (N·m) of a motor with a lag.
     torque: f64,
@@ -141,24 +141,24 @@ pub struct RigidMachine {
     grid: Grid,
     /// The turn's cells with their J; follows from the parameters.
     #[serde(skip)]
-    raster: Raster,
+    mesh: Mesh,
     /// The periodic motion against the load of the start, where there is one; follows from the parameters and that load.
     #[serde(skip)]
     cycle: Option<Arc<Cycle>>,
     /// τ when the simulation started (N·m).
     load_at_start: f64,
     /// The step in the angle that holds the communication point; None while the motion is integrated in time.
-    passage: Option<Passage>,
-    /// The torques for which the passage holds.
+    step: Option<AngleStep>,
+    /// The torques for which the step holds.
     torques: Torques,
-    /// Where in the passage the communication point lies, x ∈ [−1, 1].
+    /// Where in the step the communication point lies, x ∈ [−1, 1].
     abscissa: f64,
     /// What was looked up in the table of J last; the table yields it again.
     #[serde(skip)]
     seen: Option<Seen>,
     /// The length that the next step in the angle may have (rad).
     next_length: f64,
-    /// What is known of the errors at the beginning of the passage.
+    /// What is known of the errors at the beginning of the step.
     errors: Errors,
     /// The angle passed since the start, there and back (rad).
     travelled: f64,
@@ -198,10 +198,10 @@ impl RigidMachine {
             state: State::default(),
             integrator: Integrator::new(&scene.motor),
             grid: Grid::default(),
-            raster: Raster::default(),
+            mesh: Mesh::default(),
             cycle: None,
             load_at_start: 0.0,
-            passage: None,
+            step: None,
             torques: Torques::default(),
             abscissa: 0.0,
             seen: None,
@@ -225,8 +225,8 @@ impl RigidMachine {
                 Number(SLOWEST)
             )));
         }
-        // Where there is a raster it has passed.
-        if self.raster.is_of(&self.inertia) {
+        // Where there is a mesh it has passed.
+        if self.mesh.is_of(&self.inertia) {
             return Ok(());
         }
         self.inertia.validate().map_err(Fault)?;
@@ -268,7 +268,7 @@ impl RigidMachine {
         if let Some(seen) = self.seen.filter(|seen| seen.interval == interval && seen.phi == angle.hi) {
             return seen.value;
         }
-        self.raster.profile.with_slope(&self.inertia, self.state.interval, self.state.angle.hi)
+        self.mesh.profile.with_slope(&self.inertia, self.state.interval, self.state.angle.hi)
     }
 
     /// J, J′, J″, J‴ at the angle of the state.
@@ -296,7 +296,7 @@ impl Drive for RigidMachine {
         let mut machine = RigidMachine::of(scene);
         machine.check()?;
         // Here, so that the instances of a scene share it.
-        machine.prepare_raster()?;
+        machine.prepare_mesh()?;
         Ok(machine)
     }
 
@@ -356,11 +356,11 @@ impl Drive for RigidMachine {
         self.check()?;
         self.solver.start();
         (self.integrator, self.period) = (Integrator::new(&self.motor), 0.0);
-        (self.passage, self.next_length, self.errors) = (None, f64::INFINITY, Errors::default());
+        (self.step, self.next_length, self.errors) = (None, f64::INFINITY, Errors::default());
         self.travelled = 0.0;
         self.top_speed = 0.0;
         self.load_at_start = self.load.now();
-        self.prepare_raster()?;
+        self.prepare_mesh()?;
         self.place_at_start(self.w_start);
         if self.start == MachineStart::SteadyState {
             self.start_periodically(time)?;
@@ -374,7 +374,7 @@ impl Drive for RigidMachine {
 
     /// The inputs are torques; they change the acceleration at once and the state not at all.
     fn apply(&mut self, _time: f64) -> Result<(), Fault> {
-        self.prepare_raster_once()
+        self.prepare_mesh_once()
     }
 
     /// At the speed that the shaft has now.
@@ -387,8 +387,8 @@ impl Drive for RigidMachine {
         self.load.step_begins();
         self.driving.step_begins();
         match self.solver.settings.method {
-            Method::Adaptive => self.travel(time, step)?,
-            Method::FixedCost => self.travel_on_grid(time, step)?,
+            Method::Adaptive => self.advance_by_angle(time, step)?,
+            Method::FixedCost => self.advance_on_grid(time, step)?,
         }
         self.load.step_ends(step);
         self.driving.step_ends(step);
@@ -417,20 +417,20 @@ impl Drive for RigidMachine {
         &mut self.events
     }
 
-    /// The raster, of which already the outputs before the next step take J.
+    /// The mesh, of which already the outputs before the next step take J.
     fn restored(&mut self, made: &Self) -> Result<(), Fault> {
         (self.inertia, self.motor) = (made.inertia.clone(), made.motor);
-        (self.raster, self.cycle) = (made.raster.clone(), made.cycle.clone());
+        (self.mesh, self.cycle) = (made.mesh.clone(), made.cycle.clone());
         // Parameters that are yet to be changed need make no machine; the next start tells.
         if self.check().is_ok() {
-            self.prepare_raster()?;
+            self.prepare_mesh()?;
         }
         let intervals = self.inertia.borders().len().max(1);
-        let cell = self.passage.as_ref().map_or(0, |passage| passage.from.cell);
+        let cell = self.step.as_ref().map_or(0, |step| step.from.cell);
         let lags = matches!(self.integrator, Integrator::WithLag(_));
         let fits = self.state.interval < intervals
             && self.grid.interval() < intervals
-            && cell < self.raster.cells().len().max(1)
+            && cell < self.mesh.cells().len().max(1)
             && lags == self.motor.lag().is_some();
         if fits { Ok(()) } else { Err(no_state()) }
     }

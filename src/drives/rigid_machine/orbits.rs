@@ -197,7 +197,7 @@ impl Search<'_> {
     fn without_lag(&self, stable: bool, start: f64, at_zero: f64) -> Option<PeriodicMotion> {
         let (shooting, way) = if stable { (&self.ahead, 1.0) } else { (&self.back, -1.0) };
         let (mut growth, sense) = (0.0, self.ahead.torques().sense);
-        let shot = shooting.follow(start, |passage| growth += way * passage.log_growth(&shooting.torques()))?;
+        let shot = shooting.follow(start, |step| growth += way * step.log_growth(&shooting.torques()))?;
         let speed = sense * (2.0 * at_zero / self.machine.inertia_now()[0]).sqrt();
         let torque = self.machine.motor.characteristic(speed)[0];
         Some(PeriodicMotion {

@@ -1,4 +1,4 @@
-//! The motion of the machine in time, for where the angle does not serve as the variable ([`super::travel`]).
+//! The motion of the machine in time, for where the angle does not serve as the variable ([`super::advance`]).
 //!
 //! With u = √J φ̇ the equation of motion becomes
 //!
@@ -244,7 +244,7 @@ impl RigidMachine {
             motor: &self.motor,
             load: &self.load,
             driving: &self.driving,
-            profile: &self.raster.profile,
+            profile: &self.mesh.profile,
             base: &self.state,
             since,
             reach,

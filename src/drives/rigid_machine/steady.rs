@@ -1,7 +1,7 @@
 //! The periodic steady state, found by shooting over one turn of the angle.
 //!
 //! The machine turns in the sense σ = sgn(w_s). E at the beginning of the turn → E at its end is a monotone scalar map,
-//! and the motion in the angle ([`super::course`]) computes it. Its fixed points are the rotating periodic motions;
+//! and the motion in the angle ([`super::step_control`]) computes it. Its fixed points are the rotating periodic motions;
 //! the time of the turn is the period. The multiplier of an orbit is the slope of the map.
 //!
 //! A motion that is faster than w* everywhere, where M(w*) = τ with a falling characteristic, loses energy, hence every
@@ -9,17 +9,17 @@
 //! the torque exceeds the load between the slowest of these speeds and w*. Where the characteristic falls at all these
 //! speeds, |s| < s_K, there is one such orbit, it is stable, and it is the fastest. Otherwise there may be several.
 //! **Of the stable orbits the fastest is taken**: the one that a machine reaches that was fast before. The map is then
-//! scanned for changes of the sign of E(2π) − E(0), so that two orbits closer together than the scan's raster (half a
+//! scanned for changes of the sign of E(2π) − E(0), so that two orbits closer together than the scan's mesh (half a
 //! per cent of the speed) may be overlooked.
 //!
 //! With a lagging torque the map has two dimensions ([`super::steady_lag`]).
 //!
 //! Source: W. Walter, *Ordinary Differential Equations*, Springer 1998, § 9 (lower and upper solutions).
 
-use super::course::Course;
-use super::passage::{Passage, Position};
-use super::raster::Raster;
+use super::angle_step::{AngleStep, Position};
+use super::mesh::Mesh;
 use super::steady_lag::Turn;
+use super::step_control::AngleSteps;
 use super::torques::Torques;
 use super::{Kloss, Motor, RigidMachine, State};
 use crate::drives::limits::search_too_much;
@@ -55,12 +55,12 @@ const MOST_STEPS: usize = 200_000;
 /// A table of 2/J beside the evaluations of J for it (nominal µs).
 const TABLE: f64 = 0.5;
 
-/// What a passage takes that evaluates N so often (nominal µs).
-pub(super) fn cost_of_passage(evaluations: f64) -> f64 {
+/// What a step takes that evaluates N so often (nominal µs).
+pub(super) fn cost_of_step(evaluations: f64) -> f64 {
     0.15 + 0.03 * evaluations
 }
 
-/// What a turn from the beginning of the raster on does.
+/// What a turn from the beginning of the mesh on does.
 pub struct Shot {
     /// E(2π) − E(0) (J).
     pub gain: f64,
@@ -73,7 +73,7 @@ pub struct Shot {
 /// Shooting at one tolerance.
 pub struct Shooting<'a> {
     machine: &'a RigidMachine,
-    raster: Raster,
+    mesh: Mesh,
     torques: Torques,
     tolerance: f64,
     /// Steps in a turn with more of which the machine is given up.
@@ -86,21 +86,21 @@ impl<'a> Shooting<'a> {
     /// Shooting of this machine under these torques, with what is left of the `work`.
     ///
     /// # Errors
-    /// Where the raster of this tolerance takes too much.
+    /// Where the mesh of this tolerance takes too much.
     pub fn new(
         machine: &'a RigidMachine,
         torques: Torques,
         tolerance: f64,
         work: Option<&'a Cell<Work>>,
     ) -> Result<Self, Fault> {
-        // The machine's own raster serves where it is fine enough.
+        // The machine's own mesh serves where it is fine enough.
         let own = machine.solver.effective_tolerance() <= tolerance;
-        let raster = if own {
-            machine.raster.clone()
+        let mesh = if own {
+            machine.mesh.clone()
         } else {
-            machine.raster.with_tolerance(&machine.inertia, &machine.motor, tolerance)?
+            machine.mesh.with_tolerance(&machine.inertia, &machine.motor, tolerance)?
         };
-        Ok(Shooting { machine, raster, torques, tolerance, most_steps: MOST_STEPS, work })
+        Ok(Shooting { machine, mesh, torques, tolerance, most_steps: MOST_STEPS, work })
     }
 
     /// The same for turns of at most so many steps.
@@ -111,7 +111,7 @@ impl<'a> Shooting<'a> {
     /// E at the beginning of the turn on the periodic motion, about: that of the mean √J at the speed that balances the
     /// load.
     pub fn first_energy(&self) -> Option<f64> {
-        let root = self.machine.raster.mean_root * self.torques.balance()?;
+        let root = self.machine.mesh.mean_root * self.torques.balance()?;
         Some(0.5 * root * root)
     }
 
@@ -126,7 +126,7 @@ impl<'a> Shooting<'a> {
 
     /// The beginning of the turn with this energy.
     fn beginning(&self, energy: f64) -> Position {
-        let cells = self.raster.cells();
+        let cells = self.mesh.cells();
         let cell = if self.forward() { 0 } else { cells.len() - 1 };
         let angle = if self.forward() { cells[cell].low } else { cells[cell].high };
         Position { energy: Double::from(energy), angle: Double::from(angle), cell, ..Position::default() }
@@ -134,10 +134,14 @@ impl<'a> Shooting<'a> {
 
     /// Follows the machine from the beginning of a turn with this energy; `visit` sees every step and may bound the
     /// next one, or end the journey. None where the machine comes to rest.
-    fn travel(&self, energy: f64, mut most: impl FnMut(&Position, Option<&Passage>) -> Option<f64>) -> Option<Passage> {
-        let mut course = Course {
+    fn advance_by_angle(
+        &self,
+        energy: f64,
+        mut most: impl FnMut(&Position, Option<&AngleStep>) -> Option<f64>,
+    ) -> Option<AngleStep> {
+        let mut steps = AngleSteps {
             inertia: &self.machine.inertia,
-            raster: &self.raster,
+            mesh: &self.mesh,
             torques: self.torques,
             tolerance: self.tolerance,
             next_length: f64::INFINITY,
@@ -146,19 +150,19 @@ impl<'a> Shooting<'a> {
         };
         let cost_of_table = TABLE + STAGES as f64 * self.machine.inertia.cost();
         let mut position = self.beginning(energy);
-        let mut last: Option<Passage> = None;
+        let mut last: Option<AngleStep> = None;
         for _ in 0..self.most_steps {
             let Some(most) = most(&position, last.as_ref()) else { return last };
-            let before = (course.evaluations, course.tables);
-            let passage = course.pass(position, last.as_ref(), most);
-            let tables = (course.tables - before.1) as f64 * cost_of_table;
-            work::draw(self.work, cost_of_passage(course.evaluations - before.0) + tables)?;
-            let passage = passage?;
-            position = self.raster.after(&passage, self.torques.sense);
-            if !(passage.energy.hi > REST * energy) {
+            let before = (steps.evaluations, steps.tables);
+            let step = steps.pass(position, last.as_ref(), most);
+            let tables = (steps.tables - before.1) as f64 * cost_of_table;
+            work::draw(self.work, cost_of_step(steps.evaluations - before.0) + tables)?;
+            let step = step?;
+            position = self.mesh.after(&step, self.torques.sense);
+            if !(step.energy.hi > REST * energy) {
                 return None;
             }
-            last = Some(passage);
+            last = Some(step);
         }
         None
     }
@@ -169,9 +173,9 @@ impl<'a> Shooting<'a> {
     }
 
     /// The same; `visit` sees the steps.
-    pub fn follow(&self, energy: f64, mut visit: impl FnMut(&Passage)) -> Option<Shot> {
+    pub fn follow(&self, energy: f64, mut visit: impl FnMut(&AngleStep)) -> Option<Shot> {
         let mut slope = 1.0;
-        let end = self.travel(energy, |position, last| {
+        let end = self.advance_by_angle(energy, |position, last| {
             if let Some(last) = last {
                 slope *= last.slope();
                 visit(last);
@@ -185,9 +189,9 @@ impl<'a> Shooting<'a> {
     /// E at the angle of the machine on the motion that begins the turn with `energy`.
     pub fn energy_at_start(&self, energy: f64) -> Option<Double> {
         let angle = self.machine.state.angle.hi;
-        let cell = self.raster.find(self.machine.state.interval, angle, self.forward());
+        let cell = self.mesh.find(self.machine.state.interval, angle, self.forward());
         let ahead = |position: &Position| self.torques.sense * (angle - position.angle.hi);
-        let end = self.travel(energy, |position, _| {
+        let end = self.advance_by_angle(energy, |position, _| {
             let there = position.cell == cell && ahead(position) <= 0.0;
             (!there && position.turns == 0.0)
                 .then(|| if position.cell == cell { ahead(position) } else { f64::INFINITY })
@@ -202,8 +206,8 @@ impl<'a> Shooting<'a> {
         let sense = self.machine.motor.sense();
         let mut course = Vec::with_capacity(points + 1);
         let longest = TAU / points as f64;
-        self.travel(energy, |position, _| {
-            let place = self.machine.inertia.place(self.raster.cells()[position.cell].interval);
+        self.advance_by_angle(energy, |position, _| {
+            let place = self.machine.inertia.place(self.mesh.cells()[position.cell].interval);
             let j = self.machine.inertia.value(place, position.angle.hi);
             let here = [position.angle.hi, sense * (2.0 * position.energy.hi / j).sqrt()];
             (position.turns == 0.0).then(|| {

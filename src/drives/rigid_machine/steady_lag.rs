@@ -120,7 +120,7 @@ impl Turn<'_> {
             legs.push(Leg { place: self.inertia.place(interval), end: psi });
             interval = if self.sense > 0.0 { (interval + 1) % borders } else { (interval + borders - 1) % borders };
             at = 0.0;
-            // The raster of the borders cannot have more pieces than this.
+            // The mesh of the borders cannot have more pieces than this.
             if legs.len() > borders + 1 {
                 break;
             }

@@ -39,7 +39,7 @@ fn a_small_wave_beside_a_polynomial_is_tabulated_to_rounding() {
         let phi = TAU * (f64::from(i) + 0.5) / 2000.0;
         let exact = 0.055 + scene.followers.iter().map(|f| f.m * f.cam.at(phi).0[1].powi(2)).sum::<f64>();
         let (interval, phi) = machine.inertia.interval(angle::reduce(Double::from(phi)), true);
-        let tabulated = machine.raster.profile.tabulated(interval, phi).expect("an interval has no table")[0];
+        let tabulated = machine.mesh.profile.tabulated(interval, phi).expect("an interval has no table")[0];
         assert_near(tabulated, exact, 3e-14, &format!("J at {phi}"));
     }
 }

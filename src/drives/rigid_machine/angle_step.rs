@@ -4,7 +4,7 @@
 //!
 //! dE/dψ = σ(M_an − τ),  φ̇ = σ√(2E/J),  dt/dψ = 1/|φ̇|
 //!
-//! as long as the shaft turns. J′ has gone, J enters only by its value at the angle, which a raster tabulates once
+//! as long as the shaft turns. J′ has gone, J enters only by its value at the angle, which a mesh tabulates once
 //! for all turns, and there is one unknown. Without torques E is constant to the last digit.
 //!
 //! Method: Gauss collocation of order 16 for E. Sweeps Eᵢ ← E₀ + h Σ aᵢⱼ N(Eⱼ) contract by about h ∂N/∂E; a motor that
@@ -75,7 +75,7 @@ pub struct Position {
     pub angle: Double,
     /// Whole turns.
     pub turns: f64,
-    /// The cell of the raster.
+    /// The cell of the mesh.
     pub cell: usize,
     /// E (J).
     pub energy: Double,
@@ -120,7 +120,7 @@ struct Growth {
 
 /// A step in the angle: the motion between its ends.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Passage {
+pub struct AngleStep {
     /// Where it begins.
     pub from: Position,
     /// Its length (rad), positive.
@@ -138,11 +138,11 @@ pub struct Passage {
     slowness: Interpolant,
     /// Its integral from 0 to −1.
     slowness_before: f64,
-    /// What the integral of 1/|φ̇| over x grows by per second: 2/length, but where the passage is shifted.
+    /// What the integral of 1/|φ̇| over x grows by per second: 2/length, but where the step is shifted.
     rate: f64,
     /// The part of its duration that passes in a second (1/s).
     pace: f64,
-    /// What E rises by with x beyond `work`, where the passage is shifted (J).
+    /// What E rises by with x beyond `work`, where the step is shifted (J).
     tilt: f64,
     /// x as a polynomial of the part s of the duration that has passed: −1 + Σ gⱼ sʲ⁺¹ (j < 5) + g₅ s³ (1 − s)³.
     guess: [f64; 6],
@@ -244,7 +244,7 @@ fn factorise(length: f64, torques: &Torques, e: &[f64; STAGES], reciprocal: &[f6
     Lu::new(matrix, STAGES)
 }
 
-/// The polynomial [`Passage::guess`] with the values, slopes and curvatures of x at the ends, and x = 0 at the part
+/// The polynomial [`AngleStep::guess`] with the values, slopes and curvatures of x at the ends, and x = 0 at the part
 /// `middle`: dx/ds = `slopes` there, d²x/ds² = −(dx/ds)² d ln(1/φ̇)/dx · dx/ds.
 fn guess(slowness: &[f64; COEFFICIENTS], slopes: [f64; 2], middle: f64) -> [f64; 6] {
     // Pₖ′(±1) = (±1)ᵏ⁺¹ k (k + 1)/2.
@@ -280,16 +280,16 @@ fn guessed(guess: &[f64; 6], s: f64) -> f64 {
     s * (a + s * (b + s * (c + s * (d + s * e)))) + f * bump * bump * bump - 1.0
 }
 
-impl Passage {
+impl AngleStep {
     /// The step of `length` from `from` on, with 2/J at its ends and nodes in the order in which they are passed. N of
-    /// the passage `before`, which ends here, goes on as a first guess. Adds to the number of evaluations. None where
+    /// the step `before`, which ends here, goes on as a first guess. Adds to the number of evaluations. None where
     /// the equations cannot be solved.
     pub fn new(
         from: Position,
         (length, to_edge): (f64, bool),
         reciprocal: &Tabulated,
         torques: &Torques,
-        before: Option<&Passage>,
+        before: Option<&AngleStep>,
         effort: Effort,
         evaluations: &mut f64,
     ) -> Option<Self> {
@@ -297,8 +297,8 @@ impl Passage {
         let inner = reciprocal.nodes;
         let first_speed = (energy * reciprocal.ends[0]).sqrt();
         let [first_net, first_slope] = torques.with_slope(first_speed, energy);
-        let before = before.filter(|passage| length <= STRETCH * passage.length);
-        let mut net = before.map_or([first_net; STAGES], |passage| passage.continued(length));
+        let before = before.filter(|step| length <= STRETCH * step.length);
+        let mut net = before.map_or([first_net; STAGES], |step| step.continued(length));
         let stiff = length * first_slope.abs() > STIFF;
         let left = solve(&mut net, (from.energy, length), &inner, torques, stiff, effort, evaluations)?;
 
@@ -348,7 +348,7 @@ impl Passage {
         let slow_end = slow_ratio * slow_decay.powi(3);
         let rounding = length * noise / least;
         let exponent = (0.5 * length * (first_slope + end_slope)).min(LARGEST_EXPONENT);
-        Some(Passage {
+        Some(AngleStep {
             from,
             length,
             to_edge,
@@ -377,7 +377,7 @@ impl Passage {
         })
     }
 
-    /// Moves this passage to another place and energy, where E grows by `gain` and `more` (J) and it takes `duration` and
+    /// Moves this step to another place and energy, where E grows by `gain` and `more` (J) and it takes `duration` and
     /// `longer` (s), which is the part `slower`; it then errs by these relative errors of E at the end and, besides,
     /// between the ends.
     #[inline(always)]
@@ -483,7 +483,7 @@ impl Passage {
         }
     }
 
-    /// The relative error of the speed and the error of the angle (rad) within the passage.
+    /// The relative error of the speed and the error of the angle (rad) within the step.
     pub fn error_within(&self, errors: Errors) -> [f64; 2] {
         let angle = self.end_speed * errors.time + self.angle_error;
         [0.5 * (errors.energy + self.energy_error) + self.bend * angle, angle]

@@ -33,7 +33,7 @@ pub const RESERVE_OF_TABLE: f64 = 2.0;
 
 /// What decides the lengths of the internal steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Pace {
+pub enum StepControl {
     /// The relative tolerance.
     Tolerance(f64),
     /// A grid of equal steps.
@@ -75,16 +75,16 @@ pub enum Stop {
     },
 }
 
-impl Pace {
-    /// The pace that the settings ask for on a motion known from `from` to `target` only (s), as on inputs: equal steps
+impl StepControl {
+    /// The control that the settings ask for on a motion known from `from` to `target` only (s), as on inputs: equal steps
     /// divide it, the longest ones that do not exceed what is asked for, `usual` (s) where nothing is.
     pub fn within(solver: &Solver, from: f64, target: f64, usual: impl FnOnce() -> f64) -> Self {
         match solver.settings.method {
-            Method::Adaptive => Pace::Tolerance(solver.effective_tolerance()),
+            Method::Adaptive => StepControl::Tolerance(solver.effective_tolerance()),
             Method::FixedCost => {
                 let asked = solver.settings.step_size;
                 let (step, length) = (if asked > 0.0 { asked } else { usual() }, target - from);
-                Pace::Grid { origin: from, step: length / (length / step).ceil().max(1.0) }
+                StepControl::Grid { origin: from, step: length / (length / step).ceil().max(1.0) }
             }
         }
     }
@@ -98,8 +98,8 @@ impl Pace {
         iterations: usize,
     ) -> Result<(), Failure> {
         match self {
-            Pace::Tolerance(tolerance) => integrator.step(system, limit, tolerance),
-            Pace::Grid { origin, step } => {
+            StepControl::Tolerance(tolerance) => integrator.step(system, limit, tolerance),
+            StepControl::Grid { origin, step } => {
                 let start = integrator.end();
                 let origin = Double::from(origin);
                 let next = ((start - origin).hi / step + SLIVER).floor() + 1.0;
@@ -115,7 +115,7 @@ impl Pace {
 
     /// Steps until the last one ends at or beyond `target`; a step of a grid may take this number of attempts. Draws upon the
     /// `work`, of which an evaluation of the equation takes `cost` (nominal µs).
-    pub fn travel<const N: usize>(
+    pub fn integrate<const N: usize>(
         self,
         integrator: &mut Collocation<N>,
         target: Double,
@@ -125,8 +125,8 @@ impl Pace {
     ) -> Result<(), Stop> {
         let first = integrator.statistics.steps;
         let most = match self {
-            Pace::Tolerance(_) => f64::INFINITY,
-            Pace::Grid { step, .. } => attempts as f64 * (((target - integrator.end()).hi / step).ceil() + 1.0),
+            StepControl::Tolerance(_) => f64::INFINITY,
+            StepControl::Grid { step, .. } => attempts as f64 * (((target - integrator.end()).hi / step).ceil() + 1.0),
         };
         // Steps that nobody can wait for are refused before the first.
         if most.is_finite() && !work.allows(cost * most / attempts as f64) {
@@ -149,12 +149,12 @@ impl Pace {
     /// end of a step.
     pub fn error_estimate(self, statistics: &Statistics, on_inputs: bool) -> f64 {
         let error = match (self, on_inputs) {
-            (Pace::Tolerance(_), false) => {
+            (StepControl::Tolerance(_), false) => {
                 RESERVE_BETWEEN_ENDS * statistics.error_estimate + RESERVE_AT_ENDS * statistics.error_at_ends
             }
-            (Pace::Grid { .. }, false) => RESERVE_OF_EQUAL_STEPS * statistics.state_error,
-            (Pace::Tolerance(_), true) => RESERVE_ON_INPUTS * statistics.error_at_ends,
-            (Pace::Grid { .. }, true) => RESERVE_OF_EQUAL_STEPS_ON_INPUTS * statistics.error_at_ends,
+            (StepControl::Grid { .. }, false) => RESERVE_OF_EQUAL_STEPS * statistics.state_error,
+            (StepControl::Tolerance(_), true) => RESERVE_ON_INPUTS * statistics.error_at_ends,
+            (StepControl::Grid { .. }, true) => RESERVE_OF_EQUAL_STEPS_ON_INPUTS * statistics.error_at_ends,
         };
         // `min` takes what is no number for 1.
         error.min(1.0)
@@ -164,7 +164,7 @@ impl Pace {
     pub fn fault(self, stop: Stop, words: &Words, way: [f64; 2], motion: &AngleMotion) -> Fault {
         let Words { quantity, turning, parameters, frequency } = words;
         Fault(match (stop, self) {
-            (Stop::Failed(Failure::Stalled { time } | Failure::Unbounded { time }), Pace::Grid { step, .. }) => {
+            (Stop::Failed(Failure::Stalled { time } | Failure::Unbounded { time }), StepControl::Grid { step, .. }) => {
                 format!(
                     "{quantity} cannot be computed beyond t = {} s with internal steps of {} s: they turn {turning} \
                  too far, or miss more than {WORST} of the motion; shorten solver.step_size, or set \
@@ -173,13 +173,15 @@ impl Pace {
                     Rounded(step)
                 )
             }
-            (Stop::Failed(Failure::Stalled { time } | Failure::Unbounded { time }), Pace::Tolerance(_)) => format!(
-                "{quantity} cannot be computed beyond t = {} s: no internal step keeps the tolerance; check {parameters} \
+            (Stop::Failed(Failure::Stalled { time } | Failure::Unbounded { time }), StepControl::Tolerance(_)) => {
+                format!(
+                    "{quantity} cannot be computed beyond t = {} s: no internal step keeps the tolerance; check {parameters} \
                  and the speed, or relax solver.tolerance",
-                Rounded(time)
-            ),
-            (Stop::Exhausted { time } | Stop::TooManyAttempts { time }, pace) => {
-                let setting = if matches!(pace, Pace::Grid { .. }) {
+                    Rounded(time)
+                )
+            }
+            (Stop::Exhausted { time } | Stop::TooManyAttempts { time }, control) => {
+                let setting = if matches!(control, StepControl::Grid { .. }) {
                     "lengthen solver.step_size"
                 } else {
                     "relax solver.tolerance"

@@ -1,4 +1,4 @@
-//! The turn as a raster of cells, with J(φ) tabulated at the nodes of each.
+//! The turn as a mesh of cells, with J(φ) tabulated at the nodes of each.
 //!
 //! A machine passes the same angles in every turn. What the equations need of J there is computed once, so that the
 //! cost of a turn depends neither on the number of followers nor on that of their harmonics. Cells are as wide as
@@ -6,7 +6,7 @@
 //! angle to the tolerance; they end at the borders of the motion laws. Where the motor's torque varies more than √J at
 //! its synchronous speed, cells are divided.
 
-use super::passage::{Effort, Passage, Position, Tabulated};
+use super::angle_step::{AngleStep, Effort, Position, Tabulated};
 use super::profile::Profile;
 use super::torques::Torques;
 use super::{Inertia, Kloss, Motor};
@@ -58,7 +58,7 @@ pub struct Cell {
 
 /// The cells of a turn, ascending; none before it is prepared.
 #[derive(Clone, Default)]
-pub struct Raster {
+pub struct Mesh {
     cells: Arc<Vec<Cell>>,
     /// J(φ).
     pub profile: Arc<Profile>,
@@ -109,8 +109,8 @@ fn mean_root(cells: &[Cell]) -> f64 {
     cells.iter().map(root).sum::<f64>() / TAU
 }
 
-impl Raster {
-    /// The raster on which `inertia` is met to the relative `tolerance`, and the torque of the motor as it is about its
+impl Mesh {
+    /// The mesh on which `inertia` is met to the relative `tolerance`, and the torque of the motor as it is about its
     /// synchronous speed.
     ///
     /// # Errors
@@ -119,12 +119,12 @@ impl Raster {
         Self::on(Arc::new(Profile::new(inertia)), inertia, motor, tolerance)
     }
 
-    /// The raster of another tolerance.
+    /// The mesh of another tolerance.
     pub fn with_tolerance(&self, inertia: &Inertia, motor: &Motor, tolerance: f64) -> Result<Self, Fault> {
         Self::on(self.profile.clone(), inertia, motor, tolerance)
     }
 
-    /// The raster on a profile of this inertia.
+    /// The mesh on a profile of this inertia.
     pub fn on(profile: Arc<Profile>, inertia: &Inertia, motor: &Motor, tolerance: f64) -> Result<Self, Fault> {
         let mut cells = Self::of_inertia(inertia, &profile, tolerance)?;
         if let Motor::Kloss(Kloss { synchronous_speed, dynamics: None, .. }) = motor {
@@ -133,7 +133,7 @@ impl Raster {
         let widest = cells.iter().map(|cell| cell.width).fold(0.0, f64::max);
         let made_for = Some(Arc::new((inertia.clone(), *motor, tolerance)));
         let mean_root = mean_root(&cells);
-        Ok(Raster { widest, mean_root, cells: Arc::new(cells), profile, made_for })
+        Ok(Mesh { widest, mean_root, cells: Arc::new(cells), profile, made_for })
     }
 
     /// The cells that J(φ) alone asks for.
@@ -188,9 +188,8 @@ impl Raster {
         let effort = Effort { remainder: FINER * tolerance, fixed: 0 };
         let mut divided = Vec::with_capacity(2 * cells.len());
         for cell in cells {
-            let passage =
-                Passage::new(position, (cell.width, true), &cell.reciprocal, &torques, None, effort, &mut 0.0);
-            let error = passage.map_or(f64::INFINITY, |passage| passage.error);
+            let step = AngleStep::new(position, (cell.width, true), &cell.reciprocal, &torques, None, effort, &mut 0.0);
+            let error = step.map_or(f64::INFINITY, |step| step.error);
             // The error goes with the ninth power of the width.
             let parts = (error / tolerance).powf(1.0 / 9.0).ceil().clamp(1.0, MOST_PARTS) as usize;
             let missing = cell.width - (cell.high - cell.low);
@@ -210,12 +209,12 @@ impl Raster {
         divided
     }
 
-    /// Whether it is the raster of this inertia, this motor and this tolerance.
+    /// Whether it is the mesh of this inertia, this motor and this tolerance.
     pub fn is_for(&self, inertia: &Inertia, motor: &Motor, tolerance: f64) -> bool {
         self.made_for.as_ref().is_some_and(|m| m.0 == *inertia && m.1 == *motor && m.2 == tolerance)
     }
 
-    /// Whether it is a raster of this inertia.
+    /// Whether it is a mesh of this inertia.
     pub fn is_of(&self, inertia: &Inertia) -> bool {
         self.made_for.as_ref().is_some_and(|m| m.0 == *inertia)
     }
@@ -236,11 +235,11 @@ impl Raster {
         if inertia.borders().is_empty() { (0.0, TAU) } else { inertia.ends(interval) }
     }
 
-    /// Where the step begins that follows a passage in this sense.
-    pub fn after(&self, passage: &Passage, sense: f64) -> Position {
-        let angle = passage.from.angle + Double::from(sense * passage.length);
-        let mut position = Position { time: passage.end, energy: passage.energy, angle, ..passage.from };
-        if passage.to_edge {
+    /// Where the step begins that follows a step in this sense.
+    pub fn after(&self, step: &AngleStep, sense: f64) -> Position {
+        let angle = step.from.angle + Double::from(sense * step.length);
+        let mut position = Position { time: step.end, energy: step.energy, angle, ..step.from };
+        if step.to_edge {
             self.next(&mut position, sense > 0.0);
         }
         position
@@ -301,11 +300,11 @@ mod tests {
     #[test]
     fn the_cells_cover_the_turn_and_follow_the_waves() {
         let count = |constant, order, tolerance| {
-            let raster = Raster::new(&inertia(constant, order), &Motor::None, tolerance).unwrap();
-            let total: f64 = raster.cells().iter().map(|cell| cell.width).sum();
+            let mesh = Mesh::new(&inertia(constant, order), &Motor::None, tolerance).unwrap();
+            let total: f64 = mesh.cells().iter().map(|cell| cell.width).sum();
             assert!((total - TAU).abs() < 1e-14);
-            assert!(raster.cells().windows(2).all(|pair| pair[0].high == pair[1].low));
-            raster.cells().len()
+            assert!(mesh.cells().windows(2).all(|pair| pair[0].high == pair[1].low));
+            mesh.cells().len()
         };
         let few = count(0.5, 5, 1e-6);
         assert!(few < 40 && few < count(0.5, 5, 1e-12) && few < count(0.5, 64, 1e-6));
@@ -315,11 +314,11 @@ mod tests {
 
     #[test]
     fn an_angle_finds_its_cell() {
-        let raster = Raster::new(&inertia(0.5, 5), &Motor::None, 1e-9).unwrap();
-        for (i, cell) in raster.cells().iter().enumerate() {
-            assert_eq!(raster.find(0, cell.low, true), i);
-            assert_eq!(raster.find(0, cell.high, false), i);
-            assert_eq!(raster.find(0, 0.5 * (cell.low + cell.high), true), i);
+        let mesh = Mesh::new(&inertia(0.5, 5), &Motor::None, 1e-9).unwrap();
+        for (i, cell) in mesh.cells().iter().enumerate() {
+            assert_eq!(mesh.find(0, cell.low, true), i);
+            assert_eq!(mesh.find(0, cell.high, false), i);
+            assert_eq!(mesh.find(0, 0.5 * (cell.low + cell.high), true), i);
         }
     }
 }

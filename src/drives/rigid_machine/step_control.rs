@@ -1,8 +1,8 @@
 //! Step control of the motion in the angle.
 
 use super::Inertia;
-use super::passage::{Effort, Passage, Position, Tabulated};
-use super::raster::{Cell, Raster, tabulate};
+use super::angle_step::{AngleStep, Effort, Position, Tabulated};
+use super::mesh::{Cell, Mesh, tabulate};
 use super::torques::Torques;
 use crate::numerics::double_double::Double;
 
@@ -16,11 +16,11 @@ const REMAINDER: f64 = 1e-3;
 const ATTEMPTS: usize = 60;
 
 /// Steps in the angle under torques that stay as they are.
-pub struct Course<'a> {
+pub struct AngleSteps<'a> {
     /// J(φ).
     pub inertia: &'a Inertia,
     /// The cells of the turn.
-    pub raster: &'a Raster,
+    pub mesh: &'a Mesh,
     /// N(|φ̇|).
     pub torques: Torques,
     /// Relative tolerance.
@@ -33,13 +33,13 @@ pub struct Course<'a> {
     pub tables: usize,
 }
 
-impl Course<'_> {
+impl AngleSteps<'_> {
     /// The step from `position` on, not beyond the end of its cell and not longer than `most` (rad); None where no step
     /// meets the tolerance.
-    pub fn pass(&mut self, position: Position, before: Option<&Passage>, most: f64) -> Option<Passage> {
-        let cell = &self.raster.cells()[position.cell];
+    pub fn pass(&mut self, position: Position, before: Option<&AngleStep>, most: f64) -> Option<AngleStep> {
+        let cell = &self.mesh.cells()[position.cell];
         let forward = self.torques.sense > 0.0;
-        let at_entry = self.raster.is_entry(&position, self.torques.sense);
+        let at_entry = self.mesh.is_entry(&position, self.torques.sense);
         let to_end = match (at_entry, forward) {
             (true, _) => cell.width,
             (false, true) => (Double::from(cell.high) - position.angle).hi,
@@ -52,9 +52,16 @@ impl Course<'_> {
             let to_edge = length == to_end;
             let whole = at_entry && to_edge;
             let table = self.table(cell, &position, length, whole);
-            let passage =
-                Passage::new(position, (length, to_edge), &table, &self.torques, before, effort, &mut self.evaluations);
-            let error = passage.as_ref().map_or(f64::INFINITY, |passage| passage.error);
+            let step = AngleStep::new(
+                position,
+                (length, to_edge),
+                &table,
+                &self.torques,
+                before,
+                effort,
+                &mut self.evaluations,
+            );
+            let error = step.as_ref().map_or(f64::INFINITY, |step| step.error);
             if error <= self.tolerance {
                 // A step that was cut short says nothing against the length it was to have.
                 self.next_length = match (whole, length == remaining) {
@@ -62,7 +69,7 @@ impl Course<'_> {
                     (_, true) => self.next_length.max(length * growth(error, self.tolerance)),
                     _ => length * growth(error, self.tolerance),
                 };
-                return passage;
+                return step;
             }
             self.next_length = length * growth(error, self.tolerance);
             length = fit(self.next_length, remaining);
@@ -81,7 +88,7 @@ impl Course<'_> {
         } else {
             self.tables += 1;
             let low = if forward { position.angle.hi } else { position.angle.hi - length };
-            tabulate(self.inertia, &self.raster.profile, cell.interval, low, length)
+            tabulate(self.inertia, &self.mesh.profile, cell.interval, low, length)
         };
         if !forward {
             table.reverse();

@@ -1,15 +1,15 @@
 //! From one communication point to the next: steps in the angle while the shaft turns, steps in time while it does not.
 //!
-//! While torques stay as they are, steps in the angle ([`super::passage`]) do not end at communication points: those
+//! While torques stay as they are, steps in the angle ([`super::angle_step`]) do not end at communication points: those
 //! read the polynomial of the step that holds them, so that the internal steps and every digit of the answer are the
 //! same whatever the communication step. A torque that changes with time, a motor with a lag, standstill and reversal
 //! are integrated in time ([`super::solver`]), where steps end at communication points.
 
-use super::course::Course;
-use super::passage::{Errors, Passage, Position};
-use super::raster::{Cell, Raster};
+use super::angle_step::{AngleStep, Errors, Position};
+use super::mesh::{Cell, Mesh};
 use super::solver::FASTEST;
-use super::steady::cost_of_passage;
+use super::steady::cost_of_step;
+use super::step_control::AngleSteps;
 use super::torques::Torques;
 use super::{Motor, RigidMachine, Seen, State};
 use crate::drives::limits::step_too_much;
@@ -25,9 +25,9 @@ const SLOW: f64 = 1.0 / 16.0;
 
 impl RigidMachine {
     /// Integrates over the communication step of length `step` from `time` (s).
-    pub(super) fn travel(&mut self, time: f64, step: f64) -> Result<(), Fault> {
+    pub(super) fn advance_by_angle(&mut self, time: f64, step: f64) -> Result<(), Fault> {
         let target = two_sum(time, step);
-        self.prepare_raster_once()?;
+        self.prepare_mesh_once()?;
         let mut work = Work::default();
         let steady = self.motor.lag().is_none() && self.load.is_constant() && self.driving.is_constant();
         if !steady || self.constant_torque() != self.torques.against_what() {
@@ -36,10 +36,10 @@ impl RigidMachine {
         let mut now = Double::from(time);
         loop {
             let before = self.solver.evaluations;
-            let Some(passage) = &self.passage else {
+            let Some(step) = &self.step else {
                 if steady && self.turns_fast() {
                     self.enter(now);
-                    if self.passage.is_some() {
+                    if self.step.is_some() {
                         continue;
                     }
                 }
@@ -50,39 +50,39 @@ impl RigidMachine {
                 }
                 continue;
             };
-            let [elapsed, left] = passage.around(target);
+            let [elapsed, left] = step.around(target);
             if left >= 0.0 {
                 self.read(elapsed);
                 return Ok(());
             }
-            if passage.end_speed > FASTEST {
-                let after = (passage.end - Double::from(time)).hi;
+            if step.end_speed > FASTEST {
+                let after = (step.end - Double::from(time)).hi;
                 return Err(self.fault(Failure::Unbounded { time: after }, time));
             }
-            now = passage.end;
+            now = step.end;
             self.go_on();
-            let cost = cost_of_passage(self.solver.evaluations - before);
+            let cost = cost_of_step(self.solver.evaluations - before);
             work.draw(cost).map_err(|_| self.too_long([time, target.hi], now.hi))?;
         }
     }
 
     /// What is said of a step that takes more than the work of a call; it has come to the time `reached` (s).
     pub(super) fn too_long(&self, way: [f64; 2], reached: f64) -> Fault {
-        // While there is a passage, the speed of the state is that of the last communication point.
-        let speed = self.passage.as_ref().map_or(self.state.w, |passage| passage.end_speed);
+        // While there is an angle step, the speed of the state is that of the last communication point.
+        let speed = self.step.as_ref().map_or(self.state.w, |step| step.end_speed);
         let hint =
             "relax solver.tolerance, lengthen solver.step_size of equal steps, or lower the speed or the range of J";
         step_too_much(way, reached, &format!("the shaft turns at {} rad/s", Rounded(speed)), hint)
     }
 
-    /// Makes the raster where there is none for these parameters.
-    pub(super) fn prepare_raster(&mut self) -> Result<(), Fault> {
+    /// Makes the mesh where there is none for these parameters.
+    pub(super) fn prepare_mesh(&mut self) -> Result<(), Fault> {
         let tolerance = self.solver.effective_tolerance();
-        if !self.raster.is_for(&self.inertia, &self.motor, tolerance) {
-            self.raster = if self.raster.is_of(&self.inertia) {
-                self.raster.with_tolerance(&self.inertia, &self.motor, tolerance)?
+        if !self.mesh.is_for(&self.inertia, &self.motor, tolerance) {
+            self.mesh = if self.mesh.is_of(&self.inertia) {
+                self.mesh.with_tolerance(&self.inertia, &self.motor, tolerance)?
             } else {
-                Raster::new(&self.inertia, &self.motor, tolerance)?
+                Mesh::new(&self.inertia, &self.motor, tolerance)?
             };
             (self.seen, self.cycle) = (None, None);
         }
@@ -90,9 +90,9 @@ impl RigidMachine {
         Ok(())
     }
 
-    /// A machine from serialised bytes brings no raster; the parameters yield the same one again.
-    pub(super) fn prepare_raster_once(&mut self) -> Result<(), Fault> {
-        if self.raster.cells().is_empty() { self.prepare_raster() } else { Ok(()) }
+    /// A machine from serialised bytes brings no mesh; the parameters yield the same one again.
+    pub(super) fn prepare_mesh_once(&mut self) -> Result<(), Fault> {
+        if self.mesh.cells().is_empty() { self.prepare_mesh() } else { Ok(()) }
     }
 
     /// τ − M_an as far as it does not depend on the speed (N·m).
@@ -103,7 +103,7 @@ impl RigidMachine {
     /// Whether E, where the machine stands, is large against the work of the torques over a cell.
     pub(super) fn turns_fast(&self) -> bool {
         let energy = 0.5 * self.state.u.hi * self.state.u.hi;
-        energy > SLOW * self.net_torque(self.state.w).abs() * self.raster.widest
+        energy > SLOW * self.net_torque(self.state.w).abs() * self.mesh.widest
     }
 
     /// Begins with steps in the angle at the time `now`.
@@ -114,61 +114,61 @@ impl RigidMachine {
         }
         self.torques = Torques::against(&self.motor, self.constant_torque(), u.hi.signum());
         let forward = u.hi > 0.0;
-        let cell = self.raster.find(interval, angle.hi, forward);
+        let cell = self.mesh.find(interval, angle.hi, forward);
         let mut position = Position { time: now, angle, turns, cell, energy: u * u * Double::from(0.5) };
         // The integration in time may stop a little beyond a border.
-        let Cell { low, high, .. } = self.raster.cells()[cell];
+        let Cell { low, high, .. } = self.mesh.cells()[cell];
         if if forward { angle.hi >= high } else { angle.hi <= low } {
-            self.raster.next(&mut position, forward);
+            self.mesh.next(&mut position, forward);
             position.angle = angle - Double::from(position.turns - turns) * turn();
         }
         let [phi, of_u, _] = self.integrator.deviations();
         self.errors = Errors { energy: 2.0 * of_u / u.hi.abs(), time: phi / self.state.w.abs() };
-        self.passage = self.pass(position, None);
+        self.step = self.pass(position, None);
         self.count();
     }
 
-    /// From the end of a passage to the next one, or, where the machine has become slow, to the integration in time.
+    /// From the end of a step to the next one, or, where the machine has become slow, to the integration in time.
     fn go_on(&mut self) {
-        let Some(passage) = &mut self.passage else { return };
-        let position = self.raster.after(passage, self.torques.sense);
-        self.errors = passage.pass_on(self.errors);
-        self.travelled += passage.length;
-        let slow = passage.energy.hi <= SLOW * passage.end_net.abs() * self.raster.widest;
-        if !slow && self.cycle.as_ref().is_some_and(|cycle| cycle.lay(&self.torques, position, passage)) {
+        let Some(step) = &mut self.step else { return };
+        let position = self.mesh.after(step, self.torques.sense);
+        self.errors = step.pass_on(self.errors);
+        self.travelled += step.length;
+        let slow = step.energy.hi <= SLOW * step.end_net.abs() * self.mesh.widest;
+        if !slow && self.cycle.as_ref().is_some_and(|cycle| cycle.lay(&self.torques, position, step)) {
             // As after a step that was solved.
-            self.next_length = if passage.to_edge { f64::INFINITY } else { passage.length };
+            self.next_length = if step.to_edge { f64::INFINITY } else { step.length };
             self.count();
             return;
         }
-        let before = self.passage.take();
-        self.passage = if slow { None } else { self.pass(position, before.as_ref()) };
+        let before = self.step.take();
+        self.step = if slow { None } else { self.pass(position, before.as_ref()) };
         self.count();
-        if self.passage.is_none() {
+        if self.step.is_none() {
             self.state.angle = position.angle;
             self.state.turns = position.turns;
-            self.state.interval = self.raster.cells()[position.cell].interval;
+            self.state.interval = self.mesh.cells()[position.cell].interval;
             self.take_energy(position.energy);
             self.state.w = self.state.u.hi / self.inertia_now()[0].sqrt();
             self.hand_over();
         }
     }
 
-    /// Counts the passage that begins, if one does.
+    /// Counts the step that begins, if one does.
     fn count(&mut self) {
-        let Some(passage) = &self.passage else { return };
-        let [speed, angle] = passage.error_within(self.errors);
+        let Some(step) = &self.step else { return };
+        let [speed, angle] = step.error_within(self.errors);
         let estimate = speed.max(angle / self.travelled.max(1.0));
         self.solver.error_estimate = self.solver.error_estimate.max(estimate);
         self.solver.steps += 1.0;
     }
 
-    /// Ends the passage at the last communication point; the machine goes on from there.
+    /// Ends the step at the last communication point; the machine goes on from there.
     fn leave(&mut self) {
-        if let Some(passage) = self.passage.take() {
-            self.errors = passage.errors_at(self.errors, self.abscissa);
-            self.travelled += passage.advance(self.abscissa);
-            self.take_energy(passage.energy_at(self.abscissa));
+        if let Some(step) = self.step.take() {
+            self.errors = step.errors_at(self.errors, self.abscissa);
+            self.travelled += step.advance(self.abscissa);
+            self.take_energy(step.energy_at(self.abscissa));
             self.hand_over();
         }
     }
@@ -185,40 +185,40 @@ impl RigidMachine {
         self.state.u = if self.torques.sense > 0.0 { root } else { -root };
     }
 
-    /// Takes the values `elapsed` (s) after the beginning of the passage, which holds them.
+    /// Takes the values `elapsed` (s) after the beginning of the step, which holds them.
     fn read(&mut self, elapsed: f64) {
-        let Some(passage) = &self.passage else { return };
+        let Some(step) = &self.step else { return };
         let sense = self.torques.sense;
-        self.abscissa = passage.place_at(elapsed);
-        self.state.angle = passage.from.angle + Double::from(sense * passage.advance(self.abscissa));
-        self.state.turns = passage.from.turns;
-        self.state.interval = self.raster.cells()[passage.from.cell].interval;
+        self.abscissa = step.place_at(elapsed);
+        self.state.angle = step.from.angle + Double::from(sense * step.advance(self.abscissa));
+        self.state.turns = step.from.turns;
+        self.state.interval = self.mesh.cells()[step.from.cell].interval;
         // J is the function itself, so that ½ J φ̇² is E to the last digit.
         let (interval, phi) = (self.state.interval, self.state.angle.hi);
-        let seen = self.raster.profile.tabulated(interval, phi);
+        let seen = self.mesh.profile.tabulated(interval, phi);
         let inertia = match seen {
             Some([j, _]) => j,
-            None => self.raster.profile.value(&self.inertia, interval, phi),
+            None => self.mesh.profile.value(&self.inertia, interval, phi),
         };
         self.seen = seen.map(|value| Seen { interval, phi, value });
-        let energy = passage.from.energy.hi + (passage.from.energy.lo + passage.work_to(self.abscissa));
+        let energy = step.from.energy.hi + (step.from.energy.lo + step.work_to(self.abscissa));
         self.state.w = sense * (2.0 * energy / inertia).sqrt();
     }
 
     /// The step from `position` on, at most to the end of the cell; None where no step meets the tolerance.
-    fn pass(&mut self, position: Position, before: Option<&Passage>) -> Option<Passage> {
-        let mut course = Course {
+    fn pass(&mut self, position: Position, before: Option<&AngleStep>) -> Option<AngleStep> {
+        let mut steps = AngleSteps {
             inertia: &self.inertia,
-            raster: &self.raster,
+            mesh: &self.mesh,
             torques: self.torques,
             tolerance: self.solver.effective_tolerance(),
             next_length: self.next_length,
             evaluations: self.solver.evaluations,
             tables: 0,
         };
-        let passage = course.pass(position, before, f64::INFINITY);
-        (self.next_length, self.solver.evaluations) = (course.next_length, course.evaluations);
-        passage
+        let step = steps.pass(position, before, f64::INFINITY);
+        (self.next_length, self.solver.evaluations) = (steps.next_length, steps.evaluations);
+        step
     }
 }
 
