@@ -132,45 +132,47 @@ impl Link {
 }
 
 impl Mechanism {
-    fn entries(&mut self) -> Vec<Entry<'_>> {
+    /// No list on the heap: importers read parameters between steps.
+    fn entries(&mut self) -> impl Iterator<Item = Entry<'_>> {
         let output = if self.output_turns() { ParameterKind::Angle } else { ParameterKind::Coordinate };
         let Mechanism { kind, input_offset, output_offset } = self;
         let of_input = "Input angle of the mechanism at the zero of what drives it";
         let of_output = "Output of the mechanism at the zero of what it drives";
-        let mut list = vec![
+        let offsets = [
             own("input_offset", of_input, ParameterKind::Angle, input_offset),
             own("output_offset", of_output, output, output_offset),
         ];
-        match kind {
-            Kind::FourBar(FourBar { ground, input, coupler, output, .. }) => {
-                list.push(own("ground", "Distance of the pivots", ParameterKind::Length, ground));
-                let links = [input.entries("input"), coupler.entries("coupler"), output.entries("output")];
-                list.extend(links.into_iter().flatten());
-            }
-            Kind::SliderCrank(SliderCrank { crank, rod, offset, slider_mass, .. }) => {
-                list.push(own("offset", "Offset of the slider's line", ParameterKind::Coordinate, offset));
-                list.push(own("slider_m", "Mass of the slider", ParameterKind::Mass, slider_mass));
-                list.extend([crank.entries("crank"), rod.entries("rod")].into_iter().flatten());
-            }
+        let (others, links) = match kind {
+            Kind::FourBar(FourBar { ground, input, coupler, output, .. }) => (
+                [Some(own("ground", "Distance of the pivots", ParameterKind::Length, ground)), None],
+                [Some(input.entries("input")), Some(coupler.entries("coupler")), Some(output.entries("output"))],
+            ),
+            Kind::SliderCrank(SliderCrank { crank, rod, offset, slider_mass, .. }) => (
+                [
+                    Some(own("offset", "Offset of the slider's line", ParameterKind::Coordinate, offset)),
+                    Some(own("slider_m", "Mass of the slider", ParameterKind::Mass, slider_mass)),
+                ],
+                [Some(crank.entries("crank")), Some(rod.entries("rod")), None],
+            ),
             Kind::Gear(Gear { ratio, inertia, output_turns }) => {
-                list.push(match output_turns {
+                let ratio = match output_turns {
                     true => own("ratio", "Output angle per input angle", ParameterKind::Ratio, ratio),
                     false => own("radius", "Output per input angle", ParameterKind::Radius, ratio),
-                });
+                };
                 let text = "Moment of inertia of what turns with the input";
-                list.push(own("J", text, ParameterKind::Inertia, inertia));
+                ([Some(ratio), Some(own("J", text, ParameterKind::Inertia, inertia))], [None, None, None])
             }
-        }
-        list
+        };
+        offsets.into_iter().chain(others.into_iter().flatten()).chain(links.into_iter().flatten().flatten())
     }
 
     /// The list of parameters.
     pub fn parameters(mut self) -> Vec<Parameter> {
-        self.entries().into_iter().map(|(parameter, _)| parameter).collect()
+        self.entries().map(|(parameter, _)| parameter).collect()
     }
 
     /// The parameter with this index in [`Mechanism::parameters`].
     pub fn parameter_mut(&mut self, index: usize) -> Option<&mut f64> {
-        self.entries().into_iter().nth(index).map(|(_, value)| value)
+        self.entries().nth(index).map(|(_, value)| value)
     }
 }
