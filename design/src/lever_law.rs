@@ -20,9 +20,12 @@ const HIGHEST: usize = 256;
 /// [`HIGHEST`].
 const POSITIONS: usize = 1024;
 
-/// The error of the tool's acceleration that a law may have, relative to its largest value. Laws that need more harmonics
-/// or pieces than there are have a tool near a dead centre.
-const COARSEST: f64 = 1e-9;
+/// The error of the tool's acceleration that pieces are made for, relative to its largest value.
+const FINE: f64 = 1e-9;
+
+/// The error that a law may have, which is told: roundings of the lever's angle decide about small motions. Laws that need
+/// more harmonics or pieces than there are have a tool near a dead centre.
+const COARSEST: f64 = 1e-7;
 
 /// The part of the largest acceleration that the harmonics left out may have together.
 const REST: f64 = 1e-13;
@@ -184,7 +187,7 @@ impl Way<'_> {
                     best = Some((miss, part));
                 }
                 count *= 2;
-                if !better || still || miss <= 0.2 * COARSEST * peak || points.angles.len() + count > MOST_PIECES {
+                if !better || still || miss <= 0.2 * FINE * peak || points.angles.len() + count > MOST_PIECES {
                     break;
                 }
             }

@@ -252,7 +252,12 @@ struct TableData {
 impl TryFrom<TableData> for Table {
     type Error = TableError;
     fn try_from(data: TableData) -> Result<Self, TableError> {
-        let points = Points { angles: data.angles, lifts: data.lifts };
+        let mut points = Points { angles: data.angles, lifts: data.lifts };
+        // The points of a table cover the turn, however far the first one is from the last one.
+        if let (Some(angle), Some(lift)) = (points.angles.first().copied(), points.lifts.first().copied()) {
+            points.angles.push(angle + TAU);
+            points.lifts.push(lift);
+        }
         let table = if data.bends.is_empty() { Table::new(points) } else { Table::bent(points, data.bends) }?;
         Ok(Table { scale: data.scale, ..table })
     }

@@ -51,9 +51,10 @@ impl RuntimeLibrary {
                 continue;
             }
             let file = format!("{}/camdrive{suffix}", platform.replace("aarch64-darwin", "darwin64"));
-            let mut places = [("", 1), ("", 2), ("share/camdrive", 2)].into_iter().filter_map(|(folder, above)| {
-                Some(executable.ancestors().nth(above)?.join(folder).join("runtimes").join(&file))
-            });
+            // Of a user's wheel on Windows the executable lies a folder deeper.
+            let mut places = [("", 1), ("", 2), ("share/camdrive", 2), ("share/camdrive", 3)].into_iter().filter_map(
+                |(folder, above)| Some(executable.ancestors().nth(above)?.join(folder).join("runtimes").join(&file)),
+            );
             let mut found = Err(missing(platform));
             if let Some(path) = &places.find(|path| path.is_file()) {
                 found = RuntimeLibrary::read(platform, path).inspect_err(|fault| left_out.push(fault.clone()));
