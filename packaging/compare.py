@@ -2,6 +2,7 @@
 
 An estimate of errors has no digits to rely on where the error is rounding; it only has to agree within 1e-6."""
 
+import math
 import struct
 import sys
 from pathlib import Path
@@ -14,7 +15,9 @@ def columns(path: str) -> dict[str, tuple[float, ...]]:
 
 
 def error(a: tuple[float, ...], b: tuple[float, ...]) -> float:
-    return max(abs(x - y) for x, y in zip(a, b, strict=True)) / (max(map(abs, a)) or 1.0)
+    differences = [abs(x - y) for x, y in zip(a, b, strict=True)]
+    # The maximum may drop what is no number.
+    return max(differences) / (max(map(abs, a)) or 1.0) if all(map(math.isfinite, differences)) else math.inf
 
 
 one, other = map(columns, sys.argv[1:3])

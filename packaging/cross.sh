@@ -57,7 +57,8 @@ done
 # Runs a cargo command for a triple. Nothing that is built tells who built it where: the same sources give the same
 # bytes.
 cross() { # TRIPLE COMMAND…
-    local flags=("--remap-path-prefix=${CARGO_HOME:-$HOME/.cargo}=cargo" "--remap-path-prefix=$root=camdrive")
+    # The last one that fits counts: the folder of cargo may be in the checkout.
+    local flags=("--remap-path-prefix=$root=camdrive" "--remap-path-prefix=${CARGO_HOME:-$HOME/.cargo}=cargo")
     case $1 in
     *-darwin)
         # Stripped by the linker, since it also signs.

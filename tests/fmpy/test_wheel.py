@@ -66,6 +66,8 @@ def test_the_package_simulates_scenes_and_fmus(home):
 import camdrive
 scene = camdrive.simulate({SCENE!r}, output=["y"], stop_time=0.01, step=1e-3)
 assert scene.dtype.names == ("time", "y") and len(scene) == 11, scene
+whole = camdrive.simulate({SCENE!r}, output="y")
+assert whole.dtype.names == ("time", "y") and len(whole) > 100 and whole["time"][-1] > 0.1, whole
 fmu = camdrive.export({SCENE!r}, "one.fmu")
 same = camdrive.simulate(fmu, output=["y"], stop_time=0.01, step=1e-3)
 assert (same == scene).all()
@@ -92,11 +94,15 @@ error = caught(camdrive.SceneError, camdrive.export, "wrong.toml")
 assert "12 mm" in str(error), error
 assert [d.key for d in error.diagnostics] == ["elasticity.m", "elasticity.damping_ratio"], error.diagnostics
 assert error.diagnostics[0].line and error.diagnostics[0].file == "wrong.toml" and error.diagnostics[0].hint
+import pickle
+again = pickle.loads(pickle.dumps(error))
+assert str(again) == str(error) and again.diagnostics == error.diagnostics
 assert "missing.toml" in str(caught(camdrive.SceneError, camdrive.simulate, "missing.toml"))
 assert "win32" in str(caught(camdrive.Error, camdrive.export, {SCENE!r}, platforms=["win32"]))
 fmu = camdrive.export({SCENE!r}, "two.fmu")
 assert "nothing" in str(caught(camdrive.SimulationError, camdrive.simulate, fmu, nothing=1.0))
 refused = caught(camdrive.SimulationError, camdrive.simulate, fmu, m=-1.0)
 assert any("`m`" in message for message in refused.messages), refused
+assert str(pickle.loads(pickle.dumps(refused))) == str(refused)
 """
     output(home, "python", "-c", code, path=str(Path(fmpy.__file__).parents[1]))

@@ -12,8 +12,10 @@ from __future__ import annotations
 
 import json
 import os
+import platform
 import shutil
 import subprocess
+import sys
 import sysconfig
 import tempfile
 from collections.abc import Iterable, Mapping
@@ -50,23 +52,33 @@ class SceneError(Error):
     """A scene has faults: `str()` is the text of the tool, `diagnostics` has a fault each."""
 
     def __init__(self, text: str, diagnostics: tuple[Diagnostic, ...]) -> None:
-        super().__init__(text)
+        # Both, so that the exception passes from one process to another.
+        super().__init__(text, diagnostics)
         self.diagnostics = diagnostics
+
+    def __str__(self) -> str:
+        return str(self.args[0])
 
 
 class SimulationError(Error):
     """An FMU refused a value or a step: `str()` tells which, `messages` are what it logged."""
 
     def __init__(self, text: str, messages: tuple[str, ...]) -> None:
-        super().__init__("\n".join((text, *messages)))
+        super().__init__(text, messages)
         self.messages = messages
+
+    def __str__(self) -> str:
+        return "\n".join((self.args[0], *self.messages))
 
 
 def _run(*arguments: str) -> subprocess.CompletedProcess[str]:
-    beside = Path(sysconfig.get_path("scripts"), "camdrive" + (sysconfig.get_config_var("EXE") or ""))
-    program = str(beside) if beside.is_file() else shutil.which("camdrive")
+    name = "camdrive" + (sysconfig.get_config_var("EXE") or "")
+    # Of an environment, of pip install --user, of pip install --target.
+    folders = [sysconfig.get_path("scripts"), sysconfig.get_path("scripts", f"{os.name}_user")]
+    places = [Path(folder, name) for folder in (*folders, Path(__file__).parents[1] / "bin")]
+    program = next((str(place) for place in places if place.is_file()), None) or shutil.which("camdrive")
     if program is None:
-        raise Error(f"the executable camdrive is neither {beside} nor in the PATH")
+        raise Error(f"the executable camdrive is neither in the PATH nor one of {', '.join(map(str, places))}")
     return subprocess.run([program, *arguments], capture_output=True, encoding="utf-8")
 
 
@@ -89,7 +101,7 @@ def export(scene: PathLike, output: Optional[PathLike] = None, *, platforms: Ite
     arguments = ["export", "--json", os.fspath(scene)]
     if output is not None:
         arguments += ["--output", os.fspath(output)]
-    chosen = ",".join(platforms)
+    chosen = platforms if isinstance(platforms, str) else ",".join(platforms)
     if chosen:
         arguments += ["--platforms", chosen]
     done = _run(*arguments)
@@ -135,19 +147,27 @@ def simulate(
         if fmu.suffix.lower() != ".fmu":
             fmu = export(fmu, folder)
         try:
-            description = fmpy.read_model_description(str(fmu))
-            outputs = None if output is None else list(output)
+            # Unpacked here, since FMPy leaves what it unpacks of an FMU that refuses something; and on Linux it looks into
+            # linux64 on any processor.
+            unpacked = fmpy.extract(str(fmu), unzipdir=os.path.join(folder, "unpacked"))
+            arm = Path(unpacked, "binaries", "aarch64-linux")
+            if arm.is_dir() and sys.platform == "linux" and platform.machine() == "aarch64":
+                shutil.copytree(arm, arm.with_name("linux64"), dirs_exist_ok=True)
+            description = fmpy.read_model_description(unpacked)
+            outputs = [output] if isinstance(output, str) else None if output is None else list(output)
             known = {variable.name for variable in description.modelVariables}
             unknown = [name for name in (*values, *(outputs or ())) if name not in known]
             if unknown:
                 raise SimulationError(f"the FMU has no variable {', '.join(unknown)}", ())
+            if step is None and description.defaultExperiment and description.defaultExperiment.stepSize:
+                # FMPy would lengthen the step of the FMU in a long experiment.
+                step = float(description.defaultExperiment.stepSize)
             result: np.ndarray = fmpy.simulate_fmu(
-                str(fmu),
+                unpacked,
                 start_values=values,
                 output=outputs,
                 stop_time=stop_time,
-                # FMPy would lengthen the step of the FMU in a long experiment.
-                output_interval=step or description.defaultExperiment.stepSize,
+                output_interval=step,
                 input=input,
                 logger=log,
             )
