@@ -251,9 +251,8 @@ impl<'a> Machine<'a> {
     /// looked for at the points alone.
     fn quality(&self, omega: f64, tool: &Tool, actual: Vec<f64>, phases: &[[f64; 3]], motion: &Fourier) -> Quality {
         let mesh = &self.mesh;
-        let miss = actual.iter().zip(phases).map(|(a, [psi, ..])| a - omega * omega * tool.at(*psi)[2]);
-        let miss: Vec<f64> = miss.collect();
-        let peak = tool.acceleration(omega)[1];
+        let prescribed: Vec<f64> = phases.iter().map(|[psi, ..]| omega * omega * tool.at(*psi)[2]).collect();
+        let miss: Vec<f64> = actual.iter().zip(&prescribed).map(|(a, wanted)| a - wanted).collect();
         let most = |values: &[f64]| {
             if self.task.has_corners() {
                 return values.iter().fold(0.0, |most: f64, a| most.max(a.abs()));
@@ -261,6 +260,8 @@ impl<'a> Machine<'a> {
             let series = mesh.series(values);
             largest(mesh.order() / 2, |phi| series.at(phi).0[0])[1]
         };
+        // At the same points, lest what lies between them passes for an overshoot.
+        let peak = if self.task.has_corners() { most(&prescribed) } else { tool.acceleration(omega)[1] };
         let order = tool.wanted.order();
         let harmonic = |series: &Fourier, k: usize| amplitude(series, k) * (k * k) as f64;
         let largest_wanted = (1..=order).map(|k| harmonic(&tool.wanted, k)).fold(0.0_f64, f64::max);

@@ -690,6 +690,9 @@ fn motions_of_cycles_are_compensated_through_tables() {
         for (miss, told) in driven_miss(&task, &plain).iter().zip(&report.rounds[0].tools) {
             assert!((miss / told.deviation - 1.0).abs() < 0.01 && told.deviation > 0.15, "{miss} {told:?}");
         }
+        for tool in report.rounds.iter().flat_map(|round| &round.tools) {
+            assert!(tool.overshoot.abs() <= tool.deviation, "{tool:?}");
+        }
         for (cut, miss) in report.cams.iter().zip(missed) {
             assert!(cut.points.is_some_and(|points| points < 3000) && cut.truncation <= tolerance, "{cut:?}");
             // What the phase of the quadrature misses at corners of the acceleration.
