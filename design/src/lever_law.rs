@@ -20,11 +20,11 @@ const HIGHEST: usize = 256;
 /// [`HIGHEST`].
 const POSITIONS: usize = 1024;
 
-/// The error of the tool's acceleration that pieces are made for, relative to its largest value.
+/// The error of the tool's acceleration that a law is made for, relative to its largest value. Laws that need more harmonics
+/// or pieces than there are have a tool near a dead centre.
 const FINE: f64 = 1e-9;
 
-/// The error that a law may have, which is told: roundings of the lever's angle decide about small motions. Laws that need
-/// more harmonics or pieces than there are have a tool near a dead centre.
+/// The error that pieces may have, which is told: where they are short, roundings of the lever's angle decide about it.
 const COARSEST: f64 = 1e-7;
 
 /// The part of the largest acceleration that the harmonics left out may have together.
@@ -76,14 +76,14 @@ pub fn lever_law(linkage: &Linkage, tool: &MotionLaw, near: f64) -> Result<Lever
         ));
     }
     let way = Way { linkage, tool, near, at_near };
-    let law = match tool {
-        MotionLaw::Fourier(series) => MotionLaw::Fourier(way.series(series)?),
-        _ => MotionLaw::Table(way.pieces()?),
+    let (law, most) = match tool {
+        MotionLaw::Fourier(series) => (MotionLaw::Fourier(way.series(series)?), FINE),
+        _ => (MotionLaw::Table(way.pieces()?), COARSEST),
     };
     let law = LeverLaw { error: way.error(&law), law };
-    if law.error > COARSEST || law.error.is_nan() {
+    if law.error > most || law.error.is_nan() {
         return Err(format!(
-            "a law of {} for the lever leaves an error of {:.1e} of the tool's acceleration, more than {COARSEST:e}: the motion leads too near to a dead centre",
+            "a law of {} for the lever leaves an error of {:.1e} of the tool's acceleration, more than {most:e}: the motion leads too near to a dead centre",
             law.parts(),
             law.error
         ));

@@ -2,6 +2,7 @@
 
 use super::tradeoff::StudyArgs;
 use super::{Failure, Format, failure, files, read_all, tell, tell_notes};
+use crate::export::runtime_library::MADE;
 use crate::export::runtime_library::PLATFORMS;
 use crate::export::{Date, Extras, Packed, RuntimeLibrary, pack_with};
 use crate::scene::Resolved;
@@ -80,7 +81,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let written = files::write(&files, &inputs)?;
     let fmus = || scenes.iter().zip(&packed);
     args.format.print(
-        |_| fmus().zip(written.lines()).map(|((scene, fmu), line)| summary(scene, fmu, line, &runtimes)).collect(),
+        |_| {
+            let summaries = fmus().zip(written.lines());
+            let text: String = summaries.map(|((scene, fmu), line)| summary(scene, fmu, line, &runtimes)).collect();
+            text + &absent(args, &runtimes)
+        },
         || text::json(&fmus().zip(&files).map(|(fmu, (path, _))| entry(fmu, path, &runtimes)).collect::<Vec<_>>()),
     )
 }
@@ -129,6 +134,16 @@ fn runtimes(args: &Args) -> Result<Vec<RuntimeLibrary>, Failure> {
         tell(&format!("warning: left out: {fault}\n"));
     }
     Ok(libraries)
+}
+
+/// The platforms whose libraries are not at hand, and where they come from; nothing where libraries were chosen.
+fn absent(args: &Args, runtimes: &[RuntimeLibrary]) -> String {
+    let packed = |platform: &&str| runtimes.iter().any(|runtime| runtime.platform == *platform);
+    let absent: Vec<&str> = MADE.into_iter().filter(|platform| !packed(platform)).collect();
+    if absent.is_empty() || !args.platforms.is_empty() || !args.runtime.is_empty() {
+        return String::new();
+    }
+    format!("without {}: wheels of camdrive have these libraries, packaging/build makes them\n", absent.join(", "))
 }
 
 /// The same as [`summary`].

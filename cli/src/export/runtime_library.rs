@@ -37,6 +37,9 @@ pub struct RuntimeLibrary {
     pub bytes: Vec<u8>,
 }
 
+/// The platforms that `packaging/build` makes libraries for.
+pub const MADE: [&str; 4] = ["linux64", "aarch64-linux", "win64", "darwin64"];
+
 impl RuntimeLibrary {
     /// The libraries of the `wanted` platforms or, where none is named, all that are at hand: those that `packaging/build`
     /// made, in the folder `runtimes` beside the executable's folder (`target/release`) or in it, or where a wheel lays
