@@ -17,7 +17,8 @@ def test_all_steps_run_and_keep_their_promises(tmp_path):
     environment = os.environ | {"CAMDRIVE": CAMDRIVE, "PYTHON": sys.executable, "PYTHONDONTWRITEBYTECODE": "1"}
     run = subprocess.run([FOLDER / "run_all", tmp_path], env=environment, capture_output=True, text=True)
     assert run.returncode == 0, run.stdout + run.stderr
-    assert "warning" not in run.stderr
+    # Libraries of other platforms may be of an earlier build.
+    assert "warning" not in run.stderr.replace("warning: left out", "")
     # drive.py asserts what is promised; see there.
     assert "all promises are kept" in run.stdout
     readme = (FOLDER / "README.md").read_text()
