@@ -30,4 +30,7 @@ if unequal:
     print(f"        {unequal:.1%} of the values differ, most in {worst}, by {errors[worst]:.1e}", end="")
     print(*(f", in {name} by {errors[name]:.1e}" for name in estimate))
 bound = float(sys.argv[3])
-sys.exit(errors[worst] > bound or any(errors[name] > (1e-6 if bound else 0.0) for name in estimate))
+if bound == 0.0:
+    # Bit by bit, signs of zeros included.
+    sys.exit(Path(sys.argv[1]).read_bytes() != Path(sys.argv[2]).read_bytes())
+sys.exit(errors[worst] > bound or any(errors[name] > 1e-6 for name in estimate))

@@ -42,8 +42,9 @@ const INSTANT: f64 = 30.0;
 /// tenth or so per degree; those of higher degrees grow as much beyond the step.
 const CONTINUED: usize = 5;
 
-/// How many times as long as the step before a step may be whose first guess continues it. Steps grow by no more; behind a
-/// sliver the continued polynomial is nothing but rounding, and so far off that a sweep back from it passes for contraction.
+/// How many times as long as the step before a step may be whose first guess continues it: step control makes them up to four
+/// times as long. Behind a sliver the continued polynomial is nothing but rounding, so far off that a sweep back from it passes
+/// for contraction.
 const STRETCH: f64 = 8.0;
 
 /// How many steps' errors of E come together before the motor has taken the first of them away.
