@@ -10,6 +10,31 @@ use serde_json::{Value, json};
 /// The place inside the FMU; the standard asks for a reverse domain name.
 const PATH: &str = "extra/org.camdrive.sbom/camdrive.cdx.json";
 
+/// What else is linked and under which licence, of the version of the compiler or the linker: what the standard library
+/// contains, and what zig adds to the libraries that it links. third_party.txt has the notices.
+const IN_STANDARD_LIBRARY: [(&str, &str); 14] = [
+    ("addr2line", "Apache-2.0"),
+    ("adler2", "Apache-2.0"),
+    ("cfg-if", "Apache-2.0"),
+    ("compiler_builtins", "Apache-2.0 WITH LLVM-exception AND MIT"),
+    ("foldhash", "Zlib"),
+    ("gimli", "Apache-2.0"),
+    ("hashbrown", "Apache-2.0"),
+    ("libc", "Apache-2.0"),
+    ("libm", "MIT"),
+    ("memchr", "MIT"),
+    ("miniz_oxide", "Apache-2.0"),
+    ("object", "Apache-2.0"),
+    ("rustc-demangle", "Apache-2.0"),
+    ("windows-targets", "Apache-2.0"),
+];
+const BY_LINKER: [(&str, &str); 4] = [
+    ("compiler_rt", "MIT AND Apache-2.0 WITH LLVM-exception"),
+    ("libunwind", "Apache-2.0 WITH LLVM-exception"),
+    ("musl", "MIT"),
+    ("mingw-w64", "ZPL-2.1"),
+];
+
 #[derive(Deserialize)]
 struct Lock {
     package: Vec<Package>,
@@ -55,10 +80,21 @@ pub fn file() -> Result<File, Fault> {
         }
         next += 1;
     }
-    let dependencies: Vec<Value> = packages
+    let others = |list: &[(&str, &str)]| -> Vec<Value> {
+        let component = |(name, licence): &(&str, &str)| {
+            json!({ "type": "library", "bom-ref": format!("linked:{name}"), "name": name,
+                "licenses": [{ "expression": licence }] })
+        };
+        list.iter().map(component).collect()
+    };
+    let mut dependencies: Vec<Value> = packages
         .iter()
-        .map(|p| json!({ "ref": p.reference(), "dependsOn": linked(p).iter().map(|p| p.reference()).collect::<Vec<_>>() }))
+        .map(|p| {
+            let references = linked(p).into_iter().map(Package::reference);
+            json!({ "ref": p.reference(), "dependsOn": references.chain(["rust-std".to_owned()]).collect::<Vec<_>>() })
+        })
         .collect();
+    dependencies.push(json!({ "ref": "rust-std" }));
     let component = |p: &&Package| {
         let expression = if p.checksum.is_none() { "MIT OR Apache-2.0" } else { "Apache-2.0" };
         let mut component = json!({
@@ -75,8 +111,9 @@ pub fn file() -> Result<File, Fault> {
     let mut components: Vec<Value> = packages.iter().skip(1).map(component).collect();
     components.push(json!({
         "type": "library", "bom-ref": "rust-std", "name": "rust-std", "version": env!("CAMDRIVE_RUSTC"),
-        "licenses": [{ "expression": "MIT OR Apache-2.0" }],
+        "licenses": [{ "expression": "MIT OR Apache-2.0" }], "components": others(&IN_STANDARD_LIBRARY),
     }));
+    components.extend(others(&BY_LINKER));
     let bill = json!({
         "bomFormat": "CycloneDX", "specVersion": "1.5", "version": 1,
         "metadata": { "component": own }, "components": components, "dependencies": dependencies,
@@ -94,10 +131,20 @@ mod tests {
         let bill: Value = serde_json::from_slice(&file().unwrap().content).unwrap();
         assert_eq!(bill["metadata"]["component"]["name"], "camdrive");
         let components = bill["components"].as_array().unwrap();
-        let names: BTreeSet<&str> = components.iter().map(|c| c["name"].as_str().unwrap()).collect();
-        assert_eq!(names, licenses::crates().chain(["rust-std"]).collect());
-        let listed = components.iter().filter(|c| c["name"] != "rust-std");
-        assert!(listed.clone().all(|c| c["hashes"][0]["content"].as_str().unwrap().len() == 64));
-        assert_eq!(bill["dependencies"].as_array().unwrap().len(), 1 + listed.count());
+        let packages: Vec<&Value> = components.iter().filter(|c| c["purl"].is_string()).collect();
+        let names: BTreeSet<&str> = packages.iter().map(|c| c["name"].as_str().unwrap()).collect();
+        assert_eq!((names, packages.len()), (licenses::crates().collect(), licenses::crates().count()));
+        assert!(packages.iter().all(|c| c["hashes"][0]["content"].as_str().unwrap().len() == 64));
+        assert_eq!(components.len(), packages.len() + 1 + BY_LINKER.len());
+        // Beside every package: camdrive itself and the standard library.
+        assert_eq!(bill["dependencies"].as_array().unwrap().len(), packages.len() + 2);
+    }
+
+    #[test]
+    fn what_else_is_linked_has_its_notice() {
+        let notices = include_str!("third_party.txt");
+        for (name, _) in IN_STANDARD_LIBRARY.iter().chain(&BY_LINKER) {
+            assert!(notices.contains(name), "{name}");
+        }
     }
 }
