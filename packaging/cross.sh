@@ -5,6 +5,15 @@
 # requirements.txt and stays below target/: maturin, and zig as a linker, with stubs of old versions of GLIBC and of Apple's
 # system library.
 
+case ${1:-} in -h | --help)
+    sed -n '2,/^[^#]/s/^# \?//p' "packaging/$(basename "$0")"
+    exit
+    ;;
+esac
+for tool in cargo rustc python3; do
+    command -v $tool >/dev/null || { echo "$0: $tool is missing" >&2 && exit 1; }
+done
+
 # GLIBC 2.17 of 2012 is what manylinux2014 asks for.
 declare -A triples=(
     [linux64]=x86_64-unknown-linux-gnu
@@ -19,11 +28,6 @@ missing_triples() { # PLATFORM…: those without Rust's standard library.
         done
     done
 }
-need_triples() {
-    local missing
-    missing=$(missing_triples "${platforms[@]}")
-    [ -z "$missing" ] || { echo "$0: Rust's standard library is missing; run: rustup target add" $missing >&2 && exit 1; }
-}
 platforms=("$@")
 [ $# -gt 0 ] || platforms=(linux64 aarch64-linux win64 darwin64)
 for platform in "${platforms[@]}"; do
@@ -33,26 +37,32 @@ for platform in "${platforms[@]}"; do
     fi
 done
 
-venv=target/packaging/venv
-if ! cmp -s packaging/requirements.txt "$venv/requirements.txt"; then
-    rm -rf "$venv"
-    python3 -m venv "$venv"
-    "$venv/bin/pip" install --quiet --disable-pip-version-check -r packaging/requirements.txt
-    cp packaging/requirements.txt "$venv/requirements.txt"
-fi
 root=$PWD
+venv=target/packaging/venv
 export PATH="$root/$venv/bin:$PATH"
-
 # Windows' files and zip archives have a time: not that of the clock but the first that zip knows, as in an FMU.
 export SOURCE_DATE_EPOCH=315532800
-
-# What Darwin's files are linked with; the linker of Rust does not know the names of the newest processors yet.
 sdk=$root/target/packaging/sdk
-mkdir -p "$sdk/usr/lib"
-for name in System c iconv m; do
-    sed 's/arm64e\.x1/arm64/g' "$venv"/lib/python3*/site-packages/ziglang/lib/libc/darwin/libSystem.tbd \
-        >"$sdk/usr/lib/lib$name.tbd"
-done
+
+# Brings the linker into target/, for platforms that Rust is ready for.
+prepare() {
+    local missing name
+    missing=$(missing_triples "${platforms[@]}")
+    [ -z "$missing" ] || { echo "$0: Rust's standard library is missing; run: rustup target add" $missing >&2 && exit 1; }
+    if ! cmp -s packaging/requirements.txt "$venv/requirements.txt"; then
+        echo "== Into $venv:" $(cat packaging/requirements.txt)
+        rm -rf "$venv"
+        python3 -m venv "$venv"
+        "$venv/bin/pip" install --quiet --disable-pip-version-check -r packaging/requirements.txt
+        cp packaging/requirements.txt "$venv/requirements.txt"
+    fi
+    # What Darwin's files are linked with; the linker of Rust does not know the names of the newest processors yet.
+    mkdir -p "$sdk/usr/lib"
+    for name in System c iconv m; do
+        sed 's/arm64e\.x1/arm64/g' "$venv"/lib/python3*/site-packages/ziglang/lib/libc/darwin/libSystem.tbd \
+            >"$sdk/usr/lib/lib$name.tbd"
+    done
+}
 
 # Runs a cargo command for a triple. Nothing that is built tells who built it where: the same sources give the same
 # bytes.

@@ -20,7 +20,8 @@ const STYLE: &str = include_str!("documentation.css");
 /// What is to be known of the folders in `binaries/`.
 const PLATFORMS: [&str; 4] = [
     "The FMU runs where binaries/ has a folder for it; which ones were packed is up to its export.",
-    "linux64, aarch64-linux: Linux with GLIBC. Tested, ARM64 by emulation with the same numbers bit by bit.",
+    "linux64, aarch64-linux: Linux with GLIBC 2.17 or newer; a library not made by packaging/build, but for the machine of the \
+     export, may ask for that of this machine. Tested, ARM64 by emulation with the same numbers bit by bit.",
     "win64: Windows 10 or newer. Tested by Wine; the last digits of sin and cos are those of its C library.",
     "darwin64, aarch64-darwin: macOS. Built, not run.",
 ];

@@ -166,7 +166,11 @@ impl RuntimeLibrary {
 }
 
 fn executable() -> Result<PathBuf, Fault> {
-    std::env::current_exe().map_err(|e| Fault(format!("the running executable cannot be located ({e}); use --runtime")))
+    let executable = std::env::current_exe();
+    // macOS tells the link by which a program was called, where its installer made one.
+    let executable =
+        if cfg!(target_os = "macos") { executable.and_then(|path| path.canonicalize()) } else { executable };
+    executable.map_err(|e| Fault(format!("the running executable cannot be located ({e}); use --runtime")))
 }
 
 fn missing(platform: &str) -> Fault {

@@ -20,6 +20,7 @@ import sysconfig
 import tempfile
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Optional, Union
 
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
     import numpy as np
 
 __all__ = ["Diagnostic", "Error", "SceneError", "SimulationError", "export", "simulate"]
+
+__version__ = version("camdrive")
 
 PathLike = Union[str, "os.PathLike[str]"]
 
@@ -84,7 +87,7 @@ def _run(*arguments: str) -> subprocess.CompletedProcess[str]:
 
 def _diagnostics(scene: str) -> tuple[Diagnostic, ...]:
     try:
-        (entry,) = json.loads(_run("check", "--json", scene).stdout)
+        (entry,) = json.loads(_run("check", "--json", "--", scene).stdout)
     except ValueError:
         return ()
     return tuple(Diagnostic(**fault) for fault in entry.get("faults", ()))
@@ -98,13 +101,14 @@ def export(scene: PathLike, output: Optional[PathLike] = None, *, platforms: Ite
 
     Raises `SceneError` where the scene has faults, `Error` where the export fails otherwise.
     """
-    arguments = ["export", "--json", os.fspath(scene)]
+    arguments = ["export", "--json"]
     if output is not None:
         arguments += ["--output", os.fspath(output)]
     chosen = platforms if isinstance(platforms, str) else ",".join(platforms)
     if chosen:
         arguments += ["--platforms", chosen]
-    done = _run(*arguments)
+    # A name that begins with a dash is one all the same.
+    done = _run(*arguments, "--", os.fspath(scene))
     if done.returncode == 0:
         return Path(json.loads(done.stdout)[0]["fmu"])
     diagnostics = _diagnostics(os.fspath(scene))
