@@ -131,6 +131,8 @@ pub struct Forces {
     pub travel: f64,
     /// M (N·m).
     pub torque: f64,
+    /// −P dy/dφ (N·m): what the process takes of M.
+    pub process: f64,
     /// Of each mechanism, from the cam to the tool.
     pub mechanisms: Vec<Reactions>,
     /// Of each contact.
@@ -246,6 +248,7 @@ impl Drive {
             parts: [at_rest, by_inertia],
             travel: place[1],
             torque: load * u1,
+            process: -process * place[1] * u1,
             mechanisms,
             contacts: contacts.collect::<Result<_, _>>()?,
         };

@@ -75,6 +75,18 @@ pub struct OfDrive {
     notes: [Vec<String>; 2],
 }
 
+/// The powers (W) on the mean of a turn. Inertia, springs and gravity take as much as they give, so that both are equal but for
+/// roundings: the shaft's comes from the forces in the joints, that of the process from the motion of the tools.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Power {
+    /// That of the shaft, mean(M) ω.
+    pub shaft: f64,
+    /// What the process takes, mean(−P ẏ).
+    pub process: f64,
+    #[serde(skip)]
+    largest: f64,
+}
+
 /// The forces of a machine over a turn.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
@@ -86,6 +98,8 @@ pub struct Report {
     pub drives: Vec<OfDrive>,
     /// The torque on the shaft of all together.
     pub shaft: Range,
+    /// The balance of power.
+    pub power: Power,
 }
 
 impl Drive {
@@ -284,15 +298,34 @@ impl OfDrive {
     }
 }
 
+impl Power {
+    fn text(&self) -> String {
+        let size = self.largest.abs();
+        let watts = |power: f64| if power.abs() <= ROUNDING * size { "0".to_owned() } else { number(power) };
+        format!(
+            "Over the turn the shaft gives {} W and the process takes {} W; they differ by {:.0e} of the largest power, {} W.",
+            watts(self.shaft),
+            watts(self.process),
+            if size > 0.0 { (self.shaft - self.process).abs() / size } else { 0.0 },
+            number(size)
+        )
+    }
+}
+
 impl Report {
     /// What is found over this turn.
     pub fn new(machine: &Machine, turn: &Turn<'_>) -> Self {
         let names = ["torque", "torque on the shaft, all together"];
+        let shaft = Range::new(turn, names, TORQUE, |state| state.torque);
+        let taken = turn.mean(|state| state.drives.iter().map(|forces| forces.process).sum());
+        let largest = shaft.largest.value.abs().max(shaft.least.value.abs());
+        let [of_shaft, process, largest] = [shaft.mean, taken, largest].map(|torque| torque * machine.speed);
         Report {
             scene: machine.name.clone(),
             speed: machine.speed,
             drives: machine.drives.iter().enumerate().map(|(j, drive)| OfDrive::new(turn, j, drive)).collect(),
-            shaft: Range::new(turn, names, TORQUE, |state| state.torque),
+            power: Power { shaft: of_shaft, process, largest },
+            shaft,
         }
     }
 
@@ -311,6 +344,7 @@ impl Report {
         if !alone {
             page.table("Shaft", &Table::new(head, [self.shaft.row()]));
         }
+        page.section("Power", &[self.power.text()]);
         page.section("Mind", self.drives.iter().flat_map(|drive| &drive.notes[1])).text()
     }
 }

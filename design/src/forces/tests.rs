@@ -344,6 +344,11 @@ fn the_mean_torque_is_the_work_against_the_process() {
     let report = Report::new(&machine, &machine.turn().expect("a turn"));
     let mean = report.shaft.mean;
     assert!((mean - 0.2).abs() < 1e-13, "{mean}");
+    assert!(
+        (report.power.process - 4.0).abs() < 1e-12 && (report.power.shaft - 4.0).abs() < 1e-12,
+        "{:?}",
+        report.power
+    );
     // ½ J′ω² of the machine itself.
     let own = |phi: f64| at(&machine, phi).torque - at(&machine, phi).drives[0].torque;
     assert!((own(1.0) + 0.15 * 1.0_f64.sin() * 400.0).abs() < 1e-12);
