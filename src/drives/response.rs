@@ -1,8 +1,8 @@
 //! The relative motion q of an oscillator whose base moves with a cam: q̈ + 2δ q̇ + ω₀² q = −ẍ, x = U(φ(t)).
 //!
-//! Four courses, the first of which is tried at each step on inputs, the others chosen at each restart:
+//! Four methods, the first of which is tried at each step on inputs, the others chosen at each restart:
 //!
-//! - *leap*, for a Fourier law: the impulse response times −ẍ, integrated over the whole step from its ends;
+//! - *Hermite step*, for a Fourier law: the impulse response times −ẍ, integrated over the whole step from its ends;
 //! - *closed form*, for a Fourier law at constant speed (or any law at rest): harmonic response plus free motion,
 //!   valid at any later time without growth of the error; on inputs, too, as long as they keep their speed;
 //! - *table*, for any other law at constant speed from the start on: the motion over a turn as polynomials on cells, which
@@ -14,7 +14,7 @@
 
 mod closed_form;
 mod error_bound;
-mod leap;
+mod hermite;
 mod local;
 mod on_inputs;
 mod table;
@@ -34,7 +34,7 @@ use crate::numerics::work::Work;
 use closed_form::{ClosedForm, Run};
 pub use closed_form::{Instant, progression};
 use error_bound::{ErrorBound, Made, neglected};
-use leap::Leap;
+use hermite::Hermite;
 use local::Local;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
@@ -74,7 +74,7 @@ pub struct Response {
     /// Bounds of |U′| (m/rad) and |U″| (m/rad²).
     bounds: [f64; 2],
     closed_form: ClosedForm,
-    course: Course,
+    method: Method,
     /// The turn of the cam as it starts; all instances with the same parameters share it.
     #[serde(skip)]
     table: Option<Arc<Table>>,
@@ -91,13 +91,13 @@ pub struct Response {
 /// By what the motion goes on at present, with what is kept for it: one of them at a time, in the same memory. None is
 /// boxed, since a step does not allocate.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-enum Course {
+enum Method {
     /// The closed form.
     Closed(Run),
     /// One quadrature for each communication step.
-    Leaps(Leap),
+    Hermite(Hermite),
     /// The table of a turn.
-    Table(period_map::Course),
+    Table(period_map::Trajectory),
     /// Pieces that follow the motion of the cam.
     Pieces(Piece),
 }
@@ -123,7 +123,7 @@ impl Response {
             motion: AngleMotion::uniform(0.0, 0.0, 0.0),
             bounds: [law.bound(1), law.bound(2)],
             closed_form: ClosedForm::new(law.series()),
-            course: Course::Closed(Run::new()),
+            method: Method::Closed(Run::new()),
             table: None,
             until: f64::INFINITY,
             steps: 0.0,
@@ -136,9 +136,9 @@ impl Response {
     pub fn restored(&mut self, law: &MotionLaw, tolerance: f64) -> bool {
         (self.tolerance, self.bounds) = (tolerance, [law.bound(1), law.bound(2)]);
         self.closed_form.restored(&self.oscillator, law.series());
-        match &self.course {
-            Course::Leaps(_) => law.series().is_some(),
-            Course::Pieces(piece) => piece.segment < law.breakpoints().len().max(1),
+        match &self.method {
+            Method::Hermite(_) => law.series().is_some(),
+            Method::Pieces(piece) => piece.segment < law.breakpoints().len().max(1),
             _ => true,
         }
     }
@@ -148,7 +148,7 @@ impl Response {
         &self.oscillator
     }
 
-    /// The cam moves like this from the next restart or leap on.
+    /// The cam moves like this from the next restart or Hermite step on.
     pub fn follow(&mut self, motion: AngleMotion) {
         self.motion = motion;
     }
@@ -162,8 +162,8 @@ impl Response {
     pub fn set_oscillator(&mut self, oscillator: Oscillator) {
         self.oscillator = oscillator;
         self.closed_form.clear();
-        if let Course::Leaps(leap) = &mut self.course {
-            *leap = Leap::new();
+        if let Method::Hermite(step) = &mut self.method {
+            *step = Hermite::new();
         }
     }
 
@@ -185,13 +185,13 @@ impl Response {
 
     /// Whether the table is in use.
     pub fn is_on_table(&self) -> bool {
-        matches!(self.course, Course::Table(_))
+        matches!(self.method, Method::Table(_))
     }
 
     /// Whether the present cell is one of the table.
     pub fn has_its_table(&self) -> bool {
-        match (&self.course, self.map()) {
-            (Course::Table(course), Some(map)) => course.is_in(map),
+        match (&self.method, self.map()) {
+            (Method::Table(trajectory), Some(map)) => trajectory.is_in(map),
             _ => false,
         }
     }
@@ -219,15 +219,15 @@ impl Response {
         (self.motion, self.until) = (*motion, until);
         let w = motion.coefficients[1];
         if motion.is_uniform() && (law.series().is_some() || !turns(w)) {
-            self.course = Course::Closed(self.closed_form.restart(&self.oscillator, motion, time, state));
+            self.method = Method::Closed(self.closed_form.restart(&self.oscillator, motion, time, state));
             (self.steps, self.evaluations) = (self.steps + 1.0, self.evaluations + 1);
             self.bound.add_closed_form(law.series().map_or(0.0, |series| series.order() as f64));
             Ok(())
         } else if until == f64::INFINITY
             && let Some(map) = self.map_from(time)
         {
-            let (course, evaluations) = (period_map::Course::new(map, time, state), map.evaluations());
-            self.course = Course::Table(course);
+            let (trajectory, evaluations) = (period_map::Trajectory::new(map, time, state), map.evaluations());
+            self.method = Method::Table(trajectory);
             (self.steps, self.evaluations) = (self.steps + 1.0, evaluations as u64);
             Ok(())
         } else {
@@ -240,15 +240,15 @@ impl Response {
     /// The largest estimated error of q up to `time` (s), relative to the largest |q| so far.
     pub fn error(&self, time: f64) -> f64 {
         let error = self.bound.relative();
-        match &self.course {
-            Course::Closed(run) => error.max(self.closed_form.rounding(run, &self.oscillator, time)),
+        match &self.method {
+            Method::Closed(run) => error.max(self.closed_form.rounding(run, &self.oscillator, time)),
             _ => error,
         }
     }
 
     /// Cam and mass at `time` (s) in closed form, for a Fourier law at constant speed.
     pub fn closed(&mut self, law: &MotionLaw, time: f64) -> Option<Instant> {
-        let Course::Closed(run) = &mut self.course else { return None };
+        let Method::Closed(run) = &mut self.method else { return None };
         law.series()?;
         self.evaluations += 1;
         Some(self.closed_form.at(run, &self.oscillator, &self.motion, time))
@@ -263,27 +263,29 @@ impl Response {
     fn reach(&mut self, law: &MotionLaw, time: f64, work: &mut Work) -> Result<[f64; 2], Fault> {
         let mut from = None;
         loop {
-            let piece = match &mut self.course {
-                Course::Closed(run) => {
+            let piece = match &mut self.method {
+                Method::Closed(run) => {
                     self.evaluations += 1;
                     return Ok(self.closed_form.at(run, &self.oscillator, &self.motion, time).q.array());
                 }
-                Course::Table(course) => {
+                Method::Table(trajectory) => {
                     let map = self.table.as_ref().and_then(|table| table.map.as_ref());
                     let Some(map) = map else { return Err(Fault::new("the response has lost its table")) };
-                    let before = course.steps;
-                    course.reach(map, time).map_err(|fault| {
+                    let before = trajectory.steps;
+                    trajectory.reach(map, time).map_err(|fault| {
                         Fault(format!("the motion is beyond all numbers at t = {} s", Rounded(fault.time)))
                     })?;
-                    self.steps += (course.steps - before) as f64;
+                    self.steps += (trajectory.steps - before) as f64;
                     let turns = (time - self.motion.origin) / map.period().hi;
                     let lasting = -(-self.oscillator.decay() * map.period().hi).exp_m1();
                     let cells = (map.cells() as f64).sqrt();
                     self.bound.add_table(RESERVE_OF_TABLE * map.error(), cells * (turns + 1.0).min(1.0 / lasting));
-                    return Ok(course.at(map, time));
+                    return Ok(trajectory.at(map, time));
                 }
-                Course::Leaps(_) => return Err(Fault::new("the response has not been restarted after a leap")),
-                Course::Pieces(piece) => piece,
+                Method::Hermite(_) => {
+                    return Err(Fault::new("the response has not been restarted after a Hermite step"));
+                }
+                Method::Pieces(piece) => piece,
             };
             let Piece { start, end, segment, leaves, .. } = *piece;
             if (Double::from(time) - end).hi <= 0.0 {
@@ -417,7 +419,7 @@ impl Response {
         self.steps += 1.0;
         let leaves = if length == whole { leaves } else { 0 };
         let step = ForcedStep::new(&self.oscillator, length, fit.polynomial, state);
-        self.course = Course::Pieces(Piece { start, end: start + Double::from(length), segment, leaves, step });
+        self.method = Method::Pieces(Piece { start, end: start + Double::from(length), segment, leaves, step });
         Ok(())
     }
 }

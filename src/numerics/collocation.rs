@@ -136,7 +136,7 @@ pub struct Collocation<const N: usize> {
     /// Magnitudes to which errors are relative.
     scale: [f64; N],
     /// Covariance of the error at the end of the last step.
-    spread: [[f64; N]; N],
+    covariance: [[f64; N]; N],
     /// See [`Collocation::end_error`].
     ends: [f64; N],
     /// Length of the next step; 0 while unknown.
@@ -158,7 +158,7 @@ impl<const N: usize> Collocation<N> {
             length: 0.0,
             modes: [[0.0; N]; STAGES],
             scale: [0.0; N],
-            spread: [[0.0; N]; N],
+            covariance: [[0.0; N]; N],
             ends: [0.0; N],
             next: 0.0,
             statistics: Statistics::default(),
@@ -168,8 +168,8 @@ impl<const N: usize> Collocation<N> {
     /// Goes on from another state, as after a jump; step length and scale are kept as a first guess.
     pub fn restart(&mut self, t: Double, y: [f64; N]) {
         let fresh = Self::new(t, y);
-        let &mut Collocation { scale, spread, next, statistics, .. } = self;
-        *self = Collocation { scale, spread, next, statistics, ..fresh };
+        let &mut Collocation { scale, covariance, next, statistics, .. } = self;
+        *self = Collocation { scale, covariance, next, statistics, ..fresh };
     }
 
     /// What the last step added to the error of each component, if its coefficients go on to decay as the last ones
@@ -181,12 +181,12 @@ impl<const N: usize> Collocation<N> {
 
     /// Covariance of the error of the state, as far as it is known.
     pub fn error_covariance(&self) -> [[f64; N]; N] {
-        self.spread
+        self.covariance
     }
 
     /// Goes on with this covariance of the error, as after a part of the motion that was computed otherwise.
     pub fn set_error_covariance(&mut self, covariance: [[f64; N]; N]) {
-        self.spread = covariance;
+        self.covariance = covariance;
     }
 
     /// Start of the last step.
@@ -324,7 +324,7 @@ impl<const N: usize> Collocation<N> {
     /// carried along.
     pub fn disturb(&mut self, error: [f64; N]) {
         for (c, error) in error.into_iter().enumerate() {
-            self.spread[c][c] += error * error;
+            self.covariance[c][c] += error * error;
         }
     }
 
@@ -334,12 +334,12 @@ impl<const N: usize> Collocation<N> {
         let product = |a: &[[f64; N]; N], b: &dyn Fn(usize, usize) -> f64| -> [[f64; N]; N] {
             std::array::from_fn(|r| std::array::from_fn(|c| (0..N).map(|k| a[r][k] * b(k, c)).sum()))
         };
-        let half = product(&solved.map, &|k, c| self.spread[k][c]);
-        self.spread = product(&half, &|k, c| solved.map[c][k]);
+        let half = product(&solved.map, &|k, c| self.covariance[k][c]);
+        self.covariance = product(&half, &|k, c| solved.map[c][k]);
         let mut state_error: f64 = 0.0;
         for c in 0..N {
-            self.spread[c][c] += solved.own[c].powi(2);
-            state_error = state_error.max(self.spread[c][c].sqrt() / solved.scale[c]);
+            self.covariance[c][c] += solved.own[c].powi(2);
+            state_error = state_error.max(self.covariance[c][c].sqrt() / solved.scale[c]);
         }
         self.statistics.error_at_ends = self.statistics.error_at_ends.max(state_error);
         self.statistics.state_error = self.statistics.state_error.max(solved.error + state_error);

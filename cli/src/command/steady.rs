@@ -3,7 +3,7 @@
 use super::measured::Measured;
 use super::{Failure, Format, NO_MOTION, driving, failure, files};
 use camdrive::drives::Fault;
-use camdrive::drives::rigid_machine::orbits::{
+use camdrive::drives::rigid_machine::periodic_motions::{
     Motions, PeriodicMotion, all_motions, free_motion, periodic_motions, range,
 };
 use camdrive::drives::rigid_machine::{Inertia, Kloss, Motor, Scene};

@@ -7,7 +7,7 @@ use super::{Form, Law, Solution, Task, Tool};
 use crate::text::{self, Table, number};
 use crate::transmission::{self, Transmission};
 use camdrive::drives::Fault;
-use camdrive::drives::rigid_machine::orbits::periodic_motions;
+use camdrive::drives::rigid_machine::periodic_motions::periodic_motions;
 use camdrive::drives::rigid_machine::{Kloss, MachineStart, Motor, Scene};
 use camdrive::drives::solver::Settings;
 use camdrive::motion::{Fourier, MotionLaw};

@@ -6,7 +6,7 @@
 use super::system::System;
 use super::tongue::spectral_radius;
 use crate::search;
-use camdrive::numerics::period_map::{Course, PeriodMap};
+use camdrive::numerics::period_map::{PeriodMap, Trajectory};
 use serde::Serialize;
 use std::f64::consts::TAU;
 
@@ -108,7 +108,7 @@ impl<'a> Turn<'a> {
     fn largest(&self, y: [f64; 2], turns: f64) -> Option<[f64; 2]> {
         let per_turn = SAMPLES_PER_TURN.max(SAMPLES_PER_VIBRATION / self.eta).ceil();
         let step = TAU / per_turn;
-        let mut course = Course::new(&self.map, 0.0, y);
+        let mut course = Trajectory::new(&self.map, 0.0, y);
         let (mut before, mut last) = ([0.0; 2], [0.0; 2]);
         let mut largest = [0.0_f64; 2];
         for i in 0..=(turns * per_turn).ceil() as usize {
@@ -128,7 +128,7 @@ impl<'a> Turn<'a> {
     }
 
     /// q and M/c₀ at the angle `tau` after the start, of the course that has been followed to there.
-    fn at(&self, course: &Course, tau: f64) -> [f64; 2] {
+    fn at(&self, course: &Trajectory, tau: f64) -> [f64; 2] {
         let [q, slope] = course.at(&self.map, tau);
         let t = self.system.at((self.system.start() + tau).rem_euclid(TAU));
         let damping = self.system.damping(t.b, 1.0 / self.eta, 2.0 * self.theta / self.eta);
@@ -167,7 +167,7 @@ pub fn course(system: &System, eta: f64, theta: f64) -> Option<Vec<[f64; 3]>> {
     let turn = Turn::new(system, eta, theta)?;
     let stable = turn.radius() < 1.0;
     let count = SAMPLES_PER_TURN.max(SAMPLES_PER_VIBRATION / eta).ceil();
-    let mut course = Course::new(&turn.map, 0.0, turn.periodic()?);
+    let mut course = Trajectory::new(&turn.map, 0.0, turn.periodic()?);
     let mut points = Vec::new();
     for i in 0..count as usize {
         let tau = TAU * i as f64 / count;

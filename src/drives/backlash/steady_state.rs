@@ -54,7 +54,7 @@ impl BacklashDrive {
         }
         // With clearance the periodic motion does not hang on this first guess.
         self.begin(time, contact.unwrap_or_default());
-        let (mode, state) = self.orbit(time, period, work)?;
+        let (mode, state) = self.periodic(time, period, work)?;
         self.lay(time, Phase { mode, state, zeros: 0 });
         Ok(())
     }
@@ -90,7 +90,7 @@ impl BacklashDrive {
         let shaft = self.motion.at(time);
         let (phi, w) = (shaft.reduced, shaft.kinematics.0[1]);
         let stiffness = self.bodies.bound.stiffness();
-        let mut orbit = [0.0; 2];
+        let mut motion = [0.0; 2];
         for k in (1..=series.order()).filter(|&k| series.a[k] != 0.0 || series.b[k] != 0.0) {
             let nu = two_product(k as f64, w.abs());
             // ψ = k φ sgn w grows; −ü = ν² Re[(a − i b sgn w) e^(iψ)].
@@ -102,10 +102,10 @@ impl BacklashDrive {
                 return Err(self.resonance());
             }
             let (sin, cos) = (k as f64 * phi * w.signum()).sin_cos();
-            orbit[0] += re * cos - im * sin;
-            orbit[1] -= nu.hi * (im * cos + re * sin);
+            motion[0] += re * cos - im * sin;
+            motion[1] -= nu.hi * (im * cos + re * sin);
         }
-        Ok(orbit)
+        Ok(motion)
     }
 
     fn resonance(&self) -> Fault {
@@ -118,7 +118,7 @@ impl BacklashDrive {
     }
 
     /// The mode and state that repeat after one period.
-    fn orbit(&mut self, time: f64, period: f64, work: &mut Work) -> Result<(Mode, State), Fault> {
+    fn periodic(&mut self, time: f64, period: f64, work: &mut Work) -> Result<(Mode, State), Fault> {
         let mut last = (self.now.mode, self.now.point.state);
         let Some(mut run) = self.run.take() else { return Err(Fault::new("the drive has not been started")) };
         for turns in 1..=MOST_TURNS {

@@ -19,7 +19,7 @@ impl ElasticOutput {
         let (go_on, q) = (self.goes_on([phi, w], time), self.now.at.q.array());
         self.cam.step_done();
         self.taken_up = false;
-        let Some(at) = self.response.leap(&self.cam.law, [time, end], q, go_on) else {
+        let Some(at) = self.response.step(&self.cam.law, [time, end], q, go_on) else {
             self.restart(end)?;
             let q = self.response.at(&self.cam.law, end)?;
             return self.arrive(end, q);

@@ -40,7 +40,7 @@ use crate::motion::MotionLaw;
 use crate::numerics::collocation::Collocation;
 use crate::numerics::double_double::Double;
 use crate::numerics::number::all_finite;
-use crate::numerics::period_map::{Course, PeriodMap};
+use crate::numerics::period_map::{PeriodMap, Trajectory};
 use crate::numerics::work::Work;
 use equation::Equation;
 use serde::{Deserialize, Serialize};
@@ -104,7 +104,7 @@ pub struct ElasticShaft {
     #[serde(skip)]
     table: Option<Arc<Table>>,
     /// The way through the table; None while the integrator is at work.
-    course: Option<Course>,
+    trajectory: Option<Trajectory>,
     /// The segment of the law at the end of the integrator's last step.
     segment: usize,
     /// The communication point (s).
@@ -164,14 +164,16 @@ impl ElasticShaft {
     fn advance_further(&mut self, time: f64, target: f64) -> Result<(), Fault> {
         if self.tuned {
             // Tabulating anew would allocate within a step, and who tunes once may tune again.
-            self.course = None;
+            self.trajectory = None;
         }
-        let (Some(course), Some(table)) = (&mut self.course, &self.table) else { return self.integrate(time, target) };
+        let (Some(trajectory), Some(table)) = (&mut self.trajectory, &self.table) else {
+            return self.integrate(time, target);
+        };
         let Some(map) = &table.map else { return self.integrate(time, target) };
-        course.reach(map, target).map_err(|fault| solver::unbounded(fault.time, self.linear))?;
-        (self.twist, self.time) = (course.at(map, target), target);
-        self.solver.steps = course.steps as f64;
-        self.solver.error_estimate = table.error_after(course.periods(map, target));
+        trajectory.reach(map, target).map_err(|fault| solver::unbounded(fault.time, self.linear))?;
+        (self.twist, self.time) = (trajectory.at(map, target), target);
+        self.solver.steps = trajectory.steps as f64;
+        self.solver.error_estimate = table.error_after(trajectory.periods(map, target));
         Ok(())
     }
 
@@ -284,7 +286,7 @@ impl Drive for ElasticShaft {
             usual_step: 0.0,
             curvatures: [0.0; 2],
             table: None,
-            course: None,
+            trajectory: None,
             segment: 0,
             time: 0.0,
             twist: [0.0; 2],
@@ -330,7 +332,7 @@ impl Drive for ElasticShaft {
         self.tabulate(self.equation());
         self.twist = self.initial_twist(self.solver.effective_tolerance())?;
         self.restart_integrator();
-        self.course = self.map().map(|map| Course::new(map, time, self.twist));
+        self.trajectory = self.map().map(|map| Trajectory::new(map, time, self.twist));
         if let Some(table) = self.table.as_ref().filter(|table| table.map.is_some()) {
             self.solver.evaluations = table.map.as_ref().map_or(0, PeriodMap::evaluations) as f64;
             self.solver.error_estimate = table.error_after(0.0);
@@ -361,8 +363,8 @@ impl Drive for ElasticShaft {
     fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
         let target = time + step;
         // Most steps end in the cell of the table where they start.
-        if let Some(course) = &self.course
-            && let Some(twist) = course.within(target).filter(|_| !self.tuned)
+        if let Some(trajectory) = &self.trajectory
+            && let Some(twist) = trajectory.within(target).filter(|_| !self.tuned)
         {
             (self.twist, self.time) = (twist, target);
             return Ok(());
@@ -379,12 +381,12 @@ impl Drive for ElasticShaft {
         if self.segment >= self.cam.law.breakpoints().len().max(1) {
             return Err(no_state());
         }
-        let Some(course) = self.course.clone() else { return Ok(()) };
+        let Some(trajectory) = self.trajectory.clone() else { return Ok(()) };
         self.table = made.table.clone();
         // A state on the table was reached with the parameters of the last step.
         self.tabulate(Equation::new(&self.used, self.linear));
-        if !self.map().is_some_and(|map| course.is_in(map)) {
-            self.course = None;
+        if !self.map().is_some_and(|map| trajectory.is_in(map)) {
+            self.trajectory = None;
             self.restart_integrator();
         }
         Ok(())

@@ -520,7 +520,7 @@ fn a_tuned_linear_shaft_goes_on_with_its_new_parameters() {
     // What the tables give up, the integrator takes over: to the same numbers as from a fresh start there.
     let mut drive = started(manipulator(profile(), true, CONSTANT));
     run(&mut drive, 1.0, 10);
-    assert!(drive.course.is_some());
+    assert!(drive.trajectory.is_some());
     (drive.parameters.c, drive.parameters.b) = (3e4, 5.0);
     drive.apply(1.0).unwrap();
     let mut fresh = manipulator(profile(), true, DriveMode::Constant { w: 4.84, phi_start: 0.3 + 4.84 });

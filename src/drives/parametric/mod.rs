@@ -37,7 +37,7 @@ use super::{Curve, Drive, Event, EventLog, Experiment, Fault, List, Rounded, Tex
 use crate::numerics::collocation::{Collocation, Failure};
 use crate::numerics::double_double::Double;
 use crate::numerics::number::all_finite;
-use crate::numerics::period_map::Course;
+use crate::numerics::period_map::Trajectory;
 use crate::numerics::work::{EVALUATION, Work};
 use coefficients::Coefficients;
 use crank::SecondCrank;
@@ -78,7 +78,7 @@ pub struct ParametricDrive {
     #[serde(skip)]
     table: Option<Arc<Table>>,
     /// The way through the table; None while the integrator is at work.
-    course: Option<Course>,
+    trajectory: Option<Trajectory>,
     /// ln of the largest modulus of the Floquet multipliers over a turn.
     growth: f64,
     /// The communication point (s).
@@ -125,13 +125,13 @@ impl ParametricDrive {
     fn advance_further(&mut self, target: f64) -> Result<(), Fault> {
         let table = self.table.as_deref();
         let map = table.and_then(|table| table.map.as_ref());
-        let (Some(course), Some(map), Some(table)) = (&mut self.course, map, table) else {
+        let (Some(trajectory), Some(map), Some(table)) = (&mut self.trajectory, map, table) else {
             return self.integrate(target);
         };
-        course.reach(map, target).map_err(|fault| unbounded(fault.time, self.growth))?;
-        (self.state, self.time) = (course.at(map, target), target);
-        self.solver.steps = course.steps as f64;
-        self.solver.error_estimate = table.error_after(course.periods(map, target));
+        trajectory.reach(map, target).map_err(|fault| unbounded(fault.time, self.growth))?;
+        (self.state, self.time) = (trajectory.at(map, target), target);
+        self.solver.steps = trajectory.steps as f64;
+        self.solver.error_estimate = table.error_after(trajectory.periods(map, target));
         Ok(())
     }
 
@@ -223,7 +223,7 @@ impl Drive for ParametricDrive {
             integrator: Collocation::new(Double::default(), [0.0; 2]),
             usual: [0.0; 2],
             table: None,
-            course: None,
+            trajectory: None,
             growth: 0.0,
             time: 0.0,
             state: [0.0; 2],
@@ -302,7 +302,7 @@ impl Drive for ParametricDrive {
             StartMode::SteadyState => table.periodic(&self.coefficients)?,
         };
         self.restart_integrator();
-        self.course = table.map.as_ref().map(|map| Course::new(map, time, self.state));
+        self.trajectory = table.map.as_ref().map(|map| Trajectory::new(map, time, self.state));
         if let Some(map) = &table.map {
             self.solver.evaluations = map.evaluations() as f64;
             self.solver.error_estimate = table.error_after(0.0);
@@ -337,8 +337,8 @@ impl Drive for ParametricDrive {
     fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
         let target = time + step;
         // Most steps end in the cell of the table where they start.
-        if let Some(course) = &self.course
-            && let Some(state) = course.within(target)
+        if let Some(trajectory) = &self.trajectory
+            && let Some(state) = trajectory.within(target)
         {
             (self.state, self.time) = (state, target);
             return Ok(());
@@ -356,12 +356,12 @@ impl Drive for ParametricDrive {
         let coefficients = self.cam.law.coefficients();
         self.coefficients =
             if *made.coefficients == coefficients { made.coefficients.clone() } else { Arc::new(coefficients) };
-        let Some(course) = &self.course else { return Ok(()) };
-        let course = course.clone();
+        let Some(trajectory) = &self.trajectory else { return Ok(()) };
+        let trajectory = trajectory.clone();
         self.table = made.table.clone();
         let table = self.tabulate();
-        if !table.map.as_ref().is_some_and(|map| course.is_in(map)) {
-            self.course = None;
+        if !table.map.as_ref().is_some_and(|map| trajectory.is_in(map)) {
+            self.trajectory = None;
             self.restart_integrator();
         }
         Ok(())

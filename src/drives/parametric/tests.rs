@@ -137,7 +137,7 @@ fn a_hundred_turns_inside_and_outside_of_the_tongues() {
         let end = 100.0 * TAU / w.abs();
         for steps in [3, 1700] {
             let mut drive = started(scene.clone());
-            assert!(drive.course.is_some());
+            assert!(drive.trajectory.is_some());
             let got = run(&mut drive, end, steps).unwrap();
             let error = worst(&scene, &got, &truth(&scene, end, steps).unwrap());
             assert!(error < 1e-9, "{:?} at {w}, {steps} steps: {error:e}", scene.law);

@@ -1,18 +1,18 @@
 //! One step of a Fourier law on a moving input without pieces.
 
 use super::error_bound::Made;
-use super::leap::{Leap, left};
-use super::{Course, Instant, Response, SHARE};
+use super::hermite::{Hermite, left};
+use super::{Instant, Method, Response, SHARE};
 use crate::drives::cam_drive::AngleMotion;
 use crate::motion::MotionLaw;
 
 impl Response {
     /// Cam and mass at the end of the step from `time` to `end` (s) from `state`, where one quadrature reaches so far or inputs
     /// `go_on` at the same speed.
-    pub fn leap(&mut self, law: &MotionLaw, [time, end]: [f64; 2], state: [f64; 2], go_on: bool) -> Option<Instant> {
+    pub fn step(&mut self, law: &MotionLaw, [time, end]: [f64; 2], state: [f64; 2], go_on: bool) -> Option<Instant> {
         let series = law.series()?;
         if go_on && self.motion.is_uniform() {
-            if !(matches!(self.course, Course::Closed(_)) && self.closed_form.holds()) {
+            if !(matches!(self.method, Method::Closed(_)) && self.closed_form.holds()) {
                 let motion = self.motion;
                 self.restart(law, &motion, time, f64::INFINITY, state).ok()?;
             }
@@ -28,11 +28,11 @@ impl Response {
         if !(part <= SHARE * self.tolerance) {
             return None;
         }
-        if !matches!(self.course, Course::Leaps(_)) {
-            self.course = Course::Leaps(Leap::new());
+        if !matches!(self.method, Method::Hermite(_)) {
+            self.method = Method::Hermite(Hermite::new());
         }
-        let Course::Leaps(leap) = &mut self.course else { return None };
-        let instant = leap.over(&self.oscillator, series, [phi, w, a], length, state);
+        let Method::Hermite(step) = &mut self.method else { return None };
+        let instant = step.over(&self.oscillator, series, [phi, w, a], length, state);
         self.steps += 1.0;
         self.evaluations += 1;
         let [speed, acceleration] = fastest;
@@ -42,7 +42,7 @@ impl Response {
         let error = [error * length.min(1.0 / self.oscillator.rates().1), error];
         let turned = order * speed * length;
         let made = Made { length, error, forcing, order, turned, angle: phi.abs(), state: instant.q.array() };
-        self.bound.add(&self.oscillator, leap.decay, &made, [0.0; 2]);
+        self.bound.add(&self.oscillator, step.decay, &made, [0.0; 2]);
         Some(instant)
     }
 }

@@ -1,4 +1,4 @@
-//! The two courses against each other; the drives' tests compare with independent numbers.
+//! The methods against each other; the drives' tests compare with independent numbers.
 
 mod truth;
 
@@ -71,12 +71,12 @@ impl Dice {
 
 /// How steps are taken in [`errors_of_a_run`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Course {
+enum Case {
     /// A series at constant speed: in closed form, by one rule a step, in pieces.
     Closed,
     /// In closed form over few turns, with a natural frequency beside a harmonic: what all but cancels.
     Beat,
-    Leaps,
+    Hermite,
     Pieces,
     /// A ramp of the speed, set anew in each step, of a series by one rule a step.
     RampOfSeries,
@@ -135,10 +135,10 @@ fn rounded_otherwise(law: &MotionLaw) -> MotionLaw {
 /// The true and the estimated error of a random oscillator on a random law over 1 to 50 turns; None where no rule reaches
 /// over the step. The truth: [`Truth`] of a series at constant speed, else pieces at the finest tolerance that are rounded
 /// otherwise.
-fn errors_of_a_run(dice: &mut Dice, course: Course) -> Option<[f64; 2]> {
+fn errors_of_a_run(dice: &mut Dice, case: Case) -> Option<[f64; 2]> {
     let series = random_series(dice);
-    let law = match course {
-        Course::RampOfCycle | Course::Cycle => random_cycle(dice),
+    let law = match case {
+        Case::RampOfCycle | Case::Cycle => random_cycle(dice),
         _ => MotionLaw::Fourier(series.clone()),
     };
     let w = dice.magnitude(0.1, 1000.0) * if dice.roll() < 0.5 { 1.0 } else { -1.0 };
@@ -146,8 +146,8 @@ fn errors_of_a_run(dice: &mut Dice, course: Course) -> Option<[f64; 2]> {
     let ratio = if dice.roll() < 0.2 { 0.0 } else { dice.magnitude(1e-4, 5.0) };
     let (c, b) = (omega * omega, 2.0 * ratio * omega);
     let oscillator = Oscillator::of_mass(1.0, c, b);
-    let (c, b, oscillator) = match course {
-        Course::Beat => {
+    let (c, b, oscillator) = match case {
+        Case::Beat => {
             let k = 1.0 + (series.order() as f64 * dice.roll()).floor();
             let beside = dice.magnitude(0.006, 0.1) * if dice.roll() < 0.5 { 1.0 } else { -1.0 };
             let omega = w.abs() * k * (1.0 + beside);
@@ -157,11 +157,11 @@ fn errors_of_a_run(dice: &mut Dice, course: Course) -> Option<[f64; 2]> {
         _ => (c, b, oscillator),
     };
     let period = TAU / w.abs();
-    let stop = dice.magnitude(1.0, if course == Course::Beat { 3.0 } else { 50.0 }) * period;
+    let stop = dice.magnitude(1.0, if case == Case::Beat { 3.0 } else { 50.0 }) * period;
     let step = period / dice.magnitude(30.0, 1000.0);
     let tolerance = dice.magnitude(1e-10, 1e-3);
     let phi = dice.roll();
-    let ramped = matches!(course, Course::RampOfSeries | Course::RampOfCycle);
+    let ramped = matches!(case, Case::RampOfSeries | Case::RampOfCycle);
     let a = if ramped { w / stop * (2.0 * dice.roll() - 1.0) } else { 0.0 };
     let exact = Truth { series: &series, b, c, phi, w };
     let whole = AngleMotion::uniform(0.0, phi, w);
@@ -169,13 +169,13 @@ fn errors_of_a_run(dice: &mut Dice, course: Course) -> Option<[f64; 2]> {
     let mut finest = Response::new(oscillator, &other, FINEST_TOLERANCE);
     let mut tested = Response::new(oscillator, &law, tolerance);
     let (mut state, mut expected) = ([0.0; 2], [0.0; 2]);
-    match course {
-        Course::Closed | Course::Beat => tested.restart(&law, &whole, 0.0, f64::INFINITY, state).unwrap(),
-        Course::Cycle => {
+    match case {
+        Case::Closed | Case::Beat => tested.restart(&law, &whole, 0.0, f64::INFINITY, state).unwrap(),
+        Case::Cycle => {
             tested.restart(&law, &whole, 0.0, f64::INFINITY, state).unwrap();
             finest.restart(&other, &AngleMotion::uniform(0.0, phi + 1.0, w), 0.0, f64::INFINITY, expected).unwrap();
         }
-        Course::Pieces => restart_in_pieces(&mut tested, &law, &whole, 0.0, state),
+        Case::Pieces => restart_in_pieces(&mut tested, &law, &whole, 0.0, state),
         _ => {}
     }
     let (mut error, mut largest) = (0.0f64, 0.0f64);
@@ -188,13 +188,13 @@ fn errors_of_a_run(dice: &mut Dice, course: Course) -> Option<[f64; 2]> {
             moved.coefficients[..3].copy_from_slice(&coefficients);
             moved.degree = 2;
         }
-        state = match course {
-            Course::Closed | Course::Beat | Course::Pieces | Course::Cycle => tested.at(&law, end).unwrap(),
-            Course::Leaps | Course::RampOfSeries => {
+        state = match case {
+            Case::Closed | Case::Beat | Case::Pieces | Case::Cycle => tested.at(&law, end).unwrap(),
+            Case::Hermite | Case::RampOfSeries => {
                 tested.follow(moved);
-                tested.leap(&law, [time, end], state, false)?.q.array()
+                tested.step(&law, [time, end], state, false)?.q.array()
             }
-            Course::RampOfCycle => {
+            Case::RampOfCycle => {
                 tested.restart(&law, &moved, time, end, state).unwrap();
                 tested.at(&law, end).unwrap()
             }
@@ -203,7 +203,7 @@ fn errors_of_a_run(dice: &mut Dice, course: Course) -> Option<[f64; 2]> {
             moved.coefficients[0] += 1.0;
             finest.restart(&other, &moved, time, end, expected.map(|x| 3.0 * x)).unwrap();
             expected = finest.at(&other, end).unwrap().map(|x| x / 3.0);
-        } else if course == Course::Cycle {
+        } else if case == Case::Cycle {
             expected = finest.at(&other, end).unwrap().map(|x| x / 3.0);
         } else if i % (steps / 100).max(1) == 0 {
             expected[0] = exact.at(end);
@@ -216,38 +216,38 @@ fn errors_of_a_run(dice: &mut Dice, course: Course) -> Option<[f64; 2]> {
     Some([error / largest, tested.error(f64::from(steps) * step)])
 }
 
-fn estimates_are_honest(course: Course, count: usize) {
+fn estimates_are_honest(case: Case, count: usize) {
     let mut dice = Dice(20261121);
     let runs: Vec<[f64; 2]> =
-        std::iter::repeat_with(|| errors_of_a_run(&mut dice, course)).flatten().take(count).collect();
+        std::iter::repeat_with(|| errors_of_a_run(&mut dice, case)).flatten().take(count).collect();
     let below = runs.iter().filter(|[error, estimate]| error <= estimate).count();
     let mut ratios: Vec<f64> = runs.iter().map(|[error, estimate]| estimate / error).collect();
     ratios.sort_by(f64::total_cmp);
     let median = ratios[runs.len() / 2];
-    println!("{course:?}: {below} of {} below, median {median:.1}, least {:.2}", runs.len(), ratios[0]);
-    assert!(below * 100 >= 99 * runs.len(), "{course:?}: {below} of {}", runs.len());
-    assert!(median <= 100.0, "{course:?}: median {median}");
+    println!("{case:?}: {below} of {} below, median {median:.1}, least {:.2}", runs.len(), ratios[0]);
+    assert!(below * 100 >= 99 * runs.len(), "{case:?}: {below} of {}", runs.len());
+    assert!(median <= 100.0, "{case:?}: median {median}");
 }
 
 #[test]
 fn the_estimate_of_the_closed_form_is_honest() {
-    estimates_are_honest(Course::Closed, 600);
-    estimates_are_honest(Course::Beat, 200);
+    estimates_are_honest(Case::Closed, 600);
+    estimates_are_honest(Case::Beat, 200);
 }
 
 #[test]
 fn the_estimates_of_leaps_are_honest() {
-    estimates_are_honest(Course::Leaps, 200);
-    estimates_are_honest(Course::RampOfSeries, 200);
+    estimates_are_honest(Case::Hermite, 200);
+    estimates_are_honest(Case::RampOfSeries, 200);
 }
 
 #[test]
 fn the_estimates_of_cycles_are_honest() {
-    estimates_are_honest(Course::Cycle, 200);
-    estimates_are_honest(Course::RampOfCycle, 200);
+    estimates_are_honest(Case::Cycle, 200);
+    estimates_are_honest(Case::RampOfCycle, 200);
 }
 
 #[test]
 fn the_estimates_of_pieces_are_honest() {
-    estimates_are_honest(Course::Pieces, 200);
+    estimates_are_honest(Case::Pieces, 200);
 }

@@ -142,7 +142,7 @@ pub struct AngleStep {
     /// What the integral of 1/|φ̇| over x grows by per second: 2/length, but where the step is shifted.
     rate: f64,
     /// The part of its duration that passes in a second (1/s).
-    pace: f64,
+    inverse_duration: f64,
     /// What E rises by with x beyond `work`, where the step is shifted (J).
     tilt: f64,
     /// x as a polynomial of the part s of the duration that has passed: −1 + Σ gⱼ sʲ⁺¹ (j < 5) + g₅ s³ (1 − s)³.
@@ -360,7 +360,7 @@ impl AngleStep {
             slowness,
             slowness_before,
             rate: 2.0 / length,
-            pace: 1.0 / whole,
+            inverse_duration: 1.0 / whole,
             tilt: 0.0,
             guess,
             settled,
@@ -394,7 +394,7 @@ impl AngleStep {
         self.end = from.time + duration + Double::from(longer);
         self.energy = from.energy + gain + Double::from(more);
         self.rate -= self.rate * slower;
-        self.pace -= self.pace * slower;
+        self.inverse_duration -= self.inverse_duration * slower;
         self.tilt = 0.5 * more;
         self.angle_error += self.length * error;
         self.energy_error += error;
@@ -425,7 +425,7 @@ impl AngleStep {
     ///
     /// The time is a smooth increasing function of x, so that Newton's method needs no safeguard but the ends.
     pub fn place_at(&self, elapsed: f64) -> f64 {
-        let mut x = guessed(&self.guess, elapsed * self.pace).clamp(-1.0, 1.0);
+        let mut x = guessed(&self.guess, elapsed * self.inverse_duration).clamp(-1.0, 1.0);
         let wanted = elapsed * self.rate + self.slowness_before;
         for _ in 0..INVERSION {
             let [slowness, integral] = self.slowness.with_integral(x);

@@ -26,7 +26,7 @@ mod inertia;
 pub mod linkage;
 mod mesh;
 mod motor;
-pub mod orbits;
+pub mod periodic_motions;
 mod place;
 mod profile;
 mod signal;

@@ -2,15 +2,15 @@
 //!
 //! The machine turns in the sense σ = sgn(w_s). E at the beginning of the turn → E at its end is a monotone scalar map,
 //! and the motion in the angle ([`super::step_control`]) computes it. Its fixed points are the rotating periodic motions;
-//! the time of the turn is the period. The multiplier of an orbit is the slope of the map.
+//! the time of the turn is the period. The multiplier of a periodic motion is the slope of the map.
 //!
 //! A motion that is faster than w* everywhere, where M(w*) = τ with a falling characteristic, loses energy, hence every
-//! orbit crosses w* or stays below it. An orbit that crosses w* keeps within ½ J_min w*² ≤ E ≤ ½ J_max w*², as long as
-//! the torque exceeds the load between the slowest of these speeds and w*. Where the characteristic falls at all these
-//! speeds, |s| < s_K, there is one such orbit, it is stable, and it is the fastest. Otherwise there may be several.
-//! **Of the stable orbits the fastest is taken**: the one that a machine reaches that was fast before. The map is then
-//! scanned for changes of the sign of E(2π) − E(0), so that two orbits closer together than the scan's mesh (half a
-//! per cent of the speed) may be overlooked.
+//! periodic motion crosses w* or stays below it. A periodic motion that crosses w* keeps within ½ J_min w*² ≤ E ≤ ½ J_max w*²,
+//! as long as the torque exceeds the load between the slowest of these speeds and w*. Where the characteristic falls at all
+//! these speeds, |s| < s_K, there is one such periodic motion, it is stable, and it is the fastest. Otherwise there may be
+//! several. **Of the stable periodic motions the fastest is taken**: the one that a machine reaches that was fast before. The
+//! map is then scanned for changes of the sign of E(2π) − E(0), so that two periodic motions closer together than the scan's
+//! mesh (half a per cent of the speed) may be overlooked.
 //!
 //! With a lagging torque the map has two dimensions ([`super::steady_lag`]).
 //!
@@ -33,10 +33,10 @@ use std::f64::consts::TAU;
 /// Tolerance of the scan; the signs are all that matters.
 pub const SCAN_TOLERANCE: f64 = 1e-7;
 
-/// Tolerance of the orbit itself: the ends of the steps are then exact to rounding.
-pub const ORBIT_TOLERANCE: f64 = 1e-12;
+/// Tolerance of the periodic motion itself: the ends of the steps are then exact to rounding.
+pub const PERIODIC_TOLERANCE: f64 = 1e-12;
 
-/// How many speeds of the scan lie where orbits without load can lie, and how many below.
+/// How many speeds of the scan lie where periodic motions without load can lie, and how many below.
 const SCAN: usize = 80;
 const SCAN_BELOW: usize = 32;
 
@@ -222,10 +222,10 @@ impl<'a> Shooting<'a> {
         course
     }
 
-    /// The brackets of the stable orbits, the fastest first, and the number of all orbits found.
+    /// The brackets of the stable periodic motions, the fastest first, and the number of all periodic motions found.
     fn scan(&self, energies: impl Iterator<Item = f64>) -> (Vec<(f64, f64)>, usize) {
         let mut stable = Vec::new();
-        let mut orbits = 0;
+        let mut motions = 0;
         let mut above: Option<(f64, f64)> = None;
         for energy in energies {
             // A machine that comes to rest has lost speed.
@@ -233,14 +233,14 @@ impl<'a> Shooting<'a> {
             if let Some((faster, gain_above)) = above {
                 if gain >= 0.0 && gain_above < 0.0 {
                     stable.push((energy, faster));
-                    orbits += 1;
+                    motions += 1;
                 } else if gain < 0.0 && gain_above >= 0.0 {
-                    orbits += 1;
+                    motions += 1;
                 }
             }
             above = Some((energy, gain));
         }
-        (stable, orbits)
+        (stable, motions)
     }
 
     /// The fixed point between `low`, from which the machine speeds up, and `high`, from which it slows down, and the
@@ -284,7 +284,7 @@ impl<'a> Shooting<'a> {
 }
 
 impl RigidMachine {
-    /// Puts the machine on its periodic orbit under the load that acts at the start.
+    /// Puts the machine on its periodic motion under the load that acts at the start.
     pub(super) fn start_periodically(&mut self, time: f64) -> Result<(), Fault> {
         let work = Cell::new(Work::default());
         let outcome = self.search_periodic_motion(time, &work);
@@ -315,22 +315,22 @@ impl RigidMachine {
             ))
         };
         let (low, high) = self.inertia.range();
-        let (bracket, orbits) = match torques.only_orbit(low, high) {
+        let (bracket, motions) = match torques.only_motion(low, high) {
             Some(bracket) => (bracket, 1),
             None => {
                 let speed = synchronous_speed.abs();
-                // A stable orbit keeps the slip within ±s_K on average; a fifth more leaves room for its fluctuation.
+                // A stable periodic motion keeps the slip within ±s_K on average; a fifth more leaves room for its fluctuation.
                 let top = high.sqrt() * speed * (1.0 + breakdown_slip.min(1.0)) * 1.2;
                 let bottom = low.sqrt() * speed * (1.0 - breakdown_slip).max(0.1) * 0.8;
                 let even = |i: usize| top + (bottom - top) * i as f64 / SCAN as f64;
                 let below = |i: usize| bottom * 0.02_f64.powf((i + 1) as f64 / SCAN_BELOW as f64);
                 let speeds = (0..=SCAN).map(even).chain((0..SCAN_BELOW).map(below));
                 let scanning = Shooting::new(self, torques, SCAN_TOLERANCE, Some(work))?;
-                let (stable, orbits) = scanning.scan(speeds.map(|v| 0.5 * v * v));
-                (*stable.first().ok_or_else(none)?, orbits)
+                let (stable, motions) = scanning.scan(speeds.map(|v| 0.5 * v * v));
+                (*stable.first().ok_or_else(none)?, motions)
             }
         };
-        let shooting = Shooting::new(self, torques, ORBIT_TOLERANCE, Some(work))?;
+        let shooting = Shooting::new(self, torques, PERIODIC_TOLERANCE, Some(work))?;
         let (energy, mut period) = shooting.refine(bracket).ok_or_else(none)?;
         let mut energy = shooting.energy_at_start(energy).ok_or_else(none)?;
         let mut torque = 0.0;
@@ -339,16 +339,16 @@ impl RigidMachine {
             let (inertia, motor, work) = (&*self.inertia, &self.motor, Some(work));
             let turn = Turn { inertia, motor, tau, sense, phi_start: angle.hi, interval, work };
             let v = (2.0 * energy.hi).sqrt();
-            let (orbit, t) = turn.refine(v, breakdown_torque).ok_or_else(none)?;
-            let growth = turn.growth(orbit, t).ok_or_else(none)?;
+            let (motion, t) = turn.refine(v, breakdown_torque).ok_or_else(none)?;
+            let growth = turn.growth(motion, t).ok_or_else(none)?;
             if growth > 0.0 {
                 let factor = growth.exp();
                 return Err(Fault(format!(
                     "`start.mode` = steady_state: the periodic motion is unstable (a disturbance grows by {factor:.4} per turn); change `motor.T_el` or use `given`"
                 )));
             }
-            energy = Double::from(orbit[0]) * Double::from(orbit[0]) * Double::from(0.5);
-            (torque, period) = (orbit[1], t);
+            energy = Double::from(motion[0]) * Double::from(motion[0]) * Double::from(0.5);
+            (torque, period) = (motion[1], t);
         }
         let root = (energy + energy).sqrt();
         self.state.u = if sense > 0.0 { root } else { -root };
@@ -357,7 +357,7 @@ impl RigidMachine {
         self.period = period;
         self.events.push(Event {
             time,
-            kind: if orbits > 1 {
+            kind: if motions > 1 {
                 "several periodic motions exist; the fastest stable one was taken"
             } else {
                 "periodic motion found"

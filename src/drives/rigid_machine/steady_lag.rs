@@ -4,8 +4,8 @@
 //!
 //! dv/dψ = σ(M_an − τ)/v,  dM_an/dψ = (M_Kloss(φ̇) − M_an)/(T_el |φ̇|),  dt/dψ = √J/v,  φ̇ = σ v/√J
 //!
-//! and (v, M_an) at ψ = 0 → ψ = 2π is a map of two dimensions. Newton's method starts from the orbit without lag, and
-//! the orbit must be stable. A disturbance q of E on it follows the linear equation
+//! and (v, M_an) at ψ = 0 → ψ = 2π is a map of two dimensions. Newton's method starts from the periodic motion without lag, and
+//! the periodic motion must be stable. A disturbance q of E on it follows the linear equation
 //!
 //! q″ + q′/(T_el|φ̇|) + k q = 0,  k = −[M_Kloss′(φ̇) − σ(M_Kloss − M_an)/|φ̇|]/(2E T_el),
 //!
@@ -21,8 +21,8 @@ use crate::numerics::work::{EVALUATION, Work, draw};
 use std::cell::Cell;
 use std::f64::consts::TAU;
 
-/// Tolerance of the orbit.
-const ORBIT_TOLERANCE: f64 = 1e-13;
+/// Tolerance of the periodic motion.
+const PERIODIC_TOLERANCE: f64 = 1e-13;
 
 /// Tolerance of the disturbances on it.
 const GROWTH_TOLERANCE: f64 = 1e-10;
@@ -131,8 +131,8 @@ impl Turn<'_> {
         legs
     }
 
-    /// ln of the largest modulus of the multipliers of the orbit (v, M_an) with this period; None where the machine comes to
-    /// rest on it.
+    /// ln of the largest modulus of the multipliers of the periodic motion (v, M_an) with this period; None where the machine
+    /// comes to rest on it.
     pub fn growth(&self, [v, torque]: [f64; 2], period: f64) -> Option<f64> {
         let lag = self.motor.lag()?;
         let mut c = Collocation::<3>::new(Double::from(0.0), [v, torque, 0.0]);
@@ -159,10 +159,10 @@ impl Turn<'_> {
         self.run(&self.legs(), [y[0], y[1], 0.0]).map(|[v, torque, _]| [v, torque])
     }
 
-    /// One step of the orbit, not beyond `end`; None where there is none or the work is used up.
+    /// One step of the periodic motion, not beyond `end`; None where there is none or the work is used up.
     fn step(&self, c: &mut Collocation<3>, on_leg: &OnLeg<'_>, end: Double) -> Option<()> {
         let before = c.statistics.evaluations;
-        c.step(on_leg, end, ORBIT_TOLERANCE).ok()?;
+        c.step(on_leg, end, PERIODIC_TOLERANCE).ok()?;
         // Three unknowns instead of two.
         let cost = 2.0 * EVALUATION + self.inertia.cost();
         draw(self.work, cost * (c.statistics.evaluations - before) as f64)
@@ -185,7 +185,7 @@ impl Turn<'_> {
         Some(c.state())
     }
 
-    /// φ and ω over the turn of the orbit (v, M_an), at the beginnings of so many equal parts and at the end.
+    /// φ and ω over the turn of the periodic motion (v, M_an), at the beginnings of so many equal parts and at the end.
     pub fn course(&self, [v, torque]: [f64; 2], points: usize) -> Option<Vec<[f64; 2]>> {
         let legs = self.legs();
         let mut c = Collocation::<3>::new(Double::from(0.0), [v, torque, 0.0]);
@@ -194,17 +194,17 @@ impl Turn<'_> {
         for i in 0..=points {
             let psi = TAU * i as f64 / points as f64;
             while let Some(leg) = legs.next_if(|leg| leg.end < psi) {
-                c.advance(&OnLeg { turn: self, place: leg.place }, Double::from(leg.end), ORBIT_TOLERANCE).ok()?;
+                c.advance(&OnLeg { turn: self, place: leg.place }, Double::from(leg.end), PERIODIC_TOLERANCE).ok()?;
             }
             let Some(leg) = legs.peek() else { break };
             let on_leg = OnLeg { turn: self, place: leg.place };
-            c.advance(&on_leg, Double::from(psi), ORBIT_TOLERANCE).ok()?;
+            c.advance(&on_leg, Double::from(psi), PERIODIC_TOLERANCE).ok()?;
             course.push([self.phi_start + self.sense * psi, on_leg.speed(Double::from(psi), c.state()[0]).1]);
         }
         Some(course)
     }
 
-    /// The orbit (v, M_an) of a motor with lag next to the orbit `v` without; also T.
+    /// The periodic motion (v, M_an) of a motor with lag next to the periodic motion `v` without; also T.
     pub fn refine(&self, v: f64, torque_scale: f64) -> Option<([f64; 2], f64)> {
         let legs = &self.legs();
         let root = self.inertia.at(legs[0].place, self.phi_start)[0].sqrt();
@@ -242,19 +242,19 @@ impl Turn<'_> {
     }
 }
 
-/// What becomes of a small disturbance of E on an orbit, see the head of this file.
+/// What becomes of a small disturbance of E on a periodic motion, see the head of this file.
 struct Disturbance<'a> {
     turn: &'a Turn<'a>,
     lag: f64,
-    /// The smooth piece of J, and the orbit on it.
+    /// The smooth piece of J, and the periodic motion on it.
     pieces: Vec<(Place, Collocation<3>)>,
 }
 
 impl Disturbance<'_> {
     /// On this piece v, |φ̇|, M_Kloss − M_an and M_Kloss′.
     fn at(&self, piece: usize, psi: Double) -> [f64; 4] {
-        let (place, orbit) = &self.pieces[piece];
-        let [v, torque, _] = orbit.at(psi);
+        let (place, motion) = &self.pieces[piece];
+        let [v, torque, _] = motion.at(psi);
         let (_, w) = OnLeg { turn: self.turn, place: *place }.speed(psi, v);
         let [kloss, slope, _] = self.turn.motor.characteristic(w);
         [v, w.abs(), kloss - torque, slope]
@@ -278,11 +278,11 @@ impl Disturbance<'_> {
 
 impl Periodic for Disturbance<'_> {
     fn period(&self) -> Double {
-        self.pieces.last().map_or(Double::from(TAU), |(_, orbit)| orbit.end())
+        self.pieces.last().map_or(Double::from(TAU), |(_, motion)| motion.end())
     }
 
     fn joints(&self) -> Vec<Double> {
-        self.pieces.iter().map(|(_, orbit)| orbit.end()).collect()
+        self.pieces.iter().map(|(_, motion)| motion.end()).collect()
     }
 
     fn at(&self, psi: Double, piece: usize) -> Coefficients {
@@ -292,7 +292,7 @@ impl Periodic for Disturbance<'_> {
     }
 
     fn longest_cell(&self, _: Double, _: usize) -> f64 {
-        // The orbit's own steps, which the pieces are, see what happens.
+        // The periodic motion's own steps, which the pieces are, see what happens.
         f64::INFINITY
     }
 }

@@ -14,8 +14,8 @@ mod energy;
 mod estimate;
 mod fixed_cost;
 mod inertia;
-mod orbits;
 mod periodic;
+mod periodic_motions;
 mod wide_estimate;
 
 /// The main drive of a rapier loom: gripper and sley, cosine and sine coefficients in m.

@@ -45,10 +45,10 @@ impl Torques {
         self.sense * self.load
     }
 
-    /// Two energies between which the only fast orbit of a machine with `low` ≤ J ≤ `high` lies (see
+    /// Two energies between which the only fast periodic motion of a machine with `low` ≤ J ≤ `high` lies (see
     /// [`super::steady`]); None where the characteristic does not fall at all speeds in question, and where no speed
     /// balances the load.
-    pub fn only_orbit(&self, low: f64, high: f64) -> Option<(f64, f64)> {
+    pub fn only_motion(&self, low: f64, high: f64) -> Option<(f64, f64)> {
         let balance = self.balance()?;
         let spread = (high / low).sqrt();
         let falls = |w: f64| ((self.synchronous - w) * self.rate).abs() < 1.0;
@@ -64,7 +64,8 @@ impl Torques {
         self.amplitude * s / (1.0 + s * s) - self.load
     }
 
-    /// The speed at which the motor and the load balance on the falling branch of the characteristic (rad/s), where there is one.
+    /// The speed at which the motor and the load balance on the falling branch of the characteristic (rad/s), where there is
+    /// one.
     pub fn balance(&self) -> Option<f64> {
         // d s² − a s + d = 0 of N(s) = 0 by the form that keeps its digits for a small load d.
         let discriminant = self.amplitude * self.amplitude - 4.0 * self.load * self.load;

@@ -120,7 +120,7 @@ pub struct PeriodMap {
 
 /// A solution on its way through the periods.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Course {
+pub struct Trajectory {
     /// The start of the motion (s), and how many periods later the present one starts.
     origin: f64,
     periods: u64,
@@ -329,12 +329,13 @@ fn share(wish: f64, remaining: f64) -> f64 {
     if parts > 1.0 { remaining / parts } else { remaining }
 }
 
-impl Course {
-    /// A course from the state `y` at the start of a period, at the time `origin` (s).
+impl Trajectory {
+    /// A trajectory from the state `y` at the start of a period, at the time `origin` (s).
     pub fn new(map: &PeriodMap, origin: f64, y: [f64; 2]) -> Self {
-        let mut course = Course { origin, period_start: Double::from(origin), state: y, ..Course::default() };
-        course.enter(map, 0);
-        course
+        let mut trajectory =
+            Trajectory { origin, period_start: Double::from(origin), state: y, ..Trajectory::default() };
+        trajectory.enter(map, 0);
+        trajectory
     }
 
     /// How many periods lie between the start of the motion and the time `t`.

@@ -47,10 +47,10 @@ impl System<2> for Hill {
 
 /// (q, q̇) after the communication steps.
 fn run(map: &PeriodMap, y: [f64; 2], ends: impl Iterator<Item = f64>) -> Vec<[f64; 2]> {
-    let mut course = Course::new(map, 0.0, y);
+    let mut trajectory = Trajectory::new(map, 0.0, y);
     ends.map(|t| {
-        course.reach(map, t).unwrap();
-        course.at(map, t)
+        trajectory.reach(map, t).unwrap();
+        trajectory.at(map, t)
     })
     .collect()
 }
@@ -120,20 +120,20 @@ fn a_million_periods_in_one_step_or_in_many() {
     let stepwise = *run(&map, [1.0, 0.0], (1..=2000).map(|n| end * f64::from(n) / 2000.0)).last().unwrap();
     // A million products, each with a rounding.
     assert!((at_once[0] - stepwise[0]).abs() < 1e-9 * (1.0 + at_once[0].abs()), "{at_once:?} {stepwise:?}");
-    let mut course = Course::new(&map, 0.0, [1.0, 0.0]);
-    course.reach(&map, end).unwrap();
-    assert!(course.steps < 200, "{}", course.steps);
+    let mut trajectory = Trajectory::new(&map, 0.0, [1.0, 0.0]);
+    trajectory.reach(&map, end).unwrap();
+    assert!(trajectory.steps < 200, "{}", trajectory.steps);
 }
 
 #[test]
 fn growth_ends_where_it_is_unbounded_whatever_the_step() {
     let hill = Hill { damping: 0.0, stiffness: [2.25, 1.0], ..MATHIEU };
     let map = PeriodMap::new(&hill, 1e-10).unwrap();
-    let mut stepwise = Course::new(&map, 0.0, [1.0, 0.0]);
+    let mut stepwise = Trajectory::new(&map, 0.0, [1.0, 0.0]);
     let time = (1..).find_map(|n| stepwise.reach(&map, 0.5 * f64::from(n)).err()).unwrap().time;
     for step in [100.0, 1e4, 1e9] {
-        let mut course = Course::new(&map, 0.0, [1.0, 0.0]);
-        let fault = (1..).find_map(|n| course.reach(&map, step * f64::from(n)).err()).unwrap();
+        let mut trajectory = Trajectory::new(&map, 0.0, [1.0, 0.0]);
+        let fault = (1..).find_map(|n| trajectory.reach(&map, step * f64::from(n)).err()).unwrap();
         assert!((fault.time - time).abs() < 2.0 * map.period.hi, "{step}: {} {time}", fault.time);
     }
 }

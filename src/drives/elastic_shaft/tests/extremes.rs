@@ -175,8 +175,8 @@ fn extreme_inertia_ratios_and_orders_give_the_numbers_of_the_integrator() {
                 for drive in &mut drives {
                     drive.start(0.0).unwrap();
                 }
-                tabulated += i32::from(drives[0].course.is_some());
-                (drives[1].table, drives[1].course) = (None, None);
+                tabulated += i32::from(drives[0].trajectory.is_some());
+                (drives[1].table, drives[1].trajectory) = (None, None);
                 let mut scale = [0.0f64; 2];
                 for n in 0..4 {
                     for drive in &mut drives {

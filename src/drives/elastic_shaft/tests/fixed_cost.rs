@@ -234,7 +234,7 @@ fn growth_without_bound_ends_in_a_fault() {
         }
         let mut drive = started(scene);
         if way > 0 {
-            (drive.table, drive.course) = (None, None);
+            (drive.table, drive.trajectory) = (None, None);
         }
         let mut n = 0;
         let fault = loop {

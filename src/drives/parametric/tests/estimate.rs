@@ -75,7 +75,7 @@ fn at_constant_speed() {
             scene.solver = Settings::default();
         }
         let mut drive = started(scene.clone());
-        assert!(drive.course.is_some());
+        assert!(drive.trajectory.is_some());
         let (Ok(got), Some(truth)) = (run(&mut drive, span, 97), truth(&scene, span, 97)) else { continue };
         let error = worst(&scene, &got, &truth);
         // Below this the truth is not known itself.

@@ -97,7 +97,7 @@ fn growth_is_counted_per_turn_whatever_the_period_and_the_sense() {
         (1e-9, heavy, slow, false),
     ] {
         let drive = started(scene(law, w));
-        assert_eq!(drive.course.is_some(), tabulated, "{w}");
+        assert_eq!(drive.trajectory.is_some(), tabulated, "{w}");
         assert!((drive.growth / (exact * TAU / w) - 1.0).abs() < 1e-9, "{w}: {}", drive.growth);
     }
 }

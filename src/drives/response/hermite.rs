@@ -62,7 +62,7 @@ const BENDS: [[f64; ORDERS]; PAIRS] = {
 
 /// What steps of one length need of the oscillator, and where the last one ended.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Leap {
+pub struct Hermite {
     /// h (s); 0 while unknown.
     length: f64,
     /// Wₙ/n!, n ≥ 2: that of q at the start beside that of q̇ at the end, then the other two.
@@ -87,11 +87,11 @@ pub fn left(oscillator: &Oscillator, order: f64, [speed, acceleration]: [f64; 2]
     FACTOR * theta.powi(2 * M as i32 + 2)
 }
 
-impl Leap {
+impl Hermite {
     /// Nothing is known yet.
     pub fn new() -> Self {
-        let weights = Default::default();
-        Leap { length: 0.0, weights, free: [[0.0; 2]; 2], decay: 1.0, u: Default::default(), angle: f64::INFINITY }
+        let (weights, u) = Default::default();
+        Hermite { length: 0.0, weights, free: [[0.0; 2]; 2], decay: 1.0, u, angle: f64::INFINITY }
     }
 
     /// Cam and mass after `length` (s) from this angle, speed and acceleration and from `state` = q, q̇.

@@ -1,6 +1,6 @@
 //! All periodic motions: the machine with one or three of them, the loom, the free motion.
 
-use super::super::orbits::{PeriodicMotion, all_motions, free_motion, periodic_motions, range};
+use super::super::periodic_motions::{PeriodicMotion, all_motions, free_motion, periodic_motions, range};
 use super::super::torques::Torques;
 use super::super::*;
 use crate::motion::{Fourier, MotionLaw};
@@ -141,7 +141,7 @@ fn the_multiplier_is_the_slope_of_the_map() {
         let mut drive = RigidMachine::new(scene.clone()).unwrap();
         drive.place_at_start(50.0);
         let shooting =
-            steady::Shooting::new(&drive, Torques::against(&drive.motor, load, 1.0), steady::ORBIT_TOLERANCE, None)
+            steady::Shooting::new(&drive, Torques::against(&drive.motor, load, 1.0), steady::PERIODIC_TOLERANCE, None)
                 .unwrap();
         for motion in periodic_motions(&scene, load).unwrap() {
             let gain = |part: f64| shooting.shoot(motion.energy * (1.0 + part)).unwrap().gain;

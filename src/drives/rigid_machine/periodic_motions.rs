@@ -10,7 +10,7 @@
 
 use super::inertia::Inertia;
 use super::place::Place;
-use super::steady::{ORBIT_TOLERANCE, SCAN_TOLERANCE, Shooting};
+use super::steady::{PERIODIC_TOLERANCE, SCAN_TOLERANCE, Shooting};
 use super::steady_lag::Turn;
 use super::torques::Torques;
 use super::{Kloss, MachineStart, Motor, RigidMachine, Scene};
@@ -70,8 +70,8 @@ const SLOWEST: f64 = 2e-3;
 /// Points of the course of a motion.
 const POINTS: usize = 720;
 
-/// Two periods are those of one motion when they agree to this part, far above the tolerance of the orbits; different motions differ by
-/// the slip of the motor.
+/// Two periods are those of one motion when they agree to this part, far above the tolerance of the periodic motions; different
+/// motions differ by the slip of the motor.
 const SAME: f64 = 1e-9;
 
 /// All periodic motions of the machine against a constant load, the fastest first.
@@ -111,8 +111,8 @@ pub fn all_motions(scene: &Scene, load: f64) -> Result<Motions, Fault> {
     let torques = Torques::against(&machine.motor, load, sense);
     let samples = scan(&machine, torques, breakdown_slip, synchronous_speed)?;
     let search = Search {
-        ahead: Shooting::new(&machine, torques, ORBIT_TOLERANCE, None)?,
-        back: Shooting::new(&machine, torques.backwards(), ORBIT_TOLERANCE, None)?,
+        ahead: Shooting::new(&machine, torques, PERIODIC_TOLERANCE, None)?,
+        back: Shooting::new(&machine, torques.backwards(), PERIODIC_TOLERANCE, None)?,
         machine: &machine,
         load,
         breakdown_torque,
@@ -220,13 +220,13 @@ impl Search<'_> {
             interval: self.machine.state.interval,
             work: None,
         };
-        let (orbit, period) = turn.refine((2.0 * at_zero).sqrt(), self.breakdown_torque)?;
+        let (motion, period) = turn.refine((2.0 * at_zero).sqrt(), self.breakdown_torque)?;
         Some(PeriodicMotion {
             period,
-            energy: 0.5 * orbit[0] * orbit[0],
-            growth: turn.growth(orbit, period)?,
-            torque: orbit[1],
-            course: turn.course(orbit, POINTS)?,
+            energy: 0.5 * motion[0] * motion[0],
+            growth: turn.growth(motion, period)?,
+            torque: motion[1],
+            course: turn.course(motion, POINTS)?,
         })
     }
 }
