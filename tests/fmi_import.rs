@@ -26,6 +26,7 @@ fn import() -> Fmi2Import {
         model: "ElasticCamDrive.shaft".to_owned(),
         guid: String::new(),
         scene: serde_json::to_value(scene).unwrap(),
+        tools: Vec::new(),
     };
     let executable = std::env::current_exe().unwrap();
     let name = format!("{}camdrive{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);

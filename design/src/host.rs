@@ -191,7 +191,7 @@ mod tests {
             solver: camdrive::drives::solver::Settings::default(),
         };
         let scene = serde_json::to_value(scene).unwrap();
-        Resource { name: "flywheel".into(), model: "RigidMachine".into(), guid: "{1}".into(), scene }
+        Resource { name: "flywheel".into(), model: "RigidMachine".into(), guid: "{1}".into(), scene, tools: Vec::new() }
     }
 
     fn reference(name: &str) -> u32 {

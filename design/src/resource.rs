@@ -5,6 +5,7 @@ use camdrive::all_drives;
 use camdrive::drives::erased::{self, DynDrive, Unit};
 use camdrive::drives::resource::{Content, unknown};
 use camdrive::drives::{Curve, Drive, Fault, PeriodicOscillator};
+use camdrive::motion::MotionLaw;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
@@ -22,6 +23,19 @@ pub struct Resource {
     pub guid: String,
     /// The [`camdrive::drives::Drive::Scene`] of the model as JSON.
     pub scene: Value,
+    /// The tools behind mechanisms whose motion is prescribed; the scene has the laws of their levers instead.
+    pub tools: Vec<Tool>,
+}
+
+/// The prescribed motion of a tool.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tool {
+    /// Where the scene gives it, `follower[1].tool`.
+    pub section: String,
+    /// U(φ).
+    pub law: MotionLaw,
+    /// The unit of U, m or rad.
+    pub unit: &'static str,
 }
 
 impl Resource {

@@ -44,8 +44,13 @@ pub enum SmoothingError {
     Distances,
     /// σ is no less than the root mean square of the motion, which is this.
     NothingLeft(f64),
-    /// No noise is found: σ̂₁₀/σ̂₈ is that of a law.
+    /// No noise is found: every second lift has the differences of a law.
     NoNoise,
+}
+
+/// Whether points without a closing one are near enough to equal distances to be smoothed.
+pub fn is_even(points: &Points) -> bool {
+    is_equidistant(&points.angles, EVEN * TAU / points.angles.len() as f64)
 }
 
 /// The lifts without noise of the standard deviation `noise`, or of one that their own differences tell.
@@ -55,7 +60,7 @@ pub enum SmoothingError {
 pub fn smooth(points: Points, noise: Option<f64>) -> Result<Smoothed, SmoothingError> {
     let mut points = points.open().map_err(SmoothingError::Table)?;
     let n = points.angles.len();
-    if !is_equidistant(&points.angles, EVEN * TAU / n as f64) {
+    if !is_even(&points) {
         return Err(SmoothingError::Distances);
     }
     let noise = noise.or_else(|| scatter(&points)).ok_or(SmoothingError::NoNoise)?;

@@ -331,7 +331,13 @@ mod tests {
     fn page() -> String {
         let identity = Identity { name: "Lag", description: "a < b & c", guid: "", date: None };
         let text = String::new;
-        let resource = Resource { name: text(), model: "Lag".to_owned(), guid: text(), scene: serde_json::Value::Null };
+        let resource = Resource {
+            name: text(),
+            model: "Lag".to_owned(),
+            guid: text(),
+            scene: serde_json::Value::Null,
+            tools: Vec::new(),
+        };
         html(&identity, &resource, &mut *lag()).unwrap()
     }
 

@@ -10,6 +10,7 @@ use camdrive::drives::rigid_machine::linkage::{
 use camdrive::drives::unit::{self, Quantity};
 use camdrive::motion::MotionLaw;
 use camdrive_design::lever_law::lever_law;
+use camdrive_design::resource::Tool;
 use std::path::Path;
 
 /// The longest chain of mechanisms.
@@ -95,6 +96,8 @@ fn lever(section: &Section<'_>, linkage: &Linkage, quantity: &'static Quantity, 
                 found.parts(),
                 found.error
             ));
+            let prescribed = Tool { section: part.path.clone(), law: tool, unit: quantity.unit };
+            section.faults.tools.borrow_mut().push(prescribed);
             Some(found.law)
         }
         Err(reason) => {

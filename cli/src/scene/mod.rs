@@ -24,7 +24,7 @@ pub use table::course;
 pub use diagnostics::{Diagnostic, Diagnostics};
 
 use camdrive_design::forces::Loads;
-use camdrive_design::resource::Resource;
+use camdrive_design::resource::{Resource, Tool};
 use input::Kind;
 use section::{Faults, Section};
 use std::path::{Path, PathBuf};
@@ -44,6 +44,8 @@ pub struct Resolved {
     pub model: &'static str,
     /// The [`camdrive::drives::Drive::Scene`] of that model.
     pub scene: serde_json::Value,
+    /// The tools behind mechanisms whose motion it prescribes.
+    pub tools: Vec<Tool>,
     /// The geometry of its cams, as far as the scene tells it.
     pub cams: Vec<geometry::CamPlan>,
     /// What acts on the follower of each cam beside its masses.
@@ -62,6 +64,7 @@ impl Resolved {
             model: self.model.to_owned(),
             guid: String::new(),
             scene: self.scene.clone(),
+            tools: self.tools.clone(),
         }
     }
 }
@@ -139,6 +142,7 @@ fn whole_scene(root: &Section<'_>, folder: &Path) -> Option<Resolved> {
         description,
         model,
         scene,
+        tools: root.faults.tools.take(),
         cams,
         loads,
         notes: root.faults.notes(),

@@ -7,6 +7,7 @@ use super::diagnostics::{Diagnostic, Diagnostics, nearest};
 use super::units;
 use camdrive::drives::parameter::{Parameter, Parameters};
 use camdrive::drives::unit::Quantity;
+use camdrive_design::resource::Tool;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -26,6 +27,8 @@ pub struct Faults<'a> {
     read: RefCell<BTreeMap<String, Span>>,
     /// What the user should know of a scene without faults.
     notes: RefCell<Vec<String>>,
+    /// The tools behind mechanisms whose motion it prescribes.
+    pub tools: RefCell<Vec<Tool>>,
     /// The tables that it names.
     pub files: RefCell<Vec<PathBuf>>,
     /// Whether the file has syntax errors; then values may be absent only because of them.
@@ -43,6 +46,7 @@ impl<'a> Faults<'a> {
             list: RefCell::default(),
             read: RefCell::default(),
             notes: RefCell::default(),
+            tools: RefCell::default(),
             files: RefCell::default(),
             broken: false,
             kind: "a scene of this kind",

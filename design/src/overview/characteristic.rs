@@ -23,13 +23,17 @@ const STANDING: f64 = 1e-12;
 /// The part of the largest |U″| that is no jump of it but rounding.
 const NO_JUMP: f64 = 1e-9;
 
+/// The part of the largest lift below which a motion of a table is a ripple of its rest: the spline through 24 points or more
+/// swings less beside a rest, and so does the noise of a table of some use.
+const RIPPLE: f64 = 0.01;
+
 /// The most motions that are told: more than those of any cam, fewer than those of a series of high order.
 const MOST_MOTIONS: usize = 12;
 
 /// A motion between two stops.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Motion {
-    /// The section of its law, `cam` or `follower[1].cam`.
+    /// The section of its law, `cam`, `follower[1].cam` or `follower[1].tool`.
     pub law: String,
     /// Where it begins (rad).
     pub from: f64,
@@ -118,17 +122,26 @@ pub fn motions(section: &str, law: &MotionLaw, unit: &'static str) -> Vec<Motion
     let middle = |i: usize| sign(0.5 * (cells[i % cells.len()][0] + cells[i % cells.len()][1]));
     let Some(first) = (0..cells.len()).find(|&i| middle(i) != middle(i + cells.len() - 1)) else { return Vec::new() };
     let around = |i: usize| cells[i % cells.len()][0] + TAU * (i / cells.len()) as f64;
-    let (mut list, mut start) = (Vec::new(), first);
+    let (mut ends, mut start) = (Vec::new(), first);
     for i in first + 1..=first + cells.len() {
         if middle(i) != middle(start) {
             if middle(start) != 0.0 {
                 let stop = |i: usize| stop(law, [around(i + cells.len() - 1) - TAU, around(i), around(i + 1)]);
-                list.push(motion((section, unit), law, stop(start), stop(i)));
+                ends.push([start, i].map(stop));
             }
             start = i;
         }
     }
-    if list.len() > MOST_MOTIONS { Vec::new() } else { list }
+    let lift = |[from, to]: [f64; 2]| law.at(to.rem_euclid(TAU)).0[0] - law.at(from.rem_euclid(TAU)).0[0];
+    let ripple = match law {
+        MotionLaw::Table(_) => RIPPLE * ends.iter().fold(0.0, |most: f64, ends| most.max(lift(*ends).abs())),
+        _ => 0.0,
+    };
+    ends.retain(|ends| lift(*ends).abs() > ripple);
+    if ends.len() > MOST_MOTIONS {
+        return Vec::new();
+    }
+    ends.into_iter().map(|ends| motion((section, unit), law, ends, lift(ends))).collect()
 }
 
 /// Where U′ vanishes between the middles of two neighbouring cells: at the border between them, or beside it.
@@ -142,9 +155,8 @@ fn stop(law: &MotionLaw, [before, border, behind]: [f64; 3]) -> f64 {
     zero(&mut slope, ends, slopes, 0.0)
 }
 
-fn motion((section, unit): (&str, &'static str), law: &MotionLaw, from: f64, to: f64) -> Motion {
+fn motion((section, unit): (&str, &'static str), law: &MotionLaw, [from, to]: [f64; 2], lift: f64) -> Motion {
     let angle = to - from;
-    let lift = law.at(to.rem_euclid(TAU)).0[0] - law.at(from.rem_euclid(TAU)).0[0];
     let turns = [0.0, TAU].map(|turn| law.breakpoints().iter().map(move |phi| phi + turn));
     let mut ends: Vec<f64> = turns.into_iter().flatten().filter(|phi| from < *phi && *phi < to).collect();
     ends.insert(0, from);

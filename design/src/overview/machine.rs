@@ -21,13 +21,12 @@ pub fn tell(overview: &mut Overview, scene: &Scene) {
     overview.figure("least_inertia", values().fold(f64::INFINITY, f64::min), "kg.m2");
     overview.figure("largest_inertia", values().fold(0.0, f64::max), "kg.m2");
     if let Some(law) = &scene.inertia.varying {
-        overview.roughness("machine.J", law);
+        overview.roughness("machine.J", law, "kg.m2");
     }
     for (j, follower) in scene.followers.iter().enumerate() {
         let prefix = format!("follower[{}].", j + 1);
-        overview.roughness(&format!("{prefix}cam"), &follower.cam);
         let lever = follower.turns || !follower.linkage.0.is_empty();
-        overview.motions(&format!("{prefix}cam"), &follower.cam, if lever { "rad" } else { "m" });
+        overview.law(&format!("{prefix}cam"), &follower.cam, if lever { "rad" } else { "m" });
         let tools: Vec<[f64; 5]> = angles().map(|phi| follower.tool(follower.cam.at(phi).0)).collect();
         let motion = [0, 1, 2].map(|n| tools.iter().map(|tool| tool[n]).collect());
         overview.motion(&prefix, motion, follower.m, running.map(|(mean, _)| mean), follower.turns);

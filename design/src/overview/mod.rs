@@ -18,7 +18,7 @@ pub use machine::running;
 pub use characteristic::{Jump, Motion};
 pub use roughness::scatter;
 
-use crate::resource::Resource;
+use crate::resource::{Resource, Tool};
 use crate::text;
 use camdrive::drives::backlash::{self, BacklashDrive};
 use camdrive::drives::cam_drive::DriveMode;
@@ -137,6 +137,9 @@ pub fn of(resource: &Resource) -> Result<Overview, Fault> {
         RigidMachine::MODEL => machine::tell(&mut overview, &resource.read()?),
         _ => {}
     }
+    for Tool { section, law, unit } in &resource.tools {
+        overview.law(section, law, unit);
+    }
     implausible::warn(&mut overview);
     Ok(overview)
 }
@@ -169,10 +172,15 @@ impl Overview {
         Some(w)
     }
 
+    /// The law of a section of the scene.
+    fn law(&mut self, section: &str, law: &MotionLaw, unit: &'static str) {
+        self.roughness(section, law, unit);
+        self.motions(section, law, unit);
+    }
+
     /// The motion of a mass on a cam.
     fn cam(&mut self, law: &MotionLaw, mass: f64, speed: Option<f64>) {
-        self.roughness("cam", law);
-        self.motions("cam", law, "m");
+        self.law("cam", law, "m");
         let [u, u1, u2, ..] = std::array::from_fn::<Vec<f64>, 5, _>(|n| angles().map(|phi| law.at(phi).0[n]).collect());
         self.motion("", [u, u1, u2], mass, speed, false);
     }

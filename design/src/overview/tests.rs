@@ -1,7 +1,8 @@
 //! Figures against closed forms, noise against what was added.
 
-use super::roughness::noise;
+use super::roughness::{scatter, scatter_and_error};
 use super::*;
+use crate::smoothing::smooth;
 use camdrive::drives::cam_drive::{Start, StartMode};
 use camdrive::drives::rigid_machine::{Follower, InertiaFunction, MachineStart, Motor};
 use camdrive::drives::solver::Settings;
@@ -13,7 +14,7 @@ const REST: Start = Start { mode: StartMode::AtRest, q: 0.0, q_dot: 0.0 };
 
 fn overview(model: &str, scene: &impl Serialize) -> Overview {
     let scene = serde_json::to_value(scene).unwrap();
-    of(&Resource { name: "x".into(), model: model.into(), guid: String::new(), scene }).unwrap()
+    of(&Resource { name: "x".into(), model: model.into(), guid: String::new(), scene, tools: Vec::new() }).unwrap()
 }
 
 fn assert_figures(overview: &Overview, expected: &[(&str, f64)]) {
@@ -187,6 +188,11 @@ fn random(i: usize) -> f64 {
     ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
 }
 
+/// σ̂ and the error that it makes of U″, where the table is noisy.
+fn noise(table: &Table) -> Option<[f64; 2]> {
+    scatter(table.points()).and_then(|_| scatter_and_error(table))
+}
+
 #[test]
 fn a_table_of_a_law_is_not_noisy_and_one_with_noise_tells_its_size() {
     for law in StandardLaw::ALL {
@@ -214,6 +220,65 @@ fn noise_is_told_as_what_the_spline_makes_of_it() {
     let law = MotionLaw::Table(noisy);
     let found = (angles().map(|phi| law.at(phi).0[2].powi(2)).sum::<f64>() / SAMPLES as f64).sqrt();
     assert!((told / found - 1.0).abs() < 0.15, "{told} for {found} m/rad²");
+}
+
+#[test]
+fn too_few_points_are_no_noise_and_told_as_such() {
+    let told = |table: Table| {
+        let mut overview = Overview::default();
+        overview.roughness("cam", &MotionLaw::Table(table), "m");
+        overview.warnings.pop().map(|Warning { message, hint }| message + &hint)
+    };
+    for law in StandardLaw::ALL {
+        for points in [12, 20, 24, 30, 36, 45, 72, 91] {
+            assert_eq!(noise(&table(law, points, |_, u| u)), None, "{} {points}", law.name());
+        }
+    }
+    let exact = |points| told(table(StandardLaw::ModifiedSine, points, |_, u| u));
+    assert!(exact(20).expect("a warning").contains("leave U″ uncertain"));
+    assert_eq!(exact(72), None);
+    // Half the noise taken out leaves a table rough, and all of it does not.
+    let noisy = table(StandardLaw::ModifiedSine, 360, |i, u| u + 1e-5 * random(i));
+    let smoothed = |noise| smooth(noisy.points().clone(), noise).map(|smooth| told(Table::new(smooth.points).unwrap()));
+    assert!(smoothed(Some(2e-6)).unwrap().expect("a warning").contains("in place of a `noise` that is too small"));
+    assert_eq!(smoothed(None).unwrap(), None);
+    let mut uneven = noisy.points().clone();
+    uneven.angles[7] += 1e-3;
+    assert!(told(Table::new(uneven).unwrap()).expect("a warning").contains("resample it at equal distances"));
+}
+
+#[test]
+fn a_table_has_the_motions_of_its_law() {
+    for law in [StandardLaw::ModifiedSine, StandardLaw::Polynomial345, StandardLaw::ModifiedTrapezoid] {
+        for (points, within) in [(24, 0.2), (72, 0.02), (360, 2e-3), (3600, 2e-4)] {
+            let mut motions = characteristic::motions("cam", &MotionLaw::Table(table(law, points, |_, u| u)), "m");
+            motions.sort_by(|a, b| b.lift.total_cmp(&a.lift));
+            assert_eq!(motions.len(), 2, "{} {points}: {motions:?}", law.name());
+            for (motion, angle) in motions.iter().zip([100_f64, 90.0]) {
+                let exact = [angle.to_radians(), law.peak(1), law.peak(2), -law.peak(2), law.torque_peak()];
+                let found =
+                    [motion.angle, motion.velocity, motion.acceleration[0], motion.acceleration[1], motion.torque[0]];
+                for (found, exact) in found.into_iter().zip(exact) {
+                    assert!((found / exact - 1.0).abs() < within, "{} {points}: {motion:?}", law.name());
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_tool_behind_mechanisms_is_told_under_its_own_name() {
+    let tool = Tool { section: "follower[1].tool".to_owned(), law: cosine(0.02), unit: "m" };
+    let resource = Resource {
+        name: String::new(),
+        model: String::new(),
+        guid: String::new(),
+        scene: ().into(),
+        tools: vec![tool],
+    };
+    let motions = of(&resource).unwrap().motions;
+    assert!(motions.len() == 2 && motions.iter().all(|motion| motion.law == "follower[1].tool"), "{motions:?}");
+    assert!((motions[0].velocity - StandardLaw::SimpleSine.peak(1)).abs() < 1e-9);
 }
 
 #[test]

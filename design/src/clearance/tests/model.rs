@@ -39,6 +39,7 @@ fn run(scene: &Scene, options: &Options) -> Result<Report, Fault> {
         name: "test".to_owned(),
         model: BacklashDrive::MODEL.to_owned(),
         guid: String::new(),
+        tools: Vec::new(),
         scene: serde_json::to_value(scene).unwrap(),
     };
     study(&resource, options, |_| ())
