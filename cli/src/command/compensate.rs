@@ -240,11 +240,13 @@ fn carry_over(table: &mut dyn TableLike, folder: &Path) {
 /// The keys that give the motion of the tool instead of that of the lever.
 const OF_THE_TOOL: [&str; 2] = ["tool", "lever_start"];
 
-/// The name of a scene with compensated cams: that of the scene, as long as the longest name allows.
-fn renamed(name: &str) -> String {
-    const ENDING: &str = "_hs";
-    let most = crate::scene::LONGEST_NAME - ENDING.len();
-    format!("{}{ENDING}", &name[..name.len().min(most)])
+/// The name of a scene with compensated cams: that of the scene, as long as the longest name allows, with an ending that tells
+/// HS profiles, which are series, from tables.
+fn renamed(name: &str, cams: &[Cam]) -> String {
+    let of_series = cams.iter().all(|cam| cam.points.is_none());
+    let ending = if of_series { "_hs" } else { "_table" };
+    let most = crate::scene::LONGEST_NAME - ending.len();
+    format!("{}{ending}", &name[..name.len().min(most)])
 }
 
 /// A compensated cam as scenes name it.
@@ -290,7 +292,7 @@ fn cams(machine: &Machine, report: &Report, output: &Path) -> Result<Vec<Cam>, F
 fn compensated(args: &Args, machine: &Machine, report: &Report, cams: &[Cam]) -> Result<String, Failure> {
     let mut document = files::document(&args.scene)?;
     carry_over(document.as_table_mut(), args.scene.parent().unwrap_or(Path::new("")));
-    document["name"] = value(renamed(&machine.name));
+    document["name"] = value(renamed(&machine.name, cams));
     let unexpected = || failure(format!("{}: the followers are no [[follower]] tables", args.scene.display()));
     for (cam, j) in cams.iter().zip(&machine.tools) {
         let follower = document.get_mut("follower").and_then(|list| list.get_mut(*j));
@@ -340,7 +342,7 @@ fn with_cam(
         return Err(failure(format!("--cam: {} is a machine, not a drive with one cam", path.display())));
     }
     let mut document = files::document(&path)?;
-    document["name"] = value(renamed(&scene.name));
+    document["name"] = value(renamed(&scene.name, &cams[place..=place]));
     carry_over(document.as_table_mut(), path.parent().unwrap_or(Path::new("")));
     document["cam"] = Item::Table(cams[place].table.clone());
     let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();

@@ -44,7 +44,12 @@ pub fn read(section: &Section<'_>, quantity: &'static Quantity) -> Option<Motion
     let plan = MotionPlan::new(points);
     if let Err(fault) = plan.validate() {
         let place = sections.get(fault.point).unwrap_or(section);
-        section.faults.report(place.fault_of(fault.key, format!("`{}.{fault}", section.path).replacen(": ", "`: ", 1)));
+        // What is left out has a value, too, which nobody finds in the file.
+        let name = match place.has(fault.key) {
+            true => format!("`{}`", place.path_of(fault.key)),
+            false => format!("`{}` ({})", place.path, fault.key),
+        };
+        section.faults.report(place.fault_of(fault.key, format!("{name}: {}", fault.text)));
         return None;
     }
     Some(MotionLaw::Plan(plan))

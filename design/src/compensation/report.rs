@@ -251,21 +251,20 @@ fn percent(value: f64) -> String {
 }
 
 /// A row of figures of a machine.
-fn row(name: String, round: Option<&Round>, tools: usize) -> Vec<String> {
+fn row(name: String, round: Option<&Round>, of_series: bool, columns: usize) -> Vec<String> {
     let Some(round) = round else {
-        return std::iter::once(name)
-            .chain(vec!["none found".to_owned()])
-            .chain(vec![String::new(); 2 + 3 * tools])
-            .collect();
+        let mut cells = vec![name, "none found".to_owned()];
+        cells.resize(columns, String::new());
+        return cells;
     };
     let mut cells =
         vec![name, format!("{:.12}", round.period), format!("{:.4}", round.speed[0]), format!("{:.4}", round.speed[1])];
     for tool in &round.tools {
-        let extra = match tool.highest_extra {
-            Some(highest) => format!("{} (to {highest})", tool.extra_harmonics),
-            None => "0".to_owned(),
-        };
-        cells.extend([percent(tool.overshoot), percent(tool.deviation), extra]);
+        cells.extend([percent(tool.overshoot), percent(tool.deviation)]);
+        if of_series {
+            let highest = tool.highest_extra.map_or(String::new(), |highest| format!(" (to {highest})"));
+            cells.push(format!("{}{highest}", tool.extra_harmonics));
+        }
     }
     cells
 }
@@ -278,16 +277,18 @@ impl Report {
 
     /// The table of the machines: rounds, finished, other speeds.
     pub fn table(&self) -> Table {
-        let tools = self.finished.tools.len();
+        // A motion that is no series has no harmonics beyond its own.
+        let of_series = self.machines().any(|(_, round)| round.tools.iter().any(|tool| tool.highest_extra.is_some()));
         let mut head: Vec<String> = ["machine", "T [s]", "least w [rad/s]", "largest w"].map(str::to_owned).into();
         for j in &self.numbers {
-            head.extend([format!("tool {j}: overshoot"), "deviation".to_owned(), "extra harmonics".to_owned()]);
+            head.extend([format!("tool {j}: overshoot"), "deviation".to_owned()]);
+            head.extend(of_series.then(|| "extra harmonics".to_owned()));
         }
         let named = |name: String| if name == "finished" { "finished cams".to_owned() } else { name };
-        let machines = self.machines().map(|(name, round)| row(named(name), Some(round), tools));
+        let machines = self.machines().map(|(name, round)| row(named(name), Some(round), of_series, head.len()));
         let mut rows: Vec<Vec<String>> = machines.collect();
         for (part, round) in &self.other_speeds {
-            rows.push(row(format!("at {} of the speed", percent(*part)), round.as_ref(), tools));
+            rows.push(row(format!("at {} of the speed", percent(*part)), round.as_ref(), of_series, head.len()));
         }
         Table { head, rows }
     }

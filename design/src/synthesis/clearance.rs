@@ -15,6 +15,7 @@ use super::family::{Family, Term};
 use super::sampling::{FINE, angles};
 use super::{Infeasible, Optimum, Task};
 use crate::search::local_maxima;
+use crate::text::number;
 use camdrive::motion::Fourier;
 use camdrive::numerics::double_double::Double;
 use std::f64::consts::TAU;
@@ -24,6 +25,9 @@ const STEPS: usize = 200;
 
 /// The part of a distance that profiles may fall short of it by: what the angles of its conditions leave open.
 const KEPT: f64 = 1e-6;
+
+/// A possible distance is looked for to a thirtieth of what is asked for.
+const HALVINGS: usize = 5;
 
 /// A step that gains less than this part of the objective is the last one.
 const DONE: f64 = 1e-13;
@@ -120,31 +124,52 @@ impl Task {
     /// The best profiles that keep clear, in units of `scale`.
     pub(super) fn clear(&self, scale: f64, progress: &dyn Fn(usize, usize)) -> Result<Optimum, Infeasible> {
         let free = self.optimum(scale, Vec::new())?;
+        if let Some(best) = self.beside(&free, scale, f64::INFINITY, progress) {
+            return Ok(best);
+        }
+        // All distances are made smaller alike; those of the free profiles are kept.
+        let mut between = [self.part_kept(&free.best.x, scale), 1.0];
+        for _ in 0..HALVINGS {
+            let part = 0.5 * (between[0] + between[1]);
+            let nearer = |clearance: &Clearance| Clearance { distance: part * clearance.distance, ..*clearance };
+            let task = Task { clearances: self.clearances.iter().map(nearer).collect(), ..self.clone() };
+            between[usize::from(task.beside(&free, scale, f64::NEG_INFINITY, &|_, _| {}).is_none())] = part;
+        }
+        let possible: Vec<String> =
+            self.clearances.iter().map(|clearance| format!("{} m", number(between[0] * clearance.distance))).collect();
+        Err(Infeasible::Numerical(format!(
+            "the tools cannot keep clear of each other by what `clearance` says together with the other conditions, on neither \
+             side; {} was found to be possible\n  = hint: take a smaller `distance`, more harmonics or wider bounds",
+            possible.join(", ")
+        )))
+    }
+
+    /// The best of the profiles on both sides of where those without clearance would be nearest; any of them where `beaten` is
+    /// below all.
+    fn beside(&self, free: &Optimum, scale: f64, beaten: f64, progress: &dyn Fn(usize, usize)) -> Option<Optimum> {
         let mut best: Option<Optimum> = None;
         for side in 0..2 {
-            let beaten = best.as_ref().map_or(f64::INFINITY, |best| best.objective);
+            let beaten = best.as_ref().map_or(beaten, |best| best.objective.min(beaten));
             if let Ok(found) = self.clear_on(side, &free.best.x, scale, beaten)
-                && self.keeps_clear(&found.best.x, scale)
+                && self.part_kept(&found.best.x, scale) >= 1.0 - KEPT
                 && best.as_ref().is_none_or(|best| found.objective < best.objective)
             {
                 best = Some(found);
             }
             progress(side + 1, 2);
         }
-        best.ok_or_else(|| {
-            let text = "the tools cannot keep clear of each other by what `clearance` says together with the other conditions, \
-                        on neither side\n  = hint: take a smaller `distance`, more harmonics or wider bounds";
-            Infeasible::Numerical(text.to_owned())
-        })
+        best
     }
 
-    /// Whether the tools are apart at every angle: where the sense of d changes, its tangents do not tell.
-    fn keeps_clear(&self, x: &[Double], scale: f64) -> bool {
-        self.clearances.iter().all(|clearance| {
+    /// The least part of its distance by which two tools are apart at every angle: where the sense of d changes, its tangents
+    /// do not tell.
+    fn part_kept(&self, x: &[Double], scale: f64) -> f64 {
+        let part = |clearance: &Clearance| {
             let clearance = clearance.over(scale);
             let motions = clearance.laws.map(|law| self.basis.series(law, x, 1.0));
-            clearance.least(&motions).value >= (1.0 - KEPT) * clearance.distance
-        })
+            clearance.least(&motions).value / clearance.distance
+        };
+        self.clearances.iter().map(part).fold(f64::INFINITY, f64::min)
     }
 
     /// The same from the profiles that do not keep clear, on their side (0) or past the other tool (1); ended where the steps

@@ -12,6 +12,7 @@ use super::family::Family;
 use super::semi_infinite::Goal;
 use super::{Infeasible, Objective, Optimum, Range, Task, square};
 use crate::search::zero;
+use crate::text::number;
 use camdrive::numerics::double_double::Double;
 use std::f64::consts::TAU;
 
@@ -137,9 +138,9 @@ impl Task {
             let next = (here * stride).min(widest);
             if next == here || next < NARROWEST {
                 let which = if next == here { "a whole turn" } else { "a thousandth of these widths" };
-                let least = tolerance * value.exp();
+                let [least, tolerance] = [tolerance * value.exp(), tolerance].map(number);
                 return Err(Infeasible::Numerical(format!(
-                    "longest dwell: dwells of {which} deviate by {least:e} m, the tolerance is {tolerance:e} m: there is no longest \
+                    "longest dwell: dwells of {which} deviate by {least} m, the tolerance is {tolerance} m: there is no longest \
                      one\n  = hint: take another tolerance, number of harmonics or start `width`"
                 )));
             }
@@ -170,9 +171,10 @@ impl Task {
         match last {
             Some(Err(fault)) => Err(fault),
             _ => Err(Infeasible::Numerical(format!(
-                "fewest harmonics: with all {most} the largest error is {:e} m, the tolerance is {tolerance:e} m\n  = hint: raise \
+                "fewest harmonics: with all {most} the largest error is {} m, the tolerance is {} m\n  = hint: raise \
                  `harmonics`, or take a wider tolerance or shorter ranges",
-                tried.last().map_or(f64::INFINITY, |[_, level]| *level)
+                number(tried.last().map_or(f64::INFINITY, |[_, level]| *level)),
+                number(tolerance)
             ))),
         }
     }

@@ -53,7 +53,8 @@ impl Study {
                 self.length(left)
             ));
         }
-        if motion.excess > 4.0 * rounding {
+        // Each coefficient brings its rounding, enlarged by its order in U′ and once more in U″.
+        if motion.excess > task.basis.size() as f64 * highest.powi(2) * rounding {
             lines.push(format!(
                 "warning: conditions are kept to {}: their extremes are too flat or too near to each other for more digits.",
                 self.length(motion.excess)

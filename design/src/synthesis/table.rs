@@ -4,7 +4,7 @@ use super::remarks::{degrees, rounded_down};
 use super::shaft::ShaftGoal;
 use super::shaft_study::Shafted;
 use super::study::Study;
-use super::{Norm, Objective};
+use super::{Norm, Objective, Task};
 use crate::text::{Page, Table, csv, full, full_or_empty, number};
 use camdrive::drives::Fault;
 use std::f64::consts::TAU;
@@ -14,6 +14,9 @@ const POINTS: usize = 720;
 
 /// The cubics of the source fail where their dwell error is this many times the possible one.
 const FAILED: f64 = 1.05;
+
+/// The heading of [`Study::levels`].
+pub(super) const LEVELS: &str = "Largest errors on the way";
 
 impl Study {
     /// A length of the task: in its unit, and in m where that is another one.
@@ -31,7 +34,11 @@ impl Study {
         let mut line = |text: String| {
             page.lines([text]);
         };
-        let objective = words(task.objective);
+        let objective = words(task);
+        let alone = self.assignment.names.laws.is_empty();
+        if alone {
+            self.answer().into_iter().for_each(&mut line);
+        }
         match self.elastic.as_ref().and_then(|behind| Some((behind, behind.objective?))) {
             Some((behind, value)) => {
                 let [slowest, fastest] = behind.looked_at;
@@ -45,7 +52,7 @@ impl Study {
             None if self.motion.series != self.cam => {
                 line(format!("Objective {objective} of the motion without elasticity: {}.", self.objective_value()));
             }
-            None if !self.assignment.names.laws.is_empty() => (),
+            None if !alone => (),
             None => line(format!("Objective {objective}: {}.", self.objective_value())),
         }
         if self.assignment.unit != 1.0 {
@@ -75,7 +82,10 @@ impl Study {
                 ));
             }
         }
-        page.table("Coefficients", &self.coefficients()).table("Largest errors on the way", &self.levels());
+        page.table("Coefficients", &self.coefficients());
+        if alone {
+            page.table(LEVELS, &self.levels());
+        }
         if !task.ranges.is_empty() {
             for (title, errors) in self.deviations() {
                 page.table(&title, &self.deviation_table(errors));
@@ -155,8 +165,24 @@ impl Study {
         Table::new(head, rows)
     }
 
+    /// The longest dwells or the fewest harmonics, where these were asked for.
+    pub(super) fn answer(&self) -> Option<String> {
+        let (task, names) = (&self.assignment.task, &self.assignment.names);
+        match self.asked {
+            Objective::LongestDwell { dwells: [first, end], .. } => {
+                let width =
+                    |i: usize| format!("{}° (`{}`)", degrees(task.ranges[i].to - task.ranges[i].from), names.ranges[i]);
+                Some(format!("Longest dwell: {}.", (first..end).map(width).collect::<Vec<_>>().join(", ")))
+            }
+            Objective::FewestHarmonics { .. } => {
+                self.tried.last().map(|[harmonics, _]| format!("Fewest harmonics: {harmonics}."))
+            }
+            _ => None,
+        }
+    }
+
     /// What was tried on the way to the longest dwell or to the fewest harmonics.
-    fn levels(&self) -> Table {
+    pub(super) fn levels(&self) -> Table {
         let head = match self.asked {
             Objective::FewestHarmonics { .. } => "harmonics  least largest error",
             _ => "widths over those of the task  least largest error",
@@ -367,7 +393,7 @@ impl Study {
         serde_json::json!({
             "name": self.assignment.name,
             "objective": {
-                "kind": words(self.assignment.task.objective),
+                "kind": words(&self.assignment.task),
                 "value": self.motion.objective,
                 "resolution": self.motion.resolution,
             },
@@ -395,8 +421,11 @@ impl Study {
 }
 
 /// The objective as the source calls it.
-pub(super) fn words(objective: Objective) -> &'static str {
-    match objective {
+pub(super) fn words(task: &Task) -> &'static str {
+    let at_points = task.ranges.iter().all(|range| range.from == range.to);
+    match task.objective {
+        Objective::LeastSquares if at_points => "S2 (sum of the squared errors at points)",
+        Objective::Chebyshev if at_points => "S4 (largest error at points)",
         Objective::LeastSquares => "S1 (integral of the squared errors)",
         Objective::DiscreteLeastSquares { .. } => "S2 (sum of the squared errors at points)",
         Objective::Chebyshev => "S3 (largest error)",

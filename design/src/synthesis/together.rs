@@ -5,7 +5,7 @@ use super::deviation::{Extreme, Window};
 use super::family::Family;
 use super::remarks::degrees;
 use super::study::{Assignment, Study};
-use super::table::words;
+use super::table::{LEVELS, words};
 use super::{Bound, Infeasible};
 use crate::Progress;
 use crate::plot::{Axis, Diagram, Rule, Series};
@@ -82,8 +82,13 @@ impl Together {
             return first.text(width);
         }
         let mut page = Page::new(&self.assignment.name, width);
-        let kind = words(self.assignment.task.objective);
-        page.lines([format!("Objective {kind} of {} laws: {}.", self.studies.len(), first.objective_value())]);
+        let kind = words(&self.assignment.task);
+        page.lines(first.answer()).lines([format!(
+            "Objective {kind} of {} laws: {}.",
+            self.studies.len(),
+            first.objective_value()
+        )]);
+        page.table(LEVELS, &first.levels());
         let restrictions = self.restrictions().into_iter().map(|(name, bound, reserve)| {
             let angles = [bound.from, bound.to].map(degrees);
             [&[name.to_owned()], &angles[..], &[first.length(reserve.value), degrees(reserve.phi)]].concat()
@@ -116,7 +121,7 @@ impl Together {
         };
         text::json(&json!({
             "name": self.assignment.name,
-            "objective": { "kind": words(self.assignment.task.objective), "value": first.motion.objective },
+            "objective": { "kind": words(&self.assignment.task), "value": first.motion.objective },
             "restrictions": self.restrictions().into_iter().map(kept).collect::<Vec<_>>(),
             "clearances": self.clearances().map(clear).collect::<Vec<_>>(),
             "laws": self.studies.iter().map(Study::value).collect::<Vec<_>>(),

@@ -248,6 +248,12 @@ fn two_tools_keep_clear() {
     let refused = |task: &Task| matches!(task.solve(), Err(Infeasible::Numerical(text)) if text.contains("clear"));
     task.clearances[0].distance = 3.0;
     assert!(refused(&task));
+    // U₂(0) = 1 and |U₁(0)| ≤ 0.004 leave at most √(0.304² + 0.7²) at φ = 0.
+    task.clearances[0].distance = 1.0;
+    let Err(Infeasible::Numerical(text)) = task.solve() else { panic!("the tools cannot be that far apart") };
+    let found: f64 =
+        text.split("side; ").nth(1).and_then(|rest| rest.split(' ').next()?.parse().ok()).expect("a distance");
+    assert!((0.65..0.7632).contains(&found), "{text}");
     // On one line 0.1 + U₁ − U₂ leads from −0.9 to 1.1: through each other.
     task.clearances = vec![Clearance { laws: [0, 1], offset: [0.1, 0.0], directions: [0.0; 2], distance: 0.1 }];
     assert!(refused(&task));
