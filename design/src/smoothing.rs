@@ -48,11 +48,6 @@ pub enum SmoothingError {
     NoNoise,
 }
 
-/// Whether points without a closing one are near enough to equal distances to be smoothed.
-pub fn is_even(points: &Points) -> bool {
-    is_equidistant(&points.angles, EVEN * TAU / points.angles.len() as f64)
-}
-
 /// The lifts without noise of the standard deviation `noise`, or of one that their own differences tell.
 ///
 /// # Errors
@@ -60,7 +55,7 @@ pub fn is_even(points: &Points) -> bool {
 pub fn smooth(points: Points, noise: Option<f64>) -> Result<Smoothed, SmoothingError> {
     let mut points = points.open().map_err(SmoothingError::Table)?;
     let n = points.angles.len();
-    if !is_even(&points) {
+    if !is_equidistant(&points.angles, EVEN * TAU / n as f64) {
         return Err(SmoothingError::Distances);
     }
     let noise = noise.or_else(|| scatter(&points)).ok_or(SmoothingError::NoNoise)?;

@@ -192,13 +192,11 @@ pub fn study(resource: &Resource, options: &Options, progress: impl Fn(Progress)
 
 /// The drive with backlash that is meant.
 fn scene(resource: &Resource, options: &Options) -> Result<Scene, Fault> {
-    let unreadable =
-        |e: serde_json::Error| Fault(format!("the resolved scene of {} cannot be read: {e}", resource.model));
     let mut scene: Scene = match resource.model.as_str() {
-        BacklashDrive::MODEL => serde_json::from_value(resource.scene.clone()).map_err(unreadable)?,
+        BacklashDrive::MODEL => resource.read()?,
         ElasticOutput::MODEL => {
             let elastic_output::Scene { parameters: elastic_output::Parameters { m, c, b }, cam, drive, start, solver } =
-                serde_json::from_value(resource.scene.clone()).map_err(unreadable)?;
+                resource.read()?;
             let (Some(s), Some(m1)) = (options.clearance, options.m1) else {
                 return Err(Fault::new(
                     "an ElasticCamDrive with an elastic output has no clearance of its own: give --clearance and --m1, \

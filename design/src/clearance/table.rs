@@ -98,27 +98,21 @@ pub fn of_passages(study: &Study) -> Table {
                 vibration [mm]  max |q| [mm]  max |F| [N]  then";
     let mut rows = Vec::new();
     for (i, passage) in study.passages.iter().enumerate() {
-        let lead = [
+        let mut lead = vec![
             (i + 1).to_string(),
             passage.from.to_string(),
             or_none(passage.crossing.map(|c| c.jerk), number),
             or_none(passage.k, number),
         ];
-        let mut add = |by: &str, cells: Vec<String>, first: bool| {
-            let lead = if first { lead.clone().to_vec() } else { vec![String::new(); 4] };
+        let mut add = |by: &str, cells: Vec<String>| {
+            let lead = std::mem::replace(&mut lead, vec![String::new(); 4]);
             rows.push([lead, vec![by.to_owned()], cells].concat());
         };
-        match (&passage.formula, &passage.model) {
-            (Some(formula), Some(model)) => {
-                add("formula", row(formula), true);
-                add("model", row(model), false);
-                add("difference", differences(formula, model), false);
-            }
-            (Some(formula), None) => add("formula", row(formula), true),
-            (None, Some(model)) => add("model", row(model), true),
-            // Only the exact contact force has it, and the model has not followed it: CSV and JSON list it.
-            (None, None) => {}
-        }
+        // Where only the exact contact force has it, and the model has not followed it, CSV and JSON list it.
+        let (formula, model) = (passage.formula.as_ref(), passage.model.as_ref());
+        formula.into_iter().for_each(|figures| add("formula", row(figures)));
+        model.into_iter().for_each(|figures| add("model", row(figures)));
+        formula.zip(model).into_iter().for_each(|(formula, model)| add("difference", differences(formula, model)));
     }
     Table::new(head, rows)
 }
@@ -395,14 +389,8 @@ pub fn of_motion(study: &Study) -> Vec<String> {
             number(settled.largest_impulse)
         ));
     }
-    if let Some(next) = study
-        .passages
-        .iter()
-        .filter_map(|p| Some((p.formula.or(p.model)?.time, p.spacing)))
-        .reduce(|a, b| if b.0 > a.0 { b } else { a })
-    {
-        lines.push(format!("The longest passage takes {}.", time(next.0)));
-    }
+    let times = study.passages.iter().filter_map(|p| Some(p.formula.or(p.model)?.time));
+    lines.extend(times.reduce(f64::max).map(|longest| format!("The longest passage takes {}.", time(longest))));
     let mut faults: Vec<(&String, Vec<String>)> = Vec::new();
     for (i, fault) in study.passages.iter().enumerate().filter_map(|(i, p)| Some((i, p.fault.as_ref()?))) {
         match faults.iter_mut().find(|(known, _)| *known == fault) {

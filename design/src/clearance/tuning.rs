@@ -63,12 +63,7 @@ impl Tuning {
     /// The intervals for these passages; None where there are none.
     pub fn new(k: Admissible, passages: &Passages) -> Option<Self> {
         let Passages { s, omega, speed, m2, .. } = *passages;
-        let largest = passages
-            .jerks
-            .iter()
-            .copied()
-            .fold(None, |most: Option<f64>, jerk| Some(most.map_or(jerk, |m| m.max(jerk))))?;
-        let smallest = passages.jerks.iter().copied().fold(largest, f64::min);
+        let smallest = passages.jerks.iter().copied().reduce(f64::min)?;
         let common = |of: &dyn Fn(f64, f64) -> f64| {
             let each = passages.jerks.iter().map(|jerk| {
                 let mut intervals: Intervals = k.intervals.iter().map(|ends| ends.map(|k| of(k, *jerk))).collect();

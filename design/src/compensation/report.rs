@@ -13,6 +13,7 @@ use camdrive::drives::solver::Settings;
 use camdrive::motion::{Fourier, MotionLaw};
 use serde::Serialize;
 use std::f64::consts::TAU;
+use std::slice::from_ref;
 
 /// The order of the mesh on which machines are judged, at least: four times what the motions of a loom's tools have.
 const ORDER: usize = 96;
@@ -396,18 +397,12 @@ impl Report {
         for (name, part, round) in machines.chain(others) {
             let Some(round) = round else { continue };
             for (j, tool) in self.numbers.iter().zip(&round.tools) {
-                rows.push(vec![
-                    name.clone(),
-                    part.to_string(),
-                    round.period.to_string(),
-                    round.speed[0].to_string(),
-                    round.speed[1].to_string(),
-                    j.to_string(),
-                    tool.overshoot.to_string(),
-                    tool.deviation.to_string(),
-                    tool.extra_harmonics.to_string(),
-                    tool.highest_extra.map_or(String::new(), |highest| highest.to_string()),
-                ]);
+                let [slowest, fastest] = round.speed;
+                let of_machine = [part, round.period, slowest, fastest].map(|x| x.to_string());
+                let of_tool = [tool.overshoot, tool.deviation].map(|x| x.to_string());
+                let highest = tool.highest_extra.map_or(String::new(), |highest| highest.to_string());
+                let extra = [tool.extra_harmonics.to_string(), highest];
+                rows.push([from_ref(&name), &of_machine, &[j.to_string()], &of_tool, &extra].concat());
             }
         }
         text::csv(head, rows)

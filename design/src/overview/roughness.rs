@@ -7,7 +7,6 @@
 //! root mean square over the turn is 3.89 σ̂/h². Without noise that is the size of the errors that the sampling itself makes.
 
 use super::{Overview, Warning, angles, largest, shown};
-use crate::smoothing::is_even;
 use camdrive::motion::table::Points;
 use camdrive::motion::{MotionLaw, Table};
 use std::f64::consts::TAU;
@@ -91,19 +90,12 @@ impl Overview {
                  square)"
             )
         };
-        let hint = match (noisy, is_even(table.points())) {
-            (true, true) => {
-                "let `noise = \"estimate\"` smooth it, also in place of a `noise` that is too small, or take `interpolation = \
-                 \"fourier\"` with few `harmonics`; rounded lifts scatter too: write more digits"
-            }
-            (true, false) => {
-                "resample it at equal distances, which `noise = \"estimate\"` needs, or take `interpolation = \"fourier\"` with few \
-                 `harmonics`; rounded lifts scatter too: write more digits"
-            }
-            _ => {
-                "take points at smaller distances, above all where the acceleration jumps, or the law itself: a cycle, a plan; \
-                 where `noise` is given, a larger one or \"estimate\""
-            }
+        let hint = if noisy {
+            "smooth it by `noise = \"estimate\"`, resampled at equal distances where it has others, also in place of a `noise` that \
+             is too small, or take `interpolation = \"fourier\"` with few `harmonics`; rounded lifts scatter too: write more digits"
+        } else {
+            "take points at smaller distances, above all where the acceleration jumps, or the law itself: a cycle, a plan; \
+             where `noise` is given, a larger one or \"estimate\""
         };
         self.warnings.push(Warning { message, hint: hint.to_owned() });
     }

@@ -66,8 +66,7 @@ pub fn curves(resource: &Resource, done: &(dyn Fn() + Sync)) -> Result<Option<Cr
     if resource.model != ParametricDrive::MODEL {
         return Ok(None);
     }
-    let scene: Scene = serde_json::from_value(resource.scene.clone())
-        .map_err(|e| Fault(format!("the resolved scene cannot be read: {e}")))?;
+    let scene: Scene = resource.read()?;
     let Law::Crank(law) = &scene.law else { return Ok(None) };
     let sigma = law.crank.sigma();
     let low = (0.5 * sigma).clamp(WIDEST[0], RANGE[0]);

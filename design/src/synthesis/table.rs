@@ -105,20 +105,14 @@ impl Study {
     pub(super) fn objective_value(&self) -> String {
         let value = self.motion.objective;
         let unit = self.assignment.unit;
+        let squared = |per: &str| match unit == 1.0 {
+            true => format!("{} m²{per}", number(value)),
+            false => format!("{} scale²{per}", number(value / unit.powi(2))),
+        };
         match self.assignment.task.objective {
-            Objective::MeanSquareAcceleration if unit == 1.0 => format!("{} m²/rad³", number(value)),
-            Objective::MeanSquareAcceleration => format!("{} scale²/rad³", number(value / unit.powi(2))),
-            Objective::LeastSquares | Objective::DiscreteLeastSquares { .. } if unit == 1.0 => {
-                format!("{} m²", number(value))
-            }
-            Objective::LeastSquares | Objective::DiscreteLeastSquares { .. } => {
-                format!("{} scale²", number(value / unit.powi(2)))
-            }
+            Objective::MeanSquareAcceleration | Objective::PeakTorque => squared("/rad³"),
             Objective::ShaftTorque(goal) if !goal.relative => format!("{} N.m", number(value)),
-            Objective::ShaftTorque(_) if unit == 1.0 => format!("{} m²", number(value)),
-            Objective::ShaftTorque(_) => format!("{} scale²", number(value / unit.powi(2))),
-            Objective::PeakTorque if unit == 1.0 => format!("{} m²/rad³", number(value)),
-            Objective::PeakTorque => format!("{} scale²/rad³", number(value / unit.powi(2))),
+            Objective::LeastSquares | Objective::DiscreteLeastSquares { .. } | Objective::ShaftTorque(_) => squared(""),
             Objective::Chebyshev | Objective::DiscreteChebyshev { .. } | Objective::ChebyshevSum
                 if value <= self.motion.resolution =>
             {
