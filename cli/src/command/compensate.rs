@@ -4,7 +4,7 @@ use super::{Failure, driving, failure, files, read, show, width};
 use crate::scene;
 use camdrive::drives::rigid_machine::{Inertia, Motor};
 use camdrive::motion::MotionLaw;
-use camdrive_design::compensation::orbit::Driving;
+use camdrive_design::compensation::periodic_motion::Driving;
 use camdrive_design::compensation::report::{Options, Report, study};
 use camdrive_design::compensation::{Form, Restrictions, Task, Tool};
 use camdrive_design::text;
@@ -58,8 +58,8 @@ pub struct Args {
     /// Rounds of the iteration to report
     #[arg(long, value_name = "NUMBER", default_value_t = 3, value_parser = clap::value_parser!(u16).range(..=MOST_ROUNDS))]
     rounds: u16,
-    /// Motion task (TOML) whose bounds, tolerances, exact points and distances the tools of every round are held against; its laws
-    /// are those of the followers in their order
+    /// Motion task (TOML) whose bounds, tolerances, exact points and distances the tools of every round are held against; its
+    /// laws are those of the followers in their order
     #[arg(long, value_name = "FILE")]
     task: Option<PathBuf>,
     /// Folder for tables and diagrams: NAME.compensation.csv, .json, of the rounds NAME.courses.csv, NAME.spectra.csv,

@@ -4,9 +4,9 @@
 //! followed through all passages of a turn at values around those of the scene, and the borders between calm and other
 //! values are bisected. A range of values narrower than the distance of two samples may be missed.
 
+use super::contact_motion::ContactMotion;
 use super::law::Crossing;
 use super::machine::Machine;
-use super::orbit::Orbit;
 use super::passage::Clearance;
 use super::tuning::Intervals;
 use super::{Parameters, passages};
@@ -65,8 +65,8 @@ pub fn is_calm(passages: &[Clearance], releases: Option<usize>) -> Option<bool> 
     (releases == Some(sequels.len())).then_some(true)
 }
 
-/// The values of a scene with the part `factor` of one of them: ω with the same damping ratio, Ω, s or m1; or with `factor` times
-/// the middle one of the damping ratios.
+/// The values of a scene with the part `factor` of one of them: ω with the same damping ratio, Ω, s or m1; or with `factor`
+/// times the middle one of the damping ratios.
 fn changed(scene: &Scene, machine: &Parameters, which: usize, factor: f64) -> (Scene, Parameters) {
     let (mut scene, mut machine) = (scene.clone(), *machine);
     match which {
@@ -94,9 +94,9 @@ fn middle([low, high]: [f64; 2]) -> f64 {
 fn evaluate(scene: &Scene, machine: &Parameters, crossings: &[Crossing], ignore: f64) -> Option<bool> {
     let mut model = Machine::new(scene, machine.speed).ok()?;
     model.allow(MOST_STEPS);
-    let orbit = Orbit::new(&mut model, scene, ignore).ok()?;
-    let passages = passages(scene, machine, crossings, Some((&mut model, &orbit)));
-    is_calm(&passages, Some(orbit.releases.len()))
+    let motion = ContactMotion::new(&mut model, scene, ignore).ok()?;
+    let passages = passages(scene, machine, crossings, Some((&mut model, &motion)));
+    is_calm(&passages, Some(motion.releases.len()))
 }
 
 /// The values around those of a scene whose periodic motion has so many samples and releases; None where that would take

@@ -2,18 +2,19 @@
 //! whether further impacts follow, and which natural frequency or speed avoids them.
 //!
 //! [`law`] finds the places, [`formulas`] are Kaltofen's closed formulas for one passage, [`borders`] the map of multiple
-//! impacts, [`tuning`] what it admits. [`passage`] sets formula and event-driven model side by side; the model starts from
-//! the motion of permanent contact ([`orbit`]); what it admits finds [`by_model`], and where the two differ the model
-//! decides. [`settled`] runs it until it repeats, with all that earlier impacts leave behind. [`table`], [`lists`] and [`figures`] show the report.
+//! impacts, [`tuning`] what it admits. [`passage`] sets formula and event-driven model side by side; the model starts from the
+//! motion of permanent contact ([`contact_motion`]); what it admits finds [`by_model`], and where the two differ the model
+//! decides. [`settled`] runs it until it repeats, with all that earlier impacts leave behind. [`table`], [`lists`] and
+//! [`figures`] show the report.
 
 pub mod borders;
 pub mod by_model;
+pub mod contact_motion;
 pub mod figures;
 pub mod formulas;
 pub mod law;
 pub mod lists;
 pub mod machine;
-pub mod orbit;
 pub mod passage;
 pub mod settled;
 pub mod table;
@@ -30,10 +31,10 @@ use camdrive::drives::cam_drive::DriveMode;
 use camdrive::drives::elastic_output::ElasticOutput;
 use camdrive::drives::{Drive, Fault, Number, cam_turn::turns, elastic_output};
 use camdrive::motion::MotionLaw;
+use contact_motion::{ContactMotion, Release};
 use formulas::Passage;
 use law::{Crossing, Signs};
 use machine::Machine;
-use orbit::{Orbit, Release};
 use passage::{Bench, Clearance, Figures};
 use serde::Serialize;
 use settled::Settled;
@@ -294,24 +295,24 @@ fn of_law(name: &str, scene: &Scene, machine: &Parameters, options: &Options) ->
     match Machine::new(scene, w) {
         Ok(mut model) => {
             model.allow(MOST_STEPS);
-            let orbit = Orbit::new(&mut model, scene, ignore);
-            let run = orbit.as_ref().ok().map(|orbit| (&mut model, orbit));
+            let motion = ContactMotion::new(&mut model, scene, ignore);
+            let run = motion.as_ref().ok().map(|motion| (&mut model, motion));
             study.passages = passages(scene, machine, &crossings, run);
             let mut start = [0.0; 2];
-            match orbit {
-                Ok(orbit) => {
-                    study.releases = Some(orbit.releases.len());
+            match motion {
+                Ok(motion) => {
+                    study.releases = Some(motion.releases.len());
                     if scene.parameters.e == 0.0 && !options.quick {
-                        let size = [orbit.samples.len(), orbit.releases.len()];
+                        let size = [motion.samples.len(), motion.releases.len()];
                         study.by_model = by_model::around(scene, machine, &crossings, ignore, size);
                     }
-                    start = orbit.samples[0].q;
+                    start = motion.samples[0].q;
                     let followed = study.passages.iter().filter(|p| p.model.is_some() || p.fault.is_some()).count();
-                    if orbit.releases.len() > followed {
+                    if motion.releases.len() > followed {
                         study.remarks.push(format!(
                             "Of {} changes of sign of the contact force the model has followed {followed}; more would take \
                              long.",
-                            orbit.releases.len()
+                            motion.releases.len()
                         ));
                     }
                 }
@@ -393,10 +394,10 @@ fn passages(
     scene: &Scene,
     machine: &Parameters,
     crossings: &[Crossing],
-    model: Option<(&mut Machine, &Orbit)>,
+    model: Option<(&mut Machine, &ContactMotion)>,
 ) -> Vec<Clearance> {
     let Parameters { s, speed: w, omega, mu, eta, .. } = *machine;
-    let releases = model.as_ref().map_or(&[][..], |(_, orbit)| &orbit.releases);
+    let releases = model.as_ref().map_or(&[][..], |(_, motion)| &motion.releases);
     let pairs = pairs(crossings, releases, w);
     let angles: Vec<f64> = if releases.is_empty() {
         crossings.iter().map(|c| c.phi).collect()
@@ -404,7 +405,7 @@ fn passages(
         releases.iter().map(|r| r.phi).collect()
     };
     let slope = |phi: f64| scene.cam.at(phi - TAU * (phi / TAU).round()).0[1];
-    let mut bench = model.map(|(machine, orbit)| Bench { machine, orbit, scene, slope: &slope });
+    let mut bench = model.map(|(machine, motion)| Bench { machine, motion, scene, slope: &slope });
     let mut list = Vec::new();
     let mut followed = 0;
     for (crossing, release) in pairs {

@@ -5,10 +5,10 @@
 //! the higher derivatives of U, damping and restitution, is in the model.
 
 use super::borders::{self, Sequel};
+use super::contact_motion::{ContactMotion, Release, Sample};
 use super::formulas::Passage;
 use super::law::Crossing;
 use super::machine::Machine;
-use super::orbit::{Orbit, Release, Sample};
 use camdrive::drives::Fault;
 use camdrive::drives::backlash::{Parameters, Scene};
 use serde::Serialize;
@@ -128,7 +128,7 @@ pub struct Bench<'a> {
     /// The model.
     pub machine: &'a mut Machine,
     /// Permanent contact.
-    pub orbit: &'a Orbit,
+    pub motion: &'a ContactMotion,
     /// The parameters.
     pub scene: &'a Scene,
     /// U.
@@ -159,7 +159,7 @@ impl Bench<'_> {
         let instant = impact + 1e-9 / self.fastest();
         self.machine.go(instant)?;
         let after = self.machine.moment()?;
-        let contact = self.orbit.at(self.machine, release.before.time + instant)?;
+        let contact = self.motion.at(self.machine, release.before.time + instant)?;
         let mut figures = Figures {
             release: self.angle(release, released),
             time: impact - released,
@@ -232,12 +232,12 @@ impl Bench<'_> {
         release: &Release,
         (q, contact, far_speed): ([f64; 2], i32, f64),
         time: f64,
-        orbit: &Sample,
+        motion: &Sample,
     ) -> f64 {
         let omega = (self.scene.parameters.c / self.scene.parameters.m2).sqrt();
         let flank = (self.slope)(self.angle(release, time)) * self.machine.w;
         let rate = if contact == 0 { far_speed - flank } else { q[1] };
-        let [place, speed] = [q[0] - orbit.q[0], (rate - orbit.q[1]) / omega];
+        let [place, speed] = [q[0] - motion.q[0], (rate - motion.q[1]) / omega];
         (place * place + speed * speed).sqrt()
     }
 

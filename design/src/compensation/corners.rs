@@ -11,10 +11,10 @@
 //! φ by Gauss's rule from corner to corner, ω̇ from either side of a corner. A cam with U_cam(φ) = U(ψ) has there
 //! U_cam′ = U′Ω/ω and U_cam″ = (U″Ω² − U_cam′ω̇)/ω², from which a table is made whose pieces end at the corners.
 //!
-//! Symbols are those of [`super::orbit`]; validity: S is continuous, so that no law jumps in its slope. Derived here.
+//! Symbols are those of [`super::periodic_motion`]; validity: S is continuous, so that no law jumps in its slope. Derived here.
 
 use super::laws::Moment;
-use super::orbit::Orbit;
+use super::periodic_motion::PeriodicMotion;
 use super::spectral::Mesh;
 use super::{Angle, Task, Tool};
 use camdrive::drives::rigid_machine::{Motor, Place};
@@ -50,14 +50,14 @@ pub struct Corners {
 
 impl Corners {
     /// The motion that was found on this mesh.
-    pub fn new(task: &Task, mesh: &Mesh, orbit: &Orbit, speed: &Fourier) -> Self {
-        let near = Angle::new(speed, orbit.mean_speed);
+    pub fn new(task: &Task, mesh: &Mesh, periodic: &PeriodicMotion, speed: &Fourier) -> Self {
+        let near = Angle::new(speed, periodic.mean_speed);
         let sum = |(i, w): (usize, &f64)| {
             let (psi, phi) = (mesh.point(i), near.at(mesh.point(i)));
             let turning = task.own.at(Place::at(phi), phi)[0] * w * w;
-            0.5 * (turning + orbit.mean_speed * orbit.mean_speed * task.tools_inertia(psi))
+            0.5 * (turning + periodic.mean_speed * periodic.mean_speed * task.tools_inertia(psi))
         };
-        let sums: Vec<f64> = orbit.speed.iter().enumerate().map(sum).collect();
+        let sums: Vec<f64> = periodic.speed.iter().enumerate().map(sum).collect();
         let mut angles: Vec<f64> = task.tools.iter().flat_map(|tool| tool.motion.breakpoints()).copied().collect();
         angles.extend([0.0, TAU]);
         angles.sort_by(f64::total_cmp);
@@ -67,10 +67,10 @@ impl Corners {
         }
         let mut corners = Corners {
             task: task.clone(),
-            motor: orbit.motor,
-            mean_speed: orbit.mean_speed,
+            motor: periodic.motor,
+            mean_speed: periodic.mean_speed,
             sum: mesh.series(&sums),
-            torque: mesh.series(&orbit.torque),
+            torque: mesh.series(&periodic.torque),
             near,
             angles,
             panels: vec![[0.0; 2]],

@@ -7,7 +7,7 @@
 //! tables. (6) there holds with φ̇₀ = 2π/T, T the period that belongs to the motion.
 
 use super::laws::{Moment, places};
-use super::orbit::{self, Driving, Inertia, Orbit};
+use super::periodic_motion::{self, Driving, Inertia, PeriodicMotion};
 use super::restrictions::Kept;
 use super::spectral::{Mesh, amplitude, largest, largest_between, mean};
 use super::{Solution, Task, Tool, range};
@@ -130,14 +130,14 @@ impl<'a> Machine<'a> {
     }
 
     /// The periodic motion with these cams.
-    pub fn orbit(&self, cams: &[Cam], driving: &Driving) -> Option<Orbit> {
+    pub fn periodic_motion(&self, cams: &[Cam], driving: &Driving) -> Option<PeriodicMotion> {
         let inertia: Vec<f64> = (0..self.mesh.len()).map(|i| self.inertia(cams, i)[0]).collect();
         let over_turn =
             |f: fn(f64) -> f64| mean(&inertia.iter().zip(&self.pace).map(|(j, g)| f(*j) * g).collect::<Vec<_>>());
         let (level, uniform) = (over_turn(f64::sqrt), over_turn(|j| j));
         // The motion without motor, J ω² = const; with a motor it is nearer than the uniform one.
         let start = |driving: &Driving| {
-            let mut start = orbit::uniform(&self.mesh, driving, uniform)?;
+            let mut start = periodic_motion::uniform(&self.mesh, driving, uniform)?;
             start.speed.iter_mut().zip(&inertia).for_each(|(w, j)| *w *= level / j.sqrt());
             start.energy = 0.5 * level * level * start.mean_speed * start.mean_speed;
             Some(start)
@@ -145,7 +145,7 @@ impl<'a> Machine<'a> {
         if driving.motor == Motor::None {
             return start(driving);
         }
-        orbit::find(&self.mesh, &InAngle { inertia: inertia.clone(), pace: &self.pace }, driving, start)
+        periodic_motion::find(&self.mesh, &InAngle { inertia: inertia.clone(), pace: &self.pace }, driving, start)
     }
 
     /// J and J′ at a point.
@@ -155,20 +155,20 @@ impl<'a> Machine<'a> {
     }
 
     /// ω̇ (rad/s²) at the points, J ω̇ = M − τ − ½ J′ ω².
-    fn changes(&self, orbit: &Orbit, cams: &[Cam]) -> Vec<f64> {
+    fn changes(&self, periodic: &PeriodicMotion, cams: &[Cam]) -> Vec<f64> {
         let at = |(i, (w, torque)): (usize, (&f64, &f64))| {
             let [j, slope] = self.inertia(cams, i);
             (torque - self.task.driving.load - 0.5 * slope * w * w) / j
         };
-        orbit.speed.iter().zip(&orbit.torque).enumerate().map(at).collect()
+        periodic.speed.iter().zip(&periodic.torque).enumerate().map(at).collect()
     }
 
     /// ψ(φ), ψ′ = Ω/ω and ψ″ = −Ωω̇/ω³ of a motion.
-    fn phases(&self, orbit: &Orbit, changes: &[f64]) -> Vec<[f64; 3]> {
-        let slopes: Vec<f64> = orbit.speed.iter().map(|w| orbit.mean_speed / w).collect();
+    fn phases(&self, periodic: &PeriodicMotion, changes: &[f64]) -> Vec<[f64; 3]> {
+        let slopes: Vec<f64> = periodic.speed.iter().map(|w| periodic.mean_speed / w).collect();
         let ahead = self.mesh.integrate(&slopes.iter().zip(&self.pace).map(|(s, g)| s * g).collect::<Vec<_>>());
         let at = |i: usize| {
-            let bend = -slopes[i] * changes[i] / orbit.speed[i].powi(2);
+            let bend = -slopes[i] * changes[i] / periodic.speed[i].powi(2);
             [self.mesh.point(i) + ahead[i] - ahead[0], slopes[i], bend]
         };
         (0..self.mesh.len()).map(at).collect()
@@ -176,12 +176,12 @@ impl<'a> Machine<'a> {
 
     /// The largest part of a tool's acceleration that a motion with this law of its cam misses, relative to the largest that is
     /// wanted, at equal phases of time; `design` is that of [`Machine::along`].
-    pub fn miss(&self, orbit: &Orbit, tool: &Tool, law: &MotionLaw, design: &Solution) -> f64 {
+    pub fn miss(&self, periodic: &PeriodicMotion, tool: &Tool, law: &MotionLaw, design: &Solution) -> f64 {
         let angle = design.angle();
         let fastest = self.pace.iter().copied().fold(1.0, f64::max);
-        let phases = self.phases(orbit, &vec![0.0; self.mesh.len()]);
+        let phases = self.phases(periodic, &vec![0.0; self.mesh.len()]);
         let ahead: Vec<f64> = (0..self.mesh.len()).map(|i| phases[i][0] - self.mesh.point(i)).collect();
-        let (speed, ahead) = (self.mesh.series(&orbit.speed), self.mesh.series(&ahead));
+        let (speed, ahead) = (self.mesh.series(&periodic.speed), self.mesh.series(&ahead));
         let moment = |chi: f64| {
             let [w, slope, ..] = speed.at(chi).0;
             Moment {
@@ -191,26 +191,26 @@ impl<'a> Machine<'a> {
                 phase: chi + ahead.at(chi).0[0],
             }
         };
-        let miss = |chi: f64| tool.miss(law, orbit.mean_speed, moment(chi));
-        largest_between(&places(law, &angle, fastest), miss)[1] / tool.acceleration(orbit.mean_speed)[1]
+        let miss = |chi: f64| tool.miss(law, periodic.mean_speed, moment(chi));
+        largest_between(&places(law, &angle, fastest), miss)[1] / tool.acceleration(periodic.mean_speed)[1]
     }
 
     /// Period, speeds, and how well the tools move.
-    pub fn judge(&self, orbit: &Orbit, cams: &[Cam]) -> Round {
-        let changes = self.changes(orbit, cams);
-        let phases = self.phases(orbit, &changes);
+    pub fn judge(&self, periodic: &PeriodicMotion, cams: &[Cam]) -> Round {
+        let changes = self.changes(periodic, cams);
+        let phases = self.phases(periodic, &changes);
         // dt = ψ′T/2π dφ, φ̇ψ′ = 2π/T.
-        let speeds = self.over_time(&phases, |_| orbit.mean_speed);
+        let speeds = self.over_time(&phases, |_| periodic.mean_speed);
         let motions: Vec<Fourier> = cams.iter().map(|cam| self.motion(cam, &phases)).collect();
         let tools = self.task.tools.iter().zip(cams).zip(&motions);
         let quality = |((tool, cam), motion): ((&Tool, &Cam), &Fourier)| {
-            let accelerations = orbit.speed.iter().zip(&changes).zip(cam);
+            let accelerations = periodic.speed.iter().zip(&changes).zip(cam);
             let accelerations = accelerations.map(|((w, change), [.., y1, y2])| y2 * w * w + y1 * change).collect();
-            self.quality(orbit.mean_speed, tool, accelerations, &phases, motion)
+            self.quality(periodic.mean_speed, tool, accelerations, &phases, motion)
         };
         Round {
-            period: orbit.period(),
-            speed: range(&self.mesh.series(&orbit.speed)),
+            period: periodic.period(),
+            speed: range(&self.mesh.series(&periodic.speed)),
             tools: tools.map(quality).collect(),
             restrictions: self.task.restrictions.kept(&motions),
             speeds,
@@ -218,8 +218,8 @@ impl<'a> Machine<'a> {
         }
     }
 
-    /// The series in ψ whose coefficients are (1/π) ∫ f cos mψ dφ and (1/π) ∫ f sin mψ dφ, its constant (1/2π) ∫ f dφ, `f` at the
-    /// points: on equal steps of χ exact to rounding, up to the harmonics whose waves in χ the mesh resolves.
+    /// The series in ψ whose coefficients are (1/π) ∫ f cos mψ dφ and (1/π) ∫ f sin mψ dφ, its constant (1/2π) ∫ f dφ, `f` at
+    /// the points: on equal steps of χ exact to rounding, up to the harmonics whose waves in χ the mesh resolves.
     fn over_time(&self, phases: &[[f64; 3]], f: impl Fn(usize) -> f64) -> Fourier {
         let n = self.mesh.len();
         let fastest = (0..n).map(|i| phases[i][1] * self.pace[i]).fold(1.0, f64::max);
@@ -247,8 +247,8 @@ impl<'a> Machine<'a> {
         Fourier::new(a, b)
     }
 
-    /// How well a tool moves with these accelerations (m/s² or rad/s²) at the points; where laws have corners, the largest ones are
-    /// looked for at the points alone.
+    /// How well a tool moves with these accelerations (m/s² or rad/s²) at the points; where laws have corners, the largest ones
+    /// are looked for at the points alone.
     fn quality(&self, omega: f64, tool: &Tool, actual: Vec<f64>, phases: &[[f64; 3]], motion: &Fourier) -> Quality {
         let mesh = &self.mesh;
         let prescribed: Vec<f64> = phases.iter().map(|[psi, ..]| omega * omega * tool.at(*psi)[2]).collect();
@@ -283,9 +283,9 @@ pub fn rounds(task: &Task, order: usize, count: usize) -> Vec<Round> {
     let mut rounds = Vec::new();
     while rounds.len() <= count {
         let cams: Vec<Cam> = task.tools.iter().map(|tool| machine.cam_of_phases(tool, &phases)).collect();
-        let Some(orbit) = machine.orbit(&cams, &task.driving) else { break };
-        rounds.push(machine.judge(&orbit, &cams));
-        phases = machine.phases(&orbit, &machine.changes(&orbit, &cams));
+        let Some(periodic) = machine.periodic_motion(&cams, &task.driving) else { break };
+        rounds.push(machine.judge(&periodic, &cams));
+        phases = machine.phases(&periodic, &machine.changes(&periodic, &cams));
     }
     rounds
 }

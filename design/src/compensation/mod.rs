@@ -6,16 +6,17 @@
 //!
 //! U_cam,j(φ) = U_j(ψ(φ)).
 //!
-//! Because the tools' motion in time is known beforehand, φ(ψ) solves one regular periodic equation ([`orbit`]); the source's
-//! iteration ([`iteration`]) tends to the same limit with the factor ρ = max Ω²S/(J ω² + Ω²S), the largest part of the
-//! tools in the kinetic energy. Without motor a solution exists only if J0 ≥ ⟨√(S_max − S)⟩², J0 the constant inertia
-//! and S = Σ m_j U_j′²: below it the machine would come to rest while the tools move fastest.
+//! Because the tools' motion in time is known beforehand, φ(ψ) solves one regular periodic equation ([`periodic_motion`]); the
+//! source's iteration ([`iteration`]) tends to the same limit with the factor ρ = max Ω²S/(J ω² + Ω²S), the largest part of the
+//! tools in the kinetic energy. Without motor a solution exists only if J0 ≥ ⟨√(S_max − S)⟩², J0 the constant inertia and S = Σ
+//! m_j U_j′²: below it the machine would come to rest while the tools move fastest.
 //!
 //! Behind mechanisms the same holds for the lever: where the tool moves as prescribed in time, so does the lever, and S holds
 //! the tool and all links with the velocities that they then have in time.
 //!
 //! The cams' laws are Fourier series in φ, as long as the wanted accuracy demands, or tables where that is too long (`laws`).
-//! Where the motions are no series (cycles, plans, tables) all cams are tables that end their pieces at the corners (`corners`).
+//! Where the motions are no series (cycles, plans, tables) all cams are tables that end their pieces at the corners
+//! (`corners`).
 //!
 //! Source: K. Kaltofen, "HS-Bewegungen trotz veränderlicher Antriebsgeschwindigkeit", section 3; factor and bound are
 //! derived here.
@@ -24,7 +25,7 @@ mod corners;
 mod figures;
 pub mod iteration;
 mod laws;
-pub mod orbit;
+pub mod periodic_motion;
 pub mod report;
 pub mod restrictions;
 mod spectral;
@@ -40,7 +41,7 @@ use camdrive::drives::Fault;
 use camdrive::drives::rigid_machine::{self, Kloss, Motor, Place};
 use camdrive::motion::Fourier;
 use corners::Corners;
-use orbit::{Driving, Inertia, Orbit};
+use periodic_motion::{Driving, Inertia, PeriodicMotion};
 use spectral::{Mesh, largest, mean, tail};
 use std::f64::consts::TAU;
 
@@ -75,7 +76,7 @@ pub struct Task {
 #[derive(Clone, Debug)]
 pub struct Solution {
     /// The motion in the phase of time.
-    pub orbit: Orbit,
+    pub periodic: PeriodicMotion,
     /// ω(ψ) (rad/s).
     pub speed: Fourier,
     /// The last harmonics of ω(ψ) relative to its mean: how far the motion is resolved.
@@ -112,15 +113,16 @@ impl Task {
         self.tools.iter().map(|tool| tool.inertia(psi)).sum()
     }
 
-    /// The highest harmonic of the tools' motions; of laws that are no series, which have no highest, what the finest mesh carries.
+    /// The highest harmonic of the tools' motions; of laws that are no series, which have no highest, what the finest mesh
+    /// carries.
     fn order(&self) -> usize {
         let of =
             |tool: &Tool| tool.motion.series().map_or(ORDERS[1] / 2, |series| tool.wanted.order().max(series.order()));
         self.tools.iter().map(of).max().unwrap_or(1).max(1)
     }
 
-    /// The order of the finest mesh: half of it where a motor lags, whose torque is as many unknowns, beside corners, which no mesh
-    /// resolves.
+    /// The order of the finest mesh: half of it where a motor lags, whose torque is as many unknowns, beside corners, which no
+    /// mesh resolves.
     fn finest(&self) -> usize {
         match (self.has_corners(), self.driving.motor.lag().is_some()) {
             (true, true) => ORDERS[1] / 2,
@@ -134,8 +136,8 @@ impl Task {
         self.tools.iter().any(|tool| tool.motion.series().is_none())
     }
 
-    /// The order of the coarsest mesh for the motion: six points for each harmonic of the tools, of many harmonics two, as their
-    /// inertia has them, since the work grows with the cube.
+    /// The order of the coarsest mesh for the motion: six points for each harmonic of the tools, of many harmonics two, as
+    /// their inertia has them, since the work grows with the cube.
     fn coarsest(&self) -> usize {
         (6 * self.order()).min(self.finest().min(ORDERS[1])).max(2 * self.order()).max(ORDERS[0])
     }
@@ -151,7 +153,7 @@ impl Task {
     }
 
     /// The motion on `mesh` with this share of the tools' inertia.
-    fn solve_on(&self, mesh: &Mesh) -> Result<Orbit, f64> {
+    fn solve_on(&self, mesh: &Mesh) -> Result<PeriodicMotion, f64> {
         let tools: Vec<f64> = (0..mesh.len()).map(|i| self.tools_inertia(mesh.point(i))).collect();
         if self.is_free() {
             return self.free_motion(&tools).ok_or(1.0);
@@ -160,24 +162,26 @@ impl Task {
         let with_share = |share: f64| InTime { own: &self.own, tools: tools.iter().map(|s| share * s).collect() };
         let from_uniform = |share: f64| {
             let inertia = mean(&own) + share * mean(&tools);
-            orbit::find(mesh, &with_share(share), &self.driving, |driving| orbit::uniform(mesh, driving, inertia))
+            periodic_motion::find(mesh, &with_share(share), &self.driving, |driving| {
+                periodic_motion::uniform(mesh, driving, inertia)
+            })
         };
-        if let Some(orbit) = from_uniform(1.0) {
-            return Ok(orbit);
+        if let Some(periodic) = from_uniform(1.0) {
+            return Ok(periodic);
         }
-        let mut orbit = from_uniform(0.0).ok_or(0.0)?;
+        let mut periodic = from_uniform(0.0).ok_or(0.0)?;
         let (mut share, mut step) = (0.0, SHARES[0]);
         while share < 1.0 {
             let next = f64::min(share + step, 1.0);
-            match orbit::solve(mesh, &with_share(next), &self.driving, orbit.clone()) {
-                Some(found) => (orbit, share, step) = (found, next, 1.5 * step),
+            match periodic_motion::solve(mesh, &with_share(next), &self.driving, periodic.clone()) {
+                Some(found) => (periodic, share, step) = (found, next, 1.5 * step),
                 None => step *= 0.5,
             }
             if step < SHARES[1] {
                 return Err(share);
             }
         }
-        Ok(orbit)
+        Ok(periodic)
     }
 
     /// The motion of the machine whose tools move as prescribed.
@@ -192,13 +196,13 @@ impl Task {
         let mut order = self.coarsest();
         loop {
             let mesh = Mesh::new(order);
-            let orbit = self.solve_on(&mesh).map_err(|share| self.refusal(share))?;
-            let speed = mesh.series(&orbit.speed);
+            let periodic = self.solve_on(&mesh).map_err(|share| self.refusal(share))?;
+            let speed = mesh.series(&periodic.speed);
             let resolution = tail(&speed);
             if resolution <= RESOLVED || 2 * order > self.finest() {
-                let factor = self.factor(&orbit, &speed);
-                let corners = self.has_corners().then(|| Corners::new(self, &mesh, &orbit, &speed));
-                return Ok(Solution { orbit, speed, resolution, factor, corners });
+                let factor = self.factor(&periodic, &speed);
+                let corners = self.has_corners().then(|| Corners::new(self, &mesh, &periodic, &speed));
+                return Ok(Solution { periodic, speed, resolution, factor, corners });
             }
             order *= 2;
         }
@@ -210,7 +214,7 @@ impl Task {
     }
 
     /// ω = √((2E − Ω²S)/J0), E from ⟨ω⟩ = Ω, where `tools` is S at the points; None where S is too large.
-    fn free_motion(&self, tools: &[f64]) -> Option<Orbit> {
+    fn free_motion(&self, tools: &[f64]) -> Option<PeriodicMotion> {
         let omega = TAU / self.driving.period?;
         let constant = self.own.function.constant;
         let most = tools.iter().copied().fold(0.0, f64::max);
@@ -228,7 +232,7 @@ impl Task {
             }
             if mean_speed(middle) < omega { low = middle } else { high = middle }
         }
-        Some(Orbit {
+        Some(PeriodicMotion {
             speed: tools.iter().map(|s| speed(high, *s)).collect(),
             torque: vec![0.0; tools.len()],
             energy: 0.5 * (constant * high + omega * omega * most),
@@ -238,8 +242,8 @@ impl Task {
     }
 
     /// max Ω²S / (J ω² + Ω²S).
-    fn factor(&self, orbit: &Orbit, speed: &Fourier) -> f64 {
-        let omega = orbit.mean_speed;
+    fn factor(&self, periodic: &PeriodicMotion, speed: &Fourier) -> f64 {
+        let omega = periodic.mean_speed;
         let angle = Angle::new(speed, omega);
         let part = |psi: f64| {
             let (phi, w) = (angle.at(psi), speed.at(psi).0[0]);
@@ -352,12 +356,12 @@ impl Angle {
 impl Solution {
     /// 2π/T (rad/s).
     pub fn mean_speed(&self) -> f64 {
-        self.orbit.mean_speed
+        self.periodic.mean_speed
     }
 
     /// φ(ψ).
     pub fn angle(&self) -> Angle {
-        Angle::new(&self.speed, self.orbit.mean_speed)
+        Angle::new(&self.speed, self.periodic.mean_speed)
     }
 
     /// ω (rad/s) at the angle φ (rad).

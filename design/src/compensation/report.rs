@@ -1,7 +1,7 @@
 //! What a compensation has found, as tables and diagrams.
 
 use super::iteration::{Cam, Machine, Quality, Round, rounds};
-use super::orbit::Driving;
+use super::periodic_motion::Driving;
 use super::restrictions::{Kept, Restrictions};
 use super::{Form, Law, Solution, Task, Tool};
 use crate::text::{self, Table, number};
@@ -109,7 +109,7 @@ pub fn study(scene: &str, task: &Task, options: Options) -> Result<Report, Fault
     // The motor as the period demands it; from here on it is given.
     let mut driving = task.driving;
     if task.driving.motor != Motor::None {
-        (driving.motor, driving.period) = (solution.orbit.motor, None);
+        (driving.motor, driving.period) = (solution.periodic.motor, None);
     }
     let Finished { laws, machine, cams, round } =
         finish(task, &solution, &driving, options).map_err(|fault| beside_least_inertia(task, fault))?;
@@ -120,13 +120,13 @@ pub fn study(scene: &str, task: &Task, options: Options) -> Result<Report, Fault
             Motor::Kloss(Kloss { synchronous_speed, .. }) => *synchronous_speed *= part,
             _ => driving.period = driving.period.map(|period| period / part),
         }
-        (part, machine.orbit(&cams, &driving).map(|orbit| machine.judge(&orbit, &cams)))
+        (part, machine.periodic_motion(&cams, &driving).map(|periodic| machine.judge(&periodic, &cams)))
     });
     Ok(Report {
         scene: scene.to_owned(),
-        period: solution.orbit.period(),
+        period: solution.periodic.period(),
         speed: solution.range(),
-        synchronous_speed: match solution.orbit.motor {
+        synchronous_speed: match solution.periodic.motor {
             Motor::Kloss(Kloss { synchronous_speed, .. }) => Some(synchronous_speed),
             _ => None,
         },
@@ -136,7 +136,7 @@ pub fn study(scene: &str, task: &Task, options: Options) -> Result<Report, Fault
         rounds: rounds(task, ORDER.max(solution.speed.order()), options.rounds),
         cams: laws.iter().zip(&round.tools).map(cut).collect(),
         finished: round,
-        other_motion: other_motion(task, &laws, &driving, solution.orbit.period())?,
+        other_motion: other_motion(task, &laws, &driving, solution.periodic.period())?,
         transmission: pairs(task, &laws)
             .flat_map(|(tool, law)| transmission::of(tool.number, &tool.with_law(&law.law)))
             .collect(),
@@ -177,15 +177,15 @@ fn finish<'a>(task: &'a Task, solution: &Solution, driving: &Driving, options: O
         let laws = solution.laws(&task.tools, share * options.tolerance, options.form)?;
         let machine = Machine::along(task, ORDER.max(2 * task.order()).max(solution.speed.order()), solution);
         let cams: Vec<Cam> = pairs(task, &laws).map(|(tool, law)| machine.cam_of_law(tool, &law.law)).collect();
-        let orbit = machine.orbit(&cams, driving).ok_or_else(|| {
+        let periodic = machine.periodic_motion(&cams, driving).ok_or_else(|| {
             Fault("no periodic motion of the machine with the finished cams was found near the wanted one; a larger J0 or breakdown slip helps".to_owned())
         })?;
-        let mut round = machine.judge(&orbit, &cams);
+        let mut round = machine.judge(&periodic, &cams);
         for ((tool, law), quality) in pairs(task, &laws).zip(&mut round.tools) {
             // Where laws have corners, the error is known at the points of the mesh, and of the law between them.
             quality.deviation = match task.has_corners() {
                 true => quality.deviation.max(law.truncation),
-                false => machine.miss(&orbit, tool, &law.law, solution),
+                false => machine.miss(&periodic, tool, &law.law, solution),
             };
         }
         Ok(Finished { laws, machine, cams, round })

@@ -41,7 +41,7 @@ fn finished(task: &Task, laws: &[Law]) -> Round {
     let machine = Machine::new(task, 160);
     let pairs = task.tools.iter().zip(laws);
     let cams: Vec<Cam> = pairs.map(|(tool, law)| machine.cam_of_law(tool, &law.law)).collect();
-    machine.judge(&machine.orbit(&cams, &task.driving).unwrap(), &cams)
+    machine.judge(&machine.periodic_motion(&cams, &task.driving).unwrap(), &cams)
 }
 
 /// The relative error of `value`.
@@ -53,15 +53,15 @@ fn error(value: f64, truth: f64) -> f64 {
 fn the_motion_of_the_loom_whose_tools_move_as_prescribed() {
     // Directly, for two machines and for a prescribed period.
     let solution = loom(2.8).solve().unwrap();
-    assert!(error(solution.orbit.period(), 0.12009167247955) < 1e-13);
+    assert!(error(solution.periodic.period(), 0.12009167247955) < 1e-13);
     assert!(solution.resolution < 1e-14);
-    assert!(error(loom(1.9).solve().unwrap().orbit.period(), 0.12016508971120) < 1e-13);
+    assert!(error(loom(1.9).solve().unwrap().periodic.period(), 0.12016508971120) < 1e-13);
     let mut prescribed = loom(2.8);
     prescribed.driving.period = Some(0.12);
     let solution = prescribed.solve().unwrap();
-    let Motor::Kloss(Kloss { synchronous_speed, .. }) = solution.orbit.motor else { unreachable!() };
+    let Motor::Kloss(Kloss { synchronous_speed, .. }) = solution.periodic.motor else { unreachable!() };
     assert!(error(synchronous_speed, 52.39987814901) < 1e-13);
-    assert!(error(solution.orbit.period(), 0.12) < 1e-15);
+    assert!(error(solution.periodic.period(), 0.12) < 1e-15);
 }
 
 #[test]
@@ -201,7 +201,8 @@ fn the_series_of_a_round_are_its_motion_at_equal_times() {
 
 #[test]
 fn what_tools_have_to_keep_is_looked_at_in_every_round() {
-    // The gripper goes along x past an edge that the sley moves along y, 300 mm ahead of the gripper's rest and 50 mm beside it.
+    // The gripper goes along x past an edge that the sley moves along y, 300 mm ahead of the gripper's rest and 50 mm beside
+    // it.
     let clearance = Clearance { laws: [0, 1], offset: [-0.3, 0.05], directions: [0.0, TAU / 4.0], distance: 0.03 };
     let bound = Bound {
         of: vec![(0, 1.0), (1, 2.0)],
@@ -308,7 +309,7 @@ fn without_motor_the_speed_has_a_closed_form_and_the_inertia_a_bound() {
     let omega = TAU / 0.12;
     for i in 0..100 {
         let psi = 0.063 * f64::from(i);
-        let closed = ((2.0 * solution.orbit.energy - omega * omega * task.tools_inertia(psi)) / 0.6).sqrt();
+        let closed = ((2.0 * solution.periodic.energy - omega * omega * task.tools_inertia(psi)) / 0.6).sqrt();
         assert!((solution.speed.at(psi).0[0] - closed).abs() < 1e-11 * omega);
     }
     assert!(error(task.least_inertia_without_motor(), 0.317727) < 3e-6);
@@ -336,7 +337,7 @@ fn the_cams_make_the_tools_move_as_prescribed() {
             assert!(tool.deviation <= 2.0 * law.truncation + 1e-12, "{tolerance}: {tool:?}");
         }
         orders.push(laws[0].law.series().unwrap().order());
-        assert!(error(round.period, solution.orbit.period()) < 0.1 * tolerance);
+        assert!(error(round.period, solution.periodic.period()) < 0.1 * tolerance);
     }
     println!("{orders:?}");
     assert!(orders.windows(2).all(|pair| pair[0] < pair[1]));
@@ -358,7 +359,7 @@ fn a_load_a_lag_a_varying_inertia_and_the_other_sense_of_turning() {
         let solution = task.solve().unwrap();
         let laws = solution.laws(&task.tools, 1e-7, Form::Auto).unwrap();
         let round = finished(task, &laws);
-        assert!(error(round.period, solution.orbit.period()) < 1e-9);
+        assert!(error(round.period, solution.periodic.period()) < 1e-9);
         assert!(round.tools.iter().all(|tool| tool.deviation < 1e-7), "{round:?}");
         solution
     };
@@ -541,7 +542,7 @@ fn the_stated_error_of_a_finite_law_is_the_true_one() {
             let machine = Machine::new(&task, 384);
             let cams: Vec<Cam> =
                 task.tools.iter().zip(&report.laws).map(|(tool, law)| machine.cam_of_law(tool, law)).collect();
-            let round = machine.judge(&machine.orbit(&cams, &task.driving).unwrap(), &cams);
+            let round = machine.judge(&machine.periodic_motion(&cams, &task.driving).unwrap(), &cams);
             for (cut, tool) in report.cams.iter().zip(&round.tools) {
                 assert!(
                     tool.deviation <= cut.truncation + 1e-11 && tool.deviation >= 0.5 * cut.truncation,
@@ -593,11 +594,13 @@ fn tables_with_a_motor_that_lags() {
     let laws = solution.laws(&task.tools, 1e-6, Form::Table).unwrap();
     let along = Machine::along(&task, 160, &solution);
     let cams: Vec<Cam> = task.tools.iter().zip(&laws).map(|(tool, law)| along.cam_of_law(tool, &law.law)).collect();
-    let orbit = along.orbit(&cams, &task.driving).unwrap();
+    let periodic = along.periodic_motion(&cams, &task.driving).unwrap();
     let round = finished(&task, &laws);
-    assert!(error(orbit.period(), round.period) < 1e-9 && error(orbit.period(), solution.orbit.period()) < 1e-7);
+    assert!(
+        error(periodic.period(), round.period) < 1e-9 && error(periodic.period(), solution.periodic.period()) < 1e-7
+    );
     for (tool, law) in task.tools.iter().zip(&laws) {
-        let miss = along.miss(&orbit, tool, &law.law, &solution);
+        let miss = along.miss(&periodic, tool, &law.law, &solution);
         assert!(miss <= 2e-6 && miss >= 0.5 * law.truncation, "{miss} {}", law.truncation);
     }
 }
@@ -742,7 +745,7 @@ fn a_motion_as_a_table_is_compensated_as_its_series() {
     let series = std::mem::take(&mut task.tools);
     task.tools = series.iter().map(table).collect();
     let solution = task.solve().unwrap();
-    assert!(error(solution.orbit.period(), 0.12009167247955) < 1e-11);
+    assert!(error(solution.periodic.period(), 0.12009167247955) < 1e-11);
     let laws = solution.laws(&task.tools, 1e-6, Form::Auto).unwrap();
     let longer = exact.laws(&series, 1e-9, Form::Series).unwrap();
     for (law, truth) in laws.iter().zip(&longer) {

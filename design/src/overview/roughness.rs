@@ -1,10 +1,11 @@
 //! What interpolation makes of the noise of a table of lifts, and of points that are too few.
 //!
-//! σ̂ = √(mean of squares of the 8th divided differences, each divided by the root of the sum of its squared weights).
-//! White noise of the standard deviation σ has σ̂ = σ, from all points and from every second one. What a law adds grows with the
-//! distance of the points: every second one has 4.7 times as much of it where U″ jumps, and more where it does not. So the table is
-//! noisy where that factor is below 3.5, and σ̂ is the noise. At points h apart the quintic spline makes of it errors of U″ whose
-//! root mean square over the turn is 3.89 σ̂/h². Without noise that is the size of the errors that the sampling itself makes.
+//! σ̂ = √(mean of squares of the 8th divided differences, each divided by the root of the sum of its squared weights). White
+//! noise of the standard deviation σ has σ̂ = σ, from all points and from every second one. What a law adds grows with the
+//! distance of the points: every second one has 4.7 times as much of it where U″ jumps, and more where it does not. So the
+//! table is noisy where that factor is below 3.5, and σ̂ is the noise. At points h apart the quintic spline makes of it errors
+//! of U″ whose root mean square over the turn is 3.89 σ̂/h². Without noise that is the size of the errors that the sampling
+//! itself makes.
 
 use super::{Overview, Warning, angles, largest, shown};
 use camdrive::motion::table::Points;
@@ -27,7 +28,7 @@ const AMPLIFICATION: f64 = 3.89;
 /// The part of max |U″| that this error may reach; its peaks are some three times as large.
 const TOLERATED: f64 = 0.02;
 
-/// The same without noise: what is told then may be three times too large.
+/// The same without noise: what is told then may be several times too large.
 const TOLERATED_OF_SAMPLING: f64 = 0.05;
 
 /// σ̂ in the unit of the lift, and the root mean square error of U″ that such noise makes; None where there are too few points.
@@ -86,7 +87,7 @@ impl Overview {
             )
         } else {
             format!(
-                "{section}: the points of the table leave U″ uncertain by about {percent:.0} % of its largest value (root mean \
+                "{section}: the points of the table leave U″ uncertain by up to some {percent:.0} % of its largest value (root mean \
                  square)"
             )
         };

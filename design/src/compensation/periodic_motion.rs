@@ -70,7 +70,7 @@ pub trait Inertia {
 
 /// A periodic motion.
 #[derive(Clone, Debug)]
-pub struct Orbit {
+pub struct PeriodicMotion {
     /// ω (rad/s) at the points of the mesh.
     pub speed: Vec<f64>,
     /// M (N·m) at the points.
@@ -83,7 +83,7 @@ pub struct Orbit {
     pub motor: Motor,
 }
 
-impl Orbit {
+impl PeriodicMotion {
     /// T (s).
     pub fn period(&self) -> f64 {
         TAU / self.mean_speed.abs()
@@ -163,17 +163,17 @@ struct Linearised {
     jacobian: DMatrix<f64>,
 }
 
-/// Newton's equations at `orbit`.
-fn linearise<I: Inertia>(mesh: &Mesh, inertia: &I, driving: &Driving, orbit: &Orbit) -> Linearised {
+/// Newton's equations at `periodic`.
+fn linearise<I: Inertia>(mesh: &Mesh, inertia: &I, driving: &Driving, periodic: &PeriodicMotion) -> Linearised {
     let n = mesh.len();
     let layout = Layout::new(driving, n);
     let mut residual = DVector::zeros(layout.len());
     let mut jacobian = DMatrix::zeros(layout.len(), layout.len());
-    let w = &orbit.speed;
-    let omega = orbit.mean_speed;
-    let kloss: Vec<[f64; 3]> = w.iter().map(|w| characteristic(&orbit.motor, *w)).collect();
+    let w = &periodic.speed;
+    let omega = periodic.mean_speed;
+    let kloss: Vec<[f64; 3]> = w.iter().map(|w| characteristic(&periodic.motor, *w)).collect();
     let torque: Vec<f64> = match layout.lag {
-        Some(_) => orbit.torque.clone(),
+        Some(_) => periodic.torque.clone(),
         None => kloss.iter().map(|k| k[0]).collect(),
     };
     // In the phase of time the work is that of the power; in the angle, that of the torque.
@@ -187,13 +187,13 @@ fn linearise<I: Inertia>(mesh: &Mesh, inertia: &I, driving: &Driving, orbit: &Or
         if I::IN_TIME { (slope * w[j] + torque[j] - driving.load) / omega } else { slope * inertia.pace(j) }
     };
     let factor = |j: usize| if I::IN_TIME { w[j] / omega } else { inertia.pace(j) };
-    let scale = orbit.energy.abs().max(f64::MIN_POSITIVE);
+    let scale = periodic.energy.abs().max(f64::MIN_POSITIVE);
     for i in 0..n {
         let phi = if I::IN_TIME { mesh.point(i) + (ahead[i] - ahead[0]) / omega } else { mesh.point(i) };
         let [j, slope] = inertia.at(i, phi);
         let s = inertia.tools(i);
         let turning = 0.5 * slope * w[i] * w[i];
-        residual[i] = (0.5 * (j * w[i] * w[i] + omega * omega * s) - orbit.energy - work[i]) / scale;
+        residual[i] = (0.5 * (j * w[i] * w[i] + omega * omega * s) - periodic.energy - work[i]) / scale;
         for column in 0..n {
             let mut d = -mesh.integral(i, column) * column_of_speed(column);
             if I::IN_TIME && slope != 0.0 {
@@ -223,7 +223,7 @@ fn linearise<I: Inertia>(mesh: &Mesh, inertia: &I, driving: &Driving, orbit: &Or
             // Ṁ = Ω dM/dψ = ω dM/dφ, dM/dφ = (dM/dχ)/(dφ/dχ).
             let rate: f64 = (0..n).map(|j| mesh.slope(i, j) * torque[j]).sum();
             let speed = if I::IN_TIME { omega } else { w[i] / inertia.pace(i) };
-            let size = breakdown(&orbit.motor);
+            let size = breakdown(&periodic.motor);
             residual[row] = (torque[i] + lag * speed * rate - kloss[i][0]) / size;
             for column in 0..n {
                 jacobian[(row, n + column)] = lag * speed * mesh.slope(i, column) / size;
@@ -258,7 +258,7 @@ fn linearise<I: Inertia>(mesh: &Mesh, inertia: &I, driving: &Driving, orbit: &Or
     residual[row] -= 1.0;
     if layout.kloss {
         let row = row + 1;
-        let size = breakdown(&orbit.motor);
+        let size = breakdown(&periodic.motor);
         residual[row] = mean(&power) / size;
         for j in 0..n {
             jacobian[(row, j)] = column_of_speed(j) / (size * n as f64);
@@ -290,50 +290,52 @@ fn breakdown(motor: &Motor) -> f64 {
 }
 
 /// The periodic motion near `start`; None where Newton's method finds none in which the machine keeps turning.
-pub fn solve<I: Inertia>(mesh: &Mesh, inertia: &I, driving: &Driving, start: Orbit) -> Option<Orbit> {
+pub fn solve<I: Inertia>(mesh: &Mesh, inertia: &I, driving: &Driving, start: PeriodicMotion) -> Option<PeriodicMotion> {
     let layout = Layout::new(driving, mesh.len());
-    let mut orbit = start;
+    let mut periodic = start;
     let mut before = f64::INFINITY;
     for _ in 0..ITERATIONS {
-        let Linearised { residual, jacobian } = linearise(mesh, inertia, driving, &orbit);
+        let Linearised { residual, jacobian } = linearise(mesh, inertia, driving, &periodic);
         let step = jacobian.lu().solve(&residual)?;
-        let change = (0..mesh.len()).map(|i| (step[i] / orbit.mean_speed).abs()).fold(0.0, f64::max);
+        let change = (0..mesh.len()).map(|i| (step[i] / periodic.mean_speed).abs()).fold(0.0, f64::max);
         if !change.is_finite() {
             return None;
         }
         // No speed changes its sign: the machine keeps turning.
-        let towards_rest = (0..mesh.len()).map(|i| step[i] / orbit.speed[i]).fold(0.0, f64::max);
-        let towards_rest = layout.mean_speed().map_or(towards_rest, |c| towards_rest.max(step[c] / orbit.mean_speed));
+        let towards_rest = (0..mesh.len()).map(|i| step[i] / periodic.speed[i]).fold(0.0, f64::max);
+        let towards_rest =
+            layout.mean_speed().map_or(towards_rest, |c| towards_rest.max(step[c] / periodic.mean_speed));
         let part = (NOT_FARTHER / towards_rest).min(1.0);
         for i in 0..mesh.len() {
-            orbit.speed[i] -= part * step[i];
+            periodic.speed[i] -= part * step[i];
             if let Some(m) = layout.torque(i) {
-                orbit.torque[i] -= part * step[m];
+                periodic.torque[i] -= part * step[m];
             }
         }
-        orbit.energy -= part * step[layout.energy()];
+        periodic.energy -= part * step[layout.energy()];
         if let Some(column) = layout.mean_speed() {
-            orbit.mean_speed -= part * step[column];
+            periodic.mean_speed -= part * step[column];
         }
-        if let (Some(column), Motor::Kloss(Kloss { synchronous_speed, .. })) = (layout.synchronous_speed(), orbit.motor)
+        if let (Some(column), Motor::Kloss(Kloss { synchronous_speed, .. })) =
+            (layout.synchronous_speed(), periodic.motor)
         {
-            orbit.motor = with_synchronous_speed(orbit.motor, synchronous_speed - part * step[column]);
+            periodic.motor = with_synchronous_speed(periodic.motor, synchronous_speed - part * step[column]);
         }
         // Near the roundings a step no longer gets smaller.
         if change < CONVERGED || (change < 1e-11 && change >= 0.5 * before) {
             // Far from any motion a step is small beside a mean speed that has run away.
             let part = |(i, w): (usize, &f64)| {
-                if I::IN_TIME { w / orbit.mean_speed } else { inertia.pace(i) * orbit.mean_speed / w }
+                if I::IN_TIME { w / periodic.mean_speed } else { inertia.pace(i) * periodic.mean_speed / w }
             };
-            let parts = orbit.speed.iter().enumerate().map(part);
+            let parts = periodic.speed.iter().enumerate().map(part);
             let miss = (parts.sum::<f64>() / mesh.len() as f64 - 1.0).abs();
             if miss > CLOSED || miss.is_nan() {
                 return None;
             }
             if layout.lag.is_none() {
-                orbit.torque = orbit.speed.iter().map(|w| orbit.motor.characteristic(*w)[0]).collect();
+                periodic.torque = periodic.speed.iter().map(|w| periodic.motor.characteristic(*w)[0]).collect();
             }
-            return Some(orbit);
+            return Some(periodic);
         }
         before = change;
     }
@@ -346,33 +348,33 @@ pub fn find<I: Inertia>(
     mesh: &Mesh,
     inertia: &I,
     driving: &Driving,
-    start: impl Fn(&Driving) -> Option<Orbit>,
-) -> Option<Orbit> {
-    if let Some(orbit) = solve(mesh, inertia, driving, start(driving)?) {
-        return Some(orbit);
+    start: impl Fn(&Driving) -> Option<PeriodicMotion>,
+) -> Option<PeriodicMotion> {
+    if let Some(periodic) = solve(mesh, inertia, driving, start(driving)?) {
+        return Some(periodic);
     }
     let Motor::Kloss(Kloss { breakdown_slip, .. }) = driving.motor else { return None };
     let softer = |motor: Motor, times: f64| with_breakdown_slip(motor, times * breakdown_slip);
     let softened = |times: f64| Driving { motor: softer(driving.motor, times), ..*driving };
     let first = |times: f64| Some((times, solve(mesh, inertia, &softened(times), start(&softened(times))?)?));
-    let (mut times, mut orbit) = SOFTER.into_iter().find_map(first)?;
+    let (mut times, mut periodic) = SOFTER.into_iter().find_map(first)?;
     let mut shrink = 0.5;
     while times > 1.0 {
         let next = f64::max(shrink * times, 1.0);
-        let near = Orbit { motor: softer(orbit.motor, next), ..orbit.clone() };
+        let near = PeriodicMotion { motor: softer(periodic.motor, next), ..periodic.clone() };
         match solve(mesh, inertia, &softened(next), near) {
-            Some(found) => (orbit, times, shrink) = (found, next, f64::max(0.5, shrink * shrink)),
+            Some(found) => (periodic, times, shrink) = (found, next, f64::max(0.5, shrink * shrink)),
             None => shrink = shrink.sqrt(),
         }
         if shrink > LEAST_SHRINKING {
             return None;
         }
     }
-    Some(orbit)
+    Some(periodic)
 }
 
 /// A first guess: uniform speed, where the characteristic meets the load on its steep side.
-pub fn uniform(mesh: &Mesh, driving: &Driving, inertia: f64) -> Option<Orbit> {
+pub fn uniform(mesh: &Mesh, driving: &Driving, inertia: f64) -> Option<PeriodicMotion> {
     let (speed, motor) = match (driving.motor, driving.period) {
         (Motor::Kloss(Kloss { breakdown_torque, breakdown_slip, synchronous_speed, .. }), period) => {
             // 2 σ/(1 + σ²) = load/M_K with |σ| ≤ 1.
@@ -395,7 +397,7 @@ pub fn uniform(mesh: &Mesh, driving: &Driving, inertia: f64) -> Option<Orbit> {
         }
         (motor, period) => (TAU / period?, motor),
     };
-    Some(Orbit {
+    Some(PeriodicMotion {
         speed: vec![speed; mesh.len()],
         torque: vec![driving.load; mesh.len()],
         energy: 0.5 * inertia * speed * speed,

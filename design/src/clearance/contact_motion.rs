@@ -44,14 +44,14 @@ pub struct Release {
 }
 
 /// The periodic motion of permanent contact.
-pub struct Orbit {
+pub struct ContactMotion {
     /// Around the turn, from φ = 0 on, the last one a turn after the first.
     pub samples: Vec<Sample>,
     /// The zeros of the force, by time.
     pub releases: Vec<Release>,
 }
 
-impl Orbit {
+impl ContactMotion {
     /// The periodic motion of the machine on locked flanks. Lobes of F_K below the part `ignore` of the largest one are
     /// no passages.
     pub fn new(machine: &mut Machine, scene: &Scene, ignore: f64) -> Result<Self, Fault> {
@@ -67,9 +67,9 @@ impl Orbit {
             machine.go(i as f64 * step)?;
             samples.push(Sample::from(machine.moment()?));
         }
-        let mut orbit = Orbit { samples, releases: Vec::new() };
-        orbit.releases = orbit.find(machine, ignore)?;
-        Ok(orbit)
+        let mut motion = ContactMotion { samples, releases: Vec::new() };
+        motion.releases = motion.find(machine, ignore)?;
+        Ok(motion)
     }
 
     /// The state `time` after φ = 0, a turn at most.
