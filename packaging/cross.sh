@@ -42,6 +42,8 @@ venv=target/packaging/venv
 export PATH="$root/$venv/bin:$PATH"
 # Windows' files and zip archives have a time: not that of the clock but the first that zip knows, as in an FMU.
 export SOURCE_DATE_EPOCH=315532800
+# What zig compiles once stays below target/ too.
+export ZIG_GLOBAL_CACHE_DIR=$root/target/packaging/zig CARGO_ZIGBUILD_CACHE_DIR=$root/target/packaging/zigbuild
 sdk=$root/target/packaging/sdk
 
 # Brings the linker into target/, for platforms that Rust is ready for.
@@ -69,6 +71,8 @@ prepare() {
 cross() { # TRIPLE COMMAND…
     # The last one that fits counts: the folder of cargo may be in the checkout.
     local flags=("--remap-path-prefix=$root=camdrive" "--remap-path-prefix=${CARGO_HOME:-$HOME/.cargo}=cargo")
+    # Where its sources are installed, rustc names those of the standard library by their folder, else by its commit.
+    flags+=("--remap-path-prefix=$(rustc --print sysroot)/lib/rustlib/src/rust=/rustc/$(rustc -vV | sed -n 's/^commit-hash: //p')")
     case $1 in
     *-darwin)
         # Stripped by the linker, since it also signs.

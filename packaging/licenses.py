@@ -25,7 +25,8 @@ for package in json.loads(output("cargo", "metadata", "--locked", "--format-vers
     home = Path(package["manifest_path"]).parent
     name = f"{package['name']} {package['version']} ({package['license']})"
     words = ("LICEN", "COPY", "NOTICE", "UNLICENSE")
-    files = [file for file in sorted(home.iterdir()) if file.name.upper().startswith(words)]
+    # A package may have the licence of its data beside these, in a folder of its own.
+    files = [file for file in sorted(home.rglob("*")) if file.name.upper().startswith(words)]
     for text in {file.read_text(errors="replace").strip() for file in files if file.is_file()} or {""}:
         texts.setdefault(text, []).append(name)
 parts = []

@@ -80,10 +80,11 @@ pub fn file() -> Result<File, Fault> {
         }
         next += 1;
     }
+    let reference = |(name, _): &(&str, &str)| format!("linked:{name}");
     let others = |list: &[(&str, &str)]| -> Vec<Value> {
-        let component = |(name, licence): &(&str, &str)| {
-            json!({ "type": "library", "bom-ref": format!("linked:{name}"), "name": name,
-                "licenses": [{ "expression": licence }] })
+        let component = |other: &(&str, &str)| {
+            json!({ "type": "library", "bom-ref": reference(other), "name": other.0,
+                "licenses": [{ "expression": other.1 }] })
         };
         list.iter().map(component).collect()
     };
@@ -94,7 +95,8 @@ pub fn file() -> Result<File, Fault> {
             json!({ "ref": p.reference(), "dependsOn": references.chain(["rust-std".to_owned()]).collect::<Vec<_>>() })
         })
         .collect();
-    dependencies.push(json!({ "ref": "rust-std" }));
+    let [inside, beside] = [&IN_STANDARD_LIBRARY[..], &BY_LINKER].map(|list| list.iter().map(reference));
+    dependencies.push(json!({ "ref": "rust-std", "dependsOn": inside.chain(beside).collect::<Vec<_>>() }));
     let component = |p: &&Package| {
         let expression = if p.checksum.is_none() { "MIT OR Apache-2.0" } else { "Apache-2.0" };
         let mut component = json!({
@@ -111,7 +113,7 @@ pub fn file() -> Result<File, Fault> {
     let mut components: Vec<Value> = packages.iter().skip(1).map(component).collect();
     components.push(json!({
         "type": "library", "bom-ref": "rust-std", "name": "rust-std", "version": env!("CAMDRIVE_RUSTC"),
-        "licenses": [{ "expression": "MIT OR Apache-2.0" }], "components": others(&IN_STANDARD_LIBRARY),
+        "licenses": [{ "expression": "(MIT OR Apache-2.0) AND Unicode-3.0" }], "components": others(&IN_STANDARD_LIBRARY),
     }));
     components.extend(others(&BY_LINKER));
     let bill = json!({

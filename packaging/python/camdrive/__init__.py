@@ -77,12 +77,14 @@ class SimulationError(Error):
 def _run(*arguments: str) -> subprocess.CompletedProcess[str]:
     name = "camdrive" + (sysconfig.get_config_var("EXE") or "")
     # Of an environment, of pip install --user, of pip install --target.
-    folders = [sysconfig.get_path("scripts"), sysconfig.get_path("scripts", f"{os.name}_user")]
-    places = [Path(folder, name) for folder in (*folders, Path(__file__).parents[1] / "bin")]
+    scripts = [sysconfig.get_path("scripts"), sysconfig.get_path("scripts", f"{os.name}_user")]
+    places = [Path(folder, name) for folder in (*scripts, str(Path(__file__).parents[1] / "bin"))]
     program = next((str(place) for place in places if place.is_file()), None) or shutil.which("camdrive")
     if program is None:
         raise Error(f"the executable camdrive is neither in the PATH nor one of {', '.join(map(str, places))}")
-    return subprocess.run([program, *arguments], capture_output=True, encoding="utf-8")
+    # Messages are for exceptions, not for a terminal with colours.
+    environment = {name: value for name, value in os.environ.items() if name != "CLICOLOR_FORCE"}
+    return subprocess.run([program, *arguments], capture_output=True, encoding="utf-8", env=environment)
 
 
 def _diagnostics(scene: str) -> tuple[Diagnostic, ...]:
@@ -166,15 +168,20 @@ def simulate(
             if step is None and description.defaultExperiment and description.defaultExperiment.stepSize:
                 # FMPy would lengthen the step of the FMU in a long experiment.
                 step = float(description.defaultExperiment.stepSize)
-            result: np.ndarray = fmpy.simulate_fmu(
-                unpacked,
-                start_values=values,
-                output=outputs,
-                stop_time=stop_time,
-                output_interval=step,
-                input=input,
-                logger=log,
-            )
+            # Made here, so that it is freed where it refuses something, too: Windows deletes no library in use.
+            instance = fmpy.instantiate_fmu(unpacked, description, "CoSimulation", logger=log)
+            try:
+                result: np.ndarray = fmpy.simulate_fmu(
+                    unpacked,
+                    start_values=values,
+                    output=outputs,
+                    stop_time=stop_time,
+                    output_interval=step,
+                    input=input,
+                    fmu_instance=instance,
+                )
+            finally:
+                instance.freeInstance()
             return result
         except Error:
             raise
