@@ -103,8 +103,7 @@ fn lever(section: &Section<'_>, linkage: &Linkage, quantity: &'static Quantity, 
         Err(reason) => {
             let fault = part.fault(format!("`{}`: {reason}", part.path));
             let hint = "change the motion, the lengths, offsets or branch, or `lever_start`, the angle next to which it begins";
-            section.faults.report(fault.hint(hint));
-            None
+            section.refuse(fault.hint(hint))
         }
     }
 }

@@ -124,10 +124,9 @@ fn gravity(section: &Section<'_>, known: &Known) -> Option<Vec<Point>> {
     if angles.len() != places {
         let message = format!("`{}` has {} angles", section.path_of("gravity_angle"), angles.len());
         let fault = section.fault_of("gravity_angle", message);
-        section
-            .faults
-            .report(fault.admissible(format!("{places}, one for each mechanism, without mechanisms that of the tool")));
-        return None;
+        return section.refuse(
+            fault.admissible(format!("{places}, one for each mechanism, without mechanisms that of the tool")),
+        );
     }
     let size = size?;
     Some(angles.into_iter().map(|angle| Point::from_polar(size, angle)).collect())

@@ -74,8 +74,7 @@ fn of(parent: &Section<'_>, follower: Option<usize>, law: Option<MotionLaw>, ang
     let law = law?;
     if let Err(fault) = plan.cams(&law) {
         let fault = section.fault(format!("`{}`: {fault}", section.path));
-        section.faults.report(fault.hint("choose other lengths, or another base or prime circle"));
-        return None;
+        return section.refuse(fault.hint("choose other lengths, or another base or prime circle"));
     }
     Some(Some(CamPlan { follower, law, plan, mechanisms: Vec::new() }))
 }
@@ -185,15 +184,13 @@ fn start(section: &Section<'_>, kind: Kind, contour: Contour) -> Option<Start> {
     match given[..] {
         [] => {
             let fault = section.fault(format!("`{}`: nothing fixes the size of the cam", section.path));
-            section.faults.report(fault.admissible(admissible).hint("add for example base_radius = \"60 mm\""));
-            return None;
+            return section.refuse(fault.admissible(admissible).hint("add for example base_radius = \"60 mm\""));
         }
         [_] => {}
         [.., second] => {
             let message = format!("`{}`: `{}` fixes the size of the cam already", section.path_of(second), given[0]);
             let place = keys.into_iter().find(|key| *key == second).unwrap_or(own);
-            section.faults.report(section.fault_of(place, message).admissible(admissible));
-            return None;
+            return section.refuse(section.fault_of(place, message).admissible(admissible));
         }
     }
     let found = [coordinate?.map(Start::Coordinate), prime?.map(Start::Prime), base?.map(Start::Base)];

@@ -168,6 +168,5 @@ fn name(root: &Section<'_>) -> Option<String> {
         better = "guide_bar".to_owned();
     }
     let fault = root.fault_of("name", format!("`name`: \"{name}\" cannot name an FMU"));
-    root.faults.report(fault.admissible(admissible).hint(format!("write for example \"{better}\"")));
-    None
+    root.refuse(fault.admissible(admissible).hint(format!("write for example \"{better}\"")))
 }

@@ -73,10 +73,8 @@ pub fn fourier(section: &Section<'_>, quantity: &'static Quantity) -> Option<Fou
     let (a, b) = (section.reals("a", coefficients), section.reals("b", coefficients));
     if !section.has("a") {
         let fault = section.fault(format!("`{}` is missing", section.path_of("a")));
-        section
-            .faults
-            .report(fault.admissible("a list of numbers").hint("add the cosine coefficients a = [a0, a1, …]"));
-        return None;
+        return section
+            .refuse(fault.admissible("a list of numbers").hint("add the cosine coefficients a = [a0, a1, …]"));
     }
     if scale == Some(Some(0.0)) {
         let fault = section.fault_of("scale", format!("`{}`: nothing would be left", section.path_of("scale")));
@@ -119,8 +117,7 @@ fn cycle(section: &Section<'_>, quantity: &'static Quantity) -> Option<Cycle> {
         inflections: [inflections[0]?, inflections[1]?],
     };
     if let Err(error) = plan.validate() {
-        section.faults.report(section.fault(format!("`{}`: {error}", section.path)));
-        return None;
+        return section.refuse(section.fault(format!("`{}`: {error}", section.path)));
     }
     Some(Cycle::new(plan))
 }
@@ -165,8 +162,7 @@ fn angles(section: &Section<'_>) -> Option<[f64; 4]> {
             section.fault_of("lower_dwell", message).admissible("360 deg")
         }
     };
-    section.faults.report(fault.hint("leave one of the four angles out: it is the rest of the turn"));
-    None
+    section.refuse(fault.hint("leave one of the four angles out: it is the rest of the turn"))
 }
 
 /// The mean of U′² over the turn (m²/rad²).

@@ -42,8 +42,7 @@ fn law(root: &Section<'_>) -> Option<Law> {
             // What is wrong within them is told all the same.
             let _ = (load.and_then(|load| crank_law(&crank, load)), series_law(&series));
             let fault = root.fault_of("coefficients", "`coefficients`: the crank has its own");
-            root.faults.report(fault.hint("give [crank] or [coefficients], not both"));
-            None
+            root.refuse(fault.hint("give [crank] or [coefficients], not both"))
         }
         (None, None) => {
             if !root.faults.broken {
@@ -132,8 +131,7 @@ fn damping(
         if m * c < 0.0 {
             let message = format!("`{}`: the mean stiffness is below 0", section.path_of("damping_ratio"));
             let fault = section.fault_of("damping_ratio", message);
-            section.faults.report(fault.hint(format!("give the damping as {key}")));
-            return None;
+            return section.refuse(fault.hint(format!("give the damping as {key}")));
         }
         return Some(constant(2.0 * ratio * (m * c).sqrt()));
     }

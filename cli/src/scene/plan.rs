@@ -35,8 +35,7 @@ pub fn read(section: &Section<'_>, quantity: &'static Quantity) -> Option<Motion
             let place = &sections[sections.len() - 1];
             let message = format!("`{}` is the first point, one turn later, and differs from it", place.path);
             let hint = "repeat the values of the first point and give `law` and `inflection` here only, or leave this point out";
-            section.faults.report(place.fault(message).hint(hint));
-            return None;
+            return section.refuse(place.fault(message).hint(hint));
         }
         *first = closing;
         points.pop();
@@ -49,8 +48,7 @@ pub fn read(section: &Section<'_>, quantity: &'static Quantity) -> Option<Motion
             true => format!("`{}`", place.path_of(fault.key)),
             false => format!("`{}` ({})", place.path, fault.key),
         };
-        section.faults.report(place.fault_of(fault.key, format!("{name}: {}", fault.text)));
-        return None;
+        return section.refuse(place.fault_of(fault.key, format!("{name}: {}", fault.text)));
     }
     Some(MotionLaw::Plan(plan))
 }

@@ -238,6 +238,12 @@ impl<'a> Section<'a> {
         self.faults.at(span, message)
     }
 
+    /// Tells a fault, with which there is no value.
+    pub fn refuse<T>(&self, fault: Diagnostic) -> Option<T> {
+        self.faults.report(fault);
+        None
+    }
+
     fn missing(&self, key: &'static str, admissible: Option<String>, hint: String) {
         if self.faults.broken {
             return;
@@ -331,15 +337,13 @@ impl<'a> Section<'a> {
                 Err(fault) => {
                     let message = format!("`{}`: {}", node.path, fault.message);
                     let fault = self.faults.at(node.span.clone(), message).hint(fault.hint);
-                    self.faults.report(fault.admissible(limits.words(quantity.unit)));
-                    return None;
+                    return self.refuse(fault.admissible(limits.words(quantity.unit)));
                 }
             },
             _ => {
                 let fault = self.type_fault(node, "a number or a string with a unit");
                 let fault = fault.admissible(limits.words(quantity.unit));
-                self.faults.report(fault.hint(format!("write for example {}", units::example(quantity))));
-                return None;
+                return self.refuse(fault.hint(format!("write for example {}", units::example(quantity))));
             }
         };
         match value {
@@ -356,8 +360,7 @@ impl<'a> Section<'a> {
                     _ => String::new(),
                 };
                 let fault = self.faults.at(node.span.clone(), format!("`{}`: {text}{si} is {what}", node.path));
-                self.faults.report(fault.admissible(limits.words(quantity.unit)));
-                None
+                self.refuse(fault.admissible(limits.words(quantity.unit)))
             }
         }
     }
@@ -418,8 +421,7 @@ impl<'a> Section<'a> {
             None => {
                 let text = self.faults.excerpt(&node.span);
                 let fault = self.faults.at(node.span.clone(), format!("`{}`: {text} is out of range", node.path));
-                self.faults.report(fault.admissible(admissible));
-                None
+                self.refuse(fault.admissible(admissible))
             }
         }
     }

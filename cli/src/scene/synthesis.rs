@@ -257,8 +257,7 @@ fn laws(root: &Section<'_>, lengths: &Lengths, weighted: [bool; 2]) -> Option<Ve
     forbid(root, &inside, "the task has several laws", "its place in each [[law]]");
     if sections.len() > MOST_LAWS {
         let fault = root.fault_of("law", format!("`law`: there are {} laws", sections.len()));
-        root.faults.report(fault.admissible(format!("at most {MOST_LAWS}")));
-        return None;
+        return root.refuse(fault.admissible(format!("at most {MOST_LAWS}")));
     }
     let read = |(i, section): (usize, &Section<'_>)| {
         let name = super::name(section);
@@ -271,8 +270,7 @@ fn laws(root: &Section<'_>, lengths: &Lengths, weighted: [bool; 2]) -> Option<Ve
     for (i, section) in sections.iter().enumerate() {
         if laws[..i].iter().any(|law| law.name == laws[i].name) {
             let fault = section.fault_of("name", format!("`{}`: another law has this name", section.path_of("name")));
-            section.faults.report(fault.hint("give each law a name of its own"));
-            return None;
+            return section.refuse(fault.hint("give each law a name of its own"));
         }
     }
     Some(laws)
@@ -333,8 +331,7 @@ fn longest(root: &Section<'_>, kind: Option<Kind>, laws: usize) -> Option<Option
     if laws > 1 || dwells == 0 {
         let fault =
             root.fault_of("objective", "`objective`: the longest dwell is that of one law with at least one [[dwell]]");
-        root.faults.report(fault.hint("add a [[dwell]] with centre, width, U and tolerance"));
-        return None;
+        return root.refuse(fault.hint("add a [[dwell]] with centre, width, U and tolerance"));
     }
     if root.has("longest") { root.count("longest", 1, dwells as u32).map(Some) } else { Some(None) }
 }
@@ -349,10 +346,9 @@ fn restrictions(root: &Section<'_>, lengths: &Lengths, laws: usize) -> Option<Ve
         if factors.len() != laws || factors.iter().all(|factor| *factor == 0.0) {
             let message = format!("`{}`: {} for {laws} laws", section.path_of("factors"), factors.len());
             let fault = section.fault_of("factors", message).admissible("one number for each [[law]], not all 0");
-            section
-                .faults
-                .report(fault.hint("write for example factors = [1, -1] for U of the first minus U of the second law"));
-            return None;
+            return section.refuse(
+                fault.hint("write for example factors = [1, -1] for U of the first minus U of the second law"),
+            );
         }
         let of: Vec<(usize, f64)> = factors.into_iter().enumerate().filter(|(_, factor)| *factor != 0.0).collect();
         Some(bounds?.into_iter().map(|(name, bound)| (name, Bound { of: of.clone(), ..bound })).collect::<Vec<_>>())
@@ -364,8 +360,7 @@ fn restrictions(root: &Section<'_>, lengths: &Lengths, laws: usize) -> Option<Ve
 fn several(section: &Section<'_>, laws: usize, what: &str, hint: &str) -> Option<()> {
     if laws < 2 {
         let fault = section.fault(format!("`{}`: there is one law, and {what}", section.path));
-        section.faults.report(fault.admissible("2 … 5 [[law]] in the task").hint(hint));
-        return None;
+        return section.refuse(fault.admissible("2 … 5 [[law]] in the task").hint(hint));
     }
     Some(())
 }
@@ -386,14 +381,12 @@ fn clearances(root: &Section<'_>, lengths: &Lengths, laws: usize) -> Option<Vec<
             let message =
                 format!("`{}`: {} numbers are no place in the plane", section.path_of("offset"), offset.len());
             let fault = section.fault_of("offset", message).admissible("two lengths, x and y");
-            section.faults.report(fault.hint("give the way from tool b to tool a where both U are 0"));
-            return None;
+            return section.refuse(fault.hint("give the way from tool b to tool a where both U are 0"));
         };
         let [a, b] = [which[0]?, which[1]?];
         if a == b {
             let fault = section.fault_of("b", format!("`{}`: it is the same tool as `a`", section.path_of("b")));
-            section.faults.report(fault.admissible("another law, counted from 1"));
-            return None;
+            return section.refuse(fault.admissible("another law, counted from 1"));
         }
         let offset = [x, y].map(|d| d * lengths.scale);
         let distance = distance? * lengths.scale;
@@ -440,8 +433,7 @@ fn ordered(section: &Section<'_>, key: &'static str, from: f64, to: f64) -> Opti
     let fault = section.fault_of(key, message).admissible("more than 0 deg, at most a turn of 360 deg");
     let way = Some((to - from).rem_euclid(TAU)).filter(|way| *way > 0.0).unwrap_or(TAU);
     let hint = format!("write for example to = \"{} deg\"; a single angle is a [[point]]", deg(from + way));
-    section.faults.report(fault.hint(hint));
-    None
+    section.refuse(fault.hint(hint))
 }
 
 /// A [[range]] or [[dwell]] as it stands in the file.
@@ -526,8 +518,7 @@ fn range(section: &Section<'_>, lengths: &Lengths, weighted: [bool; 2]) -> Optio
     let (mut prescribed, tolerances) = ([curve?.or(u?), first?, second?], tolerances?);
     if prescribed.iter().all(Option::is_none) {
         let fault = section.fault(format!("`{}` prescribes nothing", section.path));
-        section.faults.report(fault.admissible("U, dU, ddU, target").hint("add for example U = 0.5"));
-        return None;
+        return section.refuse(fault.admissible("U, dU, ddU, target").hint("add for example U = 0.5"));
     }
     for order in 1..3 {
         if weighted[order - 1] && prescribed[order].is_none() {
@@ -538,8 +529,7 @@ fn range(section: &Section<'_>, lengths: &Lengths, weighted: [bool; 2]) -> Optio
         if tolerances[order].is_some() && prescribed[order].is_none() {
             let (key, target) = (TOLERANCES[order], ORDERS[order]);
             let message = format!("`{}`: there is no `{target}` here to keep it from", section.path_of(key));
-            section.faults.report(section.fault_of(key, message).hint(format!("add `{target}` or remove `{key}`")));
-            return None;
+            return section.refuse(section.fault_of(key, message).hint(format!("add `{target}` or remove `{key}`")));
         }
     }
     let ((from, to), weight) = (ends?, weight?);
@@ -582,8 +572,7 @@ fn points(root: &Section<'_>, lengths: &Lengths) -> Option<Points> {
         let (phi, weight, values) = (phi?, weight?, [u, first, second, third]);
         if values.iter().all(Option::is_none) {
             let fault = section.fault(format!("`{}` says nothing of U", section.path));
-            section.faults.report(fault.admissible(ORDERS.join(", ")).hint("add for example U = 0.5"));
-            return None;
+            return section.refuse(fault.admissible(ORDERS.join(", ")).hint("add for example U = 0.5"));
         }
         let Some(weight) = weight else {
             let exact = |order: usize| {
@@ -625,8 +614,7 @@ fn bounds_of(section: &Section<'_>, lengths: &Lengths, of: Vec<(usize, f64)>) ->
     }
     if min.is_none() && max.is_none() && limit.is_none() {
         let fault = section.fault(format!("`{}` bounds nothing", section.path));
-        section.faults.report(fault.admissible("min, max, limit").hint("add for example limit = 2.5"));
-        return None;
+        return section.refuse(fault.admissible("min, max, limit").hint("add for example limit = 2.5"));
     }
     let ((from, to), order) = (ends?, order?);
     let around = (0..order).fold(target.unwrap_or_default(), |target, _| target.derivative());
@@ -662,17 +650,13 @@ fn bounds_of(section: &Section<'_>, lengths: &Lengths, of: Vec<(usize, f64)>) ->
 fn crossed<T>(section: &Section<'_>, low: f64, high: f64) -> Option<T> {
     let (low, high) = (units::short(low), units::short(high));
     let fault = section.fault_of("max", format!("`{}`: min {low} exceeds max {high}", section.path));
-    section.faults.report(fault.hint("exchange them"));
-    None
+    section.refuse(fault.hint("exchange them"))
 }
 
 /// Whether the objective has something to work on.
 fn check_purpose(root: &Section<'_>, kind: Kind, integral: Option<f64>, laws: &[Law]) -> Option<()> {
     let ranges = || laws.iter().flat_map(|law| &law.ranges);
-    let refused = |message: String, hint: &str| {
-        root.faults.report(root.fault_of("objective", message).hint(hint));
-        None
-    };
+    let refused = |message: String, hint: &str| root.refuse(root.fault_of("objective", message).hint(hint));
     let alone = of_accelerations(Some(kind)) || matches!(kind, Some(PeakTorque) | None);
     if !alone && ranges().next().is_none() {
         let message = "the task prescribes no motion: there is no [[range]] and no [[dwell]]";
@@ -718,8 +702,7 @@ fn rising(section: &Section<'_>, slowest: f64, fastest: f64) -> Option<()> {
     }
     let (low, high) = (units::short(slowest), units::short(fastest));
     let message = format!("`{}`: {high} rad/s is not above `slowest`, {low} rad/s", section.path_of("fastest"));
-    section.faults.report(section.fault_of("fastest", message).hint("give a range of speeds"));
-    None
+    section.refuse(section.fault_of("fastest", message).hint("give a range of speeds"))
 }
 
 fn elasticity(root: &Section<'_>, lengths: &Lengths, kind: Option<Kind>) -> Option<Option<Elasticity>> {
@@ -735,16 +718,15 @@ fn elasticity(root: &Section<'_>, lengths: &Lengths, kind: Option<Kind>) -> Opti
     let (slowest, fastest, tolerance) = (slowest?, fastest?, tolerance?);
     if fastest.is_none() && tolerance.is_none() {
         let fault = section.fault(format!("`{}`: neither `fastest` nor `tolerance` is given", section.path));
-        section.faults.report(fault.hint("add the speed to be reached, or the deviation to be kept as far as it goes"));
-        return None;
+        return section
+            .refuse(fault.hint("add the speed to be reached, or the deviation to be kept as far as it goes"));
     }
     rising(&section, slowest, fastest.unwrap_or(f64::INFINITY))?;
     let chebyshev = matches!(kind, Some(Some(Chebyshev | DiscreteChebyshev { .. } | ChebyshevSum)));
     if method == Some(Method::Robust) && kind.is_some() && !chebyshev {
         let message = "`elasticity.method`: the robust profile is that of a largest error over angles and speeds";
         let hint = "choose objective = \"chebyshev\", or method = \"recipe\"";
-        section.faults.report(section.fault_of("method", message).hint(hint));
-        return None;
+        return section.refuse(section.fault_of("method", message).hint(hint));
     }
     let elasticity =
         Elasticity { w0: w0?, damping: damping?, slowest, fastest, tolerance, method: method?, amplitude: amplitude? };

@@ -85,8 +85,7 @@ pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -
         Err(reason) => {
             let fault = section.fault_of("file", format!("`{}`: {} {reason}", section.path_of("file"), shown(&path)));
             let hint = if reason == NO_TEXT { SAVE_AS_TEXT } else { "the path counts from the folder of the scene" };
-            section.faults.report(fault.hint(hint));
-            return None;
+            return section.refuse(fault.hint(hint));
         }
     };
     let file = File { name: shown(&path), text: &text };
@@ -156,8 +155,7 @@ fn smoothed(
             .fault_of("noise", format!("`{}`: nothing of the motion would be left", section.path_of("noise")))
             .admissible(format!("less than {}, its root mean square", said(motion))),
     };
-    section.faults.report(fault);
-    None
+    section.refuse(fault)
 }
 
 const NO_TEXT: &str = "is no text file";
@@ -427,8 +425,7 @@ fn law(
             section.fault_of(key, message)
         }
     };
-    section.faults.report(fault.hint(advice(&error)));
-    None
+    section.refuse(fault.hint(advice(&error)))
 }
 
 /// What is wrong, in the units of engineers.
