@@ -91,8 +91,8 @@ impl RuntimeLibrary {
         let built = |path: &PathBuf| std::fs::metadata(path).and_then(|file| file.modified()).ok();
         let found = places.into_iter().filter(|path| path.is_file()).max_by_key(built).ok_or_else(|| {
             Fault(format!(
-                "the runtime library is missing: {} does not exist. Build it with `{BUILD_COMMAND}`, or name one by \
-                 --runtime {platform}=FILE",
+                "the runtime library is missing: {} does not exist. Build it with `{BUILD_COMMAND}`, name one by --runtime \
+                 {platform}=FILE, or call the `camdrive` that pip installed where it lies",
                 beside.display()
             ))
         })?;
