@@ -94,7 +94,7 @@ error = caught(camdrive.SceneError, camdrive.export, "wrong.toml")
 assert "12 mm" in str(error), error
 assert [d.key for d in error.diagnostics] == ["elasticity.m", "elasticity.damping_ratio"], error.diagnostics
 assert error.diagnostics[0].line and error.diagnostics[0].file == "wrong.toml" and error.diagnostics[0].hint
-import pickle
+import pickle, sys
 again = pickle.loads(pickle.dumps(error))
 assert str(again) == str(error) and again.diagnostics == error.diagnostics
 assert "missing.toml" in str(caught(camdrive.SceneError, camdrive.simulate, "missing.toml"))
@@ -103,6 +103,7 @@ fmu = camdrive.export({SCENE!r}, "two.fmu")
 assert "nothing" in str(caught(camdrive.SimulationError, camdrive.simulate, fmu, nothing=1.0))
 refused = caught(camdrive.SimulationError, camdrive.simulate, fmu, m=-1.0)
 assert any("`m`" in message for message in refused.messages), refused
+assert sys.platform != "linux" or "guide_bar" not in open("/proc/self/maps").read(), "the library is still in use"
 assert str(pickle.loads(pickle.dumps(refused))) == str(refused)
 """
     output(home, "python", "-c", code, path=str(Path(fmpy.__file__).parents[1]))
