@@ -553,11 +553,22 @@ impl Draft<'_> {
                 };
                 self.inflections[side.0] = Some(inflection);
             }
-            // An inflection that is given is the user's word, which may cost U″.
             let found = own(self, side);
-            if self.points[side.0].inflection.is_none() && (found - acceleration).abs() > SAME * acceleration.abs() {
+            if (found - acceleration).abs() <= SAME * acceleration.abs() {
+                continue;
+            }
+            // An inflection that is given is the user's word, which may cost a U″ that the laws decide.
+            if self.points[side.0].inflection.is_none() {
                 let text = "the laws beside the point meet no common ddU, since one inflection does not meet those of both ends of a \
                             segment; give ddU and leave the laws to polynomials, or give inflections";
+                return fault(i, "ddU", text);
+            }
+            if self.points[i].acceleration.is_some() {
+                let (given, found, to) = (Rounded(acceleration), Rounded(found), side.0 + 1);
+                let text = format!(
+                    "{given} m/rad² and the inflection of the segment to point[{to}] contradict each other: with that the law has \
+                     {found} m/rad² here; leave one of them out"
+                );
                 return fault(i, "ddU", text);
             }
         }

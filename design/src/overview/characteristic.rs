@@ -23,12 +23,9 @@ const STANDING: f64 = 1e-12;
 /// The part of the largest |U″| that is no jump of it but rounding.
 const NO_JUMP: f64 = 1e-9;
 
-/// The part of the largest lift below which a motion of a table is a ripple of its rest: the spline through 24 points or more
-/// swings less beside a rest, and so does the noise of a table of some use.
+/// The part of the largest lift below which a motion of a series or a table is a ripple of its rest: HS profiles keep theirs
+/// closer, and the spline through 24 points or more swings less beside a rest, as does the noise of a table of some use.
 const RIPPLE: f64 = 0.01;
-
-/// The most motions that are told: more than those of any cam, fewer than those of a series of high order.
-const MOST_MOTIONS: usize = 12;
 
 /// A motion between two stops.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -57,7 +54,7 @@ impl Motion {
     /// What the columns of [`Motion::table`] mean.
     pub const SYMBOLS: &str = "From stop to stop, through the lift h over the angle β: the largest velocity is C_v h Ω/β, the \
         accelerations reach from C_a− h (Ω/β)² to C_a+ h (Ω/β)², the largest jerk is C_j h (Ω/β)³, the torques of inertia reach from \
-        C_M− m h² Ω²/β³ to C_M+ m h² Ω²/β³.";
+        C_M− m h² Ω²/β³ to C_M+ m h² Ω²/β³. Ripples of rests, below 1 % of the largest lift of a series or a table, are left out.";
 
     /// Columns of [`Motion::table`] with their values.
     const COLUMNS: &str = "law  from  to  h  C_v  C_a+  C_a−  C_j  C_M+  C_M−";
@@ -106,7 +103,7 @@ impl Jump {
     }
 }
 
-/// The motions of the law in a turn, in the order of their angles; none where it never stops or stops too often.
+/// The motions of the law in a turn, in the order of their angles; none where it never stops; without the ripples of rests.
 pub fn motions(section: &str, law: &MotionLaw, unit: &'static str) -> Vec<Motion> {
     let standing = STANDING * law.bound(1);
     let sign = |phi: f64| {
@@ -134,13 +131,10 @@ pub fn motions(section: &str, law: &MotionLaw, unit: &'static str) -> Vec<Motion
     }
     let lift = |[from, to]: [f64; 2]| law.at(to.rem_euclid(TAU)).0[0] - law.at(from.rem_euclid(TAU)).0[0];
     let ripple = match law {
-        MotionLaw::Table(_) => RIPPLE * ends.iter().fold(0.0, |most: f64, ends| most.max(lift(*ends).abs())),
-        _ => 0.0,
+        MotionLaw::Cycle(_) | MotionLaw::Plan(_) => 0.0,
+        _ => RIPPLE * ends.iter().fold(0.0, |most: f64, ends| most.max(lift(*ends).abs())),
     };
     ends.retain(|ends| lift(*ends).abs() > ripple);
-    if ends.len() > MOST_MOTIONS {
-        return Vec::new();
-    }
     ends.into_iter().map(|ends| motion((section, unit), law, ends, lift(ends))).collect()
 }
 
@@ -212,7 +206,7 @@ impl Overview {
                 if derivative == 2 {
                     self.warnings.push(Warning {
                         message: format!("{section}: {}", jump.text()),
-                        hint: "leave out an inflection beside the point, or give ddU".to_owned(),
+                        hint: "leave out an inflection beside the point".to_owned(),
                     });
                 }
                 self.jumps.push(jump);
