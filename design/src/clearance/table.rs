@@ -219,14 +219,23 @@ fn list(intervals: &[[f64; 2]], scale: f64) -> String {
 
 /// The first intervals, and how many more there are up to the last one.
 fn some(intervals: &[[f64; 2]], scale: f64, most: usize) -> String {
-    let one = |[low, high]: &[f64; 2]| match high.is_finite() {
-        true => format!("{} … {}", number(scale * low), number(scale * high)),
-        false => format!("from {} on", number(scale * low)),
+    let shown = |end: f64| number(scale * end);
+    let mut merged = Intervals::new();
+    for ends in intervals {
+        match merged.last_mut() {
+            // Nobody sees what is between them.
+            Some([_, end]) if shown(*end) == shown(ends[0]) => *end = ends[1],
+            _ => merged.push(*ends),
+        }
+    }
+    let one = |[low, high]: &[f64; 2]| match [shown(*low), shown(*high)] {
+        [low, _] if high.is_infinite() => format!("from {low} on"),
+        [low, high] if low == high => low,
+        [low, high] => format!("{low} … {high}"),
     };
-    let mut texts: Vec<String> = intervals.iter().take(most).map(one).collect();
-    if intervals.len() > most {
-        let last = intervals.last().map(one).unwrap_or_default();
-        texts.push(format!("{} more up to {last}", intervals.len() - most));
+    let mut texts: Vec<String> = merged.iter().take(most).map(one).collect();
+    if let Some(last) = merged.last().filter(|_| merged.len() > most) {
+        texts.push(format!("{} more, the last {}", merged.len() - most, one(last)));
     }
     if texts.is_empty() { "none".to_owned() } else { texts.join(", ") }
 }
@@ -269,10 +278,17 @@ pub fn of_tuning(report: &Report, study: &Study) -> Vec<String> {
             Err(None) => format!("{own} is not, and nothing is"),
         }
     };
+    let all = [&tuning.frequency, &tuning.speed, &tuning.clearance, &tuning.mass];
+    // Of the formulas, too, only what is where the model was looked at, if it was.
+    let looked_at = |which: usize| -> Intervals {
+        let [least, most] = study.by_model.as_ref().map_or([0.0, f64::INFINITY], |model| model.searched[which]);
+        all[which].iter().copied().filter(|[low, high]| *low < most && least < *high).collect()
+    };
     let line = |of: String, which: usize, value: f64, scale: f64, unit: &str| {
-        let by_formulas = [&tuning.frequency, &tuning.speed, &tuning.clearance, &tuning.mass][which];
+        let (by_formulas, there) = (all[which], looked_at(which));
         let own = nearest(by_formulas, value).is_ok();
-        let formulas = format!("by the formulas {}", list(by_formulas, scale));
+        let only = if there.is_empty() && !by_formulas.is_empty() { " there" } else { "" };
+        let formulas = format!("by the formulas {}{only}", list(&there, scale));
         if e > 0.0 {
             return format!("{of} [{unit}]: if e were 0, {formulas}.");
         }
@@ -350,7 +366,7 @@ pub fn of_tuning(report: &Report, study: &Study) -> Vec<String> {
         number(tuning.source_frequency)
     ));
     if tuning.mass_cut {
-        let first = tuning.mass.first().map_or(0.0, |ends| ends[0]);
+        let first = looked_at(3).first().or(tuning.mass.first()).map_or(0.0, |ends| ends[0]);
         lines.push(format!("Below m1 = {} kg the formulas admit further, ever narrower intervals.", number(first)));
     }
     if tuning.quasi_static_speed.is_finite() && tuning.quasi_static_frequency > 0.0 {

@@ -4,6 +4,7 @@ use super::iteration::{Cam, Machine, Quality, Round, rounds};
 use super::periodic_motion::Driving;
 use super::restrictions::{Kept, Restrictions};
 use super::{Form, Law, Solution, Task, Tool};
+use crate::synthesis::UNITS;
 use crate::text::{self, Table, number};
 use crate::transmission::{self, Transmission};
 use camdrive::drives::Fault;
@@ -24,6 +25,9 @@ const OTHER_SPEEDS: [f64; 5] = [0.25, 0.5, 0.75, 1.1, 1.25];
 /// Two periods are those of one motion when they agree to this part: the errors of the finite series are far smaller, and
 /// different motions differ by far more.
 const SAME_PERIOD: f64 = 1e-4;
+
+/// Reserves below this part of the value are roundings.
+const ROUNDING: f64 = 1e-13;
 
 /// Parts of the tolerance that the bound of a tool's own series is given where the machine as a whole exceeds it.
 const SHARES: [f64; 3] = [0.5, 0.1, 0.01];
@@ -247,6 +251,11 @@ fn rounded_up(value: f64) -> f64 {
     format!("{scaled}e{}", -digits).parse().unwrap_or(value)
 }
 
+/// The reserve as people read it: what is kept but for roundings has none.
+fn shown(one: &Kept) -> f64 {
+    if one.kept && one.reserve <= ROUNDING * one.value.abs() { 0.0 } else { one.reserve }
+}
+
 fn percent(value: f64) -> String {
     format!("{} %", number(100.0 * value))
 }
@@ -282,8 +291,8 @@ impl Report {
         let of_series = self.machines().any(|(_, round)| round.tools.iter().any(|tool| tool.highest_extra.is_some()));
         let mut head: Vec<String> = ["machine", "T [s]", "least w [rad/s]", "largest w"].map(str::to_owned).into();
         for j in &self.numbers {
-            head.extend([format!("tool {j}: overshoot"), "deviation".to_owned()]);
-            head.extend(of_series.then(|| "extra harmonics".to_owned()));
+            let columns = ["overshoot", "deviation", "extra harmonics"].into_iter().take(2 + usize::from(of_series));
+            head.extend(columns.map(|column| format!("tool {j}: {column}")));
         }
         let named = |name: String| if name == "finished" { "finished cams".to_owned() } else { name };
         let machines = self.machines().map(|(name, round)| row(named(name), Some(round), of_series, head.len()));
@@ -339,6 +348,12 @@ impl Report {
         rounds.chain(std::iter::once(("finished".to_owned(), &self.finished)))
     }
 
+    /// The unit of what is restricted.
+    fn unit(&self, one: &Kept) -> String {
+        let tool = self.numbers.iter().position(|number| one.tools.first().is_some_and(|tool| tool.0 == *number));
+        UNITS[one.order.min(3)].replace('m', if tool.is_some_and(|tool| self.turning[tool]) { "rad" } else { "m" })
+    }
+
     /// What the restrictions come to, in sentences.
     fn on_restrictions(&self) -> Vec<String> {
         let count = self.prescribed.len();
@@ -358,11 +373,11 @@ impl Report {
         lines.extend(pairs.filter(|(one, _)| !one.kept).map(|(one, prescribed)| {
             let whose = if prescribed.kept { "the tools miss" } else { "the prescribed motions themselves miss" };
             let (miss, place) = (number(-one.reserve), number(one.phase.to_degrees()));
-            format!("Mind: {whose} `{}` by {miss} at {place} deg.", one.name)
+            format!("Mind: {whose} `{}` by {miss} {} at {place} deg.", one.name, self.unit(one))
         }));
         let first = count - self.restrictions.clearances().len();
         lines.extend(self.finished.restrictions[first..].iter().map(|one| {
-            let [least, reserve, place] = [one.value, one.reserve, one.phase.to_degrees()].map(number);
+            let [least, reserve, place] = [one.value, shown(one), one.phase.to_degrees()].map(number);
             format!("Least {}: {least} m at {place} deg, reserve {reserve} m.", one.name)
         }));
         lines
@@ -375,10 +390,11 @@ impl Report {
         head.extend(self.machines().map(|(name, _)| name));
         head.extend(["value there", "at [deg]"].map(str::to_owned));
         let row = |(i, prescribed): (usize, &Kept)| {
-            let reserves = self.machines().map(|(_, round)| number(round.restrictions[i].reserve));
+            let reserves = self.machines().map(|(_, round)| number(shown(&round.restrictions[i])));
             let last = &self.finished.restrictions[i];
             let place = [number(last.value), number(last.phase.to_degrees())];
-            [prescribed.name.clone(), number(prescribed.reserve)].into_iter().chain(reserves).chain(place).collect()
+            let name = format!("{} [{}]", prescribed.name, self.unit(prescribed));
+            [name, number(shown(prescribed))].into_iter().chain(reserves).chain(place).collect()
         };
         let rows: Vec<Vec<String>> = self.prescribed.iter().enumerate().map(row).collect();
         (!rows.is_empty()).then_some(Table { head, rows })

@@ -253,8 +253,12 @@ impl OfDrive {
                 } else {
                     format!("changes its sign at φ = {changes}")
                 };
+                let preload = if least_preload.is_some() { "a larger preload, " } else { "" };
+                let at_rest = lift_off_speed.is_some_and(|at| at.value == 0.0);
+                let speed = if at_rest { "" } else { "a lower speed, " };
+                let or = if preload.len() + speed.len() > 0 { "or " } else { "" };
                 mind.push(format!(
-                    "{}: the force of the roller {how}; nothing keeps it on the cam. A larger preload, a lower speed, or a cam that holds it on both sides (groove, conjugate) does.",
+                    "{}: the force of the roller {how}; nothing keeps it on the cam. What does: {preload}{speed}{or}a cam that holds it on both sides (groove, conjugate).",
                     self.name
                 ));
             }
@@ -306,7 +310,7 @@ impl Power {
             "Over the turn the shaft gives {} W and the process takes {} W; they differ by {:.0e} of the largest power, {} W.",
             watts(self.shaft),
             watts(self.process),
-            if size > 0.0 { (self.shaft - self.process).abs() / size } else { 0.0 },
+            (self.shaft - self.process).abs() / size,
             number(size)
         )
     }
@@ -344,7 +348,7 @@ impl Report {
         if !alone {
             page.table("Shaft", &Table::new(head, [self.shaft.row()]));
         }
-        page.section("Power", &[self.power.text()]);
+        page.section("Power", (self.power.largest != 0.0).then(|| self.power.text()));
         page.section("Mind", self.drives.iter().flat_map(|drive| &drive.notes[1])).text()
     }
 }

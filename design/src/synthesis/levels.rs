@@ -108,6 +108,11 @@ impl Task {
         }
     }
 
+    /// What a hint says of bounds, where there are some.
+    fn or_bounds(&self) -> &'static str {
+        if self.bounds.is_empty() { "" } else { ", or widen the bounds" }
+    }
+
     fn longest(
         &self,
         tolerance: f64,
@@ -138,10 +143,12 @@ impl Task {
             let next = (here * stride).min(widest);
             if next == here || next < NARROWEST {
                 let which = if next == here { "a whole turn" } else { "a thousandth of these widths" };
-                let [least, tolerance] = [tolerance * value.exp(), tolerance].map(number);
+                let least = Some(tolerance * value.exp()).filter(|least| *least > f64::EPSILON * self.scale());
+                let [least, tolerance] = [least.unwrap_or(0.0), tolerance].map(number);
+                let bounds = if value > 0.0 { self.or_bounds() } else { "" };
                 return Err(Infeasible::Numerical(format!(
                     "longest dwell: dwells of {which} deviate by {least} m, the tolerance is {tolerance} m: there is no longest \
-                     one\n  = hint: take another tolerance, number of harmonics or start `width`"
+                     one\n  = hint: take another tolerance, number of harmonics or start `width`{bounds}"
                 )));
             }
             let there = level(next);
@@ -172,9 +179,10 @@ impl Task {
             Some(Err(fault)) => Err(fault),
             _ => Err(Infeasible::Numerical(format!(
                 "fewest harmonics: with all {most} the largest error is {} m, the tolerance is {} m\n  = hint: raise \
-                 `harmonics`, or take a wider tolerance or shorter ranges",
+                 `harmonics`, or take a wider tolerance or shorter ranges{}",
                 number(tried.last().map_or(f64::INFINITY, |[_, level]| *level)),
-                number(tolerance)
+                number(tolerance),
+                self.or_bounds()
             ))),
         }
     }

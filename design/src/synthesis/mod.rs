@@ -42,6 +42,7 @@ pub mod torque;
 pub use basis::{Basis, Response, Symmetry};
 pub use curve::Curve;
 pub use nonlinear::{Norm, Search};
+pub use remarks::UNITS;
 
 use crate::search::local_maxima;
 use camdrive::motion::Fourier;

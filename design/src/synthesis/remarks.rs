@@ -157,7 +157,7 @@ pub(super) fn degrees(phi: f64) -> String {
 }
 
 /// What errors of U⁽ⁿ⁾ count in.
-const UNITS: [&str; 4] = ["m", "m/rad", "m/rad²", "m/rad³"];
+pub const UNITS: [&str; 4] = ["m", "m/rad", "m/rad²", "m/rad³"];
 
 impl Infeasible {
     /// Which condition of the task cannot be met, and by how much.
@@ -197,7 +197,7 @@ impl Infeasible {
                      must leave {} by {} {}, at {} deg{against}\n  = hint: take more harmonics, widen the bounds or \
                      shorten the ranges",
                     name(&names.bounds, *index),
-                    DERIVATIVES[bound.order.min(3)],
+                    DERIVATIVES[bound.order.min(3)].replace('U', if bound.of.len() > 1 { "Σ αⱼUⱼ" } else { "U" }),
                     limits(bound),
                     number(*by),
                     UNITS[bound.order.min(3)],

@@ -3,6 +3,7 @@
 use super::clearance::Clearance;
 use super::deviation::{Extreme, Window};
 use super::family::Family;
+use super::feasibility::KEPT;
 use super::remarks::degrees;
 use super::study::{Assignment, Study};
 use super::table::{LEVELS, words};
@@ -91,7 +92,11 @@ impl Together {
         page.table(LEVELS, &first.levels());
         let restrictions = self.restrictions().into_iter().map(|(name, bound, reserve)| {
             let angles = [bound.from, bound.to].map(degrees);
-            [&[name.to_owned()], &angles[..], &[first.length(reserve.value), degrees(reserve.phi)]].concat()
+            // A bound that holds the optimum is reached but for roundings.
+            let size =
+                [bound.min, bound.max].into_iter().filter(|end| end.is_finite()).fold(0.0, |a: f64, b| a.max(b.abs()));
+            let room = if reserve.value.abs() <= KEPT * size { 0.0 } else { reserve.value };
+            [&[name.to_owned()], &angles[..], &[first.length(room), degrees(reserve.phi)]].concat()
         });
         page.table("Restrictions", &Table::new("restriction  from [deg]  to [deg]  reserve  at [deg]", restrictions));
         let clearances = self.clearances().map(|(clearance, least)| {
