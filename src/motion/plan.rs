@@ -336,7 +336,7 @@ fn fault<T>(point: usize, key: &'static str, text: impl Into<String>) -> Result<
 /// Whether the values are in their ranges and the angles ascend within a turn.
 fn check(points: &[PlanPoint]) -> Result<(), PlanFault> {
     if !(2..=MOST_POINTS).contains(&points.len()) {
-        return fault(0, "phi", format!("{} points; a plan has 2 … {MOST_POINTS}", points.len()));
+        return fault(0, "phi", format!("a plan has 2 … {MOST_POINTS} points, not {}", points.len()));
     }
     for (i, point) in points.iter().enumerate() {
         let [least, greatest] = INFLECTION;

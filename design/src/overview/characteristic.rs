@@ -119,9 +119,11 @@ pub fn motions(section: &str, law: &MotionLaw, unit: &'static str) -> Vec<Motion
     let middle = |i: usize| sign(0.5 * (cells[i % cells.len()][0] + cells[i % cells.len()][1]));
     let Some(first) = (0..cells.len()).find(|&i| middle(i) != middle(i + cells.len() - 1)) else { return Vec::new() };
     let around = |i: usize| cells[i % cells.len()][0] + TAU * (i / cells.len()) as f64;
+    // A rest between two rises is a stop of a plan, though U′ does not change its sign.
+    let rests = |i: usize| matches!(law, MotionLaw::Plan(_)) && sign(cells[i % cells.len()][0]) == 0.0;
     let (mut ends, mut start) = (Vec::new(), first);
     for i in first + 1..=first + cells.len() {
-        if middle(i) != middle(start) {
+        if middle(i) != middle(start) || rests(i) {
             if middle(start) != 0.0 {
                 let stop = |i: usize| stop(law, [around(i + cells.len() - 1) - TAU, around(i), around(i + 1)]);
                 ends.push([start, i].map(stop));

@@ -345,6 +345,12 @@ fn jumps_and_overshoots_of_a_plan_are_told() {
     let jumps = told(vec![point(0.0, 0.0), point(2.0, 0.03), point(4.0, 0.01)]).jumps;
     assert!(jumps.iter().all(|jump| jump.derivative == 3) && jumps.len() == 3, "{jumps:?}");
     assert!((jumps[1].size / (StandardLaw::ModifiedSine.peak(3) * -0.05 / 8.0) - 1.0).abs() < 1e-9, "{jumps:?}");
+    // A rest between two rises is a stop.
+    let motions = told(vec![point(0.5, 0.0), point(1.0, 0.01), point(3.0, 0.03), point(5.0, 0.0)]).motions;
+    let stops: Vec<[f64; 2]> = motions.iter().map(|motion| [motion.from, motion.lift]).collect();
+    let near = |a: &[f64; 2], b: &[f64; 2]| (a[0] - b[0]).abs() < 1e-9 && (a[1] - b[1]).abs() < 1e-15;
+    let expected = [[0.5, 0.01], [1.0, 0.02], [3.0, -0.03]];
+    assert!(expected.iter().all(|one| stops.iter().any(|stop| near(one, stop))) && stops.len() == 3, "{stops:?}");
     let warnings =
         |points: Vec<PlanPoint>| told(points).warnings.into_iter().map(|warning| warning.message).collect::<Vec<_>>();
     assert_eq!(warnings(vec![point(0.0, 0.0), point(2.0, 0.03), point(4.0, 0.01)]), [""; 0]);
