@@ -29,7 +29,7 @@ fn resource() -> Resource {
         model: "ElasticCamDrive.shaft".to_owned(),
         guid: GUID.to_str().unwrap().to_owned(),
         scene: serde_json::to_value(scene).unwrap(),
-        tools: Vec::new(),
+        ..Resource::default()
     }
 }
 

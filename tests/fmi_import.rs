@@ -24,9 +24,9 @@ fn import() -> Fmi2Import {
     let resource = Resource {
         name: "imported".to_owned(),
         model: "ElasticCamDrive.shaft".to_owned(),
-        guid: String::new(),
+
         scene: serde_json::to_value(scene).unwrap(),
-        tools: Vec::new(),
+        ..Resource::default()
     };
     let executable = std::env::current_exe().unwrap();
     let name = format!("{}camdrive{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);

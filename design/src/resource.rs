@@ -13,7 +13,7 @@ use serde_json::Value;
 pub const TEMPLATES: &[Template] = all_drives!(Template);
 
 /// A resolved scene: coherent SI, validated by the exporter.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Resource {
     /// The name of the scene, which is the FMU's modelName and modelIdentifier.
     pub name: String,

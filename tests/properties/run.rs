@@ -16,7 +16,7 @@ impl Run {
     /// The drive at its start at t = 0, with these inputs.
     pub fn new((model, scene): (&str, Value), inputs: &[(&str, f64)]) -> Result<Self, Fault> {
         let resource =
-            Resource { name: "random".into(), model: model.into(), guid: "{0}".into(), scene, tools: Vec::new() };
+            Resource { name: "random".into(), model: model.into(), guid: "{0}".into(), scene, ..Resource::default() };
         let mut drive = resource.build()?;
         let list = drive.descriptions();
         let names: Vec<String> = list.iter().map(|d| d.name.clone()).collect();

@@ -330,14 +330,7 @@ mod tests {
 
     fn page() -> String {
         let identity = Identity { name: "Lag", description: "a < b & c", guid: "", date: None };
-        let text = String::new;
-        let resource = Resource {
-            name: text(),
-            model: "Lag".to_owned(),
-            guid: text(),
-            scene: serde_json::Value::Null,
-            tools: Vec::new(),
-        };
+        let resource = Resource { model: "Lag".to_owned(), ..Resource::default() };
         html(&identity, &resource, &mut *lag()).unwrap()
     }
 

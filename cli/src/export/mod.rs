@@ -209,13 +209,7 @@ mod tests {
     use test_drive::lag;
 
     fn resource(name: &str) -> Resource {
-        Resource {
-            name: name.to_owned(),
-            model: "Lag".to_owned(),
-            guid: String::new(),
-            scene: 2.0.into(),
-            tools: Vec::new(),
-        }
+        Resource { name: name.to_owned(), model: "Lag".to_owned(), scene: 2.0.into(), ..Resource::default() }
     }
 
     fn library(content: &[u8]) -> RuntimeLibrary {

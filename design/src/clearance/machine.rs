@@ -64,13 +64,7 @@ impl Machine {
         let scene = Scene { drive: DriveMode::Constant { w, phi_start: 0.0 }, start, ..scene.clone() };
         let clearance = scene.parameters.s;
         let json = serde_json::to_value(&scene).map_err(|e| Fault(format!("the scene cannot be passed on: {e}")))?;
-        let resource = Resource {
-            name: String::new(),
-            model: BacklashDrive::MODEL.to_owned(),
-            guid: String::new(),
-            scene: json,
-            tools: Vec::new(),
-        };
+        let resource = Resource { model: BacklashDrive::MODEL.to_owned(), scene: json, ..Resource::default() };
         let drive = resource.build()?;
         let find = |name: &str| {
             let list = drive.descriptions();

@@ -6,10 +6,10 @@
 //!
 //! U_cam,j(φ) = U_j(ψ(φ)).
 //!
-//! Because the tools' motion in time is known beforehand, φ(ψ) solves one regular periodic equation ([`periodic_motion`]); the
-//! source's iteration ([`iteration`]) tends to the same limit with the factor ρ = max Ω²S/(J ω² + Ω²S), the largest part of the
-//! tools in the kinetic energy. Without motor a solution exists only if J0 ≥ ⟨√(S_max − S)⟩², J0 the constant inertia and S = Σ
-//! m_j U_j′²: below it the machine would come to rest while the tools move fastest.
+//! Because the tools' motion in time is known beforehand, φ(ψ) solves one regular periodic equation ([`periodic_motion`]);
+//! the source's iteration ([`iteration`]) tends to the same limit with the factor ρ = max Ω²S/(J ω² + Ω²S), the largest part
+//! of the tools in the kinetic energy. Without motor a solution exists only if J0 ≥ ⟨√(S_max − S)⟩², J0 the constant inertia
+//! and S = Σ m_j U_j′²: below it the machine would come to rest while the tools move fastest.
 //!
 //! Behind mechanisms the same holds for the lever: where the tool moves as prescribed in time, so does the lever, and S holds
 //! the tool and all links with the velocities that they then have in time.
@@ -53,7 +53,7 @@ const ORDERS: [usize; 2] = [48, 384];
 const FINEST_CLOSED: usize = 1536;
 
 /// The mesh that tells whether tools with corners are too heavy for the machine: least inertias on it are right to a thousandth,
-/// and it is a hundred times as fast as the finest, on which Newton's method would try for minutes.
+/// and it is some fifty times as fast as the finest, on which Newton's method would try for minutes.
 const COARSE: usize = 96;
 
 /// The motion is resolved when its last harmonics are below this part of the largest: roundings of a Newton step.

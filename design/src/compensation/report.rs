@@ -4,7 +4,7 @@ use super::iteration::{Cam, Machine, Quality, Round, rounds};
 use super::periodic_motion::Driving;
 use super::restrictions::{Kept, Restrictions};
 use super::{Form, Law, Solution, Task, Tool};
-use crate::synthesis::UNITS;
+use crate::synthesis::{KEPT, UNITS};
 use crate::text::{self, Table, number};
 use crate::transmission::{self, Transmission};
 use camdrive::drives::Fault;
@@ -25,9 +25,6 @@ const OTHER_SPEEDS: [f64; 5] = [0.25, 0.5, 0.75, 1.1, 1.25];
 /// Two periods are those of one motion when they agree to this part: the errors of the finite series are far smaller, and
 /// different motions differ by far more.
 const SAME_PERIOD: f64 = 1e-4;
-
-/// Reserves below this part of the value are roundings.
-const ROUNDING: f64 = 1e-13;
 
 /// Parts of the tolerance that the bound of a tool's own series is given where the machine as a whole exceeds it.
 const SHARES: [f64; 3] = [0.5, 0.1, 0.01];
@@ -253,7 +250,7 @@ fn rounded_up(value: f64) -> f64 {
 
 /// The reserve as people read it: what is kept but for roundings has none.
 fn shown(one: &Kept) -> f64 {
-    if one.kept && one.reserve <= ROUNDING * one.value.abs() { 0.0 } else { one.reserve }
+    if one.kept && one.reserve <= KEPT * one.value.abs() { 0.0 } else { one.reserve }
 }
 
 fn percent(value: f64) -> String {

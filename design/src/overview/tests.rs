@@ -14,7 +14,7 @@ const REST: Start = Start { mode: StartMode::AtRest, q: 0.0, q_dot: 0.0 };
 
 fn overview(model: &str, scene: &impl Serialize) -> Overview {
     let scene = serde_json::to_value(scene).unwrap();
-    of(&Resource { name: "x".into(), model: model.into(), guid: String::new(), scene, tools: Vec::new() }).unwrap()
+    of(&Resource { name: "x".into(), model: model.into(), scene, ..Resource::default() }).unwrap()
 }
 
 fn assert_figures(overview: &Overview, expected: &[(&str, f64)]) {

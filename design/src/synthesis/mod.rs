@@ -41,6 +41,7 @@ pub mod torque;
 
 pub use basis::{Basis, Response, Symmetry};
 pub use curve::Curve;
+pub use feasibility::KEPT;
 pub use nonlinear::{Norm, Search};
 pub use remarks::UNITS;
 

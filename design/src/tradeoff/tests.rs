@@ -15,7 +15,7 @@ fn law() -> MotionLaw {
 
 fn resource<D: Drive>(scene: &D::Scene) -> Resource {
     let scene = serde_json::to_value(scene).unwrap();
-    Resource { name: "study".into(), model: D::MODEL.into(), guid: "{1}".into(), scene, tools: Vec::new() }
+    Resource { name: "study".into(), model: D::MODEL.into(), guid: "{1}".into(), scene, ..Resource::default() }
 }
 
 /// ω₀ = 100 rad/s, on the periodic motion, so that every change has a closed form.

@@ -38,9 +38,9 @@ fn run(scene: &Scene, options: &Options) -> Result<Report, Fault> {
     let resource = Resource {
         name: "test".to_owned(),
         model: BacklashDrive::MODEL.to_owned(),
-        guid: String::new(),
-        tools: Vec::new(),
+
         scene: serde_json::to_value(scene).unwrap(),
+        ..Resource::default()
     };
     study(&resource, options, |_| ())
 }
