@@ -1187,16 +1187,31 @@ fn a_measured_course_is_laid_over_a_computed_one() {
     assert!(torque.contains("measured, course"));
     let steady = camdrive(&["steady", sealing, "--measured", &file]);
     assert!(steady.code == 1 && steady.err.contains("--report"), "{}", steady.err);
-    let (speed, report) = ("0 [rad/s]", text(&folder));
-    write(&format!("phi,{speed}\n0,40\n90,41\n"));
-    for command in [
-        &["steady", sealing, "--report", report][..],
-        &["synthesize", TASK, "-o", text(&folder.join("p.toml")), "--report", report],
-    ] {
-        // The heading's unit is that of a speed, so that only the diagram of a speed takes it.
-        let run = camdrive(&[command, &["--measured", &file]].concat());
-        assert_eq!(run.code, i32::from(command[0] != "steady"), "{command:?}: {}", run.err);
-    }
+    let report = text(&folder);
+    let laid_over = |args: &[&str], heading: &str, file: &str| {
+        write(&format!("phi [deg],{heading}\n0,40\n90,41\n"));
+        let run = camdrive(args);
+        assert_eq!(run.code, 0, "{args:?}: {}", run.err);
+        let svg = std::fs::read_to_string(folder.join(file)).expect("the diagram");
+        assert!(svg.contains("measured, course"), "{file}");
+        // The heading's unit is that of this diagram alone.
+        write("phi,v [K]\n0,40\n90,41\n");
+        assert_eq!(camdrive(args).code, 1, "{args:?}");
+    };
+    let named = |diagram: &str| format!("{diagram}={file}");
+    laid_over(&["steady", sealing, "--report", report, "--measured", &file], "w [rpm]", "sealing_machine.steady.svg");
+    // Lengths of this task count in scale = 10 mm; courses have their own units nevertheless.
+    let profile = folder.join("p.toml");
+    let synthesize = ["synthesize", TASK, "-o", text(&profile), "--report", report, "--measured"];
+    laid_over(&[&synthesize[..], &[&named("position")]].concat(), "U [mm]", "dwell_synthesis.position.svg");
+    let cam = ["cam", "examples/rapier_loom/scene.toml", "-o", report, "--measured"];
+    let loom = "rapier_loom.follower2";
+    laid_over(
+        &[&cam[..], &[&named("follower2.pressure_angle")]].concat(),
+        "alpha [deg]",
+        &format!("{loom}.pressure_angle.svg"),
+    );
+    laid_over(&[&cam[..], &[&named("follower2.curvature")]].concat(), "k [1/m]", &format!("{loom}.curvature.svg"));
 }
 
 const BACKLASH: &str = "examples/backlash_drive/scene.toml";

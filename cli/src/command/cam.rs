@@ -1,5 +1,6 @@
 //! `camdrive cam SCENE`
 
+use super::measured::Measured;
 use super::{Failure, failure, files, read, show, tell, width};
 use crate::scene::geometry::CamPlan;
 use crate::scene::units;
@@ -43,6 +44,8 @@ pub struct Args {
     /// Write the files though a cam is refused, to look at it
     #[arg(long)]
     force: bool,
+    #[command(flatten)]
+    measured: Measured,
 }
 
 /// The finest chord (m): files give a tenth of a nanometre.
@@ -121,11 +124,16 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return Err(Failure(say(Verdict::Fault, "error") + hint));
     }
     tell(&say(Verdict::Fault, "warning"));
-    let mut parts = Vec::new();
+    let (mut parts, mut diagrams) = (Vec::new(), Vec::new());
     for shape in &shapes {
+        let of = shape.name.strip_prefix(&format!("{}.", scene.name)).map_or(String::new(), |name| format!("{name}."));
+        diagrams.extend(shape.diagrams().map(|(name, diagram)| (of.clone() + name, diagram)));
         parts.extend(files::report(&folder, &shape.name, shape.files())?);
     }
+    let courses = args.measured.lay_over(diagrams.iter_mut().map(|(name, diagram)| (name.as_str(), diagram)))?;
+    let drawn = diagrams.iter().map(|(name, diagram)| (format!("{name}.svg"), Ok(diagram.svg())));
+    parts.extend(files::report(&folder, &scene.name, drawn)?);
     let findings = text::json(&shapes.iter().map(Shape::summary).collect::<Vec<_>>());
     parts.extend(files::report(&folder, &scene.name, [("json", findings)])?);
-    show(&(report + "\n" + &files::write(&parts, &scene.files)?))
+    show(&(report + "\n" + &files::write(&parts, &[scene.files, courses].concat())?))
 }

@@ -174,8 +174,11 @@ type Parts = (Vec<(PathBuf, String)>, Vec<PathBuf>);
 fn report(folder: &Path, together: &Together, measured: &Measured) -> Result<Parts, Failure> {
     let name = &together.assignment.name;
     let mut results = files::report(folder, name, [("json", together.json())])?;
-    results.extend(files::report(folder, name, together.figure().map(|figure| ("distance.svg", Ok(figure.svg()))))?);
-    let mut diagrams = Vec::new();
+    let mut diagrams: Vec<_> = together
+        .figure()
+        .map(|figure| (name, "distance".to_owned(), "distance".to_owned(), figure))
+        .into_iter()
+        .collect();
     for study in &together.studies {
         // Laws of a task are named as their files are.
         let own = &study.assignment.name;

@@ -25,10 +25,10 @@ fn named(what: &str, cam: &str) -> String {
 
 /// The pressure angle over the turn with what is admissible.
 pub fn pressure(shape: &Shape) -> Diagram {
-    let limit = shape.plan.limits.pressure.to_degrees();
-    let curves = shape.cams.iter().map(|c| curve(named("cam", c.name), &c.cam, |at| at.pressure.to_degrees()));
-    let limit = Rule::Horizontal(limit, format!("admissible {}°", (1e6 * limit).round() / 1e6));
-    let axes = [angle(), Axis::linear("Pressure angle [°]")];
+    let limit = shape.plan.limits.pressure;
+    let curves = shape.cams.iter().map(|c| curve(named("cam", c.name), &c.cam, |at| at.pressure));
+    let limit = Rule::Horizontal(limit, format!("admissible {}°", (1e6 * limit.to_degrees()).round() / 1e6));
+    let axes = [angle(), Axis::linear("Pressure angle [rad]")];
     Diagram::new(format!("Pressure angle of {}", shape.name), axes, curves.collect(), vec![limit])
 }
 

@@ -2,6 +2,7 @@
 
 use super::files::{self, Drawn};
 use super::{Cut, Disc, Finding, Shape, Verdict, degrees, figures};
+use crate::plot::Diagram;
 use crate::text::{Table, number};
 use camdrive::drives::Fault;
 use serde::Serialize;
@@ -56,7 +57,12 @@ impl Shape {
         out
     }
 
-    /// All files; the endings tell them apart.
+    /// The diagrams over the turn, with the endings of their files.
+    pub fn diagrams(&self) -> [(&'static str, Diagram); 2] {
+        [("pressure_angle", figures::pressure(self)), ("curvature", figures::curvature(self))]
+    }
+
+    /// All other files; the endings tell them apart.
     pub fn files(&self) -> Vec<File> {
         let drawn: Vec<Drawn<'_>> = self
             .cams
@@ -75,8 +81,6 @@ impl Shape {
         let mut list: Vec<File> = drawn.iter().map(|d| (ending(d.name, "csv"), files::csv(d))).collect();
         list.push(("dxf".to_owned(), Ok(files::dxf(&self.name, &drawn))));
         list.push(("svg".to_owned(), Ok(files::svg(&self.name, &drawn))));
-        list.push(("pressure_angle.svg".to_owned(), Ok(figures::pressure(self).svg())));
-        list.push(("curvature.svg".to_owned(), Ok(figures::curvature(self).svg())));
         list.push(("plcopen.csv".to_owned(), Ok(self.table.plcopen())));
         list.push(("plc.txt".to_owned(), Ok(self.table.two_columns())));
         list

@@ -89,7 +89,7 @@ mod tests {
             assert_eq!(suited(Axis::logarithmic("Step [s]"), &steps), is("Step [ms]", 1e3));
         }
         assert_eq!(suited(Axis::linear("Speed [rad/s]"), &[]), is("Speed [rpm]", 60.0 / TAU));
-        for label in ["Error [1]", "x", "Way [m]", "U over scale [1/rad]"] {
+        for label in ["Error [1]", "x", "Way [m]", "U over stroke [1/rad]"] {
             assert_eq!(suited(Axis::linear(label), &[20.0]), is(label, 1.0));
         }
         let diagram = Diagram {

@@ -24,15 +24,6 @@ fn deg(phi: f64) -> f64 {
 }
 
 impl Study {
-    /// The unit of the ordinates: the length of the task or m.
-    pub(super) fn unit_name(&self, per: &str) -> String {
-        if self.assignment.unit == 1.0 {
-            return format!("[m{per}]");
-        }
-        let per = if per.is_empty() { "1" } else { &format!("1{per}") };
-        format!("over scale [{per}]")
-    }
-
     /// All diagrams with the endings of their file names.
     pub fn figures(&self) -> Vec<(String, Diagram)> {
         let mut figures: Vec<(String, Diagram)> =
@@ -68,21 +59,19 @@ impl Study {
 
     /// U, U′ or U″ over the turn.
     fn motion_diagram(&self, order: usize) -> Diagram {
-        let unit = self.assignment.unit;
         let (_, name, per) = ORDERS[order];
-        let curves = self.drawn().map(|(name, s)| self.over_the_turn(name, |phi| s.at(phi).0[order] / unit));
+        let curves = self.drawn().map(|(name, s)| self.over_the_turn(name, |phi| s.at(phi).0[order]));
         let mut series: Vec<Series> = curves.collect();
         let task = &self.assignment.task;
         let fitted = task.ranges.iter().filter(|range| range.from == range.to);
         let fitted = fitted.filter_map(|range| Some([range.from, range.prescribed[order].as_ref()?.at(0.0)]));
         let exact = task.points.iter().filter(|point| point.order == order).map(|point| [point.phi, point.value]);
-        let own = fitted.chain(exact).map(|[phi, u]| [deg(phi.rem_euclid(TAU)), u / unit]);
+        let own = fitted.chain(exact).map(|[phi, u]| [deg(phi.rem_euclid(TAU)), u]);
         let own: Vec<[f64; 2]> = own.collect();
         if !own.is_empty() {
             series.push(Series::dots("points", own));
         }
-        let [low, high] =
-            self.peaks[order..=order].iter().map(|p| p.value.abs() / unit).fold([0.0, 0.0], |_, p| [-p, p]);
+        let [low, high] = self.peaks[order..=order].iter().map(|p| p.value.abs()).fold([0.0, 0.0], |_, p| [-p, p]);
         let band = |from: f64, to: f64| {
             let (from, to) = (deg(from), deg(to));
             let (low, high) = (2.0 * low, 2.0 * high);
@@ -92,32 +81,34 @@ impl Study {
             // A range that reaches over the turn's end is seen at both.
             [-TAU, 0.0, TAU].map(|turn| band(r.from + turn, r.to + turn))
         });
-        let axes = [Axis::angular("Angle φ [°]"), Axis::linear(&format!("{name} {}", self.unit_name(per)))];
+        let axes = [Axis::angular("Angle φ [°]"), Axis::linear(&format!("{name} [m{per}]"))];
         Diagram::new(format!("{name} of {} over the turn", self.assignment.name), axes, series, rules.collect())
     }
 
     /// U′U″, the kinetostatic torque over m Ω².
     fn torque_diagram(&self) -> Diagram {
-        let unit = self.assignment.unit.powi(2);
         let torque = |s: &Fourier, phi: f64| {
             let [_, first, second, ..] = s.at(phi).0;
-            first * second / unit
+            first * second
         };
-        let label = if unit == 1.0 { "U′U″ [m²/rad³]" } else { "U′U″ over scale² [1/rad³]" };
         let title = format!("Kinetostatic torque of {} over the turn", self.assignment.name);
         let curves = self.drawn().map(|(name, s)| self.over_the_turn(name, |phi| torque(s, phi)));
-        Diagram::new(title, [Axis::angular("Angle φ [°]"), Axis::linear(label)], curves.collect(), Vec::new())
+        Diagram::new(
+            title,
+            [Axis::angular("Angle φ [°]"), Axis::linear("U′U″ [m²/rad³]")],
+            curves.collect(),
+            Vec::new(),
+        )
     }
 
     /// U − Ũ in the ranges.
     fn deviation_diagram(&self) -> Diagram {
-        let unit = self.assignment.unit;
         let (mut series, mut rules) = (Vec::new(), Vec::new());
         for (i, range) in self.assignment.task.ranges.iter().enumerate() {
             let Some(target) = range.prescribed[0].as_ref() else { continue };
             let angles: Vec<f64> =
                 (0..=240).map(|j| range.from + (range.to - range.from) * f64::from(j) / 240.0).collect();
-            let point = |phi: f64, u: f64| [deg(phi), (u - target.at(phi - range.from)) / unit];
+            let point = |phi: f64, u: f64| [deg(phi), u - target.at(phi - range.from)];
             let name = self.assignment.names.ranges.get(i).cloned().unwrap_or_else(|| format!("range {}", i + 1));
             let name = if self.elastic.is_some() { format!("{name}, at rest") } else { name };
             series.push(Series::line(name, angles.iter().map(|phi| point(*phi, self.cam.at(*phi).0[0]))));
@@ -133,59 +124,57 @@ impl Study {
             rules.push(Rule::Key(Some(Shade::Pale), format!("output, η = {slowest:.4} … {fastest:.4}")));
         }
         let what = if self.elastic.is_some() { "y" } else { "U" };
-        let label = format!("Deviation {what} − Ũ {}", self.unit_name(""));
+        let label = format!("Deviation {what} − Ũ [m]");
         let title = format!("Deviation of {} from what is prescribed", self.assignment.name);
         Diagram::new(title, [Axis::angular("Angle φ [°]"), Axis::linear(&label)], series, rules)
     }
 
     /// The amplitudes of the harmonics.
     fn harmonics_diagram(&self) -> Diagram {
-        let unit = self.assignment.unit;
         // The profile last, on top of the others.
         let series = self.rivals.iter().cycle().skip(1).take(self.rivals.len()).map(|rival| {
-            let size = |k: usize| (rival.series.a[k].powi(2) + rival.series.b[k].powi(2)).sqrt() / unit;
+            let size = |k: usize| (rival.series.a[k].powi(2) + rival.series.b[k].powi(2)).sqrt();
             let last = rival.series.order().min(30);
-            Series::dots(&rival.name, (1..=last).map(|k| [k as f64, size(k)]).filter(|p| p[1] > 1e-9))
+            Series::dots(
+                &rival.name,
+                (1..=last).map(|k| [k as f64, size(k)]).filter(|p| p[1] > 1e-9 * self.assignment.unit),
+            )
         });
         let title = format!("Harmonics of {} and of the standard laws", self.assignment.name);
-        let label = format!("Amplitude √(a² + b²) {}", self.unit_name(""));
-        let axes = [Axis::linear("Harmonic k [1]"), Axis::logarithmic(&label)];
+        let axes = [Axis::linear("Harmonic k [1]"), Axis::logarithmic("Amplitude √(a² + b²) [m]")];
         Diagram::new(title, axes, series.collect(), Vec::new())
     }
 
     /// The deviation behind the elastic output member over the speed.
     fn speed_diagram(&self) -> Diagram {
-        let unit = self.assignment.unit;
         let (mut series, mut rules) = (Vec::new(), Vec::new());
+        let seen = LEAST * self.assignment.unit..0.3 * self.assignment.unit;
         if let (Some(behind), Some(given)) = (&self.elastic, &self.assignment.elasticity) {
             let drawn = |(i, name): (usize, &str)| i == 0 || DRAWN.contains(&name) || name == "polynomial_4567";
             let curves = self.rivals.iter().zip(&behind.curves).enumerate();
             for (_, (rival, curve)) in curves.filter(|(i, (rival, _))| drawn((*i, &rival.name))) {
-                let points = curve.iter().map(|[eta, d]| [*eta, d / unit]).filter(|p| p[1] > LEAST && p[1] < 0.3);
+                let points = curve.iter().map(|[eta, d]| [*eta, *d]).filter(|p| seen.contains(&p[1]));
                 series.push(Series::line(&rival.name, points));
             }
-            rules.extend(given.tolerance.map(|t| Rule::Horizontal(t / unit, "tolerance".to_owned())));
+            rules.extend(given.tolerance.map(|t| Rule::Horizontal(t, "tolerance".to_owned())));
             rules.extend(behind.reached.map(|eta| Rule::Vertical(eta, "reached".to_owned())));
             rules.extend(given.fastest.map(|w| Rule::Vertical(w / given.w0, "asked for".to_owned())));
         }
-        let label = format!("Largest deviation |y − Ũ| {}", self.unit_name(""));
-        let axes = [Axis::linear("Speed over natural frequency η [1]"), Axis::logarithmic(&label)];
+        let label = "Largest deviation |y − Ũ| [m]";
+        let axes = [Axis::linear("Speed over natural frequency η [1]"), Axis::logarithmic(label)];
         Diagram::new(format!("Deviation of {} over the speed", self.assignment.name), axes, series, rules)
     }
 
     /// The largest shaft torque over m Ω² over the speed.
     fn shaft_speed_diagram(&self, shaft: &Shafted) -> Diagram {
-        let unit = shaft.goal.shaft.m * self.assignment.unit.powi(2);
-        let point = |w: f64, torque: f64| [w * 60.0 / TAU, torque / (unit * w * w)];
+        let point = |w: f64, torque: f64| [w * 60.0 / TAU, torque / (shaft.goal.shaft.m * w * w)];
         let laws = self.rivals.iter().zip(&shaft.laws);
         let curve = laws.map(|(rival, law)| Series::line(&rival.name, law.points.iter().map(|p| point(p[0], p[1]))));
         let mut curves: Vec<Series> = curve.collect();
         let nonlinear = shaft.nonlinear.iter().filter_map(|at| Some(point(at.w, *at.torque.as_ref().ok()?)));
         curves.push(Series::dots("harmonic synthesis, nonlinear", nonlinear));
-        let label =
-            if self.assignment.unit == 1.0 { "max |M| / (m Ω²) [m²]" } else { "max |M| / (m scale² Ω²) [1]" };
         let title = format!("Torque in the elastic shaft of {} over the speed", self.assignment.name);
-        Diagram::new(title, [Axis::linear("Speed [rpm]"), Axis::linear(label)], curves, Vec::new())
+        Diagram::new(title, [Axis::linear("Speed [rpm]"), Axis::linear("max |M| / (m Ω²) [m²]")], curves, Vec::new())
     }
 
     /// The shaft torque over the turn at the fastest speed, and the kinetostatic one of the profile.

@@ -135,17 +135,15 @@ impl Together {
 
     /// The distances over the turn, where some are asked for.
     pub fn figure(&self) -> Option<Diagram> {
-        let unit = self.assignment.unit;
         let (mut series, mut rules) = (Vec::new(), Vec::new());
         for clearance in &self.assignment.task.clearances {
             let (tools, [a, b]) = (self.tools(clearance), clearance.laws.map(|law| self.name_of(law)));
             let points = (0..POINTS).map(|i| TAU * i as f64 / (POINTS - 1) as f64);
-            let apart = |phi: f64| [phi.to_degrees(), clearance.apart(&tools, phi) / unit];
+            let apart = |phi: f64| [phi.to_degrees(), clearance.apart(&tools, phi)];
             series.push(Series::line(format!("{a} and {b}"), points.map(apart)));
-            rules.push(Rule::Horizontal(clearance.distance / unit, "asked for".to_owned()));
+            rules.push(Rule::Horizontal(clearance.distance, "asked for".to_owned()));
         }
-        let label = format!("Distance {}", self.studies.first()?.unit_name(""));
-        let axes = [Axis::angular("Angle φ [°]"), Axis::linear(&label)];
+        let axes = [Axis::angular("Angle φ [°]"), Axis::linear("Distance [m]")];
         let title = format!("Distances of the tools of {} over the turn", self.assignment.name);
         (!series.is_empty()).then(|| Diagram::new(title, axes, series, rules))
     }
