@@ -1445,6 +1445,38 @@ fn synthesize_tells_all_faults_of_a_task() {
 }
 
 #[test]
+fn synthesize_meets_a_measured_flank() {
+    let folder = folder("flank");
+    let flank = |from: i32| {
+        let lift = |phi: i32| 500.0 * (3.0 * f64::from(phi).to_radians().sin()).tanh();
+        let points: String = (from..=95).map(|phi| format!("{phi},{}\n", lift(phi))).collect();
+        std::fs::write(folder.join("flank.csv"), format!("phi,U\n{points}")).expect("the folder can be written to");
+    };
+    let task = |more: &str| {
+        let target = "law = \"table\"\nfile = \"flank.csv\"\nangle_unit = \"deg\"\nlift_unit = \"mm\"\n";
+        let range = "[[range]]\nfrom = \"-70 deg\"\nto = \"95 deg\"\n[range.target]\n";
+        let head = "name = \"flank\"\nobjective = \"chebyshev\"\nharmonics = 5\n";
+        let content = format!("{head}{range}{target}{more}\n[[point]]\nphi = \"180 deg\"\nU = 0\n");
+        let file = folder.join("task.toml");
+        std::fs::write(&file, content).expect("the folder can be written to");
+        let to = folder.join("profile.toml");
+        camdrive(&["synthesize", text(&file), "-o", text(&to), "--json"])
+    };
+    flank(-70);
+    let run = task("");
+    assert_eq!((run.code, run.err.as_str()), (0, ""));
+    let json: serde_json::Value = serde_json::from_str(&run.out).expect("JSON");
+    // 0.01037395219791388 is the optimum to tanh(3 sin φ)/2 itself; the spline through a point per degree errs by 5e-11.
+    let level = json["objective"]["value"].as_f64().expect("a number");
+    assert!((level - 0.01037395219791388).abs() < 1e-9, "{level}");
+    let run = task("noise = \"estimate\"");
+    assert!(run.code == 1 && run.err.contains("195 deg before its turn does"), "{}", run.err);
+    flank(-60);
+    let run = task("");
+    assert!(run.code == 1 && run.err.contains("reaches from -60 deg to 95 deg"), "{}", run.err);
+}
+
+#[test]
 fn synthesize_says_what_cannot_be_met() {
     let folder = folder("synthesize_infeasible");
     let task = folder.join("task.toml");

@@ -1,7 +1,7 @@
 //! The motion law of a cam: `[cam]` and `[follower.cam]`.
 
 use super::section::{ANY, Section, within};
-use super::{plan, table, units};
+use super::{plan, table, table::Part, units};
 use camdrive::drives::unit::{self, Quantity};
 use camdrive::motion::cycle::LEAST_MOTION;
 use camdrive::motion::plan::INFLECTION;
@@ -13,13 +13,13 @@ use std::path::Path;
 const HIGHEST_HARMONIC: usize = 256;
 
 /// Reads a kind of law.
-type Reader = fn(&Section<'_>, &'static Quantity, &Path) -> Option<MotionLaw>;
+type Reader = fn(&Section<'_>, &'static Quantity, &Path) -> Option<Result<MotionLaw, Part>>;
 
 const LAWS: &[(&[&str], Reader)] = &[
-    (&["fourier", "hs", "harmonic_series"], |section, of, _| fourier(section, of).map(MotionLaw::Fourier)),
-    (&["cycle", "standard_laws"], |section, of, _| cycle(section, of).map(MotionLaw::Cycle)),
+    (&["fourier", "hs", "harmonic_series"], |section, of, _| Some(Ok(MotionLaw::Fourier(fourier(section, of)?)))),
+    (&["cycle", "standard_laws"], |section, of, _| Some(Ok(MotionLaw::Cycle(cycle(section, of)?)))),
     (&["table", "points"], table::read),
-    (&["plan"], |section, of, _| plan::read(section, of)),
+    (&["plan"], |section, of, _| plan::read(section, of).map(Ok)),
 ];
 
 /// The normalised laws with the names that are in use for them.
@@ -57,6 +57,11 @@ pub const SYNONYMS: &[(&str, &str)] = &[
 
 /// The law of this section; `quantity` is that of U, a length where a cam moves a follower.
 pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -> Option<MotionLaw> {
+    read_part(section, quantity, folder)?.or_else(|part| section.refuse(part.fault).ok_or(())).ok()
+}
+
+/// The same, or the part of a law that a table gives.
+pub fn read_part(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -> Option<Result<MotionLaw, Part>> {
     let law = section.choice("law", LAWS).map(|read| read(section, quantity, folder));
     // Which keys belong here is not known before the kind of law is.
     if law.is_some() {

@@ -127,13 +127,31 @@ impl Lengths {
         Some(Some(Curve::polynomial(list.into_iter().map(|c| c * self.scale).collect())))
     }
 
-    /// The motion law under `target` from the angle `from` on, over the turn or over its own period.
-    fn target(&self, section: &Section<'_>, from: f64) -> Option<Option<Curve>> {
+    /// The motion law under `target` from the first of these angles on, over the turn or over its own period; or a table that
+    /// reaches from one to the other.
+    fn target(&self, section: &Section<'_>, ends: Option<(f64, f64)>) -> Option<Option<Curve>> {
         section.read("target", |target| {
             let period = target.optional("period", &unit::ANGLE, within(1e-6, TAU));
-            let law = motion_law::read(target, self.quantity, &self.folder);
-            let (phase, period) = period?.map_or((from, TAU), |period| (0.0, period));
-            Some(Curve::law(law?, period, phase).over(1.0 / self.scale))
+            let law = motion_law::read_part(target, self.quantity, &self.folder);
+            let ((from, to), period) = (ends?, period?);
+            let (phase, turn) = period.map_or((from, TAU), |period| (0.0, period));
+            let curve = match law? {
+                Ok(law) => Curve::law(law, turn, phase),
+                Err(part) => {
+                    let angles: Vec<f64> = part.points.angles.iter().map(|a| (a - phase) * turn / TAU).collect();
+                    let Some(curve) = Curve::table(&angles, &part.points.lifts, turn, to - from) else {
+                        let reach = |from: f64, to: f64| {
+                            format!("{} deg to {} deg", units::short(from.to_degrees()), units::short(to.to_degrees()))
+                        };
+                        let table = reach(angles[0] + from, angles[angles.len() - 1] + from);
+                        let needed = reach(from, to);
+                        let ends = format!("it reaches from {table}; a target does from {needed}, or over");
+                        return target.refuse(part.fault.hint(ends + " the whole turn"));
+                    };
+                    curve
+                }
+            };
+            Some(curve.over(1.0 / self.scale))
         })
     }
 }
@@ -507,7 +525,7 @@ fn tolerances(section: &Section<'_>, lengths: &Lengths) -> Option<[Option<f64>; 
 fn range(section: &Section<'_>, lengths: &Lengths, weighted: [bool; 2]) -> Option<(Range, [Option<f64>; 3])> {
     let ends = angles(section);
     let targets = [0, 1, 2].map(|order| lengths.curve(section, ORDERS[order], order));
-    let curve = lengths.target(section, ends.map_or(0.0, |ends| ends.0));
+    let curve = lengths.target(section, ends);
     if section.has("target") {
         forbid(section, &["U"], "`target` is U", "either of them");
     }
@@ -605,7 +623,7 @@ fn bounds_of(section: &Section<'_>, lengths: &Lengths, of: Vec<(usize, f64)>) ->
     let order = section.choice("of", &orders);
     let sides = ["min", "max"].map(|key| lengths.curve(section, key, order.unwrap_or(0)));
     let limit = lengths.optional(section, "limit", order.unwrap_or(0), POSITIVE);
-    let target = lengths.target(section, ends.map_or(0.0, |ends| ends.0));
+    let target = lengths.target(section, ends);
     section.finish(SYNONYMS);
     let [min, max] = sides;
     let (min, max, limit, target) = (min?, max?, limit?, target?);

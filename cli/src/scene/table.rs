@@ -57,8 +57,16 @@ struct Reading {
     places: Vec<Span>,
 }
 
-/// The law of a section with `law = "table"`.
-pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -> Option<MotionLaw> {
+/// A table that ends before its turn does.
+pub struct Part {
+    /// Its points.
+    pub points: Points,
+    /// Why it is no motion law.
+    pub fault: Diagnostic,
+}
+
+/// The law of a section with `law = "table"`, or the part of one that it gives.
+pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -> Option<Result<MotionLaw, Part>> {
     let file = section.required_text("file", "a file with one angle and one lift per line", "lift.csv");
     let angle = unit(section, "angle_unit", &unit::ANGLE);
     let scale = section.optional("scale", quantity, ANY);
@@ -402,11 +410,12 @@ fn law(
     reading: Reading,
     harmonics: Option<usize>,
     quantity: &'static Quantity,
-) -> Option<MotionLaw> {
+) -> Option<Result<MotionLaw, Part>> {
+    let bends = reading.bends.len();
     let law = match harmonics {
-        None if reading.bends.is_empty() => Table::new(reading.points).map(MotionLaw::Table),
-        None => Table::bent(reading.points, reading.bends).map(MotionLaw::Table),
-        Some(harmonics) => harmonic_analysis::analyse(reading.points, harmonics).map(|analysis| {
+        None if reading.bends.is_empty() => Table::new(reading.points.clone()).map(MotionLaw::Table),
+        None => Table::bent(reading.points.clone(), reading.bends).map(MotionLaw::Table),
+        Some(harmonics) => harmonic_analysis::analyse(reading.points.clone(), harmonics).map(|analysis| {
             let residual = format!("{} {}", units::short(analysis.largest_residual), quantity.unit);
             let of = format!("{harmonics} harmonics of {}", file.name);
             section.faults.note(format!("`{}`: {of} meet its points to {residual}", section.path));
@@ -414,7 +423,7 @@ fn law(
         }),
     };
     let error = match law {
-        Ok(law) => return Some(law),
+        Ok(law) => return Some(Ok(law)),
         Err(error) => error,
     };
     let fault = match error.index() {
@@ -425,7 +434,13 @@ fn law(
             section.fault_of(key, message)
         }
     };
-    section.refuse(fault.hint(advice(&error)))
+    let fault = fault.hint(advice(&error));
+    // Series and the loss of noise are of the whole turn.
+    let interpolated = harmonics.is_none() && bends == 0 && !section.has("noise");
+    match error {
+        TableError::NotClosed { .. } if interpolated => Some(Err(Part { points: reading.points, fault })),
+        _ => section.refuse(fault),
+    }
 }
 
 /// What is wrong, in the units of engineers.

@@ -6,11 +6,13 @@ use std::f64::consts::TAU;
 /// A coherent SI unit and the units that take its place, from large to small, with how many of them make it.
 type Suited = (&'static str, &'static [(&'static str, f64)]);
 
-const SUITED: [Suited; 10] = [
+const SUITED: [Suited; 12] = [
     ("m", &[("mm", 1e3), ("µm", 1e6), ("nm", 1e9)]),
     ("Pa", &[("MPa", 1e-6), ("kPa", 1e-3), ("Pa", 1.0)]),
     ("m/rad", &[("mm/rad", 1e3), ("µm/rad", 1e6)]),
     ("m/rad²", &[("mm/rad²", 1e3), ("µm/rad²", 1e6)]),
+    ("m²", &[("m²", 1.0), ("cm²", 1e4), ("mm²", 1e6)]),
+    ("m²/rad³", &[("m²/rad³", 1.0), ("cm²/rad³", 1e4), ("mm²/rad³", 1e6)]),
     ("N", &[("kN", 1e-3), ("N", 1.0), ("mN", 1e3)]),
     ("N·m", &[("kN·m", 1e-3), ("N·m", 1.0), ("mN·m", 1e3)]),
     ("s", &[("s", 1.0), ("ms", 1e3), ("µs", 1e6), ("ns", 1e9)]),

@@ -1,6 +1,7 @@
 //! What is prescribed over a range: a polynomial and motion laws, as functions of the angle from its beginning.
 
 use camdrive::motion::MotionLaw;
+use camdrive::motion::table::{Points, Table};
 use camdrive::numerics::double_double::Double;
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -26,6 +27,43 @@ struct Part {
     phase: f64,
 }
 
+/// A table may miss the ends of its range by this much (rad): angles are printed with five digits.
+const CLOSING: f64 = 1e-4;
+
+/// The points at an end of a table from which its derivatives there follow.
+const AT_END: usize = 6;
+
+/// Bₖ₊₁(t)/(k+1)!, k = 0 … 4, of the Bernoulli polynomials, from t⁰ on: their k-th derivatives rise by one from t = 0 to t = 1,
+/// and no other one below the fifth differs at the ends.
+const BERNOULLI: [[f64; 6]; 5] = [
+    [-0.5, 1.0, 0.0, 0.0, 0.0, 0.0],
+    [1.0 / 12.0, -0.5, 0.5, 0.0, 0.0, 0.0],
+    [0.0, 1.0 / 12.0, -0.25, 1.0 / 6.0, 0.0, 0.0],
+    [-1.0 / 720.0, 0.0, 1.0 / 24.0, -1.0 / 12.0, 1.0 / 24.0, 0.0],
+    [0.0, -1.0 / 720.0, 0.0, 1.0 / 72.0, -1.0 / 48.0, 1.0 / 120.0],
+];
+
+/// The Taylor coefficients of the polynomial through these points about the first of them.
+fn taylor(points: impl Iterator<Item = [f64; 2]>) -> [f64; AT_END] {
+    let points: Vec<[f64; 2]> = points.take(AT_END).collect();
+    let x: Vec<f64> = points.iter().map(|p| p[0] - points[0][0]).collect();
+    let mut slopes: Vec<f64> = points.iter().map(|p| p[1]).collect();
+    for order in 1..x.len() {
+        for i in (order..x.len()).rev() {
+            slopes[i] = (slopes[i] - slopes[i - 1]) / (x[i] - x[i - order]);
+        }
+    }
+    // Horner's scheme of Newton's form, in powers of the distance from the first point.
+    let mut c = [0.0; AT_END];
+    for (slope, x) in slopes.iter().zip(&x).rev() {
+        for j in (1..AT_END).rev() {
+            c[j] = c[j - 1] - x * c[j];
+        }
+        c[0] = slope - x * c[0];
+    }
+    c
+}
+
 impl Part {
     fn at(&self, x: f64) -> f64 {
         // A law tells four derivatives; a higher one would only help to find an extreme.
@@ -44,6 +82,44 @@ impl Curve {
     pub fn law(law: MotionLaw, period: f64, phase: f64) -> Self {
         let part = Part { law: Arc::new(law), order: 0, factor: 1.0, rate: TAU / period, phase };
         Curve { coefficients: Vec::new(), parts: vec![part] }
+    }
+
+    /// The spline through a table that reaches from 0 to `to` but not over the whole `turn` (rad), at angles that rise and are
+    /// known but for turns; None where it does not reach so far.
+    ///
+    /// A polynomial takes what differs at the ends in U … U⁗; what is left is periodic over the table.
+    pub fn table(angles: &[f64], lifts: &[f64], turn: f64, to: f64) -> Option<Self> {
+        let turns = ((CLOSING - angles.first()?) / turn).floor() * turn;
+        let (first, length) = (angles.first()? + turns, angles.last()? - angles.first()?);
+        if angles.len() < AT_END || first + length < to - CLOSING {
+            return None;
+        }
+        let points = || angles.iter().zip(lifts).map(|(x, u)| [*x, *u]);
+        let ends = [taylor(points()), taylor(points().rev())];
+        let mut rise = [0.0; AT_END];
+        let mut factorial = 1.0;
+        for (k, terms) in BERNOULLI.iter().enumerate() {
+            factorial *= (k as f64).max(1.0);
+            let jump = factorial * (ends[1][k] - ends[0][k]) * length.powi(k as i32);
+            rise.iter_mut().zip(terms).for_each(|(sum, term)| *sum += jump * term);
+        }
+        let polynomial = |t: f64| rise.iter().rev().fold(0.0, |sum, c| sum * t + c);
+        let place = |x: &f64| (x - angles[0]) / length;
+        let left = points().map(|[x, u]| u - polynomial(place(&x)));
+        let points = Points { angles: angles.iter().map(|x| TAU * place(x)).collect(), lifts: left.collect() };
+        let law = MotionLaw::Table(Table::new(points).ok()?);
+        // The polynomial in x = first + length t.
+        let mut curve = Curve::law(law, length, -TAU * first / length);
+        let mut coefficients = vec![0.0; AT_END];
+        for c in rise.iter().rev() {
+            for j in (0..AT_END).rev() {
+                let below = if j > 0 { coefficients[j - 1] } else { 0.0 };
+                coefficients[j] = (below - first * coefficients[j]) / length;
+            }
+            coefficients[0] += c;
+        }
+        curve.coefficients = coefficients;
+        Some(curve)
     }
 
     /// The value at `x`.
