@@ -1137,7 +1137,7 @@ fn a_measured_course_is_laid_over_a_computed_one() {
         camdrive(&[&["stability", SCENE][..], &given].concat())
     };
     let (file, named) = (text(&course).to_owned(), format!("load={}", text(&course)));
-    write("phi [deg];M [kN.m]\n-90;0,1\n0;0.2\n90;0.45\n");
+    write("phi [deg];M [kN.m]\n-90;0,1\n-45;0,2\n0;0.2\n45;0.3\n90;0.45\n");
     let svg = || std::fs::read_to_string(folder.join("transfer_manipulator.load.svg")).expect("the diagram");
     for measured in [&file, &named] {
         let run = examined(measured);
@@ -1147,17 +1147,21 @@ fn a_measured_course_is_laid_over_a_computed_one() {
             assert!(svg.contains(part), "{part} is missing in\n{svg}");
         }
     }
-    // −90° lies at 270°: from 0° over 90° to there the values rise and fall, 200, 450 and 100 N·m.
-    let dashed = svg().split("<polyline").find(|part| part.contains("#2a7d4f")).expect("the third look").to_owned();
-    let points = dashed.split_once("points=\"").expect("points").1.split('"').next().expect("an end").to_owned();
-    let heights: Vec<f64> = points
-        .split_whitespace()
-        .map(|point| point.split_once(',').expect("x,y").1.parse().expect("a number"))
+    // −90° lies at 270°, and no line leads from 315° back to 0°: 100, 200 and then 200, 300, 450 N·m.
+    let svg = svg();
+    let lines: Vec<Vec<f64>> = svg
+        .split("<polyline")
+        .filter(|part| part.contains("#2a7d4f"))
+        .map(|part| part.split_once("points=\"").expect("points").1.split('"').next().expect("an end"))
+        .map(|points| points.split_whitespace().map(|point| point.split_once(',').expect("x,y").1))
+        .map(|heights| heights.map(|height| height.parse().expect("a number")).collect())
         .collect();
-    assert_eq!(heights.len(), 3, "{points}");
+    // The last one is that of the legend.
+    let lines: [Vec<f64>; 3] = lines.try_into().expect("two pieces and the legend");
+    assert_eq!(lines.iter().map(Vec::len).collect::<Vec<_>>(), [2, 3, 2], "{lines:?}");
     // Coordinates are printed with two decimals.
-    let ratio = (heights[0] - heights[1]) / (heights[2] - heights[1]);
-    assert!((ratio - 250.0 / 350.0).abs() < 1e-3, "{points}");
+    let ratio = (lines[0][0] - lines[1][1]) / (lines[0][0] - lines[1][2]);
+    assert!((ratio - 200.0 / 350.0).abs() < 1e-3 && (lines[0][1] - lines[1][0]).abs() < 0.011, "{lines:?}");
 
     for (content, parts) in [
         ("phi [deg],M [kN.m]\n0,1\n1,x\n", &["course.csv:3:3", "\"x\" is not a finite number", "hint"][..]),
@@ -1473,7 +1477,7 @@ fn synthesize_meets_a_measured_flank() {
     assert!(run.code == 1 && run.err.contains("195 deg before its turn does"), "{}", run.err);
     flank(-60);
     let run = task("");
-    assert!(run.code == 1 && run.err.contains("reaches from -60 deg to 95 deg"), "{}", run.err);
+    assert!(run.code == 1 && run.err.contains("reaches from -60 deg to 95 deg, not from -70 deg"), "{}", run.err);
 }
 
 #[test]

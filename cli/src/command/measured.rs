@@ -3,6 +3,7 @@
 use super::{Failure, failure};
 use crate::scene;
 use crate::scene::diagnostics::nearest;
+use crate::scene::units;
 use camdrive::drives::unit::{self, Quantity};
 use camdrive_design::plot::{Diagram, Scale, Series};
 use std::f64::consts::TAU;
@@ -11,14 +12,14 @@ use std::path::{Path, PathBuf};
 /// The courses that are asked for.
 #[derive(Debug, clap::Args)]
 pub struct Measured {
-    /// Measured course to be laid over a diagram over the turn: a table of angle and value, in deg and SI units or in those of
-    /// its headings, "phi [deg], M [kN.m]"; DIAGRAM as in the name of the diagram's file, needed where there are several
+    /// Measured course to be laid over a diagram over the turn: angles and values, angles in deg and the rest in SI units or in
+    /// those of its headings, "phi [deg], M [kN.m]"; DIAGRAM as in the name of the diagram's file, needed where there are several
     #[arg(long, value_name = "[DIAGRAM=]TABLE.csv")]
     measured: Vec<String>,
 }
 
 /// What ordinates show.
-const QUANTITIES: [&Quantity; 8] = [
+const QUANTITIES: [&Quantity; 9] = [
     &unit::TORQUE,
     &unit::FORCE,
     &unit::LENGTH,
@@ -27,6 +28,7 @@ const QUANTITIES: [&Quantity; 8] = [
     &unit::LENGTH_PER_ANGLE3,
     &unit::ANGULAR_VELOCITY,
     &unit::ANGLE,
+    &units::CURVATURE,
 ];
 
 impl Measured {
@@ -67,9 +69,17 @@ impl Measured {
             let quantity = QUANTITIES.into_iter().find(|quantity| quantity.unit == plain);
             let course =
                 scene::course(Path::new(file), label, quantity).map_err(|faults| Failure(faults.to_string()))?;
-            let mut points: Vec<[f64; 2]> =
-                course.angles.iter().zip(&course.lifts).map(|(a, v)| [folded(*a).to_degrees(), *v]).collect();
-            points.sort_by(|a, b| a[0].total_cmp(&b[0]));
+            // Over the angles of the diagram, which may begin before a turn does; where the course goes back it is interrupted.
+            let angles = diagram.series.iter().flat_map(|series| &series.points).map(|point| point[0]);
+            let low = angles.filter(|angle| angle.is_finite()).fold(f64::INFINITY, f64::min).to_radians();
+            let mut points: Vec<[f64; 2]> = Vec::new();
+            for (angle, value) in course.angles.iter().zip(&course.lifts) {
+                let angle = folded(*angle, if low.is_finite() { low } else { 0.0 }).to_degrees();
+                if points.last().is_some_and(|last| angle < last[0]) {
+                    points.push([f64::NAN; 2]);
+                }
+                points.push([angle, *value]);
+            }
             let name = Path::new(file).file_stem().unwrap_or_default().to_string_lossy().into_owned();
             diagram.series.push(Series::line(format!("measured, {name}"), points));
             files.push(PathBuf::from(file));
@@ -78,9 +88,9 @@ impl Measured {
     }
 }
 
-/// The angle in [0, 2π]; the end of a turn stays there.
-fn folded(angle: f64) -> f64 {
-    if angle > 0.0 && angle <= TAU { angle } else { angle.rem_euclid(TAU) }
+/// The angle within a turn from `low` on; the end of the turn stays there.
+fn folded(angle: f64, low: f64) -> f64 {
+    if angle > low && angle <= low + TAU { angle } else { low + (angle - low).rem_euclid(TAU) }
 }
 
 fn unknown(text: &str, name: Option<&str>, names: &[&str]) -> Failure {
@@ -104,8 +114,10 @@ mod tests {
 
     #[test]
     fn angles_are_folded_into_the_turn_and_its_end_is_kept() {
-        assert_eq!([0.0, TAU, 1.0].map(folded), [0.0, TAU, 1.0]);
-        // −90° is 270°; the sum rounds.
-        assert!((folded(-0.25 * TAU) - 0.75 * TAU).abs() < 1e-15 && (folded(1.25 * TAU) - 0.25 * TAU).abs() < 1e-15);
+        assert_eq!([0.0, TAU, 1.0].map(|angle| folded(angle, 0.0)), [0.0, TAU, 1.0]);
+        // −90° is 270°, and 270° is −90° where a diagram begins at −100°; the sums round.
+        for (angle, low, place) in [(-0.25, 0.0, 0.75), (1.25, 0.0, 0.25), (0.75, -0.3, -0.25)] {
+            assert!((folded(angle * TAU, low * TAU) - place * TAU).abs() < 1e-15);
+        }
     }
 }

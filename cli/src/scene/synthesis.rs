@@ -10,6 +10,7 @@ use super::section::{ANY, Limits, NOT_NEGATIVE, POSITIVE, Section, within};
 use super::units;
 use camdrive::drives::elastic_shaft::Parameters;
 use camdrive::drives::unit::{self, Quantity};
+use camdrive::motion::MotionLaw;
 use camdrive_design::synthesis::Objective::{
     Chebyshev, ChebyshevSum, DiscreteChebyshev, DiscreteLeastSquares, FewestHarmonics, LeastSquares, LongestDwell,
     MeanSquareAcceleration, PeakAcceleration, PeakTorque, ShaftTorque,
@@ -135,23 +136,23 @@ impl Lengths {
             let law = motion_law::read_part(target, self.quantity, &self.folder);
             let ((from, to), period) = (ends?, period?);
             let (phase, turn) = period.map_or((from, TAU), |period| (0.0, period));
-            let curve = match law? {
-                Ok(law) => Curve::law(law, turn, phase),
-                Err(part) => {
-                    let angles: Vec<f64> = part.points.angles.iter().map(|a| (a - phase) * turn / TAU).collect();
-                    let Some(curve) = Curve::table(&angles, &part.points.lifts, turn, to - from) else {
-                        let reach = |from: f64, to: f64| {
-                            format!("{} deg to {} deg", units::short(from.to_degrees()), units::short(to.to_degrees()))
-                        };
-                        let table = reach(angles[0] + from, angles[angles.len() - 1] + from);
-                        let needed = reach(from, to);
-                        let ends = format!("it reaches from {table}; a target does from {needed}, or over");
-                        return target.refuse(part.fault.hint(ends + " the whole turn"));
-                    };
-                    curve
+            let si = |curve: Curve| Some(curve.over(1.0 / self.scale));
+            // Of a table that does not close its turn the points alone are meant.
+            let points = match law? {
+                Ok(MotionLaw::Table(table)) if !table.is_bent() && !Curve::closes(table.points()) => {
+                    table.points().clone()
                 }
+                Ok(law) => return si(Curve::law(law, turn, phase)),
+                Err(part) => part.points,
             };
-            Some(curve.over(1.0 / self.scale))
+            let angles: Vec<f64> = points.angles.iter().map(|a| from + (a - phase) * turn / TAU).collect();
+            match Curve::table(&angles, &points.lifts, turn, [from, to]) {
+                Ok(curve) => si(curve),
+                Err(reason) => {
+                    let message = format!("`{}`: the table does not cover the range", target.path_of("file"));
+                    target.refuse(target.fault_of("file", message).hint(reason + "; is `angle_unit` right?"))
+                }
+            }
         })
     }
 }

@@ -12,6 +12,7 @@ use camdrive::motion::table::{Bend, LEAST_DISTANCE, Points, TableError};
 use camdrive::motion::{MotionLaw, Table};
 use camdrive_design::harmonic_analysis;
 use camdrive_design::smoothing::{SmoothingError, smooth};
+use camdrive_design::text;
 use std::f64::consts::TAU;
 use std::path::Path;
 
@@ -131,7 +132,7 @@ fn smoothed(
     sigma: Option<f64>,
     quantity: &'static Quantity,
 ) -> Option<Reading> {
-    let said = |value: f64| format!("{} {}", units::short(value), quantity.unit);
+    let said = |value: f64| format!("{} {}", text::number(value), quantity.unit);
     let fault = match smooth(reading.points.clone(), sigma) {
         Ok(smooth) => {
             let [mean, largest] = smooth.changes.map(said);
@@ -180,7 +181,7 @@ fn contents(path: &Path) -> Result<String, String> {
 }
 
 /// A measured course over a turn: angles (rad) and values, one point per line. Headings may tell their units, "M [kN.m]"; without
-/// them angles are in degrees and values in the unit `own`, a coherent one of `quantity` where that is known.
+/// them angles are in degrees and other values in the unit `own`, a coherent one of `quantity` where that is known.
 ///
 /// # Errors
 /// A file that cannot be read, lines that hold no point, angles that do not rise or span more than a turn.
@@ -204,7 +205,8 @@ pub fn course(path: &Path, own: &str, quantity: Option<&'static Quantity>) -> Re
         }
     };
     let degree = std::f64::consts::PI / 180.0;
-    let (angle, value) = (scale(0, Some(&unit::ANGLE), (degree, 1.0))?, scale(1, quantity, (1.0, 1.0))?);
+    let usual = if quantity == Some(&unit::ANGLE) { (degree, 1.0) } else { (1.0, 1.0) };
+    let (angle, value) = (scale(0, Some(&unit::ANGLE), (degree, 1.0))?, scale(1, quantity, usual)?);
     let columns = (Column::Number(0), Column::Number(1));
     let convert = |a: f64, v: f64| (a * angle.0 / angle.1, v * value.0 / value.1);
     let (reading, mut faults) = rows(&file, &columns, false, "write plain numbers; headings tell their units", convert);
@@ -416,7 +418,7 @@ fn law(
         None if reading.bends.is_empty() => Table::new(reading.points.clone()).map(MotionLaw::Table),
         None => Table::bent(reading.points.clone(), reading.bends).map(MotionLaw::Table),
         Some(harmonics) => harmonic_analysis::analyse(reading.points.clone(), harmonics).map(|analysis| {
-            let residual = format!("{} {}", units::short(analysis.largest_residual), quantity.unit);
+            let residual = format!("{} {}", text::number(analysis.largest_residual), quantity.unit);
             let of = format!("{harmonics} harmonics of {}", file.name);
             section.faults.note(format!("`{}`: {of} meet its points to {residual}", section.path));
             MotionLaw::Fourier(analysis.series)
@@ -438,7 +440,9 @@ fn law(
     // Series and the loss of noise are of the whole turn.
     let interpolated = harmonics.is_none() && bends == 0 && !section.has("noise");
     match error {
-        TableError::NotClosed { .. } if interpolated => Some(Err(Part { points: reading.points, fault })),
+        TableError::NotClosed { .. } | TableError::NotPeriodic { .. } if interpolated => {
+            Some(Err(Part { points: reading.points, fault }))
+        }
         _ => section.refuse(fault),
     }
 }

@@ -92,6 +92,9 @@ static WEIGHTS: [Quantity; 4] = times_rad!("Number" "TimesRad", "rad", 0: "" 1, 
 pub static AREA: Quantity = Quantity { name: "Area", unit: "m2", base: [0, 2, 0, 0], display: None };
 static AREAS: [Quantity; 1] = times_rad!("Area" "TimesRad", "m2.rad", 2: "" 1);
 
+/// A curvature (1/m).
+pub static CURVATURE: Quantity = Quantity { name: "Curvature", unit: "1/m", base: [0, -1, 0, 0], display: None };
+
 /// A length or a number per radⁿ; of an n below 0 a number or an area times rad⁻ⁿ. Of a power that no unit has, the quantity itself.
 pub fn per_angle(quantity: &'static Quantity, n: i32) -> &'static Quantity {
     let list = match n {

@@ -1,5 +1,6 @@
 //! What is prescribed over a range: a polynomial and motion laws, as functions of the angle from its beginning.
 
+use super::remarks::degrees;
 use camdrive::motion::MotionLaw;
 use camdrive::motion::table::{Points, Table};
 use camdrive::numerics::double_double::Double;
@@ -32,6 +33,28 @@ const CLOSING: f64 = 1e-4;
 
 /// The points at an end of a table from which its derivatives there follow.
 const AT_END: usize = 6;
+
+/// They are this part of the table apart, or neighbours: noise of closer ones would grow in the fourth derivative with the fourth
+/// power of their number. The polynomial of degree five errs there by some 1e-4 of the greatest U″ of a rise.
+const APART: usize = 60;
+
+/// The fewest points of a part of a turn: four pieces.
+const LEAST: usize = 5;
+
+/// A piece this many times as long as any other one is a hole, and the last one as steep is a jump.
+const HOLE: f64 = 2.0;
+
+/// The distances of neighbours, the last one over the end of the turn.
+fn gaps(angles: &[f64], turn: f64) -> Vec<f64> {
+    let over_end = angles.first().zip(angles.last()).map(|(first, last)| first + turn - last);
+    angles.windows(2).map(|ends| ends[1] - ends[0]).chain(over_end).collect()
+}
+
+/// Where the hole of these distances is, if anywhere.
+fn hole(gaps: &[f64]) -> Option<usize> {
+    let longest = (0..gaps.len()).max_by(|i, j| gaps[*i].total_cmp(&gaps[*j]))?;
+    (0..gaps.len()).all(|i| i == longest || gaps[longest] > HOLE * gaps[i]).then_some(longest)
+}
 
 /// Bₖ₊₁(t)/(k+1)!, k = 0 … 4, of the Bernoulli polynomials, from t⁰ on: their k-th derivatives rise by one from t = 0 to t = 1,
 /// and no other one below the fifth differs at the ends.
@@ -84,18 +107,40 @@ impl Curve {
         Curve { coefficients: Vec::new(), parts: vec![part] }
     }
 
-    /// The spline through a table that reaches from 0 to `to` but not over the whole `turn` (rad), at angles that rise and are
-    /// known but for turns; None where it does not reach so far.
+    /// Whether points cover a turn: they leave no hole, and do not jump at its end.
+    pub fn closes(points: &Points) -> bool {
+        let (lifts, gaps) = (&points.lifts, gaps(&points.angles, TAU));
+        let n = lifts.len();
+        let steep = |i: usize| ((lifts[(i + 1) % n] - lifts[i]) / gaps[i]).abs();
+        hole(&gaps).is_none() && steep(n - 1) <= HOLE * (0..n - 1).map(steep).fold(0.0, f64::max)
+    }
+
+    /// The spline through the points of a part of a turn that reaches over this range; without noise its error in U⁽ⁿ⁾ is O(h⁵⁻ⁿ).
     ///
-    /// A polynomial takes what differs at the ends in U … U⁗; what is left is periodic over the table.
-    pub fn table(angles: &[f64], lifts: &[f64], turn: f64, to: f64) -> Option<Self> {
-        let turns = ((CLOSING - angles.first()?) / turn).floor() * turn;
-        let (first, length) = (angles.first()? + turns, angles.last()? - angles.first()?);
-        if angles.len() < AT_END || first + length < to - CLOSING {
-            return None;
+    /// A polynomial takes what differs at the ends of the table in U … U⁗; what is left is periodic over the table.
+    ///
+    /// # Errors
+    /// In words, where the points are too few or do not reach so far.
+    pub fn table(angles: &[f64], lifts: &[f64], turn: f64, [from, to]: [f64; 2]) -> Result<Self, String> {
+        let n = angles.len();
+        if n < LEAST {
+            return Err(format!("{n} points; a part of a turn has at least {LEAST}"));
         }
-        let points = || angles.iter().zip(lifts).map(|(x, u)| [*x, *u]);
-        let ends = [taylor(points()), taylor(points().rev())];
+        // The part begins behind the hole.
+        let hole = hole(&gaps(angles, turn)).unwrap_or(n - 1);
+        let lifts: Vec<f64> = (0..n).map(|i| lifts[(hole + 1 + i) % n]).collect();
+        let angle = |i: usize| angles[i % n] + if i < n { 0.0 } else { turn };
+        let start = angle(hole + 1);
+        let turns = ((from + CLOSING - start) / turn).floor() * turn;
+        let angles: Vec<f64> = (0..n).map(|i| angle(hole + 1 + i) + turns).collect();
+        let (first, length) = (angles[0] - from, angles[n - 1] - angles[0]);
+        if first + length < to - from - CLOSING {
+            let near = ((from - angles[0]) / turn).round() * turn;
+            let [a, b, from, to] = [angles[0] + near, angles[n - 1] + near, from, to].map(degrees);
+            return Err(format!("it reaches from {a} deg to {b} deg, not from {from} deg to {to} deg"));
+        }
+        let (points, apart) = (|| angles.iter().zip(&lifts).map(|(x, u)| [*x, *u]), (n / APART).max(1));
+        let ends = [taylor(points().step_by(apart)), taylor(points().rev().step_by(apart))];
         let mut rise = [0.0; AT_END];
         let mut factorial = 1.0;
         for (k, terms) in BERNOULLI.iter().enumerate() {
@@ -105,9 +150,11 @@ impl Curve {
         }
         let polynomial = |t: f64| rise.iter().rev().fold(0.0, |sum, c| sum * t + c);
         let place = |x: &f64| (x - angles[0]) / length;
-        let left = points().map(|[x, u]| u - polynomial(place(&x)));
-        let points = Points { angles: angles.iter().map(|x| TAU * place(x)).collect(), lifts: left.collect() };
-        let law = MotionLaw::Table(Table::new(points).ok()?);
+        let mut left: Vec<f64> = points().map(|[x, u]| u - polynomial(place(&x))).collect();
+        // Both ends are the same but for roundings.
+        left[n - 1] = left[0];
+        let left = Points { angles: angles.iter().map(|x| TAU * place(x)).collect(), lifts: left };
+        let law = MotionLaw::Table(Table::new(left).map_err(|error| error.to_string())?);
         // The polynomial in x = first + length t.
         let mut curve = Curve::law(law, length, -TAU * first / length);
         let mut coefficients = vec![0.0; AT_END];
@@ -119,7 +166,7 @@ impl Curve {
             coefficients[0] += c;
         }
         curve.coefficients = coefficients;
-        Some(curve)
+        Ok(curve)
     }
 
     /// The value at `x`.

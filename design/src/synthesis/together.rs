@@ -4,13 +4,13 @@ use super::clearance::Clearance;
 use super::deviation::{Extreme, Window};
 use super::family::Family;
 use super::feasibility::KEPT;
-use super::remarks::degrees;
+use super::remarks::{UNITS, degrees};
 use super::study::{Assignment, Study};
 use super::table::{LEVELS, words};
 use super::{Bound, Infeasible};
 use crate::Progress;
 use crate::plot::{Axis, Diagram, Rule, Series};
-use crate::text::{self, Page, Table};
+use crate::text::{self, Page, Table, number};
 use camdrive::drives::Fault;
 use camdrive::motion::Fourier;
 use serde_json::{Value, json};
@@ -96,7 +96,11 @@ impl Together {
             let size =
                 [bound.min, bound.max].into_iter().filter(|end| end.is_finite()).fold(0.0, |a: f64, b| a.max(b.abs()));
             let room = if reserve.value.abs() <= KEPT * size { 0.0 } else { reserve.value };
-            [&[name.to_owned()], &angles[..], &[first.length(room), degrees(reserve.phi)]].concat()
+            let room = match bound.order {
+                0 => first.length(room),
+                order => format!("{} {}", number(room), UNITS[order]),
+            };
+            [&[name.to_owned()], &angles[..], &[room, degrees(reserve.phi)]].concat()
         });
         page.table("Restrictions", &Table::new("restriction  from [deg]  to [deg]  reserve  at [deg]", restrictions));
         let clearances = self.clearances().map(|(clearance, least)| {
