@@ -336,7 +336,7 @@ fn fault<T>(point: usize, key: &'static str, text: impl Into<String>) -> Result<
 /// Whether the values are in their ranges and the angles ascend within a turn.
 fn check(points: &[PlanPoint]) -> Result<(), PlanFault> {
     if !(2..=MOST_POINTS).contains(&points.len()) {
-        return fault(0, "phi", format!("a plan has 2 … {MOST_POINTS} points, not {}", points.len()));
+        return fault(0, "phi", format!("a plan has 2 … {MOST_POINTS} points within the turn, not {}", points.len()));
     }
     for (i, point) in points.iter().enumerate() {
         let [least, greatest] = INFLECTION;
@@ -426,8 +426,13 @@ impl Draft<'_> {
     fn kind(&self, i: usize) -> Result<Kind, PlanFault> {
         let (ends, PlanPoint { law, inflection, u, .. }) = ([self.before(i), i], self.points[i]);
         let any = |test: &dyn Fn(usize) -> bool| ends.into_iter().any(test);
-        if let Some(k) = ends.into_iter().find(|&k| self.points[k].free && self.velocities[k] != 0.0) {
-            return fault(k, "ddU", "only at a turning point, where dU = 0, do the laws decide ddU");
+        let peak = |k: usize| {
+            let [before, next] =
+                [self.before(k), (k + 1) % self.points.len()].map(|j| self.points[j].u - self.points[k].u);
+            self.velocities[k] == 0.0 && before * next > 0.0
+        };
+        if let Some(k) = ends.into_iter().find(|&k| self.points[k].free && !peak(k)) {
+            return fault(k, "ddU", "only at a turning point, an extreme of U with dU = 0, do the laws decide ddU");
         }
         let rests = !any(&|k| self.velocities[k] != 0.0 || self.turns(k));
         let moves = any(&|k| self.velocities[k] != 0.0 && self.accelerations[k] != Some(0.0));

@@ -260,9 +260,10 @@ struct Law {
 }
 
 impl Law {
-    /// Whether no bound is one of U.
+    /// Whether a rest at any level keeps all bounds.
     fn is_unmoved(&self) -> bool {
-        self.bounds.iter().all(|(_, bound)| bound.order > 0)
+        let still = |bound: &Bound| bound.order > 0 && bound.around.is_zero() && bound.min <= 0.0 && bound.max >= 0.0;
+        self.bounds.iter().all(|(_, bound)| still(bound))
     }
 }
 

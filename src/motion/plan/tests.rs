@@ -323,6 +323,8 @@ fn what_makes_no_plan_is_refused_by_name_and_rests() {
     let moving = PlanPoint { velocity: Some(1.0), acceleration: Some(1.0), ..at(90.0, 1.0) };
     refused(vec![at(0.0, 0.0), with(standard(StandardLaw::ModifiedSine), moving)], "only a polynomial leads");
     refused(vec![at(0.0, 0.0), PlanPoint { free: true, ..moving }], "only at a turning point");
+    let between = PlanPoint { free: true, ..at(90.0, 1.0) };
+    refused(vec![at(0.0, 0.0), between, at(180.0, 2.0)], "point[2].ddU: only at a turning point");
     refused(vec![at(0.0, 0.0), PlanPoint { acceleration: Some(-0.1), ..at(90.0, 1.0) }], "is met by no inflection");
     let sixth = PlanPoint { inflection: Some(0.3), ..with(SegmentLaw::Polynomial6, at(90.0, 1.0)) };
     refused(vec![at(0.0, 0.0), sixth], "polynomial_6 has one inflection and no overshoot within 0.4 … 0.6 only");
