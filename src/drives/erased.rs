@@ -148,20 +148,24 @@ impl<D: Drive> Unit<D> {
     }
 
     /// Takes up what was set.
+    #[inline(always)]
     fn refresh(&mut self) -> Result<(), Fault> {
-        if self.pending {
-            if self.initialising {
-                // What the scene says may be out of range; what importers set has been looked at.
-                self.design.variables.iter().try_for_each(|v| match v.access {
-                    Access::Set { get, .. } => v.description.check(get(&self.drive, v.index)),
-                    Access::Computed { .. } => Ok(()),
-                })?;
-                self.drive.start(self.time)?;
-            } else {
-                self.drive.apply(self.time)?;
-            }
-            self.pending = false;
+        if self.pending { self.take_up() } else { Ok(()) }
+    }
+
+    #[inline(never)]
+    fn take_up(&mut self) -> Result<(), Fault> {
+        if self.initialising {
+            // What the scene says may be out of range; what importers set has been looked at.
+            self.design.variables.iter().try_for_each(|v| match v.access {
+                Access::Set { get, .. } => v.description.check(get(&self.drive, v.index)),
+                Access::Computed { .. } => Ok(()),
+            })?;
+            self.drive.start(self.time)?;
+        } else {
+            self.drive.apply(self.time)?;
         }
+        self.pending = false;
         Ok(())
     }
 
@@ -299,6 +303,7 @@ impl<D: Drive> Unit<D> {
     }
 
     /// Reads Reals of which one is set, not computed, or does not exist, or is no number.
+    #[cold]
     fn read_others(&mut self, references: &[u32], values: &mut [MaybeUninit<f64>]) -> Result<(), Fault> {
         for (reference, place) in references.iter().zip(values) {
             place.write(self.get(self.variable(*reference, Type::Real)?)?);

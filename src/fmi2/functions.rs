@@ -45,13 +45,15 @@ fn enter(component: fmi2Component, function: &Function, body: impl FnOnce(&mut I
 
 /// Whether `count` elements can be behind `pointer`.
 fn check_array<T>(pointer: *const T, count: usize, name: &str) -> Result<(), Fault> {
-    if pointer.is_null() {
-        Err(Fault(format!("`{name}` is NULL")))
-    } else if !pointer.is_aligned() || (isize::MAX as usize) / size_of::<T>() < count {
-        Err(Fault(format!("`{name}` is no array of {count} elements")))
-    } else {
-        Ok(())
+    if pointer.is_null() || !pointer.is_aligned() || (isize::MAX as usize) / size_of::<T>() < count {
+        return Err(no_array(pointer.is_null(), count, name));
     }
+    Ok(())
+}
+
+#[cold]
+fn no_array(is_null: bool, count: usize, name: &str) -> Fault {
+    Fault(if is_null { format!("`{name}` is NULL") } else { format!("`{name}` is no array of {count} elements") })
 }
 
 /// An array of the importer; NULL will do if it is empty.

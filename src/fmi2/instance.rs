@@ -177,28 +177,26 @@ impl Instance {
         Ok(outcome?)
     }
 
+    #[inline(always)]
     fn check_step(&self, point: f64, step: f64) -> Result<(), Fault> {
         let Clock { time, stop, .. } = self.clock;
         let (end, tolerance) = (point + step, TIME_TOLERANCE * (point.abs() + step));
-        // Comparisons with NaN are false.
-        Err(Fault(if !(0.0 < step && step.is_finite()) {
+        // Comparisons with NaN are false. The tolerance is infinite where the point or the step is.
+        let admissible = 0.0 < step && (point - time).abs() <= tolerance && end - stop <= tolerance;
+        if admissible && tolerance < f64::INFINITY { Ok(()) } else { Err(self.inadmissible_step(point, step)) }
+    }
+
+    #[cold]
+    fn inadmissible_step(&self, point: f64, step: f64) -> Fault {
+        let Clock { time, stop, .. } = self.clock;
+        let [here, end] = [Number(point), Number(point + step)];
+        Fault(if !(0.0 < step && step.is_finite()) {
             format!("the communication step size {} s is not a finite number > 0", Number(step))
-        } else if !((point - time).abs() <= tolerance && point.is_finite()) {
-            format!(
-                "the current communication point {} s is not where the instance is, at {} s",
-                Number(point),
-                Number(time)
-            )
-        } else if !(end - stop <= tolerance && end.is_finite()) {
-            format!(
-                "the step from {} s to {} s goes beyond the stop time {} s",
-                Number(point),
-                Number(end),
-                Number(stop)
-            )
+        } else if !((point - time).abs() <= TIME_TOLERANCE * (point.abs() + step) && point.is_finite()) {
+            format!("the current communication point {here} s is not where the instance is, at {} s", Number(time))
         } else {
-            return Ok(());
-        }))
+            format!("the step from {here} s to {end} s goes beyond the stop time {} s", Number(stop))
+        })
     }
 
     /// Passes the drive's events on to the log.
