@@ -224,7 +224,7 @@ impl Search<'_> {
         Some(PeriodicMotion {
             period,
             energy: 0.5 * motion[0] * motion[0],
-            growth: turn.growth(motion, period)?,
+            growth: turn.growth(motion)?,
             torque: motion[1],
             course: turn.course(motion, POINTS)?,
         })

@@ -340,7 +340,7 @@ impl RigidMachine {
             let turn = Turn { inertia, motor, tau, sense, phi_start: angle.hi, interval, work };
             let v = (2.0 * energy.hi).sqrt();
             let (motion, t) = turn.refine(v, breakdown_torque).ok_or_else(none)?;
-            let growth = turn.growth(motion, t).ok_or_else(none)?;
+            let growth = turn.growth(motion).ok_or_else(none)?;
             if growth > 0.0 {
                 let factor = growth.exp();
                 return Err(Fault(format!(

@@ -131,9 +131,9 @@ impl Turn<'_> {
         legs
     }
 
-    /// ln of the largest modulus of the multipliers of the periodic motion (v, M_an) with this period; None where the machine
+    /// ln of the largest modulus of the multipliers of the periodic motion (v, M_an); None where the machine
     /// comes to rest on it.
-    pub fn growth(&self, [v, torque]: [f64; 2], period: f64) -> Option<f64> {
+    pub fn growth(&self, [v, torque]: [f64; 2]) -> Option<f64> {
         let lag = self.motor.lag()?;
         let mut c = Collocation::<3>::new(Double::from(0.0), [v, torque, 0.0]);
         let mut pieces = Vec::new();
@@ -147,7 +147,7 @@ impl Turn<'_> {
         }
         let disturbance = Disturbance { turn: self, lag, pieces };
         match Period::of(&disturbance, GROWTH_TOLERANCE) {
-            Some(whole) => Some(whole.monodromy.growth(-period / lag)),
+            Some(whole) => Some(whole.monodromy.growth()),
             // The lag is some millionths of the turn: the torque follows at once.
             None => Some(disturbance.growth_without_lag()),
         }
