@@ -29,7 +29,7 @@ impl RigidMachine {
         let target = two_sum(time, step);
         self.prepare_mesh_once()?;
         let mut work = Work::default();
-        let steady = self.motor.lag().is_none() && self.load.is_constant() && self.driving.is_constant();
+        let steady = self.motor.lag().is_none() && self.torques_are_constant();
         if !steady || self.constant_torque() != self.torques.against_what() {
             self.leave();
         }
@@ -43,8 +43,7 @@ impl RigidMachine {
                         continue;
                     }
                 }
-                let since = |t: Double| t - Double::from(time);
-                now = Double::from(time) + self.run_in_time(time, [since(now), since(target)], steady, &mut work)?;
+                now = self.run_in_time(time, [now, target], steady, &mut work)?;
                 if (target - now).hi <= 0.0 {
                     return Ok(());
                 }
@@ -64,6 +63,28 @@ impl RigidMachine {
             let cost = cost_of_step(self.solver.evaluations - before);
             work.draw(cost).map_err(|_| self.too_long([time, target.hi], now.hi))?;
         }
+    }
+
+    /// Integrates over the communication step of length `step` from `time` (s) in steps of fixed cost.
+    pub(super) fn advance_on_grid(&mut self, time: f64, step: f64) -> Result<(), Fault> {
+        let target = two_sum(time, step);
+        self.prepare_mesh_once()?;
+        let mut work = Work::default();
+        // Steps that nobody can wait for are refused before the first.
+        if !work.allows(self.cost_in_time() * (step / self.in_time.grid.size)) {
+            return Err(self.too_long([time, target.hi], time));
+        }
+        let torques = [self.load.set_value(), self.driving.set_value()];
+        if !self.torques_are_constant() || torques != self.in_time.grid.torques {
+            self.leave_span()?;
+            self.in_time.grid.torques = torques;
+        }
+        self.run_in_time(time, [Double::from(time), target], false, &mut work).map(|_| ())
+    }
+
+    /// Whether no input depends on time in this step.
+    pub(super) fn torques_are_constant(&self) -> bool {
+        self.load.is_constant() && self.driving.is_constant()
     }
 
     /// What is said of a step that takes more than the work of a call; it has come to the time `reached` (s).
@@ -122,7 +143,7 @@ impl RigidMachine {
             self.mesh.next(&mut position, forward);
             position.angle = angle - Double::from(position.turns - turns) * turn();
         }
-        let [phi, of_u, _] = self.integrator.deviations();
+        let [phi, of_u, _] = self.in_time.integrator.deviations();
         self.errors = Errors { energy: 2.0 * of_u / u.hi.abs(), time: phi / self.state.w.abs() };
         self.step = self.pass(position, None);
         self.count();
@@ -176,7 +197,7 @@ impl RigidMachine {
     /// The integration in time goes on from here with the errors of the steps in the angle.
     fn hand_over(&mut self) {
         let (w, u) = (self.state.w.abs(), self.state.u.hi.abs());
-        self.integrator.set_deviations(w * self.errors.time, 0.5 * u * self.errors.energy);
+        self.in_time.integrator.set_deviations(w * self.errors.time, 0.5 * u * self.errors.energy);
     }
 
     /// u from E.

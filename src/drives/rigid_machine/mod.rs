@@ -20,6 +20,7 @@
 mod advance;
 mod angle_step;
 mod cycle;
+mod equation;
 mod follower;
 mod grid;
 mod inertia;
@@ -55,11 +56,10 @@ use crate::numerics::double_double::Double;
 use crate::numerics::number::{Number, all_finite};
 use angle_step::{AngleStep, Errors};
 use cycle::Cycle;
-use grid::Grid;
 use mesh::Mesh;
 use serde::{Deserialize, Serialize};
 use signal::Signal;
-use solver::Integrator;
+use solver::TimeSteps;
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 use torques::Torques;
@@ -135,10 +135,7 @@ pub struct RigidMachine {
     /// Input `M_an`, for [`Motor::Input`].
     driving: Signal,
     state: State,
-    /// The integration in time.
-    integrator: Integrator,
-    /// The internal steps of the method `fixed_cost`.
-    grid: Grid,
+    in_time: TimeSteps,
     /// The turn's cells with their J; follows from the parameters.
     #[serde(skip)]
     mesh: Mesh,
@@ -196,8 +193,7 @@ impl RigidMachine {
             load: Signal::default(),
             driving: Signal::default(),
             state: State::default(),
-            integrator: Integrator::new(&scene.motor),
-            grid: Grid::default(),
+            in_time: TimeSteps::new(&scene.motor),
             mesh: Mesh::default(),
             cycle: None,
             load_at_start: 0.0,
@@ -355,7 +351,7 @@ impl Drive for RigidMachine {
     fn start(&mut self, time: f64) -> Result<(), Fault> {
         self.check()?;
         self.solver.start();
-        (self.integrator, self.period) = (Integrator::new(&self.motor), 0.0);
+        (self.in_time, self.period) = (TimeSteps::new(&self.motor), 0.0);
         (self.step, self.next_length, self.errors) = (None, f64::INFINITY, Errors::default());
         self.travelled = 0.0;
         self.top_speed = 0.0;
@@ -365,10 +361,9 @@ impl Drive for RigidMachine {
         if self.start == MachineStart::SteadyState {
             self.start_periodically(time)?;
         }
-        self.grid = match self.solver.settings.method {
-            Method::Adaptive => Grid::default(),
-            Method::FixedCost => self.grid_from(time),
-        };
+        if self.solver.settings.method == Method::FixedCost {
+            self.in_time.grid = self.grid_from(time);
+        }
         Ok(())
     }
 
@@ -427,11 +422,9 @@ impl Drive for RigidMachine {
         }
         let intervals = self.inertia.borders().len().max(1);
         let cell = self.step.as_ref().map_or(0, |step| step.from.cell);
-        let lags = matches!(self.integrator, Integrator::WithLag(_));
         let fits = self.state.interval < intervals
-            && self.grid.interval() < intervals
             && cell < self.mesh.cells().len().max(1)
-            && lags == self.motor.lag().is_some();
+            && self.in_time.fits(&self.motor, intervals);
         if fits { Ok(()) } else { Err(no_state()) }
     }
 }
