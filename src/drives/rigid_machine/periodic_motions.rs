@@ -10,7 +10,7 @@
 
 use super::inertia::Inertia;
 use super::place::Place;
-use super::steady::{PERIODIC_TOLERANCE, SCAN_TOLERANCE, Shooting};
+use super::steady::{PERIODIC_TOLERANCE, ROUNDING, SCAN_TOLERANCE, Shooting};
 use super::steady_lag::Turn;
 use super::torques::Torques;
 use super::{Kloss, MachineStart, Motor, RigidMachine, Scene};
@@ -127,16 +127,15 @@ pub fn all_motions(scene: &Scene, load: f64) -> Result<Motions, Fault> {
         }
         // A machine that comes to rest ahead tells nothing of what lies between; the way back to it does.
         let shooting = if stable { &search.ahead } else { &search.back };
-        let Some(start) = between(shooting, *below, *above) else { continue };
+        let Some((start, period)) = shooting.refine((*below, *above), ROUNDING) else { continue };
         let Some(at_zero) = shooting.energy_at_start(start) else { continue };
         if machine.motor.lag().is_none() {
             motions.extend(search.without_lag(stable, start, at_zero.hi));
             continue;
         }
-        let without_lag = shooting.shoot(start).map(|shot| shot.period);
-        match (search.with_lag(at_zero.hi), without_lag) {
-            (Some(motion), Some(period)) => continued.push((period, motion)),
-            (_, period) => lost.extend(period),
+        match search.with_lag(at_zero.hi) {
+            Some(motion) => continued.push((period, motion)),
+            None => lost.push(period),
         }
     }
     // Newton's method may slide from a motion that disturbances leave fast to another one, which is then found twice.
@@ -221,13 +220,8 @@ impl Search<'_> {
             work: None,
         };
         let (motion, period) = turn.refine((2.0 * at_zero).sqrt(), self.breakdown_torque)?;
-        Some(PeriodicMotion {
-            period,
-            energy: 0.5 * motion[0] * motion[0],
-            growth: turn.growth(motion)?,
-            torque: motion[1],
-            course: turn.course(motion, POINTS)?,
-        })
+        let (growth, course) = turn.growth_and_course(motion, POINTS)?;
+        Some(PeriodicMotion { period, energy: 0.5 * motion[0] * motion[0], torque: motion[1], growth, course })
     }
 }
 
@@ -249,33 +243,6 @@ fn least(gain: &impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
         }
     }
     0.5 * (low + high)
-}
-
-/// The root of the gain between two energies with different signs, by bisection with secants.
-fn between(shooting: &Shooting<'_>, mut low: f64, mut high: f64) -> Option<f64> {
-    let gain = |energy: f64| shooting.shoot(energy).map_or(f64::NEG_INFINITY, |shot| shot.gain);
-    let (mut below, mut above) = (gain(low), gain(high));
-    if below.signum() == above.signum() {
-        return None;
-    }
-    for i in 0..200 {
-        // Regula falsi with every third step a bisection: neither end can stay for long.
-        let secant = low - below * (high - low) / (above - below);
-        let next = if i % 3 == 2 || !(secant > low && secant < high) { 0.5 * (low + high) } else { secant };
-        if high - low <= 1e-15 * high || next <= low || next >= high {
-            return Some(next);
-        }
-        let value = gain(next);
-        if value == 0.0 {
-            return Some(next);
-        }
-        if value.signum() == below.signum() {
-            (low, below) = (next, value);
-        } else {
-            (high, above) = (next, value);
-        }
-    }
-    Some(0.5 * (low + high))
 }
 
 /// The motion of the machine without torques (Eigenbewegung) with the period T (s): J ω² = 2E = const,

@@ -243,9 +243,9 @@ impl<'a> Shooting<'a> {
         (stable, motions)
     }
 
-    /// The fixed point between `low`, from which the machine speeds up, and `high`, from which it slows down, and the
-    /// period.
-    pub fn refine(&self, (mut low, mut high): (f64, f64)) -> Option<(f64, f64)> {
+    /// The fixed point between `low`, from which the machine speeds up, and `high`, from which it slows down, as soon as a turn
+    /// misses it by no more than the part `closed` of E, and the period.
+    pub fn refine(&self, (mut low, mut high): (f64, f64), closed: f64) -> Option<(f64, f64)> {
         let mut energy = self.first_energy().filter(|e| *e > low && *e < high).unwrap_or(0.5 * (low + high));
         let mut best = None;
         let mut before: Option<(f64, f64)> = None;
@@ -269,7 +269,7 @@ impl<'a> Shooting<'a> {
             before = Some((energy, gain));
             let wanted = energy - gain / rise;
             // The rest is rounding, of which a secant would make a slope.
-            if gain.abs() <= ROUNDING * energy {
+            if gain.abs() <= closed * energy {
                 best = Some((if rise == 0.0 { energy } else { wanted }, period));
                 break;
             }
@@ -331,7 +331,7 @@ impl RigidMachine {
             }
         };
         let shooting = Shooting::new(self, torques, PERIODIC_TOLERANCE, Some(work))?;
-        let (energy, mut period) = shooting.refine(bracket).ok_or_else(none)?;
+        let (energy, mut period) = shooting.refine(bracket, ROUNDING).ok_or_else(none)?;
         let mut energy = shooting.energy_at_start(energy).ok_or_else(none)?;
         let mut torque = 0.0;
         if self.motor.lag().is_some() {
@@ -340,7 +340,7 @@ impl RigidMachine {
             let turn = Turn { inertia, motor, tau, sense, phi_start: angle.hi, interval, work };
             let v = (2.0 * energy.hi).sqrt();
             let (motion, t) = turn.refine(v, breakdown_torque).ok_or_else(none)?;
-            let growth = turn.growth(motion).ok_or_else(none)?;
+            let (growth, _) = turn.growth_and_course(motion, 1).ok_or_else(none)?;
             if growth > 0.0 {
                 let factor = growth.exp();
                 return Err(Fault(format!(

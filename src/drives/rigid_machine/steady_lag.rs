@@ -131,10 +131,27 @@ impl Turn<'_> {
         legs
     }
 
-    /// ln of the largest modulus of the multipliers of the periodic motion (v, M_an); None where the machine
-    /// comes to rest on it.
-    pub fn growth(&self, [v, torque]: [f64; 2]) -> Option<f64> {
-        let lag = self.motor.lag()?;
+    /// Of the periodic motion (v, M_an) ln of the largest modulus of its multipliers, and φ and ω at the beginnings of so many equal
+    /// parts of the turn and at its end; None where the machine comes to rest on it.
+    pub fn growth_and_course(&self, motion: [f64; 2], points: usize) -> Option<(f64, Vec<[f64; 2]>)> {
+        let disturbance = Disturbance { turn: self, lag: self.motor.lag()?, pieces: self.pieces(motion)? };
+        let growth = match Period::of(&disturbance, GROWTH_TOLERANCE) {
+            Some(whole) => whole.monodromy.growth(),
+            // The lag is some millionths of the turn: the torque follows at once.
+            None => disturbance.growth_without_lag(),
+        };
+        let mut piece = 0;
+        let course = (0..=points).map(|i| {
+            let psi = TAU * i as f64 / points as f64;
+            piece += disturbance.pieces[piece..].iter().take_while(|(_, c)| c.end().hi < psi).count();
+            let [_, w, ..] = disturbance.at(piece, Double::from(psi));
+            [self.phi_start + self.sense * psi, self.sense * w]
+        });
+        Some((growth, course.collect()))
+    }
+
+    /// The steps of the motion (v, M_an).
+    fn pieces(&self, [v, torque]: [f64; 2]) -> Option<Vec<(Place, Collocation<3>)>> {
         let mut c = Collocation::<3>::new(Double::from(0.0), [v, torque, 0.0]);
         let mut pieces = Vec::new();
         for leg in self.legs() {
@@ -145,12 +162,7 @@ impl Turn<'_> {
                 pieces.push((leg.place, c.clone()));
             }
         }
-        let disturbance = Disturbance { turn: self, lag, pieces };
-        match Period::of(&disturbance, GROWTH_TOLERANCE) {
-            Some(whole) => Some(whole.monodromy.growth()),
-            // The lag is some millionths of the turn: the torque follows at once.
-            None => Some(disturbance.growth_without_lag()),
-        }
+        Some(pieces)
     }
 
     /// (v, M_an) after a turn that begins with `y`.
@@ -183,25 +195,6 @@ impl Turn<'_> {
             }
         }
         Some(c.state())
-    }
-
-    /// φ and ω over the turn of the periodic motion (v, M_an), at the beginnings of so many equal parts and at the end.
-    pub fn course(&self, [v, torque]: [f64; 2], points: usize) -> Option<Vec<[f64; 2]>> {
-        let legs = self.legs();
-        let mut c = Collocation::<3>::new(Double::from(0.0), [v, torque, 0.0]);
-        let mut course = Vec::with_capacity(points + 1);
-        let mut legs = legs.iter().peekable();
-        for i in 0..=points {
-            let psi = TAU * i as f64 / points as f64;
-            while let Some(leg) = legs.next_if(|leg| leg.end < psi) {
-                c.advance(&OnLeg { turn: self, place: leg.place }, Double::from(leg.end), PERIODIC_TOLERANCE).ok()?;
-            }
-            let Some(leg) = legs.peek() else { break };
-            let on_leg = OnLeg { turn: self, place: leg.place };
-            c.advance(&on_leg, Double::from(psi), PERIODIC_TOLERANCE).ok()?;
-            course.push([self.phi_start + self.sense * psi, on_leg.speed(Double::from(psi), c.state()[0]).1]);
-        }
-        Some(course)
     }
 
     /// The periodic motion (v, M_an) of a motor with lag next to the periodic motion `v` without; also T.
