@@ -17,6 +17,7 @@ use super::grid::{Grid, WORST};
 use super::{Kloss, Motor, RigidMachine, State};
 use crate::drives::solver::Method;
 use crate::drives::{Event, Fault, Rounded};
+use crate::numerics::angle::WHOLE_TURN;
 use crate::numerics::collocation::{Collocation, Failure};
 use crate::numerics::double_double::{Double, two_product};
 use crate::numerics::work::{EVALUATION, Work};
@@ -426,8 +427,7 @@ impl RigidMachine {
     /// Moves whole turns from the angle to their counter.
     fn take_turns(&mut self, turns: f64) {
         if turns != 0.0 {
-            // 2π in two parts.
-            let angle = two_product(turns, TAU) + two_product(turns, 2.4492935982947064e-16);
+            let angle = two_product(turns, WHOLE_TURN.hi) + two_product(turns, WHOLE_TURN.lo);
             self.state.angle = self.state.angle - angle;
             self.state.turns += turns;
         }
