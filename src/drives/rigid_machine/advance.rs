@@ -11,13 +11,13 @@ use super::solver::FASTEST;
 use super::steady::cost_of_step;
 use super::step_control::AngleSteps;
 use super::torques::Torques;
-use super::{Motor, RigidMachine, Seen, State};
+use super::{Motor, RigidMachine, State};
 use crate::drives::limits::step_too_much;
 use crate::drives::{Fault, Rounded};
+use crate::numerics::angle::WHOLE_TURN;
 use crate::numerics::collocation::Failure;
 use crate::numerics::double_double::{Double, two_sum};
 use crate::numerics::work::Work;
-use std::f64::consts::TAU;
 
 /// Steps in the angle are taken while E exceeds this part of the work of the torques over a cell. 1/φ̇ has a branch
 /// point where E vanishes; the steps that the polynomial then needs are about a fourth of the angle to that point.
@@ -105,7 +105,7 @@ impl RigidMachine {
             } else {
                 Mesh::new(&self.inertia, &self.motor, tolerance)?
             };
-            (self.seen, self.cycle) = (None, None);
+            self.cycle = None;
         }
         self.prepare_cycle();
         Ok(())
@@ -131,7 +131,7 @@ impl RigidMachine {
     fn enter(&mut self, now: Double) {
         let State { mut angle, mut turns, interval, u, .. } = self.state;
         if self.inertia.borders().is_empty() && angle.hi < 0.0 {
-            (angle, turns) = (angle + turn(), turns - 1.0);
+            (angle, turns) = (angle + WHOLE_TURN, turns - 1.0);
         }
         self.torques = Torques::against(&self.motor, self.constant_torque(), u.hi.signum());
         let forward = u.hi > 0.0;
@@ -141,7 +141,7 @@ impl RigidMachine {
         let Cell { low, high, .. } = self.mesh.cells()[cell];
         if if forward { angle.hi >= high } else { angle.hi <= low } {
             self.mesh.next(&mut position, forward);
-            position.angle = angle - Double::from(position.turns - turns) * turn();
+            position.angle = angle - Double::from(position.turns - turns) * WHOLE_TURN;
         }
         let [phi, of_u, _] = self.in_time.integrator.deviations();
         self.errors = Errors { energy: 2.0 * of_u / u.hi.abs(), time: phi / self.state.w.abs() };
@@ -215,13 +215,7 @@ impl RigidMachine {
         self.state.turns = step.from.turns;
         self.state.interval = self.mesh.cells()[step.from.cell].interval;
         // J is the function itself, so that ½ J φ̇² is E to the last digit.
-        let (interval, phi) = (self.state.interval, self.state.angle.hi);
-        let seen = self.mesh.profile.tabulated(interval, phi);
-        let inertia = match seen {
-            Some([j, _]) => j,
-            None => self.mesh.profile.value(&self.inertia, interval, phi),
-        };
-        self.seen = seen.map(|value| Seen { interval, phi, value });
+        let inertia = self.mesh.profile.value(&self.inertia, self.state.interval, self.state.angle.hi);
         let energy = step.from.energy.hi + (step.from.energy.lo + step.work_to(self.abscissa));
         self.state.w = sense * (2.0 * energy / inertia).sqrt();
     }
@@ -241,9 +235,4 @@ impl RigidMachine {
         (self.next_length, self.solver.evaluations) = (steps.next_length, steps.evaluations);
         step
     }
-}
-
-/// 2π.
-fn turn() -> Double {
-    Double { hi: TAU, lo: 2.4492935982947064e-16 }
 }

@@ -110,14 +110,6 @@ struct State {
     interval: usize,
 }
 
-/// J and J′ at an angle.
-#[derive(Clone, Copy)]
-struct Seen {
-    interval: usize,
-    phi: f64,
-    value: [f64; 2],
-}
-
 /// The rigid machine in operation.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct RigidMachine {
@@ -150,9 +142,6 @@ pub struct RigidMachine {
     torques: Torques,
     /// Where in the step the communication point lies, x ∈ [−1, 1].
     abscissa: f64,
-    /// What was looked up in the table of J last; the table yields it again.
-    #[serde(skip)]
-    seen: Option<Seen>,
     /// The length that the next step in the angle may have (rad).
     next_length: f64,
     /// What is known of the errors at the beginning of the step.
@@ -200,7 +189,6 @@ impl RigidMachine {
             step: None,
             torques: Torques::default(),
             abscissa: 0.0,
-            seen: None,
             next_length: f64::INFINITY,
             errors: Errors::default(),
             travelled: 0.0,
@@ -260,10 +248,6 @@ impl RigidMachine {
 
     /// J, J′ at the angle of the state.
     fn inertia_now(&self) -> [f64; 2] {
-        let State { interval, angle, .. } = self.state;
-        if let Some(seen) = self.seen.filter(|seen| seen.interval == interval && seen.phi == angle.hi) {
-            return seen.value;
-        }
         self.mesh.profile.with_slope(&self.inertia, self.state.interval, self.state.angle.hi)
     }
 
