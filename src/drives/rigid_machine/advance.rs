@@ -8,9 +8,9 @@
 use super::angle_step::{AngleStep, Errors, Position};
 use super::mesh::{Cell, Mesh};
 use super::solver::FASTEST;
-use super::steady::cost_of_step;
 use super::step_control::AngleSteps;
 use super::torques::Torques;
+use super::turn_map::cost_of_step;
 use super::{Motor, RigidMachine, State};
 use crate::drives::limits::step_too_much;
 use crate::drives::{Fault, Rounded};

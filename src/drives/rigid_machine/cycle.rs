@@ -9,8 +9,8 @@
 //! it computes the same whatever has happened before.
 
 use super::angle_step::{AngleStep, Position};
-use super::steady::{ROUNDING, Shooting};
 use super::torques::Torques;
+use super::turn_map::{ROUNDING, TurnMap};
 use super::{Kloss, Motor, RigidMachine};
 use crate::drives::solver::Method;
 use crate::numerics::double_double::Double;
@@ -109,16 +109,16 @@ impl Lap {
 impl Cycle {
     /// The periodic motion of this machine against the load `tau`; None where it has none that a table serves for.
     fn new(machine: &RigidMachine, tau: f64) -> Option<Self> {
-        let Motor::Kloss(Kloss { synchronous_speed, dynamics: None, .. }) = machine.motor else { return None };
-        let torques = Torques::against(&machine.motor, tau, synchronous_speed.signum());
+        let Motor::Kloss(Kloss { dynamics: None, .. }) = machine.motor else { return None };
         let tolerance = machine.solver.effective_tolerance();
-        let shooting = Shooting::new(machine, torques, tolerance, None).ok()?.within(MOST_LAPS);
+        let map = TurnMap::new(machine, tau, tolerance, None).ok()?.within(MOST_LAPS);
+        let torques = map.torques();
         let mesh = &machine.mesh;
-        let first = shooting.first_energy()?;
+        let first = map.first_energy()?;
         let closed = (CLOSED * tolerance).max(ROUNDING);
-        let (energy, _) = shooting.refine((0.0, FARTHEST * first), closed)?;
+        let (energy, _) = map.refine((0.0, FARTHEST * first), closed)?;
         let mut turn: Vec<AngleStep> = Vec::with_capacity(2 * mesh.cells().len());
-        let shot = shooting.follow(energy, |step| turn.push(*step))?;
+        let shot = map.follow(energy, |step| turn.push(*step))?;
         if shot.gain.abs() > closed * energy {
             return None;
         }

@@ -24,18 +24,18 @@ mod equation;
 mod follower;
 mod grid;
 mod inertia;
+pub mod lagging_turn;
 pub mod linkage;
 mod mesh;
 mod motor;
-pub mod periodic_motions;
 mod place;
 mod profile;
 mod signal;
 mod solver;
 mod steady;
-mod steady_lag;
 mod step_control;
 mod torques;
+pub mod turn_map;
 mod variables;
 
 #[cfg(test)]

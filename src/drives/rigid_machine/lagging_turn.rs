@@ -1,4 +1,4 @@
-//! The periodic steady state of a motor whose torque lags behind its characteristic.
+//! The turn of a machine whose motor's torque lags behind its characteristic, as a map of two dimensions.
 //!
 //! In the angle ψ = σ(φ − φ_start), with v = √(2E) > 0 and the torque M_an as unknowns,
 //!
@@ -12,7 +12,7 @@
 //! whose Floquet multipliers have the product exp(−∮ dψ/(T_el|φ̇|)) = exp(−T/T_el) (Liouville).
 
 use super::place::Place;
-use super::{Inertia, Kloss, Motor};
+use super::{Inertia, Kloss, Motor, RigidMachine};
 use crate::numerics::collocation::{Collocation, System};
 use crate::numerics::double_double::Double;
 use crate::numerics::gauss::Gauss;
@@ -36,27 +36,24 @@ struct Leg {
     end: f64,
 }
 
-/// A turn of the machine from `phi_start` on.
-pub struct Turn<'a> {
-    /// J(φ).
-    pub inertia: &'a Inertia,
-    /// The motor with its lag.
-    pub motor: &'a Motor,
+/// A turn of a machine whose motor lags, from where it stands.
+pub struct LaggingTurn<'a> {
+    inertia: &'a Inertia,
+    motor: &'a Motor,
     /// The load (N·m).
-    pub tau: f64,
+    tau: f64,
     /// σ.
-    pub sense: f64,
+    sense: f64,
     /// φ at the start (rad) and the interval between borders that holds it.
-    pub phi_start: f64,
-    /// See `phi_start`.
-    pub interval: usize,
+    phi_start: f64,
+    interval: usize,
     /// What the call may still take; a study takes as much as it needs.
-    pub work: Option<&'a Cell<Work>>,
+    work: Option<&'a Cell<Work>>,
 }
 
 /// v, the lagging torque and t.
 struct OnLeg<'a> {
-    turn: &'a Turn<'a>,
+    turn: &'a LaggingTurn<'a>,
     place: Place,
 }
 
@@ -102,7 +99,14 @@ impl System<3> for OnLeg<'_> {
     }
 }
 
-impl Turn<'_> {
+impl<'a> LaggingTurn<'a> {
+    /// The turn of this machine against the load `tau` (N·m).
+    pub fn of(machine: &'a RigidMachine, tau: f64, work: Option<&'a Cell<Work>>) -> Self {
+        let RigidMachine { inertia, motor, state, .. } = machine;
+        let (phi_start, interval) = (state.angle.hi, state.interval);
+        LaggingTurn { inertia, motor, tau, sense: motor.sense(), phi_start, interval, work }
+    }
+
     /// The smooth pieces that the shaft passes from the start, in their order.
     fn legs(&self) -> Vec<Leg> {
         let borders = self.inertia.borders().len();
@@ -166,7 +170,6 @@ impl Turn<'_> {
     }
 
     /// (v, M_an) after a turn that begins with `y`.
-    #[cfg(test)]
     pub fn after(&self, y: [f64; 2]) -> Option<[f64; 2]> {
         self.run(&self.legs(), [y[0], y[1], 0.0]).map(|[v, torque, _]| [v, torque])
     }
@@ -237,7 +240,7 @@ impl Turn<'_> {
 
 /// What becomes of a small disturbance of E on a periodic motion, see the head of this file.
 struct Disturbance<'a> {
-    turn: &'a Turn<'a>,
+    turn: &'a LaggingTurn<'a>,
     lag: f64,
     /// The smooth piece of J, and the periodic motion on it.
     pieces: Vec<(Place, Collocation<3>)>,
