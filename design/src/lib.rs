@@ -30,6 +30,7 @@ pub mod host;
 pub mod lever_law;
 pub mod overview;
 mod parallel;
+pub mod periodic_motions;
 pub mod plot;
 pub mod resource;
 pub mod search;

@@ -126,15 +126,6 @@ impl Fourier {
         slope
     }
 
-    /// U⁽⁵⁾ at `phi`.
-    pub fn fifth(&self, phi: f64) -> f64 {
-        let term = |k: usize| {
-            let (s, c) = (k as f64 * phi).sin_cos();
-            (k as f64).powi(5) * (self.b[k] * c - self.a[k] * s)
-        };
-        (1..self.a.len()).map(term).sum()
-    }
-
     /// The Taylor coefficients about `phi`; see [`super::MotionLaw::expand`].
     pub fn expand(&self, phi: f64, step: f64, coefficients: &mut [f64]) {
         coefficients.fill(0.0);

@@ -62,13 +62,9 @@ impl MotionLaw {
 
     /// U⁽⁵⁾ at `phi`, continued like [`MotionLaw::at_in`].
     pub fn fifth_in(&self, segment: usize, phi: f64) -> f64 {
-        match self {
-            MotionLaw::Fourier(series) => series.fifth(phi),
-            MotionLaw::Cycle(Cycle { pieces, .. }) | MotionLaw::Plan(MotionPlan { pieces, .. }) => {
-                pieces.fifth_in(segment, phi)
-            }
-            MotionLaw::Table(table) => table.fifth_in(segment),
-        }
+        let mut coefficients = [0.0; 6];
+        self.expand(segment, phi, 1.0, &mut coefficients);
+        120.0 * coefficients[5]
     }
 
     /// U(φ + step x) = Σ cₙ xⁿ continued from segment `segment`: the `coefficients` c₀ …, at least 6 and at most 32.

@@ -132,19 +132,6 @@ impl Pieces {
         ])
     }
 
-    /// U⁽⁵⁾ of piece `segment` at `phi`.
-    pub fn fifth_in(&self, segment: usize, phi: f64) -> f64 {
-        let Piece { form: Form { origin, width, height, shape, .. }, middle, .. } = *self.piece(segment);
-        let z = (near(phi, middle) - origin) / width;
-        let fifth = match shape {
-            Shape::Straight => 0.0,
-            Shape::Law(law, part) => law.fifth_in(part, z),
-            Shape::Polynomial(c) => polynomial(&c, 5, z),
-            Shape::Cosines(a) => cosines(&a, 5, z),
-        };
-        height / width.powi(5) * fifth
-    }
-
     /// The Taylor coefficients of piece `segment` about `phi`; see [`super::MotionLaw::expand`].
     pub fn expand(&self, segment: usize, phi: f64, step: f64, coefficients: &mut [f64]) {
         let Piece { form: Form { origin, width, base, level, slope, height, shape }, middle, .. } =

@@ -146,25 +146,6 @@ impl StandardLaw {
         }
     }
 
-    /// f⁽⁵⁾ of the analytic part `part`, also outside of it.
-    pub fn fifth_in(self, part: usize, z: f64) -> f64 {
-        // The fifth derivative is the same at z and 1 − z, and all outer parts follow f″ = v w sin wz.
-        let w = 2.0 * TAU;
-        let part = part.min(self.joints().len().saturating_sub(part));
-        let z = if z > 0.5 { 1.0 - z } else { z };
-        match (self, part) {
-            (SimpleSine, _) => 0.5 * PI.powi(5) * (PI * z).sin(),
-            (InclinedSine, _) => -TAU.powi(4) * (TAU * z).cos(),
-            (Polynomial345, _) => 720.0,
-            (Polynomial4567, _) => 10080.0 * (5.0 * z * (1.0 - z) - 1.0),
-            (ModifiedSine, 0) => -MODIFIED_SINE * w.powi(4) * (w * z).cos(),
-            (ModifiedSine, _) => 3.0 * MODIFIED_SINE * (w / 3.0).powi(4) * (w / 3.0 * (z - 0.125)).sin(),
-            (ModifiedTrapezoid, 0) => -MODIFIED_TRAPEZOID * w.powi(4) * (w * z).cos(),
-            (ModifiedTrapezoid, 1) => 0.0,
-            (ModifiedTrapezoid, _) => MODIFIED_TRAPEZOID * w.powi(4) * (w * (z - 0.5)).cos(),
-        }
-    }
-
     /// f⁽ⁿ⁾(z) stepⁿ/n! of the analytic part `part`, as many as there are `coefficients`, at least 5.
     pub fn expand(self, part: usize, z: f64, step: f64, coefficients: &mut [f64]) {
         coefficients[..5].copy_from_slice(&self.at_in(part, z));
@@ -176,7 +157,8 @@ impl StandardLaw {
         };
         for n in 5..coefficients.len() {
             coefficients[n] = match (self, n) {
-                (Polynomial345 | Polynomial4567, 5) => self.fifth_in(part, z),
+                (Polynomial345, 5) => 720.0,
+                (Polynomial4567, 5) => 10080.0 * (5.0 * z * (1.0 - z) - 1.0),
                 (Polynomial4567, 6) => 50400.0 * (1.0 - 2.0 * z),
                 (Polynomial4567, 7) => -100800.0,
                 (Polynomial345 | Polynomial4567, _) => 0.0,

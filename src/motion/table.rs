@@ -321,16 +321,11 @@ impl Table {
         TransferFunctions(self.spline.piece(segment).at(phi).map(|u| self.scale * u))
     }
 
-    /// U⁽⁵⁾ of piece `segment`, constant there.
-    pub fn fifth_in(&self, segment: usize) -> f64 {
-        self.scale * self.spline.piece(segment).fifth()
-    }
-
     /// The Taylor coefficients of piece `segment` about `phi`; see [`super::MotionLaw::expand`].
     pub fn expand(&self, segment: usize, phi: f64, step: f64, coefficients: &mut [f64]) {
         coefficients.fill(0.0);
         coefficients[..5].copy_from_slice(&self.at_in(segment, phi).0);
-        coefficients[5] = self.fifth_in(segment);
+        coefficients[5] = self.scale * self.spline.piece(segment).fifth();
         let mut factor = 1.0;
         for (n, c) in coefficients[..6].iter_mut().enumerate().skip(1) {
             factor *= step / n as f64;

@@ -1,9 +1,7 @@
 //! Angles on the turn, for laws that consist of pieces.
 
+use crate::numerics::angle::WHOLE_TURN;
 use std::f64::consts::{PI, TAU};
-
-/// What the `f64` 2π misses of 2π.
-const TAU_REST: f64 = 2.4492935982947064e-16;
 
 /// An angle this near a breakpoint counts as on it (rad): some roundings of an angle within [−2π, 2π].
 const ON_BREAKPOINT: f64 = 4e-15;
@@ -21,7 +19,7 @@ pub fn near(phi: f64, middle: f64) -> f64 {
 
 /// `phi` minus this whole number of turns.
 pub fn back(phi: f64, turns: f64) -> f64 {
-    phi - turns * TAU - turns * TAU_REST
+    phi - turns * WHOLE_TURN.hi - turns * WHOLE_TURN.lo
 }
 
 /// `phi` moved by whole turns into [0, 2π).

@@ -22,7 +22,8 @@ mod solved;
 
 use super::double_double::Double;
 use super::gauss::{ABSCISSAE, INTEGRALS_IN_POWERS, MATRIX, STAGES, legendre_integrals};
-use length::{first_step, fit, growth};
+pub use length::fit;
+use length::{first_step, growth};
 use newton::Newton;
 use serde::{Deserialize, Serialize};
 use solved::{Solved, largest, remainder, remainder_of_newton, solved};

@@ -3,10 +3,8 @@
 use super::measured::Measured;
 use super::{Failure, Format, NO_MOTION, driving, failure, files};
 use camdrive::drives::Fault;
-use camdrive::drives::rigid_machine::periodic_motions::{
-    Motions, PeriodicMotion, all_motions, free_motion, periodic_motions, range,
-};
 use camdrive::drives::rigid_machine::{Inertia, Kloss, Motor, Scene};
+use camdrive_design::periodic_motions::{Motions, PeriodicMotion, all_motions, free_motion, periodic_motions, range};
 use camdrive_design::plot::{Axis, Diagram, Series};
 use camdrive_design::text::{self, Table, number};
 use camdrive_design::transmission::{self, Transmission};

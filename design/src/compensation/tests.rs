@@ -477,7 +477,7 @@ fn motors_may_be_steep() {
             start: rigid_machine::MachineStart::Given,
             solver: Settings::default(),
         };
-        let motions = rigid_machine::periodic_motions::periodic_motions(&scene, 0.0).unwrap();
+        let motions = crate::periodic_motions::periodic_motions(&scene, 0.0).unwrap();
         assert!(motions.len() == 1 && rounds.len() == 1);
         assert!(error(rounds[0].period, motions[0].period) < 1e-7, "{} {}", rounds[0].period, motions[0].period);
     }
@@ -651,7 +651,7 @@ fn driven_miss(task: &Task, laws: &[MotionLaw]) -> Vec<f64> {
         start: rigid_machine::MachineStart::Given,
         solver: Settings::default(),
     };
-    let motion = &rigid_machine::periodic_motions::periodic_motions(&scene, 0.0).unwrap()[0];
+    let motion = &crate::periodic_motions::periodic_motions(&scene, 0.0).unwrap()[0];
     let whole = rigid_machine::Inertia::new(task.own.function.clone(), followers);
     let omega = TAU / motion.period;
     let change = |[phi, w]: [f64; 2]| {

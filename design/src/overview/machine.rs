@@ -1,7 +1,7 @@
 //! A rigid machine: its speeds, its inertia, its tools.
 
 use super::{Overview, angles};
-use camdrive::drives::rigid_machine::periodic_motions::{free_motion, periodic_motions, range};
+use crate::periodic_motions::{free_motion, periodic_motions, range};
 use camdrive::drives::rigid_machine::{Inertia, Kloss, Motor, Place, Scene};
 use std::f64::consts::TAU;
 

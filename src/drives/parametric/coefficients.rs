@@ -4,9 +4,8 @@
 use super::crank::{Dip, ParallelCrank, SAME_ANGLE};
 use crate::motion::Fourier;
 use crate::numerics::divisor::greatest_common_divisor;
-use crate::numerics::work::{HARMONIC, Work, draw};
+use crate::numerics::work::HARMONIC;
 use serde::{Deserialize, Serialize};
-use std::cell::Cell;
 use std::f64::consts::{PI, TAU};
 
 /// c(φ).
@@ -227,32 +226,6 @@ impl Coefficients {
         };
         (largest / self.least_mass().1).sqrt()
     }
-
-    /// The mean of b/m over a turn (1/s), which is twice the logarithmic decay per second of the free motions together.
-    /// The trapezoidal rule, which for periodic functions converges as their harmonics do.
-    pub fn mean_damping(&self, work: Option<&Cell<Work>>) -> f64 {
-        if highest(&self.b) == 0 && highest(&self.m) == 0 {
-            return self.b.a[0] / self.m.a[0];
-        }
-        let value = |phi: f64| self.b.at(phi).0[0] / self.m.at(phi).0[0];
-        let mut count = 64 * self.order().max(1);
-        let sum = |offset: f64, count: usize| {
-            (0..count).map(|i| value(TAU * (i as f64 + offset) / count as f64)).sum::<f64>() / count as f64
-        };
-        let mut mean = sum(0.0, count);
-        let cost = HARMONIC * (self.b.order() + self.m.order()) as f64;
-        // Doubled until only the roundings of so many terms change it, or the work is used up; a mass that nearly vanishes needs
-        // most.
-        while draw(work, cost * count as f64).is_some() {
-            let next = 0.5 * (mean + sum(0.5, count));
-            let met = (next - mean).abs() <= f64::EPSILON * (count as f64).sqrt() * next.abs();
-            (mean, count) = (next, 2 * count);
-            if met {
-                break;
-            }
-        }
-        mean
-    }
 }
 
 fn at(series: &Fourier, phi: f64) -> [f64; 4] {
@@ -375,21 +348,6 @@ mod tests {
         assert!(m.at(phi).0[1].abs() < 1e-13 && m.at(phi).0[2] > 0.0);
         for i in 0..100_000 {
             assert!(m.at(TAU * f64::from(i) / 1e5).0[0] >= least);
-        }
-    }
-
-    #[test]
-    fn the_mean_damping_of_a_varying_mass() {
-        // The mean of 1/(1 + e cos φ) is 1/√(1 − e²).
-        for e in [0.3, 0.9, 0.999] {
-            let coefficients = Coefficients {
-                m: Fourier::new(vec![2.0, 2.0 * e], Vec::new()),
-                b: constant(0.5),
-                c: Stiffness::Series(constant(1.0)),
-                f: constant(0.0),
-            };
-            let exact = 0.25 / f64::sqrt(1.0 - e * e);
-            assert!((coefficients.mean_damping(None) / exact - 1.0).abs() < 1e-13, "{e}");
         }
     }
 

@@ -43,9 +43,8 @@ impl Table {
         let turn = Turn { coefficients, w, phi_start, symmetry, work };
         table.map = PeriodMap::new(&turn, tolerance);
         table.whole = table.map.as_ref().map(|map| *map.whole()).or_else(|| Period::of(&turn, tolerance));
-        let log_determinant = -coefficients.mean_damping(Some(work)) * turn.period().hi;
         table.growth_of_period =
-            table.whole.as_ref().map_or_else(|| turn.slow_growth(), |whole| whole.monodromy.growth(log_determinant));
+            table.whole.as_ref().map_or_else(|| turn.slow_growth(), |whole| whole.monodromy.growth());
         table.growth = symmetry * table.growth_of_period;
         table
     }

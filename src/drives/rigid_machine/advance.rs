@@ -8,16 +8,16 @@
 use super::angle_step::{AngleStep, Errors, Position};
 use super::mesh::{Cell, Mesh};
 use super::solver::FASTEST;
-use super::steady::cost_of_step;
 use super::step_control::AngleSteps;
 use super::torques::Torques;
-use super::{Motor, RigidMachine, Seen, State};
+use super::turn_map::cost_of_step;
+use super::{Motor, RigidMachine, State};
 use crate::drives::limits::step_too_much;
 use crate::drives::{Fault, Rounded};
+use crate::numerics::angle::WHOLE_TURN;
 use crate::numerics::collocation::Failure;
 use crate::numerics::double_double::{Double, two_sum};
 use crate::numerics::work::Work;
-use std::f64::consts::TAU;
 
 /// Steps in the angle are taken while E exceeds this part of the work of the torques over a cell. 1/φ̇ has a branch
 /// point where E vanishes; the steps that the polynomial then needs are about a fourth of the angle to that point.
@@ -29,7 +29,7 @@ impl RigidMachine {
         let target = two_sum(time, step);
         self.prepare_mesh_once()?;
         let mut work = Work::default();
-        let steady = self.motor.lag().is_none() && self.load.is_constant() && self.driving.is_constant();
+        let steady = self.motor.lag().is_none() && self.torques_are_constant();
         if !steady || self.constant_torque() != self.torques.against_what() {
             self.leave();
         }
@@ -43,8 +43,7 @@ impl RigidMachine {
                         continue;
                     }
                 }
-                let since = |t: Double| t - Double::from(time);
-                now = Double::from(time) + self.run_in_time(time, [since(now), since(target)], steady, &mut work)?;
+                now = self.run_in_time(time, [now, target], steady, &mut work)?;
                 if (target - now).hi <= 0.0 {
                     return Ok(());
                 }
@@ -66,6 +65,28 @@ impl RigidMachine {
         }
     }
 
+    /// Integrates over the communication step of length `step` from `time` (s) in steps of fixed cost.
+    pub(super) fn advance_on_grid(&mut self, time: f64, step: f64) -> Result<(), Fault> {
+        let target = two_sum(time, step);
+        self.prepare_mesh_once()?;
+        let mut work = Work::default();
+        // Steps that nobody can wait for are refused before the first.
+        if !work.allows(self.cost_in_time() * (step / self.in_time.grid.size)) {
+            return Err(self.too_long([time, target.hi], time));
+        }
+        let torques = [self.load.set_value(), self.driving.set_value()];
+        if !self.torques_are_constant() || torques != self.in_time.grid.torques {
+            self.leave_span()?;
+            self.in_time.grid.torques = torques;
+        }
+        self.run_in_time(time, [Double::from(time), target], false, &mut work).map(|_| ())
+    }
+
+    /// Whether no input depends on time in this step.
+    pub(super) fn torques_are_constant(&self) -> bool {
+        self.load.is_constant() && self.driving.is_constant()
+    }
+
     /// What is said of a step that takes more than the work of a call; it has come to the time `reached` (s).
     pub(super) fn too_long(&self, way: [f64; 2], reached: f64) -> Fault {
         // While there is an angle step, the speed of the state is that of the last communication point.
@@ -84,7 +105,7 @@ impl RigidMachine {
             } else {
                 Mesh::new(&self.inertia, &self.motor, tolerance)?
             };
-            (self.seen, self.cycle) = (None, None);
+            self.cycle = None;
         }
         self.prepare_cycle();
         Ok(())
@@ -110,7 +131,7 @@ impl RigidMachine {
     fn enter(&mut self, now: Double) {
         let State { mut angle, mut turns, interval, u, .. } = self.state;
         if self.inertia.borders().is_empty() && angle.hi < 0.0 {
-            (angle, turns) = (angle + turn(), turns - 1.0);
+            (angle, turns) = (angle + WHOLE_TURN, turns - 1.0);
         }
         self.torques = Torques::against(&self.motor, self.constant_torque(), u.hi.signum());
         let forward = u.hi > 0.0;
@@ -120,9 +141,9 @@ impl RigidMachine {
         let Cell { low, high, .. } = self.mesh.cells()[cell];
         if if forward { angle.hi >= high } else { angle.hi <= low } {
             self.mesh.next(&mut position, forward);
-            position.angle = angle - Double::from(position.turns - turns) * turn();
+            position.angle = angle - Double::from(position.turns - turns) * WHOLE_TURN;
         }
-        let [phi, of_u, _] = self.integrator.deviations();
+        let [phi, of_u, _] = self.in_time.integrator.deviations();
         self.errors = Errors { energy: 2.0 * of_u / u.hi.abs(), time: phi / self.state.w.abs() };
         self.step = self.pass(position, None);
         self.count();
@@ -176,7 +197,7 @@ impl RigidMachine {
     /// The integration in time goes on from here with the errors of the steps in the angle.
     fn hand_over(&mut self) {
         let (w, u) = (self.state.w.abs(), self.state.u.hi.abs());
-        self.integrator.set_deviations(w * self.errors.time, 0.5 * u * self.errors.energy);
+        self.in_time.integrator.set_deviations(w * self.errors.time, 0.5 * u * self.errors.energy);
     }
 
     /// u from E.
@@ -194,13 +215,7 @@ impl RigidMachine {
         self.state.turns = step.from.turns;
         self.state.interval = self.mesh.cells()[step.from.cell].interval;
         // J is the function itself, so that ½ J φ̇² is E to the last digit.
-        let (interval, phi) = (self.state.interval, self.state.angle.hi);
-        let seen = self.mesh.profile.tabulated(interval, phi);
-        let inertia = match seen {
-            Some([j, _]) => j,
-            None => self.mesh.profile.value(&self.inertia, interval, phi),
-        };
-        self.seen = seen.map(|value| Seen { interval, phi, value });
+        let inertia = self.mesh.profile.value(&self.inertia, self.state.interval, self.state.angle.hi);
         let energy = step.from.energy.hi + (step.from.energy.lo + step.work_to(self.abscissa));
         self.state.w = sense * (2.0 * energy / inertia).sqrt();
     }
@@ -220,9 +235,4 @@ impl RigidMachine {
         (self.next_length, self.solver.evaluations) = (steps.next_length, steps.evaluations);
         step
     }
-}
-
-/// 2π.
-fn turn() -> Double {
-    Double { hi: TAU, lo: 2.4492935982947064e-16 }
 }

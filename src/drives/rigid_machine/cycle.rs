@@ -9,8 +9,8 @@
 //! it computes the same whatever has happened before.
 
 use super::angle_step::{AngleStep, Position};
-use super::steady::{ROUNDING, Shooting};
 use super::torques::Torques;
+use super::turn_map::{ROUNDING, TurnMap};
 use super::{Kloss, Motor, RigidMachine};
 use crate::drives::solver::Method;
 use crate::numerics::double_double::Double;
@@ -22,8 +22,8 @@ const PART: f64 = 0.1;
 /// The most steps of a turn in a table: half a kilobyte each, and half a microsecond in each turn of the search.
 const MOST_LAPS: usize = 400;
 
-/// Turns in search of the periodic motion. The secant method needs five; without a periodic motion it goes astray soon.
-const TURNS: usize = 10;
+/// How many times the energy expected the periodic motion may have.
+const FARTHEST: f64 = 4.0;
 
 /// By how much of the tolerance the end of the tabulated turn may miss its beginning, which the machine feels as a δ.
 const CLOSED: f64 = 1e-2;
@@ -109,34 +109,25 @@ impl Lap {
 impl Cycle {
     /// The periodic motion of this machine against the load `tau`; None where it has none that a table serves for.
     fn new(machine: &RigidMachine, tau: f64) -> Option<Self> {
-        let Motor::Kloss(Kloss { synchronous_speed, dynamics: None, .. }) = machine.motor else { return None };
-        let torques = Torques::against(&machine.motor, tau, synchronous_speed.signum());
+        let Motor::Kloss(Kloss { dynamics: None, .. }) = machine.motor else { return None };
         let tolerance = machine.solver.effective_tolerance();
-        let shooting = Shooting::new(machine, torques, tolerance, None).ok()?.within(MOST_LAPS);
+        let map = TurnMap::new(machine, tau, tolerance, None).ok()?.within(MOST_LAPS);
+        let torques = map.torques();
         let mesh = &machine.mesh;
-        let mut energy = shooting.first_energy()?;
+        let first = map.first_energy()?;
+        let closed = (CLOSED * tolerance).max(ROUNDING);
+        let (energy, _) = map.refine((0.0, FARTHEST * first), closed)?;
         let mut turn: Vec<AngleStep> = Vec::with_capacity(2 * mesh.cells().len());
-        let mut before: Option<(f64, f64)> = None;
-        for _ in 0..TURNS {
-            turn.clear();
-            let shot = shooting.follow(energy, |step| turn.push(*step))?;
-            if shot.gain.abs() <= (CLOSED * tolerance).max(ROUNDING) * energy {
-                let mut first = vec![0; mesh.cells().len()];
-                for (i, step) in turn.iter().enumerate().rev() {
-                    first[step.from.cell] = i;
-                }
-                let laps = turn.into_iter().map(|step| Lap::new(step, &torques, tolerance)).collect();
-                return Some(Cycle { torques, tolerance, laps, first });
-            }
-            // The slope of the map is known to some digits only; the secant knows better.
-            let rise = before.map_or(shot.slope - 1.0, |(other, its_gain)| (shot.gain - its_gain) / (energy - other));
-            before = Some((energy, shot.gain));
-            energy -= shot.gain / rise;
-            if !(energy > 0.0 && energy.is_finite()) {
-                return None;
-            }
+        let shot = map.follow(energy, |step| turn.push(*step))?;
+        if shot.gain.abs() > closed * energy {
+            return None;
         }
-        None
+        let mut first = vec![0; mesh.cells().len()];
+        for (i, step) in turn.iter().enumerate().rev() {
+            first[step.from.cell] = i;
+        }
+        let laps = turn.into_iter().map(|step| Lap::new(step, &torques, tolerance)).collect();
+        Some(Cycle { torques, tolerance, laps, first })
     }
 
     /// Makes `step` the step that begins at `position`, near the periodic motion; whether there is one.

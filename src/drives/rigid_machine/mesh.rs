@@ -11,15 +11,13 @@ use super::profile::Profile;
 use super::torques::Torques;
 use super::{Inertia, Kloss, Motor};
 use crate::drives::{Fault, Number, Rounded};
+use crate::numerics::angle::WHOLE_TURN;
 use crate::numerics::double_double::{Double, two_sum};
 use crate::numerics::gauss::{ABSCISSAE, STAGES, WEIGHTS};
 use crate::numerics::interpolant::{COEFFICIENTS, INTEGRATION, Interpolant, neglected};
 use crate::numerics::work::Work;
 use std::f64::consts::TAU;
 use std::sync::Arc;
-
-/// What the `f64` 2π misses.
-const TURN_LOW: f64 = 2.4492935982947064e-16;
 
 /// The widest cell (rad). Where J is constant the torque alone changes the speed; a sixth of a turn leaves the step
 /// control room to save work without losing sight of it.
@@ -143,7 +141,7 @@ impl Mesh {
         let intervals = inertia.borders().len().max(1);
         let mut width = WIDEST.min(4.0 / inertia.resolution());
         // What the rounded end of the turn is short of 2π beyond its beginning.
-        let missing = two_sum(Self::ends(inertia, 0).0, TAU).lo + TURN_LOW;
+        let missing = two_sum(Self::ends(inertia, 0).0, TAU).lo + WHOLE_TURN.lo;
         for interval in 0..intervals {
             let (low, high) = Self::ends(inertia, interval);
             let mut at = low;

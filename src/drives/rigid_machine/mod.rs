@@ -20,21 +20,22 @@
 mod advance;
 mod angle_step;
 mod cycle;
+mod equation;
 mod follower;
 mod grid;
 mod inertia;
+pub mod lagging_turn;
 pub mod linkage;
 mod mesh;
 mod motor;
-pub mod periodic_motions;
 mod place;
 mod profile;
 mod signal;
 mod solver;
 mod steady;
-mod steady_lag;
 mod step_control;
 mod torques;
+pub mod turn_map;
 mod variables;
 
 #[cfg(test)]
@@ -55,11 +56,10 @@ use crate::numerics::double_double::Double;
 use crate::numerics::number::{Number, all_finite};
 use angle_step::{AngleStep, Errors};
 use cycle::Cycle;
-use grid::Grid;
 use mesh::Mesh;
 use serde::{Deserialize, Serialize};
 use signal::Signal;
-use solver::Integrator;
+use solver::TimeSteps;
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 use torques::Torques;
@@ -110,14 +110,6 @@ struct State {
     interval: usize,
 }
 
-/// J and J′ at an angle.
-#[derive(Clone, Copy)]
-struct Seen {
-    interval: usize,
-    phi: f64,
-    value: [f64; 2],
-}
-
 /// The rigid machine in operation.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct RigidMachine {
@@ -135,10 +127,7 @@ pub struct RigidMachine {
     /// Input `M_an`, for [`Motor::Input`].
     driving: Signal,
     state: State,
-    /// The integration in time.
-    integrator: Integrator,
-    /// The internal steps of the method `fixed_cost`.
-    grid: Grid,
+    in_time: TimeSteps,
     /// The turn's cells with their J; follows from the parameters.
     #[serde(skip)]
     mesh: Mesh,
@@ -153,9 +142,6 @@ pub struct RigidMachine {
     torques: Torques,
     /// Where in the step the communication point lies, x ∈ [−1, 1].
     abscissa: f64,
-    /// What was looked up in the table of J last; the table yields it again.
-    #[serde(skip)]
-    seen: Option<Seen>,
     /// The length that the next step in the angle may have (rad).
     next_length: f64,
     /// What is known of the errors at the beginning of the step.
@@ -196,15 +182,13 @@ impl RigidMachine {
             load: Signal::default(),
             driving: Signal::default(),
             state: State::default(),
-            integrator: Integrator::new(&scene.motor),
-            grid: Grid::default(),
+            in_time: TimeSteps::new(&scene.motor),
             mesh: Mesh::default(),
             cycle: None,
             load_at_start: 0.0,
             step: None,
             torques: Torques::default(),
             abscissa: 0.0,
-            seen: None,
             next_length: f64::INFINITY,
             errors: Errors::default(),
             travelled: 0.0,
@@ -264,10 +248,6 @@ impl RigidMachine {
 
     /// J, J′ at the angle of the state.
     fn inertia_now(&self) -> [f64; 2] {
-        let State { interval, angle, .. } = self.state;
-        if let Some(seen) = self.seen.filter(|seen| seen.interval == interval && seen.phi == angle.hi) {
-            return seen.value;
-        }
         self.mesh.profile.with_slope(&self.inertia, self.state.interval, self.state.angle.hi)
     }
 
@@ -355,7 +335,7 @@ impl Drive for RigidMachine {
     fn start(&mut self, time: f64) -> Result<(), Fault> {
         self.check()?;
         self.solver.start();
-        (self.integrator, self.period) = (Integrator::new(&self.motor), 0.0);
+        (self.in_time, self.period) = (TimeSteps::new(&self.motor), 0.0);
         (self.step, self.next_length, self.errors) = (None, f64::INFINITY, Errors::default());
         self.travelled = 0.0;
         self.top_speed = 0.0;
@@ -365,10 +345,9 @@ impl Drive for RigidMachine {
         if self.start == MachineStart::SteadyState {
             self.start_periodically(time)?;
         }
-        self.grid = match self.solver.settings.method {
-            Method::Adaptive => Grid::default(),
-            Method::FixedCost => self.grid_from(time),
-        };
+        if self.solver.settings.method == Method::FixedCost {
+            self.in_time.grid = self.grid_from(time);
+        }
         Ok(())
     }
 
@@ -427,11 +406,9 @@ impl Drive for RigidMachine {
         }
         let intervals = self.inertia.borders().len().max(1);
         let cell = self.step.as_ref().map_or(0, |step| step.from.cell);
-        let lags = matches!(self.integrator, Integrator::WithLag(_));
         let fits = self.state.interval < intervals
-            && self.grid.interval() < intervals
             && cell < self.mesh.cells().len().max(1)
-            && lags == self.motor.lag().is_some();
+            && self.in_time.fits(&self.motor, intervals);
         if fits { Ok(()) } else { Err(no_state()) }
     }
 }

@@ -1,6 +1,7 @@
 //! The smooth pieces of the motion laws of a machine.
 
 use crate::motion::{MotionLaw, TransferFunctions};
+use crate::numerics::angle::WHOLE_TURN;
 use std::f64::consts::{PI, TAU};
 
 /// Which smooth piece of the laws is meant: that which holds `inside`.
@@ -27,6 +28,5 @@ pub fn into_turn(phi: f64) -> f64 {
         return phi;
     }
     let turns = (phi / TAU).round();
-    // The second term is what the `f64` 2π misses.
-    phi - turns * TAU - turns * 2.4492935982947064e-16
+    phi - turns * WHOLE_TURN.hi - turns * WHOLE_TURN.lo
 }

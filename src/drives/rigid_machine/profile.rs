@@ -107,6 +107,12 @@ impl Profile {
         Some((&self.pieces[stretch.first + number as usize], 2.0 * (along - f64::from(number)) - 1.0))
     }
 
+    /// Whether the table holds `phi`.
+    #[cfg(test)]
+    pub fn holds(&self, interval: usize, phi: f64) -> bool {
+        self.piece(interval, phi).is_some()
+    }
+
     /// J (kg·m²) at `phi` (rad), continued smoothly from the interval.
     #[inline]
     pub fn value(&self, inertia: &Inertia, interval: usize, phi: f64) -> f64 {
@@ -119,19 +125,13 @@ impl Profile {
     /// J (kg·m²) and J′ (kg·m²/rad) at `phi` (rad), continued smoothly from the interval.
     #[inline]
     pub fn with_slope(&self, inertia: &Inertia, interval: usize, phi: f64) -> [f64; 2] {
-        self.tabulated(interval, phi).unwrap_or_else(|| {
+        let Some((powers, x)) = self.piece(interval, phi) else {
             let [j, slope, ..] = inertia.at(inertia.place(interval), phi);
-            [j, slope]
-        })
-    }
-
-    /// J and J′ where the table holds them.
-    #[inline]
-    pub fn tabulated(&self, interval: usize, phi: f64) -> Option<[f64; 2]> {
-        let (powers, x) = self.piece(interval, phi)?;
+            return [j, slope];
+        };
         let [j, slope] = powers.with_slope(x);
         // dx/dφ is twice the number of pieces per radian.
         let rate = self.stretches[interval].as_ref().map_or(0.0, |stretch| stretch.rate);
-        Some([j, 2.0 * rate * slope])
+        [j, 2.0 * rate * slope]
     }
 }

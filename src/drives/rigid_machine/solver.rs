@@ -1,22 +1,24 @@
-//! The motion of the machine in time, for where the angle does not serve as the variable ([`super::advance`]).
-//!
-//! With u = √J φ̇ the equation of motion becomes
-//!
-//! φ̇ = u / √J(φ),  u̇ = (M_an − τ) / √J(φ),  [T_el Ṁ_an = M_Kloss(φ̇) − M_an]
-//!
-//! since d(½u²)/dt = (M_an − τ) φ̇. J′ has gone, so the equations are one order smoother than the original, and
-//! without torques u, hence the energy, is constant to the last digit.
+//! The motion of the machine in time ([`super::equation`]): internal steps by the tolerance or, of the method `fixed_cost`, from
+//! one point of a grid to the next.
 //!
 //! Method: Gauss collocation ([`crate::numerics::collocation`]) of the increments over each internal step, which are
-//! added to angle and u in double-double. Internal steps end at communication points. They also end where the angle
-//! passes a border between smooth pieces of a motion law. The polynomial of the step finds that instant to about
-//! the tolerance; that is more than enough, because the right-hand side is continuous there: stopping δ beside the
-//! border changes the solution by the order of δ².
+//! added to angle and u in double-double. A communication point is read from the polynomial of the step that holds it. Steps
+//! by the tolerance end at communication points; so do those of a grid where a torque changes there or depends on time, else
+//! they go on beyond, and the answer does not depend on the communication step.
+//!
+//! Steps also end where the angle passes a border between smooth pieces of a motion law. The polynomial of the step finds that
+//! instant to about the tolerance; that is more than enough, because the right-hand side is continuous there: stopping δ beside
+//! the border changes the solution by the order of δ².
+//!
+//! Nothing is repeated for the sake of a tolerance at fixed cost: each step takes the same number of Newton iterations, and what
+//! they leave counts as error.
 
-use super::profile::Profile;
-use super::{Inertia, Kloss, Motor, RigidMachine, Signal, State};
+use super::grid::{Grid, WORST};
+use super::{Kloss, Motor, RigidMachine, State};
+use crate::drives::solver::Method;
 use crate::drives::{Event, Fault, Rounded};
-use crate::numerics::collocation::{Collocation, Failure, System};
+use crate::numerics::angle::WHOLE_TURN;
+use crate::numerics::collocation::{Collocation, Failure};
 use crate::numerics::double_double::{Double, two_product};
 use crate::numerics::work::{EVALUATION, Work};
 use serde::{Deserialize, Serialize};
@@ -27,7 +29,11 @@ const SLACK: f64 = 1e-8;
 
 /// Changes of the interval without a step in between before a step is taken as it is. Two happen where the machine
 /// turns back on a border; more could only be the work of rounding.
-pub(super) const IDLE_CHANGES: u32 = 4;
+const IDLE_CHANGES: u32 = 4;
+
+/// Newton iterations in a step of fixed cost. The motion differs from that at a constant speed by some part x over the angle of
+/// the usual step, and four iterations leave x¹⁶ of that.
+const ITERATIONS: usize = 4;
 
 /// By what the estimate in time is larger than the deviations, from random machines of which 99 of 100 stay below it. The
 /// deviations suppose that coefficients go on to decay as they do in the step; a torque that follows the speed at once
@@ -47,30 +53,53 @@ pub enum Integrator {
     WithLag(Collocation<3>),
 }
 
+/// An expression of either integrator.
+macro_rules! either {
+    ($integrator:expr, $c:ident => $value:expr) => {
+        match $integrator {
+            Integrator::Mechanical($c) => $value,
+            Integrator::WithLag($c) => $value,
+        }
+    };
+}
+
+/// φ, u and M_an, the latter zero where it is no unknown.
+fn padded<const N: usize>(values: [f64; N]) -> [f64; 3] {
+    std::array::from_fn(|k| values.get(k).copied().unwrap_or(0.0))
+}
+
+/// The standard deviations of φ, u and M_an, with `own` errors beside those carried along.
+fn deviations<const N: usize>(c: &Collocation<N>, own: [f64; N]) -> [f64; 3] {
+    let covariance = c.error_covariance();
+    padded::<N>(std::array::from_fn(|k| (covariance[k][k] + own[k] * own[k]).sqrt()))
+}
+
 impl Integrator {
     /// A fresh integrator for this motor.
-    pub fn new(motor: &Motor) -> Self {
+    fn new(motor: &Motor) -> Self {
         let zero = Double::from(0.0);
         match motor.lag() {
             None => Integrator::Mechanical(Collocation::new(zero, [0.0; 2])),
             Some(_) => Integrator::WithLag(Collocation::new(zero, [0.0; 3])),
         }
     }
-}
 
-impl Integrator {
+    /// The increments of φ, u and M_an over the fraction θ of the last step.
+    fn at(&self, theta: f64) -> [f64; 3] {
+        either!(self, c => padded(if theta == 1.0 { c.state() } else { c.at_fraction(theta) }))
+    }
+
+    /// Adds what the last step errs by at the fraction θ, where it is left, to the covariance of the error.
+    fn leave(&mut self, theta: f64) {
+        either!(self, c => {
+            let own = if theta == 1.0 { c.end_error() } else { c.polynomial_error() };
+            c.disturb(own);
+        });
+    }
+
     /// The standard deviations of φ, u and M_an.
     pub fn deviations(&self) -> [f64; 3] {
-        match self {
-            Integrator::Mechanical(c) => {
-                let p = c.error_covariance();
-                [p[0][0].sqrt(), p[1][1].sqrt(), 0.0]
-            }
-            Integrator::WithLag(c) => {
-                let p = c.error_covariance();
-                [p[0][0].sqrt(), p[1][1].sqrt(), p[2][2].sqrt()]
-            }
-        }
+        either!(self, c => deviations(c, Default::default()))
     }
 
     /// Goes on with these deviations of φ and u.
@@ -81,100 +110,52 @@ impl Integrator {
     }
 }
 
-/// The equations of motion on one smooth piece, for the increments of φ, u and M_an over a step.
-pub(super) struct Piece<'a> {
-    inertia: &'a Inertia,
-    motor: &'a Motor,
-    load: &'a Signal,
-    driving: &'a Signal,
-    profile: &'a Profile,
-    base: &'a State,
-    /// How long after the communication point the time of the integrator begins (s).
-    since: f64,
-    /// The most that φ may change in a step (rad).
-    pub reach: f64,
+/// The integration in time.
+#[derive(Clone, Serialize, Deserialize)]
+pub struct TimeSteps {
+    pub integrator: Integrator,
+    /// The internal step that holds the communication point, where steps go on beyond it.
+    span: Option<Span>,
+    /// Changes of the interval without a step in between.
+    idle: u32,
+    /// The steps of the method `fixed_cost`.
+    pub grid: Grid,
 }
 
-impl Piece<'_> {
-    /// φ after this increment (rad).
-    fn angle(&self, increment: f64) -> f64 {
-        self.base.angle.hi + (self.base.angle.lo + increment)
+/// An internal step: where the integrator's polynomial begins.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+struct Span {
+    base: State,
+    from: Double,
+    end: Double,
+    /// The fraction at which the shaft turns back.
+    reversal: Option<f64>,
+    /// Whether a border is reached at the end, upwards or downwards.
+    exit: Option<bool>,
+    /// The fraction up to which it has been read.
+    read: f64,
+}
+
+impl Span {
+    fn new(base: State, from: Double, end: Double) -> Self {
+        Span { base, from, end, reversal: None, exit: None, read: 0.0 }
     }
 
-    /// √J after this increment.
-    fn root(&self, increment: f64) -> f64 {
-        self.profile.value(self.inertia, self.base.interval, self.angle(increment)).sqrt()
-    }
-
-    fn u(&self, increment: f64) -> f64 {
-        self.base.u.hi + (self.base.u.lo + increment)
-    }
-
-    /// M_an and its derivative with respect to the speed.
-    fn torque(&self, t: Double, w: f64, lagging: Option<&f64>) -> [f64; 2] {
-        if let Some(increment) = lagging {
-            return [self.base.torque + increment, 0.0];
-        }
-        if *self.motor == Motor::Input {
-            return [self.driving.at(self.since + t.hi), 0.0];
-        }
-        let [torque, slope, _] = self.motor.characteristic(w);
-        [torque, slope]
+    fn length(&self) -> f64 {
+        (self.end - self.from).hi
     }
 }
 
-impl<const N: usize> System<N> for Piece<'_> {
-    fn rhs(&self, t: Double, y: &[f64; N]) -> [f64; N] {
-        let root = self.root(y[0]);
-        let w = self.u(y[1]) / root;
-        let [torque, _] = self.torque(t, w, y.get(2));
-        let mut rate = [0.0; N];
-        rate[0] = w;
-        rate[1] = (torque - self.load.at(self.since + t.hi)) / root;
-        if let (Some(rate), Some(lag)) = (rate.get_mut(2), self.motor.lag()) {
-            *rate = (self.motor.characteristic(w)[0] - torque) / lag;
-        }
-        rate
+impl TimeSteps {
+    /// At the start of a machine with this motor.
+    pub fn new(motor: &Motor) -> Self {
+        TimeSteps { integrator: Integrator::new(motor), span: None, idle: 0, grid: Grid::default() }
     }
 
-    fn jacobian(&self, t: Double, y: &[f64; N]) -> [[f64; N]; N] {
-        let [j, slope] = self.profile.with_slope(self.inertia, self.base.interval, self.angle(y[0]));
-        let root = j.sqrt();
-        let w = self.u(y[1]) / root;
-        let [torque, torque_slope] = self.torque(t, w, y.get(2));
-        // The derivative of ln(1/√J).
-        let bend = -0.5 * slope / j;
-        let mut m = [[0.0; N]; N];
-        (m[0][0], m[0][1]) = (w * bend, 1.0 / root);
-        m[1][0] = ((torque - self.load.at(self.since + t.hi)) + torque_slope * w) * bend / root;
-        m[1][1] = torque_slope / j;
-        if let (true, Some(lag)) = (N > 2, self.motor.lag()) {
-            let slope = self.motor.characteristic(w)[1];
-            m[1][N - 1] = 1.0 / root;
-            (m[N - 1][0], m[N - 1][1]) = (slope * w * bend / lag, slope / (root * lag));
-            m[N - 1][N - 1] = -1.0 / lag;
-        }
-        m
-    }
-
-    /// Angles are judged by the radian, u by itself, a lagging torque by the breakdown torque.
-    fn magnitude(&self, y: &[f64; N]) -> [f64; N] {
-        let mut magnitude = [1.0; N];
-        magnitude[1] = self.u(y[1]).abs();
-        if let (Some(magnitude), Motor::Kloss(Kloss { breakdown_torque, .. })) = (magnitude.get_mut(2), self.motor) {
-            *magnitude = breakdown_torque.max(self.base.torque.abs());
-        }
-        magnitude
-    }
-
-    /// The time in which φ changes by `reach` under the present acceleration.
-    fn longest_step(&self, t: Double, y: &[f64; N]) -> f64 {
-        if self.reach.is_infinite() {
-            return f64::INFINITY;
-        }
-        let rate = self.rhs(t, y);
-        let (w, a) = (rate[0].abs(), (rate[1] / self.root(y[0])).abs());
-        2.0 * self.reach / (w + (w * w + 2.0 * a * self.reach).sqrt())
+    /// Whether this may be the state of a machine with this motor and so many intervals between borders.
+    pub fn fits(&self, motor: &Motor, intervals: usize) -> bool {
+        let lags = matches!(self.integrator, Integrator::WithLag(_));
+        lags == motor.lag().is_some() && self.span.is_none_or(|span| span.base.interval < intervals)
     }
 }
 
@@ -194,25 +175,16 @@ fn bisect(upto: f64, g: impl Fn(f64) -> f64) -> f64 {
     high
 }
 
-/// Adds what the last step has erred by to the covariance of the error.
-pub(super) fn add_end_error<const N: usize>(c: &mut Collocation<N>) {
-    let mut covariance = c.error_covariance();
-    for (k, own) in c.end_error().into_iter().enumerate() {
-        covariance[k][k] += own * own;
-    }
-    c.set_error_covariance(covariance);
-}
-
 /// What a step that was just taken met.
 #[derive(Clone, Copy)]
-pub(super) struct Encounter {
+struct Encounter {
     /// The fraction of the step at which the shaft turned back.
-    pub reversal: Option<f64>,
+    reversal: Option<f64>,
     /// The fraction at which the angle left the interval, and whether upwards.
-    pub exit: Option<(f64, bool)>,
+    exit: Option<(f64, bool)>,
 }
 
-pub(super) fn encounter<const N: usize>(c: &Collocation<N>, state: &State, (low, high): (f64, f64)) -> Encounter {
+fn encounter<const N: usize>(c: &Collocation<N>, state: &State, (low, high): (f64, f64)) -> Encounter {
     let angle = |fraction: f64| state.angle.hi + c.at_fraction(fraction)[0];
     let u = |fraction: f64| state.u.hi + c.at_fraction(fraction)[1];
     let reversal = (u(1.0) * state.u.hi < 0.0).then(|| bisect(1.0, u));
@@ -231,61 +203,192 @@ pub(super) fn encounter<const N: usize>(c: &Collocation<N>, state: &State, (low,
     Encounter { reversal, exit }
 }
 
+/// Where a step leads, and by what φ, u and M_an err at its end and between the ends besides.
+struct Prospect {
+    increment: [f64; 3],
+    end: [f64; 3],
+    between: [f64; 3],
+}
+
 impl RigidMachine {
-    /// The equations from the state on, in a time that begins `since` (s) after the communication point.
-    pub(super) fn piece(&self, since: f64) -> Piece<'_> {
-        // A wave of J within a step leaves eight nodes per wave, and what lies beyond the interval is not to be
-        // followed far: there a law goes on that no longer holds.
-        let (low, high) = self.inertia.ends(self.state.interval);
-        let wave = if self.inertia.varies() { TAU / self.inertia.resolution() } else { f64::INFINITY };
-        let reach = wave.min(high - low);
-        Piece {
-            inertia: &self.inertia,
-            motor: &self.motor,
-            load: &self.load,
-            driving: &self.driving,
-            profile: &self.mesh.profile,
-            base: &self.state,
-            since,
-            reach,
-        }
+    /// An evaluation of the equations in a step (nominal µs): the linear equations grow with the square of the unknowns.
+    pub(super) fn cost_in_time(&self) -> f64 {
+        let unknowns = if self.motor.lag().is_some() { 3.0 } else { 2.0 };
+        EVALUATION * unknowns * unknowns / 4.0 + self.inertia.cost()
     }
 
-    /// Integrates in time along the `way` from one time to another [s after the communication point `time`], or, where `may_pass`, until
-    /// the shaft turns fast enough for steps in the angle; returns where it stopped.
+    /// Integrates from one time to another, both within the communication step from `time` on (s), or, where the machine `may_pass`
+    /// to steps in the angle, until the shaft turns fast enough for them; returns where it stopped.
     pub(super) fn run_in_time(
         &mut self,
         time: f64,
-        way: [Double; 2],
+        [mut now, target]: [Double; 2],
         may_pass: bool,
         work: &mut Work,
     ) -> Result<Double, Fault> {
-        // The integrator stays where it is if the step fails; after a fault the machine is used no more.
-        match self.integrator.clone() {
-            Integrator::Mechanical(mut c) => {
-                let reached = self.run(&mut c, time, way, may_pass, work)?;
-                self.integrator = Integrator::Mechanical(c);
-                self.estimate_in_time();
-                Ok(reached)
-            }
-            Integrator::WithLag(mut c) => {
-                let reached = self.run(&mut c, time, way, may_pass, work)?;
-                self.integrator = Integrator::WithLag(c);
-                self.estimate_in_time();
-                Ok(reached)
+        let goes_beyond = self.solver.settings.method == Method::FixedCost && self.torques_are_constant();
+        let limit = (!goes_beyond).then_some(target);
+        loop {
+            match self.in_time.span {
+                None => {
+                    let before = self.solver.evaluations;
+                    self.begin_span(time, now, limit)?;
+                    // A step that evaluated nothing would be taken for ever.
+                    let evaluations = (self.solver.evaluations - before).max(1.0);
+                    work.draw(self.cost_in_time() * evaluations)
+                        .map_err(|_| self.too_long([time, target.hi], now.hi))?;
+                }
+                Some(span) if (target - span.end).hi <= 0.0 => {
+                    self.read_span(span, target);
+                    if !goes_beyond {
+                        self.leave_span()?;
+                    }
+                    return Ok(target);
+                }
+                Some(span) => {
+                    // What is left of the step is read, so that its end is left as every end.
+                    self.read_span(span, span.end);
+                    now = span.end;
+                    self.leave_span()?;
+                    if may_pass && self.turns_fast() {
+                        return Ok(now);
+                    }
+                }
             }
         }
     }
 
-    /// Takes the deviations at the end of a step in time into the estimate.
-    fn estimate_in_time(&mut self) {
-        let scales = [self.travelled, self.top_speed];
-        self.estimate(self.integrator.deviations(), self.inertia_now(), self.state.w, scales);
+    /// The step from `from` on: to a border, to `limit`, to the next point of the grid, or as far as the tolerance allows.
+    fn begin_span(&mut self, time: f64, from: Double, limit: Option<Double>) -> Result<(), Fault> {
+        let end = match (self.solver.settings.method, limit) {
+            (Method::Adaptive, Some(limit)) => limit,
+            _ => self.in_time.grid.end_of_step(from, limit),
+        };
+        // The integrator stays where it is if the step fails; after a fault the machine is used no more.
+        let mut integrator = self.in_time.integrator.clone();
+        let prospect = either!(&mut integrator, c => self.solve_span(c, time, [from, end]))?;
+        self.in_time.integrator = integrator;
+        // What the polynomial errs by between the ends is seen only where communication points lie there.
+        self.foresee(prospect, limit.is_none());
+        Ok(())
+    }
+
+    fn solve_span<const N: usize>(
+        &mut self,
+        c: &mut Collocation<N>,
+        time: f64,
+        [from, end]: [Double; 2],
+    ) -> Result<Prospect, Fault> {
+        let spent = c.statistics.evaluations;
+        let covariance = c.error_covariance();
+        let mut span = Span::new(self.state, from, end);
+        loop {
+            self.solve(c, &mut span, time)?;
+            let met = encounter(c, &self.state, self.inertia.ends(self.state.interval));
+            span.reversal = met.reversal;
+            let Some((fraction, upward)) = met.exit.filter(|_| self.in_time.idle < IDLE_CHANGES) else { break };
+            self.cut(from)?;
+            c.set_error_covariance(covariance);
+            let crossing = from + Double::from(fraction * span.length());
+            if (crossing - from).hi <= 0.0 {
+                self.change_interval(upward);
+                self.in_time.idle += 1;
+                span = Span::new(self.state, from, end);
+                continue;
+            }
+            span.end = crossing;
+            self.solve(c, &mut span, time)?;
+            span.exit = (span.end == crossing).then_some(upward);
+            span.reversal = encounter(c, &self.state, self.inertia.ends(self.state.interval)).reversal;
+            break;
+        }
+        self.in_time.idle = 0;
+        self.in_time.span = Some(span);
+        self.solver.steps += 1.0;
+        self.solver.evaluations += (c.statistics.evaluations - spent) as f64;
+        Ok(Prospect {
+            increment: padded(c.state()),
+            end: deviations(c, c.end_error()),
+            between: padded(c.polynomial_error()),
+        })
+    }
+
+    /// Solves the equations over `span`, or over as much of it as the tolerance and the reach of the nodes allow.
+    fn solve<const N: usize>(&mut self, c: &mut Collocation<N>, span: &mut Span, time: f64) -> Result<(), Fault> {
+        let since = (span.from - Double::from(time)).hi;
+        let fixed_cost = self.solver.settings.method == Method::FixedCost;
+        if fixed_cost {
+            self.fit_to_reach(self.longest_step::<N>(since), span.from, &mut span.end)?;
+        }
+        let (piece, covariance) = (self.piece(since), c.error_covariance());
+        let length = span.end - span.from;
+        let mut limit = length;
+        loop {
+            c.restart(Double::from(0.0), [0.0; N]);
+            let solved = if fixed_cost {
+                c.step_of_fixed_cost(&piece, limit, ITERATIONS, WORST)
+            } else {
+                c.step(&piece, limit, self.solver.effective_tolerance())
+            };
+            match solved {
+                Ok(()) if c.state()[0].abs() <= 2.0 * piece.reach => break,
+                Ok(()) | Err(Failure::Stalled { .. }) if fixed_cost => return Err(self.refused(span.from.hi)),
+                // A load that grows during the step takes the shaft further than its first acceleration told.
+                Ok(()) => limit = c.end() * Double::from(0.5),
+                Err(failure) => return Err(self.fault(failure, span.from.hi)),
+            }
+            c.set_error_covariance(covariance);
+        }
+        if c.end() != length {
+            span.end = span.from + c.end();
+        }
+        Ok(())
+    }
+
+    /// Takes the errors of the step that begins at the state into the estimate.
+    fn foresee(&mut self, Prospect { increment, end, between }: Prospect, within: bool) {
+        let deviations = std::array::from_fn(|k| end[k] + if within { between[k] } else { 0.0 });
+        let here = self.state;
+        let inertia = self.inertia_now();
+        self.add(increment);
+        let (w, there) = (self.state.w, self.inertia_now());
+        self.state = here;
+        let scales = [self.travelled + increment[0].abs(), self.top_speed.max(here.w.abs()).max(w.abs())];
+        self.estimate(deviations, inertia, here.w, scales);
+        self.estimate(deviations, there, w, scales);
+    }
+
+    /// Takes the values at `target` from the step, which holds it.
+    fn read_span(&mut self, mut span: Span, target: Double) {
+        let theta = if target == span.end { 1.0 } else { ((target - span.from).hi / span.length()).clamp(0.0, 1.0) };
+        self.state = span.base;
+        self.add(self.in_time.integrator.at(theta));
+        if let Some(at) = span.reversal.filter(|at| (span.read..=theta).contains(at) && *at > 0.0) {
+            span.reversal = None;
+            self.record_reversal((span.from + Double::from(at * span.length())).hi);
+        }
+        span.read = theta;
+        self.in_time.span = Some(span);
+    }
+
+    /// Ends the step where it was read last; the machine goes on from there.
+    pub(super) fn leave_span(&mut self) -> Result<(), Fault> {
+        let Some(span) = self.in_time.span.take() else { return Ok(()) };
+        self.travelled += self.in_time.integrator.at(span.read)[0].abs();
+        self.top_speed = self.top_speed.max(self.state.w.abs());
+        self.in_time.integrator.leave(span.read);
+        if !(self.state.w.abs() <= FASTEST) {
+            return Err(self.fault(Failure::Unbounded { time: span.length() }, span.from.hi));
+        }
+        if let Some(upward) = span.exit.filter(|_| span.read == 1.0) {
+            self.change_interval(upward);
+        }
+        Ok(())
     }
 
     /// Takes deviations of φ, u and M_an into the estimate where J, J′ and φ̇ are these: of φ relative to the angle passed,
     /// of φ̇ to the greatest speed and of a lagging torque to the breakdown torque.
-    pub(super) fn estimate(&mut self, [phi, u, torque]: [f64; 3], [j, slope]: [f64; 2], w: f64, scales: [f64; 2]) {
+    fn estimate(&mut self, [phi, u, torque]: [f64; 3], [j, slope]: [f64; 2], w: f64, scales: [f64; 2]) {
         let [travelled, top_speed] = scales;
         let of_w = u / j.sqrt() + (0.5 * slope / j * w).abs() * phi;
         let (breakdown, caution) = match self.motor {
@@ -298,103 +401,11 @@ impl RigidMachine {
         self.solver.error_estimate = self.solver.error_estimate.max(caution * estimate);
     }
 
-    fn run<const N: usize>(
-        &mut self,
-        c: &mut Collocation<N>,
-        time: f64,
-        [from, target]: [Double; 2],
-        may_pass: bool,
-        work: &mut Work,
-    ) -> Result<Double, Fault> {
-        let spent = c.statistics;
-        c.restart(from, [0.0; N]);
-        let mut idle = 0;
-        // The linear equations of a step grow with the square of the unknowns.
-        let cost = EVALUATION * (N * N) as f64 / 4.0 + self.inertia.cost();
-        while (target - c.end()).hi > 0.0 {
-            let evaluations = c.statistics.evaluations;
-            c.restart(c.end(), [0.0; N]);
-            let before = c.end();
-            let covariance = c.error_covariance();
-            self.step(c, time, target)?;
-            let met = encounter(c, &self.state, self.inertia.ends(self.state.interval));
-            let length = (c.end() - before).hi;
-            match met.exit {
-                Some((fraction, upward)) if idle < IDLE_CHANGES => {
-                    let crossing = before + Double::from(fraction * length);
-                    c.retract();
-                    c.set_error_covariance(covariance);
-                    self.step(c, time, crossing)?;
-                    self.absorb(c, time, None)?;
-                    // A table has so many borders that every step may end on one; only those that take no time count.
-                    idle = if (c.end() - before).hi > 0.0 { 0 } else { idle + 1 };
-                    if c.end() == crossing {
-                        self.change_interval(upward);
-                    }
-                }
-                _ => {
-                    self.absorb(c, time, met.reversal.map(|f| (before + Double::from(f * length)).hi))?;
-                    idle = 0;
-                }
-            }
-            // A step that evaluated nothing would be taken for ever.
-            let evaluations = (c.statistics.evaluations - evaluations).max(1);
-            work.draw(cost * evaluations as f64)
-                .map_err(|_| self.too_long([time, time + target.hi], time + c.end().hi))?;
-            if may_pass && self.turns_fast() {
-                break;
-            }
-        }
-        let s = &c.statistics;
-        self.solver.steps += (s.steps - spent.steps) as f64;
-        self.solver.evaluations += (s.evaluations - spent.evaluations) as f64;
-        Ok(c.end())
-    }
-
-    /// One step of the integrator towards `limit` that the shaft makes within the reach of the nodes.
-    fn step<const N: usize>(&self, c: &mut Collocation<N>, time: f64, mut limit: Double) -> Result<(), Fault> {
-        let piece = self.piece(0.0);
-        let tolerance = self.solver.effective_tolerance();
-        let covariance = c.error_covariance();
-        loop {
-            c.step(&piece, limit, tolerance).map_err(|failure| self.fault(failure, time))?;
-            // A load that grows during the step takes the shaft further than its first acceleration told.
-            if c.state()[0].abs() <= 2.0 * piece.reach {
-                return Ok(());
-            }
-            let length = (c.end() - c.start()).hi;
-            limit = c.start() + Double::from(0.5 * length);
-            c.retract();
-            c.set_error_covariance(covariance);
-        }
-    }
-
-    /// Adds the increments of the last step to the state.
-    fn absorb<const N: usize>(
-        &mut self,
-        c: &mut Collocation<N>,
-        time: f64,
-        reversal: Option<f64>,
-    ) -> Result<(), Fault> {
-        add_end_error(c);
-        let increment = c.state();
-        self.add(&increment);
-        self.travelled += increment[0].abs();
-        self.top_speed = self.top_speed.max(self.state.w.abs());
-        if !(self.state.w.abs() <= FASTEST) {
-            return Err(self.fault(Failure::Unbounded { time: c.end().hi }, time));
-        }
-        if let Some(at) = reversal {
-            self.record_reversal(time + at);
-        }
-        Ok(())
-    }
-
     /// Adds increments of φ, u and M_an to the state.
-    pub(super) fn add<const N: usize>(&mut self, increment: &[f64; N]) {
-        self.state.angle = self.state.angle + Double::from(increment[0]);
-        self.state.u = self.state.u + Double::from(increment[1]);
-        self.state.torque += increment.get(2).copied().unwrap_or(0.0);
+    fn add(&mut self, [phi, u, torque]: [f64; 3]) {
+        self.state.angle = self.state.angle + Double::from(phi);
+        self.state.u = self.state.u + Double::from(u);
+        self.state.torque += torque;
         if self.inertia.borders().is_empty() {
             self.take_turns((self.state.angle.hi / TAU).round());
         }
@@ -402,7 +413,7 @@ impl RigidMachine {
     }
 
     /// Tells of the shaft's reversal at `time` (s).
-    pub(super) fn record_reversal(&mut self, time: f64) {
+    fn record_reversal(&mut self, time: f64) {
         self.events.push(Event {
             time,
             kind: "reversal of the shaft",
@@ -414,17 +425,16 @@ impl RigidMachine {
     }
 
     /// Moves whole turns from the angle to their counter.
-    pub(super) fn take_turns(&mut self, turns: f64) {
+    fn take_turns(&mut self, turns: f64) {
         if turns != 0.0 {
-            // 2π in two parts.
-            let angle = two_product(turns, TAU) + two_product(turns, 2.4492935982947064e-16);
+            let angle = two_product(turns, WHOLE_TURN.hi) + two_product(turns, WHOLE_TURN.lo);
             self.state.angle = self.state.angle - angle;
             self.state.turns += turns;
         }
     }
 
     /// The shaft passed a border of its interval.
-    pub(super) fn change_interval(&mut self, upward: bool) {
+    fn change_interval(&mut self, upward: bool) {
         let last = self.inertia.borders().len() - 1;
         self.state.interval = match (self.state.interval, upward) {
             (i, true) if i == last => {

@@ -1,287 +1,28 @@
-//! The periodic steady state, found by shooting over one turn of the angle.
-//!
-//! The machine turns in the sense σ = sgn(w_s). E at the beginning of the turn → E at its end is a monotone scalar map,
-//! and the motion in the angle ([`super::step_control`]) computes it. Its fixed points are the rotating periodic motions;
-//! the time of the turn is the period. The multiplier of a periodic motion is the slope of the map.
+//! The start on the periodic solution.
 //!
 //! A motion that is faster than w* everywhere, where M(w*) = τ with a falling characteristic, loses energy, hence every
 //! periodic motion crosses w* or stays below it. A periodic motion that crosses w* keeps within ½ J_min w*² ≤ E ≤ ½ J_max w*²,
 //! as long as the torque exceeds the load between the slowest of these speeds and w*. Where the characteristic falls at all
 //! these speeds, |s| < s_K, there is one such periodic motion, it is stable, and it is the fastest. Otherwise there may be
 //! several. **Of the stable periodic motions the fastest is taken**: the one that a machine reaches that was fast before. The
-//! map is then scanned for changes of the sign of E(2π) − E(0), so that two periodic motions closer together than the scan's
+//! map of the turn ([`super::turn_map`]) is then scanned for changes of the sign of E(2π) − E(0), so that two periodic motions closer together than the scan's
 //! mesh (half a per cent of the speed) may be overlooked.
-//!
-//! With a lagging torque the map has two dimensions ([`super::steady_lag`]).
 //!
 //! Source: W. Walter, *Ordinary Differential Equations*, Springer 1998, § 9 (lower and upper solutions).
 
-use super::angle_step::{AngleStep, Position};
-use super::mesh::Mesh;
-use super::steady_lag::Turn;
-use super::step_control::AngleSteps;
+use super::lagging_turn::LaggingTurn;
 use super::torques::Torques;
-use super::{Kloss, Motor, RigidMachine, State};
+use super::turn_map::{PERIODIC_TOLERANCE, ROUNDING, SCAN_TOLERANCE, TurnMap};
+use super::{Kloss, Motor, RigidMachine};
 use crate::drives::limits::search_too_much;
 use crate::drives::{Event, Fault, Number};
 use crate::numerics::double_double::Double;
-use crate::numerics::gauss::STAGES;
-use crate::numerics::work::{self, Work};
+use crate::numerics::work::Work;
 use std::cell::Cell;
-use std::f64::consts::TAU;
-
-/// Tolerance of the scan; the signs are all that matters.
-pub const SCAN_TOLERANCE: f64 = 1e-7;
-
-/// Tolerance of the periodic motion itself: the ends of the steps are then exact to rounding.
-pub const PERIODIC_TOLERANCE: f64 = 1e-12;
 
 /// How many speeds of the scan lie where periodic motions without load can lie, and how many below.
 const SCAN: usize = 80;
 const SCAN_BELOW: usize = 32;
-
-/// What the rounding of a turn's integration makes of E, relative.
-pub const ROUNDING: f64 = 4e-15;
-
-/// Iterations of the shooting; the secant method needs a handful, bisection fifty.
-const ITERATIONS: usize = 80;
-
-/// Below this part of the first energy a machine has come to rest: a billionth of the speed.
-const REST: f64 = 1e-18;
-
-/// Steps of a turn; a motor that is synchronous for a hundred-thousandth of the turn only takes some hundred.
-const MOST_STEPS: usize = 200_000;
-
-/// A table of 2/J beside the evaluations of J for it (nominal µs).
-const TABLE: f64 = 0.5;
-
-/// What a step takes that evaluates N so often (nominal µs).
-pub(super) fn cost_of_step(evaluations: f64) -> f64 {
-    0.15 + 0.03 * evaluations
-}
-
-/// What a turn from the beginning of the mesh on does.
-pub struct Shot {
-    /// E(2π) − E(0) (J).
-    pub gain: f64,
-    /// The slope of the map, about.
-    pub slope: f64,
-    /// The time of the turn (s).
-    pub period: f64,
-}
-
-/// Shooting at one tolerance.
-pub struct Shooting<'a> {
-    machine: &'a RigidMachine,
-    mesh: Mesh,
-    torques: Torques,
-    tolerance: f64,
-    /// Steps in a turn with more of which the machine is given up.
-    most_steps: usize,
-    /// What the call may still take; a study takes as much as it needs.
-    work: Option<&'a Cell<Work>>,
-}
-
-impl<'a> Shooting<'a> {
-    /// Shooting of this machine under these torques, with what is left of the `work`.
-    ///
-    /// # Errors
-    /// Where the mesh of this tolerance takes too much.
-    pub fn new(
-        machine: &'a RigidMachine,
-        torques: Torques,
-        tolerance: f64,
-        work: Option<&'a Cell<Work>>,
-    ) -> Result<Self, Fault> {
-        // The machine's own mesh serves where it is fine enough.
-        let own = machine.solver.effective_tolerance() <= tolerance;
-        let mesh = if own {
-            machine.mesh.clone()
-        } else {
-            machine.mesh.with_tolerance(&machine.inertia, &machine.motor, tolerance)?
-        };
-        Ok(Shooting { machine, mesh, torques, tolerance, most_steps: MOST_STEPS, work })
-    }
-
-    /// The same for turns of at most so many steps.
-    pub fn within(self, most_steps: usize) -> Self {
-        Shooting { most_steps, ..self }
-    }
-
-    /// E at the beginning of the turn on the periodic motion, about: that of the mean √J at the speed that balances the
-    /// load.
-    pub fn first_energy(&self) -> Option<f64> {
-        let root = self.machine.mesh.mean_root * self.torques.balance()?;
-        Some(0.5 * root * root)
-    }
-
-    fn forward(&self) -> bool {
-        self.torques.sense > 0.0
-    }
-
-    /// The torques.
-    pub fn torques(&self) -> Torques {
-        self.torques
-    }
-
-    /// The beginning of the turn with this energy.
-    fn beginning(&self, energy: f64) -> Position {
-        let cells = self.mesh.cells();
-        let cell = if self.forward() { 0 } else { cells.len() - 1 };
-        let angle = if self.forward() { cells[cell].low } else { cells[cell].high };
-        Position { energy: Double::from(energy), angle: Double::from(angle), cell, ..Position::default() }
-    }
-
-    /// Follows the machine from the beginning of a turn with this energy; `visit` sees every step and may bound the
-    /// next one, or end the journey. None where the machine comes to rest.
-    fn advance_by_angle(
-        &self,
-        energy: f64,
-        mut most: impl FnMut(&Position, Option<&AngleStep>) -> Option<f64>,
-    ) -> Option<AngleStep> {
-        let mut steps = AngleSteps {
-            inertia: &self.machine.inertia,
-            mesh: &self.mesh,
-            torques: self.torques,
-            tolerance: self.tolerance,
-            next_length: f64::INFINITY,
-            evaluations: 0.0,
-            tables: 0,
-        };
-        let cost_of_table = TABLE + STAGES as f64 * self.machine.inertia.cost();
-        let mut position = self.beginning(energy);
-        let mut last: Option<AngleStep> = None;
-        for _ in 0..self.most_steps {
-            let Some(most) = most(&position, last.as_ref()) else { return last };
-            let before = (steps.evaluations, steps.tables);
-            let step = steps.pass(position, last.as_ref(), most);
-            let tables = (steps.tables - before.1) as f64 * cost_of_table;
-            work::draw(self.work, cost_of_step(steps.evaluations - before.0) + tables)?;
-            let step = step?;
-            position = self.mesh.after(&step, self.torques.sense);
-            if !(step.energy.hi > REST * energy) {
-                return None;
-            }
-            last = Some(step);
-        }
-        None
-    }
-
-    /// A turn that begins with this energy; None where the machine comes to rest.
-    pub fn shoot(&self, energy: f64) -> Option<Shot> {
-        self.follow(energy, |_| ())
-    }
-
-    /// The same; `visit` sees the steps.
-    pub fn follow(&self, energy: f64, mut visit: impl FnMut(&AngleStep)) -> Option<Shot> {
-        let mut slope = 1.0;
-        let end = self.advance_by_angle(energy, |position, last| {
-            if let Some(last) = last {
-                slope *= last.slope();
-                visit(last);
-            }
-            (position.turns == 0.0).then_some(f64::INFINITY)
-        })?;
-        let gain = (end.energy - Double::from(energy)).hi;
-        Some(Shot { gain, slope, period: end.end.hi })
-    }
-
-    /// E at the angle of the machine on the motion that begins the turn with `energy`.
-    pub fn energy_at_start(&self, energy: f64) -> Option<Double> {
-        let angle = self.machine.state.angle.hi;
-        let cell = self.mesh.find(self.machine.state.interval, angle, self.forward());
-        let ahead = |position: &Position| self.torques.sense * (angle - position.angle.hi);
-        let end = self.advance_by_angle(energy, |position, _| {
-            let there = position.cell == cell && ahead(position) <= 0.0;
-            (!there && position.turns == 0.0)
-                .then(|| if position.cell == cell { ahead(position) } else { f64::INFINITY })
-        });
-        // At the very beginning there is no step to take.
-        let beginning = self.beginning(energy);
-        if beginning.cell == cell && ahead(&beginning) <= 0.0 { Some(beginning.energy) } else { Some(end?.energy) }
-    }
-
-    /// φ and ω over a turn that begins with `energy`, at about so many points, in the order in which the machine passes them.
-    pub fn course(&self, energy: f64, points: usize) -> Vec<[f64; 2]> {
-        let sense = self.machine.motor.sense();
-        let mut course = Vec::with_capacity(points + 1);
-        let longest = TAU / points as f64;
-        self.advance_by_angle(energy, |position, _| {
-            let place = self.machine.inertia.place(self.mesh.cells()[position.cell].interval);
-            let j = self.machine.inertia.value(place, position.angle.hi);
-            let here = [position.angle.hi, sense * (2.0 * position.energy.hi / j).sqrt()];
-            (position.turns == 0.0).then(|| {
-                course.push(here);
-                longest
-            })
-        });
-        course.extend(course.first().map(|[phi, w]| [phi + self.torques.sense * TAU, *w]));
-        if self.torques.sense != sense {
-            course.reverse();
-        }
-        course
-    }
-
-    /// The brackets of the stable periodic motions, the fastest first, and the number of all periodic motions found.
-    fn scan(&self, energies: impl Iterator<Item = f64>) -> (Vec<(f64, f64)>, usize) {
-        let mut stable = Vec::new();
-        let mut motions = 0;
-        let mut above: Option<(f64, f64)> = None;
-        for energy in energies {
-            // A machine that comes to rest has lost speed.
-            let gain = self.shoot(energy).map_or(f64::NEG_INFINITY, |shot| shot.gain);
-            if let Some((faster, gain_above)) = above {
-                if gain >= 0.0 && gain_above < 0.0 {
-                    stable.push((energy, faster));
-                    motions += 1;
-                } else if gain < 0.0 && gain_above >= 0.0 {
-                    motions += 1;
-                }
-            }
-            above = Some((energy, gain));
-        }
-        (stable, motions)
-    }
-
-    /// The fixed point between `low`, from which the machine speeds up, and `high`, from which it slows down, and the
-    /// period.
-    pub fn refine(&self, (mut low, mut high): (f64, f64)) -> Option<(f64, f64)> {
-        let mut energy = self.first_energy().filter(|e| *e > low && *e < high).unwrap_or(0.5 * (low + high));
-        let mut best = None;
-        let mut before: Option<(f64, f64)> = None;
-        for _ in 0..ITERATIONS {
-            let Some(Shot { gain, slope, period }) = self.shoot(energy) else {
-                low = energy;
-                energy = 0.5 * (low + high);
-                continue;
-            };
-            best = Some((energy, period));
-            if gain > 0.0 {
-                low = energy;
-            } else {
-                high = energy;
-            }
-            // The slope of the map is known to some digits only; the secant knows better.
-            let rise = match before {
-                Some((other, its_gain)) if other != energy => (gain - its_gain) / (energy - other),
-                _ => slope - 1.0,
-            };
-            before = Some((energy, gain));
-            let wanted = energy - gain / rise;
-            // The rest is rounding, of which a secant would make a slope.
-            if gain.abs() <= ROUNDING * energy {
-                best = Some((if rise == 0.0 { energy } else { wanted }, period));
-                break;
-            }
-            let next = if wanted > low && wanted < high { wanted } else { 0.5 * (low + high) };
-            if (next - energy).abs() <= 4e-16 * energy {
-                break;
-            }
-            energy = next;
-        }
-        best
-    }
-}
 
 impl RigidMachine {
     /// Puts the machine on its periodic motion under the load that acts at the start.
@@ -325,22 +66,20 @@ impl RigidMachine {
                 let even = |i: usize| top + (bottom - top) * i as f64 / SCAN as f64;
                 let below = |i: usize| bottom * 0.02_f64.powf((i + 1) as f64 / SCAN_BELOW as f64);
                 let speeds = (0..=SCAN).map(even).chain((0..SCAN_BELOW).map(below));
-                let scanning = Shooting::new(self, torques, SCAN_TOLERANCE, Some(work))?;
+                let scanning = TurnMap::new(self, tau, SCAN_TOLERANCE, Some(work))?;
                 let (stable, motions) = scanning.scan(speeds.map(|v| 0.5 * v * v));
                 (*stable.first().ok_or_else(none)?, motions)
             }
         };
-        let shooting = Shooting::new(self, torques, PERIODIC_TOLERANCE, Some(work))?;
-        let (energy, mut period) = shooting.refine(bracket).ok_or_else(none)?;
-        let mut energy = shooting.energy_at_start(energy).ok_or_else(none)?;
+        let map = TurnMap::new(self, tau, PERIODIC_TOLERANCE, Some(work))?;
+        let (energy, mut period) = map.refine(bracket, ROUNDING).ok_or_else(none)?;
+        let mut energy = map.energy_at_start(energy).ok_or_else(none)?;
         let mut torque = 0.0;
         if self.motor.lag().is_some() {
-            let State { angle, interval, .. } = self.state;
-            let (inertia, motor, work) = (&*self.inertia, &self.motor, Some(work));
-            let turn = Turn { inertia, motor, tau, sense, phi_start: angle.hi, interval, work };
+            let turn = LaggingTurn::of(self, tau, Some(work));
             let v = (2.0 * energy.hi).sqrt();
             let (motion, t) = turn.refine(v, breakdown_torque).ok_or_else(none)?;
-            let growth = turn.growth(motion, t).ok_or_else(none)?;
+            let (growth, _) = turn.growth_and_course(motion, 1).ok_or_else(none)?;
             if growth > 0.0 {
                 let factor = growth.exp();
                 return Err(Fault(format!(

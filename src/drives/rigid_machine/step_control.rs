@@ -4,6 +4,7 @@ use super::Inertia;
 use super::angle_step::{AngleStep, Effort, Position, Tabulated};
 use super::mesh::{Cell, Mesh, tabulate};
 use super::torques::Torques;
+use crate::numerics::collocation::fit;
 use crate::numerics::double_double::Double;
 
 /// Steps below this part of a cell are left to the integration in time.
@@ -94,17 +95,6 @@ impl AngleSteps<'_> {
             table.reverse();
         }
         table
-    }
-}
-
-/// The step to take of the `remaining` angle when `length` is wished for: no sliver is left over.
-fn fit(length: f64, remaining: f64) -> f64 {
-    if length >= 0.999 * remaining {
-        remaining
-    } else if length > 0.5 * remaining {
-        0.5 * remaining
-    } else {
-        length
     }
 }
 

@@ -15,7 +15,6 @@ mod estimate;
 mod fixed_cost;
 mod inertia;
 mod periodic;
-mod periodic_motions;
 mod wide_estimate;
 
 /// The main drive of a rapier loom: gripper and sley, cosine and sine coefficients in m.

@@ -10,6 +10,7 @@ use crate::drives::solver::HasSolver;
 use crate::drives::unit::{self, Quantity};
 use crate::drives::variable::{Enumeration, Kind, real, real_within};
 use crate::drives::{List, Seed};
+use crate::numerics::angle::WHOLE_TURN;
 use crate::numerics::double_double::{Double, two_product};
 use crate::numerics::taylor::{Scalar, Series};
 use laws::{INERTIA_LAW, declare_law, declare_mechanism};
@@ -131,8 +132,8 @@ fn outputs<S: Scalar>(machine: &RigidMachine, p: &Point<S>, mut put: impl FnMut(
 /// φ (rad) with its whole turns.
 fn whole_angle(machine: &RigidMachine) -> f64 {
     // The low part of 2π matters from a thousand turns on.
-    let low = Double::from(machine.state.turns * 2.4492935982947064e-16);
-    (two_product(machine.state.turns, std::f64::consts::TAU) + low + machine.state.angle).hi
+    let low = Double::from(machine.state.turns * WHOLE_TURN.lo);
+    (two_product(machine.state.turns, WHOLE_TURN.hi) + low + machine.state.angle).hi
 }
 
 pub(super) fn evaluate(machine: &RigidMachine, values: &mut [f64]) {

@@ -2,7 +2,7 @@
 
 use super::STAGES;
 
-/// The step to take of the `remaining` time when `h` is wished for: no sliver is left over.
+/// The step to take of what is `remaining` when `h` is wished for: no sliver is left over.
 pub fn fit(h: f64, remaining: f64) -> f64 {
     if h >= 0.999 * remaining {
         remaining

@@ -49,30 +49,33 @@ pub struct Polynomials {
 }
 
 impl Cell {
-    /// The cell from `start` over `length` (s) by its phase, and what it errs by; None where the free motion does not
+    /// The cell from `start` over `length` (s) by its phase, ∫d over it, and what it errs by; None where the free motion does not
     /// vibrate fast enough.
     pub fn vibrating(
         equation: &dyn Periodic,
         interval: usize,
         start: Double,
         length: f64,
-    ) -> Option<(Cell, vibration::Errors)> {
+    ) -> Option<(Cell, f64, vibration::Errors)> {
         let half = 0.5 * length;
         let (vibration, errors) = Vibration::solve(equation, interval, start, length)?;
         let map = vibration.map(half);
-        Some((Cell { start, half, map, motions: Motions::Vibration(vibration) }, errors))
+        let damping = vibration.damping();
+        Some((Cell { start, half, map, motions: Motions::Vibration(vibration) }, damping, errors))
     }
 
-    /// The cell from `start` over `length` (s) by polynomials and their estimated relative error; None where the
+    /// The cell from `start` over `length` (s) by polynomials, ∫d over it, and their estimated relative error; None where the
     /// coefficients are not finite or the equations singular.
-    pub fn solve(equation: &dyn Periodic, interval: usize, start: Double, length: f64) -> Option<(Cell, f64)> {
+    pub fn solve(equation: &dyn Periodic, interval: usize, start: Double, length: f64) -> Option<(Cell, f64, f64)> {
         let half = 0.5 * length;
         let mut matrix = [[0.0; STAGES]; STAGES];
         let mut motions = [[0.0; STAGES]; 3];
+        let mut whole_damping = 0.0;
         for i in 0..STAGES {
             let x = 1.0 + ABSCISSAE[i];
             let Coefficients { damping, stiffness, forcing } = equation.at(start + Double::from(half * x), interval);
             let (first, second) = (half * damping, half * half * stiffness);
+            whole_damping += WEIGHTS[i] * first;
             for j in 0..STAGES {
                 matrix[i][j] = first * INTEGRAL[i][j] + second * SECOND_INTEGRAL[i][j];
             }
@@ -98,7 +101,8 @@ impl Cell {
             // `max` would swallow a NaN.
             error = if part <= error { error } else { part };
         }
-        error.is_finite().then_some((Cell { start, half, map, motions: Motions::Polynomials(polynomials) }, error))
+        let cell = Cell { start, half, map, motions: Motions::Polynomials(polynomials) };
+        error.is_finite().then_some((cell, whole_damping, error))
     }
 }
 

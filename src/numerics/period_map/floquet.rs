@@ -3,11 +3,14 @@
 //! Source: V. A. Yakubovich, V. M. Starzhinskii, *Linear Differential Equations with Periodic Coefficients*, Wiley 1975,
 //! chapter II; the determinant after Liouville.
 
-/// The monodromy matrix of a period, matrix · exp(scale): free motions may grow or decay by any factor.
+/// The monodromy matrix of a period, matrix · exp(scale): free motions may grow or decay by any factor. Its determinant is
+/// exp(−∫d dτ), d the damping.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Monodromy {
     matrix: [[f64; 2]; 2],
     scale: f64,
+    /// ∫d dτ.
+    damping: f64,
 }
 
 /// The numbers between which the entries of the matrix are kept; squares of them are still numbers.
@@ -21,10 +24,11 @@ const CERTAIN: f64 = 4.0;
 
 impl Monodromy {
     /// No motion.
-    pub const IDENTITY: Monodromy = Monodromy { matrix: [[1.0, 0.0], [0.0, 1.0]], scale: 0.0 };
+    pub const IDENTITY: Monodromy = Monodromy { matrix: [[1.0, 0.0], [0.0, 1.0]], scale: 0.0, damping: 0.0 };
 
-    /// Continues by a further piece of the period.
-    pub fn go_on(&mut self, piece: &[[f64; 2]; 2]) {
+    /// Continues by a further piece of the period, with ∫d dτ over it.
+    pub fn go_on(&mut self, piece: &[[f64; 2]; 2], damping: f64) {
+        self.damping += damping;
         let m = self.matrix;
         self.matrix = std::array::from_fn(|r| std::array::from_fn(|c| piece[r][0] * m[0][c] + piece[r][1] * m[1][c]));
         let size = self.matrix.iter().flatten().fold(0.0_f64, |size, x| size.max(x.abs()));
@@ -34,16 +38,15 @@ impl Monodromy {
         }
     }
 
-    /// ln ρ, ρ the largest modulus of the Floquet multipliers, where ln det M = `log_determinant` is known (after
-    /// Liouville minus the integral of the damping).
+    /// ln ρ, ρ the largest modulus of the Floquet multipliers.
     ///
     /// Multipliers that are complex have the modulus √det M, so the growth is exact there. Real ones follow from the
     /// discriminant (tr/2)² − det; below its error, which the two ways to compute it show, they count as equal. A growth
     /// of less than some 1e-7 beyond that of the damping is therefore not told from none.
-    pub fn growth(&self, log_determinant: f64) -> f64 {
+    pub fn growth(&self) -> f64 {
         let [[a, b], [c, d]] = self.matrix;
         let (half_trace, half_difference) = (0.5 * (a + d), 0.5 * (a - d));
-        let determinant = (log_determinant - 2.0 * self.scale).exp();
+        let determinant = (-self.damping - 2.0 * self.scale).exp();
         let discriminant = half_difference * half_difference + b * c;
         let missed = (half_trace * half_trace - determinant - discriminant).abs();
         let rounding = ROUNDING * (half_trace * half_trace + half_difference * half_difference + (b * c).abs());
@@ -51,7 +54,7 @@ impl Monodromy {
             self.scale + (half_trace.abs() + discriminant.sqrt()).ln()
         } else {
             // The sum makes +0 of the −0 that −∫0 is.
-            0.5 * log_determinant + 0.0
+            -0.5 * self.damping + 0.0
         }
     }
 }

@@ -205,8 +205,8 @@ impl Period {
                 }
                 whole.evaluations += cell::EVALUATIONS;
                 equation.draw(cell::EVALUATIONS)?;
-                let cell = if fast {
-                    let Some((cell, errors)) = Cell::vibrating(equation, interval, start, length) else {
+                let (cell, damping) = if fast {
+                    let Some((cell, damping, errors)) = Cell::vibrating(equation, interval, start, length) else {
                         lengths.fast = 0.5 * length;
                         continue;
                     };
@@ -217,9 +217,9 @@ impl Period {
                     }
                     whole.error = whole.error.max(polynomials);
                     whole.drift += polynomials + rounding;
-                    cell
+                    (cell, damping)
                 } else {
-                    let Some((cell, error)) = Cell::solve(equation, interval, start, length) else {
+                    let Some((cell, damping, error)) = Cell::solve(equation, interval, start, length) else {
                         lengths.polynomial = 0.25 * length;
                         continue;
                     };
@@ -230,10 +230,10 @@ impl Period {
                     whole.error = whole.error.max(error);
                     // The polynomial has order 13, its end order 24.
                     whole.drift += error.powf((2 * STAGES) as f64 / (STAGES + 1) as f64);
-                    cell
+                    (cell, damping)
                 };
                 whole.map = cell.map.after(&whole.map);
-                whole.monodromy.go_on(&cell.map.matrix);
+                whole.monodromy.go_on(&cell.map.matrix, damping);
                 roundings += ROUNDING * ROUNDING;
                 room = take(cell);
                 // The last cell of an interval ends on the joint itself.

@@ -121,6 +121,11 @@ impl Vibration {
         (polynomials.is_finite() && phase.is_finite()).then_some((vibration, errors))
     }
 
+    /// ∫d over the cell.
+    pub fn damping(&self) -> f64 {
+        2.0 * self.place(2.0).decay
+    }
+
     /// From the start of a cell of this half length (s) to its end.
     pub fn map(&self, half: f64) -> Affine {
         let to = self.place(2.0);

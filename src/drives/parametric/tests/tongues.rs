@@ -101,3 +101,16 @@ fn growth_is_counted_per_turn_whatever_the_period_and_the_sense() {
         assert!((drive.growth / (exact * TAU / w) - 1.0).abs() < 1e-9, "{w}: {}", drive.growth);
     }
 }
+
+#[test]
+fn the_damping_of_a_varying_mass() {
+    // Multipliers that are not real decay by half of the mean of b/m, and that of 1/(1 + e cos φ) is 1/√(1 − e²).
+    for e in [0.3, 0.9, 0.999] {
+        let mut law = mathieu(0.0, 0.25);
+        if let Law::Series(law) = &mut law {
+            (law.m, law.c) = (Fourier::new(vec![2.0, 2.0 * e], Vec::new()), constant(10.0));
+        }
+        let exact = -0.125 * TAU / 100.0 / f64::sqrt(1.0 - e * e);
+        assert!((growth(&law, 100.0) / exact - 1.0).abs() < 1e-12, "{e}");
+    }
+}

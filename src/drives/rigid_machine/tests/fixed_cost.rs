@@ -17,7 +17,7 @@ fn the_estimate_is_honest_at_fixed_cost() {
         // Half of the machines with the usual step, half with one between a third and five of it.
         let own = kind % 16 < 8;
         scene.solver = fixed_cost(0.0);
-        let asked = started(scene.clone()).grid.size * r.order(0.3, 5.0);
+        let asked = started(scene.clone()).in_time.grid.size * r.order(0.3, 5.0);
         if !own {
             scene.solver = fixed_cost(asked);
         }

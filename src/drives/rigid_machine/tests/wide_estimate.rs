@@ -345,7 +345,7 @@ fn the_estimate_is_honest_for_every_kind_of_law_at_fixed_cost() {
         // With the usual step most errors are below those of the truth.
         let (own, factor) = (r.part() < 0.2, r.order(0.7, 5.0));
         let usual = RigidMachine::new(Scene { solver: fixed(0.0), ..scene.clone() });
-        let size = usual.map(|mut machine| machine.start(0.0).map(|()| machine.grid.size));
+        let size = usual.map(|mut machine| machine.start(0.0).map(|()| machine.in_time.grid.size));
         fixed(if own { 0.0 } else { size.map_or(0.0, |size| size.map_or(0.0, |size| size * factor)) })
     });
     assert!(tally.machines >= 440, "{}", tally.machines);

@@ -1,10 +1,17 @@
 //! All periodic motions: the machine with one or three of them, the loom, the free motion.
 
-use super::super::periodic_motions::{PeriodicMotion, all_motions, free_motion, periodic_motions, range};
-use super::super::torques::Torques;
-use super::super::*;
-use crate::motion::{Fourier, MotionLaw};
-use crate::numerics::period_map::spectral_radius;
+use super::*;
+use camdrive::drives::rigid_machine::InertiaFunction;
+use camdrive::drives::solver::Settings;
+use camdrive::motion::{Fourier, MotionLaw};
+use camdrive::numerics::period_map::spectral_radius;
+
+/// The machine at φ = 0.
+fn started(scene: &Scene) -> RigidMachine {
+    let mut machine = RigidMachine::new(scene.clone()).unwrap();
+    machine.start(0.0).unwrap();
+    machine
+}
 
 /// J = 1 + 0.3 tanh(4 sin φ), whose harmonics fall like e^{−0.38 k}.
 fn machine(s_k: f64, lag: Option<f64>) -> Scene {
@@ -62,8 +69,11 @@ fn the_orbit_that_a_simulation_starts_with_is_one_of_them() {
     for load in [0.0, 9.0, -9.0] {
         let scene = Scene { start: MachineStart::SteadyState, ..machine(0.3, None) };
         let mut drive = RigidMachine::new(scene.clone()).unwrap();
-        drive.load.set(load);
-        drive.start_periodically(0.0).unwrap();
+        let list = drive.variables();
+        let variable = |name: &str| &list.0[list.reference(name).unwrap()];
+        variable("tau").set(&mut drive, load);
+        drive.start(0.0).unwrap();
+        let [period, w] = ["start.period", "w"].map(|name| variable(name).value(&drive));
         let motions = periodic_motions(&scene, load).unwrap();
         // A load is also balanced by a motion beyond the breakdown slip, slower for one that brakes and faster for one
         // that drives, which is unstable.
@@ -71,9 +81,9 @@ fn the_orbit_that_a_simulation_starts_with_is_one_of_them() {
         let stable: Vec<_> = motions.iter().filter(|motion| motion.is_stable()).collect();
         assert_eq!(stable.len(), 1);
         assert_eq!(motions[0] == *stable[0], load >= 0.0);
-        assert!((stable[0].period / drive.period - 1.0).abs() < 1e-12, "{load}");
+        assert!((stable[0].period / period - 1.0).abs() < 1e-12, "{load}");
         let [low, high] = range(&stable[0].course);
-        assert!(low <= drive.state.w && drive.state.w <= high);
+        assert!(low <= w && w <= high);
     }
     // Beyond the breakdown torque there is none.
     assert!(periodic_motions(&machine(0.3, None), 16.0).unwrap().is_empty());
@@ -138,13 +148,10 @@ fn the_multiplier_is_the_slope_of_the_map() {
     // A central difference of order 4 of E(0) → E(2π), where the motor is soft enough for it.
     for (s_k, load) in [(0.08, 0.0), (0.3, 9.0), (0.5, -6.0)] {
         let scene = machine(s_k, None);
-        let mut drive = RigidMachine::new(scene.clone()).unwrap();
-        drive.place_at_start(50.0);
-        let shooting =
-            steady::Shooting::new(&drive, Torques::against(&drive.motor, load, 1.0), steady::PERIODIC_TOLERANCE, None)
-                .unwrap();
+        let drive = started(&scene);
+        let map = TurnMap::new(&drive, load, PERIODIC_TOLERANCE, None).unwrap();
         for motion in periodic_motions(&scene, load).unwrap() {
-            let gain = |part: f64| shooting.shoot(motion.energy * (1.0 + part)).unwrap().gain;
+            let gain = |part: f64| map.shoot(motion.energy * (1.0 + part)).unwrap().gain;
             let h = 1e-3;
             let slope = (8.0 * (gain(h) - gain(-h)) - (gain(2.0 * h) - gain(-2.0 * h))) / (12.0 * h * motion.energy);
             assert!((motion.multiplier() - 1.0 - slope).abs() < 2e-7, "{s_k}: {} {slope}", motion.multiplier());
@@ -179,18 +186,10 @@ fn the_multipliers_of_a_lagging_torque_are_those_of_the_map() {
     let scene = machine(0.3, Some(lag));
     let motions = periodic_motions(&scene, load).unwrap();
     assert_eq!(motions.len(), 2);
-    let inertia = Inertia::new(scene.inertia.clone(), Vec::new());
+    let machine = started(&scene);
     let at_start = |motion: &PeriodicMotion| [(2.0 * motion.energy).sqrt(), motion.torque];
     for motion in motions {
-        let turn = steady_lag::Turn {
-            inertia: &inertia,
-            motor: &scene.motor,
-            tau: load,
-            sense: 1.0,
-            phi_start: 0.0,
-            interval: 0,
-            work: None,
-        };
+        let turn = LaggingTurn::of(&machine, load, None);
         let y = at_start(&motion);
         let after = |k: [f64; 2]| turn.after([y[0] * (1.0 + k[0]), y[1] + 15.0 * k[1]]).unwrap();
         let column = |k: [f64; 2], scale: f64| {

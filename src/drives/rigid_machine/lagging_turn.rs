@@ -1,4 +1,4 @@
-//! The periodic steady state of a motor whose torque lags behind its characteristic.
+//! The turn of a machine whose motor's torque lags behind its characteristic, as a map of two dimensions.
 //!
 //! In the angle ψ = σ(φ − φ_start), with v = √(2E) > 0 and the torque M_an as unknowns,
 //!
@@ -12,7 +12,7 @@
 //! whose Floquet multipliers have the product exp(−∮ dψ/(T_el|φ̇|)) = exp(−T/T_el) (Liouville).
 
 use super::place::Place;
-use super::{Inertia, Kloss, Motor};
+use super::{Inertia, Kloss, Motor, RigidMachine};
 use crate::numerics::collocation::{Collocation, System};
 use crate::numerics::double_double::Double;
 use crate::numerics::gauss::Gauss;
@@ -36,27 +36,24 @@ struct Leg {
     end: f64,
 }
 
-/// A turn of the machine from `phi_start` on.
-pub struct Turn<'a> {
-    /// J(φ).
-    pub inertia: &'a Inertia,
-    /// The motor with its lag.
-    pub motor: &'a Motor,
+/// A turn of a machine whose motor lags, from where it stands.
+pub struct LaggingTurn<'a> {
+    inertia: &'a Inertia,
+    motor: &'a Motor,
     /// The load (N·m).
-    pub tau: f64,
+    tau: f64,
     /// σ.
-    pub sense: f64,
+    sense: f64,
     /// φ at the start (rad) and the interval between borders that holds it.
-    pub phi_start: f64,
-    /// See `phi_start`.
-    pub interval: usize,
+    phi_start: f64,
+    interval: usize,
     /// What the call may still take; a study takes as much as it needs.
-    pub work: Option<&'a Cell<Work>>,
+    work: Option<&'a Cell<Work>>,
 }
 
 /// v, the lagging torque and t.
 struct OnLeg<'a> {
-    turn: &'a Turn<'a>,
+    turn: &'a LaggingTurn<'a>,
     place: Place,
 }
 
@@ -102,7 +99,14 @@ impl System<3> for OnLeg<'_> {
     }
 }
 
-impl Turn<'_> {
+impl<'a> LaggingTurn<'a> {
+    /// The turn of this machine against the load `tau` (N·m).
+    pub fn of(machine: &'a RigidMachine, tau: f64, work: Option<&'a Cell<Work>>) -> Self {
+        let RigidMachine { inertia, motor, state, .. } = machine;
+        let (phi_start, interval) = (state.angle.hi, state.interval);
+        LaggingTurn { inertia, motor, tau, sense: motor.sense(), phi_start, interval, work }
+    }
+
     /// The smooth pieces that the shaft passes from the start, in their order.
     fn legs(&self) -> Vec<Leg> {
         let borders = self.inertia.borders().len();
@@ -131,10 +135,27 @@ impl Turn<'_> {
         legs
     }
 
-    /// ln of the largest modulus of the multipliers of the periodic motion (v, M_an) with this period; None where the machine
-    /// comes to rest on it.
-    pub fn growth(&self, [v, torque]: [f64; 2], period: f64) -> Option<f64> {
-        let lag = self.motor.lag()?;
+    /// Of the periodic motion (v, M_an) ln of the largest modulus of its multipliers, and φ and ω at the beginnings of so many equal
+    /// parts of the turn and at its end; None where the machine comes to rest on it.
+    pub fn growth_and_course(&self, motion: [f64; 2], points: usize) -> Option<(f64, Vec<[f64; 2]>)> {
+        let disturbance = Disturbance { turn: self, lag: self.motor.lag()?, pieces: self.pieces(motion)? };
+        let growth = match Period::of(&disturbance, GROWTH_TOLERANCE) {
+            Some(whole) => whole.monodromy.growth(),
+            // The lag is some millionths of the turn: the torque follows at once.
+            None => disturbance.growth_without_lag(),
+        };
+        let mut piece = 0;
+        let course = (0..=points).map(|i| {
+            let psi = TAU * i as f64 / points as f64;
+            piece += disturbance.pieces[piece..].iter().take_while(|(_, c)| c.end().hi < psi).count();
+            let [_, w, ..] = disturbance.at(piece, Double::from(psi));
+            [self.phi_start + self.sense * psi, self.sense * w]
+        });
+        Some((growth, course.collect()))
+    }
+
+    /// The steps of the motion (v, M_an).
+    fn pieces(&self, [v, torque]: [f64; 2]) -> Option<Vec<(Place, Collocation<3>)>> {
         let mut c = Collocation::<3>::new(Double::from(0.0), [v, torque, 0.0]);
         let mut pieces = Vec::new();
         for leg in self.legs() {
@@ -145,16 +166,10 @@ impl Turn<'_> {
                 pieces.push((leg.place, c.clone()));
             }
         }
-        let disturbance = Disturbance { turn: self, lag, pieces };
-        match Period::of(&disturbance, GROWTH_TOLERANCE) {
-            Some(whole) => Some(whole.monodromy.growth(-period / lag)),
-            // The lag is some millionths of the turn: the torque follows at once.
-            None => Some(disturbance.growth_without_lag()),
-        }
+        Some(pieces)
     }
 
     /// (v, M_an) after a turn that begins with `y`.
-    #[cfg(test)]
     pub fn after(&self, y: [f64; 2]) -> Option<[f64; 2]> {
         self.run(&self.legs(), [y[0], y[1], 0.0]).map(|[v, torque, _]| [v, torque])
     }
@@ -183,25 +198,6 @@ impl Turn<'_> {
             }
         }
         Some(c.state())
-    }
-
-    /// φ and ω over the turn of the periodic motion (v, M_an), at the beginnings of so many equal parts and at the end.
-    pub fn course(&self, [v, torque]: [f64; 2], points: usize) -> Option<Vec<[f64; 2]>> {
-        let legs = self.legs();
-        let mut c = Collocation::<3>::new(Double::from(0.0), [v, torque, 0.0]);
-        let mut course = Vec::with_capacity(points + 1);
-        let mut legs = legs.iter().peekable();
-        for i in 0..=points {
-            let psi = TAU * i as f64 / points as f64;
-            while let Some(leg) = legs.next_if(|leg| leg.end < psi) {
-                c.advance(&OnLeg { turn: self, place: leg.place }, Double::from(leg.end), PERIODIC_TOLERANCE).ok()?;
-            }
-            let Some(leg) = legs.peek() else { break };
-            let on_leg = OnLeg { turn: self, place: leg.place };
-            c.advance(&on_leg, Double::from(psi), PERIODIC_TOLERANCE).ok()?;
-            course.push([self.phi_start + self.sense * psi, on_leg.speed(Double::from(psi), c.state()[0]).1]);
-        }
-        Some(course)
     }
 
     /// The periodic motion (v, M_an) of a motor with lag next to the periodic motion `v` without; also T.
@@ -244,7 +240,7 @@ impl Turn<'_> {
 
 /// What becomes of a small disturbance of E on a periodic motion, see the head of this file.
 struct Disturbance<'a> {
-    turn: &'a Turn<'a>,
+    turn: &'a LaggingTurn<'a>,
     lag: f64,
     /// The smooth piece of J, and the periodic motion on it.
     pieces: Vec<(Place, Collocation<3>)>,

@@ -1,21 +1,15 @@
 //! All periodic motions of a machine: what a design needs to know beside the one that `steady` starts with.
 //!
-//! E(0) → E(2π) is a monotone scalar map whose fixed points are the periodic motions. Its gain g(E) = E(2π) − E(0) is
-//! scanned over the speeds; where |g| has a minimum between two samples without a change of sign, golden sections decide
-//! whether two motions lie there. With a lagging torque each is continued to the map of two dimensions.
-//!
-//! A disturbance grows by dδE/dψ = (∂N/∂E) δE, N = σ(M_an − τ), ∂N/∂E = M_an′(ω)/(Jω), so that the multiplier of a motion,
-//! the slope of the map, is exp ∮ M_an′(ω)/(Jω) dψ: positive, however steep the characteristic. Motions that disturbances
-//! leave are followed backwards, where disturbances come back to them.
+//! They are the fixed points of [`TurnMap`], E(0) → E(2π). Its gain g(E) = E(2π) − E(0) is scanned over the speeds; where |g|
+//! has a minimum between two samples without a change of sign, the extreme of g decides whether two motions lie there. With a
+//! lagging torque each is continued to the map of two dimensions.
 
-use super::inertia::Inertia;
-use super::place::Place;
-use super::steady::{PERIODIC_TOLERANCE, SCAN_TOLERANCE, Shooting};
-use super::steady_lag::Turn;
-use super::torques::Torques;
-use super::{Kloss, MachineStart, Motor, RigidMachine, Scene};
-use crate::drives::{Drive as _, Fault};
-use crate::numerics::gauss::Gauss;
+use crate::search::summit;
+use camdrive::drives::rigid_machine::lagging_turn::LaggingTurn;
+use camdrive::drives::rigid_machine::turn_map::{PERIODIC_TOLERANCE, ROUNDING, SCAN_TOLERANCE, TurnMap};
+use camdrive::drives::rigid_machine::{Inertia, Kloss, MachineStart, Motor, Place, RigidMachine, Scene};
+use camdrive::drives::{Drive as _, Fault};
+use camdrive::numerics::gauss::Gauss;
 use std::f64::consts::TAU;
 
 /// A periodic motion in which the shaft turns all around.
@@ -67,6 +61,9 @@ pub fn range(course: &[[f64; 2]]) -> [f64; 2] {
 const SCAN: usize = 320;
 const SLOWEST: f64 = 2e-3;
 
+/// How exactly the extreme of the gain is found, as part of E: less than a double root can be told from two.
+const FINEST: f64 = 1e-12;
+
 /// Points of the course of a motion.
 const POINTS: usize = 720;
 
@@ -106,17 +103,12 @@ pub fn all_motions(scene: &Scene, load: f64) -> Result<Motions, Fault> {
         w_start: synchronous_speed,
         ..scene.clone()
     })?;
-    machine.place_at_start(synchronous_speed);
-    let sense = synchronous_speed.signum();
-    let torques = Torques::against(&machine.motor, load, sense);
-    let samples = scan(&machine, torques, breakdown_slip, synchronous_speed)?;
-    let search = Search {
-        ahead: Shooting::new(&machine, torques, PERIODIC_TOLERANCE, None)?,
-        back: Shooting::new(&machine, torques.backwards(), PERIODIC_TOLERANCE, None)?,
-        machine: &machine,
-        load,
-        breakdown_torque,
-    };
+    machine.start(0.0)?;
+    let inertia = Inertia::new(scene.inertia.clone(), scene.followers.clone());
+    let samples =
+        scan(&TurnMap::new(&machine, load, SCAN_TOLERANCE, None)?, &inertia, breakdown_slip, synchronous_speed)?;
+    let ahead = TurnMap::new(&machine, load, PERIODIC_TOLERANCE, None)?;
+    let back = ahead.backwards();
     let (mut motions, mut lost, mut continued) = (Vec::new(), Vec::new(), Vec::new());
     for pair in samples.windows(2) {
         let [(above, gain_above), (below, gain_below)] = pair else { continue };
@@ -126,17 +118,27 @@ pub fn all_motions(scene: &Scene, load: f64) -> Result<Motions, Fault> {
             continue;
         }
         // A machine that comes to rest ahead tells nothing of what lies between; the way back to it does.
-        let shooting = if stable { &search.ahead } else { &search.back };
-        let Some(start) = between(shooting, *below, *above) else { continue };
-        let Some(at_zero) = shooting.energy_at_start(start) else { continue };
-        if machine.motor.lag().is_none() {
-            motions.extend(search.without_lag(stable, start, at_zero.hi));
+        let map = if stable { &ahead } else { &back };
+        let Some((start, period)) = map.refine((*below, *above), ROUNDING) else { continue };
+        let Some(energy) = map.energy_at_start(start).map(|energy| energy.hi) else { continue };
+        if scene.motor.lag().is_none() {
+            let Some(growth) = map.growth(start) else { continue };
+            let course = map.course(start, POINTS);
+            let speed =
+                synchronous_speed.signum() * (2.0 * energy / inertia_at_zero(&inertia, synchronous_speed)).sqrt();
+            let torque = scene.motor.characteristic(speed)[0];
+            motions.push(PeriodicMotion {
+                period,
+                energy,
+                growth: if stable { growth } else { -growth },
+                torque,
+                course,
+            });
             continue;
         }
-        let without_lag = shooting.shoot(start).map(|shot| shot.period);
-        match (search.with_lag(at_zero.hi), without_lag) {
-            (Some(motion), Some(period)) => continued.push((period, motion)),
-            (_, period) => lost.extend(period),
+        match with_lag(&LaggingTurn::of(&machine, load, None), energy, breakdown_torque) {
+            Some(motion) => continued.push((period, motion)),
+            None => lost.push(period),
         }
     }
     // Newton's method may slide from a motion that disturbances leave fast to another one, which is then found twice.
@@ -155,8 +157,8 @@ pub fn all_motions(scene: &Scene, load: f64) -> Result<Motions, Fault> {
 }
 
 /// Energies at the beginning of a turn, falling, with the part of each by which the turn raises it.
-fn scan(machine: &RigidMachine, torques: Torques, slip: f64, synchronous: f64) -> Result<Vec<(f64, f64)>, Fault> {
-    let (low, high) = machine.inertia.range();
+fn scan(map: &TurnMap<'_>, inertia: &Inertia, slip: f64, synchronous: f64) -> Result<Vec<(f64, f64)>, Fault> {
+    let (low, high) = inertia.range();
     if !(low > 0.0) {
         return Err(Fault(format!(
             "the moment of inertia must be positive over the whole turn; its least value is {low} kg.m2"
@@ -165,15 +167,15 @@ fn scan(machine: &RigidMachine, torques: Torques, slip: f64, synchronous: f64) -
     // A load that drives the motor is held with at most the breakdown slip above the synchronous speed, or never.
     let fastest = synchronous.abs() * (1.0 + 4.0 * slip.max(0.25)) * (high / low).sqrt();
     let energy = |i: usize| 0.5 * high * (fastest * SLOWEST.powf(i as f64 / SCAN as f64)).powi(2);
-    let scanning = Shooting::new(machine, torques, SCAN_TOLERANCE, None)?;
-    let gain = |energy: f64| scanning.shoot(energy).map_or(f64::NEG_INFINITY, |shot| shot.gain / energy);
+    let gain = |energy: f64| map.shoot(energy).map_or(f64::NEG_INFINITY, |shot| shot.gain / energy);
     let mut samples: Vec<(f64, f64)> = (0..=SCAN).map(energy).map(|e| (e, gain(e))).collect();
     let mut extra = Vec::new();
     for three in samples.windows(3) {
-        let [(e0, g0), (_, g1), (e2, g2)] = three else { continue };
+        let [(e0, g0), (e1, g1), (e2, g2)] = three else { continue };
         let same = g0.signum() == g1.signum() && g1.signum() == g2.signum();
         if same && g1.is_finite() && g1.abs() <= g0.abs() && g1.abs() <= g2.abs() {
-            extra.push(least(&gain, *e2, *e0));
+            let mut beyond = |energy: f64| -g1.signum() * gain(energy);
+            extra.push(summit(&mut beyond, [*e2, *e0], (*e1, -g1.abs()), FINEST * e1).0);
         }
     }
     samples.extend(extra.into_iter().map(|e| (e, gain(e))));
@@ -181,101 +183,18 @@ fn scan(machine: &RigidMachine, torques: Torques, slip: f64, synchronous: f64) -
     Ok(samples)
 }
 
-/// A machine whose motions are looked for, ahead and backwards.
-struct Search<'a> {
-    machine: &'a RigidMachine,
-    ahead: Shooting<'a>,
-    back: Shooting<'a>,
-    /// τ (N·m).
-    load: f64,
-    /// M_K (N·m).
-    breakdown_torque: f64,
+/// J (kg·m²) at φ = 0, of the piece that is passed from there.
+fn inertia_at_zero(inertia: &Inertia, speed: f64) -> f64 {
+    let (interval, phi) = inertia.interval(0.0, speed > 0.0);
+    inertia.value(inertia.place(interval), phi)
 }
 
-impl Search<'_> {
-    /// The motion that begins the turn with the energy `start` and has `at_zero` at φ = 0 (J), of a motor that follows at once.
-    fn without_lag(&self, stable: bool, start: f64, at_zero: f64) -> Option<PeriodicMotion> {
-        let (shooting, way) = if stable { (&self.ahead, 1.0) } else { (&self.back, -1.0) };
-        let (mut growth, sense) = (0.0, self.ahead.torques().sense);
-        let shot = shooting.follow(start, |step| growth += way * step.log_growth(&shooting.torques()))?;
-        let speed = sense * (2.0 * at_zero / self.machine.inertia_now()[0]).sqrt();
-        let torque = self.machine.motor.characteristic(speed)[0];
-        Some(PeriodicMotion {
-            period: shot.period,
-            energy: at_zero,
-            growth,
-            torque,
-            course: shooting.course(start, POINTS),
-        })
-    }
-
-    /// The motion with a lagging torque, continued from the energy `at_zero` (J).
-    fn with_lag(&self, at_zero: f64) -> Option<PeriodicMotion> {
-        let turn = Turn {
-            inertia: &self.machine.inertia,
-            motor: &self.machine.motor,
-            tau: self.load,
-            sense: self.ahead.torques().sense,
-            phi_start: 0.0,
-            interval: self.machine.state.interval,
-            work: None,
-        };
-        let (motion, period) = turn.refine((2.0 * at_zero).sqrt(), self.breakdown_torque)?;
-        Some(PeriodicMotion {
-            period,
-            energy: 0.5 * motion[0] * motion[0],
-            growth: turn.growth(motion, period)?,
-            torque: motion[1],
-            course: turn.course(motion, POINTS)?,
-        })
-    }
-}
-
-/// Where |gain| is least between two energies.
-fn least(gain: &impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
-    const RATIO: f64 = 0.618_033_988_749_894_9;
-    // Sixty sections leave 3e-13 of the interval, less than a double root can be told from two.
-    for _ in 0..60 {
-        let (left, right) = (high - RATIO * (high - low), low + RATIO * (high - low));
-        let (a, b) = (gain(left), gain(right));
-        // A change of sign is what is looked for.
-        if a.signum() != b.signum() {
-            return if a.signum() == gain(low).signum() { right } else { left };
-        }
-        if a.abs() <= b.abs() {
-            high = right;
-        } else {
-            low = left;
-        }
-    }
-    0.5 * (low + high)
-}
-
-/// The root of the gain between two energies with different signs, by bisection with secants.
-fn between(shooting: &Shooting<'_>, mut low: f64, mut high: f64) -> Option<f64> {
-    let gain = |energy: f64| shooting.shoot(energy).map_or(f64::NEG_INFINITY, |shot| shot.gain);
-    let (mut below, mut above) = (gain(low), gain(high));
-    if below.signum() == above.signum() {
-        return None;
-    }
-    for i in 0..200 {
-        // Regula falsi with every third step a bisection: neither end can stay for long.
-        let secant = low - below * (high - low) / (above - below);
-        let next = if i % 3 == 2 || !(secant > low && secant < high) { 0.5 * (low + high) } else { secant };
-        if high - low <= 1e-15 * high || next <= low || next >= high {
-            return Some(next);
-        }
-        let value = gain(next);
-        if value == 0.0 {
-            return Some(next);
-        }
-        if value.signum() == below.signum() {
-            (low, below) = (next, value);
-        } else {
-            (high, above) = (next, value);
-        }
-    }
-    Some(0.5 * (low + high))
+/// The motion with a lagging torque, continued from the `energy` (J) at φ = 0.
+fn with_lag(turn: &LaggingTurn<'_>, energy: f64, breakdown_torque: f64) -> Option<PeriodicMotion> {
+    let (motion, period) = turn.refine((2.0 * energy).sqrt(), breakdown_torque)?;
+    let (growth, course) = turn.growth_and_course(motion, POINTS)?;
+    let [v, torque] = motion;
+    Some(PeriodicMotion { period, energy: 0.5 * v * v, growth, torque, course })
 }
 
 /// The motion of the machine without torques (Eigenbewegung) with the period T (s): J ω² = 2E = const,
@@ -307,3 +226,6 @@ pub fn free_motion(inertia: &Inertia, period: f64, sense: f64) -> Vec<[f64; 2]> 
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests;
