@@ -325,7 +325,7 @@ pub fn warnings(report: &Report) -> Vec<String> {
     if let Some(j) = report.eigenproblem.lost {
         lines.push(format!(
             "The boundaries from order {j} on have not been found: Hill's matrices of {} harmonics do not tell them apart, \
-             and they could not be followed from a smaller modulation; these orders are left out.",
+             since the inertia or the stiffness nearly vanishes; these orders are left out.",
             report.eigenproblem.harmonics
         ));
     }
