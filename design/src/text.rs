@@ -232,28 +232,15 @@ pub fn full_or_empty(value: Option<f64>) -> String {
     value.map_or(String::new(), full)
 }
 
-/// A table as CSV under this line of headings.
+/// CSV: the line of headings, then a line for each row, the values of its fields, nested ones in their order, numbers with all digits.
 ///
 /// # Errors
 /// None in practice: the writer fills memory.
-pub fn csv<S: AsRef<[u8]>>(head: &str, rows: impl IntoIterator<Item = Vec<S>>) -> Result<String, Fault> {
-    csv_with(head, &[], rows)
-}
-
-/// The same with more columns, whose headings may hold commas.
-///
-/// # Errors
-/// None in practice: the writer fills memory.
-pub fn csv_with<S: AsRef<[u8]>>(
-    head: &str,
-    more: &[&str],
-    rows: impl IntoIterator<Item = Vec<S>>,
-) -> Result<String, Fault> {
+pub fn csv(head: &str, rows: impl IntoIterator<Item = impl Serialize>) -> Result<String, Fault> {
     let fault = |e: &dyn Display| Fault(format!("the table cannot be written as CSV: {e}"));
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    writer.write_record(head.split(',').chain(more.iter().copied())).map_err(|e| fault(&e))?;
+    let mut writer = csv::WriterBuilder::new().has_headers(false).from_writer(format!("{head}\n").into_bytes());
     for row in rows {
-        writer.write_record(&row).map_err(|e| fault(&e))?;
+        writer.serialize(row).map_err(|e| fault(&e))?;
     }
     let bytes = writer.into_inner().map_err(|e| fault(&e))?;
     String::from_utf8(bytes).map_err(|e| fault(&e))

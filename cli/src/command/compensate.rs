@@ -271,8 +271,7 @@ fn cams(machine: &Machine, report: &Report, output: &Path) -> Result<Vec<Cam>, F
             let (places, bends) = (points.points(), points.bends());
             let row = |(i, (phi, u)): (usize, (&f64, &f64))| {
                 let bend = bends.get(i).map(|bend| [bend.slope, bend.before, bend.behind]);
-                let numbers = std::iter::once(*u).chain(bend.into_iter().flatten()).map(|x| format!("{x:e}"));
-                std::iter::once(phi.to_string()).chain(numbers).collect::<Vec<_>>()
+                (*phi, *u, bend.as_slice().as_flattened().to_vec())
             };
             let mut head = format!("phi_rad,{lift}");
             if points.is_bent() {

@@ -275,9 +275,7 @@ fn courses<'a>(
 
 /// The same, one line for each point.
 fn csv(motions: &[PeriodicMotion], free: Option<&Free>) -> Result<String, Fault> {
-    let rows = courses(motions, free).flat_map(|(name, course)| {
-        course.iter().map(move |[phi, w]| vec![name.clone(), phi.to_string(), w.to_string()])
-    });
+    let rows = courses(motions, free).flat_map(|(name, course)| course.iter().map(move |point| (name.clone(), point)));
     text::csv("motion,phi_rad,w_rad_s", rows)
 }
 

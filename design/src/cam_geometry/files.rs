@@ -258,7 +258,7 @@ pub fn csv(drawn: &Drawn<'_>) -> Result<String, Fault> {
             let point = side.point(drawn.cam, at) * MILLIMETRES;
             cells.extend([point.re, point.im, bulge * side.curvature(drawn.cam, at)]);
         }
-        cells.iter().map(f64::to_string).collect::<Vec<_>>()
+        cells
     };
     text::csv(&head, drawn.mesh.at.iter().map(row))
 }

@@ -50,19 +50,24 @@ fn sequel(figures: &Figures) -> String {
     }
 }
 
+/// A figure of a passage: the factor from SI to the unit of its column, and the value.
+type Figure = (f64, fn(&Figures) -> Option<f64>);
+
+/// τ₁, time, angle, impulse, loss, vibration, largest |q| and |F|.
+pub(super) const FIGURES: [Figure; 8] = [
+    (1.0, |f| Some(f.tau)),
+    (1e3, |f| Some(f.time)),
+    (360.0 / TAU, |f| Some(f.angle)),
+    (1.0, |f| Some(f.impulse)),
+    (1.0, |f| Some(f.loss)),
+    (1e3, |f| Some(f.vibration)),
+    (1e3, |f| f.elongation),
+    (1.0, |f| f.force),
+];
+
 fn row(figures: &Figures) -> Vec<String> {
-    vec![
-        format!("{:.3}", figures.release.to_degrees()),
-        number(figures.tau),
-        number(1e3 * figures.time),
-        number(figures.angle.to_degrees()),
-        number(figures.impulse),
-        number(figures.loss),
-        number(1e3 * figures.vibration),
-        or_none(figures.elongation, |q| number(1e3 * q)),
-        or_none(figures.force, number),
-        sequel(figures),
-    ]
+    let numbers = FIGURES.map(|(unit, of)| or_none(of(figures), |value| number(unit * value)));
+    [vec![format!("{:.3}", figures.release.to_degrees())], numbers.to_vec(), vec![sequel(figures)]].concat()
 }
 
 /// With its sign, which a rounded zero has not.
@@ -73,23 +78,13 @@ fn signed(value: f64, decimals: usize) -> String {
 
 /// formula/model − 1 in per cent, of the release the difference in degrees.
 fn differences(formula: &Figures, model: &Figures) -> Vec<String> {
-    let ratio = |value: &dyn Fn(&Figures) -> Option<f64>| {
-        let both = value(formula).zip(value(model)).filter(|(_, model)| *model != 0.0);
+    let ratios = FIGURES.map(|(_, of)| {
+        let both = of(formula).zip(of(model)).filter(|(_, model)| *model != 0.0);
         or_none(both, |(formula, model)| signed(100.0 * (formula / model - 1.0), 2) + " %")
-    };
+    });
     let shift = (formula.release - model.release + 0.5 * TAU).rem_euclid(TAU) - 0.5 * TAU;
-    vec![
-        signed(shift.to_degrees(), 3),
-        ratio(&|f| Some(f.tau)),
-        ratio(&|f| Some(f.time)),
-        ratio(&|f| Some(f.angle)),
-        ratio(&|f| Some(f.impulse)),
-        ratio(&|f| Some(f.loss)),
-        ratio(&|f| Some(f.vibration)),
-        ratio(&|f| f.elongation),
-        ratio(&|f| f.force),
-        if formula.sequel == model.sequel { "same" } else { "differs" }.to_owned(),
-    ]
+    let same = if formula.sequel == model.sequel { "same" } else { "differs" };
+    [vec![signed(shift.to_degrees(), 3)], ratios.to_vec(), vec![same.to_owned()]].concat()
 }
 
 /// The passages by formula and model, with differences.

@@ -75,8 +75,7 @@ impl Report {
             rows.extend((0..count).map(|i| {
                 let pairs = round.motions.iter().zip(&self.wanted);
                 let tools = pairs.flat_map(|(motion, wanted)| [motion, wanted].map(|series| of(round, series, i)));
-                let numbers = own(round, i).into_iter().chain(tools).map(|x| x.to_string());
-                std::iter::once(name.clone()).chain(numbers).collect::<Vec<_>>()
+                (name.clone(), own(round, i), tools.collect::<Vec<f64>>())
             }));
         }
         text::csv(&head, rows)

@@ -14,7 +14,6 @@ use camdrive::drives::solver::Settings;
 use camdrive::motion::{Fourier, MotionLaw};
 use serde::Serialize;
 use std::f64::consts::TAU;
-use std::slice::from_ref;
 
 /// The order of the mesh on which machines are judged, at least: four times what the motions of a loom's tools have.
 const ORDER: usize = 96;
@@ -410,12 +409,7 @@ impl Report {
         for (name, part, round) in machines.chain(others) {
             let Some(round) = round else { continue };
             for (j, tool) in self.numbers.iter().zip(&round.tools) {
-                let [slowest, fastest] = round.speed;
-                let of_machine = [part, round.period, slowest, fastest].map(|x| x.to_string());
-                let of_tool = [tool.overshoot, tool.deviation].map(|x| x.to_string());
-                let highest = tool.highest_extra.map_or(String::new(), |highest| highest.to_string());
-                let extra = [tool.extra_harmonics.to_string(), highest];
-                rows.push([from_ref(&name), &of_machine, &[j.to_string()], &of_tool, &extra].concat());
+                rows.push((name.clone(), part, round.period, round.speed, j, tool));
             }
         }
         text::csv(head, rows)

@@ -364,8 +364,8 @@ pub fn csv(turn: &Turn<'_>, j: usize, drive: &Drive) -> Result<String, Fault> {
         head += &format!(",{key}_{}", unit.replace('·', "").replace('°', "deg"));
     }
     let row = |state: &State| {
-        let values = quantities.iter().map(|q| text::full(q.unit.2 * (q.of)(&state.drives[j])));
-        [text::full(state.phi.to_degrees())].into_iter().chain(values).collect()
+        let values = quantities.iter().map(|q| q.unit.2 * (q.of)(&state.drives[j]));
+        (state.phi.to_degrees(), values.collect::<Vec<f64>>())
     };
     text::csv(&head, turn.states().map(row))
 }

@@ -3,7 +3,7 @@
 //!
 //! Of any drive that is an oscillator with periodic coefficients ([`camdrive::drives::oscillator`]), [`study`] finds the
 //! Floquet multipliers at a speed; the boundaries of the instability of every order by Hill's eigenproblem ([`hill`]
-//! numbers them, [`continuation`] where its matrices are too small, [`tongue`] makes them exact); the damping and the
+//! numbers them, [`tongue`] makes them exact); the damping and the
 //! modulation at which each vanishes; the classical approximations beside them ([`bounds`]), θ* of a parallel crank over its
 //! stiffness ([`crank`]); maps over speed and damping, speed and modulation ([`map`]); and the motion under load
 //! ([`response`]). [`table`] and [`figures`] show all that.
@@ -11,7 +11,6 @@
 //! Source: Dresig, Vulfson, *Dynamik der Mechanismen*, sections 4.5 and 4.6.3.
 
 pub mod bounds;
-pub mod continuation;
 pub mod crank;
 pub mod figures;
 pub mod hill;

@@ -1,9 +1,11 @@
 //! The report as text, CSV and JSON.
 
+use super::bounds::Bounds;
 use super::crank::Curve;
+use super::response::Steady;
 use super::tongue::Extent;
 use super::{BORDER, NEGLIGIBLE, Order, Report, TOLERATED, is_told};
-use crate::text::{NONE, Table, csv, digits, full_or_empty, number};
+use crate::text::{NONE, Table, csv, digits, number};
 use camdrive::drives::Fault;
 use std::fmt::Write as _;
 
@@ -323,7 +325,7 @@ pub fn warnings(report: &Report) -> Vec<String> {
     if let Some(j) = report.eigenproblem.lost {
         lines.push(format!(
             "The boundaries from order {j} on have not been found: Hill's matrices of {} harmonics do not tell them apart, \
-             and they could not be followed from a smaller modulation; these orders are left out.",
+             since the inertia or the stiffness nearly vanishes; these orders are left out.",
             report.eigenproblem.harmonics
         ));
     }
@@ -405,12 +407,12 @@ pub fn of_resonances(report: &Report) -> Table {
     Table::new(&head, report.resonances.iter().map(row))
 }
 
-/// With all digits; nothing for infinity.
-fn finite(value: f64) -> String {
-    full_or_empty(value.is_finite().then_some(value))
+/// Nothing in the place of infinity and of what is no number.
+fn finite(value: f64) -> Option<f64> {
+    Some(value).filter(|value| value.is_finite())
 }
 
-/// The orders with all digits, one line each; an upper boundary at infinite speed is empty.
+/// The orders, one line each; an upper boundary at infinite speed is empty.
 ///
 /// # Errors
 /// None in practice: the writer fills memory.
@@ -418,30 +420,12 @@ pub fn orders_csv(report: &Report) -> Result<String, Fault> {
     let head = "j,undamped_low_eta,undamped_high_eta,extent,damped_low_eta,damped_high_eta,critical_damping,critical_eta,\
                 safety,modulation_ratio,three_term,second_order,printed,determinant,without_mean,approximate_low_eta,\
                 approximate_high_eta";
-    let option = |value: Option<f64>| value.map_or(String::new(), finite);
+    let both = |ends: Option<[f64; 2]>| [0, 1].map(|end| finite(ends?[end]));
     let row = |o: &Order| {
-        let [low, high] = o.undamped.map(finite);
-        let both = |ends: Option<[f64; 2]>| [0, 1].map(|end| option(ends.map(|ends| ends[end])));
-        let ([damped_low, damped_high], [near_low, near_high]) = (both(o.damped), both(o.approximate));
-        vec![
-            o.j.to_string(),
-            low,
-            high,
-            format!("{:?}", o.extent).to_lowercase(),
-            damped_low,
-            damped_high,
-            option(o.critical_damping),
-            option(o.critical_eta),
-            option(o.safety),
-            option(o.modulation_ratio),
-            finite(o.bounds.three_term),
-            finite(o.bounds.second_order),
-            finite(o.bounds.printed),
-            finite(o.bounds.determinant),
-            finite(o.bounds.without_mean),
-            near_low,
-            near_high,
-        ]
+        let Bounds { three_term, second_order, printed, determinant, without_mean } = o.bounds;
+        let bounds = [three_term, second_order, printed, determinant, without_mean].map(finite);
+        let critical = [o.critical_damping, o.critical_eta, o.safety, o.modulation_ratio].map(|value| finite(value?));
+        (o.j, both(Some(o.undamped)), o.extent, both(o.damped), critical, bounds, both(o.approximate))
     };
     csv(head, report.orders.iter().map(row))
 }
@@ -453,24 +437,19 @@ pub fn orders_csv(report: &Report) -> Result<String, Fault> {
 pub fn map_csv(report: &Report) -> Result<String, Fault> {
     let w0 = report.oscillator.natural_frequency;
     let head = "map,j,damping_ratio,modulation,low_eta,high_eta,low_rad_per_s,high_rad_per_s";
-    let rows = |name: &'static str, list: &[super::Region]| {
-        list.iter()
-            .flat_map(|region| {
-                region.lines.iter().map(move |[height, low, high]| {
-                    let (theta, modulation) = region.theta.map_or((*height, 1.0), |theta| (theta, *height));
-                    let mut row = vec![name.to_owned(), region.j.to_string()];
-                    row.extend([theta, modulation, *low, *high, w0 * low, w0 * high].map(finite));
-                    row
-                })
-            })
-            .collect::<Vec<_>>()
-    };
-    let all = [
-        rows("damping", &report.over_damping),
-        rows("modulation", &report.over_modulation),
-        rows("damping, approximate", &report.approximate_over_damping),
+    let maps = [
+        ("damping", &report.over_damping),
+        ("modulation", &report.over_modulation),
+        ("damping, approximate", &report.approximate_over_damping),
     ];
-    csv(head, all.concat())
+    let regions = maps.into_iter().flat_map(|(name, list)| list.iter().map(move |region| (name, region)));
+    let rows = regions.flat_map(|(name, region)| {
+        region.lines.iter().map(move |[height, low, high]| {
+            let (theta, modulation) = region.theta.map_or((*height, 1.0), |theta| (theta, *height));
+            (name, region.j, [theta, modulation, *low, *high, w0 * low, w0 * high].map(finite))
+        })
+    });
+    csv(head, rows)
 }
 
 /// The load over the turn at each speed; M is empty where the drive is unstable.
@@ -478,9 +457,8 @@ pub fn map_csv(report: &Report) -> Result<String, Fault> {
 /// # Errors
 /// None in practice.
 pub fn load_csv(report: &Report) -> Result<String, Fault> {
-    let rows = report.speeds.iter().zip(&report.courses).flat_map(|(at, course)| {
-        course.iter().map(move |[phi, load, kinetostatic]| [at.speed, *phi, *load, *kinetostatic].map(finite).to_vec())
-    });
+    let rows = report.speeds.iter().zip(&report.courses);
+    let rows = rows.flat_map(|(at, course)| course.iter().map(move |point| (at.speed, point.map(finite))));
     csv("speed_rad_per_s,phi_rad,load,kinetostatic", rows)
 }
 
@@ -491,11 +469,9 @@ pub fn load_csv(report: &Report) -> Result<String, Fault> {
 pub fn amplification_csv(report: &Report) -> Result<String, Fault> {
     let w0 = report.oscillator.natural_frequency;
     let head = "eta,speed_rad_per_s,speed_rpm,amplitude,load,kinetostatic,amplification,stable";
-    let rows = report.amplification.iter().map(|s| {
-        let mut row: Vec<String> =
-            [s.eta, w0 * s.eta, w0 * s.eta * RPM, s.amplitude, s.load, s.kinetostatic].map(finite).to_vec();
-        row.extend([s.amplification.map_or(String::new(), finite), s.stable.to_string()]);
-        row
-    });
-    csv(head, rows)
+    let row = |s: &Steady| {
+        let numbers = [s.eta, w0 * s.eta, w0 * s.eta * RPM, s.amplitude, s.load, s.kinetostatic].map(finite);
+        (numbers, s.amplification, s.stable)
+    };
+    csv(head, report.amplification.iter().map(row))
 }

@@ -10,6 +10,7 @@ pub mod course;
 pub mod fidelity;
 pub mod figures;
 pub mod reference;
+mod rigid;
 pub mod run;
 mod simplification;
 pub mod sweep;

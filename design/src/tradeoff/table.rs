@@ -1,8 +1,9 @@
 //! The report as tables: cells for terminal and page, CSV, JSON.
 
-use super::{Feature, Report, Row, bounded};
-use crate::text::{self, NONE, Table, full_or_empty as full, number, time};
+use super::{Cost, Feature, Report, Row, bounded};
+use crate::text::{self, NONE, Table, number, time};
 use camdrive::drives::Fault;
+use std::collections::BTreeMap;
 
 fn default_or(value: f64, text: impl Fn(f64) -> String) -> String {
     if value == 0.0 { "default".to_owned() } else { text(value) }
@@ -160,42 +161,31 @@ pub fn about(report: &Report) -> Vec<String> {
 /// # Errors
 /// None in practice: the writer fills memory.
 pub fn csv(report: &Report) -> Result<String, Fault> {
-    let names: Vec<&str> = report.outputs.iter().map(|output| output.name.as_str()).collect();
+    let names = || report.outputs.iter().map(|output| &output.name);
+    let quoted = |name: &String| if name.contains(',') { format!(",\"{name}\"") } else { format!(",{name}") };
     let head = "kind,method,tolerance,step_size_s,inputs,without,instead,communication_step_s,error_or_change,output,\
                 known_to,error_estimate,cost_ns_per_ms,start_us,steps,evaluations,fault";
-    let mut rows = Vec::new();
-    let word = |value: &Option<String>| value.clone().unwrap_or_default();
-    let cost = |cost: Option<super::Cost>| {
-        [
-            full(cost.map(|c| c.ns_per_ms)),
-            full(cost.map(|c| c.start_us)),
-            count(cost.and_then(|c| c.steps)).replace(NONE, ""),
-            count(cost.and_then(|c| c.evaluations)).replace(NONE, ""),
-        ]
+    let cost = |cost: Option<Cost>| {
+        let c = cost.as_ref();
+        [c.map(|c| c.ns_per_ms), c.map(|c| c.start_us), c.and_then(|c| c.steps), c.and_then(|c| c.evaluations)]
     };
-    for row in &report.settings {
-        let mut record = vec!["setting".to_owned(), word(&row.method), full(row.tolerance), full(row.step_size)];
-        record.extend([row.inputs.unwrap_or_default().to_owned(), String::new(), String::new()]);
-        record.extend([
-            full(Some(row.communication_step)),
-            full(row.error),
-            word(&row.worst),
-            full(Some(row.known_to)),
-            full(row.error_estimate),
-        ]);
-        record.extend(cost(row.cost));
-        record.push(word(&row.fault));
-        record.extend(names.iter().map(|name| full(row.errors.get(*name).copied())));
-        rows.push(record);
-    }
-    for feature in &report.features {
-        let mut record = vec!["feature".to_owned(), String::new(), String::new(), String::new(), String::new()];
-        record.extend([feature.feature.clone(), feature.instead.clone(), full(Some(report.experiment.step))]);
-        record.extend([full(feature.change), word(&feature.worst), full(Some(feature.known_to)), String::new()]);
-        record.extend(cost(feature.cost));
-        record.push(word(&feature.fault));
-        record.extend(names.iter().map(|name| full(feature.changes.get(*name).copied())));
-        rows.push(record);
-    }
-    text::csv_with(head, &names, rows)
+    let each = |values: &BTreeMap<String, f64>| names().map(|name| values.get(name).copied()).collect::<Vec<_>>();
+    let settings = report.settings.iter().map(|row| {
+        let dials = (row.method.as_ref(), row.tolerance, row.step_size, row.inputs);
+        let error = (row.communication_step, row.error, &row.worst, row.known_to, row.error_estimate);
+        ("setting", dials, [None; 2], error, cost(row.cost), &row.fault, each(&row.errors))
+    });
+    let features = report.features.iter().map(|f| {
+        let change = (report.experiment.step, f.change, &f.worst, f.known_to, None);
+        (
+            "feature",
+            (None, None, None, None),
+            [Some(&f.feature), Some(&f.instead)],
+            change,
+            cost(f.cost),
+            &f.fault,
+            each(&f.changes),
+        )
+    });
+    text::csv(&(head.to_owned() + &names().map(quoted).collect::<String>()), settings.chain(features))
 }
