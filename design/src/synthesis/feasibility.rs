@@ -24,7 +24,7 @@ const ROOM: f64 = 1e-3;
 /// Coefficients of a million times the task lose six of their sixteen digits; what only they could keep no cam does.
 const REACHES: [f64; 3] = [1.0, 1e3, 1e6];
 
-/// The least t is known when what the conditions miss of it is this part of it.
+/// The least t is known when what the conditions miss of it is this part of it, or a tenth of what counts as kept.
 const KNOWN: f64 = 1e-9;
 
 /// Multipliers below this part of their sum are rounding.
@@ -95,8 +95,8 @@ impl Program<'_> {
                 program.add(row, limit);
             }
             looked_at.append(&mut places);
-            let admitted = 0.1 * KNOWN * program.point()[n].hi.abs().max(KEPT);
-            if !program.lowest(admitted) {
+            let known = |level: f64| (KNOWN * level.abs()).max(0.1 * KEPT);
+            if !program.lowest(0.1 * known(program.point()[n].hi)) {
                 break;
             }
             let (y, level) = program.point().split_at(n);
@@ -106,7 +106,7 @@ impl Program<'_> {
             let holding = program.multipliers().filter(|(row, _)| *row >= first);
             let holding = holding.map(|(row, multiplier)| (looked_at[row - first], multiplier)).collect();
             best = Some(Widened { x: x.clone(), level, excess, holding });
-            let missed = KNOWN * level.abs().max(KEPT);
+            let missed = known(level);
             if excess <= -0.5 * ROOM || excess - level <= missed {
                 break;
             }

@@ -21,6 +21,9 @@ const DEPENDENT: f64 = 1e-22;
 /// What rounding leaves of a row, as part of its terms.
 const ROUNDING: f64 = 1e-28;
 
+/// What a point is not known to, as part of the way to its goal: some dozen terms of thirty-two digits.
+const NOISE: f64 = 1e-31;
+
 /// Rows taken up per unknown: two or three are the rule, a few dozen where many conditions hold at once.
 const STEPS: usize = 100;
 
@@ -82,6 +85,7 @@ impl Polyhedron {
 
     /// Goes to the point nearest to `goal`, but for `admitted` in each row; whether there is one.
     pub fn nearest(&mut self, goal: &[Double], admitted: f64) -> bool {
+        let (noise, mut in_noise) = (NOISE * length(goal), 0);
         for _ in 0..STEPS * goal.len() {
             let factors = self.settle(goal);
             let rounding = ROUNDING * length(&self.z);
@@ -89,12 +93,17 @@ impl Polyhedron {
                 let by = row.excess(&self.z).hi;
                 (by > admitted / row.length + rounding).then_some((i, by))
             };
-            let Some((row, _)) = self.rows.iter().enumerate().filter_map(beyond).max_by(|a, b| a.1.total_cmp(&b.1))
+            let Some((row, by)) = self.rows.iter().enumerate().filter_map(beyond).max_by(|a, b| a.1.total_cmp(&b.1))
             else {
                 return true;
             };
+            // Roundings of a goal far away come back for ever.
+            in_noise += usize::from(by <= noise);
+            if in_noise > goal.len() {
+                return true;
+            }
             if !self.take_up(row, factors) {
-                return false;
+                return by <= noise;
             }
         }
         false
