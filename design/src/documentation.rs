@@ -54,7 +54,7 @@ impl Documentation {
     /// # Errors
     /// Where the file is no such text, or names a condition that the drive does not know.
     pub fn of(text: &Text) -> Result<Self, Fault> {
-        let file: File = toml::from_str(text.file).map_err(|e| Fault(format!("the text of the drive: {e}")))?;
+        let file: File = toml::from_str(text.file).map_err(|e| Fault::new(format!("the text of the drive: {e}")))?;
         let chosen = |passages: Vec<Passage>| -> Result<Vec<(String, String)>, Fault> {
             let mut chosen = Vec::new();
             for passage in passages {

@@ -57,7 +57,7 @@ impl Host {
     /// # Errors
     /// What the library says where it refuses the scene; a temporary folder that cannot be written.
     pub fn instantiate(resource: &Resource) -> Result<Self, Fault> {
-        let fault = |e: &dyn std::fmt::Display| Fault(format!("the resources of the FMU cannot be written: {e}"));
+        let fault = |e: &dyn std::fmt::Display| Fault::new(format!("the resources of the FMU cannot be written: {e}"));
         let folder = tempfile::tempdir().map_err(|e| fault(&e))?;
         std::fs::write(folder.path().join(FILE_NAME), resource.to_bytes()?).map_err(|e| fault(&e))?;
         let text = |text: &str| CString::new(text).map_err(|e| fault(&e));
@@ -85,7 +85,7 @@ impl Host {
             )
         };
         let host = Host { component, message };
-        if component.is_null() { Err(Fault(host.message.0.borrow().clone())) } else { Ok(host) }
+        if component.is_null() { Err(Fault::new(host.message.0.borrow().clone())) } else { Ok(host) }
     }
 
     /// The status of a call as a result.
@@ -94,7 +94,7 @@ impl Host {
             return Ok(());
         }
         let message = std::mem::take(&mut *self.message.0.borrow_mut());
-        Err(Fault(if message.is_empty() { format!("{function} returns the status {status}") } else { message }))
+        Err(Fault::new(if message.is_empty() { format!("{function} returns the status {status}") } else { message }))
     }
 
     /// Tells the start time (s); neither a tolerance nor a stop time.
@@ -223,12 +223,12 @@ mod tests {
         let mut wrong = flywheel(0.0);
         wrong.model = "Perpetuum".into();
         let refusal = Host::instantiate(&wrong).err().unwrap();
-        assert!(refusal.0.contains("unknown model `Perpetuum`"), "{refusal}");
+        assert!(refusal.message.contains("unknown model `Perpetuum`"), "{refusal}");
         let mut host = Host::instantiate(&flywheel(0.0)).unwrap();
         let refusal = host.do_step(0.0, 0.1).unwrap_err();
-        assert!(refusal.0.contains("fmi2DoStep"), "{refusal}");
+        assert!(refusal.message.contains("fmi2DoStep"), "{refusal}");
         host.set_up(0.0).unwrap();
         let refusal = host.set_reals(&[9999], &[0.0]).unwrap_err();
-        assert!(refusal.0.contains("9999"), "{refusal}");
+        assert!(refusal.message.contains("9999"), "{refusal}");
     }
 }

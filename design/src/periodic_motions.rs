@@ -160,7 +160,7 @@ pub fn all_motions(scene: &Scene, load: f64) -> Result<Motions, Fault> {
 fn scan(map: &TurnMap<'_>, inertia: &Inertia, slip: f64, synchronous: f64) -> Result<Vec<(f64, f64)>, Fault> {
     let (low, high) = inertia.range();
     if !(low > 0.0) {
-        return Err(Fault(format!(
+        return Err(Fault::new(format!(
             "the moment of inertia must be positive over the whole turn; its least value is {low} kg.m2"
         )));
     }

@@ -55,7 +55,7 @@ impl Resource {
     /// Where it is none of this model.
     pub fn read<S: DeserializeOwned>(&self) -> Result<S, Fault> {
         serde_json::from_value(self.scene.clone())
-            .map_err(|e| Fault(format!("the resolved scene of {} cannot be read: {e}", self.model)))
+            .map_err(|e| Fault::new(format!("the resolved scene of {} cannot be read: {e}", self.model)))
     }
 
     /// The drive as an oscillator with periodic coefficients.
@@ -64,7 +64,7 @@ impl Resource {
     /// Where the model is none.
     pub fn oscillator(&self) -> Result<PeriodicOscillator, Fault> {
         (self.template()?.oscillator)(&self.scene)?.ok_or_else(|| {
-            Fault(format!(
+            Fault::new(format!(
                 "{} is no oscillator with periodic coefficients; such are ElasticCamDrive with an elastic input \
                  shaft and ParametricDrive",
                 self.model
@@ -124,7 +124,7 @@ impl Template {
 }
 
 fn fault<D: Drive>(reason: &dyn std::fmt::Display) -> Fault {
-    Fault(format!("the resolved scene of {} cannot be read: {reason}", D::MODEL))
+    Fault::new(format!("the resolved scene of {} cannot be read: {reason}", D::MODEL))
 }
 
 fn scene<D: Drive>(scene: &Value) -> Result<D::Scene, Fault> {

@@ -237,7 +237,7 @@ pub fn full_or_empty(value: Option<f64>) -> String {
 /// # Errors
 /// None in practice: the writer fills memory.
 pub fn csv(head: &str, rows: impl IntoIterator<Item = impl Serialize>) -> Result<String, Fault> {
-    let fault = |e: &dyn Display| Fault(format!("the table cannot be written as CSV: {e}"));
+    let fault = |e: &dyn Display| Fault::new(format!("the table cannot be written as CSV: {e}"));
     let mut writer = csv::WriterBuilder::new().has_headers(false).from_writer(format!("{head}\n").into_bytes());
     for row in rows {
         writer.serialize(row).map_err(|e| fault(&e))?;
@@ -252,7 +252,7 @@ pub fn csv(head: &str, rows: impl IntoIterator<Item = impl Serialize>) -> Result
 /// None in practice: no report holds anything that JSON has no form for.
 pub fn json(report: &impl Serialize) -> Result<String, Fault> {
     let text = serde_json::to_string_pretty(report);
-    text.map(|text| text + "\n").map_err(|e| Fault(format!("the report cannot be written as JSON: {e}")))
+    text.map(|text| text + "\n").map_err(|e| Fault::new(format!("the report cannot be written as JSON: {e}")))
 }
 
 #[cfg(test)]

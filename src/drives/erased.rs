@@ -214,12 +214,12 @@ impl<D: Drive> Unit<D> {
             {
                 0.0
             }
-            _ => return Err(Fault(format!("`{name}` is not a continuous output; it has no derivatives"))),
+            _ => return Err(Fault::new(format!("`{name}` is not a continuous output; it has no derivatives"))),
         };
         if value.is_finite() {
             Ok(value)
         } else {
-            Err(Fault(format!("a derivative of `{name}` is not a finite number at t = {} s", Number(self.time))))
+            Err(Fault::new(format!("a derivative of `{name}` is not a finite number at t = {} s", Number(self.time))))
         }
     }
 
@@ -229,20 +229,20 @@ impl<D: Drive> Unit<D> {
         let design = self.design.clone();
         let (u, k) = (&design.variables[unknown], &design.variables[known]);
         let (Access::Set { set, .. }, Kind::Real { quantity, min, max, .. }) = (&k.access, &k.description.kind) else {
-            return Err(Fault(format!(
+            return Err(Fault::new(format!(
                 "`{}` follows from inputs and parameters before the start; derivatives exist for those",
                 k.description.name
             )));
         };
         if matches!(u.access, Access::Set { .. }) {
-            return Err(Fault(format!("`{}` is set, not computed; it has no derivatives", u.description.name)));
+            return Err(Fault::new(format!("`{}` is set, not computed; it has no derivatives", u.description.name)));
         }
         let centre = k.value(&self.drive);
         let (drive, time, trials) = (&self.drive, self.time, &mut self.trials);
         let begin = Since::now();
         let too_much = || {
             let (u, k) = (&u.description.name, &k.description.name);
-            Fault(format!(
+            Fault::new(format!(
                 "the derivative of `{u}` with respect to `{k}` before the start needs more than the work of one call, since \
                  each of its trial starts needs much of it; take differences of whole runs"
             ))
@@ -284,14 +284,16 @@ impl<D: Drive> Unit<D> {
             Ok(slope)
         } else {
             let (u, k) = (&u.description.name, &k.description.name);
-            Err(Fault(format!("the derivative of `{u}` with respect to `{k}` is not a finite number before the start")))
+            Err(Fault::new(format!(
+                "the derivative of `{u}` with respect to `{k}` is not a finite number before the start"
+            )))
         }
     }
 
     #[cold]
     fn no_variable(&self, reference: u32, r#type: Type) -> Fault {
         let variables = &self.design.variables;
-        Fault(match variables.get(reference as usize) {
+        Fault::new(match variables.get(reference as usize) {
             Some(Variable { description: Description { name, kind, .. }, .. }) => {
                 format!("`{name}` (value reference {reference}) has the type {:?}, not {type:?}", kind.r#type())
             }
@@ -317,7 +319,7 @@ impl<D: Drive> Unit<D> {
         let states = self.design.variables.iter().filter(|v| v.description.state);
         let lost = states.map(|v| (&v.description.name, v.value(&self.drive))).find(|(_, x)| !x.is_finite());
         let name = lost.map_or("the state", |(name, _)| name);
-        Fault(format!("`{name}` is not a finite number at t = {} s", Number(self.time)))
+        Fault::new(format!("`{name}` is not a finite number at t = {} s", Number(self.time)))
     }
 }
 
@@ -376,7 +378,7 @@ impl<D: Drive> DynDrive for Unit<D> {
             Ok(value)
         } else {
             let name = &self.design.variables[reference].description.name;
-            Err(Fault(format!("`{name}` is not a finite number at t = {} s", Number(self.time))))
+            Err(Fault::new(format!("`{name}` is not a finite number at t = {} s", Number(self.time))))
         }
     }
 
@@ -384,10 +386,10 @@ impl<D: Drive> DynDrive for Unit<D> {
         let v = &self.design.variables[reference];
         let d = &v.description;
         if matches!(v.access, Access::Computed { .. }) {
-            return Err(Fault(format!("`{}` is computed and cannot be set", d.name)));
+            return Err(Fault::new(format!("`{}` is computed and cannot be set", d.name)));
         }
         if d.causality == Causality::Parameter && d.variability == Variability::Fixed && !self.initialising {
-            return Err(Fault(format!(
+            return Err(Fault::new(format!(
                 "`{}` is a fixed parameter; it can be set only before initialisation ends",
                 d.name
             )));
@@ -445,17 +447,17 @@ impl<D: Drive> DynDrive for Unit<D> {
     fn check_input_derivative(&self, reference: usize, order: usize, value: f64) -> Result<(), Fault> {
         let d = &self.design.variables[reference].description;
         if d.causality != Causality::Input {
-            return Err(Fault(format!("`{}` is no input; only inputs have input derivatives", d.name)));
+            return Err(Fault::new(format!("`{}` is no input; only inputs have input derivatives", d.name)));
         }
         if !(1..=D::INPUT_DERIVATIVES).contains(&order) {
-            return Err(Fault(format!(
+            return Err(Fault::new(format!(
                 "`{}`: the order {order} of its derivative is outside 1 … {}",
                 d.name,
                 D::INPUT_DERIVATIVES
             )));
         }
         if !value.is_finite() {
-            return Err(Fault(format!(
+            return Err(Fault::new(format!(
                 "`{}`: its derivative of order {order} is {value}, not a finite number",
                 d.name
             )));
@@ -473,7 +475,7 @@ impl<D: Drive> DynDrive for Unit<D> {
 
     fn output_derivative(&mut self, reference: usize, order: usize) -> Result<f64, Fault> {
         if !(1..=2).contains(&order) {
-            return Err(Fault(format!("output derivatives of order {order} do not exist; the order is 1 or 2")));
+            return Err(Fault::new(format!("output derivatives of order {order} do not exist; the order is 1 or 2")));
         }
         self.derivative(reference, Seed::Time, order)
     }
@@ -484,7 +486,7 @@ impl<D: Drive> DynDrive for Unit<D> {
         }
         let d = &self.design.variables[known].description;
         if d.causality != Causality::Input && !d.state {
-            return Err(Fault(format!(
+            return Err(Fault::new(format!(
                 "`{}` is neither an input nor a state; there is no derivative with respect to it",
                 d.name
             )));
@@ -519,8 +521,8 @@ impl<D: Drive> DynDrive for Unit<D> {
     }
 
     fn deserialize(&self, bytes: &[u8]) -> Result<Box<dyn Any + Send>, Fault> {
-        let (mut state, rest): (Snapshot<D>, &[u8]) =
-            postcard::take_from_bytes(bytes).map_err(|e| Fault(format!("the serialised state cannot be read: {e}")))?;
+        let (mut state, rest): (Snapshot<D>, &[u8]) = postcard::take_from_bytes(bytes)
+            .map_err(|e| Fault::new(format!("the serialised state cannot be read: {e}")))?;
         if !rest.is_empty() {
             return Err(Fault::new("the serialised state is longer than it should be"));
         }

@@ -19,7 +19,7 @@ pub const INPUTS: [f64; 3] = [LARGEST_ANGLE, FASTEST, STEEPEST];
 /// has `reached` a time between them (s); `motion` tells what turns and how fast, the `hint` what would help beside shorter
 /// steps.
 pub fn step_too_much([from, to]: [f64; 2], reached: f64, motion: &str, hint: &str) -> Fault {
-    Fault(format!(
+    Fault::new(format!(
         "the {} s to t = {} s need more than the work of one call: {motion}, and only {} s of them are done; shorten the \
          communication step, {hint}",
         Rounded(to - from),
@@ -30,9 +30,14 @@ pub fn step_too_much([from, to]: [f64; 2], reached: f64, motion: &str, hint: &st
 
 /// What is said of a start whose periodic motion takes more than the work of a call to find; the `hint` tells what would help.
 pub fn search_too_much(hint: &str) -> Fault {
-    Fault(format!(
+    refused_start(format!(
         "`start.mode` = steady_state: the search for the periodic motion needs more than the work of one call; {hint}"
     ))
+}
+
+/// What is said of a start that no periodic motion allows.
+pub fn refused_start(message: impl Into<String>) -> Fault {
+    Fault::new(message).of("start.mode")
 }
 
 /// What is said of a saved state that no drive of the scene can be in.
@@ -49,7 +54,7 @@ pub fn check_angle(angle: f64, to: f64) -> Result<(), Fault> {
 #[cold]
 fn beyond(angle: f64, to: f64) -> Fault {
     let found = if angle.is_finite() { format!("{} rad", Rounded(angle)) } else { "beyond all numbers".to_owned() };
-    Fault(format!(
+    Fault::new(format!(
         "at t = {} s the drive angle is {found}: beyond {LARGEST_ANGLE:e} rad a number does not tell where in its turn the \
          drive is; shorten the communication step, or lower the speed or the acceleration",
         Rounded(to)

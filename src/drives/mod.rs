@@ -54,20 +54,30 @@ macro_rules! all_drives {
 /// All drive models.
 pub const MODELS: &[Model] = all_drives!(Model);
 
-/// Why a drive cannot go on: one sentence that names the quantity, its value and what would be admissible.
+/// Why a drive cannot go on.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Fault(pub String);
+pub struct Fault {
+    /// The variable at fault, by its name in the FMU; empty where it is none in particular.
+    pub variable: String,
+    /// One sentence that names the quantity, its value and what would be admissible.
+    pub message: String,
+}
 
 impl Fault {
-    /// A fault with this message.
+    /// A fault of no variable in particular.
     pub fn new(message: impl Into<String>) -> Self {
-        Fault(message.into())
+        Fault { variable: String::new(), message: message.into() }
+    }
+
+    /// That of a variable.
+    pub fn of(self, variable: impl Into<String>) -> Self {
+        Fault { variable: variable.into(), ..self }
     }
 }
 
 impl std::fmt::Display for Fault {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(&self.0)
+        f.write_str(&self.message)
     }
 }
 
@@ -107,7 +117,9 @@ impl Text {
     pub fn holds(&self, condition: &str) -> Result<bool, Fault> {
         let (name, wanted) = condition.strip_prefix("not ").map_or((condition, true), |name| (name, false));
         let known = self.conditions.iter().find(|(known, _)| *known == name);
-        known.map(|(_, holds)| *holds == wanted).ok_or_else(|| Fault(format!("`{name}` is no condition of this drive")))
+        known
+            .map(|(_, holds)| *holds == wanted)
+            .ok_or_else(|| Fault::new(format!("`{name}` is no condition of this drive")))
     }
 }
 

@@ -20,6 +20,6 @@ impl Model {
 
 fn build<D: Drive>(bytes: &[u8]) -> Result<Box<dyn DynDrive>, Fault> {
     let scene: D::Scene = postcard::from_bytes(bytes)
-        .map_err(|e| Fault(format!("the resolved scene of {} cannot be read: {e}", D::MODEL)))?;
+        .map_err(|e| Fault::new(format!("the resolved scene of {} cannot be read: {e}", D::MODEL)))?;
     Ok(erased::unit(D::new(scene)?))
 }

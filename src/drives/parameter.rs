@@ -146,7 +146,7 @@ mod tests {
                 solver: Settings::default(),
             };
             let mut drive = erased::unit(ElasticOutput::new(scene).unwrap());
-            assert_eq!(drive.start().unwrap_err().0, said);
+            assert_eq!(drive.start().unwrap_err().message, said);
         }
     }
 }

@@ -28,7 +28,7 @@ pub struct Content<'a> {
 }
 
 fn refused(reason: impl std::fmt::Display) -> Fault {
-    Fault(format!("resources/{FILE_NAME} cannot be read: {reason}"))
+    Fault::new(format!("resources/{FILE_NAME} cannot be read: {reason}"))
 }
 
 impl<'a> Content<'a> {
@@ -46,8 +46,8 @@ impl<'a> Content<'a> {
 
     /// The bytes of `resources/drive.bin`.
     pub fn to_bytes(&self) -> Result<Vec<u8>, Fault> {
-        let content =
-            postcard::to_stdvec(self).map_err(|e| Fault(format!("resources/{FILE_NAME} cannot be written: {e}")))?;
+        let content = postcard::to_stdvec(self)
+            .map_err(|e| Fault::new(format!("resources/{FILE_NAME} cannot be written: {e}")))?;
         let mut bytes = [MAGIC.as_slice(), &content].concat();
         bytes.extend(crc32fast::hash(&bytes).to_le_bytes());
         Ok(bytes)
@@ -63,7 +63,7 @@ impl<'a> Content<'a> {
 
 /// What is said of a `model` that is none of the `known`.
 pub fn unknown<'a>(model: &str, known: impl Iterator<Item = &'a str>) -> Fault {
-    Fault(format!("unknown model `{model}`; known are {}", known.collect::<Vec<&str>>().join(", ")))
+    Fault::new(format!("unknown model `{model}`; known are {}", known.collect::<Vec<&str>>().join(", ")))
 }
 
 #[cfg(test)]
@@ -75,7 +75,7 @@ mod tests {
         let content = Content { model: "Unknown", guid: "{1}", scene: &[1, 2, 3] };
         let bytes = content.to_bytes().unwrap();
         assert_eq!(Content::from_bytes(&bytes), Ok(content));
-        assert!(content.build().err().unwrap().0.contains("unknown model `Unknown`; known are Elastic"));
+        assert!(content.build().err().unwrap().message.contains("unknown model `Unknown`; known are Elastic"));
         for length in 0..bytes.len() {
             assert!(Content::from_bytes(&bytes[..length]).is_err(), "{length} bytes");
         }

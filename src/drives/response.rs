@@ -21,7 +21,7 @@ mod table;
 
 use super::cam_drive::AngleMotion;
 use super::cam_turn::turns;
-use super::limits::{search_too_much, step_too_much};
+use super::limits::{refused_start, search_too_much, step_too_much};
 use super::{Fault, Rounded};
 use crate::motion::{Fourier, MotionLaw};
 use crate::numerics::chebyshev;
@@ -273,7 +273,7 @@ impl Response {
                     let Some(map) = map else { return Err(Fault::new("the response has lost its table")) };
                     let before = trajectory.steps;
                     trajectory.reach(map, time).map_err(|fault| {
-                        Fault(format!("the motion is beyond all numbers at t = {} s", Rounded(fault.time)))
+                        Fault::new(format!("the motion is beyond all numbers at t = {} s", Rounded(fault.time)))
                     })?;
                     self.steps += (trajectory.steps - before) as f64;
                     let turns = (time - self.motion.origin) / map.period().hi;
@@ -450,7 +450,7 @@ fn neighbour(law: &MotionLaw, segment: usize, side: i8) -> usize {
 }
 
 fn no_periodic_motion(reason: &str) -> Fault {
-    Fault(format!(
+    refused_start(format!(
         "start.mode = steady_state: there is no periodic motion, {reason}; choose at_rest or given, another speed, or b > 0"
     ))
 }

@@ -163,7 +163,7 @@ impl StepControl {
     /// What is said of a stop on the way from one time to another (s) along this `motion`, but for growth without bound.
     pub fn fault(self, stop: Stop, words: &Words, way: [f64; 2], motion: &AngleMotion) -> Fault {
         let Words { quantity, turning, parameters, frequency } = words;
-        Fault(match (stop, self) {
+        Fault::new(match (stop, self) {
             (Stop::Failed(Failure::Stalled { time } | Failure::Unbounded { time }), StepControl::Grid { step, .. }) => {
                 format!(
                     "{quantity} cannot be computed beyond t = {} s with internal steps of {} s: they turn {turning} \

@@ -156,7 +156,8 @@ impl Description {
             Kind::Real { quantity, .. } if quantity.unit != "1" => format!(" {}", quantity.unit),
             _ => String::new(),
         };
-        Fault(format!("`{}`: {value}{unit} is not admissible; expected {expected}{unit}", self.name))
+        let message = format!("`{}`: {value}{unit} is not admissible; expected {expected}{unit}", self.name);
+        Fault::new(message).of(&self.name)
     }
 }
 

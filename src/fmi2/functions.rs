@@ -53,7 +53,7 @@ fn check_array<T>(pointer: *const T, count: usize, name: &str) -> Result<(), Fau
 
 #[cold]
 fn no_array(is_null: bool, count: usize, name: &str) -> Fault {
-    Fault(if is_null { format!("`{name}` is NULL") } else { format!("`{name}` is no array of {count} elements") })
+    Fault::new(if is_null { format!("`{name}` is NULL") } else { format!("`{name}` is no array of {count} elements") })
 }
 
 /// An array of the importer; NULL will do if it is empty.
@@ -198,7 +198,9 @@ fn create(
         return Err(Fault::new("`instanceName` is NULL or empty"));
     }
     if fmu_type != CO_SIMULATION {
-        return Err(Fault(format!("`fmuType` is {fmu_type}; this FMU is for Co-Simulation ({CO_SIMULATION}) only")));
+        return Err(Fault::new(format!(
+            "`fmuType` is {fmu_type}; this FMU is for Co-Simulation ({CO_SIMULATION}) only"
+        )));
     }
     let guid = guid.ok_or(Fault::new("`fmuGUID` is NULL"))?.to_string_lossy();
     let location = location.map(CStr::to_string_lossy);
@@ -545,7 +547,7 @@ pub unsafe extern "C" fn fmi2SerializeFMUstate(
             unsafe { (saved(FMUstate, instance)?, array_mut(serializedState, size, "serializedState")?) };
         let bytes = instance.serialize(state)?;
         if memory.len() != bytes.len() {
-            return Err(Fault(format!("`size` is {size}, but the state takes {} bytes", bytes.len())).into());
+            return Err(Fault::new(format!("`size` is {size}, but the state takes {} bytes", bytes.len())).into());
         }
         for (place, byte) in memory.iter_mut().zip(bytes) {
             place.write(byte as fmi2Byte);
@@ -597,7 +599,7 @@ pub unsafe extern "C" fn fmi2GetDirectionalDerivative(
             let mut sum = 0.0;
             for (known, component) in knowns.iter().zip(direction) {
                 if begin.is_exhausted() {
-                    return Err(Fault(format!(
+                    return Err(Fault::new(format!(
                         "derivatives with respect to {nKnown} variables need more than the work of one call; ask for fewer at a \
                          time"
                     ))
@@ -606,9 +608,10 @@ pub unsafe extern "C" fn fmi2GetDirectionalDerivative(
                 sum += instance.directional_derivative(*unknown, *known, *component)?;
             }
             if !sum.is_finite() {
-                return Err(
-                    Fault(format!("the derivative of the value reference {unknown} is {sum}, not a number")).into()
-                );
+                return Err(Fault::new(format!(
+                    "the derivative of the value reference {unknown} is {sum}, not a number"
+                ))
+                .into());
             }
             result.write(sum);
         }
@@ -680,7 +683,7 @@ pub unsafe extern "C" fn fmi2CancelStep(c: fmi2Component) -> fmi2Status {
 /// As [`place`].
 unsafe fn status<T>(kind: fmi2StatusKind, value: *mut T, answer: Option<T>) -> Outcome {
     if TERMINATED < kind {
-        return Err(Fault(format!("the status kind {kind} does not exist")).into());
+        return Err(Fault::new(format!("the status kind {kind} does not exist")).into());
     }
     // SAFETY: passed on to the caller.
     let place = unsafe { place(value, "value")? };

@@ -116,13 +116,13 @@ impl Instance {
         outcome.map_err(|unknown| {
             let known: Vec<_> = event::LOG_CATEGORIES.iter().map(|(name, _)| name.to_string_lossy()).collect();
             let unknown = unknown.to_string_lossy();
-            Fault(format!("unknown log category `{unknown}`; the categories are {}", known.join(", "))).into()
+            Fault::new(format!("unknown log category `{unknown}`; the categories are {}", known.join(", "))).into()
         })
     }
 
     /// fmi2SetupExperiment.
     pub fn set_up(&mut self, tolerance: Option<f64>, start: f64, stop: Option<f64>) -> Result<(), Refusal> {
-        let refuse = |text: String| Err(Fault(text).into());
+        let refuse = |text: String| Err(Fault::new(text).into());
         if !start.is_finite() {
             return refuse(format!("the start time is {} s, not a finite number", Number(start)));
         }
@@ -190,7 +190,7 @@ impl Instance {
     fn inadmissible_step(&self, point: f64, step: f64) -> Fault {
         let Clock { time, stop, .. } = self.clock;
         let [here, end] = [Number(point), Number(point + step)];
-        Fault(if !(0.0 < step && step.is_finite()) {
+        Fault::new(if !(0.0 < step && step.is_finite()) {
             format!("the communication step size {} s is not a finite number > 0", Number(step))
         } else if !((point - time).abs() <= TIME_TOLERANCE * (point.abs() + step) && point.is_finite()) {
             format!("the current communication point {here} s is not where the instance is, at {} s", Number(time))
@@ -302,7 +302,7 @@ impl Instance {
 }
 
 fn order_of(order: i32) -> Result<usize, Fault> {
-    usize::try_from(order).map_err(|_| Fault(format!("derivatives of order {order} do not exist")))
+    usize::try_from(order).map_err(|_| Fault::new(format!("derivatives of order {order} do not exist")))
 }
 
 /// Why a function is not allowed.

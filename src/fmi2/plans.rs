@@ -40,7 +40,11 @@ pub fn of(resource: &[u8], guid: &str) -> Result<Arc<dyn Plan>, Fault> {
 }
 
 fn compare(given: &str, own: &str) -> Result<(), Fault> {
-    if given == own { Ok(()) } else { Err(Fault(format!("`fmuGUID` is `{given}`, but this FMU has the guid `{own}`"))) }
+    if given == own {
+        Ok(())
+    } else {
+        Err(Fault::new(format!("`fmuGUID` is `{given}`, but this FMU has the guid `{own}`")))
+    }
 }
 
 /// Forgets the drives without instances; without any, no memory is left behind when the library is unloaded.

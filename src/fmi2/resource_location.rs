@@ -14,11 +14,11 @@ pub fn read(location: Option<&str>, library: Option<&Path>) -> Result<Vec<u8>, F
         match std::fs::read(&file) {
             Ok(bytes) => return Ok(bytes),
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => (),
-            Err(e) => return Err(Fault(format!("{} cannot be read: {e}", file.display()))),
+            Err(e) => return Err(Fault::new(format!("{} cannot be read: {e}", file.display()))),
         }
     }
     let tried: Vec<String> = folders.iter().map(|f| format!("`{}`", f.display())).collect();
-    Err(Fault(format!(
+    Err(Fault::new(format!(
         "{FILE_NAME} is missing: fmuResourceLocation is {}; looked in {}",
         location.map_or("NULL".to_owned(), |l| format!("`{l}`")),
         if tried.is_empty() { "no folder".to_owned() } else { tried.join(", ") }
@@ -110,12 +110,12 @@ mod tests {
     #[test]
     fn one_line_says_what_is_missing() {
         let library = Path::new("/nowhere/binaries/linux64/x.so");
-        let Fault(message) = read(Some("file:///no%20where"), Some(library)).unwrap_err();
+        let Fault { message, .. } = read(Some("file:///no%20where"), Some(library)).unwrap_err();
         assert_eq!(
             message,
             "drive.bin is missing: fmuResourceLocation is `file:///no%20where`; looked in `/no where`, \
              `/no%20where`, `/nowhere/binaries/linux64/../../resources`"
         );
-        assert!(read(None, None).unwrap_err().0.contains("is NULL; looked in no folder"));
+        assert!(read(None, None).unwrap_err().message.contains("is NULL; looked in no folder"));
     }
 }

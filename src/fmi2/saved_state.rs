@@ -72,7 +72,7 @@ pub fn to_bytes(state: &SavedState, drive: &dyn DynDrive) -> Result<Vec<u8>, Fau
 
 /// A state from its bytes; refuses those of another FMU and damaged ones.
 pub fn from_bytes(bytes: &[u8], fingerprint: u64, drive: &dyn DynDrive) -> Result<SavedState, Fault> {
-    let refuse = |reason: &str| Err(Fault(format!("the serialised state {reason}")));
+    let refuse = |reason: &str| Err(Fault::new(format!("the serialised state {reason}")));
     let Some((body, checksum)) = bytes.split_last_chunk::<CHECKSUM>() else { return refuse("is cut off") };
     let Some((magic, rest)) = body.split_first_chunk::<8>() else { return refuse("is cut off") };
     if magic != MAGIC {
@@ -80,7 +80,7 @@ pub fn from_bytes(bytes: &[u8], fingerprint: u64, drive: &dyn DynDrive) -> Resul
     }
     let Some((version, rest)) = rest.split_first_chunk::<4>() else { return refuse("is cut off") };
     if u32::from_le_bytes(*version) != VERSION {
-        return Err(Fault(format!(
+        return Err(Fault::new(format!(
             "the serialised state has the format version {}; this library reads version {VERSION}",
             u32::from_le_bytes(*version)
         )));
@@ -91,7 +91,7 @@ pub fn from_bytes(bytes: &[u8], fingerprint: u64, drive: &dyn DynDrive) -> Resul
     }
     let Some((length, content)) = rest.split_first_chunk::<8>() else { return refuse("is cut off") };
     if u64::from_le_bytes(*length) != content.len() as u64 {
-        return Err(Fault(format!(
+        return Err(Fault::new(format!(
             "the serialised state holds {} bytes of content where its header announces {}",
             content.len(),
             u64::from_le_bytes(*length)
@@ -100,8 +100,8 @@ pub fn from_bytes(bytes: &[u8], fingerprint: u64, drive: &dyn DynDrive) -> Resul
     if u32::from_le_bytes(*checksum) != crc32fast::hash(body) {
         return refuse("is damaged: its checksum is wrong");
     }
-    let (clock, content): (Clock, _) =
-        postcard::take_from_bytes(content).map_err(|e| Fault(format!("the serialised state cannot be read: {e}")))?;
+    let (clock, content): (Clock, _) = postcard::take_from_bytes(content)
+        .map_err(|e| Fault::new(format!("the serialised state cannot be read: {e}")))?;
     if !clock.time.is_finite() || clock.stop.is_nan() {
         return refuse("has no time");
     }

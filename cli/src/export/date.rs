@@ -29,7 +29,7 @@ impl Date {
         let Some(value) = std::env::var_os("SOURCE_DATE_EPOCH") else { return Ok(None) };
         let seconds = value.to_str().and_then(|text| text.trim().parse().ok()).filter(|s| (0..=LAST).contains(s));
         seconds.map(|s| Some(Date::from_epoch(s))).ok_or_else(|| {
-            Fault(format!(
+            Fault::new(format!(
                 "SOURCE_DATE_EPOCH = `{}` is no number of seconds since 1970 from 0 to {LAST}",
                 value.to_string_lossy()
             ))

@@ -134,7 +134,8 @@ fn pack_drive(
         replace(File::new(DOCUMENTATION, page));
         content.extend(tradeoff::files(report)?);
     }
-    let bytes = archive::archive(&content, date).map_err(|e| Fault(format!("the archive cannot be written: {e}")))?;
+    let bytes =
+        archive::archive(&content, date).map_err(|e| Fault::new(format!("the archive cannot be written: {e}")))?;
     let descriptions = drive.descriptions();
     Ok(Packed {
         bytes,
@@ -183,7 +184,7 @@ fn check_name(name: &str) -> Result<(), Fault> {
     if starts_well && goes_on_well && name.len() <= LONGEST_NAME {
         return Ok(());
     }
-    Err(Fault(format!(
+    Err(Fault::new(format!(
         "the name `{name}` is no C identifier of 1 to {LONGEST_NAME} letters, digits and underscores; it names the \
          library inside the FMU"
     )))
@@ -192,7 +193,7 @@ fn check_name(name: &str) -> Result<(), Fault> {
 fn check_platforms(runtimes: &[RuntimeLibrary]) -> Result<(), Fault> {
     for (i, library) in runtimes.iter().enumerate() {
         if let Some(other) = runtimes[..i].iter().find(|other| other.platform == library.platform) {
-            return Err(Fault(format!(
+            return Err(Fault::new(format!(
                 "two runtime libraries for {}: {} and {}",
                 library.platform,
                 other.path.display(),
@@ -240,6 +241,6 @@ mod tests {
         }
         let twice = [library(b"1"), library(b"2")];
         let fault = pack_drive((&mut *lag(), &[]), &resource("Lag"), "", &twice, None, Extras::default()).unwrap_err();
-        assert!(fault.0.contains("two runtime libraries for linux64"));
+        assert!(fault.message.contains("two runtime libraries for linux64"));
     }
 }

@@ -7,7 +7,7 @@ use ttf_parser::{Face, OutlineBuilder};
 
 /// The drawing as a PNG file.
 pub fn png(drawing: &Drawing) -> Result<Vec<u8>, Fault> {
-    let fault = |what: &str| Fault(format!("the picture cannot be drawn: {what}"));
+    let fault = |what: &str| Fault::new(format!("the picture cannot be drawn: {what}"));
     let [width, height] = drawing.size;
     let mut image = Pixmap::new(width, height).ok_or_else(|| fault("it has no area"))?;
     image.fill(Color::WHITE);

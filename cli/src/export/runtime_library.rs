@@ -81,7 +81,7 @@ impl RuntimeLibrary {
     /// `deps` beside the executable, `cargo build` and packages lay it beside the executable itself.
     pub fn beside_executable() -> Result<Self, Fault> {
         let platform = host_platform().ok_or_else(|| {
-            Fault(format!("FMI 2.0 has no name for this platform; give one by --runtime {}", choice()))
+            Fault::new(format!("FMI 2.0 has no name for this platform; give one by --runtime {}", choice()))
         })?;
         let executable = executable()?;
         let name = format!("{}camdrive{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
@@ -90,7 +90,7 @@ impl RuntimeLibrary {
         // The newer one is that of the last build.
         let built = |path: &PathBuf| std::fs::metadata(path).and_then(|file| file.modified()).ok();
         let found = places.into_iter().filter(|path| path.is_file()).max_by_key(built).ok_or_else(|| {
-            Fault(format!(
+            Fault::new(format!(
                 "the runtime library is missing: {} does not exist. Build it with `{BUILD_COMMAND}`, name one by --runtime \
                  {platform}=FILE, or call the `camdrive` that pip installed where it lies",
                 beside.display()
@@ -102,7 +102,7 @@ impl RuntimeLibrary {
     /// The library of `PLATFORM=FILE`.
     pub fn from_argument(argument: &str) -> Result<Self, Fault> {
         let (platform, file) = argument.split_once('=').filter(|(_, file)| !file.is_empty()).ok_or_else(|| {
-            Fault(format!("--runtime `{argument}`: expected PLATFORM=FILE with PLATFORM {}", choice()))
+            Fault::new(format!("--runtime `{argument}`: expected PLATFORM=FILE with PLATFORM {}", choice()))
         })?;
         RuntimeLibrary::read(platform, Path::new(file))
     }
@@ -112,27 +112,27 @@ impl RuntimeLibrary {
         let (platform, _) = PLATFORMS
             .into_iter()
             .find(|(name, _)| *name == platform)
-            .ok_or_else(|| Fault(format!("`{platform}` is no platform of FMI 2.0; expected {}", choice())))?;
+            .ok_or_else(|| Fault::new(format!("`{platform}` is no platform of FMI 2.0; expected {}", choice())))?;
         if path.exists() && !path.is_file() {
-            return Err(Fault(format!("{} is no file", path.display())));
+            return Err(Fault::new(format!("{} is no file", path.display())));
         }
-        let bytes = std::fs::read(path).map_err(|e| Fault(format!("{} cannot be read: {e}", path.display())))?;
+        let bytes = std::fs::read(path).map_err(|e| Fault::new(format!("{} cannot be read: {e}", path.display())))?;
         if !is_library_for(platform, &bytes) {
-            return Err(Fault(format!(
+            return Err(Fault::new(format!(
                 "{} is no shared library for {platform}; it is {}",
                 path.display(),
                 describe(&bytes)
             )));
         }
         if !contains(&bytes, LANDMARK) {
-            return Err(Fault(format!(
+            return Err(Fault::new(format!(
                 "{} does not export fmi2DoStep, so it is no runtime library of camdrive. Build one with \
                  `{BUILD_COMMAND}`",
                 path.display()
             )));
         }
         if !contains(&bytes, BUILD.as_bytes()) {
-            return Err(Fault(format!(
+            return Err(Fault::new(format!(
                 "{} is not of the same sources as this executable ({}). Build it anew with `packaging/build`, or \
                  with `{BUILD_COMMAND}` on its platform",
                 path.display(),
@@ -170,11 +170,11 @@ fn executable() -> Result<PathBuf, Fault> {
     // macOS tells the link by which a program was called, where its installer made one.
     let executable =
         if cfg!(target_os = "macos") { executable.and_then(|path| path.canonicalize()) } else { executable };
-    executable.map_err(|e| Fault(format!("the running executable cannot be located ({e}); use --runtime")))
+    executable.map_err(|e| Fault::new(format!("the running executable cannot be located ({e}); use --runtime")))
 }
 
 fn missing(platform: &str) -> Fault {
-    Fault(format!(
+    Fault::new(format!(
         "there is no runtime library for {platform} in the folder `runtimes` beside this executable or above it. \
          `packaging/build` makes those of linux64, aarch64-linux, win64 and Darwin; --runtime {platform}=FILE names any"
     ))
@@ -371,7 +371,7 @@ mod tests {
         std::fs::create_dir_all(&folder).unwrap();
         let path = folder.join("lib.so");
         std::fs::write(&path, elf(3)).unwrap();
-        let read = |argument: String| RuntimeLibrary::from_argument(&argument).map_err(|fault| fault.0);
+        let read = |argument: String| RuntimeLibrary::from_argument(&argument).map_err(|fault| fault.message);
         assert!(read(format!("linux64={}", path.display())).unwrap_err().contains("does not export fmi2DoStep"));
         assert!(read(format!("win64={}", path.display())).unwrap_err().contains("a shared library for linux64"));
         assert!(read(format!("amiga={}", path.display())).unwrap_err().contains("linux64 | linux32"));

@@ -59,7 +59,7 @@ impl Package {
 /// The bill of materials as a file of the FMU.
 pub fn file() -> Result<File, Fault> {
     let lock: Lock =
-        toml::from_str(include_str!("../../../Cargo.lock")).map_err(|e| Fault(format!("Cargo.lock: {e}")))?;
+        toml::from_str(include_str!("../../../Cargo.lock")).map_err(|e| Fault::new(format!("Cargo.lock: {e}")))?;
     // A dependency is `name`, with its version where there are several.
     let find = |dependency: &str| {
         let mut words = dependency.split(' ');

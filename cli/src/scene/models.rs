@@ -3,6 +3,7 @@
 use super::section::{Faults, NOT_NEGATIVE, POSITIVE, Section, within};
 use super::{Resolved, diagnostics::Diagnostic, units};
 use super::{follower, forces, geometry, motion_law, parametric};
+use camdrive::drives::Fault;
 use camdrive::drives::backlash::{self, BacklashDrive};
 use camdrive::drives::cam_drive::{DriveMode, Start, StartMode};
 use camdrive::drives::elastic_output::{self, ElasticOutput};
@@ -316,11 +317,11 @@ fn machine_start(root: &Section<'_>) -> Option<(MachineStart, f64, f64)> {
 /// Builds and starts the drive, and checks its parameters against the ranges that the FMU declares, so that no FMU
 /// is written that refuses its own start values.
 pub fn try_out(resolved: &Resolved, faults: &Faults<'_>) {
-    let report = |message: String, key: &str, admissible: Option<String>| {
+    let report = |Fault { variable, message }: Fault, key: &str, admissible: Option<String>| {
         let mut fault: Diagnostic = match faults.origin(key) {
             Some((path, span)) => {
-                let own = format!("`{}`: ", subject(&message));
-                faults.at(span, message.strip_prefix(&own).map_or(message.clone(), |said| format!("`{path}`: {said}")))
+                let said = message.strip_prefix(&format!("`{variable}`: "));
+                faults.at(span, said.map_or(message.clone(), |said| format!("`{path}`: {said}")))
             }
             None => faults.at(faults.place("model").unwrap_or(0..0), message),
         };
@@ -329,7 +330,7 @@ pub fn try_out(resolved: &Resolved, faults: &Faults<'_>) {
     };
     let mut drive = match resolved.resource().build() {
         Ok(drive) => drive,
-        Err(fault) => return report(fault.0.clone(), subject(&fault.0), None),
+        Err(fault) => return report(fault.clone(), &fault.variable, None),
     };
     for (name, reason) in [
         ("solver.method", "every step of this drive costs the same"),
@@ -348,7 +349,8 @@ pub fn try_out(resolved: &Resolved, faults: &Faults<'_>) {
             (Ok(value), Kind::Real { quantity, min, max, .. }) if !(value >= *min && value <= *max) => {
                 let unit = quantity.unit;
                 let message = format!("`{}`: {} {unit} is out of range", parameter.name, units::short(value));
-                report(message, &parameter.key, Some(within(*min, *max).words(unit)));
+                let fault = Fault::new(message).of(&parameter.name);
+                report(fault, &parameter.key, Some(within(*min, *max).words(unit)));
             }
             _ => {}
         }
@@ -356,15 +358,8 @@ pub fn try_out(resolved: &Resolved, faults: &Faults<'_>) {
     if faults.is_empty() {
         drive.set_up(0.0, None);
         if let Err(fault) = drive.start() {
-            let about = parameters.iter().find(|d| d.name == subject(&fault.0));
-            report(fault.0.clone(), about.map_or(subject(&fault.0), |d| &d.key), None);
+            let key = parameters.iter().find(|d| d.name == fault.variable).map_or(&fault.variable, |d| &d.key);
+            report(fault.clone(), key, None);
         }
     }
-}
-
-/// The variable that a drive's fault is about: the first name in backticks, else the word that the message starts
-/// with.
-fn subject(message: &str) -> &str {
-    let word = message.split([' ', ':', ',']).next().unwrap_or_default();
-    message.split('`').nth(1).unwrap_or(word)
 }

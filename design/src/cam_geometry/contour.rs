@@ -110,7 +110,7 @@ impl From<NoMesh> for Fault {
     fn from(reason: NoMesh) -> Self {
         match reason {
             NoMesh::Standstill(standstill) => standstill.into(),
-            NoMesh::TooFine => Fault(format!(
+            NoMesh::TooFine => Fault::new(format!(
                 "this chord error demands more than {MOST_POINTS} points for a contour; choose a larger one"
             )),
         }

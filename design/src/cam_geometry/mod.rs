@@ -115,7 +115,7 @@ pub struct Standstill(pub f64);
 
 impl From<Standstill> for Fault {
     fn from(Standstill(phi): Standstill) -> Self {
-        Fault(format!(
+        Fault::new(format!(
             "at φ = {:.3}° the roller's centre stands still on the cam, whose contour has no direction there; place the roller farther from the cam's centre",
             degrees(phi)
         ))

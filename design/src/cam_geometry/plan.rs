@@ -150,7 +150,7 @@ impl Plan {
             Carrier::Lever { pivot, length, .. } => {
                 let (least, most) = ((pivot - length).abs(), pivot + length);
                 if !(distance > least && distance < most) {
-                    return Err(Fault(format!(
+                    return Err(Fault::new(format!(
                         "the prime circle has a radius of {}: a lever of {} about a pivot at {} puts the roller's centre between {} and {} from the cam's centre",
                         millimetres(distance),
                         millimetres(length),
@@ -166,7 +166,7 @@ impl Plan {
             Carrier::Translating { eccentricity } => {
                 let e = eccentricity.abs();
                 if distance <= e || distance.is_nan() {
-                    return Err(Fault(format!(
+                    return Err(Fault::new(format!(
                         "the prime circle has a radius of {}, which must be larger than the offset of {}",
                         millimetres(distance),
                         millimetres(e)

@@ -147,7 +147,7 @@ fn forced(series: &Fourier, scene: &Scene, w: f64) -> Result<[f64; 2], Fault> {
         let [real, imaginary] = [square - rate * rate, damping * rate];
         let size = real * real + imaginary * imaginary;
         if size <= (RESONANCE * square) * (RESONANCE * square) {
-            return Err(Fault(format!(
+            return Err(Fault::new(format!(
                 "harmonic {k} of U is in resonance, {k} times the speed is the natural frequency ({} rad/s) and nothing \
                  damps it",
                 square.sqrt()
@@ -171,7 +171,7 @@ fn count(scene: &Scene, w: f64) -> Result<usize, Fault> {
         if scene.cam.series().is_some() { scene.cam.resolution() } else { scene.cam.resolution().max(natural) };
     let count = (SAMPLES * std::f64::consts::TAU * fastest).ceil().max(LEAST_SAMPLES);
     if count > MOST_SAMPLES {
-        return Err(Fault(format!(
+        return Err(Fault::new(format!(
             "the contact force over a turn needs {count:.0e} samples, more than {MOST_SAMPLES:.0e}: U changes as fast as a \
              harmonic of the order {:.0}, and the natural frequency is {natural:.3e} times the speed; the formulas remain",
             scene.cam.resolution()

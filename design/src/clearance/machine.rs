@@ -63,12 +63,13 @@ impl Machine {
         let start = Start { mode: StartMode::Given, q: 0.0, q_dot: 0.0 };
         let scene = Scene { drive: DriveMode::Constant { w, phi_start: 0.0 }, start, ..scene.clone() };
         let clearance = scene.parameters.s;
-        let json = serde_json::to_value(&scene).map_err(|e| Fault(format!("the scene cannot be passed on: {e}")))?;
+        let json =
+            serde_json::to_value(&scene).map_err(|e| Fault::new(format!("the scene cannot be passed on: {e}")))?;
         let resource = Resource { model: BacklashDrive::MODEL.to_owned(), scene: json, ..Resource::default() };
         let drive = resource.build()?;
         let find = |name: &str| {
             let list = drive.descriptions();
-            list.iter().position(|d| d.name == name).ok_or_else(|| Fault(format!("the drive has no `{name}`")))
+            list.iter().position(|d| d.name == name).ok_or_else(|| Fault::new(format!("the drive has no `{name}`")))
         };
         let at = References {
             force: find("force")?,

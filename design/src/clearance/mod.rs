@@ -178,7 +178,7 @@ pub fn study(resource: &Resource, options: &Options, progress: impl Fn(Progress)
     let backlash::Parameters { m1, m2, c, b, s, e } = scene.parameters;
     let machine = Parameters { m1, m2, c, b, s, e, speed: w, omega, mu: m1 / m2, eta: w.abs() / omega };
     if !(machine.mu > 0.0 && machine.mu.is_finite() && omega > 0.0 && omega.is_finite()) {
-        return Err(Fault(format!("m1/m2 = {} and √(c/m2) = {omega} rad/s must be finite and not 0", machine.mu)));
+        return Err(Fault::new(format!("m1/m2 = {} and √(c/m2) = {omega} rad/s must be finite and not 0", machine.mu)));
     }
     let own = ("scene".to_owned(), scene.cam.clone());
     let laws: Vec<&(String, MotionLaw)> = std::iter::once(&own).chain(&options.laws).collect();
@@ -207,7 +207,7 @@ fn scene(resource: &Resource, options: &Options) -> Result<Scene, Fault> {
             Scene { parameters: backlash::Parameters { m1, m2: m, c, b, s, e: 0.0 }, cam, drive, start, solver }
         }
         model => {
-            return Err(Fault(format!(
+            return Err(Fault::new(format!(
                 "the model is {model}; the clearance is studied of a BacklashDrive, or of an ElasticCamDrive with \
                  place = \"output\" together with --clearance and --m1"
             )));
@@ -217,12 +217,14 @@ fn scene(resource: &Resource, options: &Options) -> Result<Scene, Fault> {
     scene.parameters.m1 = options.m1.unwrap_or(scene.parameters.m1);
     for (name, value, unit) in [("clearance", scene.parameters.s, "m"), ("m1", scene.parameters.m1, "kg")] {
         if !(value > 0.0 && value.is_finite()) {
-            return Err(Fault(format!("{name}: {value} {unit} is not greater than 0; give another one by --{name}")));
+            return Err(Fault::new(format!(
+                "{name}: {value} {unit} is not greater than 0; give another one by --{name}"
+            )));
         }
     }
     if let Some(omega) = options.natural_frequency {
         if !(omega > 0.0 && omega.is_finite()) {
-            return Err(Fault(format!("--natural-frequency is {omega} rad/s, it must be greater than 0")));
+            return Err(Fault::new(format!("--natural-frequency is {omega} rad/s, it must be greater than 0")));
         }
         let backlash::Parameters { m2, c, b, .. } = &mut scene.parameters;
         let before = (*c / *m2).sqrt();
@@ -230,7 +232,7 @@ fn scene(resource: &Resource, options: &Options) -> Result<Scene, Fault> {
     }
     if let Some(ratio) = options.damping {
         if !(ratio >= 0.0 && ratio.is_finite()) {
-            return Err(Fault(format!("--damping is {ratio}, it must be at least 0; write for example 0.03")));
+            return Err(Fault::new(format!("--damping is {ratio}, it must be at least 0; write for example 0.03")));
         }
         let backlash::Parameters { m2, c, b, .. } = &mut scene.parameters;
         *b = 2.0 * ratio * (*c * *m2).sqrt();
@@ -253,7 +255,7 @@ fn speed(scene: &Scene, options: &Options) -> Result<f64, Fault> {
     if turns(w) && w.is_finite() {
         return Ok(w);
     }
-    Err(Fault(format!("the speed is {} rad/s: a standing shaft passes no clearance; give --speed", Number(w))))
+    Err(Fault::new(format!("the speed is {} rad/s: a standing shaft passes no clearance; give --speed", Number(w))))
 }
 
 /// The angle from `from` to `to` in the sense of the motion, in (0, 2π] (rad).
@@ -441,7 +443,7 @@ fn passages(
                     clearance.model = Some(figures);
                     clearance.course = merged(clearance.course, course);
                 }
-                Err(fault) => clearance.fault = Some(fault.0),
+                Err(fault) => clearance.fault = Some(fault.message),
             }
         }
         let figures = clearance.formula.or(clearance.model);

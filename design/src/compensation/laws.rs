@@ -258,7 +258,7 @@ impl Solution {
         let form = match (&self.corners, form) {
             (Some(_), Form::Series) => {
                 let what = "motions that cycles, plans or tables prescribe leave corners in the laws of all cams, which no series has";
-                return Err(Fault(format!("{what}; choose --laws table")));
+                return Err(Fault::new(format!("{what}; choose --laws table")));
             }
             (Some(_), _) => Form::Table,
             (None, form) => form,
@@ -282,7 +282,7 @@ impl Solution {
                 }),
             }
             .map_err(|(what, help)| {
-                Fault(format!(
+                Fault::new(format!(
                     "tool {}: {what} of the acceleration, more than the tolerance {tolerance:e}; {help}",
                     tool.number
                 ))

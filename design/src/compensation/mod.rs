@@ -269,12 +269,14 @@ impl Task {
         let tau = self.driving.load;
         if share == 0.0 {
             return match self.driving.motor {
-                Motor::Input => Fault("the motor's torque is an input: no periodic motion follows from it; choose `motor.kind` = \"kloss\" or \"none\"".into()),
-                Motor::None => Fault("a machine without motor keeps any speed: prescribe the period".into()),
-                Motor::Kloss(Kloss { breakdown_torque, .. }) if tau.abs() < breakdown_torque => Fault(format!(
+                Motor::Input => Fault::new(
+                    "the motor's torque is an input: no periodic motion follows from it; choose `motor.kind` = \"kloss\" or \"none\"",
+                ),
+                Motor::None => Fault::new("a machine without motor keeps any speed: prescribe the period"),
+                Motor::Kloss(Kloss { breakdown_torque, .. }) if tau.abs() < breakdown_torque => Fault::new(format!(
                     "no periodic motion of the machine without its tools was found, against the load of {tau} N.m; `camdrive steady` lists those of the whole machine"
                 )),
-                Motor::Kloss(Kloss { breakdown_torque, breakdown_slip, .. }) => Fault(format!(
+                Motor::Kloss(Kloss { breakdown_torque, breakdown_slip, .. }) => Fault::new(format!(
                     "the motor stalls: the load of {tau} N.m is beyond the part of its characteristic on which a motion is stable (breakdown torque {breakdown_torque} N.m at the slip {breakdown_slip})"
                 )),
             };
@@ -283,7 +285,7 @@ impl Task {
         let constant = self.own.function.constant;
         let with_motor = || self.least_inertia().map(|j| format!(", with this motor about {j:.3} kg.m2"));
         let needed = if self.driving.motor == Motor::None { None } else { with_motor() }.unwrap_or_default();
-        Fault(format!(
+        Fault::new(format!(
             "no law of the cams makes the tools move so: with J0 = {constant} kg.m2 the machine would come to rest where the tools are fastest (it needs at least {least:.6} kg.m2 without motor{needed}). Enlarge J0, or make the tools lighter or slower"
         ))
     }

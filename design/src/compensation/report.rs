@@ -152,12 +152,12 @@ pub fn study(scene: &str, task: &Task, options: Options) -> Result<Report, Fault
 }
 
 /// A fault of a machine that may be too near to the least inertia.
-fn beside_least_inertia(task: &Task, Fault(fault): Fault) -> Fault {
+fn beside_least_inertia(task: &Task, fault: Fault) -> Fault {
     if task.own.varies() {
-        return Fault(fault);
+        return fault;
     }
     let (given, least) = (task.own.function.constant, task.least_inertia_without_motor());
-    Fault(format!(
+    Fault::new(format!(
         "{fault}. (J0 = {given} kg.m2; without motor it has to be above {least:.6} kg.m2, and the nearer to that the more harmonics the cams need)"
     ))
 }
@@ -178,7 +178,7 @@ fn finish<'a>(task: &'a Task, solution: &Solution, driving: &Driving, options: O
         let machine = Machine::along(task, ORDER.max(2 * task.order()).max(solution.speed.order()), solution);
         let cams: Vec<Cam> = pairs(task, &laws).map(|(tool, law)| machine.cam_of_law(tool, &law.law)).collect();
         let periodic = machine.periodic_motion(&cams, driving).ok_or_else(|| {
-            Fault("no periodic motion of the machine with the finished cams was found near the wanted one; a larger J0 or breakdown slip helps".to_owned())
+            Fault::new("no periodic motion of the machine with the finished cams was found near the wanted one; a larger J0 or breakdown slip helps".to_owned())
         })?;
         let mut round = machine.judge(&periodic, &cams);
         for ((tool, law), quality) in pairs(task, &laws).zip(&mut round.tools) {

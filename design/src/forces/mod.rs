@@ -256,7 +256,7 @@ impl Drive {
             return Ok(forces);
         }
         let (place, name) = (in_turn(phi, 3), &self.name);
-        Err(Fault(format!("at φ = {place}° the forces of {name} are beyond the range of numbers")))
+        Err(Fault::new(format!("at φ = {place}° the forces of {name} are beyond the range of numbers")))
     }
 
     /// A contact where the force on the cam's coordinate is `load`.
@@ -266,13 +266,13 @@ impl Drive {
         let gain = if *side == Side::Outer { -1.0 } else { 1.0 } / at.gain;
         if !gain.is_finite() {
             let (place, name) = (in_turn(phi, 3), &self.name);
-            return Err(Fault(format!(
+            return Err(Fault::new(format!(
                 "at φ = {place}° the pressure angle of {name} is 90°: no force of the roller moves it"
             )));
         }
         let (force, growth) = (gain * load, side.growth(cam, &at));
         if force > 0.0 && growth <= 0.0 && self.loads.material.is_some() {
-            return Err(Fault(format!(
+            return Err(Fault::new(format!(
                 "at φ = {}° the {} of {}{} is undercut, so that there is no contact whose pressure could be told; camdrive cam says which roller fits",
                 in_turn(phi, 3),
                 side.name(),

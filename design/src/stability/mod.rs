@@ -341,7 +341,7 @@ pub fn study(
 fn unfollowed(why: Unfollowed, speed: f64, eta: f64, theta: f64) -> Fault {
     let at =
         format!("at {} rpm, η = {}, and the damping ratio {}", exact(speed * table::RPM), exact(eta), exact(theta));
-    Fault(match why {
+    Fault::new(match why {
         Unfollowed::Range => format!(
             "{at} free motions change in a turn by more than numbers hold, e^±700; examine speeds nearer to the natural \
              frequency, η = 1, or less damping"
@@ -361,7 +361,7 @@ fn speeds(oscillator: &PeriodicOscillator, options: &Options) -> Result<Vec<f64>
     }
     match oscillator.speed {
         Some(w) if w > 0.0 => Ok(vec![w]),
-        Some(w) if w < 0.0 => Err(Fault(format!(
+        Some(w) if w < 0.0 => Err(Fault::new(format!(
             "drive.w = {w} rad/s turns backwards; name the speeds to examine as positive ones: the boundaries are the same"
         ))),
         _ => Ok(Vec::new()),

@@ -144,14 +144,17 @@ impl<'a> System<'a> {
         let mut mean = Means { m: mean(|t| t.m), b: mean(|t| t.b), c: mean(|t| t.c) };
         let unit = oscillator.load.unit;
         if !(mean.m > 0.0 && mean.c > 0.0) {
-            return Err(Fault(format!(
+            return Err(Fault::new(format!(
                 "the means over a turn, inertia {}, stiffness {} (loads in {unit}), must be positive: without them there \
                  is no natural frequency",
                 mean.m, mean.c
             )));
         }
         if let Some((phi, _, t)) = samples.iter().find(|(_, _, t)| t.m <= 0.0) {
-            return Err(Fault(format!("the inertia {} at {phi:.4} rad must be positive all around the turn", t.m)));
+            return Err(Fault::new(format!(
+                "the inertia {} at {phi:.4} rad must be positive all around the turn",
+                t.m
+            )));
         }
         let rounding = LEAST_HARMONIC * samples.iter().map(|(_, _, t)| t.b.abs()).fold(0.0, f64::max);
         let active = samples.iter().any(|(_, _, t)| t.b < -rounding);
@@ -162,7 +165,7 @@ impl<'a> System<'a> {
             mean.b = if mean.b.abs() <= rounding { 0.0 } else { mean.b };
         }
         if mean.b < 0.0 || mean.b.is_nan() {
-            return Err(Fault(format!(
+            return Err(Fault::new(format!(
                 "free motions grow at every speed: over a turn the damping does as much as a constant one of {} (loads in \
                  {unit}), its mean over the inertia; add constant damping until that is at least 0",
                 mean.b

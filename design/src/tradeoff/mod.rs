@@ -282,7 +282,7 @@ impl Bench {
 fn grid(step: f64, stop: f64) -> Result<Grid, Fault> {
     let count = (stop / step).round();
     if !(FEWEST_INSTANTS..=MOST_INSTANTS).contains(&count) {
-        return Err(Fault(format!(
+        return Err(Fault::new(format!(
             "a run of {} at steps of {} has {} communication points; {FEWEST_INSTANTS} to {MOST_INSTANTS} are compared: choose \
              another number of turns (--turns), or with inputs another --ramp",
             time(stop),
@@ -297,16 +297,16 @@ fn grid(step: f64, stop: f64) -> Result<Grid, Fault> {
 fn run_up(options: &Options) -> Result<RunUp, Fault> {
     let speed = options.speed.unwrap_or(DEFAULT_SPEED);
     if speed == 0.0 || !speed.is_finite() {
-        return Err(Fault(format!("--speed: a run-up ends with a speed other than {speed} rad/s")));
+        return Err(Fault::new(format!("--speed: a run-up ends with a speed other than {speed} rad/s")));
     }
     let turns = options.turns.unwrap_or(9.0);
     if !(turns > 0.0 && turns.is_finite()) {
-        return Err(Fault(format!("--turns: {turns} is not greater than 0")));
+        return Err(Fault::new(format!("--turns: {turns} is not greater than 0")));
     }
     // Half of the run is the ramp, which covers a third of the angle.
     let ramp = options.ramp.unwrap_or(turns * TAU / (1.5 * speed.abs()));
     if !(ramp > 0.0 && ramp.is_finite()) {
-        return Err(Fault(format!("--ramp: {ramp} s is not greater than 0 s")));
+        return Err(Fault::new(format!("--ramp: {ramp} s is not greater than 0 s")));
     }
     Ok(RunUp { speed, ramp })
 }
@@ -482,7 +482,7 @@ fn first_run(
         fault: None,
     };
     match bench.setting(setting) {
-        Err(fault) => row.fault = Some(fault.0),
+        Err(fault) => row.fault = Some(fault.message),
         Ok(trace) => {
             let errors = reference.errors(&trace, reference.until).into_iter().map(|e| e.max(row.known_to));
             row.errors = names.iter().cloned().zip(errors).collect();

@@ -221,7 +221,7 @@ impl BacklashDrive {
         run.advance(&self.bodies, &flank, &mut Stretch { end, horizon, log: &mut self.log, work: &mut work })?;
         let point = run.panel.whole_at(&self.bodies, run.theta(end));
         if !point.reading().is_finite() {
-            return Err(Fault(format!("the motion leaves the range of numbers before t = {} s", Rounded(end))));
+            return Err(Fault::new(format!("the motion leaves the range of numbers before t = {} s", Rounded(end))));
         }
         self.now = Now { time: end, mode: run.panel.mode(), point, tally: run.tally };
         self.step = step;

@@ -23,7 +23,7 @@ mod variables;
 use super::cam_drive::{
     AngleMotion, CamDrive, DriveMode, HasCamDrive, MAX_INPUT_DERIVATIVE, Start, StartMode, as_every_cam_drive, field,
 };
-use super::limits::no_state;
+use super::limits::{no_state, refused_start};
 use super::parameter::parameters;
 use super::response::{Instant, Response, Table};
 use super::solver::{FINEST_TOLERANCE, HasSolver, Settings, Solver};
@@ -154,7 +154,7 @@ impl ElasticOutput {
         match self.start.mode {
             StartMode::AtRest => Ok([0.0; 2]),
             StartMode::Given => Ok([self.start.q, self.start.q_dot]),
-            StartMode::SteadyState if self.cam.is_input() => Err(Fault::new(
+            StartMode::SteadyState if self.cam.is_input() => Err(refused_start(
                 "start.mode = steady_state needs a constant speed, but this drive follows its inputs; choose at_rest \
                  or given",
             )),
@@ -192,7 +192,7 @@ impl Drive for ElasticOutput {
 
     fn new(scene: Scene) -> Result<Self, Fault> {
         let Scene { parameters, cam, drive, start, solver } = scene;
-        cam.validate().map_err(Fault)?;
+        cam.validate().map_err(|message| Fault::new(message).of("cam"))?;
         let response = Response::new(parameters.oscillator(), &cam, FINEST_TOLERANCE);
         let mut drive = ElasticOutput {
             parameters,
@@ -230,7 +230,7 @@ impl Drive for ElasticOutput {
     }
 
     fn start(&mut self, time: f64) -> Result<(), Fault> {
-        self.cam.law.validate().map_err(Fault)?;
+        self.cam.law.validate().map_err(|message| Fault::new(message).of("cam"))?;
         self.cam.start(time);
         self.solver.start();
         // The law's parameters may have changed, and with them what the response keeps of it.
@@ -318,7 +318,7 @@ impl ElasticOutput {
 
     #[cold]
     fn beyond_all_numbers(&self) -> Fault {
-        Fault(format!(
+        Fault::new(format!(
             "the motion is beyond all numbers at t = {} s: phi = {} rad, w = {} rad/s, q = {} m",
             Rounded(self.now.time),
             Rounded(self.now.shaft[0]),

@@ -31,7 +31,7 @@ use super::cam_drive::{
     AngleMotion, CamDrive, DriveMode, HasCamDrive, MAX_INPUT_DERIVATIVE, Start, StartMode, as_every_cam_drive, field,
     goes_on, half_a_place, push_of_rounding,
 };
-use super::limits::no_state;
+use super::limits::{no_state, refused_start};
 use super::parameter::parameters;
 use super::solver::{HasSolver, Method, Settings, Solver};
 use super::step_control::StepControl;
@@ -250,7 +250,7 @@ impl ElasticShaft {
         match self.start.mode {
             StartMode::AtRest => Ok([0.0, 0.0]),
             StartMode::Given => Ok([self.start.q, self.start.q_dot]),
-            StartMode::SteadyState if self.cam.is_input() => Err(Fault::new(
+            StartMode::SteadyState if self.cam.is_input() => Err(refused_start(
                 "start.mode = steady_state needs a constant speed; this drive follows its inputs: set start.mode = \
                  at_rest or given",
             )),
@@ -322,7 +322,7 @@ impl Drive for ElasticShaft {
     }
 
     fn start(&mut self, time: f64) -> Result<(), Fault> {
-        self.cam.law.validate().map_err(Fault)?;
+        self.cam.law.validate().map_err(|message| Fault::new(message).of("cam"))?;
         self.time = time;
         self.cam.start(time);
         self.curvatures = [2, 3].map(|order| self.cam.law.bound(order));

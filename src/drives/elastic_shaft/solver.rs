@@ -191,7 +191,7 @@ impl Twist<'_> {
     fn fault(&self, stop: Stop, control: StepControl, way: [f64; 2]) -> Fault {
         match (stop, control) {
             (Stop::Failed(Failure::Unbounded { time }), _) => unbounded(time, self.equation.linear),
-            (Stop::TooManyAttempts { time }, StepControl::Grid { step, .. }) => Fault(format!(
+            (Stop::TooManyAttempts { time }, StepControl::Grid { step, .. }) => Fault::new(format!(
                 "the cam passes more than {MOST_PASSAGES} breakpoints of its law within an internal step of {} s, at \
                  t = {} s; shorten solver.step_size, or set solver.method = adaptive",
                 Rounded(step),
@@ -204,7 +204,7 @@ impl Twist<'_> {
 
 /// The twist has left the range of numbers that can be gone on with.
 pub fn unbounded(time: f64, linear: bool) -> Fault {
-    Fault(format!(
+    Fault::new(format!(
         "the twist q grows without bound, at t = {} s beyond 1e100 rad: the drive is parametrically unstable, or \
          an input jumped far; change the speed, raise b{}",
         Rounded(time),

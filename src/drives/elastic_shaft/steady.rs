@@ -2,7 +2,7 @@
 
 use super::solver::Twist;
 use crate::drives::cam_turn::turns;
-use crate::drives::limits::search_too_much;
+use crate::drives::limits::{refused_start, search_too_much};
 use crate::drives::step_control::StepControl;
 use crate::drives::{Fault, Number};
 use crate::numerics::angle::WHOLE_TURN;
@@ -48,7 +48,7 @@ fn one_turn(twist: &mut Twist, start: f64, y: [f64; 2], tolerance: f64) -> Resul
         if twist.work.is_exhausted() {
             search_too_much(hint)
         } else {
-            Fault(format!("start.mode = steady_state: {fault}"))
+            refused_start(format!("start.mode = steady_state: {fault}"))
         }
     })?;
     Ok(integrator.state())
@@ -98,7 +98,7 @@ pub fn periodic(twist: &mut Twist, start: f64, tolerance: f64, table: Option<&Pe
         return Ok([0.0, 0.0]);
     }
     if twist.equation.b == 0.0 {
-        return Err(Fault::new(
+        return Err(refused_start(
             "start.mode = steady_state does not exist without damping: b = 0 N·m·s/rad leaves Floquet multipliers of \
              modulus 1, free vibrations never die out; set b > 0, or start.mode = at_rest",
         ));
@@ -157,7 +157,7 @@ fn refuse_unstable(map: &TurnMap, twist: &Twist) -> Result<(), Fault> {
     if radius < 1.0 {
         return Ok(());
     }
-    Err(Fault(format!(
+    Err(refused_start(format!(
         "start.mode = steady_state is refused: the periodic solution at drive.w = {} rad/s is unstable, its largest \
          Floquet multiplier over a turn is {radius:.6} (it must be below 1); change drive.w, raise b, or set \
          start.mode = at_rest",
@@ -166,7 +166,7 @@ fn refuse_unstable(map: &TurnMap, twist: &Twist) -> Result<(), Fault> {
 }
 
 fn not_found(twist: &Twist) -> Fault {
-    Fault(format!(
+    refused_start(format!(
         "start.mode = steady_state: no periodic solution of the period of one turn was found at drive.w = {} rad/s; \
          change drive.w, or set start.mode = at_rest",
         Number(twist.motion.coefficients[1])

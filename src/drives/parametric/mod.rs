@@ -199,7 +199,7 @@ fn unbounded(time: f64, growth: f64) -> Fault {
     } else {
         "the drive is parametrically unstable, or an input jumped far; change the speed or raise the damping".to_owned()
     };
-    Fault(format!("q grows without bound, at t = {} s beyond 1e100: {why}", Rounded(time)))
+    Fault::new(format!("q grows without bound, at t = {} s beyond 1e100: {why}", Rounded(time)))
 }
 
 impl Drive for ParametricDrive {

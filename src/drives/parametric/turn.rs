@@ -4,6 +4,7 @@ use super::coefficients::{Coefficients, Values};
 use super::law::Law;
 use crate::drives::cam_drive::{CamDrive, DriveMode};
 use crate::drives::cam_turn::turns;
+use crate::drives::limits::refused_start;
 use crate::drives::step_control::RESERVE_OF_TABLE;
 use crate::drives::{Fault, Number, Rounded};
 use crate::numerics::angle;
@@ -64,7 +65,7 @@ impl Table {
     /// (q, q̇) of the periodic solution at the start of the turn; refused where it does not exist or does not attract.
     pub fn periodic(&self, coefficients: &Coefficients) -> Result<[f64; 2], Fault> {
         let DriveMode::Constant { w, phi_start } = self.mode else {
-            return Err(Fault::new(
+            return Err(refused_start(
                 "start.mode = steady_state needs a constant speed; this drive follows its inputs: set start.mode = \
                  at_rest or given",
             ));
@@ -73,7 +74,7 @@ impl Table {
             return at_rest(w, &coefficients.at(angle::reduce(Double::from(phi_start))));
         }
         let unstable = |why: String| {
-            Fault(format!(
+            refused_start(format!(
                 "start.mode = steady_state is refused at drive.w = {} rad/s: {why}; change drive.w, raise the damping, \
                  or set start.mode = at_rest",
                 Number(w)
@@ -100,7 +101,7 @@ fn at_rest(w: f64, &Values { b, c, f, .. }: &Values) -> Result<[f64; 2], Fault> 
     if b[0] > 0.0 && c[0] > 0.0 {
         return Ok([f[0] / c[0], 0.0]);
     }
-    Err(Fault(format!(
+    Err(refused_start(format!(
         "start.mode = steady_state is refused at drive.w = {} rad/s: with a stiffness of {} and a damping of {} at \
          drive.phi_start no motion comes to rest; both must be above 0",
         Number(w),

@@ -2,7 +2,7 @@
 
 use super::linkage::{Extreme, Linkage};
 use super::place::Place;
-use crate::drives::Rounded;
+use crate::drives::{Fault, Rounded};
 use crate::motion::MotionLaw;
 use crate::numerics::jet::Jet;
 use crate::numerics::powers::{EVALUATIONS, Fitting};
@@ -68,18 +68,19 @@ impl Follower {
     }
 
     /// Refuses mechanisms that cannot be assembled all around, or not safely; `prefix` names them.
-    pub(super) fn check_linkage(&self, prefix: &str) -> Result<(), String> {
+    pub(super) fn check_linkage(&self, prefix: &str) -> Result<(), Fault> {
         if self.linkage.is_empty() {
             return Ok(());
         }
         let ratio = self.cam.bound(1);
         if !(ratio <= HIGHEST_RATIO) {
-            return Err(format!(
+            let message = format!(
                 "`{prefix}`: the cam turns its lever up to {} times as fast as the shaft, by up to {} deg; at most \
                  {HIGHEST_RATIO} times is admissible: check the unit of the motion law",
                 Rounded(ratio),
                 Rounded(self.cam.bound(0).to_degrees())
-            ));
+            );
+            return Err(Fault::new(message).of(prefix));
         }
         self.linkage.check(prefix, self.samples(), |phi| self.lever(phi))
     }

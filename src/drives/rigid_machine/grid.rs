@@ -124,7 +124,7 @@ impl RigidMachine {
         if grid.size == 0.0 || grid.cuts <= MOST_CUTS {
             return Ok(());
         }
-        Err(Fault(format!(
+        Err(Fault::new(format!(
             "the shaft passes more than {MOST_CUTS} breakpoints of its motion laws within an internal step of {} s, at t = {} s; shorten solver.step_size, or set solver.method = adaptive",
             Rounded(grid.size),
             Rounded(at.hi)
@@ -132,7 +132,7 @@ impl RigidMachine {
     }
 
     pub(super) fn refused(&self, time: f64) -> Fault {
-        Fault(format!(
+        Fault::new(format!(
             "the motion cannot be computed beyond t = {} s (w = {} rad/s) with internal steps of {} s: they turn the shaft too far, or miss more than {WORST} of the motion; shorten solver.step_size, or set solver.method = adaptive",
             Rounded(time),
             Rounded(self.state.w),

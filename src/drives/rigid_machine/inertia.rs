@@ -3,6 +3,7 @@
 use super::follower::Follower;
 use super::place::{Place, into_turn};
 use super::profile::IN_A_ROW;
+use crate::drives::Fault;
 use crate::drives::parameter::parameters;
 use crate::motion::MotionLaw;
 use crate::numerics::work::note;
@@ -118,18 +119,24 @@ impl Inertia {
     }
 
     /// Whether the parameters of the laws, as a user may have set them, make laws.
-    pub fn validate(&self) -> Result<(), String> {
+    pub fn validate(&self) -> Result<(), Fault> {
         for (j, follower) in self.followers.iter().enumerate() {
-            follower.cam.validate().map_err(|reason| format!("follower[{}]: {reason}", j + 1))?;
-            follower.check_linkage(&format!("follower[{}].linkage", j + 1))?;
+            let follower_j = format!("follower[{}]", j + 1);
+            let of_cam = |reason| Fault::new(format!("{follower_j}: {reason}")).of(format!("{follower_j}.cam"));
+            follower.cam.validate().map_err(of_cam)?;
+            follower.check_linkage(&format!("{follower_j}.linkage"))?;
         }
         if self.linked_resolution().is_infinite() {
-            return Err("the inertia of the mechanisms changes too fast with the angle of the shaft to be resolved; choose \
+            return Err(Fault::new(
+                "the inertia of the mechanisms changes too fast with the angle of the shaft to be resolved; choose \
                         longer rises and returns of the levers, or keep farther away from positions where the output of a \
-                        mechanism may go either way"
-                .to_owned());
+                        mechanism may go either way",
+            ));
         }
-        self.function.varying.iter().try_for_each(|law| law.validate().map_err(|reason| format!("inertia: {reason}")))
+        self.function
+            .varying
+            .iter()
+            .try_for_each(|law| law.validate().map_err(|reason| Fault::new(format!("inertia: {reason}")).of("inertia")))
     }
 
     /// The angles in [0, 2π) at which J is not smooth.

@@ -87,7 +87,7 @@ fn error(table: &Tabulated, width: f64) -> f64 {
 /// What is said where the turn cannot be divided with the work of a call; it came to an angle where cells are this wide (rad).
 fn too_many(inertia: &Inertia, [at, width]: [f64; 2]) -> Fault {
     let (low, high) = inertia.range();
-    Fault(format!(
+    Fault::new(format!(
         "J(phi), between {} and {} kg.m2, changes so fast that no table of it can be made: at phi = {} deg it would need one \
          entry in {} deg; choose a larger `J0` (now {} kg.m2), smaller masses, or motion laws and levers that move less",
         Rounded(low),

@@ -203,26 +203,28 @@ impl RigidMachine {
         if let Motor::Kloss(Kloss { synchronous_speed, .. }) = self.motor
             && !turns(synchronous_speed)
         {
-            return Err(Fault(format!(
+            let message = format!(
                 "`motor.w_s` = {} rad/s: the slip is referred to the synchronous speed, whose size must be at least {} rad/s; use a machine without motor for a motor that is switched off",
                 Number(synchronous_speed),
                 Number(SLOWEST)
-            )));
+            );
+            return Err(Fault::new(message).of("motor.w_s"));
         }
         // Where there is a mesh it has passed.
         if self.mesh.is_of(&self.inertia) {
             return Ok(());
         }
-        self.inertia.validate().map_err(Fault)?;
+        self.inertia.validate()?;
         let (low, _) = self.inertia.range();
         if low.is_finite() && low > 0.0 {
             return Ok(());
         }
-        Err(Fault(format!(
+        let message = format!(
             "the reduced moment of inertia J(phi) = J0 + sum m U'^2 must be positive at every angle, but its lower bound is {} kg.m2; choose a larger `J0` (now {} kg.m2)",
             Number(low),
             self.inertia.function.constant
-        )))
+        );
+        Err(Fault::new(message).of("J0"))
     }
 
     /// Puts the machine at φ = `phi_start` with the speed `w`.

@@ -451,7 +451,7 @@ impl RigidMachine {
     }
 
     pub(super) fn fault(&self, failure: Failure, time: f64) -> Fault {
-        Fault(match failure {
+        Fault::new(match failure {
             Failure::Stalled { time: after } => format!(
                 "the motion cannot be continued at t = {} s (phi = {} rad, w = {} rad/s): no internal step keeps the tolerance; the torques change too fast",
                 Rounded(time + after),

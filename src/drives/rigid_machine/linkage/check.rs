@@ -2,6 +2,7 @@
 //! either way.
 
 use super::{Kind, Linkage, Mechanism, decimals};
+use crate::drives::Fault;
 use crate::numerics::jet::Jet;
 use std::f64::consts::TAU;
 
@@ -43,12 +44,14 @@ impl Mechanism {
     }
 
     /// What is wrong with the dimensions, if anything is.
-    fn check_dimensions(&self) -> Result<(), String> {
+    fn check_dimensions(&self, prefix: &str) -> Result<(), Fault> {
         let mut copy = *self;
         for (i, parameter) in self.parameters().into_iter().enumerate() {
             let value = copy.parameter_mut(i).map_or(0.0, |value| *value);
             if !parameter.kind.admits(value) {
-                return Err(format!("{}` = {value}: it must be {}", parameter.name(), parameter.kind.admissible()));
+                let name = format!("{prefix}.{}", parameter.name());
+                let message = format!("`{name}` = {value}: it must be {}", parameter.kind.admissible());
+                return Err(Fault::new(message).of(name));
             }
         }
         Ok(())
@@ -86,22 +89,19 @@ impl Linkage {
     }
 
     /// Refuses dimensions that make no mechanism, and turns that lead through positions where a mechanism cannot be assembled
-    /// or its output may go either way. The message begins with what follows `prefix`, the name of the linkage.
-    ///
-    /// # Errors
-    /// Such a message.
-    pub fn check(&self, prefix: &str, points: usize, lever: impl Fn(f64) -> f64) -> Result<(), String> {
+    /// or its output may go either way; `prefix` is the name of the linkage.
+    pub fn check(&self, prefix: &str, points: usize, lever: impl Fn(f64) -> f64) -> Result<(), Fault> {
         for (i, mechanism) in self.0.iter().enumerate() {
-            mechanism.check_dimensions().map_err(|wrong| format!("`{prefix}[{}].{wrong}", i + 1))?;
+            mechanism.check_dimensions(&format!("{prefix}[{}]", i + 1))?;
         }
         for (i, worst) in self.extremes(points, lever).into_iter().enumerate() {
             let Extreme { phi, input, cosine } = worst;
             if cosine.abs() < SINGULAR.cos() {
                 continue;
             }
+            let name = format!("{prefix}[{}]", i + 1);
             let place = format!(
-                "`{prefix}[{}]`: at phi = {} deg its input angle is {} deg, where",
-                i + 1,
+                "`{name}`: at phi = {} deg its input angle is {} deg, where",
                 in_turn(phi, 4),
                 decimals(input.to_degrees(), 4)
             );
@@ -111,7 +111,8 @@ impl Linkage {
                 (_, true) => "the rod is at right angles to the slider's line: the slider may go either way",
                 (_, false) => "the rod does not reach the slider's line",
             };
-            return Err(format!("{place} {reason}; change its lengths or offsets, or the motion of the lever"));
+            let message = format!("{place} {reason}; change its lengths or offsets, or the motion of the lever");
+            return Err(Fault::new(message).of(name));
         }
         Ok(())
     }
