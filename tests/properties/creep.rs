@@ -116,8 +116,8 @@ fn the_periodic_motion_of_a_cam_that_creeps_is_that_at_rest_or_refused() {
             });
             match (creeping, resting) {
                 (Ok(creeping), Ok(resting)) => agree(&what, creeping, resting),
-                (Err(Fault::new(creeping)), Err(Fault::new(resting))) => {
-                    assert_eq!(creeping.replace(&format!("{w:e} rad/s"), "0 rad/s"), resting);
+                (Err(creeping), Err(resting)) => {
+                    assert_eq!(creeping.message.replace(&format!("{w:e} rad/s"), "0 rad/s"), resting.message);
                 }
                 other => panic!("{what}: {other:?}"),
             }
