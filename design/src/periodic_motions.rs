@@ -6,7 +6,7 @@
 
 use crate::search::summit;
 use camdrive::drives::rigid_machine::lagging_turn::LaggingTurn;
-use camdrive::drives::rigid_machine::turn_map::{PERIODIC_TOLERANCE, ROUNDING, SCAN_TOLERANCE, TurnMap};
+use camdrive::drives::rigid_machine::turn_map::{PERIODIC_TOLERANCE, SCAN_TOLERANCE, TurnMap};
 use camdrive::drives::rigid_machine::{Inertia, Kloss, MachineStart, Motor, Place, RigidMachine, Scene};
 use camdrive::drives::{Drive as _, Fault};
 use camdrive::numerics::gauss::Gauss;
@@ -119,7 +119,7 @@ pub fn all_motions(scene: &Scene, load: f64) -> Result<Motions, Fault> {
         }
         // A machine that comes to rest ahead tells nothing of what lies between; the way back to it does.
         let map = if stable { &ahead } else { &back };
-        let Some((start, period)) = map.refine((*below, *above), ROUNDING) else { continue };
+        let Some((start, period)) = map.refine((*below, *above)) else { continue };
         let Some(energy) = map.energy_at_start(start).map(|energy| energy.hi) else { continue };
         if scene.motor.lag().is_none() {
             let Some(growth) = map.growth(start) else { continue };

@@ -22,8 +22,8 @@ const PART: f64 = 0.1;
 /// The most steps of a turn in a table: half a kilobyte each, and half a microsecond in each turn of the search.
 const MOST_LAPS: usize = 400;
 
-/// How many times the energy expected the periodic motion may have.
-const FARTHEST: f64 = 4.0;
+/// Turns in search of the periodic motion. The secant method needs five; without a periodic motion it goes astray soon.
+const TURNS: usize = 10;
 
 /// By how much of the tolerance the end of the tabulated turn may miss its beginning, which the machine feels as a δ.
 const CLOSED: f64 = 1e-2;
@@ -114,20 +114,29 @@ impl Cycle {
         let map = TurnMap::new(machine, tau, tolerance, None).ok()?.within(MOST_LAPS);
         let torques = map.torques();
         let mesh = &machine.mesh;
-        let first = map.first_energy()?;
-        let closed = (CLOSED * tolerance).max(ROUNDING);
-        let (energy, _) = map.refine((0.0, FARTHEST * first), closed)?;
+        let mut energy = map.first_energy()?;
         let mut turn: Vec<AngleStep> = Vec::with_capacity(2 * mesh.cells().len());
-        let shot = map.follow(energy, |step| turn.push(*step))?;
-        if shot.gain.abs() > closed * energy {
-            return None;
+        let mut before: Option<(f64, f64)> = None;
+        for _ in 0..TURNS {
+            turn.clear();
+            let shot = map.follow(energy, |step| turn.push(*step))?;
+            if shot.gain.abs() <= (CLOSED * tolerance).max(ROUNDING) * energy {
+                let mut first = vec![0; mesh.cells().len()];
+                for (i, step) in turn.iter().enumerate().rev() {
+                    first[step.from.cell] = i;
+                }
+                let laps = turn.into_iter().map(|step| Lap::new(step, &torques, tolerance)).collect();
+                return Some(Cycle { torques, tolerance, laps, first });
+            }
+            // The slope of the map is known to some digits only; the secant knows better.
+            let rise = before.map_or(shot.slope - 1.0, |(other, its_gain)| (shot.gain - its_gain) / (energy - other));
+            before = Some((energy, shot.gain));
+            energy -= shot.gain / rise;
+            if !(energy > 0.0 && energy.is_finite()) {
+                return None;
+            }
         }
-        let mut first = vec![0; mesh.cells().len()];
-        for (i, step) in turn.iter().enumerate().rev() {
-            first[step.from.cell] = i;
-        }
-        let laps = turn.into_iter().map(|step| Lap::new(step, &torques, tolerance)).collect();
-        Some(Cycle { torques, tolerance, laps, first })
+        None
     }
 
     /// Makes `step` the step that begins at `position`, near the periodic motion; whether there is one.

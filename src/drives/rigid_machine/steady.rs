@@ -12,7 +12,7 @@
 
 use super::lagging_turn::LaggingTurn;
 use super::torques::Torques;
-use super::turn_map::{PERIODIC_TOLERANCE, ROUNDING, SCAN_TOLERANCE, TurnMap};
+use super::turn_map::{PERIODIC_TOLERANCE, SCAN_TOLERANCE, TurnMap};
 use super::{Kloss, Motor, RigidMachine};
 use crate::drives::limits::{refused_start, search_too_much};
 use crate::drives::{Event, Fault, Number};
@@ -72,7 +72,7 @@ impl RigidMachine {
             }
         };
         let map = TurnMap::new(self, tau, PERIODIC_TOLERANCE, Some(work))?;
-        let (energy, mut period) = map.refine(bracket, ROUNDING).ok_or_else(none)?;
+        let (energy, mut period) = map.refine(bracket).ok_or_else(none)?;
         let mut energy = map.energy_at_start(energy).ok_or_else(none)?;
         let mut torque = 0.0;
         if self.motor.lag().is_some() {

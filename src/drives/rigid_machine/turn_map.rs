@@ -29,7 +29,7 @@ pub const SCAN_TOLERANCE: f64 = 1e-7;
 pub const PERIODIC_TOLERANCE: f64 = 1e-12;
 
 /// What the rounding of a turn's integration makes of E, relative.
-pub const ROUNDING: f64 = 4e-15;
+pub(super) const ROUNDING: f64 = 4e-15;
 
 /// Iterations of the shooting; the secant method needs a handful, bisection fifty.
 const ITERATIONS: usize = 80;
@@ -245,9 +245,9 @@ impl<'a> TurnMap<'a> {
         (stable, motions)
     }
 
-    /// The fixed point between `low`, from which the machine speeds up, and `high`, from which it slows down, as soon as a turn
-    /// misses it by no more than the part `closed` of E, and the period.
-    pub fn refine(&self, (mut low, mut high): (f64, f64), closed: f64) -> Option<(f64, f64)> {
+    /// The fixed point between `low`, from which the machine speeds up, and `high`, from which it slows down, and the
+    /// period.
+    pub fn refine(&self, (mut low, mut high): (f64, f64)) -> Option<(f64, f64)> {
         let mut energy = self.first_energy().filter(|e| *e > low && *e < high).unwrap_or(0.5 * (low + high));
         let mut best = None;
         let mut before: Option<(f64, f64)> = None;
@@ -271,7 +271,7 @@ impl<'a> TurnMap<'a> {
             before = Some((energy, gain));
             let wanted = energy - gain / rise;
             // The rest is rounding, of which a secant would make a slope.
-            if gain.abs() <= closed * energy {
+            if gain.abs() <= ROUNDING * energy {
                 best = Some((if rise == 0.0 { energy } else { wanted }, period));
                 break;
             }
