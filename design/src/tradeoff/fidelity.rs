@@ -1,8 +1,9 @@
 //! The drive without each of its features: what changes, and what it costs.
 
 use super::reference::Reference;
+use super::rigid::{Formula, Shaft};
 use super::run::{Inputs, Interface, Trace};
-use super::simplification::{self, Formula, Shaft, Simplified};
+use super::simplification::{self, Simplified};
 use super::{Bench, Feature, Samples, sweep, worst_of};
 use crate::resource::Resource;
 use camdrive::drives::Fault;
@@ -126,12 +127,9 @@ impl Simpler {
 
 /// The formulas at the instants.
 fn evaluate(formula: &Formula, shaft: &[Shaft]) -> Trace {
-    let outputs = formula.outputs.len();
-    let mut values = vec![0.0; outputs * shaft.len()];
+    let mut values = Vec::with_capacity(formula.outputs.len() * shaft.len());
     let clock = ThreadTime::now();
-    for (row, shaft) in values.chunks_mut(outputs).zip(shaft) {
-        (formula.evaluate)(shaft, row);
-    }
+    shaft.iter().for_each(|shaft| (formula.evaluate)(shaft, &mut values));
     let run_ns = clock.elapsed().as_secs_f64() * 1e9;
     Trace { values, stride: 1, start_ns: 0.0, run_ns, statistics: [f64::NAN; 3] }
 }
