@@ -10,8 +10,9 @@
 //! Source: Dresig, Vulfson, *Dynamik der Mechanismen*, section 4.5.3 (7) and figure 4.23c.
 
 use super::bounds::{Bounds, Harmonics};
+use super::hill;
 use super::system::System;
-use super::{continuation, hill};
+use super::tongue::Tongue;
 use crate::parallel;
 use crate::resource::Resource;
 use camdrive::drives::parametric::law::Law;
@@ -94,7 +95,7 @@ pub fn row(scene: &Scene, sigma: f64) -> Vec<(f64, Point)> {
     let (start, harmonics) = (hill::boundaries(&system, ORDERS), Harmonics::new(&system));
     let order = |n: usize| {
         let twice = n * system.parts;
-        let tongue = continuation::tongue(&system, n, &start);
+        let tongue = Tongue::numbered(&system, n, &start);
         let exact = tongue.and_then(|tongue| tongue.apex(&system)).map(|apex| apex.theta);
         (0.5 * twice as f64, Point { sigma, exact, bounds: harmonics.bounds(twice) })
     };

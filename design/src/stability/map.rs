@@ -5,7 +5,6 @@
 //! tongue does not matter.
 
 use super::bounds::Harmonics;
-use super::continuation;
 use super::hill;
 use super::modulation;
 use super::system::System;
@@ -102,7 +101,7 @@ fn deviates(a: &[f64; 3], line: &[f64; 3], b: &[f64; 3], top: f64) -> bool {
     misses(1) || misses(2)
 }
 
-/// What the map over the modulation shows.
+/// Extent of the map over the modulation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Modulation<'a> {
     /// For each order n = 1 … a modulation at which it becomes unstable or stable at the damping ratio, where one is known.
@@ -141,7 +140,10 @@ fn row(system: &System, theta: f64, modulation: f64, orders: &[usize]) -> Vec<Po
     let start = hill::boundaries(&system, orders.iter().copied().max().unwrap_or(0));
     let point = |n: &usize| {
         let nothing = Point { n: *n, modulation, intervals: [None; 2] };
-        let Some(tongue) = continuation::numbered(&system, *n, &start) else { return nothing };
+        let Some(tongue) = Tongue::numbered(&system, *n, &start) else {
+            system.mark_unnumbered();
+            return nothing;
+        };
         let closed = || (tongue.extent() == Extent::Closed).then(|| [1.0 / tongue.lambda.high.sqrt(); 2]);
         let damped = if theta > 0.0 { tongue.damped(&system, theta) } else { None };
         Point { intervals: [tongue.undamped().or_else(closed), damped], ..nothing }

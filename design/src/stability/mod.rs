@@ -3,7 +3,7 @@
 //!
 //! Of any drive that is an oscillator with periodic coefficients ([`camdrive::drives::oscillator`]), [`study`] finds the
 //! Floquet multipliers at a speed; the boundaries of the instability of every order by Hill's eigenproblem ([`hill`]
-//! numbers them, [`continuation`] where its matrices are too small, [`tongue`] makes them exact); the damping and the
+//! numbers them, [`tongue`] makes them exact); the damping and the
 //! modulation at which each vanishes; the classical approximations beside them ([`bounds`]), θ* of a parallel crank over its
 //! stiffness ([`crank`]); maps over speed and damping, speed and modulation ([`map`]); and the motion under load
 //! ([`response`]). [`table`] and [`figures`] show all that.
@@ -11,7 +11,6 @@
 //! Source: Dresig, Vulfson, *Dynamik der Mechanismen*, sections 4.5 and 4.6.3.
 
 pub mod bounds;
-pub mod continuation;
 pub mod crank;
 pub mod figures;
 pub mod hill;
@@ -38,7 +37,7 @@ use system::{System, Unfollowed};
 use table::exact;
 use tongue::{Extent, multipliers, spectral_radius};
 
-/// What is to be studied.
+/// Options of a study.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Options {
     /// Speeds Ω (rad/s) at which stability and motion are examined; that of the scene if there are none.
@@ -79,7 +78,7 @@ const BESIDE: f64 = 1e-4;
 const RESONANCES: usize = 40;
 /// A classical bound further from the exact value than this part of it is warned of.
 pub const TOLERATED: f64 = 0.1;
-/// What is left of |1 ∓ tr M + det M| where no boundary is: far above rounding.
+/// Residual of |1 ∓ tr M + det M| where no boundary is: far above rounding.
 const LOST: f64 = 1e-6;
 /// Free motions that change in a turn by less than this part neither grow nor decay.
 const BORDER: f64 = 1e-12;
@@ -208,7 +207,7 @@ pub struct Order {
     pub approximate: Option<[f64; 2]>,
 }
 
-/// What is known after a study's stage, for [`Progress`].
+/// Counts the steps of a stage, for [`Progress`].
 struct Counter<'a> {
     tell: &'a (dyn Fn(Progress) + Sync),
     done: AtomicUsize,

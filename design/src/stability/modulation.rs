@@ -1,6 +1,5 @@
 //! The modulation at which an order becomes unstable at a damping ratio.
 
-use super::continuation;
 use super::hill;
 use super::system::System;
 #[cfg(test)]
@@ -23,7 +22,11 @@ pub fn apex(system: &System, n: usize, modulation: f64) -> Option<Apex> {
 }
 
 fn tongue(system: &System, n: usize) -> Option<Tongue> {
-    continuation::numbered(system, n, &hill::boundaries(system, n))
+    let tongue = Tongue::numbered(system, n, &hill::boundaries(system, n));
+    if tongue.is_none() {
+        system.mark_unnumbered();
+    }
+    tongue
 }
 
 /// det E of the order n at a modulation where it is least: negative where speeds are unstable at the damping ratio

@@ -2,10 +2,11 @@
 
 use super::map::Known;
 use super::system::System;
-use super::{Counter, USUAL_ORDERS, continuation, hill};
+use super::tongue::Tongue;
+use super::{Counter, USUAL_ORDERS, hill};
 use crate::parallel;
 
-/// What is known of the orders.
+/// The instabilities by order.
 pub struct Tongues {
     /// Hill's boundaries of all of them.
     pub start: hill::Boundaries,
@@ -25,7 +26,7 @@ pub fn tongues(system: &System, orders: usize, until: Option<f64>, counter: &Cou
         start = hill::boundaries(system, orders);
         let numbers: Vec<usize> = (known.len() + 1..=orders).collect();
         let tongue = |n: &usize| {
-            let tongue = continuation::tongue(system, *n, &start)?;
+            let tongue = Tongue::numbered(system, *n, &start)?;
             Some((tongue, tongue.apex(system)))
         };
         for found in parallel::map(&numbers, tongue, &|| counter.step()) {

@@ -8,7 +8,8 @@
 //! Inside an instability one multiplier is beyond s and det E < 0; outside det E > 0, since det M ≤ 1 keeps both
 //! multipliers from being there. Along any line through an instability the boundary is the zero of det E.
 
-use super::hill::Pair;
+use super::LOST;
+use super::hill::{Boundaries, Pair};
 use super::system::{Matrix, System};
 use crate::search;
 use serde::Serialize;
@@ -60,6 +61,18 @@ const DIFFERENCE: f64 = 1e-4;
 const POLISHING: usize = 8;
 
 impl Tongue {
+    /// The instability of order n where the truncation of Hill's matrices tells it from its neighbours, and the exact boundaries are
+    /// found next to theirs.
+    pub fn numbered(system: &System, n: usize, all: &Boundaries) -> Option<Self> {
+        let start = all.of(n)?;
+        let tongue = Tongue::new(system, n, start);
+        // Half of the way to the next order.
+        let room = start.high.abs() / n as f64;
+        let Pair { low, high } = tongue.lambda;
+        let near = (low - start.low).abs() < room && (high - start.high).abs() < room;
+        (near && tongue.residual < LOST).then_some(tongue)
+    }
+
     /// The instability of order n from a start for its boundaries.
     pub fn new(system: &System, n: usize, start: Pair) -> Self {
         let s = sign(n);
@@ -134,7 +147,7 @@ impl Tongue {
         search::zero(&mut f, [low.0, high.0], [low.1, high.1], 0.0)
     }
 
-    /// The same, above the damping ratio `theta` where the speed is unstable at it.
+    /// The damping ratio at which the instability vanishes at this speed, looked for above `theta` where the speed is unstable at it.
     pub fn critical_above(&self, system: &System, inverse: f64, theta: f64) -> f64 {
         let mut f = |theta: f64| self.excess(system, inverse, theta);
         let value = f(theta);
