@@ -1759,7 +1759,7 @@ fn forces_tells_what_rollers_and_joints_bear() {
     let table = std::fs::read_to_string(folder.join("tappet.csv")).expect("the table");
     let head =
         "phi_deg,roller_force_N,pressure_angle_deg,hertzian_pressure_MPa,side_force_N,follower_force_N,torque_Nm";
-    assert!(table.starts_with(&format!("{head}\n0e0,")) && table.lines().count() == 1442, "{table}");
+    assert!(table.starts_with(&format!("{head}\n0.0,")) && table.lines().count() == 1442, "{table}");
     let run = camdrive(&["forces", TAPPET, "-o", text(&folder), "--speed", "2000 rpm"]);
     assert!(run.code == 0 && run.out.contains("Least preload") && run.out.contains("493.52 N"), "{}", run.out);
     assert!(run.out.contains("Mind\n  tappet: the force of the roller changes its sign at φ = 83.39°"), "{}", run.out);

@@ -3,10 +3,10 @@
 use camdrive::drives::{Fault, Text};
 use serde::Deserialize;
 
-/// What the FMU's documentation and `describe` say of a drive beyond its variables.
+/// Text of the FMU's documentation and of `describe` beyond the variables of a drive.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Documentation {
-    /// What is modelled, in one or two sentences; names signs and validity.
+    /// The model in one or two sentences; names signs and validity.
     pub summary: String,
     /// The equations.
     pub equations: Vec<Equation>,
@@ -21,7 +21,7 @@ pub struct Documentation {
 /// One equation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Equation {
-    /// What the equation states.
+    /// Title of the equation.
     pub title: String,
     /// The formula in Unicode.
     pub text: String,

@@ -54,7 +54,7 @@ pub struct LeverLaw {
 }
 
 impl LeverLaw {
-    /// What it consists of.
+    /// Its parts.
     pub fn parts(&self) -> String {
         match &self.law {
             MotionLaw::Fourier(series) => format!("{} harmonics", series.order()),

@@ -14,7 +14,7 @@ pub struct Progress<'a> {
     pub done: usize,
     /// Of how many, as far as known.
     pub total: usize,
-    /// What comes now.
+    /// The stage that begins.
     pub stage: &'a str,
 }
 

@@ -68,7 +68,7 @@ impl Series {
     }
 }
 
-/// What lies behind the data: a straight line across the diagram, or an area.
+/// Background of the data: a straight line across the diagram, or an area.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Rule {
     /// A line at this x.
@@ -83,7 +83,7 @@ pub enum Rule {
     Dashed(Vec<[f64; 2]>, String),
     /// A word above this point.
     Word([f64; 2], String),
-    /// What areas of this shade are, or without a shade lines that have no name, for the legend.
+    /// Meaning of a shade, or without one of lines that have no name, for the legend.
     Key(Option<Shade>, String),
 }
 
@@ -105,7 +105,7 @@ impl Shade {
 /// A diagram.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Diagram {
-    /// What it shows.
+    /// Its title.
     pub title: String,
     /// The abscissa.
     pub x: Axis,

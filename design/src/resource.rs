@@ -85,7 +85,7 @@ impl Resource {
 
 /// A drive with all that is said of it.
 pub trait Described: DynDrive {
-    /// What the documentation says of the drive.
+    /// Documentation of the drive.
     ///
     /// # Errors
     /// Where the text of the drive is none.

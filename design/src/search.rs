@@ -78,7 +78,7 @@ pub fn maximum(f: &mut dyn FnMut(f64) -> f64, [a, b]: [f64; 2], tolerance: f64) 
     summit(f, [place(best), place(best + 2)], (place(best + 1), values[best]), tolerance)
 }
 
-/// The same from a place `x` that is at least as high as the ends, on or between them.
+/// The maximum of `f` from a place `x` that is at least as high as the ends, on or between them.
 pub fn summit(f: &mut dyn FnMut(f64) -> f64, [low, high]: [f64; 2], (x, fx): (f64, f64), tolerance: f64) -> (f64, f64) {
     const GOLDEN: f64 = 0.381_966_011_250_105_2;
     let (mut low, mut high) = (low, high);

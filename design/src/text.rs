@@ -1,4 +1,4 @@
-//! What the reports share: numbers for people, tables for a terminal, CSV, JSON.
+//! Parts of all reports: numbers for people, tables for a terminal, CSV, JSON.
 
 use camdrive::drives::Fault;
 use serde::Serialize;
@@ -66,7 +66,7 @@ const PROSE: usize = 40;
 /// The most columns that are repeated to tell rows apart.
 const MOST_REPEATED: usize = 3;
 
-/// By how much prose below its row is indented.
+/// Indent of prose below its row.
 const BELOW: usize = 6;
 
 impl Table {
@@ -165,7 +165,7 @@ impl Page {
         self
     }
 
-    /// What is on it.
+    /// Its content.
     pub fn text(&mut self) -> String {
         std::mem::take(&mut self.text)
     }
@@ -227,7 +227,7 @@ pub fn full(value: f64) -> String {
     format!("{value:e}")
 }
 
-/// The same, empty where there is none.
+/// A number with all its digits, empty where there is none.
 pub fn full_or_empty(value: Option<f64>) -> String {
     value.map_or(String::new(), full)
 }

@@ -22,7 +22,7 @@ pub struct Transmission {
     pub follower: usize,
     /// The number of the mechanism, from 1.
     pub mechanism: usize,
-    /// What it is.
+    /// Its kind.
     pub kind: &'static str,
     /// μ (rad).
     pub least_angle: f64,
@@ -36,12 +36,12 @@ impl Transmission {
         self.least_angle >= USUAL
     }
 
-    /// What is measured.
+    /// The measured angle.
     pub fn what(&self) -> String {
         format!("least transmission angle of linkage[{}] ({})", self.mechanism, self.kind)
     }
 
-    /// What to think of it.
+    /// Its assessment.
     pub fn remark(&self) -> String {
         let usual = USUAL.to_degrees();
         if self.is_usual() {

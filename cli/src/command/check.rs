@@ -45,7 +45,7 @@ fn overview_of(path: &Path, scene: &Resolved) -> Result<Overview, Failure> {
     overview::of(&scene.resource()).map_err(|fault| failure(format!("{}: {fault}", path.display())))
 }
 
-/// The same as a list with an entry for each scene, faults included.
+/// The result as a list with an entry for each scene, faults included.
 fn as_data(paths: &[PathBuf]) -> Result<ExitCode, Failure> {
     let (mut entries, mut ending) = (Vec::new(), ExitCode::SUCCESS);
     for path in paths {

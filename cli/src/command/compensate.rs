@@ -75,7 +75,7 @@ pub struct Args {
     force: bool,
 }
 
-/// What the scene says of the machine.
+/// The machine of the scene.
 struct Machine {
     name: String,
     /// The files that it was read from.
@@ -127,7 +127,7 @@ fn machine(args: &Args) -> Result<Machine, Failure> {
     Ok(Machine { name: resolved.name, files, task, tools: moved, turning, phi_start })
 }
 
-/// What a motion task asks of the tools; adds the files that it was read from.
+/// Restrictions of the tools by a motion task; adds the files that it was read from.
 fn restrictions(
     path: &Path,
     tools: &[Tool],
@@ -191,7 +191,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     show(&(text(&report) + &on_start(&machine, &report) + &lines))
 }
 
-/// What the user has to know of the start of the compensated machine.
+/// Remark on the start of the compensated machine.
 fn on_start(machine: &Machine, report: &Report) -> String {
     let Driving { motor, load, .. } = machine.task.driving;
     if motor == Motor::None {

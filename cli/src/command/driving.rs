@@ -1,4 +1,4 @@
-//! What drives a machine on its periodic motion, as `steady` and `compensate` are told: load and period.
+//! Drive of a machine on its periodic motion, by the options of `steady` and `compensate`: load and period.
 
 use super::{Failure, failure, quantity, read};
 use crate::scene::Resolved;

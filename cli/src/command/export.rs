@@ -146,7 +146,7 @@ fn absent(args: &Args, runtimes: &[RuntimeLibrary]) -> String {
     format!("without {}: wheels of camdrive have these libraries, packaging/build makes them\n", absent.join(", "))
 }
 
-/// The same as [`summary`].
+/// The summary as JSON.
 fn entry((scene, fmu): (&Resolved, &Packed), path: &Path, runtimes: &[RuntimeLibrary]) -> Value {
     let platforms = runtimes.iter().map(|runtime| {
         json!({ "platform": runtime.platform, "library": runtime.path, "size": runtime.bytes.len(), "sha256": runtime.sha256() })
@@ -157,7 +157,7 @@ fn entry((scene, fmu): (&Resolved, &Packed), path: &Path, runtimes: &[RuntimeLib
     })
 }
 
-/// What was packed into the file that the line names.
+/// Content of the file that the line names.
 fn summary(scene: &Resolved, fmu: &Packed, line: &str, runtimes: &[RuntimeLibrary]) -> String {
     let mut out = format!("{line}\n");
     let mut line = |label: &str, text: String| {

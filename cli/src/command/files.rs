@@ -1,4 +1,4 @@
-//! What several commands write: reports into folders, scenes with another cam.
+//! Files of several commands: reports into folders, scenes with another cam.
 
 use super::{Failure, failure};
 use crate::scene::input::{self, Kind};

@@ -18,7 +18,7 @@ pub struct Measured {
     measured: Vec<String>,
 }
 
-/// What ordinates show.
+/// Quantities of ordinates.
 const QUANTITIES: [&Quantity; 9] = [
     &unit::TORQUE,
     &unit::FORCE,

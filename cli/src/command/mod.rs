@@ -90,7 +90,7 @@ impl Format {
     }
 }
 
-/// What goes to the standard error when a command fails.
+/// Message on the standard error when a command fails.
 struct Failure(String);
 
 fn failure(text: impl std::fmt::Display) -> Failure {
@@ -153,7 +153,7 @@ fn quantity(name: &str, text: &str, quantity: &'static Quantity) -> Result<f64, 
     units::parse(text, quantity).map_err(|e| failure(format!("--{name}: {}\n  = hint: {}", e.message, e.hint)))
 }
 
-/// The same of an option that may be left out.
+/// The value of the option `--name`, which may be left out.
 fn optional(name: &str, text: &Option<String>, of: &'static Quantity) -> Result<Option<f64>, Failure> {
     text.as_ref().map(|text| quantity(name, text, of)).transpose()
 }

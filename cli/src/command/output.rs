@@ -1,4 +1,4 @@
-//! What people see: reports on the standard output, messages and progress on the standard error.
+//! Output for people: reports on the standard output, messages and progress on the standard error.
 
 use super::Failure;
 use camdrive_design::{Progress, text};

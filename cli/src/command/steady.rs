@@ -101,7 +101,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     Ok(if found.motions.is_empty() && found.free.is_none() { ExitCode::from(NO_MOTION) } else { ExitCode::SUCCESS })
 }
 
-/// What was found.
+/// The result.
 struct Found {
     name: String,
     /// (N·m).
@@ -166,7 +166,7 @@ impl Found {
     }
 }
 
-/// What the motions mean.
+/// The verdict on the motions.
 fn verdict(scene: &Scene, motions: &[PeriodicMotion], load: f64) -> String {
     let stable = motions.iter().filter(|motion| motion.is_stable()).count();
     match (scene.motor, motions.len(), stable) {
@@ -223,7 +223,7 @@ fn synchronous_speed(scene: &mut Scene, load: f64, period: f64) -> Result<f64, S
     Ok(speeds[1])
 }
 
-/// What the motion of a machine without torques is called.
+/// Name of the motion of a machine without torques.
 const FREE: &str = "without torques";
 
 type Free = (f64, Vec<[f64; 2]>);
@@ -273,7 +273,7 @@ fn courses<'a>(
     all.chain(free.map(|(_, course)| (FREE.to_owned(), course)))
 }
 
-/// The same, one line for each point.
+/// The courses as CSV, one line for each point.
 fn csv(motions: &[PeriodicMotion], free: Option<&Free>) -> Result<String, Fault> {
     let rows = courses(motions, free).flat_map(|(name, course)| course.iter().map(move |point| (name.clone(), point)));
     text::csv("motion,phi_rad,w_rad_s", rows)

@@ -35,7 +35,7 @@ pub struct Args {
     study: StudyArgs,
 }
 
-/// What `tradeoff` and `export --with-tradeoff` are told of the runs.
+/// Options of the runs of `tradeoff` and `export --with-tradeoff`.
 #[derive(Debug, Default, clap::Args)]
 pub struct StudyArgs {
     /// Turns of the cam in a run [default: those of the default experiment; 9 with a run-up]

@@ -17,7 +17,7 @@ use camdrive_design::tradeoff::Report;
 
 const STYLE: &str = include_str!("documentation.css");
 
-/// What is to be known of the folders in `binaries/`.
+/// Remarks on the folders in `binaries/`.
 const PLATFORMS: [&str; 4] = [
     "The FMU runs where binaries/ has a folder for it; which ones were packed is up to its export.",
     "linux64, aarch64-linux: Linux with GLIBC 2.17 or newer; a library not made by packaging/build, but for the machine of the \
@@ -31,7 +31,7 @@ pub fn html(identity: &Identity, resource: &Resource, drive: &mut dyn Described)
     html_with(identity, resource, drive, None)
 }
 
-/// The same with the study of speed against accuracy.
+/// The documentation with the study of speed against accuracy.
 pub fn html_with(
     identity: &Identity,
     resource: &Resource,

@@ -55,7 +55,7 @@ pub struct Packed {
     pub states: usize,
 }
 
-/// What an FMU holds only where it is asked for.
+/// Optional content of an FMU.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Extras<'a> {
     /// [`terminals`].
@@ -86,7 +86,7 @@ pub fn pack(
     pack_with(resource, description, runtimes, date, Extras::default())
 }
 
-/// The same with what an FMU holds only where it is asked for.
+/// Packs an FMU with optional content.
 ///
 /// # Errors
 /// Those of [`pack`].

@@ -11,7 +11,7 @@ pub use camdrive::drives::event::LOG_CATEGORIES;
 /// The highest order of output derivatives.
 const OUTPUT_DERIVATIVES: usize = 2;
 
-/// What the description says beyond the drive itself.
+/// Content of the description beyond the drive itself.
 #[derive(Clone, Copy, Debug)]
 pub struct Identity<'a> {
     /// modelName and modelIdentifier.

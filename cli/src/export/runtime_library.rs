@@ -153,7 +153,7 @@ impl RuntimeLibrary {
         super::hash::hexadecimal(&sha256(&self.bytes))
     }
 
-    /// What a user should know before shipping the FMU.
+    /// Remark for a user who ships the FMU.
     pub fn warning(&self) -> Option<String> {
         (self.bytes.len() > LARGEST_RELEASE).then(|| {
             format!(
@@ -200,7 +200,7 @@ fn host_platform() -> Option<&'static str> {
     }
 }
 
-/// What the first bytes of a file say of it.
+/// Kind of a file by its first bytes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Binary {
     platforms: Vec<&'static str>,

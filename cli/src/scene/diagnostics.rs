@@ -18,11 +18,11 @@ use std::ops::Range;
 /// One fault.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Diagnostic {
-    /// What is wrong, with the path of the key (`cam.stroke`) and the value.
+    /// The fault, with the path of the key (`cam.stroke`) and the value.
     pub message: String,
     /// The admissible range or the admissible names.
     pub admissible: Option<String>,
-    /// What to do about it.
+    /// A remedy.
     pub hint: Option<String>,
     /// The file, as the user named it.
     pub file: String,
@@ -59,13 +59,13 @@ impl Diagnostic {
         self
     }
 
-    /// What would be admissible.
+    /// Adds the admissible values.
     pub fn admissible(mut self, text: impl Into<String>) -> Self {
         self.admissible = Some(text.into());
         self
     }
 
-    /// What to do about it.
+    /// A remedy.
     pub fn hint(mut self, text: impl Into<String>) -> Self {
         self.hint = Some(text.into());
         self

@@ -1,4 +1,4 @@
-//! What a cam of a machine moves: `[[follower]]` and `[[follower.linkage]]`.
+//! The follower of a cam of a machine: `[[follower]]` and `[[follower.linkage]]`.
 
 use super::models::{either, forbid};
 use super::section::{Limits, NOT_NEGATIVE, POSITIVE, Section, within};
@@ -16,7 +16,7 @@ use std::path::Path;
 /// The longest chain of mechanisms.
 const MOST_MECHANISMS: usize = 16;
 
-/// What people write for the keys.
+/// Synonyms of the keys.
 const SYNONYMS: &[(&str, &str)] = &[
     ("mass", "m"),
     ("inertia", "J"),

@@ -1,4 +1,4 @@
-//! What acts on the follower of a cam beside its masses: `[forces]` beside `[cam]`, `[follower.forces]`. The FMU knows nothing
+//! Loads on the follower of a cam beside its masses: `[forces]` beside `[cam]`, `[follower.forces]`. The FMU knows nothing
 //! of it.
 
 use super::geometry::{self, CamPlan};
@@ -24,7 +24,7 @@ const STEEL: [f64; 2] = [210e9, 0.3];
 /// α of teeth (rad), DIN 867.
 const TOOTH_ANGLE: f64 = PI / 9.0;
 
-/// What people write for the keys.
+/// Synonyms of the keys.
 const SYNONYMS: &[(&str, &str)] = &[
     ("g", "gravity"),
     ("width", "roller_width"),
@@ -38,7 +38,7 @@ const SYNONYMS: &[(&str, &str)] = &[
     ("stiffness", "c"),
 ];
 
-/// What is known of a follower when its loads are read.
+/// Properties of a follower that its loads depend on.
 struct Known {
     turns: bool,
     mechanisms: usize,

@@ -29,7 +29,7 @@ pub struct CamPlan {
 /// Admissible pressure angles (rad): 45° of a lever and 30° of a translating follower, after VDI 2142.
 const PRESSURE_ANGLES: [f64; 2] = [PI / 4.0, PI / 6.0];
 
-/// What people write for the keys.
+/// Synonyms of the keys.
 const SYNONYMS: &[(&str, &str)] = &[
     ("roller", "roller_radius"),
     ("type", "follower"),

@@ -13,7 +13,7 @@ pub(super) const BYTE_ORDER_MARK: char = '\u{feff}';
 /// characters.
 const LARGEST: u64 = 16_000_000;
 
-/// What a TOML file is meant to be.
+/// Kind of a TOML file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
     /// Of a drive.
@@ -71,7 +71,7 @@ impl Kind {
 /// The bytes of a file, a pipe or the beginning of a device.
 ///
 /// # Errors
-/// What cannot be read, or is too large for a scene, a task or a table.
+/// A file that cannot be read, or is too large for a scene, a task or a table.
 pub fn bytes(path: &Path) -> Result<Vec<u8>, Error> {
     let mut bytes = Vec::new();
     File::open(path)?.take(LARGEST + 1).read_to_end(&mut bytes)?;
@@ -84,7 +84,7 @@ pub fn bytes(path: &Path) -> Result<Vec<u8>, Error> {
 /// The name and the text of a file.
 ///
 /// # Errors
-/// What cannot be read or is no such text.
+/// A file that cannot be read or is no such text.
 pub fn text(path: &Path, kind: Kind) -> Result<(String, String), Diagnostics> {
     let (file, word) = (path.display().to_string(), kind.word());
     let name_one = format!("name a {word} file, for example {word}.toml");

@@ -48,9 +48,9 @@ pub struct Resolved {
     pub tools: Vec<Tool>,
     /// The geometry of its cams, as far as the scene tells it.
     pub cams: Vec<geometry::CamPlan>,
-    /// What acts on the follower of each cam beside its masses.
+    /// Loads on the follower of each cam beside its masses.
     pub loads: Vec<Loads>,
-    /// What the user should know though it is no fault.
+    /// Notes for the user that are no faults.
     pub notes: Vec<String>,
     /// The files that it was read from: scene and tables.
     pub files: Vec<PathBuf>,

@@ -31,7 +31,7 @@ const MODELS: &[(&[&str], Reader)] = &[
     (&["ParametricDrive"], |root, _| parametric::read(root)),
 ];
 
-/// What people write for the keys.
+/// Synonyms of the keys.
 pub const SYNONYMS: &[(&str, &str)] = &[
     ("clearance", "s"),
     ("restitution", "e"),
@@ -61,7 +61,7 @@ pub fn drive(root: &Section<'_>, folder: &Path) -> Option<Drive> {
     drive?
 }
 
-/// What all cam drives have.
+/// Parts of every cam drive.
 struct CamDrive {
     cam: MotionLaw,
     drive: DriveMode,

@@ -36,7 +36,7 @@ pub const STANDARD_LAWS: &[(&[&str], StandardLaw)] = &[
 /// the lower dwell takes up the difference.
 const CLOSING: f64 = 1e-4;
 
-/// What people write for the keys.
+/// Synonyms of the keys.
 pub const SYNONYMS: &[(&str, &str)] = &[
     ("cos", "a"),
     ("sin", "b"),
@@ -60,7 +60,7 @@ pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -
     read_part(section, quantity, folder)?.or_else(|part| section.refuse(part.fault).ok_or(())).ok()
 }
 
-/// The same, or the part of a law that a table gives.
+/// The law of this section, or the part of one that a table gives.
 pub fn read_part(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -> Option<Result<MotionLaw, Part>> {
     let law = section.choice("law", LAWS).map(|read| read(section, quantity, folder));
     // Which keys belong here is not known before the kind of law is.

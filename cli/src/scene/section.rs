@@ -25,7 +25,7 @@ pub struct Faults<'a> {
     list: RefCell<Vec<(usize, Diagnostic)>>,
     /// Where each value stands that was read.
     read: RefCell<BTreeMap<String, Span>>,
-    /// What the user should know of a scene without faults.
+    /// Notes on a scene without faults.
     notes: RefCell<Vec<String>>,
     /// The tools behind mechanisms whose motion it prescribes.
     pub tools: RefCell<Vec<Tool>>,
@@ -33,7 +33,7 @@ pub struct Faults<'a> {
     pub files: RefCell<Vec<PathBuf>>,
     /// Whether the file has syntax errors; then values may be absent only because of them.
     pub broken: bool,
-    /// What the file as a whole is, "a scene of this kind".
+    /// Kind of the whole file, "a scene of this kind".
     pub kind: &'static str,
 }
 
@@ -495,7 +495,7 @@ impl<'a> Section<'a> {
         guess.map(|(_, item)| *item)
     }
 
-    /// The same with a default.
+    /// One of several names, with a default.
     pub fn choice_or<T: Copy>(&self, key: &'static str, items: &[(&[&'static str], T)], default: T) -> Option<T> {
         if self.has(key) { self.choice(key, items) } else { Some(default) }
     }

@@ -28,7 +28,7 @@ const MOST_HARMONICS: u32 = 64;
 /// The most points in a range of the discrete objectives.
 const MOST_POINTS: u32 = 10_000;
 
-/// What people write for the keys.
+/// Synonyms of the keys.
 const SYNONYMS: &[(&str, &str)] = &[
     ("title", "name"),
     ("stroke", "scale"),
@@ -58,7 +58,7 @@ const SYNONYMS: &[(&str, &str)] = &[
 /// The most laws of a task.
 const MOST_LAWS: usize = 5;
 
-/// What is made small, before its points are known; None for the torque of a shaft, which has values of its own.
+/// The objective, before its points are known; None for the torque of a shaft, which has values of its own.
 type Kind = Option<Objective>;
 
 const OBJECTIVES: &[(&[&str], Kind)] = &[
@@ -118,7 +118,7 @@ impl Lengths {
         Some(section.derivative(key, self.quantity, order as i32, limits)?.map(|value| value * self.scale))
     }
 
-    /// The same, or the list of the coefficients of a polynomial.
+    /// A value of U⁽ⁿ⁾, or the list of the coefficients of a polynomial.
     fn curve(&self, section: &Section<'_>, key: &'static str, order: usize) -> Option<Option<Curve>> {
         let Some(node) = section.node(key) else { return Some(None) };
         if !matches!(node.value, toml::de::DeValue::Array(_)) {
@@ -245,7 +245,7 @@ fn assignment(root: &Section<'_>, folder: &Path) -> Option<Assignment> {
     })
 }
 
-/// What the task says of one law.
+/// One law of the task.
 struct Law {
     /// None where it is the only one.
     name: Option<String>,
@@ -325,7 +325,7 @@ fn of_accelerations(kind: Option<Kind>) -> bool {
     matches!(kind, Some(Some(PeakAcceleration | MeanSquareAcceleration)))
 }
 
-/// What the integral of the squared errors must not exceed.
+/// Upper bound of the integral of the squared errors.
 fn integral(root: &Section<'_>, lengths: &Lengths, kind: Option<Kind>) -> Option<Option<f64>> {
     if !of_accelerations(kind) {
         forbid(

@@ -112,7 +112,7 @@ pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -
     law(section, &file, reading, harmonics?, quantity)
 }
 
-/// What `noise` says: the standard deviation that the lifts are to lose, which is None where they tell it themselves.
+/// The value of `noise`: the standard deviation that the lifts are to lose, which is None where they tell it themselves.
 fn noise(section: &Section<'_>, quantity: &'static Quantity) -> Option<Option<Option<f64>>> {
     match section.word("noise") {
         Some(ESTIMATE) => Some(Some(None)),
@@ -229,7 +229,7 @@ pub fn course(path: &Path, own: &str, quantity: Option<&'static Quantity>) -> Re
     if faults.is_empty() { Ok(reading.points) } else { Err(Diagnostics(faults)) }
 }
 
-/// The same text on every platform.
+/// The path, written alike on every platform.
 fn shown(path: &Path) -> String {
     path.display().to_string().replace('\\', "/")
 }
@@ -447,7 +447,7 @@ fn law(
     }
 }
 
-/// What is wrong, in the units of engineers.
+/// The fault, in the units of engineers.
 fn words(error: &TableError, quantity: &Quantity) -> String {
     let deg = |angle: f64| units::short(angle.to_degrees());
     match *error {

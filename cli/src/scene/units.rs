@@ -147,9 +147,9 @@ const fn one(base: [i8; 4]) -> Unit {
 /// Why a text is no value of the expected quantity; and a hint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UnitFault {
-    /// What is wrong with the text.
+    /// The fault of the text.
     pub message: String,
-    /// What to do about it.
+    /// A remedy.
     pub hint: String,
 }
 

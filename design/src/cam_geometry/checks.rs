@@ -7,7 +7,7 @@ use crate::transmission::Transmission;
 use serde::Serialize;
 use std::f64::consts::{PI, TAU};
 
-/// What is admissible.
+/// Admissible values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
     /// The largest pressure angle (rad).
@@ -18,7 +18,7 @@ pub struct Limits {
     pub hub: f64,
 }
 
-/// What a finding means.
+/// Meaning of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
@@ -43,7 +43,7 @@ pub struct Finding {
     pub unit: &'static str,
     /// Whether that may be.
     pub verdict: Verdict,
-    /// What it means.
+    /// Its meaning.
     pub remark: String,
 }
 

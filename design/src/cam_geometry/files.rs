@@ -1,4 +1,4 @@
-//! What leaves for the workshop: contours as CSV, DXF and SVG, in mm, in the frame of the cam, which at φ = 0 is that of the
+//! Files for the workshop: contours as CSV, DXF and SVG, in mm, in the frame of the cam, which at φ = 0 is that of the
 //! machine.
 
 use super::{At, Cam, Follower, Mesh, Point, Side};

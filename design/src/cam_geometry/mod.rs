@@ -39,7 +39,7 @@ pub type Point = Complex<f64>;
 
 const I: Point = Point::new(0.0, 1.0);
 
-/// What carries the roller.
+/// The follower that carries the roller.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Follower {
     /// A lever of length l about a pivot at (d, 0): p = d − l e^{−isψ}, ψ = ψ₀ + U/R the angle from the line pivot–cam centre.
@@ -70,7 +70,7 @@ pub enum Follower {
 pub struct Cam {
     /// U(φ) (m or rad).
     pub law: MotionLaw,
-    /// What carries the roller.
+    /// The follower that carries the roller.
     pub follower: Follower,
     /// σ: 1 where the cam turns counter-clockwise, −1 clockwise.
     pub sense: f64,

@@ -1,11 +1,11 @@
-//! What is prescribed of a cam beside its motion law.
+//! Prescribed geometry of a cam beside its motion law.
 
 use super::checks::worst;
 use super::{Cam, Follower, Limits, Side};
 use camdrive::drives::Fault;
 use camdrive::motion::MotionLaw;
 
-/// What carries the roller, apart from where it starts.
+/// The follower that carries the roller, without its start.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Carrier {
     /// As [`Follower::Lever`].
@@ -26,7 +26,7 @@ pub enum Carrier {
     },
 }
 
-/// What fixes the size of the cam.
+/// The value that fixes the size of the cam.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Start {
     /// ψ₀ (rad) or h₀ (m), at U = 0.
@@ -76,7 +76,7 @@ pub struct Plan {
     pub roller: f64,
     /// The flanks.
     pub cut: Cut,
-    /// What is admissible.
+    /// Admissible values.
     pub limits: Limits,
 }
 

@@ -11,7 +11,7 @@ use serde::Serialize;
 pub type File = (String, Result<String, Fault>);
 
 impl Shape {
-    /// What is cut, in a line.
+    /// The cam in a line.
     fn about(&self) -> String {
         let cut = match self.plan.cut {
             Cut::Inner => "disc cam (inner contour)",
@@ -104,7 +104,7 @@ impl Shape {
     }
 }
 
-/// What a report says of a cam or a pair of them, in SI units.
+/// Report of a cam or a pair of them, in SI units.
 #[derive(Debug, Serialize)]
 pub struct Summary<'a> {
     name: &'a str,

@@ -35,7 +35,7 @@ pub struct Disc {
     pub cam: Cam,
     /// Its angles.
     pub mesh: Mesh,
-    /// What is to be said of it.
+    /// Findings on it.
     pub findings: Vec<Finding>,
 }
 
@@ -63,7 +63,7 @@ impl Shape {
         Ok(Shape { name: name.to_owned(), plan, cams: cams?, table })
     }
 
-    /// The same with findings on what the cam moves.
+    /// The shape with further findings on the parts that the cam moves.
     pub fn with(mut self, findings: impl IntoIterator<Item = Finding>) -> Self {
         if let Some(first) = self.cams.first_mut() {
             first.findings.extend(findings);

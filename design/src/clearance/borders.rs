@@ -1,4 +1,4 @@
-//! What follows the impact with which a passage ends, and for which K and μ: the map of multiple impacts.
+//! Sequels of the impact with which a passage ends, over K and μ: the map of multiple impacts.
 //!
 //! * At once: right after the impact the contact force pulls, f(0) = a (μθ + sin θ) < 0 of [`super::formulas`]. That needs
 //!   (2n+1)π < θ < (2n+2)π and μ < −sin θ/θ, so μ < 0.2172336282; in (K, μ) each n makes a band, whose border is the curve
@@ -16,7 +16,7 @@ use super::formulas::{Masses, Passage};
 use serde::Serialize;
 use std::f64::consts::PI;
 
-/// What follows the impact.
+/// Sequel of an impact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Sequel {
@@ -58,12 +58,12 @@ fn wave(passage: &Passage) -> Option<[f64; 2]> {
     (size > 1.0).then(|| [(-b).atan2(a), ((size - 1.0) * (size + 1.0)).sqrt()])
 }
 
-/// By how much tan α − α exceeds π + τ₁ + δ: positive where the contact is interrupted elastically.
+/// Excess of tan α − α over π + τ₁ + δ: positive where the contact is interrupted elastically.
 fn elastic_excess(passage: &Passage) -> f64 {
     wave(passage).map_or(f64::NEG_INFINITY, |[delta, tan]| involute(tan) - (PI + passage.tau + delta))
 }
 
-/// What follows the impact of this passage.
+/// Sequel of the impact of this passage.
 pub fn sequel(passage: &Passage) -> Sequel {
     if passage.pressing_at_once() < 0.0 {
         Sequel::Immediate

@@ -32,7 +32,7 @@ const BORDER: f64 = 5e-4;
 /// Internal steps of an evaluation; a drive that needs more vibrates too often to be followed.
 const MOST_STEPS: f64 = 1e5;
 
-/// What the model admits around the values of the scene.
+/// Admissible values around those of the scene, by the model.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ByModel {
     /// Natural frequencies ω (rad/s).

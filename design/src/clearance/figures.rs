@@ -120,7 +120,7 @@ fn after_impact(report: &Report, value: impl Fn(&Point) -> [Option<f64>; 2]) -> 
     series
 }
 
-/// What an impact leaves over the natural period after it.
+/// Motion over the natural period after an impact.
 fn over_time(title: String, label: &str, series: Vec<Series>) -> Diagram {
     let axes = [Axis::linear("Time after the impact τ* = ω t* [1]"), Axis::linear(label)];
     Diagram::new(title, axes, series, vec![Rule::Horizontal(0.0, String::new())])

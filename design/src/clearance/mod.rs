@@ -41,7 +41,7 @@ use settled::Settled;
 use std::f64::consts::{PI, TAU};
 use tuning::{Passages, Tuning};
 
-/// What is to be studied.
+/// Options of a study.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Options {
     /// Clearance instead of that of the scene (m).
@@ -112,7 +112,7 @@ pub struct Parameters {
     pub eta: f64,
 }
 
-/// What a law does.
+/// Result for one law.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Study {
     /// "scene", or the name by which the law is compared.
@@ -139,7 +139,7 @@ pub struct Study {
     pub by_model: Option<ByModel>,
     /// The motion that the drive settles to.
     pub settled: Option<Settled>,
-    /// What could not be computed, and where the formulas are not to be trusted.
+    /// Parts that could not be computed, and reasons to distrust the formulas.
     pub remarks: Vec<String>,
     /// U″ over the turn.
     #[serde(skip)]

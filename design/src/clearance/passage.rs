@@ -21,7 +21,7 @@ pub struct Figures {
     pub release: f64,
     /// Time of passage (s).
     pub time: f64,
-    /// The same as τ₁ = ω t₁.
+    /// Dimensionless time of passage τ₁ = ω t₁.
     pub tau: f64,
     /// Angle of passage (rad).
     pub angle: f64,
@@ -35,7 +35,7 @@ pub struct Figures {
     pub elongation: Option<f64>,
     /// Largest pressing force there (N).
     pub force: Option<f64>,
-    /// What follows.
+    /// Sequel of the impact.
     pub sequel: Sequel,
     /// When contact ends again, τ* = ω (t − t₁).
     pub release_after: Option<f64>,
@@ -62,7 +62,7 @@ pub struct Clearance {
     pub truncation: Option<f64>,
     /// The angle from this release to the next one (rad).
     pub spacing: f64,
-    /// What is left of the vibration there: exp(−δ Δt).
+    /// Remainder of the vibration there: exp(−δ Δt).
     pub left: f64,
     /// The natural period after the impact.
     #[serde(skip)]
@@ -123,7 +123,7 @@ impl Figures {
     }
 }
 
-/// What is followed: the machine with its periodic motion.
+/// The machine to be followed, with its periodic motion.
 pub struct Bench<'a> {
     /// The model.
     pub machine: &'a mut Machine,

@@ -11,7 +11,7 @@ const PARTS: usize = 256;
 /// Turns repeat each other when their losses differ by less: far above rounding, far below any change of the sequence.
 const REPEATS: f64 = 1e-6;
 
-/// What happens in a turn of the settled motion, on average over its second half.
+/// A turn of the settled motion, on average over its second half.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Settled {
     /// Turns that count.

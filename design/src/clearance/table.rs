@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 
 /// Intervals that a sentence lists; the others are in the JSON file.
 const LISTED: usize = 6;
-/// The same of a table.
+/// Intervals that a cell of a table lists.
 const LISTED_IN_CELL: usize = 4;
 
 /// The parameters, in sentences.
@@ -180,7 +180,7 @@ pub fn of_laws(report: &Report) -> Table {
     Table::new(head, rows)
 }
 
-/// What the column of ω means, and which laws formulas and model judge differently, in sentences.
+/// Meaning of the column of ω, and laws that formulas and model judge differently, in sentences.
 pub fn below_laws(report: &Report) -> Vec<String> {
     let mut lines = Vec::new();
     if let Some(model) = report.laws.iter().find_map(|study| study.by_model.as_ref()) {
@@ -235,7 +235,7 @@ fn some(intervals: &[[f64; 2]], scale: f64, most: usize) -> String {
     if texts.is_empty() { "none".to_owned() } else { texts.join(", ") }
 }
 
-/// What both say of the passages at the values of the scene, and what holds.
+/// The verdicts of formulas and model at the values of the scene, and the one that holds.
 fn verdict(study: &Study) -> String {
     let calm = &study.calm;
     let word = |calm: bool| if calm { "no further impact follows" } else { "further impacts follow" };

@@ -13,7 +13,7 @@ use std::f64::consts::PI;
 /// Intervals of one quantity; an end of ∞ is none.
 pub type Intervals = Vec<[f64; 2]>;
 
-/// What the mass ratio and the passages admit.
+/// Admissible values for a mass ratio and its passages.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Tuning {
     /// Natural frequencies ω at the speed of the scene (rad/s).
@@ -99,7 +99,7 @@ impl Tuning {
     }
 }
 
-/// What lies in an interval of both lists, which are ascending and apart.
+/// Intersection of two lists of intervals, which are ascending and apart.
 fn intersection(a: &[[f64; 2]], b: &[[f64; 2]]) -> Intervals {
     let pairs = a.iter().flat_map(|a| b.iter().map(move |b| [a[0].max(b[0]), a[1].min(b[1])]));
     pairs.filter(|[low, high]| low < high).collect()

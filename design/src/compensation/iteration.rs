@@ -91,7 +91,7 @@ pub struct Machine<'a> {
     task: &'a Task,
 }
 
-/// What a cam carries at the points: the moment of inertia J of tool and links with J′, and the tool's y, y′ and y″.
+/// Load of a cam at the points: the moment of inertia J of tool and links with J′, and the tool's y, y′ and y″.
 pub type Cam = Vec<[f64; 5]>;
 
 impl<'a> Machine<'a> {

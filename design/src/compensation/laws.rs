@@ -47,7 +47,7 @@ const STALE: usize = 3;
 /// The most parts of a piece in one of these rounds: farther the order is no guide.
 const MOST_PARTS: f64 = 8.0;
 
-/// What form the laws are to have.
+/// Form of the laws.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Form {
     /// A series where it is short enough, else a table.
@@ -116,7 +116,7 @@ pub fn divided(knots: &[f64], parts: impl Fn(usize) -> usize) -> Vec<f64> {
     knots.windows(2).enumerate().flat_map(between).collect()
 }
 
-/// What is known of the wanted motion when laws are looked for.
+/// Properties of the wanted motion.
 struct Wanted<'a> {
     solution: &'a Solution,
     angle: Angle,

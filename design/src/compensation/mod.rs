@@ -66,13 +66,13 @@ const SHARES: [f64; 2] = [0.25, 1e-3];
 /// The machine and what is wanted of it.
 #[derive(Clone, Debug)]
 pub struct Task {
-    /// What turns with the angle of the machine: J0, J_v(φ) and cams that stay as they are.
+    /// The parts that turn with the angle of the machine: J0, J_v(φ) and cams that stay as they are.
     pub own: rigid_machine::Inertia,
     /// The tools.
     pub tools: Vec<Tool>,
     /// Motor, load, period.
     pub driving: Driving,
-    /// What the tools have to keep.
+    /// Restrictions of the tools.
     pub restrictions: Restrictions,
 }
 

@@ -43,7 +43,7 @@ const SOFTER: [f64; 5] = [2.0, 4.0, 8.0, 16.0, 32.0];
 /// A motor that shrinks by less at a time leads nowhere: the motion ends.
 const LEAST_SHRINKING: f64 = 0.99;
 
-/// What drives the machine on its periodic motion.
+/// Drive of the machine on its periodic motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Driving {
     /// The motor; [`Motor::Input`] has no periodic motion of its own.
@@ -54,7 +54,7 @@ pub struct Driving {
     pub period: Option<f64>,
 }
 
-/// What the machine moves, at the points of the mesh.
+/// Moments of inertia at the points of the mesh.
 pub trait Inertia {
     /// Whether the unknown speeds are those in the phase of time.
     const IN_TIME: bool;
@@ -281,7 +281,7 @@ fn linearise<I: Inertia>(mesh: &Mesh, inertia: &I, driving: &Driving, periodic: 
     Linearised { residual, jacobian }
 }
 
-/// What torques are measured against.
+/// Scale of torques.
 fn breakdown(motor: &Motor) -> f64 {
     match *motor {
         Motor::Kloss(Kloss { breakdown_torque, .. }) => breakdown_torque,

@@ -1,4 +1,4 @@
-//! What a compensation has found, as tables and diagrams.
+//! The result of a compensation, as tables and diagrams.
 
 use super::iteration::{Cam, Machine, Quality, Round, rounds};
 use super::periodic_motion::Driving;
@@ -28,7 +28,7 @@ const SAME_PERIOD: f64 = 1e-4;
 /// Parts of the tolerance that the bound of a tool's own series is given where the machine as a whole exceeds it.
 const SHARES: [f64; 3] = [0.5, 0.1, 0.01];
 
-/// What is asked for beside the cams.
+/// Options of the compensation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
     /// The error of the accelerations that the finite series or tables of the cams may cause, relative to the largest.
@@ -64,7 +64,7 @@ pub struct Report {
     pub finished: Round,
     /// T (s) of the fastest stable motion with the finished cams, where that is another one than the compensated.
     pub other_motion: Option<f64>,
-    /// The same at other speeds, relative to that of the design; None where it finds no periodic motion.
+    /// The finished machine at other speeds, relative to that of the design; None where it finds no periodic motion.
     pub other_speeds: Vec<(f64, Option<Round>)>,
     /// Where the mechanisms between cams and tools pass the force on worst.
     pub transmission: Vec<Transmission>,
@@ -299,7 +299,7 @@ impl Report {
         Table { head, rows }
     }
 
-    /// What was found, in sentences.
+    /// The result in sentences.
     pub fn about(&self) -> Vec<String> {
         let mut lines = vec![format!(
             "Period T = {:.15} s, w = {:.6} … {:.6} rad/s (resolved to {} of its mean).",
@@ -350,7 +350,7 @@ impl Report {
         UNITS[one.order.min(3)].replace('m', if tool.is_some_and(|tool| self.turning[tool]) { "rad" } else { "m" })
     }
 
-    /// What the restrictions come to, in sentences.
+    /// How far the restrictions are kept, in sentences.
     fn on_restrictions(&self) -> Vec<String> {
         let count = self.prescribed.len();
         if count == 0 {

@@ -1,4 +1,4 @@
-//! What the tools have to keep, looked at on the motions that they have in time.
+//! Restrictions of the tools, evaluated on their motions in time.
 //!
 //! A task prescribes bounds, exact points and distances of dⁿyⱼ/dψⁿ, ψ = 2πt/T; the motions yⱼ(ψ) of a round are held against
 //! them. Since the cams of a round share one ψ(φ), the positions that its tools take to one another are those that are prescribed,
@@ -30,7 +30,7 @@ pub struct Restrictions {
 /// How well a condition is kept.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Kept {
-    /// What the task calls it.
+    /// Its name in the task.
     pub name: String,
     /// n, the order of the derivative.
     pub order: usize,
@@ -38,7 +38,7 @@ pub struct Kept {
     pub tools: Vec<(usize, f64)>,
     /// ψ (rad) where the reserve is least.
     pub phase: f64,
-    /// What the condition is of, there: the sum of derivatives (m/radⁿ or rad/radⁿ), or the distance (m).
+    /// The restricted quantity there: the sum of derivatives (m/radⁿ or rad/radⁿ), or the distance (m).
     pub value: f64,
     /// The way to its limit, negative beyond it; of an exact point the error, negative.
     pub reserve: f64,

@@ -7,7 +7,7 @@
 use crate::cam_geometry::Point;
 use camdrive::drives::rigid_machine::linkage::{FourBar, Gear, Kind, Link, Mechanism, SliderCrank};
 
-/// What the joints of a mechanism bear.
+/// Forces in the joints of a mechanism.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reactions {
     /// τ: what its output demands (N·m or N), positive where it works against the motion of the output.

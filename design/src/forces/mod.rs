@@ -55,7 +55,7 @@ pub struct Material {
     pub poisson: [f64; 2],
 }
 
-/// What acts on a follower beside its masses.
+/// Loads on a follower beside its masses.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Loads {
     /// J_l (kg·m²) of what turns with the lever.
@@ -75,13 +75,13 @@ pub struct Loads {
 /// A cam, what it moves and what acts on it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drive {
-    /// What it is called.
+    /// Its name.
     pub name: String,
     /// Law, mechanisms and tool.
     pub follower: Follower,
     /// The geometry of the cam, if it is known.
     pub plan: Option<Plan>,
-    /// What acts on it.
+    /// Its loads.
     pub loads: Loads,
     /// The contacts that can bear its force.
     contacts: Vec<Bearing>,
@@ -294,12 +294,12 @@ impl Drive {
 /// A machine at constant speed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Machine {
-    /// What it is called.
+    /// Its name.
     pub name: String,
     /// ω (rad/s).
     pub speed: f64,
-    /// What varies of the moment of inertia of the machine itself (kg·m²), which asks for ½ J′ω².
+    /// The varying part of the machine's own moment of inertia (kg·m²), which asks for ½ J′ω².
     pub inertia: Option<MotionLaw>,
-    /// What its cams move.
+    /// The drives that its cams move.
     pub drives: Vec<Drive>,
 }

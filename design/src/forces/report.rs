@@ -1,4 +1,4 @@
-//! What rollers, joints and shaft bear over a turn, as numbers, text and CSV.
+//! Forces on rollers, joints and shaft over a turn, as numbers, text and CSV.
 
 use super::turn::{Extreme, State, Turn};
 use super::{Contact, Drive, Forces, Machine};
@@ -50,7 +50,7 @@ pub struct Range {
     shown: (String, Unit),
 }
 
-/// What keeps a roller on its only contour.
+/// Conditions that keep a roller on its only contour.
 #[derive(Clone, Debug, Serialize)]
 pub struct Keeping {
     /// The least F₀ (N or N·m) at this speed and the angle that demands it; None where no preload helps.
@@ -63,9 +63,9 @@ pub struct Keeping {
 /// A cam and what it moves.
 #[derive(Clone, Debug, Serialize)]
 pub struct OfDrive {
-    /// What it is called.
+    /// Its name.
     pub name: String,
-    /// What its parts bear.
+    /// The loads on its parts.
     pub quantities: Vec<Range>,
     /// φ (rad) where the force of the roller, without a geometry the torque on the lever, changes its sign.
     pub sign_changes: Vec<f64>,
@@ -81,7 +81,7 @@ pub struct OfDrive {
 pub struct Power {
     /// That of the shaft, mean(M) ω.
     pub shaft: f64,
-    /// What the process takes, mean(−P ẏ).
+    /// The power of the process, mean(−P ẏ).
     pub process: f64,
     #[serde(skip)]
     largest: f64,
@@ -239,7 +239,7 @@ impl OfDrive {
         of
     }
 
-    /// What is to be known and what to be minded; `holds` where the roller is pressed on its first contour all over the turn.
+    /// Remarks and warnings; `holds` where the roller is pressed on its first contour all over the turn.
     fn notes(&self, drive: &Drive, holds: bool) -> [Vec<String>; 2] {
         let (mut known, mut mind) = (Vec::new(), Vec::new());
         let unit = if drive.follower.turns { "N·m" } else { "N" };
@@ -317,7 +317,7 @@ impl Power {
 }
 
 impl Report {
-    /// What is found over this turn.
+    /// The report of this turn.
     pub fn new(machine: &Machine, turn: &Turn<'_>) -> Self {
         let names = ["torque", "torque on the shaft, all together"];
         let shaft = Range::new(turn, names, TORQUE, |state| state.torque);

@@ -32,7 +32,7 @@ use camdrive::motion::MotionLaw;
 use serde::Serialize;
 use std::f64::consts::TAU;
 
-/// What a scene amounts to.
+/// The characteristic values of a scene.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Overview {
     /// Its figures, in the order in which they are told.
@@ -43,7 +43,7 @@ pub struct Overview {
     pub jumps: Vec<Jump>,
     /// The resonances nearest to the speed; without a speed the strongest ones.
     pub resonances: Vec<Resonance>,
-    /// What is hardly meant.
+    /// Values that are hardly meant.
     pub warnings: Vec<Warning>,
 }
 
@@ -70,7 +70,7 @@ pub struct Resonance {
     pub speed: f64,
     /// The amplitude of q in this harmonic at the speed of the scene (m or rad).
     pub amplitude: Option<f64>,
-    /// The same at the resonance; None without damping.
+    /// That amplitude at the resonance; None without damping.
     pub resonant_amplitude: Option<f64>,
     /// The unit of both.
     pub unit: &'static str,
@@ -79,9 +79,9 @@ pub struct Resonance {
 /// Something that is hardly meant, though it can be computed.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Warning {
-    /// What, with its value, and why it is hardly meant.
+    /// The key with its value, and why it is hardly meant.
     pub message: String,
-    /// What to do about it.
+    /// A remedy.
     pub hint: String,
 }
 

@@ -26,7 +26,7 @@ fn speed_axis(report: &Report) -> Axis {
     Axis::logarithmic("Speed [rpm]").between(low * rpm, high * rpm)
 }
 
-/// What a map is drawn of.
+/// Elements of a map.
 struct Map<'a> {
     report: &'a Report,
     rules: Vec<Rule>,

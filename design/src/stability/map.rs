@@ -101,7 +101,7 @@ fn deviates(a: &[f64; 3], line: &[f64; 3], b: &[f64; 3], top: f64) -> bool {
     misses(1) || misses(2)
 }
 
-/// What the map over the modulation shows.
+/// Extent of the map over the modulation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Modulation<'a> {
     /// For each order n = 1 … a modulation at which it becomes unstable or stable at the damping ratio, where one is known.

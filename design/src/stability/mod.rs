@@ -37,7 +37,7 @@ use system::{System, Unfollowed};
 use table::exact;
 use tongue::{Extent, multipliers, spectral_radius};
 
-/// What is to be studied.
+/// Options of a study.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Options {
     /// Speeds Ω (rad/s) at which stability and motion are examined; that of the scene if there are none.
@@ -78,7 +78,7 @@ const BESIDE: f64 = 1e-4;
 const RESONANCES: usize = 40;
 /// A classical bound further from the exact value than this part of it is warned of.
 pub const TOLERATED: f64 = 0.1;
-/// What is left of |1 ∓ tr M + det M| where no boundary is: far above rounding.
+/// Residual of |1 ∓ tr M + det M| where no boundary is: far above rounding.
 const LOST: f64 = 1e-6;
 /// Free motions that change in a turn by less than this part neither grow nor decay.
 const BORDER: f64 = 1e-12;
@@ -207,7 +207,7 @@ pub struct Order {
     pub approximate: Option<[f64; 2]>,
 }
 
-/// What is known after a study's stage, for [`Progress`].
+/// Counts the steps of a stage, for [`Progress`].
 struct Counter<'a> {
     tell: &'a (dyn Fn(Progress) + Sync),
     done: AtomicUsize,

@@ -6,7 +6,7 @@ use super::tongue::Tongue;
 use super::{Counter, USUAL_ORDERS, hill};
 use crate::parallel;
 
-/// What is known of the orders.
+/// The instabilities by order.
 pub struct Tongues {
     /// Hill's boundaries of all of them.
     pub start: hill::Boundaries,

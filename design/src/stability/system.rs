@@ -62,7 +62,7 @@ pub struct System<'a> {
     pub modulation: f64,
     /// Whether the damping is negative somewhere.
     pub active: bool,
-    /// What is taken from β η for ∫ β/m̂ dφ = 0.
+    /// Constant taken from β η for ∫ β/m̂ dφ = 0.
     drift: f64,
     /// Into how many equal periods symmetry divides the turn; 0 where the coefficients are constant.
     pub parts: usize,
@@ -137,7 +137,7 @@ impl<'a> System<'a> {
         Ok(System { parts, ..system })
     }
 
-    /// The same without symmetry, with a quadrature that resolves harmonics up to `order`.
+    /// The system without symmetry, with a quadrature that resolves harmonics up to `order`.
     fn sampled(oscillator: &'a PeriodicOscillator, order: usize) -> Result<Self, Fault> {
         let samples = sample(oscillator, order);
         let mean = |term: fn(&Terms) -> f64| samples.iter().map(|(_, w, t)| w * term(t)).sum::<f64>();
@@ -192,7 +192,7 @@ impl<'a> System<'a> {
         Ok(system)
     }
 
-    /// The same with the modulation `factor` instead of 1.
+    /// The system with the modulation `factor` instead of 1.
     pub fn modulated(&self, factor: f64) -> System<'a> {
         let (samples, harmonics) = (self.samples.clone(), self.harmonics.clone());
         let (failed, unnumbered) = (self.failed.clone(), self.unnumbered.clone());

@@ -9,7 +9,7 @@ use crate::text::{NONE, Table, csv, digits, number};
 use camdrive::drives::Fault;
 use std::fmt::Write as _;
 
-/// What θ is where the damping is negative somewhere.
+/// Definition of θ where the damping is negative somewhere.
 pub const ACTIVE: &str = "The damping is negative over a part of the turn. θ is the ratio of the constant damping with the \
      same decay over a turn, mean(b/m)/mean(1/m); what varies about it stays at every θ, also \"without damping\".";
 
@@ -97,7 +97,7 @@ pub fn of_orders(report: &Report) -> Table {
     Table::new(head, orders(report, true).map(row))
 }
 
-/// What is said below the orders: what the columns are, and of the orders that have no line.
+/// Notes below the orders: meaning of the columns, and orders that have no line.
 pub fn below_orders(report: &Report) -> Vec<String> {
     let mut lines = Vec::new();
     if report.orders.is_empty() {
@@ -153,7 +153,7 @@ pub fn of_approximations(report: &Report) -> Table {
     Table::new(head, orders(report, true).map(row))
 }
 
-/// What the source prints wrong, and by how much here.
+/// Misprints of the source, with their effect in this scene.
 pub fn below_approximations(report: &Report) -> Vec<String> {
     let mut lines = Vec::new();
     if report.orders.is_empty() {
@@ -203,7 +203,7 @@ pub fn below_approximations(report: &Report) -> Vec<String> {
     lines
 }
 
-/// What is said before the tables.
+/// Sentences before the tables.
 pub fn about(report: &Report) -> Vec<String> {
     let o = &report.oscillator;
     let mut lines: Vec<String> = report.note.clone().into_iter().collect();
@@ -277,7 +277,7 @@ pub fn of_speeds(report: &Report) -> Vec<String> {
     report.speeds.iter().map(sentence).collect()
 }
 
-/// What has to be minded.
+/// Warnings.
 pub fn warnings(report: &Report) -> Vec<String> {
     let mut lines = Vec::new();
     let off = |pick: fn(&Order) -> f64, name: &str| {

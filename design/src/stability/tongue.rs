@@ -147,7 +147,7 @@ impl Tongue {
         search::zero(&mut f, [low.0, high.0], [low.1, high.1], 0.0)
     }
 
-    /// The same, above the damping ratio `theta` where the speed is unstable at it.
+    /// The damping ratio at which the instability vanishes at this speed, looked for above `theta` where the speed is unstable at it.
     pub fn critical_above(&self, system: &System, inverse: f64, theta: f64) -> f64 {
         let mut f = |theta: f64| self.excess(system, inverse, theta);
         let value = f(theta);

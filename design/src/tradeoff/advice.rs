@@ -51,7 +51,7 @@ fn saving(report: &Report, target: f64, chosen: usize) -> Option<usize> {
         .min_by(|i, j| cost_of(report, *i).total_cmp(&cost_of(report, *j)))
 }
 
-/// What the other of two settings would save, and which one that is.
+/// The saving of the other of two settings, in words.
 fn cheaper(report: &Report, [chosen, other]: [usize; 2]) -> String {
     let row = &report.settings[other];
     let [this, that] = [words(&report.settings[chosen]), words(row)];

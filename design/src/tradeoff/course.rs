@@ -1,4 +1,4 @@
-//! What the host feeds into the inputs of a drive.
+//! Input signals that the host feeds into a drive.
 
 use std::f64::consts::{PI, TAU};
 

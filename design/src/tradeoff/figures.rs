@@ -6,7 +6,7 @@ use crate::plot::{Axis, Diagram, Rule, Series};
 /// What points on the line of the reference's uncertainty are. The curves run along it, so that the legend names it.
 const KNOWN: &str = "smaller than the reference's uncertainty";
 
-/// What a series is called: method and way to pass inputs.
+/// Name of a series: method and way to pass inputs.
 fn name(row: &Row) -> String {
     let inputs = match row.inputs {
         Some("values") => Some("values of inputs".to_owned()),

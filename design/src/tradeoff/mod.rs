@@ -31,7 +31,7 @@ use std::f64::consts::TAU;
 use std::time::{Duration, Instant};
 use sweep::{Extent, Setting};
 
-/// What is to be studied.
+/// Options of a study.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Options {
     /// How many turns of the cam; as many as the default experiment has, or nine with a run-up.
@@ -66,11 +66,11 @@ pub struct Report {
     pub scene: String,
     /// The drive model.
     pub model: String,
-    /// What was run.
+    /// The experiment.
     pub experiment: Experiment,
     /// The compared outputs.
     pub outputs: Vec<Output>,
-    /// What the errors refer to.
+    /// The reference of the errors.
     pub reference: reference::Summary,
     /// One row per setting; the first is the drive with its defaults.
     pub settings: Vec<Row>,
@@ -82,7 +82,7 @@ pub struct Report {
     pub advice: Vec<advice::Advice>,
 }
 
-/// What was run.
+/// The experiment.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Experiment {
     /// The end of each run (s).
@@ -106,7 +106,7 @@ pub struct Output {
     pub largest: f64,
 }
 
-/// What a run cost.
+/// Cost of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Cost {
     /// Median CPU time of the steps, inputs and outputs included, per time of the machine (ns/ms).
@@ -151,9 +151,9 @@ pub struct Row {
 /// The drive without one of its features.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Feature {
-    /// What is left out.
+    /// The feature left out.
     pub feature: String,
-    /// What takes its place.
+    /// Its replacement.
     pub instead: String,
     /// The largest change of an output that does not vanish with the feature, relative to its largest value.
     pub change: Option<f64>,
@@ -202,7 +202,7 @@ fn median(values: &[f64]) -> Option<f64> {
     if sorted.len() % 2 == 1 { Some(upper) } else { Some(0.5 * (upper + sorted[middle - 1])) }
 }
 
-/// What all runs of a study have in common.
+/// The experiment of all runs of a study.
 pub struct Bench {
     resource: Resource,
     interface: Interface,

@@ -42,7 +42,7 @@ pub struct Reference {
 pub struct Summary {
     /// How it was computed.
     pub settings: String,
-    /// What was changed, and the largest relative difference that this made within the time of comparison.
+    /// The changes, each with the largest relative difference that this made within the time of comparison.
     pub checks: Vec<Check>,
     /// The largest of these differences, at least the unit roundoff: errors below it are not known.
     pub floor: f64,
@@ -55,7 +55,7 @@ pub struct Summary {
 /// One change that a trustworthy reference does not feel.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Check {
-    /// What was changed.
+    /// The change.
     pub change: String,
     /// The largest difference of an output, relative to its largest value.
     pub difference: f64,

@@ -1,6 +1,5 @@
 //! The drive in its rigid limit, c → ∞, by formulas for its outputs; of a machine, the one whose speed does not fluctuate.
 
-use super::simplification::{Simplification, Simplified};
 use crate::resource::Resource;
 use camdrive::drives::backlash::{self, BacklashDrive};
 use camdrive::drives::elastic_output::{self, ElasticOutput};
@@ -12,8 +11,12 @@ use camdrive::motion::MotionLaw;
 use camdrive::numerics::angle;
 use camdrive::numerics::double_double::Double;
 
-/// Outputs that follow from the motion of the shaft alone.
+/// Outputs that follow from the motion of the shaft alone, in the place of a feature.
 pub struct Formula {
+    /// The feature left out.
+    pub feature: String,
+    /// Its replacement.
+    pub instead: String,
     /// The names of the outputs.
     pub outputs: Vec<String>,
     /// Appends their values, in the same order.
@@ -62,11 +65,10 @@ fn reduced(phi: f64) -> f64 {
 ///
 /// # Errors
 /// A scene that is none of its model.
-pub fn of(resource: &Resource) -> Result<Option<Simplification>, Fault> {
+pub fn of(resource: &Resource) -> Result<Option<Formula>, Fault> {
     let of = |feature: &str, instead: &str, outputs: &str, evaluate: Evaluation| {
         let outputs = outputs.split(' ').map(str::to_owned).collect();
-        let model = Simplified::Formula(Formula { outputs, evaluate });
-        Some(Simplification { feature: feature.to_owned(), instead: instead.to_owned(), model })
+        Some(Formula { feature: feature.to_owned(), instead: instead.to_owned(), outputs, evaluate })
     };
     Ok(match resource.model.as_str() {
         ElasticOutput::MODEL => {

@@ -112,7 +112,7 @@ pub enum Inputs {
     Derivatives,
 }
 
-/// What is to be run.
+/// A run to be made.
 pub struct Plan<'a> {
     /// The FMU.
     pub resource: &'a Resource,
@@ -122,13 +122,13 @@ pub struct Plan<'a> {
     pub starts: &'a [(u32, f64)],
     /// The communication points.
     pub grid: Grid,
-    /// What the inputs do.
+    /// The motion of the inputs.
     pub run_up: &'a RunUp,
     /// How they are passed.
     pub inputs: Inputs,
 }
 
-/// What a run yields.
+/// Result of a run.
 #[derive(Clone, Debug)]
 pub struct Trace {
     /// The outputs at the instants 0, `stride`, 2 `stride` …, one row after the other.

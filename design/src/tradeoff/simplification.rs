@@ -17,7 +17,7 @@ use std::f64::consts::TAU;
 pub struct Simplification {
     /// To be read after "without": "damping".
     pub feature: String,
-    /// What takes its place: "b = 0".
+    /// Its replacement: "b = 0".
     pub instead: String,
     /// The simpler drive.
     pub model: Simplified,
@@ -73,7 +73,11 @@ const HARMONICS: [(usize, &str, &str); 3] = [
 /// A scene that is none of its model.
 pub fn of(resource: &Resource) -> Result<Vec<Simplification>, Fault> {
     let scene = &resource.scene;
-    let mut list: Vec<Simplification> = rigid::of(resource)?.into_iter().collect();
+    let rigid = |formula: Formula| {
+        let (feature, instead) = (formula.feature.clone(), formula.instead.clone());
+        Simplification { feature, instead, model: Simplified::Formula(formula) }
+    };
+    let mut list: Vec<Simplification> = rigid::of(resource)?.map(rigid).into_iter().collect();
     let mut add = |feature: &str, instead: &str, place: &str, value: Value| {
         list.push(Simplification::scene(feature, instead, with(scene, place, value)));
     };
@@ -103,7 +107,7 @@ pub fn of(resource: &Resource) -> Result<Vec<Simplification>, Fault> {
         (0..followers).map(|j| (format!("/followers/{j}/cam/fourier"), format!(" of follower {}", j + 1)));
     for (place, of) in SERIES.map(|(place, of)| (place.to_owned(), of.to_owned())).into_iter().chain(of_followers) {
         let Some(value) = scene.pointer(&place) else { continue };
-        let series: Fourier = serde_json::from_value(value.clone()).map_err(|e| Fault::new(e.to_string()))?;
+        let series: Fourier = serde_json::from_value(value.clone()).map_err(|e| Fault(e.to_string()))?;
         if place.starts_with("/law") && series.bound(1) > 0.0 {
             let mean = Fourier::new(vec![series.a[0]], Vec::new());
             add(&format!("the variation{of}"), "its mean", &place, json!(mean));
@@ -155,9 +159,9 @@ fn mean(inertia: &Inertia) -> f64 {
 /// A series without some of its harmonics.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FewerHarmonics {
-    /// What is left out: "harmonic k = 5".
+    /// The harmonics left out: "harmonic k = 5".
     pub feature: String,
-    /// What is left: "4 of 5 harmonics".
+    /// The remainder: "4 of 5 harmonics".
     pub instead: String,
     /// The rest.
     pub series: Fourier,

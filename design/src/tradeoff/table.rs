@@ -85,7 +85,7 @@ pub fn of_changes(report: &Report) -> Table {
     Table { rows: rows.collect(), head }
 }
 
-/// What went wrong, each with the setting or the feature it belongs to.
+/// Faults, each with its setting or feature.
 pub fn faults(report: &Report) -> Vec<String> {
     let settings = report.settings.iter().filter_map(|row| Some((super::advice::words(row), row.fault.as_ref()?)));
     let features = report.features.iter().filter_map(|f| {
@@ -95,7 +95,7 @@ pub fn faults(report: &Report) -> Vec<String> {
     settings.chain(features).map(|(what, fault)| format!("{what}: {fault}")).collect()
 }
 
-/// What the errors refer to, in sentences.
+/// The reference of the errors, in sentences.
 pub fn about(report: &Report) -> Vec<String> {
     let (e, r) = (&report.experiment, &report.reference);
     // The mean speed of a run-up is half of its last.
