@@ -97,8 +97,6 @@ pub struct ElasticShaft {
     integrator: Collocation<2>,
     /// The internal step of fixed cost at constant speed where none is asked for (s).
     usual_step: f64,
-    /// Bounds of |U″| and |U‴| (m), to which the roundings of U′ and U″ are relative.
-    curvatures: [f64; 2],
     /// The linear equation at constant speed over its period; follows from the parameters, and all instances with the
     /// same ones share it.
     #[serde(skip)]
@@ -124,11 +122,11 @@ impl ElasticShaft {
     /// Runs `task`, of a call the only one that takes work, with the twist's system of equations and the integrator.
     fn with_twist<R>(&mut self, task: impl FnOnce(&mut Twist, &mut Collocation<2>) -> R) -> R {
         let equation = self.equation();
-        let (law, motion, segment, curvatures) = (&self.cam.law, &self.motion, self.segment, self.curvatures);
+        let (law, motion, segment) = (&self.cam.law, &self.motion, self.segment);
         let [phi, w, a, ..] = motion.coefficients;
         let rounding = if self.cam.is_input() { half_a_place([phi, w, a], self.time) } else { 0.0 };
         let work = Work::default();
-        let mut twist = Twist { equation, law, motion, segment, curvatures, rounding, forced: 1.0, work };
+        let mut twist = Twist { equation, law, motion, segment, rounding, forced: 1.0, work };
         let result = task(&mut twist, &mut self.integrator);
         self.segment = twist.segment;
         result
@@ -284,7 +282,6 @@ impl Drive for ElasticShaft {
             motion,
             integrator: Collocation::new(Double::default(), [0.0; 2]),
             usual_step: 0.0,
-            curvatures: [0.0; 2],
             table: None,
             trajectory: None,
             segment: 0,
@@ -325,7 +322,6 @@ impl Drive for ElasticShaft {
         self.cam.law.validate().map_err(|message| Fault::new(message).of("cam"))?;
         self.time = time;
         self.cam.start(time);
-        self.curvatures = [2, 3].map(|order| self.cam.law.bound(order));
         self.solver.start();
         self.motion = self.cam.motion(time);
         self.integrator = Collocation::new(Double::from(time), [0.0; 2]);

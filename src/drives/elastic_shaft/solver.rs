@@ -44,8 +44,6 @@ pub struct Twist<'a> {
     pub motion: &'a AngleMotion,
     /// The segment of the law.
     pub segment: usize,
-    /// Bounds of |U″| and |U‴| (m).
-    pub curvatures: [f64; 2],
     /// By how much φ is rounded (rad).
     pub rounding: f64,
     /// 1, or 0 for the homogeneous linear equation.
@@ -225,7 +223,9 @@ impl System<2> for Twist<'_> {
 
     fn rounding(&self, t: Double, y: &[f64; 2]) -> [f64; 2] {
         let f = self.flow(t, y);
-        [0.0, f64::EPSILON * self.equation.rounding(&self.cam(&f), &f, self.curvatures)]
+        // Those of the segment: beside a steep rise a gentle return would count all it errs by as rounding.
+        let curvatures = [2, 3].map(|order| self.law.bound_in(self.segment, order));
+        [0.0, f64::EPSILON * self.equation.rounding(&self.cam(&f), &f, curvatures)]
     }
 
     fn longest_step(&self, t: Double, y: &[f64; 2]) -> f64 {

@@ -190,3 +190,31 @@ fn passages_where_the_acceleration_jumps_are_not_late() {
         }
     }
 }
+
+#[test]
+fn a_steep_segment_does_not_hide_the_errors_of_another() {
+    // The rise of 0.02 rad has a jerk that is rounded by more than all that the return errs by.
+    let plan = CyclePlan {
+        stroke: 8.7e-4,
+        lower: 0.0,
+        rise_start: 2.52,
+        rise_angle: 0.02,
+        upper_dwell: 0.0,
+        return_angle: 3.255,
+        rise_law: StandardLaw::ModifiedTrapezoid,
+        return_law: StandardLaw::ModifiedTrapezoid,
+        inflections: [Some(0.99), None],
+    };
+    let scene = Scene {
+        parameters: Parameters { m: 37.48, inertia: 6.608e-6, c: 0.3619, b: 7.52e-5 },
+        linear: false,
+        cam: MotionLaw::Cycle(Cycle::new(plan)),
+        // Backwards within the quarter of the return in which U″ is constant.
+        drive: DriveMode::Constant { w: -1.8, phi_start: -0.9 },
+        start: Start { mode: StartMode::Given, q: 6e-5, q_dot: 1.3e-4 },
+        solver: Settings::default(),
+    };
+    let span = 0.4;
+    let (error, estimate, _) = outcome(&scene, 1e-11, span, &runge_kutta(&scene, span, 40, 5000));
+    assert!(error <= estimate.min(1e-9), "{error:e}, estimate {estimate:e}");
+}
