@@ -3,7 +3,7 @@
 //! Of all periodic s the one with the least Σ (sᵢ − yᵢ)² + λ ∫ s‴² dφ keeps the part tₖ = 1/(1 + μ k⁶) of harmonic k of
 //! equidistant lifts y. With μ on which the mean square of s − y is σ² all of the noise is taken out, and some of the motion
 //! (discrepancy principle); generalised cross-validation, the least mean (s − y)²/(1 − mean tₖ)², keeps more of it. The latter is
-//! taken, and no more than the former.
+//! taken, and no more than the former; of points at unequal distances, which are resampled, the former.
 //!
 //! Source: G. Wahba, *Spline Models for Observational Data*, SIAM 1990, sections 4.4 and 4.7.
 
@@ -14,6 +14,7 @@ use crate::harmonic_analysis::{discrete_series, is_equidistant};
 use crate::overview::scatter;
 use crate::search::{maximum, zero};
 use camdrive::motion::table::{Points, TableError};
+use camdrive::motion::{MotionLaw, Table};
 use std::f64::consts::TAU;
 
 /// Harmonics beyond are noise: waves of a third of a degree.
@@ -40,25 +41,27 @@ pub struct Smoothed {
 pub enum SmoothingError {
     /// The points are no table.
     Table(TableError),
-    /// They are not equidistant.
-    Distances,
     /// σ is no less than the root mean square of the motion, which is this.
     NothingLeft(f64),
     /// No noise is found: every second lift has the differences of a law.
     NoNoise,
 }
 
-/// The lifts without noise of the standard deviation `noise`, or of one that their own differences tell.
+/// The lifts without noise of the standard deviation `noise`, or of one that their own differences tell. Points at other
+/// distances are replaced by as many equidistant ones of the spline through them.
 ///
 /// # Errors
-/// Where the points are no table of equal distances, or have no such noise.
+/// Where the points are no table, or have no such noise.
 pub fn smooth(points: Points, noise: Option<f64>) -> Result<Smoothed, SmoothingError> {
     let mut points = points.open().map_err(SmoothingError::Table)?;
     let n = points.angles.len();
-    if !is_equidistant(&points.angles, EVEN * TAU / n as f64) {
-        return Err(SmoothingError::Distances);
-    }
     let noise = noise.or_else(|| scatter(&points)).ok_or(SmoothingError::NoNoise)?;
+    let even = is_equidistant(&points.angles, EVEN * TAU / n as f64);
+    if !even {
+        let (first, law) = (points.angles[0], MotionLaw::Table(Table::new(points).map_err(SmoothingError::Table)?));
+        let angles: Vec<f64> = (0..n).map(|i| first + TAU * i as f64 / n as f64).collect();
+        points = Points { lifts: angles.iter().map(|phi| law.at(*phi).0[0]).collect(), angles };
+    }
     let order = (n / 2).min(MOST_HARMONICS);
     let mut series = discrete_series(points.angles[0], &points.lifts, order);
     // The last harmonic of an even number of points has one phase only, and its sums count twice.
@@ -87,7 +90,8 @@ pub fn smooth(points: Points, noise: Option<f64>) -> Result<Smoothed, SmoothingE
         _ => zero(&mut too_much, ends, values, 1e-3),
     };
     let mut validation = |log: f64| -missed(log) / (1.0 - mean_kept(log)).powi(2);
-    let log = maximum(&mut validation, [ends[0], discrepancy], 1e-3).0;
+    // Between points farther apart than others the noise of a spline is not white, as the latter takes it to be.
+    let log = if even { maximum(&mut validation, [ends[0], discrepancy], 1e-3).0 } else { discrepancy };
     let mut changes = [0.0_f64; 2];
     let mut smooth = series;
     for k in 1..=smooth.order() {

@@ -154,12 +154,6 @@ fn smoothed(
                 .note(format!("`{}`: {} carries no noise; its lifts are left as they are", section.path, file.name));
             return Some(reading);
         }
-        Err(SmoothingError::Distances) => {
-            let text = "needs points at equal distances, over the whole turn";
-            section
-                .fault_of("noise", format!("`{}` {text}", section.path_of("noise")))
-                .hint("resample the table at equal distances, or take `interpolation = \"fourier\"` with few `harmonics` instead")
-        }
         Err(SmoothingError::NothingLeft(motion)) => section
             .fault_of("noise", format!("`{}`: nothing of the motion would be left", section.path_of("noise")))
             .admissible(format!("less than {}, its root mean square", said(motion))),

@@ -92,8 +92,7 @@ impl Overview {
             )
         };
         let hint = if noisy {
-            "smooth it by `noise = \"estimate\"`, resampled at equal distances where it has others, also in place of a `noise` that \
-             is too small, or take `interpolation = \"fourier\"` with few `harmonics`; rounded lifts scatter too: write more digits"
+            "smooth it by `noise = \"estimate\"`, also in place of a `noise` that is too small, or take `interpolation = \"fourier\"` with few `harmonics`; rounded lifts scatter too: write more digits"
         } else {
             "take points at smaller distances, above all where the acceleration jumps, or the law itself: a cycle, a plan; \
              where `noise` is given, a larger one or \"estimate\""

@@ -242,7 +242,7 @@ fn too_few_points_are_no_noise_and_told_as_such() {
     let smoothed = |noise| smooth(noisy.points().clone(), noise).map(|smooth| told(Table::new(smooth.points).unwrap()));
     assert!(smoothed(Some(2e-6)).unwrap().expect("a warning").contains("in place of a `noise` that is too small"));
     assert_eq!(smoothed(None).unwrap(), None);
-    assert!(told(noisy).expect("a warning").contains("resampled at equal distances"));
+    assert!(told(noisy).expect("a warning").contains("smooth it by `noise"));
 }
 
 #[test]

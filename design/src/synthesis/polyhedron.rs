@@ -248,4 +248,24 @@ mod tests {
         assert!(program.lowest(1e-25));
         expect(&program, &[-2.0, 0.0, 1.0]);
     }
+
+    #[test]
+    fn roundings_of_a_goal_far_away_end() {
+        // |Σ yₖ cos kφ − 0.3 cos φ| ≤ t + 1e-5 at twenty near angles, |yₖ| ≤ 1: t = −1e-5, and much of y is open.
+        let mut program = Polyhedron::new(17);
+        for i in 0..16 {
+            for sign in [1.0, -1.0] {
+                program
+                    .add((0..17).map(|k| Double::from(if k == i { sign } else { 0.0 })).collect(), Double::from(1.0));
+            }
+        }
+        for phi in (0..20).map(|i| 0.1 * f64::from(i)) {
+            for sign in [1.0, -1.0] {
+                let row: Vec<f64> = (0..16).map(|k| sign * (f64::from(k) * phi).cos()).chain([-1.0]).collect();
+                program.add(numbers(&row), Double::from(sign * 0.3 * phi.cos() + 1e-5));
+            }
+        }
+        assert!(program.lowest(1e-24));
+        assert!((program.point()[16].hi + 1e-5).abs() < 1e-16);
+    }
 }
