@@ -107,7 +107,7 @@ pub fn of(resource: &Resource) -> Result<Vec<Simplification>, Fault> {
         (0..followers).map(|j| (format!("/followers/{j}/cam/fourier"), format!(" of follower {}", j + 1)));
     for (place, of) in SERIES.map(|(place, of)| (place.to_owned(), of.to_owned())).into_iter().chain(of_followers) {
         let Some(value) = scene.pointer(&place) else { continue };
-        let series: Fourier = serde_json::from_value(value.clone()).map_err(|e| Fault(e.to_string()))?;
+        let series: Fourier = serde_json::from_value(value.clone()).map_err(|e| Fault::new(e.to_string()))?;
         if place.starts_with("/law") && series.bound(1) > 0.0 {
             let mean = Fourier::new(vec![series.a[0]], Vec::new());
             add(&format!("the variation{of}"), "its mean", &place, json!(mean));
