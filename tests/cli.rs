@@ -1216,6 +1216,10 @@ fn a_measured_course_is_laid_over_a_computed_one() {
         &format!("{loom}.pressure_angle.svg"),
     );
     laid_over(&[&cam[..], &[&named("follower2.curvature")]].concat(), "k [1/m]", &format!("{loom}.curvature.svg"));
+    let compensate =
+        ["compensate", "examples/rapier_loom/scene.toml", "-o", text(&profile), "--report", report, "--measured"];
+    laid_over(&[&compensate[..], &[&named("speed")]].concat(), "w [rpm]", "rapier_loom.speed.svg");
+    laid_over(&[&compensate[..], &[&named("tool1")]].concat(), "a [m/s2]", "rapier_loom.tool1.svg");
 }
 
 const BACKLASH: &str = "examples/backlash_drive/scene.toml";

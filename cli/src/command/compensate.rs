@@ -1,5 +1,6 @@
 //! `camdrive compensate SCENE`
 
+use super::measured::Measured;
 use super::{Failure, driving, failure, files, read, show, width};
 use crate::scene;
 use camdrive::drives::rigid_machine::{Inertia, Motor};
@@ -66,6 +67,8 @@ pub struct Args {
     /// NAME.speed.svg, NAME.tool1.svg, NAME.tool1.spectrum.svg …, of distances NAME.distance.svg
     #[arg(long, value_name = "FOLDER")]
     report: Option<PathBuf>,
+    #[command(flatten)]
+    measured: Measured,
     /// A scene of a cam drive that takes over the compensated cam of a follower, as NUMBER=FILE; written beside the result as
     /// FILE's name with .compensated.toml
     #[arg(long, value_name = "NUMBER=FILE")]
@@ -152,6 +155,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(folder) = &args.report {
         files::no_file(folder, "--report")?;
     }
+    args.measured.need(args.report.as_ref())?;
     let form = FORMS.into_iter().find(|(name, _)| *name == args.laws).map_or(Form::Auto, |(_, form)| form);
     let options = Options { tolerance: args.tolerance, rounds: args.rounds.into(), form };
     let report = study(&machine.name, &machine.task, options)
@@ -173,19 +177,17 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     results.extend(cams.iter().filter_map(|cam| cam.points.clone()));
     if let Some(folder) = &args.report {
-        let mut parts = vec![
-            ("compensation.csv".to_owned(), report.csv()),
-            ("compensation.json".to_owned(), text::json(&report)),
-            ("courses.csv".to_owned(), report.courses()),
-            ("spectra.csv".to_owned(), report.spectra()),
-            ("speed.svg".to_owned(), Ok(report.speed_diagram().svg())),
+        let mut diagrams = report.diagrams();
+        inputs.extend(args.measured.lay_over(diagrams.iter_mut().map(|(name, diagram)| (name.as_str(), diagram)))?);
+        let tables = [
+            ("compensation.csv", report.csv()),
+            ("compensation.json", text::json(&report)),
+            ("courses.csv", report.courses()),
+            ("spectra.csv", report.spectra()),
         ];
-        for (place, j) in machine.tools.iter().enumerate() {
-            parts.push((format!("tool{}.svg", j + 1), Ok(report.acceleration_diagram(place).svg())));
-            parts.push((format!("tool{}.spectrum.svg", j + 1), Ok(report.spectrum_diagram(place).svg())));
-        }
-        parts.extend(report.distance_diagram().map(|figure| ("distance.svg".to_owned(), Ok(figure.svg()))));
-        results.extend(files::report(folder, &machine.name, parts)?);
+        results.extend(files::report(folder, &machine.name, tables)?);
+        let drawn = diagrams.iter().map(|(name, diagram)| (format!("{name}.svg"), Ok(diagram.svg())));
+        results.extend(files::report(folder, &machine.name, drawn)?);
     }
     let lines = files::write(&results, &inputs)?;
     show(&(text(&report) + &on_start(&machine, &report) + &lines))

@@ -19,14 +19,16 @@ pub struct Measured {
 }
 
 /// Quantities of ordinates.
-const QUANTITIES: [&Quantity; 9] = [
+const QUANTITIES: [&Quantity; 11] = [
     &unit::TORQUE,
     &unit::FORCE,
     &unit::LENGTH,
     &unit::LENGTH_PER_ANGLE,
     &unit::LENGTH_PER_ANGLE2,
     &unit::LENGTH_PER_ANGLE3,
+    &unit::ACCELERATION,
     &unit::ANGULAR_VELOCITY,
+    &unit::ANGULAR_ACCELERATION,
     &unit::ANGLE,
     &units::CURVATURE,
 ];

@@ -117,12 +117,8 @@ pub fn elastic_limit() -> [f64; 2] {
     [tau, tau * tau * tau / 6.0 + tau]
 }
 
-/// The mass ratio above which no impact is followed by an immediate release, and its θ: tan θ = θ, μ = −cos θ.
-pub fn immediate_limit() -> [f64; 2] {
-    band_tip(0)
-}
-
-/// The highest point of band n, as θ and μ: tan θ = θ, μ = −cos θ.
+/// The highest point of band n, as θ and μ: tan θ = θ, μ = −cos θ; above that of n = 0 no impact is followed by an immediate
+/// release.
 pub(super) fn band_tip(n: u32) -> [f64; 2] {
     // θ = (2n+1)π + β with tan β = θ: the zero of tan β − β − (2n+1)π, by its arctangent.
     let odd = f64::from(2 * n + 1) * PI;

@@ -81,8 +81,19 @@ impl Report {
         text::csv(&head, rows)
     }
 
+    /// All diagrams by the names of their files.
+    pub fn diagrams(&self) -> Vec<(String, Diagram)> {
+        let of_tool = |(j, number): (usize, &usize)| {
+            let names = [format!("tool{number}"), format!("tool{number}.spectrum")];
+            names.into_iter().zip([self.acceleration_diagram(j), self.spectrum_diagram(j)])
+        };
+        let distance = self.distance_diagram().map(|diagram| ("distance".to_owned(), diagram));
+        let tools = self.numbers.iter().enumerate().flat_map(of_tool);
+        std::iter::once(("speed".to_owned(), self.speed_diagram())).chain(tools).chain(distance).collect()
+    }
+
     /// φ̇(t), in the rounds and at last.
-    pub fn speed_diagram(&self) -> Diagram {
+    fn speed_diagram(&self) -> Diagram {
         let curves = self.shown().map(|(name, round)| (name, over_period(|psi| round.speeds.at(psi).0[0])));
         let series = curves.map(|(name, points)| Series::line(name, points)).collect();
         let title = format!("Speed of {} over a period", self.scene);
@@ -90,7 +101,7 @@ impl Report {
     }
 
     /// The acceleration of tool `j` over the time, as prescribed, in the rounds and at last.
-    pub fn acceleration_diagram(&self, j: usize) -> Diagram {
+    fn acceleration_diagram(&self, j: usize) -> Diagram {
         let curve = |name: String, series: &Fourier, round: &Round| {
             let omega = round.mean_speed();
             Series::line(name, over_period(|psi| omega * omega * series.at(psi).0[2]))
@@ -103,7 +114,7 @@ impl Report {
     }
 
     /// The harmonics of the acceleration of tool `j`.
-    pub fn spectrum_diagram(&self, j: usize) -> Diagram {
+    fn spectrum_diagram(&self, j: usize) -> Diagram {
         let all = |series: &Fourier, round: &Round| -> Vec<f64> {
             (1..=series.order().min(HIGHEST)).map(|m| harmonic(round, series, m)).collect()
         };
@@ -123,7 +134,7 @@ impl Report {
     }
 
     /// The distances of tools that keep clear, with cams for uniform speed and at last; None where none is asked for.
-    pub fn distance_diagram(&self) -> Option<Diagram> {
+    fn distance_diagram(&self) -> Option<Diagram> {
         let (mut series, mut rules) = (Vec::new(), Vec::new());
         for (name, clearance) in self.restrictions.clearances() {
             for (machine, round) in self.shown() {
@@ -150,11 +161,11 @@ fn harmonic(round: &Round, series: &Fourier, m: usize) -> f64 {
     (m as f64 * round.mean_speed()).powi(2) * size
 }
 
-/// A function of ψ at equal steps of t/T.
+/// A function of ψ at equal steps, over ψ in degrees.
 fn over_period(f: impl Fn(f64) -> f64) -> Vec<[f64; 2]> {
-    (0..=POINTS).map(|i| i as f64 / POINTS as f64).map(|part| [part, f(TAU * part)]).collect()
+    (0..=POINTS).map(|i| TAU * i as f64 / POINTS as f64).map(|psi| [psi.to_degrees(), f(psi)]).collect()
 }
 
 fn period_axis() -> Axis {
-    Axis::linear("Time per period [1]").between(0.0, 1.0)
+    Axis::angular("Angle at uniform speed, ψ = 2πt/T [°]").between(0.0, 360.0)
 }

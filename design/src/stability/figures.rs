@@ -26,6 +26,13 @@ fn speed_axis(report: &Report) -> Axis {
     Axis::logarithmic("Speed [rpm]").between(low * rpm, high * rpm)
 }
 
+/// Whether a word at this place, in parts of width and height, stays so far from those written; it is one of them then.
+fn is_free(written: &mut Vec<[f64; 2]>, place: [f64; 2], [wide, high]: [f64; 2]) -> bool {
+    let free = written.iter().all(|other| (other[0] - place[0]).abs() >= wide || (other[1] - place[1]).abs() >= high);
+    written.extend(free.then_some(place));
+    free
+}
+
 /// Elements of a map.
 struct Map<'a> {
     report: &'a Report,
@@ -84,9 +91,7 @@ impl<'a> Map<'a> {
         let aside = if self.beside { LETTER * (0.5 * word.chars().count() as f64 + 1.0) } else { 0.0 };
         let eta = eta * (high / low).powf(aside);
         let place = [(eta / low).ln() / (high / low).ln(), height / top];
-        let near = |other: &[f64; 2]| (other[0] - place[0]).abs() < width && (other[1] - place[1]).abs() < WORD[1];
-        if (0.0..1.0).contains(&place[0]) && !self.words.iter().any(near) {
-            self.words.push(place);
+        if (0.0..1.0).contains(&place[0]) && is_free(&mut self.words, place, [width, WORD[1]]) {
             let rpm = self.report.oscillator.natural_frequency * RPM;
             self.rules.push(Rule::Word([eta * rpm, height], word));
         }
@@ -267,12 +272,7 @@ pub fn crank(report: &Report, crank: &Crank) -> Diagram {
     words.retain(|word| {
         let Rule::Word([sigma, theta], _) = word else { return true };
         let place = [(sigma / ends[0]).ln() / (ends[1] / ends[0]).ln(), theta / top];
-        let near = |other: &[f64; 2]| {
-            (other[0] - place[0]).abs() < 2.0 * WORD[0] && (other[1] - place[1]).abs() < 0.6 * WORD[1]
-        };
-        let free = !written.iter().any(near);
-        written.extend(free.then_some(place));
-        free
+        is_free(&mut written, place, [2.0 * WORD[0], 0.6 * WORD[1]])
     });
     let exact = crank.curves.iter().map(|curve| Rule::Border(curve.points.iter().map(value).collect(), 2.0));
     rules.extend(exact.chain(words));

@@ -21,7 +21,7 @@ const DEPENDENT: f64 = 1e-22;
 /// What rounding leaves of a row, as part of its terms.
 const ROUNDING: f64 = 1e-28;
 
-/// What a point is not known to, as part of the way to its goal: some dozen terms of thirty-two digits.
+/// What a point is not known to, as part of its goal or of the largest multiplier: some dozen terms of thirty-two digits.
 const NOISE: f64 = 1e-31;
 
 /// Rows taken up per unknown: two or three are the rule, a few dozen where many conditions hold at once.
@@ -85,7 +85,7 @@ impl Polyhedron {
 
     /// Goes to the point nearest to `goal`, but for `admitted` in each row; whether there is one.
     pub fn nearest(&mut self, goal: &[Double], admitted: f64) -> bool {
-        let (noise, mut in_noise) = (NOISE * length(goal), 0);
+        let mut in_noise = 0;
         for _ in 0..STEPS * goal.len() {
             let factors = self.settle(goal);
             let rounding = ROUNDING * length(&self.z);
@@ -98,6 +98,8 @@ impl Polyhedron {
                 return true;
             };
             // Roundings of a goal far away come back for ever.
+            let largest = |size: f64, held: &(usize, Double)| size.max(held.1.hi);
+            let noise = NOISE * self.holding.iter().fold(length(goal), largest);
             in_noise += usize::from(by <= noise);
             if in_noise > goal.len() {
                 return true;

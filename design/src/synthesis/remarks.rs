@@ -165,9 +165,7 @@ impl Infeasible {
         let name = |list: &[String], index: usize| list.get(index).map_or(String::new(), |name| format!("`{name}`: "));
         match self {
             Infeasible::Point { index, by } => {
-                let Some(point) = task.points.get(*index) else {
-                    return "the exact points contradict each other".to_owned();
-                };
+                let point = &task.points[*index];
                 format!(
                     "{}the exact points cannot all be met with these harmonics: at best {} at {} deg misses {} by {} {}\n  \
                      = hint: take more harmonics or less symmetry, or remove points that contradict each other",
@@ -180,7 +178,7 @@ impl Infeasible {
                 )
             }
             Infeasible::Bound { index, by, phi, others, points } => {
-                let Some(bound) = task.bounds.get(*index) else { return "the bounds contradict each other".to_owned() };
+                let bound = &task.bounds[*index];
                 let known =
                     |i: usize| names.bounds.get(i).map_or_else(|| format!("bound {}", i + 1), |n| format!("`{n}`"));
                 let mut against: Vec<String> =
@@ -211,9 +209,7 @@ impl Infeasible {
                 number(*least)
             ),
             Infeasible::Outside { point, bound, by } => {
-                let (Some(point_of), Some(bound_of)) = (task.points.get(*point), task.bounds.get(*bound)) else {
-                    return "an exact point lies beyond a bound".to_owned();
-                };
+                let (point_of, bound_of) = (&task.points[*point], &task.bounds[*bound]);
                 let known = names.bounds.get(*bound).map_or_else(String::new, |n| format!(" of `{n}`"));
                 format!(
                     "{}{} = {} at {} deg lies beyond {}{known} by {} {}: no profile keeps both\n  = hint: widen the \
