@@ -10,12 +10,12 @@ use camdrive_design::text;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-/// Cuts the cams of a scene: path of the roller's centre and contours, with checks.
+/// Generates the cams of a scene: path of the roller's centre and contours, with checks.
 ///
 /// Takes the motion law and the geometry of each cam ([geometry], [follower.geometry]). Reports the pressure angle, radii
 /// of curvature, undercut, crossings and sizes with their angles, of mechanisms behind the cam the least transmission
-/// angle; what runs badly is warned of, what cannot be cut or does
-/// not move the follower as prescribed is refused.
+/// angle; warns about what runs badly, and refuses what cannot be
+/// machined or does not move the follower as prescribed.
 ///
 /// Writes NAME.csv (path and contours, with curvatures that are positive where a curve bulges away from the axis), NAME.dxf
 /// and NAME.svg (true size, mm), NAME.pressure_angle.svg, NAME.curvature.svg, cam tables for motion controllers

@@ -9,11 +9,11 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Validates scenes and tells what they amount to, without writing anything.
+/// Validates scenes and prints the characteristic values of the design, without writing anything.
 ///
-/// Every value is checked, and the drive is built and started with them. All faults of all scenes are reported. Of a scene
-/// without fault it tells speeds, natural frequencies, largest velocity, acceleration and force, and the nearest resonances; it
-/// warns of values that are hardly meant, as where a unit is forgotten, and of rough tables.
+/// Every value is checked, and the drive is built and started with them. All faults of all scenes are reported. For a
+/// valid scene it prints speeds, natural frequencies, largest velocity, acceleration and force, and the nearest resonances, and
+/// warns about implausible values, such as a forgotten unit, and about rough tables.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  camdrive check examples/*/scene.toml")]
 pub struct Args {

@@ -16,7 +16,7 @@ use std::f64::consts::TAU;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
-/// Shows where and how hard a drive passes its clearance, and what avoids further impacts.
+/// Shows where and how hard a drive passes through its clearance, and what avoids further impacts.
 ///
 /// For every change of sign of U″ in a turn: dynamic clearance K, time of passage, impulse, deformation and contact force
 /// after the impact, by Kaltofen's closed formulas and by the event-driven model side by side, and whether m1 leaves the

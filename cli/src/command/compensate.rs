@@ -20,7 +20,7 @@ const MOST_ROUNDS: i64 = 100;
 /// The forms of the laws.
 const FORMS: [(&str, Form); 3] = [("auto", Form::Auto), ("series", Form::Series), ("table", Form::Table)];
 
-/// Cuts the cams of a machine such that its tools move in time as prescribed though its speed fluctuates.
+/// Corrects the cams of a machine so that its tools move in time as prescribed in spite of its fluctuating speed.
 ///
 /// The laws of the followers in the scene are what the tools are to do over the phase of time 2πt/T; behind mechanisms
 /// [follower.tool], or the lever's law and what it makes of the tool. The inertia of tools and links makes the machine

@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-/// Packs scenes into FMUs and says what it packed.
+/// Exports scenes as FMUs.
 ///
 /// Each scene becomes NAME.fmu, NAME being the name that the scene gives. All FMUs are written or none.
 #[derive(Debug, clap::Args)]

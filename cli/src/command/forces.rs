@@ -15,7 +15,7 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 use std::path::PathBuf;
 
-/// Tells what rollers, joints and the shaft bear at constant speed.
+/// Computes the loads on rollers, joints and shaft at constant speed.
 ///
 /// Goes from the tool back to the cam: masses, moments of inertia and lengths of the scene, with gravity, return spring and
 /// process force of [forces] or [follower.forces]. For cams with a [geometry] roller force, pressure angle, Hertzian

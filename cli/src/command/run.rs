@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::PathBuf;
 
-/// Drives an FMU 2.0 over its default experiment and writes its outputs as CSV.
+/// Simulates an FMU 2.0 over its default experiment and writes its outputs as CSV.
 ///
 /// One line per communication point, the start included; the last step is shortened where the step does not divide
 /// the time. Inputs keep their start values.

@@ -9,7 +9,7 @@ use camdrive_design::stability::{self, MOST_ORDERS, Options, Report, figures, ta
 use camdrive_design::text::{self, Page};
 use std::path::{Path, PathBuf};
 
-/// Finds the speeds at which parameters that vary over the turn make a drive vibrate, and the damping that prevents it.
+/// Maps the speeds at which a drive with periodic coefficients is unstable, and the damping that prevents it.
 ///
 /// Takes every drive that is an oscillator with periodic coefficients; the elastic input shaft is linearised. Floquet
 /// multipliers at the speed of the scene; for each order j the unstable speeds, the critical damping ratio θ* and the

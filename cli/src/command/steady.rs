@@ -14,7 +14,7 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Finds all periodic motions of a machine.
+/// Finds all periodic solutions of a machine.
 ///
 /// With a motor there may be several, stable and unstable ones, or none: then it stalls. The multiplier is the factor by which a
 /// small disturbance grows in a turn. For comparison the motion of the machine without torques (Eigenbewegung) with

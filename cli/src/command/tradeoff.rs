@@ -8,7 +8,7 @@ use camdrive_design::text::{self, Page};
 use camdrive_design::tradeoff::{self, Options, Report, figures, table};
 use std::path::{Path, PathBuf};
 
-/// Measures speed against accuracy, and what each feature of the scene is worth.
+/// Measures speed against accuracy, and the effect of each feature of the scene.
 ///
 /// Drives the FMU through its C interface with every method, tolerance and internal step that it offers, over
 /// communication steps, and again without each feature of the scene. Errors are relative to the largest value of an

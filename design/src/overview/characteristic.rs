@@ -185,7 +185,7 @@ fn motion((section, unit): (&str, &'static str), law: &MotionLaw, [from, to]: [f
 }
 
 impl Overview {
-    /// The motions of the law, and what of a plan is hardly meant.
+    /// The motions of the law, and what of a plan is implausible.
     pub(super) fn motions(&mut self, section: &str, law: &MotionLaw, unit: &'static str) {
         self.motions.extend(motions(section, law, unit));
         if let MotionLaw::Plan(plan) = law {

@@ -1,4 +1,4 @@
-//! Limits beyond which a figure is hardly meant, each with its reason; a value behind them mostly lacks its unit.
+//! Limits beyond which a figure is implausible, each with its reason; a value behind them mostly lacks its unit.
 
 use super::{Overview, Warning};
 use std::f64::consts::TAU;

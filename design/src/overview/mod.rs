@@ -1,5 +1,5 @@
 //! What a scene amounts to, in the units that engineers read: speed, natural frequency, largest acceleration and force,
-//! the nearest resonances; and what of it is hardly meant, as where a unit was forgotten (`implausible`, `roughness`).
+//! the nearest resonances; and what of it is implausible, such as a forgotten unit (`implausible`, `roughness`).
 //!
 //! Loads and deformations are kinetostatic, those of a drive that does not vibrate. An elastic drive is taken as
 //! m q̈ + b q̇ + c q = f + Ω² f₂ with the means m, b, c over a turn ([`camdrive::drives::oscillator`]): harmonic k of its load
@@ -43,7 +43,7 @@ pub struct Overview {
     pub jumps: Vec<Jump>,
     /// The resonances nearest to the speed; without a speed the strongest ones.
     pub resonances: Vec<Resonance>,
-    /// Values that are hardly meant.
+    /// Values that are implausible.
     pub warnings: Vec<Warning>,
 }
 
@@ -76,10 +76,10 @@ pub struct Resonance {
     pub unit: &'static str,
 }
 
-/// Something that is hardly meant, though it can be computed.
+/// Something that is implausible, though it can be computed.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Warning {
-    /// The key with its value, and why it is hardly meant.
+    /// The key with its value, and why it is implausible.
     pub message: String,
     /// A remedy.
     pub hint: String,

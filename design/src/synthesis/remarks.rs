@@ -11,7 +11,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 /// A deviation of more than this part of the motion is none any more.
 const FAILED_TASK: f64 = 0.1;
 
-/// An exact point within this angle of an axis of the symmetry, but not on it, is hardly meant (rad).
+/// An exact point within this angle of an axis of the symmetry, but not on it, is implausible (rad).
 const BESIDE: f64 = 1e-4;
 
 impl Study {

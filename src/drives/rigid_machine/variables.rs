@@ -306,9 +306,14 @@ impl RigidMachine {
             .at(ENERGY)
             .depends(&with_phi(&["w"]))
             .depends_initially(&[&inertia.concat(), &w_start]);
-        let mut enters = enters_a.clone();
-        enters.retain(|name| *name != "phi" && *name != "w");
-        enters.extend(["phi", "w"]);
+        enters_a.retain(|name| *name != "phi" && *name != "w");
+        enters_a.extend(["phi", "w"]);
+        self.declare_followers(list, &enters_a, [&w_start, &a_start]);
+    }
+
+    /// Declares the motions of the tools and levers; what enters the acceleration of the shaft, and what its speed and its
+    /// acceleration depend on at the start.
+    fn declare_followers(&self, list: &mut List<Self>, enters_a: &[&str], [w_start, a_start]: [&[&str]; 2]) {
         // The elements of an array follow one another (FMI 2.0, section 2.2.9), so the followers come innermost.
         for i in 0..6 {
             let (is_lever, order) = (i >= 3, i % 3);
@@ -325,8 +330,8 @@ impl RigidMachine {
                 };
                 let (name, what, known, moved): (_, _, &[&str], &[&str]) = match order {
                     0 => (format!("{name}[{n}]"), "Position", &["phi"], &[]),
-                    1 => (format!("der({name}[{n}])"), "Velocity", &["phi", "w"], &w_start),
-                    _ => (format!("der({name}[{n}],2)"), "Acceleration", &enters, &a_start),
+                    1 => (format!("der({name}[{n}])"), "Velocity", &["phi", "w"], w_start),
+                    _ => (format!("der({name}[{n}],2)"), "Acceleration", enters_a, a_start),
                 };
                 let (cam, linkage) = (format!("follower[{n}].cam"), format!("follower[{n}].linkage"));
                 let placed: &[&str] = if is_lever { &["phi_start", &cam] } else { &["phi_start", &cam, &linkage] };
