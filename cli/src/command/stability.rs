@@ -18,8 +18,8 @@ use std::path::{Path, PathBuf};
 ///
 /// Prints the tables and writes NAME.csv (orders), NAME.json, and unless --quick NAME.map.csv, NAME.modulation.svg and
 /// NAME.damping.svg, the latter with the borders of the classical formulas dashed beside the exact ones, and of a parallel
-/// crank NAME.crank.svg, θ* over the stiffness σ; for drives with a load NAME.load.svg, the load over the turn beside
-/// the kinetostatic one, NAME.amplification.csv and .svg as well.
+/// crank NAME.crank.svg, θ* over the stiffness σ; for drives with a load NAME.load.csv and .svg, the load over the turn
+/// beside the kinetostatic one, NAME.amplification.csv and .svg as well.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -134,6 +134,7 @@ fn parts(folder: &Path, report: &Report, measured: &Measured) -> Result<Parts, F
     let mut load = (!report.courses.is_empty()).then(|| figures::load(report));
     let courses = measured.lay_over(load.iter_mut().map(|diagram| ("load", diagram)))?;
     if let Some(load) = load {
+        parts.push(("load.csv", table::load_csv(report)));
         parts.push(("load.svg", Ok(load.svg())));
     }
     Ok((files::report(folder, &report.scene, parts)?, courses))

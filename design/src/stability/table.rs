@@ -452,6 +452,17 @@ pub fn map_csv(report: &Report) -> Result<String, Fault> {
     csv(head, rows)
 }
 
+/// The load over the turn at each speed; M is empty where the drive is unstable.
+///
+/// # Errors
+/// None in practice.
+pub fn load_csv(report: &Report) -> Result<String, Fault> {
+    let rows = report.speeds.iter().zip(&report.courses).flat_map(|(at, course)| {
+        course.iter().map(move |[phi, load, kinetostatic]| [at.speed, *phi, *load, *kinetostatic].map(finite).to_vec())
+    });
+    csv("speed_rad_per_s,phi_rad,load,kinetostatic", rows)
+}
+
 /// The periodic motion over the speed.
 ///
 /// # Errors
