@@ -457,9 +457,8 @@ pub fn map_csv(report: &Report) -> Result<String, Fault> {
 /// # Errors
 /// None in practice.
 pub fn load_csv(report: &Report) -> Result<String, Fault> {
-    let rows = report.speeds.iter().zip(&report.courses).flat_map(|(at, course)| {
-        course.iter().map(move |[phi, load, kinetostatic]| [at.speed, *phi, *load, *kinetostatic].map(finite).to_vec())
-    });
+    let rows = report.speeds.iter().zip(&report.courses);
+    let rows = rows.flat_map(|(at, course)| course.iter().map(move |point| (at.speed, point.map(finite))));
     csv("speed_rad_per_s,phi_rad,load,kinetostatic", rows)
 }
 
