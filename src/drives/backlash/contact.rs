@@ -199,8 +199,8 @@ impl Bodies {
     }
 
     /// The force below which F_K counts as zero (N).
-    pub fn resolution(&self, flank_motion: &impl FlankMotion, time: Double) -> f64 {
-        FORCE_RESOLUTION * (self.m1 + self.m2) * flank_motion.acceleration(time)
+    pub fn resolution(&self, flank_motion: &impl FlankMotion, (time, segment): (Double, usize)) -> f64 {
+        FORCE_RESOLUTION * (self.m1 + self.m2) * flank_motion.acceleration(segment, time)
     }
 
     /// Whether m1, without velocity relative to `flank`, stays on it, and the order of the zero of the gap if not.

@@ -33,8 +33,8 @@ pub trait FlankMotion {
     /// Upper bounds of |u| (m) and |u̇| (m/s) with the speed at `time` (s).
     fn sizes(&self, time: f64) -> [f64; 2];
 
-    /// An upper bound of |ü| in any segment at `time`.
-    fn acceleration(&self, time: Double) -> f64;
+    /// An upper bound of |ü| in `segment` at `time`, in a dwell that in any segment: what comes to rest there came from others.
+    fn acceleration(&self, segment: usize, time: Double) -> f64;
 
     /// K|w|, the highest rate at which u changes in `segment` at `time` (rad/s).
     fn rate(&self, segment: usize, time: Double) -> f64;
@@ -160,9 +160,13 @@ impl FlankMotion for CamFlank<'_> {
         [self.bounds[0], self.bounds[1] * self.derivatives(Double::from(time))[1].abs()]
     }
 
-    fn acceleration(&self, time: Double) -> f64 {
+    fn acceleration(&self, segment: usize, time: Double) -> f64 {
         let [_, w, a, ..] = self.derivatives(time);
-        self.bounds[2] * w * w + self.bounds[1] * a.abs()
+        let [_, mut slope, mut curvature] = self.bounds;
+        if !self.law.breakpoints().is_empty() && self.law.bound_in(segment, 2) > 0.0 {
+            [slope, curvature] = [1, 2].map(|order| self.law.bound_in(segment, order));
+        }
+        curvature * w * w + slope * a.abs()
     }
 
     fn rate(&self, segment: usize, time: Double) -> f64 {

@@ -22,7 +22,7 @@ impl BacklashDrive {
         let place = (Double::from(time), flank.segment(Double::from(time)));
         let u = flank.at(place.1, place.0);
         let jump = [u.0[0] - end.u[0], u.0[1] - end.u[1]];
-        let resolution = bodies.resolution(flank, place.0);
+        let resolution = bodies.resolution(flank, place);
         let mut state = end.state;
         match *from {
             Mode::Contact(contact) => {

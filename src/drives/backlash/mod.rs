@@ -138,7 +138,7 @@ impl BacklashDrive {
         let place = (Double::from(time), self.flank().segment(Double::from(time)));
         let u = self.flank().at(place.1, place.0);
         let [force, rate, _] = self.bodies.force(q, &u);
-        let resolution = self.bodies.resolution(&self.flank(), place.0);
+        let resolution = self.bodies.resolution(&self.flank(), place);
         let pressed = if force.abs() > resolution { force } else { rate };
         let contact = if pressed < 0.0 { Flank::B } else { Flank::A };
         let state = State { q, home: self.bodies.place(contact), zeta: [0.0; 2] };

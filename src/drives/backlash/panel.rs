@@ -77,7 +77,8 @@ impl Panel {
         let rate = oscillator.rates().1.max(flank_rate);
         let slow = overdamped::slow_rate(oscillator, flank_rate);
         let mut u = FlankSeries::new(flank, &from, terms, REACH / slow.unwrap_or(rate));
-        let mut q = slow.and_then(|_| overdamped::elongation(oscillator, &phase, &u, flank.acceleration(start)));
+        let mut q =
+            slow.and_then(|_| overdamped::elongation(oscillator, &phase, &u, flank.acceleration(segment, start)));
         if slow.is_some() && q.is_none() {
             u = FlankSeries::new(flank, &from, terms, REACH / rate);
         }
@@ -89,7 +90,7 @@ impl Panel {
         // Without clearance the other flank holds m1.
         if length > 0.0 && bodies.s > 0.0 {
             let contact = phase.mode != Mode::Free;
-            let resolution = if contact { bodies.resolution(flank, start) } else { 0.0 };
+            let resolution = if contact { bodies.resolution(flank, (start, segment)) } else { 0.0 };
             let search = Search { from: &panel.from, series: &panel.series, length, rate, resolution };
             panel.event = search.first_event(bodies);
         }

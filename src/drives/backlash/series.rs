@@ -68,7 +68,9 @@ impl FlankSeries {
         for _ in 0..MOST_HALVINGS {
             flank.expand(from.segment, from.start, span, &mut u[..terms + 2]);
             cost += flank.cost();
-            if flank.is_uniform() || decayed(&u[..terms + 2], flank.acceleration(from.start) * span * span) {
+            if flank.is_uniform()
+                || decayed(&u[..terms + 2], flank.acceleration(from.segment, from.start) * span * span)
+            {
                 break;
             }
             span *= 0.5;

@@ -203,7 +203,8 @@ impl Run {
         if let (Mode::Contact(contact), true) = (phase.mode, from.segment != next_segment && bodies.s > 0.0) {
             // At a breakpoint of the law ü may jump, and F_K with it.
             let u = flank.at(next_segment, time);
-            (phase.mode, phase.zeros) = bodies.settle(contact, state.q, &u, bodies.resolution(flank, time));
+            (phase.mode, phase.zeros) =
+                bodies.settle(contact, state.q, &u, bodies.resolution(flank, (time, next_segment)));
             if phase.mode == Mode::Free {
                 self.errors.carry(bodies, from.phase.mode);
                 stretch.log.push(release(contact, time, ("force", bodies.force(state.q, &u)[0], "N")));
@@ -262,7 +263,8 @@ impl Run {
         let Strike { time, segment, hit, mut state, u } = strike;
         let before = Side::of(bodies, Mode::Free, &state, &u);
         self.errors.carry(bodies, Mode::Free);
-        let impact = bodies.impact(hit, &mut state, &u, flank.rate(segment, time), bodies.resolution(flank, time));
+        let impact =
+            bodies.impact(hit, &mut state, &u, flank.rate(segment, time), bodies.resolution(flank, (time, segment)));
         let after = Side::of(bodies, impact.after, &state, &u);
         self.errors.strike(bodies.e, &before, &after, impact.after != Mode::Free);
         self.tally.impulse += impact.impulse;

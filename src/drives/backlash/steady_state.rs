@@ -144,8 +144,7 @@ impl BacklashDrive {
 
     /// The largest difference of two states, relative to the sizes of q and z.
     fn distance(&self, one: &State, other: &State) -> f64 {
-        let flank = CamFlank { law: &self.cam.law, motion: &self.motion, bounds: self.bounds };
-        let acceleration = flank.acceleration(Double::from(self.now.time));
+        let acceleration = self.bounds[2] * self.motion.coefficients[1].powi(2);
         let omega = self.bodies.bound.stiffness().sqrt();
         let q = one.q[0].abs().max(acceleration / (omega * omega));
         let z = (one.home + one.zeta[0]) - (other.home + other.zeta[0]);

@@ -59,7 +59,7 @@ impl FlankMotion for CubicFlank {
     fn sizes(&self, _: f64) -> [f64; 2] {
         [1.0; 2]
     }
-    fn acceleration(&self, time: Double) -> f64 {
+    fn acceleration(&self, _: usize, time: Double) -> f64 {
         self.start.abs() + self.jerk.abs() * time.hi.abs().max(1.0)
     }
     fn rate(&self, _: usize, _: Double) -> f64 {
