@@ -54,9 +54,13 @@ macro_rules! all_drives {
 /// All drive models.
 pub const MODELS: &[Model] = all_drives!(Model);
 
-/// Why a drive cannot go on.
+/// Why a drive cannot go on. In a box, since every step returns one or none.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Fault {
+pub struct Fault(pub Box<Reason>);
+
+/// What a [`Fault`] says.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reason {
     /// The variable at fault, by its name in the FMU; empty where it is none in particular.
     pub variable: String,
     /// One sentence that names the quantity, its value and what would be admissible.
@@ -66,12 +70,20 @@ pub struct Fault {
 impl Fault {
     /// A fault of no variable in particular.
     pub fn new(message: impl Into<String>) -> Self {
-        Fault { variable: String::new(), message: message.into() }
+        Fault(Box::new(Reason { variable: String::new(), message: message.into() }))
     }
 
     /// That of a variable.
-    pub fn of(self, variable: impl Into<String>) -> Self {
-        Fault { variable: variable.into(), ..self }
+    pub fn of(mut self, variable: impl Into<String>) -> Self {
+        self.0.variable = variable.into();
+        self
+    }
+}
+
+impl std::ops::Deref for Fault {
+    type Target = Reason;
+    fn deref(&self) -> &Reason {
+        &self.0
     }
 }
 

@@ -44,9 +44,6 @@ const BEGINNING: Clock = Clock { mode: Mode::Instantiated, time: 0.0, stop: NO_S
 /// A stop time that no step goes beyond.
 const NO_STOP: f64 = f64::MAX;
 
-/// What a panic carries.
-type Panic = Box<dyn Any + Send>;
-
 impl Instance {
     /// An instance of the FMU with this guid.
     pub fn new(drive: Box<dyn DynDrive>, guid: &str, logger: Logger) -> Self {
@@ -71,10 +68,20 @@ impl Instance {
         if !function.is_allowed_in(self.clock.mode) {
             return self.out_of_sequence(function);
         }
-        match catch_unwind(AssertUnwindSafe(|| body(self))) {
-            Ok(Ok(())) => abi::OK,
-            outcome => self.report(function, outcome),
+        let outcome = catch_unwind(AssertUnwindSafe(|| body(self)));
+        match outcome.unwrap_or_else(|panic| Err(self.panicked(panic))) {
+            Ok(()) => abi::OK,
+            Err(refusal) => self.report(function, refusal),
         }
+    }
+
+    /// The drive may be half-way through a change; fmi2Reset and fmi2SetFMUstate replace it as a whole.
+    #[cold]
+    fn panicked(&mut self, panic: Box<dyn Any + Send>) -> Refusal {
+        self.clock.mode = Mode::Error;
+        let reason = panic.downcast_ref::<String>().map(String::as_str);
+        let reason = reason.or(panic.downcast_ref::<&str>().copied()).unwrap_or("unknown reason");
+        Fault::new(format!("internal error: {reason}")).into()
     }
 
     /// Logs that a function is not allowed now.
@@ -87,22 +94,14 @@ impl Instance {
 
     /// Logs why a call failed; what it returns.
     #[cold]
-    fn report(&mut self, function: &Function, outcome: Result<Result<(), Refusal>, Panic>) -> fmi2Status {
-        match outcome {
-            Ok(Ok(())) => return abi::OK,
-            Ok(Err(Refusal::NotAvailable)) => return abi::DISCARD,
-            Ok(Err(Refusal::Error(fault))) => {
+    fn report(&self, function: &Function, refusal: Refusal) -> fmi2Status {
+        match refusal {
+            Refusal::NotAvailable => abi::DISCARD,
+            Refusal::Error(fault) => {
                 self.logger.log(Category::Error, format_args!("{}: {fault}", function.name));
-            }
-            Err(panic) => {
-                // The drive may be half-way through a change; fmi2Reset and fmi2SetFMUstate replace it as a whole.
-                self.clock.mode = Mode::Error;
-                let reason = panic.downcast_ref::<String>().map(String::as_str);
-                let reason = reason.or(panic.downcast_ref::<&str>().copied()).unwrap_or("unknown reason");
-                self.logger.log(Category::Error, format_args!("{}: internal error: {reason}", function.name));
+                abi::ERROR
             }
         }
-        abi::ERROR
     }
 
     /// fmi2SetDebugLogging.

@@ -110,7 +110,7 @@ mod tests {
     #[test]
     fn one_line_says_what_is_missing() {
         let library = Path::new("/nowhere/binaries/linux64/x.so");
-        let Fault { message, .. } = read(Some("file:///no%20where"), Some(library)).unwrap_err();
+        let message = read(Some("file:///no%20where"), Some(library)).unwrap_err().0.message;
         assert_eq!(
             message,
             "drive.bin is missing: fmuResourceLocation is `file:///no%20where`; looked in `/no where`, \

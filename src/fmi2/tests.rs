@@ -317,7 +317,7 @@ fn a_state_survives_its_bytes_and_no_others() {
     other.step(0.1, 0.7);
     assert_eq!(other.get(X).to_bits(), end.to_bits());
 
-    let refuse = |bytes: &[u8]| other.instance.deserialize(bytes).err().expect("damaged bytes are refused").message;
+    let refuse = |bytes: &[u8]| other.instance.deserialize(bytes).err().expect("damaged bytes are refused").0.message;
     for place in 0..bytes.len() {
         let mut damaged = bytes.clone();
         damaged[place] ^= 0x10;

@@ -371,7 +371,7 @@ mod tests {
         std::fs::create_dir_all(&folder).unwrap();
         let path = folder.join("lib.so");
         std::fs::write(&path, elf(3)).unwrap();
-        let read = |argument: String| RuntimeLibrary::from_argument(&argument).map_err(|fault| fault.message);
+        let read = |argument: String| RuntimeLibrary::from_argument(&argument).map_err(|fault| fault.0.message);
         assert!(read(format!("linux64={}", path.display())).unwrap_err().contains("does not export fmi2DoStep"));
         assert!(read(format!("win64={}", path.display())).unwrap_err().contains("a shared library for linux64"));
         assert!(read(format!("amiga={}", path.display())).unwrap_err().contains("linux64 | linux32"));

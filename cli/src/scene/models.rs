@@ -3,7 +3,6 @@
 use super::section::{Faults, NOT_NEGATIVE, POSITIVE, Section, within};
 use super::{Resolved, diagnostics::Diagnostic, units};
 use super::{follower, forces, geometry, motion_law, parametric};
-use camdrive::drives::Fault;
 use camdrive::drives::backlash::{self, BacklashDrive};
 use camdrive::drives::cam_drive::{DriveMode, Start, StartMode};
 use camdrive::drives::elastic_output::{self, ElasticOutput};
@@ -14,6 +13,7 @@ use camdrive::drives::rigid_machine::{self, InertiaFunction, Kloss, MachineStart
 use camdrive::drives::solver::{LONGEST_STEP_SIZE, Method, Settings};
 use camdrive::drives::unit;
 use camdrive::drives::variable::{Causality, Description, Kind};
+use camdrive::drives::{Fault, Reason};
 use camdrive::motion::MotionLaw;
 use serde_json::Value;
 use std::path::Path;
@@ -317,7 +317,8 @@ fn machine_start(root: &Section<'_>) -> Option<(MachineStart, f64, f64)> {
 /// Builds and starts the drive, and checks its parameters against the ranges that the FMU declares, so that no FMU
 /// is written that refuses its own start values.
 pub fn try_out(resolved: &Resolved, faults: &Faults<'_>) {
-    let report = |Fault { variable, message }: Fault, key: &str, admissible: Option<String>| {
+    let report = |fault: Fault, key: &str, admissible: Option<String>| {
+        let Reason { variable, message } = *fault.0;
         let mut fault: Diagnostic = match faults.origin(key) {
             Some((path, span)) => {
                 let said = message.strip_prefix(&format!("`{variable}`: "));

@@ -265,7 +265,7 @@ fn base_and_prime_circle_fix_the_size() {
                 };
                 assert!((nearest(Start::Prime(0.07)) - 0.07).abs() < 1e-9);
                 assert!((nearest(Start::Base(0.05)) - 0.05 - cam.roller).abs() < 1e-9);
-                let too = |radius: f64| Plan { start: Start::Prime(radius), ..plan }.cams(&law).unwrap_err().message;
+                let too = |radius: f64| Plan { start: Start::Prime(radius), ..plan }.cams(&law).unwrap_err().0.message;
                 assert!(too(0.01).contains("of 10 mm"), "{}", too(0.01));
             }
         }

@@ -443,7 +443,7 @@ fn passages(
                     clearance.model = Some(figures);
                     clearance.course = merged(clearance.course, course);
                 }
-                Err(fault) => clearance.fault = Some(fault.message),
+                Err(fault) => clearance.fault = Some(fault.0.message),
             }
         }
         let figures = clearance.formula.or(clearance.model);

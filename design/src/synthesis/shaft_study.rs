@@ -74,13 +74,13 @@ pub fn study(goal: ShaftGoal, rivals: &[Rival]) -> Shafted {
     let speeds = goal.speeds(SPEEDS);
     let laws: Vec<Fourier> = rivals.iter().map(|rival| truncated(&rival.series, HARMONICS)).collect();
     let checked = |every: usize| speeds.iter().copied().step_by(every);
-    let unstable = |w: f64| steady_drive(&goal.shaft, &laws[0], w, true).err().map(|fault| (w, fault.message));
+    let unstable = |w: f64| steady_drive(&goal.shaft, &laws[0], w, true).err().map(|fault| (w, fault.0.message));
     let nonlinear = |w: f64| Nonlinear {
         w,
         linear: peak(&goal.shaft, &laws[0], w),
         torque: steady_drive(&goal.shaft, &laws[0], w, false)
             .and_then(|mut drive| largest_torque(&mut drive, w))
-            .map_err(|fault| fault.message),
+            .map_err(|fault| fault.0.message),
     };
     let fastest = |law: &Fourier| goal.shaft.steady(law, goal.fastest, None).map(|steady| steady.torque);
     Shafted {

@@ -103,7 +103,7 @@ impl Simpler {
             fault: None,
         };
         match self.run(bench) {
-            Err(fault) => feature.fault = Some(fault.message),
+            Err(fault) => feature.fault = Some(fault.0.message),
             Ok(trace) => {
                 let outputs = self.outputs();
                 feature.changes = changes(bench, full, reference, &trace, &outputs);

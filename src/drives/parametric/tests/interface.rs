@@ -202,7 +202,7 @@ fn derivatives_of_the_outputs_by_time_states_and_inputs() {
 
 #[test]
 fn what_is_no_drive_is_refused_by_name() {
-    let refused = |law: Law| ParametricDrive::new(scene(law, 1.0)).expect_err("a refusal").message;
+    let refused = |law: Law| ParametricDrive::new(scene(law, 1.0)).expect_err("a refusal").0.message;
     let light = SeriesLaw { m: Fourier::new(vec![1.0, 0.0, 1.5], Vec::new()), ..general() };
     let text = refused(Law::Series(light));
     assert!(text.starts_with("`m`: m(φ) is -0.5 kg·m² at φ = 1.57079") && text.contains("(90.0000°)"), "{text}");
