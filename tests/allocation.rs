@@ -1,8 +1,8 @@
 //! What an instance takes: no memory in a step or when it is read, whatever the drive, its mode and what happens
 //! inside the step; little memory beyond what the instances of one FMU share; and little of the stack.
 
+use camdrive::drives::Description;
 use camdrive::drives::variable::{Causality, Kind, Variability};
-use camdrive::drives::{Description, DynDrive};
 use camdrive::fmi2::abi::*;
 use camdrive::fmi2::functions::*;
 use camdrive_cli::scene::{self, Resolved};
@@ -98,12 +98,12 @@ impl Fmu {
     fn of(path: &Path, test: &str) -> Self {
         let scene = scene::read(path).unwrap_or_else(|faults| panic!("{faults}"));
         let resource = scene.resource();
-        let drive: Box<dyn DynDrive> = resource.build().unwrap();
+        let drive = resource.build().unwrap();
         let folder = std::env::temp_dir().join(format!("camdrive-{}-{test}-{}", std::process::id(), scene.name));
         std::fs::create_dir_all(&folder).unwrap();
         std::fs::write(folder.join("drive.bin"), resource.to_bytes().unwrap()).unwrap();
         let guid = CString::new(resource.guid).unwrap();
-        let variables = drive.descriptions().into_iter().cloned().collect();
+        let variables = drive.descriptions().to_vec();
         Fmu { scene, folder, guid, variables, step: drive.experiment().step }
     }
 

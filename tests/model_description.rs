@@ -1,7 +1,7 @@
 //! The published interface of the FMUs: golden files, and what the description says against what the drive does.
 
 use camdrive::drives::variable::{Causality, Kind, Variability};
-use camdrive::drives::{Description, DynDrive, MODELS};
+use camdrive::drives::{AnyDrive, Description, MODELS};
 use camdrive_cli::export::{self, documentation, model_description::Identity};
 use camdrive_cli::scene::{self, Resolved};
 use camdrive_design::resource::Described;
@@ -28,12 +28,12 @@ fn scenes() -> Vec<(PathBuf, Resolved)> {
         .collect()
 }
 
-fn build(scene: &Resolved) -> Box<dyn Described> {
+fn build(scene: &Resolved) -> Described {
     scene.resource().build().unwrap()
 }
 
-fn descriptions(drive: &dyn DynDrive) -> Vec<Description> {
-    drive.descriptions().into_iter().cloned().collect()
+fn descriptions(drive: &AnyDrive) -> Vec<Description> {
+    drive.descriptions().to_vec()
 }
 
 #[test]
@@ -64,7 +64,7 @@ fn every_model_has_a_golden_file() {
 fn names_units_and_experiments_keep_the_rules() {
     for (path, scene) in scenes() {
         let drive = build(&scene);
-        let list = descriptions(&*drive);
+        let list = descriptions(&drive);
         for (i, d) in list.iter().enumerate() {
             let place = format!("{}: {}", path.display(), d.name);
             assert!(d.name.is_ascii() && d.name.len() <= 40 && d.name != "time", "{place}");
@@ -111,7 +111,7 @@ fn the_documentation_is_complete_and_well_formed() {
         );
         assert!(!drive.curves().is_empty(), "{place}: no picture");
         let identity = Identity { name: &scene.name, description: &scene.description, guid: "", date: None };
-        let page = documentation::html(&identity, &scene.resource(), &mut *drive).unwrap();
+        let page = documentation::html(&identity, &scene.resource(), &mut drive).unwrap();
         assert_well_formed(&page, &place.to_string());
     }
 }
@@ -175,7 +175,7 @@ fn names_are_those_that_importers_rely_on() {
         let file = path.file_stem().unwrap().to_str().unwrap();
         let (_, inputs, outputs, parameters) =
             NAMES.iter().find(|line| line.0 == file).unwrap_or_else(|| panic!("{file}"));
-        let list = descriptions(&*build(&scene));
+        let list = descriptions(&build(&scene));
         let of = |causality| {
             let chosen = list.iter().filter(move |d| d.causality == causality);
             chosen.map(|d| d.name.as_str()).collect::<Vec<_>>()
@@ -218,7 +218,7 @@ fn the_elements_of_an_array_follow_one_another() {
     let folder = root();
     let linked = scene::read(&folder.join("tests/fmpy/scenes/machine_linkage.toml")).unwrap();
     for (path, scene) in scenes().into_iter().chain([(PathBuf::from("machine_linkage"), linked)]) {
-        let list = descriptions(&*build(&scene));
+        let list = descriptions(&build(&scene));
         let arrays: Vec<_> = list.iter().map(|d| arrays(&d.name)).collect();
         for (array, _) in arrays.iter().flatten() {
             let of = |place: &Vec<(String, usize)>| place.iter().find(|(name, _)| name == array).map(|(_, i)| *i);
@@ -245,7 +245,7 @@ fn positions(list: &[Description], condition: impl Fn(&Description) -> bool) -> 
     (0..list.len()).filter(|&i| condition(&list[i])).collect()
 }
 
-fn set_inputs(drive: &mut dyn DynDrive, inputs: &[usize], random: &mut Random) {
+fn set_inputs(drive: &mut AnyDrive, inputs: &[usize], random: &mut Random) {
     for &input in inputs {
         drive.set(input, 10.0 * random.next()).unwrap();
     }
@@ -256,7 +256,7 @@ fn dependencies_are_those_of_the_directional_derivatives() {
     let mut faults = Vec::new();
     for (path, scene) in scenes() {
         let mut drive = build(&scene);
-        let list = descriptions(&*drive);
+        let list = descriptions(&drive);
         let inputs = positions(&list, |d| d.causality == Causality::Input);
         let knowns = positions(&list, |d| d.causality == Causality::Input || d.state);
         let is_derivative_of_state =
@@ -277,7 +277,7 @@ fn dependencies_are_those_of_the_directional_derivatives() {
                 for &switch in &switches {
                     drive.set(switch, f64::from(round / 100)).unwrap();
                 }
-                set_inputs(&mut *drive, &inputs, &mut random);
+                set_inputs(&mut drive, &inputs, &mut random);
                 drive.start().unwrap();
             }
             for (row, &u) in continuous.iter().enumerate() {
@@ -289,12 +289,11 @@ fn dependencies_are_those_of_the_directional_derivatives() {
             drive.advance(f64::from(i) * step, step).unwrap();
             // What of the discrete outputs moves when an input is set must be declared.
             for &input in &inputs {
-                let values = |drive: &mut dyn DynDrive| -> Vec<f64> {
-                    discrete.iter().map(|&u| drive.get(u).unwrap()).collect()
-                };
-                let before = values(&mut *drive);
+                let values =
+                    |drive: &mut AnyDrive| -> Vec<f64> { discrete.iter().map(|&u| drive.get(u).unwrap()).collect() };
+                let before = values(&mut drive);
                 drive.set(input, 10.0 * random.next()).unwrap();
-                for ((&u, before), after) in discrete.iter().zip(before).zip(values(&mut *drive)) {
+                for ((&u, before), after) in discrete.iter().zip(before).zip(values(&mut drive)) {
                     if differ(before, after) && !list[u].dependencies.contains(&list[input].name) {
                         let (path, name, input) = (path.display(), &list[u].name, &list[input].name);
                         faults.push(format!("{path}: `{name}` depends on `{input}`"));
@@ -328,7 +327,7 @@ fn initial_unknowns(list: &[Description]) -> Vec<usize> {
 }
 
 /// Before the start: inputs of random values, a vibration, and the sample-th choice of all enumerations and switches.
-fn prepare(drive: &mut dyn DynDrive, list: &[Description], sample: usize, random: &mut Random) {
+fn prepare(drive: &mut AnyDrive, list: &[Description], sample: usize, random: &mut Random) {
     drive.reset();
     drive.set_up(0.0, None);
     let mut choices = sample;
@@ -352,7 +351,7 @@ fn prepare(drive: &mut dyn DynDrive, list: &[Description], sample: usize, random
 }
 
 /// The start values; none where there is no start, as a steady state need not exist.
-fn start_values(drive: &mut dyn DynDrive, unknowns: &[usize]) -> Option<Vec<f64>> {
+fn start_values(drive: &mut AnyDrive, unknowns: &[usize]) -> Option<Vec<f64>> {
     unknowns.iter().map(|&u| drive.get(u).ok()).collect()
 }
 
@@ -374,14 +373,14 @@ fn initial_dependencies_are_those_of_the_initialisation() {
     let mut faults = Vec::new();
     for (path, scene) in scenes() {
         let mut drive = build(&scene);
-        let list = descriptions(&*drive);
+        let list = descriptions(&drive);
         let knowns = positions(&list, |d| matches!(d.causality, Causality::Input | Causality::Parameter));
         let unknowns = initial_unknowns(&list);
         let mut seen = vec![vec![false; knowns.len()]; unknowns.len()];
         let mut random = Random(2);
         for sample in 0..36 {
-            prepare(&mut *drive, &list, sample, &mut random);
-            let Some(before) = start_values(&mut *drive, &unknowns) else { continue };
+            prepare(&mut drive, &list, sample, &mut random);
+            let Some(before) = start_values(&mut drive, &unknowns) else { continue };
             for (column, &known) in knowns.iter().enumerate() {
                 let value = drive.get(known).unwrap();
                 let others = if list[known].causality == Causality::Input {
@@ -391,7 +390,7 @@ fn initial_dependencies_are_those_of_the_initialisation() {
                 };
                 for other in others {
                     drive.set(known, other).unwrap();
-                    if let Some(after) = start_values(&mut *drive, &unknowns) {
+                    if let Some(after) = start_values(&mut drive, &unknowns) {
                         for row in 0..unknowns.len() {
                             seen[row][column] |= differ(before[row], after[row]);
                         }
@@ -421,19 +420,19 @@ fn initial_dependencies_are_those_of_the_initialisation() {
 fn directional_derivatives_are_limits_of_differences() {
     for (path, scene) in scenes() {
         let mut drive = build(&scene);
-        let list = descriptions(&*drive);
+        let list = descriptions(&drive);
         let inputs = positions(&list, |d| d.causality == Causality::Input);
         let states = positions(&list, |d| d.state);
         // Importers ask for a row of all outputs at once; the standard excludes other types than Real only.
         let outputs = positions(&list, |d| d.causality == Causality::Output && matches!(d.kind, Kind::Real { .. }));
         let mut random = Random(3);
         drive.set_up(0.0, None);
-        set_inputs(&mut *drive, &inputs, &mut random);
+        set_inputs(&mut drive, &inputs, &mut random);
         drive.start().unwrap();
         let step = 3.7 * drive.experiment().step;
         for i in 0..20 {
             drive.advance(f64::from(i) * step, step).unwrap();
-            set_inputs(&mut *drive, &inputs, &mut random);
+            set_inputs(&mut drive, &inputs, &mut random);
             for &input in &inputs {
                 let value = drive.get(input).unwrap();
                 let state: Vec<f64> = states.iter().map(|&s| drive.get(s).unwrap()).collect();
@@ -471,7 +470,7 @@ fn directional_derivatives_are_limits_of_differences() {
 fn before_the_start_directional_derivatives_are_limits_of_differences() {
     for (path, scene) in scenes() {
         let mut drive = build(&scene);
-        let list = descriptions(&*drive);
+        let list = descriptions(&drive);
         let knowns = positions(&list, |d| {
             // A tolerance makes rounding errors; they have no derivative.
             matches!(d.causality, Causality::Input | Causality::Parameter)
@@ -484,8 +483,8 @@ fn before_the_start_directional_derivatives_are_limits_of_differences() {
         for mode in 1..=3 {
             drive.reset();
             drive.set_up(0.0, None);
-            set_inputs(&mut *drive, &positions(&list, |d| d.causality == Causality::Input), &mut Random(4));
-            if drive.set(steady, f64::from(mode)).is_err() || start_values(&mut *drive, &unknowns).is_none() {
+            set_inputs(&mut drive, &positions(&list, |d| d.causality == Causality::Input), &mut Random(4));
+            if drive.set(steady, f64::from(mode)).is_err() || start_values(&mut drive, &unknowns).is_none() {
                 continue;
             }
             for &known in &knowns {
@@ -496,7 +495,7 @@ fn before_the_start_directional_derivatives_are_limits_of_differences() {
                 let (lower, upper) = ((value - 1e-5 * size).max(min), (value + 1e-5 * size).min(max));
                 let mut at = |value: f64| -> Option<Vec<f64>> {
                     drive.set(known, value).unwrap();
-                    start_values(&mut *drive, &unknowns)
+                    start_values(&mut drive, &unknowns)
                 };
                 let (Some(above), Some(below), Some(centre)) = (at(upper), at(lower), at(value)) else { continue };
                 for (n, &unknown) in unknowns.iter().enumerate() {

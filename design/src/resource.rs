@@ -2,12 +2,12 @@
 
 use crate::documentation::Documentation;
 use camdrive::all_drives;
-use camdrive::drives::erased::{self, DynDrive, Unit};
 use camdrive::drives::resource::{Content, unknown};
-use camdrive::drives::{Curve, Drive, Fault, PeriodicOscillator};
+use camdrive::drives::{AnyDrive, Curve, Drive, Fault, PeriodicOscillator};
 use camdrive::motion::MotionLaw;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
+use std::ops::{Deref, DerefMut};
 
 /// All drive models.
 pub const TEMPLATES: &[Template] = all_drives!(Template);
@@ -45,7 +45,7 @@ impl Resource {
     }
 
     /// Builds the drive.
-    pub fn build(&self) -> Result<Box<dyn Described>, Fault> {
+    pub fn build(&self) -> Result<Described, Fault> {
         (self.template()?.build)(&self.scene)
     }
 
@@ -84,23 +84,52 @@ impl Resource {
 }
 
 /// A drive with all that is said of it.
-pub trait Described: DynDrive {
+pub struct Described {
+    drive: AnyDrive,
+    said: Box<dyn Said>,
+}
+
+/// What is said of a drive as its scene describes it.
+trait Said {
+    fn documentation(&self) -> Result<Documentation, Fault>;
+    fn curves(&self) -> Vec<Curve>;
+}
+
+impl<D: Drive> Said for D {
+    fn documentation(&self) -> Result<Documentation, Fault> {
+        Documentation::of(&self.text())
+    }
+
+    fn curves(&self) -> Vec<Curve> {
+        self.curves()
+    }
+}
+
+impl Described {
     /// Documentation of the drive.
     ///
     /// # Errors
     /// Where the text of the drive is none.
-    fn documentation(&self) -> Result<Documentation, Fault>;
-    /// Curves that picture the drive.
-    fn curves(&self) -> Vec<Curve>;
-}
-
-impl<D: Drive> Described for Unit<D> {
-    fn documentation(&self) -> Result<Documentation, Fault> {
-        Documentation::of(&self.drive().text())
+    pub fn documentation(&self) -> Result<Documentation, Fault> {
+        self.said.documentation()
     }
 
-    fn curves(&self) -> Vec<Curve> {
-        self.drive().curves()
+    /// Curves that picture the drive.
+    pub fn curves(&self) -> Vec<Curve> {
+        self.said.curves()
+    }
+}
+
+impl Deref for Described {
+    type Target = AnyDrive;
+    fn deref(&self) -> &AnyDrive {
+        &self.drive
+    }
+}
+
+impl DerefMut for Described {
+    fn deref_mut(&mut self) -> &mut AnyDrive {
+        &mut self.drive
     }
 }
 
@@ -109,7 +138,7 @@ pub struct Template {
     /// The name that scenes use.
     pub name: &'static str,
     /// Builds a drive from the resolved scene.
-    pub build: fn(&Value) -> Result<Box<dyn Described>, Fault>,
+    pub build: fn(&Value) -> Result<Described, Fault>,
     /// The resolved scene as the runtime library reads them.
     pub encode: fn(&Value) -> Result<Vec<u8>, Fault>,
     /// [`Drive::oscillator`] of a resolved scene.
@@ -131,8 +160,9 @@ fn scene<D: Drive>(scene: &Value) -> Result<D::Scene, Fault> {
     serde_json::from_value(scene.clone()).map_err(|e| fault::<D>(&e))
 }
 
-fn build<D: Drive>(json: &Value) -> Result<Box<dyn Described>, Fault> {
-    Ok(erased::unit(D::new(scene::<D>(json)?)?))
+fn build<D: Drive>(json: &Value) -> Result<Described, Fault> {
+    let drive = D::new(scene::<D>(json)?)?;
+    Ok(Described { said: Box::new(drive.clone()), drive: AnyDrive::new(drive) })
 }
 
 fn encode<D: Drive>(json: &Value) -> Result<Vec<u8>, Fault> {

@@ -1,124 +1,174 @@
-//! Drives of any model behind one object-safe interface.
+//! Drives of any model: what differs between the models behind an object-safe interface, and all that they have in common.
 
 use super::limits::{check_angle, no_state};
 use super::unit;
 use super::variable::{Access, Causality, Kind, Type, Variability};
-use super::{Description, Drive, EventLog, Experiment, Fault, Number, Seed, Variable};
+use super::{Description, Drive, EventLog, Experiment, Fault, Number, Seed};
 use crate::numerics::difference;
+use crate::numerics::taylor::Series;
 use crate::numerics::work::Since;
-use std::any::Any;
 use std::mem::MaybeUninit;
 use std::sync::Arc;
-
-/// A drive as it is after instantiation.
-pub fn unit<D: Drive>(drive: D) -> Box<Unit<D>> {
-    let variables = drive.variables();
-    let places = variables.places();
-    let real_place = |v: &Variable<D>| match v.access {
-        Access::Computed { .. } if v.description.kind.r#type() == Type::Real => v.index,
-        _ => NO_PLACE,
-    };
-    let real_places = variables.0.iter().map(real_place).collect();
-    Arc::new(Design { initial: drive, variables: variables.0, real_places, places }).unit()
-}
 
 /// A place that no value has.
 const NO_PLACE: usize = usize::MAX;
 
-/// A drive as its scene describes it: what all its instances have in common.
-pub trait Plan: Send + Sync {
-    /// A further instance, as it is after instantiation.
-    fn instance(self: Arc<Self>) -> Box<dyn DynDrive>;
-}
-
-/// A drive whose model is known only at run time. Values of every type travel as `f64`.
-pub trait DynDrive: Send {
-    /// The plan of this drive.
-    fn plan(&self) -> Arc<dyn Plan>;
-    /// The variables, in the order of their value references.
-    fn descriptions(&self) -> Vec<&Description>;
-    /// The variable with this reference.
-    fn description(&self, reference: usize) -> Option<&Description>;
-    /// The default experiment.
+/// A drive whose type is known only at run time; values of every type travel as `f64`. See [`Drive`] for what is not said here.
+trait DynDrive: Send + Sync {
+    fn copy(&self) -> Box<dyn DynDrive>;
     fn experiment(&self) -> Experiment;
-    /// The place in the list of the variable with this reference, which has to be of this type.
-    fn variable(&self, reference: u32, r#type: Type) -> Result<usize, Fault>;
-    /// Reads Reals, up to date.
-    fn read(&mut self, references: &[u32], values: &mut [MaybeUninit<f64>]) -> Result<(), Fault>;
-    /// Reads a variable, up to date.
-    fn get(&mut self, reference: usize) -> Result<f64, Fault>;
-    /// Refuses what [`DynDrive::set`] would refuse.
-    fn check(&self, reference: usize, value: f64) -> Result<(), Fault>;
-    /// Sets a parameter or an input; refuses a value outside the variable's range.
-    fn set(&mut self, reference: usize, value: f64) -> Result<(), Fault>;
-    /// Sets variables of one type: all of them, or, where one is refused, none.
-    fn write(&mut self, r#type: Type, references: &[u32], values: &[f64]) -> Result<(), Fault>;
-    /// Initialisation starts at `time` (s).
-    fn set_up(&mut self, time: f64, tolerance: Option<f64>);
-    /// Ends initialisation.
-    fn start(&mut self) -> Result<(), Fault>;
-    /// Advances by a communication step.
-    fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault>;
-    /// The highest order of input derivatives.
-    fn input_derivative_order(&self) -> usize;
-    /// Refuses what [`DynDrive::set_input_derivative`] would refuse.
-    fn check_input_derivative(&self, reference: usize, order: usize, value: f64) -> Result<(), Fault>;
-    /// Sets an input derivative for the next step.
-    fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64) -> Result<(), Fault>;
-    /// The time derivative of an output; order 1 or 2.
-    fn output_derivative(&mut self, reference: usize, order: usize) -> Result<f64, Fault>;
-    /// ∂unknown/∂known at the communication point; during initialisation that of the start value.
-    fn directional_derivative(&mut self, unknown: usize, known: usize) -> Result<f64, Fault>;
-    /// Back to the state after instantiation, with the parameters of the scene.
-    fn reset(&mut self);
-    /// A copy of the whole state.
-    fn save(&self) -> Box<dyn Any + Send>;
-    /// Restores a copy that [`DynDrive::save`] made; false where it is of another model.
-    fn restore(&mut self, state: &dyn Any) -> bool;
-    /// The bytes of a saved state; None where it is of another model.
-    fn serialize(&self, state: &dyn Any) -> Option<Vec<u8>>;
-    /// A saved state from its bytes.
-    fn deserialize(&self, bytes: &[u8]) -> Result<Box<dyn Any + Send>, Fault>;
-    /// What happened since the log was last cleared.
+    fn input_derivatives(&self) -> usize;
+    /// The value of a parameter or an input; None of what is computed.
+    fn get(&self, reference: usize) -> Option<f64>;
+    /// Sets a parameter or an input; does nothing to what is computed.
+    fn set(&mut self, reference: usize, value: f64);
+    /// The Taylor series of a continuous output.
+    fn series(&self, reference: usize, seed: Seed) -> Option<Series>;
+    fn start(&mut self, time: f64) -> Result<(), Fault>;
+    fn apply(&mut self, time: f64) -> Result<(), Fault>;
+    /// Advances by a communication step; false where the states are no finite numbers at its end.
+    fn advance(&mut self, time: f64, step: f64) -> Result<bool, Fault>;
+    fn is_finite(&self) -> bool;
+    fn evaluate(&self, values: &mut [f64]);
+    fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64);
+    fn request_tolerance(&mut self, tolerance: f64);
     fn events(&mut self) -> &mut EventLog;
+    fn serialize(&self) -> Option<Vec<u8>>;
+    /// A drive of this type from its bytes, and the bytes behind them.
+    fn deserialize<'a>(&self, bytes: &'a [u8], all: &[Description]) -> Result<(Box<dyn DynDrive>, &'a [u8]), Fault>;
 }
 
-/// The plan of a drive of the type `D`.
-struct Design<D> {
-    initial: D,
-    variables: Vec<Variable<D>>,
-    /// For each variable its place among the computed values, [`NO_PLACE`] of what is no computed Real: close together, since
-    /// importers read at every communication point.
+/// A drive with the access to its variables: for each the index that its functions take, or its place, see [`super::Variable`].
+struct Typed<D> {
+    drive: D,
+    access: Arc<[(usize, Access<D>)]>,
+}
+
+impl<D: Drive> DynDrive for Typed<D> {
+    fn copy(&self) -> Box<dyn DynDrive> {
+        Box::new(Typed { drive: self.drive.clone(), access: self.access.clone() })
+    }
+
+    fn experiment(&self) -> Experiment {
+        self.drive.experiment()
+    }
+
+    fn input_derivatives(&self) -> usize {
+        D::INPUT_DERIVATIVES
+    }
+
+    fn get(&self, reference: usize) -> Option<f64> {
+        let (index, Access::Set { get, .. }) = self.access[reference] else { return None };
+        Some(get(&self.drive, index))
+    }
+
+    fn set(&mut self, reference: usize, value: f64) {
+        if let (index, Access::Set { set, .. }) = self.access[reference] {
+            set(&mut self.drive, index, value);
+        }
+    }
+
+    fn series(&self, reference: usize, seed: Seed) -> Option<Series> {
+        let (index, Access::Computed { series: Some(series) }) = self.access[reference] else { return None };
+        Some(series(&self.drive, seed, index))
+    }
+
+    fn start(&mut self, time: f64) -> Result<(), Fault> {
+        self.drive.start(time)
+    }
+
+    fn apply(&mut self, time: f64) -> Result<(), Fault> {
+        self.drive.apply(time)
+    }
+
+    fn advance(&mut self, time: f64, step: f64) -> Result<bool, Fault> {
+        check_angle(self.drive.angle(time, time + step), time + step)?;
+        self.drive.advance(time, step)?;
+        Ok(self.drive.is_finite())
+    }
+
+    fn is_finite(&self) -> bool {
+        self.drive.is_finite()
+    }
+
+    fn evaluate(&self, values: &mut [f64]) {
+        self.drive.evaluate(values);
+    }
+
+    fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64) {
+        self.drive.set_input_derivative(reference, order, value);
+    }
+
+    fn request_tolerance(&mut self, tolerance: f64) {
+        self.drive.request_tolerance(tolerance);
+    }
+
+    fn events(&mut self) -> &mut EventLog {
+        self.drive.events()
+    }
+
+    fn serialize(&self) -> Option<Vec<u8>> {
+        postcard::to_stdvec(&self.drive).ok()
+    }
+
+    fn deserialize<'a>(&self, bytes: &'a [u8], all: &[Description]) -> Result<(Box<dyn DynDrive>, &'a [u8]), Fault> {
+        let (mut drive, rest): (D, _) = postcard::take_from_bytes(bytes).map_err(unreadable)?;
+        let mut made = self.drive.clone();
+        for ((index, access), description) in self.access.iter().zip(all) {
+            let Access::Set { get, set } = access else { continue };
+            let value = get(&drive, *index);
+            // What the scene itself says is not looked at again, and what nobody changes stays shared.
+            if value != get(&made, *index) {
+                description.check(value)?;
+                set(&mut made, *index, value);
+            }
+        }
+        drive.restored(&made)?;
+        Ok((Box::new(Typed { drive, access: self.access.clone() }), rest))
+    }
+}
+
+#[cold]
+fn unreadable(reason: postcard::Error) -> Fault {
+    Fault::new(format!("the serialised state cannot be read: {reason}"))
+}
+
+/// A drive as its scene describes it: what all its instances have in common.
+pub struct Plan {
+    initial: Box<dyn DynDrive>,
+    descriptions: Vec<Description>,
+    /// For each variable its place among the computed values, [`NO_PLACE`] of what is set.
+    places: Box<[usize]>,
+    /// The same, and [`NO_PLACE`] also of what is no Real: close together, since importers read at every communication point.
     real_places: Box<[usize]>,
-    /// As many zeros as an instance has computed values.
-    places: Box<[f64]>,
 }
 
-impl<D: Drive> Design<D> {
-    fn unit(self: Arc<Self>) -> Box<Unit<D>> {
-        Box::new(Unit {
-            drive: self.initial.clone(),
-            values: self.places.clone(),
-            design: self,
+impl Plan {
+    /// A further instance, as it is after instantiation.
+    pub fn instance(self: Arc<Self>) -> AnyDrive {
+        AnyDrive {
+            drive: self.initial.copy(),
+            values: self.no_values(),
+            plan: self,
             initialising: true,
             pending: true,
             evaluated: false,
             time: 0.0,
             trials: Vec::new(),
-        })
+        }
+    }
+
+    /// As many zeros as an instance has computed values.
+    fn no_values(&self) -> Box<[f64]> {
+        let places = self.places.iter().filter(|place| **place != NO_PLACE);
+        vec![0.0; places.max().map_or(0, |last| last + 1)].into()
     }
 }
 
-impl<D: Drive> Plan for Design<D> {
-    fn instance(self: Arc<Self>) -> Box<dyn DynDrive> {
-        self.unit()
-    }
-}
-
-/// An instance.
-pub struct Unit<D> {
-    drive: D,
-    design: Arc<Design<D>>,
+/// An instance of a drive of any model.
+pub struct AnyDrive {
+    drive: Box<dyn DynDrive>,
+    plan: Arc<Plan>,
     /// The computed values of the communication point.
     values: Box<[f64]>,
     /// Whether they are those of the present state.
@@ -133,22 +183,54 @@ pub struct Unit<D> {
 }
 
 /// A saved state.
-#[derive(Clone, serde::Serialize, serde::Deserialize)]
-struct Snapshot<D> {
-    drive: D,
+pub struct Snapshot {
+    drive: Box<dyn DynDrive>,
     initialising: bool,
     pending: bool,
     time: f64,
 }
 
-impl<D: Drive> Unit<D> {
-    /// The drive.
-    pub fn drive(&self) -> &D {
-        &self.drive
+impl AnyDrive {
+    /// A drive as it is after instantiation.
+    pub fn new<D: Drive>(drive: D) -> Self {
+        let (mut descriptions, mut access) = (Vec::new(), Vec::new());
+        for v in drive.variables().0 {
+            descriptions.push(v.description);
+            access.push((v.index, v.access));
+        }
+        let place = |(index, access): &(usize, Access<D>)| match access {
+            Access::Computed { .. } => *index,
+            Access::Set { .. } => NO_PLACE,
+        };
+        let places: Box<[usize]> = access.iter().map(place).collect();
+        let real = |(d, place): (&Description, &usize)| if d.kind.r#type() == Type::Real { *place } else { NO_PLACE };
+        let real_places = descriptions.iter().zip(&places).map(real).collect();
+        let initial = Box::new(Typed { drive, access: access.into() });
+        Arc::new(Plan { initial, descriptions, places, real_places }).instance()
+    }
+
+    /// What it has in common with all instances of its scene.
+    pub fn plan(&self) -> Arc<Plan> {
+        self.plan.clone()
+    }
+
+    /// The variables, in the order of their value references.
+    pub fn descriptions(&self) -> &[Description] {
+        &self.plan.descriptions
+    }
+
+    /// The default experiment.
+    pub fn experiment(&self) -> Experiment {
+        self.drive.experiment()
+    }
+
+    /// What happened since the log was last cleared.
+    pub fn events(&mut self) -> &mut EventLog {
+        self.drive.events()
     }
 
     /// Takes up what was set.
-    #[inline(always)]
+    #[inline]
     fn refresh(&mut self) -> Result<(), Fault> {
         if self.pending { self.take_up() } else { Ok(()) }
     }
@@ -157,10 +239,9 @@ impl<D: Drive> Unit<D> {
     fn take_up(&mut self) -> Result<(), Fault> {
         if self.initialising {
             // What the scene says may be out of range; what importers set has been looked at.
-            self.design.variables.iter().try_for_each(|v| match v.access {
-                Access::Set { get, .. } => v.description.check(get(&self.drive, v.index)),
-                Access::Computed { .. } => Ok(()),
-            })?;
+            for (reference, description) in self.plan.descriptions.iter().enumerate() {
+                self.drive.get(reference).map_or(Ok(()), |value| description.check(value))?;
+            }
             self.drive.start(self.time)?;
         } else {
             self.drive.apply(self.time)?;
@@ -177,44 +258,247 @@ impl<D: Drive> Unit<D> {
         Ok(())
     }
 
-    /// Sets what may be set to an admissible value.
-    fn put(&mut self, reference: usize, value: f64) {
-        let v = &self.design.variables[reference];
-        if let Access::Set { set, .. } = v.access {
-            set(&mut self.drive, v.index, value);
-            self.changed();
-        }
-    }
-
     /// Something else was set.
     fn changed(&mut self) {
         (self.pending, self.evaluated) = (true, false);
         self.trials.clear();
     }
 
-    /// Puts another drive in the place of this one. The log, which is no part of the state, stays.
-    fn replace(&mut self, mut drive: D) {
-        std::mem::swap(drive.events(), self.drive.events());
-        (self.drive, self.evaluated) = (drive, false);
-        self.trials.clear();
+    /// Puts another state in the place of this one. The log, which is no part of the state, stays.
+    fn replace(&mut self, mut state: Snapshot) {
+        std::mem::swap(state.drive.events(), self.drive.events());
+        Snapshot { drive: self.drive, initialising: self.initialising, pending: self.pending, time: self.time } = state;
         self.drive.events().clear();
+        self.evaluated = false;
+        self.trials.clear();
+    }
+
+    /// The place in the list of the variable with this reference, which has to be of this type.
+    pub fn variable(&self, reference: u32, r#type: Type) -> Result<usize, Fault> {
+        match self.plan.descriptions.get(reference as usize) {
+            Some(d) if d.kind.r#type() == r#type => Ok(reference as usize),
+            _ => Err(self.no_variable(reference, r#type)),
+        }
+    }
+
+    #[cold]
+    fn no_variable(&self, reference: u32, r#type: Type) -> Fault {
+        let all = &self.plan.descriptions;
+        Fault::new(match all.get(reference as usize) {
+            Some(Description { name, kind, .. }) => {
+                format!("`{name}` (value reference {reference}) has the type {:?}, not {type:?}", kind.r#type())
+            }
+            None => {
+                let last = all.len() as i64 - 1;
+                format!("the value reference {reference} does not exist; they end at {last}")
+            }
+        })
+    }
+
+    /// Reads Reals, up to date.
+    #[inline]
+    pub fn read(&mut self, references: &[u32], values: &mut [MaybeUninit<f64>]) -> Result<(), Fault> {
+        if self.evaluated { self.read_computed(references, values) } else { self.read_anew(references, values) }
+    }
+
+    /// The first reading at a communication point, or the first one after something was set.
+    #[inline(never)]
+    fn read_anew(&mut self, references: &[u32], values: &mut [MaybeUninit<f64>]) -> Result<(), Fault> {
+        if self.pending {
+            return self.read_others(references, values);
+        }
+        self.evaluate()?;
+        self.read_computed(references, values)
+    }
+
+    #[inline]
+    fn read_computed(&mut self, references: &[u32], values: &mut [MaybeUninit<f64>]) -> Result<(), Fault> {
+        let mut finite = 0.0;
+        for (reference, place) in references.iter().zip(&mut *values) {
+            let known = self.plan.real_places.get(*reference as usize).and_then(|place| self.values.get(*place));
+            let Some(value) = known else { return self.read_others(references, values) };
+            // Zero, unless the value is no finite number.
+            finite += 0.0 * value;
+            place.write(*value);
+        }
+        if finite == 0.0 { Ok(()) } else { self.read_others(references, values) }
+    }
+
+    /// Reads Reals of which one is set, not computed, or does not exist, or is no number.
+    #[cold]
+    fn read_others(&mut self, references: &[u32], values: &mut [MaybeUninit<f64>]) -> Result<(), Fault> {
+        for (reference, place) in references.iter().zip(values) {
+            place.write(self.get(self.variable(*reference, Type::Real)?)?);
+        }
+        Ok(())
+    }
+
+    /// Reads a variable, up to date.
+    pub fn get(&mut self, reference: usize) -> Result<f64, Fault> {
+        let value = match self.drive.get(reference) {
+            Some(value) => value,
+            None => {
+                if !self.evaluated {
+                    self.evaluate()?;
+                }
+                self.values[self.plan.places[reference]]
+            }
+        };
+        if value.is_finite() {
+            Ok(value)
+        } else {
+            let name = &self.plan.descriptions[reference].name;
+            Err(Fault::new(format!("`{name}` is not a finite number at t = {} s", Number(self.time))))
+        }
+    }
+
+    /// Refuses what [`AnyDrive::set`] would refuse.
+    pub fn check(&self, reference: usize, value: f64) -> Result<(), Fault> {
+        let d = &self.plan.descriptions[reference];
+        if self.plan.places[reference] != NO_PLACE {
+            return Err(Fault::new(format!("`{}` is computed and cannot be set", d.name)));
+        }
+        if d.causality == Causality::Parameter && d.variability == Variability::Fixed && !self.initialising {
+            return Err(Fault::new(format!(
+                "`{}` is a fixed parameter; it can be set only before initialisation ends",
+                d.name
+            )));
+        }
+        d.check(value)
+    }
+
+    /// Sets a parameter or an input; refuses a value outside the variable's range.
+    pub fn set(&mut self, reference: usize, value: f64) -> Result<(), Fault> {
+        self.check(reference, value)?;
+        self.drive.set(reference, value);
+        self.changed();
+        Ok(())
+    }
+
+    /// Sets variables of one type: all of them, or, where one is refused, none.
+    pub fn write(&mut self, r#type: Type, references: &[u32], values: &[f64]) -> Result<(), Fault> {
+        for (reference, value) in references.iter().zip(values) {
+            self.check(self.variable(*reference, r#type)?, *value)?;
+        }
+        for (reference, value) in references.iter().zip(values) {
+            self.drive.set(*reference as usize, *value);
+            self.changed();
+        }
+        Ok(())
+    }
+
+    /// Initialisation starts at `time` (s).
+    pub fn set_up(&mut self, time: f64, tolerance: Option<f64>) {
+        self.time = time;
+        self.drive.request_tolerance(tolerance.unwrap_or(0.0));
+        self.changed();
+    }
+
+    /// Ends initialisation.
+    pub fn start(&mut self) -> Result<(), Fault> {
+        self.refresh()?;
+        if !self.drive.is_finite() {
+            return Err(self.not_finite());
+        }
+        self.initialising = false;
+        self.trials = Vec::new();
+        Ok(())
+    }
+
+    /// Advances by a communication step.
+    #[inline]
+    pub fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
+        self.time = time;
+        self.evaluated = false;
+        self.refresh()?;
+        let finite = self.drive.advance(time, step)?;
+        self.time = time + step;
+        if finite { Ok(()) } else { Err(self.not_finite()) }
+    }
+
+    /// Which state is no number.
+    #[cold]
+    fn not_finite(&mut self) -> Fault {
+        self.drive.evaluate(&mut self.values);
+        let all = self.plan.descriptions.iter().zip(&self.plan.places);
+        let lost = all.filter(|(d, _)| d.state).find(|(_, place)| !self.values[**place].is_finite());
+        let name = lost.map_or("the state", |(d, _)| &d.name);
+        Fault::new(format!("`{name}` is not a finite number at t = {} s", Number(self.time)))
+    }
+
+    /// The highest order of input derivatives.
+    pub fn input_derivative_order(&self) -> usize {
+        let has_inputs = self.plan.descriptions.iter().any(|d| d.causality == Causality::Input);
+        if has_inputs { self.drive.input_derivatives() } else { 0 }
+    }
+
+    /// Refuses what [`AnyDrive::set_input_derivative`] would refuse.
+    pub fn check_input_derivative(&self, reference: usize, order: usize, value: f64) -> Result<(), Fault> {
+        let (d, highest) = (&self.plan.descriptions[reference], self.drive.input_derivatives());
+        if d.causality != Causality::Input {
+            return Err(Fault::new(format!("`{}` is no input; only inputs have input derivatives", d.name)));
+        }
+        if !(1..=highest).contains(&order) {
+            return Err(Fault::new(format!(
+                "`{}`: the order {order} of its derivative is outside 1 … {highest}",
+                d.name
+            )));
+        }
+        if !value.is_finite() {
+            return Err(Fault::new(format!(
+                "`{}`: its derivative of order {order} is {value}, not a finite number",
+                d.name
+            )));
+        }
+        Ok(())
+    }
+
+    /// Sets an input derivative for the next step.
+    pub fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64) -> Result<(), Fault> {
+        self.check_input_derivative(reference, order, value)?;
+        self.drive.set_input_derivative(reference, order, value);
+        // Derivatives of outputs depend on it.
+        self.changed();
+        Ok(())
+    }
+
+    /// The time derivative of an output; order 1 or 2.
+    pub fn output_derivative(&mut self, reference: usize, order: usize) -> Result<f64, Fault> {
+        if !(1..=2).contains(&order) {
+            return Err(Fault::new(format!("output derivatives of order {order} do not exist; the order is 1 or 2")));
+        }
+        self.derivative(reference, Seed::Time, order)
+    }
+
+    /// ∂unknown/∂known at the communication point; during initialisation that of the start value.
+    pub fn directional_derivative(&mut self, unknown: usize, known: usize) -> Result<f64, Fault> {
+        if self.initialising {
+            return self.initial_derivative(unknown, known);
+        }
+        let d = &self.plan.descriptions[known];
+        if d.causality != Causality::Input && !d.state {
+            return Err(Fault::new(format!(
+                "`{}` is neither an input nor a state; there is no derivative with respect to it",
+                d.name
+            )));
+        }
+        self.derivative(unknown, Seed::Known(known), 1)
     }
 
     /// The derivative of an output; order 1 or 2.
     fn derivative(&mut self, reference: usize, seed: Seed, order: usize) -> Result<f64, Fault> {
         self.refresh()?;
-        let v = &self.design.variables[reference];
-        let Description { name, causality, variability, dependencies, .. } = &v.description;
-        let value = match v.access {
-            Access::Computed { series: Some(series) } => series(&self.drive, seed, v.index).derivative(order),
+        let Description { name, causality, variability, dependencies, .. } = &self.plan.descriptions[reference];
+        let value = match self.drive.series(reference, seed) {
+            Some(series) => series.derivative(order),
             // What changes at events only stands still between them, and hosts ask for the slope of every output.
-            _ if *causality == Causality::Output
+            None if *causality == Causality::Output
                 && *variability == Variability::Discrete
                 && (seed == Seed::Time || dependencies.is_empty()) =>
             {
                 0.0
             }
-            _ => return Err(Fault::new(format!("`{name}` is not a continuous output; it has no derivatives"))),
+            None => return Err(Fault::new(format!("`{name}` is not a continuous output; it has no derivatives"))),
         };
         if value.is_finite() {
             Ok(value)
@@ -226,22 +510,21 @@ impl<D: Drive> Unit<D> {
     /// ∂unknown/∂known of the start values, in which the states follow from inputs and parameters (y = U(phi) + start.q), by
     /// differences on copies, since a start may be the result of an iteration.
     fn initial_derivative(&mut self, unknown: usize, known: usize) -> Result<f64, Fault> {
-        let design = self.design.clone();
-        let (u, k) = (&design.variables[unknown], &design.variables[known]);
-        let (Access::Set { set, .. }, Kind::Real { quantity, min, max, .. }) = (&k.access, &k.description.kind) else {
+        let (plan, drive, time, trials) = (&self.plan, &self.drive, self.time, &mut self.trials);
+        let (u, k) = (&plan.descriptions[unknown], &plan.descriptions[known]);
+        let (Some(centre), Kind::Real { quantity, min, max, .. }) = (drive.get(known), &k.kind) else {
             return Err(Fault::new(format!(
                 "`{}` follows from inputs and parameters before the start; derivatives exist for those",
-                k.description.name
+                k.name
             )));
         };
-        if matches!(u.access, Access::Set { .. }) {
-            return Err(Fault::new(format!("`{}` is set, not computed; it has no derivatives", u.description.name)));
+        let place = plan.places[unknown];
+        if place == NO_PLACE {
+            return Err(Fault::new(format!("`{}` is set, not computed; it has no derivatives", u.name)));
         }
-        let centre = k.value(&self.drive);
-        let (drive, time, trials) = (&self.drive, self.time, &mut self.trials);
         let begin = Since::now();
         let too_much = || {
-            let (u, k) = (&u.description.name, &k.description.name);
+            let (u, k) = (&u.name, &k.name);
             Fault::new(format!(
                 "the derivative of `{u}` with respect to `{k}` before the start needs more than the work of one call, since \
                  each of its trial starts needs much of it; take differences of whole runs"
@@ -251,10 +534,10 @@ impl<D: Drive> Unit<D> {
             if begin.is_exhausted() {
                 return Err(too_much());
             }
-            let mut drive = drive.clone();
-            set(&mut drive, k.index, value);
+            let mut drive = drive.copy();
+            drive.set(known, value);
             drive.start(time)?;
-            let mut values = design.places.clone();
+            let mut values = plan.no_values();
             drive.evaluate(&mut values);
             Ok(values)
         };
@@ -264,7 +547,7 @@ impl<D: Drive> Unit<D> {
                 trials.push((known, value, values_at(value)));
                 trials.len() - 1
             });
-            trials[done].2.as_ref().map(|values| values[u.index]).map_err(Fault::clone)
+            trials[done].2.as_ref().map(|values| values[place]).map_err(Fault::clone)
         };
         // A law repeats itself every turn however large the angle; other quantities are scaled by themselves, unless they
         // are next to nothing.
@@ -283,264 +566,51 @@ impl<D: Drive> Unit<D> {
         if slope.is_finite() {
             Ok(slope)
         } else {
-            let (u, k) = (&u.description.name, &k.description.name);
+            let (u, k) = (&u.name, &k.name);
             Err(Fault::new(format!(
                 "the derivative of `{u}` with respect to `{k}` is not a finite number before the start"
             )))
         }
     }
 
-    #[cold]
-    fn no_variable(&self, reference: u32, r#type: Type) -> Fault {
-        let variables = &self.design.variables;
-        Fault::new(match variables.get(reference as usize) {
-            Some(Variable { description: Description { name, kind, .. }, .. }) => {
-                format!("`{name}` (value reference {reference}) has the type {:?}, not {type:?}", kind.r#type())
-            }
-            None => {
-                let last = variables.len() as i64 - 1;
-                format!("the value reference {reference} does not exist; they end at {last}")
-            }
-        })
+    /// Back to the state after instantiation, with the parameters of the scene.
+    pub fn reset(&mut self) {
+        self.replace(Snapshot { drive: self.plan.initial.copy(), initialising: true, pending: true, time: 0.0 });
     }
 
-    /// Reads Reals of which one is set, not computed, or does not exist, or is no number.
-    #[cold]
-    fn read_others(&mut self, references: &[u32], values: &mut [MaybeUninit<f64>]) -> Result<(), Fault> {
-        for (reference, place) in references.iter().zip(values) {
-            place.write(self.get(self.variable(*reference, Type::Real)?)?);
-        }
-        Ok(())
+    /// A copy of the whole state.
+    pub fn save(&self) -> Snapshot {
+        let &AnyDrive { ref drive, initialising, pending, time, .. } = self;
+        Snapshot { drive: drive.copy(), initialising, pending, time }
     }
 
-    /// Which state is no number.
-    #[cold]
-    fn not_finite(&self) -> Fault {
-        let states = self.design.variables.iter().filter(|v| v.description.state);
-        let lost = states.map(|v| (&v.description.name, v.value(&self.drive))).find(|(_, x)| !x.is_finite());
-        let name = lost.map_or("the state", |(name, _)| name);
-        Fault::new(format!("`{name}` is not a finite number at t = {} s", Number(self.time)))
-    }
-}
-
-impl<D: Drive> DynDrive for Unit<D> {
-    fn plan(&self) -> Arc<dyn Plan> {
-        self.design.clone()
+    /// Restores a copy that a drive of the same scene made.
+    pub fn restore(&mut self, state: &Snapshot) {
+        let &Snapshot { ref drive, initialising, pending, time } = state;
+        self.replace(Snapshot { drive: drive.copy(), initialising, pending, time });
     }
 
-    fn descriptions(&self) -> Vec<&Description> {
-        self.design.variables.iter().map(|v| &v.description).collect()
-    }
-
-    fn description(&self, reference: usize) -> Option<&Description> {
-        self.design.variables.get(reference).map(|v| &v.description)
-    }
-
-    fn experiment(&self) -> Experiment {
-        self.drive.experiment()
-    }
-
-    fn variable(&self, reference: u32, r#type: Type) -> Result<usize, Fault> {
-        match self.design.variables.get(reference as usize) {
-            Some(v) if v.description.kind.r#type() == r#type => Ok(reference as usize),
-            _ => Err(self.no_variable(reference, r#type)),
-        }
-    }
-
-    fn read(&mut self, references: &[u32], values: &mut [MaybeUninit<f64>]) -> Result<(), Fault> {
-        if !self.evaluated && !self.pending {
-            self.evaluate()?;
-        }
-        let computed: &[f64] = if self.evaluated { &self.values } else { &[] };
-        let mut finite = 0.0;
-        for (reference, place) in references.iter().zip(&mut *values) {
-            let known = self.design.real_places.get(*reference as usize).and_then(|place| computed.get(*place));
-            let Some(value) = known else { return self.read_others(references, values) };
-            // Zero, unless the value is no finite number.
-            finite += 0.0 * value;
-            place.write(*value);
-        }
-        if finite == 0.0 { Ok(()) } else { self.read_others(references, values) }
-    }
-
-    fn get(&mut self, reference: usize) -> Result<f64, Fault> {
-        let &Variable { index, ref access, .. } = &self.design.variables[reference];
-        let value = match *access {
-            Access::Set { get, .. } => get(&self.drive, index),
-            Access::Computed { .. } => {
-                if !self.evaluated {
-                    self.evaluate()?;
-                }
-                self.values[index]
-            }
-        };
-        if value.is_finite() {
-            Ok(value)
-        } else {
-            let name = &self.design.variables[reference].description.name;
-            Err(Fault::new(format!("`{name}` is not a finite number at t = {} s", Number(self.time))))
-        }
-    }
-
-    fn check(&self, reference: usize, value: f64) -> Result<(), Fault> {
-        let v = &self.design.variables[reference];
-        let d = &v.description;
-        if matches!(v.access, Access::Computed { .. }) {
-            return Err(Fault::new(format!("`{}` is computed and cannot be set", d.name)));
-        }
-        if d.causality == Causality::Parameter && d.variability == Variability::Fixed && !self.initialising {
-            return Err(Fault::new(format!(
-                "`{}` is a fixed parameter; it can be set only before initialisation ends",
-                d.name
-            )));
-        }
-        d.check(value)
-    }
-
-    fn set(&mut self, reference: usize, value: f64) -> Result<(), Fault> {
-        self.check(reference, value)?;
-        self.put(reference, value);
-        Ok(())
-    }
-
-    fn write(&mut self, r#type: Type, references: &[u32], values: &[f64]) -> Result<(), Fault> {
-        for (reference, value) in references.iter().zip(values) {
-            self.check(self.variable(*reference, r#type)?, *value)?;
-        }
-        for (reference, value) in references.iter().zip(values) {
-            self.put(*reference as usize, *value);
-        }
-        Ok(())
-    }
-
-    fn set_up(&mut self, time: f64, tolerance: Option<f64>) {
-        self.time = time;
-        self.drive.request_tolerance(tolerance.unwrap_or(0.0));
-        self.changed();
-    }
-
-    fn start(&mut self) -> Result<(), Fault> {
-        self.refresh()?;
-        if !self.drive.is_finite() {
-            return Err(self.not_finite());
-        }
-        self.initialising = false;
-        self.trials = Vec::new();
-        Ok(())
-    }
-
-    fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
-        self.time = time;
-        self.evaluated = false;
-        self.refresh()?;
-        check_angle(self.drive.angle(time, time + step), time + step)?;
-        self.drive.advance(time, step)?;
-        self.time = time + step;
-        if self.drive.is_finite() { Ok(()) } else { Err(self.not_finite()) }
-    }
-
-    fn input_derivative_order(&self) -> usize {
-        let has_inputs = self.design.variables.iter().any(|v| v.description.causality == Causality::Input);
-        if has_inputs { D::INPUT_DERIVATIVES } else { 0 }
-    }
-
-    fn check_input_derivative(&self, reference: usize, order: usize, value: f64) -> Result<(), Fault> {
-        let d = &self.design.variables[reference].description;
-        if d.causality != Causality::Input {
-            return Err(Fault::new(format!("`{}` is no input; only inputs have input derivatives", d.name)));
-        }
-        if !(1..=D::INPUT_DERIVATIVES).contains(&order) {
-            return Err(Fault::new(format!(
-                "`{}`: the order {order} of its derivative is outside 1 … {}",
-                d.name,
-                D::INPUT_DERIVATIVES
-            )));
-        }
-        if !value.is_finite() {
-            return Err(Fault::new(format!(
-                "`{}`: its derivative of order {order} is {value}, not a finite number",
-                d.name
-            )));
-        }
-        Ok(())
-    }
-
-    fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64) -> Result<(), Fault> {
-        self.check_input_derivative(reference, order, value)?;
-        self.drive.set_input_derivative(reference, order, value);
-        // Derivatives of outputs depend on it.
-        self.changed();
-        Ok(())
-    }
-
-    fn output_derivative(&mut self, reference: usize, order: usize) -> Result<f64, Fault> {
-        if !(1..=2).contains(&order) {
-            return Err(Fault::new(format!("output derivatives of order {order} do not exist; the order is 1 or 2")));
-        }
-        self.derivative(reference, Seed::Time, order)
-    }
-
-    fn directional_derivative(&mut self, unknown: usize, known: usize) -> Result<f64, Fault> {
-        if self.initialising {
-            return self.initial_derivative(unknown, known);
-        }
-        let d = &self.design.variables[known].description;
-        if d.causality != Causality::Input && !d.state {
-            return Err(Fault::new(format!(
-                "`{}` is neither an input nor a state; there is no derivative with respect to it",
-                d.name
-            )));
-        }
-        self.derivative(unknown, Seed::Known(known), 1)
-    }
-
-    fn reset(&mut self) {
-        self.replace(self.design.initial.clone());
-        (self.initialising, self.pending, self.time) = (true, true, 0.0);
-    }
-
-    fn save(&self) -> Box<dyn Any + Send> {
-        Box::new(Snapshot {
-            drive: self.drive.clone(),
-            initialising: self.initialising,
-            pending: self.pending,
-            time: self.time,
-        })
-    }
-
-    fn restore(&mut self, state: &dyn Any) -> bool {
-        let Some(s) = state.downcast_ref::<Snapshot<D>>() else { return false };
-        let s = s.clone();
-        self.replace(s.drive);
-        (self.initialising, self.pending, self.time) = (s.initialising, s.pending, s.time);
-        true
-    }
-
-    fn serialize(&self, state: &dyn Any) -> Option<Vec<u8>> {
-        postcard::to_stdvec(state.downcast_ref::<Snapshot<D>>()?).ok()
-    }
-
-    fn deserialize(&self, bytes: &[u8]) -> Result<Box<dyn Any + Send>, Fault> {
-        let (mut state, rest): (Snapshot<D>, &[u8]) = postcard::take_from_bytes(bytes)
-            .map_err(|e| Fault::new(format!("the serialised state cannot be read: {e}")))?;
+    /// A saved state from its bytes.
+    pub fn deserialize(&self, bytes: &[u8]) -> Result<Snapshot, Fault> {
+        let Plan { initial, descriptions, .. } = &*self.plan;
+        let (drive, rest) = initial.deserialize(bytes, descriptions)?;
+        let ((initialising, pending, time), rest): ((bool, bool, f64), &[u8]) =
+            postcard::take_from_bytes(rest).map_err(unreadable)?;
         if !rest.is_empty() {
             return Err(Fault::new("the serialised state is longer than it should be"));
         }
-        let mut made = self.design.initial.clone();
-        for v in &self.design.variables {
-            let Access::Set { get, set } = v.access else { continue };
-            let value = get(&state.drive, v.index);
-            // What the scene itself says is not looked at again, and what nobody changes stays shared.
-            if value != get(&made, v.index) {
-                v.description.check(value)?;
-                set(&mut made, v.index, value);
-            }
+        if !drive.is_finite() || !time.is_finite() {
+            return Err(no_state());
         }
-        state.drive.restored(&made)?;
-        if state.drive.is_finite() && state.time.is_finite() { Ok(Box::new(state)) } else { Err(no_state()) }
+        Ok(Snapshot { drive, initialising, pending, time })
     }
+}
 
-    fn events(&mut self) -> &mut EventLog {
-        self.drive.events()
+impl Snapshot {
+    /// Its bytes; None where they cannot be written.
+    pub fn serialize(&self) -> Option<Vec<u8>> {
+        let mut bytes = self.drive.serialize()?;
+        bytes.extend(postcard::to_stdvec(&(self.initialising, self.pending, self.time)).ok()?);
+        Some(bytes)
     }
 }

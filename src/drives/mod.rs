@@ -28,7 +28,7 @@ pub mod variable;
 
 pub use crate::numerics::number::{Number, Rounded};
 pub use curve::Curve;
-pub use erased::{DynDrive, Plan};
+pub use erased::AnyDrive;
 pub use event::{Event, EventLog};
 pub use experiment::Experiment;
 pub use model::Model;

@@ -1,14 +1,13 @@
 //! A model whose type is known only at run time.
 
-use super::erased::{self, DynDrive};
-use super::{Drive, Fault};
+use super::{AnyDrive, Drive, Fault};
 
 /// A drive model as the runtime library knows it.
 pub struct Model {
     /// The name that scenes use.
     pub name: &'static str,
     /// Builds a drive from the resolved scene in postcard's encoding.
-    pub build: fn(&[u8]) -> Result<Box<dyn DynDrive>, Fault>,
+    pub build: fn(&[u8]) -> Result<AnyDrive, Fault>,
 }
 
 impl Model {
@@ -18,8 +17,8 @@ impl Model {
     }
 }
 
-fn build<D: Drive>(bytes: &[u8]) -> Result<Box<dyn DynDrive>, Fault> {
+fn build<D: Drive>(bytes: &[u8]) -> Result<AnyDrive, Fault> {
     let scene: D::Scene = postcard::from_bytes(bytes)
         .map_err(|e| Fault::new(format!("the resolved scene of {} cannot be read: {e}", D::MODEL)))?;
-    Ok(erased::unit(D::new(scene)?))
+    Ok(AnyDrive::new(D::new(scene)?))
 }

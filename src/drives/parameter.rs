@@ -128,7 +128,7 @@ pub use parameters;
 mod tests {
     use crate::drives::cam_drive::{DriveMode, Start, StartMode};
     use crate::drives::elastic_output::{ElasticOutput, Parameters, Scene};
-    use crate::drives::{Drive, DynDrive, erased, solver::Settings};
+    use crate::drives::{AnyDrive, Drive, solver::Settings};
     use crate::motion::{Fourier, MotionLaw};
 
     #[test]
@@ -145,7 +145,7 @@ mod tests {
                 start: Start { mode: StartMode::AtRest, q: 0.0, q_dot: 0.0 },
                 solver: Settings::default(),
             };
-            let mut drive = erased::unit(ElasticOutput::new(scene).unwrap());
+            let mut drive = AnyDrive::new(ElasticOutput::new(scene).unwrap());
             assert_eq!(drive.start().unwrap_err().message, said);
         }
     }

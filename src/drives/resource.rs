@@ -2,7 +2,7 @@
 //!
 //! Bytes: magic (8) · model, guid and scene in postcard's encoding · CRC-32 of all before (4, little-endian).
 
-use super::{DynDrive, Fault, MODELS};
+use super::{AnyDrive, Fault, MODELS};
 use serde::{Deserialize, Serialize};
 
 /// The name of the file in the resources folder of an FMU.
@@ -54,7 +54,7 @@ impl<'a> Content<'a> {
     }
 
     /// Builds the drive.
-    pub fn build(&self) -> Result<Box<dyn DynDrive>, Fault> {
+    pub fn build(&self) -> Result<AnyDrive, Fault> {
         let known = || MODELS.iter().map(|m| m.name);
         let model = MODELS.iter().find(|m| m.name == self.model).ok_or_else(|| unknown(self.model, known()))?;
         (model.build)(self.scene)

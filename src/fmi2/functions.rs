@@ -16,9 +16,9 @@ use super::instance::{Instance, Refusal};
 use super::log::{Category, Logger, Sink};
 use super::saved_state::{ALIVE, SavedState};
 use super::{plans, resource_location};
-use crate::drives::Fault;
 use crate::drives::limits::Since;
 use crate::drives::variable::Type;
+use crate::drives::{AnyDrive, Fault};
 use std::ffi::{CStr, CString, c_char};
 use std::mem::MaybeUninit;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -193,7 +193,7 @@ fn create(
     fmu_type: fmi2Type,
     guid: Option<&CStr>,
     location: Option<&CStr>,
-) -> Result<(Box<dyn crate::drives::DynDrive>, String), Fault> {
+) -> Result<(AnyDrive, String), Fault> {
     if name.is_none_or(CStr::is_empty) {
         return Err(Fault::new("`instanceName` is NULL or empty"));
     }

@@ -5,7 +5,7 @@ use super::call_sequence::{Function, Mode};
 use super::log::{Category, Logger};
 use super::saved_state::{self, Clock, SavedState};
 use crate::drives::variable::Type;
-use crate::drives::{DynDrive, Fault, Number, event};
+use crate::drives::{AnyDrive, Fault, Number, event};
 use std::any::Any;
 use std::ffi::CStr;
 use std::mem::MaybeUninit;
@@ -32,7 +32,7 @@ const TIME_TOLERANCE: f64 = 1e-9;
 
 /// An instance.
 pub struct Instance {
-    drive: Box<dyn DynDrive>,
+    drive: AnyDrive,
     fingerprint: u64,
     clock: Clock,
     logger: Logger,
@@ -46,7 +46,7 @@ const NO_STOP: f64 = f64::MAX;
 
 impl Instance {
     /// An instance of the FMU with this guid.
-    pub fn new(drive: Box<dyn DynDrive>, guid: &str, logger: Logger) -> Self {
+    pub fn new(drive: AnyDrive, guid: &str, logger: Logger) -> Self {
         let mut instance = Instance { drive, fingerprint: saved_state::fingerprint(guid), clock: BEGINNING, logger };
         instance.listen();
         instance
@@ -165,6 +165,7 @@ impl Instance {
     }
 
     /// fmi2DoStep.
+    #[inline]
     pub fn do_step(&mut self, point: f64, step: f64) -> Result<(), Refusal> {
         self.check_step(point, step)?;
         let outcome = self.drive.advance(point, step);
@@ -282,21 +283,19 @@ impl Instance {
 
     /// fmi2SetFMUstate.
     pub fn restore(&mut self, state: &SavedState) -> Result<(), Refusal> {
-        if !self.drive.restore(state.drive.as_ref()) {
-            return Err(Fault::new("the state is one of another model").into());
-        }
+        self.drive.restore(&state.drive);
         self.clock = state.clock;
         Ok(())
     }
 
     /// fmi2SerializeFMUstate.
     pub fn serialize(&self, state: &SavedState) -> Result<Vec<u8>, Fault> {
-        saved_state::to_bytes(state, self.drive.as_ref())
+        saved_state::to_bytes(state)
     }
 
     /// fmi2DeSerializeFMUstate.
     pub fn deserialize(&self, bytes: &[u8]) -> Result<SavedState, Fault> {
-        saved_state::from_bytes(bytes, self.fingerprint, self.drive.as_ref())
+        saved_state::from_bytes(bytes, self.fingerprint, &self.drive)
     }
 }
 

@@ -2,7 +2,7 @@
 //!
 //! Entered when an instance is made and left when one is freed, never in between.
 
-use crate::drives::{Fault, Plan, resource::Content};
+use crate::drives::{Fault, erased::Plan, resource::Content};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
 /// A drive with at least one instance; else its plan is gone, and [`clear`] removes the entry.
@@ -10,7 +10,7 @@ struct Entry {
     /// The content of the resource it was made of.
     resource: Box<[u8]>,
     guid: Box<str>,
-    plan: Weak<dyn Plan>,
+    plan: Weak<Plan>,
 }
 
 static ENTRIES: Mutex<Vec<Entry>> = Mutex::new(Vec::new());
@@ -21,7 +21,7 @@ fn entries() -> MutexGuard<'static, Vec<Entry>> {
 }
 
 /// The plan of the drive that a resource describes. Refuses another guid than that of the resource.
-pub fn of(resource: &[u8], guid: &str) -> Result<Arc<dyn Plan>, Fault> {
+pub fn of(resource: &[u8], guid: &str) -> Result<Arc<Plan>, Fault> {
     let known = entries().iter().find(|e| *e.resource == *resource).and_then(|e| {
         let plan = e.plan.upgrade()?;
         Some((plan, e.guid.clone()))

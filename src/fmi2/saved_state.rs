@@ -4,9 +4,8 @@
 //! of all before (4); integers little-endian. The content is the clock and the drive in postcard's encoding.
 
 use super::call_sequence::Mode;
-use crate::drives::{DynDrive, Fault};
+use crate::drives::{AnyDrive, Fault, erased::Snapshot};
 use serde::{Deserialize, Serialize};
-use std::any::Any;
 
 /// Where an instance is in its life.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -29,8 +28,8 @@ pub struct SavedState {
     pub fingerprint: u64,
     /// The instance.
     pub clock: Clock,
-    /// The drive, as [`DynDrive::save`] made it.
-    pub drive: Box<dyn Any + Send>,
+    /// The drive.
+    pub drive: Snapshot,
 }
 
 /// The mark of a living state.
@@ -38,7 +37,7 @@ pub const ALIVE: u64 = u64::from_le_bytes(*b"camstate");
 
 impl SavedState {
     /// A living state.
-    pub fn new(fingerprint: u64, clock: Clock, drive: Box<dyn Any + Send>) -> Self {
+    pub fn new(fingerprint: u64, clock: Clock, drive: Snapshot) -> Self {
         SavedState { mark: ALIVE, fingerprint, clock, drive }
     }
 }
@@ -55,10 +54,10 @@ const HEADER: usize = 8 + 4 + 8 + 8;
 const CHECKSUM: usize = 4;
 
 /// The bytes of a state.
-pub fn to_bytes(state: &SavedState, drive: &dyn DynDrive) -> Result<Vec<u8>, Fault> {
+pub fn to_bytes(state: &SavedState) -> Result<Vec<u8>, Fault> {
     let cannot = || Fault::new("the state cannot be serialised");
     let mut content = postcard::to_stdvec(&state.clock).map_err(|_| cannot())?;
-    content.extend(drive.serialize(state.drive.as_ref()).ok_or_else(cannot)?);
+    content.extend(state.drive.serialize().ok_or_else(cannot)?);
 
     let mut bytes = Vec::with_capacity(HEADER + content.len() + CHECKSUM);
     bytes.extend(MAGIC);
@@ -71,7 +70,7 @@ pub fn to_bytes(state: &SavedState, drive: &dyn DynDrive) -> Result<Vec<u8>, Fau
 }
 
 /// A state from its bytes; refuses those of another FMU and damaged ones.
-pub fn from_bytes(bytes: &[u8], fingerprint: u64, drive: &dyn DynDrive) -> Result<SavedState, Fault> {
+pub fn from_bytes(bytes: &[u8], fingerprint: u64, drive: &AnyDrive) -> Result<SavedState, Fault> {
     let refuse = |reason: &str| Err(Fault::new(format!("the serialised state {reason}")));
     let Some((body, checksum)) = bytes.split_last_chunk::<CHECKSUM>() else { return refuse("is cut off") };
     let Some((magic, rest)) = body.split_first_chunk::<8>() else { return refuse("is cut off") };

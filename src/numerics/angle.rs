@@ -23,6 +23,9 @@ const ROUNDER: f64 = 1.5 * 4503599627370496.0;
 ///
 /// The quotient is subtracted in triple precision, so the result does not lose digits with the number of turns.
 pub fn reduce(angle: Double) -> f64 {
+    if angle.hi.abs() <= 0.5 * TAU {
+        return angle.hi + angle.lo;
+    }
     let turns = angle.hi / TURN[0];
     if turns.abs() <= SOME_TURNS {
         let turns = turns + ROUNDER - ROUNDER;

@@ -57,7 +57,7 @@ fn saved(scene: &str, settings: &[(&str, f64)], step: f64) -> (Instance, Vec<u8>
     let real_output =
         |d: &&camdrive::drives::Description| d.causality == Causality::Output && matches!(d.kind, Kind::Real { .. });
     let outputs = (0..).zip(drive.descriptions()).filter(|(_, d)| real_output(d)).map(|(i, _)| i).collect();
-    let mut drive = drive;
+    let mut drive = drive.plan().instance();
     for (name, value) in settings {
         drive.set(names.iter().position(|own| own == name).unwrap(), *value).unwrap();
     }

@@ -1,10 +1,11 @@
 //! Each drive, asked for far too much: every call ends, within its work, with a result or with a fault that names the matter.
 
-use camdrive::drives::DynDrive;
+use camdrive::drives::AnyDrive;
 use camdrive::drives::variable::Causality;
 use camdrive::numerics::work::{BUDGET, drawn};
 use camdrive_cli::scene;
 use camdrive_design::host::Host;
+use camdrive_design::resource::Described;
 use camdrive_design::resource::Resource;
 use std::path::{Path, PathBuf};
 
@@ -128,12 +129,12 @@ fn resource(name: &str) -> Resource {
 }
 
 /// The drive of a scene of the extremes.
-pub fn drive(name: &str) -> Box<dyn DynDrive> {
+pub fn drive(name: &str) -> Described {
     resource(name).build().unwrap()
 }
 
 /// The references of the inputs, with their names.
-fn inputs(drive: &dyn DynDrive) -> Vec<(u32, String)> {
+fn inputs(drive: &AnyDrive) -> Vec<(u32, String)> {
     let descriptions = (0..).zip(drive.descriptions());
     let inputs = descriptions.filter(|(_, d)| d.causality == Causality::Input);
     inputs.map(|(reference, d)| (reference, d.name.clone())).collect()
@@ -194,7 +195,7 @@ fn whatever_is_asked_a_call_ends_within_its_work_in_a_result_or_a_clear_fault() 
 #[test]
 fn no_step_leads_to_where_the_angle_of_a_drive_says_nothing() {
     for name in scenes() {
-        let inputs = inputs(&*drive(&name));
+        let inputs = inputs(&drive(&name));
         let mut host = Host::instantiate(&resource(&name)).unwrap();
         host.set_up(0.0).unwrap();
         host.enter_initialization().unwrap();
@@ -218,7 +219,7 @@ fn the_largest_numbers_as_inputs_end_in_numbers_or_in_a_clear_fault() {
     let _limited = drawn::limit(budget);
     let clear = ["is not admissible; expected [", TOO_MUCH, ANGLE, "the machine runs away", "no internal step keeps"];
     for name in scenes() {
-        for (input, what) in inputs(&*drive(&name)) {
+        for (input, what) in inputs(&drive(&name)) {
             for value in [1e12, 1e300, f64::MAX].into_iter().flat_map(|size| [size, -size]) {
                 for step in [1e-9, 1.0] {
                     drawn::since_last();

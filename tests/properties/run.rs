@@ -1,12 +1,12 @@
 //! A drive in operation, with access by name.
 
+use camdrive::drives::Fault;
 use camdrive::drives::variable::{Causality, Kind};
-use camdrive::drives::{DynDrive, Fault};
-use camdrive_design::resource::Resource;
+use camdrive_design::resource::{Described, Resource};
 use serde_json::Value;
 
 pub struct Run {
-    pub drive: Box<dyn DynDrive>,
+    pub drive: Described,
     names: Vec<String>,
     outputs: Vec<usize>,
     pub time: f64,

@@ -5,7 +5,7 @@ use crate::export::{self, model_description::unit};
 use crate::scene::Resolved;
 use crate::scene::units::short;
 use camdrive::drives::variable::{Causality, Kind, Variability};
-use camdrive::drives::{Description, DynDrive, Fault};
+use camdrive::drives::{AnyDrive, Description, Fault};
 use camdrive_design::overview::{self, Jump, Motion};
 use camdrive_design::resource::Described;
 use camdrive_design::text::{self, Page, Table};
@@ -39,15 +39,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut drive = resolved.resource().build().map_err(fault)?;
     drive.set_up(0.0, None);
     if args.format.json {
-        return print(&data(resolved, &mut *drive).and_then(|data| text::json(&data)).map_err(fault)?);
+        return print(&data(resolved, &mut drive).and_then(|data| text::json(&data)).map_err(fault)?);
     }
-    show(&text(resolved, &mut *drive).map_err(fault)?)
+    show(&text(resolved, &mut drive).map_err(fault)?)
 }
 
 /// The description as data.
-fn data(resolved: &Resolved, drive: &mut dyn Described) -> Result<Value, Fault> {
+fn data(resolved: &Resolved, drive: &mut Described) -> Result<Value, Fault> {
     let documentation = drive.documentation()?;
-    let descriptions: Vec<Description> = drive.descriptions().into_iter().cloned().collect();
+    let descriptions = drive.descriptions().to_vec();
     let variable = |(reference, d): (usize, &Description)| {
         let (causality, variability) = (format!("{:?}", d.causality), format!("{:?}", d.variability));
         let ([min, max], items): (_, &[_]) = match &d.kind {
@@ -77,7 +77,7 @@ fn data(resolved: &Resolved, drive: &mut dyn Described) -> Result<Value, Fault> 
 }
 
 /// The description of a drive that is set up.
-fn text(resolved: &Resolved, drive: &mut dyn Described) -> Result<String, Fault> {
+fn text(resolved: &Resolved, drive: &mut Described) -> Result<String, Fault> {
     let documentation = drive.documentation()?;
     let overview = overview::of(&resolved.resource())?;
     let e = drive.experiment();
@@ -97,8 +97,8 @@ fn text(resolved: &Resolved, drive: &mut dyn Described) -> Result<String, Fault>
 }
 
 /// One line per variable, in columns.
-fn variables(drive: &mut dyn DynDrive) -> Result<Table, Fault> {
-    let descriptions: Vec<Description> = drive.descriptions().into_iter().cloned().collect();
+fn variables(drive: &mut AnyDrive) -> Result<Table, Fault> {
+    let descriptions = drive.descriptions().to_vec();
     let mut rows = Vec::new();
     for (reference, d) in descriptions.iter().enumerate() {
         let value = drive.get(reference)?;

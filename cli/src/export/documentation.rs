@@ -8,7 +8,7 @@ use super::picture;
 use super::tradeoff::Section;
 use super::xml::Xml;
 use camdrive::drives::variable::{Causality, Kind, Variability};
-use camdrive::drives::{Description, DynDrive, Fault};
+use camdrive::drives::{AnyDrive, Description, Fault};
 use camdrive_design::documentation::Documentation;
 use camdrive_design::overview::{self, Motion};
 use camdrive_design::resource::{Described, Resource};
@@ -27,7 +27,7 @@ const PLATFORMS: [&str; 4] = [
 ];
 
 /// The text of index.html.
-pub fn html(identity: &Identity, resource: &Resource, drive: &mut dyn Described) -> Result<String, Fault> {
+pub fn html(identity: &Identity, resource: &Resource, drive: &mut Described) -> Result<String, Fault> {
     html_with(identity, resource, drive, None)
 }
 
@@ -35,7 +35,7 @@ pub fn html(identity: &Identity, resource: &Resource, drive: &mut dyn Described)
 pub fn html_with(
     identity: &Identity,
     resource: &Resource,
-    drive: &mut dyn Described,
+    drive: &mut Described,
     study: Option<&Report>,
 ) -> Result<String, Fault> {
     let study = study.map(Section::of).transpose()?;
@@ -63,15 +63,15 @@ pub fn html_with(
             let about = format!("Drive model {model}. FMI 2.0 for Co-Simulation, written by {}.", super::TOOL);
             xml.text("p", &[], &about);
             prose(xml, "p", &documentation.summary);
-            figure(xml, identity.name, model, &*drive);
+            figure(xml, identity.name, model, drive);
             if !motions.is_empty() {
                 xml.text("h2", &[], "Motions");
                 table(xml, &Motion::table(&motions));
                 xml.text("p", &[], Motion::SYMBOLS);
             }
             equations(xml, &documentation);
-            signs(xml, &drive.descriptions());
-            usage(xml, identity.name, &*drive);
+            signs(xml, drive.descriptions());
+            usage(xml, identity.name, drive);
             xml.text("h2", &[], "Variables");
             table(xml, &variables);
             accuracy(xml, &documentation, drive.input_derivative_order());
@@ -91,7 +91,7 @@ pub fn html_with(
     Ok(xml.finish())
 }
 
-fn figure(xml: &mut Xml, name: &str, model: &str, drive: &dyn Described) {
+fn figure(xml: &mut Xml, name: &str, model: &str, drive: &Described) {
     let curves = drive.curves();
     if curves.is_empty() {
         return;
@@ -121,7 +121,7 @@ fn equations(xml: &mut Xml, documentation: &Documentation) {
     }
 }
 
-fn signs(xml: &mut Xml, descriptions: &[&Description]) {
+fn signs(xml: &mut Xml, descriptions: &[Description]) {
     xml.text("h2", &[], "Signs and units");
     let mut sentences = vec![
         "All values are in coherent SI units, angles in rad. Angle, angular velocity and torque of a shaft are positive \
@@ -150,7 +150,7 @@ fn signs(xml: &mut Xml, descriptions: &[&Description]) {
 }
 
 /// A script that runs as it stands beside the FMU.
-fn usage(xml: &mut Xml, name: &str, drive: &dyn DynDrive) {
+fn usage(xml: &mut Xml, name: &str, drive: &AnyDrive) {
     xml.text("h2", &[], "Driving it from Python");
     xml.text("p", &[], "With the package FMPy, in the folder of the FMU:");
     let e = drive.experiment();
@@ -260,8 +260,8 @@ pub fn table(xml: &mut Xml, table: &Table) {
     });
 }
 
-fn variables(drive: &mut dyn DynDrive) -> Result<Table, Fault> {
-    let descriptions: Vec<Description> = drive.descriptions().into_iter().cloned().collect();
+fn variables(drive: &mut AnyDrive) -> Result<Table, Fault> {
+    let descriptions = drive.descriptions().to_vec();
     let row = |(reference, d): (usize, &Description)| {
         let start = match d.causality {
             Causality::Parameter | Causality::Input => value_with_unit(&d.kind, drive.get(reference)?),
@@ -331,7 +331,7 @@ mod tests {
     fn page() -> String {
         let identity = Identity { name: "Lag", description: "a < b & c", guid: "", date: None };
         let resource = Resource { model: "Lag".to_owned(), ..Resource::default() };
-        html(&identity, &resource, &mut *lag()).unwrap()
+        html(&identity, &resource, &mut lag()).unwrap()
     }
 
     #[test]

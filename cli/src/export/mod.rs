@@ -97,11 +97,11 @@ pub fn pack_with(
     date: Option<Date>,
     extras: Extras,
 ) -> Result<Packed, Fault> {
-    pack_drive((&mut *resource.build()?, &resource.encoded_scene()?), resource, description, runtimes, date, extras)
+    pack_drive((&mut resource.build()?, &resource.encoded_scene()?), resource, description, runtimes, date, extras)
 }
 
 fn pack_drive(
-    (drive, scene): (&mut dyn Described, &[u8]),
+    (drive, scene): (&mut Described, &[u8]),
     resource: &Resource,
     description: &str,
     runtimes: &[RuntimeLibrary],
@@ -148,7 +148,7 @@ fn pack_drive(
 
 /// The files that hold the guid.
 fn with_guid(
-    (drive, scene): (&mut dyn Described, &[u8]),
+    (drive, scene): (&mut Described, &[u8]),
     resource: &Resource,
     description: &str,
     date: Option<Date>,
@@ -165,7 +165,7 @@ fn with_guid(
 }
 
 /// Documentation, pictures and licences.
-fn for_people(drive: &mut dyn Described, resource: &Resource, description: &str) -> Result<Vec<File>, Fault> {
+fn for_people(drive: &mut Described, resource: &Resource, description: &str) -> Result<Vec<File>, Fault> {
     let identity = Identity { name: &resource.name, description, guid: "", date: None };
     let curves = drive.curves();
     let mut files = Vec::new();
@@ -220,7 +220,7 @@ mod tests {
     #[test]
     fn the_same_scene_gives_the_same_bytes_and_any_difference_another_guid() {
         let pack = |name: &str, text: &str, content: &[u8]| {
-            pack_drive((&mut *lag(), &[]), &resource(name), text, &[library(content)], None, Extras::default()).unwrap()
+            pack_drive((&mut lag(), &[]), &resource(name), text, &[library(content)], None, Extras::default()).unwrap()
         };
         let fmu = pack("Lag", "A lag", b"1");
         assert_eq!(fmu.bytes, pack("Lag", "A lag", b"1").bytes);
@@ -235,12 +235,12 @@ mod tests {
     fn names_and_platforms_are_checked() {
         for name in ["", "2fast", "a b", "größe", "a_name_of_twenty_five_char"] {
             assert!(
-                pack_drive((&mut *lag(), &[]), &resource(name), "", &[], None, Extras::default()).is_err(),
+                pack_drive((&mut lag(), &[]), &resource(name), "", &[], None, Extras::default()).is_err(),
                 "{name}"
             );
         }
         let twice = [library(b"1"), library(b"2")];
-        let fault = pack_drive((&mut *lag(), &[]), &resource("Lag"), "", &twice, None, Extras::default()).unwrap_err();
+        let fault = pack_drive((&mut lag(), &[]), &resource("Lag"), "", &twice, None, Extras::default()).unwrap_err();
         assert!(fault.message.contains("two runtime libraries for linux64"));
     }
 }

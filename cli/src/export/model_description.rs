@@ -3,7 +3,7 @@
 use super::xml::{Attribute, Xml, number};
 use camdrive::drives::unit::Quantity;
 use camdrive::drives::variable::{Causality, Kind, Variability};
-use camdrive::drives::{Description, DynDrive, Fault};
+use camdrive::drives::{AnyDrive, Description, Fault};
 
 /// The log categories of the runtime library, with their descriptions.
 pub use camdrive::drives::event::LOG_CATEGORIES;
@@ -28,15 +28,15 @@ pub struct Identity<'a> {
 ///
 /// # Errors
 /// A start value that cannot be read, or a dependency on a variable that does not exist.
-pub fn xml(identity: &Identity, drive: &mut dyn DynDrive) -> Result<String, Fault> {
+pub fn xml(identity: &Identity, drive: &mut AnyDrive) -> Result<String, Fault> {
     let starts = start_values(drive)?;
     let descriptions = drive.descriptions();
-    let structure = Structure::of(&descriptions)?;
+    let structure = Structure::of(descriptions)?;
     let mut xml = Xml::document();
     xml.element("fmiModelDescription", &head(identity), |xml| {
         xml.empty("CoSimulation", &capabilities(identity.name, drive.input_derivative_order()));
-        unit_definitions(xml, &descriptions);
-        type_definitions(xml, &descriptions);
+        unit_definitions(xml, descriptions);
+        type_definitions(xml, descriptions);
         xml.element("LogCategories", &[], |xml| {
             for (name, text) in LOG_CATEGORIES {
                 xml.empty(
@@ -89,13 +89,13 @@ fn capabilities(identifier: &str, input_derivatives: usize) -> Vec<Attribute> {
 }
 
 /// The values of parameters and inputs after instantiation.
-fn start_values(drive: &mut dyn DynDrive) -> Result<Vec<Option<f64>>, Fault> {
+fn start_values(drive: &mut AnyDrive) -> Result<Vec<Option<f64>>, Fault> {
     let has_start: Vec<bool> =
         drive.descriptions().iter().map(|d| matches!(d.causality, Causality::Parameter | Causality::Input)).collect();
     has_start.iter().enumerate().map(|(reference, has)| has.then(|| drive.get(reference)).transpose()).collect()
 }
 
-fn unit_definitions(xml: &mut Xml, descriptions: &[&Description]) {
+fn unit_definitions(xml: &mut Xml, descriptions: &[Description]) {
     let mut units: Vec<&str> = Vec::new();
     let quantities = || {
         descriptions.iter().filter_map(|d| match d.kind {
@@ -132,7 +132,7 @@ fn unit_definitions(xml: &mut Xml, descriptions: &[&Description]) {
     });
 }
 
-fn type_definitions(xml: &mut Xml, descriptions: &[&Description]) {
+fn type_definitions(xml: &mut Xml, descriptions: &[Description]) {
     let mut types = Vec::new();
     for d in descriptions {
         if let Kind::Enumeration(e) = d.kind
@@ -274,7 +274,7 @@ struct Unknown {
 }
 
 impl Structure {
-    fn of(descriptions: &[&Description]) -> Result<Self, Fault> {
+    fn of(descriptions: &[Description]) -> Result<Self, Fault> {
         let position = |d: &Description, name: &String| {
             let found = descriptions.iter().position(|other| other.name == *name);
             found.ok_or_else(|| Fault::new(format!("`{}` refers to `{name}`, which is no variable", d.name)))
@@ -299,7 +299,7 @@ impl Structure {
             .collect();
         let list = |positions: Vec<usize>, depends: fn(&Description, &Description) -> bool| -> Vec<Unknown> {
             let dependencies =
-                |u: &usize| (0..descriptions.len()).filter(|&k| depends(descriptions[*u], descriptions[k])).collect();
+                |u: &usize| (0..descriptions.len()).filter(|&k| depends(&descriptions[*u], &descriptions[k])).collect();
             positions.into_iter().map(|position| Unknown { dependencies: dependencies(&position), position }).collect()
         };
         for d in descriptions {

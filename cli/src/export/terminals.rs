@@ -7,15 +7,15 @@ use super::picture;
 use super::png::png;
 use super::xml::Xml;
 use camdrive::drives::variable::Causality;
-use camdrive::drives::{Description, DynDrive, Fault};
+use camdrive::drives::{AnyDrive, Description, Fault};
 use camdrive_design::resource::Described;
 
 /// The variables of a rotational flange apart from its torque.
 const MOTION: [&str; 3] = ["phi", "w", "a"];
 
 /// terminalsAndIcons.xml and the icon; nothing for a unit that has no flange.
-pub fn files(drive: &dyn Described) -> Result<Vec<File>, Fault> {
-    let Some(flow) = flow(&drive.descriptions()) else { return Ok(Vec::new()) };
+pub fn files(drive: &Described) -> Result<Vec<File>, Fault> {
+    let Some(flow) = flow(drive.descriptions()) else { return Ok(Vec::new()) };
     let icon = png(&picture::icon(&drive.curves()))?;
     Ok(vec![
         File::new("terminalsAndIcons/terminalsAndIcons.xml", description(drive, flow)),
@@ -25,7 +25,7 @@ pub fn files(drive: &dyn Described) -> Result<Vec<File>, Fault> {
 
 /// Which way a positive `tau` goes: from the drive into a unit that is moved (`phi` is its input), out of a unit
 /// that moves others (`tau` is its load). A unit that prescribes its own motion has no flange.
-fn flow(descriptions: &[&Description]) -> Option<&'static str> {
+fn flow(descriptions: &[Description]) -> Option<&'static str> {
     let causality = |name: &str| descriptions.iter().find(|d| d.name == name).map(|d| d.causality);
     match (causality("phi")?, causality("tau")?) {
         (Causality::Input, Causality::Output) => Some("inflow"),
@@ -34,7 +34,7 @@ fn flow(descriptions: &[&Description]) -> Option<&'static str> {
     }
 }
 
-fn description(drive: &dyn DynDrive, flow: &str) -> String {
+fn description(drive: &AnyDrive, flow: &str) -> String {
     let descriptions = drive.descriptions();
     let exists = |name: &str| descriptions.iter().any(|d| d.name == name);
     let mut xml = Xml::document();

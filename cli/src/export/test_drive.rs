@@ -29,7 +29,7 @@ pub struct Lag {
 }
 
 /// The lag as the exporter sees it.
-pub fn lag() -> Box<dyn Described> {
+pub fn lag() -> Described {
     (Template::of::<Lag>().build)(&serde_json::json!({ "t": 2.0 })).unwrap()
 }
 

@@ -12,7 +12,7 @@ use camdrive::drives::parameter::Parameters as _;
 use camdrive::drives::rigid_machine::{self, InertiaFunction, Kloss, MachineStart, Motor, RigidMachine};
 use camdrive::drives::solver::{LONGEST_STEP_SIZE, Method, Settings};
 use camdrive::drives::unit;
-use camdrive::drives::variable::{Causality, Description, Kind};
+use camdrive::drives::variable::{Causality, Kind};
 use camdrive::drives::{Fault, Reason};
 use camdrive::motion::MotionLaw;
 use serde_json::Value;
@@ -344,7 +344,7 @@ pub fn try_out(resolved: &Resolved, faults: &Faults<'_>) {
             faults.report(faults.at(span, message).hint("remove it"));
         }
     }
-    let parameters: Vec<Description> = drive.descriptions().into_iter().cloned().collect();
+    let parameters = drive.descriptions().to_vec();
     for (reference, parameter) in parameters.iter().enumerate().filter(|(_, d)| d.causality == Causality::Parameter) {
         match (drive.get(reference), &parameter.kind) {
             (Ok(value), Kind::Real { quantity, min, max, .. }) if !(value >= *min && value <= *max) => {

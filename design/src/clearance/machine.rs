@@ -25,7 +25,7 @@ struct References {
 
 /// A drive with backlash at constant speed.
 pub struct Machine {
-    drive: Box<dyn Described>,
+    drive: Described,
     at: References,
     /// Angular velocity (rad/s), not 0.
     pub w: f64,

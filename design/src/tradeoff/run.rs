@@ -24,7 +24,7 @@ impl Interface {
     /// The interface of a drive.
     pub fn of(resource: &Resource) -> Result<Self, Fault> {
         let drive = resource.build()?;
-        let variables: Vec<Description> = drive.descriptions().into_iter().cloned().collect();
+        let variables = drive.descriptions().to_vec();
         let numbered = || variables.iter().enumerate().map(|(i, d)| (i as u32, d));
         let continuous = |d: &Description| {
             d.causality == Causality::Output

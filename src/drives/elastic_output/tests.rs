@@ -6,7 +6,7 @@ mod on_inputs;
 mod table;
 
 use super::*;
-use crate::drives::{DynDrive, MODELS, Seed};
+use crate::drives::{AnyDrive, MODELS, Seed};
 use crate::motion::{Cycle, CyclePlan, Fourier, StandardLaw, StandardLaw::*};
 use crate::numerics::angle;
 use crate::numerics::double_double::Double;
@@ -446,14 +446,14 @@ fn derivatives_of_the_outputs_are_those_of_the_outputs() {
 }
 
 /// The drive behind the interface that the FMU uses, with inputs set.
-fn erased(drive: &str) -> Box<dyn DynDrive> {
+fn erased(drive: &str) -> AnyDrive {
     let mode: DriveMode = serde_json::from_str(drive).unwrap();
     let scene = scene([1.5, 8e3, 7.0], MotionLaw::Fourier(series()), mode, given());
     let model = MODELS.iter().find(|m| m.name == ElasticOutput::MODEL).unwrap();
     (model.build)(&postcard::to_stdvec(&(scene, [0_u8; 0].as_slice())).unwrap()).unwrap()
 }
 
-fn reference(drive: &dyn DynDrive, name: &str) -> usize {
+fn reference(drive: &AnyDrive, name: &str) -> usize {
     drive.descriptions().iter().position(|d| d.name == name).unwrap_or_else(|| panic!("no `{name}`"))
 }
 
@@ -462,11 +462,11 @@ fn dependencies_are_those_that_the_directional_derivatives_show() {
     let mut drive = erased("\"input\"");
     drive.set_up(0.0, None);
     for (name, value) in [("phi", 0.7), ("w", 20.0), ("a", 5.0)] {
-        drive.set(reference(&*drive, name), value).unwrap();
+        drive.set(reference(&drive, name), value).unwrap();
     }
     drive.start().unwrap();
     drive.advance(0.0, 0.01).unwrap();
-    let descriptions: Vec<_> = drive.descriptions().into_iter().cloned().collect();
+    let descriptions = drive.descriptions().to_vec();
     let knowns: Vec<usize> = (0..descriptions.len())
         .filter(|&i| descriptions[i].state || descriptions[i].causality == crate::drives::variable::Causality::Input)
         .collect();

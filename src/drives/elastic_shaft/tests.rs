@@ -5,7 +5,7 @@ mod fixed_cost;
 mod passages;
 
 use super::*;
-use crate::drives::{DynDrive, Model, Seed};
+use crate::drives::{AnyDrive, Model, Seed};
 use crate::motion::{Cycle, CyclePlan, Fourier, StandardLaw};
 use crate::numerics::gauss::Gauss;
 
@@ -34,7 +34,7 @@ fn started(scene: Scene) -> ElasticShaft {
     drive
 }
 
-fn boxed(scene: &Scene) -> Box<dyn DynDrive> {
+fn boxed(scene: &Scene) -> AnyDrive {
     (Model::of::<ElasticShaft>().build)(&postcard::to_stdvec(&(scene, [0_u8; 0].as_slice())).unwrap()).unwrap()
 }
 
@@ -504,15 +504,15 @@ fn a_state_read_from_bytes_goes_on_with_the_same_bits() {
     drive.set_up(0.0, None);
     drive.start().unwrap();
     drive.advance(0.0, 0.9).unwrap();
-    let bytes = drive.serialize(&*drive.save()).unwrap();
+    let bytes = drive.save().serialize().unwrap();
     let mut other = boxed(&scene);
     let state = other.deserialize(&bytes).unwrap();
-    assert!(other.restore(&*state));
+    other.restore(&state);
     for drive in [&mut drive, &mut other] {
         drive.advance(0.9, 0.1).unwrap();
         drive.advance(1.0, 7.0).unwrap();
     }
-    assert_eq!(drive.serialize(&*drive.save()), other.serialize(&*other.save()));
+    assert_eq!(drive.save().serialize(), other.save().serialize());
 }
 
 #[test]

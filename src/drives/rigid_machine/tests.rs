@@ -4,7 +4,7 @@
 //! arithmetic by extrapolation of order 16; halving the step changes them below 1e-16.
 
 use super::*;
-use crate::drives::{DynDrive, Seed, erased};
+use crate::drives::{AnyDrive, Seed};
 use crate::motion::cycle::{Cycle, CyclePlan};
 use crate::motion::table::Points;
 use crate::motion::{Fourier, MotionLaw, StandardLaw, Table};
@@ -503,7 +503,7 @@ fn directional_derivatives_are_difference_quotients() {
 #[test]
 fn what_is_no_machine_is_refused() {
     let refused = |scene: Scene, word: &str| {
-        let fault = RigidMachine::new(scene).and_then(|machine| erased::unit(machine).start()).unwrap_err();
+        let fault = RigidMachine::new(scene).and_then(|machine| AnyDrive::new(machine).start()).unwrap_err();
         assert!(fault.message.contains(word), "{fault}");
     };
     let still =

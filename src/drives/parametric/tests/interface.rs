@@ -2,7 +2,7 @@
 
 use super::coefficients::Values;
 use super::*;
-use crate::drives::{DynDrive, Model, Seed, erased};
+use crate::drives::{AnyDrive, Model, Seed};
 use crate::numerics::gauss::Gauss;
 
 fn set(drive: &mut ParametricDrive, name: &str, value: f64) {
@@ -12,7 +12,7 @@ fn set(drive: &mut ParametricDrive, name: &str, value: f64) {
     assert_eq!(v.value(drive), value, "{name}");
 }
 
-fn boxed(scene: &Scene) -> Box<dyn DynDrive> {
+fn boxed(scene: &Scene) -> AnyDrive {
     (Model::of::<ParametricDrive>().build)(&postcard::to_stdvec(&(scene, [0_u8; 0].as_slice())).unwrap()).unwrap()
 }
 
@@ -121,8 +121,8 @@ fn a_restored_drive_goes_on_bit_by_bit() {
             drive.advance(h * f64::from(n), h).unwrap();
         }
         let state = drive.save();
-        let bytes = drive.serialize(&*state).unwrap();
-        let go_on = |drive: &mut Box<dyn DynDrive>| -> Vec<u64> {
+        let bytes = state.serialize().unwrap();
+        let go_on = |drive: &mut AnyDrive| -> Vec<u64> {
             let count = drive.descriptions().len();
             (5..8)
                 .flat_map(|n| {
@@ -132,11 +132,11 @@ fn a_restored_drive_goes_on_bit_by_bit() {
                 .collect()
         };
         let expected = go_on(&mut drive);
-        assert!(drive.restore(&*state));
+        drive.restore(&state);
         assert_eq!(go_on(&mut drive), expected);
         let mut other = boxed(&scene);
         let copy = other.deserialize(&bytes).unwrap();
-        assert!(other.restore(&*copy));
+        other.restore(&copy);
         assert_eq!(go_on(&mut other), expected);
     }
 }
@@ -208,7 +208,7 @@ fn what_is_no_drive_is_refused_by_name() {
     assert!(text.starts_with("`m`: m(φ) is -0.5 kg·m² at φ = 1.57079") && text.contains("(90.0000°)"), "{text}");
     let mut law = locomotive();
     law.crank.c_ab = 0.0;
-    let without_rods = erased::unit(ParametricDrive::new(scene(Law::Crank(law), 1.0)).unwrap()).start();
+    let without_rods = AnyDrive::new(ParametricDrive::new(scene(Law::Crank(law), 1.0)).unwrap()).start();
     assert!(without_rods.unwrap_err().message.starts_with("`c_AB`: 0 N/m is not admissible; expected [1e-12, 1e15]"));
     let endless = SeriesLaw { c: Fourier::new(vec![f64::INFINITY], Vec::new()), ..general() };
     assert!(refused(Law::Series(endless)).contains("must be finite"));
