@@ -3,9 +3,10 @@
 
 use super::limits::{FASTEST, INPUTS, LARGEST_ANGLE};
 use super::{List, Rounded, Seed, Variable, unit, variable};
-use crate::motion::parameters::ParameterKind;
+use crate::motion::parameter::ParameterKind;
+use crate::motion::plan::MAX_LENGTH;
 use crate::motion::plan::{INFLECTION, MOST_DERIVATIVE};
-use crate::motion::{CyclePlan, Kinematics, MotionLaw, TransferFunctions};
+use crate::motion::{Kinematics, MotionLaw, TransferFunctions};
 use crate::numerics::angle;
 use crate::numerics::count::at_most;
 use crate::numerics::double_double::{Double, two_product};
@@ -565,7 +566,7 @@ pub static STANDARD_LAW: variable::Enumeration = variable::Enumeration {
 /// The type of the variable that holds a parameter of a motion law.
 pub fn law_parameter_kind(kind: ParameterKind) -> variable::Kind {
     match kind {
-        ParameterKind::Length => variable::real_within(&unit::LENGTH, -CyclePlan::MAX_LENGTH, CyclePlan::MAX_LENGTH),
+        ParameterKind::Length => variable::real_within(&unit::LENGTH, -MAX_LENGTH, MAX_LENGTH),
         ParameterKind::Angle { min, max } => variable::real_within(&unit::ANGLE, min, max),
         ParameterKind::Derivative(order) => {
             let quantities = [&unit::LENGTH_PER_ANGLE, &unit::LENGTH_PER_ANGLE2, &unit::LENGTH_PER_ANGLE3];

@@ -2,14 +2,11 @@
 
 use super::StandardLaw;
 use super::pieces::{Form, Pieces, ROUNDING};
-use super::plan::{End, INFLECTION, Segment};
+use super::plan::{End, INFLECTION, LEAST_MOTION, MAX_LENGTH, Segment};
 use super::turn::reduce;
 use crate::numerics::number::{Number, Rounded};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
-
-/// The least angle of a rise or return (rad): cams are made to about 1e-3 rad, and |U⁗| grows as its fourth power.
-pub const LEAST_MOTION: f64 = 1e-3;
 
 /// The motion plan of a cycle (VDI 2143): rise, upper dwell, return, and the lower dwell for the rest of the turn.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -36,9 +33,6 @@ pub struct CyclePlan {
 }
 
 impl CyclePlan {
-    /// Largest |U| and |stroke| (m); the range of every length of a cam.
-    pub const MAX_LENGTH: f64 = 1e4;
-
     /// Angle of the lower dwell (rad), the rest of the turn; negative where the plan is too long.
     pub fn lower_dwell(&self) -> f64 {
         TAU - (self.rise_angle + self.upper_dwell + self.return_angle)
@@ -46,7 +40,7 @@ impl CyclePlan {
 
     /// Whether the values are in their ranges and the angles make at most one turn.
     pub fn validate(&self) -> Result<(), String> {
-        let (length, [least, most]) = (Self::MAX_LENGTH, INFLECTION);
+        let (length, [least, most]) = (MAX_LENGTH, INFLECTION);
         let [rise_inflection, return_inflection] = self.inflections.map(|part| part.unwrap_or(0.5));
         for (name, value, min, max) in [
             ("stroke", self.stroke, -length, length),

@@ -5,9 +5,11 @@
 pub mod cycle;
 pub mod derivatives;
 pub mod fourier;
-pub mod parameters;
+pub mod parameter;
+mod parameters;
 pub mod pieces;
 pub mod plan;
+mod points;
 mod spline;
 pub mod standard_laws;
 pub mod table;

@@ -18,8 +18,7 @@
 //! Source: VDI 2143-1; Volmer (ed.), *Getriebetechnik – Kurvengetriebe*, 2nd ed.
 
 use super::StandardLaw;
-use super::cycle::{CyclePlan, LEAST_MOTION};
-use super::parameters::{LawParameter, ParameterKind};
+use super::parameter::{LawParameter, ParameterKind};
 use super::pieces::{COEFFICIENTS, Form, Pieces, Shape};
 use crate::numerics::number::Rounded;
 use serde::{Deserialize, Serialize};
@@ -81,6 +80,12 @@ pub struct PlanPoint {
     /// Where its acceleration changes sign, as part of the angle; without it the middle, or where U″ at a turning point asks for.
     pub inflection: Option<f64>,
 }
+
+/// The least angle of a rise or return (rad): cams are made to about 1e-3 rad, and |U⁗| grows as its fourth power.
+pub const LEAST_MOTION: f64 = 1e-3;
+
+/// Largest |U| and |stroke| (m); the range of every length of a cam.
+pub const MAX_LENGTH: f64 = 1e4;
 
 /// Name, meaning and kind of the values of a point.
 const NAMES: [(&str, &str, ParameterKind); 6] = [
@@ -344,7 +349,7 @@ fn check(points: &[PlanPoint]) -> Result<(), PlanFault> {
         let derivative = |value: Option<f64>| value.is_none_or(|value| number(value, MOST_DERIVATIVE));
         let within = [
             ("phi", number(point.phi, 2.0 * TAU), "-4π … 4π rad".to_owned()),
-            ("U", number(point.u, CyclePlan::MAX_LENGTH), "-10000 … 10000".to_owned()),
+            ("U", number(point.u, MAX_LENGTH), "-10000 … 10000".to_owned()),
             ("dU", derivative(point.velocity), format!("at most {MOST_DERIVATIVE:e}")),
             ("ddU", derivative(point.acceleration), format!("at most {MOST_DERIVATIVE:e}")),
             ("dddU", derivative(point.jerk), format!("at most {MOST_DERIVATIVE:e}")),

@@ -1,6 +1,6 @@
 //! The periodic quintic spline; what it is good for says [`super::table`].
 
-use super::table::{Bend, Points};
+use super::points::{Bend, Points};
 use super::turn::{back, near, reduce};
 use std::f64::consts::TAU;
 

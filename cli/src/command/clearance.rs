@@ -4,7 +4,7 @@ use super::measured::Measured;
 use super::output::Bar;
 use super::{Failure, Format, failure, files, optional, read};
 use crate::scene::Resolved;
-use crate::scene::motion_law::STANDARD_LAWS;
+use crate::scene::plan::STANDARD_LAWS;
 use camdrive::drives::unit;
 use camdrive::motion::table::Points;
 use camdrive::motion::{Cycle, CyclePlan, MotionLaw, StandardLaw};

@@ -62,18 +62,18 @@ pub fn html_with(
             }
             let about = format!("Drive model {model}. FMI 2.0 for Co-Simulation, written by {}.", super::TOOL);
             xml.text("p", &[], &about);
-            prose(xml, "p", &documentation.summary);
+            xml.prose("p", &documentation.summary);
             figure(xml, identity.name, model, drive);
             if !motions.is_empty() {
                 xml.text("h2", &[], "Motions");
-                table(xml, &Motion::table(&motions));
+                xml.table(&Motion::table(&motions));
                 xml.text("p", &[], Motion::SYMBOLS);
             }
             equations(xml, &documentation);
             signs(xml, drive.descriptions());
             usage(xml, identity.name, drive);
             xml.text("h2", &[], "Variables");
-            table(xml, &variables);
+            xml.table(&variables);
             accuracy(xml, &documentation, drive.input_derivative_order());
             if let Some(study) = &study {
                 study.write(xml);
@@ -194,7 +194,7 @@ fn accuracy(xml: &mut Xml, documentation: &Documentation, input_derivatives: usi
     xml.text("h2", &[], "Solution and accuracy");
     let rows = documentation.accuracy.iter().map(|(quantity, statement)| vec![quantity.clone(), statement.clone()]);
     if !documentation.accuracy.is_empty() {
-        table(xml, &Table::new("Quantity  Statement", rows));
+        xml.table(&Table::new("Quantity  Statement", rows));
     }
     let mut text =
         "Communication steps may have any length and may vary. The state can be saved, restored and serialised. \
@@ -218,7 +218,7 @@ fn list(xml: &mut Xml, title: &str, items: &[String]) {
     xml.text("h2", &[], title);
     xml.element("ul", &[], |xml| {
         for item in items {
-            prose(xml, "li", item);
+            xml.prose("li", item);
         }
     });
 }
@@ -226,38 +226,7 @@ fn list(xml: &mut Xml, title: &str, items: &[String]) {
 fn messages(xml: &mut Xml) {
     xml.text("h2", &[], "Messages");
     let rows = LOG_CATEGORIES.map(|(name, text)| vec![name.to_string_lossy().into_owned(), text.to_owned()]);
-    table(xml, &Table::new("Log category  Content", rows));
-}
-
-/// An element with text; what stands between backticks is code.
-fn prose(xml: &mut Xml, element: &str, text: &str) {
-    if !text.contains('`') {
-        return xml.text(element, &[], text);
-    }
-    let escaped = |text: &str| super::xml::legal(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
-    let pieces = text.split('`').enumerate();
-    let pieces = pieces.map(|(i, piece)| match i % 2 {
-        0 => escaped(piece),
-        _ => format!("<code>{}</code>", escaped(piece)),
-    });
-    let markup: String = pieces.collect();
-    xml.element(element, &[], |xml| xml.markup(&markup));
-}
-
-/// A table; what stands between backticks in its cells is code.
-pub fn table(xml: &mut Xml, table: &Table) {
-    xml.element("table", &[], |xml| {
-        xml.element("thead", &[], |xml| {
-            xml.element("tr", &[], |xml| {
-                table.head.iter().for_each(|cell| xml.text("th", &[("scope", "col".to_owned())], cell));
-            });
-        });
-        xml.element("tbody", &[], |xml| {
-            for row in &table.rows {
-                xml.element("tr", &[], |xml| row.iter().for_each(|cell| prose(xml, "td", cell)));
-            }
-        });
-    });
+    xml.table(&Table::new("Log category  Content", rows));
 }
 
 fn variables(drive: &mut AnyDrive) -> Result<Table, Fault> {

@@ -1,7 +1,6 @@
 //! The study of speed against accuracy inside an FMU: a section of the documentation, and files in `extra/`.
 
 use super::archive::File;
-use super::documentation;
 use super::xml::Xml;
 use camdrive::drives::Fault;
 use camdrive_design::text::{self, Table};
@@ -65,5 +64,5 @@ impl<'a> Section<'a> {
 
 fn write_table(xml: &mut Xml, title: &str, table: &Table) {
     xml.text("h3", &[], title);
-    documentation::table(xml, table);
+    xml.table(table);
 }

@@ -1,5 +1,6 @@
 //! XML written element by element: escaping and indentation are the library's, the rest is here.
 
+use camdrive_design::text::Table;
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, BytesEnd, BytesStart, BytesText, Event};
 
@@ -34,6 +35,37 @@ impl Xml {
         self.event(Event::Start(tag(name, attributes)));
         content(self);
         self.event(Event::End(BytesEnd::new(name)));
+    }
+
+    /// An element with text; what stands between backticks is code.
+    pub fn prose(&mut self, element: &str, text: &str) {
+        if !text.contains('`') {
+            return self.text(element, &[], text);
+        }
+        let escaped = |text: &str| legal(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
+        let pieces = text.split('`').enumerate();
+        let pieces = pieces.map(|(i, piece)| match i % 2 {
+            0 => escaped(piece),
+            _ => format!("<code>{}</code>", escaped(piece)),
+        });
+        let markup: String = pieces.collect();
+        self.element(element, &[], |xml| xml.markup(&markup));
+    }
+
+    /// A table; what stands between backticks in its cells is code.
+    pub fn table(&mut self, table: &Table) {
+        self.element("table", &[], |xml| {
+            xml.element("thead", &[], |xml| {
+                xml.element("tr", &[], |xml| {
+                    table.head.iter().for_each(|cell| xml.text("th", &[("scope", "col".to_owned())], cell));
+                });
+            });
+            xml.element("tbody", &[], |xml| {
+                for row in &table.rows {
+                    xml.element("tr", &[], |xml| row.iter().for_each(|cell| xml.prose("td", cell)));
+                }
+            });
+        });
     }
 
     /// An element that holds nothing but text.

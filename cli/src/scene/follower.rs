@@ -1,6 +1,5 @@
 //! The follower of a cam of a machine: `[[follower]]` and `[[follower.linkage]]`.
 
-use super::models::{either, forbid};
 use super::section::{Limits, NOT_NEGATIVE, POSITIVE, Section, within};
 use super::{forces, geometry, motion_law};
 use camdrive::drives::rigid_machine::Follower;
@@ -52,7 +51,7 @@ pub fn read(section: &Section<'_>, folder: &Path) -> Option<Follower> {
     };
     // Which of them it is, is not known where the linkage is wrong.
     let m = if linkage.is_some() {
-        forbid(section, &[other], because, &format!("`{own}`"));
+        section.forbid(&[other], because, &format!("`{own}`"));
         if linked {
             // The links may be all that moves.
             section.real_or(own, kind.quantity(), NOT_NEGATIVE, 0.0)
@@ -68,14 +67,14 @@ pub fn read(section: &Section<'_>, folder: &Path) -> Option<Follower> {
     section.has(geometry::KEY);
     section.has(forces::KEY);
     let tool_quantity = if turns { &unit::ANGLE } else { &unit::LENGTH };
-    let cam = if linked && section.has("tool") && either(section, "tool", "cam") {
+    let cam = if linked && section.has("tool") && section.either("tool", "cam") {
         linkage.as_ref().and_then(|linkage| lever(section, linkage, tool_quantity, folder))
     } else {
         let because = "it is the motion that the cam gives to the tool behind mechanisms";
         if !linked {
-            forbid(section, &["tool"], because, "`[follower.cam]`, or add `[[follower.linkage]]`");
+            section.forbid(&["tool"], because, "`[follower.cam]`, or add `[[follower.linkage]]`");
         }
-        forbid(section, &["lever_start"], "the law of the lever is given", "`[follower.tool]` instead of the cam");
+        section.forbid(&["lever_start"], "the law of the lever is given", "`[follower.tool]` instead of the cam");
         let quantity = if linked { &unit::ANGLE } else { tool_quantity };
         section.required_section("cam").and_then(|s| motion_law::read(&s, quantity, folder))
     };
@@ -156,7 +155,7 @@ fn mechanism(section: &Section<'_>) -> Option<Mechanism> {
     }
     let mut mechanism = Mechanism { kind, input_offset: 0.0, output_offset: 0.0 };
     if matches!(kind, Kind::Gear(Gear { output_turns: false, .. })) {
-        forbid(section, &["ratio"], "the radius says how far the output moves", "a gear pair without `radius`");
+        section.forbid(&["ratio"], "the radius says how far the output moves", "a gear pair without `radius`");
     }
     let parameters = mechanism.parameters();
     let mut first = 0;

@@ -2,7 +2,6 @@
 //! of it.
 
 use super::geometry::{self, CamPlan};
-use super::models::forbid;
 use super::section::{ANY, NOT_NEGATIVE, Node, POSITIVE, Section, within};
 use super::{motion_law, units};
 use camdrive::drives::rigid_machine::Follower;
@@ -85,11 +84,11 @@ fn of(parent: &Section<'_>, known: &Known, folder: &Path) -> Option<Loads> {
     });
     let process = process(&section, force, folder);
     if !known.lever {
-        forbid(&section, &["lever_J"], "no lever is known", "geometry with follower = \"lever\"");
+        section.forbid(&["lever_J"], "no lever is known", "geometry with follower = \"lever\"");
     }
     let lever_inertia = section.real_or("lever_J", &unit::INERTIA, NOT_NEGATIVE, 0.0);
     if known.mechanisms == 0 {
-        forbid(&section, &["tooth_radius", "tooth_angle"], "there is no gear", "[[follower.linkage]] with a gear");
+        section.forbid(&["tooth_radius", "tooth_angle"], "there is no gear", "[[follower.linkage]] with a gear");
     }
     let radius = section.optional("tooth_radius", &unit::LENGTH, POSITIVE);
     let angle = section.real_or("tooth_angle", &unit::ANGLE, within(0.0, 0.25 * TAU - 0.01), TOOTH_ANGLE);
@@ -114,7 +113,7 @@ fn gravity(section: &Section<'_>, known: &Known) -> Option<Vec<Point>> {
         return Some(vec![Point::from_polar(size?, usual); places]);
     }
     if !section.has("gravity") {
-        forbid(section, &["gravity_angle"], "there is no gravity", "gravity = \"9.81 m/s2\"");
+        section.forbid(&["gravity_angle"], "there is no gravity", "gravity = \"9.81 m/s2\"");
     }
     let angles = match section.node("gravity_angle")?.value {
         DeValue::Array(_) => section.reals("gravity_angle", &unit::ANGLE),
@@ -143,11 +142,11 @@ fn process(section: &Section<'_>, force: &'static Quantity, folder: &Path) -> Op
 
 fn material(section: &Section<'_>, known: &Known) -> Option<Option<Material>> {
     if !known.geometry {
-        forbid(section, &["roller_width"], "no roller is known", "a geometry of the cam beside it");
+        section.forbid(&["roller_width"], "no roller is known", "a geometry of the cam beside it");
     }
     if !section.has("roller_width") {
         let keys = ["E_cam", "E_roller", "nu_cam", "nu_roller"];
-        forbid(section, &keys, "without its width the contact has no pressure", "roller_width");
+        section.forbid(&keys, "without its width the contact has no pressure", "roller_width");
         return Some(None);
     }
     let width = section.real("roller_width", &unit::LENGTH, POSITIVE);

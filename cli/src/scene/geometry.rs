@@ -1,6 +1,5 @@
 //! The geometry of a cam: `[geometry]` beside `[cam]`, `[follower.geometry]`. The FMU knows nothing of it.
 
-use super::models::forbid;
 use super::section::{ANY, NOT_NEGATIVE, POSITIVE, Section, within};
 use camdrive::drives::rigid_machine::Follower;
 use camdrive::drives::unit;
@@ -148,7 +147,7 @@ fn carrier(section: &Section<'_>, kind: Kind, angular: bool) -> Option<Carrier> 
                     section.fault_of("transmission", format!("`{path}`: 0 would turn the lever infinitely far"));
                 section.faults.report(fault.admissible(words));
             }
-            forbid(section, &["offset"], OF_A_SLIDE, "follower = \"translating\"");
+            section.forbid(&["offset"], OF_A_SLIDE, "follower = \"translating\"");
             let (pivot, length, transmission) = (pivot?, length?, transmission?);
             let usual = if angular { 1.0 } else { length };
             Some(Carrier::Lever { pivot, length, transmission: transmission.unwrap_or(usual), side: side? })
@@ -156,7 +155,7 @@ fn carrier(section: &Section<'_>, kind: Kind, angular: bool) -> Option<Carrier> 
         Kind::Translating => {
             let eccentricity = section.real_or("offset", &unit::LENGTH, ANY, 0.0);
             let keys = ["pivot_distance", "arm_length", "transmission", "side"];
-            forbid(section, &keys, OF_A_LEVER, "follower = \"lever\"");
+            section.forbid(&keys, OF_A_LEVER, "follower = \"lever\"");
             Some(Carrier::Translating { eccentricity: eccentricity? })
         }
     }
@@ -166,8 +165,8 @@ fn carrier(section: &Section<'_>, kind: Kind, angular: bool) -> Option<Carrier> 
 fn start(section: &Section<'_>, kind: Kind, contour: Contour) -> Option<Start> {
     let own = if kind == Kind::Lever { "start_angle" } else { "start_height" };
     match kind {
-        Kind::Lever => forbid(section, &["start_height"], OF_A_SLIDE, "follower = \"translating\""),
-        Kind::Translating => forbid(section, &["start_angle"], OF_A_LEVER, "follower = \"lever\""),
+        Kind::Lever => section.forbid(&["start_height"], OF_A_SLIDE, "follower = \"translating\""),
+        Kind::Translating => section.forbid(&["start_angle"], OF_A_LEVER, "follower = \"lever\""),
     }
     let coordinate = match kind {
         Kind::Lever => section.optional("start_angle", &unit::ANGLE, within(0.0, PI)),
@@ -176,7 +175,7 @@ fn start(section: &Section<'_>, kind: Kind, contour: Contour) -> Option<Start> {
     let prime = section.optional("prime_radius", &unit::LENGTH, POSITIVE);
     let base = section.optional("base_radius", &unit::LENGTH, POSITIVE);
     if contour == Contour::Outer {
-        forbid(section, &["base_radius"], "a ring has no inner contour", "contour = \"inner\"");
+        section.forbid(&["base_radius"], "a ring has no inner contour", "contour = \"inner\"");
     }
     let keys = [own, "prime_radius", "base_radius"];
     let given: Vec<&str> = keys.into_iter().filter(|key| section.has(key)).collect();
@@ -204,7 +203,7 @@ fn cut(section: &Section<'_>, kind: Kind, contour: Contour, roller: Option<f64>)
             let second = section.optional("second_roller_radius", &unit::LENGTH, POSITIVE);
             let (place, length) = match kind {
                 Kind::Lever => {
-                    forbid(section, &["roller_distance"], OF_A_SLIDE, "follower = \"translating\"");
+                    section.forbid(&["roller_distance"], OF_A_SLIDE, "follower = \"translating\"");
                     let angle = section.real("second_arm_angle", &unit::ANGLE, within(0.0, 2.0 * PI));
                     let length = section.optional("second_arm_length", &unit::LENGTH, POSITIVE);
                     let own = section.optional("arm_length", &unit::LENGTH, POSITIVE).flatten();
@@ -212,14 +211,14 @@ fn cut(section: &Section<'_>, kind: Kind, contour: Contour, roller: Option<f64>)
                 }
                 Kind::Translating => {
                     let keys = ["second_arm_length", "second_arm_angle"];
-                    forbid(section, &keys, OF_A_LEVER, "follower = \"lever\"");
+                    section.forbid(&keys, OF_A_LEVER, "follower = \"lever\"");
                     (section.real("roller_distance", &unit::LENGTH, POSITIVE), Some(0.0))
                 }
             };
             Some(Cut::Conjugate(Second { place: place?, length: length?, roller: second?.or(roller)? }))
         }
         other => {
-            forbid(section, &KEYS, "there is no second roller", "contour = \"conjugate\"");
+            section.forbid(&KEYS, "there is no second roller", "contour = \"conjugate\"");
             Some(match other {
                 Contour::Outer => Cut::Outer,
                 Contour::Groove => Cut::Groove,
@@ -235,7 +234,7 @@ fn limits(section: &Section<'_>, kind: Option<Kind>, contour: Option<Contour>, r
     let cutter = section.optional("cutter_radius", &unit::LENGTH, NOT_NEGATIVE);
     let hub = match contour {
         Some(Contour::Outer) => {
-            forbid(section, &["hub_radius"], "a ring has no inner contour", "contour = \"inner\"");
+            section.forbid(&["hub_radius"], "a ring has no inner contour", "contour = \"inner\"");
             Some(0.0)
         }
         _ => section.real_or("hub_radius", &unit::LENGTH, NOT_NEGATIVE, 0.0),

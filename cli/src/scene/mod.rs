@@ -3,6 +3,7 @@
 //!
 #![doc = include_str!("README.md")]
 
+mod common;
 pub mod diagnostics;
 mod follower;
 mod forces;
@@ -11,7 +12,7 @@ pub mod input;
 mod models;
 pub mod motion_law;
 mod parametric;
-mod plan;
+pub mod plan;
 mod section;
 pub mod synthesis;
 mod table;

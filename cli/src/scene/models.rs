@@ -1,25 +1,21 @@
 //! The drive that a scene describes: its sections → the `Scene` of one of the drive models.
 
-use super::section::{Faults, NOT_NEGATIVE, POSITIVE, Section, within};
+use super::common::{Drive, SYNONYMS, by_ratio, drive_mode, resolved, solver, start};
+use super::section::{Faults, POSITIVE, Section, within};
 use super::{Resolved, diagnostics::Diagnostic, units};
 use super::{follower, forces, geometry, motion_law, parametric};
 use camdrive::drives::backlash::{self, BacklashDrive};
-use camdrive::drives::cam_drive::{DriveMode, Start, StartMode};
+use camdrive::drives::cam_drive::{DriveMode, Start};
 use camdrive::drives::elastic_output::{self, ElasticOutput};
 use camdrive::drives::elastic_shaft::{self, ElasticShaft};
-use camdrive::drives::limits::{FASTEST, LARGEST_ANGLE};
 use camdrive::drives::parameter::Parameters as _;
 use camdrive::drives::rigid_machine::{self, InertiaFunction, Kloss, MachineStart, Motor, RigidMachine};
-use camdrive::drives::solver::{LONGEST_STEP_SIZE, Method, Settings};
+use camdrive::drives::solver::Settings;
 use camdrive::drives::unit;
 use camdrive::drives::variable::{Causality, Kind};
 use camdrive::drives::{Fault, Reason};
 use camdrive::motion::MotionLaw;
-use serde_json::Value;
 use std::path::Path;
-
-/// The model and its resolved scene as JSON.
-pub type Drive = (&'static str, Value);
 
 /// Reads the sections of a model.
 type Reader = fn(&Section<'_>, &Path) -> Option<Drive>;
@@ -29,26 +25,6 @@ const MODELS: &[(&[&str], Reader)] = &[
     (&["BacklashDrive"], backlash_drive),
     (&["RigidMachine"], rigid_machine),
     (&["ParametricDrive"], |root, _| parametric::read(root)),
-];
-
-/// Synonyms of the keys.
-pub const SYNONYMS: &[(&str, &str)] = &[
-    ("clearance", "s"),
-    ("restitution", "e"),
-    ("stiffness", "c"),
-    ("k", "c"),
-    ("damping", "b"),
-    ("d", "b"),
-    ("D", "damping_ratio"),
-    ("mass", "m"),
-    ("inertia", "J"),
-    ("w", "speed"),
-    ("rpm", "speed"),
-    ("n", "speed"),
-    ("followers", "follower"),
-    ("title", "name"),
-    ("type", "model"),
-    ("tol", "tolerance"),
 ];
 
 /// Reads the drive of a scene.
@@ -85,105 +61,6 @@ fn cam_drive(root: &Section<'_>, cam: Option<MotionLaw>, angular: bool) -> Optio
     Some(CamDrive { cam: cam?, drive: drive?, start: start?, solver: solver? })
 }
 
-/// Reads `[drive]`.
-pub fn drive_mode(section: &Section<'_>) -> Option<DriveMode> {
-    let by_inputs: &[(&[&str], bool)] = &[(&["constant", "constant_speed"], false), (&["input", "inputs"], true)];
-    let drive = if section.choice_or("mode", by_inputs, false)? {
-        forbid(section, &["speed", "phi_start"], "the inputs phi, w and a drive the cam", "mode = \"constant\"");
-        Some(DriveMode::Input)
-    } else {
-        let w = section.real("speed", &unit::ANGULAR_VELOCITY, within(-FASTEST, FASTEST));
-        let phi_start = section.real_or("phi_start", &unit::ANGLE, within(-LARGEST_ANGLE, LARGEST_ANGLE), 0.0);
-        w.zip(phi_start).map(|(w, phi_start)| DriveMode::Constant { w, phi_start })
-    };
-    section.finish(SYNONYMS);
-    drive
-}
-
-/// Reports keys that have no meaning because of another choice.
-pub fn forbid(section: &Section<'_>, keys: &[&'static str], because: &str, needed: &str) {
-    for &key in keys {
-        if section.has(key) {
-            let fault = section.fault_of(key, format!("`{}` has no meaning here: {because}", section.path_of(key)));
-            section.faults.report(fault.hint(format!("remove it, or choose {needed}")));
-        }
-    }
-}
-
-/// Refuses two keys for one thing; false where both are there.
-pub fn either(section: &Section<'_>, first: &'static str, second: &'static str) -> bool {
-    let both = section.has(first) && section.has(second);
-    if both {
-        let message = format!("`{}`: `{first}` says the same already", section.path_of(second));
-        section
-            .faults
-            .report(section.fault_of(second, message).hint(format!("give `{first}` or `{second}`, not both")));
-    }
-    !both
-}
-
-const START_MODES: &[(&[&str], StartMode)] = &[
-    (&["at_rest"], StartMode::AtRest),
-    (&["given"], StartMode::Given),
-    (&["steady_state", "periodic"], StartMode::SteadyState),
-];
-
-/// Reads `[start]`.
-pub fn start(root: &Section<'_>, angular: bool) -> Option<Start> {
-    let rest = Start { mode: StartMode::AtRest, q: 0.0, q_dot: 0.0 };
-    let Some(section) = root.section("start")? else { return Some(rest) };
-    let (q, q_dot) = if angular { (&unit::ANGLE, &unit::ANGULAR_VELOCITY) } else { (&unit::LENGTH, &unit::VELOCITY) };
-    let mode = section.choice_or("mode", START_MODES, StartMode::AtRest);
-    let start = match mode? {
-        StartMode::Given => {
-            let q = section.real_or("q", q, within(-1e6, 1e6), 0.0);
-            let q_dot = section.real_or("q_dot", q_dot, within(-1e9, 1e9), 0.0);
-            q.zip(q_dot).map(|(q, q_dot)| Start { mode: StartMode::Given, q, q_dot })
-        }
-        mode => {
-            forbid(&section, &["q", "q_dot"], "the mode decides it", "mode = \"given\"");
-            Some(Start { mode, ..rest })
-        }
-    };
-    section.finish(SYNONYMS);
-    start
-}
-
-/// Reads `[solver]`.
-pub fn solver(root: &Section<'_>) -> Option<Settings> {
-    let Some(section) = root.section("solver")? else { return Some(Settings::default()) };
-    let tolerance = section.real_or("tolerance", &unit::NUMBER, within(0.0, 1.0), 0.0);
-    let methods: &[(&[&str], Method)] = &[(&["adaptive"], Method::Adaptive), (&["fixed_cost"], Method::FixedCost)];
-    let method = section.choice_or("method", methods, Method::Adaptive);
-    let step_size = match method {
-        Some(Method::Adaptive) => {
-            forbid(&section, &["step_size"], "solver.tolerance decides the steps", "method = \"fixed_cost\"");
-            Some(0.0)
-        }
-        _ => section.real_or("step_size", &unit::TIME, within(0.0, LONGEST_STEP_SIZE), 0.0),
-    };
-    section.finish(SYNONYMS);
-    Some(Settings { tolerance: tolerance?, method: method?, step_size: step_size? })
-}
-
-/// A stiffness `c` that is given by `natural_frequency`, and a damping `b` by `damping_ratio`, of the mass (or inertia) `mass` on
-/// the stiffness.
-pub fn by_ratio(section: &Section<'_>, key: &str, on: Option<(f64, f64)>) -> Option<Option<f64>> {
-    match key {
-        "c" if !either(section, "c", "natural_frequency") => Some(None),
-        "c" if section.has("natural_frequency") => {
-            let w0 = section.real("natural_frequency", &unit::ANGULAR_VELOCITY, POSITIVE);
-            Some(w0.zip(on).map(|(w0, (mass, _))| mass * w0 * w0))
-        }
-        "b" if !either(section, "b", "damping_ratio") => Some(None),
-        "b" if section.has("damping_ratio") => {
-            let ratio = section.real("damping_ratio", &unit::NUMBER, NOT_NEGATIVE);
-            Some(ratio.zip(on).map(|(ratio, (mass, c))| 2.0 * ratio * (c * mass).sqrt()))
-        }
-        _ => None,
-    }
-}
-
 fn elastic_cam_drive(root: &Section<'_>, folder: &Path) -> Option<Drive> {
     let in_shaft: &[(&[&str], bool)] = &[(&["output", "output_member"], false), (&["shaft", "input_shaft"], true)];
     let section = root.required_section("elasticity");
@@ -206,11 +83,6 @@ fn elastic_cam_drive(root: &Section<'_>, folder: &Path) -> Option<Drive> {
     }
 }
 
-/// The model's name and its scene as JSON; numbers are written such that they are read back to the same bits.
-pub fn resolved<D: camdrive::drives::Drive>(scene: &D::Scene) -> Option<Drive> {
-    Some((D::MODEL, serde_json::to_value(scene).ok()?))
-}
-
 enum Elastic {
     Output(elastic_output::Parameters),
     Shaft(elastic_shaft::Parameters, bool),
@@ -220,7 +92,7 @@ fn elastic_output(section: &Section<'_>) -> Option<Elastic> {
     let parameters = section.parameters(|parameter, read: Option<&elastic_output::Parameters>| {
         by_ratio(section, parameter.key, read.map(|read| (read.m, read.c)))
     });
-    forbid(section, &["J", "linear"], "the elasticity is in the output member", "place = \"shaft\"");
+    section.forbid(&["J", "linear"], "the elasticity is in the output member", "place = \"shaft\"");
     parameters.map(Elastic::Output)
 }
 
@@ -296,7 +168,7 @@ fn motor(section: &Section<'_>) -> Option<Motor> {
         }
         kind => {
             let keys = ["M_k", "s_k", "w_s", "lag"];
-            forbid(section, &keys, "the kind of motor has no such value", "kind = \"kloss\"");
+            section.forbid(&keys, "the kind of motor has no such value", "kind = \"kloss\"");
             kind
         }
     };

@@ -1,10 +1,10 @@
 //! The motion law of a cam: `[cam]` and `[follower.cam]`.
 
+use super::plan::{self, STANDARD_LAWS, SYNONYMS};
 use super::section::{ANY, Section, within};
-use super::{plan, table, table::Part, units};
+use super::{table, table::Part, units};
 use camdrive::drives::unit::{self, Quantity};
-use camdrive::motion::cycle::LEAST_MOTION;
-use camdrive::motion::plan::INFLECTION;
+use camdrive::motion::plan::{INFLECTION, LEAST_MOTION, MAX_LENGTH};
 use camdrive::motion::{Cycle, CyclePlan, Fourier, MotionLaw, StandardLaw};
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -22,38 +22,9 @@ const LAWS: &[(&[&str], Reader)] = &[
     (&["plan"], |section, of, _| plan::read(section, of).map(Ok)),
 ];
 
-/// The normalised laws with the names that are in use for them.
-pub const STANDARD_LAWS: &[(&[&str], StandardLaw)] = &[
-    (&["simple_sine", "harmonic", "simple_harmonic"], StandardLaw::SimpleSine),
-    (&["inclined_sine", "bestehorn", "bestehorn_sine", "cycloidal"], StandardLaw::InclinedSine),
-    (&["polynomial_345", "poly345", "3-4-5", "polynomial_5"], StandardLaw::Polynomial345),
-    (&["polynomial_4567", "poly4567", "4-5-6-7", "polynomial_7"], StandardLaw::Polynomial4567),
-    (&["modified_sine", "modsine"], StandardLaw::ModifiedSine),
-    (&["modified_trapezoid", "modtrap", "modified_trapezoidal"], StandardLaw::ModifiedTrapezoid),
-];
-
 /// All four angles of a cycle may miss the turn by this much (rad), since they are written with some five digits;
 /// the lower dwell takes up the difference.
 const CLOSING: f64 = 1e-4;
-
-/// Synonyms of the keys.
-pub const SYNONYMS: &[(&str, &str)] = &[
-    ("cos", "a"),
-    ("sin", "b"),
-    ("type", "law"),
-    ("kind", "law"),
-    ("lift", "stroke"),
-    ("dwell", "upper_dwell"),
-    ("path", "file"),
-    ("csv", "file"),
-    ("points", "point"),
-    ("angle", "phi"),
-    ("u", "U"),
-    ("velocity", "dU"),
-    ("acceleration", "ddU"),
-    ("jerk", "dddU"),
-    ("lambda", "inflection"),
-];
 
 /// The law of this section; `quantity` is that of U, a length where a cam moves a follower.
 pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -> Option<MotionLaw> {
@@ -98,7 +69,7 @@ pub fn fourier(section: &Section<'_>, quantity: &'static Quantity) -> Option<Fou
 
 /// Rise, upper dwell, return, lower dwell.
 fn cycle(section: &Section<'_>, quantity: &'static Quantity) -> Option<Cycle> {
-    let length = within(-CyclePlan::MAX_LENGTH, CyclePlan::MAX_LENGTH);
+    let length = within(-MAX_LENGTH, MAX_LENGTH);
     let stroke = section.real("stroke", quantity, length);
     let lower = section.real_or("lower", quantity, length, 0.0);
     let rise_start = section.real_or("rise_start", &unit::ANGLE, within(-TAU, TAU), 0.0);

@@ -1,8 +1,8 @@
 //! The scene of a `ParametricDrive`: `[crank]` with `[load]`, or `[coefficients]`.
 
-use super::models::{self, Drive, SYNONYMS};
-use super::motion_law;
+use super::common::{self, Drive, SYNONYMS};
 use super::section::{NOT_NEGATIVE, Node, Section, within};
+use super::{motion_law, plan};
 use camdrive::drives::parametric::coefficients::Stiffness;
 use camdrive::drives::parametric::crank::{ParallelCrank, SecondCrank};
 use camdrive::drives::parametric::law::{Coordinate, CrankLaw, Law, SeriesLaw};
@@ -19,11 +19,11 @@ const HIGHEST_HARMONIC: u32 = 256;
 pub fn read(root: &Section<'_>) -> Option<Drive> {
     let law = law(root);
     let coordinate = law.as_ref().map_or(Coordinate::Rotation, Law::coordinate);
-    let drive = root.required_section("drive").and_then(|s| models::drive_mode(&s));
-    let start = models::start(root, coordinate == Coordinate::Rotation);
-    let solver = models::solver(root);
+    let drive = root.required_section("drive").and_then(|s| common::drive_mode(&s));
+    let start = common::start(root, coordinate == Coordinate::Rotation);
+    let solver = common::solver(root);
     let scene = Scene { law: law?, drive: drive?, start: start?, solver: solver? };
-    models::resolved::<ParametricDrive>(&scene)
+    common::resolved::<ParametricDrive>(&scene)
 }
 
 fn law(root: &Section<'_>) -> Option<Law> {
@@ -92,7 +92,7 @@ fn second_crank(section: &Section<'_>) -> Option<SecondCrank> {
     ];
     let Some(at) = section.choice_or("second", kinds, None)? else {
         let needed = "second = \"own_shafts\" or second = \"shared_shafts\"";
-        models::forbid(section, &["angle"], "there is no second crank", needed);
+        section.forbid(&["angle"], "there is no second crank", needed);
         return Some(SecondCrank::None);
     };
     section.real_or("angle", &unit::ANGLE, within(-TAU, TAU), FRAC_PI_2).map(at)
@@ -122,7 +122,7 @@ fn damping(
     means: impl FnOnce() -> Option<(f64, f64)>,
 ) -> Option<Fourier> {
     let constant = |value: f64| Fourier::new(vec![value], Vec::new());
-    if !models::either(section, key, "damping_ratio") {
+    if !section.either(key, "damping_ratio") {
         return None;
     }
     if section.has("damping_ratio") {
@@ -151,6 +151,6 @@ fn coefficient(section: &Section<'_>, key: &'static str, quantity: &'static Quan
 
 fn series_of(section: &Section<'_>, quantity: &'static Quantity) -> Option<Fourier> {
     let series = motion_law::fourier(section, quantity);
-    section.finish(motion_law::SYNONYMS);
+    section.finish(plan::SYNONYMS);
     series
 }

@@ -1,12 +1,39 @@
-//! Motion plans: `[[cam.point]]`.
+//! Motion plans, `[[cam.point]]`, with the names of laws and keys that they share with the other motion laws.
 
-use super::motion_law::{STANDARD_LAWS, SYNONYMS};
 use super::section::{ANY, Section, within};
 use camdrive::drives::unit::{self, Quantity};
-use camdrive::motion::cycle::CyclePlan;
-use camdrive::motion::plan::{INFLECTION, SegmentLaw};
-use camdrive::motion::{MotionLaw, MotionPlan, PlanPoint};
+use camdrive::motion::plan::{INFLECTION, MAX_LENGTH, SegmentLaw};
+use camdrive::motion::{MotionLaw, MotionPlan, PlanPoint, StandardLaw};
 use std::f64::consts::TAU;
+
+/// The normalised laws with the names that are in use for them.
+pub const STANDARD_LAWS: &[(&[&str], StandardLaw)] = &[
+    (&["simple_sine", "harmonic", "simple_harmonic"], StandardLaw::SimpleSine),
+    (&["inclined_sine", "bestehorn", "bestehorn_sine", "cycloidal"], StandardLaw::InclinedSine),
+    (&["polynomial_345", "poly345", "3-4-5", "polynomial_5"], StandardLaw::Polynomial345),
+    (&["polynomial_4567", "poly4567", "4-5-6-7", "polynomial_7"], StandardLaw::Polynomial4567),
+    (&["modified_sine", "modsine"], StandardLaw::ModifiedSine),
+    (&["modified_trapezoid", "modtrap", "modified_trapezoidal"], StandardLaw::ModifiedTrapezoid),
+];
+
+/// Synonyms of the keys.
+pub const SYNONYMS: &[(&str, &str)] = &[
+    ("cos", "a"),
+    ("sin", "b"),
+    ("type", "law"),
+    ("kind", "law"),
+    ("lift", "stroke"),
+    ("dwell", "upper_dwell"),
+    ("path", "file"),
+    ("csv", "file"),
+    ("points", "point"),
+    ("angle", "phi"),
+    ("u", "U"),
+    ("velocity", "dU"),
+    ("acceleration", "ddU"),
+    ("jerk", "dddU"),
+    ("lambda", "inflection"),
+];
 
 /// A last point this near one turn after the first (rad) closes the plan: angles are written with some five digits.
 const CLOSING: f64 = 1e-4;
@@ -55,7 +82,7 @@ pub fn read(section: &Section<'_>, quantity: &'static Quantity) -> Option<Motion
 
 fn point(section: &Section<'_>, quantity: &'static Quantity) -> Option<PlanPoint> {
     let phi = section.real("phi", &unit::ANGLE, within(-2.0 * TAU, 2.0 * TAU));
-    let u = section.real("U", quantity, within(-CyclePlan::MAX_LENGTH, CyclePlan::MAX_LENGTH));
+    let u = section.real("U", quantity, within(-MAX_LENGTH, MAX_LENGTH));
     let word = section.word("ddU");
     let [velocity, jerk] = [("dU", 1), ("dddU", 3)].map(|(key, n)| section.derivative(key, quantity, n, ANY));
     let acceleration = match word {

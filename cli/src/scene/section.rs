@@ -197,6 +197,27 @@ pub struct Section<'a> {
 }
 
 impl<'a> Section<'a> {
+    /// Reports keys that have no meaning because of another choice.
+    pub fn forbid(&self, keys: &[&'static str], because: &str, needed: &str) {
+        for &key in keys {
+            if self.has(key) {
+                let fault = self.fault_of(key, format!("`{}` has no meaning here: {because}", self.path_of(key)));
+                self.faults.report(fault.hint(format!("remove it, or choose {needed}")));
+            }
+        }
+    }
+
+    /// Refuses two keys for one thing; false where both are there.
+    pub fn either(&self, first: &'static str, second: &'static str) -> bool {
+        let both = self.has(first) && self.has(second);
+        if both {
+            let message = format!("`{}`: `{first}` says the same already", self.path_of(second));
+            let fault = self.fault_of(second, message);
+            self.faults.report(fault.hint(format!("give `{first}` or `{second}`, not both")));
+        }
+        !both
+    }
+
     /// The whole file.
     pub fn root(faults: &'a Faults<'a>, table: &'a DeTable<'a>) -> Self {
         Section { faults, path: String::new(), span: 0..0, table, known: RefCell::default(), told: RefCell::default() }

@@ -2,9 +2,9 @@
 //!
 #![doc = include_str!("SYNTHESIS.md")]
 
+use super::common::by_ratio;
 use super::diagnostics::Diagnostics;
 use super::input;
-use super::models::{by_ratio, forbid};
 use super::motion_law;
 use super::section::{ANY, Limits, NOT_NEGATIVE, POSITIVE, Section, within};
 use super::units;
@@ -274,7 +274,7 @@ fn laws(root: &Section<'_>, lengths: &Lengths, weighted: [bool; 2]) -> Option<Ve
         return Some(vec![law(root, 0, None, lengths, weighted)?]);
     }
     let inside = ["harmonics", "symmetry", "range", "dwell", "point", "bound", "elasticity", "shaft"];
-    forbid(root, &inside, "the task has several laws", "its place in each [[law]]");
+    root.forbid(&inside, "the task has several laws", "its place in each [[law]]");
     if sections.len() > MOST_LAWS {
         let fault = root.fault_of("law", format!("`law`: there are {} laws", sections.len()));
         return root.refuse(fault.admissible(format!("at most {MOST_LAWS}")));
@@ -328,8 +328,7 @@ fn of_accelerations(kind: Option<Kind>) -> bool {
 /// Upper bound of the integral of the squared errors.
 fn integral(root: &Section<'_>, lengths: &Lengths, kind: Option<Kind>) -> Option<Option<f64>> {
     if !of_accelerations(kind) {
-        forbid(
-            root,
+        root.forbid(
             &["integral_tolerance"],
             "the objective itself looks at errors",
             "objective = \"peak_acceleration\"",
@@ -345,7 +344,7 @@ fn integral(root: &Section<'_>, lengths: &Lengths, kind: Option<Kind>) -> Option
 fn longest(root: &Section<'_>, kind: Option<Kind>, laws: usize) -> Option<Option<usize>> {
     let dwells = root.sections("dwell")?.len();
     if !matches!(kind, Some(Some(LongestDwell { .. }))) {
-        forbid(root, &["longest"], "no dwell is made longest", "objective = \"longest_dwell\"");
+        root.forbid(&["longest"], "no dwell is made longest", "objective = \"longest_dwell\"");
         return Some(None);
     }
     if laws > 1 || dwells == 0 {
@@ -420,7 +419,7 @@ fn discrete_points(root: &Section<'_>, kind: Option<Kind>) -> Option<usize> {
     if matches!(kind, Some(Some(DiscreteLeastSquares { .. } | DiscreteChebyshev { .. }))) && root.has("points") {
         return root.count("points", 2, MOST_POINTS);
     }
-    forbid(root, &["points"], "the objective looks at all angles", "objective = \"discrete_chebyshev\"");
+    root.forbid(&["points"], "the objective looks at all angles", "objective = \"discrete_chebyshev\"");
     Some(0)
 }
 
@@ -428,7 +427,7 @@ fn discrete_points(root: &Section<'_>, kind: Option<Kind>) -> Option<usize> {
 fn search(root: &Section<'_>, kind: Option<Kind>) -> Option<Search> {
     let usual = Search::default();
     if !matches!(kind, Some(Some(PeakTorque) | None)) {
-        forbid(root, &["starts", "seed"], "this objective has one optimum", "objective = \"peak_torque\"");
+        root.forbid(&["starts", "seed"], "this objective has one optimum", "objective = \"peak_torque\"");
         return Some(usual);
     }
     let starts = if root.has("starts") { root.count("starts", 1, 1000)? } else { usual.starts };
@@ -529,7 +528,7 @@ fn range(section: &Section<'_>, lengths: &Lengths, weighted: [bool; 2]) -> Optio
     let targets = [0, 1, 2].map(|order| lengths.curve(section, ORDERS[order], order));
     let curve = lengths.target(section, ends);
     if section.has("target") {
-        forbid(section, &["U"], "`target` is U", "either of them");
+        section.forbid(&["U"], "`target` is U", "either of them");
     }
     let weight = section.real_or("weight", &unit::NUMBER, POSITIVE, 1.0);
     let tolerances = tolerances(section, lengths);
@@ -559,7 +558,7 @@ fn range(section: &Section<'_>, lengths: &Lengths, weighted: [bool; 2]) -> Optio
 fn dwell(section: &Section<'_>, lengths: &Lengths, weighted: [bool; 2]) -> Option<(Range, [Option<f64>; 3])> {
     let ends = if section.has("centre") || section.has("width") {
         let because = "centre and width say it already";
-        forbid(section, &["from", "to"], because, "`from` and `to` without `centre` and `width`");
+        section.forbid(&["from", "to"], because, "`from` and `to` without `centre` and `width`");
         let centre = section.real("centre", &unit::ANGLE, within(-2.0 * TAU, 2.0 * TAU));
         let width = section.real("width", &unit::ANGLE, within(1e-6, TAU));
         centre.zip(width).map(|(centre, width)| (centre - 0.5 * width, centre + 0.5 * width))
@@ -602,7 +601,7 @@ fn points(root: &Section<'_>, lengths: &Lengths) -> Option<Points> {
         };
         if third.is_some() {
             let because = "a point with `weight` is met as well as it can be in U, U′ and U″";
-            forbid(section, &["dddU"], because, "a point without `weight`");
+            section.forbid(&["dddU"], because, "a point without `weight`");
             return None;
         }
         let prescribed = [u, first, second].map(|value| value.map(|value| Curve::polynomial(vec![value])));
@@ -630,7 +629,7 @@ fn bounds_of(section: &Section<'_>, lengths: &Lengths, of: Vec<(usize, f64)>) ->
     let [min, max] = sides;
     let (min, max, limit, target) = (min?, max?, limit?, target?);
     if limit.is_some() {
-        forbid(section, &["min", "max"], "`limit` bounds both sides", "`min` and `max` without `limit`");
+        section.forbid(&["min", "max"], "`limit` bounds both sides", "`min` and `max` without `limit`");
     }
     if min.is_none() && max.is_none() && limit.is_none() {
         let fault = section.fault(format!("`{}` bounds nothing", section.path));
@@ -702,7 +701,7 @@ fn check_purpose(root: &Section<'_>, kind: Kind, integral: Option<f64>, laws: &[
         return refused(message.to_owned(), "give every [[dwell]] a `tolerance` instead");
     }
     if matches!(kind, Some(LongestDwell { .. } | FewestHarmonics { .. })) {
-        forbid(root, &["dU_weight", "ddU_weight"], "the objective looks at errors of U", "objective = \"chebyshev\"");
+        root.forbid(&["dU_weight", "ddU_weight"], "the objective looks at errors of U", "objective = \"chebyshev\"");
         if let Some(Given { path, .. }) = ranges().find(|given| given.tolerances[0].is_none()) {
             return refused(format!("`objective`: `{path}` has no `tolerance` of U to be kept"), give);
         }

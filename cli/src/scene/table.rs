@@ -82,7 +82,7 @@ pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -
     let harmonics = match interpolation {
         Some(Interpolation::Fourier) => section.count("harmonics", 1, MOST_HARMONICS).map(Some),
         _ => {
-            super::models::forbid(section, &["harmonics"], "a spline has none", "interpolation = \"fourier\"");
+            section.forbid(&["harmonics"], "a spline has none", "interpolation = \"fourier\"");
             Some(None)
         }
     };
@@ -102,7 +102,7 @@ pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -
     let convert = |a: f64, l: f64| (a * angle.0 / angle.1, l * lift.0 / lift.1 * scale);
     let bent = interpolation? == Interpolation::Derivatives;
     if bent {
-        super::models::forbid(section, &["noise"], "given derivatives leave none", "interpolation = \"spline\"");
+        section.forbid(&["noise"], "given derivatives leave none", "interpolation = \"spline\"");
     }
     let reading = points(section, &file, &(columns.0?, columns.1?), bent, convert)?;
     let reading = match noise? {

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::drives::variable::Access;
+use crate::motion::CyclePlan;
 use crate::motion::Fourier;
 
 #[test]

@@ -5,7 +5,7 @@
 //! (1 + H D S₁ + H² K S₁²) a = g − d q̇₀ − k (q₀ + H (1 + x) q̇₀), D and K diagonal: twelve equations with three right-hand
 //! sides. This is the Gauss method of order 24, A-stable; its matrix is half the size of that for (q, q̇).
 
-use super::nodes::{ABSCISSAE, INTEGRAL, LEGENDRE, PROJECTION, SECOND_INTEGRAL, STAGES, WEIGHTS};
+use super::nodes::{ABSCISSAE, INTEGRAL, LEGENDRE, PROJECTION, SECOND_INTEGRAL, STAGES, WEIGHTS, integrate};
 use super::vibration::{self, Vibration};
 use super::{Affine, COEFFICIENTS, Coefficients, Periodic};
 use crate::numerics::double_double::Double;
@@ -169,25 +169,6 @@ const RECIPROCALS: [f64; STAGES + 1] = {
     }
     r
 };
-
-/// The first neglected Legendre coefficient: taken as the last ones, diminished once more by the decay over the two orders
-/// before.
-pub fn neglected(modes: &[f64; STAGES]) -> f64 {
-    let pair = |k: usize| modes[k].abs().max(modes[k - 1].abs());
-    let (tail, before) = (pair(STAGES - 1), pair(STAGES - 3));
-    if tail < before { tail * (tail / before) } else { tail }
-}
-
-/// The Legendre coefficients of `start` + `half` ∫₋₁^x Σ mₖ Pₖ.
-pub fn integrate(modes: &[f64; STAGES], start: f64, half: f64) -> [f64; STAGES + 1] {
-    let mode = |k: usize| if k < STAGES { modes[k] } else { 0.0 };
-    let mut integral = [0.0; STAGES + 1];
-    integral[0] = start + half * (mode(0) - mode(1) / 3.0);
-    for k in 1..=STAGES {
-        integral[k] = half * (mode(k - 1) / (2 * k - 1) as f64 - mode(k + 1) / (2 * k + 3) as f64);
-    }
-    integral
-}
 
 /// By which factor to change the length of a cell that had this error, which goes with length¹³ or faster. Aiming at
 /// an eighteenth of the tolerance (0.8¹³) makes rejections rare.

@@ -15,8 +15,8 @@
 //!
 //! Source: F. W. J. Olver, *Asymptotics and Special Functions*, Academic Press 1974, chapter 6, section 1.
 
-use super::nodes::{ABSCISSAE, DERIVATIVE, LEGENDRE_FROM_START, PROJECTION, STAGES};
-use super::{Affine, Coefficients, Periodic, cell};
+use super::nodes::{ABSCISSAE, DERIVATIVE, LEGENDRE_FROM_START, PROJECTION, STAGES, integrate, neglected};
+use super::{Affine, Coefficients, Periodic};
 use crate::numerics::double_double::Double;
 use crate::numerics::lu::Lu;
 
@@ -101,8 +101,8 @@ impl Vibration {
         let (slope_modes, slow_modes) = (project(&slope), project(&slow));
         let mut vibration = Vibration {
             slow: powers(&pad(&slow_modes)),
-            decay: powers(&cell::integrate(&damping_modes, 0.0, 1.0)),
-            phase: powers(&cell::integrate(&slope_modes, 0.0, 1.0)),
+            decay: powers(&integrate(&damping_modes, 0.0, 1.0)),
+            phase: powers(&integrate(&slope_modes, 0.0, 1.0)),
             initial: Place::default(),
         };
         // The integrals begin with 0 but for rounding.
@@ -110,7 +110,7 @@ impl Vibration {
         vibration.initial = vibration.place(0.0);
         let size = slow.iter().fold(0.0, |largest: f64, s| largest.max(s.abs()));
         let n = STAGES as f64;
-        let of_slow = if size > 0.0 { STEEPEST * cell::neglected(&slow_modes) / size } else { 0.0 };
+        let of_slow = if size > 0.0 { STEEPEST * neglected(&slow_modes) / size } else { 0.0 };
         // The integral of the polynomial of Legendre is 2 n + 1 times smaller.
         let of_phase = 2.0 * left + missed_at_ends(&ends, half, &damping, &slope) / (2.0 * n + 1.0);
         let phase = vibration.place(2.0).phase[0];

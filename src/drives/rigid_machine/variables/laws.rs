@@ -7,7 +7,7 @@ use crate::drives::cam_drive::law_parameter_kind;
 use crate::drives::unit;
 use crate::drives::variable::real_within;
 use crate::motion::MotionLaw;
-use crate::motion::parameters::ParameterKind;
+use crate::motion::parameter::ParameterKind;
 use crate::motion::plan::MOST_DERIVATIVE;
 use std::sync::Arc;
 

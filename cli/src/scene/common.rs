@@ -1,0 +1,113 @@
+//! Sections and keys that several drive models share.
+
+use super::section::{NOT_NEGATIVE, POSITIVE, Section, within};
+use camdrive::drives::cam_drive::{DriveMode, Start, StartMode};
+use camdrive::drives::limits::{FASTEST, LARGEST_ANGLE};
+use camdrive::drives::solver::{LONGEST_STEP_SIZE, Method, Settings};
+use camdrive::drives::unit;
+use serde_json::Value;
+
+/// The model and its resolved scene as JSON.
+pub type Drive = (&'static str, Value);
+
+/// Synonyms of the keys.
+pub const SYNONYMS: &[(&str, &str)] = &[
+    ("clearance", "s"),
+    ("restitution", "e"),
+    ("stiffness", "c"),
+    ("k", "c"),
+    ("damping", "b"),
+    ("d", "b"),
+    ("D", "damping_ratio"),
+    ("mass", "m"),
+    ("inertia", "J"),
+    ("w", "speed"),
+    ("rpm", "speed"),
+    ("n", "speed"),
+    ("followers", "follower"),
+    ("title", "name"),
+    ("type", "model"),
+    ("tol", "tolerance"),
+];
+
+/// Reads `[drive]`.
+pub fn drive_mode(section: &Section<'_>) -> Option<DriveMode> {
+    let by_inputs: &[(&[&str], bool)] = &[(&["constant", "constant_speed"], false), (&["input", "inputs"], true)];
+    let drive = if section.choice_or("mode", by_inputs, false)? {
+        section.forbid(&["speed", "phi_start"], "the inputs phi, w and a drive the cam", "mode = \"constant\"");
+        Some(DriveMode::Input)
+    } else {
+        let w = section.real("speed", &unit::ANGULAR_VELOCITY, within(-FASTEST, FASTEST));
+        let phi_start = section.real_or("phi_start", &unit::ANGLE, within(-LARGEST_ANGLE, LARGEST_ANGLE), 0.0);
+        w.zip(phi_start).map(|(w, phi_start)| DriveMode::Constant { w, phi_start })
+    };
+    section.finish(SYNONYMS);
+    drive
+}
+
+const START_MODES: &[(&[&str], StartMode)] = &[
+    (&["at_rest"], StartMode::AtRest),
+    (&["given"], StartMode::Given),
+    (&["steady_state", "periodic"], StartMode::SteadyState),
+];
+
+/// Reads `[start]`.
+pub fn start(root: &Section<'_>, angular: bool) -> Option<Start> {
+    let rest = Start { mode: StartMode::AtRest, q: 0.0, q_dot: 0.0 };
+    let Some(section) = root.section("start")? else { return Some(rest) };
+    let (q, q_dot) = if angular { (&unit::ANGLE, &unit::ANGULAR_VELOCITY) } else { (&unit::LENGTH, &unit::VELOCITY) };
+    let mode = section.choice_or("mode", START_MODES, StartMode::AtRest);
+    let start = match mode? {
+        StartMode::Given => {
+            let q = section.real_or("q", q, within(-1e6, 1e6), 0.0);
+            let q_dot = section.real_or("q_dot", q_dot, within(-1e9, 1e9), 0.0);
+            q.zip(q_dot).map(|(q, q_dot)| Start { mode: StartMode::Given, q, q_dot })
+        }
+        mode => {
+            section.forbid(&["q", "q_dot"], "the mode decides it", "mode = \"given\"");
+            Some(Start { mode, ..rest })
+        }
+    };
+    section.finish(SYNONYMS);
+    start
+}
+
+/// Reads `[solver]`.
+pub fn solver(root: &Section<'_>) -> Option<Settings> {
+    let Some(section) = root.section("solver")? else { return Some(Settings::default()) };
+    let tolerance = section.real_or("tolerance", &unit::NUMBER, within(0.0, 1.0), 0.0);
+    let methods: &[(&[&str], Method)] = &[(&["adaptive"], Method::Adaptive), (&["fixed_cost"], Method::FixedCost)];
+    let method = section.choice_or("method", methods, Method::Adaptive);
+    let step_size = match method {
+        Some(Method::Adaptive) => {
+            section.forbid(&["step_size"], "solver.tolerance decides the steps", "method = \"fixed_cost\"");
+            Some(0.0)
+        }
+        _ => section.real_or("step_size", &unit::TIME, within(0.0, LONGEST_STEP_SIZE), 0.0),
+    };
+    section.finish(SYNONYMS);
+    Some(Settings { tolerance: tolerance?, method: method?, step_size: step_size? })
+}
+
+/// A stiffness `c` that is given by `natural_frequency`, and a damping `b` by `damping_ratio`, of the mass (or inertia) `mass` on
+/// the stiffness.
+pub fn by_ratio(section: &Section<'_>, key: &str, on: Option<(f64, f64)>) -> Option<Option<f64>> {
+    match key {
+        "c" if !section.either("c", "natural_frequency") => Some(None),
+        "c" if section.has("natural_frequency") => {
+            let w0 = section.real("natural_frequency", &unit::ANGULAR_VELOCITY, POSITIVE);
+            Some(w0.zip(on).map(|(w0, (mass, _))| mass * w0 * w0))
+        }
+        "b" if !section.either("b", "damping_ratio") => Some(None),
+        "b" if section.has("damping_ratio") => {
+            let ratio = section.real("damping_ratio", &unit::NUMBER, NOT_NEGATIVE);
+            Some(ratio.zip(on).map(|(ratio, (mass, c))| 2.0 * ratio * (c * mass).sqrt()))
+        }
+        _ => None,
+    }
+}
+
+/// The model's name and its scene as JSON; numbers are written such that they are read back to the same bits.
+pub fn resolved<D: camdrive::drives::Drive>(scene: &D::Scene) -> Option<Drive> {
+    Some((D::MODEL, serde_json::to_value(scene).ok()?))
+}

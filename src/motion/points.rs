@@ -1,0 +1,216 @@
+//! Points that a table consists of.
+
+use crate::numerics::number::{Number, Rounded};
+use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
+
+/// The fewest points of a table.
+pub const LEAST_POINTS: usize = 4;
+
+/// The least distance of neighbouring angles (rad); a finer one is not measured but a fault of the table.
+pub const LEAST_DISTANCE: f64 = 1e-6;
+
+/// A last point this near one turn after the first (rad) closes the table: angles are printed with five digits.
+const CLOSING: f64 = 1e-4;
+
+/// The lifts of first and closing point may differ by this part of the stroke: roundings of a conversion.
+const EQUAL_LIFT: f64 = 1e-9;
+
+/// Without a closing point, the gap may be this many times the largest distance of neighbours.
+const LARGEST_GAP: f64 = 2.0;
+
+/// Angles (rad) and lifts (m).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Points {
+    /// Strictly ascending over at most one turn; the last may repeat the first one turn later.
+    pub angles: Vec<f64>,
+    /// As long as `angles`; a repeated point repeats its lift.
+    pub lifts: Vec<f64>,
+}
+
+/// The derivatives at a point.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Bend {
+    /// U′ (m/rad).
+    pub slope: f64,
+    /// U″ (m/rad²) on the piece that ends at the point.
+    pub before: f64,
+    /// U″ (m/rad²) on the piece that begins there.
+    pub behind: f64,
+}
+
+/// Why points are no table; indices count from 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum TableError {
+    /// As many lifts as angles are needed.
+    Lengths {
+        /// Number of angles.
+        angles: usize,
+        /// Number of lifts.
+        lifts: usize,
+    },
+    /// Fewer than [`LEAST_POINTS`] points, a closing one not counted.
+    TooFew {
+        /// Number of points.
+        points: usize,
+    },
+    /// An angle or a lift is NaN, infinite or beyond all cams.
+    OutOfRange {
+        /// Index of the point.
+        index: usize,
+        /// The value (rad or m).
+        value: f64,
+    },
+    /// An angle does not exceed the one before by [`LEAST_DISTANCE`].
+    NotAscending {
+        /// Index of the point.
+        index: usize,
+        /// The angle before (rad).
+        previous: f64,
+        /// Its angle (rad).
+        angle: f64,
+    },
+    /// The angles span more than one turn.
+    TooLong {
+        /// Index of the first point too many.
+        index: usize,
+        /// Its distance from the first angle (rad).
+        span: f64,
+    },
+    /// The closing point, one turn after the first, has another lift.
+    NotPeriodic {
+        /// Index of the closing point.
+        index: usize,
+        /// Lift of the first point (m).
+        first: f64,
+        /// Lift of the closing point (m).
+        last: f64,
+    },
+    /// The table stops too far before the end of its turn.
+    NotClosed {
+        /// Index of the last point.
+        index: usize,
+        /// Angle from the last point to the first one of the next turn (rad).
+        gap: f64,
+        /// The largest distance of neighbours (rad).
+        distance: f64,
+    },
+    /// More harmonics than the points determine.
+    TooManyHarmonics {
+        /// The harmonics asked for.
+        harmonics: usize,
+        /// The most that the points determine.
+        most: usize,
+    },
+}
+
+impl TableError {
+    /// The index of the point at fault, from 0.
+    pub fn index(&self) -> Option<usize> {
+        match *self {
+            TableError::OutOfRange { index, .. }
+            | TableError::NotAscending { index, .. }
+            | TableError::TooLong { index, .. }
+            | TableError::NotPeriodic { index, .. }
+            | TableError::NotClosed { index, .. } => Some(index),
+            _ => None,
+        }
+    }
+}
+
+impl std::fmt::Display for TableError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            TableError::Lengths { angles, lifts } => {
+                write!(f, "{angles} angles and {lifts} lifts; a table needs as many lifts as angles")
+            }
+            TableError::TooFew { points } => {
+                write!(f, "{points} points within the turn; a table needs at least {LEAST_POINTS}")
+            }
+            TableError::OutOfRange { index, value } => {
+                write!(f, "point {}: {} is not a finite angle or lift of at most 10000", index + 1, Number(*value))
+            }
+            TableError::NotAscending { index, previous, angle } => write!(
+                f,
+                "point {}: the angle {} rad = {} deg does not exceed the one before, {} rad = {} deg, by \
+                 at least {LEAST_DISTANCE:e} rad",
+                index + 1,
+                Number(*angle),
+                Rounded(angle.to_degrees()),
+                Number(*previous),
+                Rounded(previous.to_degrees())
+            ),
+            TableError::TooLong { index, span } => write!(
+                f,
+                "point {}: {} rad = {} deg after the first point; a table spans one turn, 2π rad = 360 deg",
+                index + 1,
+                Number(*span),
+                Rounded(span.to_degrees())
+            ),
+            TableError::NotPeriodic { index, first, last } => write!(
+                f,
+                "point {}: the lift {} m one turn after the first point differs from its lift {} m",
+                index + 1,
+                Number(*last),
+                Number(*first)
+            ),
+            TableError::NotClosed { index, gap, distance } => write!(
+                f,
+                "point {}: {} rad = {} deg are left of the turn after this last point, while neighbours are at \
+                 most {} rad apart; a table covers the whole turn",
+                index + 1,
+                Rounded(*gap),
+                Rounded(gap.to_degrees()),
+                Rounded(*distance)
+            ),
+            TableError::TooManyHarmonics { harmonics, most } => {
+                write!(f, "{harmonics} harmonics; the points determine at most {most}")
+            }
+        }
+    }
+}
+
+impl std::error::Error for TableError {}
+
+impl Points {
+    /// Checks the points and takes a closing one away.
+    pub fn open(mut self) -> Result<Self, TableError> {
+        let (angles, lifts) = (&self.angles, &self.lifts);
+        if angles.len() != lifts.len() {
+            return Err(TableError::Lengths { angles: angles.len(), lifts: lifts.len() });
+        }
+        for (index, &value) in angles.iter().enumerate() {
+            // Lengths of up to 10 km and angles of up to 10⁴ rad are cams; the comparison also refuses NaN.
+            if let Some(&value) = [value, lifts[index]].iter().find(|v| !(-1e4..=1e4).contains(*v)) {
+                return Err(TableError::OutOfRange { index, value });
+            }
+            if index > 0 && value - angles[index - 1] < LEAST_DISTANCE {
+                return Err(TableError::NotAscending { index, previous: angles[index - 1], angle: value });
+            }
+            if value - angles[0] > TAU + CLOSING {
+                return Err(TableError::TooLong { index, span: value - angles[0] });
+            }
+        }
+        let Some(&end) = angles.last() else { return Err(TableError::TooFew { points: 0 }) };
+        let index = angles.len() - 1;
+        if end - angles[0] >= TAU - CLOSING {
+            let range = lifts.iter().fold(0.0_f64, |range, lift| range.max((lift - lifts[0]).abs()));
+            if (lifts[index] - lifts[0]).abs() > EQUAL_LIFT * range {
+                return Err(TableError::NotPeriodic { index, first: lifts[0], last: lifts[index] });
+            }
+            self.angles.pop();
+            self.lifts.pop();
+        } else {
+            let gap = angles[0] + TAU - end;
+            let distance = angles.windows(2).fold(0.0_f64, |d, w| d.max(w[1] - w[0]));
+            if index > 0 && gap > LARGEST_GAP * distance {
+                return Err(TableError::NotClosed { index, gap, distance });
+            }
+        }
+        if self.angles.len() < LEAST_POINTS {
+            return Err(TableError::TooFew { points: self.angles.len() });
+        }
+        Ok(self)
+    }
+}
