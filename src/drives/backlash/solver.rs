@@ -148,17 +148,17 @@ impl Run {
 
     /// The motion at `time` (s), where the current panel holds it and nothing happens before.
     pub fn within(&self, bodies: &Bodies, time: f64) -> Option<Point> {
-        (self.panel.until(time) < self.panel.limit()).then(|| self.panel.whole_at(bodies, self.theta(time)))
+        (self.panel.until(time) < self.panel.limit()).then(|| self.panel.at(bodies, self.theta(time)))
     }
 
     /// ∫ F_K dt + ΣP and ∫ U′ F_K dt + Σ U′P over the communication step up to `time` (s) in the current panel.
-    pub fn sums(&self, bodies: &Bodies, flank: &impl FlankMotion, time: f64) -> Sums {
-        self.sums + self.panel.integrals(bodies, flank, [self.summed, self.theta(time)]).into()
+    pub fn sums(&self, flank: &impl FlankMotion, time: f64) -> Sums {
+        self.sums + self.panel.integrals(flank, [self.summed, self.theta(time)]).into()
     }
 
     /// Takes them up, since what comes next is another motion of the flank.
-    pub fn sum_up(&mut self, bodies: &Bodies, flank: &impl FlankMotion, time: f64) {
-        (self.sums, self.summed) = (self.sums(bodies, flank, time), self.theta(time));
+    pub fn sum_up(&mut self, flank: &impl FlankMotion, time: f64) {
+        (self.sums, self.summed) = (self.sums(flank, time), self.theta(time));
     }
 
     /// Passes panel after panel up to the one that holds the end of the communication step.
@@ -171,7 +171,7 @@ impl Run {
             if limit > left || (limit == left && self.panel.event.is_none()) {
                 return Ok(());
             }
-            self.sums += self.panel.integrals(bodies, flank, [self.summed, limit]).into();
+            self.sums += self.panel.integrals(flank, [self.summed, limit]).into();
             self.pass_panel(bodies, limit);
             events += if self.panel.event.is_some() { 1.0 } else { 0.0 };
             match self.panel.event {
