@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 const PANEL: f64 = 0.7;
 
 /// A panel; see the module.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Panel {
     /// Where it begins.
     pub from: Beginning,
@@ -70,8 +70,8 @@ impl Reading {
 }
 
 impl Panel {
-    /// The panel from there on, with series of so many terms.
-    pub fn new(bodies: &Bodies, flank: &impl FlankMotion, from: Beginning, terms: usize) -> Self {
+    /// Becomes the panel from there on, with series of so many terms: in place, since it is too large to be moved about.
+    pub fn lay(&mut self, bodies: &Bodies, flank: &impl FlankMotion, from: Beginning, terms: usize) {
         let Beginning { start, segment, phase, longest } = from;
         let oscillator = bodies.oscillator(phase.mode);
         let flank_rate = flank.rate(segment, start);
@@ -83,19 +83,18 @@ impl Panel {
         if slow.is_some() && q.is_none() {
             u = FlankSeries::new(flank, &from, terms, REACH / rate);
         }
-        let series = Series::new(bodies, &phase, &u, q.get_or_insert_with(|| u.elongation(oscillator, &phase)));
+        self.series.take(bodies, &phase, &u, q.get_or_insert_with(|| u.elongation(oscillator, &phase)));
         let State { q: [q0, v0], home, zeta } = phase.state;
-        let centre = [u.u[0] + home + zeta[0] + bodies.share * q0, u.u[1] / u.span + zeta[1] + bodies.share * v0];
-        let (length, next_segment) = flank.stay(segment, start, u.span.min(longest));
-        let mut panel = Panel { from, length, event: None, next_segment, series, centre, cost: PANEL + u.cost };
+        self.centre = [u.u[0] + home + zeta[0] + bodies.share * q0, u.u[1] / u.span + zeta[1] + bodies.share * v0];
+        (self.length, self.next_segment) = flank.stay(segment, start, u.span.min(longest));
+        (self.from, self.event, self.cost) = (from, None, PANEL + u.cost);
         // Without clearance the other flank holds m1.
-        if length > 0.0 && bodies.s > 0.0 {
+        if self.length > 0.0 && bodies.s > 0.0 {
             let contact = phase.mode != Mode::Free;
             let resolution = if contact { bodies.resolution(flank, (start, segment)) } else { 0.0 };
-            let search = Search { from: &panel.from, series: &panel.series, length, rate, resolution };
-            panel.event = search.first_event(bodies);
+            let search = Search { from: &self.from, series: &self.series, length: self.length, rate, resolution };
+            self.event = search.first_event(bodies);
         }
-        panel
     }
 
     /// Where m1 is.

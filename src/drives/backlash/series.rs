@@ -37,7 +37,7 @@ const COEFFICIENTS: usize = MOST_TERMS + 2;
 pub type Terms = [f64; COEFFICIENTS];
 
 /// u (contact) or ζ (flight) beside q.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Series {
     /// The unit of time (s).
     pub span: f64,
@@ -85,49 +85,48 @@ impl FlankSeries {
         let h = self.span;
         let damping = 2.0 * oscillator.damping() * h;
         let stiffness = oscillator.stiffness() * h * h;
-        let driven = if phase.mode == Mode::Free { 0.0 } else { 1.0 };
+        let driven = if phase.mode == Mode::Free { &[0.0; COEFFICIENTS] } else { &self.u };
         let mut series = [0.0; COEFFICIENTS];
-        let [mut q, mut v] = [phase.state.q[0], phase.state.q[1] * h];
-        [series[0], series[1]] = [q, v];
-        for n in 0..self.terms.min(MOST_TERMS) {
-            let next = -(damping * ORDER[n] * v + stiffness * q) * RECIPROCAL[n] - driven * self.u[n + 2];
-            series[n + 2] = next;
-            (q, v) = (v, next);
+        [series[0], series[1]] = [phase.state.q[0], phase.state.q[1] * h];
+        for n in 0..MOST_TERMS {
+            let force = damping * ORDER[n] * series[n + 1] + stiffness * series[n];
+            series[n + 2] = -RECIPROCAL[n] * force - driven[n + 2];
         }
+        series[self.terms.min(MOST_TERMS) + 2..].fill(0.0);
         series
     }
 }
 
 impl Series {
-    /// The series of u or ζ beside that of `q`.
-    pub fn new(bodies: &Bodies, phase: &Phase, flank: &FlankSeries, q: &Terms) -> Self {
+    /// Becomes the series of u or ζ beside that of `q`.
+    pub fn take(&mut self, bodies: &Bodies, phase: &Phase, flank: &FlankSeries, q: &Terms) {
         let FlankSeries { span, terms, ref u, .. } = *flank;
         // What the compiler knows it need not check.
-        let (terms, per_span) = (terms.min(MOST_TERMS), 1.0 / span);
-        let (mut pairs, mut forces) = ([Pair::default(); COEFFICIENTS], [Pair::default(); MOST_TERMS]);
+        (self.span, self.terms, self.per_span) = (span, terms.min(MOST_TERMS), 1.0 / span);
         if phase.mode == Mode::Free {
             let share = bodies.share;
             for n in 2..COEFFICIENTS {
                 // The centre of mass moves uniformly: m1 z̈ = c q + b q̇ − m1 ü is this share of −q̈.
-                pairs[n] = Pair([-share * q[n] - u[n], q[n]]);
+                self.pairs[n] = Pair([-share * q[n] - u[n], q[n]]);
             }
-            (pairs[0], pairs[1]) = (Pair([phase.state.zeta[0], q[0]]), Pair([phase.state.zeta[1] * span, q[1]]));
-            for pair in &mut pairs[..phase.zeros] {
+            self.pairs[0] = Pair([phase.state.zeta[0], q[0]]);
+            self.pairs[1] = Pair([phase.state.zeta[1] * span, q[1]]);
+            for pair in &mut self.pairs[..phase.zeros] {
                 pair.0[0] = 0.0;
             }
         } else {
             for n in 0..COEFFICIENTS {
-                pairs[n] = Pair([u[n], q[n]]);
+                self.pairs[n] = Pair([u[n], q[n]]);
             }
+            let per_span = self.per_span;
             let (inertia, damping) = (bodies.m1 * per_span * per_span, bodies.b * per_span);
             for n in 0..MOST_TERMS {
                 let link = bodies.c * q[n] + damping * (ORDER[n] * q[n + 1]);
                 let force = inertia * (ORDER[n] * ORDER[n + 1]) * u[n + 2] - link;
-                forces[n] = Pair([force, per_span * (ORDER[n] * u[n + 1])]);
+                self.forces[n] = Pair([force, per_span * (ORDER[n] * u[n + 1])]);
             }
-            forces[terms..].fill(Pair::default());
+            self.forces[self.terms..].fill(Pair::default());
         }
-        Series { span, terms, per_span, pairs, forces }
     }
 
     /// u or ζ, and q, `theta` (s) after the start; their rates and their accelerations. Apart from its callers, which read single

@@ -51,7 +51,7 @@ pub struct Sums {
 }
 
 /// The motion up to the communication point and its continuation as far as the current panel.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Run {
     /// The current panel.
     pub panel: Panel,
@@ -88,27 +88,21 @@ struct Strike {
 impl Run {
     /// A run from there on, with series of so many terms.
     pub fn new(bodies: &Bodies, flank: &impl FlankMotion, from: Beginning, terms: usize) -> Self {
-        let mut run = Run {
-            panel: Panel::new(bodies, flank, from, terms),
-            tally: Tally::default(),
-            errors: Covariance::default(),
-            sums: Sums::default(),
-            summed: 0.0,
-        };
-        run.enter_panel();
+        let mut run = Run::default();
+        run.enter(bodies, flank, from, terms);
         run
     }
 
     /// Goes on from there, counts kept.
     pub fn restart(&mut self, bodies: &Bodies, flank: &impl FlankMotion, from: Beginning) {
-        self.panel = Panel::new(bodies, flank, from, self.terms());
-        self.summed = 0.0;
-        self.enter_panel();
+        self.enter(bodies, flank, from, self.terms());
         self.tally.panels += 1.0;
     }
 
-    /// Counts the errors that the current panel makes up to its end.
-    fn enter_panel(&mut self) {
+    /// Begins a panel and counts the errors that it makes up to its end.
+    fn enter(&mut self, bodies: &Bodies, flank: &impl FlankMotion, from: Beginning, terms: usize) {
+        self.panel.lay(bodies, flank, from, terms);
+        self.summed = 0.0;
         self.errors.enter(self.panel.series.errors(self.panel.mode(), self.panel.limit()));
     }
 
