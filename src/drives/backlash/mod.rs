@@ -178,7 +178,7 @@ impl BacklashDrive {
 
     /// ∫ b q̇² dt since the start (J).
     fn damping_loss(&self) -> f64 {
-        let Some(run) = &self.run else { return 0.0 };
+        let Some(run) = self.run.as_ref().filter(|_| self.bodies.b > 0.0) else { return 0.0 };
         self.now.tally.damping_loss + run.panel.damping_loss(&self.bodies, run.theta(self.now.time))
     }
 
@@ -193,6 +193,7 @@ impl BacklashDrive {
     }
 
     /// Advances over the ends of panels, or as inputs say.
+    #[inline(never)]
     fn go_on(&mut self, time: f64, step: f64) -> Result<(), Fault> {
         let horizon = self.horizon(step);
         let input = self.cam.is_input();

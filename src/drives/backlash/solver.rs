@@ -142,7 +142,8 @@ impl Run {
 
     /// The motion at `time` (s), where the current panel holds it and nothing happens before.
     pub fn within(&self, bodies: &Bodies, time: f64) -> Option<Point> {
-        (self.panel.until(time) < self.panel.limit()).then(|| self.panel.at(bodies, self.theta(time)))
+        let theta = self.panel.until(time);
+        (theta < self.panel.limit()).then(|| self.panel.at(bodies, theta.max(0.0)))
     }
 
     /// ∫ F_K dt + ΣP and ∫ U′ F_K dt + Σ U′P over the communication step up to `time` (s) in the current panel.
