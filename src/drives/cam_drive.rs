@@ -183,6 +183,9 @@ impl AngleMotion {
     /// φ and its derivatives at `time` (s), φ as one number (rad).
     pub fn kinematics(&self, time: f64) -> [f64; 5] {
         let (c, tau) = (&self.coefficients, time - self.origin);
+        if self.degree <= 2 {
+            return [c[0] + (c[1] + 0.5 * c[2] * tau) * tau, c[1] + c[2] * tau, c[2], 0.0, 0.0];
+        }
         let mut d = [0.0; 5];
         for (order, d) in d.iter_mut().enumerate().take(self.degree + 1) {
             *d = c[order]
@@ -280,7 +283,8 @@ impl<Law> CamDrive<Law> {
                 let mut motion = AngleMotion::uniform(time, self.input[0], self.input[1]);
                 motion.coefficients[2] = self.input[2];
                 motion.coefficients[3..].copy_from_slice(&self.beyond);
-                motion.degree = (2..COEFFICIENTS).rev().find(|&j| motion.coefficients[j] != 0.0).unwrap_or(1);
+                let known = if self.from == [0; MAX_INPUT_DERIVATIVE] { 3 } else { COEFFICIENTS };
+                motion.degree = (2..known).rev().find(|&j| motion.coefficients[j] != 0.0).unwrap_or(1);
                 motion
             }
         }
