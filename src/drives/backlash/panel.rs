@@ -120,9 +120,11 @@ impl Panel {
 
     /// The motion `theta` (s) after the start. In flight x1 is off the centre of mass, which moves uniformly, by −μ q.
     pub fn at(&self, bodies: &Bodies, theta: f64) -> Point {
-        let [[first, q], [rate, q_dot], [acceleration, _]] = self.series.at(theta).map(Pair::array);
+        let contact = self.mode() != Mode::Free;
+        let sums = if contact { self.series.at::<true>(theta) } else { self.series.at::<false>(theta) };
+        let [[first, q], [rate, q_dot], [acceleration, _]] = sums.map(Pair::array);
         let (q, State { home, zeta, .. }) = ([q, q_dot], self.from.phase.state);
-        if self.mode() != Mode::Free {
+        if contact {
             return Point { state: State { q, home, zeta }, u: [first, rate, acceleration] };
         }
         let [place, speed] = self.centre;
@@ -172,7 +174,7 @@ impl Panel {
             return 0.0;
         }
         let [loss] = self.integrate([0.0, theta], |theta| {
-            let [_, q_dot] = self.series.at(theta)[1].array();
+            let [_, q_dot] = self.series.at::<false>(theta)[1].array();
             [bodies.b * q_dot * q_dot]
         });
         loss

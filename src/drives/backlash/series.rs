@@ -83,14 +83,17 @@ impl FlankSeries {
     /// q from its first two coefficients on, by the equation of motion.
     pub fn elongation(&self, oscillator: &Oscillator, phase: &Phase) -> Terms {
         let h = self.span;
-        let damping = 2.0 * oscillator.damping() * h;
-        let stiffness = oscillator.stiffness() * h * h;
+        let damping = -2.0 * oscillator.damping() * h;
+        let stiffness = -oscillator.stiffness() * h * h;
         let driven = if phase.mode == Mode::Free { &[0.0; COEFFICIENTS] } else { &self.u };
         let mut series = [0.0; COEFFICIENTS];
         [series[0], series[1]] = [phase.state.q[0], phase.state.q[1] * h];
-        for n in 0..MOST_TERMS {
-            let force = damping * ORDER[n] * series[n + 1] + stiffness * series[n];
-            series[n + 2] = -RECIPROCAL[n] * force - driven[n + 2];
+        // Four at a time: the compiler writes these out.
+        for first in (0..MOST_TERMS).step_by(4) {
+            for n in first..first + 4 {
+                let force = damping * ORDER[n] * series[n + 1] + stiffness * series[n];
+                series[n + 2] = RECIPROCAL[n] * force - driven[n + 2];
+            }
         }
         series[self.terms.min(MOST_TERMS) + 2..].fill(0.0);
         series
@@ -129,10 +132,10 @@ impl Series {
         }
     }
 
-    /// u or ζ, and q, `theta` (s) after the start; their rates and their accelerations. Apart from its callers, which read single
+    /// u or ζ, and q, `theta` (s) after the start; their rates and, where wanted, their accelerations. Apart from its callers, which read single
     /// numbers, the pairs stay together in registers.
     #[inline(never)]
-    pub fn at(&self, theta: f64) -> [Pair; 3] {
+    pub fn at<const ACCELERATIONS: bool>(&self, theta: f64) -> [Pair; 3] {
         let x = theta * self.per_span;
         let [values, rates, accelerations] = match self.terms_at(x) {
             ..=10 => sums::<12>(&self.pairs, x),
@@ -141,7 +144,8 @@ impl Series {
             _ => sums::<COEFFICIENTS>(&self.pairs, x),
         };
         let per_span = Pair::both(self.per_span);
-        [values, rates * per_span, accelerations * per_span * per_span]
+        let accelerations = if ACCELERATIONS { accelerations * per_span * per_span } else { Pair::default() };
+        [values, rates * per_span, accelerations]
     }
 
     /// How many terms do at the part `x` of the span: (2 x)ⁿ/n! is 4e-19 at half of it and n = 20, 7e-19 at a quarter and
