@@ -280,14 +280,19 @@ impl<Law> CamDrive<Law> {
         match self.mode {
             DriveMode::Constant { w, phi_start } => AngleMotion::uniform(self.start_time, phi_start, w),
             DriveMode::Input => {
-                let mut motion = AngleMotion::uniform(time, self.input[0], self.input[1]);
-                motion.coefficients[2] = self.input[2];
-                motion.coefficients[3..].copy_from_slice(&self.beyond);
-                let known = if self.from == [0; MAX_INPUT_DERIVATIVE] { 3 } else { COEFFICIENTS };
-                motion.degree = (2..known).rev().find(|&j| motion.coefficients[j] != 0.0).unwrap_or(1);
-                motion
+                let [phi, w, a] = self.input;
+                let mut motion = AngleMotion::uniform(time, phi, w);
+                (motion.coefficients[2], motion.degree) = (a, if a == 0.0 { 1 } else { 2 });
+                if self.from == [0; MAX_INPUT_DERIVATIVE] { motion } else { self.with_derivatives(motion) }
             }
         }
+    }
+
+    #[cold]
+    fn with_derivatives(&self, mut motion: AngleMotion) -> AngleMotion {
+        motion.coefficients[3..].copy_from_slice(&self.beyond);
+        motion.degree = (2..COEFFICIENTS).rev().find(|&j| motion.coefficients[j] != 0.0).unwrap_or(1);
+        motion
     }
 
     /// φ at the `end` of the communication step that starts at `time` (s).
