@@ -184,6 +184,9 @@ impl AngleMotion {
     /// φ and its derivatives at `time` (s), φ as one number (rad).
     pub fn kinematics(&self, time: f64) -> [f64; 5] {
         let (c, tau) = (&self.coefficients, time - self.origin);
+        if self.degree <= 2 {
+            return [c[0] + (c[1] + 0.5 * c[2] * tau) * tau, c[1] + c[2] * tau, c[2], 0.0, 0.0];
+        }
         let mut d = [0.0; 5];
         for (order, d) in d.iter_mut().enumerate().take(self.degree + 1) {
             *d = c[order]
@@ -278,13 +281,19 @@ impl<Law> CamDrive<Law> {
         match self.mode {
             DriveMode::Constant { w, phi_start } => AngleMotion::uniform(self.start_time, phi_start, w),
             DriveMode::Input => {
-                let mut motion = AngleMotion::uniform(time, self.input[0], self.input[1]);
-                motion.coefficients[2] = self.input[2];
-                motion.coefficients[3..].copy_from_slice(&self.beyond);
-                motion.degree = (2..COEFFICIENTS).rev().find(|&j| motion.coefficients[j] != 0.0).unwrap_or(1);
-                motion
+                let [phi, w, a] = self.input;
+                let mut motion = AngleMotion::uniform(time, phi, w);
+                (motion.coefficients[2], motion.degree) = (a, if a == 0.0 { 1 } else { 2 });
+                if self.from == [0; MAX_INPUT_DERIVATIVE] { motion } else { self.with_derivatives(motion) }
             }
         }
+    }
+
+    #[cold]
+    fn with_derivatives(&self, mut motion: AngleMotion) -> AngleMotion {
+        motion.coefficients[3..].copy_from_slice(&self.beyond);
+        motion.degree = (2..COEFFICIENTS).rev().find(|&j| motion.coefficients[j] != 0.0).unwrap_or(1);
+        motion
     }
 
     /// φ at the `end` of the communication step that starts at `time` (s).

@@ -128,30 +128,26 @@ impl Fourier {
 
     /// The Taylor coefficients about `phi`; see [`super::MotionLaw::expand`].
     pub fn expand(&self, phi: f64, step: f64, coefficients: &mut [f64]) {
-        coefficients.fill(0.0);
-        coefficients[0] = self.a[0];
+        let mut sums = [[0.0; 2]; RECIPROCALS.len()];
+        sums[0][0] = self.a[0];
         let (s1, c1) = phi.sin_cos();
-        let (mut s, mut c) = (0.0, 1.0);
-        for k in 1..self.a.len() {
-            (s, c) = (s * c1 + c * s1, c * c1 - s * s1);
-            let (a, b, rate) = (self.a[k], self.b[k], k as f64 * step);
-            if a == 0.0 && b == 0.0 {
-                continue;
-            }
-            // The terms of even and of odd order, each from the one before it.
-            let mut term = [a * c + b * s, rate * (b * c - a * s)];
-            let square = -rate * rate;
-            let (pairs, rest) = coefficients.as_chunks_mut::<2>();
-            for (pair, reciprocals) in pairs.iter_mut().zip(&RECIPROCALS) {
-                for i in 0..2 {
-                    pair[i] += term[i];
-                    term[i] *= square * reciprocals[i];
+        let (mut s, mut c, mut k) = (s1, c1, 1.0);
+        for (a, b) in self.a[1..].iter().zip(&self.b[1..]) {
+            if *a != 0.0 || *b != 0.0 {
+                let rate = k * step;
+                // The terms of even and of odd order, each from the one before it; all, since the compiler then knows how many.
+                let mut term = [a * c + b * s, rate * (b * c - a * s)];
+                let square = -rate * rate;
+                for (sum, reciprocals) in sums.iter_mut().zip(&RECIPROCALS) {
+                    for i in 0..2 {
+                        sum[i] += term[i];
+                        term[i] *= square * reciprocals[i];
+                    }
                 }
             }
-            for c in rest {
-                *c += term[0];
-            }
+            (s, c, k) = (s * c1 + c * s1, c * c1 - s * s1, k + 1.0);
         }
+        coefficients.copy_from_slice(&sums.as_flattened()[..coefficients.len()]);
     }
 
     /// Σ kⁿ √(aₖ² + bₖ²) ≥ |U⁽ⁿ⁾|, with |a₀| for n = 0.

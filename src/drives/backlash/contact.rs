@@ -17,11 +17,12 @@ pub enum Flank {
 }
 
 /// Where m1 is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Mode {
     /// On a flank.
     Contact(Flank),
     /// Between the flanks.
+    #[default]
     Free,
 }
 
@@ -70,7 +71,7 @@ pub struct State {
 }
 
 /// What the motion goes on with after a switching instant.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Phase {
     /// Where m1 is.
     pub mode: Mode,
@@ -81,7 +82,7 @@ pub struct Phase {
 }
 
 /// Where a panel begins; the panel follows from it.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Beginning {
     /// When (s).
     pub start: Double,

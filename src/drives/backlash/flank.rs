@@ -51,7 +51,7 @@ pub trait FlankMotion {
 const EXPANSION: f64 = 0.3;
 const DERIVATIVES: f64 = 5.0;
 const COMPOSITION: f64 = 0.5;
-const POINTS: f64 = 24.0;
+const POINTS: f64 = 12.0;
 const ANGLE: f64 = 0.05;
 
 /// The flank of a cam on its shaft.

@@ -165,20 +165,20 @@ impl BacklashDrive {
 
     /// Shows the motion at `time` (s), which lies in the current panel.
     fn show(&mut self, run: &Run, time: f64) {
-        let point = run.panel.whole_at(&self.bodies, run.theta(time));
+        let point = run.panel.at(&self.bodies, run.theta(time));
         self.now = Now { time, mode: run.panel.mode(), point, tally: run.tally };
     }
 
     /// (∫ F_K dt + ΣP)/h and (∫ U′F_K dt + ΣU′P)/h over the last communication step (N), (N·m).
     fn mean(&self) -> [f64; 2] {
         let Some(run) = self.run.as_ref().filter(|_| self.step > 0.0) else { return [0.0; 2] };
-        let sums = run.sums(&self.bodies, &self.flank(), self.now.time);
+        let sums = run.sums(&self.flank(), self.now.time);
         [sums.force / self.step, sums.torque / self.step]
     }
 
     /// ∫ b q̇² dt since the start (J).
     fn damping_loss(&self) -> f64 {
-        let Some(run) = &self.run else { return 0.0 };
+        let Some(run) = self.run.as_ref().filter(|_| self.bodies.b > 0.0) else { return 0.0 };
         self.now.tally.damping_loss + run.panel.damping_loss(&self.bodies, run.theta(self.now.time))
     }
 
@@ -193,6 +193,7 @@ impl BacklashDrive {
     }
 
     /// Advances over the ends of panels, or as inputs say.
+    #[inline(never)]
     fn go_on(&mut self, time: f64, step: f64) -> Result<(), Fault> {
         let horizon = self.horizon(step);
         let input = self.cam.is_input();
@@ -219,14 +220,14 @@ impl BacklashDrive {
         let end = time + step;
         let mut work = Work::default();
         run.advance(&self.bodies, &flank, &mut Stretch { end, horizon, log: &mut self.log, work: &mut work })?;
-        let point = run.panel.whole_at(&self.bodies, run.theta(end));
+        let point = run.panel.at(&self.bodies, run.theta(end));
         if !point.reading().is_finite() {
             return Err(Fault::new(format!("the motion leaves the range of numbers before t = {} s", Rounded(end))));
         }
         self.now = Now { time: end, mode: run.panel.mode(), point, tally: run.tally };
         self.step = step;
         if input {
-            run.sum_up(&self.bodies, &flank, end);
+            run.sum_up(&flank, end);
             self.end = (self.now.mode, self.now.point);
         }
         if self.solver.steps != run.tally.panels {

@@ -4,19 +4,20 @@
 use super::contact::{Beginning, Bodies, Mode, State};
 use super::flank::FlankMotion;
 use super::overdamped;
-use super::series::{FlankSeries, REACH, Series};
+use super::series::{FlankSeries, MOST_TERMS, REACH, Series};
 use super::switching::{Found, Search};
 use crate::motion::Kinematics;
 use crate::numerics::double_double::Double;
 use crate::numerics::gauss::Gauss;
 use crate::numerics::number::all_finite;
+use crate::numerics::pair::Pair;
 use serde::{Deserialize, Serialize};
 
 /// A panel with the search for its event, beside the expansion of u (nominal µs).
 const PANEL: f64 = 0.7;
 
 /// A panel; see the module.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Panel {
     /// Where it begins.
     pub from: Beginning,
@@ -69,8 +70,8 @@ impl Reading {
 }
 
 impl Panel {
-    /// The panel from there on, with series of so many terms.
-    pub fn new(bodies: &Bodies, flank: &impl FlankMotion, from: Beginning, terms: usize) -> Self {
+    /// Becomes the panel from there on, with series of so many terms: in place, since it is too large to be moved about.
+    pub fn lay(&mut self, bodies: &Bodies, flank: &impl FlankMotion, from: Beginning, terms: usize) {
         let Beginning { start, segment, phase, longest } = from;
         let oscillator = bodies.oscillator(phase.mode);
         let flank_rate = flank.rate(segment, start);
@@ -82,19 +83,18 @@ impl Panel {
         if slow.is_some() && q.is_none() {
             u = FlankSeries::new(flank, &from, terms, REACH / rate);
         }
-        let series = Series::new(bodies, &phase, &u, q.get_or_insert_with(|| u.elongation(oscillator, &phase)));
+        self.series.take(bodies, &phase, &u, q.get_or_insert_with(|| u.elongation(oscillator, &phase)));
         let State { q: [q0, v0], home, zeta } = phase.state;
-        let centre = [u.u[0] + home + zeta[0] + bodies.share * q0, u.u[1] / u.span + zeta[1] + bodies.share * v0];
-        let (length, next_segment) = flank.stay(segment, start, u.span.min(longest));
-        let mut panel = Panel { from, length, event: None, next_segment, series, centre, cost: PANEL + u.cost };
+        self.centre = [u.u[0] + home + zeta[0] + bodies.share * q0, u.u[1] / u.span + zeta[1] + bodies.share * v0];
+        (self.length, self.next_segment) = flank.stay(segment, start, u.span.min(longest));
+        (self.from, self.event, self.cost) = (from, None, PANEL + u.cost);
         // Without clearance the other flank holds m1.
-        if length > 0.0 && bodies.s > 0.0 {
+        if self.length > 0.0 && bodies.s > 0.0 {
             let contact = phase.mode != Mode::Free;
             let resolution = if contact { bodies.resolution(flank, (start, segment)) } else { 0.0 };
-            let search = Search { from: &panel.from, series: &panel.series, length, rate, resolution };
-            panel.event = search.first_event(bodies);
+            let search = Search { from: &self.from, series: &self.series, length: self.length, rate, resolution };
+            self.event = search.first_event(bodies);
         }
-        panel
     }
 
     /// Where m1 is.
@@ -118,39 +118,20 @@ impl Panel {
         self.from.start + Double::from(theta)
     }
 
-    /// What is read `theta` (s) after the start, and u, u̇ (contact) or ζ, ζ̇. In flight x1 is off the centre of mass, which
-    /// moves uniformly, by −μ q.
-    #[inline(always)]
-    fn motion(&self, bodies: &Bodies, theta: f64) -> (Reading, [f64; 2]) {
-        let [[first, q], [rate, q_dot]] = self.series.at(theta);
-        let place = if self.mode() == Mode::Free {
-            let [place, speed] = self.centre;
-            [place + theta * speed - bodies.share * q, speed - bodies.share * q_dot]
-        } else {
-            [first + self.from.phase.state.home, rate]
-        };
-        (Reading { place, q: [q, q_dot] }, [first, rate])
-    }
-
-    /// The motion `theta` (s) after the start, without ü.
+    /// The motion `theta` (s) after the start. In flight x1 is off the centre of mass, which moves uniformly, by −μ q.
     pub fn at(&self, bodies: &Bodies, theta: f64) -> Point {
-        let (Reading { place, q }, [first, rate]) = self.motion(bodies, theta);
-        let State { home, zeta, .. } = self.from.phase.state;
-        if self.mode() != Mode::Free {
-            return Point { state: State { q, home, zeta }, u: [first, rate, 0.0] };
+        let contact = self.mode() != Mode::Free;
+        let sums = if contact { self.series.at::<true>(theta) } else { self.series.at::<false>(theta) };
+        let [[first, q], [rate, q_dot], [acceleration, _]] = sums.map(Pair::array);
+        let (q, State { home, zeta, .. }) = ([q, q_dot], self.from.phase.state);
+        if contact {
+            return Point { state: State { q, home, zeta }, u: [first, rate, acceleration] };
         }
+        let [place, speed] = self.centre;
+        let [x, x_dot] = [place + theta * speed - bodies.share * q[0], speed - bodies.share * q[1]];
         // Rounding may put m1 behind a flank that it has not reached.
         let zeta = [first.clamp(-home, bodies.s - home), rate];
-        Point { state: State { q, home, zeta }, u: [place[0] - home - zeta[0], place[1] - zeta[1], 0.0] }
-    }
-
-    /// The motion `theta` (s) after the start with ü.
-    pub fn whole_at(&self, bodies: &Bodies, theta: f64) -> Point {
-        let mut point = self.at(bodies, theta);
-        if self.mode() != Mode::Free {
-            point.u[2] = self.series.flank_acceleration(theta);
-        }
-        point
+        Point { state: State { q, home, zeta }, u: [x - home - zeta[0], x_dot - zeta[1], 0.0] }
     }
 
     /// How far the panel goes before something happens (s).
@@ -159,24 +140,32 @@ impl Panel {
     }
 
     /// ∫ F_K dt, ∫ U′ F_K dt between two times after the start.
-    pub fn integrals(&self, bodies: &Bodies, flank: &impl FlankMotion, way: [f64; 2]) -> [f64; 2] {
+    pub fn integrals(&self, flank: &impl FlankMotion, way: [f64; 2]) -> [f64; 2] {
         if self.mode() == Mode::Free {
             return [0.0; 2];
         }
-        let terms = self.series.force_and_rate(bodies);
+        match self.series.terms_at(way[1] / self.series.span) {
+            ..=14 => self.integrals_by::<14>(flank, way),
+            15..=18 => self.integrals_by::<18>(flank, way),
+            _ => self.integrals_by::<MOST_TERMS>(flank, way),
+        }
+    }
+
+    /// The same by so many terms.
+    fn integrals_by<const N: usize>(&self, flank: &impl FlankMotion, way: [f64; 2]) -> [f64; 2] {
+        let (uniform, speed) = (flank.is_uniform(), flank.speed());
         let slope = |theta: f64| flank.slope(self.from.segment, self.instant(theta));
-        let uniform = flank.is_uniform().then(|| flank.speed());
-        let standing = if uniform == Some(0.0) { slope(0.0) } else { 0.0 };
-        self.integrate(way, |theta| {
-            let [force, rate] = self.series.sum(&terms, theta);
-            // U′ = u̇/ω at constant speed.
-            let slope = match uniform {
-                Some(0.0) => standing,
-                Some(speed) => rate / speed,
-                None => slope(theta),
-            };
-            [force, force * slope]
-        })
+        let [force, torque] = self.integrate(way, |theta| {
+            let [force, rate] = self.series.force_and_rate::<N>(theta).array();
+            [force, force * if uniform { rate } else { slope(theta) }]
+        });
+        // U′ = u̇/ω at constant speed.
+        let torque = match (uniform, speed) {
+            (true, 0.0) => force * slope(0.0),
+            (true, _) => torque / speed,
+            (false, _) => torque,
+        };
+        [force, torque]
     }
 
     /// ∫ b q̇² dt from the start to `theta` (s).
@@ -185,26 +174,23 @@ impl Panel {
             return 0.0;
         }
         let [loss] = self.integrate([0.0, theta], |theta| {
-            let [_, [_, q_dot]] = self.series.at(theta);
+            let [_, q_dot] = self.series.at::<false>(theta)[1].array();
             [bodies.b * q_dot * q_dot]
         });
         loss
     }
 
     /// The integrals of products of two quantities between two times after the start. A product changes by at most four radians
-    /// in a panel; six nodes integrate a wave over one radian to (6!)⁴/(13 (12!)³) = 2e-16.
+    /// in a panel; n nodes integrate a wave over w radians to w²ⁿ (n!)⁴/((2n + 1) ((2n)!)³): 2e-16, 4e-17, 2e-24.
     fn integrate<const N: usize>(&self, [from, to]: [f64; 2], f: impl Fn(f64) -> [f64; N]) -> [f64; N] {
-        let mut sums = [0.0; N];
         if to <= from {
-            return sums;
+            return [0.0; N];
         }
-        let parts = (4.0 * (to - from) / self.series.span).ceil().clamp(1.0, 4.0);
-        let width = (to - from) / parts;
-        for part in 0..parts as usize {
-            let left = from + part as f64 * width;
-            let add = Gauss::with(6).integrate(width, |s| f(left + s));
-            sums = std::array::from_fn(|n| sums[n] + add[n]);
-        }
-        sums
+        let nodes = match 4.0 * (to - from) / self.series.span {
+            ..=1.0 => 6,
+            ..=2.5 => 8,
+            _ => 12,
+        };
+        Gauss::with(nodes).integrate(to - from, |s| f(from + s))
     }
 }

@@ -37,7 +37,7 @@ const COEFFICIENTS: usize = MOST_TERMS + 2;
 pub type Terms = [f64; COEFFICIENTS];
 
 /// u (contact) or ζ (flight) beside q.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Series {
     /// The unit of time (s).
     pub span: f64,
@@ -47,6 +47,8 @@ pub struct Series {
     /// Spans per second.
     per_span: f64,
     pairs: [Pair; COEFFICIENTS],
+    /// In contact the terms of F_K beside those of u̇.
+    forces: [Pair; MOST_TERMS],
 }
 
 /// The series of the flank.
@@ -81,62 +83,74 @@ impl FlankSeries {
     /// q from its first two coefficients on, by the equation of motion.
     pub fn elongation(&self, oscillator: &Oscillator, phase: &Phase) -> Terms {
         let h = self.span;
-        let damping = 2.0 * oscillator.damping() * h;
-        let stiffness = oscillator.stiffness() * h * h;
-        let driven = if phase.mode == Mode::Free { 0.0 } else { 1.0 };
+        let damping = -2.0 * oscillator.damping() * h;
+        let stiffness = -oscillator.stiffness() * h * h;
+        let driven = if phase.mode == Mode::Free { &[0.0; COEFFICIENTS] } else { &self.u };
         let mut series = [0.0; COEFFICIENTS];
-        let [mut q, mut v] = [phase.state.q[0], phase.state.q[1] * h];
-        [series[0], series[1]] = [q, v];
-        for n in 0..self.terms.min(MOST_TERMS) {
-            let next = -(damping * ORDER[n] * v + stiffness * q) * RECIPROCAL[n] - driven * self.u[n + 2];
-            series[n + 2] = next;
-            (q, v) = (v, next);
+        [series[0], series[1]] = [phase.state.q[0], phase.state.q[1] * h];
+        // Four at a time: the compiler writes these out.
+        for first in (0..MOST_TERMS).step_by(4) {
+            for n in first..first + 4 {
+                let force = damping * ORDER[n] * series[n + 1] + stiffness * series[n];
+                series[n + 2] = RECIPROCAL[n] * force - driven[n + 2];
+            }
         }
+        series[self.terms.min(MOST_TERMS) + 2..].fill(0.0);
         series
     }
 }
 
 impl Series {
-    /// The series of u or ζ beside that of `q`.
-    pub fn new(bodies: &Bodies, phase: &Phase, flank: &FlankSeries, q: &Terms) -> Self {
+    /// Becomes the series of u or ζ beside that of `q`.
+    pub fn take(&mut self, bodies: &Bodies, phase: &Phase, flank: &FlankSeries, q: &Terms) {
         let FlankSeries { span, terms, ref u, .. } = *flank;
         // What the compiler knows it need not check.
-        let terms = terms.min(MOST_TERMS);
-        let mut pairs = [Pair::default(); COEFFICIENTS];
+        (self.span, self.terms, self.per_span) = (span, terms.min(MOST_TERMS), 1.0 / span);
         if phase.mode == Mode::Free {
             let share = bodies.share;
-            for n in 2..terms + 2 {
+            for n in 2..COEFFICIENTS {
                 // The centre of mass moves uniformly: m1 z̈ = c q + b q̇ − m1 ü is this share of −q̈.
-                pairs[n] = Pair([-share * q[n] - u[n], q[n]]);
+                self.pairs[n] = Pair([-share * q[n] - u[n], q[n]]);
             }
-            (pairs[0], pairs[1]) = (Pair([phase.state.zeta[0], q[0]]), Pair([phase.state.zeta[1] * span, q[1]]));
-            for pair in &mut pairs[..phase.zeros] {
+            self.pairs[0] = Pair([phase.state.zeta[0], q[0]]);
+            self.pairs[1] = Pair([phase.state.zeta[1] * span, q[1]]);
+            for pair in &mut self.pairs[..phase.zeros] {
                 pair.0[0] = 0.0;
             }
         } else {
-            for n in 0..terms + 2 {
-                pairs[n] = Pair([u[n], q[n]]);
+            for n in 0..COEFFICIENTS {
+                self.pairs[n] = Pair([u[n], q[n]]);
             }
+            let per_span = self.per_span;
+            let (inertia, damping) = (bodies.m1 * per_span * per_span, bodies.b * per_span);
+            for n in 0..MOST_TERMS {
+                let link = bodies.c * q[n] + damping * (ORDER[n] * q[n + 1]);
+                let force = inertia * (ORDER[n] * ORDER[n + 1]) * u[n + 2] - link;
+                self.forces[n] = Pair([force, per_span * (ORDER[n] * u[n + 1])]);
+            }
+            self.forces[self.terms..].fill(Pair::default());
         }
-        Series { span, terms, per_span: 1.0 / span, pairs }
     }
 
-    /// u or ζ, and q, `theta` (s) after the start; and their rates.
-    pub fn at(&self, theta: f64) -> [[f64; 2]; 2] {
+    /// u or ζ, and q, `theta` (s) after the start; their rates and, where wanted, their accelerations. Apart from its callers, which read single
+    /// numbers, the pairs stay together in registers.
+    #[inline(never)]
+    pub fn at<const ACCELERATIONS: bool>(&self, theta: f64) -> [Pair; 3] {
         let x = theta * self.per_span;
-        // Even and odd terms apart: p = E(x²) + x O(x²), p′ = O + 2x E′ + 2x² O′.
-        let [values, rates] = match self.terms_at(x) {
-            ..=10 => sums(self.pairs.first_chunk::<12>(), x),
-            11..=14 => sums(self.pairs.first_chunk::<16>(), x),
-            15..=18 => sums(self.pairs.first_chunk::<20>(), x),
-            _ => sums(Some(&self.pairs), x),
+        let [values, rates, accelerations] = match self.terms_at(x) {
+            ..=10 => sums::<12>(&self.pairs, x),
+            11..=14 => sums::<16>(&self.pairs, x),
+            15..=18 => sums::<20>(&self.pairs, x),
+            _ => sums::<COEFFICIENTS>(&self.pairs, x),
         };
-        [values, rates.map(|rate| rate * self.per_span)]
+        let per_span = Pair::both(self.per_span);
+        let accelerations = if ACCELERATIONS { accelerations * per_span * per_span } else { Pair::default() };
+        [values, rates * per_span, accelerations]
     }
 
     /// How many terms do at the part `x` of the span: (2 x)ⁿ/n! is 4e-19 at half of it and n = 20, 7e-19 at a quarter and
     /// n = 16; of ü and the force, with two terms less, 2e-16 and 7e-16.
-    fn terms_at(&self, x: f64) -> usize {
+    pub fn terms_at(&self, x: f64) -> usize {
         self.terms.min(if x <= 0.25 {
             14
         } else if x <= 0.5 {
@@ -146,36 +160,17 @@ impl Series {
         })
     }
 
-    /// ü in contact, `theta` (s) after the start.
-    pub fn flank_acceleration(&self, theta: f64) -> f64 {
-        let x = theta * self.per_span;
-        let term = |n: usize| ORDER[n] * ORDER[n + 1] * self.pairs[n + 2].0[0];
-        (0..self.terms_at(x)).rev().fold(0.0, |sum, n| sum * x + term(n)) * self.per_span * self.per_span
-    }
-
     /// σ F_K.
-    pub fn force(&self, bodies: &Bodies, contact: Flank) -> [f64; MOST_TERMS] {
+    pub fn force(&self, contact: Flank) -> [f64; MOST_TERMS] {
         let sign = contact.sign();
-        self.force_and_rate(bodies).map(|pair| sign * pair.0[0])
+        self.forces.map(|pair| sign * pair.0[0])
     }
 
-    /// F_K beside u̇, for [`Series::sum`].
-    pub fn force_and_rate(&self, bodies: &Bodies) -> [Pair; MOST_TERMS] {
-        let inertia = bodies.m1 * self.per_span * self.per_span;
-        let damping = bodies.b * self.per_span;
-        let mut terms = [Pair::default(); MOST_TERMS];
-        for n in 0..self.terms.min(MOST_TERMS) {
-            let ([_, q], [u1, v], [u2, _]) = (self.pairs[n].0, self.pairs[n + 1].0, self.pairs[n + 2].0);
-            let force = inertia * (ORDER[n] * ORDER[n + 1]) * u2 - bodies.c * q - damping * ORDER[n] * v;
-            terms[n] = Pair([force, ORDER[n] * u1 * self.per_span]);
-        }
-        terms
-    }
-
-    /// The sums of two series of powers of the part of the span, `theta` (s) after the start.
-    pub fn sum(&self, pairs: &[Pair; MOST_TERMS], theta: f64) -> [f64; 2] {
-        let x = theta * self.per_span;
-        pairs[..self.terms_at(x)].iter().rev().fold(Pair::default(), |sum, pair| sum * Pair::both(x) + *pair).0
+    /// F_K and u̇ in contact, `theta` (s) after the start, by so many terms; apart like [`Series::at`].
+    #[inline(never)]
+    pub fn force_and_rate<const N: usize>(&self, theta: f64) -> Pair {
+        let x = Pair::both(theta * self.per_span);
+        (0..N - 1).rev().fold(self.forces[N - 1], |sum, n| sum * x + self.forces[n])
     }
 
     /// ζ.
@@ -214,20 +209,19 @@ pub fn terms_for(tolerance: f64) -> usize {
     (LEAST_TERMS..MOST_TERMS).step_by(2).find(|terms| part_of_term(terms - 2) <= tolerance).unwrap_or(MOST_TERMS)
 }
 
-/// Σ cₙ xⁿ and Σ n cₙ xⁿ⁻¹ of both series.
+/// p = Σ cₙ xⁿ, n < N, p′ and p″ of both series: even and odd terms apart, p = E(x²) + x O(x²),
+/// p′ = O + 2x (E′ + x O′), p″ = 2E′ + 6x O′ + 4x² (E″ + x O″).
 #[inline(always)]
-fn sums<const N: usize>(pairs: Option<&[Pair; N]>, x: f64) -> [[f64; 2]; 2] {
-    let Some(pairs) = pairs else { return [[f64::NAN; 2]; 2] };
-    let square = x * x;
-    let ([mut e, mut e1], [mut o, mut o1]) = ([[0.0; 2]; 2], [[0.0; 2]; 2]);
+fn sums<const N: usize>(pairs: &[Pair; COEFFICIENTS], x: f64) -> [Pair; 3] {
+    let (x, square) = (Pair::both(x), Pair::both(x * x));
+    let ([mut e, mut e1, mut e2], [mut o, mut o1, mut o2]) = <[[Pair; 3]; 2]>::default().into();
     for n in (0..N / 2).rev() {
-        let (even, odd) = (&pairs[2 * n].0, &pairs[2 * n + 1].0);
-        e1 = [e1[0] * square + e[0], e1[1] * square + e[1]];
-        o1 = [o1[0] * square + o[0], o1[1] * square + o[1]];
-        e = [e[0] * square + even[0], e[1] * square + even[1]];
-        o = [o[0] * square + odd[0], o[1] * square + odd[1]];
+        (e2, o2) = (e2 * square + e1, o2 * square + o1);
+        (e1, o1) = (e1 * square + e, o1 * square + o);
+        (e, o) = (e * square + pairs[2 * n], o * square + pairs[2 * n + 1]);
     }
-    [std::array::from_fn(|i| e[i] + x * o[i]), std::array::from_fn(|i| o[i] + 2.0 * (x * e1[i] + square * o1[i]))]
+    let [two, six, eight] = [2.0, 6.0, 8.0].map(Pair::both);
+    [e + x * o, o + two * (x * e1 + square * o1), two * e1 + six * (x * o1) + eight * (square * (e2 + x * o2))]
 }
 
 /// n + 1.

@@ -51,7 +51,7 @@ pub struct Sums {
 }
 
 /// The motion up to the communication point and its continuation as far as the current panel.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Run {
     /// The current panel.
     pub panel: Panel,
@@ -88,27 +88,21 @@ struct Strike {
 impl Run {
     /// A run from there on, with series of so many terms.
     pub fn new(bodies: &Bodies, flank: &impl FlankMotion, from: Beginning, terms: usize) -> Self {
-        let mut run = Run {
-            panel: Panel::new(bodies, flank, from, terms),
-            tally: Tally::default(),
-            errors: Covariance::default(),
-            sums: Sums::default(),
-            summed: 0.0,
-        };
-        run.enter_panel();
+        let mut run = Run::default();
+        run.enter(bodies, flank, from, terms);
         run
     }
 
     /// Goes on from there, counts kept.
     pub fn restart(&mut self, bodies: &Bodies, flank: &impl FlankMotion, from: Beginning) {
-        self.panel = Panel::new(bodies, flank, from, self.terms());
-        self.summed = 0.0;
-        self.enter_panel();
+        self.enter(bodies, flank, from, self.terms());
         self.tally.panels += 1.0;
     }
 
-    /// Counts the errors that the current panel makes up to its end.
-    fn enter_panel(&mut self) {
+    /// Begins a panel and counts the errors that it makes up to its end.
+    fn enter(&mut self, bodies: &Bodies, flank: &impl FlankMotion, from: Beginning, terms: usize) {
+        self.panel.lay(bodies, flank, from, terms);
+        self.summed = 0.0;
         self.errors.enter(self.panel.series.errors(self.panel.mode(), self.panel.limit()));
     }
 
@@ -148,17 +142,18 @@ impl Run {
 
     /// The motion at `time` (s), where the current panel holds it and nothing happens before.
     pub fn within(&self, bodies: &Bodies, time: f64) -> Option<Point> {
-        (self.panel.until(time) < self.panel.limit()).then(|| self.panel.whole_at(bodies, self.theta(time)))
+        let theta = self.panel.until(time);
+        (theta < self.panel.limit()).then(|| self.panel.at(bodies, theta.max(0.0)))
     }
 
     /// ∫ F_K dt + ΣP and ∫ U′ F_K dt + Σ U′P over the communication step up to `time` (s) in the current panel.
-    pub fn sums(&self, bodies: &Bodies, flank: &impl FlankMotion, time: f64) -> Sums {
-        self.sums + self.panel.integrals(bodies, flank, [self.summed, self.theta(time)]).into()
+    pub fn sums(&self, flank: &impl FlankMotion, time: f64) -> Sums {
+        self.sums + self.panel.integrals(flank, [self.summed, self.theta(time)]).into()
     }
 
     /// Takes them up, since what comes next is another motion of the flank.
-    pub fn sum_up(&mut self, bodies: &Bodies, flank: &impl FlankMotion, time: f64) {
-        (self.sums, self.summed) = (self.sums(bodies, flank, time), self.theta(time));
+    pub fn sum_up(&mut self, flank: &impl FlankMotion, time: f64) {
+        (self.sums, self.summed) = (self.sums(flank, time), self.theta(time));
     }
 
     /// Passes panel after panel up to the one that holds the end of the communication step.
@@ -171,7 +166,7 @@ impl Run {
             if limit > left || (limit == left && self.panel.event.is_none()) {
                 return Ok(());
             }
-            self.sums += self.panel.integrals(bodies, flank, [self.summed, limit]).into();
+            self.sums += self.panel.integrals(flank, [self.summed, limit]).into();
             self.pass_panel(bodies, limit);
             events += if self.panel.event.is_some() { 1.0 } else { 0.0 };
             match self.panel.event {

@@ -34,14 +34,14 @@ impl Search<'_> {
     /// The first event, and when after the start (s).
     pub fn first_event(&self, bodies: &Bodies) -> Option<(Found, f64)> {
         match self.from.phase.mode {
-            Mode::Contact(contact) => self.release(bodies, contact),
+            Mode::Contact(contact) => self.release(contact),
             Mode::Free => self.impact(bodies),
         }
     }
 
     /// The first release: where F_K has fallen to the resolution below zero.
-    fn release(&self, bodies: &Bodies, contact: Flank) -> Option<(Found, f64)> {
-        let mut force = self.series.force(bodies, contact);
+    fn release(&self, contact: Flank) -> Option<(Found, f64)> {
+        let mut force = self.series.force(contact);
         // At rest nothing pulls.
         if force == [0.0; MOST_TERMS] {
             return None;

@@ -3,7 +3,6 @@
 use super::{ElasticOutput, Moment, Position};
 use crate::drives::Fault;
 use crate::drives::cam_drive::goes_on;
-use crate::drives::limits::check_angle;
 use crate::motion::MotionLaw;
 use crate::numerics::pair::Pair;
 
@@ -13,10 +12,10 @@ impl ElasticOutput {
         if !(self.taken_up && self.now.time == time) {
             self.take_up_inputs(time);
         }
-        let [phi, w, ..] = self.response.motion().coefficients;
-        let kinematics = self.response.motion().kinematics(end);
-        check_angle(kinematics[0], end)?;
-        let (go_on, q) = (self.goes_on([phi, w], time), self.now.at.q.array());
+        let motion = self.response.motion();
+        let ([phi, w, ..], kinematics) = (motion.coefficients, motion.kinematics(end));
+        let go_on = motion.is_uniform() && self.goes_on([phi, w], time);
+        let q = self.now.at.q.array();
         self.cam.step_done();
         self.taken_up = false;
         let Some(at) = self.response.step(&self.cam.law, [time, end], q, go_on) else {

@@ -181,12 +181,20 @@ impl ClosedForm {
         let free =
             if run.free.oscillates { run.free.amplitude() } else { q + (v / oscillator.rates().1).min(v * elapsed) };
         let mut rounded = self.rounded + of_free_motion() * free;
-        for (k, part) in &self.resonant {
-            let [[even, _], [odd, _]] = [[1.0, 0.0], [0.0, 1.0]]
-                .map(|[cosine, sine]| oscillator.resonant(part, cosine, sine, Double::from(elapsed)));
-            rounded += of_harmonics(*k as f64) * (even * even + odd * odd).sqrt();
+        if !self.resonant.is_empty() {
+            rounded += self.resonant_rounding(oscillator, elapsed);
         }
         if run.largest > 0.0 { (rounded / run.largest).min(1.0) } else { 0.0 }
+    }
+
+    #[cold]
+    fn resonant_rounding(&self, oscillator: &Oscillator, elapsed: f64) -> f64 {
+        let of_part = |(k, part): &(usize, Resonant)| {
+            let [[even, _], [odd, _]] = [[1.0, 0.0], [0.0, 1.0]]
+                .map(|[cosine, sine]| oscillator.resonant(part, cosine, sine, Double::from(elapsed)));
+            of_harmonics(*k as f64) * (even * even + odd * odd).sqrt()
+        };
+        self.resonant.iter().map(of_part).sum()
     }
 
     fn prepare_harmonics(&mut self, oscillator: &Oscillator, w: f64) {

@@ -8,10 +8,11 @@ use crate::motion::MotionLaw;
 
 impl Response {
     /// Cam and mass at the end of the step from `time` to `end` (s) from `state`, where one quadrature reaches so far or inputs
-    /// `go_on` at the same speed.
+    /// `go_on` at a constant speed.
+    #[inline]
     pub fn step(&mut self, law: &MotionLaw, [time, end]: [f64; 2], state: [f64; 2], go_on: bool) -> Option<Instant> {
         let series = law.series()?;
-        if go_on && self.motion.is_uniform() {
+        if go_on {
             if !(matches!(self.method, Method::Closed(_)) && self.closed_form.holds()) {
                 let motion = self.motion;
                 self.restart(law, &motion, time, f64::INFINITY, state).ok()?;
