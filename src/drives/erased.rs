@@ -133,6 +133,17 @@ fn unreadable(reason: postcard::Error) -> Fault {
     Fault::new(format!("the serialised state cannot be read: {reason}"))
 }
 
+#[cold]
+fn not_settable(d: &Description) -> Fault {
+    let name = &d.name;
+    Fault::new(match d.causality {
+        Causality::Parameter => {
+            format!("`{name}` is a fixed parameter; it can be set only before initialisation ends")
+        }
+        _ => format!("`{name}` is computed and cannot be set"),
+    })
+}
+
 /// A drive as its scene describes it: what all its instances have in common.
 pub struct Plan {
     initial: Box<dyn DynDrive>,
@@ -355,16 +366,8 @@ impl AnyDrive {
     /// Refuses what [`AnyDrive::set`] would refuse.
     pub fn check(&self, reference: usize, value: f64) -> Result<(), Fault> {
         let d = &self.plan.descriptions[reference];
-        if self.plan.places[reference] != NO_PLACE {
-            return Err(Fault::new(format!("`{}` is computed and cannot be set", d.name)));
-        }
-        if d.causality == Causality::Parameter && d.variability == Variability::Fixed && !self.initialising {
-            return Err(Fault::new(format!(
-                "`{}` is a fixed parameter; it can be set only before initialisation ends",
-                d.name
-            )));
-        }
-        d.check(value)
+        let fixed = d.causality == Causality::Parameter && d.variability == Variability::Fixed && !self.initialising;
+        if fixed || self.plan.places[reference] != NO_PLACE { Err(not_settable(d)) } else { d.check(value) }
     }
 
     /// Sets a parameter or an input; refuses a value outside the variable's range.
@@ -382,8 +385,8 @@ impl AnyDrive {
         }
         for (reference, value) in references.iter().zip(values) {
             self.drive.set(*reference as usize, *value);
-            self.changed();
         }
+        self.changed();
         Ok(())
     }
 
