@@ -354,13 +354,10 @@ pub fn study(resource: &Resource, options: &Options, mut progress: impl FnMut(Pr
     for _ in 0..rounds {
         for (job, samples) in samples.iter_mut().enumerate() {
             let trace = match settings.get(job) {
-                Some(setting) if rows[job].fault.is_none() => bench.setting(setting).ok(),
-                None if features[job - settings.len()].fault.is_none() => {
-                    simpler[job - settings.len()].run(&bench).ok()
-                }
-                _ => None,
+                Some(setting) => bench.setting(setting),
+                None => simpler[job - settings.len()].run(&bench),
             };
-            if let Some(trace) = trace {
+            if let Ok(trace) = trace {
                 samples.add(trace.run_ns, trace.start_ns);
             }
             done += 1;
