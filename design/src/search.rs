@@ -64,6 +64,12 @@ pub fn zero(f: &mut dyn FnMut(f64) -> f64, [a, b]: [f64; 2], [fa, fb]: [f64; 2],
     b
 }
 
+/// The zero of `f` between `a` and `b`, at whose ends it has different signs, to the rounding of x.
+pub fn root(mut f: impl FnMut(f64) -> f64, ends: [f64; 2]) -> f64 {
+    let values = ends.map(&mut f);
+    zero(&mut f, ends, values, 0.0)
+}
+
 /// Place and value of the maximum of `f` between `a` and `b`, the place to `tolerance`, so the value to the square of
 /// it. Nine samples find the highest part, Brent's method the place in it.
 pub fn maximum(f: &mut dyn FnMut(f64) -> f64, [a, b]: [f64; 2], tolerance: f64) -> (f64, f64) {

@@ -22,8 +22,8 @@ pub mod table;
 mod tests;
 pub mod tuning;
 
-use crate::Progress;
 use crate::resource::Resource;
+use crate::{Progress, search};
 use borders::Sequel;
 use by_model::ByModel;
 use camdrive::drives::backlash::{self, BacklashDrive, Scene};

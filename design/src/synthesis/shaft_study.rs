@@ -3,6 +3,7 @@
 use super::deviation;
 use super::laws::{Rival, truncated};
 use super::shaft::{Shaft, ShaftGoal};
+use crate::search;
 use camdrive::drives::cam_drive::{DriveMode, Start, StartMode};
 use camdrive::drives::elastic_shaft::{self, ElasticShaft, Scene};
 use camdrive::drives::solver::Settings;
@@ -106,13 +107,9 @@ pub(super) fn magnified(shaft: &Shaft, law: &Fourier, torque: f64, speeds: &[f64
         if i == 0 {
             return Some(points[0][0]);
         }
-        // Between two points of the curve by halves, to a millionth of the speed.
-        let (mut low, mut high) = (points[i - 1][0], points[i][0]);
-        while high - low > 1e-6 * high {
-            let middle = 0.5 * (low + high);
-            if peak(middle) > limit * rigid * middle * middle { high = middle } else { low = middle }
-        }
-        Some(high)
+        let mut excess = |w: f64| (peak(w) / (limit * rigid * w * w)).min(f64::MAX) - 1.0;
+        let values = [&points[i - 1], &points[i]].map(|p| (p[2] / limit).min(f64::MAX) - 1.0);
+        Some(search::zero(&mut excess, [points[i - 1][0], points[i][0]], values, 1e-6 * points[i][0]))
     };
     Magnified { exceeded: LIMITS.map(first), points }
 }
