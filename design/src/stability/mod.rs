@@ -405,7 +405,7 @@ fn order(system: &System, (tongue, apex): &Known, theta: f64, classical: &bounds
         j: tongue.j,
         undamped: [inverse(tongue.lambda.high), inverse(tongue.lambda.low)],
         extent: tongue.extent(),
-        damped: tongue.interval(system, apex.as_ref(), theta),
+        damped: tongue.interval(system, theta),
         critical_damping: critical,
         critical_eta: apex.map(|apex| apex.eta),
         safety: critical.filter(|critical| *critical > NEGLIGIBLE).map(|critical| theta / critical),
