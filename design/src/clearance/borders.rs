@@ -132,15 +132,6 @@ pub fn band(mu: f64, n: u32) -> Option<[f64; 2]> {
     Some([low, high])
 }
 
-/// How many bands there are at this mass ratio: (2n+1)π < tan β − β with cos β = μ.
-pub fn bands(mu: f64) -> f64 {
-    if mu >= 1.0 || mu.is_nan() {
-        return 0.0;
-    }
-    let tan = ((1.0 - mu) * (1.0 + mu)).sqrt() / mu;
-    (0.5 * (involute(tan) / PI + 1.0)).ceil() - 1.0
-}
-
 /// Bands listed at most; for μ ≥ 5e-5 all that lie below K_el.
 pub(super) const MOST_BANDS: u32 = 100;
 
