@@ -29,7 +29,7 @@ use std::cmp::Ordering;
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::time::{Duration, Instant};
-use sweep::{Extent, Setting};
+use sweep::Setting;
 
 /// Options of a study.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -320,7 +320,7 @@ pub fn study(resource: &Resource, options: &Options, mut progress: impl FnMut(Pr
     let bench = Bench::new(resource, options)?;
     let reference = reference::compute(resource, &bench.interface, bench.grid, &bench.run_up)?;
     let turn = bench.turn.unwrap_or(bench.stop());
-    let mut settings = sweep::settings(&bench.interface, bench.grid, turn, Extent { quick: options.quick });
+    let mut settings = sweep::settings(&bench.interface, bench.grid, turn, options.quick);
     let simpler = fidelity::all(&bench, &reference)?;
     let names: Vec<String> = bench.interface.names().into_iter().map(|(name, _)| name).collect();
 
