@@ -3,7 +3,7 @@
 use super::Curve;
 use super::sampling::{MEDIUM, angles};
 pub use crate::search::Extreme;
-use crate::search::flat;
+use crate::search::crests;
 use camdrive::motion::Fourier;
 use std::f64::consts::TAU;
 
@@ -19,9 +19,6 @@ pub struct Window<'a> {
     /// Ũ⁽ⁿ⁾, from the first angle on.
     pub target: &'a Curve,
 }
-
-/// Angles at which a series is evaluated side by side, so that the recurrence of one does not wait for itself.
-const LANES: usize = 8;
 
 /// U⁽ⁿ⁾ as a sum of waves aₖ cos kφ + bₖ sin kφ.
 struct Waves {
@@ -41,28 +38,8 @@ impl Waves {
         Waves { a, b }
     }
 
-    /// The values at these angles.
-    fn values(&self, angles: &[f64]) -> Vec<f64> {
-        let mut values = Vec::with_capacity(angles.len());
-        for angles in angles.chunks(LANES) {
-            let mut turn = [[0.0, 1.0]; LANES];
-            angles.iter().zip(&mut turn).for_each(|(phi, turn)| *turn = phi.sin_cos().into());
-            let mut wave = [[0.0, 1.0]; LANES];
-            let mut sums = [self.a[0]; LANES];
-            for (a, b) in self.a.iter().zip(&self.b).skip(1) {
-                for lane in 0..LANES {
-                    let ([s, c], [s1, c1]) = (wave[lane], turn[lane]);
-                    let [s, c] = [s * c1 + c * s1, c * c1 - s * s1];
-                    wave[lane] = [s, c];
-                    sums[lane] += a * c + b * s;
-                }
-            }
-            values.extend_from_slice(&sums[..angles.len()]);
-        }
-        values
-    }
-
     /// Value, slope and bend at `phi`.
+    #[inline]
     fn at(&self, phi: f64) -> [f64; 3] {
         let (s1, c1) = phi.sin_cos();
         let (mut s, mut c) = (0.0, 1.0);
@@ -93,8 +70,8 @@ impl Window<'_> {
     /// Angles close enough to each other for the extremes of a series, and the deviations there.
     fn sampled(&self, waves: &Waves) -> (Vec<f64>, Vec<f64>) {
         let angles = angles(self.from, self.to, (waves.a.len() - 1).max(self.target.order()), MEDIUM);
-        let mut values = waves.values(&angles);
-        values.iter_mut().zip(&angles).for_each(|(value, phi)| *value -= self.target.at(phi - self.from));
+        let value = |phi: &f64| waves.at(*phi)[0] - self.target.at(phi - self.from);
+        let values = angles.iter().map(value).collect();
         (angles, values)
     }
 
@@ -126,23 +103,14 @@ impl Window<'_> {
 
     /// The local maxima of `sign` times the deviation, found from samples.
     fn summits(&self, waves: &Waves, angles: &[f64], values: &[f64], sign: f64) -> Vec<Extreme> {
-        let last = angles.len() - 1;
-        let higher = |i: usize, j: usize| sign * values[i] >= sign * values[j];
-        let near = |i: usize| {
-            let (before, after) = (i.saturating_sub(1), (i + 1).min(last));
-            (higher(i, before) && higher(i, after)).then(|| {
-                let slopes = |phi: f64| [1, 2].map(|n| sign * self.at(waves, phi)[n]);
-                let phi = flat(angles[i], [angles[before], angles[after]], slopes);
-                let summit = Extreme { value: self.at(waves, phi)[0], phi };
-                // A summit that rounding has missed is not above the sample.
-                let sample = Extreme { value: values[i], phi: angles[i] };
-                if sign * summit.value > sign * sample.value { summit } else { sample }
-            })
+        let signed: Vec<f64> = values.iter().map(|value| sign * value).collect();
+        let slopes = |phi: f64| [1, 2].map(|n| sign * self.at(waves, phi)[n]);
+        let summit = |(i, phi): (usize, f64)| {
+            let summit = Extreme { value: self.at(waves, phi)[0], phi };
+            // A summit that rounding has missed is not above the sample.
+            if sign * summit.value > signed[i] { summit } else { Extreme { value: values[i], phi: angles[i] } }
         };
-        let mut summits: Vec<Extreme> = (0..=last).filter_map(near).collect();
-        // Two samples of equal height lead to one summit.
-        summits.dedup_by(|a, b| (a.phi - b.phi).abs() < 1e-9);
-        summits
+        crests(angles, &signed, slopes).into_iter().map(summit).collect()
     }
 }
 
