@@ -6,12 +6,13 @@
 //! ([`fidelity`]). [`advice`] draws the conclusions; [`table`] and [`figures`] show them.
 
 pub mod advice;
-pub mod course;
+
 pub mod fidelity;
 pub mod figures;
 pub mod reference;
 mod rigid;
 pub mod run;
+pub mod run_up;
 mod simplification;
 pub mod sweep;
 pub mod table;
@@ -22,8 +23,9 @@ use crate::Progress;
 use crate::resource::Resource;
 use crate::text::{number, time};
 use camdrive::drives::Fault;
-use course::RunUp;
+
 use run::{Grid, Inputs, Interface, Plan, run};
+use run_up::RunUp;
 use serde::Serialize;
 use std::cmp::Ordering;
 use std::collections::BTreeMap;

@@ -147,7 +147,7 @@ fn dials(interface: &Interface, turn: f64, quick: bool, scene: &Setting) -> Vec<
 
 #[cfg(test)]
 mod tests {
-    use super::super::course::Signal;
+    use super::super::run_up::Signal;
     use super::*;
     use camdrive::drives::variable::{Causality, Variability, real};
     use camdrive::drives::{Description, solver, unit};
