@@ -30,7 +30,7 @@ use bounds::Bounds;
 use camdrive::drives::{Fault, PeriodicOscillator};
 use map::{Known, Modulation, Region};
 use orders::{Tongues, tongues};
-use response::{Resonance, Steady, Transient};
+use response::{PeriodicMotion, Resonance, Transient};
 use serde::Serialize;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use system::{System, Unfollowed};
@@ -111,7 +111,7 @@ pub struct Report {
     #[serde(skip)]
     pub courses: Vec<Vec<[f64; 3]>>,
     /// The periodic motion over the speed.
-    pub amplification: Vec<Steady>,
+    pub amplification: Vec<PeriodicMotion>,
     /// The resonances of the load in the range of speeds of the amplification.
     pub resonances: Vec<Resonance>,
     /// The map over damping.
@@ -426,7 +426,7 @@ fn critical_modulations(
     if theta <= 0.0 {
         return vec![None; orders.len()];
     }
-    let told: Vec<bool> = orders.iter().enumerate().map(|(i, order)| is_told(i, order)).collect();
+    let told: Vec<bool> = orders.iter().enumerate().map(|(i, order)| is_listed(i, order)).collect();
     let numbers: Vec<usize> = (1..=orders.len()).filter(|n| told[n - 1]).collect();
     let counter = Counter::new(progress, "modulation ratios", numbers.len());
     let one = |n: &usize| modulation::next(system, *n, theta, top);
@@ -436,7 +436,7 @@ fn critical_modulations(
 
 /// Whether the order with this index has a line of its own in the report: all of the first ones, and those that are not
 /// safe a hundredfold.
-pub fn is_told(index: usize, order: &Order) -> bool {
+pub fn is_listed(index: usize, order: &Order) -> bool {
     index < FIRST_ORDERS || order.safety.is_some_and(|safety| safety < SAFE) || order.critical_damping.is_none()
 }
 
@@ -484,24 +484,27 @@ fn amplification(
     orders: &[Order],
     theta: f64,
     done: &(dyn Fn() + Sync),
-) -> Vec<Steady> {
+) -> Vec<PeriodicMotion> {
     let eta = |i: usize| low * (high / low).powf(i as f64 / (SPEEDS - 1) as f64);
     let beside = |[from, to]: [f64; 2]| [from * (1.0 - BESIDE), to * (1.0 + BESIDE)];
     let borders = orders.iter().filter_map(|order| order.damped).flat_map(beside);
     let mut places: Vec<f64> = (0..SPEEDS).map(eta).chain(borders.filter(|eta| (low..high).contains(eta))).collect();
     places.sort_by(f64::total_cmp);
-    let mut motions: Vec<Steady> =
-        parallel::map(&places, |eta| response::steady(system, *eta, theta), done).into_iter().flatten().collect();
-    let value = |s: &Steady| s.amplification.unwrap_or(0.0);
+    let mut motions: Vec<PeriodicMotion> =
+        parallel::map(&places, |eta| response::periodic_motion(system, *eta, theta), done)
+            .into_iter()
+            .flatten()
+            .collect();
+    let value = |s: &PeriodicMotion| s.amplification.unwrap_or(0.0);
     let summits: Vec<[f64; 2]> = motions
         .windows(3)
         .filter(|w| value(&w[0]) < value(&w[1]) && value(&w[1]) >= value(&w[2]))
         .map(|w| [w[0].eta, w[2].eta])
         .collect();
     let summit = |ends: &[f64; 2]| {
-        let mut f = |eta: f64| response::steady(system, eta, theta).map_or(0.0, |s| value(&s));
+        let mut f = |eta: f64| response::periodic_motion(system, eta, theta).map_or(0.0, |s| value(&s));
         let (eta, _) = search::maximum(&mut f, *ends, 1e-5 * ends[1]);
-        response::steady(system, eta, theta)
+        response::periodic_motion(system, eta, theta)
     };
     motions.extend(parallel::map(&summits, summit, done).into_iter().flatten());
     motions.sort_by(|a, b| a.eta.total_cmp(&b.eta));

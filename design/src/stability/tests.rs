@@ -307,7 +307,7 @@ fn load_of_the_transfer_manipulator() {
         for (ratio, printed) in [(0.06, slow), (0.08, fast)] {
             let speed = ratio * (2.4e4_f64 / 3.69).sqrt();
             let eta = speed / system.natural_frequency();
-            let steady = response::steady(&system, eta, system.damping_ratio()).unwrap();
+            let steady = response::periodic_motion(&system, eta, system.damping_ratio()).unwrap();
             let found = steady.amplification.unwrap();
             assert!(
                 steady.stable && (found - printed).abs() < 0.006,
@@ -498,7 +498,7 @@ fn the_kinetostatic_load_over_the_turn_is_minus_u1_u2_and_the_load_has_the_peak_
         assert!((kinetostatic + u1 * u2 * square).abs() < 1e-15, "φ = {phi}");
         peak = peak.max(load.abs());
     }
-    let told = response::steady(&system, eta, theta).unwrap().load;
+    let told = response::periodic_motion(&system, eta, theta).unwrap().load;
     // Between samples, 750 a turn, at 13 vibrations a turn, the peak may be higher by ½ (13 π/750)².
     assert!(peak <= told * (1.0 + 1e-12) && peak > told * (1.0 - 2e-3), "{peak} instead of {told}");
     assert!(course[0][0] >= 0.0 && (course[course.len() - 1][0] - course[0][0] - 2.0 * PI).abs() < 1e-12);
