@@ -168,7 +168,7 @@ pub fn crests(places: &[f64], values: &[f64], slopes: impl Fn(f64) -> [f64; 2]) 
     let last = places.len() - 1;
     let beside = |i: usize| [i.saturating_sub(1), (i + 1).min(last)];
     let highest = |i: &usize| beside(*i).iter().all(|j| values[*i] >= values[*j]);
-    let crest = |i: usize| (i, flat(places[i], beside(i).map(|j| places[j]), &slopes));
+    let crest = |i: usize| (i, stationary(places[i], beside(i).map(|j| places[j]), &slopes));
     let mut crests: Vec<(usize, f64)> = (0..=last).filter(highest).map(crest).collect();
     // Two places of equal height lead to one maximum.
     crests.dedup_by(|a, b| (a.1 - b.1).abs() < 1e-9);
@@ -176,7 +176,7 @@ pub fn crests(places: &[f64], values: &[f64], slopes: impl Fn(f64) -> [f64; 2]) 
 }
 
 /// The maximum near `x` between two ends of a function with this slope and bend, by Newton's method on the slope.
-pub fn flat(mut x: f64, [low, high]: [f64; 2], f: impl Fn(f64) -> [f64; 2]) -> f64 {
+pub fn stationary(mut x: f64, [low, high]: [f64; 2], f: impl Fn(f64) -> [f64; 2]) -> f64 {
     for _ in 0..12 {
         let [slope, bend] = f(x);
         let next = if bend < 0.0 { x - slope / bend } else { x + slope.signum() * (high - low) };
