@@ -323,7 +323,7 @@ pub fn study(resource: &Resource, options: &Options, mut progress: impl FnMut(Pr
     let reference = reference::compute(resource, &bench.interface, bench.grid, &bench.run_up)?;
     let turn = bench.turn.unwrap_or(bench.stop());
     let mut settings = sweep::settings(&bench.interface, bench.grid, turn, options.quick);
-    let simpler = fidelity::all(&bench, &reference)?;
+    let (simpler, shaft) = (simplification::of(resource)?, fidelity::shaft(&bench, &reference));
     let names: Vec<String> = bench.interface.names().into_iter().map(|(name, _)| name).collect();
 
     // Once for the errors, then again and again for the times, one setting after the other, so that all of them meet
@@ -344,7 +344,7 @@ pub fn study(resource: &Resource, options: &Options, mut progress: impl FnMut(Pr
     let whole = sweep::whole(&settings);
     let full = bench.setting(&settings[whole])?;
     for (simpler, samples) in simpler.iter().zip(samples.iter_mut().skip(settings.len())) {
-        features.push(simpler.first_run(&bench, &full, &reference, samples));
+        features.push(simpler.first_run(&bench, &shaft, &full, &reference, samples));
         done += 1;
         progress(Progress { done, total: jobs * (1 + LEAST_REPETITIONS), stage: "features" });
     }
@@ -357,7 +357,7 @@ pub fn study(resource: &Resource, options: &Options, mut progress: impl FnMut(Pr
         for (job, samples) in samples.iter_mut().enumerate() {
             let trace = match settings.get(job) {
                 Some(setting) => bench.setting(setting),
-                None => simpler[job - settings.len()].run(&bench),
+                None => simpler[job - settings.len()].run(&bench, &shaft),
             };
             if let Ok(trace) = trace {
                 samples.add(trace.run_ns, trace.start_ns);
