@@ -147,6 +147,7 @@ impl Task {
         let at = |eta: f64| {
             let cam = inverse(motion, Response { damping: range.damping, eta })?;
             let worst = self.worst_over(&cam, range);
+            // The deviation takes the place of the speed until the best is found.
             Some(Recipe { cam, optimum: eta, reached: worst })
         };
         let best = refined(range.fastest, at, |next, best| next.reached < best.reached)?;
