@@ -339,8 +339,9 @@ impl Angle {
 
     /// ψ(φ) (rad), φ in one turn.
     pub fn inverse(&self, phi: f64) -> f64 {
-        // φ rises all along, and φ − ψ is less than a turn.
-        root(|psi| self.at(psi) - phi, [phi - TAU, phi + TAU])
+        // φ rises all along, and φ − ψ is less than a turn. A step of Newton's method yields the last digit.
+        let psi = root(|psi| self.at(psi) - phi, [phi - TAU, phi + TAU]);
+        psi - (self.at(psi) - phi) / (1.0 + self.fluctuation.at(psi).0[1])
     }
 }
 

@@ -188,9 +188,9 @@ impl Task {
         let ends = [range.slowest, range.fastest];
         let values = [slowest, excess(range.fastest)];
         if values[1] > 0.0 {
-            let reached = zero(&mut excess, ends, values, 1e-6 * range.fastest);
+            let reached = zero(&mut excess, ends, values, 1e-9 * range.fastest);
             // On the side that keeps the tolerance.
-            excess(reached * (1.0 - 1e-6));
+            excess(reached * (1.0 - 1e-9));
         }
         Ok(best)
     }
