@@ -56,19 +56,12 @@ pub fn is_equidistant(angles: &[f64], least: f64) -> bool {
 /// The discrete Fourier series of lifts at φᵢ = first + 2πi/n.
 pub fn discrete_series(first: f64, lifts: &[f64], harmonics: usize) -> Fourier {
     let n = lifts.len();
-    let (mut a, mut b) = (vec![0.0; harmonics + 1], vec![0.0; harmonics + 1]);
-    for k in 0..=harmonics {
-        let factor = if k == 0 { 1.0 } else { 2.0 } / n as f64;
-        for (i, lift) in lifts.iter().enumerate() {
-            // Whole turns of k·i are left out before the angle is rounded.
-            let (sin, cos) = (k as f64 * first + TAU * (k * i % n) as f64 / n as f64).sin_cos();
-            a[k] += lift * cos;
-            b[k] += lift * sin;
-        }
-        a[k] *= factor;
-        b[k] *= factor;
-    }
-    Fourier::new(a, b)
+    let wave: Vec<[f64; 2]> = (0..n).map(|i| (TAU * i as f64 / n as f64).sin_cos().into()).collect();
+    let part = |part: usize| {
+        let sum = |k: usize| lifts.iter().enumerate().map(|(i, u)| u * wave[k * i % n][part]).sum::<f64>();
+        (0..=harmonics).map(|k| sum(k) * if k == 0 { 1.0 } else { 2.0 } / n as f64).collect()
+    };
+    Fourier::new(part(1), part(0)).delayed(first)
 }
 
 /// min Σ wᵢ (U(φᵢ) − uᵢ)²; None where the points do not determine the coefficients.

@@ -64,6 +64,12 @@ pub fn zero(f: &mut dyn FnMut(f64) -> f64, [a, b]: [f64; 2], [fa, fb]: [f64; 2],
     b
 }
 
+/// The zero of `f` between `a` and `b`, at whose ends it has different signs, to the rounding of x.
+pub fn root(mut f: impl FnMut(f64) -> f64, ends: [f64; 2]) -> f64 {
+    let values = ends.map(&mut f);
+    zero(&mut f, ends, values, 0.0)
+}
+
 /// Place and value of the maximum of `f` between `a` and `b`, the place to `tolerance`, so the value to the square of
 /// it. Nine samples find the highest part, Brent's method the place in it.
 pub fn maximum(f: &mut dyn FnMut(f64) -> f64, [a, b]: [f64; 2], tolerance: f64) -> (f64, f64) {
@@ -156,8 +162,21 @@ pub fn local_maxima(candidates: &[f64], least: f64, f: impl Fn(f64) -> f64) -> V
     (0..=last).filter(highest).filter(reaches).map(place).collect()
 }
 
+/// The local maxima of a function with these values at ascending places, by its slope and bend; each with the index of the place
+/// that it is nearest to.
+pub fn crests(places: &[f64], values: &[f64], slopes: impl Fn(f64) -> [f64; 2]) -> Vec<(usize, f64)> {
+    let last = places.len() - 1;
+    let beside = |i: usize| [i.saturating_sub(1), (i + 1).min(last)];
+    let highest = |i: &usize| beside(*i).iter().all(|j| values[*i] >= values[*j]);
+    let crest = |i: usize| (i, stationary(places[i], beside(i).map(|j| places[j]), &slopes));
+    let mut crests: Vec<(usize, f64)> = (0..=last).filter(highest).map(crest).collect();
+    // Two places of equal height lead to one maximum.
+    crests.dedup_by(|a, b| (a.1 - b.1).abs() < 1e-9);
+    crests
+}
+
 /// The maximum near `x` between two ends of a function with this slope and bend, by Newton's method on the slope.
-pub fn flat(mut x: f64, [low, high]: [f64; 2], f: impl Fn(f64) -> [f64; 2]) -> f64 {
+pub fn stationary(mut x: f64, [low, high]: [f64; 2], f: impl Fn(f64) -> [f64; 2]) -> f64 {
     for _ in 0..12 {
         let [slope, bend] = f(x);
         let next = if bend < 0.0 { x - slope / bend } else { x + slope.signum() * (high - low) };

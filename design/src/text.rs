@@ -222,16 +222,6 @@ pub fn wrapped(text: &str, width: usize) -> String {
     text.split('\n').map(line).collect::<Vec<_>>().join("\n")
 }
 
-/// A number with all its digits, as a file has it.
-pub fn full(value: f64) -> String {
-    format!("{value:e}")
-}
-
-/// A number with all its digits, empty where there is none.
-pub fn full_or_empty(value: Option<f64>) -> String {
-    value.map_or(String::new(), full)
-}
-
 /// CSV: the line of headings, then a line for each row, the values of its fields, nested ones in their order, numbers with all digits.
 ///
 /// # Errors

@@ -99,7 +99,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         )));
     }
     let fault = |fault: Fault| failure(format!("{place}: {fault}"));
-    let machine = machine.settled().map_err(fault)?;
+    let machine = machine.with_springs_placed().map_err(fault)?;
     let turn = machine.turn().map_err(fault)?;
     let report = Report::new(&machine, &turn);
     let mut diagrams = vec![("torque".to_owned(), figures::torque(&turn, &machine))];

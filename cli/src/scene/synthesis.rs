@@ -180,8 +180,13 @@ fn assignment(root: &Section<'_>, folder: &Path) -> Option<Assignment> {
     root.finish(SYNONYMS);
     let (laws, kind, integral, restrictions) = (laws?, kind?, integral?, restrictions?);
     check_purpose(root, kind, integral, &laws)?;
-    let (points, longest) = (points?, longest?);
-    let mut weights = [weights[0]?.unwrap_or(1.0), weights[1]?.unwrap_or(1.0)];
+    // A level refers to the tightest tolerance.
+    let levelled = matches!(kind, Some(LongestDwell { .. } | FewestHarmonics { .. }));
+    let all = || laws.iter().flat_map(|law| &law.ranges);
+    let tightest = all().filter_map(|given| given.tolerances[0]).fold(f64::INFINITY, f64::min);
+    let (points, first_dwell) = (points?, laws[0].first_dwell);
+    let dwells = longest?.map_or([first_dwell, laws[0].end_of_dwells], |one| [one - 1, one].map(|i| first_dwell + i));
+    let weights = if levelled { [0.0; 2] } else { [weights[0]?.unwrap_or(1.0), weights[1]?.unwrap_or(1.0)] };
     let mut task = Task {
         basis: Basis::joined(&laws.iter().map(|law| law.basis.clone()).collect::<Vec<_>>()),
         laws: laws.iter().map(|law| law.weight).collect(),
@@ -190,7 +195,14 @@ fn assignment(root: &Section<'_>, folder: &Path) -> Option<Assignment> {
         bounds: Vec::new(),
         clearances: clearances?,
         integral,
-        objective: Chebyshev,
+        objective: match kind {
+            None => ShaftTorque(shaft??),
+            Some(DiscreteLeastSquares { .. }) => DiscreteLeastSquares { points },
+            Some(DiscreteChebyshev { .. }) => DiscreteChebyshev { points },
+            Some(LongestDwell { .. }) => LongestDwell { tolerance: tightest, dwells },
+            Some(FewestHarmonics { .. }) => FewestHarmonics { tolerance: tightest },
+            Some(other) => other,
+        },
         weights,
         speeds: None,
         search: search?,
@@ -198,12 +210,8 @@ fn assignment(root: &Section<'_>, folder: &Path) -> Option<Assignment> {
     let mut names = Names { laws: laws.iter().filter_map(|law| law.name.clone()).collect(), ..Names::default() };
     let bounds = laws.iter().flat_map(|law| law.bounds.iter().cloned());
     (names.bounds, task.bounds) = bounds.chain(restrictions).unzip();
-    // A level refers to the tightest tolerance.
-    let levelled = matches!(kind, Some(LongestDwell { .. } | FewestHarmonics { .. }));
-    let all = || laws.iter().flat_map(|law| &law.ranges);
-    let tightest = all().filter_map(|given| given.tolerances[0]).fold(f64::INFINITY, f64::min);
-    for given in all() {
-        let Given { path, range, tolerances, .. } = given;
+    (names.points, task.points) = laws.iter().flat_map(|law| law.points.iter().cloned()).unzip();
+    for Given { path, range, tolerances, .. } in all() {
         for order in usize::from(levelled)..3 {
             let (Some(around), Some(limit)) = (range.prescribed[order].clone(), tolerances[order]) else { continue };
             let (of, from, to) = (vec![(range.law, 1.0)], range.from, range.to);
@@ -214,33 +222,15 @@ fn assignment(root: &Section<'_>, folder: &Path) -> Option<Assignment> {
         task.ranges.push(Range { weight: law * range.weight, ..range.clone() });
         names.ranges.push(path.clone());
     }
-    (names.points, task.points) = laws.iter().flat_map(|law| law.points.iter().cloned()).unzip();
-    if levelled {
-        weights = [0.0; 2];
-    }
-    let dwells = match longest {
-        Some(one) => [one - 1, one].map(|i| laws[0].first_dwell + i),
-        None => [laws[0].first_dwell, laws[0].end_of_dwells],
-    };
-    task.weights = weights;
-    task.objective = match kind {
-        None => ShaftTorque(shaft??),
-        Some(DiscreteLeastSquares { .. }) => DiscreteLeastSquares { points },
-        Some(DiscreteChebyshev { .. }) => DiscreteChebyshev { points },
-        Some(LongestDwell { .. }) => LongestDwell { tolerance: tightest, dwells },
-        Some(FewestHarmonics { .. }) => FewestHarmonics { tolerance: tightest },
-        Some(other) => other,
-    };
-    let (name, description, scene) = (name?, description?, scene?);
     Some(Assignment {
-        name,
-        description,
+        name: name?,
+        description: description?,
         unit: lengths.scale,
         task,
         names,
         elasticity: elasticity?,
         shaft: shaft?,
-        scene,
+        scene: scene?,
         files: root.faults.files.borrow().clone(),
     })
 }

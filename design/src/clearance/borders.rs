@@ -13,6 +13,7 @@
 //! Source: K. Kaltofen, "Zur Dynamik spielbehafteter periodischer Antriebe", 1996, (25), (26) and the map after them.
 
 use super::formulas::{Masses, Passage};
+use super::search::root;
 use serde::Serialize;
 use std::f64::consts::PI;
 
@@ -60,7 +61,7 @@ fn wave(passage: &Passage) -> Option<[f64; 2]> {
 
 /// Excess of tan α − α over π + τ₁ + δ: positive where the contact is interrupted elastically.
 fn elastic_excess(passage: &Passage) -> f64 {
-    wave(passage).map_or(f64::NEG_INFINITY, |[delta, tan]| involute(tan) - (PI + passage.tau + delta))
+    wave(passage).map_or(f64::MIN, |[delta, tan]| involute(tan) - (PI + passage.tau + delta))
 }
 
 /// Sequel of the impact of this passage.
@@ -83,27 +84,15 @@ pub fn release(passage: &Passage) -> Option<f64> {
             // f falls from its largest value at δ + π − α to the smallest one at δ + π + α.
             let [delta, tan] = wave(passage)?;
             let (middle, alpha) = (delta + PI, tan.atan());
-            Some(zero(middle - alpha, middle + alpha, |tau| -passage.pressing(tau)))
+            Some(root(|tau| passage.pressing(tau), [middle - alpha, middle + alpha]))
         }
-    }
-}
-
-/// The zero of a function that changes its sign from − to + once between `low` and `high`: bisection to neighbouring
-/// numbers.
-pub(super) fn zero(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
-    loop {
-        let middle = 0.5 * (low + high);
-        if !(middle > low && middle < high) {
-            return middle;
-        }
-        if f(middle) < 0.0 { low = middle } else { high = middle }
     }
 }
 
 /// The passage beyond whose K contact is interrupted elastically: f has a double zero after it.
 pub fn elastic_border(mu: f64) -> Passage {
     // No border below τ₁ = 4; above the other end A ≥ ½τ₁² − 2 makes the excess positive.
-    let tau = zero(4.0, 2.0 * mu + 2.0 * PI + 6.0, |tau| elastic_excess(&Passage::lasting(mu, tau)));
+    let tau = root(|tau| elastic_excess(&Passage::lasting(mu, tau)), [4.0, 2.0 * mu + 2.0 * PI + 6.0]);
     Passage::lasting(mu, tau)
 }
 
@@ -113,7 +102,7 @@ pub fn elastic_limit() -> [f64; 2] {
         let size = tau * (0.25 * tau * tau + 1.0).sqrt();
         involute((size * size - 1.0).sqrt()) - (PI + tau + f64::atan2(2.0, tau))
     };
-    let tau = zero(4.0, 5.0, excess);
+    let tau = root(excess, [4.0, 5.0]);
     [tau, tau * tau * tau / 6.0 + tau]
 }
 
@@ -122,7 +111,7 @@ pub fn elastic_limit() -> [f64; 2] {
 pub(super) fn band_tip(n: u32) -> [f64; 2] {
     // θ = (2n+1)π + β with tan β = θ: the zero of tan β − β − (2n+1)π, by its arctangent.
     let odd = f64::from(2 * n + 1) * PI;
-    let beta = zero(0.0, 0.5 * PI, |beta| beta - (odd + beta).atan());
+    let beta = root(|beta| beta - (odd + beta).atan(), [0.0, 0.5 * PI]);
     [odd + beta, beta.cos()]
 }
 
@@ -138,18 +127,9 @@ pub fn band(mu: f64, n: u32) -> Option<[f64; 2]> {
         return None;
     }
     // Each end by the angle to the nearer multiple of π, which keeps its digits for small μ.
-    let low = odd + zero(0.0, top, |x| x.sin() - mu * (odd + x));
-    let high = even - zero(0.0, PI - top, |y| y.sin() - mu * (even - y));
+    let low = odd + root(|x| x.sin() - mu * (odd + x), [0.0, top]);
+    let high = even - root(|y| y.sin() - mu * (even - y), [0.0, PI - top]);
     Some([low, high])
-}
-
-/// How many bands there are at this mass ratio: (2n+1)π < tan β − β with cos β = μ.
-pub fn bands(mu: f64) -> f64 {
-    if mu >= 1.0 || mu.is_nan() {
-        return 0.0;
-    }
-    let tan = ((1.0 - mu) * (1.0 + mu)).sqrt() / mu;
-    (0.5 * (involute(tan) / PI + 1.0)).ceil() - 1.0
 }
 
 /// Bands listed at most; for μ ≥ 5e-5 all that lie below K_el.

@@ -2,6 +2,7 @@
 
 use super::law::keep_lobes;
 use super::machine::{Machine, Moment};
+use crate::search;
 use camdrive::drives::Fault;
 use camdrive::drives::backlash::Scene;
 use camdrive::motion::Fourier;
@@ -197,31 +198,9 @@ fn turns_back(a: &Sample, b: &Sample) -> bool {
     low < 0.0 && high > 0.0 && a.force[0].abs().min(b.force[0].abs()) < low.abs().max(high)
 }
 
-/// The zero of the force (`order` 0) or of its rate (1) between two samples with different signs of it: the secant, with
-/// bisection where it does not halve the bracket, to a rounding of the time.
-fn zero(machine: &mut Machine, [mut a, mut b]: [Sample; 2], order: usize) -> Result<Sample, Fault> {
-    let origin = a;
-    let negative = a.force[order] < 0.0;
-    let mut middle = a;
-    for round in 0..100 {
-        let width = b.time - a.time;
-        let [fa, fb] = [a.force[order], b.force[order]];
-        let mut time = a.time + width * (fa / (fa - fb));
-        if round % 3 == 2 || !(time > a.time && time < b.time) {
-            time = a.time + 0.5 * width;
-        }
-        if !(time > a.time && time < b.time) || (time - middle.time).abs() <= 2.0 * f64::EPSILON * time {
-            break;
-        }
-        middle = from(machine, &origin, time)?;
-        if (middle.force[order] < 0.0) == negative {
-            a = middle
-        } else {
-            b = middle
-        }
-        if middle.force[order] == 0.0 {
-            break;
-        }
-    }
-    Ok(middle)
+/// The zero of the force (`order` 0) or of its rate (1) between two samples with different signs of it.
+fn zero(machine: &mut Machine, [a, b]: [Sample; 2], order: usize) -> Result<Sample, Fault> {
+    let mut value = |time: f64| from(machine, &a, time).map_or(f64::NAN, |sample| sample.force[order]);
+    let time = search::zero(&mut value, [a.time, b.time], [a.force[order], b.force[order]], 0.0);
+    from(machine, &a, time)
 }

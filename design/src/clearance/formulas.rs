@@ -23,6 +23,8 @@
 //!
 //! Source: K. Kaltofen, "Zur Dynamik spielbehafteter periodischer Antriebe", IFToMM congress, Liberec 1996.
 
+use super::search::root;
+
 /// Below this argument the series of [`remainder`] loses nothing, and 17 of its terms are right to rounding.
 const SERIES: f64 = 3.0;
 
@@ -88,33 +90,15 @@ impl Masses {
         0.5 * tau * tau + self.share * turning
     }
 
-    /// τ₁, the only root of (15), for K > 0: Newton's iteration, kept between bounds of the root.
+    /// τ₁, the only root of (15), for K > 0.
     pub fn passage_time(&self, k: f64) -> f64 {
         // θ − sin θ lies between 0 and θ³/6, and above (1 − 0.2173) θ for θ ≥ 4.49, where sin θ/θ has its minimum.
         let widest = (6.0 * k).cbrt();
-        let (mut low, mut high) = (widest * self.a.powf(2.0 / 3.0) * (1.0 - 1e-12), widest * (1.0 + 1e-12));
+        let (low, mut high) = (widest * self.a.powf(2.0 / 3.0) * (1.0 - 1e-12), widest * (1.0 + 1e-12));
         if self.a == 0.0 {
             high = high.min(k * (1.0 + 1e-12));
         }
-        let mut tau = if low > 0.0 { (low * high).sqrt() } else { 0.5 * high };
-        // Bisection alone would need 60 steps for the widest bracket, μ = 0 as well; Newton's steps end it sooner.
-        for _ in 0..200 {
-            let excess = self.clearance(tau) - k;
-            if excess > 0.0 {
-                high = tau
-            } else {
-                low = tau
-            }
-            let mut next = tau - excess / self.jump(tau);
-            if !(next > low && next < high) {
-                next = 0.5 * (low + high);
-            }
-            if (next - tau).abs() <= f64::EPSILON * tau {
-                return next;
-            }
-            tau = next;
-        }
-        tau
+        root(|tau| self.clearance(tau) / k - 1.0, [low, high])
     }
 }
 

@@ -22,8 +22,8 @@ pub mod table;
 mod tests;
 pub mod tuning;
 
-use crate::Progress;
 use crate::resource::Resource;
+use crate::{Progress, search};
 use borders::Sequel;
 use by_model::ByModel;
 use camdrive::drives::backlash::{self, BacklashDrive, Scene};
@@ -113,7 +113,7 @@ pub struct Parameters {
 }
 
 /// Result for one law.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Study {
     /// "scene", or the name by which the law is compared.
     pub law: String,
@@ -272,89 +272,89 @@ fn apart(a: f64, b: f64) -> f64 {
 
 fn of_law(name: &str, scene: &Scene, machine: &Parameters, options: &Options) -> Study {
     let w = machine.speed;
-    let ignore = options.ignore.unwrap_or(IGNORE);
-    let Signs { crossings, largest, ignored } = law::signs(&scene.cam, w > 0.0, ignore);
-    let course: Vec<[f64; 2]> = (0..=720)
-        .map(|i| TAU * f64::from(i) / 720.0)
-        .map(|phi| [phi, scene.cam.at(phi - TAU * (phi / TAU).round()).0[2]])
-        .collect();
+    let Signs { crossings, largest, ignored } = law::signs(&scene.cam, w > 0.0, options.ignore.unwrap_or(IGNORE));
+    let course = (0..=720).map(|i| TAU * f64::from(i) / 720.0);
+    let usable: Vec<&Crossing> = crossings.iter().filter(|crossing| crossing.jerk != 0.0).collect();
     let mut study = Study {
         law: name.to_owned(),
         stroke: stroke(&scene.cam),
         acceleration: largest,
         crossings: crossings.len(),
         ignored,
-        releases: None,
         least_spacing: spacing(&crossings),
-        passages: Vec::new(),
-        calm: Calm::default(),
-        tuning: None,
-        by_model: None,
-        settled: None,
-        remarks: Vec::new(),
-        course,
+        tuning: Tuning::new(
+            borders::admissible(machine.mu),
+            &Passages {
+                jerks: usable.iter().map(|crossing| crossing.jerk.abs()).collect(),
+                curvatures: usable.iter().map(|crossing| (crossing.fifth / crossing.jerk).abs()).collect(),
+                s: scene.parameters.s,
+                omega: machine.omega,
+                speed: w.abs(),
+                m2: machine.m2,
+            },
+        ),
+        course: course.map(|phi| [phi, scene.cam.at(phi - TAU * (phi / TAU).round()).0[2]]).collect(),
+        ..Study::default()
     };
-    match Machine::new(scene, w) {
-        Ok(mut model) => {
-            model.allow(MOST_STEPS);
-            let motion = ContactMotion::new(&mut model, scene, ignore);
-            let run = motion.as_ref().ok().map(|motion| (&mut model, motion));
-            study.passages = passages(scene, machine, &crossings, run);
-            let mut start = [0.0; 2];
-            match motion {
-                Ok(motion) => {
-                    study.releases = Some(motion.releases.len());
-                    if scene.parameters.e == 0.0 && !options.quick {
-                        let size = [motion.samples.len(), motion.releases.len()];
-                        study.by_model = by_model::around(scene, machine, &crossings, ignore, size);
-                    }
-                    start = motion.samples[0].q;
-                    let followed = study.passages.iter().filter(|p| p.model.is_some() || p.fault.is_some()).count();
-                    if motion.releases.len() > followed {
-                        study.remarks.push(format!(
-                            "Of {} changes of sign of the contact force the model has followed {followed}; more would take \
-                             long.",
-                            motion.releases.len()
-                        ));
-                    }
-                }
-                Err(fault) => study.remarks.push(format!("The model has not followed the passages: {fault}.")),
-            }
-            model.allow(MOST_STEPS);
-            match settled::run(&mut model, start, options.turns.unwrap_or(settled::TURNS)) {
-                Ok(settled) => study.settled = Some(settled),
-                Err(fault) => study.remarks.push(format!("The settled motion has not been found: {fault}.")),
-            }
-        }
-        Err(fault) => {
-            study.remarks.push(format!("The event-driven model cannot be run: {fault}."));
-            study.passages = passages(scene, machine, &crossings, None);
-        }
+    if let Err(fault) = study.follow(scene, machine, &crossings, options) {
+        study.remarks.push(format!("The event-driven model cannot be run: {fault}."));
+        study.passages = passages(scene, machine, &crossings, None);
     }
-    let usable: Vec<&Crossing> = crossings.iter().filter(|crossing| crossing.jerk != 0.0).collect();
-    study.tuning = Tuning::new(
-        borders::admissible(machine.mu),
-        &Passages {
-            jerks: usable.iter().map(|crossing| crossing.jerk.abs()).collect(),
-            curvatures: usable.iter().map(|crossing| (crossing.fifth / crossing.jerk).abs()).collect(),
-            s: scene.parameters.s,
-            omega: machine.omega,
-            speed: w.abs(),
-            m2: machine.m2,
-        },
-    );
-    let by_formulas: Option<Vec<Sequel>> = study
-        .passages
-        .iter()
-        .filter(|passage| passage.crossing.is_some())
-        .map(|passage| passage.formula.map(|figures| figures.sequel))
-        .collect();
+    let of_crossings = study.passages.iter().filter(|passage| passage.crossing.is_some());
+    let by_formulas: Option<Vec<Sequel>> = of_crossings.map(|passage| Some(passage.formula?.sequel)).collect();
     study.calm = Calm {
         by_formulas: by_formulas.map(|sequels| sequels.iter().all(|sequel| *sequel == Sequel::None)),
         by_model: by_model::is_calm(&study.passages, study.releases),
     };
     remark(&mut study, machine);
     study
+}
+
+impl Study {
+    /// Adds what the event-driven model tells: the passages from permanent contact on, what it admits, the settled motion.
+    ///
+    /// # Errors
+    /// A scene that it refuses.
+    fn follow(
+        &mut self,
+        scene: &Scene,
+        machine: &Parameters,
+        crossings: &[Crossing],
+        options: &Options,
+    ) -> Result<(), Fault> {
+        let ignore = options.ignore.unwrap_or(IGNORE);
+        let mut model = Machine::new(scene, machine.speed)?;
+        model.allow(MOST_STEPS);
+        let motion = ContactMotion::new(&mut model, scene, ignore);
+        let run = motion.as_ref().ok().map(|motion| (&mut model, motion));
+        self.passages = passages(scene, machine, crossings, run);
+        let mut start = [0.0; 2];
+        match motion {
+            Ok(motion) => {
+                let releases = motion.releases.len();
+                self.releases = Some(releases);
+                if scene.parameters.e == 0.0 && !options.quick {
+                    let size = [motion.samples.len(), releases];
+                    self.by_model = by_model::around(scene, machine, crossings, ignore, size);
+                }
+                start = motion.samples[0].q;
+                let followed = self.passages.iter().filter(|p| p.model.is_some() || p.fault.is_some()).count();
+                if releases > followed {
+                    self.remarks.push(format!(
+                        "Of {releases} changes of sign of the contact force the model has followed {followed}; more would \
+                         take long."
+                    ));
+                }
+            }
+            Err(fault) => self.remarks.push(format!("The model has not followed the passages: {fault}.")),
+        }
+        model.allow(MOST_STEPS);
+        match settled::run(&mut model, start, options.turns.unwrap_or(settled::TURNS)) {
+            Ok(settled) => self.settled = Some(settled),
+            Err(fault) => self.remarks.push(format!("The settled motion has not been found: {fault}.")),
+        }
+        Ok(())
+    }
 }
 
 fn stroke(law: &MotionLaw) -> f64 {

@@ -1,8 +1,9 @@
 //! The report as tables and sentences for a terminal.
 
 use super::borders::Sequel;
+use super::by_model::ByModel;
 use super::passage::{Clearance, Figures};
-use super::tuning::{Intervals, SOURCE_BOUND, nearest};
+use super::tuning::{Intervals, SOURCE_BOUND, Tuning, nearest};
 use super::{Parameters, Report, Study};
 use crate::text::{NONE, time};
 pub use crate::text::{Table, number};
@@ -259,63 +260,103 @@ fn verdict(study: &Study) -> String {
     }
 }
 
-/// Which frequencies, speeds and clearances avoid multiple impacts, in sentences.
-pub fn of_tuning(report: &Report, study: &Study) -> Vec<String> {
-    let Some(tuning) = &study.tuning else { return Vec::new() };
-    let Parameters { m1, m2, b, omega, speed, s, mu, e, .. } = report.machine;
-    let judge = |intervals: &[[f64; 2]], calm: bool, value: f64, scale: f64, unit: &str| {
-        let with_unit = |value: f64| format!("{} {unit}", number(scale * value)).trim_end().to_owned();
-        let own = with_unit(value);
-        match nearest(intervals, value) {
+/// A quantity of the machine, and where it avoids further impacts.
+struct Tunable<'a> {
+    name: String,
+    /// The unit, and the factor from SI to it.
+    unit: &'static str,
+    scale: f64,
+    /// That of the scene (SI).
+    value: f64,
+    by_formulas: Option<&'a Intervals>,
+    /// The intervals, and the values between which they were looked for.
+    by_model: Option<(&'a Intervals, [f64; 2])>,
+}
+
+impl Tunable<'_> {
+    /// The intervals of the formulas where the model was looked at, if it was.
+    fn looked_at(&self) -> Intervals {
+        let [least, most] = self.by_model.map_or([0.0, f64::INFINITY], |(_, searched)| searched);
+        let all = self.by_formulas.into_iter().flatten().copied();
+        all.filter(|[low, high]| *low < most && least < *high).collect()
+    }
+
+    fn with_unit(&self, value: f64) -> String {
+        let value = number(self.scale * value);
+        if self.unit == "1" { value } else { format!("{value} {}", self.unit) }
+    }
+
+    /// Whether the value of the scene is calm, and which one is instead.
+    fn verdict(&self, intervals: &[[f64; 2]], calm: bool) -> String {
+        let own = self.with_unit(self.value);
+        match nearest(intervals, self.value) {
             _ if calm => format!("{own} is admissible"),
-            Err(Some(end)) => format!("{own} is not, nearest is {}", with_unit(end)),
+            Err(Some(end)) => format!("{own} is not, nearest is {}", self.with_unit(end)),
             Ok(_) => format!("{own} is not"),
             Err(None) => format!("{own} is not, and nothing is"),
         }
-    };
-    let all = [&tuning.frequency, &tuning.speed, &tuning.clearance, &tuning.mass];
-    // Of the formulas, too, only what is where the model was looked at, if it was.
-    let looked_at = |which: usize| -> Intervals {
-        let [least, most] = study.by_model.as_ref().map_or([0.0, f64::INFINITY], |model| model.searched[which]);
-        all[which].iter().copied().filter(|[low, high]| *low < most && least < *high).collect()
-    };
-    let line = |of: String, which: usize, value: f64, scale: f64, unit: &str| {
-        let (by_formulas, there) = (all[which], looked_at(which));
-        let own = nearest(by_formulas, value).is_ok();
-        let only = if there.is_empty() && !by_formulas.is_empty() { " there" } else { "" };
-        let formulas = format!("by the formulas {}{only}", list(&there, scale));
-        if e > 0.0 {
-            return format!("{of} [{unit}]: if e were 0, {formulas}.");
-        }
-        match (&study.by_model, study.calm.by_model) {
-            (Some(model), Some(calm)) => {
-                let intervals = [&model.frequency, &model.speed, &model.clearance, &model.mass][which];
-                let [low, high] = model.searched[which].map(|end| number(scale * end));
-                format!(
-                    "{of} [{unit}]: by the model, from {low} to {high}: {}; {}; {formulas}.",
-                    list(intervals, scale),
-                    judge(intervals, calm, value, scale, unit)
-                )
+    }
+
+    /// The sentence; `calm` is what the model says of the scene.
+    fn sentence(&self, e: f64, calm: Option<bool>) -> String {
+        let (all, there) = (self.by_formulas.map_or(&[][..], Vec::as_slice), self.looked_at());
+        let only = if there.is_empty() && !all.is_empty() { " there" } else { "" };
+        let formulas = match self.by_formulas {
+            Some(_) => format!("by the formulas {}{only}", list(&there, self.scale)),
+            None => "the formulas know no damping".to_owned(),
+        };
+        let told = match (self.by_model, calm) {
+            _ if e > 0.0 => format!("if e were 0, {formulas}"),
+            (Some((intervals, searched)), Some(calm)) => {
+                let [low, high] = searched.map(|end| number(self.scale * end));
+                let (intervals, verdict) = (list(intervals, self.scale), self.verdict(intervals, calm));
+                format!("by the model, from {low} to {high}: {intervals}; {verdict}; {formulas}")
             }
-            (_, Some(calm)) if calm != own => {
+            (_, Some(calm)) if calm != nearest(all, self.value).is_ok() => {
                 let word = if calm { "is admissible" } else { "is not admissible" };
-                format!("{of} [{unit}]: {formulas}, but by the model {} {unit} {word}.", number(scale * value))
+                format!("{formulas}, but by the model {} {word}", self.with_unit(self.value))
             }
-            _ => format!("{of} [{unit}]: {formulas}; {}.", judge(by_formulas, own, value, scale, unit)),
-        }
+            _ => format!("{formulas}; {}", self.verdict(all, nearest(all, self.value).is_ok())),
+        };
+        format!("{} [{}]: {told}.", self.name, self.unit)
+    }
+}
+
+/// ω, Ω, s, m1 and D.
+fn quantities<'a>(machine: &Parameters, tuning: &'a Tuning, model: Option<&'a ByModel>) -> [Tunable<'a>; 5] {
+    let Parameters { m1, m2, b, omega, speed, s, .. } = *machine;
+    let quantity = |which: usize, name: String, unit: &'static str, scale: f64, value: f64| Tunable {
+        name,
+        unit,
+        scale,
+        value,
+        by_formulas: [&tuning.frequency, &tuning.speed, &tuning.clearance, &tuning.mass].get(which).copied(),
+        by_model: model
+            .map(|m| ([&m.frequency, &m.speed, &m.clearance, &m.mass, &m.damping][which], m.searched[which])),
     };
+    [
+        quantity(0, format!("ω at Ω = {} rad/s", number(speed)), "rad/s", 1.0, omega),
+        quantity(1, format!("Ω at ω = {} rad/s", number(omega)), "rad/s", 1.0, speed.abs()),
+        quantity(2, "s at both".to_owned(), "mm", 1e3, s),
+        quantity(3, "m1 at these".to_owned(), "kg", 1.0, m1),
+        quantity(4, "D = b/(2 m2 ω)".to_owned(), "1", 1.0, 0.5 * b / (m2 * omega)),
+    ]
+}
+
+/// Which frequencies, speeds and clearances avoid multiple impacts, in sentences.
+pub fn of_tuning(report: &Report, study: &Study) -> Vec<String> {
+    let Some(tuning) = &study.tuning else { return Vec::new() };
+    let Parameters { m1, m2, omega, mu, e, .. } = report.machine;
     let mut lines = vec![verdict(study)];
     if e > 0.0 {
         lines.push(format!("With e = {} m1 rebounds after each impact; no value of these prevents it.", number(e)));
     }
-    lines.extend([
-        line(format!("ω at Ω = {} rad/s", number(speed)), 0, omega, 1.0, "rad/s"),
-        line(format!("Ω at ω = {} rad/s", number(omega)), 1, speed.abs(), 1.0, "rad/s"),
-        line("s at both".to_owned(), 2, s, 1e3, "mm"),
-        line("m1 at these".to_owned(), 3, m1, 1.0, "kg"),
-    ]);
-    let masses = study.by_model.as_ref().map_or(&tuning.mass, |model| &model.mass);
-    if let Some(mass) = nearest(masses, m1).err().flatten().filter(|_| e == 0.0 && study.calm.verdict() != Some(true)) {
+    let quantities = quantities(&report.machine, tuning, study.by_model.as_ref());
+    let [.., mass, damping] = &quantities;
+    let sentence = |quantity: &Tunable| quantity.sentence(e, study.calm.by_model);
+    lines.extend(quantities[..4].iter().map(sentence));
+    let nearest_mass = nearest(mass.by_model.map_or(&tuning.mass, |(intervals, _)| intervals), m1).err().flatten();
+    if let Some(mass) = nearest_mass.filter(|_| e == 0.0 && study.calm.verdict() != Some(true)) {
         let free = |m1: f64| number(omega * ((m1 + m2) / m1).sqrt());
         lines.push(format!(
             "m1 = {} kg is μ = {}, ω₂ = ω √((μ+1)/μ) = {} rad/s instead of {} rad/s.",
@@ -325,13 +366,8 @@ pub fn of_tuning(report: &Report, study: &Study) -> Vec<String> {
             free(m1)
         ));
     }
-    if let (Some(model), Some(calm)) = (&study.by_model, study.calm.by_model) {
-        let [low, high] = model.searched[4].map(number);
-        lines.push(format!(
-            "D = b/(2 m2 ω) [1]: by the model, from {low} to {high}: {}; {}; the formulas know no damping.",
-            list(&model.damping, 1.0),
-            judge(&model.damping, calm, 0.5 * b / (m2 * omega), 1.0, "")
-        ));
+    if damping.by_model.is_some() && study.calm.by_model.is_some() {
+        lines.push(sentence(damping));
     }
     if let Some(model) = &study.by_model {
         let unknown = if model.unknown > 0 {
@@ -361,7 +397,7 @@ pub fn of_tuning(report: &Report, study: &Study) -> Vec<String> {
         number(tuning.source_frequency)
     ));
     if tuning.mass_cut {
-        let first = looked_at(3).first().or(tuning.mass.first()).map_or(0.0, |ends| ends[0]);
+        let first = mass.looked_at().first().or(tuning.mass.first()).map_or(0.0, |ends| ends[0]);
         lines.push(format!("Below m1 = {} kg the formulas admit further, ever narrower intervals.", number(first)));
     }
     if tuning.quasi_static_speed.is_finite() && tuning.quasi_static_frequency > 0.0 {

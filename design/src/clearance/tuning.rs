@@ -4,7 +4,7 @@
 //! and one of Ω at given ω; admissible for the machine is what all passages admit. K does not depend on m1: it is tuned by the
 //! mass ratio μ = m1/m2 at K, with which the free natural frequency ω₂ = ω √((μ + 1)/μ) changes. The formulas know no damping.
 
-use super::borders::{Admissible, MOST_BANDS, band_tip, elastic_border, elastic_limit, zero};
+use super::borders::{Admissible, MOST_BANDS, band_tip, elastic_border, elastic_limit};
 use super::formulas::Masses;
 use crate::search;
 use serde::Serialize;
@@ -135,7 +135,7 @@ pub fn admissible_ratios(k: f64) -> AdmissibleRatios {
         while elastic_border(high).k < k {
             high *= 2.0;
         }
-        least = zero(f64::EPSILON.ln(), high.ln(), |x| elastic_border(x.exp()).k - k).exp();
+        least = search::root(|x| elastic_border(x.exp()).k - k, [f64::EPSILON.ln(), high.ln()]).exp();
     }
     let (mut intervals, mut below, mut cut) = (Vec::new(), f64::INFINITY, true);
     for n in 0..=MOST_BANDS {
@@ -153,7 +153,7 @@ pub fn admissible_ratios(k: f64) -> AdmissibleRatios {
         if highest <= 0.0 {
             continue;
         }
-        let (a, b) = (ratio(zero(ends[0], top, excess)), ratio(zero(top, ends[1], |theta| -excess(theta))));
+        let (a, b) = (ratio(search::root(excess, [ends[0], top])), ratio(search::root(excess, [top, ends[1]])));
         let (low, high) = (a.min(b), a.max(b));
         if high.max(least) < below {
             intervals.push([high.max(least), below]);

@@ -170,15 +170,8 @@ impl Wanted<'_> {
             let law = cut(order);
             moments.iter().all(|at| tool.miss(&law, omega, *at) <= self.tolerance * peak)
         };
-        let (mut too_few, mut order) = (0, last);
-        while order - too_few > 1 {
-            let middle = (order + too_few) / 2;
-            if suffices(middle) {
-                order = middle;
-            } else {
-                too_few = middle;
-            }
-        }
+        let orders: Vec<usize> = (1..=last).collect();
+        let order = orders.partition_point(|order| !suffices(*order)) + 1;
         // Between the places the error may be a little larger than on them.
         let laws = (order..=last).map(|order| {
             let law = cut(order);

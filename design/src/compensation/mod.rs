@@ -37,6 +37,7 @@ pub use laws::{Form, Law};
 pub use restrictions::Restrictions;
 pub use tool::Tool;
 
+use crate::search::root;
 use camdrive::drives::Fault;
 use camdrive::drives::rigid_machine::{self, Kloss, Motor, Place};
 use camdrive::motion::Fourier;
@@ -233,21 +234,14 @@ impl Task {
         // With the square of the slowest speed instead of E, whose digits it needs near the bound.
         let speed = |square: f64, s: f64| (square + omega * omega * (most - s) / constant).sqrt();
         let mean_speed = |square: f64| tools.iter().map(|s| speed(square, *s)).sum::<f64>() / tools.len() as f64;
-        let (mut low, mut high) = (0.0, omega * omega);
-        if mean_speed(low) >= omega {
+        if mean_speed(0.0) >= omega {
             return None;
         }
-        loop {
-            let middle = 0.5 * (low + high);
-            if middle <= low || middle >= high {
-                break;
-            }
-            if mean_speed(middle) < omega { low = middle } else { high = middle }
-        }
+        let square = root(|square| mean_speed(square) - omega, [0.0, omega * omega]);
         Some(PeriodicMotion {
-            speed: tools.iter().map(|s| speed(high, *s)).collect(),
+            speed: tools.iter().map(|s| speed(square, *s)).collect(),
             torque: vec![0.0; tools.len()],
-            energy: 0.5 * (constant * high + omega * omega * most),
+            energy: 0.5 * (constant * square + omega * omega * most),
             mean_speed: omega,
             motor: Motor::None,
         })
@@ -345,25 +339,9 @@ impl Angle {
 
     /// ψ(φ) (rad), φ in one turn.
     pub fn inverse(&self, phi: f64) -> f64 {
-        // φ rises all along, and φ − ψ is less than a turn: bisection with Newton steps where they stay inside.
-        let (mut low, mut high) = (phi - TAU, phi + TAU);
-        let mut psi = phi;
-        for _ in 0..100 {
-            let [u, slope, ..] = self.fluctuation.at(psi).0;
-            let miss = psi + u - self.start - phi;
-            if miss > 0.0 {
-                high = psi;
-            } else {
-                low = psi;
-            }
-            let newton = psi - miss / (1.0 + slope);
-            let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
-            if (next - psi).abs() <= 2e-16 * TAU {
-                return next;
-            }
-            psi = next;
-        }
-        psi
+        // φ rises all along, and φ − ψ is less than a turn. A step of Newton's method yields the last digit.
+        let psi = root(|psi| self.at(psi) - phi, [phi - TAU, phi + TAU]);
+        psi - (self.at(psi) - phi) / (1.0 + self.fluctuation.at(psi).0[1])
     }
 }
 

@@ -157,128 +157,142 @@ fn with_synchronous_speed(motor: Motor, speed: f64) -> Motor {
     }
 }
 
-/// The equations and their derivatives at one iterate.
-struct Linearised {
+/// Newton's equations at one iterate.
+struct Equations<'a, I> {
+    mesh: &'a Mesh,
+    inertia: &'a I,
+    at: &'a PeriodicMotion,
+    layout: Layout,
+    /// M, ∂M/∂ω and ∂M/∂w_s of the characteristic at the points.
+    kloss: Vec<[f64; 3]>,
+    torque: Vec<f64>,
+    /// dφ/dχ, where the points are equidistant in χ; ω/Ω in the phase of time.
+    pace: Vec<f64>,
+    /// P = (M − τ) dφ/dχ.
+    power: Vec<f64>,
+    /// Unknown, point, and the derivative of P there by the unknown.
+    slopes: Vec<(usize, usize, f64)>,
     residual: DVector<f64>,
     jacobian: DMatrix<f64>,
 }
 
-/// Newton's equations at `periodic`.
-fn linearise<I: Inertia>(mesh: &Mesh, inertia: &I, driving: &Driving, periodic: &PeriodicMotion) -> Linearised {
-    let n = mesh.len();
-    let layout = Layout::new(driving, n);
-    let mut residual = DVector::zeros(layout.len());
-    let mut jacobian = DMatrix::zeros(layout.len(), layout.len());
-    let w = &periodic.speed;
-    let omega = periodic.mean_speed;
-    let kloss: Vec<[f64; 3]> = w.iter().map(|w| characteristic(&periodic.motor, *w)).collect();
-    let torque: Vec<f64> = match layout.lag {
-        Some(_) => periodic.torque.clone(),
-        None => kloss.iter().map(|k| k[0]).collect(),
-    };
-    // In the phase of time the work is that of the power; in the angle, that of the torque.
-    let power: Vec<f64> =
-        (0..n).map(|i| (torque[i] - driving.load) * if I::IN_TIME { w[i] / omega } else { inertia.pace(i) }).collect();
-    let work = mesh.integrate(&power);
-    let ahead = mesh.integrate(w);
-    let column_of_speed = |j: usize| {
-        // d(power)/dω at point j, by the characteristic where the torque is no unknown of its own.
-        let slope = if layout.lag.is_none() { kloss[j][1] } else { 0.0 };
-        if I::IN_TIME { (slope * w[j] + torque[j] - driving.load) / omega } else { slope * inertia.pace(j) }
-    };
-    let factor = |j: usize| if I::IN_TIME { w[j] / omega } else { inertia.pace(j) };
-    let scale = periodic.energy.abs().max(f64::MIN_POSITIVE);
-    for i in 0..n {
-        let phi = if I::IN_TIME { mesh.point(i) + (ahead[i] - ahead[0]) / omega } else { mesh.point(i) };
-        let [j, slope] = inertia.at(i, phi);
-        let s = inertia.tools(i);
-        let turning = 0.5 * slope * w[i] * w[i];
-        residual[i] = (0.5 * (j * w[i] * w[i] + omega * omega * s) - periodic.energy - work[i]) / scale;
-        for column in 0..n {
-            let mut d = -mesh.integral(i, column) * column_of_speed(column);
-            if I::IN_TIME && slope != 0.0 {
-                d += turning * (mesh.integral(i, column) - mesh.integral(0, column)) / omega;
-            }
-            if column == i {
-                d += j * w[i];
-            }
-            jacobian[(i, column)] = d / scale;
-            if let Some(m) = layout.torque(column) {
-                jacobian[(i, m)] = -mesh.integral(i, column) * factor(column) / scale;
-            }
-        }
-        jacobian[(i, layout.energy())] = -1.0 / scale;
-        if let Some(column) = layout.mean_speed()
-            && I::IN_TIME
-        {
-            jacobian[(i, column)] = (omega * s - turning * (phi - mesh.point(i)) / omega + work[i] / omega) / scale;
-        }
-        if let Some(column) = layout.synchronous_speed()
-            && layout.lag.is_none()
-        {
-            let by: f64 = (0..n).map(|j| mesh.integral(i, j) * kloss[j][2] * factor(j)).sum();
-            jacobian[(i, column)] = -by / scale;
-        }
-        if let (Some(lag), Some(row)) = (layout.lag, layout.torque(i)) {
-            // Ṁ = Ω dM/dψ = ω dM/dφ, dM/dφ = (dM/dχ)/(dφ/dχ).
-            let rate: f64 = (0..n).map(|j| mesh.slope(i, j) * torque[j]).sum();
-            let speed = if I::IN_TIME { omega } else { w[i] / inertia.pace(i) };
-            let size = breakdown(&periodic.motor);
-            residual[row] = (torque[i] + lag * speed * rate - kloss[i][0]) / size;
-            for column in 0..n {
-                jacobian[(row, n + column)] = lag * speed * mesh.slope(i, column) / size;
-            }
-            jacobian[(row, row)] += 1.0 / size;
-            jacobian[(row, i)] = (if I::IN_TIME { 0.0 } else { lag * rate / inertia.pace(i) } - kloss[i][1]) / size;
-            if let Some(column) = layout.mean_speed()
-                && I::IN_TIME
-            {
-                jacobian[(row, column)] = lag * rate / size;
-            }
-            if let Some(column) = layout.synchronous_speed() {
-                jacobian[(row, column)] = -kloss[i][2] / size;
-            }
-        }
-    }
-    // ⟨ω⟩ = Ω in the phase of time, ⟨1/ω⟩ = 1/Ω in the angle.
-    let row = layout.energy();
-    for (j, w) in w.iter().enumerate() {
-        let (value, slope) = if I::IN_TIME {
-            (w / omega, 1.0 / omega)
-        } else {
-            let part = inertia.pace(j) * omega / w;
-            (part, -part / w)
-        };
-        residual[row] += value / n as f64;
-        jacobian[(row, j)] = slope / n as f64;
-    }
-    if let Some(column) = layout.mean_speed() {
-        jacobian[(row, column)] = if I::IN_TIME { -residual[row] / omega } else { residual[row] / omega };
-    }
-    residual[row] -= 1.0;
-    if layout.kloss {
-        let row = row + 1;
-        let size = breakdown(&periodic.motor);
-        residual[row] = mean(&power) / size;
+impl<'a, I: Inertia> Equations<'a, I> {
+    /// All of them, with their derivatives.
+    fn new(mesh: &'a Mesh, inertia: &'a I, driving: &Driving, at: &'a PeriodicMotion) -> Self {
+        let (n, omega, layout) = (mesh.len(), at.mean_speed, Layout::new(driving, mesh.len()));
+        let kloss: Vec<[f64; 3]> = at.speed.iter().map(|w| characteristic(&at.motor, *w)).collect();
+        let torque = if layout.lag.is_some() { at.torque.clone() } else { kloss.iter().map(|k| k[0]).collect() };
+        let pace: Vec<f64> = (0..n).map(|j| if I::IN_TIME { at.speed[j] / omega } else { inertia.pace(j) }).collect();
+        let power: Vec<f64> = (0..n).map(|j| (torque[j] - driving.load) * pace[j]).collect();
+        let mut slopes = Vec::new();
         for j in 0..n {
-            jacobian[(row, j)] = column_of_speed(j) / (size * n as f64);
-            if let Some(m) = layout.torque(j) {
-                jacobian[(row, m)] = factor(j) / (size * n as f64);
+            let by_pace = if I::IN_TIME { (torque[j] - driving.load) / omega } else { 0.0 };
+            match layout.torque(j) {
+                Some(m) => slopes.extend([(j, j, by_pace), (m, j, pace[j])]),
+                None => {
+                    slopes.push((j, j, kloss[j][1] * pace[j] + by_pace));
+                    slopes.extend(layout.synchronous_speed().map(|column| (column, j, kloss[j][2] * pace[j])));
+                }
             }
+            let mean_speed = layout.mean_speed().filter(|_| I::IN_TIME);
+            slopes.extend(mean_speed.map(|column| (column, j, -power[j] / omega)));
         }
-        if let Some(column) = layout.mean_speed()
-            && I::IN_TIME
-        {
-            jacobian[(row, column)] = -mean(&power) / (omega * size);
-        }
-        if let Some(column) = layout.synchronous_speed()
-            && layout.lag.is_none()
-        {
-            let by: f64 = (0..n).map(|j| kloss[j][2] * factor(j)).sum();
-            jacobian[(row, column)] = by / (size * n as f64);
+        let (residual, jacobian) = (DVector::zeros(layout.len()), DMatrix::zeros(layout.len(), layout.len()));
+        let mut all = Equations { mesh, inertia, at, layout, kloss, torque, pace, power, slopes, residual, jacobian };
+        all.energy();
+        all.lag();
+        all.closing();
+        all.balance();
+        all
+    }
+
+    fn scale(&mut self, row: usize, size: f64) {
+        self.residual[row] /= size;
+        self.jacobian.row_mut(row).unscale_mut(size);
+    }
+
+    /// ½ J ω² + ½ Ω² S − E − ∫ P dχ at each point.
+    fn energy(&mut self) {
+        let (mesh, w, omega) = (self.mesh, &self.at.speed, self.at.mean_speed);
+        let (work, ahead) = (mesh.integrate(&self.power), mesh.integrate(w));
+        for i in 0..mesh.len() {
+            let lead = if I::IN_TIME { (ahead[i] - ahead[0]) / omega } else { 0.0 };
+            let [j, slope] = self.inertia.at(i, mesh.point(i) + lead);
+            let s = self.inertia.tools(i);
+            self.residual[i] = 0.5 * (j * w[i] * w[i] + omega * omega * s) - self.at.energy - work[i];
+            for (column, point, by) in &self.slopes {
+                self.jacobian[(i, *column)] -= mesh.integral(i, *point) * by;
+            }
+            self.jacobian[(i, i)] += j * w[i];
+            self.jacobian[(i, self.layout.energy())] = -1.0;
+            if I::IN_TIME {
+                let by_angle = 0.5 * slope * w[i] * w[i];
+                for column in 0..mesh.len() {
+                    let by_speed = (mesh.integral(i, column) - mesh.integral(0, column)) / omega;
+                    self.jacobian[(i, column)] += by_angle * by_speed;
+                }
+                if let Some(column) = self.layout.mean_speed() {
+                    self.jacobian[(i, column)] += omega * s - by_angle * lead / omega;
+                }
+            }
+            self.scale(i, self.at.energy.abs().max(f64::MIN_POSITIVE));
         }
     }
-    Linearised { residual, jacobian }
+
+    /// M + T_el Ṁ − M_Kloss at each point; Ṁ = Ω dM/dψ = ω dM/dφ, dM/dφ = (dM/dχ)/(dφ/dχ).
+    fn lag(&mut self) {
+        let (Some(lag), mesh) = (self.layout.lag, self.mesh) else { return };
+        for i in 0..mesh.len() {
+            let row = mesh.len() + i;
+            let rate: f64 = (0..mesh.len()).map(|j| mesh.slope(i, j) * self.torque[j]).sum();
+            let (speed, unknown, by) = match I::IN_TIME {
+                true => (self.at.mean_speed, self.layout.mean_speed(), 1.0),
+                false => (self.at.speed[i] / self.pace[i], Some(i), 1.0 / self.pace[i]),
+            };
+            let [torque, slope, by_synchronous] = self.kloss[i];
+            self.residual[row] = self.torque[i] + lag * speed * rate - torque;
+            for j in 0..mesh.len() {
+                self.jacobian[(row, mesh.len() + j)] = lag * speed * mesh.slope(i, j);
+            }
+            self.jacobian[(row, row)] += 1.0;
+            self.jacobian[(row, i)] = -slope;
+            if let Some(column) = unknown {
+                self.jacobian[(row, column)] += lag * rate * by;
+            }
+            if let Some(column) = self.layout.synchronous_speed() {
+                self.jacobian[(row, column)] = -by_synchronous;
+            }
+            self.scale(row, breakdown(&self.at.motor));
+        }
+    }
+
+    /// ⟨ω⟩/Ω − 1 in the phase of time, Ω ⟨1/ω⟩ − 1 in the angle.
+    fn closing(&mut self) {
+        let (row, n, omega) = (self.layout.energy(), self.mesh.len() as f64, self.at.mean_speed);
+        let mut turn = 0.0;
+        for (j, w) in self.at.speed.iter().enumerate() {
+            let part = if I::IN_TIME { self.pace[j] } else { self.pace[j] * omega / w };
+            turn += part / n;
+            self.jacobian[(row, j)] = if I::IN_TIME { part } else { -part } / (w * n);
+        }
+        self.residual[row] = turn - 1.0;
+        if let Some(column) = self.layout.mean_speed() {
+            self.jacobian[(row, column)] = if I::IN_TIME { -turn } else { turn } / omega;
+        }
+    }
+
+    /// ⟨P⟩ of a motor.
+    fn balance(&mut self) {
+        if !self.layout.kloss {
+            return;
+        }
+        let row = self.layout.energy() + 1;
+        self.residual[row] = mean(&self.power);
+        for (column, _, by) in &self.slopes {
+            self.jacobian[(row, *column)] += by / self.mesh.len() as f64;
+        }
+        self.scale(row, breakdown(&self.at.motor));
+    }
 }
 
 /// Scale of torques.
@@ -295,7 +309,7 @@ pub fn solve<I: Inertia>(mesh: &Mesh, inertia: &I, driving: &Driving, start: Per
     let mut periodic = start;
     let mut before = f64::INFINITY;
     for _ in 0..ITERATIONS {
-        let Linearised { residual, jacobian } = linearise(mesh, inertia, driving, &periodic);
+        let Equations { residual, jacobian, .. } = Equations::new(mesh, inertia, driving, &periodic);
         let step = jacobian.lu().solve(&residual)?;
         let change = (0..mesh.len()).map(|i| (step[i] / periodic.mean_speed).abs()).fold(0.0, f64::max);
         if !change.is_finite() {
@@ -324,12 +338,7 @@ pub fn solve<I: Inertia>(mesh: &Mesh, inertia: &I, driving: &Driving, start: Per
         // Near the roundings a step no longer gets smaller.
         if change < CONVERGED || (change < 1e-11 && change >= 0.5 * before) {
             // Far from any motion a step is small beside a mean speed that has run away.
-            let part = |(i, w): (usize, &f64)| {
-                if I::IN_TIME { w / periodic.mean_speed } else { inertia.pace(i) * periodic.mean_speed / w }
-            };
-            let parts = periodic.speed.iter().enumerate().map(part);
-            let miss = (parts.sum::<f64>() / mesh.len() as f64 - 1.0).abs();
-            if miss > CLOSED || miss.is_nan() {
+            if !(residual[layout.energy()].abs() <= CLOSED) {
                 return None;
             }
             if layout.lag.is_none() {

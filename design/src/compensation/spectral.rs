@@ -5,14 +5,13 @@
 //!
 //! Source: L. N. Trefethen, *Spectral Methods in MATLAB*, SIAM 2000, chapter 3.
 
+use crate::harmonic_analysis::discrete_series;
 use crate::search::summit;
 use camdrive::motion::Fourier;
 use std::f64::consts::TAU;
 
 /// The points 2πi/N, i = 0 … N − 1, and the operators on values at them.
 pub struct Mesh {
-    /// cos and sin of the points.
-    unit: Vec<[f64; 2]>,
     /// The antiderivative's kernel, g_d = (2/N) Σ sin(k d 2π/N)/k.
     integral: Vec<f64>,
     /// The derivative's kernel, h_d = −(2/N) Σ k sin(k d 2π/N).
@@ -23,23 +22,18 @@ impl Mesh {
     /// The mesh that carries the orders up to `order`: N = 2 `order` + 1 points.
     pub fn new(order: usize) -> Self {
         let n = 2 * order + 1;
-        let unit: Vec<[f64; 2]> = (0..n)
-            .map(|i| {
-                let (sin, cos) = (TAU * i as f64 / n as f64).sin_cos();
-                [cos, sin]
-            })
-            .collect();
+        let sines: Vec<f64> = (0..n).map(|i| (TAU * i as f64 / n as f64).sin()).collect();
         let kernel = |weight: fn(f64) -> f64| -> Vec<f64> {
-            let term = |k: usize, d: usize| weight(k as f64) * unit[k * d % n][1];
+            let term = |k: usize, d: usize| weight(k as f64) * sines[k * d % n];
             (0..n).map(|d| 2.0 / n as f64 * (1..=order).map(|k| term(k, d)).sum::<f64>()).collect()
         };
         let (integral, slope) = (kernel(|k| 1.0 / k), kernel(|k| -k));
-        Mesh { unit, integral, slope }
+        Mesh { integral, slope }
     }
 
     /// N.
     pub fn len(&self) -> usize {
-        self.unit.len()
+        self.slope.len()
     }
 
     /// (N − 1)/2.
@@ -82,13 +76,7 @@ impl Mesh {
 
     /// The trigonometric polynomial through the values.
     pub fn series(&self, values: &[f64]) -> Fourier {
-        let n = self.len();
-        let coefficient = |k: usize, part: usize| {
-            let sum: f64 = values.iter().enumerate().map(|(i, v)| v * self.unit[k * i % n][part]).sum();
-            if k == 0 { sum / n as f64 } else { 2.0 * sum / n as f64 }
-        };
-        let part = |part: usize| (0..=self.order()).map(|k| coefficient(k, part)).collect();
-        Fourier::new(part(0), part(1))
+        discrete_series(0.0, values, self.order())
     }
 }
 

@@ -34,7 +34,7 @@ fn lever(pivot: f64, length: f64, transmission: f64, side: f64) -> Held {
 
 fn machine(speed: f64, follower: Follower, plan: Option<Plan>, loads: Loads) -> Machine {
     let drive = Drive::new("x".to_owned(), follower, plan, loads).expect("the cam can be placed");
-    Machine { name: "x".to_owned(), speed, inertia: None, drives: vec![drive] }.settled().expect("a turn")
+    Machine { name: "x".to_owned(), speed, inertia: None, drives: vec![drive] }.with_springs_placed().expect("a turn")
 }
 
 fn part(kind: Kind, input_offset: f64) -> Mechanism {

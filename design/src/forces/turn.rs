@@ -35,7 +35,7 @@ impl Machine {
     ///
     /// # Errors
     /// Those of [`super::Drive::at`].
-    pub fn settled(mut self) -> Result<Machine, Fault> {
+    pub fn with_springs_placed(mut self) -> Result<Machine, Fault> {
         let is_open = |drive: &Drive| drive.loads.spring.is_some_and(|spring| spring.at.is_none());
         let open: Vec<usize> = (0..self.drives.len()).filter(|j| is_open(&self.drives[*j])).collect();
         if open.is_empty() {

@@ -171,7 +171,7 @@ const LARGEST_AMPLIFICATION: f64 = 100.0;
 pub fn amplification(report: &Report) -> Diagram {
     let w0 = report.oscillator.natural_frequency;
     let [low, high] = report.ranges[0];
-    let value = |s: &super::Steady| s.amplification.filter(|_| s.stable);
+    let value = |s: &super::PeriodicMotion| s.amplification.filter(|_| s.stable);
     let drawn: Vec<f64> = report.amplification.iter().filter_map(value).collect();
     let top = 1.3 * drawn.iter().copied().fold(2.0, f64::max).min(LARGEST_AMPLIFICATION);
     let bottom = 0.8 * drawn.iter().copied().fold(1.0, f64::min).max(1e-3);
@@ -199,7 +199,7 @@ pub fn amplification(report: &Report) -> Diagram {
         value(a).is_some() && value(b).is_some() && !unstable.iter().any(between)
     });
     for stretch in stretches {
-        let point = |s: &super::Steady| Some([w0 * s.eta * RPM, value(s)?]);
+        let point = |s: &super::PeriodicMotion| Some([w0 * s.eta * RPM, value(s)?]);
         rules.push(Rule::Border(stretch.iter().filter_map(point).collect(), 2.0));
     }
     let own = report.transients.iter().flatten().filter_map(|t| Some([t.speed * RPM, value(&t.steady)?]));

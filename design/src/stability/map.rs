@@ -48,7 +48,7 @@ pub fn over_damping(system: &System, known: &[Known], top: f64, done: &(dyn Fn()
                 let height = height(s);
                 match apex {
                     Some(apex) if s == 1.0 => Some([height, apex.eta, apex.eta]),
-                    _ => tongue.interval(system, apex.as_ref(), height).map(|[low, high]| [height, low, high]),
+                    _ => tongue.interval(system, height).map(|[low, high]| [height, low, high]),
                 }
             };
             const FIRST: usize = 8;
@@ -145,7 +145,7 @@ fn row(system: &System, theta: f64, modulation: f64, orders: &[usize]) -> Vec<Po
             return nothing;
         };
         let closed = || (tongue.extent() == Extent::Closed).then(|| [1.0 / tongue.lambda.high.sqrt(); 2]);
-        let damped = if theta > 0.0 { tongue.damped(&system, theta) } else { None };
+        let damped = if theta > 0.0 { tongue.interval(&system, theta) } else { None };
         Point { intervals: [tongue.undamped().or_else(closed), damped], ..nothing }
     };
     orders.iter().map(point).collect()

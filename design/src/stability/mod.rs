@@ -30,7 +30,7 @@ use bounds::Bounds;
 use camdrive::drives::{Fault, PeriodicOscillator};
 use map::{Known, Modulation, Region};
 use orders::{Tongues, tongues};
-use response::{Resonance, Steady, Transient};
+use response::{PeriodicMotion, Resonance, Transient};
 use serde::Serialize;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use system::{System, Unfollowed};
@@ -86,7 +86,7 @@ const BORDER: f64 = 1e-12;
 pub const NEGLIGIBLE: f64 = 1e-12;
 
 /// The result of a study.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Report {
     /// The name of the scene.
     pub scene: String,
@@ -111,7 +111,7 @@ pub struct Report {
     #[serde(skip)]
     pub courses: Vec<Vec<[f64; 3]>>,
     /// The periodic motion over the speed.
-    pub amplification: Vec<Steady>,
+    pub amplification: Vec<PeriodicMotion>,
     /// The resonances of the load in the range of speeds of the amplification.
     pub resonances: Vec<Resonance>,
     /// The map over damping.
@@ -127,7 +127,7 @@ pub struct Report {
 }
 
 /// The oscillator as numbers.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Oscillator {
     /// ω₀ = √(c₀/m₀) (rad/s).
     pub natural_frequency: f64,
@@ -142,7 +142,7 @@ pub struct Oscillator {
 }
 
 /// The truncation of Hill's matrices.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Eigenproblem {
     /// Harmonics on either side.
     pub harmonics: usize,
@@ -215,7 +215,11 @@ struct Counter<'a> {
     stage: &'static str,
 }
 
-impl Counter<'_> {
+impl<'a> Counter<'a> {
+    fn new(tell: &'a (dyn Fn(Progress) + Sync), stage: &'static str, total: usize) -> Self {
+        Counter { tell, done: AtomicUsize::new(0), total, stage }
+    }
+
     fn step(&self) {
         let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
         (self.tell)(Progress { done, total: self.total.max(done), stage: self.stage });
@@ -232,7 +236,7 @@ pub fn study_scene(
     progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<Report, Fault> {
     let report = study([&resource.name, &resource.model], &resource.oscillator()?, options, progress)?;
-    let counter = Counter { tell: progress, done: AtomicUsize::new(0), total: crank::POINTS, stage: "crank" };
+    let counter = Counter::new(progress, "crank", crank::POINTS);
     let crank = if options.quick { None } else { crank::curves(resource, &|| counter.step())? };
     Ok(Report { crank, ..report })
 }
@@ -257,50 +261,20 @@ pub fn study(
         followed.map_err(|why| unfollowed(why, *speed, eta, theta))?;
     }
     let parts = system.parts;
-    let slowest =
-        options.range.map_or(f64::INFINITY, |r| r[0]).min(speeds.iter().fold(f64::INFINITY, |a, b| a.min(*b))) / w0;
+    let slowest = options.range.iter().map(|range| &range[0]).chain(&speeds).fold(f64::INFINITY, |a, b| a.min(*b)) / w0;
     let wanted = (2.2 / (slowest * parts.max(1) as f64)).ceil().clamp(LEAST_ORDERS as f64, USUAL_ORDERS as f64);
     let orders = if parts == 0 { 0 } else { options.orders.unwrap_or(wanted as usize) };
-    let stage = |stage, total| Counter { tell: progress, done: AtomicUsize::new(0), total, stage };
+    let counter = Counter::new(progress, "orders", orders);
+    let Tongues { start, known, lost } = tongues(&system, orders, options.orders.is_none().then_some(theta), &counter);
 
-    let Tongues { start, known, lost } =
-        tongues(&system, orders, options.orders.is_none().then_some(theta), &stage("orders", orders));
-    let ranges = ranges(&system, &known, options, &speeds, theta);
     let classical = bounds::Harmonics::new(&system);
+    let ranges = ranges(&system, &known, options, &speeds, theta);
     let mut orders: Vec<Order> = known.iter().map(|known| order(&system, known, theta, &classical)).collect();
-
-    let critical =
-        critical_modulations(&system, &orders, theta, ranges[2][1], &|total| stage("modulation ratios", total));
+    let critical = critical_modulations(&system, &orders, theta, ranges[2][1], progress);
     for (order, critical) in orders.iter_mut().zip(&critical) {
         order.modulation_ratio = critical.map(|critical| 1.0 / critical);
     }
-    let (mut over_damping, mut over_modulation) = (Vec::new(), Vec::new());
-    let mut approximate_over_damping = Vec::new();
-    if !options.quick && !known.is_empty() {
-        let counter = stage("map", known.len());
-        over_damping = map::over_damping(&system, &known, ranges[1][1], &|| counter.step());
-        let plan = Modulation { critical: &critical, top: ranges[2][1], theta };
-        let counter = stage("modulation", 80);
-        over_modulation = map::over_modulation(&system, &plan, &|| counter.step());
-        let twice: Vec<usize> = known.iter().map(|(tongue, _)| tongue.n * parts.max(1)).collect();
-        approximate_over_damping = map::approximate_over_damping(&classical, &twice, ranges[1][1]);
-    }
-    let residual = known.iter().map(|(tongue, _)| tongue.residual).fold(0.0, f64::max);
-    let loaded = system.greatest(&|t| t.f.abs().max(t.f2.abs())) > 0.0;
-    let counter = stage("motion", SPEEDS);
-    let amplification =
-        if loaded { amplification(&system, ranges[0], &orders, theta, &|| counter.step()) } else { Vec::new() };
-    let most = RESONANCES.min((1.0 / ranges[0][0]).ceil() as usize);
-    let expected = |k: usize| {
-        let (tongue, _) = known.iter().find(|(tongue, _)| tongue.j == k as f64 && tongue.lambda.low > 0.0)?;
-        Some((2.0 / (tongue.lambda.low + tongue.lambda.high)).sqrt())
-    };
-    let resonances = if loaded { response::resonances(&system, theta, most, &expected) } else { Vec::new() };
-    // The list and the diagram show the same speeds.
-    let shown = |resonance: &Resonance| (ranges[0][0]..=ranges[0][1]).contains(&(resonance.speed / w0));
-    let course = |speed: &f64| response::course(&system, speed / w0, theta).unwrap_or_default();
-    let motion = |speed: &f64| response::transient(&system, speed / w0, theta);
-    Ok(Report {
+    let mut report = Report {
         scene: scene.to_owned(),
         model: model.to_owned(),
         note: match system.active {
@@ -318,23 +292,52 @@ pub fn study(
         eigenproblem: Eigenproblem {
             harmonics: start.harmonics,
             change: start.change(),
-            residual,
-            incomplete: system.has_failed(),
-            unnumbered: system.has_unnumbered(),
+            residual: known.iter().map(|(tongue, _)| tongue.residual).fold(0.0, f64::max),
+            incomplete: false,
+            unnumbered: false,
             lost,
         },
         speeds: speeds.iter().map(|speed| at_speed(&system, &known, &orders, *speed, theta)).collect(),
         orders,
-        transients: if loaded { speeds.iter().map(motion).collect() } else { Vec::new() },
-        courses: if loaded { speeds.iter().map(course).collect() } else { Vec::new() },
-        amplification,
-        resonances: resonances.into_iter().filter(shown).collect(),
-        over_damping,
-        over_modulation,
-        approximate_over_damping,
         ranges,
-        crank: None,
-    })
+        ..Report::default()
+    };
+    if !options.quick && !known.is_empty() {
+        let counter = Counter::new(progress, "map", known.len());
+        report.over_damping = map::over_damping(&system, &known, ranges[1][1], &|| counter.step());
+        let plan = Modulation { critical: &critical, top: ranges[2][1], theta };
+        let counter = Counter::new(progress, "modulation", 80);
+        report.over_modulation = map::over_modulation(&system, &plan, &|| counter.step());
+        let twice: Vec<usize> = known.iter().map(|(tongue, _)| tongue.n * parts.max(1)).collect();
+        report.approximate_over_damping = map::approximate_over_damping(&classical, &twice, ranges[1][1]);
+    }
+    if system.greatest(&|t| t.f.abs().max(t.f2.abs())) > 0.0 {
+        report.add_motions(&system, &known, progress);
+    }
+    report.eigenproblem.incomplete = system.has_failed();
+    report.eigenproblem.unnumbered = system.has_unnumbered();
+    Ok(report)
+}
+
+impl Report {
+    /// The motion under load: over the turn and from rest at each speed, over the speeds, at the resonances.
+    fn add_motions(&mut self, system: &System, known: &[Known], progress: &(dyn Fn(Progress) + Sync)) {
+        let Oscillator { natural_frequency: w0, damping_ratio: theta, .. } = self.oscillator;
+        let [slowest, fastest] = self.ranges[0];
+        let eta = || self.speeds.iter().map(|at| at.speed / w0);
+        self.courses = eta().map(|eta| response::course(system, eta, theta).unwrap_or_default()).collect();
+        self.transients = eta().map(|eta| response::transient(system, eta, theta)).collect();
+        let counter = Counter::new(progress, "motion", SPEEDS);
+        self.amplification = amplification(system, self.ranges[0], &self.orders, theta, &|| counter.step());
+        let expected = |k: usize| {
+            let (tongue, _) = known.iter().find(|(tongue, _)| tongue.j == k as f64 && tongue.lambda.low > 0.0)?;
+            Some((2.0 / (tongue.lambda.low + tongue.lambda.high)).sqrt())
+        };
+        self.resonances =
+            response::resonances(system, theta, RESONANCES.min((1.0 / slowest).ceil() as usize), &expected);
+        // The list and the diagram show the same speeds.
+        self.resonances.retain(|resonance| (slowest..=fastest).contains(&(resonance.speed / w0)));
+    }
 }
 
 /// Why the drive cannot be examined at a speed.
@@ -402,7 +405,7 @@ fn order(system: &System, (tongue, apex): &Known, theta: f64, classical: &bounds
         j: tongue.j,
         undamped: [inverse(tongue.lambda.high), inverse(tongue.lambda.low)],
         extent: tongue.extent(),
-        damped: tongue.interval(system, apex.as_ref(), theta),
+        damped: tongue.interval(system, theta),
         critical_damping: critical,
         critical_eta: apex.map(|apex| apex.eta),
         safety: critical.filter(|critical| *critical > NEGLIGIBLE).map(|critical| theta / critical),
@@ -413,19 +416,19 @@ fn order(system: &System, (tongue, apex): &Known, theta: f64, classical: &bounds
 }
 
 /// ε* of each order next to the modulation of the scene, up to `top`; None for orders of no account as well.
-fn critical_modulations<'a>(
+fn critical_modulations(
     system: &System,
     orders: &[Order],
     theta: f64,
     top: f64,
-    counter: &dyn Fn(usize) -> Counter<'a>,
+    progress: &(dyn Fn(Progress) + Sync),
 ) -> Vec<Option<f64>> {
     if theta <= 0.0 {
         return vec![None; orders.len()];
     }
-    let told: Vec<bool> = orders.iter().enumerate().map(|(i, order)| is_told(i, order)).collect();
+    let told: Vec<bool> = orders.iter().enumerate().map(|(i, order)| is_listed(i, order)).collect();
     let numbers: Vec<usize> = (1..=orders.len()).filter(|n| told[n - 1]).collect();
-    let counter = counter(numbers.len());
+    let counter = Counter::new(progress, "modulation ratios", numbers.len());
     let one = |n: &usize| modulation::next(system, *n, theta, top);
     let mut found = parallel::map(&numbers, one, &|| counter.step()).into_iter();
     told.into_iter().map(|told| if told { found.next().flatten() } else { None }).collect()
@@ -433,7 +436,7 @@ fn critical_modulations<'a>(
 
 /// Whether the order with this index has a line of its own in the report: all of the first ones, and those that are not
 /// safe a hundredfold.
-pub fn is_told(index: usize, order: &Order) -> bool {
+pub fn is_listed(index: usize, order: &Order) -> bool {
     index < FIRST_ORDERS || order.safety.is_some_and(|safety| safety < SAFE) || order.critical_damping.is_none()
 }
 
@@ -481,24 +484,27 @@ fn amplification(
     orders: &[Order],
     theta: f64,
     done: &(dyn Fn() + Sync),
-) -> Vec<Steady> {
+) -> Vec<PeriodicMotion> {
     let eta = |i: usize| low * (high / low).powf(i as f64 / (SPEEDS - 1) as f64);
     let beside = |[from, to]: [f64; 2]| [from * (1.0 - BESIDE), to * (1.0 + BESIDE)];
     let borders = orders.iter().filter_map(|order| order.damped).flat_map(beside);
     let mut places: Vec<f64> = (0..SPEEDS).map(eta).chain(borders.filter(|eta| (low..high).contains(eta))).collect();
     places.sort_by(f64::total_cmp);
-    let mut motions: Vec<Steady> =
-        parallel::map(&places, |eta| response::steady(system, *eta, theta), done).into_iter().flatten().collect();
-    let value = |s: &Steady| s.amplification.unwrap_or(0.0);
+    let mut motions: Vec<PeriodicMotion> =
+        parallel::map(&places, |eta| response::periodic_motion(system, *eta, theta), done)
+            .into_iter()
+            .flatten()
+            .collect();
+    let value = |s: &PeriodicMotion| s.amplification.unwrap_or(0.0);
     let summits: Vec<[f64; 2]> = motions
         .windows(3)
         .filter(|w| value(&w[0]) < value(&w[1]) && value(&w[1]) >= value(&w[2]))
         .map(|w| [w[0].eta, w[2].eta])
         .collect();
     let summit = |ends: &[f64; 2]| {
-        let mut f = |eta: f64| response::steady(system, eta, theta).map_or(0.0, |s| value(&s));
+        let mut f = |eta: f64| response::periodic_motion(system, eta, theta).map_or(0.0, |s| value(&s));
         let (eta, _) = search::maximum(&mut f, *ends, 1e-5 * ends[1]);
-        response::steady(system, eta, theta)
+        response::periodic_motion(system, eta, theta)
     };
     motions.extend(parallel::map(&summits, summit, done).into_iter().flatten());
     motions.sort_by(|a, b| a.eta.total_cmp(&b.eta));

@@ -2,8 +2,6 @@
 
 use super::hill;
 use super::system::System;
-#[cfg(test)]
-use super::tongue::Apex;
 use super::tongue::Tongue;
 use crate::search;
 
@@ -14,14 +12,7 @@ const STEPS: usize = 6;
 /// Relative error of a modulation.
 const TOLERANCE: f64 = 1e-9;
 
-/// θ* of the order n at a modulation and where; None where no damping ratio suffices.
-#[cfg(test)]
-pub fn apex(system: &System, n: usize, modulation: f64) -> Option<Apex> {
-    let system = system.modulated(modulation);
-    tongue(&system, n)?.apex(&system)
-}
-
-fn tongue(system: &System, n: usize) -> Option<Tongue> {
+pub(super) fn tongue(system: &System, n: usize) -> Option<Tongue> {
     let tongue = Tongue::numbered(system, n, &hill::boundaries(system, n));
     if tongue.is_none() {
         system.mark_unnumbered();

@@ -23,7 +23,7 @@ const TURNS_WITHOUT_DECAY: f64 = 20.0;
 
 /// The periodic motion at a speed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Steady {
+pub struct PeriodicMotion {
     /// η.
     pub eta: f64,
     /// max |q| (unit of q).
@@ -44,7 +44,7 @@ pub struct Transient {
     /// Ω (rad/s).
     pub speed: f64,
     /// The periodic motion that it ends in.
-    pub steady: Steady,
+    pub steady: PeriodicMotion,
     /// The largest |q| from the start on.
     pub peak: f64,
     /// The largest |M| from the start on.
@@ -142,17 +142,17 @@ impl<'a> Turn<'a> {
 }
 
 /// The periodic motion at the speed ratio η; None where there is none.
-pub fn steady(system: &System, eta: f64, theta: f64) -> Option<Steady> {
+pub fn periodic_motion(system: &System, eta: f64, theta: f64) -> Option<PeriodicMotion> {
     let turn = Turn::new(system, eta, theta)?;
-    steady_of(&turn)
+    motion_of(&turn)
 }
 
-fn steady_of(turn: &Turn) -> Option<Steady> {
+fn motion_of(turn: &Turn) -> Option<PeriodicMotion> {
     let [amplitude, load] = turn.largest(turn.periodic()?, 1.0)?;
     let c = turn.system.mean.c;
     let square = turn.eta * turn.eta;
     let kinetostatic = turn.system.greatest(&|t| t.f + square * t.f2);
-    Some(Steady {
+    Some(PeriodicMotion {
         eta: turn.eta,
         amplitude,
         load: c * load,
@@ -187,7 +187,7 @@ pub fn course(system: &System, eta: f64, theta: f64) -> Option<Vec<[f64; 3]>> {
 /// A start from rest at the speed ratio η.
 pub fn transient(system: &System, eta: f64, theta: f64) -> Option<Transient> {
     let turn = Turn::new(system, eta, theta)?;
-    let steady = steady_of(&turn)?;
+    let steady = motion_of(&turn)?;
     let radius = turn.radius();
     let settled = DECAYED.ln() / radius.ln();
     let settled_after = (radius < 1.0).then_some(settled);
@@ -207,12 +207,12 @@ pub fn resonances(system: &System, theta: f64, most: usize, expected: &dyn Fn(us
     let largest = (1..=most).map(|k| deflection(k, at(k))).fold(0.0, f64::max);
     let told = |k: &usize| deflection(*k, at(*k)) > 1e-4 * largest;
     let resonance = |k: usize| {
-        let load = |eta: f64| steady(system, eta, theta).filter(|s| s.stable).map_or(0.0, |s| s.load);
+        let load = |eta: f64| periodic_motion(system, eta, theta).filter(|s| s.stable).map_or(0.0, |s| s.load);
         let middle = at(k);
         let unstable = load(middle) == 0.0;
         let ends = [middle * (1.0 - NEARBY), middle * (1.0 + NEARBY)];
         let eta = if unstable { middle } else { search::maximum(&mut |eta| load(eta), ends, 1e-5 * middle).0 };
-        let steady = steady(system, eta, theta).filter(|_| !unstable);
+        let steady = periodic_motion(system, eta, theta).filter(|_| !unstable);
         Resonance {
             k,
             nominal_speed: system.natural_frequency() / k as f64,

@@ -2,9 +2,9 @@
 
 use super::bounds::Bounds;
 use super::crank::Curve;
-use super::response::Steady;
+use super::response::PeriodicMotion;
 use super::tongue::Extent;
-use super::{BORDER, NEGLIGIBLE, Order, Report, TOLERATED, is_told};
+use super::{BORDER, NEGLIGIBLE, Order, Report, TOLERATED, is_listed};
 use crate::text::{NONE, Table, csv, digits, number};
 use camdrive::drives::Fault;
 use std::fmt::Write as _;
@@ -64,7 +64,7 @@ fn off_by(off: f64) -> String {
 
 /// The orders that have a line of their own, or those that have none.
 fn orders(report: &Report, told: bool) -> impl DoubleEndedIterator<Item = &Order> {
-    let of = move |(index, order): &(usize, &Order)| is_told(*index, order) == told;
+    let of = move |(index, order): &(usize, &Order)| is_listed(*index, order) == told;
     report.orders.iter().enumerate().filter(of).map(|(_, order)| order).collect::<Vec<_>>().into_iter()
 }
 
@@ -469,7 +469,7 @@ pub fn load_csv(report: &Report) -> Result<String, Fault> {
 pub fn amplification_csv(report: &Report) -> Result<String, Fault> {
     let w0 = report.oscillator.natural_frequency;
     let head = "eta,speed_rad_per_s,speed_rpm,amplitude,load,kinetostatic,amplification,stable";
-    let row = |s: &Steady| {
+    let row = |s: &PeriodicMotion| {
         let numbers = [s.eta, w0 * s.eta, w0 * s.eta * RPM, s.amplitude, s.load, s.kinetostatic].map(finite);
         (numbers, s.amplification, s.stable)
     };

@@ -136,14 +136,7 @@ impl Tongue {
         // The growth of the undamped motion, which damping proportional to the inertia would make up for exactly.
         let guess = (spectral_radius(&m).ln() / (system.period() * inverse)).max(f64::MIN_POSITIVE);
         let mut f = |theta: f64| self.excess(system, inverse, theta);
-        let (mut low, mut high) = ((0.0, start), (1.05 * guess, 0.0));
-        (low, high) = climb(&mut f, low, high.0);
-        // Most often the zero is within some per cent of the guess.
-        let near = 0.95 * guess;
-        if low.0 == 0.0 {
-            let value = f(near);
-            if value < 0.0 { low = (near, value) } else { high = (near, value) }
-        }
+        let (low, high) = climb(&mut f, (0.0, start), 1.05 * guess);
         search::zero(&mut f, [low.0, high.0], [low.1, high.1], 0.0)
     }
 
@@ -174,31 +167,17 @@ impl Tongue {
         Some(Apex { theta, eta: 1.0 / inverse, residual: self.excess(system, inverse, theta).abs() })
     }
 
-    /// The speed ratios between which the drive with the damping ratio `theta` is unstable, the upper one infinite
-    /// where there is none; None where it is stable at all of them. `apex` is that of this tongue.
-    pub fn interval(&self, system: &System, apex: Option<&Apex>, theta: f64) -> Option<[f64; 2]> {
-        if theta == 0.0 {
-            return self.undamped();
-        }
-        let inside = match apex {
-            _ if self.is_empty() => return None,
-            Some(apex) if theta >= apex.theta => return None,
-            Some(apex) => 1.0 / apex.eta,
-            None => self.fast_and_unstable(system, theta)?,
-        };
-        Some(self.about(system, inside, theta))
-    }
-
     /// The speed ratios between which the drive without damping is unstable.
     pub fn undamped(&self) -> Option<[f64; 2]> {
         let eta = |lambda: f64| if lambda > 0.0 { 1.0 / lambda.sqrt() } else { f64::INFINITY };
         (!self.is_empty()).then(|| [eta(self.lambda.high), eta(self.lambda.low)])
     }
 
-    /// The same as [`Tongue::interval`] for θ > 0 where the apex is not known, without looking for it.
-    pub fn damped(&self, system: &System, theta: f64) -> Option<[f64; 2]> {
-        if self.is_empty() {
-            return None;
+    /// The speed ratios between which the drive with the damping ratio `theta` is unstable, the upper one infinite
+    /// where there is none; None where it is stable at all of them.
+    pub fn interval(&self, system: &System, theta: f64) -> Option<[f64; 2]> {
+        if theta == 0.0 || self.is_empty() {
+            return self.undamped();
         }
         let inside = if self.is_open() {
             self.fast_and_unstable(system, theta)?

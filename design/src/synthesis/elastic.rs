@@ -7,7 +7,7 @@
 
 use super::basis::{Basis, Response};
 use super::{Infeasible, Profile, Task};
-use crate::search::local_maxima;
+use crate::search::{local_maxima, zero};
 use camdrive::motion::Fourier;
 
 /// Speeds per distance between two resonances 1/k, 1/(k + 1) at which a deviation is looked at first.
@@ -111,16 +111,19 @@ impl Task {
     /// The largest η up to which (from `slowest` on) a cam keeps the deviation within `tolerance`, at most `fastest`;
     /// None if it exceeds it at `slowest` already.
     pub fn reachable(&self, cam: &Fourier, range: SpeedRange, tolerance: f64) -> Option<f64> {
-        let within = |eta: f64| self.deviation(cam, Response { damping: range.damping, eta }) <= tolerance;
-        let mut good = range.slowest;
-        if !within(good) {
+        // Finite at an undamped resonance too.
+        let mut excess =
+            |eta: f64| (self.deviation(cam, Response { damping: range.damping, eta }) / tolerance).min(f64::MAX) - 1.0;
+        let mut good = (range.slowest, excess(range.slowest));
+        if good.1 > 0.0 {
             return None;
         }
         for eta in speeds(cam.order(), range) {
-            if !within(eta) {
-                return Some(last(good, eta, within));
+            let next = (eta, excess(eta));
+            if next.1 > 0.0 {
+                return Some(zero(&mut excess, [good.0, eta], [good.1, next.1], 0.0));
             }
-            good = eta;
+            good = next;
         }
         Some(range.fastest)
     }
@@ -134,23 +137,9 @@ impl Task {
             let reached = self.reachable(&cam, range, tolerance)?;
             Some(Recipe { cam, optimum: eta, reached })
         };
-        // Below the resonance of the highest harmonic the reach over η_opt has one summit with a kink; a raster and
-        // its refinement find it.
-        let (mut low, mut high) = (0.0, (1.0 / motion.order().max(1) as f64).min(range.fastest));
-        let mut best: Option<Recipe> = None;
-        for _ in 0..REFINEMENTS {
-            let step = (high - low) / 16.0;
-            for eta in (0..=16).map(|i| low + step * f64::from(i)) {
-                if let Some(next) = reached(eta)
-                    && best.as_ref().is_none_or(|b| next.reached > b.reached)
-                {
-                    best = Some(next);
-                }
-            }
-            let centre = best.as_ref()?.optimum;
-            (low, high) = ((centre - step).max(0.0), centre + step);
-        }
-        best
+        // Below the resonance of the highest harmonic the reach over η_opt has one summit with a kink.
+        let highest = (1.0 / motion.order().max(1) as f64).min(range.fastest);
+        refined(highest, reached, |next, best| next.reached > best.reached)
     }
 
     /// The cam by the same recipe with the least largest deviation over the whole range.
@@ -158,23 +147,11 @@ impl Task {
         let at = |eta: f64| {
             let cam = inverse(motion, Response { damping: range.damping, eta })?;
             let worst = self.worst_over(&cam, range);
-            Some((worst, Recipe { cam, optimum: eta, reached: range.fastest }))
+            // The deviation takes the place of the speed until the best is found.
+            Some(Recipe { cam, optimum: eta, reached: worst })
         };
-        let (mut low, mut high) = (0.0, range.fastest);
-        let mut best: Option<(f64, Recipe)> = None;
-        for _ in 0..REFINEMENTS {
-            let step = (high - low) / 16.0;
-            for eta in (0..=16).map(|i| low + step * f64::from(i)) {
-                if let Some(next) = at(eta)
-                    && best.as_ref().is_none_or(|b| next.0 < b.0)
-                {
-                    best = Some(next);
-                }
-            }
-            let centre = best.as_ref()?.1.optimum;
-            (low, high) = ((centre - step).max(0.0), centre + step);
-        }
-        best.map(|(_, recipe)| recipe)
+        let best = refined(range.fastest, at, |next, best| next.reached < best.reached)?;
+        Some(Recipe { reached: range.fastest, ..best })
     }
 
     /// The largest deviation over a range of speeds.
@@ -197,40 +174,46 @@ impl Task {
         if slow.objective > tolerance {
             return Ok((slow, f64::NAN));
         }
-        let fast = solve(range.fastest);
-        let above = |profile: &Result<Profile, Infeasible>| match profile {
-            Ok(profile) => profile.objective - tolerance,
-            Err(_) => f64::INFINITY,
+        let slowest = slow.objective / tolerance - 1.0;
+        let mut best = (slow, range.slowest);
+        let mut excess = |fastest: f64| {
+            // The objective grows with the range; without a number it is as good as twice the tolerance.
+            let Ok(profile) = solve(fastest) else { return 1.0 };
+            let excess = (profile.objective / tolerance - 1.0).min(1.0);
+            if excess <= 0.0 && fastest > best.1 {
+                best = (profile, fastest);
+            }
+            excess
         };
-        if above(&fast) <= 0.0 {
-            return fast.map(|profile| (profile, range.fastest));
+        let ends = [range.slowest, range.fastest];
+        let values = [slowest, excess(range.fastest)];
+        if values[1] > 0.0 {
+            let reached = zero(&mut excess, ends, values, 1e-9 * range.fastest);
+            // On the side that keeps the tolerance.
+            excess(reached * (1.0 - 1e-9));
         }
-        // The objective grows with the range: regula falsi after Illinois, by halves where one end has no number.
-        let (mut good, mut bad) = ((range.slowest, slow.objective - tolerance), (range.fastest, above(&fast)));
-        let (mut best, mut reached) = (slow, range.slowest);
-        while bad.0 - good.0 > 1e-6 * bad.0 {
-            let part = good.1 / (good.1 - bad.1);
-            let part = if part.is_finite() && bad.1.is_finite() { part.clamp(0.01, 0.99) } else { 0.5 };
-            let middle = good.0 + part * (bad.0 - good.0);
-            let next = solve(middle);
-            let excess = above(&next);
-            match next {
-                Ok(profile) if excess <= 0.0 => {
-                    (best, reached) = (profile, middle);
-                    good = (middle, excess);
-                    bad.1 *= 0.5;
-                    if excess > -1e-7 * tolerance {
-                        break;
-                    }
-                }
-                _ => {
-                    bad = (middle, excess);
-                    good.1 *= 0.5;
-                }
+        Ok(best)
+    }
+}
+
+/// The best recipe for an η_opt between 0 and `high`, by a raster and its refinements.
+fn refined(
+    mut high: f64,
+    at: impl Fn(f64) -> Option<Recipe>,
+    better: impl Fn(&Recipe, &Recipe) -> bool,
+) -> Option<Recipe> {
+    let (mut low, mut best) = (0.0, None::<Recipe>);
+    for _ in 0..REFINEMENTS {
+        let step = (high - low) / 16.0;
+        for next in (0..=16).filter_map(|i| at(low + step * f64::from(i))) {
+            if best.as_ref().is_none_or(|best| better(&next, best)) {
+                best = Some(next);
             }
         }
-        Ok((best, reached))
+        let centre = best.as_ref()?.optimum;
+        (low, high) = ((centre - step).max(0.0), centre + step);
     }
+    best
 }
 
 /// Speeds of a range, dense enough for the resonances up to harmonic `order`, each resonance among them.
@@ -250,14 +233,4 @@ pub fn speeds(order: usize, range: SpeedRange) -> Vec<f64> {
     list.sort_by(f64::total_cmp);
     list.dedup();
     list
-}
-
-/// The largest speed between `good` and `bad` that is still good.
-fn last(mut good: f64, mut bad: f64, within: impl Fn(f64) -> bool) -> f64 {
-    // A speed to twelve digits is more than any shaft keeps.
-    while bad - good > 1e-12 * bad {
-        let middle = 0.5 * (good + bad);
-        if within(middle) { good = middle } else { bad = middle }
-    }
-    good
 }

@@ -7,7 +7,7 @@ use super::elastic::output;
 use super::exact::{add_multiple, dot};
 use super::sampling::{COARSE, Density, FINE, angles, within};
 use super::{Curve, grid};
-use crate::search::flat;
+use crate::search::crests;
 use camdrive::motion::Fourier;
 use camdrive::numerics::double_double::Double;
 
@@ -164,18 +164,7 @@ impl Family {
             }
         }
         let values: Vec<f64> = angles.iter().map(|phi| self.excess(basis, x, *phi, 0)).collect();
-        let last = angles.len() - 1;
-        let higher = |i: usize, j: usize| values[i] >= values[j.min(last)];
-        let mut maxima: Vec<f64> = (0..=last)
-            .filter(|&i| higher(i, i.saturating_sub(1)) && higher(i, i + 1))
-            .map(|i| {
-                let slopes = |phi: f64| self.slopes(basis, x, phi);
-                flat(angles[i], [angles[i.saturating_sub(1)], angles[(i + 1).min(last)]], slopes)
-            })
-            .collect();
-        // Two samples of equal height lead to one maximum.
-        maxima.dedup_by(|a, b| (*a - *b).abs() < 1e-9);
-        maxima
+        crests(&angles, &values, |phi| self.slopes(basis, x, phi)).into_iter().map(|(_, phi)| phi).collect()
     }
 
     /// Slope and bend of the excess; of a tangent, whose direction turns with the angle, by differences.

@@ -43,22 +43,22 @@ pub fn notable_harmonics(series: &Fourier) -> usize {
 }
 
 impl Task {
-    /// The two dwells of the task, the lower one first, if it is one of two dwells and a rise and a return of some angle.
-    pub fn two_dwells(&self) -> Option<[&Range; 2]> {
+    /// The two dwells of the task with their U, the lower one first, if it is one of two dwells and a rise and a return of some
+    /// angle.
+    fn two_dwells(&self) -> Option<[(&Range, f64); 2]> {
         let [first, second] = &self.ranges[..] else { return None };
         let level = |range: &Range| range.prescribed[0].as_ref()?.constant().filter(|_| range.from < range.to);
         let (u, v) = (level(first)?, level(second)?);
-        (u != v).then_some(if u < v { [first, second] } else { [second, first] })
+        (u != v).then_some(if u < v { [(first, u), (second, v)] } else { [(second, v), (first, u)] })
     }
 
     /// The cycle of a standard law with the dwells of the task; None where it has not two of them.
     pub fn cycle(&self, law: StandardLaw) -> Option<Cycle> {
-        let [lower, upper] = self.two_dwells()?;
-        let level = |range: &Range| range.prescribed[0].as_ref().map_or(0.0, |u| u.at(0.0));
+        let [(lower, low), (upper, high)] = self.two_dwells()?;
         let way = |from: f64, to: f64| (to - from).rem_euclid(TAU);
         let plan = CyclePlan {
-            stroke: level(upper) - level(lower),
-            lower: level(lower),
+            stroke: high - low,
+            lower: low,
             rise_start: way(0.0, lower.to),
             rise_angle: way(lower.to, upper.from),
             upper_dwell: upper.to - upper.from,
@@ -79,15 +79,12 @@ impl Task {
     }
 
     fn rival(&self, law: StandardLaw) -> Option<Rival> {
-        let law_of_motion = MotionLaw::Cycle(self.cycle(law)?);
+        let cycle = self.cycle(law)?;
+        let CyclePlan { stroke, rise_angle, return_angle, .. } = *cycle.plan();
+        let (shortest, law_of_motion) = (rise_angle.min(return_angle), MotionLaw::Cycle(cycle));
         let angles: Vec<f64> = (0..SAMPLES).map(|i| TAU * i as f64 / SAMPLES as f64).collect();
         let lifts = angles.iter().map(|phi| law_of_motion.at(*phi).0[0]).collect();
         let series = analyse(Points { angles, lifts }, HARMONICS).ok()?.series;
-        let [lower, upper] = self.two_dwells()?;
-        let level = |range: &Range| range.prescribed[0].as_ref().map_or(0.0, |u| u.at(0.0));
-        let stroke = level(upper) - level(lower);
-        let way = |from: f64, to: f64| (to - from).rem_euclid(TAU);
-        let shortest = way(lower.to, upper.from).min(way(upper.to, lower.from));
         Some(Rival {
             name: law.name().to_owned(),
             peaks: [stroke * law.peak(1) / shortest, stroke * law.peak(2) / shortest.powi(2)],
@@ -100,7 +97,7 @@ impl Task {
     /// The half-width of two equal dwells opposite to each other, and the middle of the upper one: the symmetric task of
     /// section 4.6.4.1.
     pub fn symmetric_dwells(&self) -> Option<(f64, f64)> {
-        let [lower, upper] = self.two_dwells()?;
+        let [(lower, _), (upper, _)] = self.two_dwells()?;
         let middle = |r: &Range| 0.5 * (r.from + r.to);
         let half = 0.5 * (upper.to - upper.from);
         let opposite = (middle(upper) - middle(lower)).rem_euclid(TAU) - PI;
@@ -111,15 +108,13 @@ impl Task {
     /// least squares; None where they are not for this task.
     pub fn cubics(&self) -> Option<Fourier> {
         let (half, middle) = self.symmetric_dwells()?;
-        let [lower, upper] = self.two_dwells()?;
-        let level = |range: &Range| range.prescribed[0].as_ref().map_or(0.0, |u| u.at(0.0));
+        let [(_, low), (_, high)] = self.two_dwells()?;
         let coefficients =
             source_cubics(self.basis.order(), half).filter(|_| self.objective == Objective::LeastSquares)?;
-        let (mean, stroke) = (0.5 * (level(lower) + level(upper)), level(upper) - level(lower));
         let mut a = vec![0.0; 2 * coefficients.len()];
-        a[0] = mean;
+        a[0] = 0.5 * (low + high);
         for (i, c) in coefficients.iter().enumerate() {
-            a[2 * i + 1] = stroke * c;
+            a[2 * i + 1] = (high - low) * c;
         }
         Some(Fourier::new(a, Vec::new()).delayed(middle))
     }

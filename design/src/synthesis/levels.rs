@@ -100,7 +100,7 @@ impl Task {
 
     /// The Chebyshev task with the longest dwells or the fewest harmonics, where the objective asks for them, and what was
     /// tried: the factor of the widths or the harmonics, and the least largest error with them (m), infinite for none.
-    pub fn settled(&self, progress: &dyn Fn(usize, usize)) -> Result<(Task, Vec<[f64; 2]>), Infeasible> {
+    pub fn as_chebyshev(&self, progress: &dyn Fn(usize, usize)) -> Result<(Task, Vec<[f64; 2]>), Infeasible> {
         match self.objective {
             Objective::LongestDwell { tolerance, dwells } => self.longest(tolerance, dwells, progress),
             Objective::FewestHarmonics { tolerance } => self.fewest(tolerance, progress),

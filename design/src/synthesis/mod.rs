@@ -281,7 +281,7 @@ impl Task {
         match task.objective {
             Objective::PeakTorque | Objective::ShaftTorque(_) => Ok(vec![task.searched(progress)?]),
             Objective::LongestDwell { .. } | Objective::FewestHarmonics { .. } => {
-                task.settled(progress)?.0.solve_with(progress)
+                task.as_chebyshev(progress)?.0.solve_with(progress)
             }
             _ if task.integral.is_some() => Ok(task.profiles(&task.within_integral(scale)?, scale)),
             _ if !task.clearances.is_empty() => Ok(task.profiles(&task.clear(scale, progress)?, scale)),

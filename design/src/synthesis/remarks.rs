@@ -163,43 +163,36 @@ impl Infeasible {
     /// Which condition of the task cannot be met, and by how much.
     pub fn words(&self, task: &Task, names: &Names) -> String {
         let name = |list: &[String], index: usize| list.get(index).map_or(String::new(), |name| format!("`{name}`: "));
+        let off = |order: usize, by: f64| format!("{} {}", number(by), UNITS[order.min(3)]);
         match self {
             Infeasible::Point { index, by } => {
                 let point = &task.points[*index];
                 format!(
-                    "{}the exact points cannot all be met with these harmonics: at best {} at {} deg misses {} by {} {}\n  \
+                    "{}the exact points cannot all be met with these harmonics: at best {} misses {} by {}\n  \
                      = hint: take more harmonics or less symmetry, or remove points that contradict each other",
                     name(&names.points, *index),
-                    DERIVATIVES[point.order.min(3)],
-                    degrees(point.phi),
+                    place(DERIVATIVES[point.order.min(3)], point.phi),
                     number(point.value),
-                    number(*by),
-                    UNITS[point.order.min(3)]
+                    off(point.order, *by)
                 )
             }
             Infeasible::Bound { index, by, phi, others, points } => {
                 let bound = &task.bounds[*index];
-                let known =
-                    |i: usize| names.bounds.get(i).map_or_else(|| format!("bound {}", i + 1), |n| format!("`{n}`"));
-                let mut against: Vec<String> =
-                    others.iter().map(|(i, phi)| format!("{} at {} deg", known(*i), degrees(*phi))).collect();
-                if *points {
-                    against.push("the exact points".to_owned());
-                }
+                let known = |i: usize| names.bounds.get(i).map_or(format!("bound {}", i + 1), |n| format!("`{n}`"));
+                let others = others.iter().map(|(i, phi)| place(&known(*i), *phi));
+                let against: Vec<String> = others.chain(points.then(|| "the exact points".to_owned())).collect();
                 let against = match against.len() {
                     0 => String::new(),
                     _ => format!("\n  = it contradicts {}; the others can be kept", against.join(", ")),
                 };
                 format!(
                     "{}bounds and tolerances cannot all be kept with these harmonics: even if all are widened alike, {} \
-                     must leave {} by {} {}, at {} deg{against}\n  = hint: take more harmonics, widen the bounds or \
-                     shorten the ranges",
+                     must leave {} by {}\
+                     {against}\n  = hint: take more harmonics, widen the bounds or shorten the ranges",
                     name(&names.bounds, *index),
                     DERIVATIVES[bound.order.min(3)].replace('U', if bound.of.len() > 1 { "Σ αⱼUⱼ" } else { "U" }),
                     limits(bound),
-                    number(*by),
-                    UNITS[bound.order.min(3)],
-                    degrees(*phi)
+                    place(&(off(bound.order, *by) + ","), *phi)
                 )
             }
             Infeasible::Integral { least } => format!(
@@ -212,37 +205,40 @@ impl Infeasible {
                 let (point_of, bound_of) = (&task.points[*point], &task.bounds[*bound]);
                 let known = names.bounds.get(*bound).map_or_else(String::new, |n| format!(" of `{n}`"));
                 format!(
-                    "{}{} = {} at {} deg lies beyond {}{known} by {} {}: no profile keeps both\n  = hint: widen the \
+                    "{}{} lies beyond {}{known} by {}: no profile keeps both\n  = hint: widen the \
                      bound by this, move the point or let the bound end before it",
                     name(&names.points, *point),
-                    DERIVATIVES[point_of.order.min(3)],
-                    number(point_of.value),
-                    degrees(point_of.phi),
+                    place(
+                        &format!("{} = {}", DERIVATIVES[point_of.order.min(3)], number(point_of.value)),
+                        point_of.phi
+                    ),
                     limits(bound_of),
-                    number(*by),
-                    UNITS[point_of.order.min(3)]
+                    off(point_of.order, *by)
                 )
             }
             Infeasible::Still { at } => {
+                // "dwell[1].tolerance" belongs to "dwell[1]".
                 let all = names.ranges.iter().chain(&names.points).chain(&names.bounds);
-                let mut sections: Vec<String> = Vec::new();
-                for name in all {
-                    // "dwell[1].tolerance" belongs to "dwell[1]".
-                    let section = format!("`{}`", name.split('.').next().unwrap_or_default());
+                let mut sections: Vec<&str> = Vec::new();
+                for section in all.filter_map(|name| name.split('.').next()) {
                     if !sections.contains(&section) {
                         sections.push(section);
                     }
                 }
                 format!(
-                    "no motion: the best profile for {} rests at U = {} m all the turn\n  = hint: prescribe U that differ; \
+                    "no motion: the best profile for `{}` rests at U = {} m all the turn\n  = hint: prescribe U that differ; \
                      with `even` those at φ and −φ are one, with `half_wave` equal ones half a turn apart are the mean a₀",
-                    sections.join(", "),
+                    sections.join("`, `"),
                     number(*at)
                 )
             }
             Infeasible::Numerical(text) => text.clone(),
         }
     }
+}
+
+fn place(what: &str, phi: f64) -> String {
+    format!("{what} at {} deg", degrees(phi))
 }
 
 /// What a bound admits, and where.

@@ -18,7 +18,8 @@
 //! Source: Dresig, Vulfson, *Dynamik der Mechanismen*, section 4.6.3, equations (1), (3) to (6); the right-hand side of
 //! (1) reads U′U″ here.
 
-use super::banded::{Banded, Number};
+use super::banded::Banded;
+pub use super::banded::Number;
 use super::deviation::Window;
 use super::nonlinear::{Norm, Values};
 use super::{Basis, Curve};
@@ -70,7 +71,7 @@ pub struct ShaftGoal {
 }
 
 /// The steady torque at one speed.
-pub struct Steady {
+pub struct PeriodicTorque {
     /// M(φ) (N·m).
     pub torque: Fourier,
     /// ∂M/∂xⱼ, empty where not asked for.
@@ -78,7 +79,7 @@ pub struct Steady {
 }
 
 /// Complex harmonics −order … order of a real series.
-struct Spectrum {
+pub struct Spectrum {
     order: usize,
     list: Vec<Number>,
 }
@@ -90,7 +91,7 @@ impl Spectrum {
     }
 
     /// Of U′.
-    fn of_slope(series: &Fourier) -> Self {
+    pub fn of_slope(series: &Fourier) -> Self {
         let order = series.order();
         let one = |n: i64| {
             let k = n.unsigned_abs() as usize;
@@ -102,7 +103,7 @@ impl Spectrum {
     }
 
     /// Of the product.
-    fn times(&self, other: &Spectrum) -> Self {
+    pub fn times(&self, other: &Spectrum) -> Self {
         let order = self.order + other.order;
         let mut list = vec![Number::ZERO; 2 * order + 1];
         for (i, a) in self.list.iter().enumerate().filter(|(_, a)| **a != Number::ZERO) {
@@ -112,12 +113,20 @@ impl Spectrum {
         }
         Spectrum { order, list }
     }
+
+    /// The real series, each harmonic times its factor.
+    pub fn series(&self, factor: impl Fn(i64) -> Number) -> Fourier {
+        let harmonics = (0..=self.order as i64).map(|n| factor(n) * self.at(n));
+        let (mut a, b): (Vec<f64>, Vec<f64>) = harmonics.map(|c| (2.0 * c.re, -2.0 * c.im)).unzip();
+        a[0] *= 0.5;
+        Fourier::new(a, b)
+    }
 }
 
 impl Shaft {
     /// The steady torque of a profile at speed `w` (rad/s), with its derivatives after the coefficients of `basis` if
     /// one is given; None where the equations are singular or need too many harmonics.
-    pub fn steady(&self, series: &Fourier, w: f64, basis: Option<&Basis>) -> Option<Steady> {
+    pub fn periodic_torque(&self, series: &Fourier, w: f64, basis: Option<&Basis>) -> Option<PeriodicTorque> {
         let slope = Spectrum::of_slope(series);
         let mut inertia = slope.times(&slope);
         inertia.list.iter_mut().for_each(|p| *p *= self.m);
@@ -147,7 +156,7 @@ impl Shaft {
                 let one = |unit: Fourier| q.gradient(&factors, &twist, &slope.times(&Spectrum::of_slope(&unit)));
                 basis.units().map(one).collect()
             });
-            return Some(Steady { torque: trimmed(torque, TAIL * largest.sqrt()), gradients });
+            return Some(PeriodicTorque { torque: trimmed(torque, TAIL * largest.sqrt()), gradients });
         }
     }
 }
@@ -195,13 +204,9 @@ impl Hill<'_> {
     /// M of these harmonics of the twist.
     fn torque(&self, twist: &[Number]) -> Fourier {
         let order = self.count * self.stride;
-        let (mut a, mut b) = (vec![0.0; order + 1], vec![0.0; order + 1]);
-        for (i, twist) in twist.iter().enumerate().skip(self.count) {
-            let n = self.harmonic(i);
-            let m = self.impedance(n) * twist;
-            (a[n as usize], b[n as usize]) = if n == 0 { (m.re, 0.0) } else { (2.0 * m.re, -2.0 * m.im) };
-        }
-        Fourier::new(a, b)
+        let mut list = vec![Number::ZERO; 2 * order + 1];
+        list.iter_mut().step_by(self.stride).zip(twist).for_each(|(all, twist)| *all = *twist);
+        Spectrum { order, list }.series(|n| self.impedance(n))
     }
 
     /// ∂M where J changes by 2 m times `product` = U′ δU′.
@@ -243,7 +248,7 @@ impl ShaftGoal {
 
     /// The largest |M| of a profile at speed `w`, over m Ω² where that is the goal; infinite where there is none.
     pub fn peak(&self, series: &Fourier, w: f64) -> f64 {
-        match self.shaft.steady(series, w, None) {
+        match self.shaft.periodic_torque(series, w, None) {
             Some(steady) => largest(&steady.torque) / self.unit(w),
             None => f64::INFINITY,
         }
@@ -254,7 +259,7 @@ impl ShaftGoal {
         match self.norm {
             Norm::Peak => speeds.iter().map(|w| self.peak(series, *w)).fold(0.0, f64::max),
             Norm::Rms => {
-                let square = |w: &f64| match self.shaft.steady(series, *w, None) {
+                let square = |w: &f64| match self.shaft.periodic_torque(series, *w, None) {
                     Some(steady) => mean_square(&steady.torque) / self.unit(*w).powi(2),
                     None => f64::INFINITY,
                 };
@@ -268,7 +273,7 @@ impl ShaftGoal {
         let series = basis.series_of(x);
         let (mut values, mut gradients) = (Vec::new(), Vec::new());
         for &w in speeds {
-            let steady = self.shaft.steady(&series, w, Some(basis))?;
+            let steady = self.shaft.periodic_torque(&series, w, Some(basis))?;
             let unit = self.unit(w);
             match self.norm {
                 Norm::Peak => {
@@ -368,7 +373,7 @@ mod tests {
         let x = [0.02, 0.59, 0.01, -0.11, -0.02, 0.016, 0.003];
         for norm in [Norm::Peak, Norm::Rms] {
             let goal = goal(norm);
-            let at = |x: &[f64]| goal.shaft.steady(&basis.series_of(x), 0.11 * W0, Some(&basis)).unwrap();
+            let at = |x: &[f64]| goal.shaft.periodic_torque(&basis.series_of(x), 0.11 * W0, Some(&basis)).unwrap();
             let here = at(&x);
             for j in 0..x.len() {
                 let moved = |h: f64| {

@@ -3,6 +3,7 @@
 use super::deviation;
 use super::laws::{Rival, truncated};
 use super::shaft::{Shaft, ShaftGoal};
+use crate::search;
 use camdrive::drives::cam_drive::{DriveMode, Start, StartMode};
 use camdrive::drives::elastic_shaft::{self, ElasticShaft, Scene};
 use camdrive::drives::solver::Settings;
@@ -74,15 +75,15 @@ pub fn study(goal: ShaftGoal, rivals: &[Rival]) -> Shafted {
     let speeds = goal.speeds(SPEEDS);
     let laws: Vec<Fourier> = rivals.iter().map(|rival| truncated(&rival.series, HARMONICS)).collect();
     let checked = |every: usize| speeds.iter().copied().step_by(every);
-    let unstable = |w: f64| steady_drive(&goal.shaft, &laws[0], w, true).err().map(|fault| (w, fault.0.message));
+    let unstable = |w: f64| on_periodic_motion(&goal.shaft, &laws[0], w, true).err().map(|fault| (w, fault.0.message));
     let nonlinear = |w: f64| Nonlinear {
         w,
         linear: peak(&goal.shaft, &laws[0], w),
-        torque: steady_drive(&goal.shaft, &laws[0], w, false)
+        torque: on_periodic_motion(&goal.shaft, &laws[0], w, false)
             .and_then(|mut drive| largest_torque(&mut drive, w))
             .map_err(|fault| fault.0.message),
     };
-    let fastest = |law: &Fourier| goal.shaft.steady(law, goal.fastest, None).map(|steady| steady.torque);
+    let fastest = |law: &Fourier| goal.shaft.periodic_torque(law, goal.fastest, None).map(|steady| steady.torque);
     Shafted {
         laws: laws.iter().zip(rivals).map(|(law, rival)| magnified(&goal.shaft, law, rival.torque, &speeds)).collect(),
         torques: laws.iter().map(fastest).collect(),
@@ -106,20 +107,16 @@ pub(super) fn magnified(shaft: &Shaft, law: &Fourier, torque: f64, speeds: &[f64
         if i == 0 {
             return Some(points[0][0]);
         }
-        // Between two points of the curve by halves, to a millionth of the speed.
-        let (mut low, mut high) = (points[i - 1][0], points[i][0]);
-        while high - low > 1e-6 * high {
-            let middle = 0.5 * (low + high);
-            if peak(middle) > limit * rigid * middle * middle { high = middle } else { low = middle }
-        }
-        Some(high)
+        let mut excess = |w: f64| (peak(w) / (limit * rigid * w * w)).min(f64::MAX) - 1.0;
+        let values = [&points[i - 1], &points[i]].map(|p| (p[2] / limit).min(f64::MAX) - 1.0);
+        Some(search::zero(&mut excess, [points[i - 1][0], points[i][0]], values, 1e-6 * points[i][0]))
     };
     Magnified { exceeded: LIMITS.map(first), points }
 }
 
 /// max |M| of the linear drive (N·m); infinite where it has no steady motion.
 fn peak(shaft: &Shaft, law: &Fourier, w: f64) -> f64 {
-    shaft.steady(law, w, None).map_or(f64::INFINITY, |steady| deviation::peak(&steady.torque, 0).value.abs())
+    shaft.periodic_torque(law, w, None).map_or(f64::INFINITY, |steady| deviation::peak(&steady.torque, 0).value.abs())
 }
 
 /// max |M| over the next turn of the drive itself (N·m).
@@ -138,7 +135,7 @@ pub fn largest_torque(drive: &mut ElasticShaft, w: f64) -> Result<f64, Fault> {
 }
 
 /// The drive on its periodic motion: it refuses one that does not attract.
-pub fn steady_drive(shaft: &Shaft, law: &Fourier, w: f64, linear: bool) -> Result<ElasticShaft, Fault> {
+pub fn on_periodic_motion(shaft: &Shaft, law: &Fourier, w: f64, linear: bool) -> Result<ElasticShaft, Fault> {
     let mut drive = ElasticShaft::new(Scene {
         parameters: elastic_shaft::Parameters { m: shaft.m, inertia: shaft.inertia, c: shaft.c, b: shaft.b },
         linear,

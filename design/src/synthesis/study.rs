@@ -163,7 +163,7 @@ impl Assignment {
     pub(super) fn studies(&self, progress: &dyn Fn(Progress)) -> Result<Vec<Study>, Infeasible> {
         let profile = |done, total| progress(Progress { done, total, stage: "profile" });
         profile(0, 1);
-        let (task, tried) = self.task.settled(&profile)?;
+        let (task, tried) = self.task.as_chebyshev(&profile)?;
         let profiles = task.solve_with(&profile)?;
         let of = |(law, motion)| {
             let settled = Assignment { task: task.clone(), ..self.clone() };

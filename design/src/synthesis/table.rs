@@ -5,7 +5,7 @@ use super::shaft::ShaftGoal;
 use super::shaft_study::Shafted;
 use super::study::Study;
 use super::{Norm, Objective, Task};
-use crate::text::{Page, Table, csv, full, full_or_empty, number};
+use crate::text::{Page, Table, csv, number};
 use camdrive::drives::Fault;
 use std::f64::consts::TAU;
 
@@ -295,34 +295,29 @@ impl Study {
         let mut files =
             vec![("profile.csv".to_owned(), self.profile_csv()?), ("laws.csv".to_owned(), self.laws_csv()?)];
         if let Some(behind) = &self.elastic {
-            let mut rows = Vec::new();
-            for (rival, curve) in self.rivals.iter().zip(&behind.curves) {
-                let row = |p: &[f64; 2]| vec![rival.name.clone(), full(p[0]), full(p[1])];
-                rows.extend(curve.iter().map(row));
-            }
+            let curves = self.rivals.iter().zip(&behind.curves);
+            let rows = curves.flat_map(|(rival, curve)| curve.iter().map(|point| (&rival.name, point)));
             files.push(("speed.csv".to_owned(), csv("law,eta,deviation_m", rows)?));
         }
         if let Some(shaft) = &self.shaft {
-            let mut rows = Vec::new();
-            for (rival, law) in self.rivals.iter().zip(&shaft.laws) {
-                let row = |p: &[f64; 3]| vec![rival.name.clone(), full(p[0]), full(p[1]), full(p[2])];
-                rows.extend(law.points.iter().map(row));
-            }
+            let laws = self.rivals.iter().zip(&shaft.laws);
+            let linear = laws.flat_map(|(rival, law)| law.points.iter().map(|point| (rival.name.as_str(), *point)));
             let rigid = shaft.goal.shaft.m * self.rivals[0].torque;
-            for at in &shaft.nonlinear {
-                let Ok(torque) = at.torque else { continue };
-                let name = "harmonic synthesis, nonlinear drive".to_owned();
-                rows.push(vec![name, full(at.w), full(torque), full(torque / (rigid * at.w * at.w))]);
-            }
+            let nonlinear = shaft.nonlinear.iter().filter_map(|at| {
+                let torque = *at.torque.as_ref().ok()?;
+                Some(("harmonic synthesis, nonlinear drive", [at.w, torque, torque / (rigid * at.w * at.w)]))
+            });
+            let rows = linear.chain(nonlinear);
             let head = "law,speed_rad_per_s,peak_torque_Nm,over_kinetostatic";
             files.push(("shaft.csv".to_owned(), csv(head, rows)?));
         }
         if !self.widths.is_empty() {
-            let mut rows = Vec::new();
-            for curve in &self.widths {
-                let row = |p: &[f64; 3]| vec![curve.order.to_string(), full(p[0].to_degrees()), full(p[1]), full(p[2])];
-                rows.extend(curve.points.iter().map(row));
-            }
+            let rows = self.widths.iter().flat_map(|curve| {
+                curve
+                    .points
+                    .iter()
+                    .map(|[width, chebyshev, squares]| (curve.order, width.to_degrees(), chebyshev, squares))
+            });
             files.push(("dwell_width.csv".to_owned(), csv("harmonics,dwell_width_deg,chebyshev,least_squares", rows)?));
         }
         Ok(files)
@@ -334,14 +329,12 @@ impl Study {
         let rows = (0..POINTS).map(|i| {
             let phi = TAU * i as f64 / POINTS as f64;
             let u = self.cam.at(phi).0;
-            let mut cells: Vec<String> = [phi.to_degrees(), u[0], u[1], u[2], u[3]].map(full).to_vec();
             let prescribed = self.prescribed_at(phi);
-            cells.push(full_or_empty(prescribed.map(|target| u[0] - target)));
-            if let Some(behind) = &self.elastic {
-                let ends = prescribed.map(|target| behind.envelope(phi).map(|y| y - target));
-                cells.extend((0..2).map(|i| full_or_empty(ends.map(|ends| ends[i]))));
-            }
-            cells
+            let ends = self.elastic.as_ref().map_or(Vec::new(), |behind| {
+                let ends = behind.envelope(phi);
+                ends.into_iter().map(|y| Some(y - prescribed?)).collect()
+            });
+            (phi.to_degrees(), [u[0], u[1], u[2], u[3]], prescribed.map(|target| u[0] - target), ends)
         });
         csv(&head, rows)
     }
@@ -358,8 +351,7 @@ impl Study {
     fn laws_csv(&self) -> Result<String, Fault> {
         let rows = self.rivals.iter().enumerate().map(|(i, rival)| {
             let reached = self.elastic.as_ref().and_then(|e| e.reaches[i]);
-            let [first, second, torque] = [rival.peaks[0], rival.peaks[1], rival.torque].map(full);
-            vec![rival.name.clone(), first, second, torque, rival.harmonics.to_string(), full_or_empty(reached)]
+            (&rival.name, rival.peaks, rival.torque, rival.harmonics, reached)
         });
         csv("law,peak_dU_m,peak_ddU_m,peak_torque_m2,harmonics,reached_eta", rows)
     }

@@ -6,6 +6,7 @@
 use super::deviation::{self, Window};
 use super::nonlinear::{Norm, Values};
 use super::sampling::{COARSE, angles};
+use super::shaft::{Number, Spectrum};
 use super::{Basis, Curve};
 use camdrive::motion::Fourier;
 use std::f64::consts::TAU;
@@ -13,7 +14,7 @@ use std::f64::consts::TAU;
 /// U′U″ of the profile with the coefficients x, at samples and where it is largest.
 pub fn values(basis: &Basis, x: &[f64]) -> Values {
     let series = basis.series_of(x);
-    let torque = deviation::torque(&series);
+    let torque = torque(&series);
     let target = Curve::default();
     let turn = Window { from: 0.0, to: TAU, order: 0, target: &target };
     // The product has waves twice as short.
@@ -30,5 +31,26 @@ pub fn values(basis: &Basis, x: &[f64]) -> Values {
 
 /// max |U′U″|.
 pub fn peak(series: &Fourier) -> f64 {
-    deviation::peak(&deviation::torque(series), 0).value.abs()
+    deviation::peak(&torque(series), 0).value.abs()
+}
+
+/// U′U″, of which the kinetostatic torque is −m Ω² times, as the series ½ (U′²)′.
+fn torque(series: &Fourier) -> Fourier {
+    let slope = Spectrum::of_slope(series);
+    slope.times(&slope).series(|n| Number::new(0.0, 0.5 * n as f64))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_torque_is_the_product() {
+        let series = Fourier::new(vec![0.3, 0.6, 0.05, -0.1], vec![0.0, -0.02, 0.3, 0.01]);
+        let torque = torque(&series);
+        for phi in [0.0, 0.4, 2.0, 5.5] {
+            let [_, first, second, ..] = series.at(phi).0;
+            assert!((torque.at(phi).0[0] - first * second).abs() < 1e-15);
+        }
+    }
 }

@@ -2,50 +2,15 @@
 
 use super::reference::Reference;
 use super::rigid::{Formula, Shaft};
-use super::run::{Inputs, Interface, Trace};
-use super::simplification::{self, Simplified};
+use super::run::{Inputs, Trace};
+use super::simplification::{Simplification, Simplified};
 use super::{Bench, Feature, Samples, sweep, worst_of};
-use crate::resource::Resource;
 use camdrive::drives::Fault;
 use cpu_time::ThreadTime;
 use std::collections::BTreeMap;
 
-/// A simpler drive, ready to run.
-pub struct Simpler {
-    feature: String,
-    instead: String,
-    engine: Engine,
-}
-
-enum Engine {
-    /// Another scene of the model.
-    Fmu(Box<Resource>, Interface),
-    /// Formulas of the shaft's motion at the instants.
-    Formula(Formula, Vec<Shaft>),
-    /// A scene that the drive refuses.
-    None(Fault),
-}
-
-/// The simpler drives of the bench's scene.
-pub fn all(bench: &Bench, reference: &Reference) -> Result<Vec<Simpler>, Fault> {
-    let simpler = simplification::of(&bench.resource)?.into_iter().map(|simplification| {
-        let engine = match simplification.model {
-            Simplified::Formula(formula) => Engine::Formula(formula, shaft(bench, reference)),
-            Simplified::Scene(scene) => {
-                let resource = Resource { scene, ..bench.resource.clone() };
-                match Interface::of(&resource) {
-                    Ok(interface) => Engine::Fmu(Box::new(resource), interface),
-                    Err(fault) => Engine::None(fault),
-                }
-            }
-        };
-        Simpler { feature: simplification.feature, instead: simplification.instead, engine }
-    });
-    Ok(simpler.collect())
-}
-
 /// The shaft at the instants: as the run-up has it, else at its mean speed.
-fn shaft(bench: &Bench, reference: &Reference) -> Vec<Shaft> {
+pub fn shaft(bench: &Bench, reference: &Reference) -> Vec<Shaft> {
     let grid = bench.grid;
     let times = (0..=grid.count).map(|k| k as f64 * grid.step);
     let names = bench.interface.names();
@@ -61,25 +26,25 @@ fn shaft(bench: &Bench, reference: &Reference) -> Vec<Shaft> {
     (0..=grid.count).map(|k| Shaft { phi: begin + (end - begin) * share(k), w, a: 0.0 }).collect()
 }
 
-impl Simpler {
-    /// One run.
-    pub fn run(&self, bench: &Bench) -> Result<Trace, Fault> {
-        match &self.engine {
-            Engine::Fmu(resource, interface) => {
+impl Simplification {
+    /// One run, on which the shaft moves like this.
+    pub fn run(&self, bench: &Bench, shaft: &[Shaft]) -> Result<Trace, Fault> {
+        match &self.model {
+            Simplified::Scene(resource, interface) => {
+                let interface = interface.as_ref().map_err(Fault::clone)?;
                 let inputs = if interface.derivatives > 0 { Inputs::Derivatives } else { Inputs::Values };
                 bench.run(resource, interface, &sweep::defaults(interface), bench.grid, inputs)
             }
-            Engine::Formula(formula, shaft) => Ok(evaluate(formula, shaft)),
-            Engine::None(fault) => Err(fault.clone()),
+            Simplified::Formula(formula) => Ok(evaluate(formula, shaft)),
         }
     }
 
     /// The names of its outputs.
     fn outputs(&self) -> Vec<String> {
-        match &self.engine {
-            Engine::Fmu(_, interface) => interface.names().into_iter().map(|(name, _)| name).collect(),
-            Engine::Formula(formula, _) => formula.outputs.clone(),
-            Engine::None(_) => Vec::new(),
+        match &self.model {
+            Simplified::Scene(_, Ok(interface)) => interface.names().into_iter().map(|(name, _)| name).collect(),
+            Simplified::Scene(_, Err(_)) => Vec::new(),
+            Simplified::Formula(formula) => formula.outputs.clone(),
         }
     }
 
@@ -87,6 +52,7 @@ impl Simpler {
     pub(super) fn first_run(
         &self,
         bench: &Bench,
+        shaft: &[Shaft],
         full: &Trace,
         reference: &Reference,
         samples: &mut Samples,
@@ -102,7 +68,7 @@ impl Simpler {
             changes: BTreeMap::new(),
             fault: None,
         };
-        match self.run(bench) {
+        match self.run(bench, shaft) {
             Err(fault) => feature.fault = Some(fault.0.message),
             Ok(trace) => {
                 let outputs = self.outputs();

@@ -6,12 +6,13 @@
 //! ([`fidelity`]). [`advice`] draws the conclusions; [`table`] and [`figures`] show them.
 
 pub mod advice;
-pub mod course;
+
 pub mod fidelity;
 pub mod figures;
 pub mod reference;
 mod rigid;
 pub mod run;
+pub mod run_up;
 mod simplification;
 pub mod sweep;
 pub mod table;
@@ -22,14 +23,15 @@ use crate::Progress;
 use crate::resource::Resource;
 use crate::text::{number, time};
 use camdrive::drives::Fault;
-use course::RunUp;
+
 use run::{Grid, Inputs, Interface, Plan, run};
+use run_up::RunUp;
 use serde::Serialize;
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::time::{Duration, Instant};
-use sweep::{Extent, Setting};
+use sweep::Setting;
 
 /// Options of a study.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -320,8 +322,8 @@ pub fn study(resource: &Resource, options: &Options, mut progress: impl FnMut(Pr
     let bench = Bench::new(resource, options)?;
     let reference = reference::compute(resource, &bench.interface, bench.grid, &bench.run_up)?;
     let turn = bench.turn.unwrap_or(bench.stop());
-    let mut settings = sweep::settings(&bench.interface, bench.grid, turn, Extent { quick: options.quick });
-    let simpler = fidelity::all(&bench, &reference)?;
+    let mut settings = sweep::settings(&bench.interface, bench.grid, turn, options.quick);
+    let (simpler, shaft) = (simplification::of(resource)?, fidelity::shaft(&bench, &reference));
     let names: Vec<String> = bench.interface.names().into_iter().map(|(name, _)| name).collect();
 
     // Once for the errors, then again and again for the times, one setting after the other, so that all of them meet
@@ -342,7 +344,7 @@ pub fn study(resource: &Resource, options: &Options, mut progress: impl FnMut(Pr
     let whole = sweep::whole(&settings);
     let full = bench.setting(&settings[whole])?;
     for (simpler, samples) in simpler.iter().zip(samples.iter_mut().skip(settings.len())) {
-        features.push(simpler.first_run(&bench, &full, &reference, samples));
+        features.push(simpler.first_run(&bench, &shaft, &full, &reference, samples));
         done += 1;
         progress(Progress { done, total: jobs * (1 + LEAST_REPETITIONS), stage: "features" });
     }
@@ -354,13 +356,10 @@ pub fn study(resource: &Resource, options: &Options, mut progress: impl FnMut(Pr
     for _ in 0..rounds {
         for (job, samples) in samples.iter_mut().enumerate() {
             let trace = match settings.get(job) {
-                Some(setting) if rows[job].fault.is_none() => bench.setting(setting).ok(),
-                None if features[job - settings.len()].fault.is_none() => {
-                    simpler[job - settings.len()].run(&bench).ok()
-                }
-                _ => None,
+                Some(setting) => bench.setting(setting),
+                None => simpler[job - settings.len()].run(&bench, &shaft),
             };
-            if let Some(trace) = trace {
+            if let Ok(trace) = trace {
                 samples.add(trace.run_ns, trace.start_ns);
             }
             done += 1;

@@ -5,8 +5,8 @@
 //! another tolerance, and with every parameter changed in its last binary digit, which no computation in this
 //! arithmetic can tell apart. The largest difference is the floor below which no error is known.
 
-use super::course::RunUp;
 use super::run::{Grid, Inputs, Interface, Plan, Trace, run};
+use super::run_up::RunUp;
 use super::sweep;
 use crate::resource::Resource;
 use camdrive::drives::Fault;

@@ -11,12 +11,8 @@ use camdrive::motion::MotionLaw;
 use camdrive::numerics::angle;
 use camdrive::numerics::double_double::Double;
 
-/// Outputs that follow from the motion of the shaft alone, in the place of a feature.
+/// Outputs that follow from the motion of the shaft alone.
 pub struct Formula {
-    /// The feature left out.
-    pub feature: String,
-    /// Its replacement.
-    pub instead: String,
     /// The names of the outputs.
     pub outputs: Vec<String>,
     /// Appends their values, in the same order.
@@ -61,14 +57,14 @@ fn reduced(phi: f64) -> f64 {
     angle::reduce(Double::from(phi))
 }
 
-/// The rigid drive, or the machine at its mean speed; None of coefficients that are series and of a motor whose torque is an input.
+/// The feature left out, its replacement, and the rigid drive, or the machine at its mean speed; None of coefficients that are series and of a motor whose torque is an input.
 ///
 /// # Errors
 /// A scene that is none of its model.
-pub fn of(resource: &Resource) -> Result<Option<Formula>, Fault> {
-    let of = |feature: &str, instead: &str, outputs: &str, evaluate: Evaluation| {
+pub fn of(resource: &Resource) -> Result<Option<(&'static str, &'static str, Formula)>, Fault> {
+    let of = |feature: &'static str, instead: &'static str, outputs: &str, evaluate: Evaluation| {
         let outputs = outputs.split(' ').map(str::to_owned).collect();
-        Some(Formula { feature: feature.to_owned(), instead: instead.to_owned(), outputs, evaluate })
+        Some((feature, instead, Formula { outputs, evaluate }))
     };
     Ok(match resource.model.as_str() {
         ElasticOutput::MODEL => {

@@ -1,6 +1,6 @@
 //! One run of an instance through the C interface, and what it costs.
 
-use super::course::{HIGHEST_DERIVATIVE, RunUp, Signal};
+use super::run_up::{HIGHEST_DERIVATIVE, RunUp, Signal};
 use crate::host::Host;
 use crate::resource::Resource;
 use camdrive::drives::variable::{Causality, Kind, Variability};

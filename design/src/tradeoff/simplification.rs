@@ -4,6 +4,7 @@
 //! is merely large would neither be rigid nor cheap.
 
 use super::rigid::{self, Formula};
+use super::run::Interface;
 use crate::resource::Resource;
 use camdrive::drives::backlash::BacklashDrive;
 use camdrive::drives::cam_turn::turns;
@@ -25,16 +26,10 @@ pub struct Simplification {
 
 /// A drive without one of its features.
 pub enum Simplified {
-    /// Another scene of the same model.
-    Scene(Value),
+    /// Another scene of the same model, with its interface unless the drive refuses it.
+    Scene(Box<Resource>, Result<Interface, Fault>),
     /// Formulas for the outputs.
     Formula(Formula),
-}
-
-impl Simplification {
-    fn scene(feature: &str, instead: &str, scene: Value) -> Self {
-        Simplification { feature: feature.to_owned(), instead: instead.to_owned(), model: Simplified::Scene(scene) }
-    }
 }
 
 /// The values of scenes that make a feature vanish: where a scene has the value, the neutral one, the feature and what takes its
@@ -73,13 +68,17 @@ const HARMONICS: [(usize, &str, &str); 3] = [
 /// A scene that is none of its model.
 pub fn of(resource: &Resource) -> Result<Vec<Simplification>, Fault> {
     let scene = &resource.scene;
-    let rigid = |formula: Formula| {
-        let (feature, instead) = (formula.feature.clone(), formula.instead.clone());
-        Simplification { feature, instead, model: Simplified::Formula(formula) }
-    };
-    let mut list: Vec<Simplification> = rigid::of(resource)?.map(rigid).into_iter().collect();
+    let rigid = rigid::of(resource)?.map(|(feature, instead, formula)| Simplification {
+        feature: feature.to_owned(),
+        instead: instead.to_owned(),
+        model: Simplified::Formula(formula),
+    });
+    let mut list: Vec<Simplification> = rigid.into_iter().collect();
     let mut add = |feature: &str, instead: &str, place: &str, value: Value| {
-        list.push(Simplification::scene(feature, instead, with(scene, place, value)));
+        let resource = Resource { scene: with(scene, place, value), ..resource.clone() };
+        let interface = Interface::of(&resource);
+        let model = Simplified::Scene(Box::new(resource), interface);
+        list.push(Simplification { feature: feature.to_owned(), instead: instead.to_owned(), model });
     };
     for (place, neutral, feature, instead) in neutral_values() {
         if scene.pointer(place).is_some_and(|value| *value != neutral) {

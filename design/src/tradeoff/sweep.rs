@@ -41,40 +41,30 @@ pub fn methods(interface: &Interface) -> Vec<(String, f64)> {
     }
 }
 
-/// How much is compared.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Extent {
-    /// Fewer tolerances and steps.
-    pub quick: bool,
+/// Relative tolerances; 0 is the default.
+fn tolerances(quick: bool) -> Vec<f64> {
+    let exponents = if quick { vec![3, 6, 9, 12] } else { (2..=13).collect() };
+    exponents.into_iter().map(|n| 10f64.powi(-n)).chain([0.0]).collect()
 }
 
-impl Extent {
-    /// Relative tolerances; 0 is the default.
-    fn tolerances(self) -> Vec<f64> {
-        let exponents = if self.quick { vec![3, 6, 9, 12] } else { (2..=13).collect() };
-        exponents.into_iter().map(|n| 10f64.powi(-n)).chain([0.0]).collect()
-    }
+/// Internal steps per turn; 0 is the default.
+fn steps_per_turn(quick: bool) -> Vec<f64> {
+    let powers = if quick { vec![4, 7, 10] } else { (4..=11).collect() };
+    powers.into_iter().map(|n| 2f64.powi(n)).chain([0.0]).collect()
+}
 
-    /// Internal steps per turn; 0 is the default.
-    fn steps_per_turn(self) -> Vec<f64> {
-        let powers = if self.quick { vec![4, 7, 10] } else { (4..=11).collect() };
-        powers.into_iter().map(|n| 2f64.powi(n)).chain([0.0]).collect()
-    }
-
-    /// Communication steps as (stride, parts): 3⁴ to 3⁻³ intervals. Powers of three lie evenly on the axis and do not
-    /// fall into step with the 10 or 100 intervals of a turn.
-    fn communication(self) -> Vec<(usize, usize)> {
-        if self.quick {
-            vec![(1, 1), (27, 1), (1, 9)]
-        } else {
-            vec![(1, 1), (3, 1), (9, 1), (27, 1), (81, 1), (1, 3), (1, 9), (1, 27)]
-        }
+/// Communication steps as (stride, parts): 3⁴ to 3⁻³ intervals. Powers of three lie evenly on the axis and do not
+/// fall into step with the 10 or 100 intervals of a turn.
+fn communication(quick: bool) -> &'static [(usize, usize)] {
+    match quick {
+        true => &[(1, 1), (27, 1), (1, 9)],
+        false => &[(1, 1), (3, 1), (9, 1), (27, 1), (81, 1), (1, 3), (1, 9), (1, 27)],
     }
 }
 
 /// All settings: the dials of each method at the instants of `grid`, and communication steps for a few of them. The
 /// first one is the drive as the scene has it.
-pub fn settings(interface: &Interface, grid: Grid, turn: f64, extent: Extent) -> Vec<Setting> {
+pub fn settings(interface: &Interface, grid: Grid, turn: f64, quick: bool) -> Vec<Setting> {
     let forms: &[Option<Inputs>] = if !interface.is_driven() {
         &[None]
     } else if interface.derivatives > 0 {
@@ -90,16 +80,16 @@ pub fn settings(interface: &Interface, grid: Grid, turn: f64, extent: Extent) ->
         }
     };
     for &inputs in forms {
-        let dials = dials(interface, turn, extent, &scene(inputs));
+        let dials = dials(interface, turn, quick, &scene(inputs));
         if dials.is_empty() {
-            extent.communication().into_iter().for_each(|(stride, parts)| {
+            communication(quick).iter().for_each(|&(stride, parts)| {
                 add(Setting { grid: Grid { stride, parts, ..grid }, ..scene(inputs) });
             });
         }
         // Over the communication steps: each method's default, and a coarse tolerance.
         let coarse = |setting: &Setting| setting.tolerance.is_some_and(|tolerance| (tolerance - 1e-3).abs() < 1e-9);
         for setting in dials.iter().filter(|s| s.is_default()).chain(dials.iter().filter(|s| coarse(s))) {
-            for (stride, parts) in extent.communication() {
+            for &(stride, parts) in communication(quick) {
                 add(Setting { grid: Grid { stride, parts, ..grid }, ..setting.clone() });
             }
         }
@@ -124,7 +114,7 @@ pub fn defaults(interface: &Interface) -> Vec<(u32, f64)> {
 }
 
 /// Each value of each dial; the default of each method first.
-fn dials(interface: &Interface, turn: f64, extent: Extent, scene: &Setting) -> Vec<Setting> {
+fn dials(interface: &Interface, turn: f64, quick: bool, scene: &Setting) -> Vec<Setting> {
     let tolerance = interface.find("solver.tolerance");
     let step_size = interface.find("solver.step_size");
     let method = interface.find("solver.method");
@@ -138,13 +128,13 @@ fn dials(interface: &Interface, turn: f64, extent: Extent, scene: &Setting) -> V
         let with = |reference: u32, value: f64| starts.iter().copied().chain([(reference, value)]).collect();
         let name = choice.map(|(name, _)| name);
         if let Some(reference) = step_size.filter(|_| name.as_deref() == Some(BY_STEP)) {
-            list.extend(extent.steps_per_turn().into_iter().rev().map(|per_turn| {
+            list.extend(steps_per_turn(quick).into_iter().rev().map(|per_turn| {
                 let size = if per_turn > 0.0 { turn / per_turn } else { 0.0 };
                 let starts = with(reference, size);
                 Setting { method: name.clone(), step_size: Some(size), starts, ..scene.clone() }
             }));
         } else if let Some(reference) = tolerance {
-            list.extend(extent.tolerances().into_iter().rev().map(|value| {
+            list.extend(tolerances(quick).into_iter().rev().map(|value| {
                 let starts = with(reference, value);
                 Setting { method: name.clone(), tolerance: Some(value), starts, ..scene.clone() }
             }));
@@ -157,7 +147,7 @@ fn dials(interface: &Interface, turn: f64, extent: Extent, scene: &Setting) -> V
 
 #[cfg(test)]
 mod tests {
-    use super::super::course::Signal;
+    use super::super::run_up::Signal;
     use super::*;
     use camdrive::drives::variable::{Causality, Variability, real};
     use camdrive::drives::{Description, solver, unit};
@@ -181,17 +171,15 @@ mod tests {
         Interface { variables, outputs: vec![], inputs: vec![], derivatives: 0 }
     }
 
-    const FULL: Extent = Extent { quick: false };
-
     #[test]
     fn a_drive_without_dials_is_compared_over_communication_steps() {
         let grid = Grid::new(1e-3, 100);
-        let list = settings(&interface(vec![]), grid, 0.1, FULL);
+        let list = settings(&interface(vec![]), grid, 0.1, false);
         assert_eq!(list.len(), 8);
         assert_eq!((list[0].grid, list[0].starts.len(), list[0].is_default()), (grid, 0, true));
         let mut driven = interface(vec![]);
         (driven.inputs, driven.derivatives) = (vec![(0, Signal::Angle)], 8);
-        let list = settings(&driven, grid, 0.1, FULL);
+        let list = settings(&driven, grid, 0.1, false);
         assert_eq!((list.len(), whole(&list)), (16, 8));
         assert_eq!((list[8].inputs, list[8].grid), (Some(Inputs::Derivatives), grid));
     }
@@ -204,7 +192,7 @@ mod tests {
             variable("solver.method", Kind::Enumeration(&solver::METHOD)),
             variable("solver.step_size", number()),
         ]);
-        let list = settings(&drive, Grid::new(1e-3, 100), 0.32, FULL);
+        let list = settings(&drive, Grid::new(1e-3, 100), 0.32, false);
         // Adaptive: 13 tolerances, 7 more communication steps of two of them; fixed_cost: 9 steps and 7 more.
         assert_eq!(list.len(), 13 + 2 * 7 + 9 + 7);
         assert_eq!((list[0].method.as_deref(), list[0].tolerance), (Some("adaptive"), Some(0.0)));

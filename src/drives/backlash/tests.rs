@@ -7,6 +7,9 @@ mod borders;
 #[allow(dead_code)]
 #[path = "../../../design/src/clearance/formulas.rs"]
 mod formulas;
+#[allow(dead_code)]
+#[path = "../../../design/src/search.rs"]
+mod search;
 
 use super::contact::{Beginning, Bodies, Flank, Mode, Phase, State};
 use super::flank::FlankMotion;

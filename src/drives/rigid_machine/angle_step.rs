@@ -108,15 +108,80 @@ pub struct Errors {
     pub time: f64,
 }
 
-/// How a step changes the [`Errors`].
+/// The errors of a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-struct Growth {
-    /// By which factor an error of ln E at the beginning grows.
+pub struct Estimate {
+    /// What decides whether the step is short enough: the error of the angle (rad) and of E between the ends, and of what is
+    /// passed on.
+    pub error: f64,
+    /// The parts of it between the ends: of the angle at a given time (rad) and of E at a given angle, relative.
+    angle: f64,
     energy: f64,
+    /// By which factor an error of ln E at the beginning grows.
+    growth: f64,
     /// What is added to it.
     added: f64,
     /// The relative error of the time that the step takes.
     time: f64,
+}
+
+/// The machine at an end of a step: E (J), |φ̇| (rad/s), N (N·m) and ∂N/∂E.
+struct End {
+    energy: f64,
+    speed: f64,
+    net: f64,
+    slope: f64,
+}
+
+impl End {
+    fn new(energy: f64, reciprocal: f64, torques: &Torques) -> Self {
+        let speed = (energy * reciprocal).sqrt();
+        let [net, slope] = torques.with_slope(speed, energy);
+        End { energy, speed, net, slope }
+    }
+}
+
+impl Estimate {
+    /// Of a step of this length with N `net` at the nodes, where the collocation equations leave the part `left` of E.
+    fn new(
+        length: f64,
+        [first, last]: [&End; 2],
+        [slow_modes, net_modes]: [&[f64]; 2],
+        net: &[f64; STAGES],
+        left: f64,
+    ) -> Self {
+        // Between the ends E errs by the first neglected coefficient of N, which the integration divides by 2 s + 1, and
+        // the time by that of 1/φ̇; the angle at a given time by as much as the machine moves in that time.
+        let slow_ratio = neglected(slow_modes) / slow_modes[0];
+        let speeding = slow_modes[0] * last.speed.max(first.speed);
+        let least = first.energy.min(last.energy);
+        let largest = net.iter().fold(1e-300_f64, |largest, n| largest.max(n.abs()));
+        // What the rounding of E adds to N is no error of the polynomial, and no shorter step would take it away.
+        let steep =
+            (2.0 * first.energy * first.slope.abs().max(last.slope.abs())).min(STIFFEST * first.energy / length);
+        let noise = f64::EPSILON * (largest + steep);
+        let net_neglected = (neglected(net_modes) - NOISE_OF_MODES * noise).max(0.0);
+        let energy = length * net_neglected / ((2 * STAGES + 1) as f64 * least);
+        let angle = length * (slow_ratio / INTEGRATION * speeding + 0.5 * energy / STAGES as f64);
+
+        // Coefficients that decay by r per order leave r¹⁶ to the Gauss rule at the end where they leave r⁸ or r¹⁰
+        // to the polynomial.
+        let quadrature = length * net_neglected / least * (net_neglected / largest).min(1.0);
+        let time = slow_ratio * slow_ratio.sqrt();
+        // That is the least that the ends err by. Where waves of different lengths come together, the last coefficients
+        // decay less: as they do, those of the orders that the sums see.
+        let net_end = length * net_neglected / least * decay(net_modes).powi(3);
+        let slow_end = slow_ratio * decay(slow_modes).powi(3);
+        let exponent = (0.5 * length * (first.slope + last.slope)).min(LARGEST_EXPONENT);
+        Estimate {
+            error: angle.max(energy).max(ACCUMULATION * quadrature).max(time),
+            angle: CAUTION * angle,
+            energy: CAUTION * energy,
+            growth: first.energy / last.energy * exponent.exp(),
+            added: quadrature.max(CAUTION * net_end) + length * noise / least + left,
+            time: time.max(CAUTION * slow_end) + 2.0 * f64::EPSILON,
+        }
+    }
 }
 
 /// A step in the angle: the motion between its ends.
@@ -153,15 +218,10 @@ pub struct AngleStep {
     net: [f64; STAGES],
     /// E less that at the beginning, over x (J).
     work: Interpolant,
-    /// The estimated error that decides whether the step is short enough: of the angle (rad) and of E between the
-    /// ends, and of what is passed on.
-    pub error: f64,
-    /// The parts of it between the ends: of the angle at a given time (rad) and of E at a given angle, relative.
-    angle_error: f64,
-    energy_error: f64,
+    /// Its errors.
+    pub estimate: Estimate,
     /// A bound of |d ln φ̇/dφ| (1/rad).
     bend: f64,
-    growth: Growth,
 }
 
 /// How a step is to be solved.
@@ -294,25 +354,21 @@ impl AngleStep {
         effort: Effort,
         evaluations: &mut f64,
     ) -> Option<Self> {
-        let energy = from.energy.hi;
-        let inner = reciprocal.nodes;
-        let first_speed = (energy * reciprocal.ends[0]).sqrt();
-        let [first_net, first_slope] = torques.with_slope(first_speed, energy);
+        let first = End::new(from.energy.hi, reciprocal.ends[0], torques);
         let before = before.filter(|step| length <= STRETCH * step.length);
-        let mut net = before.map_or([first_net; STAGES], |step| step.continued(length));
-        let stiff = length * first_slope.abs() > STIFF;
-        let left = solve(&mut net, (from.energy, length), &inner, torques, stiff, effort, evaluations)?;
+        let mut net = before.map_or([first.net; STAGES], |step| step.continued(length));
+        let stiff = length * first.slope.abs() > STIFF;
+        let left = solve(&mut net, (from.energy, length), &reciprocal.nodes, torques, stiff, effort, evaluations)?;
 
         let work: f64 = (0..STAGES).map(|i| WEIGHTS[i] * net[i]).sum();
-        let end_energy = from.energy + Double::from(length * work);
-        if !(end_energy.hi > LEAST_ENERGY * energy) {
+        let energy = from.energy + Double::from(length * work);
+        if !(energy.hi > LEAST_ENERGY * first.energy) {
             return None;
         }
-        let end_speed = (end_energy.hi * reciprocal.ends[1]).sqrt();
-        let [end_net, end_slope] = torques.with_slope(end_speed, end_energy.hi);
+        let last = End::new(energy.hi, reciprocal.ends[1], torques);
         let e = energies(from.energy, length, &net);
-        let slow: [f64; STAGES] = std::array::from_fn(|i| 1.0 / (e[i] * inner[i]).sqrt());
-        let slow_modes = Interpolant::modes_through(&slow, [1.0 / first_speed, 1.0 / end_speed]);
+        let slow: [f64; STAGES] = std::array::from_fn(|i| 1.0 / (e[i] * reciprocal.nodes[i]).sqrt());
+        let slow_modes = Interpolant::modes_through(&slow, [1.0 / first.speed, 1.0 / last.speed]);
         let net_modes = modes(&net);
 
         let end = from.time + Double::from(length * slow_modes[0]);
@@ -320,61 +376,29 @@ impl AngleStep {
         let whole = (end - from.time).hi;
         let slowness_before = slowness.with_integral(-1.0)[1];
         let middle = -0.5 * slowness_before / slow_modes[0];
-        let guess = guess(&slow_modes, [first_speed, end_speed].map(|speed| 2.0 * whole / length * speed), middle);
+        let slopes = [&first, &last].map(|end| 2.0 * whole / length * end.speed);
         // |Pₖ′| ≤ k (k + 1)/2. Newton's method leaves ½ |d ln(1/φ̇)/dx| times the square of a correction.
         let steepest: f64 = (1..COEFFICIENTS).map(|k| 0.5 * (k * (k + 1)) as f64 * slow_modes[k].abs()).sum();
-        let settled = 4.0 * INSTANT * effort.remainder / (length * steepest * end_speed.max(first_speed));
-
-        // Between the ends E errs by the first neglected coefficient of N, which the integration divides by 2 s + 1, and
-        // the time by that of 1/φ̇; the angle at a given time by as much as the machine moves in that time.
-        let slow_ratio = neglected(&slow_modes) / slow_modes[0];
-        let speeding = slow_modes[0] * end_speed.max(first_speed);
-        let least = energy.min(end_energy.hi);
-        let largest = net.iter().fold(1e-300_f64, |largest, n| largest.max(n.abs()));
-        // What the rounding of E adds to N is no error of the polynomial, and no shorter step would take it away.
-        let steep = (2.0 * energy * first_slope.abs().max(end_slope.abs())).min(STIFFEST * energy / length);
-        let noise = f64::EPSILON * (largest + steep);
-        let net_neglected = (neglected(&net_modes) - NOISE_OF_MODES * noise).max(0.0);
-        let energy_error = length * net_neglected / ((2 * STAGES + 1) as f64 * least);
-        let angle_error = length * (slow_ratio / INTEGRATION * speeding + 0.5 * energy_error / STAGES as f64);
-
-        // Coefficients that decay by r per order leave r¹⁶ to the Gauss rule at the end where they leave r⁸ or r¹⁰
-        // to the polynomial.
-        let quadrature = length * net_neglected / least * (net_neglected / largest).min(1.0);
-        let time = slow_ratio * slow_ratio.sqrt();
-        // That is the least that the ends err by. Where waves of different lengths come together, the last coefficients
-        // decay less: as they do, those of the orders that the sums see.
-        let (net_decay, slow_decay) = (decay(&net_modes), decay(&slow_modes));
-        let net_end = length * net_neglected / least * net_decay.powi(3);
-        let slow_end = slow_ratio * slow_decay.powi(3);
-        let rounding = length * noise / least;
-        let exponent = (0.5 * length * (first_slope + end_slope)).min(LARGEST_EXPONENT);
+        let fastest = last.speed.max(first.speed);
         Some(AngleStep {
             from,
             length,
             to_edge,
-            end_speed,
-            end_net,
+            end_speed: last.speed,
+            end_net: last.net,
             end,
-            energy: end_energy,
+            energy,
             slowness,
             slowness_before,
             rate: 2.0 / length,
             inverse_duration: 1.0 / whole,
             tilt: 0.0,
-            guess,
-            settled,
+            guess: guess(&slow_modes, slopes, middle),
+            settled: 4.0 * INSTANT * effort.remainder / (length * steepest * fastest),
             net: net_modes,
             work: Interpolant::new(&integrated(&net_modes.map(|mode| 0.5 * length * mode))),
-            error: angle_error.max(energy_error).max(ACCUMULATION * quadrature).max(time),
-            angle_error: CAUTION * angle_error,
-            energy_error: CAUTION * energy_error,
-            bend: 2.0 * steepest * end_speed.max(first_speed) / length,
-            growth: Growth {
-                energy: energy / end_energy.hi * exponent.exp(),
-                added: quadrature.max(CAUTION * net_end) + rounding + left,
-                time: time.max(CAUTION * slow_end) + 2.0 * f64::EPSILON,
-            },
+            estimate: Estimate::new(length, [&first, &last], [&slow_modes, &net_modes], &net, left),
+            bend: 2.0 * steepest * fastest / length,
         })
     }
 
@@ -396,15 +420,15 @@ impl AngleStep {
         self.rate -= self.rate * slower;
         self.inverse_duration -= self.inverse_duration * slower;
         self.tilt = 0.5 * more;
-        self.angle_error += self.length * error;
-        self.energy_error += error;
-        self.growth.added += ends;
-        self.growth.time += ends;
+        self.estimate.angle += self.length * error;
+        self.estimate.energy += error;
+        self.estimate.added += ends;
+        self.estimate.time += ends;
     }
 
     /// dE₁/dE₀, about.
     pub fn slope(&self) -> f64 {
-        self.growth.energy * self.energy.hi / self.from.energy.hi
+        self.estimate.growth * self.energy.hi / self.from.energy.hi
     }
 
     /// ∫ ∂N/∂E dψ over the step: ln of the factor by which a disturbance of E grows.
@@ -471,22 +495,22 @@ impl AngleStep {
     /// The errors at the end, from those at the beginning.
     pub fn pass_on(&self, errors: Errors) -> Errors {
         let duration = (self.end - self.from.time).hi;
-        let energy = self.growth.energy * errors.energy + self.growth.added;
-        Errors { energy, time: errors.time + duration * (0.5 * errors.energy.max(energy) + self.growth.time) }
+        let energy = self.estimate.growth * errors.energy + self.estimate.added;
+        Errors { energy, time: errors.time + duration * (0.5 * errors.energy.max(energy) + self.estimate.time) }
     }
 
     /// The errors at the abscissa `x`, about.
     pub fn errors_at(&self, errors: Errors, x: f64) -> Errors {
         let (part, end) = (0.5 * (1.0 + x), self.pass_on(errors));
         Errors {
-            energy: errors.energy + part * (end.energy - errors.energy) + self.energy_error,
+            energy: errors.energy + part * (end.energy - errors.energy) + self.estimate.energy,
             time: errors.time + part * (end.time - errors.time),
         }
     }
 
     /// The relative error of the speed and the error of the angle (rad) within the step.
     pub fn error_within(&self, errors: Errors) -> [f64; 2] {
-        let angle = self.end_speed * errors.time + self.angle_error;
-        [0.5 * (errors.energy + self.energy_error) + self.bend * angle, angle]
+        let angle = self.end_speed * errors.time + self.estimate.angle;
+        [0.5 * (errors.energy + self.estimate.energy) + self.bend * angle, angle]
     }
 }

@@ -62,7 +62,7 @@ impl AngleSteps<'_> {
                 effort,
                 &mut self.evaluations,
             );
-            let error = step.as_ref().map_or(f64::INFINITY, |step| step.error);
+            let error = step.as_ref().map_or(f64::INFINITY, |step| step.estimate.error);
             if error <= self.tolerance {
                 // A step that was cut short says nothing against the length it was to have.
                 self.next_length = match (whole, length == remaining) {

@@ -5,6 +5,15 @@ use crate::clearance::formulas::Passage;
 use crate::clearance::tuning::admissible_ratios;
 use std::f64::consts::{PI, TAU};
 
+/// How many bands there are at this mass ratio: (2n+1)π < tan β − β with cos β = μ.
+fn bands(mu: f64) -> f64 {
+    if mu >= 1.0 || mu.is_nan() {
+        return 0.0;
+    }
+    let tan = ((1.0 - mu) * (1.0 + mu)).sqrt() / mu;
+    (0.5 * ((tan - tan.atan()) / PI + 1.0)).ceil() - 1.0
+}
+
 #[test]
 fn the_map_of_multiple_impacts() {
     let map = [

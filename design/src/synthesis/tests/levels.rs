@@ -220,7 +220,7 @@ fn the_longest_dwell() {
         let mut task = dwelling(order);
         task.ranges = vec![around(0, 0.0, start, 0.0)];
         task.bounds.extend(limit.map(|limit| bound(&[(0, 1.0)], [0.0, 360.0], 2, [-limit, limit])));
-        let (settled, tried) = task.settled(&|_, _| {}).unwrap();
+        let (settled, tried) = task.as_chebyshev(&|_, _| {}).unwrap();
         let width = (settled.ranges[0].to - settled.ranges[0].from).to_degrees();
         assert!((width - degrees).abs() < 1e-10, "{width} instead of {degrees}; {tried:?}");
         assert_near("c", &settled.solve().unwrap().series.a, c, 1e-11);
@@ -235,7 +235,7 @@ fn the_longest_dwell() {
 fn the_fewest_harmonics() {
     let mut task = empty(Basis::new(9, EVEN), Objective::FewestHarmonics { tolerance: 1e-3 });
     task.ranges = vec![around(0, 0.0, 50.0, 0.0), around(0, 180.0, 20.0, 1.0)];
-    let (settled, tried) = task.settled(&|_, _| {}).unwrap();
+    let (settled, tried) = task.as_chebyshev(&|_, _| {}).unwrap();
     assert_eq!(settled.basis.order(), 4);
     let levels: Vec<f64> = tried.iter().map(|[_, level]| *level).collect();
     assert_near("E", &levels, &[0.0920796384142, 0.0290041004537, 0.0115563699447, 0.00099289405389], 1e-13);
