@@ -11,7 +11,7 @@ pub mod plan;
 mod spline;
 pub mod standard_laws;
 pub mod table;
-mod turn;
+pub mod turn;
 
 pub use cycle::{Cycle, CyclePlan};
 pub use derivatives::{Kinematics, TransferFunctions};
