@@ -23,6 +23,7 @@ use super::cam_drive::AngleMotion;
 use super::cam_turn::turns;
 use super::limits::{refused_start, search_too_much, step_too_much};
 use super::{Fault, Rounded};
+use crate::motion::turn::near;
 use crate::motion::{Fourier, MotionLaw};
 use crate::numerics::chebyshev;
 use crate::numerics::double_double::{Double, two_product, two_sum};
@@ -56,6 +57,9 @@ const ROUNDING: f64 = 2e-15;
 /// so that the segment does not flutter, and too little to be seen.
 const OVERSHOOT: f64 = 1e-14;
 
+/// Breakpoints lie in [0, 2π): between them the angle is rounded as an input of this size (rad) beyond what it is anyway.
+const OF_BREAKPOINTS: f64 = 2.0;
+
 /// A piece, and an evaluation of −ẍ beside that of the law (nominal µs).
 const PIECE: f64 = 1.0;
 const FORCING: f64 = 0.03;
@@ -71,7 +75,7 @@ pub struct Response {
     /// Relative tolerance of q.
     tolerance: f64,
     motion: AngleMotion,
-    /// Bounds of |U′| (m/rad) and |U″| (m/rad²).
+    /// Bounds of |U′| (m/rad) and |U″| (m/rad²) over the turn, for a Hermite step: a Fourier law is one segment.
     bounds: [f64; 2],
     closed_form: ClosedForm,
     method: Method,
@@ -289,15 +293,22 @@ impl Response {
             };
             let Piece { start, end, segment, leaves, .. } = *piece;
             if (Double::from(time) - end).hi <= 0.0 {
-                return Ok(piece.step.at(&self.oscillator, (Double::from(time) - start).hi));
+                let state = piece.step.at(&self.oscillator, (Double::from(time) - start).hi);
+                self.bound.reach(state[0]);
+                return Ok(state);
             }
-            let state = piece.step.at(&self.oscillator, (end - start).hi);
+            let mut state = piece.step.at(&self.oscillator, (end - start).hi);
             let next = neighbour(law, segment, leaves);
             if leaves != 0 {
-                let shaft = self.motion.at(end.hi);
+                let shaft = self.motion.at_instant(end);
+                let border = law.breakpoints()[if leaves > 0 { next } else { segment }];
+                let beyond = near(shaft.reduced, border) - border;
                 let [before, after] = [segment, next].map(|segment| law.at_in(segment, shaft.reduced).0[2]);
-                let angle = if self.until.is_finite() { shaft.kinematics.0[0] } else { 0.0 };
-                self.bound.pass_late(after - before, shaft.kinematics.0[1], OVERSHOOT, angle);
+                let [phi, w, ..] = shaft.kinematics.0;
+                // What it would have gained beyond the border.
+                state[1] -= (after - before) * w * beyond;
+                let angle = if self.until.is_finite() { phi } else { 0.0 };
+                self.bound.pass(&self.oscillator, (after - before) * w, angle);
             }
             let before = self.evaluations;
             self.next_piece(law, next, end, state)?;
@@ -389,6 +400,8 @@ impl Response {
             length = local.length_for(OVERSHOOT).min(horizon);
         }
         let whole = length;
+        // Those of the segment: beside a steep rise all that a gentle return errs by would count as rounding.
+        let [slope, curvature, jerk] = [1, 2, 3].map(|order| law.bound_in(segment, order));
         let fit = loop {
             length = admissible_length(&self.oscillator, length);
             let forcing = |x: f64| {
@@ -396,9 +409,10 @@ impl Response {
                 let u = law.at_in(segment, phi).0;
                 -(u[2] * w * w + u[1] * a)
             };
-            let scale = self.bounds[1] * local.speed(length).powi(2) + self.bounds[0] * local.acceleration(length);
+            let speed = local.speed(length);
+            let scale = curvature * speed * speed + slope * local.acceleration(length);
             // Where the law is steep the rounding of the angle counts for more than that of U″.
-            let of_angle = f64::EPSILON * law.bound_in(segment, 3) * local.speed(length).powi(2);
+            let of_angle = f64::EPSILON * jerk * speed * speed;
             let rounding = (ROUNDING * scale).max(of_angle);
             let fit = chebyshev::fit(forcing, (SHARE * self.tolerance).max(LEAST_TAIL), rounding);
             self.evaluations += fit.evaluations as u64;
@@ -409,7 +423,8 @@ impl Response {
                 // On inputs a piece that ends with the step is read there only.
                 let within = if length == horizon { [0.0; 2] } else { between };
                 let angle = if self.until.is_finite() { self.motion.coefficients[0] } else { 0.0 };
-                let turned = order * local.speed(length) * length;
+                let turned = order * speed * length;
+                let angle = angle.abs() + if law.breakpoints().is_empty() { 0.0 } else { OF_BREAKPOINTS };
                 let made = Made { length, error, forcing: scale, order, turned, angle, state };
                 self.bound.add(&self.oscillator, (-length * self.oscillator.decay()).exp(), &made, within);
                 break fit;
@@ -435,7 +450,7 @@ fn way_to_border(law: &MotionLaw, segment: usize, local: &mut Local, length: f64
     let lower = breakpoints[segment];
     let upper = if segment + 1 < n { breakpoints[segment + 1] } else { breakpoints[0] + TAU };
     let middle = 0.5 * (lower + upper);
-    local.angle[0] -= TAU * ((local.angle[0] - middle) / TAU).round();
+    local.angle[0] = near(local.angle[0], middle);
     let exit = first_exit(&local.scaled(length), lower - OVERSHOOT, upper + OVERSHOOT);
     match exit {
         None => (length, 0),

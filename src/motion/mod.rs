@@ -13,7 +13,7 @@ mod points;
 mod spline;
 pub mod standard_laws;
 pub mod table;
-mod turn;
+pub mod turn;
 
 pub use cycle::{Cycle, CyclePlan};
 pub use derivatives::{Kinematics, TransferFunctions};

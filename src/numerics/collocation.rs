@@ -51,6 +51,10 @@ const ITERATIONS: usize = 15;
 /// without end. A smaller bound changes the estimate little and has more steps factorise twice.
 const STALE: f64 = 3e-4;
 
+/// A contraction below this that the first two corrections tell is chance: with the matrix of a state that stands still some
+/// 1e-4 is what they reach. A larger bound finds more of them, and makes more steps take a third correction.
+const LUCKY: f64 = 5e-6;
+
 /// Corrections are compared where no scale has grown by more than this since the one before: the contraction is off by no
 /// more then.
 const ALIKE: f64 = 2.0;
@@ -372,15 +376,17 @@ impl<const N: usize> Collocation<N> {
         let (mut last, mut measure) = (f64::NAN, [0.0; N]);
         // Newton's error is not controlled by the step, so it is kept far below the tolerance.
         let enough = (1e-4 * tolerance).max(1e-16);
-        for _ in 0..ITERATIONS {
+        for iteration in 0..ITERATIONS {
             let (parts, scale) = self.correct(system, h, &mut f, &mut newton)?;
             let size = largest(&parts);
             // A component that stands still at the start has no size before the first correction moves it: corrections by
             // different measures tell no contraction.
             let alike = (0..N).all(|c| scale[c] <= ALIKE * measure[c]);
             let rate = if alike { size / last } else { f64::NAN };
-            // Either the corrections that are still to come are small, or rounding stops the contraction.
-            let converged = rate < 1.0 && size * rate / (1.0 - rate) <= enough;
+            // Either the corrections that are still to come are small, or rounding stops the contraction. The first one leads from a
+            // state that stands still: the second may be small by chance, and the third is not.
+            let likely = if iteration == 1 { rate.max(LUCKY) } else { rate };
+            let converged = rate < 1.0 && size * likely / (1.0 - likely) <= enough;
             if size <= enough || converged || (rate > 0.3 && size <= newton.rounding(&scale, h)) {
                 if rate > STALE && !(size > enough && rate > 0.3) {
                     newton.factorise(system, h, |i| self.node(i, h), &self.stages(&f, h))?;

@@ -27,6 +27,9 @@ pub fn of_free_motion() -> f64 {
     CLOSED * ROUNDING
 }
 
+/// Where a breakpoint of the law is passed: two roundings of an angle near 2π, its own and that of the cam.
+const PASSED: f64 = 8.0;
+
 /// The quadratures err alike as long as the highest harmonic turns by about this (rad).
 const ALIKE: f64 = 2.0;
 
@@ -62,7 +65,7 @@ pub struct Made {
     pub order: f64,
     /// The angle by which its highest harmonic turns in the step (rad).
     pub turned: f64,
-    /// The angle as it was rounded (rad); 0 where it is known to more digits.
+    /// The angle as it was rounded (rad), 0 where it is known to more digits; more where the law has breakpoints.
     pub angle: f64,
     /// q, q̇ at its end.
     pub state: [f64; 2],
@@ -89,18 +92,29 @@ impl ErrorBound {
             self.rounded[i] = decay * self.rounded[i] + ROUNDING * roundings[i];
         }
         self.elapsed += step.length;
-        self.largest = self.largest.max(q);
+        self.reach(step.state[0]);
+        self.take_worst(rate, within);
+    }
+
+    /// Adds that a breakpoint of the law, where U″ω `jumps` (m/s per rad), was passed some roundings and one of `angle` (rad) off.
+    pub fn pass(&mut self, oscillator: &Oscillator, jumps: f64, angle: f64) {
+        let v = jumps * ROUNDING * (PASSED + angle.abs());
+        self.neglected[1] += v * v;
+        self.take_worst(oscillator.stiffness().sqrt(), [0.0; 2]);
+    }
+
+    /// What the errors so far, and those `within` a step, make of q at most.
+    fn take_worst(&mut self, rate: f64, within: [f64; 2]) {
         // An error of q̇ turns into one of q within a quarter of a period or, softer, as long as it has had time.
-        let span = self.elapsed.min(quarter);
+        let span = self.elapsed.min(1.0 / rate);
         let [of_q, of_v] = [0, 1].map(|i| self.neglected[i] + within[i] * within[i]);
         let neglected = (of_q + span * span * of_v).sqrt();
         self.worst = self.worst.max(neglected + self.rounded[0] + span * self.rounded[1]);
     }
 
-    /// Adds that a breakpoint of the law, where U″ jumps, was passed `late` (rad) and by a rounding of `angle` (rad) off.
-    pub fn pass_late(&mut self, jump: f64, w: f64, late: f64, angle: f64) {
-        let v = jump * w * (late + ROUNDING * angle.abs());
-        self.neglected[1] += v * v;
+    /// q is that far (m).
+    pub fn reach(&mut self, q: f64) {
+        self.largest = self.largest.max(q.abs());
     }
 
     /// Adds a closed form of a law of this order.

@@ -38,8 +38,8 @@ const ITERATIONS: usize = 4;
 /// By what the estimate in time is larger than the deviations, from random machines of which 99 of 100 stay below it. The
 /// deviations suppose that coefficients go on to decay as they do in the step; a torque that follows the speed at once
 /// has poles beside the speeds passed (s = ± i s_K), so that those of the torque decay less than those of the motion.
-const CAUTION: f64 = 0.5;
-const CAUTION_WITH_MOTOR: f64 = 3.0;
+const CAUTION: f64 = 0.4;
+const CAUTION_WITH_MOTOR: f64 = 2.4;
 
 /// The speed beyond which the machine counts as run away (rad/s): ten times what may be set.
 pub(super) const FASTEST: f64 = 1e7;
