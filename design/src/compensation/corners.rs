@@ -13,7 +13,6 @@
 //!
 //! Symbols are those of [`super::periodic_motion`]; validity: S is continuous, so that no law jumps in its slope. Derived here.
 
-use super::laws::Moment;
 use super::periodic_motion::PeriodicMotion;
 use super::spectral::Mesh;
 use super::{Angle, Task, Tool};
@@ -28,6 +27,28 @@ const SAME: f64 = 1e-5;
 
 /// The widest panel of the quadrature (rad): eight nodes meet the waves of a law in it to rounding.
 const PANEL: f64 = TAU / 512.0;
+
+/// Where a machine is at a place of its turn.
+#[derive(Clone, Copy, Debug)]
+pub struct Moment {
+    /// φ (rad), in [0, 2π].
+    pub angle: f64,
+    /// ω (rad/s).
+    pub speed: f64,
+    /// ω̇ (rad/s²).
+    pub change: f64,
+    /// 2πt/T (rad).
+    pub phase: f64,
+}
+
+/// The knots with so many parts between each and the next; without the last knot.
+pub fn divided(knots: &[f64], parts: impl Fn(usize) -> usize) -> Vec<f64> {
+    let between = |(i, pair): (usize, &[f64])| {
+        let (from, width, n) = (pair[0], pair[1] - pair[0], parts(i));
+        (0..n).map(move |j| from + width * j as f64 / n as f64)
+    };
+    knots.windows(2).enumerate().flat_map(between).collect()
+}
 
 /// The motion of a machine whose tools have such laws.
 #[derive(Clone, Debug)]
@@ -88,7 +109,7 @@ impl Corners {
 
     /// The turn in parts of at most `widest` (rad) that end at the corners; without 2π.
     pub fn parts(&self, widest: f64) -> Vec<f64> {
-        super::laws::divided(&self.angles, |i| ((self.angles[i + 1] - self.angles[i]) / widest).ceil() as usize)
+        divided(&self.angles, |i| ((self.angles[i + 1] - self.angles[i]) / widest).ceil() as usize)
     }
 
     /// ω(ψ) (rad/s).

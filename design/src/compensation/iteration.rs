@@ -6,7 +6,8 @@
 //! Source: K. Kaltofen, "HS-Bewegungen trotz veränderlicher Antriebsgeschwindigkeit", section 3, steps 1 to 8, and its
 //! tables. (6) there holds with φ̇₀ = 2π/T, T the period that belongs to the motion.
 
-use super::laws::{Moment, places};
+use super::corners::Moment;
+use super::laws::places;
 use super::periodic_motion::{self, Driving, Inertia, PeriodicMotion};
 use super::restrictions::Kept;
 use super::spectral::{Mesh, amplitude, largest, largest_between, mean};

@@ -7,7 +7,7 @@
 //! ÿ = f(U(φ))¨, U̇ = U′ω, Ü = U″ω² + U′ω̇ against y = f(U(ψ)): both sides in closed form, the maximum found between the
 //! places at which they are compared.
 
-use super::corners::Corners;
+use super::corners::{Corners, Moment, divided};
 use super::spectral::{Mesh, amplitude, largest, largest_between};
 use super::{Angle, Solution, Tool};
 use camdrive::drives::Fault;
@@ -68,19 +68,6 @@ pub struct Law {
     pub truncation: f64,
 }
 
-/// Where a machine is at a place of its turn.
-#[derive(Clone, Copy, Debug)]
-pub struct Moment {
-    /// φ (rad), in [0, 2π].
-    pub angle: f64,
-    /// ω (rad/s).
-    pub speed: f64,
-    /// ω̇ (rad/s²).
-    pub change: f64,
-    /// 2πt/T (rad).
-    pub phase: f64,
-}
-
 impl Tool {
     /// |ÿ − ÿ_wanted| (m/s² or rad/s²) with this law of the cam, Ω (rad/s) that of the motion.
     pub fn miss(&self, law: &MotionLaw, mean_speed: f64, at: Moment) -> f64 {
@@ -105,15 +92,6 @@ pub fn places(law: &MotionLaw, angle: &Angle, fastest: f64) -> Vec<f64> {
             divided(&knots, |_| PLACES)
         }
     }
-}
-
-/// The knots with so many parts between each and the next; without the last knot.
-pub fn divided(knots: &[f64], parts: impl Fn(usize) -> usize) -> Vec<f64> {
-    let between = |(i, pair): (usize, &[f64])| {
-        let (from, width, n) = (pair[0], pair[1] - pair[0], parts(i));
-        (0..n).map(move |j| from + width * j as f64 / n as f64)
-    };
-    knots.windows(2).enumerate().flat_map(between).collect()
 }
 
 /// Properties of the wanted motion.

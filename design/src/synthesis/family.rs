@@ -91,8 +91,9 @@ impl Family {
     /// The coefficients of the unknowns at `phi`, for the n-th derivative of the condition.
     pub fn row(&self, basis: &Basis, phi: f64, n: usize) -> Vec<Double> {
         let mut row = vec![Double::default(); basis.size()];
-        let terms = self.tangent.as_ref().map(|tangent| tangent.terms(phi));
-        for term in terms.as_ref().unwrap_or(&self.terms) {
+        let linear = |tangent: &Tangent| tangent.terms(phi).map(|(law, factor)| Term { law, order: 0, factor });
+        let linear = self.tangent.as_ref().map(linear);
+        for term in linear.as_ref().map_or(&self.terms[..], |terms| terms) {
             let part = basis.row(term.law, phi, term.order + n, self.response);
             add_multiple(&mut row, Double::from(term.factor), &part);
         }

@@ -16,6 +16,7 @@ mod banded;
 mod basis;
 pub mod clearance;
 mod conditions;
+mod convex_concave;
 mod curve;
 pub mod deviation;
 pub mod elastic;

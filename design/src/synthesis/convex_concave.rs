@@ -1,0 +1,137 @@
+//! Tools that keep clear of each other, by the convex–concave procedure.
+//!
+//! Whatever keeps the linear condition of a [`super::clearance`] about the last profiles keeps |d| ≥ r, and the last profiles
+//! keep it too. So each step is admissible and no step is worse than the one before. Steps are short where the tools pass each
+//! other closely: as long as that pays, v is taken ever farther ahead on the way that the profiles go. What it ends at is an
+//! optimum beside its neighbours; it is looked for on both sides of the place where the tools would be nearest.
+//!
+//! Source: S. Boyd, L. Vandenberghe, *Convex Optimization*, 2004, section 4.1 (restriction of a condition by its
+//! linearisation); T. Lipp, S. Boyd, "Variations and extension of the convex–concave procedure", Optim. Eng. 17 (2016)
+//! 263–287.
+
+use super::clearance::{Clearance, Tangent};
+use super::family::Family;
+use super::{Infeasible, Optimum, Task};
+use crate::text::number;
+use camdrive::numerics::double_double::Double;
+use std::f64::consts::TAU;
+
+/// Linear programs on one side.
+const STEPS: usize = 200;
+
+/// The part of a distance that profiles may fall short of it by: what the angles of its conditions leave open.
+const KEPT: f64 = 1e-6;
+
+/// A possible distance is looked for to a thirtieth of what is asked for.
+const HALVINGS: usize = 5;
+
+/// A step that gains less than this part of the objective is the last one.
+const DONE: f64 = 1e-13;
+
+/// How fast the place of the tangents goes ahead.
+const GROWTH: f64 = 1.5;
+
+/// A step that gains less than this part of the one before is near the end of the way.
+const ENDING: f64 = 0.1;
+
+impl Task {
+    /// The best profiles that keep clear, in units of `scale`.
+    pub(super) fn clear(&self, scale: f64, progress: &dyn Fn(usize, usize)) -> Result<Optimum, Infeasible> {
+        let free = self.optimum(scale, Vec::new())?;
+        if let Some(best) = self.beside(&free, scale, f64::INFINITY, progress) {
+            return Ok(best);
+        }
+        // All distances are made smaller alike; those of the free profiles are kept.
+        let mut between = [self.part_kept(&free.best.x, scale), 1.0];
+        for _ in 0..HALVINGS {
+            let part = 0.5 * (between[0] + between[1]);
+            let nearer = |clearance: &Clearance| Clearance { distance: part * clearance.distance, ..*clearance };
+            let task = Task { clearances: self.clearances.iter().map(nearer).collect(), ..self.clone() };
+            between[usize::from(task.beside(&free, scale, f64::NEG_INFINITY, &|_, _| {}).is_none())] = part;
+        }
+        let possible: Vec<String> =
+            self.clearances.iter().map(|clearance| format!("{} m", number(between[0] * clearance.distance))).collect();
+        Err(Infeasible::Numerical(format!(
+            "the tools cannot keep clear of each other by what `clearance` says together with the other conditions, on neither \
+             side; {} was found to be possible\n  = hint: take a smaller `distance`, more harmonics or wider bounds",
+            possible.join(", ")
+        )))
+    }
+
+    /// The best of the profiles on both sides of where those without clearance would be nearest; any of them where `beaten` is
+    /// below all.
+    fn beside(&self, free: &Optimum, scale: f64, beaten: f64, progress: &dyn Fn(usize, usize)) -> Option<Optimum> {
+        let mut best: Option<Optimum> = None;
+        for side in 0..2 {
+            let beaten = best.as_ref().map_or(beaten, |best| best.objective.min(beaten));
+            if let Ok(found) = self.clear_on(side, &free.best.x, scale, beaten)
+                && self.part_kept(&found.best.x, scale) >= 1.0 - KEPT
+                && best.as_ref().is_none_or(|best| found.objective < best.objective)
+            {
+                best = Some(found);
+            }
+            progress(side + 1, 2);
+        }
+        best
+    }
+
+    /// The least part of its distance by which two tools are apart at every angle: where the sense of d changes, its tangents
+    /// do not tell.
+    fn part_kept(&self, x: &[Double], scale: f64) -> f64 {
+        let part = |clearance: &Clearance| {
+            let clearance = clearance.over(scale);
+            let motions = clearance.laws.map(|law| self.basis.series(law, x, 1.0));
+            clearance.least(&motions).value / clearance.distance
+        };
+        self.clearances.iter().map(part).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The same from the profiles that do not keep clear, on their side (0) or past the other tool (1); ended where the steps
+    /// are too short to come below `beaten`.
+    fn clear_on(&self, side: usize, start: &[Double], scale: f64, beaten: f64) -> Result<Optimum, Infeasible> {
+        let mut about = start.to_vec();
+        let mut best: Option<Optimum> = None;
+        // How many steps the place of the next tangents is ahead of the last profiles.
+        let (mut ahead, mut stride, mut gained) = (0.0, 1.0, 0.0);
+        for step in 0..STEPS {
+            let tangent = |clearance: &Clearance| {
+                let clearance = clearance.over(scale);
+                let motions = clearance.laws.map(|law| self.basis.series(law, &about, 1.0));
+                let [x, y] = clearance.at(&motions, clearance.least(&motions).phi);
+                let shift = if side == 1 && step == 0 { [-2.0 * x, -2.0 * y] } else { [0.0; 2] };
+                let mut family = Family::new(0.0, TAU);
+                family.limit = -clearance.distance;
+                family.tangent = Some(Tangent { clearance, motions, shift });
+                family
+            };
+            let next = self.optimum(scale, self.clearances.iter().map(tangent).collect());
+            let Some(last) = &best else {
+                about.clone_from(&next.as_ref().map_err(Clone::clone)?.best.x);
+                best = Some(next?);
+                continue;
+            };
+            // Where the way bends, it went too far ahead.
+            let Some(next) = next.ok().filter(|next| next.objective <= last.objective || ahead == 0.0) else {
+                if ahead == 0.0 {
+                    break;
+                }
+                about.clone_from(&last.best.x);
+                (ahead, stride, gained) = (0.0, f64::max(0.5 * ahead, 1.0), 0.0);
+                continue;
+            };
+            let gain = last.objective - next.objective;
+            let is_last = gain <= DONE * next.objective.abs();
+            if is_last && ahead == 0.0 || gain * (STEPS - step) as f64 <= next.objective - beaten {
+                best = Some(next);
+                break;
+            }
+            // Near its end the way is short enough as it is.
+            (ahead, stride) = if gain < ENDING * gained { (0.0, 1.0) } else { (stride, GROWTH * stride) };
+            gained = gain;
+            let way = next.best.x.iter().zip(&last.best.x).map(|(next, last)| (*next, *next - *last));
+            about = way.map(|(x, way)| x + way * Double::from(ahead)).collect();
+            best = Some(next);
+        }
+        best.ok_or_else(|| Infeasible::Numerical("no step was made".to_owned()))
+    }
+}
