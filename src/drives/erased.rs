@@ -177,6 +177,33 @@ impl Plan {
 }
 
 /// An instance of a drive of any model.
+///
+/// ```
+/// use camdrive::drives::elastic_output::{ElasticOutput, Parameters, Scene};
+/// use camdrive::drives::cam_drive::{DriveMode, Start, StartMode};
+/// use camdrive::drives::solver::Settings;
+/// use camdrive::drives::{AnyDrive, Drive, Fault};
+/// use camdrive::motion::{Fourier, MotionLaw};
+///
+/// # fn main() -> Result<(), Fault> {
+/// // 1 kg on 10 kN/m behind a cam with U = 10 mm · sin φ, at 10 rad/s.
+/// let scene = Scene {
+///     parameters: Parameters { m: 1.0, c: 1e4, b: 0.0 },
+///     cam: MotionLaw::Fourier(Fourier::new(vec![], vec![0.0, 0.01])),
+///     drive: DriveMode::Constant { w: 10.0, phi_start: 0.0 },
+///     start: Start { mode: StartMode::SteadyState, q: 0.0, q_dot: 0.0 },
+///     solver: Settings::default(),
+/// };
+/// let mut drive = AnyDrive::new(ElasticOutput::new(scene)?);
+/// drive.set_up(0.0, None);
+/// drive.start()?;
+/// drive.advance(0.0, 0.3)?;
+/// // Below resonance y = U/(1 - (w/w0)²).
+/// let y = drive.descriptions().iter().position(|d| d.name == "y").unwrap();
+/// assert!((drive.get(y)? - 0.01 * 3.0_f64.sin() / (1.0 - 0.01)).abs() < 1e-15);
+/// # Ok(())
+/// # }
+/// ```
 pub struct AnyDrive {
     drive: Box<dyn DynDrive>,
     plan: Arc<Plan>,

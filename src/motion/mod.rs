@@ -29,6 +29,15 @@ use serde::{Deserialize, Serialize};
 ///
 /// Between neighbouring breakpoints U is analytic; on a breakpoint a derivative jumps, and the segment decides which
 /// one-sided value is meant.
+///
+/// ```
+/// use camdrive::motion::{Fourier, MotionLaw};
+///
+/// // U = 10 mm · sin φ.
+/// let law = MotionLaw::Fourier(Fourier::new(vec![], vec![0.0, 0.01]));
+/// let [u, slope, curvature, ..] = law.at(std::f64::consts::FRAC_PI_2).0;
+/// assert!((u - 0.01).abs() < 1e-17 && slope.abs() < 1e-17 && (curvature + 0.01).abs() < 1e-17);
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum MotionLaw {

@@ -80,6 +80,23 @@ pub fn read(path: &Path) -> Result<Resolved, Diagnostics> {
 }
 
 /// The scene `text` of the file `file`; tables are looked for in `folder`.
+///
+/// ```
+/// use camdrive_cli::scene;
+///
+/// let text = r#"
+/// name = "bar"
+/// model = "ElasticCamDrive"
+/// cam = { law = "fourier", a = [0, "1 mm"] }
+/// drive = { speed = "600 rpm" }
+/// elasticity = { place = "output", m = "12 kg", natural_frequency = "270 Hz" }
+/// "#;
+/// let drive = scene::resolve("bar.toml", text, "".as_ref()).unwrap().resource().build().unwrap();
+/// assert!(drive.descriptions().iter().any(|d| d.name == "der(y)" && d.text == "Velocity of the mass"));
+///
+/// let faults = scene::resolve("bar.toml", &text.replace("12 kg", "12 m"), "".as_ref()).unwrap_err().to_string();
+/// assert!(faults.contains("bar.toml:6") && faults.contains("`elasticity.m`"), "{faults}");
+/// ```
 pub fn resolve(file: &str, text: &str, folder: &Path) -> Result<Resolved, Diagnostics> {
     with_document(file, text, Kind::Scene, |root| {
         let resolved = whole_scene(root, folder)?;
