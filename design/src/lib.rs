@@ -1,8 +1,4 @@
-//! Tools of design around the drives: [`cam_geometry`], contours from motion laws; [`clearance`], what backlash does to a
-//! motion law; [`compensation`], cams for a machine that fluctuates; [`documentation`],
-//! what is said of a drive; [`forces`], what rollers, joints and shaft bear; [`lever_law`], mechanisms between cam and tool
-//! backwards; [`overview`], what a scene amounts to and what of it is implausible; [`smoothing`], measured lifts without their
-//! noise; [`stability`], at which speeds varying parameters make a drive vibrate; [`synthesis`], cam profiles from motion tasks; [`tradeoff`], speed against accuracy; [`transmission`], how well mechanisms pass the force on.
+//! Studies and design tools around the drives; ARCHITECTURE.md lists the modules.
 
 #![deny(unsafe_code)]
 #![warn(missing_docs)]

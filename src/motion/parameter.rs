@@ -1,6 +1,6 @@
-//! What is said of a parameter by which a user changes a motion law.
+//! The parameters of motion laws: name, description, type and range.
 
-/// What kind of value a parameter holds.
+/// Type and range of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ParameterKind {
     /// A length (m), at most [`super::plan::MAX_LENGTH`] either way.
@@ -27,9 +27,9 @@ pub enum ParameterKind {
 pub struct LawParameter {
     /// The name, for example `a[3]` or `rise`.
     pub name: String,
-    /// What it is.
+    /// Description for people.
     pub text: String,
-    /// What kind of value it holds.
+    /// Type and range.
     pub kind: ParameterKind,
 }
 

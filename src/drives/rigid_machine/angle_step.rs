@@ -50,7 +50,7 @@ const STRETCH: f64 = 8.0;
 /// How many steps' errors of E come together before the motor has taken the first of them away.
 const ACCUMULATION: f64 = 10.0;
 
-/// By what the estimate is larger than the part of the first neglected coefficient: those beyond it decay slowly and may
+/// Factor of the estimate over the part of the first neglected coefficient: those beyond it decay slowly and may
 /// have the same sign. 99 of 100 random machines then stay below it.
 const CAUTION: f64 = 8.0;
 
@@ -117,7 +117,7 @@ pub struct Estimate {
     /// The parts of it between the ends: of the angle at a given time (rad) and of E at a given angle, relative.
     angle: f64,
     energy: f64,
-    /// By which factor an error of ln E at the beginning grows.
+    /// Growth factor of an error of ln E over the step.
     growth: f64,
     /// What is added to it.
     added: f64,
@@ -142,7 +142,7 @@ impl End {
 }
 
 impl Estimate {
-    /// Of a step of this length with N `net` at the nodes, where the collocation equations leave the part `left` of E.
+    /// Errors of a step of this length; `net` is N at the nodes, `left` the residual of the collocation equations as part of E.
     fn new(
         length: f64,
         [first, last]: [&End; 2],
