@@ -46,11 +46,13 @@ pub trait FlankMotion {
     fn stay(&self, segment: usize, time: Double, longest: f64) -> (f64, usize);
 }
 
-/// An expansion, how many times more than an evaluation its part of the law takes, what the composition with a motion takes per
-/// degree of that, and what the angle of one of the points takes at which U′ is then integrated (nominal µs).
+/// What an expansion takes (nominal µs).
 const EXPANSION: f64 = 0.3;
+/// How many evaluations of the law its derivatives take.
 const DERIVATIVES: f64 = 5.0;
+/// What the composition with a motion takes per degree of that (nominal µs).
 const COMPOSITION: f64 = 0.5;
+/// At how many points U′ is then integrated, and what the angle of one takes (nominal µs).
 const POINTS: f64 = 12.0;
 const ANGLE: f64 = 0.05;
 
