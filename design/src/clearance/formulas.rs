@@ -23,7 +23,7 @@
 //!
 //! Source: K. Kaltofen, "Zur Dynamik spielbehafteter periodischer Antriebe", IFToMM congress, Liberec 1996.
 
-use super::search::root;
+use crate::search::root;
 
 /// Below this argument the series of [`remainder`] loses nothing, and 17 of its terms are right to rounding.
 const SERIES: f64 = 3.0;

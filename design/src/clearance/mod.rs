@@ -23,7 +23,7 @@ mod tests;
 pub mod tuning;
 
 use crate::resource::Resource;
-use crate::{Progress, search};
+use crate::Progress;
 use borders::Sequel;
 use by_model::ByModel;
 use camdrive::drives::backlash::{self, BacklashDrive, Scene};
