@@ -156,8 +156,7 @@ impl Description {
             Kind::Real { quantity, .. } if quantity.unit != "1" => format!(" {}", quantity.unit),
             _ => String::new(),
         };
-        let message = format!("`{}`: {value}{unit} is not admissible; expected {expected}{unit}", self.name);
-        Fault::new(message).of(&self.name)
+        Fault::named(&self.name, format!("{value}{unit} is not admissible; expected {expected}{unit}"))
     }
 }
 

@@ -317,7 +317,7 @@ fn a_state_survives_its_bytes_and_no_others() {
     other.step(0.1, 0.7);
     assert_eq!(other.get(X).to_bits(), end.to_bits());
 
-    let refuse = |bytes: &[u8]| other.instance.deserialize(bytes).err().expect("damaged bytes are refused").0.message;
+    let refuse = |bytes: &[u8]| other.instance.deserialize(bytes).err().expect("damaged bytes are refused").to_string();
     for place in 0..bytes.len() {
         let mut damaged = bytes.clone();
         damaged[place] ^= 0x10;
@@ -329,7 +329,7 @@ fn a_state_survives_its_bytes_and_no_others() {
     refuse(&longer);
     let drive = (Model::of::<Integrator>().build)(&postcard::to_stdvec(&(2.0, [0_u8; 0].as_slice())).unwrap()).unwrap();
     let foreign = Instance::new(drive, "{another}", Logger::new(Box::new(|_, _, _| ()), false));
-    assert!(foreign.deserialize(&bytes).err().unwrap().message.contains("another guid"));
+    assert!(foreign.deserialize(&bytes).err().unwrap().to_string().contains("another guid"));
 }
 
 #[test]
