@@ -65,7 +65,7 @@ pub struct Reason {
     pub variable: String,
     /// One sentence that names the quantity, its value and what would be admissible.
     pub message: String,
-    /// Whether the variable is to be named before the message.
+    /// Whether the name of the variable stands before the message, which then goes on from there.
     pub named: bool,
 }
 
@@ -81,7 +81,7 @@ impl Fault {
         self
     }
 
-    /// A fault of a variable, which is named before the message.
+    /// A fault of a variable, with whose name the message begins.
     pub fn named(variable: impl Into<String>, message: impl Into<String>) -> Self {
         Fault(Box::new(Reason { variable: variable.into(), message: message.into(), named: true }))
     }
@@ -97,7 +97,7 @@ impl std::ops::Deref for Fault {
 impl std::fmt::Display for Fault {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         if self.named {
-            write!(f, "`{}`: ", self.variable)?;
+            write!(f, "`{}`", self.variable)?;
         }
         f.write_str(&self.message)
     }

@@ -156,7 +156,7 @@ impl Description {
             Kind::Real { quantity, .. } if quantity.unit != "1" => format!(" {}", quantity.unit),
             _ => String::new(),
         };
-        Fault::named(&self.name, format!("{value}{unit} is not admissible; expected {expected}{unit}"))
+        Fault::named(&self.name, format!(": {value}{unit} is not admissible; expected {expected}{unit}"))
     }
 }
 

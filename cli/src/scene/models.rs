@@ -157,7 +157,7 @@ fn motor(section: &Section<'_>) -> Option<Motor> {
             let kloss: Option<Kloss> = section.parameters(|parameter, _| {
                 let value = section.parameter(parameter);
                 if parameter.key == "w_s" && value == Some(0.0) {
-                    let message = "`motor.w_s`: 0 is no synchronous speed: the slip is not defined";
+                    let message = ": 0 is no synchronous speed: the slip is not defined";
                     let fault = section.fault_of("w_s", message);
                     section.faults.report(fault.hint("choose kind = \"none\" for a motor that is off"));
                 }
@@ -190,13 +190,10 @@ fn machine_start(root: &Section<'_>) -> Option<(MachineStart, f64, f64)> {
 /// is written that refuses its own start values.
 pub fn try_out(resolved: &Resolved, faults: &Faults<'_>) {
     let report = |fault: &Fault, key: &str, admissible: Option<String>| {
-        let mut fault: Diagnostic = match faults.origin(key) {
-            Some((path, span)) if fault.named => faults.at(span, format!("`{path}`: {}", fault.message)),
-            Some((_, span)) => faults.at(span, &fault.message),
-            None => faults.at(faults.place("model").unwrap_or(0..0), fault.to_string()),
-        };
-        fault.admissible = admissible;
-        faults.report(fault);
+        let model = || (fault.variable.clone(), faults.place("model").unwrap_or(0..0));
+        let (path, span) = faults.origin(key).unwrap_or_else(model);
+        let told = Diagnostic { admissible, ..faults.at(span, &fault.message) };
+        faults.report(if fault.named { told.of(path) } else { told });
     };
     let mut drive = match resolved.resource().build() {
         Ok(drive) => drive,
@@ -209,8 +206,7 @@ pub fn try_out(resolved: &Resolved, faults: &Faults<'_>) {
         if let Some(span) = faults.place(name)
             && drive.descriptions().iter().all(|d| d.name != name)
         {
-            let message = format!("`{name}` has no meaning here: {reason}");
-            faults.report(faults.at(span, message).hint("remove it"));
+            faults.report(faults.at(span, format!(" has no meaning here: {reason}")).of(name).hint("remove it"));
         }
     }
     let parameters = drive.descriptions().to_vec();
@@ -219,7 +215,7 @@ pub fn try_out(resolved: &Resolved, faults: &Faults<'_>) {
             && parameter.check(value).is_err()
         {
             let unit = quantity.unit;
-            let fault = Fault::named(&parameter.name, format!("{} {unit} is out of range", units::short(value)));
+            let fault = Fault::named(&parameter.name, format!(": {} {unit} is out of range", units::short(value)));
             report(&fault, &parameter.key, Some(within(*min, *max).words(unit)));
         }
     }

@@ -48,18 +48,18 @@ pub fn fourier(section: &Section<'_>, quantity: &'static Quantity) -> Option<Fou
     let coefficients = if scaled { &unit::NUMBER } else { quantity };
     let (a, b) = (section.reals("a", coefficients), section.reals("b", coefficients));
     if !section.has("a") {
-        let fault = section.fault(format!("`{}` is missing", section.path_of("a")));
+        let fault = section.fault_of("a", " is missing");
         return section
             .refuse(fault.admissible("a list of numbers").hint("add the cosine coefficients a = [a0, a1, …]"));
     }
     if scale == Some(Some(0.0)) {
-        let fault = section.fault_of("scale", format!("`{}`: nothing would be left", section.path_of("scale")));
+        let fault = section.fault_of("scale", ": nothing would be left");
         section.faults.report(fault.admissible("a value other than 0"));
     }
     let (a, b, scale) = (a?, b?, scale?.unwrap_or(1.0));
     for (key, count, most) in [("a", a.len(), HIGHEST_HARMONIC + 1), ("b", b.len(), HIGHEST_HARMONIC)] {
         if count > most {
-            let fault = section.fault_of(key, format!("`{}` has {count} coefficients", section.path_of(key)));
+            let fault = section.fault_of(key, format!(" has {count} coefficients"));
             section.faults.report(fault.admissible(format!("at most {most}")));
         }
     }
@@ -93,7 +93,7 @@ fn cycle(section: &Section<'_>, quantity: &'static Quantity) -> Option<Cycle> {
         inflections: [inflections[0]?, inflections[1]?],
     };
     if let Err(error) = plan.validate() {
-        return section.refuse(section.fault(format!("`{}`: {error}", section.path)));
+        return section.refuse(section.fault(format!(": {error}")));
     }
     Some(Cycle::new(plan))
 }
@@ -106,7 +106,7 @@ fn angles(section: &Section<'_>) -> Option<[f64; 4]> {
     let missing: Vec<usize> = (0..4).filter(|&i| given[i] == Some(None)).collect();
     if let [_, second, ..] = missing[..] {
         let names: Vec<String> = missing.iter().map(|&i| format!("`{}`", KEYS[i].0)).collect();
-        let fault = section.fault(format!("`{}`: {} are missing", section.path, names.join(", ")));
+        let fault = section.fault(format!(": {} are missing", names.join(", ")));
         let fault =
             fault.admissible("one of rise, upper_dwell, return, lower_dwell may be left out: the rest of the turn");
         let fault = fault.hint(format!("add for example {} = \"60 deg\"", KEYS[second].0));
@@ -129,13 +129,13 @@ fn angles(section: &Section<'_>) -> Option<[f64; 4]> {
         [i] => {
             let others: Vec<&str> = (0..4).filter(|j| *j != i).map(|j| KEYS[j].0).collect();
             let last = if i == 3 { "return" } else { "lower_dwell" };
-            let message = format!("`{}`: {} make {} deg", section.path, others.join(", "), deg(TAU - rest));
+            let message = format!(": {} make {} deg", others.join(", "), deg(TAU - rest));
             let least = format!("at most {} deg, so that `{}` has room", deg(TAU - KEYS[i].1), KEYS[i].0);
-            section.fault_of(last, message).admissible(least)
+            section.fault_at(last, message).of(&section.path).admissible(least)
         }
         _ => {
-            let message = format!("`{}`: the four angles make {} deg", section.path, deg(TAU - rest));
-            section.fault_of("lower_dwell", message).admissible("360 deg")
+            let message = format!(": the four angles make {} deg", deg(TAU - rest));
+            section.fault_at("lower_dwell", message).of(&section.path).admissible("360 deg")
         }
     };
     section.refuse(fault.hint("leave one of the four angles out: it is the rest of the turn"))

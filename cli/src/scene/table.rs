@@ -92,7 +92,7 @@ pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -
     let text = match contents(&path) {
         Ok(text) => text,
         Err(reason) => {
-            let fault = section.fault_of("file", format!("`{}`: {} {reason}", section.path_of("file"), shown(&path)));
+            let fault = section.fault_of("file", format!(": {} {reason}", shown(&path)));
             let hint = if reason == NO_TEXT { SAVE_AS_TEXT } else { "the path counts from the folder of the scene" };
             return section.refuse(fault.hint(hint));
         }
@@ -155,7 +155,7 @@ fn smoothed(
             return Some(reading);
         }
         Err(SmoothingError::NothingLeft(motion)) => section
-            .fault_of("noise", format!("`{}`: nothing of the motion would be left", section.path_of("noise")))
+            .fault_of("noise", ": nothing of the motion would be left")
             .admissible(format!("less than {}, its root mean square", said(motion))),
     };
     section.refuse(fault)
@@ -233,7 +233,7 @@ fn unit(section: &Section<'_>, key: &'static str, quantity: &'static Quantity) -
     let Some(text) = section.text(key)? else { return Some((1.0, 1.0)) };
     units::factor(text, quantity)
         .map_err(|fault| {
-            let message = format!("`{}`: {}", section.path_of(key), fault.message);
+            let message = format!(": {}", fault.message);
             section.faults.report(section.fault_of(key, message).hint(fault.hint));
         })
         .ok()
@@ -259,7 +259,7 @@ fn points(
     let hint = "write plain numbers; their unit is that of the scene";
     let (reading, mut faults) = rows(file, columns, bent, hint, convert);
     if reading.places.len() > MOST_POINTS {
-        let message = format!("`{}` has {} points", section.path_of("file"), reading.places.len());
+        let message = format!(" has {} points", reading.places.len());
         faults.push(section.fault_of("file", message).admissible(format!("at most {MOST_POINTS}")));
     }
     report(section, file, faults).then_some(reading)
@@ -426,7 +426,7 @@ fn law(
         Some(index) => fault(file, reading.places[index].clone(), words(&error, quantity)),
         None => {
             let key = if matches!(error, TableError::TooManyHarmonics { .. }) { "harmonics" } else { "file" };
-            let message = format!("`{}`: {}: {}", section.path_of(key), file.name, words(&error, quantity));
+            let message = format!(": {}: {}", file.name, words(&error, quantity));
             section.fault_of(key, message)
         }
     };

@@ -75,7 +75,7 @@ impl Follower {
         let ratio = self.cam.bound(1);
         if !(ratio <= HIGHEST_RATIO) {
             let message = format!(
-                "the cam turns its lever up to {} times as fast as the shaft, by up to {} deg; at most \
+                ": the cam turns its lever up to {} times as fast as the shaft, by up to {} deg; at most \
                  {HIGHEST_RATIO} times is admissible: check the unit of the motion law",
                 Rounded(ratio),
                 Rounded(self.cam.bound(0).to_degrees())
