@@ -10,7 +10,7 @@ use camdrive::drives::cam_drive::{DriveMode, Start};
 use camdrive::drives::elastic_output::{self, ElasticOutput};
 use camdrive::drives::elastic_shaft::{self, ElasticShaft};
 use camdrive::drives::parameter::Parameters as _;
-use camdrive::drives::rigid_machine::{self, InertiaFunction, Kloss, MachineStart, Motor, RigidMachine};
+use camdrive::drives::rigid_machine::{self, InertiaFunction, Kloss, LAG, MachineStart, Motor, RigidMachine};
 use camdrive::drives::solver::Settings;
 use camdrive::drives::unit;
 use camdrive::drives::variable::{Causality, Kind};
@@ -163,7 +163,7 @@ fn motor(section: &Section<'_>) -> Option<Motor> {
                 }
                 Some(value)
             });
-            let lag = section.optional("lag", &unit::TIME, POSITIVE);
+            let lag = section.optional("lag", &unit::TIME, within(LAG[0], LAG[1]));
             kloss.zip(lag).map(|(kloss, dynamics)| Motor::Kloss(Kloss { dynamics, ..kloss }))
         }
         kind => {

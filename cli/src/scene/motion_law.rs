@@ -4,13 +4,12 @@ use super::plan::{self, STANDARD_LAWS, SYNONYMS};
 use super::section::{ANY, Section, within};
 use super::{table, table::Part, units};
 use camdrive::drives::unit::{self, Quantity};
+use camdrive::motion::fourier::HIGHEST_HARMONIC;
 use camdrive::motion::plan::{INFLECTION, LEAST_MOTION, MAX_LENGTH};
+use camdrive::motion::table::CLOSING;
 use camdrive::motion::{Cycle, CyclePlan, Fourier, MotionLaw, StandardLaw};
 use std::f64::consts::TAU;
 use std::path::Path;
-
-/// The highest harmonic of a series: beyond it the FMU would have more than 500 variables for the cam alone.
-const HIGHEST_HARMONIC: usize = 256;
 
 /// Reads a kind of law.
 type Reader = fn(&Section<'_>, &'static Quantity, &Path) -> Option<Result<MotionLaw, Part>>;
@@ -21,10 +20,6 @@ const LAWS: &[(&[&str], Reader)] = &[
     (&["table", "points"], table::read),
     (&["plan"], |section, of, _| plan::read(section, of).map(Ok)),
 ];
-
-/// All four angles of a cycle may miss the turn by this much (rad), since they are written with some five digits;
-/// the lower dwell takes up the difference.
-const CLOSING: f64 = 1e-4;
 
 /// The law of this section; `quantity` is that of U, a length where a cam moves a follower.
 pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -> Option<MotionLaw> {
@@ -125,6 +120,7 @@ fn angles(section: &Section<'_>) -> Option<[f64; 4]> {
             angles[i] = rest.max(KEYS[i].1);
             return Some(angles);
         }
+        // They are written with some five digits; the lower dwell takes up the difference.
         [] if rest.abs() <= CLOSING => return Some(angles),
         [i] => {
             let others: Vec<&str> = (0..4).filter(|j| *j != i).map(|j| KEYS[j].0).collect();

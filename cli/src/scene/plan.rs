@@ -3,6 +3,7 @@
 use super::section::{ANY, Section, within};
 use camdrive::drives::unit::{self, Quantity};
 use camdrive::motion::plan::{INFLECTION, MAX_LENGTH, SegmentLaw};
+use camdrive::motion::table::CLOSING;
 use camdrive::motion::{MotionLaw, MotionPlan, PlanPoint, StandardLaw};
 use std::f64::consts::TAU;
 
@@ -34,9 +35,6 @@ pub const SYNONYMS: &[(&str, &str)] = &[
     ("jerk", "dddU"),
     ("lambda", "inflection"),
 ];
-
-/// A last point this near one turn after the first (rad) closes the plan: angles are written with some five digits.
-const CLOSING: f64 = 1e-4;
 
 /// The value of `ddU` where the laws beside a turning point decide it.
 const FREE: &str = "free";

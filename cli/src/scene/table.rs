@@ -8,19 +8,14 @@ use super::diagnostics::{Diagnostic, Diagnostics};
 use super::section::{ANY, POSITIVE, Section, Span};
 use super::units;
 use camdrive::drives::unit::{self, Quantity};
-use camdrive::motion::table::{Bend, LEAST_DISTANCE, Points, TableError};
+use camdrive::motion::fourier::HIGHEST_HARMONIC;
+use camdrive::motion::table::{Bend, LEAST_DISTANCE, MOST_POINTS, Points, TableError};
 use camdrive::motion::{MotionLaw, Table};
 use camdrive_design::harmonic_analysis;
 use camdrive_design::smoothing::{SmoothingError, smooth};
 use camdrive_design::text;
 use std::f64::consts::TAU;
 use std::path::Path;
-
-/// The most points of a table: a tenth of a degree is 3600 of them, and each one travels in the FMU.
-const MOST_POINTS: usize = 20_000;
-
-/// The most harmonics: those of a series in a scene.
-const MOST_HARMONICS: u32 = 256;
 
 /// The most faults of one table that are told one by one.
 const MOST_FAULTS: usize = 8;
@@ -80,7 +75,7 @@ pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -
     ];
     let interpolation = section.choice_or("interpolation", kinds, Interpolation::Spline);
     let harmonics = match interpolation {
-        Some(Interpolation::Fourier) => section.count("harmonics", 1, MOST_HARMONICS).map(Some),
+        Some(Interpolation::Fourier) => section.count("harmonics", 1, HIGHEST_HARMONIC as u32).map(Some),
         _ => {
             section.forbid(&["harmonics"], "a spline has none", "interpolation = \"fourier\"");
             Some(None)

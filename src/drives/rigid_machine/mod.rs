@@ -43,7 +43,7 @@ mod tests;
 
 pub use follower::Follower;
 pub use inertia::{Inertia, InertiaFunction};
-pub use motor::{Kloss, Motor};
+pub use motor::{Kloss, LAG, Motor};
 pub use place::Place;
 
 use self::linkage::{decimals, in_turn};
