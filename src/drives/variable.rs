@@ -233,7 +233,7 @@ impl<D> List<D> {
         self.0.last_mut().expect("just pushed")
     }
 
-    /// A fixed parameter; [`Variable::tunable`] makes it tunable.
+    /// A fixed parameter.
     pub fn parameter(
         &mut self,
         name: &str,
@@ -335,12 +335,6 @@ impl<D> Variable<D> {
     /// Where the scene gives it.
     pub fn key(&mut self, key: &str) -> &mut Self {
         self.description.key = key.to_owned();
-        self
-    }
-
-    /// The parameter may change between steps.
-    pub fn tunable(&mut self) -> &mut Self {
-        self.description.variability = Variability::Tunable;
         self
     }
 

@@ -157,8 +157,7 @@ fn motor(section: &Section<'_>) -> Option<Motor> {
             let kloss: Option<Kloss> = section.parameters(|parameter, _| {
                 let value = section.parameter(parameter);
                 if parameter.key == "w_s" && value == Some(0.0) {
-                    let message = ": 0 is no synchronous speed: the slip is not defined";
-                    let fault = section.fault_of("w_s", message);
+                    let fault = section.fault_of("w_s", ": 0 is no synchronous speed: the slip is not defined");
                     section.faults.report(fault.hint("choose kind = \"none\" for a motor that is off"));
                 }
                 Some(value)

@@ -129,8 +129,7 @@ fn damping(
         let ratio = section.real("damping_ratio", &unit::NUMBER, NOT_NEGATIVE)?;
         let (m, c) = means()?;
         if m * c < 0.0 {
-            let message = ": the mean stiffness is below 0";
-            let fault = section.fault_of("damping_ratio", message);
+            let fault = section.fault_of("damping_ratio", ": the mean stiffness is below 0");
             return section.refuse(fault.hint(format!("give the damping as {key}")));
         }
         return Some(constant(2.0 * ratio * (m * c).sqrt()));

@@ -228,8 +228,7 @@ fn unit(section: &Section<'_>, key: &'static str, quantity: &'static Quantity) -
     let Some(text) = section.text(key)? else { return Some((1.0, 1.0)) };
     units::factor(text, quantity)
         .map_err(|fault| {
-            let message = format!(": {}", fault.message);
-            section.faults.report(section.fault_of(key, message).hint(fault.hint));
+            section.faults.report(section.fault_of(key, format!(": {}", fault.message)).hint(fault.hint));
         })
         .ok()
 }
@@ -421,8 +420,7 @@ fn law(
         Some(index) => fault(file, reading.places[index].clone(), words(&error, quantity)),
         None => {
             let key = if matches!(error, TableError::TooManyHarmonics { .. }) { "harmonics" } else { "file" };
-            let message = format!(": {}: {}", file.name, words(&error, quantity));
-            section.fault_of(key, message)
+            section.fault_of(key, format!(": {}: {}", file.name, words(&error, quantity)))
         }
     };
     let fault = fault.hint(advice(&error));

@@ -134,11 +134,6 @@ impl Passage {
         self.masses.jump(self.tau)
     }
 
-    /// The impulse of (26), relative to c s/ω: (μ/K) Z.
-    pub fn impulse(&self) -> f64 {
-        self.masses.mu / self.k * self.jump()
-    }
-
     /// A and B of (22), (23).
     pub fn amplitudes(&self) -> [f64; 2] {
         let Masses { a, .. } = self.masses;
