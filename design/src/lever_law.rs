@@ -9,15 +9,13 @@
 
 use crate::harmonic_analysis::analyse;
 use camdrive::drives::rigid_machine::linkage::{Linkage, Mechanism, Obstacle, decimals, in_turn};
-use camdrive::motion::table::{Bend, Points, within};
+use camdrive::motion::fourier::HIGHEST_HARMONIC;
+use camdrive::motion::table::{Bend, MOST_POINTS, Points, within};
 use camdrive::motion::{Fourier, MotionLaw, Table};
 use std::f64::consts::TAU;
 
-/// The highest harmonic of a law, as scenes have it.
-const HIGHEST: usize = 256;
-
 /// Positions at which the mechanisms are turned back: four for the shortest wave, so that its aliases are beyond
-/// [`HIGHEST`].
+/// [`HIGHEST_HARMONIC`].
 const POSITIONS: usize = 1024;
 
 /// The error of the tool's acceleration that a law is made for, relative to its largest value. Laws that need more harmonics
@@ -36,9 +34,6 @@ const PIECES: f64 = 36.0;
 
 /// The mechanisms are followed in steps of at most this angle (rad), lest they change to their other position.
 const STEP: f64 = TAU / 720.0;
-
-/// Points of a table at most.
-const MOST_PIECES: usize = 20_000;
 
 /// Places within a piece where its error is measured, as part of its width: where that of a quintic's curvature is largest,
 /// which goes with the second derivative of x³(1 − x)³.
@@ -148,13 +143,13 @@ impl Way<'_> {
         self.comes_back(lifts[0], lifts[POSITIONS])?;
         angles.pop();
         lifts.pop();
-        let full = analyse(Points { angles, lifts }, HIGHEST).map_err(|e| e.to_string())?.series;
+        let full = analyse(Points { angles, lifts }, HIGHEST_HARMONIC).map_err(|e| e.to_string())?.series;
         let weight = |k: usize| (k * k) as f64 * (full.a[k].powi(2) + full.b[k].powi(2)).sqrt();
-        let largest = (1..=HIGHEST).map(weight).fold(f64::MIN_POSITIVE, f64::max);
+        let largest = (1..=HIGHEST_HARMONIC).map(weight).fold(f64::MIN_POSITIVE, f64::max);
         // Harmonics at rounding level carry nothing of the motion, whatever their number makes of them in the acceleration.
         let rounding = f64::EPSILON * full.a.iter().chain(&full.b).fold(0.0, |m: f64, c| m.max(c.abs()));
         let mut rest = 0.0;
-        let order = (1..=HIGHEST)
+        let order = (1..=HIGHEST_HARMONIC)
             .rev()
             .find(|k| {
                 rest += weight(*k);
@@ -187,7 +182,7 @@ impl Way<'_> {
                     best = Some((miss, part));
                 }
                 count *= 2;
-                if !better || still || miss <= 0.2 * FINE * peak || points.angles.len() + count > MOST_PIECES {
+                if !better || still || miss <= 0.2 * FINE * peak || points.angles.len() + count > MOST_POINTS {
                     break;
                 }
             }

@@ -31,6 +31,9 @@ pub const A: &[&str] = &["a"];
 /// See [`PHI`].
 pub const CAM: &[&str] = &["cam"];
 
+/// The greatest sizes of q (m or rad) and q̇ (m/s or rad/s) at the start.
+pub const LARGEST_START: [f64; 2] = [1e6, 1e9];
+
 /// How the cam shaft moves.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -528,14 +531,14 @@ pub trait HasCamDrive: Sized {
         list.parameter(
             "start.q",
             "q at the start, for start.mode = given",
-            variable::real_within(q, -1e6, 1e6),
+            variable::real_within(q, -LARGEST_START[0], LARGEST_START[0]),
             |d, _| d.start_values().q,
             |d, _, value| d.start_values_mut().q = value,
         );
         list.parameter(
             "start.q_dot",
             "der(q) at the start, for start.mode = given",
-            variable::real_within(q_dot, -1e9, 1e9),
+            variable::real_within(q_dot, -LARGEST_START[1], LARGEST_START[1]),
             |d, _| d.start_values().q_dot,
             |d, _, value| d.start_values_mut().q_dot = value,
         );

@@ -5,6 +5,10 @@ use crate::numerics::angle;
 use crate::numerics::double_double::Double;
 use std::f64::consts::TAU;
 
+/// How far beyond a breakpoint the smooth continuation is followed (rad): more than the rounding of an angle, so
+/// that the passage is certain, and no more, since every passage is late by it.
+pub const OVERRUN: f64 = 1e-14;
+
 /// A breakpoint this near the start of the turn counts as lying there (rad): more than the rounding of an angle.
 const SLACK: f64 = 1e-12;
 

@@ -30,9 +30,10 @@ pub fn step_too_much([from, to]: [f64; 2], reached: f64, motion: &str, hint: &st
 
 /// What is said of a start whose periodic motion takes more than the work of a call to find; the `hint` tells what would help.
 pub fn search_too_much(hint: &str) -> Fault {
-    refused_start(format!(
-        "`start.mode` = steady_state: the search for the periodic motion needs more than the work of one call; {hint}"
-    ))
+    Fault::named(
+        "start.mode",
+        format!(" = steady_state: the search for the periodic motion needs more than the work of one call; {hint}"),
+    )
 }
 
 /// What is said of a start that no periodic motion allows.

@@ -65,18 +65,25 @@ pub struct Reason {
     pub variable: String,
     /// One sentence that names the quantity, its value and what would be admissible.
     pub message: String,
+    /// Whether the name of the variable stands before the message, which then goes on from there.
+    pub named: bool,
 }
 
 impl Fault {
     /// A fault of no variable in particular.
     pub fn new(message: impl Into<String>) -> Self {
-        Fault(Box::new(Reason { variable: String::new(), message: message.into() }))
+        Fault(Box::new(Reason { variable: String::new(), message: message.into(), named: false }))
     }
 
     /// That of a variable.
     pub fn of(mut self, variable: impl Into<String>) -> Self {
         self.0.variable = variable.into();
         self
+    }
+
+    /// A fault of a variable, with whose name the message begins.
+    pub fn named(variable: impl Into<String>, message: impl Into<String>) -> Self {
+        Fault(Box::new(Reason { variable: variable.into(), message: message.into(), named: true }))
     }
 }
 
@@ -89,6 +96,9 @@ impl std::ops::Deref for Fault {
 
 impl std::fmt::Display for Fault {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        if self.named {
+            write!(f, "`{}`", self.variable)?;
+        }
         f.write_str(&self.message)
     }
 }

@@ -146,7 +146,7 @@ mod tests {
                 solver: Settings::default(),
             };
             let mut drive = AnyDrive::new(ElasticOutput::new(scene).unwrap());
-            assert_eq!(drive.start().unwrap_err().message, said);
+            assert_eq!(drive.start().unwrap_err().to_string(), said);
         }
     }
 }

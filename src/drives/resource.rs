@@ -75,7 +75,7 @@ mod tests {
         let content = Content { model: "Unknown", guid: "{1}", scene: &[1, 2, 3] };
         let bytes = content.to_bytes().unwrap();
         assert_eq!(Content::from_bytes(&bytes), Ok(content));
-        assert!(content.build().err().unwrap().message.contains("unknown model `Unknown`; known are Elastic"));
+        assert!(content.build().err().unwrap().to_string().contains("unknown model `Unknown`; known are Elastic"));
         for length in 0..bytes.len() {
             assert!(Content::from_bytes(&bytes[..length]).is_err(), "{length} bytes");
         }

@@ -20,7 +20,7 @@ mod on_inputs;
 mod table;
 
 use super::cam_drive::AngleMotion;
-use super::cam_turn::turns;
+use super::cam_turn::{OVERRUN, turns};
 use super::limits::{refused_start, search_too_much, step_too_much};
 use super::{Fault, Rounded};
 use crate::motion::turn::near;
@@ -32,8 +32,8 @@ use crate::numerics::forced::{ForcedStep, admissible_length};
 use crate::numerics::oscillator::Oscillator;
 use crate::numerics::period_map::{self, PeriodMap};
 use crate::numerics::work::Work;
+pub use closed_form::Instant;
 use closed_form::{ClosedForm, Run};
-pub use closed_form::{Instant, progression};
 use error_bound::{ErrorBound, Made, neglected};
 use hermite::Hermite;
 use local::Local;
@@ -52,10 +52,6 @@ const LEAST_TAIL: f64 = 1e-14;
 /// Rounding error of U″ and U′, relative to their bounds over the turn: where −ẍ passes through zero, its
 /// coefficients need not fall below this.
 const ROUNDING: f64 = 2e-15;
-
-/// How far φ goes beyond a breakpoint before the next segment takes over (rad): more than the rounding of an angle,
-/// so that the segment does not flutter, and too little to be seen.
-const OVERSHOOT: f64 = 1e-14;
 
 /// Breakpoints lie in [0, 2π): between them the angle is rounded as an input of this size (rad) beyond what it is anyway.
 const OF_BREAKPOINTS: f64 = 2.0;
@@ -397,7 +393,7 @@ impl Response {
         }
         if length == 0.0 {
             // No neighbour is right: the cam rests on the border to within rounding.
-            length = local.length_for(OVERSHOOT).min(horizon);
+            length = local.length_for(OVERRUN).min(horizon);
         }
         let whole = length;
         // Those of the segment: beside a steep rise all that a gentle return errs by would count as rounding.
@@ -451,7 +447,7 @@ fn way_to_border(law: &MotionLaw, segment: usize, local: &mut Local, length: f64
     let upper = if segment + 1 < n { breakpoints[segment + 1] } else { breakpoints[0] + TAU };
     let middle = 0.5 * (lower + upper);
     local.angle[0] = near(local.angle[0], middle);
-    let exit = first_exit(&local.scaled(length), lower - OVERSHOOT, upper + OVERSHOOT);
+    let exit = first_exit(&local.scaled(length), lower - OVERRUN, upper + OVERRUN);
     match exit {
         None => (length, 0),
         Some(part) => (part * length, if local.at(part * length)[0] > middle { 1 } else { -1 }),

@@ -9,6 +9,9 @@ pub const DEFAULT_TOLERANCE: f64 = 1e-10;
 /// The finest tolerance that double precision can honour.
 pub const FINEST_TOLERANCE: f64 = 1e-14;
 
+/// The coarsest tolerance that may be asked for.
+pub const COARSEST_TOLERANCE: f64 = 1.0;
+
 /// The longest internal step that may be asked for (s): longer than any communication step.
 pub const LONGEST_STEP_SIZE: f64 = 1e6;
 
@@ -133,7 +136,7 @@ pub trait HasSolver: Sized {
             list.parameter(
                 "solver.tolerance",
                 "Relative tolerance; 0 for the documented default",
-                variable::real_within(&unit::NUMBER, 0.0, 1.0),
+                variable::real_within(&unit::NUMBER, 0.0, COARSEST_TOLERANCE),
                 |d, _| d.solver().settings.tolerance,
                 |d, _, value| d.solver_mut().settings.tolerance = value,
             );

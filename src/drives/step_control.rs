@@ -16,7 +16,7 @@ pub const FAR: Double = Double { hi: 1e300, lo: 0.0 };
 pub const WORST: f64 = 1e-2;
 
 /// By how much a step of fixed cost may differ from its length, so that no sliver is left before a point of the grid.
-const SLIVER: f64 = 1e-3;
+pub const SLIVER: f64 = 1e-3;
 
 /// By how much the error estimate exceeds what the coefficients of the polynomials tell; over random drives the true
 /// error is then below it in 99 of 100. Within equal steps what counts is the worst polynomial, which is overestimated;

@@ -156,8 +156,7 @@ impl Description {
             Kind::Real { quantity, .. } if quantity.unit != "1" => format!(" {}", quantity.unit),
             _ => String::new(),
         };
-        let message = format!("`{}`: {value}{unit} is not admissible; expected {expected}{unit}", self.name);
-        Fault::new(message).of(&self.name)
+        Fault::named(&self.name, format!(": {value}{unit} is not admissible; expected {expected}{unit}"))
     }
 }
 
@@ -234,7 +233,7 @@ impl<D> List<D> {
         self.0.last_mut().expect("just pushed")
     }
 
-    /// A fixed parameter; [`Variable::tunable`] makes it tunable.
+    /// A fixed parameter.
     pub fn parameter(
         &mut self,
         name: &str,
@@ -336,12 +335,6 @@ impl<D> Variable<D> {
     /// Where the scene gives it.
     pub fn key(&mut self, key: &str) -> &mut Self {
         self.description.key = key.to_owned();
-        self
-    }
-
-    /// The parameter may change between steps.
-    pub fn tunable(&mut self) -> &mut Self {
-        self.description.variability = Variability::Tunable;
         self
     }
 

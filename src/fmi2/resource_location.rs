@@ -110,12 +110,12 @@ mod tests {
     #[test]
     fn one_line_says_what_is_missing() {
         let library = Path::new("/nowhere/binaries/linux64/x.so");
-        let message = read(Some("file:///no%20where"), Some(library)).unwrap_err().0.message;
+        let message = read(Some("file:///no%20where"), Some(library)).unwrap_err().to_string();
         assert_eq!(
             message,
             "drive.bin is missing: fmuResourceLocation is `file:///no%20where`; looked in `/no where`, \
              `/no%20where`, `/nowhere/binaries/linux64/../../resources`"
         );
-        assert!(read(None, None).unwrap_err().message.contains("is NULL; looked in no folder"));
+        assert!(read(None, None).unwrap_err().to_string().contains("is NULL; looked in no folder"));
     }
 }

@@ -4,7 +4,7 @@ use super::abi;
 use super::call_sequence::{self as table, Mode};
 use super::instance::{Instance, Refusal};
 use super::log::Logger;
-use crate::drives::variable::{Kind, Type, real, real_within};
+use crate::drives::variable::{Kind, Type, Variability, real, real_within};
 use crate::drives::{Drive, Event, EventLog, Experiment, Fault, List, Model, Seed, Text, unit};
 use crate::numerics::taylor::Series;
 use serde::{Deserialize, Serialize};
@@ -53,11 +53,14 @@ impl Drive for Integrator {
         let mut list = List::<Self>::default();
         list.input("u", "Speed", real(&unit::LENGTH), |d, _| d.u, |d, _, v| (d.u, d.u_dot) = (v, 0.0));
         let g = real_within(&unit::NUMBER, 0.0, 10.0);
-        list.parameter("g", "Gain", g, |d, _| d.g, |d, _, v| d.g = v).tunable();
+        list.parameter("g", "Gain", g, |d, _| d.g, |d, _, v| d.g = v).description.variability = Variability::Tunable;
         list.parameter("x0", "Start", real(&unit::LENGTH), |d, _| d.x, |d, _, v| d.x = v);
         let trouble = Kind::Integer { min: 0, max: 5 };
-        list.parameter("trouble", "What goes wrong", trouble, |d, _| d.trouble, |d, _, v| d.trouble = v).tunable();
-        list.parameter("on", "Switch", Kind::Boolean, |d, _| d.on, |d, _, v| d.on = v).tunable();
+        list.parameter("trouble", "What goes wrong", trouble, |d, _| d.trouble, |d, _, v| d.trouble = v)
+            .description
+            .variability = Variability::Tunable;
+        list.parameter("on", "Switch", Kind::Boolean, |d, _| d.on, |d, _, v| d.on = v).description.variability =
+            Variability::Tunable;
         list.output("x", "Position", real(&unit::LENGTH), |d, seed, _| match seed {
             Seed::Time => Series::from_derivatives(d.x, d.g * d.u, d.g * d.u_dot),
             Seed::Known(known) => Series([d.x, if known == X as usize { 1.0 } else { 0.0 }, 0.0]),
@@ -317,7 +320,7 @@ fn a_state_survives_its_bytes_and_no_others() {
     other.step(0.1, 0.7);
     assert_eq!(other.get(X).to_bits(), end.to_bits());
 
-    let refuse = |bytes: &[u8]| other.instance.deserialize(bytes).err().expect("damaged bytes are refused").0.message;
+    let refuse = |bytes: &[u8]| other.instance.deserialize(bytes).err().expect("damaged bytes are refused").to_string();
     for place in 0..bytes.len() {
         let mut damaged = bytes.clone();
         damaged[place] ^= 0x10;
@@ -329,7 +332,7 @@ fn a_state_survives_its_bytes_and_no_others() {
     refuse(&longer);
     let drive = (Model::of::<Integrator>().build)(&postcard::to_stdvec(&(2.0, [0_u8; 0].as_slice())).unwrap()).unwrap();
     let foreign = Instance::new(drive, "{another}", Logger::new(Box::new(|_, _, _| ()), false));
-    assert!(foreign.deserialize(&bytes).err().unwrap().message.contains("another guid"));
+    assert!(foreign.deserialize(&bytes).err().unwrap().to_string().contains("another guid"));
 }
 
 #[test]

@@ -5,6 +5,9 @@ use crate::numerics::pair::Pair;
 use crate::numerics::phase::sin_cos;
 use serde::{Deserialize, Serialize};
 
+/// The highest harmonic that a scene takes: beyond it the FMU would have more than 500 variables for the cam alone.
+pub const HIGHEST_HARMONIC: usize = 256;
+
 /// U(φ) = a₀ + Σ aₖ cos kφ + bₖ sin kφ, k = 1 … K.
 ///
 /// Source: Dresig, Vulfson, *Dynamik der Mechanismen*, section 4.6.2 (HS profiles).

@@ -23,6 +23,7 @@ pub use standard_laws::StandardLaw;
 pub use table::Table;
 
 use crate::numerics::work::HARMONIC;
+use plan::MAX_LENGTH;
 use serde::{Deserialize, Serialize};
 
 /// A motion law.
@@ -179,7 +180,7 @@ impl MotionLaw {
             MotionLaw::Cycle(cycle) => cycle.plan().validate().map_err(|e| format!("the cam's plan: {e}"))?,
             MotionLaw::Plan(plan) => plan.validate().map_err(|e| format!("the motion plan: cam.{e}"))?,
             MotionLaw::Fourier(_) if !finite => {
-                return Err("the cam's Fourier coefficients must be finite and of at most 1e4 m".to_owned());
+                return Err(format!("the cam's Fourier coefficients must be finite and of at most {MAX_LENGTH:e} m"));
             }
             MotionLaw::Table(table) if !finite => {
                 return Err(format!("cam.scale = {} makes the lifts of the table infinite", table.scale));

@@ -349,7 +349,7 @@ fn check(points: &[PlanPoint]) -> Result<(), PlanFault> {
         let derivative = |value: Option<f64>| value.is_none_or(|value| number(value, MOST_DERIVATIVE));
         let within = [
             ("phi", number(point.phi, 2.0 * TAU), "-4π … 4π rad".to_owned()),
-            ("U", number(point.u, MAX_LENGTH), "-10000 … 10000".to_owned()),
+            ("U", number(point.u, MAX_LENGTH), format!("{} … {MAX_LENGTH}", -MAX_LENGTH)),
             ("dU", derivative(point.velocity), format!("at most {MOST_DERIVATIVE:e}")),
             ("ddU", derivative(point.acceleration), format!("at most {MOST_DERIVATIVE:e}")),
             ("dddU", derivative(point.jerk), format!("at most {MOST_DERIVATIVE:e}")),

@@ -1,5 +1,6 @@
 //! Points that a table consists of.
 
+use super::plan::MAX_LENGTH;
 use crate::numerics::number::{Number, Rounded};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
@@ -7,11 +8,14 @@ use std::f64::consts::TAU;
 /// The fewest points of a table.
 pub const LEAST_POINTS: usize = 4;
 
+/// The most points that a scene takes: a tenth of a degree is 3600 of them, and each one travels in the FMU.
+pub const MOST_POINTS: usize = 20_000;
+
 /// The least distance of neighbouring angles (rad); a finer one is not measured but a fault of the table.
 pub const LEAST_DISTANCE: f64 = 1e-6;
 
 /// A last point this near one turn after the first (rad) closes the table: angles are printed with five digits.
-const CLOSING: f64 = 1e-4;
+pub const CLOSING: f64 = 1e-4;
 
 /// The lifts of first and closing point may differ by this part of the stroke: roundings of a conversion.
 const EQUAL_LIFT: f64 = 1e-9;
@@ -182,7 +186,7 @@ impl Points {
         }
         for (index, &value) in angles.iter().enumerate() {
             // Lengths of up to 10 km and angles of up to 10⁴ rad are cams; the comparison also refuses NaN.
-            if let Some(&value) = [value, lifts[index]].iter().find(|v| !(-1e4..=1e4).contains(*v)) {
+            if let Some(&value) = [value, lifts[index]].iter().find(|v| !(-MAX_LENGTH..=MAX_LENGTH).contains(*v)) {
                 return Err(TableError::OutOfRange { index, value });
             }
             if index > 0 && value - angles[index - 1] < LEAST_DISTANCE {

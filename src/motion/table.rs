@@ -10,7 +10,7 @@
 //! Source: C. de Boor, *A Practical Guide to Splines*, rev. ed., Springer 2001, chapters V and XIII.
 
 use super::TransferFunctions;
-pub use super::points::{Bend, LEAST_DISTANCE, LEAST_POINTS, Points, TableError};
+pub use super::points::{Bend, CLOSING, LEAST_DISTANCE, LEAST_POINTS, MOST_POINTS, Points, TableError};
 use super::spline::Spline;
 pub use super::spline::within;
 use super::turn::segment;

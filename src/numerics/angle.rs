@@ -17,7 +17,7 @@ const TURN_IN_PARTS: [f64; 3] = [6.2831853069365025, 2.4308402025215864e-10, 8.0
 const SOME_TURNS: f64 = 1048576.0;
 
 /// A number to which the nearest whole number is added by rounding, without a call of `round`.
-const ROUNDER: f64 = 1.5 * 4503599627370496.0;
+pub const ROUNDER: f64 = 1.5 * 4503599627370496.0;
 
 /// The remainder of `angle` (rad) modulo 2π in [−π, π], error ≤ 1e-16 rad for |angle| ≤ 1e15 rad.
 ///

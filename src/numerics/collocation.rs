@@ -253,12 +253,6 @@ impl<const N: usize> Collocation<N> {
         *self = Collocation { statistics, next, ..earlier.clone() };
     }
 
-    /// Undoes the last step, for example because the caller found an event within it.
-    pub fn retract(&mut self) {
-        let start = self.start;
-        (self.end, self.to, self.length) = (start, self.from, 0.0);
-    }
-
     /// Steps until the last step ends at `target` exactly.
     pub fn advance(&mut self, system: &impl System<N>, target: Double, tolerance: f64) -> Result<(), Failure> {
         while (target - self.end).hi > 0.0 {

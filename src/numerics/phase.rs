@@ -7,6 +7,7 @@
 //! Source: S. Gal, B. Bachelis, "An accurate elementary mathematical library for the IEEE floating point standard",
 //! ACM Trans. Math. Softw. 17 (1991) 26–45 (tables); T. J. Dekker, Numer. Math. 18 (1971) 224–242 (exact products).
 
+use super::angle::ROUNDER;
 use super::double_double::Double;
 use serde::{Deserialize, Serialize};
 
@@ -21,9 +22,6 @@ static TABLE: [[f64; 2]; STEPS] = table();
 
 /// 256/2π as the unevaluated sum of two `f64`.
 const STEPS_PER_RADIAN: Double = Double { hi: 40.74366543152521, lo: -2.518870614423358e-15 };
-
-/// A number to which the nearest whole number is added by rounding: it then stands in the last bits.
-const ROUNDER: f64 = 1.5 * 4503599627370496.0;
 
 /// Two phases ψᵢ(t) = ψᵢ(0) + rateᵢ · t, computed side by side.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -43,7 +43,7 @@ fn config(cases: u32, rejects: u32, seed: u64) -> Config {
 /// A refused scene shows nothing, but the refusal has to be a sentence about numbers.
 fn admitted<T>(result: Result<T, Fault>) -> Result<T, TestCaseError> {
     result.map_err(|fault| {
-        let text = fault.0.message;
+        let text = fault.to_string();
         if text.len() > 20 && !text.contains("NaN") && !text.contains("inf") {
             TestCaseError::reject(text)
         } else {

@@ -70,9 +70,7 @@ fn as_data(paths: &[PathBuf]) -> Result<ExitCode, Failure> {
 }
 
 fn fault(fault: &Diagnostic) -> Value {
-    let Diagnostic { message, admissible, hint, file, position } = fault;
-    // Messages begin with the key that they are about.
-    let key = message.strip_prefix('`').and_then(|rest| rest.split_once('`')).map(|(key, _)| key);
+    let Diagnostic { key, message, admissible, hint, file, position } = fault;
     let (line, column) = position.as_ref().map(|at| (at.line, at.column)).unzip();
     json!({ "file": file, "line": line, "column": column, "key": key, "message": message, "admissible": admissible, "hint": hint })
 }

@@ -6,6 +6,7 @@ use super::{Failure, Format, failure, files, optional, read};
 use crate::scene::Resolved;
 use crate::scene::plan::STANDARD_LAWS;
 use camdrive::drives::unit;
+use camdrive::motion::fourier::HIGHEST_HARMONIC;
 use camdrive::motion::table::Points;
 use camdrive::motion::{Cycle, CyclePlan, MotionLaw, StandardLaw};
 use camdrive_design::clearance::{self, Options, Report, figures, lists, table};
@@ -143,9 +144,8 @@ fn compared(name: &str, scene: &Resolved) -> Result<Vec<(String, MotionLaw)>, Fa
     if let Some(harmonics) = harmonics {
         let angles: Vec<f64> = (0..ANALYSED).map(|i| TAU * i as f64 / ANALYSED as f64).collect();
         let lifts = angles.iter().map(|phi| own.at(*phi).0[0]).collect();
-        let most = 256;
-        if harmonics == 0 || harmonics > most {
-            return Err(failure(format!("--compare {name}: from hs1 to hs{most}")));
+        if !(1..=HIGHEST_HARMONIC).contains(&harmonics) {
+            return Err(failure(format!("--compare {name}: from hs1 to hs{HIGHEST_HARMONIC}")));
         }
         let analysis =
             analyse(Points { angles, lifts }, harmonics).map_err(|e| failure(format!("--compare {name}: {e}")))?;

@@ -1,9 +1,9 @@
 //! Sections and keys that several drive models share.
 
 use super::section::{NOT_NEGATIVE, POSITIVE, Section, within};
-use camdrive::drives::cam_drive::{DriveMode, Start, StartMode};
+use camdrive::drives::cam_drive::{DriveMode, LARGEST_START, Start, StartMode};
 use camdrive::drives::limits::{FASTEST, LARGEST_ANGLE};
-use camdrive::drives::solver::{LONGEST_STEP_SIZE, Method, Settings};
+use camdrive::drives::solver::{COARSEST_TOLERANCE, LONGEST_STEP_SIZE, Method, Settings};
 use camdrive::drives::unit;
 use serde_json::Value;
 
@@ -59,8 +59,9 @@ pub fn start(root: &Section<'_>, angular: bool) -> Option<Start> {
     let mode = section.choice_or("mode", START_MODES, StartMode::AtRest);
     let start = match mode? {
         StartMode::Given => {
-            let q = section.real_or("q", q, within(-1e6, 1e6), 0.0);
-            let q_dot = section.real_or("q_dot", q_dot, within(-1e9, 1e9), 0.0);
+            let [range, range_dot] = LARGEST_START.map(|most| within(-most, most));
+            let q = section.real_or("q", q, range, 0.0);
+            let q_dot = section.real_or("q_dot", q_dot, range_dot, 0.0);
             q.zip(q_dot).map(|(q, q_dot)| Start { mode: StartMode::Given, q, q_dot })
         }
         mode => {
@@ -75,7 +76,7 @@ pub fn start(root: &Section<'_>, angular: bool) -> Option<Start> {
 /// Reads `[solver]`.
 pub fn solver(root: &Section<'_>) -> Option<Settings> {
     let Some(section) = root.section("solver")? else { return Some(Settings::default()) };
-    let tolerance = section.real_or("tolerance", &unit::NUMBER, within(0.0, 1.0), 0.0);
+    let tolerance = section.real_or("tolerance", &unit::NUMBER, within(0.0, COARSEST_TOLERANCE), 0.0);
     let methods: &[(&[&str], Method)] = &[(&["adaptive"], Method::Adaptive), (&["fixed_cost"], Method::FixedCost)];
     let method = section.choice_or("method", methods, Method::Adaptive);
     let step_size = match method {

@@ -18,6 +18,8 @@ use std::ops::Range;
 /// One fault.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Diagnostic {
+    /// The path of the key with which the message begins.
+    pub key: Option<String>,
     /// The fault, with the path of the key (`cam.stroke`) and the value.
     pub message: String,
     /// The admissible range or the admissible names.
@@ -50,7 +52,16 @@ pub struct Diagnostics(pub Vec<Diagnostic>);
 impl Diagnostic {
     /// A fault of the file `file` as a whole.
     pub fn new(file: &str, message: impl Into<String>) -> Self {
-        Diagnostic { message: message.into(), admissible: None, hint: None, file: file.to_owned(), position: None }
+        let (message, file) = (message.into(), file.to_owned());
+        Diagnostic { key: None, message, admissible: None, hint: None, file, position: None }
+    }
+
+    /// Begins the message with this key.
+    pub fn of(mut self, key: impl Into<String>) -> Self {
+        let key = key.into();
+        self.message.insert_str(0, &format!("`{key}`"));
+        self.key = Some(key);
+        self
     }
 
     /// At these bytes of `text`, the content of the file.

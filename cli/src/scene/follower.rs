@@ -100,7 +100,7 @@ fn lever(section: &Section<'_>, linkage: &Linkage, quantity: &'static Quantity, 
             Some(found.law)
         }
         Err(reason) => {
-            let fault = part.fault(format!("`{}`: {reason}", part.path));
+            let fault = part.fault(format!(": {reason}"));
             let hint = "change the motion, the lengths, offsets or branch, or `lever_start`, the angle next to which it begins";
             section.refuse(fault.hint(hint))
         }
@@ -111,7 +111,7 @@ fn lever(section: &Section<'_>, linkage: &Linkage, quantity: &'static Quantity, 
 fn linkage(section: &Section<'_>) -> Option<Linkage> {
     let list = section.sections("linkage")?;
     if list.len() > MOST_MECHANISMS {
-        let message = format!("`{}` has {} mechanisms", section.path_of("linkage"), list.len());
+        let message = format!(" has {} mechanisms", list.len());
         let fault = section.fault_of("linkage", message).admissible(format!("at most {MOST_MECHANISMS}"));
         section.faults.report(fault);
     }
@@ -119,7 +119,7 @@ fn linkage(section: &Section<'_>) -> Option<Linkage> {
     for (i, part) in list.iter().enumerate() {
         let read = mechanism(part);
         if i + 1 < list.len() && read.is_some_and(|read| !read.output_turns()) {
-            let message = format!("`{}`: its output is a length, and the next mechanism needs an angle", part.path);
+            let message = ": its output is a length, and the next mechanism needs an angle";
             let hint = "only the last mechanism may move along a line";
             section.faults.report(part.fault(message).hint(hint));
         }
@@ -192,7 +192,7 @@ fn values(section: &Section<'_>, mechanism: &mut Mechanism, parameters: &[Parame
             section.real_or(key, kind.quantity(), limits(kind), default)
         };
         if kind.is_ratio() && value == Some(0.0) {
-            let fault = section.fault_of(key, format!("`{}`: the output would not move", section.path_of(key)));
+            let fault = section.fault_of(key, ": the output would not move");
             section.faults.report(fault.admissible("a value other than 0"));
         }
         match (value, mechanism.parameter_mut(first + i)) {

@@ -121,8 +121,7 @@ fn gravity(section: &Section<'_>, known: &Known) -> Option<Vec<Point>> {
     };
     let angles = angles?;
     if angles.len() != places {
-        let message = format!("`{}` has {} angles", section.path_of("gravity_angle"), angles.len());
-        let fault = section.fault_of("gravity_angle", message);
+        let fault = section.fault_of("gravity_angle", format!(" has {} angles", angles.len()));
         return section.refuse(
             fault.admissible(format!("{places}, one for each mechanism, without mechanisms that of the tool")),
         );

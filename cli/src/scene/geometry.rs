@@ -72,7 +72,7 @@ fn of(parent: &Section<'_>, follower: Option<usize>, law: Option<MotionLaw>, ang
     let plan = read(&section, angular)?;
     let law = law?;
     if let Err(fault) = plan.cams(&law) {
-        let fault = section.fault(format!("`{}`: {fault}", section.path));
+        let fault = section.fault(format!(": {fault}"));
         return section.refuse(fault.hint("choose other lengths, or another base or prime circle"));
     }
     Some(Some(CamPlan { follower, law, plan, mechanisms: Vec::new() }))
@@ -109,7 +109,7 @@ const SIDES: &[(&[&str], f64)] = &[(&["left"], 1.0), (&["right"], -1.0)];
 fn read(section: &Section<'_>, angular: bool) -> Option<Plan> {
     let kind = section.choice("follower", KINDS);
     if angular && kind == Some(Kind::Translating) {
-        let message = format!("`{}`: the law of this cam is the angle of a lever", section.path_of("follower"));
+        let message = ": the law of this cam is the angle of a lever";
         section.faults.report(section.fault_of("follower", message).admissible("lever"));
     }
     let contour = section.choice_or("contour", CONTOURS, Contour::Inner);
@@ -142,9 +142,7 @@ fn carrier(section: &Section<'_>, kind: Kind, angular: bool) -> Option<Carrier> 
             let transmission = section.optional("transmission", quantity, ANY);
             let side = section.choice_or("side", SIDES, 1.0);
             if transmission == Some(Some(0.0)) {
-                let path = section.path_of("transmission");
-                let fault =
-                    section.fault_of("transmission", format!("`{path}`: 0 would turn the lever infinitely far"));
+                let fault = section.fault_of("transmission", ": 0 would turn the lever infinitely far");
                 section.faults.report(fault.admissible(words));
             }
             section.forbid(&["offset"], OF_A_SLIDE, "follower = \"translating\"");
@@ -182,12 +180,12 @@ fn start(section: &Section<'_>, kind: Kind, contour: Contour) -> Option<Start> {
     let admissible = format!("one of `{}`", keys.join("`, `"));
     match given[..] {
         [] => {
-            let fault = section.fault(format!("`{}`: nothing fixes the size of the cam", section.path));
+            let fault = section.fault(": nothing fixes the size of the cam");
             return section.refuse(fault.admissible(admissible).hint("add for example base_radius = \"60 mm\""));
         }
         [_] => {}
         [.., second] => {
-            let message = format!("`{}`: `{}` fixes the size of the cam already", section.path_of(second), given[0]);
+            let message = format!(": `{}` fixes the size of the cam already", given[0]);
             let place = keys.into_iter().find(|key| *key == second).unwrap_or(own);
             return section.refuse(section.fault_of(place, message).admissible(admissible));
         }

@@ -185,6 +185,6 @@ fn name(root: &Section<'_>) -> Option<String> {
     if !better.contains(|c: char| c.is_ascii_alphanumeric()) {
         better = "guide_bar".to_owned();
     }
-    let fault = root.fault_of("name", format!("`name`: \"{name}\" cannot name an FMU"));
+    let fault = root.fault_at("name", format!(": \"{name}\" cannot name an FMU")).of("name");
     root.refuse(fault.admissible(admissible).hint(format!("write for example \"{better}\"")))
 }

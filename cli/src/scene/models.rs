@@ -4,16 +4,16 @@ use super::common::{Drive, SYNONYMS, by_ratio, drive_mode, resolved, solver, sta
 use super::section::{Faults, POSITIVE, Section, within};
 use super::{Resolved, diagnostics::Diagnostic, units};
 use super::{follower, forces, geometry, motion_law, parametric};
+use camdrive::drives::Fault;
 use camdrive::drives::backlash::{self, BacklashDrive};
 use camdrive::drives::cam_drive::{DriveMode, Start};
 use camdrive::drives::elastic_output::{self, ElasticOutput};
 use camdrive::drives::elastic_shaft::{self, ElasticShaft};
 use camdrive::drives::parameter::Parameters as _;
-use camdrive::drives::rigid_machine::{self, InertiaFunction, Kloss, MachineStart, Motor, RigidMachine};
+use camdrive::drives::rigid_machine::{self, InertiaFunction, Kloss, LAG, MachineStart, Motor, RigidMachine};
 use camdrive::drives::solver::Settings;
 use camdrive::drives::unit;
 use camdrive::drives::variable::{Causality, Kind};
-use camdrive::drives::{Fault, Reason};
 use camdrive::motion::MotionLaw;
 use std::path::Path;
 
@@ -157,13 +157,12 @@ fn motor(section: &Section<'_>) -> Option<Motor> {
             let kloss: Option<Kloss> = section.parameters(|parameter, _| {
                 let value = section.parameter(parameter);
                 if parameter.key == "w_s" && value == Some(0.0) {
-                    let message = "`motor.w_s`: 0 is no synchronous speed: the slip is not defined";
-                    let fault = section.fault_of("w_s", message);
+                    let fault = section.fault_of("w_s", ": 0 is no synchronous speed: the slip is not defined");
                     section.faults.report(fault.hint("choose kind = \"none\" for a motor that is off"));
                 }
                 Some(value)
             });
-            let lag = section.optional("lag", &unit::TIME, POSITIVE);
+            let lag = section.optional("lag", &unit::TIME, within(LAG[0], LAG[1]));
             kloss.zip(lag).map(|(kloss, dynamics)| Motor::Kloss(Kloss { dynamics, ..kloss }))
         }
         kind => {
@@ -189,21 +188,15 @@ fn machine_start(root: &Section<'_>) -> Option<(MachineStart, f64, f64)> {
 /// Builds and starts the drive, and checks its parameters against the ranges that the FMU declares, so that no FMU
 /// is written that refuses its own start values.
 pub fn try_out(resolved: &Resolved, faults: &Faults<'_>) {
-    let report = |fault: Fault, key: &str, admissible: Option<String>| {
-        let Reason { variable, message } = *fault.0;
-        let mut fault: Diagnostic = match faults.origin(key) {
-            Some((path, span)) => {
-                let said = message.strip_prefix(&format!("`{variable}`: "));
-                faults.at(span, said.map_or(message.clone(), |said| format!("`{path}`: {said}")))
-            }
-            None => faults.at(faults.place("model").unwrap_or(0..0), message),
-        };
-        fault.admissible = admissible;
-        faults.report(fault);
+    let report = |fault: &Fault, key: &str, admissible: Option<String>| {
+        let model = || (fault.variable.clone(), faults.place("model").unwrap_or(0..0));
+        let (path, span) = faults.origin(key).unwrap_or_else(model);
+        let told = Diagnostic { admissible, ..faults.at(span, &fault.message) };
+        faults.report(if fault.named { told.of(path) } else { told });
     };
     let mut drive = match resolved.resource().build() {
         Ok(drive) => drive,
-        Err(fault) => return report(fault.clone(), &fault.variable, None),
+        Err(fault) => return report(&fault, &fault.variable, None),
     };
     for (name, reason) in [
         ("solver.method", "every step of this drive costs the same"),
@@ -212,27 +205,24 @@ pub fn try_out(resolved: &Resolved, faults: &Faults<'_>) {
         if let Some(span) = faults.place(name)
             && drive.descriptions().iter().all(|d| d.name != name)
         {
-            let message = format!("`{name}` has no meaning here: {reason}");
-            faults.report(faults.at(span, message).hint("remove it"));
+            faults.report(faults.at(span, format!(" has no meaning here: {reason}")).of(name).hint("remove it"));
         }
     }
     let parameters = drive.descriptions().to_vec();
     for (reference, parameter) in parameters.iter().enumerate().filter(|(_, d)| d.causality == Causality::Parameter) {
-        match (drive.get(reference), &parameter.kind) {
-            (Ok(value), Kind::Real { quantity, min, max, .. }) if !(value >= *min && value <= *max) => {
-                let unit = quantity.unit;
-                let message = format!("`{}`: {} {unit} is out of range", parameter.name, units::short(value));
-                let fault = Fault::new(message).of(&parameter.name);
-                report(fault, &parameter.key, Some(within(*min, *max).words(unit)));
-            }
-            _ => {}
+        if let (Ok(value), Kind::Real { quantity, min, max, .. }) = (drive.get(reference), &parameter.kind)
+            && parameter.check(value).is_err()
+        {
+            let unit = quantity.unit;
+            let fault = Fault::named(&parameter.name, format!(": {} {unit} is out of range", units::short(value)));
+            report(&fault, &parameter.key, Some(within(*min, *max).words(unit)));
         }
     }
     if faults.is_empty() {
         drive.set_up(0.0, None);
         if let Err(fault) = drive.start() {
             let key = parameters.iter().find(|d| d.name == fault.variable).map_or(&fault.variable, |d| &d.key);
-            report(fault.clone(), key, None);
+            report(&fault, key, None);
         }
     }
 }

@@ -4,13 +4,12 @@ use super::plan::{self, STANDARD_LAWS, SYNONYMS};
 use super::section::{ANY, Section, within};
 use super::{table, table::Part, units};
 use camdrive::drives::unit::{self, Quantity};
+use camdrive::motion::fourier::HIGHEST_HARMONIC;
 use camdrive::motion::plan::{INFLECTION, LEAST_MOTION, MAX_LENGTH};
+use camdrive::motion::table::CLOSING;
 use camdrive::motion::{Cycle, CyclePlan, Fourier, MotionLaw, StandardLaw};
 use std::f64::consts::TAU;
 use std::path::Path;
-
-/// The highest harmonic of a series: beyond it the FMU would have more than 500 variables for the cam alone.
-const HIGHEST_HARMONIC: usize = 256;
 
 /// Reads a kind of law.
 type Reader = fn(&Section<'_>, &'static Quantity, &Path) -> Option<Result<MotionLaw, Part>>;
@@ -21,10 +20,6 @@ const LAWS: &[(&[&str], Reader)] = &[
     (&["table", "points"], table::read),
     (&["plan"], |section, of, _| plan::read(section, of).map(Ok)),
 ];
-
-/// All four angles of a cycle may miss the turn by this much (rad), since they are written with some five digits;
-/// the lower dwell takes up the difference.
-const CLOSING: f64 = 1e-4;
 
 /// The law of this section; `quantity` is that of U, a length where a cam moves a follower.
 pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -> Option<MotionLaw> {
@@ -48,18 +43,18 @@ pub fn fourier(section: &Section<'_>, quantity: &'static Quantity) -> Option<Fou
     let coefficients = if scaled { &unit::NUMBER } else { quantity };
     let (a, b) = (section.reals("a", coefficients), section.reals("b", coefficients));
     if !section.has("a") {
-        let fault = section.fault(format!("`{}` is missing", section.path_of("a")));
+        let fault = section.fault_of("a", " is missing");
         return section
             .refuse(fault.admissible("a list of numbers").hint("add the cosine coefficients a = [a0, a1, …]"));
     }
     if scale == Some(Some(0.0)) {
-        let fault = section.fault_of("scale", format!("`{}`: nothing would be left", section.path_of("scale")));
+        let fault = section.fault_of("scale", ": nothing would be left");
         section.faults.report(fault.admissible("a value other than 0"));
     }
     let (a, b, scale) = (a?, b?, scale?.unwrap_or(1.0));
     for (key, count, most) in [("a", a.len(), HIGHEST_HARMONIC + 1), ("b", b.len(), HIGHEST_HARMONIC)] {
         if count > most {
-            let fault = section.fault_of(key, format!("`{}` has {count} coefficients", section.path_of(key)));
+            let fault = section.fault_of(key, format!(" has {count} coefficients"));
             section.faults.report(fault.admissible(format!("at most {most}")));
         }
     }
@@ -93,7 +88,7 @@ fn cycle(section: &Section<'_>, quantity: &'static Quantity) -> Option<Cycle> {
         inflections: [inflections[0]?, inflections[1]?],
     };
     if let Err(error) = plan.validate() {
-        return section.refuse(section.fault(format!("`{}`: {error}", section.path)));
+        return section.refuse(section.fault(format!(": {error}")));
     }
     Some(Cycle::new(plan))
 }
@@ -106,7 +101,7 @@ fn angles(section: &Section<'_>) -> Option<[f64; 4]> {
     let missing: Vec<usize> = (0..4).filter(|&i| given[i] == Some(None)).collect();
     if let [_, second, ..] = missing[..] {
         let names: Vec<String> = missing.iter().map(|&i| format!("`{}`", KEYS[i].0)).collect();
-        let fault = section.fault(format!("`{}`: {} are missing", section.path, names.join(", ")));
+        let fault = section.fault(format!(": {} are missing", names.join(", ")));
         let fault =
             fault.admissible("one of rise, upper_dwell, return, lower_dwell may be left out: the rest of the turn");
         let fault = fault.hint(format!("add for example {} = \"60 deg\"", KEYS[second].0));
@@ -125,17 +120,18 @@ fn angles(section: &Section<'_>) -> Option<[f64; 4]> {
             angles[i] = rest.max(KEYS[i].1);
             return Some(angles);
         }
+        // They are written with some five digits; the lower dwell takes up the difference.
         [] if rest.abs() <= CLOSING => return Some(angles),
         [i] => {
             let others: Vec<&str> = (0..4).filter(|j| *j != i).map(|j| KEYS[j].0).collect();
             let last = if i == 3 { "return" } else { "lower_dwell" };
-            let message = format!("`{}`: {} make {} deg", section.path, others.join(", "), deg(TAU - rest));
+            let message = format!(": {} make {} deg", others.join(", "), deg(TAU - rest));
             let least = format!("at most {} deg, so that `{}` has room", deg(TAU - KEYS[i].1), KEYS[i].0);
-            section.fault_of(last, message).admissible(least)
+            section.fault_at(last, message).of(&section.path).admissible(least)
         }
         _ => {
-            let message = format!("`{}`: the four angles make {} deg", section.path, deg(TAU - rest));
-            section.fault_of("lower_dwell", message).admissible("360 deg")
+            let message = format!(": the four angles make {} deg", deg(TAU - rest));
+            section.fault_at("lower_dwell", message).of(&section.path).admissible("360 deg")
         }
     };
     section.refuse(fault.hint("leave one of the four angles out: it is the rest of the turn"))

@@ -33,7 +33,7 @@ fn law(root: &Section<'_>) -> Option<Law> {
         (Some(section), None) => crank_law(&section, load?).map(Law::Crank),
         (None, Some(section)) => {
             if root.has("load") {
-                let fault = root.fault_of("load", "`load` has no meaning here: the coefficients have their own");
+                let fault = root.fault_of("load", " has no meaning here: the coefficients have their own");
                 root.faults.report(fault.hint("write it as f in [coefficients]"));
             }
             series_law(&section).map(Law::Series)
@@ -41,12 +41,12 @@ fn law(root: &Section<'_>) -> Option<Law> {
         (Some(crank), Some(series)) => {
             // What is wrong within them is told all the same.
             let _ = (load.and_then(|load| crank_law(&crank, load)), series_law(&series));
-            let fault = root.fault_of("coefficients", "`coefficients`: the crank has its own");
+            let fault = root.fault_of("coefficients", ": the crank has its own");
             root.refuse(fault.hint("give [crank] or [coefficients], not both"))
         }
         (None, None) => {
             if !root.faults.broken {
-                let fault = root.fault_of("model", "`crank` or `coefficients` is missing");
+                let fault = root.fault_at("model", " or `coefficients` is missing").of("crank");
                 let hint = "add a section [crank], for a parallel-crank drive, or [coefficients], for series";
                 root.faults.report(fault.hint(hint));
             }
@@ -129,8 +129,7 @@ fn damping(
         let ratio = section.real("damping_ratio", &unit::NUMBER, NOT_NEGATIVE)?;
         let (m, c) = means()?;
         if m * c < 0.0 {
-            let message = format!("`{}`: the mean stiffness is below 0", section.path_of("damping_ratio"));
-            let fault = section.fault_of("damping_ratio", message);
+            let fault = section.fault_of("damping_ratio", ": the mean stiffness is below 0");
             return section.refuse(fault.hint(format!("give the damping as {key}")));
         }
         return Some(constant(2.0 * ratio * (m * c).sqrt()));

@@ -3,6 +3,7 @@
 use super::section::{ANY, Section, within};
 use camdrive::drives::unit::{self, Quantity};
 use camdrive::motion::plan::{INFLECTION, MAX_LENGTH, SegmentLaw};
+use camdrive::motion::table::CLOSING;
 use camdrive::motion::{MotionLaw, MotionPlan, PlanPoint, StandardLaw};
 use std::f64::consts::TAU;
 
@@ -35,9 +36,6 @@ pub const SYNONYMS: &[(&str, &str)] = &[
     ("lambda", "inflection"),
 ];
 
-/// A last point this near one turn after the first (rad) closes the plan: angles are written with some five digits.
-const CLOSING: f64 = 1e-4;
-
 /// The value of `ddU` where the laws beside a turning point decide it.
 const FREE: &str = "free";
 
@@ -60,7 +58,7 @@ pub fn read(section: &Section<'_>, quantity: &'static Quantity) -> Option<Motion
         let closing = PlanPoint { law: last.law, inflection: last.inflection, ..*first };
         if (PlanPoint { phi: first.phi, ..*last }) != closing || first.law.is_some() || first.inflection.is_some() {
             let place = &sections[sections.len() - 1];
-            let message = format!("`{}` is the first point, one turn later, and differs from it", place.path);
+            let message = " is the first point, one turn later, and differs from it";
             let hint = "repeat the values of the first point and give `law` and `inflection` here only, or leave this point out";
             return section.refuse(place.fault(message).hint(hint));
         }
@@ -71,11 +69,11 @@ pub fn read(section: &Section<'_>, quantity: &'static Quantity) -> Option<Motion
     if let Err(fault) = plan.validate() {
         let place = sections.get(fault.point).unwrap_or(section);
         // What is left out has a value, too, which nobody finds in the file.
-        let name = match place.has(fault.key) {
-            true => format!("`{}`", place.path_of(fault.key)),
-            false => format!("`{}` ({})", place.path, fault.key),
+        let told = match place.has(fault.key) {
+            true => place.fault_of(fault.key, format!(": {}", fault.text)),
+            false => place.fault(format!(" ({}): {}", fault.key, fault.text)),
         };
-        return section.refuse(place.fault_of(fault.key, format!("{name}: {}", fault.text)));
+        return section.refuse(told);
     }
     Some(MotionLaw::Plan(plan))
 }

@@ -201,7 +201,7 @@ impl<'a> Section<'a> {
     pub fn forbid(&self, keys: &[&'static str], because: &str, needed: &str) {
         for &key in keys {
             if self.has(key) {
-                let fault = self.fault_of(key, format!("`{}` has no meaning here: {because}", self.path_of(key)));
+                let fault = self.fault_of(key, format!(" has no meaning here: {because}"));
                 self.faults.report(fault.hint(format!("remove it, or choose {needed}")));
             }
         }
@@ -211,8 +211,7 @@ impl<'a> Section<'a> {
     pub fn either(&self, first: &'static str, second: &'static str) -> bool {
         let both = self.has(first) && self.has(second);
         if both {
-            let message = format!("`{}`: `{first}` says the same already", self.path_of(second));
-            let fault = self.fault_of(second, message);
+            let fault = self.fault_of(second, format!(": `{first}` says the same already"));
             self.faults.report(fault.hint(format!("give `{first}` or `{second}`, not both")));
         }
         !both
@@ -248,13 +247,18 @@ impl<'a> Section<'a> {
         Some(node)
     }
 
-    /// A fault of this table as a whole.
-    pub fn fault(&self, message: impl Into<String>) -> Diagnostic {
-        self.faults.at(self.span.clone(), message)
+    /// A fault of this table as a whole; `said` follows its name.
+    pub fn fault(&self, said: impl Into<String>) -> Diagnostic {
+        self.faults.at(self.span.clone(), said).of(&self.path)
     }
 
-    /// A fault of the value of `key`, or of the table where the key is not there.
-    pub fn fault_of(&self, key: &'static str, message: impl Into<String>) -> Diagnostic {
+    /// A fault of the value of `key`, or of the table where the key is not there; `said` follows the name of the key.
+    pub fn fault_of(&self, key: &'static str, said: impl Into<String>) -> Diagnostic {
+        self.fault_at(key, said).of(self.path_of(key))
+    }
+
+    /// A fault in the same place whose message begins otherwise.
+    pub fn fault_at(&self, key: &'static str, message: impl Into<String>) -> Diagnostic {
         let span = self.node(key).map_or(self.span.clone(), |node| node.span);
         self.faults.at(span, message)
     }
@@ -269,7 +273,7 @@ impl<'a> Section<'a> {
         if self.faults.broken {
             return;
         }
-        let mut fault = self.fault(format!("`{}` is missing", self.path_of(key))).hint(hint);
+        let mut fault = self.fault_of(key, " is missing").hint(hint);
         fault.admissible = admissible;
         self.faults.report(fault);
     }
@@ -282,10 +286,14 @@ impl<'a> Section<'a> {
         let wrong = nearest(key, &unread)?;
         let (place, value) = self.table.iter().find(|(k, _)| k.get_ref().as_ref() == wrong)?;
         let DeValue::String(text) = value.get_ref() else { return None };
-        let message = format!("`{}` is missing; `{wrong}` is not known here", self.path_of(key));
-        self.faults.report(self.faults.at(place.span(), message).hint(format!("did you mean `{key}`?")));
+        let fault = self.faults.at(place.span(), format!(" is missing; `{wrong}` is not known here"));
+        self.faults.report(fault.of(self.path_of(key)).hint(format!("did you mean `{key}`?")));
         self.told.borrow_mut().push(place.span());
         Some(text)
+    }
+
+    fn of_node(&self, node: &Node<'_>, said: String) -> Diagnostic {
+        self.faults.at(node.span.clone(), said).of(&node.path)
     }
 
     fn wrong_type(&self, node: &Node<'_>, expected: &str) {
@@ -295,10 +303,7 @@ impl<'a> Section<'a> {
     fn type_fault(&self, node: &Node<'_>, expected: &str) -> Diagnostic {
         let found = node.value.type_str();
         let found = format!("{} {found}", if found.starts_with(['a', 'i']) { "an" } else { "a" });
-        self.faults.at(
-            node.span.clone(),
-            format!("`{}`: {expected} is expected, {} is {found}", node.path, self.faults.excerpt(&node.span)),
-        )
+        self.of_node(node, format!(": {expected} is expected, {} is {found}", self.faults.excerpt(&node.span)))
     }
 
     /// A real number, if the key is there: a plain number is SI, a string has its unit.
@@ -356,8 +361,7 @@ impl<'a> Section<'a> {
             DeValue::String(text) => match units::parse(text, quantity) {
                 Ok(value) => Some(value),
                 Err(fault) => {
-                    let message = format!("`{}`: {}", node.path, fault.message);
-                    let fault = self.faults.at(node.span.clone(), message).hint(fault.hint);
+                    let fault = self.of_node(node, format!(": {}", fault.message)).hint(fault.hint);
                     return self.refuse(fault.admissible(limits.words(quantity.unit)));
                 }
             },
@@ -380,7 +384,7 @@ impl<'a> Section<'a> {
                     },
                     _ => String::new(),
                 };
-                let fault = self.faults.at(node.span.clone(), format!("`{}`: {text}{si} is {what}", node.path));
+                let fault = self.of_node(node, format!(": {text}{si} is {what}"));
                 self.refuse(fault.admissible(limits.words(quantity.unit)))
             }
         }
@@ -441,7 +445,7 @@ impl<'a> Section<'a> {
             Some(value) => Some(value as usize),
             None => {
                 let text = self.faults.excerpt(&node.span);
-                let fault = self.faults.at(node.span.clone(), format!("`{}`: {text} is out of range", node.path));
+                let fault = self.of_node(&node, format!(": {text} is out of range"));
                 self.refuse(fault.admissible(admissible))
             }
         }
@@ -481,8 +485,7 @@ impl<'a> Section<'a> {
 
     /// Reports a word other than the one that `key` admits beside numbers.
     pub fn unknown_word(&self, key: &'static str, word: &str, admissible: &str) {
-        let message = format!("`{}`: \"{word}\" is neither a number nor \"{admissible}\"", self.path_of(key));
-        self.faults.report(self.fault_of(key, message));
+        self.faults.report(self.fault_of(key, format!(": \"{word}\" is neither a number nor \"{admissible}\"")));
     }
 
     /// A text that must be there.
@@ -507,7 +510,7 @@ impl<'a> Section<'a> {
             return Some(*item);
         }
         let known: Vec<&str> = items.iter().flat_map(|(names, _)| names.iter().copied()).collect();
-        let fault = self.fault_of(key, format!("`{}`: \"{text}\" is not known", self.path_of(key)));
+        let fault = self.fault_of(key, format!(": \"{text}\" is not known"));
         let mut fault = fault.admissible(usual.join(", "));
         let guess = nearest(text, &known).and_then(|guess| items.iter().find(|(names, _)| names.contains(&guess)));
         fault.hint = guess.map(|(names, _)| format!("did you mean `{}`?", names[0]));
@@ -588,7 +591,7 @@ impl<'a> Section<'a> {
             let name = key.get_ref().as_ref();
             let place =
                 if self.path.is_empty() { format!("in {}", self.faults.kind) } else { format!("in [{}]", self.path) };
-            let fault = self.faults.at(key.span(), format!("`{}` is not known {place}", self.path_of(name)));
+            let fault = self.faults.at(key.span(), format!(" is not known {place}")).of(self.path_of(name));
             let meant = synonyms.iter().find(|(wrong, right)| *wrong == name && known.contains(right));
             let meant = meant.map(|(_, right)| *right).or_else(|| nearest(name, &known));
             let mut fault = fault.admissible(known.join(", "));

@@ -149,7 +149,7 @@ impl Lengths {
             match Curve::table(&angles, &points.lifts, turn, [from, to]) {
                 Ok(curve) => si(curve),
                 Err(reason) => {
-                    let message = format!("`{}`: the table does not cover the range", target.path_of("file"));
+                    let message = ": the table does not cover the range";
                     target.refuse(target.fault_of("file", message).hint(reason + "; is `angle_unit` right?"))
                 }
             }
@@ -266,7 +266,7 @@ fn laws(root: &Section<'_>, lengths: &Lengths, weighted: [bool; 2]) -> Option<Ve
     let inside = ["harmonics", "symmetry", "range", "dwell", "point", "bound", "elasticity", "shaft"];
     root.forbid(&inside, "the task has several laws", "its place in each [[law]]");
     if sections.len() > MOST_LAWS {
-        let fault = root.fault_of("law", format!("`law`: there are {} laws", sections.len()));
+        let fault = root.fault_of("law", format!(": there are {} laws", sections.len()));
         return root.refuse(fault.admissible(format!("at most {MOST_LAWS}")));
     }
     let read = |(i, section): (usize, &Section<'_>)| {
@@ -279,7 +279,7 @@ fn laws(root: &Section<'_>, lengths: &Lengths, weighted: [bool; 2]) -> Option<Ve
     let laws: Vec<Law> = laws.into_iter().collect::<Option<_>>()?;
     for (i, section) in sections.iter().enumerate() {
         if laws[..i].iter().any(|law| law.name == laws[i].name) {
-            let fault = section.fault_of("name", format!("`{}`: another law has this name", section.path_of("name")));
+            let fault = section.fault_of("name", ": another law has this name");
             return section.refuse(fault.hint("give each law a name of its own"));
         }
     }
@@ -338,8 +338,7 @@ fn longest(root: &Section<'_>, kind: Option<Kind>, laws: usize) -> Option<Option
         return Some(None);
     }
     if laws > 1 || dwells == 0 {
-        let fault =
-            root.fault_of("objective", "`objective`: the longest dwell is that of one law with at least one [[dwell]]");
+        let fault = root.fault_of("objective", ": the longest dwell is that of one law with at least one [[dwell]]");
         return root.refuse(fault.hint("add a [[dwell]] with centre, width, U and tolerance"));
     }
     if root.has("longest") { root.count("longest", 1, dwells as u32).map(Some) } else { Some(None) }
@@ -353,7 +352,7 @@ fn restrictions(root: &Section<'_>, lengths: &Lengths, laws: usize) -> Option<Ve
         let bounds = bounds_of(section, lengths, Vec::new());
         let factors = factors?;
         if factors.len() != laws || factors.iter().all(|factor| *factor == 0.0) {
-            let message = format!("`{}`: {} for {laws} laws", section.path_of("factors"), factors.len());
+            let message = format!(": {} for {laws} laws", factors.len());
             let fault = section.fault_of("factors", message).admissible("one number for each [[law]], not all 0");
             return section.refuse(
                 fault.hint("write for example factors = [1, -1] for U of the first minus U of the second law"),
@@ -368,7 +367,7 @@ fn restrictions(root: &Section<'_>, lengths: &Lengths, laws: usize) -> Option<Ve
 /// Whether the task has several laws.
 fn several(section: &Section<'_>, laws: usize, what: &str, hint: &str) -> Option<()> {
     if laws < 2 {
-        let fault = section.fault(format!("`{}`: there is one law, and {what}", section.path));
+        let fault = section.fault(format!(": there is one law, and {what}"));
         return section.refuse(fault.admissible("2 … 5 [[law]] in the task").hint(hint));
     }
     Some(())
@@ -387,14 +386,13 @@ fn clearances(root: &Section<'_>, lengths: &Lengths, laws: usize) -> Option<Vec<
         section.finish(SYNONYMS);
         let offset = offset?;
         let [x, y] = offset[..] else {
-            let message =
-                format!("`{}`: {} numbers are no place in the plane", section.path_of("offset"), offset.len());
+            let message = format!(": {} numbers are no place in the plane", offset.len());
             let fault = section.fault_of("offset", message).admissible("two lengths, x and y");
             return section.refuse(fault.hint("give the way from tool b to tool a where both U are 0"));
         };
         let [a, b] = [which[0]?, which[1]?];
         if a == b {
-            let fault = section.fault_of("b", format!("`{}`: it is the same tool as `a`", section.path_of("b")));
+            let fault = section.fault_of("b", ": it is the same tool as `a`");
             return section.refuse(fault.admissible("another law, counted from 1"));
         }
         let offset = [x, y].map(|d| d * lengths.scale);
@@ -438,7 +436,7 @@ fn ordered(section: &Section<'_>, key: &'static str, from: f64, to: f64) -> Opti
         return Some((from, to.min(from + TAU)));
     }
     let deg = |angle: f64| units::short(angle.to_degrees());
-    let message = format!("`{}`: from {} deg to {} deg is no range", section.path_of(key), deg(from), deg(to));
+    let message = format!(": from {} deg to {} deg is no range", deg(from), deg(to));
     let fault = section.fault_of(key, message).admissible("more than 0 deg, at most a turn of 360 deg");
     let way = Some((to - from).rem_euclid(TAU)).filter(|way| *way > 0.0).unwrap_or(TAU);
     let hint = format!("write for example to = \"{} deg\"; a single angle is a [[point]]", deg(from + way));
@@ -493,9 +491,9 @@ fn agrees(section: &Section<'_>, range: &Range, other: &Given) -> bool {
             };
             if [from, 0.5 * (from + to), to].into_iter().any(difference) {
                 let deg = |phi: f64| units::short(phi.to_degrees());
-                let (this, key) = (&section.path, ORDERS[order]);
+                let key = ORDERS[order];
                 let message = format!(
-                    "`{this}` and `{}` overlap from {} deg to {} deg with different `{key}`",
+                    " and `{}` overlap from {} deg to {} deg with different `{key}`",
                     other.path,
                     deg(from),
                     deg(to)
@@ -526,7 +524,7 @@ fn range(section: &Section<'_>, lengths: &Lengths, weighted: [bool; 2]) -> Optio
     let [u, first, second] = targets;
     let (mut prescribed, tolerances) = ([curve?.or(u?), first?, second?], tolerances?);
     if prescribed.iter().all(Option::is_none) {
-        let fault = section.fault(format!("`{}` prescribes nothing", section.path));
+        let fault = section.fault(" prescribes nothing");
         return section.refuse(fault.admissible("U, dU, ddU, target").hint("add for example U = 0.5"));
     }
     for order in 1..3 {
@@ -537,7 +535,7 @@ fn range(section: &Section<'_>, lengths: &Lengths, weighted: [bool; 2]) -> Optio
     for order in 0..3 {
         if tolerances[order].is_some() && prescribed[order].is_none() {
             let (key, target) = (TOLERANCES[order], ORDERS[order]);
-            let message = format!("`{}`: there is no `{target}` here to keep it from", section.path_of(key));
+            let message = format!(": there is no `{target}` here to keep it from");
             return section.refuse(section.fault_of(key, message).hint(format!("add `{target}` or remove `{key}`")));
         }
     }
@@ -580,7 +578,7 @@ fn points(root: &Section<'_>, lengths: &Lengths) -> Option<Points> {
         let [u, first, second, third] = [values[0]?, values[1]?, values[2]?, values[3]?];
         let (phi, weight, values) = (phi?, weight?, [u, first, second, third]);
         if values.iter().all(Option::is_none) {
-            let fault = section.fault(format!("`{}` says nothing of U", section.path));
+            let fault = section.fault(" says nothing of U");
             return section.refuse(fault.admissible(ORDERS.join(", ")).hint("add for example U = 0.5"));
         }
         let Some(weight) = weight else {
@@ -622,7 +620,7 @@ fn bounds_of(section: &Section<'_>, lengths: &Lengths, of: Vec<(usize, f64)>) ->
         section.forbid(&["min", "max"], "`limit` bounds both sides", "`min` and `max` without `limit`");
     }
     if min.is_none() && max.is_none() && limit.is_none() {
-        let fault = section.fault(format!("`{}` bounds nothing", section.path));
+        let fault = section.fault(" bounds nothing");
         return section.refuse(fault.admissible("min, max, limit").hint("add for example limit = 2.5"));
     }
     let ((from, to), order) = (ends?, order?);
@@ -658,47 +656,45 @@ fn bounds_of(section: &Section<'_>, lengths: &Lengths, of: Vec<(usize, f64)>) ->
 /// A lower bound above the upper one.
 fn crossed<T>(section: &Section<'_>, low: f64, high: f64) -> Option<T> {
     let (low, high) = (units::short(low), units::short(high));
-    let fault = section.fault_of("max", format!("`{}`: min {low} exceeds max {high}", section.path));
+    let fault = section.fault_at("max", format!(": min {low} exceeds max {high}")).of(&section.path);
     section.refuse(fault.hint("exchange them"))
 }
 
 /// Whether the objective has something to work on.
 fn check_purpose(root: &Section<'_>, kind: Kind, integral: Option<f64>, laws: &[Law]) -> Option<()> {
     let ranges = || laws.iter().flat_map(|law| &law.ranges);
-    let refused = |message: String, hint: &str| root.refuse(root.fault_of("objective", message).hint(hint));
+    let refused = |said: &str, hint: &str| root.refuse(root.fault_of("objective", said).hint(hint));
     let alone = of_accelerations(Some(kind)) || matches!(kind, Some(PeakTorque) | None);
     if !alone && ranges().next().is_none() {
         let message = "the task prescribes no motion: there is no [[range]] and no [[dwell]]";
-        return refused(message.to_owned(), "add a [[dwell]] with centre, width and U");
+        return root.refuse(root.fault_at("objective", message).hint("add a [[dwell]] with centre, width and U"));
     }
     if laws.len() > 1 && matches!(kind, Some(PeakTorque) | None) {
-        return refused("`objective` is for one law".to_owned(), "choose objective = \"peak_acceleration\"");
+        return refused(" is for one law", "choose objective = \"peak_acceleration\"");
     }
     let give = "give every [[range]] and [[dwell]] a `tolerance`";
     if let Some(Given { path, .. }) = ranges().find(|given| alone && given.tolerances.iter().all(Option::is_none))
         && integral.is_none()
     {
-        return refused(format!("`objective` does not look at errors, and `{path}` has no tolerance"), give);
+        return refused(&format!(" does not look at errors, and `{path}` has no tolerance"), give);
     }
     if alone && laws.iter().all(|law| law.ranges.is_empty() && law.points.is_empty() && law.is_unmoved()) {
-        return refused(
-            "`objective`: nothing makes the follower move".to_owned(),
-            "add [[dwell]] with tolerances, or [[point]]",
-        );
+        return refused(": nothing makes the follower move", "add [[dwell]] with tolerances, or [[point]]");
     }
     if integral.is_some() && (root.has("clearance") || ranges().next().is_none()) {
-        let message = "`integral_tolerance` needs a [[range]] or [[dwell]], and no [[clearance]] beside it";
-        return refused(message.to_owned(), "give every [[dwell]] a `tolerance` instead");
+        let message = " needs a [[range]] or [[dwell]], and no [[clearance]] beside it";
+        let fault = root.fault_at("objective", message).of("integral_tolerance");
+        return root.refuse(fault.hint("give every [[dwell]] a `tolerance` instead"));
     }
     if matches!(kind, Some(LongestDwell { .. } | FewestHarmonics { .. })) {
         root.forbid(&["dU_weight", "ddU_weight"], "the objective looks at errors of U", "objective = \"chebyshev\"");
         if let Some(Given { path, .. }) = ranges().find(|given| given.tolerances[0].is_none()) {
-            return refused(format!("`objective`: `{path}` has no `tolerance` of U to be kept"), give);
+            return refused(&format!(": `{path}` has no `tolerance` of U to be kept"), give);
         }
         let grows = |given: &&Given| given.dwell && given.tolerances[1..].iter().any(Option::is_some);
         if let Some(Given { path, .. }) = ranges().find(grows).filter(|_| matches!(kind, Some(LongestDwell { .. }))) {
-            let message = format!("`objective`: `{path}` grows, and tolerances of U′ and U″ would not");
-            return refused(message, "remove `dU_tolerance` and `ddU_tolerance`");
+            let message = format!(": `{path}` grows, and tolerances of U′ and U″ would not");
+            return refused(&message, "remove `dU_tolerance` and `ddU_tolerance`");
         }
     }
     Some(())
@@ -710,7 +706,7 @@ fn rising(section: &Section<'_>, slowest: f64, fastest: f64) -> Option<()> {
         return Some(());
     }
     let (low, high) = (units::short(slowest), units::short(fastest));
-    let message = format!("`{}`: {high} rad/s is not above `slowest`, {low} rad/s", section.path_of("fastest"));
+    let message = format!(": {high} rad/s is not above `slowest`, {low} rad/s");
     section.refuse(section.fault_of("fastest", message).hint("give a range of speeds"))
 }
 
@@ -726,14 +722,14 @@ fn elasticity(root: &Section<'_>, lengths: &Lengths, kind: Option<Kind>) -> Opti
     section.finish(SYNONYMS);
     let (slowest, fastest, tolerance) = (slowest?, fastest?, tolerance?);
     if fastest.is_none() && tolerance.is_none() {
-        let fault = section.fault(format!("`{}`: neither `fastest` nor `tolerance` is given", section.path));
+        let fault = section.fault(": neither `fastest` nor `tolerance` is given");
         return section
             .refuse(fault.hint("add the speed to be reached, or the deviation to be kept as far as it goes"));
     }
     rising(&section, slowest, fastest.unwrap_or(f64::INFINITY))?;
     let chebyshev = matches!(kind, Some(Some(Chebyshev | DiscreteChebyshev { .. } | ChebyshevSum)));
     if method == Some(Method::Robust) && kind.is_some() && !chebyshev {
-        let message = "`elasticity.method`: the robust profile is that of a largest error over angles and speeds";
+        let message = ": the robust profile is that of a largest error over angles and speeds";
         let hint = "choose objective = \"chebyshev\", or method = \"recipe\"";
         return section.refuse(section.fault_of("method", message).hint(hint));
     }

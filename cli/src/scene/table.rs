@@ -8,19 +8,14 @@ use super::diagnostics::{Diagnostic, Diagnostics};
 use super::section::{ANY, POSITIVE, Section, Span};
 use super::units;
 use camdrive::drives::unit::{self, Quantity};
-use camdrive::motion::table::{Bend, LEAST_DISTANCE, Points, TableError};
+use camdrive::motion::fourier::HIGHEST_HARMONIC;
+use camdrive::motion::table::{Bend, LEAST_DISTANCE, MOST_POINTS, Points, TableError};
 use camdrive::motion::{MotionLaw, Table};
 use camdrive_design::harmonic_analysis;
 use camdrive_design::smoothing::{SmoothingError, smooth};
 use camdrive_design::text;
 use std::f64::consts::TAU;
 use std::path::Path;
-
-/// The most points of a table: a tenth of a degree is 3600 of them, and each one travels in the FMU.
-const MOST_POINTS: usize = 20_000;
-
-/// The most harmonics: those of a series in a scene.
-const MOST_HARMONICS: u32 = 256;
 
 /// The most faults of one table that are told one by one.
 const MOST_FAULTS: usize = 8;
@@ -80,7 +75,7 @@ pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -
     ];
     let interpolation = section.choice_or("interpolation", kinds, Interpolation::Spline);
     let harmonics = match interpolation {
-        Some(Interpolation::Fourier) => section.count("harmonics", 1, MOST_HARMONICS).map(Some),
+        Some(Interpolation::Fourier) => section.count("harmonics", 1, HIGHEST_HARMONIC as u32).map(Some),
         _ => {
             section.forbid(&["harmonics"], "a spline has none", "interpolation = \"fourier\"");
             Some(None)
@@ -92,7 +87,7 @@ pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -
     let text = match contents(&path) {
         Ok(text) => text,
         Err(reason) => {
-            let fault = section.fault_of("file", format!("`{}`: {} {reason}", section.path_of("file"), shown(&path)));
+            let fault = section.fault_of("file", format!(": {} {reason}", shown(&path)));
             let hint = if reason == NO_TEXT { SAVE_AS_TEXT } else { "the path counts from the folder of the scene" };
             return section.refuse(fault.hint(hint));
         }
@@ -155,7 +150,7 @@ fn smoothed(
             return Some(reading);
         }
         Err(SmoothingError::NothingLeft(motion)) => section
-            .fault_of("noise", format!("`{}`: nothing of the motion would be left", section.path_of("noise")))
+            .fault_of("noise", ": nothing of the motion would be left")
             .admissible(format!("less than {}, its root mean square", said(motion))),
     };
     section.refuse(fault)
@@ -233,8 +228,7 @@ fn unit(section: &Section<'_>, key: &'static str, quantity: &'static Quantity) -
     let Some(text) = section.text(key)? else { return Some((1.0, 1.0)) };
     units::factor(text, quantity)
         .map_err(|fault| {
-            let message = format!("`{}`: {}", section.path_of(key), fault.message);
-            section.faults.report(section.fault_of(key, message).hint(fault.hint));
+            section.faults.report(section.fault_of(key, format!(": {}", fault.message)).hint(fault.hint));
         })
         .ok()
 }
@@ -259,7 +253,7 @@ fn points(
     let hint = "write plain numbers; their unit is that of the scene";
     let (reading, mut faults) = rows(file, columns, bent, hint, convert);
     if reading.places.len() > MOST_POINTS {
-        let message = format!("`{}` has {} points", section.path_of("file"), reading.places.len());
+        let message = format!(" has {} points", reading.places.len());
         faults.push(section.fault_of("file", message).admissible(format!("at most {MOST_POINTS}")));
     }
     report(section, file, faults).then_some(reading)
@@ -426,8 +420,7 @@ fn law(
         Some(index) => fault(file, reading.places[index].clone(), words(&error, quantity)),
         None => {
             let key = if matches!(error, TableError::TooManyHarmonics { .. }) { "harmonics" } else { "file" };
-            let message = format!("`{}`: {}: {}", section.path_of(key), file.name, words(&error, quantity));
-            section.fault_of(key, message)
+            section.fault_of(key, format!(": {}: {}", file.name, words(&error, quantity)))
         }
     };
     let fault = fault.hint(advice(&error));

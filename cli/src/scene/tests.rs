@@ -175,7 +175,7 @@ fn the_references_list_every_name_that_is_accepted() {
 }
 
 #[test]
-fn the_reference_tells_the_ranges_of_the_parameters() {
+fn the_reference_tells_ranges_and_defaults_of_the_parameters() {
     fn check<P: Parameters>(start: &str) {
         let reference = include_str!("README.md");
         let (_, section) = reference.split_once(start).expect(start);
@@ -188,12 +188,19 @@ fn the_reference_tells_the_ranges_of_the_parameters() {
             let [min, max] = p.range.map(|value| units::short(value).replace('-', "−").replace("e−", "e-"));
             let range = format!("{min} … {max}");
             assert!(row.is_some_and(|row| row.contains(&range)), "{start} {}: {range} in {row:?}", p.key);
+            let default = row.and_then(|row| row.trim_end_matches([' ', '|']).rsplit(" | ").next());
+            let right = match p.default {
+                Some(value) => default == Some(&units::short(value)),
+                None => default.is_some_and(|text| text == "required" || text.starts_with("this or ")),
+            };
+            assert!(right, "{start} {}: the default {:?} in {row:?}", p.key, p.default);
         }
     }
     check::<camdrive::drives::elastic_output::Parameters>("`[elasticity]`");
     check::<camdrive::drives::elastic_shaft::Parameters>("`[elasticity]`");
     check::<camdrive::drives::backlash::Parameters>("`[backlash]`");
     check::<camdrive::drives::rigid_machine::Kloss>("## `RigidMachine`");
+    check::<camdrive::drives::rigid_machine::RigidMachine>("## `RigidMachine`");
     check::<camdrive::drives::parametric::law::CrankLaw>("`[crank]`:");
 }
 

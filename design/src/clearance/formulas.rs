@@ -23,7 +23,7 @@
 //!
 //! Source: K. Kaltofen, "Zur Dynamik spielbehafteter periodischer Antriebe", IFToMM congress, Liberec 1996.
 
-use super::search::root;
+use crate::search::root;
 
 /// Below this argument the series of [`remainder`] loses nothing, and 17 of its terms are right to rounding.
 const SERIES: f64 = 3.0;
@@ -132,11 +132,6 @@ impl Passage {
     /// Z of (18).
     pub fn jump(&self) -> f64 {
         self.masses.jump(self.tau)
-    }
-
-    /// The impulse of (26), relative to c s/ω: (μ/K) Z.
-    pub fn impulse(&self) -> f64 {
-        self.masses.mu / self.k * self.jump()
     }
 
     /// A and B of (22), (23).

@@ -22,8 +22,8 @@ pub mod table;
 mod tests;
 pub mod tuning;
 
+use crate::Progress;
 use crate::resource::Resource;
-use crate::{Progress, search};
 use borders::Sequel;
 use by_model::ByModel;
 use camdrive::drives::backlash::{self, BacklashDrive, Scene};
@@ -443,7 +443,7 @@ fn passages(
                     clearance.model = Some(figures);
                     clearance.course = merged(clearance.course, course);
                 }
-                Err(fault) => clearance.fault = Some(fault.0.message),
+                Err(fault) => clearance.fault = Some(fault.to_string()),
             }
         }
         let figures = clearance.formula.or(clearance.model);

@@ -11,15 +11,10 @@ use super::corners::{Corners, Moment, divided};
 use super::spectral::{Mesh, amplitude, largest, largest_between};
 use super::{Angle, Solution, Tool};
 use camdrive::drives::Fault;
-use camdrive::motion::table::Points;
+use camdrive::motion::fourier::HIGHEST_HARMONIC;
+use camdrive::motion::table::{MOST_POINTS, Points};
 use camdrive::motion::{Fourier, MotionLaw, Table};
 use std::f64::consts::TAU;
-
-/// The highest harmonic of a cam that a scene takes.
-pub const HIGHEST_HARMONIC: usize = 256;
-
-/// The most points of a table that a scene takes.
-pub const MOST_POINTS: usize = 20_000;
 
 /// Harmonics below this part of the largest lift are roundings of the phases at which the lift is taken.
 const ROUNDING: f64 = 2e-16;

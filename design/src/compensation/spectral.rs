@@ -65,11 +65,6 @@ impl Mesh {
         self.apply(|i, j| self.integral(i, j), values)
     }
 
-    /// The derivative.
-    pub fn differentiate(&self, values: &[f64]) -> Vec<f64> {
-        self.apply(|i, j| self.slope(i, j), values)
-    }
-
     fn apply(&self, weight: impl Fn(usize, usize) -> f64, values: &[f64]) -> Vec<f64> {
         (0..self.len()).map(|i| values.iter().enumerate().map(|(j, v)| weight(i, j) * v).sum()).collect()
     }
@@ -129,7 +124,7 @@ mod tests {
     fn integral_and_derivative_of_an_analytic_function() {
         let mesh = Mesh::new(30);
         let f: Vec<f64> = (0..mesh.len()).map(|i| mesh.point(i).sin().exp()).collect();
-        let slope = mesh.differentiate(&f);
+        let slope = mesh.apply(|i, j| mesh.slope(i, j), &f);
         let back = mesh.integrate(&slope);
         for i in 0..mesh.len() {
             let phi = mesh.point(i);

@@ -374,7 +374,7 @@ fn what_has_no_contact_is_refused() {
         let follower = Follower::new(mass, series(&[0.02, 0.0, -0.02], &[]));
         let drive = Drive::new("x".to_owned(), follower, plan, loads).expect("a cam");
         let machine = Machine { name: "x".to_owned(), speed: 10.0, inertia: None, drives: vec![drive] };
-        machine.turn().map(|turn| turn.states().count()).map_err(|fault| fault.0.message)
+        machine.turn().map(|turn| turn.states().count()).map_err(|fault| fault.to_string())
     };
     let undercut = with(0.02, 1.0).expect_err("the tops are sharper than the roller");
     assert!(undercut.contains("the inner contour of x is undercut"), "{undercut}");

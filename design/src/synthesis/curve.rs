@@ -2,7 +2,7 @@
 
 use super::remarks::degrees;
 use camdrive::motion::MotionLaw;
-use camdrive::motion::table::{Points, Table};
+use camdrive::motion::table::{CLOSING, Points, Table};
 use camdrive::numerics::double_double::Double;
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -27,9 +27,6 @@ struct Part {
     /// β (rad).
     phase: f64,
 }
-
-/// A table may miss the ends of its range by this much (rad): angles are printed with five digits.
-const CLOSING: f64 = 1e-4;
 
 /// The points at an end of a table from which its derivatives there follow.
 const AT_END: usize = 6;

@@ -75,13 +75,14 @@ pub fn study(goal: ShaftGoal, rivals: &[Rival]) -> Shafted {
     let speeds = goal.speeds(SPEEDS);
     let laws: Vec<Fourier> = rivals.iter().map(|rival| truncated(&rival.series, HARMONICS)).collect();
     let checked = |every: usize| speeds.iter().copied().step_by(every);
-    let unstable = |w: f64| on_periodic_motion(&goal.shaft, &laws[0], w, true).err().map(|fault| (w, fault.0.message));
+    let unstable =
+        |w: f64| on_periodic_motion(&goal.shaft, &laws[0], w, true).err().map(|fault| (w, fault.to_string()));
     let nonlinear = |w: f64| Nonlinear {
         w,
         linear: peak(&goal.shaft, &laws[0], w),
         torque: on_periodic_motion(&goal.shaft, &laws[0], w, false)
             .and_then(|mut drive| largest_torque(&mut drive, w))
-            .map_err(|fault| fault.0.message),
+            .map_err(|fault| fault.to_string()),
     };
     let fastest = |law: &Fourier| goal.shaft.periodic_torque(law, goal.fastest, None).map(|steady| steady.torque);
     Shafted {

@@ -69,7 +69,7 @@ impl Simplification {
             fault: None,
         };
         match self.run(bench, shaft) {
-            Err(fault) => feature.fault = Some(fault.0.message),
+            Err(fault) => feature.fault = Some(fault.to_string()),
             Ok(trace) => {
                 let outputs = self.outputs();
                 feature.changes = changes(bench, full, reference, &trace, &outputs);

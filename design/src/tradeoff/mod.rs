@@ -481,7 +481,7 @@ fn first_run(
         fault: None,
     };
     match bench.setting(setting) {
-        Err(fault) => row.fault = Some(fault.0.message),
+        Err(fault) => row.fault = Some(fault.to_string()),
         Ok(trace) => {
             let errors = reference.errors(&trace, reference.until).into_iter().map(|e| e.max(row.known_to));
             row.errors = names.iter().cloned().zip(errors).collect();

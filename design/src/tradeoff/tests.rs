@@ -176,7 +176,7 @@ fn a_drive_with_inputs_runs_up() {
 #[test]
 fn options_without_an_experiment_are_refused_by_name() {
     let still = output(DriveMode::Constant { w: 0.0, phi_start: 0.0 });
-    let refusal = |resource: &Resource, options: Options| study(resource, &options, |_| ()).unwrap_err().0.message;
+    let refusal = |resource: &Resource, options: Options| study(resource, &options, |_| ()).unwrap_err().to_string();
     assert!(refusal(&output(DriveMode::Input), Options { speed: Some(0.0), ..quick() }).contains("--speed"));
     assert!(refusal(&output(DriveMode::Input), Options { ramp: Some(-1.0), ..quick() }).contains("--ramp"));
     let turning = output(DriveMode::Constant { w: 5.0, phi_start: 0.0 });

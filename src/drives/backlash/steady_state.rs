@@ -8,7 +8,7 @@ use super::solver::{Run, Stretch};
 use super::{BacklashDrive, CamFlank};
 use crate::drives::cam_drive::DriveMode;
 use crate::drives::cam_turn::turns;
-use crate::drives::limits::{refused_start, search_too_much};
+use crate::drives::limits::search_too_much;
 use crate::drives::{EventLog, Fault, Rounded};
 use crate::motion::Fourier;
 use crate::numerics::double_double::{Double, two_product};
@@ -31,8 +31,9 @@ impl BacklashDrive {
     /// settles to from there.
     pub(super) fn begin_steady(&mut self, time: f64) -> Result<(), Fault> {
         let DriveMode::Constant { w, .. } = self.cam.mode else {
-            return Err(refused_start(
-                "`start.mode` = steady_state needs a drive at constant speed; with inputs choose at_rest or given",
+            return Err(Fault::named(
+                "start.mode",
+                " = steady_state needs a drive at constant speed; with inputs choose at_rest or given",
             ));
         };
         if !turns(w) {
@@ -109,12 +110,15 @@ impl BacklashDrive {
     }
 
     fn resonance(&self) -> Fault {
-        refused_start(format!(
-            "`start.mode` = steady_state: there is no periodic solution, since a harmonic of the motion law has the natural \
+        Fault::named(
+            "start.mode",
+            format!(
+                " = steady_state: there is no periodic solution, since a harmonic of the motion law has the natural \
              frequency ({} rad/s) and `b` = {} N.s/m does not damp it; change the speed, add damping or choose at_rest",
-            Rounded(self.bodies.bound.stiffness().sqrt()),
-            self.parameters.b
-        ))
+                Rounded(self.bodies.bound.stiffness().sqrt()),
+                self.parameters.b
+            ),
+        )
     }
 
     /// The mode and state that repeat after one period.
@@ -126,7 +130,7 @@ impl BacklashDrive {
             let flank = CamFlank { law: &self.cam.law, motion: &self.motion, bounds: self.bounds };
             let mut stretch = Stretch { end, horizon: f64::INFINITY, log: &mut self.log, work };
             run.advance(&self.bodies, &flank, &mut stretch)
-                .map_err(|fault| refused_start(format!("`start.mode` = steady_state: {fault}")))?;
+                .map_err(|fault| Fault::named("start.mode", format!(" = steady_state: {fault}")))?;
             let Point { state, .. } = run.panel.at(&self.bodies, run.theta(end));
             let next = (run.panel.mode(), state);
             if next.0 == last.0 && self.distance(&next.1, &last.1) <= REPEATS {
@@ -135,11 +139,14 @@ impl BacklashDrive {
             }
             last = next;
         }
-        Err(refused_start(format!(
-            "`start.mode` = steady_state: the motion does not repeat from turn to turn within {MOST_TURNS} turns; with \
+        Err(Fault::named(
+            "start.mode",
+            format!(
+                " = steady_state: the motion does not repeat from turn to turn within {MOST_TURNS} turns; with \
              clearance the periodic motion may be unstable or longer than a turn; start at_rest and let the drive run, or \
              add damping"
-        )))
+            ),
+        ))
     }
 
     /// The largest difference of two states, relative to the sizes of q and z.

@@ -379,7 +379,7 @@ fn no_steady_state_at_an_undamped_resonance_without_spring_or_with_inputs() {
         ([1.0, 8100.0, 0.0], cycle(InclinedSine, InclinedSine), constant(30.0), "resonance"),
         ([1.0, 8100.0, 1.0], harmonic.clone(), DriveMode::Input, "inputs"),
     ] {
-        let message = start(mcb, cam, mode).unwrap_err().0.message;
+        let message = start(mcb, cam, mode).unwrap_err().to_string();
         assert!(message.contains(word) && message.contains("start.mode"), "{message}");
     }
     // A cam at rest does not move the mass.

@@ -5,6 +5,7 @@
 
 use super::equation::Flow;
 use crate::drives::cam_drive::AngleMotion;
+use crate::drives::cam_turn::OVERRUN;
 use crate::motion::MotionLaw;
 use crate::numerics::angle;
 use crate::numerics::collocation::Collocation;
@@ -14,10 +15,6 @@ use std::f64::consts::TAU;
 
 /// Those of the way: φ is of degree 10 at most, q of less.
 const COEFFICIENTS: usize = 11;
-
-/// How far beyond a breakpoint the smooth continuation is followed (rad): more than the rounding of an angle, so
-/// that the passage is certain, and no more, since every passage is late by it.
-pub const OVERRUN: f64 = 1e-14;
 
 /// Where in its segment the cam was at the start of a step.
 pub struct Place {

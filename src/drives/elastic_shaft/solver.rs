@@ -1,8 +1,9 @@
 //! Integration of the twist: Gauss collocation, with steps that end where the cam passes a breakpoint of its law.
 
 use super::equation::{Cam, Equation, Flow};
-use super::passage::{OVERRUN, Place};
+use super::passage::Place;
 use crate::drives::cam_drive::AngleMotion;
+use crate::drives::cam_turn::OVERRUN;
 use crate::drives::step_control::{FAR, StepControl, Stop, Words};
 use crate::drives::{Fault, Rounded};
 use crate::motion::MotionLaw;

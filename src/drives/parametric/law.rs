@@ -123,9 +123,7 @@ impl SeriesLaw {
             [("m", &self.m), ("b", &self.b), ("c", &self.c)].into_iter().chain(self.f.iter().map(|f| ("f", f)))
         {
             if !(series.bound(0) + series.bound(3)).is_finite() {
-                return Err(
-                    Fault::new(format!("`{name}`: the Fourier coefficients of {name}(φ) must be finite")).of(name)
-                );
+                return Err(Fault::named(name, format!(": the Fourier coefficients of {name}(φ) must be finite")));
             }
         }
         let unit = if self.coordinate == Coordinate::Rotation { "kg·m²" } else { "kg" };
@@ -134,12 +132,12 @@ impl SeriesLaw {
             return Ok(());
         }
         let message = format!(
-            "`m`: m(φ) is {} {unit} at φ = {} rad ({:.4}°), and must be above 0 over the whole turn: without mass the \
+            ": m(φ) is {} {unit} at φ = {} rad ({:.4}°), and must be above 0 over the whole turn: without mass the \
              equation has no acceleration; raise m.a[0] or lower the harmonics of m",
             Number(least),
             Number(phi),
             phi.to_degrees()
         );
-        Err(Fault::new(message).of("m"))
+        Err(Fault::named("m", message))
     }
 }

@@ -16,7 +16,7 @@
 
 use super::torques::Torques;
 use crate::numerics::double_double::Double;
-use crate::numerics::gauss::{ABSCISSAE, MATRIX, STAGES, WEIGHTS};
+use crate::numerics::gauss::{ABSCISSAE, MATRIX, NOISE_OF_MODES, STAGES, WEIGHTS};
 use crate::numerics::interpolant::{
     COEFFICIENTS, INTEGRATION, Interpolant, columns, combine, decay, integrated, modes, neglected,
 };
@@ -53,9 +53,6 @@ const ACCUMULATION: f64 = 10.0;
 /// Factor of the estimate over the part of the first neglected coefficient: those beyond it decay slowly and may
 /// have the same sign. 99 of 100 random machines then stay below it.
 const CAUTION: f64 = 8.0;
-
-/// By how much what rounding does to N at the nodes can come together in a coefficient: Σ |PROJECTION[7][j]| < 4.
-const NOISE_OF_MODES: f64 = 4.0;
 
 /// What the rounding of E can make of N at the nodes, however steep N(E) is: E₀ + h Σ aᵢⱼ Nⱼ = Eᵢ, rounded by ε E, moves
 /// N by no more than this times ε E/h, the largest row sum of the inverse of (aᵢⱼ).

@@ -75,12 +75,12 @@ impl Follower {
         let ratio = self.cam.bound(1);
         if !(ratio <= HIGHEST_RATIO) {
             let message = format!(
-                "`{prefix}`: the cam turns its lever up to {} times as fast as the shaft, by up to {} deg; at most \
+                ": the cam turns its lever up to {} times as fast as the shaft, by up to {} deg; at most \
                  {HIGHEST_RATIO} times is admissible: check the unit of the motion law",
                 Rounded(ratio),
                 Rounded(self.cam.bound(0).to_degrees())
             );
-            return Err(Fault::new(message).of(prefix));
+            return Err(Fault::named(prefix, message));
         }
         self.linkage.check(prefix, self.samples(), |phi| self.lever(phi))
     }

@@ -4,18 +4,12 @@
 //! next point of the grid.
 
 use super::{Kloss, Motor, RigidMachine};
+use crate::drives::step_control::{SLIVER, WORST};
 use crate::drives::{Fault, Rounded};
 use crate::numerics::collocation::System;
 use crate::numerics::double_double::{Double, two_product};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
-
-/// A step that misses the motion by more than this part of it is refused: the estimate is one no more, and what follows
-/// would be no value of this machine.
-pub(super) const WORST: f64 = 1e-2;
-
-/// By how much a step may differ from its length, so that no sliver is left before a point of the grid.
-const SLIVER: f64 = 1e-3;
 
 /// How often an internal step may be cut at borders of the motion laws. The usual step passes one on the average; the
 /// densest laws put five of them into the angle of two.

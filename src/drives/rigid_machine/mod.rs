@@ -43,7 +43,7 @@ mod tests;
 
 pub use follower::Follower;
 pub use inertia::{Inertia, InertiaFunction};
-pub use motor::{Kloss, Motor};
+pub use motor::{Kloss, LAG, Motor};
 pub use place::Place;
 
 use self::linkage::{decimals, in_turn};
@@ -204,11 +204,11 @@ impl RigidMachine {
             && !turns(synchronous_speed)
         {
             let message = format!(
-                "`motor.w_s` = {} rad/s: the slip is referred to the synchronous speed, whose size must be at least {} rad/s; use a machine without motor for a motor that is switched off",
+                " = {} rad/s: the slip is referred to the synchronous speed, whose size must be at least {} rad/s; use a machine without motor for a motor that is switched off",
                 Number(synchronous_speed),
                 Number(SLOWEST)
             );
-            return Err(Fault::new(message).of("motor.w_s"));
+            return Err(Fault::named("motor.w_s", message));
         }
         // Where there is a mesh it has passed.
         if self.mesh.is_of(&self.inertia) {

@@ -17,6 +17,9 @@ pub enum Motor {
     Input,
 }
 
+/// The admissible T_el (s).
+pub const LAG: [f64; 2] = [1e-9, 1e3];
+
 /// An asynchronous motor, reduced to the shaft of the machine (gear ratio included).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Kloss {

@@ -13,9 +13,10 @@
 //! Nothing is repeated for the sake of a tolerance at fixed cost: each step takes the same number of Newton iterations, and what
 //! they leave counts as error.
 
-use super::grid::{Grid, WORST};
+use super::grid::Grid;
 use super::{Kloss, Motor, RigidMachine, State};
 use crate::drives::solver::Method;
+use crate::drives::step_control::WORST;
 use crate::drives::{Event, Fault, Rounded};
 use crate::numerics::angle::WHOLE_TURN;
 use crate::numerics::collocation::{Collocation, Failure};

@@ -14,7 +14,7 @@ use super::lagging_turn::LaggingTurn;
 use super::torques::Torques;
 use super::turn_map::{PERIODIC_TOLERANCE, SCAN_TOLERANCE, TurnMap};
 use super::{Kloss, Motor, RigidMachine};
-use crate::drives::limits::{refused_start, search_too_much};
+use crate::drives::limits::search_too_much;
 use crate::drives::{Event, Fault, Number};
 use crate::numerics::double_double::Double;
 use crate::numerics::work::Work;
@@ -40,8 +40,9 @@ impl RigidMachine {
 
     fn search_periodic_motion(&mut self, time: f64, work: &Cell<Work>) -> Result<(), Fault> {
         let Motor::Kloss(Kloss { breakdown_torque, breakdown_slip, synchronous_speed, .. }) = self.motor else {
-            return Err(refused_start(
-                "`start.mode` = steady_state needs a motor with a characteristic: a torque that does not depend on the speed selects no periodic motion; use `given`",
+            return Err(Fault::named(
+                "start.mode",
+                " = steady_state needs a motor with a characteristic: a torque that does not depend on the speed selects no periodic motion; use `given`",
             ));
         };
         let sense = synchronous_speed.signum();
@@ -49,11 +50,14 @@ impl RigidMachine {
         let tau = self.load.now();
         let torques = Torques::against(&self.motor, tau, sense);
         let none = || {
-            refused_start(format!(
-                "`start.mode` = steady_state: with `tau` = {} N.m there is no stable periodic motion; the motor (breakdown torque {} N.m) stalls or runs away. Reduce the load or use `given`",
-                Number(tau),
-                Number(breakdown_torque)
-            ))
+            Fault::named(
+                "start.mode",
+                format!(
+                    " = steady_state: with `tau` = {} N.m there is no stable periodic motion; the motor (breakdown torque {} N.m) stalls or runs away. Reduce the load or use `given`",
+                    Number(tau),
+                    Number(breakdown_torque)
+                ),
+            )
         };
         let (low, high) = self.inertia.range();
         let (bracket, motions) = match torques.only_motion(low, high) {
@@ -82,9 +86,12 @@ impl RigidMachine {
             let (growth, _) = turn.growth_and_course(motion, 1).ok_or_else(none)?;
             if growth > 0.0 {
                 let factor = growth.exp();
-                return Err(refused_start(format!(
-                    "`start.mode` = steady_state: the periodic motion is unstable (a disturbance grows by {factor:.4} per turn); change `motor.T_el` or use `given`"
-                )));
+                return Err(Fault::named(
+                    "start.mode",
+                    format!(
+                        " = steady_state: the periodic motion is unstable (a disturbance grows by {factor:.4} per turn); change `motor.T_el` or use `given`"
+                    ),
+                ));
             }
             energy = Double::from(motion[0]) * Double::from(motion[0]) * Double::from(0.5);
             (torque, period) = (motion[1], t);

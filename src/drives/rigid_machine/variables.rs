@@ -3,7 +3,7 @@
 mod laws;
 
 use super::linkage::Parameter;
-use super::{InertiaFunction, Kloss, MachineStart, Motor, RigidMachine};
+use super::{InertiaFunction, Kloss, LAG, MachineStart, Motor, RigidMachine};
 use crate::drives::limits::{FASTEST, LARGEST_ANGLE};
 use crate::drives::parameter::{Has, parameters};
 use crate::drives::solver::HasSolver;
@@ -351,7 +351,7 @@ impl RigidMachine {
                 list.parameter(
                     "motor.T_el",
                     "Electrical time constant",
-                    real_within(&unit::TIME, 1e-9, 1e3),
+                    real_within(&unit::TIME, LAG[0], LAG[1]),
                     |d, _| d.motor.lag().unwrap_or(0.0),
                     |d, _, value| d.group_mut().into_iter().for_each(|kloss: &mut Kloss| kloss.dynamics = Some(value)),
                 )

@@ -2,10 +2,7 @@
 
 use super::ROUNDING;
 use super::newton::Newton;
-use crate::numerics::gauss::{PROJECTION, STAGES};
-
-/// Σ |PROJECTION[7][j]| < 4: how much of the rounding of the fⱼ can come together in a coefficient.
-const NOISE_OF_MODES: f64 = 4.0;
+use crate::numerics::gauss::{NOISE_OF_MODES, PROJECTION, STAGES};
 
 /// A solved step.
 pub struct Solved<const N: usize> {

@@ -208,17 +208,6 @@ fn a_restored_integrator_goes_on_bit_by_bit() {
     assert_eq!(c, copy);
 }
 
-#[test]
-fn a_retracted_step_leaves_the_state_before() {
-    let system = Kepler { eccentricity: 0.3 };
-    let mut c = Collocation::new(double(0.0), [0.7, 0.0]);
-    c.step(&system, double(1.0), 1e-10).unwrap();
-    let (t, y) = (c.end(), c.state());
-    c.step(&system, double(1.0), 1e-10).unwrap();
-    c.retract();
-    assert_eq!((c.end(), c.state(), c.at(t)), (t, y, y));
-}
-
 /// q̈ + q + κ q³ = g(t), made to measure for q = 1 − cos νt: at rest at the start.
 struct FromRest {
     cubic: f64,

@@ -327,7 +327,7 @@ fn every_law_has_all_its_intervals_of_admissible_frequencies() {
 fn what_cannot_be_studied_says_why() {
     let plain = scene(profile(), 0.05, 5e-5);
     let refused = |scene: &Scene, options: Options, parts: &[&str]| {
-        let fault = run(scene, &options).unwrap_err().0.message;
+        let fault = run(scene, &options).unwrap_err().to_string();
         assert!(parts.iter().all(|part| fault.contains(part)), "{fault}");
     };
     refused(&Scene { drive: DriveMode::Input, ..plain.clone() }, Options::default(), &["inputs", "--speed"]);

@@ -155,6 +155,6 @@ fn what_cannot_be_followed_is_told_with_its_reason() {
     // Vibrations are followed by their phase, however many; what does not vibrate is not.
     let report = at(1e-9, 0.1).unwrap();
     assert!(report.speeds[0].stable && report.speeds[0].radius == 0.0);
-    let text = at(1e-9, 5.0).unwrap_err().0.message;
+    let text = at(1e-9, 5.0).unwrap_err().to_string();
     assert!(text.contains("η = 1e-9") && text.contains("decay some 1e9 times"), "{text}");
 }

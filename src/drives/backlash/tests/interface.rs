@@ -327,7 +327,7 @@ fn what_has_no_periodic_solution_is_refused() {
         let mut scene = scene(47.0, 3e-4, 0.0, 1.0);
         scene.start.mode = StartMode::SteadyState;
         change(&mut scene);
-        BacklashDrive::new(scene).unwrap().start(0.0).unwrap_err().0.message
+        BacklashDrive::new(scene).unwrap().start(0.0).unwrap_err().to_string()
     };
     assert!(refused(|_| ()).contains("does not repeat"));
     let resonant = refused(|s| (s.parameters.s, s.drive) = (0.0, DriveMode::Constant { w: 250.0, phi_start: 0.0 }));

@@ -202,20 +202,22 @@ fn derivatives_of_the_outputs_by_time_states_and_inputs() {
 
 #[test]
 fn what_is_no_drive_is_refused_by_name() {
-    let refused = |law: Law| ParametricDrive::new(scene(law, 1.0)).expect_err("a refusal").0.message;
+    let refused = |law: Law| ParametricDrive::new(scene(law, 1.0)).expect_err("a refusal").to_string();
     let light = SeriesLaw { m: Fourier::new(vec![1.0, 0.0, 1.5], Vec::new()), ..general() };
     let text = refused(Law::Series(light));
     assert!(text.starts_with("`m`: m(φ) is -0.5 kg·m² at φ = 1.57079") && text.contains("(90.0000°)"), "{text}");
     let mut law = locomotive();
     law.crank.c_ab = 0.0;
     let without_rods = AnyDrive::new(ParametricDrive::new(scene(Law::Crank(law), 1.0)).unwrap()).start();
-    assert!(without_rods.unwrap_err().message.starts_with("`c_AB`: 0 N/m is not admissible; expected [1e-12, 1e15]"));
+    assert!(
+        without_rods.unwrap_err().to_string().starts_with("`c_AB`: 0 N/m is not admissible; expected [1e-12, 1e15]")
+    );
     let endless = SeriesLaw { c: Fourier::new(vec![f64::INFINITY], Vec::new()), ..general() };
     assert!(refused(Law::Series(endless)).contains("must be finite"));
     // A parameter that makes the mass vanish is refused at the start.
     let mut drive = started(scene(Law::Series(general()), 5.0));
     set(&mut drive, "m.a[2]", -4.0);
-    assert!(drive.start(0.0).unwrap_err().message.starts_with("`m`: m(φ) is -"));
+    assert!(drive.start(0.0).unwrap_err().to_string().starts_with("`m`: m(φ) is -"));
 }
 
 #[test]

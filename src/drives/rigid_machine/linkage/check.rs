@@ -50,8 +50,8 @@ impl Mechanism {
             let value = copy.parameter_mut(i).map_or(0.0, |value| *value);
             if !parameter.kind.admits(value) {
                 let name = format!("{prefix}.{}", parameter.name());
-                let message = format!("`{name}` = {value}: it must be {}", parameter.kind.admissible());
-                return Err(Fault::new(message).of(name));
+                let message = format!(" = {value}: it must be {}", parameter.kind.admissible());
+                return Err(Fault::named(name, message));
             }
         }
         Ok(())
@@ -101,7 +101,7 @@ impl Linkage {
             }
             let name = format!("{prefix}[{}]", i + 1);
             let place = format!(
-                "`{name}`: at phi = {} deg its input angle is {} deg, where",
+                ": at phi = {} deg its input angle is {} deg, where",
                 in_turn(phi, 4),
                 decimals(input.to_degrees(), 4)
             );
@@ -112,7 +112,7 @@ impl Linkage {
                 (_, false) => "the rod does not reach the slider's line",
             };
             let message = format!("{place} {reason}; change its lengths or offsets, or the motion of the lever");
-            return Err(Fault::new(message).of(name));
+            return Err(Fault::named(name, message));
         }
         Ok(())
     }

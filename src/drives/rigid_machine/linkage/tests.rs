@@ -261,7 +261,7 @@ fn a_chain_forwards_and_backwards() {
 fn what_is_impossible_is_told_with_its_place() {
     // The lever swings by ±57.3° about 100°; the slider-crank's rod is too short at 0 and 180°.
     let swing = |phi: f64| phi.sin();
-    let refusal = |linkage: &Linkage| linkage.check("follower[1].linkage", 400, swing).unwrap_err().0.message;
+    let refusal = |linkage: &Linkage| linkage.check("follower[1].linkage", 400, swing).unwrap_err().to_string();
     let of = |kind| Linkage(vec![Mechanism { kind, input_offset: 100f64.to_radians(), output_offset: 0.0 }]);
     assert_eq!(chain().check("follower[1].linkage", 400, |phi| 0.3 * phi.sin()), Ok(()));
     let mut linkage = crank_rocker(Branch::Plus);
