@@ -16,7 +16,7 @@ use std::f64::consts::TAU;
 const COEFFICIENTS: usize = 11;
 
 /// How far beyond a breakpoint the smooth continuation is followed (rad): more than the rounding of an angle, so
-/// that the passage is certain, and no more, since every passage is late by it.
+/// that the passage is certain, and no more: the speed is corrected by no more than its first order.
 pub const OVERRUN: f64 = 1e-14;
 
 /// Where in its segment the cam was at the start of a step.
@@ -77,8 +77,7 @@ impl Place {
     pub fn delay(&self, f: &Flow<f64>, forward: bool) -> f64 {
         // Less than half a turn per step, so the difference of reduced angles tells the way.
         let turned = angle::reduce(two_sum(f.phi, -self.phi)) + if self.linear { 0.0 } else { f.q - self.q };
-        let beyond = self.offset + turned - if forward { self.span } else { 0.0 };
-        if beyond.abs() > 2.0 * OVERRUN { beyond / f.turning(self.linear) } else { 0.0 }
+        (self.offset + turned - if forward { self.span } else { 0.0 }) / f.turning(self.linear)
     }
 }
 
