@@ -63,6 +63,13 @@ impl<'a> CamTurn<'a> {
         angle::reduce(Double::from(self.phi_start) + Double::from(self.w) * tau)
     }
 
+    /// U … U‴ at `tau` (s) in an interval, whose angle is not rounded.
+    pub fn law_at(&self, tau: Double, interval: usize) -> [f64; 4] {
+        let phi = angle::remainder(Double::from(self.phi_start) + Double::from(self.w) * tau);
+        let u = self.law.at_in(self.segment(interval), phi.hi).0;
+        std::array::from_fn(|order| u[order] + u[order + 1] * phi.lo)
+    }
+
     /// The time in which the cam turns by `reach` (rad) of the finest harmonic of the law in an interval (s).
     pub fn time_for(&self, reach: f64, interval: usize) -> f64 {
         reach / self.law.resolution_in(self.segment(interval)).max(1.0) / self.w.abs()

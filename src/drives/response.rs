@@ -269,18 +269,21 @@ impl Response {
                     return Ok(self.closed_form.at(run, &self.oscillator, &self.motion, time).q.array());
                 }
                 Method::Table(trajectory) => {
-                    let map = self.table.as_ref().and_then(|table| table.map.as_ref());
-                    let Some(map) = map else { return Err(Fault::new("the response has lost its table")) };
+                    let map = self.table.as_ref().and_then(|table| Some((table.map.as_ref()?, table.roundings)));
+                    let Some((map, of_law)) = map else { return Err(Fault::new("the response has lost its table")) };
                     let before = trajectory.steps;
                     trajectory.reach(map, time).map_err(|fault| {
                         Fault::new(format!("the motion is beyond all numbers at t = {} s", Rounded(fault.time)))
                     })?;
                     self.steps += (trajectory.steps - before) as f64;
                     let turns = (time - self.motion.origin) / map.period().hi;
-                    let lasting = -(-self.oscillator.decay() * map.period().hi).exp_m1();
                     let cells = (map.cells() as f64).sqrt();
-                    self.bound.add_table(RESERVE_OF_TABLE * map.error(), cells * (turns + 1.0).min(1.0 / lasting));
-                    return Ok(trajectory.at(map, time));
+                    // As many turns as the free motion lasts.
+                    let alike = (turns + 1.0).min(-1.0 / (-self.oscillator.decay() * map.period().hi).exp_m1());
+                    self.bound.add_table(RESERVE_OF_TABLE * map.error(), cells * alike, of_law * alike);
+                    let state = trajectory.at(map, time);
+                    self.bound.reach(state[0]);
+                    return Ok(state);
                 }
                 Method::Hermite(_) => {
                     return Err(Fault::new("the response has not been restarted after a Hermite step"));

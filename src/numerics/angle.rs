@@ -23,8 +23,13 @@ pub const ROUNDER: f64 = 1.5 * 4503599627370496.0;
 ///
 /// The quotient is subtracted in triple precision, so the result does not lose digits with the number of turns.
 pub fn reduce(angle: Double) -> f64 {
+    remainder(angle).hi
+}
+
+/// The same with what its rounding leaves.
+pub fn remainder(angle: Double) -> Double {
     if angle.hi.abs() <= 0.5 * TAU {
-        return angle.hi + angle.lo;
+        return two_sum(angle.hi, angle.lo);
     }
     let turns = angle.hi / TURN[0];
     if turns.abs() <= SOME_TURNS {
@@ -32,14 +37,13 @@ pub fn reduce(angle: Double) -> f64 {
         let [first, second, third] = TURN_IN_PARTS;
         // The first difference is exact, too.
         let rest = two_sum(angle.hi - turns * first, -turns * second);
-        return rest.hi + (rest.lo + (angle.lo - turns * third));
+        return two_sum(rest.hi, rest.lo + (angle.lo - turns * third));
     }
     let turns = turns.round();
     let rest = angle - two_product(turns, TURN[0]) - two_product(turns, TURN[1]) - Double::from(turns * TURN[2]);
     // The quotient may be off by one where the angle lies near half a turn.
     let correction = (rest.hi / TURN[0]).round();
-    let rest = rest - two_product(correction, TURN[0]) - two_product(correction, TURN[1]);
-    rest.hi + rest.lo
+    rest - two_product(correction, TURN[0]) - two_product(correction, TURN[1])
 }
 
 #[cfg(test)]

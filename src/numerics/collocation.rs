@@ -327,6 +327,11 @@ impl<const N: usize> Collocation<N> {
         }
     }
 
+    /// Component `c` of the state at the end of the last step changes by this.
+    pub fn push(&mut self, c: usize, change: f64) {
+        self.to[c] = self.to[c] + Double::from(change);
+    }
+
     /// Carries the error of the state over the step, y₁ = M y₀ + own error: the covariance becomes M P Mᵀ plus the
     /// square of what the end of the step adds, so errors of independent sign grow, turn and decay as the motion does.
     fn carry_error(&mut self, solved: &Solved<N>) {

@@ -74,8 +74,7 @@ impl Place {
     pub fn delay(&self, f: &Flow<f64>, forward: bool) -> f64 {
         // Less than half a turn per step, so the difference of reduced angles tells the way.
         let turned = angle::reduce(two_sum(f.phi, -self.phi)) + if self.linear { 0.0 } else { f.q - self.q };
-        let beyond = self.offset + turned - if forward { self.span } else { 0.0 };
-        if beyond.abs() > 2.0 * OVERRUN { beyond / f.turning(self.linear) } else { 0.0 }
+        (self.offset + turned - if forward { self.span } else { 0.0 }) / f.turning(self.linear)
     }
 }
 

@@ -126,7 +126,7 @@ impl Twist<'_> {
         control: StepControl,
     ) -> Result<Option<usize>, Failure> {
         let before = integrator.clone();
-        let (start, f) = (before.end(), self.flow(before.end(), &before.state()));
+        let (start, mut f, mut delay) = (before.end(), self.flow(before.end(), &before.state()), 0.0);
         let place = Place::new((self.law, self.segment), start, &f, self.equation.linear);
         self.step_smoothly(integrator, limit, control)?;
         let Some(mut exit) = place.exit(self.motion, integrator) else { return Ok(None) };
@@ -139,18 +139,23 @@ impl Twist<'_> {
                 // The tolerance asks for a shorter step, so the way to the breakpoint is left to the next one.
                 return Ok(None);
             }
-            let delay = place.delay(&self.flow(integrator.end(), &integrator.state()), exit.forward);
+            f = self.flow(integrator.end(), &integrator.state());
+            delay = place.delay(&f, exit.forward);
             let better = exit.time - Double::from(delay);
             let possible = (better - before.end()).hi > 0.0 && (latest - better).hi >= 0.0;
-            if correction == CORRECTIONS || !possible || !self.matters(integrator, beyond, delay) {
+            let far = (delay * f.turning(self.equation.linear)).abs() > 2.0 * OVERRUN;
+            if correction == CORRECTIONS || !far || !possible || !self.matters(integrator, beyond, delay) {
                 break;
             }
             exit.time = better;
         }
-        let f = self.flow(integrator.end(), &integrator.state());
-        let late = (OVERRUN + self.rounding) / f.turning(self.equation.linear).abs();
-        let passed = (integrator.end() - before.end()).hi;
-        integrator.disturb([0.0, self.jump(integrator, beyond) * late.min(passed)]);
+        let (jump, passed) = (self.jump(integrator, beyond), (integrator.end() - before.end()).hi);
+        // What q̇ would have gained beyond the breakpoint, at the speed that the cam has now.
+        integrator.push(1, jump * delay.abs().min(passed).copysign(delay));
+        // Unknown are some roundings of angles near 2π, and what the speed changes meanwhile.
+        let late = (4.0 * f64::EPSILON + self.rounding + 0.5 * f.a.abs() * delay * delay)
+            / f.turning(self.equation.linear).abs();
+        integrator.disturb([0.0, jump * late.min(passed)]);
         Ok(Some(beyond))
     }
 

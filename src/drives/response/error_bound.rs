@@ -123,8 +123,9 @@ impl ErrorBound {
     }
 
     /// Adds a table whose polynomials err by this part, and roundings of the states that it leads through, those of one turn
-    /// independent of each other, those of the turns alike.
-    pub fn add_table(&mut self, part: f64, roundings: f64) {
+    /// independent of each other, those of the turns alike; the law's make `of_law` (m) of q.
+    pub fn add_table(&mut self, part: f64, roundings: f64, of_law: f64) {
+        self.worst = self.worst.max(of_law);
         self.closed = self.closed.max(part + CLOSED * roundings * ROUNDING);
     }
 

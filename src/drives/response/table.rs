@@ -5,6 +5,7 @@ use crate::motion::MotionLaw;
 use crate::numerics::double_double::Double;
 use crate::numerics::oscillator::Oscillator;
 use crate::numerics::period_map::{Coefficients, PeriodMap, Periodic};
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 /// No table where the oscillator turns or decays by more than this in a turn of the cam (rad): cells of a few radians
@@ -22,6 +23,8 @@ pub struct Table {
     w: f64,
     phi_start: f64,
     tolerance: f64,
+    /// What roundings of angles and of U″ make of q in a turn (m).
+    pub roundings: f64,
     /// None where there are too many cells.
     pub map: Option<PeriodMap>,
 }
@@ -32,9 +35,14 @@ impl Table {
         let map = CamTurn::new(&law, w, phi_start).and_then(|cam| {
             let (_, fast) = oscillator.rates();
             let few = fast * cam.period().hi <= FASTEST;
-            few.then(|| PeriodMap::new(&Turn { oscillator, law: &law, w, cam }, tolerance)).flatten()
+            few.then(|| PeriodMap::new(&Turn { oscillator, w, cam }, tolerance)).flatten()
         });
-        Table { oscillator, law, w, phi_start, tolerance, map }
+        // An error of q̇ turns into one of q while the cam turns by this (rad).
+        let span = (w.abs() / oscillator.stiffness().sqrt()).min(TAU);
+        let slopes = (0..law.breakpoints().len()).map(|segment| law.bound_in(segment, 1)).fold(0.0, f64::hypot);
+        // Four roundings shift a segment of the law, and four of U′ stay in q̇ behind it.
+        let roundings = 2.0 * f64::EPSILON * (1.0 + span) * slopes;
+        Table { oscillator, law, w, phi_start, tolerance, roundings, map }
     }
 
     /// Whether it is the table of these.
@@ -58,7 +66,6 @@ impl Table {
 
 struct Turn<'a> {
     oscillator: Oscillator,
-    law: &'a MotionLaw,
     w: f64,
     cam: CamTurn<'a>,
 }
@@ -76,12 +83,19 @@ impl Periodic for Turn<'_> {
     }
 
     fn at(&self, tau: Double, interval: usize) -> Coefficients {
-        let u = self.law.at_in(self.cam.segment(interval), self.cam.angle(tau)).0;
+        let u = self.cam.law_at(tau, interval);
         Coefficients {
             damping: 2.0 * self.oscillator.damping(),
             stiffness: self.oscillator.stiffness(),
             forcing: -u[2] * self.w * self.w,
         }
+    }
+
+    /// Absolutely, the mass has no jump: what q̈ gained by the roundings of the joint, q̇ gets back as the law's jump of U′ there.
+    fn jump(&self, tau: Double, interval: usize) -> f64 {
+        let next = if tau == self.period() { 0 } else { interval + 1 };
+        let [before, after] = [interval, next].map(|interval| self.cam.law_at(tau, interval));
+        (before[1] - after[1]) * self.w
     }
 
     fn longest_cell(&self, _: Double, interval: usize) -> f64 {

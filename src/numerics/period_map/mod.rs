@@ -72,6 +72,11 @@ pub trait Periodic {
     /// the joint of this index.
     fn at(&self, tau: Double, interval: usize) -> Coefficients;
 
+    /// By how much q̇ jumps (unit of q/s) at the joint of this index, `tau` (s) from the start of the period.
+    fn jump(&self, _tau: Double, _interval: usize) -> f64 {
+        0.0
+    }
+
     /// A cell from `tau` (s) on that is longer than this (s) could hide something between its nodes.
     fn longest_cell(&self, tau: Double, interval: usize) -> f64;
 
@@ -205,7 +210,7 @@ impl Period {
                 }
                 whole.evaluations += cell::EVALUATIONS;
                 equation.draw(cell::EVALUATIONS)?;
-                let (cell, damping) = if fast {
+                let (mut cell, damping) = if fast {
                     let Some((cell, damping, errors)) = Cell::vibrating(equation, interval, start, length) else {
                         lengths.fast = 0.5 * length;
                         continue;
@@ -232,6 +237,9 @@ impl Period {
                     whole.drift += error.powf((2 * STAGES) as f64 / (STAGES + 1) as f64);
                     (cell, damping)
                 };
+                if length == remaining {
+                    cell.map.shift[1] += equation.jump(joint, interval);
+                }
                 whole.map = cell.map.after(&whole.map);
                 whole.monodromy.go_on(&cell.map.matrix, damping);
                 roundings += ROUNDING * ROUNDING;
