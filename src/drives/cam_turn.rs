@@ -6,7 +6,7 @@ use crate::numerics::double_double::Double;
 use std::f64::consts::TAU;
 
 /// How far beyond a breakpoint the smooth continuation is followed (rad): more than the rounding of an angle, so
-/// that the passage is certain, and no more, since every passage is late by it.
+/// that the passage is certain, and no more: the speed is corrected for it to first order only.
 pub const OVERRUN: f64 = 1e-14;
 
 /// A breakpoint this near the start of the turn counts as lying there (rad): more than the rounding of an angle.
