@@ -39,9 +39,9 @@ impl Table {
         });
         // An error of q̇ turns into one of q while the cam turns by this (rad).
         let span = (w.abs() / oscillator.stiffness().sqrt()).min(TAU);
-        let slopes = (0..law.breakpoints().len()).map(|segment| law.bound_in(segment, 1)).fold(0.0, f64::hypot);
+        let squares = (0..law.breakpoints().len()).map(|segment| law.bound_in(segment, 1).powi(2));
         // Four roundings shift a segment of the law, and four of U′ stay in q̇ behind it.
-        let roundings = 2.0 * f64::EPSILON * (1.0 + span) * slopes;
+        let roundings = 2.0 * f64::EPSILON * (1.0 + span) * squares.sum::<f64>().sqrt();
         Table { oscillator, law, w, phi_start, tolerance, roundings, map }
     }
 
