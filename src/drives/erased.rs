@@ -150,7 +150,7 @@ pub struct Plan {
     descriptions: Vec<Description>,
     /// For each variable its place among the computed values, [`NO_PLACE`] of what is set.
     places: Box<[usize]>,
-    /// The same, and [`NO_PLACE`] also of what is no Real: close together, since importers read at every communication point.
+    /// `places` of the Reals, [`NO_PLACE`] of other types: a dense list, since importers read it at every communication point.
     real_places: Box<[usize]>,
 }
 
@@ -220,7 +220,7 @@ impl AnyDrive {
         Arc::new(Plan { initial, descriptions, places, real_places }).instance()
     }
 
-    /// What it has in common with all instances of its scene.
+    /// The plan that all instances of its scene share.
     pub fn plan(&self) -> Arc<Plan> {
         self.plan.clone()
     }

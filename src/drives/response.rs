@@ -49,7 +49,7 @@ const SHARE: f64 = 1e-3;
 /// The last two Chebyshev coefficients of −ẍ on a piece need not fall below this part of the largest one: some roundings.
 const LEAST_TAIL: f64 = 1e-14;
 
-/// Rounding error of U″ and U′, relative to their bounds over the turn: where −ẍ passes through zero, its
+/// Rounding error of U″ and U′, relative to their bounds in the segment: where −ẍ passes through zero, its
 /// coefficients need not fall below this.
 const ROUNDING: f64 = 2e-15;
 
@@ -57,7 +57,8 @@ const ROUNDING: f64 = 2e-15;
 /// so that the segment does not flutter, and too little to be seen.
 const OVERSHOOT: f64 = 1e-14;
 
-/// Breakpoints lie in [0, 2π): between them the angle is rounded as an input of this size (rad) beyond what it is anyway.
+/// Between breakpoints, which lie in [0, 2π), the reduced angle adds rounding like an input of 2 rad: half a unit in its last
+/// place is 1, 2 or 4 roundings of 1 rad beyond 1, 2 and 4 rad, about 2 on average.
 const OF_BREAKPOINTS: f64 = 2.0;
 
 /// A piece, and an evaluation of −ẍ beside that of the law (nominal µs).

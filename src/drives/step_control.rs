@@ -15,20 +15,22 @@ pub const FAR: Double = Double { hi: 1e300, lo: 0.0 };
 /// and what follows would be no value of this drive.
 pub const WORST: f64 = 1e-2;
 
-/// By how much a step of fixed cost may differ from its length, so that no sliver is left before a point of the grid.
+/// Relative change of length that a step of fixed cost may take, so that no sliver is left before a point of the grid.
 const SLIVER: f64 = 1e-3;
 
-/// By how much the error estimate exceeds what the coefficients of the polynomials tell; over random drives the true
-/// error is then below it in 99 of 100. Within equal steps what counts is the worst polynomial, which is overestimated;
-/// where the tolerance decides, that between the ends of steps and the errors that come together at the ends count apart;
-/// where steps end at the communication points, the latter alone.
+/// Factors by which the error estimate exceeds what the coefficients of the polynomials tell, so that of 100 random drives
+/// 99 err by less. This one is for the polynomials between the ends of steps where the tolerance decides.
 const RESERVE_BETWEEN_ENDS: f64 = 16.0;
+/// Beside them count the errors that add up from end to end.
 const RESERVE_AT_ENDS: f64 = 6.0;
+/// Among equal steps the worst polynomial counts, which overestimates the error by itself.
 const RESERVE_OF_EQUAL_STEPS: f64 = 1.0;
+/// On inputs steps end at the communication points, so that only the errors at the ends count.
 const RESERVE_ON_INPUTS: f64 = 5.0;
+/// The same with equal steps.
 const RESERVE_OF_EQUAL_STEPS_ON_INPUTS: f64 = 3.5;
 
-/// The same for the polynomials of a tabulated period.
+/// Factor of the estimate for the polynomials of a tabulated period.
 pub const RESERVE_OF_TABLE: f64 = 2.0;
 
 /// What decides the lengths of the internal steps.

@@ -1,6 +1,6 @@
-//! What is said of a parameter by which a user changes a motion law.
+//! Descriptions of the parameters by which a user changes a motion law.
 
-/// What kind of value a parameter holds.
+/// The kind of value a parameter holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ParameterKind {
     /// A length (m), at most [`super::plan::MAX_LENGTH`] either way.
@@ -27,14 +27,14 @@ pub enum ParameterKind {
 pub struct LawParameter {
     /// The name, for example `a[3]` or `rise`.
     pub name: String,
-    /// What it is.
+    /// Its meaning.
     pub text: String,
-    /// What kind of value it holds.
+    /// The kind of value it holds.
     pub kind: ParameterKind,
 }
 
 impl LawParameter {
-    /// A parameter.
+    /// A parameter with its name, meaning and kind of value.
     pub fn new(name: impl Into<String>, text: impl Into<String>, kind: ParameterKind) -> Self {
         LawParameter { name: name.into(), text: text.into(), kind }
     }

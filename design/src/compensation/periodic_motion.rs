@@ -177,7 +177,7 @@ struct Equations<'a, I> {
 }
 
 impl<'a, I: Inertia> Equations<'a, I> {
-    /// All of them, with their derivatives.
+    /// Residuals and Jacobian at the iterate `at`.
     fn new(mesh: &'a Mesh, inertia: &'a I, driving: &Driving, at: &'a PeriodicMotion) -> Self {
         let (n, omega, layout) = (mesh.len(), at.mean_speed, Layout::new(driving, mesh.len()));
         let kloss: Vec<[f64; 3]> = at.speed.iter().map(|w| characteristic(&at.motor, *w)).collect();

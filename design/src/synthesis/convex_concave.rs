@@ -2,8 +2,8 @@
 //!
 //! Whatever keeps the linear condition of a [`super::clearance`] about the last profiles keeps |d| ≥ r, and the last profiles
 //! keep it too. So each step is admissible and no step is worse than the one before. Steps are short where the tools pass each
-//! other closely: as long as that pays, v is taken ever farther ahead on the way that the profiles go. What it ends at is an
-//! optimum beside its neighbours; it is looked for on both sides of the place where the tools would be nearest.
+//! other closely: as long as it pays, v is extrapolated ever farther along the way that the profiles go. It ends at a local
+//! optimum; the search runs on both sides of the place where the tools would be nearest.
 //!
 //! Source: S. Boyd, L. Vandenberghe, *Convex Optimization*, 2004, section 4.1 (restriction of a condition by its
 //! linearisation); T. Lipp, S. Boyd, "Variations and extension of the convex–concave procedure", Optim. Eng. 17 (2016)
@@ -28,7 +28,7 @@ const HALVINGS: usize = 5;
 /// A step that gains less than this part of the objective is the last one.
 const DONE: f64 = 1e-13;
 
-/// How fast the place of the tangents goes ahead.
+/// Growth of the extrapolation per step that pays.
 const GROWTH: f64 = 1.5;
 
 /// A step that gains less than this part of the one before is near the end of the way.

@@ -57,7 +57,8 @@ fn reduced(phi: f64) -> f64 {
     angle::reduce(Double::from(phi))
 }
 
-/// The feature left out, its replacement, and the rigid drive, or the machine at its mean speed; None of coefficients that are series and of a motor whose torque is an input.
+/// The feature left out, its replacement, and the rigid drive or the machine at its mean speed. None where the coefficients are
+/// series or the torque of the motor is an input.
 ///
 /// # Errors
 /// A scene that is none of its model.

@@ -46,12 +46,15 @@ pub trait FlankMotion {
     fn stay(&self, segment: usize, time: Double, longest: f64) -> (f64, usize);
 }
 
-/// An expansion, how many times more than an evaluation its part of the law takes, what the composition with a motion takes per
-/// degree of that, and what the angle of one of the points takes at which U′ is then integrated (nominal µs).
+/// An expansion beside that of the law (nominal µs).
 const EXPANSION: f64 = 0.3;
+/// The expansion of the law, in evaluations of it.
 const DERIVATIVES: f64 = 5.0;
+/// The composition with a motion of varying speed, for each degree of the motion (nominal µs).
 const COMPOSITION: f64 = 0.5;
+/// Points over which U′ is then integrated, each with an evaluation of the law.
 const POINTS: f64 = 12.0;
+/// The angle of one of them (nominal µs).
 const ANGLE: f64 = 0.05;
 
 /// The flank of a cam on its shaft.

@@ -151,7 +151,7 @@ impl Panel {
         }
     }
 
-    /// The same by so many terms.
+    /// [`Panel::integrals`] from the first N terms of the series.
     fn integrals_by<const N: usize>(&self, flank: &impl FlankMotion, way: [f64; 2]) -> [f64; 2] {
         let (uniform, speed) = (flank.is_uniform(), flank.speed());
         let slope = |theta: f64| flank.slope(self.from.segment, self.instant(theta));

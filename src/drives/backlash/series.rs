@@ -132,8 +132,8 @@ impl Series {
         }
     }
 
-    /// u or ζ, and q, `theta` (s) after the start; their rates and, where wanted, their accelerations. Apart from its callers, which read single
-    /// numbers, the pairs stay together in registers.
+    /// u or ζ, and q, `theta` (s) after the start; their rates and, where wanted, their accelerations. Not inlined into
+    /// callers that read single numbers, so that the pairs stay together in registers.
     #[inline(never)]
     pub fn at<const ACCELERATIONS: bool>(&self, theta: f64) -> [Pair; 3] {
         let x = theta * self.per_span;

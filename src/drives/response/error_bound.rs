@@ -27,7 +27,8 @@ pub fn of_free_motion() -> f64 {
     CLOSED * ROUNDING
 }
 
-/// Where a breakpoint of the law is passed: two roundings of an angle near 2π, its own and that of the cam.
+/// Roundings of 1 rad in the angle at which a breakpoint is passed: near 2π half a unit in the last place is four of them, and
+/// both the breakpoint and the angle of the cam are rounded.
 const PASSED: f64 = 8.0;
 
 /// The quadratures err alike as long as the highest harmonic turns by about this (rad).

@@ -50,7 +50,7 @@ const STRETCH: f64 = 8.0;
 /// How many steps' errors of E come together before the motor has taken the first of them away.
 const ACCUMULATION: f64 = 10.0;
 
-/// By what the estimate is larger than the part of the first neglected coefficient: those beyond it decay slowly and may
+/// Factor of the estimate over the share of the first neglected coefficient: those beyond it decay slowly and may
 /// have the same sign. 99 of 100 random machines then stay below it.
 const CAUTION: f64 = 8.0;
 
@@ -117,9 +117,9 @@ pub struct Estimate {
     /// The parts of it between the ends: of the angle at a given time (rad) and of E at a given angle, relative.
     angle: f64,
     energy: f64,
-    /// By which factor an error of ln E at the beginning grows.
+    /// The factor by which an error of ln E grows from the beginning to the end.
     growth: f64,
-    /// What is added to it.
+    /// The error of ln E at the end that the step itself adds.
     added: f64,
     /// The relative error of the time that the step takes.
     time: f64,
@@ -142,7 +142,7 @@ impl End {
 }
 
 impl Estimate {
-    /// Of a step of this length with N `net` at the nodes, where the collocation equations leave the part `left` of E.
+    /// For a step with the torques N `net` at the nodes, where the collocation equations leave an error `left` relative to E.
     fn new(
         length: f64,
         [first, last]: [&End; 2],
@@ -216,9 +216,9 @@ pub struct AngleStep {
     settled: f64,
     /// Legendre coefficients of N (N·m).
     net: [f64; STAGES],
-    /// E less that at the beginning, over x (J).
+    /// Work done since the beginning over x, E(x) − E(−1) (J).
     work: Interpolant,
-    /// Its errors.
+    /// Estimated errors of the step.
     pub estimate: Estimate,
     /// A bound of |d ln φ̇/dφ| (1/rad).
     bend: f64,
