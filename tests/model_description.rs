@@ -38,7 +38,7 @@ fn descriptions(drive: &AnyDrive) -> Vec<Description> {
 
 #[test]
 fn the_golden_files_are_what_the_library_writes() {
-    let bless = std::env::var_os("BLESS").is_some();
+    let bless = std::env::var_os("BLESS").is_some_and(|v| v == "1");
     let mut stale = Vec::new();
     for (path, scene) in scenes() {
         let xml = export::describe(&scene.resource(), &scene.description).unwrap();
@@ -49,7 +49,8 @@ fn the_golden_files_are_what_the_library_writes() {
             stale.push(golden);
         }
     }
-    assert!(stale.is_empty(), "differ: {stale:#?}\nrenew by: BLESS=1 cargo test --test model_description");
+    let hint = "renew by: BLESS=1 cargo test -p camdrive-cli --test model_description";
+    assert!(stale.is_empty(), "differ: {stale:#?}\n{hint}");
 }
 
 #[test]

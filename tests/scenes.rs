@@ -1,6 +1,6 @@
 //! Wrong scenes and what is said of them: `tests/scenes/x.toml` ↔ `tests/scenes/x.txt`; tasks in `tests/tasks`.
 //!
-//! `BLESS=1 cargo test --test scenes` writes the messages anew; look at the difference before keeping it.
+//! `BLESS=1 cargo test -p camdrive-cli --test scenes` writes the messages anew; look at the difference before keeping it.
 
 use std::path::{Path, PathBuf};
 
@@ -41,7 +41,8 @@ fn wrong_scenes_and_tasks_get_the_stored_messages() {
             different.push(format!("{name} says now:\n{faults}"));
         }
     }
-    assert!(different.is_empty(), "{}\nrenew with BLESS=1 cargo test --test scenes", different.join("\n"));
+    let hint = "renew by: BLESS=1 cargo test -p camdrive-cli --test scenes";
+    assert!(different.is_empty(), "{}\n{hint}", different.join("\n"));
 }
 
 #[test]

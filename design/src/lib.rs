@@ -1,8 +1,25 @@
-//! Tools of design around the drives: [`cam_geometry`], contours from motion laws; [`clearance`], what backlash does to a
-//! motion law; [`compensation`], cams for a machine that fluctuates; [`documentation`],
-//! what is said of a drive; [`forces`], what rollers, joints and shaft bear; [`lever_law`], mechanisms between cam and tool
-//! backwards; [`overview`], what a scene amounts to and what of it is implausible; [`smoothing`], measured lifts without their
-//! noise; [`stability`], at which speeds varying parameters make a drive vibrate; [`synthesis`], cam profiles from motion tasks; [`tradeoff`], speed against accuracy; [`transmission`], how well mechanisms pass the force on.
+//! Studies and design tools around the drives.
+//!
+//! | module | |
+//! |---|---|
+//! | [`overview`] | key figures of a scene and implausible values |
+//! | [`synthesis`] | cam profiles from motion tasks (harmonic synthesis) |
+//! | [`smoothing`], [`harmonic_analysis`] | measured lifts: noise removed, finite Fourier series |
+//! | [`lever_law`] | inverse kinematics of linkages: the lever law for a given tool motion |
+//! | [`transmission`] | transmission angles of the mechanisms between cam and tool |
+//! | [`cam_geometry`] | cam contours from motion laws, and whether they can be cut and run |
+//! | [`forces`] | kinetostatic forces on rollers, joints and shaft |
+//! | [`clearance`] | impacts and flank changes that backlash causes under a motion law |
+//! | [`periodic_motions`] | all periodic motions of a machine, stable or not |
+//! | [`compensation`] | cam laws that cancel the speed fluctuation of a machine |
+//! | [`stability`] | speeds at which periodic coefficients excite vibrations (parametric resonance) |
+//! | [`tradeoff`] | speed against accuracy of solver settings and features |
+//! | [`resource`] | a resolved scene and its drive; the templates of the models |
+//! | [`host`] | a simulator in this process that drives instances through the C interface |
+//! | [`documentation`] | the documentation text that applies to a drive |
+//! | [`plot`], [`drawing`] | diagrams and their drawing as SVG |
+//! | [`text`] | numbers, tables, CSV and JSON of all reports |
+//! | [`search`], `parallel` | zeros and maxima of functions that take time; work on all cores |
 
 #![deny(unsafe_code)]
 #![warn(missing_docs)]

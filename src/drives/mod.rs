@@ -1,7 +1,7 @@
 //! The drive models: equation, parameters, variables, solver.
 //!
-//! A model is one folder and one line in [`MODELS`]; everything that an importer sees of it (variables, units,
-//! dependencies, equations, documentation) comes from there.
+//! A model is one folder and two lines here, `pub mod` and its entry in `all_drives!`; everything that an importer sees of
+//! it (variables, units, dependencies, equations, documentation) comes from there.
 
 pub mod backlash;
 pub mod cam_drive;
