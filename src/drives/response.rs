@@ -65,7 +65,7 @@ const OF_BREAKPOINTS: f64 = 2.0;
 const PIECE: f64 = 1.0;
 const FORCING: f64 = 0.03;
 
-/// By how much the error estimate exceeds what the polynomials of the cells tell: roundings of the states at their ends
+/// Factor of the error estimate over what the polynomials of the cells tell: roundings of the states at their ends
 /// add to it.
 const RESERVE_OF_TABLE: f64 = 16.0;
 
@@ -93,7 +93,7 @@ pub struct Response {
     bound: ErrorBound,
 }
 
-/// By what the motion goes on at present, with what is kept for it: one of them at a time, in the same memory. None is
+/// Method by which the motion goes on at present, with its data: one of them at a time, in the same memory. None is
 /// boxed, since a step does not allocate.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 enum Method {
@@ -264,7 +264,7 @@ impl Response {
         self.reach(law, time, &mut Work::default())
     }
 
-    /// The same with what is left of the `work`.
+    /// [`Response::at`] within what is left of the `work`.
     fn reach(&mut self, law: &MotionLaw, time: f64, work: &mut Work) -> Result<[f64; 2], Fault> {
         let mut from = None;
         loop {

@@ -27,13 +27,13 @@ const RESERVE_AT_ENDS: f64 = 6.0;
 const RESERVE_OF_EQUAL_STEPS: f64 = 1.0;
 /// On inputs steps end at the communication points, so that only the errors at the ends count.
 const RESERVE_ON_INPUTS: f64 = 5.0;
-/// The same with equal steps.
+/// The same for equal steps on inputs.
 const RESERVE_OF_EQUAL_STEPS_ON_INPUTS: f64 = 3.5;
 
 /// Factor of the estimate for the polynomials of a tabulated period.
 pub const RESERVE_OF_TABLE: f64 = 2.0;
 
-/// What decides the lengths of the internal steps.
+/// Rule for the lengths of the internal steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum StepControl {
     /// The relative tolerance.
@@ -47,16 +47,16 @@ pub enum StepControl {
     },
 }
 
-/// What messages call the drive's own quantities.
+/// Names of the drive's own quantities in messages.
 #[derive(Clone, Copy, Debug)]
 pub struct Words {
-    /// What is integrated: "the twist q".
+    /// The integrated quantity: "the twist q".
     pub quantity: &'static str,
-    /// What turns: "the cam".
+    /// The turning part: "the cam".
     pub turning: &'static str,
-    /// What may be wrong where no step keeps the tolerance: "J, m, c, b".
+    /// Parameters that may be wrong where no step keeps the tolerance: "J, m, c, b".
     pub parameters: &'static str,
-    /// What may be wrong where the work is too much: "c and J".
+    /// Parameters that may be wrong where the work is too much: "c and J".
     pub frequency: &'static str,
 }
 
@@ -162,7 +162,7 @@ impl StepControl {
         error.min(1.0)
     }
 
-    /// What is said of a stop on the way from one time to another (s) along this `motion`, but for growth without bound.
+    /// The fault of a stop on the way from one time to another (s) along this `motion`, but for growth without bound.
     pub fn fault(self, stop: Stop, words: &Words, way: [f64; 2], motion: &AngleMotion) -> Fault {
         let Words { quantity, turning, parameters, frequency } = words;
         Fault::new(match (stop, self) {

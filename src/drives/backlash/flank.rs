@@ -16,12 +16,12 @@ pub trait FlankMotion {
     /// u(time + span x) = Σ cₙ xⁿ continued smoothly from `segment`: the coefficients c₀ …, at least 6.
     fn expand(&self, segment: usize, time: Double, span: f64, coefficients: &mut [f64]);
 
-    /// What an expansion takes (nominal µs).
+    /// Cost of an expansion (nominal µs).
     fn cost(&self) -> f64 {
         EXPANSION
     }
 
-    /// What messages say of the motion from one time to another (s).
+    /// Words of messages for the motion from one time to another (s).
     fn told(&self, way: [f64; 2]) -> String;
 
     /// Whether the speed is constant.

@@ -46,7 +46,7 @@ pub struct ClosedForm {
     /// k and resonant part.
     #[serde(skip)]
     resonant: Vec<(usize, Resonant)>,
-    /// What roundings make of the harmonics of q (m).
+    /// Rounding error of the harmonics of q (m).
     #[serde(skip)]
     rounded: f64,
 }
@@ -60,7 +60,7 @@ pub struct Run {
     known: (f64, f64),
     /// φ and, where the free motion oscillates, its phase since the start.
     phases: Phases,
-    /// What the start has beyond the harmonic response: q (m), q̇ (m/s).
+    /// Free motion at the start, the state less the harmonic response: q (m), q̇ (m/s).
     offset: [f64; 2],
     free: FreeMotion,
     /// When the free motion has died away (s).
@@ -84,13 +84,13 @@ impl Run {
     }
 }
 
-/// What one harmonic adds to U, U′ and to q, q̇: of each pair, the first from cos kφ and the second from sin kφ
+/// Contribution of one harmonic to U, U′ and to q, q̇: of each pair, the first from cos kφ and the second from sin kφ
 /// (`straight`), the first from sin kφ and the second from cos kφ (`crossed`).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Harmonic {
     straight: [Pair; 2],
     crossed: [Pair; 2],
-    /// What it adds to U″: from cos kφ and from sin kφ.
+    /// Contribution to U″: from cos kφ and from sin kφ.
     curvature: Pair,
 }
 
@@ -173,7 +173,7 @@ impl ClosedForm {
         [largest(0), largest(1)]
     }
 
-    /// What roundings can have done to q by `time` (s), relative to the largest |q| since the start: each of the motions that
+    /// Rounding error of q by `time` (s), relative to the largest |q| since the start: each of the motions that
     /// q consists of is rounded by itself, and near a resonance or soon after the start they all but cancel.
     pub fn rounding(&self, run: &Run, oscillator: &Oscillator, time: f64) -> f64 {
         let elapsed = time - run.start;

@@ -35,7 +35,7 @@ const ITERATIONS: usize = 14;
 /// Iterations for the angle at a time; a polynomial yields some digits to start with and Newton's method doubles them.
 const INVERSION: usize = 8;
 
-/// What the angle at a time may miss, as multiple of the remainder of the equations: it does not add up.
+/// Tolerance of the angle at a time, as multiple of the remainder of the equations: its error does not add up.
 const INSTANT: f64 = 30.0;
 
 /// The degree of the polynomial of N that is continued into the next step as a first guess. The coefficients decay by a
@@ -54,10 +54,10 @@ const ACCUMULATION: f64 = 10.0;
 /// have the same sign. 99 of 100 random machines then stay below it.
 const CAUTION: f64 = 8.0;
 
-/// By how much what rounding does to N at the nodes can come together in a coefficient: Σ |PROJECTION[7][j]| < 4.
+/// Factor by which roundings of N at the nodes can come together in a coefficient: Σ |PROJECTION[7][j]| < 4.
 const NOISE_OF_MODES: f64 = 4.0;
 
-/// What the rounding of E can make of N at the nodes, however steep N(E) is: E₀ + h Σ aᵢⱼ Nⱼ = Eᵢ, rounded by ε E, moves
+/// Largest effect of the rounding of E on N at the nodes, however steep N(E) is: E₀ + h Σ aᵢⱼ Nⱼ = Eᵢ, rounded by ε E, moves
 /// N by no more than this times ε E/h, the largest row sum of the inverse of (aᵢⱼ).
 const STIFFEST: f64 = 273.2;
 
@@ -99,7 +99,7 @@ impl Tabulated {
     }
 }
 
-/// What is known of the errors so far.
+/// Errors known so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Errors {
     /// Bound of the relative error of E.
@@ -111,7 +111,7 @@ pub struct Errors {
 /// The errors of a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
-    /// What decides whether the step is short enough: the error of the angle (rad) and of E between the ends, and of what is
+    /// The error that decides whether the step is short enough: of the angle (rad) and of E between the ends, and of what is
     /// passed on.
     pub error: f64,
     /// The parts of it between the ends: of the angle at a given time (rad) and of E at a given angle, relative.
@@ -204,11 +204,11 @@ pub struct AngleStep {
     slowness: Interpolant,
     /// Its integral from 0 to −1.
     slowness_before: f64,
-    /// What the integral of 1/|φ̇| over x grows by per second: 2/length, but where the step is shifted.
+    /// Growth per second of the integral of 1/|φ̇| over x: 2/length, but where the step is shifted.
     rate: f64,
     /// The part of its duration that passes in a second (1/s).
     inverse_duration: f64,
-    /// What E rises by with x beyond `work`, where the step is shifted (J).
+    /// Rise of E with x beyond `work`, where the step is shifted (J).
     tilt: f64,
     /// x as a polynomial of the part s of the duration that has passed: −1 + Σ gⱼ sʲ⁺¹ (j < 5) + g₅ s³ (1 − s)³.
     guess: [f64; 6],

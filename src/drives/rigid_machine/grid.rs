@@ -14,7 +14,7 @@ use std::f64::consts::TAU;
 /// would be no value of this machine.
 pub(super) const WORST: f64 = 1e-2;
 
-/// By how much a step may differ from its length, so that no sliver is left before a point of the grid.
+/// Relative change of length that a step may take, so that no sliver is left before a point of the grid.
 const SLIVER: f64 = 1e-3;
 
 /// How often an internal step may be cut at borders of the motion laws. The usual step passes one on the average; the
@@ -28,7 +28,7 @@ const ANGLE: f64 = 2.0;
 /// The usual step, as part of the time that a motor needs to follow its load, w_s s_K J/M_K, and of the lag of its torque.
 const FOLLOWING: f64 = 1.0;
 
-/// By how much a stiff motor may shorten the usual step: what it does within a smaller part of a wave is a jump between
+/// Limit to how far a stiff motor may shorten the usual step: what it does within a smaller part of a wave is a jump between
 /// two motions in balance, which the method meets without resolving the way there.
 const STIFFEST: f64 = 1.0 / 32.0;
 

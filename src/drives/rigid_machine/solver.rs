@@ -38,7 +38,7 @@ const ITERATIONS: usize = 4;
 /// Factor of the estimate in time over the standard deviations, chosen so that 99 of 100 random machines stay below it and the
 /// median estimate is at most 100 times the error.
 const CAUTION: f64 = 0.4;
-/// The same where the torque follows the speed at once: it has poles beside the speeds passed (s = ± i s_K), so that its
+/// The factor where the torque follows the speed at once: it has poles beside the speeds passed (s = ± i s_K), so that its
 /// coefficients decay less than those of the motion, from which the deviations are extrapolated.
 const CAUTION_WITH_MOTOR: f64 = 2.4;
 
@@ -176,7 +176,7 @@ fn bisect(upto: f64, g: impl Fn(f64) -> f64) -> f64 {
     high
 }
 
-/// What a step that was just taken met.
+/// Reversal and border met by the step that was just taken.
 #[derive(Clone, Copy)]
 struct Encounter {
     /// The fraction of the step at which the shaft turned back.
