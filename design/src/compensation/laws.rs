@@ -28,8 +28,8 @@ const ROUNDING: f64 = 2e-16;
 /// others, which is then refined.
 const PLACES: usize = 12;
 
-/// What a series misses has waves of up to about twice its order, since harmonics fall geometrically, and of a short one up to
-/// this order.
+/// Least order of the waves that the remainder of a series is searched for. They reach about twice the order of the series,
+/// since harmonics fall geometrically, and those of a short one this order.
 const SHORTEST: usize = 32;
 
 /// The points of the first table for the shortest wave of the tool.

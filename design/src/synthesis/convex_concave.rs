@@ -86,7 +86,7 @@ impl Task {
         self.clearances.iter().map(part).fold(f64::INFINITY, f64::min)
     }
 
-    /// The same from the profiles that do not keep clear, on their side (0) or past the other tool (1); ended where the steps
+    /// The best profiles from those that do not keep clear, on their side (0) or past the other tool (1); ended where the steps
     /// are too short to come below `beaten`.
     fn clear_on(&self, side: usize, start: &[Double], scale: f64, beaten: f64) -> Result<Optimum, Infeasible> {
         let mut about = start.to_vec();

@@ -28,7 +28,7 @@ const STRIDE: f64 = 1.25;
 /// Dwells narrower than this part of what the task says are none.
 const NARROWEST: f64 = 1e-3;
 
-/// What has no level is far above any.
+/// ln of a level that does not exist: far above any.
 const NONE: f64 = 700.0;
 
 /// ln of a level over its limit.
@@ -108,7 +108,7 @@ impl Task {
         }
     }
 
-    /// What a hint says of bounds, where there are some.
+    /// Words of a hint on bounds, where there are some.
     fn or_bounds(&self) -> &'static str {
         if self.bounds.is_empty() { "" } else { ", or widen the bounds" }
     }

@@ -55,7 +55,7 @@ pub struct Shaft {
     pub b: f64,
 }
 
-/// What is made small.
+/// Torque to be minimised.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShaftGoal {
     /// The shaft.
@@ -90,7 +90,7 @@ impl Spectrum {
         usize::try_from(place).ok().and_then(|i| self.list.get(i).copied()).unwrap_or(Number::ZERO)
     }
 
-    /// Of U′.
+    /// The spectrum of U′.
     pub fn of_slope(series: &Fourier) -> Self {
         let order = series.order();
         let one = |n: i64| {
@@ -102,7 +102,7 @@ impl Spectrum {
         Spectrum { order, list: (-(order as i64)..=order as i64).map(one).collect() }
     }
 
-    /// Of the product.
+    /// The spectrum of the product.
     pub fn times(&self, other: &Spectrum) -> Self {
         let order = self.order + other.order;
         let mut list = vec![Number::ZERO; 2 * order + 1];
@@ -229,12 +229,12 @@ impl Hill<'_> {
 }
 
 impl ShaftGoal {
-    /// What M is divided by at speed `w`.
+    /// Unit of M at speed `w`.
     fn unit(&self, w: f64) -> f64 {
         if self.relative { self.shaft.m * w * w } else { 1.0 }
     }
 
-    /// The same where U counts in units of `scale`.
+    /// The goal where U counts in units of `scale`.
     pub fn scaled(self, scale: f64) -> Self {
         let shaft = Shaft { m: self.shaft.m * scale * scale, ..self.shaft };
         ShaftGoal { shaft, ..self }

@@ -1,4 +1,4 @@
-//! What an elastic input shaft makes of a profile and of the standard laws.
+//! Effect of an elastic input shaft on a profile and on the standard laws.
 
 use super::deviation;
 use super::laws::{Rival, truncated};
@@ -64,7 +64,7 @@ pub struct Nonlinear {
 }
 
 impl Nonlinear {
-    /// By which part the torque of the nonlinear drive differs from that of the linear one.
+    /// Relative difference of the torque of the nonlinear drive from that of the linear one.
     pub fn difference(&self) -> Option<f64> {
         self.torque.as_ref().ok().map(|torque| torque / self.linear - 1.0)
     }
