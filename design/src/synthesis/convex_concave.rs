@@ -92,7 +92,7 @@ impl Task {
         let mut about = start.to_vec();
         let mut best: Option<Optimum> = None;
         // How many steps the place of the next tangents is ahead of the last profiles.
-        let (mut ahead, mut stride, mut gained) = (0.0, 1.0, 0.0);
+        let (mut ahead, mut factor, mut gained) = (0.0, 1.0, 0.0);
         for step in 0..STEPS {
             let tangent = |clearance: &Clearance| {
                 let clearance = clearance.over(scale);
@@ -116,7 +116,7 @@ impl Task {
                     break;
                 }
                 about.clone_from(&last.best.x);
-                (ahead, stride, gained) = (0.0, f64::max(0.5 * ahead, 1.0), 0.0);
+                (ahead, factor, gained) = (0.0, f64::max(0.5 * ahead, 1.0), 0.0);
                 continue;
             };
             let gain = last.objective - next.objective;
@@ -126,7 +126,7 @@ impl Task {
                 break;
             }
             // Near its end the way is short enough as it is.
-            (ahead, stride) = if gain < ENDING * gained { (0.0, 1.0) } else { (stride, GROWTH * stride) };
+            (ahead, factor) = if gain < ENDING * gained { (0.0, 1.0) } else { (factor, GROWTH * factor) };
             gained = gain;
             let way = next.best.x.iter().zip(&last.best.x).map(|(next, last)| (*next, *next - *last));
             about = way.map(|(x, way)| x + way * Double::from(ahead)).collect();

@@ -166,8 +166,8 @@ impl Assignment {
         let (task, tried) = self.task.as_chebyshev(&profile)?;
         let profiles = task.solve_with(&profile)?;
         let of = |(law, motion)| {
-            let settled = Assignment { task: task.clone(), ..self.clone() };
-            settled.of_law(law).study_of(motion, (self.task.objective, tried.clone()), progress)
+            let solved = Assignment { task: task.clone(), ..self.clone() };
+            solved.of_law(law).study_of(motion, (self.task.objective, tried.clone()), progress)
         };
         profiles.into_iter().enumerate().map(of).collect()
     }

@@ -64,7 +64,7 @@ pub struct Run {
     offset: [f64; 2],
     free: FreeMotion,
     /// When the free motion has died away (s).
-    settled: f64,
+    free_until: f64,
     /// The largest |q| that was asked for (m).
     largest: f64,
 }
@@ -78,7 +78,7 @@ impl Run {
             phases: Phases::default(),
             offset: [0.0; 2],
             free: FreeMotion::default(),
-            settled: f64::INFINITY,
+            free_until: f64::INFINITY,
             largest: 0.0,
         }
     }
@@ -157,9 +157,9 @@ impl ClosedForm {
             self.add_resonant(oscillator, motion, [time; 2], &mut driven);
         }
         let offset = (Pair::from(state) - driven.q).array();
-        let settled = time + oscillator.settling(offset, self.size().map(|s| UNFELT * s));
+        let free_until = time + oscillator.settling(offset, self.size().map(|s| UNFELT * s));
         let free = oscillator.free_motion(offset);
-        Run { start: time, known, phases, offset, free, settled, largest: state[0].abs() }
+        Run { start: time, known, phases, offset, free, free_until, largest: state[0].abs() }
     }
 
     /// The largest coefficient of a harmonic of q and q̇: its amplitude, to a factor in [1/√2, 1].
@@ -219,7 +219,7 @@ impl ClosedForm {
 
     /// Cam and mass at `time` (s), not before the start, on the motion of the start.
     pub fn at(&self, run: &mut Run, oscillator: &Oscillator, motion: &AngleMotion, time: f64) -> Instant {
-        let ([s, c], free) = if time > run.settled {
+        let ([s, c], free) = if time > run.free_until {
             (run.phases.first(time), [0.0; 2])
         } else {
             let [angle, phase] = run.phases.both(time);

@@ -213,7 +213,7 @@ pub struct AngleStep {
     /// x as a polynomial of the part s of the duration that has passed: −1 + Σ gⱼ sʲ⁺¹ (j < 5) + g₅ s³ (1 − s)³.
     guess: [f64; 6],
     /// A correction of x whose square is at most this leaves no more than a part of the tolerance.
-    settled: f64,
+    converged: f64,
     /// Legendre coefficients of N (N·m).
     net: [f64; STAGES],
     /// Work done since the beginning over x, E(x) − E(−1) (J).
@@ -394,7 +394,7 @@ impl AngleStep {
             inverse_duration: 1.0 / whole,
             tilt: 0.0,
             guess: guess(&slow_modes, slopes, middle),
-            settled: 4.0 * INSTANT * effort.remainder / (length * steepest * fastest),
+            converged: 4.0 * INSTANT * effort.remainder / (length * steepest * fastest),
             net: net_modes,
             work: Interpolant::new(&integrated(&net_modes.map(|mode| 0.5 * length * mode))),
             estimate: Estimate::new(length, [&first, &last], [&slow_modes, &net_modes], &net, left),
@@ -455,7 +455,7 @@ impl AngleStep {
             let [slowness, integral] = self.slowness.with_integral(x);
             let change = (integral - wanted) / slowness;
             x = (x - change).clamp(-1.0, 1.0);
-            if change * change <= self.settled {
+            if change * change <= self.converged {
                 break;
             }
         }
