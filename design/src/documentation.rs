@@ -1,4 +1,4 @@
-//! The documentation of a drive: the passages of its text file that hold for it.
+//! The documentation of a drive: the paragraphs of its text file that hold for it.
 
 use camdrive::drives::{Fault, Text};
 use serde::Deserialize;
@@ -31,15 +31,15 @@ pub struct Equation {
 #[serde(deny_unknown_fields)]
 struct File {
     sources: Vec<String>,
-    summary: Vec<Passage>,
-    equation: Vec<Passage>,
-    accuracy: Vec<Passage>,
-    limit: Vec<Passage>,
+    summary: Vec<Paragraph>,
+    equation: Vec<Paragraph>,
+    accuracy: Vec<Paragraph>,
+    limit: Vec<Paragraph>,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Passage {
+struct Paragraph {
     /// "inputs", "not inputs": all of them must hold.
     #[serde(default)]
     when: Vec<String>,
@@ -49,26 +49,26 @@ struct Passage {
 }
 
 impl Documentation {
-    /// The passages of `text` that hold.
+    /// The paragraphs of `text` that hold.
     ///
     /// # Errors
     /// Where the file is no such text, or names a condition that the drive does not know.
     pub fn of(text: &Text) -> Result<Self, Fault> {
         let file: File = toml::from_str(text.file).map_err(|e| Fault::new(format!("the text of the drive: {e}")))?;
-        let chosen = |passages: Vec<Passage>| -> Result<Vec<(String, String)>, Fault> {
+        let chosen = |paragraphs: Vec<Paragraph>| -> Result<Vec<(String, String)>, Fault> {
             let mut chosen = Vec::new();
-            for passage in passages {
+            for paragraph in paragraphs {
                 let mut holds = true;
-                for word in &passage.when {
+                for word in &paragraph.when {
                     holds &= text.holds(word)?;
                 }
                 if holds {
-                    chosen.push((passage.title, passage.text));
+                    chosen.push((paragraph.title, paragraph.text));
                 }
             }
             Ok(chosen)
         };
-        let texts = |passages: Vec<(String, String)>| passages.into_iter().map(|(_, text)| text);
+        let texts = |paragraphs: Vec<(String, String)>| paragraphs.into_iter().map(|(_, text)| text);
         Ok(Documentation {
             summary: texts(chosen(file.summary)?).collect(),
             equations: chosen(file.equation)?.into_iter().map(|(title, text)| Equation { title, text }).collect(),

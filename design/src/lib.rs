@@ -8,7 +8,7 @@
 pub struct Progress<'a> {
     /// Parts of this stage that are done.
     pub done: usize,
-    /// Of how many, as far as known.
+    /// Parts in total, as far as known.
     pub total: usize,
     /// The stage that begins.
     pub stage: &'a str,

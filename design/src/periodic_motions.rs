@@ -28,7 +28,7 @@ pub struct PeriodicMotion {
 }
 
 impl PeriodicMotion {
-    /// By which factor a small disturbance grows in a turn; beyond all numbers where the motor is steep.
+    /// The factor by which a small disturbance grows in a turn; beyond all numbers where the motor is steep.
     pub fn multiplier(&self) -> f64 {
         self.growth.exp()
     }

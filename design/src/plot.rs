@@ -152,7 +152,7 @@ impl Axis {
         Axis { label: label.to_owned(), scale: Scale::Angular, ends: None }
     }
 
-    /// The same from `low` to `high`, whatever the data are.
+    /// The axis from `low` to `high`, whatever the data are.
     pub fn between(self, low: f64, high: f64) -> Self {
         Axis { ends: Some([low, high]), ..self }
     }
@@ -205,7 +205,7 @@ impl Diagram {
         self.drawing(false).svg(&self.title, 1.0)
     }
 
-    /// The same for a page of text: such a legend below, so that the picture need not be shrunk to the width of a page, and
+    /// SVG for a page of text: such a legend below, so that the picture need not be shrunk to the width of a page, and
     /// letters of the height of the page's.
     pub fn svg_for_page(&self) -> String {
         self.drawing(true).svg(&self.title, PAGE_TEXT / TEXT)

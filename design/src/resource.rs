@@ -89,7 +89,7 @@ pub struct Described {
     said: Box<dyn Said>,
 }
 
-/// What is said of a drive as its scene describes it.
+/// Text and curves of a drive as its scene describes it.
 trait Said {
     fn documentation(&self) -> Result<Documentation, Fault>;
     fn curves(&self) -> Vec<Curve>;

@@ -20,7 +20,7 @@ use std::f64::consts::TAU;
 /// Harmonics beyond are noise: waves of a third of a degree.
 const MOST_HARMONICS: usize = 1000;
 
-/// What the angles of equidistant points may be off by, as part of their distance: roundings of a third of a degree.
+/// Tolerance of the angles of equidistant points, as part of their distance: roundings of a third of a degree.
 const EVEN: f64 = 0.01;
 
 /// Lifts without their noise, and what that changes.

@@ -22,7 +22,7 @@ pub const MAX_INPUT_DERIVATIVE: usize = 8;
 /// Coefficients of the motion polynomial: φ, w, a and the derivatives of `a`.
 const COEFFICIENTS: usize = 3 + MAX_INPUT_DERIVATIVE;
 
-/// What φ, φ̇, φ̈ and U(φ) of the start depend on, by the names that [`HasCamDrive`] declares.
+/// Initial dependencies of φ, φ̇, φ̈ and U(φ), by the names that [`HasCamDrive`] declares.
 pub const PHI: &[&str] = &["phi", "drive.phi_start"];
 /// See [`PHI`].
 pub const W: &[&str] = &["w", "drive.w"];
@@ -148,7 +148,7 @@ impl AngleMotion {
         self.at_instant(Double::from(time))
     }
 
-    /// The same at an instant between two `f64`.
+    /// The state at an instant between two `f64`.
     pub fn at_instant(&self, time: Double) -> ShaftState {
         let c = &self.coefficients;
         let tau = time + Double::from(-self.origin);
@@ -204,7 +204,7 @@ impl AngleMotion {
         c[0] + (1..=self.degree).rev().fold(0.0, |above, j| (c[j] + above) * tau / j as f64)
     }
 
-    /// What messages say of the motion from one time to another (s), with the speed as it was asked for.
+    /// Words of messages for the motion from one time to another (s), with the speed as it was asked for.
     pub fn told(&self, turning: &str, [from, to]: [f64; 2]) -> String {
         let [_, w, a, ..] = self.coefficients;
         let turns = Rounded((self.angle(to) - self.angle(from)).abs() / TAU);
@@ -225,8 +225,8 @@ pub fn roundings([phi, w, a]: [f64; 3], time: f64) -> [f64; 2] {
     [phi.abs() + (w * time).abs(), w.abs() + (a * time).abs()].map(|size| 4.0 * f64::EPSILON * size)
 }
 
-/// What the rounding of φ as an input makes of a state that it accelerates by `slope` · φ within a communication step: the
-/// angle is off by half a last place, and that for so long as the step is or the acceleration keeps its sign, `time` (s).
+/// Effect of the rounding of φ, an input, on a state that it accelerates by `slope` · φ within a communication step: the
+/// angle is off by half a last place, and that for as long as the step is or the acceleration keeps its sign, `time` (s).
 pub fn push_of_rounding(inputs: [f64; 3], at: f64, slope: f64, time: f64) -> f64 {
     half_a_place(inputs, at) * slope.abs() * time
 }
@@ -375,7 +375,7 @@ macro_rules! field {
 }
 pub(super) use field;
 
-/// What every [`Drive`](super::Drive) answers alike that has a `cam`, a `solver`, a `log` and a module `variables`.
+/// Methods of [`Drive`](super::Drive) that all drives with a `cam`, a `solver`, a `log` and a module `variables` share.
 macro_rules! as_every_cam_drive {
     () => {
         #[inline(always)]
@@ -460,7 +460,7 @@ impl<D> Outputs<'_, D> {
 
 /// A drive with a driven cam.
 pub trait HasCamDrive: Sized {
-    /// What depends on the angle of the cam.
+    /// Quantities that depend on the angle of the cam.
     type Law;
 
     /// The cam.
@@ -514,7 +514,7 @@ pub trait HasCamDrive: Sized {
     /// Where the drive starts, to change it.
     fn start_values_mut(&mut self) -> &mut Start;
 
-    /// What a start on the periodic solution depends on, which inputs do not allow; `of` are the parameters of the vibration.
+    /// Dependencies of a start on the periodic solution, which inputs do not allow; `of` are the parameters of the vibration.
     fn periodic_start(&self, of: &[&'static str]) -> Vec<&'static str> {
         if self.cam().is_input() { Vec::new() } else { [of, PHI, W, &["start.mode"]].concat() }
     }

@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 /// A curve y(x), in the units of its labels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curve {
-    /// What is shown, for example "Position function U(φ)".
+    /// Title, for example "Position function U(φ)".
     pub title: String,
     /// Quantity and unit of the abscissa, for example "φ (°)".
     pub x_label: String,

@@ -262,7 +262,7 @@ impl AnyDrive {
         self.drive.experiment()
     }
 
-    /// What happened since the log was last cleared.
+    /// Events since the log was last cleared.
     pub fn events(&mut self) -> &mut EventLog {
         self.drive.events()
     }

@@ -1,4 +1,4 @@
-//! What happens inside a communication step, for the importer's log.
+//! Events inside a communication step, for the importer's log.
 
 use serde::{Deserialize, Serialize};
 use std::ffi::CStr;

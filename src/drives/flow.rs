@@ -1,4 +1,4 @@
-//! What the equations of the vibrations on a turning drive are functions of.
+//! Arguments of the equations of vibrations on a turning drive.
 
 use crate::numerics::taylor::Series;
 

@@ -1,4 +1,4 @@
-//! What a call may ask: angles that are numbers, and no more than the work of one call ([`crate::numerics::work`]).
+//! Limits of a call: angles that are numbers, and no more than the work of one call ([`crate::numerics::work`]).
 
 use super::{Fault, Rounded};
 pub use crate::numerics::work::Since;
@@ -15,7 +15,7 @@ pub const STEEPEST: f64 = FASTEST * FASTEST;
 /// The greatest sizes of the inputs phi (rad), w (rad/s) and a (rad/s²).
 pub const INPUTS: [f64; 3] = [LARGEST_ANGLE, FASTEST, STEEPEST];
 
-/// What is said of a communication step that takes more than the work of a call: it was to go on from one time to another and
+/// The fault of a communication step that takes more than the work of a call: it was to go on from one time to another and
 /// has `reached` a time between them (s); `motion` tells what turns and how fast, the `hint` what would help beside shorter
 /// steps.
 pub fn step_too_much([from, to]: [f64; 2], reached: f64, motion: &str, hint: &str) -> Fault {
@@ -28,7 +28,7 @@ pub fn step_too_much([from, to]: [f64; 2], reached: f64, motion: &str, hint: &st
     ))
 }
 
-/// What is said of a start whose periodic motion takes more than the work of a call to find; the `hint` tells what would help.
+/// The fault of a start whose periodic motion takes more than the work of a call to find; the `hint` tells what would help.
 pub fn search_too_much(hint: &str) -> Fault {
     Fault::named(
         "start.mode",
@@ -36,12 +36,12 @@ pub fn search_too_much(hint: &str) -> Fault {
     )
 }
 
-/// What is said of a start that no periodic motion allows.
+/// The fault of a start that no periodic motion allows.
 pub fn refused_start(message: impl Into<String>) -> Fault {
     Fault::new(message).of("start.mode")
 }
 
-/// What is said of a saved state that no drive of the scene can be in.
+/// The fault of a saved state that no drive of the scene can be in.
 pub fn no_state() -> Fault {
     Fault::new("the serialised state is none of this drive: its numbers do not fit together")
 }

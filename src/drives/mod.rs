@@ -1,7 +1,7 @@
 //! The drive models: equation, parameters, variables, solver.
 //!
-//! A model is one folder and one line in [`MODELS`]; everything that an importer sees of it (variables, units,
-//! dependencies, equations, documentation) comes from there.
+//! A model is one folder and two lines here, `pub mod` and its entry in `all_drives!`; everything that an importer sees of
+//! it (variables, units, dependencies, equations, documentation) comes from there.
 
 pub mod backlash;
 pub mod cam_drive;
@@ -58,7 +58,7 @@ pub const MODELS: &[Model] = all_drives!(Model);
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fault(pub Box<Reason>);
 
-/// What a [`Fault`] says.
+/// Variable and message of a [`Fault`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reason {
     /// The variable at fault, by its name in the FMU; empty where it is none in particular.
@@ -105,7 +105,7 @@ impl std::fmt::Display for Fault {
 
 impl std::error::Error for Fault {}
 
-/// What a series of an output is to be taken with respect to.
+/// The variable with respect to which the series of an output is taken.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Seed {
     /// Time: the coefficients are those of the output along the motion.
@@ -114,7 +114,7 @@ pub enum Seed {
     Known(usize),
 }
 
-/// What is said of a drive to people.
+/// Documentation of a drive for people.
 #[derive(Clone, Debug)]
 pub struct Text {
     /// The file beside the drive's code: TOML with `sources` and passages `summary`, `equation`, `accuracy` and `limit`, each
@@ -166,7 +166,7 @@ pub trait Drive: Clone + Serialize + DeserializeOwned + Send + Sync + 'static {
     /// All variables, in the order of their value references.
     fn variables(&self) -> List<Self>;
 
-    /// What the documentation says of the drive.
+    /// Documentation of the drive.
     fn text(&self) -> Text;
 
     /// Curves that picture the drive, the most telling first: for a cam drive [`Curve::of_law`]. Without any,
@@ -214,7 +214,7 @@ pub trait Drive: Clone + Serialize + DeserializeOwned + Send + Sync + 'static {
     /// Whether the states are finite numbers; asked after each step, so that none that is not leaves as a result.
     fn is_finite(&self) -> bool;
 
-    /// What happened since the log was last cleared.
+    /// Events since the log was last cleared.
     fn events(&mut self) -> &mut EventLog;
 
     /// Called on a drive that was just read from bytes: rebuilds what the serialisation leaves out, to the same bits, or takes

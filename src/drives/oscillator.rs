@@ -20,9 +20,9 @@ pub struct PeriodicOscillator {
     pub speed: Option<f64>,
     /// The angle at which the scene starts (rad).
     pub start: f64,
-    /// What q is.
+    /// Quantity of q.
     pub coordinate: &'static Quantity,
-    /// What c q is.
+    /// Quantity of c q.
     pub load: &'static Quantity,
     /// How the equation comes from that of the scene where it is not the same: "linearised about q = 0".
     pub note: Option<String>,

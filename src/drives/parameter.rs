@@ -17,7 +17,7 @@ pub struct Parameter<P: 'static> {
     pub quantity: &'static Quantity,
     /// The admissible range, borders included.
     pub range: [f64; 2],
-    /// What it is where the scene does not give it; None where it must.
+    /// Value where the scene does not give it; None where it must.
     pub default: Option<f64>,
     /// Usual magnitude.
     pub nominal: Option<f64>,

@@ -16,7 +16,7 @@ const CHECKSUM: usize = 4;
 /// scene is encoded for the library of the same sources.
 pub const BUILD: &str = concat!("camdrive ", env!("CARGO_PKG_VERSION"), ", sources ", env!("CAMDRIVE_SOURCES"));
 
-/// What the file holds.
+/// Content of the file.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Content<'a> {
     /// One of [`MODELS`].
@@ -61,7 +61,7 @@ impl<'a> Content<'a> {
     }
 }
 
-/// What is said of a `model` that is none of the `known`.
+/// The fault of a `model` that is none of the `known`.
 pub fn unknown<'a>(model: &str, known: impl Iterator<Item = &'a str>) -> Fault {
     Fault::new(format!("unknown model `{model}`; known are {}", known.collect::<Vec<&str>>().join(", ")))
 }

@@ -49,7 +49,7 @@ const SHARE: f64 = 1e-3;
 /// The last two Chebyshev coefficients of −ẍ on a piece need not fall below this part of the largest one: some roundings.
 const LEAST_TAIL: f64 = 1e-14;
 
-/// Rounding error of U″ and U′, relative to their bounds over the turn: where −ẍ passes through zero, its
+/// Rounding error of U″ and U′, relative to their bounds in the segment: where −ẍ passes through zero, its
 /// coefficients need not fall below this.
 const ROUNDING: f64 = 2e-15;
 
@@ -60,7 +60,7 @@ const OF_BREAKPOINTS: f64 = 2.0;
 const PIECE: f64 = 1.0;
 const FORCING: f64 = 0.03;
 
-/// By how much the error estimate exceeds what the polynomials of the cells tell: roundings of the states at their ends
+/// Factor of the error estimate over what the polynomials of the cells tell: roundings of the states at their ends
 /// add to it.
 const RESERVE_OF_TABLE: f64 = 16.0;
 
@@ -88,7 +88,7 @@ pub struct Response {
     bound: ErrorBound,
 }
 
-/// By what the motion goes on at present, with what is kept for it: one of them at a time, in the same memory. None is
+/// Method by which the motion goes on at present, with its data: one of them at a time, in the same memory. None is
 /// boxed, since a step does not allocate.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 enum Method {
@@ -259,7 +259,7 @@ impl Response {
         self.reach(law, time, &mut Work::default())
     }
 
-    /// The same with what is left of the `work`.
+    /// [`Response::at`] within what is left of the `work`.
     fn reach(&mut self, law: &MotionLaw, time: f64, work: &mut Work) -> Result<[f64; 2], Fault> {
         let mut from = None;
         loop {

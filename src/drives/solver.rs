@@ -15,7 +15,7 @@ pub const COARSEST_TOLERANCE: f64 = 1.0;
 /// The longest internal step that may be asked for (s): longer than any communication step.
 pub const LONGEST_STEP_SIZE: f64 = 1e6;
 
-/// What decides the internal steps.
+/// Method that decides the internal steps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Method {
@@ -50,7 +50,7 @@ impl Method {
     }
 }
 
-/// What the user asks of the solver.
+/// User's settings of the solver.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     /// `solver.tolerance`: relative, 0 for the default.
@@ -66,7 +66,7 @@ pub struct Settings {
 pub struct Solver {
     /// The user's settings.
     pub settings: Settings,
-    /// What the importer asked for at set-up; 0 if nothing.
+    /// Tolerance that the importer asked for at set-up; 0 if none.
     pub requested: f64,
     /// Internal steps since the start.
     pub steps: f64,
@@ -167,7 +167,7 @@ pub trait HasSolver: Sized {
         }
     }
 
-    /// What [`HasSolver::declare_solver`] declares, in the order of its places.
+    /// Values of the variables that [`HasSolver::declare_solver`] declares, in the order of their places.
     fn statistics(&self) -> [f64; 3] {
         // `min` takes what is no number for 1: then all digits are lost.
         [self.steps(), self.evaluations(), self.error_estimate().min(1.0)]

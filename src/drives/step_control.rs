@@ -18,20 +18,22 @@ pub const WORST: f64 = 1e-2;
 /// By how much a step of fixed cost may differ from its length, so that no sliver is left before a point of the grid.
 pub const SLIVER: f64 = 1e-3;
 
-/// By how much the error estimate exceeds what the coefficients of the polynomials tell; over random drives the true
-/// error is then below it in 99 of 100. Within equal steps what counts is the worst polynomial, which is overestimated;
-/// where the tolerance decides, that between the ends of steps and the errors that come together at the ends count apart;
-/// where steps end at the communication points, the latter alone.
+/// Factors by which the error estimate exceeds what the coefficients of the polynomials tell, so that of 100 random drives
+/// 99 err by less. This one is for the polynomials between the ends of steps where the tolerance decides.
 const RESERVE_BETWEEN_ENDS: f64 = 16.0;
+/// Beside them count the errors that add up from end to end.
 const RESERVE_AT_ENDS: f64 = 6.0;
+/// Among equal steps the worst polynomial counts, which overestimates the error by itself.
 const RESERVE_OF_EQUAL_STEPS: f64 = 1.0;
+/// On inputs steps end at the communication points, so that only the errors at the ends count.
 const RESERVE_ON_INPUTS: f64 = 5.0;
+/// The same for equal steps on inputs.
 const RESERVE_OF_EQUAL_STEPS_ON_INPUTS: f64 = 3.5;
 
-/// The same for the polynomials of a tabulated period.
+/// Factor of the estimate for the polynomials of a tabulated period.
 pub const RESERVE_OF_TABLE: f64 = 2.0;
 
-/// What decides the lengths of the internal steps.
+/// Rule for the lengths of the internal steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum StepControl {
     /// The relative tolerance.
@@ -45,16 +47,16 @@ pub enum StepControl {
     },
 }
 
-/// What messages call the drive's own quantities.
+/// Names of the drive's own quantities in messages.
 #[derive(Clone, Copy, Debug)]
 pub struct Words {
-    /// What is integrated: "the twist q".
+    /// The integrated quantity: "the twist q".
     pub quantity: &'static str,
-    /// What turns: "the cam".
+    /// The turning part: "the cam".
     pub turning: &'static str,
-    /// What may be wrong where no step keeps the tolerance: "J, m, c, b".
+    /// Parameters that may be wrong where no step keeps the tolerance: "J, m, c, b".
     pub parameters: &'static str,
-    /// What may be wrong where the work is too much: "c and J".
+    /// Parameters that may be wrong where the work is too much: "c and J".
     pub frequency: &'static str,
 }
 
@@ -160,7 +162,7 @@ impl StepControl {
         error.min(1.0)
     }
 
-    /// What is said of a stop on the way from one time to another (s) along this `motion`, but for growth without bound.
+    /// The fault of a stop on the way from one time to another (s) along this `motion`, but for growth without bound.
     pub fn fault(self, stop: Stop, words: &Words, way: [f64; 2], motion: &AngleMotion) -> Fault {
         let Words { quantity, turning, parameters, frequency } = words;
         Fault::new(match (stop, self) {

@@ -91,7 +91,7 @@ impl Kind {
     }
 }
 
-/// What an importer reads of a variable.
+/// Description of a variable for importers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Description {
     /// Structured name.
@@ -162,7 +162,7 @@ impl Description {
 
 /// A variable with its access; all types are carried as `f64` (Booleans as 0 and 1), which holds them exactly.
 pub struct Variable<D> {
-    /// What importers read.
+    /// Description for importers.
     pub description: Description,
     /// The place of a computed value; else which element of an array, or whatever the access functions need to know.
     pub index: usize,
@@ -370,7 +370,7 @@ impl<D> Variable<D> {
         self
     }
 
-    /// What it depends on during initialisation, see [`Description::initial_dependencies`].
+    /// Names its dependencies during initialisation, see [`Description::initial_dependencies`].
     pub fn depends_initially(&mut self, names: &[&[&str]]) -> &mut Self {
         self.description.initial_dependencies = names.concat().into_iter().map(str::to_owned).collect();
         self

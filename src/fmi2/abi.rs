@@ -8,7 +8,7 @@ use std::ffi::{c_char, c_double, c_int, c_uint, c_void};
 
 /// An instance, as the importer holds it.
 pub type fmi2Component = *mut c_void;
-/// What the importer wants to get back in its callbacks.
+/// Environment that the importer wants back in its callbacks.
 pub type fmi2ComponentEnvironment = *mut c_void;
 /// A saved state, as the importer holds it.
 pub type fmi2FMUstate = *mut c_void;
@@ -77,7 +77,7 @@ pub type fmi2CallbackFreeMemory = unsafe extern "C" fn(*mut c_void);
 /// fmi2StepFinished.
 pub type fmi2StepFinished = unsafe extern "C" fn(fmi2ComponentEnvironment, fmi2Status);
 
-/// What the importer offers.
+/// Callbacks that the importer offers.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct fmi2CallbackFunctions {
@@ -93,7 +93,7 @@ pub struct fmi2CallbackFunctions {
     pub componentEnvironment: fmi2ComponentEnvironment,
 }
 
-/// Of Model Exchange; only its address passes through the interface.
+/// Event information of Model Exchange; only its address passes through the interface.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct fmi2EventInfo {

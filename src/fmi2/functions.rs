@@ -691,7 +691,7 @@ unsafe fn status<T>(kind: fmi2StatusKind, value: *mut T, answer: Option<T>) -> O
     Ok(())
 }
 
-/// Of asynchronous steps; not available.
+/// Asynchronous steps are not available.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetStatus(c: fmi2Component, s: fmi2StatusKind, value: *mut fmi2Status) -> fmi2Status {
     // SAFETY: the importer passes the place of the result.
@@ -732,7 +732,7 @@ pub unsafe extern "C" fn fmi2GetBooleanStatus(
     })
 }
 
-/// Of asynchronous steps; not available.
+/// Asynchronous steps are not available.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetStringStatus(
     c: fmi2Component,
@@ -749,7 +749,7 @@ pub unsafe extern "C" fn fmi2GetStringStatus(
 macro_rules! model_exchange {
     ($($name:ident, $row:ident, ($($type:ty),*);)*) => {
         $(
-            /// Of Model Exchange: refused.
+            /// Function of Model Exchange: refused.
             #[unsafe(no_mangle)]
             pub unsafe extern "C" fn $name(c: fmi2Component, $(_: $type),*) -> fmi2Status {
                 enter(c, &table::$row, |_| Ok(()))

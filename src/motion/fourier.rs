@@ -66,7 +66,7 @@ impl Fourier {
         if index < n { self.a.get_mut(index) } else { self.b.get_mut(index + 1 - n) }
     }
 
-    /// The same to read it.
+    /// Reads the coefficient.
     pub fn coefficient(&self, index: usize) -> Option<f64> {
         let n = self.a.len();
         let coefficient = if index < n { self.a.get(index) } else { self.b.get(index + 1 - n) };

@@ -61,7 +61,7 @@ impl MotionLaw {
         self.at_in(self.segment(phi, true), phi)
     }
 
-    /// The same, continued smoothly from segment `segment`, also a little outside of it.
+    /// U … U⁗ of `segment`, continued smoothly also a little outside of it.
     pub fn at_in(&self, segment: usize, phi: f64) -> TransferFunctions {
         match self {
             MotionLaw::Fourier(series) => series.at(phi),
@@ -125,7 +125,7 @@ impl MotionLaw {
         bound * (1.0 + BOUND_ROUNDING)
     }
 
-    /// The same within one segment; in a dwell the derivatives vanish.
+    /// The bound within one segment; in a dwell the derivatives vanish.
     pub fn bound_in(&self, segment: usize, order: usize) -> f64 {
         let bound = match self {
             MotionLaw::Fourier(series) => series.bound(order),
@@ -160,7 +160,7 @@ impl MotionLaw {
         }
     }
 
-    /// What an evaluation takes (nominal µs), see [`crate::numerics::work`]: pieces as much as ten harmonics.
+    /// Cost of an evaluation (nominal µs), see [`crate::numerics::work`]: pieces as much as ten harmonics.
     pub fn cost(&self) -> f64 {
         HARMONIC * self.series().map_or(10.0, |series| series.order() as f64)
     }

@@ -34,7 +34,7 @@ pub struct LawParameter {
 }
 
 impl LawParameter {
-    /// A parameter.
+    /// A parameter with its name, meaning and kind of value.
     pub fn new(name: impl Into<String>, text: impl Into<String>, kind: ParameterKind) -> Self {
         LawParameter { name: name.into(), text: text.into(), kind }
     }

@@ -4,7 +4,7 @@ use super::turn::{back, near, reduce, segment};
 use super::{StandardLaw, TransferFunctions};
 use std::f64::consts::{PI, TAU};
 
-/// What rounding leaves of an angle (rad): a piece so short is none.
+/// Rounding error of an angle (rad): a piece so short is none.
 pub const ROUNDING: f64 = 1e-12;
 
 /// The number of coefficients of a polynomial: those of degree 7 meet position, velocity, acceleration and jerk at both ends.

@@ -112,7 +112,7 @@ pub struct PlanFault {
     pub point: usize,
     /// Which of its values: `phi`, `U`, `dU`, `ddU`, `dddU`, `law`, `inflection`.
     pub key: &'static str,
-    /// What is wrong.
+    /// The fault in words.
     pub text: String,
 }
 
@@ -192,7 +192,7 @@ impl MotionPlan {
     }
 }
 
-/// What a segment begins and ends with.
+/// Motion at the beginning and the end of a segment.
 #[derive(Clone, Copy, Debug)]
 pub struct End {
     /// φ (rad).
@@ -302,7 +302,7 @@ struct Draft<'a> {
     inflections: Vec<Option<f64>>,
 }
 
-/// What a segment is made of.
+/// Composition of a segment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Kind {
     Straight,
@@ -427,7 +427,7 @@ impl Draft<'_> {
         Ok(velocity.unwrap_or(0.0))
     }
 
-    /// What leads to point `i`.
+    /// The kind of segment that leads to point `i`.
     fn kind(&self, i: usize) -> Result<Kind, PlanFault> {
         let (ends, PlanPoint { law, inflection, u, .. }) = ([self.before(i), i], self.points[i]);
         let any = |test: &dyn Fn(usize) -> bool| ends.into_iter().any(test);

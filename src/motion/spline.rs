@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 /// The periodic quintic spline.
 #[derive(Debug, PartialEq)]
 pub struct Spline {
-    /// What it was made of.
+    /// Points that it was made of.
     pub points: Points,
     /// The derivatives at the points, where they were given.
     pub bends: Vec<Bend>,

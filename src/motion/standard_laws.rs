@@ -32,7 +32,7 @@ use StandardLaw::*;
 /// f′ in the sloping part of the modified sine: f″ = 4πV sin 4πz near z = 0.
 const MODIFIED_SINE: f64 = PI / (4.0 + PI);
 
-/// The same of the modified trapezoid.
+/// That of the modified trapezoid.
 const MODIFIED_TRAPEZOID: f64 = 2.0 / (2.0 + PI);
 
 impl StandardLaw {

@@ -39,7 +39,7 @@ pub const UNBOUNDED: f64 = 1e100;
 /// Scales below this count as this, so that relative errors exist for a vanishing state too.
 const SMALLEST_SCALE: f64 = 1e-150;
 
-/// By how much the scale of a state that decays may shrink from one step to the next: half in about 70 steps, so
+/// Least ratio of the scales of a decaying state from one step to the next: half in about 70 steps, so
 /// that the zeros of an oscillation do not count as small states, and its decay does.
 const FORGETTING: f64 = 0.99;
 
@@ -59,7 +59,7 @@ const LUCKY: f64 = 5e-6;
 /// more then.
 const ALIKE: f64 = 2.0;
 
-/// What the end of a step errs by at least: some roundings of the state, as the linear equations pass them on.
+/// Least error of the end of a step: some roundings of the state, as the linear equations pass them on.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
 /// Attempts per step; 0.25¹⁰⁰ of any step is nothing.
@@ -79,7 +79,7 @@ pub trait System<const N: usize> {
         y.map(f64::abs)
     }
 
-    /// By how much f is rounded beyond what the rounding of `y` makes of it: where terms that do not depend on `y` all but
+    /// Rounding error of f beyond what the rounding of `y` causes: where terms that do not depend on `y` all but
     /// cancel, as a load and the spring that carries it do in slow motion.
     fn rounding(&self, _t: Double, _y: &[f64; N]) -> [f64; N] {
         [0.0; N]
@@ -106,7 +106,7 @@ pub enum Failure {
     },
 }
 
-/// What the integration has cost so far.
+/// Cost and errors of the integration so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Statistics {
     /// Accepted steps.
@@ -118,7 +118,7 @@ pub struct Statistics {
     /// The largest estimated relative error of the state so far: that of the polynomial, and what the errors at the
     /// ends of the steps before have grown to.
     pub state_error: f64,
-    /// The same at the ends of the steps only, without that of the polynomials.
+    /// The estimate at the ends of the steps only, without that of the polynomials.
     pub error_at_ends: f64,
 }
 
@@ -177,7 +177,7 @@ impl<const N: usize> Collocation<N> {
         *self = Collocation { scale, covariance, next, statistics, ..fresh };
     }
 
-    /// What the last step added to the error of each component, if its coefficients go on to decay as the last ones
+    /// Error that the last step added to each component, if its coefficients go on to decay as the last ones
     /// computed do, and what Newton's method left: larger than what the order of the method says where waves of
     /// different lengths come together, and where steps are short.
     pub fn end_error(&self) -> [f64; N] {
@@ -233,7 +233,7 @@ impl<const N: usize> Collocation<N> {
         std::array::from_fn(|j| self.length * sum(j))
     }
 
-    /// What the polynomial of the last step errs by between the ends, of each component: about h m₈/17, as its last
+    /// Error of the polynomial of the last step between the ends, for each component: about h m₈/17, as its last
     /// coefficients decay.
     pub fn polynomial_error(&self) -> [f64; N] {
         let pair = |k: usize, c: usize| self.modes[k][c].abs().max(self.modes[k - 1][c].abs());
@@ -399,7 +399,7 @@ impl<const N: usize> Collocation<N> {
         None
     }
 
-    /// The same by a given number of iterations; what they leave of the contraction counts as error.
+    /// An attempt with a given number of iterations; what they leave of the contraction counts as error.
     fn attempt_with(&mut self, system: &impl System<N>, h: f64, iterations: usize) -> Option<Solved<N>> {
         let mut f = self.first_guess(system, h);
         let mut newton = Newton::unknown();

@@ -11,7 +11,7 @@ use std::ops::{Add, Mul, Neg, Sub};
 pub struct Double {
     /// The nearest `f64`.
     pub hi: f64,
-    /// What `hi` misses.
+    /// Remainder beyond `hi`.
     pub lo: f64,
 }
 

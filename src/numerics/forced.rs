@@ -42,7 +42,7 @@ pub struct ForcedStep {
     start: [f64; 2],
     /// The forcing, or the polynomial solution for the fast modes; x ∈ [−1, 1] over the step.
     polynomial: Chebyshev,
-    /// What the start has beyond the polynomial solution.
+    /// Free motion at the start, the state less the polynomial solution.
     offset: [f64; 2],
 }
 

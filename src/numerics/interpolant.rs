@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 /// The number of coefficients.
 pub const COEFFICIENTS: usize = STAGES + 2;
 
-/// By which factor the integration over the step diminishes the first neglected coefficient:
+/// The factor by which integration over the step diminishes the first neglected coefficient:
 /// ∫P₁₀ = (P₁₁ − P₉)/21 over half the step.
 pub const INTEGRATION: f64 = 21.0;
 
@@ -71,14 +71,14 @@ pub fn modes(nodes: &[f64; STAGES]) -> [f64; STAGES] {
     combine(&PROJECTION_COLUMNS, nodes)
 }
 
-/// What the first neglected coefficient is about: the larger of the last two, diminished once more by the decay over
+/// Estimate of the first neglected coefficient: the larger of the last two, diminished once more by the decay over
 /// the two before. Both of a pair are looked at, since a function may be even or odd.
 pub fn neglected(modes: &[f64]) -> f64 {
     let last = modes.len() - 1;
     decay(modes) * modes[last].abs().max(modes[last - 1].abs())
 }
 
-/// By which factor the last two coefficients are smaller than the two before, at most 1.
+/// The ratio of the last two coefficients to the two before, at most 1.
 pub fn decay(modes: &[f64]) -> f64 {
     let pair = |k: usize| modes[k].abs().max(modes[k - 1].abs());
     let (tail, before) = (pair(modes.len() - 1), pair(modes.len() - 3));

@@ -16,7 +16,7 @@ impl Pair {
         Pair([first, second])
     }
 
-    /// The same number twice.
+    /// A pair of equal numbers.
     #[inline(always)]
     pub fn both(x: f64) -> Self {
         Pair([x, x])

@@ -33,7 +33,7 @@ pub struct Phases {
     rest: [f64; 2],
     /// [`ROUNDER`] and the whole steps at t = 0.
     rounder: [f64; 2],
-    /// What the phase at t = 0 has beyond whole steps, within ± ½.
+    /// Phase at t = 0 beyond whole steps, within ± ½.
     start: [f64; 2],
     /// Up to this |t| the products need no reduction by themselves (s).
     near: f64,

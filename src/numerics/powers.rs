@@ -20,7 +20,7 @@ const HALF: usize = POINTS / 2;
 /// How often [`Fitting::over`] evaluates a function.
 pub const EVALUATIONS: usize = 2 * POINTS + 1;
 
-/// What the rounding of an angle within the turn may come to (rad), at the points and where the function is compared.
+/// Rounding error of an angle within the turn (rad), at the points and where the function is compared.
 const ROUNDING_OF_ANGLE: f64 = 1e-15;
 
 /// The coefficients of xʲ in T₀ … T₁₅.

@@ -5,7 +5,7 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// What an output equation computes with: a number, or a [`Series`].
+/// Numbers of an output equation: a plain number, or a [`Series`].
 pub trait Scalar:
     Copy
     + From<f64>

@@ -13,10 +13,10 @@ pub const BUDGET: f64 = 0.4e6;
 /// An evaluation of the equation in a step of the collocation, with its part of the linear equations (nominal µs).
 pub const EVALUATION: f64 = 0.25;
 
-/// What a harmonic of a law adds to an evaluation (nominal µs).
+/// Cost of a harmonic of a law in an evaluation (nominal µs).
 pub const HARMONIC: f64 = 0.005;
 
-/// What is left of the budget.
+/// Work left of the budget.
 #[derive(Clone, Copy, Debug)]
 pub struct Work(f64);
 

@@ -187,7 +187,7 @@ impl Cam {
         })
     }
 
-    /// The same at φ in one turn, on a breakpoint of the law with the right-hand values.
+    /// Contour and path at φ in one turn, on a breakpoint of the law with the right-hand values.
     ///
     /// # Errors
     /// Where the roller's centre stands still on the cam.

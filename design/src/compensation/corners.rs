@@ -30,7 +30,7 @@ const PANEL: f64 = TAU / 512.0;
 
 /// Where a machine is at a place of its turn.
 #[derive(Clone, Copy, Debug)]
-pub struct Moment {
+pub struct Instant {
     /// φ (rad), in [0, 2π].
     pub angle: f64,
     /// ω (rad/s).
@@ -129,14 +129,14 @@ impl Corners {
     }
 
     /// Where the machine is at ψ, 0 ≤ ψ ≤ 2π, ω̇ behind (`forward`) a corner or before it.
-    pub fn moment(&self, psi: f64, forward: bool) -> Moment {
+    pub fn instant(&self, psi: f64, forward: bool) -> Instant {
         let (angle, w, omega) = (self.angle(psi), self.speed(psi), self.mean_speed);
         let [j, slope, ..] = self.task.own.at(Place::at(angle), angle);
         let torque =
             if self.motor.lag().is_some() { self.torque.at(psi).0[0] } else { self.motor.characteristic(w)[0] };
         let tools: f64 = self.task.tools.iter().map(|tool| tool.inertia_beside(psi, forward)[1]).sum();
         let change = (torque - self.task.driving.load - 0.5 * slope * w * w - 0.5 * omega.powi(3) * tools / w) / j;
-        Moment { angle, speed: w, change, phase: psi }
+        Instant { angle, speed: w, change, phase: psi }
     }
 
     /// U_cam′ and U_cam″ on either side of ψ.
@@ -144,7 +144,7 @@ impl Corners {
         let side = |forward: bool| {
             // Before the beginning of the turn is the end of the last one.
             let psi = if !forward && psi == 0.0 { TAU } else { psi };
-            let Moment { speed, change, .. } = self.moment(psi, forward);
+            let Instant { speed, change, .. } = self.instant(psi, forward);
             let [_, u1, u2, ..] = tool.driven_beside(psi, forward);
             let slope = u1 * self.mean_speed / speed;
             [slope, (u2 * self.mean_speed * self.mean_speed - slope * change) / (speed * speed)]

@@ -149,7 +149,7 @@ impl Report {
         (!series.is_empty()).then(|| Diagram::new(title, axes, series, rules))
     }
 
-    /// What an axis has of tool `j`.
+    /// Label of an axis with the acceleration of tool `j`.
     fn acceleration(&self, j: usize) -> &'static str {
         if self.turning[j] { "Angular acceleration of the tool [rad/s²]" } else { "Acceleration of the tool [m/s²]" }
     }

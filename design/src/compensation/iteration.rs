@@ -6,7 +6,7 @@
 //! Source: K. Kaltofen, "HS-Bewegungen trotz veränderlicher Antriebsgeschwindigkeit", section 3, steps 1 to 8, and its
 //! tables. (6) there holds with φ̇₀ = 2π/T, T the period that belongs to the motion.
 
-use super::corners::Moment;
+use super::corners::Instant;
 use super::laws::places;
 use super::periodic_motion::{self, Driving, Inertia, PeriodicMotion};
 use super::restrictions::Kept;
@@ -62,7 +62,7 @@ impl Round {
 /// J at the points, with the cams as they are, and dφ/dχ there.
 struct InAngle<'a> {
     inertia: Vec<f64>,
-    pace: &'a [f64],
+    rate: &'a [f64],
 }
 
 impl Inertia for InAngle<'_> {
@@ -76,8 +76,8 @@ impl Inertia for InAngle<'_> {
         0.0
     }
 
-    fn pace(&self, point: usize) -> f64 {
-        self.pace[point]
+    fn rate(&self, point: usize) -> f64 {
+        self.rate[point]
     }
 }
 
@@ -88,7 +88,7 @@ pub struct Machine<'a> {
     /// φ at the points (rad).
     angles: Vec<f64>,
     /// dφ/dχ there.
-    pace: Vec<f64>,
+    rate: Vec<f64>,
     task: &'a Task,
 }
 
@@ -100,7 +100,7 @@ impl<'a> Machine<'a> {
     pub fn new(task: &'a Task, order: usize) -> Self {
         let mesh = Mesh::new(order);
         let angles = (0..mesh.len()).map(|i| mesh.point(i)).collect();
-        Machine { pace: vec![1.0; mesh.len()], angles, mesh, task }
+        Machine { rate: vec![1.0; mesh.len()], angles, mesh, task }
     }
 
     /// The machine on a mesh of this order in the phase of time of a design.
@@ -108,8 +108,8 @@ impl<'a> Machine<'a> {
         let (mesh, angle) = (Mesh::new(order), design.angle());
         let at = |i: usize| mesh.point(i);
         let angles = (0..mesh.len()).map(|i| angle.at(at(i)).clamp(0.0, TAU)).collect();
-        let pace = (0..mesh.len()).map(|i| design.speed.at(at(i)).0[0] / design.mean_speed()).collect();
-        Machine { angles, pace, mesh, task }
+        let rate = (0..mesh.len()).map(|i| design.speed.at(at(i)).0[0] / design.mean_speed()).collect();
+        Machine { angles, rate, mesh, task }
     }
 
     /// The cam with which a tool moves as U(ψ) where the phases and their derivatives are ψ, ψ′ and ψ″.
@@ -134,7 +134,7 @@ impl<'a> Machine<'a> {
     pub fn periodic_motion(&self, cams: &[Cam], driving: &Driving) -> Option<PeriodicMotion> {
         let inertia: Vec<f64> = (0..self.mesh.len()).map(|i| self.inertia(cams, i)[0]).collect();
         let over_turn =
-            |f: fn(f64) -> f64| mean(&inertia.iter().zip(&self.pace).map(|(j, g)| f(*j) * g).collect::<Vec<_>>());
+            |f: fn(f64) -> f64| mean(&inertia.iter().zip(&self.rate).map(|(j, g)| f(*j) * g).collect::<Vec<_>>());
         let (level, uniform) = (over_turn(f64::sqrt), over_turn(|j| j));
         // The motion without motor, J ω² = const; with a motor it is nearer than the uniform one.
         let start = |driving: &Driving| {
@@ -146,7 +146,7 @@ impl<'a> Machine<'a> {
         if driving.motor == Motor::None {
             return start(driving);
         }
-        periodic_motion::find(&self.mesh, &InAngle { inertia: inertia.clone(), pace: &self.pace }, driving, start)
+        periodic_motion::find(&self.mesh, &InAngle { inertia: inertia.clone(), rate: &self.rate }, driving, start)
     }
 
     /// J and J′ at a point.
@@ -167,7 +167,7 @@ impl<'a> Machine<'a> {
     /// ψ(φ), ψ′ = Ω/ω and ψ″ = −Ωω̇/ω³ of a motion.
     fn phases(&self, periodic: &PeriodicMotion, changes: &[f64]) -> Vec<[f64; 3]> {
         let slopes: Vec<f64> = periodic.speed.iter().map(|w| periodic.mean_speed / w).collect();
-        let ahead = self.mesh.integrate(&slopes.iter().zip(&self.pace).map(|(s, g)| s * g).collect::<Vec<_>>());
+        let ahead = self.mesh.integrate(&slopes.iter().zip(&self.rate).map(|(s, g)| s * g).collect::<Vec<_>>());
         let at = |i: usize| {
             let bend = -slopes[i] * changes[i] / periodic.speed[i].powi(2);
             [self.mesh.point(i) + ahead[i] - ahead[0], slopes[i], bend]
@@ -179,20 +179,20 @@ impl<'a> Machine<'a> {
     /// wanted, at equal phases of time; `design` is that of [`Machine::along`].
     pub fn miss(&self, periodic: &PeriodicMotion, tool: &Tool, law: &MotionLaw, design: &Solution) -> f64 {
         let angle = design.angle();
-        let fastest = self.pace.iter().copied().fold(1.0, f64::max);
+        let fastest = self.rate.iter().copied().fold(1.0, f64::max);
         let phases = self.phases(periodic, &vec![0.0; self.mesh.len()]);
         let ahead: Vec<f64> = (0..self.mesh.len()).map(|i| phases[i][0] - self.mesh.point(i)).collect();
         let (speed, ahead) = (self.mesh.series(&periodic.speed), self.mesh.series(&ahead));
-        let moment = |chi: f64| {
+        let instant = |chi: f64| {
             let [w, slope, ..] = speed.at(chi).0;
-            Moment {
+            Instant {
                 angle: angle.at(chi).rem_euclid(TAU),
                 speed: w,
                 change: w * slope * design.mean_speed() / design.speed.at(chi).0[0],
                 phase: chi + ahead.at(chi).0[0],
             }
         };
-        let miss = |chi: f64| tool.miss(law, periodic.mean_speed, moment(chi));
+        let miss = |chi: f64| tool.miss(law, periodic.mean_speed, instant(chi));
         largest_between(&places(law, &angle, fastest), miss)[1] / tool.acceleration(periodic.mean_speed)[1]
     }
 
@@ -223,11 +223,11 @@ impl<'a> Machine<'a> {
     /// the points: on equal steps of χ exact to rounding, up to the harmonics whose waves in χ the mesh resolves.
     fn over_time(&self, phases: &[[f64; 3]], f: impl Fn(usize) -> f64) -> Fourier {
         let n = self.mesh.len();
-        let fastest = (0..n).map(|i| phases[i][1] * self.pace[i]).fold(1.0, f64::max);
+        let fastest = (0..n).map(|i| phases[i][1] * self.rate[i]).fold(1.0, f64::max);
         let order = (self.mesh.order() as f64 / fastest) as usize;
         let (mut a, mut b) = (vec![0.0; order + 1], vec![0.0; order + 1]);
         for (i, [psi, ..]) in phases.iter().enumerate() {
-            let weight = 2.0 * f(i) * self.pace[i] / n as f64;
+            let weight = 2.0 * f(i) * self.rate[i] / n as f64;
             for m in 0..=order {
                 let (sin, cos) = (m as f64 * psi).sin_cos();
                 a[m] += weight * cos;
@@ -244,7 +244,7 @@ impl<'a> Machine<'a> {
         let part =
             |list: &[f64], sign: f64| list.iter().zip(0..).map(|(c, m)| sign * c / f64::max(m.into(), 1.0)).collect();
         let (mut a, b): (Vec<f64>, Vec<f64>) = (part(&velocity.b, -1.0), part(&velocity.a, 1.0));
-        a[0] = mean(&(0..cam.len()).map(|i| cam[i][2] * phases[i][1] * self.pace[i]).collect::<Vec<_>>());
+        a[0] = mean(&(0..cam.len()).map(|i| cam[i][2] * phases[i][1] * self.rate[i]).collect::<Vec<_>>());
         Fourier::new(a, b)
     }
 

@@ -7,7 +7,7 @@
 //! ÿ = f(U(φ))¨, U̇ = U′ω, Ü = U″ω² + U′ω̇ against y = f(U(ψ)): both sides in closed form, the maximum found between the
 //! places at which they are compared.
 
-use super::corners::{Corners, Moment, divided};
+use super::corners::{Corners, Instant, divided};
 use super::spectral::{Mesh, amplitude, largest, largest_between};
 use super::{Angle, Solution, Tool};
 use camdrive::drives::Fault;
@@ -23,8 +23,8 @@ const ROUNDING: f64 = 2e-16;
 /// others, which is then refined.
 const PLACES: usize = 12;
 
-/// What a series misses has waves of up to about twice its order, since harmonics fall geometrically, and of a short one up to
-/// this order.
+/// Least order of the waves that the remainder of a series is searched for. They reach about twice the order of the series,
+/// since harmonics fall geometrically, and those of a short one this order.
 const SHORTEST: usize = 32;
 
 /// The points of the first table for the shortest wave of the tool.
@@ -65,7 +65,7 @@ pub struct Law {
 
 impl Tool {
     /// |ÿ − ÿ_wanted| (m/s² or rad/s²) with this law of the cam, Ω (rad/s) that of the motion.
-    pub fn miss(&self, law: &MotionLaw, mean_speed: f64, at: Moment) -> f64 {
+    pub fn miss(&self, law: &MotionLaw, mean_speed: f64, at: Instant) -> f64 {
         let [u, u1, u2, ..] = law.at(at.angle).0;
         let got = self.moved([u, u1 * at.speed, u2 * at.speed * at.speed + u1 * at.change])[2];
         (got - mean_speed * mean_speed * self.at(at.phase)[2]).abs()
@@ -99,12 +99,12 @@ struct Wanted<'a> {
 }
 
 impl Wanted<'_> {
-    fn moment(&self, psi: f64) -> Moment {
+    fn instant(&self, psi: f64) -> Instant {
         if let Some(corners) = &self.solution.corners {
-            return corners.moment(psi.rem_euclid(TAU), true);
+            return corners.instant(psi.rem_euclid(TAU), true);
         }
         let [speed, slope, ..] = self.solution.speed.at(psi).0;
-        Moment {
+        Instant {
             angle: self.angle.at(psi).rem_euclid(TAU),
             speed,
             change: slope * self.solution.mean_speed(),
@@ -116,7 +116,7 @@ impl Wanted<'_> {
     fn error(&self, tool: &Tool, law: &MotionLaw) -> f64 {
         let omega = self.solution.mean_speed();
         let places = places(law, &self.angle, self.fastest);
-        largest_between(&places, |psi| tool.miss(law, omega, self.moment(psi)))[1] / tool.acceleration(omega)[1]
+        largest_between(&places, |psi| tool.miss(law, omega, self.instant(psi)))[1] / tool.acceleration(omega)[1]
     }
 
     /// The series with as few harmonics as the tolerance allows; the least error where they are too many.
@@ -137,11 +137,11 @@ impl Wanted<'_> {
         // On the same places for all orders; the error falls with the order but for roundings.
         let omega = self.solution.mean_speed();
         let peak = tool.acceleration(omega)[1];
-        let moments: Vec<Moment> =
-            places(&longest, &self.angle, self.fastest).into_iter().map(|psi| self.moment(psi)).collect();
+        let instants: Vec<Instant> =
+            places(&longest, &self.angle, self.fastest).into_iter().map(|psi| self.instant(psi)).collect();
         let suffices = |order: usize| {
             let law = cut(order);
-            moments.iter().all(|at| tool.miss(&law, omega, *at) <= self.tolerance * peak)
+            instants.iter().all(|at| tool.miss(&law, omega, *at) <= self.tolerance * peak)
         };
         let orders: Vec<usize> = (1..=last).collect();
         let order = orders.partition_point(|order| !suffices(*order)) + 1;
@@ -181,7 +181,7 @@ impl Wanted<'_> {
             let in_piece = |pair: &[f64]| {
                 // The first place is a millionth of the piece behind its start, where a corner may be.
                 let at = |j: usize| pair[0] + (pair[1] - pair[0]) * f64::max(j as f64 / PLACES as f64, 1e-6);
-                (0..PLACES).map(|j| tool.miss(&law, omega, self.moment(at(j))) / peak).fold(0.0, f64::max)
+                (0..PLACES).map(|j| tool.miss(&law, omega, self.instant(at(j))) / peak).fold(0.0, f64::max)
             };
             let errors: Vec<f64> = knots.windows(2).map(in_piece).collect();
             let worst = errors.iter().copied().fold(0.0, f64::max);

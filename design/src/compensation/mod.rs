@@ -360,7 +360,7 @@ impl Solution {
     pub fn speed_at(&self, phi: f64) -> f64 {
         let psi = self.angle().inverse(phi.rem_euclid(TAU));
         match &self.corners {
-            Some(corners) => corners.moment(psi.clamp(0.0, TAU), true).speed,
+            Some(corners) => corners.instant(psi.clamp(0.0, TAU), true).speed,
             None => self.speed.at(psi).0[0],
         }
     }

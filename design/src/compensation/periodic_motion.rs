@@ -63,7 +63,7 @@ pub trait Inertia {
     /// S at the point (kg·m²); zero in the angle, where J holds it.
     fn tools(&self, point: usize) -> f64;
     /// dφ/dχ at the point, where the unknown speeds are those in the angle and the points are equidistant in χ.
-    fn pace(&self, _point: usize) -> f64 {
+    fn rate(&self, _point: usize) -> f64 {
         1.0
     }
 }
@@ -167,7 +167,7 @@ struct Equations<'a, I> {
     kloss: Vec<[f64; 3]>,
     torque: Vec<f64>,
     /// dφ/dχ, where the points are equidistant in χ; ω/Ω in the phase of time.
-    pace: Vec<f64>,
+    rate: Vec<f64>,
     /// P = (M − τ) dφ/dχ.
     power: Vec<f64>,
     /// Unknown, point, and the derivative of P there by the unknown.
@@ -177,28 +177,28 @@ struct Equations<'a, I> {
 }
 
 impl<'a, I: Inertia> Equations<'a, I> {
-    /// All of them, with their derivatives.
+    /// Residuals and Jacobian at the iterate `at`.
     fn new(mesh: &'a Mesh, inertia: &'a I, driving: &Driving, at: &'a PeriodicMotion) -> Self {
         let (n, omega, layout) = (mesh.len(), at.mean_speed, Layout::new(driving, mesh.len()));
         let kloss: Vec<[f64; 3]> = at.speed.iter().map(|w| characteristic(&at.motor, *w)).collect();
         let torque = if layout.lag.is_some() { at.torque.clone() } else { kloss.iter().map(|k| k[0]).collect() };
-        let pace: Vec<f64> = (0..n).map(|j| if I::IN_TIME { at.speed[j] / omega } else { inertia.pace(j) }).collect();
-        let power: Vec<f64> = (0..n).map(|j| (torque[j] - driving.load) * pace[j]).collect();
+        let rate: Vec<f64> = (0..n).map(|j| if I::IN_TIME { at.speed[j] / omega } else { inertia.rate(j) }).collect();
+        let power: Vec<f64> = (0..n).map(|j| (torque[j] - driving.load) * rate[j]).collect();
         let mut slopes = Vec::new();
         for j in 0..n {
-            let by_pace = if I::IN_TIME { (torque[j] - driving.load) / omega } else { 0.0 };
+            let by_rate = if I::IN_TIME { (torque[j] - driving.load) / omega } else { 0.0 };
             match layout.torque(j) {
-                Some(m) => slopes.extend([(j, j, by_pace), (m, j, pace[j])]),
+                Some(m) => slopes.extend([(j, j, by_rate), (m, j, rate[j])]),
                 None => {
-                    slopes.push((j, j, kloss[j][1] * pace[j] + by_pace));
-                    slopes.extend(layout.synchronous_speed().map(|column| (column, j, kloss[j][2] * pace[j])));
+                    slopes.push((j, j, kloss[j][1] * rate[j] + by_rate));
+                    slopes.extend(layout.synchronous_speed().map(|column| (column, j, kloss[j][2] * rate[j])));
                 }
             }
             let mean_speed = layout.mean_speed().filter(|_| I::IN_TIME);
             slopes.extend(mean_speed.map(|column| (column, j, -power[j] / omega)));
         }
         let (residual, jacobian) = (DVector::zeros(layout.len()), DMatrix::zeros(layout.len(), layout.len()));
-        let mut all = Equations { mesh, inertia, at, layout, kloss, torque, pace, power, slopes, residual, jacobian };
+        let mut all = Equations { mesh, inertia, at, layout, kloss, torque, rate, power, slopes, residual, jacobian };
         all.energy();
         all.lag();
         all.closing();
@@ -244,20 +244,20 @@ impl<'a, I: Inertia> Equations<'a, I> {
         let (Some(lag), mesh) = (self.layout.lag, self.mesh) else { return };
         for i in 0..mesh.len() {
             let row = mesh.len() + i;
-            let rate: f64 = (0..mesh.len()).map(|j| mesh.slope(i, j) * self.torque[j]).sum();
+            let change: f64 = (0..mesh.len()).map(|j| mesh.slope(i, j) * self.torque[j]).sum();
             let (speed, unknown, by) = match I::IN_TIME {
                 true => (self.at.mean_speed, self.layout.mean_speed(), 1.0),
-                false => (self.at.speed[i] / self.pace[i], Some(i), 1.0 / self.pace[i]),
+                false => (self.at.speed[i] / self.rate[i], Some(i), 1.0 / self.rate[i]),
             };
             let [torque, slope, by_synchronous] = self.kloss[i];
-            self.residual[row] = self.torque[i] + lag * speed * rate - torque;
+            self.residual[row] = self.torque[i] + lag * speed * change - torque;
             for j in 0..mesh.len() {
                 self.jacobian[(row, mesh.len() + j)] = lag * speed * mesh.slope(i, j);
             }
             self.jacobian[(row, row)] += 1.0;
             self.jacobian[(row, i)] = -slope;
             if let Some(column) = unknown {
-                self.jacobian[(row, column)] += lag * rate * by;
+                self.jacobian[(row, column)] += lag * change * by;
             }
             if let Some(column) = self.layout.synchronous_speed() {
                 self.jacobian[(row, column)] = -by_synchronous;
@@ -271,7 +271,7 @@ impl<'a, I: Inertia> Equations<'a, I> {
         let (row, n, omega) = (self.layout.energy(), self.mesh.len() as f64, self.at.mean_speed);
         let mut turn = 0.0;
         for (j, w) in self.at.speed.iter().enumerate() {
-            let part = if I::IN_TIME { self.pace[j] } else { self.pace[j] * omega / w };
+            let part = if I::IN_TIME { self.rate[j] } else { self.rate[j] * omega / w };
             turn += part / n;
             self.jacobian[(row, j)] = if I::IN_TIME { part } else { -part } / (w * n);
         }

@@ -23,7 +23,7 @@ pub struct Restrictions {
     clearances: Vec<(String, Clearance)>,
     /// The followers of tools that the task has no law for.
     pub unasked: Vec<usize>,
-    /// Of each tool the number of its follower, and by how much y and its first two derivatives, and the third, may miss.
+    /// For each tool the number of its follower, and the tolerances of y and its first two derivatives, and of the third.
     tools: Vec<(usize, [f64; 2])>,
 }
 

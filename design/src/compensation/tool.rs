@@ -57,7 +57,7 @@ impl Tool {
         }
     }
 
-    /// The same, behind.
+    /// U(ψ) and its derivatives; where one jumps, behind.
     pub fn driven(&self, psi: f64) -> [f64; 5] {
         self.driven_beside(psi, true)
     }
@@ -77,7 +77,7 @@ impl Tool {
         self.follower.tool(self.driven(psi))
     }
 
-    /// What a cam with this value, slope and curvature carries: the moment of inertia J of tool and links with J′, and the tool's
+    /// Load of a cam with this value, slope and curvature: the moment of inertia J of tool and links with J′, and the tool's
     /// y, y′ and y″.
     pub fn carried(&self, cam: [f64; 3]) -> [f64; 5] {
         let ([j, slope, _], [y, y1, y2]) = (self.follower.inertia(cam), self.follower.tool(cam));

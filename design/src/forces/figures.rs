@@ -14,7 +14,7 @@ fn line(turn: &Turn<'_>, name: &str, of: impl Fn(&State) -> f64) -> Series {
     Series::line(name, turn.states().map(|state| [state.phi.to_degrees(), of(state)]))
 }
 
-/// Of a drive, with their names: force and pressure of the roller, the forces in the joints of each mechanism.
+/// Diagrams of a drive with their names: force and pressure of the roller, the forces in the joints of each mechanism.
 pub fn of_drive(turn: &Turn<'_>, j: usize, drive: &Drive) -> Vec<(String, Diagram)> {
     let quantities = drive.quantities();
     let of = |file: String, what: &str, begin: &str| {

@@ -66,7 +66,7 @@ pub struct Loads {
     pub spring: Option<Spring>,
     /// P(φ).
     pub process: Option<MotionLaw>,
-    /// Of its gears.
+    /// Teeth of its gears.
     pub teeth: Teeth,
     /// For the pressure in the contact.
     pub material: Option<Material>,
@@ -133,9 +133,9 @@ pub struct Forces {
     pub torque: f64,
     /// −P dy/dφ (N·m): what the process takes of M.
     pub process: f64,
-    /// Of each mechanism, from the cam to the tool.
+    /// Reactions in each mechanism, from the cam to the tool.
     pub mechanisms: Vec<Reactions>,
-    /// Of each contact.
+    /// Forces in each contact.
     pub contacts: Vec<Contact>,
 }
 

@@ -17,7 +17,7 @@ const ZERO: f64 = 1e-9;
 pub struct State {
     /// φ (rad).
     pub phi: f64,
-    /// Of each drive.
+    /// Forces of each drive.
     pub drives: Vec<Forces>,
     /// The torque on the shaft of all together (N·m).
     pub torque: f64,
@@ -26,12 +26,12 @@ pub struct State {
 /// A machine over a turn.
 pub struct Turn<'a> {
     machine: &'a Machine,
-    /// Of each piece of the turn on which all laws are smooth, an even number of equal steps.
+    /// States on each piece of the turn where all laws are smooth, at an even number of equal steps.
     pub pieces: Vec<Vec<State>>,
 }
 
 impl Machine {
-    /// The same with springs whose preload acts at the least coordinate of their tools.
+    /// The machine with springs whose preload acts at the least coordinate of their tools.
     ///
     /// # Errors
     /// Those of [`super::Drive::at`].

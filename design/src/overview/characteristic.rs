@@ -51,7 +51,7 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// What the columns of [`Motion::table`] mean.
+    /// Meaning of the columns of [`Motion::table`].
     pub const SYMBOLS: &str = "From stop to stop, through the lift h over the angle β: the largest velocity is C_v h Ω/β, the \
         accelerations reach from C_a− h (Ω/β)² to C_a+ h (Ω/β)², the largest jerk is C_j h (Ω/β)³, the torques of inertia reach from \
         C_M− m h² Ω²/β³ to C_M+ m h² Ω²/β³. Ripples of rests, below 1 % of the largest lift of a series or a table, are left out.";
@@ -89,7 +89,7 @@ pub struct Jump {
     pub phi: f64,
     /// 2 for U″, 3 for U‴.
     pub derivative: usize,
-    /// By how much.
+    /// Size of the jump.
     pub size: f64,
     /// The unit of that.
     pub unit: &'static str,

@@ -1,5 +1,5 @@
-//! What a scene amounts to, in the units that engineers read: speed, natural frequency, largest acceleration and force,
-//! the nearest resonances; and what of it is implausible, such as a forgotten unit (`implausible`, `roughness`).
+//! Key figures of a scene in the units that engineers read: speed, natural frequency, largest acceleration and force,
+//! the nearest resonances; and implausible values, such as a forgotten unit (`implausible`, `roughness`).
 //!
 //! Loads and deformations are kinetostatic, those of a drive that does not vibrate. An elastic drive is taken as
 //! m q̈ + b q̇ + c q = f + Ω² f₂ with the means m, b, c over a turn ([`camdrive::drives::oscillator`]): harmonic k of its load

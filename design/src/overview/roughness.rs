@@ -1,4 +1,4 @@
-//! What interpolation makes of the noise of a table of lifts, and of points that are too few.
+//! Noise of a table of lifts, and too few points: the errors that interpolation makes of them.
 //!
 //! σ̂ = √(mean of squares of the 8th divided differences, each divided by the root of the sum of its squared weights). White
 //! noise of the standard deviation σ has σ̂ = σ, from all points and from every second one. What a law adds grows with the
@@ -28,7 +28,7 @@ const AMPLIFICATION: f64 = 3.89;
 /// The part of max |U″| that this error may reach; its peaks are some three times as large.
 const TOLERATED: f64 = 0.02;
 
-/// The same without noise: what is told then may be several times too large.
+/// The part tolerated of sampling without noise: its estimate may be several times too large.
 const TOLERATED_OF_SAMPLING: f64 = 0.05;
 
 /// σ̂ in the unit of the lift, and the root mean square error of U″ that such noise makes; None where there are too few points.

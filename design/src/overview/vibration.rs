@@ -34,7 +34,7 @@ pub fn behind_cam(law: &MotionLaw, [m, b, c]: [f64; 3], speed: Option<f64>) -> P
 }
 
 impl Overview {
-    /// What an elastic member amounts to; with the law that it moves, and whether it twists the shaft of its cam.
+    /// Figures of an elastic member; with the law that it moves, and whether it twists the shaft of its cam.
     pub(super) fn elastic(&mut self, oscillator: &PeriodicOscillator, moved: Option<(&MotionLaw, bool)>) {
         let turn: Vec<(f64, Terms)> = angles().map(|phi| (phi, terms_at(oscillator, phi))).collect();
         let mean = |term: fn(&Terms) -> f64| turn.iter().map(|(_, t)| term(t)).sum::<f64>() / SAMPLES as f64;

@@ -65,7 +65,7 @@ fn a_machine_may_have_three_periodic_motions() {
 }
 
 #[test]
-fn the_orbit_that_a_simulation_starts_with_is_one_of_them() {
+fn the_motion_that_a_simulation_starts_with_is_one_of_them() {
     for load in [0.0, 9.0, -9.0] {
         let scene = Scene { start: MachineStart::SteadyState, ..machine(0.3, None) };
         let mut drive = RigidMachine::new(scene.clone()).unwrap();

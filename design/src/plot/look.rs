@@ -51,10 +51,10 @@ pub struct Look {
     marker: (Form, bool),
 }
 
-/// Of lines behind the data.
+/// Lines behind the data.
 pub const RULED: Look = Look { ink: Ink([0x66; 3]), dash: [3.0, 4.0], marker: MARKERS[0] };
 
-/// Of dashed lines behind the data: a colour that black borders and grey areas set off.
+/// Dashed lines behind the data: a colour that black borders and grey areas set off.
 pub const DASHED: Look = Look { ink: COLOURS[1], dash: [6.0, 4.0], marker: MARKERS[0] };
 
 /// The look of series i.

@@ -15,7 +15,7 @@ const MARKER: f64 = 6.0;
 /// The place of a name: left, top, right and bottom of what it covers.
 type Cover = [f64; 4];
 
-/// What names keep clear of: lines, and points alone.
+/// Obstacles that names keep clear of: lines, and points alone.
 pub type Obstacles = Vec<Vec<Point>>;
 
 /// The place of a rule: x of a vertical line, y of a horizontal one.

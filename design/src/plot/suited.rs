@@ -25,7 +25,7 @@ const SUITED: [Suited; 12] = [
 const LONGEST: f64 = 10.0;
 
 impl Axis {
-    /// The same in the unit that suits the values, and how many of it make the unit of the label.
+    /// The axis in the unit that suits the values, and how many of it make the unit of the label.
     fn suited(&self, values: impl Iterator<Item = f64>) -> (Axis, f64) {
         let as_it_is = || (self.clone(), 1.0);
         let Some((quantity, unit)) = self.label.strip_suffix(']').and_then(|label| label.rsplit_once('[')) else {
@@ -50,7 +50,7 @@ impl Axis {
 }
 
 impl Diagram {
-    /// The same with both axes in units that suit the data.
+    /// The diagram with both axes in units that suit the data.
     pub(super) fn suited(&self) -> Diagram {
         let data =
             |i: usize| self.series.iter().flat_map(move |series| series.points.iter().map(move |point| point[i]));

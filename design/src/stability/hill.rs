@@ -132,7 +132,7 @@ impl Functions {
         all.into_iter().step_by(self.parts).collect()
     }
 
-    /// The same with what a fluctuation of the damping adds at η = 1/j; no drive has it with an inertia that turns.
+    /// Adds the effect of a fluctuation of the damping at η = 1/j; no drive has it with an inertia that turns.
     fn with(&self, fluctuation: &[Complex], j: f64) -> Self {
         let kind = match &self.kind {
             Kind::Fixed(ratio) => {

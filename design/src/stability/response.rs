@@ -108,13 +108,13 @@ impl<'a> Turn<'a> {
     fn largest(&self, y: [f64; 2], turns: f64) -> Option<[f64; 2]> {
         let per_turn = SAMPLES_PER_TURN.max(SAMPLES_PER_VIBRATION / self.eta).ceil();
         let step = TAU / per_turn;
-        let mut course = Trajectory::new(&self.map, 0.0, y);
+        let mut trajectory = Trajectory::new(&self.map, 0.0, y);
         let (mut before, mut last) = ([0.0; 2], [0.0; 2]);
         let mut largest = [0.0_f64; 2];
         for i in 0..=(turns * per_turn).ceil() as usize {
             let tau = i as f64 * step;
-            course.reach(&self.map, tau).ok()?;
-            let now = self.at(&course, tau);
+            trajectory.reach(&self.map, tau).ok()?;
+            let now = self.at(&trajectory, tau);
             for k in 0..2 {
                 largest[k] = largest[k].max(now[k].abs());
                 if i > 1 && (last[k] - before[k]) * (now[k] - last[k]) < 0.0 {
@@ -127,9 +127,9 @@ impl<'a> Turn<'a> {
         Some(largest)
     }
 
-    /// q and M/c₀ at the angle `tau` after the start, of the course that has been followed to there.
-    fn at(&self, course: &Trajectory, tau: f64) -> [f64; 2] {
-        let [q, slope] = course.at(&self.map, tau);
+    /// q and M/c₀ at the angle `tau` after the start, of the trajectory that has been followed to there.
+    fn at(&self, trajectory: &Trajectory, tau: f64) -> [f64; 2] {
+        let [q, slope] = trajectory.at(&self.map, tau);
         let t = self.system.at((self.system.start() + tau).rem_euclid(TAU));
         let damping = self.system.damping(t.b, 1.0 / self.eta, 2.0 * self.theta / self.eta);
         [q, t.c * q + self.eta * self.eta * damping * slope]
@@ -167,14 +167,14 @@ pub fn course(system: &System, eta: f64, theta: f64) -> Option<Vec<[f64; 3]>> {
     let turn = Turn::new(system, eta, theta)?;
     let stable = turn.radius() < 1.0;
     let count = SAMPLES_PER_TURN.max(SAMPLES_PER_VIBRATION / eta).ceil();
-    let mut course = Trajectory::new(&turn.map, 0.0, turn.periodic()?);
+    let mut trajectory = Trajectory::new(&turn.map, 0.0, turn.periodic()?);
     let mut points = Vec::new();
     for i in 0..count as usize {
         let tau = TAU * i as f64 / count;
-        course.reach(&turn.map, tau).ok()?;
+        trajectory.reach(&turn.map, tau).ok()?;
         let phi = (system.start() + tau).rem_euclid(TAU);
         let t = system.at(phi);
-        let load = if stable { turn.at(&course, tau)[1] } else { f64::NAN };
+        let load = if stable { turn.at(&trajectory, tau)[1] } else { f64::NAN };
         points.push([phi, system.mean.c * load, system.mean.c * (t.f + eta * eta * t.f2)]);
     }
     points.sort_by(|a, b| a[0].total_cmp(&b[0]));
@@ -212,7 +212,7 @@ pub fn resonances(system: &System, theta: f64, most: usize, expected: &dyn Fn(us
         let unstable = load(middle) == 0.0;
         let ends = [middle * (1.0 - NEARBY), middle * (1.0 + NEARBY)];
         let eta = if unstable { middle } else { search::maximum(&mut |eta| load(eta), ends, 1e-5 * middle).0 };
-        let steady = periodic_motion(system, eta, theta).filter(|_| !unstable);
+        let motion = periodic_motion(system, eta, theta).filter(|_| !unstable);
         Resonance {
             k,
             nominal_speed: system.natural_frequency() / k as f64,
@@ -220,8 +220,8 @@ pub fn resonances(system: &System, theta: f64, most: usize, expected: &dyn Fn(us
             unstable,
             deflection: deflection(k, eta),
             estimate: (theta > 0.0).then(|| deflection(k, eta) / (2.0 * theta)),
-            amplitude: steady.map(|s| s.amplitude),
-            amplification: steady.and_then(|s| s.amplification),
+            amplitude: motion.map(|s| s.amplitude),
+            amplification: motion.and_then(|s| s.amplification),
         }
     };
     (1..=most).filter(told).map(resonance).collect()

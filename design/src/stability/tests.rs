@@ -307,10 +307,10 @@ fn load_of_the_transfer_manipulator() {
         for (ratio, printed) in [(0.06, slow), (0.08, fast)] {
             let speed = ratio * (2.4e4_f64 / 3.69).sqrt();
             let eta = speed / system.natural_frequency();
-            let steady = response::periodic_motion(&system, eta, system.damping_ratio()).unwrap();
-            let found = steady.amplification.unwrap();
+            let motion = response::periodic_motion(&system, eta, system.damping_ratio()).unwrap();
+            let found = motion.amplification.unwrap();
             assert!(
-                steady.stable && (found - printed).abs() < 0.006,
+                motion.stable && (found - printed).abs() < 0.006,
                 "{law:?} at {ratio}: {found} instead of {printed}"
             );
         }

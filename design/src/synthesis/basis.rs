@@ -4,7 +4,7 @@ use super::exact::sin_cos;
 use camdrive::motion::Fourier;
 use camdrive::numerics::double_double::Double;
 
-/// What the user knows of the profile beforehand; it halves the unknowns each time.
+/// Symmetry of the profile that the user knows beforehand; each one halves the unknowns.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Symmetry {
     /// U(−φ) = U(φ): cosines only.
@@ -73,13 +73,13 @@ impl Basis {
         Basis { waves: waves.map(|w| Wave { law: 0, ..*w }).collect() }
     }
 
-    /// The same with another law, which stands still: a number.
+    /// Adds another law, which stands still: a number.
     pub fn with_number(mut self, law: usize) -> Self {
         self.waves.push(Wave { law, k: 0, sine: false });
         self
     }
 
-    /// The same functions up to harmonic `order`.
+    /// The functions up to harmonic `order`.
     pub fn up_to(&self, order: usize) -> Self {
         Basis { waves: self.waves.iter().copied().filter(|w| w.k <= order).collect() }
     }
@@ -104,7 +104,7 @@ impl Basis {
         self.waves.iter().all(|w| !w.sine)
     }
 
-    /// The same functions without those of harmonic `k`.
+    /// The functions without those of harmonic `k`.
     pub fn without(&self, k: usize) -> Self {
         Basis { waves: self.waves.iter().copied().filter(|w| w.k != k).collect() }
     }

@@ -44,7 +44,7 @@ impl Task {
         if scale > 0.0 { scale } else { 1.0 }
     }
 
-    /// What fulfils the exact conditions, checked for contradictions.
+    /// All x that fulfil the exact conditions, checked for contradictions.
     pub(super) fn equalities(&self, scale: f64) -> Result<Solutions, Infeasible> {
         let rows: Vec<Vec<Double>> = self.points.iter().map(|p| self.basis.row(p.law, p.phi, p.order, None)).collect();
         let values: Vec<Double> =
@@ -142,7 +142,7 @@ impl Task {
         if order == 0 { 1.0 } else { self.weights[order - 1] }
     }
 
-    /// What the profile is optimised under, with the level of the objective.
+    /// Conditions under which the profile is optimised, with the level of the objective.
     pub(super) fn families(&self, scale: f64) -> Vec<Family> {
         let mut families = Vec::new();
         for (index, bound) in self.bounds.iter().enumerate() {

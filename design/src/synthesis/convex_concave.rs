@@ -86,13 +86,13 @@ impl Task {
         self.clearances.iter().map(part).fold(f64::INFINITY, f64::min)
     }
 
-    /// The same from the profiles that do not keep clear, on their side (0) or past the other tool (1); ended where the steps
+    /// The best profiles from those that do not keep clear, on their side (0) or past the other tool (1); ended where the steps
     /// are too short to come below `beaten`.
     fn clear_on(&self, side: usize, start: &[Double], scale: f64, beaten: f64) -> Result<Optimum, Infeasible> {
         let mut about = start.to_vec();
         let mut best: Option<Optimum> = None;
         // How many steps the place of the next tangents is ahead of the last profiles.
-        let (mut ahead, mut stride, mut gained) = (0.0, 1.0, 0.0);
+        let (mut ahead, mut factor, mut gained) = (0.0, 1.0, 0.0);
         for step in 0..STEPS {
             let tangent = |clearance: &Clearance| {
                 let clearance = clearance.over(scale);
@@ -116,7 +116,7 @@ impl Task {
                     break;
                 }
                 about.clone_from(&last.best.x);
-                (ahead, stride, gained) = (0.0, f64::max(0.5 * ahead, 1.0), 0.0);
+                (ahead, factor, gained) = (0.0, f64::max(0.5 * ahead, 1.0), 0.0);
                 continue;
             };
             let gain = last.objective - next.objective;
@@ -126,7 +126,7 @@ impl Task {
                 break;
             }
             // Near its end the way is short enough as it is.
-            (ahead, stride) = if gain < ENDING * gained { (0.0, 1.0) } else { (stride, GROWTH * stride) };
+            (ahead, factor) = if gain < ENDING * gained { (0.0, 1.0) } else { (factor, GROWTH * factor) };
             gained = gain;
             let way = next.best.x.iter().zip(&last.best.x).map(|(next, last)| (*next, *next - *last));
             about = way.map(|(x, way)| x + way * Double::from(ahead)).collect();

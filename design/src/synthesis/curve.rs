@@ -1,4 +1,4 @@
-//! What is prescribed over a range: a polynomial and motion laws, as functions of the angle from its beginning.
+//! Prescribed curve over a range: a polynomial and motion laws, as functions of the angle from its beginning.
 
 use super::remarks::degrees;
 use camdrive::motion::MotionLaw;

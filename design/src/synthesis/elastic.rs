@@ -13,7 +13,7 @@ use camdrive::motion::Fourier;
 /// Speeds per distance between two resonances 1/k, 1/(k + 1) at which a deviation is looked at first.
 const SPEEDS_PER_RESONANCE: f64 = 12.0;
 
-/// Rasters of 17 speeds η_opt, each of an eighth of the width of the one before: to a millionth of the range.
+/// Grids of 17 speeds η_opt, each of an eighth of the width of the one before: to a millionth of the range.
 const REFINEMENTS: usize = 7;
 
 /// A range of speeds over which the motion behind an elastic output member has to fulfil a task.
@@ -46,7 +46,7 @@ pub fn inverse(motion: &Fourier, response: Response) -> Option<Fourier> {
     Some(Fourier::new(a, b))
 }
 
-/// The motion behind the elastic output member that a cam causes, in its steady state; None at an undamped resonance
+/// The motion behind the elastic output member that a cam causes, once periodic; None at an undamped resonance
 /// of one of its harmonics.
 pub fn output(cam: &Fourier, response: Response) -> Option<Fourier> {
     let (mut a, mut b) = (cam.a.clone(), cam.b.clone());
@@ -196,7 +196,7 @@ impl Task {
     }
 }
 
-/// The best recipe for an η_opt between 0 and `high`, by a raster and its refinements.
+/// The best recipe for an η_opt between 0 and `high`, by a grid and its refinements.
 fn refined(
     mut high: f64,
     at: impl Fn(f64) -> Option<Recipe>,

@@ -69,7 +69,7 @@ pub struct Factors {
 }
 
 impl Factors {
-    /// Of the matrix with these columns, all of `rows` numbers; a column that is left with less than the part `rank` of
+    /// Factors of the matrix with these columns, all of `rows` numbers; a column that is left with less than the part `rank` of
     /// the largest one depends on the others.
     pub fn new(mut columns: Vec<Vec<Double>>, rows: usize, rank: f64) -> Self {
         let mut order: Vec<usize> = (0..columns.len()).collect();
@@ -170,7 +170,7 @@ impl Factors {
         self.split(b).0
     }
 
-    /// The same, and what is left, b − A x.
+    /// That x and the remainder b − A x.
     pub fn split(&self, b: &[Double]) -> (Vec<Double>, Vec<Double>) {
         let mut rest = b.to_vec();
         (0..self.rank()).for_each(|j| self.reflect(j, &mut rest));
@@ -190,7 +190,7 @@ pub struct Solutions {
 }
 
 impl Solutions {
-    /// Of the rows of C and their right-hand sides, for `n` unknowns; `rank` as of [`Factors::new`].
+    /// Solutions for the rows of C and their right-hand sides, with `n` unknowns; `rank` as of [`Factors::new`].
     pub fn new(c: &[Vec<Double>], d: &[Double], n: usize, rank: f64) -> Self {
         let factors = Factors::new(c.to_vec(), n, rank);
         let rank = factors.rank();
@@ -231,13 +231,13 @@ pub struct Coordinates {
 }
 
 impl Coordinates {
-    /// Of the factors; with `all` also for what their matrix does not see, else that stays where it is.
+    /// Coordinates from the factors; with `all` also in the null space of their matrix, else that part stays where it is.
     pub fn new(factors: Factors, all: bool) -> Self {
         let unseen = if all { factors.dependent() } else { Vec::new() };
         Coordinates { factors, unseen }
     }
 
-    /// The same with what the matrix does not see in units of `size`.
+    /// Takes the null space of the matrix in units of `size`.
     pub fn with_unseen(mut self, size: f64) -> Self {
         self.unseen.iter_mut().flatten().for_each(|v| *v = *v * Double::from(size));
         self

@@ -72,12 +72,12 @@ impl Family {
         }
     }
 
-    /// The same condition behind an elastic output member.
+    /// The condition behind an elastic output member.
     pub fn behind(self, response: Option<Response>) -> Self {
         Family { response, ..self }
     }
 
-    /// The same as that of a bound of the task.
+    /// The condition as one that a bound of the task sets.
     pub fn of_bound(self, index: usize) -> Self {
         Family { bound: Some(index), ..self }
     }
@@ -100,7 +100,7 @@ impl Family {
         row
     }
 
-    /// What the target contributes to the right-hand side.
+    /// Contribution of the target to the right-hand side.
     fn target(&self, phi: f64, n: usize) -> Double {
         if let Some(tangent) = &self.tangent {
             return Double::from(tangent.target(phi));
@@ -112,17 +112,17 @@ impl Family {
         }
     }
 
-    /// By how much `x` exceeds the target at `phi`, without limit and level, or the n-th derivative of that.
+    /// Excess of `x` over the target at `phi`, without limit and level, or the n-th derivative of that.
     pub fn excess(&self, basis: &Basis, x: &[Double], phi: f64, n: usize) -> f64 {
         self.excess_exactly(basis, x, phi, n).hi
     }
 
-    /// The same to thirty digits of its terms.
+    /// The excess to thirty digits of its terms.
     pub fn excess_exactly(&self, basis: &Basis, x: &[Double], phi: f64, n: usize) -> Double {
         dot(&self.row(basis, phi, n), x) - self.target(phi, n)
     }
 
-    /// What the excess is not known to: the rounding of the terms that it is the sum of.
+    /// Uncertainty of the excess: the rounding of the terms that it is the sum of.
     pub fn rounding(&self, basis: &Basis, x: &[Double], phi: f64) -> f64 {
         let row = self.row(basis, phi, 0);
         let terms = row.iter().zip(x).map(|(row, x)| (row.hi * x.hi).abs()).sum::<f64>() + self.target(phi, 0).hi.abs();
@@ -186,7 +186,7 @@ impl Family {
         self.combined(motion)
     }
 
-    /// The same of these motions of the laws.
+    /// Σ f Y⁽ⁿ⁾ for these motions of the laws.
     pub(super) fn combined(&self, motion: impl Fn(usize) -> Option<Fourier>) -> Option<Fourier> {
         let mut sum = Fourier::new(vec![0.0], Vec::new());
         for term in &self.terms {

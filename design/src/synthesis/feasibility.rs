@@ -38,7 +38,7 @@ struct Widened {
     x: Vec<Double>,
     /// The least t of the conditions looked at.
     level: f64,
-    /// By how much conditions are exceeded at x; negative: the room.
+    /// The largest excess of a condition at x; negative: the room.
     excess: f64,
     /// The conditions that hold t, with their multipliers.
     holding: Vec<(Place, f64)>,

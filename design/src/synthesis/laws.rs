@@ -104,7 +104,7 @@ impl Task {
         (opposite.abs() < 1e-9 && (half - 0.5 * (lower.to - lower.from)).abs() < 1e-9).then_some((half, middle(upper)))
     }
 
-    /// What the cubics (4.6.4.1 (2) to (6)) of the source make of the task: three or five harmonics in the sense of
+    /// Solution of the task by the cubics (4.6.4.1 (2) to (6)) of the source: three or five harmonics in the sense of
     /// least squares; None where they are not for this task.
     pub fn cubics(&self) -> Option<Fourier> {
         let (half, middle) = self.symmetric_dwells()?;

@@ -23,12 +23,12 @@ const ROOM: f64 = 1e-9;
 const HEAVIEST: f64 = 60.0;
 
 /// The dwells that are tried first are wider or narrower by this factor each.
-const STRIDE: f64 = 1.25;
+const GROWTH: f64 = 1.25;
 
 /// Dwells narrower than this part of what the task says are none.
 const NARROWEST: f64 = 1e-3;
 
-/// What has no level is far above any.
+/// ln of a level that does not exist: far above any.
 const NONE: f64 = 700.0;
 
 /// ln of a level over its limit.
@@ -108,7 +108,7 @@ impl Task {
         }
     }
 
-    /// What a hint says of bounds, where there are some.
+    /// Words of a hint on bounds, where there are some.
     fn or_bounds(&self) -> &'static str {
         if self.bounds.is_empty() { "" } else { ", or widen the bounds" }
     }
@@ -138,9 +138,9 @@ impl Task {
         };
         let widest = TAU / self.ranges[first..end].iter().map(|r| r.to - r.from).fold(0.0, f64::max);
         let (mut here, mut value) = (1.0_f64.min(widest), level(1.0_f64.min(widest)));
-        let stride = if value > 0.0 { 1.0 / STRIDE } else { STRIDE };
+        let growth = if value > 0.0 { 1.0 / GROWTH } else { GROWTH };
         let (other, there) = loop {
-            let next = (here * stride).min(widest);
+            let next = (here * growth).min(widest);
             if next == here || next < NARROWEST {
                 let which = if next == here { "a whole turn" } else { "a thousandth of these widths" };
                 let least = Some(tolerance * value.exp()).filter(|least| *least > f64::EPSILON * self.scale());

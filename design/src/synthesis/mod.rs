@@ -115,7 +115,7 @@ impl Bound {
     }
 }
 
-/// What makes one profile better than another.
+/// Criterion by which one profile is better than another.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Objective {
     /// S1, integral least squares.
@@ -163,17 +163,17 @@ pub struct Task {
     pub basis: Basis,
     /// How much each law counts in the objective; one for each law.
     pub laws: Vec<f64>,
-    /// What is prescribed.
+    /// Ranges with prescribed motion.
     pub ranges: Vec<Range>,
-    /// What holds exactly.
+    /// Exact conditions.
     pub points: Vec<Point>,
-    /// What must not be exceeded.
+    /// Bounds that must not be exceeded.
     pub bounds: Vec<Bound>,
     /// Which tools keep clear of each other.
     pub clearances: Vec<Clearance>,
     /// Σ ∫ (e₀² + w₁ e₁² + w₂ e₂²) dφ over the ranges must not exceed it (m²); of the accelerations as objective only.
     pub integral: Option<f64>,
-    /// What is made small.
+    /// The quantity to be minimised.
     pub objective: Objective,
     /// w₁, w₂.
     pub weights: [f64; 2],
@@ -193,7 +193,7 @@ pub struct Profile {
     pub objective: f64,
     /// The largest |e₀|, |e₁|, |e₂| in each range of the law, NaN where nothing is prescribed.
     pub errors: Vec<[f64; 3]>,
-    /// What each start of a search has led to; empty where the optimum is the only one.
+    /// Optimum from each start of a search; empty where the optimum is the only one.
     pub optima: Vec<f64>,
     /// Errors below this cannot be told from rounding (m); the coefficients are rounded to sixteen digits afterwards.
     pub resolution: f64,
@@ -201,7 +201,7 @@ pub struct Profile {
     pub uncertainty: f64,
     /// How many coefficients neither the ranges nor the points determine; so many of them are free.
     pub undetermined: usize,
-    /// By how much conditions may still be exceeded (m/radⁿ): rounding, but where it is said.
+    /// Remaining excess of conditions (m/radⁿ): rounding, unless the report says otherwise.
     pub excess: f64,
 }
 
@@ -228,7 +228,7 @@ pub enum Infeasible {
     Point {
         /// Which, in the order of the task.
         index: usize,
-        /// By how much (m/radⁿ).
+        /// Its miss (m/radⁿ).
         by: f64,
     },
     /// The bounds cannot all be kept: at the least they are exceeded by this part of their width, this one among
@@ -236,7 +236,7 @@ pub enum Infeasible {
     Bound {
         /// Which, in the order of the task.
         index: usize,
-        /// By how much (m/radⁿ).
+        /// Its excess (m/radⁿ).
         by: f64,
         /// Where (rad).
         phi: f64,
@@ -256,7 +256,7 @@ pub enum Infeasible {
         point: usize,
         /// Which bound.
         bound: usize,
-        /// By how much (m/radⁿ).
+        /// Its excess (m/radⁿ).
         by: f64,
     },
     /// The best profile rests all the turn: nothing that is prescribed asks for motion.
@@ -320,7 +320,7 @@ impl Task {
         }
     }
 
-    /// Of all optima, where some coefficients are open, the one with the least ∫U″² dφ.
+    /// Among all optima, where some coefficients are open, the one with the least ∫U″² dφ.
     fn smoothest(&self, scale: f64, solutions: &Solutions, found: Optimum) -> Result<Optimum, Infeasible> {
         let (mut open, families) = (solutions.free.clone(), levels::capped(self.families(scale), found.best.level));
         if self.is_of_squares() {
@@ -383,7 +383,7 @@ impl Task {
         (0..self.laws.len()).map(of).collect()
     }
 
-    /// What the task says of one law alone.
+    /// The part of the task that concerns one law alone.
     pub fn only(&self, law: usize) -> Task {
         Task {
             basis: self.basis.of(law),
@@ -517,7 +517,7 @@ impl Task {
 }
 
 impl Infeasible {
-    /// The same in SI.
+    /// The fault in SI.
     fn scaled(self, scale: f64) -> Self {
         match self {
             Infeasible::Bound { index, by, phi, others, points } => {

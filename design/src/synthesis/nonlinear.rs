@@ -39,7 +39,7 @@ pub enum Norm {
     Rms,
 }
 
-/// What is made small.
+/// Functions to be minimised.
 pub struct Values {
     /// gᵢ(x).
     pub values: Vec<f64>,
@@ -64,7 +64,7 @@ impl Values {
 pub struct Search {
     /// Starts.
     pub starts: usize,
-    /// What the starts are drawn with.
+    /// Seed of the random starts.
     pub seed: u64,
 }
 
@@ -331,7 +331,7 @@ impl Random {
         ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// Of mean 0 and variance 1, by the sum of twelve: the tails do not matter here.
+    /// A random number of mean 0 and variance 1, by the sum of twelve: the tails do not matter here.
     fn normal(&mut self) -> f64 {
         (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
     }

@@ -14,14 +14,14 @@
 use super::exact::{Factors, RANK, add_multiple, dot};
 use camdrive::numerics::double_double::Double;
 
-/// What is left of a row beside others, as part of it, when it depends on them: rows of conditions at angles that differ
+/// A row that depends on others keeps less than this part of itself beside them: rows of conditions at angles that differ
 /// by 1e-8 are told apart to ten digits.
 const DEPENDENT: f64 = 1e-22;
 
-/// What rounding leaves of a row, as part of its terms.
+/// Rounding error of a row, as part of its terms.
 const ROUNDING: f64 = 1e-28;
 
-/// What a point is not known to, as part of its goal or of the largest multiplier: some dozen terms of thirty-two digits.
+/// Uncertainty of a point, as part of its goal or of the largest multiplier: some dozen terms of thirty-two digits.
 const NOISE: f64 = 1e-31;
 
 /// Rows taken up per unknown: two or three are the rule, a few dozen where many conditions hold at once.

@@ -1,4 +1,4 @@
-//! What the report of a synthesis says beside its tables: limits of the task and of the numbers, elasticity, and why a task
+//! Remarks of the report of a synthesis beside its tables: limits of the task and of the numbers, elasticity, and why a task
 //! has no profile.
 
 use super::elastic::SpeedRange;
@@ -15,7 +15,7 @@ const FAILED_TASK: f64 = 0.1;
 const BESIDE: f64 = 1e-4;
 
 impl Study {
-    /// What the task or the numbers do not tell.
+    /// Remarks on what the task or the numbers leave open.
     pub(super) fn limits(&self) -> Vec<String> {
         let (task, motion) = (&self.assignment.task, &self.motion);
         let mut lines = Vec::new();
@@ -71,7 +71,7 @@ impl Study {
         lines
     }
 
-    /// What there is to say of the elastic output member.
+    /// Remarks on the elastic output member.
     pub(super) fn of_elasticity(&self) -> Vec<String> {
         let (Some(behind), Some(given)) = (&self.elastic, &self.assignment.elasticity) else { return Vec::new() };
         let rpm = |eta: f64| format!("η = {eta:.4} ({} rpm)", number(eta * given.w0 * 60.0 / TAU));
@@ -156,7 +156,7 @@ pub(super) fn degrees(phi: f64) -> String {
     ((phi.to_degrees() * 1e4).round() / 1e4 + 0.0).to_string()
 }
 
-/// What errors of U⁽ⁿ⁾ count in.
+/// Units of the errors of U⁽ⁿ⁾.
 pub const UNITS: [&str; 4] = ["m", "m/rad", "m/rad²", "m/rad³"];
 
 impl Infeasible {
@@ -241,7 +241,7 @@ fn place(what: &str, phi: f64) -> String {
     format!("{what} at {} deg", degrees(phi))
 }
 
-/// What a bound admits, and where.
+/// Limits of a bound, and where it holds.
 fn limits(bound: &Bound) -> String {
     let limits = match (bound.min.is_finite(), bound.max.is_finite()) {
         (true, true) => format!("{} … {}", number(bound.min), number(bound.max)),

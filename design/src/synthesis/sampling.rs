@@ -22,7 +22,7 @@ pub const MEDIUM: Density = Density { per_wave: 16.0, per_function: 5 };
 /// For the first program and the change of coordinates.
 pub const COARSE: Density = Density { per_wave: 12.0, per_function: 2 };
 
-/// What the angles of a task are known to (rad): degrees of some turns, converted, to a few roundings of 4π.
+/// Accuracy of the angles of a task (rad): degrees of some turns, converted, to a few roundings of 4π.
 pub const ANGLES: f64 = 32.0 * f64::EPSILON;
 
 /// `phi` plus the turns that lead into a range, if any do; a rounding outside of it is its end.

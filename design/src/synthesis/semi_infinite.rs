@@ -29,7 +29,7 @@ const RESOLVED: f64 = 1e-12;
 /// thousandth of what a cam is made to.
 const DELIVERED: f64 = 1e-9;
 
-/// What the squares do not see moves in these units, so that it is as good as free: its square counts 1e-12.
+/// Unit of the coordinates in the null space of the squares, so large that it is as good as free: its square counts 1e-12.
 const UNSEEN: f64 = 1e6;
 
 /// Violations below this part of the task are none for least squares: a hundredth of what coefficients of sixteen digits
@@ -40,17 +40,17 @@ const RESOLVED_SQUARES: f64 = 1e-18;
 /// but δ of the coefficients.
 const FINEST: f64 = 1e-24;
 
-/// What is left to say where the numbers do not suffice.
+/// Message where the numbers do not suffice.
 pub const UNSOLVED: &str =
     "the optimisation does not converge: with these harmonics the conditions are told apart by less than the \
                         rounding of thirty digits
   = hint: take fewer harmonics, or longer ranges for the bounds";
 
-/// What the objective sees less than this part of, conditions without a level decide: there the coordinates are not
+/// Where the objective sees less than this part, conditions without a level decide: there the coordinates are not
 /// stretched, so that neither loses more than a dozen of its thirty digits.
 const SEEN: f64 = 1e-12;
 
-/// What is made small.
+/// The quantity to be minimised.
 pub enum Goal {
     /// The level t.
     Level,
@@ -68,7 +68,7 @@ pub struct Program<'a> {
     pub exact: &'a [f64],
     /// The conditions.
     pub families: Vec<Family>,
-    /// What is made small.
+    /// The quantity to be minimised.
     pub goal: Goal,
 }
 
@@ -82,11 +82,11 @@ pub struct Solution {
     pub x: Vec<Double>,
     /// t.
     pub level: f64,
-    /// What the errors are known to: the rounding of the numbers of thirty digits.
+    /// Uncertainty of the errors: the rounding of the numbers of thirty digits.
     pub resolution: f64,
     /// The largest change of a coefficient that this rounding may hide.
     pub uncertainty: f64,
-    /// By how much conditions are still exceeded.
+    /// Remaining excess of the conditions.
     pub excess: f64,
 }
 
@@ -94,7 +94,7 @@ pub struct Solution {
 pub struct Frame<'a> {
     /// Fulfils the equations.
     pub centre: &'a [Double],
-    /// What y counts in.
+    /// Unit of y.
     pub unit: f64,
     /// T.
     pub coordinates: &'a Coordinates,
@@ -182,7 +182,7 @@ impl Program<'_> {
         Coordinates::new(self.solutions.factors(&rows, rank), conditions).with_unseen(unseen)
     }
 
-    /// What the sums of the conditions are not known to.
+    /// Uncertainty of the sums of the conditions.
     fn rounding(&self, places: &[Place], x: &[Double]) -> f64 {
         let rounding = |&(i, phi): &Place| self.families[i].rounding(self.basis, x, phi);
         let of_conditions = places.iter().map(rounding).fold(0.0, f64::max);
@@ -196,7 +196,7 @@ impl Program<'_> {
         of_conditions.max(ROUNDING * of_goal)
     }
 
-    /// By how much a coefficient may change while the objective changes by rounding.
+    /// The largest change of a coefficient while the objective changes by rounding.
     fn uncertainty(&self, coordinates: &Coordinates, rounding: f64) -> f64 {
         let mut squares = vec![0.0; self.basis.size()];
         for i in 0..coordinates.len() {
@@ -215,7 +215,7 @@ impl Program<'_> {
         self.families.iter().enumerate().flat_map(of).collect()
     }
 
-    /// By how much a condition is violated (negative: reserve).
+    /// Violation of a condition (negative: reserve).
     pub fn violation(&self, x: &[Double], level: impl Into<Double>, (i, phi): Place) -> f64 {
         let family = &self.families[i];
         let excess = family.excess_exactly(self.basis, x, phi, 0) - Double::from(family.limit);

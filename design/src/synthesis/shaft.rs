@@ -1,6 +1,6 @@
 //! Cam profiles for an elastic input shaft: the torque in the shaft over a range of speeds is made small.
 //!
-//! The steady twist at constant speed Ω solves the linear equation, written with J = J₃ + m U′² (′ = d/dφ),
+//! The periodic twist at constant speed Ω solves the linear equation, written with J = J₃ + m U′² (′ = d/dφ),
 //!
 //! Ω² (J q′)′ + Ω b q′ + (c + ½ Ω² J″) q = −½ Ω² J′.
 //!
@@ -55,7 +55,7 @@ pub struct Shaft {
     pub b: f64,
 }
 
-/// What is made small.
+/// Torque to be minimised.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShaftGoal {
     /// The shaft.
@@ -70,7 +70,7 @@ pub struct ShaftGoal {
     pub relative: bool,
 }
 
-/// The steady torque at one speed.
+/// The periodic torque at one speed.
 pub struct PeriodicTorque {
     /// M(φ) (N·m).
     pub torque: Fourier,
@@ -90,7 +90,7 @@ impl Spectrum {
         usize::try_from(place).ok().and_then(|i| self.list.get(i).copied()).unwrap_or(Number::ZERO)
     }
 
-    /// Of U′.
+    /// The spectrum of U′.
     pub fn of_slope(series: &Fourier) -> Self {
         let order = series.order();
         let one = |n: i64| {
@@ -102,7 +102,7 @@ impl Spectrum {
         Spectrum { order, list: (-(order as i64)..=order as i64).map(one).collect() }
     }
 
-    /// Of the product.
+    /// The spectrum of the product.
     pub fn times(&self, other: &Spectrum) -> Self {
         let order = self.order + other.order;
         let mut list = vec![Number::ZERO; 2 * order + 1];
@@ -124,7 +124,7 @@ impl Spectrum {
 }
 
 impl Shaft {
-    /// The steady torque of a profile at speed `w` (rad/s), with its derivatives after the coefficients of `basis` if
+    /// The periodic torque of a profile at speed `w` (rad/s), with its derivatives after the coefficients of `basis` if
     /// one is given; None where the equations are singular or need too many harmonics.
     pub fn periodic_torque(&self, series: &Fourier, w: f64, basis: Option<&Basis>) -> Option<PeriodicTorque> {
         let slope = Spectrum::of_slope(series);
@@ -229,12 +229,12 @@ impl Hill<'_> {
 }
 
 impl ShaftGoal {
-    /// What M is divided by at speed `w`.
+    /// Unit of M at speed `w`.
     fn unit(&self, w: f64) -> f64 {
         if self.relative { self.shaft.m * w * w } else { 1.0 }
     }
 
-    /// The same where U counts in units of `scale`.
+    /// The goal where U counts in units of `scale`.
     pub fn scaled(self, scale: f64) -> Self {
         let shaft = Shaft { m: self.shaft.m * scale * scale, ..self.shaft };
         ShaftGoal { shaft, ..self }
@@ -249,7 +249,7 @@ impl ShaftGoal {
     /// The largest |M| of a profile at speed `w`, over m Ω² where that is the goal; infinite where there is none.
     pub fn peak(&self, series: &Fourier, w: f64) -> f64 {
         match self.shaft.periodic_torque(series, w, None) {
-            Some(steady) => largest(&steady.torque) / self.unit(w),
+            Some(periodic) => largest(&periodic.torque) / self.unit(w),
             None => f64::INFINITY,
         }
     }
@@ -260,7 +260,7 @@ impl ShaftGoal {
             Norm::Peak => speeds.iter().map(|w| self.peak(series, *w)).fold(0.0, f64::max),
             Norm::Rms => {
                 let square = |w: &f64| match self.shaft.periodic_torque(series, *w, None) {
-                    Some(steady) => mean_square(&steady.torque) / self.unit(*w).powi(2),
+                    Some(periodic) => mean_square(&periodic.torque) / self.unit(*w).powi(2),
                     None => f64::INFINITY,
                 };
                 (speeds.iter().map(square).sum::<f64>() / speeds.len() as f64).sqrt()
@@ -268,32 +268,32 @@ impl ShaftGoal {
         }
     }
 
-    /// The torques that count, with their derivatives; None where there is no steady motion.
+    /// The torques that count, with their derivatives; None where there is no periodic motion.
     pub fn values(&self, basis: &Basis, x: &[f64], speeds: &[f64]) -> Option<Values> {
         let series = basis.series_of(x);
         let (mut values, mut gradients) = (Vec::new(), Vec::new());
         for &w in speeds {
-            let steady = self.shaft.periodic_torque(&series, w, Some(basis))?;
+            let periodic = self.shaft.periodic_torque(&series, w, Some(basis))?;
             let unit = self.unit(w);
             match self.norm {
                 Norm::Peak => {
                     let target = Curve::default();
                     let turn = Window { from: 0.0, to: TAU, order: 0, target: &target };
                     let mut places: Vec<f64> = (0..SAMPLES).map(|i| TAU * i as f64 / SAMPLES as f64).collect();
-                    places.extend(turn.extremes(&steady.torque, 0.7).into_iter().map(|e| e.phi));
+                    places.extend(turn.extremes(&periodic.torque, 0.7).into_iter().map(|e| e.phi));
                     for phi in places {
-                        values.push(steady.torque.at(phi).0[0] / unit);
-                        gradients.push(steady.gradients.iter().map(|g| g.at(phi).0[0] / unit).collect());
+                        values.push(periodic.torque.at(phi).0[0] / unit);
+                        gradients.push(periodic.gradients.iter().map(|g| g.at(phi).0[0] / unit).collect());
                     }
                 }
                 Norm::Rms => {
                     // The mean of the square is the sum over the harmonics (Parseval), which are the residuals then.
                     let root = (0.5 / speeds.len() as f64).sqrt() / unit;
-                    for n in 0..steady.torque.a.len() {
+                    for n in 0..periodic.torque.a.len() {
                         let share = if n == 0 { root * 2f64.sqrt() } else { root };
                         for part in [|s: &Fourier, n: usize| s.a[n], |s: &Fourier, n: usize| s.b[n]] {
-                            values.push(share * part(&steady.torque, n));
-                            gradients.push(steady.gradients.iter().map(|g| share * part(g, n)).collect());
+                            values.push(share * part(&periodic.torque, n));
+                            gradients.push(periodic.gradients.iter().map(|g| share * part(g, n)).collect());
                         }
                     }
                 }

@@ -1,4 +1,4 @@
-//! What an elastic input shaft makes of a profile and of the standard laws.
+//! Effect of an elastic input shaft on a profile and on the standard laws.
 
 use super::deviation;
 use super::laws::{Rival, truncated};
@@ -44,9 +44,9 @@ pub struct Shafted {
     pub goal: ShaftGoal,
     /// One for each rival.
     pub laws: Vec<Magnified>,
-    /// M(φ) of each rival at the fastest speed; None where it has no steady motion.
+    /// M(φ) of each rival at the fastest speed; None where it has no periodic motion.
     pub torques: Vec<Option<Fourier>>,
-    /// Speeds at which the steady motion of the cam is unstable or missing, and why.
+    /// Speeds at which the periodic motion of the cam is unstable or missing, and why.
     pub faults: Vec<(f64, String)>,
     /// The profile on the nonlinear drive.
     pub nonlinear: Vec<Nonlinear>,
@@ -59,12 +59,12 @@ pub struct Nonlinear {
     pub w: f64,
     /// max |M| of the linear drive (N·m).
     pub linear: f64,
-    /// max |M| of the nonlinear one (N·m), or why it has no steady motion that attracts.
+    /// max |M| of the nonlinear one (N·m), or why it has no periodic motion that attracts.
     pub torque: Result<f64, String>,
 }
 
 impl Nonlinear {
-    /// By which part the torque of the nonlinear drive differs from that of the linear one.
+    /// Relative difference of the torque of the nonlinear drive from that of the linear one.
     pub fn difference(&self) -> Option<f64> {
         self.torque.as_ref().ok().map(|torque| torque / self.linear - 1.0)
     }
@@ -84,7 +84,7 @@ pub fn study(goal: ShaftGoal, rivals: &[Rival]) -> Shafted {
             .and_then(|mut drive| largest_torque(&mut drive, w))
             .map_err(|fault| fault.to_string()),
     };
-    let fastest = |law: &Fourier| goal.shaft.periodic_torque(law, goal.fastest, None).map(|steady| steady.torque);
+    let fastest = |law: &Fourier| goal.shaft.periodic_torque(law, goal.fastest, None).map(|motion| motion.torque);
     Shafted {
         laws: laws.iter().zip(rivals).map(|(law, rival)| magnified(&goal.shaft, law, rival.torque, &speeds)).collect(),
         torques: laws.iter().map(fastest).collect(),
@@ -115,9 +115,9 @@ pub(super) fn magnified(shaft: &Shaft, law: &Fourier, torque: f64, speeds: &[f64
     Magnified { exceeded: LIMITS.map(first), points }
 }
 
-/// max |M| of the linear drive (N·m); infinite where it has no steady motion.
+/// max |M| of the linear drive (N·m); infinite where it has no periodic motion.
 fn peak(shaft: &Shaft, law: &Fourier, w: f64) -> f64 {
-    shaft.periodic_torque(law, w, None).map_or(f64::INFINITY, |steady| deviation::peak(&steady.torque, 0).value.abs())
+    shaft.periodic_torque(law, w, None).map_or(f64::INFINITY, |motion| deviation::peak(&motion.torque, 0).value.abs())
 }
 
 /// max |M| over the next turn of the drive itself (N·m).
@@ -158,12 +158,12 @@ mod tests {
 
     #[test]
     fn the_limit_speeds_of_known_laws() {
-        // The transfer manipulator in strokes. The printed speeds are those of a raster of 0.0025 ω₀ with a magnification
+        // The transfer manipulator in strokes. The printed speeds are those of a grid of 0.0025 ω₀ with a magnification
         // above 1.5 and above 2.
         const W0: f64 = 80.66;
-        const RASTER: f64 = 0.0025;
+        const GRID: f64 = 0.0025;
         let shaft = Shaft { m: 9.6, inertia: 1.5, c: 2.4e4, b: 17.85 };
-        let speeds: Vec<f64> = (11..=60).map(|i| f64::from(i) * RASTER * W0).collect();
+        let speeds: Vec<f64> = (11..=60).map(|i| f64::from(i) * GRID * W0).collect();
         let task = |order| symmetric_task(order, PI / 6.0, Objective::Chebyshev);
         let hs = |order| laws::as_rival("hs", &task(order).solve().unwrap().series);
         let rivals = task(3).rivals();
@@ -182,7 +182,7 @@ mod tests {
             for (found, printed) in exceeded.into_iter().zip(printed) {
                 let found = found.unwrap() / W0;
                 assert!(
-                    (printed - RASTER - 1e-6..=printed + 1e-6).contains(&found),
+                    (printed - GRID - 1e-6..=printed + 1e-6).contains(&found),
                     "{}: {found} instead of {printed}",
                     law.name
                 );

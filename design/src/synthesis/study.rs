@@ -12,7 +12,7 @@ use camdrive::motion::Fourier;
 use std::f64::consts::{PI, TAU};
 use std::path::PathBuf;
 
-/// What a task file asks for.
+/// Content of a task file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Assignment {
     /// A C identifier, as the name of a scene.
@@ -23,7 +23,7 @@ pub struct Assignment {
     pub unit: f64,
     /// The task.
     pub task: Task,
-    /// What the user calls its parts.
+    /// User's names of its parts.
     pub names: Names,
     /// An elastic output member.
     pub elasticity: Option<Elasticity>,
@@ -35,7 +35,7 @@ pub struct Assignment {
     pub files: Vec<PathBuf>,
 }
 
-/// What ranges, points and bounds of a task are called in its file, such as `dwell[2]` and `dwell[2].tolerance`.
+/// Names of ranges, points and bounds of a task in its file, such as `dwell[2]` and `dwell[2].tolerance`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Names {
     /// One for each law; empty where there is one law only.
@@ -81,7 +81,7 @@ pub struct Elasticity {
 /// The result.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Study {
-    /// What was asked.
+    /// The task of the user.
     pub assignment: Assignment,
     /// The best motion without regard to elasticity.
     pub motion: Profile,
@@ -106,7 +106,7 @@ pub struct Study {
     pub widths: Vec<Widths>,
 }
 
-/// What an elastic output member makes of the cam.
+/// Motion behind an elastic output member that the cam drives.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Behind {
     /// η_opt of the recipe.
@@ -121,13 +121,13 @@ pub struct Behind {
     pub looked_at: [f64; 2],
     /// The largest |y⁽ⁿ⁾ − Ũ⁽ⁿ⁾| in each range over these speeds, NaN where nothing is prescribed.
     pub over_speeds: Vec<[f64; 3]>,
-    /// The same at rest, where y is the cam's U.
+    /// `over_speeds` at rest, where y is the cam's U.
     pub at_rest: Vec<[f64; 3]>,
     /// The output at these speeds, for its envelope.
     pub outputs: Vec<Fourier>,
     /// (η, max |y − Ũ| (m)) of each rival.
     pub curves: Vec<Vec<[f64; 2]>>,
-    /// The same as `reached` of each rival.
+    /// `reached` of each rival.
     pub reaches: Vec<Option<f64>>,
     /// The resonances up to η = 1.
     pub resonances: Vec<Resonance>,
@@ -166,13 +166,13 @@ impl Assignment {
         let (task, tried) = self.task.as_chebyshev(&profile)?;
         let profiles = task.solve_with(&profile)?;
         let of = |(law, motion)| {
-            let settled = Assignment { task: task.clone(), ..self.clone() };
-            settled.of_law(law).study_of(motion, (self.task.objective, tried.clone()), progress)
+            let solved = Assignment { task: task.clone(), ..self.clone() };
+            solved.of_law(law).study_of(motion, (self.task.objective, tried.clone()), progress)
         };
         profiles.into_iter().enumerate().map(of).collect()
     }
 
-    /// What is asked of one law alone.
+    /// The part that concerns one law alone.
     fn of_law(&self, law: usize) -> Self {
         let Some(name) = self.names.laws.get(law) else { return self.clone() };
         let (task, names) = (&self.task, &self.names);

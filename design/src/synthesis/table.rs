@@ -122,7 +122,7 @@ impl Study {
         }
     }
 
-    /// What the starts of a search have led to.
+    /// Optima from the starts of a search.
     fn optima(&self) -> Option<String> {
         let optima = &self.motion.optima;
         let best = optima.iter().copied().fold(f64::INFINITY, f64::min);
@@ -175,7 +175,7 @@ impl Study {
         }
     }
 
-    /// What was tried on the way to the longest dwell or to the fewest harmonics.
+    /// Trials on the way to the longest dwell or to the fewest harmonics.
     pub(super) fn levels(&self) -> Table {
         let head = match self.asked {
             Objective::FewestHarmonics { .. } => "harmonics  least largest error",

@@ -273,10 +273,10 @@ fn the_least_torque_of_an_elastic_shaft() {
     assert!((goal.peak(&other, 0.12 * w0) - 0.577).abs() < 1e-3);
     assert!(profile.objective < 0.72, "{}", profile.objective);
     assert!(goal.over(&profile.series, &speeds) < 1.001 * profile.objective);
-    // The magnification of that search had exceeded 1.5 at 0.075 ω₀ and 2 at 0.1475 ω₀ of a raster of 0.0025 ω₀.
-    let raster: Vec<f64> = (16..=64).map(|i| 0.0025 * f64::from(i) * w0).collect();
+    // The magnification of that search had exceeded 1.5 at 0.075 ω₀ and 2 at 0.1475 ω₀ of a grid of 0.0025 ω₀.
+    let grid: Vec<f64> = (16..=64).map(|i| 0.0025 * f64::from(i) * w0).collect();
     let kinetostatic = torque::peak(&profile.series);
-    let exceeded = shaft_study::magnified(&goal.shaft, &profile.series, kinetostatic, &raster).exceeded;
+    let exceeded = shaft_study::magnified(&goal.shaft, &profile.series, kinetostatic, &grid).exceeded;
     assert!(exceeded[0].unwrap() > 0.08 * w0 && exceeded[1].unwrap() > 0.145 * w0, "{exceeded:?}");
     // The drive itself, integrated from its own periodic state, has the same torque.
     let w = 0.11 * w0;

@@ -22,7 +22,7 @@ const POINTS: usize = 721;
 /// The result of a task.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Together {
-    /// What was asked.
+    /// The task of the user.
     pub assignment: Assignment,
     /// Each law.
     pub studies: Vec<Study>,

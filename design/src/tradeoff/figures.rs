@@ -3,7 +3,7 @@
 use super::{Report, Row};
 use crate::plot::{Axis, Diagram, Rule, Series};
 
-/// What points on the line of the reference's uncertainty are. The curves run along it, so that the legend names it.
+/// Legend of the points on the line of the reference's uncertainty, along which the curves run.
 const KNOWN: &str = "smaller than the reference's uncertainty";
 
 /// Name of a series: method and way to pass inputs.

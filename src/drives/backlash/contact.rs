@@ -70,7 +70,7 @@ pub struct State {
     pub zeta: [f64; 2],
 }
 
-/// What the motion goes on with after a switching instant.
+/// State with which the motion goes on after a switching instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Phase {
     /// Where m1 is.
@@ -118,7 +118,7 @@ const DAMPED: f64 = 1e-3;
 /// 1e-16 of the velocities of the flank.
 const FAINT: f64 = 1e-4;
 
-/// What an impact on a flank does.
+/// Outcome of an impact on a flank.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Impact {
     /// The impulse of the flank on m1 (N·s).

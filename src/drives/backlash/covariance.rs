@@ -31,7 +31,7 @@ pub struct Covariance {
     matrix: [[f64; 4]; 4],
     /// The time since (s), up to the current panel.
     elapsed: f64,
-    /// What has been added since, the current panel included: variances of roundings, sums of neglected terms.
+    /// Errors added since, the current panel included: variances of roundings, sums of neglected terms.
     rounded: [f64; 4],
     neglected: [f64; 4],
 }

@@ -16,12 +16,12 @@ pub trait FlankMotion {
     /// u(time + span x) = Σ cₙ xⁿ continued smoothly from `segment`: the coefficients c₀ …, at least 6.
     fn expand(&self, segment: usize, time: Double, span: f64, coefficients: &mut [f64]);
 
-    /// What an expansion takes (nominal µs).
+    /// Cost of an expansion (nominal µs).
     fn cost(&self) -> f64 {
         EXPANSION
     }
 
-    /// What messages say of the motion from one time to another (s).
+    /// Words of messages for the motion from one time to another (s).
     fn told(&self, way: [f64; 2]) -> String;
 
     /// Whether the speed is constant.
@@ -54,6 +54,7 @@ const DERIVATIVES: f64 = 5.0;
 const COMPOSITION: f64 = 0.5;
 /// At how many points U′ is then integrated, and what the angle of one takes (nominal µs).
 const POINTS: f64 = 12.0;
+/// The angle of one of them (nominal µs).
 const ANGLE: f64 = 0.05;
 
 /// The flank of a cam on its shaft.

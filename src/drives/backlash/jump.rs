@@ -1,4 +1,4 @@
-//! What a jump of the inputs does to the masses.
+//! Jumps of the inputs: their effect on the masses.
 
 use super::BacklashDrive;
 use super::contact::{Bodies, Flank, Mode, Phase};

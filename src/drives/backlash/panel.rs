@@ -31,7 +31,7 @@ pub struct Panel {
     pub series: Series,
     /// In flight the centre of mass at the start (m) and its velocity (m/s).
     centre: [f64; 2],
-    /// What it took to lay it (nominal µs).
+    /// Cost of laying it (nominal µs).
     #[serde(skip)]
     pub cost: f64,
 }
@@ -46,14 +46,14 @@ pub struct Point {
 }
 
 impl Point {
-    /// What is read of it.
+    /// The values read at every communication point.
     pub fn reading(&self) -> Reading {
         let State { q, home, zeta } = self.state;
         Reading { place: [self.u[0] + (home + zeta[0]), self.u[1] + zeta[1]], q }
     }
 }
 
-/// What is read at every communication point.
+/// Values of a panel that are read at every communication point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Reading {
     /// x1 (m) and ẋ1 (m/s).

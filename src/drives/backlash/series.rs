@@ -59,7 +59,7 @@ pub struct FlankSeries {
     pub terms: usize,
     /// The coefficients of u.
     pub u: Terms,
-    /// What it took (nominal µs).
+    /// Cost of the expansion (nominal µs).
     pub cost: f64,
 }
 
@@ -182,7 +182,7 @@ impl Series {
         zeta
     }
 
-    /// What is rounded up to `theta` (s), as the sizes of the first terms, and what is neglected: in ζ, ζ̇, q, q̇.
+    /// Roundings up to `theta` (s), as the sizes of the first terms, and neglected terms: in ζ, ζ̇, q, q̇.
     pub fn errors(&self, mode: Mode, theta: f64) -> [[f64; 4]; 2] {
         let x = (theta * self.per_span).min(1.0);
         // The impact is located with these terms only; a state has two terms more.

@@ -23,10 +23,10 @@ const STUCK: f64 = 1e4;
 /// The highest order of a zero with which a gap begins: after a release.
 const MOST_ZEROS: usize = 3;
 
-/// By how much of a span a release is corrected at the most: the coarsest series neglects 2⁸/8! = 6e-3 of its amplitude.
+/// Largest correction of a release, as part of a span: the coarsest series neglects 2⁸/8! = 6e-3 of its amplitude.
 const NEARBY: f64 = 1e-2;
 
-/// What is counted since the start.
+/// Counters since the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Tally {
     /// ΣP (N·s).
@@ -59,7 +59,7 @@ pub struct Run {
     pub tally: Tally,
     /// The errors made so far.
     pub errors: Covariance,
-    /// What the communication step has come to so far, and where in the current panel that ends (s).
+    /// Sums over the communication step so far, and where in the current panel that ends (s).
     sums: Sums,
     summed: f64,
 }
@@ -72,7 +72,7 @@ pub struct Stretch<'a> {
     pub horizon: f64,
     /// The log.
     pub log: &'a mut EventLog,
-    /// What is left of the work of the call.
+    /// Work that the call has left.
     pub work: &'a mut Work,
 }
 

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 /// that is back earlier has moved by 1e-14 of a typical displacement, next to the rounding of x1.
 const ARMING: f64 = 1e-7;
 
-/// What the search in a panel finds.
+/// Result of the search in a panel.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Found {
     /// Release from the flank.

@@ -12,7 +12,7 @@ use crate::numerics::taylor::{Scalar, Series};
 /// x1, ẋ1, x2, ẋ2: they follow the parameters or inputs of the drive in the list.
 const STATES: [&str; 4] = ["x1", "der(x1)", "y", "der(y)"];
 
-/// What the outputs are computed from: numbers, or series.
+/// Quantities from which the outputs are computed: numbers, or series.
 struct Known<S> {
     /// x1 and ẋ1.
     place: [S; 2],
@@ -259,7 +259,7 @@ fn series(d: &BacklashDrive, seed: Seed, which: usize) -> Series {
     continuous(d, &known, gap, shaft, d.slope_series(seed))[which]
 }
 
-/// What q, q̇, the flank that is touched and what else only the periodic start brings depend on at the start.
+/// Initial dependencies of q, q̇, the flank that is touched and whatever else only the periodic start brings.
 struct Beginning {
     q: Vec<&'static str>,
     q_dot: Vec<&'static str>,

@@ -92,7 +92,7 @@ impl Equation {
         self.acceleration(cam, &f.over_angle(), 1.0).derivative(1)
     }
 
-    /// What the rounding of U′, U″ and α makes of q̈, over the unit roundoff: |α| + m ψ̇² (|U″| max|U″| + |U′| max|U‴|)/(J + m U′²)
+    /// Rounding error of q̈ from U′, U″ and α over the unit roundoff: |α| + m ψ̇² (|U″| max|U″| + |U′| max|U‴|)/(J + m U′²)
     /// (rad/s²), since the sine of the k-th multiple of an angle is rounded k times as much as the angle. Where the
     /// cam turns slowly the twist follows the forces of the follower, q̇ all but vanishes, and this is what remains of q̈.
     pub fn rounding(&self, cam: &Cam, f: &Flow<f64>, [largest2, largest3]: [f64; 2]) -> f64 {
@@ -131,7 +131,7 @@ impl Cam {
         Cam([u0, u1, u2, u3, u4, 0.0])
     }
 
-    /// The same with U⁽⁵⁾.
+    /// The transfer functions of `law` at `angle` with U⁽⁵⁾.
     pub fn with_fifth(law: &MotionLaw, segment: usize, angle: f64) -> Self {
         let mut cam = Self::at(law, segment, angle);
         cam.0[5] = law.fifth_in(segment, angle);

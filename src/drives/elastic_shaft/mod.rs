@@ -207,7 +207,7 @@ impl ElasticShaft {
         Ok(())
     }
 
-    /// What decides the internal steps on the way to `target`. At constant speed the grid of fixed cost starts with the
+    /// The rule for the internal steps on the way to `target`. At constant speed the grid of fixed cost starts with the
     /// simulation; on inputs, whose motion has its corners at the communication points, it divides the communication
     /// step equally.
     fn control(&self, target: f64) -> StepControl {

@@ -69,7 +69,7 @@ impl Place {
         Some(Exit { time: self.start + Double::from(theta * length), forward: there > 0.5 * self.span })
     }
 
-    /// By how much the step that was to end at the breakpoint, and did in the state `f`, ended too late (s): by the
+    /// The time (s) by which the step that was to end at the breakpoint, and did in the state `f`, ended too late: by the
     /// polynomial of the longer step the breakpoint is known to the accuracy of polynomials alone.
     pub fn delay(&self, f: &Flow<f64>, forward: bool) -> f64 {
         // Less than half a turn per step, so the difference of reduced angles tells the way.

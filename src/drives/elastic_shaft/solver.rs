@@ -31,7 +31,7 @@ pub const STEPS_OF_PASSAGE: u64 = 2 + CORRECTIONS;
 /// linearisation by some q, and four iterations leave q¹⁶ of that.
 const ITERATIONS: [usize; 2] = [4, 1];
 
-/// What messages call the quantities of this drive.
+/// Names of this drive's quantities in messages.
 const WORDS: Words =
     Words { quantity: "the twist q", turning: "the cam", parameters: "J, m, c, b", frequency: "c and J" };
 
@@ -45,11 +45,11 @@ pub struct Twist<'a> {
     pub motion: &'a AngleMotion,
     /// The segment of the law.
     pub segment: usize,
-    /// By how much φ is rounded (rad).
+    /// Rounding error of φ (rad).
     pub rounding: f64,
     /// 1, or 0 for the homogeneous linear equation.
     pub forced: f64,
-    /// What the call may still take.
+    /// Work that the call has left.
     pub work: Work,
 }
 
@@ -159,7 +159,7 @@ impl Twist<'_> {
         Ok(Some(beyond))
     }
 
-    /// By how much q̈ differs in the segment `beyond` from that in the present one where the last step ended (rad/s²).
+    /// Difference of q̈ between the segment `beyond` and the present one where the last step ended (rad/s²).
     fn jump(&self, integrator: &Collocation<2>, beyond: usize) -> f64 {
         let f = self.flow(integrator.end(), &integrator.state());
         let acceleration = |segment| {

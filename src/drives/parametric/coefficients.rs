@@ -121,7 +121,7 @@ impl Coefficients {
         Values { m: at(&self.m, phi), b: at(&self.b, phi), c: self.c.at(phi), f: at(&self.f, phi) }
     }
 
-    /// What an evaluation takes (nominal µs), see [`crate::numerics::work`]; a dip as much as ten harmonics.
+    /// Cost of an evaluation (nominal µs), see [`crate::numerics::work`]; a dip as much as ten harmonics.
     pub fn cost(&self) -> f64 {
         let stiffness = match &self.c {
             Stiffness::Series(series) => series.order(),

@@ -8,7 +8,7 @@ use crate::numerics::collocation::{Collocation, System};
 use crate::numerics::double_double::Double;
 use crate::numerics::taylor::Scalar;
 
-/// What messages call the quantities of this drive.
+/// Names of this drive's quantities in messages.
 pub const WORDS: Words = Words {
     quantity: "q",
     turning: "the drive",

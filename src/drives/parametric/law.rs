@@ -1,4 +1,4 @@
-//! What the user sets of the drive: series of coefficients, or a parallel crank by its physical parameters.
+//! User's settings of the drive: series of coefficients, or a parallel crank by its physical parameters.
 
 use super::coefficients::{Coefficients, Stiffness};
 use super::crank::ParallelCrank;
@@ -20,7 +20,7 @@ pub enum Law {
 /// m(φ) q̈ + b(φ) q̇ + c(φ) q = f(φ), each a finite Fourier series.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SeriesLaw {
-    /// What q is.
+    /// Kind of the coordinate q.
     pub coordinate: Coordinate,
     /// m(φ) (kg·m² or kg).
     pub m: Fourier,
@@ -32,7 +32,7 @@ pub struct SeriesLaw {
     pub f: Option<Fourier>,
 }
 
-/// What q is.
+/// Kind of the coordinate q.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Coordinate {
@@ -100,7 +100,7 @@ impl Law {
         matches!(self, Law::Crank(_))
     }
 
-    /// What q is.
+    /// Kind of the coordinate q.
     pub fn coordinate(&self) -> Coordinate {
         match self {
             Law::Series(series) => series.coordinate,

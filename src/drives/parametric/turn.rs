@@ -117,7 +117,7 @@ struct Turn<'a> {
     phi_start: f64,
     /// Into how many equal periods symmetry divides the turn.
     symmetry: f64,
-    /// What the call may still take.
+    /// Work that the call has left.
     work: &'a Cell<Work>,
 }
 

@@ -61,7 +61,7 @@ pub(super) fn list(drive: &ParametricDrive) -> List<ParametricDrive> {
     list
 }
 
-/// Of q, q̇ and q̈.
+/// Quantities of q, q̇ and q̈.
 pub(super) fn quantities(coordinate: Coordinate) -> [&'static Quantity; 3] {
     match coordinate {
         Coordinate::Rotation => [&unit::ANGLE, &unit::ANGULAR_VELOCITY, &unit::ANGULAR_ACCELERATION],
@@ -69,7 +69,7 @@ pub(super) fn quantities(coordinate: Coordinate) -> [&'static Quantity; 3] {
     }
 }
 
-/// Of m, b, c and f.
+/// Quantities of m, b, c and f.
 pub(super) fn of_coefficients(coordinate: Coordinate) -> [&'static Quantity; 4] {
     match coordinate {
         Coordinate::Rotation => [&unit::INERTIA, &unit::ROTATIONAL_DAMPING, &unit::ROTATIONAL_STIFFNESS, &unit::TORQUE],

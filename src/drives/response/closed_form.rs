@@ -46,7 +46,7 @@ pub struct ClosedForm {
     /// k and resonant part.
     #[serde(skip)]
     resonant: Vec<(usize, Resonant)>,
-    /// What roundings make of the harmonics of q (m).
+    /// Rounding error of the harmonics of q (m).
     #[serde(skip)]
     rounded: f64,
 }
@@ -60,11 +60,11 @@ pub struct Run {
     known: (f64, f64),
     /// φ and, where the free motion oscillates, its phase since the start.
     phases: Phases,
-    /// What the start has beyond the harmonic response: q (m), q̇ (m/s).
+    /// Free motion at the start, the state less the harmonic response: q (m), q̇ (m/s).
     offset: [f64; 2],
     free: FreeMotion,
     /// When the free motion has died away (s).
-    settled: f64,
+    free_until: f64,
     /// The largest |q| that was asked for (m).
     largest: f64,
 }
@@ -78,19 +78,19 @@ impl Run {
             phases: Phases::default(),
             offset: [0.0; 2],
             free: FreeMotion::default(),
-            settled: f64::INFINITY,
+            free_until: f64::INFINITY,
             largest: 0.0,
         }
     }
 }
 
-/// What one harmonic adds to U, U′ and to q, q̇: of each pair, the first from cos kφ and the second from sin kφ
+/// Contribution of one harmonic to U, U′ and to q, q̇: of each pair, the first from cos kφ and the second from sin kφ
 /// (`straight`), the first from sin kφ and the second from cos kφ (`crossed`).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Harmonic {
     straight: [Pair; 2],
     crossed: [Pair; 2],
-    /// What it adds to U″: from cos kφ and from sin kφ.
+    /// Contribution to U″: from cos kφ and from sin kφ.
     curvature: Pair,
 }
 
@@ -157,9 +157,9 @@ impl ClosedForm {
             self.add_resonant(oscillator, motion, [time; 2], &mut driven);
         }
         let offset = (Pair::from(state) - driven.q).array();
-        let settled = time + oscillator.settling(offset, self.size().map(|s| UNFELT * s));
+        let free_until = time + oscillator.settling(offset, self.size().map(|s| UNFELT * s));
         let free = oscillator.free_motion(offset);
-        Run { start: time, known, phases, offset, free, settled, largest: state[0].abs() }
+        Run { start: time, known, phases, offset, free, free_until, largest: state[0].abs() }
     }
 
     /// The largest coefficient of a harmonic of q and q̇: its amplitude, to a factor in [1/√2, 1].
@@ -173,7 +173,7 @@ impl ClosedForm {
         [largest(0), largest(1)]
     }
 
-    /// What roundings can have done to q by `time` (s), relative to the largest |q| since the start: each of the motions that
+    /// Rounding error of q by `time` (s), relative to the largest |q| since the start: each of the motions that
     /// q consists of is rounded by itself, and near a resonance or soon after the start they all but cancel.
     pub fn rounding(&self, run: &Run, oscillator: &Oscillator, time: f64) -> f64 {
         let elapsed = time - run.start;
@@ -219,7 +219,7 @@ impl ClosedForm {
 
     /// Cam and mass at `time` (s), not before the start, on the motion of the start.
     pub fn at(&self, run: &mut Run, oscillator: &Oscillator, motion: &AngleMotion, time: f64) -> Instant {
-        let ([s, c], free) = if time > run.settled {
+        let ([s, c], free) = if time > run.free_until {
             (run.phases.first(time), [0.0; 2])
         } else {
             let [angle, phase] = run.phases.both(time);

@@ -1,4 +1,4 @@
-//! What the steps so far can have done to q: the errors of the quadratures and the roundings, each step's decaying with
+//! Error estimate of q from the steps so far: the errors of the quadratures and the roundings, each step's decaying with
 //! the free motion.
 //!
 //! The errors of the quadratures turn with cam and oscillator, so that those of different waves add up like independent
@@ -17,17 +17,18 @@ const ROUNDING: f64 = 0.5 * f64::EPSILON;
 /// the one before: those of amplitude, phase, decay and sum.
 const CLOSED: f64 = 8.0;
 
-/// What roundings make of the harmonic k of a closed form, relative to its amplitude.
+/// Rounding error of the harmonic k of a closed form, relative to its amplitude.
 pub fn of_harmonics(k: f64) -> f64 {
     (CLOSED + 2.0 * k) * ROUNDING
 }
 
-/// What they make of its free motion.
+/// Rounding error of its free motion, relative.
 pub fn of_free_motion() -> f64 {
     CLOSED * ROUNDING
 }
 
-/// Where a breakpoint of the law is passed: two roundings of an angle near 2π, its own and that of the cam.
+/// Roundings of 1 rad in the angle at which a breakpoint is passed: near 2π half a unit in the last place is four of them, and
+/// both the breakpoint and the angle of the cam are rounded.
 const PASSED: f64 = 8.0;
 
 /// The quadratures err alike as long as the highest harmonic turns by about this (rad).
@@ -103,7 +104,7 @@ impl ErrorBound {
         self.take_worst(oscillator.stiffness().sqrt(), [0.0; 2]);
     }
 
-    /// What the errors so far, and those `within` a step, make of q at most.
+    /// Takes up the largest error of q that the errors so far, and those `within` a step, can come to.
     fn take_worst(&mut self, rate: f64, within: [f64; 2]) {
         // An error of q̇ turns into one of q within a quarter of a period or, softer, as long as it has had time.
         let span = self.elapsed.min(1.0 / rate);
@@ -136,8 +137,8 @@ impl ErrorBound {
     }
 }
 
-/// What an interpolant of −ẍ over `length` (s) does to q (m) and q̇ (m/s) by the coefficients that it has not, N₁ and N₂:
-/// at the end of the piece and between.
+/// Errors of q (m) and q̇ (m/s) by the coefficients N₁ and N₂ that an interpolant of −ẍ over `length` (s) lacks: at the end of
+/// the piece and between.
 ///
 /// At the points of interpolation Tₙ₊ₘ is Tₙ₋ₘ, so that −ẍ errs by N₁ (Tₙ₊₁ − Tₙ₋₁) + N₂ (Tₙ₊₂ − Tₙ₋₂), n even. Over the
 /// whole piece the first term integrates to nothing, and x times it to 20/n³ at most, the second to 40/n³; over a part of

@@ -60,7 +60,7 @@ const BENDS: [[f64; ORDERS]; PAIRS] = {
     table
 };
 
-/// What steps of one length need of the oscillator, and where the last one ended.
+/// Properties of the oscillator for steps of one length, and where the last one ended.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Hermite {
     /// h (s); 0 while unknown.
@@ -76,8 +76,8 @@ pub struct Hermite {
     angle: f64,
 }
 
-/// What a step over `length` (s) leaves of the largest |ẍ|, for a law of this order and a cam below this speed (rad/s) and
-/// acceleration (rad/s²); infinite where the quadrature does not do.
+/// Error of a step over `length` (s) relative to the largest |ẍ|, for a law of this order and a cam below this speed (rad/s)
+/// and acceleration (rad/s²); infinite where the quadrature does not do.
 pub fn left(oscillator: &Oscillator, order: f64, [speed, acceleration]: [f64; 2], length: f64) -> f64 {
     let (_, fast) = oscillator.rates();
     if !(fast * length <= SLOW && SHORTEST <= length) {

@@ -15,7 +15,7 @@ const FASTEST: f64 = 512.0;
 /// A cell may hold two radians of the finest harmonic of the law; the oscillator shortens it as the tolerance demands.
 const REACH: f64 = 2.0;
 
-/// What a turn does to the oscillator, and what it was tabulated for.
+/// Map of the oscillator over a turn, and what it was tabulated for.
 #[derive(Debug, PartialEq)]
 pub struct Table {
     oscillator: Oscillator,

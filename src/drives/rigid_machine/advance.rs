@@ -87,7 +87,7 @@ impl RigidMachine {
         self.load.is_constant() && self.driving.is_constant()
     }
 
-    /// What is said of a step that takes more than the work of a call; it has come to the time `reached` (s).
+    /// The fault of a step that takes more than the work of a call; it has come to the time `reached` (s).
     pub(super) fn too_long(&self, way: [f64; 2], reached: f64) -> Fault {
         // While there is an angle step, the speed of the state is that of the last communication point.
         let speed = self.step.as_ref().map_or(self.state.w, |step| step.end_speed);

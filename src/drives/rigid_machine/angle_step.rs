@@ -35,7 +35,7 @@ const ITERATIONS: usize = 14;
 /// Iterations for the angle at a time; a polynomial yields some digits to start with and Newton's method doubles them.
 const INVERSION: usize = 8;
 
-/// What the angle at a time may miss, as multiple of the remainder of the equations: it does not add up.
+/// Tolerance of the angle at a time, as multiple of the remainder of the equations: its error does not add up.
 const INSTANT: f64 = 30.0;
 
 /// The degree of the polynomial of N that is continued into the next step as a first guess. The coefficients decay by a
@@ -96,7 +96,7 @@ impl Tabulated {
     }
 }
 
-/// What is known of the errors so far.
+/// Errors known so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Errors {
     /// Bound of the relative error of E.
@@ -108,7 +108,7 @@ pub struct Errors {
 /// The errors of a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
-    /// What decides whether the step is short enough: the error of the angle (rad) and of E between the ends, and of what is
+    /// The error that decides whether the step is short enough: of the angle (rad) and of E between the ends, and of what is
     /// passed on.
     pub error: f64,
     /// The parts of it between the ends: of the angle at a given time (rad) and of E at a given angle, relative.
@@ -116,7 +116,7 @@ pub struct Estimate {
     energy: f64,
     /// Growth factor of an error of ln E over the step.
     growth: f64,
-    /// What is added to it.
+    /// The error of ln E at the end that the step itself adds.
     added: f64,
     /// The relative error of the time that the step takes.
     time: f64,
@@ -201,21 +201,21 @@ pub struct AngleStep {
     slowness: Interpolant,
     /// Its integral from 0 to −1.
     slowness_before: f64,
-    /// What the integral of 1/|φ̇| over x grows by per second: 2/length, but where the step is shifted.
+    /// Growth per second of the integral of 1/|φ̇| over x: 2/length, but where the step is shifted.
     rate: f64,
     /// The part of its duration that passes in a second (1/s).
     inverse_duration: f64,
-    /// What E rises by with x beyond `work`, where the step is shifted (J).
+    /// Rise of E with x beyond `work`, where the step is shifted (J).
     tilt: f64,
     /// x as a polynomial of the part s of the duration that has passed: −1 + Σ gⱼ sʲ⁺¹ (j < 5) + g₅ s³ (1 − s)³.
     guess: [f64; 6],
     /// A correction of x whose square is at most this leaves no more than a part of the tolerance.
-    settled: f64,
+    converged: f64,
     /// Legendre coefficients of N (N·m).
     net: [f64; STAGES],
-    /// E less that at the beginning, over x (J).
+    /// Work done since the beginning over x, E(x) − E(−1) (J).
     work: Interpolant,
-    /// Its errors.
+    /// Estimated errors of the step.
     pub estimate: Estimate,
     /// A bound of |d ln φ̇/dφ| (1/rad).
     bend: f64,
@@ -391,7 +391,7 @@ impl AngleStep {
             inverse_duration: 1.0 / whole,
             tilt: 0.0,
             guess: guess(&slow_modes, slopes, middle),
-            settled: 4.0 * INSTANT * effort.remainder / (length * steepest * fastest),
+            converged: 4.0 * INSTANT * effort.remainder / (length * steepest * fastest),
             net: net_modes,
             work: Interpolant::new(&integrated(&net_modes.map(|mode| 0.5 * length * mode))),
             estimate: Estimate::new(length, [&first, &last], [&slow_modes, &net_modes], &net, left),
@@ -452,7 +452,7 @@ impl AngleStep {
             let [slowness, integral] = self.slowness.with_integral(x);
             let change = (integral - wanted) / slowness;
             x = (x - change).clamp(-1.0, 1.0);
-            if change * change <= self.settled {
+            if change * change <= self.converged {
                 break;
             }
         }

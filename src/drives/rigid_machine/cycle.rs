@@ -25,7 +25,7 @@ const MOST_LAPS: usize = 400;
 /// Turns in search of the periodic motion. The secant method needs five; without a periodic motion it goes astray soon.
 const TURNS: usize = 10;
 
-/// By how much of the tolerance the end of the tabulated turn may miss its beginning, which the machine feels as a δ.
+/// Part of the tolerance by which the end of the tabulated turn may miss its beginning, which the machine feels as a δ.
 const CLOSED: f64 = 1e-2;
 
 /// The table.
@@ -41,7 +41,7 @@ pub struct Cycle {
 /// How a step is passed on the periodic motion and beside it.
 struct Lap {
     step: AngleStep,
-    /// What E grows by (J), and how long the step takes (s).
+    /// Growth of E over the step (J), and how long the step takes (s).
     gain: Double,
     duration: Double,
     /// g − 1 at the end.
@@ -51,7 +51,7 @@ struct Lap {
     slower: f64,
     /// 1/E at the beginning (1/J).
     per_joule: f64,
-    /// What δ/E leaves within the step: g and the integral for δt are taken as if they went with x and t.
+    /// Nonlinear remainder of δ/E within the step: g and the integral for δt are taken as if they went with x and t.
     bent: f64,
     /// The largest |δ| (J).
     reach: f64,

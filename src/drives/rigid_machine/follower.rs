@@ -1,4 +1,4 @@
-//! What a cam of the machine moves.
+//! Followers, which the cams of the machine move.
 
 use super::linkage::{Extreme, Linkage};
 use super::place::Place;
@@ -23,7 +23,7 @@ pub struct Follower {
     pub linkage: Linkage,
 }
 
-/// What a polynomial may miss of the inertia, as part of its largest value: some roundings of the mechanisms' formulas.
+/// Tolerance of a polynomial of the inertia, as part of its largest value: some roundings of the mechanisms' formulas.
 const ROUNDING: f64 = 2e-14;
 
 /// The polynomial of degree 15 meets a wave of the order 1 to rounding over this width (rad).
@@ -85,7 +85,7 @@ impl Follower {
         self.linkage.check(prefix, self.samples(), |phi| self.lever(phi))
     }
 
-    /// What an evaluation of its inertia takes (nominal µs).
+    /// Cost of an evaluation of its inertia (nominal µs).
     pub(super) fn cost(&self) -> f64 {
         self.cam.cost() + MECHANISM * self.linkage.0.len() as f64
     }

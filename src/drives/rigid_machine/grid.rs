@@ -22,7 +22,7 @@ const ANGLE: f64 = 2.0;
 /// The usual step, as part of the time that a motor needs to follow its load, w_s s_K J/M_K, and of the lag of its torque.
 const FOLLOWING: f64 = 1.0;
 
-/// By how much a stiff motor may shorten the usual step: what it does within a smaller part of a wave is a jump between
+/// Limit to how far a stiff motor may shorten the usual step: what it does within a smaller part of a wave is a jump between
 /// two motions in balance, which the method meets without resolving the way there.
 const STIFFEST: f64 = 1.0 / 32.0;
 

@@ -46,7 +46,7 @@ pub struct Inertia {
     linked_resolution: Known<f64>,
 }
 
-/// What follows from the rest of the inertia, and says nothing about whether two are the same.
+/// Values derived from the rest of the inertia, which say nothing about whether two are the same.
 #[derive(Clone, Debug)]
 struct Known<T>(OnceLock<T>);
 
@@ -144,7 +144,7 @@ impl Inertia {
         &self.borders
     }
 
-    /// What an evaluation of J takes (nominal µs), see [`crate::numerics::work`].
+    /// Cost of an evaluation of J (nominal µs), see [`crate::numerics::work`].
     pub fn cost(&self) -> f64 {
         self.followers.iter().map(Follower::cost).sum::<f64>()
             + self.function.varying.as_ref().map_or(0.0, MotionLaw::cost)

@@ -47,7 +47,7 @@ pub struct LaggingTurn<'a> {
     /// φ at the start (rad) and the interval between borders that holds it.
     phi_start: f64,
     interval: usize,
-    /// What the call may still take; a study takes as much as it needs.
+    /// Work that the call has left; a study takes as much as it needs.
     work: Option<&'a Cell<Work>>,
 }
 
@@ -135,8 +135,8 @@ impl<'a> LaggingTurn<'a> {
         legs
     }
 
-    /// Of the periodic motion (v, M_an) ln of the largest modulus of its multipliers, and φ and ω at the beginnings of so many equal
-    /// parts of the turn and at its end; None where the machine comes to rest on it.
+    /// ln of the largest modulus of the multipliers of the periodic motion (v, M_an), and φ and ω at the beginnings of so many
+    /// equal parts of the turn and at its end; None where the machine comes to rest on it.
     pub fn growth_and_course(&self, motion: [f64; 2], points: usize) -> Option<(f64, Vec<[f64; 2]>)> {
         let disturbance = Disturbance { turn: self, lag: self.motor.lag()?, pieces: self.pieces(motion)? };
         let growth = match Period::of(&disturbance, GROWTH_TOLERANCE) {
@@ -238,7 +238,7 @@ impl<'a> LaggingTurn<'a> {
     }
 }
 
-/// What becomes of a small disturbance of E on a periodic motion, see the head of this file.
+/// Growth of a small disturbance of E on a periodic motion, see the head of this file.
 struct Disturbance<'a> {
     turn: &'a LaggingTurn<'a>,
     lag: f64,

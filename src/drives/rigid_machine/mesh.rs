@@ -29,8 +29,8 @@ const NARROWEST: f64 = 1e-9;
 /// Edges are multiples of this (rad), so that the widths between them are exact and a million turns add up exactly.
 const GRAIN: f64 = 1.0 / (1u64 << 45) as f64;
 
-/// By how much the tolerance of the table is finer than that of the motion: the motion adds the variation that the
-/// torques cause, and a cell that is too wide by a little would have to be passed in two steps every turn.
+/// Tolerance of the table as part of that of the motion: the motion adds the variation that the torques
+/// cause, and a cell that is too wide by a little would have to be passed in two steps every turn.
 const FINER: f64 = 0.1;
 
 /// Into how many parts the motor's torque may divide a cell. A motor that is synchronous for a moment only asks for
@@ -64,7 +64,7 @@ pub struct Mesh {
     pub widest: f64,
     /// The mean of √J over the turn.
     pub mean_root: f64,
-    /// What the cells were made for.
+    /// Inertia, motor and tolerance that the cells were made for.
     made_for: Option<Arc<(Inertia, Motor, f64)>>,
 }
 
@@ -84,7 +84,7 @@ fn error(table: &Tabulated, width: f64) -> f64 {
     width * neglected(&modes) / (INTEGRATION * least)
 }
 
-/// What is said where the turn cannot be divided with the work of a call; it came to an angle where cells are this wide (rad).
+/// The fault where the turn cannot be divided with the work of a call; it came to an angle where cells are this wide (rad).
 fn too_many(inertia: &Inertia, [at, width]: [f64; 2]) -> Fault {
     let (low, high) = inertia.range();
     Fault::new(format!(
@@ -170,7 +170,7 @@ impl Mesh {
         Ok(cells)
     }
 
-    /// The same cells, divided where a machine with the mean energy of the synchronous speed would not pass them in one
+    /// These cells, divided where a machine with the mean energy of the synchronous speed would not pass them in one
     /// step: its torque has waves of its own.
     fn divided(
         cells: Vec<Cell>,

@@ -144,7 +144,7 @@ pub struct RigidMachine {
     abscissa: f64,
     /// The length that the next step in the angle may have (rad).
     next_length: f64,
-    /// What is known of the errors at the beginning of the step.
+    /// Known errors at the beginning of the step.
     errors: Errors,
     /// The angle passed since the start, there and back (rad).
     travelled: f64,

@@ -1,4 +1,4 @@
-//! What drives the machine: nothing, an asynchronous motor after Kloss, or a torque from outside.
+//! Motor of the machine: none, an asynchronous motor after Kloss, or a torque from outside.
 
 use crate::drives::limits::FASTEST;
 use crate::drives::parameter::parameters;

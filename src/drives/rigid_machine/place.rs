@@ -22,7 +22,7 @@ impl Place {
     }
 }
 
-/// The same angle within [−π, π], for angles of a few turns.
+/// The angle reduced to [−π, π], for angles of a few turns.
 pub fn into_turn(phi: f64) -> f64 {
     if phi.abs() <= PI {
         return phi;

@@ -17,13 +17,13 @@ const PIECE_OF_WAVE: f64 = 2.6;
 /// How many times the number of pieces that the waves ask for an interval may have.
 const EXCESS: usize = 4;
 
-/// What the polynomial may miss, relative to J: the rounding of the laws.
+/// Tolerance of the polynomial, relative to J: the rounding of the laws.
 const ROUNDING: f64 = 4e-15;
 
 /// How far beyond the ends of an interval its polynomials serve, as part of a piece: steps end there but for rounding.
 const BEYOND: f64 = 1e-6;
 
-/// What an evaluation of J takes among many, as part of one in a step: with it a nominal microsecond takes as long here as
+/// Cost of an evaluation of J among many, as part of one in a step: with it a nominal microsecond takes as long here as
 /// there, measured on machines of 2 and 8 followers with 256 harmonics.
 pub const IN_A_ROW: f64 = 0.4;
 

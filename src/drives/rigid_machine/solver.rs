@@ -41,6 +41,8 @@ const ITERATIONS: usize = 4;
 /// deviations suppose that coefficients go on to decay as they do in the step; a torque that follows the speed at once
 /// has poles beside the speeds passed (s = ± i s_K), so that those of the torque decay less than those of the motion.
 const CAUTION: f64 = 0.4;
+/// The factor where the torque follows the speed at once: it has poles beside the speeds passed (s = ± i s_K), so that its
+/// coefficients decay less than those of the motion, from which the deviations are extrapolated.
 const CAUTION_WITH_MOTOR: f64 = 2.4;
 
 /// The speed beyond which the machine counts as run away (rad/s): ten times what may be set.
@@ -177,7 +179,7 @@ fn bisect(upto: f64, g: impl Fn(f64) -> f64) -> f64 {
     high
 }
 
-/// What a step that was just taken met.
+/// Reversal and border met by the step that was just taken.
 #[derive(Clone, Copy)]
 struct Encounter {
     /// The fraction of the step at which the shaft turned back.

@@ -10,7 +10,7 @@ use crate::numerics::double_double::Double;
 /// Steps below this part of a cell are left to the integration in time.
 const SHORTEST: f64 = 1e-10;
 
-/// What may remain of the error of the collocation equations, as part of the tolerance: thousands of steps add up.
+/// Error that may remain in the collocation equations, as part of the tolerance: thousands of steps add up.
 const REMAINDER: f64 = 1e-3;
 
 /// Attempts per step.
@@ -98,7 +98,7 @@ impl AngleSteps<'_> {
     }
 }
 
-/// By which factor to change a step that had this error.
+/// The factor by which to change a step that had this error.
 fn growth(error: f64, tolerance: f64) -> f64 {
     if error.is_infinite() {
         return 0.25;

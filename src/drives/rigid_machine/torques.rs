@@ -35,7 +35,7 @@ impl Torques {
         }
     }
 
-    /// The same where the film runs backwards: energies that rise ahead fall on the way back.
+    /// The torques where the film runs backwards: energies that rise ahead fall on the way back.
     pub fn backwards(&self) -> Self {
         Torques { sense: -self.sense, amplitude: -self.amplitude, load: -self.load, ..*self }
     }

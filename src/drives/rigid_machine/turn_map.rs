@@ -1,6 +1,6 @@
 //! The turn as a map: E at its beginning → E at its end, under torques that do not depend on time.
 //!
-//! The map is monotone, and the motion in the angle ([`super::step_control`]) computes it. Its fixed points are the rotating
+//! The map is monotone, and the motion in the angle (`step_control`) computes it. Its fixed points are the rotating
 //! periodic solutions; the time of the turn is the period. The multiplier of a periodic solution is the slope of the map,
 //!
 //! exp ∮ ∂N/∂E dψ,  N = σ(M_an − τ),  ∂N/∂E = M_an′(ω)/(Jω):
@@ -28,7 +28,7 @@ pub const SCAN_TOLERANCE: f64 = 1e-7;
 /// Tolerance of the periodic motion itself: the ends of the steps are then exact to rounding.
 pub const PERIODIC_TOLERANCE: f64 = 1e-12;
 
-/// What the rounding of a turn's integration makes of E, relative.
+/// Rounding error of E from the integration over a turn, relative.
 pub(super) const ROUNDING: f64 = 4e-15;
 
 /// Iterations of the shooting; the secant method needs a handful, bisection fifty.
@@ -43,12 +43,12 @@ const MOST_STEPS: usize = 200_000;
 /// A table of 2/J beside the evaluations of J for it (nominal µs).
 const TABLE: f64 = 0.5;
 
-/// What a step takes that evaluates N so often (nominal µs).
+/// Cost of a step that evaluates N so often (nominal µs).
 pub(super) fn cost_of_step(evaluations: f64) -> f64 {
     0.15 + 0.03 * evaluations
 }
 
-/// What a turn from the beginning of the mesh on does.
+/// Result of a turn from the beginning of the mesh on.
 pub struct Shot {
     /// E(2π) − E(0) (J).
     pub gain: f64,
@@ -67,7 +67,7 @@ pub struct TurnMap<'a> {
     tolerance: f64,
     /// Steps in a turn with more of which the machine is given up.
     most_steps: usize,
-    /// What the call may still take; a study takes as much as it needs.
+    /// Work that the call has left; a study takes as much as it needs.
     work: Option<&'a Cell<Work>>,
 }
 
@@ -94,12 +94,12 @@ impl<'a> TurnMap<'a> {
         Ok(TurnMap { machine, mesh, torques, tolerance, most_steps: MOST_STEPS, work })
     }
 
-    /// The same for the way back.
+    /// The map for the way back.
     pub fn backwards(&self) -> Self {
         TurnMap { torques: self.torques.backwards(), ..self.clone() }
     }
 
-    /// The same for turns of at most so many steps.
+    /// The map for turns of at most so many steps.
     pub(super) fn within(self, most_steps: usize) -> Self {
         TurnMap { most_steps, ..self }
     }
@@ -167,7 +167,7 @@ impl<'a> TurnMap<'a> {
         self.follow(energy, |_| ())
     }
 
-    /// The same; `visit` sees the steps.
+    /// [`TurnMap::shoot`] with a `visit` to each step.
     pub(super) fn follow(&self, energy: f64, mut visit: impl FnMut(&AngleStep)) -> Option<Shot> {
         let mut slope = 1.0;
         let end = self.advance_by_angle(energy, |position, last| {

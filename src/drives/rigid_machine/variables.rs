@@ -34,7 +34,7 @@ pub static START_MODE: Enumeration = Enumeration {
 static TORQUE_RATE_QUANTITY: Quantity =
     Quantity { name: "TorqueRate", unit: "N.m/s", base: [1, 2, -3, 0], display: None };
 
-/// What the equations of motion and the outputs speak of, as numbers or as series.
+/// Quantities of the equations of motion and the outputs, as numbers or as series.
 #[derive(Clone, Copy)]
 struct Point<S> {
     /// φ within the turn.

@@ -13,7 +13,7 @@ pub fn fit(h: f64, remaining: f64) -> f64 {
     }
 }
 
-/// By which factor to change a step that had this error: the estimate goes with h⁹ or faster. Aiming at a seventh of
+/// The factor by which to change a step that had this error: the estimate goes with h⁹ or faster. Aiming at a seventh of
 /// the tolerance (0.8⁹) makes rejections rare.
 pub fn growth(error: f64, tolerance: f64) -> f64 {
     (0.8 * (tolerance / error.max(1e-300)).powf(1.0 / (STAGES + 1) as f64)).clamp(0.2, 5.0)

@@ -16,7 +16,7 @@ pub struct Newton<const N: usize> {
     pub lu: Lu<CAPACITY>,
     jacobians: [[[f64; N]; N]; STAGES],
     rates: [[f64; N]; N],
-    /// What f is rounded by beyond the rounding of the state.
+    /// Rounding error of f beyond the rounding of the state.
     own: [f64; N],
     /// Whether there is a matrix.
     pub is_known: bool,
@@ -29,7 +29,7 @@ impl<const N: usize> Newton<N> {
         Newton { lu: Lu::empty(), jacobians, rates: [[0.0; N]; N], own: [0.0; N], is_known: false }
     }
 
-    /// By how much the Fᵢ change where y of this scale and f are rounded: f changes by ε Σ |∂f/∂y| y and its own rounding,
+    /// Changes of the Fᵢ where y of this scale and f are rounded: f changes by ε Σ |∂f/∂y| y and its own rounding,
     /// with a sign that differs from node to node, and Newton's equations pass that on to the Fᵢ.
     pub fn noise(&self, scale: &[f64; N]) -> [f64; N] {
         let mut change = [0.0; CAPACITY];

@@ -1,4 +1,4 @@
-//! What a solved step tells: its polynomial and the errors of it.
+//! Result of a solved step: its polynomial and the errors of it.
 
 use super::ROUNDING;
 use super::newton::Newton;
@@ -14,7 +14,7 @@ pub struct Solved<const N: usize> {
     pub error: f64,
     /// See [`super::Collocation::end_error`].
     pub ends: [f64; N],
-    /// What the end adds to the error of each component.
+    /// Error that the end adds to each component.
     pub own: [f64; N],
     /// ∂y₁/∂y₀.
     pub map: [[f64; N]; N],
@@ -79,7 +79,7 @@ pub fn remainder(size: f64, rate: f64, rounding: impl FnOnce() -> f64) -> f64 {
     if rest > size && size <= rounding() { size } else { rest }
 }
 
-/// The same where each correction has its own matrix: Newton's method converges quadratically, sⱼ₊₁ = K sⱼ², so that the
+/// The remainder where each correction has its own matrix: Newton's method converges quadratically, sⱼ₊₁ = K sⱼ², so that the
 /// ratios of the corrections are squared from one to the next.
 pub fn remainder_of_newton(size: f64, rate: f64) -> f64 {
     // So many squarings make next to nothing of any number below 1.

@@ -23,7 +23,7 @@ pub struct Cell {
     pub half: f64,
     /// From the start of the cell to its end.
     pub map: Affine,
-    /// What happens between them.
+    /// The motions between them.
     pub motions: Motions,
 }
 
@@ -170,7 +170,7 @@ const RECIPROCALS: [f64; STAGES + 1] = {
     r
 };
 
-/// By which factor to change the length of a cell that had this error, which goes with length¹³ or faster. Aiming at
+/// The factor by which to change the length of a cell that had this error, which goes with length¹³ or faster. Aiming at
 /// an eighteenth of the tolerance (0.8¹³) makes rejections rare.
 pub fn growth(error: f64, tolerance: f64) -> f64 {
     (0.8 * (tolerance / error.max(1e-300)).powf(1.0 / (STAGES + 1) as f64)).clamp(0.2, 4.0)

@@ -43,7 +43,7 @@ const SHORTEST_CELL: f64 = 1e-9;
 /// Periods beyond which no time tells where in its period the motion is.
 const MOST_PERIODS: u64 = 1 << 52;
 
-/// What the end of a cell errs by at least: some roundings.
+/// Least error of the end of a cell: some roundings.
 const ROUNDING: f64 = 2.0 * f64::EPSILON;
 
 /// Coefficients of a polynomial of q: degree [`STAGES`] + 1.
@@ -109,7 +109,7 @@ pub struct Period {
     pub monodromy: Monodromy,
     /// The largest estimated error of a polynomial, relative to the motion in its cell.
     pub error: f64,
-    /// What the ends of the cells err by together, relative to the motion.
+    /// Error that the ends of the cells add up to, relative to the motion.
     pub drift: f64,
     /// Evaluations of the coefficients.
     pub evaluations: usize,

@@ -26,7 +26,7 @@ pub static DERIVATIVE: [[f64; STAGES]; STAGES] = derivative();
 /// P₀ … P₁₂ in powers of x.
 pub static LEGENDRE: [[f64; STAGES + 1]; STAGES + 1] = legendre_powers(0.0);
 
-/// The same in powers of 1 + x, which is small next to the start of a cell.
+/// The Legendre polynomials in powers of 1 + x, which is small next to the start of a cell.
 pub static LEGENDRE_FROM_START: [[f64; STAGES + 1]; STAGES + 1] = legendre_powers(1.0);
 
 /// The first neglected Legendre coefficient: taken as the last ones, diminished once more by the decay over the two orders
@@ -138,7 +138,7 @@ mod tests {
         }
     }
 
-    /// What the conversion to powers may lose: the largest power of a Legendre polynomial of degree 11.
+    /// Loss of the conversion to powers: the largest power of a Legendre polynomial of degree 11.
     fn scale_of(n: i32) -> f64 {
         2f64.powi(n)
     }

@@ -31,7 +31,7 @@ const LEAST: f64 = 20.0;
 /// Iterations for Θ′; from the bound on Q each gains two digits or more.
 const ITERATIONS: usize = 8;
 
-/// What the polynomials may leave of a radian of the phase, unless its roundings are more, and of the motion. Unlike those
+/// Error that polynomials may leave in a radian of the phase, unless its roundings are more, and in the motion. Unlike those
 /// of an ordinary cell they have no better order at the ends, so that it goes over the periods as it is; smooth coefficients
 /// reach it with hardly more cells.
 const TOLERANCE: f64 = 1e-13;
@@ -39,10 +39,10 @@ const TOLERANCE: f64 = 1e-13;
 /// The slope of the first neglected polynomial of Legendre at the ends, n (n + 1)/2.
 const STEEPEST: f64 = 0.5 * (STAGES * (STAGES + 1)) as f64;
 
-/// The same of s and its slope, in which eight roundings of s come together.
+/// Tolerance of s and its slope, in which eight roundings of s come together.
 const SLOW_TOLERANCE: f64 = 8.0 * STEEPEST * f64::EPSILON;
 
-/// What the roundings at the nodes come to at the ends of the cell, beyond them, in ε.
+/// Roundings at the nodes as extrapolated to the ends of the cell, in ε.
 const EXTRAPOLATED: f64 = 4.0;
 
 /// The motions of a cell, as coefficients of powers of u = 1 + x: the phase then is as exact after a few vibrations as a few
@@ -59,7 +59,7 @@ pub struct Vibration {
     initial: Place,
 }
 
-/// What the motions are made of at a place of the cell.
+/// Parts of the motions at a place of the cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Place {
     /// s and s′.
@@ -72,7 +72,7 @@ struct Place {
     growth: f64,
 }
 
-/// What the polynomials of a cell err by.
+/// Errors of the polynomials of a cell.
 #[derive(Clone, Copy, Debug)]
 pub struct Errors {
     /// As a part of what is admissible.
@@ -190,7 +190,7 @@ fn phase_velocity(damping: &[f64; STAGES], stiffness: &[f64; STAGES]) -> Option<
     Some((velocity, (change - 4.0 * f64::EPSILON * largest).max(0.0)))
 }
 
-/// By how much the polynomials miss Θ′ and ½ D at the ends of the cell, where the first neglected ones of Legendre are ±1.
+/// Misses of Θ′ and ½ D by the polynomials at the ends of the cell, where the first neglected ones of Legendre are ±1.
 fn missed_at_ends(ends: &[Coefficients; 2], half: f64, damping: &[f64; STAGES], velocity: &[f64; STAGES]) -> f64 {
     let jerk = differentiate(damping);
     let slope = differentiate(&velocity.map(f64::ln));

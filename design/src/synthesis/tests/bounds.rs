@@ -41,8 +41,8 @@ fn random_task(random: &mut Random) -> Task {
     task
 }
 
-/// The least level over a raster of angles, from an interior point in other coordinates.
-fn over_a_raster(task: &Task) -> f64 {
+/// The least level over a grid of angles, from an interior point in other coordinates.
+fn over_a_grid(task: &Task) -> f64 {
     let n = task.basis.size();
     let (mut rows, mut limits) = (Vec::new(), Vec::new());
     let mut add = |phi: f64, level: f64, limit: f64, sign: f64| {
@@ -124,9 +124,9 @@ fn random_tasks_with_bounds_are_solved_to_their_optimum() {
         assert!(discrete || worst(&profile) < profile.objective * (1.0 + 1e-8) + 1e-14, "{i}: {:e}", worst(&profile));
         // The other program resolves nothing smaller.
         if profile.objective > 1e-6 {
-            let raster = over_a_raster(&task);
-            let difference = (profile.objective - raster).abs();
-            assert!(difference < 1e-3 * raster + 2e-8, "{i}: {:e} {raster:e}", profile.objective);
+            let grid = over_a_grid(&task);
+            let difference = (profile.objective - grid).abs();
+            assert!(difference < 1e-3 * grid + 2e-8, "{i}: {:e} {grid:e}", profile.objective);
             compared += 1;
         }
     }
@@ -182,7 +182,7 @@ fn few_points_leave_coefficients_open() {
 
 #[test]
 fn the_cam_leads_a_damped_output() {
-    // By a linear program over a raster of speeds and angles: 0.1354 with cosines alone, 0.1395 with sines, too.
+    // By a linear program over a grid of speeds and angles: 0.1354 with cosines alone, 0.1395 with sines, too.
     let mut task = symmetric_task(5, PI / 6.0, Objective::Chebyshev);
     let damped = SpeedRange { damping: 0.03, ..SPEEDS };
     for (even, expected) in [(true, 0.1354), (false, 0.1395)] {

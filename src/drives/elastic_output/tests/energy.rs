@@ -9,8 +9,8 @@ fn get(drive: &ElasticOutput, name: &str) -> f64 {
     v.value(drive)
 }
 
-/// By what E misses ∫ (tau ω − b q̇²) dt over the next forty panels, as part of the energy that drive, damper and mass exchange. A
-/// panel is at most 8 rad of the fastest wave and ends where the law has a breakpoint.
+/// Miss of E against ∫ (tau ω − b q̇²) dt over the next forty panels, as part of the energy that drive, damper and mass exchange.
+/// A panel is at most 8 rad of the fastest wave and ends where the law has a breakpoint.
 fn missed(drive: &mut ElasticOutput, w: f64) -> f64 {
     let law = drive.cam().law.clone();
     let rate = drive.parameters.oscillator().rates().1.max(law.resolution() * w.abs());

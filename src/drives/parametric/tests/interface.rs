@@ -230,8 +230,8 @@ fn an_unstable_drive_says_so_when_it_starts() {
     assert_eq!(drive.events().count(), 0);
 }
 
-/// By what E = ½ (m q̇² + c q²) misses ∫ [f q̇ − b q̇² + ½ (m′ q̇² + c′ q²) ω] dt over `panels` of this `length` (s) from 0 on, as
-/// part of the energy that drive, damper and mass exchange.
+/// Miss of E = ½ (m q̇² + c q²) against ∫ [f q̇ − b q̇² + ½ (m′ q̇² + c′ q²) ω] dt over `panels` of this `length` (s) from 0
+/// on, as part of the energy that drive, damper and mass exchange.
 fn missed(drive: &mut ParametricDrive, w: f64, panels: usize, length: f64) -> f64 {
     let energy_and_power = |drive: &ParametricDrive| {
         let ([q, v], Values { m, b, c, f }) = (drive.state, drive.coefficients.at(0.3 + w * drive.time));

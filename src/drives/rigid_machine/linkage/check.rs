@@ -43,7 +43,7 @@ impl Mechanism {
         }
     }
 
-    /// What is wrong with the dimensions, if anything is.
+    /// Refuses inadmissible dimensions.
     fn check_dimensions(&self, prefix: &str) -> Result<(), Fault> {
         let mut copy = *self;
         for (i, parameter) in self.parameters().into_iter().enumerate() {

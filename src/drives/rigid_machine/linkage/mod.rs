@@ -154,8 +154,8 @@ impl Linkage {
         self.0.is_empty()
     }
 
-    /// What moves with the lever's angle χ (or with the tool itself where there is no mechanism), the tool having the mass
-    /// `m`. Values that are no numbers where a mechanism cannot be assembled.
+    /// Tool and inertia moved by the lever's angle χ (or by the tool itself where there is no mechanism), the tool having the
+    /// mass `m`. Values that are no numbers where a mechanism cannot be assembled.
     pub fn moved<const N: usize>(&self, m: f64, lever: Jet<N>) -> Moved<N> {
         let (mut y, mut inertia) = (lever, Jet::constant(0.0));
         for mechanism in &self.0 {
@@ -176,7 +176,7 @@ impl Linkage {
         *self != self.without_masses()
     }
 
-    /// The same without the masses of the links.
+    /// A copy whose links have no mass.
     pub fn without_masses(&self) -> Self {
         let massless = |link: Link| Link { mass: 0.0, inertia: 0.0, ..link };
         let spared = |mechanism: &Mechanism| Mechanism {
@@ -210,7 +210,7 @@ pub fn decimals(value: f64, digits: usize) -> String {
     }
 }
 
-/// The same angle within half a turn of `near`.
+/// The angle within half a turn of `near` that differs by whole turns.
 fn nearest(angle: f64, near: f64) -> f64 {
     angle + TAU * ((near - angle) / TAU).round()
 }

@@ -3,7 +3,7 @@
 use super::{FourBar, Gear, Kind, Link, Mechanism, SliderCrank};
 use crate::drives::unit::{self, Quantity};
 
-/// What a parameter is and which values it may have.
+/// Kind of a parameter, which says what values it may have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ParameterKind {
     /// A length of a link (m).
@@ -42,7 +42,7 @@ impl ParameterKind {
         }
     }
 
-    /// What it is measured in.
+    /// The quantity in which it is measured.
     pub fn quantity(self) -> &'static Quantity {
         match self {
             ParameterKind::Angle => &unit::ANGLE,
@@ -82,7 +82,7 @@ pub struct Parameter {
     pub link: Option<&'static str>,
     /// Its key there.
     pub key: &'static str,
-    /// What it is.
+    /// Its meaning.
     text: &'static str,
     /// Unit and range.
     pub kind: ParameterKind,
@@ -103,7 +103,7 @@ impl Parameter {
         self.link.map_or(self.key.to_owned(), |link| format!("{link}.{}", self.key))
     }
 
-    /// What it is.
+    /// Its meaning.
     pub fn text(&self) -> String {
         let Some((first, rest)) = self.link.map(|link| link.split_at(1)) else { return self.text.to_owned() };
         format!("{}{rest} link: {}", first.to_uppercase(), self.text)

@@ -4,7 +4,7 @@
 use super::*;
 use crate::numerics::gauss::Gauss;
 
-/// By what E misses the work of the torques over 0.4 s, as part of the energy that motor, load and machine exchange.
+/// Miss of E against the work of the torques over 0.4 s, as part of the energy that motor, load and machine exchange.
 fn missed(scene: Scene, solver: Settings) -> f64 {
     let mut machine = started(Scene { solver, ..scene });
     machine.load.set(20.0);

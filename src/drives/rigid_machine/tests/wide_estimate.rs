@@ -44,7 +44,7 @@ impl Truth<'_> {
         [w, (torque - polynomial(self.load, t) - 0.5 * slope * w * w) / j, rate]
     }
 
-    /// By what the state changes in `h`, and what the last extrapolation changed of it, relative to the scales.
+    /// Change of the state in `h`, and what the last extrapolation changed of it, relative to the scales.
     fn extrapolated(&self, h: f64) -> (Unknowns, f64) {
         let axpy = |y: Unknowns, a: f64, x: Unknowns| -> Unknowns { std::array::from_fn(|k| y[k] + a * x[k]) };
         let mut row: Vec<Unknowns> = Vec::new();
