@@ -52,7 +52,7 @@ const EXPANSION: f64 = 0.3;
 const DERIVATIVES: f64 = 5.0;
 /// What the composition with a motion takes per degree of that (nominal µs).
 const COMPOSITION: f64 = 0.5;
-/// At how many points U′ is then integrated, and what the angle of one takes (nominal µs).
+/// At how many points U′ is then integrated.
 const POINTS: f64 = 12.0;
 /// The angle of one of them (nominal µs).
 const ANGLE: f64 = 0.05;
