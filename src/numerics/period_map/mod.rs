@@ -331,9 +331,10 @@ impl Lengths {
     }
 }
 
-/// The part to take of the `remaining` interval when `wish` is wished for: equal parts, so that none is a sliver.
+/// The part to take of the `remaining` interval when `wish` is wished for: equal parts, so that none is a sliver. A wish for a part
+/// like the last one is met, whatever its rounding.
 fn share(wish: f64, remaining: f64) -> f64 {
-    let parts = (remaining / wish).ceil();
+    let parts = (remaining / wish - 1e-6).ceil();
     if parts > 1.0 { remaining / parts } else { remaining }
 }
 

@@ -190,6 +190,43 @@ impl Periodic for Measured {
     }
 }
 
+/// An oscillator of constant coefficients whose forcing has other last digits.
+struct Rounded {
+    hill: Hill,
+    seed: u64,
+}
+
+impl Periodic for Rounded {
+    fn period(&self) -> Double {
+        self.hill.period()
+    }
+    fn joints(&self) -> Vec<Double> {
+        self.hill.joints()
+    }
+    fn at(&self, tau: Double, interval: usize) -> Coefficients {
+        let mut coefficients = self.hill.at(tau, interval);
+        let hash = (tau.hi.to_bits() ^ self.seed).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 62;
+        coefficients.forcing *= 1.0 + f64::EPSILON * (hash as f64 - 1.0);
+        coefficients
+    }
+    fn longest_cell(&self, tau: Double, interval: usize) -> f64 {
+        self.hill.longest_cell(tau, interval)
+    }
+    fn by_phase(&self) -> bool {
+        false
+    }
+}
+
+#[test]
+fn the_last_digit_of_the_forcing_does_not_choose_the_cells() {
+    for rate in [2.0f64, 5.0, 10.0, 27.0, 81.0] {
+        let hill = Hill { stiffness: [(3.0 * rate).powi(2), 0.0], forcing: [0.0, 2.0], ..MATHIEU };
+        let cells = |seed| PeriodMap::new(&Rounded { hill, seed }, 1e-14).unwrap().cells();
+        let one = cells(0);
+        assert!((1..40).all(|seed| cells(seed) == one), "{rate}: {one}, {:?}", (1..40).map(cells).collect::<Vec<_>>());
+    }
+}
+
 #[test]
 fn a_faster_vibration_costs_no_more_cells() {
     for (rate, modulation, damping) in [
