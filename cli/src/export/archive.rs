@@ -9,7 +9,7 @@ use zip::{CompressionMethod, DateTime, System, ZipWriter};
 /// A file of the FMU: its path with forward slashes, its content.
 #[derive(Clone, Debug, PartialEq)]
 pub struct File {
-    /// For example `resources/drive.json`.
+    /// For example `resources/drive.bin`.
     pub path: String,
     /// Its bytes.
     pub content: Vec<u8>,

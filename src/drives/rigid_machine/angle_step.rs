@@ -221,36 +221,26 @@ pub struct AngleStep {
     bend: f64,
 }
 
-/// How a step is to be solved.
-#[derive(Clone, Copy, Debug)]
-pub struct Effort {
-    /// The error, relative to E, that may remain in the collocation equations.
-    pub remainder: f64,
-    /// Iterations for each step, no more and no less; 0 for as many as the remainder needs.
-    pub fixed: usize,
-}
-
 /// E at the nodes where N at the nodes is `net`.
 #[inline(always)]
 fn energies(from: Double, length: f64, net: &[f64; STAGES]) -> [f64; STAGES] {
     combine(&MATRIX_COLUMNS, net).map(|sum| from.hi + (from.lo + length * sum))
 }
 
-/// Solves Nᵢ = N(Eᵢ(N)) from the guess `net` on; returns what may remain of the error, relative to E.
+/// Solves Nᵢ = N(Eᵢ(N)) from the guess `net` on, to an error of `remainder` relative to E; returns what may remain of it.
 fn solve(
     net: &mut [f64; STAGES],
     (from, length): (Double, f64),
     reciprocal: &[f64; STAGES],
     torques: &Torques,
     stiff: bool,
-    effort: Effort,
+    remainder: f64,
     evaluations: &mut f64,
 ) -> Option<f64> {
     let mut newton: Option<Lu<STAGES>> = None;
     // Unknown before the first correction; a comparison with it is false.
     let mut last = f64::NAN;
-    let most = if effort.fixed > 0 { effort.fixed } else { ITERATIONS };
-    for iteration in 1..=most {
+    for _ in 0..ITERATIONS {
         let e = energies(from, length, net);
         // A comparison with NaN is false too.
         if !e.iter().all(|e| *e > LEAST_ENERGY * from.hi) {
@@ -277,8 +267,7 @@ fn solve(
         // Later sweeps contract faster than earlier ones, so that this overestimates what is left.
         let left = if rate < 1.0 { size * rate / (1.0 - rate) } else { size };
         let rounding = rate > 0.3 && size <= 1e-13;
-        let converged = left <= effort.remainder || rounding;
-        if if effort.fixed > 0 { iteration == most } else { converged } {
+        if left <= remainder || rounding {
             return Some(left);
         }
         if rate > 0.05 {
@@ -341,21 +330,21 @@ fn guessed(guess: &[f64; 6], s: f64) -> f64 {
 impl AngleStep {
     /// The step of `length` from `from` on, with 2/J at its ends and nodes in the order in which they are passed. N of
     /// the step `before`, which ends here, goes on as a first guess. Adds to the number of evaluations. None where
-    /// the equations cannot be solved.
+    /// the equations cannot be solved to an error of `remainder`, relative to E.
     pub fn new(
         from: Position,
         (length, to_edge): (f64, bool),
         reciprocal: &Tabulated,
         torques: &Torques,
         before: Option<&AngleStep>,
-        effort: Effort,
+        remainder: f64,
         evaluations: &mut f64,
     ) -> Option<Self> {
         let first = End::new(from.energy.hi, reciprocal.ends[0], torques);
         let before = before.filter(|step| length <= STRETCH * step.length);
         let mut net = before.map_or([first.net; STAGES], |step| step.continued(length));
         let stiff = length * first.slope.abs() > STIFF;
-        let left = solve(&mut net, (from.energy, length), &reciprocal.nodes, torques, stiff, effort, evaluations)?;
+        let left = solve(&mut net, (from.energy, length), &reciprocal.nodes, torques, stiff, remainder, evaluations)?;
 
         let work: f64 = (0..STAGES).map(|i| WEIGHTS[i] * net[i]).sum();
         let energy = from.energy + Double::from(length * work);
@@ -391,7 +380,7 @@ impl AngleStep {
             inverse_duration: 1.0 / whole,
             tilt: 0.0,
             guess: guess(&slow_modes, slopes, middle),
-            converged: 4.0 * INSTANT * effort.remainder / (length * steepest * fastest),
+            converged: 4.0 * INSTANT * remainder / (length * steepest * fastest),
             net: net_modes,
             work: Interpolant::new(&integrated(&net_modes.map(|mode| 0.5 * length * mode))),
             estimate: Estimate::new(length, [&first, &last], [&slow_modes, &net_modes], &net, left),

@@ -6,7 +6,7 @@
 //! angle to the tolerance; they end at the borders of the motion laws. Where the motor's torque varies more than √J at
 //! its synchronous speed, cells are divided.
 
-use super::angle_step::{AngleStep, Effort, Position, Tabulated};
+use super::angle_step::{AngleStep, Position, Tabulated};
 use super::profile::Profile;
 use super::torques::Torques;
 use super::{Inertia, Kloss, Motor};
@@ -183,10 +183,10 @@ impl Mesh {
         let torques = Torques::against(motor, 0.0, synchronous.signum());
         let energy = Double::from(0.5 * (mean_root(&cells) * synchronous).powi(2));
         let position = Position { energy, ..Position::default() };
-        let effort = Effort { remainder: FINER * tolerance, fixed: 0 };
+        let remainder = FINER * tolerance;
         let mut divided = Vec::with_capacity(2 * cells.len());
         for cell in cells {
-            let step = AngleStep::new(position, (cell.width, true), &cell.reciprocal, &torques, None, effort, &mut 0.0);
+            let step = AngleStep::new(position, (cell.width, true), &cell.reciprocal, &torques, None, remainder, &mut 0.0);
             let error = step.map_or(f64::INFINITY, |step| step.estimate.error);
             // The error goes with the ninth power of the width.
             let parts = (error / tolerance).powf(1.0 / 9.0).ceil().clamp(1.0, MOST_PARTS) as usize;

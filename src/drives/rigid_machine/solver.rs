@@ -37,9 +37,7 @@ const IDLE_CHANGES: u32 = 4;
 const ITERATIONS: usize = 4;
 
 /// Factor of the estimate in time over the deviations: 99 of 100 random machines stay below it, and its median is at most 100
-/// times the error. The
-/// deviations suppose that coefficients go on to decay as they do in the step; a torque that follows the speed at once
-/// has poles beside the speeds passed (s = ± i s_K), so that those of the torque decay less than those of the motion.
+/// times the error.
 const CAUTION: f64 = 0.4;
 /// The factor where the torque follows the speed at once: it has poles beside the speeds passed (s = ± i s_K), so that its
 /// coefficients decay less than those of the motion, from which the deviations are extrapolated.

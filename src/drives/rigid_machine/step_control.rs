@@ -1,7 +1,7 @@
 //! Step control of the motion in the angle.
 
 use super::Inertia;
-use super::angle_step::{AngleStep, Effort, Position, Tabulated};
+use super::angle_step::{AngleStep, Position, Tabulated};
 use super::mesh::{Cell, Mesh, tabulate};
 use super::torques::Torques;
 use crate::numerics::collocation::fit;
@@ -47,7 +47,7 @@ impl AngleSteps<'_> {
             (false, false) => (position.angle - Double::from(cell.low)).hi,
         };
         let remaining = to_end.min(most);
-        let effort = Effort { remainder: (REMAINDER * self.tolerance).max(1e-16), fixed: 0 };
+        let remainder = (REMAINDER * self.tolerance).max(1e-16);
         let mut length = fit(self.next_length, remaining);
         for _ in 0..ATTEMPTS {
             let to_edge = length == to_end;
@@ -59,7 +59,7 @@ impl AngleSteps<'_> {
                 &table,
                 &self.torques,
                 before,
-                effort,
+                remainder,
                 &mut self.evaluations,
             );
             let error = step.as_ref().map_or(f64::INFINITY, |step| step.estimate.error);
