@@ -2,8 +2,10 @@
 
 use camdrive::drives::Fault;
 use camdrive_design::drawing::{Anchor, BLACK, Drawing, Ink, Shape};
+use skrifa::outline::{DrawSettings, OutlinePen};
+use skrifa::prelude::{FontRef, LocationRef, Size};
+use skrifa::{GlyphId, MetadataProvider};
 use tiny_skia::{Color, FillRule, LineJoin, Paint, PathBuilder, Pixmap, Stroke, StrokeDash, Transform};
-use ttf_parser::{Face, OutlineBuilder};
 
 /// The drawing as a PNG file.
 pub fn png(drawing: &Drawing) -> Result<Vec<u8>, Fault> {
@@ -11,14 +13,14 @@ pub fn png(drawing: &Drawing) -> Result<Vec<u8>, Fault> {
     let [width, height] = drawing.size;
     let mut image = Pixmap::new(width, height).ok_or_else(|| fault("it has no area"))?;
     image.fill(Color::WHITE);
-    let face = Face::parse(dejavu::sans::regular(), 0).map_err(|e| fault(&e.to_string()))?;
+    let font = FontRef::new(dejavu::sans::regular()).map_err(|e| fault(&e.to_string()))?;
     for shape in &drawing.shapes {
-        paint(shape, &mut image, &face);
+        paint(shape, &mut image, &font);
     }
     image.encode_png().map_err(|e| fault(&e.to_string()))
 }
 
-fn paint(shape: &Shape, image: &mut Pixmap, face: &Face) {
+fn paint(shape: &Shape, image: &mut Pixmap, font: &FontRef) {
     let mut fill = |path: Option<tiny_skia::Path>, ink: Ink, transform: Transform| {
         if let Some(path) = path {
             image.fill_path(&path, &colour(ink), FillRule::Winding, transform, None);
@@ -36,7 +38,7 @@ fn paint(shape: &Shape, image: &mut Pixmap, face: &Face) {
             fill(PathBuilder::from_circle(*x as f32, *y as f32, *radius as f32), *ink, Transform::identity());
         }
         Shape::Text { at, size, anchor, text, upright } => {
-            let mut pen = Pen::new(face, *size);
+            let mut pen = Pen::new(font, *size);
             let before = match anchor {
                 Anchor::Start => 0.0,
                 Anchor::Middle => 0.5 * pen.length(text),
@@ -75,9 +77,9 @@ fn path(points: &[[f64; 2]], closed: bool) -> Option<tiny_skia::Path> {
 
 /// Writes the outlines of glyphs along a base line.
 struct Pen<'a> {
-    face: &'a Face<'a>,
-    /// Pixels per font unit.
-    scale: f32,
+    font: &'a FontRef<'a>,
+    /// Of the letters, in pixels.
+    size: Size,
     /// The current place on the base line.
     x: f32,
     y: f32,
@@ -85,14 +87,17 @@ struct Pen<'a> {
 }
 
 impl<'a> Pen<'a> {
-    fn new(face: &'a Face<'a>, size: f64) -> Self {
-        let scale = size as f32 / f32::from(face.units_per_em());
-        Pen { face, scale, x: 0.0, y: 0.0, path: PathBuilder::new() }
+    fn new(font: &'a FontRef<'a>, size: f64) -> Self {
+        Pen { font, size: Size::new(size as f32), x: 0.0, y: 0.0, path: PathBuilder::new() }
+    }
+
+    fn glyph(&self, c: char) -> GlyphId {
+        self.font.charmap().map(c).unwrap_or_default()
     }
 
     fn advance(&self, c: char) -> f32 {
-        let glyph = self.face.glyph_index(c).unwrap_or_default();
-        self.scale * f32::from(self.face.glyph_hor_advance(glyph).unwrap_or(0))
+        let metrics = self.font.glyph_metrics(self.size, LocationRef::default());
+        metrics.advance_width(self.glyph(c)).unwrap_or(0.0)
     }
 
     fn length(&self, text: &str) -> f64 {
@@ -100,30 +105,33 @@ impl<'a> Pen<'a> {
     }
 
     fn write(&mut self, text: &str) {
-        let face = self.face;
+        let outlines = self.font.outline_glyphs();
+        let settings = |size| DrawSettings::unhinted(size, LocationRef::default());
         for c in text.chars() {
-            let advance = self.advance(c);
-            face.outline_glyph(face.glyph_index(c).unwrap_or_default(), self);
-            self.x += advance;
+            // A glyph that the font does not have leaves a gap.
+            if let Some(outline) = outlines.get(self.glyph(c)) {
+                let _ = outline.draw(settings(self.size), self);
+            }
+            self.x += self.advance(c);
         }
     }
 }
 
-/// Font units have y upwards.
-impl OutlineBuilder for Pen<'_> {
+/// Outlines have y upwards.
+impl OutlinePen for Pen<'_> {
     fn move_to(&mut self, x: f32, y: f32) {
-        self.path.move_to(self.x + self.scale * x, self.y - self.scale * y);
+        self.path.move_to(self.x + x, self.y - y);
     }
     fn line_to(&mut self, x: f32, y: f32) {
-        self.path.line_to(self.x + self.scale * x, self.y - self.scale * y);
+        self.path.line_to(self.x + x, self.y - y);
     }
     fn quad_to(&mut self, x1: f32, y1: f32, x: f32, y: f32) {
-        let (s, x0, y0) = (self.scale, self.x, self.y);
-        self.path.quad_to(x0 + s * x1, y0 - s * y1, x0 + s * x, y0 - s * y);
+        let (x0, y0) = (self.x, self.y);
+        self.path.quad_to(x0 + x1, y0 - y1, x0 + x, y0 - y);
     }
     fn curve_to(&mut self, x1: f32, y1: f32, x2: f32, y2: f32, x: f32, y: f32) {
-        let (s, x0, y0) = (self.scale, self.x, self.y);
-        self.path.cubic_to(x0 + s * x1, y0 - s * y1, x0 + s * x2, y0 - s * y2, x0 + s * x, y0 - s * y);
+        let (x0, y0) = (self.x, self.y);
+        self.path.cubic_to(x0 + x1, y0 - y1, x0 + x2, y0 - y2, x0 + x, y0 - y);
     }
     fn close(&mut self) {
         self.path.close();

@@ -31,7 +31,7 @@ pub use shape::{Disc, Shape, Tolerances};
 
 use camdrive::drives::Fault;
 use camdrive::motion::MotionLaw;
-use nalgebra::Complex;
+use num_complex::Complex;
 use std::f64::consts::{PI, TAU};
 
 /// A point of the plane (m).

@@ -115,7 +115,7 @@ fn highest_harmonic(parts: usize) -> usize {
 pub type Matrix = [[f64; 2]; 2];
 
 /// A coefficient of a series.
-pub type Complex = nalgebra::Complex<f64>;
+pub type Complex = num_complex::Complex<f64>;
 
 /// The coefficient of e^(ikφ) of a real function, k of either sign.
 pub fn coefficient(list: &[Complex], k: i64) -> Complex {

@@ -15,7 +15,8 @@ use crate::plot::Rule;
 use camdrive::drives::oscillator::{PeriodicOscillator, Terms};
 use camdrive::drives::unit;
 use camdrive::motion::{Cycle, CyclePlan, Fourier, MotionLaw, StandardLaw};
-use nalgebra::{Complex, DMatrix};
+use nalgebra::DMatrix;
+use num_complex::Complex;
 use std::f64::consts::PI;
 
 type Coefficients = Box<dyn Fn(usize, f64) -> Terms + Send + Sync>;

@@ -2,7 +2,7 @@
 //!
 //! Source: G. H. Golub, C. F. Van Loan, *Matrix Computations*, 4th ed., section 4.3.5.
 
-use nalgebra::Complex;
+use num_complex::Complex;
 
 /// A complex number.
 pub type Number = Complex<f64>;
