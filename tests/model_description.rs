@@ -102,6 +102,26 @@ fn names_units_and_experiments_keep_the_rules() {
 }
 
 #[test]
+fn what_is_named_a_derivative_is_marked_as_one() {
+    let linked = root().join("tests/fmpy/scenes/machine_linkage.toml");
+    let mut count = 0;
+    for (path, scene) in scenes().into_iter().chain([(linked.clone(), scene::read(&linked).unwrap())]) {
+        let list = descriptions(&build(&scene));
+        let xml = export::describe(&scene.resource(), &scene.description).unwrap();
+        for d in list.iter().filter(|d| d.name.starts_with("der(") && d.causality == Causality::Output) {
+            let inner = d.name["der(".len()..].trim_end_matches(')');
+            let base = inner.strip_suffix(",2").map_or(inner.to_owned(), |once| format!("der({once})"));
+            let index = list.iter().position(|other| other.name == base).unwrap() + 1;
+            let variable = &xml[xml.find(&format!("<ScalarVariable name=\"{}\"", d.name)).unwrap()..];
+            let real = &variable[..variable.find("</ScalarVariable>").unwrap()];
+            assert!(real.contains(&format!("derivative=\"{index}\"")), "{}: {real}", path.display());
+            count += 1;
+        }
+    }
+    assert!(count > 40, "{count}");
+}
+
+#[test]
 fn the_documentation_is_complete_and_well_formed() {
     for (path, scene) in scenes() {
         let mut drive = build(&scene);
