@@ -303,9 +303,9 @@ fn dependencies_are_those_of_the_directional_derivatives() {
                 set_inputs(&mut drive, &inputs, &mut random);
                 drive.start().unwrap();
             }
-            for (row, &u) in continuous.iter().enumerate() {
-                for (column, &k) in knowns.iter().enumerate() {
-                    let derivative = drive.directional_derivative(u, k).unwrap();
+            for (column, &k) in knowns.iter().enumerate() {
+                let derivatives = drive.directional_derivatives(&continuous, &[(k, 1.0)]).unwrap();
+                for (row, derivative) in derivatives.into_iter().enumerate() {
                     seen[row][column] |= derivative != 0.0;
                 }
             }
@@ -472,9 +472,9 @@ fn directional_derivatives_are_limits_of_differences() {
                 if !(held_above && held_below) {
                     continue;
                 }
-                for (n, &output) in outputs.iter().enumerate() {
+                let derivatives = drive.directional_derivatives(&outputs, &[(input, 1.0)]).unwrap();
+                for (n, (&output, derivative)) in outputs.iter().zip(derivatives).enumerate() {
                     let difference = (above[n] - below[n]) / (2.0 * epsilon);
-                    let derivative = drive.directional_derivative(output, input).unwrap();
                     let scale = difference.abs() + centre[n].abs() + 1e-9;
                     assert!(
                         (derivative - difference).abs() < 1e-5 * scale,
@@ -521,9 +521,9 @@ fn before_the_start_directional_derivatives_are_limits_of_differences() {
                     start_values(&mut drive, &unknowns)
                 };
                 let (Some(above), Some(below), Some(centre)) = (at(upper), at(lower), at(value)) else { continue };
-                for (n, &unknown) in unknowns.iter().enumerate() {
+                let derivatives = drive.directional_derivatives(&unknowns, &[(known, 1.0)]).unwrap();
+                for (n, (&unknown, derivative)) in unknowns.iter().zip(derivatives).enumerate() {
                     let difference = (above[n] - below[n]) / (upper - lower);
-                    let derivative = drive.directional_derivative(unknown, known).unwrap();
                     let scale = difference.abs() + (centre[n].abs() + 1e-9) / size;
                     let (unknown, known) = (&list[unknown], &list[known]);
                     assert!(
