@@ -3,6 +3,7 @@
 use camdrive::drives::cam_drive::{DriveMode, Start, StartMode};
 use camdrive::drives::elastic_shaft::{Parameters, Scene};
 use camdrive::drives::solver::Settings;
+use camdrive::drives::variable::{Causality, Kind};
 use camdrive::fmi2::abi::*;
 use camdrive::fmi2::functions::*;
 use camdrive::motion::{Fourier, MotionLaw};
@@ -44,9 +45,13 @@ struct Folder(PathBuf);
 
 impl Folder {
     fn new(test: &str) -> Self {
+        Folder::of(test, &resource())
+    }
+
+    fn of(test: &str, resource: &Resource) -> Self {
         let folder = std::env::temp_dir().join(format!("camdrive {} {test} é", std::process::id()));
         std::fs::create_dir_all(&folder).unwrap();
-        std::fs::write(folder.join("drive.bin"), resource().to_bytes().unwrap()).unwrap();
+        std::fs::write(folder.join("drive.bin"), resource.to_bytes().unwrap()).unwrap();
         Folder(folder)
     }
 
@@ -376,4 +381,76 @@ fn a_path_will_do_as_resource_location() {
     let c = instantiate(Some(&path), GUID, CO_SIMULATION, &log);
     assert!(!c.is_null());
     unsafe { fmi2FreeInstance(c) };
+}
+
+/// A start of this machine takes a thirtieth of the work of a call, and there are 179 knowns.
+#[test]
+fn a_derivative_before_the_start_is_the_same_whenever_it_is_asked_for() {
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/sealing_machine/scene.toml");
+    let scene = camdrive_cli::scene::read(&scene).unwrap_or_else(|faults| panic!("{faults}"));
+    let resource = Resource { guid: GUID.to_str().unwrap().to_owned(), ..scene.resource() };
+    let folder = Folder::of("derivative", &resource);
+    let log = Log::default();
+    let drive = resource.build().unwrap();
+    let reference = |name: &str| drive.descriptions().iter().position(|d| d.name == name).unwrap() as u32;
+    let unknowns = ["E", "w", "a", "der(U[1],2)", "phi", "lever[2]"].map(reference);
+    let knowns = ["J0", "tau", "follower[1].m", "follower[2].cam.a[27]", "phi_start", "follower[1].linkage[1].ground"];
+    let knowns = knowns.map(reference);
+    let initialising = || unsafe {
+        let c = instantiate(Some(&folder.uri()), GUID, CO_SIMULATION, &log);
+        assert_eq!(fmi2SetupExperiment(c, FALSE, 0.0, 0.0, FALSE, 0.0), OK);
+        assert_eq!(fmi2EnterInitializationMode(c), OK);
+        c
+    };
+    let ask = |c, unknowns: &[u32], knowns: &[u32], direction: &[f64]| {
+        let mut values = vec![f64::NAN; unknowns.len()];
+        let status = unsafe {
+            fmi2GetDirectionalDerivative(
+                c,
+                unknowns.as_ptr(),
+                unknowns.len(),
+                knowns.as_ptr(),
+                knowns.len(),
+                direction.as_ptr(),
+                values.as_mut_ptr(),
+            )
+        };
+        assert_eq!(status, OK, "{:?}", log.lock().unwrap());
+        values
+    };
+    let (first, second) = (initialising(), initialising());
+    let direction = [0.7, -2.0, 1.0, 1e-3, 0.4, 1e-2];
+    let together = ask(first, &unknowns, &knowns, &direction);
+    assert_eq!(together, ask(first, &unknowns, &knowns, &direction), "asked again");
+    // Another instance answers other questions before.
+    let mut sums = vec![0.0; unknowns.len()];
+    let mut sizes = sums.clone();
+    for (known, component) in knowns.iter().zip(direction) {
+        for (i, slope) in ask(second, &unknowns, &[*known], &[component]).into_iter().enumerate() {
+            sums[i] += slope;
+            sizes[i] += slope.abs();
+        }
+    }
+    assert_eq!(together, ask(second, &unknowns, &knowns, &direction), "asked after others");
+    assert_eq!(together[1..2], ask(first, &unknowns[1..2], &knowns, &direction), "one of them");
+    for i in 0..unknowns.len() {
+        assert!((together[i] - sums[i]).abs() <= 1e-7 * sizes[i], "{i}: {} {}", together[i], sums[i]);
+    }
+    // A known that is named twice counts twice.
+    let twice = ask(first, &unknowns[..1], &[knowns[0], knowns[1], knowns[0]], &[0.25, 0.0, 0.5]);
+    let once = ask(first, &unknowns[..1], &knowns[..1], &[0.75]);
+    assert!((twice[0] / once[0] - 1.0).abs() < 1e-9, "{twice:?} {once:?}");
+    let all: Vec<u32> = (0..drive.descriptions().len() as u32)
+        .filter(|i| {
+            let d = &drive.descriptions()[*i as usize];
+            matches!(d.causality, Causality::Input | Causality::Parameter) && matches!(d.kind, Kind::Real { .. })
+        })
+        .filter(|i| !drive.descriptions()[*i as usize].name.starts_with("solver."))
+        .collect();
+    assert!(all.len() > 170);
+    ask(first, &unknowns, &all, &vec![1e-3; all.len()]);
+    unsafe {
+        fmi2FreeInstance(first);
+        fmi2FreeInstance(second);
+    }
 }

@@ -102,6 +102,26 @@ fn names_units_and_experiments_keep_the_rules() {
 }
 
 #[test]
+fn what_is_named_a_derivative_is_marked_as_one() {
+    let linked = root().join("tests/fmpy/scenes/machine_linkage.toml");
+    let mut count = 0;
+    for (path, scene) in scenes().into_iter().chain([(linked.clone(), scene::read(&linked).unwrap())]) {
+        let list = descriptions(&build(&scene));
+        let xml = export::describe(&scene.resource(), &scene.description).unwrap();
+        for d in list.iter().filter(|d| d.name.starts_with("der(") && d.causality == Causality::Output) {
+            let inner = d.name["der(".len()..].trim_end_matches(')');
+            let base = inner.strip_suffix(",2").map_or(inner.to_owned(), |once| format!("der({once})"));
+            let index = list.iter().position(|other| other.name == base).unwrap() + 1;
+            let variable = &xml[xml.find(&format!("<ScalarVariable name=\"{}\"", d.name)).unwrap()..];
+            let real = &variable[..variable.find("</ScalarVariable>").unwrap()];
+            assert!(real.contains(&format!("derivative=\"{index}\"")), "{}: {real}", path.display());
+            count += 1;
+        }
+    }
+    assert!(count > 40, "{count}");
+}
+
+#[test]
 fn the_documentation_is_complete_and_well_formed() {
     for (path, scene) in scenes() {
         let mut drive = build(&scene);
@@ -283,9 +303,9 @@ fn dependencies_are_those_of_the_directional_derivatives() {
                 set_inputs(&mut drive, &inputs, &mut random);
                 drive.start().unwrap();
             }
-            for (row, &u) in continuous.iter().enumerate() {
-                for (column, &k) in knowns.iter().enumerate() {
-                    let derivative = drive.directional_derivative(u, k).unwrap();
+            for (column, &k) in knowns.iter().enumerate() {
+                let derivatives = drive.directional_derivatives(&continuous, &[(k, 1.0)]).unwrap();
+                for (row, derivative) in derivatives.into_iter().enumerate() {
                     seen[row][column] |= derivative != 0.0;
                 }
             }
@@ -452,9 +472,9 @@ fn directional_derivatives_are_limits_of_differences() {
                 if !(held_above && held_below) {
                     continue;
                 }
-                for (n, &output) in outputs.iter().enumerate() {
+                let derivatives = drive.directional_derivatives(&outputs, &[(input, 1.0)]).unwrap();
+                for (n, (&output, derivative)) in outputs.iter().zip(derivatives).enumerate() {
                     let difference = (above[n] - below[n]) / (2.0 * epsilon);
-                    let derivative = drive.directional_derivative(output, input).unwrap();
                     let scale = difference.abs() + centre[n].abs() + 1e-9;
                     assert!(
                         (derivative - difference).abs() < 1e-5 * scale,
@@ -501,9 +521,9 @@ fn before_the_start_directional_derivatives_are_limits_of_differences() {
                     start_values(&mut drive, &unknowns)
                 };
                 let (Some(above), Some(below), Some(centre)) = (at(upper), at(lower), at(value)) else { continue };
-                for (n, &unknown) in unknowns.iter().enumerate() {
+                let derivatives = drive.directional_derivatives(&unknowns, &[(known, 1.0)]).unwrap();
+                for (n, (&unknown, derivative)) in unknowns.iter().zip(derivatives).enumerate() {
                     let difference = (above[n] - below[n]) / (upper - lower);
-                    let derivative = drive.directional_derivative(unknown, known).unwrap();
                     let scale = difference.abs() + (centre[n].abs() + 1e-9) / size;
                     let (unknown, known) = (&list[unknown], &list[known]);
                     assert!(

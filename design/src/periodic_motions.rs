@@ -56,8 +56,8 @@ pub fn range(course: &[[f64; 2]]) -> [f64; 2] {
     points.chain(course.windows(3).filter_map(vertex)).fold(ends, |[low, high], w| [low.min(w), high.max(w)])
 }
 
-/// Speeds of the scan, from a little above the fastest possible motion down to two thousandths of it, equally spaced in the
-/// logarithm: two per cent apart.
+/// Speeds of the scan, from a little above the fastest possible motion down to two thousandths of the synchronous speed, equally
+/// spaced in the logarithm: two per cent apart. So many lie between where J is constant.
 const SCAN: usize = 320;
 const SLOWEST: f64 = 2e-3;
 
@@ -168,7 +168,9 @@ fn scan(map: &TurnMap<'_>, inertia: &Inertia, slip: f64, synchronous: f64) -> Re
     let fastest = synchronous.abs() * (1.0 + 4.0 * slip.max(0.25)) * (high / low).sqrt();
     let energy = |i: usize| 0.5 * high * (fastest * SLOWEST.powf(i as f64 / SCAN as f64)).powi(2);
     let gain = |energy: f64| map.shoot(energy).map_or(f64::NEG_INFINITY, |shot| shot.gain / energy);
-    let mut samples: Vec<(f64, f64)> = (0..=SCAN).map(energy).map(|e| (e, gain(e))).collect();
+    // The fastest speed takes the turn to begin where J is largest, the slowest to begin where it is least.
+    let last = SCAN + (SCAN as f64 * (high / low).ln() / -SLOWEST.ln()).ceil() as usize;
+    let mut samples: Vec<(f64, f64)> = (0..=last).map(energy).map(|e| (e, gain(e))).collect();
     let mut extra = Vec::new();
     for three in samples.windows(3) {
         let [(e0, g0), (e1, g1), (e2, g2)] = three else { continue };

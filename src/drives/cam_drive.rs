@@ -411,8 +411,7 @@ pub struct Outputs<'a, D> {
 }
 
 impl<D> Outputs<'_, D> {
-    /// An output in its place, and the inputs, where there are any, and states that it depends on directly; `der(x)` is the
-    /// derivative of `x`, `der(x,2)` that of `der(x)`.
+    /// An output in its place, and the inputs, where there are any, and states that it depends on directly.
     pub fn add(
         &mut self,
         place: usize,
@@ -424,9 +423,6 @@ impl<D> Outputs<'_, D> {
         let known = self.of_known(known);
         let output = self.list.output(name, text, variable::real(quantity), self.series);
         output.at(place).depends(&known);
-        if let Some(of) = name.strip_prefix("der(").and_then(|rest| rest.strip_suffix(')')) {
-            output.derivative_of(&of.strip_suffix(",2").map_or(of.to_owned(), |of| format!("der({of})")));
-        }
         if self.states.contains(&name) { output.state() } else { output }
     }
 

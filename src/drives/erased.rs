@@ -165,7 +165,6 @@ impl Plan {
             pending: true,
             evaluated: false,
             time: 0.0,
-            trials: Vec::new(),
         }
     }
 
@@ -216,8 +215,15 @@ pub struct AnyDrive {
     /// Whether something was set since the drive last took up its settings.
     pending: bool,
     time: f64,
-    /// Starts of copies for derivatives before the start, which all unknowns share: a known, its value, and what was computed.
-    trials: Vec<(usize, f64, Result<Box<[f64]>, Fault>)>,
+}
+
+/// A known of a direction before the start: its component, its value, the range of that and what is a usual change of it.
+struct Along {
+    known: usize,
+    component: f64,
+    centre: f64,
+    range: [f64; 2],
+    size: f64,
 }
 
 /// A saved state.
@@ -299,7 +305,6 @@ impl AnyDrive {
     /// Something else was set.
     fn changed(&mut self) {
         (self.pending, self.evaluated) = (true, false);
-        self.trials.clear();
     }
 
     /// Puts another state in the place of this one. The log, which is no part of the state, stays.
@@ -308,7 +313,6 @@ impl AnyDrive {
         Snapshot { drive: self.drive, initialising: self.initialising, pending: self.pending, time: self.time } = state;
         self.drive.events().clear();
         self.evaluated = false;
-        self.trials.clear();
     }
 
     /// The place in the list of the variable with this reference, which has to be of this type.
@@ -431,7 +435,6 @@ impl AnyDrive {
             return Err(self.not_finite());
         }
         self.initialising = false;
-        self.trials = Vec::new();
         Ok(())
     }
 
@@ -500,24 +503,50 @@ impl AnyDrive {
         self.derivative(reference, Seed::Time, order)
     }
 
-    /// ∂unknown/∂known at the communication point; during initialisation that of the start value.
-    pub fn directional_derivative(&mut self, unknown: usize, known: usize) -> Result<f64, Fault> {
-        if self.initialising {
-            return self.initial_derivative(unknown, known);
-        }
-        let d = &self.plan.descriptions[known];
-        if d.causality != Causality::Input && !d.state {
+    /// Σ ∂unknown/∂known · component over a direction at the communication point, of each unknown; during initialisation those of
+    /// the start values.
+    pub fn directional_derivatives(
+        &mut self,
+        unknowns: &[usize],
+        direction: &[(usize, f64)],
+    ) -> Result<Vec<f64>, Fault> {
+        let all = &self.plan.descriptions;
+        if let Some((known, component)) = direction.iter().find(|(_, component)| !component.is_finite()) {
+            let name = &all[*known].name;
             return Err(Fault::new(format!(
-                "`{}` is neither an input nor a state; there is no derivative with respect to it",
-                d.name
+                "the component {component} of the direction for `{name}` is not a finite number"
             )));
         }
-        self.derivative(unknown, Seed::Known(known), 1)
+        // Hosts ask for a column of the Jacobian by a direction of all knowns.
+        let direction: Vec<(usize, f64)> =
+            direction.iter().copied().filter(|(_, component)| *component != 0.0).collect();
+        let values = if self.initialising {
+            self.initial_derivatives(unknowns, &direction)?
+        } else {
+            let mut along = |unknown: &usize| {
+                direction.iter().try_fold(0.0, |sum, (known, component)| {
+                    Ok(sum + self.derivative(*unknown, Seed::Known(*known), 1)? * component)
+                })
+            };
+            unknowns.iter().map(&mut along).collect::<Result<_, _>>()?
+        };
+        match unknowns.iter().zip(&values).find(|(_, value)| !value.is_finite()) {
+            Some((unknown, _)) => Err(self.no_derivative(*unknown)),
+            None => Ok(values),
+        }
     }
 
     /// The derivative of an output; order 1 or 2.
     fn derivative(&mut self, reference: usize, seed: Seed, order: usize) -> Result<f64, Fault> {
         self.refresh()?;
+        if let Seed::Known(known) = seed
+            && let Description { name, causality, state: false, .. } = &self.plan.descriptions[known]
+            && *causality != Causality::Input
+        {
+            return Err(Fault::new(format!(
+                "`{name}` is neither an input nor a state; there is no derivative with respect to it"
+            )));
+        }
         let Description { name, causality, variability, dependencies, .. } = &self.plan.descriptions[reference];
         let value = match self.drive.series(reference, seed) {
             Some(series) => series.derivative(order),
@@ -530,77 +559,87 @@ impl AnyDrive {
             }
             None => return Err(Fault::new(format!("`{name}` is not a continuous output; it has no derivatives"))),
         };
-        if value.is_finite() {
-            Ok(value)
-        } else {
-            Err(Fault::new(format!("a derivative of `{name}` is not a finite number at t = {} s", Number(self.time))))
-        }
+        if value.is_finite() { Ok(value) } else { Err(self.no_derivative(reference)) }
     }
 
-    /// ∂unknown/∂known of the start values, in which the states follow from inputs and parameters (y = U(phi) + start.q), by
-    /// differences on copies, since a start may be the result of an iteration.
-    fn initial_derivative(&mut self, unknown: usize, known: usize) -> Result<f64, Fault> {
-        let (plan, drive, time, trials) = (&self.plan, &self.drive, self.time, &mut self.trials);
-        let (u, k) = (&plan.descriptions[unknown], &plan.descriptions[known]);
-        let (Some(centre), Kind::Real { quantity, min, max, .. }) = (drive.get(known), &k.kind) else {
-            return Err(Fault::new(format!(
-                "`{}` follows from inputs and parameters before the start; derivatives exist for those",
-                k.name
-            )));
+    #[cold]
+    fn no_derivative(&self, reference: usize) -> Fault {
+        let name = &self.plan.descriptions[reference].name;
+        Fault::new(format!("a derivative of `{name}` is not a finite number at t = {} s", Number(self.time)))
+    }
+
+    /// [`AnyDrive::directional_derivatives`] of the start values, in which the states follow from inputs and parameters
+    /// (y = U(phi) + start.q), by differences on copies, since a start may be the result of an iteration. The unknowns share the
+    /// starts along the direction, and no call those of another: what a call takes must not depend on the calls before it.
+    fn initial_derivatives(&mut self, unknowns: &[usize], direction: &[(usize, f64)]) -> Result<Vec<f64>, Fault> {
+        self.refresh()?;
+        let (plan, drive, time) = (&self.plan, &self.drive, self.time);
+        let known = |&(known, component): &(usize, f64)| {
+            let d = &plan.descriptions[known];
+            let (Some(centre), Kind::Real { quantity, min, max, .. }) = (drive.get(known), &d.kind) else {
+                return Err(Fault::new(format!(
+                    "`{}` follows from inputs and parameters before the start; derivatives exist for those",
+                    d.name
+                )));
+            };
+            // A law repeats itself every turn however large the angle; other quantities are scaled by themselves, unless they
+            // are next to nothing.
+            let usual = quantity.usual();
+            let size = if **quantity == unit::ANGLE {
+                1.0
+            } else if centre.abs() > 1e-6 * usual {
+                centre.abs()
+            } else {
+                usual
+            };
+            Ok(Along { known, component, centre, range: [*min, *max], size })
         };
-        let place = plan.places[unknown];
-        if place == NO_PLACE {
-            return Err(Fault::new(format!("`{}` is set, not computed; it has no derivatives", u.name)));
-        }
+        let line = direction.iter().map(known).collect::<Result<Vec<Along>, _>>()?;
+        // The place on the line is the value of the known that moves most for its size; the others keep within theirs.
+        let reach = |along: &Along| along.size / along.component.abs();
+        let Some(lead) = line.iter().min_by(|a, b| reach(a).total_cmp(&reach(b))) else {
+            return Ok(vec![0.0; unknowns.len()]);
+        };
+        let [low, high] = line.iter().fold([f64::NEG_INFINITY, f64::INFINITY], |[low, high], along| {
+            let place = |end: f64| lead.centre + (end - along.centre) * (lead.component / along.component);
+            let [a, b] = along.range.map(place);
+            [low.max(a.min(b)), high.min(a.max(b))]
+        });
         let begin = Since::now();
-        let too_much = || {
-            let (u, k) = (&u.name, &k.name);
-            Fault::new(format!(
-                "the derivative of `{u}` with respect to `{k}` before the start needs more than the work of one call, since \
-                 each of its trial starts needs much of it; take differences of whole runs"
-            ))
-        };
-        let values_at = |value: f64| -> Result<Box<[f64]>, Fault> {
-            if begin.is_exhausted() {
-                return Err(too_much());
-            }
+        let values_at = |place: f64| -> Result<Box<[f64]>, Fault> {
             let mut drive = drive.copy();
-            drive.set(known, value);
+            for &Along { known, component, range: [min, max], .. } in &line {
+                let moved = drive.get(known).unwrap_or(0.0) + (place - lead.centre) * (component / lead.component);
+                drive.set(known, moved.clamp(min, max));
+            }
             drive.start(time)?;
             let mut values = plan.no_values();
             drive.evaluate(&mut values);
             Ok(values)
         };
-        let value_at = |value: f64| {
-            let done = trials.iter().position(|(of, at, _)| (*of, *at) == (known, value));
-            let done = done.unwrap_or_else(|| {
-                trials.push((known, value, values_at(value)));
-                trials.len() - 1
-            });
-            trials[done].2.as_ref().map(|values| values[place]).map_err(Fault::clone)
+        let mut trials: Vec<(f64, Result<Box<[f64]>, Fault>)> = Vec::new();
+        let mut derivative = |unknown: &usize| {
+            let (name, place) = (&plan.descriptions[*unknown].name, plan.places[*unknown]);
+            if place == NO_PLACE {
+                return Err(Fault::new(format!("`{name}` is set, not computed; it has no derivatives")));
+            }
+            let too_much = || {
+                Fault::new(format!(
+                    "the derivative of `{name}` before the start needs more than the work of one call, since each of its trial \
+                     starts needs much of it; take differences of whole runs"
+                ))
+            };
+            let value_at = |value: f64| {
+                let done = trials.iter().position(|(at, _)| *at == value).unwrap_or_else(|| {
+                    trials.push((value, if begin.is_exhausted() { Err(too_much()) } else { values_at(value) }));
+                    trials.len() - 1
+                });
+                trials[done].1.as_ref().map(|values| values[place]).map_err(Fault::clone)
+            };
+            let slope = difference::derivative(value_at, lead.centre, 0.02 * lead.size, [low, high])?;
+            if begin.is_exhausted() { Err(too_much()) } else { Ok(slope * lead.component) }
         };
-        // A law repeats itself every turn however large the angle; other quantities are scaled by themselves, unless they
-        // are next to nothing.
-        let usual = quantity.usual();
-        let size = if **quantity == unit::ANGLE {
-            1.0
-        } else if centre.abs() > 1e-6 * usual {
-            centre.abs()
-        } else {
-            usual
-        };
-        let slope = difference::derivative(value_at, centre, 0.02 * size, [*min, *max])?;
-        if begin.is_exhausted() {
-            return Err(too_much());
-        }
-        if slope.is_finite() {
-            Ok(slope)
-        } else {
-            let (u, k) = (&u.name, &k.name);
-            Err(Fault::new(format!(
-                "the derivative of `{u}` with respect to `{k}` is not a finite number before the start"
-            )))
-        }
+        unknowns.iter().map(&mut derivative).collect()
     }
 
     /// Back to the state after instantiation, with the parameters of the scene.

@@ -1,7 +1,6 @@
 //! Limits of a call: angles that are numbers, and no more than the work of one call ([`crate::numerics::work`]).
 
 use super::{Fault, Rounded};
-pub use crate::numerics::work::Since;
 
 /// The greatest angle (rad): beyond it neighbouring numbers are an eighth of a radian apart, and more.
 pub const LARGEST_ANGLE: f64 = 1e15;

@@ -261,7 +261,8 @@ impl<D> List<D> {
         v
     }
 
-    /// A continuous output with its Taylor series; [`Variable::at`] tells its place.
+    /// A continuous output with its Taylor series; [`Variable::at`] tells its place. `der(x)` is the derivative of `x`, `der(x,2)`
+    /// that of `der(x)`.
     pub fn output(
         &mut self,
         name: &str,
@@ -271,6 +272,9 @@ impl<D> List<D> {
     ) -> &mut Variable<D> {
         let v = self.push(name, text, kind, Causality::Output, Variability::Continuous);
         v.access = Access::Computed { series: Some(series) };
+        let of = name.strip_prefix("der(").and_then(|rest| rest.strip_suffix(')'));
+        v.description.derivative_of =
+            of.map(|of| of.strip_suffix(",2").map_or(of.to_owned(), |of| format!("der({of})")));
         v
     }
 

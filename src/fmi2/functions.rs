@@ -16,7 +16,6 @@ use super::instance::{Instance, Refusal};
 use super::log::{Category, Logger, Sink};
 use super::saved_state::{ALIVE, SavedState};
 use super::{plans, resource_location};
-use crate::drives::limits::Since;
 use crate::drives::variable::Type;
 use crate::drives::{AnyDrive, Fault};
 use std::ffi::{CStr, CString, c_char};
@@ -594,26 +593,8 @@ pub unsafe extern "C" fn fmi2GetDirectionalDerivative(
         // SAFETY: arrays of the importer.
         let (direction, results) =
             unsafe { (array(dvKnown, nKnown, "dvKnown")?, array_mut(dvUnknown, nUnknown, "dvUnknown")?) };
-        let begin = Since::now();
-        for (unknown, result) in unknowns.iter().zip(results) {
-            let mut sum = 0.0;
-            for (known, component) in knowns.iter().zip(direction) {
-                if begin.is_exhausted() {
-                    return Err(Fault::new(format!(
-                        "derivatives with respect to {nKnown} variables need more than the work of one call; ask for fewer at a \
-                         time"
-                    ))
-                    .into());
-                }
-                sum += instance.directional_derivative(*unknown, *known, *component)?;
-            }
-            if !sum.is_finite() {
-                return Err(Fault::new(format!(
-                    "the derivative of the value reference {unknown} is {sum}, not a number"
-                ))
-                .into());
-            }
-            result.write(sum);
+        for (result, value) in results.iter_mut().zip(instance.directional_derivatives(unknowns, knowns, direction)?) {
+            result.write(value);
         }
         Ok(())
     })

@@ -256,14 +256,18 @@ impl Instance {
         self.drive.output_derivative(index, order_of(order)?)
     }
 
-    /// ∂unknown/∂known times this component of the direction.
-    pub fn directional_derivative(&mut self, unknown: u32, known: u32, component: f64) -> Result<f64, Fault> {
-        let (unknown, known) = (self.drive.variable(unknown, Type::Real)?, self.drive.variable(known, Type::Real)?);
-        // Hosts ask for a column of the Jacobian by a direction of all knowns.
-        if component == 0.0 {
-            return Ok(0.0);
-        }
-        Ok(self.drive.directional_derivative(unknown, known)? * component)
+    /// Σ ∂unknown/∂known · component over the knowns, of each unknown.
+    pub fn directional_derivatives(
+        &mut self,
+        unknowns: &[u32],
+        knowns: &[u32],
+        components: &[f64],
+    ) -> Result<Vec<f64>, Fault> {
+        let place = |reference: &u32| self.drive.variable(*reference, Type::Real);
+        let unknowns = unknowns.iter().map(place).collect::<Result<Vec<_>, _>>()?;
+        let knowns = knowns.iter().map(place).collect::<Result<Vec<_>, _>>()?;
+        let direction: Vec<_> = knowns.into_iter().zip(components.iter().copied()).collect();
+        self.drive.directional_derivatives(&unknowns, &direction)
     }
 
     /// The communication point up to which the instance has computed (s).

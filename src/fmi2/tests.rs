@@ -365,10 +365,14 @@ fn derivatives_of_inputs_hold_for_one_step() {
     assert!(bench.instance.output_derivative(X, 3).is_err());
     assert!(bench.instance.output_derivative(X, 0).is_err());
     assert!(bench.instance.output_derivative(G, 1).is_err());
-    assert_eq!(bench.instance.directional_derivative(X, X, 1.0).unwrap(), 1.0);
-    assert_eq!(bench.instance.directional_derivative(X, U, 1.0).unwrap(), 0.0);
-    assert!(bench.instance.directional_derivative(X, G, 1.0).is_err());
-    assert!(bench.instance.directional_derivative(G, U, 1.0).is_err());
+    let mut derivative =
+        |unknown, known, component| bench.instance.directional_derivatives(&[unknown], &[known], &[component]);
+    assert_eq!(derivative(X, X, 1.0).unwrap(), [1.0]);
+    assert_eq!(derivative(X, U, 1.0).unwrap(), [0.0]);
+    assert_eq!(derivative(G, U, 0.0).unwrap(), [0.0]);
+    for (unknown, known, component) in [(X, G, 1.0), (G, U, 1.0), (X, X, f64::NAN), (X, X, f64::INFINITY)] {
+        assert!(derivative(unknown, known, component).is_err(), "{unknown} {known} {component}");
+    }
 }
 
 #[test]
@@ -376,10 +380,11 @@ fn before_the_start_directional_derivatives_are_those_of_the_start_values() {
     let mut bench = Bench::new(false);
     bench.ok(&table::ENTER_INITIALIZATION_MODE, Instance::enter_initialization);
     for known in [U, G] {
-        assert_eq!(bench.instance.directional_derivative(X, known, 1.0).unwrap(), 0.0);
+        assert_eq!(bench.instance.directional_derivatives(&[X], &[known], &[1.0]).unwrap(), [0.0]);
     }
+    assert!(bench.instance.directional_derivatives(&[X], &[U], &[f64::NAN]).is_err());
     for (unknown, known) in [(X, X), (G, U), (U, U)] {
-        assert!(bench.instance.directional_derivative(unknown, known, 1.0).is_err(), "{unknown} {known}");
+        assert!(bench.instance.directional_derivatives(&[unknown], &[known], &[1.0]).is_err(), "{unknown} {known}");
     }
 }
 

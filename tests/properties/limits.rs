@@ -252,7 +252,7 @@ fn a_derivative_before_the_start_bounds_all_of_its_trial_starts_together() {
         let names: Vec<String> = drive.descriptions().iter().map(|d| d.name.clone()).collect();
         let [unknown, known] = [unknown, known].map(|name| names.iter().position(|own| own == name).unwrap());
         drawn::since_last();
-        let said = drive.directional_derivative(unknown, known).unwrap_err().to_string();
+        let said = drive.directional_derivatives(&[unknown], &[(known, 1.0)]).unwrap_err().to_string();
         assert!(said.contains("before the start needs more than the work of one call"), "{scene}: {said}");
         assert!(drawn::since_last() <= 3.0 * budget, "{scene}");
     }

@@ -65,7 +65,6 @@ impl Drive for Lag {
             Seed::Known(_) => Series::from(d.rate()),
         })
         .at(1)
-        .derivative_of("x")
         .depends(&["x", "u"])
         .depends_initially(&[&["u", "T"]]);
         list.discrete_output("count", "Steps", Kind::Integer { min: 0, max: i32::MAX }).at(2);

@@ -3,6 +3,8 @@
 use super::{Overview, angles};
 use crate::periodic_motions::{free_motion, periodic_motions, range};
 use camdrive::drives::rigid_machine::{Inertia, Kloss, Motor, Place, Scene};
+use camdrive::numerics::angle;
+use camdrive::numerics::double_double::Double;
 use std::f64::consts::TAU;
 
 pub fn tell(overview: &mut Overview, scene: &Scene) {
@@ -44,11 +46,12 @@ pub fn running(scene: &Scene, inertia: &Inertia) -> Option<(f64, [f64; 2])> {
         }
         Motor::None if scene.w_start != 0.0 => {
             let unit = free_motion(inertia, 1.0, scene.w_start.signum());
-            let from = scene.phi_start.rem_euclid(TAU);
-            let at = unit.iter().min_by(|a, b| (a[0] - from).abs().total_cmp(&(b[0] - from).abs()));
-            // A machine without torques keeps the shape of its motion at any speed.
-            at.map(|[_, w]| (scene.w_start / w, range(&unit)))
-                .map(|(factor, [low, high])| (scene.w_start.signum() * TAU * factor, [factor * low, factor * high]))
+            // A machine without torques keeps the shape of its motion at any speed, and √J ω.
+            let momentum = |phi: f64, w: f64| inertia.value(Place::at(phi), phi).sqrt() * w;
+            let from = angle::reduce(Double::from(scene.phi_start));
+            let factor = momentum(from, scene.w_start) / unit.first().map(|[phi, w]| momentum(*phi, *w))?;
+            let [low, high] = range(&unit);
+            Some((scene.w_start.signum() * TAU * factor, [factor * low, factor * high]))
         }
         _ => None,
     }

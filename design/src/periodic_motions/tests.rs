@@ -1,7 +1,7 @@
 //! All periodic motions: the machine with one or three of them, the loom, the free motion.
 
 use super::*;
-use camdrive::drives::rigid_machine::InertiaFunction;
+use camdrive::drives::rigid_machine::{Follower, InertiaFunction};
 use camdrive::drives::solver::Settings;
 use camdrive::motion::{Fourier, MotionLaw};
 use camdrive::numerics::period_map::spectral_radius;
@@ -89,6 +89,40 @@ fn the_motion_that_a_simulation_starts_with_is_one_of_them() {
     assert!(periodic_motions(&machine(0.3, None), 16.0).unwrap().is_empty());
     let without = Scene { motor: Motor::None, ..machine(0.3, None) };
     assert!(periodic_motions(&without, 0.0).is_err());
+}
+
+/// J = J0 + m U′² with U′ = r sin φ: where the tool rests next to nothing is left of 0.88 kg·m².
+#[test]
+fn a_machine_of_next_to_no_inertia_at_a_rest_has_the_motion_that_a_simulation_starts_with() {
+    for constant in [1e-3, 1e-6, 1e-9] {
+        for phase in [0.0, 1.0] {
+            let cam = MotionLaw::Fourier(Fourier::new(vec![0.0, 0.1 * f64::cos(phase)], vec![0.1 * f64::sin(phase)]));
+            let scene = Scene {
+                inertia: InertiaFunction { constant, varying: None },
+                followers: vec![Follower::new(88.0, cam)],
+                start: MachineStart::SteadyState,
+                ..machine(0.2, None)
+            };
+            let mut drive = RigidMachine::new(scene.clone()).unwrap();
+            drive.start(0.0).unwrap();
+            let list = drive.variables();
+            let [period, energy] =
+                ["start.period", "E"].map(|name| list.0[list.reference(name).unwrap()].value(&drive));
+            let motions = periodic_motions(&scene, 0.0).unwrap();
+            let stable: Vec<_> = motions.iter().filter(|motion| motion.is_stable()).collect();
+            assert_eq!(stable.len(), 1, "{constant} {phase}");
+            assert!(
+                (stable[0].period / period - 1.0).abs() < 1e-9,
+                "{constant} {phase}: {} {period}",
+                stable[0].period
+            );
+            assert!(
+                (stable[0].energy / energy - 1.0).abs() < 1e-9,
+                "{constant} {phase}: {} {energy}",
+                stable[0].energy
+            );
+        }
+    }
 }
 
 #[test]

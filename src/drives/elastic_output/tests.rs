@@ -476,7 +476,7 @@ fn dependencies_are_those_that_the_directional_derivatives_show() {
             continue;
         }
         for &known in &knowns {
-            let derivative = drive.directional_derivative(i, known).unwrap();
+            let derivative = drive.directional_derivatives(&[i], &[(known, 1.0)]).unwrap()[0];
             let declared = unknown.dependencies.contains(&descriptions[known].name);
             assert_eq!(derivative != 0.0, declared, "∂{}/∂{}", unknown.name, descriptions[known].name);
         }

@@ -127,12 +127,16 @@ impl RigidMachine {
         energy > SLOW * self.net_torque(self.state.w).abs() * self.mesh.widest
     }
 
+    /// φ and the whole turns beside it as the mesh has them, whose turn begins at 0 where there are no borders.
+    pub(super) fn angle_on_mesh(&self) -> (Double, f64) {
+        let State { angle, turns, .. } = self.state;
+        let before = self.inertia.borders().is_empty() && angle.hi < 0.0;
+        if before { (angle + WHOLE_TURN, turns - 1.0) } else { (angle, turns) }
+    }
+
     /// Begins with steps in the angle at the time `now`.
     fn enter(&mut self, now: Double) {
-        let State { mut angle, mut turns, interval, u, .. } = self.state;
-        if self.inertia.borders().is_empty() && angle.hi < 0.0 {
-            (angle, turns) = (angle + WHOLE_TURN, turns - 1.0);
-        }
+        let (State { interval, u, .. }, (angle, turns)) = (self.state, self.angle_on_mesh());
         self.torques = Torques::against(&self.motor, self.constant_torque(), u.hi.signum());
         let forward = u.hi > 0.0;
         let cell = self.mesh.find(interval, angle.hi, forward);

@@ -9,6 +9,7 @@ use crate::motion::cycle::{Cycle, CyclePlan};
 use crate::motion::table::Points;
 use crate::motion::{Fourier, MotionLaw, StandardLaw, Table};
 use crate::numerics::double_double::two_product;
+use crate::numerics::gauss::Gauss;
 
 mod energy;
 mod estimate;
@@ -382,6 +383,42 @@ fn the_periodic_motion_repeats_with_load_backwards_with_lag_and_over_borders() {
             assert_near(get(&machine, "w"), w, 1e-10, "w");
             assert_near(get(&machine, "E"), energy, 1e-10, "E");
             assert_near(get(&machine, "phi") - machine.phi_start, 3.0 * TAU * w.signum(), 1e-11, "phi");
+        }
+    }
+}
+
+/// dE/dφ = M_an − τ along the periodic motion, whose E at an angle is that of a start there; a start some turns away is the same.
+#[test]
+fn a_periodic_start_has_the_energy_of_its_own_angle() {
+    let turning = |speed: f64, lag| Kloss {
+        breakdown_torque: 220.0,
+        breakdown_slip: 0.16,
+        synchronous_speed: speed,
+        dynamics: lag,
+    };
+    let motors = [(SYNCHRONOUS, None, 30.0), (-SYNCHRONOUS, None, 0.0), (-SYNCHRONOUS, Some(0.02), 30.0)];
+    for (speed, lag, load) in motors {
+        for scene in [loom(Motor::Kloss(turning(speed, lag)), 0.0, 0.0), cycles(Motor::Kloss(turning(speed, lag)), 0.0)]
+        {
+            let mut machine = RigidMachine::new(Scene { start: MachineStart::SteadyState, ..scene }).unwrap();
+            // Borders of a cycle make kinks in the torque.
+            let bound = if machine.inertia.borders().is_empty() { 1e-11 } else { 1e-5 };
+            machine.load.set(load);
+            let mut at = |phi: f64| {
+                machine.phi_start = phi;
+                machine.start(0.0).unwrap();
+                ["E", "M_an"].map(|name| get(&machine, name))
+            };
+            for phi in [200f64.to_radians(), -PI - 0.05, 1000.3, -1e-17] {
+                let place = format!("{speed} rad/s, lag {lag:?}, load {load}, {phi}");
+                let energy = at(phi)[0];
+                assert_near(at(phi - 3.0 * TAU)[0], energy, 1e-11, &place);
+                assert_near(at(phi + TAU)[0], energy, 1e-11, &place);
+                let step = 0.1;
+                let [work] = Gauss::with(8).integrate(step, |s| [at(phi + s)[1] - load]);
+                let error = at(phi + step)[0] - energy - work;
+                assert!(error.abs() <= bound * energy, "{place}: {error}");
+            }
         }
     }
 }

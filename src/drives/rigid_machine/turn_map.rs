@@ -190,7 +190,7 @@ impl<'a> TurnMap<'a> {
 
     /// E at the angle of the machine on the motion that begins the turn with `energy`.
     pub fn energy_at_start(&self, energy: f64) -> Option<Double> {
-        let angle = self.machine.state.angle.hi;
+        let angle = self.machine.angle_on_mesh().0.hi;
         let cell = self.mesh.find(self.machine.state.interval, angle, self.forward());
         let ahead = |position: &Position| self.torques.sense * (angle - position.angle.hi);
         let end = self.advance_by_angle(energy, |position, _| {

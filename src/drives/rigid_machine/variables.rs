@@ -293,7 +293,6 @@ impl RigidMachine {
                 torque.state();
                 list.output("der(M_an)", "Rate of the motor's torque", real(&TORQUE_RATE_QUANTITY), series)
                     .at(TORQUE_RATE)
-                    .derivative_of("M_an")
                     .depends(&["w", "M_an"])
                     .depends_initially(&[&w_start, &torque_start, of_motor, &["motor.T_el"]]);
             }
