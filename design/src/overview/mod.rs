@@ -254,7 +254,7 @@ fn shown(value: f64, unit: &str) -> String {
         "1" => digits(value),
         "rad" => format!("{}°", digits(value.to_degrees())),
         // Drawings are in millimetres, up to ten metres.
-        "m" if value.abs() < 10.0 => suited(&[("mm", 1e3), ("µm", 1e6), ("nm", 1e9)]),
+        "m" if value.abs() < 9.9995 => suited(&[("mm", 1e3), ("µm", 1e6), ("nm", 1e9)]),
         "N" => suited(&[("MN", 1e-6), ("kN", 1e-3), ("N", 1.0), ("mN", 1e3)]),
         "N.m" => suited(&[("kN·m", 1e-3), ("N·m", 1.0), ("mN·m", 1e3)]),
         "m/rad" => format!("{} mm/rad", digits(1e3 * value)),

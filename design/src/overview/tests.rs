@@ -423,10 +423,10 @@ fn figures_do_not_depend_on_the_origin_of_the_angle() {
         }
     };
     let own = overview(BacklashDrive::MODEL, &scene(0.0));
-    // Harmonic 1 of U″ by the midpoint rule over each smooth part, which errs by 1e-9 of it.
+    // The harmonics of U″ by the midpoint rule over each smooth part, which errs by 1e-9 of it.
     let MotionLaw::Cycle(cycle) = scene(0.0).cam else { unreachable!() };
     let law = MotionLaw::Cycle(cycle);
-    let mut sums = [[0.0; 2]; 3];
+    let mut sums = [[0.0; 2]; 8];
     for (segment, [from, to]) in segments(law.breakpoints()).into_iter().enumerate() {
         const PARTS: usize = 20_000;
         let width = (to - from) / PARTS as f64;

@@ -87,9 +87,11 @@ fn a_drive_that_turns_backwards_has_the_multipliers_of_its_own_motion() {
         assert!((a * c - b * d - product).abs() < 1e-9 * (1.0 + product.abs()), "{w}: {at:?} {product}");
         assert!((a + c - sum).abs() < 1e-9 * (1.0 + sum.abs()), "{w}: {at:?} {sum}");
         assert!(report.note.as_ref().is_some_and(|note| note.contains("backwards")), "{:?}", report.note);
-        // The other sense is another drive, and the mirrored one is the same.
-        let forward = coefficients.study(-w, &quick(&[])).unwrap();
-        assert!((forward.speeds[0].radius / at.radius - 1.0).abs() > 1e-3);
+        if w == -2.0 {
+            // The other sense is another drive.
+            let forward = coefficients.study(-w, &quick(&[])).unwrap().speeds[0].radius;
+            assert!((at.radius.ln() - 0.312).abs() < 1e-3 && (forward.ln() + 0.157).abs() < 1e-3, "{at:?} {forward}");
+        }
         let image = coefficients.mirrored().study(-w, &quick(&[])).unwrap();
         assert_same(&report, &image, 1.0);
         // As an option the speed says the sense itself; the turn is sampled from another start on.
