@@ -556,6 +556,78 @@ fn where_the_disk_is_full_every_command_leaves_the_files_of_before() {
     }
 }
 
+/// Whether nothing in the text steers a terminal, turns the direction of writing, or looks like a message of ours that is none.
+fn is_harmless(text: &str) -> bool {
+    let steers = |c: char| c != '\n' && c.is_control() || ('\u{202a}'..='\u{202e}').contains(&c);
+    !text.contains(steers) && !text.lines().any(|line| line.starts_with("error: forged")) && text.len() < 20_000
+}
+
+#[cfg(unix)]
+#[test]
+fn what_files_hold_neither_steers_the_terminal_nor_fills_it() {
+    let folder = folder("hostile");
+    let evil = "\u{1b}]0;x\u{7}\u{9b}2J\u{7f}\u{202e}\r";
+    let write = |name: &str, content: &str| {
+        let path = folder.join(name);
+        std::fs::write(&path, content).expect("the folder can be written to");
+        text(&path).to_owned()
+    };
+    let drive = "drive = { speed = 1 }\nelasticity = { place = \"output\", m = 1, c = 1e4 }\n";
+    let cam = "cam = { law = \"fourier\", a = [0, \"1 mm\"] }\n";
+    let escaped = "\\u001B]0;x\\u0007\\u009B2J\\u007F\\u202E\\r\\nerror: forged";
+    let model = "model = \"ElasticCamDrive\"\n";
+    // Names of files and descriptions of scenes that are right.
+    let right =
+        format!("name = \"x\"\ndescription = \"{}\"\n{model}{cam}{drive}", escaped.replace("\\nerror", "\\n: error"));
+    let right = write(&format!("{evil}\nerror: forged.toml"), &right);
+    let xml = text(&folder.join("fmus/")).to_owned();
+    let export = ["export", &right, "-o", &xml, "--runtime", &runtime()];
+    for args in [&["check", &right][..], &["describe", &right], &["describe", "--json", &right], &export] {
+        let run = camdrive(args);
+        assert_eq!(run.code, 0, "{args:?}: {}", run.err);
+        assert!(is_harmless(&run.out) && is_harmless(&run.err), "{args:?}: {:?} {:?}", run.out, run.err);
+    }
+    assert!(camdrive(&["describe", &right]).out.contains("␛]0;x␇"));
+    // What is wrong in scenes and tables.
+    let long = "9".repeat(1_000_000) + "x";
+    let by_table = |table: &str, keys: &str| {
+        write("t.csv", table);
+        format!("name = \"x\"\n{model}cam = {{ law = \"table\", file = \"t.csv\"{keys} }}\n{drive}")
+    };
+    for scene in [
+        format!("name = \"{escaped}\"\n{model}{cam}{drive}"),
+        format!("name = \"x\"\n{model}{cam}{drive}\"{escaped}\" = 1\n"),
+        format!("name = \"x\"\nmodel = \"{escaped}\"\n{cam}{drive}"),
+        format!("name = \"x\"\n{model}{cam}{}", drive.replace("speed = 1", &format!("speed = \"1 {escaped}\""))),
+        format!("name = \"x\"\n{model}cam = {{ law = \"table\", file = \"{escaped}\" }}\n{drive}"),
+        by_table(&format!("0;0\n{evil};1\n"), ""),
+        format!("name = \"{long}\"\n{model}{cam}{drive}"),
+        format!("name = \"x\"\n{model}{cam}{drive}{long} = 1\n"),
+        format!("name = \"x\"\nname = \"{long}\"\n{model}{cam}{drive}"),
+        by_table(&format!("0;0\n1;{long}\n"), ""),
+        by_table(&format!("phi;{long}\n0;0\n"), ", lift_column = \"h\""),
+    ] {
+        let wrong = write(&format!("{evil}\nerror: forged.wrong.toml"), &scene);
+        for args in [&["check", &wrong][..], &["check", "--json", &wrong], &["export", &wrong]] {
+            let run = camdrive(args);
+            assert_eq!(run.code, 1, "{args:?}: {}", run.err);
+            assert!(is_harmless(&run.out) && is_harmless(&run.err), "{args:?}: {:?} {:?}", run.out, run.err);
+        }
+    }
+    // Words of the command line.
+    let run = camdrive(&["check", &format!("--{evil}")]);
+    assert!(run.code == 2 && is_harmless(&run.err), "{:?}", run.err);
+    // The first line of a result names its origin.
+    let (task, profile) = (
+        write(&format!("{evil}\n[x].toml"), &std::fs::read_to_string(small_task(&folder)).unwrap()),
+        folder.join("p.toml"),
+    );
+    let run = camdrive(&["synthesize", &task, "-o", text(&profile)]);
+    let written = std::fs::read_to_string(&profile).expect("the profile");
+    assert!(run.code == 0 && is_harmless(&run.out) && is_harmless(&written), "{:?}", run.out);
+    assert!(written.lines().next().is_some_and(|line| line.contains(" by camdrive synthesize")), "{written}");
+}
+
 #[test]
 fn results_replace_results_and_nothing_else() {
     let folder = folder("replaced");

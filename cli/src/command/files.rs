@@ -4,6 +4,7 @@ use super::{Failure, failure};
 use crate::scene::input::{self, Kind};
 use camdrive::drives::Fault;
 use camdrive::motion::Fourier;
+use camdrive_design::text;
 use std::fs::File;
 use std::io::{Error, ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
@@ -39,7 +40,7 @@ const ORIGIN: &str = " by camdrive ";
 
 /// A scene or a profile made of this file, with a first line that tells its origin.
 pub fn signed(document: &DocumentMut, what: &str, of: &Path, command: &str) -> String {
-    let file = of.file_name().unwrap_or_default().to_string_lossy();
+    let file = text::in_one_line(of.file_name().unwrap_or_default().display());
     format!("# {what} of {file}{ORIGIN}{command}.\n{document}")
 }
 
@@ -91,7 +92,7 @@ pub fn write<C: AsRef<[u8]>>(files: &[(PathBuf, C)], inputs: &[PathBuf]) -> Resu
             return Err(failure(format!("{}: two results would be written here", path.display())));
         }
         staged.push(stage(path, content.as_ref()).map_err(|e| unwritten(path, &e))?);
-        lines += &format!("{}{}\n", path.display(), if path.is_file() { " (replaced)" } else { "" });
+        lines += &format!("{}{}\n", text::in_one_line(path.display()), if path.is_file() { " (replaced)" } else { "" });
     }
     // What could be in the way has been met by now: a move within a folder needs no space.
     for ((path, content), staged) in files.iter().zip(staged) {
