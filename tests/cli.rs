@@ -556,6 +556,51 @@ fn where_the_disk_is_full_every_command_leaves_the_files_of_before() {
     }
 }
 
+#[cfg(unix)]
+#[test]
+fn a_signal_leaves_no_hidden_files() {
+    let folder = folder("signal");
+    let scenes: Vec<String> = (0..4)
+        .map(|i| {
+            let scene = folder.join(format!("s{i}.toml"));
+            let content = std::fs::read_to_string(root().join("examples/guide_bar/scene.toml")).expect("the example");
+            std::fs::write(&scene, content.replace("guide_bar", &format!("s{i}")))
+                .expect("the folder can be written to");
+            text(&scene).to_owned()
+        })
+        .collect();
+    let fmus = folder.join("fmus");
+    // The shell meets the first hidden file; its own `kill` is the fastest.
+    let script = "\"$@\" >/dev/null & until compgen -G \"$0/.[!.]*\" >/dev/null; do kill -0 $! || exit 9; done; \
+                  kill -TERM $!; wait $!";
+    let ended = |_: &i32| {
+        let mut bash = Command::new("bash");
+        bash.args(["-c", script, text(&fmus), env!("CARGO_BIN_EXE_camdrive"), "export", "-o", text(&fmus)]);
+        let status = bash.args(["--runtime", &runtime()]).args(&scenes).status().expect("bash starts");
+        let names: Vec<PathBuf> = contents(&fmus).into_keys().collect();
+        assert!(names.iter().all(|name| name.extension().is_some_and(|e| e == "fmu")), "{names:?}");
+        assert!([0, scenes.len()].contains(&names.len()), "{names:?}");
+        std::fs::remove_dir_all(&fmus).expect("the folder can be removed");
+        status.code() == Some(128 + 15)
+    };
+    // Now and then all is written before the signal comes.
+    assert!((0..10).any(|i| ended(&i)));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_result_has_the_rights_of_the_file_before_but_not_of_its_owner() {
+    use std::os::unix::fs::PermissionsExt as _;
+    let folder = folder("rights");
+    let (task, profile) = (small_task(&folder), folder.join("profile.toml"));
+    let mode = || std::fs::metadata(&profile).expect("the profile").permissions().mode() & 0o7777;
+    for (before, after) in [(0o4755, 0o755), (0o2640, 0o640)] {
+        assert_eq!(camdrive(&["synthesize", &task, "-o", text(&profile)]).code, 0);
+        std::fs::set_permissions(&profile, std::fs::Permissions::from_mode(before)).expect("a file of our own");
+        assert_eq!((camdrive(&["synthesize", &task, "-o", text(&profile)]).code, mode()), (0, after));
+    }
+}
+
 /// Whether nothing in the text steers a terminal, turns the direction of writing, or looks like a message of ours that is none.
 fn is_harmless(text: &str) -> bool {
     let steers = |c: char| c != '\n' && c.is_control() || ('\u{202a}'..='\u{202e}').contains(&c);
