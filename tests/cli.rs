@@ -570,6 +570,123 @@ fn where_the_disk_is_full_every_command_leaves_the_files_of_before() {
     }
 }
 
+#[cfg(unix)]
+#[test]
+fn a_signal_leaves_no_hidden_files() {
+    let folder = folder("signal");
+    let scenes: Vec<String> = (0..4)
+        .map(|i| {
+            let scene = folder.join(format!("s{i}.toml"));
+            let content = std::fs::read_to_string(root().join("examples/guide_bar/scene.toml")).expect("the example");
+            std::fs::write(&scene, content.replace("guide_bar", &format!("s{i}")))
+                .expect("the folder can be written to");
+            text(&scene).to_owned()
+        })
+        .collect();
+    let fmus = folder.join("fmus");
+    // The shell meets the first hidden file; its own `kill` is the fastest.
+    let script = "\"$@\" >/dev/null & until compgen -G \"$0/.[!.]*\" >/dev/null; do kill -0 $! || exit 9; done; \
+                  kill -TERM $!; wait $!";
+    let ended = |_: &i32| {
+        let mut bash = Command::new("bash");
+        bash.args(["-c", script, text(&fmus), env!("CARGO_BIN_EXE_camdrive"), "export", "-o", text(&fmus)]);
+        let status = bash.args(["--runtime", &runtime()]).args(&scenes).status().expect("bash starts");
+        let names: Vec<PathBuf> = contents(&fmus).into_keys().collect();
+        assert!(names.iter().all(|name| name.extension().is_some_and(|e| e == "fmu")), "{names:?}");
+        assert!([0, scenes.len()].contains(&names.len()), "{names:?}");
+        std::fs::remove_dir_all(&fmus).expect("the folder can be removed");
+        status.code() == Some(128 + 15)
+    };
+    // Now and then all is written before the signal comes.
+    assert!((0..10).any(|i| ended(&i)));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_result_has_the_rights_of_the_file_before_but_not_of_its_owner() {
+    use std::os::unix::fs::PermissionsExt as _;
+    let folder = folder("rights");
+    let (task, profile) = (small_task(&folder), folder.join("profile.toml"));
+    let mode = || std::fs::metadata(&profile).expect("the profile").permissions().mode() & 0o7777;
+    for (before, after) in [(0o4755, 0o755), (0o2640, 0o640)] {
+        assert_eq!(camdrive(&["synthesize", &task, "-o", text(&profile)]).code, 0);
+        std::fs::set_permissions(&profile, std::fs::Permissions::from_mode(before)).expect("a file of our own");
+        assert_eq!((camdrive(&["synthesize", &task, "-o", text(&profile)]).code, mode()), (0, after));
+    }
+}
+
+/// Whether nothing in the text steers a terminal, turns the direction of writing, or looks like a message of ours that is none.
+fn is_harmless(text: &str) -> bool {
+    let steers = |c: char| c != '\n' && c.is_control() || ('\u{202a}'..='\u{202e}').contains(&c);
+    !text.contains(steers) && !text.lines().any(|line| line.starts_with("error: forged")) && text.len() < 20_000
+}
+
+#[cfg(unix)]
+#[test]
+fn what_files_hold_neither_steers_the_terminal_nor_fills_it() {
+    let folder = folder("hostile");
+    let evil = "\u{1b}]0;x\u{7}\u{9b}2J\u{7f}\u{202e}\r";
+    let write = |name: &str, content: &str| {
+        let path = folder.join(name);
+        std::fs::write(&path, content).expect("the folder can be written to");
+        text(&path).to_owned()
+    };
+    let drive = "drive = { speed = 1 }\nelasticity = { place = \"output\", m = 1, c = 1e4 }\n";
+    let cam = "cam = { law = \"fourier\", a = [0, \"1 mm\"] }\n";
+    let escaped = "\\u001B]0;x\\u0007\\u009B2J\\u007F\\u202E\\r\\nerror: forged";
+    let model = "model = \"ElasticCamDrive\"\n";
+    // Names of files and descriptions of scenes that are right.
+    let right =
+        format!("name = \"x\"\ndescription = \"{}\"\n{model}{cam}{drive}", escaped.replace("\\nerror", "\\n: error"));
+    let right = write(&format!("{evil}\nerror: forged.toml"), &right);
+    let xml = text(&folder.join("fmus/")).to_owned();
+    let export = ["export", &right, "-o", &xml, "--runtime", &runtime()];
+    for args in [&["check", &right][..], &["describe", &right], &["describe", "--json", &right], &export] {
+        let run = camdrive(args);
+        assert_eq!(run.code, 0, "{args:?}: {}", run.err);
+        assert!(is_harmless(&run.out) && is_harmless(&run.err), "{args:?}: {:?} {:?}", run.out, run.err);
+    }
+    assert!(camdrive(&["describe", &right]).out.contains("␛]0;x␇"));
+    // What is wrong in scenes and tables.
+    let long = "9".repeat(1_000_000) + "x";
+    let by_table = |table: &str, keys: &str| {
+        write("t.csv", table);
+        format!("name = \"x\"\n{model}cam = {{ law = \"table\", file = \"t.csv\"{keys} }}\n{drive}")
+    };
+    for scene in [
+        format!("name = \"{escaped}\"\n{model}{cam}{drive}"),
+        format!("name = \"x\"\n{model}{cam}{drive}\"{escaped}\" = 1\n"),
+        format!("name = \"x\"\nmodel = \"{escaped}\"\n{cam}{drive}"),
+        format!("name = \"x\"\n{model}{cam}{}", drive.replace("speed = 1", &format!("speed = \"1 {escaped}\""))),
+        format!("name = \"x\"\n{model}cam = {{ law = \"table\", file = \"{escaped}\" }}\n{drive}"),
+        by_table(&format!("0;0\n{evil};1\n"), ""),
+        format!("name = \"{long}\"\n{model}{cam}{drive}"),
+        format!("name = \"x\"\n{model}{cam}{drive}{long} = 1\n"),
+        format!("name = \"x\"\nname = \"{long}\"\n{model}{cam}{drive}"),
+        by_table(&format!("0;0\n1;{long}\n"), ""),
+        by_table(&format!("phi;{long}\n0;0\n"), ", lift_column = \"h\""),
+    ] {
+        let wrong = write(&format!("{evil}\nerror: forged.wrong.toml"), &scene);
+        for args in [&["check", &wrong][..], &["check", "--json", &wrong], &["export", &wrong]] {
+            let run = camdrive(args);
+            assert_eq!(run.code, 1, "{args:?}: {}", run.err);
+            assert!(is_harmless(&run.out) && is_harmless(&run.err), "{args:?}: {:?} {:?}", run.out, run.err);
+        }
+    }
+    // Words of the command line.
+    let run = camdrive(&["check", &format!("--{evil}")]);
+    assert!(run.code == 2 && is_harmless(&run.err), "{:?}", run.err);
+    // The first line of a result names its origin.
+    let (task, profile) = (
+        write(&format!("{evil}\n[x].toml"), &std::fs::read_to_string(small_task(&folder)).unwrap()),
+        folder.join("p.toml"),
+    );
+    let run = camdrive(&["synthesize", &task, "-o", text(&profile)]);
+    let written = std::fs::read_to_string(&profile).expect("the profile");
+    assert!(run.code == 0 && is_harmless(&run.out) && is_harmless(&written), "{:?}", run.out);
+    assert!(written.lines().next().is_some_and(|line| line.contains(" by camdrive synthesize")), "{written}");
+}
+
 #[test]
 fn results_replace_results_and_nothing_else() {
     let folder = folder("replaced");

@@ -56,6 +56,16 @@ fn the_golden_files_are_what_the_library_writes() {
 }
 
 #[test]
+fn every_model_describes_itself_where_the_scene_does_not() {
+    for (path, scene) in scenes() {
+        let xml = export::describe(&scene.resource(), "").unwrap();
+        let own = xml.split(" description=\"").nth(1).unwrap().split('"').next().unwrap();
+        let summary = build(&scene).documentation().unwrap().summary;
+        assert!(own.ends_with('.') && (20..200).contains(&own.len()) && summary.starts_with(own), "{path:?}: {own}");
+    }
+}
+
+#[test]
 fn every_model_has_a_golden_file() {
     let scenes = scenes();
     for model in MODELS {

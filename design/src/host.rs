@@ -9,18 +9,18 @@ use camdrive::fmi2::abi::*;
 use camdrive::fmi2::functions::*;
 use std::cell::RefCell;
 use std::ffi::{CStr, CString};
+use std::rc::Rc;
 
 /// An instance of an FMU.
 ///
 /// The handle is a pointer, so that a host stays in the thread that made it, as the C interface demands.
 pub struct Host {
     component: fmi2Component,
-    /// The last error message. The instance holds its address, hence the box.
-    message: Box<Message>,
+    /// The last error message. The instance holds its address; a box that is moved would claim its content for itself alone.
+    message: Rc<Message>,
 }
 
-#[derive(Default)]
-struct Message(RefCell<String>);
+type Message = RefCell<String>;
 
 /// Takes the log of an instance.
 ///
@@ -41,7 +41,7 @@ unsafe extern "C" fn note(
     // library passes a string that ends in NUL.
     let (message, text) = unsafe { (&*environment.cast_const().cast::<Message>(), CStr::from_ptr(text)) };
     // The text is a format in which %% stands for %.
-    *message.0.borrow_mut() = text.to_string_lossy().replace("%%", "%");
+    *message.borrow_mut() = text.to_string_lossy().replace("%%", "%");
 }
 
 /// [`note`] as the type of the standard has it.
@@ -64,13 +64,13 @@ impl Host {
         let (name, guid) = (text(&resource.name)?, text(&resource.guid)?);
         // What is no URI is taken for a path.
         let location = text(&folder.path().to_string_lossy())?;
-        let message = Box::<Message>::default();
+        let message = Rc::<Message>::default();
         let callbacks = fmi2CallbackFunctions {
             logger: Some(logger()),
             allocateMemory: None,
             freeMemory: None,
             stepFinished: None,
-            componentEnvironment: (&raw const *message).cast_mut().cast(),
+            componentEnvironment: Rc::as_ptr(&message).cast_mut().cast(),
         };
         // SAFETY: strings that end in NUL and callbacks, all alive during the call; the message outlives the instance.
         let component = unsafe {
@@ -85,7 +85,7 @@ impl Host {
             )
         };
         let host = Host { component, message };
-        if component.is_null() { Err(Fault::new(host.message.0.borrow().clone())) } else { Ok(host) }
+        if component.is_null() { Err(Fault::new(host.message.take())) } else { Ok(host) }
     }
 
     /// The status of a call as a result.
@@ -93,7 +93,7 @@ impl Host {
         if status == OK || status == WARNING {
             return Ok(());
         }
-        let message = std::mem::take(&mut *self.message.0.borrow_mut());
+        let message = self.message.take();
         Err(Fault::new(if message.is_empty() { format!("{function} returns the status {status}") } else { message }))
     }
 

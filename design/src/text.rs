@@ -195,7 +195,7 @@ fn longest_word(text: &str) -> usize {
 /// keeps its unit, any number its % and its <.
 fn pieces(line: &str, first: usize, rest: usize) -> Vec<&str> {
     let (mut pieces, mut left, mut most) = (Vec::new(), line, first);
-    while most < characters(left) {
+    while left.chars().nth(most).is_some() {
         let is_break = |at: &usize| {
             let (before, after) = (left[..*at].trim(), left[*at..].trim_start());
             let is_number = before.replace('−', "-").parse::<f64>().is_ok();
@@ -209,6 +209,28 @@ fn pieces(line: &str, first: usize, rest: usize) -> Vec<&str> {
     }
     pieces.push(left);
     pieces
+}
+
+/// Whether a character steers the terminal or turns the direction of writing, instead of being seen.
+fn is_unseen(c: char) -> bool {
+    c.is_control() || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+}
+
+/// The text with a sign in the place of each character that would not be seen; tabs and ends of lines stay.
+pub fn visible(text: &str) -> String {
+    let sign = |c: char| match c {
+        '\n' | '\t' => c,
+        // Unicode has pictures of them.
+        ..' ' => char::from_u32(0x2400 + u32::from(c)).unwrap_or(c),
+        c if is_unseen(c) => char::REPLACEMENT_CHARACTER,
+        c => c,
+    };
+    text.replace("\r\n", "\n").chars().map(sign).collect()
+}
+
+/// The text as [`visible`] has it, in one line.
+pub fn in_one_line(text: impl Display) -> String {
+    visible(&text.to_string()).replace(['\n', '\t'], " ")
 }
 
 /// The text in lines of at most `width` characters, where words allow it; what goes on in the next line is indented by two more.
@@ -241,8 +263,13 @@ pub fn csv(head: &str, rows: impl IntoIterator<Item = impl Serialize>) -> Result
 /// # Errors
 /// None in practice: no report holds anything that JSON has no form for.
 pub fn json(report: &impl Serialize) -> Result<String, Fault> {
-    let text = serde_json::to_string_pretty(report);
-    text.map(|text| text + "\n").map_err(|e| Fault::new(format!("the report cannot be written as JSON: {e}")))
+    let mut text = serde_json::to_string_pretty(report)
+        .map_err(|e| Fault::new(format!("the report cannot be written as JSON: {e}")))?;
+    // JSON lets some of them stand as they are.
+    while let Some(unseen) = text.chars().find(|c| is_unseen(*c) && *c != '\n') {
+        text = text.replace(unseen, &format!("\\u{:04x}", u32::from(unseen)));
+    }
+    Ok(text + "\n")
 }
 
 #[cfg(test)]

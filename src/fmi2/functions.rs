@@ -7,7 +7,8 @@
 //! # Safety
 //! What the standard demands of an importer, all functions take for granted: an instance comes from
 //! [`fmi2Instantiate`], is not yet freed and is used by one thread at a time; an array has the length that is said;
-//! a string ends in NUL. NULL and misaligned pointers are refused.
+//! a string ends in NUL. The logger calls no function with the instance that logs: the call that logs has it for itself alone.
+//! NULL and misaligned pointers are refused.
 #![allow(non_snake_case, clippy::missing_safety_doc)]
 
 use super::abi::*;
@@ -339,7 +340,7 @@ pub unsafe extern "C" fn fmi2Reset(c: fmi2Component) -> fmi2Status {
 /// Reads variables of another type than Real.
 ///
 /// # Safety
-/// As [`array`] and [`array_mut`].
+/// As [`array()`] and [`array_mut`].
 unsafe fn get<T>(
     instance: &mut Instance,
     r#type: Type,
@@ -358,7 +359,7 @@ unsafe fn get<T>(
 /// Sets variables of another type than Real.
 ///
 /// # Safety
-/// As [`array`].
+/// As [`array()`].
 unsafe fn set<T: Copy>(
     instance: &mut Instance,
     r#type: Type,

@@ -56,7 +56,7 @@ pub static MATRIX: [[f64; STAGES]; STAGES] = halves(integral());
 /// The coefficients mₖ = Σ `PROJECTION[k][j]` fⱼ of Σ mₖ Pₖ(x), the polynomial through the fⱼ.
 pub static PROJECTION: [[f64; STAGES]; STAGES] = projection();
 
-/// Σ |PROJECTION[7][j]| < 4: how much of the rounding of the fⱼ can come together in a coefficient.
+/// `Σ |PROJECTION[7][j]| < 4`: how much of the rounding of the fⱼ can come together in a coefficient.
 pub const NOISE_OF_MODES: f64 = 4.0;
 
 /// A Gauss rule with 6, 8, 12 or 16 nodes; n nodes are exact for polynomials of degree 2n − 1.
@@ -185,7 +185,7 @@ const fn integrals_in_powers() -> [[f64; STAGES + 1]; STAGES] {
     powers
 }
 
-/// The coefficients mₖ = Σ projection[k][j] fⱼ of Σ mₖ Pₖ(x), the polynomial through the fⱼ.
+/// The coefficients mₖ = Σ `projection[k][j]` fⱼ of Σ mₖ Pₖ(x), the polynomial through the fⱼ.
 pub(super) const fn projection<const N: usize>() -> [[f64; N]; N] {
     let (x, b) = rule::<N>();
     let mut m = [[0.0; N]; N];

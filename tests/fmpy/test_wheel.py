@@ -48,6 +48,17 @@ def test_the_executable_finds_its_libraries_and_brings_completions(home):
         assert (home / "venv" / "share" / place).stat().st_size > 1000
 
 
+def test_the_wheel_has_the_documentation(home):
+    doc = home / "venv" / "share" / "doc" / "camdrive"
+    readme = (doc / "README.md").read_text()
+    assert readme == (ROOT / "README.md").read_text()
+    # What its links name of the scene is there, too.
+    for place in ["cli/src/scene/README.md", "cli/src/scene/SYNTHESIS.md", "cli/src/command/JSON.md"]:
+        assert f"({place})" in readme and (doc / place).read_text() == (ROOT / place).read_text()
+    code = "from importlib.metadata import metadata; print(metadata('camdrive').get_payload())"
+    assert "[scene reference]" in output(home, "python", "-c", code)
+
+
 def test_the_package_exports_alone_and_says_what_simulating_needs(home):
     code = f"""
 import camdrive
@@ -58,7 +69,8 @@ try:
 except camdrive.Error as error:
     print(error)
 """
-    assert "pip install camdrive[simulate]" in output(home, "python", "-c", code)
+    # Nothing is on PyPI that an extra could be of.
+    assert "pip install fmpy\n" in output(home, "python", "-c", code)
 
 
 def test_the_package_simulates_scenes_and_fmus(home):
@@ -77,6 +89,44 @@ other = camdrive.simulate(fmu, output=["y"], stop_time=0.01, step=1e-3, start_va
 assert (faster != scene).any() and (faster != other).any()
 """
     output(home, "python", "-c", code, path=str(Path(fmpy.__file__).parents[1]))
+
+
+def test_any_thread_may_simulate_and_the_process_stays_where_it_is(home):
+    code = f"""
+import camdrive, os
+from concurrent.futures import ThreadPoolExecutor
+def forbidden(folder):
+    raise AssertionError(f"the process goes to {{folder}}")
+os.chdir = forbidden
+fmu = camdrive.export({SCENE!r}, "threads.fmu")
+def one(i, speed):
+    # Relative paths count from the folder of the process, and every thread has the messages of its own FMU.
+    try:
+        camdrive.simulate("threads.fmu", stop_time=0.01, m=-1.0 - i)
+    except camdrive.SimulationError as error:
+        assert all(f"-{{i + 1}}" in message for message in error.messages) and error.messages, (i, error)
+    return camdrive.simulate("threads.fmu", stop_time=0.01, step=1e-4, **{{"drive.w": speed}})
+speeds = [150.0 + i for i in range(16)]
+with ThreadPoolExecutor(4) as pool:
+    results = list(pool.map(one, range(16), speeds))
+for i, speed in enumerate(speeds):
+    assert (results[i] == one(i, speed)).all()
+"""
+    output(home, "python", "-c", code, path=str(Path(fmpy.__file__).parents[1]))
+
+
+def test_names_with_a_dash_are_files_and_a_lost_temporary_folder_is_named(home):
+    code = f"""
+import camdrive, tempfile
+assert camdrive.export({SCENE!r}, "-x.fmu", platforms="linux64").is_file()
+tempfile.tempdir = "/no/such/folder"
+try:
+    camdrive.simulate("-x.fmu")
+except camdrive.Error as error:
+    print(error)
+"""
+    said = output(home, "python", "-c", code, path=str(Path(fmpy.__file__).parents[1]))
+    assert "TMPDIR" in said and "/no/such/folder" in said
 
 
 def test_errors_carry_diagnostics(home):

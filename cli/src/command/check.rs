@@ -32,7 +32,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     tell_notes(&args.scenes, &scenes);
     let mut out = String::new();
     for (path, scene) in args.scenes.iter().zip(&scenes) {
-        let (place, overview) = (path.display(), overview_of(path, scene)?);
+        let (place, overview) = (text::in_one_line(path.display()), overview_of(path, scene)?);
         let _ = write!(out, "{place}: {} ok\n{}", scene.model, overview.text());
         for Warning { message, hint } in &overview.warnings {
             tell(&format!("warning: {place}: {message}\n  = hint: {hint}\n"));

@@ -4,9 +4,13 @@ use super::{Failure, failure};
 use crate::scene::input::{self, Kind};
 use camdrive::drives::Fault;
 use camdrive::motion::Fourier;
+use camdrive_design::text;
 use std::fs::File;
 use std::io::{Error, ErrorKind, Write as _};
+#[cfg(unix)]
+use std::os::unix::fs::PermissionsExt as _;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::SeqCst};
 use tempfile::NamedTempFile;
 use toml_edit::{Array, DocumentMut, Table, Value, value};
 
@@ -39,7 +43,7 @@ const ORIGIN: &str = " by camdrive ";
 
 /// A scene or a profile made of this file, with a first line that tells its origin.
 pub fn signed(document: &DocumentMut, what: &str, of: &Path, command: &str) -> String {
-    let file = of.file_name().unwrap_or_default().to_string_lossy();
+    let file = text::in_one_line(of.file_name().unwrap_or_default().display());
     format!("# {what} of {file}{ORIGIN}{command}.\n{document}")
 }
 
@@ -81,27 +85,61 @@ pub fn no_stream(path: &Path, option: &str, takes: &str) -> Result<(), Failure> 
     }
 }
 
+/// Whether a signal may end the program at once.
+static FREE: AtomicBool = AtomicBool::new(true);
+/// The signal that came meanwhile, or 0.
+static CAME: AtomicUsize = AtomicUsize::new(0);
+
 /// Writes all files, or none: where one cannot be written, those of before stay as they were. Results of before are replaced,
 /// inputs never. The lines that name the files.
 pub fn write<C: AsRef<[u8]>>(files: &[(PathBuf, C)], inputs: &[PathBuf]) -> Result<String, Failure> {
-    let (mut staged, mut lines) = (Vec::new(), String::new());
-    for (i, (path, content)) in files.iter().enumerate() {
+    FREE.store(false, SeqCst);
+    #[cfg(unix)]
+    for &signal in signal_hook::consts::TERM_SIGNALS {
+        let _ = signal_hook::flag::register_conditional_default(signal, &FREE);
+        let _ = signal_hook::flag::register_usize(signal, &CAME, signal as usize);
+    }
+    // A signal waits: hidden files would be left, or a part of the results.
+    let written = write_files(files, inputs);
+    FREE.store(true, SeqCst);
+    #[cfg(unix)]
+    if let signal @ 1.. = CAME.load(SeqCst) {
+        let _ = signal_hook::low_level::emulate_default_handler(signal as i32);
+    }
+    let (lines, streams) = written?;
+    // A pipe may wait for its reader without end.
+    for (path, content) in streams {
+        std::fs::write(path, content).map_err(|e| unwritten(path, &e))?;
+    }
+    Ok(lines)
+}
+
+/// The lines that name all files, and those that are devices or pipes, which are left to be written.
+fn write_files<'a, C: AsRef<[u8]>>(
+    files: &'a [(PathBuf, C)],
+    inputs: &[PathBuf],
+) -> Result<(String, Vec<&'a (PathBuf, C)>), Failure> {
+    let (mut staged, mut streams, mut lines) = (Vec::new(), Vec::new(), String::new());
+    for (i, file) in files.iter().enumerate() {
+        let (path, content) = file;
         no_input(path, inputs)?;
         if files[..i].iter().any(|(other, _)| other == path) {
             return Err(failure(format!("{}: two results would be written here", path.display())));
         }
-        staged.push(stage(path, content.as_ref()).map_err(|e| unwritten(path, &e))?);
-        lines += &format!("{}{}\n", path.display(), if path.is_file() { " (replaced)" } else { "" });
+        match stage(path, content.as_ref()).map_err(|e| unwritten(path, &e))? {
+            Some(hidden) => staged.push((path, hidden)),
+            None => streams.push(file),
+        }
+        if CAME.load(SeqCst) != 0 {
+            return Err(failure("ended by a signal"));
+        }
+        lines += &format!("{}{}\n", text::in_one_line(path.display()), if path.is_file() { " (replaced)" } else { "" });
     }
     // What could be in the way has been met by now: a move within a folder needs no space.
-    for ((path, content), staged) in files.iter().zip(staged) {
-        let done = match staged {
-            Some(file) => file.persist(real(path).as_deref().unwrap_or(path)).map(drop).map_err(|e| e.error),
-            None => std::fs::write(path, content),
-        };
-        done.map_err(|e| unwritten(path, &e))?;
+    for (path, hidden) in staged {
+        hidden.persist(real(path).as_deref().unwrap_or(path)).map_err(|e| unwritten(path, &e.error))?;
     }
-    Ok(lines)
+    Ok((lines, streams))
 }
 
 fn unwritten(path: &Path, reason: &Error) -> Failure {
@@ -129,7 +167,11 @@ fn stage(path: &Path, content: &[u8]) -> Result<Option<NamedTempFile<File>>, Err
     // Some file systems tell only now that they are full.
     file.as_file().sync_all()?;
     if let Some(former) = former {
-        file.as_file().set_permissions(former.permissions())?;
+        let permissions = former.permissions();
+        // That a program runs with the rights of its owner was granted to another content.
+        #[cfg(unix)]
+        let permissions = std::fs::Permissions::from_mode(permissions.mode() & 0o777);
+        file.as_file().set_permissions(permissions)?;
     }
     Ok(Some(file))
 }

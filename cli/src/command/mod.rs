@@ -28,6 +28,7 @@ use crate::export::{RuntimeLibrary, TOOL};
 use crate::scene::{self, Resolved, units};
 use camdrive::drives::Fault;
 use camdrive::drives::unit::Quantity;
+use camdrive_design::text;
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand};
 use output::{print, show, tell, width};
@@ -108,10 +109,14 @@ pub fn main() -> ExitCode {
         Err(error) if error.kind() == ErrorKind::DisplayVersion => {
             return if print(&version()).is_ok() { ExitCode::SUCCESS } else { ExitCode::FAILURE };
         }
+        Err(error) if error.use_stderr() => {
+            tell(&error.render().to_string());
+            return ExitCode::from(2);
+        }
         Err(error) => {
             // A closed terminal is no reason to complain.
             let _ = error.print();
-            return if error.use_stderr() { ExitCode::from(2) } else { ExitCode::SUCCESS };
+            return ExitCode::SUCCESS;
         }
     };
     let mut ending = ExitCode::SUCCESS;
@@ -180,7 +185,7 @@ fn read_all(paths: &[PathBuf]) -> Result<Vec<Resolved>, Failure> {
 fn tell_notes(paths: &[PathBuf], scenes: &[Resolved]) {
     for (path, scene) in paths.iter().zip(scenes) {
         for note in &scene.notes {
-            tell(&format!("note: {}: {note}\n", path.display()));
+            tell(&format!("note: {}: {note}\n", text::in_one_line(path.display())));
         }
     }
 }

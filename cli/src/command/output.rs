@@ -35,7 +35,7 @@ pub fn print(text: &str) -> Result<(), Failure> {
 
 /// Writes a report for people to the standard output.
 pub fn show(report: &str) -> Result<(), Failure> {
-    written(anstream::stdout().lock(), &painted(&text::wrapped(report, width())))
+    written(anstream::stdout().lock(), &painted(&text::wrapped(&text::visible(report), width())))
 }
 
 fn written(mut out: impl Write, text: &str) -> Result<(), Failure> {
@@ -53,7 +53,7 @@ pub fn tell(messages: &str) {
     // The line of a file stays above the mark of the place in it.
     let is_excerpt = |line: &str| line.trim_start_matches(|c: char| c == ' ' || c.is_ascii_digit()).starts_with('|');
     let line = |line: &str| if is_excerpt(line) { line.to_owned() } else { text::wrapped(line, width) };
-    let lines: Vec<String> = messages.split('\n').map(line).collect();
+    let lines: Vec<String> = text::visible(messages).split('\n').map(line).collect();
     // A closed terminal is no reason to complain.
     let _ = write!(anstream::stderr(), "{}", painted(&lines.join("\n")));
 }

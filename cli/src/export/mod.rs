@@ -27,15 +27,12 @@ pub use runtime_library::RuntimeLibrary;
 use archive::File;
 use camdrive::drives::Fault;
 use camdrive::drives::resource::{self, Content};
-use camdrive_design::resource::{Described, Resource};
+use camdrive_design::resource::{Described, LONGEST_NAME, Resource, is_name};
 use camdrive_design::tradeoff::Report;
 use model_description::Identity;
 
 /// The name and version of this tool.
 pub const TOOL: &str = concat!("camdrive ", env!("CARGO_PKG_VERSION"));
-
-/// The longest name that every importer's file system and symbol tables take.
-const LONGEST_NAME: usize = 24;
 
 /// The page that FMI 2.0 names for the documentation.
 const DOCUMENTATION: &str = "documentation/index.html";
@@ -68,14 +65,22 @@ pub struct Extras<'a> {
 /// The text of modelDescription.xml without packing an FMU; the guid, a hash of the packed content, is empty.
 pub fn describe(resource: &Resource, description: &str) -> Result<String, Fault> {
     check_name(&resource.name)?;
-    let identity = Identity { name: &resource.name, description, guid: "", date: None };
-    model_description::xml(&identity, &mut *resource.build()?)
+    let drive = &mut resource.build()?;
+    let identity = Identity { name: &resource.name, description: &stated(description, drive)?, guid: "", date: None };
+    model_description::xml(&identity, drive)
+}
+
+/// The description, or what the first sentence about the model says.
+fn stated(description: &str, drive: &Described) -> Result<String, Fault> {
+    let (own, summary) = (xml::legal(description), drive.documentation()?.summary);
+    let first = || summary.split_inclusive(". ").next().unwrap_or_default();
+    Ok(Some(own.trim()).filter(|own| !own.is_empty()).unwrap_or_else(first).trim_end().to_owned())
 }
 
 /// Packs the FMU of a scene; the guid of `resource` is not used, but computed from the content.
 ///
 /// # Errors
-/// A name that is no C identifier of at most 24 characters, a scene that the drive refuses, two libraries for one
+/// A name that [`is_name`] refuses, a scene that the drive refuses, two libraries for one
 /// platform.
 pub fn pack(
     resource: &Resource,
@@ -155,6 +160,7 @@ fn with_guid(
     guid: &str,
 ) -> Result<Vec<File>, Fault> {
     let date = date.map(Date::iso);
+    let description = &stated(description, drive)?;
     let identity = Identity { name: &resource.name, description, guid, date: date.as_deref() };
     let xml = model_description::xml(&identity, drive)?;
     let content = Content { model: &resource.model, guid, scene };
@@ -179,15 +185,13 @@ fn for_people(drive: &mut Described, resource: &Resource, description: &str) -> 
 }
 
 fn check_name(name: &str) -> Result<(), Fault> {
-    let starts_well = name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_');
-    let goes_on_well = name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
-    if starts_well && goes_on_well && name.len() <= LONGEST_NAME {
-        return Ok(());
-    }
-    Err(Fault::new(format!(
-        "the name `{name}` is no C identifier of 1 to {LONGEST_NAME} letters, digits and underscores; it names the \
-         library inside the FMU"
-    )))
+    let fault = || {
+        Fault::new(format!(
+            "the name `{name}` is no C identifier of 1 to {LONGEST_NAME} letters, digits and underscores, or is a device of \
+             Windows; it names the library inside the FMU"
+        ))
+    };
+    is_name(name).then_some(()).ok_or_else(fault)
 }
 
 fn check_platforms(runtimes: &[RuntimeLibrary]) -> Result<(), Fault> {
@@ -232,13 +236,27 @@ mod tests {
     }
 
     #[test]
+    fn an_fmu_has_a_description_even_where_the_scene_gives_none() {
+        let described = |own: &str| {
+            let files = with_guid((&mut lag(), &[]), &resource("Lag"), own, None, "").unwrap();
+            let xml = String::from_utf8(files[0].content.clone()).unwrap();
+            xml.split(" description=\"").nth(1).unwrap().split('"').next().unwrap().to_owned()
+        };
+        assert_eq!(described("A lag"), "A lag");
+        for none in ["", " \u{1} "] {
+            assert_eq!(described(none), "A lag &amp; nothing &lt;else&gt;.");
+        }
+    }
+
+    #[test]
     fn names_and_platforms_are_checked() {
-        for name in ["", "2fast", "a b", "größe", "a_name_of_twenty_five_char"] {
+        for name in ["", "2fast", "a b", "größe", "a_name_of_twenty_five_char", "con", "Lpt1"] {
             assert!(
                 pack_drive((&mut lag(), &[]), &resource(name), "", &[], None, Extras::default()).is_err(),
                 "{name}"
             );
         }
+        assert!(["comb", "COM", "con1", "nul_", "com12", "_"].into_iter().all(is_name));
         let twice = [library(b"1"), library(b"2")];
         let fault = pack_drive((&mut lag(), &[]), &resource("Lag"), "", &twice, None, Extras::default()).unwrap_err();
         assert!(fault.message.contains("two runtime libraries for linux64"));

@@ -12,6 +12,7 @@
 //!    = hint: write for example "1800 rpm"
 //! ```
 
+use camdrive_design::text;
 use std::fmt;
 use std::ops::Range;
 
@@ -45,6 +46,17 @@ pub struct Position {
     pub text: String,
 }
 
+/// What a message says, in one line: it quotes files, whose values may have any length and hold anything.
+fn line(text: impl Into<String>) -> String {
+    /// Characters at either end of what is cut; the longest list of names takes less.
+    const KEPT: usize = 200;
+    let text = text::in_one_line(text.into());
+    match text.chars().count() {
+        count if count <= 2 * KEPT => text,
+        count => text.chars().take(KEPT).chain(['…']).chain(text.chars().skip(count - KEPT)).collect(),
+    }
+}
+
 /// All faults of a scene, in the order of the file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Diagnostics(pub Vec<Diagnostic>);
@@ -52,14 +64,14 @@ pub struct Diagnostics(pub Vec<Diagnostic>);
 impl Diagnostic {
     /// A fault of the file `file` as a whole.
     pub fn new(file: &str, message: impl Into<String>) -> Self {
-        let (message, file) = (message.into(), file.to_owned());
+        let (message, file) = (line(message), file.to_owned());
         Diagnostic { key: None, message, admissible: None, hint: None, file, position: None }
     }
 
     /// Begins the message with this key.
     pub fn of(mut self, key: impl Into<String>) -> Self {
-        let key = key.into();
-        self.message.insert_str(0, &format!("`{key}`"));
+        let key = line(key);
+        self.message = line(format!("`{key}`{}", self.message));
         self.key = Some(key);
         self
     }
@@ -72,13 +84,13 @@ impl Diagnostic {
 
     /// Adds the admissible values.
     pub fn admissible(mut self, text: impl Into<String>) -> Self {
-        self.admissible = Some(text.into());
+        self.admissible = Some(line(text));
         self
     }
 
     /// A remedy.
     pub fn hint(mut self, text: impl Into<String>) -> Self {
-        self.hint = Some(text.into());
+        self.hint = Some(line(text));
         self
     }
 }
@@ -95,10 +107,7 @@ impl Position {
             line: text[..start].matches('\n').count() + 1,
             column: text[line_start..start].chars().count() + 1,
             width: text[start..end].chars().count().max(1),
-            // Control characters would disturb the terminal.
-            text: text[line_start..line_end]
-                .trim_end_matches('\r')
-                .replace(|c: char| c != '\t' && c.is_control(), "\u{fffd}"),
+            text: text::visible(text[line_start..line_end].trim_end_matches('\r')),
         }
     }
 }
@@ -129,15 +138,16 @@ impl Position {
 
 impl fmt::Display for Diagnostic {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let file = text::in_one_line(&self.file);
         writeln!(f, "error: {}", self.message)?;
         let margin = match &self.position {
             None => {
-                writeln!(f, " --> {}", self.file)?;
+                writeln!(f, " --> {file}")?;
                 2
             }
             Some(p) => {
                 let margin = p.line.to_string().len();
-                writeln!(f, "{:margin$}--> {}:{}:{}", "", self.file, p.line, p.column)?;
+                writeln!(f, "{:margin$}--> {file}:{}:{}", "", p.line, p.column)?;
                 writeln!(f, "{:margin$} |", "")?;
                 let (before, here) = p.excerpt();
                 writeln!(f, "{} | {before}{here}", p.line)?;

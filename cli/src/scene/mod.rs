@@ -25,14 +25,12 @@ pub use table::{Smoothed, course};
 pub use diagnostics::{Diagnostic, Diagnostics};
 
 use camdrive_design::forces::Loads;
-use camdrive_design::resource::{Resource, Tool};
+pub use camdrive_design::resource::LONGEST_NAME;
+use camdrive_design::resource::{Resource, Tool, is_name};
 use input::Kind;
 use section::{Faults, Section};
 use std::path::{Path, PathBuf};
 use toml::de::DeTable;
-
-/// The longest name of a scene: importers use it as a file name and as a prefix of C functions.
-pub const LONGEST_NAME: usize = 24;
 
 /// A validated scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -177,11 +175,11 @@ fn whole_scene(root: &Section<'_>, folder: &Path) -> Option<Resolved> {
 
 /// The name of the scene or task.
 fn name(root: &Section<'_>) -> Option<String> {
-    let admissible = format!("letters, digits and _, no digit first, at most {LONGEST_NAME} characters");
+    let admissible = format!(
+        "letters, digits and _, no digit first, at most {LONGEST_NAME} characters; no device of Windows, as CON"
+    );
     let name = root.required_text("name", &admissible, "guide_bar")?;
-    let identifier = name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
-        && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
-    if identifier && name.len() <= LONGEST_NAME {
+    if is_name(name) {
         return Some(name.to_owned());
     }
     let mut better: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
@@ -191,6 +189,9 @@ fn name(root: &Section<'_>) -> Option<String> {
     better.truncate(LONGEST_NAME);
     if !better.contains(|c: char| c.is_ascii_alphanumeric()) {
         better = "guide_bar".to_owned();
+    }
+    if !is_name(&better) {
+        better.push('_');
     }
     let fault = root.fault_at("name", format!(": \"{name}\" cannot name an FMU")).of("name");
     root.refuse(fault.admissible(admissible).hint(format!("write for example \"{better}\"")))

@@ -234,7 +234,7 @@ pub fn course(path: &Path, own: &str, quantity: Option<&'static Quantity>) -> Re
 
 /// The path, written alike on every platform.
 fn shown(path: &Path) -> String {
-    path.display().to_string().replace('\\', "/")
+    text::in_one_line(path.display()).replace('\\', "/")
 }
 
 /// The factor of the unit under `key`; SI where there is none.

@@ -5,11 +5,14 @@
     result = camdrive.simulate("scene.toml", output=["y"], start_values={"drive.w": 200.0, "cam.a[3]": -9.0e-5})
     result["time"], result["y"]
 
-The work is done by the executable `camdrive` that comes along. `simulate` needs FMPy: `pip install camdrive[simulate]`.
+The work is done by the executable `camdrive` that comes along. `simulate` needs FMPy: `pip install fmpy`. The folder
+`share/doc/camdrive` of the environment has README.md and the reference of all keys of a scene.
 """
 
 from __future__ import annotations
 
+import ctypes
+import functools
 import json
 import os
 import platform
@@ -18,10 +21,12 @@ import subprocess
 import sys
 import sysconfig
 import tempfile
+import threading
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Optional, Union
 
 if TYPE_CHECKING:
@@ -104,17 +109,49 @@ def export(scene: PathLike, output: Optional[PathLike] = None, *, platforms: Ite
     Raises `SceneError` where the scene has faults, `Error` where the export fails otherwise.
     """
     arguments = ["export", "--json"]
+    # A name that begins with a dash is one all the same.
     if output is not None:
-        arguments += ["--output", os.fspath(output)]
+        arguments.append(f"--output={os.fspath(output)}")
     chosen = platforms if isinstance(platforms, str) else ",".join(platforms)
     if chosen:
-        arguments += ["--platforms", chosen]
-    # A name that begins with a dash is one all the same.
+        arguments.append(f"--platforms={chosen}")
     done = _run(*arguments, "--", os.fspath(scene))
     if done.returncode == 0:
         return Path(json.loads(done.stdout)[0]["fmu"])
     diagnostics = _diagnostics(os.fspath(scene))
     raise SceneError(done.stderr, diagnostics) if diagnostics else Error(done.stderr)
+
+
+# FMPy goes into the folder of a library while it loads it, and the working directory is that of the whole process.
+_without_chdir = SimpleNamespace(**{**vars(os), "chdir": lambda _folder: None})
+_loading = threading.Lock()
+_of_thread = threading.local()
+
+
+def _log(_environment: Any, _instance: bytes, status: int, _category: bytes, message: bytes) -> None:
+    if status > 0:
+        _of_thread.messages.append(message.decode("utf-8", "replace"))
+
+
+@functools.cache
+def _logger() -> Any:
+    from fmpy.fmi2 import fmi2CallbackLoggerTYPE
+
+    return fmi2CallbackLoggerTYPE(_log)
+
+
+def _instantiate(folder: str, description: Any) -> Any:
+    """An instance of FMPy, made in any thread and without a change of the working directory."""
+    import fmpy.fmi1
+
+    with _loading:
+        fmpy.fmi1.os, before = _without_chdir, fmpy.fmi1.os
+        try:
+            # FMPy has one logger for all FMUs, the last one: hence the address of one that lives as long as the process.
+            logger = ctypes.cast(_logger(), ctypes.c_void_p).value
+            return fmpy.instantiate_fmu(folder, description, "CoSimulation", logger=logger)
+        finally:
+            fmpy.fmi1.os = before
 
 
 def simulate(
@@ -133,22 +170,22 @@ def simulate(
     `drive.w` or `cam.a[3]`. `output` names the variables to return, by default all outputs. `stop_time` and the
     communication step `step` in s are by default those of the FMU's experiment. `input` is a structured array with
     `time` and inputs, which are interpolated. All values are SI. `pandas.DataFrame(result)` makes a
-    table of the result.
+    table of the result. Several threads may call it at once.
 
     Raises `SceneError` or `Error` as `export` does, `SimulationError` where the FMU refuses something.
     """
     try:
         import fmpy
     except ImportError as error:
-        raise Error("camdrive.simulate needs FMPy: pip install camdrive[simulate]") from error
+        raise Error("camdrive.simulate needs FMPy: pip install fmpy") from error
     values = {**(start_values or {}), **more_start_values}
     messages: list[str] = []
-
-    def log(_environment: Any, _instance: bytes, status: int, _category: bytes, message: bytes) -> None:
-        if status > 0:
-            messages.append(message.decode("utf-8", "replace"))
-
-    with tempfile.TemporaryDirectory() as folder:
+    _of_thread.messages = messages
+    try:
+        temporary = tempfile.TemporaryDirectory()
+    except OSError as error:
+        raise Error(f"no temporary folder can be made, TMPDIR names where: {error}") from error
+    with temporary as folder:
         fmu = Path(scene_or_fmu)
         if fmu.suffix.lower() != ".fmu":
             fmu = export(fmu, folder)
@@ -169,7 +206,7 @@ def simulate(
                 # FMPy would lengthen the step of the FMU in a long experiment.
                 step = float(description.defaultExperiment.stepSize)
             # Made here, so that it is freed where it refuses something, too: Windows deletes no library in use.
-            instance = fmpy.instantiate_fmu(unpacked, description, "CoSimulation", logger=log)
+            instance = _instantiate(unpacked, description)
             try:
                 result: np.ndarray = fmpy.simulate_fmu(
                     unpacked,

@@ -17,7 +17,7 @@ pub static INTEGRAL: [[f64; STAGES]; STAGES] = integral();
 /// S₁²: the same integral of that integral, interpolated at the nodes.
 pub static SECOND_INTEGRAL: [[f64; STAGES]; STAGES] = second_integral();
 
-/// The coefficients mₖ = Σ PROJECTION[k][j] fⱼ of Σ mₖ Pₖ(x), the polynomial through the fⱼ.
+/// The coefficients mₖ = Σ `PROJECTION[k][j]` fⱼ of Σ mₖ Pₖ(x), the polynomial through the fⱼ.
 pub static PROJECTION: [[f64; STAGES]; STAGES] = projection();
 
 /// The derivative of the polynomial through fⱼ at the node xᵢ.

@@ -21,7 +21,7 @@ fn law(d: &RigidMachine, number: usize) -> Option<&MotionLaw> {
     }
 }
 
-/// Declares the parameters of a law as `prefix`.a[k] …; the index holds the number of the parameter and, below, that of
+/// Declares the parameters of a law as `prefix.a[k]` …; the index holds the number of the parameter and, below, that of
 /// the law.
 pub(super) fn declare_law(
     list: &mut List<RigidMachine>,
