@@ -1,6 +1,7 @@
 //! The command line as a user meets it: what it prints, where, and the exit codes.
 
 use camdrive::drives::resource::BUILD;
+use camdrive_cli::export::{documentation, model_description::Identity};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -1897,8 +1898,12 @@ fn forces_tells_what_rollers_and_joints_bear() {
         "phi_deg,roller_force_N,pressure_angle_deg,hertzian_pressure_MPa,side_force_N,follower_force_N,torque_Nm";
     assert!(table.starts_with(&format!("{head}\n0.0,")) && table.lines().count() == 1442, "{table}");
     let run = camdrive(&["forces", TAPPET, "-o", text(&folder), "--speed", "2000 rpm"]);
-    assert!(run.code == 0 && run.out.contains("Least preload") && run.out.contains("493.52 N"), "{}", run.out);
+    assert!(run.out.contains("Least preload") && run.out.contains("493.52 N"), "{}", run.out);
     assert!(run.out.contains("Mind\n  tappet: the force of the roller changes its sign at φ = 83.39°"), "{}", run.out);
+    let message = format!("error: {TAPPET}: at 2000 rpm tappet leaves its cam from 1623.3 rpm on\n");
+    assert_eq!((run.code, run.err), (1, message.clone()));
+    let run = camdrive(&["forces", TAPPET, "-o", text(&folder), "--speed", "-2000 rpm", "--json"]);
+    assert_eq!((run.code, run.err), (1, message.replace("2000", "-2000")));
     let machine = "examples/sealing_machine/scene.toml";
     let run = camdrive(&["forces", machine, "-o", text(&folder)]);
     assert_eq!((run.code, run.err.as_str()), (0, ""));
@@ -1922,6 +1927,62 @@ fn forces_tells_what_rollers_and_joints_bear() {
 }
 
 #[test]
+fn forces_of_drives_without_rollers_and_joints() {
+    let folder = folder("forces_bare");
+    let machine = "name = \"press\"\nmodel = \"RigidMachine\"\nmachine.J0 = 3\nstart.w_start = \"20 rad/s\"\n";
+    let tool = "[[follower]]\nm = 2\ncam = { law = \"fourier\", a = [0, \"-50 mm\"] }\nforces.process = \"-30 N\"\n";
+    // ½ J′ω² of J = J0 + 0.5 cos 2φ, and m U′U″ω² − P U′ of the tool; each has its largest value at a known angle.
+    for (name, more, largest) in [
+        ("own", "machine.J = { law = \"fourier\", a = [0, 0, 0.5] }\n", 0.5 * 400.0),
+        ("tool", tool, {
+            let torque = |phi: f64| 2.0 * 0.05 * 0.05 * 400.0 * 0.5 * (2.0 * phi).sin() + 30.0 * 0.05 * phi.sin();
+            (0..400_000).map(|i| torque(f64::from(i) / 4e5 * std::f64::consts::TAU)).fold(0.0, f64::max)
+        }),
+    ] {
+        let (scene, output) = (folder.join("scene.toml"), folder.join(name));
+        std::fs::write(&scene, format!("{machine}{more}")).expect("a file");
+        let run = camdrive(&["forces", text(&scene), "-o", text(&output), "--speed", "20 rad/s", "--json"]);
+        assert_eq!((run.code, run.err.as_str()), (0, ""), "{name}");
+        let report: serde_json::Value = serde_json::from_str(&run.out).expect("JSON");
+        let found = report["shaft"]["largest"]["value"].as_f64().expect("a torque");
+        assert!((found / largest - 1.0).abs() < 1e-9, "{name}: {found} for {largest}");
+        let table = std::fs::read_to_string(output.join("press.torque.csv")).expect("the table");
+        assert!(table.starts_with("phi_deg,torque_Nm,power_W\n0.0,"), "{table}");
+        let run = camdrive(&["forces", text(&scene), "-o", text(&output), "--speed", "20 rad/s"]);
+        let power = format!("the largest power, {} W", camdrive_design::text::number(20.0 * largest));
+        assert!(run.out.contains(&power) && output.join("press.torque.svg").exists(), "{power}: {}", run.out);
+    }
+    let run = camdrive(&["forces", SCENE, "-o", text(&folder.join("cam"))]);
+    assert!(run.code == 0 && run.out.contains("The force on the follower changes its sign"), "{}{}", run.out, run.err);
+}
+
+#[test]
+fn what_of_forces_the_motion_leaves_out_is_said() {
+    let folder = folder("left_out");
+    let left_out = "[forces] (spring, gravity, process) is not part of the motion of the FMU; the follower would leave its cam from 1623.3 rpm on";
+    let note = format!("note: {TAPPET}: {left_out}\n");
+    assert_eq!(camdrive(&["check", TAPPET]).err, note);
+    let json: serde_json::Value = serde_json::from_str(&camdrive(&["check", TAPPET, "--json"]).out).expect("JSON");
+    assert_eq!(json[0]["notes"], serde_json::json!([left_out]));
+    let run = camdrive(&["export", TAPPET, "-o", text(&folder), "--runtime", &runtime()]);
+    assert!(run.code == 0 && run.err.contains(&note), "{}", run.err);
+    let described = format!("Roller tappet of a feed pump with its return spring. {left_out}.");
+    let xml = camdrive(&["describe", TAPPET, "--xml"]).out;
+    assert!(xml.contains(&format!("description=\"{described}\"")), "{xml}");
+    assert!(camdrive(&["describe", TAPPET]).out.contains(&described));
+    let scene = camdrive_cli::scene::read(&root().join(TAPPET)).expect("a scene");
+    let identity = Identity { name: "tappet", description: &scene.description, guid: "", date: None };
+    let mut drive = scene.resource().build().expect("a drive");
+    assert!(documentation::html(&identity, &scene.resource(), &mut drive).expect("a page").contains(&described));
+    // Where force keeps no follower on its cam, no speed is told.
+    let machine = "examples/sealing_machine/scene.toml";
+    let note = format!("note: {machine}: [forces] (gravity, process, lever_J) is not part of the motion of the FMU\n");
+    let told = camdrive(&["check", machine]).err;
+    assert!(told.ends_with(&note), "{told}");
+    assert_eq!(camdrive(&["check", SCENE]).err, "");
+}
+
+#[test]
 fn forces_says_what_it_cannot_do() {
     let folder = folder("forces_wrong");
     let geometry = "[geometry]\nfollower = \"translating\"\noffset = \"3 mm\"\nroller_radius = \"8 mm\"\nbase_radius = \"30 mm\"\n";
@@ -1931,8 +1992,7 @@ fn forces_says_what_it_cannot_do() {
     let sharp = geometry.replace("8 mm", "16 mm").replace("base_radius = \"30 mm\"", "prime_radius = \"17 mm\"");
     let pressed = "[forces]\nroller_width = \"9 mm\"\nspring.preload = \"1 kN\"\n";
     let undercut = with_geometry(&folder, geometry, &(sharp + pressed));
-    let cases: [(&[&str], &[&str]); 7] = [
-        (&[SCENE], &["neither a roller nor a joint", "[geometry]", "camdrive cam"]),
+    let cases: [(&[&str], &[&str]); 6] = [
         (&["examples/rod_drive/scene.toml"], &["ParametricDrive has no cam"]),
         (&[WRONG], &[WRONG]),
         (&[text(&inputs)], &["no speed follows", "--speed"]),

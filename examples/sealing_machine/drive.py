@@ -48,7 +48,7 @@ def main(folder):
         phi, w, *tools = turn(folder / f"{name}.fmu", period)
         assert abs(phi[-1] - phi[0] - 2 * np.pi) < 1e-9, "the period is that of the report"
         rows["period"].append(f"{period:.9f} s")
-        rows["speed"].append(f"{w.min():.2f} … {w.max():.2f} rad/s")
+        rows["speed"].append(f"{w.min():.2f} to {w.max():.2f} rad/s")
         psi = 2 * np.pi * np.arange(len(phi)) / POINTS
         for (tool, unit), follower, got, bound in zip(TOOLS.items(), scene["follower"], tools, stated):
             wanted = (2 * np.pi / period) ** 2 * Series(follower["tool"], unit).acceleration(psi)

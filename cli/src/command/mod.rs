@@ -1,7 +1,8 @@
 //! The command line: one file per command.
 //!
 //! Results go to the standard output, everything else to the standard error. Exit code 0: done; 1: a fault in a
-//! scene or in the export; 2: a wrong command line; 3: `steady` found no periodic motion.
+//! scene or in the export, or a follower that leaves its cam in `forces`; 2: a wrong command line; 3: `steady` found no
+//! periodic motion.
 //!
 #![doc = include_str!("JSON.md")]
 
@@ -50,7 +51,8 @@ Example: from a scene file to an FMU
 A scene is a TOML file; a plain number is SI, a string carries its unit (\"1800 rpm\", \"0.94 mm\").
 A command writes all of its files or none; it replaces results of before, never an input.
 Lines are as wide as the terminal, or as COLUMNS says; NO_COLOR leaves out the colours.
-Exit codes: 0 done, 1 a fault in a scene or in the export, 2 a wrong command line, 3 no periodic motion (steady).";
+Exit codes: 0 done, 1 a fault in a scene or in the export, or a follower that leaves its cam (forces),
+2 a wrong command line, 3 no periodic motion (steady).";
 
 #[derive(Debug, Subcommand)]
 enum Command {

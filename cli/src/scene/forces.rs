@@ -1,14 +1,15 @@
-//! Loads on the follower of a cam beside its masses: `[forces]` beside `[cam]`, `[follower.forces]`. The FMU knows nothing
-//! of it.
+//! Loads on the follower of a cam beside its masses: `[forces]` beside `[cam]`, `[follower.forces]`. The motion of
+//! the FMU is without them.
 
 use super::geometry::{self, CamPlan};
 use super::section::{ANY, NOT_NEGATIVE, Node, POSITIVE, Section, within};
-use super::{motion_law, units};
-use camdrive::drives::rigid_machine::Follower;
+use super::{Resolved, motion_law, units};
+use camdrive::drives::Fault;
+use camdrive::drives::rigid_machine::{self, Follower};
 use camdrive::drives::unit::{self, Quantity};
 use camdrive::motion::{Fourier, MotionLaw};
 use camdrive_design::cam_geometry::{Carrier, Point};
-use camdrive_design::forces::{Loads, Material, Spring, Teeth};
+use camdrive_design::forces::{Drive, Loads, Machine, Material, Spring, Teeth};
 use serde_json::Value;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::path::Path;
@@ -66,6 +67,31 @@ pub fn all(root: &Section<'_>, drive: Option<&Value>, cams: &[CamPlan], folder: 
         list.push(of(section, &known(section, Some(j + 1), turns, mechanisms), folder));
     }
     list.into_iter().collect()
+}
+
+/// The cams of a scene with what they move, at rest.
+///
+/// # Errors
+/// Where the model has no cam.
+pub fn machine(scene: &Resolved) -> Result<Machine, Fault> {
+    let (followers, inertia) = if scene.model == "RigidMachine" {
+        let whole: rigid_machine::Scene = scene.resource().read()?;
+        (whole.followers, whole.inertia.varying)
+    } else {
+        let cam = serde_json::from_value(scene.scene["cam"].clone());
+        let cam = cam.map_err(|_| Fault::new(format!("a {} has no cam", scene.model)))?;
+        let parameters = &scene.scene["parameters"];
+        let mass = ["m", "m1", "m2"].iter().filter_map(|key| parameters.get(key)?.as_f64()).sum();
+        (vec![Follower::new(mass, cam)], None)
+    };
+    let mut drives = Vec::new();
+    for (j, (follower, loads)) in followers.into_iter().zip(&scene.loads).enumerate() {
+        let number = (scene.model == "RigidMachine").then_some(j + 1);
+        let name = number.map_or(scene.name.clone(), |j| format!("{}.follower{j}", scene.name));
+        let plan = scene.cams.iter().find(|cam| cam.follower == number).map(|cam| cam.plan);
+        drives.push(Drive::new(name, follower, plan, loads.clone())?);
+    }
+    Ok(Machine { name: scene.name.clone(), speed: 0.0, inertia, drives })
 }
 
 fn of(parent: &Section<'_>, known: &Known, folder: &Path) -> Option<Loads> {

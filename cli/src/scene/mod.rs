@@ -6,7 +6,7 @@
 mod common;
 pub mod diagnostics;
 mod follower;
-mod forces;
+pub mod forces;
 pub mod geometry;
 pub mod input;
 mod models;
@@ -24,7 +24,7 @@ pub use table::{Smoothed, course};
 
 pub use diagnostics::{Diagnostic, Diagnostics};
 
-use camdrive_design::forces::Loads;
+use camdrive_design::forces::{Loads, Machine};
 pub use camdrive_design::resource::LONGEST_NAME;
 use camdrive_design::resource::{Resource, Tool, is_name};
 use input::Kind;
@@ -37,7 +37,7 @@ use toml::de::DeTable;
 pub struct Resolved {
     /// A C identifier.
     pub name: String,
-    /// What the user says of it, and that tables are smoothed.
+    /// What the user says of it, that tables are smoothed, and which loads its motion leaves out.
     pub description: String,
     /// One of [`camdrive::drives::MODELS`].
     pub model: &'static str,
@@ -99,9 +99,15 @@ pub fn read(path: &Path) -> Result<Resolved, Diagnostics> {
 /// ```
 pub fn resolve(file: &str, text: &str, folder: &Path) -> Result<Resolved, Diagnostics> {
     with_document(file, text, Kind::Scene, |root| {
-        let resolved = whole_scene(root, folder)?;
+        let mut resolved = whole_scene(root, folder)?;
         if root.faults.is_empty() {
             models::try_out(&resolved, root.faults);
+            if let Some(left_out) = forces::machine(&resolved).ok().and_then(Machine::left_out) {
+                let own = resolved.description.trim_end_matches('.');
+                let stop = if own.is_empty() { "" } else { ". " };
+                resolved.description = format!("{own}{stop}{left_out}.");
+                resolved.notes.push(left_out);
+            }
         }
         Some(resolved)
     })

@@ -39,7 +39,7 @@ pub fn of_drive(turn: &Turn<'_>, j: usize, drive: &Drive) -> Vec<(String, Diagra
 pub fn torque(turn: &Turn<'_>, machine: &Machine) -> Diagram {
     let own = |(j, drive): (usize, &Drive)| line(turn, &drive.name, move |state| state.drives[j].torque);
     let mut series: Vec<Series> = machine.drives.iter().enumerate().map(own).collect();
-    if series.len() > 1 || machine.inertia.is_some() {
+    if series.len() != 1 || machine.inertia.is_some() {
         series.push(line(turn, "all together", |state| state.torque));
     }
     diagram(format!("Torque on the shaft of {}", machine.name), "Torque [N·m]".to_owned(), series)

@@ -174,9 +174,9 @@ impl Drive {
         Ok(Drive { name, follower, plan, loads, contacts })
     }
 
-    /// Whether the contact is kept by force alone: a single contact.
+    /// Whether the contact is kept by force alone: a single contact, or a return spring where no geometry is known.
     pub fn is_force_closed(&self) -> bool {
-        self.contacts.len() == 1
+        self.contacts.len() == 1 || self.plan.is_none() && self.loads.spring.is_some()
     }
 
     /// J_l with respect to U: a law that is a length turns the lever by U/R.

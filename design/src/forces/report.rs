@@ -1,7 +1,7 @@
 //! Forces on rollers, joints and shaft over a turn, as numbers, text and CSV.
 
 use super::turn::{Extreme, State, Turn};
-use super::{Contact, Drive, Forces, Machine};
+use super::{Contact, Drive, Forces, Loads, Machine};
 use crate::cam_geometry::{Cut, Follower as Carrier, Shape, Side, Tolerances, Verdict};
 use crate::text::{self, NONE, Page, Table, number};
 use camdrive::drives::Fault;
@@ -50,13 +50,12 @@ pub struct Range {
     shown: (String, Unit),
 }
 
-/// Conditions that keep a roller on its only contour.
+/// Conditions that keep a follower on its cam by force alone.
 #[derive(Clone, Debug, Serialize)]
 pub struct Keeping {
     /// The least F₀ (N or N·m) at this speed and the angle that demands it; None where no preload helps.
     pub least_preload: Option<Extreme>,
-    /// The speed (rad/s) from which on the roller leaves the contour, and where; 0 where it does even at rest, None where it
-    /// stays at any speed.
+    /// [`Turn::lift_off`].
     pub lift_off_speed: Option<Extreme>,
 }
 
@@ -67,7 +66,8 @@ pub struct OfDrive {
     pub name: String,
     /// The loads on its parts.
     pub quantities: Vec<Range>,
-    /// φ (rad) where the force of the roller, without a geometry the torque on the lever, changes its sign.
+    /// φ (rad) where the force of the roller changes its sign; without a geometry the torque on the lever, or the force on the
+    /// follower.
     pub sign_changes: Vec<f64>,
     /// Where force alone keeps the contact.
     pub keeping: Option<Keeping>,
@@ -197,22 +197,24 @@ impl Range {
 }
 
 impl Keeping {
-    /// F₀ ≥ −(Q − F₀ Q₁)/Q₁ with Q₁ = dy/dU all over the turn, and 1/ω² = max(−Q_inertia/Q_rest).
+    /// F₀ ≥ −(Q − F₀ Q₁)/Q₁ with Q₁ = dy/dU all over the turn, and [`Turn::lift_off`].
     fn of(turn: &Turn<'_>, j: usize, drive: &Drive) -> Self {
         let preload = drive.loads.spring.map_or(0.0, |spring| spring.preload);
-        let sense = |state: &State| state.drives[j].contacts[0].gain.signum();
+        let sense = turn.sense(j);
         let helps = turn.largest(|state| -sense(state) * state.drives[j].travel).value < 0.0;
         let needed = |state: &State| preload - state.drives[j].load / state.drives[j].travel;
-        let lift_off = || {
-            let Extreme { phi, value } = turn.largest(|state| -state.drives[j].parts[1] / state.drives[j].parts[0]);
-            (value > 0.0).then(|| Extreme { phi, value: value.sqrt().recip() })
-        };
-        let rest = turn.largest(|state| -sense(state) * state.drives[j].parts[0]);
-        Keeping {
-            least_preload: helps.then(|| turn.largest(needed)),
-            lift_off_speed: if rest.value < 0.0 { lift_off() } else { Some(Extreme { value: 0.0, ..rest }) },
-        }
+        Keeping { least_preload: helps.then(|| turn.largest(needed)), lift_off_speed: turn.lift_off(j) }
     }
+}
+
+/// "from 1623.3 rpm on" of a speed of lift-off.
+fn from(lift_off: f64) -> String {
+    if lift_off == 0.0 { "even at rest".to_owned() } else { format!("from {} rpm on", rpm(lift_off)) }
+}
+
+/// A speed (rad/s) in revolutions per minute.
+pub fn rpm(speed: f64) -> String {
+    text::digits(speed * 60.0 / TAU, 5, -4)
 }
 
 /// Angles in a row.
@@ -221,7 +223,7 @@ fn angles(list: &[f64]) -> String {
 }
 
 impl OfDrive {
-    fn new(turn: &Turn<'_>, j: usize, drive: &Drive) -> Self {
+    fn new(turn: &Turn<'_>, j: usize, drive: &Drive, speed: f64) -> Self {
         let told = drive.quantities().into_iter().filter(|quantity| !quantity.part);
         let range = |q: Quantity<'_>| Range::new(turn, [&q.key, &q.name], q.unit, |state| (q.of)(&state.drives[j]));
         let pressing = |state: &State| {
@@ -235,39 +237,47 @@ impl OfDrive {
             keeping: drive.is_force_closed().then(|| Keeping::of(turn, j, drive)),
             notes: [Vec::new(), Vec::new()],
         };
-        of.notes = of.notes(drive, turn.largest(|state| -pressing(state)).value < 0.0);
+        of.notes = of.notes(drive, speed);
         of
     }
 
-    /// Remarks and warnings; `holds` where the roller is pressed on its first contour all over the turn.
-    fn notes(&self, drive: &Drive, holds: bool) -> [Vec<String>; 2] {
+    /// The speed of lift-off where this speed (rad/s) reaches it.
+    fn lost_at(&self, speed: f64) -> Option<f64> {
+        let lift_off = self.keeping.as_ref()?.lift_off_speed?.value;
+        (speed.abs() >= lift_off).then_some(lift_off)
+    }
+
+    /// Remarks and warnings.
+    fn notes(&self, drive: &Drive, speed: f64) -> [Vec<String>; 2] {
         let (mut known, mut mind) = (Vec::new(), Vec::new());
         let unit = if drive.follower.turns { "N·m" } else { "N" };
-        let rpm = |speed: f64| text::digits(speed * 60.0 / TAU, 5, -4);
+        let what = match drive.plan {
+            Some(_) => "force of the roller",
+            None if drive.follower.cam_turns() => "torque on the lever",
+            None => "force on the follower",
+        };
         let place = |phi: f64| format!("φ = {}°", in_turn(phi, 2));
         let changes = angles(&self.sign_changes);
         if let Some(Keeping { least_preload, lift_off_speed }) = &self.keeping {
-            if !holds {
+            if let Some(lift_off) = self.lost_at(speed) {
                 let how = if changes.is_empty() {
                     "never presses".to_owned()
                 } else {
                     format!("changes its sign at φ = {changes}")
                 };
                 let preload = if least_preload.is_some() { "a larger preload, " } else { "" };
-                let at_rest = lift_off_speed.is_some_and(|at| at.value == 0.0);
-                let speed = if at_rest { "" } else { "a lower speed, " };
+                let speed = if lift_off == 0.0 { "" } else { "a lower speed, " };
                 let or = if preload.len() + speed.len() > 0 { "or " } else { "" };
                 mind.push(format!(
-                    "{}: the force of the roller {how}; nothing keeps it on the cam. What does: {preload}{speed}{or}a cam that holds it on both sides (groove, conjugate).",
+                    "{}: the {what} {how}; nothing keeps it on the cam. What does: {preload}{speed}{or}a cam that holds it on both sides (groove, conjugate).",
                     self.name
                 ));
             }
             known.push(match *lift_off_speed {
-                Some(Extreme { value: 0.0, .. }) => "The roller does not stay on the cam even at rest.".to_owned(),
                 Some(Extreme { phi, value }) => {
-                    format!("The roller leaves the cam from {} rpm on, first at {}.", rpm(value), place(phi))
+                    format!("The follower leaves the cam {}, first at {}.", from(value), place(phi))
                 }
-                None => "The roller stays on the cam at any speed.".to_owned(),
+                None => "The follower stays on the cam at any speed.".to_owned(),
             });
             known.push(match *least_preload {
                 Some(Extreme { value, .. }) if value <= 0.0 => {
@@ -282,7 +292,6 @@ impl OfDrive {
                     .to_owned(),
             });
         } else {
-            let what = if drive.plan.is_some() { "force of the roller" } else { "torque on the lever" };
             known.push(match changes.is_empty() {
                 true => format!("The {what} never changes its sign: play is not crossed."),
                 false => format!("The {what} changes its sign, and play is crossed, at φ = {changes}."),
@@ -324,13 +333,23 @@ impl Report {
         let taken = turn.mean(|state| state.drives.iter().map(|forces| forces.process).sum());
         let largest = shaft.largest.value.abs().max(shaft.least.value.abs());
         let [of_shaft, process, largest] = [shaft.mean, taken, largest].map(|torque| torque * machine.speed);
+        let of_drive = |(j, drive)| OfDrive::new(turn, j, drive, machine.speed);
         Report {
             scene: machine.name.clone(),
             speed: machine.speed,
-            drives: machine.drives.iter().enumerate().map(|(j, drive)| OfDrive::new(turn, j, drive)).collect(),
+            drives: machine.drives.iter().enumerate().map(of_drive).collect(),
             power: Power { shaft: of_shaft, process, largest },
             shaft,
         }
+    }
+
+    /// The drives whose speed of lift-off is exceeded, with that speed.
+    pub fn lost(&self) -> Vec<String> {
+        let of = |drive: &OfDrive| {
+            let lift_off = drive.lost_at(self.speed).filter(|lift_off| self.speed.abs() > *lift_off)?;
+            Some(format!("{} leaves its cam {}", drive.name, from(lift_off)))
+        };
+        self.drives.iter().filter_map(of).collect()
     }
 
     /// The report for lines of this width.
@@ -351,6 +370,46 @@ impl Report {
         page.section("Power", (self.power.largest != 0.0).then(|| self.power.text()));
         page.section("Mind", self.drives.iter().flat_map(|drive| &drive.notes[1])).text()
     }
+}
+
+impl Machine {
+    /// The loads that the motion of an FMU leaves out, and the speeds from which its followers would leave their cams, in a
+    /// sentence; None without such loads.
+    pub fn left_out(mut self) -> Option<String> {
+        let named: [(&str, fn(&Loads) -> bool); 4] = [
+            ("spring", |loads| loads.spring.is_some()),
+            ("gravity", |loads| loads.gravity.iter().any(|g| g.norm() > 0.0)),
+            ("process", |loads| loads.process.is_some()),
+            ("lever_J", |loads| loads.lever_inertia > 0.0),
+        ];
+        let acting = named.iter().filter(|(_, acts)| self.drives.iter().any(|drive| acts(&drive.loads)));
+        let acting: Vec<&str> = acting.map(|(name, _)| *name).collect();
+        // Forces do without the pressure in the contact, which an undercut cam does not have.
+        self.drives.iter_mut().for_each(|drive| drive.loads.material = None);
+        let leaving = || {
+            let machine = self.with_springs_placed()?;
+            let turn = machine.turn()?;
+            let of = |(j, drive): (usize, &Drive)| {
+                let name = drive.name.rsplit_once('.').map_or("the follower", |(_, follower)| follower);
+                let lift_off = drive.is_force_closed().then(|| turn.lift_off(j))??;
+                Some(format!("; {name} would leave its cam {}", from(lift_off.value)))
+            };
+            Ok(machine.drives.iter().enumerate().filter_map(of).collect())
+        };
+        (!acting.is_empty()).then(|| {
+            let leaving: String = leaving().unwrap_or_else(|_: Fault| String::new());
+            format!("[forces] ({}) is not part of the motion of the FMU{leaving}", acting.join(", "))
+        })
+    }
+}
+
+/// The torque and the power of the shaft over the turn.
+///
+/// # Errors
+/// None in practice: the writer fills memory.
+pub fn shaft_csv(turn: &Turn<'_>, speed: f64) -> Result<String, Fault> {
+    let row = |state: &State| (state.phi.to_degrees(), vec![state.torque, state.torque * speed]);
+    text::csv("phi_deg,torque_Nm,power_W", turn.states().map(row))
 }
 
 /// Every quantity of a drive over the turn.

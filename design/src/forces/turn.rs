@@ -2,7 +2,7 @@
 
 use super::{Drive, Forces, Machine};
 pub use crate::search::Extreme;
-use crate::search::{summit, zero};
+use crate::search::{root, summit, zero};
 use camdrive::drives::Fault;
 use std::f64::consts::TAU;
 
@@ -112,20 +112,52 @@ impl Turn<'_> {
         let sampled = best.value;
         for piece in &self.pieces {
             let values: Vec<f64> = piece.iter().map(&f).collect();
-            let peak = (0..values.len()).max_by(|i, j| values[*i].total_cmp(&values[*j])).unwrap_or(0);
-            let beside = [peak.saturating_sub(1), (peak + 1).min(piece.len() - 1)];
-            let rise = values[peak] - beside.map(|i| values[i]).into_iter().fold(f64::INFINITY, f64::min);
-            // Between samples f rises by less than these differ; what differs by roundings alone has no maximum.
-            if values[peak] + rise < sampled || rise <= ZERO * sampled.abs() {
-                continue;
+            for peak in 0..values.len() {
+                let beside = [peak.saturating_sub(1), (peak + 1).min(piece.len() - 1)];
+                let [low, high] =
+                    [f64::min, f64::max].map(|of| beside.map(|i| values[i]).into_iter().fold(values[peak], of));
+                let rise = values[peak] - low;
+                // Between samples f rises by less than these differ; what differs by roundings alone has no maximum.
+                if values[peak] < high || values[peak] + rise < sampled || rise <= ZERO * sampled.abs() {
+                    continue;
+                }
+                let ends = beside.map(|i| piece[i].phi);
+                // At a maximum roundings decide from there on.
+                let top = (piece[peak].phi, values[peak]);
+                let (phi, value) = summit(&mut self.on(piece, &f), ends, top, 1e-9 * (ends[1] - ends[0]));
+                best = highest(best, Extreme { phi, value });
             }
-            let ends = beside.map(|i| piece[i].phi);
-            // At a maximum roundings decide from there on.
-            let top = (piece[peak].phi, values[peak]);
-            let (phi, value) = summit(&mut self.on(piece, &f), ends, top, 1e-9 * (ends[1] - ends[0]));
-            best = highest(best, Extreme { phi, value });
         }
         Extreme { phi: best.phi.rem_euclid(TAU), ..best }
+    }
+
+    /// ±1: the sense in which Q presses drive j on its cam; where no contact is known, that of the return spring.
+    pub fn sense(&self, j: usize) -> impl Fn(&State) -> f64 {
+        let travel = self.mean(|state| state.drives[j].travel);
+        move |state| state.drives[j].contacts.first().map_or(travel, |contact| contact.gain).signum()
+    }
+
+    /// The speed (rad/s) from which on force no longer keeps drive j on its cam, and where it fails first; 0 where it fails at
+    /// rest, None where it never does.
+    ///
+    /// The cam bears Q_rest + ω² Q_inertia; at that speed the least value of the turn is 0.
+    pub fn lift_off(&self, j: usize) -> Option<Extreme> {
+        let sense = self.sense(j);
+        let borne = |state: &State, [rest, inertia]: [f64; 2]| {
+            let parts = state.drives[j].parts;
+            sense(state) * (rest * parts[0] + inertia * parts[1])
+        };
+        let lacking = |square: f64| self.largest(|state| -borne(state, [1.0, square]));
+        let (at_rest, inertia) = (lacking(0.0), self.largest(|state| -borne(state, [0.0, 1.0])));
+        if at_rest.value >= 0.0 {
+            return Some(Extreme { value: 0.0, ..at_rest });
+        }
+        // Where inertia pulls most, it then pulls twice as much as presses anywhere.
+        let end = 2.0 * self.largest(|state| borne(state, [1.0, 0.0])).value / inertia.value;
+        (inertia.value > 0.0 && end.is_finite()).then(|| {
+            let square = root(|square| lacking(square).value, [0.0, end]);
+            Extreme { value: square.sqrt(), ..lacking(square) }
+        })
     }
 
     /// Where f changes its sign, from one turn to the next too; where it is zero for a while, the beginning of that.

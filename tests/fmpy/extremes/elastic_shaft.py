@@ -282,7 +282,7 @@ both("inputs: speed 0 → 1e3 rad/s within one step of 0.5 s", DORMAND, 1e-7, mo
 both("inputs: speed 0, acceleration 0", DORMAND, 0.0, moved, motion=Moved(0.3), stop=1.0)
 
 
-@refusal(f"{DRIVE}, linear", "parametric instability until overflow", "the twist q grows without bound", "the solution grows beyond all numbers")
+@refusal(f"{DRIVE}, linear", "parametric instability until overflow", "the twist q grows without bound", "the solution grows without bound")
 def unstable(packages):
     values, _ = settings(packages["shaft"], parameters({"b": 0.0, "drive.w": UNSTABLE}), HARMONICS, (), True)
 
@@ -294,7 +294,7 @@ def unstable(packages):
     return refused(packages["shaft"], values, run)
 
 
-@refusal(f"{DRIVE}, linear", "inputs: parametric instability until overflow", "the twist q grows without bound", "the solution grows beyond all numbers")
+@refusal(f"{DRIVE}, linear", "inputs: parametric instability until overflow", "the twist q grows without bound", "the solution grows without bound")
 def unstable_on_inputs(packages):
     values, _ = settings(packages["shaft_input"], parameters({"b": 0.0}), HARMONICS, (), True)
     motion = Moved(0.3, UNSTABLE)

@@ -235,7 +235,7 @@ def standing(packages):
     return moved(packages, Moved(0.3), 1.0)
 
 
-@refusal(DRIVE, "parametric instability until overflow", "q grows without bound", "the solution grows beyond all numbers")
+@refusal(DRIVE, "parametric instability until overflow", "q grows without bound", "the solution grows without bound")
 def unstable(packages):
     def run(unit):
         for _ in range(100):
@@ -245,7 +245,7 @@ def unstable(packages):
     return refused(packages["parametric"], START | {"drive.w": 8.9}, run)
 
 
-@refusal(DRIVE, "inputs: parametric instability until overflow", "q grows without bound", "the solution grows beyond all numbers")
+@refusal(DRIVE, "inputs: parametric instability until overflow", "q grows without bound", "the solution grows without bound")
 def unstable_on_inputs(packages):
     motion = Moved(0.0, 8.9)
 
