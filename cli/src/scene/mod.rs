@@ -102,11 +102,12 @@ pub fn resolve(file: &str, text: &str, folder: &Path) -> Result<Resolved, Diagno
         let mut resolved = whole_scene(root, folder)?;
         if root.faults.is_empty() {
             models::try_out(&resolved, root.faults);
-            if let Some(left_out) = forces::machine(&resolved).ok().and_then(Machine::left_out) {
+            let left_out = forces::machine(&resolved).ok().and_then(Machine::left_out);
+            resolved.notes.extend(left_out.clone());
+            for sentence in resolved.smoothed.iter().map(|table| &table.sentence).chain(&left_out) {
                 let own = resolved.description.trim_end_matches('.');
                 let stop = if own.is_empty() { "" } else { ". " };
-                resolved.description = format!("{own}{stop}{left_out}.");
-                resolved.notes.push(left_out);
+                resolved.description = format!("{own}{stop}{sentence}.");
             }
         }
         Some(resolved)
@@ -162,9 +163,6 @@ fn whole_scene(root: &Section<'_>, folder: &Path) -> Option<Resolved> {
     let loads = forces::all(root, drive.as_ref().map(|(_, scene)| scene), cams.as_deref().unwrap_or_default(), folder);
     let (model, scene) = drive?;
     let (name, description, cams, loads) = (name?, description?, cams?, loads?);
-    let sentences = smoothed.iter().map(|table| table.sentence.as_str());
-    let description =
-        std::iter::once(description.as_str()).chain(sentences).collect::<Vec<_>>().join(" ").trim().to_owned();
     Some(Resolved {
         name,
         description,

@@ -60,7 +60,7 @@ pub struct Smoothed {
     pub section: String,
     /// σ of the noise that is left in U″ (per rad²).
     pub left: f64,
-    /// Noise and largest change, for the users of the FMU.
+    /// Noise and largest change, for the users of the FMU, without a full stop.
     pub sentence: String,
 }
 
@@ -145,7 +145,7 @@ fn smoothed(
             let (path, noise) = (section.path.clone(), said(smooth.noise));
             let origin = if sigma.is_some() { "given" } else { "estimated" };
             let sentence =
-                format!("The table of {path} is smoothed: noise {noise} ({origin}), largest change {largest}.");
+                format!("The table of {path} is smoothed: noise {noise} ({origin}), largest change {largest}");
             section.faults.smoothed.borrow_mut().push(Smoothed { section: path, left: smooth.left, sentence });
             let [half, other] = smooth.half.map(|order| format!("{order:.0}"));
             section.faults.note(format!(

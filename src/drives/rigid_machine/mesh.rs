@@ -186,7 +186,8 @@ impl Mesh {
         let remainder = FINER * tolerance;
         let mut divided = Vec::with_capacity(2 * cells.len());
         for cell in cells {
-            let step = AngleStep::new(position, (cell.width, true), &cell.reciprocal, &torques, None, remainder, &mut 0.0);
+            let step =
+                AngleStep::new(position, (cell.width, true), &cell.reciprocal, &torques, None, remainder, &mut 0.0);
             let error = step.map_or(f64::INFINITY, |step| step.estimate.error);
             // The error goes with the ninth power of the width.
             let parts = (error / tolerance).powf(1.0 / 9.0).ceil().clamp(1.0, MOST_PARTS) as usize;
