@@ -4,7 +4,7 @@
 //! has a minimum between two samples without a change of sign, the extreme of g decides whether two motions lie there. With a
 //! lagging torque each is continued to the map of two dimensions.
 
-use crate::search::summit;
+use crate::search::{Extreme, greatest, summit};
 use camdrive::drives::rigid_machine::lagging_turn::LaggingTurn;
 use camdrive::drives::rigid_machine::turn_map::{PERIODIC_TOLERANCE, SCAN_TOLERANCE, TurnMap};
 use camdrive::drives::rigid_machine::{Inertia, Kloss, MachineStart, Motor, Place, RigidMachine, Scene};
@@ -39,21 +39,31 @@ impl PeriodicMotion {
     }
 }
 
-/// The least and the largest ω (rad/s) of a course: the vertices of the parabolas through its extreme points and their
-/// neighbours.
+/// The least and the largest ω (rad/s) of a course, which both are among its points.
 pub fn range(course: &[[f64; 2]]) -> [f64; 2] {
-    let vertex = |three: &[[f64; 2]]| -> Option<f64> {
-        let [[x0, y0], [x1, y1], [x2, y2]] = three else { return None };
-        let extreme = (y1 - y0) * (y1 - y2) >= 0.0 && y0 != y2;
-        let (left, right) = ((y1 - y0) / (x1 - x0), (y2 - y1) / (x2 - x1));
-        let bend = (right - left) / (x2 - x0);
-        // The slope at the middle point.
-        let slope = left + bend * (x1 - x0);
-        (extreme && bend != 0.0).then(|| y1 - slope * slope / (4.0 * bend))
-    };
     let ends = [f64::INFINITY, f64::NEG_INFINITY];
-    let points = course.iter().map(|at| at[1]);
-    points.chain(course.windows(3).filter_map(vertex)).fold(ends, |[low, high], w| [low.min(w), high.max(w)])
+    course.iter().fold(ends, |[low, high], [_, w]| [low.min(*w), high.max(*w)])
+}
+
+/// φ and ω over a turn at about [`POINTS`] places and where ω is least and largest, in the order in which the motion passes them;
+/// ω(i, φ) is smooth on each of the pieces.
+fn course(pieces: &[[f64; 2]], w: impl Fn(usize, f64) -> f64) -> Vec<[f64; 2]> {
+    let mut course = Vec::new();
+    for (i, [from, to]) in pieces.iter().enumerate() {
+        let parts = ((to - from) * POINTS as f64 / TAU).round().max(1.0);
+        let places = (0..=parts as usize).map(|k| from + (to - from) * k as f64 / parts);
+        course.extend(places.map(|phi| [phi, w(i, phi)]));
+    }
+    let extreme = |sign: f64| {
+        let Extreme { phi, value } = greatest(pieces, |i, phi| sign * w(i, phi));
+        [phi, sign * value]
+    };
+    course.extend([-1.0, 1.0].map(extreme));
+    let sense = course[0][1].signum();
+    course.sort_by(|a, b| (sense * a[0]).total_cmp(&(sense * b[0])));
+    // Pieces meet but for the rounding of their ends.
+    course.dedup_by(|b, a| (b[0] - a[0]).abs() < 1e-12);
+    course
 }
 
 /// Speeds of the scan, from a little above the fastest possible motion down to two thousandths of it, equally spaced in the
@@ -123,7 +133,8 @@ pub fn all_motions(scene: &Scene, load: f64) -> Result<Motions, Fault> {
         let Some(energy) = map.energy_at_start(start).map(|energy| energy.hi) else { continue };
         if scene.motor.lag().is_none() {
             let Some(growth) = map.growth(start) else { continue };
-            let course = map.course(start, POINTS);
+            let (pieces, speed) = map.motion(start);
+            let course = course(&pieces, speed);
             let speed =
                 synchronous_speed.signum() * (2.0 * energy / inertia_at_zero(&inertia, synchronous_speed)).sqrt();
             let torque = scene.motor.characteristic(speed)[0];
@@ -192,7 +203,8 @@ fn inertia_at_zero(inertia: &Inertia, speed: f64) -> f64 {
 /// The motion with a lagging torque, continued from the `energy` (J) at φ = 0.
 fn with_lag(turn: &LaggingTurn<'_>, energy: f64, breakdown_torque: f64) -> Option<PeriodicMotion> {
     let (motion, period) = turn.refine((2.0 * energy).sqrt(), breakdown_torque)?;
-    let (growth, course) = turn.growth_and_course(motion, POINTS)?;
+    let (growth, on_turn) = turn.growth_and_motion(motion)?;
+    let course = course(&on_turn.pieces(), |i, phi| on_turn.speed(i, phi));
     let [v, torque] = motion;
     Some(PeriodicMotion { period, energy: 0.5 * v * v, growth, torque, course })
 }
@@ -201,30 +213,24 @@ fn with_lag(turn: &LaggingTurn<'_>, energy: f64, breakdown_torque: f64) -> Optio
 /// √(2E) = ∮√J dφ / T; φ and ω over the turn.
 pub fn free_motion(inertia: &Inertia, period: f64, sense: f64) -> Vec<[f64; 2]> {
     let rule = Gauss::with(16);
-    let pieces: Vec<(Place, f64, f64)> = match inertia.borders().len() {
-        0 => vec![(inertia.place(0), 0.0, TAU)],
-        n => (0..n).map(|i| (inertia.place(i), inertia.ends(i).0, inertia.ends(i).1)).collect(),
-    };
-    let sum: f64 = pieces
-        .iter()
-        .map(|(place, from, to)| {
+    let inner = inertia.borders().iter().copied().filter(|border| *border > 0.0);
+    let ends: Vec<f64> = std::iter::once(0.0).chain(inner).chain([TAU]).collect();
+    let pieces: Vec<[f64; 2]> = ends.windows(2).map(|ends| [ends[0], ends[1]]).collect();
+    let root = |i: usize, phi: f64| inertia.value(Place::at(0.5 * (pieces[i][0] + pieces[i][1])), phi).sqrt();
+    let sum: f64 = (0..pieces.len())
+        .map(|piece| {
+            let [from, to] = pieces[piece];
             // Sixteen nodes resolve half a wave of the finest harmonic to rounding.
             let n = ((to - from) * inertia.resolution() / 3.0).ceil().max(1.0) as usize;
             let width = (to - from) / n as f64;
             let part = |i: usize| {
-                let [sum] = rule.integrate(width, |s| [inertia.at(*place, from + i as f64 * width + s)[0].sqrt()]);
+                let [sum] = rule.integrate(width, |s| [root(piece, from + i as f64 * width + s)]);
                 sum
             };
             (0..n).map(part).sum::<f64>()
         })
         .sum();
-    let momentum = sense * sum / period;
-    (0..=POINTS)
-        .map(|i| {
-            let phi = TAU * i as f64 / POINTS as f64;
-            [phi, momentum / inertia.value(Place::at(phi), phi).sqrt()]
-        })
-        .collect()
+    course(&pieces, |i, phi| sense * sum / period / root(i, phi))
 }
 
 #[cfg(test)]

@@ -2,6 +2,8 @@
 //!
 //! Source: R. P. Brent, *Algorithms for Minimization without Derivatives*, Prentice-Hall 1973, chapters 4 and 5.
 
+use std::f64::consts::TAU;
+
 /// A value and its angle.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Extreme {
@@ -160,6 +162,31 @@ pub fn local_maxima(candidates: &[f64], least: f64, f: impl Fn(f64) -> f64) -> V
         summit(&mut |x| f(x), ends, (candidates[i], values[i]), 1e-8 * (ends[1] - ends[0])).0
     };
     (0..=last).filter(highest).filter(reaches).map(place).collect()
+}
+
+/// The ends (rad) of the segments between these angles of a turn, the last one around it.
+pub fn segments(breakpoints: &[f64]) -> Vec<[f64; 2]> {
+    let Some(first) = breakpoints.first() else { return vec![[0.0, TAU]] };
+    let next = breakpoints.iter().skip(1).copied().chain([first + TAU]);
+    breakpoints.iter().zip(next).map(|(from, to)| [*from, to]).collect()
+}
+
+/// The greatest value of a function of segment and angle (rad) that is smooth on each of the segments, ends included.
+pub fn greatest(segments: &[[f64; 2]], f: impl Fn(usize, f64) -> f64) -> Extreme {
+    // Eight to a wave of the order 512.
+    const SAMPLES: f64 = 4096.0 / TAU;
+    let higher = |a: Extreme, b: Extreme| if b.value > a.value { b } else { a };
+    let mut greatest = Extreme { phi: 0.0, value: f64::NEG_INFINITY };
+    for (i, [from, to]) in segments.iter().enumerate() {
+        let parts = ((to - from) * SAMPLES).ceil().max(8.0);
+        let places: Vec<f64> = (0..=parts as usize).map(|k| from + (to - from) * k as f64 / parts).collect();
+        let at = |phi: f64| Extreme { phi, value: f(i, phi) };
+        greatest = places.iter().map(|phi| at(*phi)).fold(greatest, higher);
+        // A constant has no summit to look for.
+        let summits = local_maxima(&places, greatest.value.next_up(), |phi| f(i, phi));
+        greatest = summits.into_iter().map(at).fold(greatest, higher);
+    }
+    greatest
 }
 
 /// The local maxima of a function with these values at ascending places, by its slope and bend; each with the index of the place

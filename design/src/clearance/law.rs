@@ -3,6 +3,8 @@
 //! Quasi-statically the contact force is F_K = (m1 + m2) Ω²U″, so that each of them is a passage of the clearance, and U‴
 //! there decides how hard it is. Rests, U″ = 0 over an angle, are no passages of their own.
 
+use crate::overview::greatest_of;
+use crate::search::segments;
 use camdrive::motion::MotionLaw;
 use camdrive::numerics::first_root::first_root;
 use serde::Serialize;
@@ -43,17 +45,10 @@ const SAMPLES: usize = 8;
 
 /// Pieces of the turn within which the Taylor series converges at once: segment, start, width.
 fn pieces(law: &MotionLaw) -> Vec<(usize, f64, f64)> {
-    let breakpoints = law.breakpoints();
-    let count = breakpoints.len();
     let mut pieces = Vec::new();
-    for segment in 0..count.max(1) {
-        let (start, width) = match count {
-            0 => (0.0, TAU),
-            _ if segment + 1 == count => (breakpoints[segment], breakpoints[0] + TAU - breakpoints[segment]),
-            _ => (breakpoints[segment], breakpoints[segment + 1] - breakpoints[segment]),
-        };
-        let parts = (width * law.resolution_in(segment)).ceil().max(1.0);
-        let part = width / parts;
+    for (segment, [start, end]) in segments(law.breakpoints()).into_iter().enumerate() {
+        let parts = ((end - start) * law.resolution_in(segment)).ceil().max(1.0);
+        let part = (end - start) / parts;
         pieces.extend((0..parts as usize).map(|i| (segment, start + i as f64 * part, part)));
     }
     pieces
@@ -72,7 +67,7 @@ pub fn signs(law: &MotionLaw, forward: bool, ignore: f64) -> Signs {
         })
         .map(|(segment, phi)| (phi, second(segment, phi).abs()))
         .collect();
-    let largest = samples.iter().fold(0.0, |largest: f64, sample| largest.max(sample.1));
+    let largest = greatest_of(law, |u| u[2].abs());
     let mut zeros = zeros(law, &pieces, ROUNDING * largest);
     let mut heights = vec![0.0f64; zeros.len()];
     for (phi, value) in samples {

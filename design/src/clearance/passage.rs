@@ -9,6 +9,7 @@ use super::contact_motion::{ContactMotion, Release, Sample};
 use super::formulas::Passage;
 use super::law::Crossing;
 use super::machine::Machine;
+use crate::search::greatest;
 use camdrive::drives::Fault;
 use camdrive::drives::backlash::{Parameters, Scene};
 use serde::Serialize;
@@ -80,7 +81,7 @@ pub struct Point {
     pub force: [Option<f64>; 2],
 }
 
-/// Points of the period after the impact: largest values are right to (π/400)²/2 = 3e-5 of the vibration.
+/// Points of the period after the impact: largest values of the model are right to (π/400)²/2 = 3e-5 of the vibration.
 const POINTS: usize = 400;
 
 impl Figures {
@@ -94,8 +95,7 @@ impl Figures {
         let release_after = borders::release(passage);
         let until = release_after.unwrap_or(TAU);
         let largest = |value: &dyn Fn(f64) -> f64| {
-            let points = (0..=POINTS).map(|i| value(until * i as f64 / POINTS as f64).abs());
-            (until > 0.0).then(|| points.fold(0.0, f64::max))
+            (until > 0.0).then(|| greatest(&[[0.0, until]], |_, tau| value(tau).abs()).value)
         };
         Figures {
             release: crossing.phi,

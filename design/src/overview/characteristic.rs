@@ -5,17 +5,14 @@
 //! velocity is C_v h Ω/β. They are maxima of the analytic pieces of the law, ends included, where f″ and f‴ may jump.
 
 use super::{Overview, Warning, shown};
-use crate::search::{local_maxima, zero};
+use crate::search::{greatest, root, segments};
 use crate::text::Table;
 use camdrive::motion::{MotionLaw, MotionPlan};
 use serde::Serialize;
 use std::f64::consts::TAU;
 
 /// Samples of a turn, between which stops are looked for.
-const SAMPLES: usize = 8192;
-
-/// Samples of a motion, between which its peaks are looked for; eight at least of each of its pieces.
-const PEAKS: usize = 2048;
+const SAMPLES: f64 = 8192.0;
 
 /// The part of max |U′| below which a follower stands.
 const STANDING: f64 = 1e-12;
@@ -106,27 +103,37 @@ impl Jump {
 /// The motions of the law in a turn, in the order of their angles; none where it never stops; without the ripples of rests.
 pub fn motions(section: &str, law: &MotionLaw, unit: &'static str) -> Vec<Motion> {
     let standing = STANDING * law.bound(1);
-    let sign = |phi: f64| {
-        let slope = law.at(phi).0[1];
-        if slope.abs() <= standing { 0.0 } else { slope.signum() }
+    let slope = |phi: f64| law.at(phi.rem_euclid(TAU)).0[1];
+    let (plan, pieces) = (matches!(law, MotionLaw::Plan(_) | MotionLaw::Cycle(_)), segments(law.breakpoints()));
+    // Where U rises, falls or rests, ascending. What is flat within a segment that moves says nothing.
+    let mut places: Vec<([f64; 2], f64)> = Vec::new();
+    for (segment, ends) in pieces.iter().enumerate() {
+        let [start, end] = *ends;
+        // A point at which the follower stands is a stop of a plan, though U′ may not change its sign.
+        if plan && slope(start).abs() <= standing {
+            places.push(([start; 2], 0.0));
+        }
+        if law.bound_in(segment, 1) <= standing {
+            places.push((*ends, 0.0));
+            continue;
+        }
+        let parts = ((end - start) * SAMPLES / TAU).ceil();
+        let middles = (0..parts as usize).map(|i| start + (end - start) * (i as f64 + 0.5) / parts);
+        let moving = middles.map(|phi| ([phi; 2], slope(phi))).filter(|(_, slope)| slope.abs() > standing);
+        places.extend(moving.map(|(phi, slope)| (phi, slope.signum())));
+    }
+    let count = places.len();
+    let around = |i: usize| {
+        let (ends, sign) = places[i % count];
+        (ends.map(|phi| phi + TAU * ((i / count) as f64 - 1.0)), sign)
     };
-    // Breakpoints are samples, since dwells end there.
-    let even = (0..SAMPLES).map(|i| TAU * i as f64 / SAMPLES as f64);
-    let mut angles: Vec<f64> = even.chain(law.breakpoints().iter().copied()).collect();
-    angles.sort_by(f64::total_cmp);
-    let cells: Vec<[f64; 2]> =
-        angles.iter().zip(angles.iter().skip(1).chain(&[angles[0] + TAU])).map(|(a, b)| [*a, *b]).collect();
-    let middle = |i: usize| sign(0.5 * (cells[i % cells.len()][0] + cells[i % cells.len()][1]));
-    let Some(first) = (0..cells.len()).find(|&i| middle(i) != middle(i + cells.len() - 1)) else { return Vec::new() };
-    let around = |i: usize| cells[i % cells.len()][0] + TAU * (i / cells.len()) as f64;
-    // A rest between two rises is a stop of a plan, though U′ does not change its sign.
-    let rests = |i: usize| matches!(law, MotionLaw::Plan(_)) && sign(cells[i % cells.len()][0]) == 0.0;
+    let Some(first) = (count..2 * count).find(|i| around(*i).1 != around(i - 1).1) else { return Vec::new() };
     let (mut ends, mut start) = (Vec::new(), first);
-    for i in first + 1..=first + cells.len() {
-        if middle(i) != middle(start) || rests(i) {
-            if middle(start) != 0.0 {
-                let stop = |i: usize| stop(law, [around(i + cells.len() - 1) - TAU, around(i), around(i + 1)]);
-                ends.push([start, i].map(stop));
+    for i in first + 1..=first + count {
+        let sign = around(start).1;
+        if around(i).1 != sign {
+            if sign != 0.0 {
+                ends.push([start, i].map(|i| stop(around(i - 1), around(i), slope)));
             }
             start = i;
         }
@@ -140,34 +147,28 @@ pub fn motions(section: &str, law: &MotionLaw, unit: &'static str) -> Vec<Motion
     ends.into_iter().map(|ends| motion((section, unit), law, ends, lift(ends))).collect()
 }
 
-/// Where U′ vanishes between the middles of two neighbouring cells: at the border between them, or beside it.
-fn stop(law: &MotionLaw, [before, border, behind]: [f64; 3]) -> f64 {
-    let mut slope = |phi: f64| law.at(phi.rem_euclid(TAU)).0[1];
-    let ends = [0.5 * (before + border), 0.5 * (border + behind)];
-    let slopes = ends.map(&mut slope);
-    if slope(border).abs() <= STANDING * law.bound(1) || slopes[0] * slopes[1] >= 0.0 {
-        return border;
+/// Where U′ vanishes between two places, at the end of a rest or between two motions of different sense.
+fn stop(before: ([f64; 2], f64), behind: ([f64; 2], f64), slope: impl Fn(f64) -> f64) -> f64 {
+    match (before, behind) {
+        (([_, end], 0.0), _) => end,
+        (_, ([start, _], 0.0)) => start,
+        (([_, before], _), ([behind, _], _)) => root(slope, [before, behind]),
     }
-    zero(&mut slope, ends, slopes, 0.0)
 }
 
 fn motion((section, unit): (&str, &'static str), law: &MotionLaw, [from, to]: [f64; 2], lift: f64) -> Motion {
     let angle = to - from;
     let turns = [0.0, TAU].map(|turn| law.breakpoints().iter().map(move |phi| phi + turn));
-    let mut ends: Vec<f64> = turns.into_iter().flatten().filter(|phi| from < *phi && *phi < to).collect();
-    ends.insert(0, from);
-    ends.push(to);
-    let parts = (PEAKS / ends.len()).max(8);
+    let inner = turns.into_iter().flatten().filter(|phi| from < *phi && *phi < to);
+    let ends: Vec<f64> = [from].into_iter().chain(inner).chain([to]).collect();
+    let pieces: Vec<[f64; 2]> = ends.windows(2).map(|ends| [ends[0], ends[1]]).collect();
     let peak = |value: &dyn Fn([f64; 5]) -> f64| {
-        let piece = |ends: &[f64], least: f64| {
-            let [start, end] = [ends[0], ends[1]];
-            let middle = 0.5 * (start + end);
-            let (segment, turn) = (law.segment(middle.rem_euclid(TAU), true), TAU * (middle / TAU).floor());
-            let at = |phi: f64| value(law.at_in(segment, phi - turn).0);
-            let samples: Vec<f64> = (0..=parts).map(|i| start + (end - start) * i as f64 / parts as f64).collect();
-            local_maxima(&samples, least, at).into_iter().map(at).fold(least, f64::max)
+        let at = |i: usize, phi: f64| {
+            let middle = 0.5 * (pieces[i][0] + pieces[i][1]);
+            let turn = TAU * (middle / TAU).floor();
+            value(law.at_in(law.segment(middle - turn, true), phi - turn).0)
         };
-        ends.windows(2).fold(f64::NEG_INFINITY, |most, ends| piece(ends, most))
+        greatest(&pieces, at).value
     };
     let both = |value: &dyn Fn([f64; 5]) -> f64| [peak(value), -peak(&|u| -value(u))];
     let [z, h] = [angle, lift];

@@ -1,7 +1,8 @@
 //! A rigid machine: its speeds, its inertia, its tools.
 
-use super::{Overview, angles};
+use super::Overview;
 use crate::periodic_motions::{free_motion, periodic_motions, range};
+use crate::search::{greatest, segments};
 use camdrive::drives::rigid_machine::{Inertia, Kloss, Motor, Place, Scene};
 use std::f64::consts::TAU;
 
@@ -17,9 +18,10 @@ pub fn tell(overview: &mut Overview, scene: &Scene) {
         overview.speed("mean_speed", mean);
         overview.share("speed_fluctuation", (high - low) / mean.abs());
     }
-    let values = || angles().map(|phi| inertia.at(Place::at(phi), phi)[0]);
-    overview.figure("least_inertia", values().fold(f64::INFINITY, f64::min), "kg.m2");
-    overview.figure("largest_inertia", values().fold(0.0, f64::max), "kg.m2");
+    let value = |i: usize, phi: f64| inertia.value(inertia.place(i), phi);
+    let segments = segments(inertia.borders());
+    overview.figure("least_inertia", -greatest(&segments, |i, phi| -value(i, phi)).value, "kg.m2");
+    overview.figure("largest_inertia", greatest(&segments, value).value, "kg.m2");
     if let Some(law) = &scene.inertia.varying {
         overview.roughness("machine.J", law, "kg.m2");
     }
@@ -27,9 +29,8 @@ pub fn tell(overview: &mut Overview, scene: &Scene) {
         let prefix = format!("follower[{}].", j + 1);
         let lever = follower.turns || !follower.linkage.0.is_empty();
         overview.law(&format!("{prefix}cam"), &follower.cam, if lever { "rad" } else { "m" });
-        let tools: Vec<[f64; 5]> = angles().map(|phi| follower.tool(follower.cam.at(phi).0)).collect();
-        let motion = [0, 1, 2].map(|n| tools.iter().map(|tool| tool[n]).collect());
-        overview.motion(&prefix, motion, follower.m, running.map(|(mean, _)| mean), follower.turns);
+        let tool = |u| follower.tool(u);
+        overview.motion(&prefix, (&follower.cam, &tool), follower.m, running.map(|(mean, _)| mean), follower.turns);
     }
 }
 
@@ -44,11 +45,10 @@ pub fn running(scene: &Scene, inertia: &Inertia) -> Option<(f64, [f64; 2])> {
         }
         Motor::None if scene.w_start != 0.0 => {
             let unit = free_motion(inertia, 1.0, scene.w_start.signum());
-            let from = scene.phi_start.rem_euclid(TAU);
-            let at = unit.iter().min_by(|a, b| (a[0] - from).abs().total_cmp(&(b[0] - from).abs()));
-            // A machine without torques keeps the shape of its motion at any speed.
-            at.map(|[_, w]| (scene.w_start / w, range(&unit)))
-                .map(|(factor, [low, high])| (scene.w_start.signum() * TAU * factor, [factor * low, factor * high]))
+            // A machine without torques keeps the shape of its motion at any speed: ω √J is constant.
+            let root = |phi: f64| inertia.value(Place::at(phi), phi).sqrt();
+            let factor = scene.w_start * root(scene.phi_start) / (unit[0][1] * root(unit[0][0]));
+            Some((scene.w_start.signum() * TAU * factor, range(&unit).map(|w| factor * w)))
         }
         _ => None,
     }

@@ -19,6 +19,7 @@ pub use characteristic::{Jump, Motion};
 pub use roughness::scatter;
 
 use crate::resource::{Resource, Tool};
+use crate::search::{greatest, segments};
 use crate::text;
 use camdrive::drives::backlash::{self, BacklashDrive};
 use camdrive::drives::cam_drive::DriveMode;
@@ -29,6 +30,7 @@ use camdrive::drives::parametric::{self, ParametricDrive};
 use camdrive::drives::rigid_machine::RigidMachine;
 use camdrive::drives::{Drive as _, Fault};
 use camdrive::motion::MotionLaw;
+use camdrive::numerics::angle::reduce;
 use serde::Serialize;
 use std::f64::consts::TAU;
 
@@ -85,13 +87,8 @@ pub struct Warning {
     pub hint: String,
 }
 
-/// Samples of a turn, in the middle of as many equal parts: three digits of the largest derivatives of a law.
-const SAMPLES: usize = 4096;
-
-/// The sampled angles (rad).
-fn angles() -> impl Iterator<Item = f64> {
-    (0..SAMPLES).map(|i| (i as f64 + 0.5) * TAU / SAMPLES as f64)
-}
+/// A law, and position and transfer functions of the tool that it moves by those of its own.
+type Moved<'a> = (&'a MotionLaw, &'a dyn Fn([f64; 5]) -> [f64; 5]);
 
 /// The overview of a scene. A model that is not known here has an empty one.
 ///
@@ -120,7 +117,7 @@ pub fn of(resource: &Resource) -> Result<Overview, Fault> {
             overview.elastic(&vibration::behind_cam(&cam, [m2, b, c], speed), Some((&cam, false)));
             overview.speed("natural_frequency_in_flight", (c * (m1 + m2) / (m1 * m2)).sqrt());
             overview.figure("clearance", s, "m");
-            let share = s / stroke(&lifts(&cam));
+            let share = s / stroke(&cam, |u| u[0]);
             if share.is_finite() {
                 overview.share("clearance_of_stroke", share);
             }
@@ -181,17 +178,16 @@ impl Overview {
     /// The motion of a mass on a cam.
     fn cam(&mut self, law: &MotionLaw, mass: f64, speed: Option<f64>) {
         self.law("cam", law, "m");
-        let [u, u1, u2, ..] = std::array::from_fn::<Vec<f64>, 5, _>(|n| angles().map(|phi| law.at(phi).0[n]).collect());
-        self.motion("", [u, u1, u2], mass, speed, false);
+        self.motion("", (law, &|u| u), mass, speed, false);
     }
 
-    /// The motion of a tool whose position and transfer functions over the turn are these.
-    fn motion(&mut self, prefix: &str, [u, u1, u2]: [Vec<f64>; 3], mass: f64, speed: Option<f64>, turns: bool) {
+    /// The motion of a tool whose position and transfer functions follow from those of a law.
+    fn motion(&mut self, prefix: &str, (law, tool): Moved, mass: f64, speed: Option<f64>, turns: bool) {
         let mut tell = |name: &str, value: f64, unit: [&'static str; 2]| {
             self.figure(format!("{prefix}{name}"), value, unit[usize::from(turns)]);
         };
-        tell("stroke", stroke(&u), ["m", "rad"]);
-        let (slope, curvature) = (largest(&u1), largest(&u2));
+        tell("stroke", stroke(law, |u| tool(u)[0]), ["m", "rad"]);
+        let [slope, curvature] = [1, 2].map(|n| greatest_of(law, |u| tool(u)[n].abs()));
         let Some(speed) = speed else {
             tell("largest_first_transfer_function", slope, ["m/rad", "1"]);
             tell("largest_second_transfer_function", curvature, ["m/rad2", "1/rad"]);
@@ -224,19 +220,15 @@ impl Overview {
     }
 }
 
-/// U over the turn.
-fn lifts(law: &MotionLaw) -> Vec<f64> {
-    angles().map(|phi| law.at(phi).0[0]).collect()
+/// The greatest value over the turn of what follows from U … U⁗.
+pub fn greatest_of(law: &MotionLaw, value: impl Fn([f64; 5]) -> f64) -> f64 {
+    let at = |segment: usize, phi: f64| value(law.at_in(segment, reduce(phi.into())).0);
+    greatest(&segments(law.breakpoints()), at).value
 }
 
-fn largest(values: &[f64]) -> f64 {
-    values.iter().fold(0.0, |most, value| most.max(value.abs()))
-}
-
-fn stroke(positions: &[f64]) -> f64 {
-    let (low, high) =
-        positions.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), u| (low.min(*u), high.max(*u)));
-    high - low
+/// The greatest less the least value of a position.
+pub fn stroke(law: &MotionLaw, position: impl Fn([f64; 5]) -> f64) -> f64 {
+    greatest_of(law, &position) + greatest_of(law, |u| -position(u))
 }
 
 /// Four significant digits, in powers of ten where that is shorter.
@@ -262,7 +254,7 @@ fn shown(value: f64, unit: &str) -> String {
         "1" => digits(value),
         "rad" => format!("{}°", digits(value.to_degrees())),
         // Drawings are in millimetres, up to ten metres.
-        "m" if value.abs() < 10.0 => suited(&[("mm", 1e3), ("µm", 1e6), ("nm", 1e9)]),
+        "m" if value.abs() < 9.9995 => suited(&[("mm", 1e3), ("µm", 1e6), ("nm", 1e9)]),
         "N" => suited(&[("MN", 1e-6), ("kN", 1e-3), ("N", 1.0), ("mN", 1e3)]),
         "N.m" => suited(&[("kN·m", 1e-3), ("N·m", 1.0), ("mN·m", 1e3)]),
         "m/rad" => format!("{} mm/rad", digits(1e3 * value)),

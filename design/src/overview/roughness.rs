@@ -7,7 +7,7 @@
 //! of U″ whose root mean square over the turn is 3.89 σ̂/h². Without noise that is the size of the errors that the sampling
 //! itself makes.
 
-use super::{Overview, Warning, angles, largest, shown};
+use super::{Overview, Warning, greatest_of, shown};
 use camdrive::motion::table::Points;
 use camdrive::motion::{MotionLaw, Table};
 use std::f64::consts::TAU;
@@ -73,7 +73,7 @@ impl Overview {
     pub(super) fn roughness(&mut self, section: &str, law: &MotionLaw, unit: &str) {
         let MotionLaw::Table(table) = law else { return };
         let Some([sigma, error]) = scatter_and_error(table) else { return };
-        let share = error / largest(&angles().map(|phi| law.at(phi).0[2]).collect::<Vec<f64>>());
+        let share = error / greatest_of(law, |u| u[2].abs());
         let noisy = scatter(table.points()).is_some();
         if share <= if noisy { TOLERATED } else { TOLERATED_OF_SAMPLING } {
             return;

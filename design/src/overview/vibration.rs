@@ -1,9 +1,12 @@
 //! The elastic member of a drive: natural frequency, damping ratio, deformation, resonances.
 
-use super::{Overview, Resonance, SAMPLES, angles, largest, lifts, stroke};
+use super::{Overview, Resonance, stroke};
+use crate::search::{greatest, segments};
+use crate::stability::system::{Complex, sample};
 use camdrive::drives::oscillator::{PeriodicOscillator, Terms};
 use camdrive::drives::unit;
 use camdrive::motion::MotionLaw;
+use camdrive::numerics::angle::reduce;
 
 /// Harmonics among which resonances are looked for; the drives of machines run above ω₀/48.
 const HARMONICS: usize = 48;
@@ -36,8 +39,8 @@ pub fn behind_cam(law: &MotionLaw, [m, b, c]: [f64; 3], speed: Option<f64>) -> P
 impl Overview {
     /// Figures of an elastic member; with the law that it moves, and whether it twists the shaft of its cam.
     pub(super) fn elastic(&mut self, oscillator: &PeriodicOscillator, moved: Option<(&MotionLaw, bool)>) {
-        let turn: Vec<(f64, Terms)> = angles().map(|phi| (phi, terms_at(oscillator, phi))).collect();
-        let mean = |term: fn(&Terms) -> f64| turn.iter().map(|(_, t)| term(t)).sum::<f64>() / SAMPLES as f64;
+        let turn = sample(oscillator, HARMONICS);
+        let mean = |term: fn(&Terms) -> f64| turn.iter().map(|(_, weight, t)| weight * term(t)).sum::<f64>();
         let [m, b, c] = [mean(|t| t.m), mean(|t| t.b), mean(|t| t.c)];
         // A drive whose mean stiffness draws it away has no natural frequency.
         if !(m > 0.0 && c > 0.0) {
@@ -49,15 +52,20 @@ impl Overview {
         let (length, load) = (oscillator.coordinate.unit, oscillator.load.unit);
         if let Some(speed) = oscillator.speed {
             self.figure("frequency_ratio", speed.abs() / w0, "1");
-            let loads: Vec<f64> = turn.iter().map(|(_, t)| t.f + speed * speed * t.f2).collect();
+            let segments = segments(&oscillator.breakpoints);
+            let load_at = |segment: usize, phi: f64| {
+                let t = (oscillator.terms)(segment, reduce(phi.into()));
+                (t.f + speed * speed * t.f2).abs()
+            };
+            let largest = greatest(&segments, load_at).value;
             if moved.is_none_or(|(_, twists)| twists) {
-                self.figure(if load == "N" { "largest_force" } else { "largest_torque" }, largest(&loads), load);
+                self.figure(if load == "N" { "largest_force" } else { "largest_torque" }, largest, load);
             }
-            self.figure("largest_deformation", largest(&loads) / c, length);
+            self.figure("largest_deformation", largest / c, length);
             if let Some((law, twists)) = moved {
-                let arm = |phi: f64| if twists { law.at(phi).0[1] } else { 1.0 };
-                let missed: Vec<f64> = turn.iter().zip(&loads).map(|((phi, _), load)| arm(*phi) * load / c).collect();
-                let share = largest(&missed) / stroke(&lifts(law));
+                let missed = |i: usize, phi: f64| load_at(i, phi) * law.at_in(i, reduce(phi.into())).0[1].abs();
+                let missed = if twists { greatest(&segments, missed).value } else { largest };
+                let share = missed / c / stroke(law, |u| u[0]);
                 if share.is_finite() {
                     self.share("deformation_of_stroke", share);
                 }
@@ -67,23 +75,25 @@ impl Overview {
     }
 }
 
-fn terms_at(oscillator: &PeriodicOscillator, phi: f64) -> Terms {
-    let breakpoints = &oscillator.breakpoints;
-    let before = breakpoints.partition_point(|at| *at <= phi);
-    (oscillator.terms)(before.checked_sub(1).unwrap_or(breakpoints.len().saturating_sub(1)), phi)
-}
-
-fn resonances(turn: &[(f64, Terms)], [m, b, c]: [f64; 3], speed: Option<f64>, unit: &'static str) -> Vec<Resonance> {
+fn resonances(
+    turn: &[(f64, f64, Terms)],
+    [m, b, c]: [f64; 3],
+    speed: Option<f64>,
+    unit: &'static str,
+) -> Vec<Resonance> {
     let w0 = (c / m).sqrt();
+    let mut waves = [[Complex::default(); 2]; HARMONICS + 1];
+    for (phi, weight, t) in turn {
+        let (step, mut wave) = (Complex::cis(-phi), Complex::from(2.0 * weight));
+        for sums in &mut waves {
+            *sums = [sums[0] + wave * t.f, sums[1] + wave * t.f2];
+            wave *= step;
+        }
+    }
     // The amplitude of harmonic k of the load at the speed w.
-    let load = |k: usize, w: f64| {
-        let part = |wave: fn(f64) -> f64| {
-            turn.iter().map(|(phi, t)| (t.f + w * w * t.f2) * wave(k as f64 * phi)).sum::<f64>() * 2.0 / SAMPLES as f64
-        };
-        part(f64::cos).hypot(part(f64::sin))
-    };
+    let load = |k: usize, w: f64| (waves[k][0] + waves[k][1] * (w * w)).norm();
     let at_resonance: Vec<f64> = (1..=HARMONICS).map(|k| load(k, w0 / k as f64)).collect();
-    let least = OF_NO_ACCOUNT * largest(&at_resonance);
+    let least = OF_NO_ACCOUNT * at_resonance.iter().copied().fold(0.0, f64::max);
     let mut told: Vec<usize> = (1..=HARMONICS).filter(|k| at_resonance[k - 1] > least).collect();
     match speed {
         Some(speed) if speed != 0.0 => {

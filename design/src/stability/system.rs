@@ -421,7 +421,7 @@ fn intervals(oscillator: &PeriodicOscillator, start: f64, length: f64) -> Vec<(f
 
 /// Gauss nodes over the turn, weights of sum 1 and the coefficients: cells over which neither the coefficients nor the
 /// waves of order `order` turn by more than 4 rad, of which 16 nodes integrate the product to rounding.
-fn sample(oscillator: &PeriodicOscillator, order: usize) -> Vec<(f64, f64, Terms)> {
+pub fn sample(oscillator: &PeriodicOscillator, order: usize) -> Vec<(f64, f64, Terms)> {
     let mut samples = Vec::new();
     let mut start = 0.0;
     for (end, segment) in intervals(oscillator, 0.0, TAU) {

@@ -135,23 +135,16 @@ impl<'a> LaggingTurn<'a> {
         legs
     }
 
-    /// ln of the largest modulus of the multipliers of the periodic motion (v, M_an), and φ and ω at the beginnings of so many
-    /// equal parts of the turn and at its end; None where the machine comes to rest on it.
-    pub fn growth_and_course(&self, motion: [f64; 2], points: usize) -> Option<(f64, Vec<[f64; 2]>)> {
+    /// ln of the largest modulus of the multipliers of the periodic motion (v, M_an), and the motion; None where the machine
+    /// comes to rest on it.
+    pub fn growth_and_motion(&self, motion: [f64; 2]) -> Option<(f64, Motion<'_>)> {
         let disturbance = Disturbance { turn: self, lag: self.motor.lag()?, pieces: self.pieces(motion)? };
         let growth = match Period::of(&disturbance, GROWTH_TOLERANCE) {
             Some(whole) => whole.monodromy.growth(),
             // The lag is some millionths of the turn: the torque follows at once.
             None => disturbance.growth_without_lag(),
         };
-        let mut piece = 0;
-        let course = (0..=points).map(|i| {
-            let psi = TAU * i as f64 / points as f64;
-            piece += disturbance.pieces[piece..].iter().take_while(|(_, c)| c.end().hi < psi).count();
-            let [_, w, ..] = disturbance.at(piece, Double::from(psi));
-            [self.phi_start + self.sense * psi, self.sense * w]
-        });
-        Some((growth, course.collect()))
+        Some((growth, Motion(disturbance)))
     }
 
     /// The steps of the motion (v, M_an).
@@ -235,6 +228,27 @@ impl<'a> LaggingTurn<'a> {
             smallest = smallest.min(size);
         }
         None
+    }
+}
+
+/// A periodic motion.
+pub struct Motion<'a>(Disturbance<'a>);
+
+impl Motion<'_> {
+    /// The ends of its pieces in φ.
+    pub fn pieces(&self) -> Vec<[f64; 2]> {
+        let Disturbance { turn, pieces, .. } = &self.0;
+        let ends = |(_, motion): &(Place, Collocation<3>)| {
+            let [a, b] = [motion.start(), motion.end()].map(|psi| turn.phi_start + turn.sense * psi.hi);
+            [a.min(b), a.max(b)]
+        };
+        pieces.iter().map(ends).collect()
+    }
+
+    /// ω (rad/s) in a piece.
+    pub fn speed(&self, piece: usize, phi: f64) -> f64 {
+        let Disturbance { turn, .. } = &self.0;
+        turn.sense * self.0.at(piece, Double::from(turn.sense * (phi - turn.phi_start)))[1]
     }
 }
 

@@ -83,7 +83,7 @@ impl RigidMachine {
             let turn = LaggingTurn::of(self, tau, Some(work));
             let v = (2.0 * energy.hi).sqrt();
             let (motion, t) = turn.refine(v, breakdown_torque).ok_or_else(none)?;
-            let (growth, _) = turn.growth_and_course(motion, 1).ok_or_else(none)?;
+            let (growth, _) = turn.growth_and_motion(motion).ok_or_else(none)?;
             if growth > 0.0 {
                 let factor = growth.exp();
                 return Err(Fault::named(

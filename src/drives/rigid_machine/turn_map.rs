@@ -20,7 +20,6 @@ use crate::numerics::double_double::Double;
 use crate::numerics::gauss::STAGES;
 use crate::numerics::work::{self, Work};
 use std::cell::Cell;
-use std::f64::consts::TAU;
 
 /// Tolerance of the scan; the signs are all that matters.
 pub const SCAN_TOLERANCE: f64 = 1e-7;
@@ -203,25 +202,23 @@ impl<'a> TurnMap<'a> {
         if beginning.cell == cell && ahead(&beginning) <= 0.0 { Some(beginning.energy) } else { Some(end?.energy) }
     }
 
-    /// φ and ω over a turn that begins with `energy`, at about so many points, in the order in which the machine passes them.
-    pub fn course(&self, energy: f64, points: usize) -> Vec<[f64; 2]> {
-        let sense = self.machine.motor.sense();
-        let mut course = Vec::with_capacity(points + 1);
-        let longest = TAU / points as f64;
-        self.advance_by_angle(energy, |position, _| {
-            let place = self.machine.inertia.place(self.mesh.cells()[position.cell].interval);
-            let j = self.machine.inertia.value(place, position.angle.hi);
-            let here = [position.angle.hi, sense * (2.0 * position.energy.hi / j).sqrt()];
-            (position.turns == 0.0).then(|| {
-                course.push(here);
-                longest
-            })
-        });
-        course.extend(course.first().map(|[phi, w]| [phi + self.torques.sense * TAU, *w]));
-        if self.torques.sense != sense {
-            course.reverse();
-        }
-        course
+    /// A turn that begins with `energy`: ω as a function of piece and φ, and the ends of the pieces in φ.
+    pub fn motion(&self, energy: f64) -> (Vec<[f64; 2]>, impl Fn(usize, f64) -> f64) {
+        let TurnMap { machine: RigidMachine { inertia, motor, .. }, torques: Torques { sense, .. }, .. } = *self;
+        let mut steps = Vec::new();
+        self.follow(energy, |step| steps.push(*step));
+        let ends = |AngleStep { from, length, .. }: &AngleStep| {
+            let [a, b] = [from.angle.hi, from.angle.hi + sense * length];
+            [a.min(b), a.max(b)]
+        };
+        let pieces = steps.iter().map(ends).collect();
+        let speed = move |piece: usize, phi: f64| {
+            let step: &AngleStep = &steps[piece];
+            let x = 2.0 * sense * (phi - step.from.angle.hi) / step.length - 1.0;
+            let place = inertia.place(self.mesh.cells()[step.from.cell].interval);
+            motor.sense() * (2.0 * step.energy_at(x).hi / inertia.value(place, phi)).sqrt()
+        };
+        (pieces, speed)
     }
 
     /// The brackets of the stable periodic motions, the fastest first, and the number of all periodic motions found.

@@ -31,7 +31,7 @@ fn a_dwell_cycle_changes_sides_in_the_middle_of_rise_and_return() {
             assert!((crossing.phi - phi).abs() < 1e-14, "{law:?}: {crossing:?}");
             assert!((crossing.jerk - jerk).abs() < 1e-13 * jerk.abs());
         }
-        assert!((largest / (0.04 / 2.25 * law.peak(2)) - 1.0).abs() < 0.02);
+        assert!((largest / (0.04 / 2.25 * law.peak(2)) - 1.0).abs() < 1e-13, "{law:?}: {largest}");
     }
 }
 
