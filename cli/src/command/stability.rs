@@ -32,7 +32,7 @@ pub struct Args {
     /// Folder for tables and diagrams [default: stability-NAME]
     #[arg(short, long, value_name = "FOLDER")]
     output: Option<PathBuf>,
-    /// Speed to examine, "46 rpm" or in rad/s; several are possible [default: that of the scene]
+    /// Speed to examine, "46 rpm" or in rad/s, negative backwards; several are possible [default: that of the scene]
     #[arg(long, value_name = "SPEED", allow_hyphen_values = true)]
     speed: Vec<String>,
     /// Lowest speed of the diagrams
@@ -63,10 +63,9 @@ impl Args {
     fn options(&self) -> Result<Options, Failure> {
         let refused = |name: &str, message: &str, hint: &str| failure(format!("--{name}: {message}\n  = hint: {hint}"));
         let speed = |name: &str, text: &String| {
-            let hint = "a drive at rest is no parametric one; a drive that turns backwards has the same boundaries";
-            let above = |value: &f64| *value > 0.0;
-            let value = Some(quantity(name, text, &unit::ANGULAR_VELOCITY)?).filter(above);
-            value.ok_or_else(|| refused(name, &format!("{text} is not above 0"), hint))
+            let value = quantity(name, text, &unit::ANGULAR_VELOCITY)?;
+            let hint = "a drive at rest is no parametric one; a drive that turns backwards has a negative speed";
+            if value == 0.0 { Err(refused(name, "0 is no speed of a drive that turns", hint)) } else { Ok(value) }
         };
         let within = |name: &str, value: Option<f64>, [least, most]: [f64; 2], example: f64| match value {
             Some(value) if !(least..=most).contains(&value) => Err(refused(
@@ -79,9 +78,9 @@ impl Args {
         let range = match (&self.from, &self.to) {
             (Some(from), Some(to)) => {
                 let (low, high) = (speed("from", from)?, speed("to", to)?);
-                if low >= high {
-                    let message = format!("{to} is not above --from {from}");
-                    return Err(refused("to", &message, "name two speeds, the lower one first"));
+                if low.abs() >= high.abs() {
+                    let message = format!("{to} is not faster than --from {from}");
+                    return Err(refused("to", &message, "name two speeds, the slower one first"));
                 }
                 Some([low, high])
             }

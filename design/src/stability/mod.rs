@@ -27,11 +27,13 @@ pub mod tongue;
 use crate::resource::Resource;
 use crate::{Progress, parallel, search};
 use bounds::Bounds;
+use camdrive::drives::oscillator::Terms;
 use camdrive::drives::{Fault, PeriodicOscillator};
 use map::{Known, Modulation, Region};
 use orders::{Tongues, tongues};
 use response::{PeriodicMotion, Resonance, Transient};
 use serde::Serialize;
+use std::f64::consts::TAU;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use system::{System, Unfollowed};
 use table::exact;
@@ -40,9 +42,10 @@ use tongue::{Extent, multipliers, spectral_radius};
 /// Options of a study.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Options {
-    /// Speeds Ω (rad/s) at which stability and motion are examined; that of the scene if there are none.
+    /// Speeds Ω (rad/s) at which stability and motion are examined; that of the scene if there are none. [`study_scene`] takes
+    /// those of a drive that turns backwards, too.
     pub speeds: Vec<f64>,
-    /// The speeds between which maps and amplification are drawn (rad/s).
+    /// The speeds between which maps and amplification are drawn (rad/s), the slower one first.
     pub range: Option<[f64; 2]>,
     /// How many orders are examined; as many as belong to the speeds, eight at least.
     pub orders: Option<usize>,
@@ -235,7 +238,32 @@ pub fn study_scene(
     options: &Options,
     progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<Report, Fault> {
-    let report = study([&resource.name, &resource.model], &resource.oscillator()?, options, progress)?;
+    let mut oscillator = resource.oscillator()?;
+    let own = oscillator.speed.filter(|_| options.speeds.is_empty());
+    let turns: Vec<f64> = options.speeds.iter().chain(options.range.iter().flatten()).copied().chain(own).collect();
+    let backwards = turns.iter().any(|w| *w < 0.0);
+    if let Some(w) = turns.iter().find(|w| backwards && **w > 0.0) {
+        return Err(Fault::new(format!(
+            "the speed {w} rad/s turns one way and others turn the other, where the boundaries are not the same; examine them one \
+             after the other, the range with its sign"
+        )));
+    }
+    let options = &Options {
+        speeds: options.speeds.iter().map(|w| w.abs()).collect(),
+        range: options.range.map(|r| r.map(f64::abs)),
+        ..options.clone()
+    };
+    if backwards {
+        oscillator = mirrored(oscillator);
+    }
+    let mut report = study([&resource.name, &resource.model], &oscillator, options, progress)?;
+    if backwards {
+        report.note = Some([report.note.as_deref().unwrap_or_default(), table::BACKWARDS].join(" ").trim().to_owned());
+        for course in &mut report.courses {
+            course.iter_mut().for_each(|point| point[0] = TAU - point[0]);
+            course.reverse();
+        }
+    }
     let counter = Counter::new(progress, "crank", crank::POINTS);
     let crank = if options.quick { None } else { crank::curves(resource, &|| counter.step())? };
     Ok(Report { crank, ..report })
@@ -254,7 +282,8 @@ pub fn study(
     let system = System::new(oscillator)?;
     let w0 = system.natural_frequency();
     let theta = options.damping.unwrap_or_else(|| system.damping_ratio());
-    let speeds = speeds(oscillator, options)?;
+    let own = oscillator.speed.filter(|w| *w > 0.0 && options.speeds.is_empty());
+    let speeds: Vec<f64> = options.speeds.iter().copied().chain(own).collect();
     for speed in &speeds {
         let eta = speed / w0;
         let followed = system.followed(1.0 / (eta * eta), 2.0 * theta / eta);
@@ -357,17 +386,24 @@ fn unfollowed(why: Unfollowed, speed: f64, eta: f64, theta: f64) -> Fault {
     })
 }
 
-/// The speeds to examine, positive: a drive that turns backwards has the multipliers of its mirror image.
-fn speeds(oscillator: &PeriodicOscillator, options: &Options) -> Result<Vec<f64>, Fault> {
-    if !options.speeds.is_empty() {
-        return Ok(options.speeds.clone());
-    }
-    match oscillator.speed {
-        Some(w) if w > 0.0 => Ok(vec![w]),
-        Some(w) if w < 0.0 => Err(Fault::new(format!(
-            "drive.w = {w} rad/s turns backwards; name the speeds to examine as positive ones: the boundaries are the same"
-        ))),
-        _ => Ok(Vec::new()),
+/// The oscillator of a drive that turns the other way: with its coefficients at −φ, and J′ of the other sign.
+fn mirrored(oscillator: PeriodicOscillator) -> PeriodicOscillator {
+    let mut breakpoints: Vec<f64> = oscillator.breakpoints.iter().map(|phi| (TAU - phi) % TAU).collect();
+    breakpoints.sort_by(f64::total_cmp);
+    let (count, first) = (breakpoints.len().max(1), if breakpoints.first() == Some(&0.0) { 1 } else { 2 });
+    // The segment that ends where this one begins.
+    let of = move |segment: usize| (2 * count - first - segment) % count;
+    let PeriodicOscillator { terms, reach, speed, start, .. } = oscillator;
+    PeriodicOscillator {
+        terms: Box::new(move |segment, phi| {
+            let terms = terms(of(segment), -phi);
+            Terms { b1: -terms.b1, ..terms }
+        }),
+        breakpoints,
+        reach: Box::new(move |segment| reach(of(segment))),
+        speed: speed.map(f64::abs),
+        start: -start,
+        ..oscillator
     }
 }
 

@@ -9,6 +9,9 @@ use crate::text::{NONE, Table, csv, digits, number};
 use camdrive::drives::Fault;
 use std::fmt::Write as _;
 
+/// Said of a drive that turns backwards.
+pub const BACKWARDS: &str = "The drive turns backwards: all speeds are those of this sense, without their sign.";
+
 /// Definition of θ where the damping is negative somewhere.
 pub const ACTIVE: &str = "The damping is negative over a part of the turn. θ is the ratio of the constant damping with the \
      same decay over a turn, mean(b/m)/mean(1/m); what varies about it stays at every θ, also \"without damping\".";

@@ -2,6 +2,7 @@
 
 mod active;
 mod approximations;
+mod backwards;
 mod extremes;
 mod tables;
 
