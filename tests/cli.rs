@@ -352,6 +352,20 @@ fn check_warns_of_a_rough_table() {
         "{}",
         run.err
     );
+    // The FMU says so to those who have no scene.
+    let fmu = scene.with_extension("fmu");
+    let exported = camdrive(&["export", text(&scene), "-o", text(&fmu), "--runtime", &runtime()]);
+    assert_eq!(exported.code, 0, "{}", exported.err);
+    let mut archive = zip::ZipArchive::new(std::fs::File::open(&fmu).expect("the FMU")).expect("an archive");
+    for file in ["modelDescription.xml", "documentation/index.html"] {
+        let content = std::io::read_to_string(archive.by_name(file).expect(file)).expect("UTF-8");
+        assert!(content.contains("The table of cam is smoothed: noise 5.2"), "{file}");
+    }
+    for (noise, origin) in [("\"estimate\"", "estimated"), ("\"4 um\"", "given")] {
+        std::fs::write(&scene, whole(&format!("noise = {noise}\n"))).expect("the folder can be written to");
+        let said = camdrive(&["describe", text(&scene)]).out;
+        assert!(said.contains("e-6 m") && said.contains(&format!("({origin}), largest change ")), "{said}");
+    }
     std::fs::write(&scene, whole("interpolation = \"fourier\"\nharmonics = 12\n"))
         .expect("the folder can be written to");
     let run = camdrive(&["check", text(&scene)]);
@@ -1105,11 +1119,12 @@ fn stability_writes_tables_and_maps() {
 
 #[test]
 fn stability_refuses_what_it_cannot_study() {
-    let cases: [(&[&str], &str); 9] = [
+    let cases: [(&[&str], &str); 10] = [
         (&["examples/rapier_loom/scene.toml"], "elastic input shaft"),
         (&["examples/guide_bar/scene.toml"], "periodic coefficients"),
         (&[SCENE, "--speed", "3 m"], "--speed"),
-        (&[SCENE, "--speed=-46 rpm"], "above 0"),
+        (&[SCENE, "--speed=0 rpm"], "0 is no speed"),
+        (&[SCENE, "--speed=-46 rpm", "--speed=46 rpm"], "turns one way"),
         (&[SCENE, "--from", "90 rpm", "--to", "40 rpm"], "--to"),
         (&[SCENE, "--damping=-0.1"], "--damping"),
         (&[SCENE, "--orders", "0"], "--orders"),
@@ -1551,7 +1566,7 @@ fn synthesize_takes_a_shaft_by_its_natural_frequency() {
 fn options_of_studies_are_refused_with_their_range() {
     let (rods, backlash) = ("examples/rod_drive/scene.toml", "examples/backlash_drive/scene.toml");
     for (arguments, part) in [
-        (["stability", rods, "--speed", "-3 rpm"], "--speed: -3 rpm is not above 0"),
+        (["stability", rods, "--speed", "0 rpm"], "--speed: 0 is no speed of a drive that turns"),
         (["stability", rods, "--damping", "-0.1"], "--damping: -0.1 is outside [0, 10]"),
         (["stability", rods, "--modulation", "-1"], "--modulation: -1 is outside [0.000001, 100]"),
         (["stability", rods, "--speed", "1e-9"], "a turn cannot be followed"),

@@ -34,6 +34,8 @@ pub struct Smoothed {
     pub changes: [f64; 2],
     /// The order of which half is kept, and what it would be if all of the noise were taken out.
     pub half: [f64; 2],
+    /// σ of the noise that is left in U″ (per rad²).
+    pub left: f64,
 }
 
 /// Why lifts cannot be smoothed.
@@ -104,5 +106,8 @@ pub fn smooth(points: Points, noise: Option<f64>) -> Result<Smoothed, SmoothingE
         changes = [changes[0] + change * change / n as f64, changes[1].max(change.abs())];
     }
     let half = [log, discrepancy].map(|log| (-log / 6.0).exp());
-    Ok(Smoothed { points, noise, changes: [changes[0].sqrt(), changes[1]], half })
+    // White noise has the same share σ²/n in every harmonic of either phase, of which U″ has k² times the kept part.
+    let left = (1..=order).map(|k| freedom(k) * ((k * k) as f64 * kept(log, k)).powi(2)).sum::<f64>();
+    let left = noise * (left / n as f64).sqrt();
+    Ok(Smoothed { points, noise, changes: [changes[0].sqrt(), changes[1]], half, left })
 }

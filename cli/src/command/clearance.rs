@@ -65,7 +65,8 @@ pub struct Args {
     /// Turns of the settled motion; the second half of them counts [default: 40]
     #[arg(long, value_name = "NUMBER")]
     turns: Option<usize>,
-    /// Lobes of U″ and of the contact force below this part of the largest one are no passages [default: 1e-9]
+    /// Lobes of U″ and of the contact force below this part of the largest one are no passages [default: 1e-9; of a
+    /// smoothed table four times its noise]
     #[arg(long, value_name = "PART", allow_negative_numbers = true)]
     ignore: Option<f64>,
     /// Leave out which natural frequencies, speeds, clearances, masses m1 and damping ratios the model admits
@@ -117,6 +118,7 @@ impl Args {
             damping: self.damping,
             turns: self.turns,
             ignore: self.ignore,
+            noise: noise(scene),
             quick: self.quick,
             laws,
         })
@@ -133,11 +135,16 @@ fn cam(scene: &Resolved) -> Result<MotionLaw, Failure> {
     })
 }
 
-/// The laws that a name stands for, in the place of the scene's.
-fn compared(name: &str, scene: &Resolved) -> Result<Vec<(String, MotionLaw)>, Failure> {
+/// σ of the noise in U″ of the cam of a scene (m).
+fn noise(scene: &Resolved) -> f64 {
+    scene.smoothed.iter().find(|table| table.section == "cam").map_or(0.0, |table| table.left)
+}
+
+/// The laws that a name stands for, in the place of the scene's, each with σ of the noise in U″ (m).
+fn compared(name: &str, scene: &Resolved) -> Result<Vec<(String, MotionLaw, f64)>, Failure> {
     if name.ends_with(".toml") {
         let other = read(Path::new(name))?;
-        return Ok(vec![(other.name.clone(), cam(&other)?)]);
+        return Ok(vec![(other.name.clone(), cam(&other)?, noise(&other))]);
     }
     let own = cam(scene)?;
     let harmonics = name.strip_prefix("hs").and_then(|count| count.parse::<usize>().ok());
@@ -149,7 +156,7 @@ fn compared(name: &str, scene: &Resolved) -> Result<Vec<(String, MotionLaw)>, Fa
         }
         let analysis =
             analyse(Points { angles, lifts }, harmonics).map_err(|e| failure(format!("--compare {name}: {e}")))?;
-        return Ok(vec![(name.to_owned(), MotionLaw::Fourier(analysis.series))]);
+        return Ok(vec![(name.to_owned(), MotionLaw::Fourier(analysis.series), noise(scene))]);
     }
     let short = SHORT_NAMES.iter().find(|(short, _)| *short == name).map(|(_, law)| *law);
     let named = || STANDARD_LAWS.iter().find(|(names, _)| names.contains(&name)).map(|(_, law)| *law);
@@ -173,7 +180,7 @@ fn compared(name: &str, scene: &Resolved) -> Result<Vec<(String, MotionLaw)>, Fa
         )));
     };
     let same_task = |law: StandardLaw| CyclePlan { rise_law: law, return_law: law, ..*cycle.plan() };
-    Ok(laws.into_iter().map(|law| (law.name().to_owned(), MotionLaw::Cycle(Cycle::new(same_task(law))))).collect())
+    Ok(laws.into_iter().map(|law| (law.name().to_owned(), MotionLaw::Cycle(Cycle::new(same_task(law))), 0.0)).collect())
 }
 
 /// Tables and diagrams.

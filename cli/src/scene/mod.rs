@@ -20,7 +20,7 @@ mod table;
 mod tests;
 pub mod units;
 
-pub use table::course;
+pub use table::{Smoothed, course};
 
 pub use diagnostics::{Diagnostic, Diagnostics};
 
@@ -39,7 +39,7 @@ pub const LONGEST_NAME: usize = 24;
 pub struct Resolved {
     /// A C identifier.
     pub name: String,
-    /// One sentence of the user, or nothing.
+    /// What the user says of it, and that tables are smoothed.
     pub description: String,
     /// One of [`camdrive::drives::MODELS`].
     pub model: &'static str,
@@ -47,6 +47,8 @@ pub struct Resolved {
     pub scene: serde_json::Value,
     /// The tools behind mechanisms whose motion it prescribes.
     pub tools: Vec<Tool>,
+    /// Its smoothed tables.
+    pub smoothed: Vec<Smoothed>,
     /// The geometry of its cams, as far as the scene tells it.
     pub cams: Vec<geometry::CamPlan>,
     /// Loads on the follower of each cam beside its masses.
@@ -151,16 +153,21 @@ fn whole_scene(root: &Section<'_>, folder: &Path) -> Option<Resolved> {
     let name = name(root);
     let description = root.text("description").map(|text| text.unwrap_or_default().trim().to_owned());
     let drive = models::drive(root, folder);
+    let smoothed = root.faults.smoothed.take();
     let cams = geometry::all(root, drive.as_ref().map(|(_, scene)| scene));
     let loads = forces::all(root, drive.as_ref().map(|(_, scene)| scene), cams.as_deref().unwrap_or_default(), folder);
     let (model, scene) = drive?;
     let (name, description, cams, loads) = (name?, description?, cams?, loads?);
+    let sentences = smoothed.iter().map(|table| table.sentence.as_str());
+    let description =
+        std::iter::once(description.as_str()).chain(sentences).collect::<Vec<_>>().join(" ").trim().to_owned();
     Some(Resolved {
         name,
         description,
         model,
         scene,
         tools: root.faults.tools.take(),
+        smoothed,
         cams,
         loads,
         notes: root.faults.notes(),

@@ -29,6 +29,8 @@ pub struct Faults<'a> {
     notes: RefCell<Vec<String>>,
     /// The tools behind mechanisms whose motion it prescribes.
     pub tools: RefCell<Vec<Tool>>,
+    /// Its smoothed tables.
+    pub smoothed: RefCell<Vec<super::Smoothed>>,
     /// The tables that it names.
     pub files: RefCell<Vec<PathBuf>>,
     /// Whether the file has syntax errors; then values may be absent only because of them.
@@ -47,6 +49,7 @@ impl<'a> Faults<'a> {
             read: RefCell::default(),
             notes: RefCell::default(),
             tools: RefCell::default(),
+            smoothed: RefCell::default(),
             files: RefCell::default(),
             broken: false,
             kind: "a scene of this kind",

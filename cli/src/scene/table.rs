@@ -53,6 +53,17 @@ struct Reading {
     places: Vec<Span>,
 }
 
+/// A table without its noise.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Smoothed {
+    /// Its section, `cam`.
+    pub section: String,
+    /// σ of the noise that is left in U″ (per rad²).
+    pub left: f64,
+    /// Noise and largest change, for the users of the FMU.
+    pub sentence: String,
+}
+
 /// A table that ends before its turn does.
 pub struct Part {
     /// Its points.
@@ -131,13 +142,16 @@ fn smoothed(
     let fault = match smooth(reading.points.clone(), sigma) {
         Ok(smooth) => {
             let [mean, largest] = smooth.changes.map(said);
+            let (path, noise) = (section.path.clone(), said(smooth.noise));
+            let origin = if sigma.is_some() { "given" } else { "estimated" };
+            let sentence =
+                format!("The table of {path} is smoothed: noise {noise} ({origin}), largest change {largest}.");
+            section.faults.smoothed.borrow_mut().push(Smoothed { section: path, left: smooth.left, sentence });
             let [half, other] = smooth.half.map(|order| format!("{order:.0}"));
             section.faults.note(format!(
                 "`{}`: {} without its noise of {}: the lifts change by {mean} (root mean square), {largest} at most; half of \
                  harmonic {half} is left (of {other}, if all of the noise were taken out)",
-                section.path,
-                file.name,
-                said(smooth.noise)
+                section.path, file.name, noise
             ));
             return Some(Reading { points: smooth.points, ..reading });
         }

@@ -23,6 +23,7 @@ mod tests;
 pub mod tuning;
 
 use crate::Progress;
+use crate::overview::{greatest_of, stroke};
 use crate::resource::Resource;
 use borders::Sequel;
 use by_model::ByModel;
@@ -38,7 +39,7 @@ use machine::Machine;
 use passage::{Bench, Clearance, Figures};
 use serde::Serialize;
 use settled::Settled;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 use tuning::{Passages, Tuning};
 
 /// Options of a study.
@@ -56,16 +57,22 @@ pub struct Options {
     pub damping: Option<f64>,
     /// Turns of the settled motion, [`settled::TURNS`].
     pub turns: Option<usize>,
-    /// Lobes of U″ and of the contact force below this part of the largest one are no passages; [`IGNORE`].
+    /// Lobes of U″ and of the contact force below this part of the largest one are no passages; [`IGNORE`], and the noise of
+    /// a table.
     pub ignore: Option<f64>,
+    /// σ of the noise in U″ of the scene's law (m), 0 where it is no smoothed table.
+    pub noise: f64,
     /// Leave out what the model admits at other values, which takes most of the time.
     pub quick: bool,
-    /// Further laws with their names, in the place of the scene's.
-    pub laws: Vec<(String, MotionLaw)>,
+    /// Further laws in the place of the scene's, with their names and σ of the noise in their U″ (m).
+    pub laws: Vec<(String, MotionLaw, f64)>,
 }
 
 /// Lobes that much lower than the largest one are roundings of a law or of a table.
 pub const IGNORE: f64 = 1e-9;
+
+/// Lobes up to so many times σ of the noise in U″ are noise: of a hundred of them none is higher by chance.
+pub const NOISE: f64 = 4.0;
 
 /// Passages that are followed by the model, at most; a law that rests on a vibration has any number of them.
 const MOST_FOLLOWED: usize = 40;
@@ -180,13 +187,13 @@ pub fn study(resource: &Resource, options: &Options, progress: impl Fn(Progress)
     if !(machine.mu > 0.0 && machine.mu.is_finite() && omega > 0.0 && omega.is_finite()) {
         return Err(Fault::new(format!("m1/m2 = {} and √(c/m2) = {omega} rad/s must be finite and not 0", machine.mu)));
     }
-    let own = ("scene".to_owned(), scene.cam.clone());
-    let laws: Vec<&(String, MotionLaw)> = std::iter::once(&own).chain(&options.laws).collect();
+    let own = ("scene".to_owned(), scene.cam.clone(), options.noise);
+    let laws: Vec<&(String, MotionLaw, f64)> = std::iter::once(&own).chain(&options.laws).collect();
     let mut studies = Vec::new();
-    for (done, (name, law)) in laws.iter().enumerate() {
+    for (done, (name, law, noise)) in laws.iter().enumerate() {
         progress(Progress { done, total: laws.len(), stage: name });
         let scene = Scene { cam: law.clone(), ..scene.clone() };
-        studies.push(of_law(name, &scene, &machine, options));
+        studies.push(of_law(name, &scene, &machine, options, *noise));
     }
     Ok(Report { scene: resource.name.clone(), machine, laws: studies })
 }
@@ -270,14 +277,18 @@ fn apart(a: f64, b: f64) -> f64 {
     angle.min(TAU - angle)
 }
 
-fn of_law(name: &str, scene: &Scene, machine: &Parameters, options: &Options) -> Study {
+fn of_law(name: &str, scene: &Scene, machine: &Parameters, options: &Options, noise: f64) -> Study {
     let w = machine.speed;
-    let Signs { crossings, largest, ignored } = law::signs(&scene.cam, w > 0.0, options.ignore.unwrap_or(IGNORE));
+    let ignore = options.ignore.unwrap_or_else(|| match noise {
+        0.0 => IGNORE,
+        noise => NOISE * noise / greatest_of(&scene.cam, |u| u[2].abs()),
+    });
+    let Signs { crossings, largest, ignored } = law::signs(&scene.cam, w > 0.0, ignore);
     let course = (0..=720).map(|i| TAU * f64::from(i) / 720.0);
     let usable: Vec<&Crossing> = crossings.iter().filter(|crossing| crossing.jerk != 0.0).collect();
     let mut study = Study {
         law: name.to_owned(),
-        stroke: stroke(&scene.cam),
+        stroke: stroke(&scene.cam, |u| u[0]),
         acceleration: largest,
         crossings: crossings.len(),
         ignored,
@@ -296,7 +307,14 @@ fn of_law(name: &str, scene: &Scene, machine: &Parameters, options: &Options) ->
         course: course.map(|phi| [phi, scene.cam.at(phi - TAU * (phi / TAU).round()).0[2]]).collect(),
         ..Study::default()
     };
-    if let Err(fault) = study.follow(scene, machine, &crossings, options) {
+    if noise > 0.0 {
+        study.remarks.push(format!(
+            "The table is smoothed: lobes of U″ and of the contact force below {} % of the largest one are its noise and no \
+             passages.",
+            table::number(100.0 * ignore)
+        ));
+    }
+    if let Err(fault) = study.follow(scene, machine, &crossings, (options, ignore)) {
         study.remarks.push(format!("The event-driven model cannot be run: {fault}."));
         study.passages = passages(scene, machine, &crossings, None);
     }
@@ -320,9 +338,8 @@ impl Study {
         scene: &Scene,
         machine: &Parameters,
         crossings: &[Crossing],
-        options: &Options,
+        (options, ignore): (&Options, f64),
     ) -> Result<(), Fault> {
-        let ignore = options.ignore.unwrap_or(IGNORE);
         let mut model = Machine::new(scene, machine.speed)?;
         model.allow(MOST_STEPS);
         let motion = ContactMotion::new(&mut model, scene, ignore);
@@ -355,13 +372,6 @@ impl Study {
         }
         Ok(())
     }
-}
-
-fn stroke(law: &MotionLaw) -> f64 {
-    let count = (64.0 * law.resolution()).clamp(1024.0, 65536.0) as usize;
-    let values = (0..count).map(|i| law.at(PI - TAU * i as f64 / count as f64).0[0]);
-    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), u| (low.min(u), high.max(u)));
-    high - low
 }
 
 fn spacing(crossings: &[Crossing]) -> Option<f64> {

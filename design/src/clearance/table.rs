@@ -418,8 +418,7 @@ pub fn of_motion(study: &Study) -> Vec<String> {
         if study.ignored > 0 { format!(" ({} more are too small to count)", study.ignored) } else { String::new() };
     let exact = study.releases.map_or(String::new(), |n| {
         let more = if n > study.crossings {
-            ", since the working mass vibrates between them; --ignore 0.01 leaves out what stays below 1 % of the largest \
-             force"
+            ", since the working mass vibrates between them; a larger --ignore leaves out the lower ones"
         } else {
             ""
         };
