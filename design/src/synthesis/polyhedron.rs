@@ -12,6 +12,7 @@
 //! and the proximal point algorithm", SIAM J. Control Optim. 14 (1976) 877–898, section 3.
 
 use super::exact::{add_multiple, dot};
+use crate::work;
 use camdrive::numerics::double_double::Double;
 
 /// A row that depends on others keeps less than this part of itself beside them: rows of conditions at angles that differ
@@ -175,7 +176,13 @@ impl Polyhedron {
         for (row, _) in &self.holding {
             factors.take_up(factors.turned(&self.rows[*row].a));
         }
+        // A row that is taken up: eight products with Q, and a look at each row in plain numbers.
+        let n = goal.len() as f64;
+        let cost = 8.0 * n * n * work::PRECISE + 2.0 * n * self.rows.len() as f64;
         for _ in 0..STEPS * goal.len() {
+            if !work::draw(cost) {
+                return false;
+            }
             self.settle(&mut factors, goal);
             let Some((row, by)) = self.most_exceeded(admitted) else { return true };
             // Roundings of a goal far away come back for ever.

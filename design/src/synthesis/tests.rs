@@ -312,3 +312,12 @@ fn a_wider_tolerance_reaches_farther() {
     ladder(&five, 0.0, &[0.0015, 0.0017]);
     ladder(&five, 0.002, &[0.0015, 0.0017]);
 }
+
+#[test]
+fn a_study_that_takes_too_much_work_ends_and_says_so() {
+    let task = symmetric_task(9, 0.5, Objective::Chebyshev);
+    let solved = |budget: f64| work::within(budget, "do less", &|_| (), |_| task.solve());
+    let message = solved(1e5).unwrap_err();
+    assert!(message.contains("more work than a study may take") && message.ends_with("= hint: do less"), "{message}");
+    assert_eq!(solved(1e9).unwrap().unwrap().series, task.solve().unwrap().series);
+}
