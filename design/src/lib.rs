@@ -36,3 +36,4 @@ pub mod synthesis;
 pub mod text;
 pub mod tradeoff;
 pub mod transmission;
+pub mod work;

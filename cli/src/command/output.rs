@@ -5,6 +5,7 @@ use camdrive_design::{Progress, text};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::{IsTerminal as _, Write};
 use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
 
 /// Characters of a line where nothing tells how wide lines are; help takes the same.
 const USUAL_WIDTH: usize = 100;
@@ -89,6 +90,8 @@ impl Bar {
         let bar = ProgressBar::with_draw_target(Some(LENGTH), target)
             .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
             .with_prefix(name.to_owned());
+        // The time goes on where a stage is one long part.
+        bar.enable_steady_tick(Duration::from_secs(1));
         Bar { bar, stage: Mutex::default() }
     }
 

@@ -38,6 +38,7 @@ pub use restrictions::Restrictions;
 pub use tool::Tool;
 
 use crate::search::root;
+use crate::{Progress, work};
 use camdrive::drives::Fault;
 use camdrive::drives::rigid_machine::{self, Kloss, Motor, Place};
 use camdrive::motion::Fourier;
@@ -63,6 +64,9 @@ const RESOLVED: f64 = 1e-14;
 /// The share of the tools' inertia grows by this much at first where Newton's method needs to be led to the solution, and
 /// by this much at least.
 const SHARES: [f64; 2] = [0.25, 1e-3];
+
+/// The work that the least inertia with a motor is worth, which only a refusal names.
+const LEAST_INERTIA: f64 = 0.25 * work::BUDGET;
 
 /// The machine and what is wanted of it.
 #[derive(Clone, Debug)]
@@ -162,8 +166,13 @@ impl Task {
         ((0..n).map(root).sum::<f64>() / n as f64).powi(2)
     }
 
-    /// The motion on `mesh` with this share of the tools' inertia.
-    fn solve_on(&self, mesh: &Mesh) -> Result<PeriodicMotion, f64> {
+    /// The motion on `mesh`; without one the share of the tools' inertia up to which there is one.
+    fn solve_on(&self, mesh: &Mesh, progress: &dyn Fn(Progress)) -> Result<PeriodicMotion, f64> {
+        let reached = |share: f64| {
+            let stage = format!("motion of {} points, per cent of the tools", mesh.len());
+            progress(Progress { done: (100.0 * share) as usize, total: 100, stage: &stage });
+        };
+        reached(0.0);
         let tools: Vec<f64> = (0..mesh.len()).map(|i| self.tools_inertia(mesh.point(i))).collect();
         if self.is_free() {
             return self.free_motion(&tools).ok_or(1.0);
@@ -184,7 +193,10 @@ impl Task {
         while share < 1.0 {
             let next = f64::min(share + step, 1.0);
             match periodic_motion::solve(mesh, &with_share(next), &self.driving, periodic.clone()) {
-                Some(found) => (periodic, share, step) = (found, next, 1.5 * step),
+                Some(found) => {
+                    (periodic, share, step) = (found, next, 1.5 * step);
+                    reached(share);
+                }
                 None => step *= 0.5,
             }
             if step < SHARES[1] {
@@ -199,17 +211,25 @@ impl Task {
     /// # Errors
     /// Where there is no such motion: the torque cannot carry the load, or the inertia is too small.
     pub fn solve(&self) -> Result<Solution, Fault> {
+        self.solve_with(&|_| ())
+    }
+
+    /// See [`Task::solve`]; `progress` hears on which mesh it is.
+    ///
+    /// # Errors
+    /// Those of [`Task::solve`].
+    pub fn solve_with(&self, progress: &dyn Fn(Progress)) -> Result<Solution, Fault> {
         // Newton's method may find a motion on a mesh that does not see where the machine comes to rest.
         if self.is_free() && self.own.function.constant <= self.least_inertia_without_motor() {
             return Err(self.refusal(1.0));
         }
         if self.has_corners() {
-            self.solve_on(&self.rough_mesh()).map_err(|share| self.refusal(share))?;
+            self.solve_on(&self.rough_mesh(), progress).map_err(|share| self.refusal(share))?;
         }
         let mut order = self.coarsest();
         loop {
             let mesh = Mesh::new(order);
-            let periodic = self.solve_on(&mesh).map_err(|share| self.refusal(share))?;
+            let periodic = self.solve_on(&mesh, progress).map_err(|share| self.refusal(share))?;
             let speed = mesh.series(&periodic.speed);
             let resolution = tail(&speed);
             if resolution <= RESOLVED || 2 * order > self.finest() {
@@ -277,7 +297,10 @@ impl Task {
         }
         let least = self.least_inertia_without_motor();
         let constant = self.own.function.constant;
-        let with_motor = || self.least_inertia().map(|j| format!(", with this motor about {j:.3} kg.m2"));
+        let with_motor = || {
+            let least = work::within(LEAST_INERTIA, "", &|_| (), |_| self.least_inertia()).ok().flatten();
+            least.map(|j| format!(", with this motor about {j:.3} kg.m2"))
+        };
         let needed = if self.driving.motor == Motor::None { None } else { with_motor() }.unwrap_or_default();
         Fault::new(format!(
             "no law of the cams makes the tools move so: with J0 = {constant} kg.m2 the machine would come to rest where the tools are fastest (it needs at least {least:.6} kg.m2 without motor{needed}). Enlarge J0, or make the tools lighter or slower"
@@ -291,7 +314,7 @@ impl Task {
         let solvable = |constant: f64| {
             let mut task = self.clone();
             task.own.function.constant = constant;
-            task.solve_on(&mesh).is_ok()
+            task.solve_on(&mesh, &|_| ()).is_ok()
         };
         let given = self.own.function.constant;
         let (mut low, mut high) = if solvable(given) {

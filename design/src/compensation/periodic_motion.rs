@@ -21,6 +21,7 @@
 //! (4); that the equation is regular in the phase of time is derived here.
 
 use super::spectral::{Mesh, mean};
+use crate::work;
 use camdrive::drives::rigid_machine::{Kloss, Motor};
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
@@ -309,6 +310,10 @@ pub fn solve<I: Inertia>(mesh: &Mesh, inertia: &I, driving: &Driving, start: Per
     let mut periodic = start;
     let mut before = f64::INFINITY;
     for _ in 0..ITERATIONS {
+        // The factors of the Jacobian take most of it.
+        if !work::draw((layout.len() as f64).powi(3)) {
+            return None;
+        }
         let Equations { residual, jacobian, .. } = Equations::new(mesh, inertia, driving, &periodic);
         let step = jacobian.lu().solve(&residual)?;
         let change = (0..mesh.len()).map(|i| (step[i] / periodic.mean_speed).abs()).fold(0.0, f64::max);

@@ -8,6 +8,7 @@ use crate::periodic_motions::periodic_motions;
 use crate::synthesis::{KEPT, UNITS};
 use crate::text::{self, Table, number};
 use crate::transmission::{self, Transmission};
+use crate::{Progress, work};
 use camdrive::drives::Fault;
 use camdrive::drives::rigid_machine::{Kloss, MachineStart, Motor, Scene};
 use camdrive::drives::solver::Settings;
@@ -103,9 +104,18 @@ pub struct Cut {
 /// Compensates a machine and looks at the result.
 ///
 /// # Errors
-/// Those of [`Task::solve`] and [`super::Solution::laws`].
-pub fn study(scene: &str, task: &Task, options: Options) -> Result<Report, Fault> {
-    let solution = task.solve()?;
+/// Those of [`Task::solve`] and [`super::Solution::laws`], and a study that takes more work than one may.
+pub fn study(scene: &str, task: &Task, options: Options, progress: &dyn Fn(Progress)) -> Result<Report, Fault> {
+    let hint = "a larger J0 or breakdown slip helps, a motor without `lag`, motions that are series instead of cycles, or a larger \
+                --tolerance";
+    work::within(work::BUDGET, hint, progress, |tell| looked_at(scene, task, options, tell)).map_err(Fault::new)?
+}
+
+/// See [`study`].
+fn looked_at(scene: &str, task: &Task, options: Options, progress: &dyn Fn(Progress)) -> Result<Report, Fault> {
+    let solution = task.solve_with(progress)?;
+    let stage = |stage| progress(Progress { done: 0, total: 1, stage });
+    stage("laws");
     // The motor as the period demands it; from here on it is given.
     let mut driving = task.driving;
     if task.driving.motor != Motor::None {
@@ -113,6 +123,7 @@ pub fn study(scene: &str, task: &Task, options: Options) -> Result<Report, Fault
     }
     let Finished { laws, machine, cams, round } =
         finish(task, &solution, &driving, options).map_err(|fault| beside_least_inertia(task, fault))?;
+    stage("other speeds");
     let wanted: Vec<Fourier> = task.tools.iter().map(|tool| tool.wanted.clone()).collect();
     let other_speeds = OTHER_SPEEDS.map(|part| {
         let mut driving = driving;

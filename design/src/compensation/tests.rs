@@ -238,7 +238,8 @@ fn what_tools_have_to_keep_is_looked_at_in_every_round() {
     assert_eq!(Restrictions::of(&assignment, &task.tools[..1], 1e-6).unwrap_err(), 2);
     task.restrictions = Restrictions::of(&assignment, &task.tools, 1e-6).unwrap();
     let report =
-        report::study("loom", &task, report::Options { tolerance: 1e-6, rounds: 3, form: Form::Auto }).unwrap();
+        report::study("loom", &task, report::Options { tolerance: 1e-6, rounds: 3, form: Form::Auto }, &|_| ())
+            .unwrap();
     for (i, round) in report.rounds.iter().enumerate() {
         // By hand on twenty thousand phases, the tools where their cams put them at the angle of (6).
         let motion = |j: usize, psi: f64, n: usize| round.motions[j].at(psi).0[n];
@@ -493,7 +494,8 @@ fn a_machine_with_several_motions_is_told() {
     task.driving.motor =
         Motor::Kloss(Kloss { breakdown_torque: 15.0, breakdown_slip: 0.08, synchronous_speed: 50.0, dynamics: None });
     let report =
-        report::study("bumps", &task, report::Options { tolerance: 1e-5, rounds: 0, form: Form::Auto }).unwrap();
+        report::study("bumps", &task, report::Options { tolerance: 1e-5, rounds: 0, form: Form::Auto }, &|_| ())
+            .unwrap();
     // The unstable motion is compensated; the periods of both by shooting.
     assert!(error(report.period, 0.131116) < 1e-5 && error(report.other_motion.unwrap(), 0.113688) < 1e-4);
     assert!(report.about().iter().any(|line| line.contains("not the fastest stable one")));
@@ -534,7 +536,8 @@ fn the_stated_error_of_a_finite_law_is_the_true_one() {
     }
     // And of the finished machine: what the report states holds, and is not far from it.
     for tolerance in [0.05, 1e-3, 1e-6] {
-        let report = report::study("loom", &task, report::Options { tolerance, rounds: 0, form: Form::Auto }).unwrap();
+        let report =
+            report::study("loom", &task, report::Options { tolerance, rounds: 0, form: Form::Auto }, &|_| ()).unwrap();
         for (cut, (law, tool)) in report.cams.iter().zip(report.laws.iter().zip(&report.finished.tools)) {
             assert!(cut.truncation <= 1.1 * tolerance && law.series().is_some());
             assert!(cut.truncation >= tool.deviation && cut.truncation <= 1.1 * tool.deviation, "{tolerance}: {cut:?}");
@@ -578,7 +581,8 @@ fn near_the_least_inertia_the_laws_are_tables() {
             continue;
         }
         let report =
-            report::study("loom", &task, report::Options { tolerance: 1e-6, rounds: 0, form: Form::Auto }).unwrap();
+            report::study("loom", &task, report::Options { tolerance: 1e-6, rounds: 0, form: Form::Auto }, &|_| ())
+                .unwrap();
         assert!(report.cams.iter().all(|cut| cut.truncation <= 1.0e-6), "{:?}", report.cams);
         assert!(error(report.finished.period, 0.12) < 1e-9);
     }
@@ -686,7 +690,8 @@ fn motions_of_cycles_are_compensated_through_tables() {
     {
         let task = cycles(law);
         let report =
-            report::study("cycles", &task, report::Options { tolerance, rounds: 2, form: Form::Auto }).unwrap();
+            report::study("cycles", &task, report::Options { tolerance, rounds: 2, form: Form::Auto }, &|_| ())
+                .unwrap();
         let missed = driven_miss(&task, &report.laws);
         let plain: Vec<MotionLaw> = task.tools.iter().map(|tool| tool.motion.clone()).collect();
         // Before, at other points of the turn: to the change of the acceleration between two of them.
@@ -720,7 +725,7 @@ fn cycles_behind_mechanisms_without_motor_and_with_a_load_are_compensated() {
     loaded.tools.remove(2);
     for (task, rounds) in [(free, 2), (loaded, 0)] {
         let options = report::Options { tolerance: 1e-5, rounds, form: Form::Auto };
-        let report = report::study("linked", &task, options).unwrap();
+        let report = report::study("linked", &task, options, &|_| ()).unwrap();
         for cut in &report.cams {
             assert!(cut.points.is_some_and(|points| points < 1000) && cut.truncation <= 1e-5, "{cut:?}");
         }
@@ -753,4 +758,18 @@ fn a_motion_as_a_table_is_compensated_as_its_series() {
         let most = |n: usize| (0..700).map(|i| miss(n, 0.008_976 * f64::from(i))).fold(0.0, f64::max);
         assert!(most(0) < 1e-9 && most(2) < 3e-6 && law.truncation <= 1e-6);
     }
+}
+
+#[test]
+fn a_study_that_takes_too_much_work_ends_and_says_so() {
+    // A machine whose motor lags, with a hundredth of the work that it takes.
+    let mut task = loom(1.9);
+    let Motor::Kloss(Kloss { dynamics, .. }) = &mut task.driving.motor else { unreachable!() };
+    *dynamics = Some(0.01);
+    let told = std::cell::Cell::new(0);
+    let hear = |_: crate::Progress| told.set(told.get() + 1);
+    let options = report::Options { tolerance: 1e-6, rounds: 0, form: Form::Auto };
+    let study = crate::work::within(1e7, "", &|_| (), |_| report::study("loom", &task, options, &hear));
+    let message = study.unwrap_err();
+    assert!(told.get() > 0 && message.contains("more work than a study may take"), "{told:?} {message}");
 }

@@ -1,6 +1,7 @@
 //! The functions that a profile is made of.
 
 use super::exact::sin_cos;
+use crate::work;
 use camdrive::motion::Fourier;
 use camdrive::numerics::double_double::Double;
 
@@ -112,6 +113,8 @@ impl Basis {
     /// The n-th derivatives of all functions of a law at `phi`, or of what an elastic output member makes of them; zero of
     /// the other laws.
     pub fn row(&self, law: usize, phi: f64, n: usize, response: Option<Response>) -> Vec<Double> {
+        // Sine and cosine take thirty terms, an order four products, a function two or three.
+        work::draw(work::PRECISE * (30 + 4 * self.order() + 3 * self.size()) as f64);
         // cos kφ and sin kφ for all k by addition of angles.
         let [s1, c1] = sin_cos(phi);
         let mut angles = vec![[Double::default(), Double::from(1.0)]];

@@ -4,6 +4,7 @@ use super::Curve;
 use super::sampling::{MEDIUM, angles};
 pub use crate::search::Extreme;
 use crate::search::crests;
+use crate::work;
 use camdrive::motion::Fourier;
 use std::f64::consts::TAU;
 
@@ -39,6 +40,8 @@ impl Window<'_> {
             let derivatives = series.derivatives::<2>(*phi).map(|pair| pair.array());
             derivatives.as_flattened()[self.order] - self.target.at(phi - self.from)
         };
+        // An order of a series takes some ten operations, and the extremes as much as the samples.
+        work::draw(20.0 * (angles.len() * (1 + series.order())) as f64);
         let values = angles.iter().map(value).collect();
         (angles, values)
     }

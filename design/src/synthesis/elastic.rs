@@ -13,6 +13,12 @@ use camdrive::motion::Fourier;
 /// Speeds per distance between two resonances 1/k, 1/(k + 1) at which a deviation is looked at first.
 const SPEEDS_PER_RESONANCE: f64 = 12.0;
 
+/// The distance of two speeds, as part of that from a resonance.
+const NEAR: f64 = 0.25;
+
+/// A damping ratio below which resonances are taken for equally wide, so that speeds near them come to an end.
+const NARROWEST: f64 = 1e-9;
+
 /// Grids of 17 speeds η_opt, each of an eighth of the width of the one before: to a millionth of the range.
 const REFINEMENTS: usize = 7;
 
@@ -219,6 +225,14 @@ fn refined(
 /// Speeds of a range, dense enough for the resonances up to harmonic `order`, each resonance among them.
 pub fn speeds(order: usize, range: SpeedRange) -> Vec<f64> {
     let lowest = 1.0 / order.max(1) as f64;
+    // Towards a resonance the motion changes as 1/|η − 1/k| does, down to its width δ/k. Without damping those inside the
+    // range are none, since no cam has their harmonics.
+    let counts = |k: f64| range.damping > 0.0 || !(range.slowest..=range.fastest).contains(&(1.0 / k));
+    let near = |eta: f64| {
+        let k = (1.0 / eta).clamp(1.0, order.max(1) as f64);
+        let width = |k: f64| NEAR * (eta - 1.0 / k).abs().max(range.damping.max(NARROWEST) / k);
+        [k.floor(), k.ceil()].into_iter().filter(|k| counts(*k)).map(width).fold(f64::INFINITY, f64::min)
+    };
     let mut list = Vec::new();
     let mut eta = range.slowest;
     while eta < range.fastest {
@@ -226,7 +240,7 @@ pub fn speeds(order: usize, range: SpeedRange) -> Vec<f64> {
         // Neighbouring resonances 1/k, 1/(k + 1) are η²/(1 + η) apart; below the lowest one the deviation of a robust
         // profile is level with some turns, and that of others has none.
         let distance = if eta < lowest { 0.25 * lowest } else { eta * eta / (1.0 + eta) };
-        eta += distance / SPEEDS_PER_RESONANCE;
+        eta += (distance / SPEEDS_PER_RESONANCE).min(near(eta));
     }
     list.extend((1..=order.max(1)).map(|k| 1.0 / k as f64).filter(|e| (range.slowest..range.fastest).contains(e)));
     list.push(range.fastest);

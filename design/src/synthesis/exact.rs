@@ -6,6 +6,7 @@
 //! Source: G. H. Golub, C. F. Van Loan, *Matrix Computations*, 4th ed., sections 5.2.2, 5.4.2 (pivoting), 6.2.2
 //! (equality constraints, null-space method).
 
+use crate::work;
 use camdrive::numerics::double_double::Double;
 use std::sync::LazyLock;
 
@@ -72,6 +73,7 @@ impl Factors {
     /// Factors of the matrix with these columns, all of `rows` numbers; a column that is left with less than the part `rank` of
     /// the largest one depends on the others.
     pub fn new(mut columns: Vec<Vec<Double>>, rows: usize, rank: f64) -> Self {
+        work::draw(work::PRECISE * (rows * columns.len() * columns.len().min(rows)) as f64);
         let mut order: Vec<usize> = (0..columns.len()).collect();
         let (mut diagonal, mut factors) = (Vec::new(), Vec::new());
         let rest = |column: &[Double], from: usize| dot(&column[from..], &column[from..]);

@@ -47,6 +47,7 @@ pub use nonlinear::{Norm, Search};
 pub use remarks::UNITS;
 
 use crate::search::local_maxima;
+use crate::work;
 use camdrive::motion::Fourier;
 use camdrive::numerics::double_double::Double;
 use clearance::Clearance;
@@ -57,6 +58,9 @@ use family::Family;
 use nonlinear::Region;
 use semi_infinite::{Goal, Program, Solution};
 use shaft::ShaftGoal;
+
+/// What the parts of a study say to it when its work is used up; it has words of its own.
+const EXHAUSTED: &str = "the work of the study is used up";
 
 /// Rounds in which the robust problem takes up speeds.
 const SPEED_ROUNDS: usize = 20;
@@ -345,6 +349,9 @@ impl Task {
         goal: Goal,
         (a, b): Squares,
     ) -> Result<Optimum, Infeasible> {
+        if work::is_exhausted() {
+            return Err(Infeasible::Numerical(EXHAUSTED.to_owned()));
+        }
         let nearest = solutions.least_squares(&a, &b);
         let exact: Vec<f64> = self.points.iter().map(|point| point.phi).collect();
         let mut program = Program { basis: &self.basis, solutions, exact: &exact, families, goal };

@@ -9,7 +9,8 @@ use super::exact::{Coordinates, Factors, RANK, Solutions, dot};
 use super::family::Family;
 use super::polyhedron::Polyhedron;
 use super::sampling::{FINE, angles};
-use super::{Basis, Infeasible};
+use super::{Basis, EXHAUSTED, Infeasible};
+use crate::work;
 use camdrive::numerics::double_double::Double;
 
 /// Linear programs from one start.
@@ -243,6 +244,9 @@ impl Region<'_> {
     /// The step that makes the objective of gᵢ + ∇gᵢ·d least among |d| ≤ radius, and that value.
     fn step(&self, here: &Values, cuts: &Cuts, y: &[f64], radius: f64) -> Result<(Vec<f64>, f64), Infeasible> {
         let n = self.unknowns();
+        if !work::draw((here.values.len() * n) as f64) {
+            return Err(Infeasible::Numerical(EXHAUSTED.to_owned()));
+        }
         let unit = here.size().max(f64::MIN_POSITIVE);
         // In units of the radius and of the objective, so that all unknowns are of size one.
         let scaled = |row: Vec<f64>, factor: f64| row.into_iter().map(|v| v * factor).collect::<Vec<f64>>();

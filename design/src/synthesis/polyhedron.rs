@@ -11,7 +11,8 @@
 //! Math. Programming 27 (1983) 1–33, algorithm of section 3 with the unit matrix; R. T. Rockafellar, "Monotone operators
 //! and the proximal point algorithm", SIAM J. Control Optim. 14 (1976) 877–898, section 3.
 
-use super::exact::{Factors, RANK, add_multiple, dot};
+use super::exact::{add_multiple, dot};
+use crate::work;
 use camdrive::numerics::double_double::Double;
 
 /// A row that depends on others keeps less than this part of itself beside them: rows of conditions at angles that differ
@@ -37,6 +38,8 @@ const LEVEL: f64 = 1e-14;
 /// a·z ≤ b with |a| = 1.
 struct Row {
     a: Vec<Double>,
+    /// a in plain numbers.
+    plain: Vec<f64>,
     limit: Double,
     /// |a| of the row as it was given.
     length: f64,
@@ -50,6 +53,88 @@ impl Row {
 
 fn length(v: &[Double]) -> f64 {
     dot(v, v).hi.sqrt()
+}
+
+/// The rows that hold as columns of Q R, Q square: rotated as rows come and go, which takes n² operations where new factors
+/// take n³.
+///
+/// Source: G. H. Golub, C. F. Van Loan, *Matrix Computations*, 4th ed., section 6.5.2.
+struct Factors {
+    /// By rows.
+    q: Vec<Vec<Double>>,
+    /// By columns, down to the diagonal.
+    r: Vec<Vec<Double>>,
+}
+
+impl Factors {
+    /// Of no rows yet, in `n` coordinates.
+    fn new(n: usize) -> Self {
+        let unit = |i: usize| (0..n).map(|j| Double::from(f64::from(u8::from(i == j)))).collect();
+        Factors { q: (0..n).map(unit).collect(), r: Vec::new() }
+    }
+
+    /// Qᵀ v.
+    fn turned(&self, v: &[Double]) -> Vec<Double> {
+        let mut turned = vec![Double::default(); v.len()];
+        self.q.iter().zip(v).for_each(|(row, v)| add_multiple(&mut turned, *v, row));
+        turned
+    }
+
+    /// Q v.
+    fn back(&self, v: &[Double]) -> Vec<Double> {
+        self.q.iter().map(|row| dot(row, v)).collect()
+    }
+
+    /// x with R x = y.
+    fn parts(&self, y: &[Double]) -> Vec<Double> {
+        let mut x = y[..self.r.len()].to_vec();
+        for j in (0..x.len()).rev() {
+            x[j] = x[j].divide(self.r[j][j]);
+            let (above, part) = (&self.r[j][..j], -x[j]);
+            add_multiple(&mut x, part, above);
+        }
+        x
+    }
+
+    /// y with Rᵀ y = d.
+    fn forward(&self, d: impl Iterator<Item = Double>) -> Vec<Double> {
+        let mut y: Vec<Double> = Vec::with_capacity(self.q.len());
+        for (column, d) in self.r.iter().zip(d) {
+            y.push((d - dot(column, &y)).divide(column[y.len()]));
+        }
+        y
+    }
+
+    /// Takes up the row a with Qᵀ a = `turned`, by a reflection of what is left of it beside the others.
+    fn take_up(&mut self, mut turned: Vec<Double>) {
+        let mut v = turned.split_off(self.r.len());
+        let norm = dot(&v, &v).sqrt();
+        // The sign that adds, so that nothing cancels.
+        let alpha = if v[0].hi > 0.0 { -norm } else { norm };
+        v[0] = v[0] - alpha;
+        let factor = Double::from(2.0).divide(dot(&v, &v));
+        for row in &mut self.q {
+            let row = &mut row[turned.len()..];
+            add_multiple(row, -(factor * dot(row, &v)), &v);
+        }
+        turned.push(alpha);
+        self.r.push(turned);
+    }
+
+    /// Lets row `i` of those that hold go, by rotations.
+    fn let_go(&mut self, i: usize) {
+        self.r.remove(i);
+        for j in i..self.r.len() {
+            let [a, b] = [self.r[j][j], self.r[j][j + 1]];
+            let size = (a * a + b * b).sqrt();
+            let [c, s] = [a, b].map(|part| part.divide(size));
+            for line in self.r[j..].iter_mut().chain(&mut self.q) {
+                let [a, b] = [line[j], line[j + 1]];
+                (line[j], line[j + 1]) = (c * a + s * b, c * b - s * a);
+            }
+            self.r[j].truncate(j + 1);
+        }
+    }
 }
 
 /// aᵢ·z ≤ bᵢ and the point that was found last.
@@ -69,8 +154,9 @@ impl Polyhedron {
     /// Adds a row.
     pub fn add(&mut self, a: Vec<Double>, limit: Double) {
         let length = dot(&a, &a).sqrt();
-        let a = a.into_iter().map(|a| a.divide(length)).collect();
-        self.rows.push(Row { a, limit: limit.divide(length), length: length.hi });
+        let a: Vec<Double> = a.into_iter().map(|a| a.divide(length)).collect();
+        let plain = a.iter().map(|a| a.hi).collect();
+        self.rows.push(Row { a, plain, limit: limit.divide(length), length: length.hi });
     }
 
     /// The point found last.
@@ -86,17 +172,19 @@ impl Polyhedron {
     /// Goes to the point nearest to `goal`, but for `admitted` in each row; whether there is one.
     pub fn nearest(&mut self, goal: &[Double], admitted: f64) -> bool {
         let mut in_noise = 0;
+        let mut factors = Factors::new(goal.len());
+        for (row, _) in &self.holding {
+            factors.take_up(factors.turned(&self.rows[*row].a));
+        }
+        // A row that is taken up: eight products with Q, and a look at each row in plain numbers.
+        let n = goal.len() as f64;
+        let cost = 8.0 * n * n * work::PRECISE + 2.0 * n * self.rows.len() as f64;
         for _ in 0..STEPS * goal.len() {
-            let factors = self.settle(goal);
-            let rounding = ROUNDING * length(&self.z);
-            let beyond = |(i, row): (usize, &Row)| {
-                let by = row.excess(&self.z).hi;
-                (by > admitted / row.length + rounding).then_some((i, by))
-            };
-            let Some((row, by)) = self.rows.iter().enumerate().filter_map(beyond).max_by(|a, b| a.1.total_cmp(&b.1))
-            else {
-                return true;
-            };
+            if !work::draw(cost) {
+                return false;
+            }
+            self.settle(&mut factors, goal);
+            let Some((row, by)) = self.most_exceeded(admitted) else { return true };
             // Roundings of a goal far away come back for ever.
             let largest = |size: f64, held: &(usize, Double)| size.max(held.1.hi);
             let noise = NOISE * self.holding.iter().fold(length(goal), largest);
@@ -104,11 +192,31 @@ impl Polyhedron {
             if in_noise > goal.len() {
                 return true;
             }
-            if !self.take_up(row, factors) {
+            if !self.take_up(row, &mut factors) {
                 return by <= noise;
             }
         }
         false
+    }
+
+    /// The row that is exceeded most, and by how much; `admitted` as of [`Polyhedron::nearest`].
+    fn most_exceeded(&self, admitted: f64) -> Option<(usize, f64)> {
+        let rounding = ROUNDING * length(&self.z);
+        // Plain numbers tell which rows can be the one: |a| = 1, so that a sum of n products errs by n roundings of |z|.
+        let plain: Vec<f64> = self.z.iter().map(|z| z.hi).collect();
+        let size = plain.iter().fold(0.0, |size: f64, z| size.hypot(*z));
+        let ends = |row: &Row| {
+            let by = row.plain.iter().zip(&plain).map(|(a, z)| a * z).sum::<f64>() - row.limit.hi;
+            let uncertain = plain.len() as f64 * f64::EPSILON * (size + row.limit.hi.abs());
+            [by - uncertain, by + uncertain]
+        };
+        let ends: Vec<[f64; 2]> = self.rows.iter().map(ends).collect();
+        let least = ends.iter().fold(0.0, |least: f64, [low, _]| least.max(*low));
+        let beyond = |(i, (row, [_, high])): (usize, (&Row, &[f64; 2]))| {
+            let by = if *high < least { return None } else { row.excess(&self.z).hi };
+            (by > admitted / row.length + rounding).then_some((i, by))
+        };
+        self.rows.iter().zip(&ends).enumerate().filter_map(beyond).max_by(|a, b| a.1.total_cmp(&b.1))
     }
 
     /// Goes to a point with the least last coordinate, as near to the present one as there is; whether there is one.
@@ -131,35 +239,33 @@ impl Polyhedron {
         true
     }
 
-    /// To the point nearest to `goal` with the rows that hold as equations, apart from those that would pull; their
-    /// factors.
-    fn settle(&mut self, goal: &[Double]) -> Factors {
+    /// To the point nearest to `goal` with the rows that hold as equations, apart from those that would pull.
+    fn settle(&mut self, factors: &mut Factors, goal: &[Double]) {
         loop {
-            let factors = self.factors();
-            let limits: Vec<Double> = self.holding.iter().map(|(row, _)| self.rows[*row].limit).collect();
-            let on_rows = factors.smallest(&limits);
-            let away: Vec<Double> = goal.iter().zip(&on_rows).map(|(goal, on)| *goal - *on).collect();
-            let (multipliers, rest) = factors.split(&away);
-            let held = self.holding.len();
+            let turned = factors.turned(goal);
+            let mut place = factors.forward(self.holding.iter().map(|(row, _)| self.rows[*row].limit));
+            let away: Vec<Double> = turned.iter().zip(&place).map(|(goal, on)| *goal - *on).collect();
+            let multipliers = factors.parts(&away);
             self.holding.iter_mut().zip(multipliers).for_each(|(row, multiplier)| row.1 = multiplier);
             let largest = self.holding.iter().fold(0.0, |largest: f64, (_, multiplier)| largest.max(multiplier.hi));
-            self.holding.retain(|(_, multiplier)| multiplier.hi > -ROUNDING * largest);
-            if self.holding.len() == held {
-                self.z = on_rows.iter().zip(&rest).map(|(on, rest)| *on + *rest).collect();
-                return factors;
+            let pulling: Vec<usize> =
+                (0..self.holding.len()).filter(|i| !(self.holding[*i].1.hi > -ROUNDING * largest)).collect();
+            if pulling.is_empty() {
+                place.extend(&turned[place.len()..]);
+                self.z = factors.back(&place);
+                return;
+            }
+            for i in pulling.into_iter().rev() {
+                self.holding.remove(i);
+                factors.let_go(i);
             }
         }
     }
 
-    /// The factors of the rows that hold, as columns.
-    fn factors(&self) -> Factors {
-        Factors::new(self.holding.iter().map(|(row, _)| self.rows[*row].a.clone()).collect(), self.z.len(), RANK)
-    }
-
     /// Takes up a row that is exceeded; whether some point keeps it together with those that hold.
-    fn take_up(&mut self, row: usize, mut factors: Factors) -> bool {
-        let a = self.rows[row].a.clone();
+    fn take_up(&mut self, row: usize, factors: &mut Factors) -> bool {
         let mut multiplier = Double::default();
+        let mut turned = factors.turned(&self.rows[row].a);
         // Each round but the last one lets a row go.
         for _ in 0..=self.holding.len() {
             let rest = self.rows[row].excess(&self.z);
@@ -167,8 +273,9 @@ impl Polyhedron {
                 break;
             }
             // a = Σ rᵢ aᵢ + d with d perpendicular to the rows that hold.
-            let (parts, d) = factors.split(&a);
-            let square = dot(&d, &d);
+            let parts = factors.parts(&turned);
+            let perpendicular = &turned[parts.len()..];
+            let square = dot(perpendicular, perpendicular);
             let free = square.hi > DEPENDENT * DEPENDENT;
             let ratio = |i: usize| (self.holding[i].1.divide(parts[i]), Some(i));
             let falling = (0..parts.len()).filter(|i| parts[*i].hi > 0.0).map(ratio);
@@ -179,18 +286,22 @@ impl Polyhedron {
             }
             multiplier = multiplier + step;
             if free {
-                add_multiple(&mut self.z, -step, &d);
+                let mut way = vec![Double::default(); parts.len()];
+                way.extend(perpendicular);
+                add_multiple(&mut self.z, -step, &factors.back(&way));
             }
             match gone {
                 Some(i) => {
                     self.holding.remove(i);
-                    factors = self.factors();
+                    factors.let_go(i);
+                    turned = factors.turned(&self.rows[row].a);
                 }
                 None => break,
             }
         }
         if multiplier.hi > 0.0 {
             self.holding.push((row, multiplier));
+            factors.take_up(turned);
         }
         true
     }

@@ -17,6 +17,7 @@ use super::basis::Basis;
 use super::exact::{Coordinates, RANK, Solutions};
 use super::family::{Family, ROUNDING};
 use super::polyhedron::Polyhedron;
+use crate::work;
 use camdrive::numerics::double_double::Double;
 
 /// Rounds of the exchange; each adds all extremes, so that a handful is the rule.
@@ -236,6 +237,7 @@ impl Program<'_> {
     /// A condition as a row over y and τ, the level over the unit, and its limit.
     pub fn condition(&self, frame: &Frame, (i, phi): Place) -> (Vec<Double>, Double) {
         let family = &self.families[i];
+        work::draw(1.5 * work::PRECISE * (self.basis.size() as f64).powi(2));
         let mut row = self.projected(frame.coordinates, &family.row(self.basis, phi, 0));
         row.push(Double::from(-family.level));
         let excess = family.excess_exactly(self.basis, frame.centre, phi, 0);

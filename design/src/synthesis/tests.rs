@@ -289,3 +289,35 @@ fn the_least_torque_of_an_elastic_shaft() {
     let largest = shaft_study::largest_torque(&mut drive, w).unwrap();
     assert!((1e-4..0.05).contains(&(largest / found - 1.0).abs()), "{largest} {found}");
 }
+
+#[test]
+fn a_wider_tolerance_reaches_farther() {
+    // Against linear programs at 350 speeds, dense towards the resonance 1/7, and 161 angles by scipy, so that theirs are a
+    // little lower.
+    let seven = symmetric_task(7, PI / 6.0, Objective::Chebyshev);
+    for (fastest, expected) in [(0.142555, 9.700435e-4), (0.142714, 1.0077893e-3), (0.14278, 1.0298203e-3)] {
+        let task = Task { speeds: Some(SpeedRange { fastest, ..SPEEDS }), ..seven.clone() };
+        let level = task.solve().unwrap().objective;
+        assert!((0.0..2e-4).contains(&(level / expected - 1.0)), "{fastest}: {level:e}");
+    }
+    let ladder = |task: &Task, damping: f64, tolerances: &[f64]| {
+        let reach = |tolerance: &f64| task.fastest_robust(SpeedRange { damping, ..SPEEDS }, *tolerance).unwrap().1;
+        let reached: Vec<f64> = tolerances.iter().map(reach).collect();
+        assert!(reached.is_sorted(), "{damping} {reached:?}");
+        reached
+    };
+    let reached = ladder(&seven, 0.0, &[9.7e-4, 1e-3]);
+    assert!((reached[0] - 0.142555).abs() < 1e-6 && (reached[1] - 0.142686).abs() < 1e-6, "{reached:?}");
+    let five = symmetric_task(5, 0.4, Objective::Chebyshev);
+    ladder(&five, 0.0, &[0.0015, 0.0017]);
+    ladder(&five, 0.002, &[0.0015, 0.0017]);
+}
+
+#[test]
+fn a_study_that_takes_too_much_work_ends_and_says_so() {
+    let task = symmetric_task(9, 0.5, Objective::Chebyshev);
+    let solved = |budget: f64| work::within(budget, "do less", &|_| (), |_| task.solve());
+    let message = solved(1e5).unwrap_err();
+    assert!(message.contains("more work than a study may take") && message.ends_with("= hint: do less"), "{message}");
+    assert_eq!(solved(1e9).unwrap().unwrap().series, task.solve().unwrap().series);
+}

@@ -11,6 +11,7 @@ use super::{Bound, Infeasible};
 use crate::Progress;
 use crate::plot::{Axis, Diagram, Rule, Series};
 use crate::text::{self, Page, Table, number};
+use crate::work;
 use camdrive::drives::Fault;
 use camdrive::motion::Fourier;
 use serde_json::{Value, json};
@@ -46,7 +47,10 @@ impl Bound {
 impl Assignment {
     /// The profiles of all laws with all that is to be known of them.
     pub fn study(&self, progress: &dyn Fn(Progress)) -> Result<Together, Infeasible> {
-        Ok(Together { assignment: self.clone(), studies: self.studies(progress)? })
+        let hint = "take fewer harmonics, laws or starts, say `fastest` instead of `tolerance` for an elastic member, or widen bounds";
+        let studies = work::within(work::BUDGET, hint, progress, |tell| self.studies(tell));
+        let studies = studies.map_err(Infeasible::Numerical)??;
+        Ok(Together { assignment: self.clone(), studies })
     }
 }
 

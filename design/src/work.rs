@@ -1,0 +1,61 @@
+//! The work of a study, counted: loops whose count depends on values draw upon one budget, so that every study ends.
+//!
+//! It is counted, not timed: whether a study ends well must not depend on the machine.
+
+use crate::Progress;
+use std::cell::{Cell, RefCell};
+
+/// Plain operations that a study may take: some two minutes at a thousand million a second.
+pub const BUDGET: f64 = 1.2e11;
+
+/// Plain operations that one in numbers of thirty digits takes.
+pub const PRECISE: f64 = 20.0;
+
+thread_local! {
+    /// What is left in this thread.
+    static LEFT: Cell<f64> = const { Cell::new(f64::INFINITY) };
+}
+
+/// Draws upon what is left; false where it is used up.
+pub fn draw(cost: f64) -> bool {
+    LEFT.set(LEFT.get() - cost);
+    !is_exhausted()
+}
+
+/// Whether the work is used up, so that what is found from now on may lack something.
+pub fn is_exhausted() -> bool {
+    LEFT.get() < 0.0
+}
+
+/// The result of `study` within this budget, and within that of a study around it.
+///
+/// # Errors
+/// Where the budget is used up, in words: what was reached, with this hint.
+pub fn within<R>(
+    budget: f64,
+    hint: &str,
+    progress: &dyn Fn(Progress),
+    study: impl FnOnce(&dyn Fn(Progress)) -> R,
+) -> Result<R, String> {
+    let reached = RefCell::new(String::new());
+    let tell = |told: Progress| {
+        if !is_exhausted() {
+            *reached.borrow_mut() = format!("{}, {} of {}", told.stage, told.done, told.total);
+        }
+        progress(told);
+    };
+    let before = LEFT.get();
+    let budget = budget.min(before);
+    LEFT.set(budget);
+    let result = study(&tell);
+    let left = LEFT.replace(before);
+    draw(budget - left);
+    if left >= 0.0 {
+        return Ok(result);
+    }
+    Err(format!(
+        "this takes more work than a study may take, {budget:.1e} operations, which are some {:.0} s; reached: {}\n  = hint: {hint}",
+        budget / 1e9,
+        reached.borrow()
+    ))
+}
