@@ -227,6 +227,28 @@ fn files_say_what_they_are() {
     assert!(faults.is_empty(), "\n{faults}");
 }
 
+/// The square of ż before an impact is (ż⁻)²; ż⁻² would be 1/ż².
+#[test]
+fn no_sign_of_a_symbol_reads_as_that_of_its_power() {
+    let folders = std::fs::read_dir(root().join("src/drives")).unwrap();
+    let texts = folders.map(|folder| folder.unwrap().path().join("text.toml")).filter(|path| path.exists());
+    let texts = texts.map(|path| Source { text: std::fs::read_to_string(&path).unwrap(), path });
+    let (mut faults, mut count) = (String::new(), 0);
+    for file in sources().into_iter().chain(texts) {
+        count += usize::from(file.path.ends_with("text.toml"));
+        for (number, line) in file.text.lines().enumerate() {
+            let symbols: Vec<char> = line.chars().collect();
+            if symbols
+                .windows(3)
+                .any(|c| "ẋẏżẇẍÿÜ\u{307}\u{308}".contains(c[0]) && "⁺⁻".contains(c[1]) && "²³".contains(c[2]))
+            {
+                let _ = writeln!(faults, "{}:{}: {line}", file.path.display(), number + 1);
+            }
+        }
+    }
+    assert!(faults.is_empty() && count >= 5, "{count} texts\n{faults}");
+}
+
 /// The names of the packages in the dependency tree of the runtime library.
 fn runtime_packages(depth: &[&str]) -> BTreeSet<String> {
     let output = Command::new(env!("CARGO"))

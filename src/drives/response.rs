@@ -415,8 +415,9 @@ impl Response {
             let rounding = (ROUNDING * scale).max(of_angle);
             let fit = chebyshev::fit(forcing, (SHARE * self.tolerance).max(LEAST_TAIL), rounding);
             self.evaluations += fit.evaluations as u64;
-            // Twenty halvings suffice for any motion that is smooth on the piece; beyond, the estimate tells.
-            if fit.converged || length < whole * 1e-6 {
+            // Twenty halvings suffice for any motion that is smooth on the piece; beyond, the estimate tells. An infinite length,
+            // to which a damaged state may lead, is not halved at all.
+            if fit.converged || !(length > whole * 1e-6) {
                 let order = law.resolution_in(segment);
                 let [error, between] = neglected(&self.oscillator, &fit.polynomial, length);
                 // On inputs a piece that ends with the step is read there only.

@@ -327,6 +327,15 @@ impl<const N: usize> Collocation<N> {
         }
     }
 
+    /// Forgets how large the motion has been, as far as the relative error of the state does not exceed the largest one so far:
+    /// what begins here is measured by itself.
+    pub fn forget(&mut self) {
+        for c in 0..N {
+            // `min` takes no notice of what is no number.
+            self.scale[c] = self.scale[c].min(self.covariance[c][c].sqrt() / self.statistics.error_at_ends);
+        }
+    }
+
     /// Component `c` of the state at the end of the last step changes by this.
     pub fn push(&mut self, c: usize, change: f64) {
         self.to[c] = self.to[c] + Double::from(change);

@@ -133,3 +133,83 @@ fn a_forged_state_ends_in_an_error_or_in_numbers() {
     }
     assert!(panics.is_empty(), "\n{panics}");
 }
+
+/// Uniform numbers in [0, 1) from a seed (Steele, Lea, Flood: SplitMix64).
+struct Random(u64);
+
+impl Random {
+    fn bits(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    fn next(&mut self) -> f64 {
+        self.bits() as f64 / 2f64.powi(64)
+    }
+
+    fn below(&mut self, count: usize) -> usize {
+        (self.next() * count as f64) as usize
+    }
+
+    /// A number of any size, or one that is special.
+    fn number(&mut self) -> f64 {
+        const SPECIAL: [f64; 6] = [f64::INFINITY, f64::NEG_INFINITY, f64::NAN, 0.0, 1e300, 1e-300];
+        match self.below(3) {
+            0 => SPECIAL[self.below(SPECIAL.len())],
+            1 => f64::from_bits(self.bits()),
+            _ => (self.next() - 0.5).signum() * 10f64.powf(40.0 * self.next() - 20.0),
+        }
+    }
+}
+
+/// Where in these bytes a number of common size, or an infinite one, seems to stand.
+fn numbers(content: &[u8]) -> Vec<usize> {
+    let is_number = |at: &usize| {
+        let number = f64::from_le_bytes(content[*at..*at + 8].try_into().unwrap()).abs();
+        number == f64::INFINITY || (1e-9..1e9).contains(&number)
+    };
+    (0..content.len() - 7).filter(is_number).collect()
+}
+
+/// Replaces some numbers and bytes of a state.
+fn forge(r: &mut Random, bytes: &[u8], numbers: &[usize]) -> Vec<u8> {
+    let mut forged_bytes = bytes.to_vec();
+    for _ in 0..1 + r.below(4) {
+        let at = HEADER + numbers[r.below(numbers.len())];
+        let old = f64::from_le_bytes(bytes[at..at + 8].try_into().unwrap());
+        let anywhere = HEADER + r.below(bytes.len() - HEADER - CHECKSUM);
+        let from = HEADER + numbers[r.below(numbers.len())];
+        forged_bytes = match r.below(5) {
+            0 => forged(&forged_bytes, anywhere, &[r.bits() as u8]),
+            1 => forged(&forged_bytes, at, &bytes[from..from + 8]),
+            2 => forged(&forged_bytes, at, &(old * 10f64.powf(8.0 * r.next() - 4.0)).to_le_bytes()),
+            3 => forged(&forged_bytes, at, &(-old).to_le_bytes()),
+            _ => forged(&forged_bytes, at, &r.number().to_le_bytes()),
+        };
+    }
+    forged_bytes
+}
+
+/// States with several forged numbers at once; FORGED in the environment is how many of each scene instead.
+#[test]
+fn calls_on_a_state_forged_at_random_end_within_their_work() {
+    let count = std::env::var("FORGED").map_or(100, |count| count.parse().unwrap());
+    for (n, (scene, settings, step)) in STATES.iter().enumerate() {
+        let (mut instance, bytes, outputs) = saved(scene, settings, *step);
+        let numbers = numbers(&bytes[HEADER..bytes.len() - CHECKSUM]);
+        let r = &mut Random(n as u64);
+        let _limited = drawn::limit(3e3);
+        for case in 0..count {
+            let forged = forge(r, &bytes, &numbers);
+            drawn::since_last();
+            try_out(&mut instance, &forged, *step, &outputs);
+            let spent = drawn::since_last();
+            // Reading the state, two steps and what they put out are calls of their own.
+            assert!(spent < 4.0 * 3e3, "{scene} {settings:?}, state {case}: {spent:e}");
+            assert!(PANICS.take() == 0, "{scene} {settings:?}, state {case}: a panic");
+        }
+    }
+}

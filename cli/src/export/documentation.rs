@@ -136,6 +136,10 @@ fn signs(xml: &mut Xml, descriptions: &[Description]) {
             }
             None => "tau_parametric·w is the power that flows from the drive into the vibration.",
         }),
+        Some(Causality::Output) if named("tau_mean").is_some() => sentences.push(
+            "tau and tau_mean are torques transmitted from the drive into the cam unit: positive ones load the drive. Connect \
+             tau_mean: tau holds no impulses, and tau_mean·w is the mean power that flows into the cam unit.",
+        ),
         Some(Causality::Output) => sentences.push(
             "tau is the torque transmitted from the drive into the cam unit: a positive tau loads the drive, and tau·w is \
              the power that flows into the cam unit.",

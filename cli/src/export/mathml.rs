@@ -141,6 +141,10 @@ mod tests {
                 "<msubsup><mi>U</mi><mi>j</mi><mrow><mo>′</mo></mrow></msubsup><mo>(</mo><mi>φ</mi><msup><mo>)</mo><mrow><mn>2</mn></mrow></msup>",
             ),
             (
+                "(ż⁻)²",
+                "<mo>(</mo><msup><mover><mi>z</mi><mo>˙</mo></mover><mrow><mo>−</mo></mrow></msup><msup><mo>)</mo><mrow><mn>2</mn></mrow></msup>",
+            ),
+            (
                 "½ √J < 1.5 kφ",
                 "<mfrac><mn>1</mn><mn>2</mn></mfrac><mspace width=\"0.25em\"/><msqrt><mi>J</mi></msqrt><mo>&lt;</mo><mn>1.5</mn><mspace width=\"0.25em\"/><mi>k</mi><mi>φ</mi>",
             ),

@@ -51,11 +51,13 @@ fn description(drive: &AnyDrive, flow: &str) -> String {
             ("matchingRule", "plug".to_owned()),
             ("description", "Shaft of the drive".to_owned()),
         ];
-        let motion = MOTION.into_iter().filter(|name| exists(name)).map(|name| (name, "signal"));
+        let motion = MOTION.into_iter().filter(|name| exists(name)).map(|name| (name, name, "signal"));
         xml.element("Terminals", &[], |xml| {
             xml.element("Terminal", &terminal, |xml| {
-                for (name, kind) in motion.chain([("tau", flow)]) {
-                    let member = [("variableName", name), ("memberName", name), ("variableKind", kind)];
+                // Where there are impacts tau_mean is the torque to connect.
+                let torque = if exists("tau_mean") { "tau_mean" } else { "tau" };
+                for (variable, name, kind) in motion.chain([(torque, "tau", flow)]) {
+                    let member = [("variableName", variable), ("memberName", name), ("variableKind", kind)];
                     xml.empty("TerminalMemberVariable", &member.map(|(key, value)| (key, value.to_owned())));
                 }
             });

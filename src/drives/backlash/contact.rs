@@ -224,9 +224,9 @@ impl Bodies {
 
     /// The impact of m1 on `flank`; updates the state.
     ///
-    /// ż⁺ = −e ż⁻, P = −m1 (1 + e) ż⁻, loss ½ m1 (1 − e²) ż⁻². Without a rebound F_K decides at once whether m1
+    /// ż⁺ = −e ż⁻, P = −m1 (1 + e) ż⁻, loss ½ m1 (1 − e²) (ż⁻)². Without a rebound F_K decides at once whether m1
     /// stays. A rebound against a pressing force F_K > 0 returns after 2ż⁺/α, α = F_K/m1; the bounces end after
-    /// 2ż⁺/(α (1 − e)) with the further impulse m1 ż⁺ (1 + e)/(1 − e) and the loss ½ m1 ż⁺². Where that time is short
+    /// 2ż⁺/(α (1 − e)) with the further impulse m1 ż⁺ (1 + e)/(1 − e) and the loss ½ m1 (ż⁺)². Where that time is short
     /// ([`CLOSURE`], [`BRIEF`]) m1 stays at once and the bounces are summed; those that the force or the damper ends sooner
     /// are contact, with their impulse in F_K. A pulling force never ends in sticking. `rate` is that of the flank (rad/s).
     pub fn impact(&self, flank: Flank, state: &mut State, u: &Kinematics, rate: f64, resolution: f64) -> Impact {

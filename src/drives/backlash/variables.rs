@@ -169,7 +169,7 @@ impl BacklashDrive {
         let slopes = match mode {
             // m1 Δu̇, with which m1 follows.
             Mode::Contact(_) => [self.parameters.m1 * rate, 0.0],
-            // An impact: P ∝ ż⁻, the loss ∝ ż⁻².
+            // An impact: P ∝ ż⁻, the loss ∝ (ż⁻)².
             Mode::Free if impulse != 0.0 => {
                 let approach = end.state.zeta[1] - (self.now.point.u[1] - end.u[1]);
                 [-rate * impulse / approach, -2.0 * rate * loss / approach]
@@ -322,13 +322,14 @@ fn outputs(drive: &BacklashDrive, list: &mut List<BacklashDrive>) {
     let text = "Contact force F_K of the drive on m1, positive in +x";
     outputs.add(FORCE, "force", text, &unit::FORCE, pressed).depends_initially(force);
     outputs.add_shaft([SHAFT, SHAFT_SPEED]);
-    let text = "Torque of the contact force on the drive, U' force; positive loads the drive";
+    let text = "Torque of the contact force on the drive, U' force; positive loads the drive. Without impulses: connect tau_mean";
     outputs.add(TAU, "tau", text, &unit::TORQUE, pressed).depends_initially(force);
     // What a communication step, and all since the start, come to.
     let real = variable::real;
     let text = "Mean force of the drive on m1 over the last communication step, impulses included";
     outputs.add_discrete(MEANS, "force_mean", text, real(&unit::FORCE), &[]);
-    let text = "Mean torque on the drive over the last communication step, impulses included";
+    let text =
+        "Mean torque on the drive over the last communication step, impulses included; a positive one loads the drive";
     outputs.add_discrete(MEANS + 1, "tau_mean", text, real(&unit::TORQUE), &[]);
     let struck: &[&str] = &["x1", "der(x1)", "phi", "w", "a"];
     let text = "Sum of the impulses of the drive on m1";

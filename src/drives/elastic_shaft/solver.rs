@@ -114,7 +114,13 @@ impl Twist<'_> {
         if self.law.breakpoints().is_empty() {
             return self.step_smoothly(integrator, limit, control);
         }
-        self.segment = self.step_to_breakpoint(integrator, limit, control)?.unwrap_or(self.segment);
+        if let Some(segment) = self.step_to_breakpoint(integrator, limit, control)? {
+            self.segment = segment;
+            if matches!(control, StepControl::Tolerance(_)) {
+                // Behind a dwell, in which the twist dies out or swings fast, another motion begins.
+                integrator.forget();
+            }
+        }
         Ok(())
     }
 

@@ -2,6 +2,7 @@
 
 pub(in crate::drives) mod extremes;
 mod fixed_cost;
+mod light_cams;
 mod passages;
 
 use super::*;

@@ -43,6 +43,16 @@ fn pieces_and_closed_form_agree() {
 }
 
 #[test]
+fn a_piece_without_end_is_laid_at_once() {
+    // So slow a cam belongs to a damaged state: no length has it turn by the angle of a piece.
+    let motion = AngleMotion { degree: 1, ..AngleMotion::uniform(0.0, 0.3, 0.0) };
+    let mut r = Response::new(Oscillator::of_mass(1.0, 1600.0, 0.0), &law(), FINEST_TOLERANCE);
+    (r.motion, r.until) = (motion, f64::INFINITY);
+    r.next_piece(&law(), 0, Double::from(0.0), [1e-3, 0.0]).unwrap();
+    assert!(!r.at(&law(), 1.0).is_ok_and(|q| q.iter().all(|q| q.is_finite())));
+}
+
+#[test]
 fn a_backward_cam_mirrors_the_sine_coefficients() {
     let minus = series().b.iter().map(|b| -b).collect();
     let (law, mirrored) = (law(), MotionLaw::Fourier(Fourier::new(series().a, minus)));

@@ -217,7 +217,7 @@ impl RigidMachine {
     fn declare_inputs(&self, list: &mut List<Self>) {
         list.input(
             "tau",
-            "Load torque on the shaft; positive brakes",
+            "Load torque on the shaft; positive brakes. From a drive with impacts take its tau_mean",
             real(&unit::TORQUE),
             |d, _| d.load.set_value(),
             |d, _, value| d.load.set(value),

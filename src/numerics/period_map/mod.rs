@@ -435,7 +435,7 @@ impl Trajectory {
 
     /// From the end of the present period to the start of the `count`-th one after it, `count` ≥ 1.
     fn next_periods(&mut self, map: &PeriodMap, count: u64) -> Result<(), Unbounded> {
-        if count > MOST_PERIODS {
+        if self.periods.saturating_add(count) > MOST_PERIODS {
             return Err(Unbounded { time: self.period_start.hi });
         }
         self.pass_periods(map, count - 1)?;

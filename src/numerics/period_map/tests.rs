@@ -56,6 +56,19 @@ fn run(map: &PeriodMap, y: [f64; 2], ends: impl Iterator<Item = f64>) -> Vec<[f6
 }
 
 #[test]
+fn a_count_of_periods_that_cannot_grow_ends() {
+    // As of a damaged state: the period starts before t, and the next one where it does.
+    let map = PeriodMap::new(&MATHIEU, 1e-10).unwrap();
+    let count = u64::MAX;
+    let origin = (-(count as f64) * map.period.hi).next_down();
+    let mut trajectory = Trajectory { periods: count, ..Trajectory::new(&map, origin, [1.0, 0.0]) };
+    trajectory.begin_period(&map, 0);
+    trajectory.enter(&map, 0);
+    assert!(trajectory.since_start(&map, 0.0) > 2.0);
+    assert!(trajectory.reach(&map, 0.0).is_err());
+}
+
+#[test]
 fn constant_coefficients_give_the_closed_form() {
     // Over ten periods: vibration, overdamped decay and growth, each about the equilibrium g/k.
     for (damping, stiffness) in [(0.2, 40.0), (30.0, 40.0), (0.1, -4.0), (0.0, 900.0)] {
