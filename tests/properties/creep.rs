@@ -1,8 +1,9 @@
 //! A drive whose speed is so small that a turn takes longer than numbers can tell is a drive at rest.
 
 use super::run::Run;
-use super::scenes::{CamScene, MachineScene, Model, Torque};
+use super::scenes::{CamScene, MachineScene, Model, Start, Torque};
 use camdrive::drives::Fault;
+use camdrive::drives::rigid_machine::Follower;
 use camdrive::motion::{Cycle, CyclePlan, Fourier, MotionLaw, StandardLaw};
 use serde_json::{Value, json};
 use std::sync::mpsc;
@@ -36,8 +37,8 @@ fn cam_drives(w: f64) -> Vec<(&'static str, Value)> {
     for law in laws() {
         for (model, second) in models {
             let (m, c, b, s, e, span) = (2.0, 24e3, 17.0, 5e-5, 0.0, 1.0);
-            let (law, phi_start, q, q_dot) = (law.clone(), 0.7, 1e-3, 0.01);
-            list.push(CamScene { model, m, second, c, b, s, e, law, w, phi_start, q, q_dot, span }.resolved());
+            let (start, law, phi_start, q, q_dot) = (Start::Given, law.clone(), 0.7, 1e-3, 0.01);
+            list.push(CamScene { model, start, m, second, c, b, s, e, law, w, phi_start, q, q_dot, span }.resolved());
         }
     }
     let series = |a: &[f64]| Fourier::new(a.to_vec(), Vec::new());
@@ -128,8 +129,9 @@ fn the_periodic_motion_of_a_cam_that_creeps_is_that_at_rest_or_refused() {
 #[test]
 fn a_machine_may_creep_but_not_its_synchronous_field() {
     let machine = |torque, w_start| {
-        let followers = vec![(1.6, laws()[0].clone())];
-        MachineScene { j0: 2.8, followers, torque, load: 0.0, phi_start: 0.7, w_start, span: 1.0 }
+        let (start, varying, followers) = (Start::Given, None, vec![Follower::new(1.6, laws()[0].clone())]);
+        let (load, torque_start, phi_start, span) = (0.0, 0.0, 0.7, 1.0);
+        MachineScene { start, j0: 2.8, varying, followers, torque, torque_start, load, phi_start, w_start, span }
     };
     let end = |scene: MachineScene| {
         in_time("a machine", move || {

@@ -86,6 +86,11 @@ fn chain() -> impl Strategy<Value = Chain> {
     )
 }
 
+/// A follower behind mechanisms.
+pub fn smooth() -> impl Strategy<Value = Follower> {
+    chain().prop_filter("a smooth one", Chain::is_smooth).prop_map(|chain| chain.follower())
+}
+
 impl Chain {
     fn follower(&self) -> Follower {
         let turns = self.linkage.0.last().is_some_and(Mechanism::output_turns);

@@ -11,6 +11,7 @@ mod inputs;
 mod limits;
 mod linkage;
 mod parametric;
+mod relations;
 mod run;
 mod scenes;
 
@@ -28,13 +29,18 @@ const AGREEMENT: f64 = 1e-8;
 /// The solvers keep their tolerance of 1e-10 in every step, of which there are some hundred.
 const SENSITIVITY: f64 = 100.0;
 
+/// Other scenes than those of the suite, and more: `PROPERTIES_SEED=1 PROPERTIES_TIMES=100`.
 fn config(cases: u32, rejects: u32, seed: u64) -> Config {
+    let number = |name: &str, usual: u32| {
+        std::env::var(name).map_or(usual, |text| text.parse().unwrap_or_else(|_| panic!("{name}={text} is no number")))
+    };
+    let [other, times] = [number("PROPERTIES_SEED", 0), number("PROPERTIES_TIMES", 1)];
     Config {
-        cases,
-        rng_seed: RngSeed::Fixed(seed),
+        cases: times * cases,
+        rng_seed: RngSeed::Fixed(seed + 1000 * u64::from(other)),
         failure_persistence: None,
         // Scenes that show nothing: chaotic or refused ones.
-        max_global_rejects: rejects,
+        max_global_rejects: times.saturating_mul(rejects),
         max_shrink_iters: 200,
         ..Config::default()
     }
@@ -201,15 +207,20 @@ fn cam_restoring(scene: &CamScene, shares: &[f64]) -> Result<(), TestCaseError> 
     restoring(run()?, run()?, scene.span, shares)
 }
 
+/// Abscissae and weights of Gauss–Legendre quadrature of order 16 on [−1, 1].
+fn quadrature() -> impl Iterator<Item = (f64, f64)> {
+    const NODES: [f64; 4] = [0.1834346424956498, 0.525532409916329, 0.7966664774136267, 0.9602898564975363];
+    const WEIGHTS: [f64; 4] = [0.3626837833783620, 0.3137066458778873, 0.2223810344533745, 0.1012285362903763];
+    (0..4).rev().map(|i| (-NODES[i], WEIGHTS[i])).chain((0..4).map(|i| (NODES[i], WEIGHTS[i])))
+}
+
 /// ∫ of a power over the run by Gauss–Legendre quadrature of order 16 on panels that end at `borders`; also ∫ of its
 /// absolute value.
 fn work(run: &mut Run, borders: &[f64], power: impl Fn(&mut Run) -> f64) -> Result<[f64; 2], Fault> {
-    const NODES: [f64; 4] = [0.1834346424956498, 0.525532409916329, 0.7966664774136267, 0.9602898564975363];
-    const WEIGHTS: [f64; 4] = [0.3626837833783620, 0.3137066458778873, 0.2223810344533745, 0.1012285362903763];
     let mut sums = [0.0; 2];
     for pair in borders.windows(2) {
         let (middle, half) = ((pair[0] + pair[1]) / 2.0, (pair[1] - pair[0]) / 2.0);
-        for n in (0..4).rev().map(|i| (-NODES[i], WEIGHTS[i])).chain((0..4).map(|i| (NODES[i], WEIGHTS[i]))) {
+        for n in quadrature() {
             run.to(middle + half * n.0)?;
             let p = half * n.1 * power(run);
             sums[0] += p;
@@ -387,7 +398,7 @@ fn balance_of_backlash(scene: &CamScene, shares: &[f64]) -> Result<(), TestCaseE
 
 /// ½Jφ̇² changes by the work of the motor less that of the constant load, τ Δφ.
 fn balance_of_machine(scene: &MachineScene) -> Result<(), TestCaseError> {
-    let smooth = scene.followers.iter().all(|(_, law)| law.series().is_some());
+    let smooth = scene.followers.iter().all(|follower| follower.cam.series().is_some());
     prop_assume!(smooth || !matches!(scene.torque, Torque::Kloss(_)));
     // With σ the slip by the breakdown slip, a small one decays at the rate κ; with a lag it oscillates.
     let rate = match scene.torque {

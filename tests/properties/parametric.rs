@@ -1,7 +1,8 @@
 //! What a parametric drive owes for any coefficients, and for any crank.
 
+use super::relations::{self, Accuracy};
 use super::run::Run;
-use super::scenes::{decades, sign};
+use super::scenes::{Start, decades, geared_series, sign};
 use super::{
     CAM_STATE, admitted, agree, config, equal, even, restoring, restoring_on_inputs, splits, trace, with_finer_panels,
     work,
@@ -10,19 +11,20 @@ use camdrive::drives::Fault;
 use camdrive::motion::Fourier;
 use proptest::prelude::*;
 use serde_json::{Value, json};
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 /// m(φ), b(φ), c(φ), f(φ) as series, or a crank with J, b_T and a load.
 #[derive(Clone, Debug)]
-enum Law {
+pub enum Law {
     Series([Fourier; 4]),
     Crank { inertia: f64, damping: f64, c_t1: f64, c_t2: f64, c_ab: f64, r: f64, second: Value, load: Fourier },
 }
 
 /// At constant speed.
 #[derive(Clone, Debug)]
-struct Scene {
+pub struct Scene {
     law: Law,
+    start: Start,
     w: f64,
     phi_start: f64,
     q: f64,
@@ -49,7 +51,7 @@ impl Scene {
         let scene = json!({
             "law": law,
             "drive": {"constant": {"w": self.w, "phi_start": self.phi_start}},
-            "start": {"mode": "given", "q": self.q, "q_dot": self.q_dot},
+            "start": self.start.resolved(self.q, self.q_dot),
             "solver": {"tolerance": 0.0, "method": "adaptive", "step_size": 0.0},
         });
         ("ParametricDrive", scene)
@@ -153,6 +155,92 @@ impl Scene {
     }
 }
 
+impl relations::Scene for Scene {
+    fn resolved(&self) -> (&'static str, Value) {
+        self.resolved()
+    }
+
+    fn span(&self) -> f64 {
+        self.span
+    }
+
+    fn accuracy(&self) -> Accuracy {
+        Accuracy::INTEGRATED
+    }
+
+    fn start(&mut self) -> &mut Start {
+        &mut self.start
+    }
+
+    fn phi_start(&mut self) -> &mut f64 {
+        &mut self.phi_start
+    }
+
+    fn perturbed(&self) -> Self {
+        self.perturbed()
+    }
+
+    /// The dead centres of a crank are where they are, half a turn apart; a second one may become the first.
+    fn turned(&self, angle: f64) -> (Self, f64) {
+        let mut by = angle;
+        let law = self.with(|law| match law {
+            Law::Series(list) => list.iter_mut().for_each(|series| *series = series.delayed(by)),
+            Law::Crank { second, load, .. } => {
+                by = PI * (angle / PI).round();
+                for kind in ["own_shafts", "shared_shafts"] {
+                    if let Some(ahead) = second.get(kind).and_then(Value::as_f64) {
+                        by += ahead;
+                        *second = json!({kind: -ahead});
+                    }
+                }
+                *load = load.delayed(by);
+            }
+        });
+        (Scene { phi_start: self.phi_start + by, ..law }, by)
+    }
+
+    fn reversed(&self) -> Self {
+        self.reversed()
+    }
+
+    fn geared(&self, k: usize) -> Self {
+        let law = self.with(|law| match law {
+            Law::Series(list) => list.iter_mut().for_each(|series| *series = geared_series(series, k)),
+            Law::Crank { .. } => unreachable!("c_T of a crank has two dips in a turn"),
+        });
+        let times = k as f64;
+        Scene { w: self.w / times, phi_start: self.phi_start / times, ..law }
+    }
+
+    fn continued(&self, run: &mut Run) -> Option<Self> {
+        let [phi_start, q, q_dot] = run.all(["phi", "q", "der(q)"]);
+        Some(Scene { start: Start::Given, phi_start, q, q_dot, ..self.clone() })
+    }
+
+    fn period(&self, _: &mut Run) -> f64 {
+        TAU / self.w.abs()
+    }
+
+    fn terms(&self, of: &dyn Fn(&str) -> f64) -> Vec<(String, f64)> {
+        let (q, v) = (of("q"), of("der(q)"));
+        let [m, b, c, f] = match &self.law {
+            Law::Series(list) => [list[0].a[0], list[1].bound(0), list[2].bound(0), list[3].bound(0)],
+            Law::Crank { inertia, damping, c_t1, load, .. } => [*inertia, *damping, 2.0 * c_t1, load.bound(0)],
+        };
+        let force = c * q + b * v;
+        // m may be a tenth of its mean.
+        let acceleration = (force + f) * 10.0 / m;
+        let terms = [
+            ("tau", force),
+            ("force", force),
+            ("der(q,2)", acceleration),
+            ("der(psi,2)", acceleration),
+            ("tau_parametric", c * q * q + m * v * v),
+        ];
+        terms.map(|(name, size)| (name.to_owned(), size)).into()
+    }
+}
+
 /// A series with this mean whose harmonics have at most the part `most` of it together.
 fn series(mean: f64, most: f64) -> impl Strategy<Value = Fourier> {
     prop::collection::vec((-1.0..1.0_f64, -1.0..1.0_f64), 0..6).prop_map(move |pairs| {
@@ -177,10 +265,10 @@ fn damping_ratio() -> impl Strategy<Value = f64> {
 fn finish(law: Law, natural: f64, (eta, sign, phi_start, start, share): (f64, f64, f64, [f64; 2], f64)) -> Scene {
     let w = sign * eta * natural;
     let span = share * (10.0 * TAU / w.abs()).min(60.0 * TAU / natural);
-    Scene { law, w, phi_start, q: 0.1 * start[0], q_dot: 0.1 * start[1] * natural, span }
+    Scene { law, start: Start::Given, w, phi_start, q: 0.1 * start[0], q_dot: 0.1 * start[1] * natural, span }
 }
 
-fn of_series() -> impl Strategy<Value = Scene> {
+pub fn of_series() -> impl Strategy<Value = Scene> {
     (decades(-3.0, 3.0), decades(-1.0, 3.0), damping_ratio(), common()).prop_flat_map(|(m, natural, ratio, common)| {
         let (b, c) = (2.0 * ratio * m * natural, m * natural * natural);
         let load = prop_oneof![Just(constant(0.0)), series(0.05 * c, 2.0)];
@@ -193,7 +281,7 @@ fn constant(value: f64) -> Fourier {
     Fourier::new(vec![value], Vec::new())
 }
 
-fn of_crank() -> impl Strategy<Value = Scene> {
+pub fn of_crank() -> impl Strategy<Value = Scene> {
     let second = prop_oneof![
         2 => Just(json!("none")),
         1 => (-3.0..3.0_f64).prop_map(|angle| json!({"own_shafts": angle})),

@@ -1,6 +1,7 @@
 //! A drive in operation, with access by name.
 
 use camdrive::drives::Fault;
+use camdrive::drives::unit::Quantity;
 use camdrive::drives::variable::{Causality, Kind};
 use camdrive_design::resource::{Described, Resource};
 use serde_json::Value;
@@ -13,7 +14,7 @@ pub struct Run {
 }
 
 impl Run {
-    /// The drive at its start at t = 0, with these inputs.
+    /// The drive at its start at t = 0, with these inputs and parameters.
     pub fn new((model, scene): (&str, Value), inputs: &[(&str, f64)]) -> Result<Self, Fault> {
         let resource =
             Resource { name: "random".into(), model: model.into(), guid: "{0}".into(), scene, ..Resource::default() };
@@ -47,10 +48,24 @@ impl Run {
         names.map(|name| self.get(name))
     }
 
+    /// Name and quantity of all outputs.
+    pub fn outputs(&self) -> Vec<(String, &'static Quantity)> {
+        let quantity = |i: &usize| match &self.drive.descriptions()[*i].kind {
+            Kind::Real { quantity, .. } => *quantity,
+            _ => unreachable!("outputs are Real here"),
+        };
+        self.outputs.iter().map(|i| (self.names[*i].clone(), quantity(i))).collect()
+    }
+
+    /// The values of all outputs.
+    pub fn values(&mut self) -> Vec<f64> {
+        let outputs = self.outputs.clone();
+        outputs.iter().map(|&i| self.drive.get(i).expect("a value")).collect()
+    }
+
     /// The bits of all outputs.
     pub fn bits(&mut self) -> Vec<u64> {
-        let outputs = self.outputs.clone();
-        outputs.iter().map(|&i| self.drive.get(i).expect("a value").to_bits()).collect()
+        self.values().into_iter().map(f64::to_bits).collect()
     }
 
     pub fn to(&mut self, time: f64) -> Result<(), Fault> {

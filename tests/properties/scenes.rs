@@ -1,6 +1,7 @@
 //! Random scenes over the admissible parameters, in logarithmic scale, and their images under the symmetries.
 
 use camdrive::drives::rigid_machine::Follower;
+use camdrive::motion::plan::SegmentLaw;
 use camdrive::motion::{
     Cycle, CyclePlan, Fourier, MotionLaw, MotionPlan, PlanPoint, StandardLaw, Table, table::Points,
 };
@@ -17,10 +18,34 @@ pub enum Model {
     Backlash,
 }
 
+/// How a drive starts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Start {
+    /// At rest relative to the cam.
+    AtRest,
+    /// From q and q̇, a machine from its speed.
+    Given,
+    /// On the periodic motion.
+    Steady,
+}
+
+impl Start {
+    /// As a resolved scene has it, with `q` and `q_dot`.
+    pub fn resolved(self, q: f64, q_dot: f64) -> Value {
+        let mode = match self {
+            Start::AtRest => "at_rest",
+            Start::Given => "given",
+            Start::Steady => "steady_state",
+        };
+        json!({"mode": mode, "q": q, "q_dot": q_dot})
+    }
+}
+
 /// A cam drive at constant speed.
 #[derive(Clone, Debug)]
 pub struct CamScene {
     pub model: Model,
+    pub start: Start,
     /// Mass of the follower (with backlash: m1) (kg).
     pub m: f64,
     /// J (kg·m²) of the shaft, m2 (kg) of the backlash.
@@ -52,9 +77,13 @@ pub enum Torque {
 /// A rigid machine under a constant load.
 #[derive(Clone, Debug)]
 pub struct MachineScene {
+    pub start: Start,
     pub j0: f64,
-    pub followers: Vec<(f64, MotionLaw)>,
+    pub varying: Option<MotionLaw>,
+    pub followers: Vec<Follower>,
     pub torque: Torque,
+    /// M_an at the start of a motor with a lag (N·m).
+    pub torque_start: f64,
     pub load: f64,
     pub phi_start: f64,
     pub w_start: f64,
@@ -71,7 +100,7 @@ impl CamScene {
         let mut scene = json!({
             "parameters": {"c": self.c, "b": self.b}, "cam": self.law, "solver": solver(),
             "drive": {"constant": {"w": self.w, "phi_start": self.phi_start}},
-            "start": {"mode": "given", "q": self.q, "q_dot": self.q_dot},
+            "start": self.start.resolved(self.q, self.q_dot),
         });
         scene["linear"] = (self.model == Model::LinearShaft).into();
         let mut put = |name: &str, value: f64| scene["parameters"][name] = value.into();
@@ -136,7 +165,6 @@ impl CamScene {
 
 impl MachineScene {
     pub fn resolved(&self) -> (&'static str, Value) {
-        let followers: Vec<Follower> = self.followers.iter().map(|(m, law)| Follower::new(*m, law.clone())).collect();
         let motor = match self.torque {
             Torque::None => json!("none"),
             Torque::Kloss([m_k, s_k, w_s, lag]) => json!({"kloss": {
@@ -146,15 +174,19 @@ impl MachineScene {
             Torque::Input(_) => json!("input"),
         };
         let scene = json!({
-            "inertia": {"constant": self.j0, "varying": null}, "followers": followers, "motor": motor, "start": "given",
-            "phi_start": self.phi_start, "w_start": self.w_start, "solver": solver(),
+            "inertia": {"constant": self.j0, "varying": self.varying}, "followers": self.followers, "motor": motor,
+            "start": self.start.resolved(0.0, 0.0)["mode"], "phi_start": self.phi_start, "w_start": self.w_start, "solver": solver(),
         });
         ("RigidMachine", scene)
     }
 
-    /// The inputs, which stay as they are.
+    /// The inputs, which stay as they are, and the torque of a motor with a lag.
     pub fn inputs(&self) -> Vec<(&'static str, f64)> {
-        let torque = if let Torque::Input(m) = self.torque { Some(("M_an", m)) } else { None };
+        let torque = match self.torque {
+            Torque::Input(m) => Some(("M_an", m)),
+            Torque::Kloss([.., lag]) if lag > 0.0 => Some(("motor.M_start", self.torque_start)),
+            _ => None,
+        };
         [("tau", self.load)].into_iter().chain(torque).collect()
     }
 
@@ -164,8 +196,15 @@ impl MachineScene {
             Torque::Input(m) => Torque::Input(m / (factor * factor)),
             Torque::None => Torque::None,
         };
-        let load = self.load / (factor * factor);
-        MachineScene { torque, load, w_start: self.w_start / factor, span: self.span * factor, ..self.clone() }
+        let [load, torque_start] = [self.load, self.torque_start].map(|m| m / (factor * factor));
+        MachineScene {
+            torque,
+            load,
+            torque_start,
+            w_start: self.w_start / factor,
+            span: self.span * factor,
+            ..self.clone()
+        }
     }
 
     pub fn reversed(&self) -> Self {
@@ -174,14 +213,24 @@ impl MachineScene {
             Torque::Input(m) => Torque::Input(-m),
             Torque::None => Torque::None,
         };
-        let followers = self.followers.iter().map(|(m, law)| (*m, backwards(law))).collect();
-        let (phi_start, w_start, load) = (-self.phi_start, -self.w_start, -self.load);
-        MachineScene { torque, followers, phi_start, w_start, load, ..self.clone() }
+        let (phi_start, w_start) = (-self.phi_start, -self.w_start);
+        let (load, torque_start) = (-self.load, -self.torque_start);
+        let scene = MachineScene { torque, torque_start, phi_start, w_start, load, ..self.clone() };
+        scene.with_laws(backwards)
     }
 
+    /// With all laws changed, also that of the inertia.
+    pub fn with_laws(mut self, change: impl Fn(&MotionLaw) -> MotionLaw) -> Self {
+        self.varying.iter_mut().for_each(|law| *law = change(law));
+        self.followers.iter_mut().for_each(|follower| follower.cam = change(&follower.cam));
+        self
+    }
+
+    /// Upside down, U → −U, of cams that move their tools themselves.
     pub fn mirrored(&self) -> Self {
-        let followers = self.followers.iter().map(|(m, law)| (*m, times(law, -1.0))).collect();
-        MachineScene { followers, ..self.clone() }
+        let mut mirrored = self.clone();
+        mirrored.followers.iter_mut().for_each(|follower| follower.cam = times(&follower.cam, -1.0));
+        mirrored
     }
 
     pub fn perturbed(&self) -> Self {
@@ -256,6 +305,109 @@ pub fn backwards(law: &MotionLaw) -> MotionLaw {
     }
 }
 
+/// U(φ − angle).
+pub fn turned(law: &MotionLaw, angle: f64) -> MotionLaw {
+    match law {
+        MotionLaw::Fourier(series) => MotionLaw::Fourier(series.delayed(angle)),
+        MotionLaw::Cycle(cycle) => {
+            let plan = *cycle.plan();
+            let rise_start = reduced(plan.rise_start + angle);
+            MotionLaw::Cycle(Cycle::new(CyclePlan { rise_start, ..plan }))
+        }
+        MotionLaw::Table(table) => {
+            let Points { angles, lifts } = table.points().clone();
+            let points = Points { angles: angles.iter().map(|phi| phi + angle).collect(), lifts };
+            let mut turned = Table::new(points).expect("the same points");
+            turned.scale = table.scale;
+            MotionLaw::Table(turned)
+        }
+        MotionLaw::Plan(plan) => {
+            let angle = reduced(angle);
+            let turned = plan.points().iter().map(|p| PlanPoint { phi: p.phi + angle, ..*p });
+            MotionLaw::Plan(MotionPlan::new(turned.collect()))
+        }
+    }
+}
+
+/// The angle within half a turn of 0.
+pub fn reduced(angle: f64) -> f64 {
+    angle - TAU * (angle / TAU).round()
+}
+
+/// U(kφ).
+pub fn geared(law: &MotionLaw, k: usize) -> MotionLaw {
+    let times = k as f64;
+    // The angles of all k passages.
+    let within = |turn: usize, phi: f64| (phi + TAU * turn as f64) / times;
+    match law {
+        MotionLaw::Fourier(series) => MotionLaw::Fourier(geared_series(series, k)),
+        MotionLaw::Cycle(cycle) => geared(&as_plan(cycle), k),
+        MotionLaw::Table(table) => {
+            let points = table.points();
+            let angles = (0..k).flat_map(|turn| points.angles.iter().map(move |phi| within(turn, *phi))).collect();
+            let lifts = (0..k).flat_map(|_| points.lifts.iter().copied()).collect();
+            let mut geared = Table::new(Points { angles, lifts }).expect("ascending points");
+            geared.scale = table.scale;
+            MotionLaw::Table(geared)
+        }
+        MotionLaw::Plan(plan) => {
+            let faster = |turn: usize, p: &PlanPoint| PlanPoint {
+                phi: within(turn, p.phi),
+                velocity: p.velocity.map(|v| times * v),
+                acceleration: p.acceleration.map(|a| times.powi(2) * a),
+                jerk: p.jerk.map(|j| times.powi(3) * j),
+                ..*p
+            };
+            let points = (0..k).flat_map(|turn| plan.points().iter().map(move |p| faster(turn, p)));
+            MotionLaw::Plan(MotionPlan::new(points.collect()))
+        }
+    }
+}
+
+pub fn geared_series(series: &Fourier, k: usize) -> Fourier {
+    let spread = |list: &[f64]| {
+        let mut spread = vec![0.0; k * series.order() + 1];
+        list.iter().enumerate().for_each(|(n, value)| spread[k * n] = *value);
+        spread
+    };
+    Fourier::new(spread(&series.a), spread(&series.b))
+}
+
+/// The cycle by the points between which it moves.
+pub fn as_plan(cycle: &Cycle) -> MotionLaw {
+    let CyclePlan { stroke, lower, rise_start, rise_angle, upper_dwell, return_angle, .. } = *cycle.plan();
+    let CyclePlan { rise_law, return_law, inflections, .. } = *cycle.plan();
+    let rest = |phi, u, law: Option<StandardLaw>, inflection| PlanPoint {
+        phi,
+        u,
+        velocity: None,
+        acceleration: None,
+        free: false,
+        jerk: None,
+        law: law.map(SegmentLaw::Standard),
+        inflection,
+    };
+    let (top, upper) = (rise_start + rise_angle, lower + stroke);
+    let mut points = vec![rest(rise_start, lower, None, None), rest(top, upper, Some(rise_law), inflections[0])];
+    if upper_dwell > 0.0 {
+        points.push(rest(top + upper_dwell, upper, None, None));
+    }
+    points.push(rest(top + upper_dwell + return_angle, lower, Some(return_law), inflections[1]));
+    if cycle.plan().lower_dwell() <= 1e-9 {
+        // The return ends where the rise begins.
+        let end = points.pop().expect("a return");
+        points[0] = PlanPoint { law: end.law, inflection: end.inflection, ..points[0] };
+    }
+    MotionLaw::Plan(MotionPlan::new(points))
+}
+
+/// The series as a table of `count` points.
+pub fn as_table(series: &Fourier, count: usize) -> MotionLaw {
+    let angles: Vec<f64> = (0..count).map(|i| TAU * i as f64 / count as f64).collect();
+    let lifts = angles.iter().map(|phi| series.at(*phi).0[0]).collect();
+    MotionLaw::Table(Table::new(Points { angles, lifts }).expect("ascending points"))
+}
+
 /// 10^x for x in the range.
 pub fn decades(low: f64, high: f64) -> impl Strategy<Value = f64> {
     (low..high).prop_map(|x| 10_f64.powf(x))
@@ -266,7 +418,7 @@ pub fn sign() -> impl Strategy<Value = f64> {
     prop_oneof![Just(1.0), Just(-1.0)]
 }
 
-fn fourier() -> impl Strategy<Value = MotionLaw> {
+pub fn fourier() -> impl Strategy<Value = MotionLaw> {
     (prop::collection::vec((-1.0..1.0_f64, -1.0..1.0_f64), 1..12), 1.0..3.0_f64).prop_map(|(pairs, decay)| {
         let size = |k: usize| 0.5 * ((k + 1) as f64).powf(-decay);
         let of = |pick: fn(&(f64, f64)) -> f64| {
@@ -279,7 +431,7 @@ fn fourier() -> impl Strategy<Value = MotionLaw> {
     })
 }
 
-fn cycle() -> impl Strategy<Value = MotionLaw> {
+pub fn cycle() -> impl Strategy<Value = MotionLaw> {
     let law = || (0..StandardLaw::ALL.len()).prop_map(|i| StandardLaw::ALL[i]);
     // Shares of the turn that rise, dwell, return and dwell take.
     let shares = (0.2..1.0_f64, 0.0..0.5_f64, 0.2..1.0_f64, 0.0..0.5_f64);
@@ -371,6 +523,7 @@ pub fn output() -> impl Strategy<Value = CamScene> {
             let natural = w.abs() / eta;
             CamScene {
                 model: Model::Output,
+                start: Start::Given,
                 m,
                 second: 0.0,
                 c: m * natural * natural,
@@ -400,6 +553,7 @@ pub fn shaft(model: Model, highest: f64) -> impl Strategy<Value = CamScene> {
             let _ = stroke;
             CamScene {
                 model,
+                start: Start::Given,
                 m,
                 second: inertia,
                 c,
@@ -434,6 +588,7 @@ pub fn backlash() -> impl Strategy<Value = CamScene> {
             let natural = (w.abs() / eta).max((1e-3 / m2).sqrt());
             CamScene {
                 model: Model::Backlash,
+                start: Start::Given,
                 m: mu * m2,
                 second: m2,
                 c: m2 * natural * natural,
@@ -480,9 +635,9 @@ pub fn machine() -> impl Strategy<Value = MachineScene> {
         0.1..1.0_f64,
     )
         .prop_map(|(followers, ratio, torque, load, phi_start, w, sign, share)| {
-            let followers: Vec<(f64, MotionLaw)> =
-                followers.into_iter().map(|(m, law, stroke)| (m, times(&law, stroke))).collect();
-            let of_masses: f64 = followers.iter().map(|(m, law)| m * (law.bound(1) / 2.0).powi(2)).sum();
+            let followers: Vec<Follower> =
+                followers.into_iter().map(|(m, law, stroke)| Follower::new(m, times(&law, stroke))).collect();
+            let of_masses: f64 = followers.iter().map(|f| f.m * (f.cam.bound(1) / 2.0).powi(2)).sum();
             let j0 = of_masses * ratio;
             // Torques by what they do to the machine in a turn.
             let scale = (j0 + of_masses) * w * w;
@@ -492,9 +647,12 @@ pub fn machine() -> impl Strategy<Value = MachineScene> {
                 Torque::None => Torque::None,
             };
             MachineScene {
+                start: Start::Given,
                 j0,
+                varying: None,
                 followers,
                 torque,
+                torque_start: 0.0,
                 load: 0.1 * load * scale,
                 phi_start,
                 w_start: sign * w,
