@@ -112,18 +112,21 @@ impl Turn<'_> {
         let sampled = best.value;
         for piece in &self.pieces {
             let values: Vec<f64> = piece.iter().map(&f).collect();
-            let peak = (0..values.len()).max_by(|i, j| values[*i].total_cmp(&values[*j])).unwrap_or(0);
-            let beside = [peak.saturating_sub(1), (peak + 1).min(piece.len() - 1)];
-            let rise = values[peak] - beside.map(|i| values[i]).into_iter().fold(f64::INFINITY, f64::min);
-            // Between samples f rises by less than these differ; what differs by roundings alone has no maximum.
-            if values[peak] + rise < sampled || rise <= ZERO * sampled.abs() {
-                continue;
+            for (peak, value) in values.iter().enumerate() {
+                let beside = [peak.saturating_sub(1), (peak + 1).min(piece.len() - 1)];
+                let [a, b] = beside.map(|i| values[i]);
+                let rise = value - a.min(b);
+                // Between samples f rises by less than these differ, and the highest summit need not have the highest sample; what
+                // differs by roundings alone has no maximum.
+                if !(*value >= a.max(b) && value + rise >= sampled && rise > ZERO * sampled.abs()) {
+                    continue;
+                }
+                let ends = beside.map(|i| piece[i].phi);
+                // At a maximum roundings decide from there on.
+                let top = (piece[peak].phi, *value);
+                let (phi, value) = summit(&mut self.on(piece, &f), ends, top, 1e-9 * (ends[1] - ends[0]));
+                best = highest(best, Extreme { phi, value });
             }
-            let ends = beside.map(|i| piece[i].phi);
-            // At a maximum roundings decide from there on.
-            let top = (piece[peak].phi, values[peak]);
-            let (phi, value) = summit(&mut self.on(piece, &f), ends, top, 1e-9 * (ends[1] - ends[0]));
-            best = highest(best, Extreme { phi, value });
         }
         Extreme { phi: best.phi.rem_euclid(TAU), ..best }
     }
