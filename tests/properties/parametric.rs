@@ -14,17 +14,17 @@ use std::f64::consts::TAU;
 
 /// m(φ), b(φ), c(φ), f(φ) as series, or a crank with J, b_T and a load.
 #[derive(Clone, Debug)]
-enum Law {
+pub enum Law {
     Series([Fourier; 4]),
     Crank { inertia: f64, damping: f64, c_t1: f64, c_t2: f64, c_ab: f64, r: f64, second: Value, load: Fourier },
 }
 
 /// At constant speed.
 #[derive(Clone, Debug)]
-struct Scene {
-    law: Law,
-    w: f64,
-    phi_start: f64,
+pub struct Scene {
+    pub law: Law,
+    pub w: f64,
+    pub phi_start: f64,
     q: f64,
     q_dot: f64,
     span: f64,
@@ -121,7 +121,7 @@ impl Scene {
 
     /// φ → −φ: the coefficients read backwards at the reversed speed; the load of a crank, whose q turns with φ, changes
     /// its sign with q.
-    fn reversed(&self) -> Scene {
+    pub fn reversed(&self) -> Scene {
         let mut sign = 1.0;
         let law = self.with(|law| match law {
             Law::Series(list) => list.iter_mut().for_each(|series| *series = backwards(series)),
@@ -223,7 +223,7 @@ fn of_crank() -> impl Strategy<Value = Scene> {
         })
 }
 
-fn drive() -> impl Strategy<Value = Scene> {
+pub fn drive() -> impl Strategy<Value = Scene> {
     prop_oneof![of_series(), of_crank()]
 }
 
