@@ -6,6 +6,7 @@
 //! and shows nothing; few may be.
 
 mod creep;
+mod design;
 mod forged;
 mod inputs;
 mod limits;

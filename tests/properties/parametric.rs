@@ -23,10 +23,10 @@ pub enum Law {
 /// At constant speed.
 #[derive(Clone, Debug)]
 pub struct Scene {
-    law: Law,
+    pub law: Law,
     start: Start,
-    w: f64,
-    phi_start: f64,
+    pub w: f64,
+    pub phi_start: f64,
     q: f64,
     q_dot: f64,
     span: f64,
@@ -123,7 +123,7 @@ impl Scene {
 
     /// φ → −φ: the coefficients read backwards at the reversed speed; the load of a crank, whose q turns with φ, changes
     /// its sign with q.
-    fn reversed(&self) -> Scene {
+    pub fn reversed(&self) -> Scene {
         let mut sign = 1.0;
         let law = self.with(|law| match law {
             Law::Series(list) => list.iter_mut().for_each(|series| *series = backwards(series)),
@@ -311,7 +311,7 @@ pub fn of_crank() -> impl Strategy<Value = Scene> {
         })
 }
 
-fn drive() -> impl Strategy<Value = Scene> {
+pub fn drive() -> impl Strategy<Value = Scene> {
     prop_oneof![of_series(), of_crank()]
 }
 

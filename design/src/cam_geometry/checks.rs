@@ -93,24 +93,30 @@ pub fn worst(cam: &Cam, f: impl Fn(usize, f64) -> Result<f64, Standstill>) -> Re
         let density = f64::max(SAMPLES[0], SAMPLES[1] * cam.law.resolution_in(segment));
         let n = ((density * (to - from) / TAU).ceil() as usize).max(8);
         let angle = |i: usize| from + (to - from) * i as f64 / n as f64;
-        let mut peak = (0, f64::NEG_INFINITY);
-        for i in 0..=n {
-            let value = f(segment, angle(i))?;
-            if value > peak.1 {
-                peak = (i, value);
+        let values = (0..=n).map(|i| f(segment, angle(i))).collect::<Result<Vec<_>, _>>()?;
+        let sampled = values.iter().fold(best.1, |most: f64, value| most.max(*value));
+        for (i, value) in values.iter().enumerate() {
+            if *value > best.1 {
+                best = (angle(i), *value);
             }
-        }
-        let ends = [angle(peak.0.saturating_sub(1)), angle((peak.0 + 1).min(n))];
-        let mut standstill = None;
-        let mut value =
-            |phi: f64| f(segment, phi).map_err(|fault| standstill = Some(fault)).unwrap_or(f64::NEG_INFINITY);
-        // At a maximum roundings decide from there on.
-        let found = summit(&mut value, ends, (angle(peak.0), peak.1), 1e-9 * (ends[1] - ends[0]));
-        if let Some(fault) = standstill {
-            return Err(fault);
-        }
-        if found.1 > best.1 {
-            best = found;
+            let beside = [i.saturating_sub(1), (i + 1).min(n)];
+            let [a, b] = beside.map(|j| values[j]);
+            // Between samples f rises by less than these differ: the highest summit need not have the highest sample.
+            if !(*value >= a.max(b) && 2.0 * value - a.min(b) > sampled) {
+                continue;
+            }
+            let ends = beside.map(angle);
+            let mut standstill = None;
+            let mut value_at =
+                |phi: f64| f(segment, phi).map_err(|fault| standstill = Some(fault)).unwrap_or(f64::NEG_INFINITY);
+            // At a maximum roundings decide from there on.
+            let found = summit(&mut value_at, ends, (angle(i), *value), 1e-9 * (ends[1] - ends[0]));
+            if let Some(fault) = standstill {
+                return Err(fault);
+            }
+            if found.1 > best.1 {
+                best = found;
+            }
         }
     }
     Ok(best)

@@ -1,6 +1,6 @@
 //! Circles, the formulas of the lever in real quantities, cusps and crossings, rollers on their contours, files read back.
 
-use super::checks::findings;
+use super::checks::{findings, worst};
 use super::files::{Drawn, csv, dxf, svg};
 use super::*;
 use camdrive::motion::{Cycle, CyclePlan, Fourier, StandardLaw};
@@ -499,4 +499,15 @@ fn a_law_of_the_levers_angle_cuts_the_same_cam() {
     let first: f64 = table.lines().nth(1).unwrap().split(';').nth(1).unwrap().parse().unwrap();
     assert!((first - angle.at(0.0).0[0].to_degrees()).abs() < 1e-6);
     assert!(0.12 * other.table.error <= 1e-6 && 0.12 * other.table.error > 1e-7);
+}
+
+#[test]
+fn the_highest_summit_need_not_have_the_highest_sample() {
+    // cos 7x + ε cos x, x = φ − δ, is least at x = π; its other minima are higher by 2ε at most, and samples miss them by far more.
+    for delta in [0.1, 0.7, 1.9] {
+        let law = Fourier::new(vec![0.0, 1e-7, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], vec![]).delayed(delta);
+        let cam = translating(MotionLaw::Fourier(law), 0.0, 1.0);
+        let (_, depth) = worst(&cam, |segment, phi| Ok(-cam.law.at_in(segment, phi).0[0])).unwrap();
+        assert!((depth - 1.0 - 1e-7).abs() < 1e-14, "{delta}: {depth}");
+    }
 }

@@ -158,7 +158,8 @@ pub fn admissible_ratios(k: f64) -> AdmissibleRatios {
         if high.max(least) < below {
             intervals.push([high.max(least), below]);
         }
-        below = low;
+        // At a tiny K the ends of bands are roundings, which do not descend.
+        below = low.min(below);
     }
     if !cut && least < below {
         intervals.push([least, below]);

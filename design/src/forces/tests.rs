@@ -543,3 +543,14 @@ fn steel_on_steel_has_the_usual_factor() {
     close(pressure / (1e3 * 210e9 / (0.01 * 0.02_f64)).sqrt(), (1.0 / (1.82 * PI)).sqrt());
     assert_eq!(material.hertzian(-5.0, 0.02), 0.0);
 }
+
+#[test]
+fn the_highest_summit_need_not_have_the_highest_sample() {
+    // cos 7x + ε cos x, x = φ − δ, is least at x = π; its other minima are higher by 2ε at most, and samples miss them by far more.
+    for delta in [0.1, 0.7, 1.9] {
+        let law = Fourier::new(vec![0.0, 1e-7, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], vec![]).delayed(delta);
+        let machine = machine(1.0, Follower::new(1.0, MotionLaw::Fourier(law)), None, Loads::default());
+        let depth = machine.turn().unwrap().largest(|state| -state.drives[0].tool[0]).value;
+        assert!((depth - 1.0 - 1e-7).abs() < 1e-14, "{delta}: {depth}");
+    }
+}

@@ -3,6 +3,7 @@
 //! The load on the elastic member is M = c q + b q̇. Its kinetostatic value M₀ = f + Ω² f₂ is what remains when the
 //! member does not oscillate; R = max |M|/max |M₀| over a turn.
 
+use super::BORDER;
 use super::system::System;
 use super::tongue::spectral_radius;
 use crate::search;
@@ -34,7 +35,7 @@ pub struct PeriodicMotion {
     pub kinetostatic: f64,
     /// R; None without load.
     pub amplification: Option<f64>,
-    /// Whether free motions decay; the periodic motion of an unstable drive is never seen.
+    /// Whether no free motion grows; the periodic motion of an unstable drive is never seen.
     pub stable: bool,
 }
 
@@ -139,6 +140,11 @@ impl<'a> Turn<'a> {
     fn radius(&self) -> f64 {
         spectral_radius(&self.map.period_map().matrix)
     }
+
+    /// Whether no free motion grows; without damping roundings must not decide.
+    fn is_stable(&self) -> bool {
+        self.radius() < 1.0 + BORDER
+    }
 }
 
 /// The periodic motion at the speed ratio η; None where there is none.
@@ -158,14 +164,14 @@ fn motion_of(turn: &Turn) -> Option<PeriodicMotion> {
         load: c * load,
         kinetostatic: c * kinetostatic,
         amplification: (kinetostatic > 0.0).then(|| load / kinetostatic),
-        stable: turn.radius() < 1.0,
+        stable: turn.is_stable(),
     })
 }
 
 /// φ (rad), M and M₀ of the periodic motion over the turn; M is NaN where no such motion is seen, the drive being unstable.
 pub fn course(system: &System, eta: f64, theta: f64) -> Option<Vec<[f64; 3]>> {
     let turn = Turn::new(system, eta, theta)?;
-    let stable = turn.radius() < 1.0;
+    let stable = turn.is_stable();
     let count = SAMPLES_PER_TURN.max(SAMPLES_PER_VIBRATION / eta).ceil();
     let mut trajectory = Trajectory::new(&turn.map, 0.0, turn.periodic()?);
     let mut points = Vec::new();
@@ -190,7 +196,7 @@ pub fn transient(system: &System, eta: f64, theta: f64) -> Option<Transient> {
     let steady = motion_of(&turn)?;
     let radius = turn.radius();
     let settled = DECAYED.ln() / radius.ln();
-    let settled_after = (radius < 1.0).then_some(settled);
+    let settled_after = (radius < 1.0 - BORDER).then_some(settled);
     let turns = settled_after.map_or(TURNS_WITHOUT_DECAY, |turns| turns.clamp(2.0, MOST_TURNS).ceil());
     let [peak, load] = turn.largest([0.0, 0.0], turns)?;
     let speed = eta * system.natural_frequency();

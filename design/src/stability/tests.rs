@@ -510,3 +510,18 @@ fn the_kinetostatic_load_over_the_turn_is_minus_u1_u2_and_the_load_has_the_peak_
     let inside = if high.is_finite() { 0.5 * (low + high) } else { 2.0 * low };
     assert!(response::course(&system, inside, 1e-4).unwrap().iter().all(|point| point[1].is_nan()));
 }
+
+#[test]
+fn without_damping_roundings_do_not_decide_whether_a_motion_is_seen() {
+    let terms = |_: usize, phi: f64| Terms { m: 1.0, c: 1.0 - 0.3 * phi.cos(), f: phi.sin(), ..Terms::default() };
+    let options = Options { speeds: vec![0.7], quick: true, ..Options::default() };
+    let report = study(["", ""], &oscillator(Box::new(terms), 1.0, false), &options, &|_| {}).unwrap();
+    let grows = |eta: f64| report.orders.iter().filter_map(|order| order.damped).any(|[a, b]| a < eta && eta < b);
+    assert!(report.amplification.len() > 200);
+    for at in &report.amplification {
+        assert_eq!(at.stable, !grows(at.eta), "{at:?}");
+    }
+    assert!(report.courses[0].iter().all(|at| at[1].is_finite()));
+    // Nothing decays: a start is followed for some turns only.
+    assert_eq!(report.transients[0].as_ref().unwrap().settled_after, None);
+}

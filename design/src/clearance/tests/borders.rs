@@ -183,3 +183,14 @@ fn between_the_listed_mass_ratios_contact_is_interrupted() {
         }
     }
 }
+
+#[test]
+fn mass_ratios_of_a_tiny_k_are_listed_once() {
+    for k in [1e-12, 1e-9, 2.566e-8, 1e-7, 1e-4] {
+        let list = admissible_ratios(k).intervals;
+        assert!(
+            list.iter().all(|[low, high]| low < high) && list.windows(2).all(|w| w[0][1] <= w[1][0]),
+            "{k}: {list:?}"
+        );
+    }
+}
