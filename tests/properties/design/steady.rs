@@ -2,6 +2,7 @@
 
 use super::super::scenes::{MachineScene, Torque, machine};
 use super::*;
+use camdrive::drives::rigid_machine::Follower;
 
 /// With a motor, which selects motions.
 fn driven() -> impl Strategy<Value = MachineScene> {
@@ -10,9 +11,10 @@ fn driven() -> impl Strategy<Value = MachineScene> {
 
 fn printed(scene: &MachineScene, image: &Image) -> Result<Value, String> {
     let mut files = Files::default();
-    let follower = |(m, law): &(f64, MotionLaw)| {
-        let cam = files.law(&image.law(law, LENGTH));
-        json!({"m": image.even(*m, MASS), "cam": cam})
+    // Mechanisms behind the cams are left out.
+    let follower = |follower: &Follower| {
+        let cam = files.law(&image.law(&follower.cam, LENGTH));
+        json!({"m": image.even(follower.m, MASS), "cam": cam})
     };
     let followers = image.order(scene.followers.iter().map(follower).collect());
     let Torque::Kloss([torque, slip, speed, lag]) = scene.torque else { unreachable!() };
