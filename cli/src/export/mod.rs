@@ -1,14 +1,14 @@
 //! From a validated scene to an FMU.
 //!
 //! [`pack`] builds the drive once more, as the runtime library will, and writes what importers read of it:
-//! [`model_description`], [`documentation`], a [`picture`], [`terminals`], [`licenses`] and a bill of materials, in one
+//! [`model_description`], [`documentation`], a [`picture`], [`terminals`], licences and a bill of materials, in one
 //! [`archive`] with the [`runtime_library`].
 
 pub mod archive;
 pub mod date;
 pub mod documentation;
 pub mod hash;
-pub mod licenses;
+mod licenses;
 mod mathml;
 pub mod model_description;
 pub mod picture;
@@ -179,8 +179,9 @@ fn for_people(drive: &mut Described, resource: &Resource, description: &str) -> 
         files.push(File::new("model.png", png::png(&picture::of_curves(&resource.name, &resource.model, &curves))?));
     }
     files.push(File::new(DOCUMENTATION, documentation::html(&identity, resource, drive)?));
-    files.extend(licenses::files());
-    files.push(sbom::file()?);
+    let linked = licenses::linked()?;
+    files.extend(licenses::files(&linked));
+    files.push(sbom::file(&linked)?);
     Ok(files)
 }
 
