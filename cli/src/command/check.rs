@@ -1,5 +1,6 @@
 //! `camdrive check SCENE…`
 
+use super::output::Bar;
 use super::{Failure, Format, failure, print, read_all, show, tell, tell_notes};
 use crate::scene::{self, Diagnostic, Diagnostics, Resolved};
 use camdrive_design::overview::{self, Overview, Warning};
@@ -42,7 +43,8 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
 }
 
 fn overview_of(path: &Path, scene: &Resolved) -> Result<Overview, Failure> {
-    overview::of(&scene.resource()).map_err(|fault| failure(format!("{}: {fault}", path.display())))
+    Bar::beside(&scene.name, |_| overview::of(&scene.resource()))
+        .map_err(|fault| failure(format!("{}: {fault}", path.display())))
 }
 
 /// The result as a list with an entry for each scene, faults included.

@@ -1,5 +1,6 @@
 //! `camdrive describe SCENE`
 
+use super::output::Bar;
 use super::{Failure, Format, failure, print, read, show, width};
 use crate::export::{self, model_description::unit};
 use crate::scene::Resolved;
@@ -41,7 +42,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if args.format.json {
         return print(&data(resolved, &mut drive).and_then(|data| text::json(&data)).map_err(fault)?);
     }
-    show(&text(resolved, &mut drive).map_err(fault)?)
+    show(&Bar::beside(&resolved.name, |_| text(resolved, &mut drive)).map_err(fault)?)
 }
 
 /// The description as data.

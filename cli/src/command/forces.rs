@@ -1,6 +1,7 @@
 //! `camdrive forces SCENE`
 
 use super::measured::Measured;
+use super::output::Bar;
 use super::{Failure, Format, failure, files, optional, read};
 use crate::scene::Resolved;
 use crate::scene::forces::machine;
@@ -69,8 +70,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     };
     let machine = Machine { speed, ..machine };
     let machine = machine.with_springs_placed().map_err(fault)?;
-    let turn = machine.turn().map_err(fault)?;
-    let report = Report::new(&machine, &turn);
+    let (turn, report) = Bar::beside(&scene.name, |_| {
+        let turn = machine.turn()?;
+        let report = Report::new(&machine, &turn);
+        Ok((turn, report))
+    })
+    .map_err(fault)?;
     let mut diagrams = vec![("torque".to_owned(), figures::torque(&turn, &machine))];
     let own = [("json", text::json(&report)), ("torque.csv", shaft_csv(&turn, speed))];
     let mut parts = files::report(&folder, &scene.name, own)?;

@@ -1,6 +1,7 @@
 //! `camdrive steady SCENE`
 
 use super::measured::Measured;
+use super::output::Bar;
 use super::{Failure, Format, NO_MOTION, driving, failure, files};
 use camdrive::drives::Fault;
 use camdrive::drives::rigid_machine::{Inertia, Kloss, Motor, Scene};
@@ -71,7 +72,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
                     synchronous_speed(&mut scene, load, period).map_err(|e| failure(format!("{place}: {e}")))?;
                 synchronous = Some((period, speed));
             }
-            let motions = all_motions(&scene, load).map_err(fault)?;
+            let motions = Bar::beside(&resolved.name, |_| all_motions(&scene, load)).map_err(fault)?;
             let free = motions
                 .found
                 .iter()

@@ -42,8 +42,8 @@ pub struct Position {
     pub column: usize,
     /// Number of characters, at least 1.
     pub width: usize,
-    /// The whole line.
-    pub text: String,
+    /// What the line has before that, and from there on; of a long line only the surroundings, a terminal's width.
+    pub excerpt: [String; 2],
 }
 
 /// What a message says, in one line: it quotes files, whose values may have any length and hold anything.
@@ -103,37 +103,31 @@ impl Position {
         let line_start = text[..start].rfind('\n').map_or(0, |i| i + 1);
         let line_end = text[start..].find('\n').map_or(text.len(), |i| start + i);
         let end = floor(span.end).clamp(start, line_end);
+        let before = &text[line_start..start];
+        let here = text[start..line_end].trim_end_matches('\r');
+        let column = before.chars().count() + 1;
         Position {
             line: text[..start].matches('\n').count() + 1,
-            column: text[line_start..start].chars().count() + 1,
+            column,
             width: text[start..end].chars().count().max(1),
-            text: text::visible(text[line_start..line_end].trim_end_matches('\r')),
+            excerpt: excerpt(before, here, column - 1),
         }
     }
 }
 
-impl Position {
-    /// The line up to the column and from it on; of a long line only the surroundings, a terminal's width.
-    fn excerpt(&self) -> (String, String) {
-        const BEFORE: usize = 40;
-        const AFTER: usize = 60;
-        let characters: Vec<char> = self.text.chars().collect();
-        let column = (self.column - 1).min(characters.len());
-        let (before, here) = characters.split_at(column);
-        if characters.len() <= BEFORE + AFTER {
-            return (before.iter().collect(), here.iter().collect());
-        }
-        let cut = before.len().saturating_sub(BEFORE);
-        let mut left: String = before[cut..].iter().collect();
-        let mut right: String = here.iter().take(AFTER).collect();
-        if cut > 0 {
-            left.insert(0, '…');
-        }
-        if here.len() > AFTER {
-            right.push('…');
-        }
-        (left, right)
+/// The pieces of a line, of a long one only what is near to where they meet; `characters` are those of the first.
+fn excerpt(before: &str, here: &str, characters: usize) -> [String; 2] {
+    const BEFORE: usize = 40;
+    const AFTER: usize = 60;
+    if characters + here.chars().count() <= BEFORE + AFTER {
+        return [before, here].map(text::visible);
     }
+    let near = |text: &str, count: usize| text.char_indices().nth(count).map(|(end, _)| end);
+    let from = characters.checked_sub(BEFORE).filter(|cut| *cut > 0).and_then(|cut| near(before, cut));
+    let to = near(here, AFTER);
+    let left = text::visible(&before[from.unwrap_or(0)..]);
+    let right = text::visible(&here[..to.unwrap_or(here.len())]);
+    [if from.is_some() { format!("…{left}") } else { left }, if to.is_some() { format!("{right}…") } else { right }]
 }
 
 impl fmt::Display for Diagnostic {
@@ -149,7 +143,7 @@ impl fmt::Display for Diagnostic {
                 let margin = p.line.to_string().len();
                 writeln!(f, "{:margin$}--> {file}:{}:{}", "", p.line, p.column)?;
                 writeln!(f, "{:margin$} |", "")?;
-                let (before, here) = p.excerpt();
+                let [before, here] = &p.excerpt;
                 writeln!(f, "{} | {before}{here}", p.line)?;
                 // Tabs are repeated, so that the carets stand below what they mean.
                 let indent: String = before.chars().map(|c| if c == '\t' { '\t' } else { ' ' }).collect();

@@ -8,7 +8,7 @@ use super::units;
 use camdrive::drives::parameter::{Parameter, Parameters};
 use camdrive::drives::unit::Quantity;
 use camdrive_design::resource::Tool;
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::PathBuf;
@@ -18,11 +18,16 @@ use toml::de::{DeString, DeTable, DeValue};
 /// The bytes of a piece of the file.
 pub type Span = Range<usize>;
 
+/// The most faults of a file that are told one by one.
+const MOST_FAULTS: usize = 100;
+
 /// The file and its faults so far.
 pub struct Faults<'a> {
     file: &'a str,
     text: &'a str,
     list: RefCell<Vec<(usize, Diagnostic)>>,
+    /// How many more there are than [`MOST_FAULTS`].
+    more: Cell<usize>,
     /// Where each value stands that was read.
     read: RefCell<BTreeMap<String, Span>>,
     /// Notes on a scene without faults.
@@ -46,6 +51,7 @@ impl<'a> Faults<'a> {
             file,
             text,
             list: RefCell::default(),
+            more: Cell::default(),
             read: RefCell::default(),
             notes: RefCell::default(),
             tools: RefCell::default(),
@@ -58,14 +64,18 @@ impl<'a> Faults<'a> {
 
     /// A fault at these bytes; it counts once it is given to [`Faults::report`].
     pub fn at(&self, span: Span, message: impl Into<String>) -> Diagnostic {
-        Diagnostic::new(self.file, message).at(self.text, span)
+        let fault = Diagnostic::new(self.file, message);
+        // To count the lines before it takes as long as the file is.
+        if self.list.borrow().len() < MOST_FAULTS { fault.at(self.text, span) } else { fault }
     }
 
     /// Takes up a fault; the second one at the same place with the same text is dropped.
     pub fn report(&self, fault: Diagnostic) {
         let order = fault.position.as_ref().filter(|_| fault.file == self.file).map_or(usize::MAX, |p| p.line);
         let mut list = self.list.borrow_mut();
-        if !list.iter().any(|(_, known)| *known == fault) {
+        if list.len() == MOST_FAULTS {
+            self.more.set(self.more.get() + 1);
+        } else if !list.iter().any(|(_, known)| *known == fault) {
             list.push((order, fault));
         }
     }
@@ -116,7 +126,9 @@ impl<'a> Faults<'a> {
         let file = self.file;
         let column = |d: &Diagnostic| d.position.as_ref().filter(|_| d.file == file).map_or(0, |p| p.column);
         list.sort_by_key(|(line, fault)| (*line, column(fault)));
-        Diagnostics(list.into_iter().map(|(_, fault)| fault).collect())
+        let more = self.more.get();
+        let more = (more > 0).then(|| Diagnostic::new(file, format!("there are {more} more faults")));
+        Diagnostics(list.into_iter().map(|(_, fault)| fault).chain(more).collect())
     }
 
     /// The text of a value as the file has it, shortened to what fits a message.

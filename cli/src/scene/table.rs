@@ -32,6 +32,9 @@ enum Interpolation {
 /// The value of `noise` that asks for an estimate.
 const ESTIMATE: &str = "estimate";
 
+/// What is wrong in a line: where, what, and a remedy.
+type Wrong<'a> = (Span, String, Option<&'a str>);
+
 /// Which column of the file.
 enum Column<'a> {
     /// Counts from 0.
@@ -228,7 +231,6 @@ pub fn course(path: &Path, own: &str, quantity: Option<&'static Quantity>) -> Re
             .admissible(format!("{first} … {end} deg"))
             .hint("leave out further turns")
     }));
-    faults.truncate(MOST_FAULTS);
     if faults.is_empty() { Ok(reading.points) } else { Err(Diagnostics(faults)) }
 }
 
@@ -270,10 +272,13 @@ fn points(
         let message = format!(" has {} points", reading.places.len());
         faults.push(section.fault_of("file", message).admissible(format!("at most {MOST_POINTS}")));
     }
-    report(section, file, faults).then_some(reading)
+    let right = faults.is_empty();
+    faults.into_iter().for_each(|fault| section.faults.report(fault));
+    right.then_some(reading)
 }
 
-/// The points of the lines, and what is wrong with them; `hint` says what a number looks like.
+/// The points of the lines, and what is wrong with them: at most [`MOST_FAULTS`] one by one, and how many more there are;
+/// `hint` says what a number looks like.
 fn rows(
     file: &File<'_>,
     columns: &(Column<'_>, Column<'_>),
@@ -281,7 +286,7 @@ fn rows(
     hint: &str,
     convert: impl Fn(f64, f64) -> (f64, f64),
 ) -> (Reading, Vec<Diagnostic>) {
-    let mut faults = Vec::new();
+    let mut wrong = Vec::new();
     let points = Points { angles: Vec::new(), lifts: Vec::new() };
     let mut reading = Reading { points, bends: Vec::new(), places: Vec::new() };
     let mut rows = lines(file.text).map(|line| (cells(file.text, line.clone()), line)).peekable();
@@ -296,15 +301,15 @@ fn rows(
         let value = |index: usize| {
             let cell = cells.get(index).ok_or_else(|| {
                 let message = format!("column {} is missing: this line has {}", index + 1, cells.len());
-                fault(file, line.clone(), message)
+                (line.clone(), message, None)
             })?;
             number(file.text, cell).ok_or_else(|| {
                 let message = format!("\"{}\" is not a finite number", &file.text[cell.clone()]);
-                fault(file, cell.clone(), message).hint(hint)
+                (cell.clone(), message, Some(hint))
             })
         };
         let derivatives: Vec<_> = (1..=if bent { 3 } else { 0 }).map(|n| value(lift_column + n)).collect();
-        let derivatives: Result<Vec<f64>, _> = derivatives.into_iter().collect();
+        let derivatives: Result<Vec<f64>, Wrong<'_>> = derivatives.into_iter().collect();
         match (value(angle_column), value(lift_column), derivatives) {
             (Ok(angle), Ok(lift), Ok(derivatives)) => {
                 // They are by the angle in rad.
@@ -317,10 +322,18 @@ fn rows(
                 reading.points.lifts.push(lift);
                 reading.places.push(line);
             }
-            (angle, lift, more) => faults.extend([angle.err(), lift.err(), more.err()].into_iter().flatten()),
+            (angle, lift, more) => wrong.extend([angle.err(), lift.err(), more.err()].into_iter().flatten()),
         }
     }
-    faults.extend(descents(file, &reading));
+    wrong.extend(descents(&reading));
+    let more = wrong.len().saturating_sub(MOST_FAULTS);
+    // Only of these: the number of a line takes a look at all lines before it.
+    let told = wrong.into_iter().take(MOST_FAULTS).map(|(span, message, hint)| {
+        let fault = fault(file, span, message);
+        if let Some(hint) = hint { fault.hint(hint) } else { fault }
+    });
+    let count = (more > 0).then(|| Diagnostic::new(&file.name, format!("the table has {more} more faults like these")));
+    let faults = told.chain(count).collect();
     (reading, faults)
 }
 
@@ -382,29 +395,16 @@ fn index(file: &File<'_>, column: &Column<'_>, headings: Option<&[Span]>) -> Res
 }
 
 /// The points whose angle does not exceed the one before.
-fn descents(file: &File<'_>, reading: &Reading) -> Vec<Diagnostic> {
+fn descents(reading: &Reading) -> Vec<Wrong<'static>> {
     let angles = &reading.points.angles;
     let wrong = (1..angles.len()).filter(|&i| angles[i] - angles[i - 1] < LEAST_DISTANCE);
     wrong
         .map(|i| {
             let (before, here) = (units::short(angles[i - 1].to_degrees()), units::short(angles[i].to_degrees()));
             let message = format!("the angle {here} deg does not exceed the one before, {before} deg");
-            fault(file, reading.places[i].clone(), message).hint("sort the points by ascending angle, each once")
+            (reading.places[i].clone(), message, Some("sort the points by ascending angle, each once"))
         })
         .collect()
-}
-
-/// Reports at most [`MOST_FAULTS`] of the faults and how many more there are; true where there are none.
-fn report(section: &Section<'_>, file: &File<'_>, faults: Vec<Diagnostic>) -> bool {
-    let count = faults.len();
-    for fault in faults.into_iter().take(MOST_FAULTS) {
-        section.faults.report(fault);
-    }
-    if count > MOST_FAULTS {
-        let message = format!("the table has {} more faults like these", count - MOST_FAULTS);
-        section.faults.report(Diagnostic::new(&file.name, message));
-    }
-    count == 0
 }
 
 /// The law through the points, or the series that meets them best.

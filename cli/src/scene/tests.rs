@@ -1,5 +1,6 @@
 //! What right scenes resolve to; wrong ones are in `tests/scenes`.
 
+use super::diagnostics::Position;
 use super::*;
 use camdrive::drives::parameter::Parameters;
 use camdrive::motion::{MotionLaw, StandardLaw};
@@ -253,4 +254,23 @@ fn loads_of_a_follower_behind_a_mechanism() {
     // Gravity acts against the motion where nothing else is said.
     assert!((alone.gravity[0].re + 10.0).abs() < 1e-14 && alone.gravity.len() == 1);
     assert_eq!((process(alone), alone.material, alone.spring), (-5.0, None, None));
+}
+
+#[test]
+fn of_many_faults_the_first_are_told_and_the_others_counted() {
+    // If each of them counted the lines before it, either would take a quarter of an hour.
+    let scene = |law: &str| format!("name = \"x\"\nmodel = \"RigidMachine\"\n[machine]\nJ0 = 1\n[machine.J]\n{law}");
+    let faults = |law: &str, folder: &Path| resolve("scene.toml", &scene(law), folder).expect_err("all wrong").0;
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("wrong.csv"), "phi;J\n".to_owned() + &"one;1\n".repeat(400_000)).unwrap();
+    let told = faults("law = \"table\"\nfile = \"wrong.csv\"\n", folder.path());
+    assert_eq!(told.len(), 9);
+    let lines: Vec<usize> = told.iter().filter_map(|fault| Some(fault.position.as_ref()?.line)).collect();
+    assert_eq!(lines, [2, 3, 4, 5, 6, 7, 8, 9]);
+    assert_eq!(told[8].message, "the table has 399992 more faults like these");
+    let told = faults(&format!("law = \"fourier\"\na = [{}]\n", "true, ".repeat(200_000)), folder.path());
+    assert_eq!(told.len(), 101);
+    let Some(Position { column, excerpt: [before, here], .. }) = &told[99].position else { panic!("{}", told[99]) };
+    assert_eq!((*column, before.chars().count(), here.chars().count()), (600, 41, 61), "{before}{here}");
+    assert_eq!(told[100].message, "there are 199900 more faults");
 }

@@ -125,8 +125,8 @@ impl Task {
     /// The highest harmonic of the tools' motions; of laws that are no series, which have no highest, what the finest mesh
     /// carries.
     fn order(&self) -> usize {
-        let of =
-            |tool: &Tool| tool.motion.series().map_or(ORDERS[1] / 2, |series| tool.wanted.order().max(series.order()));
+        let carried = self.finest().min(ORDERS[1]) / 2;
+        let of = |tool: &Tool| tool.motion.series().map_or(carried, |series| tool.wanted.order().max(series.order()));
         self.tools.iter().map(of).max().unwrap_or(1).max(1)
     }
 
