@@ -344,7 +344,7 @@ fn check_warns_of_a_rough_table() {
     let run = camdrive(&["check", text(&scene)]);
     // The lifts were given a noise of 5 µm.
     assert!(run.code == 0 && run.err.contains("warning") && run.err.contains("scatter by 5.2"), "{}", run.err);
-    assert!(run.err.contains("% of the largest U″") && run.err.contains("hint"), "{}", run.err);
+    assert!(run.err.contains("% of the largest value") && run.err.contains("hint"), "{}", run.err);
     // Of the same noise the largest lifts are off by some four times that.
     std::fs::write(&scene, whole("noise = \"estimate\"\n")).expect("the folder can be written to");
     let run = camdrive(&["check", text(&scene)]);
@@ -489,7 +489,10 @@ fn export_refuses_targets_and_libraries_that_do_not_fit() {
         (vec!["export", SCENE, "-o", text(&folder), "--runtime", &runtime, "--runtime", &runtime], "two runtime"),
         (vec!["export", SCENE, "-o", "Cargo.toml", "--runtime", &runtime], "a folder or a file NAME.fmu"),
         (vec!["export", SCENE, "-o", "Cargo.toml/x", "--runtime", &runtime], "cannot be written"),
-        (vec!["export", SCENE, "-o", "foo.zip", "--runtime", &runtime], "called NAME.fmu\n  = hint: a folder"),
+        (
+            vec!["export", SCENE, "-o", "foo.zip", "--runtime", &runtime],
+            "called NAME.fmu\n  = hint: the name of a new folder",
+        ),
         (vec!["export", SCENE, "-o", "-", "--runtime", &runtime], "-o -: -o takes a folder or a file NAME.fmu"),
     ];
     for (args, message) in cases {
@@ -566,7 +569,7 @@ fn where_the_disk_is_full_every_command_leaves_the_files_of_before() {
         let full = run(&limit.to_string());
         let err = String::from_utf8_lossy(&full.stderr);
         assert_eq!((full.status.code(), full.stdout.len()), (Some(1), 0), "{args:?}: {err}");
-        assert!(err.contains("cannot be written") && err.contains("files of before"), "{err}");
+        assert!(err.contains("cannot be written") && err.contains("existing files"), "{err}");
         assert!(contents(&folder) == before, "{args:?}");
     }
 }
@@ -727,7 +730,7 @@ fn results_replace_results_and_nothing_else() {
         std::fs::write(&own, "# by hand\n").expect("the folder can be written to");
         let args = [&command[..], &["-o", text(&own)]].concat();
         let run = camdrive(&args);
-        assert!(run.code == 1 && run.err.contains("own.toml: this file has another origin"), "{}", run.err);
+        assert!(run.code == 1 && run.err.contains("own.toml: no command wrote this file"), "{}", run.err);
         assert!(run.err.contains("--force"), "{}", run.err);
         assert_eq!(std::fs::read_to_string(&own).expect("the file"), "# by hand\n");
         let run = camdrive(&[&args[..], &["--force"]].concat());
@@ -755,7 +758,7 @@ fn a_folder_is_not_called_like_a_file_nor_a_scene_like_an_archive() {
     ];
     for args in reports {
         let run = camdrive(&[args, &["foo.zip"]].concat());
-        let message = format!("foo.zip: {} takes a folder\n  = hint: a folder that is to be made ends with /", args[2]);
+        let message = format!("foo.zip: {} takes a folder\n  = hint: the name of a new folder ends with /", args[2]);
         assert!(run.code == 1 && run.err.contains(&message), "{args:?}: {}", run.err);
     }
     for args in [["synthesize", TASK], ["compensate", loom]] {
@@ -785,13 +788,13 @@ fn files_of_another_kind_are_called_by_their_names() {
     for command in ["check", "describe", "export", "steady", "cam", "compensate", "tradeoff", "stability", "clearance"]
     {
         for (path, parts) in [
-            (TASK, ["this is a motion task, no scene", &synthesize]),
-            (&profile, ["this is a cam profile, no scene", "append"]),
+            (TASK, ["this is a motion task, not a scene", &synthesize]),
+            (&profile, ["this is a cam profile, not a scene", "append"]),
             (&table, ["this is a table", "law = \"table\""]),
             (&fmu, ["this is an FMU", "camdrive run"]),
-            (&xml, ["this is XML, no scene", "name a scene file"]),
-            (&json, ["this is JSON, no scene", "name a scene file"]),
-            (text(&folder), ["this is a folder, no scene", "name a scene file"]),
+            (&xml, ["this is XML, not a scene", "name a scene file"]),
+            (&json, ["this is JSON, not a scene", "name a scene file"]),
+            (text(&folder), ["this is a folder, not a scene", "name a scene file"]),
         ] {
             let run = camdrive(&[command, path]);
             assert_eq!((run.code, run.out.as_str()), (1, ""), "{command} {path}");
@@ -799,7 +802,7 @@ fn files_of_another_kind_are_called_by_their_names() {
             assert!(!run.err.contains("is not known"), "{command} {path}: {}", run.err);
         }
     }
-    for (path, parts) in [(SCENE, ["this is a scene, no task", &*check]), (&fmu, ["this is an FMU", "no task"])] {
+    for (path, parts) in [(SCENE, ["this is a scene, not a task", &*check]), (&fmu, ["this is an FMU", "not a task"])] {
         let run = camdrive(&["synthesize", path]);
         assert!(run.code == 1 && parts.iter().all(|part| run.err.contains(part)), "{path}: {}", run.err);
     }
@@ -819,7 +822,7 @@ fn a_file_without_end_is_not_read_to_its_end() {
         assert!(run.code == 1 && run.err.contains("it has more than 16 MB"), "{args:?}: {}", run.err);
     }
     let run = camdrive(&["export", SCENE, "-o", text(&folder), "--runtime", "linux64=/dev/zero"]);
-    assert!(run.code == 1 && run.err.contains("/dev/zero is no file"), "{}", run.err);
+    assert!(run.code == 1 && run.err.contains("/dev/zero is not a file"), "{}", run.err);
 }
 
 #[test]
@@ -923,12 +926,12 @@ fn export_packs_every_library_of_its_own_sources_that_is_at_hand() {
     };
     let (packed, err) = export(&[]);
     assert_eq!(packed, "linux64 aarch64-linux darwin64");
-    assert!(err.contains("warning: left out:") && err.contains("win64/camdrive.dll is no shared library"), "{err}");
+    assert!(err.contains("warning: left out:") && err.contains("win64/camdrive.dll is not a shared library"), "{err}");
     assert_eq!(export(&["--platforms", "darwin64,linux64"]), ("linux64 darwin64".to_owned(), String::new()));
     assert_eq!(export(&["--platforms", "aarch64-darwin"]), ("aarch64-darwin".to_owned(), String::new()));
     lay("runtimes/darwin64/camdrive.dylib", &library_of(&universal, "other sources"));
     for (platform, word) in [
-        ("aarch64-darwin", "not of the same sources as this executable"),
+        ("aarch64-darwin", "built from other sources than this executable"),
         ("win32", "no runtime library for win32"),
         ("amiga", "possible values: linux64, linux32, aarch64-linux, win64"),
     ] {
@@ -1177,7 +1180,7 @@ fn compensate_says_what_it_cannot_do() {
         (&[loom, "--keep", "3"], &["no follower 3", "has 2"]),
         (&[loom, "--period", "0"], &["--period", "positive"]),
         (&[loom, "--period", "12 kg"], &["--period", "hint"]),
-        (&[loom, "--period", "1 ns"], &["--period", "52.359878 rad/s", "admissible: 1.200e-3 … 1.200e1 s", "hint"]),
+        (&[loom, "--period", "1 ns"], &["--period", "52.359878 rad/s", "admissible: 1.200e-3 to 1.200e1 s", "hint"]),
         (&[loom, "--period", "120"], &["--period", "\"120 ms\""]),
         (&[text(&free), "--period", "1 ns"], &["--period", "admissible: 6.283e-6"]),
         (&[loom, "--tolerance", "0"], &["--tolerance", "between 0 and 1"]),
@@ -1187,7 +1190,7 @@ fn compensate_says_what_it_cannot_do() {
         (&[loom, "--task", "examples/loom/scene.toml"], &["scene.toml"]),
         (&[loom, "--cam", "7=x.toml"], &["--cam", "1, 2"]),
         (&[loom, "--cam", &format!("1={SCENE}"), "--cam", &format!("2={SCENE}")], &["--cam", "another result"]),
-        (&[text(&free), "--period", "120 ms", "--load", "30 N.m"], &["without motor nothing balances", "hint"]),
+        (&[text(&free), "--period", "120 ms", "--load", "30 N.m"], &["without a motor nothing balances", "hint"]),
     ] {
         let target = folder.join("never.toml");
         let run = camdrive(&[&["compensate", "-o", text(&target)], args].concat());
@@ -1212,7 +1215,7 @@ fn stability_writes_tables_and_maps() {
     let run = camdrive(&["stability", scene, "--orders", "3", "-o", text(&folder.join("study"))]);
     assert_eq!((run.code, run.err.as_str()), (0, ""), "no progress bar where nobody looks");
     // The peak of the torque is 1.12 times the kinetostatic one, the example says.
-    for part in ["Floquet multipliers", "stable;", "Instabilities", "Resonances", "Mind", "1.12 ", "linearisation"] {
+    for part in ["Floquet multipliers", "stable;", "Instabilities", "Resonances", "Notes", "1.12 ", "linearisation"] {
         assert!(run.out.contains(part), "{part} is missing in\n{}", run.out);
     }
     for (ending, part) in [
@@ -1241,8 +1244,8 @@ fn stability_refuses_what_it_cannot_study() {
         (&["examples/rapier_loom/scene.toml"], "elastic input shaft"),
         (&["examples/guide_bar/scene.toml"], "periodic coefficients"),
         (&[SCENE, "--speed", "3 m"], "--speed"),
-        (&[SCENE, "--speed=0 rpm"], "0 is no speed"),
-        (&[SCENE, "--speed=-46 rpm", "--speed=46 rpm"], "turns one way"),
+        (&[SCENE, "--speed=0 rpm"], "does not turn at speed 0"),
+        (&[SCENE, "--speed=-46 rpm", "--speed=46 rpm"], "opposite signs"),
         (&[SCENE, "--from", "90 rpm", "--to", "40 rpm"], "--to"),
         (&[SCENE, "--damping=-0.1"], "--damping"),
         (&[SCENE, "--orders", "0"], "--orders"),
@@ -1299,8 +1302,8 @@ fn a_measured_course_is_laid_over_a_computed_one() {
     for (content, parts) in [
         ("phi [deg],M [kN.m]\n0,1\n1,x\n", &["course.csv:3:3", "\"x\" is not a finite number", "hint"][..]),
         ("0,1\n1,2\n1,3\n", &["course.csv:3:1", "1 deg does not exceed the one before", "hint: sort"]),
-        ("0,1\n400,2\n", &["course.csv:2:1", "400 deg is more than a turn", "admissible: 0 … 360 deg"]),
-        ("0,1\n", &["a course of 1 points", "admissible: at least 2"]),
+        ("0,1\n400,2\n", &["course.csv:2:1", "400 deg is more than a turn", "admissible: 0 to 360 deg"]),
+        ("0,1\n", &["a curve of 1 points", "admissible: at least 2"]),
         ("0\n1\n", &["course.csv:1:1", "column 2 is missing"]),
         ("phi [deg],F [kN]\n0,1\n1,2\n", &["course.csv:1:11", "\"kN\" is the unit of force; a torque is expected"]),
         ("phi [mm],M [N.m]\n0,1\n1,2\n", &["course.csv:1:1", "\"mm\" is the unit of length; an angle is expected"]),
@@ -1310,7 +1313,7 @@ fn a_measured_course_is_laid_over_a_computed_one() {
         assert!(run.code == 1 && parts.iter().all(|part| run.err.contains(part)), "{content}: {}", run.err);
     }
     let missing = examined("nowhere.csv");
-    assert!(missing.code == 1 && missing.err.contains("the course does not exist"), "{}", missing.err);
+    assert!(missing.code == 1 && missing.err.contains("the curve does not exist"), "{}", missing.err);
     let other = examined(&format!("lod={file}"));
     assert!(other.code == 1 && other.err.contains("admissible: load"), "{}", other.err);
 
@@ -1432,10 +1435,7 @@ fn clearance_refuses_what_has_none() {
     std::fs::write(&file, "").expect("the folder can be written to");
     let elastic = "examples/guide_bar/scene.toml";
     for (args, part) in [
-        (
-            vec!["examples/rapier_loom/scene.toml"],
-            "the model is RigidMachine; the clearance is studied of a BacklashDrive",
-        ),
+        (vec!["examples/rapier_loom/scene.toml"], "the model is RigidMachine; the study is for a BacklashDrive"),
         (vec!["examples/transfer_manipulator/scene.toml"], "ElasticCamDrive.shaft"),
         (vec![elastic, "--clearance", "1 mm"], "give --clearance and --m1"),
         (vec![elastic, "--clearance", "1 mm", "--m1", "0 kg"], "m1: 0 kg is not greater than 0"),
@@ -1478,7 +1478,7 @@ fn steady_finds_the_periodic_motions() {
         (&["tests/fmpy/scenes/machine_torque_input.toml"], "is an input"),
         (&["tests/fmpy/scenes/machine_free.toml"], "--period"),
         (&[loom, "--period", "0"], "positive"),
-        (&[loom, "--period", "1 ns"], "admissible: 1.200e-3 … 1.200e1 s"),
+        (&[loom, "--period", "1 ns"], "admissible: 1.200e-3 to 1.200e1 s"),
         (&["tests/fmpy/scenes/machine_free.toml", "--period", "1 ns"], "admissible: 6.283e-6"),
     ] {
         let run = camdrive(&[&["steady"], args].concat());
@@ -1576,9 +1576,9 @@ fn synthesize_tells_all_faults_of_a_task() {
         "is a force; a length is expected",
         "`dwell[1].centre`",
         "`dwell[1].width`",
-        "is no range",
+        "is not a range",
         "write for example to = \"380 deg\"; a single angle is a [[point]]",
-        "says nothing of U",
+        "gives nothing for U",
         "bounds nothing",
     ] {
         assert!(run.err.contains(part), "{part} is missing in\n{}", run.err);
@@ -1628,7 +1628,7 @@ fn synthesize_says_what_cannot_be_met() {
     let run = camdrive(&["synthesize", text(&task), "-o", text(&folder.join("p.toml"))]);
     assert_eq!((run.code, run.out.as_str()), (1, ""));
     // A stroke of 1 over half a turn takes an acceleration of at least 4/π² = 0.405.
-    assert!(run.err.contains("U″ must leave -0.2 … 0.2") && run.err.contains("by 0.2"), "{}", run.err);
+    assert!(run.err.contains("U″ must leave -0.2 to 0.2") && run.err.contains("by 0.2"), "{}", run.err);
     assert!(run.err.contains("`bound[1]`") && run.err.contains("m/rad²"), "{}", run.err);
     assert!(!folder.join("p.toml").exists());
     // A tolerance is called by its key, and so is a point.
@@ -1671,7 +1671,7 @@ fn synthesize_takes_a_shaft_by_its_natural_frequency() {
     assert_eq!((itself.code, &itself.out), (ratios.code, &ratios.out), "{}", ratios.err);
     assert!(itself.out.contains("The largest torque of the nonlinear drive differs by at most"), "{}", itself.out);
     for (elasticity, part) in [
-        ("c = 1\nnatural_frequency = 1\nb = 1\n", "`c` says the same already"),
+        ("c = 1\nnatural_frequency = 1\nb = 1\n", "`c` determines it already"),
         ("c = 1\n", "`shaft.b` is missing"),
         ("c = 1\ndamping_ratio = 0\n", "greater than 0"),
     ] {
@@ -1684,11 +1684,14 @@ fn synthesize_takes_a_shaft_by_its_natural_frequency() {
 fn options_of_studies_are_refused_with_their_range() {
     let (rods, backlash) = ("examples/rod_drive/scene.toml", "examples/backlash_drive/scene.toml");
     for (arguments, part) in [
-        (["stability", rods, "--speed", "0 rpm"], "--speed: 0 is no speed of a drive that turns"),
-        (["stability", rods, "--damping", "-0.1"], "--damping: -0.1 is outside [0, 10]"),
-        (["stability", rods, "--modulation", "-1"], "--modulation: -1 is outside [0.000001, 100]"),
+        (["stability", rods, "--speed", "0 rpm"], "--speed: the drive does not turn at speed 0"),
+        (["stability", rods, "--damping", "-0.1"], "--damping: -0.1 is out of range\n  = admissible: 0 to 10"),
+        (
+            ["stability", rods, "--modulation", "-1"],
+            "--modulation: -1 is out of range\n  = admissible: 0.000001 to 100",
+        ),
         (["stability", rods, "--speed", "1e-9"], "a turn cannot be followed"),
-        (["clearance", backlash, "--turns", "1"], "--turns: 1 is outside [2, 1000000]"),
+        (["clearance", backlash, "--turns", "1"], "--turns: 1 is not from 2 to 1000000"),
         (["clearance", backlash, "--clearance", "-1"], "clearance: -1 m is not greater than 0"),
         (["clearance", backlash, "--compare", "examples/rapier_loom/scene.toml"], "--compare: the scene rapier_loom"),
     ] {
@@ -1776,7 +1779,7 @@ fn cam_says_what_it_cannot_do() {
     let file = folder.join("here");
     std::fs::write(&file, "").expect("the folder can be written to");
     let cases: [(&[&str], &[&str]); 10] = [
-        (&[SCENE], &["does not tell the geometry", "[geometry]"]),
+        (&[SCENE], &["does not give the geometry", "[geometry]"]),
         (&["examples/rod_drive/scene.toml"], &["ParametricDrive has no cam"]),
         (&[WRONG], &[WRONG]),
         (&[text(&scene), "-o", text(&file)], &["-o takes a folder"]),
@@ -1784,7 +1787,7 @@ fn cam_says_what_it_cannot_do() {
         (&[text(&scene), "--chord-error", "0"], &["--chord-error", "out of range", "1e-9"]),
         (&[text(&scene), "--chord-error=-1 um"], &["--chord-error", "out of range"]),
         (&[text(&scene), "--table-error", "nan"], &["--table-error", "finite"]),
-        (&[text(&scene), "--follower", "1"], &["--follower", "no machine"]),
+        (&[text(&scene), "--follower", "1"], &["--follower", "not a machine"]),
         (&["no_such_scene.toml"], &["cannot be read"]),
     ];
     for (args, parts) in cases {
@@ -1813,7 +1816,7 @@ fn synthesize_gives_a_follower_of_a_machine_its_cam() {
         (&["--scene", machine], "several cams"),
         (&["--scene", machine, "--follower", "3"], "no follower 3; the scene has 2"),
         (&["--scene", machine, "--follower", "0"], "no follower 0"),
-        (&["--scene", "examples/loom/gripper.toml", "--follower", "1"], "no machine"),
+        (&["--scene", "examples/loom/gripper.toml", "--follower", "1"], "not a machine"),
         (&["--scene", "no_such_scene.toml"], "cannot be read"),
     ];
     for (args, message) in cases {
@@ -1899,7 +1902,7 @@ fn forces_tells_what_rollers_and_joints_bear() {
     assert!(table.starts_with(&format!("{head}\n0.0,")) && table.lines().count() == 1442, "{table}");
     let run = camdrive(&["forces", TAPPET, "-o", text(&folder), "--speed", "2000 rpm"]);
     assert!(run.out.contains("Least preload") && run.out.contains("493.52 N"), "{}", run.out);
-    assert!(run.out.contains("Mind\n  tappet: the force of the roller changes its sign at φ = 83.39°"), "{}", run.out);
+    assert!(run.out.contains("Notes\n  tappet: the force of the roller changes its sign at φ = 83.39°"), "{}", run.out);
     let message = format!("error: {TAPPET}: at 2000 rpm tappet leaves its cam from 1623.3 rpm on\n");
     assert_eq!((run.code, run.err), (1, message.clone()));
     let run = camdrive(&["forces", TAPPET, "-o", text(&folder), "--speed", "-2000 rpm", "--json"]);
@@ -1995,9 +1998,9 @@ fn forces_says_what_it_cannot_do() {
     let cases: [(&[&str], &[&str]); 6] = [
         (&["examples/rod_drive/scene.toml"], &["ParametricDrive has no cam"]),
         (&[WRONG], &[WRONG]),
-        (&[text(&inputs)], &["no speed follows", "--speed"]),
+        (&[text(&inputs)], &["gives no speed", "--speed"]),
         (&[TAPPET, "--speed", "2 mm"], &["--speed", "an angular velocity"]),
-        (&[TAPPET, "--speed", "1e200"], &["at φ = ", "beyond the range of numbers"]),
+        (&[TAPPET, "--speed", "1e200"], &["at φ = ", "exceed the range of numbers"]),
         (&[text(&undercut)], &["at φ = ", "the inner contour of valve is undercut", "camdrive cam"]),
     ];
     for (args, parts) in cases {

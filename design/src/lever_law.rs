@@ -66,7 +66,7 @@ pub fn lever_law(linkage: &Linkage, tool: &MotionLaw, near: f64) -> Result<Lever
     let [at_near] = linkage.tool([near]);
     if !at_near.is_finite() {
         return Err(format!(
-            "the mechanisms cannot be assembled at the lever's angle {} deg, next to which its motion is to begin",
+            "the mechanisms cannot be assembled at the lever's angle {} deg, near which its motion should begin",
             decimals(near.to_degrees(), 4)
         ));
     }
@@ -78,7 +78,7 @@ pub fn lever_law(linkage: &Linkage, tool: &MotionLaw, near: f64) -> Result<Lever
     let law = LeverLaw { error: way.error(&law), law };
     if law.error > most || law.error.is_nan() {
         return Err(format!(
-            "a law of {} for the lever leaves an error of {:.1e} of the tool's acceleration, more than {most:e}: the motion leads too near to a dead centre",
+            "a law of {} for the lever leaves an error of {:.1e} of the tool's acceleration, more than {most:e}: the motion comes too close to a dead centre",
             law.parts(),
             law.error
         ));
@@ -110,7 +110,7 @@ impl Way<'_> {
             };
             let tool = |position: f64| self.linkage.0.last().map_or(String::new(), |last| with_unit(last, position));
             format!(
-                "at phi = {} deg, where the tool is to be at {}, mechanism {} {what} {} (with the lever at {} deg the tool is at {})",
+                "at phi = {} deg, where the tool should be at {}, mechanism {} {what} {} (with the lever at {} deg the tool is at {})",
                 in_turn(phi, 4),
                 tool(wanted),
                 mechanism + 1,

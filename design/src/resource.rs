@@ -80,8 +80,8 @@ impl Resource {
     pub fn oscillator(&self) -> Result<PeriodicOscillator, Fault> {
         (self.template()?.oscillator)(&self.scene)?.ok_or_else(|| {
             Fault::new(format!(
-                "{} is no oscillator with periodic coefficients; such are ElasticCamDrive with an elastic input \
-                 shaft and ParametricDrive",
+                "{} is not an oscillator with periodic coefficients; ElasticCamDrive with an elastic input shaft \
+                 and ParametricDrive are",
                 self.model
             ))
         })

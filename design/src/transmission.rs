@@ -45,7 +45,7 @@ impl Transmission {
     pub fn remark(&self) -> String {
         let usual = USUAL.to_degrees();
         if self.is_usual() {
-            return format!("usual are at least {usual:.0}°");
+            return format!("at least {usual:.0}° is usual");
         }
         format!(
             "below the usual {usual:.0}°: forces in the joints and the effect of play are large; other lengths or offsets"
@@ -54,7 +54,7 @@ impl Transmission {
 
     /// The finding as a sentence.
     pub fn sentence(&self) -> String {
-        let mind = if self.is_usual() { "" } else { "Mind: " };
+        let mind = if self.is_usual() { "" } else { "Note: " };
         let (degrees, phi) = (self.least_angle.to_degrees(), in_turn(self.phi, 1));
         format!("{mind}Follower {}: {} {degrees:.2}° at φ = {phi}° ({}).", self.follower, self.what(), self.remark())
     }
@@ -103,6 +103,6 @@ mod tests {
         let expected = format!("least transmission angle of linkage[2] (four-bar linkage) {:.2}°", least.to_degrees());
         assert!(list[0].sentence().contains(&expected), "{}", list[0].sentence());
         let poor = Transmission { least_angle: 0.5, phi: -1e-9, ..list[0].clone() };
-        assert!(poor.sentence().starts_with("Mind: Follower 3: ") && poor.sentence().contains("28.65° at φ = 0.0°"));
+        assert!(poor.sentence().starts_with("Note: Follower 3: ") && poor.sentence().contains("28.65° at φ = 0.0°"));
     }
 }

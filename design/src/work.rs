@@ -54,7 +54,7 @@ pub fn within<R>(
         return Ok(result);
     }
     Err(format!(
-        "this takes more work than a study may take, {budget:.1e} operations, which are some {:.0} s; reached: {}\n  = hint: {hint}",
+        "this study needs more than the {budget:.1e} operations that are admissible, about {:.0} s; reached: {}\n  = hint: {hint}",
         budget / 1e9,
         reached.borrow()
     ))

@@ -566,8 +566,8 @@ pub static STANDARD_LAW: variable::Enumeration = variable::Enumeration {
         ("inclined_sine", "z - sin(2 pi z)/(2 pi), after Bestehorn"),
         ("polynomial_345", "10 z^3 - 15 z^4 + 6 z^5"),
         ("polynomial_4567", "35 z^4 - 84 z^5 + 70 z^6 - 20 z^7"),
-        ("modified_sine", "Acceleration of sines of two frequencies"),
-        ("modified_trapezoid", "Acceleration a trapezoid with slopes of a sine"),
+        ("modified_sine", "Acceleration from sines of two frequencies"),
+        ("modified_trapezoid", "Trapezoidal acceleration with sinusoidal slopes"),
     ],
 };
 

@@ -469,11 +469,11 @@ impl AnyDrive {
     pub fn check_input_derivative(&self, reference: usize, order: usize, value: f64) -> Result<(), Fault> {
         let (d, highest) = (&self.plan.descriptions[reference], self.drive.input_derivatives());
         if d.causality != Causality::Input {
-            return Err(Fault::new(format!("`{}` is no input; only inputs have input derivatives", d.name)));
+            return Err(Fault::new(format!("`{}` is not an input; only inputs have input derivatives", d.name)));
         }
         if !(1..=highest).contains(&order) {
             return Err(Fault::new(format!(
-                "`{}`: the order {order} of its derivative is outside 1 … {highest}",
+                "`{}`: the order {order} of its derivative is not from 1 to {highest}",
                 d.name
             )));
         }
@@ -625,8 +625,8 @@ impl AnyDrive {
             }
             let too_much = || {
                 Fault::new(format!(
-                    "the derivative of `{name}` before the start needs more than the work of one call, since each of its trial \
-                     starts needs much of it; take differences of whole runs"
+                    "the derivative of `{name}` before the start needs more work than one call may take, since each of its trial \
+                     starts needs much; take differences of whole runs"
                 ))
             };
             let value_at = |value: f64| {

@@ -19,7 +19,7 @@ pub const INPUTS: [f64; 3] = [LARGEST_ANGLE, FASTEST, STEEPEST];
 /// steps.
 pub fn step_too_much([from, to]: [f64; 2], reached: f64, motion: &str, hint: &str) -> Fault {
     Fault::new(format!(
-        "the {} s to t = {} s need more than the work of one call: {motion}, and only {} s of them are done; shorten the \
+        "the {} s to t = {} s need more work than one call may take: {motion}, and only {} s of them are done; shorten the \
          communication step, {hint}",
         Rounded(to - from),
         Rounded(to),
@@ -31,7 +31,7 @@ pub fn step_too_much([from, to]: [f64; 2], reached: f64, motion: &str, hint: &st
 pub fn search_too_much(hint: &str) -> Fault {
     Fault::named(
         "start.mode",
-        format!(" = steady_state: the search for the periodic motion needs more than the work of one call; {hint}"),
+        format!(" = steady_state: the search for the periodic motion needs more work than one call may take; {hint}"),
     )
 }
 
@@ -42,7 +42,7 @@ pub fn refused_start(message: impl Into<String>) -> Fault {
 
 /// The fault of a saved state that no drive of the scene can be in.
 pub fn no_state() -> Fault {
-    Fault::new("the serialised state is none of this drive: its numbers do not fit together")
+    Fault::new("the serialised state does not belong to this drive: its numbers contradict each other")
 }
 
 /// Refuses a step to the time `to` (s), at which the angle (rad) is beyond all that tells where in its turn a shaft is.
@@ -53,10 +53,10 @@ pub fn check_angle(angle: f64, to: f64) -> Result<(), Fault> {
 
 #[cold]
 fn beyond(angle: f64, to: f64) -> Fault {
-    let found = if angle.is_finite() { format!("{} rad", Rounded(angle)) } else { "beyond all numbers".to_owned() };
+    let found = if angle.is_finite() { format!("{} rad", Rounded(angle)) } else { "not finite".to_owned() };
     Fault::new(format!(
-        "at t = {} s the drive angle is {found}: beyond {LARGEST_ANGLE:e} rad a number does not tell where in its turn the \
-         drive is; shorten the communication step, or lower the speed or the acceleration",
+        "at t = {} s the drive angle is {found}: beyond {LARGEST_ANGLE:e} rad numbers do not resolve the position within a \
+         turn; shorten the communication step, or lower the speed or the acceleration",
         Rounded(to)
     ))
 }

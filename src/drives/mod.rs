@@ -141,7 +141,7 @@ impl Text {
         let known = self.conditions.iter().find(|(known, _)| *known == name);
         known
             .map(|(_, holds)| *holds == wanted)
-            .ok_or_else(|| Fault::new(format!("`{name}` is no condition of this drive")))
+            .ok_or_else(|| Fault::new(format!("`{name}` is not a condition of this drive")))
     }
 }
 

@@ -63,7 +63,7 @@ impl<'a> Content<'a> {
 
 /// The fault of a `model` that is none of the `known`.
 pub fn unknown<'a>(model: &str, known: impl Iterator<Item = &'a str>) -> Fault {
-    Fault::new(format!("unknown model `{model}`; known are {}", known.collect::<Vec<&str>>().join(", ")))
+    Fault::new(format!("unknown model `{model}`; expected one of {}", known.collect::<Vec<&str>>().join(", ")))
 }
 
 #[cfg(test)]
@@ -75,7 +75,9 @@ mod tests {
         let content = Content { model: "Unknown", guid: "{1}", scene: &[1, 2, 3] };
         let bytes = content.to_bytes().unwrap();
         assert_eq!(Content::from_bytes(&bytes), Ok(content));
-        assert!(content.build().err().unwrap().to_string().contains("unknown model `Unknown`; known are Elastic"));
+        assert!(
+            content.build().err().unwrap().to_string().contains("unknown model `Unknown`; expected one of Elastic")
+        );
         for length in 0..bytes.len() {
             assert!(Content::from_bytes(&bytes[..length]).is_err(), "{length} bytes");
         }

@@ -273,7 +273,7 @@ impl Response {
                     let Some((map, of_law)) = map else { return Err(Fault::new("the response has lost its table")) };
                     let before = trajectory.steps;
                     trajectory.reach(map, time).map_err(|fault| {
-                        Fault::new(format!("the motion is beyond all numbers at t = {} s", Rounded(fault.time)))
+                        Fault::new(format!("the motion exceeds the range of numbers at t = {} s", Rounded(fault.time)))
                     })?;
                     self.steps += (trajectory.steps - before) as f64;
                     let turns = (time - self.motion.origin) / map.period().hi;

@@ -144,7 +144,7 @@ impl Description {
     fn not_admissible(&self, value: Number) -> Fault {
         let expected = match &self.kind {
             Kind::Real { min, max, .. } => Range(*min, *max).to_string(),
-            Kind::Integer { min, max } => format!("{min} … {max}"),
+            Kind::Integer { min, max } => format!("{min} to {max}"),
             Kind::Enumeration(e) => {
                 let items = e.items.iter().enumerate().map(|(i, (name, _))| format!("{} ({name})", i + 1));
                 items.collect::<Vec<_>>().join(", ")

@@ -53,7 +53,7 @@ fn check_array<T>(pointer: *const T, count: usize, name: &str) -> Result<(), Fau
 
 #[cold]
 fn no_array(is_null: bool, count: usize, name: &str) -> Fault {
-    Fault::new(if is_null { format!("`{name}` is NULL") } else { format!("`{name}` is no array of {count} elements") })
+    Fault::new(if is_null { format!("`{name}` is NULL") } else { format!("`{name}` is not an array of {count} items") })
 }
 
 /// An array of the importer; NULL will do if it is empty.
@@ -112,7 +112,7 @@ unsafe fn saved<'a>(handle: fmi2FMUstate, instance: &Instance) -> Result<&'a mut
     // SAFETY: not NULL and aligned; the two words are of fixed layout in every version of the library.
     let (mark, fingerprint) = unsafe { ((&raw const (*state).mark).read(), (&raw const (*state).fingerprint).read()) };
     if mark != ALIVE {
-        return Err(Fault::new("`FMUstate` is no saved state, or one that was freed"));
+        return Err(Fault::new("`FMUstate` is not a saved state, or was freed"));
     }
     if fingerprint != instance.fingerprint() {
         return Err(Fault::new("`FMUstate` belongs to an FMU with another guid"));

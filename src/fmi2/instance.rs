@@ -193,7 +193,7 @@ impl Instance {
         Fault::new(if !(0.0 < step && step.is_finite()) {
             format!("the communication step size {} s is not a finite number > 0", Number(step))
         } else if !((point - time).abs() <= TIME_TOLERANCE * (point.abs() + step) && point.is_finite()) {
-            format!("the current communication point {here} s is not where the instance is, at {} s", Number(time))
+            format!("the current communication point is {here} s, but the instance is at {} s", Number(time))
         } else {
             format!("the step from {here} s to {end} s goes beyond the stop time {} s", Number(stop))
         })

@@ -210,14 +210,14 @@ fn a_refused_value_changes_nothing_and_is_named() {
         let (references, values): (Vec<u32>, Vec<f64>) = values.iter().copied().unzip();
         bench.refused(&table::SET_REAL, |i| Ok(i.set(r#type, &references, &values)?))
     };
-    assert_eq!(refuse(Type::Real, &[(U, 1.0), (G, 11.0)]), "fmi2SetReal: `g`: 11 is not admissible; expected [0, 10]");
+    assert_eq!(refuse(Type::Real, &[(U, 1.0), (G, 11.0)]), "fmi2SetReal: `g`: 11 is not admissible; expected 0 to 10");
     assert!(refuse(Type::Real, &[(U, f64::NAN)]).contains("`u`: NaN m is not admissible; expected any finite number"));
     assert!(refuse(Type::Real, &[(U, f64::INFINITY)]).contains("`u`"));
     assert!(refuse(Type::Real, &[(X, 1.0)]).contains("`x` is computed and cannot be set"));
     assert!(refuse(Type::Real, &[(99, 1.0)]).contains("value reference 99 does not exist; they end at 6"));
     assert!(refuse(Type::Integer, &[(G, 1.0)]).contains("`g` (value reference 1) has the type Real, not Integer"));
     assert!(refuse(Type::String, &[(G, 1.0)]).contains("not String"));
-    assert!(refuse(Type::Integer, &[(TROUBLE, 6.0)]).contains("`trouble`: 6 is not admissible; expected 0 … 5"));
+    assert!(refuse(Type::Integer, &[(TROUBLE, 6.0)]).contains("`trouble`: 6 is not admissible; expected 0 to 5"));
     assert!(refuse(Type::Boolean, &[(ON, 2.0)]).contains("`on`: 2 is not admissible; expected 0 (false) or 1 (true)"));
     bench.start();
     assert_eq!((bench.get(U), bench.get(G)), (0.0, 2.0));
@@ -350,9 +350,9 @@ fn derivatives_of_inputs_hold_for_one_step() {
 
     for (values, text) in [
         ([(U, 0, 1.0), (U, 1, 1.0)], "order 0"),
-        ([(U, 2, 1.0), (U, 1, 1.0)], "outside 1 … 1"),
+        ([(U, 2, 1.0), (U, 1, 1.0)], "not from 1 to 1"),
         ([(U, -1, 1.0), (U, 1, 1.0)], "order -1"),
-        ([(U, 1, 1.0), (G, 1, 1.0)], "`g` is no input"),
+        ([(U, 1, 1.0), (G, 1, 1.0)], "`g` is not an input"),
         ([(U, 1, 1.0), (U, 1, f64::NAN)], "NaN"),
         ([(U, 1, 1.0), (TROUBLE, 1, 1.0)], "Integer"),
         ([(U, 1, 1.0), (77, 1, 1.0)], "77"),

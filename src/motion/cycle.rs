@@ -53,7 +53,7 @@ impl CyclePlan {
             ("return_inflection", return_inflection, least, most),
         ] {
             if !(value >= min && value <= max) {
-                return Err(format!("{name} = {} is outside [{min}, {max}]", Number(value)));
+                return Err(format!("{name} = {} is out of range; expected {min} to {max}", Number(value)));
             }
         }
         if self.lower_dwell() < -ROUNDING {

@@ -341,22 +341,22 @@ fn fault<T>(point: usize, key: &'static str, text: impl Into<String>) -> Result<
 /// Whether the values are in their ranges and the angles ascend within a turn.
 fn check(points: &[PlanPoint]) -> Result<(), PlanFault> {
     if !(2..=MOST_POINTS).contains(&points.len()) {
-        return fault(0, "phi", format!("a plan has 2 … {MOST_POINTS} points within the turn, not {}", points.len()));
+        return fault(0, "phi", format!("a plan has 2 to {MOST_POINTS} points within the turn, not {}", points.len()));
     }
     for (i, point) in points.iter().enumerate() {
         let [least, greatest] = INFLECTION;
         let number = |value: f64, most: f64| value.abs() <= most;
         let derivative = |value: Option<f64>| value.is_none_or(|value| number(value, MOST_DERIVATIVE));
         let within = [
-            ("phi", number(point.phi, 2.0 * TAU), "-4π … 4π rad".to_owned()),
-            ("U", number(point.u, MAX_LENGTH), format!("{} … {MAX_LENGTH}", -MAX_LENGTH)),
+            ("phi", number(point.phi, 2.0 * TAU), "-4π to 4π rad".to_owned()),
+            ("U", number(point.u, MAX_LENGTH), format!("{} to {MAX_LENGTH}", -MAX_LENGTH)),
             ("dU", derivative(point.velocity), format!("at most {MOST_DERIVATIVE:e}")),
             ("ddU", derivative(point.acceleration), format!("at most {MOST_DERIVATIVE:e}")),
             ("dddU", derivative(point.jerk), format!("at most {MOST_DERIVATIVE:e}")),
             (
                 "inflection",
                 point.inflection.is_none_or(|part| least <= part && part <= greatest),
-                format!("{least} … {greatest} of the angle"),
+                format!("{least} to {greatest} of the angle"),
             ),
         ];
         if let Some((key, _, range)) = within.into_iter().find(|(_, good, _)| !good) {
@@ -457,7 +457,7 @@ impl Draft<'_> {
             }
             _ if polynomial => Ok(Kind::Polynomial),
             _ if moves => {
-                let text = "where dU and ddU are not 0 only a polynomial leads, polynomial_345 or polynomial_4567";
+                let text = "where dU and ddU are not 0 only polynomial_345 and polynomial_4567 are possible";
                 fault(i, "law", text)
             }
             Some(Straight | Sine) if inflection.is_some() => {
@@ -466,14 +466,14 @@ impl Draft<'_> {
             Some(Straight) if any(&|k| self.accelerations[k] != Some(0.0)) => {
                 fault(i, "law", "a straight segment has ddU = 0 at both ends")
             }
-            Some(Polynomial6) if !rests => fault(i, "law", "polynomial_6 leads from rest to rest only"),
+            Some(Polynomial6) if !rests => fault(i, "law", "polynomial_6 is for motions from rest to rest only"),
             Some(Polynomial6) if !(low..=high).contains(&inflection.unwrap_or(0.5)) => fault(
                 i,
                 "inflection",
-                format!("polynomial_6 has one inflection and no overshoot within {low} … {high} only"),
+                format!("polynomial_6 has one inflection and no overshoot from {low} to {high} only"),
             ),
             Some(Cosines) if any(&|k| self.velocities[k] != 0.0) => {
-                fault(i, "law", "cosines lead from standstill to standstill only, dU = 0 at both ends")
+                fault(i, "law", "cosines are for motions from standstill to standstill only, dU = 0 at both ends")
             }
             Some(Cosines) if inflection.is_some() => {
                 fault(i, "inflection", "that of cosines follows from ddU at both ends")
@@ -502,8 +502,8 @@ impl Draft<'_> {
                 i,
                 "law",
                 format!(
-                    "`sine` cannot lead from {v0} to {v1} m/rad with {mean} m/rad on the average: (average − first)/(last − first) \
-                 must lie within 0.366112 … 0.633888, and ddU be 0 at both ends"
+                    "`sine` cannot lead from {v0} to {v1} m/rad with {mean} m/rad on average: (average − first)/(last − first) \
+                 must lie between 0.366112 and 0.633888, and ddU be 0 at both ends"
                 ),
             );
         }
@@ -541,7 +541,7 @@ impl Draft<'_> {
             };
             let decided = sides.iter().find(|side| !open(side) && follows(side));
             let Some(&side) = decided.or_else(|| sides.iter().find(|side| follows(side))).or(sides.first()) else {
-                return fault(i, "ddU", "the laws to and from the point decide nothing; give its value");
+                return fault(i, "ddU", "the laws to and from the point do not determine it; give its value");
             };
             self.accelerations[i] = Some(own(self, side));
             self.inflections[side.0].get_or_insert(0.5);

@@ -33,7 +33,7 @@ pub fn all_finite<const N: usize>(values: [f64; N]) -> bool {
     values.into_iter().map(|x| 0.0 * x).sum::<f64>() == 0.0
 }
 
-/// An interval in a message: `[0, 1e9]`, `≥ 0`.
+/// An interval in a message: `0 to 1e9`, `≥ 0`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Range(pub f64, pub f64);
 
@@ -41,7 +41,7 @@ impl fmt::Display for Range {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (low, high) = (Number(self.0), Number(self.1));
         match (self.0.is_finite(), self.1.is_finite()) {
-            (true, true) => write!(f, "[{low}, {high}]"),
+            (true, true) => write!(f, "{low} to {high}"),
             (true, false) => write!(f, "≥ {low}"),
             (false, true) => write!(f, "≤ {high}"),
             (false, false) => f.write_str("any finite number"),
@@ -69,7 +69,7 @@ mod tests {
         let rounded = |value| Rounded(value).to_string();
         assert_eq!([rounded(1.0 / 3.0), rounded(-2e-7 / 3.0), rounded(60.0)], ["0.333333", "-6.66667e-8", "60"]);
         let range = |low, high| Range(low, high).to_string();
-        assert_eq!(range(0.0, 1e9), "[0, 1e9]");
+        assert_eq!(range(0.0, 1e9), "0 to 1e9");
         assert_eq!([range(0.0, f64::INFINITY), range(f64::NEG_INFINITY, 2.0)], ["≥ 0", "≤ 2"]);
     }
 }

@@ -41,7 +41,7 @@ pub struct Args {
     /// Cut only this follower, counted from 1; several are possible
     #[arg(long, value_name = "NUMBER", value_delimiter = ',')]
     follower: Vec<usize>,
-    /// Write the files though a cam is refused, to look at it
+    /// Write the files even if a cam is refused
     #[arg(long)]
     force: bool,
     #[command(flatten)]
@@ -62,7 +62,7 @@ fn length(name: &str, text: &str) -> Result<f64, Failure> {
         return Ok(value);
     }
     Err(failure(format!(
-        "--{name}: {text} is out of range\n  = admissible: {FINEST:e} … {COARSEST} m\n  = hint: write for example \"1 um\""
+        "--{name}: {text} is out of range\n  = admissible: {FINEST:e} to {COARSEST} m\n  = hint: write for example \"1 um\""
     )))
 }
 
@@ -71,7 +71,7 @@ fn chosen(args: &Args, cams: &[CamPlan], followers: usize) -> Result<Vec<CamPlan
     let place = args.scene.display();
     if let Some(wrong) = args.follower.iter().find(|j| !(1..=followers).contains(j)) {
         return Err(failure(match followers {
-            0 => format!("--follower: {place} is no machine with followers\n  = hint: leave --follower out"),
+            0 => format!("--follower: {place} is not a machine with followers\n  = hint: leave --follower out"),
             _ => format!("--follower: there is no follower {wrong}; the scene has {followers}, counted from 1"),
         }));
     }
@@ -96,7 +96,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return Err(failure(match scene.model.split('.').next().unwrap_or_default() {
             "ParametricDrive" => format!("{}: a ParametricDrive has no cam", args.scene.display()),
             _ => format!(
-                "{}: the scene does not tell the geometry of a cam\n  = hint: add {table} beside the law, with follower, roller_radius and base_radius",
+                "{}: the scene does not give the geometry of a cam\n  = hint: add {table} beside the law, with follower, roller_radius and base_radius",
                 args.scene.display()
             ),
         }));
@@ -120,7 +120,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     tell(&say(Verdict::Warning, "warning"));
     if refused && !args.force {
         show(&report)?;
-        let hint = "  = hint: no file is written; --force writes them to look at";
+        let hint = "  = hint: no file is written; --force writes them all the same";
         return Err(Failure(say(Verdict::Fault, "error") + hint));
     }
     tell(&say(Verdict::Fault, "warning"));

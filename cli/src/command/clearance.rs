@@ -58,7 +58,7 @@ pub struct Args {
     /// Damping ratio b/(2 m2 ω) instead of that of the scene
     #[arg(long, value_name = "RATIO", allow_negative_numbers = true)]
     damping: Option<f64>,
-    /// Laws in the place of the scene's: VDI laws at the same stroke and angles (bestehorn, modified_sine … or all), hsN
+    /// Laws instead of the scene's: VDI laws at the same stroke and angles (bestehorn, modified_sine … or all), hsN
     /// for the first N harmonics of the scene's law, or scene files, whose cams are taken
     #[arg(long, value_name = "LAW,…", value_delimiter = ',')]
     compare: Vec<String>,
@@ -103,8 +103,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 impl Args {
     fn options(&self, scene: &Resolved) -> Result<Options, Failure> {
         if let Some(turns) = self.turns.filter(|turns| !TURNS.contains(turns)) {
-            let text = format!("error: --turns: {turns} is outside [{}, {}]", TURNS.start(), TURNS.end());
-            return Err(Failure(text + "\n  = hint: half of them are left out; leave it out for 40"));
+            let text = format!("error: --turns: {turns} is not from {} to {}", TURNS.start(), TURNS.end());
+            return Err(Failure(text + "\n  = hint: half of them are left out; without the option it is 40"));
         }
         let mut laws = Vec::new();
         for name in &self.compare {

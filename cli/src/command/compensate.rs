@@ -21,14 +21,14 @@ const MOST_ROUNDS: i64 = 100;
 /// The forms of the laws.
 const FORMS: [(&str, Form); 3] = [("auto", Form::Auto), ("series", Form::Series), ("table", Form::Table)];
 
-/// Corrects the cams of a machine so that its tools move in time as prescribed in spite of its fluctuating speed.
+/// Corrects the cams of a machine so that its tools move over time as prescribed in spite of its fluctuating speed.
 ///
-/// The laws of the followers in the scene are what the tools are to do over the phase of time 2πt/T; behind mechanisms
-/// [follower.tool], or the lever's law and what it makes of the tool. The inertia of tools and links makes the machine
-/// fluctuate; the result is a scene with the laws U(φ) that make the tools move as prescribed nevertheless. The
-/// report shows the rounds of the classical iteration, the machine with the finished cams, and the same at other
-/// speeds. A compensation takes at most 1.2e11 counted operations, some two minutes; what takes more ends in an error that
-/// says how far it came.
+/// The laws of the followers in the scene prescribe the motions of the tools over the phase of time 2πt/T; behind
+/// mechanisms [follower.tool], or the lever's law and the motion of the tool behind it. The inertia of tools and links
+/// makes the machine fluctuate; the result is a scene with the laws U(φ) that make the tools move as prescribed all the
+/// same. The report shows the rounds of the classical iteration, the machine with the finished cams, and the same at
+/// other speeds. A compensation takes at most 1.2e11 counted operations, about two minutes; what takes more ends in an
+/// error that says how far it came.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -41,7 +41,7 @@ pub struct Args {
     /// The scene with the compensated cams [default: NAME.compensated.toml]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Period, "120 ms" or in s: the synchronous speed of the motor that yields it is found; a machine without motor needs it
+    /// Period, "120 ms" or in s: the motor gets the synchronous speed that yields it; a machine without a motor needs it
     #[arg(long, value_name = "TIME")]
     period: Option<String>,
     /// Constant load torque, "30 N.m"; positive brakes
@@ -53,16 +53,16 @@ pub struct Args {
     /// How much the finite laws of the cams may change a tool's acceleration, relative to its largest value
     #[arg(long, value_name = "PART", default_value_t = 1e-6)]
     tolerance: f64,
-    /// Write the laws as Fourier series in the angle, or as tables beside the result, points of periodic splines of degree 5;
-    /// auto takes a table where a series would need more harmonics than a scene takes. Motions that are no series have tables
-    /// with their derivatives
+    /// Write the laws as Fourier series in the angle, or as tables beside the result, points of periodic splines of
+    /// degree 5; auto takes a table where a series would need more harmonics than a scene takes. Motions that are not
+    /// series get tables with their derivatives
     #[arg(long, value_name = "FORM", default_value = FORMS[0].0, value_parser = PossibleValuesParser::new(FORMS.map(|(name, _)| name)))]
     laws: String,
     /// Rounds of the iteration to report
     #[arg(long, value_name = "NUMBER", default_value_t = 3, value_parser = clap::value_parser!(u16).range(..=MOST_ROUNDS))]
     rounds: u16,
-    /// Motion task (TOML) whose bounds, tolerances, exact points and distances the tools of every round are held against; its
-    /// laws are those of the followers in their order
+    /// Motion task (TOML) with bounds, tolerances, exact points and distances to check the tools of every round
+    /// against; its laws are those of the followers in their order
     #[arg(long, value_name = "FILE")]
     task: Option<PathBuf>,
     /// Folder for tables and diagrams: NAME.compensation.csv, .json, of the rounds NAME.courses.csv, NAME.spectra.csv,
@@ -71,7 +71,7 @@ pub struct Args {
     report: Option<PathBuf>,
     #[command(flatten)]
     measured: Measured,
-    /// A scene of a cam drive that takes over the compensated cam of a follower, as NUMBER=FILE; written beside the result as
+    /// A scene of a cam drive that gets the compensated cam of a follower, as NUMBER=FILE; written beside the result as
     /// FILE's name with .compensated.toml
     #[arg(long, value_name = "NUMBER=FILE")]
     cam: Vec<String>,
@@ -144,7 +144,7 @@ fn restrictions(
     files.extend(assignment.files.iter().cloned());
     Restrictions::of(&assignment, tools, tolerance).map_err(|missing| {
         failure(format!(
-            "--task: {} has a law for follower {missing}, which is no tool to be compensated\n  = hint: the laws of a task are those of the followers in their order, without --keep",
+            "--task: {} has a law for follower {missing}, whose tool is not compensated\n  = hint: the laws of a task are those of the followers in their order, without --keep",
             path.display()
         ))
     })
@@ -171,7 +171,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         inputs.extend(read);
         if results.iter().any(|(other, _)| *other == target) {
             return Err(failure(format!(
-                "--cam: \"{pair}\" would be written to {}, as another result\n  = hint: rename the file, or choose another -o",
+                "--cam: \"{pair}\" would be written to {}, like another result\n  = hint: rename the file, or choose another -o",
                 target.display()
             )));
         }
@@ -201,14 +201,14 @@ fn on_start(machine: &Machine, report: &Report) -> String {
     if motor == Motor::None {
         let w = report.speed_at(machine.phi_start);
         return format!(
-            "Without motor the machine keeps the period with which it starts: start.w_start = {w:.9} rad/s.\n\n"
+            "Without a motor the machine keeps the period that it starts with: start.w_start = {w:.9} rad/s.\n\n"
         );
     }
     if load == 0.0 {
         return String::new();
     }
     format!(
-        "Mind: the load of {load} N.m belongs to no scene; it is the input `tau` of the FMU, 0 unless it is set. Set it before initialisation, so that the machine starts on this motion.\n\n"
+        "Note: the load of {load} N.m is not part of the scene; it is the input `tau` of the FMU, 0 unless it is set. Set it before initialisation, so that the machine starts on this motion.\n\n"
     )
 }
 
@@ -286,7 +286,7 @@ fn cams(machine: &Machine, report: &Report, output: &Path) -> Result<Vec<Cam>, F
             let text = text::csv(&head, rows).map_err(failure)?;
             Ok(Cam { table, points: Some((output.parent().unwrap_or(Path::new("")).join(name), text)) })
         }
-        MotionLaw::Cycle(_) | MotionLaw::Plan(_) => Err(failure("a compensated cam is no cycle and no plan")),
+        MotionLaw::Cycle(_) | MotionLaw::Plan(_) => Err(failure("a compensated cam is neither a cycle nor a plan")),
     };
     report.laws.iter().zip(0..).map(cam).collect()
 }
@@ -296,7 +296,7 @@ fn compensated(args: &Args, machine: &Machine, report: &Report, cams: &[Cam]) ->
     let mut document = files::document(&args.scene)?;
     carry_over(document.as_table_mut(), args.scene.parent().unwrap_or(Path::new("")));
     document["name"] = value(renamed(&machine.name, cams));
-    let unexpected = || failure(format!("{}: the followers are no [[follower]] tables", args.scene.display()));
+    let unexpected = || failure(format!("{}: the followers are not [[follower]] tables", args.scene.display()));
     for (cam, j) in cams.iter().zip(&machine.tools) {
         let follower = document.get_mut("follower").and_then(|list| list.get_mut(*j));
         let follower = follower.and_then(Item::as_table_like_mut).ok_or_else(unexpected)?;

@@ -146,9 +146,9 @@ fn sentence(d: &Description) -> String {
 fn range(kind: &Kind) -> String {
     match kind {
         Kind::Real { min, max, .. } if min.is_infinite() && max.is_infinite() => String::new(),
-        Kind::Real { min, max, .. } => format!("{} … {}", short(*min), short(*max)),
+        Kind::Real { min, max, .. } => format!("{} to {}", short(*min), short(*max)),
         Kind::Integer { min: i32::MIN, max: i32::MAX } | Kind::Boolean => String::new(),
-        Kind::Integer { min, max } => format!("{min} … {max}"),
+        Kind::Integer { min, max } => format!("{min} to {max}"),
         Kind::Enumeration(_) => String::new(),
     }
 }

@@ -36,10 +36,10 @@ pub fn load(place: &str, motor: &Motor, load: &str, period: Option<&String>) -> 
             "{place}: the torque of the motor is an input: no periodic motion follows from it\n  = hint: choose `motor.kind` = \"kloss\" or \"none\""
         ))),
         Motor::None if load != 0.0 => Err(failure(format!(
-            "{place}: without motor nothing balances the load of {load} N.m\n  = hint: leave out --load, or add a motor"
+            "{place}: without a motor nothing balances the load of {load} N.m\n  = hint: omit --load, or add a motor"
         ))),
         Motor::None if period.is_none() => Err(failure(format!(
-            "{place}: a machine without motor turns with any speed\n  = hint: say which with --period"
+            "{place}: a machine without a motor turns at any speed\n  = hint: give the period with --period"
         ))),
         _ => Ok(()),
     }?;
@@ -52,7 +52,7 @@ pub fn load(place: &str, motor: &Motor, load: &str, period: Option<&String>) -> 
 /// Refuses periods that no machine has, or not with this motor.
 fn admissible(motor: &Motor, text: &str, period: f64) -> Result<(), Failure> {
     if !(period > 0.0 && period.is_finite()) {
-        return Err(failure(format!("--period: {period} s is no period; it must be positive")));
+        return Err(failure(format!("--period: {period} s is not a period: it must be positive")));
     }
     let (speeds, whose) = match *motor {
         Motor::Kloss(Kloss { synchronous_speed, .. }) => {
@@ -68,7 +68,7 @@ fn admissible(motor: &Motor, text: &str, period: f64) -> Result<(), Failure> {
         return Ok(());
     }
     Err(failure(format!(
-        "--period: \"{text}\" would be a mean speed of {speed:.3e} rad/s{whose}\n  = admissible: {:.3e} … {:.3e} s\n  = hint: a time with its unit, as \"120 ms\"; a plain number is in s",
+        "--period: \"{text}\" would be a mean speed of {speed:.3e} rad/s{whose}\n  = admissible: {:.3e} to {:.3e} s\n  = hint: a time with its unit, such as \"120 ms\"; a plain number is in s",
         TAU / fast,
         TAU / slow
     )))

@@ -108,7 +108,7 @@ fn targets(args: &Args, scenes: &[Resolved]) -> Result<Vec<PathBuf>, Failure> {
         return Err(failure(format!("{}: {message}", output.display())));
     }
     if !is_file && !is_folder && output.extension().is_some() {
-        let message = "the file of an FMU is called NAME.fmu\n  = hint: a folder that is to be made ends with /";
+        let message = "the file of an FMU is called NAME.fmu\n  = hint: the name of a new folder ends with /";
         return Err(failure(format!("{}: {message}", output.display())));
     }
     let mut of_scene: BTreeMap<PathBuf, &Path> = BTreeMap::new();

@@ -29,7 +29,7 @@ pub fn no_file(folder: &Path, option: &str) -> Result<(), Failure> {
     }
     match is_folder(folder) || folder.extension().is_none() {
         true => Ok(()),
-        false => refused(&format!("{option} takes a folder\n  = hint: a folder that is to be made ends with /")),
+        false => refused(&format!("{option} takes a folder\n  = hint: the name of a new folder ends with /")),
     }
 }
 
@@ -58,8 +58,7 @@ pub fn no_foreign(path: &Path, inputs: &[PathBuf], force: bool) -> Result<(), Fa
     }
     let is_signed = |text: String| text.lines().next().is_some_and(|line| line.contains(ORIGIN));
     if path.is_file() && !force && !std::fs::read_to_string(path).is_ok_and(is_signed) {
-        let message =
-            "this file has another origin; it is kept\n  = hint: choose another -o, or replace it with --force";
+        let message = "no command wrote this file; it is kept\n  = hint: choose another -o, or replace it with --force";
         return Err(failure(format!("{place}: {message}")));
     }
     Ok(())
@@ -143,7 +142,7 @@ fn write_files<'a, C: AsRef<[u8]>>(
 }
 
 fn unwritten(path: &Path, reason: &Error) -> Failure {
-    failure(format!("{} cannot be written: {reason}\n  = hint: files of before are as they were", path.display()))
+    failure(format!("{} cannot be written: {reason}\n  = hint: existing files are unchanged", path.display()))
 }
 
 /// The content in a file beside its place, which vanishes unless it is moved there; None for a device or a pipe, which has no

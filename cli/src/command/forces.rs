@@ -65,7 +65,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let machine = machine(&scene).map_err(fault)?;
     let Some(speed) = speed.map_or_else(|| speed_of(&scene), |speed| Ok(Some(speed))).map_err(fault)? else {
         return Err(failure(format!(
-            "{place}: no speed follows from the scene\n  = hint: give it, for example --speed \"300 rpm\""
+            "{place}: the scene gives no speed\n  = hint: give it, for example --speed \"300 rpm\""
         )));
     };
     let machine = Machine { speed, ..machine };

@@ -49,8 +49,8 @@ Example: from a scene file to an FMU
   camdrive export examples/guide_bar/scene.toml
 
 A scene is a TOML file; a plain number is SI, a string carries its unit (\"1800 rpm\", \"0.94 mm\").
-A command writes all of its files or none; it replaces results of before, never an input.
-Lines are as wide as the terminal, or as COLUMNS says; NO_COLOR leaves out the colours.
+A command writes all of its files or none; it replaces earlier results, never an input.
+Lines are as wide as the terminal, or COLUMNS; NO_COLOR leaves out the colours.
 Exit codes: 0 done, 1 a fault in a scene or in the export, or a follower that leaves its cam (forces),
 2 a wrong command line, 3 no periodic motion (steady).";
 

@@ -203,7 +203,7 @@ fn set(instance: &mut InstanceCS, variable: &ScalarVariable, value: f64) -> Resu
         Element::Real(_) => instance.set_real(&r, &[value]),
         Element::Integer(_) | Element::Enumeration => instance.set_integer(&r, &[whole]),
         Element::Boolean(_) => instance.set_boolean(&r, &[whole]),
-        Element::String => return Err(Failure(format!("error: `{}` is a text", variable.name))),
+        Element::String => return Err(Failure(format!("error: `{}` is a string", variable.name))),
     };
     result.map_err(failed(&format!("--start {}={value}", variable.name))).map(|_| ())
 }
@@ -215,7 +215,7 @@ fn get(instance: &mut InstanceCS, variable: &ScalarVariable) -> Result<f64, Fail
         Element::Real(_) => instance.get_real(&r, &mut real),
         Element::Integer(_) | Element::Enumeration => instance.get_integer(&r, &mut whole),
         Element::Boolean(_) => instance.get_boolean(&r, &mut whole),
-        Element::String => return Err(Failure(format!("error: `{}` is a text", variable.name))),
+        Element::String => return Err(Failure(format!("error: `{}` is a string", variable.name))),
     }
     .map_err(failed(&variable.name))?;
     Ok(if matches!(variable.elem, Element::Real(_)) { real[0] } else { f64::from(whole[0]) })

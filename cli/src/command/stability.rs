@@ -64,13 +64,13 @@ impl Args {
         let refused = |name: &str, message: &str, hint: &str| failure(format!("--{name}: {message}\n  = hint: {hint}"));
         let speed = |name: &str, text: &String| {
             let value = quantity(name, text, &unit::ANGULAR_VELOCITY)?;
-            let hint = "a drive at rest is no parametric one; a drive that turns backwards has a negative speed";
-            if value == 0.0 { Err(refused(name, "0 is no speed of a drive that turns", hint)) } else { Ok(value) }
+            let hint = "at rest the coefficients do not vary; the speed of a drive that turns backwards is negative";
+            if value == 0.0 { Err(refused(name, "the drive does not turn at speed 0", hint)) } else { Ok(value) }
         };
         let within = |name: &str, value: Option<f64>, [least, most]: [f64; 2], example: f64| match value {
             Some(value) if !(least..=most).contains(&value) => Err(refused(
                 name,
-                &format!("{value} is outside [{least}, {most}]"),
+                &format!("{value} is out of range\n  = admissible: {least} to {most}"),
                 &format!("write for example {example}"),
             )),
             value => Ok(value),
@@ -87,7 +87,7 @@ impl Args {
             _ => None,
         };
         if let Some(orders) = self.orders.filter(|orders| !(1..=MOST_ORDERS).contains(orders)) {
-            let message = format!("{orders} is outside [1, {MOST_ORDERS}]");
+            let message = format!("{orders} is out of range\n  = admissible: 1 to {MOST_ORDERS}");
             return Err(refused("orders", &message, "leave it out for the usual ones"));
         }
         Ok(Options {
@@ -150,6 +150,6 @@ fn text(report: &Report, width: usize) -> String {
         .section("", table::below_approximations(report))
         .table("Start from rest", &table::of_transients(report))
         .table("Resonances with harmonic k of the load", &table::of_resonances(report))
-        .section("Mind", table::warnings(report))
+        .section("Notes", table::warnings(report))
         .text()
 }

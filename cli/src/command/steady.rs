@@ -19,7 +19,7 @@ use std::process::ExitCode;
 ///
 /// With a motor there may be several, stable and unstable ones, or none: then it stalls. The multiplier is the factor by which a
 /// small disturbance grows in a turn. For comparison the motion of the machine without torques (Eigenbewegung) with
-/// the same period; it is all there is without motor, where --period is needed. With a motor --period finds the
+/// the same period; without a motor it is all there is, and --period is needed. With a motor --period finds the
 /// synchronous speed with which the fastest stable motion has that period. The exit code is 3 where there is no periodic
 /// motion.
 #[derive(Debug, clap::Args)]
@@ -37,7 +37,7 @@ pub struct Args {
     /// Constant load torque, "30 N.m"; positive brakes
     #[arg(long, value_name = "TORQUE", default_value = "0", allow_hyphen_values = true)]
     load: String,
-    /// Folder for the courses of the speed: NAME.steady.csv and NAME.steady.svg
+    /// Folder for the speed over the turn: NAME.steady.csv and NAME.steady.svg
     #[arg(long, value_name = "FOLDER")]
     report: Option<PathBuf>,
     #[command(flatten)]
@@ -129,7 +129,7 @@ impl Found {
         for period in &self.lost {
             let _ = writeln!(
                 out,
-                "Mind: if the motor's torque did not lag there would be one more motion, T = {period:.9} s. With the lag none was found next to it: there is none, or disturbances leave it too fast to follow it around a turn.\n"
+                "Note: without the lag of the motor's torque there would be one more motion, T = {period:.9} s. With the lag none was found near it: there is none, or disturbances grow too fast to follow it around a turn.\n"
             );
         }
         if !self.motions.is_empty() || self.free.is_some() {
@@ -183,7 +183,7 @@ fn verdict(scene: &Scene, motions: &[PeriodicMotion], load: f64) -> String {
         (Motor::Kloss(_), n, s) => format!(
             "{n} periodic motions, {s} of them stable; `start.mode` = steady_state begins with the fastest stable one."
         ),
-        _ => "Without motor any period is possible; the motion with the prescribed one:".to_owned(),
+        _ => "Without a motor any period is possible; the motion with the prescribed one:".to_owned(),
     }
 }
 

@@ -129,7 +129,7 @@ fn machine(path: &Path, follower: Option<usize>, laws: usize) -> Result<(Documen
         }
         (None, Some(_)) => Err(failure(match resolved.model {
             "RigidMachine" => "the machine has no tables [[follower]]",
-            _ => "this is no machine with followers\n  = hint: leave --follower out",
+            _ => "this is not a machine with followers\n  = hint: leave --follower out",
         })),
         (None, None) if !document.contains_key("cam") => {
             Err(failure("this scene has no [cam] that a profile could replace"))

@@ -30,7 +30,7 @@ impl Date {
         let seconds = value.to_str().and_then(|text| text.trim().parse().ok()).filter(|s| (0..=LAST).contains(s));
         seconds.map(|s| Some(Date::from_epoch(s))).ok_or_else(|| {
             Fault::new(format!(
-                "SOURCE_DATE_EPOCH = `{}` is no number of seconds since 1970 from 0 to {LAST}",
+                "SOURCE_DATE_EPOCH = `{}` is not a number of seconds since 1970 from 0 to {LAST}",
                 value.to_string_lossy()
             ))
         })

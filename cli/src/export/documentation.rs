@@ -19,10 +19,10 @@ const STYLE: &str = include_str!("documentation.css");
 
 /// Remarks on the folders in `binaries/`.
 const PLATFORMS: [&str; 4] = [
-    "The FMU runs where binaries/ has a folder for it; which ones were packed is up to its export.",
-    "linux64, aarch64-linux: Linux with GLIBC 2.17 or newer; a library not made by packaging/build, but for the machine of the \
-     export, may ask for that of this machine. Tested, ARM64 by emulation with the same numbers bit by bit.",
-    "win64: Windows 10 or newer. Tested by Wine; the last digits of sin and cos are those of its C library.",
+    "The FMU runs where binaries/ has a folder for it; the export decides which ones it packs.",
+    "linux64, aarch64-linux: Linux with GLIBC 2.17 or newer; a library that was built for the exporting machine, not by packaging/build, \
+     may need the GLIBC of that machine. Tested; ARM64 in emulation, with the same numbers bit by bit.",
+    "win64: Windows 10 or newer. Tested with Wine; the last digits of sin and cos are those of its C library.",
     "darwin64, aarch64-darwin: macOS. Built, not run.",
 ];
 
@@ -205,7 +205,7 @@ fn accuracy(xml: &mut Xml, documentation: &Documentation, input_derivatives: usi
                     A call takes at most 32 kB of the stack of its thread. \
                     Output derivatives up to order 2 and directional derivatives at communication points are analytic; \
                     before the start, where they exist for parameters as well, these are extrapolated differences of the \
-                    start values, with some ten right digits where those depend smoothly on the parameter."
+                    start values, with about ten correct digits where those depend smoothly on the parameter."
             .to_owned();
     if input_derivatives > 0 {
         text += &format!(
@@ -272,11 +272,11 @@ fn range(kind: &Kind) -> String {
             (false, false) => String::new(),
             (true, false) => format!("≥ {}", short(*min)),
             (false, true) => format!("≤ {}", short(*max)),
-            (true, true) => format!("{} … {}", short(*min), short(*max)),
+            (true, true) => format!("{} to {}", short(*min), short(*max)),
         },
         Kind::Integer { min: i32::MIN, max: i32::MAX } | Kind::Boolean => String::new(),
         Kind::Integer { min, max: i32::MAX } => format!("≥ {min}"),
-        Kind::Integer { min, max } => format!("{min} … {max}").replace('-', "−"),
+        Kind::Integer { min, max } => format!("{min} to {max}").replace('-', "−"),
         Kind::Enumeration(e) => {
             let items: Vec<String> = e.items.iter().enumerate().map(|(i, (n, _))| format!("{} {n}", i + 1)).collect();
             items.join(", ")

@@ -188,7 +188,7 @@ fn for_people(drive: &mut Described, resource: &Resource, description: &str) -> 
 fn check_name(name: &str) -> Result<(), Fault> {
     let fault = || {
         Fault::new(format!(
-            "the name `{name}` is no C identifier of 1 to {LONGEST_NAME} letters, digits and underscores, or is a device of \
+            "the name `{name}` is not a C identifier of 1 to {LONGEST_NAME} letters, digits and underscores, or is a device of \
              Windows; it names the library inside the FMU"
         ))
     };

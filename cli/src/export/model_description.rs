@@ -277,7 +277,7 @@ impl Structure {
     fn of(descriptions: &[Description]) -> Result<Self, Fault> {
         let position = |d: &Description, name: &String| {
             let found = descriptions.iter().position(|other| other.name == *name);
-            found.ok_or_else(|| Fault::new(format!("`{}` refers to `{name}`, which is no variable", d.name)))
+            found.ok_or_else(|| Fault::new(format!("`{}` refers to `{name}`, which is not a variable", d.name)))
         };
         let derivative_of: Vec<Option<usize>> = descriptions
             .iter()

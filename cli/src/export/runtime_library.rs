@@ -92,7 +92,7 @@ impl RuntimeLibrary {
         let found = places.into_iter().filter(|path| path.is_file()).max_by_key(built).ok_or_else(|| {
             Fault::new(format!(
                 "the runtime library is missing: {} does not exist. Build it with `{BUILD_COMMAND}`, name one by --runtime \
-                 {platform}=FILE, or call the `camdrive` that pip installed where it lies",
+                 {platform}=FILE, or run the `camdrive` that pip installed at its own path",
                 beside.display()
             ))
         })?;
@@ -112,28 +112,28 @@ impl RuntimeLibrary {
         let (platform, _) = PLATFORMS
             .into_iter()
             .find(|(name, _)| *name == platform)
-            .ok_or_else(|| Fault::new(format!("`{platform}` is no platform of FMI 2.0; expected {}", choice())))?;
+            .ok_or_else(|| Fault::new(format!("`{platform}` is not a platform of FMI 2.0; expected {}", choice())))?;
         if path.exists() && !path.is_file() {
-            return Err(Fault::new(format!("{} is no file", path.display())));
+            return Err(Fault::new(format!("{} is not a file", path.display())));
         }
         let bytes = std::fs::read(path).map_err(|e| Fault::new(format!("{} cannot be read: {e}", path.display())))?;
         if !is_library_for(platform, &bytes) {
             return Err(Fault::new(format!(
-                "{} is no shared library for {platform}; it is {}",
+                "{} is not a shared library for {platform}; it is {}",
                 path.display(),
                 describe(&bytes)
             )));
         }
         if !contains(&bytes, LANDMARK) {
             return Err(Fault::new(format!(
-                "{} does not export fmi2DoStep, so it is no runtime library of camdrive. Build one with \
+                "{} does not export fmi2DoStep, so it is not a runtime library of camdrive. Build one with \
                  `{BUILD_COMMAND}`",
                 path.display()
             )));
         }
         if !contains(&bytes, BUILD.as_bytes()) {
             return Err(Fault::new(format!(
-                "{} is not of the same sources as this executable ({}). Build it anew with `packaging/build`, or \
+                "{} is built from other sources than this executable ({}). Rebuild it with `packaging/build`, or \
                  with `{BUILD_COMMAND}` on its platform",
                 path.display(),
                 BUILD
@@ -213,7 +213,7 @@ fn is_library_for(platform: &str, bytes: &[u8]) -> bool {
 
 fn describe(bytes: &[u8]) -> String {
     match binary(bytes) {
-        None => "no ELF, PE or Mach-O file".to_owned(),
+        None => "not an ELF, PE or Mach-O file".to_owned(),
         Some(b) if b.platforms.is_empty() => "for another processor".to_owned(),
         Some(b) => format!(
             "{} for {}",
@@ -379,7 +379,7 @@ mod tests {
         assert!(read("linux64=".to_owned()).unwrap_err().contains("PLATFORM=FILE"));
         std::fs::write(&path, [elf(3), b"\0fmi2DoStep\0".to_vec()].concat()).unwrap();
         let other = read(format!("linux64={}", path.display())).unwrap_err();
-        assert!(other.contains("not of the same sources") && other.contains("packaging/build"), "{other}");
+        assert!(other.contains("from other sources") && other.contains("packaging/build"), "{other}");
         std::fs::write(&path, [&elf(3), &b"\0fmi2DoStep\0"[..], BUILD.as_bytes()].concat()).unwrap();
         let library = read(format!("linux64={}", path.display())).unwrap();
         assert_eq!(library.path_in_fmu("Sley"), "binaries/linux64/Sley.so");

@@ -101,7 +101,7 @@ fn lever(section: &Section<'_>, linkage: &Linkage, quantity: &'static Quantity, 
         }
         Err(reason) => {
             let fault = part.fault(format!(": {reason}"));
-            let hint = "change the motion, the lengths, offsets or branch, or `lever_start`, the angle next to which it begins";
+            let hint = "change motion, lengths, offsets or branch, or `lever_start`, the angle near which it begins";
             section.refuse(fault.hint(hint))
         }
     }

@@ -149,7 +149,7 @@ fn gravity(section: &Section<'_>, known: &Known) -> Option<Vec<Point>> {
     if angles.len() != places {
         let fault = section.fault_of("gravity_angle", format!(" has {} angles", angles.len()));
         return section.refuse(
-            fault.admissible(format!("{places}, one for each mechanism, without mechanisms that of the tool")),
+            fault.admissible(format!("{places}, one for each mechanism; without mechanisms, one for the tool")),
         );
     }
     let size = size?;
@@ -167,7 +167,7 @@ fn process(section: &Section<'_>, force: &'static Quantity, folder: &Path) -> Op
 
 fn material(section: &Section<'_>, known: &Known) -> Option<Option<Material>> {
     if !known.geometry {
-        section.forbid(&["roller_width"], "no roller is known", "a geometry of the cam beside it");
+        section.forbid(&["roller_width"], "no roller is known", "a geometry of the cam");
     }
     if !section.has("roller_width") {
         let keys = ["E_cam", "E_roller", "nu_cam", "nu_roller"];

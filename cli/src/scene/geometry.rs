@@ -126,7 +126,7 @@ fn read(section: &Section<'_>, angular: bool) -> Option<Plan> {
     Some(Plan { carrier: carrier?, angular, start: start?, sense: sense?, roller: roller?, cut: cut?, limits: limits? })
 }
 
-const OF_A_LEVER: &str = "the follower is a translating one";
+const OF_A_LEVER: &str = "the follower is translating";
 const OF_A_SLIDE: &str = "the follower is a lever";
 
 fn carrier(section: &Section<'_>, kind: Kind, angular: bool) -> Option<Carrier> {

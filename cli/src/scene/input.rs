@@ -43,7 +43,7 @@ impl Kind {
         let has = |key: &str| document.get(key).is_some();
         let found = match self {
             Kind::Scene if !has("model") && (has("objective") || has("harmonics")) => {
-                Some(("a motion task", format!("`camdrive synthesize {file}` makes a cam profile of it")))
+                Some(("a motion task", format!("`camdrive synthesize {file}` makes a cam profile from it")))
             }
             Kind::Scene if document.len() == 1 && has("cam") => Some((
                 "a cam profile",
@@ -54,7 +54,7 @@ impl Kind {
             Kind::Task if has("model") && !has("objective") => Some((
                 "a scene",
                 format!(
-                    "`camdrive check {file}`, `describe` and `export` take it; a motion task gives its cam to it with --scene {file}"
+                    "`camdrive check {file}`, `describe` and `export` take it; with --scene {file} a motion task gives it a cam"
                 ),
             )),
             _ => None,
@@ -64,7 +64,7 @@ impl Kind {
 
     /// The fault of a file that is something else.
     fn other(self, file: &str, what: &str, hint: impl Into<String>) -> Diagnostics {
-        Diagnostics(vec![Diagnostic::new(file, format!("this is {what}, no {}", self.word())).hint(hint)])
+        Diagnostics(vec![Diagnostic::new(file, format!("this is {what}, not a {}", self.word())).hint(hint)])
     }
 }
 
@@ -94,11 +94,11 @@ pub fn text(path: &Path, kind: Kind) -> Result<(String, String), Diagnostics> {
     let whole = |message: String| Diagnostics(vec![Diagnostic::new(&file, message).hint(name_one.clone())]);
     let bytes = bytes(path).map_err(|e| whole(format!("the {word} cannot be read: {e}")))?;
     if bytes.starts_with(b"PK\x03\x04") {
-        let hint = "an FMU is made of a scene; `camdrive run` drives it";
+        let hint = "an FMU is made from a scene; `camdrive run` drives it";
         return Err(kind.other(&file, "an FMU or another zip archive", hint));
     }
     if bytes.contains(&0) {
-        return Err(whole(format!("the {word} is no text file")));
+        return Err(whole(format!("the {word} is not a text file")));
     }
     let text = String::from_utf8(bytes).map_err(|e| {
         let good = e.utf8_error().valid_up_to();

@@ -180,7 +180,7 @@ fn whole_scene(root: &Section<'_>, folder: &Path) -> Option<Resolved> {
 /// The name of the scene or task.
 fn name(root: &Section<'_>) -> Option<String> {
     let admissible = format!(
-        "letters, digits and _, no digit first, at most {LONGEST_NAME} characters; no device of Windows, as CON"
+        "letters, digits and _, no digit first, at most {LONGEST_NAME} characters; no device of Windows such as CON"
     );
     let name = root.required_text("name", &admissible, "guide_bar")?;
     if is_name(name) {

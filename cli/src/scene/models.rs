@@ -157,7 +157,7 @@ fn motor(section: &Section<'_>) -> Option<Motor> {
             let kloss: Option<Kloss> = section.parameters(|parameter, _| {
                 let value = section.parameter(parameter);
                 if parameter.key == "w_s" && value == Some(0.0) {
-                    let fault = section.fault_of("w_s", ": 0 is no synchronous speed: the slip is not defined");
+                    let fault = section.fault_of("w_s", ": 0 is not a synchronous speed: the slip is not defined");
                     section.faults.report(fault.hint("choose kind = \"none\" for a motor that is off"));
                 }
                 Some(value)
@@ -200,7 +200,7 @@ pub fn try_out(resolved: &Resolved, faults: &Faults<'_>) {
     };
     for (name, reason) in [
         ("solver.method", "every step of this drive costs the same"),
-        ("solver.tolerance", "the result of this drive is at rounding level anyway"),
+        ("solver.tolerance", "the result of this drive is at rounding level"),
     ] {
         if let Some(span) = faults.place(name)
             && drive.descriptions().iter().all(|d| d.name != name)

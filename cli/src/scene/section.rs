@@ -180,7 +180,7 @@ impl Limits {
             (true, false) => format!("{low} {min}{unit}"),
             (false, true) => format!("at most {max}{unit}"),
             (true, true) if self.open => format!("{low} {min}{unit}, at most {max}{unit}"),
-            (true, true) => format!("{min} … {max}{unit}"),
+            (true, true) => format!("{min} to {max}{unit}"),
         }
     }
 }
@@ -226,7 +226,7 @@ impl<'a> Section<'a> {
     pub fn either(&self, first: &'static str, second: &'static str) -> bool {
         let both = self.has(first) && self.has(second);
         if both {
-            let fault = self.fault_of(second, format!(": `{first}` says the same already"));
+            let fault = self.fault_of(second, format!(": `{first}` determines it already"));
             self.faults.report(fault.hint(format!("give `{first}` or `{second}`, not both")));
         }
         !both
@@ -446,7 +446,7 @@ impl<'a> Section<'a> {
 
     /// A whole number that must be there.
     pub fn count(&self, key: &'static str, min: u32, max: u32) -> Option<usize> {
-        let admissible = format!("a whole number, {min} … {max}");
+        let admissible = format!("a whole number, {min} to {max}");
         let Some(node) = self.node(key) else {
             self.missing(key, Some(admissible), format!("add for example {key} = {}", 16.clamp(min, max)));
             return None;
@@ -484,7 +484,7 @@ impl<'a> Section<'a> {
             None => Some(None),
             Some(Node { value: DeValue::String(text), .. }) => Some(Some(text)),
             Some(node) => {
-                self.wrong_type(&node, "a text");
+                self.wrong_type(&node, "a string");
                 None
             }
         }

@@ -338,7 +338,7 @@ fn longest(root: &Section<'_>, kind: Option<Kind>, laws: usize) -> Option<Option
         return Some(None);
     }
     if laws > 1 || dwells == 0 {
-        let fault = root.fault_of("objective", ": the longest dwell is that of one law with at least one [[dwell]]");
+        let fault = root.fault_of("objective", ": the longest dwell needs one law with at least one [[dwell]]");
         return root.refuse(fault.hint("add a [[dwell]] with centre, width, U and tolerance"));
     }
     if root.has("longest") { root.count("longest", 1, dwells as u32).map(Some) } else { Some(None) }
@@ -368,7 +368,7 @@ fn restrictions(root: &Section<'_>, lengths: &Lengths, laws: usize) -> Option<Ve
 fn several(section: &Section<'_>, laws: usize, what: &str, hint: &str) -> Option<()> {
     if laws < 2 {
         let fault = section.fault(format!(": there is one law, and {what}"));
-        return section.refuse(fault.admissible("2 … 5 [[law]] in the task").hint(hint));
+        return section.refuse(fault.admissible("2 to 5 [[law]] in the task").hint(hint));
     }
     Some(())
 }
@@ -386,9 +386,9 @@ fn clearances(root: &Section<'_>, lengths: &Lengths, laws: usize) -> Option<Vec<
         section.finish(SYNONYMS);
         let offset = offset?;
         let [x, y] = offset[..] else {
-            let message = format!(": {} numbers are no place in the plane", offset.len());
+            let message = format!(": {} numbers are not a point in the plane", offset.len());
             let fault = section.fault_of("offset", message).admissible("two lengths, x and y");
-            return section.refuse(fault.hint("give the way from tool b to tool a where both U are 0"));
+            return section.refuse(fault.hint("give the vector from tool b to tool a with both U at 0"));
         };
         let [a, b] = [which[0]?, which[1]?];
         if a == b {
@@ -436,7 +436,7 @@ fn ordered(section: &Section<'_>, key: &'static str, from: f64, to: f64) -> Opti
         return Some((from, to.min(from + TAU)));
     }
     let deg = |angle: f64| units::short(angle.to_degrees());
-    let message = format!(": from {} deg to {} deg is no range", deg(from), deg(to));
+    let message = format!(": from {} deg to {} deg is not a range", deg(from), deg(to));
     let fault = section.fault_of(key, message).admissible("more than 0 deg, at most a turn of 360 deg");
     let way = Some((to - from).rem_euclid(TAU)).filter(|way| *way > 0.0).unwrap_or(TAU);
     let hint = format!("write for example to = \"{} deg\"; a single angle is a [[point]]", deg(from + way));
@@ -535,7 +535,7 @@ fn range(section: &Section<'_>, lengths: &Lengths, weighted: [bool; 2]) -> Optio
     for order in 0..3 {
         if tolerances[order].is_some() && prescribed[order].is_none() {
             let (key, target) = (TOLERANCES[order], ORDERS[order]);
-            let message = format!(": there is no `{target}` here to keep it from");
+            let message = format!(": there is no `{target}` here to deviate from");
             return section.refuse(section.fault_of(key, message).hint(format!("add `{target}` or remove `{key}`")));
         }
     }
@@ -545,7 +545,7 @@ fn range(section: &Section<'_>, lengths: &Lengths, weighted: [bool; 2]) -> Optio
 
 fn dwell(section: &Section<'_>, lengths: &Lengths, weighted: [bool; 2]) -> Option<(Range, [Option<f64>; 3])> {
     let ends = if section.has("centre") || section.has("width") {
-        let because = "centre and width say it already";
+        let because = "centre and width give it already";
         section.forbid(&["from", "to"], because, "`from` and `to` without `centre` and `width`");
         let centre = section.real("centre", &unit::ANGLE, within(-2.0 * TAU, 2.0 * TAU));
         let width = section.real("width", &unit::ANGLE, within(1e-6, TAU));
@@ -578,7 +578,7 @@ fn points(root: &Section<'_>, lengths: &Lengths) -> Option<Points> {
         let [u, first, second, third] = [values[0]?, values[1]?, values[2]?, values[3]?];
         let (phi, weight, values) = (phi?, weight?, [u, first, second, third]);
         if values.iter().all(Option::is_none) {
-            let fault = section.fault(" says nothing of U");
+            let fault = section.fault(" gives nothing for U");
             return section.refuse(fault.admissible(ORDERS.join(", ")).hint("add for example U = 0.5"));
         }
         let Some(weight) = weight else {
@@ -588,7 +588,7 @@ fn points(root: &Section<'_>, lengths: &Lengths) -> Option<Points> {
             return Some((None, (0..4).filter_map(exact).collect()));
         };
         if third.is_some() {
-            let because = "a point with `weight` is met as well as it can be in U, U′ and U″";
+            let because = "a point with `weight` is met as well as possible in U, U′ and U″";
             section.forbid(&["dddU"], because, "a point without `weight`");
             return None;
         }
@@ -689,7 +689,7 @@ fn check_purpose(root: &Section<'_>, kind: Kind, integral: Option<f64>, laws: &[
     if matches!(kind, Some(LongestDwell { .. } | FewestHarmonics { .. })) {
         root.forbid(&["dU_weight", "ddU_weight"], "the objective looks at errors of U", "objective = \"chebyshev\"");
         if let Some(Given { path, .. }) = ranges().find(|given| given.tolerances[0].is_none()) {
-            return refused(&format!(": `{path}` has no `tolerance` of U to be kept"), give);
+            return refused(&format!(": `{path}` has no `tolerance` of U"), give);
         }
         let grows = |given: &&Given| given.dwell && given.tolerances[1..].iter().any(Option::is_some);
         if let Some(Given { path, .. }) = ranges().find(grows).filter(|_| matches!(kind, Some(LongestDwell { .. }))) {
@@ -724,12 +724,12 @@ fn elasticity(root: &Section<'_>, lengths: &Lengths, kind: Option<Kind>) -> Opti
     if fastest.is_none() && tolerance.is_none() {
         let fault = section.fault(": neither `fastest` nor `tolerance` is given");
         return section
-            .refuse(fault.hint("add the speed to be reached, or the deviation to be kept as far as it goes"));
+            .refuse(fault.hint("give the speed to reach, or the deviation to keep up to the highest possible speed"));
     }
     rising(&section, slowest, fastest.unwrap_or(f64::INFINITY))?;
     let chebyshev = matches!(kind, Some(Some(Chebyshev | DiscreteChebyshev { .. } | ChebyshevSum)));
     if method == Some(Method::Robust) && kind.is_some() && !chebyshev {
-        let message = ": the robust profile is that of a largest error over angles and speeds";
+        let message = ": the robust profile minimises a largest error over angles and speeds";
         let hint = "choose objective = \"chebyshev\", or method = \"recipe\"";
         return section.refuse(section.fault_of("method", message).hint(hint));
     }

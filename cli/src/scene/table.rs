@@ -102,7 +102,7 @@ pub fn read(section: &Section<'_>, quantity: &'static Quantity, folder: &Path) -
         Ok(text) => text,
         Err(reason) => {
             let fault = section.fault_of("file", format!(": {} {reason}", shown(&path)));
-            let hint = if reason == NO_TEXT { SAVE_AS_TEXT } else { "the path counts from the folder of the scene" };
+            let hint = if reason == NO_TEXT { SAVE_AS_TEXT } else { "the path is relative to the folder of the scene" };
             return section.refuse(fault.hint(hint));
         }
     };
@@ -161,9 +161,7 @@ fn smoothed(
         // The law tells what is wrong with the points themselves.
         Err(SmoothingError::Table(_)) => return Some(reading),
         Err(SmoothingError::NoNoise) => {
-            section
-                .faults
-                .note(format!("`{}`: {} carries no noise; its lifts are left as they are", section.path, file.name));
+            section.faults.note(format!("`{}`: {} has no noise; its lifts are unchanged", section.path, file.name));
             return Some(reading);
         }
         Err(SmoothingError::NothingLeft(motion)) => section
@@ -173,7 +171,7 @@ fn smoothed(
     section.refuse(fault)
 }
 
-const NO_TEXT: &str = "is no text file";
+const NO_TEXT: &str = "is not a text file";
 const SAVE_AS_TEXT: &str = "save the table as CSV in UTF-8";
 
 /// The text of a table, or why there is none.
@@ -194,7 +192,7 @@ fn contents(path: &Path) -> Result<String, String> {
 pub fn course(path: &Path, own: &str, quantity: Option<&'static Quantity>) -> Result<Points, Diagnostics> {
     let name = shown(path);
     let unreadable = |reason: String| Diagnostic::new(&name, reason).hint("name a table of angles and measured values");
-    let text = contents(path).map_err(|reason| Diagnostics(vec![unreadable(format!("the course {reason}"))]))?;
+    let text = contents(path).map_err(|reason| Diagnostics(vec![unreadable(format!("the curve {reason}"))]))?;
     let file = File { name: name.clone(), text: &text };
     let headings = lines(&text).next().map(|line| cells(&text, line)).unwrap_or_default();
     let scale = |column: usize, quantity: Option<&'static Quantity>, usual: (f64, f64)| {
@@ -215,10 +213,10 @@ pub fn course(path: &Path, own: &str, quantity: Option<&'static Quantity>) -> Re
     let (angle, value) = (scale(0, Some(&unit::ANGLE), (degree, 1.0))?, scale(1, quantity, usual)?);
     let columns = (Column::Number(0), Column::Number(1));
     let convert = |a: f64, v: f64| (a * angle.0 / angle.1, v * value.0 / value.1);
-    let (reading, mut faults) = rows(&file, &columns, false, "write plain numbers; headings tell their units", convert);
+    let (reading, mut faults) = rows(&file, &columns, false, "write plain numbers; headings give their units", convert);
     let angles = &reading.points.angles;
     if faults.is_empty() && angles.len() < 2 {
-        let few = Diagnostic::new(&name, format!("a course of {} points", angles.len()));
+        let few = Diagnostic::new(&name, format!("a curve of {} points", angles.len()));
         faults.push(few.admissible("at least 2").hint("one angle and one value per line"));
     }
     // A course that is closed repeats its first angle one turn later.
@@ -228,7 +226,7 @@ pub fn course(path: &Path, own: &str, quantity: Option<&'static Quantity>) -> Re
         let first = units::short(angles[0].to_degrees());
         let end = units::short(angles[0].to_degrees() + 360.0);
         fault(&file, reading.places[i].clone(), message)
-            .admissible(format!("{first} … {end} deg"))
+            .admissible(format!("{first} to {end} deg"))
             .hint("leave out further turns")
     }));
     if faults.is_empty() { Ok(reading.points) } else { Err(Diagnostics(faults)) }

@@ -278,7 +278,7 @@ fn exponent(factor: &str) -> Result<(&str, i32), String> {
         Ok((factor, 1))
     } else {
         let exponent = digits.parse().ok().filter(|e: &i32| (-9..=9).contains(e));
-        exponent.map(|e| (name, e)).ok_or_else(|| format!("the exponent of `{factor}` is no small whole number"))
+        exponent.map(|e| (name, e)).ok_or_else(|| format!("the exponent of `{factor}` is not a small whole number"))
     }
 }
 
@@ -303,7 +303,7 @@ fn unknown(name: &str) -> String {
     });
     match meant {
         Some(meant) => format!("there is no unit `{name}`; did you mean `{meant}`?"),
-        None => format!("there is no unit `{name}`; known are {} and prefixes", known.join(", ")),
+        None => format!("there is no unit `{name}`; known units are {} and prefixes", known.join(", ")),
     }
 }
 
@@ -447,7 +447,7 @@ mod tests {
         let unknown = parse("5 furlong", &unit::LENGTH).expect_err("no such unit").message;
         assert!(unknown.contains("there is no unit `furlong`"), "{unknown}");
         for (text, meant) in
-            [("1800 rmp", "`rpm`"), ("1800 RPM", "`rpm`"), ("12 KG", "`kg`"), ("3 wibble", "known are")]
+            [("1800 rmp", "`rpm`"), ("1800 RPM", "`rpm`"), ("12 KG", "`kg`"), ("3 wibble", "known units are")]
         {
             let message = parse(text, &unit::MASS).expect_err("no such unit").message;
             assert!(message.contains(meant), "{text}: {message}");

@@ -182,23 +182,23 @@ fn out_of_reach(cam: &Cam, plan: &Plan, [low, high]: [f64; 2]) -> String {
     match (cam.follower, second) {
         // ψ₂ = λ − ψ has to stay between 0 and π.
         (Follower::Lever { .. }, Some(second)) => format!(
-            "the second arm turns through the line pivot–cam centre, where a cam cannot move it: `second_arm_angle`, {}, has to be above {}, the largest angle of the first arm, and below {}",
+            "the second arm turns through the line pivot–cam centre, where a cam cannot move it: `second_arm_angle`, {}, must be above {}, the largest angle of the first arm, and below {}",
             degrees(second.place),
             degrees(second.place - low),
             degrees(PI + second.place - high)
         ),
         (Follower::Lever { .. }, None) => {
             let more = if low <= 0.0 { "larger" } else { "smaller" };
-            format!("the arm turns through the line pivot–cam centre, where a cam cannot move it: a {more} `start_angle`, `prime_radius` or `base_radius` keeps it off")
+            format!("the arm turns through the line pivot–cam centre, where a cam cannot move it: a {more} `start_angle`, `prime_radius` or `base_radius` keeps it away")
         }
         // h₂ = h − D has to stay below the cam's centre.
         (Follower::Translating { .. }, Some(second)) => format!(
-            "the second roller passes the cam's centre, where a cam cannot move it: `roller_distance`, {}, has to be above {}, the largest height of the first one",
+            "the second roller passes the cam's centre, where a cam cannot move it: `roller_distance`, {}, must be above {}, the largest height of the first one",
             millimetres(second.place),
             millimetres(second.place + high)
         ),
         (Follower::Translating { .. }, None) => {
-            "the roller passes the cam's centre, where a cam cannot move it: a larger `start_height`, `prime_radius` or `base_radius` keeps it off".to_owned()
+            "the roller passes the cam's centre, where a cam cannot move it: a larger `start_height`, `prime_radius` or `base_radius` keeps it away".to_owned()
         }
     }
 }
@@ -303,7 +303,7 @@ fn crossings(outlines: &[Outline]) -> Vec<Finding> {
             _ => format!("the {} crosses the {}", first.side.name(), second.side.name()),
         };
         let remark = format!(
-            "at φ = {:.3}° and {:.3}°, ({}, {}) of the cam: what one passage of the roller needs the other cuts away",
+            "at φ = {:.3}° and {:.3}°, ({}, {}) of the cam: what one passage of the roller needs, the other cuts away",
             degrees(one),
             degrees(other),
             millimetres(place.re),

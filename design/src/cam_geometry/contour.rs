@@ -111,7 +111,7 @@ impl From<NoMesh> for Fault {
         match reason {
             NoMesh::Standstill(standstill) => standstill.into(),
             NoMesh::TooFine => Fault::new(format!(
-                "this chord error demands more than {MOST_POINTS} points for a contour; choose a larger one"
+                "this chord error needs more than {MOST_POINTS} points for a contour; choose a larger one"
             )),
         }
     }

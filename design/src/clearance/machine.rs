@@ -119,7 +119,7 @@ impl Machine {
     pub fn go(&mut self, time: f64) -> Result<Vec<Event>, Fault> {
         if time > self.time {
             if self.is_exhausted() {
-                return Err(Fault::new("m1 strikes or vibrates too often to be followed, it would take long"));
+                return Err(Fault::new("m1 strikes or vibrates too often to be followed in reasonable time"));
             }
             let before = self.drive.get(self.at.steps)?;
             let advanced = self.drive.advance(self.time, time - self.time);

@@ -215,7 +215,7 @@ fn scene(resource: &Resource, options: &Options) -> Result<Scene, Fault> {
         }
         model => {
             return Err(Fault::new(format!(
-                "the model is {model}; the clearance is studied of a BacklashDrive, or of an ElasticCamDrive with \
+                "the model is {model}; the study is for a BacklashDrive, or for an ElasticCamDrive with \
                  place = \"output\" together with --clearance and --m1"
             )));
         }
@@ -262,7 +262,7 @@ fn speed(scene: &Scene, options: &Options) -> Result<f64, Fault> {
     if turns(w) && w.is_finite() {
         return Ok(w);
     }
-    Err(Fault::new(format!("the speed is {} rad/s: a standing shaft passes no clearance; give --speed", Number(w))))
+    Err(Fault::new(format!("the speed is {} rad/s: a shaft at rest passes no clearance; give --speed", Number(w))))
 }
 
 /// The angle from `from` to `to` in the sense of the motion, in (0, 2π] (rad).
@@ -309,8 +309,8 @@ fn of_law(name: &str, scene: &Scene, machine: &Parameters, options: &Options, no
     };
     if noise > 0.0 {
         study.remarks.push(format!(
-            "The table is smoothed: lobes of U″ and of the contact force below {} % of the largest one are its noise and no \
-             passages.",
+            "The table is smoothed: lobes of U″ and of the contact force below {} % of the largest one count as its noise, not \
+             as passages.",
             table::number(100.0 * ignore)
         ));
     }
@@ -359,7 +359,7 @@ impl Study {
                 if releases > followed {
                     self.remarks.push(format!(
                         "Of {releases} changes of sign of the contact force the model has followed {followed}; more would \
-                         take long."
+                         take too long."
                     ));
                 }
             }
@@ -486,14 +486,14 @@ fn remark(study: &mut Study, machine: &Parameters) {
     let percent = |share: f64| table::number(100.0 * share);
     if quasi_static > WARN {
         remarks.push(format!(
-            "The formulas take the deformation at the release for quasi-static; its next term, η²|U⁽⁵⁾/U‴|, is up to {} % \
+            "The formulas take the deformation at the release as quasi-static; its next term, η²|U⁽⁵⁾/U‴|, is up to {} % \
              of it. Trust the model.",
             percent(quasi_static)
         ));
     }
     if truncation > WARN {
         remarks.push(format!(
-            "The formulas take U for a cubic; its next term over the passage, Δφ|U⁗/4U‴|, is up to {} % of it. Trust the \
+            "The formulas take U as a cubic; its next term over the passage, Δφ|U⁗/4U‴|, is up to {} % of it. Trust the \
              model.",
             percent(truncation)
         ));

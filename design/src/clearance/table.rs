@@ -144,7 +144,7 @@ pub fn of_laws(report: &Report) -> Table {
         let range = |values: Vec<f64>| {
             let low = values.iter().copied().reduce(f64::min);
             or_none(low.zip(most(values)), |(low, high)| {
-                if low == high { number(low) } else { format!("{} … {}", number(low), number(high)) }
+                if low == high { number(low) } else { format!("{} to {}", number(low), number(high)) }
             })
         };
         let calm = |intervals: Option<&Intervals>| or_none(intervals, |intervals| some(intervals, 1.0, LISTED_IN_CELL));
@@ -187,7 +187,7 @@ pub fn below_laws(report: &Report) -> Vec<String> {
     if let Some(model) = report.laws.iter().find_map(|study| study.by_model.as_ref()) {
         let [low, high] = model.searched[0].map(number);
         lines.push(format!(
-            "ω without further impacts: all intervals at this speed; by the model looked for from {low} to {high} rad/s only."
+            "ω without further impacts: all intervals at this speed; by the model only from {low} to {high} rad/s."
         ));
     }
     let missing = report.laws.iter().filter(|study| study.by_model.is_none() && !study.passages.is_empty());
@@ -195,7 +195,7 @@ pub fn below_laws(report: &Report) -> Vec<String> {
     if !names.is_empty() {
         let why = match report.machine.e {
             e if e > 0.0 => format!("with e = {} m1 rebounds after each impact, at any ω", number(e)),
-            _ => "it has not been followed at other ω, which would take long or cannot be done".to_owned(),
+            _ => "it has not been followed at other ω, which would take too long or cannot be done".to_owned(),
         };
         lines.push(format!("{}: no ω by the model; {why}.", names.join(", ")));
     }
@@ -227,7 +227,7 @@ fn some(intervals: &[[f64; 2]], scale: f64, most: usize) -> String {
     let one = |[low, high]: &[f64; 2]| match [shown(*low), shown(*high)] {
         [low, _] if high.is_infinite() => format!("from {low} on"),
         [low, high] if low == high => low,
-        [low, high] => format!("{low} … {high}"),
+        [low, high] => format!("{low} to {high}"),
     };
     let mut texts: Vec<String> = merged.iter().take(most).map(one).collect();
     if let Some(last) = merged.last().filter(|_| merged.len() > most) {
@@ -248,7 +248,7 @@ fn verdict(study: &Study) -> String {
     let formulas = of(false, study.crossings);
     let Some((model, count)) = calm.by_model.zip(study.releases) else {
         let word = calm.by_formulas.map_or("not known whether further impacts follow", word);
-        return format!("By the formulas {formulas}, {word}; the model could not tell.");
+        return format!("By the formulas {formulas}, {word}; the model gives no answer.");
     };
     let model_says = format!("By the model {}, {}", of(true, count), word(model));
     match calm.by_formulas {
@@ -256,7 +256,7 @@ fn verdict(study: &Study) -> String {
             format!("{model_says}. By the formulas {formulas}, {}: they do not hold here, take the model.", word(other))
         }
         Some(_) => format!("{model_says}; so by the formulas, {formulas}."),
-        None => format!("{model_says}; the formulas do not tell."),
+        None => format!("{model_says}; the formulas give no answer."),
     }
 }
 
@@ -376,13 +376,13 @@ pub fn of_tuning(report: &Report, study: &Study) -> Vec<String> {
             String::new()
         };
         lines.push(format!(
-            "The model was followed at values {} % apart, of D {} %, and its borders bisected; what is narrower may be \
-             missing.{unknown}",
+            "The model was followed at values {} % apart, of D {} %, and its borders bisected; narrower intervals may \
+             be missing.{unknown}",
             number(100.0 * (model.ratio - 1.0)),
             number(100.0 * (model.damping_ratio - 1.0))
         ));
     } else if study.releases.is_some() && e == 0.0 {
-        lines.push("The model has not been followed at other values: it would take long, or cannot be.".to_owned());
+        lines.push("The model has not been followed at other values: it takes too long, or cannot be.".to_owned());
     }
     lines.push(format!(
         "By the formulas, K at μ = {}: {}{}. {} By it ω would be up to {} rad/s.",

@@ -286,7 +286,7 @@ impl Task {
                 Motor::Input => Fault::new(
                     "the motor's torque is an input: no periodic motion follows from it; choose `motor.kind` = \"kloss\" or \"none\"",
                 ),
-                Motor::None => Fault::new("a machine without motor keeps any speed: prescribe the period"),
+                Motor::None => Fault::new("a machine without a motor keeps any speed: prescribe the period"),
                 Motor::Kloss(Kloss { breakdown_torque, .. }) if tau.abs() < breakdown_torque => Fault::new(format!(
                     "no periodic motion of the machine without its tools was found, against the load of {tau} N.m; `camdrive steady` lists those of the whole machine"
                 )),
@@ -303,7 +303,7 @@ impl Task {
         };
         let needed = if self.driving.motor == Motor::None { None } else { with_motor() }.unwrap_or_default();
         Fault::new(format!(
-            "no law of the cams makes the tools move so: with J0 = {constant} kg.m2 the machine would come to rest where the tools are fastest (it needs at least {least:.6} kg.m2 without motor{needed}). Enlarge J0, or make the tools lighter or slower"
+            "no law of the cams makes the tools move like this: with J0 = {constant} kg.m2 the machine would come to rest where the tools are fastest (it needs at least {least:.6} kg.m2 without a motor{needed}). Increase J0, or make the tools lighter or slower"
         ))
     }
 

@@ -51,7 +51,7 @@ pub struct Driving {
     pub motor: Motor,
     /// τ (N·m).
     pub load: f64,
-    /// T (s) where it is prescribed; a machine without motor needs it.
+    /// T (s) where it is prescribed; a machine without a motor needs it.
     pub period: Option<f64>,
 }
 

@@ -169,7 +169,7 @@ fn beside_least_inertia(task: &Task, fault: Fault) -> Fault {
     }
     let (given, least) = (task.own.function.constant, task.least_inertia_without_motor());
     Fault::new(format!(
-        "{fault}. (J0 = {given} kg.m2; without motor it has to be above {least:.6} kg.m2, and the nearer to that the more harmonics the cams need)"
+        "{fault}. (J0 = {given} kg.m2; without a motor it must be above {least:.6} kg.m2, and the closer to that, the more harmonics the cams need)"
     ))
 }
 
@@ -313,7 +313,7 @@ impl Report {
     /// The result in sentences.
     pub fn about(&self) -> Vec<String> {
         let mut lines = vec![format!(
-            "Period T = {:.15} s, w = {:.6} … {:.6} rad/s (resolved to {} of its mean).",
+            "Period T = {:.15} s, w from {:.6} to {:.6} rad/s (resolved to {} of its mean).",
             self.period,
             self.speed[0],
             self.speed[1],
@@ -323,15 +323,15 @@ impl Report {
             lines.push(format!("Synchronous speed of the motor {speed:.12} rad/s ({:.8} rpm).", speed * 60.0 / TAU));
         }
         if let Some(least) = self.least_inertia_without_motor {
-            lines.push(format!("Without motor J0 would have to be at least {least:.6} kg.m2."));
+            lines.push(format!("Without a motor J0 would have to be at least {least:.6} kg.m2."));
         }
         lines.push(format!(
-            "Each round of the iteration reduces the error by the factor {:.4} in the end.",
+            "In the end each round of the iteration reduces the error by the factor {:.4}.",
             self.factor
         ));
         if let Some(period) = self.other_motion {
             lines.push(format!(
-                "Mind: the finished machine has several periodic motions. The compensated one is not the fastest stable one, T = {period:.9} s, to which the motor brings the machine and with which start.mode = steady_state begins; `camdrive steady` lists them."
+                "Note: the finished machine has several periodic motions. The compensated one is not the fastest stable one, T = {period:.9} s, to which the motor brings the machine and with which start.mode = steady_state begins; `camdrive steady` lists them."
             ));
         }
         for (j, cut) in self.numbers.iter().zip(&self.cams) {
@@ -369,8 +369,7 @@ impl Report {
         }
         let kept = |list: &[Kept]| list.iter().filter(|one| one.kept).count();
         let unasked = self.restrictions.unasked.iter();
-        let unasked =
-            unasked.map(|j| format!("Mind: the task has no law for follower {j}, and nothing of it is checked."));
+        let unasked = unasked.map(|j| format!("Note: the task has no law for follower {j}, and it is not checked."));
         let plain =
             self.rounds.first().map(|round| format!("; cams for uniform speed keep {}", kept(&round.restrictions)));
         let (all, plain) = (kept(&self.finished.restrictions), plain.unwrap_or_default());
@@ -380,7 +379,7 @@ impl Report {
         lines.extend(pairs.filter(|(one, _)| !one.kept).map(|(one, prescribed)| {
             let whose = if prescribed.kept { "the tools miss" } else { "the prescribed motions themselves miss" };
             let (miss, place) = (number(-one.reserve), number(one.phase.to_degrees()));
-            format!("Mind: {whose} `{}` by {miss} {} at {place} deg.", one.name, self.unit(one))
+            format!("Note: {whose} `{}` by {miss} {} at {place} deg.", one.name, self.unit(one))
         }));
         let first = count - self.restrictions.clearances().len();
         lines.extend(self.finished.restrictions[first..].iter().map(|one| {

@@ -256,7 +256,7 @@ impl Drive {
             return Ok(forces);
         }
         let (place, name) = (in_turn(phi, 3), &self.name);
-        Err(Fault::new(format!("at φ = {place}° the forces of {name} are beyond the range of numbers")))
+        Err(Fault::new(format!("at φ = {place}° the forces of {name} exceed the range of numbers")))
     }
 
     /// A contact where the force on the cam's coordinate is `load`.
@@ -273,7 +273,7 @@ impl Drive {
         let (force, growth) = (gain * load, side.growth(cam, &at));
         if force > 0.0 && growth <= 0.0 && self.loads.material.is_some() {
             return Err(Fault::new(format!(
-                "at φ = {}° the {} of {}{} is undercut, so that there is no contact whose pressure could be told; camdrive cam says which roller fits",
+                "at φ = {}° the {} of {}{} is undercut, so there is no contact pressure; camdrive cam says which roller fits",
                 in_turn(phi, 3),
                 side.name(),
                 self.name,

@@ -269,7 +269,7 @@ impl OfDrive {
                 let speed = if lift_off == 0.0 { "" } else { "a lower speed, " };
                 let or = if preload.len() + speed.len() > 0 { "or " } else { "" };
                 mind.push(format!(
-                    "{}: the {what} {how}; nothing keeps it on the cam. What does: {preload}{speed}{or}a cam that holds it on both sides (groove, conjugate).",
+                    "{}: the {what} {how}; nothing keeps it on the cam. Remedies: {preload}{speed}{or}a cam that holds it on both sides (groove, conjugate).",
                     self.name
                 ));
             }
@@ -288,7 +288,7 @@ impl OfDrive {
                     text::digits(value, 5, -4),
                     place(phi)
                 ),
-                None => "No preload of a spring at the tool keeps it there: somewhere it would draw the roller away."
+                None => "No preload of a spring at the tool keeps it there: somewhere it would pull the roller off."
                     .to_owned(),
             });
         } else {
@@ -305,7 +305,7 @@ impl OfDrive {
             None => {}
         }
         if drive.plan.is_some() && drive.loads.material.is_none() {
-            known.push("`roller_width` in [forces] would tell the Hertzian pressure.".to_owned());
+            known.push("With `roller_width` in [forces] the Hertzian pressure follows.".to_owned());
         }
         [known, mind]
     }
@@ -328,7 +328,7 @@ impl Power {
 impl Report {
     /// The report of this turn.
     pub fn new(machine: &Machine, turn: &Turn<'_>) -> Self {
-        let names = ["torque", "torque on the shaft, all together"];
+        let names = ["torque", "total torque on the shaft"];
         let shaft = Range::new(turn, names, TORQUE, |state| state.torque);
         let taken = turn.mean(|state| state.drives.iter().map(|forces| forces.process).sum());
         let largest = shaft.largest.value.abs().max(shaft.least.value.abs());
@@ -368,7 +368,7 @@ impl Report {
             page.table("Shaft", &Table::new(head, [self.shaft.row()]));
         }
         page.section("Power", (self.power.largest != 0.0).then(|| self.power.text()));
-        page.section("Mind", self.drives.iter().flat_map(|drive| &drive.notes[1])).text()
+        page.section("Notes", self.drives.iter().flat_map(|drive| &drive.notes[1])).text()
     }
 }
 

@@ -73,7 +73,7 @@ impl Motion {
         let row = self.row();
         let values: Vec<String> =
             Self::COLUMNS.split("  ").zip(&row).skip(4).map(|(name, value)| format!("{name} {value}")).collect();
-        format!("{} … {}, {}; {}", row[1], row[2], row[3], values.join(", "))
+        format!("{} to {}, {}; {}", row[1], row[2], row[3], values.join(", "))
     }
 }
 

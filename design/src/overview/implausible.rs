@@ -20,7 +20,7 @@ const LIMITS: [Limit; 12] = [
     (
         "damping_ratio",
         1.0,
-        "the member does not vibrate at all; those of machines have some hundredths",
+        "the member does not vibrate at all; damping ratios of machines are some hundredths",
         "a percentage is written with its sign: \"3 %\"",
     ),
     // The rim of a steel disc of 100 mm runs at 520 m/s at this speed, beyond its bursting speed.
@@ -31,7 +31,7 @@ const LIMITS: [Limit; 12] = [
     (
         "largest_acceleration",
         1e5,
-        "ten thousand times gravity tears members of steel",
+        "ten thousand times gravity tears steel apart",
         "write speeds and lengths with their units: \"1800 rpm\", \"0.94 mm\"",
     ),
     // The cam would be larger than that.

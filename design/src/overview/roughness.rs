@@ -82,12 +82,12 @@ impl Overview {
         let message = if noisy {
             let size = shown(sigma, unit);
             format!(
-                "{section}: the table is rough: its lifts scatter by {size} about a smooth law, and the spline makes of that \
-                 {percent:.0} % of the largest U″ with this noise in it (root mean square)"
+                "{section}: the table is rough: its lifts scatter by {size} about a smooth law; in U″ of the spline this \
+                 is a noise of {percent:.0} % of the largest value, noise included (root mean square)"
             )
         } else {
             format!(
-                "{section}: the points of the table leave U″ uncertain by up to some {percent:.0} % of its largest value (root mean \
+                "{section}: the points of the table leave U″ uncertain by up to about {percent:.0} % of its largest value (root mean \
                  square)"
             )
         };

@@ -244,8 +244,8 @@ pub fn study_scene(
     let backwards = turns.iter().any(|w| *w < 0.0);
     if let Some(w) = turns.iter().find(|w| backwards && **w > 0.0) {
         return Err(Fault::new(format!(
-            "the speed {w} rad/s turns one way and others turn the other, where the boundaries are not the same; examine them one \
-             after the other, the range with its sign"
+            "the speed {w} rad/s and others have opposite signs, with different boundaries; examine them one after the \
+             other, the range with its sign"
         )));
     }
     let options = &Options {
@@ -375,12 +375,12 @@ fn unfollowed(why: Unfollowed, speed: f64, eta: f64, theta: f64) -> Fault {
         format!("at {} rpm, η = {}, and the damping ratio {}", exact(speed * table::RPM), exact(eta), exact(theta));
     Fault::new(match why {
         Unfollowed::Range => format!(
-            "{at} free motions change in a turn by more than numbers hold, e^±700; examine speeds nearer to the natural \
+            "{at} free motions change in a turn by more than numbers can hold, e^±700; examine speeds nearer to the natural \
              frequency, η = 1, or less damping"
         ),
         Unfollowed::Cells => format!(
-            "{at} a turn cannot be followed to 8 digits: free motions vibrate or decay some {} times in it, or the inertia \
-             vanishes but for rounding; examine speeds nearer to the natural frequency, η = 1",
+            "{at} a turn cannot be followed to 8 digits: free motions vibrate or decay about {} times in it, or the inertia \
+             vanishes up to rounding; examine speeds nearer to the natural frequency, η = 1",
             exact((1.0 / eta).round())
         ),
     })

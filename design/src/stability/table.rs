@@ -10,11 +10,11 @@ use camdrive::drives::Fault;
 use std::fmt::Write as _;
 
 /// Said of a drive that turns backwards.
-pub const BACKWARDS: &str = "The drive turns backwards: all speeds are those of this sense, without their sign.";
+pub const BACKWARDS: &str = "The drive turns backwards: all speeds are for this sense, without their sign.";
 
 /// Definition of θ where the damping is negative somewhere.
 pub const ACTIVE: &str = "The damping is negative over a part of the turn. θ is the ratio of the constant damping with the \
-     same decay over a turn, mean(b/m)/mean(1/m); what varies about it stays at every θ, also \"without damping\".";
+     same decay over a turn, mean(b/m)/mean(1/m); its variation stays at every θ, also \"without damping\".";
 
 /// Orders that a sentence lists.
 const LISTED: usize = 4;
@@ -31,13 +31,13 @@ pub fn exact(value: f64) -> String {
 fn interval([low, high]: [f64; 2], w0: f64) -> String {
     let rpm = |eta: f64| eta * w0 * RPM;
     if high.is_infinite() {
-        return format!("{} … ∞", number(rpm(low)));
+        return format!("{} to ∞", number(rpm(low)));
     }
     let (low, high) = (rpm(low), rpm(high));
     let needed = if high > low { (high / (high - low)).log10().ceil().max(0.0) as usize + 2 } else { 6 };
     let digits = needed.clamp(4, 15);
     let decimals = (digits as i32 - 1 - high.log10().floor() as i32).max(0) as usize;
-    if high > low { format!("{low:.decimals$} … {high:.decimals$}") } else { format!("{high:.decimals$}") }
+    if high > low { format!("{low:.decimals$} to {high:.decimals$}") } else { format!("{high:.decimals$}") }
 }
 
 fn deviation(order: &Order, bound: f64) -> Option<f64> {
@@ -108,16 +108,14 @@ pub fn below_orders(report: &Report) -> Vec<String> {
     }
     if let (Some(first), Some(last)) = (orders(report, false).next(), orders(report, false).next_back()) {
         let largest = orders(report, false).filter_map(|order| order.critical_damping).fold(0.0, f64::max);
-        let which = if first.j == last.j { format!("{}", first.j) } else { format!("{} … {}", first.j, last.j) };
+        let which = if first.j == last.j { format!("{}", first.j) } else { format!("{} to {}", first.j, last.j) };
         let amount = if largest > NEGLIGIBLE { format!("θ* up to {}", number(largest)) } else { "θ* = 0".to_owned() };
         lines.push(format!("j = {which}: {amount}; all digits are in the CSV file."));
     }
-    lines.push(
-        "θ*: damping ratio from which on the order is stable at every speed; below θ/θ* = 1 it is not.".to_owned(),
-    );
+    lines.push("θ*: damping ratio from which the order is stable at every speed; below θ/θ* = 1 it is not.".to_owned());
     lines.push(if report.oscillator.damping_ratio > 0.0 {
         format!(
-            "ε/ε*: modulation of the coefficients over that from which on the order is unstable at this damping; {NONE} \
+            "ε/ε*: modulation of the coefficients over that from which the order is unstable at this damping; {NONE} \
              where it is stable up to {} times the modulation of the scene.",
             exact(report.ranges[2][1].max(1.0))
         )
@@ -179,7 +177,7 @@ pub fn below_approximations(report: &Report) -> Vec<String> {
     let misprints = cases(&differs, &differently).unwrap_or_else(|| "here both are the same.".to_owned());
     lines.push(format!(
         "Printed wrong: (15), (16) add moduli where the modulus of a complex sum belongs: {misprints} (9) has lost the entry k_j \
-         of its first row, (12) the factor Ω of b₂ⱼ; these are taken as they must be. Borders by them are no verdict."
+         of its first row, (12) the factor Ω of b₂ⱼ; these are corrected here. Borders by them decide nothing."
     ));
     let missed = |o: &Order, exact| exact > NEGLIGIBLE && o.bounds.determinant < (1.0 - TOLERATED) * exact;
     let range = |o: &Order, exact| format!("from θ = {} to {exact}", told(o.bounds.determinant));
@@ -189,7 +187,7 @@ pub fn below_approximations(report: &Report) -> Vec<String> {
     let ratios = |curve: &Curve| {
         let ratios = curve.points.iter().filter_map(|point| Some(point.bounds.printed / point.exact?));
         let [low, high] = ratios.fold([f64::INFINITY, 0.0], |[l, h], ratio| [l.min(ratio), h.max(ratio)]);
-        format!("{} … {} at j = {}", number(low), number(high), curve.j)
+        format!("{} to {} at j = {}", number(low), number(high), curve.j)
     };
     lines.push(format!(
         "Parallel crank, σ = c₁₂/(c_AB R²) = {}. Over σ, (7) is {} of the exact θ*.",
@@ -198,8 +196,8 @@ pub fn below_approximations(report: &Report) -> Vec<String> {
     ));
     if crank.curves.get(2).is_some_and(|curve| curve.j == 3.0) {
         lines.push(
-            "The source takes the second term of j = 3 for none since r₃ = 0, and Ω ≈ ω₀/3 for safe; but r₂ r₄ and r₂³ \
-             outweigh r₆, so that its formula and the borders miss this order."
+            "The source takes the second term of j = 3 as zero since r₃ = 0, and Ω ≈ ω₀/3 as safe; but r₂ r₄ and r₂³ \
+             outweigh r₆, so its formula and the borders miss this order."
                 .to_owned(),
         );
     }
@@ -223,7 +221,7 @@ pub fn about(report: &Report) -> Vec<String> {
     } else {
         let e = &report.eigenproblem;
         lines.push(format!(
-            "The coefficients repeat themselves {} a turn. Orders numbered by Hill's matrices of {} harmonics; at their \
+            "The coefficients repeat {} a turn. Orders numbered by Hill's matrices of {} harmonics; at their \
              boundaries |1 ∓ tr M + det M| ≤ {}.",
             match o.periods_per_turn {
                 1 => "once".to_owned(),
@@ -320,29 +318,29 @@ pub fn warnings(report: &Report) -> Vec<String> {
         report.orders.last().filter(|order| order.damped.is_some() && report.oscillator.damping_ratio > 0.0)
     {
         lines.push(format!(
-            "Order {} is still unstable at this damping; more unstable speeds lie below those listed: ask for them by \
+            "Order {} is still unstable at this damping; more unstable speeds lie below those listed: ask for them with \
              --orders.",
             last.j
         ));
     }
     if let Some(j) = report.eigenproblem.lost {
         lines.push(format!(
-            "The boundaries from order {j} on have not been found: Hill's matrices of {} harmonics do not tell them apart, \
+            "The boundaries from order {j} on have not been found: Hill's matrices of {} harmonics do not separate them, \
              since the inertia or the stiffness nearly vanishes; these orders are left out.",
             report.eigenproblem.harmonics
         ));
     }
     if report.eigenproblem.unnumbered {
         lines.push(
-            "At some modulations the inertia or the stiffness nearly vanishes, and Hill's matrices do not tell the orders \
-             apart; ε/ε* is missing and the map over the modulation white where it would need them."
+            "At some modulations the inertia or the stiffness nearly vanishes, and Hill's matrices do not separate the \
+             orders; ε/ε* is missing and the map over the modulation white where it would need them."
                 .to_owned(),
         );
     }
     if report.eigenproblem.incomplete {
         lines.push(
             "At some speeds a turn could not be followed: free motions grow or decay beyond the range of numbers, or the \
-             inertia vanishes but for rounding. Numbers that rest on them are missing or coarse."
+             inertia vanishes up to rounding. Numbers that depend on them are missing or coarse."
                 .to_owned(),
         );
     }

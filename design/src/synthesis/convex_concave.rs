@@ -52,8 +52,8 @@ impl Task {
         let possible: Vec<String> =
             self.clearances.iter().map(|clearance| format!("{} m", number(between[0] * clearance.distance))).collect();
         Err(Infeasible::Numerical(format!(
-            "the tools cannot keep clear of each other by what `clearance` says together with the other conditions, on neither \
-             side; {} was found to be possible\n  = hint: take a smaller `distance`, more harmonics or wider bounds",
+            "the tools cannot keep clear of each other by the `clearance` together with the other conditions, on either side; \
+             {} was found possible\n  = hint: take a smaller `distance`, more harmonics or wider bounds",
             possible.join(", ")
         )))
     }

@@ -121,7 +121,7 @@ impl Study {
         }
         if let Some(behind) = self.elastic.as_ref().filter(|_| !rules.is_empty()) {
             let [slowest, fastest] = behind.looked_at;
-            rules.push(Rule::Key(Some(Shade::Pale), format!("output, η = {slowest:.4} … {fastest:.4}")));
+            rules.push(Rule::Key(Some(Shade::Pale), format!("output, η from {slowest:.4} to {fastest:.4}")));
         }
         let what = if self.elastic.is_some() { "y" } else { "U" };
         let label = format!("Deviation {what} − Ũ [m]");

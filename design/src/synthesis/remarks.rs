@@ -22,8 +22,8 @@ impl Study {
         if motion.undetermined > 0 {
             let all = task.basis.size();
             lines.push(format!(
-                "warning: what is prescribed determines {} of {all} coefficients; the other {} are open, and \
-                 where only points count the least ∫U″² dφ decides them: take more `points`, fewer harmonics or more symmetry",
+                "warning: what is prescribed determines {} of {all} coefficients; the other {} are free, and \
+                 where only points count the least ∫U″² dφ determines them: take more `points`, fewer harmonics or more symmetry",
                 all - motion.undetermined,
                 motion.undetermined
             ));
@@ -35,7 +35,7 @@ impl Study {
             if (ANGLES..BESIDE).contains(&(size / highest.powi(point.order as i32 + 1))) {
                 let axis = degrees((point.phi / FRAC_PI_2).round() * FRAC_PI_2);
                 lines.push(format!(
-                    "warning: the symmetry alone decides U{} at {axis}°; `{name}`, a little beside it, prescribes the next \
+                    "warning: the symmetry alone decides U{} at {axis}°; `{name}`, close to it, prescribes the next \
                      derivative there: if the axis is meant, write \"{axis} deg\"",
                     "′".repeat(point.order)
                 ));
@@ -48,7 +48,7 @@ impl Study {
         let left = task.largest_error(&motion.series);
         if errors && !task.ranges.is_empty() && left < 4.0 * rounding {
             lines.push(format!(
-                "The error is below rounding: coefficients of sixteen digits leave {}. Fewer harmonics do as well, or make \
+                "The error is below rounding: coefficients of sixteen digits leave {}. Fewer harmonics are enough, or make \
                  the `peak_acceleration` small within a `tolerance`.",
                 self.length(left)
             ));
@@ -56,7 +56,7 @@ impl Study {
         // Each coefficient brings its rounding, enlarged by its order in U′ and once more in U″.
         if motion.excess > task.basis.size() as f64 * highest.powi(2) * rounding {
             lines.push(format!(
-                "warning: conditions are kept to {}: their extremes are too flat or too near to each other for more digits.",
+                "warning: conditions are kept to {}: their extremes are too flat or too close together for more digits.",
                 self.length(motion.excess)
             ));
         }
@@ -78,7 +78,7 @@ impl Study {
         let mut lines = vec![String::new()];
         match given.method {
             Method::Robust => {
-                lines.push("The cam is robust: its largest deviation over all speeds is the least.".to_owned())
+                lines.push("The cam is robust: its largest deviation over all speeds is minimal.".to_owned())
             }
             Method::Recipe => {
                 let optimum = behind.optimum.map_or(String::new(), rpm);
@@ -109,7 +109,7 @@ impl Study {
         if let Some(worst) = behind.worst.filter(|worst| *worst > FAILED_TASK * self.way()) {
             let (worst, way) = (self.length(worst), self.length(self.way()));
             lines.push(format!(
-                "warning: over these speeds the output is up to {worst} off what is prescribed, which spans {way}: this is \
+                "warning: over these speeds the output deviates by up to {worst} from what is prescribed, which spans {way}: this is \
                  not the motion of the task; lower `fastest`"
             ));
         }
@@ -226,8 +226,8 @@ impl Infeasible {
                     }
                 }
                 format!(
-                    "no motion: the best profile for `{}` rests at U = {} m all the turn\n  = hint: prescribe U that differ; \
-                     with `even` those at φ and −φ are one, with `half_wave` equal ones half a turn apart are the mean a₀",
+                    "no motion: the best profile for `{}` rests at U = {} m all the turn\n  = hint: prescribe different U; with \
+                     `even` those at φ and −φ are equal, with `half_wave` equal ones half a turn apart are the mean a₀",
                     sections.join("`, `"),
                     number(*at)
                 )
@@ -244,7 +244,7 @@ fn place(what: &str, phi: f64) -> String {
 /// Limits of a bound, and where it holds.
 fn limits(bound: &Bound) -> String {
     let limits = match (bound.min.is_finite(), bound.max.is_finite()) {
-        (true, true) => format!("{} … {}", number(bound.min), number(bound.max)),
+        (true, true) => format!("{} to {}", number(bound.min), number(bound.max)),
         (true, false) => format!("the minimum {}", number(bound.min)),
         _ => format!("the maximum {}", number(bound.max)),
     };

@@ -43,8 +43,8 @@ const FINEST: f64 = 1e-24;
 
 /// Message where the numbers do not suffice.
 pub const UNSOLVED: &str =
-    "the optimisation does not converge: with these harmonics the conditions are told apart by less than the \
-                        rounding of thirty digits
+    "the optimisation does not converge: with these harmonics the conditions differ by less than the rounding of \
+                        thirty digits
   = hint: take fewer harmonics, or longer ranges for the bounds";
 
 /// Where the objective sees less than this part, conditions without a level decide: there the coordinates are not

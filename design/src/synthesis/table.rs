@@ -56,7 +56,7 @@ impl Study {
             None => line(format!("Objective {objective}: {}.", self.objective_value())),
         }
         if self.assignment.unit != 1.0 {
-            line(format!("Lengths count in scale = {} m.", number(self.assignment.unit)));
+            line(format!("Lengths are multiples of scale = {} m.", number(self.assignment.unit)));
         }
         for text in self.optima().into_iter().chain(self.limits()) {
             line(text);

@@ -89,7 +89,7 @@ fn for_target(report: &Report, target: f64) -> Advice {
     let goal = number(target);
     let mut sentence = match chosen {
         None if target < report.reference.floor => format!(
-            "For {goal} nothing can be said: the reference itself is known to {} only",
+            "For {goal} no advice is possible: the reference itself is known to {} only",
             number(report.reference.floor)
         ),
         None => {
@@ -100,7 +100,7 @@ fn for_target(report: &Report, target: f64) -> Advice {
             let row = &report.settings[i];
             let cost = row.cost.map_or(f64::NAN, |cost| cost.ns_per_ms);
             format!(
-                "For {goal} use {}: it costs {} ns per ms of machine time at communication steps of {} and errs by {}",
+                "For {goal} use {}: {} ns per ms of machine time at communication steps of {}, with an error of {}",
                 words(row),
                 number(cost),
                 time(row.communication_step),

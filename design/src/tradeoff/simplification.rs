@@ -204,7 +204,7 @@ pub fn fewer_harmonics(series: &Fourier) -> Vec<FewerHarmonics> {
 fn listed(numbers: &[usize]) -> String {
     let runs = numbers.chunk_by(|a, b| a + 1 == *b);
     let parts = runs.flat_map(|run| match run {
-        [first, _, .., last] => vec![format!("{first} … {last}")],
+        [first, _, .., last] => vec![format!("{first} to {last}")],
         short => short.iter().map(usize::to_string).collect(),
     });
     parts.collect::<Vec<_>>().join(", ")
@@ -233,7 +233,7 @@ mod tests {
 
     #[test]
     fn numbers_in_a_row_are_told_by_their_ends() {
-        assert_eq!(listed(&[1, 4, 5, 6, 8, 9]), "1, 4 … 6, 8, 9");
-        assert_eq!((listed(&[7]).as_str(), listed(&[2, 3, 4, 5]).as_str()), ("7", "2 … 5"));
+        assert_eq!(listed(&[1, 4, 5, 6, 8, 9]), "1, 4 to 6, 8, 9");
+        assert_eq!((listed(&[7]).as_str(), listed(&[2, 3, 4, 5]).as_str()), ("7", "2 to 5"));
     }
 }

@@ -134,14 +134,14 @@ pub fn about(report: &Report) -> Vec<String> {
     }
     lines.push(
         "Costs are medians of CPU time of doStep and of reading all continuous outputs through the C interface, per \
-         millisecond of machine time; start is instantiation and initialisation. The advice takes costs within 10 % for the \
-         same, and of such settings the most accurate one."
+         millisecond of machine time; start is instantiation and initialisation. The advice treats costs within 10 % as equal \
+         and takes the most accurate of such settings."
             .to_owned(),
     );
     if report.settings.iter().any(|row| row.error_estimate.is_some()) {
         lines.push(
             "The estimate is solver.error_estimate, which is that of the states: outputs that are differences of large numbers \
-             or derivatives may err by more."
+             or derivatives may have larger errors."
                 .to_owned(),
         );
     }

@@ -5,7 +5,7 @@
     result = camdrive.simulate("scene.toml", output=["y"], start_values={"drive.w": 200.0, "cam.a[3]": -9.0e-5})
     result["time"], result["y"]
 
-The work is done by the executable `camdrive` that comes along. `simulate` needs FMPy: `pip install fmpy`. The folder
+The executable `camdrive` in the wheel does the work. `simulate` needs FMPy: `pip install fmpy`. The folder
 `share/doc/camdrive` of the environment has README.md and the reference of all keys of a scene.
 """
 
@@ -53,11 +53,11 @@ class Diagnostic:
 
 
 class Error(Exception):
-    """What camdrive or an FMU said when it failed, as people read it."""
+    """The message of camdrive or of an FMU when it failed, as text."""
 
 
 class SceneError(Error):
-    """A scene has faults: `str()` is the text of the tool, `diagnostics` has a fault each."""
+    """A scene has faults: `str()` is the text of the tool, `diagnostics` has one entry per fault."""
 
     def __init__(self, text: str, diagnostics: tuple[Diagnostic, ...]) -> None:
         # Both, so that the exception passes from one process to another.
@@ -69,7 +69,7 @@ class SceneError(Error):
 
 
 class SimulationError(Error):
-    """An FMU refused a value or a step: `str()` tells which, `messages` are what it logged."""
+    """An FMU refused a value or a step: `str()` says which, `messages` are what it logged."""
 
     def __init__(self, text: str, messages: tuple[str, ...]) -> None:
         super().__init__(text, messages)
@@ -184,7 +184,7 @@ def simulate(
     try:
         temporary = tempfile.TemporaryDirectory()
     except OSError as error:
-        raise Error(f"no temporary folder can be made, TMPDIR names where: {error}") from error
+        raise Error(f"no temporary folder can be made (TMPDIR says where): {error}") from error
     with temporary as folder:
         fmu = Path(scene_or_fmu)
         if fmu.suffix.lower() != ".fmu":

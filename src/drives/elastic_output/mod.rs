@@ -319,7 +319,7 @@ impl ElasticOutput {
     #[cold]
     fn beyond_all_numbers(&self) -> Fault {
         Fault::new(format!(
-            "the motion is beyond all numbers at t = {} s: phi = {} rad, w = {} rad/s, q = {} m",
+            "the motion exceeds the range of numbers at t = {} s: phi = {} rad, w = {} rad/s, q = {} m",
             Rounded(self.now.time),
             Rounded(self.now.shaft[0]),
             Rounded(self.now.shaft[1]),

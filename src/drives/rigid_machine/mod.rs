@@ -204,7 +204,7 @@ impl RigidMachine {
             && !turns(synchronous_speed)
         {
             let message = format!(
-                " = {} rad/s: the slip is referred to the synchronous speed, whose size must be at least {} rad/s; use a machine without motor for a motor that is switched off",
+                " = {} rad/s: the slip is relative to the synchronous speed, whose magnitude must be at least {} rad/s; use a machine without a motor for a motor that is switched off",
                 Number(synchronous_speed),
                 Number(SLOWEST)
             );
@@ -295,7 +295,7 @@ impl Drive for RigidMachine {
                 if mechanism.has_transmission_angle() {
                     text.limits.push(format!(
                         "follower[{}].linkage[{}] ({}): with the values of the scene the transmission angle is least at φ = \
-                         {}°, {}°; usual are at least 40°.",
+                         {}°, {}°; at least 40° is usual.",
                         j + 1,
                         i + 1,
                         mechanism.name(),

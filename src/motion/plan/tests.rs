@@ -312,7 +312,7 @@ fn what_makes_no_plan_is_refused_by_name_and_rests() {
         assert_eq!(MotionLaw::Plan(plan.clone()).at(1.0).0[1..], [0.0; 4]);
     };
     let standard = |law| SegmentLaw::Standard(law);
-    refused(vec![at(0.0, 0.0)], "a plan has 2 … 100");
+    refused(vec![at(0.0, 0.0)], "a plan has 2 to 100");
     refused(vec![at(0.0, 0.0), at(90.0, f64::NAN)], "point[2].U: out of range");
     refused(vec![at(0.0, 0.0), at(90.0, 1.0), at(80.0, 0.0)], "point[3].phi: 80 deg is not beyond");
     refused(vec![at(0.0, 0.0), at(90.0, 1.0), at(361.0, 0.0)], "point[3].phi");
@@ -321,13 +321,16 @@ fn what_makes_no_plan_is_refused_by_name_and_rests() {
     refused(vec![at(0.0, 0.0), straight], "point[2].dU: 1 m/rad, but a straight segment beside it has");
     refused(vec![at(0.0, 0.0), with(SegmentLaw::Sine, at(90.0, 1.0))], "point[2].law: `sine` cannot lead");
     let moving = PlanPoint { velocity: Some(1.0), acceleration: Some(1.0), ..at(90.0, 1.0) };
-    refused(vec![at(0.0, 0.0), with(standard(StandardLaw::ModifiedSine), moving)], "only a polynomial leads");
+    refused(
+        vec![at(0.0, 0.0), with(standard(StandardLaw::ModifiedSine), moving)],
+        "only polynomial_345 and polynomial_4567",
+    );
     refused(vec![at(0.0, 0.0), PlanPoint { free: true, ..moving }], "only at a turning point");
     let between = PlanPoint { free: true, ..at(90.0, 1.0) };
     refused(vec![at(0.0, 0.0), between, at(180.0, 2.0)], "point[2].ddU: only at a turning point");
     refused(vec![at(0.0, 0.0), PlanPoint { acceleration: Some(-0.1), ..at(90.0, 1.0) }], "is met by no inflection");
     let sixth = PlanPoint { inflection: Some(0.3), ..with(SegmentLaw::Polynomial6, at(90.0, 1.0)) };
-    refused(vec![at(0.0, 0.0), sixth], "polynomial_6 has one inflection and no overshoot within 0.4 … 0.6 only");
+    refused(vec![at(0.0, 0.0), sixth], "polynomial_6 has one inflection and no overshoot from 0.4 to 0.6 only");
     let sine = PlanPoint {
         inflection: Some(0.4),
         ..with(SegmentLaw::Sine, PlanPoint { velocity: Some(2.0), ..at(57.3, 1.0) })
@@ -340,7 +343,7 @@ fn what_makes_no_plan_is_refused_by_name_and_rests() {
     refused(vec![at(0.0, 0.0), cosines], "follows from ddU at both ends");
     let polynomials = |u| with(standard(StandardLaw::Polynomial345), turning(at(90.0, u)));
     let back = with(standard(StandardLaw::Polynomial345), at(0.0, 0.0));
-    refused(vec![back, polynomials(1.0)], "decide nothing; give its value");
+    refused(vec![back, polynomials(1.0)], "do not determine it; give its value");
     let sine = |point| with(standard(StandardLaw::ModifiedSine), point);
     let jerky = PlanPoint { jerk: Some(1.0), ..sine(at(90.0, 1.0)) };
     refused(vec![sine(at(0.0, 0.0)), jerky], "point[2].dddU: no polynomial beside");

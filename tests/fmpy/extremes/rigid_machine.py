@@ -258,7 +258,7 @@ def steep(packages):
     return refused(packages["machine_motor"], values, run=lambda unit: [unit.step(0.1) for _ in range(10)])
 
 
-@refusal(DRIVE, "fixed cost: J_red dynamic range 1e9", "need more than the work of one call", "the default step follows the range")
+@refusal(DRIVE, "fixed cost: J_red dynamic range 1e9", "need more work than one call may take", "the default step follows the range")
 def fine(packages):
     values = {"J0": 1e-9 * M * STROKE**2, "follower[1].m": M, "w_start": 20.0, "phi_start": 0.4, **EQUAL}
     return refused(packages["machine"], one_harmonic(STROKE, packages["machine"]) | values, run=lambda unit: unit.step(0.3))
@@ -372,7 +372,7 @@ def reversal_of_a_range(packages):
         return unit.outcome(worst)
 
 
-@refusal(DRIVE, "phase start 1e16 rad", "`phi_start`: 1e16 rad is not admissible; expected [-1e15, 1e15] rad", "numbers of this size are 2 rad apart")
+@refusal(DRIVE, "phase start 1e16 rad", "`phi_start`: 1e16 rad is not admissible; expected -1e15 to 1e15 rad", "numbers of this size are 2 rad apart")
 def phase(packages):
     return refused(packages["machine"], {"phi_start": 1e16})
 

@@ -313,7 +313,7 @@ fn every_law_has_all_its_intervals_of_admissible_frequencies() {
         let (formulas, model) = (study.tuning.as_ref().unwrap(), study.by_model.as_ref().unwrap());
         for (intervals, row) in [(&formulas.frequency, &rows[0]), (&model.frequency, &rows[1])] {
             let cell = &row[12];
-            assert_eq!(cell.matches(" … ").count(), intervals.len(), "{cell}");
+            assert_eq!(cell.matches(" to ").count(), intervals.len(), "{cell}");
             assert!(intervals.iter().flatten().all(|end| cell.contains(&table::number(*end))), "{cell}");
         }
     }

@@ -167,7 +167,7 @@ fn one_study_is_of_one_sense() {
         (2.0, Options { range: Some([-0.5, -3.0]), ..quick(&[]) }),
     ] {
         let message = drive.study(w, &options).unwrap_err().to_string();
-        assert!(message.contains("turns one way"), "{message}");
+        assert!(message.contains("opposite signs"), "{message}");
     }
     assert!(drive.study(-2.0, &Options { range: Some([-0.5, -3.0]), ..quick(&[]) }).is_ok());
 }

@@ -156,5 +156,5 @@ fn what_cannot_be_followed_is_told_with_its_reason() {
     let report = at(1e-9, 0.1).unwrap();
     assert!(report.speeds[0].stable && report.speeds[0].radius == 0.0);
     let text = at(1e-9, 5.0).unwrap_err().to_string();
-    assert!(text.contains("η = 1e-9") && text.contains("decay some 1e9 times"), "{text}");
+    assert!(text.contains("η = 1e-9") && text.contains("decay about 1e9 times"), "{text}");
 }

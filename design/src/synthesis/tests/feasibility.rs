@@ -252,7 +252,7 @@ fn rest_at_the_turning_point_of_an_even_profile_costs_nothing() {
         assignment.names.points = vec!["point[1]".to_owned(), "point[2]".to_owned()];
         assignment.study(&|_| {}).unwrap().text(400)
     };
-    let warning = "decides U′ at 180°; `point[2]`, a little beside it";
+    let warning = "decides U′ at 180°; `point[2]`, close to it";
     assert!(beside(PI - 2.65e-6, task.clone()).contains(warning) && !beside(PI, task).contains(warning));
 }
 

@@ -124,7 +124,7 @@ fn a_step_of_countless_switching_instants_ends_with_a_clear_fault() {
     for (scene, step) in [(elastic, 1e4), (stiff, 1.0)] {
         let fault = started(scene).advance(0.0, step).unwrap_err();
         assert!(
-            fault.to_string().contains("work of one call")
+            fault.to_string().contains("work than one call may take")
                 && fault.to_string().contains("shorten the communication step"),
             "{fault}"
         );

@@ -71,7 +71,7 @@ impl ParameterKind {
     pub(super) fn admissible(self) -> String {
         let [least, greatest] = self.range();
         let not_zero = if self.is_ratio() { ", not 0" } else { "" };
-        format!("{least:e} … {greatest:e}{not_zero}")
+        format!("{least:e} to {greatest:e}{not_zero}")
     }
 }
 
