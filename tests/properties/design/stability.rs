@@ -80,6 +80,14 @@ fn printed(scene: &Scene, image: &Image) -> Result<Value, String> {
     let points = result["amplification"].as_array().expect("a list");
     let unstable = points.iter().filter(|point| point["stable"] == false).count();
     result["amplification"] = json!({"unstable": unstable});
+    // The ranges on both sides by their orders, which have no unit, and their speeds.
+    for speed in result["speeds"].as_array_mut().into_iter().flatten() {
+        for range in speed["next"].as_array_mut().into_iter().flatten() {
+            if let [order, next] = range.as_array().map_or(&[][..], Vec::as_slice) {
+                *range = json!({"order": order, "next": next});
+            }
+        }
+    }
     Ok(result)
 }
 
