@@ -30,12 +30,15 @@ const AGREEMENT: f64 = 1e-8;
 /// The solvers keep their tolerance of 1e-10 in every step, of which there are some hundred.
 const SENSITIVITY: f64 = 100.0;
 
-/// Other scenes than those of the suite, and more: `PROPERTIES_SEED=1 PROPERTIES_TIMES=100`.
-fn config(cases: u32, rejects: u32, seed: u64) -> Config {
-    let number = |name: &str, usual: u32| {
+/// Which random scenes: 0 of `PROPERTIES_SEED` are those of the suite; and `PROPERTIES_TIMES` as many of them.
+fn chosen() -> [u32; 2] {
+    [("PROPERTIES_SEED", 0), ("PROPERTIES_TIMES", 1)].map(|(name, usual)| {
         std::env::var(name).map_or(usual, |text| text.parse().unwrap_or_else(|_| panic!("{name}={text} is no number")))
-    };
-    let [other, times] = [number("PROPERTIES_SEED", 0), number("PROPERTIES_TIMES", 1)];
+    })
+}
+
+fn config(cases: u32, rejects: u32, seed: u64) -> Config {
+    let [other, times] = chosen();
     Config {
         cases: times * cases,
         rng_seed: RngSeed::Fixed(seed + 1000 * u64::from(other)),

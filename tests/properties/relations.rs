@@ -1,7 +1,7 @@
 //! Relations between scenes that describe one drive: whatever the law, the start, the sense of rotation and the origin of the
 //! angle, all outputs of both agree.
 //!
-//! The comment of a relation says on which planted fault it was seen to fail; that of energies at start was not yet tried.
+//! The comment of a relation says on which planted fault it was seen to fail.
 
 use super::linkage;
 use super::parametric;
@@ -606,6 +606,8 @@ fn gears(scene: &MachineScene, ratio: f64, share: f64) -> Result<(), TestCaseErr
 }
 
 /// E of the periodic motion at the start changes with the angle of the start as the torques say: dE/dφ = M_an − τ.
+///
+/// Seen to find: a periodic start with the energy of φ = 0 at negative angles.
 fn energy_at_start(scene: &MachineScene) -> Result<(), TestCaseError> {
     let at = |phi_start: f64| -> Result<[f64; 2], Fault> {
         let [energy, torque] = MachineScene { phi_start, ..scene.clone() }.run()?.all(["E", "M_an"]);
@@ -671,6 +673,20 @@ fn machines(
         }
         scene
     })
+}
+
+/// Of machines whose J is smooth all around, with a motor that follows at once, and a negative angle within half a turn of 0.
+fn smooth() -> impl Strategy<Value = MachineScene> {
+    (machine().prop_filter("a motor", |scene| matches!(scene.torque, Torque::Kloss(_))), fourier(), -3.1..0.0_f64)
+        .prop_map(|(scene, law, phi_start)| {
+            let mut scene = scene.with_laws(|own| times(&law, own.bound(1) / law.bound(1)));
+            if let Torque::Kloss([m, slip, _, lag]) = &mut scene.torque {
+                // A steep motor takes many steps of each search.
+                (*slip, *lag) = (slip.clamp(0.1, 1.0), 0.0);
+                scene.load = scene.load.clamp(-0.3 * *m, 0.3 * *m);
+            }
+            MachineScene { phi_start, start: Start::Steady, ..scene }
+        })
 }
 
 /// Of machines whose tools are behind mechanisms.
@@ -851,8 +867,5 @@ proptest! {
     #![proptest_config(config(CASES / 3, REJECTS, 58))]
 
     #[test]
-    fn energy_of_periodic_starts(scene in machines(machine(), Just(Start::Steady))) {
-        prop_assume!(scene.start == Start::Steady);
-        energy_at_start(&scene)?;
-    }
+    fn energy_of_periodic_starts(scene in smooth()) { energy_at_start(&scene)?; }
 }

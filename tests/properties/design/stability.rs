@@ -80,6 +80,14 @@ fn printed(scene: &Scene, image: &Image) -> Result<Value, String> {
     let points = result["amplification"].as_array().expect("a list");
     let unstable = points.iter().filter(|point| point["stable"] == false).count();
     result["amplification"] = json!({"unstable": unstable});
+    // The ranges on both sides by their orders, which have no unit, and their speeds.
+    for speed in result["speeds"].as_array_mut().into_iter().flatten() {
+        for range in speed["next"].as_array_mut().into_iter().flatten() {
+            if let [order, next] = range.as_array().map_or(&[][..], Vec::as_slice) {
+                *range = json!({"order": order, "next": next});
+            }
+        }
+    }
     Ok(result)
 }
 
@@ -123,17 +131,17 @@ fn holds(scene: &Scene, image: &Image) -> Result<(), TestCaseError> {
 /// Seen to find drives without damping that were stable or not by roundings.
 #[test]
 fn rotated() {
-    for_all(2102, 4, (without_origin(), rotation()), |(scene, image)| holds(scene, image));
+    for_all(2102, 2, (without_origin(), rotation()), |(scene, image)| holds(scene, image));
 }
 
 /// Seen to find a negative speed taken for a positive one.
 #[test]
 fn mirrored() {
-    for_all(2200, 4, any(), |scene| holds(scene, &MIRROR));
+    for_all(2200, 2, any(), |scene| holds(scene, &MIRROR));
 }
 
 /// Seen to find drives without damping that were stable or not by roundings.
 #[test]
 fn scaled() {
-    for_all(2300, 4, (any(), scaling()), |(scene, image)| holds(scene, image));
+    for_all(2300, 2, (any(), scaling()), |(scene, image)| holds(scene, image));
 }
