@@ -396,7 +396,7 @@ fn a_derivative_before_the_start_is_the_same_whenever_it_is_asked_for() {
     let unknowns = ["E", "w", "a", "der(U[1],2)", "phi", "lever[2]"].map(reference);
     let knowns = ["J0", "tau", "follower[1].m", "follower[2].cam.a[27]", "phi_start", "follower[1].linkage[1].ground"];
     let knowns = knowns.map(reference);
-    let initialising = || unsafe {
+    let initialising = |folder: &Folder| unsafe {
         let c = instantiate(Some(&folder.uri()), GUID, CO_SIMULATION, &log);
         assert_eq!(fmi2SetupExperiment(c, FALSE, 0.0, 0.0, FALSE, 0.0), OK);
         assert_eq!(fmi2EnterInitializationMode(c), OK);
@@ -418,7 +418,7 @@ fn a_derivative_before_the_start_is_the_same_whenever_it_is_asked_for() {
         assert_eq!(status, OK, "{:?}", log.lock().unwrap());
         values
     };
-    let (first, second) = (initialising(), initialising());
+    let (first, second) = (initialising(&folder), initialising(&folder));
     let direction = [0.7, -2.0, 1.0, 1e-3, 0.4, 1e-2];
     let together = ask(first, &unknowns, &knowns, &direction);
     assert_eq!(together, ask(first, &unknowns, &knowns, &direction), "asked again");
@@ -449,8 +449,28 @@ fn a_derivative_before_the_start_is_the_same_whenever_it_is_asked_for() {
         .collect();
     assert!(all.len() > 170);
     ask(first, &unknowns, &all, &vec![1e-3; all.len()]);
+
+    // Two parameters at opposite ends of their ranges, seen along the direction, have no step in common.
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/fmpy/scenes/backlash_input.toml");
+    let scene = camdrive_cli::scene::read(&scene).unwrap_or_else(|faults| panic!("{faults}"));
+    let resource = Resource { guid: GUID.to_str().unwrap().to_owned(), ..scene.resource() };
+    let folder = Folder::of("bounds", &resource);
+    let drive = resource.build().unwrap();
+    let reference = |name: &str| drive.descriptions().iter().position(|d| d.name == name).unwrap() as u32;
+    let (unknowns, knowns) = (["q", "force", "der(q)"].map(reference), ["b", "e", "c"].map(reference));
+    let third = initialising(&folder);
+    for direction in [[-2.0, 0.5, 3.0], [2.0, -0.5, 3.0]] {
+        let together = ask(third, &unknowns, &knowns, &direction);
+        for (i, unknown) in unknowns.iter().enumerate() {
+            let single = |(known, component): (&u32, f64)| ask(third, &[*unknown], &[*known], &[component])[0];
+            let parts: Vec<f64> = knowns.iter().zip(direction).map(single).collect();
+            let size: f64 = parts.iter().map(|part| part.abs()).sum();
+            assert!((together[i] - parts.iter().sum::<f64>()).abs() <= 1e-7 * size, "{i}: {together:?} {parts:?}");
+        }
+    }
     unsafe {
         fmi2FreeInstance(first);
         fmi2FreeInstance(second);
+        fmi2FreeInstance(third);
     }
 }

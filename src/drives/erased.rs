@@ -605,6 +605,24 @@ impl AnyDrive {
             let [a, b] = along.range.map(place);
             [low.max(a.min(b)), high.min(a.max(b))]
         });
+        let step = 0.02 * lead.size;
+        // Knowns at opposite ends of their ranges have hardly a step in common: what can grow along the direction and what can
+        // only fall back go apart.
+        if high - low < step {
+            let room = |along: &Along| along.range.map(|end| (end - along.centre) / along.component);
+            // Without bounds it can do either.
+            let grows = |along: &Along| !(room(along).into_iter().sum::<f64>() < 0.0);
+            let part = |wanted: bool| -> Vec<(usize, f64)> {
+                line.iter().filter(|along| grows(along) == wanted).map(|along| (along.known, along.component)).collect()
+            };
+            let [growing, falling] = [true, false].map(part);
+            if !growing.is_empty() && !falling.is_empty() {
+                let mut sum = self.initial_derivatives(unknowns, &growing)?;
+                let other = self.initial_derivatives(unknowns, &falling)?;
+                sum.iter_mut().zip(other).for_each(|(sum, slope)| *sum += slope);
+                return Ok(sum);
+            }
+        }
         let begin = Since::now();
         let values_at = |place: f64| -> Result<Box<[f64]>, Fault> {
             let mut drive = drive.copy();
@@ -636,7 +654,7 @@ impl AnyDrive {
                 });
                 trials[done].1.as_ref().map(|values| values[place]).map_err(Fault::clone)
             };
-            let slope = difference::derivative(value_at, lead.centre, 0.02 * lead.size, [low, high])?;
+            let slope = difference::derivative(value_at, lead.centre, step, [low, high])?;
             if begin.is_exhausted() { Err(too_much()) } else { Ok(slope * lead.component) }
         };
         unknowns.iter().map(&mut derivative).collect()

@@ -274,6 +274,9 @@ fn the_speed_of_lift_off_of_series_and_cycles() {
         let found = lift_off(&held(law, 0.6, [90.0, 2500.0, 9.81], None)).expect("a speed");
         assert!((found.value / speed - 1.0).abs() < 1e-13 && (found.phi - phi).abs() < 1e-7, "{found:?} for {speed}");
     }
+    // A spring without preload presses by nothing at φ = 0, where inertia does: c U > −m ω² U″ up to ω² = 2 c/m.
+    let found = lift_off(&held(series(&[0.01, -0.01], &[]), 0.6, [0.0, 2500.0, 0.0], None)).expect("a speed");
+    assert!((found.value / (2.0 * 2500.0 / 0.6_f64).sqrt() - 1.0).abs() < 1e-13, "{found:?}");
 }
 
 /// min √((F₀ + c U + m g − P)/(−m U″)) over U″ < 0: the best of 20000 angles, refined by thirds.

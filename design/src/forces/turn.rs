@@ -149,13 +149,16 @@ impl Turn<'_> {
         };
         let lacking = |square: f64| self.largest(|state| -borne(state, [1.0, square]));
         let (at_rest, inertia) = (lacking(0.0), self.largest(|state| -borne(state, [0.0, 1.0])));
-        if at_rest.value >= 0.0 {
-            return Some(Extreme { value: 0.0, ..at_rest });
-        }
         // Where inertia pulls most, it then pulls twice as much as presses anywhere.
         let end = 2.0 * self.largest(|state| borne(state, [1.0, 0.0])).value / inertia.value;
-        (inertia.value > 0.0 && end.is_finite()).then(|| {
-            let square = root(|square| lacking(square).value, [0.0, end]);
+        let pulls = inertia.value > 0.0 && end.is_finite();
+        // A spring without preload presses by nothing where it is longest; inertia decides there.
+        let slowest = if at_rest.value < 0.0 { 0.0 } else { ZERO * end };
+        if at_rest.value >= 0.0 && (!pulls || lacking(slowest).value >= 0.0) {
+            return Some(Extreme { value: 0.0, ..at_rest });
+        }
+        pulls.then(|| {
+            let square = root(|square| lacking(square).value, [slowest, end]);
             Extreme { value: square.sqrt(), ..lacking(square) }
         })
     }

@@ -141,6 +141,28 @@ fn the_free_motion_keeps_its_energy_and_its_period() {
     assert!((period / 0.125 - 1.0).abs() < 1e-12, "{period}");
 }
 
+#[test]
+fn the_free_motion_with_next_to_no_inertia_where_the_follower_rests() {
+    for constant in [0.1, 1e-3, 1e-6] {
+        let law = MotionLaw::Fourier(Fourier::new(vec![0.0, 0.3], vec![]));
+        let inertia = Inertia::new(InertiaFunction { constant, varying: None }, vec![Follower::new(2.0, law)]);
+        // ∮ √(J₀ + m a² sin² φ) dφ = 4 √(J₀ + m a²) E(k), k² = m a²/(J₀ + m a²), by the arithmetic-geometric mean.
+        let most = constant + 2.0 * 0.3 * 0.3;
+        let (mut a, mut b, mut weight) = (1.0, (constant / most).sqrt(), 1.0);
+        let mut sum = 0.5 * (1.0 - constant / most);
+        for _ in 0..12 {
+            let c: f64 = 0.5 * (a - b);
+            (a, b) = (0.5 * (a + b), (a * b).sqrt());
+            sum += weight * c * c;
+            weight *= 2.0;
+        }
+        let action = 4.0 * most.sqrt() * (0.25 * TAU / a) * (1.0 - sum);
+        let [_, fastest] = range(&free_motion(&inertia, 0.125, 1.0));
+        let expected = action / 0.125 / constant.sqrt();
+        assert!((fastest / expected - 1.0).abs() < 1e-12, "{constant}: {fastest} {expected}");
+    }
+}
+
 /// A machine of constant inertia.
 fn uniform(s_k: f64, synchronous_speed: f64, lag: Option<f64>) -> Scene {
     Scene {

@@ -19,6 +19,9 @@ const NEAR: f64 = 0.25;
 /// A damping ratio below which resonances are taken for equally wide, so that speeds near them come to an end.
 const NARROWEST: f64 = 1e-9;
 
+/// The part of the level by which a robust profile may exceed it at speeds that its solver has not taken up.
+pub const SOLVED: f64 = 1e-7;
+
 /// Grids of 17 speeds η_opt, each of an eighth of the width of the one before: to a millionth of the range.
 const REFINEMENTS: usize = 7;
 
@@ -117,9 +120,12 @@ impl Task {
     /// The largest η up to which (from `slowest` on) a cam keeps the deviation within `tolerance`, at most `fastest`;
     /// None if it exceeds it at `slowest` already.
     pub fn reachable(&self, cam: &Fourier, range: SpeedRange, tolerance: f64) -> Option<f64> {
-        // Finite at an undamped resonance too.
-        let mut excess =
-            |eta: f64| (self.deviation(cam, Response { damping: range.damping, eta }) / tolerance).min(f64::MAX) - 1.0;
+        // Finite at an undamped resonance too. A robust profile deviates by the tolerance at several speeds, to what its solver
+        // leaves; that must not decide which of them counts.
+        let mut excess = |eta: f64| {
+            let deviation = self.deviation(cam, Response { damping: range.damping, eta });
+            (deviation / (tolerance * (1.0 + 2.0 * SOLVED))).min(f64::MAX) - 1.0
+        };
         let mut good = (range.slowest, excess(range.slowest));
         if good.1 > 0.0 {
             return None;

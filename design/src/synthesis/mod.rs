@@ -499,7 +499,7 @@ impl Task {
                 Some(motion) => of_output.iter().map(|f| f.magnitude(&motion)).fold(0.0, f64::max) - best.level,
                 None => f64::INFINITY,
             };
-            let least = 1e-7 * best.level.abs() + 1e-14;
+            let least = elastic::SOLVED * best.level.abs() + 1e-14;
             let exceeded: Vec<f64> =
                 local_maxima(&candidates, least, excess).into_iter().filter(|eta| excess(*eta) > least).collect();
             if exceeded.is_empty() {
