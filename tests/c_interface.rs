@@ -2,7 +2,7 @@
 
 use camdrive::drives::cam_drive::{DriveMode, Start, StartMode};
 use camdrive::drives::elastic_shaft::{Parameters, Scene};
-use camdrive::drives::solver::Settings;
+use camdrive::drives::settings::Settings;
 use camdrive::drives::variable::{Causality, Kind};
 use camdrive::fmi2::abi::*;
 use camdrive::fmi2::functions::*;

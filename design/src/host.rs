@@ -188,7 +188,7 @@ mod tests {
             phi_start: 0.0,
             w_start: speed,
             start: MachineStart::Given,
-            solver: camdrive::drives::solver::Settings::default(),
+            solver: camdrive::drives::settings::Settings::default(),
         };
         let scene = serde_json::to_value(scene).unwrap();
         Resource { name: "flywheel".into(), model: "RigidMachine".into(), guid: "{1}".into(), scene, tools: Vec::new() }

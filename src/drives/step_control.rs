@@ -2,7 +2,7 @@
 
 use super::cam_drive::AngleMotion;
 use super::limits::step_too_much;
-use super::solver::{Method, Solver};
+use super::settings::{Method, Solver};
 use super::{Fault, Rounded};
 use crate::numerics::collocation::{Collocation, Failure, Statistics, System};
 use crate::numerics::double_double::{Double, two_product};

@@ -2,7 +2,7 @@
 //!
 //! Entered when an instance is made and left when one is freed, never in between.
 
-use crate::drives::{Fault, erased::Plan, resource::Content};
+use crate::drives::{Fault, Plan, resource::Content};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
 /// A drive with at least one instance; else its plan is gone, and [`clear`] removes the entry.
@@ -32,7 +32,7 @@ pub fn of(resource: &[u8], guid: &str) -> Result<Arc<Plan>, Fault> {
     }
     let described = Content::from_bytes(resource)?;
     compare(guid, described.guid)?;
-    let plan = described.build()?.plan();
+    let plan = described.build(crate::drives::MODELS)?.plan();
     let mut entries = entries();
     entries.retain(|e| *e.resource != *resource);
     entries.push(Entry { resource: resource.into(), guid: described.guid.into(), plan: Arc::downgrade(&plan) });

@@ -4,7 +4,7 @@
 //! of all before (4); integers little-endian. The content is the clock and the drive in postcard's encoding.
 
 use super::call_sequence::Mode;
-use crate::drives::{AnyDrive, Fault, erased::Snapshot};
+use crate::drives::{AnyDrive, Fault, Snapshot};
 use serde::{Deserialize, Serialize};
 
 /// Where an instance is in its life.

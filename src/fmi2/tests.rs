@@ -63,7 +63,7 @@ impl Drive for Integrator {
             Variability::Tunable;
         list.output("x", "Position", real(&unit::LENGTH), |d, seed, _| match seed {
             Seed::Time => Series::from_derivatives(d.x, d.g * d.u, d.g * d.u_dot),
-            Seed::Known(known) => Series([d.x, if known == X as usize { 1.0 } else { 0.0 }, 0.0]),
+            known => Series([d.x, known.of("x"), 0.0]),
         })
         .state();
         list.local("tolerance", "Requested", real(&unit::NUMBER)).at(1);

@@ -49,8 +49,7 @@ impl Drive for Lag {
         list.parameter("colour", "Paint", Kind::Enumeration(&COLOUR), |d, _| d.colour, |d, _, value| d.colour = value);
         list.output("x", "Position", real(&unit::ANGLE), |d, seed, _| match seed {
             Seed::Time => Series::from_derivatives(d.x, d.rate(), -d.rate() / d.parameters.t),
-            Seed::Known(4) => Series([d.x, 1.0, 0.0]),
-            Seed::Known(_) => Series::from(d.x),
+            known => Series([d.x, known.of("x"), 0.0]),
         })
         .state()
         .depends(&["x"]);
@@ -60,9 +59,7 @@ impl Drive for Lag {
                 -d.rate() / d.parameters.t,
                 d.rate() / (d.parameters.t * d.parameters.t),
             ),
-            Seed::Known(0) => Series([d.rate(), 1.0 / d.parameters.t, 0.0]),
-            Seed::Known(4) => Series([d.rate(), -1.0 / d.parameters.t, 0.0]),
-            Seed::Known(_) => Series::from(d.rate()),
+            known => Series([d.rate(), (known.of("u") - known.of("x")) / d.parameters.t, 0.0]),
         })
         .at(1)
         .depends(&["x", "u"])

@@ -11,7 +11,7 @@ use camdrive::drives::elastic_output::{self, ElasticOutput};
 use camdrive::drives::elastic_shaft::{self, ElasticShaft};
 use camdrive::drives::parameter::Parameters as _;
 use camdrive::drives::rigid_machine::{self, InertiaFunction, Kloss, LAG, MachineStart, Motor, RigidMachine};
-use camdrive::drives::solver::Settings;
+use camdrive::drives::settings::Settings;
 use camdrive::drives::unit;
 use camdrive::drives::variable::{Causality, Kind};
 use camdrive::motion::MotionLaw;

@@ -11,7 +11,7 @@ use crate::transmission::{self, Transmission};
 use crate::{Progress, work};
 use camdrive::drives::Fault;
 use camdrive::drives::rigid_machine::{Kloss, MachineStart, Motor, Scene};
-use camdrive::drives::solver::Settings;
+use camdrive::drives::settings::Settings;
 use camdrive::motion::{Fourier, MotionLaw};
 use serde::Serialize;
 use std::f64::consts::TAU;

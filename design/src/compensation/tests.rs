@@ -7,7 +7,7 @@ use crate::synthesis::study::{Assignment, Names, symmetric_task};
 use crate::synthesis::{Bound, Curve, Objective, Point};
 use camdrive::drives::rigid_machine::linkage::{Branch, Kind, Link, Linkage, Mechanism, SliderCrank};
 use camdrive::drives::rigid_machine::{Follower, InertiaFunction};
-use camdrive::drives::solver::Settings;
+use camdrive::drives::settings::Settings;
 use camdrive::motion::table::Points;
 use camdrive::motion::{Cycle, CyclePlan, MotionLaw, StandardLaw, Table};
 

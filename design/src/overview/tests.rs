@@ -5,7 +5,7 @@ use super::*;
 use crate::smoothing::smooth;
 use camdrive::drives::cam_drive::{Start, StartMode};
 use camdrive::drives::rigid_machine::{Follower, InertiaFunction, MachineStart, Motor};
-use camdrive::drives::solver::Settings;
+use camdrive::drives::settings::Settings;
 use camdrive::drives::{backlash, rigid_machine};
 use camdrive::motion::table::Points;
 use camdrive::motion::{Cycle, CyclePlan, Fourier, StandardLaw, Table};

@@ -2,7 +2,7 @@
 
 use super::*;
 use camdrive::drives::rigid_machine::{Follower, InertiaFunction};
-use camdrive::drives::solver::Settings;
+use camdrive::drives::settings::Settings;
 use camdrive::motion::{Fourier, MotionLaw};
 use camdrive::numerics::period_map::spectral_radius;
 

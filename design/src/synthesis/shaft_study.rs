@@ -6,7 +6,7 @@ use super::shaft::{Shaft, ShaftGoal};
 use crate::search;
 use camdrive::drives::cam_drive::{DriveMode, Start, StartMode};
 use camdrive::drives::elastic_shaft::{self, ElasticShaft, Scene};
-use camdrive::drives::solver::Settings;
+use camdrive::drives::settings::Settings;
 use camdrive::drives::{Drive, Fault};
 use camdrive::motion::{Fourier, MotionLaw};
 use std::f64::consts::TAU;

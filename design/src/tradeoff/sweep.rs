@@ -150,7 +150,7 @@ mod tests {
     use super::super::run_up::Signal;
     use super::*;
     use camdrive::drives::variable::{Causality, Variability, real};
-    use camdrive::drives::{Description, solver, unit};
+    use camdrive::drives::{Description, settings, unit};
 
     fn variable(name: &str, kind: Kind) -> Description {
         Description {
@@ -189,7 +189,7 @@ mod tests {
         let number = || real(&unit::NUMBER);
         let drive = interface(vec![
             variable("solver.tolerance", number()),
-            variable("solver.method", Kind::Enumeration(&solver::METHOD)),
+            variable("solver.method", Kind::Enumeration(&settings::METHOD)),
             variable("solver.step_size", number()),
         ]);
         let list = settings(&drive, Grid::new(1e-3, 100), 0.32, false);

@@ -3,7 +3,7 @@
 use super::*;
 use crate::plot::Rule;
 use camdrive::drives::cam_drive::{DriveMode, Start, StartMode};
-use camdrive::drives::solver::Settings;
+use camdrive::drives::settings::Settings;
 use camdrive::drives::{Drive, elastic_output, elastic_shaft};
 use camdrive::motion::{Fourier, MotionLaw};
 

@@ -35,7 +35,7 @@ use super::cam_drive::{
 };
 use super::limits::no_state;
 use super::parameter::parameters;
-use super::solver::{FINEST_TOLERANCE, HasSolver, Settings, Solver};
+use super::settings::{FINEST_TOLERANCE, HasSolver, Settings, Solver};
 use super::{Curve, Drive, EventLog, Experiment, Fault, List, Rounded, Text};
 use crate::motion::MotionLaw;
 use crate::numerics::double_double::Double;

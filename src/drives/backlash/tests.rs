@@ -7,7 +7,7 @@ use super::series::MOST_TERMS;
 use super::solver::{Run, Stretch};
 use super::{BacklashDrive, Parameters, Scene};
 use crate::drives::cam_drive::{DriveMode, Start, StartMode};
-use crate::drives::solver::Settings;
+use crate::drives::settings::Settings;
 use crate::drives::{Drive, Event, EventLog};
 use crate::motion::{Fourier, Kinematics, MotionLaw};
 use crate::numerics::double_double::Double;

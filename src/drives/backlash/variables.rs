@@ -4,7 +4,7 @@ use super::contact::{Flank, Mode, State};
 use super::panel::Reading;
 use super::{BacklashDrive, Parameters};
 use crate::drives::cam_drive::{A, CAM, HasCamDrive, PHI, W};
-use crate::drives::solver::HasSolver;
+use crate::drives::settings::HasSolver;
 use crate::drives::{List, Seed, unit, variable};
 use crate::motion::Kinematics;
 use crate::numerics::taylor::{Scalar, Series};
@@ -99,8 +99,7 @@ impl BacklashDrive {
         let [_, _, u2, u3, _] = law.0;
         match seed {
             Seed::Time => Series::from_derivatives(self.slope(), u2 * w, u3 * w * w + u2 * a),
-            Seed::Known(0) if self.cam.is_input() => Series([self.slope(), u2, 0.0]),
-            Seed::Known(_) => Series::from(self.slope()),
+            known => Series([self.slope(), u2 * known.of("phi"), 0.0]),
         }
     }
 
@@ -109,7 +108,7 @@ impl BacklashDrive {
         let x = self.flank_motion();
         let (u, z, q) = match seed {
             Seed::Time => self.time_series(&x),
-            Seed::Known(which) => self.partial_series(which, &x),
+            known => self.partial_series(known, &x),
         };
         (Known { place: [u[0] + z[0], u[1] + z[1]], q, driven: u[2] }, z[0])
     }
@@ -133,37 +132,35 @@ impl BacklashDrive {
         )
     }
 
-    /// The partial derivatives with respect to the input or the state with the value reference `which`.
-    fn partial_series(&self, which: usize, x: &Kinematics) -> ([Series; 3], [Series; 2], [Series; 2]) {
+    /// The partial derivatives with respect to the input or the state `known`.
+    fn partial_series(&self, known: Seed, x: &Kinematics) -> ([Series; 3], [Series; 2], [Series; 2]) {
         let (shaft, law) = self.cam.at(&self.motion, self.now.time);
         let [_, w, a, ..] = shaft.kinematics.0;
         let [_, u1, u2, u3, _] = law.0;
-        let rates = match which {
-            0 if self.cam.is_input() => [u1, u2 * w, u3 * w * w + u2 * a],
-            1 if self.cam.is_input() => [0.0, u1, 2.0 * u2 * w],
-            2 if self.cam.is_input() => [0.0, 0.0, u1],
+        let rates = match known {
+            Seed::Known("phi") => [u1, u2 * w, u3 * w * w + u2 * a],
+            Seed::Known("w") => [0.0, u1, 2.0 * u2 * w],
+            Seed::Known("a") => [0.0, 0.0, u1],
             _ => [0.0; 3],
         };
-        let first = if self.cam.is_input() { 3 } else { 2 };
-        let seed = |state: usize| if which == first + state { 1.0 } else { 0.0 };
         // On a flank x1 follows it; in flight it is a state.
         let (place, speed) = match self.now.mode {
             Mode::Contact(_) => (rates[0], rates[1]),
-            Mode::Free => (seed(0), seed(1)),
+            Mode::Free => (known.of("x1"), known.of("der(x1)")),
         };
         let ([z, z_dot], [q, q_dot]) = (self.gap(), self.now.point.state.q);
         (
             std::array::from_fn(|n| Series([x.0[n], rates[n], 0.0])),
             [Series([z, place - rates[0], 0.0]), Series([z_dot, speed - rates[1], 0.0])],
-            [Series([q, seed(2) - place, 0.0]), Series([q_dot, seed(3) - speed, 0.0])],
+            [Series([q, known.of("y") - place, 0.0]), Series([q_dot, known.of("der(y)") - speed, 0.0])],
         )
     }
 
     /// ΣP and the losses: they stand still between events, but a jump of the inputs strikes the masses.
     fn struck_series(&self, seed: Seed) -> [Series; 2] {
         let now = [self.now.tally.impulse, self.now.tally.energy_loss];
-        let (Seed::Known(known), Some(run)) = (seed, &self.run) else { return now.map(Series::from) };
-        let rate = self.partial_series(known, &self.flank_motion()).0[1].0[1];
+        let (Seed::Known(_), Some(run)) = (seed, &self.run) else { return now.map(Series::from) };
+        let rate = self.partial_series(seed, &self.flank_motion()).0[1].0[1];
         let [impulse, loss] = [now[0] - run.tally.impulse, now[1] - run.tally.energy_loss];
         let (mode, end) = &self.end;
         let slopes = match mode {

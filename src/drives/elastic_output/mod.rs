@@ -26,7 +26,7 @@ use super::cam_drive::{
 use super::limits::{no_state, refused_start};
 use super::parameter::parameters;
 use super::response::{Instant, Response, Table};
-use super::solver::{FINEST_TOLERANCE, HasSolver, Settings, Solver};
+use super::settings::{FINEST_TOLERANCE, HasSolver, Settings, Solver};
 use super::{Curve, Drive, EventLog, Experiment, Fault, List, Rounded, Text};
 use crate::motion::{Kinematics, MotionLaw, TransferFunctions};
 use crate::numerics::angle;

@@ -3,7 +3,7 @@
 use super::{ElasticOutput, Moment, Parameters, Position};
 use crate::drives::cam_drive::{A, CAM, HasCamDrive, PHI, W};
 use crate::drives::flow::Flow;
-use crate::drives::solver::HasSolver;
+use crate::drives::settings::HasSolver;
 use crate::drives::unit;
 use crate::drives::{List, Seed};
 use crate::numerics::taylor::{Scalar, Series};
@@ -90,7 +90,7 @@ fn series(drive: &ElasticOutput, seed: Seed, which: usize) -> Series {
     let position = drive.position();
     let flow = match seed {
         Seed::Time => along_time(drive, &position),
-        Seed::Known(reference) => along_known(drive, &position, reference),
+        known => along_known(drive, &position, known),
     };
     outputs(drive, &position.u, &flow)[which]
 }
@@ -115,18 +115,16 @@ fn along_time(drive: &ElasticOutput, position: &Position) -> Flow<Series> {
 }
 
 /// Drive and mass as functions of one input or state, the others held: q = y − U(φ), q̇ = ẏ − U′(φ) ω.
-fn along_known(drive: &ElasticOutput, position: &Position, reference: usize) -> Flow<Series> {
-    let first_state = list(drive).reference("y").unwrap_or(usize::MAX - 1);
-    let input = |n: usize| if drive.cam.is_input() && reference == n { 1.0 } else { 0.0 };
-    let state = |n: usize| if reference == first_state + n { 1.0 } else { 0.0 };
+fn along_known(drive: &ElasticOutput, position: &Position, known: Seed) -> Flow<Series> {
+    let [phi_1, w_1, a_1, y_1, y_dot_1] = ["phi", "w", "a", "y", "der(y)"].map(|name| known.of(name));
     let [phi, w, a, ..] = position.phi;
     let [_, u1, u2, ..] = position.u;
     let [q, v] = drive.now.at.q.array();
     Flow {
-        phi: Series([phi, input(0), 0.0]),
-        w: Series([w, input(1), 0.0]),
-        a: Series([a, input(2), 0.0]),
-        q: Series([q, state(0) - u1 * input(0), 0.0]),
-        v: Series([v, state(1) - u2 * w * input(0) - u1 * input(1), 0.0]),
+        phi: Series([phi, phi_1, 0.0]),
+        w: Series([w, w_1, 0.0]),
+        a: Series([a, a_1, 0.0]),
+        q: Series([q, y_1 - u1 * phi_1, 0.0]),
+        v: Series([v, y_dot_1 - u2 * w * phi_1 - u1 * w_1, 0.0]),
     }
 }

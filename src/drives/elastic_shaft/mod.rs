@@ -33,7 +33,7 @@ use super::cam_drive::{
 };
 use super::limits::{no_state, refused_start};
 use super::parameter::parameters;
-use super::solver::{HasSolver, Method, Settings, Solver};
+use super::settings::{HasSolver, Method, Settings, Solver};
 use super::step_control::StepControl;
 use super::{Curve, Drive, EventLog, Experiment, Fault, List, Text};
 use crate::motion::MotionLaw;

@@ -457,7 +457,8 @@ fn directional_derivatives_are_difference_quotients_and_dependencies_exact() {
                 };
                 let h = 1e-6;
                 let quotient = (moved(h) - moved(-h)) / (2.0 * h);
-                let derivative = v.series().unwrap()(&drive, Seed::Known(known), v.index).derivative(1);
+                let derivative =
+                    v.series().unwrap()(&drive, Seed::Known(&list.0[known].description.name), v.index).derivative(1);
                 let scale = 1.0 + derivative.abs();
                 let name = &v.description.name;
                 assert!((quotient - derivative).abs() < 1e-5 * scale, "{name} by {known}: {derivative} {quotient}");

@@ -3,7 +3,7 @@
 use super::equation::{Cam, Flow};
 use super::{ElasticShaft, Parameters};
 use crate::drives::cam_drive::{A, CAM, HasCamDrive, PHI, W};
-use crate::drives::solver::HasSolver;
+use crate::drives::settings::HasSolver;
 use crate::drives::unit;
 use crate::drives::variable::Kind;
 use crate::drives::{List, Seed};
@@ -122,7 +122,7 @@ fn series(drive: &ElasticShaft, seed: Seed, which: usize) -> Series {
     let cam = Cam::with_fifth(&drive.cam.law, segment, angle);
     let along = match seed {
         Seed::Time => along_time(drive, &cam, &f),
-        Seed::Known(reference) => along_known(drive, &f, reference),
+        known => along_known(&f, known),
     };
     let mut series = outputs(drive, &cam, &along)[which];
     series.0[0] = values(drive)[which];
@@ -149,22 +149,13 @@ fn along_time(drive: &ElasticShaft, cam: &Cam, f: &Flow<f64>) -> Flow<Series> {
 }
 
 /// Drive and twist as functions of one input or state, the others held: q = ψ − φ, q̇ = ψ̇ − ω.
-fn along_known(drive: &ElasticShaft, f: &Flow<f64>, reference: usize) -> Flow<Series> {
-    let input = |n: usize| if drive.cam.is_input() && reference == n { 1.0 } else { 0.0 };
-    let first_output = drive.variables_before_outputs();
-    let state = |n: usize| if reference == first_output + n { 1.0 } else { 0.0 };
+fn along_known(f: &Flow<f64>, known: Seed) -> Flow<Series> {
+    let [phi, w, a, psi, psi_dot] = ["phi", "w", "a", "psi", "der(psi)"].map(|name| known.of(name));
     Flow {
-        phi: Series([f.phi, input(0), 0.0]),
-        w: Series([f.w, input(1), 0.0]),
-        a: Series([f.a, input(2), 0.0]),
-        q: Series([f.q, state(0) - input(0), 0.0]),
-        v: Series([f.v, state(1) - input(1), 0.0]),
-    }
-}
-
-impl ElasticShaft {
-    /// The value reference of the state `psi`; that of `der(psi)` follows.
-    fn variables_before_outputs(&self) -> usize {
-        list(self).reference("psi").unwrap_or(usize::MAX - 1)
+        phi: Series([f.phi, phi, 0.0]),
+        w: Series([f.w, w, 0.0]),
+        a: Series([f.a, a, 0.0]),
+        q: Series([f.q, psi - phi, 0.0]),
+        v: Series([f.v, psi_dot - w, 0.0]),
     }
 }

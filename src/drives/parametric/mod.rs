@@ -31,7 +31,7 @@ use super::cam_drive::{
     AngleMotion, CamDrive, DriveMode, HasCamDrive, MAX_INPUT_DERIVATIVE, Start, StartMode, as_every_cam_drive, field,
     goes_on, push_of_rounding,
 };
-use super::solver::{HasSolver, Settings, Solver};
+use super::settings::{HasSolver, Settings, Solver};
 use super::step_control::{FAR, StepControl, Stop};
 use super::{Curve, Drive, Event, EventLog, Experiment, Fault, List, Rounded, Text};
 use crate::numerics::collocation::{Collocation, Failure};

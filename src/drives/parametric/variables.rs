@@ -7,7 +7,7 @@ use super::equation::Flow;
 use super::law::{Coordinate, CrankLaw, Law, SeriesLaw};
 use crate::drives::cam_drive::{HasCamDrive, PHI, W};
 use crate::drives::parameter::Has;
-use crate::drives::solver::HasSolver;
+use crate::drives::settings::HasSolver;
 use crate::drives::unit::{self, Quantity};
 use crate::drives::variable::{real, real_within};
 use crate::drives::{List, Seed};
@@ -282,7 +282,7 @@ fn series_along(drive: &ParametricDrive, seed: Seed, which: usize) -> Series {
     let coefficients = drive.coefficients.at(f.phi);
     let along = match seed {
         Seed::Time => along_time(drive, &coefficients, &f),
-        Seed::Known(reference) => along_known(drive, &f, reference),
+        known => along_known(drive, &f, known),
     };
     let mut series = outputs(drive, &coefficients, &along)[which];
     series.0[0] = values(drive)[which];
@@ -308,17 +308,18 @@ fn along_time(drive: &ParametricDrive, values: &Values, f: &Flow<f64>) -> Flow<S
 
 /// Drive and vibration as functions of one input or state, the others held; where the states are ψ and ψ̇, q = ψ − φ and
 /// q̇ = ψ̇ − ω.
-fn along_known(drive: &ParametricDrive, f: &Flow<f64>, reference: usize) -> Flow<Series> {
-    let input = |n: usize| if drive.cam.is_input() && reference == n { 1.0 } else { 0.0 };
-    let relative = drive.cam.law.is_relative();
-    let first = list(drive).reference(if relative { "psi" } else { "q" }).unwrap_or(usize::MAX - 1);
-    let state = |n: usize| if reference == first + n { 1.0 } else { 0.0 };
-    let moved = |n: usize| if relative { state(n) - input(n) } else { state(n) };
+fn along_known(drive: &ParametricDrive, f: &Flow<f64>, known: Seed) -> Flow<Series> {
+    let [phi, w, a] = ["phi", "w", "a"].map(|name| known.of(name));
+    let [q, v] = if drive.cam.law.is_relative() {
+        [known.of("psi") - phi, known.of("der(psi)") - w]
+    } else {
+        ["q", "der(q)"].map(|name| known.of(name))
+    };
     Flow {
-        phi: Series([f.phi, input(0), 0.0]),
-        w: Series([f.w, input(1), 0.0]),
-        a: Series([f.a, input(2), 0.0]),
-        q: Series([f.q, moved(0), 0.0]),
-        v: Series([f.v, moved(1), 0.0]),
+        phi: Series([f.phi, phi, 0.0]),
+        w: Series([f.w, w, 0.0]),
+        a: Series([f.a, a, 0.0]),
+        q: Series([f.q, q, 0.0]),
+        v: Series([f.v, v, 0.0]),
     }
 }

@@ -3,7 +3,7 @@
 mod truth;
 
 use super::*;
-use crate::drives::solver::FINEST_TOLERANCE;
+use crate::drives::settings::FINEST_TOLERANCE;
 use crate::motion::{Cycle, CyclePlan, StandardLaw};
 use truth::Truth;
 

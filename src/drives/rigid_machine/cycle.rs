@@ -12,7 +12,7 @@ use super::angle_step::{AngleStep, Position};
 use super::torques::Torques;
 use super::turn_map::{ROUNDING, TurnMap};
 use super::{Kloss, Motor, RigidMachine};
-use crate::drives::solver::Method;
+use crate::drives::settings::Method;
 use crate::numerics::double_double::Double;
 use crate::numerics::gauss::{ABSCISSAE, MATRIX, STAGES, WEIGHTS};
 

@@ -49,7 +49,7 @@ pub use place::Place;
 use self::linkage::{decimals, in_turn};
 use super::cam_turn::{SLOWEST, turns};
 use super::limits::no_state;
-use super::solver::{HasSolver, Method, Settings, Solver};
+use super::settings::{HasSolver, Method, Settings, Solver};
 use super::{Curve, Drive, EventLog, Experiment, Fault, List, Text};
 use crate::numerics::angle;
 use crate::numerics::double_double::Double;

@@ -15,7 +15,7 @@
 
 use super::grid::Grid;
 use super::{Kloss, Motor, RigidMachine, State};
-use crate::drives::solver::Method;
+use crate::drives::settings::Method;
 use crate::drives::step_control::WORST;
 use crate::drives::{Event, Fault, Rounded};
 use crate::numerics::angle::WHOLE_TURN;

@@ -510,7 +510,7 @@ fn the_dependencies_are_the_directional_derivatives_that_exist() {
         for unknown in list.0.iter().filter(|v| v.series().is_some()) {
             for &known in &knowns {
                 let name = &list.0[known].description.name;
-                let slope = (unknown.series().unwrap())(&machine, Seed::Known(known), unknown.index).derivative(1);
+                let slope = (unknown.series().unwrap())(&machine, Seed::Known(name), unknown.index).derivative(1);
                 let declared = unknown.description.dependencies.contains(name);
                 assert_eq!(slope != 0.0, declared, "d {} / d {name} = {slope}", unknown.description.name);
             }
@@ -526,12 +526,11 @@ fn directional_derivatives_are_difference_quotients() {
         machine.load.set(tau);
         machine
     };
-    let list = machine.variables();
     for name in ["a", "M_an", "J", "E", "U[2]", "der(U[2])", "der(U[2],2)"] {
         for (known, [phi, w, tau]) in [("phi", [1e-5, 0.0, 0.0]), ("w", [0.0, 1e-3, 0.0]), ("tau", [0.0, 0.0, 1.0])] {
             let difference = get(&moved(phi, w, tau), name) - get(&moved(-phi, -w, -tau), name);
             let expected = difference / (2.0 * (phi + w + tau));
-            let value = series(&machine, name, Seed::Known(list.reference(known).unwrap())).derivative(1);
+            let value = series(&machine, name, Seed::Known(known)).derivative(1);
             assert!((value - expected).abs() <= 1e-7 * (1.0 + expected.abs()), "d{name}/d{known}: {value} {expected}");
         }
     }

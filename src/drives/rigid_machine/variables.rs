@@ -6,7 +6,7 @@ use super::linkage::Parameter;
 use super::{InertiaFunction, Kloss, LAG, MachineStart, Motor, RigidMachine};
 use crate::drives::limits::{FASTEST, LARGEST_ANGLE};
 use crate::drives::parameter::{Has, parameters};
-use crate::drives::solver::HasSolver;
+use crate::drives::settings::HasSolver;
 use crate::drives::unit::{self, Quantity};
 use crate::drives::variable::{Enumeration, Kind, real, real_within};
 use crate::drives::{List, Seed};
@@ -18,8 +18,6 @@ use std::sync::Arc;
 
 /// The value reference of the input `tau`.
 pub const LOAD: usize = 0;
-/// The value reference of the input `M_an`, where it is one.
-const DRIVING: usize = 1;
 
 /// The items of `start.mode`.
 pub static START_MODE: Enumeration = Enumeration {
@@ -180,22 +178,19 @@ impl RigidMachine {
                 }
                 p
             }
-            Seed::Known(reference) => {
-                let inputs = if self.motor == Motor::Input { 2 } else { 1 };
-                let torque_is_known = (inputs == 2 && reference == DRIVING)
-                    || (self.motor.lag().is_some() && reference == inputs + TORQUE);
-                let known = |value, is: bool| Series([value, if is { 1.0 } else { 0.0 }, 0.0]);
+            known => {
+                let along = |value, name| Series([value, known.of(name), 0.0]);
                 Point {
-                    phi: known(now.phi, reference == inputs + PHI),
-                    w: known(now.w, reference == inputs + W),
-                    torque: known(now.torque, torque_is_known),
-                    tau: known(now.tau, reference == LOAD),
+                    phi: along(now.phi, "phi"),
+                    w: along(now.w, "w"),
+                    torque: along(now.torque, "M_an"),
+                    tau: along(now.tau, "tau"),
                 }
             }
         }
     }
 
-    /// The list of variables. Inputs, then φ, φ̇, φ̈ and M_an come first, so that their references are known above.
+    /// The list of variables.
     pub(super) fn declare(&self) -> List<Self> {
         let mut list = List::default();
         self.declare_inputs(&mut list);

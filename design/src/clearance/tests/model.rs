@@ -5,7 +5,7 @@ use crate::clearance::{Options, Report, lists, study, table};
 use crate::resource::Resource;
 use camdrive::drives::backlash::{BacklashDrive, Parameters, Scene};
 use camdrive::drives::cam_drive::{DriveMode, Start, StartMode};
-use camdrive::drives::solver::Settings;
+use camdrive::drives::settings::Settings;
 use camdrive::drives::{Drive, Fault};
 use camdrive::motion::table::Points;
 use camdrive::motion::{Cycle, CyclePlan, Fourier, MotionLaw, StandardLaw, Table};

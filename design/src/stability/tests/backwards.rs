@@ -7,7 +7,7 @@ use camdrive::drives::cam_drive::{DriveMode, Start, StartMode};
 use camdrive::drives::elastic_shaft::{self, ElasticShaft};
 use camdrive::drives::parametric::law::{Coordinate, Law, SeriesLaw};
 use camdrive::drives::parametric::{self, ParametricDrive};
-use camdrive::drives::solver::Settings;
+use camdrive::drives::settings::Settings;
 use camdrive::drives::{Drive, Fault};
 use camdrive::motion::{Cycle, CyclePlan, Fourier, MotionLaw, StandardLaw};
 use std::f64::consts::TAU;

@@ -3,7 +3,7 @@
 
 use super::*;
 use crate::drives::elastic_shaft::tests::extremes::{Random, assert_honest};
-use crate::drives::solver::Method;
+use crate::drives::settings::Method;
 
 /// A series whose harmonics have together at most the part `most` of its mean.
 fn random_series(r: &mut Random, mean: f64, most: f64) -> Fourier {

@@ -2,7 +2,7 @@
 //!
 //! Bytes: magic (8) · model, guid and scene in postcard's encoding · CRC-32 of all before (4, little-endian).
 
-use super::{AnyDrive, Fault, MODELS};
+use super::{AnyDrive, Fault, Model};
 use serde::{Deserialize, Serialize};
 
 /// The name of the file in the resources folder of an FMU.
@@ -19,7 +19,7 @@ pub const BUILD: &str = concat!("camdrive ", env!("CARGO_PKG_VERSION"), ", sourc
 /// Content of the file.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Content<'a> {
-    /// One of [`MODELS`].
+    /// The name of a model.
     pub model: &'a str,
     /// The guid of the model description.
     pub guid: &'a str,
@@ -53,10 +53,10 @@ impl<'a> Content<'a> {
         Ok(bytes)
     }
 
-    /// Builds the drive.
-    pub fn build(&self) -> Result<AnyDrive, Fault> {
-        let known = || MODELS.iter().map(|m| m.name);
-        let model = MODELS.iter().find(|m| m.name == self.model).ok_or_else(|| unknown(self.model, known()))?;
+    /// Builds the drive of one of the `models`.
+    pub fn build(&self, models: &[Model]) -> Result<AnyDrive, Fault> {
+        let known = || models.iter().map(|m| m.name);
+        let model = models.iter().find(|m| m.name == self.model).ok_or_else(|| unknown(self.model, known()))?;
         (model.build)(self.scene)
     }
 }
@@ -76,7 +76,12 @@ mod tests {
         let bytes = content.to_bytes().unwrap();
         assert_eq!(Content::from_bytes(&bytes), Ok(content));
         assert!(
-            content.build().err().unwrap().to_string().contains("unknown model `Unknown`; expected one of Elastic")
+            content
+                .build(crate::drives::MODELS)
+                .err()
+                .unwrap()
+                .to_string()
+                .contains("unknown model `Unknown`; expected one of Elastic")
         );
         for length in 0..bytes.len() {
             assert!(Content::from_bytes(&bytes[..length]).is_err(), "{length} bytes");

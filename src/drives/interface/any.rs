@@ -180,7 +180,7 @@ impl Plan {
 /// ```
 /// use camdrive::drives::elastic_output::{ElasticOutput, Parameters, Scene};
 /// use camdrive::drives::cam_drive::{DriveMode, Start, StartMode};
-/// use camdrive::drives::solver::Settings;
+/// use camdrive::drives::settings::Settings;
 /// use camdrive::drives::{AnyDrive, Drive, Fault};
 /// use camdrive::motion::{Fourier, MotionLaw};
 ///
@@ -295,6 +295,7 @@ impl AnyDrive {
     }
 
     /// Computes the values of the communication point.
+    #[inline(never)]
     fn evaluate(&mut self) -> Result<(), Fault> {
         self.refresh()?;
         self.drive.evaluate(&mut self.values);
@@ -340,35 +341,23 @@ impl AnyDrive {
     /// Reads Reals, up to date.
     #[inline]
     pub fn read(&mut self, references: &[u32], values: &mut [MaybeUninit<f64>]) -> Result<(), Fault> {
-        if self.evaluated { self.read_computed(references, values) } else { self.read_anew(references, values) }
-    }
-
-    /// The first reading at a communication point, or the first one after something was set.
-    #[inline(never)]
-    fn read_anew(&mut self, references: &[u32], values: &mut [MaybeUninit<f64>]) -> Result<(), Fault> {
-        if self.pending {
-            return self.read_others(references, values);
+        if !(self.evaluated || self.pending) {
+            self.evaluate()?;
         }
-        self.evaluate()?;
-        self.read_computed(references, values)
-    }
-
-    #[inline]
-    fn read_computed(&mut self, references: &[u32], values: &mut [MaybeUninit<f64>]) -> Result<(), Fault> {
-        let mut finite = 0.0;
+        // Zero as long as all values are computed ones and finite numbers.
+        let mut finite = if self.evaluated { 0.0 } else { f64::NAN };
         for (reference, place) in references.iter().zip(&mut *values) {
             let known = self.plan.real_places.get(*reference as usize).and_then(|place| self.values.get(*place));
-            let Some(value) = known else { return self.read_others(references, values) };
-            // Zero, unless the value is no finite number.
+            let value = known.copied().unwrap_or(f64::NAN);
             finite += 0.0 * value;
-            place.write(*value);
+            place.write(value);
         }
-        if finite == 0.0 { Ok(()) } else { self.read_others(references, values) }
+        if finite == 0.0 { Ok(()) } else { self.read_each(references, values) }
     }
 
     /// Reads Reals of which one is set, not computed, or does not exist, or is no number.
     #[cold]
-    fn read_others(&mut self, references: &[u32], values: &mut [MaybeUninit<f64>]) -> Result<(), Fault> {
+    fn read_each(&mut self, references: &[u32], values: &mut [MaybeUninit<f64>]) -> Result<(), Fault> {
         for (reference, place) in references.iter().zip(values) {
             place.write(self.get(self.variable(*reference, Type::Real)?)?);
         }
@@ -500,6 +489,7 @@ impl AnyDrive {
         if !(1..=2).contains(&order) {
             return Err(Fault::new(format!("output derivatives of order {order} do not exist; the order is 1 or 2")));
         }
+        self.refresh()?;
         self.derivative(reference, Seed::Time, order)
     }
 
@@ -510,6 +500,7 @@ impl AnyDrive {
         unknowns: &[usize],
         direction: &[(usize, f64)],
     ) -> Result<Vec<f64>, Fault> {
+        self.refresh()?;
         let all = &self.plan.descriptions;
         if let Some((known, component)) = direction.iter().find(|(_, component)| !component.is_finite()) {
             let name = &all[*known].name;
@@ -523,12 +514,12 @@ impl AnyDrive {
         let values = if self.initialising {
             self.initial_derivatives(unknowns, &direction)?
         } else {
-            let mut along = |unknown: &usize| {
+            let along = |unknown: &usize| {
                 direction.iter().try_fold(0.0, |sum, (known, component)| {
-                    Ok(sum + self.derivative(*unknown, Seed::Known(*known), 1)? * component)
+                    Ok(sum + self.derivative(*unknown, Seed::Known(&all[*known].name), 1)? * component)
                 })
             };
-            unknowns.iter().map(&mut along).collect::<Result<_, _>>()?
+            unknowns.iter().map(along).collect::<Result<_, _>>()?
         };
         match unknowns.iter().zip(&values).find(|(_, value)| !value.is_finite()) {
             Some((unknown, _)) => Err(self.no_derivative(*unknown)),
@@ -537,11 +528,10 @@ impl AnyDrive {
     }
 
     /// The derivative of an output; order 1 or 2.
-    fn derivative(&mut self, reference: usize, seed: Seed, order: usize) -> Result<f64, Fault> {
-        self.refresh()?;
-        if let Seed::Known(known) = seed
-            && let Description { name, causality, state: false, .. } = &self.plan.descriptions[known]
-            && *causality != Causality::Input
+    fn derivative(&self, reference: usize, seed: Seed, order: usize) -> Result<f64, Fault> {
+        let is_known = |d: &&Description| d.state || d.causality == Causality::Input;
+        if let Seed::Known(name) = seed
+            && !self.plan.descriptions.iter().filter(is_known).any(|d| d.name == name)
         {
             return Err(Fault::new(format!(
                 "`{name}` is neither an input nor a state; there is no derivative with respect to it"
@@ -571,8 +561,7 @@ impl AnyDrive {
     /// [`AnyDrive::directional_derivatives`] of the start values, in which the states follow from inputs and parameters
     /// (y = U(phi) + start.q), by differences on copies, since a start may be the result of an iteration. The unknowns share the
     /// starts along the direction, and no call those of another: what a call takes must not depend on the calls before it.
-    fn initial_derivatives(&mut self, unknowns: &[usize], direction: &[(usize, f64)]) -> Result<Vec<f64>, Fault> {
-        self.refresh()?;
+    fn initial_derivatives(&self, unknowns: &[usize], direction: &[(usize, f64)]) -> Result<Vec<f64>, Fault> {
         let (plan, drive, time) = (&self.plan, &self.drive, self.time);
         let known = |&(known, component): &(usize, f64)| {
             let d = &plan.descriptions[known];

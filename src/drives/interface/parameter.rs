@@ -128,7 +128,7 @@ pub use parameters;
 mod tests {
     use crate::drives::cam_drive::{DriveMode, Start, StartMode};
     use crate::drives::elastic_output::{ElasticOutput, Parameters, Scene};
-    use crate::drives::{AnyDrive, Drive, solver::Settings};
+    use crate::drives::{AnyDrive, Drive, settings::Settings};
     use crate::motion::{Fourier, MotionLaw};
 
     #[test]

@@ -1,0 +1,99 @@
+//! What a drive model is.
+
+use super::{Curve, EventLog, Experiment, Fault, List, PeriodicOscillator, Text};
+use serde::{Serialize, de::DeserializeOwned};
+
+/// The variable with respect to which the series of an output is taken.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Seed<'a> {
+    /// Time: the coefficients are those of the output along the motion.
+    Time,
+    /// The input or state with this name: c₁ is the partial derivative, the other knowns held.
+    Known(&'a str),
+}
+
+impl Seed<'_> {
+    /// ∂variable/∂known of an input or state with this `name`.
+    pub fn of(self, name: &str) -> f64 {
+        if self == Seed::Known(name) { 1.0 } else { 0.0 }
+    }
+}
+
+/// A drive model in operation: parameters, inputs and the state at the communication point.
+///
+/// The value is the whole FMU state: a clone is a snapshot, its serialisation restores it bit by bit.
+/// Caches that follow from the rest may be skipped in the serialisation when [`Drive::apply`] or
+/// [`Drive::restored`] rebuilds them to the same bits.
+pub trait Drive: Clone + Serialize + DeserializeOwned + Send + Sync + 'static {
+    /// The model as the scene describes it, validated, coherent SI.
+    type Scene: Serialize + DeserializeOwned;
+
+    /// The name of the model, as scenes write it.
+    const MODEL: &'static str;
+
+    /// The highest order of input derivatives that [`Drive::advance`] takes into account.
+    const INPUT_DERIVATIVES: usize = 0;
+
+    /// A drive at time zero. Refuses what no parameter value could mend.
+    fn new(scene: Self::Scene) -> Result<Self, Fault>;
+
+    /// All variables, in the order of their value references.
+    fn variables(&self) -> List<Self>;
+
+    /// Documentation of the drive.
+    fn text(&self) -> Text;
+
+    /// Curves that picture the drive, the most telling first: for a cam drive [`Curve::of_law`]. Without any,
+    /// the documentation has no drawing.
+    fn curves(&self) -> Vec<Curve> {
+        Vec::new()
+    }
+
+    /// The drive as an oscillator with periodic coefficients, linearised where it is not linear; None where it is none.
+    fn oscillator(_scene: &Self::Scene) -> Option<PeriodicOscillator> {
+        None
+    }
+
+    /// The default experiment.
+    fn experiment(&self) -> Experiment;
+
+    /// Computes the initial state at `time` (s) from parameters, start values and inputs. Called when
+    /// initialisation ends and, before that, whenever a value is read after one was set.
+    fn start(&mut self, time: f64) -> Result<(), Fault>;
+
+    /// Takes up tunable parameters and inputs that were set at the communication point `time` (s).
+    fn apply(&mut self, time: f64) -> Result<(), Fault>;
+
+    /// The angle of the drive shaft at the `end` of a step from `time` (s), as far as it is known before the step (rad);
+    /// 0 of a drive without one.
+    fn angle(&self, _time: f64, _end: f64) -> f64 {
+        0.0
+    }
+
+    /// Advances from the communication point `time` to `time + step` (s), step > 0. Does not allocate.
+    /// After a fault the drive is used no more until it is reset or an earlier state is restored.
+    fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault>;
+
+    /// Computes what the variables tell of the communication point, each value in the place that its declaration names
+    /// ([`super::Variable::at`]).
+    fn evaluate(&self, values: &mut [f64]);
+
+    /// Sets the time derivative of order ≥ 1 of the input `reference`, valid for the next step.
+    fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64);
+
+    /// The relative tolerance that the importer asked for at set-up, 0 for none; never makes the result worse than
+    /// the documented default.
+    fn request_tolerance(&mut self, tolerance: f64);
+
+    /// Whether the states are finite numbers; asked after each step, so that none that is not leaves as a result.
+    fn is_finite(&self) -> bool;
+
+    /// Events since the log was last cleared.
+    fn events(&mut self) -> &mut EventLog;
+
+    /// Called on a drive that was just read from bytes: rebuilds what the serialisation leaves out, to the same bits, or takes
+    /// it from `made`, the drive as it was made of the scene with the parameters of this one. Refuses what can be no state of this drive.
+    fn restored(&mut self, _made: &Self) -> Result<(), Fault> {
+        Ok(())
+    }
+}

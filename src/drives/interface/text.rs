@@ -1,0 +1,34 @@
+//! Documentation of a drive for people.
+
+use super::Fault;
+
+/// Documentation of a drive for people.
+#[derive(Clone, Debug)]
+pub struct Text {
+    /// The file beside the drive's code: TOML with `sources` and passages `summary`, `equation`, `accuracy` and `limit`, each
+    /// with the conditions `when` it holds.
+    pub file: &'static str,
+    /// All conditions that the file may name, and whether they hold.
+    pub conditions: Vec<(&'static str, bool)>,
+    /// Limits that depend on the values of the scene.
+    pub limits: Vec<String>,
+}
+
+impl Text {
+    /// A text without limits of its own.
+    pub fn new(file: &'static str, conditions: &[(&'static str, bool)]) -> Self {
+        Text { file, conditions: conditions.to_vec(), limits: Vec::new() }
+    }
+
+    /// Whether a condition holds, "inputs" or "not inputs".
+    ///
+    /// # Errors
+    /// Where the drive knows no such condition.
+    pub fn holds(&self, condition: &str) -> Result<bool, Fault> {
+        let (name, wanted) = condition.strip_prefix("not ").map_or((condition, true), |name| (name, false));
+        let known = self.conditions.iter().find(|(known, _)| *known == name);
+        known
+            .map(|(_, holds)| *holds == wanted)
+            .ok_or_else(|| Fault::new(format!("`{name}` is not a condition of this drive")))
+    }
+}
