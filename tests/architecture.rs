@@ -126,7 +126,8 @@ fn modules_use_only_what_lies_below_them() {
             continue;
         };
         for (number, line) in file.code() {
-            for used in used_modules(&line) {
+            // A macro names its own folder from the root.
+            for used in used_modules(&line.replace("crate::drives::interface::", "")) {
                 if !module.ends_with(&used) && !allowed.contains(&used.as_str()) {
                     let _ = writeln!(faults, "{}:{number}: {module} must not use {used}", file.path.display());
                 }

@@ -5,7 +5,7 @@ use super::call_sequence::{self as table, Mode};
 use super::instance::{Instance, Refusal};
 use super::log::Logger;
 use crate::drives::variable::{Kind, Type, Variability, real, real_within};
-use crate::drives::{Drive, Event, EventLog, Experiment, Fault, List, Model, Seed, Text, unit};
+use crate::drives::{Curve, Drive, Event, EventLog, Experiment, Fault, List, Model, Seed, Text, unit};
 use crate::numerics::taylor::Series;
 use serde::{Deserialize, Serialize};
 use std::ffi::CStr;
@@ -72,6 +72,10 @@ impl Drive for Integrator {
 
     fn text(&self) -> Text {
         Text::new("", &[])
+    }
+
+    fn curves(&self) -> Vec<Curve> {
+        Vec::new()
     }
 
     fn experiment(&self) -> Experiment {

@@ -14,7 +14,7 @@ parameters! {
     /// Of the lag.
     Parameters of Lag.parameters, "lag" {
         /// Time constant
-        t = "T", "T", TIME in [1e-9, f64::INFINITY] about 0.5, Tunable;
+        t = "T", "T", TIME in [1e-9, 1e9] about 0.5, Tunable;
     }
 }
 

@@ -43,11 +43,8 @@ pub trait Drive: Clone + Serialize + DeserializeOwned + Send + Sync + 'static {
     /// Documentation of the drive.
     fn text(&self) -> Text;
 
-    /// Curves that picture the drive, the most telling first: for a cam drive [`Curve::of_law`]. Without any,
-    /// the documentation has no drawing.
-    fn curves(&self) -> Vec<Curve> {
-        Vec::new()
-    }
+    /// Curves that picture the drive, the most telling first: for a cam drive [`Curve::of_law`].
+    fn curves(&self) -> Vec<Curve>;
 
     /// The drive as an oscillator with periodic coefficients, linearised where it is not linear; None where it is none.
     fn oscillator(_scene: &Self::Scene) -> Option<PeriodicOscillator> {

@@ -85,12 +85,12 @@ macro_rules! parameters {
         #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
         pub struct $struct { $($(#[doc = $text])+ pub $field: f64,)* }
 
-        $crate::drives::parameter::parameters! { for $struct, $section {
+        $crate::drives::interface::parameter::parameters! { for $struct, $section {
             $($(#[doc = $text])+ $field = $name, $key, $quantity in [$min, $max] $(or $default)? $(about $nominal)?,
             $variability;)*
         } }
 
-        $(impl $crate::drives::parameter::Has<$struct> for $drive {
+        $(impl $crate::drives::interface::parameter::Has<$struct> for $drive {
             fn group(&self) -> Option<&$struct> {
                 Some(&self.$place)
             }
@@ -103,17 +103,17 @@ macro_rules! parameters {
         $($(#[doc = $text:literal])+ $($field:ident).+ = $name:literal, $key:literal, $quantity:ident
             in [$min:expr, $max:expr] $(or $default:literal)? $(about $nominal:literal)?, $variability:ident;)*
     }) => {
-        impl $crate::drives::parameter::Parameters for $struct {
+        impl $crate::drives::interface::parameter::Parameters for $struct {
             const SECTION: &'static str = $section;
-            const TABLE: &'static [$crate::drives::parameter::Parameter<Self>] = &[$($crate::drives::parameter::Parameter {
+            const TABLE: &'static [$crate::drives::interface::parameter::Parameter<Self>] = &[$($crate::drives::interface::parameter::Parameter {
                 name: $name,
                 key: $key,
                 text: concat!($($text),+),
-                quantity: &$crate::drives::unit::$quantity,
+                quantity: &$crate::drives::interface::unit::$quantity,
                 range: [$min, $max],
-                default: $crate::drives::parameter::parameters!(@optional $($default)?),
-                nominal: $crate::drives::parameter::parameters!(@optional $($nominal)?),
-                variability: $crate::drives::variable::Variability::$variability,
+                default: $crate::drives::interface::parameter::parameters!(@optional $($default)?),
+                nominal: $crate::drives::interface::parameter::parameters!(@optional $($nominal)?),
+                variability: $crate::drives::interface::variable::Variability::$variability,
                 get: |group| group.$($field).+,
                 set: |group, value| group.$($field).+ = value,
             }),*];
