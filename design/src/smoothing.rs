@@ -23,6 +23,13 @@ const MOST_HARMONICS: usize = 1000;
 /// Tolerance of the angles of equidistant points, as part of their distance: roundings of a third of a degree.
 const EVEN: f64 = 0.01;
 
+/// Lobes of U″ up to so many times σ of the noise left in it are noise: of a hundred of them none is higher by chance.
+const NOISE: f64 = 4.0;
+
+/// Beside a jump of U″ the smoothed law swings by 6 % of it, where its slope is K/3 of it, K the order of which half is kept:
+/// by this part of |U‴|/K. Beside a jump of U‴ it swings by half as much.
+const SWING: f64 = 0.2;
+
 /// Lifts without their noise, and what that changes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Smoothed {
@@ -34,7 +41,7 @@ pub struct Smoothed {
     pub changes: [f64; 2],
     /// The order of which half is kept, and what it would be if all of the noise were taken out.
     pub half: [f64; 2],
-    /// σ of the noise that is left in U″ (per rad²).
+    /// Lobes of U″ up to this height (per rad²) are noise that is left or swings of the smoothing.
     pub left: f64,
 }
 
@@ -94,20 +101,22 @@ pub fn smooth(points: Points, noise: Option<f64>) -> Result<Smoothed, SmoothingE
     let mut validation = |log: f64| -missed(log) / (1.0 - mean_kept(log)).powi(2);
     // Between points farther apart than others the noise of a spline is not white, as the latter takes it to be.
     let log = if even { maximum(&mut validation, [ends[0], discrepancy], 1e-3).0 } else { discrepancy };
-    let mut changes = [0.0_f64; 2];
+    let (mut changes, mut third) = ([0.0_f64; 2], 0.0_f64);
     let mut smooth = series;
     for k in 1..=smooth.order() {
         smooth.a[k] *= kept(log, k);
         smooth.b[k] *= kept(log, k);
     }
     for (angle, lift) in points.angles.iter().zip(&mut points.lifts) {
-        let change = smooth.at(*angle).0[0] - *lift;
+        let [u, .., u3, _] = smooth.at(*angle).0;
+        let change = u - *lift;
+        third = third.max(u3.abs());
         *lift += change;
         changes = [changes[0] + change * change / n as f64, changes[1].max(change.abs())];
     }
     let half = [log, discrepancy].map(|log| (-log / 6.0).exp());
     // White noise has the same share σ²/n in every harmonic of either phase, of which U″ has k² times the kept part.
     let left = (1..=order).map(|k| freedom(k) * ((k * k) as f64 * kept(log, k)).powi(2)).sum::<f64>();
-    let left = noise * (left / n as f64).sqrt();
+    let left = NOISE * noise * (left / n as f64).sqrt() + SWING * third / half[0].min(order as f64);
     Ok(Smoothed { points, noise, changes: [changes[0].sqrt(), changes[1]], half, left })
 }

@@ -66,7 +66,7 @@ pub struct Args {
     #[arg(long, value_name = "NUMBER")]
     turns: Option<usize>,
     /// Lobes of U″ and of the contact force below this part of the largest one are no passages [default: 1e-9; of a
-    /// smoothed table four times its noise]
+    /// smoothed table what its noise and the smoothing make of U″]
     #[arg(long, value_name = "PART", allow_negative_numbers = true)]
     ignore: Option<f64>,
     /// Leave out which natural frequencies, speeds, clearances, masses m1 and damping ratios the model admits
@@ -135,12 +135,12 @@ fn cam(scene: &Resolved) -> Result<MotionLaw, Failure> {
     })
 }
 
-/// σ of the noise in U″ of the cam of a scene (m).
+/// The height of lobes of U″ of the cam of a scene that are noise (m).
 fn noise(scene: &Resolved) -> f64 {
     scene.smoothed.iter().find(|table| table.section == "cam").map_or(0.0, |table| table.left)
 }
 
-/// The laws that a name stands for, in the place of the scene's, each with σ of the noise in U″ (m).
+/// The laws that a name stands for, in the place of the scene's, each with the height of lobes of U″ that are noise (m).
 fn compared(name: &str, scene: &Resolved) -> Result<Vec<(String, MotionLaw, f64)>, Failure> {
     if name.ends_with(".toml") {
         let other = read(Path::new(name))?;

@@ -61,7 +61,7 @@ struct Reading {
 pub struct Smoothed {
     /// Its section, `cam`.
     pub section: String,
-    /// σ of the noise that is left in U″ (per rad²).
+    /// Lobes of U″ up to this height (per rad²) are noise that is left or swings of the smoothing.
     pub left: f64,
     /// Noise and largest change, for the users of the FMU, without a full stop.
     pub sentence: String,

@@ -1,6 +1,6 @@
 //! The motion of permanent contact around the turn, and the exact instants at which its contact force changes sign.
 
-use super::law::keep_lobes;
+use super::law::changes;
 use super::machine::{Machine, Moment};
 use crate::search;
 use camdrive::drives::Fault;
@@ -40,7 +40,7 @@ pub struct Release {
     pub phi: f64,
     /// Whether F_K falls: a release from flank A.
     pub falling: bool,
-    /// Where the contact force was largest before: from there on the passage is followed.
+    /// Where the contact force was largest since its zero before: from there on the passage is followed.
     pub before: Sample,
 }
 
@@ -96,16 +96,15 @@ impl ContactMotion {
             }
         }
         let largest = self.samples.iter().fold(0.0f64, |largest, sample| largest.max(sample.force[0].abs()));
-        let mut heights: Vec<f64> = (0..zeros.len()).map(|lobe| self.peak(&zeros, lobe).force[0].abs()).collect();
-        keep_lobes(&mut zeros, &mut heights, ignore * largest);
+        let peaks: Vec<Sample> = (0..zeros.len()).map(|lobe| self.peak(&zeros, lobe)).collect();
+        let heights: Vec<f64> = peaks.iter().map(|peak| peak.force[0]).collect();
         // Angles count from φ = 0 again.
         machine.begin(0.0, Some(self.samples[0].q), true)?;
-        let release = |(lobe, zero): (usize, &Zero)| {
-            let before = self.peak(&zeros, (lobe + zeros.len() - 1) % zeros.len());
-            let time = zero.at.time;
+        let release = |lobe: usize| {
+            let (time, before) = (zeros[lobe].at.time, peaks[(lobe + peaks.len() - 1) % peaks.len()]);
             Release { time, phi: machine.angle(time), falling: before.force[0] > 0.0, before }
         };
-        Ok(zeros.iter().enumerate().map(release).collect())
+        Ok(changes(&heights, ignore * largest).into_iter().map(release).collect())
     }
 
     /// The sample with the largest |F_K| from zero `lobe` to the next one.

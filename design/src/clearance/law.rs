@@ -59,72 +59,56 @@ fn pieces(law: &MotionLaw) -> Vec<(usize, f64, f64)> {
 pub fn signs(law: &MotionLaw, forward: bool, ignore: f64) -> Signs {
     let pieces = pieces(law);
     let within = |phi: f64| phi - TAU * (phi / TAU).round();
-    let second = |segment: usize, phi: f64| law.at_in(segment, within(phi)).0[2];
-    let samples: Vec<(f64, f64)> = pieces
-        .iter()
-        .flat_map(|&(segment, start, width)| {
-            (0..=SAMPLES).map(move |i| (segment, start + width * i as f64 / SAMPLES as f64))
-        })
-        .map(|(segment, phi)| (phi, second(segment, phi).abs()))
-        .collect();
     let largest = greatest_of(law, |u| u[2].abs());
-    let mut zeros = zeros(law, &pieces, ROUNDING * largest);
-    let mut heights = vec![0.0f64; zeros.len()];
-    for (phi, value) in samples {
-        // Lobe i reaches from zero i to the next one, the last one around the turn.
-        let lobe = (zeros.partition_point(|zero| *zero <= phi) + zeros.len()).wrapping_sub(1);
-        if let Some(height) = lobe.checked_rem(zeros.len()).and_then(|lobe| heights.get_mut(lobe)) {
-            *height = height.max(value);
+    let zeros = zeros(law, &pieces, ROUNDING * largest);
+    // Lobe i reaches from zero i to the next one, the last one around the turn; a lobe may lie between two samples.
+    let end = |lobe: usize| zeros.get(lobe + 1).copied().unwrap_or(zeros[0] + TAU);
+    let mut heights: Vec<f64> =
+        (0..zeros.len()).map(|lobe| law.at(within(0.5 * (zeros[lobe] + end(lobe)))).0[2]).collect();
+    for (segment, start, width) in pieces {
+        for i in 0..SAMPLES {
+            let phi = start + width * (i as f64 + 0.5) / SAMPLES as f64;
+            let value = law.at_in(segment, within(phi)).0[2];
+            let lobe = (zeros.partition_point(|zero| *zero <= phi) + zeros.len()).wrapping_sub(1);
+            let height = lobe.checked_rem(zeros.len()).and_then(|lobe| heights.get_mut(lobe));
+            if let Some(height) = height.filter(|height| value.abs() > height.abs()) {
+                *height = value;
+            }
         }
     }
-    // A lobe may lie between two samples.
-    for (lobe, height) in heights.iter_mut().enumerate() {
-        let end = zeros.get(lobe + 1).copied().unwrap_or(zeros[0] + TAU);
-        *height = height.max(law.at(within(0.5 * (zeros[lobe] + end))).0[2].abs());
+    // In the sense of the motion, each with the angle at which it begins.
+    let begin = |lobe: usize| if forward { zeros[lobe] } else { end(lobe) };
+    let mut begins: Vec<f64> = (0..zeros.len()).map(begin).collect();
+    if !forward {
+        begins.reverse();
+        heights.reverse();
     }
-    let before = zeros.len();
-    keep_lobes(&mut zeros, &mut heights, ignore.max(ROUNDING) * largest);
-    let ignored = before - zeros.len();
+    let kept = changes(&heights, ignore.max(ROUNDING) * largest);
+    let ignored = changes(&heights, f64::MIN_POSITIVE).len() - kept.len();
     let crossing = |phi: f64| {
         let phi = phi.rem_euclid(TAU);
         let segment = law.segment(phi, forward);
         let [.., jerk, fourth] = law.at_in(segment, within(phi)).0;
         Crossing { phi, jerk, fourth, fifth: law.fifth_in(segment, within(phi)) }
     };
-    let mut crossings: Vec<Crossing> = zeros.into_iter().map(crossing).collect();
+    let mut crossings: Vec<Crossing> = kept.into_iter().map(|lobe| crossing(begins[lobe])).collect();
     crossings.sort_by(|a, b| a.phi.total_cmp(&b.phi));
     Signs { crossings, largest, ignored }
 }
 
-/// Drops the lobes between `zeros` lower than `least`, the lowest first: both ends of a lobe go, and its neighbours, which
-/// have the same sign, become one. Lobe i begins at zero i.
-pub fn keep_lobes<T>(zeros: &mut Vec<T>, heights: &mut Vec<f64>, least: f64) {
-    while let Some((lobe, height)) = heights.iter().copied().enumerate().min_by(|a, b| a.1.total_cmp(&b.1)) {
-        if height >= least || height.is_nan() {
-            return;
-        }
-        let count = zeros.len();
-        if count < 3 {
-            zeros.clear();
-            heights.clear();
-            return;
-        }
-        let (before, after) = ((lobe + count - 1) % count, (lobe + 1) % count);
-        heights[before] = heights[before].max(heights[after]);
-        for gone in [lobe.max(after), lobe.min(after)] {
-            zeros.remove(gone);
-        }
-        // The lobe before them now lasts to the end of the one after them.
-        for gone in [lobe.max(after), lobe.min(after)] {
-            heights.remove(gone);
-        }
-    }
+/// The lobes with which the sign changes: those of at least the height `least` behind one of the other sign, whatever
+/// lower ones lie between. `heights` have signs and go around the turn in the sense of the motion.
+pub fn changes(heights: &[f64], least: f64) -> Vec<usize> {
+    let mut high: Vec<usize> = (0..heights.len()).filter(|lobe| heights[*lobe].abs() >= least).collect();
+    let mut sign = high.last().map_or(0.0, |lobe| heights[*lobe].signum());
+    high.retain(|lobe| std::mem::replace(&mut sign, heights[*lobe].signum()) != heights[*lobe].signum());
+    high
 }
 
-/// The angles at which U″ changes its sign, ascending from the first piece on. None is missed: each is the certified
-/// first zero of a series after the one before it.
+/// The angles at which U″ changes its sign or begins or ends to be 0, ascending from the first piece on. None is missed: each
+/// is the certified first zero of a series after the one before it.
 fn zeros(law: &MotionLaw, pieces: &[(usize, f64, f64)], rounding: f64) -> Vec<f64> {
-    let (mut zeros, mut sign, mut first) = (Vec::new(), 0.0, 0.0);
+    let (mut zeros, mut first, mut sign) = (Vec::new(), None, None);
     for &(segment, start, width) in pieces {
         let mut at = 0.0;
         // A polynomial of this degree has no more zeros.
@@ -132,15 +116,12 @@ fn zeros(law: &MotionLaw, pieces: &[(usize, f64, f64)], rounding: f64) -> Vec<f6
             let phi = start + at;
             let series =
                 second_derivative(law, segment, phi, width - at, if round > 0 { f64::INFINITY } else { rounding });
-            let Some(lead) = series.iter().find(|c| **c != 0.0) else { break };
-            if sign != 0.0 && lead.signum() != sign {
+            let lead = series.iter().find(|c| **c != 0.0).map_or(0.0, |c| c.signum());
+            first = first.or(Some(lead));
+            if sign.replace(lead).is_some_and(|before| before != lead) {
                 zeros.push(phi);
             }
-            sign = lead.signum();
-            if first == 0.0 {
-                first = sign;
-            }
-            let Some(zero) = first_root(&series.map(|c| sign * c), 1.0).filter(|x| *x > 0.0) else { break };
+            let Some(zero) = first_root(&series.map(|c| lead * c), 1.0).filter(|x| *x > 0.0) else { break };
             at += zero * (width - at);
             if at >= width * (1.0 - ON_END) {
                 break;

@@ -60,19 +60,16 @@ pub struct Options {
     /// Lobes of U″ and of the contact force below this part of the largest one are no passages; [`IGNORE`], and the noise of
     /// a table.
     pub ignore: Option<f64>,
-    /// σ of the noise in U″ of the scene's law (m), 0 where it is no smoothed table.
+    /// The height of lobes of U″ of the scene's law that are noise (m), 0 where it is no smoothed table.
     pub noise: f64,
     /// Leave out what the model admits at other values, which takes most of the time.
     pub quick: bool,
-    /// Further laws in the place of the scene's, with their names and σ of the noise in their U″ (m).
+    /// Further laws in the place of the scene's, with their names and the height of lobes of their U″ that are noise (m).
     pub laws: Vec<(String, MotionLaw, f64)>,
 }
 
 /// Lobes that much lower than the largest one are roundings of a law or of a table.
 pub const IGNORE: f64 = 1e-9;
-
-/// Lobes up to so many times σ of the noise in U″ are noise: of a hundred of them none is higher by chance.
-pub const NOISE: f64 = 4.0;
 
 /// Passages that are followed by the model, at most; a law that rests on a vibration has any number of them.
 const MOST_FOLLOWED: usize = 40;
@@ -281,7 +278,7 @@ fn of_law(name: &str, scene: &Scene, machine: &Parameters, options: &Options, no
     let w = machine.speed;
     let ignore = options.ignore.unwrap_or_else(|| match noise {
         0.0 => IGNORE,
-        noise => NOISE * noise / greatest_of(&scene.cam, |u| u[2].abs()),
+        noise => noise / greatest_of(&scene.cam, |u| u[2].abs()),
     });
     let Signs { crossings, largest, ignored } = law::signs(&scene.cam, w > 0.0, ignore);
     let course = (0..=720).map(|i| TAU * f64::from(i) / 720.0);

@@ -1,9 +1,9 @@
 //! Where laws change the sign of U″.
 
 use crate::clearance::IGNORE;
-use crate::clearance::law::{Signs, keep_lobes, signs};
+use crate::clearance::law::{Signs, changes, signs};
 use camdrive::motion::table::{Points, Table};
-use camdrive::motion::{Cycle, CyclePlan, Fourier, MotionLaw, StandardLaw};
+use camdrive::motion::{Cycle, CyclePlan, Fourier, MotionLaw, MotionPlan, PlanPoint, StandardLaw};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 fn cycle(law: StandardLaw) -> MotionLaw {
@@ -96,15 +96,44 @@ fn what_stands_still_passes_nothing() {
 }
 
 #[test]
-fn low_lobes_go_the_lowest_first() {
-    let kept = |mut zeros: Vec<u32>, mut heights: Vec<f64>, least: f64| {
-        keep_lobes(&mut zeros, &mut heights, least);
-        (zeros, heights)
-    };
-    assert_eq!(kept(vec![1, 2, 3, 4], vec![9.0, 1.0, 8.0, 7.0], 2.0), (vec![1, 4], vec![9.0, 7.0]));
-    // Around the turn: the last lobe reaches to the first zero.
-    assert_eq!(kept(vec![1, 2, 3, 4], vec![9.0, 8.0, 7.0, 1.0], 2.0), (vec![2, 3], vec![8.0, 9.0]));
-    assert_eq!(kept(vec![1, 2], vec![9.0, 1.0], 2.0), (vec![], vec![]));
-    assert_eq!(kept(vec![1, 2], vec![9.0, 8.0], 2.0), (vec![1, 2], vec![9.0, 8.0]));
-    assert_eq!(kept(vec![], vec![], 2.0), (vec![], vec![]));
+fn between_accelerations_of_opposite_sign_a_rest_ends_with_a_passage() {
+    // Two rises with a rest of 40° between them, wherever the angle begins, in both senses.
+    let plan = [(10, 0.0), (60, 0.01), (100, 0.01), (160, 0.02), (200, 0.02), (300, 0.0)];
+    for shift in [0, 280, 250, 300, 321, -160] {
+        let angle = |phi: i32| f64::from((phi + shift).rem_euclid(360)).to_radians();
+        let point = |(phi, u)| PlanPoint {
+            phi: angle(phi),
+            u,
+            velocity: None,
+            acceleration: None,
+            free: false,
+            jerk: None,
+            law: None,
+            inflection: None,
+        };
+        let mut points = plan.map(point);
+        points.sort_by(|a, b| a.phi.total_cmp(&b.phi));
+        let law = MotionLaw::Plan(MotionPlan::new(points.to_vec()));
+        let (rest, middles) = ([60, 100].map(angle), [35, 130, 250].map(angle));
+        for (forward, end) in [(true, rest[1]), (false, rest[0])] {
+            let Signs { crossings, ignored, .. } = signs(&law, forward, IGNORE);
+            assert_eq!((crossings.len(), ignored), (4, 0), "{shift}: {crossings:?}");
+            for phi in middles.into_iter().chain([end]) {
+                let off = |a: f64| (a - phi - TAU * ((a - phi) / TAU).round()).abs();
+                let crossing = crossings.iter().find(|c| off(c.phi) < 1e-12);
+                assert!(crossing.is_some_and(|c| c.jerk != 0.0), "{shift} {forward} {phi}: {crossings:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn signs_change_with_high_lobes() {
+    assert_eq!(changes(&[9.0, -1.0, 8.0, -7.0], 2.0), [0, 3]);
+    assert_eq!(changes(&[9.0, -8.0, 7.0, -1.0], 2.0), [1, 2]);
+    // Behind the ripple of a rest.
+    assert_eq!(changes(&[1.0, -9.0, 1.0, -1.0, 8.0, -1.0], 2.0), [1, 4]);
+    assert_eq!(changes(&[9.0, -1.0], 2.0), [0; 0]);
+    assert_eq!(changes(&[9.0, -8.0], 2.0), [0, 1]);
+    assert_eq!(changes(&[], 2.0), [0; 0]);
 }
