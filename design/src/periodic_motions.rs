@@ -28,7 +28,7 @@ pub struct PeriodicMotion {
 }
 
 impl PeriodicMotion {
-    /// The factor by which a small disturbance grows in a turn; beyond all numbers where the motor is steep.
+    /// The factor by which a small disturbance grows in a turn; infinite where the motor is steep.
     pub fn multiplier(&self) -> f64 {
         self.growth.exp()
     }
@@ -211,7 +211,7 @@ fn with_lag(turn: &LaggingTurn<'_>, energy: f64, breakdown_torque: f64) -> Optio
     Some(PeriodicMotion { period, energy: 0.5 * v * v, growth, torque, course })
 }
 
-/// The motion of the machine without torques (Eigenbewegung) with the period T (s): J ω² = 2E = const,
+/// The motion of the machine without torques with the period T (s): J ω² = 2E = const,
 /// √(2E) = ∮√J dφ / T; φ and ω over the turn.
 pub fn free_motion(inertia: &Inertia, period: f64, sense: f64) -> Vec<[f64; 2]> {
     let rule = Gauss::with(16);

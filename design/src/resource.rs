@@ -15,16 +15,20 @@ pub const TEMPLATES: &[Template] = all_drives!(Template);
 /// The longest name of a scene: importers use it as a file name and as a prefix of C functions.
 pub const LONGEST_NAME: usize = 24;
 
-/// Whether a name is a C identifier and, with any ending, a file on every system: Windows has devices of such names.
-pub fn is_name(name: &str) -> bool {
-    let is_letter = |c: char| c.is_ascii_alphabetic() || c == '_';
+/// Whether Windows has a device of this name, which with any ending is no file there.
+pub fn is_device(name: &str) -> bool {
     let upper = name.to_ascii_uppercase();
-    let is_device = match upper.strip_suffix(|c: char| c.is_ascii_digit()) {
+    match upper.strip_suffix(|c: char| c.is_ascii_digit()) {
         Some(port) => ["COM", "LPT"].contains(&port),
         None => ["CON", "PRN", "AUX", "NUL"].contains(&&*upper),
-    };
+    }
+}
+
+/// Whether a name is a C identifier and, with any ending, a file on every system.
+pub fn is_name(name: &str) -> bool {
+    let is_letter = |c: char| c.is_ascii_alphabetic() || c == '_';
     let is_identifier = name.starts_with(is_letter) && name.chars().all(|c| is_letter(c) || c.is_ascii_digit());
-    is_identifier && !is_device && name.len() <= LONGEST_NAME
+    is_identifier && !is_device(name) && name.len() <= LONGEST_NAME
 }
 
 /// A resolved scene: coherent SI, validated by the exporter.

@@ -2,6 +2,7 @@
 
 use camdrive::drives::Fault;
 use serde::Serialize;
+use std::f64::consts::TAU;
 use std::fmt::Display;
 
 /// A table of texts.
@@ -21,23 +22,31 @@ pub fn number(value: f64) -> String {
     if !value.is_finite() {
         return NONE.to_owned();
     }
-    // The sum makes 0 of a negative zero.
-    let rounded: f64 = format!("{value:.2e}").parse().unwrap_or(value) + 0.0;
-    if rounded == 0.0 || (1e-2..1e6).contains(&rounded.abs()) {
-        // Zero has no sign for a reader.
-        return (rounded + 0.0).to_string();
+    let plain = rounded(value, 3);
+    if plain == 0.0 || (1e-2..1e6).contains(&plain.abs()) {
+        return plain.to_string();
     }
     // An error of 3.214e-9 is one of 3.2e-9.
-    let short: f64 = format!("{value:.1e}").parse().unwrap_or(value);
-    format!("{short:e}")
+    format!("{:e}", rounded(value, 2))
+}
+
+/// So many significant digits. Numbers that differ by roundings of their computation look the same, on both sides of a tie too.
+fn rounded(value: f64, count: usize) -> f64 {
+    let as_number = |value: f64, digits: usize| format!("{value:.0$e}", digits - 1).parse().unwrap_or(value);
+    // The sum makes 0 of a negative zero, which has no sign for a reader.
+    as_number(as_number(value, count.max(12)), count) + 0.0
 }
 
 /// So many significant digits, in powers of ten outside of 10^`low` … 1e6.
 pub fn digits(value: f64, count: usize, low: i32) -> String {
-    // The sum makes 0 of a negative zero.
-    let rounded = format!("{value:.0$e}", count - 1).parse().unwrap_or(value) + 0.0;
+    let rounded = rounded(value, count);
     let plain = rounded == 0.0 || (10f64.powi(low)..1e6).contains(&rounded.abs());
     if plain { rounded.to_string() } else { format!("{rounded:e}") }
+}
+
+/// A speed (rad/s) in revolutions per minute.
+pub fn rpm(speed: f64) -> String {
+    digits(speed * 60.0 / TAU, 5, -4)
 }
 
 /// A duration with a unit that suits it.
@@ -212,7 +221,7 @@ fn pieces(line: &str, first: usize, rest: usize) -> Vec<&str> {
 }
 
 /// Whether a character steers the terminal or turns the direction of writing, instead of being seen.
-fn is_unseen(c: char) -> bool {
+pub fn is_unseen(c: char) -> bool {
     c.is_control() || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
@@ -343,5 +352,10 @@ mod tests {
         assert_eq!((time(3.3334e-4), time(2.0), time(1e-5)), ("333 µs".into(), "2 s".into(), "10 µs".into()));
         assert_eq!((share(0.123), share(35.0)), ("12.3 %".into(), "35 times its largest value".into()));
         assert_eq!(share(2e-9), "2e-9 of its largest value");
+        // 35/16 with the roundings of two computations.
+        let of_two = [2.1875f64.next_down(), 2.1875f64.next_up()];
+        assert_eq!(of_two.map(|value| digits(value, 4, -3)), ["2.188", "2.188"]);
+        assert_eq!(digits(0.1 + 0.2, 17, -3), "0.30000000000000004");
+        assert_eq!(rpm(-20.0 * TAU), "-1200");
     }
 }

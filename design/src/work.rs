@@ -3,7 +3,8 @@
 //! It is counted, not timed: whether a study ends well must not depend on the machine.
 
 use crate::Progress;
-use std::cell::{Cell, RefCell};
+use std::cell::Cell;
+use std::sync::{Mutex, PoisonError};
 
 /// Plain operations that a study may take: some two minutes at a thousand million a second.
 pub const BUDGET: f64 = 1.2e11;
@@ -27,6 +28,20 @@ pub fn is_exhausted() -> bool {
     LEFT.get() < 0.0
 }
 
+/// What is left in this thread.
+pub fn left() -> f64 {
+    LEFT.get()
+}
+
+/// Does `work` in a thread of its own that may take what is `left` in another one; what it took.
+pub fn taken(left: f64, work: impl FnOnce()) -> f64 {
+    // Infinities have no difference.
+    let left = left.min(f64::MAX);
+    LEFT.set(left);
+    work();
+    left - LEFT.get()
+}
+
 /// The result of `study` within this budget, and within that of a study around it.
 ///
 /// # Errors
@@ -34,13 +49,14 @@ pub fn is_exhausted() -> bool {
 pub fn within<R>(
     budget: f64,
     hint: &str,
-    progress: &dyn Fn(Progress),
-    study: impl FnOnce(&dyn Fn(Progress)) -> R,
+    progress: &(dyn Fn(Progress) + Sync),
+    study: impl FnOnce(&(dyn Fn(Progress) + Sync)) -> R,
 ) -> Result<R, String> {
-    let reached = RefCell::new(String::new());
+    let reached = Mutex::new(String::new());
     let tell = |told: Progress| {
         if !is_exhausted() {
-            *reached.borrow_mut() = format!("{}, {} of {}", told.stage, told.done, told.total);
+            *reached.lock().unwrap_or_else(PoisonError::into_inner) =
+                format!("{}, {} of {}", told.stage, told.done, told.total);
         }
         progress(told);
     };
@@ -56,6 +72,6 @@ pub fn within<R>(
     Err(format!(
         "this study needs more than the {budget:.1e} operations that are admissible, about {:.0} s; reached: {}\n  = hint: {hint}",
         budget / 1e9,
-        reached.borrow()
+        reached.into_inner().unwrap_or_else(PoisonError::into_inner)
     ))
 }

@@ -59,7 +59,7 @@ pub enum TableError {
         /// Number of points.
         points: usize,
     },
-    /// An angle or a lift is NaN, infinite or beyond all cams.
+    /// An angle or a lift is NaN, infinite or too large for any cam.
     OutOfRange {
         /// Index of the point.
         index: usize,

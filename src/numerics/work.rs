@@ -46,10 +46,15 @@ impl Since {
         Since(DRAWN.get())
     }
 
+    /// What was drawn or noted since (nominal µs).
+    pub fn drawn(self) -> f64 {
+        DRAWN.get() - self.0
+    }
+
     /// Whether more was drawn or noted since than a call of several starts may take: a fifth more than another call, with which a
     /// machine of several tools behind mechanisms still does.
     pub fn is_exhausted(self) -> bool {
-        DRAWN.get() - self.0 > 1.2 * budget()
+        self.drawn() > 1.2 * budget()
     }
 }
 

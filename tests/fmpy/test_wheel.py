@@ -124,9 +124,15 @@ try:
     camdrive.simulate("-x.fmu")
 except camdrive.Error as error:
     print(error)
+tempfile.tempdir = None
+try:
+    camdrive.simulate("none.fmu")
+except camdrive.Error as error:
+    print(error)
 """
     said = output(home, "python", "-c", code, path=str(Path(fmpy.__file__).parents[1]))
     assert "TMPDIR" in said and "/no/such/folder" in said
+    assert "none.fmu: No such file" in said and "Errno" not in said
 
 
 def test_errors_carry_diagnostics(home):

@@ -1,6 +1,7 @@
 //! `camdrive cam SCENE`
 
 use super::measured::Measured;
+use super::output::Bar;
 use super::{Failure, failure, files, read, show, tell, width};
 use crate::scene::geometry::CamPlan;
 use crate::scene::units;
@@ -105,7 +106,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     for cam in &cams {
         let name = cam.follower.map_or(scene.name.clone(), |j| format!("{}.follower{j}", scene.name));
         let fault = |fault: Fault| failure(format!("{}: {name}: {fault}", args.scene.display()));
-        let shape = Shape::new(&name, &cam.law, cam.plan, tolerances).map_err(fault)?;
+        let shape = Bar::beside(&name, |_| Shape::new(&name, &cam.law, cam.plan, tolerances)).map_err(fault)?;
         shapes.push(shape.with(cam.mechanisms.iter().map(Finding::of_transmission)));
     }
     let say = |verdict: Verdict, word: &str| {

@@ -4,6 +4,7 @@ use super::{Failure, failure, quantity, read};
 use crate::scene::Resolved;
 use camdrive::drives::rigid_machine::{Kloss, Motor, Scene};
 use camdrive::drives::unit;
+use camdrive_design::text::rpm;
 use std::f64::consts::TAU;
 use std::path::Path;
 
@@ -58,7 +59,7 @@ fn admissible(motor: &Motor, text: &str, period: f64) -> Result<(), Failure> {
         Motor::Kloss(Kloss { synchronous_speed, .. }) => {
             let own = synchronous_speed.abs();
             let speeds = [(own / OF_THE_MOTOR).max(SPEEDS[0]), (own * OF_THE_MOTOR).min(SPEEDS[1])];
-            (speeds, format!(", with a motor whose synchronous speed is {own:.6} rad/s in the scene"))
+            (speeds, format!(", with a motor whose synchronous speed is {} rpm in the scene", rpm(own)))
         }
         _ => (SPEEDS, String::new()),
     };
@@ -68,7 +69,8 @@ fn admissible(motor: &Motor, text: &str, period: f64) -> Result<(), Failure> {
         return Ok(());
     }
     Err(failure(format!(
-        "--period: \"{text}\" would be a mean speed of {speed:.3e} rad/s{whose}\n  = admissible: {:.3e} to {:.3e} s\n  = hint: a time with its unit, such as \"120 ms\"; a plain number is in s",
+        "--period: \"{text}\" would be a mean speed of {} rpm{whose}\n  = admissible: {:.3e} to {:.3e} s\n  = hint: a time with its unit, such as \"120 ms\"; a plain number is in s",
+        rpm(speed),
         TAU / fast,
         TAU / slow
     )))

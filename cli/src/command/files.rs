@@ -4,6 +4,7 @@ use super::{Failure, failure};
 use crate::scene::input::{self, Kind};
 use camdrive::drives::Fault;
 use camdrive::motion::Fourier;
+use camdrive_design::resource::is_device;
 use camdrive_design::text;
 use std::fs::File;
 use std::io::{Error, ErrorKind, Write as _};
@@ -33,7 +34,7 @@ pub fn no_file(folder: &Path, option: &str) -> Result<(), Failure> {
     }
 }
 
-/// Whether this is a folder, or is told to be one.
+/// Whether this is a folder, or is named like one.
 pub fn is_folder(path: &Path) -> bool {
     path.is_dir() || path.as_os_str().to_string_lossy().ends_with(std::path::is_separator)
 }
@@ -41,7 +42,7 @@ pub fn is_folder(path: &Path) -> bool {
 /// Stands in the first line of every scene and profile that a command wrote.
 const ORIGIN: &str = " by camdrive ";
 
-/// A scene or a profile made of this file, with a first line that tells its origin.
+/// A scene or a profile made of this file, with a first line that names its origin.
 pub fn signed(document: &DocumentMut, what: &str, of: &Path, command: &str) -> String {
     let file = text::in_one_line(of.file_name().unwrap_or_default().display());
     format!("# {what} of {file}{ORIGIN}{command}.\n{document}")
@@ -52,7 +53,10 @@ pub fn no_foreign(path: &Path, inputs: &[PathBuf], force: bool) -> Result<(), Fa
     no_stream(path, "-o", "a file")?;
     no_input(path, inputs)?;
     let place = path.display();
-    if !is_folder(path) && path.extension().is_some_and(|ending| !ending.eq_ignore_ascii_case("toml")) {
+    if is_folder(path) {
+        return Err(failure(format!("{place}: this is a folder; -o takes a file NAME.toml")));
+    }
+    if path.extension().is_some_and(|ending| !ending.eq_ignore_ascii_case("toml")) {
         let message = "a scene or a profile is TOML\n  = hint: -o takes a file NAME.toml";
         return Err(failure(format!("{place}: {message}")));
     }
@@ -76,8 +80,13 @@ fn real(path: &Path) -> Option<PathBuf> {
     std::fs::canonicalize(path).ok()
 }
 
-/// Refuses `-`, which elsewhere is the standard output.
+/// Refuses `-`, which elsewhere is the standard output, and new files and folders that Windows could not have.
 pub fn no_stream(path: &Path, option: &str, takes: &str) -> Result<(), Failure> {
+    let mut new = path.ancestors().filter(|place| !place.is_dir()).filter_map(Path::file_name);
+    if new.any(|name| is_device(name.to_string_lossy().split('.').next().unwrap_or_default())) {
+        let message = "Windows has a device of this name\n  = hint: choose another";
+        return Err(failure(format!("{}: {message} {option}", path.display())));
+    }
     match path == Path::new("-") {
         true => Err(failure(format!("{option} -: {option} takes {takes}; the standard output has the report"))),
         false => Ok(()),
@@ -89,8 +98,8 @@ static FREE: AtomicBool = AtomicBool::new(true);
 /// The signal that came meanwhile, or 0.
 static CAME: AtomicUsize = AtomicUsize::new(0);
 
-/// Writes all files, or none: where one cannot be written, those of before stay as they were. Results of before are replaced,
-/// inputs never. The lines that name the files.
+/// Writes all files, or none: where one cannot be written, existing ones stay as they were. Earlier results are
+/// replaced, inputs never. The lines that name the files.
 pub fn write<C: AsRef<[u8]>>(files: &[(PathBuf, C)], inputs: &[PathBuf]) -> Result<String, Failure> {
     FREE.store(false, SeqCst);
     #[cfg(unix)]
@@ -160,10 +169,14 @@ fn stage(path: &Path, content: &[u8]) -> Result<Option<NamedTempFile<File>>, Err
     // A link keeps pointing to its file.
     let place = real(path).unwrap_or(path.to_owned());
     let folder = place.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if let Some(file) = folder.ancestors().find(|place| place.exists()).filter(|place| !place.is_dir()) {
+        let message = format!("{} is a file, not a folder; choose another place", file.display());
+        return Err(Error::new(ErrorKind::NotADirectory, message));
+    }
     std::fs::create_dir_all(folder)?;
     let mut file = tempfile::Builder::new().prefix(".").make_in(folder, |path| File::create_new(path))?;
     file.as_file_mut().write_all(content)?;
-    // Some file systems tell only now that they are full.
+    // Some file systems report only now that they are full.
     file.as_file().sync_all()?;
     if let Some(former) = former {
         let permissions = former.permissions();

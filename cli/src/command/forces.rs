@@ -9,7 +9,7 @@ use camdrive::drives::Fault;
 use camdrive::drives::cam_drive::DriveMode;
 use camdrive::drives::rigid_machine::{self, Inertia};
 use camdrive::drives::unit;
-use camdrive_design::forces::report::{csv, rpm, shaft_csv};
+use camdrive_design::forces::report::{csv, shaft_csv};
 use camdrive_design::forces::{Machine, Report, figures};
 use camdrive_design::overview::running;
 use camdrive_design::text;
@@ -93,6 +93,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     args.format.print(|width| report.text(width) + "\n" + &written, || text::json(&report))?;
     match report.lost()[..] {
         [] => Ok(()),
-        ref lost => Err(failure(format!("{place}: at {} rpm {}", rpm(speed), lost.join(", ")))),
+        ref lost => Err(failure(format!("{place}: {}", lost.join("; ")))),
     }
 }

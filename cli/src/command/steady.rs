@@ -18,7 +18,7 @@ use std::process::ExitCode;
 /// Finds all periodic solutions of a machine.
 ///
 /// With a motor there may be several, stable and unstable ones, or none: then it stalls. The multiplier is the factor by which a
-/// small disturbance grows in a turn. For comparison the motion of the machine without torques (Eigenbewegung) with
+/// small disturbance grows in a turn. For comparison the motion of the machine without torques with
 /// the same period; without a motor it is all there is, and --period is needed. With a motor --period finds the
 /// synchronous speed with which the fastest stable motion has that period. The exit code is 3 where there is no periodic
 /// motion.
@@ -67,12 +67,14 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
             (Motions { found: Vec::new(), lost: Vec::new() }, period.map(|period| (period, 1.0)))
         }
         (Motor::Kloss(_), period) => {
-            if let Some(period) = period {
-                let speed =
-                    synchronous_speed(&mut scene, load, period).map_err(|e| failure(format!("{place}: {e}")))?;
-                synchronous = Some((period, speed));
-            }
-            let motions = Bar::beside(&resolved.name, |_| all_motions(&scene, load)).map_err(fault)?;
+            let motions = Bar::beside(&resolved.name, |_| {
+                if let Some(period) = period {
+                    let speed = synchronous_speed(&mut scene, load, period).map_err(Fault::new)?;
+                    synchronous = Some((period, speed));
+                }
+                all_motions(&scene, load)
+            })
+            .map_err(fault)?;
             let free = motions
                 .found
                 .iter()
@@ -197,7 +199,7 @@ fn synchronous_speed(scene: &mut Scene, load: f64, period: f64) -> Result<f64, S
         let motions = periodic_motions(scene, load).map_err(|fault| fault.to_string())?;
         let fastest = motions.iter().find(|motion| motion.is_stable());
         let motion = fastest.ok_or_else(|| {
-            format!("with a synchronous speed of {speed} rad/s there is no stable periodic motion against the load of {load} N.m: the motor stalls")
+            format!("with a synchronous speed of {} rpm there is no stable periodic motion against the load of {load} N.m: the motor stalls", text::rpm(speed))
         })?;
         Ok(motion.period)
     };
@@ -240,17 +242,17 @@ fn multiplier(motion: &PeriodicMotion) -> String {
 }
 
 fn table(motions: &[PeriodicMotion], free: Option<&Free>) -> Table {
-    let head = "motion  T [s]  mean w [rad/s]  least w  largest w  fluctuation  multiplier  E at 0 [J]";
+    let head = "motion  T [s]  mean w [rpm]  least w  largest w  fluctuation  multiplier  E at 0 [J]";
     let row = |name: String, period: f64, course: &[[f64; 2]], rest: [String; 2]| {
-        let ([low, high], mean) = (range(course), TAU / period);
+        let ([low, high], mean) = (range(course).map(|w| w * 60.0 / TAU), 60.0 / period);
         let mean = if high < 0.0 { -mean } else { mean };
         let [multiplier, energy] = rest;
         vec![
             name,
             format!("{period:.14}"),
-            format!("{mean:.9}"),
-            format!("{low:.6}"),
-            format!("{high:.6}"),
+            format!("{mean:.8}"),
+            format!("{low:.5}"),
+            format!("{high:.5}"),
             format!("{} %", number(100.0 * (high - low) / mean.abs())),
             multiplier,
             energy,

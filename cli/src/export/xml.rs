@@ -1,6 +1,6 @@
 //! XML written element by element: escaping and indentation are the library's, the rest is here.
 
-use camdrive_design::text::Table;
+use camdrive_design::text::{Table, is_unseen};
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, BytesEnd, BytesStart, BytesText, Event};
 
@@ -110,11 +110,11 @@ fn tag<'a>(name: &'a str, attributes: &[Attribute]) -> BytesStart<'a> {
     tag
 }
 
-/// The text with all white space and the characters that XML 1.0 forbids turned into blanks: attributes are
-/// normalised strings anyway, and a scene's text may hold anything.
+/// The text with all white space, the characters that XML 1.0 forbids and those that nobody sees turned into blanks: attributes
+/// are normalised strings anyway, and a scene's text may hold anything.
 pub fn legal(text: &str) -> String {
     text.chars()
-        .map(|c| if c.is_whitespace() || c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') { ' ' } else { c })
+        .map(|c| if c.is_whitespace() || is_unseen(c) || matches!(c, '\u{fffe}' | '\u{ffff}') { ' ' } else { c })
         .collect()
 }
 
@@ -130,7 +130,7 @@ mod tests {
     #[test]
     fn markup_in_values_is_escaped_and_control_characters_vanish() {
         let mut xml = Xml::document();
-        xml.element("a", &[("b", "x < \"y\" & 'z'\n\u{1}".to_owned())], |xml| xml.text("c", &[], "1 < 2"));
+        xml.element("a", &[("b", "x < \"y\" & 'z'\u{202e}\u{1}".to_owned())], |xml| xml.text("c", &[], "1 < 2"));
         assert_eq!(
             xml.finish(),
             "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\

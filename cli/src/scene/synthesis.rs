@@ -705,8 +705,8 @@ fn rising(section: &Section<'_>, slowest: f64, fastest: f64) -> Option<()> {
     if fastest > slowest {
         return Some(());
     }
-    let (low, high) = (units::short(slowest), units::short(fastest));
-    let message = format!(": {high} rad/s is not above `slowest`, {low} rad/s");
+    let [low, high] = [slowest, fastest].map(|w| units::short(w * 60.0 / TAU));
+    let message = format!(": {high} rpm is not above `slowest`, {low} rpm");
     section.refuse(section.fault_of("fastest", message).hint("give a range of speeds"))
 }
 

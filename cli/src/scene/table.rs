@@ -152,8 +152,8 @@ fn smoothed(
             section.faults.smoothed.borrow_mut().push(Smoothed { section: path, left: smooth.left, sentence });
             let [half, other] = smooth.half.map(|order| format!("{order:.0}"));
             section.faults.note(format!(
-                "`{}`: {} without its noise of {}: the lifts change by {mean} (root mean square), {largest} at most; half of \
-                 harmonic {half} is left (of {other}, if all of the noise were taken out)",
+                "`{}`: {} without its noise of {}: the lifts change by {mean} (root mean square), {largest} at most; harmonic \
+                 {half} is halved (harmonic {other}, if all of the noise were taken out)",
                 section.path, file.name, noise
             ));
             return Some(Reading { points: smooth.points, ..reading });

@@ -186,7 +186,7 @@ fn the_reference_tells_ranges_and_defaults_of_the_parameters() {
                 let key = row.split(" | ").next().unwrap_or_default();
                 key.contains(&format!("`{}`", p.key)) || key.contains(&format!("`{}.{}`", P::SECTION, p.key))
             });
-            let [min, max] = p.range.map(|value| units::short(value).replace('-', "−").replace("e−", "e-"));
+            let [min, max] = p.range.map(units::short);
             let range = format!("{min} to {max}");
             assert!(row.is_some_and(|row| row.contains(&range)), "{start} {}: {range} in {row:?}", p.key);
             let default = row.and_then(|row| row.trim_end_matches([' ', '|']).rsplit(" | ").next());

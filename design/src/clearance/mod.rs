@@ -259,7 +259,10 @@ fn speed(scene: &Scene, options: &Options) -> Result<f64, Fault> {
     if turns(w) && w.is_finite() {
         return Ok(w);
     }
-    Err(Fault::new(format!("the speed is {} rad/s: a shaft at rest passes no clearance; give --speed", Number(w))))
+    Err(Fault::new(format!(
+        "the speed is {} rpm: a shaft at rest passes no clearance; give --speed",
+        Number(w * 60.0 / TAU)
+    )))
 }
 
 /// The angle from `from` to `to` in the sense of the motion, in (0, 2π] (rad).

@@ -74,7 +74,7 @@ fn row(figures: &Figures) -> Vec<String> {
 /// With its sign, which a rounded zero has not.
 fn signed(value: f64, decimals: usize) -> String {
     let text = format!("{value:+.decimals$}");
-    if text.contains(|c: char| ('1'..='9').contains(&c)) { text.replace('-', "−") } else { text[1..].to_owned() }
+    if text.contains(|c: char| ('1'..='9').contains(&c)) { text } else { text[1..].to_owned() }
 }
 
 /// formula/model − 1 in per cent, of the release the difference in degrees.
@@ -335,8 +335,8 @@ fn quantities<'a>(machine: &Parameters, tuning: &'a Tuning, model: Option<&'a By
             .map(|m| ([&m.frequency, &m.speed, &m.clearance, &m.mass, &m.damping][which], m.searched[which])),
     };
     [
-        quantity(0, format!("ω at Ω = {} rad/s", number(speed)), "rad/s", 1.0, omega),
-        quantity(1, format!("Ω at ω = {} rad/s", number(omega)), "rad/s", 1.0, speed.abs()),
+        quantity(0, format!("ω at Ω = {} rpm", number(speed * 60.0 / TAU)), "rad/s", 1.0, omega),
+        quantity(1, format!("Ω at ω = {} rad/s", number(omega)), "rpm", 60.0 / TAU, speed.abs()),
         quantity(2, "s at both".to_owned(), "mm", 1e3, s),
         quantity(3, "m1 at these".to_owned(), "kg", 1.0, m1),
         quantity(4, "D = b/(2 m2 ω)".to_owned(), "1", 1.0, 0.5 * b / (m2 * omega)),
@@ -403,9 +403,9 @@ pub fn of_tuning(report: &Report, study: &Study) -> Vec<String> {
     if tuning.quasi_static_speed.is_finite() && tuning.quasi_static_frequency > 0.0 {
         lines.push(format!(
             "The quasi-static release of the formulas is right to 5 % from ω = {} rad/s on at this speed, up to Ω = {} \
-             rad/s at this natural frequency.",
+             rpm at this natural frequency.",
             number(tuning.quasi_static_frequency),
-            number(tuning.quasi_static_speed)
+            number(tuning.quasi_static_speed * 60.0 / TAU)
         ));
     }
     lines

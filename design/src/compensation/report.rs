@@ -105,7 +105,12 @@ pub struct Cut {
 ///
 /// # Errors
 /// Those of [`Task::solve`] and [`super::Solution::laws`], and a study that takes more work than one may.
-pub fn study(scene: &str, task: &Task, options: Options, progress: &dyn Fn(Progress)) -> Result<Report, Fault> {
+pub fn study(
+    scene: &str,
+    task: &Task,
+    options: Options,
+    progress: &(dyn Fn(Progress) + Sync),
+) -> Result<Report, Fault> {
     let hint = "a larger J0 or breakdown slip helps, a motor without `lag`, motions that are series instead of cycles, or a larger \
                 --tolerance";
     work::within(work::BUDGET, hint, progress, |tell| looked_at(scene, task, options, tell)).map_err(Fault::new)?
@@ -274,8 +279,8 @@ fn row(name: String, round: Option<&Round>, of_series: bool, columns: usize) -> 
         cells.resize(columns, String::new());
         return cells;
     };
-    let mut cells =
-        vec![name, format!("{:.12}", round.period), format!("{:.4}", round.speed[0]), format!("{:.4}", round.speed[1])];
+    let [least, largest] = round.speed.map(|w| format!("{:.3}", w * 60.0 / TAU));
+    let mut cells = vec![name, format!("{:.12}", round.period), least, largest];
     for tool in &round.tools {
         cells.extend([percent(tool.overshoot), percent(tool.deviation)]);
         if of_series {
@@ -296,7 +301,7 @@ impl Report {
     pub fn table(&self) -> Table {
         // A motion that is no series has no harmonics beyond its own.
         let of_series = self.machines().any(|(_, round)| round.tools.iter().any(|tool| tool.highest_extra.is_some()));
-        let mut head: Vec<String> = ["machine", "T [s]", "least w [rad/s]", "largest w"].map(str::to_owned).into();
+        let mut head: Vec<String> = ["machine", "T [s]", "least w [rpm]", "largest w"].map(str::to_owned).into();
         for j in &self.numbers {
             let columns = ["overshoot", "deviation", "extra harmonics"].into_iter().take(2 + usize::from(of_series));
             head.extend(columns.map(|column| format!("tool {j}: {column}")));
@@ -313,10 +318,10 @@ impl Report {
     /// The result in sentences.
     pub fn about(&self) -> Vec<String> {
         let mut lines = vec![format!(
-            "Period T = {:.15} s, w from {:.6} to {:.6} rad/s (resolved to {} of its mean).",
+            "Period T = {:.15} s, w from {:.5} to {:.5} rpm (resolved to {} of its mean).",
             self.period,
-            self.speed[0],
-            self.speed[1],
+            self.speed[0] * 60.0 / TAU,
+            self.speed[1] * 60.0 / TAU,
             number(self.resolution)
         )];
         if let Some(speed) = self.synchronous_speed {

@@ -3,7 +3,7 @@
 use super::turn::{Extreme, State, Turn};
 use super::{Contact, Drive, Forces, Loads, Machine};
 use crate::cam_geometry::{Cut, Follower as Carrier, Shape, Side, Tolerances, Verdict};
-use crate::text::{self, NONE, Page, Table, number};
+use crate::text::{self, NONE, Page, Table, number, rpm};
 use camdrive::drives::Fault;
 use camdrive::drives::rigid_machine::linkage::in_turn;
 use serde::Serialize;
@@ -212,11 +212,6 @@ fn from(lift_off: f64) -> String {
     if lift_off == 0.0 { "even at rest".to_owned() } else { format!("from {} rpm on", rpm(lift_off)) }
 }
 
-/// A speed (rad/s) in revolutions per minute.
-pub fn rpm(speed: f64) -> String {
-    text::digits(speed * 60.0 / TAU, 5, -4)
-}
-
 /// Angles in a row.
 fn angles(list: &[f64]) -> String {
     list.iter().map(|phi| format!("{}°", in_turn(*phi, 2))).collect::<Vec<_>>().join(", ")
@@ -293,8 +288,8 @@ impl OfDrive {
             });
         } else {
             known.push(match changes.is_empty() {
-                true => format!("The {what} never changes its sign: play is not crossed."),
-                false => format!("The {what} changes its sign, and play is crossed, at φ = {changes}."),
+                true => format!("The {what} never changes its sign: no play would be crossed."),
+                false => format!("The {what} changes its sign, and any play would be crossed, at φ = {changes}."),
             });
         }
         // What a tenth of a millimetre shows: whether there is a cam at all.
@@ -314,6 +309,13 @@ impl OfDrive {
 impl Power {
     fn text(&self) -> String {
         let size = self.largest.abs();
+        if self.process == 0.0 {
+            let part = self.shaft.abs() / size;
+            return format!(
+                "Over the turn the shaft gives no power ({part:.0e} of the largest power, {} W): there is no process.",
+                number(size)
+            );
+        }
         let watts = |power: f64| if power.abs() <= ROUNDING * size { "0".to_owned() } else { number(power) };
         format!(
             "Over the turn the shaft gives {} W and the process takes {} W; they differ by {:.0e} of the largest power, {} W.",
@@ -343,11 +345,15 @@ impl Report {
         }
     }
 
-    /// The drives whose speed of lift-off is exceeded, with that speed.
+    /// That followers leave their cams at this speed, for each of them.
     pub fn lost(&self) -> Vec<String> {
         let of = |drive: &OfDrive| {
             let lift_off = drive.lost_at(self.speed).filter(|lift_off| self.speed.abs() > *lift_off)?;
-            Some(format!("{} leaves its cam {}", drive.name, from(lift_off)))
+            let holds = match lift_off {
+                0.0 => "not even at rest".to_owned(),
+                _ => format!("up to {} rpm", rpm(lift_off)),
+            };
+            Some(format!("{} leaves its cam at {} rpm (contact holds {holds})", drive.name, rpm(self.speed)))
         };
         self.drives.iter().filter_map(of).collect()
     }
@@ -392,9 +398,13 @@ impl Machine {
             let of = |(j, drive): (usize, &Drive)| {
                 let name = drive.name.rsplit_once('.').map_or("the follower", |(_, follower)| follower);
                 let lift_off = drive.is_force_closed().then(|| turn.lift_off(j))??;
-                Some(format!("; {name} would leave its cam {}", from(lift_off.value)))
+                Some(format!("{name} would leave its cam {}", from(lift_off.value)))
             };
-            Ok(machine.drives.iter().enumerate().filter_map(of).collect())
+            let leaving: Vec<String> = machine.drives.iter().enumerate().filter_map(of).collect();
+            Ok(match leaving[..] {
+                [] => String::new(),
+                _ => format!(", in which contact holds at any speed; in the machine {}", leaving.join(", ")),
+            })
         };
         (!acting.is_empty()).then(|| {
             let leaving: String = leaving().unwrap_or_else(|_: Fault| String::new());

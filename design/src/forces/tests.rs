@@ -349,7 +349,7 @@ fn the_speed_of_lift_off_of_random_scenes() {
 fn what_the_motion_leaves_out_is_told() {
     let still = |loads: Loads| machine(0.0, Follower::new(2.0, series(&[0.01, -0.01], &[])), None, loads).left_out();
     assert_eq!(still(Loads { material: steel(0.01), ..Loads::default() }), None);
-    let told = "[forces] (spring, gravity, process) is not part of the motion of the FMU; x";
+    let told = "[forces] (spring, gravity, process) is not part of the motion of the FMU, in which contact holds at any speed; in the machine x";
     // m ω² h cos φ against F₀ + m g − P = 20 + 20 − 10 N.
     let rpm = text::digits(1500.0_f64.sqrt() * 60.0 / TAU, 5, -4);
     let mut loads = Loads {
@@ -379,6 +379,10 @@ fn a_machine_without_followers_has_a_torque() {
     assert!(report.power.shaft.abs() < 1e-10 && report.lost().is_empty(), "{:?}", report.power);
     let text = report.text(400);
     assert!(text.contains("Shaft") && text.contains("the largest power, 2400 W"), "{text}");
+    assert!(
+        text.contains("gives no power") && text.contains("there is no process") && !text.contains("takes"),
+        "{text}"
+    );
     let table = report::shaft_csv(&turn, machine.speed).expect("a table");
     let row = |line: &str| -> Vec<f64> { line.split(',').map(|cell| cell.parse().expect("a number")).collect() };
     for line in table.lines().skip(1) {

@@ -24,6 +24,11 @@ const NO_JUMP: f64 = 1e-9;
 /// closer, and the spline through 24 points or more swings less beside a rest, as does the noise of a table of some use.
 const RIPPLE: f64 = 0.01;
 
+/// An angle (rad) of a turn without what roundings leave of zero.
+fn rounded(phi: f64) -> f64 {
+    if phi.abs() < TAU * f64::EPSILON { 0.0 } else { phi }
+}
+
 /// A motion between two stops.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Motion {
@@ -50,15 +55,15 @@ pub struct Motion {
 impl Motion {
     /// Meaning of the columns of [`Motion::table`].
     pub const SYMBOLS: &str = "From stop to stop, through the lift h over the angle β: the largest velocity is C_v h Ω/β, the \
-        accelerations reach from C_a− h (Ω/β)² to C_a+ h (Ω/β)², the largest jerk is C_j h (Ω/β)³, the torques of inertia reach from \
-        C_M− m h² Ω²/β³ to C_M+ m h² Ω²/β³. Ripples of rests, below 1 % of the largest lift of a series or a table, are left out.";
+        accelerations reach from C_a- h (Ω/β)² to C_a+ h (Ω/β)², the largest jerk is C_j h (Ω/β)³, the torques of inertia reach from \
+        C_M- m h² Ω²/β³ to C_M+ m h² Ω²/β³. Ripples of rests, below 1 % of the largest lift of a series or a table, are left out.";
 
     /// Columns of [`Motion::table`] with their values.
-    const COLUMNS: &str = "law  from  to  h  C_v  C_a+  C_a−  C_j  C_M+  C_M−";
+    const COLUMNS: &str = "law  from  to  h  C_v  C_a+  C_a-  C_j  C_M+  C_M-";
 
     fn row(&self) -> Vec<String> {
         let Motion { velocity, acceleration: [a, b], jerk, torque: [m, n], .. } = *self;
-        let place = [self.from, self.from + self.angle].map(|phi| shown(phi, "rad"));
+        let place = [self.from, self.from + self.angle].map(|phi| shown(rounded(phi), "rad"));
         let values = [velocity, a, b, jerk, m, n].map(super::digits);
         [std::slice::from_ref(&self.law), &place[..], &[shown(self.lift, self.unit)], &values].concat()
     }

@@ -27,6 +27,7 @@ pub fn behind_cam(law: &MotionLaw, [m, b, c]: [f64; 3], speed: Option<f64>) -> P
         terms: Box::new(terms),
         breakpoints: law.breakpoints().to_vec(),
         reach: Box::new(move |segment| 1.0 / resolutions.resolution_in(segment).max(1.0)),
+        cost: law.cost(),
         inertia_turns: false,
         speed,
         start: 0.0,

@@ -17,6 +17,7 @@
 //! 1975, chapters II and VIII; W. Magnus, S. Winkler, *Hill's Equation*, Wiley 1966, theorem 2.1.
 
 use super::system::{Complex, MOST_HARMONICS, System, coefficient, first_harmonics};
+use crate::work;
 use nalgebra::DMatrix;
 
 /// The undamped boundaries of the instability of order n.
@@ -158,6 +159,10 @@ fn truncated(functions: &Functions, orders: usize, harmonics: usize) -> Vec<Pair
 
 /// The λ of one kind of ends in the order of the oscillation numbers, without that of the number 0.
 fn eigenvalues(functions: &Functions, half: bool, harmonics: usize, orders: usize) -> Vec<f64> {
+    // The eigenvalues of a full matrix of 2 `harmonics` rows.
+    if !work::draw(5.0 * (2.0 * harmonics as f64).powi(3)) {
+        return vec![f64::NAN; orders + 2];
+    }
     let parts = functions.parts as f64;
     let waves: Vec<f64> = (1..=harmonics).map(|n| parts * (n as f64 - if half { 0.5 } else { 0.0 })).collect();
     let mut sorted: Vec<f64> = match &functions.kind {

@@ -25,7 +25,7 @@ mod tests;
 pub mod tongue;
 
 use crate::resource::Resource;
-use crate::{Progress, parallel, search};
+use crate::{Progress, parallel, search, work};
 use bounds::Bounds;
 use camdrive::drives::oscillator::Terms;
 use camdrive::drives::{Fault, PeriodicOscillator};
@@ -220,6 +220,7 @@ struct Counter<'a> {
 
 impl<'a> Counter<'a> {
     fn new(tell: &'a (dyn Fn(Progress) + Sync), stage: &'static str, total: usize) -> Self {
+        tell(Progress { done: 0, total, stage });
         Counter { tell, done: AtomicUsize::new(0), total, stage }
     }
 
@@ -232,20 +233,27 @@ impl<'a> Counter<'a> {
 /// Studies the oscillator of a scene; of one with a parallel crank θ*(σ) as well.
 ///
 /// # Errors
-/// As [`study`].
+/// As [`study`], and where it takes more work than a study may.
 pub fn study_scene(
     resource: &Resource,
     options: &Options,
     progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<Report, Fault> {
+    let hint = "take fewer --orders or harmonics, or leave out the maps with --quick";
+    work::within(work::BUDGET, hint, progress, |tell| studied(resource, options, tell)).map_err(Fault::new)?
+}
+
+/// See [`study_scene`].
+fn studied(resource: &Resource, options: &Options, progress: &(dyn Fn(Progress) + Sync)) -> Result<Report, Fault> {
     let mut oscillator = resource.oscillator()?;
     let own = oscillator.speed.filter(|_| options.speeds.is_empty());
     let turns: Vec<f64> = options.speeds.iter().chain(options.range.iter().flatten()).copied().chain(own).collect();
     let backwards = turns.iter().any(|w| *w < 0.0);
     if let Some(w) = turns.iter().find(|w| backwards && **w > 0.0) {
         return Err(Fault::new(format!(
-            "the speed {w} rad/s and others have opposite signs, with different boundaries; examine them one after the \
-             other, the range with its sign"
+            "the speed {} rpm and others have opposite signs, with different boundaries; examine them one after the \
+             other, the range with its sign",
+            exact(w * table::RPM)
         )));
     }
     let options = &Options {

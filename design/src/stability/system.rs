@@ -15,6 +15,7 @@
 //! ∫ β/m̂ dφ = 0 all the same.
 
 use super::MOST_ORDERS;
+use crate::work;
 use camdrive::drives::Fault;
 use camdrive::drives::oscillator::{PeriodicOscillator, Terms};
 use camdrive::numerics::angle::WHOLE_TURN;
@@ -22,6 +23,7 @@ use camdrive::numerics::divisor::greatest_common_divisor;
 use camdrive::numerics::double_double::Double;
 use camdrive::numerics::gauss::Gauss;
 use camdrive::numerics::period_map::{Coefficients, Period, PeriodMap, Periodic};
+use camdrive::numerics::work::EVALUATION;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -486,5 +488,10 @@ impl Periodic for Turn<'_> {
 
     fn longest_cell(&self, _: Double, interval: usize) -> f64 {
         (self.system.oscillator.reach)(self.intervals[interval].1)
+    }
+
+    fn draw(&self, evaluations: usize) -> Option<()> {
+        // A thousand plain operations in a nominal microsecond.
+        work::draw(1e3 * evaluations as f64 * (EVALUATION + self.system.oscillator.cost)).then_some(())
     }
 }

@@ -58,8 +58,8 @@ fn bound(order: &Order, bound: f64) -> String {
 fn off_by(off: f64) -> String {
     if off.is_infinite() {
         "instead of 0".to_owned()
-    } else if off.abs() < 1.0 {
-        format!("{:+.0} %", 100.0 * off).replace('-', "−")
+    } else if off < 1.0 {
+        format!("{:+.0} %", 100.0 * off)
     } else {
         format!("{} times", number(1.0 + off))
     }
@@ -139,7 +139,7 @@ pub fn of_approximations(report: &Report) -> Table {
     let speeds = |ends: Option<[f64; 2]>| ends.map_or_else(|| "none".to_owned(), |ends| interval(ends, w0));
     let row = |order: &Order| {
         let off = order.damped.zip(order.approximate).filter(|(exact, _)| exact[1].is_finite());
-        let percent = |part: f64| format!("{:+.1} %", 100.0 * part).replace('-', "−");
+        let percent = |part: f64| format!("{:+.1} %", 100.0 * part);
         let off = off.map(|(exact, near)| [0, 1].map(|end| percent(near[end] / exact[end] - 1.0)).join(", "));
         vec![
             order.j.to_string(),
@@ -166,7 +166,11 @@ pub fn below_approximations(report: &Report) -> Vec<String> {
         let cases = known.filter(|(order, exact)| is_one(order, *exact));
         let cases: Vec<String> = cases.map(|(o, exact)| format!("j = {}: {}", o.j, words(o, told(exact)))).collect();
         let more = cases.len().saturating_sub(LISTED);
-        let more = if more > 0 { format!("; and of {more} more orders") } else { String::new() };
+        let more = if more > 0 {
+            format!("; and {more} more order{}", if more > 1 { "s" } else { "" })
+        } else {
+            String::new()
+        };
         Some(cases[..cases.len().min(LISTED)].join("; ") + &more + ".").filter(|_| !cases.is_empty())
     };
     let differs =
@@ -241,7 +245,7 @@ pub fn of_speeds(report: &Report) -> Vec<String> {
         if im == 0.0 {
             exact(re)
         } else {
-            format!("{} {} {}i", exact(re), if im < 0.0 { '−' } else { '+' }, exact(im.abs()))
+            format!("{} {} {}i", exact(re), if im < 0.0 { '-' } else { '+' }, exact(im.abs()))
         }
     };
     let sentence = |at: &super::AtSpeed| {

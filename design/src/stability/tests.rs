@@ -27,6 +27,7 @@ fn oscillator(terms: Coefficients, reach: f64, inertia_turns: bool) -> PeriodicO
         terms,
         breakpoints: Vec::new(),
         reach: Box::new(move |_| reach),
+        cost: 0.0,
         inertia_turns,
         speed: None,
         start: 0.0,

@@ -46,7 +46,7 @@ impl Bound {
 
 impl Assignment {
     /// The profiles of all laws with all that is to be known of them.
-    pub fn study(&self, progress: &dyn Fn(Progress)) -> Result<Together, Infeasible> {
+    pub fn study(&self, progress: &(dyn Fn(Progress) + Sync)) -> Result<Together, Infeasible> {
         let hint = "take fewer harmonics, laws or starts, say `fastest` instead of `tolerance` for an elastic member, or widen bounds";
         let studies = work::within(work::BUDGET, hint, progress, |tell| self.studies(tell));
         let studies = studies.map_err(Infeasible::Numerical)??;

@@ -19,9 +19,9 @@ pub mod table;
 #[cfg(test)]
 mod tests;
 
-use crate::Progress;
 use crate::resource::Resource;
 use crate::text::{number, time};
+use crate::{Progress, work};
 use camdrive::drives::Fault;
 
 use run::{Grid, Inputs, Interface, Plan, run};
@@ -299,7 +299,7 @@ fn grid(step: f64, stop: f64) -> Result<Grid, Fault> {
 fn run_up(options: &Options) -> Result<RunUp, Fault> {
     let speed = options.speed.unwrap_or(DEFAULT_SPEED);
     if speed == 0.0 || !speed.is_finite() {
-        return Err(Fault::new(format!("--speed: a run-up ends with a speed other than {speed} rad/s")));
+        return Err(Fault::new("--speed: a run-up ends with a finite speed other than 0"));
     }
     let turns = options.turns.unwrap_or(9.0);
     if !(turns > 0.0 && turns.is_finite()) {
@@ -316,8 +316,15 @@ fn run_up(options: &Options) -> Result<RunUp, Fault> {
 /// Runs the study of a scene; `progress` is told after each run.
 ///
 /// # Errors
-/// A scene that the drive refuses, options that give no experiment, a reference that cannot be computed.
-pub fn study(resource: &Resource, options: &Options, mut progress: impl FnMut(Progress)) -> Result<Report, Fault> {
+/// A scene that the drive refuses, options that give no experiment, a reference that cannot be computed, and a study that takes
+/// more work than one may.
+pub fn study(resource: &Resource, options: &Options, progress: &(dyn Fn(Progress) + Sync)) -> Result<Report, Fault> {
+    let hint = "take fewer --turns, or fewer settings with --quick";
+    work::within(work::BUDGET, hint, progress, |tell| studied(resource, options, tell)).map_err(Fault::new)?
+}
+
+/// See [`study`].
+fn studied(resource: &Resource, options: &Options, progress: &dyn Fn(Progress)) -> Result<Report, Fault> {
     progress(Progress { done: 0, total: 1, stage: "reference" });
     let bench = Bench::new(resource, options)?;
     let reference = reference::compute(resource, &bench.interface, bench.grid, &bench.run_up)?;

@@ -3,8 +3,10 @@
 use super::run_up::{HIGHEST_DERIVATIVE, RunUp, Signal};
 use crate::host::Host;
 use crate::resource::Resource;
+use crate::work;
 use camdrive::drives::variable::{Causality, Kind, Variability};
 use camdrive::drives::{Description, Fault};
+use camdrive::numerics::work::Since;
 use cpu_time::ThreadTime;
 
 /// The drive as the host sees it.
@@ -207,6 +209,9 @@ impl<'a> Feed<'a> {
     }
 }
 
+/// A run draws upon the budget of the study once in so many steps, lest that be seen in their cost.
+const DRAWING: usize = 16;
+
 /// CPU time of this thread since `start` (ns).
 fn elapsed_ns(start: ThreadTime) -> f64 {
     start.elapsed().as_secs_f64() * 1e9
@@ -215,6 +220,13 @@ fn elapsed_ns(start: ThreadTime) -> f64 {
 /// Carries a plan out.
 pub fn run(plan: &Plan<'_>) -> Result<Trace, Fault> {
     let Plan { interface, grid, .. } = plan;
+    let mut since = Since::now();
+    let mut draw = || {
+        // A thousand plain operations in a nominal microsecond.
+        let cost = 1e3 * std::mem::replace(&mut since, Since::now()).drawn();
+        if work::draw(cost) { Ok(()) } else { Err(Fault::new("the work of the study is used up")) }
+    };
+    draw()?;
     let clock = ThreadTime::now();
     let mut host = Host::instantiate(plan.resource)?;
     for (reference, value) in plan.starts {
@@ -243,6 +255,9 @@ pub fn run(plan: &Plan<'_>) -> Result<Trace, Fault> {
         let (time, next) = (grid.time(i), grid.time(i + 1));
         feed.set(&mut host, time)?;
         host.do_step(time, next - time)?;
+        if i.is_multiple_of(DRAWING) {
+            draw()?;
+        }
         let row = match (i + 1) % grid.parts {
             0 => {
                 let at = (i + 1) / grid.parts * outputs;

@@ -104,8 +104,8 @@ pub fn about(report: &Report) -> Vec<String> {
     let mut lines = vec![format!("Runs of {}{turns}; default communication step {}.", time(e.stop), time(e.step))];
     if let Some([speed, ramp]) = e.run_up {
         lines.push(format!(
-            "The inputs follow a run-up from standstill to {} rad/s within {} and that speed after it.",
-            number(speed),
+            "The inputs follow a run-up from standstill to {} rpm within {} and that speed after it.",
+            text::rpm(speed),
             time(ramp)
         ));
     }

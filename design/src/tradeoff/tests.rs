@@ -38,6 +38,18 @@ fn quick() -> Options {
     Options { quick: true, turns: Some(2.0), ..Options::default() }
 }
 
+/// A drive that is integrated step by step.
+fn shaft() -> Resource {
+    resource::<elastic_shaft::ElasticShaft>(&elastic_shaft::Scene {
+        parameters: elastic_shaft::Parameters { m: 20.0, inertia: 0.05, c: 2000.0, b: 1.0 },
+        linear: false,
+        cam: MotionLaw::Fourier(Fourier::new(vec![0.0, 0.05], vec![])),
+        drive: DriveMode::Constant { w: 20.0, phi_start: 0.0 },
+        start: AT_REST,
+        solver: Settings::default(),
+    })
+}
+
 fn feature<'a>(report: &'a Report, start: &str) -> &'a Feature {
     report.features.iter().find(|f| f.feature.starts_with(start)).unwrap()
 }
@@ -45,7 +57,7 @@ fn feature<'a>(report: &'a Report, start: &str) -> &'a Feature {
 #[test]
 fn changes_are_those_of_the_closed_form() {
     let w = 10.0;
-    let report = study(&output(DriveMode::Constant { w, phi_start: 0.0 }), &quick(), |_| ()).unwrap();
+    let report = study(&output(DriveMode::Constant { w, phi_start: 0.0 }), &quick(), &|_| ()).unwrap();
     // Periodic motion of harmonic k: y = U_k /(1 − η²k²), η = w/ω₀ = 0.1; all cosines, so largest at φ = 0.
     let gain = |k: f64| 1.0 / (1.0 - 0.01 * k * k);
     let largest = 0.01 * gain(1.0) + 0.001 * gain(3.0);
@@ -72,6 +84,13 @@ fn changes_are_those_of_the_closed_form() {
     assert!(report.advice.iter().all(|advice| advice.sentence.ends_with('.')));
     nothing_is_told_below_the_floor(&report);
     assert!(report.advice[1].may_be_left_out.is_empty());
+}
+
+#[test]
+fn a_study_that_takes_too_much_work_ends_and_says_so() {
+    let study = crate::work::within(1e6, "do less", &|_| (), |tell| study(&shaft(), &quick(), tell).is_ok());
+    let message = study.unwrap_err();
+    assert!(message.contains("1.0e6 operations") && message.contains("reached: reference, 0 of 1"), "{message}");
 }
 
 /// Errors and changes that the reference does not tell are bounds, in every form of the report.
@@ -112,15 +131,7 @@ fn nothing_is_told_below_the_floor(report: &Report) {
 
 #[test]
 fn a_tolerance_buys_accuracy_and_the_advice_knows() {
-    let scene = elastic_shaft::Scene {
-        parameters: elastic_shaft::Parameters { m: 20.0, inertia: 0.05, c: 2000.0, b: 1.0 },
-        linear: false,
-        cam: MotionLaw::Fourier(Fourier::new(vec![0.0, 0.05], vec![])),
-        drive: DriveMode::Constant { w: 20.0, phi_start: 0.0 },
-        start: AT_REST,
-        solver: Settings::default(),
-    };
-    let report = study(&resource::<elastic_shaft::ElasticShaft>(&scene), &quick(), |_| ()).unwrap();
+    let report = study(&shaft(), &quick(), &|_| ()).unwrap();
     assert!(report.reference.floor < 1e-10, "{:?}", report.reference);
     let at = |tolerance: f64| {
         let usual = |row: &&Row| row.tolerance == Some(tolerance) && row.communication_step == report.experiment.step;
@@ -161,7 +172,7 @@ fn a_tolerance_buys_accuracy_and_the_advice_knows() {
 #[test]
 fn a_drive_with_inputs_runs_up() {
     let options = Options { speed: Some(30.0), ..quick() };
-    let report = study(&output(DriveMode::Input), &options, |_| ()).unwrap();
+    let report = study(&output(DriveMode::Input), &options, &|_| ()).unwrap();
     let [speed, ramp] = report.experiment.run_up.unwrap();
     assert_eq!(speed, 30.0);
     // Half of the ramp's time counts as turning at full speed: the run makes two turns.
@@ -176,7 +187,7 @@ fn a_drive_with_inputs_runs_up() {
 #[test]
 fn options_without_an_experiment_are_refused_by_name() {
     let still = output(DriveMode::Constant { w: 0.0, phi_start: 0.0 });
-    let refusal = |resource: &Resource, options: Options| study(resource, &options, |_| ()).unwrap_err().to_string();
+    let refusal = |resource: &Resource, options: Options| study(resource, &options, &|_| ()).unwrap_err().to_string();
     assert!(refusal(&output(DriveMode::Input), Options { speed: Some(0.0), ..quick() }).contains("--speed"));
     assert!(refusal(&output(DriveMode::Input), Options { ramp: Some(-1.0), ..quick() }).contains("--ramp"));
     let turning = output(DriveMode::Constant { w: 5.0, phi_start: 0.0 });

@@ -79,6 +79,14 @@ class SimulationError(Error):
         return "\n".join((self.args[0], *self.messages))
 
 
+def _words(error: Exception) -> str:
+    """What went wrong, without the number of the system's error."""
+    if isinstance(error, OSError) and error.strerror:
+        place = f"{os.fspath(error.filename)}: " if isinstance(error.filename, (str, os.PathLike)) else ""
+        return place + error.strerror
+    return str(error)
+
+
 def _run(*arguments: str) -> subprocess.CompletedProcess[str]:
     name = "camdrive" + (sysconfig.get_config_var("EXE") or "")
     # Of an environment, of pip install --user, of pip install --target.
@@ -89,7 +97,10 @@ def _run(*arguments: str) -> subprocess.CompletedProcess[str]:
         raise Error(f"the executable camdrive is neither in the PATH nor one of {', '.join(map(str, places))}")
     # Messages are for exceptions, not for a terminal with colours.
     environment = {name: value for name, value in os.environ.items() if name != "CLICOLOR_FORCE"}
-    return subprocess.run([program, *arguments], capture_output=True, encoding="utf-8", env=environment)
+    try:
+        return subprocess.run([program, *arguments], capture_output=True, encoding="utf-8", env=environment)
+    except OSError as error:
+        raise Error(f"the executable camdrive cannot be run: {_words(error)}") from error
 
 
 def _diagnostics(scene: str) -> tuple[Diagnostic, ...]:
@@ -184,7 +195,7 @@ def simulate(
     try:
         temporary = tempfile.TemporaryDirectory()
     except OSError as error:
-        raise Error(f"no temporary folder can be made (TMPDIR says where): {error}") from error
+        raise Error(f"no temporary folder can be made (TMPDIR says where): {_words(error)}") from error
     with temporary as folder:
         fmu = Path(scene_or_fmu)
         if fmu.suffix.lower() != ".fmu":
@@ -223,4 +234,4 @@ def simulate(
         except Error:
             raise
         except Exception as error:
-            raise SimulationError(str(error), tuple(messages)) from error
+            raise SimulationError(_words(error), tuple(messages)) from error

@@ -25,6 +25,7 @@ pub(super) fn of(scene: &Scene) -> PeriodicOscillator {
         terms: Box::new(terms),
         breakpoints: scene.cam.breakpoints().to_vec(),
         reach: Box::new(move |segment| REACH / resolved.resolution_in(segment).max(1.0)),
+        cost: scene.cam.cost(),
         inertia_turns: true,
         speed,
         start,

@@ -14,6 +14,8 @@ pub struct PeriodicOscillator {
     pub breakpoints: Vec<f64>,
     /// An angle (rad) over which the coefficients of a segment follow a polynomial of degree 8.
     pub reach: Box<dyn Fn(usize) -> f64 + Send + Sync>,
+    /// Cost of the coefficients at an angle (nominal µs), see [`crate::numerics::work`].
+    pub cost: f64,
     /// Whether b₁ = m′ and c₂ = m″/2.
     pub inertia_turns: bool,
     /// The speed Ω of the scene (rad/s); None where the drive follows its inputs.

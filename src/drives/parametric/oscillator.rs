@@ -14,7 +14,7 @@ pub(super) fn of(scene: &Scene) -> PeriodicOscillator {
     };
     let coordinate = scene.law.coordinate();
     let (breakpoints, reaches) = pieces.into_iter().unzip::<f64, f64, Vec<f64>, Vec<f64>>();
-    let least = coefficients.least_reach();
+    let (least, cost) = (coefficients.least_reach(), coefficients.cost());
     PeriodicOscillator {
         terms: Box::new(move |_, phi| {
             let values = coefficients.at(phi);
@@ -22,6 +22,7 @@ pub(super) fn of(scene: &Scene) -> PeriodicOscillator {
         }),
         breakpoints,
         reach: Box::new(move |segment| reaches.get(segment).copied().unwrap_or(least)),
+        cost,
         inertia_turns: false,
         speed,
         start,

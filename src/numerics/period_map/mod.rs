@@ -40,7 +40,7 @@ const MOST_CELLS_UNTABULATED: usize = 50_000;
 /// A cell shorter than this part of the period means that no cell keeps the tolerance.
 const SHORTEST_CELL: f64 = 1e-9;
 
-/// Periods beyond which no time tells where in its period the motion is.
+/// Periods beyond which a time no longer determines the place of the motion in its period.
 const MOST_PERIODS: u64 = 1 << 52;
 
 /// Least error of the end of a cell: some roundings.
@@ -85,7 +85,7 @@ pub trait Periodic {
         Some(())
     }
 
-    /// Whether fast vibrations may be tabulated by their phase: it errs by its roundings, ε times the radians that it passes.
+    /// Whether fast vibrations may be tabulated by their phase: its error is ε times the radians that it passes.
     fn by_phase(&self) -> bool {
         true
     }
@@ -103,7 +103,7 @@ pub struct Affine {
 /// A period as a whole.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Period {
-    /// From its start to its end; not finite where free motions grow beyond all numbers.
+    /// From its start to its end; not finite where free motions exceed the range of numbers.
     pub map: Affine,
     /// The homogeneous part, whatever its size.
     pub monodromy: Monodromy,
@@ -297,7 +297,7 @@ impl PeriodMap {
     }
 }
 
-/// How long the next cells are to be.
+/// The lengths of the next cells.
 struct Lengths {
     /// One by polynomials (s).
     polynomial: f64,
@@ -313,7 +313,7 @@ impl Lengths {
         Lengths { polynomial: f64::INFINITY, fast: f64::INFINITY, failed: start }
     }
 
-    /// Whether the cell from `start` of at most this length (s) is to be one by the phase: where it may be long enough for many
+    /// Whether the cell from `start` of at most this length (s) is one by the phase: where it may be long enough for many
     /// vibrations, and short ones have not failed before.
     fn fast(&mut self, equation: &dyn Periodic, interval: usize, start: Double, longest: f64) -> bool {
         if !equation.by_phase() || (self.failed - start).hi > 0.0 {

@@ -334,7 +334,7 @@ fn what_cannot_be_studied_says_why() {
         assert!(parts.iter().all(|part| fault.contains(part)), "{fault}");
     };
     refused(&Scene { drive: DriveMode::Input, ..plain.clone() }, Options::default(), &["inputs", "--speed"]);
-    refused(&plain, Options { speed: Some(0.0), ..Options::default() }, &["0 rad/s", "--speed"]);
+    refused(&plain, Options { speed: Some(0.0), ..Options::default() }, &["0 rpm", "--speed"]);
     refused(&with(plain.clone(), |p| p.s = 0.0), Options::default(), &["clearance", "0 m", "--clearance"]);
     refused(&plain, Options { clearance: Some(-1.0), ..Options::default() }, &["clearance", "-1 m"]);
     refused(&plain, Options { damping: Some(-0.1), ..Options::default() }, &["--damping", "-0.1", "at least 0"]);

@@ -4,6 +4,7 @@ use super::{crank, critical, mathieu, oscillator, series};
 use crate::stability::bounds::Harmonics;
 use crate::stability::system::System;
 use crate::stability::{Options, modulation, study, table};
+use crate::work;
 use camdrive::drives::oscillator::{PeriodicOscillator, Terms};
 use std::f64::consts::{PI, TAU};
 
@@ -76,6 +77,33 @@ fn orders_whose_boundaries_are_not_found_are_told() {
     assert!(!table::warnings(&report).iter().any(|line| line.contains("have not been found")));
     report.eigenproblem.lost = Some(4.5);
     assert!(table::warnings(&report).iter().any(|line| line.contains("from order 4.5 on have not been found")));
+}
+
+#[test]
+fn a_study_that_takes_too_much_work_ends_and_says_so() {
+    let scene = mathieu(0.3);
+    let studied = |budget: f64| {
+        work::within(budget, "do less", &|_| (), |tell| study(["m", "test"], &scene, &Options::default(), tell).is_ok())
+    };
+    assert_eq!(studied(work::BUDGET), Ok(true));
+    let message = studied(1e6).unwrap_err();
+    assert!(message.contains("1.0e6 operations") && message.contains("reached: orders, "), "{message}");
+}
+
+#[test]
+fn orders_are_counted_and_a_bound_of_zero_is_off_by_all_of_it() {
+    let mut report =
+        study(["m", "test"], &mathieu(0.3), &Options { quick: true, ..Options::default() }, &|_| ()).unwrap();
+    // One order more than a sentence lists.
+    report.orders.truncate(5);
+    for order in &mut report.orders {
+        (order.critical_damping, order.safety) = (Some(0.1), Some(0.1));
+        (order.bounds.three_term, order.bounds.determinant) = (0.0, 0.0);
+    }
+    let rows = table::of_orders(&report).rows;
+    assert!(rows.iter().all(|row| row.iter().any(|cell| cell == "0 ! -100 %")), "{rows:?}");
+    let below = table::below_approximations(&report).join(" ");
+    assert!(below.contains("; and 1 more order."), "{below}");
 }
 
 #[test]
