@@ -132,11 +132,6 @@ fn refinement(scene: &CamScene, shares: &[f64]) -> Result<(), TestCaseError> {
 /// How a cam drive is run: at constant speed, or on inputs.
 type Motion<'a> = &'a dyn Fn(&CamScene, &[f64]) -> Result<(Vec<f64>, Vec<f64>), Fault>;
 
-fn time_scaling(scene: &CamScene, factor: f64) -> Result<(), TestCaseError> {
-    let (perturbed, _) = admitted(states(&scene.perturbed(), &[]))?;
-    time_scaling_of(scene, factor, &states, &perturbed)
-}
-
 fn time_scaling_of(scene: &CamScene, factor: f64, states: Motion, perturbed: &[f64]) -> Result<(), TestCaseError> {
     let (expected, largest) = admitted(states(scene, &even()))?;
     let (mut slow, _) = admitted(states(&scene.slower(factor), &[]))?;
@@ -450,11 +445,6 @@ macro_rules! of_cam_drives {
                 fn one_step_or_many(scene in $scene, shares in splits()) { refinement(&scene, &shares)?; }
 
                 #[test]
-                fn time_may_run_slower(scene in $scene, factor in (-3.0..3.0_f64).prop_map(f64::exp)) {
-                    time_scaling(&scene, factor)?;
-                }
-
-                #[test]
                 fn mirror_images(scene in $scene) { mirror(&scene)?; }
 
                 #[test]
@@ -508,15 +498,9 @@ proptest! {
     }
 
     #[test]
-    fn machine_slower_and_reversed(scene in machine(), factor in (-3.0..3.0_f64).prop_map(f64::exp)) {
+    fn machine_upside_down(scene in machine()) {
         let (expected, largest) = admitted(machine_states(&scene, &even()))?;
         let (perturbed, _) = admitted(machine_states(&scene.perturbed(), &[]))?;
-        let (mut slow, _) = admitted(machine_states(&scene.slower(factor), &[]))?;
-        slow[1] *= factor;
-        agree(&slow, &expected, &largest, &perturbed)?;
-        let (mut reversed, _) = admitted(machine_states(&scene.reversed(), &[]))?;
-        reversed.iter_mut().for_each(|v| *v = -*v);
-        agree(&reversed, &expected, &largest, &perturbed)?;
         // Upside down, U → −U, the machine has the same J.
         let (mirrored, _) = admitted(machine_states(&scene.mirrored(), &[]))?;
         agree(&mirrored, &expected, &largest, &perturbed)?;

@@ -190,23 +190,6 @@ impl MachineScene {
         [("tau", self.load)].into_iter().chain(torque).collect()
     }
 
-    pub fn slower(&self, factor: f64) -> Self {
-        let torque = match self.torque {
-            Torque::Kloss([m, s, w, lag]) => Torque::Kloss([m / (factor * factor), s, w / factor, lag * factor]),
-            Torque::Input(m) => Torque::Input(m / (factor * factor)),
-            Torque::None => Torque::None,
-        };
-        let [load, torque_start] = [self.load, self.torque_start].map(|m| m / (factor * factor));
-        MachineScene {
-            torque,
-            load,
-            torque_start,
-            w_start: self.w_start / factor,
-            span: self.span * factor,
-            ..self.clone()
-        }
-    }
-
     pub fn reversed(&self) -> Self {
         let torque = match self.torque {
             Torque::Kloss([m, s, w, lag]) => Torque::Kloss([m, s, -w, lag]),

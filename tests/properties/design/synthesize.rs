@@ -157,12 +157,15 @@ fn rotated() {
     for_all(6100, 4, (any(), rotation()), |(task, image)| holds(task, image));
 }
 
-/// Seen to find peaks with their sign. Profiles for elastic members are left out: the search for their critical speeds ends at
-/// profiles that differ by up to 3e-3 of the stroke between the senses.
+/// Seen to find peaks with their sign.
+///
+/// Elastic members are undamped here: a damped one lags behind its cam, so that the mirrored task of a cam that turns the same way is
+/// another task, whose objective differs by 1 % in scene 6201.
 #[test]
 fn mirrored() {
-    let rigid = any().prop_filter("no elasticity", |task| task.elasticity.is_none());
-    for_all(6200, 4, rigid, |task| holds(task, &MIRROR));
+    let undamped =
+        any().prop_map(|task| Task { elasticity: task.elasticity.map(|[w0, _, speed]| [w0, 0.0, speed]), ..task });
+    for_all(6200, 4, undamped, |task| holds(task, &MIRROR));
 }
 
 /// Seen to find a sum of squares in units of the task.
