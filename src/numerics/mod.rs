@@ -11,7 +11,6 @@ pub mod first_root;
 pub mod forced;
 pub mod gauss;
 pub mod interpolant;
-pub mod jet;
 pub mod lu;
 pub mod number;
 pub mod oscillator;

@@ -1,5 +1,5 @@
 //! Truncated Taylor series: an output equation written once yields its value, its time derivatives and its
-//! directional derivatives.
+//! directional derivatives; a formula with roots and circular functions those of a mechanism.
 //!
 //! Source: A. Griewank, A. Walther, *Evaluating Derivatives*, 2nd ed., SIAM 2008, chapter 13.
 
@@ -34,9 +34,9 @@ impl Scalar for f64 {
     }
 }
 
-/// c₀ + c₁ ε + c₂ ε² + O(ε³).
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Series(pub [f64; 3]);
+/// c₀ + c₁ ε + … + c_{N−1} ε^{N−1} + O(ε^N).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Series<const N: usize = 3>(pub [f64; N]);
 
 impl Series {
     /// The series of a function of time with these value, first and second derivative.
@@ -50,9 +50,68 @@ impl Series {
     }
 }
 
-impl From<f64> for Series {
+impl<const N: usize> Series<N> {
+    /// The series of a function with these derivatives of order 0, 1 …
+    pub fn of_derivatives(derivatives: [f64; N]) -> Self {
+        let mut series = derivatives;
+        let mut factorial = 1.0;
+        for (n, c) in series.iter_mut().enumerate().skip(2) {
+            factorial *= n as f64;
+            *c /= factorial;
+        }
+        Series(series)
+    }
+
+    /// The derivatives of order 0, 1 …
+    pub fn derivatives(self) -> [f64; N] {
+        let mut derivatives = self.0;
+        let mut factorial = 1.0;
+        for (n, d) in derivatives.iter_mut().enumerate().skip(2) {
+            factorial *= n as f64;
+            *d *= factorial;
+        }
+        derivatives
+    }
+
+    /// The value.
+    pub fn value(self) -> f64 {
+        self.0[0]
+    }
+
+    /// The derivative. It is known to one order less: the last coefficient is zero.
+    pub fn slope(self) -> Self {
+        Series(std::array::from_fn(|n| self.0.get(n + 1).map_or(0.0, |c| (n + 1) as f64 * c)))
+    }
+
+    /// Sine and cosine: s′ = x′ c, c′ = −x′ s.
+    pub fn sin_cos(self) -> (Self, Self) {
+        let (mut s, mut c) = ([0.0; N], [0.0; N]);
+        (s[0], c[0]) = self.0[0].sin_cos();
+        for n in 1..N {
+            for k in 1..=n {
+                let slope = k as f64 * self.0[k] / n as f64;
+                s[n] += slope * c[n - k];
+                c[n] -= slope * s[n - k];
+            }
+        }
+        (Series(s), Series(c))
+    }
+
+    /// The square root of a series with a positive value.
+    pub fn sqrt(self) -> Self {
+        let mut root = [0.0; N];
+        root[0] = self.0[0].sqrt();
+        for n in 1..N {
+            let known: f64 = (1..n).map(|k| root[k] * root[n - k]).sum();
+            root[n] = (self.0[n] - known) / (2.0 * root[0]);
+        }
+        Series(root)
+    }
+}
+
+impl<const N: usize> From<f64> for Series<N> {
     fn from(value: f64) -> Self {
-        Series([value, 0.0, 0.0])
+        Series(std::array::from_fn(|n| if n == 0 { value } else { 0.0 }))
     }
 }
 
@@ -67,39 +126,46 @@ impl Scalar for Series {
     }
 }
 
-impl Add for Series {
+impl<const N: usize> Add for Series<N> {
     type Output = Self;
     fn add(self, o: Self) -> Self {
-        Series(std::array::from_fn(|i| self.0[i] + o.0[i]))
+        Series(std::array::from_fn(|n| self.0[n] + o.0[n]))
     }
 }
 
-impl Sub for Series {
+impl<const N: usize> Sub for Series<N> {
     type Output = Self;
     fn sub(self, o: Self) -> Self {
-        Series(std::array::from_fn(|i| self.0[i] - o.0[i]))
+        Series(std::array::from_fn(|n| self.0[n] - o.0[n]))
     }
 }
 
-impl Neg for Series {
+impl<const N: usize> Neg for Series<N> {
     type Output = Self;
     fn neg(self) -> Self {
         Series(self.0.map(|c| -c))
     }
 }
 
-impl Mul<f64> for Series {
+impl<const N: usize> Add<f64> for Series<N> {
+    type Output = Self;
+    fn add(mut self, constant: f64) -> Self {
+        self.0[0] += constant;
+        self
+    }
+}
+
+impl<const N: usize> Mul<f64> for Series<N> {
     type Output = Self;
     fn mul(self, factor: f64) -> Self {
         Series(self.0.map(|c| factor * c))
     }
 }
 
-impl Mul for Series {
+impl<const N: usize> Mul for Series<N> {
     type Output = Self;
     fn mul(self, o: Self) -> Self {
-        let ([a0, a1, a2], [b0, b1, b2]) = (self.0, o.0);
-        Series([a0 * b0, a0 * b1 + a1 * b0, a0 * b2 + a1 * b1 + a2 * b0])
+        Series(std::array::from_fn(|n| (0..=n).map(|k| self.0[k] * o.0[n - k]).sum()))
     }
 }
 
@@ -134,5 +200,23 @@ mod tests {
         let f = t2.compose([s, c, -s]);
         assert!((f.derivative(1) - 4.0 * c).abs() < 1e-14);
         assert!((f.derivative(2) - (2.0 * c - 16.0 * s)).abs() < 1e-14);
+    }
+
+    #[test]
+    fn derivatives_of_a_formula_with_root_and_sine() {
+        // f = √(1 + x²) sin x: f″ = −f + (2x cos x)/r + sin x/r³, r = √(1 + x²), at x = 0.7.
+        let x = 0.7_f64;
+        let series = Series::<5>::of_derivatives([x, 1.0, 0.0, 0.0, 0.0]);
+        let (sin, cos) = series.sin_cos();
+        let f = ((series * series + 1.0).sqrt() * sin).derivatives();
+        let (s, c) = x.sin_cos();
+        let r = (1.0 + x * x).sqrt();
+        assert!((f[0] - r * s).abs() < 1e-15);
+        assert!((f[1] - (r * c + x * s / r)).abs() < 1e-15);
+        assert!((f[2] - (-r * s + 2.0 * x * c / r + s / r.powi(3))).abs() < 1e-14);
+        assert!((sin.derivatives()[4] - s).abs() < 1e-15 && (cos.derivatives()[3] - s).abs() < 1e-15);
+        let slope = sin.slope().derivatives();
+        assert!((slope[3] - s).abs() < 1e-15 && slope[4] == 0.0);
+        assert_eq!(Series::of_derivatives([1.0, 2.0, 3.0, 4.0, 5.0]).derivatives(), [1.0, 2.0, 3.0, 4.0, 5.0]);
     }
 }

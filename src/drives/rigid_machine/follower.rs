@@ -4,8 +4,8 @@ use super::linkage::{Extreme, Linkage};
 use super::place::Place;
 use crate::drives::{Fault, Rounded};
 use crate::motion::MotionLaw;
-use crate::numerics::jet::Jet;
 use crate::numerics::powers::{EVALUATIONS, Fitting};
+use crate::numerics::taylor::Series;
 use crate::numerics::work::Work;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
@@ -60,7 +60,7 @@ impl Follower {
     /// J and its derivatives of tool and links with respect to what `cam`, the law and its derivatives, are taken to; one
     /// order less than they have, the last is zero.
     pub fn inertia<const N: usize>(&self, cam: [f64; N]) -> [f64; N] {
-        let mut derivatives = self.linkage.moved(self.m, Jet::from_derivatives(cam)).inertia.derivatives();
+        let mut derivatives = self.linkage.moved(self.m, Series::of_derivatives(cam)).inertia.derivatives();
         if let Some(unknown) = derivatives.last_mut() {
             *unknown = 0.0;
         }

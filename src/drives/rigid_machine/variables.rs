@@ -143,7 +143,7 @@ pub(super) fn evaluate(machine: &RigidMachine, values: &mut [f64]) {
 }
 
 fn series(machine: &RigidMachine, seed: Seed, which: usize) -> Series {
-    let mut s = Series::default();
+    let mut s = Series::from(0.0);
     outputs(machine, &machine.point_series(seed), |place, series| s = if place == which { series } else { s });
     if which == PHI {
         s.0[0] = whole_angle(machine);

@@ -3,7 +3,7 @@
 
 use super::{Kind, Linkage, Mechanism, decimals};
 use crate::drives::Fault;
-use crate::numerics::jet::Jet;
+use crate::numerics::taylor::Series;
 use std::f64::consts::TAU;
 
 /// Angles below this (rad) between coupler and output link, or between rod and the normal of the slider's line, count as
@@ -67,7 +67,7 @@ impl Linkage {
         for (i, mechanism) in self.0.iter().enumerate() {
             let at = |phi: f64| {
                 let before = self.0[..i].iter();
-                let input = before.fold(Jet([lever(phi)]), |input, mechanism| mechanism.moved(input).0).value();
+                let input = before.fold(Series([lever(phi)]), |input, mechanism| mechanism.moved(input).0).value();
                 let input = input + mechanism.input_offset;
                 Extreme { phi, input, cosine: mechanism.transmission_cosine(input) }
             };

@@ -1,7 +1,7 @@
 //! The four-bar linkage.
 
 use super::{Branch, Link, arccos, nearest};
-use crate::numerics::jet::Jet;
+use crate::numerics::taylor::Series;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
@@ -53,9 +53,9 @@ impl FourBar {
     }
 
     /// ψ, and the moment of inertia of the links.
-    pub(super) fn moved<const N: usize>(&self, theta: Jet<N>) -> (Jet<N>, Jet<N>) {
+    pub(super) fn moved<const N: usize>(&self, theta: Series<N>) -> (Series<N>, Series<N>) {
         let (g, a, b, c) = (self.ground, self.input.length, self.coupler.length, self.output.length);
-        let mut psi = Jet::constant(self.position(theta.value()).unwrap_or(f64::NAN));
+        let mut psi = Series::from(self.position(theta.value()).unwrap_or(f64::NAN));
         let (st, ct) = theta.sin_cos();
         let (mut sp, mut cp) = psi.sin_cos();
         let slope = -c * (g * sp.value() + a * (theta.value() - psi.value()).sin());
@@ -67,12 +67,12 @@ impl FourBar {
             }
             (sp, cp) = psi.sin_cos();
         }
-        let zero = Jet::constant(0.0);
+        let zero = Series::from(0.0);
         let pin = [ct * a, st * a];
         let coupler = [((cp * c + g) - pin[0]) * (1.0 / b), (sp * c - pin[1]) * (1.0 / b)];
         let inertia = self.input.inertia([zero, zero], [ct, st])
             + self.coupler.inertia(pin, coupler)
-            + self.output.inertia([Jet::constant(g), zero], [cp, sp]);
+            + self.output.inertia([Series::from(g), zero], [cp, sp]);
         (psi, inertia)
     }
 

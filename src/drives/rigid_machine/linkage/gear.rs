@@ -1,6 +1,6 @@
 //! Gear pairs and what else has a constant ratio.
 
-use crate::numerics::jet::Jet;
+use crate::numerics::taylor::Series;
 use serde::{Deserialize, Serialize};
 
 /// A gear pair or a belt, ψ = i θ, or rack and pinion, s = i θ with i the radius of the pinion.
@@ -16,7 +16,7 @@ pub struct Gear {
 }
 
 impl Gear {
-    pub(super) fn moved<const N: usize>(&self, theta: Jet<N>) -> (Jet<N>, Jet<N>) {
+    pub(super) fn moved<const N: usize>(&self, theta: Series<N>) -> (Series<N>, Series<N>) {
         let slope = theta.slope();
         (theta * self.ratio, slope * slope * self.inertia)
     }

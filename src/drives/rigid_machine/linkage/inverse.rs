@@ -1,7 +1,7 @@
 //! From the tool back to the lever.
 
 use super::{Kind, Linkage, Mechanism};
-use crate::numerics::jet::Jet;
+use crate::numerics::taylor::Series;
 
 /// A transmission below this part of the mechanism's usual one is a dead centre of the input: the inverse has no
 /// derivatives there.
@@ -51,7 +51,7 @@ impl Mechanism {
 impl Linkage {
     /// The inputs of all mechanisms where the lever is at this angle (rad); no numbers beyond one that cannot be assembled.
     pub fn inputs(&self, lever: f64) -> Vec<f64> {
-        let mut input = Jet([lever]);
+        let mut input = Series([lever]);
         let mut inputs = Vec::with_capacity(self.0.len());
         for mechanism in &self.0 {
             inputs.push(input.value());
@@ -70,7 +70,7 @@ impl Linkage {
         for (i, (mechanism, near)) in self.0.iter().zip(inputs).enumerate().rev() {
             let out_of_reach = Obstacle::OutOfReach { mechanism: i, output };
             let input = mechanism.input_at(output, *near).ok_or(out_of_reach)?;
-            let [found, slope] = mechanism.moved(Jet([input, 1.0])).0.derivatives();
+            let [found, slope] = mechanism.moved(Series([input, 1.0])).0.derivatives();
             // A slope that is no number is none either.
             if !(slope.abs() >= DEAD * mechanism.usual_slope()) {
                 return Err(Obstacle::DeadCentre { mechanism: i, output });

@@ -8,7 +8,7 @@
 //! the tool (kg), or its moment of inertia (kg·m²) where it turns; m_i, J_i, r_i, β_i mass, moment of inertia about the
 //! centre of mass, centre of mass and angle of link i.
 //!
-//! Each mechanism is evaluated in closed form for power series ([`Jet`]), so that derivatives with respect to the angle of
+//! Each mechanism is evaluated in closed form for power series ([`Series`]), so that derivatives with respect to the angle of
 //! the main shaft, to time or to the lever's angle are exact to any order. Angles are continuous: an output that turns right
 //! round with its input goes on beyond 180°. Valid for rigid links away from positions where the output may go either way
 //! ([`Linkage::check`]).
@@ -32,7 +32,7 @@ pub use inverse::Obstacle;
 pub use parameters::{Parameter, ParameterKind};
 pub use slider_crank::SliderCrank;
 
-use crate::numerics::jet::Jet;
+use crate::numerics::taylor::Series;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
@@ -51,9 +51,9 @@ pub struct Link {
 
 impl Link {
     /// m |r′|² + J β′², the first joint at `joint`, the line to the second one in the direction (cos β, sin β).
-    fn inertia<const N: usize>(&self, [x, y]: [Jet<N>; 2], [cos, sin]: [Jet<N>; 2]) -> Jet<N> {
+    fn inertia<const N: usize>(&self, [x, y]: [Series<N>; 2], [cos, sin]: [Series<N>; 2]) -> Series<N> {
         if self.mass == 0.0 && self.inertia == 0.0 {
-            return Jet::constant(0.0);
+            return Series::from(0.0);
         }
         let [xi, eta] = self.centre;
         let vx = (x + cos * xi - sin * eta).slope();
@@ -106,7 +106,7 @@ pub enum Kind {
 
 impl Mechanism {
     /// Output and moment of inertia of the links for this input.
-    fn moved<const N: usize>(&self, input: Jet<N>) -> (Jet<N>, Jet<N>) {
+    fn moved<const N: usize>(&self, input: Series<N>) -> (Series<N>, Series<N>) {
         let theta = input + self.input_offset;
         let (output, inertia) = match &self.kind {
             Kind::FourBar(linkage) => linkage.moved(theta),
@@ -143,9 +143,9 @@ pub struct Linkage(pub Vec<Mechanism>);
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moved<const N: usize> {
     /// y.
-    pub tool: Jet<N>,
+    pub tool: Series<N>,
     /// J, known to one order less than y.
-    pub inertia: Jet<N>,
+    pub inertia: Series<N>,
 }
 
 impl Linkage {
@@ -156,8 +156,8 @@ impl Linkage {
 
     /// Tool and inertia moved by the lever's angle χ (or by the tool itself where there is no mechanism), the tool having the
     /// mass `m`. Values that are no numbers where a mechanism cannot be assembled.
-    pub fn moved<const N: usize>(&self, m: f64, lever: Jet<N>) -> Moved<N> {
-        let (mut y, mut inertia) = (lever, Jet::constant(0.0));
+    pub fn moved<const N: usize>(&self, m: f64, lever: Series<N>) -> Moved<N> {
+        let (mut y, mut inertia) = (lever, Series::from(0.0));
         for mechanism in &self.0 {
             let (output, own) = mechanism.moved(y);
             (y, inertia) = (output, inertia + own);
@@ -168,7 +168,7 @@ impl Linkage {
 
     /// The tool's coordinate alone and its derivatives.
     pub fn tool<const N: usize>(&self, lever: [f64; N]) -> [f64; N] {
-        if self.is_empty() { lever } else { self.moved(0.0, Jet::from_derivatives(lever)).tool.derivatives() }
+        if self.is_empty() { lever } else { self.moved(0.0, Series::of_derivatives(lever)).tool.derivatives() }
     }
 
     /// Whether a link has inertia.

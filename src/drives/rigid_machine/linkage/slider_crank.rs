@@ -1,7 +1,7 @@
 //! The slider-crank.
 
 use super::{Branch, Link, arccos, nearest};
-use crate::numerics::jet::Jet;
+use crate::numerics::taylor::Series;
 use serde::{Deserialize, Serialize};
 
 /// A slider-crank: crank r at the angle θ about (0, 0), connecting rod l to a slider on the line y = e.
@@ -28,14 +28,14 @@ impl SliderCrank {
     }
 
     /// s, and the moment of inertia of the links.
-    pub(super) fn moved<const N: usize>(&self, theta: Jet<N>) -> (Jet<N>, Jet<N>) {
+    pub(super) fn moved<const N: usize>(&self, theta: Series<N>) -> (Series<N>, Series<N>) {
         let (r, l) = (self.crank.length, self.rod.length);
         let (sin, cos) = theta.sin_cos();
         let h = sin * r + -self.offset;
         let along = ((h + l) * (h * -1.0 + l)).sqrt() * self.branch.sign();
         let s = cos * r + along;
         let slope = s.slope();
-        let zero = Jet::constant(0.0);
+        let zero = Series::from(0.0);
         let inertia = self.crank.inertia([zero, zero], [cos, sin])
             + self.rod.inertia([cos * r, sin * r], [along * (1.0 / l), h * (-1.0 / l)])
             + slope * slope * self.slider_mass;

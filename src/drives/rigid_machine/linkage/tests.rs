@@ -47,11 +47,11 @@ fn chain() -> Linkage {
 }
 
 /// The jet of an input that runs with its parameter.
-fn running<const N: usize>(value: f64) -> Jet<N> {
+fn running<const N: usize>(value: f64) -> Series<N> {
     let mut derivatives = [0.0; N];
     derivatives[0] = value;
     derivatives[1] = 1.0;
-    Jet::from_derivatives(derivatives)
+    Series::of_derivatives(derivatives)
 }
 
 /// The derivatives of `f` at `x` by central differences of order 6, each from values of the order below.
@@ -70,7 +70,7 @@ fn check_derivatives(f: impl Fn(f64) -> [f64; 5], x: f64, orders: usize, scale: 
 fn the_loop_of_a_four_bar_closes_all_around() {
     for branch in [Branch::Plus, Branch::Minus] {
         for linkage in [crank_rocker(branch), drag_link(branch)] {
-            let psi = |theta: f64| linkage.moved(Jet([theta])).0.value();
+            let psi = |theta: f64| linkage.moved(Series([theta])).0.value();
             let mut before = psi(-0.01);
             for i in 0..300 {
                 // Three turns: ψ goes on without a jump.
@@ -89,7 +89,8 @@ fn the_loop_of_a_four_bar_closes_all_around() {
                 assert!((again - f).abs() < 1e-14 * (1.0 + f.abs()), "{theta} {back} {f} {again}");
             }
         }
-        let turned = |linkage: FourBar| linkage.moved(Jet([1.0 + TAU])).0.value() - linkage.moved(Jet([1.0])).0.value();
+        let turned =
+            |linkage: FourBar| linkage.moved(Series([1.0 + TAU])).0.value() - linkage.moved(Series([1.0])).0.value();
         assert!(turned(crank_rocker(branch)).abs() < 1e-14 && (turned(drag_link(branch)) - TAU).abs() < 1e-14);
     }
 }
@@ -140,13 +141,13 @@ fn the_slider_follows_the_crank() {
         let linkage = slider_crank(branch);
         for i in 0..100 {
             let theta = TAU * f64::from(i) / 100.0;
-            let s = linkage.moved(Jet([theta])).0.value();
+            let s = linkage.moved(Series([theta])).0.value();
             let rod = (s - 0.05 * theta.cos()).hypot(0.02 - 0.05 * theta.sin());
             assert!((rod - 0.16).abs() < 1e-16);
             check_derivatives(|theta| linkage.moved(running(theta)).0.derivatives(), theta, 4, 0.1);
             check_derivatives(|theta| linkage.moved(running(theta)).1.derivatives(), theta, 3, 0.1);
             let back = linkage.input_at(s, theta + 0.1).unwrap();
-            assert!((linkage.moved(Jet([back])).0.value() - s).abs() < 1e-14);
+            assert!((linkage.moved(Series([back])).0.value() - s).abs() < 1e-14);
         }
     }
 }
@@ -189,7 +190,7 @@ fn the_reduced_inertia_is_twice_the_kinetic_energy_at_unit_speed() {
     // Places of the centres of mass by hand, velocities by differences.
     let (four_bar, slider) = (crank_rocker(Branch::Plus), slider_crank(Branch::Minus));
     let bars = |theta: f64| {
-        let psi = four_bar.moved(Jet([theta])).0.value();
+        let psi = four_bar.moved(Series([theta])).0.value();
         let pin = [0.03 * theta.cos(), 0.03 * theta.sin()];
         let end = [0.10 + 0.06 * psi.cos(), 0.06 * psi.sin()];
         [
@@ -199,7 +200,7 @@ fn the_reduced_inertia_is_twice_the_kinetic_energy_at_unit_speed() {
         ]
     };
     let rods = |theta: f64| {
-        let s = slider.moved(Jet([theta])).0.value();
+        let s = slider.moved(Series([theta])).0.value();
         let pin = [0.05 * theta.cos(), 0.05 * theta.sin()];
         [place([0.0; 2], pin, slider.crank.centre), place(pin, [s, 0.02], slider.rod.centre), [s, 0.02, 0.0]]
     };
