@@ -30,7 +30,7 @@ parameters! {
 
 /// J(φ) = J0 + J_v(φ) + Σ m_j U_j′(φ)², where mechanisms lie between cam and tool with the inertia of tool and links instead
 /// of the last term.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Inertia {
     /// J0 and J_v.
     pub function: InertiaFunction,
@@ -223,6 +223,11 @@ impl Inertia {
     pub fn ends(&self, i: usize) -> (f64, f64) {
         let Some(&first) = self.borders.first() else { return (f64::NEG_INFINITY, f64::INFINITY) };
         (self.borders[i], self.borders.get(i + 1).copied().unwrap_or(first + TAU))
+    }
+
+    /// The ends of the smooth pieces of the turn (rad); without borders it is one, from 0 on.
+    pub fn pieces(&self) -> impl ExactSizeIterator<Item = (f64, f64)> {
+        (0..self.borders.len().max(1)).map(|i| if self.borders.is_empty() { (0.0, TAU) } else { self.ends(i) })
     }
 
     /// The smooth piece of all laws on interval `i`.

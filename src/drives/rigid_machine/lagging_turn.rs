@@ -12,7 +12,8 @@
 //! whose Floquet multipliers have the product exp(−∮ dψ/(T_el|φ̇|)) = exp(−T/T_el) (Liouville).
 
 use super::place::Place;
-use super::{Inertia, Kloss, Motor, RigidMachine};
+use super::shaft::beside;
+use super::{Inertia, Kloss, Motor};
 use crate::numerics::collocation::{Collocation, System};
 use crate::numerics::double_double::Double;
 use crate::numerics::gauss::Gauss;
@@ -36,7 +37,7 @@ struct Leg {
     end: f64,
 }
 
-/// A turn of a machine whose motor lags, from where it stands.
+/// A turn of a machine whose motor lags.
 pub struct LaggingTurn<'a> {
     inertia: &'a Inertia,
     motor: &'a Motor,
@@ -100,10 +101,14 @@ impl System<3> for OnLeg<'_> {
 }
 
 impl<'a> LaggingTurn<'a> {
-    /// The turn of this machine against the load `tau` (N·m).
-    pub fn of(machine: &'a RigidMachine, tau: f64, work: Option<&'a Cell<Work>>) -> Self {
-        let RigidMachine { inertia, motor, state, .. } = machine;
-        let (phi_start, interval) = (state.angle.hi, state.interval);
+    /// The turn against the load `tau` (N·m) from an angle (rad) of this interval on.
+    pub fn new(
+        inertia: &'a Inertia,
+        motor: &'a Motor,
+        tau: f64,
+        (interval, phi_start): (usize, f64),
+        work: Option<&'a Cell<Work>>,
+    ) -> Self {
         LaggingTurn { inertia, motor, tau, sense: motor.sense(), phi_start, interval, work }
     }
 
@@ -122,7 +127,7 @@ impl<'a> LaggingTurn<'a> {
             let width = if legs.is_empty() { if self.sense > 0.0 { high - at } else { at - low } } else { high - low };
             psi = (psi + width.max(0.0)).min(TAU);
             legs.push(Leg { place: self.inertia.place(interval), end: psi });
-            interval = if self.sense > 0.0 { (interval + 1) % borders } else { (interval + borders - 1) % borders };
+            (interval, _) = beside(interval, borders, self.sense > 0.0);
             at = 0.0;
             // The mesh of the borders cannot have more pieces than this.
             if legs.len() > borders + 1 {

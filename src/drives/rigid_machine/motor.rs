@@ -6,10 +6,11 @@ use crate::numerics::taylor::Scalar;
 use serde::{Deserialize, Serialize};
 
 /// The source of the driving torque M_an.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Motor {
     /// M_an = 0.
+    #[default]
     None,
     /// An asynchronous motor.
     Kloss(Kloss),
