@@ -110,11 +110,12 @@ impl Cycle {
     pub fn new(mesh: &Mesh, tau: f64) -> Option<Self> {
         let Motor::Kloss(Kloss { dynamics: None, .. }) = mesh.motor else { return None };
         let tolerance = mesh.tolerance;
-        let map = TurnMap::new(mesh, tau, tolerance, None).ok()?.within(MOST_LAPS);
+        let mut map = TurnMap::new(mesh, tau, tolerance, None).ok()?;
+        map.most_steps = MOST_LAPS;
         let torques = map.torques;
         let mut energy = map.first_energy?;
         let mut turn: Vec<AngleStep> = Vec::with_capacity(2 * mesh.cells().len());
-        let mut before: Option<(f64, f64)> = None;
+        let mut before = None;
         for _ in 0..TURNS {
             turn.clear();
             let shot = map.follow(energy, |step| turn.push(*step))?;
@@ -126,10 +127,7 @@ impl Cycle {
                 let laps = turn.into_iter().map(|step| Lap::new(step, &torques, tolerance)).collect();
                 return Some(Cycle { torques, laps, first });
             }
-            // The slope of the map is known to some digits only; the secant knows better.
-            let rise = before.map_or(shot.slope - 1.0, |(other, its_gain)| (shot.gain - its_gain) / (energy - other));
-            before = Some((energy, shot.gain));
-            energy -= shot.gain / rise;
+            energy -= shot.gain / shot.rise(energy, &mut before);
             if !(energy > 0.0 && energy.is_finite()) {
                 return None;
             }

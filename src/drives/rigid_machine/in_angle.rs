@@ -69,13 +69,8 @@ impl InAngle {
         Ok(())
     }
 
-    /// Whether E, where the machine stands, is large against the work of the torques over a cell.
-    pub fn serves(&self, shaft: &Shaft, state: &State) -> bool {
-        let energy = 0.5 * state.u.hi * state.u.hi;
-        energy > SLOW * shaft.net_torque(state, state.w).abs() * self.mesh.widest
-    }
-
-    /// Begins at the time `now` with these deviations of φ and u; whether a step meets the tolerance.
+    /// Begins at the time `now` with these deviations of φ and u where E is large against the work of the torques over a cell;
+    /// whether a step meets the tolerance.
     pub fn begin(
         &mut self,
         shaft: &Shaft,
@@ -85,6 +80,9 @@ impl InAngle {
         [phi, of_u, _]: [f64; 3],
     ) -> bool {
         let State { interval, u, .. } = *state;
+        if !(0.5 * u.hi * u.hi > SLOW * shaft.net_torque(state, state.w).abs() * self.mesh.widest) {
+            return false;
+        }
         let (angle, turns) = state.on_mesh(&shaft.inertia);
         let forward = u.hi > 0.0;
         self.steps.torques = Torques::against(&shaft.motor, shaft.constant_torque(), u.hi.signum());

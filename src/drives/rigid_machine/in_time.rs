@@ -84,10 +84,7 @@ impl Integrator {
 
     /// Adds what the last step errs by at the fraction θ, where it is left, to the covariance of the error.
     fn leave(&mut self, theta: f64) {
-        either!(self, c => {
-            let own = if theta == 1.0 { c.end_error() } else { c.polynomial_error() };
-            c.disturb(own);
-        });
+        either!(self, c => c.disturb(if theta == 1.0 { c.end_error() } else { c.polynomial_error() }));
     }
 }
 
@@ -104,7 +101,7 @@ pub struct InTime {
 }
 
 /// An internal step: where the integrator's polynomial begins.
-#[derive(Clone, Copy, Serialize, Deserialize)]
+#[derive(Clone, Copy, Default, Serialize, Deserialize)]
 struct Span {
     base: State,
     from: Double,
@@ -118,10 +115,6 @@ struct Span {
 }
 
 impl Span {
-    fn new(base: State, from: Double, end: Double) -> Self {
-        Span { base, from, end, reversal: None, exit: None, read: 0.0 }
-    }
-
     fn length(&self) -> f64 {
         (self.end - self.from).hi
     }
@@ -156,24 +149,12 @@ fn encounter<const N: usize>(
     let reversal = (u(1.0) * state.u.hi < 0.0).then(|| bisect(1.0, u));
     let exit = reversal.into_iter().chain([1.0]).find_map(|fraction| {
         let reached = angle(fraction);
-        let (border, upward) = if reached > high + SLACK {
-            (high, true)
-        } else if reached < low - SLACK {
-            (low, false)
-        } else {
-            return None;
-        };
-        let out = |fraction: f64| if upward { angle(fraction) - border } else { border - angle(fraction) };
-        Some((if out(0.0) >= 0.0 { 0.0 } else { bisect(fraction, out) }, upward))
+        let upward = reached > high + SLACK;
+        let out = |fraction: f64| if upward { angle(fraction) - high } else { low - angle(fraction) };
+        let at = || if out(0.0) >= 0.0 { 0.0 } else { bisect(fraction, out) };
+        (upward || reached < low - SLACK).then(|| (at(), upward))
     });
     (reversal, exit)
-}
-
-/// Where a step leads, and by what φ, u and M_an err at its end and between the ends besides.
-struct Prospect {
-    increment: [f64; 3],
-    end: [f64; 3],
-    between: [f64; 3],
 }
 
 /// What the search for a step works with beside the integrator.
@@ -186,18 +167,16 @@ struct Search<'a> {
     time: f64,
     /// Relative; None at fixed cost.
     tolerance: Option<f64>,
+    /// Whether communication points may lie within the step: only there what its polynomial errs by is seen.
+    within: bool,
 }
 
 impl Search<'_> {
-    /// The step to `end`, or to the border before it.
-    fn span<const N: usize>(
-        &mut self,
-        c: &mut Collocation<N>,
-        [from, end]: [Double; 2],
-    ) -> Result<(Span, Prospect), Fault> {
+    /// The step to `end`, or to the border before it, and its estimated error.
+    fn span<const N: usize>(&mut self, c: &mut Collocation<N>, [from, end]: [Double; 2]) -> Result<(Span, f64), Fault> {
         let inertia = &self.shaft.inertia;
         let covariance = c.error_covariance();
-        let mut span = Span::new(*self.state, from, end);
+        let mut span = Span { base: *self.state, from, end, ..Span::default() };
         loop {
             self.solve(c, &mut span)?;
             let (reversal, exit) = encounter(c, self.state, inertia);
@@ -209,7 +188,7 @@ impl Search<'_> {
             if (crossing - from).hi <= 0.0 {
                 self.state.change_interval(inertia, upward);
                 *self.idle += 1;
-                span = Span::new(*self.state, from, end);
+                span = Span { base: *self.state, from, end, ..Span::default() };
                 continue;
             }
             span.end = crossing;
@@ -220,7 +199,8 @@ impl Search<'_> {
         }
         *self.idle = 0;
         let (end, between) = (deviations(c, c.end_error()), padded(c.polynomial_error()));
-        Ok((span, Prospect { increment: padded(c.state()), end, between }))
+        let deviations = std::array::from_fn(|k| end[k] + if self.within { between[k] } else { 0.0 });
+        Ok((span, error_of(self.shaft, self.state, padded(c.state()), deviations)))
     }
 
     /// Solves the equations over `span`, or over as much of it as the tolerance and the reach of the nodes allow.
@@ -321,17 +301,15 @@ impl InTime {
             Some(limit) if tolerance.is_some() => limit,
             _ => grid.end_of_step(from, limit),
         };
-        let mut search = Search { shaft, state: &mut *state, grid, idle, time, tolerance };
-        let (found, prospect, evaluations) = either!(integrator, c => {
+        let mut search = Search { shaft, state, grid, idle, time, tolerance, within: limit.is_none() };
+        let (found, error, evaluations) = either!(integrator, c => {
             let spent = c.statistics.evaluations;
-            let (found, prospect) = search.span(c, [from, end])?;
-            (found, prospect, (c.statistics.evaluations - spent) as f64)
+            let (found, error) = search.span(c, [from, end])?;
+            (found, error, (c.statistics.evaluations - spent) as f64)
         });
         *span = Some(found);
         solver.steps += 1.0;
         solver.evaluations += evaluations;
-        // What the polynomial errs by between the ends is seen only where communication points lie there.
-        let error = foresee(shaft, state, prospect, limit.is_none());
         solver.error_estimate = solver.error_estimate.max(error);
         // A step that evaluated nothing would be taken for ever.
         Ok(InTime::cost(shaft) * evaluations.max(1.0))
@@ -364,10 +342,9 @@ impl InTime {
     }
 }
 
-/// The estimated error of a step that begins at this state, at its ends and, where values are read `within`, between them: of φ
-/// relative to the angle passed, of φ̇ = u/√J to the greatest speed and of a lagging torque to the breakdown torque.
-fn foresee(shaft: &Shaft, here: &State, Prospect { increment, end, between }: Prospect, within: bool) -> f64 {
-    let [phi, u, torque]: [f64; 3] = std::array::from_fn(|k| end[k] + if within { between[k] } else { 0.0 });
+/// The larger error at the ends of a step that begins `here`, by these deviations: of φ relative to the angle passed, of φ̇ = u/√J
+/// to the greatest speed and of a lagging torque to the breakdown torque.
+fn error_of(shaft: &Shaft, here: &State, increment: [f64; 3], [phi, u, torque]: [f64; 3]) -> f64 {
     let mut there = *here;
     there.add(shaft, increment);
     let travelled = here.travelled + increment[0].abs();

@@ -149,23 +149,6 @@ impl HasSolver for RigidMachine {
 }
 
 impl RigidMachine {
-    /// The machine before anything is checked or tabulated.
-    fn of(scene: Scene) -> Self {
-        let Scene { inertia, followers, motor, phi_start: phi, w_start: w, start: mode, solver } = scene;
-        let (load, driving, profile) = (Signal::default(), Signal::default(), Arc::default());
-        RigidMachine {
-            shaft: Shaft { inertia: Arc::new(Inertia::new(inertia, followers)), motor, load, driving, profile },
-            start: Start { phi, w, torque: 0.0, mode },
-            solver: Solver::new(solver),
-            state: State::default(),
-            in_angle: InAngle::default(),
-            in_time: InTime::new(&motor),
-            torque: 0.0,
-            period: 0.0,
-            events: EventLog::default(),
-        }
-    }
-
     /// The mesh of the turn.
     pub fn mesh(&self) -> &Mesh {
         &self.in_angle.mesh
@@ -257,10 +240,7 @@ impl RigidMachine {
                     return Ok(());
                 }
                 continue;
-            } else if may_turn
-                && in_angle.serves(shaft, state)
-                && in_angle.begin(shaft, state, solver, now, in_time.deviations())
-            {
+            } else if may_turn && in_angle.begin(shaft, state, solver, now, in_time.deviations()) {
                 continue;
             } else {
                 in_time.extend(shaft, state, solver, (time, now), (!goes_beyond).then_some(target))?
@@ -299,7 +279,19 @@ impl Drive for RigidMachine {
     const INPUT_DERIVATIVES: usize = super::cam_drive::MAX_INPUT_DERIVATIVE;
 
     fn new(scene: Scene) -> Result<Self, Fault> {
-        let mut machine = RigidMachine::of(scene);
+        let Scene { inertia, followers, motor, phi_start: phi, w_start: w, start: mode, solver } = scene;
+        let (load, driving, profile) = (Signal::default(), Signal::default(), Arc::default());
+        let mut machine = RigidMachine {
+            shaft: Shaft { inertia: Arc::new(Inertia::new(inertia, followers)), motor, load, driving, profile },
+            start: Start { phi, w, torque: 0.0, mode },
+            solver: Solver::new(solver),
+            state: State::default(),
+            in_angle: InAngle::default(),
+            in_time: InTime::new(&motor),
+            torque: 0.0,
+            period: 0.0,
+            events: EventLog::default(),
+        };
         machine.check()?;
         // Here, so that the instances of a scene share it.
         machine.prepare()?;

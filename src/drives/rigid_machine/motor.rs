@@ -100,6 +100,14 @@ impl Motor {
         w.compose(self.characteristic(w.value()))
     }
 
+    /// M_an at the speed `w`, where it is `known` if it is an input or a state.
+    pub fn driving<S: Scalar>(&self, w: S, known: S) -> S {
+        match self {
+            Motor::Kloss(Kloss { dynamics: None, .. }) => self.torque(w),
+            Motor::None | Motor::Kloss(_) | Motor::Input => known,
+        }
+    }
+
     /// T_el (s) of a motor whose torque is a state.
     pub fn lag(&self) -> Option<f64> {
         match *self {

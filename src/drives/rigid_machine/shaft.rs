@@ -54,12 +54,12 @@ impl Shaft {
 
     /// M_an − τ at the speed `w` and now.
     pub fn net_torque(&self, state: &State, w: f64) -> f64 {
-        let driving = match self.motor {
-            Motor::Input => self.driving.now(),
-            _ if self.motor.lag().is_some() => state.torque,
-            _ => self.motor.characteristic(w)[0],
-        };
-        driving - self.load.now()
+        self.motor.driving(w, self.known_torque(state)) - self.load.now()
+    }
+
+    /// M_an (N·m) as an input or a state; 0 where it is neither.
+    pub fn known_torque(&self, state: &State) -> f64 {
+        if self.motor == Motor::Input { self.driving.now() } else { state.torque }
     }
 
     /// Whether no input depends on time in this step.
@@ -69,7 +69,7 @@ impl Shaft {
 
     /// τ − M_an as far as it does not depend on the speed (N·m).
     pub fn constant_torque(&self) -> f64 {
-        self.load.set_value() - if matches!(self.motor, Motor::Input) { self.driving.set_value() } else { 0.0 }
+        self.load.set_value() - if self.motor == Motor::Input { self.driving.set_value() } else { 0.0 }
     }
 
     /// The state at the angle `phi` (rad) with the speed `w` (rad/s) and M_an of a motor with a lag (N·m); at a border of the

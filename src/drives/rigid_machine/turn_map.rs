@@ -56,6 +56,17 @@ pub struct Shot {
     pub period: f64,
 }
 
+impl Shot {
+    /// d gain/dE at the `energy` of this turn: by a secant, since the slope of the map is known to some digits only. Takes the place
+    /// of the turn `before`, of which it uses energy and gain.
+    pub(super) fn rise(&self, energy: f64, before: &mut Option<(f64, f64)>) -> f64 {
+        match before.replace((energy, self.gain)) {
+            Some((other, its_gain)) if other != energy => (self.gain - its_gain) / (energy - other),
+            _ => self.slope - 1.0,
+        }
+    }
+}
+
 /// The map at one tolerance.
 #[derive(Clone)]
 pub struct TurnMap<'a> {
@@ -65,7 +76,7 @@ pub struct TurnMap<'a> {
     /// E at the beginning of the turn on the periodic motion, about: that of the mean √J at the speed that balances the load.
     pub(super) first_energy: Option<f64>,
     /// Steps in a turn with more of which the machine is given up.
-    most_steps: usize,
+    pub(super) most_steps: usize,
     /// Work that the call has left; a study takes as much as it needs.
     work: Option<&'a Cell<Work>>,
 }
@@ -92,11 +103,6 @@ impl<'a> TurnMap<'a> {
     /// The map for the way back.
     pub fn backwards(&self) -> Self {
         TurnMap { torques: self.torques.backwards(), ..self.clone() }
-    }
-
-    /// The map for turns of at most so many steps.
-    pub(super) fn within(self, most_steps: usize) -> Self {
-        TurnMap { most_steps, ..self }
     }
 
     fn forward(&self) -> bool {
@@ -222,25 +228,21 @@ impl<'a> TurnMap<'a> {
     pub fn refine(&self, (mut low, mut high): (f64, f64)) -> Option<(f64, f64)> {
         let mut energy = self.first_energy.filter(|e| *e > low && *e < high).unwrap_or(0.5 * (low + high));
         let mut best = None;
-        let mut before: Option<(f64, f64)> = None;
+        let mut before = None;
         for _ in 0..ITERATIONS {
-            let Some(Shot { gain, slope, period }) = self.shoot(energy) else {
+            let Some(shot) = self.shoot(energy) else {
                 low = energy;
                 energy = 0.5 * (low + high);
                 continue;
             };
+            let Shot { gain, period, .. } = shot;
             best = Some((energy, period));
             if gain > 0.0 {
                 low = energy;
             } else {
                 high = energy;
             }
-            // The slope of the map is known to some digits only; the secant knows better.
-            let rise = match before {
-                Some((other, its_gain)) if other != energy => (gain - its_gain) / (energy - other),
-                _ => slope - 1.0,
-            };
-            before = Some((energy, gain));
+            let rise = shot.rise(energy, &mut before);
             let wanted = energy - gain / rise;
             // The rest is rounding, of which a secant would make a slope.
             if gain.abs() <= ROUNDING * energy {

@@ -3,7 +3,7 @@
 mod laws;
 
 use super::linkage::Parameter;
-use super::{InertiaFunction, Kloss, LAG, MachineStart, Motor, RigidMachine, State};
+use super::{InertiaFunction, Kloss, LAG, MachineStart, Motor, RigidMachine, Shaft, State};
 use crate::drives::limits::{FASTEST, LARGEST_ANGLE};
 use crate::drives::parameter::{Has, parameters};
 use crate::drives::settings::HasSolver;
@@ -53,17 +53,9 @@ fn inertia<S: Scalar>(machine: &RigidMachine, phi: S) -> [S; 2] {
     [phi.compose([j, j1, j2]), phi.compose([j1, j2, j3])]
 }
 
-/// M_an.
-fn driving_torque<S: Scalar>(machine: &RigidMachine, p: &Point<S>) -> S {
-    match machine.shaft.motor {
-        Motor::Kloss(Kloss { dynamics: None, .. }) => machine.shaft.motor.torque(p.w),
-        Motor::None | Motor::Kloss(_) | Motor::Input => p.torque,
-    }
-}
-
 /// φ̈ = (M_an − τ − ½ J′ φ̇²) / J.
 fn acceleration<S: Scalar>(machine: &RigidMachine, p: &Point<S>, [j, j1]: [S; 2]) -> S {
-    (driving_torque(machine, p) - p.tau - j1 * p.w * p.w * 0.5) / j
+    (machine.shaft.motor.driving(p.w, p.torque) - p.tau - j1 * p.w * p.w * 0.5) / j
 }
 
 /// dM_an/dt = (M_Kloss(φ̇) − M_an) / T_el of a motor with a lag, else zero.
@@ -102,7 +94,7 @@ fn outputs<S: Scalar>(machine: &RigidMachine, p: &Point<S>, mut put: impl FnMut(
     put(PHI, p.phi);
     put(W, p.w);
     put(A, a);
-    put(TORQUE, driving_torque(machine, p));
+    put(TORQUE, machine.shaft.motor.driving(p.w, p.torque));
     put(INERTIA, inertia[0]);
     put(ENERGY, inertia[0] * p.w * p.w * 0.5);
     put(TORQUE_RATE, torque_rate(machine, p));
@@ -154,9 +146,8 @@ fn series(machine: &RigidMachine, seed: Seed, which: usize) -> Series {
 
 impl RigidMachine {
     fn point(&self) -> Point<f64> {
-        let torque =
-            if matches!(self.shaft.motor, Motor::Input) { self.shaft.driving.now() } else { self.state.torque };
-        Point { phi: self.state.angle.hi, w: self.state.w, torque, tau: self.shaft.load.now() }
+        let Self { shaft, state, .. } = self;
+        Point { phi: state.angle.hi, w: state.w, torque: shaft.known_torque(state), tau: shaft.load.now() }
     }
 
     /// The series of the point: in time, from the equation of motion; or with respect to one known.
@@ -231,20 +222,14 @@ impl RigidMachine {
     }
 
     fn declare_outputs(&self, list: &mut List<Self>) {
-        let varies = self.shaft.inertia.varies();
-        let lag = self.shaft.motor.lag().is_some();
-        let motor = matches!(self.shaft.motor, Motor::Kloss(_));
+        let Shaft { inertia, motor, .. } = &self.shaft;
+        let (varies, lag) = (inertia.varies(), motor.lag().is_some());
+        let (input, motor) = (*motor == Motor::Input, matches!(motor, Motor::Kloss(_)));
+        let when = |holds: bool, name: &'static str| if holds { vec![name] } else { Vec::new() };
+        let (of_phi, of_w) = (when(varies, "phi"), when(varies || (motor && !lag), "w"));
         // The speed enters the acceleration through J′ and through the motor without lag.
-        let mut enters_a = vec!["tau"];
-        if self.shaft.motor == Motor::Input || lag {
-            enters_a.push("M_an");
-        }
-        if varies {
-            enters_a.push("phi");
-        }
-        if varies || (motor && !lag) {
-            enters_a.push("w");
-        }
+        let torques = [vec!["tau"], when(input || lag, "M_an")].concat();
+        let enters_a = [&torques[..], &of_phi, &of_w].concat();
         // What the start values depend on; only a motor allows the periodic start.
         let turning: &[&str] = if varies { &["phi_start"] } else { &[] };
         let inertia: &[&[&str]] = &[turning, &["J0", "inertia", "follower"]];
@@ -258,13 +243,6 @@ impl RigidMachine {
             (true, true) => [&periodic[..], &["motor.M_start"]].concat(),
         };
         let a_start = [&inertia.concat()[..], &w_start, &torque_start, &["tau"]].concat();
-        let with_phi = |names: &[&'static str]| -> Vec<&'static str> {
-            let mut all = names.to_vec();
-            if varies {
-                all.push("phi");
-            }
-            all
-        };
 
         list.output("phi", "Angle of the shaft", real(&unit::ANGLE), series)
             .at(PHI)
@@ -296,15 +274,13 @@ impl RigidMachine {
         }
         list.output("J", "Reduced moment of inertia at phi", real(&unit::INERTIA), series)
             .at(INERTIA)
-            .depends(&with_phi(&[]))
+            .depends(&of_phi)
             .depends_initially(inertia);
         list.output("E", "Kinetic energy J w^2 / 2", real(&unit::ENERGY), series)
             .at(ENERGY)
-            .depends(&with_phi(&["w"]))
+            .depends(&[&["w"], &of_phi[..]].concat())
             .depends_initially(&[&inertia.concat(), &w_start]);
-        enters_a.retain(|name| *name != "phi" && *name != "w");
-        enters_a.extend(["phi", "w"]);
-        self.declare_followers(list, &enters_a, [&w_start, &a_start]);
+        self.declare_followers(list, &[&torques[..], &["phi", "w"]].concat(), [&w_start, &a_start]);
     }
 
     /// Declares the motions of the tools and levers; what enters the acceleration of the shaft, and what its speed and its
