@@ -116,8 +116,10 @@ pub fn all_motions(scene: &Scene, load: f64) -> Result<Motions, Fault> {
     machine.start(0.0)?;
     let inertia = Inertia::new(scene.inertia.clone(), scene.followers.clone());
     let samples =
-        scan(&TurnMap::new(&machine, load, SCAN_TOLERANCE, None)?, &inertia, breakdown_slip, synchronous_speed)?;
-    let ahead = TurnMap::new(&machine, load, PERIODIC_TOLERANCE, None)?;
+        scan(&TurnMap::new(machine.mesh(), load, SCAN_TOLERANCE, None)?, &inertia, breakdown_slip, synchronous_speed)?;
+    // The interval that is passed from φ = 0 on, and the angle therein.
+    let zero = inertia.interval(0.0, synchronous_speed > 0.0);
+    let ahead = TurnMap::new(machine.mesh(), load, PERIODIC_TOLERANCE, None)?;
     let back = ahead.backwards();
     let (mut motions, mut lost, mut continued) = (Vec::new(), Vec::new(), Vec::new());
     for pair in samples.windows(2) {
@@ -130,13 +132,13 @@ pub fn all_motions(scene: &Scene, load: f64) -> Result<Motions, Fault> {
         // A machine that comes to rest ahead tells nothing of what lies between; the way back to it does.
         let map = if stable { &ahead } else { &back };
         let Some((start, period)) = map.refine((*below, *above)) else { continue };
-        let Some(energy) = map.energy_at_start(start).map(|energy| energy.hi) else { continue };
+        let Some(energy) = map.energy_at(start, zero).map(|energy| energy.hi) else { continue };
         if scene.motor.lag().is_none() {
             let Some(growth) = map.growth(start) else { continue };
             let (pieces, speed) = map.motion(start);
             let course = course(&pieces, speed);
-            let speed =
-                synchronous_speed.signum() * (2.0 * energy / inertia_at_zero(&inertia, synchronous_speed)).sqrt();
+            let j = inertia.value(inertia.place(zero.0), zero.1);
+            let speed = synchronous_speed.signum() * (2.0 * energy / j).sqrt();
             let torque = scene.motor.characteristic(speed)[0];
             motions.push(PeriodicMotion {
                 period,
@@ -147,7 +149,7 @@ pub fn all_motions(scene: &Scene, load: f64) -> Result<Motions, Fault> {
             });
             continue;
         }
-        match with_lag(&LaggingTurn::of(&machine, load, None), energy, breakdown_torque) {
+        match with_lag(&LaggingTurn::new(&inertia, &scene.motor, load, zero, None), energy, breakdown_torque) {
             Some(motion) => continued.push((period, motion)),
             None => lost.push(period),
         }
@@ -194,12 +196,6 @@ fn scan(map: &TurnMap<'_>, inertia: &Inertia, slip: f64, synchronous: f64) -> Re
     samples.extend(extra.into_iter().map(|e| (e, gain(e))));
     samples.sort_by(|a, b| b.0.total_cmp(&a.0));
     Ok(samples)
-}
-
-/// J (kg·m²) at φ = 0, of the piece that is passed from there.
-fn inertia_at_zero(inertia: &Inertia, speed: f64) -> f64 {
-    let (interval, phi) = inertia.interval(0.0, speed > 0.0);
-    inertia.value(inertia.place(interval), phi)
 }
 
 /// The motion with a lagging torque, continued from the `energy` (J) at φ = 0.

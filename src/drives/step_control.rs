@@ -60,6 +60,13 @@ pub struct Words {
     pub frequency: &'static str,
 }
 
+/// The point (s) of the grid of equal steps from `origin` (s) on that a step from `from` goes to.
+pub fn point_of_grid(origin: f64, step: f64, from: Double) -> Double {
+    let origin = Double::from(origin);
+    let next = ((from - origin).hi / step + SLIVER).floor() + 1.0;
+    origin + two_product(next, step)
+}
+
 /// Why the steps end before their target.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Stop {
@@ -103,9 +110,7 @@ impl StepControl {
             StepControl::Tolerance(tolerance) => integrator.step(system, limit, tolerance),
             StepControl::Grid { origin, step } => {
                 let start = integrator.end();
-                let origin = Double::from(origin);
-                let next = ((start - origin).hi / step + SLIVER).floor() + 1.0;
-                let point = origin + two_product(next, step);
+                let point = point_of_grid(origin, step, start);
                 let end = if (limit - point).hi > SLIVER * step { point } else { limit };
                 if (end - start).hi > (1.0 + SLIVER) * system.longest_step(start, &integrator.state()) {
                     return Err(Failure::Stalled { time: start.hi });

@@ -105,16 +105,26 @@ pub struct Errors {
     pub time: f64,
 }
 
-/// The errors of a step.
+/// The errors of a step of length h from E₀ to E₁.
+///
+/// Between its ends the polynomials neglect coefficients, the first of them ν of N and σ of 1/φ̇ (as part of its mean m). E errs
+/// by e and the angle at a given time by δ,
+///
+/// e = h ν/(17 E_min),  δ = h (σ m max|φ̇|/I + e/16),
+///
+/// since the integration divides by 2s + 1 = 17 and by I. Where coefficients decay by r per order, r⁸ or r¹⁰ is left to the
+/// polynomials and r¹⁶ to the sums at the end: there ln E errs by g = h ν/E_min · min(1, ν/max|N|), and the time by t = σ^(3/2).
+/// That is the least: where waves of different lengths come together, the last coefficients decay by d < 1 only, and the sums see
+/// what is three orders beyond, h ν/E_min · d³ and σ d³. The rounding of E makes ε (max|N| + E |∂N/∂E|) of N, which is no error
+/// of the polynomial and which no shorter step takes away.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
-    /// The error that decides whether the step is short enough: of the angle (rad) and of E between the ends, and of what is
-    /// passed on.
+    /// The error that decides whether the step is short enough, max(δ, e, 10 g, t).
     pub error: f64,
-    /// The parts of it between the ends: of the angle at a given time (rad) and of E at a given angle, relative.
+    /// δ (rad) and e, with caution.
     angle: f64,
     energy: f64,
-    /// Growth factor of an error of ln E over the step.
+    /// Growth factor of an error of ln E over the step, E₀/E₁ exp ∫ ∂N/∂E dψ.
     growth: f64,
     /// The error of ln E at the end that the step itself adds.
     added: f64,
@@ -139,44 +149,29 @@ impl End {
 }
 
 impl Estimate {
-    /// Errors of a step of this length; `net` is N at the nodes, `left` the residual of the collocation equations as part of E.
-    fn new(
-        length: f64,
-        [first, last]: [&End; 2],
-        [slow_modes, net_modes]: [&[f64]; 2],
-        net: &[f64; STAGES],
-        left: f64,
-    ) -> Self {
-        // Between the ends E errs by the first neglected coefficient of N, which the integration divides by 2 s + 1, and
-        // the time by that of 1/φ̇; the angle at a given time by as much as the machine moves in that time.
-        let slow_ratio = neglected(slow_modes) / slow_modes[0];
-        let speeding = slow_modes[0] * last.speed.max(first.speed);
+    /// `slow` and `modes` are the coefficients of 1/φ̇ and of N, `net` is N at the nodes, `left` the residual of the collocation
+    /// equations as part of E.
+    fn new(length: f64, [first, last]: [&End; 2], [slow, modes]: [&[f64]; 2], net: &[f64; STAGES], left: f64) -> Self {
         let least = first.energy.min(last.energy);
         let largest = net.iter().fold(1e-300_f64, |largest, n| largest.max(n.abs()));
-        // What the rounding of E adds to N is no error of the polynomial, and no shorter step would take it away.
-        let steep =
-            (2.0 * first.energy * first.slope.abs().max(last.slope.abs())).min(STIFFEST * first.energy / length);
-        let noise = f64::EPSILON * (largest + steep);
-        let net_neglected = (neglected(net_modes) - NOISE_OF_MODES * noise).max(0.0);
-        let energy = length * net_neglected / ((2 * STAGES + 1) as f64 * least);
-        let angle = length * (slow_ratio / INTEGRATION * speeding + 0.5 * energy / STAGES as f64);
+        let steep = 2.0 * first.energy * first.slope.abs().max(last.slope.abs());
+        let noise = f64::EPSILON * (largest + steep.min(STIFFEST * first.energy / length));
+        let nu = (neglected(modes) - NOISE_OF_MODES * noise).max(0.0);
+        let sigma = neglected(slow) / slow[0];
 
-        // Coefficients that decay by r per order leave r¹⁶ to the Gauss rule at the end where they leave r⁸ or r¹⁰
-        // to the polynomial.
-        let quadrature = length * net_neglected / least * (net_neglected / largest).min(1.0);
-        let time = slow_ratio * slow_ratio.sqrt();
-        // That is the least that the ends err by. Where waves of different lengths come together, the last coefficients
-        // decay less: as they do, those of the orders that the sums see.
-        let net_end = length * net_neglected / least * decay(net_modes).powi(3);
-        let slow_end = slow_ratio * decay(slow_modes).powi(3);
+        let energy = length * nu / ((2 * STAGES + 1) as f64 * least);
+        let speeding = slow[0] * last.speed.max(first.speed);
+        let angle = length * (sigma / INTEGRATION * speeding + 0.5 * energy / STAGES as f64);
+        let rise = length * nu / least;
+        let (quadrature, time) = (rise * (nu / largest).min(1.0), sigma * sigma.sqrt());
         let exponent = (0.5 * length * (first.slope + last.slope)).min(LARGEST_EXPONENT);
         Estimate {
             error: angle.max(energy).max(ACCUMULATION * quadrature).max(time),
             angle: CAUTION * angle,
             energy: CAUTION * energy,
             growth: first.energy / last.energy * exponent.exp(),
-            added: quadrature.max(CAUTION * net_end) + length * noise / least + left,
-            time: time.max(CAUTION * slow_end) + 2.0 * f64::EPSILON,
+            added: quadrature.max(CAUTION * (rise * decay(modes).powi(3))) + length * noise / least + left,
+            time: time.max(CAUTION * (sigma * decay(slow).powi(3))) + 2.0 * f64::EPSILON,
         }
     }
 }

@@ -9,10 +9,10 @@
 //! it computes the same whatever has happened before.
 
 use super::angle_step::{AngleStep, Position};
+use super::mesh::Mesh;
 use super::torques::Torques;
 use super::turn_map::{ROUNDING, TurnMap};
-use super::{Kloss, Motor, RigidMachine};
-use crate::drives::settings::Method;
+use super::{Kloss, Motor};
 use crate::numerics::double_double::Double;
 use crate::numerics::gauss::{ABSCISSAE, MATRIX, STAGES, WEIGHTS};
 
@@ -31,7 +31,6 @@ const CLOSED: f64 = 1e-2;
 /// The table.
 pub struct Cycle {
     torques: Torques,
-    tolerance: f64,
     /// The steps of the turn, in the order in which they are passed.
     laps: Vec<Lap>,
     /// The first step of each cell.
@@ -107,16 +106,16 @@ impl Lap {
 }
 
 impl Cycle {
-    /// The periodic motion of this machine against the load `tau`; None where it has none that a table serves for.
-    fn new(machine: &RigidMachine, tau: f64) -> Option<Self> {
-        let Motor::Kloss(Kloss { dynamics: None, .. }) = machine.motor else { return None };
-        let tolerance = machine.solver.effective_tolerance();
-        let map = TurnMap::new(machine, tau, tolerance, None).ok()?.within(MOST_LAPS);
-        let torques = map.torques();
-        let mesh = &machine.mesh;
-        let mut energy = map.first_energy()?;
+    /// The periodic motion on this mesh against the load `tau` (N·m); None where there is none that a table serves for.
+    pub fn new(mesh: &Mesh, tau: f64) -> Option<Self> {
+        let Motor::Kloss(Kloss { dynamics: None, .. }) = mesh.motor else { return None };
+        let tolerance = mesh.tolerance;
+        let mut map = TurnMap::new(mesh, tau, tolerance, None).ok()?;
+        map.most_steps = MOST_LAPS;
+        let torques = map.torques;
+        let mut energy = map.first_energy?;
         let mut turn: Vec<AngleStep> = Vec::with_capacity(2 * mesh.cells().len());
-        let mut before: Option<(f64, f64)> = None;
+        let mut before = None;
         for _ in 0..TURNS {
             turn.clear();
             let shot = map.follow(energy, |step| turn.push(*step))?;
@@ -126,17 +125,19 @@ impl Cycle {
                     first[step.from.cell] = i;
                 }
                 let laps = turn.into_iter().map(|step| Lap::new(step, &torques, tolerance)).collect();
-                return Some(Cycle { torques, tolerance, laps, first });
+                return Some(Cycle { torques, laps, first });
             }
-            // The slope of the map is known to some digits only; the secant knows better.
-            let rise = before.map_or(shot.slope - 1.0, |(other, its_gain)| (shot.gain - its_gain) / (energy - other));
-            before = Some((energy, shot.gain));
-            energy -= shot.gain / rise;
+            energy -= shot.gain / shot.rise(energy, &mut before);
             if !(energy > 0.0 && energy.is_finite()) {
                 return None;
             }
         }
         None
+    }
+
+    /// Whether it is the motion against the load `tau` (N·m).
+    pub fn is_against(&self, tau: f64) -> bool {
+        self.torques.against_what() == tau
     }
 
     /// Makes `step` the step that begins at `position`, near the periodic motion; whether there is one.
@@ -148,22 +149,5 @@ impl Cycle {
         let mut own =
             self.laps[self.first[position.cell]..].iter().take_while(|lap| lap.step.from.cell == position.cell);
         own.find(here).is_some_and(|lap| lap.lay(position, step))
-    }
-}
-
-impl RigidMachine {
-    /// Tabulates the periodic motion against the load of the start, where the steps are those of the tolerance.
-    pub(super) fn prepare_cycle(&mut self) {
-        let (tau, tolerance) = (self.load_at_start, self.solver.effective_tolerance());
-        if self.solver.settings.method == Method::FixedCost {
-            self.cycle = None;
-            return;
-        }
-        // A mesh that is not the old one has taken the table with it.
-        let made =
-            self.cycle.as_ref().is_some_and(|made| made.torques.against_what() == tau && made.tolerance == tolerance);
-        if !made {
-            self.cycle = Cycle::new(self, tau).map(std::sync::Arc::new);
-        }
     }
 }

@@ -1,4 +1,4 @@
-//! The equations of motion in time, for where the angle does not serve as the variable ([`super::advance`]).
+//! The equations of motion in time, for where the angle does not serve as the variable.
 //!
 //! With u = √J φ̇ the equation of motion becomes
 //!
@@ -7,19 +7,15 @@
 //! since d(½u²)/dt = (M_an − τ) φ̇. J′ has gone, so the equations are one order smoother than the original, and
 //! without torques u, hence the energy, is constant to the last digit.
 
-use super::profile::Profile;
-use super::{Inertia, Kloss, Motor, RigidMachine, Signal, State};
+use super::shaft::{Shaft, State};
+use super::{Kloss, Motor};
 use crate::numerics::collocation::System;
 use crate::numerics::double_double::Double;
 use std::f64::consts::TAU;
 
 /// The equations of motion on one smooth piece, for the increments of φ, u and M_an over a step.
-pub(super) struct Piece<'a> {
-    inertia: &'a Inertia,
-    motor: &'a Motor,
-    load: &'a Signal,
-    driving: &'a Signal,
-    profile: &'a Profile,
+pub struct Piece<'a> {
+    shaft: &'a Shaft,
     base: &'a State,
     /// How long after the communication point the time of the integrator begins (s).
     since: f64,
@@ -27,7 +23,17 @@ pub(super) struct Piece<'a> {
     pub reach: f64,
 }
 
-impl Piece<'_> {
+impl<'a> Piece<'a> {
+    /// The equations from the state `base` on, in a time that begins `since` (s) after the communication point.
+    pub fn new(shaft: &'a Shaft, base: &'a State, since: f64) -> Self {
+        // A wave of J within a step leaves eight nodes per wave, and what lies beyond the interval is not to be
+        // followed far: there a law goes on that no longer holds.
+        let inertia = &shaft.inertia;
+        let (low, high) = inertia.ends(base.interval);
+        let wave = if inertia.varies() { TAU / inertia.resolution() } else { f64::INFINITY };
+        Piece { shaft, base, since, reach: wave.min(high - low) }
+    }
+
     /// φ after this increment (rad).
     fn angle(&self, increment: f64) -> f64 {
         self.base.angle.hi + (self.base.angle.lo + increment)
@@ -35,7 +41,7 @@ impl Piece<'_> {
 
     /// √J after this increment.
     fn root(&self, increment: f64) -> f64 {
-        self.profile.value(self.inertia, self.base.interval, self.angle(increment)).sqrt()
+        self.shaft.profile.value(self.base.interval, self.angle(increment)).sqrt()
     }
 
     fn u(&self, increment: f64) -> f64 {
@@ -47,10 +53,10 @@ impl Piece<'_> {
         if let Some(increment) = lagging {
             return [self.base.torque + increment, 0.0];
         }
-        if *self.motor == Motor::Input {
-            return [self.driving.at(self.since + t.hi), 0.0];
+        if self.shaft.motor == Motor::Input {
+            return [self.shaft.driving.at(self.since + t.hi), 0.0];
         }
-        let [torque, slope, _] = self.motor.characteristic(w);
+        let [torque, slope, _] = self.shaft.motor.characteristic(w);
         [torque, slope]
     }
 }
@@ -62,15 +68,15 @@ impl<const N: usize> System<N> for Piece<'_> {
         let [torque, _] = self.torque(t, w, y.get(2));
         let mut rate = [0.0; N];
         rate[0] = w;
-        rate[1] = (torque - self.load.at(self.since + t.hi)) / root;
-        if let (Some(rate), Some(lag)) = (rate.get_mut(2), self.motor.lag()) {
-            *rate = (self.motor.characteristic(w)[0] - torque) / lag;
+        rate[1] = (torque - self.shaft.load.at(self.since + t.hi)) / root;
+        if let (Some(rate), Some(lag)) = (rate.get_mut(2), self.shaft.motor.lag()) {
+            *rate = (self.shaft.motor.characteristic(w)[0] - torque) / lag;
         }
         rate
     }
 
     fn jacobian(&self, t: Double, y: &[f64; N]) -> [[f64; N]; N] {
-        let [j, slope] = self.profile.with_slope(self.inertia, self.base.interval, self.angle(y[0]));
+        let [j, slope] = self.shaft.profile.with_slope(self.base.interval, self.angle(y[0]));
         let root = j.sqrt();
         let w = self.u(y[1]) / root;
         let [torque, torque_slope] = self.torque(t, w, y.get(2));
@@ -78,10 +84,10 @@ impl<const N: usize> System<N> for Piece<'_> {
         let bend = -0.5 * slope / j;
         let mut m = [[0.0; N]; N];
         (m[0][0], m[0][1]) = (w * bend, 1.0 / root);
-        m[1][0] = ((torque - self.load.at(self.since + t.hi)) + torque_slope * w) * bend / root;
+        m[1][0] = ((torque - self.shaft.load.at(self.since + t.hi)) + torque_slope * w) * bend / root;
         m[1][1] = torque_slope / j;
-        if let (true, Some(lag)) = (N > 2, self.motor.lag()) {
-            let slope = self.motor.characteristic(w)[1];
+        if let (true, Some(lag)) = (N > 2, self.shaft.motor.lag()) {
+            let slope = self.shaft.motor.characteristic(w)[1];
             m[1][N - 1] = 1.0 / root;
             (m[N - 1][0], m[N - 1][1]) = (slope * w * bend / lag, slope / (root * lag));
             m[N - 1][N - 1] = -1.0 / lag;
@@ -93,7 +99,9 @@ impl<const N: usize> System<N> for Piece<'_> {
     fn magnitude(&self, y: &[f64; N]) -> [f64; N] {
         let mut magnitude = [1.0; N];
         magnitude[1] = self.u(y[1]).abs();
-        if let (Some(magnitude), Motor::Kloss(Kloss { breakdown_torque, .. })) = (magnitude.get_mut(2), self.motor) {
+        if let (Some(magnitude), Motor::Kloss(Kloss { breakdown_torque, .. })) =
+            (magnitude.get_mut(2), self.shaft.motor)
+        {
             *magnitude = breakdown_torque.max(self.base.torque.abs());
         }
         magnitude
@@ -107,26 +115,5 @@ impl<const N: usize> System<N> for Piece<'_> {
         let rate = self.rhs(t, y);
         let (w, a) = (rate[0].abs(), (rate[1] / self.root(y[0])).abs());
         2.0 * self.reach / (w + (w * w + 2.0 * a * self.reach).sqrt())
-    }
-}
-
-impl RigidMachine {
-    /// The equations from the state on, in a time that begins `since` (s) after the communication point.
-    pub(super) fn piece(&self, since: f64) -> Piece<'_> {
-        // A wave of J within a step leaves eight nodes per wave, and what lies beyond the interval is not to be
-        // followed far: there a law goes on that no longer holds.
-        let (low, high) = self.inertia.ends(self.state.interval);
-        let wave = if self.inertia.varies() { TAU / self.inertia.resolution() } else { f64::INFINITY };
-        let reach = wave.min(high - low);
-        Piece {
-            inertia: &self.inertia,
-            motor: &self.motor,
-            load: &self.load,
-            driving: &self.driving,
-            profile: &self.mesh.profile,
-            base: &self.state,
-            since,
-            reach,
-        }
     }
 }

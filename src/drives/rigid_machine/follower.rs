@@ -1,7 +1,7 @@
 //! Followers, which the cams of the machine move.
 
 use super::linkage::{Extreme, Linkage};
-use super::place::Place;
+use super::place::{Place, pieces};
 use crate::drives::{Fault, Rounded};
 use crate::motion::MotionLaw;
 use crate::numerics::powers::{EVALUATIONS, Fitting};
@@ -123,15 +123,8 @@ impl Follower {
     }
 
     fn is_resolved_by(&self, order: f64, fitting: &Fitting, work: &mut Work) -> bool {
-        let breakpoints = self.cam.breakpoints();
-        let ends = |i: usize| match (breakpoints.get(i), breakpoints.get(i + 1)) {
-            (Some(low), Some(high)) => (*low, *high),
-            (Some(low), None) => (*low, breakpoints[0] + TAU),
-            _ => (0.0, TAU),
-        };
         let (mut missed, mut largest) = (0.0_f64, 0.0_f64);
-        for segment in 0..breakpoints.len().max(1) {
-            let (low, high) = ends(segment);
+        for (low, high) in pieces(self.cam.breakpoints()) {
             let count = ((high - low) * order / WAVE).ceil().max(1.0);
             let (width, place) = ((high - low) / count, Place::at(0.5 * (low + high)));
             for i in 0..count as usize {

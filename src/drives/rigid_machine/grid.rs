@@ -3,17 +3,17 @@
 //! The grid starts with the simulation. A step that ends at a communication point or at a border is followed by one to the
 //! next point of the grid.
 
-use super::{Kloss, Motor, RigidMachine};
-use crate::drives::step_control::{SLIVER, WORST};
+use super::shaft::{Shaft, State};
+use super::{Kloss, Motor};
+use crate::drives::step_control::{SLIVER, WORST, point_of_grid};
 use crate::drives::{Fault, Rounded};
-use crate::numerics::collocation::System;
-use crate::numerics::double_double::{Double, two_product};
+use crate::numerics::double_double::Double;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
 /// How often an internal step may be cut at borders of the motion laws. The usual step passes one on the average; the
 /// densest laws put five of them into the angle of two.
-pub(super) const MOST_CUTS: u32 = 8;
+pub const MOST_CUTS: u32 = 8;
 
 /// The usual step, times the angular rate of the shortest wave of J and the square root of J's range: a wave where J
 /// does not vary much is passed in three steps.
@@ -37,100 +37,75 @@ pub struct Grid {
     origin: f64,
     /// The length of its steps (s).
     pub size: f64,
-    /// τ and M_an for which the present step holds (N·m).
-    pub torques: [f64; 2],
     /// The point of the grid towards which the steps go (s), and how often borders have cut the way there.
     point: Double,
     cuts: u32,
 }
 
 impl Grid {
+    /// The grid from `origin` (s) on with steps of the size that is `asked` for (s), else of the usual one.
+    pub fn new(origin: f64, asked: f64, shaft: &Shaft, start: &State) -> Self {
+        let size = if asked > 0.0 { asked } else { usual_step(shaft, start) };
+        Grid { origin, size, point: Double::from(origin), cuts: 0 }
+    }
+
     /// Where the step from `from` on ends: at the next point of the grid, or at `limit`.
     pub fn end_of_step(&mut self, from: Double, limit: Option<Double>) -> Double {
-        let origin = Double::from(self.origin);
-        let number = ((from - origin).hi / self.size + SLIVER).floor() + 1.0;
-        let point = origin + two_product(number, self.size);
+        let point = point_of_grid(self.origin, self.size, from);
         if (point - self.point).hi > 0.0 {
             (self.point, self.cuts) = (point, 0);
         }
         // No sliver is left over behind the point either.
         limit.filter(|limit| (*limit - point).hi <= SLIVER * self.size).unwrap_or(point)
     }
-}
-
-impl RigidMachine {
-    /// The grid from `origin` (s) on.
-    pub(super) fn grid_from(&self, origin: f64) -> Grid {
-        let asked = self.solver.settings.step_size;
-        let size = if asked > 0.0 { asked } else { self.usual_step() };
-        Grid { origin, size, point: Double::from(origin), ..Grid::default() }
-    }
-
-    /// The internal step where none is asked for (s): see [`ANGLE`], [`FOLLOWING`], [`STIFFEST`] and [`USUAL`]; borders
-    /// of the motion laws are passed one at a time on the average.
-    ///
-    /// √J(φ) is a sum of waves up to the order R of J with branch points √(J_min/J_max)/R beside the real angles, or
-    /// farther away.
-    fn usual_step(&self) -> f64 {
-        let (low, high) = self.inertia.range();
-        let free = self.state.u.hi.abs() / low.sqrt();
-        let (synchronous, follows) = match self.motor {
-            Motor::Kloss(Kloss { breakdown_torque, breakdown_slip, synchronous_speed, dynamics }) => {
-                let speed = synchronous_speed.abs();
-                let own = speed * breakdown_slip * low / breakdown_torque.abs();
-                (speed, dynamics.map_or(own, |lag| lag.min((lag * own).sqrt())))
-            }
-            Motor::None | Motor::Input => (0.0, f64::INFINITY),
-        };
-        let smooth = ANGLE / (self.inertia.resolution() * (high / low).sqrt());
-        let angle = smooth.min(TAU / self.inertia.borders().len().max(1) as f64);
-        let speed = free.max(synchronous);
-        if speed > 0.0 {
-            let step = angle / speed;
-            step.min((FOLLOWING * follows).max(STIFFEST * step))
-        } else {
-            USUAL
-        }
-    }
-
-    /// The longest step from the state on, in a time that begins `since` (s) after the communication point (s).
-    pub(super) fn longest_step<const N: usize>(&self, since: f64) -> f64 {
-        System::<N>::longest_step(&self.piece(since), Double::from(0.0), &[0.0; N])
-    }
-
-    /// Shortens the step from `from` to `end` to the `longest` one (s): beyond a narrow interval its laws hold no more. Refuses
-    /// it where there are no intervals.
-    pub(super) fn fit_to_reach(&mut self, longest: f64, from: Double, end: &mut Double) -> Result<(), Fault> {
-        if (*end - from).hi <= (1.0 + SLIVER) * longest {
-            return Ok(());
-        }
-        if self.inertia.borders().is_empty() {
-            return Err(self.refused(from.hi));
-        }
-        *end = from + Double::from(longest);
-        self.cut(from)
-    }
 
     /// Counts a step that does not reach the next point of the grid, where there is one.
-    pub(super) fn cut(&mut self, at: Double) -> Result<(), Fault> {
-        let grid = &mut self.in_time.grid;
-        grid.cuts += 1;
-        if grid.size == 0.0 || grid.cuts <= MOST_CUTS {
+    pub fn cut(&mut self, at: Double) -> Result<(), Fault> {
+        self.cuts += 1;
+        if self.size == 0.0 || self.cuts <= MOST_CUTS {
             return Ok(());
         }
         Err(Fault::new(format!(
             "the shaft passes more than {MOST_CUTS} breakpoints of its motion laws within an internal step of {} s, at t = {} s; shorten solver.step_size, or set solver.method = adaptive",
-            Rounded(grid.size),
+            Rounded(self.size),
             Rounded(at.hi)
         )))
     }
 
-    pub(super) fn refused(&self, time: f64) -> Fault {
+    /// The fault of a step from this state on that is too long.
+    pub fn refused(&self, state: &State, from: Double) -> Fault {
         Fault::new(format!(
             "the motion cannot be computed beyond t = {} s (w = {} rad/s) with internal steps of {} s: they turn the shaft too far, or miss more than {WORST} of the motion; shorten solver.step_size, or set solver.method = adaptive",
-            Rounded(time),
-            Rounded(self.state.w),
-            Rounded(self.in_time.grid.size)
+            Rounded(from.hi),
+            Rounded(state.w),
+            Rounded(self.size)
         ))
+    }
+}
+
+/// The internal step where none is asked for (s): see [`ANGLE`], [`FOLLOWING`], [`STIFFEST`] and [`USUAL`]; borders
+/// of the motion laws are passed one at a time on the average.
+///
+/// √J(φ) is a sum of waves up to the order R of J with branch points √(J_min/J_max)/R beside the real angles, or
+/// farther away.
+fn usual_step(Shaft { inertia, motor, .. }: &Shaft, start: &State) -> f64 {
+    let (low, high) = inertia.range();
+    let free = start.u.hi.abs() / low.sqrt();
+    let (synchronous, follows) = match *motor {
+        Motor::Kloss(Kloss { breakdown_torque, breakdown_slip, synchronous_speed, dynamics }) => {
+            let speed = synchronous_speed.abs();
+            let own = speed * breakdown_slip * low / breakdown_torque.abs();
+            (speed, dynamics.map_or(own, |lag| lag.min((lag * own).sqrt())))
+        }
+        Motor::None | Motor::Input => (0.0, f64::INFINITY),
+    };
+    let smooth = ANGLE / (inertia.resolution() * (high / low).sqrt());
+    let angle = smooth.min(TAU / inertia.pieces().len() as f64);
+    let speed = free.max(synchronous);
+    if speed > 0.0 {
+        let step = angle / speed;
+        step.min((FOLLOWING * follows).max(STIFFEST * step))
+    } else {
+        USUAL
     }
 }

@@ -1,7 +1,7 @@
 //! The reduced moment of inertia J(φ).
 
 use super::follower::Follower;
-use super::place::{Place, into_turn};
+use super::place::{Place, ends, into_turn, pieces};
 use super::profile::IN_A_ROW;
 use crate::drives::Fault;
 use crate::drives::parameter::parameters;
@@ -30,7 +30,7 @@ parameters! {
 
 /// J(φ) = J0 + J_v(φ) + Σ m_j U_j′(φ)², where mechanisms lie between cam and tool with the inertia of tool and links instead
 /// of the last term.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Inertia {
     /// J0 and J_v.
     pub function: InertiaFunction,
@@ -38,25 +38,18 @@ pub struct Inertia {
     pub followers: Vec<Follower>,
     /// The angles in [0, 2π), ascending, at which one of the laws has a breakpoint.
     borders: Vec<f64>,
-    /// [`Inertia::range`], once it was asked for.
     #[serde(skip)]
-    range: Known<(f64, f64)>,
-    /// The order that resolves the inertia of the followers with mechanisms, once it was asked for.
-    #[serde(skip)]
-    linked_resolution: Known<f64>,
+    known: Known,
 }
 
-/// Values derived from the rest of the inertia, which say nothing about whether two are the same.
-#[derive(Clone, Debug)]
-struct Known<T>(OnceLock<T>);
-
-impl<T> Default for Known<T> {
-    fn default() -> Self {
-        Known(OnceLock::new())
-    }
+/// Values derived from the rest of the inertia once they were asked for, which say nothing about whether two are the same.
+#[derive(Clone, Debug, Default)]
+struct Known {
+    range: OnceLock<(f64, f64)>,
+    linked_resolution: OnceLock<f64>,
 }
 
-impl<T> PartialEq for Known<T> {
+impl PartialEq for Known {
     fn eq(&self, _: &Self) -> bool {
         true
     }
@@ -68,8 +61,7 @@ const SAME_BORDER: f64 = 1e-12;
 impl Inertia {
     /// The inertia of these parts.
     pub fn new(function: InertiaFunction, followers: Vec<Follower>) -> Self {
-        let (range, linked_resolution) = (Known::default(), Known::default());
-        let mut inertia = Inertia { function, followers, borders: Vec::new(), range, linked_resolution };
+        let mut inertia = Inertia { function, followers, ..Inertia::default() };
         inertia.find_borders();
         inertia
     }
@@ -82,7 +74,7 @@ impl Inertia {
     /// The order that resolves the inertia of the followers with mechanisms; 0 without, infinite where it is beyond the work of
     /// a call.
     pub fn linked_resolution(&self) -> f64 {
-        *self.linked_resolution.0.get_or_init(|| {
+        *self.known.linked_resolution.get_or_init(|| {
             let linked = self.followers.iter().filter(|follower| !follower.linkage.is_empty());
             linked.map(Follower::linked_resolution).fold(0.0, f64::max)
         })
@@ -97,17 +89,13 @@ impl Inertia {
     pub fn change(&mut self, change: impl FnOnce(&mut InertiaFunction, &mut [Follower])) {
         change(&mut self.function, &mut self.followers);
         self.find_borders();
-        self.forget();
+        self.known = Known::default();
     }
 
     /// J0 and J_v, to change numbers that move no border.
     pub fn function_mut(&mut self) -> &mut InertiaFunction {
-        self.forget();
+        self.known = Known::default();
         &mut self.function
-    }
-
-    fn forget(&mut self) {
-        (self.range, self.linked_resolution) = (Known::default(), Known::default());
     }
 
     /// Collects the breakpoints of all laws.
@@ -221,8 +209,12 @@ impl Inertia {
 
     /// The ends of interval `i` (rad); infinite where there are no borders.
     pub fn ends(&self, i: usize) -> (f64, f64) {
-        let Some(&first) = self.borders.first() else { return (f64::NEG_INFINITY, f64::INFINITY) };
-        (self.borders[i], self.borders.get(i + 1).copied().unwrap_or(first + TAU))
+        if self.borders.is_empty() { (f64::NEG_INFINITY, f64::INFINITY) } else { ends(&self.borders, i) }
+    }
+
+    /// The ends of the smooth pieces of the turn (rad); without borders it is one, from 0 on.
+    pub fn pieces(&self) -> impl ExactSizeIterator<Item = (f64, f64)> {
+        pieces(&self.borders)
     }
 
     /// The smooth piece of all laws on interval `i`.
@@ -241,7 +233,7 @@ impl Inertia {
 
     /// A lower bound of J over the turn, from samples and the curvature between them, and the largest sample.
     pub fn range(&self) -> (f64, f64) {
-        *self.range.0.get_or_init(|| self.sampled_range())
+        *self.known.range.get_or_init(|| self.sampled_range())
     }
 
     fn sampled_range(&self) -> (f64, f64) {

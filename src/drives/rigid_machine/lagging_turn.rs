@@ -12,7 +12,8 @@
 //! whose Floquet multipliers have the product exp(−∮ dψ/(T_el|φ̇|)) = exp(−T/T_el) (Liouville).
 
 use super::place::Place;
-use super::{Inertia, Kloss, Motor, RigidMachine};
+use super::shaft::beside;
+use super::{Inertia, Kloss, Motor};
 use crate::numerics::collocation::{Collocation, System};
 use crate::numerics::double_double::Double;
 use crate::numerics::gauss::Gauss;
@@ -45,7 +46,7 @@ struct Leg {
     end: f64,
 }
 
-/// A turn of a machine whose motor lags, from where it stands.
+/// A turn of a machine whose motor lags.
 #[derive(Clone, Copy)]
 pub struct LaggingTurn<'a> {
     inertia: &'a Inertia,
@@ -110,10 +111,14 @@ impl System<3> for OnLeg<'_> {
 }
 
 impl<'a> LaggingTurn<'a> {
-    /// The turn of this machine against the load `tau` (N·m).
-    pub fn of(machine: &'a RigidMachine, tau: f64, work: Option<&'a Cell<Work>>) -> Self {
-        let RigidMachine { inertia, motor, state, .. } = machine;
-        let (phi_start, interval) = (state.angle.hi, state.interval);
+    /// The turn against the load `tau` (N·m) from an angle (rad) of this interval on.
+    pub fn new(
+        inertia: &'a Inertia,
+        motor: &'a Motor,
+        tau: f64,
+        (interval, phi_start): (usize, f64),
+        work: Option<&'a Cell<Work>>,
+    ) -> Self {
         let lag = motor.lag().unwrap_or(f64::NAN);
         LaggingTurn { inertia, motor, lag, tau, sense: motor.sense(), phi_start, interval, work }
     }
@@ -133,7 +138,7 @@ impl<'a> LaggingTurn<'a> {
             let width = if legs.is_empty() { if self.sense > 0.0 { high - at } else { at - low } } else { high - low };
             psi = (psi + width.max(0.0)).min(TAU);
             legs.push(Leg { place: self.inertia.place(interval), end: psi });
-            interval = if self.sense > 0.0 { (interval + 1) % borders } else { (interval + borders - 1) % borders };
+            (interval, _) = beside(interval, borders, self.sense > 0.0);
             at = 0.0;
             // The mesh of the borders cannot have more pieces than this.
             if legs.len() > borders + 1 {
@@ -149,27 +154,19 @@ impl<'a> LaggingTurn<'a> {
     /// ln of the largest modulus of the multipliers of the periodic motion (v, M_an), and the motion; None where the machine
     /// comes to rest on it.
     pub fn growth_and_motion(&self, motion: [f64; 2]) -> Option<(f64, Motion<'_>)> {
-        let disturbance = Disturbance { turn: self, pieces: self.pieces(motion)? };
-        let growth = match Period::of(&disturbance, GROWTH_TOLERANCE) {
+        let motion = Motion { turn: self, pieces: self.pieces(motion)? };
+        let growth = match Period::of(&motion, GROWTH_TOLERANCE) {
             Some(whole) => whole.monodromy.growth(),
             // The lag is some millionths of the turn: the torque follows at once.
-            None => disturbance.growth_without_lag(),
+            None => motion.growth_without_lag(),
         };
-        Some((growth, Motion(disturbance)))
+        Some((growth, motion))
     }
 
     /// The steps of the motion (v, M_an).
     fn pieces(&self, [v, torque]: [f64; 2]) -> Option<Vec<(Place, Collocation<3>)>> {
-        let mut c = Collocation::<3>::new(Double::from(0.0), [v, torque, 0.0]);
         let mut pieces = Vec::new();
-        for leg in self.legs() {
-            let on_leg = OnLeg { turn: self, place: leg.place };
-            let end = Double::from(leg.end);
-            while (end - c.end()).hi > 0.0 {
-                self.step(&mut c, &on_leg, end)?;
-                pieces.push((leg.place, c.clone()));
-            }
-        }
+        self.follow(&self.legs(), [v, torque, 0.0], |place, c| pieces.push((place, c.clone())))?;
         Some(pieces)
     }
 
@@ -178,23 +175,23 @@ impl<'a> LaggingTurn<'a> {
         self.run(&self.legs(), [y[0], y[1], 0.0]).map(|[v, torque, _]| [v, torque])
     }
 
-    /// One step of the periodic motion, not beyond `end`; None where there is none or the work is used up.
-    fn step(&self, c: &mut Collocation<3>, on_leg: &OnLeg<'_>, end: Double) -> Option<()> {
-        let before = c.statistics.evaluations;
-        c.step(on_leg, end, PERIODIC_TOLERANCE).ok()?;
-        // Three unknowns instead of two.
-        let cost = 2.0 * EVALUATION + self.inertia.cost();
-        draw(self.work, cost * (c.statistics.evaluations - before) as f64)
+    /// The values after a turn that starts with `y`; None where the machine comes to rest or the work is used up.
+    fn run(&self, legs: &[Leg], y: [f64; 3]) -> Option<[f64; 3]> {
+        self.follow(legs, y, |_, _| ())
     }
 
-    /// The values after a turn that starts with `y`; None where the machine comes to rest.
-    fn run(&self, legs: &[Leg], y: [f64; 3]) -> Option<[f64; 3]> {
+    /// [`LaggingTurn::run`] with a `visit` to each step.
+    fn follow(&self, legs: &[Leg], y: [f64; 3], mut visit: impl FnMut(Place, &Collocation<3>)) -> Option<[f64; 3]> {
         let mut c = Collocation::<3>::new(Double::from(0.0), y);
-        for leg in legs {
-            let on_leg = OnLeg { turn: self, place: leg.place };
-            let end = Double::from(leg.end);
+        // Three unknowns instead of two.
+        let cost = 2.0 * EVALUATION + self.inertia.cost();
+        for &Leg { place, end } in legs {
+            let (on_leg, end) = (OnLeg { turn: self, place }, Double::from(end));
             while (end - c.end()).hi > 0.0 {
-                self.step(&mut c, &on_leg, end)?;
+                let before = c.statistics.evaluations;
+                c.step(&on_leg, end, PERIODIC_TOLERANCE).ok()?;
+                draw(self.work, cost * (c.statistics.evaluations - before) as f64)?;
+                visit(place, &c);
             }
             // Below a billionth of the first speed the time scale of the turn has gone: this is a standstill.
             if c.state()[0] < 1e-9 * y[0] {
@@ -265,35 +262,29 @@ impl<'a> LaggingTurn<'a> {
     }
 }
 
-/// A periodic motion.
-pub struct Motion<'a>(Disturbance<'a>);
-
-impl Motion<'_> {
-    /// The ends of its pieces in φ.
-    pub fn pieces(&self) -> Vec<[f64; 2]> {
-        let Disturbance { turn, pieces, .. } = &self.0;
-        let ends = |(_, motion): &(Place, Collocation<3>)| {
-            let [a, b] = [motion.start(), motion.end()].map(|psi| turn.phi_start + turn.sense * psi.hi);
-            [a.min(b), a.max(b)]
-        };
-        pieces.iter().map(ends).collect()
-    }
-
-    /// ω (rad/s) in a piece.
-    pub fn speed(&self, piece: usize, phi: f64) -> f64 {
-        let Disturbance { turn, .. } = &self.0;
-        turn.sense * self.0.at(piece, Double::from(turn.sense * (phi - turn.phi_start)))[1]
-    }
-}
-
-/// Growth of a small disturbance of E on a periodic motion, see the head of this file.
-struct Disturbance<'a> {
+/// A periodic motion, and the growth of a small disturbance of E on it, see the head of this file.
+pub struct Motion<'a> {
     turn: &'a LaggingTurn<'a>,
     /// The smooth piece of J, and the periodic motion on it.
     pieces: Vec<(Place, Collocation<3>)>,
 }
 
-impl Disturbance<'_> {
+impl Motion<'_> {
+    /// The ends of its pieces in φ.
+    pub fn pieces(&self) -> Vec<[f64; 2]> {
+        let ends = |(_, motion): &(Place, Collocation<3>)| {
+            let [a, b] = [motion.start(), motion.end()].map(|psi| self.turn.phi_start + self.turn.sense * psi.hi);
+            [a.min(b), a.max(b)]
+        };
+        self.pieces.iter().map(ends).collect()
+    }
+
+    /// ω (rad/s) in a piece.
+    pub fn speed(&self, piece: usize, phi: f64) -> f64 {
+        let LaggingTurn { sense, phi_start, .. } = self.turn;
+        sense * self.at(piece, Double::from(sense * (phi - phi_start)))[1]
+    }
+
     /// On this piece v, |φ̇|, M_Kloss − M_an and M_Kloss′.
     fn at(&self, piece: usize, psi: Double) -> [f64; 4] {
         let (place, motion) = &self.pieces[piece];
@@ -319,7 +310,7 @@ impl Disturbance<'_> {
     }
 }
 
-impl Periodic for Disturbance<'_> {
+impl Periodic for Motion<'_> {
     fn period(&self) -> Double {
         self.pieces.last().map_or(Double::from(TAU), |(_, motion)| motion.end())
     }
@@ -329,7 +320,7 @@ impl Periodic for Disturbance<'_> {
     }
 
     fn at(&self, psi: Double, piece: usize) -> Coefficients {
-        let [v, w, ahead, slope] = Disturbance::at(self, piece, psi);
+        let [v, w, ahead, slope] = Motion::at(self, piece, psi);
         let stiffness = (self.turn.sense * ahead / w - slope) / (v * v * self.turn.lag);
         Coefficients { damping: 1.0 / (self.turn.lag * w), stiffness, forcing: 0.0 }
     }

@@ -8,8 +8,9 @@
 
 use super::angle_step::{AngleStep, Position, Tabulated};
 use super::profile::Profile;
+use super::shaft::beside;
 use super::torques::Torques;
-use super::{Inertia, Kloss, Motor};
+use super::{Kloss, Motor};
 use crate::drives::{Fault, Number, Rounded};
 use crate::numerics::angle::WHOLE_TURN;
 use crate::numerics::double_double::{Double, two_sum};
@@ -64,13 +65,21 @@ pub struct Mesh {
     pub widest: f64,
     /// The mean of √J over the turn.
     pub mean_root: f64,
-    /// Inertia, motor and tolerance that the cells were made for.
-    made_for: Option<Arc<(Inertia, Motor, f64)>>,
+    /// The motor and the tolerance that the cells were made for.
+    pub motor: Motor,
+    pub tolerance: f64,
+}
+
+impl Cell {
+    /// φ where it is entered (rad).
+    pub fn entry(&self, forward: bool) -> Double {
+        Double::from(if forward { self.low } else { self.high })
+    }
 }
 
 /// 2/J over the `width` (rad) from `low` on, in interval `interval`.
-pub fn tabulate(inertia: &Inertia, profile: &Profile, interval: usize, low: f64, width: f64) -> Tabulated {
-    let at = |x: f64| 2.0 / profile.value(inertia, interval, low + 0.5 * (1.0 + x) * width);
+pub fn tabulate(profile: &Profile, interval: usize, low: f64, width: f64) -> Tabulated {
+    let at = |x: f64| 2.0 / profile.value(interval, low + 0.5 * (1.0 + x) * width);
     Tabulated { ends: [at(-1.0), at(1.0)], nodes: ABSCISSAE.map(at) }
 }
 
@@ -85,8 +94,8 @@ fn error(table: &Tabulated, width: f64) -> f64 {
 }
 
 /// The fault where the turn cannot be divided with the work of a call; it came to an angle where cells are this wide (rad).
-fn too_many(inertia: &Inertia, [at, width]: [f64; 2]) -> Fault {
-    let (low, high) = inertia.range();
+fn too_many(profile: &Profile, [at, width]: [f64; 2]) -> Fault {
+    let (low, high) = profile.inertia.range();
     Fault::new(format!(
         "J(phi), between {} and {} kg.m2, changes so fast that no table of it can be made: at phi = {} deg it would need one \
          entry in {} deg; choose a larger `J0` (now {} kg.m2), smaller masses, or motion laws and levers that move less",
@@ -94,7 +103,7 @@ fn too_many(inertia: &Inertia, [at, width]: [f64; 2]) -> Fault {
         Rounded(high),
         Rounded(at.to_degrees()),
         Rounded(width.to_degrees()),
-        Number(inertia.function.constant)
+        Number(profile.inertia.function.constant)
     ))
 }
 
@@ -108,63 +117,47 @@ fn mean_root(cells: &[Cell]) -> f64 {
 }
 
 impl Mesh {
-    /// The mesh on which `inertia` is met to the relative `tolerance`, and the torque of the motor as it is about its
-    /// synchronous speed.
+    /// The mesh on which J is met to the relative `tolerance`, and the torque of the motor as it is about its synchronous
+    /// speed.
     ///
     /// # Errors
     /// Where so many cells are needed that the work of a call does not do for them.
-    pub fn new(inertia: &Inertia, motor: &Motor, tolerance: f64) -> Result<Self, Fault> {
-        Self::on(Arc::new(Profile::new(inertia)), inertia, motor, tolerance)
-    }
-
-    /// The mesh of another tolerance.
-    pub fn with_tolerance(&self, inertia: &Inertia, motor: &Motor, tolerance: f64) -> Result<Self, Fault> {
-        Self::on(self.profile.clone(), inertia, motor, tolerance)
-    }
-
-    /// The mesh on a profile of this inertia.
-    pub fn on(profile: Arc<Profile>, inertia: &Inertia, motor: &Motor, tolerance: f64) -> Result<Self, Fault> {
-        let mut cells = Self::of_inertia(inertia, &profile, tolerance)?;
-        if let Motor::Kloss(Kloss { synchronous_speed, dynamics: None, .. }) = motor {
-            cells = Self::divided(cells, inertia, &profile, motor, *synchronous_speed, tolerance);
+    pub fn new(profile: Arc<Profile>, motor: Motor, tolerance: f64) -> Result<Self, Fault> {
+        let mut cells = Self::of_inertia(&profile, tolerance)?;
+        if let Motor::Kloss(kloss @ Kloss { dynamics: None, .. }) = motor {
+            cells = Self::divided(cells, &profile, kloss, tolerance);
         }
         let widest = cells.iter().map(|cell| cell.width).fold(0.0, f64::max);
-        let made_for = Some(Arc::new((inertia.clone(), *motor, tolerance)));
         let mean_root = mean_root(&cells);
-        Ok(Mesh { widest, mean_root, cells: Arc::new(cells), profile, made_for })
+        Ok(Mesh { widest, mean_root, cells: Arc::new(cells), profile, motor, tolerance })
     }
 
     /// The cells that J(φ) alone asks for.
-    fn of_inertia(inertia: &Inertia, profile: &Profile, tolerance: f64) -> Result<Vec<Cell>, Fault> {
+    fn of_inertia(profile: &Profile, tolerance: f64) -> Result<Vec<Cell>, Fault> {
+        let inertia = &profile.inertia;
         let (mut cells, mut work) = (Vec::new(), Work::default());
         let cost = CELL + (2 + STAGES) as f64 * inertia.cost();
-        let intervals = inertia.borders().len().max(1);
         let mut width = WIDEST.min(4.0 / inertia.resolution());
         // What the rounded end of the turn is short of 2π beyond its beginning.
-        let missing = two_sum(Self::ends(inertia, 0).0, TAU).lo + WHOLE_TURN.lo;
-        for interval in 0..intervals {
-            let (low, high) = Self::ends(inertia, interval);
+        let missing = two_sum(inertia.borders().first().copied().unwrap_or(0.0), TAU).lo + WHOLE_TURN.lo;
+        for (interval, (low, high)) in inertia.pieces().enumerate() {
             let mut at = low;
             while at < high {
                 width = width.min(WIDEST);
-                let (end, table) = loop {
-                    work.draw(cost).map_err(|_| too_many(inertia, [at, width]))?;
-                    let end = edge(at, width, high);
-                    let missing = if end == high && interval + 1 == intervals { missing } else { 0.0 };
-                    let own = end - at + missing;
-                    let table = tabulate(inertia, profile, interval, at, own);
-                    let error = error(&table, own);
-                    // The error goes with the tenth power of the width.
-                    let growth = (0.9 * (FINER * tolerance / error.max(1e-300)).powf(0.1)).clamp(0.3, 2.0);
-                    let accepted = error <= FINER * tolerance || end - at <= NARROWEST;
-                    width = (end - at) * growth;
-                    if accepted {
-                        cells.push(Cell { low: at, high: end, width: own, interval, reciprocal: table });
-                        break (end, table);
-                    }
-                };
-                debug_assert!(table.nodes.iter().all(|reciprocal| *reciprocal > 0.0));
-                at = end;
+                work.draw(cost).map_err(|_| too_many(profile, [at, width]))?;
+                let end = edge(at, width, high);
+                let missing = if end == high && interval + 1 == inertia.pieces().len() { missing } else { 0.0 };
+                let own = end - at + missing;
+                let reciprocal = tabulate(profile, interval, at, own);
+                let error = error(&reciprocal, own);
+                // The error goes with the tenth power of the width.
+                let growth = (0.9 * (FINER * tolerance / error.max(1e-300)).powf(0.1)).clamp(0.3, 2.0);
+                width = (end - at) * growth;
+                if error <= FINER * tolerance || end - at <= NARROWEST {
+                    debug_assert!(reciprocal.nodes.iter().all(|reciprocal| *reciprocal > 0.0));
+                    cells.push(Cell { low: at, high: end, width: own, interval, reciprocal });
+                    at = end;
+                }
             }
         }
         Ok(cells)
@@ -172,16 +165,10 @@ impl Mesh {
 
     /// These cells, divided where a machine with the mean energy of the synchronous speed would not pass them in one
     /// step: its torque has waves of its own.
-    fn divided(
-        cells: Vec<Cell>,
-        inertia: &Inertia,
-        profile: &Profile,
-        motor: &Motor,
-        synchronous: f64,
-        tolerance: f64,
-    ) -> Vec<Cell> {
-        let torques = Torques::against(motor, 0.0, synchronous.signum());
-        let energy = Double::from(0.5 * (mean_root(&cells) * synchronous).powi(2));
+    fn divided(cells: Vec<Cell>, profile: &Profile, motor: Kloss, tolerance: f64) -> Vec<Cell> {
+        let speed = motor.synchronous_speed;
+        let torques = Torques::against(&Motor::Kloss(motor), 0.0, speed.signum());
+        let energy = Double::from(0.5 * (mean_root(&cells) * speed).powi(2));
         let position = Position { energy, ..Position::default() };
         let remainder = FINER * tolerance;
         let mut divided = Vec::with_capacity(2 * cells.len());
@@ -197,7 +184,7 @@ impl Mesh {
                 let high = edge(low, (cell.high - low) / left as f64, cell.high);
                 let width = high - low + if high == cell.high { missing } else { 0.0 };
                 let reciprocal =
-                    if parts == 1 { cell.reciprocal } else { tabulate(inertia, profile, cell.interval, low, width) };
+                    if parts == 1 { cell.reciprocal } else { tabulate(profile, cell.interval, low, width) };
                 divided.push(Cell { low, high, width, interval: cell.interval, reciprocal });
                 low = high;
                 if low == cell.high {
@@ -208,30 +195,14 @@ impl Mesh {
         divided
     }
 
-    /// Whether it is the mesh of this inertia, this motor and this tolerance.
-    pub fn is_for(&self, inertia: &Inertia, motor: &Motor, tolerance: f64) -> bool {
-        self.made_for.as_ref().is_some_and(|m| m.0 == *inertia && m.1 == *motor && m.2 == tolerance)
-    }
-
-    /// Whether it is a mesh of this inertia.
-    pub fn is_of(&self, inertia: &Inertia) -> bool {
-        self.made_for.as_ref().is_some_and(|m| m.0 == *inertia)
+    /// Whether it is the mesh on this profile, of this motor and this tolerance.
+    pub fn is_for(&self, profile: &Arc<Profile>, motor: &Motor, tolerance: f64) -> bool {
+        Arc::ptr_eq(&self.profile, profile) && self.motor == *motor && self.tolerance == tolerance
     }
 
     /// The cells.
     pub fn cells(&self) -> &[Cell] {
         &self.cells
-    }
-
-    /// Whether a position is that at which its cell is entered in this sense.
-    pub fn is_entry(&self, position: &Position, sense: f64) -> bool {
-        let cell = &self.cells[position.cell];
-        position.angle == Double::from(if sense > 0.0 { cell.low } else { cell.high })
-    }
-
-    /// The ends of an interval (rad); without borders a whole turn from 0 on.
-    fn ends(inertia: &Inertia, interval: usize) -> (f64, f64) {
-        if inertia.borders().is_empty() { (0.0, TAU) } else { inertia.ends(interval) }
     }
 
     /// Where the step begins that follows a step in this sense.
@@ -246,20 +217,9 @@ impl Mesh {
 
     /// Moves a position at the end of its cell to the entry of the next one.
     pub fn next(&self, position: &mut Position, forward: bool) {
-        let cells = self.cells.len();
-        if forward {
-            position.cell += 1;
-            if position.cell == cells {
-                (position.cell, position.turns) = (0, position.turns + 1.0);
-            }
-            position.angle = Double::from(self.cells[position.cell].low);
-        } else {
-            if position.cell == 0 {
-                (position.cell, position.turns) = (cells, position.turns - 1.0);
-            }
-            position.cell -= 1;
-            position.angle = Double::from(self.cells[position.cell].high);
-        }
+        let (cell, turns) = beside(position.cell, self.cells.len(), forward);
+        (position.cell, position.turns) = (cell, position.turns + turns);
+        position.angle = self.cells[cell].entry(forward);
     }
 
     /// The cell that holds the angle `phi` of interval `interval`; on an edge the one ahead.
@@ -285,21 +245,22 @@ fn edge(low: f64, width: f64, high: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Follower, InertiaFunction};
+    use super::super::{Follower, Inertia, InertiaFunction};
     use super::*;
     use crate::motion::{Fourier, MotionLaw};
 
-    fn inertia(constant: f64, order: usize) -> Inertia {
+    fn profile(constant: f64, order: usize) -> Arc<Profile> {
         let mut a = vec![0.0; order + 1];
         (a[1], a[order]) = (0.1, 0.1 / order as f64);
         let cam = MotionLaw::Fourier(Fourier::new(a, vec![]));
-        Inertia::new(InertiaFunction { constant, varying: None }, vec![Follower::new(10.0, cam)])
+        let inertia = Inertia::new(InertiaFunction { constant, varying: None }, vec![Follower::new(10.0, cam)]);
+        Arc::new(Profile::new(Arc::new(inertia)))
     }
 
     #[test]
     fn the_cells_cover_the_turn_and_follow_the_waves() {
         let count = |constant, order, tolerance| {
-            let mesh = Mesh::new(&inertia(constant, order), &Motor::None, tolerance).unwrap();
+            let mesh = Mesh::new(profile(constant, order), Motor::None, tolerance).unwrap();
             let total: f64 = mesh.cells().iter().map(|cell| cell.width).sum();
             assert!((total - TAU).abs() < 1e-14);
             assert!(mesh.cells().windows(2).all(|pair| pair[0].high == pair[1].low));
@@ -313,7 +274,7 @@ mod tests {
 
     #[test]
     fn an_angle_finds_its_cell() {
-        let mesh = Mesh::new(&inertia(0.5, 5), &Motor::None, 1e-9).unwrap();
+        let mesh = Mesh::new(profile(0.5, 5), Motor::None, 1e-9).unwrap();
         for (i, cell) in mesh.cells().iter().enumerate() {
             assert_eq!(mesh.find(0, cell.low, true), i);
             assert_eq!(mesh.find(0, cell.high, false), i);

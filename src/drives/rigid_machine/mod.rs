@@ -11,18 +11,32 @@
 //! Valid for rigid links without backlash and J > 0 everywhere; standstill, reversal and a load that drives the motor
 //! are ordinary states.
 //!
+//! The parts of the equation are in [`shaft`]. Three ways to integrate it take them in turns:
+//!
+//! | | while | internal steps |
+//! |---|---|---|
+//! | [`in_angle`] | torques do not depend on time, no lag, and the shaft turns fast | as the tolerance allows; they go on beyond communication points |
+//! | [`in_time`] | else: a torque that changes with time, a motor with a lag, standstill, reversal | as the tolerance allows; they end at communication points |
+//! | [`in_time`] on its [`grid`] | `solver.method` = `fixed_cost` | equal ones; they go on beyond communication points while torques stay as they are |
+//!
+//! Each of them **begins** at a state, **extends** the motion by an internal step, is **read** at a time within that step and
+//! **left** where it was read last; it takes the errors of the one before and passes on its own. The start on a periodic motion
+//! is in [`steady`].
+//!
 //! Limit cases that the tests check: M_an = τ = 0 ⇒ Jφ̇² is constant and the turn takes ∮ √(J/2E) dφ; constant J ⇒
 //! the run-up time of Kloss in closed form; ½Jφ̇² changes by ∫(M_an − τ)dφ.
 //!
 //! Source: K. Kaltofen, "HS-Bewegungen trotz veränderlicher Antriebsgeschwindigkeit", equation (2); Dresig, Holzweißig,
 //! *Maschinendynamik*, chapter 2 (rigid machine).
 
-mod advance;
 mod angle_step;
+mod angle_steps;
 mod cycle;
 mod equation;
 mod follower;
 mod grid;
+mod in_angle;
+mod in_time;
 mod inertia;
 pub mod lagging_turn;
 pub mod linkage;
@@ -30,10 +44,9 @@ mod mesh;
 mod motor;
 mod place;
 mod profile;
+mod shaft;
 mod signal;
-mod solver;
 mod steady;
-mod step_control;
 mod torques;
 pub mod turn_map;
 mod variables;
@@ -48,21 +61,22 @@ pub use place::Place;
 
 use self::linkage::{decimals, in_turn};
 use super::cam_turn::{SLOWEST, turns};
-use super::limits::no_state;
+use super::limits::{no_state, step_too_much};
 use super::settings::{HasSolver, Method, Settings, Solver};
-use super::{Curve, Drive, EventLog, Experiment, Fault, List, Text};
-use crate::numerics::angle;
-use crate::numerics::double_double::Double;
+use super::{Curve, Drive, Event, EventLog, Experiment, Fault, List, Rounded, Text};
+use crate::numerics::double_double::{Double, two_sum};
 use crate::numerics::number::{Number, all_finite};
-use angle_step::{AngleStep, Errors};
-use cycle::Cycle;
+use crate::numerics::work::Work;
+use grid::Grid;
+use in_angle::InAngle;
+use in_time::InTime;
 use mesh::Mesh;
+use profile::Profile;
 use serde::{Deserialize, Serialize};
+use shaft::{Shaft, State};
 use signal::Signal;
-use solver::TimeSteps;
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
-use torques::Torques;
 
 /// The rigid machine as a scene describes it; coherent SI.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -93,63 +107,29 @@ pub enum MachineStart {
     SteadyState,
 }
 
-/// The state of the machine at a communication point.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-struct State {
-    /// φ − 2π `turns` (rad), within a turn; its second part takes up the rounding of many small steps.
-    angle: Double,
-    /// Whole turns. With the angle apart from them, a million turns cost no digit.
-    turns: f64,
-    /// φ̇ (rad/s).
+/// Where and how the machine starts.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+struct Start {
+    /// φ (rad).
+    phi: f64,
+    /// φ̇ (rad/s), for [`MachineStart::Given`].
     w: f64,
-    /// u = √J φ̇ [√J]: E = ½u². See [`solver`] for why. Out of date while there is an angle step.
-    u: Double,
-    /// M_an (N·m) of a motor with a lag.
+    /// M_an of a motor with a lag (N·m); 0 where it is switched on.
     torque: f64,
-    /// The interval between the borders of the laws that holds the angle.
-    interval: usize,
+    mode: MachineStart,
 }
 
 /// The rigid machine in operation.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct RigidMachine {
-    /// Shared by all instances of which none has changed it.
-    inertia: Arc<Inertia>,
-    motor: Motor,
-    phi_start: f64,
-    w_start: f64,
-    /// M_an at the start of a motor with a lag (N·m); 0 where it is switched on.
-    torque_start: f64,
-    start: MachineStart,
+    shaft: Shaft,
+    start: Start,
     solver: Solver,
-    /// Input `tau`.
-    load: Signal,
-    /// Input `M_an`, for [`Motor::Input`].
-    driving: Signal,
     state: State,
-    in_time: TimeSteps,
-    /// The turn's cells with their J; follows from the parameters.
-    #[serde(skip)]
-    mesh: Mesh,
-    /// The periodic motion against the load of the start, where there is one; follows from the parameters and that load.
-    #[serde(skip)]
-    cycle: Option<Arc<Cycle>>,
-    /// τ when the simulation started (N·m).
-    load_at_start: f64,
-    /// The step in the angle that holds the communication point; None while the motion is integrated in time.
-    step: Option<AngleStep>,
-    /// The torques for which the step holds.
-    torques: Torques,
-    /// Where in the step the communication point lies, x ∈ [−1, 1].
-    abscissa: f64,
-    /// The length that the next step in the angle may have (rad).
-    next_length: f64,
-    /// Known errors at the beginning of the step.
-    errors: Errors,
-    /// The angle passed since the start, there and back (rad).
-    travelled: f64,
-    /// The greatest |φ̇| since the start (rad/s).
-    top_speed: f64,
+    in_angle: InAngle,
+    in_time: InTime,
+    /// τ − M_an for which the present internal step holds (N·m), as far as it does not depend on the speed.
+    torque: f64,
     /// The period of the steady state found at the start (s); 0 without one.
     period: f64,
     events: EventLog,
@@ -169,38 +149,14 @@ impl HasSolver for RigidMachine {
 }
 
 impl RigidMachine {
-    /// The machine before anything is checked or tabulated.
-    fn of(scene: Scene) -> Self {
-        RigidMachine {
-            inertia: Arc::new(Inertia::new(scene.inertia, scene.followers)),
-            motor: scene.motor,
-            phi_start: scene.phi_start,
-            w_start: scene.w_start,
-            torque_start: 0.0,
-            start: scene.start,
-            solver: Solver::new(scene.solver),
-            load: Signal::default(),
-            driving: Signal::default(),
-            state: State::default(),
-            in_time: TimeSteps::new(&scene.motor),
-            mesh: Mesh::default(),
-            cycle: None,
-            load_at_start: 0.0,
-            step: None,
-            torques: Torques::default(),
-            abscissa: 0.0,
-            next_length: f64::INFINITY,
-            errors: Errors::default(),
-            travelled: 0.0,
-            top_speed: 0.0,
-            period: 0.0,
-            events: EventLog::default(),
-        }
+    /// The mesh of the turn.
+    pub fn mesh(&self) -> &Mesh {
+        &self.in_angle.mesh
     }
 
     /// Refuses parameters that describe no machine.
     fn check(&self) -> Result<(), Fault> {
-        if let Motor::Kloss(Kloss { synchronous_speed, .. }) = self.motor
+        if let Motor::Kloss(Kloss { synchronous_speed, .. }) = self.shaft.motor
             && !turns(synchronous_speed)
         {
             let message = format!(
@@ -210,62 +166,110 @@ impl RigidMachine {
             );
             return Err(Fault::named("motor.w_s", message));
         }
-        // Where there is a mesh it has passed.
-        if self.mesh.is_of(&self.inertia) {
+        let inertia = &self.shaft.inertia;
+        // Where there is a table it has passed.
+        if self.shaft.profile.is_of(inertia) {
             return Ok(());
         }
-        self.inertia.validate()?;
-        let (low, _) = self.inertia.range();
+        inertia.validate()?;
+        let (low, _) = inertia.range();
         if low.is_finite() && low > 0.0 {
             return Ok(());
         }
         let message = format!(
             "the reduced moment of inertia J(phi) = J0 + sum m U'^2 must be positive at every angle, but its lower bound is {} kg.m2; choose a larger `J0` (now {} kg.m2)",
             Number(low),
-            self.inertia.function.constant
+            inertia.function.constant
         );
         Err(Fault::new(message).of("J0"))
     }
 
-    /// Puts the machine at φ = `phi_start` with the speed `w`.
-    fn place_at_start(&mut self, w: f64) {
-        let reduced = angle::reduce(Double::from(self.phi_start));
-        let (interval, phi) = self.inertia.interval(reduced, true);
-        let turns = ((self.phi_start - phi) / TAU).round();
-        self.state = State { angle: Double::from(phi), turns, torque: self.torque_start, interval, ..State::default() };
-        let pulled = if w == 0.0 { self.net_torque(0.0) } else { w };
-        if pulled < 0.0 {
-            let (interval, phi) = self.inertia.interval(reduced, false);
-            let turns = ((self.phi_start - phi) / TAU).round();
-            self.state = State { angle: Double::from(phi), turns, interval, ..self.state };
+    /// Makes the tables that follow from the parameters, where they are those of others.
+    fn prepare(&mut self) -> Result<(), Fault> {
+        if !self.shaft.profile.is_of(&self.shaft.inertia) {
+            self.shaft.profile = Arc::new(Profile::new(self.shaft.inertia.clone()));
         }
-        self.set_speed(w);
+        self.in_angle.prepare(&self.shaft, &self.solver)
     }
 
-    /// φ̇ = `w` at the angle of the state.
-    fn set_speed(&mut self, w: f64) {
-        self.state.w = w;
-        self.state.u = Double::from(self.inertia_now()[0]).sqrt() * Double::from(w);
+    /// From one communication point to the next, with the work of a call: the internal step that holds a point is read there, and
+    /// others follow until one holds the next point.
+    fn reach(&mut self, time: f64, step: f64) -> Result<(), Fault> {
+        let RigidMachine { shaft, state, solver, in_angle, in_time, .. } = self;
+        let (target, mut work) = (two_sum(time, step), Work::default());
+        let by_tolerance = solver.settings.method == Method::Adaptive;
+        // Steps that nobody can wait for are refused before the first.
+        if !by_tolerance && !work.allows(InTime::cost(shaft) * (step / in_time.grid.size)) {
+            return Err(self.too_long([time, target.hi], time));
+        }
+        let (constant, torque) = (shaft.torques_are_constant(), shaft.constant_torque());
+        if !constant || torque != self.torque {
+            if in_angle.leave(state) {
+                in_time.begin(in_angle.deviations(state));
+            }
+            in_time.leave(shaft, state)?;
+            self.torque = torque;
+        }
+        let may_turn = by_tolerance && constant && shaft.motor.lag().is_none();
+        let goes_beyond = !by_tolerance && constant;
+        let mut now = Double::from(time);
+        loop {
+            let cost = if let Some(step) = &in_angle.step {
+                let [elapsed, left] = step.around(target);
+                if left >= 0.0 {
+                    in_angle.read(shaft, state, elapsed);
+                    return Ok(());
+                }
+                now = step.end;
+                let cost = in_angle.extend(shaft, state, solver)?;
+                if in_angle.step.is_none() {
+                    in_time.begin(in_angle.deviations(state));
+                }
+                cost
+            } else if let Some(end) = in_time.end() {
+                let holds = (target - end).hi <= 0.0;
+                // What is left of a step that does not is read, so that its end is left as every end.
+                now = if holds { target } else { end };
+                if let Some(instant) = in_time.read(shaft, state, now) {
+                    self.events.push(reversal(shaft, state, instant));
+                }
+                if !(holds && goes_beyond) {
+                    in_time.leave(shaft, state)?;
+                }
+                if holds {
+                    return Ok(());
+                }
+                continue;
+            } else if may_turn && in_angle.begin(shaft, state, solver, now, in_time.deviations()) {
+                continue;
+            } else {
+                in_time.extend(shaft, state, solver, (time, now), (!goes_beyond).then_some(target))?
+            };
+            if work.draw(cost).is_err() {
+                return Err(self.too_long([time, target.hi], now.hi));
+            }
+        }
     }
 
-    /// J, J′ at the angle of the state.
-    fn inertia_now(&self) -> [f64; 2] {
-        self.mesh.profile.with_slope(&self.inertia, self.state.interval, self.state.angle.hi)
+    /// The fault of a step that takes more than the work of a call; it has come to the time `reached` (s).
+    fn too_long(&self, way: [f64; 2], reached: f64) -> Fault {
+        // While there is an angle step, the speed of the state is that of the last communication point.
+        let speed = self.in_angle.step.as_ref().map_or(self.state.w, |step| step.end_speed);
+        let hint =
+            "relax solver.tolerance, lengthen solver.step_size of equal steps, or lower the speed or the range of J";
+        step_too_much(way, reached, &format!("the shaft turns at {} rad/s", Rounded(speed)), hint)
     }
+}
 
-    /// J, J′, J″, J‴ at the angle of the state.
-    fn inertia_here(&self) -> [f64; 4] {
-        self.inertia.at(self.inertia.place(self.state.interval), self.state.angle.hi)
-    }
-
-    /// M_an − τ at the speed `w` and now.
-    fn net_torque(&self, w: f64) -> f64 {
-        let driving = match self.motor {
-            Motor::Input => self.driving.now(),
-            _ if self.motor.lag().is_some() => self.state.torque,
-            _ => self.motor.characteristic(w)[0],
-        };
-        driving - self.load.now()
+/// The shaft, in this state, turns back at the `time` (s).
+fn reversal(shaft: &Shaft, state: &State, time: f64) -> Event {
+    Event {
+        time,
+        kind: "reversal of the shaft",
+        quantity: "acceleration",
+        value: shaft.net_torque(state, 0.0) / shaft.inertia_at(state)[0],
+        unit: "rad/s2",
+        solver: false,
     }
 }
 
@@ -275,10 +279,22 @@ impl Drive for RigidMachine {
     const INPUT_DERIVATIVES: usize = super::cam_drive::MAX_INPUT_DERIVATIVE;
 
     fn new(scene: Scene) -> Result<Self, Fault> {
-        let mut machine = RigidMachine::of(scene);
+        let Scene { inertia, followers, motor, phi_start: phi, w_start: w, start: mode, solver } = scene;
+        let (load, driving, profile) = (Signal::default(), Signal::default(), Arc::default());
+        let mut machine = RigidMachine {
+            shaft: Shaft { inertia: Arc::new(Inertia::new(inertia, followers)), motor, load, driving, profile },
+            start: Start { phi, w, torque: 0.0, mode },
+            solver: Solver::new(solver),
+            state: State::default(),
+            in_angle: InAngle::default(),
+            in_time: InTime::new(&motor),
+            torque: 0.0,
+            period: 0.0,
+            events: EventLog::default(),
+        };
         machine.check()?;
         // Here, so that the instances of a scene share it.
-        machine.prepare_mesh()?;
+        machine.prepare()?;
         Ok(machine)
     }
 
@@ -287,10 +303,11 @@ impl Drive for RigidMachine {
     }
 
     fn text(&self) -> Text {
-        let (lag, kloss) = (self.motor.lag().is_some(), matches!(self.motor, Motor::Kloss(_)));
-        let conditions = [("linkages", self.inertia.is_linked()), ("kloss", kloss), ("lag", lag)];
+        let Shaft { inertia, motor, .. } = &self.shaft;
+        let (lag, kloss) = (motor.lag().is_some(), matches!(motor, Motor::Kloss(_)));
+        let conditions = [("linkages", inertia.is_linked()), ("kloss", kloss), ("lag", lag)];
         let mut text = Text::new(include_str!("text.toml"), &conditions);
-        for (j, follower) in self.inertia.followers.iter().enumerate() {
+        for (j, follower) in inertia.followers.iter().enumerate() {
             for (i, (mechanism, extreme)) in follower.linkage.0.iter().zip(follower.transmission()).enumerate() {
                 if mechanism.has_transmission_angle() {
                     text.limits.push(format!(
@@ -310,13 +327,14 @@ impl Drive for RigidMachine {
 
     /// J(φ) and the position functions of the followers.
     fn curves(&self) -> Vec<Curve> {
-        let inertia = |phi: f64| {
+        let inertia = &self.shaft.inertia;
+        let value = |phi: f64| {
             let reduced = if phi > PI { phi - TAU } else { phi };
-            let (interval, phi) = self.inertia.interval(reduced, true);
-            self.inertia.at(self.inertia.place(interval), phi)[0]
+            let (interval, phi) = inertia.interval(reduced, true);
+            inertia.at(inertia.place(interval), phi)[0]
         };
-        let mut curves = vec![Curve::over_turn("Reduced moment of inertia J(φ)", "J [kg·m²]", inertia)];
-        for (j, follower) in self.inertia.followers.iter().enumerate() {
+        let mut curves = vec![Curve::over_turn("Reduced moment of inertia J(φ)", "J [kg·m²]", value)];
+        for (j, follower) in inertia.followers.iter().enumerate() {
             let title = format!("Position function of follower {}", j + 1);
             let (unit, factor) = if follower.turns { ("°", 1f64.to_degrees()) } else { ("mm", 1e3) };
             let label = format!("U{} [{unit}]", j + 1);
@@ -327,9 +345,9 @@ impl Drive for RigidMachine {
 
     /// Twenty turns at the synchronous speed (or at `w_start`); a second of a machine that starts at rest with a torque as input.
     fn experiment(&self) -> Experiment {
-        let speed = match self.motor {
+        let speed = match self.shaft.motor {
             Motor::Kloss(Kloss { synchronous_speed, .. }) => synchronous_speed.abs(),
-            Motor::None | Motor::Input => self.w_start.abs(),
+            Motor::None | Motor::Input => self.start.w.abs(),
         };
         Experiment::of_turns(20.0, speed)
     }
@@ -337,25 +355,25 @@ impl Drive for RigidMachine {
     fn start(&mut self, time: f64) -> Result<(), Fault> {
         self.check()?;
         self.solver.start();
-        (self.in_time, self.period) = (TimeSteps::new(&self.motor), 0.0);
-        (self.step, self.next_length, self.errors) = (None, f64::INFINITY, Errors::default());
-        self.travelled = 0.0;
-        self.top_speed = 0.0;
-        self.load_at_start = self.load.now();
-        self.prepare_mesh()?;
-        self.place_at_start(self.w_start);
-        if self.start == MachineStart::SteadyState {
-            self.start_periodically(time)?;
+        self.in_angle.start(self.shaft.load.now());
+        self.prepare()?;
+        let Start { phi, w, torque, mode } = self.start;
+        (self.state, self.period) = (self.shaft.state_at(phi, w, torque), 0.0);
+        if mode == MachineStart::SteadyState {
+            let found = steady::periodic_motion(&self.shaft, &self.in_angle.mesh, phi)?;
+            (self.state, self.period) = (found.state, found.period);
+            self.events.push(found.event(time));
         }
+        (self.in_time, self.torque) = (InTime::new(&self.shaft.motor), 0.0);
         if self.solver.settings.method == Method::FixedCost {
-            self.in_time.grid = self.grid_from(time);
+            self.in_time.grid = Grid::new(time, self.solver.settings.step_size, &self.shaft, &self.state);
         }
         Ok(())
     }
 
     /// The inputs are torques; they change the acceleration at once and the state not at all.
     fn apply(&mut self, _time: f64) -> Result<(), Fault> {
-        self.prepare_mesh_once()
+        Ok(())
     }
 
     /// At the speed that the shaft has now.
@@ -365,14 +383,11 @@ impl Drive for RigidMachine {
     }
 
     fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
-        self.load.step_begins();
-        self.driving.step_begins();
-        match self.solver.settings.method {
-            Method::Adaptive => self.advance_by_angle(time, step)?,
-            Method::FixedCost => self.advance_on_grid(time, step)?,
-        }
-        self.load.step_ends(step);
-        self.driving.step_ends(step);
+        self.shaft.load.step_begins();
+        self.shaft.driving.step_begins();
+        self.reach(time, step)?;
+        self.shaft.load.step_ends(step);
+        self.shaft.driving.step_ends(step);
         Ok(())
     }
 
@@ -381,7 +396,8 @@ impl Drive for RigidMachine {
     }
 
     fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64) {
-        let signal = if reference == variables::LOAD { &mut self.load } else { &mut self.driving };
+        let Shaft { load, driving, .. } = &mut self.shaft;
+        let signal = if reference == variables::LOAD { load } else { driving };
         signal.set_derivative(order, value);
     }
 
@@ -398,19 +414,18 @@ impl Drive for RigidMachine {
         &mut self.events
     }
 
-    /// The mesh, of which already the outputs before the next step take J.
+    /// The tables, of which already the outputs before the next step take J.
     fn restored(&mut self, made: &Self) -> Result<(), Fault> {
-        (self.inertia, self.motor) = (made.inertia.clone(), made.motor);
-        (self.mesh, self.cycle) = (made.mesh.clone(), made.cycle.clone());
+        self.shaft = Shaft { load: self.shaft.load, driving: self.shaft.driving, ..made.shaft.clone() };
+        (self.in_angle.mesh, self.in_angle.cycle) = (made.in_angle.mesh.clone(), made.in_angle.cycle.clone());
         // Parameters that are yet to be changed need make no machine; the next start tells.
         if self.check().is_ok() {
-            self.prepare_mesh()?;
+            self.prepare()?;
         }
-        let intervals = self.inertia.borders().len().max(1);
-        let cell = self.step.as_ref().map_or(0, |step| step.from.cell);
-        let fits = self.state.interval < intervals
-            && cell < self.mesh.cells().len().max(1)
-            && self.in_time.fits(&self.motor, intervals);
+        let cell = self.in_angle.step.as_ref().map_or(0, |step| step.from.cell);
+        let fits = self.state.interval < self.shaft.inertia.pieces().len()
+            && cell < self.mesh().cells().len().max(1)
+            && self.in_time.fits(&self.shaft);
         if fits { Ok(()) } else { Err(no_state()) }
     }
 }

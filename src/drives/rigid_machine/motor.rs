@@ -6,10 +6,11 @@ use crate::numerics::taylor::Scalar;
 use serde::{Deserialize, Serialize};
 
 /// The source of the driving torque M_an.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Motor {
     /// M_an = 0.
+    #[default]
     None,
     /// An asynchronous motor.
     Kloss(Kloss),
@@ -97,6 +98,14 @@ impl Motor {
     /// The characteristic as part of an output equation.
     pub fn torque<S: Scalar>(&self, w: S) -> S {
         w.compose(self.characteristic(w.value()))
+    }
+
+    /// M_an at the speed `w`, where it is `known` if it is an input or a state.
+    pub fn driving<S: Scalar>(&self, w: S, known: S) -> S {
+        match self {
+            Motor::Kloss(Kloss { dynamics: None, .. }) => self.torque(w),
+            Motor::None | Motor::Kloss(_) | Motor::Input => known,
+        }
     }
 
     /// T_el (s) of a motor whose torque is a state.

@@ -30,3 +30,13 @@ pub fn into_turn(phi: f64) -> f64 {
     let turns = (phi / TAU).round();
     phi - turns * WHOLE_TURN.hi - turns * WHOLE_TURN.lo
 }
+
+/// The ends of piece `i` between these borders in a turn (rad); the last piece reaches around the turn.
+pub fn ends(borders: &[f64], i: usize) -> (f64, f64) {
+    (borders[i], borders.get(i + 1).copied().unwrap_or(borders[0] + TAU))
+}
+
+/// The ends of all pieces (rad); without borders there is one, from 0 on.
+pub fn pieces(borders: &[f64]) -> impl ExactSizeIterator<Item = (f64, f64)> {
+    (0..borders.len().max(1)).map(|i| if borders.is_empty() { (0.0, TAU) } else { ends(borders, i) })
+}

@@ -9,6 +9,7 @@ use super::Inertia;
 use crate::numerics::powers::{EVALUATIONS, Fitting, Powers};
 use crate::numerics::work::note;
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 /// The width of a piece in which the polynomial of degree 15 follows a wave to rounding [rad of the wave]: the first
 /// neglected coefficient is 2 (width/4)¹⁶/16!.
@@ -42,6 +43,8 @@ struct Stretch {
 /// The table.
 #[derive(Default)]
 pub struct Profile {
+    /// What it tabulates.
+    pub inertia: Arc<Inertia>,
     /// By interval; None where there is no table.
     stretches: Vec<Option<Stretch>>,
     /// Polynomials over x ∈ [−1, 1] (kg·m²).
@@ -52,12 +55,11 @@ pub struct Profile {
 
 impl Profile {
     /// The table of `inertia`.
-    pub fn new(inertia: &Inertia) -> Self {
+    pub fn new(inertia: Arc<Inertia>) -> Self {
         let (fitting, cost) = (Fitting::default(), IN_A_ROW * EVALUATIONS as f64 * inertia.cost());
         let turn = inertia.borders().is_empty();
-        let mut profile = Profile { turn, ..Profile::default() };
-        for interval in 0..inertia.borders().len().max(1) {
-            let (low, high) = if turn { (0.0, TAU) } else { inertia.ends(interval) };
+        let mut profile = Profile { turn, inertia: inertia.clone(), ..Profile::default() };
+        for (interval, (low, high)) in inertia.pieces().enumerate() {
             let wanted = ((high - low) * inertia.resolution() / PIECE_OF_WAVE).ceil().max(1.0) as usize;
             // Between borders laws often are polynomials: a single piece may do.
             let mut count = if turn { wanted } else { 1 };
@@ -65,7 +67,7 @@ impl Profile {
             let met = loop {
                 let width = (high - low) / count as f64;
                 note(cost * count as f64);
-                let met = (0..count).all(|i| profile.add(inertia, &fitting, interval, low + i as f64 * width, width));
+                let met = (0..count).all(|i| profile.add(&fitting, interval, low + i as f64 * width, width));
                 if met || 2 * count > EXCESS * wanted {
                     break met;
                 }
@@ -85,10 +87,15 @@ impl Profile {
         profile
     }
 
+    /// Whether it is the table of this inertia.
+    pub fn is_of(&self, inertia: &Inertia) -> bool {
+        !self.stretches.is_empty() && *self.inertia == *inertia
+    }
+
     /// Adds the piece of this `width` from `low` on; whether it meets J.
-    fn add(&mut self, inertia: &Inertia, fitting: &Fitting, interval: usize, low: f64, width: f64) -> bool {
-        let place = inertia.place(interval);
-        let (powers, mut misses) = fitting.over(low, width, |phi| inertia.value(place, phi));
+    fn add(&mut self, fitting: &Fitting, interval: usize, low: f64, width: f64) -> bool {
+        let place = self.inertia.place(interval);
+        let (powers, mut misses) = fitting.over(low, width, |phi| self.inertia.value(place, phi));
         self.pieces.push(powers);
         // A comparison with NaN is false.
         misses.all(|[j, missed]| missed <= ROUNDING * j)
@@ -115,18 +122,18 @@ impl Profile {
 
     /// J (kg·m²) at `phi` (rad), continued smoothly from the interval.
     #[inline]
-    pub fn value(&self, inertia: &Inertia, interval: usize, phi: f64) -> f64 {
+    pub fn value(&self, interval: usize, phi: f64) -> f64 {
         match self.piece(interval, phi) {
             Some((powers, x)) => powers.value(x),
-            None => inertia.value(inertia.place(interval), phi),
+            None => self.inertia.value(self.inertia.place(interval), phi),
         }
     }
 
     /// J (kg·m²) and J′ (kg·m²/rad) at `phi` (rad), continued smoothly from the interval.
     #[inline]
-    pub fn with_slope(&self, inertia: &Inertia, interval: usize, phi: f64) -> [f64; 2] {
+    pub fn with_slope(&self, interval: usize, phi: f64) -> [f64; 2] {
         let Some((powers, x)) = self.piece(interval, phi) else {
-            let [j, slope, ..] = inertia.at(inertia.place(interval), phi);
+            let [j, slope, ..] = self.inertia.at(self.inertia.place(interval), phi);
             return [j, slope];
         };
         let [j, slope] = powers.with_slope(x);

@@ -10,6 +10,8 @@ use serde::{Deserialize, Serialize};
 pub struct Signal {
     value: f64,
     derivatives: [f64; MAX_INPUT_DERIVATIVE],
+    /// Whether one of them is not zero.
+    varies: bool,
     /// The time since t₀ (s); above zero when the step is over.
     elapsed: f64,
 }
@@ -29,18 +31,20 @@ impl Signal {
     pub fn set_derivative(&mut self, order: usize, value: f64) {
         self.step_begins();
         self.derivatives[order - 1] = value;
+        self.varies = self.derivatives.iter().any(|d| *d != 0.0);
     }
 
-    /// Whether v does not depend on time in the coming step.
+    /// Whether v does not depend on time.
     pub fn is_constant(&self) -> bool {
-        self.elapsed > 0.0 || self.derivatives.iter().all(|d| *d == 0.0)
+        !self.varies
     }
 
     /// Forgets the derivatives of the step before.
     pub fn step_begins(&mut self) {
-        if self.elapsed > 0.0 {
+        if self.elapsed > 0.0 && self.varies {
             self.set(self.value);
         }
+        self.elapsed = 0.0;
     }
 
     /// The step took `step` (s).
@@ -50,6 +54,9 @@ impl Signal {
 
     /// v at t₀ + `t`.
     pub fn at(&self, t: f64) -> f64 {
+        if !self.varies {
+            return self.value;
+        }
         let above = (1..=MAX_INPUT_DERIVATIVE).rev().fold(0.0, |sum, j| (self.derivatives[j - 1] + sum) * t / j as f64);
         self.value + above
     }

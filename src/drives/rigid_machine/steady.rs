@@ -11,9 +11,11 @@
 //! Source: W. Walter, *Ordinary Differential Equations*, Springer 1998, § 9 (lower and upper solutions).
 
 use super::lagging_turn::LaggingTurn;
+use super::mesh::Mesh;
+use super::shaft::{Shaft, State};
 use super::torques::Torques;
 use super::turn_map::{PERIODIC_TOLERANCE, SCAN_TOLERANCE, TurnMap};
-use super::{Kloss, Motor, RigidMachine};
+use super::{Kloss, Motor};
 use crate::drives::limits::search_too_much;
 use crate::drives::{Event, Fault, Number};
 use crate::numerics::double_double::Double;
@@ -24,95 +26,100 @@ use std::cell::Cell;
 const SCAN: usize = 80;
 const SCAN_BELOW: usize = 32;
 
-impl RigidMachine {
-    /// Puts the machine on its periodic motion under the load that acts at the start.
-    pub(super) fn start_periodically(&mut self, time: f64) -> Result<(), Fault> {
-        let work = Cell::new(Work::default());
-        let outcome = self.search_periodic_motion(time, &work);
-        if work.get().is_exhausted() {
-            // What was found since is no result.
-            return Err(search_too_much(
-                "choose a larger `motor.s_k`, a larger `J0` or smaller masses, a coarser solver.tolerance, or `given`",
-            ));
-        }
-        outcome
-    }
+/// A periodic motion.
+pub struct PeriodicMotion {
+    /// The state at the angle that was asked for.
+    pub state: State,
+    /// T (s).
+    pub period: f64,
+    /// Whether there are others beside it.
+    several: bool,
+}
 
-    fn search_periodic_motion(&mut self, time: f64, work: &Cell<Work>) -> Result<(), Fault> {
-        let Motor::Kloss(Kloss { breakdown_torque, breakdown_slip, synchronous_speed, .. }) = self.motor else {
+impl PeriodicMotion {
+    /// That it was found, at the `time` of the start (s).
+    pub fn event(&self, time: f64) -> Event {
+        let kind = if self.several {
+            "several periodic motions exist; the fastest stable one was taken"
+        } else {
+            "periodic motion found"
+        };
+        Event { time, kind, quantity: "period", value: self.period, unit: "s", solver: true }
+    }
+}
+
+/// The periodic motion at the angle `phi` (rad) under the load that acts now; `mesh` is that of the shaft.
+pub fn periodic_motion(shaft: &Shaft, mesh: &Mesh, phi: f64) -> Result<PeriodicMotion, Fault> {
+    let work = Cell::new(Work::default());
+    let outcome = search(shaft, mesh, phi, &work);
+    if work.get().is_exhausted() {
+        // What was found since is no result.
+        return Err(search_too_much(
+            "choose a larger `motor.s_k`, a larger `J0` or smaller masses, a coarser solver.tolerance, or `given`",
+        ));
+    }
+    outcome
+}
+
+fn search(shaft: &Shaft, mesh: &Mesh, phi: f64, work: &Cell<Work>) -> Result<PeriodicMotion, Fault> {
+    let Shaft { inertia, motor, load, .. } = shaft;
+    let &Motor::Kloss(Kloss { breakdown_torque, breakdown_slip, synchronous_speed, .. }) = motor else {
+        return Err(Fault::named(
+            "start.mode",
+            " = steady_state needs a motor with a characteristic: a torque that does not depend on the speed selects no periodic motion; use `given`",
+        ));
+    };
+    let tau = load.now();
+    let torques = Torques::against(motor, tau, motor.sense());
+    let none = || {
+        Fault::named(
+            "start.mode",
+            format!(
+                " = steady_state: with `tau` = {} N.m there is no stable periodic motion; the motor (breakdown torque {} N.m) stalls or runs away. Reduce the load or use `given`",
+                Number(tau),
+                Number(breakdown_torque)
+            ),
+        )
+    };
+    let (low, high) = inertia.range();
+    let (bracket, motions) = match torques.only_motion(low, high) {
+        Some(bracket) => (bracket, 1),
+        None => {
+            let speed = synchronous_speed.abs();
+            // A stable periodic motion keeps the slip within ±s_K on average; a fifth more leaves room for its fluctuation.
+            let top = high.sqrt() * speed * (1.0 + breakdown_slip.min(1.0)) * 1.2;
+            let bottom = low.sqrt() * speed * (1.0 - breakdown_slip).max(0.1) * 0.8;
+            let even = |i: usize| top + (bottom - top) * i as f64 / SCAN as f64;
+            let below = |i: usize| bottom * 0.02_f64.powf((i + 1) as f64 / SCAN_BELOW as f64);
+            let speeds = (0..=SCAN).map(even).chain((0..SCAN_BELOW).map(below));
+            let scanning = TurnMap::new(mesh, tau, SCAN_TOLERANCE, Some(work))?;
+            let (stable, motions) = scanning.scan(speeds.map(|v| 0.5 * v * v));
+            (*stable.first().ok_or_else(none)?, motions)
+        }
+    };
+    let map = TurnMap::new(mesh, tau, PERIODIC_TOLERANCE, Some(work))?;
+    let (energy, mut period) = map.refine(bracket).ok_or_else(none)?;
+    let mut state = shaft.state_at(phi, synchronous_speed, 0.0);
+    let (on_mesh, _) = state.on_mesh(inertia);
+    let mut energy = map.energy_at(energy, (state.interval, on_mesh.hi)).ok_or_else(none)?;
+    if motor.lag().is_some() {
+        let turn = LaggingTurn::new(inertia, motor, tau, (state.interval, state.angle.hi), Some(work));
+        let v = (2.0 * energy.hi).sqrt();
+        let (motion, t) = turn.refine(v, breakdown_torque).ok_or_else(none)?;
+        let (growth, _) = turn.growth_and_motion(motion).ok_or_else(none)?;
+        if growth > 0.0 {
+            let factor = growth.exp();
             return Err(Fault::named(
                 "start.mode",
-                " = steady_state needs a motor with a characteristic: a torque that does not depend on the speed selects no periodic motion; use `given`",
-            ));
-        };
-        let sense = synchronous_speed.signum();
-        self.place_at_start(synchronous_speed);
-        let tau = self.load.now();
-        let torques = Torques::against(&self.motor, tau, sense);
-        let none = || {
-            Fault::named(
-                "start.mode",
                 format!(
-                    " = steady_state: with `tau` = {} N.m there is no stable periodic motion; the motor (breakdown torque {} N.m) stalls or runs away. Reduce the load or use `given`",
-                    Number(tau),
-                    Number(breakdown_torque)
+                    " = steady_state: the periodic motion is unstable (a disturbance grows by {factor:.4} per turn); change `motor.T_el` or use `given`"
                 ),
-            )
-        };
-        let (low, high) = self.inertia.range();
-        let (bracket, motions) = match torques.only_motion(low, high) {
-            Some(bracket) => (bracket, 1),
-            None => {
-                let speed = synchronous_speed.abs();
-                // A stable periodic motion keeps the slip within ±s_K on average; a fifth more leaves room for its fluctuation.
-                let top = high.sqrt() * speed * (1.0 + breakdown_slip.min(1.0)) * 1.2;
-                let bottom = low.sqrt() * speed * (1.0 - breakdown_slip).max(0.1) * 0.8;
-                let even = |i: usize| top + (bottom - top) * i as f64 / SCAN as f64;
-                let below = |i: usize| bottom * 0.02_f64.powf((i + 1) as f64 / SCAN_BELOW as f64);
-                let speeds = (0..=SCAN).map(even).chain((0..SCAN_BELOW).map(below));
-                let scanning = TurnMap::new(self, tau, SCAN_TOLERANCE, Some(work))?;
-                let (stable, motions) = scanning.scan(speeds.map(|v| 0.5 * v * v));
-                (*stable.first().ok_or_else(none)?, motions)
-            }
-        };
-        let map = TurnMap::new(self, tau, PERIODIC_TOLERANCE, Some(work))?;
-        let (energy, mut period) = map.refine(bracket).ok_or_else(none)?;
-        let mut energy = map.energy_at_start(energy).ok_or_else(none)?;
-        let mut torque = 0.0;
-        if self.motor.lag().is_some() {
-            let turn = LaggingTurn::of(self, tau, Some(work));
-            let v = (2.0 * energy.hi).sqrt();
-            let (motion, t) = turn.refine(v, breakdown_torque).ok_or_else(none)?;
-            let (growth, _) = turn.growth_and_motion(motion).ok_or_else(none)?;
-            if growth > 0.0 {
-                let factor = growth.exp();
-                return Err(Fault::named(
-                    "start.mode",
-                    format!(
-                        " = steady_state: the periodic motion is unstable (a disturbance grows by {factor:.4} per turn); change `motor.T_el` or use `given`"
-                    ),
-                ));
-            }
-            energy = Double::from(motion[0]) * Double::from(motion[0]) * Double::from(0.5);
-            (torque, period) = (motion[1], t);
+            ));
         }
-        let root = (energy + energy).sqrt();
-        self.state.u = if sense > 0.0 { root } else { -root };
-        self.state.w = self.state.u.hi / self.inertia_now()[0].sqrt();
-        self.state.torque = torque;
-        self.period = period;
-        self.events.push(Event {
-            time,
-            kind: if motions > 1 {
-                "several periodic motions exist; the fastest stable one was taken"
-            } else {
-                "periodic motion found"
-            },
-            quantity: "period",
-            value: period,
-            unit: "s",
-            solver: true,
-        });
-        Ok(())
+        energy = Double::from(motion[0]) * Double::from(motion[0]) * Double::from(0.5);
+        (state.torque, period) = (motion[1], t);
     }
+    state.take_energy(energy, motor.sense());
+    state.take_speed(shaft);
+    Ok(PeriodicMotion { state, period, several: motions > 1 })
 }

@@ -8,6 +8,7 @@ use crate::drives::{AnyDrive, Seed};
 use crate::motion::cycle::{Cycle, CyclePlan};
 use crate::motion::table::Points;
 use crate::motion::{Fourier, MotionLaw, StandardLaw, Table};
+use crate::numerics::angle;
 use crate::numerics::double_double::two_product;
 use crate::numerics::gauss::Gauss;
 
@@ -125,9 +126,9 @@ fn compare(scene: &Scene, load: [f64; 3], duration: f64, expected: [f64; 2]) {
         for i in 0..steps {
             let t = i as f64 * h;
             let [l0, l1, l2] = load;
-            machine.load.set(l0 + l1 * t + l2 * t * t);
-            machine.load.set_derivative(1, l1 + 2.0 * l2 * t);
-            machine.load.set_derivative(2, 2.0 * l2);
+            machine.shaft.load.set(l0 + l1 * t + l2 * t * t);
+            machine.shaft.load.set_derivative(1, l1 + 2.0 * l2 * t);
+            machine.shaft.load.set_derivative(2, 2.0 * l2);
             machine.advance(t, h).unwrap();
         }
         assert_near(get(&machine, "phi"), expected[0], 1e-11, &format!("phi, {steps} steps"));
@@ -146,14 +147,14 @@ fn a_load_beyond_breakdown_drives_the_machine_backwards() {
     let scene = loom(kloss(0.16), 0.3, 10.0);
     compare(&scene, [300.0, 0.0, 0.0], 0.5, [-3.8842130744302383384, -27.486369812228232355]);
     let mut machine = started(scene);
-    machine.load.set(300.0);
+    machine.shaft.load.set(300.0);
     machine.advance(0.0, 0.5).unwrap();
     let events: Vec<_> = machine.events().iter().collect();
     assert_eq!(events.len(), 1);
     // The same instant, reached from the start, finds the shaft at rest.
     let at = events[0].time;
     let mut machine = started(loom(kloss(0.16), 0.3, 10.0));
-    machine.load.set(300.0);
+    machine.shaft.load.set(300.0);
     machine.advance(0.0, at).unwrap();
     assert!(get(&machine, "w").abs() < 1e-8, "{}", get(&machine, "w"));
 }
@@ -234,7 +235,7 @@ fn passage_time(machine: &RigidMachine, from: f64, to: f64) -> f64 {
     let energy = get(machine, "E");
     let mut ends: Vec<f64> = (0..=400).map(|i| from + (to - from) * f64::from(i) / 400.0).collect();
     for turn in -3..4 {
-        ends.extend(machine.inertia.borders().iter().map(|b| b + f64::from(turn) * TAU));
+        ends.extend(machine.shaft.inertia.borders().iter().map(|b| b + f64::from(turn) * TAU));
     }
     ends.retain(|e| (*e - from) * (*e - to) <= 0.0);
     ends.sort_by(|a, b| if to > from { a.total_cmp(b) } else { b.total_cmp(a) });
@@ -243,8 +244,8 @@ fn passage_time(machine: &RigidMachine, from: f64, to: f64) -> f64 {
         let h = pair[1] - pair[0];
         for i in 0..STAGES {
             let phi = pair[0] + 0.5 * (1.0 + ABSCISSAE[i]) * h;
-            let j: f64 = machine.inertia.function.constant
-                + machine.inertia.followers.iter().map(|f| f.m * f.cam.at(phi % TAU).0[1].powi(2)).sum::<f64>();
+            let j: f64 = machine.shaft.inertia.function.constant
+                + machine.shaft.inertia.followers.iter().map(|f| f.m * f.cam.at(phi % TAU).0[1].powi(2)).sum::<f64>();
             time = time + Double::from(h.abs() * WEIGHTS[i] * (j / (2.0 * energy)).sqrt());
         }
     }
@@ -292,13 +293,13 @@ fn the_answer_does_not_depend_on_the_communication_step() {
     let reference = {
         let mut machine =
             started(Scene { solver: Settings { tolerance: 1e-14, ..Settings::default() }, ..cycles(kloss(0.16), 0.0) });
-        machine.load.set(20.0);
+        machine.shaft.load.set(20.0);
         run(&mut machine, 1.0, 3);
         [get(&machine, "phi"), get(&machine, "w")]
     };
     for steps in [1, 2, 30, 1000, 20_000] {
         let mut machine = started(cycles(kloss(0.16), 0.0));
-        machine.load.set(20.0);
+        machine.shaft.load.set(20.0);
         run(&mut machine, 1.0, steps);
         assert_near(get(&machine, "phi"), reference[0], 1e-11, &format!("phi, {steps} steps"));
         assert_near(get(&machine, "w"), reference[1], 1e-11, &format!("w, {steps} steps"));
@@ -376,13 +377,13 @@ fn the_periodic_motion_repeats_with_load_backwards_with_lag_and_over_borders() {
     for (motor, load) in [(kloss(0.16), 50.0), (kloss(0.16), -50.0), (backwards, -50.0), (lag, 30.0)] {
         for scene in [loom(motor, 1.0, 0.0), cycles(motor, 0.0)] {
             let mut machine = RigidMachine::new(Scene { start: MachineStart::SteadyState, ..scene }).unwrap();
-            machine.load.set(load);
+            machine.shaft.load.set(load);
             machine.start(0.0).unwrap();
             let (w, energy, period) = (get(&machine, "w"), get(&machine, "E"), machine.period);
             run(&mut machine, 3.0 * period, 10);
             assert_near(get(&machine, "w"), w, 1e-10, "w");
             assert_near(get(&machine, "E"), energy, 1e-10, "E");
-            assert_near(get(&machine, "phi") - machine.phi_start, 3.0 * TAU * w.signum(), 1e-11, "phi");
+            assert_near(get(&machine, "phi") - machine.start.phi, 3.0 * TAU * w.signum(), 1e-11, "phi");
         }
     }
 }
@@ -402,10 +403,10 @@ fn a_periodic_start_has_the_energy_of_its_own_angle() {
         {
             let mut machine = RigidMachine::new(Scene { start: MachineStart::SteadyState, ..scene }).unwrap();
             // Borders of a cycle make kinks in the torque.
-            let bound = if machine.inertia.borders().is_empty() { 1e-11 } else { 1e-5 };
-            machine.load.set(load);
+            let bound = if machine.shaft.inertia.borders().is_empty() { 1e-11 } else { 1e-5 };
+            machine.shaft.load.set(load);
             let mut at = |phi: f64| {
-                machine.phi_start = phi;
+                machine.start.phi = phi;
                 machine.start(0.0).unwrap();
                 ["E", "M_an"].map(|name| get(&machine, name))
             };
@@ -457,11 +458,11 @@ fn the_derivatives_of_the_outputs_are_those_along_the_motion() {
     for scene in [loom(kloss(0.16), 0.3, 30.0), loom(Motor::Input, 0.3, -30.0), cycles(kloss(0.16), 20.0)] {
         let at = |t: f64| {
             let mut machine = started(scene.clone());
-            machine.driving.set(7.0);
-            machine.driving.set_derivative(1, -300.0);
-            machine.load.set(20.0);
-            machine.load.set_derivative(1, 3000.0);
-            machine.load.set_derivative(2, 40000.0);
+            machine.shaft.driving.set(7.0);
+            machine.shaft.driving.set_derivative(1, -300.0);
+            machine.shaft.load.set(20.0);
+            machine.shaft.load.set_derivative(1, 3000.0);
+            machine.shaft.load.set_derivative(2, 40000.0);
             machine.advance(0.0, t).unwrap();
             machine
         };
@@ -498,7 +499,7 @@ fn the_dependencies_are_the_directional_derivatives_that_exist() {
         plain(Motor::None),
     ] {
         let mut machine = started(scene);
-        machine.load.set(12.0);
+        machine.shaft.load.set(12.0);
         machine.advance(0.0, 0.013).unwrap();
         let list = machine.variables();
         let knowns: Vec<usize> = (0..list.0.len())
@@ -523,7 +524,7 @@ fn directional_derivatives_are_difference_quotients() {
     let machine = started(loom(kloss(0.16), 0.3, 30.0));
     let moved = |phi: f64, w: f64, tau: f64| {
         let mut machine = started(loom(kloss(0.16), 0.3 + phi, 30.0 + w));
-        machine.load.set(tau);
+        machine.shaft.load.set(tau);
         machine
     };
     for name in ["a", "M_an", "J", "E", "U[2]", "der(U[2])", "der(U[2],2)"] {
@@ -555,7 +556,7 @@ fn what_is_no_machine_is_refused() {
     refused(Scene { start: steady, ..loom(Motor::None, 0.0, 1.0) }, "steady_state");
     let mut machine = RigidMachine::new(Scene { start: steady, ..loom(kloss(0.16), 0.0, 0.0) }).unwrap();
     for load in [230.0, -230.0] {
-        machine.load.set(load);
+        machine.shaft.load.set(load);
         let fault = machine.start(0.0).unwrap_err();
         assert!(fault.to_string().contains("stalls or runs away"), "{fault}");
     }
@@ -565,7 +566,7 @@ fn what_is_no_machine_is_refused() {
 fn torques_beyond_all_machines_end_in_a_fault() {
     for load in [1e12, 1e30, -1e300] {
         let mut machine = started(loom(kloss(0.16), 0.0, 1.0));
-        machine.load.set(load);
+        machine.shaft.load.set(load);
         let fault = machine.advance(0.0, 1.0).unwrap_err();
         assert!(fault.to_string().contains("rad/s"), "{fault}");
     }
@@ -577,6 +578,7 @@ fn a_restored_machine_goes_on_bit_by_bit() {
     run(&mut machine, 0.3, 17);
     let bytes = postcard::to_stdvec(&machine).unwrap();
     let mut other: RigidMachine = postcard::from_bytes(&bytes).unwrap();
+    other.restored(&machine).unwrap();
     for m in [&mut machine, &mut other] {
         m.advance(0.3, 0.1).unwrap();
     }
@@ -593,7 +595,7 @@ fn the_scene_and_its_parameters_are_the_same() {
         set(&mut machine, name, value);
         assert_eq!(get(&machine, name), value);
     }
-    assert_eq!(machine.inertia.followers[1].cam.series().unwrap().b[3], 0.004);
+    assert_eq!(machine.shaft.inertia.followers[1].cam.series().unwrap().b[3], 0.004);
     assert!(machine.variables().0.iter().all(|v| v.description.name.len() <= 40));
 }
 

@@ -1,6 +1,6 @@
 //! The turn as a map: E at its beginning → E at its end, under torques that do not depend on time.
 //!
-//! The map is monotone, and the motion in the angle (`step_control`) computes it. Its fixed points are the rotating
+//! The map is monotone, and the motion in the angle (`angle_steps`) computes it. Its fixed points are the rotating
 //! periodic solutions; the time of the turn is the period. The multiplier of a periodic solution is the slope of the map,
 //!
 //! exp ∮ ∂N/∂E dψ,  N = σ(M_an − τ),  ∂N/∂E = M_an′(ω)/(Jω):
@@ -10,10 +10,9 @@
 //!
 //! With a lagging torque the map has two dimensions ([`super::lagging_turn`]).
 
-use super::RigidMachine;
 use super::angle_step::{AngleStep, Position};
+use super::angle_steps::AngleSteps;
 use super::mesh::Mesh;
-use super::step_control::AngleSteps;
 use super::torques::Torques;
 use crate::drives::Fault;
 use crate::numerics::double_double::Double;
@@ -57,40 +56,48 @@ pub struct Shot {
     pub period: f64,
 }
 
+impl Shot {
+    /// d gain/dE at the `energy` of this turn: by a secant, since the slope of the map is known to some digits only. Takes the place
+    /// of the turn `before`, of which it uses energy and gain.
+    pub(super) fn rise(&self, energy: f64, before: &mut Option<(f64, f64)>) -> f64 {
+        match before.replace((energy, self.gain)) {
+            Some((other, its_gain)) if other != energy => (self.gain - its_gain) / (energy - other),
+            _ => self.slope - 1.0,
+        }
+    }
+}
+
 /// The map at one tolerance.
 #[derive(Clone)]
 pub struct TurnMap<'a> {
-    machine: &'a RigidMachine,
     mesh: Mesh,
-    torques: Torques,
+    pub(super) torques: Torques,
     tolerance: f64,
+    /// E at the beginning of the turn on the periodic motion, about: that of the mean √J at the speed that balances the load.
+    pub(super) first_energy: Option<f64>,
     /// Steps in a turn with more of which the machine is given up.
-    most_steps: usize,
+    pub(super) most_steps: usize,
     /// Work that the call has left; a study takes as much as it needs.
     work: Option<&'a Cell<Work>>,
 }
 
 impl<'a> TurnMap<'a> {
-    /// The map of this machine against the load `tau` (N·m), in the sense in which its motor turns, with what is left of the
-    /// `work`; a study takes as much as it needs.
+    /// The map of a machine with this mesh against the load `tau` (N·m), in the sense in which its motor turns, with what is left
+    /// of the `work`; a study takes as much as it needs.
     ///
     /// # Errors
     /// Where the mesh of this tolerance takes too much.
-    pub fn new(
-        machine: &'a RigidMachine,
-        tau: f64,
-        tolerance: f64,
-        work: Option<&'a Cell<Work>>,
-    ) -> Result<Self, Fault> {
-        let torques = Torques::against(&machine.motor, tau, machine.motor.sense());
+    pub fn new(own: &Mesh, tau: f64, tolerance: f64, work: Option<&'a Cell<Work>>) -> Result<Self, Fault> {
+        let torques = Torques::against(&own.motor, tau, own.motor.sense());
+        let root = |speed: f64| own.mean_root * speed;
+        let first_energy = torques.balance().map(root).map(|root| 0.5 * root * root);
         // The machine's own mesh serves where it is fine enough.
-        let own = machine.solver.effective_tolerance() <= tolerance;
-        let mesh = if own {
-            machine.mesh.clone()
+        let mesh = if own.tolerance <= tolerance {
+            own.clone()
         } else {
-            machine.mesh.with_tolerance(&machine.inertia, &machine.motor, tolerance)?
+            Mesh::new(own.profile.clone(), own.motor, tolerance)?
         };
-        Ok(TurnMap { machine, mesh, torques, tolerance, most_steps: MOST_STEPS, work })
+        Ok(TurnMap { mesh, torques, tolerance, first_energy, most_steps: MOST_STEPS, work })
     }
 
     /// The map for the way back.
@@ -98,59 +105,33 @@ impl<'a> TurnMap<'a> {
         TurnMap { torques: self.torques.backwards(), ..self.clone() }
     }
 
-    /// The map for turns of at most so many steps.
-    pub(super) fn within(self, most_steps: usize) -> Self {
-        TurnMap { most_steps, ..self }
-    }
-
-    /// E at the beginning of the turn on the periodic motion, about: that of the mean √J at the speed that balances the
-    /// load.
-    pub(super) fn first_energy(&self) -> Option<f64> {
-        let root = self.machine.mesh.mean_root * self.torques.balance()?;
-        Some(0.5 * root * root)
-    }
-
     fn forward(&self) -> bool {
         self.torques.sense > 0.0
-    }
-
-    pub(super) fn torques(&self) -> Torques {
-        self.torques
     }
 
     /// The beginning of the turn with this energy.
     fn beginning(&self, energy: f64) -> Position {
         let cells = self.mesh.cells();
         let cell = if self.forward() { 0 } else { cells.len() - 1 };
-        let angle = if self.forward() { cells[cell].low } else { cells[cell].high };
-        Position { energy: Double::from(energy), angle: Double::from(angle), cell, ..Position::default() }
+        Position { energy: Double::from(energy), angle: cells[cell].entry(self.forward()), cell, ..Position::default() }
     }
 
     /// Follows the machine from the beginning of a turn with this energy; `visit` sees every step and may bound the
     /// next one, or end the journey. None where the machine comes to rest.
-    fn advance_by_angle(
+    fn travel(
         &self,
         energy: f64,
         mut most: impl FnMut(&Position, Option<&AngleStep>) -> Option<f64>,
     ) -> Option<AngleStep> {
-        let mut steps = AngleSteps {
-            inertia: &self.machine.inertia,
-            mesh: &self.mesh,
-            torques: self.torques,
-            tolerance: self.tolerance,
-            next_length: f64::INFINITY,
-            evaluations: 0.0,
-            tables: 0,
-        };
-        let cost_of_table = TABLE + STAGES as f64 * self.machine.inertia.cost();
+        let mut steps = AngleSteps::new(self.torques, self.tolerance);
+        let cost_of_table = TABLE + STAGES as f64 * self.mesh.profile.inertia.cost();
         let mut position = self.beginning(energy);
         let mut last: Option<AngleStep> = None;
         for _ in 0..self.most_steps {
             let Some(most) = most(&position, last.as_ref()) else { return last };
-            let before = (steps.evaluations, steps.tables);
-            let step = steps.pass(position, last.as_ref(), most);
-            let tables = (steps.tables - before.1) as f64 * cost_of_table;
-            work::draw(self.work, cost_of_step(steps.evaluations - before.0) + tables)?;
+            let step = steps.pass(&self.mesh, position, last.as_ref(), most);
+            let tables = steps.tables as f64 * cost_of_table;
+            work::draw(self.work, cost_of_step(steps.evaluations) + tables)?;
             let step = step?;
             position = self.mesh.after(&step, self.torques.sense);
             if !(step.energy.hi > REST * energy) {
@@ -169,7 +150,7 @@ impl<'a> TurnMap<'a> {
     /// [`TurnMap::shoot`] with a `visit` to each step.
     pub(super) fn follow(&self, energy: f64, mut visit: impl FnMut(&AngleStep)) -> Option<Shot> {
         let mut slope = 1.0;
-        let end = self.advance_by_angle(energy, |position, last| {
+        let end = self.travel(energy, |position, last| {
             if let Some(last) = last {
                 slope *= last.slope();
                 visit(last);
@@ -187,12 +168,11 @@ impl<'a> TurnMap<'a> {
         Some(growth)
     }
 
-    /// E at the angle of the machine on the motion that begins the turn with `energy`.
-    pub fn energy_at_start(&self, energy: f64) -> Option<Double> {
-        let angle = self.machine.angle_on_mesh().0.hi;
-        let cell = self.mesh.find(self.machine.state.interval, angle, self.forward());
+    /// E at an angle (rad) of this interval on the motion that begins the turn with `energy`.
+    pub fn energy_at(&self, energy: f64, (interval, angle): (usize, f64)) -> Option<Double> {
+        let cell = self.mesh.find(interval, angle, self.forward());
         let ahead = |position: &Position| self.torques.sense * (angle - position.angle.hi);
-        let end = self.advance_by_angle(energy, |position, _| {
+        let end = self.travel(energy, |position, _| {
             let there = position.cell == cell && ahead(position) <= 0.0;
             (!there && position.turns == 0.0)
                 .then(|| if position.cell == cell { ahead(position) } else { f64::INFINITY })
@@ -204,7 +184,7 @@ impl<'a> TurnMap<'a> {
 
     /// A turn that begins with `energy`: ω as a function of piece and φ, and the ends of the pieces in φ.
     pub fn motion(&self, energy: f64) -> (Vec<[f64; 2]>, impl Fn(usize, f64) -> f64) {
-        let TurnMap { machine: RigidMachine { inertia, motor, .. }, torques: Torques { sense, .. }, .. } = *self;
+        let TurnMap { mesh: Mesh { profile, motor, .. }, torques: Torques { sense, .. }, .. } = self;
         let mut steps = Vec::new();
         self.follow(energy, |step| steps.push(*step));
         let ends = |AngleStep { from, length, .. }: &AngleStep| {
@@ -215,6 +195,7 @@ impl<'a> TurnMap<'a> {
         let speed = move |piece: usize, phi: f64| {
             let step: &AngleStep = &steps[piece];
             let x = 2.0 * sense * (phi - step.from.angle.hi) / step.length - 1.0;
+            let inertia = &profile.inertia;
             let place = inertia.place(self.mesh.cells()[step.from.cell].interval);
             motor.sense() * (2.0 * step.energy_at(x).hi / inertia.value(place, phi)).sqrt()
         };
@@ -245,27 +226,23 @@ impl<'a> TurnMap<'a> {
     /// The fixed point between `low`, from which the machine speeds up, and `high`, from which it slows down, and the
     /// period.
     pub fn refine(&self, (mut low, mut high): (f64, f64)) -> Option<(f64, f64)> {
-        let mut energy = self.first_energy().filter(|e| *e > low && *e < high).unwrap_or(0.5 * (low + high));
+        let mut energy = self.first_energy.filter(|e| *e > low && *e < high).unwrap_or(0.5 * (low + high));
         let mut best = None;
-        let mut before: Option<(f64, f64)> = None;
+        let mut before = None;
         for _ in 0..ITERATIONS {
-            let Some(Shot { gain, slope, period }) = self.shoot(energy) else {
+            let Some(shot) = self.shoot(energy) else {
                 low = energy;
                 energy = 0.5 * (low + high);
                 continue;
             };
+            let Shot { gain, period, .. } = shot;
             best = Some((energy, period));
             if gain > 0.0 {
                 low = energy;
             } else {
                 high = energy;
             }
-            // The slope of the map is known to some digits only; the secant knows better.
-            let rise = match before {
-                Some((other, its_gain)) if other != energy => (gain - its_gain) / (energy - other),
-                _ => slope - 1.0,
-            };
-            before = Some((energy, gain));
+            let rise = shot.rise(energy, &mut before);
             let wanted = energy - gain / rise;
             // The rest is rounding, of which a secant would make a slope.
             if gain.abs() <= ROUNDING * energy {

@@ -3,7 +3,7 @@
 mod laws;
 
 use super::linkage::Parameter;
-use super::{InertiaFunction, Kloss, LAG, MachineStart, Motor, RigidMachine};
+use super::{InertiaFunction, Kloss, LAG, MachineStart, Motor, RigidMachine, Shaft, State};
 use crate::drives::limits::{FASTEST, LARGEST_ANGLE};
 use crate::drives::parameter::{Has, parameters};
 use crate::drives::settings::HasSolver;
@@ -46,29 +46,22 @@ struct Point<S> {
 /// J(φ) and J′(φ).
 fn inertia<S: Scalar>(machine: &RigidMachine, phi: S) -> [S; 2] {
     if S::ORDER == 0 {
-        return machine.inertia_now().map(S::from);
+        return machine.shaft.inertia_at(&machine.state).map(S::from);
     }
-    let [j, j1, j2, j3] = machine.inertia_here();
+    let (own, State { interval, angle, .. }) = (&machine.shaft.inertia, machine.state);
+    let [j, j1, j2, j3] = own.at(own.place(interval), angle.hi);
     [phi.compose([j, j1, j2]), phi.compose([j1, j2, j3])]
-}
-
-/// M_an.
-fn driving_torque<S: Scalar>(machine: &RigidMachine, p: &Point<S>) -> S {
-    match machine.motor {
-        Motor::Kloss(Kloss { dynamics: None, .. }) => machine.motor.torque(p.w),
-        Motor::None | Motor::Kloss(_) | Motor::Input => p.torque,
-    }
 }
 
 /// φ̈ = (M_an − τ − ½ J′ φ̇²) / J.
 fn acceleration<S: Scalar>(machine: &RigidMachine, p: &Point<S>, [j, j1]: [S; 2]) -> S {
-    (driving_torque(machine, p) - p.tau - j1 * p.w * p.w * 0.5) / j
+    (machine.shaft.motor.driving(p.w, p.torque) - p.tau - j1 * p.w * p.w * 0.5) / j
 }
 
 /// dM_an/dt = (M_Kloss(φ̇) − M_an) / T_el of a motor with a lag, else zero.
 fn torque_rate<S: Scalar>(machine: &RigidMachine, p: &Point<S>) -> S {
-    match machine.motor.lag() {
-        Some(lag) => (machine.motor.torque(p.w) - p.torque) * (1.0 / lag),
+    match machine.shaft.motor.lag() {
+        Some(lag) => (machine.shaft.motor.torque(p.w) - p.torque) * (1.0 / lag),
         None => S::from(0.0),
     }
 }
@@ -101,12 +94,12 @@ fn outputs<S: Scalar>(machine: &RigidMachine, p: &Point<S>, mut put: impl FnMut(
     put(PHI, p.phi);
     put(W, p.w);
     put(A, a);
-    put(TORQUE, driving_torque(machine, p));
+    put(TORQUE, machine.shaft.motor.driving(p.w, p.torque));
     put(INERTIA, inertia[0]);
     put(ENERGY, inertia[0] * p.w * p.w * 0.5);
     put(TORQUE_RATE, torque_rate(machine, p));
-    let place = machine.inertia.place(machine.state.interval);
-    for (j, follower) in machine.inertia.followers.iter().enumerate() {
+    let place = machine.shaft.inertia.place(machine.state.interval);
+    for (j, follower) in machine.shaft.inertia.followers.iter().enumerate() {
         let cam = place.evaluate(&follower.cam, machine.state.angle.hi).0;
         let mut members = |member: usize, u: [f64; 5]| {
             let [u, u1, u2] = transfer(p.phi, u);
@@ -137,7 +130,7 @@ fn whole_angle(machine: &RigidMachine) -> f64 {
 pub(super) fn evaluate(machine: &RigidMachine, values: &mut [f64]) {
     outputs(machine, &machine.point(), |place, value| values[place] = value);
     values[PHI] = whole_angle(machine);
-    let rest = &mut values[statistics(machine.inertia.followers.len())..];
+    let rest = &mut values[statistics(machine.shaft.inertia.followers.len())..];
     rest[..3].copy_from_slice(&machine.statistics());
     rest[3] = machine.period;
 }
@@ -153,8 +146,8 @@ fn series(machine: &RigidMachine, seed: Seed, which: usize) -> Series {
 
 impl RigidMachine {
     fn point(&self) -> Point<f64> {
-        let torque = if matches!(self.motor, Motor::Input) { self.driving.now() } else { self.state.torque };
-        Point { phi: self.state.angle.hi, w: self.state.w, torque, tau: self.load.now() }
+        let Self { shaft, state, .. } = self;
+        Point { phi: state.angle.hi, w: state.w, torque: shaft.known_torque(state), tau: shaft.load.now() }
     }
 
     /// The series of the point: in time, from the equation of motion; or with respect to one known.
@@ -162,10 +155,10 @@ impl RigidMachine {
         let now = self.point();
         match seed {
             Seed::Time => {
-                let input = self.motor == Motor::Input;
-                let torque = if input { self.driving.series() } else { Series::from(now.torque) };
+                let input = self.shaft.motor == Motor::Input;
+                let torque = if input { self.shaft.driving.series() } else { Series::from(now.torque) };
                 let mut p =
-                    Point { phi: Series::from(now.phi), w: Series::from(now.w), torque, tau: self.load.series() };
+                    Point { phi: Series::from(now.phi), w: Series::from(now.w), torque, tau: self.shaft.load.series() };
                 // Each pass yields the next coefficient: the rates are right up to the order of what they are
                 // computed from.
                 for order in 1..3 {
@@ -196,14 +189,14 @@ impl RigidMachine {
         self.declare_inputs(&mut list);
         self.declare_outputs(&mut list);
         self.declare_parameters(&mut list);
-        let place = statistics(self.inertia.followers.len());
+        let place = statistics(self.shaft.inertia.followers.len());
         self.declare_solver(&mut list, place);
         list.local("start.period", "Period of the steady state found at the start; 0 without one", real(&unit::TIME))
             .at(place + 3);
-        for j in 0..self.inertia.followers.len() {
+        for j in 0..self.shaft.inertia.followers.len() {
             self.declare_follower(&mut list, j);
         }
-        if let Some(varying) = &self.inertia.function.varying {
+        if let Some(varying) = &self.shaft.inertia.function.varying {
             declare_law(&mut list, varying, INERTIA_LAW, "inertia", false);
         }
         list
@@ -214,35 +207,29 @@ impl RigidMachine {
             "tau",
             "Load torque on the shaft; positive brakes. From a drive with impacts take its tau_mean",
             real(&unit::TORQUE),
-            |d, _| d.load.set_value(),
-            |d, _, value| d.load.set(value),
+            |d, _| d.shaft.load.set_value(),
+            |d, _, value| d.shaft.load.set(value),
         );
-        if self.motor == Motor::Input {
+        if self.shaft.motor == Motor::Input {
             list.input(
                 "M_an",
                 "Driving torque on the shaft; positive accelerates",
                 real(&unit::TORQUE),
-                |d, _| d.driving.set_value(),
-                |d, _, value| d.driving.set(value),
+                |d, _| d.shaft.driving.set_value(),
+                |d, _, value| d.shaft.driving.set(value),
             );
         }
     }
 
     fn declare_outputs(&self, list: &mut List<Self>) {
-        let varies = self.inertia.varies();
-        let lag = self.motor.lag().is_some();
-        let motor = matches!(self.motor, Motor::Kloss(_));
+        let Shaft { inertia, motor, .. } = &self.shaft;
+        let (varies, lag) = (inertia.varies(), motor.lag().is_some());
+        let (input, motor) = (*motor == Motor::Input, matches!(motor, Motor::Kloss(_)));
+        let when = |holds: bool, name: &'static str| if holds { vec![name] } else { Vec::new() };
+        let (of_phi, of_w) = (when(varies, "phi"), when(varies || (motor && !lag), "w"));
         // The speed enters the acceleration through J′ and through the motor without lag.
-        let mut enters_a = vec!["tau"];
-        if self.motor == Motor::Input || lag {
-            enters_a.push("M_an");
-        }
-        if varies {
-            enters_a.push("phi");
-        }
-        if varies || (motor && !lag) {
-            enters_a.push("w");
-        }
+        let torques = [vec!["tau"], when(input || lag, "M_an")].concat();
+        let enters_a = [&torques[..], &of_phi, &of_w].concat();
         // What the start values depend on; only a motor allows the periodic start.
         let turning: &[&str] = if varies { &["phi_start"] } else { &[] };
         let inertia: &[&[&str]] = &[turning, &["J0", "inertia", "follower"]];
@@ -256,13 +243,6 @@ impl RigidMachine {
             (true, true) => [&periodic[..], &["motor.M_start"]].concat(),
         };
         let a_start = [&inertia.concat()[..], &w_start, &torque_start, &["tau"]].concat();
-        let with_phi = |names: &[&'static str]| -> Vec<&'static str> {
-            let mut all = names.to_vec();
-            if varies {
-                all.push("phi");
-            }
-            all
-        };
 
         list.output("phi", "Angle of the shaft", real(&unit::ANGLE), series)
             .at(PHI)
@@ -294,15 +274,13 @@ impl RigidMachine {
         }
         list.output("J", "Reduced moment of inertia at phi", real(&unit::INERTIA), series)
             .at(INERTIA)
-            .depends(&with_phi(&[]))
+            .depends(&of_phi)
             .depends_initially(inertia);
         list.output("E", "Kinetic energy J w^2 / 2", real(&unit::ENERGY), series)
             .at(ENERGY)
-            .depends(&with_phi(&["w"]))
+            .depends(&[&["w"], &of_phi[..]].concat())
             .depends_initially(&[&inertia.concat(), &w_start]);
-        enters_a.retain(|name| *name != "phi" && *name != "w");
-        enters_a.extend(["phi", "w"]);
-        self.declare_followers(list, &enters_a, [&w_start, &a_start]);
+        self.declare_followers(list, &[&torques[..], &["phi", "w"]].concat(), [&w_start, &a_start]);
     }
 
     /// Declares the motions of the tools and levers; what enters the acceleration of the shaft, and what its speed and its
@@ -311,7 +289,7 @@ impl RigidMachine {
         // The elements of an array follow one another (FMI 2.0, section 2.2.9), so the followers come innermost.
         for i in 0..6 {
             let (is_lever, order) = (i >= 3, i % 3);
-            for (j, follower) in self.inertia.followers.iter().enumerate() {
+            for (j, follower) in self.shaft.inertia.followers.iter().enumerate() {
                 if is_lever && follower.linkage.is_empty() {
                     continue;
                 }
@@ -339,14 +317,14 @@ impl RigidMachine {
 
     fn declare_parameters(&self, list: &mut List<Self>) {
         list.group::<InertiaFunction>();
-        if let Motor::Kloss(Kloss { dynamics, .. }) = self.motor {
+        if let Motor::Kloss(Kloss { dynamics, .. }) = self.shaft.motor {
             list.group::<Kloss>();
             if dynamics.is_some() {
                 list.parameter(
                     "motor.T_el",
                     "Electrical time constant",
                     real_within(&unit::TIME, LAG[0], LAG[1]),
-                    |d, _| d.motor.lag().unwrap_or(0.0),
+                    |d, _| d.shaft.motor.lag().unwrap_or(0.0),
                     |d, _, value| d.group_mut().into_iter().for_each(|kloss: &mut Kloss| kloss.dynamics = Some(value)),
                 )
                 .key("motor.lag");
@@ -355,8 +333,8 @@ impl RigidMachine {
                     "motor.M_start",
                     text,
                     real_within(&unit::TORQUE, -1e12, 1e12),
-                    |d, _| d.torque_start,
-                    |d, _, value| d.torque_start = value,
+                    |d, _| d.start.torque,
+                    |d, _, value| d.start.torque = value,
                 );
             }
         }
@@ -365,22 +343,22 @@ impl RigidMachine {
             "start.mode",
             "How the initial speed is found",
             Kind::Enumeration(&START_MODE),
-            |d, _| if d.start == MachineStart::Given { 1.0 } else { 2.0 },
-            |d, _, value| d.start = if value < 1.5 { MachineStart::Given } else { MachineStart::SteadyState },
+            |d, _| if d.start.mode == MachineStart::Given { 1.0 } else { 2.0 },
+            |d, _, value| d.start.mode = if value < 1.5 { MachineStart::Given } else { MachineStart::SteadyState },
         );
     }
 
     fn declare_follower(&self, list: &mut List<Self>, j: usize) {
         let n = j + 1;
-        let follower = &self.inertia.followers[j];
+        let follower = &self.shaft.inertia.followers[j];
         let mass = Parameter::mass(follower.turns);
         let [least, greatest] = mass.kind.range();
         list.parameter(
             &format!("follower[{n}].{}", mass.key),
             &format!("{} of follower {n}", mass.text()),
             real_within(mass.kind.quantity(), least, greatest),
-            |d, j| d.inertia.followers[j].m,
-            |d, j, value| Arc::make_mut(&mut d.inertia).change(|_, followers| followers[j].m = value),
+            |d, j| d.shaft.inertia.followers[j].m,
+            |d, j, value| Arc::make_mut(&mut d.shaft.inertia).change(|_, followers| followers[j].m = value),
         )
         .at(j);
         declare_law(list, &follower.cam, j, &format!("follower[{n}].cam"), follower.cam_turns());
@@ -393,9 +371,9 @@ impl RigidMachine {
 parameters! {
     for RigidMachine, "start" {
         /// Angle at the start
-        phi_start = "phi_start", "phi_start", ANGLE in [-LARGEST_ANGLE, LARGEST_ANGLE] or 0.0, Fixed;
+        start.phi = "phi_start", "phi_start", ANGLE in [-LARGEST_ANGLE, LARGEST_ANGLE] or 0.0, Fixed;
         /// Angular velocity at the start, for start.mode = given
-        w_start = "w_start", "w_start", ANGULAR_VELOCITY in [-FASTEST, FASTEST] or 0.0, Fixed;
+        start.w = "w_start", "w_start", ANGULAR_VELOCITY in [-FASTEST, FASTEST] or 0.0, Fixed;
     }
 }
 
@@ -410,18 +388,18 @@ impl Has<RigidMachine> for RigidMachine {
 
 impl Has<InertiaFunction> for RigidMachine {
     fn group(&self) -> Option<&InertiaFunction> {
-        Some(&self.inertia.function)
+        Some(&self.shaft.inertia.function)
     }
     fn group_mut(&mut self) -> Option<&mut InertiaFunction> {
-        Some(Arc::make_mut(&mut self.inertia).function_mut())
+        Some(Arc::make_mut(&mut self.shaft.inertia).function_mut())
     }
 }
 
 impl Has<Kloss> for RigidMachine {
     fn group(&self) -> Option<&Kloss> {
-        if let Motor::Kloss(kloss) = &self.motor { Some(kloss) } else { None }
+        if let Motor::Kloss(kloss) = &self.shaft.motor { Some(kloss) } else { None }
     }
     fn group_mut(&mut self) -> Option<&mut Kloss> {
-        if let Motor::Kloss(kloss) = &mut self.motor { Some(kloss) } else { None }
+        if let Motor::Kloss(kloss) = &mut self.shaft.motor { Some(kloss) } else { None }
     }
 }

@@ -40,7 +40,7 @@ pub(super) fn polynomial([a, b, c]: [f64; 3], t: f64) -> f64 {
 impl Original<'_> {
     /// M_an and its derivatives with respect to φ̇ and to itself as unknown.
     fn torque(&self, t: Double, y: &[f64; 3]) -> [f64; 3] {
-        match self.machine.motor {
+        match self.machine.shaft.motor {
             Motor::Input => [polynomial(self.driving, t.hi), 0.0, 0.0],
             motor if motor.lag().is_some() => [y[2], 0.0, 1.0],
             motor => [motor.characteristic(y[1])[0], motor.characteristic(y[1])[1], 0.0],
@@ -50,19 +50,23 @@ impl Original<'_> {
 
 impl System<3> for Original<'_> {
     fn rhs(&self, t: Double, y: &[f64; 3]) -> [f64; 3] {
-        let [j, slope, ..] = self.machine.inertia.at(self.machine.inertia.place(0), y[0]);
+        let [j, slope, ..] = self.machine.shaft.inertia.at(self.machine.shaft.inertia.place(0), y[0]);
         let a = (self.torque(t, y)[0] - polynomial(self.load, t.hi) - 0.5 * slope * y[1] * y[1]) / j;
-        let rate =
-            self.machine.motor.lag().map_or(0.0, |lag| (self.machine.motor.characteristic(y[1])[0] - y[2]) / lag);
+        let rate = self
+            .machine
+            .shaft
+            .motor
+            .lag()
+            .map_or(0.0, |lag| (self.machine.shaft.motor.characteristic(y[1])[0] - y[2]) / lag);
         [y[1], a, rate]
     }
 
     fn jacobian(&self, t: Double, y: &[f64; 3]) -> [[f64; 3]; 3] {
-        let [j, j1, j2, _] = self.machine.inertia.at(self.machine.inertia.place(0), y[0]);
+        let [j, j1, j2, _] = self.machine.shaft.inertia.at(self.machine.shaft.inertia.place(0), y[0]);
         let a = self.rhs(t, y)[1];
         let [_, by_speed, by_torque] = self.torque(t, y);
-        let lag = self.machine.motor.lag();
-        let slope = self.machine.motor.characteristic(y[1])[1];
+        let lag = self.machine.shaft.motor.lag();
+        let slope = self.machine.shaft.motor.characteristic(y[1])[1];
         [
             [0.0, 1.0, 0.0],
             [-(0.5 * j2 * y[1] * y[1] + a * j1) / j, (by_speed - j1 * y[1]) / j, by_torque / j],
@@ -75,7 +79,7 @@ impl System<3> for Original<'_> {
     }
 
     fn longest_step(&self, _: Double, y: &[f64; 3]) -> f64 {
-        TAU / self.machine.inertia.resolution() / y[1].abs().max(1e-3)
+        TAU / self.machine.shaft.inertia.resolution() / y[1].abs().max(1e-3)
     }
 }
 
@@ -130,7 +134,7 @@ pub(super) fn random_machine(r: &mut Random, kind: usize) -> (Scene, [f64; 3], [
 
 /// Sets the torques and their derivatives at `t`.
 pub(super) fn set_torques(machine: &mut RigidMachine, load: [f64; 3], driving: [f64; 3], t: f64) {
-    for (signal, [a, b, c]) in [(&mut machine.load, load), (&mut machine.driving, driving)] {
+    for (signal, [a, b, c]) in [(&mut machine.shaft.load, load), (&mut machine.shaft.driving, driving)] {
         signal.set(polynomial([a, b, c], t));
         signal.set_derivative(1, b + 2.0 * c * t);
         signal.set_derivative(2, 2.0 * c);
@@ -142,10 +146,10 @@ pub(super) fn errors(scene: Scene, load: [f64; 3], driving: [f64; 3], duration: 
     let mut machine = started(scene);
     let twin = machine.clone();
     let truth = Original { machine: &twin, load, driving };
-    let start = [machine.phi_start, machine.w_start, 0.0];
+    let start = [machine.start.phi, machine.start.w, 0.0];
     let mut c = Collocation::<3>::new(Double::from(0.0), start);
     // Where torques stay as they are, internal steps do not end at communication points: errors between them count.
-    let points = if load[1] == 0.0 && machine.motor.lag().is_none() { 400 } else { 20 };
+    let points = if load[1] == 0.0 && machine.shaft.motor.lag().is_none() { 400 } else { 20 };
     let mut differences = [0.0_f64; 3];
     let (mut top_speed, mut travelled) = (start[1].abs(), 1.0_f64);
     for i in 0..points {
@@ -154,14 +158,14 @@ pub(super) fn errors(scene: Scene, load: [f64; 3], driving: [f64; 3], duration: 
         machine.advance(t, h).ok()?;
         c.advance(&truth, Double::from(t) + Double::from(h), 1e-14).ok()?;
         let y = c.state();
-        let torque = if machine.motor.lag().is_some() { get(&machine, "M_an") - y[2] } else { 0.0 };
+        let torque = if machine.shaft.motor.lag().is_some() { get(&machine, "M_an") - y[2] } else { 0.0 };
         let now = [get(&machine, "phi") - y[0], get(&machine, "w") - y[1], torque];
         differences = std::array::from_fn(|k| differences[k].max(now[k].abs()));
         top_speed = top_speed.max(y[1].abs());
         travelled = travelled.max((y[0] - start[0]).abs());
     }
     let breakdown =
-        if let Motor::Kloss(Kloss { breakdown_torque, .. }) = machine.motor { breakdown_torque } else { 1.0 };
+        if let Motor::Kloss(Kloss { breakdown_torque, .. }) = machine.shaft.motor { breakdown_torque } else { 1.0 };
     let [phi, w, torque] = differences;
     let error = (phi / travelled).max(w / top_speed).max(torque / breakdown);
     Some([error, get(&machine, "solver.error_estimate")])

@@ -38,9 +38,9 @@ fn a_small_wave_beside_a_polynomial_is_tabulated_to_rounding() {
     for i in 0..2000 {
         let phi = TAU * (f64::from(i) + 0.5) / 2000.0;
         let exact = 0.055 + scene.followers.iter().map(|f| f.m * f.cam.at(phi).0[1].powi(2)).sum::<f64>();
-        let (interval, phi) = machine.inertia.interval(angle::reduce(Double::from(phi)), true);
-        assert!(machine.mesh.profile.holds(interval, phi), "an interval has no table");
-        let [tabulated, _] = machine.mesh.profile.with_slope(&machine.inertia, interval, phi);
+        let (interval, phi) = machine.shaft.inertia.interval(angle::reduce(Double::from(phi)), true);
+        assert!(machine.shaft.profile.holds(interval, phi), "an interval has no table");
+        let [tabulated, _] = machine.shaft.profile.with_slope(interval, phi);
         assert_near(tabulated, exact, 3e-14, &format!("J at {phi}"));
     }
 }
@@ -53,7 +53,7 @@ fn the_motion_obeys_the_tolerance_beside_a_small_wave() {
     for tolerance in [1e-9, 1e-12, 1e-13] {
         let settings = Settings { tolerance, ..Settings::default() };
         let mut machine = started(Scene { solver: settings, ..short_wave() });
-        machine.load.set(-0.09);
+        machine.shaft.load.set(-0.09);
         run(&mut machine, 0.64, 32);
         for (name, value) in expected {
             assert_near(get(&machine, name), value, tolerance.max(3e-13), &format!("{name} at {tolerance}"));

@@ -5,8 +5,8 @@ use super::*;
 /// The same machine without the table.
 fn without_table(scene: Scene) -> RigidMachine {
     let mut machine = started(scene);
-    assert!(machine.cycle.is_some());
-    machine.cycle = None;
+    assert!(machine.in_angle.cycle.is_some());
+    machine.in_angle.cycle = None;
     machine
 }
 
@@ -38,7 +38,7 @@ fn a_machine_that_reads_the_table_moves_as_one_that_solves() {
                 for name in ["phi", "w", "E"] {
                     let (one, other) = (get(&reads, name), get(&solves, name));
                     // The angle passed counts, which is at least half of a radian per step.
-                    let part = if name == "phi" { reads.travelled.max(1.0) / other.abs() } else { 1.0 };
+                    let part = if name == "phi" { reads.state.travelled.max(1.0) / other.abs() } else { 1.0 };
                     assert_near(one, other, 2.0 * bound * part.max(1.0), &format!("{number} {tolerance} {name} {i}"));
                 }
             }
@@ -79,5 +79,5 @@ fn another_load_has_no_table_and_a_load_at_the_start_its_own() {
     // Without a balance of the torques there is no periodic motion.
     set(&mut loaded, "tau", 300.0);
     loaded.start(0.0).unwrap();
-    assert!(loaded.cycle.is_none());
+    assert!(loaded.in_angle.cycle.is_none());
 }

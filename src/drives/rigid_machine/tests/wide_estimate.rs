@@ -33,10 +33,10 @@ struct Truth<'a> {
 
 impl Truth<'_> {
     fn rhs(&self, t: f64, [phi, w, torque]: Unknowns) -> Unknowns {
-        let inertia = &self.machine.inertia;
+        let inertia = &self.machine.shaft.inertia;
         let [j, slope, ..] = inertia.at(inertia.place(self.interval), phi);
-        let kloss = |w| self.machine.motor.characteristic(w)[0];
-        let (torque, rate) = match (self.machine.motor.lag(), self.machine.motor) {
+        let kloss = |w| self.machine.shaft.motor.characteristic(w)[0];
+        let (torque, rate) = match (self.machine.shaft.motor.lag(), self.machine.shaft.motor) {
             (Some(lag), _) => (torque, (kloss(w) - torque) / lag),
             (None, Motor::Input) => (polynomial(self.driving, t), 0.0),
             (None, _) => (kloss(w), 0.0),
@@ -92,8 +92,8 @@ impl Truth<'_> {
             if left <= 1e-15 * target {
                 return Some(());
             }
-            let (low, high) = self.machine.inertia.ends(self.interval);
-            let wave = TAU / self.machine.inertia.resolution();
+            let (low, high) = self.machine.shaft.inertia.ends(self.interval);
+            let wave = TAU / self.machine.shaft.inertia.resolution();
             let rate = self.rhs(self.time, self.y);
             let reach = 0.5 * wave.min(high - low);
             let mut h = left.min(reach / rate[0].abs().max(1e-9)).min((2.0 * reach / rate[1].abs().max(1e-9)).sqrt());
@@ -140,7 +140,7 @@ impl Truth<'_> {
                 (self.y[k], self.rest[k]) = (sum.hi, sum.lo);
             }
             self.top_speed = self.top_speed.max(self.y[1].abs());
-            let count = self.machine.inertia.borders().len();
+            let count = self.machine.shaft.inertia.borders().len();
             if crosses && border == high {
                 self.interval = (self.interval + 1) % count;
                 if self.interval == 0 {
@@ -273,12 +273,12 @@ pub(super) fn random_machine(r: &mut Random, number: usize) -> (Scene, [f64; 3],
 /// The true error of the states and its estimate, and whether the shaft turned back.
 fn errors(scene: Scene, load: [f64; 3], driving: [f64; 3], duration: f64) -> Option<([f64; 2], bool)> {
     let mut machine = RigidMachine::new(scene).ok()?;
-    machine.load.set(load[0]);
-    machine.driving.set(driving[0]);
+    machine.shaft.load.set(load[0]);
+    machine.shaft.driving.set(driving[0]);
     machine.start(0.0).ok()?;
     let twin = machine.clone();
     let State { angle, interval, turns, .. } = machine.state;
-    let start = [angle.hi, machine.w_start, machine.state.torque];
+    let start = [angle.hi, machine.start.w, machine.state.torque];
     let mut truth = Truth {
         machine: &twin,
         load,
@@ -292,21 +292,21 @@ fn errors(scene: Scene, load: [f64; 3], driving: [f64; 3], duration: f64) -> Opt
         top_speed: start[1].abs(),
         reversed: false,
     };
-    let points = if load[1] == 0.0 && machine.motor.lag().is_none() { 200 } else { 20 };
+    let points = if load[1] == 0.0 && machine.shaft.motor.lag().is_none() { 200 } else { 20 };
     let mut differences = [0.0_f64; 3];
     for i in 0..points {
         let (t, h) = (duration * f64::from(i) / f64::from(points), duration / f64::from(points));
         set_torques(&mut machine, load, driving, t);
         machine.advance(t, h).ok()?;
         truth.advance(t + h)?;
-        let torque = if machine.motor.lag().is_some() { get(&machine, "M_an") - truth.y[2] } else { 0.0 };
+        let torque = if machine.shaft.motor.lag().is_some() { get(&machine, "M_an") - truth.y[2] } else { 0.0 };
         let State { angle, turns, w, .. } = machine.state;
         let phi = (angle.hi - truth.y[0]) + (angle.lo - truth.rest[0]) + (turns - truth.turns) * TAU;
         let now = [phi, w - truth.y[1], torque];
         differences = std::array::from_fn(|k| differences[k].max(now[k].abs()));
     }
     let breakdown =
-        if let Motor::Kloss(Kloss { breakdown_torque, .. }) = machine.motor { breakdown_torque } else { 1.0 };
+        if let Motor::Kloss(Kloss { breakdown_torque, .. }) = machine.shaft.motor { breakdown_torque } else { 1.0 };
     let [phi, w, torque] = differences;
     let error = (phi / truth.travelled.max(1.0)).max(w / truth.top_speed).max(torque / breakdown);
     Some(([error, get(&machine, "solver.error_estimate")], truth.reversed))

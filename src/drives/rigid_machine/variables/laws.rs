@@ -16,8 +16,8 @@ pub(super) const INERTIA_LAW: usize = 0xffff;
 
 fn law(d: &RigidMachine, number: usize) -> Option<&MotionLaw> {
     match number {
-        INERTIA_LAW => d.inertia.function.varying.as_ref(),
-        j => d.inertia.followers.get(j).map(|f| &f.cam),
+        INERTIA_LAW => d.shaft.inertia.function.varying.as_ref(),
+        j => d.shaft.inertia.followers.get(j).map(|f| &f.cam),
     }
 }
 
@@ -46,7 +46,7 @@ pub(super) fn declare_law(
             kind,
             |d, index| law(d, index & 0xffff).map_or(0.0, |law| law.parameter(index >> 16)),
             |d, index, value| {
-                Arc::make_mut(&mut d.inertia).change(|function, followers| {
+                Arc::make_mut(&mut d.shaft.inertia).change(|function, followers| {
                     let law = match index & 0xffff {
                         INERTIA_LAW => function.varying.as_mut(),
                         j => followers.get_mut(j).map(|f| &mut f.cam),
@@ -70,12 +70,12 @@ pub(super) fn declare_mechanism(list: &mut List<RigidMachine>, declared: &Mechan
             &parameter.text(),
             real_within(parameter.kind.quantity(), least, greatest),
             |d, index| {
-                let follower = d.inertia.followers.get(index & 0xffff);
+                let follower = d.shaft.inertia.followers.get(index & 0xffff);
                 let mechanism = follower.and_then(|f| f.linkage.0.get(index >> 16 & 0xff).copied());
                 mechanism.and_then(|mut m| m.parameter_mut(index >> 24).copied()).unwrap_or(0.0)
             },
             |d, index, value| {
-                Arc::make_mut(&mut d.inertia).change(|_, followers| {
+                Arc::make_mut(&mut d.shaft.inertia).change(|_, followers| {
                     let mechanisms = followers.get_mut(index & 0xffff).map(|f| &mut f.linkage.0);
                     let mechanism = mechanisms.and_then(|list| list.get_mut(index >> 16 & 0xff));
                     if let Some(parameter) = mechanism.and_then(|m| m.parameter_mut(index >> 24)) {
