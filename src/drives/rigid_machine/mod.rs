@@ -11,17 +11,16 @@
 //! Valid for rigid links without backlash and J > 0 everywhere; standstill, reversal and a load that drives the motor
 //! are ordinary states.
 //!
-//! The parts of the equation are in [`shaft`]. Three ways to integrate it take them in turns:
+//! The parts of the equation are in `shaft`. Two modules integrate it in turns:
 //!
 //! | | while | internal steps |
 //! |---|---|---|
-//! | [`in_angle`] | torques do not depend on time, no lag, and the shaft turns fast | as the tolerance allows; they go on beyond communication points |
-//! | [`in_time`] | else: a torque that changes with time, a motor with a lag, standstill, reversal | as the tolerance allows; they end at communication points |
-//! | [`in_time`] on its [`grid`] | `solver.method` = `fixed_cost` | equal ones; they go on beyond communication points while torques stay as they are |
+//! | `in_angle` | torques do not depend on time, no lag, and the shaft turns fast | as the tolerance allows; they go on beyond communication points |
+//! | `in_time` | else: a torque that changes with time, a motor with a lag, standstill, reversal | as the tolerance allows; they end at communication points |
+//! | `in_time` on its `grid` | `solver.method` = `fixed_cost` | equal ones; they go on beyond communication points while torques stay as they are |
 //!
-//! Each of them **begins** at a state, **extends** the motion by an internal step, is **read** at a time within that step and
-//! **left** where it was read last; it takes the errors of the one before and passes on its own. The start on a periodic motion
-//! is in [`steady`].
+//! Each of them **begins** at a state with the errors of the one before, **extends** the motion by an internal step, is **read** at
+//! a time within that step and **left** where it was read last. The start on a periodic motion is in `steady`.
 //!
 //! Limit cases that the tests check: M_an = τ = 0 ⇒ Jφ̇² is constant and the turn takes ∮ √(J/2E) dφ; constant J ⇒
 //! the run-up time of Kloss in closed form; ½Jφ̇² changes by ∫(M_an − τ)dφ.

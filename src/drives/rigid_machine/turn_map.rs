@@ -116,8 +116,8 @@ impl<'a> TurnMap<'a> {
         Position { energy: Double::from(energy), angle: cells[cell].entry(self.forward()), cell, ..Position::default() }
     }
 
-    /// Follows the machine from the beginning of a turn with this energy; `visit` sees every step and may bound the
-    /// next one, or end the journey. None where the machine comes to rest.
+    /// Follows the machine from the beginning of a turn with this energy; `most` sees every step and bounds the next one, or
+    /// ends the journey. None where the machine comes to rest.
     fn travel(
         &self,
         energy: f64,
