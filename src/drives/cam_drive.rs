@@ -134,6 +134,18 @@ pub struct ShaftState {
     pub kinematics: Kinematics,
 }
 
+impl ShaftState {
+    /// The shaft at φ and its derivatives, φ known as one number as inputs are.
+    pub fn at_angle(phi: [f64; 5]) -> Self {
+        ShaftState { reduced: angle::reduce(Double::from(phi[0])), kinematics: Kinematics(phi) }
+    }
+
+    /// U … U⁗ of a cam on it; on a breakpoint of the law those of the side to which it turns.
+    pub fn on(&self, law: &MotionLaw) -> TransferFunctions {
+        law.at_in(law.segment(self.reduced, self.kinematics.0[1] >= 0.0), self.reduced)
+    }
+}
+
 impl AngleMotion {
     /// Motion at constant speed `w` (rad/s) from `phi` (rad) at `origin` (s).
     pub fn uniform(origin: f64, phi: f64, w: f64) -> Self {
@@ -153,8 +165,7 @@ impl AngleMotion {
         let c = &self.coefficients;
         let tau = time + Double::from(-self.origin);
         if tau.hi == 0.0 {
-            let d = std::array::from_fn(|j| c[j]);
-            return ShaftState { reduced: angle::reduce(Double::from(c[0])), kinematics: Kinematics(d) };
+            return ShaftState::at_angle(std::array::from_fn(|j| c[j]));
         }
         if self.is_uniform() {
             let [phi, w, ..] = *c;

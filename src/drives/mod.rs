@@ -9,6 +9,8 @@ pub mod cam_turn;
 pub mod elastic_output;
 pub mod elastic_shaft;
 pub mod flow;
+pub mod follower;
+pub mod instant;
 pub mod interface;
 pub mod parametric;
 pub mod response;

@@ -1,13 +1,13 @@
-//! The relative motion q of an oscillator whose base moves with a cam: q̈ + 2δ q̇ + ω₀² q = −ẍ, x = U(φ(t)).
+//! The motion q of an oscillator that a cam moves, q̈ + 2δ q̇ + ω₀² q = f, f as the equation makes it of x = U(φ(t)).
 //!
 //! Four methods, the first of which is tried at each step on inputs, the others chosen at each restart:
 //!
-//! - *Hermite step*, for a Fourier law: the impulse response times −ẍ, integrated over the whole step from its ends;
+//! - *Hermite step*, for a Fourier law: the impulse response times f, integrated over the whole step from its ends;
 //! - *closed form*, for a Fourier law at constant speed (or any law at rest): harmonic response plus free motion,
 //!   valid at any later time without growth of the error; on inputs, too, as long as they keep their speed;
 //! - *table*, for any other law at constant speed from the start on: the motion over a turn as polynomials on cells, which
 //!   the state at the start of each cell combines, and whole turns as powers of one map;
-//! - *substeps* otherwise: −ẍ as a Chebyshev polynomial on pieces that follow the motion of the cam, the oscillator
+//! - *substeps* otherwise: f as a Chebyshev polynomial on pieces that follow the motion of the cam, the oscillator
 //!   solved exactly on each. Pieces end at the breakpoints of the law; stiffness does not shorten them.
 //!
 //! Nothing here allocates except [`Response::new`].
@@ -21,18 +21,20 @@ mod table;
 
 use super::cam_drive::AngleMotion;
 use super::cam_turn::{OVERRUN, turns};
+use super::follower::elastic_output::Equation;
+use super::instant::Instant;
 use super::limits::{refused_start, search_too_much, step_too_much};
 use super::{Fault, Rounded};
+use crate::motion::MotionLaw;
+use crate::motion::derivatives::lift;
 use crate::motion::turn::near;
-use crate::motion::{Fourier, MotionLaw};
+use crate::numerics::angle::WHOLE_TURN;
 use crate::numerics::chebyshev;
-use crate::numerics::double_double::{Double, two_product, two_sum};
+use crate::numerics::double_double::{Double, two_sum};
 use crate::numerics::first_root::first_exit;
 use crate::numerics::forced::{ForcedStep, admissible_length};
-use crate::numerics::oscillator::Oscillator;
-use crate::numerics::period_map::{self, PeriodMap};
+use crate::numerics::period_map::{self, PeriodMap, fixed_point};
 use crate::numerics::work::Work;
-pub use closed_form::Instant;
 use closed_form::{ClosedForm, Run};
 use error_bound::{ErrorBound, Made, neglected};
 use hermite::Hermite;
@@ -46,19 +48,25 @@ pub use table::Table;
 /// oscillator adds them up, keep it.
 const SHARE: f64 = 1e-3;
 
-/// The last two Chebyshev coefficients of −ẍ on a piece need not fall below this part of the largest one: some roundings.
+/// The last two Chebyshev coefficients of the forcing on a piece need not fall below this part of the largest one: some roundings.
 const LEAST_TAIL: f64 = 1e-14;
 
-/// Rounding error of U″ and U′, relative to their bounds in the segment: where −ẍ passes through zero, its
+/// Rounding error of U″ and U′, relative to their bounds in the segment: where the forcing passes through zero, its
 /// coefficients need not fall below this.
 const ROUNDING: f64 = 2e-15;
 
 /// Breakpoints lie in [0, 2π): between them the angle is rounded as an input of this size (rad) beyond what it is anyway.
 const OF_BREAKPOINTS: f64 = 2.0;
 
-/// A piece, and an evaluation of −ẍ beside that of the law (nominal µs).
+/// A piece, and an evaluation of the forcing beside that of the law (nominal µs).
 const PIECE: f64 = 1.0;
 const FORCING: f64 = 0.03;
+
+/// Below this part of its terms the determinant of a turn's map less one hangs on the digits of the parameters.
+const SINGULAR: f64 = 1e-13;
+
+/// A harmonic is resonant where its relative impedance is some roundings of the parameters m and c.
+const RESONANT: f64 = 1e-15;
 
 /// Factor of the error estimate over what the polynomials of the cells tell: roundings of the states at their ends
 /// add to it.
@@ -67,7 +75,7 @@ const RESERVE_OF_TABLE: f64 = 16.0;
 /// The motion of the oscillator from a given state on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Response {
-    oscillator: Oscillator,
+    equation: Equation,
     /// Relative tolerance of q.
     tolerance: f64,
     motion: AngleMotion,
@@ -116,9 +124,9 @@ struct Piece {
 
 impl Response {
     /// A response at rest; [`Response::restart`] sets it going. Allocates what the law needs.
-    pub fn new(oscillator: Oscillator, law: &MotionLaw, tolerance: f64) -> Self {
+    pub fn new(equation: Equation, law: &MotionLaw, tolerance: f64) -> Self {
         Response {
-            oscillator,
+            equation,
             tolerance,
             motion: AngleMotion::uniform(0.0, 0.0, 0.0),
             bounds: [law.bound(1), law.bound(2)],
@@ -135,7 +143,7 @@ impl Response {
     /// Called when it was read from bytes: rebuilds what the serialisation leaves out; whether it can be one of this law.
     pub fn restored(&mut self, law: &MotionLaw, tolerance: f64) -> bool {
         (self.tolerance, self.bounds) = (tolerance, [law.bound(1), law.bound(2)]);
-        self.closed_form.restored(&self.oscillator, law.series());
+        self.closed_form.restored(&self.equation, law.series());
         match &self.method {
             Method::Hermite(_) => law.series().is_some(),
             Method::Pieces(piece) => piece.segment < law.breakpoints().len().max(1),
@@ -143,9 +151,9 @@ impl Response {
         }
     }
 
-    /// The oscillator.
-    pub fn oscillator(&self) -> &Oscillator {
-        &self.oscillator
+    /// The equation that it follows.
+    pub fn equation(&self) -> &Equation {
+        &self.equation
     }
 
     /// The cam moves like this from the next restart or Hermite step on.
@@ -158,9 +166,9 @@ impl Response {
         &self.motion
     }
 
-    /// Changes the oscillator; valid after the next restart.
-    pub fn set_oscillator(&mut self, oscillator: Oscillator) {
-        self.oscillator = oscillator;
+    /// Changes the equation; valid after the next restart.
+    pub fn set_equation(&mut self, equation: Equation) {
+        self.equation = equation;
         self.closed_form.clear();
         if let Method::Hermite(step) = &mut self.method {
             *step = Hermite::new();
@@ -170,11 +178,11 @@ impl Response {
     /// Takes up the table of the cam's turn from `phi_start` (rad) at the constant speed `w` (rad/s), where one helps:
     /// `known` if it is that, else a new one. Allocates.
     pub fn tabulate(&mut self, known: Option<Arc<Table>>, law: &Arc<MotionLaw>, w: f64, phi_start: f64) {
-        let (oscillator, tolerance) = (self.oscillator, self.tolerance);
-        self.table = known.filter(|table| table.is_for(&oscillator, law, w, phi_start, tolerance)).or_else(|| {
+        let (equation, tolerance) = (self.equation, self.tolerance);
+        self.table = known.filter(|table| table.is_for(&equation, law, w, phi_start, tolerance)).or_else(|| {
             // The closed form needs none.
             let wanted = law.series().is_none() && turns(w);
-            wanted.then(|| Arc::new(Table::new(oscillator, law.clone(), w, phi_start, tolerance)))
+            wanted.then(|| Arc::new(Table::new(equation, law.clone(), w, phi_start, tolerance)))
         });
     }
 
@@ -203,7 +211,7 @@ impl Response {
     /// The table of a turn that starts at `time` (s), where there is one and nothing has been tuned since it was made.
     fn map_from(&self, time: f64) -> Option<&PeriodMap> {
         let AngleMotion { origin, coefficients: [phi, w, ..], .. } = self.motion;
-        let table = self.table.as_ref().filter(|table| table.is_of(&self.oscillator, w, phi))?;
+        let table = self.table.as_ref().filter(|table| table.is_of(&self.equation, w, phi))?;
         table.map.as_ref().filter(|_| origin == time && self.motion.is_uniform())
     }
 
@@ -219,7 +227,7 @@ impl Response {
         (self.motion, self.until) = (*motion, until);
         let w = motion.coefficients[1];
         if motion.is_uniform() && (law.series().is_some() || !turns(w)) {
-            self.method = Method::Closed(self.closed_form.restart(&self.oscillator, motion, time, state));
+            self.method = Method::Closed(self.closed_form.restart(&self.equation, motion, time, state));
             (self.steps, self.evaluations) = (self.steps + 1.0, self.evaluations + 1);
             self.bound.add_closed_form(law.series().map_or(0.0, |series| series.order() as f64));
             Ok(())
@@ -241,76 +249,76 @@ impl Response {
     pub fn error(&self, time: f64) -> f64 {
         let error = self.bound.relative();
         match &self.method {
-            Method::Closed(run) => error.max(self.closed_form.rounding(run, &self.oscillator, time)),
+            Method::Closed(run) => error.max(self.closed_form.rounding(run, &self.equation.oscillator, time)),
             _ => error,
         }
     }
 
-    /// Cam and mass at `time` (s) in closed form, for a Fourier law at constant speed.
-    pub fn closed(&mut self, law: &MotionLaw, time: f64) -> Option<Instant> {
+    /// Cam and mass at `time` (s), which must not lie before the piece that an earlier call has reached.
+    pub fn at(&mut self, law: &MotionLaw, time: f64) -> Result<Instant, Fault> {
+        if let Some(now) = self.closed(law, time) {
+            return Ok(now);
+        }
+        let q = self.reach(law, time, &mut Work::default())?;
+        let shaft = self.motion.at(time);
+        Ok(Instant::new(time, &shaft, &shaft.on(law), q))
+    }
+
+    /// The same in closed form, for a Fourier law at constant speed.
+    #[inline(always)]
+    fn closed(&mut self, law: &MotionLaw, time: f64) -> Option<Instant> {
         let Method::Closed(run) = &mut self.method else { return None };
         law.series()?;
         self.evaluations += 1;
-        Some(self.closed_form.at(run, &self.oscillator, &self.motion, time))
+        Some(self.closed_form.at(run, &self.equation.oscillator, &self.motion, time))
     }
 
-    /// q, q̇ at `time` (s), which must not lie before the piece that an earlier call has reached.
-    pub fn at(&mut self, law: &MotionLaw, time: f64) -> Result<[f64; 2], Fault> {
-        self.reach(law, time, &mut Work::default())
-    }
-
-    /// [`Response::at`] within what is left of the `work`.
+    /// q, q̇ at `time` (s) within what is left of the `work`.
     fn reach(&mut self, law: &MotionLaw, time: f64, work: &mut Work) -> Result<[f64; 2], Fault> {
+        let state = match &mut self.method {
+            Method::Closed(run) => {
+                self.evaluations += 1;
+                return Ok(self.closed_form.at(run, &self.equation.oscillator, &self.motion, time).q.array());
+            }
+            Method::Hermite(_) => return Err(Fault::new("the response has not been restarted after a Hermite step")),
+            Method::Table(_) => self.on_table(time)?,
+            Method::Pieces(_) => self.by_pieces(law, time, work)?,
+        };
+        self.bound.reach(state[0]);
+        Ok(state)
+    }
+
+    /// q, q̇ at `time` (s) by the cells of the table.
+    fn on_table(&mut self, time: f64) -> Result<[f64; 2], Fault> {
+        let table = self.table.as_ref().and_then(|table| Some((table.map.as_ref()?, table.roundings)));
+        let (Method::Table(trajectory), Some((map, of_law))) = (&mut self.method, table) else {
+            return Err(Fault::new("the response has lost its table"));
+        };
+        let before = trajectory.steps;
+        trajectory.reach(map, time).map_err(|fault| {
+            Fault::new(format!("the motion exceeds the range of numbers at t = {} s", Rounded(fault.time)))
+        })?;
+        self.steps += (trajectory.steps - before) as f64;
+        let turns = (time - self.motion.origin) / map.period().hi;
+        let cells = (map.cells() as f64).sqrt();
+        // As many turns as the free motion lasts.
+        let decay = self.equation.oscillator.decay();
+        let alike = (turns + 1.0).min(-1.0 / (-decay * map.period().hi).exp_m1());
+        self.bound.add_table(RESERVE_OF_TABLE * map.error(), cells * alike, of_law * alike);
+        Ok(trajectory.at(map, time))
+    }
+
+    /// q, q̇ at `time` (s), piece after piece.
+    fn by_pieces(&mut self, law: &MotionLaw, time: f64, work: &mut Work) -> Result<[f64; 2], Fault> {
         let mut from = None;
-        loop {
-            let piece = match &mut self.method {
-                Method::Closed(run) => {
-                    self.evaluations += 1;
-                    return Ok(self.closed_form.at(run, &self.oscillator, &self.motion, time).q.array());
-                }
-                Method::Table(trajectory) => {
-                    let map = self.table.as_ref().and_then(|table| Some((table.map.as_ref()?, table.roundings)));
-                    let Some((map, of_law)) = map else { return Err(Fault::new("the response has lost its table")) };
-                    let before = trajectory.steps;
-                    trajectory.reach(map, time).map_err(|fault| {
-                        Fault::new(format!("the motion exceeds the range of numbers at t = {} s", Rounded(fault.time)))
-                    })?;
-                    self.steps += (trajectory.steps - before) as f64;
-                    let turns = (time - self.motion.origin) / map.period().hi;
-                    let cells = (map.cells() as f64).sqrt();
-                    // As many turns as the free motion lasts.
-                    let alike = (turns + 1.0).min(-1.0 / (-self.oscillator.decay() * map.period().hi).exp_m1());
-                    self.bound.add_table(RESERVE_OF_TABLE * map.error(), cells * alike, of_law * alike);
-                    let state = trajectory.at(map, time);
-                    self.bound.reach(state[0]);
-                    return Ok(state);
-                }
-                Method::Hermite(_) => {
-                    return Err(Fault::new("the response has not been restarted after a Hermite step"));
-                }
-                Method::Pieces(piece) => piece,
-            };
-            let Piece { start, end, segment, leaves, .. } = *piece;
+        while let Method::Pieces(piece) = &self.method {
+            let (start, end) = (piece.start, piece.end);
             if (Double::from(time) - end).hi <= 0.0 {
-                let state = piece.step.at(&self.oscillator, (Double::from(time) - start).hi);
-                self.bound.reach(state[0]);
-                return Ok(state);
+                return Ok(piece.step.at(&self.equation.oscillator, (Double::from(time) - start).hi));
             }
-            let mut state = piece.step.at(&self.oscillator, (end - start).hi);
-            let next = neighbour(law, segment, leaves);
-            if leaves != 0 {
-                let shaft = self.motion.at_instant(end);
-                let border = law.breakpoints()[if leaves > 0 { next } else { segment }];
-                let beyond = near(shaft.reduced, border) - border;
-                let [before, after] = [segment, next].map(|segment| law.at_in(segment, shaft.reduced).0[2]);
-                let [phi, w, ..] = shaft.kinematics.0;
-                // What it would have gained beyond the border.
-                state[1] -= (after - before) * w * beyond;
-                let angle = if self.until.is_finite() { phi } else { 0.0 };
-                self.bound.pass(&self.oscillator, (after - before) * w, angle);
-            }
-            let before = self.evaluations;
-            self.next_piece(law, next, end, state)?;
+            let (piece, before) = (*piece, self.evaluations);
+            let (segment, state) = self.leave_piece(law, piece);
+            self.next_piece(law, segment, end, state)?;
             let (evaluations, from) = ((self.evaluations - before) as f64, *from.get_or_insert(start.hi));
             work.draw(PIECE + evaluations * (FORCING + law.cost())).map_err(|_| {
                 let hint = "relax solver.tolerance where there is one, or lower the speed or the natural frequency";
@@ -318,6 +326,26 @@ impl Response {
                 step_too_much(way, end.hi, &self.motion.told("the cam", way), hint)
             })?;
         }
+        Err(Fault::new("the response has lost its pieces"))
+    }
+
+    /// The segment in which the motion goes on behind a piece, and its state there.
+    fn leave_piece(&mut self, law: &MotionLaw, piece: Piece) -> (usize, [f64; 2]) {
+        let Piece { start, end, segment, leaves, step } = piece;
+        let mut state = step.at(&self.equation.oscillator, (end - start).hi);
+        let next = neighbour(law, segment, leaves);
+        if leaves != 0 {
+            let shaft = self.motion.at_instant(end);
+            let border = law.breakpoints()[if leaves > 0 { next } else { segment }];
+            let beyond = near(shaft.reduced, border) - border;
+            let [before, after] = [segment, next].map(|segment| law.at_in(segment, shaft.reduced).0[2]);
+            let [phi, w, ..] = shaft.kinematics.0;
+            // What it would have gained beyond the border.
+            state[1] -= (after - before) * w * beyond;
+            let angle = if self.until.is_finite() { phi } else { 0.0 };
+            self.bound.pass(&self.equation.oscillator, (after - before) * w, angle);
+        }
+        (next, state)
     }
 
     /// q, q̇ at `time` (s) of the motion that repeats itself every turn at constant speed.
@@ -326,15 +354,21 @@ impl Response {
         if !turns(w) {
             return Ok([0.0; 2]);
         }
-        if self.oscillator.stiffness() == 0.0 {
+        let oscillator = self.equation.oscillator;
+        if oscillator.stiffness() == 0.0 {
             return Err(no_periodic_motion("without a spring (c = 0) the mean of q is arbitrary"));
         }
         if let Some(series) = law.series() {
-            return self.periodic_harmonics(series, w, motion.at(time).reduced);
+            return self.equation.periodic(series, w, motion.at(time).reduced, RESONANT).map_err(|k| {
+                let frequency = oscillator.stiffness().sqrt();
+                no_periodic_motion(&format!(
+                    "harmonic {k} of the cam meets the undamped natural frequency {frequency} rad/s"
+                ))
+            });
         }
         // One turn is an affine map of the state: s ↦ M s + r; its fixed point is the periodic motion.
-        let turn = Double { hi: TAU, lo: 2.4492935982947064e-16 }.divide(Double::from(w.abs()));
-        let m = self.oscillator.free(turn);
+        let turn = WHOLE_TURN.divide(Double::from(w.abs()));
+        let m = oscillator.free(turn);
         self.restart(law, motion, time, f64::INFINITY, [0.0; 2])?;
         let mut work = Work::default();
         let reached = self.reach(law, time + turn.hi, &mut work);
@@ -342,37 +376,13 @@ impl Response {
             let hint = "lower the natural frequency, or choose at_rest or given";
             if work.is_exhausted() { search_too_much(hint) } else { fault }
         })?;
-        let [[a, b], [c, d]] = [[1.0 - m[0][0], -m[0][1]], [-m[1][0], 1.0 - m[1][1]]];
-        let determinant = a * d - b * c;
-        let size = a.abs() * d.abs() + (b * c).abs();
-        // Below this the digits of the parameters decide about the result.
-        if determinant.abs() <= 1e-13 * size.max(1e-13) {
-            return Err(no_periodic_motion(
+        let [one, other] = [(1.0 - m[0][0]) * (1.0 - m[1][1]), m[0][1] * m[1][0]];
+        let singular = (one - other).abs() <= SINGULAR * (one.abs() + other.abs()).max(SINGULAR);
+        fixed_point(&m, [0.0; 2], r).filter(|_| !singular).ok_or_else(|| {
+            no_periodic_motion(
                 "the oscillator comes back to its state after one turn of the cam (undamped resonance or c = 0)",
-            ));
-        }
-        Ok([(d * r[0] - b * r[1]) / determinant, (a * r[1] - c * r[0]) / determinant])
-    }
-
-    /// The sum of the steady responses to the harmonics of a law at the angle `phi` (rad).
-    fn periodic_harmonics(&self, series: &Fourier, w: f64, phi: f64) -> Result<[f64; 2], Fault> {
-        let mut sum = [0.0; 2];
-        for k in (1..=series.order()).filter(|&k| series.a[k] != 0.0 || series.b[k] != 0.0) {
-            let nu = two_product(k as f64, w.abs());
-            // A few roundings of the parameters m and c.
-            if self.oscillator.relative_impedance(nu) < 1e-15 {
-                return Err(no_periodic_motion(&format!(
-                    "harmonic {k} of the cam meets the undamped natural frequency {} rad/s",
-                    self.oscillator.stiffness().sqrt()
-                )));
-            }
-            // F of −ẍ = Re[F e^(ikψ)], ψ = φ sgn w: a cam that turns back sees the other sign of sines.
-            let force = [nu.hi * nu.hi * series.a[k], -nu.hi * nu.hi * w.signum() * series.b[k]];
-            let [re, im] = self.oscillator.steady(force, nu);
-            let (s, c) = (k as f64 * phi * w.signum()).sin_cos();
-            sum = [sum[0] + re * c - im * s, sum[1] - nu.hi * (re * s + im * c)];
-        }
-        Ok(sum)
+            )
+        })
     }
 
     /// Lays the next piece, in `segment` of the law from `start` (s) and `state`.
@@ -402,11 +412,11 @@ impl Response {
         // Those of the segment: beside a steep rise all that a gentle return errs by would count as rounding.
         let [slope, curvature, jerk] = [1, 2, 3].map(|order| law.bound_in(segment, order));
         let fit = loop {
-            length = admissible_length(&self.oscillator, length);
+            length = admissible_length(&self.equation.oscillator, length);
             let forcing = |x: f64| {
                 let [phi, w, a] = local.at(0.5 * length * (1.0 + x));
-                let u = law.at_in(segment, phi).0;
-                -(u[2] * w * w + u[1] * a)
+                let [u, slope, curvature, ..] = law.at_in(segment, phi).0;
+                self.equation.forcing(lift([u, slope, curvature], [w, a]))
             };
             let speed = local.speed(length);
             let scale = curvature * speed * speed + slope * local.acceleration(length);
@@ -418,22 +428,22 @@ impl Response {
             // Twenty halvings suffice for any motion that is smooth on the piece; beyond, the estimate tells. An infinite length,
             // to which a damaged state may lead, is not halved at all.
             if fit.converged || !(length > whole * 1e-6) {
-                let order = law.resolution_in(segment);
-                let [error, between] = neglected(&self.oscillator, &fit.polynomial, length);
+                let (oscillator, order) = (&self.equation.oscillator, law.resolution_in(segment));
+                let [error, between] = neglected(oscillator, &fit.polynomial, length);
                 // On inputs a piece that ends with the step is read there only.
                 let within = if length == horizon { [0.0; 2] } else { between };
                 let angle = if self.until.is_finite() { self.motion.coefficients[0] } else { 0.0 };
                 let turned = order * speed * length;
                 let angle = angle.abs() + if law.breakpoints().is_empty() { 0.0 } else { OF_BREAKPOINTS };
                 let made = Made { length, error, forcing: scale, order, turned, angle, state };
-                self.bound.add(&self.oscillator, (-length * self.oscillator.decay()).exp(), &made, within);
+                self.bound.add(oscillator, (-length * oscillator.decay()).exp(), &made, within);
                 break fit;
             }
             length *= 0.5;
         };
         self.steps += 1.0;
         let leaves = if length == whole { leaves } else { 0 };
-        let step = ForcedStep::new(&self.oscillator, length, fit.polynomial, state);
+        let step = ForcedStep::new(&self.equation.oscillator, length, fit.polynomial, state);
         self.method = Method::Pieces(Piece { start, end: start + Double::from(length), segment, leaves, step });
         Ok(())
     }

@@ -5,6 +5,8 @@
 
 use super::error_bound::{of_free_motion, of_harmonics};
 use crate::drives::cam_drive::AngleMotion;
+use crate::drives::follower::elastic_output::Equation;
+use crate::drives::instant::Instant;
 use crate::motion::Fourier;
 use crate::numerics::divisor::greatest_common_divisor;
 use crate::numerics::double_double::{Double, two_product, two_sum};
@@ -13,17 +15,6 @@ use crate::numerics::oscillator::{FreeMotion, Oscillator, Resonant};
 use crate::numerics::pair::Pair;
 use crate::numerics::phase::Phases;
 use serde::{Deserialize, Serialize};
-
-/// Cam and mass at an instant.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Instant {
-    /// U (m) and U′ (m/rad).
-    pub u: Pair,
-    /// U″ (m/rad²).
-    pub curvature: f64,
-    /// q (m) and q̇ (m/s).
-    pub q: Pair,
-}
 
 /// The free motion is left out once it is below this part of the harmonic response: a tenth of its rounding.
 const UNFELT: f64 = 1e-17;
@@ -123,10 +114,10 @@ impl ClosedForm {
     }
 
     /// Rebuilds what the serialisation leaves out.
-    pub fn restored(&mut self, oscillator: &Oscillator, series: Option<&Fourier>) {
+    pub fn restored(&mut self, equation: &Equation, series: Option<&Fourier>) {
         *self = ClosedForm { holds_for: self.holds_for, ..ClosedForm::new(series) };
         if let Some(w) = self.holds_for {
-            self.prepare_harmonics(oscillator, w);
+            self.prepare_harmonics(equation, w);
         }
     }
 
@@ -142,17 +133,18 @@ impl ClosedForm {
 
     /// Starts at `time` (s) from `state` = q, q̇ on `motion`, which has a constant speed; U and U′ of a law that is no series
     /// are not computed.
-    pub fn restart(&mut self, oscillator: &Oscillator, motion: &AngleMotion, time: f64, state: [f64; 2]) -> Run {
+    pub fn restart(&mut self, equation: &Equation, motion: &AngleMotion, time: f64, state: [f64; 2]) -> Run {
         let w = motion.coefficients[1];
         if self.holds_for != Some(w) {
             self.holds_for = Some(w);
-            self.prepare_harmonics(oscillator, w);
+            self.prepare_harmonics(equation, w);
         }
+        let oscillator = &equation.oscillator;
         let rates = [Double::from(w), oscillator.frequency().unwrap_or_default()];
         let known = (motion.coefficients[0], motion.origin);
         let phases = Phases::new(rates, [known, (0.0, time)]);
         let [s, c] = phases.first(time);
-        let mut driven = self.driven(Pair::new(c, s), Pair::default());
+        let mut driven = self.driven(Pair::new(c, s), Instant::default());
         if !self.resonant.is_empty() {
             self.add_resonant(oscillator, motion, [time; 2], &mut driven);
         }
@@ -197,7 +189,7 @@ impl ClosedForm {
         self.resonant.iter().map(of_part).sum()
     }
 
-    fn prepare_harmonics(&mut self, oscillator: &Oscillator, w: f64) {
+    fn prepare_harmonics(&mut self, equation: &Equation, w: f64) {
         self.resonant.clear();
         self.rounded = 0.0;
         let sense = w.signum();
@@ -205,10 +197,9 @@ impl ClosedForm {
             let k = self.first + i * self.distance;
             let ([a, _], [b, _]) = (harmonic.straight[0].array(), harmonic.crossed[0].array());
             let nu = two_product(k as f64, w.abs());
-            // F of −ẍ = Re[F e^(ikψ)]; ψ = φ sgn w grows, so that a cam that turns back sees the sine coefficients
-            // with the other sign.
-            let force = [nu.hi * nu.hi * a, -nu.hi * nu.hi * sense * b];
-            let response = oscillator.harmonic(force, nu);
+            // ψ = kφ sgn w grows, so that a cam that turns back sees the sine coefficients with the other sign.
+            let force = equation.forcing_of_harmonic([a, -sense * b], nu.hi);
+            let response = equation.oscillator.harmonic(force, nu);
             let [re, im] = response.steady;
             harmonic.straight[1] = Pair::new(re, -nu.hi * sense * re);
             harmonic.crossed[1] = Pair::new(-sense * im, -nu.hi * im);
@@ -230,7 +221,8 @@ impl ClosedForm {
             };
             (angle, free)
         };
-        let mut now = self.driven(Pair::new(c, s), free.into());
+        let shaft = Instant { time, phi: motion.kinematics(time), q: free.into(), ..Instant::default() };
+        let mut now = self.driven(Pair::new(c, s), shaft);
         if !self.resonant.is_empty() {
             self.add_resonant(oscillator, motion, [run.start, time], &mut now);
         }
@@ -239,10 +231,11 @@ impl ClosedForm {
         now
     }
 
-    /// The cam, and the harmonic response without resonant parts with the `free` motion, where cos φ and sin φ are `z`.
-    fn driven(&self, z: Pair, free: Pair) -> Instant {
+    /// With the cam, and beside the free motion q the harmonic response without resonant parts, where cos φ and sin φ are `z`.
+    #[inline(always)]
+    fn driven(&self, z: Pair, free: Instant) -> Instant {
         let (mut z, turn) = (power(z, self.first), power(z, self.distance));
-        let (mut u, mut curvature, mut q) = (Pair::new(self.mean, 0.0), Pair::default(), free);
+        let (mut u, mut curvature, mut q) = (Pair::new(self.mean, 0.0), Pair::default(), free.q);
         for harmonic in &self.harmonics {
             let crossed = z.swapped();
             u = u + (harmonic.straight[0] * z + harmonic.crossed[0] * crossed);
@@ -251,7 +244,7 @@ impl ClosedForm {
             z = turned(z, turn);
         }
         let [of_cosines, of_sines] = curvature.array();
-        Instant { u, curvature: of_cosines + of_sines, q }
+        Instant { u, curvature: of_cosines + of_sines, q, ..free }
     }
 
     #[cold]
