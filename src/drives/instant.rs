@@ -1,8 +1,7 @@
 //! Shaft, cam and mass at an instant.
 
-use super::cam_drive::ShaftState;
-use crate::motion::TransferFunctions;
-use crate::motion::derivatives::lift;
+use super::cam_drive::AngleMotion;
+use crate::motion::{MotionLaw, TransferFunctions};
 use crate::numerics::pair::Pair;
 use serde::{Deserialize, Serialize};
 
@@ -11,8 +10,8 @@ use serde::{Deserialize, Serialize};
 pub struct Instant {
     /// t (s).
     pub time: f64,
-    /// φ (rad) and its time derivatives.
-    pub phi: [f64; 5],
+    /// φ (rad), ω (rad/s), α (rad/s²).
+    pub shaft: [f64; 3],
     /// U (m) and U′ (m/rad).
     pub u: Pair,
     /// U″ (m/rad²).
@@ -22,18 +21,24 @@ pub struct Instant {
 }
 
 impl Instant {
-    /// The mass at q, q̇ where the shaft and the transfer functions of the cam are these.
-    pub fn new(time: f64, shaft: &ShaftState, u: &TransferFunctions, q: [f64; 2]) -> Self {
+    /// The mass at q, q̇ where the shaft has these φ, ω, α and the cam these transfer functions.
+    pub fn new(time: f64, shaft: [f64; 3], u: &TransferFunctions, q: Pair) -> Self {
         let [u, slope, curvature, ..] = u.0;
-        Instant { time, phi: shaft.kinematics.0, u: Pair::new(u, slope), curvature, q: q.into() }
+        Instant { time, shaft, u: Pair::new(u, slope), curvature, q }
     }
 
-    /// Whether cam and mass move within the range of numbers.
+    /// The mass at q, q̇ where a cam of this law moves like this.
+    pub fn on(motion: &AngleMotion, law: &MotionLaw, time: f64, q: [f64; 2]) -> Self {
+        let shaft = motion.at(time);
+        let [phi, w, a, ..] = shaft.kinematics.0;
+        Instant::new(time, [phi, w, a], &shaft.on(law), q.into())
+    }
+
+    /// Whether cam and mass are within the range of numbers, on a shaft that is.
     #[inline(always)]
     pub fn is_finite(&self) -> bool {
-        let ([u, slope], [_, w, a, ..], [q, v]) = (self.u.array(), self.phi, self.q.array());
-        let [x, x1, x2] = lift([u, slope, self.curvature], [w, a]);
         // A sum that is finite has finite terms.
-        (x + x1 + x2 + q + v).is_finite()
+        let [places, rates] = (self.u + self.q).array();
+        (places + rates).is_finite()
     }
 }

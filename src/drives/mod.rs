@@ -6,6 +6,7 @@
 pub mod backlash;
 pub mod cam_drive;
 pub mod cam_turn;
+mod course;
 pub mod elastic_output;
 pub mod elastic_shaft;
 pub mod flow;
@@ -13,6 +14,7 @@ pub mod follower;
 pub mod instant;
 pub mod interface;
 pub mod parametric;
+mod passage;
 pub mod response;
 pub mod rigid_machine;
 mod step_control;

@@ -15,15 +15,16 @@
 mod closed_form;
 mod error_bound;
 mod hermite;
-mod local;
 mod on_inputs;
 mod table;
 
 use super::cam_drive::AngleMotion;
 use super::cam_turn::{OVERRUN, turns};
+use super::course::Course;
 use super::follower::elastic_output::Equation;
 use super::instant::Instant;
 use super::limits::{refused_start, search_too_much, step_too_much};
+use super::passage::first_passage;
 use super::{Fault, Rounded};
 use crate::motion::MotionLaw;
 use crate::motion::derivatives::lift;
@@ -31,18 +32,16 @@ use crate::motion::turn::near;
 use crate::numerics::angle::WHOLE_TURN;
 use crate::numerics::chebyshev;
 use crate::numerics::double_double::{Double, two_sum};
-use crate::numerics::first_root::first_exit;
 use crate::numerics::forced::{ForcedStep, admissible_length};
 use crate::numerics::period_map::{self, PeriodMap, fixed_point};
 use crate::numerics::work::Work;
 use closed_form::{ClosedForm, Run};
 use error_bound::{ErrorBound, Made, neglected};
 use hermite::Hermite;
-use local::Local;
 use serde::{Deserialize, Serialize};
-use std::f64::consts::TAU;
 use std::sync::Arc;
 pub use table::Table;
+use table::Turn;
 
 /// The part of the tolerance that one step may take up: so little that a thousand steps in a row, as a weakly damped
 /// oscillator adds them up, keep it.
@@ -116,9 +115,10 @@ struct Piece {
     /// Start and end (s); the fraction of a second beyond `f64` matters where a breakpoint lies between two of them.
     start: Double,
     end: Double,
-    /// The segment of the law and whether the piece ends at its upper (1) or lower (−1) border.
+    /// The segment of the law, that of the next piece, and the breakpoint (rad) where it ends behind one.
     segment: usize,
-    leaves: i8,
+    next: usize,
+    border: Option<f64>,
     step: ForcedStep,
 }
 
@@ -131,7 +131,7 @@ impl Response {
             motion: AngleMotion::uniform(0.0, 0.0, 0.0),
             bounds: [law.bound(1), law.bound(2)],
             closed_form: ClosedForm::new(law.series()),
-            method: Method::Closed(Run::new()),
+            method: Method::Closed(Run::default()),
             table: None,
             until: f64::INFINITY,
             steps: 0.0,
@@ -146,7 +146,7 @@ impl Response {
         self.closed_form.restored(&self.equation, law.series());
         match &self.method {
             Method::Hermite(_) => law.series().is_some(),
-            Method::Pieces(piece) => piece.segment < law.breakpoints().len().max(1),
+            Method::Pieces(piece) => piece.segment.max(piece.next) < law.breakpoints().len().max(1),
             _ => true,
         }
     }
@@ -169,7 +169,7 @@ impl Response {
     /// Changes the equation; valid after the next restart.
     pub fn set_equation(&mut self, equation: Equation) {
         self.equation = equation;
-        self.closed_form.clear();
+        self.closed_form.holds_for = None;
         if let Method::Hermite(step) = &mut self.method {
             *step = Hermite::new();
         }
@@ -178,12 +178,14 @@ impl Response {
     /// Takes up the table of the cam's turn from `phi_start` (rad) at the constant speed `w` (rad/s), where one helps:
     /// `known` if it is that, else a new one. Allocates.
     pub fn tabulate(&mut self, known: Option<Arc<Table>>, law: &Arc<MotionLaw>, w: f64, phi_start: f64) {
-        let (equation, tolerance) = (self.equation, self.tolerance);
-        self.table = known.filter(|table| table.is_for(&equation, law, w, phi_start, tolerance)).or_else(|| {
-            // The closed form needs none.
-            let wanted = law.series().is_none() && turns(w);
-            wanted.then(|| Arc::new(Table::new(equation, law.clone(), w, phi_start, tolerance)))
-        });
+        let (equation, law, tolerance) = (self.equation, law.clone(), self.tolerance);
+        // The closed form needs none.
+        let wanted = law.series().is_none() && turns(w);
+        let turn = Turn { equation, law, w, phi_start, tolerance };
+        self.table = match known {
+            Some(table) if table.turn == turn => Some(table),
+            _ => wanted.then(|| Arc::new(Table::new(turn))),
+        };
     }
 
     /// The table, for [`Response::tabulate`].
@@ -211,8 +213,10 @@ impl Response {
     /// The table of a turn that starts at `time` (s), where there is one and nothing has been tuned since it was made.
     fn map_from(&self, time: f64) -> Option<&PeriodMap> {
         let AngleMotion { origin, coefficients: [phi, w, ..], .. } = self.motion;
-        let table = self.table.as_ref().filter(|table| table.is_of(&self.equation, w, phi))?;
-        table.map.as_ref().filter(|_| origin == time && self.motion.is_uniform())
+        let table = self.table.as_ref()?;
+        let Turn { equation, w: speed, phi_start, .. } = table.turn;
+        let same = (equation, speed, phi_start) == (self.equation, w, phi);
+        table.map.as_ref().filter(|_| same && origin == time && self.motion.is_uniform())
     }
 
     /// Starts at `time` (s) from `state` = q, q̇ on `motion`, which is valid up to `until` (s).
@@ -239,8 +243,8 @@ impl Response {
             (self.steps, self.evaluations) = (self.steps + 1.0, evaluations as u64);
             Ok(())
         } else {
-            let local = Local::of(&self.motion, two_sum(time, 0.0));
-            let segment = law.segment(local.angle[0], local.forward());
+            let course = Course::of(&self.motion, two_sum(time, 0.0));
+            let segment = law.segment(course.angle[0], course.forward());
             self.next_piece(law, segment, Double::from(time), state)
         }
     }
@@ -254,31 +258,27 @@ impl Response {
         }
     }
 
-    /// Cam and mass at `time` (s), which must not lie before the piece that an earlier call has reached.
-    pub fn at(&mut self, law: &MotionLaw, time: f64) -> Result<Instant, Fault> {
-        if let Some(now) = self.closed(law, time) {
-            return Ok(now);
+    /// Brings cam and mass `now` to `time` (s), which must not lie before the piece that an earlier call has reached.
+    #[inline]
+    pub fn reach(&mut self, law: &MotionLaw, time: f64, now: &mut Instant) -> Result<(), Fault> {
+        if let (Method::Closed(run), Some(_)) = (&mut self.method, law.series()) {
+            self.evaluations += 1;
+            self.closed_form.reach(run, &self.equation.oscillator, &self.motion, time, now);
+            return Ok(());
         }
-        let q = self.reach(law, time, &mut Work::default())?;
-        let shaft = self.motion.at(time);
-        Ok(Instant::new(time, &shaft, &shaft.on(law), q))
-    }
-
-    /// The same in closed form, for a Fourier law at constant speed.
-    #[inline(always)]
-    fn closed(&mut self, law: &MotionLaw, time: f64) -> Option<Instant> {
-        let Method::Closed(run) = &mut self.method else { return None };
-        law.series()?;
-        self.evaluations += 1;
-        Some(self.closed_form.at(run, &self.equation.oscillator, &self.motion, time))
+        let q = self.at(law, time, &mut Work::default())?;
+        *now = Instant::on(&self.motion, law, time, q);
+        Ok(())
     }
 
     /// q, q̇ at `time` (s) within what is left of the `work`.
-    fn reach(&mut self, law: &MotionLaw, time: f64, work: &mut Work) -> Result<[f64; 2], Fault> {
+    fn at(&mut self, law: &MotionLaw, time: f64, work: &mut Work) -> Result<[f64; 2], Fault> {
         let state = match &mut self.method {
             Method::Closed(run) => {
+                let mut now = Instant::default();
                 self.evaluations += 1;
-                return Ok(self.closed_form.at(run, &self.equation.oscillator, &self.motion, time).q.array());
+                self.closed_form.reach(run, &self.equation.oscillator, &self.motion, time, &mut now);
+                return Ok(now.q.array());
             }
             Method::Hermite(_) => return Err(Fault::new("the response has not been restarted after a Hermite step")),
             Method::Table(_) => self.on_table(time)?,
@@ -331,12 +331,10 @@ impl Response {
 
     /// The segment in which the motion goes on behind a piece, and its state there.
     fn leave_piece(&mut self, law: &MotionLaw, piece: Piece) -> (usize, [f64; 2]) {
-        let Piece { start, end, segment, leaves, step } = piece;
+        let Piece { start, end, segment, next, border, step } = piece;
         let mut state = step.at(&self.equation.oscillator, (end - start).hi);
-        let next = neighbour(law, segment, leaves);
-        if leaves != 0 {
+        if let Some(border) = border {
             let shaft = self.motion.at_instant(end);
-            let border = law.breakpoints()[if leaves > 0 { next } else { segment }];
             let beyond = near(shaft.reduced, border) - border;
             let [before, after] = [segment, next].map(|segment| law.at_in(segment, shaft.reduced).0[2]);
             let [phi, w, ..] = shaft.kinematics.0;
@@ -371,7 +369,7 @@ impl Response {
         let m = oscillator.free(turn);
         self.restart(law, motion, time, f64::INFINITY, [0.0; 2])?;
         let mut work = Work::default();
-        let reached = self.reach(law, time + turn.hi, &mut work);
+        let reached = self.at(law, time + turn.hi, &mut work);
         let r = reached.map_err(|fault| {
             let hint = "lower the natural frequency, or choose at_rest or given";
             if work.is_exhausted() { search_too_much(hint) } else { fault }
@@ -386,40 +384,25 @@ impl Response {
     }
 
     /// Lays the next piece, in `segment` of the law from `start` (s) and `state`.
-    fn next_piece(&mut self, law: &MotionLaw, mut segment: usize, start: Double, state: [f64; 2]) -> Result<(), Fault> {
-        let mut local = Local::of(&self.motion, start);
+    fn next_piece(&mut self, law: &MotionLaw, segment: usize, start: Double, state: [f64; 2]) -> Result<(), Fault> {
+        let course = Course::of(&self.motion, start);
         // Infinity has no double-double.
         let horizon = if self.until.is_finite() { (Double::from(self.until) - start).hi } else { f64::INFINITY };
-        let (mut length, mut leaves);
-        let mut borders = 0;
-        loop {
-            let resolution = law.resolution_in(segment);
-            length = local.length_for(2.0 / resolution);
-            length = length.min(horizon.max(f64::MIN_POSITIVE));
-            (length, leaves) = way_to_border(law, segment, &mut local, length);
-            // At a start right on a border the segment may be the wrong neighbour.
-            if length > 0.0 || borders > law.breakpoints().len() {
-                break;
-            }
-            segment = neighbour(law, segment, leaves);
-            borders += 1;
-        }
-        if length == 0.0 {
-            // No neighbour is right: the cam rests on the border to within rounding.
-            length = local.length_for(OVERRUN).min(horizon);
-        }
+        let mut length = course.length_for(2.0 / law.resolution_in(segment)).min(horizon.max(f64::MIN_POSITIVE));
+        let passage = first_passage(law.breakpoints(), segment, course.angle[0], &course.scaled(length), OVERRUN);
+        length *= passage.map_or(1.0, |passage| passage.at);
         let whole = length;
         // Those of the segment: beside a steep rise all that a gentle return errs by would count as rounding.
         let [slope, curvature, jerk] = [1, 2, 3].map(|order| law.bound_in(segment, order));
         let fit = loop {
             length = admissible_length(&self.equation.oscillator, length);
             let forcing = |x: f64| {
-                let [phi, w, a] = local.at(0.5 * length * (1.0 + x));
+                let [phi, w, a] = course.at(0.5 * length * (1.0 + x));
                 let [u, slope, curvature, ..] = law.at_in(segment, phi).0;
                 self.equation.forcing(lift([u, slope, curvature], [w, a]))
             };
-            let speed = local.speed(length);
-            let scale = curvature * speed * speed + slope * local.acceleration(length);
+            let speed = course.speed(length);
+            let scale = curvature * speed * speed + slope * course.acceleration(length);
             // Where the law is steep the rounding of the angle counts for more than that of U″.
             let of_angle = f64::EPSILON * jerk * speed * speed;
             let rounding = (ROUNDING * scale).max(of_angle);
@@ -442,36 +425,12 @@ impl Response {
             length *= 0.5;
         };
         self.steps += 1.0;
-        let leaves = if length == whole { leaves } else { 0 };
+        let passage = passage.filter(|_| length == whole);
         let step = ForcedStep::new(&self.equation.oscillator, length, fit.polynomial, state);
-        self.method = Method::Pieces(Piece { start, end: start + Double::from(length), segment, leaves, step });
+        let (next, border) = passage.map_or((segment, None), |passage| (passage.segment, Some(passage.border)));
+        self.method = Method::Pieces(Piece { start, end: start + Double::from(length), segment, next, border, step });
         Ok(())
     }
-}
-
-/// Moves the angle of `local` into `segment`; how far within `length` the cam stays in it, and
-/// through which border it leaves.
-fn way_to_border(law: &MotionLaw, segment: usize, local: &mut Local, length: f64) -> (f64, i8) {
-    let breakpoints = law.breakpoints();
-    let n = breakpoints.len();
-    if n == 0 {
-        return (length, 0);
-    }
-    let lower = breakpoints[segment];
-    let upper = if segment + 1 < n { breakpoints[segment + 1] } else { breakpoints[0] + TAU };
-    let middle = 0.5 * (lower + upper);
-    local.angle[0] = near(local.angle[0], middle);
-    let exit = first_exit(&local.scaled(length), lower - OVERRUN, upper + OVERRUN);
-    match exit {
-        None => (length, 0),
-        Some(part) => (part * length, if local.at(part * length)[0] > middle { 1 } else { -1 }),
-    }
-}
-
-/// The segment beyond the upper (1) or lower (−1) border; the same one for 0.
-fn neighbour(law: &MotionLaw, segment: usize, side: i8) -> usize {
-    let n = law.breakpoints().len().max(1);
-    (segment + n).saturating_add_signed(side.into()) % n
 }
 
 fn no_periodic_motion(reason: &str) -> Fault {

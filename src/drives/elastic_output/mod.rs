@@ -111,10 +111,9 @@ impl ElasticOutput {
         }
     }
 
-    /// The shaft at the communication point.
+    /// The shaft at the communication point, with all derivatives.
     fn shaft(&self) -> ShaftState {
-        let Instant { time, phi, .. } = self.now;
-        if self.cam.is_input() { ShaftState::at_angle(phi) } else { self.response.motion().at(time) }
+        self.response.motion().at(self.now.time)
     }
 
     /// Lets the response go on from the communication point at constant speed.
@@ -123,15 +122,14 @@ impl ElasticOutput {
         self.response.restart(&self.cam.law, &motion, self.now.time, f64::INFINITY, self.now.q.array())
     }
 
-    /// The communication point is there now.
-    fn arrive(&mut self, now: Instant) -> Result<(), Fault> {
-        self.now = now;
-        if now.is_finite() { Ok(()) } else { Err(self.beyond_all_numbers()) }
+    /// Whether there is a communication point.
+    fn arrived(&self) -> Result<(), Fault> {
+        if self.now.is_finite() { Ok(()) } else { Err(self.beyond_all_numbers()) }
     }
 
     #[cold]
     fn beyond_all_numbers(&self) -> Fault {
-        let Instant { time, phi: [phi, w, ..], q, .. } = self.now;
+        let Instant { time, shaft: [phi, w, _], q, .. } = self.now;
         let [time, phi, w, q] = [time, phi, w, q.array()[0]].map(Rounded);
         Fault::new(format!(
             "the motion exceeds the range of numbers at t = {time} s: phi = {phi} rad, w = {w} rad/s, q = {q} m"
@@ -191,9 +189,9 @@ impl Drive for ElasticOutput {
         self.tabulate(table);
         self.response.follow(self.cam.motion(time));
         let q = self.initial_state(time)?;
-        let shaft = self.response.motion().at(time);
-        self.arrive(Instant::new(time, &shaft, &shaft.on(&self.cam.law), q))?;
+        self.now = Instant::on(self.response.motion(), &self.cam.law, time, q);
         self.end = self.now;
+        self.arrived()?;
         if self.cam.is_input() { Ok(()) } else { self.restart() }
     }
 
@@ -217,8 +215,8 @@ impl Drive for ElasticOutput {
         if self.cam.is_input() {
             return self.advance_on_inputs([time, time + step]);
         }
-        let now = self.response.at(&self.cam.law, time + step)?;
-        self.arrive(now)
+        self.response.reach(&self.cam.law, time + step, &mut self.now)?;
+        self.arrived()
     }
 
     fn is_finite(&self) -> bool {

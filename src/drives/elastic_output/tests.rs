@@ -240,7 +240,7 @@ fn the_work_of_the_drive_is_the_energy_of_the_mass_and_the_loss() {
         v.value(drive)
     };
     let energy = |d: &ElasticOutput| 0.5 * m * value(d, "der(y)").powi(2) + 0.5 * c * value(d, "q").powi(2);
-    let power = |d: &ElasticOutput| value(d, "tau") * d.now.phi[1] - b * value(d, "der(q)").powi(2);
+    let power = |d: &ElasticOutput| value(d, "tau") * d.now.shaft[1] - b * value(d, "der(q)").powi(2);
     let (start, mut work, mut turnover) = (energy(&drive), 0.0, 0.0);
     let h = 1.0 / f64::from(steps);
     for n in 0..=steps {

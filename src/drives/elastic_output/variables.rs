@@ -81,7 +81,7 @@ fn outputs<S: Scalar>(drive: &ElasticOutput, u: &[f64; 5], f: &Flow<S>) -> [S; O
 }
 
 pub(super) fn evaluate(drive: &ElasticOutput, values: &mut [f64]) {
-    let Instant { phi: [phi, w, a, ..], u, curvature, q, .. } = drive.now;
+    let Instant { shaft: [phi, w, a], u, curvature, q, .. } = drive.now;
     let ([x, slope], [q, v]) = (u.array(), q.array());
     // phi is put out without reduction; U needs no angle any more, and numbers no derivative beyond U″.
     let u = [x, slope, curvature, 0.0, 0.0];

@@ -22,8 +22,8 @@ const UNFELT: f64 = 1e-17;
 /// The closed form from its start on; all but the speed follows from law and oscillator.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ClosedForm {
-    /// The speed for which the harmonics were computed.
-    holds_for: Option<f64>,
+    /// The speed for which the harmonics were computed; None where the equation has changed since.
+    pub holds_for: Option<f64>,
     /// a₀ (m).
     #[serde(skip)]
     mean: f64,
@@ -43,7 +43,7 @@ pub struct ClosedForm {
 }
 
 /// The motion from a start on.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Run {
     /// When it started (s).
     start: f64,
@@ -58,21 +58,6 @@ pub struct Run {
     free_until: f64,
     /// The largest |q| that was asked for (m).
     largest: f64,
-}
-
-impl Run {
-    /// None yet; [`ClosedForm::restart`] makes one.
-    pub fn new() -> Self {
-        Run {
-            start: 0.0,
-            known: (0.0, 0.0),
-            phases: Phases::default(),
-            offset: [0.0; 2],
-            free: FreeMotion::default(),
-            free_until: f64::INFINITY,
-            largest: 0.0,
-        }
-    }
 }
 
 /// Contribution of one harmonic to U, U′ and to q, q̇: of each pair, the first from cos kφ and the second from sin kφ
@@ -121,16 +106,6 @@ impl ClosedForm {
         }
     }
 
-    /// Forgets the oscillator.
-    pub fn clear(&mut self) {
-        self.holds_for = None;
-    }
-
-    /// Whether it is that of the oscillator.
-    pub fn holds(&self) -> bool {
-        self.holds_for.is_some()
-    }
-
     /// Starts at `time` (s) from `state` = q, q̇ on `motion`, which has a constant speed; U and U′ of a law that is no series
     /// are not computed.
     pub fn restart(&mut self, equation: &Equation, motion: &AngleMotion, time: f64, state: [f64; 2]) -> Run {
@@ -144,7 +119,8 @@ impl ClosedForm {
         let known = (motion.coefficients[0], motion.origin);
         let phases = Phases::new(rates, [known, (0.0, time)]);
         let [s, c] = phases.first(time);
-        let mut driven = self.driven(Pair::new(c, s), Instant::default());
+        let mut driven = Instant::default();
+        self.drive(Pair::new(c, s), &mut driven);
         if !self.resonant.is_empty() {
             self.add_resonant(oscillator, motion, [time; 2], &mut driven);
         }
@@ -208,8 +184,8 @@ impl ClosedForm {
         }
     }
 
-    /// Cam and mass at `time` (s), not before the start, on the motion of the start.
-    pub fn at(&self, run: &mut Run, oscillator: &Oscillator, motion: &AngleMotion, time: f64) -> Instant {
+    /// Brings cam and mass `now` to `time` (s), not before the start, on the motion of the start.
+    pub fn reach(&self, run: &mut Run, oscillator: &Oscillator, motion: &AngleMotion, time: f64, now: &mut Instant) {
         let ([s, c], free) = if time > run.free_until {
             (run.phases.first(time), [0.0; 2])
         } else {
@@ -221,21 +197,21 @@ impl ClosedForm {
             };
             (angle, free)
         };
-        let shaft = Instant { time, phi: motion.kinematics(time), q: free.into(), ..Instant::default() };
-        let mut now = self.driven(Pair::new(c, s), shaft);
+        let [phi, w, a, ..] = motion.kinematics(time);
+        (now.time, now.shaft, now.q) = (time, [phi, w, a], free.into());
+        self.drive(Pair::new(c, s), now);
         if !self.resonant.is_empty() {
-            self.add_resonant(oscillator, motion, [run.start, time], &mut now);
+            self.add_resonant(oscillator, motion, [run.start, time], now);
         }
         let [q, _] = now.q.array();
         run.largest = run.largest.max(q.abs());
-        now
     }
 
-    /// With the cam, and beside the free motion q the harmonic response without resonant parts, where cos φ and sin φ are `z`.
+    /// Sets the cam, and adds the harmonic response without resonant parts to the free motion q, where cos φ and sin φ are `z`.
     #[inline(always)]
-    fn driven(&self, z: Pair, free: Instant) -> Instant {
+    fn drive(&self, z: Pair, now: &mut Instant) {
         let (mut z, turn) = (power(z, self.first), power(z, self.distance));
-        let (mut u, mut curvature, mut q) = (Pair::new(self.mean, 0.0), Pair::default(), free.q);
+        let (mut u, mut curvature, mut q) = (Pair::new(self.mean, 0.0), Pair::default(), now.q);
         for harmonic in &self.harmonics {
             let crossed = z.swapped();
             u = u + (harmonic.straight[0] * z + harmonic.crossed[0] * crossed);
@@ -244,7 +220,7 @@ impl ClosedForm {
             z = turned(z, turn);
         }
         let [of_cosines, of_sines] = curvature.array();
-        Instant { u, curvature: of_cosines + of_sines, q, ..free }
+        (now.u, now.curvature, now.q) = (u, of_cosines + of_sines, q);
     }
 
     #[cold]

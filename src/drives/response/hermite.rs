@@ -97,15 +97,8 @@ impl Hermite {
         Hermite { length: 0.0, weights, free: [[0.0; 2]; 2], decay: 1.0, u, angle: f64::INFINITY }
     }
 
-    /// Cam and mass at `time` (s) where they start with the `motion`, which has a constant acceleration, from `state` = q, q̇.
-    pub fn over(
-        &mut self,
-        equation: &Equation,
-        series: &Fourier,
-        motion: &AngleMotion,
-        time: f64,
-        state: [f64; 2],
-    ) -> Instant {
+    /// Brings cam and mass from where they are `now` to `time` (s) on the `motion` from there, which has a constant acceleration.
+    pub fn over(&mut self, equation: &Equation, series: &Fourier, motion: &AngleMotion, time: f64, now: &mut Instant) {
         let ([phi, w, a, ..], length) = (motion.coefficients, time - motion.origin);
         if !((length - self.length).abs() <= SAME_LENGTH * length) {
             self.prepare(equation, length);
@@ -118,7 +111,7 @@ impl Hermite {
         let (speed, end) = (w + a * h, phi + h * (w + 0.5 * a * h));
         let after: [Pair; PAIRS] = series.derivatives(end);
         let forced = self.forced(&after, Pair::new(w * h, speed * h), 0.5 * a * h * h);
-        let state = Pair(apply(&self.free, state)) + forced;
+        let state = Pair(apply(&self.free, now.q.array())) + forced;
         // The clock's rounding of the step: to first order.
         let rest = length - h;
         let turned = rest * speed;
@@ -130,8 +123,9 @@ impl Hermite {
             self.u[i] = after[i] + Pair::both(turned) * Pair::new(after[i].array()[1], next);
         }
         self.angle = end + turned;
-        let q = state + Pair::both(rest) * Pair::new(v, rate);
-        Instant { time, phi: motion.kinematics(time), u: self.u[0], curvature: self.u[1].array()[0], q }
+        let [phi, w, a, ..] = motion.kinematics(time);
+        (now.time, now.shaft, now.u, now.curvature) = (time, [phi, w, a], self.u[0], self.u[1].array()[0]);
+        now.q = state + Pair::both(rest) * Pair::new(v, rate);
     }
 
     /// Σ Wₙ yₙ with the derivatives `after` the step and those before it; `p` at the start and at the end side by side.

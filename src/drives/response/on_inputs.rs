@@ -9,38 +9,32 @@ use crate::drives::instant::Instant;
 use crate::motion::MotionLaw;
 
 impl Response {
-    /// Cam and mass at `end` (s) from `time` and q, q̇ on; `goes_on` where the step before ended with this motion.
+    /// Brings cam and mass from where they are `now` to `end` (s); `goes_on` where the step before ended with this motion.
     #[inline]
-    pub fn step(
-        &mut self,
-        law: &MotionLaw,
-        [time, end]: [f64; 2],
-        state: [f64; 2],
-        goes_on: bool,
-    ) -> Result<Instant, Fault> {
+    pub fn step(&mut self, law: &MotionLaw, end: f64, goes_on: bool, now: &mut Instant) -> Result<(), Fault> {
         if goes_on && self.motion.is_uniform() && law.series().is_some() {
-            if !(matches!(self.method, Method::Closed(_)) && self.closed_form.holds()) {
+            if !(matches!(self.method, Method::Closed(_)) && self.closed_form.holds_for.is_some()) {
                 let motion = self.motion;
-                self.restart(law, &motion, time, f64::INFINITY, state)?;
+                self.restart(law, &motion, now.time, f64::INFINITY, now.q.array())?;
             }
-        } else if let Some(now) = self.by_quadrature(law, [time, end], state) {
-            return Ok(now);
+        } else if self.by_quadrature(law, end, now).is_some() {
+            return Ok(());
         } else {
             let motion = self.motion;
-            self.restart(law, &motion, time, end, state)?;
+            self.restart(law, &motion, now.time, end, now.q.array())?;
         }
-        self.at(law, end)
+        self.reach(law, end, now)
     }
 
     /// The same by one quadrature, for a Fourier law, where it reaches so far.
     #[inline]
-    pub(super) fn by_quadrature(&mut self, law: &MotionLaw, [time, end]: [f64; 2], state: [f64; 2]) -> Option<Instant> {
+    pub(super) fn by_quadrature(&mut self, law: &MotionLaw, end: f64, now: &mut Instant) -> Option<()> {
         let series = law.series()?;
         let AngleMotion { origin, coefficients: [phi, w, a, ..], degree } = self.motion;
-        if degree > 2 || origin != time {
+        if degree > 2 || origin != now.time {
             return None;
         }
-        let (length, order) = (end - time, series.order() as f64);
+        let (length, order) = (end - origin, series.order() as f64);
         let fastest = [w.abs().max((w + a * length).abs()), a.abs()];
         let part = left(&self.equation.oscillator, order, fastest, length);
         if !(part <= SHARE * self.tolerance) {
@@ -50,7 +44,7 @@ impl Response {
             self.method = Method::Hermite(Hermite::new());
         }
         let Method::Hermite(step) = &mut self.method else { return None };
-        let now = step.over(&self.equation, series, &self.motion, end, state);
+        step.over(&self.equation, series, &self.motion, end, now);
         self.steps += 1.0;
         self.evaluations += 1;
         let [speed, acceleration] = fastest;
@@ -61,6 +55,6 @@ impl Response {
         let turned = order * speed * length;
         let made = Made { length, error, forcing, order, turned, angle: phi.abs(), state: now.q.array() };
         self.bound.add(&self.equation.oscillator, step.decay, &made, [0.0; 2]);
-        Some(now)
+        Some(())
     }
 }

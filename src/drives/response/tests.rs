@@ -5,6 +5,7 @@ mod truth;
 use super::*;
 use crate::drives::settings::FINEST_TOLERANCE;
 use crate::motion::{Cycle, CyclePlan, Fourier, StandardLaw};
+use std::f64::consts::TAU;
 use truth::Truth;
 
 fn series() -> Fourier {
@@ -13,7 +14,7 @@ fn series() -> Fourier {
 
 impl Response {
     fn q_at(&mut self, law: &MotionLaw, time: f64) -> Result<[f64; 2], Fault> {
-        self.reach(law, time, &mut Work::default())
+        self.at(law, time, &mut Work::default())
     }
 }
 
@@ -208,7 +209,9 @@ fn errors_of_a_run(dice: &mut Dice, case: Case) -> Option<[f64; 2]> {
             Case::Closed | Case::Beat | Case::Pieces | Case::Cycle => tested.q_at(&law, end).unwrap(),
             Case::Hermite | Case::RampOfSeries => {
                 tested.follow(moved);
-                tested.by_quadrature(&law, [time, end], state)?.q.array()
+                let mut now = Instant { time, q: state.into(), ..Instant::default() };
+                tested.by_quadrature(&law, end, &mut now)?;
+                now.q.array()
             }
             Case::RampOfCycle => {
                 tested.restart(&law, &moved, time, end, state).unwrap();
