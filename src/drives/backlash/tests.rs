@@ -277,5 +277,6 @@ fn momentum_and_energy_balance_over_many_turns() {
 
 mod estimate;
 mod interface;
+mod jump;
 mod reference;
 mod switching;
