@@ -1,6 +1,7 @@
 //! Against numbers computed with 50 digits: the closed form on the Fourier law, the convolution of −ẍ with the impulse
 //! response elsewhere.
 
+mod damping_law;
 mod energy;
 mod on_inputs;
 mod table;
