@@ -164,10 +164,6 @@ impl AngleMotion {
     pub fn at_instant(&self, time: Double) -> ShaftState {
         let c = &self.coefficients;
         let tau = time + Double::from(-self.origin);
-        if tau.hi == 0.0 {
-            let d = std::array::from_fn(|j| c[j]);
-            return ShaftState { reduced: angle::reduce(Double::from(c[0])), kinematics: Kinematics(d) };
-        }
         if self.is_uniform() {
             let [phi, w, ..] = *c;
             let phi = Double::from(phi) + two_product(w, tau.hi) + Double::from(w * tau.lo);

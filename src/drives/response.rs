@@ -77,14 +77,15 @@ pub struct Response {
     equation: Equation,
     /// Relative tolerance of q.
     tolerance: f64,
-    motion: AngleMotion,
+    /// The cam moves like this from the next restart or Hermite step on.
+    pub motion: AngleMotion,
     /// Bounds of |U′| (m/rad) and |U″| (m/rad²) over the turn, for a Hermite step: a Fourier law is one segment.
     bounds: [f64; 2],
     closed_form: ClosedForm,
     method: Method,
-    /// The turn of the cam as it starts; all instances with the same parameters share it.
+    /// The turn of the cam as it starts, see [`Response::tabulate`]; all instances with the same parameters share it.
     #[serde(skip)]
-    table: Option<Arc<Table>>,
+    pub table: Option<Arc<Table>>,
     /// Until when `motion` is valid (s).
     until: f64,
     /// Restarts of the closed form and pieces since the response was made.
@@ -156,16 +157,6 @@ impl Response {
         &self.equation
     }
 
-    /// The cam moves like this from the next restart or Hermite step on.
-    pub fn follow(&mut self, motion: AngleMotion) {
-        self.motion = motion;
-    }
-
-    /// The motion of the cam.
-    pub fn motion(&self) -> &AngleMotion {
-        &self.motion
-    }
-
     /// Changes the equation; valid after the next restart.
     pub fn set_equation(&mut self, equation: Equation) {
         self.equation = equation;
@@ -186,11 +177,6 @@ impl Response {
             Some(table) if table.turn == turn => Some(table),
             _ => wanted.then(|| Arc::new(Table::new(turn))),
         };
-    }
-
-    /// The table, for [`Response::tabulate`].
-    pub fn table(&self) -> Option<Arc<Table>> {
-        self.table.clone()
     }
 
     /// Whether the table is in use.

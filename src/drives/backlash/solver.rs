@@ -242,10 +242,7 @@ impl Run {
         self.tally.impacts += 1.0;
         self.tally.energy_loss += impact.loss;
         self.tally.damping_loss += impact.damped;
-        let kind = match hit {
-            Flank::A => "impact on flank A",
-            Flank::B => "impact on flank B",
-        };
+        let kind = hit.pick("impact on flank A", "impact on flank B");
         let (quantity, unit) = ("impulse", "N.s");
         log.push(Event { time: time.hi, kind, quantity, value: impact.impulse, unit, solver: false });
         if impact.bounces != 0.0 {
@@ -279,10 +276,7 @@ impl Stretch<'_> {
 
 /// The release from `flank` at `time`, with the name, value and unit of what tells that the flank would pull.
 pub fn release(flank: Flank, time: Double, (quantity, value, unit): (&'static str, f64, &'static str)) -> Event {
-    let kind = match flank {
-        Flank::A => "release from flank A",
-        Flank::B => "release from flank B",
-    };
+    let kind = flank.pick("release from flank A", "release from flank B");
     Event { time: time.hi, kind, quantity, value, unit, solver: false }
 }
 

@@ -1,6 +1,6 @@
 //! The variables of the drive with backlash.
 
-use super::contact::{Flank, Mode, State};
+use super::contact::{Mode, State};
 use super::{BacklashDrive, Now, Parameters};
 use crate::drives::cam_drive::{A, CAM, HasCamDrive, PHI, W};
 use crate::drives::settings::HasSolver;
@@ -186,8 +186,7 @@ impl BacklashDrive {
                     1.0
                 }
             }
-            Mode::Contact(Flank::A) => 1.0,
-            Mode::Contact(Flank::B) => -1.0,
+            Mode::Contact(flank) => flank.sign(),
         }
     }
 }

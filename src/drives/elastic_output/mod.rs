@@ -113,12 +113,12 @@ impl ElasticOutput {
 
     /// The shaft at the communication point, with all derivatives.
     fn shaft(&self) -> ShaftState {
-        self.response.motion().at(self.now.time)
+        self.response.motion.at(self.now.time)
     }
 
     /// Lets the response go on from the communication point at constant speed.
     fn restart(&mut self) -> Result<(), Fault> {
-        let motion = *self.response.motion();
+        let motion = self.response.motion;
         self.response.restart(&self.cam.law, &motion, self.now.time, f64::INFINITY, self.now.q.array())
     }
 
@@ -184,12 +184,12 @@ impl Drive for ElasticOutput {
         self.cam.start(time);
         self.solver.start();
         // The law's parameters may have changed, and with them what the response keeps of it.
-        let table = self.response.table();
+        let table = self.response.table.take();
         self.response = Response::new(self.parameters.equation(), &self.cam.law, self.tolerance());
         self.tabulate(table);
-        self.response.follow(self.cam.motion(time));
+        self.response.motion = self.cam.motion(time);
         let q = self.initial_state(time)?;
-        self.now = Instant::on(self.response.motion(), &self.cam.law, time, q);
+        self.now = Instant::on(&self.response.motion, &self.cam.law, time, q);
         self.end = self.now;
         self.arrived()?;
         if self.cam.is_input() { Ok(()) } else { self.restart() }
@@ -232,7 +232,7 @@ impl Drive for ElasticOutput {
         if !self.response.is_on_table() {
             return Ok(());
         }
-        self.tabulate(made.response.table());
+        self.tabulate(made.response.table.clone());
         if !self.response.has_its_table() {
             // As after any other change: on from here without a table.
             let _ = self.restart();

@@ -30,7 +30,7 @@ impl ElasticOutput {
             let cams = shafts.map(|shaft| ShaftState::at_angle(shaft).on(law));
             Instant::new(time, shafts[1], &cams[1], self.end.q - jump(law, shafts, &cams))
         };
-        self.response.follow(motion);
+        self.response.motion = motion;
         goes_on
     }
 }

@@ -208,7 +208,7 @@ fn errors_of_a_run(dice: &mut Dice, case: Case) -> Option<[f64; 2]> {
         state = match case {
             Case::Closed | Case::Beat | Case::Pieces | Case::Cycle => tested.q_at(&law, end).unwrap(),
             Case::Hermite | Case::RampOfSeries => {
-                tested.follow(moved);
+                tested.motion = moved;
                 let mut now = Instant { time, q: state.into(), ..Instant::default() };
                 tested.by_quadrature(&law, end, &mut now)?;
                 now.q.array()
