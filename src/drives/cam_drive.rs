@@ -134,6 +134,18 @@ pub struct ShaftState {
     pub kinematics: Kinematics,
 }
 
+impl ShaftState {
+    /// The shaft at φ, ω and α as inputs give them, φ as one number.
+    pub fn at_angle([phi, w, a]: [f64; 3]) -> Self {
+        ShaftState { reduced: angle::reduce(Double::from(phi)), kinematics: Kinematics([phi, w, a, 0.0, 0.0]) }
+    }
+
+    /// U … U⁗ of a cam on it; on a breakpoint of the law those of the side to which it turns.
+    pub fn on(&self, law: &MotionLaw) -> TransferFunctions {
+        law.at_in(law.segment(self.reduced, self.kinematics.0[1] >= 0.0), self.reduced)
+    }
+}
+
 impl AngleMotion {
     /// Motion at constant speed `w` (rad/s) from `phi` (rad) at `origin` (s).
     pub fn uniform(origin: f64, phi: f64, w: f64) -> Self {
@@ -152,22 +164,12 @@ impl AngleMotion {
     pub fn at_instant(&self, time: Double) -> ShaftState {
         let c = &self.coefficients;
         let tau = time + Double::from(-self.origin);
-        if tau.hi == 0.0 {
-            let d = std::array::from_fn(|j| c[j]);
-            return ShaftState { reduced: angle::reduce(Double::from(c[0])), kinematics: Kinematics(d) };
-        }
         if self.is_uniform() {
             let [phi, w, ..] = *c;
             let phi = Double::from(phi) + two_product(w, tau.hi) + Double::from(w * tau.lo);
             return ShaftState { reduced: angle::reduce(phi), kinematics: Kinematics([phi.hi, w, 0.0, 0.0, 0.0]) };
         }
-        // Horner's rule for φ and its derivatives, from the highest coefficient down.
-        let mut d = [0.0; 5];
-        for order in 1..5 {
-            for j in (order..=self.degree).rev() {
-                d[order] = c[j] + d[order] * tau.hi / (j + 1 - order) as f64;
-            }
-        }
+        let mut d = self.derivatives(tau.hi);
         let mut above = 0.0;
         for j in (2..=self.degree).rev() {
             above = (c[j] + above) * tau.hi / j as f64;
@@ -177,6 +179,22 @@ impl AngleMotion {
             Double::from(c[0]) + two_product(c[1], tau.hi) + two_product(above, tau.hi) + Double::from(c[1] * tau.lo);
         d[0] = phi.hi;
         ShaftState { reduced: angle::reduce(phi), kinematics: Kinematics(d) }
+    }
+
+    /// The derivatives of φ of the orders 1 to N − 1 at `tau` (s) after the origin, in their places, by Horner's rule.
+    #[inline(always)]
+    pub fn derivatives<const N: usize>(&self, tau: f64) -> [f64; N] {
+        let (c, mut d) = (&self.coefficients, [0.0; N]);
+        if self.is_uniform() {
+            d[1] = c[1];
+            return d;
+        }
+        for order in 1..N.min(self.degree + 1) {
+            for j in (order..=self.degree).rev() {
+                d[order] = c[j] + d[order] * tau / (j + 1 - order) as f64;
+            }
+        }
+        d
     }
 
     /// Whether the speed is constant.
@@ -190,11 +208,8 @@ impl AngleMotion {
         if self.degree <= 2 {
             return [c[0] + (c[1] + 0.5 * c[2] * tau) * tau, c[1] + c[2] * tau, c[2], 0.0, 0.0];
         }
-        let mut d = [0.0; 5];
-        for (order, d) in d.iter_mut().enumerate().take(self.degree + 1) {
-            *d = c[order]
-                + (order + 1..=self.degree).rev().fold(0.0, |above, j| (c[j] + above) * tau / (j - order) as f64);
-        }
+        let mut d = self.derivatives(tau);
+        d[0] = self.angle(time);
         d
     }
 
@@ -470,15 +485,29 @@ pub trait HasCamDrive: Sized {
         match self.cam().mode {
             DriveMode::Constant { .. } => {
                 let speed = variable::real_within(&unit::ANGULAR_VELOCITY, -FASTEST, FASTEST);
-                list.parameter("drive.w", "Angular velocity of the drive", speed, drive_w, set_drive_w)
-                    .key("drive.speed");
+                list.parameter(
+                    "drive.w",
+                    "Angular velocity of the drive",
+                    speed,
+                    |d, _| d.cam().mode.speed(),
+                    |d, _, value| {
+                        if let DriveMode::Constant { w, .. } = &mut d.cam_mut().mode {
+                            *w = value;
+                        }
+                    },
+                )
+                .key("drive.speed");
                 let angle = variable::real_within(&unit::ANGLE, -LARGEST_ANGLE, LARGEST_ANGLE);
                 list.parameter(
                     "drive.phi_start",
                     "Drive angle at the start of the simulation",
                     angle,
-                    phi_start,
-                    set_phi_start,
+                    |d, _| if let DriveMode::Constant { phi_start, .. } = d.cam().mode { phi_start } else { 0.0 },
+                    |d, _, value| {
+                        if let DriveMode::Constant { phi_start, .. } = &mut d.cam_mut().mode {
+                            *phi_start = value;
+                        }
+                    },
                 );
             }
             DriveMode::Input => {
@@ -583,32 +612,6 @@ pub fn law_parameter_kind(kind: ParameterKind) -> variable::Kind {
         ParameterKind::Inflection => variable::real_within(&unit::NUMBER, INFLECTION[0], INFLECTION[1]),
         ParameterKind::Factor => variable::real_within(&unit::NUMBER, -1e6, 1e6),
         ParameterKind::Law => variable::Kind::Enumeration(&STANDARD_LAW),
-    }
-}
-
-fn drive_w<D: HasCamDrive>(d: &D, _: usize) -> f64 {
-    match d.cam().mode {
-        DriveMode::Constant { w, .. } => w,
-        DriveMode::Input => d.cam().input[1],
-    }
-}
-
-fn set_drive_w<D: HasCamDrive>(d: &mut D, _: usize, value: f64) {
-    if let DriveMode::Constant { w, .. } = &mut d.cam_mut().mode {
-        *w = value;
-    }
-}
-
-fn phi_start<D: HasCamDrive>(d: &D, _: usize) -> f64 {
-    match d.cam().mode {
-        DriveMode::Constant { phi_start, .. } => phi_start,
-        DriveMode::Input => d.cam().input[0],
-    }
-}
-
-fn set_phi_start<D: HasCamDrive>(d: &mut D, _: usize, value: f64) {
-    if let DriveMode::Constant { phi_start, .. } = &mut d.cam_mut().mode {
-        *phi_start = value;
     }
 }
 

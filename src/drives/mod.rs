@@ -6,11 +6,15 @@
 pub mod backlash;
 pub mod cam_drive;
 pub mod cam_turn;
+mod course;
 pub mod elastic_output;
 pub mod elastic_shaft;
 pub mod flow;
+pub mod follower;
+pub mod instant;
 pub mod interface;
 pub mod parametric;
+mod passage;
 pub mod response;
 pub mod rigid_machine;
 mod step_control;

@@ -1,5 +1,6 @@
 //! Derivatives with respect to the angle and to time, and the chain rule between them.
 
+use crate::numerics::taylor::Scalar;
 use serde::{Deserialize, Serialize};
 
 /// The transfer functions of order 0 to 4 (VDI 2143) at one angle: U⁽ⁿ⁾ = dⁿU/dφⁿ (m/radⁿ).
@@ -24,6 +25,12 @@ impl TransferFunctions {
             u4 * w2 * w2 + 6.0 * u3 * w2 * a + u2 * (3.0 * a * a + 4.0 * w * j) + u1 * s,
         ])
     }
+}
+
+/// x = U(φ), ẋ and ẍ, of numbers or of series, where `u` are U, U′, U″ and `w`, `a` the speed and the acceleration.
+#[inline(always)]
+pub fn lift<S: Scalar>([u, slope, curvature]: [S; 3], [w, a]: [S; 2]) -> [S; 3] {
+    [u, slope * w, curvature * w * w + slope * a]
 }
 
 #[cfg(test)]

@@ -27,12 +27,15 @@ pub enum Mode {
 }
 
 impl Flank {
+    /// What belongs to this flank.
+    #[inline(always)]
+    pub fn pick<T>(self, a: T, b: T) -> T {
+        if self == Flank::A { a } else { b }
+    }
+
     /// σ: the direction of the force that the flank can exert.
     pub fn sign(self) -> f64 {
-        match self {
-            Flank::A => 1.0,
-            Flank::B => -1.0,
-        }
+        self.pick(1.0, -1.0)
     }
 }
 
@@ -156,10 +159,7 @@ impl Bodies {
 
     /// The place of a flank relative to flank A (m).
     pub fn place(&self, flank: Flank) -> f64 {
-        match flank {
-            Flank::A => 0.0,
-            Flank::B => self.s,
-        }
+        flank.pick(0.0, self.s)
     }
 
     /// c q + b q̇, the force of the spring and the damper on m1 (N).

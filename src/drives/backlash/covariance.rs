@@ -93,11 +93,7 @@ impl Covariance {
         } else {
             [[0.0; 4], [0.0; 4], [0.0, 0.0, a, b], [0.0, 0.0, c, d]]
         };
-        if mode == Mode::Free {
-            self.transform::<0>(&map)
-        } else {
-            self.transform::<2>(&map)
-        }
+        self.transform(&map);
         let from = if mode == Mode::Free { 0 } else { 2 };
         for i in from..4 {
             self.matrix[i][i] += self.rounded[i] + self.neglected[i] * self.neglected[i];
@@ -117,16 +113,14 @@ impl Covariance {
         ];
         if stays {
             (map[0], map[1]) = ([0.0; 4], [0.0; 4]);
-            self.transform::<2>(&map);
-        } else {
-            self.transform::<0>(&map);
         }
+        self.transform(&map);
     }
 
-    /// P ← M P Mᵀ, which is symmetric, where the first rows of M are zero.
-    fn transform<const ZEROS: usize>(&mut self, map: &[[f64; 4]; 4]) {
+    /// P ← M P Mᵀ, which is symmetric.
+    fn transform(&mut self, map: &[[f64; 4]; 4]) {
         let mut half = [[0.0; 4]; 4];
-        for i in ZEROS..4 {
+        for i in 0..4 {
             for k in 0..4 {
                 for j in 0..4 {
                     half[i][j] += map[i][k] * self.matrix[k][j];
@@ -134,8 +128,8 @@ impl Covariance {
             }
         }
         self.matrix = [[0.0; 4]; 4];
-        for i in ZEROS..4 {
-            for j in ZEROS..=i {
+        for i in 0..4 {
+            for j in 0..=i {
                 let sum = (0..4).map(|k| half[i][k] * map[j][k]).sum();
                 (self.matrix[i][j], self.matrix[j][i]) = (sum, sum);
             }

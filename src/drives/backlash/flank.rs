@@ -1,9 +1,10 @@
 //! The motion of flank A, u(t) = U(φ(t)), as far as the search for switching instants has to know it.
 
 use crate::drives::cam_drive::AngleMotion;
+use crate::drives::course::Course;
+use crate::drives::passage::first_passage;
 use crate::motion::{Kinematics, MotionLaw};
 use crate::numerics::double_double::Double;
-use crate::numerics::first_root::first_root;
 
 /// The moving flank A; flank B runs at the constant distance s above it.
 pub trait FlankMotion {
@@ -67,48 +68,19 @@ pub struct CamFlank<'a> {
     pub bounds: [f64; 3],
 }
 
-/// The number of derivatives of φ in use.
-const ORDERS: usize = 11;
-
 /// The most coefficients of a series.
 const MOST_COEFFICIENTS: usize = 32;
 
 impl CamFlank<'_> {
     /// φ̇, φ̈, … at `time`; the entry 0 is unused.
-    fn derivatives(&self, time: Double) -> [f64; ORDERS] {
-        let tau = (time + Double::from(-self.motion.origin)).hi;
-        let c = &self.motion.coefficients;
-        let mut d = [0.0; ORDERS];
-        if self.motion.is_uniform() {
-            d[1] = c[1];
-            return d;
-        }
-        for order in 1..=self.motion.degree {
-            for j in (order..=self.motion.degree).rev() {
-                d[order] = c[j] + d[order] * tau / (j + 1 - order) as f64;
-            }
-        }
-        d
-    }
-
-    /// φ(time + span x) − φ(time) = Σ aⱼ xʲ.
-    fn way(&self, time: Double, span: f64) -> [f64; ORDERS] {
-        let mut a = self.derivatives(time);
-        let mut factor = 1.0;
-        for (j, a) in a.iter_mut().enumerate().skip(1) {
-            factor *= span / j as f64;
-            *a = if *a == 0.0 { 0.0 } else { *a * factor };
-        }
-        a
+    fn derivatives<const N: usize>(&self, time: Double) -> [f64; N] {
+        self.motion.derivatives((time - Double::from(self.motion.origin)).hi)
     }
 
     fn reduced(&self, time: Double) -> f64 {
         self.motion.at_instant(time).reduced
     }
 }
-
-/// A breakpoint this near is where the motion has just come from (rad): some roundings of an angle.
-const ON_BREAKPOINT: f64 = 1e-14;
 
 impl FlankMotion for CamFlank<'_> {
     fn at(&self, segment: usize, time: Double) -> Kinematics {
@@ -128,7 +100,7 @@ impl FlankMotion for CamFlank<'_> {
             return;
         }
         // The way put into the series of U by Horner's rule.
-        let (a, degree) = (self.way(time, span), self.motion.degree);
+        let (a, degree) = (Course::of(self.motion, time).scaled(span), self.motion.degree);
         let count = coefficients.len();
         let mut law = [0.0; MOST_COEFFICIENTS];
         self.law.expand(segment, phi, 1.0, &mut law[..count]);
@@ -160,11 +132,12 @@ impl FlankMotion for CamFlank<'_> {
     }
 
     fn sizes(&self, time: f64) -> [f64; 2] {
-        [self.bounds[0], self.bounds[1] * self.derivatives(Double::from(time))[1].abs()]
+        let [_, w] = self.derivatives(Double::from(time));
+        [self.bounds[0], self.bounds[1] * w.abs()]
     }
 
     fn acceleration(&self, segment: usize, time: Double) -> f64 {
-        let [_, w, a, ..] = self.derivatives(time);
+        let [_, w, a] = self.derivatives(time);
         let [_, mut slope, mut curvature] = self.bounds;
         if !self.law.breakpoints().is_empty() && self.law.bound_in(segment, 2) > 0.0 {
             [slope, curvature] = [1, 2].map(|order| self.law.bound_in(segment, order));
@@ -173,55 +146,22 @@ impl FlankMotion for CamFlank<'_> {
     }
 
     fn rate(&self, segment: usize, time: Double) -> f64 {
-        self.law.resolution_in(segment) * self.derivatives(time)[1].abs()
+        let [_, w] = self.derivatives(time);
+        self.law.resolution_in(segment) * w.abs()
     }
 
     fn segment(&self, time: Double) -> usize {
-        let d = self.derivatives(time);
-        let forward = d[1..].iter().find(|&&d| d != 0.0).is_none_or(|&d| d > 0.0);
-        self.law.segment(self.reduced(time), forward)
+        let course = Course::of(self.motion, time);
+        self.law.segment(course.angle[0], course.forward())
     }
 
     fn stay(&self, segment: usize, time: Double, longest: f64) -> (f64, usize) {
-        let breakpoints = self.law.breakpoints();
-        let count = breakpoints.len();
-        if count == 0 {
-            return (longest, 0);
+        if self.law.breakpoints().is_empty() {
+            return (longest, segment);
         }
-        let turn = std::f64::consts::TAU;
-        let (start, next) = (breakpoints[segment], breakpoints[(segment + 1) % count]);
-        let width = if count == 1 { turn } else { (next - start).rem_euclid(turn) };
-        // The angle since the start of the segment, with roundings beyond either end put on the end.
-        let mut below = (self.reduced(time) - start).rem_euclid(turn);
-        if below > 0.5 * (width + turn) {
-            below = 0.0;
-        }
-        let mut above = width - below;
-        let d = self.derivatives(time);
-        if below < ON_BREAKPOINT {
-            below = 0.0;
-        }
-        if above < ON_BREAKPOINT {
-            above = 0.0;
-        }
-        if count == 1 && below.min(above) == 0.0 {
-            // The end of the only segment is its start: the motion is about to cross all of it.
-            (below, above) = if d[1] < 0.0 { (turn, 0.0) } else { (0.0, turn) };
-        }
-        let way = self.way(time, longest);
-        let passage = |distance: f64, sign: f64| {
-            let mut left = way.map(|a| sign * a);
-            left[0] = distance;
-            // At rest on a breakpoint nothing is passed.
-            if left == [0.0; ORDERS] { None } else { first_root(&left, 1.0) }.map_or(longest, |x| x * longest)
-        };
-        let (up, down) = (passage(above, -1.0), passage(below, 1.0));
-        if up < down {
-            (up, (segment + 1) % count)
-        } else if down < longest {
-            (down, (segment + count - 1) % count)
-        } else {
-            (longest, segment)
-        }
+        let course = Course::of(self.motion, time);
+        let way = course.scaled(longest);
+        let passage = first_passage(self.law.breakpoints(), segment, course.angle[0], &way, 0.0);
+        passage.map_or((longest, segment), |passage| (passage.at * longest, passage.segment))
     }
 }

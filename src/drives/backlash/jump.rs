@@ -1,10 +1,9 @@
 //! Jumps of the inputs: their effect on the masses.
 
-use super::BacklashDrive;
 use super::contact::{Bodies, Flank, Mode, Phase};
 use super::flank::{CamFlank, FlankMotion};
-use super::panel::Point;
 use super::solver::{Run, release};
+use super::{BacklashDrive, Now};
 use crate::drives::EventLog;
 use crate::numerics::double_double::Double;
 
@@ -14,7 +13,7 @@ impl BacklashDrive {
     /// towards it.
     pub(super) fn take_up(
         (bodies, flank): (&Bodies, &CamFlank),
-        (from, end): &(Mode, Point),
+        Now { mode: from, point: end, .. }: &Now,
         run: &mut Run,
         time: f64,
         log: &mut EventLog,
@@ -57,7 +56,7 @@ impl BacklashDrive {
                     if sign * state.zeta[1] > 0.0 {
                         return Phase { mode: Mode::Free, state, zeros: 1 };
                     }
-                    return run.strike_at_jump(bodies, flank, (contact, state), place, log);
+                    return run.strike(bodies, flank, (contact, state), place, log);
                 }
                 Phase { mode: Mode::Free, state, zeros: 0 }
             }

@@ -107,8 +107,8 @@ pub struct BacklashDrive {
     /// The motion of the shaft around the communication point.
     motion: AngleMotion,
     run: Option<Box<Run>>,
-    /// Mode and state at the end of the last step, before inputs jump.
-    end: (Mode, Point),
+    /// The end of the last step, before inputs jump.
+    end: Now,
     /// The communication point as the outputs show it.
     now: Now,
     /// The length of the last communication step (s); 0 before the first.
@@ -152,7 +152,7 @@ impl BacklashDrive {
         let run = Run::new(&self.bodies, &flank, from, terms_for(self.tolerance()));
         self.show(&run, time);
         self.solver.error_estimate = run.error_estimate(&self.bodies, self.flank().sizes(time));
-        self.end = (self.now.mode, self.now.point);
+        self.end = self.now;
         self.run = Some(Box::new(run));
     }
 
@@ -172,8 +172,7 @@ impl BacklashDrive {
     /// (∫ F_K dt + ΣP)/h and (∫ U′F_K dt + ΣU′P)/h over the last communication step (N), (N·m).
     fn mean(&self) -> [f64; 2] {
         let Some(run) = self.run.as_ref().filter(|_| self.step > 0.0) else { return [0.0; 2] };
-        let sums = run.sums(&self.flank(), self.now.time);
-        [sums.force / self.step, sums.torque / self.step]
+        run.sums(&self.flank(), self.now.time).array().map(|sum| sum / self.step)
     }
 
     /// ∫ b q̇² dt since the start (J).
@@ -221,14 +220,14 @@ impl BacklashDrive {
         let mut work = Work::default();
         run.advance(&self.bodies, &flank, &mut Stretch { end, horizon, log: &mut self.log, work: &mut work })?;
         let point = run.panel.at(&self.bodies, run.theta(end));
-        if !point.reading().is_finite() {
+        if !point.is_finite() {
             return Err(Fault::new(format!("the motion leaves the range of numbers before t = {} s", Rounded(end))));
         }
         self.now = Now { time: end, mode: run.panel.mode(), point, tally: run.tally };
         self.step = step;
         if input {
             run.sum_up(&flank, end);
-            self.end = (self.now.mode, self.now.point);
+            self.end = self.now;
         }
         if self.solver.steps != run.tally.panels {
             self.solver.steps = run.tally.panels;
@@ -259,7 +258,7 @@ impl Drive for BacklashDrive {
             bodies,
             bounds: [0.0; 3],
             run: None,
-            end: (now.mode, now.point),
+            end: now,
             now,
             step: 0.0,
             log: EventLog::default(),
@@ -320,7 +319,7 @@ impl Drive for BacklashDrive {
     }
 
     fn is_finite(&self) -> bool {
-        self.now.point.reading().is_finite()
+        self.now.point.is_finite()
     }
 
     fn restored(&mut self, made: &Self) -> Result<(), Fault> {

@@ -46,26 +46,15 @@ pub struct Point {
 }
 
 impl Point {
-    /// The values read at every communication point.
-    pub fn reading(&self) -> Reading {
-        let State { q, home, zeta } = self.state;
-        Reading { place: [self.u[0] + (home + zeta[0]), self.u[1] + zeta[1]], q }
-    }
-}
-
-/// Values of a panel that are read at every communication point.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Reading {
     /// x1 (m) and ẋ1 (m/s).
-    pub place: [f64; 2],
-    /// q (m) and q̇ (m/s).
-    pub q: [f64; 2],
-}
+    pub fn place(&self) -> [f64; 2] {
+        let State { home, zeta, .. } = self.state;
+        [self.u[0] + (home + zeta[0]), self.u[1] + zeta[1]]
+    }
 
-impl Reading {
     /// Whether all numbers are.
     pub fn is_finite(&self) -> bool {
-        all_finite([self.place[0], self.place[1], self.q[0], self.q[1]])
+        all_finite(self.place()) && all_finite(self.state.q)
     }
 }
 

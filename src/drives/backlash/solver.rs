@@ -10,11 +10,10 @@ use super::panel::{Panel, Point};
 use super::switching::Found;
 use crate::drives::limits::step_too_much;
 use crate::drives::{Event, EventLog, Fault, Rounded};
-use crate::motion::Kinematics;
 use crate::numerics::double_double::Double;
+use crate::numerics::pair::Pair;
 use crate::numerics::work::Work;
 use serde::{Deserialize, Serialize};
-use std::ops::{Add, AddAssign};
 
 /// Panels that together are within the rounding of the communication step: the rest would never be reached. Bounces that die
 /// out are fewer, or last longer.
@@ -41,15 +40,6 @@ pub struct Tally {
     pub panels: f64,
 }
 
-/// ∫ F_K dt + ΣP and ∫ U′ F_K dt + Σ U′P over the communication step.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Sums {
-    /// (N·s).
-    pub force: f64,
-    /// (N·m·s).
-    pub torque: f64,
-}
-
 /// The motion up to the communication point and its continuation as far as the current panel.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Run {
@@ -59,8 +49,9 @@ pub struct Run {
     pub tally: Tally,
     /// The errors made so far.
     pub errors: Covariance,
-    /// Sums over the communication step so far, and where in the current panel that ends (s).
-    sums: Sums,
+    /// ∫ F_K dt + ΣP (N·s) and ∫ U′ F_K dt + ΣU′P (N·m·s) over the communication step so far, and where in the current
+    /// panel that ends (s).
+    sums: Pair,
     summed: f64,
 }
 
@@ -74,15 +65,6 @@ pub struct Stretch<'a> {
     pub log: &'a mut EventLog,
     /// Work that the call has left.
     pub work: &'a mut Work,
-}
-
-/// An impact: when, on which segment and flank, with the state just before and u, u̇ … u⁗.
-struct Strike {
-    time: Double,
-    segment: usize,
-    hit: Flank,
-    state: State,
-    u: Kinematics,
 }
 
 impl Run {
@@ -121,7 +103,7 @@ impl Run {
 
     /// A communication step begins at `time` (s) in the current panel.
     pub fn begin_step(&mut self, time: f64) {
-        (self.sums, self.summed) = (Sums::default(), self.theta(time));
+        (self.sums, self.summed) = (Pair::default(), self.theta(time));
     }
 
     /// The terms of a panel's series.
@@ -147,8 +129,8 @@ impl Run {
     }
 
     /// ∫ F_K dt + ΣP and ∫ U′ F_K dt + Σ U′P over the communication step up to `time` (s) in the current panel.
-    pub fn sums(&self, flank: &impl FlankMotion, time: f64) -> Sums {
-        self.sums + self.panel.integrals(flank, [self.summed, self.theta(time)]).into()
+    pub fn sums(&self, flank: &impl FlankMotion, time: f64) -> Pair {
+        self.sums + Pair(self.panel.integrals(flank, [self.summed, self.theta(time)]))
     }
 
     /// Takes them up, since what comes next is another motion of the flank.
@@ -166,7 +148,7 @@ impl Run {
             if limit > left || (limit == left && self.panel.event.is_none()) {
                 return Ok(());
             }
-            self.sums += self.panel.integrals(flank, [self.summed, limit]).into();
+            self.sums = self.sums + Pair(self.panel.integrals(flank, [self.summed, limit]));
             self.pass_panel(bodies, limit);
             events += if self.panel.event.is_some() { 1.0 } else { 0.0 };
             match self.panel.event {
@@ -228,34 +210,28 @@ impl Run {
     }
 
     fn impact(&mut self, bodies: &Bodies, flank: &impl FlankMotion, (hit, at): (Flank, f64), stretch: &mut Stretch) {
-        let (state, u) = self.panel.event_at(bodies, flank, at);
         let (time, segment) = (self.panel.instant(at), self.panel.from.segment);
-        let phase = self.strike(bodies, flank, Strike { time, segment, hit, state, u }, stretch.log);
+        let state = self.panel.at(bodies, at).state;
+        let phase = self.strike(bodies, flank, (hit, state), (time, segment), stretch.log);
         self.restart(bodies, flank, stretch.beginning(time, segment, phase));
     }
 
     /// Counts the impulse with which m1 follows a flank whose motion jumps; `slope` = U′.
     pub fn push(&mut self, impulse: f64, slope: f64) {
         self.tally.impulse += impulse;
-        self.sums += Sums { force: impulse, torque: slope * impulse };
+        self.sums = self.sums + Pair::new(impulse, slope * impulse);
     }
 
-    /// The impact on `hit` with which a jump of the inputs to `from` ends, counted as its impulse.
-    pub fn strike_at_jump(
+    /// Counts an impact on `hit` in the state just before and returns what follows.
+    pub fn strike(
         &mut self,
         bodies: &Bodies,
         flank: &impl FlankMotion,
-        (hit, state): (Flank, State),
+        (hit, mut state): (Flank, State),
         (time, segment): (Double, usize),
         log: &mut EventLog,
     ) -> Phase {
         let u = flank.at(segment, time);
-        self.strike(bodies, flank, Strike { time, segment, hit, state, u }, log)
-    }
-
-    /// Counts an impact and returns what follows.
-    fn strike(&mut self, bodies: &Bodies, flank: &impl FlankMotion, strike: Strike, log: &mut EventLog) -> Phase {
-        let Strike { time, segment, hit, mut state, u } = strike;
         let before = Side::of(bodies, Mode::Free, &state, &u);
         self.errors.carry(bodies, Mode::Free);
         let impact =
@@ -266,10 +242,7 @@ impl Run {
         self.tally.impacts += 1.0;
         self.tally.energy_loss += impact.loss;
         self.tally.damping_loss += impact.damped;
-        let kind = match hit {
-            Flank::A => "impact on flank A",
-            Flank::B => "impact on flank B",
-        };
+        let kind = hit.pick("impact on flank A", "impact on flank B");
         let (quantity, unit) = ("impulse", "N.s");
         log.push(Event { time: time.hi, kind, quantity, value: impact.impulse, unit, solver: false });
         if impact.bounces != 0.0 {
@@ -287,27 +260,8 @@ impl Run {
         } else {
             flank.slope(segment, time)
         };
-        self.sums += Sums { force: impulse, torque: slope * impulse };
+        self.sums = self.sums + Pair::new(impulse, slope * impulse);
         Phase { mode: impact.after, state, zeros: impact.zeros }
-    }
-}
-
-impl From<[f64; 2]> for Sums {
-    fn from([force, torque]: [f64; 2]) -> Self {
-        Sums { force, torque }
-    }
-}
-
-impl Add for Sums {
-    type Output = Sums;
-    fn add(self, Sums { force, torque }: Sums) -> Sums {
-        Sums { force: self.force + force, torque: self.torque + torque }
-    }
-}
-
-impl AddAssign for Sums {
-    fn add_assign(&mut self, other: Sums) {
-        *self = *self + other;
     }
 }
 
@@ -322,10 +276,7 @@ impl Stretch<'_> {
 
 /// The release from `flank` at `time`, with the name, value and unit of what tells that the flank would pull.
 pub fn release(flank: Flank, time: Double, (quantity, value, unit): (&'static str, f64, &'static str)) -> Event {
-    let kind = match flank {
-        Flank::A => "release from flank A",
-        Flank::B => "release from flank B",
-    };
+    let kind = flank.pick("release from flank A", "release from flank B");
     Event { time: time.hi, kind, quantity, value, unit, solver: false }
 }
 

@@ -5,13 +5,14 @@ use super::flank::FlankMotion;
 use super::panel::Point;
 use super::series::MOST_TERMS;
 use super::solver::{Run, Stretch};
-use super::{BacklashDrive, CamFlank};
+use super::{BacklashDrive, CamFlank, Parameters};
 use crate::drives::cam_drive::DriveMode;
 use crate::drives::cam_turn::turns;
+use crate::drives::follower::elastic_output::Equation;
 use crate::drives::limits::search_too_much;
 use crate::drives::{EventLog, Fault, Rounded};
-use crate::motion::Fourier;
-use crate::numerics::double_double::{Double, two_product};
+use crate::numerics::double_double::Double;
+use crate::numerics::period_map::fixed_point;
 use crate::numerics::work::Work;
 use std::f64::consts::TAU;
 
@@ -64,7 +65,11 @@ impl BacklashDrive {
     /// harmonics, else x = M x + r, where M is the free motion over a period and r the response from rest.
     fn contact_orbit(&self, time: f64, period: f64, work: &mut Work) -> Result<[f64; 2], Fault> {
         if let Some(series) = self.cam.law.series() {
-            return self.harmonic_orbit(series, time);
+            let Parameters { m2, c, b, .. } = self.parameters;
+            let (phi, w) = (self.motion.at(time).reduced, self.motion.coefficients[1]);
+            // m2 hangs on m1, which follows the flank; near a resonance ω² + ν² is twice ω².
+            let orbit = Equation::new([m2, c, b]).periodic(series, w, phi, 0.5 * RESONANT);
+            return orbit.map_err(|_| self.resonance());
         }
         let locked = Bodies { s: 0.0, ..self.bodies };
         let flank = CamFlank { law: &self.cam.law, motion: &self.motion, bounds: self.bounds };
@@ -77,36 +82,10 @@ impl BacklashDrive {
         run.advance(&locked, &flank, &mut stretch)?;
         let response = run.panel.at(&locked, run.theta(time + period)).state.q;
         let m = locked.bound.free(Double::from(time + period) + Double::from(-time));
-        let [[a, b], [c, d]] = [[1.0 - m[0][0], -m[0][1]], [-m[1][0], 1.0 - m[1][1]]];
-        let determinant = a * d - b * c;
         // det(I − M) = |1 − e^(λT)|² vanishes at a resonance without damping only.
-        if determinant.abs() < RESONANT * RESONANT {
-            return Err(self.resonance());
-        }
-        Ok([(d * response[0] - b * response[1]) / determinant, (a * response[1] - c * response[0]) / determinant])
-    }
-
-    /// The sum of the responses to the harmonics. One that the law lacks excites no resonance.
-    fn harmonic_orbit(&self, series: &Fourier, time: f64) -> Result<[f64; 2], Fault> {
-        let shaft = self.motion.at(time);
-        let (phi, w) = (shaft.reduced, shaft.kinematics.0[1]);
-        let stiffness = self.bodies.bound.stiffness();
-        let mut motion = [0.0; 2];
-        for k in (1..=series.order()).filter(|&k| series.a[k] != 0.0 || series.b[k] != 0.0) {
-            let nu = two_product(k as f64, w.abs());
-            // ψ = k φ sgn w grows; −ü = ν² Re[(a − i b sgn w) e^(iψ)].
-            let force = [series.a[k], -w.signum() * series.b[k]].map(|amplitude| nu.hi * nu.hi * amplitude);
-            let [re, im] = self.bodies.bound.steady(force, nu);
-            let [force, response] = [force, [re, im]].map(|[re, im]| (re * re + im * im).sqrt());
-            // A comparison with NaN is false.
-            if !(RESONANT * stiffness * response <= force) {
-                return Err(self.resonance());
-            }
-            let (sin, cos) = (k as f64 * phi * w.signum()).sin_cos();
-            motion[0] += re * cos - im * sin;
-            motion[1] -= nu.hi * (im * cos + re * sin);
-        }
-        Ok(motion)
+        let determinant = (1.0 - m[0][0]) * (1.0 - m[1][1]) - m[0][1] * m[1][0];
+        let regular = determinant.abs() >= RESONANT * RESONANT;
+        fixed_point(&m, [0.0; 2], response).filter(|_| regular).ok_or_else(|| self.resonance())
     }
 
     fn resonance(&self) -> Fault {

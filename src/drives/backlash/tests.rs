@@ -2,7 +2,6 @@
 
 use super::contact::{Beginning, Bodies, Flank, Mode, Phase, State};
 use super::flank::FlankMotion;
-use super::panel::Reading;
 use super::series::MOST_TERMS;
 use super::solver::{Run, Stretch};
 use super::{BacklashDrive, Parameters, Scene};
@@ -235,12 +234,12 @@ fn started(scene: Scene) -> BacklashDrive {
 }
 
 fn energy(d: &BacklashDrive) -> f64 {
-    let Reading { place: [_, x], q: v } = d.now.point.reading();
+    let ([_, x], v) = (d.now.point.place(), d.now.point.state.q);
     0.5 * d.parameters.m1 * x * x + 0.5 * d.parameters.m2 * (x + v[1]).powi(2) + 0.5 * d.parameters.c * v[0] * v[0]
 }
 
 fn momentum(d: &BacklashDrive) -> f64 {
-    let Reading { place: [_, x], q } = d.now.point.reading();
+    let ([_, x], q) = (d.now.point.place(), d.now.point.state.q);
     d.parameters.m1 * x + d.parameters.m2 * (x + q[1])
 }
 
@@ -278,5 +277,6 @@ fn momentum_and_energy_balance_over_many_turns() {
 
 mod estimate;
 mod interface;
+mod jump;
 mod reference;
 mod switching;

@@ -1,8 +1,7 @@
 //! The variables of the drive with backlash.
 
-use super::contact::{Flank, Mode, State};
-use super::panel::Reading;
-use super::{BacklashDrive, Parameters};
+use super::contact::{Mode, State};
+use super::{BacklashDrive, Now, Parameters};
 use crate::drives::cam_drive::{A, CAM, HasCamDrive, PHI, W};
 use crate::drives::settings::HasSolver;
 use crate::drives::{List, Seed, unit, variable};
@@ -54,8 +53,8 @@ impl<S: Scalar> Known<S> {
 impl BacklashDrive {
     /// The numbers.
     fn values(&self) -> Known<f64> {
-        let Reading { place, q } = self.now.point.reading();
-        Known { place, q, driven: self.now.point.u[2] }
+        let point = &self.now.point;
+        Known { place: point.place(), q: point.state.q, driven: point.u[2] }
     }
 
     /// z and ż, with all digits also near flank B.
@@ -162,7 +161,7 @@ impl BacklashDrive {
         let (Seed::Known(_), Some(run)) = (seed, &self.run) else { return now.map(Series::from) };
         let rate = self.partial_series(seed, &self.flank_motion()).0[1].0[1];
         let [impulse, loss] = [now[0] - run.tally.impulse, now[1] - run.tally.energy_loss];
-        let (mode, end) = &self.end;
+        let Now { mode, point: end, .. } = &self.end;
         let slopes = match mode {
             // m1 Δu̇, with which m1 follows.
             Mode::Contact(_) => [self.parameters.m1 * rate, 0.0],
@@ -187,8 +186,7 @@ impl BacklashDrive {
                     1.0
                 }
             }
-            Mode::Contact(Flank::A) => 1.0,
-            Mode::Contact(Flank::B) => -1.0,
+            Mode::Contact(flank) => flank.sign(),
         }
     }
 }

@@ -21,19 +21,17 @@ mod tests;
 mod variables;
 
 use super::cam_drive::{
-    AngleMotion, CamDrive, DriveMode, HasCamDrive, MAX_INPUT_DERIVATIVE, Start, StartMode, as_every_cam_drive, field,
+    CamDrive, DriveMode, HasCamDrive, MAX_INPUT_DERIVATIVE, ShaftState, Start, StartMode, as_every_cam_drive, field,
 };
+use super::follower::elastic_output::Equation;
+use super::instant::Instant;
 use super::limits::{no_state, refused_start};
 use super::parameter::parameters;
-use super::response::{Instant, Response, Table};
+use super::response::{Response, Table};
 use super::settings::{FINEST_TOLERANCE, HasSolver, Settings, Solver};
 use super::{Curve, Drive, EventLog, Experiment, Fault, List, Rounded, Text};
-use crate::motion::{Kinematics, MotionLaw, TransferFunctions};
-use crate::numerics::angle;
-use crate::numerics::double_double::Double;
+use crate::motion::MotionLaw;
 use crate::numerics::number::all_finite;
-use crate::numerics::oscillator::Oscillator;
-use crate::numerics::pair::Pair;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
@@ -74,72 +72,16 @@ pub struct ElasticOutput {
     start: Start,
     solver: Solver,
     response: Response,
-    /// Those of the response: the parameters as they were last taken up.
-    built_for: Parameters,
-    /// The communication point, after inputs were taken up.
-    now: Moment,
-    /// Whether the inputs for the next step have been taken up.
-    taken_up: bool,
-    /// Cam and mass at the end of the previous communication step, once inputs were taken up.
-    before: Moment,
-    /// φ and its time derivatives there, from which jumps of the inputs are counted; kept only where there are inputs.
-    phi: [f64; 5],
+    /// The communication point, behind the jump of the inputs where they have been set.
+    now: Instant,
+    /// The end of the last step, in front of that jump; kept only where there are inputs.
+    end: Instant,
     log: EventLog,
 }
 
-/// Cam and mass at an instant: what nearly every output is made of.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-struct Moment {
-    /// t (s).
-    time: f64,
-    /// φ (rad), ω (rad/s), α (rad/s²).
-    shaft: [f64; 3],
-    /// U (m), U′ (m/rad), U″ (m/rad²), q (m), q̇ (m/s).
-    at: Instant,
-}
-
-/// The cam at an instant, with all derivatives.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-struct Position {
-    /// t (s).
-    time: f64,
-    /// φ and its time derivatives.
-    phi: [f64; 5],
-    /// U … U⁗ (m).
-    u: [f64; 5],
-}
-
-impl Position {
-    /// The cam at `time` on `motion`; on a breakpoint of the law the side to which the cam turns.
-    fn of(law: &MotionLaw, motion: &AngleMotion, time: f64) -> Self {
-        let shaft = motion.at(time);
-        let forward = shaft.kinematics.0[1] >= 0.0;
-        let u = law.at_in(law.segment(shaft.reduced, forward), shaft.reduced);
-        Position { time, phi: shaft.kinematics.0, u: u.0 }
-    }
-
-    /// The cam at `time` where φ and its derivatives are these.
-    fn at(law: &MotionLaw, time: f64, phi: [f64; 5]) -> Self {
-        let reduced = angle::reduce(Double::from(phi[0]));
-        let u = law.at_in(law.segment(reduced, phi[1] >= 0.0), reduced);
-        Position { time, phi, u: u.0 }
-    }
-
-    /// x and its time derivatives.
-    fn lift(&self) -> Kinematics {
-        TransferFunctions(self.u).along(&Kinematics(self.phi))
-    }
-
-    /// With the mass at `q`.
-    fn moment(&self, q: [f64; 2]) -> Moment {
-        let ([phi, w, a, ..], [u, slope, curvature, ..]) = (self.phi, self.u);
-        Moment { time: self.time, shaft: [phi, w, a], at: Instant { u: Pair::new(u, slope), curvature, q: q.into() } }
-    }
-}
-
 impl Parameters {
-    fn oscillator(&self) -> Oscillator {
-        Oscillator::of_mass(self.m, self.c, self.b)
+    fn equation(&self) -> Equation {
+        Equation::new([self.m, self.c, self.b])
     }
 }
 
@@ -169,18 +111,29 @@ impl ElasticOutput {
         }
     }
 
-    /// The cam at the communication point.
-    fn position(&self) -> Position {
-        if self.cam.is_input() && !self.taken_up {
-            return Position::at(&self.cam.law, self.now.time, self.phi);
-        }
-        Position::of(&self.cam.law, self.response.motion(), self.now.time)
+    /// The shaft at the communication point, with all derivatives.
+    fn shaft(&self) -> ShaftState {
+        self.response.motion.at(self.now.time)
     }
 
-    /// Lets the response go on from `now`, on a motion that is valid up to `until` (s).
-    fn restart(&mut self, until: f64) -> Result<(), Fault> {
-        let motion = *self.response.motion();
-        self.response.restart(&self.cam.law, &motion, self.now.time, until, self.now.at.q.array())
+    /// Lets the response go on from the communication point at constant speed.
+    fn restart(&mut self) -> Result<(), Fault> {
+        let motion = self.response.motion;
+        self.response.restart(&self.cam.law, &motion, self.now.time, f64::INFINITY, self.now.q.array())
+    }
+
+    /// Whether there is a communication point.
+    fn arrived(&self) -> Result<(), Fault> {
+        if self.now.is_finite() { Ok(()) } else { Err(self.beyond_all_numbers()) }
+    }
+
+    #[cold]
+    fn beyond_all_numbers(&self) -> Fault {
+        let Instant { time, shaft: [phi, w, _], q, .. } = self.now;
+        let [time, phi, w, q] = [time, phi, w, q.array()[0]].map(Rounded);
+        Fault::new(format!(
+            "the motion exceeds the range of numbers at t = {time} s: phi = {phi} rad, w = {w} rad/s, q = {q} m"
+        ))
     }
 }
 
@@ -193,18 +146,15 @@ impl Drive for ElasticOutput {
     fn new(scene: Scene) -> Result<Self, Fault> {
         let Scene { parameters, cam, drive, start, solver } = scene;
         cam.validate().map_err(|message| Fault::new(message).of("cam"))?;
-        let response = Response::new(parameters.oscillator(), &cam, FINEST_TOLERANCE);
+        let response = Response::new(parameters.equation(), &cam, FINEST_TOLERANCE);
         let mut drive = ElasticOutput {
             parameters,
             cam: CamDrive::new(cam, drive),
             start,
             solver: Solver::new(solver),
             response,
-            built_for: parameters,
-            now: Moment::default(),
-            taken_up: false,
-            before: Moment::default(),
-            phi: [0.0; 5],
+            now: Instant::default(),
+            end: Instant::default(),
             log: EventLog::default(),
         };
         drive.tabulate(None);
@@ -234,30 +184,27 @@ impl Drive for ElasticOutput {
         self.cam.start(time);
         self.solver.start();
         // The law's parameters may have changed, and with them what the response keeps of it.
-        let table = self.response.table();
-        self.response = Response::new(self.parameters.oscillator(), &self.cam.law, self.tolerance());
+        let table = self.response.table.take();
+        self.response = Response::new(self.parameters.equation(), &self.cam.law, self.tolerance());
         self.tabulate(table);
-        self.built_for = self.parameters;
-        self.taken_up = false;
-        self.response.follow(self.cam.motion(time));
+        self.response.motion = self.cam.motion(time);
         let q = self.initial_state(time)?;
-        self.arrive(time, q)?;
-        if !self.cam.is_input() {
-            self.restart(f64::INFINITY)?;
-        }
-        Ok(())
+        self.now = Instant::on(&self.response.motion, &self.cam.law, time, q);
+        self.end = self.now;
+        self.arrived()?;
+        if self.cam.is_input() { Ok(()) } else { self.restart() }
     }
 
     fn apply(&mut self, time: f64) -> Result<(), Fault> {
-        let tuned = self.built_for != self.parameters;
+        let Parameters { m, c, b } = self.parameters;
+        let tuned = self.response.equation().parameters != [m, c, b];
         if tuned {
-            self.built_for = self.parameters;
-            self.response.set_oscillator(self.parameters.oscillator());
+            self.response.set_equation(self.parameters.equation());
         }
         if self.cam.is_input() {
             self.take_up_inputs(time);
         } else if tuned {
-            self.restart(f64::INFINITY)?;
+            self.restart()?;
         }
         Ok(())
     }
@@ -265,23 +212,15 @@ impl Drive for ElasticOutput {
     as_every_cam_drive!();
 
     fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
-        let end = time + step;
         if self.cam.is_input() {
-            return self.advance_on_inputs([time, end]);
+            return self.advance_on_inputs([time, time + step]);
         }
-        if let Some(at) = self.response.closed(&self.cam.law, end) {
-            let [_, w, a] = self.now.shaft;
-            self.now = Moment { time: end, shaft: [self.cam.angle(time, end), w, a], at };
-            // U and ω are bounded; a sum that is finite has finite terms.
-            let [q, v] = at.q.array();
-            return if (q + v).is_finite() { Ok(()) } else { Err(self.beyond_all_numbers()) };
-        }
-        let q = self.response.at(&self.cam.law, end)?;
-        self.arrive(end, q)
+        self.response.reach(&self.cam.law, time + step, &mut self.now)?;
+        self.arrived()
     }
 
     fn is_finite(&self) -> bool {
-        all_finite(self.now.at.q.array())
+        all_finite(self.now.q.array())
     }
 
     fn restored(&mut self, made: &Self) -> Result<(), Fault> {
@@ -293,38 +232,12 @@ impl Drive for ElasticOutput {
         if !self.response.is_on_table() {
             return Ok(());
         }
-        self.tabulate(made.response.table());
+        self.tabulate(made.response.table.clone());
         if !self.response.has_its_table() {
             // As after any other change: on from here without a table.
-            let _ = self.restart(f64::INFINITY);
+            let _ = self.restart();
         }
         Ok(())
-    }
-}
-
-impl ElasticOutput {
-    /// The mass is at `q` at `time` (s).
-    fn arrive(&mut self, time: f64, q: [f64; 2]) -> Result<(), Fault> {
-        self.arrive_at(Position::of(&self.cam.law, self.response.motion(), time), q)
-    }
-
-    /// The mass is at `q` where the cam is at `position`.
-    fn arrive_at(&mut self, position: Position, q: [f64; 2]) -> Result<(), Fault> {
-        self.now = position.moment(q);
-        self.phi = position.phi;
-        let finite = q.iter().chain(&position.lift().0[..3]).all(|x| x.is_finite());
-        if finite { Ok(()) } else { Err(self.beyond_all_numbers()) }
-    }
-
-    #[cold]
-    fn beyond_all_numbers(&self) -> Fault {
-        Fault::new(format!(
-            "the motion exceeds the range of numbers at t = {} s: phi = {} rad, w = {} rad/s, q = {} m",
-            Rounded(self.now.time),
-            Rounded(self.now.shaft[0]),
-            Rounded(self.now.shaft[1]),
-            Rounded(self.now.at.q.array()[0])
-        ))
     }
 }
 

@@ -1,6 +1,7 @@
 //! Against numbers computed with 50 digits: the closed form on the Fourier law, the convolution of −ẍ with the impulse
 //! response elsewhere.
 
+mod damping_law;
 mod energy;
 mod on_inputs;
 mod table;
@@ -52,7 +53,7 @@ fn run(drive: &mut ElasticOutput, stop: f64, step: f64) -> [f64; 2] {
     }
     drive.advance(time, stop - time).unwrap();
     assert_eq!(drive.now.time, stop);
-    drive.now.at.q.array()
+    drive.now.q.array()
 }
 
 /// Name, m, c, b, w, and t, q, q̇, largest |q| in the turn before t; start.q = 1e-4 m, start.q_dot = −0.02 m/s.
@@ -183,7 +184,7 @@ fn ramps_of_the_speed_also_through_reversal() {
         for (steps, tolerance) in [(1, 1e-12), (10, 1e-12), (1000, 1e-11), (100_000, 1e-10)] {
             let drive = run_inputs(*mcb, MotionLaw::Fourier(series()), derivatives, *t, steps);
             assert_near(
-                drive.now.at.q.array(),
+                drive.now.q.array(),
                 *expected,
                 scale,
                 rate,
@@ -219,7 +220,7 @@ fn cycles_at_constant_speed_and_with_inputs() {
             assert_near(found, expected, scale, rate, 1e-11, &format!("{mcb:?} {rise:?} {back:?}, step {step} s"));
         }
         for steps in [1, 10, 1000] {
-            let found = run_inputs(mcb, cycle(rise, back), &[0.1, w], 1.0, steps).now.at.q.array();
+            let found = run_inputs(mcb, cycle(rise, back), &[0.1, w], 1.0, steps).now.q.array();
             assert_near(found, expected, scale, rate, 1e-10, &format!("{mcb:?} {rise:?} {back:?}, {steps} inputs"));
         }
     }
@@ -279,10 +280,10 @@ fn a_jump_of_the_inputs_leaves_the_mass_where_it_is() {
         assert!((value(&drive, "x") - x).abs() > 1e-4);
         // Without a set in between the motion starts again from the held inputs.
         drive.advance(0.1, 0.05).unwrap();
-        let phi = drive.position().phi[0];
+        let phi = drive.shaft().kinematics.0[0];
         assert!((phi - (3.0 - 0.2 + 50.0 * 0.05 * 0.05)).abs() < 1e-15);
         drive.advance(0.15000000000000002, 1e-12).unwrap();
-        assert!((drive.position().phi[0] - 3.0).abs() < 1e-9);
+        assert!((drive.shaft().kinematics.0[0] - 3.0).abs() < 1e-9);
         assert!(value(&drive, "y").is_finite());
     }
 }
@@ -300,7 +301,7 @@ fn a_coarser_tolerance_saves_evaluations_and_is_kept() {
                 set_inputs(&mut drive, &[0.5 + 20.0 * t + 15.0 * t * t, 20.0 + 30.0 * t, 30.0], t);
                 drive.advance(t, 0.01).unwrap();
                 time += 0.01;
-                course.push(drive.now.at.q.array()[0]);
+                course.push(drive.now.q.array()[0]);
             }
             (tolerance, course, [drive.evaluations(), drive.error_estimate()])
         });
@@ -321,8 +322,9 @@ fn stiff_springs_leave_the_kinetostatic_deformation() {
     // c → ∞: q = −ẍ/ω₀² up to (kη)².
     let mut drive = harmonic_drive([1.0, 1e12, 0.0], 20.0, Start { mode: StartMode::SteadyState, ..at_rest() });
     run(&mut drive, 1.0, 0.013);
-    let x2 = drive.position().lift().0[2];
-    assert!((drive.now.at.q.array()[0] * 1e12 / -x2 - 1.0).abs() < 1e-7);
+    let shaft = drive.shaft();
+    let x2 = shaft.on(&drive.cam.law).along(&shaft.kinematics).0[2];
+    assert!((drive.now.q.array()[0] * 1e12 / -x2 - 1.0).abs() < 1e-7);
 }
 
 #[test]
@@ -346,17 +348,17 @@ fn the_steady_state_repeats_itself_every_turn() {
             let mode = DriveMode::Constant { w, phi_start: 0.1 };
             let steady = Start { mode: StartMode::SteadyState, ..at_rest() };
             let mut drive = drive(scene([1.0, c, b], cam.clone(), mode, steady));
-            let first = drive.now.at.q.array();
+            let first = drive.now.q.array();
             let mut largest = 0.0f64;
             for n in 1..=10 {
                 let time = drive.now.time;
                 drive.advance(time, TAU / w * f64::from(n) / 10.0 - time).unwrap();
-                largest = largest.max(drive.now.at.q.array()[0].abs());
+                largest = largest.max(drive.now.q.array()[0].abs());
             }
             // (c, b) = (8100, 1e-3) amplifies the rounding by 1/(2πD·3) ~ 1e4.
             let tolerance = if b == 1e-3 { 1e-9 } else { 1e-12 };
             assert_near(
-                drive.now.at.q.array(),
+                drive.now.q.array(),
                 first,
                 largest,
                 c.sqrt().max(150.0),
@@ -391,7 +393,7 @@ fn a_tunable_parameter_changes_the_motion_from_now_on() {
     // Undamped, then critically damped: continues as a drive that starts there with these parameters.
     let mut changed = harmonic_drive([1.0, 1e4, 0.0], 20.0, given());
     run(&mut changed, 0.1, 0.01);
-    let (time, [q, q_dot]) = (changed.now.time, changed.now.at.q.array());
+    let (time, [q, q_dot]) = (changed.now.time, changed.now.q.array());
     changed.parameters.b = 200.0;
     changed.apply(time).unwrap();
     changed.apply(time).unwrap();
@@ -400,7 +402,7 @@ fn a_tunable_parameter_changes_the_motion_from_now_on() {
     let mode = DriveMode::Constant { w: 20.0, phi_start: 2.3 };
     let mut fresh = drive(scene([1.0, 1e4, 200.0], MotionLaw::Fourier(series()), mode, start));
     run(&mut fresh, 0.1, 0.01);
-    assert_near(changed.now.at.q.array(), fresh.now.at.q.array(), 1e-4, 100.0, 1e-13, "after the change");
+    assert_near(changed.now.q.array(), fresh.now.q.array(), 1e-4, 100.0, 1e-13, "after the change");
 }
 
 #[test]
@@ -491,7 +493,7 @@ fn absurd_inputs_end_in_a_fault() {
                 .unwrap();
         set_inputs(&mut drive, &derivatives, 0.0);
         let result = drive.start(0.0).and_then(|()| drive.advance(0.0, 1.0));
-        let [q, v] = drive.now.at.q.array();
+        let [q, v] = drive.now.q.array();
         assert!(result.is_err() || (q.is_finite() && v.is_finite()), "{derivatives:?}");
     }
 }

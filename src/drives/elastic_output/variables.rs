@@ -1,11 +1,14 @@
 //! The variables of the drive.
 
-use super::{ElasticOutput, Moment, Parameters, Position};
+use super::{ElasticOutput, Parameters};
 use crate::drives::cam_drive::{A, CAM, HasCamDrive, PHI, W};
 use crate::drives::flow::Flow;
+use crate::drives::instant::Instant;
 use crate::drives::settings::HasSolver;
 use crate::drives::unit;
 use crate::drives::{List, Seed};
+use crate::motion::derivatives::lift;
+use crate::motion::{Kinematics, TransferFunctions};
 use crate::numerics::taylor::{Scalar, Series};
 
 /// The continuous quantities, in the order of their declaration.
@@ -69,42 +72,40 @@ fn declare_outputs(drive: &ElasticOutput, list: &mut List<ElasticOutput>) {
 
 /// The outputs, of numbers or of series, in the order of [`Output`]; u holds U … U⁗ at the communication point.
 fn outputs<S: Scalar>(drive: &ElasticOutput, u: &[f64; 5], f: &Flow<S>) -> [S; OUTPUTS] {
-    let [x, slope, curvature] = [[u[0], u[1], u[2]], [u[1], u[2], u[3]], [u[2], u[3], u[4]]].map(|u| f.phi.compose(u));
-    let Parameters { m, c, b } = drive.parameters;
-    let force = -(f.q * c + f.v * b);
-    let y2 = force * (1.0 / m);
-    let q2 = y2 - curvature * f.w * f.w - slope * f.a;
-    [f.phi, f.w, x, x + f.q, slope * f.w + f.v, y2, f.q, f.v, q2, force, slope * force]
+    let u = [[u[0], u[1], u[2]], [u[1], u[2], u[3]], [u[2], u[3], u[4]]].map(|u| f.phi.compose(u));
+    let (equation, [x, x1, x2]) = (drive.response.equation(), lift(u, [f.w, f.a]));
+    let force = equation.force([f.q, f.v]);
+    let y2 = force * (1.0 / drive.parameters.m);
+    let q2 = y2 + equation.forcing([x, x1, x2]);
+    [f.phi, f.w, x, x + f.q, x1 + f.v, y2, f.q, f.v, q2, force, u[1] * force]
 }
 
 pub(super) fn evaluate(drive: &ElasticOutput, values: &mut [f64]) {
-    let Moment { shaft: [phi, w, a], at, .. } = drive.now;
-    let ([x, slope], [q, v]) = (at.u.array(), at.q.array());
+    let Instant { shaft: [phi, w, a], u, curvature, q, .. } = drive.now;
+    let ([x, slope], [q, v]) = (u.array(), q.array());
     // phi is put out without reduction; U needs no angle any more, and numbers no derivative beyond U″.
-    let u = [x, slope, at.curvature, 0.0, 0.0];
+    let u = [x, slope, curvature, 0.0, 0.0];
     values[..OUTPUTS].copy_from_slice(&outputs(drive, &u, &Flow { phi, w, a, q, v }));
     values[OUTPUTS..].copy_from_slice(&drive.statistics());
 }
 
 fn series(drive: &ElasticOutput, seed: Seed, which: usize) -> Series {
-    let position = drive.position();
+    let shaft = drive.shaft();
+    let u = shaft.on(&drive.cam.law);
     let flow = match seed {
-        Seed::Time => along_time(drive, &position),
-        known => along_known(drive, &position, known),
+        Seed::Time => along_time(drive, &shaft.kinematics, &u),
+        known => along_known(drive, &shaft.kinematics, &u, known),
     };
-    outputs(drive, &position.u, &flow)[which]
+    outputs(drive, &u.0, &flow)[which]
 }
 
 /// Drive and mass as functions of time.
-fn along_time(drive: &ElasticOutput, position: &Position) -> Flow<Series> {
-    let [phi, w, a, jerk, snap] = position.phi;
-    let [q, v] = drive.now.at.q.array();
-    let [.., x2, x3, _] = position.lift().0;
-    let Parameters { m, c, b } = drive.parameters;
-    let (omega2, damping) = (c / m, b / m);
-    // The equation of motion and its time derivative.
-    let q2 = -(omega2 * q + damping * v) - x2;
-    let q3 = -(omega2 * v + damping * q2) - x3;
+fn along_time(drive: &ElasticOutput, shaft: &Kinematics, u: &TransferFunctions) -> Flow<Series> {
+    let ([phi, w, a, jerk, snap], [q, v]) = (shaft.0, drive.now.q.array());
+    let (equation, x) = (drive.response.equation(), u.along(shaft).0);
+    let q2 = equation.acceleration([q, v], [x[0], x[1], x[2]]);
+    let x = [0, 1, 2].map(|order| Series::from_derivatives(x[order], x[order + 1], 0.0));
+    let q3 = equation.acceleration([Series([q, v, 0.0]), Series([v, q2, 0.0])], x).derivative(1);
     Flow {
         phi: Series::from_derivatives(phi, w, a),
         w: Series::from_derivatives(w, a, jerk),
@@ -115,11 +116,9 @@ fn along_time(drive: &ElasticOutput, position: &Position) -> Flow<Series> {
 }
 
 /// Drive and mass as functions of one input or state, the others held: q = y − U(φ), q̇ = ẏ − U′(φ) ω.
-fn along_known(drive: &ElasticOutput, position: &Position, known: Seed) -> Flow<Series> {
+fn along_known(drive: &ElasticOutput, shaft: &Kinematics, u: &TransferFunctions, known: Seed) -> Flow<Series> {
     let [phi_1, w_1, a_1, y_1, y_dot_1] = ["phi", "w", "a", "y", "der(y)"].map(|name| known.of(name));
-    let [phi, w, a, ..] = position.phi;
-    let [_, u1, u2, ..] = position.u;
-    let [q, v] = drive.now.at.q.array();
+    let ([phi, w, a, ..], [_, u1, u2, ..], [q, v]) = (shaft.0, u.0, drive.now.q.array());
     Flow {
         phi: Series([phi, phi_1, 0.0]),
         w: Series([w, w_1, 0.0]),

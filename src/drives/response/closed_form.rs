@@ -5,6 +5,8 @@
 
 use super::error_bound::{of_free_motion, of_harmonics};
 use crate::drives::cam_drive::AngleMotion;
+use crate::drives::follower::elastic_output::Equation;
+use crate::drives::instant::Instant;
 use crate::motion::Fourier;
 use crate::numerics::divisor::greatest_common_divisor;
 use crate::numerics::double_double::{Double, two_product, two_sum};
@@ -14,25 +16,14 @@ use crate::numerics::pair::Pair;
 use crate::numerics::phase::Phases;
 use serde::{Deserialize, Serialize};
 
-/// Cam and mass at an instant.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Instant {
-    /// U (m) and U′ (m/rad).
-    pub u: Pair,
-    /// U″ (m/rad²).
-    pub curvature: f64,
-    /// q (m) and q̇ (m/s).
-    pub q: Pair,
-}
-
 /// The free motion is left out once it is below this part of the harmonic response: a tenth of its rounding.
 const UNFELT: f64 = 1e-17;
 
 /// The closed form from its start on; all but the speed follows from law and oscillator.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ClosedForm {
-    /// The speed for which the harmonics were computed.
-    holds_for: Option<f64>,
+    /// The speed for which the harmonics were computed; None where the equation has changed since.
+    pub holds_for: Option<f64>,
     /// a₀ (m).
     #[serde(skip)]
     mean: f64,
@@ -52,7 +43,7 @@ pub struct ClosedForm {
 }
 
 /// The motion from a start on.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Run {
     /// When it started (s).
     start: f64,
@@ -67,21 +58,6 @@ pub struct Run {
     free_until: f64,
     /// The largest |q| that was asked for (m).
     largest: f64,
-}
-
-impl Run {
-    /// None yet; [`ClosedForm::restart`] makes one.
-    pub fn new() -> Self {
-        Run {
-            start: 0.0,
-            known: (0.0, 0.0),
-            phases: Phases::default(),
-            offset: [0.0; 2],
-            free: FreeMotion::default(),
-            free_until: f64::INFINITY,
-            largest: 0.0,
-        }
-    }
 }
 
 /// Contribution of one harmonic to U, U′ and to q, q̇: of each pair, the first from cos kφ and the second from sin kφ
@@ -123,36 +99,28 @@ impl ClosedForm {
     }
 
     /// Rebuilds what the serialisation leaves out.
-    pub fn restored(&mut self, oscillator: &Oscillator, series: Option<&Fourier>) {
+    pub fn restored(&mut self, equation: &Equation, series: Option<&Fourier>) {
         *self = ClosedForm { holds_for: self.holds_for, ..ClosedForm::new(series) };
         if let Some(w) = self.holds_for {
-            self.prepare_harmonics(oscillator, w);
+            self.prepare_harmonics(equation, w);
         }
-    }
-
-    /// Forgets the oscillator.
-    pub fn clear(&mut self) {
-        self.holds_for = None;
-    }
-
-    /// Whether it is that of the oscillator.
-    pub fn holds(&self) -> bool {
-        self.holds_for.is_some()
     }
 
     /// Starts at `time` (s) from `state` = q, q̇ on `motion`, which has a constant speed; U and U′ of a law that is no series
     /// are not computed.
-    pub fn restart(&mut self, oscillator: &Oscillator, motion: &AngleMotion, time: f64, state: [f64; 2]) -> Run {
+    pub fn restart(&mut self, equation: &Equation, motion: &AngleMotion, time: f64, state: [f64; 2]) -> Run {
         let w = motion.coefficients[1];
         if self.holds_for != Some(w) {
             self.holds_for = Some(w);
-            self.prepare_harmonics(oscillator, w);
+            self.prepare_harmonics(equation, w);
         }
+        let oscillator = &equation.oscillator;
         let rates = [Double::from(w), oscillator.frequency().unwrap_or_default()];
         let known = (motion.coefficients[0], motion.origin);
         let phases = Phases::new(rates, [known, (0.0, time)]);
         let [s, c] = phases.first(time);
-        let mut driven = self.driven(Pair::new(c, s), Pair::default());
+        let mut driven = Instant::default();
+        self.drive(Pair::new(c, s), &mut driven);
         if !self.resonant.is_empty() {
             self.add_resonant(oscillator, motion, [time; 2], &mut driven);
         }
@@ -197,7 +165,7 @@ impl ClosedForm {
         self.resonant.iter().map(of_part).sum()
     }
 
-    fn prepare_harmonics(&mut self, oscillator: &Oscillator, w: f64) {
+    fn prepare_harmonics(&mut self, equation: &Equation, w: f64) {
         self.resonant.clear();
         self.rounded = 0.0;
         let sense = w.signum();
@@ -205,10 +173,9 @@ impl ClosedForm {
             let k = self.first + i * self.distance;
             let ([a, _], [b, _]) = (harmonic.straight[0].array(), harmonic.crossed[0].array());
             let nu = two_product(k as f64, w.abs());
-            // F of −ẍ = Re[F e^(ikψ)]; ψ = φ sgn w grows, so that a cam that turns back sees the sine coefficients
-            // with the other sign.
-            let force = [nu.hi * nu.hi * a, -nu.hi * nu.hi * sense * b];
-            let response = oscillator.harmonic(force, nu);
+            // ψ = kφ sgn w grows, so that a cam that turns back sees the sine coefficients with the other sign.
+            let force = equation.forcing_of_harmonic([a, -sense * b], nu.hi);
+            let response = equation.oscillator.harmonic(force, nu);
             let [re, im] = response.steady;
             harmonic.straight[1] = Pair::new(re, -nu.hi * sense * re);
             harmonic.crossed[1] = Pair::new(-sense * im, -nu.hi * im);
@@ -217,8 +184,8 @@ impl ClosedForm {
         }
     }
 
-    /// Cam and mass at `time` (s), not before the start, on the motion of the start.
-    pub fn at(&self, run: &mut Run, oscillator: &Oscillator, motion: &AngleMotion, time: f64) -> Instant {
+    /// Brings cam and mass `now` to `time` (s), not before the start, on the motion of the start.
+    pub fn reach(&self, run: &mut Run, oscillator: &Oscillator, motion: &AngleMotion, time: f64, now: &mut Instant) {
         let ([s, c], free) = if time > run.free_until {
             (run.phases.first(time), [0.0; 2])
         } else {
@@ -230,19 +197,21 @@ impl ClosedForm {
             };
             (angle, free)
         };
-        let mut now = self.driven(Pair::new(c, s), free.into());
+        let [phi, w, a, ..] = motion.kinematics(time);
+        (now.time, now.shaft, now.q) = (time, [phi, w, a], free.into());
+        self.drive(Pair::new(c, s), now);
         if !self.resonant.is_empty() {
-            self.add_resonant(oscillator, motion, [run.start, time], &mut now);
+            self.add_resonant(oscillator, motion, [run.start, time], now);
         }
         let [q, _] = now.q.array();
         run.largest = run.largest.max(q.abs());
-        now
     }
 
-    /// The cam, and the harmonic response without resonant parts with the `free` motion, where cos φ and sin φ are `z`.
-    fn driven(&self, z: Pair, free: Pair) -> Instant {
+    /// Sets the cam, and adds the harmonic response without resonant parts to the free motion q, where cos φ and sin φ are `z`.
+    #[inline(always)]
+    fn drive(&self, z: Pair, now: &mut Instant) {
         let (mut z, turn) = (power(z, self.first), power(z, self.distance));
-        let (mut u, mut curvature, mut q) = (Pair::new(self.mean, 0.0), Pair::default(), free);
+        let (mut u, mut curvature, mut q) = (Pair::new(self.mean, 0.0), Pair::default(), now.q);
         for harmonic in &self.harmonics {
             let crossed = z.swapped();
             u = u + (harmonic.straight[0] * z + harmonic.crossed[0] * crossed);
@@ -251,7 +220,7 @@ impl ClosedForm {
             z = turned(z, turn);
         }
         let [of_cosines, of_sines] = curvature.array();
-        Instant { u, curvature: of_cosines + of_sines, q }
+        (now.u, now.curvature, now.q) = (u, of_cosines + of_sines, q);
     }
 
     #[cold]

@@ -1,4 +1,4 @@
-//! One communication step of a Fourier law on inputs φ, ω, α by one quadrature: −ẍ as the polynomial of degree 2M + 1 = 11
+//! One communication step of a Fourier law on inputs φ, ω, α by one quadrature: ẍ as the polynomial of degree 2M + 1 = 11
 //! that has its value and first M derivatives at both ends.
 //!
 //! With σ = (t − t₀)/h the cam turns from an end by p σ + β σ², p = ω h there and β = ½ α h², and x has the Taylor
@@ -6,7 +6,7 @@
 //!
 //! yₙ = Σⱼ Dₙ₋ⱼ pⁿ⁻²ʲ/(n − 2j)! βʲ/j!, Dₙ = U⁽ⁿ⁾ at that end;
 //!
-//! q(h) = free motion + ∫ g(h − s) (−ẍ(s)) ds = free motion + Σ Wₙ yₙ over both ends and n = 2 … M + 2,
+//! q(h) = free motion + ∫ g(h − s) f(s) ds = free motion + Σ Wₙ yₙ over both ends and n = 2 … M + 2,
 //!
 //! where the Wₙ, integrals of the impulse response g times Hermite's basis polynomials, are those of all steps of this
 //! length, and the Dₙ at the start are those at the end of the step before: a step evaluates the law once.
@@ -17,8 +17,11 @@
 //! Source: J. Stoer, R. Bulirsch, *Introduction to Numerical Analysis*, section 2.1.5 (interpolation after Hermite and its
 //! remainder).
 
-use super::Instant;
+use crate::drives::cam_drive::AngleMotion;
+use crate::drives::follower::elastic_output::Equation;
+use crate::drives::instant::Instant;
 use crate::motion::Fourier;
+use crate::motion::derivatives::lift;
 use crate::numerics::double_double::Double;
 use crate::numerics::forced::apply;
 use crate::numerics::gauss::Gauss;
@@ -94,17 +97,11 @@ impl Hermite {
         Hermite { length: 0.0, weights, free: [[0.0; 2]; 2], decay: 1.0, u, angle: f64::INFINITY }
     }
 
-    /// Cam and mass after `length` (s) from this angle, speed and acceleration and from `state` = q, q̇.
-    pub fn over(
-        &mut self,
-        oscillator: &Oscillator,
-        series: &Fourier,
-        [phi, w, a]: [f64; 3],
-        length: f64,
-        state: [f64; 2],
-    ) -> Instant {
+    /// Brings cam and mass from where they are `now` to `time` (s) on the `motion` from there, which has a constant acceleration.
+    pub fn over(&mut self, equation: &Equation, series: &Fourier, motion: &AngleMotion, time: f64, now: &mut Instant) {
+        let ([phi, w, a, ..], length) = (motion.coefficients, time - motion.origin);
         if !((length - self.length).abs() <= SAME_LENGTH * length) {
-            self.prepare(oscillator, length);
+            self.prepare(equation, length);
         }
         // Inputs that go on from there differ by a rounding.
         if !((phi - self.angle).abs() <= 4.0 * f64::EPSILON * phi.abs()) {
@@ -114,19 +111,21 @@ impl Hermite {
         let (speed, end) = (w + a * h, phi + h * (w + 0.5 * a * h));
         let after: [Pair; PAIRS] = series.derivatives(end);
         let forced = self.forced(&after, Pair::new(w * h, speed * h), 0.5 * a * h * h);
-        let state = Pair(apply(&self.free, state)) + forced;
+        let state = Pair(apply(&self.free, now.q.array())) + forced;
         // The clock's rounding of the step: to first order.
         let rest = length - h;
         let turned = rest * speed;
-        let ([q, v], [_, d1], [d2, _]) = (state.array(), after[0].array(), after[1].array());
-        let rate = -(d2 * speed * speed + d1 * a) - oscillator.stiffness() * q - 2.0 * oscillator.damping() * v;
+        let ([q, v], [d0, d1], [d2, _]) = (state.array(), after[0].array(), after[1].array());
+        let rate = equation.acceleration([q, v], lift([d0, d1, d2], [speed, a]));
         // The highest one, which has no higher one, stays.
         for i in 0..PAIRS {
             let next = after.get(i + 1).map_or(0.0, |pair| pair.array()[0]);
             self.u[i] = after[i] + Pair::both(turned) * Pair::new(after[i].array()[1], next);
         }
         self.angle = end + turned;
-        Instant { u: self.u[0], curvature: self.u[1].array()[0], q: state + Pair::both(rest) * Pair::new(v, rate) }
+        let [phi, w, a, ..] = motion.kinematics(time);
+        (now.time, now.shaft, now.u, now.curvature) = (time, [phi, w, a], self.u[0], self.u[1].array()[0]);
+        now.q = state + Pair::both(rest) * Pair::new(v, rate);
     }
 
     /// Σ Wₙ yₙ with the derivatives `after` the step and those before it; `p` at the start and at the end side by side.
@@ -159,7 +158,8 @@ impl Hermite {
     }
 
     #[cold]
-    fn prepare(&mut self, oscillator: &Oscillator, length: f64) {
+    fn prepare(&mut self, equation: &Equation, length: f64) {
+        let oscillator = &equation.oscillator;
         self.length = length;
         self.free = oscillator.free(Double::from(length));
         self.decay = (-oscillator.decay() * length).exp();
@@ -167,7 +167,8 @@ impl Hermite {
         for [place, weight] in Gauss::with(16).nodes::<16>(length) {
             let sigma = place / length;
             let mut factorial = 1.0;
-            let kernel: Pair = oscillator.kernel(length - place).map(|g| -(weight / length) * (g / length)).into();
+            let forced = |g: f64| equation.forcing([0.0, 0.0, weight / length * (g / length)]);
+            let kernel: Pair = oscillator.kernel(length - place).map(forced).into();
             for (j, weights) in self.weights.iter_mut().enumerate() {
                 let sign = if j % 2 == 0 { 1.0 } else { -1.0 };
                 // (j + 2) (j + 1)/(j + 2)! = 1/j!.

@@ -1,9 +1,10 @@
 //! A law of any kind at constant speed, tabulated over a turn: a step costs the same however long it is.
 
 use crate::drives::cam_turn::CamTurn;
+use crate::drives::follower::elastic_output::Equation;
 use crate::motion::MotionLaw;
+use crate::motion::derivatives::lift;
 use crate::numerics::double_double::Double;
-use crate::numerics::oscillator::Oscillator;
 use crate::numerics::period_map::{Coefficients, PeriodMap, Periodic};
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -15,14 +16,21 @@ const FASTEST: f64 = 512.0;
 /// A cell may hold two radians of the finest harmonic of the law; the oscillator shortens it as the tolerance demands.
 const REACH: f64 = 2.0;
 
-/// Map of the oscillator over a turn, and what it was tabulated for.
+/// What is tabulated: the equation behind a cam with this law that turns at `w` (rad/s) from `phi_start` (rad).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Turn {
+    pub equation: Equation,
+    pub law: Arc<MotionLaw>,
+    pub w: f64,
+    pub phi_start: f64,
+    pub tolerance: f64,
+}
+
+/// The equation over a turn.
 #[derive(Debug, PartialEq)]
 pub struct Table {
-    oscillator: Oscillator,
-    law: Arc<MotionLaw>,
-    w: f64,
-    phi_start: f64,
-    tolerance: f64,
+    /// What it was tabulated for.
+    pub turn: Turn,
     /// What roundings of angles and of U″ make of q in a turn (m).
     pub roundings: f64,
     /// None where there are too many cells.
@@ -30,48 +38,29 @@ pub struct Table {
 }
 
 impl Table {
-    /// The table of this oscillator behind a cam with this law that turns at `w` (rad/s) from `phi_start` (rad).
-    pub fn new(oscillator: Oscillator, law: Arc<MotionLaw>, w: f64, phi_start: f64, tolerance: f64) -> Self {
-        let map = CamTurn::new(&law, w, phi_start).and_then(|cam| {
-            let (_, fast) = oscillator.rates();
-            let few = fast * cam.period().hi <= FASTEST;
-            few.then(|| PeriodMap::new(&Turn { oscillator, w, cam }, tolerance)).flatten()
+    /// The table of a turn.
+    pub fn new(turn: Turn) -> Self {
+        let (oscillator, law, w) = (&turn.equation.oscillator, &turn.law, turn.w);
+        let map = CamTurn::new(law, w, turn.phi_start).and_then(|cam| {
+            let few = oscillator.rates().1 * cam.period().hi <= FASTEST;
+            few.then(|| PeriodMap::new(&OnCam { equation: turn.equation, w, cam }, turn.tolerance)).flatten()
         });
         // An error of q̇ turns into one of q while the cam turns by this (rad).
         let span = (w.abs() / oscillator.stiffness().sqrt()).min(TAU);
         let squares = (0..law.breakpoints().len()).map(|segment| law.bound_in(segment, 1).powi(2));
         // Four roundings shift a segment of the law, and four of U′ stay in q̇ behind it.
         let roundings = 2.0 * f64::EPSILON * (1.0 + span) * squares.sum::<f64>().sqrt();
-        Table { oscillator, law, w, phi_start, tolerance, roundings, map }
-    }
-
-    /// Whether it is the table of these.
-    pub fn is_for(
-        &self,
-        oscillator: &Oscillator,
-        law: &Arc<MotionLaw>,
-        w: f64,
-        phi_start: f64,
-        tolerance: f64,
-    ) -> bool {
-        let same = self.is_of(oscillator, w, phi_start) && self.tolerance == tolerance;
-        same && (Arc::ptr_eq(&self.law, law) || self.law == *law)
-    }
-
-    /// Whether it is that of this oscillator and this motion of the cam, whose law has not changed.
-    pub fn is_of(&self, oscillator: &Oscillator, w: f64, phi_start: f64) -> bool {
-        self.oscillator == *oscillator && self.w == w && self.phi_start == phi_start
+        Table { turn, roundings, map }
     }
 }
 
-struct Turn<'a> {
-    oscillator: Oscillator,
+struct OnCam<'a> {
+    equation: Equation,
     w: f64,
     cam: CamTurn<'a>,
 }
 
-/// q̈ + 2δ q̇ + ω₀² q = −U″ ω².
-impl Periodic for Turn<'_> {
+impl Periodic for OnCam<'_> {
     fn period(&self) -> Double {
         self.cam.period()
     }
@@ -83,11 +72,12 @@ impl Periodic for Turn<'_> {
     }
 
     fn at(&self, tau: Double, interval: usize) -> Coefficients {
-        let u = self.cam.law_at(tau, interval);
+        let [u, slope, curvature, _] = self.cam.law_at(tau, interval);
+        let Equation { oscillator, .. } = self.equation;
         Coefficients {
-            damping: 2.0 * self.oscillator.damping(),
-            stiffness: self.oscillator.stiffness(),
-            forcing: -u[2] * self.w * self.w,
+            damping: 2.0 * oscillator.damping(),
+            stiffness: oscillator.stiffness(),
+            forcing: self.equation.forcing(lift([u, slope, curvature], [self.w, 0.0])),
         }
     }
 

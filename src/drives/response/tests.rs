@@ -4,11 +4,18 @@ mod truth;
 
 use super::*;
 use crate::drives::settings::FINEST_TOLERANCE;
-use crate::motion::{Cycle, CyclePlan, StandardLaw};
+use crate::motion::{Cycle, CyclePlan, Fourier, StandardLaw};
+use std::f64::consts::TAU;
 use truth::Truth;
 
 fn series() -> Fourier {
     Fourier::new(vec![0.01, -0.01, 0.0012, 0.0005, -0.0002], vec![0.0, 0.0, 8e-4, -3e-4, 0.0, 1e-4])
+}
+
+impl Response {
+    fn q_at(&mut self, law: &MotionLaw, time: f64) -> Result<[f64; 2], Fault> {
+        self.at(law, time, &mut Work::default())
+    }
 }
 
 fn law() -> MotionLaw {
@@ -27,7 +34,7 @@ fn pieces_and_closed_form_agree() {
     let motion = AngleMotion::uniform(1.5, 0.3, 20.0);
     let period = TAU / 20.0;
     for (c, b) in [(1e5, 40.0), (400.0, 0.0), (1e5, 2000.0), (1e14, 1.0), (1e5, 1e9), (1e-6, 0.0)] {
-        let mut closed = Response::new(Oscillator::of_mass(1.0, c, b), &law, FINEST_TOLERANCE);
+        let mut closed = Response::new(Equation::new([1.0, c, b]), &law, FINEST_TOLERANCE);
         let mut pieces = closed.clone();
         let start = [1e-4, -0.02];
         closed.restart(&law, &motion, 2.0, f64::INFINITY, start).unwrap();
@@ -35,7 +42,7 @@ fn pieces_and_closed_form_agree() {
         let (mut error, mut largest) = (0.0f64, 0.0f64);
         for i in 1..=100 {
             let time = 2.0 + period * 0.037 * f64::from(i);
-            let (a, b) = (closed.at(&law, time).unwrap(), pieces.at(&law, time).unwrap());
+            let (a, b) = (closed.q_at(&law, time).unwrap(), pieces.q_at(&law, time).unwrap());
             (error, largest) = (error.max((a[0] - b[0]).abs()), largest.max(a[0].abs()));
         }
         assert!(error < 1e-13 * largest, "c = {c}, b = {b}: {error:e} of {largest:e}");
@@ -46,22 +53,22 @@ fn pieces_and_closed_form_agree() {
 fn a_piece_without_end_is_laid_at_once() {
     // So slow a cam belongs to a damaged state: no length has it turn by the angle of a piece.
     let motion = AngleMotion { degree: 1, ..AngleMotion::uniform(0.0, 0.3, 0.0) };
-    let mut r = Response::new(Oscillator::of_mass(1.0, 1600.0, 0.0), &law(), FINEST_TOLERANCE);
+    let mut r = Response::new(Equation::new([1.0, 1600.0, 0.0]), &law(), FINEST_TOLERANCE);
     (r.motion, r.until) = (motion, f64::INFINITY);
     r.next_piece(&law(), 0, Double::from(0.0), [1e-3, 0.0]).unwrap();
-    assert!(!r.at(&law(), 1.0).is_ok_and(|q| q.iter().all(|q| q.is_finite())));
+    assert!(!r.q_at(&law(), 1.0).is_ok_and(|q| q.iter().all(|q| q.is_finite())));
 }
 
 #[test]
 fn a_backward_cam_mirrors_the_sine_coefficients() {
     let minus = series().b.iter().map(|b| -b).collect();
     let (law, mirrored) = (law(), MotionLaw::Fourier(Fourier::new(series().a, minus)));
-    let oscillator = Oscillator::of_mass(1.0, 1600.0, 0.0);
+    let oscillator = Equation::new([1.0, 1600.0, 0.0]);
     let mut backward = Response::new(oscillator, &law, FINEST_TOLERANCE);
     let mut forward = Response::new(oscillator, &mirrored, FINEST_TOLERANCE);
     backward.restart(&law, &AngleMotion::uniform(0.0, -0.3, -20.0), 0.0, f64::INFINITY, [0.0; 2]).unwrap();
     forward.restart(&mirrored, &AngleMotion::uniform(0.0, 0.3, 20.0), 0.0, f64::INFINITY, [0.0; 2]).unwrap();
-    assert_eq!(backward.at(&law, 3.0), forward.at(&mirrored, 3.0));
+    assert_eq!(backward.q_at(&law, 3.0), forward.q_at(&mirrored, 3.0));
 }
 
 /// Numbers in [0, 1) from a fixed seed: the generator of Lehmer with the multiplier of Park and Miller.
@@ -155,14 +162,14 @@ fn errors_of_a_run(dice: &mut Dice, case: Case) -> Option<[f64; 2]> {
     let omega = w.abs() * dice.magnitude(0.3, 100.0);
     let ratio = if dice.roll() < 0.2 { 0.0 } else { dice.magnitude(1e-4, 5.0) };
     let (c, b) = (omega * omega, 2.0 * ratio * omega);
-    let oscillator = Oscillator::of_mass(1.0, c, b);
+    let oscillator = Equation::new([1.0, c, b]);
     let (c, b, oscillator) = match case {
         Case::Beat => {
             let k = 1.0 + (series.order() as f64 * dice.roll()).floor();
             let beside = dice.magnitude(0.006, 0.1) * if dice.roll() < 0.5 { 1.0 } else { -1.0 };
             let omega = w.abs() * k * (1.0 + beside);
             let (c, b) = (omega * omega, 2.0 * omega * dice.magnitude(1e-5, 1e-2));
-            (c, b, Oscillator::of_mass(1.0, c, b))
+            (c, b, Equation::new([1.0, c, b]))
         }
         _ => (c, b, oscillator),
     };
@@ -199,22 +206,24 @@ fn errors_of_a_run(dice: &mut Dice, case: Case) -> Option<[f64; 2]> {
             moved.degree = 2;
         }
         state = match case {
-            Case::Closed | Case::Beat | Case::Pieces | Case::Cycle => tested.at(&law, end).unwrap(),
+            Case::Closed | Case::Beat | Case::Pieces | Case::Cycle => tested.q_at(&law, end).unwrap(),
             Case::Hermite | Case::RampOfSeries => {
-                tested.follow(moved);
-                tested.step(&law, [time, end], state, false)?.q.array()
+                tested.motion = moved;
+                let mut now = Instant { time, q: state.into(), ..Instant::default() };
+                tested.by_quadrature(&law, end, &mut now)?;
+                now.q.array()
             }
             Case::RampOfCycle => {
                 tested.restart(&law, &moved, time, end, state).unwrap();
-                tested.at(&law, end).unwrap()
+                tested.q_at(&law, end).unwrap()
             }
         };
         if ramped {
             moved.coefficients[0] += 1.0;
             finest.restart(&other, &moved, time, end, expected.map(|x| 3.0 * x)).unwrap();
-            expected = finest.at(&other, end).unwrap().map(|x| x / 3.0);
+            expected = finest.q_at(&other, end).unwrap().map(|x| x / 3.0);
         } else if case == Case::Cycle {
-            expected = finest.at(&other, end).unwrap().map(|x| x / 3.0);
+            expected = finest.q_at(&other, end).unwrap().map(|x| x / 3.0);
         } else if i % (steps / 100).max(1) == 0 {
             expected[0] = exact.at(end);
         } else {
@@ -266,14 +275,14 @@ fn the_estimates_of_pieces_are_honest() {
 /// times, of 34 digits, −ẍ times the impulse response by Gauss's rule on cells of a radian.
 fn error_and_estimate(plan: CyclePlan, [w, phi, omega]: [f64; 3], table: bool, course: &[(f64, f64)]) -> [f64; 2] {
     let law = Arc::new(MotionLaw::Cycle(Cycle::new(plan)));
-    let mut response = Response::new(Oscillator::of_mass(1.0, omega * omega, 0.0), &law, FINEST_TOLERANCE);
+    let mut response = Response::new(Equation::new([1.0, omega * omega, 0.0]), &law, FINEST_TOLERANCE);
     if table {
         response.tabulate(None, &law, w, phi);
     }
     response.restart(&law, &AngleMotion::uniform(0.0, phi, w), 0.0, f64::INFINITY, [0.0; 2]).unwrap();
     assert_eq!(response.is_on_table(), table);
     let largest = course.iter().fold(0.0, |largest: f64, (_, q)| largest.max(q.abs()));
-    let errors = course.iter().map(|&(time, q)| (response.at(&law, time).unwrap()[0] - q).abs() / largest);
+    let errors = course.iter().map(|&(time, q)| (response.q_at(&law, time).unwrap()[0] - q).abs() / largest);
     let error = errors.fold(0.0, f64::max);
     [error, response.error(course[course.len() - 1].0)]
 }

@@ -7,7 +7,7 @@ use crate::motion::{Cycle, CyclePlan, StandardLaw};
 use std::f64::consts::TAU;
 
 /// Runs to `end` in steps of `h`; events, and the sum of force_mean h.
-fn march(
+pub fn march(
     drive: &mut BacklashDrive,
     end: f64,
     h: f64,
@@ -54,7 +54,7 @@ fn the_communication_step_does_not_show() {
 }
 
 /// The drive with inputs φ = 50 t + ½ a t².
-fn with_inputs(e: f64) -> BacklashDrive {
+pub fn with_inputs(e: f64) -> BacklashDrive {
     let mut scene = scene(50.0, 3e-4, 60.0, e);
     scene.drive = DriveMode::Input;
     let mut drive = BacklashDrive::new(scene).unwrap();
@@ -63,14 +63,14 @@ fn with_inputs(e: f64) -> BacklashDrive {
     drive
 }
 
-fn set(drive: &mut BacklashDrive, phi: f64, w: f64, a: f64) {
+pub fn set(drive: &mut BacklashDrive, phi: f64, w: f64, a: f64) {
     let variables = drive.variables().0;
     for (reference, value) in [phi, w, a].into_iter().enumerate() {
         variables[reference].set(drive, value);
     }
 }
 
-fn ramp(a: f64) -> impl FnMut(&mut BacklashDrive, f64) {
+pub fn ramp(a: f64) -> impl FnMut(&mut BacklashDrive, f64) {
     move |drive, t| set(drive, 50.0 * t + 0.5 * a * t * t, 50.0 + a * t, a)
 }
 
@@ -108,7 +108,7 @@ fn a_ramp_of_the_speed_is_the_same_in_any_communication_step() {
 #[test]
 fn a_jump_of_the_inputs_moves_no_free_mass_and_pushes_one_on_a_flank() {
     let place = |d: &BacklashDrive| {
-        let [x, v] = d.now.point.reading().place;
+        let [x, v] = d.now.point.place();
         [x, v, x + d.now.point.state.q[0], v + d.now.point.state.q[1]]
     };
     for (time, contact) in [(0.02, true), (0.04, false)] {

@@ -13,7 +13,7 @@ fn get(drive: &ElasticOutput, name: &str) -> f64 {
 /// A panel is at most 8 rad of the fastest wave and ends where the law has a breakpoint.
 fn missed(drive: &mut ElasticOutput, w: f64) -> f64 {
     let law = drive.cam().law.clone();
-    let rate = drive.parameters.oscillator().rates().1.max(law.resolution() * w.abs());
+    let rate = drive.parameters.equation().oscillator.rates().1.max(law.resolution() * w.abs());
     let energy = |drive: &ElasticOutput| {
         0.5 * (drive.parameters.m * get(drive, "der(y)").powi(2) + drive.parameters.c * get(drive, "q").powi(2))
     };

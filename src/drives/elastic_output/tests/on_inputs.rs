@@ -34,7 +34,7 @@ fn run_on_inputs(per_second: u32, look: u32) -> ([f64; 2], f64) {
         }
         drive.advance(time, end - time).unwrap();
     }
-    (drive.now.at.q.array(), steps[1] - steps[0])
+    (drive.now.q.array(), steps[1] - steps[0])
 }
 
 #[test]

@@ -1,49 +1,28 @@
-//! The motion of the cam about an instant.
+//! The motion of a prescribed shaft about an instant.
 
-use crate::drives::cam_drive::AngleMotion;
-use crate::numerics::angle;
-use crate::numerics::double_double::{Double, two_product};
+use super::cam_drive::AngleMotion;
+use crate::numerics::double_double::Double;
 
 /// The highest degree of the motion polynomial.
 const DEGREE: usize = 10;
 
 /// φ(t₀ + τ) = Σ angleⱼ τʲ.
-pub struct Local {
+pub struct Course {
     pub angle: [f64; DEGREE + 1],
     pub degree: usize,
 }
 
-impl Local {
+impl Course {
     /// `motion` about `start` (s).
     pub fn of(motion: &AngleMotion, start: Double) -> Self {
-        let c = &motion.coefficients;
-        let tau = start - Double::from(motion.origin);
-        let degree = motion.degree;
-        let mut angle = [0.0; DEGREE + 1];
-        if tau.hi == 0.0 {
-            let mut factorial = 1.0;
-            for (j, d) in angle.iter_mut().enumerate().take(degree + 1) {
-                *d = c[j] / factorial;
-                factorial *= (j + 1) as f64;
-            }
-            angle[0] = angle::reduce(Double::from(c[0]));
-            return Local { angle, degree };
-        }
-        for (order, d) in angle.iter_mut().enumerate().take(degree + 1).skip(1) {
-            for j in (order..=degree).rev() {
-                *d = c[j] + *d * tau.hi / (j + 1 - order) as f64;
-            }
-        }
-        let above = (2..=degree).rev().fold(0.0, |above, j| (c[j] + above) * tau.hi / j as f64);
-        // φ = c₀ + (c₁ + above) τ, with the care that many turns need.
-        let turns = Double::from(c[0]) + Double::from(c[1]) * tau + two_product(above, tau.hi);
-        angle[0] = angle::reduce(turns);
+        let mut angle = motion.derivatives((start - Double::from(motion.origin)).hi);
+        angle[0] = motion.at_instant(start).reduced;
         let mut factorial = 1.0;
         for (j, d) in angle.iter_mut().enumerate().skip(1) {
             factorial *= j as f64;
             *d /= factorial;
         }
-        Local { angle, degree }
+        Course { angle, degree: motion.degree }
     }
 
     /// φ, w, a at τ.
