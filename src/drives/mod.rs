@@ -10,6 +10,7 @@ pub mod elastic_output;
 pub mod elastic_shaft;
 pub mod flow;
 pub mod interface;
+pub mod oscillation;
 pub mod parametric;
 pub mod response;
 pub mod rigid_machine;

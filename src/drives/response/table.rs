@@ -2,6 +2,7 @@
 
 use crate::drives::cam_turn::CamTurn;
 use crate::motion::MotionLaw;
+use crate::numerics::angle;
 use crate::numerics::double_double::Double;
 use crate::numerics::oscillator::Oscillator;
 use crate::numerics::period_map::{Coefficients, PeriodMap, Periodic};
@@ -32,10 +33,10 @@ pub struct Table {
 impl Table {
     /// The table of this oscillator behind a cam with this law that turns at `w` (rad/s) from `phi_start` (rad).
     pub fn new(oscillator: Oscillator, law: Arc<MotionLaw>, w: f64, phi_start: f64, tolerance: f64) -> Self {
-        let map = CamTurn::new(&law, w, phi_start).and_then(|cam| {
+        let map = CamTurn::new(law.breakpoints(), w, phi_start).and_then(|cam| {
             let (_, fast) = oscillator.rates();
-            let few = fast * cam.period().hi <= FASTEST;
-            few.then(|| PeriodMap::new(&Turn { oscillator, w, cam }, tolerance)).flatten()
+            let few = fast * cam.period(1).hi <= FASTEST;
+            few.then(|| PeriodMap::new(&Turn { oscillator, law: &law, w, phi_start, cam }, tolerance)).flatten()
         });
         // An error of q̇ turns into one of q while the cam turns by this (rad).
         let span = (w.abs() / oscillator.stiffness().sqrt()).min(TAU);
@@ -66,24 +67,33 @@ impl Table {
 
 struct Turn<'a> {
     oscillator: Oscillator,
+    law: &'a MotionLaw,
     w: f64,
+    phi_start: f64,
     cam: CamTurn<'a>,
+}
+
+impl Turn<'_> {
+    /// U … U‴ at `tau` (s) in an interval, whose angle is not rounded.
+    fn law_at(&self, tau: Double, interval: usize) -> [f64; 4] {
+        let phi = angle::remainder(Double::from(self.phi_start) + Double::from(self.w) * tau);
+        let u = self.law.at_in(self.cam.segment(interval), phi.hi).0;
+        std::array::from_fn(|order| u[order] + u[order + 1] * phi.lo)
+    }
 }
 
 /// q̈ + 2δ q̇ + ω₀² q = −U″ ω².
 impl Periodic for Turn<'_> {
     fn period(&self) -> Double {
-        self.cam.period()
+        self.cam.period(1)
     }
 
     fn joints(&self) -> Vec<Double> {
-        let mut joints = self.cam.passages();
-        joints.push(self.period());
-        joints
+        self.cam.joints(self.period())
     }
 
     fn at(&self, tau: Double, interval: usize) -> Coefficients {
-        let u = self.cam.law_at(tau, interval);
+        let u = self.law_at(tau, interval);
         Coefficients {
             damping: 2.0 * self.oscillator.damping(),
             stiffness: self.oscillator.stiffness(),
@@ -94,12 +104,12 @@ impl Periodic for Turn<'_> {
     /// Absolutely, the mass has no jump: what q̈ gained by the roundings of the joint, q̇ gets back as the law's jump of U′ there.
     fn jump(&self, tau: Double, interval: usize) -> f64 {
         let next = if tau == self.period() { 0 } else { interval + 1 };
-        let [before, after] = [interval, next].map(|interval| self.cam.law_at(tau, interval));
+        let [before, after] = [interval, next].map(|interval| self.law_at(tau, interval));
         (before[1] - after[1]) * self.w
     }
 
     fn longest_cell(&self, _: Double, interval: usize) -> f64 {
-        self.cam.time_for(REACH, interval)
+        REACH / self.law.resolution_in(self.cam.segment(interval)).max(1.0) / self.w.abs()
     }
 
     /// Without a table the oscillator, whose coefficients are constant, is solved to the last digit.
