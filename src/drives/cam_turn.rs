@@ -1,6 +1,6 @@
 //! A turn of the cam at constant speed as the period of an equation that is tabulated over it.
 
-use crate::motion::MotionLaw;
+use crate::motion::turn;
 use crate::numerics::angle;
 use crate::numerics::double_double::Double;
 use std::f64::consts::TAU;
@@ -22,7 +22,8 @@ pub fn turns(w: f64) -> bool {
 
 /// A turn of the cam from `phi_start` (rad) at the constant speed `w` (rad/s), at which it turns.
 pub struct CamTurn<'a> {
-    law: &'a MotionLaw,
+    /// Of the law, ascending.
+    breakpoints: &'a [f64],
     w: f64,
     phi_start: f64,
     /// The segment of the law with which the turn starts.
@@ -31,47 +32,35 @@ pub struct CamTurn<'a> {
 
 impl<'a> CamTurn<'a> {
     /// None where the cam is at rest.
-    pub fn new(law: &'a MotionLaw, w: f64, phi_start: f64) -> Option<Self> {
+    pub fn new(breakpoints: &'a [f64], w: f64, phi_start: f64) -> Option<Self> {
         let start = angle::reduce(Double::from(phi_start));
-        let segment = law.segment(start + SLACK * w.signum(), 0.0 < w);
-        turns(w).then_some(CamTurn { law, w, phi_start, segment })
+        let segment = turn::segment(breakpoints, start + SLACK * w.signum(), 0.0 < w);
+        turns(w).then_some(CamTurn { breakpoints, w, phi_start, segment })
     }
 
-    /// How long the turn takes (s).
-    pub fn period(&self) -> Double {
-        angle::WHOLE_TURN.divide(Double::from(self.w.abs()))
+    /// How long this part of the turn takes (s), one of so many.
+    pub fn period(&self, parts: usize) -> Double {
+        angle::WHOLE_TURN.divide(Double::from(parts as f64 * self.w.abs()))
     }
 
     /// The segment of the law in the interval of this number.
     pub fn segment(&self, interval: usize) -> usize {
-        let count = self.law.breakpoints().len().max(1);
+        let count = self.breakpoints.len().max(1);
         if 0.0 < self.w { (self.segment + interval) % count } else { (self.segment + count - interval % count) % count }
     }
 
-    /// When the cam passes the breakpoints of the law within the turn (s), ascending.
-    pub fn passages(&self) -> Vec<Double> {
+    /// When the cam passes the breakpoints of the law within the turn (s), ascending, and the `end`.
+    pub fn joints(&self, end: Double) -> Vec<Double> {
         let start = angle::reduce(Double::from(self.phi_start));
         let way = |breakpoint: &f64| ((breakpoint - start) * self.w.signum()).rem_euclid(TAU);
         let inside = |way: &f64| SLACK < *way && *way < TAU - SLACK;
-        let mut ways: Vec<f64> = self.law.breakpoints().iter().map(way).filter(inside).collect();
+        let mut ways: Vec<f64> = self.breakpoints.iter().map(way).filter(inside).collect();
         ways.sort_by(f64::total_cmp);
-        ways.into_iter().map(|way| Double::from(way / self.w.abs())).collect()
+        ways.into_iter().map(|way| Double::from(way / self.w.abs())).chain([end]).collect()
     }
 
     /// φ (rad), reduced, at `tau` (s) from the start of the turn.
     pub fn angle(&self, tau: Double) -> f64 {
         angle::reduce(Double::from(self.phi_start) + Double::from(self.w) * tau)
-    }
-
-    /// U … U‴ at `tau` (s) in an interval, whose angle is not rounded.
-    pub fn law_at(&self, tau: Double, interval: usize) -> [f64; 4] {
-        let phi = angle::remainder(Double::from(self.phi_start) + Double::from(self.w) * tau);
-        let u = self.law.at_in(self.segment(interval), phi.hi).0;
-        std::array::from_fn(|order| u[order] + u[order + 1] * phi.lo)
-    }
-
-    /// The time in which the cam turns by `reach` (rad) of the finest harmonic of the law in an interval (s).
-    pub fn time_for(&self, reach: f64, interval: usize) -> f64 {
-        reach / self.law.resolution_in(self.segment(interval)).max(1.0) / self.w.abs()
     }
 }

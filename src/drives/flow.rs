@@ -1,6 +1,6 @@
 //! Arguments of the equations of vibrations on a turning drive.
 
-use crate::numerics::taylor::Series;
+use crate::numerics::taylor::{Scalar, Series};
 
 /// Drive and vibration at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,6 +15,23 @@ pub struct Flow<S> {
     pub q: S,
     /// q̇ (rad/s or m/s).
     pub v: S,
+}
+
+impl<S: Scalar> Flow<S> {
+    /// ψ̇ = ω + q̇.
+    pub fn cam_speed(&self) -> S {
+        self.w + self.v
+    }
+
+    /// The angle at which the law is taken: ψ = φ + q where the oscillator carries it, else φ.
+    pub fn argument(&self, carried: bool) -> S {
+        if carried { self.phi + self.q } else { self.phi }
+    }
+
+    /// The rate of this angle.
+    pub fn turning(&self, carried: bool) -> S {
+        if carried { self.cam_speed() } else { self.w }
+    }
 }
 
 impl Flow<f64> {

@@ -13,6 +13,7 @@ pub mod flow;
 pub mod follower;
 pub mod instant;
 pub mod interface;
+pub mod oscillation;
 pub mod parametric;
 mod passage;
 pub mod response;

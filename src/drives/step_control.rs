@@ -1,12 +1,7 @@
-//! Internal steps along a motion: what decides their lengths, what they err by, what is said where they fail.
+//! Internal steps along a motion: what decides their lengths, what they err by.
 
-use super::cam_drive::AngleMotion;
-use super::limits::step_too_much;
-use super::settings::{Method, Solver};
-use super::{Fault, Rounded};
 use crate::numerics::collocation::{Collocation, Failure, Statistics, System};
 use crate::numerics::double_double::{Double, two_product};
-use crate::numerics::work::Work;
 
 /// A time that no step reaches.
 pub const FAR: Double = Double { hi: 1e300, lo: 0.0 };
@@ -47,19 +42,6 @@ pub enum StepControl {
     },
 }
 
-/// Names of the drive's own quantities in messages.
-#[derive(Clone, Copy, Debug)]
-pub struct Words {
-    /// The integrated quantity: "the twist q".
-    pub quantity: &'static str,
-    /// The turning part: "the cam".
-    pub turning: &'static str,
-    /// Parameters that may be wrong where no step keeps the tolerance: "J, m, c, b".
-    pub parameters: &'static str,
-    /// Parameters that may be wrong where the work is too much: "c and J".
-    pub frequency: &'static str,
-}
-
 /// The point (s) of the grid of equal steps from `origin` (s) on that a step from `from` goes to.
 pub fn point_of_grid(origin: f64, step: f64, from: Double) -> Double {
     let origin = Double::from(origin);
@@ -67,37 +49,7 @@ pub fn point_of_grid(origin: f64, step: f64, from: Double) -> Double {
     origin + two_product(next, step)
 }
 
-/// Why the steps end before their target.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Stop {
-    /// A step failed.
-    Failed(Failure),
-    /// The work of the call is used up.
-    Exhausted {
-        /// When (s).
-        time: f64,
-    },
-    /// More attempts than the steps of a grid may take.
-    TooManyAttempts {
-        /// When (s).
-        time: f64,
-    },
-}
-
 impl StepControl {
-    /// The control that the settings ask for on a motion known from `from` to `target` only (s), as on inputs: equal steps
-    /// divide it, the longest ones that do not exceed what is asked for, `usual` (s) where nothing is.
-    pub fn within(solver: &Solver, from: f64, target: f64, usual: impl FnOnce() -> f64) -> Self {
-        match solver.settings.method {
-            Method::Adaptive => StepControl::Tolerance(solver.effective_tolerance()),
-            Method::FixedCost => {
-                let asked = solver.settings.step_size;
-                let (step, length) = (if asked > 0.0 { asked } else { usual() }, target - from);
-                StepControl::Grid { origin: from, step: length / (length / step).ceil().max(1.0) }
-            }
-        }
-    }
-
     /// One step that does not reach beyond `limit`; one of fixed cost takes this number of Newton iterations.
     pub fn step<const N: usize>(
         self,
@@ -120,38 +72,6 @@ impl StepControl {
         }
     }
 
-    /// Steps until the last one ends at or beyond `target`; a step of a grid may take this number of attempts. Draws upon the
-    /// `work`, of which an evaluation of the equation takes `cost` (nominal µs).
-    pub fn integrate<const N: usize>(
-        self,
-        integrator: &mut Collocation<N>,
-        target: Double,
-        attempts: u64,
-        (work, cost): (&mut Work, f64),
-        mut step: impl FnMut(&mut Collocation<N>) -> Result<(), Failure>,
-    ) -> Result<(), Stop> {
-        let first = integrator.statistics.steps;
-        let most = match self {
-            StepControl::Tolerance(_) => f64::INFINITY,
-            StepControl::Grid { step, .. } => attempts as f64 * (((target - integrator.end()).hi / step).ceil() + 1.0),
-        };
-        // Steps that nobody can wait for are refused before the first.
-        if most.is_finite() && !work.allows(cost * most / attempts as f64) {
-            return Err(Stop::Exhausted { time: integrator.end().hi });
-        }
-        while (target - integrator.end()).hi > 0.0 {
-            let (time, before) = (integrator.end().hi, integrator.statistics.evaluations);
-            step(integrator).map_err(Stop::Failed)?;
-            // A step that evaluated nothing would be taken for ever.
-            let evaluations = (integrator.statistics.evaluations - before).max(1);
-            work.draw(cost * evaluations as f64).map_err(|_| Stop::Exhausted { time })?;
-            if (integrator.statistics.steps - first) as f64 > most {
-                return Err(Stop::TooManyAttempts { time });
-            }
-        }
-        Ok(())
-    }
-
     /// Estimated relative error of the state so far, 1 where all digits are lost; on inputs every communication point is the
     /// end of a step.
     pub fn error_estimate(self, statistics: &Statistics, on_inputs: bool) -> f64 {
@@ -165,37 +85,5 @@ impl StepControl {
         };
         // `min` takes what is no number for 1.
         error.min(1.0)
-    }
-
-    /// The fault of a stop on the way from one time to another (s) along this `motion`, but for growth without bound.
-    pub fn fault(self, stop: Stop, words: &Words, way: [f64; 2], motion: &AngleMotion) -> Fault {
-        let Words { quantity, turning, parameters, frequency } = words;
-        Fault::new(match (stop, self) {
-            (Stop::Failed(Failure::Stalled { time } | Failure::Unbounded { time }), StepControl::Grid { step, .. }) => {
-                format!(
-                    "{quantity} cannot be computed beyond t = {} s with internal steps of {} s: they turn {turning} \
-                 too far, or miss more than {WORST} of the motion; shorten solver.step_size, or set \
-                 solver.method = adaptive",
-                    Rounded(time),
-                    Rounded(step)
-                )
-            }
-            (Stop::Failed(Failure::Stalled { time } | Failure::Unbounded { time }), StepControl::Tolerance(_)) => {
-                format!(
-                    "{quantity} cannot be computed beyond t = {} s: no internal step keeps the tolerance; check {parameters} \
-                 and the speed, or relax solver.tolerance",
-                    Rounded(time)
-                )
-            }
-            (Stop::Exhausted { time } | Stop::TooManyAttempts { time }, control) => {
-                let setting = if matches!(control, StepControl::Grid { .. }) {
-                    "lengthen solver.step_size"
-                } else {
-                    "relax solver.tolerance"
-                };
-                let hint = format!("{setting}, or check the speed, {frequency}");
-                return step_too_much(way, time, &motion.told(turning, way), &hint);
-            }
-        })
     }
 }

@@ -1,21 +1,26 @@
 //! The equation of motion of the twist, written once for numbers and for series.
 
 use super::Parameters;
-pub use crate::drives::flow::Flow;
+use crate::drives::Fault;
+use crate::drives::flow::Flow;
+use crate::drives::oscillation::{Equation, Pace, Words};
 use crate::motion::MotionLaw;
+use crate::numerics::angle;
+use crate::numerics::divisor::greatest_common_divisor;
+use crate::numerics::double_double::Double;
 use crate::numerics::taylor::Scalar;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
 
-/// The parameters of the equation.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Equation {
-    /// Mass of the follower m (kg).
-    pub m: f64,
-    /// Moment of inertia of the cam J (kg·m²).
-    pub inertia: f64,
-    /// Stiffness of the shaft c (N·m/rad).
-    pub c: f64,
-    /// Damping of the shaft b (N·m·s/rad).
-    pub b: f64,
+/// The angle over which a step of degree 8 may reach, times the resolution K of the law (rad): two radians of
+/// the highest harmonic cannot hide between eight nodes.
+pub const REACH: f64 = 2.0;
+
+/// The twist of the shaft.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Twist {
+    /// m, J, c, b.
+    pub parameters: Parameters,
     /// Whether the equation is linearised in q.
     pub linear: bool,
 }
@@ -24,27 +29,57 @@ pub struct Equation {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cam(pub [f64; 6]);
 
-impl<S: Scalar> Flow<S> {
-    /// ψ̇ = ω + q̇.
-    pub fn cam_speed(&self) -> S {
-        self.w + self.v
+impl Equation for Twist {
+    type Law = MotionLaw;
+    type Parameters = Parameters;
+    type Local = Cam;
+
+    fn parameters(&self) -> Parameters {
+        self.parameters
     }
 
-    /// The angle at which the transfer functions are taken: φ where the equation is linearised, else ψ = φ + q.
-    pub fn argument(&self, linear: bool) -> S {
-        if linear { self.phi } else { self.phi + self.q }
+    fn with(&self, parameters: Parameters) -> Self {
+        Twist { parameters, ..*self }
     }
 
-    /// The rate of this angle.
-    pub fn turning(&self, linear: bool) -> S {
-        if linear { self.w } else { self.cam_speed() }
+    fn prepare(&mut self, law: &MotionLaw) -> Result<(), Fault> {
+        law.validate().map_err(|message| Fault::new(message).of("cam"))
     }
-}
 
-impl Equation {
-    /// The equation with these parameters.
-    pub fn new(&Parameters { m, inertia, c, b }: &Parameters, linear: bool) -> Self {
-        Equation { m, inertia, c, b, linear }
+    fn is_linear(&self) -> bool {
+        self.linear
+    }
+
+    fn linearised(&self) -> Self {
+        Twist { linear: true, ..*self }
+    }
+
+    fn carries_law(&self) -> bool {
+        !self.linear
+    }
+
+    fn is_undamped(&self) -> bool {
+        self.parameters.b == 0.0
+    }
+
+    fn words(&self) -> Words {
+        Words {
+            quantity: "the twist q",
+            turning: "the cam",
+            parameters: "J, m, c, b",
+            frequency: "c and J",
+            damping: "b",
+            instead: if self.linear { ", set shaft.linear = false" } else { "" },
+        }
+    }
+
+    fn breakpoints(law: &MotionLaw) -> &[f64] {
+        law.breakpoints()
+    }
+
+    fn at(&self, law: &MotionLaw, segment: usize, f: &Flow<f64>) -> Cam {
+        let [u0, u1, u2, u3, u4] = law.at_in(segment, self.angle(f)).0;
+        Cam([u0, u1, u2, u3, u4, 0.0])
     }
 
     /// q̈ (rad/s²).
@@ -52,60 +87,101 @@ impl Equation {
     /// Nonlinear, U at ψ: (J + m U′²) ψ̈ = −(m U′U″ ψ̇² + b q̇ + c q).
     /// Linear (4.2), U at φ, g = U′U″:
     /// (J + m U′²)(q̈ + α) = −(m ω² g + (b + 2 m ω g) q̇ + (c + m ω² g′ + 2 m α g) q).
-    /// Without forcing (`forced` = 0 instead of 1) the linear equation is the homogeneous one.
-    pub fn acceleration<S: Scalar>(&self, cam: &Cam, f: &Flow<S>, forced: f64) -> S {
+    fn acceleration<S: Scalar>(&self, cam: &Cam, f: &Flow<S>) -> S {
+        let Parameters { m, inertia, c, b } = self.parameters;
         let [_, d1, d2, d3, d4, d5] = cam.0;
-        let angle = f.argument(self.linear);
+        let angle = f.argument(!self.linear);
         let (u1, u2) = (angle.compose([d1, d2, d3]), angle.compose([d2, d3, d4]));
-        let inertia = u1 * u1 * self.m + S::from(self.inertia);
-        let g = u1 * u2 * self.m;
+        let inertia = u1 * u1 * m + S::from(inertia);
+        let g = u1 * u2 * m;
         if self.linear {
-            let g1 = (u2 * u2 + u1 * angle.compose([d3, d4, d5])) * self.m;
+            let g1 = (u2 * u2 + u1 * angle.compose([d3, d4, d5])) * m;
             let w2 = f.w * f.w;
-            let stiffness = S::from(self.c) + w2 * g1 + f.a * g * 2.0;
-            let damping = S::from(self.b) + f.w * g * 2.0;
-            -(w2 * g * forced + damping * f.v + stiffness * f.q) / inertia - f.a * forced
+            let stiffness = S::from(c) + w2 * g1 + f.a * g * 2.0;
+            let damping = S::from(b) + f.w * g * 2.0;
+            -(w2 * g + damping * f.v + stiffness * f.q) / inertia - f.a
         } else {
             let speed = f.cam_speed();
-            -(g * speed * speed + f.v * self.b + f.q * self.c) / inertia - f.a
+            -(g * speed * speed + f.v * b + f.q * c) / inertia - f.a
         }
     }
 
-    /// ∂q̈/∂q (1/s²) and ∂q̈/∂q̇ (1/s).
-    pub fn jacobian(&self, cam: &Cam, f: &Flow<f64>) -> [f64; 2] {
+    fn jacobian(&self, cam: &Cam, f: &Flow<f64>) -> [f64; 2] {
+        let Parameters { m, inertia, c, b } = self.parameters;
         let [_, u1, u2, u3, ..] = cam.0;
-        let inertia = self.inertia + self.m * u1 * u1;
-        let (g, g1) = (self.m * u1 * u2, self.m * (u2 * u2 + u1 * u3));
+        let inertia = inertia + m * u1 * u1;
+        let (g, g1) = (m * u1 * u2, m * (u2 * u2 + u1 * u3));
         if self.linear {
-            let stiffness = self.c + f.w * f.w * g1 + 2.0 * f.a * g;
-            [-stiffness / inertia, -(self.b + 2.0 * f.w * g) / inertia]
+            let stiffness = c + f.w * f.w * g1 + 2.0 * f.a * g;
+            [-stiffness / inertia, -(b + 2.0 * f.w * g) / inertia]
         } else {
             let speed = f.cam_speed();
-            let torque = g * speed * speed + self.b * f.v + self.c * f.q;
-            let by_q = -(g1 * speed * speed + self.c) + torque * 2.0 * g / inertia;
-            [by_q / inertia, -(2.0 * g * speed + self.b) / inertia]
+            let torque = g * speed * speed + b * f.v + c * f.q;
+            let by_q = -(g1 * speed * speed + c) + torque * 2.0 * g / inertia;
+            [by_q / inertia, -(2.0 * g * speed + b) / inertia]
         }
-    }
-
-    /// ∂q̈/∂φ (1/s²).
-    pub fn slope(&self, cam: &Cam, f: &Flow<f64>) -> f64 {
-        self.acceleration(cam, &f.over_angle(), 1.0).derivative(1)
     }
 
     /// Rounding error of q̈ from U′, U″ and α over the unit roundoff: |α| + m ψ̇² (|U″| max|U″| + |U′| max|U‴|)/(J + m U′²)
     /// (rad/s²), since the sine of the k-th multiple of an angle is rounded k times as much as the angle. Where the
     /// cam turns slowly the twist follows the forces of the follower, q̇ all but vanishes, and this is what remains of q̈.
-    pub fn rounding(&self, cam: &Cam, f: &Flow<f64>, [largest2, largest3]: [f64; 2]) -> f64 {
-        let [_, u1, u2, ..] = cam.0;
-        let speed = if self.linear { f.w } else { f.cam_speed() };
+    fn rounding(&self, law: &MotionLaw, segment: usize, f: &Flow<f64>) -> f64 {
+        let Parameters { m, inertia, .. } = self.parameters;
+        let [_, u1, u2, ..] = self.at(law, segment, f).0;
+        // Those of the segment: beside a steep rise a gentle return would count all it errs by as rounding.
+        let [largest2, largest3] = [2, 3].map(|order| law.bound_in(segment, order));
+        let speed = f.turning(!self.linear);
         let products = u2.abs() * largest2 + u1.abs() * largest3;
-        self.m * speed * speed * products / (self.inertia + self.m * u1 * u1) + f.a.abs()
+        m * speed * speed * products / (inertia + m * u1 * u1) + f.a.abs()
+    }
+
+    fn reach(&self, law: &MotionLaw, segment: usize, _: f64) -> f64 {
+        REACH / law.resolution_in(segment).max(1.0)
+    }
+
+    /// U′², U′U″ and U″² + U′U‴ repeat themselves after an equal part of the turn: their harmonics are the sums and
+    /// differences of those of U, all of which are multiples of the greatest common divisor of 2 k₁ and k − k₁. Two parts
+    /// for a law with odd harmonics alone.
+    fn symmetry(&self, law: &MotionLaw) -> usize {
+        let Some(series) = law.series() else { return 1 };
+        let mut orders = (1..=series.order()).filter(|&k| series.a[k] != 0.0 || series.b[k] != 0.0);
+        let Some(first) = orders.next() else { return 1 };
+        orders.fold(2 * first, |divisor, k| greatest_common_divisor(divisor, k - first))
+    }
+
+    fn cost(&self, law: &MotionLaw) -> f64 {
+        law.cost()
+    }
+
+    /// The vibration √(c/J); the angle from one breakpoint of the law to the next on the average, or 1/(2 K √(1 + m U′²max/J)),
+    /// K the highest harmonic, whichever is smaller: J + m U′² has its complex zeros 1/K √(J/m)/U′max beside those of U′.
+    /// The cam turns at |ω| and the speed that the vibration has now.
+    fn pace(&self, law: &MotionLaw, [q, v]: [f64; 2]) -> Pace {
+        let Parameters { m, inertia, c, .. } = self.parameters;
+        let ratio = m * law.bound(1).powi(2) / inertia;
+        let smooth = 0.5 / (law.resolution() * (1.0 + ratio).sqrt());
+        let angle = smooth.min(TAU / law.breakpoints().len().max(1) as f64);
+        let frequency = (c / inertia).sqrt();
+        Pace { frequency, angle, speed: if self.linear { 0.0 } else { v.abs() + frequency * q.abs() } }
+    }
+}
+
+impl Twist {
+    fn angle(&self, f: &Flow<f64>) -> f64 {
+        angle::reduce(Double::from(f.argument(!self.linear)))
+    }
+
+    /// The cam with U⁽⁵⁾.
+    pub fn with_fifth(&self, law: &MotionLaw, segment: usize, f: &Flow<f64>) -> Cam {
+        let mut cam = self.at(law, segment, f);
+        cam.0[5] = law.fifth_in(segment, self.angle(f));
+        cam
     }
 
     /// y = U(ψ), or U + U′ q where the equation is linearised (m).
     pub fn lift<S: Scalar>(&self, cam: &Cam, f: &Flow<S>) -> S {
         let [d0, d1, d2, d3, ..] = cam.0;
-        let angle = f.argument(self.linear);
+        let angle = f.argument(!self.linear);
         let u = angle.compose([d0, d1, d2]);
         if self.linear { u + angle.compose([d1, d2, d3]) * f.q } else { u }
     }
@@ -113,28 +189,13 @@ impl Equation {
     /// ẏ = U′ ψ̇, or (U′ + U″ q) ω + U′ q̇ (m/s).
     pub fn lift_speed<S: Scalar>(&self, cam: &Cam, f: &Flow<S>) -> S {
         let [_, d1, d2, d3, d4, _] = cam.0;
-        let angle = f.argument(self.linear);
+        let angle = f.argument(!self.linear);
         let u1 = angle.compose([d1, d2, d3]);
         if self.linear { (u1 + angle.compose([d2, d3, d4]) * f.q) * f.w + u1 * f.v } else { u1 * f.cam_speed() }
     }
 
     /// tau = −(c q + b q̇) (N·m).
     pub fn torque<S: Scalar>(&self, q: S, v: S) -> S {
-        -(q * self.c + v * self.b)
-    }
-}
-
-impl Cam {
-    /// The transfer functions of `law` at `angle` without U⁽⁵⁾.
-    pub fn at(law: &MotionLaw, segment: usize, angle: f64) -> Self {
-        let [u0, u1, u2, u3, u4] = law.at_in(segment, angle).0;
-        Cam([u0, u1, u2, u3, u4, 0.0])
-    }
-
-    /// The transfer functions of `law` at `angle` with U⁽⁵⁾.
-    pub fn with_fifth(law: &MotionLaw, segment: usize, angle: f64) -> Self {
-        let mut cam = Self::at(law, segment, angle);
-        cam.0[5] = law.fifth_in(segment, angle);
-        cam
+        -(q * self.parameters.c + v * self.parameters.b)
     }
 }

@@ -1,6 +1,6 @@
 //! The linearised drive as an oscillator with periodic coefficients.
 
-use super::solver::REACH;
+use super::equation::REACH;
 use super::{Parameters, Scene};
 use crate::drives::cam_drive::DriveMode;
 use crate::drives::oscillator::{PeriodicOscillator, Terms};

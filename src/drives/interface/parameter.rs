@@ -77,7 +77,7 @@ fn set<D: Has<P>, P: Parameters>(drive: &mut D, which: usize, value: f64) {
 /// [`Parameters`] says of them. The range comes behind `in`, the default behind `or`, the usual magnitude behind `about`.
 #[macro_export]
 macro_rules! parameters {
-    ($(#[$doc:meta])* $struct:ident $(of $drive:ident . $place:ident)?, $section:literal {
+    ($(#[$doc:meta])* $struct:ident $(of $drive:ident . $($place:ident).+)?, $section:literal {
         $($(#[doc = $text:literal])+ $field:ident = $name:literal, $key:literal, $quantity:ident
             in [$min:expr, $max:expr] $(or $default:literal)? $(about $nominal:literal)?, $variability:ident;)*
     }) => {
@@ -92,10 +92,10 @@ macro_rules! parameters {
 
         $(impl $crate::drives::interface::parameter::Has<$struct> for $drive {
             fn group(&self) -> Option<&$struct> {
-                Some(&self.$place)
+                Some(&self.$($place).+)
             }
             fn group_mut(&mut self) -> Option<&mut $struct> {
-                Some(&mut self.$place)
+                Some(&mut self.$($place).+)
             }
         })?
     };

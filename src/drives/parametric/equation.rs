@@ -1,29 +1,16 @@
 //! The equation of motion, written once for numbers and for series.
 
 use super::coefficients::{Coefficients, Values};
-use crate::drives::cam_drive::AngleMotion;
-pub use crate::drives::flow::Flow;
-use crate::drives::step_control::Words;
-use crate::numerics::collocation::{Collocation, System};
-use crate::numerics::double_double::Double;
+use super::law::Law;
+use crate::drives::flow::Flow;
+use crate::drives::limits::refused_start;
+use crate::drives::oscillation::{Equation, Pace, Words};
+use crate::drives::{Fault, Number};
 use crate::numerics::taylor::Scalar;
-
-/// Names of this drive's quantities in messages.
-pub const WORDS: Words = Words {
-    quantity: "q",
-    turning: "the drive",
-    parameters: "the coefficients",
-    frequency: "the stiffness and the mass",
-};
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 impl Values {
-    /// q̈ = (f − b q̇ − c q)/m, less α where q counts from the drive.
-    pub fn acceleration<S: Scalar>(&self, flow: &Flow<S>, relative: bool) -> S {
-        let acceleration =
-            (of(flow, &self.f) - of(flow, &self.b) * flow.v - of(flow, &self.c) * flow.q) / of(flow, &self.m);
-        if relative { acceleration - flow.a } else { acceleration }
-    }
-
     /// −(c q + b q̇): the force that spring and damper transmit (N·m or N).
     pub fn transmitted<S: Scalar>(&self, flow: &Flow<S>) -> S {
         -(of(flow, &self.c) * flow.q + of(flow, &self.b) * flow.v)
@@ -48,44 +35,109 @@ fn slope<S: Scalar>(flow: &Flow<S>, &[_, d1, d2, d3]: &[f64; 4]) -> S {
     flow.phi.compose([d1, d2, d3])
 }
 
-/// The vibration as a system of first order, y = (q, q̇), on a motion of the drive.
-pub struct Vibration<'a> {
-    /// m, b, c, f.
-    pub coefficients: &'a Coefficients,
+/// The vibration, as the law of the drive has it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Vibration {
+    /// m, b, c and f after the law; shared by all instances with the same ones.
+    pub coefficients: Arc<Coefficients>,
     /// Whether q counts from the drive.
     pub relative: bool,
-    /// φ(t).
-    pub motion: &'a AngleMotion,
+    /// √(max c/min m), and half a radian of the highest harmonic of the coefficients (near a dip of the crank's stiffness an
+    /// eighth of its width).
+    pace: Pace,
 }
 
-impl Vibration<'_> {
-    fn flow(&self, t: Double, y: &[f64; 2]) -> Flow<f64> {
-        let shaft = self.motion.at_instant(t);
-        let [_, w, a, ..] = shaft.kinematics.0;
-        Flow { phi: shaft.reduced, w, a, q: y[0], v: y[1] }
-    }
-
-    /// ∂q̈/∂φ at the end of the last step (1/s²).
-    pub fn slope(&self, integrator: &Collocation<2>) -> f64 {
-        let flow = self.flow(integrator.end(), &integrator.state());
-        self.coefficients.at(flow.phi).acceleration(&flow.over_angle(), self.relative).derivative(1)
+impl Vibration {
+    /// That of this law.
+    pub fn of(law: &Law) -> Self {
+        let coefficients = law.coefficients();
+        let (frequency, angle) = (coefficients.highest_frequency(), 0.25 * coefficients.least_reach());
+        let pace = Pace { frequency, angle, speed: 0.0 };
+        Vibration { coefficients: Arc::new(coefficients), relative: law.is_relative(), pace }
     }
 }
 
-impl System<2> for Vibration<'_> {
-    fn rhs(&self, t: Double, y: &[f64; 2]) -> [f64; 2] {
-        let flow = self.flow(t, y);
-        [y[1], self.coefficients.at(flow.phi).acceleration(&flow, self.relative)]
+impl Equation for Vibration {
+    type Law = Law;
+    type Parameters = ();
+    type Local = Values;
+
+    fn parameters(&self) {}
+
+    fn with(&self, (): ()) -> Self {
+        self.clone()
     }
 
-    fn jacobian(&self, t: Double, y: &[f64; 2]) -> [[f64; 2]; 2] {
-        let Values { m, b, c, .. } = self.coefficients.at(self.flow(t, y).phi);
-        [[0.0, 1.0], [-c[0] / m[0], -b[0] / m[0]]]
+    fn prepare(&mut self, law: &Law) -> Result<(), Fault> {
+        let anew = Vibration::of(law);
+        if *self != anew {
+            *self = anew;
+        }
+        law.validate()
     }
 
-    fn longest_step(&self, t: Double, y: &[f64; 2]) -> f64 {
-        let Flow { phi, w, a, .. } = self.flow(t, y);
-        let reach = self.coefficients.reach(phi);
-        (reach / w.abs()).min((2.0 * reach / a.abs()).sqrt())
+    fn is_undamped(&self) -> bool {
+        self.coefficients.b.bound(0) == 0.0
+    }
+
+    fn words(&self) -> Words {
+        Words {
+            quantity: "q",
+            turning: "the drive",
+            parameters: "the coefficients",
+            frequency: "the stiffness and the mass",
+            damping: if self.relative { "b_T" } else { "b" },
+            instead: "",
+        }
+    }
+
+    fn at(&self, _: &Law, _: usize, f: &Flow<f64>) -> Values {
+        self.coefficients.at(f.phi)
+    }
+
+    fn base<S: Scalar>(&self, _: &Values, f: &Flow<S>) -> [S; 2] {
+        if self.relative { [f.phi, f.w] } else { [S::from(0.0); 2] }
+    }
+
+    /// q̈ = (f − b q̇ − c q)/m, less α where q counts from the drive.
+    fn acceleration<S: Scalar>(&self, values: &Values, flow: &Flow<S>) -> S {
+        let Values { m, b, c, f } = values;
+        let acceleration = (of(flow, f) - of(flow, b) * flow.v - of(flow, c) * flow.q) / of(flow, m);
+        if self.relative { acceleration - flow.a } else { acceleration }
+    }
+
+    fn jacobian(&self, Values { m, b, c, .. }: &Values, _: &Flow<f64>) -> [f64; 2] {
+        [-c[0] / m[0], -b[0] / m[0]]
+    }
+
+    fn reach(&self, _: &Law, _: usize, phi: f64) -> f64 {
+        self.coefficients.reach(phi)
+    }
+
+    fn symmetry(&self, _: &Law) -> usize {
+        self.coefficients.symmetry()
+    }
+
+    fn cost(&self, _: &Law) -> f64 {
+        self.coefficients.cost()
+    }
+
+    fn pace(&self, _: &Law, _: [f64; 2]) -> Pace {
+        self.pace
+    }
+
+    /// q = f/c.
+    fn at_rest(&self, w: f64, phi: f64) -> Result<[f64; 2], Fault> {
+        let Values { b, c, f, .. } = self.coefficients.at(phi);
+        if b[0] > 0.0 && c[0] > 0.0 {
+            return Ok([f[0] / c[0], 0.0]);
+        }
+        Err(refused_start(format!(
+            "start.mode = steady_state is refused at drive.w = {} rad/s: with a stiffness of {} and a damping of {} at \
+             drive.phi_start no motion comes to rest; both must be above 0",
+            Number(w),
+            Number(c[0]),
+            Number(b[0])
+        )))
     }
 }

@@ -7,8 +7,11 @@ mod tongues;
 use super::crank::{ParallelCrank, SecondCrank};
 use super::law::{Coordinate, CrankLaw, SeriesLaw};
 use super::*;
+use crate::drives::cam_drive::{AngleMotion, StartMode};
+use crate::drives::oscillation::Moving;
 use crate::motion::Fourier;
-use crate::numerics::collocation::System;
+use crate::numerics::collocation::{Collocation, System};
+use crate::numerics::double_double::Double;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 fn constant(value: f64) -> Fourier {
@@ -87,13 +90,12 @@ fn run(drive: &mut ParametricDrive, end: f64, steps: usize) -> Result<Vec<[f64; 
 /// The same from an integrator at the finest tolerance, which knows no table.
 fn truth(scene: &Scene, end: f64, steps: usize) -> Option<Vec<[f64; 2]>> {
     let DriveMode::Constant { w, phi_start } = scene.drive else { unreachable!("a constant speed") };
-    let coefficients = scene.law.coefficients();
-    let motion = AngleMotion::uniform(0.0, phi_start, w);
-    let vibration = Vibration { coefficients: &coefficients, relative: scene.law.is_relative(), motion: &motion };
+    let (vibration, motion, mut segment) = (Vibration::of(&scene.law), AngleMotion::uniform(0.0, phi_start, w), 0);
+    let moving = Moving::new(&vibration, &scene.law, &motion, &mut segment);
     let mut integrator = Collocation::new(Double::default(), [scene.start.q, scene.start.q_dot]);
     let mut states = Vec::new();
     for n in 1..=steps {
-        integrator.advance(&vibration, Double::from(end * n as f64 / steps as f64), 1e-14).ok()?;
+        integrator.advance(&moving, Double::from(end * n as f64 / steps as f64), 1e-14).ok()?;
         states.push(integrator.state());
     }
     Some(states)
@@ -213,7 +215,7 @@ fn the_steady_state_is_periodic_and_refused_where_there_is_none() {
     at_rest.start.mode = StartMode::SteadyState;
     let mut drive = started(at_rest);
     let [_, _, c, f] = {
-        let v = drive.coefficients.at(0.3);
+        let v = drive.equation.coefficients.at(0.3);
         [v.m[0], v.b[0], v.c[0], v.f[0]]
     };
     assert_eq!(drive.state, [f / c, 0.0]);
@@ -250,7 +252,7 @@ fn output(drive: &ParametricDrive, name: &str) -> f64 {
 fn the_energy_balances_close() {
     // ½ m q̇² + ½ c q² takes what f and the varying coefficients give and b takes away.
     let mut drive = started(scene(Law::Series(general()), 5.0));
-    let values = |d: &ParametricDrive| d.coefficients.at(d.motion.at(d.time).reduced);
+    let values = |d: &ParametricDrive| d.equation.coefficients.at(d.motion.at(d.time).reduced);
     let energy = |d: &ParametricDrive| {
         let (v, [q, v_q]) = (values(d), d.state);
         0.5 * (v.m[0] * v_q * v_q + v.c[0] * q * q)
@@ -311,17 +313,16 @@ fn a_harmonic_oscillation_in_disguise() {
 #[test]
 fn the_truth_satisfies_the_equation() {
     // The reference of these tests is the equation itself: its right-hand side by the coefficients as the source prints them.
-    let law = locomotive();
-    let coefficients = Law::Crank(law.clone()).coefficients();
-    let motion = AngleMotion::uniform(0.0, 0.3, 40.0);
-    let vibration = Vibration { coefficients: &coefficients, relative: true, motion: &motion };
+    let law = Law::Crank(locomotive());
+    let (vibration, motion, mut segment) = (Vibration::of(&law), AngleMotion::uniform(0.0, 0.3, 40.0), 0);
+    let moving = Moving::new(&vibration, &law, &motion, &mut segment);
     let (q, v, t) = (0.01, -0.3, 0.02);
     let phi: f64 = 0.3 + 40.0 * t;
     let spring = 1.0 / (1.0 / 3.0e6 + 1.0 / 6.0e6 + 1.0 / (5e7 * (0.3 * phi.sin()).powi(2)));
     let load = -5e3 + 1e3 * (2.0 * phi).cos();
     let expected = (load - 2000.0 * v - spring * q) / 300.0;
-    let [_, got] = vibration.rhs(Double::from(t), &[q, v]);
+    let [_, got] = moving.rhs(Double::from(t), &[q, v]);
     assert!((got / expected - 1.0).abs() < 1e-13, "{got} {expected}");
-    let [[_, one], [by_q, by_v]] = vibration.jacobian(Double::from(t), &[q, v]);
+    let [[_, one], [by_q, by_v]] = moving.jacobian(Double::from(t), &[q, v]);
     assert!(one == 1.0 && (by_q * 300.0 / spring + 1.0).abs() < 1e-13 && (by_v * 300.0 + 2000.0).abs() < 1e-9);
 }

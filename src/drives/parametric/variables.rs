@@ -3,9 +3,11 @@
 use super::ParametricDrive;
 use super::coefficients::{Coefficients, Values};
 use super::crank::SecondCrank;
-use super::equation::Flow;
+use super::equation::Vibration;
 use super::law::{Coordinate, CrankLaw, Law, SeriesLaw};
 use crate::drives::cam_drive::{HasCamDrive, PHI, W};
+use crate::drives::flow::Flow;
+use crate::drives::oscillation::Equation;
 use crate::drives::parameter::Has;
 use crate::drives::settings::HasSolver;
 use crate::drives::unit::{self, Quantity};
@@ -188,7 +190,7 @@ fn declare_series(law: &Law, list: &mut List<ParametricDrive>) {
 
 fn declare_outputs(drive: &ParametricDrive, list: &mut List<ParametricDrive>) {
     let (relative, coordinate) = (drive.cam.law.is_relative(), drive.cam.law.coordinate());
-    let states: &[&str] = if relative { &["psi", "der(psi)"] } else { &["q", "der(q)"] };
+    let states = states(drive);
     let mut outputs = drive.outputs(list, states, series_along);
     outputs.add_shaft([Output::Phi as usize, Output::W as usize]);
     let mut output = |which: Output, name, text, quantity, known: &[&str], initial: &[&[&str]]| {
@@ -196,10 +198,10 @@ fn declare_outputs(drive: &ParametricDrive, list: &mut List<ParametricDrive>) {
     };
     let [q, q_dot, q_dot_dot] = quantities(coordinate);
     let force = of_coefficients(coordinate)[3];
-    let Coefficients { m, b, c, f } = &*drive.coefficients;
+    let Coefficients { m, b, c, f } = &*drive.equation.coefficients;
     let [m, b, f] = [m, b, f].map(|series| 0 < series.order());
     let c = c.varies();
-    let with_states = |varies: bool| [states, if varies { &["phi"] } else { &[] }].concat();
+    let with_states = |varies: bool| [&states[..], if varies { &["phi"] } else { &[] }].concat();
     let starts = |varies: bool| if varies { PHI } else { &[] };
     let [of_m, of_b, of_c, of_f] = names(&drive.cam.law);
     let periodic = drive.periodic_start(&[of_m, of_b, of_c, of_f, &["solver.tolerance"]].concat());
@@ -249,77 +251,26 @@ fn declare_outputs(drive: &ParametricDrive, list: &mut List<ParametricDrive>) {
 
 /// The outputs, of numbers or of series, in the order of [`Output`].
 fn outputs<S: Scalar>(drive: &ParametricDrive, values: &Values, f: &Flow<S>) -> [S; OUTPUTS] {
-    let acceleration = values.acceleration(f, drive.cam.law.is_relative());
+    let acceleration = drive.equation.acceleration(values, f);
     let (transmitted, parametric) = (values.transmitted(f), values.parametric_torque(f));
-    let (psi, psi_dot, psi_dot_dot) = (f.phi + f.q, f.w + f.v, acceleration + f.a);
+    let (psi, psi_dot, psi_dot_dot) = (f.phi + f.q, f.cam_speed(), acceleration + f.a);
     let stiffness = values.stiffness(f);
     [f.phi, f.w, psi, psi_dot, psi_dot_dot, f.q, f.v, acceleration, transmitted, parametric, stiffness]
 }
 
-/// The drive at the communication point, and φ without reduction.
-fn flow(drive: &ParametricDrive) -> (Flow<f64>, f64) {
-    let shaft = drive.motion.at(drive.time);
-    let [phi, w, a, ..] = shaft.kinematics.0;
-    (Flow { phi: shaft.reduced, w, a, q: drive.state[0], v: drive.state[1] }, phi)
-}
-
-/// The values of the outputs; angles are put out without reduction.
-fn values(drive: &ParametricDrive) -> [f64; OUTPUTS] {
-    let (f, phi) = flow(drive);
-    let mut values = outputs(drive, &drive.coefficients.at(f.phi), &f);
-    (values[Output::Phi as usize], values[Output::Psi as usize]) = (phi, phi + f.q);
-    values
-}
-
 pub(super) fn evaluate(drive: &ParametricDrive, places: &mut [f64]) {
-    places[..OUTPUTS].copy_from_slice(&values(drive));
+    let (values, f) = drive.now(Vibration::at);
+    places[..OUTPUTS].copy_from_slice(&outputs(drive, &values, &f));
     places[OUTPUTS] = drive.growth;
     places[OUTPUTS + 1..].copy_from_slice(&drive.statistics());
 }
 
 fn series_along(drive: &ParametricDrive, seed: Seed, which: usize) -> Series {
-    let (f, _) = flow(drive);
-    let coefficients = drive.coefficients.at(f.phi);
-    let along = match seed {
-        Seed::Time => along_time(drive, &coefficients, &f),
-        known => along_known(drive, &f, known),
-    };
-    let mut series = outputs(drive, &coefficients, &along)[which];
-    series.0[0] = values(drive)[which];
-    series
+    let (values, f) = drive.now(Vibration::at);
+    outputs(drive, &values, &drive.along(seed, *states(drive), &values, &f))[which]
 }
 
-/// Drive and vibration as functions of time: each pass of the equation yields one more derivative of q̇.
-fn along_time(drive: &ParametricDrive, values: &Values, f: &Flow<f64>) -> Flow<Series> {
-    let [_, w, a, jerk, snap] = drive.motion.at(drive.time).kinematics.0;
-    let relative = drive.cam.law.is_relative();
-    let acceleration = values.acceleration(f, relative);
-    let mut along = Flow {
-        phi: Series::from_derivatives(f.phi, w, a),
-        w: Series::from_derivatives(w, a, jerk),
-        a: Series::from_derivatives(a, jerk, snap),
-        q: Series::from_derivatives(f.q, f.v, acceleration),
-        v: Series::from_derivatives(f.v, acceleration, 0.0),
-    };
-    let third = values.acceleration(&along, relative).derivative(1);
-    along.v = Series::from_derivatives(f.v, acceleration, third);
-    along
-}
-
-/// Drive and vibration as functions of one input or state, the others held; where the states are ψ and ψ̇, q = ψ − φ and
-/// q̇ = ψ̇ − ω.
-fn along_known(drive: &ParametricDrive, f: &Flow<f64>, known: Seed) -> Flow<Series> {
-    let [phi, w, a] = ["phi", "w", "a"].map(|name| known.of(name));
-    let [q, v] = if drive.cam.law.is_relative() {
-        [known.of("psi") - phi, known.of("der(psi)") - w]
-    } else {
-        ["q", "der(q)"].map(|name| known.of(name))
-    };
-    Flow {
-        phi: Series([f.phi, phi, 0.0]),
-        w: Series([f.w, w, 0.0]),
-        a: Series([f.a, a, 0.0]),
-        q: Series([f.q, q, 0.0]),
-        v: Series([f.v, v, 0.0]),
-    }
+/// Place and speed of the mass.
+fn states(drive: &ParametricDrive) -> &'static [&'static str; 2] {
+    if drive.equation.relative { &["psi", "der(psi)"] } else { &["q", "der(q)"] }
 }

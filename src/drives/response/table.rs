@@ -4,6 +4,7 @@ use crate::drives::cam_turn::CamTurn;
 use crate::drives::follower::elastic_output::Equation;
 use crate::motion::MotionLaw;
 use crate::motion::derivatives::lift;
+use crate::numerics::angle;
 use crate::numerics::double_double::Double;
 use crate::numerics::period_map::{Coefficients, PeriodMap, Periodic};
 use std::f64::consts::TAU;
@@ -41,9 +42,9 @@ impl Table {
     /// The table of a turn.
     pub fn new(turn: Turn) -> Self {
         let (oscillator, law, w) = (&turn.equation.oscillator, &turn.law, turn.w);
-        let map = CamTurn::new(law, w, turn.phi_start).and_then(|cam| {
-            let few = oscillator.rates().1 * cam.period().hi <= FASTEST;
-            few.then(|| PeriodMap::new(&OnCam { equation: turn.equation, w, cam }, turn.tolerance)).flatten()
+        let map = CamTurn::new(law.breakpoints(), w, turn.phi_start).and_then(|cam| {
+            let few = oscillator.rates().1 * cam.period(1).hi <= FASTEST;
+            few.then(|| PeriodMap::new(&OnCam { turn: &turn, cam }, turn.tolerance)).flatten()
         });
         // An error of q̇ turns into one of q while the cam turns by this (rad).
         let span = (w.abs() / oscillator.stiffness().sqrt()).min(TAU);
@@ -55,41 +56,48 @@ impl Table {
 }
 
 struct OnCam<'a> {
-    equation: Equation,
-    w: f64,
+    turn: &'a Turn,
     cam: CamTurn<'a>,
+}
+
+impl OnCam<'_> {
+    /// U … U‴ at `tau` (s) in an interval, whose angle is not rounded.
+    fn law_at(&self, tau: Double, interval: usize) -> [f64; 4] {
+        let Turn { law, w, phi_start, .. } = self.turn;
+        let phi = angle::remainder(Double::from(*phi_start) + Double::from(*w) * tau);
+        let u = law.at_in(self.cam.segment(interval), phi.hi).0;
+        std::array::from_fn(|order| u[order] + u[order + 1] * phi.lo)
+    }
 }
 
 impl Periodic for OnCam<'_> {
     fn period(&self) -> Double {
-        self.cam.period()
+        self.cam.period(1)
     }
 
     fn joints(&self) -> Vec<Double> {
-        let mut joints = self.cam.passages();
-        joints.push(self.period());
-        joints
+        self.cam.joints(self.period())
     }
 
     fn at(&self, tau: Double, interval: usize) -> Coefficients {
-        let [u, slope, curvature, _] = self.cam.law_at(tau, interval);
-        let Equation { oscillator, .. } = self.equation;
+        let [u, slope, curvature, _] = self.law_at(tau, interval);
+        let Turn { equation, w, .. } = self.turn;
         Coefficients {
-            damping: 2.0 * oscillator.damping(),
-            stiffness: oscillator.stiffness(),
-            forcing: self.equation.forcing(lift([u, slope, curvature], [self.w, 0.0])),
+            damping: 2.0 * equation.oscillator.damping(),
+            stiffness: equation.oscillator.stiffness(),
+            forcing: equation.forcing(lift([u, slope, curvature], [*w, 0.0])),
         }
     }
 
     /// Absolutely, the mass has no jump: what q̈ gained by the roundings of the joint, q̇ gets back as the law's jump of U′ there.
     fn jump(&self, tau: Double, interval: usize) -> f64 {
         let next = if tau == self.period() { 0 } else { interval + 1 };
-        let [before, after] = [interval, next].map(|interval| self.cam.law_at(tau, interval));
-        (before[1] - after[1]) * self.w
+        let [before, after] = [interval, next].map(|interval| self.law_at(tau, interval));
+        (before[1] - after[1]) * self.turn.w
     }
 
     fn longest_cell(&self, _: Double, interval: usize) -> f64 {
-        self.cam.time_for(REACH, interval)
+        REACH / self.turn.law.resolution_in(self.cam.segment(interval)).max(1.0) / self.turn.w.abs()
     }
 
     /// Without a table the oscillator, whose coefficients are constant, is solved to the last digit.

@@ -9,7 +9,6 @@ use crate::motion::derivatives::lift;
 use crate::numerics::collocation::{Collocation, Failure, System};
 use crate::numerics::first_root::first_root;
 use crate::numerics::taylor::{Scalar, Series};
-use crate::numerics::work::{EVALUATION, Work};
 
 /// Rounding error of the coefficients of a polynomial, relative to the largest one.
 const ROUNDING: f64 = 1e-10;
@@ -163,14 +162,11 @@ fn course<L: Law>(
             drive.set_inputs([phi + (w + 0.5 * a * time) * time, w + a * time, a]);
             piece.motion = drive.motion(time);
         }
-        let (target, mut work) = (Double::from(end), Work::default());
+        let target = Double::from(end);
         let limit = if input { target } else { FAR };
-        let cost = EVALUATION + cam.cost();
-        control
-            .integrate(&mut integrator, target, 1, (&mut work, cost), |integrator| {
-                piece.step(integrator, limit, control)
-            })
-            .unwrap();
+        while (target - integrator.end()).hi > 0.0 {
+            piece.step(&mut integrator, limit, control).unwrap();
+        }
         course.push(integrator.at(target));
     }
     (course, piece.crossings)

@@ -111,7 +111,7 @@ fn states(scene: &Scene, span: f64, count: i32) -> Option<(Vec<[f64; 2]>, f64)> 
     for n in 0..count {
         let time = span * f64::from(n) / f64::from(count);
         drive.advance(time, span * f64::from(n + 1) / f64::from(count) - time).ok()?;
-        all.push(drive.twist);
+        all.push(drive.state);
     }
     Some((all, drive.solver.error_estimate))
 }
@@ -153,7 +153,7 @@ fn states_on_inputs(scene: &Scene, [phi, w, a]: [f64; 3], span: f64, count: i32)
         let end = span * f64::from(n + 1) / f64::from(count);
         drive.advance(time, end - time).ok()?;
         time = end;
-        all.push(drive.twist);
+        all.push(drive.state);
     }
     Some((all, drive.solver.error_estimate))
 }
@@ -227,8 +227,8 @@ fn extreme_inertia_ratios_and_orders_give_the_numbers_of_the_integrator() {
                         drive.advance(0.3 / w.abs() * f64::from(n), 0.3 / w.abs()).unwrap();
                     }
                     for i in 0..2 {
-                        scale[i] = scale[i].max(drives[1].twist[i].abs());
-                        let error = (drives[0].twist[i] - drives[1].twist[i]).abs();
+                        scale[i] = scale[i].max(drives[1].state[i].abs());
+                        let error = (drives[0].state[i] - drives[1].state[i]).abs();
                         assert!(
                             error <= 1e-9 * scale[i],
                             "J 1e{exponent}, w {w:e}, {damping:e}: {error:e} of {scale:?}"
@@ -262,7 +262,7 @@ fn the_estimate_of_a_cam_without_inertia_does_not_grow_over_thousands_of_steps()
             solver: Settings { tolerance, ..Settings::default() },
         });
         super::run(&mut drive, 0.01, 20);
-        (drive.twist, drive.solver.error_estimate)
+        (drive.state, drive.solver.error_estimate)
     };
     let ((got, estimate), (truth, _)) = (run(0.0), run(1e-14));
     let error = [0, 1].map(|i| (got[i] - truth[i]).abs() / truth[i].abs());
@@ -284,7 +284,7 @@ fn a_vibration_that_dies_out_is_followed_to_rest() {
         run(&mut drive, span, steps);
         let u = three_harmonics().at(0.3 + 1e-9 * span).0;
         let rest = -20.0 * 1e-18 * u[1] * u[2] / 2000.0;
-        assert!((drive.twist[0] / rest - 1.0).abs() < 1e-6, "{method:?}: {:?} {rest:e}", drive.twist);
+        assert!((drive.state[0] / rest - 1.0).abs() < 1e-6, "{method:?}: {:?} {rest:e}", drive.state);
         // The default step of fixed cost is 2.5 ms; without a tolerance for what U′U″ is rounded by, the other method
         // shortens its steps without end.
         let counted = drive.solver.steps;

@@ -77,11 +77,11 @@ fn honesty(seed: u64, on_inputs: bool, settings: impl Fn(&mut Random, &Case) -> 
         // Between the ends of steps the tolerance decides, at the ends its square: shorter steps would but add roundings.
         let finest = Settings { tolerance: if on_inputs { 1e-12 } else { 1e-14 }, ..Settings::default() };
         let known = case.run(case.with(finest), |drive| {
-            truth.push(drive.twist);
+            truth.push(drive.state);
             estimates[0] = drive.solver.error_estimate;
         });
         let ends = case.run(case.with(solver), |drive| {
-            got.push(drive.twist);
+            got.push(drive.state);
             estimates[1] = drive.solver.error_estimate;
         });
         if known.is_none() || ends.is_none() {
@@ -144,11 +144,11 @@ fn the_error_estimate_is_honest_where_angles_are_rounded() {
         let solver = if n % 2 == 0 { random_step(r, &case) } else { Settings::default() };
         let (mut got, mut truth, mut estimates) = (Vec::new(), Vec::new(), [0.0; 2]);
         let known = case.run(finest, |drive| {
-            truth.push(drive.twist);
+            truth.push(drive.state);
             estimates[0] = drive.solver.error_estimate;
         });
         let ends = case.run(case.with(solver), |drive| {
-            got.push(drive.twist);
+            got.push(drive.state);
             estimates[1] = drive.solver.error_estimate;
         });
         // The truth of a vibration that grows is known to fewer digits.
@@ -167,7 +167,7 @@ fn the_error_estimate_is_honest_where_angles_are_rounded() {
 fn the_work_of_a_communication_step_is_bounded() {
     // Of a smooth law one solution per internal step; each takes 8 evaluations to begin with and 8 per iteration.
     let solution = 8.0 * (1.0 + 4.0);
-    let passages = (solver::STEPS_OF_PASSAGE * solver::MOST_PASSAGES) as f64;
+    let passages = crate::drives::oscillation::ATTEMPTS as f64;
     for (law, per_step) in [(profile(), 1.0), (cycle(StandardLaw::ModifiedTrapezoid), passages)] {
         for step_size in [1e-4, 3e-3] {
             let mut scene = manipulator(law.clone(), false, CONSTANT);
@@ -195,7 +195,7 @@ fn the_answer_does_not_depend_on_the_communication_step() {
         let ends = [1, 7, 1234].map(|steps| {
             let mut drive = started(scene.clone());
             run(&mut drive, 3.0, steps);
-            (drive.twist, drive.solver.error_estimate)
+            (drive.state, drive.solver.error_estimate)
         });
         assert!(ends[0] == ends[1] && ends[0] == ends[2], "{ends:?}");
         assert!(ends[0].1 < 1e-6, "{ends:?}");
@@ -239,7 +239,7 @@ fn growth_without_bound_ends_in_a_fault() {
         let mut n = 0;
         let fault = loop {
             match drive.advance(f64::from(n), 1.0) {
-                Ok(()) => assert!(drive.is_finite() && n < 10_000, "{way}: {:?}", drive.twist),
+                Ok(()) => assert!(drive.is_finite() && n < 10_000, "{way}: {:?}", drive.state),
                 Err(fault) => break fault,
             }
             n += 1;

@@ -15,7 +15,7 @@ fn states(scene: &Scene, inputs: &[[f64; 4]]) -> Option<(Vec<[f64; 2]>, f64)> {
             drive.start(time).unwrap();
         }
         drive.advance(time, step[1][0] - time).ok()?;
-        all.push(drive.twist);
+        all.push(drive.state);
     }
     Some((all, drive.solver.error_estimate))
 }

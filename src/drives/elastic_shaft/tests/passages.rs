@@ -43,7 +43,7 @@ fn outcome(scene: &Scene, tolerance: f64, span: f64, truth: &[[f64; 2]]) -> (f64
         drive.advance(time, span * (n + 1) as f64 / count - time).unwrap();
         for i in 0..2 {
             scale[i] = scale[i].max(truth[i].abs());
-            error = error.max((drive.twist[i] - truth[i]).abs() / scale[i]);
+            error = error.max((drive.state[i] - truth[i]).abs() / scale[i]);
         }
     }
     (error, drive.solver.error_estimate, drive.solver.steps)
@@ -131,7 +131,7 @@ fn acceleration_that_begins_in_a_dwell() {
             drive.set_input_derivative(2, 1, jerk);
             drive.advance(start, h).unwrap();
             let expected = [-jerk * h.powi(3) / 6.0, -jerk * h.powi(2) / 2.0];
-            for (got, expected) in drive.twist.into_iter().zip(expected) {
+            for (got, expected) in drive.state.into_iter().zip(expected) {
                 assert!((got / expected - 1.0).abs() < 1e-7, "{jerk:e} {tolerance:e}: {got:e} {expected:e}");
             }
             assert!(drive.solver.steps < 5.0, "{jerk:e} {tolerance:e}: {} steps", drive.solver.steps);
@@ -185,7 +185,7 @@ fn passages_where_the_acceleration_jumps_are_not_late() {
             drive.cam.set_inputs(inputs);
             drive.advance(time, end - time).unwrap();
             time = end;
-            let (error, estimate) = ((drive.twist[0] - q).abs() / largest, drive.solver.error_estimate);
+            let (error, estimate) = ((drive.state[0] - q).abs() / largest, drive.solver.error_estimate);
             assert!(error < estimate.min(5e-13), "t = {time}, {tolerance:e}: {error:e}, estimate {estimate:e}");
         }
     }
@@ -219,7 +219,7 @@ fn passages_of_a_steep_rise_are_not_late() {
         drive.cam.set_inputs([0.25, 3.0, 0.0]);
         drive.start(0.0).unwrap();
         drive.advance(0.0, end).unwrap();
-        let (error, estimate) = ((drive.twist[0] / q - 1.0).abs(), drive.solver.error_estimate);
+        let (error, estimate) = ((drive.state[0] / q - 1.0).abs(), drive.solver.error_estimate);
         assert!(error <= estimate.min(1e-11), "t = {end}: {error:e}, estimate {estimate:e}");
     }
 }

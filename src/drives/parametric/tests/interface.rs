@@ -234,7 +234,7 @@ fn an_unstable_drive_says_so_when_it_starts() {
 /// on, as part of the energy that drive, damper and mass exchange.
 fn missed(drive: &mut ParametricDrive, w: f64, panels: usize, length: f64) -> f64 {
     let energy_and_power = |drive: &ParametricDrive| {
-        let ([q, v], Values { m, b, c, f }) = (drive.state, drive.coefficients.at(0.3 + w * drive.time));
+        let ([q, v], Values { m, b, c, f }) = (drive.state, drive.equation.coefficients.at(0.3 + w * drive.time));
         let power = (f[0] - b[0] * v) * v + 0.5 * (m[1] * v * v + c[1] * q * q) * w;
         [0.5 * (m[0] * v * v + c[0] * q * q), power]
     };

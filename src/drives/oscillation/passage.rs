@@ -3,10 +3,9 @@
 //! The way of the cam over a step is a polynomial, φ of the drive and q of the collocation: however briefly the cam leaves
 //! its segment, the certified first root tells.
 
-use super::equation::Flow;
 use crate::drives::cam_drive::AngleMotion;
 use crate::drives::cam_turn::OVERRUN;
-use crate::motion::MotionLaw;
+use crate::drives::flow::Flow;
 use crate::numerics::angle;
 use crate::numerics::collocation::Collocation;
 use crate::numerics::double_double::{Double, two_sum};
@@ -27,8 +26,8 @@ pub struct Place {
     /// φ, reduced (rad), and q (rad).
     phi: f64,
     q: f64,
-    /// Whether the equation is linearised in the twist: then the law is taken at φ.
-    linear: bool,
+    /// Whether the law is taken at φ + q, else at φ.
+    carried: bool,
 }
 
 /// The cam leaves its segment.
@@ -41,22 +40,21 @@ pub struct Exit {
 }
 
 impl Place {
-    /// The cam in a segment of `law` in the state `f` at `start`.
-    pub fn new((law, segment): (&MotionLaw, usize), start: Double, f: &Flow<f64>, linear: bool) -> Self {
-        let breakpoints = law.breakpoints();
+    /// The cam in a segment between the `breakpoints` in the state `f` at `start`.
+    pub fn new((breakpoints, segment): (&[f64], usize), start: Double, f: &Flow<f64>, carried: bool) -> Self {
         let lower = breakpoints[segment];
         let upper = breakpoints.get(segment + 1).copied().unwrap_or(breakpoints[0] + TAU);
         let span = upper - lower;
         // Nearest to the middle: a cam a little before the segment is not almost a turn behind it.
-        let offset = 0.5 * span + angle::reduce(two_sum(f.argument(linear), -0.5 * (lower + upper)));
-        Place { offset, span, start, phi: f.phi, q: f.q, linear }
+        let offset = 0.5 * span + angle::reduce(two_sum(f.argument(carried), -0.5 * (lower + upper)));
+        Place { offset, span, start, phi: f.phi, q: f.q, carried }
     }
 
     /// Where the cam leaves the segment in the last step of `integrator`, on this `motion` of the drive.
     pub fn exit(&self, motion: &AngleMotion, integrator: &Collocation<2>) -> Option<Exit> {
         let length = (integrator.end() - self.start).hi;
         let mut way = growth(motion, self.start, length);
-        if !self.linear {
+        if self.carried {
             for (way, twisting) in way.iter_mut().zip(integrator.growth(0)) {
                 *way += twisting;
             }
@@ -73,8 +71,8 @@ impl Place {
     /// polynomial of the longer step the breakpoint is known to the accuracy of polynomials alone.
     pub fn delay(&self, f: &Flow<f64>, forward: bool) -> f64 {
         // Less than half a turn per step, so the difference of reduced angles tells the way.
-        let turned = angle::reduce(two_sum(f.phi, -self.phi)) + if self.linear { 0.0 } else { f.q - self.q };
-        (self.offset + turned - if forward { self.span } else { 0.0 }) / f.turning(self.linear)
+        let turned = angle::reduce(two_sum(f.phi, -self.phi)) + if self.carried { f.q - self.q } else { 0.0 };
+        (self.offset + turned - if forward { self.span } else { 0.0 }) / f.turning(self.carried)
     }
 }
 
