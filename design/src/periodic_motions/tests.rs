@@ -208,7 +208,7 @@ fn the_multiplier_is_the_slope_of_the_map() {
     for (s_k, load) in [(0.08, 0.0), (0.3, 9.0), (0.5, -6.0)] {
         let scene = machine(s_k, None);
         let drive = started(&scene);
-        let map = TurnMap::new(&drive, load, PERIODIC_TOLERANCE, None).unwrap();
+        let map = TurnMap::new(drive.mesh(), load, PERIODIC_TOLERANCE, None).unwrap();
         for motion in periodic_motions(&scene, load).unwrap() {
             let gain = |part: f64| map.shoot(motion.energy * (1.0 + part)).unwrap().gain;
             let h = 1e-3;
@@ -245,10 +245,10 @@ fn the_multipliers_of_a_lagging_torque_are_those_of_the_map() {
     let scene = machine(0.3, Some(lag));
     let motions = periodic_motions(&scene, load).unwrap();
     assert_eq!(motions.len(), 2);
-    let machine = started(&scene);
+    let inertia = Inertia::new(scene.inertia.clone(), scene.followers.clone());
     let at_start = |motion: &PeriodicMotion| [(2.0 * motion.energy).sqrt(), motion.torque];
     for motion in motions {
-        let turn = LaggingTurn::of(&machine, load, None);
+        let turn = LaggingTurn::new(&inertia, &scene.motor, load, inertia.interval(0.0, true), None);
         let y = at_start(&motion);
         let after = |k: [f64; 2]| turn.after([y[0] * (1.0 + k[0]), y[1] + 15.0 * k[1]]).unwrap();
         let column = |k: [f64; 2], scale: f64| {
