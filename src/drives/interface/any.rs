@@ -344,18 +344,18 @@ impl AnyDrive {
         if !(self.evaluated || self.pending) {
             self.evaluate()?;
         }
-        // Zero as long as all values are computed ones and finite numbers.
-        let mut finite = if self.evaluated { 0.0 } else { f64::NAN };
+        let mut finite = 0.0;
         for (reference, place) in references.iter().zip(&mut *values) {
             let known = self.plan.real_places.get(*reference as usize).and_then(|place| self.values.get(*place));
-            let value = known.copied().unwrap_or(f64::NAN);
+            let Some(value) = known else { return self.read_each(references, values) };
+            // Zero, unless the value is no finite number.
             finite += 0.0 * value;
-            place.write(value);
+            place.write(*value);
         }
-        if finite == 0.0 { Ok(()) } else { self.read_each(references, values) }
+        if finite == 0.0 && self.evaluated { Ok(()) } else { self.read_each(references, values) }
     }
 
-    /// Reads Reals of which one is set, not computed, or does not exist, or is no number.
+    /// Reads Reals of which one is set, not computed, or does not exist, or is no number, or before settings are taken up.
     #[cold]
     fn read_each(&mut self, references: &[u32], values: &mut [MaybeUninit<f64>]) -> Result<(), Fault> {
         for (reference, place) in references.iter().zip(values) {
