@@ -295,7 +295,6 @@ impl AnyDrive {
     }
 
     /// Computes the values of the communication point.
-    #[inline(never)]
     fn evaluate(&mut self) -> Result<(), Fault> {
         self.refresh()?;
         self.drive.evaluate(&mut self.values);
@@ -341,23 +340,29 @@ impl AnyDrive {
     /// Reads Reals, up to date.
     #[inline]
     pub fn read(&mut self, references: &[u32], values: &mut [MaybeUninit<f64>]) -> Result<(), Fault> {
-        if !(self.evaluated || self.pending) {
-            self.evaluate()?;
+        if self.evaluated {
+            let mut finite = 0.0;
+            for (reference, place) in references.iter().zip(&mut *values) {
+                let known = self.plan.real_places.get(*reference as usize).and_then(|place| self.values.get(*place));
+                let Some(value) = known else { return self.read_otherwise(references, values) };
+                // Zero, unless the value is no finite number.
+                finite += 0.0 * value;
+                place.write(*value);
+            }
+            if finite == 0.0 {
+                return Ok(());
+            }
         }
-        let mut finite = 0.0;
-        for (reference, place) in references.iter().zip(&mut *values) {
-            let known = self.plan.real_places.get(*reference as usize).and_then(|place| self.values.get(*place));
-            let Some(value) = known else { return self.read_each(references, values) };
-            // Zero, unless the value is no finite number.
-            finite += 0.0 * value;
-            place.write(*value);
-        }
-        if finite == 0.0 && self.evaluated { Ok(()) } else { self.read_each(references, values) }
+        self.read_otherwise(references, values)
     }
 
-    /// Reads Reals of which one is set, not computed, or does not exist, or is no number, or before settings are taken up.
-    #[cold]
-    fn read_each(&mut self, references: &[u32], values: &mut [MaybeUninit<f64>]) -> Result<(), Fault> {
+    /// The first reading at a communication point, and Reals of which one is set, not computed, or does not exist, or is no number.
+    #[inline(never)]
+    fn read_otherwise(&mut self, references: &[u32], values: &mut [MaybeUninit<f64>]) -> Result<(), Fault> {
+        if !(self.evaluated || self.pending) {
+            self.evaluate()?;
+            return self.read(references, values);
+        }
         for (reference, place) in references.iter().zip(values) {
             place.write(self.get(self.variable(*reference, Type::Real)?)?);
         }
