@@ -4,8 +4,8 @@
 //!
 //! dv/dψ = σ(M_an − τ)/v,  dM_an/dψ = (M_Kloss(φ̇) − M_an)/(T_el |φ̇|),  dt/dψ = √J/v,  φ̇ = σ v/√J
 //!
-//! and (v, M_an) at ψ = 0 → ψ = 2π is a map of two dimensions. The periodic motion without lag is continued to the lag by Newton's
-//! method, in as many steps as it takes to stay near it. The periodic motion must be stable. A disturbance q of E on it follows the linear equation
+//! and (v, M_an) at ψ = 0 → ψ = 2π is a map of two dimensions. Newton's method starts from the periodic motion without lag, and
+//! the periodic motion must be stable. A disturbance q of E on it follows the linear equation
 //!
 //! q″ + q′/(T_el|φ̇|) + k q = 0,  k = −[M_Kloss′(φ̇) − σ(M_Kloss − M_an)/|φ̇|]/(2E T_el),
 //!
@@ -28,17 +28,8 @@ const PERIODIC_TOLERANCE: f64 = 1e-13;
 /// Tolerance of the disturbances on it.
 const GROWTH_TOLERANCE: f64 = 1e-10;
 
-/// Iterations of Newton's method, whose corrections shrink from the whole motion to its roundings.
-const ITERATIONS: usize = 24;
-
-/// The largest first correction, relative, and the part of the one before that each of the others may be. Close to the motion it is
-/// far less; further off Newton's method may end at another motion, or at none.
-const NEAR: f64 = 0.1;
-const SHRINKS: f64 = 0.25;
-
-/// Steps in the lag, from the largest to the least factor. A branch of motions that ends is one that turns back.
-const LONGEST: f64 = 8.0;
-const SHORTEST: f64 = 1.0 + 1e-3;
+/// Iterations of Newton's method, which needs a handful.
+const ITERATIONS: usize = 80;
 
 /// A smooth piece of the turn: up to which ψ.
 struct Leg {
@@ -47,12 +38,9 @@ struct Leg {
 }
 
 /// A turn of a machine whose motor lags.
-#[derive(Clone, Copy)]
 pub struct LaggingTurn<'a> {
     inertia: &'a Inertia,
     motor: &'a Motor,
-    /// T_el (s).
-    lag: f64,
     /// The load (N·m).
     tau: f64,
     /// σ.
@@ -83,16 +71,18 @@ impl System<3> for OnLeg<'_> {
     fn rhs(&self, psi: Double, y: &[f64; 3]) -> [f64; 3] {
         let turn = self.turn;
         let (root, w) = self.speed(psi, y[0]);
-        let rate = (turn.motor.characteristic(w)[0] - y[1]) / turn.lag;
+        let lag = turn.motor.lag().unwrap_or(f64::NAN);
+        let rate = (turn.motor.characteristic(w)[0] - y[1]) / lag;
         [turn.sense * (y[1] - turn.tau) / y[0], rate * root / y[0], root / y[0]]
     }
 
     fn jacobian(&self, psi: Double, y: &[f64; 3]) -> [[f64; 3]; 3] {
         let turn = self.turn;
         let (root, w) = self.speed(psi, y[0]);
+        let lag = turn.motor.lag().unwrap_or(f64::NAN);
         let v = y[0];
         let [torque, slope, _] = turn.motor.characteristic(w);
-        let (lag, rate) = (turn.lag, (torque - y[1]) / turn.lag);
+        let rate = (torque - y[1]) / lag;
         [
             [-turn.sense * (y[1] - turn.tau) / (v * v), turn.sense / v, 0.0],
             [turn.sense * slope / (lag * v) - rate * root / (v * v), -root / (lag * v), 0.0],
@@ -119,8 +109,7 @@ impl<'a> LaggingTurn<'a> {
         (interval, phi_start): (usize, f64),
         work: Option<&'a Cell<Work>>,
     ) -> Self {
-        let lag = motor.lag().unwrap_or(f64::NAN);
-        LaggingTurn { inertia, motor, lag, tau, sense: motor.sense(), phi_start, interval, work }
+        LaggingTurn { inertia, motor, tau, sense: motor.sense(), phi_start, interval, work }
     }
 
     /// The smooth pieces that the shaft passes from the start, in their order.
@@ -154,7 +143,7 @@ impl<'a> LaggingTurn<'a> {
     /// ln of the largest modulus of the multipliers of the periodic motion (v, M_an), and the motion; None where the machine
     /// comes to rest on it.
     pub fn growth_and_motion(&self, motion: [f64; 2]) -> Option<(f64, Motion<'_>)> {
-        let motion = Motion { turn: self, pieces: self.pieces(motion)? };
+        let motion = Motion { turn: self, lag: self.motor.lag()?, pieces: self.pieces(motion)? };
         let growth = match Period::of(&motion, GROWTH_TOLERANCE) {
             Some(whole) => whole.monodromy.growth(),
             // The lag is some millionths of the turn: the torque follows at once.
@@ -201,34 +190,13 @@ impl<'a> LaggingTurn<'a> {
         Some(c.state())
     }
 
-    /// The periodic motion (v, M_an) of a motor with lag that grows out of the periodic motion `v` without; also T.
+    /// The periodic motion (v, M_an) of a motor with lag next to the periodic motion `v` without; also T.
     pub fn refine(&self, v: f64, torque_scale: f64) -> Option<([f64; 2], f64)> {
         let legs = &self.legs();
         let root = self.inertia.at(legs[0].place, self.phi_start)[0].sqrt();
         let mut y = [v, self.motor.characteristic(self.sense * v / root)[0]];
-        let (mut reached, mut lag, mut factor) = (0.0, self.lag, LONGEST);
-        while factor > SHORTEST && lag > 1e-9 * self.lag {
-            match (LaggingTurn { lag, ..*self }).newton(legs, y, torque_scale) {
-                Some(motion) if lag == self.lag => return Some(motion),
-                Some((motion, _)) => {
-                    (y, reached) = (motion, lag);
-                    factor = (factor * factor).min(LONGEST);
-                    lag = self.lag.min(factor * reached);
-                }
-                None if reached == 0.0 => lag /= LONGEST,
-                None => {
-                    factor = factor.sqrt();
-                    lag = factor * reached;
-                }
-            }
-        }
-        None
-    }
-
-    /// The periodic motion next to `y`, and T; None where `y` is not so near that each correction is far less than the one before.
-    fn newton(&self, legs: &[Leg], mut y: [f64; 2], torque_scale: f64) -> Option<([f64; 2], f64)> {
         let shoot = |y: [f64; 2]| self.run(legs, [y[0], y[1], 0.0]);
-        let mut before = NEAR / SHRINKS;
+        let mut smallest = f64::INFINITY;
         for _ in 0..ITERATIONS {
             let end = shoot(y)?;
             // Differences over a millionth of the scale: Newton's method gains six digits per iteration with them.
@@ -247,16 +215,14 @@ impl<'a> LaggingTurn<'a> {
             let determinant = a * d - b * c;
             let correction = [(r * d - b * s) / determinant, (a * s - c * r) / determinant];
             let size = (correction[0] / y[0]).abs().max((correction[1] / torque_scale).abs());
-            let shrinks = size <= SHRINKS * before;
-            // What does not shrink any more must be rounding.
-            if !size.is_finite() || !(shrinks || size < 1e-11) {
+            if !size.is_finite() {
                 return None;
             }
             y = [y[0] + correction[0], y[1] + correction[1]];
-            if size < 1e-14 || !shrinks {
+            if size < 1e-14 || (size < 1e-11 && size >= smallest) {
                 return Some((y, shoot(y)?[2]));
             }
-            before = size;
+            smallest = smallest.min(size);
         }
         None
     }
@@ -265,6 +231,7 @@ impl<'a> LaggingTurn<'a> {
 /// A periodic motion, and the growth of a small disturbance of E on it, see the head of this file.
 pub struct Motion<'a> {
     turn: &'a LaggingTurn<'a>,
+    lag: f64,
     /// The smooth piece of J, and the periodic motion on it.
     pieces: Vec<(Place, Collocation<3>)>,
 }
@@ -321,8 +288,8 @@ impl Periodic for Motion<'_> {
 
     fn at(&self, psi: Double, piece: usize) -> Coefficients {
         let [v, w, ahead, slope] = Motion::at(self, piece, psi);
-        let stiffness = (self.turn.sense * ahead / w - slope) / (v * v * self.turn.lag);
-        Coefficients { damping: 1.0 / (self.turn.lag * w), stiffness, forcing: 0.0 }
+        let stiffness = (self.turn.sense * ahead / w - slope) / (v * v * self.lag);
+        Coefficients { damping: 1.0 / (self.lag * w), stiffness, forcing: 0.0 }
     }
 
     fn longest_cell(&self, _: Double, _: usize) -> f64 {
