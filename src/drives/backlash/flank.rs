@@ -2,9 +2,10 @@
 
 use crate::drives::cam_drive::AngleMotion;
 use crate::drives::course::Course;
-use crate::drives::passage::first_passage;
 use crate::motion::{Kinematics, MotionLaw};
 use crate::numerics::double_double::Double;
+use crate::numerics::first_root::first_root;
+use std::f64::consts::TAU;
 
 /// The moving flank A; flank B runs at the constant distance s above it.
 pub trait FlankMotion {
@@ -67,6 +68,9 @@ pub struct CamFlank<'a> {
     /// Bounds of |U|, |U′| and |U″|.
     pub bounds: [f64; 3],
 }
+
+/// A breakpoint this near is where the motion has just come from (rad): some roundings of an angle.
+const ON_BREAKPOINT: f64 = 1e-14;
 
 /// The most coefficients of a series.
 const MOST_COEFFICIENTS: usize = 32;
@@ -156,12 +160,37 @@ impl FlankMotion for CamFlank<'_> {
     }
 
     fn stay(&self, segment: usize, time: Double, longest: f64) -> (f64, usize) {
-        if self.law.breakpoints().is_empty() {
-            return (longest, segment);
+        let breakpoints = self.law.breakpoints();
+        let count = breakpoints.len();
+        if count == 0 {
+            return (longest, 0);
         }
+        let (start, next) = (breakpoints[segment], breakpoints[(segment + 1) % count]);
+        let width = if count == 1 { TAU } else { (next - start).rem_euclid(TAU) };
         let course = Course::of(self.motion, time);
+        let mut below = (course.angle[0] - start).rem_euclid(TAU);
+        // What is a rounding before the start is not almost a turn behind it.
+        if below > 0.5 * (width + TAU) {
+            below = 0.0;
+        }
+        let [mut below, mut above] = [below, width - below].map(|way| if way < ON_BREAKPOINT { 0.0 } else { way });
+        if count == 1 && below.min(above) == 0.0 {
+            // The end of the only segment is its start: the motion is about to cross all of it.
+            (below, above) = if course.angle[1] < 0.0 { (TAU, 0.0) } else { (0.0, TAU) };
+        }
         let way = course.scaled(longest);
-        let passage = first_passage(self.law.breakpoints(), segment, course.angle[0], &way, 0.0);
-        passage.map_or((longest, segment), |passage| (passage.at * longest, passage.segment))
+        let passage = |distance: f64, sign: f64| {
+            let mut left = way.map(|a| sign * a);
+            left[0] = distance;
+            if left.iter().all(|a| *a == 0.0) { None } else { first_root(&left, 1.0) }.map_or(longest, |x| x * longest)
+        };
+        let (up, down) = (passage(above, -1.0), passage(below, 1.0));
+        if up < down {
+            (up, (segment + 1) % count)
+        } else if down < longest {
+            (down, (segment + count - 1) % count)
+        } else {
+            (longest, segment)
+        }
     }
 }
