@@ -76,18 +76,18 @@ pub fn periodic<E: Equation>(
     if equation.is_undamped() {
         let Words { damping, .. } = equation.words();
         return Err(refused_start(format!(
-            "start.mode = steady_state does not exist without damping: {damping} = 0 leaves Floquet multipliers of modulus 1, free \
-             vibrations never die out; set {damping} > 0, or start.mode = at_rest"
+            "start.mode = steady_state does not exist without damping: {damping} = 0 leaves Floquet multipliers of modulus 1; \
+             without damping free vibrations never die out; set {damping} > 0, or start.mode = at_rest"
         )));
     }
     let fixed = |whole: &Period| fixed_point(&whole.map.matrix, [0.0; 2], whole.map.shift);
     if equation.is_linear() {
         refuse_unstable(table.growth, w)?;
-        return table
-            .whole
-            .as_ref()
-            .and_then(fixed)
-            .ok_or_else(|| refused(w, "its period has too many vibrations or harmonics for the work of one call"));
+        let point = match &table.whole {
+            Some(whole) => fixed(whole),
+            None => linear(moving, start, tolerance)?,
+        };
+        return point.ok_or_else(|| refused(w, "no periodic solution of the period of one turn was found"));
     }
     let linear = equation.linearised();
     let period = Turn::new(&linear, law, w, phi).and_then(|turn| Period::of(&turn, tolerance));
@@ -96,6 +96,24 @@ pub fn periodic<E: Equation>(
         Some((y, map)) if spectral_radius(&map.matrix) < 1.0 => Ok(y),
         _ => run_in(moving, start, tolerance),
     }
+}
+
+/// The fixed point of the turn map of a linear equation whose period is too long to be computed as a whole: three turns show
+/// the map.
+fn linear<E: Equation>(moving: &mut Moving<E>, start: f64, tolerance: f64) -> Result<Option<[f64; 2]>, Fault> {
+    let frequency = moving.equation.pace(moving.law, [0.0; 2]).frequency;
+    let shift = one_turn(moving, start, [0.0; 2], tolerance)?;
+    let q = shift[0].abs().max(shift[1].abs() / frequency).max(1e-9);
+    let mut matrix = [[0.0; 2]; 2];
+    for (c, size) in [q, q * frequency].into_iter().enumerate() {
+        let mut y = [0.0; 2];
+        y[c] = size;
+        let end = one_turn(moving, start, y, tolerance)?;
+        for r in 0..2 {
+            matrix[r][c] = (end[r] - shift[r]) / size;
+        }
+    }
+    Ok(fixed_point(&matrix, [0.0; 2], shift))
 }
 
 /// Lets the nonlinear drive approach its attractor, then finds the periodic solution there.
