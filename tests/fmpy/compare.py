@@ -30,7 +30,11 @@ SCENES = ("examples/*/*.toml", "tests/fmpy/scenes/*.toml", "benches/works/*.toml
 
 def tree(version):
     """The folder of a built tree."""
-    if (Path(version) / "target" / "release" / "camdrive").is_file():
+    tool = Path(version) / "target" / "release" / "camdrive"
+    if tool.is_file():
+        sources = [file for folder in ("src", "design/src", "cli/src") for file in Path(version, folder).rglob("*.rs")]
+        if any(file.stat().st_mtime > tool.stat().st_mtime for file in sources):
+            sys.exit(f"{version}: target/release/camdrive is older than a source; build it by cargo build --release")
         return Path(version).resolve()
     git = ["git", "-C", str(ROOT)]
     commit = subprocess.run([*git, "rev-parse", "--verify", f"{version}^{{commit}}"], capture_output=True, text=True)

@@ -103,6 +103,7 @@ pub fn periodic<E: Equation>(
 fn linear<E: Equation>(moving: &mut Moving<E>, start: f64, tolerance: f64) -> Result<Option<[f64; 2]>, Fault> {
     let frequency = moving.equation.pace(moving.law, [0.0; 2]).frequency;
     let shift = one_turn(moving, start, [0.0; 2], tolerance)?;
+    // As large as the motion, so that neither is lost in the roundings of the other; any size where nothing moves.
     let q = shift[0].abs().max(shift[1].abs() / frequency).max(1e-9);
     let mut matrix = [[0.0; 2]; 2];
     for (c, size) in [q, q * frequency].into_iter().enumerate() {

@@ -124,17 +124,17 @@ fn a_flank_that_is_torn_away_releases_its_mass() {
     // ü = −1 km/s² in the sense in which the flank pushes, and 0.01 m/s more.
     let (w, a) = ((v + contact.sign() * 0.01) / slope, -contact.sign() * 1e3 / slope);
     set(&mut drive, 1.0001, w, a);
-    let (impulse, [.., y, y_dot]) = (drive.now.tally.impulse, places(&drive));
+    let (tally, [.., y, y_dot]) = (drive.now.tally, places(&drive));
     drive.apply(0.02).unwrap();
     // At once, and not before m2, which stays where it is.
     let [.., y_now, y_dot_now] = places(&drive);
     assert!(drive.now.mode == Mode::Free && (y_now - y).abs() < 1e-16 && (y_dot_now - y_dot).abs() < 1e-15);
     drive.events().clear();
     drive.advance(0.02, 1e-6).unwrap();
-    assert_eq!((drive.now.mode, drive.now.tally.impacts), (Mode::Free, drive.now.tally.impacts));
+    assert_eq!((drive.now.mode, drive.now.tally.impacts), (Mode::Free, tally.impacts));
     let kinds: Vec<&str> = drive.log.iter().map(|event| event.kind).collect();
     assert_eq!(kinds, [if contact == Flank::A { "release from flank A" } else { "release from flank B" }]);
-    let push = drive.now.tally.impulse - impulse;
+    let push = drive.now.tally.impulse - tally.impulse;
     assert!((push - drive.parameters.m1 * contact.sign() * 0.01).abs() < 1e-15, "{push}");
 }
 
