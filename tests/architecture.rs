@@ -61,6 +61,11 @@ impl Source {
         let end = self.text.find("#[cfg(test)]\nmod ").unwrap_or(self.text.len());
         self.text[..end].lines().enumerate().map(|(i, line)| (i + 1, without_text(line))).collect()
     }
+
+    /// The same as one text.
+    fn whole_code(&self) -> String {
+        self.code().into_iter().map(|(_, line)| line + "\n").collect()
+    }
 }
 
 /// The line without comment and without the content of its string literals.
@@ -137,9 +142,8 @@ fn modules_use_only_what_lies_below_them() {
     assert!(faults.is_empty(), "\n{faults}");
 }
 
-/// What a file names beside it: `super::name` and `super::{name::…, name}`.
-fn used_siblings(file: &Source) -> BTreeSet<String> {
-    let code: String = file.code().into_iter().map(|(_, line)| line + "\n").collect();
+/// What the code names right behind this start of a path: `start name` and `start {name::…, name}`.
+fn names_behind(code: &str, start: &str) -> BTreeSet<String> {
     let name = |text: &str| text.trim().chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect::<String>();
     let named = |(at, start): (usize, &str)| -> Vec<String> {
         let rest = &code[at + start.len()..];
@@ -153,7 +157,46 @@ fn used_siblings(file: &Source) -> BTreeSet<String> {
             list.chars().map(|c| (c, nesting(c))).take_while(|(_, depth)| *depth > 0).collect();
         depths.split(|at| *at == (',', 1)).map(|part| name(&part.iter().map(|(c, _)| *c).collect::<String>())).collect()
     };
-    code.match_indices("super::").flat_map(named).collect()
+    code.match_indices(start).flat_map(named).collect()
+}
+
+/// What a file names beside it.
+fn used_siblings(file: &Source) -> BTreeSet<String> {
+    names_behind(&file.whole_code(), "super::")
+}
+
+/// The folders of the drives from the bottom up: each may use those before it. So an equation (of a follower or of the shaft) knows
+/// no solver, a solver no model, and nobody a model but the list of them.
+const HOUSE: [&str; 5] = ["interface", "follower", "shaft", "solver", "models"];
+
+#[test]
+fn equations_know_no_solver_and_solvers_no_drive() {
+    let drives = Path::new("src/drives");
+    let folders = |path: &Path| -> BTreeSet<String> {
+        let entries = std::fs::read_dir(root().join(path)).unwrap().map(Result::unwrap);
+        entries.filter(|entry| entry.path().is_dir()).map(|entry| entry.file_name().into_string().unwrap()).collect()
+    };
+    assert_eq!(folders(drives), HOUSE.map(str::to_owned).into());
+    // They are also known without `models` before them.
+    let models = folders(&drives.join("models"));
+    let (mut faults, mut seen) = (String::new(), 0);
+    for file in sources() {
+        let Ok(path) = file.path.strip_prefix(drives) else { continue };
+        let Some(place) = HOUSE.iter().position(|folder| path.starts_with(folder)) else { continue };
+        let path = path.with_extension("");
+        let modules = path.iter().map(|part| part.to_str().unwrap()).filter(|part| *part != "mod");
+        let mut code = file.whole_code();
+        // `super::super::…` as far as it leads up to the drives.
+        code = code.replace(&"super::".repeat(modules.count()), "crate::drives::");
+        for used in names_behind(&code, "crate::drives::") {
+            seen += 1;
+            let above = HOUSE[place + 1..].contains(&used.as_str());
+            if above || (HOUSE[place] != "models" && models.contains(&used)) {
+                let _ = writeln!(faults, "{}: uses {used}", file.path.display());
+            }
+        }
+    }
+    assert!(faults.is_empty() && seen > 100, "{seen} uses\n{faults}");
 }
 
 #[test]
@@ -233,7 +276,7 @@ fn files_say_what_they_are() {
 /// The square of ż before an impact is (ż⁻)²; ż⁻² would be 1/ż².
 #[test]
 fn no_sign_of_a_symbol_reads_as_that_of_its_power() {
-    let folders = std::fs::read_dir(root().join("src/drives")).unwrap();
+    let folders = std::fs::read_dir(root().join("src/drives/models")).unwrap();
     let texts = folders.map(|folder| folder.unwrap().path().join("text.toml")).filter(|path| path.exists());
     let texts = texts.map(|path| Source { text: std::fs::read_to_string(&path).unwrap(), path });
     let (mut faults, mut count) = (String::new(), 0);

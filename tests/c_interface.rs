@@ -1,8 +1,8 @@
 //! The C interface as a careless importer uses it: NULL, wrong handles, callbacks that go away, threads.
 
-use camdrive::drives::cam_drive::{DriveMode, Start, StartMode};
 use camdrive::drives::elastic_shaft::{Parameters, Scene};
 use camdrive::drives::settings::Settings;
+use camdrive::drives::shaft::cam_drive::{DriveMode, Start, StartMode};
 use camdrive::drives::variable::{Causality, Kind};
 use camdrive::fmi2::abi::*;
 use camdrive::fmi2::functions::*;

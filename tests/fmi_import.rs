@@ -1,7 +1,7 @@
 //! An exported FMU driven through fmi-rs, as an importer would.
 
-use camdrive::drives::cam_drive::{DriveMode, Start, StartMode};
 use camdrive::drives::elastic_shaft::{Parameters, Scene};
+use camdrive::drives::shaft::cam_drive::{DriveMode, Start, StartMode};
 use camdrive::motion::{Fourier, MotionLaw};
 use camdrive_cli::export::{self, RuntimeLibrary};
 use camdrive_design::resource::Resource;

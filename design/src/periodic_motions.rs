@@ -5,9 +5,9 @@
 //! lagging torque each is continued to the map of two dimensions.
 
 use crate::search::{Extreme, greatest, summit};
-use camdrive::drives::rigid_machine::lagging_turn::LaggingTurn;
-use camdrive::drives::rigid_machine::turn_map::{PERIODIC_TOLERANCE, SCAN_TOLERANCE, TurnMap};
 use camdrive::drives::rigid_machine::{Inertia, Kloss, MachineStart, Motor, Place, RigidMachine, Scene};
+use camdrive::drives::solver::free_shaft::lagging_turn::LaggingTurn;
+use camdrive::drives::solver::free_shaft::turn_map::{PERIODIC_TOLERANCE, SCAN_TOLERANCE, TurnMap};
 use camdrive::drives::{Drive as _, Fault};
 use camdrive::numerics::gauss::Gauss;
 use std::f64::consts::TAU;

@@ -1,9 +1,9 @@
 //! Sections and keys that several drive models share.
 
 use super::section::{NOT_NEGATIVE, POSITIVE, Section, within};
-use camdrive::drives::cam_drive::{DriveMode, LARGEST_START, Start, StartMode};
 use camdrive::drives::limits::{FASTEST, LARGEST_ANGLE};
 use camdrive::drives::settings::{COARSEST_TOLERANCE, LONGEST_STEP_SIZE, Method, Settings};
+use camdrive::drives::shaft::cam_drive::{DriveMode, LARGEST_START, Start, StartMode};
 use camdrive::drives::unit;
 use serde_json::Value;
 

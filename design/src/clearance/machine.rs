@@ -3,7 +3,7 @@
 use super::MOST_STEPS;
 use crate::resource::{Described, Resource};
 use camdrive::drives::backlash::{BacklashDrive, Scene};
-use camdrive::drives::cam_drive::{DriveMode, Start, StartMode};
+use camdrive::drives::shaft::cam_drive::{DriveMode, Start, StartMode};
 use camdrive::drives::{Drive, Event, Fault};
 use std::f64::consts::TAU;
 

@@ -3,9 +3,9 @@
 use super::roughness::{scatter, scatter_and_error};
 use super::*;
 use crate::smoothing::smooth;
-use camdrive::drives::cam_drive::{Start, StartMode};
 use camdrive::drives::rigid_machine::{Follower, InertiaFunction, MachineStart, Motor};
 use camdrive::drives::settings::Settings;
+use camdrive::drives::shaft::cam_drive::{Start, StartMode};
 use camdrive::drives::{backlash, rigid_machine};
 use camdrive::motion::table::Points;
 use camdrive::motion::{Cycle, CyclePlan, Fourier, StandardLaw, Table};

@@ -2,8 +2,8 @@
 
 use super::*;
 use crate::plot::Rule;
-use camdrive::drives::cam_drive::{DriveMode, Start, StartMode};
 use camdrive::drives::settings::Settings;
+use camdrive::drives::shaft::cam_drive::{DriveMode, Start, StartMode};
 use camdrive::drives::{Drive, elastic_output, elastic_shaft};
 use camdrive::motion::{Fourier, MotionLaw};
 

@@ -1,3 +1,12 @@
-//! What hangs on the shaft: the equations of motion, apart from every way to solve them.
+//! What hangs on the shaft: the equations of motion, apart from every way to solve them and from how the shaft moves.
 
-pub mod elastic_output;
+pub(super) mod contact;
+pub(super) mod elastic_output;
+pub(super) mod elastic_shaft;
+pub(super) mod equation;
+pub(super) mod flank;
+pub(super) mod flow;
+pub mod linkage;
+pub(super) mod parametric;
+pub mod place;
+pub mod rigid;

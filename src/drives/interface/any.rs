@@ -179,7 +179,7 @@ impl Plan {
 ///
 /// ```
 /// use camdrive::drives::elastic_output::{ElasticOutput, Parameters, Scene};
-/// use camdrive::drives::cam_drive::{DriveMode, Start, StartMode};
+/// use camdrive::drives::shaft::cam_drive::{DriveMode, Start, StartMode};
 /// use camdrive::drives::settings::Settings;
 /// use camdrive::drives::{AnyDrive, Drive, Fault};
 /// use camdrive::motion::{Fourier, MotionLaw};

@@ -90,14 +90,17 @@ macro_rules! parameters {
             $variability;)*
         } }
 
-        $(impl $crate::drives::interface::parameter::Has<$struct> for $drive {
+        $($crate::drives::interface::parameter::parameters! { $struct of $drive.$($place).+ })?
+    };
+    ($struct:ident of $drive:ident . $($place:ident).+) => {
+        impl $crate::drives::interface::parameter::Has<$struct> for $drive {
             fn group(&self) -> Option<&$struct> {
                 Some(&self.$($place).+)
             }
             fn group_mut(&mut self) -> Option<&mut $struct> {
                 Some(&mut self.$($place).+)
             }
-        })?
+        }
     };
     (for $struct:ident, $section:literal {
         $($(#[doc = $text:literal])+ $($field:ident).+ = $name:literal, $key:literal, $quantity:ident
@@ -126,8 +129,8 @@ pub use parameters;
 
 #[cfg(test)]
 mod tests {
-    use crate::drives::cam_drive::{DriveMode, Start, StartMode};
     use crate::drives::elastic_output::{ElasticOutput, Parameters, Scene};
+    use crate::drives::shaft::cam_drive::{DriveMode, Start, StartMode};
     use crate::drives::{AnyDrive, Drive, settings::Settings};
     use crate::motion::{Fourier, MotionLaw};
 

@@ -3,10 +3,10 @@
 use super::super::bounds::Harmonics;
 use super::super::crank;
 use super::*;
-use camdrive::drives::cam_drive::{DriveMode, Start, StartMode};
 use camdrive::drives::parametric::Scene;
 use camdrive::drives::parametric::crank::{ParallelCrank, SecondCrank};
 use camdrive::drives::parametric::law::{CrankLaw, Law};
+use camdrive::drives::shaft::cam_drive::{DriveMode, Start, StartMode};
 
 /// The tables have six digits after the point.
 const DIGITS: f64 = 6e-7;

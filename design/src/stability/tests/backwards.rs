@@ -3,11 +3,11 @@
 use super::super::{Options, Report, study_scene};
 use super::series;
 use crate::resource::Resource;
-use camdrive::drives::cam_drive::{DriveMode, Start, StartMode};
 use camdrive::drives::elastic_shaft::{self, ElasticShaft};
 use camdrive::drives::parametric::law::{Coordinate, Law, SeriesLaw};
 use camdrive::drives::parametric::{self, ParametricDrive};
 use camdrive::drives::settings::Settings;
+use camdrive::drives::shaft::cam_drive::{DriveMode, Start, StartMode};
 use camdrive::drives::{Drive, Fault};
 use camdrive::motion::{Cycle, CyclePlan, Fourier, MotionLaw, StandardLaw};
 use std::f64::consts::TAU;

@@ -1,0 +1,131 @@
+//! What an equation says of itself. It knows no solver and no drive.
+
+use crate::drives::Fault;
+use crate::drives::follower::flow::Flow;
+use crate::motion::turn;
+use crate::numerics::angle;
+use crate::numerics::double_double::Double;
+use crate::numerics::taylor::Scalar;
+use serde::{Serialize, de::DeserializeOwned};
+use std::fmt::Debug;
+
+/// q̈ = f(φ, ω, α, q, q̇) of one oscillator on a shaft whose motion φ(t) is given. Its coefficients follow from a law over an
+/// angle.
+pub trait Equation: Clone + PartialEq + Debug + Serialize + DeserializeOwned + Send + Sync + 'static {
+    /// What depends on the angle.
+    type Law: Clone + PartialEq + Debug + Serialize + DeserializeOwned + Send + Sync + 'static;
+    /// The parameters that may change between communication steps.
+    type Parameters: Copy + PartialEq + Debug + Serialize + DeserializeOwned + Send + Sync;
+    /// The law at an angle.
+    type Local;
+
+    /// The parameters that may change between communication steps.
+    fn parameters(&self) -> Self::Parameters;
+
+    /// The same equation with other parameters.
+    fn with(&self, parameters: Self::Parameters) -> Self;
+
+    /// Takes up what follows from the law, whose parameters may have been changed; refuses what is no law.
+    fn prepare(&mut self, law: &Self::Law) -> Result<(), Fault>;
+
+    /// Whether the equation is linear in q.
+    fn is_linear(&self) -> bool {
+        true
+    }
+
+    /// The equation linearised in q.
+    fn linearised(&self) -> Self {
+        self.clone()
+    }
+
+    /// Whether the oscillator carries the law, which then is taken at the angle φ + q, else at φ.
+    fn carries_law(&self) -> bool {
+        false
+    }
+
+    /// Whether free motions never die out.
+    fn is_undamped(&self) -> bool;
+
+    /// The names of its quantities in messages.
+    fn words(&self) -> Words;
+
+    /// The angles in [0, 2π), ascending, at which a derivative of a coefficient jumps. Segment i reaches from breakpoint i to the
+    /// next one, the last one around the turn.
+    fn breakpoints(_law: &Self::Law) -> &[f64] {
+        &[]
+    }
+
+    /// The segment of the law where drive and oscillator are so; on a breakpoint the one to which they turn.
+    fn segment(&self, law: &Self::Law, f: &Flow<f64>) -> usize {
+        let (carried, breakpoints) = (self.carries_law(), Self::breakpoints(law));
+        if breakpoints.is_empty() {
+            return 0;
+        }
+        turn::segment(breakpoints, angle::reduce(Double::from(f.argument(carried))), f.turning(carried) >= 0.0)
+    }
+
+    /// The law where drive and oscillator are so, continued smoothly from a segment.
+    fn at(&self, law: &Self::Law, segment: usize, f: &Flow<f64>) -> Self::Local;
+
+    /// Place and speed from which q and q̇ count: those of the shaft.
+    fn base<S: Scalar>(&self, _local: &Self::Local, f: &Flow<S>) -> [S; 2] {
+        [f.phi, f.w]
+    }
+
+    /// q̈.
+    fn acceleration<S: Scalar>(&self, local: &Self::Local, f: &Flow<S>) -> S;
+
+    /// ∂q̈/∂q (1/s²) and ∂q̈/∂q̇ (1/s).
+    fn jacobian(&self, local: &Self::Local, f: &Flow<f64>) -> [f64; 2];
+
+    /// Rounding error of q̈ over the unit roundoff where its terms cancel.
+    fn rounding(&self, _law: &Self::Law, _segment: usize, _f: &Flow<f64>) -> f64 {
+        0.0
+    }
+
+    /// The angle (rad) from `phi` on over which the coefficients follow a polynomial of degree 8.
+    fn reach(&self, law: &Self::Law, segment: usize, phi: f64) -> f64;
+
+    /// Into how many equal parts symmetry divides the turn.
+    fn symmetry(&self, law: &Self::Law) -> usize;
+
+    /// Cost of an evaluation of the law (nominal µs), see [`crate::numerics::work`].
+    fn cost(&self, law: &Self::Law) -> f64;
+
+    /// What the internal step of fixed cost follows from where none is asked for.
+    fn pace(&self, law: &Self::Law, state: [f64; 2]) -> Pace;
+
+    /// The equilibrium where the shaft, whose speed `w` (rad/s) is none, rests at `phi` (rad), reduced.
+    fn at_rest(&self, _w: f64, _phi: f64) -> Result<[f64; 2], Fault> {
+        // The spring is relaxed.
+        Ok([0.0; 2])
+    }
+}
+
+/// How fast a motion changes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Deserialize, Serialize)]
+pub struct Pace {
+    /// The highest frequency of the oscillator (rad/s).
+    pub frequency: f64,
+    /// The angle that one step may turn through (rad).
+    pub angle: f64,
+    /// The speed by which the oscillator turns through the law, beside that of the shaft (rad/s).
+    pub speed: f64,
+}
+
+/// The names of the quantities of an equation in messages.
+#[derive(Clone, Copy, Debug)]
+pub struct Words {
+    /// The integrated quantity: "the twist q".
+    pub quantity: &'static str,
+    /// The turning part: "the cam".
+    pub turning: &'static str,
+    /// Parameters that may be wrong where no step keeps the tolerance: "J, m, c, b".
+    pub parameters: &'static str,
+    /// Parameters that may be wrong where the work is too much: "c and J".
+    pub frequency: &'static str,
+    /// The damping: "b".
+    pub damping: &'static str,
+    /// What else may help where free motions grow; empty, or a text behind a comma.
+    pub instead: &'static str,
+}

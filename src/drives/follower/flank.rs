@@ -1,0 +1,48 @@
+//! The motion of flank A, as far as the contact and the search for switching instants have to know it.
+
+use crate::motion::Kinematics;
+use crate::numerics::double_double::Double;
+
+/// The moving flank A; flank B runs at the constant distance s above it.
+pub trait FlankMotion {
+    /// u, u̇ … u⁗ at `time`, continued smoothly from `segment`.
+    fn at(&self, segment: usize, time: Double) -> Kinematics;
+
+    /// U′ at `time` (m/rad).
+    fn slope(&self, segment: usize, time: Double) -> f64;
+
+    /// u(time + span x) = Σ cₙ xⁿ continued smoothly from `segment`: the coefficients c₀ …, at least 6.
+    fn expand(&self, segment: usize, time: Double, span: f64, coefficients: &mut [f64]);
+
+    /// Cost of an expansion (nominal µs).
+    fn cost(&self) -> f64 {
+        EXPANSION
+    }
+
+    /// Words of messages for the motion from one time to another (s).
+    fn told(&self, way: [f64; 2]) -> String;
+
+    /// Whether the speed is constant.
+    fn is_uniform(&self) -> bool;
+
+    /// φ̇ where it is constant (rad/s).
+    fn speed(&self) -> f64;
+
+    /// Upper bounds of |u| (m) and |u̇| (m/s) with the speed at `time` (s).
+    fn sizes(&self, time: f64) -> [f64; 2];
+
+    /// An upper bound of |ü| in `segment` at `time`, in a dwell that in any segment: what comes to rest there came from others.
+    fn acceleration(&self, segment: usize, time: Double) -> f64;
+
+    /// K|w|, the highest rate at which u changes in `segment` at `time` (rad/s).
+    fn rate(&self, segment: usize, time: Double) -> f64;
+
+    /// The segment that u moves in at `time`.
+    fn segment(&self, time: Double) -> usize;
+
+    /// How long u stays in `segment`, at most `longest` (s), and the segment that follows.
+    fn stay(&self, segment: usize, time: Double, longest: f64) -> (f64, usize);
+}
+
+/// What an expansion takes (nominal µs).
+pub const EXPANSION: f64 = 0.3;

@@ -1,0 +1,95 @@
+//! A cam drive whose input shaft is elastic.
+//!
+//! The drive turns the near end of the shaft by φ(t); its far end carries the cam, at ψ = φ + q, which moves the
+//! follower to y = U(ψ).
+//!
+//! Nonlinear: (J + m U′²) ψ̈ + m U′U″ ψ̇² + b q̇ + c q = 0, U at ψ.
+//! Linear in q, U at φ, ω = φ̇, α = φ̈: (J + m U′²) q̈ + (b + 2 m ω U′U″) q̇
+//! + \[c + m ω² (U″² + U′U‴) + 2 m α U′U″\] q = −m ω² U′U″ − (J + m U′²) α.
+//!
+//! Symbols: m mass of the follower (kg), J moment of inertia of the cam (kg·m²), c stiffness (N·m/rad) and
+//! b damping (N·m·s/rad) of the shaft, q twist (rad). Signs: φ, ψ, tau positive in the same sense;
+//! tau = −(c q + b q̇) is the torque from the drive into the cam unit and loads the drive where it is positive.
+//!
+//! Validity: the follower never leaves the cam; the linear equation where |q| is small against the angle over which
+//! U′U″ changes. J > 0: without it the frequency at U′ = 0 is infinite.
+//!
+//! Source: Dresig, Vulfson, *Dynamik der Mechanismen*, section 4.6.3; the right-hand side of its equation (1) reads
+//! U′U″ here, as the derivation and its own rigid limit demand.
+
+mod oscillator;
+#[cfg(test)]
+pub(super) mod tests;
+mod variables;
+
+pub use crate::drives::follower::elastic_shaft::Parameters;
+use crate::drives::follower::elastic_shaft::Twist;
+use crate::drives::parameter::parameters;
+use crate::drives::settings::{HasSolver, Settings};
+use crate::drives::shaft::cam_drive::{CamDrive, DriveMode, Start};
+use crate::drives::solver::oscillation::{Oscillation, as_every_oscillation};
+use crate::drives::{Curve, Drive, EventLog, Experiment, Fault, List, Text};
+use crate::motion::MotionLaw;
+use serde::{Deserialize, Serialize};
+
+parameters!(Parameters of ElasticShaft.equation.parameters);
+
+/// The drive as a scene describes it, coherent SI.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Scene {
+    /// m, J, c, b.
+    pub parameters: Parameters,
+    /// Whether the equation is linearised in the twist.
+    pub linear: bool,
+    /// U.
+    pub cam: MotionLaw,
+    /// φ.
+    pub drive: DriveMode,
+    /// Initial state.
+    pub start: Start,
+    /// `solver.tolerance`, `solver.method`, `solver.step_size`.
+    pub solver: Settings,
+}
+
+/// The drive in operation.
+pub type ElasticShaft = Oscillation<Twist>;
+
+impl Drive for ElasticShaft {
+    type Scene = Scene;
+
+    const MODEL: &'static str = "ElasticCamDrive.shaft";
+
+    fn new(scene: Scene) -> Result<Self, Fault> {
+        let Scene { parameters, linear, cam, drive, start, solver } = scene;
+        Ok(Oscillation::of(Twist { parameters, linear }, CamDrive::new(cam, drive), start, solver))
+    }
+
+    fn variables(&self) -> List<Self> {
+        variables::list(self)
+    }
+
+    fn text(&self) -> Text {
+        let linear = self.equation.linear;
+        let periodic = linear && !self.cam.is_input();
+        let conditions = [("linear", linear), ("periodic", periodic), ("method", self.has_method())];
+        Text::new(include_str!("text.toml"), &conditions)
+    }
+
+    fn curves(&self) -> Vec<Curve> {
+        Curve::of_law(&self.cam.law)
+    }
+
+    fn oscillator(scene: &Scene) -> Option<crate::drives::PeriodicOscillator> {
+        Some(oscillator::of(scene))
+    }
+
+    fn experiment(&self) -> Experiment {
+        Experiment::of_turns(5.0, self.cam.mode.speed())
+    }
+
+    fn start(&mut self, time: f64) -> Result<(), Fault> {
+        self.begin(time)
+    }
+
+    as_every_oscillation!();
+}

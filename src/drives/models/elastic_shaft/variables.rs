@@ -1,0 +1,102 @@
+//! The variables of the drive.
+
+use super::{ElasticShaft, Parameters};
+use crate::drives::follower::elastic_shaft::{Cam, Twist};
+use crate::drives::follower::equation::Equation;
+use crate::drives::follower::flow::Flow;
+use crate::drives::settings::HasSolver;
+use crate::drives::shaft::cam_drive::{A, CAM, HasCamDrive, PHI, W};
+use crate::drives::unit;
+use crate::drives::variable::Kind;
+use crate::drives::{List, Seed};
+use crate::numerics::taylor::{Scalar, Series};
+
+/// The continuous quantities, in the order of their declaration.
+#[derive(Clone, Copy)]
+enum Output {
+    Phi,
+    W,
+    Psi,
+    PsiDot,
+    PsiDotDot,
+    Q,
+    QDot,
+    Y,
+    YDot,
+    Tau,
+}
+
+/// How many there are.
+const OUTPUTS: usize = Output::Tau as usize + 1;
+
+const STATES: [&str; 2] = ["psi", "der(psi)"];
+
+pub(super) fn list(drive: &ElasticShaft) -> List<ElasticShaft> {
+    let mut list = List::default();
+    drive.declare_drive(&mut list);
+    list.group::<Parameters>();
+    declare_linear(&mut list);
+    drive.declare_start(&mut list, &unit::ANGLE, &unit::ANGULAR_VELOCITY);
+    drive.declare_solver(&mut list, OUTPUTS);
+    declare_outputs(drive, &mut list);
+    drive.declare_law(&mut list);
+    list
+}
+
+fn declare_linear(list: &mut List<ElasticShaft>) {
+    list.parameter(
+        "shaft.linear",
+        "Whether the equation is linearised in the twist",
+        Kind::Boolean,
+        |d, _| f64::from(u8::from(d.equation.linear)),
+        |d, _, value| d.equation.linear = value != 0.0,
+    )
+    .key("elasticity.linear");
+}
+
+fn declare_outputs(drive: &ElasticShaft, list: &mut List<ElasticShaft>) {
+    let mut outputs = drive.outputs(list, &STATES, series);
+    outputs.add_shaft([Output::Phi as usize, Output::W as usize]);
+    let mut output = |which: Output, name, text, quantity, known: &[&str], initial: &[&[&str]]| {
+        outputs.add(which as usize, name, text, quantity, known).depends_initially(initial);
+    };
+    let periodic = drive.periodic_start(&["m", "J", "c", "b", "shaft.linear", "cam", "solver.tolerance"]);
+    let q = [&periodic[..], &["start.mode", "start.q"]].concat();
+    let q_dot = [&periodic[..], &["start.mode", "start.q_dot"]].concat();
+    // Whether the equation is linearised is a parameter: then U is taken at phi, and a acts on q.
+    let lift = [PHI, CAM, &q, &["shaft.linear"]].concat();
+    let all: &[&str] = &["phi", "w", "psi", "der(psi)"];
+    output(Output::Psi, "psi", "Angle of the cam, phi + q", &unit::ANGLE, &["psi"], &[PHI, &q]);
+    let text = "Angular velocity of the cam";
+    output(Output::PsiDot, "der(psi)", text, &unit::ANGULAR_VELOCITY, &["der(psi)"], &[W, &q_dot]);
+    let (text, known) = ("Angular acceleration of the cam", [&["a"], all].concat());
+    let initial: &[&[&str]] = &[&lift, W, A, &q_dot, &["m", "J", "c", "b"]];
+    output(Output::PsiDotDot, "der(psi,2)", text, &unit::ANGULAR_ACCELERATION, &known, initial);
+    output(Output::Q, "q", "Twist of the shaft, psi - phi", &unit::ANGLE, &["phi", "psi"], &[&q]);
+    output(Output::QDot, "der(q)", "Rate of the twist", &unit::ANGULAR_VELOCITY, &["w", "der(psi)"], &[&q_dot]);
+    let text = "Position of the follower, U(psi) or U + U' q";
+    output(Output::Y, "y", text, &unit::LENGTH, &["phi", "psi"], &[&lift]);
+    output(Output::YDot, "der(y)", "Velocity of the follower", &unit::VELOCITY, all, &[&lift, W, &q_dot]);
+    let text = "Torque from the drive into the cam unit, -(c q + b der(q)); a positive tau loads the drive";
+    output(Output::Tau, "tau", text, &unit::TORQUE, all, &[&q, &q_dot, &["c", "b"]]);
+}
+
+/// The outputs, of numbers or of series, in the order of [`Output`].
+fn outputs<S: Scalar>(drive: &ElasticShaft, cam: &Cam, f: &Flow<S>) -> [S; OUTPUTS] {
+    let equation = &drive.equation;
+    let acceleration = equation.acceleration(cam, f) + f.a;
+    let (lift, lift_speed) = (equation.lift(cam, f), equation.lift_speed(cam, f));
+    let tau = equation.torque(f.q, f.v);
+    [f.phi, f.w, f.phi + f.q, f.cam_speed(), acceleration, f.q, f.v, lift, lift_speed, tau]
+}
+
+pub(super) fn evaluate(drive: &ElasticShaft, places: &mut [f64]) {
+    let (cam, f) = drive.now(Twist::at);
+    places[..OUTPUTS].copy_from_slice(&outputs(drive, &cam, &f));
+    places[OUTPUTS..].copy_from_slice(&drive.statistics());
+}
+
+fn series(drive: &ElasticShaft, seed: Seed, which: usize) -> Series {
+    let (cam, f) = drive.now(Twist::with_fifth);
+    outputs(drive, &cam, &drive.along(seed, STATES, &cam, &f))[which]
+}

@@ -1,0 +1,402 @@
+//! The rigid machine: one degree of freedom, an inertia that depends on the angle, a motor and a load.
+//!
+//! J(φ) φ̈ + ½ J′(φ) φ̇² = M_an − τ,  J(φ) = J0 + J_v(φ) + Σ m_j U_j′(φ)²
+//!
+//! Symbols: φ angle of the main shaft (rad); J reduced moment of inertia (kg·m²); J0 its constant part; J_v an
+//! optional periodic part (Fourier series or table); m_j mass (kg) and U_j position function (m) of follower j (moment of
+//! inertia (kg·m²) and (rad) where it turns); M_an torque of the motor on the shaft (N·m), positive in the sense of φ; τ
+//! load (N·m), **positive brakes**. Between a cam and its tool there may be mechanisms, see [`linkage`]; U_j then is the
+//! tool's position, the cam moves a lever, and the links' inertia adds to J.
+//!
+//! Valid for rigid links without backlash and J > 0 everywhere; standstill, reversal and a load that drives the motor
+//! are ordinary states.
+//!
+//! The shaft with its parts is in `shaft::free`, what integrates it in `solver::free_shaft`.
+//!
+//! Limit cases that the tests check: M_an = τ = 0 ⇒ Jφ̇² is constant and the turn takes ∮ √(J/2E) dφ; constant J ⇒
+//! the run-up time of Kloss in closed form; ½Jφ̇² changes by ∫(M_an − τ)dφ.
+//!
+//! Source: K. Kaltofen, "HS-Bewegungen trotz veränderlicher Antriebsgeschwindigkeit", equation (2); Dresig, Holzweißig,
+//! *Maschinendynamik*, chapter 2 (rigid machine).
+
+#[cfg(test)]
+mod tests;
+mod variables;
+
+pub use crate::drives::follower::linkage;
+pub use crate::drives::follower::place::Place;
+pub use crate::drives::follower::rigid::Follower;
+pub use crate::drives::shaft::free::inertia::{Inertia, InertiaFunction};
+pub use crate::drives::shaft::free::motor::{Kloss, LAG, Motor};
+
+use self::linkage::{decimals, in_turn};
+use crate::drives::limits::{no_state, step_too_much};
+use crate::drives::settings::{HasSolver, Method, Settings, Solver};
+use crate::drives::shaft::cam_turn::{SLOWEST, turns};
+use crate::drives::shaft::free::profile::Profile;
+use crate::drives::shaft::free::signal::Signal;
+use crate::drives::shaft::free::{Shaft, State};
+use crate::drives::solver::free_shaft::grid::Grid;
+use crate::drives::solver::free_shaft::in_angle::InAngle;
+use crate::drives::solver::free_shaft::in_time::InTime;
+use crate::drives::solver::free_shaft::mesh::Mesh;
+use crate::drives::solver::free_shaft::steady;
+use crate::drives::{Curve, Drive, Event, EventLog, Experiment, Fault, List, Rounded, Text};
+use crate::numerics::double_double::{Double, two_sum};
+use crate::numerics::number::{Number, all_finite};
+use crate::numerics::work::Work;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
+
+/// The rigid machine as a scene describes it; coherent SI.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Scene {
+    /// J0 and J_v.
+    pub inertia: InertiaFunction,
+    /// The followers; j counts from 1 in the variable names.
+    pub followers: Vec<Follower>,
+    /// The source of M_an.
+    pub motor: Motor,
+    /// φ at the start (rad).
+    pub phi_start: f64,
+    /// φ̇ at the start (rad/s), for [`MachineStart::Given`].
+    pub w_start: f64,
+    /// How the initial speed is found.
+    pub start: MachineStart,
+    /// `solver.tolerance`, `solver.method`, `solver.step_size`.
+    pub solver: Settings,
+}
+
+/// How the initial speed is found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum MachineStart {
+    /// φ̇ = `w_start`; a motor with a lag starts at `motor.M_start`.
+    Given,
+    /// On the periodic solution under the load that acts at the start.
+    SteadyState,
+}
+
+/// Where and how the machine starts.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+struct Start {
+    /// φ (rad).
+    phi: f64,
+    /// φ̇ (rad/s), for [`MachineStart::Given`].
+    w: f64,
+    /// M_an of a motor with a lag (N·m); 0 where it is switched on.
+    torque: f64,
+    mode: MachineStart,
+}
+
+/// The rigid machine in operation.
+#[derive(Clone, Serialize, Deserialize)]
+pub struct RigidMachine {
+    shaft: Shaft,
+    start: Start,
+    solver: Solver,
+    state: State,
+    in_angle: InAngle,
+    in_time: InTime,
+    /// τ − M_an for which the present internal step holds (N·m), as far as it does not depend on the speed.
+    torque: f64,
+    /// The period of the steady state found at the start (s); 0 without one.
+    period: f64,
+    events: EventLog,
+}
+
+impl HasSolver for RigidMachine {
+    fn solver(&self) -> &Solver {
+        &self.solver
+    }
+    fn solver_mut(&mut self) -> &mut Solver {
+        &mut self.solver
+    }
+    /// The steps of the tolerance are the longer the slower the shaft turns and the steadier its torques are.
+    fn has_method(&self) -> bool {
+        true
+    }
+}
+
+impl RigidMachine {
+    /// The mesh of the turn.
+    pub fn mesh(&self) -> &Mesh {
+        &self.in_angle.mesh
+    }
+
+    /// Refuses parameters that describe no machine.
+    fn check(&self) -> Result<(), Fault> {
+        if let Motor::Kloss(Kloss { synchronous_speed, .. }) = self.shaft.motor
+            && !turns(synchronous_speed)
+        {
+            let message = format!(
+                " = {} rad/s: the slip is relative to the synchronous speed, whose magnitude must be at least {} rad/s; use a machine without a motor for a motor that is switched off",
+                Number(synchronous_speed),
+                Number(SLOWEST)
+            );
+            return Err(Fault::named("motor.w_s", message));
+        }
+        let inertia = &self.shaft.inertia;
+        // Where there is a table it has passed.
+        if self.shaft.profile.is_of(inertia) {
+            return Ok(());
+        }
+        inertia.validate()?;
+        let (low, _) = inertia.range();
+        if low.is_finite() && low > 0.0 {
+            return Ok(());
+        }
+        let message = format!(
+            "the reduced moment of inertia J(phi) = J0 + sum m U'^2 must be positive at every angle, but its lower bound is {} kg.m2; choose a larger `J0` (now {} kg.m2)",
+            Number(low),
+            inertia.function.constant
+        );
+        Err(Fault::new(message).of("J0"))
+    }
+
+    /// Makes the tables that follow from the parameters, where they are those of others.
+    fn prepare(&mut self) -> Result<(), Fault> {
+        if !self.shaft.profile.is_of(&self.shaft.inertia) {
+            self.shaft.profile = Arc::new(Profile::new(self.shaft.inertia.clone()));
+        }
+        self.in_angle.prepare(&self.shaft, &self.solver)
+    }
+
+    /// From one communication point to the next, with the work of a call: the internal step that holds a point is read there, and
+    /// others follow until one holds the next point.
+    fn reach(&mut self, time: f64, step: f64) -> Result<(), Fault> {
+        let RigidMachine { shaft, state, solver, in_angle, in_time, .. } = self;
+        let (target, mut work) = (two_sum(time, step), Work::default());
+        let by_tolerance = solver.settings.method == Method::Adaptive;
+        // Steps that nobody can wait for are refused before the first.
+        if !by_tolerance && !work.allows(InTime::cost(shaft) * (step / in_time.grid.size)) {
+            return Err(self.too_long([time, target.hi], time));
+        }
+        let (constant, torque) = (shaft.torques_are_constant(), shaft.constant_torque());
+        if !constant || torque != self.torque {
+            if in_angle.leave(state) {
+                in_time.begin(in_angle.deviations(state));
+            }
+            in_time.leave(shaft, state)?;
+            self.torque = torque;
+        }
+        let may_turn = by_tolerance && constant && shaft.motor.lag().is_none();
+        let goes_beyond = !by_tolerance && constant;
+        let mut now = Double::from(time);
+        loop {
+            let cost = if let Some(step) = &in_angle.step {
+                let [elapsed, left] = step.around(target);
+                if left >= 0.0 {
+                    in_angle.read(shaft, state, elapsed);
+                    return Ok(());
+                }
+                now = step.end;
+                let cost = in_angle.extend(shaft, state, solver)?;
+                if in_angle.step.is_none() {
+                    in_time.begin(in_angle.deviations(state));
+                }
+                cost
+            } else if let Some(end) = in_time.end() {
+                let holds = (target - end).hi <= 0.0;
+                // What is left of a step that does not is read, so that its end is left as every end.
+                now = if holds { target } else { end };
+                if let Some(instant) = in_time.read(shaft, state, now) {
+                    self.events.push(reversal(shaft, state, instant));
+                }
+                if !(holds && goes_beyond) {
+                    in_time.leave(shaft, state)?;
+                }
+                if holds {
+                    return Ok(());
+                }
+                continue;
+            } else if may_turn && in_angle.begin(shaft, state, solver, now, in_time.deviations()) {
+                continue;
+            } else {
+                in_time.extend(shaft, state, solver, (time, now), (!goes_beyond).then_some(target))?
+            };
+            if work.draw(cost).is_err() {
+                return Err(self.too_long([time, target.hi], now.hi));
+            }
+        }
+    }
+
+    /// The fault of a step that takes more than the work of a call; it has come to the time `reached` (s).
+    fn too_long(&self, way: [f64; 2], reached: f64) -> Fault {
+        // While there is an angle step, the speed of the state is that of the last communication point.
+        let speed = self.in_angle.step.as_ref().map_or(self.state.w, |step| step.end_speed);
+        let hint =
+            "relax solver.tolerance, lengthen solver.step_size of equal steps, or lower the speed or the range of J";
+        step_too_much(way, reached, &format!("the shaft turns at {} rad/s", Rounded(speed)), hint)
+    }
+}
+
+/// The shaft, in this state, turns back at the `time` (s).
+fn reversal(shaft: &Shaft, state: &State, time: f64) -> Event {
+    Event {
+        time,
+        kind: "reversal of the shaft",
+        quantity: "acceleration",
+        value: shaft.net_torque(state, 0.0) / shaft.inertia_at(state)[0],
+        unit: "rad/s2",
+        solver: false,
+    }
+}
+
+impl Drive for RigidMachine {
+    type Scene = Scene;
+    const MODEL: &'static str = "RigidMachine";
+    const INPUT_DERIVATIVES: usize = crate::drives::shaft::cam_drive::MAX_INPUT_DERIVATIVE;
+
+    fn new(scene: Scene) -> Result<Self, Fault> {
+        let Scene { inertia, followers, motor, phi_start: phi, w_start: w, start: mode, solver } = scene;
+        let (load, driving, profile) = (Signal::default(), Signal::default(), Arc::default());
+        let mut machine = RigidMachine {
+            shaft: Shaft { inertia: Arc::new(Inertia::new(inertia, followers)), motor, load, driving, profile },
+            start: Start { phi, w, torque: 0.0, mode },
+            solver: Solver::new(solver),
+            state: State::default(),
+            in_angle: InAngle::default(),
+            in_time: InTime::new(&motor),
+            torque: 0.0,
+            period: 0.0,
+            events: EventLog::default(),
+        };
+        machine.check()?;
+        // Here, so that the instances of a scene share it.
+        machine.prepare()?;
+        Ok(machine)
+    }
+
+    fn variables(&self) -> List<Self> {
+        self.declare()
+    }
+
+    fn text(&self) -> Text {
+        let Shaft { inertia, motor, .. } = &self.shaft;
+        let (lag, kloss) = (motor.lag().is_some(), matches!(motor, Motor::Kloss(_)));
+        let conditions = [("linkages", inertia.is_linked()), ("kloss", kloss), ("lag", lag)];
+        let mut text = Text::new(include_str!("text.toml"), &conditions);
+        for (j, follower) in inertia.followers.iter().enumerate() {
+            for (i, (mechanism, extreme)) in follower.linkage.0.iter().zip(follower.transmission()).enumerate() {
+                if mechanism.has_transmission_angle() {
+                    text.limits.push(format!(
+                        "follower[{}].linkage[{}] ({}): with the values of the scene the transmission angle is least at φ = \
+                         {}°, {}°; at least 40° is usual.",
+                        j + 1,
+                        i + 1,
+                        mechanism.name(),
+                        in_turn(extreme.phi, 1),
+                        decimals(extreme.transmission_angle().to_degrees(), 2)
+                    ));
+                }
+            }
+        }
+        text
+    }
+
+    /// J(φ) and the position functions of the followers.
+    fn curves(&self) -> Vec<Curve> {
+        let inertia = &self.shaft.inertia;
+        let value = |phi: f64| {
+            let reduced = if phi > PI { phi - TAU } else { phi };
+            let (interval, phi) = inertia.interval(reduced, true);
+            inertia.at(inertia.place(interval), phi)[0]
+        };
+        let mut curves = vec![Curve::over_turn("Reduced moment of inertia J(φ)", "J [kg·m²]", value)];
+        for (j, follower) in inertia.followers.iter().enumerate() {
+            let title = format!("Position function of follower {}", j + 1);
+            let (unit, factor) = if follower.turns { ("°", 1f64.to_degrees()) } else { ("mm", 1e3) };
+            let label = format!("U{} [{unit}]", j + 1);
+            curves.push(Curve::over_turn(&title, &label, |phi| factor * follower.tool(follower.cam.at(phi).0)[0]));
+        }
+        curves
+    }
+
+    /// Twenty turns at the synchronous speed (or at `w_start`); a second of a machine that starts at rest with a torque as input.
+    fn experiment(&self) -> Experiment {
+        let speed = match self.shaft.motor {
+            Motor::Kloss(Kloss { synchronous_speed, .. }) => synchronous_speed.abs(),
+            Motor::None | Motor::Input => self.start.w.abs(),
+        };
+        Experiment::of_turns(20.0, speed)
+    }
+
+    fn start(&mut self, time: f64) -> Result<(), Fault> {
+        self.check()?;
+        self.solver.start();
+        self.in_angle.start(self.shaft.load.now());
+        self.prepare()?;
+        let Start { phi, w, torque, mode } = self.start;
+        (self.state, self.period) = (self.shaft.state_at(phi, w, torque), 0.0);
+        if mode == MachineStart::SteadyState {
+            let found = steady::periodic_motion(&self.shaft, &self.in_angle.mesh, phi)?;
+            (self.state, self.period) = (found.state, found.period);
+            self.events.push(found.event(time));
+        }
+        (self.in_time, self.torque) = (InTime::new(&self.shaft.motor), 0.0);
+        if self.solver.settings.method == Method::FixedCost {
+            self.in_time.grid = Grid::new(time, self.solver.settings.step_size, &self.shaft, &self.state);
+        }
+        Ok(())
+    }
+
+    /// The inputs are torques; they change the acceleration at once and the state not at all.
+    fn apply(&mut self, _time: f64) -> Result<(), Fault> {
+        Ok(())
+    }
+
+    /// At the speed that the shaft has now.
+    #[inline(always)]
+    fn angle(&self, time: f64, end: f64) -> f64 {
+        self.state.angle.hi + TAU * self.state.turns + self.state.w * (end - time)
+    }
+
+    fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
+        self.shaft.load.step_begins();
+        self.shaft.driving.step_begins();
+        self.reach(time, step)?;
+        self.shaft.load.step_ends(step);
+        self.shaft.driving.step_ends(step);
+        Ok(())
+    }
+
+    fn evaluate(&self, values: &mut [f64]) {
+        variables::evaluate(self, values);
+    }
+
+    fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64) {
+        let Shaft { load, driving, .. } = &mut self.shaft;
+        let signal = if reference == variables::LOAD { load } else { driving };
+        signal.set_derivative(order, value);
+    }
+
+    fn request_tolerance(&mut self, tolerance: f64) {
+        self.solver.requested = tolerance;
+    }
+
+    fn is_finite(&self) -> bool {
+        let State { angle, turns, u, torque, .. } = self.state;
+        all_finite([angle.hi, turns, u.hi, torque])
+    }
+
+    fn events(&mut self) -> &mut EventLog {
+        &mut self.events
+    }
+
+    /// The tables, of which already the outputs before the next step take J.
+    fn restored(&mut self, made: &Self) -> Result<(), Fault> {
+        self.shaft = Shaft { load: self.shaft.load, driving: self.shaft.driving, ..made.shaft.clone() };
+        (self.in_angle.mesh, self.in_angle.cycle) = (made.in_angle.mesh.clone(), made.in_angle.cycle.clone());
+        // Parameters that are yet to be changed need make no machine; the next start tells.
+        if self.check().is_ok() {
+            self.prepare()?;
+        }
+        let cell = self.in_angle.step.as_ref().map_or(0, |step| step.from.cell);
+        let fits = self.state.interval < self.shaft.inertia.pieces().len()
+            && cell < self.mesh().cells().len().max(1)
+            && self.in_time.fits(&self.shaft);
+        if fits { Ok(()) } else { Err(no_state()) }
+    }
+}

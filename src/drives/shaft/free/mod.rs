@@ -1,0 +1,150 @@
+//! The free shaft: the parts of its equation of motion J(φ) φ̈ + ½ J′(φ) φ̇² = M_an − τ, and the state that it moves.
+
+pub(in crate::drives) mod equation;
+pub(in crate::drives) mod inertia;
+pub(in crate::drives) mod motor;
+pub(in crate::drives) mod profile;
+pub(in crate::drives) mod signal;
+pub(in crate::drives) mod torques;
+
+use crate::numerics::angle::{self, WHOLE_TURN};
+use crate::numerics::double_double::{Double, two_product};
+use inertia::Inertia;
+use motor::Motor;
+use profile::Profile;
+use serde::{Deserialize, Serialize};
+use signal::Signal;
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+/// The parts of the equation of motion.
+#[derive(Clone, Serialize, Deserialize)]
+pub struct Shaft {
+    /// J(φ); shared by all instances of which none has changed it.
+    pub inertia: Arc<Inertia>,
+    /// The source of M_an.
+    pub motor: Motor,
+    /// Input `tau`.
+    pub load: Signal,
+    /// Input `M_an`, for [`Motor::Input`].
+    pub driving: Signal,
+    /// J(φ) as a table; follows from the inertia.
+    #[serde(skip)]
+    pub profile: Arc<Profile>,
+}
+
+/// The state of the machine at a communication point.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct State {
+    /// φ − 2π `turns` (rad), within a turn; its second part takes up the rounding of many small steps.
+    pub angle: Double,
+    /// Whole turns. With the angle apart from them, a million turns cost no digit.
+    pub turns: f64,
+    /// φ̇ (rad/s).
+    pub w: f64,
+    /// u = √J φ̇ [√J]: E = ½u². See `equation` for why. Out of date while there is an angle step.
+    pub u: Double,
+    /// M_an (N·m) of a motor with a lag.
+    pub torque: f64,
+    /// The interval between the borders of the laws that holds the angle.
+    pub interval: usize,
+    /// The angle passed since the start, there and back (rad), up to the internal step that holds the communication point.
+    pub travelled: f64,
+    /// The greatest |φ̇| since the start (rad/s), where the motion was integrated in time.
+    pub top_speed: f64,
+}
+
+impl Shaft {
+    /// J, J′ where the shaft is.
+    pub fn inertia_at(&self, state: &State) -> [f64; 2] {
+        self.profile.with_slope(state.interval, state.angle.hi)
+    }
+
+    /// M_an − τ at the speed `w` and now.
+    pub fn net_torque(&self, state: &State, w: f64) -> f64 {
+        self.motor.driving(w, self.known_torque(state)) - self.load.now()
+    }
+
+    /// M_an (N·m) as an input or a state; 0 where it is neither.
+    pub fn known_torque(&self, state: &State) -> f64 {
+        if self.motor == Motor::Input { self.driving.now() } else { state.torque }
+    }
+
+    /// Whether no input depends on time in this step.
+    pub fn torques_are_constant(&self) -> bool {
+        self.load.is_constant() && self.driving.is_constant()
+    }
+
+    /// τ − M_an as far as it does not depend on the speed (N·m).
+    pub fn constant_torque(&self) -> f64 {
+        self.load.set_value() - if self.motor == Motor::Input { self.driving.set_value() } else { 0.0 }
+    }
+
+    /// The state at the angle `phi` (rad) with the speed `w` (rad/s) and M_an of a motor with a lag (N·m); at a border of the
+    /// laws on the side to which the shaft turns.
+    pub fn state_at(&self, phi: f64, w: f64, torque: f64) -> State {
+        let mut state = State { w, torque, ..State::default() };
+        let backwards = if w == 0.0 { self.net_torque(&state, 0.0) } else { w } < 0.0;
+        let (interval, within) = self.inertia.interval(angle::reduce(Double::from(phi)), !backwards);
+        (state.interval, state.angle) = (interval, Double::from(within));
+        state.turns = ((phi - within) / TAU).round();
+        state.u = Double::from(self.inertia_at(&state)[0]).sqrt() * Double::from(w);
+        state
+    }
+}
+
+impl State {
+    /// φ and the whole turns beside it as a mesh has them, whose turn begins at 0 where there are no borders.
+    pub fn on_mesh(&self, inertia: &Inertia) -> (Double, f64) {
+        let before = inertia.borders().is_empty() && self.angle.hi < 0.0;
+        if before { (self.angle + WHOLE_TURN, self.turns - 1.0) } else { (self.angle, self.turns) }
+    }
+
+    /// u from E in this sense of rotation.
+    pub fn take_energy(&mut self, energy: Double, sense: f64) {
+        let root = (energy + energy).sqrt();
+        self.u = if sense > 0.0 { root } else { -root };
+    }
+
+    /// φ̇ from u.
+    pub fn take_speed(&mut self, shaft: &Shaft) {
+        self.w = self.u.hi / shaft.inertia_at(self)[0].sqrt();
+    }
+
+    /// Adds increments of φ, u and M_an.
+    pub fn add(&mut self, shaft: &Shaft, [phi, u, torque]: [f64; 3]) {
+        self.angle = self.angle + Double::from(phi);
+        self.u = self.u + Double::from(u);
+        self.torque += torque;
+        if shaft.inertia.borders().is_empty() {
+            self.take_turns((self.angle.hi / TAU).round());
+        }
+        self.take_speed(shaft);
+    }
+
+    /// The shaft passed a border of its interval.
+    pub fn change_interval(&mut self, inertia: &Inertia, upward: bool) {
+        let turns;
+        (self.interval, turns) = beside(self.interval, inertia.borders().len(), upward);
+        self.take_turns(turns);
+    }
+
+    /// Moves whole turns from the angle to their counter.
+    fn take_turns(&mut self, turns: f64) {
+        if turns != 0.0 {
+            let angle = two_product(turns, WHOLE_TURN.hi) + two_product(turns, WHOLE_TURN.lo);
+            self.angle = self.angle - angle;
+            self.turns += turns;
+        }
+    }
+}
+
+/// The part of the turn that is passed after part `i` of `count`, and the whole turns that are completed with this one.
+pub fn beside(i: usize, count: usize, forward: bool) -> (usize, f64) {
+    match (i, forward) {
+        (i, true) if i + 1 == count => (0, 1.0),
+        (i, true) => (i + 1, 0.0),
+        (0, false) => (count - 1, -1.0),
+        (i, false) => (i - 1, 0.0),
+    }
+}

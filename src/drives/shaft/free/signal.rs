@@ -1,0 +1,97 @@
+//! An input as a polynomial of time over a communication step.
+
+use crate::drives::shaft::cam_drive::MAX_INPUT_DERIVATIVE;
+use crate::numerics::taylor::Series;
+use serde::{Deserialize, Serialize};
+
+/// v(t) = Σ vⱼ (t − t₀)ʲ / j! over the step that starts at t₀. After the step the value at its end stands until a
+/// new one is set or the next step begins; then the value that was set holds again.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Signal {
+    value: f64,
+    derivatives: [f64; MAX_INPUT_DERIVATIVE],
+    /// Whether one of them is not zero.
+    varies: bool,
+    /// The time since t₀ (s); above zero when the step is over.
+    elapsed: f64,
+}
+
+impl Signal {
+    /// v₀ as it was set.
+    pub fn set_value(&self) -> f64 {
+        self.value
+    }
+
+    /// Sets v₀; derivatives belong to the value that they were set for.
+    pub fn set(&mut self, value: f64) {
+        *self = Signal { value, ..Signal::default() };
+    }
+
+    /// Sets vⱼ, j = `order` ∈ 1 … [`MAX_INPUT_DERIVATIVE`], for the next step.
+    pub fn set_derivative(&mut self, order: usize, value: f64) {
+        self.step_begins();
+        self.derivatives[order - 1] = value;
+        self.varies = self.derivatives.iter().any(|d| *d != 0.0);
+    }
+
+    /// Whether v does not depend on time.
+    pub fn is_constant(&self) -> bool {
+        !self.varies
+    }
+
+    /// Forgets the derivatives of the step before.
+    pub fn step_begins(&mut self) {
+        if self.elapsed > 0.0 && self.varies {
+            self.set(self.value);
+        }
+        self.elapsed = 0.0;
+    }
+
+    /// The step took `step` (s).
+    pub fn step_ends(&mut self, step: f64) {
+        self.elapsed = step;
+    }
+
+    /// v at t₀ + `t`.
+    pub fn at(&self, t: f64) -> f64 {
+        if !self.varies {
+            return self.value;
+        }
+        let above = (1..=MAX_INPUT_DERIVATIVE).rev().fold(0.0, |sum, j| (self.derivatives[j - 1] + sum) * t / j as f64);
+        self.value + above
+    }
+
+    /// v now.
+    pub fn now(&self) -> f64 {
+        self.at(self.elapsed)
+    }
+
+    /// The series of v in time, now.
+    pub fn series(&self) -> Series {
+        let derivative = |order: usize| {
+            (order..=MAX_INPUT_DERIVATIVE)
+                .rev()
+                .fold(0.0, |sum, j| self.derivatives[j - 1] + sum * self.elapsed / (j + 1 - order) as f64)
+        };
+        Series::from_derivatives(self.now(), derivative(1), derivative(2))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_signal_is_the_polynomial_of_its_derivatives() {
+        // v = 1 + 2t + 3t²: v₁ = 2, v₂ = 6.
+        let mut v = Signal::default();
+        v.set(1.0);
+        v.set_derivative(1, 2.0);
+        v.set_derivative(2, 6.0);
+        assert_eq!(v.at(2.0), 17.0);
+        v.step_ends(2.0);
+        assert_eq!([0, 1, 2].map(|n| v.series().derivative(n)), [17.0, 14.0, 6.0]);
+        v.step_begins();
+        assert_eq!(v.at(2.0), 1.0);
+    }
+}

@@ -1,0 +1,8 @@
+//! How the shaft moves: its motion φ(t) prescribed by a constant speed or by inputs, or free under its torques. No way to solve.
+
+pub mod cam_drive;
+pub mod cam_turn;
+pub(super) mod course;
+pub(super) mod flank;
+pub mod free;
+pub mod instant;

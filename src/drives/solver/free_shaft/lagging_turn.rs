@@ -1,0 +1,300 @@
+//! The turn of a machine whose motor's torque lags behind its characteristic, as a map of two dimensions.
+//!
+//! In the angle ψ = σ(φ − φ_start), with v = √(2E) > 0 and the torque M_an as unknowns,
+//!
+//! dv/dψ = σ(M_an − τ)/v,  dM_an/dψ = (M_Kloss(φ̇) − M_an)/(T_el |φ̇|),  dt/dψ = √J/v,  φ̇ = σ v/√J
+//!
+//! and (v, M_an) at ψ = 0 → ψ = 2π is a map of two dimensions. Newton's method starts from the periodic motion without lag, and
+//! the periodic motion must be stable. A disturbance q of E on it follows the linear equation
+//!
+//! q″ + q′/(T_el|φ̇|) + k q = 0,  k = −[M_Kloss′(φ̇) − σ(M_Kloss − M_an)/|φ̇|]/(2E T_el),
+//!
+//! whose Floquet multipliers have the product exp(−∮ dψ/(T_el|φ̇|)) = exp(−T/T_el) (Liouville).
+
+use crate::drives::follower::place::Place;
+use crate::drives::shaft::free::beside;
+use crate::drives::shaft::free::inertia::Inertia;
+use crate::drives::shaft::free::motor::{Kloss, Motor};
+use crate::numerics::collocation::{Collocation, System};
+use crate::numerics::double_double::Double;
+use crate::numerics::gauss::Gauss;
+use crate::numerics::period_map::{Coefficients, Period, Periodic};
+use crate::numerics::work::{EVALUATION, Work, draw};
+use std::cell::Cell;
+use std::f64::consts::TAU;
+
+/// Tolerance of the periodic motion.
+const PERIODIC_TOLERANCE: f64 = 1e-13;
+
+/// Tolerance of the disturbances on it.
+const GROWTH_TOLERANCE: f64 = 1e-10;
+
+/// Iterations of Newton's method, which needs a handful.
+const ITERATIONS: usize = 80;
+
+/// A smooth piece of the turn: up to which ψ.
+struct Leg {
+    place: Place,
+    end: f64,
+}
+
+/// A turn of a machine whose motor lags.
+pub struct LaggingTurn<'a> {
+    inertia: &'a Inertia,
+    motor: &'a Motor,
+    /// The load (N·m).
+    tau: f64,
+    /// σ.
+    sense: f64,
+    /// φ at the start (rad) and the interval between borders that holds it.
+    phi_start: f64,
+    interval: usize,
+    /// Work that the call has left; a study takes as much as it needs.
+    work: Option<&'a Cell<Work>>,
+}
+
+/// v, the lagging torque and t.
+struct OnLeg<'a> {
+    turn: &'a LaggingTurn<'a>,
+    place: Place,
+}
+
+impl OnLeg<'_> {
+    /// √J, φ̇.
+    fn speed(&self, psi: Double, v: f64) -> (f64, f64) {
+        let root = self.turn.inertia.at(self.place, self.turn.phi_start + self.turn.sense * psi.hi)[0].sqrt();
+        // A machine that comes to rest before the turn is over has no φ-domain form; the square root tells.
+        (root, self.turn.sense * if v > 0.0 { v } else { f64::NAN } / root)
+    }
+}
+
+impl System<3> for OnLeg<'_> {
+    fn rhs(&self, psi: Double, y: &[f64; 3]) -> [f64; 3] {
+        let turn = self.turn;
+        let (root, w) = self.speed(psi, y[0]);
+        let lag = turn.motor.lag().unwrap_or(f64::NAN);
+        let rate = (turn.motor.characteristic(w)[0] - y[1]) / lag;
+        [turn.sense * (y[1] - turn.tau) / y[0], rate * root / y[0], root / y[0]]
+    }
+
+    fn jacobian(&self, psi: Double, y: &[f64; 3]) -> [[f64; 3]; 3] {
+        let turn = self.turn;
+        let (root, w) = self.speed(psi, y[0]);
+        let lag = turn.motor.lag().unwrap_or(f64::NAN);
+        let v = y[0];
+        let [torque, slope, _] = turn.motor.characteristic(w);
+        let rate = (torque - y[1]) / lag;
+        [
+            [-turn.sense * (y[1] - turn.tau) / (v * v), turn.sense / v, 0.0],
+            [turn.sense * slope / (lag * v) - rate * root / (v * v), -root / (lag * v), 0.0],
+            [-root / (v * v), 0.0, 0.0],
+        ]
+    }
+
+    fn magnitude(&self, y: &[f64; 3]) -> [f64; 3] {
+        let Motor::Kloss(Kloss { breakdown_torque, .. }) = self.turn.motor else { return [1.0; 3] };
+        [y[0].abs(), *breakdown_torque, y[2].abs()]
+    }
+
+    fn longest_step(&self, _: Double, _: &[f64; 3]) -> f64 {
+        TAU / self.turn.inertia.resolution()
+    }
+}
+
+impl<'a> LaggingTurn<'a> {
+    /// The turn against the load `tau` (N·m) from an angle (rad) of this interval on.
+    pub fn new(
+        inertia: &'a Inertia,
+        motor: &'a Motor,
+        tau: f64,
+        (interval, phi_start): (usize, f64),
+        work: Option<&'a Cell<Work>>,
+    ) -> Self {
+        LaggingTurn { inertia, motor, tau, sense: motor.sense(), phi_start, interval, work }
+    }
+
+    /// The smooth pieces that the shaft passes from the start, in their order.
+    fn legs(&self) -> Vec<Leg> {
+        let borders = self.inertia.borders().len();
+        if borders == 0 {
+            return vec![Leg { place: self.inertia.place(0), end: TAU }];
+        }
+        let mut interval = self.interval;
+        let mut legs = Vec::with_capacity(borders + 1);
+        let mut at = self.phi_start;
+        let mut psi = 0.0;
+        while psi < TAU {
+            let (low, high) = self.inertia.ends(interval);
+            let width = if legs.is_empty() { if self.sense > 0.0 { high - at } else { at - low } } else { high - low };
+            psi = (psi + width.max(0.0)).min(TAU);
+            legs.push(Leg { place: self.inertia.place(interval), end: psi });
+            (interval, _) = beside(interval, borders, self.sense > 0.0);
+            at = 0.0;
+            // The mesh of the borders cannot have more pieces than this.
+            if legs.len() > borders + 1 {
+                break;
+            }
+        }
+        if let Some(last) = legs.last_mut() {
+            last.end = TAU;
+        }
+        legs
+    }
+
+    /// ln of the largest modulus of the multipliers of the periodic motion (v, M_an), and the motion; None where the machine
+    /// comes to rest on it.
+    pub fn growth_and_motion(&self, motion: [f64; 2]) -> Option<(f64, Motion<'_>)> {
+        let motion = Motion { turn: self, lag: self.motor.lag()?, pieces: self.pieces(motion)? };
+        let growth = match Period::of(&motion, GROWTH_TOLERANCE) {
+            Some(whole) => whole.monodromy.growth(),
+            // The lag is some millionths of the turn: the torque follows at once.
+            None => motion.growth_without_lag(),
+        };
+        Some((growth, motion))
+    }
+
+    /// The steps of the motion (v, M_an).
+    fn pieces(&self, [v, torque]: [f64; 2]) -> Option<Vec<(Place, Collocation<3>)>> {
+        let mut pieces = Vec::new();
+        self.follow(&self.legs(), [v, torque, 0.0], |place, c| pieces.push((place, c.clone())))?;
+        Some(pieces)
+    }
+
+    /// (v, M_an) after a turn that begins with `y`.
+    pub fn after(&self, y: [f64; 2]) -> Option<[f64; 2]> {
+        self.run(&self.legs(), [y[0], y[1], 0.0]).map(|[v, torque, _]| [v, torque])
+    }
+
+    /// The values after a turn that starts with `y`; None where the machine comes to rest or the work is used up.
+    fn run(&self, legs: &[Leg], y: [f64; 3]) -> Option<[f64; 3]> {
+        self.follow(legs, y, |_, _| ())
+    }
+
+    /// [`LaggingTurn::run`] with a `visit` to each step.
+    fn follow(&self, legs: &[Leg], y: [f64; 3], mut visit: impl FnMut(Place, &Collocation<3>)) -> Option<[f64; 3]> {
+        let mut c = Collocation::<3>::new(Double::from(0.0), y);
+        // Three unknowns instead of two.
+        let cost = 2.0 * EVALUATION + self.inertia.cost();
+        for &Leg { place, end } in legs {
+            let (on_leg, end) = (OnLeg { turn: self, place }, Double::from(end));
+            while (end - c.end()).hi > 0.0 {
+                let before = c.statistics.evaluations;
+                c.step(&on_leg, end, PERIODIC_TOLERANCE).ok()?;
+                draw(self.work, cost * (c.statistics.evaluations - before) as f64)?;
+                visit(place, &c);
+            }
+            // Below a billionth of the first speed the time scale of the turn has gone: this is a standstill.
+            if c.state()[0] < 1e-9 * y[0] {
+                return None;
+            }
+        }
+        Some(c.state())
+    }
+
+    /// The periodic motion (v, M_an) of a motor with lag next to the periodic motion `v` without; also T.
+    pub fn refine(&self, v: f64, torque_scale: f64) -> Option<([f64; 2], f64)> {
+        let legs = &self.legs();
+        let root = self.inertia.at(legs[0].place, self.phi_start)[0].sqrt();
+        let mut y = [v, self.motor.characteristic(self.sense * v / root)[0]];
+        let shoot = |y: [f64; 2]| self.run(legs, [y[0], y[1], 0.0]);
+        let mut smallest = f64::INFINITY;
+        for _ in 0..ITERATIONS {
+            let end = shoot(y)?;
+            // Differences over a millionth of the scale: Newton's method gains six digits per iteration with them.
+            let steps = [1e-6 * y[0], 1e-6 * torque_scale];
+            let mut map = [[0.0; 2]; 2];
+            for column in 0..2 {
+                let mut beside = y;
+                beside[column] += steps[column];
+                let moved = shoot(beside)?;
+                for row in 0..2 {
+                    map[row][column] = (moved[row] - end[row]) / steps[column];
+                }
+            }
+            let [[a, b], [c, d]] = [[map[0][0] - 1.0, map[0][1]], [map[1][0], map[1][1] - 1.0]];
+            let (r, s) = (y[0] - end[0], y[1] - end[1]);
+            let determinant = a * d - b * c;
+            let correction = [(r * d - b * s) / determinant, (a * s - c * r) / determinant];
+            let size = (correction[0] / y[0]).abs().max((correction[1] / torque_scale).abs());
+            if !size.is_finite() {
+                return None;
+            }
+            y = [y[0] + correction[0], y[1] + correction[1]];
+            if size < 1e-14 || (size < 1e-11 && size >= smallest) {
+                return Some((y, shoot(y)?[2]));
+            }
+            smallest = smallest.min(size);
+        }
+        None
+    }
+}
+
+/// A periodic motion, and the growth of a small disturbance of E on it, see the head of this file.
+pub struct Motion<'a> {
+    turn: &'a LaggingTurn<'a>,
+    lag: f64,
+    /// The smooth piece of J, and the periodic motion on it.
+    pieces: Vec<(Place, Collocation<3>)>,
+}
+
+impl Motion<'_> {
+    /// The ends of its pieces in φ.
+    pub fn pieces(&self) -> Vec<[f64; 2]> {
+        let ends = |(_, motion): &(Place, Collocation<3>)| {
+            let [a, b] = [motion.start(), motion.end()].map(|psi| self.turn.phi_start + self.turn.sense * psi.hi);
+            [a.min(b), a.max(b)]
+        };
+        self.pieces.iter().map(ends).collect()
+    }
+
+    /// ω (rad/s) in a piece.
+    pub fn speed(&self, piece: usize, phi: f64) -> f64 {
+        let LaggingTurn { sense, phi_start, .. } = self.turn;
+        sense * self.at(piece, Double::from(sense * (phi - phi_start)))[1]
+    }
+
+    /// On this piece v, |φ̇|, M_Kloss − M_an and M_Kloss′.
+    fn at(&self, piece: usize, psi: Double) -> [f64; 4] {
+        let (place, motion) = &self.pieces[piece];
+        let [v, torque, _] = motion.at(psi);
+        let (_, w) = OnLeg { turn: self.turn, place: *place }.speed(psi, v);
+        let [kloss, slope, _] = self.turn.motor.characteristic(w);
+        [v, w.abs(), kloss - torque, slope]
+    }
+
+    /// ∮ M_Kloss′/(J|φ̇|) dψ.
+    fn growth_without_lag(&self) -> f64 {
+        let rule = Gauss::with(8);
+        let of = |piece: usize| -> f64 {
+            let (start, end) = (self.pieces[piece].1.start(), self.pieces[piece].1.end());
+            let [sum] = rule.integrate((end - start).hi, |s| {
+                // J|φ̇| = 2E/|φ̇|.
+                let [v, w, _, slope] = self.at(piece, start + Double::from(s));
+                [slope * w / (v * v)]
+            });
+            sum
+        };
+        (0..self.pieces.len()).map(of).sum()
+    }
+}
+
+impl Periodic for Motion<'_> {
+    fn period(&self) -> Double {
+        self.pieces.last().map_or(Double::from(TAU), |(_, motion)| motion.end())
+    }
+
+    fn joints(&self) -> Vec<Double> {
+        self.pieces.iter().map(|(_, motion)| motion.end()).collect()
+    }
+
+    fn at(&self, psi: Double, piece: usize) -> Coefficients {
+        let [v, w, ahead, slope] = Motion::at(self, piece, psi);
+        let stiffness = (self.turn.sense * ahead / w - slope) / (v * v * self.lag);
+        Coefficients { damping: 1.0 / (self.lag * w), stiffness, forcing: 0.0 }
+    }
+
+    fn longest_cell(&self, _: Double, _: usize) -> f64 {
+        // The periodic motion's own steps, which the pieces are, see what happens.
+        f64::INFINITY
+    }
+}

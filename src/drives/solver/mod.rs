@@ -1,0 +1,8 @@
+//! Ways to move shaft and followers from one event to the next. They know equations, no drive.
+
+pub(super) mod contact;
+pub mod free_shaft;
+pub(super) mod oscillation;
+pub(super) mod passage;
+pub(super) mod response;
+pub(super) mod step_control;

@@ -1,0 +1,384 @@
+//! One oscillator on a driven shaft, in operation: q̈ = f(φ, ω, α, q, q̇) with φ(t) given by a constant speed or by inputs.
+//!
+//! What differs from drive to drive is its [`Equation`]; a drive adds its names. Two ways lead from one communication point to the
+//! next:
+//!
+//! - *table*, for a linear equation at constant speed (module `turn`): all motions over a period as polynomials, so that a step
+//!   costs the same however long it is;
+//! - *steps* of Gauss collocation otherwise (module `steps`), each within one segment of the law, under the tolerance or of
+//!   fixed cost.
+//!
+//! Where inputs jump, the mass keeps its place and its speed.
+
+mod passage;
+mod periodic;
+pub(in crate::drives) mod steps;
+mod turn;
+
+use crate::drives::follower::equation::{Equation, Pace};
+use crate::drives::follower::flow::Flow;
+use crate::drives::limits::{no_state, refused_start};
+use crate::drives::settings::{HasSolver, Method, Settings, Solver};
+use crate::drives::shaft::cam_drive::{
+    AngleMotion, CamDrive, HasCamDrive, Start, StartMode, field, goes_on, half_a_place, push_of_rounding,
+};
+use crate::drives::solver::step_control::{FAR, StepControl};
+use crate::drives::{EventLog, Fault, Seed};
+use crate::numerics::collocation::Collocation;
+use crate::numerics::double_double::Double;
+use crate::numerics::period_map::Trajectory;
+use crate::numerics::taylor::Series;
+use periodic::periodic;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+pub use steps::Moving;
+use steps::unbounded;
+pub use turn::Table;
+
+/// The drive in operation.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(bound = "")]
+pub struct Oscillation<E: Equation> {
+    pub(in crate::drives) equation: E,
+    pub(in crate::drives) cam: CamDrive<E::Law>,
+    pub(in crate::drives) start: Start,
+    pub(in crate::drives) solver: Solver,
+    /// The parameters with which the last internal step was made.
+    used: E::Parameters,
+    /// Whether they have been changed since.
+    tuned: bool,
+    /// φ(t) through the communication point.
+    pub(in crate::drives) motion: AngleMotion,
+    integrator: Collocation<2>,
+    /// The internal step of fixed cost at constant speed where none is asked for (s).
+    usual_step: f64,
+    /// The linear equation at constant speed over its period; follows from the parameters, and all instances with the same ones
+    /// share it.
+    #[serde(skip)]
+    pub(in crate::drives) table: Option<Arc<Table<E>>>,
+    /// The way through the table; None while the integrator is at work.
+    pub(in crate::drives) trajectory: Option<Trajectory>,
+    /// ln of the largest modulus of the Floquet multipliers over a turn; 0 where it is not known.
+    pub(in crate::drives) growth: f64,
+    /// The segment of the law at the end of the integrator's last step.
+    segment: usize,
+    /// The communication point (s).
+    pub(in crate::drives) time: f64,
+    /// q (rad or m) and q̇ there.
+    pub(in crate::drives) state: [f64; 2],
+    /// φ, ω, q, q̇ at the end of the previous communication step, from which jumps of the inputs are counted.
+    pub(in crate::drives) before: [f64; 4],
+    pub(in crate::drives) log: EventLog,
+}
+
+/// Methods of [`Drive`](crate::drives::Drive) that all oscillations on a driven shaft share.
+macro_rules! as_every_oscillation {
+    () => {
+        const INPUT_DERIVATIVES: usize = $crate::drives::shaft::cam_drive::MAX_INPUT_DERIVATIVE;
+
+        $crate::drives::shaft::cam_drive::as_every_cam_drive!();
+
+        fn apply(&mut self, time: f64) -> Result<(), Fault> {
+            self.take_up(time);
+            Ok(())
+        }
+
+        fn advance(&mut self, time: f64, step: f64) -> Result<(), Fault> {
+            self.go_on(time, time + step)
+        }
+
+        fn is_finite(&self) -> bool {
+            $crate::numerics::number::all_finite(self.state)
+        }
+
+        fn restored(&mut self, made: &Self) -> Result<(), Fault> {
+            self.resume(made)
+        }
+    };
+}
+pub(in crate::drives) use as_every_oscillation;
+
+impl<E: Equation> Oscillation<E> {
+    /// A drive at time zero.
+    pub fn of(mut equation: E, cam: CamDrive<E::Law>, start: Start, settings: Settings) -> Self {
+        let is_law = equation.prepare(&cam.law).is_ok();
+        let mut drive = Oscillation {
+            used: equation.parameters(),
+            motion: cam.motion(0.0),
+            equation,
+            cam,
+            start,
+            solver: Solver::new(settings),
+            tuned: false,
+            integrator: Collocation::new(Double::default(), [0.0; 2]),
+            usual_step: 0.0,
+            table: None,
+            trajectory: None,
+            growth: 0.0,
+            segment: 0,
+            time: 0.0,
+            state: [0.0; 2],
+            before: [0.0; 4],
+            log: EventLog::default(),
+        };
+        if is_law {
+            drive.tabulate(drive.used);
+        }
+        drive
+    }
+
+    /// Computes the initial state at `time` (s).
+    pub(in crate::drives) fn begin(&mut self, time: f64) -> Result<(), Fault> {
+        self.equation.prepare(&self.cam.law)?;
+        self.time = time;
+        self.cam.start(time);
+        self.solver.start();
+        self.motion = self.cam.motion(time);
+        self.integrator = Collocation::new(Double::from(time), [0.0; 2]);
+        let table = self.tabulate(self.equation.parameters());
+        self.growth = table.growth;
+        self.state = match self.start.mode {
+            StartMode::AtRest => [0.0, 0.0],
+            StartMode::Given => [self.start.q, self.start.q_dot],
+            StartMode::SteadyState if self.cam.is_input() => {
+                return Err(refused_start(
+                    "start.mode = steady_state needs a constant speed; this drive follows its inputs: set start.mode = \
+                     at_rest or given",
+                ));
+            }
+            StartMode::SteadyState => {
+                let tolerance = self.solver.effective_tolerance();
+                periodic(&mut self.moving().0, &table, time, tolerance)?
+            }
+        };
+        self.restart_integrator();
+        self.trajectory = table.map.as_ref().map(|map| Trajectory::new(map, time, self.state));
+        if let Some(map) = &table.map {
+            self.solver.evaluations = map.evaluations() as f64;
+            self.solver.error_estimate = table.error_after(0.0);
+        }
+        self.remember();
+        Ok(())
+    }
+
+    /// Takes up parameters and inputs at the communication point `time` (s).
+    pub(in crate::drives) fn take_up(&mut self, time: f64) {
+        self.time = time;
+        self.tuned = self.used != self.equation.parameters();
+        if self.cam.is_input() {
+            self.motion = self.cam.motion(time);
+            let ([phi, w, a, ..], [before, speed, q, v]) = (self.motion.coefficients, self.before);
+            self.state = [q, v];
+            if !goes_on([before, speed, a], [phi, w], time) {
+                // Place and speed of the mass do not jump, so q and q̇ take up the jumps of what they count from.
+                let [now, before] = [[phi, w], [before, speed]].map(|[phi, w]| {
+                    let f = Flow { phi, w, a, q, v };
+                    self.equation.base(&self.local(E::at, &f), &f)
+                });
+                self.state = [q - (now[0] - before[0]), v - (now[1] - before[1])];
+            }
+        }
+    }
+
+    /// From the communication point `time` to `target` (s).
+    #[inline]
+    pub(in crate::drives) fn go_on(&mut self, time: f64, target: f64) -> Result<(), Fault> {
+        // Most steps end in the cell of the table where they start.
+        if let Some(trajectory) = &self.trajectory
+            && let Some(state) = trajectory.within(target).filter(|_| !self.tuned)
+        {
+            (self.state, self.time) = (state, target);
+            return Ok(());
+        }
+        self.go_further(time, target)
+    }
+
+    /// A step that leaves the present cell of the table, or goes without one.
+    #[cold]
+    #[inline(never)]
+    fn go_further(&mut self, time: f64, target: f64) -> Result<(), Fault> {
+        if self.tuned {
+            // Tabulating anew would allocate within a step, and who tunes once may tune again.
+            self.trajectory = None;
+        }
+        if let (Some(trajectory), Some(table)) = (&mut self.trajectory, &self.table)
+            && let Some(map) = &table.map
+        {
+            trajectory.reach(map, target).map_err(|fault| unbounded(&self.equation, fault.time, self.growth))?;
+            (self.state, self.time) = (trajectory.at(map, target), target);
+            self.solver.steps = trajectory.steps as f64;
+            self.solver.error_estimate = table.error_after(trajectory.periods(map, target));
+            return Ok(());
+        }
+        self.integrate(time, target)
+    }
+
+    /// A step with the integrator.
+    fn integrate(&mut self, time: f64, target: f64) -> Result<(), Fault> {
+        self.take_up(time);
+        let on_inputs = self.cam.is_input();
+        let usual = if on_inputs { self.usual_step(target) } else { self.usual_step };
+        let control = self.control(target, usual);
+        if on_inputs || self.tuned {
+            self.restart_integrator();
+        }
+        let (mut moving, integrator) = self.moving();
+        let mut limit = FAR;
+        if on_inputs {
+            // The motion is known up to the end of the communication step only.
+            limit = Double::from(target);
+            let [phi, w, a, ..] = moving.motion.coefficients;
+            let slope = moving.slope(integrator);
+            integrator.disturb([0.0, push_of_rounding([phi, w, a], time, slope, usual.min(target - time))]);
+        }
+        moving.integrate(integrator, Double::from(target), limit, control)?;
+        self.time = target;
+        self.state = self.integrator.at(Double::from(target));
+        self.remember();
+        self.cam.step_done();
+        let statistics = self.integrator.statistics;
+        let error = control.error_estimate(&statistics, on_inputs);
+        self.solver.steps = statistics.steps as f64;
+        self.solver.evaluations = statistics.evaluations as f64;
+        self.solver.error_estimate = self.solver.error_estimate.max(error);
+        Ok(())
+    }
+
+    /// Called when it was read from bytes: rebuilds what the serialisation leaves out.
+    pub(in crate::drives) fn resume(&mut self, made: &Self) -> Result<(), Fault> {
+        self.cam.take(&made.cam);
+        // What is no law is refused when it starts.
+        let _ = self.equation.prepare(&self.cam.law);
+        if self.segment >= E::breakpoints(&self.cam.law).len().max(1) {
+            return Err(no_state());
+        }
+        let Some(trajectory) = self.trajectory.take() else { return Ok(()) };
+        self.table = made.table.clone();
+        // A state on the table was reached with the parameters of the last step.
+        if self.tabulate(self.used).map.as_ref().is_some_and(|map| trajectory.is_in(map)) {
+            self.trajectory = Some(trajectory);
+        } else {
+            self.restart_integrator();
+        }
+        Ok(())
+    }
+
+    /// The oscillator on its way to the next communication point, and the integrator; of a call the only one that takes work.
+    pub(in crate::drives) fn moving(&mut self) -> (Moving<'_, E>, &mut Collocation<2>) {
+        let [phi, w, a, ..] = self.motion.coefficients;
+        let rounding = if self.cam.is_input() { half_a_place([phi, w, a], self.time) } else { 0.0 };
+        let moving = Moving::new(&self.equation, &self.cam.law, &self.motion, &mut self.segment);
+        (Moving { rounding, growth: self.growth, ..moving }, &mut self.integrator)
+    }
+
+    /// Lets the integrator go on from the state at the communication point.
+    fn restart_integrator(&mut self) {
+        let (time, y) = (Double::from(self.time), self.state);
+        (self.used, self.tuned) = (self.equation.parameters(), false);
+        if !self.cam.is_input() {
+            self.usual_step = self.usual_step(self.time);
+        }
+        let (mut moving, integrator) = self.moving();
+        integrator.restart(time, y);
+        moving.locate(time, &y);
+    }
+
+    /// The equation with these parameters over a period, tabulated unless it is that already.
+    fn tabulate(&mut self, parameters: E::Parameters) -> Arc<Table<E>> {
+        let (equation, tolerance) = (self.equation.with(parameters), self.solver.effective_tolerance());
+        let known = self.table.take().filter(|table| table.is_for(&equation, &self.cam, tolerance));
+        let table = known.unwrap_or_else(|| Arc::new(Table::new(equation, &self.cam, tolerance)));
+        self.table.insert(table).clone()
+    }
+
+    /// The rule for the internal steps on the way to `target`. At constant speed the grid of fixed cost starts with the
+    /// simulation; on inputs, whose motion has its corners at the communication points, it divides the communication
+    /// step equally, by the longest steps that do not exceed what is asked for. Where nothing is, they are `usual` (s).
+    fn control(&self, target: f64, usual: f64) -> StepControl {
+        let Settings { method, step_size, .. } = self.solver.settings;
+        if method == Method::Adaptive {
+            return StepControl::Tolerance(self.solver.effective_tolerance());
+        }
+        let step = if step_size > 0.0 { step_size } else { usual };
+        if !self.cam.is_input() {
+            return StepControl::Grid { origin: self.motion.origin, step };
+        }
+        let length = target - self.time;
+        StepControl::Grid { origin: self.time, step: length / (length / step).ceil().max(1.0) }
+    }
+
+    /// The internal step of fixed cost on the way to `target` where none is asked for (s): half a radian of the fastest
+    /// vibration, or what the law allows at the highest speed, whichever is shorter.
+    fn usual_step(&self, target: f64) -> f64 {
+        let Pace { frequency, angle, speed } = self.equation.pace(&self.cam.law, self.state);
+        let speed_at = |time: f64| self.motion.at(time).kinematics.0[1].abs();
+        (0.5 / frequency).min(angle / (speed_at(self.time).max(speed_at(target)) + speed))
+    }
+
+    /// φ, ω, q, q̇ at the communication point on the present motion.
+    fn remember(&mut self) {
+        let [phi, w, ..] = self.motion.at(self.time).kinematics.0;
+        self.before = [phi, w, self.state[0], self.state[1]];
+    }
+
+    /// The law where drive and oscillator are so.
+    fn local(&self, at: At<E>, f: &Flow<f64>) -> E::Local {
+        at(&self.equation, &self.cam.law, self.equation.segment(&self.cam.law, f), f)
+    }
+
+    /// The law, and drive and oscillator at the communication point; φ is not reduced.
+    pub(in crate::drives) fn now(&self, at: At<E>) -> (E::Local, Flow<f64>) {
+        let (shaft, [q, v]) = (self.motion.at(self.time), self.state);
+        let [phi, w, a, ..] = shaft.kinematics.0;
+        (self.local(at, &Flow { phi: shaft.reduced, w, a, q, v }), Flow { phi, w, a, q, v })
+    }
+
+    /// Drive and oscillator as functions of time, each pass of the equation yielding one more derivative of q̇, or of one input or
+    /// one of the two `states`, which are place and speed of the mass, the others held.
+    pub(in crate::drives) fn along(
+        &self,
+        seed: Seed,
+        states: [&str; 2],
+        local: &E::Local,
+        f: &Flow<f64>,
+    ) -> Flow<Series> {
+        if seed != Seed::Time {
+            let known = |name: &str, value: f64| Series([value, seed.of(name), 0.0]);
+            let (phi, w, a) = (known("phi", f.phi), known("w", f.w), known("a", f.a));
+            let shaft = Flow { phi, w, a, q: f.q.into(), v: f.v.into() };
+            let [base, speed] = self.equation.base(local, &shaft);
+            let by = |state: usize, base: Series| seed.of(states[state]) - base.derivative(1);
+            return Flow { q: Series([f.q, by(0, base), 0.0]), v: Series([f.v, by(1, speed), 0.0]), ..shaft };
+        }
+        let [_, w, a, jerk, snap] = self.motion.at(self.time).kinematics.0;
+        let acceleration = self.equation.acceleration(local, f);
+        let mut along = Flow {
+            phi: Series::from_derivatives(f.phi, w, a),
+            w: Series::from_derivatives(w, a, jerk),
+            a: Series::from_derivatives(a, jerk, snap),
+            q: Series::from_derivatives(f.q, f.v, acceleration),
+            v: Series::from_derivatives(f.v, acceleration, 0.0),
+        };
+        let third = self.equation.acceleration(local, &along).derivative(1);
+        along.v = Series::from_derivatives(f.v, acceleration, third);
+        along
+    }
+}
+
+/// How the law is taken at a place: [`Equation::at`], or with more derivatives.
+type At<E> = fn(&E, &<E as Equation>::Law, usize, &Flow<f64>) -> <E as Equation>::Local;
+
+impl<E: Equation> HasCamDrive for Oscillation<E> {
+    type Law = E::Law;
+
+    field!(cam, cam_mut: CamDrive<E::Law> = cam);
+    field!(start_values, start_values_mut: Start = start);
+}
+
+impl<E: Equation> HasSolver for Oscillation<E> {
+    field!(solver, solver_mut: Solver = solver);
+    fn has_method(&self) -> bool {
+        // The table of a linear equation at constant speed costs the same at every step.
+        !self.equation.is_linear() || self.cam.is_input()
+    }
+}

@@ -1,0 +1,93 @@
+//! Where the cam leaves a segment of its law.
+//!
+//! The way of the cam over a step is a polynomial, φ of the drive and q of the collocation: however briefly the cam leaves
+//! its segment, the certified first root tells.
+
+use crate::drives::follower::flow::Flow;
+use crate::drives::shaft::cam_drive::AngleMotion;
+use crate::drives::shaft::cam_turn::OVERRUN;
+use crate::numerics::angle;
+use crate::numerics::collocation::Collocation;
+use crate::numerics::double_double::{Double, two_sum};
+use crate::numerics::first_root::first_exit;
+use std::f64::consts::TAU;
+
+/// Those of the way: φ is of degree 10 at most, q of less.
+const COEFFICIENTS: usize = 11;
+
+/// Where in its segment the cam was at the start of a step.
+pub struct Place {
+    /// The angle from the start of the segment (rad).
+    offset: f64,
+    /// The length of the segment (rad).
+    span: f64,
+    /// When (s).
+    start: Double,
+    /// φ, reduced (rad), and q (rad).
+    phi: f64,
+    q: f64,
+    /// Whether the law is taken at φ + q, else at φ.
+    carried: bool,
+}
+
+/// The cam leaves its segment.
+#[derive(Clone, Copy)]
+pub struct Exit {
+    /// When (s).
+    pub time: Double,
+    /// Whether by the end of the segment.
+    pub forward: bool,
+}
+
+impl Place {
+    /// The cam in a segment between the `breakpoints` in the state `f` at `start`.
+    pub fn new((breakpoints, segment): (&[f64], usize), start: Double, f: &Flow<f64>, carried: bool) -> Self {
+        let lower = breakpoints[segment];
+        let upper = breakpoints.get(segment + 1).copied().unwrap_or(breakpoints[0] + TAU);
+        let span = upper - lower;
+        // Nearest to the middle: a cam a little before the segment is not almost a turn behind it.
+        let offset = 0.5 * span + angle::reduce(two_sum(f.argument(carried), -0.5 * (lower + upper)));
+        Place { offset, span, start, phi: f.phi, q: f.q, carried }
+    }
+
+    /// Where the cam leaves the segment in the last step of `integrator`, on this `motion` of the drive.
+    pub fn exit(&self, motion: &AngleMotion, integrator: &Collocation<2>) -> Option<Exit> {
+        let length = (integrator.end() - self.start).hi;
+        let mut way = growth(motion, self.start, length);
+        if self.carried {
+            for (way, twisting) in way.iter_mut().zip(integrator.growth(0)) {
+                *way += twisting;
+            }
+        }
+        way[0] = self.offset;
+        // A step that ended a little before a breakpoint, or beyond it, is followed by one that starts there.
+        let (lower, upper) = (self.offset.min(0.0) - OVERRUN, self.offset.max(self.span) + OVERRUN);
+        let theta = first_exit(&way, lower, upper)?;
+        let there = way.iter().rev().fold(0.0, |sum, c| sum * theta + c);
+        Some(Exit { time: self.start + Double::from(theta * length), forward: there > 0.5 * self.span })
+    }
+
+    /// The time (s) by which the step that was to end at the breakpoint, and did in the state `f`, ended too late: by the
+    /// polynomial of the longer step the breakpoint is known to the accuracy of polynomials alone.
+    pub fn delay(&self, f: &Flow<f64>, forward: bool) -> f64 {
+        // Less than half a turn per step, so the difference of reduced angles tells the way.
+        let turned = angle::reduce(two_sum(f.phi, -self.phi)) + if self.carried { f.q - self.q } else { 0.0 };
+        (self.offset + turned - if forward { self.span } else { 0.0 }) / f.turning(self.carried)
+    }
+}
+
+/// The coefficients of θʲ, j ≥ 1, of φ over a step of `length` from `start`.
+fn growth(motion: &AngleMotion, start: Double, length: f64) -> [f64; COEFFICIENTS] {
+    let tau = (start - Double::from(motion.origin)).hi;
+    let mut growth = [0.0; COEFFICIENTS];
+    let mut power = 1.0;
+    for order in 1..=motion.degree {
+        power *= length / order as f64;
+        let mut derivative = 0.0;
+        for j in (order..=motion.degree).rev() {
+            derivative = motion.coefficients[j] + derivative * tau / (j + 1 - order) as f64;
+        }
+        growth[order] = derivative * power;
+    }
+    growth
+}

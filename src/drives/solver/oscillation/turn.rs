@@ -1,0 +1,124 @@
+//! A linear equation at constant speed as one with periodic coefficients: its table and its growth.
+
+use crate::drives::follower::equation::Equation;
+use crate::drives::follower::flow::Flow;
+use crate::drives::shaft::cam_drive::{CamDrive, DriveMode};
+use crate::drives::shaft::cam_turn::CamTurn;
+use crate::drives::solver::step_control::RESERVE_OF_TABLE;
+use crate::numerics::double_double::Double;
+use crate::numerics::period_map::{Coefficients, Period, PeriodMap, Periodic};
+use crate::numerics::work::{EVALUATION, Work, draw};
+use std::cell::Cell;
+use std::sync::Arc;
+
+/// The equation tabulated over its period, and what it was tabulated for.
+#[derive(Debug)]
+pub struct Table<E: Equation> {
+    equation: E,
+    law: Arc<E::Law>,
+    mode: DriveMode,
+    tolerance: f64,
+    /// None where the equation is not linear, the speed not constant, zero, or the table too long.
+    pub map: Option<PeriodMap>,
+    /// The period as a whole; None where it cannot be computed either.
+    pub whole: Option<Period>,
+    /// ln of the largest modulus of the multipliers over a turn; 0 where there is no period.
+    pub growth: f64,
+    /// Over a period.
+    growth_of_period: f64,
+}
+
+impl<E: Equation> Table<E> {
+    /// Tabulates the equation for this drive to the relative `tolerance`.
+    pub fn new(equation: E, drive: &CamDrive<E::Law>, tolerance: f64) -> Self {
+        let (law, mode) = (drive.law.clone(), drive.mode.clone());
+        let (map, whole) = (None, None);
+        let mut table = Table { equation, law, mode, tolerance, map, whole, growth: 0.0, growth_of_period: 0.0 };
+        if let DriveMode::Constant { w, phi_start } = table.mode
+            && table.equation.is_linear()
+            && let Some(turn) = Turn::new(&table.equation, &table.law, w, phi_start)
+        {
+            table.map = PeriodMap::new(&turn, tolerance);
+            table.whole = table.map.as_ref().map(|map| *map.whole()).or_else(|| Period::of(&turn, tolerance));
+            table.growth_of_period =
+                table.whole.as_ref().map_or_else(|| turn.slow_growth(), |whole| whole.monodromy.growth());
+            table.growth = turn.symmetry as f64 * table.growth_of_period;
+        }
+        table
+    }
+
+    /// Whether it is the table of this equation, this drive and this tolerance.
+    pub fn is_for(&self, equation: &E, drive: &CamDrive<E::Law>, tolerance: f64) -> bool {
+        let same = self.equation == *equation && self.mode == drive.mode && self.tolerance == tolerance;
+        same && (Arc::ptr_eq(&self.law, &drive.law) || self.law == drive.law)
+    }
+
+    /// Estimated error after `periods`, relative to the motion.
+    pub fn error_after(&self, periods: f64) -> f64 {
+        let multiplier = self.growth_of_period.exp();
+        self.whole.as_ref().map_or(0.0, |whole| whole.error_after(periods, RESERVE_OF_TABLE, multiplier))
+    }
+}
+
+/// A period of a linear equation from `phi_start` (rad) at the constant speed `w` (rad/s).
+pub struct Turn<'a, E: Equation> {
+    equation: &'a E,
+    law: &'a E::Law,
+    w: f64,
+    cam: CamTurn<'a>,
+    /// Into how many equal periods symmetry divides the turn.
+    symmetry: usize,
+    /// Work that the call has left.
+    work: Cell<Work>,
+}
+
+impl<'a, E: Equation> Turn<'a, E> {
+    /// None where the shaft is at rest.
+    pub fn new(equation: &'a E, law: &'a E::Law, w: f64, phi_start: f64) -> Option<Self> {
+        let cam = CamTurn::new(E::breakpoints(law), w, phi_start)?;
+        Some(Turn { equation, law, w, cam, symmetry: equation.symmetry(law), work: Cell::default() })
+    }
+
+    /// ln of the largest modulus of the multipliers where the coefficients hardly change over a vibration or its decay: the
+    /// integral of the larger real part of the roots of λ² + d λ + k. Tongues that it misses are narrower than any number
+    /// tells.
+    fn slow_growth(&self) -> f64 {
+        // Equal places are exact for all harmonics below their number, far beyond those that a scene takes.
+        const PLACES: u32 = 4096;
+        let (period, joints) = (self.period(), self.joints());
+        let rate = |i: u32| {
+            let tau = period * Double::from(f64::from(i) / f64::from(PLACES));
+            let c = self.at(tau, joints.partition_point(|joint| (*joint - tau).hi <= 0.0));
+            let half = 0.5 * c.damping;
+            let root = (half * half - c.stiffness).max(0.0).sqrt();
+            // −k/(half + root), without cancellation.
+            if half > 0.0 && root > 0.0 { -c.stiffness / (half + root) } else { root - half }
+        };
+        (0..PLACES).map(rate).sum::<f64>() * period.hi / f64::from(PLACES)
+    }
+}
+
+impl<E: Equation> Periodic for Turn<'_, E> {
+    fn period(&self) -> Double {
+        self.cam.period(self.symmetry)
+    }
+
+    fn joints(&self) -> Vec<Double> {
+        self.cam.joints(self.period())
+    }
+
+    fn at(&self, tau: Double, interval: usize) -> Coefficients {
+        let rest = Flow { phi: self.cam.angle(tau), w: self.w, a: 0.0, q: 0.0, v: 0.0 };
+        let local = self.equation.at(self.law, self.cam.segment(interval), &rest);
+        let [by_q, by_speed] = self.equation.jacobian(&local, &rest);
+        Coefficients { damping: -by_speed, stiffness: -by_q, forcing: self.equation.acceleration(&local, &rest) }
+    }
+
+    fn longest_cell(&self, tau: Double, interval: usize) -> f64 {
+        self.equation.reach(self.law, self.cam.segment(interval), self.cam.angle(tau)) / self.w.abs()
+    }
+
+    fn draw(&self, evaluations: usize) -> Option<()> {
+        draw(Some(&self.work), evaluations as f64 * (EVALUATION + self.equation.cost(self.law)))
+    }
+}
