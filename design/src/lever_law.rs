@@ -7,11 +7,14 @@
 //! 5 through χ, χ′, χ″ at their ends, as many as the accuracy needs; dwells and jumps of the acceleration stay what they are.
 //! What is left in the tool's acceleration is measured.
 
+pub mod inverse;
+
 use crate::harmonic_analysis::analyse;
-use camdrive::drives::rigid_machine::linkage::{Linkage, Mechanism, Obstacle, decimals, in_turn};
+use camdrive::drives::rigid_machine::linkage::{Linkage, Mechanism, decimals, in_turn};
 use camdrive::motion::fourier::HIGHEST_HARMONIC;
 use camdrive::motion::table::{Bend, MOST_POINTS, Points, within};
 use camdrive::motion::{Fourier, MotionLaw, Table};
+use inverse::{Obstacle, inputs};
 use std::f64::consts::TAU;
 
 /// Positions at which the mechanisms are turned back: four for the shortest wave, so that its aliases are beyond
@@ -98,7 +101,7 @@ struct Way<'a> {
 impl Way<'_> {
     /// χ where the tool is at `wanted`, at φ, next to the position with these `inputs`.
     fn lever_at(&self, phi: f64, wanted: f64, inputs: &mut [f64]) -> Result<f64, String> {
-        self.linkage.lever_at(wanted, inputs).map_err(|obstacle| {
+        inverse::lever_at(self.linkage, wanted, inputs).map_err(|obstacle| {
             let (mechanism, output, what) = match obstacle {
                 Obstacle::OutOfReach { mechanism, output } => (mechanism, output, "cannot reach the output"),
                 Obstacle::DeadCentre { mechanism, output } => (mechanism, output, "is at a dead centre at the output"),
@@ -132,7 +135,7 @@ impl Way<'_> {
 
     /// The finite series of χ.
     fn series(&self, tool: &Fourier) -> Result<Fourier, String> {
-        let mut inputs = self.linkage.inputs(self.near);
+        let mut inputs = inputs(self.linkage, self.near);
         let mut angles = Vec::with_capacity(POSITIONS);
         let mut lifts = Vec::with_capacity(POSITIONS);
         for i in 0..=POSITIONS {
@@ -164,7 +167,7 @@ impl Way<'_> {
         let borders = self.tool.breakpoints();
         let first = *borders.first().ok_or("the law of the tool has no pieces")?;
         let peak = self.peak();
-        let mut inputs = self.linkage.inputs(self.near);
+        let mut inputs = inputs(self.linkage, self.near);
         let mut points = Points { angles: Vec::new(), lifts: Vec::new() };
         let mut bends: Vec<Bend> = Vec::new();
         let mut end = Bend::default();
@@ -295,7 +298,7 @@ mod tests {
     }
 
     /// A gear, a four-bar linkage and a slider-crank in a row.
-    fn chain() -> Linkage {
+    pub fn chain() -> Linkage {
         let four_bar =
             FourBar { ground: 0.10, input: bar(0.03), coupler: bar(0.09), output: bar(0.06), branch: Branch::Plus };
         let slider =

@@ -24,6 +24,7 @@ pub mod harmonic_analysis;
 #[allow(unsafe_code)]
 pub mod host;
 pub mod lever_law;
+pub mod oscillator;
 pub mod overview;
 mod parallel;
 pub mod periodic_motions;

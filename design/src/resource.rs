@@ -3,7 +3,7 @@
 use crate::documentation::Documentation;
 use camdrive::all_drives;
 use camdrive::drives::resource::{Content, unknown};
-use camdrive::drives::{AnyDrive, Curve, Drive, Fault, PeriodicOscillator};
+use camdrive::drives::{AnyDrive, Curve, Drive, Fault};
 use camdrive::motion::MotionLaw;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
@@ -77,20 +77,6 @@ impl Resource {
             .map_err(|e| Fault::new(format!("the resolved scene of {} cannot be read: {e}", self.model)))
     }
 
-    /// The drive as an oscillator with periodic coefficients.
-    ///
-    /// # Errors
-    /// Where the model is none.
-    pub fn oscillator(&self) -> Result<PeriodicOscillator, Fault> {
-        (self.template()?.oscillator)(&self.scene)?.ok_or_else(|| {
-            Fault::new(format!(
-                "{} is not an oscillator with periodic coefficients; ElasticCamDrive with an elastic input shaft \
-                 and ParametricDrive are",
-                self.model
-            ))
-        })
-    }
-
     /// The scene as the runtime library reads them.
     pub fn encoded_scene(&self) -> Result<Vec<u8>, Fault> {
         (self.template()?.encode)(&self.scene)
@@ -160,14 +146,12 @@ pub struct Template {
     pub build: fn(&Value) -> Result<Described, Fault>,
     /// The resolved scene as the runtime library reads them.
     pub encode: fn(&Value) -> Result<Vec<u8>, Fault>,
-    /// [`Drive::oscillator`] of a resolved scene.
-    pub oscillator: fn(&Value) -> Result<Option<PeriodicOscillator>, Fault>,
 }
 
 impl Template {
     /// The entry of the drive type `D`.
     pub const fn of<D: Drive>() -> Self {
-        Template { name: D::MODEL, build: build::<D>, encode: encode::<D>, oscillator: oscillator::<D> }
+        Template { name: D::MODEL, build: build::<D>, encode: encode::<D> }
     }
 }
 
@@ -186,8 +170,4 @@ fn build<D: Drive>(json: &Value) -> Result<Described, Fault> {
 
 fn encode<D: Drive>(json: &Value) -> Result<Vec<u8>, Fault> {
     postcard::to_stdvec(&scene::<D>(json)?).map_err(|e| fault::<D>(&e))
-}
-
-fn oscillator<D: Drive>(json: &Value) -> Result<Option<PeriodicOscillator>, Fault> {
-    Ok(D::oscillator(&scene::<D>(json)?))
 }

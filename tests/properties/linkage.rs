@@ -6,7 +6,7 @@ use super::{admitted, config};
 use camdrive::drives::rigid_machine::Follower;
 use camdrive::drives::rigid_machine::linkage::{Branch, FourBar, Gear, Kind, Link, Linkage, Mechanism, SliderCrank};
 use camdrive::motion::MotionLaw;
-use camdrive_design::lever_law::lever_law;
+use camdrive_design::lever_law::{inverse, lever_law};
 use proptest::prelude::*;
 use serde_json::json;
 use std::f64::consts::TAU;
@@ -170,14 +170,14 @@ fn derivatives_are_those_of_the_values(chain: &Chain) -> Result<(), TestCaseErro
 }
 
 fn there_and_back(chain: &Chain) -> Result<(), TestCaseError> {
-    let mut inputs = chain.linkage.inputs(chain.lever.at(0.0).0[0]);
+    let mut inputs = inverse::inputs(&chain.linkage, chain.lever.at(0.0).0[0]);
     for i in 0..=1440 {
         let [lever, ..] = chain.lever.at(TAU * f64::from(i) / 1440.0).0;
         let [y, transmission] = chain.linkage.tool([lever, 1.0]);
         // Past a dead centre of the input two positions of the lever lead to one of the tool.
         let (bend, size) = (chain.linkage.tool([lever, 1.0, 0.0])[2], chain.linkage.tool([0.0, 1.0])[1].abs());
         prop_assume!(transmission.abs() > 0.2 * size && transmission.abs() > 0.1 * bend.abs());
-        let back = chain.linkage.lever_at(y, &mut inputs);
+        let back = inverse::lever_at(&chain.linkage, y, &mut inputs);
         prop_assert!(back.is_ok_and(|back| (back - lever).abs() < 1e-11), "at {i}: {back:?} instead of {lever}");
     }
     Ok(())

@@ -445,7 +445,8 @@ fn a_tool_behind_a_mechanism_moves_as_prescribed() {
     assert!(rounds[12].tools.iter().all(|tool| tool.extra_harmonics == 0));
     // Without the links' masses the cams would be others.
     let mut massless = task.clone();
-    massless.tools[0] = Tool::of(1, Follower { linkage: follower.linkage.without_masses(), ..follower.clone() });
+    massless.tools[0] =
+        Tool::of(1, Follower { linkage: crate::tradeoff::massless(&follower.linkage), ..follower.clone() });
     let wrong = massless.solve().unwrap().laws(&massless.tools, 1e-8, Form::Auto).unwrap();
     assert!(finished(&task, &wrong).tools[0].deviation > 0.01);
 }

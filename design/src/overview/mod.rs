@@ -2,7 +2,7 @@
 //! the nearest resonances; and implausible values, such as a forgotten unit (`implausible`, `roughness`).
 //!
 //! Loads and deformations are kinetostatic, those of a drive that does not vibrate. An elastic drive is taken as
-//! m q̈ + b q̇ + c q = f + Ω² f₂ with the means m, b, c over a turn ([`camdrive::drives::oscillator`]): harmonic k of its load
+//! m q̈ + b q̇ + c q = f + Ω² f₂ with the means m, b, c over a turn ([`crate::oscillator`]): harmonic k of its load
 //! deforms it by |f + Ω² f₂|ₖ / |c − m (kΩ)² + i b kΩ|, largest near kΩ = ω₀ = √(c/m).
 
 mod characteristic;
@@ -18,6 +18,7 @@ pub use machine::running;
 pub use characteristic::{Jump, Motion};
 pub use roughness::scatter;
 
+use crate::oscillator;
 use crate::resource::{Resource, Tool};
 use crate::search::{greatest, segments};
 use crate::text;
@@ -107,7 +108,7 @@ pub fn of(resource: &Resource) -> Result<Overview, Fault> {
         ElasticShaft::MODEL => {
             let elastic_shaft::Scene { parameters, cam, drive, .. } = resource.read()?;
             let speed = overview.driven(&drive);
-            overview.elastic(&resource.oscillator()?, Some((&cam, true)));
+            overview.elastic(&oscillator::of(resource)?, Some((&cam, true)));
             overview.cam(&cam, parameters.m, speed);
         }
         BacklashDrive::MODEL => {
@@ -129,7 +130,7 @@ pub fn of(resource: &Resource) -> Result<Overview, Fault> {
             if let Law::Crank(CrankLaw { crank, .. }) = law {
                 overview.figure("crank_radius", crank.r, "m");
             }
-            overview.elastic(&resource.oscillator()?, None);
+            overview.elastic(&oscillator::of(resource)?, None);
         }
         RigidMachine::MODEL => machine::tell(&mut overview, &resource.read()?),
         _ => {}

@@ -1,9 +1,9 @@
 //! The elastic member of a drive: natural frequency, damping ratio, deformation, resonances.
 
 use super::{Overview, Resonance, stroke};
+use crate::oscillator::{PeriodicOscillator, Terms};
 use crate::search::{greatest, segments};
 use crate::stability::system::{Complex, sample};
-use camdrive::drives::oscillator::{PeriodicOscillator, Terms};
 use camdrive::drives::unit;
 use camdrive::motion::MotionLaw;
 use camdrive::numerics::angle::reduce;

@@ -13,6 +13,7 @@ use super::bounds::{Bounds, Harmonics};
 use super::hill;
 use super::system::System;
 use super::tongue::Tongue;
+use crate::oscillator::of_coefficients;
 use crate::parallel;
 use crate::resource::Resource;
 use camdrive::drives::parametric::law::Law;
@@ -88,8 +89,8 @@ pub fn row(scene: &Scene, sigma: f64) -> Vec<(f64, Point)> {
     if let Law::Crank(law) = &mut scene.law {
         law.crank.c_ab = law.crank.shafts() / (sigma * law.crank.r * law.crank.r);
     }
-    let oscillator = ParametricDrive::oscillator(&scene);
-    let Some(system) = oscillator.as_ref().and_then(|o| System::new(o).ok()).filter(|s| s.parts > 0) else {
+    let oscillator = of_coefficients(&scene);
+    let Some(system) = System::new(&oscillator).ok().filter(|s| s.parts > 0) else {
         return Vec::new();
     };
     let (start, harmonics) = (hill::boundaries(&system, ORDERS), Harmonics::new(&system));

@@ -1,7 +1,7 @@
 //! Kinetic stability: at which speeds do the coefficients that vary over the turn make a drive vibrate by themselves,
 //! how much damping prevents it, and what do the vibrations amount to?
 //!
-//! Of any drive that is an oscillator with periodic coefficients ([`camdrive::drives::oscillator`]), [`study`] finds the
+//! Of any drive that is an oscillator with periodic coefficients ([`crate::oscillator`]), [`study`] finds the
 //! Floquet multipliers at a speed; the boundaries of the instability of every order by Hill's eigenproblem ([`hill`]
 //! numbers them, [`tongue`] makes them exact); the damping and the
 //! modulation at which each vanishes; the classical approximations beside them ([`bounds`]), θ* of a parallel crank over its
@@ -24,11 +24,11 @@ pub mod table;
 mod tests;
 pub mod tongue;
 
+use crate::oscillator::{self, PeriodicOscillator, Terms};
 use crate::resource::Resource;
 use crate::{Progress, parallel, search, work};
 use bounds::Bounds;
-use camdrive::drives::oscillator::Terms;
-use camdrive::drives::{Fault, PeriodicOscillator};
+use camdrive::drives::Fault;
 use map::{Known, Modulation, Region};
 use orders::{Tongues, tongues};
 use response::{PeriodicMotion, Resonance, Transient};
@@ -245,7 +245,7 @@ pub fn study_scene(
 
 /// See [`study_scene`].
 fn studied(resource: &Resource, options: &Options, progress: &(dyn Fn(Progress) + Sync)) -> Result<Report, Fault> {
-    let mut oscillator = resource.oscillator()?;
+    let mut oscillator = oscillator::of(resource)?;
     let own = oscillator.speed.filter(|_| options.speeds.is_empty());
     let turns: Vec<f64> = options.speeds.iter().chain(options.range.iter().flatten()).copied().chain(own).collect();
     let backwards = turns.iter().any(|w| *w < 0.0);

@@ -15,9 +15,9 @@
 //! ∫ β/m̂ dφ = 0 all the same.
 
 use super::MOST_ORDERS;
+use crate::oscillator::{PeriodicOscillator, Terms};
 use crate::work;
 use camdrive::drives::Fault;
-use camdrive::drives::oscillator::{PeriodicOscillator, Terms};
 use camdrive::numerics::angle::WHOLE_TURN;
 use camdrive::numerics::divisor::greatest_common_divisor;
 use camdrive::numerics::double_double::Double;

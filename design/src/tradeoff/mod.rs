@@ -19,6 +19,9 @@ pub mod table;
 #[cfg(test)]
 mod tests;
 
+#[cfg(test)]
+pub(crate) use simplification::massless;
+
 use crate::resource::Resource;
 use crate::text::{number, time};
 use crate::{Progress, work};

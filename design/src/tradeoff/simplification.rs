@@ -7,6 +7,7 @@ use super::rigid::{self, Formula};
 use super::run::Interface;
 use crate::resource::Resource;
 use camdrive::drives::backlash::BacklashDrive;
+use camdrive::drives::rigid_machine::linkage::{Linkage, ParameterKind};
 use camdrive::drives::rigid_machine::{self, Inertia, InertiaFunction, Place, RigidMachine};
 use camdrive::drives::shaft::cam_turn::turns;
 use camdrive::drives::{Drive as _, Fault};
@@ -135,13 +136,27 @@ fn of_machine(scene: &rigid_machine::Scene, add: &mut impl FnMut(&str, &str, &st
         let scene = rigid_machine::Scene { inertia: constant, followers: Vec::new(), ..scene.clone() };
         add("the variation of the inertia", "constant mean J, no followers", "", json!(scene));
     }
-    if scene.followers.iter().any(|follower| follower.linkage.has_mass()) {
-        let mut followers = scene.followers.clone();
-        for follower in &mut followers {
-            follower.linkage = follower.linkage.without_masses();
-        }
+    let mut followers = scene.followers.clone();
+    for follower in &mut followers {
+        follower.linkage = massless(&follower.linkage);
+    }
+    if followers != scene.followers {
         add("the inertia of the links", "massless links", "/followers", json!(followers));
     }
+}
+
+/// A copy whose links have no mass.
+pub fn massless(linkage: &Linkage) -> Linkage {
+    let mut copy = linkage.clone();
+    for mechanism in &mut copy.0 {
+        for (i, parameter) in mechanism.parameters().into_iter().enumerate() {
+            let is_mass = matches!(parameter.kind, ParameterKind::Mass | ParameterKind::Inertia);
+            if let Some(value) = mechanism.parameter_mut(i).filter(|_| is_mass) {
+                *value = 0.0;
+            }
+        }
+    }
+    copy
 }
 
 /// The mean of J over a turn.

@@ -1,6 +1,6 @@
 //! What a drive model is.
 
-use super::{Curve, EventLog, Experiment, Fault, List, PeriodicOscillator, Text};
+use super::{Curve, EventLog, Experiment, Fault, List, Text};
 use serde::{Serialize, de::DeserializeOwned};
 
 /// The variable with respect to which the series of an output is taken.
@@ -45,11 +45,6 @@ pub trait Drive: Clone + Serialize + DeserializeOwned + Send + Sync + 'static {
 
     /// Curves that picture the drive, the most telling first: for a cam drive [`Curve::of_law`].
     fn curves(&self) -> Vec<Curve>;
-
-    /// The drive as an oscillator with periodic coefficients, linearised where it is not linear; None where it is none.
-    fn oscillator(_scene: &Self::Scene) -> Option<PeriodicOscillator> {
-        None
-    }
 
     /// The default experiment.
     fn experiment(&self) -> Experiment;

@@ -1,11 +1,11 @@
 //! Coefficients that nearly vanish, and what the report says of orders and speeds.
 
 use super::{crank, critical, mathieu, oscillator, series};
+use crate::oscillator::{PeriodicOscillator, Terms};
 use crate::stability::bounds::Harmonics;
 use crate::stability::system::System;
 use crate::stability::{Options, modulation, study, table};
 use crate::work;
-use camdrive::drives::oscillator::{PeriodicOscillator, Terms};
 use std::f64::consts::{PI, TAU};
 
 /// m = 1 + μ cos φ, whose zero is near: the cells have to become short towards it.

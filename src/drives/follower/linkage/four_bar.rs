@@ -1,6 +1,6 @@
 //! The four-bar linkage.
 
-use super::{Branch, Link, arccos, nearest};
+use super::{Branch, Link, arccos};
 use crate::numerics::taylor::Series;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
@@ -29,7 +29,7 @@ pub struct FourBar {
 
 impl FourBar {
     /// arg d and |d|.
-    fn diagonal(&self, theta: f64) -> (f64, f64) {
+    pub fn diagonal(&self, theta: f64) -> (f64, f64) {
         let (g, a) = (self.ground, self.input.length);
         let (sin, cos) = theta.sin_cos();
         let (x, y) = (g - a * cos, -a * sin);
@@ -39,7 +39,7 @@ impl FourBar {
     }
 
     /// ψ (rad); None where the links cannot be assembled.
-    fn position(&self, theta: f64) -> Option<f64> {
+    pub fn position(&self, theta: f64) -> Option<f64> {
         let (b, c) = (self.coupler.length, self.output.length);
         let (angle, d) = self.diagonal(theta);
         Some(angle + self.branch.sign() * arccos((b * b - c * c - d * d) / (2.0 * c * d))?)
@@ -74,27 +74,5 @@ impl FourBar {
             + self.coupler.inertia(pin, coupler)
             + self.output.inertia([Series::from(g), zero], [cp, sp]);
         (psi, inertia)
-    }
-
-    /// The θ that yields ψ on this branch, the one nearest to `near`.
-    pub(super) fn input_at(&self, psi: f64, near: f64) -> Option<f64> {
-        let (g, a, b, c) = (self.ground, self.input.length, self.coupler.length, self.output.length);
-        let (sin, cos) = psi.sin_cos();
-        let (x, y) = (g + c * cos, c * sin);
-        let reach = (x * x + y * y).sqrt();
-        let side = arccos((a * a + reach * reach - b * b) / (2.0 * a * reach))?;
-        let on_branch = |theta: f64| {
-            let (angle, _) = self.diagonal(theta);
-            ((psi - angle).sin() * self.branch.sign() >= 0.0).then_some(theta)
-        };
-        [side, -side]
-            .into_iter()
-            .filter_map(|side| {
-                let theta = nearest(on_branch(y.atan2(x) + side)?, near);
-                // An output that turns with the input tells the turn.
-                let turns = if a < g { 0.0 } else { psi - self.position(theta).unwrap_or(psi) };
-                Some(nearest(theta, theta + turns))
-            })
-            .min_by(|s, t| (s - near).abs().total_cmp(&(t - near).abs()))
     }
 }

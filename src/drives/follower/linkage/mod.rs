@@ -19,7 +19,6 @@
 mod check;
 mod four_bar;
 mod gear;
-mod inverse;
 mod parameters;
 mod slider_crank;
 #[cfg(test)]
@@ -28,13 +27,11 @@ mod tests;
 pub use check::{Extreme, in_turn};
 pub use four_bar::FourBar;
 pub use gear::Gear;
-pub use inverse::Obstacle;
 pub use parameters::{Parameter, ParameterKind};
 pub use slider_crank::SliderCrank;
 
 use crate::numerics::taylor::Series;
 use serde::{Deserialize, Serialize};
-use std::f64::consts::TAU;
 
 /// A rigid link that moves in the plane.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -74,7 +71,8 @@ pub enum Branch {
 }
 
 impl Branch {
-    fn sign(self) -> f64 {
+    /// ±1.
+    pub fn sign(self) -> f64 {
         match self {
             Branch::Plus => 1.0,
             Branch::Minus => -1.0,
@@ -106,7 +104,7 @@ pub enum Kind {
 
 impl Mechanism {
     /// Output and moment of inertia of the links for this input.
-    fn moved<const N: usize>(&self, input: Series<N>) -> (Series<N>, Series<N>) {
+    pub fn moved<const N: usize>(&self, input: Series<N>) -> (Series<N>, Series<N>) {
         let theta = input + self.input_offset;
         let (output, inertia) = match &self.kind {
             Kind::FourBar(linkage) => linkage.moved(theta),
@@ -170,35 +168,6 @@ impl Linkage {
     pub fn tool<const N: usize>(&self, lever: [f64; N]) -> [f64; N] {
         if self.is_empty() { lever } else { self.moved(0.0, Series::of_derivatives(lever)).tool.derivatives() }
     }
-
-    /// Whether a link has inertia.
-    pub fn has_mass(&self) -> bool {
-        *self != self.without_masses()
-    }
-
-    /// A copy whose links have no mass.
-    pub fn without_masses(&self) -> Self {
-        let massless = |link: Link| Link { mass: 0.0, inertia: 0.0, ..link };
-        let spared = |mechanism: &Mechanism| Mechanism {
-            kind: match mechanism.kind {
-                Kind::FourBar(linkage) => Kind::FourBar(FourBar {
-                    input: massless(linkage.input),
-                    coupler: massless(linkage.coupler),
-                    output: massless(linkage.output),
-                    ..linkage
-                }),
-                Kind::SliderCrank(linkage) => Kind::SliderCrank(SliderCrank {
-                    crank: massless(linkage.crank),
-                    rod: massless(linkage.rod),
-                    slider_mass: 0.0,
-                    ..linkage
-                }),
-                Kind::Gear(gear) => Kind::Gear(Gear { inertia: 0.0, ..gear }),
-            },
-            ..*mechanism
-        };
-        Linkage(self.0.iter().map(spared).collect())
-    }
 }
 
 /// A number with so many decimals; what they show as zero has no sign.
@@ -210,12 +179,7 @@ pub fn decimals(value: f64, digits: usize) -> String {
     }
 }
 
-/// The angle within half a turn of `near` that differs by whole turns.
-fn nearest(angle: f64, near: f64) -> f64 {
-    angle + TAU * ((near - angle) / TAU).round()
-}
-
 /// arccos, which would lose half of the digits where its argument is near ±1; None beyond.
-fn arccos(x: f64) -> Option<f64> {
+pub fn arccos(x: f64) -> Option<f64> {
     (x.abs() <= 1.0).then(|| ((1.0 - x) * (1.0 + x)).sqrt().atan2(x))
 }

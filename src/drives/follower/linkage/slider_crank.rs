@@ -1,6 +1,6 @@
 //! The slider-crank.
 
-use super::{Branch, Link, arccos, nearest};
+use super::{Branch, Link};
 use crate::numerics::taylor::Series;
 use serde::{Deserialize, Serialize};
 
@@ -40,18 +40,5 @@ impl SliderCrank {
             + self.rod.inertia([cos * r, sin * r], [along * (1.0 / l), h * (-1.0 / l)])
             + slope * slope * self.slider_mass;
         (s, inertia)
-    }
-
-    /// The θ that yields s on this branch, the one nearest to `near`.
-    pub(super) fn input_at(&self, s: f64, near: f64) -> Option<f64> {
-        let (r, l, e) = (self.crank.length, self.rod.length, self.offset);
-        // The triangle of pivot, crank pin and slider.
-        let reach = (s * s + e * e).sqrt();
-        let side = arccos((r * r + reach * reach - l * l) / (2.0 * r * reach))?;
-        [side, -side]
-            .into_iter()
-            .map(|side| nearest(e.atan2(s) + side, near))
-            .filter(|theta| (s - r * theta.cos()) * self.branch.sign() >= 0.0)
-            .min_by(|a, b| (a - near).abs().total_cmp(&(b - near).abs()))
     }
 }

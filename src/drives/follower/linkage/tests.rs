@@ -3,6 +3,7 @@
 use super::*;
 use crate::drives::follower::rigid::Follower;
 use crate::motion::{Fourier, MotionLaw};
+use std::f64::consts::TAU;
 
 fn bar(length: f64, mass: f64, inertia: f64, centre: [f64; 2]) -> Link {
     Link { length, mass, inertia, centre }
@@ -83,10 +84,6 @@ fn the_loop_of_a_four_bar_closes_all_around() {
                 assert!((x.hypot(y) - linkage.coupler.length).abs() < 1e-15, "{theta}");
                 check_derivatives(|theta| linkage.moved(running(theta)).0.derivatives(), theta, 4, 1.0);
                 check_derivatives(|theta| linkage.moved(running(theta)).1.derivatives(), theta, 3, 1.0);
-                // And back, starting from a neighbouring angle.
-                let back = linkage.input_at(f, theta + 0.2).unwrap();
-                let again = psi(back);
-                assert!((again - f).abs() < 1e-14 * (1.0 + f.abs()), "{theta} {back} {f} {again}");
             }
         }
         let turned =
@@ -146,8 +143,6 @@ fn the_slider_follows_the_crank() {
             assert!((rod - 0.16).abs() < 1e-16);
             check_derivatives(|theta| linkage.moved(running(theta)).0.derivatives(), theta, 4, 0.1);
             check_derivatives(|theta| linkage.moved(running(theta)).1.derivatives(), theta, 3, 0.1);
-            let back = linkage.input_at(s, theta + 0.1).unwrap();
-            assert!((linkage.moved(Series([back])).0.value() - s).abs() < 1e-14);
         }
     }
 }
@@ -210,7 +205,7 @@ fn the_reduced_inertia_is_twice_the_kinetic_energy_at_unit_speed() {
             let d = |k: f64| {
                 let change = places(theta + k * h)[i][part] - places(theta - k * h)[i][part];
                 // An angle may pass ±180°.
-                if part == 2 { nearest(change, 0.0) } else { change }
+                if part == 2 { change - TAU * (change / TAU).round() } else { change }
             };
             (45.0 * d(1.0) - 9.0 * d(2.0) + d(3.0)) / (60.0 * h)
         };
@@ -232,30 +227,21 @@ fn the_reduced_inertia_is_twice_the_kinetic_energy_at_unit_speed() {
 }
 
 #[test]
-fn a_chain_forwards_and_backwards() {
+fn the_motion_of_a_chain_is_that_of_its_mechanisms() {
     let chain = chain();
-    let mut inputs = chain.inputs(-0.6);
     for i in 0..=60 {
         let lever = -0.6 + 0.02 * f64::from(i);
         let moved = |lever: f64| chain.moved(2.0, running::<5>(lever));
         check_derivatives(|lever| moved(lever).tool.derivatives(), lever, 4, 0.2);
         check_derivatives(|lever| moved(lever).inertia.derivatives(), lever, 3, 0.2);
-        let back = chain.lever_at(moved(lever).tool.value(), &mut inputs).unwrap();
-        assert!((back - lever).abs() < 1e-14, "{lever}: {back}");
-        assert_eq!(inputs[0], back);
         // The whole is the sum of the parts, each with the square of the transmission before it.
         let slope = moved(lever).tool.derivatives()[1];
-        let parts = chain.0.iter().zip(&inputs).fold((0.0, 1.0), |(sum, before), (mechanism, input)| {
-            let (output, own) = mechanism.moved(running::<2>(*input));
-            (sum + own.value() * before * before, before * output.derivatives()[1])
+        let parts = chain.0.iter().fold((0.0, 1.0, lever), |(sum, before, input), mechanism| {
+            let (output, own) = mechanism.moved(running::<2>(input));
+            (sum + own.value() * before * before, before * output.derivatives()[1], output.value())
         });
         assert!((moved(lever).inertia.value() - parts.0 - 2.0 * slope * slope).abs() < 1e-14);
     }
-    assert!(matches!(chain.lever_at(5.0, &mut inputs), Err(Obstacle::OutOfReach { mechanism: 2, .. })));
-    // The dead centre of a centric slider-crank.
-    let kind = Kind::SliderCrank(SliderCrank { offset: 0.0, ..slider_crank(Branch::Plus) });
-    let centric = Linkage(vec![Mechanism { kind, input_offset: 0.0, output_offset: 0.0 }]);
-    assert!(matches!(centric.lever_at(0.21, &mut [0.1]), Err(Obstacle::DeadCentre { mechanism: 0, .. })));
 }
 
 #[test]

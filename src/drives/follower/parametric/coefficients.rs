@@ -87,20 +87,6 @@ impl Stiffness {
         self.harmonics(0).a[0]
     }
 
-    /// The order up to which the harmonics of c exceed the part `smallest` of its mean.
-    pub fn highest_harmonic(&self, smallest: f64) -> usize {
-        match self {
-            Stiffness::Series(series) => highest(series),
-            Stiffness::Dips(dips) => {
-                let order = |dip: &Dip| {
-                    let decay = dip.decay();
-                    if decay > 0.0 { 2 * (smallest.ln() / decay.ln()).ceil().max(1.0) as usize } else { 0 }
-                };
-                dips.iter().map(order).max().unwrap_or(0)
-            }
-        }
-    }
-
     /// The greatest common divisor of the orders of the harmonics; 0 where c is constant.
     fn symmetry(&self) -> usize {
         match self {
@@ -152,7 +138,7 @@ impl Coefficients {
     }
 
     /// The highest harmonic of the finite series.
-    fn order(&self) -> usize {
+    pub fn order(&self) -> usize {
         let c = if let Stiffness::Series(series) = &self.c { highest(series) } else { 0 };
         [&self.m, &self.b, &self.f].into_iter().map(highest).fold(c, usize::max)
     }
@@ -200,22 +186,6 @@ impl Coefficients {
         let dips = if let Stiffness::Dips(dips) = &self.c { &dips[..] } else { &[] };
         let places = dips.iter().map(|dip| dip.centre).chain([self.least_mass().0]);
         places.map(|phi| self.reach(phi)).fold(f64::INFINITY, f64::min)
-    }
-
-    /// The turn divided so that [`Coefficients::reach`] covers each piece: where it begins, in [0, 2π), and its length
-    /// (rad). Empty where no zero of m and no pole of c is near and one reach serves the whole turn.
-    pub fn pieces(&self) -> Vec<(f64, f64)> {
-        let waves = 2.0 / self.order().max(1) as f64;
-        let mut pieces = Vec::new();
-        let mut phi = 0.0;
-        if self.least_reach() < 0.25 * waves {
-            while phi < TAU {
-                let length = self.reach(phi).min(TAU - phi);
-                pieces.push((phi, length));
-                phi += length;
-            }
-        }
-        pieces
     }
 
     /// A frequency (rad/s) that no vibration exceeds, but for that of m and c alone: √(max |c| / min m).
@@ -326,7 +296,8 @@ mod tests {
             (0.3, SecondCrank::SharedShafts(2.5)),
         ] {
             let c = Stiffness::of_crank(&crank(sigma, second));
-            let order = c.highest_harmonic(1e-16);
+            let Stiffness::Dips(dips) = &c else { panic!() };
+            let order = dips.iter().map(|dip| 2 * (1e-16_f64.ln() / dip.decay().ln()).ceil() as usize).max().unwrap();
             let series = c.harmonics(order);
             for i in 0..50 {
                 let phi = 0.13 * f64::from(i);
@@ -364,11 +335,7 @@ mod tests {
             let distance = f64::sqrt(f64::sin(phi).asin().powi(2) + 1e-8);
             assert!((coefficients.reach(phi) / (0.5 * distance) - 1.0).abs() < 1e-3, "{phi}");
         }
-        let pieces = coefficients.pieces();
-        let ends: f64 = pieces.iter().map(|piece| piece.1).sum();
-        assert!((ends - TAU).abs() < 1e-12 && pieces.len() < 300 && pieces[0] == (0.0, coefficients.reach(0.0)));
         coefficients.c = Stiffness::Series(constant(1.0));
-        assert!(coefficients.pieces().is_empty());
         // The zeros of 1 + e cos φ lie at π ± i acosh(1/e).
         let e = 0.999;
         coefficients.m = Fourier::new(vec![1.0, e], Vec::new());

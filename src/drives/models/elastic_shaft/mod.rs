@@ -17,13 +17,12 @@
 //! Source: Dresig, Vulfson, *Dynamik der Mechanismen*, section 4.6.3; the right-hand side of its equation (1) reads
 //! U′U″ here, as the derivation and its own rigid limit demand.
 
-mod oscillator;
 #[cfg(test)]
 pub(super) mod tests;
 mod variables;
 
-pub use crate::drives::follower::elastic_shaft::Parameters;
 use crate::drives::follower::elastic_shaft::Twist;
+pub use crate::drives::follower::elastic_shaft::{Parameters, REACH};
 use crate::drives::parameter::parameters;
 use crate::drives::settings::{HasSolver, Settings};
 use crate::drives::shaft::cam_drive::{CamDrive, DriveMode, Start};
@@ -77,10 +76,6 @@ impl Drive for ElasticShaft {
 
     fn curves(&self) -> Vec<Curve> {
         Curve::of_law(&self.cam.law)
-    }
-
-    fn oscillator(scene: &Scene) -> Option<crate::drives::PeriodicOscillator> {
-        Some(oscillator::of(scene))
     }
 
     fn experiment(&self) -> Experiment {

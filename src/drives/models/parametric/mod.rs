@@ -17,7 +17,6 @@
 //!
 //! Source: Dresig, Vulfson, *Dynamik der Mechanismen*, sections 4.5.1–4.5.3.
 
-mod oscillator;
 #[cfg(test)]
 mod tests;
 mod variables;
@@ -32,6 +31,7 @@ use coefficients::Coefficients;
 use crank::SecondCrank;
 use law::{Coordinate, Law};
 use serde::{Deserialize, Serialize};
+pub use variables::{of_coefficients, quantities};
 
 /// The drive as a scene describes it, coherent SI.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -97,10 +97,6 @@ impl Drive for ParametricDrive {
             }
         }
         curves
-    }
-
-    fn oscillator(scene: &Scene) -> Option<crate::drives::PeriodicOscillator> {
-        Some(oscillator::of(scene))
     }
 
     fn experiment(&self) -> Experiment {

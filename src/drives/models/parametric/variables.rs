@@ -64,7 +64,7 @@ pub(super) fn list(drive: &ParametricDrive) -> List<ParametricDrive> {
 }
 
 /// Quantities of q, q̇ and q̈.
-pub(super) fn quantities(coordinate: Coordinate) -> [&'static Quantity; 3] {
+pub fn quantities(coordinate: Coordinate) -> [&'static Quantity; 3] {
     match coordinate {
         Coordinate::Rotation => [&unit::ANGLE, &unit::ANGULAR_VELOCITY, &unit::ANGULAR_ACCELERATION],
         Coordinate::Translation => [&unit::LENGTH, &unit::VELOCITY, &unit::ACCELERATION],
@@ -72,7 +72,7 @@ pub(super) fn quantities(coordinate: Coordinate) -> [&'static Quantity; 3] {
 }
 
 /// Quantities of m, b, c and f.
-pub(super) fn of_coefficients(coordinate: Coordinate) -> [&'static Quantity; 4] {
+pub fn of_coefficients(coordinate: Coordinate) -> [&'static Quantity; 4] {
     match coordinate {
         Coordinate::Rotation => [&unit::INERTIA, &unit::ROTATIONAL_DAMPING, &unit::ROTATIONAL_STIFFNESS, &unit::TORQUE],
         Coordinate::Translation => [&unit::MASS, &unit::DAMPING, &unit::STIFFNESS, &unit::FORCE],

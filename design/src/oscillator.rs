@@ -1,0 +1,166 @@
+//! The linear oscillation of a drive whose coefficients repeat themselves every turn.
+
+use crate::resource::Resource;
+use camdrive::drives::elastic_shaft::{self, ElasticShaft};
+use camdrive::drives::parametric::coefficients::Coefficients;
+use camdrive::drives::parametric::{self, ParametricDrive};
+use camdrive::drives::shaft::cam_drive::DriveMode;
+use camdrive::drives::unit::{self, Quantity};
+use camdrive::drives::{Drive as _, Fault};
+use std::f64::consts::TAU;
+
+/// m(φ) q̈ + [b(φ) + Ω b₁(φ)] q̇ + [c(φ) + Ω² c₂(φ)] q = f(φ) + Ω² f₂(φ) at φ = Ω t, one degree of freedom q.
+///
+/// Either b₁ = c₂ = 0, or the inertia turns with the drive: b₁ = m′ and c₂ = m″/2, as the kinetic energy ½ m ψ̇²
+/// with m at ψ = φ + q has it.
+pub struct PeriodicOscillator {
+    /// The coefficients at an angle (rad) in [−2π, 2π], continued smoothly from a segment.
+    pub terms: Box<dyn Fn(usize, f64) -> Terms + Send + Sync>,
+    /// The angles in [0, 2π), ascending, at which a derivative of a coefficient jumps. Segment i reaches from
+    /// breakpoint i to the next one, the last one around the turn; without breakpoints there is one segment.
+    pub breakpoints: Vec<f64>,
+    /// An angle (rad) over which the coefficients of a segment follow a polynomial of degree 8.
+    pub reach: Box<dyn Fn(usize) -> f64 + Send + Sync>,
+    /// Cost of the coefficients at an angle (nominal µs), see [`camdrive::numerics::work`].
+    pub cost: f64,
+    /// Whether b₁ = m′ and c₂ = m″/2.
+    pub inertia_turns: bool,
+    /// The speed Ω of the scene (rad/s); None where the drive follows its inputs.
+    pub speed: Option<f64>,
+    /// The angle at which the scene starts (rad).
+    pub start: f64,
+    /// Quantity of q.
+    pub coordinate: &'static Quantity,
+    /// Quantity of c q.
+    pub load: &'static Quantity,
+    /// How the equation comes from that of the scene where it is not the same: "linearised about q = 0".
+    pub note: Option<String>,
+}
+
+/// The coefficients of [`PeriodicOscillator`] at an angle, coherent SI.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Terms {
+    /// m (kg or kg·m²).
+    pub m: f64,
+    /// b (N·s/m or N·m·s/rad).
+    pub b: f64,
+    /// b₁ (kg/rad or kg·m²/rad).
+    pub b1: f64,
+    /// c (N/m or N·m/rad).
+    pub c: f64,
+    /// c₂ (kg/rad² or kg·m²/rad²).
+    pub c2: f64,
+    /// f (N or N·m).
+    pub f: f64,
+    /// f₂ (kg·m or kg·m²).
+    pub f2: f64,
+}
+
+/// The drive of a scene as an oscillator with periodic coefficients, linearised where it is not linear.
+///
+/// # Errors
+/// Where the model is none.
+pub fn of(resource: &Resource) -> Result<PeriodicOscillator, Fault> {
+    match &*resource.model {
+        ElasticShaft::MODEL => Ok(of_shaft(&resource.read()?)),
+        ParametricDrive::MODEL => Ok(of_coefficients(&resource.read()?)),
+        model => Err(Fault::new(format!(
+            "{model} is not an oscillator with periodic coefficients; ElasticCamDrive with an elastic input shaft \
+             and ParametricDrive are"
+        ))),
+    }
+}
+
+/// The speed (rad/s), where it is constant, and the angle (rad) of the start.
+fn turning(drive: &DriveMode) -> (Option<f64>, f64) {
+    match *drive {
+        DriveMode::Constant { w, phi_start } => (Some(w), phi_start),
+        DriveMode::Input => (None, 0.0),
+    }
+}
+
+/// J(φ) q̈ + (b + Ω J′) q̇ + (c + Ω² J″/2) q = −Ω² J′/2, J(φ) = J + m U′².
+///
+/// Source: Dresig, Vulfson, *Dynamik der Mechanismen*, section 4.6.3 (1); J(φ) gathers its terms.
+fn of_shaft(scene: &elastic_shaft::Scene) -> PeriodicOscillator {
+    let elastic_shaft::Parameters { m, inertia, c, b } = scene.parameters;
+    let (law, resolved) = (scene.cam.clone(), scene.cam.clone());
+    let terms = move |segment: usize, phi: f64| {
+        let [_, u1, u2, u3, _] = law.at_in(segment, phi).0;
+        let (g, g1) = (m * u1 * u2, m * (u2 * u2 + u1 * u3));
+        Terms { m: inertia + m * u1 * u1, b, b1: 2.0 * g, c, c2: g1, f: 0.0, f2: -g }
+    };
+    let (speed, start) = turning(&scene.drive);
+    PeriodicOscillator {
+        terms: Box::new(terms),
+        breakpoints: scene.cam.breakpoints().to_vec(),
+        reach: Box::new(move |segment| elastic_shaft::REACH / resolved.resolution_in(segment).max(1.0)),
+        cost: scene.cam.cost(),
+        inertia_turns: true,
+        speed,
+        start,
+        coordinate: &unit::ANGLE,
+        load: &unit::TORQUE,
+        note: (!scene.linear)
+            .then(|| "The drive of the scene is not linear; this is its linearisation about q = 0.".to_owned()),
+    }
+}
+
+/// The turn divided so that [`Coefficients::reach`] covers each piece: where it begins, in [0, 2π), and its length (rad). Empty
+/// where no zero of m and no pole of c is near and one reach serves the whole turn.
+fn pieces(coefficients: &Coefficients) -> Vec<(f64, f64)> {
+    let mut pieces = Vec::new();
+    let mut phi = 0.0;
+    while coefficients.least_reach() < 0.5 / coefficients.order().max(1) as f64 && phi < TAU {
+        let length = coefficients.reach(phi).min(TAU - phi);
+        pieces.push((phi, length));
+        phi += length;
+    }
+    pieces
+}
+
+/// m(φ) q̈ + b(φ) q̇ + c(φ) q = f(φ).
+pub fn of_coefficients(scene: &parametric::Scene) -> PeriodicOscillator {
+    let coefficients = scene.law.coefficients();
+    let (least, cost) = (coefficients.least_reach(), coefficients.cost());
+    let (breakpoints, reaches) = pieces(&coefficients).into_iter().unzip::<f64, f64, Vec<f64>, Vec<f64>>();
+    let (speed, start) = turning(&scene.drive);
+    let coordinate = scene.law.coordinate();
+    PeriodicOscillator {
+        terms: Box::new(move |_, phi| {
+            let values = coefficients.at(phi);
+            Terms { m: values.m[0], b: values.b[0], c: values.c[0], f: values.f[0], ..Terms::default() }
+        }),
+        breakpoints,
+        reach: Box::new(move |segment| reaches.get(segment).copied().unwrap_or(least)),
+        cost,
+        inertia_turns: false,
+        speed,
+        start,
+        coordinate: parametric::quantities(coordinate)[0],
+        load: parametric::of_coefficients(coordinate)[3],
+        note: None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use camdrive::drives::parametric::coefficients::Stiffness;
+    use camdrive::drives::parametric::crank::{ParallelCrank, SecondCrank};
+    use camdrive::motion::Fourier;
+
+    #[test]
+    fn pieces_are_as_long_as_the_coefficients_reach() {
+        let constant = |value: f64| Fourier::new(vec![value], Vec::new());
+        // σ = c₁₂/(c_AB R²) = 1e-8.
+        let crank = ParallelCrank { c_t1: 2.0, c_t2: 2.0, c_ab: 1e8, r: 1.0, second: SecondCrank::None };
+        let c = Stiffness::of_crank(&crank);
+        let mut coefficients = Coefficients { m: constant(1.0), b: constant(0.0), c, f: constant(0.0) };
+        let whole = pieces(&coefficients);
+        let ends: f64 = whole.iter().map(|piece| piece.1).sum();
+        assert!((ends - TAU).abs() < 1e-12 && whole.len() < 300 && whole[0] == (0.0, coefficients.reach(0.0)));
+        coefficients.c = Stiffness::Series(constant(1.0));
+        assert!(pieces(&coefficients).is_empty());
+    }
+}
