@@ -73,7 +73,7 @@ impl Documentation {
             summary: texts(chosen(file.summary)?).collect(),
             equations: chosen(file.equation)?.into_iter().map(|(title, text)| Equation { title, text }).collect(),
             accuracy: chosen(file.accuracy)?,
-            limits: texts(chosen(file.limit)?).chain(text.limits.iter().cloned()).collect(),
+            limits: texts(chosen(file.limit)?).collect(),
             sources: file.sources,
         })
     }

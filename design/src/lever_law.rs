@@ -10,6 +10,7 @@
 pub mod inverse;
 
 use crate::harmonic_analysis::analyse;
+use crate::table_error::told;
 use camdrive::drives::rigid_machine::linkage::{Linkage, Mechanism, decimals, in_turn};
 use camdrive::motion::fourier::HIGHEST_HARMONIC;
 use camdrive::motion::table::{Bend, MOST_POINTS, Points, within};
@@ -146,7 +147,7 @@ impl Way<'_> {
         self.comes_back(lifts[0], lifts[POSITIONS])?;
         angles.pop();
         lifts.pop();
-        let full = analyse(Points { angles, lifts }, HIGHEST_HARMONIC).map_err(|e| e.to_string())?.series;
+        let full = analyse(Points { angles, lifts }, HIGHEST_HARMONIC).map_err(|e| told(&e))?.series;
         let weight = |k: usize| (k * k) as f64 * (full.a[k].powi(2) + full.b[k].powi(2)).sqrt();
         let largest = (1..=HIGHEST_HARMONIC).map(weight).fold(f64::MIN_POSITIVE, f64::max);
         // Harmonics at rounding level carry nothing of the motion, whatever their number makes of them in the acceleration.
@@ -204,7 +205,7 @@ impl Way<'_> {
         self.comes_back(points.lifts[0], last)?;
         points.angles.push(first + TAU);
         points.lifts.push(points.lifts[0]);
-        Table::bent(points, bends).map_err(|e| e.to_string())
+        Table::bent(points, bends).map_err(|e| told(&e))
     }
 
     /// The segment of the tool's law between these angles in `count` parts, from the position with these `inputs` on.

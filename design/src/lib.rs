@@ -34,6 +34,7 @@ pub mod search;
 pub mod smoothing;
 pub mod stability;
 pub mod synthesis;
+pub mod table_error;
 pub mod text;
 pub mod tradeoff;
 pub mod transmission;

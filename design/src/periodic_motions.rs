@@ -134,8 +134,8 @@ pub fn all_motions(scene: &Scene, load: f64) -> Result<Motions, Fault> {
         let Some((start, period)) = map.refine((*below, *above)) else { continue };
         let Some(energy) = map.energy_at(start, zero).map(|energy| energy.hi) else { continue };
         if scene.motor.lag().is_none() {
-            let Some(growth) = map.growth(start) else { continue };
-            let (pieces, speed) = map.motion(start);
+            let Some(growth) = growth(map, start) else { continue };
+            let (pieces, speed) = motion(map, start);
             let course = course(&pieces, speed);
             let j = inertia.value(inertia.place(zero.0), zero.1);
             let speed = synchronous_speed.signum() * (2.0 * energy / j).sqrt();
@@ -167,6 +167,30 @@ pub fn all_motions(scene: &Scene, load: f64) -> Result<Motions, Fault> {
         }
     }
     Ok(Motions { found: motions, lost })
+}
+
+/// ln of the factor by which the turn that begins with this energy changes a small disturbance of it.
+fn growth(map: &TurnMap<'_>, energy: f64) -> Option<f64> {
+    let mut growth = 0.0;
+    map.follow(energy, |step| growth += step.log_growth(&map.torques))?;
+    Some(growth)
+}
+
+/// A turn that begins with `energy`: ω as a function of piece and φ, and the ends of the pieces in φ.
+fn motion(map: &TurnMap<'_>, energy: f64) -> (Vec<[f64; 2]>, impl Fn(usize, f64) -> f64) {
+    let (mesh, sense) = (&map.mesh, map.torques.sense);
+    let mut steps = Vec::new();
+    map.follow(energy, |step| steps.push(*step));
+    let end = |from: f64, length: f64| [from.min(from + sense * length), from.max(from + sense * length)];
+    let pieces = steps.iter().map(|step| end(step.from.angle.hi, step.length)).collect();
+    let speed = move |piece: usize, phi: f64| {
+        let step = &steps[piece];
+        let x = 2.0 * sense * (phi - step.from.angle.hi) / step.length - 1.0;
+        let inertia = &mesh.profile.inertia;
+        let place = inertia.place(mesh.cells()[step.from.cell].interval);
+        mesh.motor.sense() * (2.0 * step.energy_at(x).hi / inertia.value(place, phi)).sqrt()
+    };
+    (pieces, speed)
 }
 
 /// Energies at the beginning of a turn, falling, with the part of each by which the turn raises it.

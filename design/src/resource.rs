@@ -1,12 +1,15 @@
 //! A scene that is resolved, and the drive of it with all that is said of it.
 
 use crate::documentation::Documentation;
+use crate::transmission;
 use camdrive::all_drives;
 use camdrive::drives::resource::{Content, unknown};
+use camdrive::drives::rigid_machine::RigidMachine;
 use camdrive::drives::{AnyDrive, Curve, Drive, Fault};
 use camdrive::motion::MotionLaw;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
+use std::any::Any;
 use std::ops::{Deref, DerefMut};
 
 /// All drive models.
@@ -102,7 +105,11 @@ trait Said {
 
 impl<D: Drive> Said for D {
     fn documentation(&self) -> Result<Documentation, Fault> {
-        Documentation::of(&self.text())
+        let mut documentation = Documentation::of(&self.text())?;
+        if let Some(machine) = (self as &dyn Any).downcast_ref::<RigidMachine>() {
+            documentation.limits.extend(transmission::limits(&machine.inertia().followers));
+        }
+        Ok(documentation)
     }
 
     fn curves(&self) -> Vec<Curve> {

@@ -8,7 +8,7 @@
 //! *Getriebetechnik*: at least 40°, with high speeds 50°.
 
 use camdrive::drives::rigid_machine::Follower;
-use camdrive::drives::rigid_machine::linkage::in_turn;
+use camdrive::drives::rigid_machine::linkage::{decimals, in_turn};
 use serde::Serialize;
 use std::f64::consts::PI;
 
@@ -73,6 +73,20 @@ pub fn of(number: usize, follower: &Follower) -> Vec<Transmission> {
             phi: extreme.phi,
         })
         .collect()
+}
+
+/// The limits that they set to a machine with these followers, for its documentation.
+pub fn limits(followers: &[Follower]) -> Vec<String> {
+    let all = followers.iter().enumerate().flat_map(|(j, follower)| of(j + 1, follower));
+    let limit = |least: Transmission| {
+        let (phi, angle) = (in_turn(least.phi, 1), decimals(least.least_angle.to_degrees(), 2));
+        format!(
+            "follower[{}].linkage[{}] ({}): with the values of the scene the transmission angle is least at φ = {phi}°, \
+             {angle}°; at least 40° is usual.",
+            least.follower, least.mechanism, least.kind
+        )
+    };
+    all.map(limit).collect()
 }
 
 #[cfg(test)]

@@ -388,42 +388,6 @@ pub unsafe extern "C" fn fmi2GetReal(
     })
 }
 
-/// Reads Integers and Enumerations.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetInteger(
-    c: fmi2Component,
-    vr: *const fmi2ValueReference,
-    nvr: usize,
-    value: *mut fmi2Integer,
-) -> fmi2Status {
-    // SAFETY: arrays of the importer.
-    enter(c, &table::GET_INTEGER, |i| unsafe { get(i, Type::Integer, (vr, nvr), value, |v| v as fmi2Integer) })
-}
-
-/// Reads Booleans.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetBoolean(
-    c: fmi2Component,
-    vr: *const fmi2ValueReference,
-    nvr: usize,
-    value: *mut fmi2Boolean,
-) -> fmi2Status {
-    // SAFETY: arrays of the importer.
-    enter(c, &table::GET_BOOLEAN, |i| unsafe { get(i, Type::Boolean, (vr, nvr), value, |v| v as fmi2Boolean) })
-}
-
-/// Reads Strings; there are none.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetString(
-    c: fmi2Component,
-    vr: *const fmi2ValueReference,
-    nvr: usize,
-    value: *mut fmi2String,
-) -> fmi2Status {
-    // SAFETY: arrays of the importer.
-    enter(c, &table::GET_STRING, |i| unsafe { get(i, Type::String, (vr, nvr), value, |_| c"".as_ptr()) })
-}
-
 /// Sets Reals.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SetReal(
@@ -439,40 +403,38 @@ pub unsafe extern "C" fn fmi2SetReal(
     })
 }
 
-/// Sets Integers and Enumerations.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetInteger(
-    c: fmi2Component,
-    vr: *const fmi2ValueReference,
-    nvr: usize,
-    value: *const fmi2Integer,
-) -> fmi2Status {
-    // SAFETY: arrays of the importer.
-    enter(c, &table::SET_INTEGER, |i| unsafe { set(i, Type::Integer, (vr, nvr), value, f64::from) })
+/// Functions for variables of another type than Real: by `get` or `set` with this conversion.
+macro_rules! values {
+    ($($(#[$doc:meta])* $name:ident, $row:ident, $access:ident $kind:ident, $value:ty, $convert:expr;)*) => {
+        $(
+            $(#[$doc])*
+            #[unsafe(no_mangle)]
+            pub unsafe extern "C" fn $name(
+                c: fmi2Component,
+                vr: *const fmi2ValueReference,
+                nvr: usize,
+                value: $value,
+            ) -> fmi2Status {
+                // SAFETY: arrays of the importer.
+                enter(c, &table::$row, |i| unsafe { $access(i, Type::$kind, (vr, nvr), value, $convert) })
+            }
+        )*
+    };
 }
 
-/// Sets Booleans.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetBoolean(
-    c: fmi2Component,
-    vr: *const fmi2ValueReference,
-    nvr: usize,
-    value: *const fmi2Boolean,
-) -> fmi2Status {
-    // SAFETY: arrays of the importer.
-    enter(c, &table::SET_BOOLEAN, |i| unsafe { set(i, Type::Boolean, (vr, nvr), value, f64::from) })
-}
-
-/// Sets Strings; there are none.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetString(
-    c: fmi2Component,
-    vr: *const fmi2ValueReference,
-    nvr: usize,
-    value: *const fmi2String,
-) -> fmi2Status {
-    // SAFETY: arrays of the importer.
-    enter(c, &table::SET_STRING, |i| unsafe { set(i, Type::String, (vr, nvr), value, |_| 0.0) })
+values! {
+    /// Reads Integers and Enumerations.
+    fmi2GetInteger, GET_INTEGER, get Integer, *mut fmi2Integer, |v| v as fmi2Integer;
+    /// Reads Booleans.
+    fmi2GetBoolean, GET_BOOLEAN, get Boolean, *mut fmi2Boolean, |v| v as fmi2Boolean;
+    /// Reads Strings; there are none.
+    fmi2GetString, GET_STRING, get String, *mut fmi2String, |_| c"".as_ptr();
+    /// Sets Integers and Enumerations.
+    fmi2SetInteger, SET_INTEGER, set Integer, *const fmi2Integer, f64::from;
+    /// Sets Booleans.
+    fmi2SetBoolean, SET_BOOLEAN, set Boolean, *const fmi2Boolean, f64::from;
+    /// Sets Strings; there are none.
+    fmi2SetString, SET_STRING, set String, *const fmi2String, |_| 0.0;
 }
 
 // ---------------------------------------------------------------------------------------------------------------

@@ -52,6 +52,13 @@ pub enum MotionLaw {
     Plan(MotionPlan),
 }
 
+/// A law of pieces.
+macro_rules! pieces {
+    ($pieces:ident) => {
+        MotionLaw::Cycle(Cycle { pieces: $pieces, .. }) | MotionLaw::Plan(MotionPlan { pieces: $pieces, .. })
+    };
+}
+
 /// The bounds are enlarged by this part, more than the roundings of the bounds and of the values that they bound.
 const BOUND_ROUNDING: f64 = 1e-12;
 
@@ -65,9 +72,7 @@ impl MotionLaw {
     pub fn at_in(&self, segment: usize, phi: f64) -> TransferFunctions {
         match self {
             MotionLaw::Fourier(series) => series.at(phi),
-            MotionLaw::Cycle(Cycle { pieces, .. }) | MotionLaw::Plan(MotionPlan { pieces, .. }) => {
-                pieces.at_in(segment, phi)
-            }
+            pieces!(pieces) => pieces.at_in(segment, phi),
             MotionLaw::Table(table) => table.at_in(segment, phi),
         }
     }
@@ -83,9 +88,7 @@ impl MotionLaw {
     pub fn expand(&self, segment: usize, phi: f64, step: f64, coefficients: &mut [f64]) {
         match self {
             MotionLaw::Fourier(series) => series.expand(phi, step, coefficients),
-            MotionLaw::Cycle(Cycle { pieces, .. }) | MotionLaw::Plan(MotionPlan { pieces, .. }) => {
-                pieces.expand(segment, phi, step, coefficients)
-            }
+            pieces!(pieces) => pieces.expand(segment, phi, step, coefficients),
             MotionLaw::Table(table) => table.expand(segment, phi, step, coefficients),
         }
     }
@@ -95,9 +98,7 @@ impl MotionLaw {
     pub fn segment(&self, phi: f64, forward: bool) -> usize {
         match self {
             MotionLaw::Fourier(_) => 0,
-            MotionLaw::Cycle(Cycle { pieces, .. }) | MotionLaw::Plan(MotionPlan { pieces, .. }) => {
-                pieces.segment(phi, forward)
-            }
+            pieces!(pieces) => pieces.segment(phi, forward),
             MotionLaw::Table(table) => table.segment(phi, forward),
         }
     }
@@ -108,7 +109,7 @@ impl MotionLaw {
     pub fn breakpoints(&self) -> &[f64] {
         match self {
             MotionLaw::Fourier(_) => &[],
-            MotionLaw::Cycle(Cycle { pieces, .. }) | MotionLaw::Plan(MotionPlan { pieces, .. }) => pieces.breakpoints(),
+            pieces!(pieces) => pieces.breakpoints(),
             MotionLaw::Table(table) => table.breakpoints(),
         }
     }
@@ -117,7 +118,7 @@ impl MotionLaw {
     pub fn bound(&self, order: usize) -> f64 {
         let bound = match self {
             MotionLaw::Fourier(series) => series.bound(order),
-            MotionLaw::Cycle(Cycle { pieces, .. }) | MotionLaw::Plan(MotionPlan { pieces, .. }) => {
+            pieces!(pieces) => {
                 (0..pieces.breakpoints().len()).map(|segment| pieces.bound_in(segment, order)).fold(0.0, f64::max)
             }
             MotionLaw::Table(table) => table.bound(order),
@@ -129,9 +130,7 @@ impl MotionLaw {
     pub fn bound_in(&self, segment: usize, order: usize) -> f64 {
         let bound = match self {
             MotionLaw::Fourier(series) => series.bound(order),
-            MotionLaw::Cycle(Cycle { pieces, .. }) | MotionLaw::Plan(MotionPlan { pieces, .. }) => {
-                pieces.bound_in(segment, order)
-            }
+            pieces!(pieces) => pieces.bound_in(segment, order),
             MotionLaw::Table(table) => table.bound_in(segment, order),
         };
         bound * (1.0 + BOUND_ROUNDING)
@@ -142,7 +141,7 @@ impl MotionLaw {
     pub fn resolution(&self) -> f64 {
         match self {
             MotionLaw::Fourier(series) => series.order().max(1) as f64,
-            MotionLaw::Cycle(Cycle { pieces, .. }) | MotionLaw::Plan(MotionPlan { pieces, .. }) => {
+            pieces!(pieces) => {
                 (0..pieces.breakpoints().len()).map(|segment| pieces.resolution_in(segment)).fold(1.0, f64::max)
             }
             // Each segment is a polynomial of degree 5 itself.
@@ -153,9 +152,7 @@ impl MotionLaw {
     /// The harmonic order that resolves one segment.
     pub fn resolution_in(&self, segment: usize) -> f64 {
         match self {
-            MotionLaw::Cycle(Cycle { pieces, .. }) | MotionLaw::Plan(MotionPlan { pieces, .. }) => {
-                pieces.resolution_in(segment)
-            }
+            pieces!(pieces) => pieces.resolution_in(segment),
             _ => self.resolution(),
         }
     }

@@ -1,7 +1,6 @@
 //! Points that a table consists of.
 
 use super::plan::MAX_LENGTH;
-use crate::numerics::number::{Number, Rounded};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
@@ -125,53 +124,7 @@ impl TableError {
 
 impl std::fmt::Display for TableError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            TableError::Lengths { angles, lifts } => {
-                write!(f, "{angles} angles and {lifts} lifts; a table needs as many lifts as angles")
-            }
-            TableError::TooFew { points } => {
-                write!(f, "{points} points within the turn; a table needs at least {LEAST_POINTS}")
-            }
-            TableError::OutOfRange { index, value } => {
-                write!(f, "point {}: {} is not a finite angle or lift of at most 10000", index + 1, Number(*value))
-            }
-            TableError::NotAscending { index, previous, angle } => write!(
-                f,
-                "point {}: the angle {} rad = {} deg does not exceed the one before, {} rad = {} deg, by \
-                 at least {LEAST_DISTANCE:e} rad",
-                index + 1,
-                Number(*angle),
-                Rounded(angle.to_degrees()),
-                Number(*previous),
-                Rounded(previous.to_degrees())
-            ),
-            TableError::TooLong { index, span } => write!(
-                f,
-                "point {}: {} rad = {} deg after the first point; a table spans one turn, 2π rad = 360 deg",
-                index + 1,
-                Number(*span),
-                Rounded(span.to_degrees())
-            ),
-            TableError::NotPeriodic { index, first, last } => write!(
-                f,
-                "point {}: the lift {} m one turn after the first point differs from its lift {} m",
-                index + 1,
-                Number(*last),
-                Number(*first)
-            ),
-            TableError::NotClosed { index, gap, distance } => write!(
-                f,
-                "point {}: {} rad = {} deg are left of the turn after this last point, while neighbours are at \
-                 most {} rad apart; a table covers the whole turn",
-                index + 1,
-                Rounded(*gap),
-                Rounded(gap.to_degrees()),
-                Rounded(*distance)
-            ),
-            TableError::TooManyHarmonics { harmonics, most } => {
-                write!(f, "{harmonics} harmonics; the points determine at most {most}")
-            }
-        }
+        write!(f, "the points make no table: {self:?}")
     }
 }
 

@@ -3,6 +3,7 @@
 //! Source: L. N. Trefethen, *Approximation Theory and Approximation Practice*, SIAM 2013, chapters 3, 4, 8.
 
 use super::count::at_most;
+use super::interpolant::decay;
 use serde::{Deserialize, Serialize};
 
 /// The highest degree of an interpolant.
@@ -120,8 +121,7 @@ impl Chebyshev {
     /// two pairs.
     pub fn neglected(&self) -> [f64; 2] {
         let c = |below: usize| self.coefficients[self.degree - below].abs();
-        let (tail, before) = (c(0).max(c(1)), c(2).max(c(3)));
-        let decay = if tail < before { tail / before } else { 1.0 };
+        let decay = decay(&self.coefficients[..=self.degree]);
         let root = decay.sqrt();
         [root * c(0).max(root * c(1)), decay * c(0).max(root * c(1))]
     }

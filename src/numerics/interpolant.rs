@@ -85,11 +85,11 @@ pub fn decay(modes: &[f64]) -> f64 {
     if tail < before { tail / before } else { 1.0 }
 }
 
-/// The Legendre coefficients of ∫₋₁ˣ p where those of p are `modes`: ∫ Pₖ = (Pₖ₊₁ − Pₖ₋₁)/(2 k + 1).
-pub fn integrated(modes: &[f64; STAGES]) -> [f64; COEFFICIENTS] {
-    let mut c = [0.0; COEFFICIENTS];
+/// The M > N Legendre coefficients of ∫₋₁ˣ p where those of p are `modes`: ∫ Pₖ = (Pₖ₊₁ − Pₖ₋₁)/(2 k + 1).
+pub fn integrated<const N: usize, const M: usize>(modes: &[f64; N]) -> [f64; M] {
+    let mut c = [0.0; M];
     (c[0], c[1]) = (modes[0], modes[0]);
-    for k in 1..STAGES {
+    for k in 1..N {
         let part = modes[k] / (2 * k + 1) as f64;
         c[k + 1] += part;
         c[k - 1] -= part;

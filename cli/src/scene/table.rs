@@ -13,6 +13,7 @@ use camdrive::motion::table::{Bend, LEAST_DISTANCE, MOST_POINTS, Points, TableEr
 use camdrive::motion::{MotionLaw, Table};
 use camdrive_design::harmonic_analysis;
 use camdrive_design::smoothing::{SmoothingError, smooth};
+use camdrive_design::table_error::told;
 use camdrive_design::text;
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -464,7 +465,7 @@ fn words(error: &TableError, quantity: &Quantity) -> String {
         TableError::TooLong { span, .. } => {
             format!("this point is {} deg after the first one; a table covers one turn", deg(span))
         }
-        ref other => other.to_string(),
+        ref other => told(other),
     }
 }
 

@@ -3,6 +3,7 @@
 use super::roughness::{scatter, scatter_and_error};
 use super::*;
 use crate::smoothing::smooth;
+use crate::synthesis::laws::torque_peak;
 use camdrive::drives::rigid_machine::{Follower, InertiaFunction, MachineStart, Motor};
 use camdrive::drives::settings::Settings;
 use camdrive::drives::shaft::cam_drive::{Start, StartMode};
@@ -258,7 +259,7 @@ fn a_table_has_the_motions_of_its_law() {
             motions.sort_by(|a, b| b.lift.total_cmp(&a.lift));
             assert_eq!(motions.len(), 2, "{} {points}: {motions:?}", law.name());
             for (motion, angle) in motions.iter().zip([100_f64, 90.0]) {
-                let exact = [angle.to_radians(), law.peak(1), law.peak(2), -law.peak(2), law.torque_peak()];
+                let exact = [angle.to_radians(), law.peak(1), law.peak(2), -law.peak(2), torque_peak(law)];
                 let found =
                     [motion.angle, motion.velocity, motion.acceleration[0], motion.acceleration[1], motion.torque[0]];
                 for (found, exact) in found.into_iter().zip(exact) {
@@ -315,7 +316,7 @@ fn the_motions_of_a_cycle_have_the_characteristic_values_of_their_laws() {
             }
             let ([a, b], [m, n]) = (motion.acceleration, motion.torque);
             let found = [motion.velocity, a * p, -b * q, motion.jerk * p.min(q).powi(2), m * p, -n * q];
-            let [v, a, j, m] = [law.peak(1), law.peak(2), law.peak(3), law.torque_peak()];
+            let [v, a, j, m] = [law.peak(1), law.peak(2), law.peak(3), torque_peak(law)];
             for (found, exact) in found.into_iter().zip([v, a, a, j, m, m]) {
                 assert!((found / exact - 1.0).abs() < 1e-9, "{law:?} {motion:?}: {found} for {exact}");
             }
@@ -382,7 +383,7 @@ fn random_motions_of_all_laws_begin_and_end_at_their_rests() {
                 assert!((motion.angle - angle).abs() < 1e-13, "{i} {law:?}: {motion:?} for {angle}");
                 assert!((motion.lift - lift).abs() < 1e-15, "{i} {law:?}: {motion:?} for {lift}");
                 let ([a, b], [m, n]) = (motion.acceleration, motion.torque);
-                let [v, c, j, t] = [law.peak(1), law.peak(2), law.peak(3), law.torque_peak()];
+                let [v, c, j, t] = [law.peak(1), law.peak(2), law.peak(3), torque_peak(law)];
                 for (value, exact) in [(motion.velocity, v), (a, c), (b, -c), (motion.jerk, j), (m, t), (n, -t)] {
                     assert!((value / exact - 1.0).abs() < 1e-11, "{i} {law:?}: {value} for {exact} in {motion:?}");
                 }

@@ -3,6 +3,10 @@
 use super::deviation;
 use super::{Objective, Range, Task, torque};
 use crate::harmonic_analysis::analyse;
+use camdrive::motion::StandardLaw::{
+    InclinedSine, ModifiedSine, ModifiedTrapezoid, Polynomial345, Polynomial4567, SimpleSine,
+};
+use camdrive::motion::standard_laws::{MODIFIED_SINE, MODIFIED_TRAPEZOID};
 use camdrive::motion::table::Points;
 use camdrive::motion::{Cycle, CyclePlan, Fourier, MotionLaw, StandardLaw};
 use std::f64::consts::{PI, TAU};
@@ -88,7 +92,7 @@ impl Task {
         Some(Rival {
             name: law.name().to_owned(),
             peaks: [stroke * law.peak(1) / shortest, stroke * law.peak(2) / shortest.powi(2)],
-            torque: stroke * stroke * law.torque_peak() / shortest.powi(3),
+            torque: stroke * stroke * torque_peak(law) / shortest.powi(3),
             harmonics: notable_harmonics(&series),
             series,
         })
@@ -147,5 +151,45 @@ pub fn as_rival(name: &str, series: &Fourier) -> Rival {
         torque: torque::peak(series),
         harmonics: notable_harmonics(series),
         series: series.clone(),
+    }
+}
+
+/// C_M = max |f′ f″|, the peak of the inertial torque.
+pub fn torque_peak(law: StandardLaw) -> f64 {
+    match law {
+        SimpleSine => PI.powi(3) / 8.0,
+        // 2π (1 − cos θ) sin θ at θ = 2π/3.
+        InclinedSine => 1.5 * PI * f64::sqrt(3.0),
+        // With u = z (1 − z) and s = 1 − 2z: 1800 u³ s at s² = 1/7, 58800 u⁵ s at s² = 1/11.
+        Polynomial345 => 1800.0 * f64::powi(3.0 / 14.0, 3) / f64::sqrt(7.0),
+        Polynomial4567 => 58800.0 * f64::powi(5.0 / 22.0, 5) / f64::sqrt(11.0),
+        // 4πV² (1 + 3s) √(1 − s²) at 6s² + s − 3 = 0.
+        ModifiedSine => {
+            let s = (f64::sqrt(73.0) - 1.0) / 12.0;
+            2.0 * TAU * MODIFIED_SINE.powi(2) * (1.0 + 3.0 * s) * (1.0 - s * s).sqrt()
+        }
+        // 4πV² (1 + π + c) √(1 − c²) at 2c² + (1 + π) c − 1 = 0.
+        ModifiedTrapezoid => {
+            let b = 1.0 + PI;
+            let c = ((b * b + 8.0).sqrt() - b) / 4.0;
+            2.0 * TAU * MODIFIED_TRAPEZOID.powi(2) * (b + c) * (1.0 - c * c).sqrt()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_peaks_of_the_torque_are_the_published_ones_and_those_of_the_curves() {
+        let published = ["3.876", "8.162", "6.694", "10.750", "5.458", "8.090"];
+        for (law, published) in StandardLaw::ALL.into_iter().zip(published) {
+            let peak = torque_peak(law);
+            assert_eq!(format!("{peak:.3}"), published, "{law:?}");
+            let at = |i: usize| law.at(i as f64 / 100_000.0);
+            let found = (0..=100_000).map(|i| (at(i)[1] * at(i)[2]).abs()).fold(0.0, f64::max);
+            assert!(found > peak * (1.0 - 1e-7) && found < peak * (1.0 + 1e-14), "{law:?}: {found} {peak}");
+        }
     }
 }

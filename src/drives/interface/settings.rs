@@ -114,21 +114,6 @@ pub trait HasSolver: Sized {
         true
     }
 
-    /// Internal steps since the start.
-    fn steps(&self) -> f64 {
-        self.solver().steps
-    }
-
-    /// The estimated relative error of the state so far.
-    fn error_estimate(&self) -> f64 {
-        self.solver().error_estimate
-    }
-
-    /// How often the equations were evaluated since the start.
-    fn evaluations(&self) -> f64 {
-        self.solver().evaluations
-    }
-
     /// Declares `solver.tolerance`, `solver.method` and `solver.step_size`, each where it changes anything, and the
     /// statistics, which are computed values from this place on.
     fn declare_solver(&self, list: &mut List<Self>, place: usize) {
@@ -170,6 +155,7 @@ pub trait HasSolver: Sized {
     /// Values of the variables that [`HasSolver::declare_solver`] declares, in the order of their places.
     fn statistics(&self) -> [f64; 3] {
         // `min` takes what is no number for 1: then all digits are lost.
-        [self.steps(), self.evaluations(), self.error_estimate().min(1.0)]
+        let &Solver { steps, evaluations, error_estimate, .. } = self.solver();
+        [steps, evaluations, error_estimate.min(1.0)]
     }
 }

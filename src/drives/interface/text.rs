@@ -10,14 +10,12 @@ pub struct Text {
     pub file: &'static str,
     /// All conditions that the file may name, and whether they hold.
     pub conditions: Vec<(&'static str, bool)>,
-    /// Limits that depend on the values of the scene.
-    pub limits: Vec<String>,
 }
 
 impl Text {
-    /// A text without limits of its own.
+    /// The text of a drive.
     pub fn new(file: &'static str, conditions: &[(&'static str, bool)]) -> Self {
-        Text { file, conditions: conditions.to_vec(), limits: Vec::new() }
+        Text { file, conditions: conditions.to_vec() }
     }
 
     /// Whether a condition holds, "inputs" or "not inputs".

@@ -1,7 +1,7 @@
 //! The variables of a drive: each is declared once, and the model description, the value references, the
 //! documentation and the access all come from that declaration.
 
-use super::{Drive, Fault, Seed, unit::Quantity};
+use super::{Fault, Seed, unit::Quantity};
 use crate::numerics::number::{Number, Range};
 use crate::numerics::taylor::Series;
 
@@ -170,16 +170,21 @@ pub struct Variable<D> {
     pub access: Access<D>,
 }
 
+/// Reads a parameter or an input.
+pub type Get<D> = fn(&D, usize) -> f64;
+/// Writes it; the value is finite and within its range.
+pub type Set<D> = fn(&mut D, usize, f64);
+
 /// How the value of a variable is had.
 pub enum Access<D> {
     /// A parameter or an input.
     Set {
         /// Reads the value.
-        get: fn(&D, usize) -> f64,
-        /// Writes the value, which is finite and within its range.
-        set: fn(&mut D, usize, f64),
+        get: Get<D>,
+        /// Writes it.
+        set: Set<D>,
     },
-    /// [`Drive::evaluate`] puts the value in its place.
+    /// [`super::Drive::evaluate`] puts the value in its place.
     Computed {
         /// The Taylor series of a continuous output.
         series: Option<fn(&D, Seed, usize) -> Series>,
@@ -208,11 +213,11 @@ pub fn real_within(quantity: &'static Quantity, min: f64, max: f64) -> Kind {
 impl<D> List<D> {
     fn push(
         &mut self,
-        name: &str,
-        text: &str,
+        [name, text]: [&str; 2],
         kind: Kind,
         causality: Causality,
         variability: Variability,
+        access: Access<D>,
     ) -> &mut Variable<D> {
         self.0.push(Variable {
             description: Description {
@@ -228,37 +233,19 @@ impl<D> List<D> {
                 initial_dependencies: Vec::new(),
             },
             index: 0,
-            access: Access::Computed { series: None },
+            access,
         });
         self.0.last_mut().expect("just pushed")
     }
 
     /// A fixed parameter.
-    pub fn parameter(
-        &mut self,
-        name: &str,
-        text: &str,
-        kind: Kind,
-        get: fn(&D, usize) -> f64,
-        set: fn(&mut D, usize, f64),
-    ) -> &mut Variable<D> {
-        let v = self.push(name, text, kind, Causality::Parameter, Variability::Fixed);
-        v.access = Access::Set { get, set };
-        v
+    pub fn parameter(&mut self, name: &str, text: &str, kind: Kind, get: Get<D>, set: Set<D>) -> &mut Variable<D> {
+        self.push([name, text], kind, Causality::Parameter, Variability::Fixed, Access::Set { get, set })
     }
 
     /// A continuous input.
-    pub fn input(
-        &mut self,
-        name: &str,
-        text: &str,
-        kind: Kind,
-        get: fn(&D, usize) -> f64,
-        set: fn(&mut D, usize, f64),
-    ) -> &mut Variable<D> {
-        let v = self.push(name, text, kind, Causality::Input, Variability::Continuous);
-        v.access = Access::Set { get, set };
-        v
+    pub fn input(&mut self, name: &str, text: &str, kind: Kind, get: Get<D>, set: Set<D>) -> &mut Variable<D> {
+        self.push([name, text], kind, Causality::Input, Variability::Continuous, Access::Set { get, set })
     }
 
     /// A continuous output with its Taylor series; [`Variable::at`] tells its place. `der(x)` is the derivative of `x`, `der(x,2)`
@@ -270,8 +257,8 @@ impl<D> List<D> {
         kind: Kind,
         series: fn(&D, Seed, usize) -> Series,
     ) -> &mut Variable<D> {
-        let v = self.push(name, text, kind, Causality::Output, Variability::Continuous);
-        v.access = Access::Computed { series: Some(series) };
+        let access = Access::Computed { series: Some(series) };
+        let v = self.push([name, text], kind, Causality::Output, Variability::Continuous, access);
         let of = name.strip_prefix("der(").and_then(|rest| rest.strip_suffix(')'));
         v.description.derivative_of =
             of.map(|of| of.strip_suffix(",2").map_or(of.to_owned(), |of| format!("der({of})")));
@@ -280,52 +267,12 @@ impl<D> List<D> {
 
     /// A discrete output: a count, a mode, a sum over events or a mean over the last step.
     pub fn discrete_output(&mut self, name: &str, text: &str, kind: Kind) -> &mut Variable<D> {
-        self.push(name, text, kind, Causality::Output, Variability::Discrete)
+        self.push([name, text], kind, Causality::Output, Variability::Discrete, Access::Computed { series: None })
     }
 
     /// A discrete local variable, such as a solver statistic.
     pub fn local(&mut self, name: &str, text: &str, kind: Kind) -> &mut Variable<D> {
-        self.push(name, text, kind, Causality::Local, Variability::Discrete)
-    }
-
-    /// As many places as the computed values of the drive need.
-    pub fn places(&self) -> Box<[f64]> {
-        let computed = self.0.iter().filter(|v| matches!(v.access, Access::Computed { .. }));
-        vec![0.0; computed.map(|v| v.index + 1).max().unwrap_or(0)].into()
-    }
-
-    /// The value reference of the variable with this name.
-    pub fn reference(&self, name: &str) -> Option<usize> {
-        self.0.iter().position(|v| v.description.name == name)
-    }
-}
-
-impl<D: Drive> Variable<D> {
-    /// The Taylor series of a continuous output.
-    pub fn series(&self) -> Option<fn(&D, Seed, usize) -> Series> {
-        match self.access {
-            Access::Computed { series } => series,
-            Access::Set { .. } => None,
-        }
-    }
-
-    /// Sets a parameter or an input.
-    pub fn set(&self, drive: &mut D, value: f64) {
-        if let Access::Set { set, .. } = self.access {
-            set(drive, self.index, value);
-        }
-    }
-
-    /// The value in `drive`, apart from all others.
-    pub fn value(&self, drive: &D) -> f64 {
-        match self.access {
-            Access::Set { get, .. } => get(drive, self.index),
-            Access::Computed { .. } => {
-                let mut values = drive.variables().places();
-                drive.evaluate(&mut values);
-                values[self.index]
-            }
-        }
+        self.push([name, text], kind, Causality::Local, Variability::Discrete, Access::Computed { series: None })
     }
 }
 
@@ -378,5 +325,50 @@ impl<D> Variable<D> {
     pub fn depends_initially(&mut self, names: &[&[&str]]) -> &mut Self {
         self.description.initial_dependencies = names.concat().into_iter().map(str::to_owned).collect();
         self
+    }
+}
+
+impl<D> List<D> {
+    /// As many places as the computed values of the drive need.
+    pub fn places(&self) -> Box<[f64]> {
+        let computed = self.0.iter().filter(|v| matches!(v.access, Access::Computed { .. }));
+        vec![0.0; computed.map(|v| v.index + 1).max().unwrap_or(0)].into()
+    }
+
+    /// The value reference of the variable with this name.
+    pub fn reference(&self, name: &str) -> Option<usize> {
+        self.0.iter().position(|v| v.description.name == name)
+    }
+}
+
+impl<D: super::Drive> Variable<D> {
+    /// Sets a parameter or an input.
+    pub fn set(&self, drive: &mut D, value: f64) {
+        if let Access::Set { set, .. } = self.access {
+            set(drive, self.index, value);
+        }
+    }
+
+    /// The value in `drive`, apart from all others.
+    pub fn value(&self, drive: &D) -> f64 {
+        match self.access {
+            Access::Set { get, .. } => get(drive, self.index),
+            Access::Computed { .. } => {
+                let mut values = drive.variables().places();
+                drive.evaluate(&mut values);
+                values[self.index]
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+impl<D: super::Drive> Variable<D> {
+    /// The Taylor series of a continuous output.
+    pub fn series(&self) -> Option<fn(&D, Seed, usize) -> Series> {
+        match self.access {
+            Access::Computed { series } => series,
+            Access::Set { .. } => None,
+        }
     }
 }

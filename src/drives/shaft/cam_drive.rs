@@ -6,7 +6,7 @@ use crate::drives::{List, Rounded, Seed, Variable, unit, variable};
 use crate::motion::parameter::ParameterKind;
 use crate::motion::plan::MAX_LENGTH;
 use crate::motion::plan::{INFLECTION, MOST_DERIVATIVE};
-use crate::motion::{Kinematics, MotionLaw, TransferFunctions};
+use crate::motion::{Kinematics, MotionLaw, StandardLaw, TransferFunctions};
 use crate::numerics::angle;
 use crate::numerics::count::at_most;
 use crate::numerics::double_double::{Double, two_product};
@@ -591,12 +591,12 @@ pub trait HasCamDrive: Sized {
 pub static STANDARD_LAW: variable::Enumeration = variable::Enumeration {
     name: "StandardLaw",
     items: &[
-        ("simple_sine", "(1 - cos(pi z))/2; the acceleration jumps at both ends"),
-        ("inclined_sine", "z - sin(2 pi z)/(2 pi), after Bestehorn"),
-        ("polynomial_345", "10 z^3 - 15 z^4 + 6 z^5"),
-        ("polynomial_4567", "35 z^4 - 84 z^5 + 70 z^6 - 20 z^7"),
-        ("modified_sine", "Acceleration from sines of two frequencies"),
-        ("modified_trapezoid", "Trapezoidal acceleration with sinusoidal slopes"),
+        (StandardLaw::SimpleSine.name(), "(1 - cos(pi z))/2; the acceleration jumps at both ends"),
+        (StandardLaw::InclinedSine.name(), "z - sin(2 pi z)/(2 pi), after Bestehorn"),
+        (StandardLaw::Polynomial345.name(), "10 z^3 - 15 z^4 + 6 z^5"),
+        (StandardLaw::Polynomial4567.name(), "35 z^4 - 84 z^5 + 70 z^6 - 20 z^7"),
+        (StandardLaw::ModifiedSine.name(), "Acceleration from sines of two frequencies"),
+        (StandardLaw::ModifiedTrapezoid.name(), "Trapezoidal acceleration with sinusoidal slopes"),
     ],
 };
 

@@ -9,6 +9,9 @@ use std::f64::consts::TAU;
 /// that the passage is certain, and no more: the speed is corrected for it to first order only.
 pub const OVERRUN: f64 = 1e-14;
 
+/// A breakpoint this near is where the motion has just come from or begins (rad): some roundings of an angle.
+pub const ON_BREAKPOINT: f64 = 1e-14;
+
 /// A breakpoint this near the start of the turn counts as lying there (rad): more than the rounding of an angle.
 const SLACK: f64 = 1e-12;
 

@@ -1,6 +1,7 @@
 //! The flank of a cam on a prescribed shaft: u(t) = U(φ(t)).
 
 use super::cam_drive::AngleMotion;
+use super::cam_turn::ON_BREAKPOINT;
 use super::course::Course;
 use crate::drives::follower::flank::{EXPANSION, FlankMotion};
 use crate::motion::{Kinematics, MotionLaw};
@@ -26,9 +27,6 @@ pub struct CamFlank<'a> {
     /// Bounds of |U|, |U′| and |U″|.
     pub bounds: [f64; 3],
 }
-
-/// A breakpoint this near is where the motion has just come from (rad): some roundings of an angle.
-const ON_BREAKPOINT: f64 = 1e-14;
 
 /// The most coefficients of a series.
 const MOST_COEFFICIENTS: usize = 32;

@@ -1,11 +1,9 @@
 //! When a prescribed shaft passes the next breakpoint of a law.
 
+use crate::drives::shaft::cam_turn::ON_BREAKPOINT;
 use crate::motion::turn::near;
 use crate::numerics::first_root::first_root;
 use std::f64::consts::TAU;
-
-/// A breakpoint this near is where the motion has just come from or begins (rad): some roundings of an angle.
-const ON_BREAKPOINT: f64 = 1e-14;
 
 /// The shaft leaves a segment of a law.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,6 +1,7 @@
 //! The twelve Gauss nodes on [−1, 1] and what follows from them, computed at compile time.
 
 use crate::numerics::gauss::{integral, legendre, legendre_powers, projection, rule};
+use crate::numerics::interpolant::integrated;
 
 /// The number of nodes.
 pub const STAGES: usize = 12;
@@ -29,22 +30,10 @@ pub static LEGENDRE: [[f64; STAGES + 1]; STAGES + 1] = legendre_powers(0.0);
 /// The Legendre polynomials in powers of 1 + x, which is small next to the start of a cell.
 pub static LEGENDRE_FROM_START: [[f64; STAGES + 1]; STAGES + 1] = legendre_powers(1.0);
 
-/// The first neglected Legendre coefficient: taken as the last ones, diminished once more by the decay over the two orders
-/// before.
-pub fn neglected(modes: &[f64; STAGES]) -> f64 {
-    let pair = |k: usize| modes[k].abs().max(modes[k - 1].abs());
-    let (tail, before) = (pair(STAGES - 1), pair(STAGES - 3));
-    if tail < before { tail * (tail / before) } else { tail }
-}
-
 /// The Legendre coefficients of `start` + `half` ∫₋₁^x Σ mₖ Pₖ.
 pub fn integrate(modes: &[f64; STAGES], start: f64, half: f64) -> [f64; STAGES + 1] {
-    let mode = |k: usize| if k < STAGES { modes[k] } else { 0.0 };
-    let mut integral = [0.0; STAGES + 1];
-    integral[0] = start + half * (mode(0) - mode(1) / 3.0);
-    for k in 1..=STAGES {
-        integral[k] = half * (mode(k - 1) / (2 * k - 1) as f64 - mode(k + 1) / (2 * k + 3) as f64);
-    }
+    let mut integral = integrated(modes).map(|c| half * c);
+    integral[0] += start;
     integral
 }
 

@@ -15,9 +15,10 @@
 //!
 //! Source: F. W. J. Olver, *Asymptotics and Special Functions*, Academic Press 1974, chapter 6, section 1.
 
-use super::nodes::{ABSCISSAE, DERIVATIVE, LEGENDRE_FROM_START, PROJECTION, STAGES, integrate, neglected};
+use super::nodes::{ABSCISSAE, DERIVATIVE, LEGENDRE_FROM_START, PROJECTION, STAGES, integrate};
 use super::{Affine, Coefficients, Periodic};
 use crate::numerics::double_double::Double;
+use crate::numerics::interpolant::neglected;
 use crate::numerics::lu::Lu;
 
 /// The fewest radians by which the free motion is to turn in half a cell: a dozen cells of polynomials take less

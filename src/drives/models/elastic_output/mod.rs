@@ -254,13 +254,9 @@ impl HasSolver for ElasticOutput {
         self.cam.is_input()
     }
     field!(solver, solver_mut: Solver = solver);
-    fn steps(&self) -> f64 {
-        self.response.steps
-    }
-    fn error_estimate(&self) -> f64 {
-        self.response.error(self.now.time)
-    }
-    fn evaluations(&self) -> f64 {
-        self.response.evaluations as f64
+
+    fn statistics(&self) -> [f64; 3] {
+        let Response { steps, evaluations, .. } = self.response;
+        [steps, evaluations as f64, self.response.error(self.now.time).min(1.0)]
     }
 }

@@ -303,7 +303,7 @@ fn a_coarser_tolerance_saves_evaluations_and_is_kept() {
                 time += 0.01;
                 course.push(drive.now.q.array()[0]);
             }
-            (tolerance, course, [drive.evaluations(), drive.error_estimate()])
+            (tolerance, course, [drive.statistics()[1], drive.statistics()[2]])
         });
         let [(_, finest, _), coarser @ ..] = &runs;
         let largest = finest.iter().fold(0.0, |largest: f64, q| largest.max(q.abs()));

@@ -125,25 +125,21 @@ fn series(law: &Law) -> Vec<(&'static str, &'static str, usize)> {
     }
 }
 
-fn series_mut(law: &mut Law, which: usize) -> Option<&mut Fourier> {
-    match (law, which) {
-        (Law::Series(law), 0) => Some(&mut law.m),
-        (Law::Series(law), 1) => Some(&mut law.b),
-        (Law::Series(law), 2) => Some(&mut law.c),
-        (Law::Series(SeriesLaw { f, .. }), _) => f.as_mut(),
-        (Law::Crank(CrankLaw { load, .. }), _) => load.as_mut(),
-    }
+/// The series of this number, to be read and to be changed.
+macro_rules! series {
+    ($name:ident$(, $mut:tt)?) => {
+        fn $name(law: &$($mut)? Law, which: usize) -> Option<&$($mut)? Fourier> {
+            match (law, which) {
+                (Law::Series(SeriesLaw { m, .. }), 0) => Some(m),
+                (Law::Series(SeriesLaw { b, .. }), 1) => Some(b),
+                (Law::Series(SeriesLaw { c, .. }), 2) => Some(c),
+                (Law::Series(SeriesLaw { f, .. }), _) | (Law::Crank(CrankLaw { load: f, .. }), _) => f.into(),
+            }
+        }
+    };
 }
-
-fn series_of(law: &Law, which: usize) -> Option<&Fourier> {
-    match (law, which) {
-        (Law::Series(law), 0) => Some(&law.m),
-        (Law::Series(law), 1) => Some(&law.b),
-        (Law::Series(law), 2) => Some(&law.c),
-        (Law::Series(SeriesLaw { f, .. }), _) => f.as_ref(),
-        (Law::Crank(CrankLaw { load, .. }), _) => load.as_ref(),
-    }
-}
+series!(series_of);
+series!(series_mut, mut);
 
 /// The first parts of the names of the parameters that make m, b, c and f.
 fn names(law: &Law) -> [&'static [&'static str]; 4] {

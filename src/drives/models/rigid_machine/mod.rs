@@ -29,9 +29,9 @@ pub use crate::drives::follower::rigid::Follower;
 pub use crate::drives::shaft::free::inertia::{Inertia, InertiaFunction};
 pub use crate::drives::shaft::free::motor::{Kloss, LAG, Motor};
 
-use self::linkage::{decimals, in_turn};
 use crate::drives::limits::{no_state, step_too_much};
 use crate::drives::settings::{HasSolver, Method, Settings, Solver};
+use crate::drives::shaft::cam_drive::field;
 use crate::drives::shaft::cam_turn::{SLOWEST, turns};
 use crate::drives::shaft::free::profile::Profile;
 use crate::drives::shaft::free::signal::Signal;
@@ -107,12 +107,8 @@ pub struct RigidMachine {
 }
 
 impl HasSolver for RigidMachine {
-    fn solver(&self) -> &Solver {
-        &self.solver
-    }
-    fn solver_mut(&mut self) -> &mut Solver {
-        &mut self.solver
-    }
+    field!(solver, solver_mut: Solver = solver);
+
     /// The steps of the tolerance are the longer the slower the shaft turns and the steadier its torques are.
     fn has_method(&self) -> bool {
         true
@@ -120,6 +116,11 @@ impl HasSolver for RigidMachine {
 }
 
 impl RigidMachine {
+    /// The inertia of the shaft with its followers.
+    pub fn inertia(&self) -> &Inertia {
+        &self.shaft.inertia
+    }
+
     /// The mesh of the turn.
     pub fn mesh(&self) -> &Mesh {
         &self.in_angle.mesh
@@ -277,23 +278,7 @@ impl Drive for RigidMachine {
         let Shaft { inertia, motor, .. } = &self.shaft;
         let (lag, kloss) = (motor.lag().is_some(), matches!(motor, Motor::Kloss(_)));
         let conditions = [("linkages", inertia.is_linked()), ("kloss", kloss), ("lag", lag)];
-        let mut text = Text::new(include_str!("text.toml"), &conditions);
-        for (j, follower) in inertia.followers.iter().enumerate() {
-            for (i, (mechanism, extreme)) in follower.linkage.0.iter().zip(follower.transmission()).enumerate() {
-                if mechanism.has_transmission_angle() {
-                    text.limits.push(format!(
-                        "follower[{}].linkage[{}] ({}): with the values of the scene the transmission angle is least at φ = \
-                         {}°, {}°; at least 40° is usual.",
-                        j + 1,
-                        i + 1,
-                        mechanism.name(),
-                        in_turn(extreme.phi, 1),
-                        decimals(extreme.transmission_angle().to_degrees(), 2)
-                    ));
-                }
-            }
-        }
-        text
+        Text::new(include_str!("text.toml"), &conditions)
     }
 
     /// J(φ) and the position functions of the followers.

@@ -70,8 +70,10 @@ impl Shot {
 /// The map at one tolerance.
 #[derive(Clone)]
 pub struct TurnMap<'a> {
-    mesh: Mesh,
-    pub(super) torques: Torques,
+    /// The mesh of this tolerance.
+    pub mesh: Mesh,
+    /// N over the speed.
+    pub torques: Torques,
     tolerance: f64,
     /// E at the beginning of the turn on the periodic motion, about: that of the mean √J at the speed that balances the load.
     pub(super) first_energy: Option<f64>,
@@ -148,7 +150,7 @@ impl<'a> TurnMap<'a> {
     }
 
     /// [`TurnMap::shoot`] with a `visit` to each step.
-    pub(super) fn follow(&self, energy: f64, mut visit: impl FnMut(&AngleStep)) -> Option<Shot> {
+    pub fn follow(&self, energy: f64, mut visit: impl FnMut(&AngleStep)) -> Option<Shot> {
         let mut slope = 1.0;
         let end = self.travel(energy, |position, last| {
             if let Some(last) = last {
@@ -159,13 +161,6 @@ impl<'a> TurnMap<'a> {
         })?;
         let gain = (end.energy - Double::from(energy)).hi;
         Some(Shot { gain, slope, period: end.end.hi })
-    }
-
-    /// ln of the factor by which the turn that begins with this energy changes a small disturbance of it.
-    pub fn growth(&self, energy: f64) -> Option<f64> {
-        let mut growth = 0.0;
-        self.follow(energy, |step| growth += step.log_growth(&self.torques))?;
-        Some(growth)
     }
 
     /// E at an angle (rad) of this interval on the motion that begins the turn with `energy`.
@@ -180,26 +175,6 @@ impl<'a> TurnMap<'a> {
         // At the very beginning there is no step to take.
         let beginning = self.beginning(energy);
         if beginning.cell == cell && ahead(&beginning) <= 0.0 { Some(beginning.energy) } else { Some(end?.energy) }
-    }
-
-    /// A turn that begins with `energy`: ω as a function of piece and φ, and the ends of the pieces in φ.
-    pub fn motion(&self, energy: f64) -> (Vec<[f64; 2]>, impl Fn(usize, f64) -> f64) {
-        let TurnMap { mesh: Mesh { profile, motor, .. }, torques: Torques { sense, .. }, .. } = self;
-        let mut steps = Vec::new();
-        self.follow(energy, |step| steps.push(*step));
-        let ends = |AngleStep { from, length, .. }: &AngleStep| {
-            let [a, b] = [from.angle.hi, from.angle.hi + sense * length];
-            [a.min(b), a.max(b)]
-        };
-        let pieces = steps.iter().map(ends).collect();
-        let speed = move |piece: usize, phi: f64| {
-            let step: &AngleStep = &steps[piece];
-            let x = 2.0 * sense * (phi - step.from.angle.hi) / step.length - 1.0;
-            let inertia = &profile.inertia;
-            let place = inertia.place(self.mesh.cells()[step.from.cell].interval);
-            motor.sense() * (2.0 * step.energy_at(x).hi / inertia.value(place, phi)).sqrt()
-        };
-        (pieces, speed)
     }
 
     /// The brackets of the stable periodic motions, the fastest first, and the number of all periodic motions found.

@@ -23,7 +23,7 @@ fn run_on_inputs(per_second: u32, look: u32) -> ([f64; 2], f64) {
     for n in 0..3 * per_second {
         let [time, end] = [n, n + 1].map(|n| f64::from(n) / f64::from(per_second));
         for (steps, mark) in steps.iter_mut().zip([1.0, 1.5]) {
-            *steps = if time == mark { drive.steps() } else { *steps };
+            *steps = if time == mark { drive.statistics()[0] } else { *steps };
         }
         drive.cam.set_inputs(motion(time));
         if time == 1.6 {

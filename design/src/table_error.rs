@@ -1,0 +1,51 @@
+//! Why points are no table, for people.
+
+use camdrive::drives::{Number, Rounded};
+use camdrive::motion::table::{LEAST_DISTANCE, LEAST_POINTS, TableError};
+
+/// The fault in words.
+pub fn told(error: &TableError) -> String {
+    match error {
+        TableError::Lengths { angles, lifts } => {
+            format!("{angles} angles and {lifts} lifts; a table needs as many lifts as angles")
+        }
+        TableError::TooFew { points } => {
+            format!("{points} points within the turn; a table needs at least {LEAST_POINTS}")
+        }
+        TableError::OutOfRange { index, value } => {
+            format!("point {}: {} is not a finite angle or lift of at most 10000", index + 1, Number(*value))
+        }
+        TableError::NotAscending { index, previous, angle } => format!(
+            "point {}: the angle {} rad = {} deg does not exceed the one before, {} rad = {} deg, by \
+             at least {LEAST_DISTANCE:e} rad",
+            index + 1,
+            Number(*angle),
+            Rounded(angle.to_degrees()),
+            Number(*previous),
+            Rounded(previous.to_degrees())
+        ),
+        TableError::TooLong { index, span } => format!(
+            "point {}: {} rad = {} deg after the first point; a table spans one turn, 2π rad = 360 deg",
+            index + 1,
+            Number(*span),
+            Rounded(span.to_degrees())
+        ),
+        TableError::NotPeriodic { index, first, last } => format!(
+            "point {}: the lift {} m one turn after the first point differs from its lift {} m",
+            index + 1,
+            Number(*last),
+            Number(*first)
+        ),
+        TableError::NotClosed { index, gap, distance } => format!(
+            "point {}: {} rad = {} deg are left of the turn after this last point, while neighbours are at \
+             most {} rad apart; a table covers the whole turn",
+            index + 1,
+            Rounded(*gap),
+            Rounded(gap.to_degrees()),
+            Rounded(*distance)
+        ),
+        TableError::TooManyHarmonics { harmonics, most } => {
+            format!("{harmonics} harmonics; the points determine at most {most}")
+        }
+    }
+}
