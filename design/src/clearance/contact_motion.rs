@@ -4,7 +4,7 @@ use super::law::changes;
 use super::machine::{Machine, Moment};
 use crate::search;
 use camdrive::drives::Fault;
-use camdrive::drives::backlash::Scene;
+use camdrive::drives::backlash::{Parameters, Scene};
 use camdrive::motion::Fourier;
 
 /// Samples per radian of the fastest vibration. Two zeros between neighbours are seen by the slopes at both.
@@ -13,6 +13,8 @@ const SAMPLES: f64 = 8.0;
 const MOST_SAMPLES: f64 = 3e5;
 /// Fewer would leave the lobes of a simple law in the dark.
 const LEAST_SAMPLES: f64 = 256.0;
+/// A force this small a part of the largest one is a rest: ten times what the drive takes for a rounding of its terms.
+const ROUNDING: f64 = 1e-11;
 
 /// A sample of the periodic motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,7 +71,7 @@ impl ContactMotion {
             samples.push(Sample::from(machine.moment()?));
         }
         let mut motion = ContactMotion { samples, releases: Vec::new() };
-        motion.releases = motion.find(machine, ignore)?;
+        motion.releases = motion.find(machine, &scene.parameters, ignore)?;
         Ok(motion)
     }
 
@@ -81,30 +83,47 @@ impl ContactMotion {
         from(machine, &self.samples[after.saturating_sub(1)], time)
     }
 
-    fn find(&self, machine: &mut Machine, ignore: f64) -> Result<Vec<Release>, Fault> {
+    fn find(&self, machine: &mut Machine, parameters: &Parameters, ignore: f64) -> Result<Vec<Release>, Fault> {
+        let largest = self.samples.iter().fold(0.0f64, |largest, sample| largest.max(sample.force[0].abs()));
+        let rounding = ROUNDING * largest;
+        // The sign of the force, or of the one to come; 0 in a rest.
+        let sign = |sample: &Sample| {
+            let to_come = SAMPLES * self.samples[1].time * sample.force[1];
+            [sample.force[0], to_come].into_iter().find(|force| force.abs() > rounding).map_or(0.0, f64::signum)
+        };
         let mut zeros = Vec::new();
         for (sample, pair) in self.samples.windows(2).enumerate() {
             let [a, b] = [pair[0], pair[1]];
-            if (a.force[0] < 0.0) != (b.force[0] < 0.0) {
-                zeros.push(Zero { sample, at: zero(machine, [a, b], 0)?, beyond: b });
-            } else if turns_back(&a, &b) {
-                let extreme = zero(machine, [a, b], 1)?;
-                if (extreme.force[0] < 0.0) != (a.force[0] < 0.0) {
-                    zeros.push(Zero { sample, at: zero(machine, [a, extreme], 0)?, beyond: extreme });
-                    zeros.push(Zero { sample, at: zero(machine, [extreme, b], 0)?, beyond: b });
+            let signs = [sign(&a), sign(&b)];
+            if signs[0] != signs[1] {
+                // A rest begins and ends where the force is a rounding.
+                let of = if signs.contains(&0.0) { rounding * (signs[0] + signs[1]) } else { 0.0 };
+                zeros.push(Zero { sample, at: zero(machine, [a, b], 0, of)?, beyond: b });
+            } else if turns_back(signs[0], &a, &b) {
+                let extreme = zero(machine, [a, b], 1, 0.0)?;
+                if signs[0] * extreme.force[0] < -rounding {
+                    zeros.push(Zero { sample, at: zero(machine, [a, extreme], 0, 0.0)?, beyond: extreme });
+                    zeros.push(Zero { sample, at: zero(machine, [extreme, b], 0, 0.0)?, beyond: b });
                 }
             }
         }
-        let largest = self.samples.iter().fold(0.0f64, |largest, sample| largest.max(sample.force[0].abs()));
         let peaks: Vec<Sample> = (0..zeros.len()).map(|lobe| self.peak(&zeros, lobe)).collect();
         let heights: Vec<f64> = peaks.iter().map(|peak| peak.force[0]).collect();
         // Angles count from φ = 0 again.
         machine.begin(0.0, Some(self.samples[0].q), true)?;
         let release = |lobe: usize| {
-            let (time, before) = (zeros[lobe].at.time, peaks[(lobe + peaks.len() - 1) % peaks.len()]);
-            Release { time, phi: machine.angle(time), falling: before.force[0] > 0.0, before }
+            let (time, falling) = (zeros[lobe].at.time, heights[lobe] < 0.0);
+            let mut before = peaks[(lobe + peaks.len() - 1) % peaks.len()];
+            if before.force[0].abs() <= rounding {
+                // Nothing presses in a rest. F_K = 0 and a rate of this sign put m1 on the flank that it is to leave; what
+                // comes of it stays a rounding.
+                let Parameters { c, b, m2, .. } = *parameters;
+                let rate = if falling { -0.01 } else { 0.01 } * rounding / ((c * m2).sqrt() + b);
+                before.q = [-b * rate / c, rate];
+            }
+            Release { time, phi: machine.angle(time), falling, before }
         };
-        Ok(changes(&heights, ignore * largest).into_iter().map(release).collect())
+        Ok(changes(&heights, rounding.max(ignore * largest)).into_iter().map(release).collect())
     }
 
     /// The sample with the largest |F_K| from zero `lobe` to the next one.
@@ -189,17 +208,21 @@ fn from(machine: &mut Machine, sample: &Sample, time: f64) -> Result<Sample, Fau
 
 /// Whether the force comes so near to zero between two samples of one sign that it may cross it: its slopes point to
 /// zero at the first and away from it at the second, and are steep enough.
-fn turns_back(a: &Sample, b: &Sample) -> bool {
-    let sign = if a.force[0] < 0.0 { -1.0 } else { 1.0 };
+fn turns_back(sign: f64, a: &Sample, b: &Sample) -> bool {
     let h = b.time - a.time;
     let [low, high] = [sign * a.force[1] * h, sign * b.force[1] * h];
     // A force that starts with these slopes changes by less than either of them over the interval.
     low < 0.0 && high > 0.0 && a.force[0].abs().min(b.force[0].abs()) < low.abs().max(high)
 }
 
-/// The zero of the force (`order` 0) or of its rate (1) between two samples with different signs of it.
-fn zero(machine: &mut Machine, [a, b]: [Sample; 2], order: usize) -> Result<Sample, Fault> {
-    let mut value = |time: f64| from(machine, &a, time).map_or(f64::NAN, |sample| sample.force[order]);
-    let time = search::zero(&mut value, [a.time, b.time], [a.force[order], b.force[order]], 0.0);
+/// Where the force (`order` 0) or its rate (1) has this value between two samples; the second one where it has it on
+/// neither side.
+fn zero(machine: &mut Machine, [a, b]: [Sample; 2], order: usize, of: f64) -> Result<Sample, Fault> {
+    let ends = [a, b].map(|sample| sample.force[order] - of);
+    if ends[0] * ends[1] > 0.0 {
+        return Ok(b);
+    }
+    let mut value = |time: f64| from(machine, &a, time).map_or(f64::NAN, |sample| sample.force[order] - of);
+    let time = search::zero(&mut value, [a.time, b.time], ends, 0.0);
     from(machine, &a, time)
 }

@@ -265,6 +265,39 @@ fn the_multipliers_of_a_lagging_torque_are_those_of_the_map() {
 }
 
 #[test]
+fn a_torque_that_lags_by_many_turns() {
+    // M_an ≈ τ and so E are constant, and the speed √(2E/J) is that at which the characteristic has the mean τ in time:
+    // ∮(M_Kloss − τ)√J dφ = 0, to first order in T/T_el. J varies by a factor of about 7, and ω beyond the breakdown slip.
+    let series = Fourier::new(vec![0.0, 0.2, 0.06], vec![0.0, 0.0, 0.02]);
+    let inertia: Vec<f64> =
+        (0..4000).map(|i| 0.3 + 10.0 * series.at(TAU * f64::from(i) / 4000.0).0[1].powi(2)).collect();
+    let motor = |lag| {
+        Motor::Kloss(Kloss { breakdown_torque: 100.0, breakdown_slip: 0.1, synchronous_speed: 60.0, dynamics: lag })
+    };
+    let load = 20.0;
+    let mut excess =
+        |v: f64| inertia.iter().map(|j| (motor(None).characteristic(v / j.sqrt())[0] - load) * j.sqrt()).sum::<f64>();
+    for lag in [1.0, 10.0, 100.0] {
+        let scene = Scene {
+            inertia: InertiaFunction { constant: 0.3, varying: None },
+            followers: vec![Follower::new(10.0, MotionLaw::Fourier(series.clone()))],
+            motor: motor(Some(lag)),
+            ..machine(0.1, None)
+        };
+        let motions = periodic_motions(&scene, load).unwrap();
+        assert_eq!(motions.len(), 1, "{lag}");
+        let v = (2.0 * motions[0].energy).sqrt();
+        let ends = [0.95 * v, 1.05 * v];
+        let values = ends.map(&mut excess);
+        let constant = crate::search::zero(&mut excess, ends, values, 0.0);
+        let expected = inertia.iter().map(|j| j.sqrt()).sum::<f64>() * TAU / 4000.0 / constant;
+        let off = motions[0].period / expected - 1.0;
+        assert!(off.abs() < 0.01 * expected / lag, "{lag}: {off:e}");
+        assert!((motions[0].torque / load - 1.0).abs() < 0.2 * expected / lag, "{lag}: {}", motions[0].torque);
+    }
+}
+
+#[test]
 fn motions_that_cannot_be_followed_are_told() {
     // Without lag there are two. With it disturbances leave the slow one 10^80 times larger after a turn, and Newton's method
     // slides to the fast one.

@@ -12,8 +12,10 @@ enum Scene {
 }
 
 fn any() -> impl Strategy<Value = Scene> {
+    // A shaft that does not vibrate has no unstable speeds, and a turn of many decays costs some seconds.
+    let vibrating = |shaft: CamScene| CamScene { b: shaft.b.min((shaft.c * shaft.second).sqrt()), ..shaft };
     prop_oneof![
-        1 => shaft(Model::LinearShaft, 3.0).prop_map(Scene::Shaft),
+        1 => shaft(Model::LinearShaft, 3.0).prop_map(move |shaft| Scene::Shaft(vibrating(shaft))),
         2 => parametric::drive().prop_map(Scene::Parametric),
     ]
 }
@@ -131,7 +133,10 @@ fn holds(scene: &Scene, image: &Image) -> Result<(), TestCaseError> {
 /// Seen to find drives without damping that were stable or not by roundings.
 #[test]
 fn rotated() {
-    for_all(2102, 2, (without_origin(), rotation()), |(scene, image)| holds(scene, image));
+    let relation = |(scene, image): &(Scene, Image)| holds(scene, image);
+    for_all(2102, 2, (without_origin(), rotation()), relation);
+    // Without damping.
+    for_all(2105, 1, (without_origin(), rotation()), relation);
 }
 
 /// Seen to find a negative speed taken for a positive one.
@@ -143,5 +148,5 @@ fn mirrored() {
 /// Seen to find drives without damping that were stable or not by roundings.
 #[test]
 fn scaled() {
-    for_all(2300, 2, (any(), scaling()), |(scene, image)| holds(scene, image));
+    for_all(2301, 3, (any(), scaling()), |(scene, image)| holds(scene, image));
 }

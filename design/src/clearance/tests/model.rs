@@ -522,13 +522,57 @@ fn a_rounded_table_has_the_passages_of_its_law() {
         assert_eq!((table.crossings, table.releases), (exact.crossings, exact.releases), "{rests} {shift} {w}");
         assert_eq!(table.passages.len(), exact.crossings);
         for (passage, of_law) in table.passages.iter().zip(&exact.passages) {
-            let [formula, model] = [passage.formula.unwrap(), passage.model.unwrap()];
+            let [formula, model, of_exact] = [passage.formula, passage.model, of_law.model].map(Option::unwrap);
             let expected = of_law.formula.unwrap();
+            assert!(
+                (of_exact.release - expected.release).abs() < 1e-6,
+                "{rests} {shift} {w}: {of_exact:?} {expected:?}"
+            );
             // In a rest the release is where the noise lets it.
             for found in [formula, model] {
                 let off = (found.release - expected.release).to_degrees();
                 assert!(passage.from == of_law.from && off.abs() < 4.0, "{rests} {shift} {w}: {found:?} {expected:?}");
             }
+        }
+    }
+}
+
+#[test]
+fn a_rest_from_which_the_vibration_has_gone_ends_where_the_law_moves_on() {
+    // Rise, rest, rise and rest, return and rest; φ [°].
+    for (law, b, w, shift) in [
+        (StandardLaw::InclinedSine, 60.0, 0.45, 0.0),
+        (StandardLaw::Polynomial345, 60.0, -0.45, 77.0),
+        (StandardLaw::Polynomial4567, 300.0, 0.45, 200.0),
+        (StandardLaw::InclinedSine, 600.0, -0.45, 123.0),
+        // After so long a rest q is exactly 0.
+        (StandardLaw::Polynomial345, 1000.0, 0.2, 0.0),
+        (StandardLaw::Polynomial345, 1000.0, -0.2, 15.0),
+        (StandardLaw::Polynomial345, 3000.0, 0.2, 41.0),
+    ] {
+        let point = |(phi, u): (f64, f64)| PlanPoint {
+            phi: (phi + shift).rem_euclid(360.0).to_radians(),
+            u,
+            velocity: None,
+            acceleration: None,
+            free: false,
+            jerk: None,
+            law: Some(SegmentLaw::Standard(law)),
+            inflection: None,
+        };
+        let rests = [(10.0, 0.0), (60.0, 0.01), (100.0, 0.01), (160.0, 0.02), (200.0, 0.02), (300.0, 0.0)];
+        let mut points = rests.map(point).to_vec();
+        points.sort_by(|a, b| a.phi.total_cmp(&b.phi));
+        let mut scene = with(scene(MotionLaw::Plan(MotionPlan::new(points)), 0.0, 5e-5), |p| p.b = b);
+        scene.drive = DriveMode::Constant { w, phi_start: 0.0 };
+        let options = Options { turns: Some(2), quick: true, ignore: Some(0.05), ..Options::default() };
+        let study = run(&scene, &options).unwrap().laws.remove(0);
+        // Three inflections, and the rest between the rises.
+        assert_eq!((study.crossings, study.releases, study.passages.len()), (4, Some(4), 4), "{law:?} {b} {w}");
+        for passage in study.passages {
+            let (at, model) = (passage.crossing.unwrap().phi, passage.model.unwrap());
+            let off = (model.release - at).to_degrees();
+            assert!(off.abs() < 0.1, "{law:?} {b} {w}: {} {off} off {} {model:?}", passage.from, at.to_degrees());
         }
     }
 }

@@ -376,16 +376,40 @@ fn the_periodic_motion_repeats_with_load_backwards_with_lag_and_over_borders() {
     let lag = lagging();
     for (motor, load) in [(kloss(0.16), 50.0), (kloss(0.16), -50.0), (backwards, -50.0), (lag, 30.0)] {
         for scene in [loom(motor, 1.0, 0.0), cycles(motor, 0.0)] {
-            let mut machine = RigidMachine::new(Scene { start: MachineStart::SteadyState, ..scene }).unwrap();
-            machine.shaft.load.set(load);
-            machine.start(0.0).unwrap();
-            let (w, energy, period) = (get(&machine, "w"), get(&machine, "E"), machine.period);
-            run(&mut machine, 3.0 * period, 10);
-            assert_near(get(&machine, "w"), w, 1e-10, "w");
-            assert_near(get(&machine, "E"), energy, 1e-10, "E");
-            assert_near(get(&machine, "phi") - machine.start.phi, 3.0 * TAU * w.signum(), 1e-11, "phi");
+            repeats(scene, load);
         }
     }
+}
+
+/// With J that varies by a factor of 7, a motor that lags by a turn or more moves the machine far from how one without lag does.
+#[test]
+fn the_periodic_motion_of_a_motor_that_lags_by_many_turns_repeats() {
+    let cam = MotionLaw::Fourier(Fourier::new(vec![0.0, 0.2, 0.06], vec![0.0, 0.0, 0.02]));
+    for (lag, sense) in [(0.15, 1.0), (1.0, -1.0), (10.0, 1.0), (100.0, -1.0)] {
+        let motor = Motor::Kloss(Kloss {
+            breakdown_torque: 100.0,
+            breakdown_slip: 0.1,
+            synchronous_speed: 60.0 * sense,
+            dynamics: Some(lag),
+        });
+        let inertia = InertiaFunction { constant: 0.3, varying: None };
+        repeats(
+            Scene { inertia, followers: vec![Follower::new(10.0, cam.clone())], ..loom(motor, 1.0, 0.0) },
+            20.0 * sense,
+        );
+    }
+}
+
+/// Three turns from the periodic start on, against this load.
+fn repeats(scene: Scene, load: f64) {
+    let mut machine = RigidMachine::new(Scene { start: MachineStart::SteadyState, ..scene }).unwrap();
+    machine.shaft.load.set(load);
+    machine.start(0.0).unwrap();
+    let (w, energy, period) = (get(&machine, "w"), get(&machine, "E"), machine.period);
+    run(&mut machine, 3.0 * period, 10);
+    assert_near(get(&machine, "w"), w, 1e-10, "w");
+    assert_near(get(&machine, "E"), energy, 1e-10, "E");
+    assert_near(get(&machine, "phi") - machine.start.phi, 3.0 * TAU * w.signum(), 1e-11, "phi");
 }
 
 /// dE/dφ = M_an − τ along the periodic motion, whose E at an angle is that of a start there; a start some turns away is the same.

@@ -4,8 +4,9 @@
 //!
 //! dv/dψ = σ(M_an − τ)/v,  dM_an/dψ = (M_Kloss(φ̇) − M_an)/(T_el |φ̇|),  dt/dψ = √J/v,  φ̇ = σ v/√J
 //!
-//! and (v, M_an) at ψ = 0 → ψ = 2π is a map of two dimensions. Newton's method starts from the periodic motion without lag, and
-//! the periodic motion must be stable. A disturbance q of E on it follows the linear equation
+//! and (v, M_an) at ψ = 0 → ψ = 2π is a map of two dimensions. Newton's method starts from the periodic motion without lag or, where
+//! that leads nowhere, from the one with a lag of many turns, over which M_an and v stay what they are: M_an = τ, and in time the
+//! characteristic has this mean, ∮(M_Kloss − τ)√J dψ = 0. The periodic motion must be stable. A disturbance q of E on it follows the linear equation
 //!
 //! q″ + q′/(T_el|φ̇|) + k q = 0,  k = −[M_Kloss′(φ̇) − σ(M_Kloss − M_an)/|φ̇|]/(2E T_el),
 //!
@@ -191,11 +192,55 @@ impl<'a> LaggingTurn<'a> {
         Some(c.state())
     }
 
-    /// The periodic motion (v, M_an) of a motor with lag next to the periodic motion `v` without; also T.
+    /// The periodic motion (v, M_an) of a motor with lag next to the periodic motion `v` without, or next to that with a lag of many
+    /// turns; also T.
     pub fn refine(&self, v: f64, torque_scale: f64) -> Option<([f64; 2], f64)> {
         let legs = &self.legs();
         let root = self.inertia.at(legs[0].place, self.phi_start)[0].sqrt();
-        let mut y = [v, self.motor.characteristic(self.sense * v / root)[0]];
+        let without = [v, self.motor.characteristic(self.sense * v / root)[0]];
+        self.newton(legs, without, torque_scale)
+            .or_else(|| self.newton(legs, [self.at_constant_torque(legs)?, self.tau], torque_scale))
+    }
+
+    /// v of the fastest stable motion with a lag of many turns, to a millionth.
+    fn at_constant_torque(&self, legs: &[Leg]) -> Option<f64> {
+        let Motor::Kloss(Kloss { breakdown_slip, synchronous_speed, .. }) = self.motor else { return None };
+        let (mut roots, mut psi) = (Vec::new(), 0.0);
+        for Leg { place, end } in legs {
+            // Eight places in a wave of J are enough for a start. Some hundred speeds are tried at each.
+            let count = (8.0 / TAU * (end - psi) * self.inertia.resolution()).ceil().max(1.0);
+            draw(self.work, count * (self.inertia.cost() + 10.0 * EVALUATION))?;
+            let width = (end - psi) / count;
+            let at = |i: usize| self.inertia.at(*place, self.phi_start + self.sense * (psi + (i as f64 + 0.5) * width));
+            roots.extend((0..count as usize).map(|i| (width, at(i)[0].sqrt())));
+            psi = *end;
+        }
+        let excess = |v: f64| -> f64 {
+            let part = |(width, root): &(f64, f64)| {
+                self.sense * (self.motor.characteristic(self.sense * v / root)[0] - self.tau) * root * width
+            };
+            roots.iter().map(part).sum()
+        };
+        // From above all stable motions down to where the motor is beyond its breakdown slip in the whole turn.
+        let (least, largest) = self.inertia.range();
+        let mut high = 1.2 * largest.sqrt() * synchronous_speed.abs() * (1.0 + breakdown_slip.min(1.0));
+        let bottom = 0.8 * least.sqrt() * synchronous_speed.abs() * (1.0 - breakdown_slip).max(0.1);
+        let mut low = high;
+        while excess(low) < 0.0 {
+            if low < bottom {
+                return None;
+            }
+            (high, low) = (low, 0.99 * low);
+        }
+        while high - low > 1e-6 * high {
+            let middle = 0.5 * (low + high);
+            if excess(middle) < 0.0 { high = middle } else { low = middle }
+        }
+        Some(low)
+    }
+
+    /// The periodic motion next to `y`, and T.
+    fn newton(&self, legs: &[Leg], mut y: [f64; 2], torque_scale: f64) -> Option<([f64; 2], f64)> {
         let shoot = |y: [f64; 2]| self.run(legs, [y[0], y[1], 0.0]);
         let mut smallest = f64::INFINITY;
         for _ in 0..ITERATIONS {
