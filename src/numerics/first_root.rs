@@ -210,6 +210,27 @@ mod tests {
     }
 
     #[test]
+    fn high_powers_are_not_overlooked() {
+        let mut binomial = 1;
+        for n in LOCAL..MOST {
+            assert_eq!(CHOOSE_FIVE[n], f64::from(binomial));
+            binomial = binomial * (n + 1) as i32 / (n + 1 - LOCAL) as i32;
+            // 1 − 1.5 xⁿ, and (xⁿ − ½)² ± 10⁻⁶ where there is room for it.
+            let mut c = [0.0; MOST];
+            (c[0], c[n]) = (1.0, -1.5);
+            let root = (2.0f64 / 3.0).powf(1.0 / n as f64);
+            assert!((first_root(&c, 1.0).unwrap() - root).abs() < 5e-16, "{n}");
+            if 2 * n < MOST {
+                (c[0], c[n], c[2 * n]) = (0.25 - 1e-6, -1.0, 1.0);
+                let root = (0.5f64 - 1e-3).powf(1.0 / n as f64);
+                assert!((first_root(&c, 1.0).unwrap() - root).abs() < 1e-13, "{n}");
+                c[0] = 0.25 + 1e-6;
+                assert_eq!(first_root(&c, 1.0), None, "{n}");
+            }
+        }
+    }
+
+    #[test]
     fn the_first_of_many_roots() {
         // (x − 0.2)(x − 0.2001)(x − 0.5)(x − 0.9)(x + 1)
         let mut c = vec![1.0f64];
