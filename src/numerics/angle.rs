@@ -60,6 +60,26 @@ mod tests {
     }
 
     #[test]
+    fn the_quotient_may_be_off_by_one_near_half_a_turn() {
+        // At 10¹⁴ turns neighbouring quotients are 1/64 apart.
+        for i in -20..=20 {
+            for half in [-0.5, 0.5] {
+                let fraction = (half + f64::from(i) / 1024.0) * TAU;
+                let rest = reduce(two_product(1e14, TURN[0]) + two_product(1e14, TURN[1]) + Double::from(fraction));
+                let expected = if fraction.abs() <= 0.5 * TAU { fraction } else { fraction - TAU.copysign(half) };
+                assert!(rest.abs() <= 0.5 * TAU && (rest - expected).abs() < 2e-15 || i == 0, "{half} {i}: {rest}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_turn_is_known_to_160_bits() {
+        // 2⁴⁷ times what the first two parts of 2π lack.
+        let angle = Double { hi: 2f64.powi(47) * TURN[0], lo: 2f64.powi(47) * TURN[1] };
+        assert!((reduce(angle) - 8.42952762444e-19).abs() < 1e-29, "{:e}", reduce(angle));
+    }
+
+    #[test]
     fn the_sine_of_the_remainder_is_the_sine_of_the_angle() {
         for angle in [1.0, 1e3, -4.7e8, 1e12, 3.3e14] {
             let rest = reduce(two_sum(angle, 0.0));

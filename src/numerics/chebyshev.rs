@@ -165,6 +165,31 @@ mod tests {
     fn five_points_do_for_a_parabola_and_seventeen_fail_for_a_kink() {
         assert_eq!(fit(|x| 1.0 + x - 3.0 * x * x, 1e-14, 0.0).evaluations, 5);
         assert!(!fit(f64::abs, 1e-14, 0.0).converged);
+        // T₃ and T₄ are the last but one and the last coefficient of five points.
+        for order in [3.0, 4.0] {
+            let mut calls = 0;
+            let waves = |x: f64| {
+                calls += 1;
+                (order * x.acos()).cos()
+            };
+            let fit = fit(waves, 1e-14, 0.0);
+            assert_eq!((fit.evaluations, calls, fit.converged), (9, 9, true));
+        }
+    }
+
+    #[test]
+    fn the_neglected_coefficients_go_on_like_those_before() {
+        let of = |c: &dyn Fn(usize) -> f64| {
+            let coefficients = std::array::from_fn(|j| if j <= 8 { c(j) } else { 0.0 });
+            Chebyshev { coefficients, degree: 8 }.neglected()
+        };
+        let decaying = |j: usize| 0.1_f64.powi(j as i32);
+        // All, only the even ones, only the odd ones; each of the two is met by one of them.
+        for parity in [None, Some(0), Some(1)] {
+            let [odd, even] = of(&|j| if parity.is_none_or(|parity| j % 2 == parity) { -decaying(j) } else { 0.0 });
+            assert!((odd / decaying(9) - 1.0).abs() < 1e-12 && (even / decaying(10) - 1.0).abs() < 1e-12, "{parity:?}");
+        }
+        assert_eq!([of(&|_| 3.0), of(&|j| 10f64.powi(j as i32)), of(&|_| 0.0)], [[3.0; 2], [1e8; 2], [0.0; 2]]);
     }
 
     #[test]
@@ -174,6 +199,17 @@ mod tests {
         let p = right.solve(100.0, 2.0, 3.0);
         for (j, c) in p.coefficients.iter().enumerate() {
             assert!((c - if j == 3 { 1.0 } else { 0.0 }).abs() < 1e-14, "{j}: {c}");
+        }
+    }
+
+    #[test]
+    fn the_solution_at_the_highest_degree() {
+        // p = e^x: 100 p + 2 p′ + 3 p″ = 105 e^x, but for what is left out beyond the degree 16.
+        let right = fit(|x| 105.0 * x.exp(), 0.0, 0.0).polynomial;
+        let (p, expected) = (right.solve(100.0, 2.0, 3.0), fit(f64::exp, 0.0, 0.0).polynomial);
+        assert_eq!(p.degree, MAX_DEGREE);
+        for (c, e) in p.coefficients.iter().zip(expected.coefficients) {
+            assert!((c - e).abs() < 1e-11, "{c} {e}");
         }
     }
 }

@@ -33,19 +33,12 @@ pub fn derivative<E>(
         for level in 0..LEVELS {
             let h = reach * 0.5_f64.powi(level as i32);
             let [a, b] = sides.map(|side| x + side * h);
-            let slope = match f(a).and_then(|at_a| Ok((at_a - f(b)?) / (a - b))) {
-                Ok(slope) if slope.is_finite() => slope,
-                Ok(_) => f64::NAN,
-                Err(e) => {
-                    fault = Some(e);
-                    f64::NAN
-                }
-            };
-            if slope.is_nan() {
-                above.clear();
-                continue;
-            }
-            let mut row = vec![slope];
+            let slope = f(a).and_then(|at_a| Ok((at_a - f(b)?) / (a - b)));
+            // What is made of a slope that is no finite number never has the least error.
+            let mut row = vec![slope.unwrap_or_else(|e| {
+                fault = Some(e);
+                f64::NAN
+            })];
             let mut weight = 1.0;
             for (k, before) in above.iter().enumerate() {
                 weight *= power;
@@ -87,12 +80,25 @@ mod tests {
 
     #[test]
     fn smooth_functions_have_their_derivative_to_ten_digits() {
-        let waves = |x: f64| (50.0 * x).sin();
-        assert!((of(waves, 0.3, ALL) / (50.0 * 15f64.cos()) - 1.0).abs() < 1e-10);
+        for size in [1e-12, 1.0, 1e12] {
+            let waves = |x: f64| size * (50.0 * x).sin();
+            assert!((of(waves, 0.3, ALL) / (50.0 * size * 15f64.cos()) - 1.0).abs() < 1e-10, "{size:e}");
+        }
         let resonance = |x: f64| 1.0 / ((x - 1.0).powi(2) + 1e-6);
         let exact = |x: f64| -2.0 * (x - 1.0) * resonance(x).powi(2);
         assert!((of(resonance, 1.002, ALL) / exact(1.002) - 1.0).abs() < 1e-10);
         assert_eq!(of(|_| 3.0, 0.3, ALL), 0.0);
+    }
+
+    #[test]
+    fn a_cubic_takes_three_central_differences() {
+        let mut evaluations = 0;
+        let cubic = |x: f64| {
+            evaluations += 1;
+            Ok::<_, Infallible>(x.powi(3))
+        };
+        let Ok(slope) = derivative(cubic, 0.5, 0.25, ALL);
+        assert_eq!((slope, evaluations), (0.75, 6));
     }
 
     #[test]
@@ -108,7 +114,10 @@ mod tests {
 
     #[test]
     fn at_a_jump_it_is_the_slope_of_the_side_that_the_value_belongs_to() {
-        assert!((of(|x| if x >= 0.3 { x.exp() } else { 7.0 }, 0.3, ALL) / 0.3f64.exp() - 1.0).abs() < 1e-8);
+        for size in [1e-12, 1.0, 1e12] {
+            let jump = |x: f64| size * if x >= 0.3 { x.exp() } else { 7.0 };
+            assert!((of(jump, 0.3, ALL) / (size * 0.3f64.exp()) - 1.0).abs() < 1e-8, "{size:e}");
+        }
     }
 
     #[test]
@@ -116,5 +125,8 @@ mod tests {
         let near = |x: f64| if (x - 1.0).abs() < 1e-3 { Ok(x * x) } else { Err("too far") };
         assert!((derivative(near, 1.0, 0.02, ALL).unwrap() - 2.0).abs() < 1e-9);
         assert_eq!(derivative(|_| Err("never"), 1.0, 0.02, ALL), Err("never"));
+        // Near a pole that lies at an end of the first step.
+        assert!((of(|x| 1.0 / (0.02 - x), 0.0, ALL) / 2500.0 - 1.0).abs() < 1e-9);
+        assert!(of(|_| f64::INFINITY, 0.3, ALL).is_nan());
     }
 }

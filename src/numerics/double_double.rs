@@ -112,4 +112,26 @@ mod tests {
         let error = a.divide(b) * b - a;
         assert!(error.hi.abs() <= 1e-31, "{error:?}");
     }
+
+    #[test]
+    fn a_quotient_is_right_to_the_last_digit() {
+        for (i, beyond) in (1..2000).flat_map(|i| [(i, 0.0), (i, 1.1e-16)]) {
+            let root = f64::from(i).sqrt();
+            let (a, b) = (1.0 + f64::from(i) / 7.0, two_sum(root, beyond * root));
+            let q = Double::from(a).divide(b);
+            // The largest terms of the remainder cancel without rounding.
+            let first = two_product(q.hi, b.hi);
+            let [second, third] = [two_product(q.hi, b.lo), two_product(q.lo, b.hi)];
+            let rest = two_sum(a - first.hi, -first.lo) - second - third - Double::from(q.lo * b.lo);
+            let last_digit = q.lo.abs().next_up() - q.lo.abs();
+            let bound = if b.lo == 0.0 { 0.501 * last_digit } else { q.hi * 2f64.powi(-104) };
+            assert!((rest.hi / b.hi).abs() <= bound, "{a}/{b:?}: {q:?} misses {:e}", rest.hi / b.hi);
+        }
+    }
+
+    #[test]
+    fn a_sum_whose_large_parts_cancel_is_exact() {
+        let (one, third) = (two_sum(1.0, 2f64.powi(-60)), 2f64.powi(-60) / 3.0 * 2f64.powi(-40));
+        assert_eq!(one + Double { hi: -1.0, lo: third }, two_sum(2f64.powi(-60), third));
+    }
 }

@@ -191,6 +191,8 @@ mod tests {
         }
         assert_eq!(first_root(&cosine(0.42), 1.0), None);
         assert_eq!(first_root(&cosine(0.0), 0.785), None);
+        // At the very end.
+        assert!((first_root(&[1.0, -1.0], 1.0).unwrap() - 1.0).abs() < 1e-15);
         assert!(first_root(&cosine(0.0), 0.786).is_some());
     }
 
@@ -206,6 +208,111 @@ mod tests {
                 (zero - (0.5 - half_width)).abs() < half_width * half_width + 1e-16 / half_width,
                 "{depth}: {zero}"
             );
+        }
+    }
+
+    #[test]
+    fn bounds_and_values_of_a_polynomial() {
+        // The partial sums of 1 + 3x − 8x² + x³ at ½ are 1, 2.5, 0.5 and 0.625.
+        let c = [1.0, 3.0, -8.0, 1.0];
+        assert_eq!((range(&c, 0.5), range(&c[..1], 0.5)), ([0.5, 2.5], [1.0; 2]));
+        assert!(range(&[f64::NAN, 1.0], 0.5)[1].is_nan());
+        for n in 0..=6 {
+            let c: Vec<f64> = (0..n).map(|k| f64::from(k * k + 1)).collect();
+            let value: f64 = c.iter().zip(0..).map(|(c, k)| c * 3f64.powi(k)).sum();
+            let slope: f64 = c.iter().zip(0..).skip(1).map(|(c, k)| c * f64::from(k) * 3f64.powi(k - 1)).sum();
+            assert_eq!(value_and_slope(&c, 3.0), [value, slope], "{n}");
+        }
+    }
+
+    #[test]
+    fn a_polynomial_falls_for_sure_until_its_slope_may_vanish() {
+        // v − s x + a xⁿ within 2 v/s: the slope vanishes there where n a (2 v/s)ⁿ⁻¹ = s.
+        let (v, s) = (0.7, 3.0);
+        let sure = |rise: [f64; 4], rest: f64| {
+            let c = [v, -s, rise[0], rise[1], rise[2], rise[3]];
+            falling(&c, &[v, -s, rise[0], rise[1], rise[2], -rise[3].abs()], [0.0, rest])
+        };
+        let limit = |n: usize| s / (n as f64 * (2.0 * v / s).powi(n as i32 - 1));
+        for n in 2..6 {
+            for (part, falls) in [(-1.01, n < 5), (0.99, true), (1.01, false)] {
+                let mut rise = [0.0; 4];
+                rise[n - 2] = part * limit(n);
+                assert_eq!(sure(rise, 1.0).is_some(), falls, "{part} {n}");
+                // A neighbour takes its share; one that makes it fall more counts for nothing.
+                rise[n - 2] *= 0.5;
+                let other = if n < 5 { n + 1 } else { 2 };
+                rise[other - 2] = 0.5 * part.abs() * limit(other);
+                assert_eq!(sure(rise, 1.0).is_some(), falls, "{part} {n} {other}");
+            }
+        }
+        let root = sure([0.0; 4], 1.0).unwrap().unwrap();
+        assert!((root - v / s).abs() < 1e-16);
+        // The root lies behind what is left, or the polynomial may still turn behind it.
+        assert_eq!(sure([0.0; 4], 0.9 * v / s), Some(None));
+        assert_eq!(falling(&[v, s], &[v, s, 0.0, 0.0, 0.0, 0.0], [0.0, 1.0]), None);
+        assert_eq!(falling(&[v, -s, 0.0, 0.0, 0.0, 0.0, 1e3], &[v, -s, 0.0, 0.0, 0.0, 0.0], [0.0, 1.0]), None);
+    }
+
+    #[test]
+    fn products_of_known_factors() {
+        let mut seed = 1u64;
+        let mut random = || {
+            seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (seed >> 11) as f64 / (1u64 << 53) as f64
+        };
+        for case in 0..20_000 {
+            // Real roots, some close to each other, times what has none: (x − a)² + b², b not too small.
+            let (mut c, mut first) = (vec![1.0], f64::INFINITY);
+            let mut by = |factor: &[f64]| {
+                let mut product = vec![0.0; c.len() + factor.len() - 1];
+                for (i, a) in c.iter().enumerate() {
+                    for (j, b) in factor.iter().enumerate() {
+                        product[i + j] += a * b;
+                    }
+                }
+                c = product;
+            };
+            let near = random();
+            for _ in 0..case % 4 {
+                let root = if random() < 0.5 { near + 0.05 * random() } else { 1.5 * random() } + 1e-3;
+                first = first.min(root);
+                by(&[1.0, -1.0 / root]);
+            }
+            for _ in 0..(case / 4) % 3 {
+                let (a, b) = (random(), 0.02 + 0.2 * random());
+                by(&[1.0 + (b / a).powi(2), -2.0 / a, 1.0 / (a * a)]);
+            }
+            let rounding =
+                1e-15 * c.iter().map(|c| c.abs()).sum::<f64>() / value_and_slope(&c, first.min(1.0))[1].abs();
+            match first_root(&c, 1.0) {
+                Some(root) => assert!((root - first).abs() <= 1e-15 + 10.0 * rounding, "{case}: {root} {first}"),
+                None => assert!(first > 1.0, "{case}: {first}"),
+            }
+        }
+    }
+
+    #[test]
+    fn high_powers_are_not_overlooked() {
+        let mut binomial = 1;
+        for n in LOCAL..MOST {
+            assert_eq!(CHOOSE_FIVE[n], f64::from(binomial));
+            binomial = binomial * (n + 1) as i32 / (n + 1 - LOCAL) as i32;
+            // 1 − 1.5 (s x)ⁿ, and ((s x)ⁿ − ½)² ± 10⁻⁶ where there is room for it.
+            for s in [1.0, 1e3] {
+                let mut c = [0.0; MOST];
+                let power = |n: usize| f64::powi(s, n as i32);
+                (c[0], c[n]) = (1.0, -1.5 * power(n));
+                let root = (2.0f64 / 3.0).powf(1.0 / n as f64);
+                assert!((s * first_root(&c, 1.0 / s).unwrap() - root).abs() < 1e-15, "{n}");
+                if 2 * n < MOST {
+                    (c[0], c[n], c[2 * n]) = (0.25 - 1e-6, -power(n), power(2 * n));
+                    let root = (0.5f64 - 1e-3).powf(1.0 / n as f64);
+                    assert!((s * first_root(&c, 1.0 / s).unwrap() - root).abs() < 1e-13, "{n}");
+                    c[0] = 0.25 + 1e-6;
+                    assert_eq!(first_root(&c, 1.0 / s), None, "{n}");
+                }
+            }
         }
     }
 

@@ -183,6 +183,19 @@ mod tests {
     }
 
     #[test]
+    fn the_neglected_coefficient_goes_on_like_those_before() {
+        for parity in [None, Some(0), Some(1)] {
+            let c = |k: usize| if parity.is_none_or(|parity| k % 2 == parity) { -0.1_f64.powi(k as i32) } else { 0.0 };
+            let modes: [f64; 8] = std::array::from_fn(c);
+            assert!((decay(&modes) / 0.01 - 1.0).abs() < 1e-12, "{parity:?}");
+            let last = if parity == Some(1) { c(7) } else { c(6) };
+            assert!((neglected(&modes) / (0.01 * last.abs()) - 1.0).abs() < 1e-12, "{parity:?}");
+        }
+        // What grows is not said to go on growing.
+        assert_eq!((decay(&[1.0, 2.0, 4.0, 8.0]), neglected(&[1.0, 2.0, 4.0, -8.0])), (1.0, 8.0));
+    }
+
+    #[test]
     fn the_neglected_part_of_a_smooth_function_is_told() {
         // 1/(2 − x) has the Legendre coefficients (2k + 1) Q_k(2); its error shrinks by 2 + √3 per degree.
         let f = |x: f64| 1.0 / (2.0 - x);

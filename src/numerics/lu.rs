@@ -91,10 +91,18 @@ mod tests {
         for i in 0..4 {
             x[i] = (0..4).map(|j| a[i][j] * solution[j]).sum();
         }
+        let mut again = x;
         Lu::new(a, 4).unwrap().solve(&mut x);
         for i in 0..4 {
             assert!((x[i] - solution[i]).abs() < 1e-11, "{x:?}");
         }
+        // In the place of an earlier, larger matrix.
+        let mirror = std::array::from_fn(|i| std::array::from_fn(|j| if i + j == 4 { 1.0 } else { 0.0 }));
+        let mut lu = Lu::new(mirror, 5).unwrap();
+        *lu.matrix() = a;
+        lu.factorise(4).unwrap();
+        lu.solve(&mut again);
+        assert_eq!(again, x);
     }
 
     #[test]

@@ -67,3 +67,16 @@ impl From<[f64; 2]> for Pair {
         Pair(numbers)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_product_of_two_complex_numbers() {
+        // (2 + 3i)(5 − 7i) = 31 + i.
+        let (a, b) = (Pair::new(2.0, 3.0), Pair::from([5.0, -7.0]));
+        assert_eq!((a.firsts() * b + a.seconds() * b.swapped() * Pair::new(-1.0, 1.0)).array(), [31.0, 1.0]);
+        assert_eq!((b - a * Pair::both(0.5)).array(), [4.0, -8.5]);
+    }
+}

@@ -159,6 +159,33 @@ mod tests {
     }
 
     #[test]
+    fn over_an_interval_the_rounding_of_the_angles_is_no_miss() {
+        // 1000 φ² on [0.25, 0.27]: x = −1 … 1 there.
+        let (low, width) = (0.25, 0.02);
+        let evaluations = std::cell::Cell::new(0);
+        let f = |phi: f64| {
+            evaluations.set(evaluations.get() + 1);
+            1e3 * phi * phi
+        };
+        let fitting = Fitting::default();
+        let (p, misses) = fitting.over(low, width, f);
+        let misses: Vec<[f64; 2]> = misses.collect();
+        assert_eq!(evaluations.get(), EVALUATIONS);
+        for ([exact, miss], x) in misses.into_iter().zip(fitting.checks) {
+            let phi = low + 0.5 * (1.0 + x) * width;
+            assert!((exact - 1e3 * phi * phi).abs() < 1e-13 && (p.value(x) - exact).abs() < 2e-13, "{x}");
+            // 10⁻¹⁵ rad times f′ = 2000 φ, but for the roundings of f.
+            assert!((miss + 1e-15 * 2e3 * phi).abs() < 2e-13, "{x}: {miss:e}");
+        }
+        // What is missed counts beyond that.
+        let short = |phi: f64| 1e-3 * (2500.0 * phi).sin();
+        let (p, misses) = fitting.over(low, width, short);
+        for ([exact, miss], x) in misses.zip(fitting.checks) {
+            assert!((miss - (p.value(x) - exact).abs()).abs() < 1e-13);
+        }
+    }
+
+    #[test]
     fn the_checks_see_what_the_polynomial_misses() {
         // A polynomial of degree 12 is met, a wave of 10⁻⁹ that is too short for the points is not.
         let fitting = Fitting::default();

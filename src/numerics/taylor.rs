@@ -202,6 +202,26 @@ mod tests {
         assert!((f.derivative(2) - (2.0 * c - 16.0 * s)).abs() < 1e-14);
     }
 
+    /// (x y − x/y) 3 − x + 5.
+    fn formula<S: Scalar>(x: S, y: S) -> S {
+        (x * y - x / y) * 3.0 + -x + S::from(5.0)
+    }
+
+    #[test]
+    fn a_formula_of_numbers_is_the_value_of_that_of_series() {
+        // x = e^t and y = 2 (1 + t) at 0: 2, 4, 6 are the derivatives of x y, 1/2, 0, 1/2 those of x/y.
+        let x = Series::from_derivatives(0.0, 1.0, 0.0).compose([1.0; 3]);
+        let y = Series::from_derivatives(2.0, 2.0, 0.0);
+        assert_eq!((formula(x, y).derivatives(), formula(1.0, 2.0)), ([8.5, 11.0, 15.5], 8.5));
+        fn composed<S: Scalar>(x: S) -> f64 {
+            let value = x.value();
+            x.compose([value * value, 2.0 * value, 2.0]).value()
+        }
+        assert_eq!((composed(3.0), composed(Series([3.0, 1.0, 7.0])), Series([3.0, 1.0]).value()), (9.0, 9.0, 3.0));
+        // (2 + 3 t + 5 t²)² = 4 + 12 t + 29 t² …
+        assert_eq!(Series([2.0, 3.0, 5.0]).compose([4.0, 4.0, 2.0]), Series([4.0, 12.0, 29.0]));
+    }
+
     #[test]
     fn derivatives_of_a_formula_with_root_and_sine() {
         // f = √(1 + x²) sin x: f″ = −f + (2x cos x)/r + sin x/r³, r = √(1 + x²), at x = 0.7.

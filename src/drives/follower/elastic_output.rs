@@ -75,3 +75,59 @@ impl Equation {
         Ok(sum)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numerics::difference::derivative;
+    use std::convert::Infallible;
+
+    #[test]
+    fn force_and_acceleration_are_those_of_the_equation() {
+        // m = 2, c = 8, b = 4: ω₀² = 4, 2δ = 2.
+        let equation = Equation::new([2.0, 8.0, 4.0]);
+        assert_eq!(equation.force([3.0, 5.0]), -44.0);
+        assert_eq!(equation.forcing([11.0, 13.0, 7.0]), -7.0);
+        assert_eq!(equation.acceleration([3.0, 5.0], [11.0, 13.0, 7.0]), -29.0);
+        assert_eq!(equation.forcing_of_harmonic([2.0, -3.0], 5.0), [50.0, -75.0]);
+    }
+
+    #[test]
+    fn the_periodic_motion_satisfies_the_equation() {
+        let law = Fourier::new(vec![0.1, 0.01, 0.0, 2e-3], vec![0.0, 0.0, 3e-3, -4e-3]);
+        let equation = Equation::new([0.5, 800.0, 2.0]);
+        for w in [17.0, -17.0] {
+            for phi in [0.0, 1.3, 4.0] {
+                let at = |phi: f64| equation.periodic(&law, w, phi, 1e-9).unwrap();
+                let rate = |i: usize| {
+                    let of = |phi: f64| Ok::<_, Infallible>(at(phi)[i]);
+                    let Ok(slope) = derivative(of, phi, 0.1, [f64::NEG_INFINITY, f64::INFINITY]);
+                    w * slope
+                };
+                // x = Σ aₖ cos kφ + bₖ sin kφ.
+                let x2: f64 = (1..=3)
+                    .map(|k| {
+                        let (s, c) = (k as f64 * phi).sin_cos();
+                        -(k as f64 * w).powi(2) * (law.a[k] * c + law.b[k] * s)
+                    })
+                    .sum();
+                let [q, v] = at(phi);
+                let acceleration = equation.acceleration([q, v], [0.0, 0.0, x2]);
+                assert!((rate(0) - v).abs() < 1e-10, "{w} {phi}: {} {v}", rate(0));
+                assert!((rate(1) - acceleration).abs() < 1e-8, "{w} {phi}: {} {acceleration}", rate(1));
+            }
+        }
+    }
+
+    #[test]
+    fn a_harmonic_on_the_resonance_is_told() {
+        // ω₀ = 40 1/s: the second harmonic at w = 20 rad/s.
+        let equation = Equation::new([0.5, 800.0, 0.0]);
+        let told = |a2: f64, b2: f64, w: f64| {
+            let law = Fourier::new(vec![0.0, 0.01, a2], vec![0.0, 0.0, b2]);
+            equation.periodic(&law, w, 1.0, 1e-9).err()
+        };
+        assert_eq!([told(1e-3, 0.0, 20.0), told(0.0, 1e-3, -20.0), told(1e-3, 1e-3, 20.0)], [Some(2); 3]);
+        assert_eq!([told(0.0, 0.0, 20.0), told(1e-3, 1e-3, 20.1), told(1e-3, 1e-3, f64::NAN)], [None, None, Some(1)]);
+    }
+}

@@ -106,3 +106,61 @@ impl EventLog {
         self.count = 0;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pushed(mut log: EventLog, count: usize) -> EventLog {
+        for n in 0..count {
+            log.push(Event {
+                time: n as f64,
+                kind: "impact",
+                quantity: "impulse",
+                value: 1.0,
+                unit: "N.s",
+                solver: false,
+            });
+        }
+        log
+    }
+
+    /// Events counted, kept and not kept.
+    fn told(log: &EventLog) -> [usize; 3] {
+        [log.count(), log.iter().count(), log.dropped()]
+    }
+
+    #[test]
+    fn the_first_events_are_kept_in_the_room_that_there_is() {
+        let mut log = pushed(EventLog::default(), CAPACITY + 3);
+        assert_eq!(told(&log), [CAPACITY + 3, CAPACITY, 3]);
+        assert!(log.iter().enumerate().all(|(n, event)| event.time == n as f64));
+        assert_eq!(log.events.capacity(), CAPACITY);
+        log.clear();
+        assert_eq!(told(&log), [0, 0, 0]);
+        assert_eq!(told(&pushed(log, 2)), [2, 2, 0]);
+        assert_eq!(told(&pushed(EventLog::counting(), 2)), [2, 0, 2]);
+    }
+
+    #[test]
+    fn copies_and_restored_logs_keep_events_if_they_should() {
+        let copy = pushed(EventLog::default(), 2).clone();
+        assert_eq!(told(&pushed(copy, 3)), [5, 5, 0]);
+        let copy = pushed(EventLog::counting(), 2).clone();
+        assert_eq!(told(&pushed(copy, 3)), [5, 0, 5]);
+        let bytes = postcard::to_stdvec(&pushed(EventLog::default(), 2)).unwrap();
+        assert_eq!(told(&pushed(postcard::from_bytes(&bytes).unwrap(), 3)), [3, 3, 0]);
+    }
+
+    #[test]
+    fn keeping_begins_and_ends_with_an_empty_log() {
+        for (mut log, kept) in [(EventLog::default(), true), (EventLog::counting(), false)] {
+            log = pushed(log, 2);
+            let before = told(&log);
+            log.keep(kept);
+            assert_eq!(told(&log), before);
+            log.keep(!kept);
+            assert_eq!(told(&pushed(log, 1)), if kept { [1, 0, 1] } else { [1, 1, 0] });
+        }
+    }
+}

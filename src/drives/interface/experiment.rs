@@ -16,8 +16,8 @@ pub struct Experiment {
 /// The most communication steps: importers thin out or double the steps of longer runs.
 const MOST_STEPS: f64 = 1000.0;
 
-/// Leading digits of steps: near enough to each other for three quarters of the most steps.
-const ROUND: [f64; 11] = [1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0];
+/// Leading digits of steps below the next power of ten: near enough to each other for three quarters of the most steps.
+const ROUND: [f64; 10] = [1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0];
 
 /// A span this part of a step beyond a whole number of steps is a rounding error.
 const SLACK: f64 = 1e-9;

@@ -60,3 +60,30 @@ fn beyond(angle: f64, to: f64) -> Fault {
         Rounded(to)
     ))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_angle_is_refused_beyond_the_greatest_one() {
+        assert_eq!([check_angle(LARGEST_ANGLE, 1.0), check_angle(-LARGEST_ANGLE, 1.0)], [Ok(()), Ok(())]);
+        for (angle, said) in
+            [(-1.5e15, "is -1.5e15 rad: beyond 1e15 rad"), (f64::NAN, "is not finite: beyond 1e15 rad")]
+        {
+            let told = check_angle(angle, 2.5).unwrap_err().to_string();
+            assert!(told.starts_with("at t = 2.5 s the drive angle ") && told.contains(said), "{told}");
+        }
+        // rad, rad/s, rad/s².
+        assert_eq!(INPUTS, [1e15, 1e6, 1e12]);
+    }
+
+    #[test]
+    fn a_step_that_is_too_much_is_told_with_what_was_done_of_it() {
+        let told = step_too_much([1.0, 4.0], 1.5, "the shaft turns", "or rest").to_string();
+        assert!(told.starts_with("the 3 s to t = 4 s need more work"), "{told}");
+        assert!(
+            told.ends_with("the shaft turns, and only 0.5 s of them are done; shorten the communication step, or rest")
+        );
+    }
+}

@@ -372,3 +372,112 @@ impl<D: super::Drive> Variable<D> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::drives::elastic_output::{ElasticOutput, Parameters, Scene};
+    use crate::drives::shaft::cam_drive::{DriveMode, Start, StartMode};
+    use crate::drives::{Drive, settings::Settings, unit};
+    use crate::motion::{Fourier, MotionLaw};
+
+    static COLOURS: Enumeration = Enumeration { name: "Colour", items: &[("red", ""), ("green", "")] };
+
+    fn description(kind: Kind) -> Description {
+        let mut list: List<()> = List::default();
+        let access = Access::Computed { series: None };
+        list.push(["x", ""], kind, Causality::Parameter, Variability::Fixed, access).description.clone()
+    }
+
+    #[test]
+    fn values_are_refused_outside_of_the_range_of_their_kind() {
+        let refused = |kind: &Kind, value: f64| description(kind.clone()).check(value).err().map(|e| e.to_string());
+        for (kind, admitted, others, said) in [
+            (
+                real_within(&unit::MASS, -1.0, 2.5),
+                vec![-1.0, 0.1, 2.5],
+                vec![-1.1, 2.6, f64::NAN],
+                "-1.1 kg is not admissible; expected -1 to 2.5 kg",
+            ),
+            (
+                real(&unit::NUMBER),
+                vec![f64::MIN, f64::MAX],
+                vec![f64::INFINITY, f64::NEG_INFINITY, f64::NAN],
+                "inf is not admissible; expected any finite number",
+            ),
+            (
+                Kind::Integer { min: -1, max: 3 },
+                vec![-1.0, 0.0, 3.0],
+                vec![-2.0, 4.0, 0.5, f64::NAN],
+                "-2 is not admissible; expected -1 to 3",
+            ),
+            (
+                Kind::Enumeration(&COLOURS),
+                vec![1.0, 2.0],
+                vec![0.0, 3.0, 1.5],
+                "0 is not admissible; expected 1 (red), 2 (green)",
+            ),
+            (
+                Kind::Boolean,
+                vec![0.0, 1.0],
+                vec![2.0, 0.5, f64::NAN],
+                "2 is not admissible; expected 0 (false) or 1 (true)",
+            ),
+        ] {
+            assert!(admitted.iter().all(|&value| refused(&kind, value).is_none()), "{kind:?}");
+            assert!(others.iter().all(|&value| refused(&kind, value).is_some()), "{kind:?}");
+            assert_eq!(refused(&kind, others[0]), Some(format!("`x`: {said}")));
+        }
+        assert_eq!(Kind::Enumeration(&COLOURS).r#type(), Type::Integer);
+    }
+
+    #[test]
+    fn an_initial_dependency_names_a_parameter_or_input_or_the_first_part_of_its_name() {
+        let mut start = description(Kind::Boolean);
+        start.initial_dependencies = vec!["cam".to_owned(), "start.q".to_owned()];
+        let depends = |name: &str, causality: Causality| {
+            start.depends_initially_on(&Description { name: name.to_owned(), causality, ..description(Kind::Boolean) })
+        };
+        for known in [Causality::Parameter, Causality::Input] {
+            assert!(["cam", "cam.a[1]", "cam[2]", "start.q"].into_iter().all(|name| depends(name, known)));
+            assert!(!["came", "ca", "start.q_dot", "m"].into_iter().any(|name| depends(name, known)));
+        }
+        assert!(!depends("cam", Causality::Output) && !depends("m", Causality::Local));
+    }
+
+    #[test]
+    fn the_list_knows_names_places_and_derivatives() {
+        let mut list: List<()> = List::default();
+        let series = |_: &(), _: Seed, _: usize| Series([0.0; 3]);
+        assert_eq!((list.places().len(), list.reference("y")), (0, None));
+        for (place, name) in ["y", "der(y)", "der(y,2)"].into_iter().enumerate() {
+            list.output(name, "", Kind::Boolean, series).at(place);
+        }
+        // What is set has no place among the computed values.
+        list.input("u", "", Kind::Boolean, |_, _| 0.0, |_, _, _| {}).at(7);
+        assert_eq!((list.places().len(), list.reference("der(y,2)"), list.reference("z")), (3, Some(2), None));
+        let of: Vec<_> = list.0.iter().map(|v| v.description.derivative_of.as_deref()).collect();
+        assert_eq!(of, [None, Some("y"), Some("der(y)"), None]);
+    }
+
+    #[test]
+    fn one_variable_is_read_and_set_apart_from_all_others() {
+        let scene = Scene {
+            parameters: Parameters { m: 2.0, c: 800.0, b: 3.0 },
+            cam: MotionLaw::Fourier(Fourier::new(vec![0.0, 0.01], vec![])),
+            drive: DriveMode::Constant { w: 20.0, phi_start: 0.0 },
+            start: Start { mode: StartMode::Given, q: 0.25, q_dot: 0.5 },
+            solver: Settings::default(),
+        };
+        let mut drive = ElasticOutput::new(scene).unwrap();
+        drive.start(0.0).unwrap();
+        let list = drive.variables();
+        let variable = |name: &str| &list.0[list.reference(name).unwrap()];
+        // force = −(c q + b q̇), q̇ = 0.5 is the first coefficient of q.
+        assert_eq!((variable("m").value(&drive), variable("force").value(&drive)), (2.0, -201.5));
+        assert_eq!(variable("q").series().unwrap()(&drive, Seed::Time, variable("q").index).0[..2], [0.25, 0.5]);
+        assert!(variable("m").series().is_none());
+        variable("m").set(&mut drive, 4.0);
+        assert_eq!(variable("m").value(&drive), 4.0);
+    }
+}

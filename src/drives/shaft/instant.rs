@@ -42,3 +42,35 @@ impl Instant {
         (places + rates).is_finite()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::motion::Fourier;
+
+    #[test]
+    fn shaft_and_cam_are_those_of_the_motion_and_the_law() {
+        // U = 2 mm sin φ at φ = 0.25 + 20 · 0.1.
+        let law = MotionLaw::Fourier(Fourier::new(vec![], vec![0.0, 2e-3]));
+        let now = Instant::on(&AngleMotion::uniform(0.0, 0.25, 20.0), &law, 0.1, [3.0, -4.0]);
+        assert_eq!((now.time, now.shaft[1..].to_vec(), now.q.array()), (0.1, vec![20.0, 0.0], [3.0, -4.0]));
+        let ([u, slope], (s, c)) = (now.u.array(), 2.25_f64.sin_cos());
+        assert!((now.shaft[0] - 2.25).abs() < 1e-15);
+        assert!((u - 2e-3 * s).abs() + (slope - 2e-3 * c).abs() + (now.curvature + 2e-3 * s).abs() < 1e-17);
+    }
+
+    #[test]
+    fn one_number_that_is_lost_is_noticed() {
+        let at = |[u, slope, q, v]: [f64; 4]| Instant { u: [u, slope].into(), q: [q, v].into(), ..Instant::default() };
+        assert!(at([1e200; 4]).is_finite() && at([0.0; 4]).is_finite());
+        for i in 0..4 {
+            for lost in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+                let mut numbers = [1.0; 4];
+                numbers[i] = lost;
+                assert!(!at(numbers).is_finite(), "{numbers:?}");
+            }
+        }
+        // The place of the mass, x + q, is beyond all numbers.
+        assert!(!at([f64::MAX, 0.0, f64::MAX, 0.0]).is_finite());
+    }
+}

@@ -47,3 +47,71 @@ pub fn first_passage<const N: usize>(
         (down, _) => down.map(|at| Passage { at, border: lower, segment: (segment + count - 1) % count }),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BREAKPOINTS: [f64; 3] = [0.5, 2.0, 4.0];
+
+    /// `at`, border and segment of a passage that must happen.
+    fn passed(found: Option<Passage>, at: f64, border: f64, segment: usize) {
+        let found = found.expect("a passage");
+        assert!((found.at - at).abs() < 1e-14, "{} instead of {at}", found.at);
+        assert_eq!((found.border, found.segment), (border, segment));
+    }
+
+    #[test]
+    fn each_border_is_passed_in_either_sense_and_in_any_turn() {
+        for turns in [-2.0, 0.0, 1.0] {
+            for (segment, lower, upper) in [(0, 0.5, 2.0), (1, 2.0, 4.0), (2, 4.0, 0.5 + TAU)] {
+                for part in [0.001, 0.3, 0.999] {
+                    let inside = lower + part * (upper - lower);
+                    let from = |way| first_passage(&BREAKPOINTS, segment, inside + turns * TAU, &[0.0, way], 0.01);
+                    let next = (segment + 1) % 3;
+                    passed(from(8.0), (upper + 0.01 - inside) / 8.0, BREAKPOINTS[next], next);
+                    passed(from(-8.0), (inside - lower + 0.01) / 8.0, BREAKPOINTS[segment], (segment + 2) % 3);
+                    assert_eq!((from(upper - inside), from(lower - inside), from(0.0)), (None, None, None));
+                }
+            }
+        }
+        assert_eq!(first_passage(&[], 0, 1.0, &[0.0, 8.0], 0.01), None);
+    }
+
+    #[test]
+    fn on_a_way_there_and_back_the_first_border_counts() {
+        // 3 ± (10 x − 20 x²) reaches 1.01 beyond 3 at x₁ and comes back through 1.01 on the other side at x₂ > 1/2.
+        let first = (10.0 - (100.0 - 80.0 * 1.01_f64).sqrt()) / 40.0;
+        let back = (10.0 + (100.0 + 80.0 * 1.01_f64).sqrt()) / 40.0;
+        assert!(first < back && back < 1.0);
+        let from = |sign: f64| first_passage(&BREAKPOINTS, 1, 3.0, &[0.0, sign * 10.0, sign * -20.0], 0.01);
+        passed(from(1.0), first, 4.0, 2);
+        passed(from(-1.0), first, 2.0, 0);
+    }
+
+    #[test]
+    fn what_starts_on_a_border_passes_it_at_once_or_rests_on_it() {
+        // A few roundings before it are on it; what lies behind it counts from there.
+        for phi in [4.0 - 5e-15, 4.0, 4.005] {
+            passed(first_passage(&BREAKPOINTS, 1, phi, &[0.0, 2.0], 0.01), 0.005, 4.0, 2);
+            let at_once = first_passage(&BREAKPOINTS, 1, phi, &[0.0, 2.0], 0.0).unwrap();
+            assert_eq!((at_once.at, at_once.segment), (0.0, 2));
+            assert_eq!(first_passage(&BREAKPOINTS, 1, phi, &[0.0, 0.0], 0.0), None);
+        }
+        let before = first_passage(&BREAKPOINTS, 1, 4.0 - 5e-14, &[0.0, 2.0], 0.0).unwrap();
+        assert!((before.at / 2.5e-14 - 1.0).abs() < 0.05, "{}", before.at);
+    }
+
+    #[test]
+    fn the_only_segment_is_crossed_from_its_end_to_its_start() {
+        let of = |phi: f64, way: [f64; 3]| first_passage(&[1.0], 0, phi, &way, 0.01);
+        for phi in [1.0, 1.0 + TAU] {
+            passed(of(phi, [0.0, 8.0, 0.0]), (TAU + 0.01) / 8.0, 1.0, 0);
+            passed(of(phi, [0.0, -8.0, 0.0]), (TAU + 0.01) / 8.0, 1.0, 0);
+            // From rest.
+            passed(of(phi, [0.0, 0.0, 8.0]), ((TAU + 0.01) / 8.0).sqrt(), 1.0, 0);
+        }
+        passed(of(3.0, [0.0, 8.0, 0.0]), (TAU - 2.0 + 0.01) / 8.0, 1.0, 0);
+        passed(of(3.0, [0.0, -8.0, 0.0]), 2.01 / 8.0, 1.0, 0);
+    }
+}
