@@ -30,3 +30,17 @@ impl Text {
             .ok_or_else(|| Fault::new(format!("`{name}` is not a condition of this drive")))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_condition_or_its_opposite_holds() {
+        let text = Text::new("", &[("inputs", true), ("damped", false)]);
+        let holds = ["inputs", "not inputs", "damped", "not damped"].map(|condition| text.holds(condition).unwrap());
+        assert_eq!(holds, [true, false, false, true]);
+        let told = text.holds("not known").unwrap_err().to_string();
+        assert_eq!(told, "`known` is not a condition of this drive");
+    }
+}

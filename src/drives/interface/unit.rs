@@ -71,3 +71,15 @@ quantities! {
     /// Time (s).
     TIME = "Time", "s", [0, 0, 1, 0], Some(("ms", 1e3));
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_usual_unit_in_si() {
+        // 1 kg, 1 mm, 1 ms, 1 degree.
+        assert_eq!([MASS.usual(), LENGTH.usual(), TIME.usual()], [1.0, 1e-3, 1e-3]);
+        assert!((ANGLE.usual().to_degrees() - 1.0).abs() < 1e-15);
+    }
+}
