@@ -176,7 +176,7 @@ mod tests {
             let lever = -0.6 + 0.02 * f64::from(i);
             let back = lever_at(&chain, moved(&chain, lever), &mut there).unwrap();
             assert!((back - lever).abs() < 1e-14, "{lever}: {back}");
-            assert_eq!(there, inputs(&chain, back));
+            assert_eq!(there[0], back);
         }
         assert!(matches!(lever_at(&chain, 5.0, &mut there), Err(Obstacle::OutOfReach { mechanism: 2, .. })));
         // The dead centre of a centric slider-crank.
