@@ -15,6 +15,8 @@ pub mod interface;
 pub mod models;
 pub mod shaft;
 pub mod solver;
+#[cfg(test)]
+mod survey;
 
 pub use interface::*;
 pub use models::*;
