@@ -17,7 +17,7 @@ use crate::drives::follower::contact::{Bodies, Mode, State};
 use crate::numerics::double_double::Double;
 use serde::{Deserialize, Serialize};
 
-/// Roundings that a panel adds, in units of the first terms of its series.
+/// Roundings that a panel adds, in units of the first terms of its series, where those of the law are those of its values.
 const ROUNDINGS: f64 = 2.0 * f64::EPSILON;
 
 /// Standard deviations by which the estimate exceeds the mean error: fewer than one normal variable in a thousand is
@@ -34,6 +34,8 @@ pub struct Covariance {
     /// Errors added since, the current panel included: variances of roundings, sums of neglected terms.
     rounded: [f64; 4],
     neglected: [f64; 4],
+    /// Roundings that a panel adds, in units of the first terms of its series.
+    rounding: f64,
 }
 
 /// ζ̇, ζ̈, q̈ on one side of an impact.
@@ -56,6 +58,11 @@ impl Side {
 }
 
 impl Covariance {
+    /// No errors, on a flank whose roundings are so many times those of its values.
+    pub fn new(roundings: f64) -> Self {
+        Covariance { rounding: ROUNDINGS * roundings, ..Covariance::default() }
+    }
+
     /// A panel begins: adds what it rounds and neglects up to its end, in ζ, ζ̇, q, q̇.
     pub fn enter(&mut self, [sizes, neglected]: [[f64; 4]; 2]) {
         self.round(sizes);
@@ -72,7 +79,7 @@ impl Covariance {
     /// Adds the rounding of numbers of these sizes in ζ, ζ̇, q, q̇.
     pub fn round(&mut self, sizes: [f64; 4]) {
         for i in 0..4 {
-            let rounding = ROUNDINGS * sizes[i];
+            let rounding = self.rounding * sizes[i];
             self.rounded[i] += rounding * rounding;
         }
     }
@@ -154,6 +161,6 @@ impl Covariance {
         let parts = [(drift + vibration[0]) / place, if speed > 0.0 { (y + vibration[1]) / speed } else { 0.0 }];
         // What is no number is none of these, and what is read is itself rounded.
         let kept = parts.iter().all(|&part| part < 1.0);
-        if kept { (parts[0].max(parts[1]) + f64::EPSILON).min(1.0) } else { 1.0 }
+        if kept { (parts[0].max(parts[1]) + self.rounding).min(1.0) } else { 1.0 }
     }
 }

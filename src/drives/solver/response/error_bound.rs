@@ -15,7 +15,7 @@ const ROUNDING: f64 = 0.5 * f64::EPSILON;
 
 /// Roundings of a closed form besides two for each order of the law, for one harmonic after the other is turned on from
 /// the one before: those of amplitude, phase, decay and sum.
-const CLOSED: f64 = 8.0;
+const CLOSED: f64 = 24.0;
 
 /// Rounding error of the harmonic k of a closed form, relative to its amplitude.
 pub fn of_harmonics(k: f64) -> f64 {
@@ -26,6 +26,9 @@ pub fn of_harmonics(k: f64) -> f64 {
 pub fn of_free_motion() -> f64 {
     CLOSED * ROUNDING
 }
+
+/// Factor of the estimate over single roundings.
+const ROUNDINGS: f64 = 4.0;
 
 /// Roundings of 1 rad in the angle at which a breakpoint is passed: near 2π half a unit in the last place is four of them, and
 /// both the breakpoint and the angle of the cam are rounded.
@@ -101,6 +104,14 @@ impl ErrorBound {
     pub fn pass(&mut self, oscillator: &Oscillator, jumps: f64, angle: f64) {
         let v = jumps * ROUNDING * (PASSED + angle.abs());
         self.neglected[1] += v * v;
+        self.take_worst(oscillator.stiffness().sqrt(), [0.0; 2]);
+    }
+
+    /// Adds errors of q (m) and q̇ (m/s) that are no errors of a step.
+    pub fn disturb(&mut self, oscillator: &Oscillator, errors: [f64; 2]) {
+        for (sum, error) in self.neglected.iter_mut().zip(errors) {
+            *sum += (ROUNDINGS * error).powi(2);
+        }
         self.take_worst(oscillator.stiffness().sqrt(), [0.0; 2]);
     }
 

@@ -81,6 +81,8 @@ pub struct Response {
     pub motion: AngleMotion,
     /// Bounds of |U′| (m/rad) and |U″| (m/rad²) over the turn, for a Hermite step: a Fourier law is one segment.
     bounds: [f64; 2],
+    /// See [`MotionLaw::roundings`].
+    roundings: [f64; 2],
     closed_form: ClosedForm,
     method: Method,
     /// The turn of the cam as it starts, see [`Response::tabulate`]; all instances with the same parameters share it.
@@ -131,6 +133,7 @@ impl Response {
             tolerance,
             motion: AngleMotion::uniform(0.0, 0.0, 0.0),
             bounds: [law.bound(1), law.bound(2)],
+            roundings: law.roundings(),
             closed_form: ClosedForm::new(law.series()),
             method: Method::Closed(Run::default()),
             table: None,
@@ -143,7 +146,7 @@ impl Response {
 
     /// Called when it was read from bytes: rebuilds what the serialisation leaves out; whether it can be one of this law.
     pub fn restored(&mut self, law: &MotionLaw, tolerance: f64) -> bool {
-        (self.tolerance, self.bounds) = (tolerance, [law.bound(1), law.bound(2)]);
+        (self.tolerance, self.bounds, self.roundings) = (tolerance, [law.bound(1), law.bound(2)], law.roundings());
         self.closed_form.restored(&self.equation, law.series());
         match &self.method {
             Method::Hermite(_) => law.series().is_some(),
@@ -328,6 +331,7 @@ impl Response {
             state[1] -= (after - before) * w * beyond;
             let angle = if self.until.is_finite() { phi } else { 0.0 };
             self.bound.pass(&self.equation.oscillator, (after - before) * w, angle);
+            self.bound.disturb(&self.equation.oscillator, [0.0, self.roundings[0] * w]);
         }
         (next, state)
     }
@@ -405,6 +409,8 @@ impl Response {
                 let turned = order * speed * length;
                 let angle = angle.abs() + if law.breakpoints().is_empty() { 0.0 } else { OF_BREAKPOINTS };
                 let made = Made { length, error, forcing: scale, order, turned, angle, state };
+                let of_law = self.roundings[1] * speed * speed + self.roundings[0] * course.acceleration(length);
+                self.bound.disturb(oscillator, [0.0, of_law * length.min(1.0 / oscillator.stiffness().sqrt())]);
                 self.bound.add(oscillator, (-length * oscillator.decay()).exp(), &made, within);
                 break fit;
             }
