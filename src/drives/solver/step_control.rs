@@ -25,6 +25,9 @@ const RESERVE_ON_INPUTS: f64 = 5.0;
 /// The same for equal steps on inputs.
 const RESERVE_OF_EQUAL_STEPS_ON_INPUTS: f64 = 3.5;
 
+/// Factor of the estimate over single roundings.
+pub const ROUNDINGS: f64 = 2.0;
+
 /// Factor of the estimate for the polynomials of a tabulated period.
 pub const RESERVE_OF_TABLE: f64 = 2.0;
 

@@ -6,6 +6,7 @@
 //! with them.) The roundings of equal steps are equal, for the same propagator is applied again and again: they are summed
 //! as they are.
 
+use crate::drives::solver::step_control::ROUNDINGS;
 use crate::numerics::chebyshev::Chebyshev;
 use crate::numerics::oscillator::Oscillator;
 use serde::{Deserialize, Serialize};
@@ -26,9 +27,6 @@ pub fn of_harmonics(k: f64) -> f64 {
 pub fn of_free_motion() -> f64 {
     CLOSED * ROUNDING
 }
-
-/// Factor of the estimate over single roundings.
-const ROUNDINGS: f64 = 4.0;
 
 /// Roundings of 1 rad in the angle at which a breakpoint is passed: near 2π half a unit in the last place is four of them, and
 /// both the breakpoint and the angle of the cam are rounded.
