@@ -14,15 +14,9 @@
 //! section 7.4 (jump of the fundamental solution matrix).
 
 use crate::drives::follower::contact::{Bodies, Mode, State};
+use crate::drives::solver::step_control::{RESERVE, ROUNDINGS};
 use crate::numerics::double_double::Double;
 use serde::{Deserialize, Serialize};
-
-/// Roundings that a panel adds, in units of the first terms of its series, where those of the law are those of its values.
-const ROUNDINGS: f64 = 2.0 * f64::EPSILON;
-
-/// Standard deviations by which the estimate exceeds the mean error: fewer than one normal variable in a thousand is
-/// larger.
-const DEVIATIONS: f64 = 3.5;
 
 /// The covariance of ζ, ζ̇, q, q̇.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -60,7 +54,7 @@ impl Side {
 impl Covariance {
     /// No errors, on a flank whose roundings are so many times those of its values.
     pub fn new(roundings: f64) -> Self {
-        Covariance { rounding: ROUNDINGS * roundings, ..Covariance::default() }
+        Covariance { rounding: ROUNDINGS * f64::EPSILON * roundings, ..Covariance::default() }
     }
 
     /// A panel begins: adds what it rounds and neglects up to its end, in ζ, ζ̇, q, q̇.
@@ -153,7 +147,7 @@ impl Covariance {
         }
         let [z, y, q, v] = [0, 1, 2, 3].map(|i| {
             let variance = self.matrix[i][i] + self.rounded[i] + self.neglected[i] * self.neglected[i];
-            DEVIATIONS * variance.sqrt()
+            RESERVE * variance.sqrt()
         });
         // A free vibration turns an error of q̇ into one of q and back.
         let vibration = [q + v / bodies.bound.stiffness().sqrt(), v + q * bodies.relative.stiffness().sqrt()];

@@ -243,8 +243,9 @@ impl<E: Equation> Oscillation<E> {
             let alike = usual.min(target - time);
             let push = push_of_rounding([phi, w, a], time, slope, alike);
             integrator.disturb([0.0, push]);
-            // Where the rounding of the inputs is taken for no jump, the mass keeps neither place nor speed.
-            let [place, speed] = moving.base([phi, w]).map(|base| 0.5 * f64::EPSILON * base);
+            // Where the rounding of the inputs, a quarter of the last place in the mean, is taken for no jump, the mass keeps neither
+            // place nor speed.
+            let [place, speed] = moving.base([phi, w]).map(|base| 0.25 * f64::EPSILON * base);
             integrator.shake([place, speed.abs() + roundings * w * w * alike]);
         }
         moving.integrate(integrator, Double::from(target), limit, control)?;

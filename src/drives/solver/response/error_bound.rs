@@ -105,16 +105,15 @@ impl ErrorBound {
         self.take_worst(oscillator.stiffness().sqrt(), [0.0; 2]);
     }
 
-    /// Adds errors of q (m) and q̇ (m/s) that are no errors of a step.
-    pub fn disturb(&mut self, oscillator: &Oscillator, errors: [f64; 2]) {
+    /// Adds errors of q (m) and q̇ (m/s) that are no errors of a step; the next one takes them up.
+    pub fn disturb(&mut self, errors: [f64; 2]) {
         for (sum, error) in self.neglected.iter_mut().zip(errors) {
             *sum += (ROUNDINGS * error).powi(2);
         }
-        self.take_worst(oscillator.stiffness().sqrt(), [0.0; 2]);
     }
 
     /// Takes up the largest error of q that the errors so far, and those `within` a step, can come to.
-    fn take_worst(&mut self, rate: f64, within: [f64; 2]) {
+    pub fn take_worst(&mut self, rate: f64, within: [f64; 2]) {
         // An error of q̇ turns into one of q within a quarter of a period or, softer, as long as it has had time.
         let span = self.elapsed.min(1.0 / rate);
         let [of_q, of_v] = [0, 1].map(|i| self.neglected[i] + within[i] * within[i]);

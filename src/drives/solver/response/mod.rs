@@ -25,6 +25,7 @@ use crate::drives::shaft::cam_turn::{OVERRUN, turns};
 use crate::drives::shaft::course::Course;
 use crate::drives::shaft::instant::Instant;
 use crate::drives::solver::passage::first_passage;
+use crate::drives::solver::step_control::RESERVE;
 use crate::drives::{Fault, Rounded};
 use crate::motion::MotionLaw;
 use crate::motion::derivatives::lift;
@@ -66,10 +67,6 @@ const SINGULAR: f64 = 1e-13;
 
 /// A harmonic is resonant where its relative impedance is some roundings of the parameters m and c.
 const RESONANT: f64 = 1e-15;
-
-/// Factor of the error estimate over what the polynomials of the cells tell: roundings of the states at their ends
-/// add to it.
-const RESERVE_OF_TABLE: f64 = 16.0;
 
 /// The motion of the oscillator from a given state on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -293,7 +290,7 @@ impl Response {
         // As many turns as the free motion lasts.
         let decay = self.equation.oscillator.decay();
         let alike = (turns + 1.0).min(-1.0 / (-decay * map.period().hi).exp_m1());
-        self.bound.add_table(RESERVE_OF_TABLE * map.error(), cells * alike, of_law * alike);
+        self.bound.add_table(RESERVE * map.error(), cells * alike, of_law * alike);
         Ok(trajectory.at(map, time))
     }
 
@@ -331,7 +328,7 @@ impl Response {
             state[1] -= (after - before) * w * beyond;
             let angle = if self.until.is_finite() { phi } else { 0.0 };
             self.bound.pass(&self.equation.oscillator, (after - before) * w, angle);
-            self.bound.disturb(&self.equation.oscillator, [0.0, self.roundings[0] * w]);
+            self.bound.disturb([0.0, self.roundings[0] * w]);
         }
         (next, state)
     }
@@ -410,7 +407,7 @@ impl Response {
                 let angle = angle.abs() + if law.breakpoints().is_empty() { 0.0 } else { OF_BREAKPOINTS };
                 let made = Made { length, error, forcing: scale, order, turned, angle, state };
                 let of_law = self.roundings[1] * speed * speed + self.roundings[0] * course.acceleration(length);
-                self.bound.disturb(oscillator, [0.0, of_law * length.min(1.0 / oscillator.stiffness().sqrt())]);
+                self.bound.disturb([0.0, of_law * length.min(1.0 / oscillator.stiffness().sqrt())]);
                 self.bound.add(oscillator, (-length * oscillator.decay()).exp(), &made, within);
                 break fit;
             }

@@ -14,6 +14,7 @@ impl Response {
     pub fn step(&mut self, law: &MotionLaw, end: f64, goes_on: bool, now: &mut Instant) -> Result<(), Fault> {
         self.round_inputs();
         if goes_on && self.motion.is_uniform() && law.series().is_some() {
+            self.bound.take_worst(self.equation.oscillator.stiffness().sqrt(), [0.0; 2]);
             if !(matches!(self.method, Method::Closed(_)) && self.closed_form.holds_for.is_some()) {
                 let motion = self.motion;
                 self.restart(law, &motion, now.time, f64::INFINITY, now.q.array())?;
@@ -31,7 +32,7 @@ impl Response {
     fn round_inputs(&mut self) {
         let [phi, w, ..] = self.motion.coefficients.map(f64::abs);
         let [slope, curvature] = self.bounds.map(|bound| 0.5 * f64::EPSILON * bound);
-        self.bound.disturb(&self.equation.oscillator, [slope * phi, (slope + curvature * phi) * w]);
+        self.bound.disturb([slope * phi, (slope + curvature * phi) * w]);
     }
 
     /// The same by one quadrature, for a Fourier law, where it reaches so far.
