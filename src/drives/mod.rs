@@ -15,8 +15,9 @@ pub mod interface;
 pub mod models;
 pub mod shaft;
 pub mod solver;
-#[cfg(test)]
-mod survey;
 
 pub use interface::*;
 pub use models::*;
+
+#[cfg(test)]
+mod tests;

@@ -11,9 +11,9 @@
 //! importer rounds them; rounded ones move the shaft by jumps, which the drive takes as none, whereas the truth follows them: where q
 //! counts from the shaft, the mass keeps place and speed.
 
-use super::settings::{HasSolver, Settings};
-use super::shaft::cam_drive::{DriveMode, Start, StartMode};
-use super::{Drive, Fault, backlash, elastic_output, elastic_shaft, parametric, rigid_machine};
+use crate::drives::settings::{HasSolver, Settings};
+use crate::drives::shaft::cam_drive::{DriveMode, Start, StartMode};
+use crate::drives::{Drive, Fault, backlash, elastic_output, elastic_shaft, parametric, rigid_machine};
 use crate::motion::plan::SegmentLaw;
 use crate::motion::table::Points;
 use crate::motion::{Cycle, CyclePlan, Fourier, MotionLaw, MotionPlan, PlanPoint, StandardLaw, Table};
