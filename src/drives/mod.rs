@@ -18,3 +18,6 @@ pub mod solver;
 
 pub use interface::*;
 pub use models::*;
+
+#[cfg(test)]
+mod tests;

@@ -25,6 +25,7 @@ pub use table::Table;
 use crate::numerics::work::HARMONIC;
 use plan::MAX_LENGTH;
 use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
 
 /// A motion law.
 ///
@@ -157,6 +158,18 @@ impl MotionLaw {
         }
     }
 
+    /// How far the roundings of coefficients that follow from given points may carry U′ and U″ away (m/rad, m/rad²): those of points
+    /// at the distance 1/R by ε (|U| + 2π |U′|) Rⁿ; a polynomial of degree 7 sums up coefficients sixteen times as large.
+    pub fn roundings(&self) -> [f64; 2] {
+        let (finest, sums) = match self {
+            MotionLaw::Fourier(_) | MotionLaw::Cycle(_) => return [0.0; 2],
+            MotionLaw::Table(table) => (table.finest(), 1.0),
+            MotionLaw::Plan(_) => (self.resolution(), 16.0),
+        };
+        let slope = sums * f64::EPSILON * (self.bound(0) + TAU * self.bound(1)) * finest;
+        [slope, slope * finest]
+    }
+
     /// Cost of an evaluation (nominal µs), see [`crate::numerics::work`]: pieces as much as ten harmonics.
     pub fn cost(&self) -> f64 {
         HARMONIC * self.series().map_or(10.0, |series| series.order() as f64)
@@ -192,7 +205,6 @@ impl MotionLaw {
 mod tests {
     use super::table::Points;
     use super::*;
-    use std::f64::consts::TAU;
 
     /// One law of each kind and each standard law.
     fn laws() -> Vec<MotionLaw> {

@@ -63,6 +63,11 @@ impl Spline {
         Spline { points, bends, knots, pieces, bounds }
     }
 
+    /// 1 over the least width of a piece (1/rad).
+    pub fn finest(&self) -> f64 {
+        self.pieces.iter().fold(0.0, |finest, piece| finest.max(1.0 / piece.width))
+    }
+
     /// Piece `index`, the last one beyond the list.
     pub fn piece(&self, index: usize) -> &Piece {
         &self.pieces[index.min(self.pieces.len() - 1)]

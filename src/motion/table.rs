@@ -122,6 +122,11 @@ impl Table {
         }
     }
 
+    /// 1 over the least distance of neighbouring points (1/rad).
+    pub fn finest(&self) -> f64 {
+        self.spline.finest()
+    }
+
     /// An upper bound of |U⁽ᵒʳᵈᵉʳ⁾| in piece `segment`.
     pub fn bound_in(&self, segment: usize, order: usize) -> f64 {
         self.scale.abs() * self.spline.piece(segment).bound(order)

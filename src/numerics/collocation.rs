@@ -142,6 +142,8 @@ pub struct Collocation<const N: usize> {
     scale: [f64; N],
     /// Covariance of the error at the end of the last step.
     covariance: [[f64; N]; N],
+    /// The same of errors that are not those of the integration; see [`Collocation::shake`].
+    shaken: [[f64; N]; N],
     /// See [`Collocation::end_error`].
     ends: [f64; N],
     /// Length of the next step; 0 while unknown.
@@ -164,6 +166,7 @@ impl<const N: usize> Collocation<N> {
             modes: [[0.0; N]; STAGES],
             scale: [0.0; N],
             covariance: [[0.0; N]; N],
+            shaken: [[0.0; N]; N],
             ends: [0.0; N],
             next: 0.0,
             statistics: Statistics::default(),
@@ -173,8 +176,8 @@ impl<const N: usize> Collocation<N> {
     /// Goes on from another state, as after a jump; step length and scale are kept as a first guess.
     pub fn restart(&mut self, t: Double, y: [f64; N]) {
         let fresh = Self::new(t, y);
-        let &mut Collocation { scale, covariance, next, statistics, .. } = self;
-        *self = Collocation { scale, covariance, next, statistics, ..fresh };
+        let &mut Collocation { scale, covariance, shaken, next, statistics, .. } = self;
+        *self = Collocation { scale, covariance, shaken, next, statistics, ..fresh };
     }
 
     /// Error that the last step added to each component, if its coefficients go on to decay as the last ones
@@ -327,6 +330,19 @@ impl<const N: usize> Collocation<N> {
         }
     }
 
+    /// As [`Collocation::disturb`], an error that is told apart from those of the integration, for it says nothing of how
+    /// large the motion is.
+    pub fn shake(&mut self, error: [f64; N]) {
+        for (c, error) in error.into_iter().enumerate() {
+            self.shaken[c][c] += error * error;
+        }
+    }
+
+    /// The standard deviations by which the state has been shaken.
+    pub fn shaken(&self) -> [f64; N] {
+        std::array::from_fn(|c| self.shaken[c][c].sqrt())
+    }
+
     /// Forgets how large the motion has been, as far as the relative error of the state does not exceed the largest one so far:
     /// what begins here is measured by itself.
     pub fn forget(&mut self) {
@@ -344,11 +360,10 @@ impl<const N: usize> Collocation<N> {
     /// Carries the error of the state over the step, y₁ = M y₀ + own error: the covariance becomes M P Mᵀ plus the
     /// square of what the end of the step adds, so errors of independent sign grow, turn and decay as the motion does.
     fn carry_error(&mut self, solved: &Solved<N>) {
-        let product = |a: &[[f64; N]; N], b: &dyn Fn(usize, usize) -> f64| -> [[f64; N]; N] {
-            std::array::from_fn(|r| std::array::from_fn(|c| (0..N).map(|k| a[r][k] * b(k, c)).sum()))
-        };
-        let half = product(&solved.map, &|k, c| self.covariance[k][c]);
-        self.covariance = product(&half, &|k, c| solved.map[c][k]);
+        self.covariance = carried(&solved.map, &self.covariance);
+        if self.shaken != [[0.0; N]; N] {
+            self.shaken = carried(&solved.map, &self.shaken);
+        }
         let mut state_error: f64 = 0.0;
         for c in 0..N {
             self.covariance[c][c] += solved.own[c].powi(2);
@@ -505,6 +520,15 @@ impl<const N: usize> Collocation<N> {
         }
         scale
     }
+}
+
+/// M P Mᵀ.
+fn carried<const N: usize>(map: &[[f64; N]; N], covariance: &[[f64; N]; N]) -> [[f64; N]; N] {
+    let product = |a: &[[f64; N]; N], b: &dyn Fn(usize, usize) -> f64| -> [[f64; N]; N] {
+        std::array::from_fn(|r| std::array::from_fn(|c| (0..N).map(|k| a[r][k] * b(k, c)).sum()))
+    };
+    let half = product(map, &|k, c| covariance[k][c]);
+    product(&half, &|k, c| map[c][k])
 }
 
 #[cfg(test)]

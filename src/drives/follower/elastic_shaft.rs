@@ -149,6 +149,11 @@ impl Equation for Twist {
         m * speed * speed * products / (inertia + m * u1 * u1) + f.a.abs()
     }
 
+    fn roundings(&self, law: &MotionLaw) -> f64 {
+        let ([slope, curvature], [u1, u2]) = (law.roundings(), [1, 2].map(|order| law.bound(order)));
+        self.parameters.m * (u1 * curvature + u2 * slope) / self.parameters.inertia
+    }
+
     fn reach(&self, law: &MotionLaw, segment: usize, _: f64) -> f64 {
         REACH / law.resolution_in(segment).max(1.0)
     }

@@ -83,6 +83,11 @@ pub trait Equation: Clone + PartialEq + Debug + Serialize + DeserializeOwned + S
         0.0
     }
 
+    /// What the roundings of the law's coefficients make of q̈ at the speed 1 rad/s.
+    fn roundings(&self, _law: &Self::Law) -> f64 {
+        0.0
+    }
+
     /// The angle (rad) from `phi` on over which the coefficients follow a polynomial of degree 8.
     fn reach(&self, law: &Self::Law, segment: usize, phi: f64) -> f64;
 

@@ -31,6 +31,11 @@ pub trait FlankMotion {
     /// Upper bounds of |u| (m) and |u̇| (m/s) with the speed at `time` (s).
     fn sizes(&self, time: f64) -> [f64; 2];
 
+    /// How many times larger than roundings of its values those of the coefficients of the law are, and one.
+    fn roundings(&self) -> f64 {
+        1.0
+    }
+
     /// An upper bound of |ü| in `segment` at `time`, in a dwell that in any segment: what comes to rest there came from others.
     fn acceleration(&self, segment: usize, time: Double) -> f64;
 

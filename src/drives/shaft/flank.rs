@@ -96,6 +96,12 @@ impl FlankMotion for CamFlank<'_> {
         [self.bounds[0], self.bounds[1] * w.abs()]
     }
 
+    fn roundings(&self) -> f64 {
+        let [slope, curvature] = self.law.roundings();
+        let part = |rounding: f64, bound: f64| rounding / bound.max(f64::MIN_POSITIVE);
+        1.0 + part(slope, self.bounds[1]).max(part(curvature, self.bounds[2])) / f64::EPSILON
+    }
+
     fn acceleration(&self, segment: usize, time: Double) -> f64 {
         let [_, w, a] = self.derivatives(time);
         let [_, mut slope, mut curvature] = self.bounds;

@@ -13,20 +13,22 @@ pub const WORST: f64 = 1e-2;
 /// By how much a step of fixed cost may differ from its length, so that no sliver is left before a point of the grid.
 pub const SLIVER: f64 = 1e-3;
 
-/// Factors by which the error estimate exceeds what the coefficients of the polynomials tell, so that of 100 random drives
-/// 99 err by less. This one is for the polynomials between the ends of steps where the tolerance decides.
+/// Factor of the error estimate over what the coefficients of the polynomials and the covariance of the errors tell: so many
+/// standard deviations that fewer than one normal variable in a thousand is larger.
+pub const RESERVE: f64 = 3.5;
+
+/// The same for the polynomials between the ends of steps where the tolerance decides, which are read anywhere.
 const RESERVE_BETWEEN_ENDS: f64 = 16.0;
 /// Beside them count the errors that add up from end to end.
 const RESERVE_AT_ENDS: f64 = 6.0;
-/// Among equal steps the worst polynomial counts, which overestimates the error by itself.
-const RESERVE_OF_EQUAL_STEPS: f64 = 1.0;
 /// On inputs steps end at the communication points, so that only the errors at the ends count.
-const RESERVE_ON_INPUTS: f64 = 5.0;
-/// The same for equal steps on inputs.
-const RESERVE_OF_EQUAL_STEPS_ON_INPUTS: f64 = 3.5;
+const RESERVE_ON_INPUTS: f64 = 4.7;
 
-/// Factor of the estimate for the polynomials of a tabulated period.
+/// The same for the polynomials of a tabulated period.
 pub const RESERVE_OF_TABLE: f64 = 2.0;
+
+/// Factor of the error estimate over single roundings.
+pub const ROUNDINGS: f64 = 2.0;
 
 /// Rule for the lengths of the internal steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -79,9 +81,10 @@ impl StepControl {
             (StepControl::Tolerance(_), false) => {
                 RESERVE_BETWEEN_ENDS * statistics.error_estimate + RESERVE_AT_ENDS * statistics.error_at_ends
             }
-            (StepControl::Grid { .. }, false) => RESERVE_OF_EQUAL_STEPS * statistics.state_error,
+            // Among equal steps the worst polynomial counts, which overestimates the error by itself.
+            (StepControl::Grid { .. }, false) => statistics.state_error,
             (StepControl::Tolerance(_), true) => RESERVE_ON_INPUTS * statistics.error_at_ends,
-            (StepControl::Grid { .. }, true) => RESERVE_OF_EQUAL_STEPS_ON_INPUTS * statistics.error_at_ends,
+            (StepControl::Grid { .. }, true) => RESERVE * statistics.error_at_ends,
         };
         // `min` takes what is no number for 1.
         error.min(1.0)

@@ -41,6 +41,7 @@ use crate::drives::solver::free_shaft::in_angle::InAngle;
 use crate::drives::solver::free_shaft::in_time::InTime;
 use crate::drives::solver::free_shaft::mesh::Mesh;
 use crate::drives::solver::free_shaft::steady;
+use crate::drives::solver::step_control::ROUNDINGS;
 use crate::drives::{Curve, Drive, Event, EventLog, Experiment, Fault, List, Rounded, Text};
 use crate::numerics::double_double::{Double, two_sum};
 use crate::numerics::number::{Number, all_finite};
@@ -320,6 +321,7 @@ impl Drive for RigidMachine {
             (self.state, self.period) = (found.state, found.period);
             self.events.push(found.event(time));
         }
+        self.solver.error_estimate = ROUNDINGS * self.shaft.roundings(phi);
         (self.in_time, self.torque) = (InTime::new(&self.shaft.motor), 0.0);
         if self.solver.settings.method == Method::FixedCost {
             self.in_time.grid = Grid::new(time, self.solver.settings.step_size, &self.shaft, &self.state);

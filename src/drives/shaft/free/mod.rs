@@ -7,10 +7,11 @@ pub(in crate::drives) mod profile;
 pub(in crate::drives) mod signal;
 pub(in crate::drives) mod torques;
 
+use crate::drives::follower::rigid::Follower;
 use crate::numerics::angle::{self, WHOLE_TURN};
 use crate::numerics::double_double::{Double, two_product};
 use inertia::Inertia;
-use motor::Motor;
+use motor::{Kloss, Motor};
 use profile::Profile;
 use serde::{Deserialize, Serialize};
 use signal::Signal;
@@ -55,6 +56,18 @@ pub struct State {
 }
 
 impl Shaft {
+    /// Relative errors of φ, φ̇ and M_an by the roundings of angles, which count from `phi` (rad) on, and laws. The torque of a
+    /// motor with a lag changes by 2/s_K times as much as the speed, which it then disturbs.
+    pub fn roundings(&self, phi: f64) -> f64 {
+        let part = |follower: &Follower| follower.cam.roundings()[0] / follower.cam.bound(1);
+        let of_laws = self.inertia.followers.iter().map(part).fold(0.0, f64::max);
+        let of_torque = match self.motor {
+            Motor::Kloss(Kloss { breakdown_slip, dynamics: Some(_), .. }) => 2.0 / breakdown_slip,
+            _ => 0.0,
+        };
+        (f64::EPSILON * (1.0 + phi.abs()) + of_laws) * (1.0 + of_torque)
+    }
+
     /// J, J′ where the shaft is.
     pub fn inertia_at(&self, state: &State) -> [f64; 2] {
         self.profile.with_slope(state.interval, state.angle.hi)

@@ -77,7 +77,7 @@ pub struct Stretch<'a> {
 impl Run {
     /// A run from there on, with series of so many terms.
     pub fn new(bodies: &Bodies, flank: &impl FlankMotion, from: Beginning, terms: usize) -> Self {
-        let mut run = Run::default();
+        let mut run = Run { errors: Covariance::new(flank.roundings()), ..Run::default() };
         run.enter(bodies, flank, from, terms);
         run
     }

@@ -167,8 +167,8 @@ impl Estimate {
         let exponent = (0.5 * length * (first.slope + last.slope)).min(LARGEST_EXPONENT);
         Estimate {
             error: angle.max(energy).max(ACCUMULATION * quadrature).max(time),
-            angle: CAUTION * angle,
-            energy: CAUTION * energy,
+            angle: CAUTION * angle + 0.5 * length * left,
+            energy: CAUTION * energy + left,
             growth: first.energy / last.energy * exponent.exp(),
             added: quadrature.max(CAUTION * (rise * decay(modes).powi(3))) + length * noise / least + left,
             time: time.max(CAUTION * (sigma * decay(slow).powi(3))) + 2.0 * f64::EPSILON,

@@ -22,7 +22,7 @@ use crate::drives::settings::{HasSolver, Method, Settings, Solver};
 use crate::drives::shaft::cam_drive::{
     AngleMotion, CamDrive, HasCamDrive, Start, StartMode, field, goes_on, half_a_place, push_of_rounding,
 };
-use crate::drives::solver::step_control::{FAR, StepControl};
+use crate::drives::solver::step_control::{FAR, ROUNDINGS, StepControl};
 use crate::drives::{EventLog, Fault, Seed};
 use crate::numerics::collocation::Collocation;
 use crate::numerics::double_double::Double;
@@ -62,6 +62,11 @@ pub struct Oscillation<E: Equation> {
     pub(in crate::drives) growth: f64,
     /// The segment of the law at the end of the integrator's last step.
     segment: usize,
+    /// What the roundings of the law's coefficients make of q̈ at the speed 1 rad/s; see [`Equation::roundings`].
+    roundings: f64,
+    /// The largest errors of q and q̇ by the roundings of law and inputs, and the largest |q| and |q̇| so far.
+    shaken: [f64; 2],
+    largest: [f64; 2],
     /// The communication point (s).
     pub(in crate::drives) time: f64,
     /// q (rad or m) and q̇ there.
@@ -116,6 +121,9 @@ impl<E: Equation> Oscillation<E> {
             trajectory: None,
             growth: 0.0,
             segment: 0,
+            roundings: 0.0,
+            shaken: [0.0; 2],
+            largest: [0.0; 2],
             time: 0.0,
             state: [0.0; 2],
             before: [0.0; 4],
@@ -135,6 +143,7 @@ impl<E: Equation> Oscillation<E> {
         self.solver.start();
         self.motion = self.cam.motion(time);
         self.integrator = Collocation::new(Double::from(time), [0.0; 2]);
+        self.roundings = self.equation.roundings(&self.cam.law);
         let table = self.tabulate(self.equation.parameters());
         self.growth = table.growth;
         self.state = match self.start.mode {
@@ -151,6 +160,7 @@ impl<E: Equation> Oscillation<E> {
                 periodic(&mut self.moving().0, &table, time, tolerance)?
             }
         };
+        (self.shaken, self.largest) = ([0.0; 2], self.state.map(f64::abs));
         self.restart_integrator();
         self.trajectory = table.map.as_ref().map(|map| Trajectory::new(map, time, self.state));
         if let Some(map) = &table.map {
@@ -222,6 +232,7 @@ impl<E: Equation> Oscillation<E> {
         if on_inputs || self.tuned {
             self.restart_integrator();
         }
+        let roundings = self.roundings;
         let (mut moving, integrator) = self.moving();
         let mut limit = FAR;
         if on_inputs {
@@ -229,7 +240,13 @@ impl<E: Equation> Oscillation<E> {
             limit = Double::from(target);
             let [phi, w, a, ..] = moving.motion.coefficients;
             let slope = moving.slope(integrator);
-            integrator.disturb([0.0, push_of_rounding([phi, w, a], time, slope, usual.min(target - time))]);
+            let alike = usual.min(target - time);
+            let push = push_of_rounding([phi, w, a], time, slope, alike);
+            integrator.disturb([0.0, push]);
+            // Where the rounding of the inputs, a quarter of the last place in the mean, is taken for no jump, the mass keeps neither
+            // place nor speed.
+            let [place, speed] = moving.base([phi, w]).map(|base| 0.25 * f64::EPSILON * base);
+            integrator.shake([place, speed.abs() + roundings * w * w * alike]);
         }
         moving.integrate(integrator, Double::from(target), limit, control)?;
         self.time = target;
@@ -237,10 +254,18 @@ impl<E: Equation> Oscillation<E> {
         self.remember();
         self.cam.step_done();
         let statistics = self.integrator.statistics;
+        let shaken = self.integrator.shaken();
+        for c in 0..2 {
+            self.shaken[c] = self.shaken[c].max(shaken[c]);
+            self.largest[c] = self.largest[c].max(self.state[c].abs());
+        }
         let error = control.error_estimate(&statistics, on_inputs);
         self.solver.steps = statistics.steps as f64;
         self.solver.evaluations = statistics.evaluations as f64;
-        self.solver.error_estimate = self.solver.error_estimate.max(error);
+        // By how much q and q̇ are shaken, which may begin small, counts against the motion as it has become.
+        let shaken = |c: usize| ROUNDINGS * self.shaken[c] / self.largest[c];
+        let before = if on_inputs { shaken(0).max(shaken(1)) } else { self.solver.error_estimate };
+        self.solver.error_estimate = error.max(before);
         Ok(())
     }
 

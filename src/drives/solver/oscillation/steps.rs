@@ -215,6 +215,12 @@ impl<'a, E: Equation> Moving<'a, E> {
         control.step(integrator, self, limit, ITERATIONS[usize::from(self.equation.is_linear())])
     }
 
+    /// Place and speed of what q counts from where the shaft has the angle `phi` (rad) and the speed `w` (rad/s).
+    pub fn base(&self, [phi, w]: [f64; 2]) -> [f64; 2] {
+        let f = Flow { phi, w, a: 0.0, q: 0.0, v: 0.0 };
+        self.equation.base(&self.local(&f), &f)
+    }
+
     /// ∂q̈/∂φ at the end of the last step (1/s²).
     pub fn slope(&self, integrator: &Collocation<2>) -> f64 {
         let f = self.flow(integrator.end(), &integrator.state());

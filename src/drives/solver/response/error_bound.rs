@@ -6,6 +6,7 @@
 //! with them.) The roundings of equal steps are equal, for the same propagator is applied again and again: they are summed
 //! as they are.
 
+use crate::drives::solver::step_control::ROUNDINGS;
 use crate::numerics::chebyshev::Chebyshev;
 use crate::numerics::oscillator::Oscillator;
 use serde::{Deserialize, Serialize};
@@ -15,7 +16,7 @@ const ROUNDING: f64 = 0.5 * f64::EPSILON;
 
 /// Roundings of a closed form besides two for each order of the law, for one harmonic after the other is turned on from
 /// the one before: those of amplitude, phase, decay and sum.
-const CLOSED: f64 = 8.0;
+const CLOSED: f64 = 24.0;
 
 /// Rounding error of the harmonic k of a closed form, relative to its amplitude.
 pub fn of_harmonics(k: f64) -> f64 {
@@ -104,8 +105,15 @@ impl ErrorBound {
         self.take_worst(oscillator.stiffness().sqrt(), [0.0; 2]);
     }
 
+    /// Adds errors of q (m) and q̇ (m/s) that are no errors of a step; the next one takes them up.
+    pub fn disturb(&mut self, errors: [f64; 2]) {
+        for (sum, error) in self.neglected.iter_mut().zip(errors) {
+            *sum += (ROUNDINGS * error).powi(2);
+        }
+    }
+
     /// Takes up the largest error of q that the errors so far, and those `within` a step, can come to.
-    fn take_worst(&mut self, rate: f64, within: [f64; 2]) {
+    pub fn take_worst(&mut self, rate: f64, within: [f64; 2]) {
         // An error of q̇ turns into one of q within a quarter of a period or, softer, as long as it has had time.
         let span = self.elapsed.min(1.0 / rate);
         let [of_q, of_v] = [0, 1].map(|i| self.neglected[i] + within[i] * within[i]);

@@ -25,6 +25,7 @@ use crate::drives::shaft::cam_turn::{OVERRUN, turns};
 use crate::drives::shaft::course::Course;
 use crate::drives::shaft::instant::Instant;
 use crate::drives::solver::passage::first_passage;
+use crate::drives::solver::step_control::RESERVE;
 use crate::drives::{Fault, Rounded};
 use crate::motion::MotionLaw;
 use crate::motion::derivatives::lift;
@@ -67,10 +68,6 @@ const SINGULAR: f64 = 1e-13;
 /// A harmonic is resonant where its relative impedance is some roundings of the parameters m and c.
 const RESONANT: f64 = 1e-15;
 
-/// Factor of the error estimate over what the polynomials of the cells tell: roundings of the states at their ends
-/// add to it.
-const RESERVE_OF_TABLE: f64 = 16.0;
-
 /// The motion of the oscillator from a given state on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Response {
@@ -81,6 +78,8 @@ pub struct Response {
     pub motion: AngleMotion,
     /// Bounds of |U′| (m/rad) and |U″| (m/rad²) over the turn, for a Hermite step: a Fourier law is one segment.
     bounds: [f64; 2],
+    /// See [`MotionLaw::roundings`].
+    roundings: [f64; 2],
     closed_form: ClosedForm,
     method: Method,
     /// The turn of the cam as it starts, see [`Response::tabulate`]; all instances with the same parameters share it.
@@ -131,6 +130,7 @@ impl Response {
             tolerance,
             motion: AngleMotion::uniform(0.0, 0.0, 0.0),
             bounds: [law.bound(1), law.bound(2)],
+            roundings: law.roundings(),
             closed_form: ClosedForm::new(law.series()),
             method: Method::Closed(Run::default()),
             table: None,
@@ -143,7 +143,7 @@ impl Response {
 
     /// Called when it was read from bytes: rebuilds what the serialisation leaves out; whether it can be one of this law.
     pub fn restored(&mut self, law: &MotionLaw, tolerance: f64) -> bool {
-        (self.tolerance, self.bounds) = (tolerance, [law.bound(1), law.bound(2)]);
+        (self.tolerance, self.bounds, self.roundings) = (tolerance, [law.bound(1), law.bound(2)], law.roundings());
         self.closed_form.restored(&self.equation, law.series());
         match &self.method {
             Method::Hermite(_) => law.series().is_some(),
@@ -290,7 +290,7 @@ impl Response {
         // As many turns as the free motion lasts.
         let decay = self.equation.oscillator.decay();
         let alike = (turns + 1.0).min(-1.0 / (-decay * map.period().hi).exp_m1());
-        self.bound.add_table(RESERVE_OF_TABLE * map.error(), cells * alike, of_law * alike);
+        self.bound.add_table(RESERVE * map.error(), cells * alike, of_law * alike);
         Ok(trajectory.at(map, time))
     }
 
@@ -328,6 +328,7 @@ impl Response {
             state[1] -= (after - before) * w * beyond;
             let angle = if self.until.is_finite() { phi } else { 0.0 };
             self.bound.pass(&self.equation.oscillator, (after - before) * w, angle);
+            self.bound.disturb([0.0, self.roundings[0] * w]);
         }
         (next, state)
     }
@@ -405,6 +406,8 @@ impl Response {
                 let turned = order * speed * length;
                 let angle = angle.abs() + if law.breakpoints().is_empty() { 0.0 } else { OF_BREAKPOINTS };
                 let made = Made { length, error, forcing: scale, order, turned, angle, state };
+                let of_law = self.roundings[1] * speed * speed + self.roundings[0] * course.acceleration(length);
+                self.bound.disturb([0.0, of_law * length.min(1.0 / oscillator.stiffness().sqrt())]);
                 self.bound.add(oscillator, (-length * oscillator.decay()).exp(), &made, within);
                 break fit;
             }

@@ -12,7 +12,9 @@ impl Response {
     /// Brings cam and mass from where they are `now` to `end` (s); `goes_on` where the step before ended with this motion.
     #[inline]
     pub fn step(&mut self, law: &MotionLaw, end: f64, goes_on: bool, now: &mut Instant) -> Result<(), Fault> {
+        self.round_inputs();
         if goes_on && self.motion.is_uniform() && law.series().is_some() {
+            self.bound.take_worst(self.equation.oscillator.stiffness().sqrt(), [0.0; 2]);
             if !(matches!(self.method, Method::Closed(_)) && self.closed_form.holds_for.is_some()) {
                 let motion = self.motion;
                 self.restart(law, &motion, now.time, f64::INFINITY, now.q.array())?;
@@ -24,6 +26,13 @@ impl Response {
             self.restart(law, &motion, now.time, end, now.q.array())?;
         }
         self.reach(law, end, now)
+    }
+
+    /// The inputs of a step are rounded by half a last place: where that is no jump, the mass was to keep place and speed.
+    fn round_inputs(&mut self) {
+        let [phi, w, ..] = self.motion.coefficients.map(f64::abs);
+        let [slope, curvature] = self.bounds.map(|bound| 0.5 * f64::EPSILON * bound);
+        self.bound.disturb([slope * phi, (slope + curvature * phi) * w]);
     }
 
     /// The same by one quadrature, for a Fourier law, where it reaches so far.

@@ -2,6 +2,7 @@
 
 use crate::drives::follower::elastic_output::Equation;
 use crate::drives::shaft::cam_turn::CamTurn;
+use crate::drives::solver::step_control::ROUNDINGS;
 use crate::motion::MotionLaw;
 use crate::motion::derivatives::lift;
 use crate::numerics::angle;
@@ -50,7 +51,9 @@ impl Table {
         let span = (w.abs() / oscillator.stiffness().sqrt()).min(TAU);
         let squares = (0..law.breakpoints().len()).map(|segment| law.bound_in(segment, 1).powi(2));
         // Four roundings shift a segment of the law, and four of U′ stay in q̇ behind it.
-        let roundings = 2.0 * f64::EPSILON * (1.0 + span) * squares.sum::<f64>().sqrt();
+        let [slope, curvature] = law.roundings().map(|rounding| ROUNDINGS * rounding * span.min(1.0));
+        let of_points = slope + curvature * span.min(1.0);
+        let roundings = 2.0 * f64::EPSILON * (1.0 + span) * squares.sum::<f64>().sqrt() + of_points;
         Table { turn, roundings, map }
     }
 }
