@@ -180,6 +180,8 @@ impl Scene for CamScene {
                     ("tau", slope * force),
                     ("der(y,2)", force / self.second),
                     ("der(x1,2)", force / self.m),
+                    // In a rest it is but the rounding of U′ω.
+                    ("der(x1)", slope * self.w.abs()),
                     ("impulse", momentum),
                     ("force_mean", mean),
                     ("tau_mean", slope * mean),
