@@ -17,13 +17,11 @@ pytestmark = pytest.mark.parametrize("name", NAMES)
 
 
 def stimulate(unit, time):
-    """Gives the inputs, where the FMU has any, a smooth motion and smooth torques."""
+    """Gives the inputs, where the FMU has any, a smooth motion, a constant motor torque and a small sine for whatever else."""
     move(unit, time)
-    variables = unit.package.variables
-    if "tau" in variables and variables["tau"].causality == "input":
-        unit.set(tau=0.1 * math.sin(3.0 * time))
-    if "M_an" in variables and variables["M_an"].causality == "input":
-        unit.set(M_an=1.0)
+    inputs = {name for name, variable in unit.package.variables.items() if variable.causality == "input"}
+    others = {name: 0.1 * math.sin(3.0 * time) for name in inputs - {"phi", "w", "a", "M_an"}}
+    unit.set(**others, **({"M_an": 1.0} if "M_an" in inputs else {}))
 
 
 def move(unit, time):
@@ -361,9 +359,9 @@ def test_calls_out_of_order_are_errors(fmu, name):
         with pytest.raises(FMICallException):
             unit.slave.enterInitializationMode()
     with started(package) as unit:
-        fixed = next(v for v in package.description.modelVariables if v.causality == "parameter" and v.variability == "fixed" and v.type == "Real")
-        with pytest.raises(FMICallException):
-            unit.slave.setReal([fixed.valueReference], [1e-8])
+        for fixed in (v for v in package.description.modelVariables if v.causality == "parameter" and v.variability == "fixed" and v.type == "Real"):
+            with pytest.raises(FMICallException):
+                unit.slave.setReal([fixed.valueReference], [1e-8])
         run(unit, 2, step_size(package))
         unit.slave.terminate()
         with pytest.raises(FMICallException):
