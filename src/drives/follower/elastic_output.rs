@@ -10,11 +10,26 @@
 //!
 //! Source: Dresig, Vulfson, *Dynamik der Mechanismen*, section 4.6.2, equations (1) to (4).
 
+use crate::drives::parameter::parameters;
 use crate::motion::Fourier;
 use crate::numerics::double_double::two_product;
 use crate::numerics::oscillator::Oscillator;
 use crate::numerics::taylor::Scalar;
 use serde::{Deserialize, Serialize};
+
+parameters! {
+    // Twelve decades to either side of 1 kg, and as far from 1 N/m and 1 N·s/m as this leaves natural frequencies that can be
+    // squared.
+    /// Mass and spring.
+    Parameters, "elasticity" {
+        /// Mass of the output member
+        m = "m", "m", MASS in [1e-12, 1e12], Tunable;
+        /// Stiffness between cam and mass
+        c = "c", "c", STIFFNESS in [0.0, 1e24], Tunable;
+        /// Damping between cam and mass
+        b = "b", "b", DAMPING in [0.0, 1e24] or 0.0, Tunable;
+    }
+}
 
 /// The equation with its parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -23,6 +38,13 @@ pub struct Equation {
     pub parameters: [f64; 3],
     /// The left side, divided by m.
     pub oscillator: Oscillator,
+}
+
+impl Parameters {
+    /// The equation with these numbers.
+    pub fn equation(&self) -> Equation {
+        Equation::new([self.m, self.c, self.b])
+    }
 }
 
 impl Equation {

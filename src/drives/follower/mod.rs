@@ -7,6 +7,8 @@ pub(super) mod equation;
 pub(super) mod flank;
 pub(super) mod flow;
 pub mod linkage;
+pub mod load;
+pub mod member;
 pub(super) mod parametric;
 pub mod place;
 pub mod rigid;

@@ -4,6 +4,7 @@
 //! it (variables, units, dependencies, equations, documentation) comes from there.
 
 pub mod backlash;
+pub mod drive_train;
 pub mod elastic_output;
 pub mod elastic_shaft;
 pub mod parametric;

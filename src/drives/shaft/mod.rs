@@ -6,3 +6,5 @@ pub(super) mod course;
 pub(super) mod flank;
 pub mod free;
 pub mod instant;
+pub mod motor;
+pub mod train;

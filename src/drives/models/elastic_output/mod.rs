@@ -20,7 +20,7 @@ mod on_inputs;
 mod tests;
 mod variables;
 
-use crate::drives::follower::elastic_output::Equation;
+pub use crate::drives::follower::elastic_output::Parameters;
 use crate::drives::limits::{no_state, refused_start};
 use crate::drives::parameter::parameters;
 use crate::drives::settings::{FINEST_TOLERANCE, HasSolver, Settings, Solver};
@@ -35,19 +35,7 @@ use crate::numerics::number::all_finite;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-parameters! {
-    // Twelve decades to either side of 1 kg, and as far from 1 N/m and 1 N·s/m as this leaves natural frequencies that can be
-    // squared.
-    /// Mass and spring.
-    Parameters of ElasticOutput.parameters, "elasticity" {
-        /// Mass of the output member
-        m = "m", "m", MASS in [1e-12, 1e12], Tunable;
-        /// Stiffness between cam and mass
-        c = "c", "c", STIFFNESS in [0.0, 1e24], Tunable;
-        /// Damping between cam and mass
-        b = "b", "b", DAMPING in [0.0, 1e24] or 0.0, Tunable;
-    }
-}
+parameters!(Parameters of ElasticOutput.parameters);
 
 /// The drive as a scene describes it, coherent SI.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -77,12 +65,6 @@ pub struct ElasticOutput {
     /// The end of the last step, in front of that jump; kept only where there are inputs.
     end: Instant,
     log: EventLog,
-}
-
-impl Parameters {
-    fn equation(&self) -> Equation {
-        Equation::new([self.m, self.c, self.b])
-    }
 }
 
 impl ElasticOutput {
