@@ -619,3 +619,21 @@ fn limits_of_the_inertia() {
         &[0.196613872741871, 0.222740047217622, 0.416262964786004],
     );
 }
+
+#[test]
+#[ignore]
+fn speed() {
+    let train = Shaft::Free(loaded(machine(0.9, [0.0, 14.0], kloss(60.0, 0.2, 15.0, Some(0.02)))));
+    let f = |m: f64, c: f64| output(hs(0.04), [m, c, 20.0], 0.0);
+    let s = scene(train, vec![f(3.0, 12000.0), f(2.0, 9000.0), f(1.2, 9000.0)]);
+    for tolerance in [1e-3, 1e-6, 1e-9, 1e-12] {
+        let begin = std::time::Instant::now();
+        let t = run(&s, 40.0, 100, tolerance);
+        let fine = run(&s, 40.0, 100, 1e-14);
+        let _ = begin;
+        let begin = std::time::Instant::now();
+        let _t2 = run(&s, 40.0, 100, tolerance);
+        let took = begin.elapsed().as_secs_f64();
+        println!("{tolerance}: {} steps, {:.2} us per step, {:.3} ms per s of motion, order {}, error phi {:.1e} y0 {:.1e} v0 {:.1e}", t.run.steps, 1e6 * took / t.run.steps, 1e3 * took / 40.0, 0, t.read("phi") - fine.read("phi"), t.read("y0") - fine.read("y0"), t.read("v0") - fine.read("v0"));
+    }
+}
