@@ -42,6 +42,10 @@ impl MotionLaw {
             }
             MotionLaw::Plan(plan) => plan.parameters(),
             MotionLaw::Table(_) => vec![LawParameter::new("scale", "Factor of the lifts of the table", Factor)],
+            MotionLaw::Crank(_) => {
+                let text = "Angle of the first mechanism's input link where that of the shaft is 0";
+                vec![LawParameter::new("offset", text, Angle { min: -TAU, max: TAU })]
+            }
         }
     }
 
@@ -64,6 +68,7 @@ impl MotionLaw {
                 }
             }
             MotionLaw::Table(table) => table.scale,
+            MotionLaw::Crank(crank) => crank.offset,
             MotionLaw::Plan(plan) => plan.parameter(index),
         }
     }
@@ -96,6 +101,7 @@ impl MotionLaw {
                 *cycle = Cycle::new(plan);
             }
             MotionLaw::Table(table) => table.scale = value,
+            MotionLaw::Crank(crank) => crank.offset = value,
             MotionLaw::Plan(plan) => plan.set_parameter(index, value),
         }
     }

@@ -108,7 +108,7 @@ fn machine(args: &Args) -> Result<Machine, Failure> {
     let phi_start = scene.phi_start;
     let (mut tools, mut kept, mut moved, mut turning) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for (j, follower) in scene.followers.into_iter().enumerate() {
-        if args.keep.contains(&(j + 1)) {
+        if args.keep.contains(&(j + 1)) || !follower.has_cam() {
             kept.push(follower);
             continue;
         }
@@ -286,7 +286,7 @@ fn cams(machine: &Machine, report: &Report, output: &Path) -> Result<Vec<Cam>, F
             let text = text::csv(&head, rows).map_err(failure)?;
             Ok(Cam { table, points: Some((output.parent().unwrap_or(Path::new("")).join(name), text)) })
         }
-        MotionLaw::Cycle(_) | MotionLaw::Plan(_) => Err(failure("a compensated cam is neither a cycle nor a plan")),
+        _ => Err(failure("a compensated cam is a series or a table")),
     };
     report.laws.iter().zip(0..).map(cam).collect()
 }
