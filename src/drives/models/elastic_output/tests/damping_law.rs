@@ -2,6 +2,7 @@
 //! collocation and compared with an independent integration.
 
 use super::*;
+use crate::drives::follower::elastic_output::Equation;
 use crate::drives::shaft::cam_drive::AngleMotion;
 use crate::drives::solver::passage::first_passage;
 use crate::drives::solver::step_control::{FAR, StepControl};
