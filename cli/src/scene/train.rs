@@ -84,12 +84,11 @@ fn machine(root: &Section<'_>, start: Option<(Start, f64, f64)>, folder: &Path) 
         inertia.zip(load)
     });
     let motor = root.section("motor").and_then(|section| match &section {
-        Some(section) => motor::of_train(section, folder).map(|motor| {
+        Some(section) => motor::of_train(section, folder).inspect(|motor| {
             let loaded = machine.as_ref().and_then(|m| m.as_ref()?.1.as_ref()?.0.as_ref());
             if let (Some(load), Some((_, _, 0.0))) = (loaded, start) {
-                motor::check_start(section, &motor, load);
+                motor::check_start(section, motor, load);
             }
-            motor
         }),
         None => Some(Default::default()),
     });
