@@ -159,9 +159,10 @@ fn a_machine_with_followers_and_motor() {
 fn the_references_list_every_name_that_is_accepted() {
     let references = concat!(include_str!("README.md"), include_str!("SYNTHESIS.md"));
     let mut names = Vec::new();
-    for entry in std::fs::read_dir("src/scene").unwrap() {
+    let files = std::fs::read_dir("src/scene").unwrap().map(|entry| entry.unwrap().path());
+    for path in files.filter(|path| path.is_file()) {
         // Keys that a choice forbids stand in the tables of the references.
-        let text = std::fs::read_to_string(entry.unwrap().path()).unwrap().replace("forbid(&[", "");
+        let text = std::fs::read_to_string(path).unwrap().replace("forbid(&[", "");
         // A choice is a list of names in front of what they stand for: (&["inner", "disc"], Contour::Inner).
         for list in text.split("(&[\"").skip(1) {
             if let Some((list, _)) = list.split_once("\"], ").filter(|(list, _)| !list.contains(']')) {
@@ -200,7 +201,7 @@ fn the_reference_tells_ranges_and_defaults_of_the_parameters() {
     check::<camdrive::drives::elastic_output::Parameters>("`[elasticity]`");
     check::<camdrive::drives::elastic_shaft::Parameters>("`[elasticity]`");
     check::<camdrive::drives::backlash::Parameters>("`[backlash]`");
-    check::<camdrive::drives::rigid_machine::Kloss>("## `RigidMachine`");
+    check::<camdrive::drives::rigid_machine::Kloss>("## `[motor]`");
     check::<camdrive::drives::rigid_machine::RigidMachine>("## `RigidMachine`");
     check::<camdrive::drives::parametric::law::CrankLaw>("`[crank]`:");
 }

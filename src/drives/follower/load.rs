@@ -18,6 +18,9 @@ use serde::{Deserialize, Serialize};
 pub struct Load {
     /// g (m/s²), the component along y.
     pub gravity: Option<f64>,
+    /// g (m/s²) in the frame of each mechanism before the tool, for its links; empty where there is none. `gravity` is what the
+    /// tool has of it.
+    pub frames: Vec<[f64; 2]>,
     /// F₀.
     pub constant: Option<f64>,
     /// F_v, c, y₀.
