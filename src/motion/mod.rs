@@ -10,6 +10,7 @@ mod parameters;
 pub mod pieces;
 pub mod plan;
 mod points;
+pub mod polyline;
 mod spline;
 pub mod standard_laws;
 pub mod table;
@@ -19,6 +20,7 @@ pub use cycle::{Cycle, CyclePlan};
 pub use derivatives::{Kinematics, TransferFunctions};
 pub use fourier::Fourier;
 pub use plan::{MotionPlan, PlanPoint};
+pub use polyline::Polyline;
 pub use standard_laws::StandardLaw;
 pub use table::Table;
 
@@ -51,12 +53,16 @@ pub enum MotionLaw {
     Table(Table),
     /// A motion plan.
     Plan(MotionPlan),
+    /// Straight lines and steps: no motion, but a force or a torque.
+    Polyline(Polyline),
 }
 
 /// A law of pieces.
 macro_rules! pieces {
     ($pieces:ident) => {
-        MotionLaw::Cycle(Cycle { pieces: $pieces, .. }) | MotionLaw::Plan(MotionPlan { pieces: $pieces, .. })
+        MotionLaw::Cycle(Cycle { pieces: $pieces, .. })
+            | MotionLaw::Plan(MotionPlan { pieces: $pieces, .. })
+            | MotionLaw::Polyline(Polyline { pieces: $pieces, .. })
     };
 }
 
@@ -105,7 +111,7 @@ impl MotionLaw {
     }
 
     /// The angles in [0, 2π), ascending, at which a derivative jumps: in a cycle or a plan one of order ≤ 4, in a
-    /// table that of order 5, or of order 2 where its derivatives are given. Segment i reaches from breakpoint i to breakpoint
+    /// table that of order 5, or of order 2 where its derivatives are given, of lines U or U′. Segment i reaches from breakpoint i to breakpoint
     /// i + 1, the last one around the turn. Empty where U is smooth all around.
     pub fn breakpoints(&self) -> &[f64] {
         match self {
@@ -162,7 +168,7 @@ impl MotionLaw {
     /// at the distance 1/R by ε (|U| + 2π |U′|) Rⁿ; a polynomial of degree 7 sums up coefficients sixteen times as large.
     pub fn roundings(&self) -> [f64; 2] {
         let (finest, sums) = match self {
-            MotionLaw::Fourier(_) | MotionLaw::Cycle(_) => return [0.0; 2],
+            MotionLaw::Fourier(_) | MotionLaw::Cycle(_) | MotionLaw::Polyline(_) => return [0.0; 2],
             MotionLaw::Table(table) => (table.finest(), 1.0),
             MotionLaw::Plan(_) => (self.resolution(), 16.0),
         };
@@ -195,6 +201,9 @@ impl MotionLaw {
             MotionLaw::Table(table) if !finite => {
                 return Err(format!("cam.scale = {} makes the lifts of the table infinite", table.scale));
             }
+            MotionLaw::Polyline(lines) if !(finite && lines.scale().is_finite()) => {
+                return Err(format!("scale = {} makes the values of the points infinite", lines.scale()));
+            }
             _ => {}
         }
         Ok(())
@@ -225,6 +234,8 @@ mod tests {
             MotionLaw::Fourier(Fourier::new(vec![0.0, 0.02, 0.0, -0.003, 0.0, 2e-4], vec![0.0, 0.01])),
             MotionLaw::Table(Table::new(Points { angles, lifts }).unwrap()),
         ];
+        let (angles, lifts) = (vec![0.5, 1.0, 1.0, 3.0, 5.0], vec![0.0, 0.0, -0.02, 0.01, 0.03]);
+        laws.push(MotionLaw::Polyline(Polyline::new(Points { angles, lifts }).unwrap()));
         laws.extend(StandardLaw::ALL.map(|law| MotionLaw::Cycle(Cycle::new(plan(law)))));
         let shifted = |law| CyclePlan { inflections: [Some(0.3), Some(0.62)], ..plan(law) };
         laws.extend(StandardLaw::ALL.map(|law| MotionLaw::Cycle(Cycle::new(shifted(law)))));
@@ -360,8 +371,10 @@ mod tests {
         assert!(laws[0].validate().unwrap_err().contains("Fourier"));
         laws[1].set_parameter(0, f64::INFINITY);
         assert!(laws[1].validate().unwrap_err().contains("cam.scale"));
-        laws[2].set_parameter(3, 5.0);
-        let message = laws[2].validate().unwrap_err();
+        laws[2].set_parameter(0, f64::INFINITY);
+        assert!(laws[2].validate().unwrap_err().contains("scale"));
+        laws[3].set_parameter(3, 5.0);
+        let message = laws[3].validate().unwrap_err();
         assert!(message.contains("rise = 5 rad") && message.contains("2π"), "{message}");
     }
 }

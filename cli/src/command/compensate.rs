@@ -286,7 +286,7 @@ fn cams(machine: &Machine, report: &Report, output: &Path) -> Result<Vec<Cam>, F
             let text = text::csv(&head, rows).map_err(failure)?;
             Ok(Cam { table, points: Some((output.parent().unwrap_or(Path::new("")).join(name), text)) })
         }
-        MotionLaw::Cycle(_) | MotionLaw::Plan(_) => Err(failure("a compensated cam is neither a cycle nor a plan")),
+        _ => Err(failure("a compensated cam is a series or a table")),
     };
     report.laws.iter().zip(0..).map(cam).collect()
 }
