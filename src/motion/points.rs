@@ -151,7 +151,8 @@ impl Points {
         }
         for (index, &value) in angles.iter().enumerate() {
             // Angles of up to 10⁴ rad are those of cams; the comparison also refuses NaN.
-            let beyond = [(value, MAX_LENGTH), (lifts[index], LARGEST)].into_iter().find(|(v, most)| !(v.abs() <= *most));
+            let beyond =
+                [(value, MAX_LENGTH), (lifts[index], LARGEST)].into_iter().find(|(v, most)| !(v.abs() <= *most));
             if let Some((value, _)) = beyond {
                 return Err(TableError::OutOfRange { index, value });
             }

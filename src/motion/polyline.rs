@@ -112,8 +112,8 @@ mod tests {
             assert_eq!(found[2..], [0.0; 3]);
         }
         for turns in [-1.0, 0.0] {
-            let [before, behind] =
-                [false, true].map(|forward| law.at_in(law.segment(step + turns * TAU, forward), step + turns * TAU).0[0]);
+            let [before, behind] = [false, true]
+                .map(|forward| law.at_in(law.segment(step + turns * TAU, forward), step + turns * TAU).0[0]);
             assert!(before == 0.0 && (behind + 2e4).abs() < 1e-9);
         }
         let bounds = [9e4, 9e4 / 4.0_f64.to_radians(), 0.0, 0.0, 0.0];
@@ -132,7 +132,9 @@ mod tests {
         // Without a closing point a line leads around the turn.
         let open = MotionLaw::Polyline(law(&[1.0, 3.0, 5.0], &[2.0, -2.0, 0.0]).unwrap());
         let back = 2.0 / (TAU - 4.0);
-        assert!((open.at(5.5).0[0] - 0.5 * back).abs() < 1e-15 && (open.at(0.5).0[0] - (2.0 - 0.5 * back)).abs() < 1e-14);
+        assert!(
+            (open.at(5.5).0[0] - 0.5 * back).abs() < 1e-15 && (open.at(0.5).0[0] - (2.0 - 0.5 * back)).abs() < 1e-14
+        );
         // A saw, given from 90° to 450°: it steps from 3 to 1 at 90°.
         let quarter = 0.25 * TAU;
         for end in [quarter + TAU, quarter + TAU - 1e-5, quarter + TAU + 1e-5] {
