@@ -245,6 +245,11 @@ impl Train {
         if let Shaft::Free(machine) = &self.shaft { Some(machine) } else { None }
     }
 
+    /// The same, to change it.
+    pub fn machine_mut(&mut self) -> Option<&mut Machine> {
+        if let Shaft::Free(machine) = &mut self.shaft { Some(machine) } else { None }
+    }
+
     /// Whether a follower that is not rigid, or one with an input, is taken at φ.
     pub fn needs_cams_at_phi(&self) -> bool {
         self.followers.iter().any(|f| match f.joint {
