@@ -7,9 +7,10 @@ use camdrive::drives::rigid_machine::linkage::{
     Branch, FourBar, Gear, Kind, Linkage, Mechanism, Parameter, ParameterKind, SliderCrank,
 };
 use camdrive::drives::unit::{self, Quantity};
-use camdrive::motion::MotionLaw;
+use camdrive::motion::{Crank, MotionLaw};
 use camdrive_design::lever_law::lever_law;
 use camdrive_design::resource::Tool;
+use std::f64::consts::TAU;
 use std::path::Path;
 
 /// The longest chain of mechanisms.
@@ -74,7 +75,9 @@ pub fn read(section: &Section<'_>, joint: Option<&str>, folder: &Path) -> Option
     section.has(geometry::KEY);
     section.has(forces::KEY);
     let tool_quantity = if turns { &unit::ANGLE } else { &unit::LENGTH };
-    let cam = if linked && section.has("tool") && section.either("tool", "cam") {
+    let cam = if section.has("crank") {
+        crank(section)
+    } else if linked && section.has("tool") && section.either("tool", "cam") {
         linkage.as_ref().and_then(|linkage| lever(section, linkage, tool_quantity, folder))
     } else {
         let because = "it is the motion that the cam gives to the tool behind mechanisms";
@@ -87,6 +90,21 @@ pub fn read(section: &Section<'_>, joint: Option<&str>, folder: &Path) -> Option
     };
     section.finish(SYNONYMS);
     Some(Follower { m: m?, turns, cam: cam?, linkage: linkage? })
+}
+
+/// The shaft itself that moves the mechanisms.
+fn crank(section: &Section<'_>) -> Option<MotionLaw> {
+    if !section.has("linkage") {
+        let fault = section.fault_of("crank", ": there is no mechanism that it could move");
+        section.faults.report(fault.hint("add `[[follower.linkage]]`, for example kind = \"slider_crank\""));
+    }
+    let because = "the mechanism sits on the shaft without a cam (`[follower.crank]`)";
+    section.forbid(&["cam", "tool", "lever_start", geometry::KEY], because, "a cam instead of `crank`");
+    section.read("crank", |part| {
+        let offset = part.real_or("offset", &unit::ANGLE, within(-TAU, TAU), 0.0);
+        part.finish(SYNONYMS);
+        Some(MotionLaw::Crank(Crank { offset: offset? }))
+    })?
 }
 
 /// The law of the lever with which the tool moves as `[follower.tool]` says.

@@ -6,5 +6,6 @@ pub(super) mod course;
 pub(super) mod flank;
 pub mod free;
 pub mod instant;
+pub mod loads;
 pub mod motor;
 pub mod train;

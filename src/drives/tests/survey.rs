@@ -157,6 +157,7 @@ fn turned(law: &MotionLaw) -> MotionLaw {
             MotionLaw::Table(Table::new(Points { angles, lifts: lifts.iter().map(|u| LARGER * u).collect() }).unwrap())
         }
         MotionLaw::Polyline(_) => unreachable!("a force is no cam"),
+        MotionLaw::Crank(_) => law.clone(),
     }
 }
 
@@ -327,6 +328,7 @@ fn kind_of(law: &MotionLaw) -> &'static str {
         MotionLaw::Plan(_) => "plan",
         MotionLaw::Table(_) => "table",
         MotionLaw::Polyline(_) => "lines",
+        MotionLaw::Crank(_) => "crank",
     }
 }
 

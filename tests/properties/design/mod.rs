@@ -127,7 +127,7 @@ fn delayed(law: &MotionLaw, angle: f64) -> MotionLaw {
             let later = plan.points().iter().map(|point| PlanPoint { phi: point.phi + angle, ..*point });
             MotionLaw::Plan(MotionPlan::new(later.collect()))
         }
-        MotionLaw::Polyline(_) => unreachable!("no cam is drawn with lines"),
+        MotionLaw::Polyline(_) | MotionLaw::Crank(_) => unreachable!("no cam"),
     }
 }
 
@@ -176,7 +176,7 @@ impl Files {
                 };
                 json!({"law": "plan", "point": plan.points().iter().map(point).collect::<Vec<_>>()})
             }
-            MotionLaw::Polyline(_) => unreachable!("no cam is drawn with lines"),
+            MotionLaw::Polyline(_) | MotionLaw::Crank(_) => unreachable!("no cam"),
         }
     }
 

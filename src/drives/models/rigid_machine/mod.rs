@@ -278,7 +278,8 @@ impl Drive for RigidMachine {
     fn text(&self) -> Text {
         let Shaft { inertia, motor, .. } = &self.shaft;
         let (lag, kloss) = (motor.lag().is_some(), matches!(motor, Motor::Kloss(_)));
-        let conditions = [("linkages", inertia.is_linked()), ("kloss", kloss), ("lag", lag)];
+        let crank = inertia.followers.iter().any(|follower| !follower.has_cam());
+        let conditions = [("linkages", inertia.is_linked()), ("crank", crank), ("kloss", kloss), ("lag", lag)];
         Text::new(include_str!("text.toml"), &conditions)
     }
 
