@@ -149,6 +149,9 @@ impl<E: Equation> Oscillation<E> {
         self.state = match self.start.mode {
             StartMode::AtRest => [0.0, 0.0],
             StartMode::Given => [self.start.q, self.start.q_dot],
+            StartMode::Equilibrium => {
+                self.equation.at_rest(self.motion.coefficients[1], self.motion.at(time).reduced)?
+            }
             StartMode::SteadyState if self.cam.is_input() => {
                 return Err(refused_start(
                     "start.mode = steady_state needs a constant speed; this drive follows its inputs: set start.mode = \
