@@ -157,8 +157,8 @@ fn turned(law: &MotionLaw) -> MotionLaw {
             let angles = angles.iter().map(|phi| phi + TURNED).collect();
             MotionLaw::Table(Table::new(Points { angles, lifts: lifts.iter().map(|u| LARGER * u).collect() }).unwrap())
         }
-        MotionLaw::Polyline(_) => unreachable!("a force is no cam"),
         MotionLaw::Crank(_) => law.clone(),
+        MotionLaw::Polyline(_) => unreachable!("a force is no cam"),
     }
 }
 
@@ -328,8 +328,8 @@ fn kind_of(law: &MotionLaw) -> &'static str {
         MotionLaw::Cycle(_) => "cycle",
         MotionLaw::Plan(_) => "plan",
         MotionLaw::Table(_) => "table",
-        MotionLaw::Polyline(_) => "lines",
         MotionLaw::Crank(_) => "crank",
+        MotionLaw::Polyline(_) => "lines",
     }
 }
 
