@@ -49,6 +49,7 @@ const START_MODES: &[(&[&str], StartMode)] = &[
     (&["at_rest"], StartMode::AtRest),
     (&["given"], StartMode::Given),
     (&["steady_state", "periodic"], StartMode::SteadyState),
+    (&["equilibrium"], StartMode::Equilibrium),
 ];
 
 /// Reads `[start]`.

@@ -77,9 +77,15 @@ fn elastic_cam_drive(root: &Section<'_>, folder: &Path) -> Option<Drive> {
         Elastic::Output(parameters) => {
             resolved::<ElasticOutput>(&elastic_output::Scene { parameters, cam, drive, start, solver })
         }
-        Elastic::Shaft(parameters, linear) => {
-            resolved::<ElasticShaft>(&elastic_shaft::Scene { parameters, linear, cam, drive, start, solver })
-        }
+        Elastic::Shaft(parameters, linear) => resolved::<ElasticShaft>(&elastic_shaft::Scene {
+            parameters,
+            linear,
+            load: Default::default(),
+            cam,
+            drive,
+            start,
+            solver,
+        }),
     }
 }
 

@@ -81,6 +81,8 @@ pub enum StartMode {
     Given,
     /// On the periodic solution.
     SteadyState,
+    /// Where the loads balance the springs at the angle of the start, q̇ = 0.
+    Equilibrium,
 }
 
 /// The items of `start.mode`.
@@ -90,6 +92,7 @@ pub static START_MODE: variable::Enumeration = variable::Enumeration {
         ("at_rest", "At rest relative to the cam: q = 0, der(q) = 0"),
         ("given", "From start.q and start.q_dot"),
         ("steady_state", "On the periodic solution"),
+        ("equilibrium", "Where the loads balance the spring at the start angle; der(q) = 0"),
     ],
 };
 
@@ -100,6 +103,7 @@ impl StartMode {
             StartMode::AtRest => 1.0,
             StartMode::Given => 2.0,
             StartMode::SteadyState => 3.0,
+            StartMode::Equilibrium => 4.0,
         }
     }
 
@@ -108,7 +112,8 @@ impl StartMode {
         match number as i32 {
             1 => StartMode::AtRest,
             2 => StartMode::Given,
-            _ => StartMode::SteadyState,
+            3 => StartMode::SteadyState,
+            _ => StartMode::Equilibrium,
         }
     }
 }
@@ -336,6 +341,11 @@ impl<Law> CamDrive<Law> {
         self.input = inputs;
     }
 
+    /// How many inputs the motion of the shaft has; they come first among all inputs.
+    pub fn inputs(&self) -> usize {
+        if self.is_input() { 3 } else { 0 }
+    }
+
     /// Whether the shaft moves as the inputs say.
     #[inline(always)]
     pub fn is_input(&self) -> bool {
@@ -403,7 +413,12 @@ macro_rules! as_every_cam_drive {
         }
 
         fn set_input_derivative(&mut self, reference: usize, order: usize, value: f64) {
-            self.cam.set_input_derivative(reference, order, value);
+            match reference.checked_sub(self.cam.inputs()) {
+                None => self.cam.set_input_derivative(reference, order, value),
+                Some(number) => {
+                    $crate::drives::shaft::cam_drive::HasCamDrive::set_force_derivative(self, number, order, value)
+                }
+            }
         }
 
         fn request_tolerance(&mut self, tolerance: f64) {
@@ -478,6 +493,9 @@ pub trait HasCamDrive: Sized {
     fn cam(&self) -> &CamDrive<Self::Law>;
     /// The cam, to change it.
     fn cam_mut(&mut self) -> &mut CamDrive<Self::Law>;
+
+    /// Sets the derivative of order ≥ 1 of an input force; `number` counts the inputs behind those of the shaft.
+    fn set_force_derivative(&mut self, _number: usize, _order: usize, _value: f64) {}
 
     /// Declares the drive parameters (constant speed) or the inputs `phi`, `w`, `a`; in the list of a cam drive
     /// they come first, so that the value references of the inputs are 0, 1, 2.

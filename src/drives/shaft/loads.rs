@@ -24,6 +24,12 @@ pub trait HasLoads {
     fn signal_mut(&mut self, _which: usize) -> Option<&mut Signal> {
         None
     }
+    /// The input F of this number among those that are declared.
+    fn nth_signal_mut(&mut self, number: usize) -> Option<&mut Signal> {
+        let loads = (0..).map_while(|which| Some((which, self.load(which)?.input)));
+        let which = loads.filter(|(_, input)| *input).map(|(which, _)| which).nth(number)?;
+        self.signal_mut(which)
+    }
 }
 
 /// A parameter: key, text, quantity where the follower moves and where it turns, range.

@@ -266,7 +266,8 @@ impl Drive for BacklashDrive {
         self.motion = self.cam.motion(time);
         self.prepare_bodies();
         match self.start.mode {
-            StartMode::AtRest => self.begin(time, [0.0; 2]),
+            // Without a load the spring is relaxed.
+            StartMode::AtRest | StartMode::Equilibrium => self.begin(time, [0.0; 2]),
             StartMode::Given => self.begin(time, [self.start.q, self.start.q_dot]),
             StartMode::SteadyState => self.begin_steady(time)?,
         }

@@ -76,7 +76,7 @@ impl ElasticOutput {
     /// q, q̇ at the start.
     fn initial_state(&mut self, time: f64) -> Result<[f64; 2], Fault> {
         match self.start.mode {
-            StartMode::AtRest => Ok([0.0; 2]),
+            StartMode::AtRest | StartMode::Equilibrium => Ok([0.0; 2]),
             StartMode::Given => Ok([self.start.q, self.start.q_dot]),
             StartMode::SteadyState if self.cam.is_input() => Err(refused_start(
                 "start.mode = steady_state needs a constant speed, but this drive follows its inputs; choose at_rest \

@@ -85,7 +85,7 @@ pub(super) fn evaluate(drive: &ElasticOutput, values: &mut [f64]) {
     let ([x, slope], [q, v]) = (u.array(), q.array());
     // phi is put out without reduction; U needs no angle any more, and numbers no derivative beyond U″.
     let u = [x, slope, curvature, 0.0, 0.0];
-    values[..OUTPUTS].copy_from_slice(&outputs(drive, &u, &Flow { phi, w, a, q, v }));
+    values[..OUTPUTS].copy_from_slice(&outputs(drive, &u, &Flow { phi, w, a, q, v, force: 0.0 }));
     values[OUTPUTS..].copy_from_slice(&drive.statistics());
 }
 
@@ -112,6 +112,7 @@ fn along_time(drive: &ElasticOutput, shaft: &Kinematics, u: &TransferFunctions) 
         a: Series::from_derivatives(a, jerk, snap),
         q: Series::from_derivatives(q, v, q2),
         v: Series::from_derivatives(v, q2, q3),
+        force: 0.0.into(),
     }
 }
 
@@ -125,5 +126,6 @@ fn along_known(drive: &ElasticOutput, shaft: &Kinematics, u: &TransferFunctions,
         a: Series([a, a_1, 0.0]),
         q: Series([q, y_1 - u1 * phi_1, 0.0]),
         v: Series([v, y_dot_1 - u2 * w * phi_1 - u1 * w_1, 0.0]),
+        force: 0.0.into(),
     }
 }
